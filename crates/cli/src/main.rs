@@ -1,0 +1,3 @@
+//! Headless `doublet` binary.
+
+fn main() {}

@@ -1,0 +1,1 @@
+//! Geometry, stations, mass, centre of gravity, inertia, envelope and weighing of an aircraft.

@@ -1,0 +1,1 @@
+//! Recorder clocks (offset and drift) and lags between channels.

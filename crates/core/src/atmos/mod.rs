@@ -1,0 +1,1 @@
+//! International Standard Atmosphere.

@@ -1,0 +1,1 @@
+//! Least-squares estimation of derivatives, its covariance and diagnostics.

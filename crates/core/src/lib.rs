@@ -1,0 +1,20 @@
+//! Headless numerics of doublet: from recordings to stability and control derivatives.
+//!
+//! Data flow one way, `load -> align -> prep -> reconstruct -> model -> estimate -> validate`; a module uses only
+//! modules to its left, plus [`quantity`], [`series`], [`airframe`], [`propulsion`] and [`atmos`]. SI units and radians
+//! throughout; axes, signs and normalisations are fixed in `docs/conventions.md`.
+
+pub mod airframe;
+pub mod align;
+pub mod atmos;
+pub mod estimate;
+pub mod load;
+pub mod model;
+pub mod prep;
+pub mod propulsion;
+pub mod quantity;
+pub mod reconstruct;
+pub mod sensitivity;
+pub mod series;
+pub mod simulate;
+pub mod validate;

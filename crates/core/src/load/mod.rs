@@ -1,0 +1,1 @@
+//! Recordings and data files: probe -> plan -> read.

@@ -1,0 +1,5 @@
+//! Aerodynamic model: coefficients from forces and moments, terms, structures, regressors.
+
+mod names;
+
+pub use names::{Coefficient, Variable};

@@ -1,0 +1,94 @@
+//! Names of the aerodynamic coefficients and of the variables they depend on.
+
+/// An aerodynamic coefficient.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Coefficient {
+    /// Force along body x.
+    CX,
+    /// Force along body y.
+    CY,
+    /// Force along body z.
+    CZ,
+    /// Rolling moment.
+    Cl,
+    /// Pitching moment.
+    Cm,
+    /// Yawing moment.
+    Cn,
+    /// Drag: opposite to the airspeed in the plane of symmetry (stability axes).
+    CD,
+    /// Lift: perpendicular to the airspeed in the plane of symmetry (stability axes).
+    CL,
+}
+
+impl Coefficient {
+    /// All of them; the first six are those of body axes.
+    pub const ALL: [Self; 8] = [Self::CX, Self::CY, Self::CZ, Self::Cl, Self::Cm, Self::Cn, Self::CD, Self::CL];
+
+    /// Name as printed, for example `Cm`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::CX => "CX",
+            Self::CY => "CY",
+            Self::CZ => "CZ",
+            Self::Cl => "Cl",
+            Self::Cm => "Cm",
+            Self::Cn => "Cn",
+            Self::CD => "CD",
+            Self::CL => "CL",
+        }
+    }
+
+    /// The coefficient called `name`; case matters, `Cl` is roll and `CL` is lift.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|coefficient| coefficient.name() == name)
+    }
+}
+
+/// Declares [`Variable`] with its name in terms, its name in derivatives and its description.
+macro_rules! variables {
+    ($($variant:ident, $name:literal, $suffix:literal, $text:literal;)*) => {
+        /// A variable that terms of the aerodynamic model are products of.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        pub enum Variable { $(#[doc = $text] $variant,)* }
+
+        impl Variable {
+            /// All of them.
+            pub const ALL: &'static [Self] = &[$(Self::$variant,)*];
+
+            /// Name in terms, for example `qc/V`.
+            pub fn name(self) -> &'static str { match self { $(Self::$variant => $name,)* } }
+
+            /// Suffix in derivative names, for example `q` in `Cm_q`.
+            pub fn suffix(self) -> &'static str { match self { $(Self::$variant => $suffix,)* } }
+
+            /// One-line description with unit.
+            pub fn description(self) -> &'static str { match self { $(Self::$variant => $text,)* } }
+        }
+    };
+}
+
+variables! {
+    Alpha, "alpha", "alpha", "angle of attack, rad";
+    AlphaDot, "alpha_dot*c/V", "alpha_dot", "rate of angle of attack times chord over airspeed";
+    Beta, "beta", "beta", "angle of sideslip, rad";
+    BetaDot, "beta_dot*b/2V", "beta_dot", "rate of sideslip times span over twice the airspeed";
+    RollRate, "pb/2V", "p", "roll rate times span over twice the airspeed";
+    PitchRate, "qc/V", "q", "pitch rate times chord over airspeed";
+    YawRate, "rb/2V", "r", "yaw rate times span over twice the airspeed";
+    Aileron, "delta_a", "delta_a", "aileron deflection, rad";
+    Elevator, "delta_e", "delta_e", "elevator deflection, rad";
+    Rudder, "delta_r", "delta_r", "rudder deflection, rad";
+    PropellerPressure, "dpt/q", "dpt", "total-pressure rise through the propellers over dynamic pressure";
+    ThrustCoefficient, "Tc", "Tc", "thrust over dynamic pressure and reference area";
+    Airspeed, "V", "V", "true airspeed, m/s";
+    Altitude, "h", "h", "altitude, m";
+    Mach, "mach", "mach", "Mach number";
+}
+
+impl Variable {
+    /// The variable with this name in terms, or with this suffix.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.iter().copied().find(|variable| variable.name() == name || variable.suffix() == name)
+    }
+}

@@ -1,0 +1,1 @@
+//! Signal preparation: smoothing, differentiation, sensor positions.

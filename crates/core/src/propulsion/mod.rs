@@ -1,0 +1,1 @@
+//! Engine chart, propeller map and thrust.

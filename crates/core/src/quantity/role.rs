@@ -1,0 +1,95 @@
+//! Roles: what a recorded channel means to the analysis.
+
+use super::Dimension;
+
+/// Declares [`Role`] with its file name, dimension and one-line description from one table.
+macro_rules! roles {
+    ($($variant:ident, $name:literal, $dimension:ident, $text:literal;)*) => {
+        /// What a channel means to the analysis. Axes, signs and references are those of `docs/conventions.md`.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        pub enum Role { $(#[doc = $text] $variant,)* }
+
+        impl Role {
+            /// Every role, in the order channel lists show them.
+            pub const ALL: &'static [Self] = &[$(Self::$variant,)*];
+
+            /// Name in channel maps, tables and files.
+            pub fn name(self) -> &'static str { match self { $(Self::$variant => $name,)* } }
+
+            /// Dimension of the values, hence their SI unit.
+            pub fn dimension(self) -> Dimension { match self { $(Self::$variant => Dimension::$dimension,)* } }
+
+            /// One-line description.
+            pub fn description(self) -> &'static str { match self { $(Self::$variant => $text,)* } }
+        }
+    };
+}
+
+roles! {
+    SpecificForceX, "ax", Acceleration, "specific force along body x (forward), measured";
+    SpecificForceY, "ay", Acceleration, "specific force along body y (right), measured";
+    SpecificForceZ, "az", Acceleration, "specific force along body z (down), measured";
+    RollRate, "p", AngularRate, "roll rate about body x";
+    PitchRate, "q", AngularRate, "pitch rate about body y";
+    YawRate, "r", AngularRate, "yaw rate about body z";
+    RollAcceleration, "p_dot", AngularAcceleration, "roll acceleration";
+    PitchAcceleration, "q_dot", AngularAcceleration, "pitch acceleration";
+    YawAcceleration, "r_dot", AngularAcceleration, "yaw acceleration";
+    PositionNorth, "x", Length, "position north of the local origin";
+    PositionEast, "y", Length, "position east of the local origin";
+    PositionDown, "z", Length, "position below the local origin";
+    VelocityNorth, "v_north", Speed, "ground velocity, north component";
+    VelocityEast, "v_east", Speed, "ground velocity, east component";
+    VelocityDown, "v_down", Speed, "ground velocity, down component";
+    BankAngle, "phi", Angle, "bank angle";
+    PitchAngle, "theta", Angle, "pitch angle";
+    HeadingAngle, "psi", Angle, "heading angle";
+    TrueAirspeed, "airspeed", Speed, "true airspeed";
+    AngleOfAttack, "alpha", Angle, "angle of attack";
+    Sideslip, "beta", Angle, "angle of sideslip";
+    Aileron, "delta_a", Angle, "aileron deflection";
+    Elevator, "delta_e", Angle, "elevator deflection";
+    Rudder, "delta_r", Angle, "rudder deflection";
+    ElevatorTrim, "delta_te", Angle, "elevator trim tab deflection";
+    Stabiliser, "stabiliser", Angle, "incidence of the horizontal stabiliser";
+    Flap, "flap", Angle, "flap deflection";
+    StaticPressure, "static_pressure", Pressure, "static pressure";
+    AirTemperature, "air_temperature", Temperature, "static air temperature";
+    TotalTemperature, "total_temperature", Temperature, "total air temperature";
+    AirDensity, "air_density", Density, "air density";
+    Mach, "mach", Dimensionless, "Mach number";
+    CalibratedAirspeed, "calibrated_airspeed", Speed, "calibrated or indicated airspeed";
+    Altitude, "altitude", Length, "pressure altitude";
+    Latitude, "latitude", Angle, "geodetic latitude";
+    Longitude, "longitude", Angle, "geodetic longitude";
+    GpsAltitude, "gps_altitude", Length, "altitude from satellite navigation";
+    FuelMass, "fuel_mass", Mass, "fuel mass on board";
+    FuelFlow, "fuel_flow", MassFlow, "fuel flow, all engines";
+    Thrust1, "thrust_1", Force, "thrust of engine 1 (left or front)";
+    Thrust2, "thrust_2", Force, "thrust of engine 2 (right or rear)";
+    EngineSpeed1, "engine_speed_1", AngularRate, "rotational speed of engine 1 (left or front)";
+    EngineSpeed2, "engine_speed_2", AngularRate, "rotational speed of engine 2 (right or rear)";
+    ManifoldPressure1, "manifold_pressure_1", Pressure, "manifold pressure of engine 1 (left or front)";
+    ManifoldPressure2, "manifold_pressure_2", Pressure, "manifold pressure of engine 2 (right or rear)";
+    Power1, "power_1", Power, "power of engine 1 (left or front) as its monitor reports it";
+    Power2, "power_2", Power, "power of engine 2 (right or rear) as its monitor reports it";
+}
+
+impl Role {
+    /// The role called `name` in channel maps and tables.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.iter().copied().find(|role| role.name() == name)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_role_is_found_again_by_its_name() {
+        for &role in Role::ALL {
+            assert_eq!(Role::from_name(role.name()), Some(role));
+        }
+    }
+}

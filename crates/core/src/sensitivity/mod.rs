@@ -1,0 +1,1 @@
+//! Sensitivity of results to their inputs.

@@ -1,0 +1,1 @@
+//! Fit metrics, residual tests and prediction on data not used.

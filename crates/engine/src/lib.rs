@@ -1,0 +1,1 @@
+//! The headless workbench: sessions, edits with undo, the stage graph, its worker and the exports.

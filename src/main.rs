@@ -1,0 +1,3 @@
+//! The doublet workbench.
+
+fn main() {}
