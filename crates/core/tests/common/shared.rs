@@ -1,0 +1,13 @@
+//! Files of the shared folder beside the project, which tests read where it is present.
+
+use std::path::{Path, PathBuf};
+
+/// Path of `relative` in the shared folder beside the project, or `None` with a printed reason where it is absent.
+pub fn shared(relative: &str) -> Option<PathBuf> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared").join(relative);
+    if path.exists() {
+        return Some(path);
+    }
+    println!("skipped: {} is not here", path.display());
+    None
+}
