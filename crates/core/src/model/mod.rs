@@ -1,5 +1,20 @@
 //! Aerodynamic model: coefficients from forces and moments, terms, structures, regressors.
 
+mod coefficients;
+mod data;
+mod error;
 mod names;
+mod structure;
+mod term;
+mod variables;
 
+pub use coefficients::{Coefficients, coefficients};
+pub use data::{
+    AeroData, Axes, CoefficientSettings, Engine, Gyroscopic, Inertia, InertiaHistory, Lag, Position, RateNormalisation,
+    ReferenceGeometry, ThrustTreatment,
+};
+pub use error::ModelError;
 pub use names::{Coefficient, Variable};
+pub use structure::Structure;
+pub use term::Term;
+pub use variables::{Variables, regressors, variables};

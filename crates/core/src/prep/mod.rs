@@ -1,1 +1,110 @@
-//! Signal preparation: smoothing, differentiation, sensor positions.
+//! Signal preparation: smoothing, differentiation, resampling, lags, sensor positions.
+
+mod differentiate;
+mod lag;
+mod local_polynomial;
+mod position;
+mod resample;
+mod smooth;
+
+use thiserror::Error;
+
+pub use differentiate::{Differentiation, differentiate};
+pub use lag::{delay, first_order_lag};
+pub use position::{FlowVane, acceleration_at_cg, accelerometer_at, flow_angles_at_cg, flow_angles_at_vanes};
+pub use resample::{Interpolation, resample};
+pub use smooth::{Smoothing, smooth};
+
+/// What can be wrong with a signal or the way it is to be treated.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum PrepError {
+    /// Columns differ in length.
+    #[error("time has {time} samples, the values have {values}")]
+    Length {
+        /// Samples of the time vector.
+        time: usize,
+        /// Samples of the values.
+        values: usize,
+    },
+    /// Too few samples for the method.
+    #[error("{found} samples are too few: {method} needs {needed}")]
+    TooFewSamples {
+        /// The method in words.
+        method: &'static str,
+        /// Samples needed.
+        needed: usize,
+        /// Samples found.
+        found: usize,
+    },
+    /// The method needs a constant step.
+    #[error("the step changes from {step_s} s to {found_s} s at {time_s} s: resample first, or use a local polynomial")]
+    UnevenStep {
+        /// Mean step, s.
+        step_s: f64,
+        /// Step found, s.
+        found_s: f64,
+        /// Where, s.
+        time_s: f64,
+    },
+    /// Time does not increase.
+    #[error("time does not increase after {time_s} s")]
+    TimeNotIncreasing {
+        /// Last good time, s.
+        time_s: f64,
+    },
+    /// A local polynomial cannot have that degree over that many samples.
+    #[error("a polynomial of degree {degree} needs more than {degree} samples, the window has {width}")]
+    Degree {
+        /// Degree asked for.
+        degree: usize,
+        /// Samples of the window.
+        width: usize,
+    },
+    /// A setting is outside its range.
+    #[error("{setting} is {value}, allowed is {allowed}")]
+    Setting {
+        /// Name of the setting.
+        setting: &'static str,
+        /// Value found.
+        value: f64,
+        /// Range in words.
+        allowed: &'static str,
+    },
+    /// Interpolation would have to extrapolate.
+    #[error("{time_s} s lies outside the recorded {start_s} to {end_s} s")]
+    OutsideRange {
+        /// Time asked for, s.
+        time_s: f64,
+        /// First recorded time, s.
+        start_s: f64,
+        /// Last recorded time, s.
+        end_s: f64,
+    },
+}
+
+/// Checks that time and values have one length, at least `needed` samples, and that time increases.
+fn check(time_s: &[f64], values: &[f64], method: &'static str, needed: usize) -> Result<(), PrepError> {
+    if time_s.len() != values.len() {
+        return Err(PrepError::Length { time: time_s.len(), values: values.len() });
+    }
+    if values.len() < needed {
+        return Err(PrepError::TooFewSamples { method, needed, found: values.len() });
+    }
+    match time_s.windows(2).find(|pair| !matches!(pair[0].partial_cmp(&pair[1]), Some(std::cmp::Ordering::Less))) {
+        Some(pair) => Err(PrepError::TimeNotIncreasing { time_s: pair[0] }),
+        None => Ok(()),
+    }
+}
+
+/// Largest departure of a step from the mean step, as a fraction of it, that still counts as even: beyond it the
+/// error of a formula for even steps exceeds one per cent.
+const STEP_TOLERANCE: f64 = 0.01;
+
+/// Mean step of an increasing time vector whose steps are all the same.
+fn even_step(time_s: &[f64]) -> Result<f64, PrepError> {
+    let step_s = (time_s[time_s.len() - 1] - time_s[0]) / (time_s.len() - 1) as f64;
+    match time_s.windows(2).find(|pair| (pair[1] - pair[0] - step_s).abs() > STEP_TOLERANCE * step_s) {
+        Some(pair) => Err(PrepError::UnevenStep { step_s, found_s: pair[1] - pair[0], time_s: pair[0] }),
+        None => Ok(step_s),
+    }
+}

@@ -1,0 +1,258 @@
+//! Coefficients from forces and moments.
+
+use super::data::{AeroData, Axes, CoefficientSettings, Engine, Gyroscopic, Inertia, ThrustTreatment};
+use super::{Coefficient, ModelError};
+use crate::prep::differentiate;
+
+/// Columns of all eight coefficients over one window.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Coefficients {
+    /// Time, s.
+    pub time_s: Vec<f64>,
+    /// One column per [`Coefficient`], in the order of [`Coefficient::ALL`].
+    pub columns: [Vec<f64>; 8],
+    /// Angular acceleration the moments were formed with, rad/s².
+    pub angular_acceleration_rad_s2: [Vec<f64>; 3],
+}
+
+impl Coefficients {
+    /// Column of `coefficient`.
+    pub fn get(&self, coefficient: Coefficient) -> &[f64] {
+        &self.columns[coefficient as usize]
+    }
+}
+
+/// Dimensionless forces and moments (thesis Eq. 3.23-3.24, A.13).
+///
+/// With `q_dyn = rho V^2 / 2`: `[CX CY CZ] = (m a - T) / (q_dyn S)`; moments about the centre of gravity
+/// `L = Ixx p' - Ixz (r' + p q) + (Izz - Iyy) q r`, `M = Iyy q' + (Ixx - Izz) p r + Ixz (p^2 - r^2) + h r`,
+/// `N = Izz r' + (Iyy - Ixx) p q + Ixz (q r - p') - h q`, less the moment of the thrust, moved to the moment reference
+/// at `d` from the centre of gravity by `- d x F`; then `Cl = L / (q_dyn S b)`, `Cm = M / (q_dyn S c)`,
+/// `Cn = N / (q_dyn S b)`. `CL = -CZ cos(alpha) + CX sin(alpha)`, `CD = -CX cos(alpha) - CZ sin(alpha)`. Thrust and `h`
+/// enter as the settings say; `F` is the force that stays in the coefficients, so that a thrust left in keeps its own
+/// moment about the reference.
+///
+/// # Errors
+/// Columns of unequal length, values that are not finite, airspeed, density, mass or reference lengths that are not
+/// positive, engines missing although asked for, and too few samples to differentiate.
+pub fn coefficients(data: &AeroData, settings: &CoefficientSettings) -> Result<Coefficients, ModelError> {
+    data.check()?;
+    check_settings(data, settings)?;
+    let acceleration = angular_acceleration(data, settings)?;
+    let samples = data.time_s.len();
+    let mut columns: [Vec<f64>; 8] = std::array::from_fn(|_| Vec::with_capacity(samples));
+    for k in 0..samples {
+        let rates = data.rates_rad_s.each_ref().map(|column| column[k]);
+        let values = sample(data, settings, k, rates, acceleration.each_ref().map(|column| column[k]));
+        for (column, value) in columns.iter_mut().zip(values) {
+            column.push(value);
+        }
+    }
+    Ok(Coefficients { time_s: data.time_s.clone(), columns, angular_acceleration_rad_s2: acceleration })
+}
+
+/// The eight coefficients at sample `k`.
+fn sample(
+    data: &AeroData,
+    settings: &CoefficientSettings,
+    k: usize,
+    rates: [f64; 3],
+    acceleration: [f64; 3],
+) -> [f64; 8] {
+    let inertia = data.inertia.at(k);
+    let reference = &settings.reference;
+    let alpha = data.alpha_rad[k];
+    let (sin, cos) = alpha.sin_cos();
+
+    let mut force = data.specific_force_m_s2.each_ref().map(|column| inertia.mass_kg * column[k]);
+    let mut moment = inertial_moment(inertia, rates, acceleration);
+    let h = angular_momentum(&data.engines, settings.gyroscopic, k);
+    moment[1] += h * rates[2];
+    moment[2] -= h * rates[1];
+    if settings.thrust != ThrustTreatment::Included {
+        for engine in &data.engines {
+            let thrust = engine.direction_body.map(|component| component * engine.thrust_n[k]);
+            force = subtract(force, thrust);
+            if settings.thrust == ThrustTreatment::Removed {
+                let arm = engine.position.body_from_cg_m(inertia.cg_datum_m);
+                moment = subtract(moment, cross(arm, thrust));
+            }
+        }
+    }
+    if let Some(point) = settings.moment_reference {
+        moment = subtract(moment, cross(point.body_from_cg_m(inertia.cg_datum_m), force));
+    }
+    if settings.axes == Axes::Stability {
+        moment = [moment[0] * cos + moment[2] * sin, moment[1], moment[2] * cos - moment[0] * sin];
+    }
+
+    let force_scale = 0.5 * data.density_kg_m3[k] * data.airspeed_m_s[k].powi(2) * reference.area_m2;
+    let [cx, cy, cz] = force.map(|component| component / force_scale);
+    let span_scale = force_scale * reference.span_m;
+    [
+        cx,
+        cy,
+        cz,
+        moment[0] / span_scale,
+        moment[1] / (force_scale * reference.chord_m),
+        moment[2] / span_scale,
+        -cx * cos - cz * sin,
+        -cz * cos + cx * sin,
+    ]
+}
+
+/// Moment about the centre of gravity that the motion of a rigid, symmetric aircraft requires (thesis Eq. A.13), N m.
+fn inertial_moment(inertia: &Inertia, [p, q, r]: [f64; 3], [p_dot, q_dot, r_dot]: [f64; 3]) -> [f64; 3] {
+    let Inertia { ixx_kg_m2: ixx, iyy_kg_m2: iyy, izz_kg_m2: izz, ixz_kg_m2: ixz, .. } = *inertia;
+    [
+        ixx * p_dot - ixz * (r_dot + p * q) + (izz - iyy) * q * r,
+        iyy * q_dot + (ixx - izz) * p * r + ixz * (p * p - r * r),
+        izz * r_dot + (iyy - ixx) * p * q + ixz * (q * r - p_dot),
+    ]
+}
+
+/// Angular momentum of the propellers along body x, kg m²/s.
+fn angular_momentum(engines: &[Engine], gyroscopic: Gyroscopic, k: usize) -> f64 {
+    let momentum = |engine: &Engine| engine.rotor_inertia_kg_m2 * engine.speed_rad_s[k];
+    match gyroscopic {
+        Gyroscopic::Ignored => 0.0,
+        Gyroscopic::Signed => engines.iter().map(momentum).sum(),
+        Gyroscopic::Summed => engines.iter().map(|engine| momentum(engine).abs()).sum(),
+    }
+}
+
+/// Angular acceleration as given, or from the rates.
+fn angular_acceleration(data: &AeroData, settings: &CoefficientSettings) -> Result<[Vec<f64>; 3], ModelError> {
+    if let Some(given) = &data.angular_acceleration_rad_s2 {
+        return Ok(given.clone());
+    }
+    let mut derived: [Vec<f64>; 3] = Default::default();
+    for (axis, name) in ["p", "q", "r"].into_iter().enumerate() {
+        derived[axis] = differentiate(&data.time_s, &data.rates_rad_s[axis], settings.differentiation)
+            .map_err(|source| ModelError::Signal { column: name.to_owned(), source })?;
+    }
+    Ok(derived)
+}
+
+/// Checks what the settings ask of the data.
+fn check_settings(data: &AeroData, settings: &CoefficientSettings) -> Result<(), ModelError> {
+    let reference = &settings.reference;
+    let start = data.time_s.first().copied().unwrap_or(0.0);
+    for (quantity, value) in
+        [("reference area", reference.area_m2), ("reference span", reference.span_m), ("chord", reference.chord_m)]
+    {
+        if !(value > 0.0 && value.is_finite()) {
+            return Err(ModelError::NotPositive { quantity, time_s: start, value });
+        }
+    }
+    if data.engines.is_empty() && settings.thrust != ThrustTreatment::Included {
+        return Err(ModelError::NoEngine { setting: "thrust taken out of the coefficients" });
+    }
+    if settings.gyroscopic != Gyroscopic::Ignored {
+        if data.engines.is_empty() {
+            return Err(ModelError::NoEngine { setting: "the gyroscopic moment" });
+        }
+        for engine in &data.engines {
+            if engine.speed_rad_s.len() != data.time_s.len() {
+                return Err(ModelError::ColumnLength {
+                    column: "propeller speed".to_owned(),
+                    expected: data.time_s.len(),
+                    found: engine.speed_rad_s.len(),
+                });
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Cross product.
+fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+/// Difference `a - b`.
+fn subtract(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+impl AeroData {
+    /// Checks that all columns have the length of time, are finite, and that airspeed, density, mass and moments of
+    /// inertia are positive.
+    ///
+    /// # Errors
+    /// The first column that fails, with time and value.
+    pub fn check(&self) -> Result<(), ModelError> {
+        for (name, column) in self.columns() {
+            if column.len() != self.time_s.len() {
+                return Err(ModelError::ColumnLength {
+                    column: name.to_owned(),
+                    expected: self.time_s.len(),
+                    found: column.len(),
+                });
+            }
+            if let Some(k) = column.iter().position(|value| !value.is_finite()) {
+                return Err(ModelError::NotFinite { column: name.to_owned(), time_s: self.time_s[k] });
+            }
+        }
+        for (quantity, column) in [("airspeed", &self.airspeed_m_s), ("air density", &self.density_kg_m3)] {
+            if let Some(k) = column.iter().position(|&value| value <= 0.0) {
+                return Err(ModelError::NotPositive { quantity, time_s: self.time_s[k], value: column[k] });
+            }
+        }
+        if let super::InertiaHistory::PerSample(history) = &self.inertia
+            && history.len() != self.time_s.len()
+        {
+            return Err(ModelError::ColumnLength {
+                column: "mass properties".to_owned(),
+                expected: self.time_s.len(),
+                found: history.len(),
+            });
+        }
+        for (k, &time_s) in self.time_s.iter().enumerate() {
+            let inertia = self.inertia.at(k);
+            for (quantity, value) in [
+                ("mass", inertia.mass_kg),
+                ("Ixx", inertia.ixx_kg_m2),
+                ("Iyy", inertia.iyy_kg_m2),
+                ("Izz", inertia.izz_kg_m2),
+            ] {
+                if !(value > 0.0 && value.is_finite()) {
+                    return Err(ModelError::NotPositive { quantity, time_s, value });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// All columns there are, with their names.
+    fn columns(&self) -> Vec<(&'static str, &[f64])> {
+        let mut columns: Vec<(&'static str, &[f64])> = vec![
+            ("time", &self.time_s),
+            ("airspeed", &self.airspeed_m_s),
+            ("alpha", &self.alpha_rad),
+            ("beta", &self.beta_rad),
+            ("air density", &self.density_kg_m3),
+        ];
+        for (name, column) in ["p", "q", "r"].into_iter().zip(&self.rates_rad_s) {
+            columns.push((name, column));
+        }
+        for (name, column) in ["ax", "ay", "az"].into_iter().zip(&self.specific_force_m_s2) {
+            columns.push((name, column));
+        }
+        for (name, column) in
+            ["p_dot", "q_dot", "r_dot"].into_iter().zip(self.angular_acceleration_rad_s2.iter().flatten())
+        {
+            columns.push((name, column));
+        }
+        columns.extend(self.controls.iter().map(|(role, column)| (role.name(), column.as_slice())));
+        columns.extend(self.engines.iter().map(|engine| ("thrust", engine.thrust_n.as_slice())));
+        for (name, column) in
+            [("dpt/q", &self.propeller_pressure), ("altitude", &self.altitude_m), ("Mach number", &self.mach)]
+        {
+            if let Some(column) = column {
+                columns.push((name, column));
+            }
+        }
+        columns
+    }
+}

@@ -1,0 +1,240 @@
+//! What one window offers to the aerodynamic model, and how it is to be read.
+
+use std::collections::BTreeMap;
+
+use crate::prep::Differentiation;
+use crate::quantity::Role;
+
+/// A point of the aircraft.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Position {
+    /// Body axes from the centre of gravity, m: it moves with the centre of gravity.
+    BodyFromCg([f64; 3]),
+    /// Datum axes (x aft, y right, z up), m: fixed to the aircraft.
+    Datum([f64; 3]),
+}
+
+impl Position {
+    /// Body axes from the centre of gravity `cg_datum_m`, m: `x = -(x - x_cg)`, `y = y - y_cg`, `z = -(z - z_cg)`.
+    pub fn body_from_cg_m(self, cg_datum_m: [f64; 3]) -> [f64; 3] {
+        match self {
+            Self::BodyFromCg(position) => position,
+            Self::Datum([x, y, z]) => [cg_datum_m[0] - x, y - cg_datum_m[1], cg_datum_m[2] - z],
+        }
+    }
+}
+
+/// Mass, inertia about the centre of gravity in body axes, and the centre of gravity itself.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Inertia {
+    /// Mass, kg.
+    pub mass_kg: f64,
+    /// Moment of inertia about body x, kg m².
+    pub ixx_kg_m2: f64,
+    /// Moment of inertia about body y, kg m².
+    pub iyy_kg_m2: f64,
+    /// Moment of inertia about body z, kg m².
+    pub izz_kg_m2: f64,
+    /// Product of inertia, integral of x z dm, kg m².
+    pub ixz_kg_m2: f64,
+    /// Centre of gravity in datum axes, m; used only with positions given in datum axes.
+    pub cg_datum_m: [f64; 3],
+}
+
+/// Mass properties over a window.
+#[derive(Clone, Debug, PartialEq)]
+pub enum InertiaHistory {
+    /// The same at every sample.
+    Constant(Inertia),
+    /// One per sample.
+    PerSample(Vec<Inertia>),
+}
+
+impl InertiaHistory {
+    /// Mass properties at `sample`.
+    pub fn at(&self, sample: usize) -> &Inertia {
+        match self {
+            Self::Constant(inertia) => inertia,
+            Self::PerSample(history) => &history[sample],
+        }
+    }
+}
+
+/// An engine as a force and a rotating mass.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Engine {
+    /// Thrust at each sample, N.
+    pub thrust_n: Vec<f64>,
+    /// A point of the line of action.
+    pub position: Position,
+    /// Unit vector of the thrust in body axes; `[1, 0, 0]` for no incidence.
+    pub direction_body: [f64; 3],
+    /// Inertia of everything that rotates with the propeller, kg m².
+    pub rotor_inertia_kg_m2: f64,
+    /// Rotational speed at each sample, rad/s, positive about body x (clockwise seen from behind); empty where unknown.
+    pub speed_rad_s: Vec<f64>,
+}
+
+/// Input columns over one window, all of the length of `time_s`; SI, body axes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AeroData {
+    /// Time, s, strictly increasing.
+    pub time_s: Vec<f64>,
+    /// True airspeed, m/s.
+    pub airspeed_m_s: Vec<f64>,
+    /// Angle of attack at the centre of gravity, rad.
+    pub alpha_rad: Vec<f64>,
+    /// Angle of sideslip at the centre of gravity, rad.
+    pub beta_rad: Vec<f64>,
+    /// Roll, pitch and yaw rate without bias, rad/s.
+    pub rates_rad_s: [Vec<f64>; 3],
+    /// Specific force at the centre of gravity without bias, m/s².
+    pub specific_force_m_s2: [Vec<f64>; 3],
+    /// Angular acceleration, rad/s²; `None` to differentiate the rates.
+    pub angular_acceleration_rad_s2: Option<[Vec<f64>; 3]>,
+    /// Air density, kg/m³.
+    pub density_kg_m3: Vec<f64>,
+    /// Deflections by role, rad.
+    pub controls: BTreeMap<Role, Vec<f64>>,
+    /// Mass properties.
+    pub inertia: InertiaHistory,
+    /// Engines; empty where thrust is unknown.
+    pub engines: Vec<Engine>,
+    /// Total-pressure rise through the propellers over dynamic pressure.
+    pub propeller_pressure: Option<Vec<f64>>,
+    /// Altitude, m.
+    pub altitude_m: Option<Vec<f64>>,
+    /// Mach number.
+    pub mach: Option<Vec<f64>>,
+}
+
+/// How a rate is made dimensionless with its reference length.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RateNormalisation {
+    /// Rate times length over twice the airspeed.
+    LengthOver2V,
+    /// Rate times length over the airspeed.
+    LengthOverV,
+    /// The rate itself, rad/s.
+    Dimensional,
+}
+
+impl RateNormalisation {
+    /// Factor from the rate to the variable, with the length in m and the airspeed in m/s.
+    pub fn factor(self, length_m: f64, airspeed_m_s: f64) -> f64 {
+        match self {
+            Self::LengthOver2V => length_m / (2.0 * airspeed_m_s),
+            Self::LengthOverV => length_m / airspeed_m_s,
+            Self::Dimensional => 1.0,
+        }
+    }
+}
+
+/// Reference lengths and area, and the normalisation of rates that goes with them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ReferenceGeometry {
+    /// Wing area, m².
+    pub area_m2: f64,
+    /// Reference length of `Cl`, `Cn` and of roll and yaw rate, m: the span, or the semispan where a source uses it.
+    pub span_m: f64,
+    /// Reference length of `Cm` and pitch rate, m.
+    pub chord_m: f64,
+    /// Normalisation of roll and yaw rate with `span_m`.
+    pub lateral_rates: RateNormalisation,
+    /// Normalisation of pitch rate with `chord_m`.
+    pub pitch_rate: RateNormalisation,
+    /// Normalisation of the rate of angle of attack with `chord_m`.
+    pub alpha_dot: RateNormalisation,
+    /// Normalisation of the rate of sideslip with `span_m`.
+    pub beta_dot: RateNormalisation,
+}
+
+impl ReferenceGeometry {
+    /// Reference geometry with the default normalisations `p b/2V`, `q c/V`, `r b/2V`, `alpha_dot c/V`, `beta_dot b/2V`.
+    pub fn new(area_m2: f64, span_m: f64, chord_m: f64) -> Self {
+        Self {
+            area_m2,
+            span_m,
+            chord_m,
+            lateral_rates: RateNormalisation::LengthOver2V,
+            pitch_rate: RateNormalisation::LengthOverV,
+            alpha_dot: RateNormalisation::LengthOverV,
+            beta_dot: RateNormalisation::LengthOver2V,
+        }
+    }
+}
+
+/// Axes of the moment coefficients and of the rates among the variables.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Axes {
+    /// Body axes.
+    Body,
+    /// Body axes turned about y by alpha: `L_s = L cos(alpha) + N sin(alpha)`, `N_s = N cos(alpha) - L sin(alpha)`.
+    Stability,
+}
+
+/// Whether thrust belongs to the coefficients.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ThrustTreatment {
+    /// Force and moment of the thrust stay inside the coefficients (thesis Eq. 3.23-3.24).
+    Included,
+    /// The force of the thrust is taken out, its moment stays.
+    ForceRemoved,
+    /// Force and moment are taken out: the coefficients are aerodynamic.
+    Removed,
+}
+
+/// Gyroscopic moment of the propellers, `M = r sum(h)`, `N = -q sum(h)` with `h = I_p omega` along body x.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Gyroscopic {
+    /// Not accounted for.
+    Ignored,
+    /// Each propeller with its sense of rotation: about zero for counter-rotating ones.
+    Signed,
+    /// All propellers as if they turned the same way, the printed form of thesis Eq. 3.24.
+    Summed,
+}
+
+/// What the deflection that acts does after the recorded one.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Lag {
+    /// Time constant of a first-order lag, s; zero for none.
+    pub time_constant_s: f64,
+    /// Pure delay, s; zero for none.
+    pub delay_s: f64,
+}
+
+/// How coefficients and variables are formed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CoefficientSettings {
+    /// Reference area, lengths and normalisation.
+    pub reference: ReferenceGeometry,
+    /// Point the moments are about; `None` for the centre of gravity.
+    pub moment_reference: Option<Position>,
+    /// Axes of moments and rates.
+    pub axes: Axes,
+    /// Thrust in or out.
+    pub thrust: ThrustTreatment,
+    /// Gyroscopic moment of the propellers.
+    pub gyroscopic: Gyroscopic,
+    /// Differentiation of rates (where no angular acceleration is given) and of flow angles.
+    pub differentiation: Differentiation,
+    /// Lag of each control; controls not named act at once.
+    pub control_lags: BTreeMap<Role, Lag>,
+}
+
+impl CoefficientSettings {
+    /// Settings of the thesis: moments about the centre of gravity in body axes, thrust included, gyroscopic moment
+    /// left out, differentiation by Eq. D.1.
+    pub fn new(reference: ReferenceGeometry) -> Self {
+        Self {
+            reference,
+            moment_reference: None,
+            axes: Axes::Body,
+            thrust: ThrustTreatment::Included,
+            gyroscopic: Gyroscopic::Ignored,
+            differentiation: Differentiation::Central4,
+            control_lags: BTreeMap::new(),
+        }
+    }
+}

@@ -1,0 +1,136 @@
+//! Variables of the model over one window, and the regressor matrix of a list of terms.
+
+use std::collections::BTreeMap;
+
+use nalgebra::DMatrix;
+
+use super::data::{AeroData, Axes, CoefficientSettings};
+use super::{ModelError, Term, Variable};
+use crate::prep::{delay, differentiate, first_order_lag};
+use crate::quantity::Role;
+
+/// Columns of the variables that one window offers, all of one length.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Variables {
+    /// Number of samples.
+    pub samples: usize,
+    /// Column of each variable there is.
+    pub columns: BTreeMap<Variable, Vec<f64>>,
+}
+
+impl Variables {
+    /// Column of `variable`, if the window has it.
+    pub fn get(&self, variable: Variable) -> Option<&[f64]> {
+        self.columns.get(&variable).map(Vec::as_slice)
+    }
+}
+
+/// Forms every variable the data allow: flow angles and their rates, rates without dimension, controls (after the lag
+/// the settings give them), propeller pressure, thrust coefficient `Tc = T / (q_dyn S)`, airspeed, altitude, Mach
+/// number. Normalisations are those of the reference geometry.
+///
+/// # Errors
+/// As for the coefficients, and a signal that cannot be differentiated or delayed.
+pub fn variables(data: &AeroData, settings: &CoefficientSettings) -> Result<Variables, ModelError> {
+    data.check()?;
+    let reference = &settings.reference;
+    let airspeed = &data.airspeed_m_s;
+    let mut columns = BTreeMap::new();
+    let scaled = |rate: &[f64], normalisation: super::RateNormalisation, length_m: f64| -> Vec<f64> {
+        rate.iter().zip(airspeed).map(|(rate, &speed)| rate * normalisation.factor(length_m, speed)).collect()
+    };
+    let derived = |values: &[f64], column: &str| {
+        differentiate(&data.time_s, values, settings.differentiation)
+            .map_err(|source| ModelError::Signal { column: column.to_owned(), source })
+    };
+
+    columns.insert(Variable::Alpha, data.alpha_rad.clone());
+    columns.insert(Variable::Beta, data.beta_rad.clone());
+    let alpha_dot = derived(&data.alpha_rad, "alpha")?;
+    columns.insert(Variable::AlphaDot, scaled(&alpha_dot, reference.alpha_dot, reference.chord_m));
+    let beta_dot = derived(&data.beta_rad, "beta")?;
+    columns.insert(Variable::BetaDot, scaled(&beta_dot, reference.beta_dot, reference.span_m));
+    let (roll, yaw) = roll_and_yaw(data, settings.axes);
+    columns.insert(Variable::RollRate, scaled(&roll, reference.lateral_rates, reference.span_m));
+    columns.insert(Variable::PitchRate, scaled(&data.rates_rad_s[1], reference.pitch_rate, reference.chord_m));
+    columns.insert(Variable::YawRate, scaled(&yaw, reference.lateral_rates, reference.span_m));
+    for (variable, role) in
+        [(Variable::Aileron, Role::Aileron), (Variable::Elevator, Role::Elevator), (Variable::Rudder, Role::Rudder)]
+    {
+        if let Some(deflection) = data.controls.get(&role) {
+            columns.insert(variable, lagged(data, settings, role, deflection)?);
+        }
+    }
+    columns.insert(Variable::Airspeed, airspeed.clone());
+    for (variable, column) in [
+        (Variable::PropellerPressure, &data.propeller_pressure),
+        (Variable::Altitude, &data.altitude_m),
+        (Variable::Mach, &data.mach),
+    ] {
+        if let Some(column) = column {
+            columns.insert(variable, column.clone());
+        }
+    }
+    if !data.engines.is_empty() {
+        columns.insert(Variable::ThrustCoefficient, thrust_coefficient(data, reference.area_m2));
+    }
+    Ok(Variables { samples: data.time_s.len(), columns })
+}
+
+/// Regressor matrix: one row per sample, one column per term, in the order of `terms`.
+///
+/// # Errors
+/// [`ModelError::MissingVariable`] for a term that needs a variable the window does not have.
+pub fn regressors(terms: &[Term], variables: &Variables) -> Result<DMatrix<f64>, ModelError> {
+    let mut matrix = DMatrix::from_element(variables.samples, terms.len(), 1.0);
+    for (term, mut column) in terms.iter().zip(matrix.column_iter_mut()) {
+        for &(variable, power) in term.factors() {
+            let values = variables.get(variable).ok_or_else(|| ModelError::MissingVariable {
+                term: term.to_string(),
+                variable: variable.name(),
+                available: variables.columns.keys().map(|variable| variable.name()).collect(),
+            })?;
+            for (product, value) in column.iter_mut().zip(values) {
+                *product *= value.powi(power);
+            }
+        }
+    }
+    Ok(matrix)
+}
+
+/// Roll and yaw rate in the axes of the moments, rad/s.
+fn roll_and_yaw(data: &AeroData, axes: Axes) -> (Vec<f64>, Vec<f64>) {
+    let [p, _, r] = &data.rates_rad_s;
+    match axes {
+        Axes::Body => (p.clone(), r.clone()),
+        Axes::Stability => p
+            .iter()
+            .zip(r)
+            .zip(&data.alpha_rad)
+            .map(|((p, r), alpha)| (p * alpha.cos() + r * alpha.sin(), r * alpha.cos() - p * alpha.sin()))
+            .unzip(),
+    }
+}
+
+/// Deflection after the delay and lag of its control.
+fn lagged(
+    data: &AeroData,
+    settings: &CoefficientSettings,
+    role: Role,
+    deflection: &[f64],
+) -> Result<Vec<f64>, ModelError> {
+    let Some(lag) = settings.control_lags.get(&role) else { return Ok(deflection.to_vec()) };
+    delay(&data.time_s, deflection, lag.delay_s)
+        .and_then(|delayed| first_order_lag(&data.time_s, &delayed, lag.time_constant_s))
+        .map_err(|source| ModelError::Signal { column: role.name().to_owned(), source })
+}
+
+/// Thrust of all engines over dynamic pressure and reference area.
+fn thrust_coefficient(data: &AeroData, area_m2: f64) -> Vec<f64> {
+    (0..data.time_s.len())
+        .map(|k| {
+            let thrust: f64 = data.engines.iter().map(|engine| engine.thrust_n[k]).sum();
+            thrust / (0.5 * data.density_kg_m3[k] * data.airspeed_m_s[k].powi(2) * area_m2)
+        })
+        .collect()
+}
