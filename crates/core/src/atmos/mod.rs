@@ -1,1 +1,7 @@
-//! International Standard Atmosphere.
+//! International Standard Atmosphere and gravity.
+
+mod gravity;
+mod isa;
+
+pub use gravity::{GravityError, STANDARD_GRAVITY_M_S2, gravity_m_s2};
+pub use isa::{Atmosphere, AtmosphereError, GAS_CONSTANT_AIR_J_KG_K, HEAT_CAPACITY_RATIO_AIR, density_kg_m3};

@@ -1,0 +1,46 @@
+//! Statistical mass and inertia of comparable aircraft, beside which an aircraft's own are held.
+
+use super::tensor::InertiaTensor;
+
+/// Mass of a component group as a fraction of maximum take-off mass (thesis Tables 5.10-5.11).
+#[derive(Clone, Debug, PartialEq)]
+pub struct ComponentFraction {
+    /// Component group.
+    pub name: String,
+    /// Mean over comparable aircraft.
+    pub mean: f64,
+    /// Standard deviation over comparable aircraft.
+    pub deviation: f64,
+    /// Fraction by each class II method that applies: name and value.
+    pub methods: Vec<(String, f64)>,
+    /// Mass given to the group in this aircraft, kg.
+    pub attributed_kg: f64,
+}
+
+/// Radii of gyration without dimension, with the lengths they belong to (thesis Eq. 5.11, Table 5.13).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GyrationRadii {
+    /// `2 R_x / b`.
+    pub x: f64,
+    /// `2 R_y / l`.
+    pub y: f64,
+    /// `2 R_z / e`, `e = (b + l) / 2`.
+    pub z: f64,
+    /// Length of the aircraft l, m.
+    pub length_m: f64,
+}
+
+impl GyrationRadii {
+    /// Class I estimate of the moments of inertia about the centre of gravity for a mass (kg) and a span (m).
+    ///
+    /// `Ixx = (r_x b/2)^2 m`, `Iyy = (r_y l/2)^2 m`, `Izz = (r_z (b + l)/4)^2 m`; no products. Source: Roskam, Airplane
+    /// Design V; thesis Eq. 5.11.
+    pub fn inertia(&self, mass_kg: f64, span_m: f64) -> InertiaTensor {
+        let moment = |radius: f64, length_m: f64| mass_kg * (radius * length_m / 2.0).powi(2);
+        InertiaTensor::diagonal(
+            moment(self.x, span_m),
+            moment(self.y, self.length_m),
+            moment(self.z, (span_m + self.length_m) / 2.0),
+        )
+    }
+}
