@@ -1,1 +1,3 @@
 //! Recordings and data files: probe -> plan -> read.
+
+pub mod propulsion_maps;

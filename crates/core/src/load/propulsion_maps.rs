@@ -1,0 +1,386 @@
+//! Engine charts, propeller maps and the propulsion section of an aircraft file.
+//!
+//! Charts and maps are TOML in the units their manufacturers print (rpm, inHg, ft, hp); everything behind this file is
+//! SI. Each file starts with its `format` and `version`; unknown keys are refused with their line.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+use thiserror::Error;
+
+use crate::propulsion::{
+    Engine, EngineChart, EngineChartData, EngineModel, Powerplant, PropellerMap, PropellerMapData, PropellerMapTable,
+    Rotation, TableError,
+};
+
+/// Format name of an engine chart.
+const CHART_FORMAT: &str = "doublet engine chart";
+/// Format name of a propeller map.
+const MAP_FORMAT: &str = "doublet propeller map";
+/// Version of both formats this program writes and reads.
+const VERSION: i64 = 1;
+
+/// Angular speed of one revolution per minute, rad/s.
+const RAD_S_PER_RPM: f64 = std::f64::consts::TAU / 60.0;
+/// Pressure of one inch of mercury at 0 degC, Pa (NIST SP 811).
+const PA_PER_IN_HG: f64 = 3386.389;
+/// Length of one foot, m.
+const M_PER_FT: f64 = 0.3048;
+/// Power of one horsepower of 550 ft lbf/s, W (NIST SP 811).
+const W_PER_HP: f64 = 745.699_871_582_270_2;
+/// Height of one flight level, m.
+const M_PER_FLIGHT_LEVEL: f64 = 30.48;
+
+/// A chart, map or propulsion section that cannot be used.
+#[derive(Debug, Error)]
+pub enum MapError {
+    /// The file cannot be read.
+    #[error("{}: {source}", path.display())]
+    Read {
+        /// File.
+        path: PathBuf,
+        /// Reason.
+        source: std::io::Error,
+    },
+    /// The text is not the TOML this format asks for.
+    #[error("{}, line {line}: {message}", path.display())]
+    Syntax {
+        /// File.
+        path: PathBuf,
+        /// Line, counted from 1.
+        line: usize,
+        /// Reason.
+        message: String,
+    },
+    /// The file says it is something else.
+    #[error("{}: format is '{found}', expected '{expected}'", path.display())]
+    Format {
+        /// File.
+        path: PathBuf,
+        /// Format found.
+        found: String,
+        /// Format expected.
+        expected: &'static str,
+    },
+    /// The file was made for another version.
+    #[error("{}: version {found} of the format, this program reads version {VERSION}", path.display())]
+    Version {
+        /// File.
+        path: PathBuf,
+        /// Version found.
+        found: i64,
+    },
+    /// The tables do not fit together.
+    #[error("{}: {source}", path.display())]
+    Table {
+        /// File.
+        path: PathBuf,
+        /// Reason.
+        source: TableError,
+    },
+    /// A field of the propulsion section is not allowed.
+    #[error("propulsion.engine[{index}] '{name}': {field} is {value}, allowed is {allowed}")]
+    Field {
+        /// Position in the list of engines, from 0.
+        index: usize,
+        /// Name of the engine.
+        name: String,
+        /// Field.
+        field: &'static str,
+        /// Value found.
+        value: f64,
+        /// Range in words.
+        allowed: &'static str,
+    },
+    /// An engine with a chart but no propeller map, or the reverse.
+    #[error("propulsion.engine[{index}] '{name}' has no {missing}: give both chart and propeller, or neither")]
+    Incomplete {
+        /// Position in the list of engines, from 0.
+        index: usize,
+        /// Name of the engine.
+        name: String,
+        /// Missing file.
+        missing: &'static str,
+    },
+}
+
+/// First keys of every file, read before the rest.
+#[derive(Deserialize)]
+struct Header {
+    format: String,
+    version: i64,
+}
+
+/// An engine chart as written.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ChartFile {
+    #[serde(rename = "format")]
+    _format: String,
+    #[serde(rename = "version")]
+    _version: i64,
+    engine: String,
+    origin: String,
+    speed_rpm: Vec<f64>,
+    sea_level: SeaLevelChart,
+    full_throttle: FullThrottleChart,
+}
+
+/// Sea-level chart: one row of powers per speed.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+#[expect(non_snake_case, reason = "keys carry unit symbols")]
+struct SeaLevelChart {
+    manifold_pressure_inHg: Vec<f64>,
+    power_hp: Vec<Vec<f64>>,
+}
+
+/// Full-throttle lines: one row per speed.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+#[expect(non_snake_case, reason = "keys carry unit symbols")]
+struct FullThrottleChart {
+    altitude_ft: Vec<f64>,
+    manifold_pressure_inHg: Vec<Vec<f64>>,
+    power_hp: Vec<Vec<f64>>,
+}
+
+/// A propeller map as written.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct MapFile {
+    #[serde(rename = "format")]
+    _format: String,
+    #[serde(rename = "version")]
+    _version: i64,
+    propeller: String,
+    origin: String,
+    diameter_m: f64,
+    effective_area_m2: f64,
+    flight_level: Vec<f64>,
+    speed_rpm: Vec<f64>,
+    advance_ratio: Vec<f64>,
+    power_coefficient: Vec<f64>,
+    map: Vec<MapTable>,
+}
+
+/// One map: rows are power coefficients, columns advance ratios.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct MapTable {
+    flight_level: f64,
+    speed_rpm: f64,
+    efficiency: Vec<Vec<f64>>,
+    thrust_coefficient: Vec<Vec<f64>>,
+}
+
+/// Section `[propulsion]` of an aircraft file.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PropulsionSection {
+    /// Engines, in the order of the recorded roles (1 left or front, 2 right or rear).
+    #[serde(default)]
+    pub engine: Vec<EngineSection>,
+}
+
+/// One `[[propulsion.engine]]` of an aircraft file.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct EngineSection {
+    /// Name, for example `front`.
+    pub name: String,
+    /// Engine chart, a file name in the propulsion folder; absent for an engine whose thrust is recorded.
+    pub chart: Option<String>,
+    /// Propeller map, a file name in the propulsion folder.
+    pub propeller: Option<String>,
+    /// Point the thrust acts at, datum axes, m.
+    pub position_datum_m: [f64; 3],
+    /// Incidence of the thrust line, positive when it points up ahead, deg.
+    #[serde(default)]
+    pub incidence_deg: f64,
+    /// Sense of rotation seen from behind, looking forward.
+    #[serde(default)]
+    pub rotation: RotationName,
+    /// Moment of inertia of everything turning with the crankshaft about its axis, kg m².
+    #[serde(default)]
+    pub rotor_inertia_kg_m2: f64,
+}
+
+/// Sense of rotation as written in files.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum RotationName {
+    /// Clockwise seen from behind.
+    #[default]
+    Clockwise,
+    /// Counter-clockwise seen from behind.
+    CounterClockwise,
+}
+
+/// Reads an engine chart from `path`.
+///
+/// # Errors
+/// [`MapError`] naming the file and, for syntax, the line.
+pub fn read_engine_chart(path: &Path) -> Result<EngineChart, MapError> {
+    parse_engine_chart(&read_text(path)?, path)
+}
+
+/// Reads a propeller map from `path`.
+///
+/// # Errors
+/// [`MapError`] naming the file and, for syntax, the line.
+pub fn read_propeller_map(path: &Path) -> Result<PropellerMap, MapError> {
+    parse_propeller_map(&read_text(path)?, path)
+}
+
+/// An engine chart from its text; `path` serves messages only.
+///
+/// # Errors
+/// [`MapError`] naming `path` and, for syntax, the line.
+pub fn parse_engine_chart(text: &str, path: &Path) -> Result<EngineChart, MapError> {
+    let file: ChartFile = parse(text, path, CHART_FORMAT)?;
+    let data = EngineChartData {
+        name: file.engine,
+        origin: file.origin,
+        speed_rad_s: scaled(&file.speed_rpm, RAD_S_PER_RPM),
+        manifold_pressure_pa: scaled(&file.sea_level.manifold_pressure_inHg, PA_PER_IN_HG),
+        sea_level_power_w: scaled_rows(&file.sea_level.power_hp, W_PER_HP),
+        altitude_m: scaled(&file.full_throttle.altitude_ft, M_PER_FT),
+        full_throttle_pressure_pa: scaled_rows(&file.full_throttle.manifold_pressure_inHg, PA_PER_IN_HG),
+        full_throttle_power_w: scaled_rows(&file.full_throttle.power_hp, W_PER_HP),
+    };
+    EngineChart::new(data).map_err(|source| MapError::Table { path: path.to_owned(), source })
+}
+
+/// A propeller map from its text; `path` serves messages only.
+///
+/// # Errors
+/// [`MapError`] naming `path` and, for syntax, the line.
+pub fn parse_propeller_map(text: &str, path: &Path) -> Result<PropellerMap, MapError> {
+    let file: MapFile = parse(text, path, MAP_FORMAT)?;
+    let table = |map: MapTable| PropellerMapTable {
+        flight_level_m: map.flight_level * M_PER_FLIGHT_LEVEL,
+        speed_rad_s: map.speed_rpm * RAD_S_PER_RPM,
+        efficiency: map.efficiency,
+        thrust_coefficient: map.thrust_coefficient,
+    };
+    let data = PropellerMapData {
+        name: file.propeller,
+        origin: file.origin,
+        diameter_m: file.diameter_m,
+        effective_area_m2: file.effective_area_m2,
+        flight_level_m: scaled(&file.flight_level, M_PER_FLIGHT_LEVEL),
+        speed_rad_s: scaled(&file.speed_rpm, RAD_S_PER_RPM),
+        advance_ratio: file.advance_ratio,
+        power_coefficient: file.power_coefficient,
+        tables: file.map.into_iter().map(table).collect(),
+    };
+    PropellerMap::new(data).map_err(|source| MapError::Table { path: path.to_owned(), source })
+}
+
+impl PropulsionSection {
+    /// The powerplant this section describes; charts and maps are read from `folder`, each file once.
+    ///
+    /// # Errors
+    /// [`MapError`] for a field outside its range, an engine with only one of chart and propeller, or a bad file.
+    pub fn powerplant(&self, folder: &Path) -> Result<Powerplant, MapError> {
+        let mut charts: BTreeMap<&str, Arc<EngineChart>> = BTreeMap::new();
+        let mut propellers: BTreeMap<&str, Arc<PropellerMap>> = BTreeMap::new();
+        let mut engines = Vec::with_capacity(self.engine.len());
+        for (index, section) in self.engine.iter().enumerate() {
+            section.check(index)?;
+            let model = match (&section.chart, &section.propeller) {
+                (Some(chart), Some(propeller)) => Some(EngineModel {
+                    chart: once(&mut charts, chart, |file| read_engine_chart(&folder.join(file)))?,
+                    propeller: once(&mut propellers, propeller, |file| read_propeller_map(&folder.join(file)))?,
+                }),
+                (None, None) => None,
+                (chart, _) => {
+                    let missing = if chart.is_none() { "chart" } else { "propeller" };
+                    return Err(MapError::Incomplete { index, name: section.name.clone(), missing });
+                }
+            };
+            engines.push(Engine {
+                name: section.name.clone(),
+                position_datum_m: section.position_datum_m,
+                incidence_rad: section.incidence_deg.to_radians(),
+                rotation: match section.rotation {
+                    RotationName::Clockwise => Rotation::Clockwise,
+                    RotationName::CounterClockwise => Rotation::CounterClockwise,
+                },
+                rotor_inertia_kg_m2: section.rotor_inertia_kg_m2,
+                model,
+            });
+        }
+        Ok(Powerplant { engines })
+    }
+}
+
+impl EngineSection {
+    /// Checks the numbers of this engine.
+    fn check(&self, index: usize) -> Result<(), MapError> {
+        let [x, y, z] = self.position_datum_m;
+        let inertia = self.rotor_inertia_kg_m2;
+        for (field, value, good, allowed) in [
+            ("position_datum_m x", x, x.is_finite(), "a finite number"),
+            ("position_datum_m y", y, y.is_finite(), "a finite number"),
+            ("position_datum_m z", z, z.is_finite(), "a finite number"),
+            ("incidence_deg", self.incidence_deg, self.incidence_deg.abs() <= 90.0, "-90 to 90"),
+            ("rotor_inertia_kg_m2", inertia, inertia.is_finite() && inertia >= 0.0, "0 or more"),
+        ] {
+            if !good {
+                return Err(MapError::Field { index, name: self.name.clone(), field, value, allowed });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The value of `key`, made by `read` the first time.
+fn once<'a, T>(
+    known: &mut BTreeMap<&'a str, Arc<T>>,
+    key: &'a str,
+    read: impl FnOnce(&str) -> Result<T, MapError>,
+) -> Result<Arc<T>, MapError> {
+    if let Some(value) = known.get(key) {
+        return Ok(Arc::clone(value));
+    }
+    let value = Arc::new(read(key)?);
+    known.insert(key, Arc::clone(&value));
+    Ok(value)
+}
+
+/// The text of `path`.
+fn read_text(path: &Path) -> Result<String, MapError> {
+    std::fs::read_to_string(path).map_err(|source| MapError::Read { path: path.to_owned(), source })
+}
+
+/// Checks format and version, then reads the rest.
+fn parse<T: DeserializeOwned>(text: &str, path: &Path, expected: &'static str) -> Result<T, MapError> {
+    let syntax = |error: toml::de::Error| MapError::Syntax {
+        path: path.to_owned(),
+        line: error.span().map_or(1, |span| 1 + text[..span.start.min(text.len())].matches('\n').count()),
+        message: error.message().lines().collect::<Vec<_>>().join("; "),
+    };
+    let header: Header = toml::from_str(text).map_err(syntax)?;
+    if header.format != expected {
+        return Err(MapError::Format { path: path.to_owned(), found: header.format, expected });
+    }
+    if header.version != VERSION {
+        return Err(MapError::Version { path: path.to_owned(), found: header.version });
+    }
+    toml::from_str(text).map_err(syntax)
+}
+
+/// `values` times `factor`.
+fn scaled(values: &[f64], factor: f64) -> Vec<f64> {
+    values.iter().map(|value| value * factor).collect()
+}
+
+/// `rows` times `factor`.
+fn scaled_rows(rows: &[Vec<f64>], factor: f64) -> Vec<Vec<f64>> {
+    rows.iter().map(|row| scaled(row, factor)).collect()
+}
