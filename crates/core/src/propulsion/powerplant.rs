@@ -8,6 +8,8 @@ use thiserror::Error;
 use super::chart::EngineChart;
 use super::off_range::{MapVariable, OffRange, OffRanges};
 use super::propeller::PropellerMap;
+use crate::airframe::EngineStation;
+use crate::airframe::frames::body_from_datum;
 
 /// Sense of rotation of a rotor seen from behind, looking forward.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -252,12 +254,8 @@ impl EngineColumns<'_> {
 /// One engine on an aircraft.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Engine {
-    /// Name, for example `front`.
-    pub name: String,
-    /// Point the thrust acts at (propeller hub, nozzle), datum axes, m.
-    pub position_datum_m: [f64; 3],
-    /// Incidence of the thrust line to body x, positive when it points up ahead, rad.
-    pub incidence_rad: f64,
+    /// Name, point of action and incidence of the thrust line.
+    pub station: EngineStation,
     /// Sense of rotation of the rotor.
     pub rotation: Rotation,
     /// Moment of inertia of everything that turns with the crankshaft about its axis, kg m².
@@ -269,7 +267,7 @@ pub struct Engine {
 impl Engine {
     /// Unit vector of the thrust in body axes: `(cos i, 0, -sin i)`.
     pub fn thrust_direction_body(&self) -> Vector3<f64> {
-        Vector3::new(self.incidence_rad.cos(), 0.0, -self.incidence_rad.sin())
+        Vector3::new(self.station.incidence_rad.cos(), 0.0, -self.station.incidence_rad.sin())
     }
 }
 
@@ -284,18 +282,13 @@ impl Powerplant {
     /// Force and moment of the engines' thrust in body axes about the centre of gravity, N and N m.
     ///
     /// `F = sum T_i d_i`, `M = sum r_i x T_i d_i` with `r = (-(x - x_cg), y - y_cg, -(z - z_cg))` from datum axes.
-    /// `thrust_n` in the order of the engines, missing entries count as zero; `cg_datum_m` in datum axes. Thesis
+    /// `thrust_n` in the order of the engines, missing entries count as zero; `cg_from_datum_m` in datum axes. Thesis
     /// Eq. A.15 is the special case of engines in the plane of symmetry without incidence.
-    pub fn force_and_moment_body(&self, thrust_n: &[f64], cg_datum_m: [f64; 3]) -> (Vector3<f64>, Vector3<f64>) {
+    pub fn force_and_moment_body(&self, thrust_n: &[f64], cg_from_datum_m: [f64; 3]) -> (Vector3<f64>, Vector3<f64>) {
         let mut force = Vector3::zeros();
         let mut moment = Vector3::zeros();
         for (engine, &thrust) in self.engines.iter().zip(thrust_n) {
-            let position = engine.position_datum_m;
-            let arm = Vector3::new(
-                -(position[0] - cg_datum_m[0]),
-                position[1] - cg_datum_m[1],
-                -(position[2] - cg_datum_m[2]),
-            );
+            let arm = Vector3::from(body_from_datum(engine.station.position_from_datum_m, cg_from_datum_m));
             let engine_force = thrust * engine.thrust_direction_body();
             force += engine_force;
             moment += arm.cross(&engine_force);
@@ -337,9 +330,7 @@ mod tests {
 
     fn engine(x_m: f64, z_m: f64, rotation: Rotation) -> Engine {
         Engine {
-            name: String::new(),
-            position_datum_m: [x_m, 0.0, z_m],
-            incidence_rad: 0.0,
+            station: EngineStation { name: String::new(), position_from_datum_m: [x_m, 0.0, z_m], incidence_rad: 0.0 },
             rotation,
             rotor_inertia_kg_m2: 7.7,
             model: None,
@@ -364,8 +355,8 @@ mod tests {
     fn incidence_turns_thrust_up_and_an_outboard_engine_yaws() {
         let mut powerplant = skymaster();
         powerplant.engines.truncate(1);
-        powerplant.engines[0].incidence_rad = 0.1;
-        powerplant.engines[0].position_datum_m = [3.53, 2.0, 1.68];
+        powerplant.engines[0].station.incidence_rad = 0.1;
+        powerplant.engines[0].station.position_from_datum_m = [3.53, 2.0, 1.68];
         let (force, moment) = powerplant.force_and_moment_body(&[1000.0], [3.53, 0.0, 1.68]);
         assert!((force - Vector3::new(1000.0 * 0.1_f64.cos(), 0.0, -1000.0 * 0.1_f64.sin())).norm() < TOLERANCE_N_M);
         // An engine on the right pulls the nose left and, pointing up, lifts the right wing.

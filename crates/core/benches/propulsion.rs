@@ -1,0 +1,64 @@
+//! Engine model over a whole flight.
+
+use std::hint::black_box;
+use std::path::PathBuf;
+
+use doublet_core::airframe::EngineStation;
+use doublet_core::load::propulsion_maps::{EngineSection, PropulsionSection, RotationName};
+use doublet_core::propulsion::{EngineColumns, Powerplant};
+
+fn main() {
+    divan::main();
+}
+
+/// 90 minutes at 2 Hz.
+const SAMPLES: usize = 10_800;
+
+/// Two engines with the shipped chart and map.
+fn powerplant() -> Powerplant {
+    let names = ["front", "rear"];
+    let entry = |name: &str| EngineSection {
+        name: name.to_owned(),
+        chart: Some("io360_chart.toml".to_owned()),
+        propeller: Some("mtv12_propeller.toml".to_owned()),
+        rotation: RotationName::Clockwise,
+        rotor_inertia_kg_m2: 7.7,
+    };
+    let station =
+        |name: &str| EngineStation { name: name.to_owned(), position_from_datum_m: [0.0; 3], incidence_rad: 0.0 };
+    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../assets/propulsion");
+    PropulsionSection { engine: names.map(entry).into() }.powerplant(&names.map(station), &folder).unwrap_or_default()
+}
+
+/// `middle` with a slow swing of `amplitude` over the flight.
+fn column(middle: f64, amplitude: f64) -> Vec<f64> {
+    (0..SAMPLES).map(|k| middle + amplitude * (0.01 * k as f64).sin()).collect()
+}
+
+#[divan::bench]
+fn both_engines_10800samples(bencher: divan::Bencher) {
+    let powerplant = powerplant();
+    assert_eq!(powerplant.engines.iter().filter(|engine| engine.model.is_some()).count(), 2);
+    let columns = [
+        column(246.0, 60.0),
+        column(65_000.0, 25_000.0),
+        column(50.0, 35.0),
+        column(800.0, 900.0),
+        column(285.0, 8.0),
+        column(1.1, 0.1),
+    ];
+    let [speed, pressure, airspeed, altitude, temperature, density] = &columns;
+    bencher.bench(|| {
+        for engine in &powerplant.engines {
+            let columns = EngineColumns {
+                speed_rad_s: speed,
+                manifold_pressure_pa: pressure,
+                airspeed_m_s: airspeed,
+                pressure_altitude_m: altitude,
+                air_temperature_k: temperature,
+                density_kg_m3: density,
+            };
+            black_box(engine.model.as_ref().map(|model| model.history(&columns)));
+        }
+    });
+}

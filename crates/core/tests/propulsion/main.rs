@@ -1,0 +1,12 @@
+//! Engine chart, propeller map, powerplant, engine comparison and Digital DATCOM against published numbers.
+
+#![expect(clippy::unwrap_used, reason = "a test helper that fails is a failed test")]
+
+#[expect(clippy::print_stdout, reason = "says why a test is skipped")]
+#[path = "../common/shared.rs"]
+mod shared;
+
+mod comparison;
+mod maps;
+mod support;
+mod tables;
