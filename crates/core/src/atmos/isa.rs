@@ -120,7 +120,7 @@ impl Atmosphere {
     /// [`AtmosphereError`] outside -5000 to 11000 m.
     pub fn pressure_pa(&self, altitude_m: f64) -> Result<f64, AtmosphereError> {
         let ratio = self.temperature_k(altitude_m)? / self.sea_level_temperature_k;
-        Ok(self.sea_level_pressure_pa * ratio.powf(PRESSURE_EXPONENT))
+        Ok(self.sea_level_pressure_pa * libm::pow(ratio, PRESSURE_EXPONENT))
     }
 
     /// Density at `altitude_m`, kg/m³: `rho = p / (R T)`.
@@ -148,7 +148,7 @@ impl Atmosphere {
         let range = (self.pressure_pa(TROPOPAUSE_M)?, self.pressure_pa(LOWEST_M)?);
         let ratio = within("static pressure", pressure_pa, "Pa", range)? / self.sea_level_pressure_pa;
         let scale_m = self.sea_level_temperature_k / LAPSE_RATE_K_M;
-        Ok((scale_m * (1.0 - ratio.powf(1.0 / PRESSURE_EXPONENT))).clamp(LOWEST_M, TROPOPAUSE_M))
+        Ok((scale_m * (1.0 - libm::pow(ratio, 1.0 / PRESSURE_EXPONENT))).clamp(LOWEST_M, TROPOPAUSE_M))
     }
 }
 

@@ -1,0 +1,198 @@
+//! The aerodynamic truth: a set of derivatives and the coefficients it gives.
+
+use serde::Deserialize;
+
+use super::SimulateError;
+use crate::model::{Coefficient, Term, Variable};
+
+/// Number of variables a coefficient can depend on.
+const VARIABLES: usize = Variable::ALL.len();
+/// Most factors of one term.
+const MAX_FACTORS: usize = 4;
+
+/// Variables that steady and moving flight give without solving for accelerations.
+const USABLE: [Variable; 12] = [
+    Variable::Alpha,
+    Variable::Beta,
+    Variable::RollRate,
+    Variable::PitchRate,
+    Variable::YawRate,
+    Variable::Aileron,
+    Variable::Elevator,
+    Variable::Rudder,
+    Variable::ThrustCoefficient,
+    Variable::Airspeed,
+    Variable::Altitude,
+    Variable::Mach,
+];
+
+/// Values of all [`Variable`]s, in their order.
+pub type VariableValues = [f64; VARIABLES];
+
+/// One derivative of the truth.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Derivative {
+    /// Name in tables, for example `Cm_alpha`.
+    pub name: String,
+    /// Coefficient it belongs to.
+    pub coefficient: Coefficient,
+    /// Term it multiplies.
+    pub term: Term,
+    /// Value per unit of the term.
+    pub value: f64,
+    /// Value the thesis prints, where it prints one.
+    pub printed: Option<f64>,
+    /// Why the value differs from the printed one; empty where it does not.
+    pub reason: String,
+}
+
+/// Aerodynamic truth: body-axes coefficients as sums of derivative times term, without the thrust.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AeroModel {
+    derivatives: Vec<Derivative>,
+    compiled: Vec<Compiled>,
+}
+
+/// A derivative as the inner loop wants it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Compiled {
+    coefficient: usize,
+    value: f64,
+    factors: [(usize, i32); MAX_FACTORS],
+    count: usize,
+}
+
+/// A derivative as written in a truth file.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DerivativeEntry {
+    /// Coefficient, underscore, term.
+    name: String,
+    /// Value.
+    value: f64,
+    /// Value of the thesis.
+    printed: Option<f64>,
+    /// Reason of a change.
+    #[serde(default)]
+    reason: String,
+}
+
+impl AeroModel {
+    /// Reads the derivatives of a truth file.
+    ///
+    /// # Errors
+    /// [`SimulateError::BadDerivative`] and [`SimulateError::RepeatedDerivative`] with the name.
+    pub fn new(entries: Vec<DerivativeEntry>) -> Result<Self, SimulateError> {
+        let mut derivatives: Vec<Derivative> = Vec::with_capacity(entries.len());
+        for entry in entries {
+            let (coefficient, term) = parse_name(&entry.name)?;
+            let name = term.derivative_name(coefficient);
+            if derivatives.iter().any(|derivative| derivative.name == name) {
+                return Err(SimulateError::RepeatedDerivative { name });
+            }
+            let DerivativeEntry { value, printed, reason, .. } = entry;
+            derivatives.push(Derivative { name, coefficient, term, value, printed, reason });
+        }
+        let compiled = derivatives.iter().map(compile).collect();
+        Ok(Self { derivatives, compiled })
+    }
+
+    /// A truth without any aerodynamic force.
+    pub fn none() -> Self {
+        Self { derivatives: Vec::new(), compiled: Vec::new() }
+    }
+
+    /// Its derivatives, in the order of the file.
+    pub fn derivatives(&self) -> &[Derivative] {
+        &self.derivatives
+    }
+
+    /// Value of the derivative called `name`.
+    pub fn value(&self, name: &str) -> Option<f64> {
+        self.derivatives.iter().find(|derivative| derivative.name == name).map(|derivative| derivative.value)
+    }
+
+    /// Coefficients `CX CY CZ Cl Cm Cn` about the centre of gravity from the variables.
+    pub fn coefficients(&self, variables: &VariableValues) -> [f64; 6] {
+        let mut sums = [0.0; 6];
+        for derivative in &self.compiled {
+            let mut product = derivative.value;
+            for &(variable, power) in &derivative.factors[..derivative.count] {
+                for _ in 0..power {
+                    product *= variables[variable];
+                }
+            }
+            sums[derivative.coefficient] += product;
+        }
+        sums
+    }
+}
+
+/// Coefficient and term of a derivative name such as `Cm_alpha`, `CX_alpha^2` or `CX_0`.
+fn parse_name(name: &str) -> Result<(Coefficient, Term), SimulateError> {
+    let bad = |reason: String| SimulateError::BadDerivative { name: name.to_owned(), reason };
+    let (coefficient, term) = name.split_once('_').ok_or_else(|| bad("it has no underscore".into()))?;
+    let coefficient = Coefficient::from_name(coefficient)
+        .filter(|coefficient| Coefficient::ALL[..6].contains(coefficient))
+        .ok_or_else(|| bad(format!("'{coefficient}' is not a coefficient of body axes")))?;
+    let term = match term {
+        "0" => Term::constant(),
+        text => Term::parse(text).map_err(|error| bad(error.to_string()))?,
+    };
+    if term.factors().len() > MAX_FACTORS {
+        return Err(bad(format!("a term has at most {MAX_FACTORS} factors")));
+    }
+    for &(variable, power) in term.factors() {
+        if !USABLE.contains(&variable) || power < 0 {
+            return Err(bad(format!("the simulator has no {}^{power}", variable.name())));
+        }
+    }
+    Ok((coefficient, term))
+}
+
+/// The inner-loop form of a derivative whose name was checked.
+fn compile(derivative: &Derivative) -> Compiled {
+    let mut factors = [(0, 0); MAX_FACTORS];
+    for (slot, &(variable, power)) in factors.iter_mut().zip(derivative.term.factors()) {
+        *slot = (variable as usize, power);
+    }
+    Compiled {
+        coefficient: derivative.coefficient as usize,
+        value: derivative.value,
+        factors,
+        count: derivative.term.factors().len(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn entry(name: &str, value: f64) -> DerivativeEntry {
+        DerivativeEntry { name: name.into(), value, printed: None, reason: String::new() }
+    }
+
+    #[test]
+    fn coefficients_are_sums_of_derivative_times_term() {
+        let model = AeroModel::new(vec![entry("CX_0", 0.1), entry("CX_alpha^2", 3.0), entry("Cm_alpha*delta_e", 2.0)]);
+        let model = model.unwrap();
+        let mut variables = [0.0; VARIABLES];
+        variables[Variable::Alpha as usize] = 0.2;
+        variables[Variable::Elevator as usize] = -0.5;
+        let [cx, _, _, _, cm, _] = model.coefficients(&variables);
+        assert!((cx - (0.1 + 3.0 * 0.04)).abs() < f64::EPSILON && (cm + 0.2).abs() < f64::EPSILON);
+        assert_eq!(model.value("CX_alpha2"), Some(3.0));
+    }
+
+    #[test]
+    fn model_rejects_bad_names() {
+        for (name, part) in
+            [("Cm_alfa", "alfa"), ("Cmalpha", "no underscore"), ("CL_alpha", "'CL'"), ("Cm_alpha_dot", "alpha_dot")]
+        {
+            let message = AeroModel::new(vec![entry(name, 1.0)]).unwrap_err().to_string();
+            assert!(message.contains(name) && message.contains(part), "{message}");
+        }
+        let repeated = AeroModel::new(vec![entry("Cm_q", 1.0), entry("Cm_qc/V", 2.0)]).unwrap_err();
+        assert_eq!(repeated, SimulateError::RepeatedDerivative { name: "Cm_q".into() });
+    }
+}
