@@ -1,3 +1,31 @@
 //! Recordings and data files: probe -> plan -> read.
+//!
+//! [`probe()`] recognises a file or folder by its content and lists what it holds; [`inspect`] also counts the samples that
+//! are not finite. A [`ChannelMap`] says which channel plays which role; [`plan`] applies it and lists every problem;
+//! [`read`] gives the [`crate::series::Recording`] in SI. Nothing is repaired silently and nothing is allocated by a size
+//! that a file merely claims.
 
+mod clock;
+mod contents;
+mod error;
+mod hdf5;
+mod hdf5_decode;
+mod map;
+mod mat;
+mod mat_contents;
+mod plan;
 pub mod propulsion_maps;
+mod read;
+mod recognise;
+mod text;
+mod text_layout;
+mod ulog;
+mod utc;
+
+pub use clock::{Clock, Gap, TimeFault};
+pub use contents::{ChannelInfo, Format, Probe, Source};
+pub use error::LoadError;
+pub use map::{ChannelMap, Entry, FlatEarth, Term, TimeEntry, TimeOrigin};
+pub use plan::{Assignment, Plan, Problem, plan, plan_all};
+pub use read::{read, read_all};
+pub use recognise::{inspect, probe};

@@ -34,6 +34,10 @@ pub struct Recording {
     pub channels: Vec<Channel>,
     /// Index into `channels` of each role the channel map assigned.
     pub roles: BTreeMap<Role, usize>,
+    /// True histories of named states (`reconstruct::layout::State::name`), where a simulated recording carries them; SI.
+    pub truth: BTreeMap<String, Series>,
+    /// UTC at time zero of a source's clock, s since 1970-01-01, for each source that gives it.
+    pub utc_start_s: BTreeMap<String, f64>,
     /// Findings about data quality, one line each; they appear in the report.
     pub warnings: Vec<String>,
 }

@@ -1,0 +1,258 @@
+//! Time vectors: which channel is one, what rate it has, where it has gaps, and what is wrong with it.
+
+use std::fmt;
+
+use super::contents::Source;
+use crate::quantity::{Dimension, Unit};
+
+/// An interval counts as a gap when it is longer than this many median intervals, so when a sample is missing.
+const GAP_INTERVALS: f64 = 1.5;
+/// Most faults of one time vector that are listed one by one.
+const LISTED_FAULTS: usize = 5;
+
+/// A stretch without samples.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gap {
+    /// Last sample before it, s.
+    pub start_s: f64,
+    /// First sample after it, s.
+    pub end_s: f64,
+}
+
+/// A sample at which a time vector fails to increase.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum TimeFault {
+    /// Time goes back.
+    Backwards {
+        /// Index of the sample, from 0.
+        index: usize,
+        /// Latest time before it, s.
+        before_s: f64,
+        /// Its own time, s.
+        time_s: f64,
+    },
+    /// The sample has the stamp of the one before.
+    Repeated {
+        /// Index of the sample, from 0.
+        index: usize,
+        /// Its time, s.
+        time_s: f64,
+    },
+    /// The stamp is NaN or infinite.
+    NotFinite {
+        /// Index of the sample, from 0.
+        index: usize,
+    },
+}
+
+impl fmt::Display for TimeFault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Backwards { index, before_s, time_s } => {
+                write!(f, "goes back from {before_s} s to {time_s} s at index {index}")
+            }
+            Self::Repeated { index, time_s } => write!(f, "repeats the stamp {time_s} s at index {index}"),
+            Self::NotFinite { index } => write!(f, "is not finite at index {index}"),
+        }
+    }
+}
+
+/// A time vector and what it shows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Clock {
+    /// Channel it is in, or `start_time + sample_rate`.
+    pub channel: String,
+    /// Unit of that channel, `s` for a computed one.
+    pub unit: Unit,
+    /// Number of stamps.
+    pub samples: usize,
+    /// One over the median interval, Hz; zero with fewer than two samples.
+    pub rate_hz: f64,
+    /// Earliest stamp, s.
+    pub start_s: f64,
+    /// Latest stamp, s.
+    pub end_s: f64,
+    /// Intervals longer than one and a half median intervals.
+    pub gaps: Vec<Gap>,
+    /// The first samples at which time does not increase.
+    pub faults: Vec<TimeFault>,
+    /// How many such samples there are.
+    pub fault_count: usize,
+}
+
+impl Clock {
+    /// What the stamps `time_s` of `channel`, recorded in `unit`, show.
+    pub(super) fn examine(channel: &str, unit: Unit, time_s: &[f64]) -> Self {
+        let mut intervals = Vec::with_capacity(time_s.len());
+        let mut faults = Vec::new();
+        let mut fault_count = 0;
+        let mut latest = f64::NEG_INFINITY;
+        let mut earliest = f64::INFINITY;
+        let mut kept = Vec::with_capacity(time_s.len());
+        for (index, &time) in time_s.iter().enumerate() {
+            earliest = earliest.min(time);
+            match fault_at(index, time, latest) {
+                Some(fault) => {
+                    fault_count += 1;
+                    if faults.len() < LISTED_FAULTS {
+                        faults.push(fault);
+                    }
+                }
+                None => {
+                    if latest.is_finite() {
+                        intervals.push(time - latest);
+                    }
+                    kept.push(time);
+                    latest = time;
+                }
+            }
+        }
+        let median = median(&mut intervals);
+        let gaps = kept
+            .windows(2)
+            .filter(|pair| pair[1] - pair[0] > GAP_INTERVALS * median)
+            .map(|pair| Gap { start_s: pair[0], end_s: pair[1] })
+            .collect();
+        let rate_hz = if median > 0.0 { 1.0 / median } else { 0.0 };
+        let channel = channel.to_owned();
+        Self {
+            channel,
+            unit,
+            samples: time_s.len(),
+            rate_hz,
+            start_s: earliest,
+            end_s: latest,
+            gaps,
+            faults,
+            fault_count,
+        }
+    }
+}
+
+/// What is wrong with stamp `time` after `latest`, if anything.
+pub(super) fn fault_at(index: usize, time_s: f64, latest_s: f64) -> Option<TimeFault> {
+    if !time_s.is_finite() {
+        Some(TimeFault::NotFinite { index })
+    } else if time_s == latest_s {
+        Some(TimeFault::Repeated { index, time_s })
+    } else if time_s < latest_s {
+        Some(TimeFault::Backwards { index, before_s: latest_s, time_s })
+    } else {
+        None
+    }
+}
+
+/// Median of `values` (upper one of an even number), which are reordered; zero if there are none.
+fn median(values: &mut [f64]) -> f64 {
+    if values.is_empty() {
+        return 0.0;
+    }
+    let middle = values.len() / 2;
+    *values.select_nth_unstable_by(middle, f64::total_cmp).1
+}
+
+/// Names a time vector goes by, best first, with the unit a name implies.
+const TIME_NAMES: &[(&str, &str)] = &[
+    ("t", "s"),
+    ("time", "s"),
+    ("tt", "s"),
+    ("time_s", "s"),
+    ("t_s", "s"),
+    ("times", "s"),
+    ("time_vector", "s"),
+    ("timestamps", "s"),
+    ("elapsed", "s"),
+    ("elapsed_time", "s"),
+    ("time_ms", "ms"),
+    ("t_ms", "ms"),
+    ("time_us", "us"),
+    ("t_us", "us"),
+    ("timestamp_us", "us"),
+    ("time_ns", "ns"),
+    ("timestamp", "s"),
+    ("sec", "s"),
+    ("seconds", "s"),
+];
+
+/// Finds the time vectors of `source` by name and gives every channel the one of its length.
+///
+/// Without such a name the first column of a table counts when it increases strictly. Values still in the file are
+/// fetched through `fetch`; a channel that cannot be fetched is no clock.
+pub(super) fn find_clocks(source: &mut Source, mut fetch: impl FnMut(&mut Source, usize)) {
+    let mut candidates: Vec<(usize, usize, Unit)> = Vec::new();
+    for (index, channel) in source.channels.iter().enumerate() {
+        let name = channel.name.to_lowercase();
+        let Some(rank) = TIME_NAMES.iter().position(|(known, _)| *known == name) else { continue };
+        let recorded = channel.unit.as_deref().map(Unit::parse);
+        let unit = match recorded {
+            Some(Ok(unit)) if unit.dimension == Dimension::Time => Some(unit),
+            Some(_) => None,
+            None => Unit::parse(TIME_NAMES[rank].1).ok(),
+        };
+        if let (Some(unit), true) = (unit, channel.samples > 1) {
+            candidates.push((rank, index, unit));
+        }
+    }
+    candidates.sort_by_key(|&(rank, index, _)| (rank, index));
+    for (_, index, unit) in candidates {
+        let samples = source.channels[index].samples;
+        if source.clocks.iter().all(|clock| clock.samples != samples) {
+            fetch(source, index);
+            add_clock(source, index, unit);
+        }
+    }
+    if source.clocks.is_empty() {
+        let first = source.channels.iter().position(|channel| matches!(channel.column(), Some((_, 0))));
+        let increases = |values: &[f64]| values.len() > 2 && values.windows(2).all(|pair| pair[0] < pair[1]);
+        if let Some(index) = first {
+            fetch(source, index);
+            if increases(source.channels[index].values()) {
+                add_clock(source, index, Unit::si(Dimension::Time));
+            }
+        }
+    }
+    if let (Some(start), Some(rate)) = (source.start_time_s.or(Some(0.0)), source.sample_rate_hz) {
+        add_even_clocks(source, start, rate);
+    }
+    assign_clocks(source);
+}
+
+fn add_clock(source: &mut Source, index: usize, unit: Unit) {
+    let channel = &mut source.channels[index];
+    if channel.values().is_empty() {
+        return;
+    }
+    let time_s: Vec<f64> = channel.values().iter().map(|&value| unit.to_si(value)).collect();
+    channel.is_time = true;
+    source.clocks.push(Clock::examine(&channel.name, unit, &time_s));
+}
+
+/// Adds a computed clock for every length of channel that has none.
+pub(super) fn add_even_clocks(source: &mut Source, start_s: f64, rate_hz: f64) {
+    let lengths: std::collections::BTreeSet<usize> = source.channels.iter().map(|channel| channel.samples).collect();
+    for samples in lengths.into_iter().filter(|&samples| samples > 1) {
+        if source.clocks.iter().all(|clock| clock.samples != samples) {
+            source.clocks.push(Clock {
+                channel: EVEN.to_owned(),
+                unit: Unit::si(Dimension::Time),
+                samples,
+                rate_hz,
+                start_s,
+                end_s: start_s + (samples - 1) as f64 / rate_hz,
+                gaps: Vec::new(),
+                faults: Vec::new(),
+                fault_count: 0,
+            });
+        }
+    }
+}
+
+/// Name of a computed clock.
+pub(super) const EVEN: &str = "start_time + sample_rate";
+
+/// Points every channel to the clock of its length.
+pub(super) fn assign_clocks(source: &mut Source) {
+    for channel in &mut source.channels {
+        channel.clock = source.clocks.iter().position(|clock| clock.samples == channel.samples);
+    }
+}

@@ -1,0 +1,109 @@
+//! What can go wrong on the way in: one line each, naming file, channel and cure.
+
+use std::path::PathBuf;
+
+use thiserror::Error;
+
+use super::{Format, Problem, TimeFault};
+
+/// A recording or channel map could not be taken in.
+#[derive(Debug, Error)]
+pub enum LoadError {
+    /// The file or folder could not be opened or read.
+    #[error("{}: {cause}; check the path and the permissions", path.display())]
+    Open {
+        /// File or folder.
+        path: PathBuf,
+        /// What the operating system said.
+        cause: std::io::Error,
+    },
+    /// The file holds no bytes, or no numbers.
+    #[error("{}: there is nothing in it ({what}); check that the recorder or the copy finished", path.display())]
+    Empty {
+        /// File or folder.
+        path: PathBuf,
+        /// What was looked for.
+        what: &'static str,
+    },
+    /// The content belongs to no format that is read.
+    #[error("{}: not a recording ({reason}); give MAT, HDF5, CSV, text columns, ULog or a folder of CSV files", path.display())]
+    NotRecognised {
+        /// File.
+        path: PathBuf,
+        /// What gave it away.
+        reason: String,
+    },
+    /// The file ends before what it promises.
+    #[error("{}: {format} file cut off at byte {at}: {what} needs {needed} bytes, {left} are left; copy it again", path.display())]
+    Truncated {
+        /// File.
+        path: PathBuf,
+        /// Its format.
+        format: Format,
+        /// Offset into the file, or into its decompressed variable.
+        at: usize,
+        /// What was being read.
+        what: &'static str,
+        /// Bytes it needs.
+        needed: u64,
+        /// Bytes there are.
+        left: u64,
+    },
+    /// The content contradicts its format.
+    #[error("{}: damaged {format} file, {what}; copy it again or export it anew", path.display())]
+    Damaged {
+        /// File.
+        path: PathBuf,
+        /// Its format.
+        format: Format,
+        /// What is wrong and where.
+        what: String,
+    },
+    /// The content is valid but of a kind that is not read.
+    #[error("{}: {what} is not read; {cure}", path.display())]
+    Unsupported {
+        /// File.
+        path: PathBuf,
+        /// What was met.
+        what: String,
+        /// What to do instead.
+        cure: &'static str,
+    },
+    /// The time vector of a source is not strictly increasing.
+    #[error("{}: time channel '{channel}' of source '{source_name}' {fault}; {TIME_CURE}", path.display())]
+    Time {
+        /// File.
+        path: PathBuf,
+        /// Source the time belongs to.
+        source_name: String,
+        /// Time channel.
+        channel: String,
+        /// What is wrong, with index and time.
+        fault: TimeFault,
+    },
+    /// A channel map could not be understood.
+    #[error("channel map{}, line {line}: {what}", path.as_ref().map(|path| format!(" {}", path.display())).unwrap_or_default())]
+    Map {
+        /// File, when it was read from one.
+        path: Option<PathBuf>,
+        /// Line, from 1.
+        line: usize,
+        /// What is wrong and what would be right.
+        what: String,
+    },
+    /// The plan has problems that make reading pointless.
+    #[error("{}", join(problems))]
+    Plan {
+        /// Every problem, errors and warnings.
+        problems: Vec<Problem>,
+    },
+}
+
+/// What to do about a time vector that does not increase.
+const TIME_CURE: &str =
+    "set repair = \"drop\" in the map's [[time]] entry to leave such samples out, or give start_time and sample_rate";
+
+fn join(problems: &[Problem]) -> String {
+    let errors: Vec<String> = problems.iter().filter(|problem| problem.is_error).map(ToString::to_string).collect();
+    errors.join(" | ")
+}

@@ -1,0 +1,353 @@
+//! HDF5 files, MATLAB v7.3 among them: a source per group, read with bounds.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+
+use hdf5_reader::group::Group;
+use hdf5_reader::{Attribute, Dataset, Datatype, Hdf5File, OpenOptions};
+
+use super::LoadError;
+use super::clock::{assign_clocks, find_clocks};
+use super::contents::{ChannelInfo, Data, Format, Probe, Source};
+use super::hdf5_decode::{Layout, layout, read};
+use super::recognise::{finish, stem};
+
+/// Deepest nesting of groups that is followed.
+const MAX_DEPTH: usize = 32;
+/// Most that deflate can expand data (zlib technical note: 1032:1), with room for headers; a data set that claims more than the
+/// file could hold is refused.
+const MAX_EXPANSION: u64 = 1100;
+/// Decoded chunks kept while a file is open, bytes.
+const CHUNK_CACHE_BYTES: usize = 8 << 20;
+/// Longest text kept as a note, characters.
+const MAX_NOTE: usize = 4096;
+
+/// Place of a channel in the file.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Stored {
+    /// Path of the data set.
+    object: String,
+    /// Which of its columns.
+    column: usize,
+}
+
+/// Attribute names for a unit, a rate and a start, as met in flight-test files.
+const UNIT_NAMES: [&str; 4] = ["units", "unit", "Units", "Unit"];
+const RATE_NAMES: [&str; 5] = ["sample_rate", "sample_rate_hz", "sampling_rate", "rate_hz", "fs"];
+const START_NAMES: [&str; 3] = ["start_time", "start_time_s", "t0"];
+
+/// Lists the file from its headers and time vectors.
+pub(super) fn probe(path: &Path, format: Format) -> Result<Probe, LoadError> {
+    let file = open(path)?;
+    let fail = |error: hdf5_reader::error::Error| damaged(path, format, &error);
+    let mut walk = Walk {
+        path,
+        format,
+        limit: limit(path),
+        file: &file,
+        sources: Vec::new(),
+        warnings: Vec::new(),
+        seen: BTreeSet::new(),
+    };
+    let root = file.root_group().map_err(fail)?;
+    walk.group(&root, "", 0)?;
+    let Walk { mut sources, warnings, limit, .. } = walk;
+    sources.retain(|source| !source.channels.is_empty() || !source.notes.is_empty());
+    let mut failed = None;
+    for source in &mut sources {
+        find_clocks(source, |source, index| {
+            if let Err(error) = fetch(&file, path, format, limit, source, index) {
+                failed.get_or_insert(error);
+            }
+        });
+    }
+    if let Some(error) = failed {
+        return Err(error);
+    }
+    inherit_clocks(&mut sources);
+    let root_name = stem(path);
+    for source in sources.iter_mut().filter(|source| source.name.is_empty()) {
+        source.name.clone_from(&root_name);
+    }
+    finish(Probe { path: path.to_owned(), format, sources, warnings })
+}
+
+/// Reads every channel of `probe` that is still in its file; the file is closed again afterwards.
+pub(super) fn complete(probe: &mut Probe) -> Result<(), LoadError> {
+    let mut wanted: BTreeMap<String, Vec<(usize, usize, usize)>> = BTreeMap::new();
+    for (at, source) in probe.sources.iter().enumerate() {
+        for (index, channel) in source.channels.iter().enumerate() {
+            if let Data::Stored(stored) = &channel.data {
+                wanted.entry(stored.object.clone()).or_default().push((at, index, stored.column));
+            }
+        }
+    }
+    if wanted.is_empty() {
+        return Ok(());
+    }
+    let (path, format) = (probe.path.clone(), probe.format);
+    let (file, limit) = (open(&path)?, limit(&path));
+    for (object, places) in wanted {
+        let columns = load(&file, &path, format, limit, &object)?;
+        for (source, channel, column) in places {
+            let channel = &mut probe.sources[source].channels[channel];
+            match columns.get(column) {
+                Some(values) if values.len() == channel.samples => channel.set(values.as_slice().into()),
+                _ => {
+                    let what = format!("data set '{object}' is not what its header said");
+                    return Err(LoadError::Damaged { path, format, what });
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Most bytes a data set of the file may decode to.
+fn limit(path: &Path) -> u64 {
+    std::fs::metadata(path).map_or(0, |metadata| metadata.len()).saturating_mul(MAX_EXPANSION)
+}
+
+fn open(path: &Path) -> Result<Hdf5File, LoadError> {
+    let limit = usize::try_from(limit(path)).unwrap_or(usize::MAX);
+    let options = OpenOptions::default()
+        .with_chunk_cache_bytes(CHUNK_CACHE_BYTES)
+        .with_max_read_bytes(limit)
+        .with_max_chunk_bytes(limit.min(hdf5_reader::HDF5_MAX_CHUNK_BYTES));
+    Hdf5File::open_with_options(path, options).map_err(|error| damaged(path, Format::Hdf5, &error))
+}
+
+fn damaged(path: &Path, format: Format, error: &hdf5_reader::error::Error) -> LoadError {
+    let what = error.to_string().replace('\n', " ");
+    LoadError::Damaged { path: path.to_owned(), format, what }
+}
+
+/// Reads one data set into columns, after checking that the file could hold what it claims.
+fn load(file: &Hdf5File, path: &Path, format: Format, limit: u64, object: &str) -> Result<Vec<Vec<f64>>, LoadError> {
+    let fail = |error: hdf5_reader::error::Error| damaged(path, format, &error);
+    let dataset = file.dataset(object).map_err(fail)?;
+    check_size(&dataset, path, format, limit, object)?;
+    match layout(&dataset, format == Format::MatV73) {
+        Layout::Columns(samples, columns) => read(&dataset, samples, &columns).map_err(fail),
+        _ => Ok(Vec::new()),
+    }
+}
+
+fn check_size(dataset: &Dataset, path: &Path, format: Format, limit: u64, object: &str) -> Result<(), LoadError> {
+    let element = dataset.raw_element_size().unwrap_or(1).max(1) as u64;
+    let claimed = dataset.shape().iter().try_fold(element, |bytes, &side| bytes.checked_mul(side));
+    match claimed {
+        Some(bytes) if bytes <= limit => Ok(()),
+        _ => {
+            let shape = dataset.shape();
+            let what = format!(
+                "data set '{object}' claims {shape:?} elements of {element} bytes, more than the file can hold"
+            );
+            Err(LoadError::Damaged { path: path.to_owned(), format, what })
+        }
+    }
+}
+
+/// Reads the channel `index` of `source` and its neighbours of the same data set.
+fn fetch(
+    file: &Hdf5File,
+    path: &Path,
+    format: Format,
+    limit: u64,
+    source: &mut Source,
+    index: usize,
+) -> Result<(), LoadError> {
+    let Data::Stored(stored) = source.channels[index].data.clone() else { return Ok(()) };
+    let columns = load(file, path, format, limit, &stored.object)?;
+    for channel in &mut source.channels {
+        let Data::Stored(other) = &channel.data else { continue };
+        if let Some(values) = columns.get(other.column).filter(|_| other.object == stored.object) {
+            channel.set(values.as_slice().into());
+        }
+    }
+    Ok(())
+}
+
+/// Gives a group without a time vector the one of the nearest group above it that fits its channels.
+fn inherit_clocks(sources: &mut [Source]) {
+    for index in 0..sources.len() {
+        if !sources[index].clocks.is_empty() {
+            continue;
+        }
+        let fits = |above: &Source| {
+            let name = &sources[index].name;
+            let is_above =
+                above.name.is_empty() || name.strip_prefix(&above.name).is_some_and(|rest| rest.starts_with('/'));
+            let mut lengths = sources[index].channels.iter().map(|channel| channel.samples);
+            let clock = above.clocks.iter().find(|clock| lengths.any(|samples| samples == clock.samples));
+            clock.filter(|_| is_above).map(|clock| (above.name.len(), clock.clone()))
+        };
+        let nearest = sources.iter().enumerate().filter(|(other, _)| *other != index);
+        let nearest = nearest.filter_map(|(other, above)| fits(above).map(|(depth, clock)| (depth, other, clock)));
+        let Some((_, other, clock)) = nearest.max_by_key(|(depth, ..)| *depth) else { continue };
+        let time = sources[other].channels.iter().find(|channel| channel.is_time && channel.name == clock.channel);
+        let Some(time) = time.cloned() else { continue };
+        sources[index].channels.push(time);
+        sources[index].clocks.push(clock);
+        assign_clocks(&mut sources[index]);
+    }
+}
+
+struct Walk<'f> {
+    path: &'f Path,
+    format: Format,
+    limit: u64,
+    file: &'f Hdf5File,
+    sources: Vec<Source>,
+    warnings: Vec<String>,
+    seen: BTreeSet<u64>,
+}
+
+impl Walk<'_> {
+    fn group(&mut self, group: &Group, path: &str, depth: usize) -> Result<(), LoadError> {
+        if depth > MAX_DEPTH || !self.seen.insert(group.address()) {
+            return Ok(());
+        }
+        let fail = |error: hdf5_reader::error::Error| damaged(self.path, self.format, &error);
+        let (groups, datasets) = group.members().map_err(fail)?;
+        let attributes = group.attributes().unwrap_or_default();
+        if find(&attributes, &["MATLAB_sparse"]).is_some() {
+            self.warnings.push(format!("'{path}' is sparse and is not read; save full(...) of it to have it"));
+            return Ok(());
+        }
+        let mut source = Source::new(path);
+        source.sample_rate_hz = number(&attributes, &RATE_NAMES).filter(|rate| *rate > 0.0);
+        source.start_time_s = number(&attributes, &START_NAMES);
+        source.notes = attributes.iter().filter_map(note).collect();
+        let at = self.sources.len();
+        self.sources.push(source);
+        for dataset in &datasets {
+            self.dataset(at, path, dataset)?;
+        }
+        for child in groups.iter().filter(|child| !child.name().starts_with('#')) {
+            let name = child.name();
+            let path = if path.is_empty() { name.to_owned() } else { format!("{path}/{name}") };
+            self.group(child, &path, depth + 1)?;
+        }
+        Ok(())
+    }
+
+    fn dataset(&mut self, at: usize, path: &str, dataset: &Dataset) -> Result<(), LoadError> {
+        let name = dataset.name().rsplit('/').next().unwrap_or_default().to_owned();
+        let object = if path.is_empty() { name.clone() } else { format!("{path}/{name}") };
+        let attributes = dataset.attributes();
+        let class = find(&attributes, &["MATLAB_class"]).and_then(|attribute| attribute.read_string().ok());
+        if find(&attributes, &["MATLAB_empty"]).is_some() {
+            return Ok(());
+        }
+        check_size(dataset, self.path, self.format, self.limit, &object)?;
+        match class.as_deref() {
+            Some("char") => return self.characters(at, &name, dataset),
+            Some("cell") => return self.cells(at, path, &name, dataset),
+            Some("function_handle" | "table" | "timetable" | "datetime" | "string") => {
+                let kind = class.unwrap_or_default();
+                self.warnings
+                    .push(format!("'{object}' is a MATLAB {kind} and is not read; save its columns as arrays"));
+                return Ok(());
+            }
+            _ => {}
+        }
+        let unit = find(&attributes, &UNIT_NAMES).and_then(|attribute| attribute.read_string().ok());
+        match layout(dataset, self.format == Format::MatV73) {
+            Layout::Columns(samples, columns) => {
+                let at = self.own_clock(at, &object, &attributes);
+                let is_table = matches!(dataset.dtype(), Datatype::Compound { .. });
+                let at = if is_table { self.table(at, &object) } else { at };
+                for (column, layout) in columns.iter().enumerate() {
+                    let suffix = &layout.suffix;
+                    let name =
+                        if is_table { suffix.trim_start_matches('.').to_owned() } else { format!("{name}{suffix}") };
+                    let stored = Stored { object: object.clone(), column };
+                    self.sources[at].channels.push(ChannelInfo::stored(name, unit.clone(), samples, stored));
+                }
+            }
+            Layout::Text => {
+                let text = dataset.read_strings().unwrap_or_default().join(", ");
+                self.sources[at].notes.push((name, text.chars().take(MAX_NOTE).collect()));
+            }
+            Layout::Other(reason) => self.warnings.push(format!("'{object}' is {reason} and is left out")),
+        }
+        Ok(())
+    }
+
+    /// A table of compounds is a source of its own.
+    fn table(&mut self, at: usize, object: &str) -> usize {
+        let (rate, start) = (self.sources[at].sample_rate_hz, self.sources[at].start_time_s);
+        self.sources.push(Source { sample_rate_hz: rate, start_time_s: start, ..Source::new(object) });
+        self.sources.len() - 1
+    }
+
+    /// A data set with its own rate and start belongs to a source that has them.
+    fn own_clock(&mut self, at: usize, object: &str, attributes: &[Attribute]) -> usize {
+        let Some(rate) = number(attributes, &RATE_NAMES).filter(|rate| *rate > 0.0) else { return at };
+        let start = number(attributes, &START_NAMES).or(self.sources[at].start_time_s);
+        let group = &mut self.sources[at];
+        if group.channels.is_empty() && group.sample_rate_hz.is_none() {
+            (group.sample_rate_hz, group.start_time_s) = (Some(rate), start);
+        }
+        if (group.sample_rate_hz, group.start_time_s) == (Some(rate), start) {
+            return at;
+        }
+        let own = Source { sample_rate_hz: Some(rate), start_time_s: start, ..Source::new(object) };
+        self.sources.push(own);
+        self.sources.len() - 1
+    }
+
+    /// MATLAB text: 16-bit characters, transposed.
+    fn characters(&mut self, at: usize, name: &str, dataset: &Dataset) -> Result<(), LoadError> {
+        if let Layout::Columns(samples, columns) = layout(dataset, true) {
+            let columns = read(dataset, samples, &columns).map_err(|error| damaged(self.path, self.format, &error))?;
+            let codes = columns.iter().flatten().map(|&code| code as u16);
+            let text = char::decode_utf16(codes).map(|code| code.unwrap_or(char::REPLACEMENT_CHARACTER)).take(MAX_NOTE);
+            self.sources[at].notes.push((name.to_owned(), text.collect()));
+        }
+        Ok(())
+    }
+
+    /// MATLAB cells: references to data sets that the group `#refs#` keeps.
+    fn cells(&mut self, at: usize, path: &str, name: &str, dataset: &Dataset) -> Result<(), LoadError> {
+        let Ok(refs) = self.file.group("#refs#") else { return Ok(()) };
+        let fail = |error: hdf5_reader::error::Error| damaged(self.path, self.format, &error);
+        let bytes = dataset.read_raw_bytes().map_err(fail)?;
+        for (index, address) in bytes.as_chunks::<8>().0.iter().enumerate() {
+            let Ok(Some(target)) = refs.child_name_by_address(u64::from_le_bytes(*address)) else { continue };
+            let Ok(cell) = refs.dataset(&target) else {
+                self.warnings.push(format!("cell {} of '{path}/{name}' is no array and is left out", index + 1));
+                continue;
+            };
+            let before = self.sources[at].channels.len();
+            let notes = self.sources[at].notes.len();
+            let kind = find(&cell.attributes(), &["MATLAB_class"]).and_then(|attribute| attribute.read_string().ok());
+            if kind.as_deref() != Some("cell") {
+                self.dataset(at, "#refs#", &cell)?;
+            }
+            let label = format!("{name}{{{}}}", index + 1);
+            for channel in &mut self.sources[at].channels[before..] {
+                channel.name = channel.name.replacen(&target, &label, 1);
+            }
+            for (note, _) in &mut self.sources[at].notes[notes..] {
+                note.clone_from(&label);
+            }
+        }
+        Ok(())
+    }
+}
+
+fn find<'a>(attributes: &'a [Attribute], names: &[&str]) -> Option<&'a Attribute> {
+    names.iter().find_map(|name| attributes.iter().find(|attribute| attribute.name == *name))
+}
+
+fn number(attributes: &[Attribute], names: &[&str]) -> Option<f64> {
+    find(attributes, names)?.read_as_f64().ok().filter(|value| value.is_finite())
+}
+
+/// Name and value of a text attribute.
+fn note(attribute: &Attribute) -> Option<(String, String)> {
+    let text = attribute.read_string().ok()?;
+    Some((attribute.name.clone(), text.chars().take(MAX_NOTE).collect()))
+}

@@ -1,0 +1,446 @@
+//! The plan: which channel will play which role, and every problem, before anything is read.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use super::clock::{Clock, assign_clocks};
+use super::contents::{ChannelInfo, Probe, Source};
+use super::map::{ChannelMap, Entry, FlatEarth, Term, TimeEntry, TimeOrigin, matches};
+use crate::quantity::{Dimension, Role, Unit};
+
+/// Something that stands between a recording and its roles.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Problem {
+    /// Whether reading is refused because of it; otherwise it is a warning.
+    pub is_error: bool,
+    /// What, where and what to do, in one line.
+    pub text: String,
+}
+
+impl fmt::Display for Problem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.text)
+    }
+}
+
+/// Place of a channel among probes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct At {
+    pub probe: usize,
+    pub source: usize,
+    pub channel: usize,
+}
+
+/// One role and the channels that will make it.
+#[derive(Clone, Debug)]
+pub struct Assignment {
+    /// What it will be: a role's name, or a state's for a true history.
+    pub target: String,
+    /// Channels with their files, sources and weights, as shown to the user.
+    pub description: String,
+    /// Unit of the raw value.
+    pub unit: Unit,
+    /// Samples there will be, before any are left out for their time.
+    pub samples: usize,
+    /// Sign times scale.
+    pub(super) factor: f64,
+    /// Added to the raw value.
+    pub(super) offset: f64,
+    /// Channels and weights, for each part of a recording in parts.
+    pub(super) parts: Vec<Vec<(At, f64)>>,
+}
+
+/// What reading will do.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// Roles and their channels.
+    pub roles: BTreeMap<Role, Assignment>,
+    /// True histories and their channels.
+    pub truth: BTreeMap<String, Assignment>,
+    /// Everything that is wrong or worth knowing.
+    pub problems: Vec<Problem>,
+    pub(super) probes: Vec<Probe>,
+    pub(super) derive: Option<FlatEarth>,
+    pub(super) end_to_end_gap_s: Option<f64>,
+    /// Sources laid end to end, in order, as `(probe, source)`.
+    pub(super) sequence: Vec<(usize, usize)>,
+    /// Time entry of each source, by `(probe, source)`.
+    pub(super) time: BTreeMap<(usize, usize), TimeEntry>,
+}
+
+impl Plan {
+    /// Whether [`super::read`] will refuse.
+    pub fn has_errors(&self) -> bool {
+        self.problems.iter().any(|problem| problem.is_error)
+    }
+}
+
+/// Plans the reading of one recording.
+pub fn plan(probe: &Probe, map: &ChannelMap) -> Plan {
+    plan_all(std::slice::from_ref(probe), map)
+}
+
+/// Plans the reading of all recordings of one flight into one.
+///
+/// A role that two sources could play is a problem that names both; nothing is replaced silently.
+pub fn plan_all(probes: &[Probe], map: &ChannelMap) -> Plan {
+    let mut planner = Planner { map, probes: probes.to_vec(), problems: Vec::new(), time: BTreeMap::new() };
+    planner.name_columns();
+    planner.set_clocks();
+    let sequence = planner.sequence();
+    let mut roles = BTreeMap::new();
+    for (&role, entry) in &map.roles {
+        if let Some(assignment) = planner.assign(role.name(), Some(role.dimension()), entry, &sequence) {
+            roles.insert(role, assignment);
+        }
+    }
+    let mut truth = BTreeMap::new();
+    for (name, entry) in &map.truth {
+        if let Some(assignment) = planner.assign(name, None, entry, &sequence) {
+            truth.insert(name.clone(), assignment);
+        }
+    }
+    planner.check_derived(&roles);
+    Plan {
+        roles,
+        truth,
+        problems: planner.problems,
+        probes: planner.probes,
+        derive: map.derive.clone(),
+        end_to_end_gap_s: map.end_to_end_gap_s,
+        sequence,
+        time: planner.time,
+    }
+}
+
+struct Planner<'m> {
+    map: &'m ChannelMap,
+    probes: Vec<Probe>,
+    problems: Vec<Problem>,
+    time: BTreeMap<(usize, usize), TimeEntry>,
+}
+
+impl Planner<'_> {
+    fn error(&mut self, text: String) {
+        self.problems.push(Problem { is_error: true, text });
+    }
+
+    fn warn(&mut self, text: String) {
+        self.problems.push(Problem { is_error: false, text });
+    }
+
+    /// Renames `M[i]` to `M.name` for every matrix the map names the columns of.
+    fn name_columns(&mut self) {
+        let mut problems = Vec::new();
+        for probe in &mut self.probes {
+            for source in &mut probe.sources {
+                for (pattern, names) in &self.map.columns {
+                    let counts = column_counts(source, pattern);
+                    if !pattern.contains('*') {
+                        problems.extend(counts.iter().filter(|(_, count)| **count != names.len()).map(
+                            |(matrix, count)| {
+                                format!(
+                                    "{}: matrix '{matrix}' has {count} columns, the map names {}; correct [columns]",
+                                    probe.path.display(),
+                                    names.len()
+                                )
+                            },
+                        ));
+                    }
+                    for channel in &mut source.channels {
+                        let Some((matrix, index)) = channel.column() else { continue };
+                        if counts.get(matrix) == Some(&names.len()) {
+                            channel.name = format!("{matrix}.{}", names[index]);
+                        }
+                    }
+                }
+            }
+        }
+        problems.into_iter().for_each(|problem| self.error(problem));
+    }
+
+    /// Applies the map's time entries to the sources they match.
+    fn set_clocks(&mut self) {
+        let mut problems = Vec::new();
+        for (probe_index, probe) in self.probes.iter_mut().enumerate() {
+            for (source_index, source) in probe.sources.iter_mut().enumerate() {
+                let Some(entry) = self.map.time.iter().find(|entry| matches(&entry.source, &source.name)) else {
+                    continue;
+                };
+                if let Err(problem) = set_clock(source, entry) {
+                    problems.push(format!("{}: {problem}", probe.path.display()));
+                }
+                self.time.insert((probe_index, source_index), entry.clone());
+            }
+        }
+        // A map for several recorders need not fit the time of a source that plays no role: a warning, not an error.
+        problems.into_iter().for_each(|problem| self.warn(problem));
+    }
+
+    /// Sources that will be laid end to end.
+    fn sequence(&mut self) -> Vec<(usize, usize)> {
+        if self.map.end_to_end_gap_s.is_none() {
+            return Vec::new();
+        }
+        let mut sequence = Vec::new();
+        for (probe_index, probe) in self.probes.iter().enumerate() {
+            for (source_index, source) in probe.sources.iter().enumerate() {
+                let plays = |entry: &Entry| entry.terms.iter().any(|term| find(source, &term.names).next().is_some());
+                if matches(&self.map.source, &source.name) && self.map.roles.values().any(plays) {
+                    sequence.push((probe_index, source_index));
+                }
+            }
+        }
+        sequence
+    }
+
+    /// Finds the channels of one entry, or says why it cannot.
+    fn assign(
+        &mut self,
+        target: &str,
+        dimension: Option<Dimension>,
+        entry: &Entry,
+        sequence: &[(usize, usize)],
+    ) -> Option<Assignment> {
+        let mut parts: Vec<Vec<(At, f64)>> = Vec::new();
+        let found = if sequence.len() > 1 {
+            sequence.iter().try_for_each(|&place| self.terms(entry, Some(place)).map(|terms| parts.push(terms)))
+        } else {
+            self.terms(entry, None).map(|terms| parts.push(terms))
+        };
+        if let Err((is_missing, problem)) = found {
+            let text = format!("{target}: {problem} (map line {})", entry.line);
+            self.problems.push(Problem { is_error: !(is_missing && entry.optional), text });
+            return None;
+        }
+        let unit = self.unit(target, dimension, entry, &parts)?;
+        for part in &parts {
+            self.check_lengths(target, part)?;
+        }
+        let samples = parts.iter().filter_map(|part| part.first()).map(|&(at, _)| self.channel(at).samples).sum();
+        let description = self.describe(&parts[0], parts.len());
+        let (factor, offset) = (entry.factor, entry.offset);
+        Some(Assignment { target: target.to_owned(), description, unit, samples, factor, offset, parts })
+    }
+
+    fn channel(&self, at: At) -> &ChannelInfo {
+        &self.probes[at.probe].sources[at.source].channels[at.channel]
+    }
+
+    fn source(&self, at: At) -> &Source {
+        &self.probes[at.probe].sources[at.source]
+    }
+
+    /// `file: source/channel`.
+    fn place(&self, at: At) -> String {
+        let (source, channel) = (&self.source(at).name, &self.channel(at).name);
+        format!("{}: {source}/{channel}", self.probes[at.probe].path.display())
+    }
+
+    fn describe(&self, terms: &[(At, f64)], parts: usize) -> String {
+        let listed: Vec<String> = terms
+            .iter()
+            .map(|&(at, weight)| if weight == 1.0 { self.place(at) } else { format!("{weight} x {}", self.place(at)) })
+            .collect();
+        let parts = if parts > 1 { format!(" and {} more parts", parts - 1) } else { String::new() };
+        listed.join(" + ") + &parts
+    }
+
+    /// Every term's channel, within one source if `within` says so. The flag of the error tells a missing channel.
+    fn terms(&self, entry: &Entry, within: Option<(usize, usize)>) -> Result<Vec<(At, f64)>, (bool, String)> {
+        entry.terms.iter().map(|term| Ok((self.term(term, within)?, term.weight))).collect()
+    }
+
+    fn term(&self, term: &Term, within: Option<(usize, usize)>) -> Result<At, (bool, String)> {
+        let pattern = term.source.as_ref().unwrap_or(&self.map.source);
+        for name in &term.names {
+            let mut found = Vec::new();
+            for (probe, contents) in self.probes.iter().enumerate() {
+                for (source, channels) in contents.sources.iter().enumerate() {
+                    let allowed =
+                        within.map_or_else(|| matches(pattern, &channels.name), |place| place == (probe, source));
+                    if allowed {
+                        let channels = find(channels, std::slice::from_ref(name));
+                        found.extend(channels.map(|channel| At { probe, source, channel }));
+                    }
+                }
+            }
+            match found[..] {
+                [] => {}
+                [at] => return Ok(at),
+                [first, second, ..] => {
+                    let (first, second) = (self.place(first), self.place(second));
+                    let cure = "name the source in the map";
+                    return Err((false, format!("'{name}' could be {first} or {second}; {cure}")));
+                }
+            }
+        }
+        let place = match within {
+            Some((probe, source)) => format!("source '{}'", self.probes[probe].sources[source].name),
+            None if pattern == "*" => self.files(),
+            None => format!("source '{pattern}' of {}", self.files()),
+        };
+        let wanted = term.names.join("' or '");
+        Err((true, format!("no channel '{wanted}' in {place}{}; add its name to the aliases", self.near(&term.names))))
+    }
+
+    fn files(&self) -> String {
+        self.probes.iter().map(|probe| probe.path.display().to_string()).collect::<Vec<_>>().join(", ")
+    }
+
+    /// A hint at a channel whose name differs only in capitals or in what precedes it.
+    fn near(&self, names: &[String]) -> String {
+        let last = |name: &str| name.rsplit(['.', '/']).next().unwrap_or(name).to_lowercase();
+        let mut channels = self.probes.iter().flat_map(|probe| &probe.sources).flat_map(|source| &source.channels);
+        let near = channels.find(|channel| names.iter().any(|name| last(name) == last(&channel.name)));
+        near.map(|channel| format!(" (there is '{}')", channel.name)).unwrap_or_default()
+    }
+
+    /// The unit of the raw value: the map's, or the recorded one, of the right dimension.
+    fn unit(
+        &mut self,
+        target: &str,
+        wanted: Option<Dimension>,
+        entry: &Entry,
+        parts: &[Vec<(At, f64)>],
+    ) -> Option<Unit> {
+        let &(at, _) = parts.first()?.first()?;
+        let recorded = self.channel(at).unit.clone();
+        let parsed = recorded.as_deref().map(Unit::parse);
+        let place = self.place(at);
+        if let Some(unit) = entry.unit {
+            if let Some(Ok(other)) = parsed.filter(|parsed| parsed.as_ref().is_ok_and(|other| *other != unit)) {
+                self.warn(format!(
+                    "{target}: {place} was recorded in {}, the map's {} is used",
+                    other.symbol, unit.symbol
+                ));
+            }
+            return Some(unit);
+        }
+        let cure = format!("give 'unit' in the map (line {})", entry.line);
+        match parsed {
+            None => self.error(format!("{target}: {place} has no recorded unit; {cure}")),
+            Some(Err(_)) => {
+                let name = recorded.unwrap_or_default();
+                self.error(format!("{target}: {place} has the unknown unit '{name}'; {cure}"));
+            }
+            Some(Ok(unit)) => match wanted.filter(|wanted| *wanted != unit.dimension) {
+                None => return Some(unit),
+                Some(wanted) => {
+                    let si = wanted.si_symbol();
+                    self.error(format!(
+                        "{target}: {place} is in {}, which does not convert to {si}; {cure}",
+                        unit.symbol
+                    ));
+                }
+            },
+        }
+        None
+    }
+
+    /// Every channel has a clock, and those of one sum the same length.
+    fn check_lengths(&mut self, target: &str, terms: &[(At, f64)]) -> Option<()> {
+        let &(first, _) = terms.first()?;
+        for &(at, _) in terms {
+            let (channel, source) = (self.channel(at), self.source(at));
+            if channel.clock.is_none() {
+                let clocks: Vec<String> =
+                    source.clocks.iter().map(|clock| format!("'{}' has {}", clock.channel, clock.samples)).collect();
+                let clocks = if clocks.is_empty() { "there is no time channel".to_owned() } else { clocks.join(", ") };
+                let text = format!(
+                    "{target}: {} has {} samples, {clocks}; name its time channel or give sample_rate in [[time]]",
+                    self.place(at),
+                    channel.samples
+                );
+                self.error(text);
+                return None;
+            }
+            let same_clock =
+                (at.probe, at.source, channel.clock) == (first.probe, first.source, self.channel(first).clock);
+            if !same_clock {
+                let text = format!(
+                    "{target}: {} and {} have different clocks; sum channels of one",
+                    self.place(first),
+                    self.place(at)
+                );
+                self.error(text);
+                return None;
+            }
+        }
+        Some(())
+    }
+
+    fn check_derived(&mut self, roles: &BTreeMap<Role, Assignment>) {
+        let Some(derive) = &self.map.derive else { return };
+        let wanted = [Some(Role::Latitude), Some(Role::Longitude), derive.altitude];
+        for role in wanted.into_iter().flatten().filter(|role| !roles.contains_key(role)) {
+            self.error(format!("[derive.position] needs the role {}; add it to [roles]", role.name()));
+        }
+        for role in [Role::PositionNorth, Role::PositionEast] {
+            if roles.contains_key(&role) {
+                self.error(format!("{} is mapped and derived; remove one of the two from the map", role.name()));
+            }
+        }
+    }
+}
+
+/// Number of columns of every matrix of `source` that matches `pattern`.
+fn column_counts(source: &Source, pattern: &str) -> BTreeMap<String, usize> {
+    let mut counts = BTreeMap::new();
+    for channel in &source.channels {
+        if let Some((matrix, _)) = channel.column().filter(|(matrix, _)| matches(pattern, matrix)) {
+            *counts.entry(matrix.to_owned()).or_default() += 1;
+        }
+    }
+    counts
+}
+
+/// Channels of `source` under the first of `names` that any goes by; a full name `source/channel` counts too.
+fn find<'s>(source: &'s Source, names: &[String]) -> impl Iterator<Item = usize> + use<'s> {
+    let is = |channel: &ChannelInfo, name: &str| {
+        matches(name, &channel.name)
+            || name.strip_prefix(&source.name).and_then(|rest| rest.strip_prefix(['/', '.']))
+                == Some(channel.name.as_str())
+    };
+    let name = names.iter().find(|name| source.channels.iter().any(|channel| is(channel, name))).cloned();
+    source
+        .channels
+        .iter()
+        .enumerate()
+        .filter(move |(_, channel)| name.as_ref().is_some_and(|name| is(channel, name)))
+        .map(|(index, _)| index)
+}
+
+/// Makes the clock of `source` the one that `entry` names.
+fn set_clock(source: &mut Source, entry: &TimeEntry) -> Result<(), String> {
+    match &entry.origin {
+        TimeOrigin::File => return Ok(()),
+        TimeOrigin::Even { start_s, rate_hz } => {
+            source.clocks.clear();
+            source.channels.iter_mut().for_each(|channel| channel.is_time = false);
+            source.start_time_s = Some(*start_s);
+            source.sample_rate_hz = Some(*rate_hz);
+            super::clock::add_even_clocks(source, *start_s, *rate_hz);
+        }
+        TimeOrigin::Channel { names, unit } => {
+            let indices: Vec<usize> = find(source, names).collect();
+            let &[index] = &indices[..] else {
+                let (names, count) = (names.join("' or '"), indices.len());
+                return Err(format!(
+                    "source '{}' has {count} time channels '{names}' where the map wants one",
+                    source.name
+                ));
+            };
+            let recorded = source.channels[index].unit.as_deref().and_then(|name| Unit::parse(name).ok());
+            let recorded = recorded.filter(|unit| unit.dimension == Dimension::Time);
+            let unit = unit.or(recorded).unwrap_or(Unit::si(Dimension::Time));
+            source.channels.iter_mut().for_each(|channel| channel.is_time = false);
+            let channel = &mut source.channels[index];
+            channel.is_time = true;
+            let time_s: Vec<f64> = channel.values().iter().map(|&value| unit.to_si(value)).collect();
+            source.clocks = vec![Clock { samples: channel.samples, ..Clock::examine(&channel.name, unit, &time_s) }];
+        }
+    }
+    assign_clocks(source);
+    Ok(())
+}

@@ -1,0 +1,326 @@
+//! Reading: from a plan to a recording in SI.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+use std::sync::Arc;
+
+use super::clock::{EVEN, fault_at};
+use super::contents::{Probe, Source};
+use super::map::{ChannelMap, FlatEarth};
+use super::plan::{Assignment, At, Plan, plan_all};
+use super::{LoadError, TimeFault, inspect};
+use crate::quantity::{Role, Unit};
+use crate::series::{Channel, Recording, Series};
+
+/// Reads what `plan` says: mapped channels in SI first, then every other channel that has a time vector, as recorded.
+///
+/// # Errors
+/// [`LoadError::Plan`] when the plan has errors; [`LoadError::Time`] when the time of a mapped channel does not increase and
+/// the map does not say to drop such samples; whatever reading the file gives.
+pub fn read(plan: &Plan) -> Result<Recording, LoadError> {
+    if plan.has_errors() {
+        return Err(LoadError::Plan { problems: plan.problems.clone() });
+    }
+    let mut probes = plan.probes.clone();
+    for probe in &mut probes {
+        probe.complete()?;
+    }
+    let mut reader = Reader { plan, probes, stamps: BTreeMap::new(), shifts: BTreeMap::new(), joined: BTreeMap::new() };
+    let mut recording = Recording::default();
+    for probe in &reader.probes {
+        let name = probe.path.display();
+        recording.warnings.extend(probe.warnings.iter().map(|warning| format!("{name}: {warning}")));
+    }
+    recording.warnings.extend(plan.problems.iter().map(ToString::to_string));
+    reader.lay_end_to_end(&mut recording.warnings)?;
+    let mut used = BTreeSet::new();
+    for (&role, assignment) in &plan.roles {
+        let series = reader.series(assignment)?;
+        let first = assignment.parts[0][0].0;
+        if assignment.parts[0].len() == 1 {
+            used.extend(assignment.parts.iter().map(|terms| terms[0].0));
+        }
+        note_non_finite(&assignment.target, &series, &mut recording.warnings);
+        recording.roles.insert(role, recording.channels.len());
+        let names: Vec<&str> = assignment.parts[0].iter().map(|&(at, _)| reader.channel_name(at)).collect();
+        let (source, name) = (reader.source(first).name.clone(), names.join(" & "));
+        recording.channels.push(Channel { source, name, unit: role.dimension().si_symbol().to_owned(), series });
+    }
+    for (name, assignment) in &plan.truth {
+        recording.truth.insert(name.clone(), reader.series(assignment)?);
+        used.extend(assignment.parts.iter().flatten().map(|&(at, _)| at));
+    }
+    if let Some(derive) = &plan.derive {
+        add_position(&mut recording, derive)?;
+    }
+    reader.add_unmapped(&used, &mut recording);
+    reader.note_clocks(&mut recording);
+    Ok(recording)
+}
+
+/// Reads all recordings of one flight into one.
+///
+/// # Errors
+/// As [`super::probe()`] and [`read`].
+pub fn read_all<P: AsRef<Path>>(paths: &[P], map: &ChannelMap) -> Result<Recording, LoadError> {
+    let probes = paths.iter().map(|path| inspect(path.as_ref())).collect::<Result<Vec<_>, _>>()?;
+    read(&plan_all(&probes, map))
+}
+
+/// A clock's place: probe, source, clock.
+type ClockAt = (usize, usize, usize);
+
+/// Stamps of a clock and the samples that keep theirs.
+struct Stamps {
+    time_s: Arc<[f64]>,
+    /// Indices kept, when some were left out.
+    kept: Option<Vec<usize>>,
+}
+
+struct Reader<'p> {
+    plan: &'p Plan,
+    probes: Vec<Probe>,
+    stamps: BTreeMap<ClockAt, Stamps>,
+    /// Added to the time of a source laid end to end, s.
+    shifts: BTreeMap<(usize, usize), f64>,
+    /// Time vectors of recordings in parts.
+    joined: BTreeMap<Vec<ClockAt>, Arc<[f64]>>,
+}
+
+impl Reader<'_> {
+    fn source(&self, at: At) -> &Source {
+        &self.probes[at.probe].sources[at.source]
+    }
+
+    fn channel_name(&self, at: At) -> &str {
+        &self.source(at).channels[at.channel].name
+    }
+
+    fn clock_at(&self, at: At) -> Option<ClockAt> {
+        self.source(at).channels[at.channel].clock.map(|clock| (at.probe, at.source, clock))
+    }
+
+    /// Stamps of one clock, checked once.
+    fn stamps(&mut self, at: ClockAt) -> Result<&Stamps, LoadError> {
+        if !self.stamps.contains_key(&at) {
+            let stamps = self.check_stamps(at)?;
+            self.stamps.insert(at, stamps);
+        }
+        Ok(&self.stamps[&at])
+    }
+
+    fn check_stamps(&self, at: ClockAt) -> Result<Stamps, LoadError> {
+        let (probe, source, clock) = at;
+        let source = &self.probes[probe].sources[source];
+        let clock = &source.clocks[clock];
+        let shift = self.shifts.get(&(at.0, at.1)).copied().unwrap_or(0.0);
+        if clock.channel == EVEN {
+            let time_s = (0..clock.samples).map(|index| clock.start_s + shift + index as f64 / clock.rate_hz).collect();
+            return Ok(Stamps { time_s, kept: None });
+        }
+        let channel = source.channels.iter().find(|channel| channel.is_time && channel.name == clock.channel);
+        let raw = channel.map_or(&[][..], |channel| channel.values());
+        let drop_faults = self.plan.time.get(&(at.0, at.1)).is_some_and(|entry| entry.drop_faults);
+        let mut latest = f64::NEG_INFINITY;
+        let mut kept = Vec::new();
+        let mut time_s = Vec::with_capacity(raw.len());
+        for (index, &value) in raw.iter().enumerate() {
+            let time = clock.unit.to_si(value) + shift;
+            match fault_at(index, time, latest) {
+                None => {
+                    latest = time;
+                    time_s.push(time);
+                    kept.push(index);
+                }
+                Some(_) if drop_faults => {}
+                Some(fault) => return Err(self.time_error(at, fault)),
+            }
+        }
+        let kept = (kept.len() < raw.len()).then_some(kept);
+        Ok(Stamps { time_s: time_s.into(), kept })
+    }
+
+    fn time_error(&self, at: ClockAt, fault: TimeFault) -> LoadError {
+        let probe = &self.probes[at.0];
+        let source = &probe.sources[at.1];
+        let channel = source.clocks[at.2].channel.clone();
+        LoadError::Time { path: probe.path.clone(), source_name: source.name.clone(), channel, fault }
+    }
+
+    /// Shifts the sources of a recording in parts so that each starts after the one before.
+    fn lay_end_to_end(&mut self, warnings: &mut Vec<String>) -> Result<(), LoadError> {
+        let Some(gap_s) = self.plan.end_to_end_gap_s else { return Ok(()) };
+        let mut end_s: Option<f64> = None;
+        for &(probe, source) in &self.plan.sequence {
+            let stamps = self.check_stamps((probe, source, 0))?;
+            let (Some(&first), Some(&last)) = (stamps.time_s.first(), stamps.time_s.last()) else { continue };
+            let shift = end_s.map_or(0.0, |end| end + gap_s - first);
+            self.shifts.insert((probe, source), shift);
+            end_s = Some(last + shift);
+            let (name, start, end) = (&self.probes[probe].sources[source].name, first + shift, last + shift);
+            warnings.push(format!(
+                "source '{name}' is laid at {start:.3} s to {end:.3} s: its own clock plus {shift:.3} s"
+            ));
+        }
+        Ok(())
+    }
+
+    /// The SI series of one assignment: sign * scale * to_si(sum of weight * raw + offset).
+    fn series(&mut self, assignment: &Assignment) -> Result<Series, LoadError> {
+        let clocks: Vec<ClockAt> = assignment.parts.iter().filter_map(|terms| self.clock_at(terms[0].0)).collect();
+        let mut values = Vec::with_capacity(assignment.samples);
+        for (terms, &clock) in assignment.parts.iter().zip(&clocks) {
+            self.stamps(clock)?;
+            self.append(assignment, terms, self.stamps[&clock].kept.as_deref(), &mut values);
+        }
+        let time_s = match clocks[..] {
+            [clock] => Arc::clone(&self.stamps[&clock].time_s),
+            _ => self.joined_time(clocks),
+        };
+        Ok(Series { time_s, values: values.into() })
+    }
+
+    fn append(&self, assignment: &Assignment, terms: &[(At, f64)], kept: Option<&[usize]>, values: &mut Vec<f64>) {
+        let raw: Vec<(&[f64], f64)> =
+            terms.iter().map(|&(at, weight)| (self.source(at).channels[at.channel].values(), weight)).collect();
+        let convert = |index: usize| {
+            let sum: f64 = raw.iter().map(|(values, weight)| weight * values[index]).sum();
+            assignment.factor * assignment.unit.to_si(sum + assignment.offset)
+        };
+        match kept {
+            None => values.extend((0..raw[0].0.len()).map(convert)),
+            Some(kept) => values.extend(kept.iter().map(|&index| convert(index))),
+        }
+    }
+
+    fn joined_time(&mut self, clocks: Vec<ClockAt>) -> Arc<[f64]> {
+        let stamps = &self.stamps;
+        let join =
+            |clocks: &Vec<ClockAt>| clocks.iter().flat_map(|clock| stamps[clock].time_s.iter().copied()).collect();
+        let time: &mut Arc<[f64]> = self.joined.entry(clocks.clone()).or_insert_with(|| join(&clocks));
+        Arc::clone(time)
+    }
+
+    /// Adds every channel that has a time vector and plays no role, as recorded.
+    fn add_unmapped(&mut self, used: &BTreeSet<At>, recording: &mut Recording) {
+        let mut refused = BTreeSet::new();
+        for probe in 0..self.probes.len() {
+            for source in 0..self.probes[probe].sources.len() {
+                for channel in 0..self.probes[probe].sources[source].channels.len() {
+                    let at = At { probe, source, channel };
+                    let Some(clock) = self.clock_at(at) else { continue };
+                    if used.contains(&at) || refused.contains(&clock) || self.source(at).channels[channel].is_time {
+                        continue;
+                    }
+                    if let Err(error) = self.stamps(clock) {
+                        recording.warnings.push(format!("{error}; its channels are left out"));
+                        refused.insert(clock);
+                        continue;
+                    }
+                    recording.channels.push(self.as_recorded(at, &self.stamps[&clock]));
+                }
+            }
+        }
+    }
+
+    fn as_recorded(&self, at: At, stamps: &Stamps) -> Channel {
+        let (source, channel) = (self.source(at), &self.source(at).channels[at.channel]);
+        let values = match (&channel.data, &stamps.kept) {
+            (super::contents::Data::Values(values), None) => Arc::clone(values),
+            (_, Some(kept)) => kept.iter().map(|&index| channel.values()[index]).collect(),
+            (_, None) => channel.values().into(),
+        };
+        let unit = channel.unit.clone().unwrap_or_default();
+        let series = Series { time_s: Arc::clone(&stamps.time_s), values };
+        Channel { source: source.name.clone(), name: channel.name.clone(), unit, series }
+    }
+
+    /// Warnings on samples left out and gaps of the clocks that were used, and their UTC starts.
+    fn note_clocks(&self, recording: &mut Recording) {
+        for (&(probe, source, clock), stamps) in &self.stamps {
+            let contents = &self.probes[probe].sources[source];
+            let clock = &contents.clocks[clock];
+            let place = format!("{}: source '{}'", self.probes[probe].path.display(), contents.name);
+            if let Some(kept) = &stamps.kept {
+                let (lost, all) = (clock.samples - kept.len(), clock.samples);
+                let why =
+                    clock.faults.first().map(|fault| format!(", the first because it {fault}")).unwrap_or_default();
+                recording.warnings.push(format!("{place}: {lost} of {all} samples left out for their time{why}"));
+            }
+            if let Some(longest) =
+                clock.gaps.iter().max_by(|a, b| (a.end_s - a.start_s).total_cmp(&(b.end_s - b.start_s)))
+            {
+                let (count, length) = (clock.gaps.len(), longest.end_s - longest.start_s);
+                let text =
+                    format!("{place}: {count} gaps in time, the longest {length:.3} s after {:.3} s", longest.start_s);
+                recording.warnings.push(text);
+            }
+            if let Some(utc) = self.plan.time.get(&(probe, source)).and_then(|entry| entry.utc_start_s) {
+                recording.utc_start_s.insert(contents.name.clone(), utc);
+            }
+        }
+    }
+}
+
+fn note_non_finite(target: &str, series: &Series, warnings: &mut Vec<String>) {
+    let count = series.values.iter().filter(|value| !value.is_finite()).count();
+    if let Some(first) = series.values.iter().position(|value| !value.is_finite()) {
+        let (all, time) = (series.values.len(), series.time_s[first]);
+        warnings.push(format!("{target}: {count} of {all} samples are not finite, the first at {time:.3} s"));
+    }
+}
+
+/// Semi-major axis of the WGS 84 ellipsoid, m (NIMA TR8350.2).
+const WGS84_SEMI_MAJOR_M: f64 = 6_378_137.0;
+/// First eccentricity squared of the WGS 84 ellipsoid (NIMA TR8350.2).
+const WGS84_ECCENTRICITY_SQUARED: f64 = 6.694_379_990_14e-3;
+
+/// Metres north per radian of latitude and metres east per radian of longitude at `latitude_rad` and `altitude_m`.
+///
+/// `R_M = a (1 - e^2) / (1 - e^2 sin^2)^(3/2)`, `R_N = a / sqrt(1 - e^2 sin^2)`; north `R_M + h`, east `(R_N + h) cos`.
+fn metres_per_radian(latitude_rad: f64, altitude_m: f64) -> (f64, f64) {
+    let (sin, cos) = latitude_rad.sin_cos();
+    let flattening = 1.0 - WGS84_ECCENTRICITY_SQUARED * sin * sin;
+    let meridian = WGS84_SEMI_MAJOR_M * (1.0 - WGS84_ECCENTRICITY_SQUARED) / flattening.powf(1.5);
+    let normal = WGS84_SEMI_MAJOR_M / flattening.sqrt();
+    (meridian + altitude_m, (normal + altitude_m) * cos)
+}
+
+/// Adds position north, east and (with an altitude) down, relative to the first finite fix.
+fn add_position(recording: &mut Recording, derive: &FlatEarth) -> Result<(), LoadError> {
+    let series = |role: Role| recording.role(role).map(|channel| channel.series.clone());
+    let (Some(latitude), Some(longitude)) = (series(Role::Latitude), series(Role::Longitude)) else { return Ok(()) };
+    let altitude = derive.altitude.and_then(series);
+    let height = |index: usize| altitude.as_ref().map_or(0.0, |series| series.values[index]);
+    let finite = |index: &usize| {
+        [latitude.values[*index], longitude.values[*index], height(*index)].iter().all(|v| v.is_finite())
+    };
+    let Some(first) = (0..latitude.values.len()).find(finite) else { return Ok(()) };
+    let (lat0, lon0, h0) = (latitude.values[first], longitude.values[first], height(first));
+    let (north, east) = metres_per_radian(lat0, h0);
+    let mut made = vec![
+        (Role::PositionNorth, latitude.values.iter().map(|lat| north * (lat - lat0)).collect::<Arc<[f64]>>()),
+        (Role::PositionEast, longitude.values.iter().map(|lon| east * wrapped(lon - lon0)).collect()),
+    ];
+    if let Some(altitude) = &altitude {
+        made.push((Role::PositionDown, altitude.values.iter().map(|h| h0 - h).collect()));
+    }
+    for (role, values) in made {
+        recording.roles.insert(role, recording.channels.len());
+        let series = Series { time_s: Arc::clone(&latitude.time_s), values };
+        let unit = Unit::si(role.dimension()).symbol.to_owned();
+        recording.channels.push(Channel { source: "derived".to_owned(), name: role.name().to_owned(), unit, series });
+    }
+    let (time, text) = (latitude.time_s[first], "position is relative to the fix");
+    recording.warnings.push(format!(
+        "{text} at {time:.3} s: {:.6} deg, {:.6} deg, {h0:.1} m",
+        lat0.to_degrees(),
+        lon0.to_degrees()
+    ));
+    Ok(())
+}
+
+/// `angle_rad` brought into -pi..pi.
+fn wrapped(angle_rad: f64) -> f64 {
+    (angle_rad + std::f64::consts::PI).rem_euclid(std::f64::consts::TAU) - std::f64::consts::PI
+}

@@ -1,0 +1,241 @@
+//! Text recordings: delimited or in columns, one table per file, or a folder with one file per channel.
+
+use std::path::{Path, PathBuf};
+
+use super::LoadError;
+use super::clock::find_clocks;
+use super::contents::{ChannelInfo, Format, Probe, Source};
+use super::recognise::{finish, stem};
+use super::text_layout::{Separator, TextLayout, number};
+
+/// Part of the filled cells of a column that must be numbers for it to be a channel.
+const NUMERIC_SHARE: f64 = 0.5;
+/// Rows of a wrong width that are tolerated, and the part of all rows beyond that.
+const MIN_ODD_ROWS: usize = 10;
+const ODD_ROW_SHARE: f64 = 0.1;
+/// Bytes in which a text file holds no NUL.
+const TEXT_BYTES: usize = 8192;
+
+/// What a file is read as: its format, its sources and what was noticed.
+pub(super) type Contents = (Format, Vec<Source>, Vec<String>);
+
+/// The one source of a text file.
+pub(super) fn sources(path: &Path, contents: &[u8]) -> Result<Contents, LoadError> {
+    let reason = |reason: &str| LoadError::NotRecognised { path: path.to_owned(), reason: reason.to_owned() };
+    if contents.starts_with(b"\xff\xfe") || contents.starts_with(b"\xfe\xff") {
+        return Err(reason("UTF-16 text; save it as UTF-8"));
+    }
+    if contents.iter().take(TEXT_BYTES).any(|&byte| byte == 0) {
+        return Err(reason("binary data of an unknown kind"));
+    }
+    let layout = TextLayout::find(contents).ok_or_else(|| reason("text without a table of numbers"))?;
+    let mut table = Table::new(path, &layout);
+    table.read(&contents[layout.data_at..])?;
+    let mut warnings = Vec::new();
+    let mut source = Source::new(stem(path));
+    source.notes =
+        layout.notes.iter().enumerate().map(|(line, text)| (format!("line {}", line + 1), text.clone())).collect();
+    table.into_channels(&mut source, &mut warnings);
+    Ok((layout.format(), vec![source], warnings))
+}
+
+/// A folder of one file per channel: one source named after the folder, channels named after the files.
+pub(super) fn probe_folder(path: &Path) -> Result<Probe, LoadError> {
+    let open = |cause| LoadError::Open { path: path.to_owned(), cause };
+    let mut files: Vec<PathBuf> = std::fs::read_dir(path)
+        .map_err(open)?
+        .map(|entry| entry.map(|entry| entry.path()))
+        .collect::<Result<_, _>>()
+        .map_err(open)?;
+    let is_text = |file: &PathBuf| {
+        let extension = file.extension().map(|extension| extension.to_ascii_lowercase());
+        extension.is_some_and(|extension| extension == "csv" || extension == "txt") && file.is_file()
+    };
+    files.retain(is_text);
+    files.sort();
+    if files.is_empty() {
+        return Err(LoadError::Empty { path: path.to_owned(), what: "a folder without .csv or .txt files" });
+    }
+    let mut warnings = Vec::new();
+    let mut found: Vec<Source> = Vec::new();
+    let mut folder = Source::new(path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned()));
+    for file in files {
+        let contents = std::fs::read(&file).map_err(|cause| LoadError::Open { path: file.clone(), cause })?;
+        match sources(&file, &contents) {
+            Ok((_, sources, found_warnings)) => {
+                warnings.extend(found_warnings.into_iter().map(|warning| format!("{}: {warning}", stem(&file))));
+                for mut source in sources {
+                    if let [channel] = &mut source.channels[..] {
+                        channel.name = stem(&file);
+                        folder.channels.append(&mut source.channels);
+                    } else {
+                        found.push(source);
+                    }
+                }
+            }
+            Err(error) => warnings.push(format!("left out {error}")),
+        }
+    }
+    if !folder.channels.is_empty() {
+        found.insert(0, folder);
+    }
+    found.iter_mut().for_each(|source| find_clocks(source, |_, _| {}));
+    finish(Probe { path: path.to_owned(), format: Format::Folder, sources: found, warnings })
+}
+
+/// Columns being filled.
+struct Table<'l> {
+    path: &'l Path,
+    layout: &'l TextLayout,
+    columns: Vec<Column>,
+    line: usize,
+    rows: usize,
+    odd_rows: usize,
+    first_odd: Option<(usize, usize)>,
+    empty_rows: usize,
+}
+
+/// One column being filled.
+#[derive(Default)]
+struct Column {
+    values: Vec<f64>,
+    filled: usize,
+    words: usize,
+    first_word: Option<(usize, String)>,
+}
+
+impl<'l> Table<'l> {
+    fn new(path: &'l Path, layout: &'l TextLayout) -> Self {
+        let columns = (0..layout.columns).map(|_| Column::default()).collect();
+        let line = layout.data_line;
+        Self { path, layout, columns, line, rows: 0, odd_rows: 0, first_odd: None, empty_rows: 0 }
+    }
+
+    fn read(&mut self, data: &[u8]) -> Result<(), LoadError> {
+        match self.layout.separator {
+            Separator::Byte(byte) if memchr_quote(data) => self.read_quoted(data, byte),
+            Separator::Byte(byte) => {
+                for line in data.split(|&letter| letter == b'\n') {
+                    self.row(line.split(|&letter| letter == byte))?;
+                }
+                Ok(())
+            }
+            Separator::Blanks => {
+                for line in data.split(|&letter| letter == b'\n') {
+                    self.row(line.split(u8::is_ascii_whitespace).filter(|cell| !cell.is_empty()))?;
+                }
+                Ok(())
+            }
+        }
+    }
+
+    /// Quoted cells may hold separators.
+    fn read_quoted(&mut self, data: &[u8], separator: u8) -> Result<(), LoadError> {
+        let mut reader =
+            csv::ReaderBuilder::new().delimiter(separator).has_headers(false).flexible(true).from_reader(data);
+        let mut record = csv::ByteRecord::new();
+        let fail = |error: csv::Error| LoadError::Damaged {
+            path: self.path.to_owned(),
+            format: Format::DelimitedText,
+            what: error.to_string(),
+        };
+        while reader.read_byte_record(&mut record).map_err(fail)? {
+            self.row(record.iter())?;
+        }
+        Ok(())
+    }
+
+    fn row<'a>(&mut self, cells: impl Iterator<Item = &'a [u8]>) -> Result<(), LoadError> {
+        let mut count = 0;
+        let mut is_empty = true;
+        for cell in cells {
+            let cell = cell.trim_ascii();
+            is_empty &= cell.is_empty();
+            if let Some(column) = self.columns.get_mut(count) {
+                column.push(cell, self.layout.decimal_comma, self.line);
+            }
+            count += 1;
+        }
+        self.line += 1;
+        if is_empty {
+            self.columns.iter_mut().for_each(|column| column.values.truncate(self.rows));
+            self.empty_rows += usize::from(count > 1);
+            return Ok(());
+        }
+        if count != self.columns.len() {
+            self.odd_rows += 1;
+            self.first_odd.get_or_insert((self.line - 1, count));
+            self.columns.iter_mut().for_each(|column| column.values.resize(self.rows + 1, f64::NAN));
+        }
+        self.rows += 1;
+        let (line, cells) = self.first_odd.unwrap_or_default();
+        if self.odd_rows > MIN_ODD_ROWS && self.odd_rows as f64 > ODD_ROW_SHARE * self.rows as f64 {
+            let wanted = self.columns.len();
+            let what = format!(
+                "line {line} has {cells} cells where {wanted} are expected, as have {} more",
+                self.odd_rows - 1
+            );
+            return Err(LoadError::Damaged { path: self.path.to_owned(), format: self.layout.format(), what });
+        }
+        Ok(())
+    }
+
+    fn into_channels(self, source: &mut Source, warnings: &mut Vec<String>) {
+        if let Some((line, cells)) = self.first_odd {
+            let (wanted, count) = (self.columns.len(), self.odd_rows);
+            warnings.push(format!(
+                "line {line} has {cells} cells where {wanted} are expected ({count} such lines); missing ones are NaN"
+            ));
+        }
+        if self.empty_rows > 0 {
+            warnings.push(format!("{} lines without a value are left out", self.empty_rows));
+        }
+        let single = self.columns.len() == 1;
+        for (index, column) in self.columns.into_iter().enumerate() {
+            let given = self.layout.names.get(index).filter(|name| !name.is_empty());
+            let plain = if single { "column".to_owned() } else { format!("column[{index}]") };
+            let mut name = given.cloned().unwrap_or(plain);
+            if column.filled == 0 && given.is_none() {
+                continue;
+            }
+            if (column.filled - column.words) as f64 <= NUMERIC_SHARE * column.filled as f64 && column.filled > 0 {
+                let word = column.first_word.map(|(_, word)| word).unwrap_or_default();
+                source.notes.push((name, format!("text, for example '{word}'")));
+                continue;
+            }
+            if let Some((line, word)) = column.first_word {
+                let count = column.words;
+                warnings.push(format!(
+                    "'{name}': {count} cells are no numbers and are NaN, the first '{word}' in line {line}"
+                ));
+            }
+            if source.channels.iter().any(|channel| channel.name == name) {
+                let unique = format!("{name} (column {})", index + 1);
+                warnings.push(format!("two columns are called '{name}'; the later one is listed as '{unique}'"));
+                name = unique;
+            }
+            let unit = self.layout.units.get(index).cloned().flatten();
+            source.channels.push(ChannelInfo::new(name, unit, column.values));
+        }
+    }
+}
+
+impl Column {
+    fn push(&mut self, cell: &[u8], decimal_comma: bool, line: usize) {
+        if cell.is_empty() {
+            self.values.push(f64::NAN);
+            return;
+        }
+        self.filled += 1;
+        let value = number(cell, decimal_comma).unwrap_or_else(|| {
+            self.words += 1;
+            self.first_word.get_or_insert_with(|| (line, String::from_utf8_lossy(cell).chars().take(40).collect()));
+            f64::NAN
+        });
+        self.values.push(value);
+    }
+}
+
+fn memchr_quote(data: &[u8]) -> bool {
+    data.contains(&b'"')
+}

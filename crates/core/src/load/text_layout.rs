@@ -1,0 +1,281 @@
+//! How a text file is laid out: separator, decimal sign, header, units row, first line of numbers.
+
+use super::contents::Format;
+use crate::quantity::Unit;
+
+/// Lines at the end of the sample that decide the separator: numbers are there if anywhere.
+const DECIDING_LINES: usize = 40;
+/// Bytes at the start of the file that are looked at.
+const SAMPLE_BYTES: usize = 64 * 1024;
+/// Part of the filled cells of a line that must be numbers for it to count as data.
+const NUMERIC_SHARE: f64 = 0.5;
+
+/// How the cells of a line are told apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Separator {
+    /// One byte between cells.
+    Byte(u8),
+    /// Any run of blanks.
+    Blanks,
+}
+
+/// Layout of a text file.
+#[derive(Clone, Debug)]
+pub(super) struct TextLayout {
+    pub separator: Separator,
+    /// Whether `,` is the decimal sign.
+    pub decimal_comma: bool,
+    /// Names and units of the columns; no names where the file has no header.
+    pub names: Vec<String>,
+    pub units: Vec<Option<String>>,
+    pub columns: usize,
+    /// Offset of the first line of numbers, and its number from 1.
+    pub data_at: usize,
+    pub data_line: usize,
+    /// Lines before the header.
+    pub notes: Vec<String>,
+}
+
+impl TextLayout {
+    /// Format that this layout is reported as.
+    pub fn format(&self) -> Format {
+        match self.separator {
+            Separator::Byte(_) => Format::DelimitedText,
+            Separator::Blanks => Format::TextColumns,
+        }
+    }
+
+    /// Finds the layout of `contents`; `None` if there are no lines of numbers.
+    pub fn find(contents: &[u8]) -> Option<Self> {
+        let sample = &contents[..contents.len().min(SAMPLE_BYTES)];
+        let whole = sample.len() == contents.len();
+        let end = if whole { sample.len() } else { sample.iter().rposition(|&byte| byte == b'\n')? };
+        let lines: Vec<&[u8]> = sample[..end].split(|&byte| byte == b'\n').collect();
+        let filled: Vec<&[u8]> = lines.iter().copied().filter(|line| !line.trim_ascii().is_empty()).collect();
+        let deciding = &filled[filled.len().saturating_sub(DECIDING_LINES.min(filled.len().div_ceil(2)))..];
+        let (separator, decimal_comma, columns) = decide(deciding)?;
+        let mut at = 0;
+        let mut before: Vec<Vec<String>> = Vec::new();
+        for (index, line) in lines.iter().enumerate() {
+            let cells = cells(line, separator);
+            if cells.len() == columns && is_data(&cells, decimal_comma) {
+                let (names, units, notes) = header(&before, separator, columns);
+                let data_line = index + 1;
+                return Some(Self { separator, decimal_comma, names, units, columns, data_at: at, data_line, notes });
+            }
+            before.push(cells);
+            at += line.len() + 1;
+        }
+        None
+    }
+}
+
+/// Separator, decimal comma and number of columns that make the most of `lines`.
+fn decide(lines: &[&[u8]]) -> Option<(Separator, bool, usize)> {
+    let candidates = [
+        (Separator::Byte(b';'), false),
+        (Separator::Byte(b';'), true),
+        (Separator::Byte(b'\t'), false),
+        (Separator::Byte(b'\t'), true),
+        (Separator::Byte(b','), false),
+        (Separator::Blanks, false),
+        (Separator::Blanks, true),
+    ];
+    let score = |&(separator, comma): &(Separator, bool)| {
+        let rows: Vec<Vec<String>> = lines.iter().map(|line| cells(line, separator)).collect();
+        let mut counts: Vec<usize> = rows.iter().map(Vec::len).collect();
+        counts.sort_unstable();
+        // The most frequent width; a last line that was cut off does not decide.
+        let width = counts.iter().copied().max_by_key(|width| counts.iter().filter(|other| *other == width).count())?;
+        let data = rows.iter().filter(|cells| cells.len() == width && is_data(cells, comma)).count();
+        let numbers = rows.iter().flatten().filter(|cell| number(cell.as_bytes(), comma).is_some()).count();
+        (data > 0 && 2 * data >= rows.len()).then_some((numbers, width))
+    };
+    let scored = candidates.iter().filter_map(|candidate| Some((score(candidate)?, candidate)));
+    // The first of the best: an earlier candidate wins a tie.
+    let best = scored.rev().max_by_key(|((numbers, _), _)| *numbers)?;
+    let ((_, width), &(separator, comma)) = best;
+    Some((separator, comma, width))
+}
+
+/// Whether most filled cells of a line are numbers.
+fn is_data(cells: &[String], decimal_comma: bool) -> bool {
+    let filled = cells.iter().filter(|cell| !cell.is_empty()).count();
+    let numbers = cells.iter().filter(|cell| number(cell.as_bytes(), decimal_comma).is_some()).count();
+    numbers > 0 && numbers as f64 >= NUMERIC_SHARE * filled as f64
+}
+
+/// Cells of a line, without quotes and blanks around them.
+fn cells(line: &[u8], separator: Separator) -> Vec<String> {
+    let line = decoded(line);
+    match separator {
+        Separator::Blanks => line
+            .trim_start_matches(['#', '%'])
+            .split_whitespace()
+            .map(|cell| cell.trim_matches('"').to_owned())
+            .collect(),
+        Separator::Byte(byte) => {
+            let mut cells = vec![String::new()];
+            let mut quoted = false;
+            for letter in line.trim_end_matches('\r').chars() {
+                match letter {
+                    '"' => quoted = !quoted,
+                    letter if letter == char::from(byte) && !quoted => cells.push(String::new()),
+                    letter => {
+                        if let Some(cell) = cells.last_mut() {
+                            cell.push(letter);
+                        }
+                    }
+                }
+            }
+            cells.iter().map(|cell| cell.trim().to_owned()).collect()
+        }
+    }
+}
+
+/// Text of a line: UTF-8, or else Latin-1, in which recorders write the degree sign.
+fn decoded(line: &[u8]) -> String {
+    match std::str::from_utf8(line) {
+        Ok(text) => text.trim_start_matches('\u{feff}').to_owned(),
+        Err(_) => line.iter().map(|&byte| char::from(byte)).collect(),
+    }
+}
+
+/// Names, units and metadata out of the lines before the numbers.
+fn header(
+    before: &[Vec<String>],
+    separator: Separator,
+    columns: usize,
+) -> (Vec<String>, Vec<Option<String>>, Vec<String>) {
+    let is_row = |cells: &&Vec<String>| cells.len() == columns && cells.iter().any(|cell| !cell.is_empty());
+    let mut rows: Vec<usize> = (0..before.len()).filter(|&line| is_row(&&before[line])).rev().take(2).collect();
+    let is_unit =
+        |cell: &String| cell.is_empty() || cell == "-" || Unit::parse(cell).is_ok_and(|unit| unit.symbol != "-");
+    let filled = |line: usize| before[line].iter().filter(|cell| !cell.is_empty()).count();
+    let mut units = vec![None; columns];
+    if let [last, above] = rows[..] {
+        let known = before[last].iter().filter(|cell| !cell.is_empty() && is_unit(cell)).count();
+        // A row of names may hold a letter that is also a unit (t, m, g); the row below names has units in most cells.
+        if 2 * known >= filled(last).max(1) && filled(above) >= filled(last) {
+            units = before[last].iter().map(|cell| (!cell.is_empty()).then(|| bare(cell))).collect();
+            rows.remove(0);
+        }
+    }
+    let Some(&at) = rows.first() else {
+        return (Vec::new(), units, notes(before, before.len(), separator));
+    };
+    let mut names = Vec::with_capacity(columns);
+    for (cell, unit) in before[at].iter().zip(&mut units) {
+        let (name, own) = split_unit(cell.trim_start_matches(['#', '%']).trim());
+        if unit.is_none() {
+            *unit = own;
+        }
+        names.push(name);
+    }
+    (names, units, notes(before, at, separator))
+}
+
+fn notes(before: &[Vec<String>], end: usize, separator: Separator) -> Vec<String> {
+    let between = if separator == Separator::Blanks { " " } else { ", " };
+    let text =
+        |cells: &Vec<String>| cells.iter().filter(|cell| !cell.is_empty()).cloned().collect::<Vec<_>>().join(between);
+    before[..end].iter().map(text).filter(|line| !line.is_empty()).collect()
+}
+
+fn bare(unit: &str) -> String {
+    unit.trim_start_matches(['[', '(']).trim_end_matches([']', ')']).trim().to_owned()
+}
+
+/// Name and unit of a header cell `alpha [deg]`, `alpha (deg)` or `alpha`. Round brackets that hold no unit stay in the name.
+fn split_unit(cell: &str) -> (String, Option<String>) {
+    for (open, close) in [('[', ']'), ('(', ')')] {
+        let Some((name, unit)) = cell.strip_suffix(close).and_then(|cell| cell.rsplit_once(open)) else { continue };
+        let is_index = unit.bytes().all(|byte| byte.is_ascii_digit());
+        if !name.is_empty() && !is_index && (open == '[' || Unit::parse(unit).is_ok()) {
+            return (name.trim().to_owned(), Some(unit.trim().to_owned()));
+        }
+    }
+    (cell.to_owned(), None)
+}
+
+/// The number in a cell: decimal point or comma, exponents with E or D, `nan` and `inf`, or a time of day `hh:mm:ss` in s.
+pub(super) fn number(cell: &[u8], decimal_comma: bool) -> Option<f64> {
+    let cell = cell.trim_ascii();
+    let cell = cell.strip_prefix(b"+").unwrap_or(cell);
+    let first = *cell.first()?;
+    if let (false, Ok(value)) = (decimal_comma, fast_float2::parse(cell)) {
+        return Some(value);
+    }
+    if !(first.is_ascii_digit() || matches!(first, b'-' | b'.' | b',')) || cell.len() > 64 {
+        return if decimal_comma { fast_float2::parse(cell).ok() } else { None };
+    }
+    let mut plain = [0_u8; 64];
+    for (to, &from) in plain.iter_mut().zip(cell) {
+        *to = match from {
+            b',' if decimal_comma => b'.',
+            b'.' if decimal_comma => return None,
+            b'D' | b'd' => b'E',
+            other => other,
+        };
+    }
+    let plain = &plain[..cell.len()];
+    fast_float2::parse(plain).ok().or_else(|| time_of_day(plain))
+}
+
+/// Seconds of a time of day `hh:mm:ss` or `hh:mm:ss.fff`.
+fn time_of_day(cell: &[u8]) -> Option<f64> {
+    let mut parts = std::str::from_utf8(cell).ok()?.split(':');
+    let (hours, minutes, seconds) = (parts.next()?, parts.next()?, parts.next()?);
+    let (hours, minutes): (u8, u8) = (hours.parse().ok()?, minutes.parse().ok()?);
+    let seconds: f64 = seconds.parse().ok()?;
+    let valid = parts.next().is_none() && minutes < 60 && (0.0..61.0).contains(&seconds);
+    valid.then(|| f64::from(hours) * 3600.0 + f64::from(minutes) * 60.0 + seconds)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_understood_in_every_spelling() {
+        for (cell, comma, value) in [
+            ("1.5", false, 1.5),
+            (" -1.5e-3 ", false, -1.5e-3),
+            ("+2", false, 2.0),
+            ("1.5D+02", false, 150.0),
+            ("1,5", true, 1.5),
+            ("-3,25E1", true, -32.5),
+            ("01:02:03.5", false, 3723.5),
+        ] {
+            assert_eq!(number(cell.as_bytes(), comma), Some(value), "{cell}");
+        }
+        assert!(number(b"NaN", false).unwrap().is_nan());
+        for cell in ["", "abc", "12 kt", "1.2.3", "2024-05-01"] {
+            assert_eq!(number(cell.as_bytes(), false), None, "{cell}");
+        }
+    }
+
+    #[test]
+    fn layout_finds_metadata_header_and_units_row() {
+        let text = b"Recorder;ABC 12\nDate;2024-05-01\n\ntime;alpha;V\ns;deg;kt\n0,0;1,5;90\n0,1;;91\n0,2;1,7;92\n";
+        let layout = TextLayout::find(text).unwrap();
+        assert_eq!((layout.separator, layout.decimal_comma, layout.columns), (Separator::Byte(b';'), true, 3));
+        assert_eq!(layout.names, ["time", "alpha", "V"]);
+        assert_eq!(layout.units.iter().flatten().collect::<Vec<_>>(), ["s", "deg", "kt"]);
+        assert_eq!(layout.data_line, 6);
+        assert_eq!(layout.notes.len(), 2);
+    }
+
+    #[test]
+    fn layout_reads_units_in_the_header_and_columns_without_one() {
+        let layout = TextLayout::find(b"# t[s]  alpha(deg)  n(1)\n 0 1 2\n 1 2 3\n 2 3 4\n").unwrap();
+        assert_eq!(
+            (layout.separator, layout.names.as_slice()),
+            (Separator::Blanks, &["t", "alpha", "n(1)"].map(String::from)[..])
+        );
+        assert_eq!(layout.units[1].as_deref(), Some("deg"));
+        let bare = TextLayout::find(b"0,1\n1,2\n2,3\n").unwrap();
+        assert!(bare.names.is_empty());
+        assert_eq!((bare.columns, bare.data_line), (2, 1));
+    }
+}

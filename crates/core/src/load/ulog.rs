@@ -1,0 +1,275 @@
+//! PX4 flight logs: a source per topic, times in microseconds since boot.
+//!
+//! Form: PX4 guide, "ULog File Format", version 1.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use super::contents::{ChannelInfo, Source};
+use super::{Format, LoadError};
+
+/// Bytes of the file header.
+const HEADER_BYTES: usize = 16;
+/// Deepest nesting of message formats that is followed.
+const MAX_DEPTH: usize = 8;
+/// Most numbers in one message, a bound against formats that multiply.
+const MAX_FIELDS: usize = 4096;
+
+/// A field of a message format: type, number of elements, name.
+struct Field {
+    kind: String,
+    count: usize,
+    name: String,
+}
+
+/// A number in a message.
+struct Number {
+    name: String,
+    offset: usize,
+    kind: Kind,
+}
+
+#[derive(Clone, Copy)]
+enum Kind {
+    I8,
+    U8,
+    I16,
+    U16,
+    I32,
+    U32,
+    I64,
+    U64,
+    F32,
+    F64,
+}
+
+impl Kind {
+    fn of(name: &str) -> Option<(Self, usize)> {
+        Some(match name {
+            "int8_t" => (Self::I8, 1),
+            "uint8_t" | "bool" => (Self::U8, 1),
+            "int16_t" => (Self::I16, 2),
+            "uint16_t" => (Self::U16, 2),
+            "int32_t" => (Self::I32, 4),
+            "uint32_t" => (Self::U32, 4),
+            "int64_t" => (Self::I64, 8),
+            "uint64_t" => (Self::U64, 8),
+            "float" => (Self::F32, 4),
+            "double" => (Self::F64, 8),
+            _ => return None,
+        })
+    }
+
+    /// The number at the start of `bytes`; NaN where they end before it does.
+    fn read(self, bytes: &[u8]) -> f64 {
+        macro_rules! little {
+            ($type:ty) => {
+                bytes.first_chunk().map_or(f64::NAN, |bytes| <$type>::from_le_bytes(*bytes) as f64)
+            };
+        }
+        match self {
+            Self::I8 => little!(i8),
+            Self::U8 => little!(u8),
+            Self::I16 => little!(i16),
+            Self::U16 => little!(u16),
+            Self::I32 => little!(i32),
+            Self::U32 => little!(u32),
+            Self::I64 => little!(i64),
+            Self::U64 => little!(u64),
+            Self::F32 => little!(f32),
+            Self::F64 => little!(f64),
+        }
+    }
+}
+
+/// A logged topic and what it has collected.
+struct Topic {
+    name: String,
+    numbers: Vec<Number>,
+    bytes: usize,
+    values: Vec<Vec<f64>>,
+    short: usize,
+}
+
+/// Sources of a flight log, and warnings.
+pub(super) fn sources(path: &Path, contents: &[u8]) -> Result<(Vec<Source>, Vec<String>), LoadError> {
+    let mut log = Log::default();
+    let mut at = HEADER_BYTES;
+    while at < contents.len() {
+        let left = contents.len() - at;
+        let size = contents.get(at..at + 2).map(|bytes| usize::from(u16::from_le_bytes([bytes[0], bytes[1]])));
+        let whole = size.filter(|size| at + 3 + size <= contents.len());
+        let Some(size) = whole else {
+            // A log ends where the power went off: what is complete counts.
+            log.warnings
+                .push(format!("the log is cut off at byte {at}, {left} bytes of an incomplete message are left out"));
+            break;
+        };
+        let body = &contents[at + 3..at + 3 + size];
+        log.message(contents[at + 2], body).map_err(|what| {
+            let what = format!("message at byte {at}: {what}");
+            LoadError::Damaged { path: path.to_owned(), format: Format::ULog, what }
+        })?;
+        at += 3 + size;
+    }
+    if contents.len() < HEADER_BYTES {
+        let (format, what) = (Format::ULog, "the header");
+        let (needed, left) = (HEADER_BYTES as u64, contents.len() as u64);
+        return Err(LoadError::Truncated { path: path.to_owned(), format, at: 0, what, needed, left });
+    }
+    Ok(log.into_sources())
+}
+
+#[derive(Default)]
+struct Log {
+    formats: BTreeMap<String, Vec<Field>>,
+    topics: BTreeMap<u16, Topic>,
+    notes: Vec<(String, String)>,
+    warnings: Vec<String>,
+    dropouts: usize,
+    dropout_ms: u64,
+    unknown: usize,
+}
+
+impl Log {
+    fn message(&mut self, kind: u8, body: &[u8]) -> Result<(), String> {
+        match kind {
+            b'F' => self.format(body),
+            b'A' => self.subscribe(body),
+            b'D' => {
+                self.data(body);
+                Ok(())
+            }
+            b'I' => {
+                self.information(body);
+                Ok(())
+            }
+            b'O' => {
+                self.dropouts += 1;
+                self.dropout_ms += body.first_chunk().map_or(0, |bytes| u64::from(u16::from_le_bytes(*bytes)));
+                Ok(())
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// `name:type field;type[n] field;`
+    fn format(&mut self, body: &[u8]) -> Result<(), String> {
+        let text = String::from_utf8_lossy(body);
+        let (name, fields) = text.split_once(':').ok_or("a format without a name")?;
+        let fields = fields.split(';').filter(|field| !field.trim().is_empty()).map(|field| {
+            let (kind, name) = field.trim().split_once(' ').ok_or_else(|| format!("field '{field}' has no type"))?;
+            let (kind, count) = match kind.strip_suffix(']').and_then(|kind| kind.split_once('[')) {
+                Some((kind, count)) => {
+                    (kind, count.parse().map_err(|_| format!("field '{field}' has no valid length"))?)
+                }
+                None => (kind, 1),
+            };
+            Ok(Field { kind: kind.to_owned(), count, name: name.trim().to_owned() })
+        });
+        let fields = fields.collect::<Result<_, String>>()?;
+        self.formats.insert(name.to_owned(), fields);
+        Ok(())
+    }
+
+    fn subscribe(&mut self, body: &[u8]) -> Result<(), String> {
+        let [multi, low, high, name @ ..] = body else { return Err("a subscription of too few bytes".to_owned()) };
+        let format = String::from_utf8_lossy(name).into_owned();
+        let mut numbers = Vec::new();
+        let bytes = self.expand(&format, "", 0, 0, &mut numbers)?;
+        let name = if *multi == 0 { format } else { format!("{format}.{multi}") };
+        let values = numbers.iter().map(|_| Vec::new()).collect();
+        self.topics.insert(u16::from_le_bytes([*low, *high]), Topic { name, numbers, bytes, values, short: 0 });
+        Ok(())
+    }
+
+    /// Adds the numbers of `format` from `offset` on and gives the offset after them.
+    fn expand(
+        &self,
+        format: &str,
+        prefix: &str,
+        mut offset: usize,
+        depth: usize,
+        numbers: &mut Vec<Number>,
+    ) -> Result<usize, String> {
+        let fields = self.formats.get(format).ok_or_else(|| format!("format '{format}' is not defined"))?;
+        if depth > MAX_DEPTH {
+            return Err(format!("format '{format}' nests deeper than {MAX_DEPTH}"));
+        }
+        for field in fields {
+            if field.count > MAX_FIELDS || numbers.len() > MAX_FIELDS {
+                return Err(format!("format '{format}' has more than {MAX_FIELDS} numbers"));
+            }
+            for index in 0..field.count {
+                let index = if field.count == 1 { String::new() } else { format!("[{index}]") };
+                let name = format!("{prefix}{}{index}", field.name);
+                if field.kind == "char" {
+                    offset += 1;
+                } else if let Some((kind, size)) = Kind::of(&field.kind) {
+                    if !field.name.starts_with("_padding") {
+                        numbers.push(Number { name, offset, kind });
+                    }
+                    offset += size;
+                } else {
+                    offset = self.expand(&field.kind, &format!("{name}."), offset, depth + 1, numbers)?;
+                }
+            }
+        }
+        Ok(offset)
+    }
+
+    fn data(&mut self, body: &[u8]) {
+        let id = body.first_chunk().map(|bytes| u16::from_le_bytes(*bytes));
+        let Some(topic) = id.and_then(|id| self.topics.get_mut(&id)) else {
+            self.unknown += 1;
+            return;
+        };
+        let body = &body[2..];
+        // Padding at the end of a message is not written.
+        let needed = topic.numbers.last().map_or(0, |number| number.offset);
+        topic.short += usize::from(body.len() <= needed && topic.bytes > 0);
+        for (number, values) in topic.numbers.iter().zip(&mut topic.values) {
+            values.push(number.kind.read(body.get(number.offset..).unwrap_or(&[])));
+        }
+    }
+
+    /// `length, "type name", value`: text is kept.
+    fn information(&mut self, body: &[u8]) {
+        let Some((&length, rest)) = body.split_first() else { return };
+        let Some((key, value)) = rest.split_at_checked(usize::from(length)) else { return };
+        let key = String::from_utf8_lossy(key);
+        if let Some((_, name)) = key.split_once(' ').filter(|(kind, _)| kind.starts_with("char")) {
+            let text = String::from_utf8_lossy(value).into_owned();
+            self.notes.push((name.to_owned(), text));
+        }
+    }
+
+    fn into_sources(mut self) -> (Vec<Source>, Vec<String>) {
+        if self.dropouts > 0 {
+            let (count, length) = (self.dropouts, self.dropout_ms);
+            self.warnings.push(format!("the logger dropped data {count} times, {length} ms in all; see the gaps"));
+        }
+        if self.unknown > 0 {
+            self.warnings.push(format!("{} messages of unknown topics are left out", self.unknown));
+        }
+        let mut sources = Vec::new();
+        for topic in self.topics.into_values() {
+            if topic.short > 0 {
+                let (count, name) = (topic.short, &topic.name);
+                self.warnings.push(format!("topic '{name}': {count} messages are too short; what they lack is NaN"));
+            }
+            let mut source = Source::new(topic.name);
+            for (number, values) in topic.numbers.into_iter().zip(topic.values).filter(|(_, values)| !values.is_empty())
+            {
+                let unit = (number.name == "timestamp").then(|| "us".to_owned());
+                source.channels.push(ChannelInfo::new(number.name, unit, values));
+            }
+            sources.push(source);
+        }
+        sources.retain(|source| !source.channels.is_empty());
+        if let Some(first) = sources.first_mut() {
+            first.notes = self.notes;
+        }
+        (sources, self.warnings)
+    }
+}
