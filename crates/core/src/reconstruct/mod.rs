@@ -1,10 +1,22 @@
 //! Flight path reconstruction: kinematics, extended and iterated extended Kalman filter, consistency.
 
+mod blocks;
+mod covariance;
+mod error;
+mod initial;
+mod kernel;
+mod kinematics;
 mod layout;
+mod real;
+mod run;
+mod schedule;
 mod settings;
+mod transition;
 
+pub use error::ReconstructError;
 pub use layout::{INPUTS, Input, MEASUREMENTS, Measurement, STATES, State};
-pub use settings::{FilterSettings, InputHold, Linearisation, Method, SettingError};
+pub use run::{lane_groups, lanes, reconstruct, reconstruct_many};
+pub use settings::{FilterSettings, InputHold, Linearisation, Method, SettingError, ValidSettings};
 
 /// Inertial samples that drive the filter. All columns have the length of `time_s`.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,7 +45,7 @@ pub struct FilterData {
     pub measurements: [MeasurementSeries; MEASUREMENTS],
 }
 
-/// Result of a reconstruction; every column has the length of `time_s`.
+/// Result of a reconstruction. State columns have the length of `time_s`, those of innovations that of `update_time_s`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reconstruction {
     /// Time of the inertial samples, s.
@@ -42,9 +54,13 @@ pub struct Reconstruction {
     pub states: [Vec<f64>; STATES],
     /// Standard deviation of each state, SI.
     pub deviations: [Vec<f64>; STATES],
+    /// Times of the inertial samples and of the measurements between them, s: equal to `time_s` where every measurement
+    /// was taken at an inertial sample.
+    pub update_time_s: Vec<f64>,
     /// Innovation of each measurement at each time; NaN where there was none. SI.
     pub innovations: [Vec<f64>; MEASUREMENTS],
-    /// Predicted standard deviation of each innovation, the square root of the diagonal of `H P H' + R`. SI.
+    /// Predicted standard deviation of each innovation, the square root of the diagonal of `H P H' + R`; NaN
+    /// where there was none. SI.
     pub innovation_deviations: [Vec<f64>; MEASUREMENTS],
     /// Normalised innovation squared of each time; NaN where nothing was measured.
     pub nis: Vec<f64>,
@@ -52,8 +68,19 @@ pub struct Reconstruction {
     pub nis_degrees: Vec<u8>,
     /// Covariance of the final state, SI.
     pub final_covariance: nalgebra::SMatrix<f64, STATES, STATES>,
+    /// Smoothed path, where the settings ask for it.
+    pub smoothed: Option<Smoothed>,
     /// Largest number of iterations any update took.
     pub max_iterations_used: usize,
     /// Findings, one line each.
     pub warnings: Vec<String>,
+}
+
+/// Path smoothed by the whole window; every column has the length of the inertial time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Smoothed {
+    /// Smoothed estimate of each state, SI.
+    pub states: [Vec<f64>; STATES],
+    /// Its standard deviation, SI.
+    pub deviations: [Vec<f64>; STATES],
 }

@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use super::layout::{INPUTS, MEASUREMENTS, STATES};
+use super::layout::{INPUTS, Input, MEASUREMENTS, Measurement, STATES, State};
 
 /// How the measurement update treats its nonlinearity.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,7 +37,7 @@ pub enum Linearisation {
     Predicted,
 }
 
-/// Unchecked settings of the reconstruction.
+/// Unchecked settings of the reconstruction; [`FilterSettings::check`] makes them valid.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FilterSettings {
     /// Filter.
@@ -52,13 +52,97 @@ pub struct FilterSettings {
     pub process_noise: [f64; INPUTS],
     /// Standard deviation of each measurement (square root of the diagonal of R); SI.
     pub measurement_noise: [f64; MEASUREMENTS],
-    /// Standard deviation of each state before the first measurement; zero freezes the state at its initial value. SI.
+    /// Standard deviation of each state before the first measurement; zero says it is known; a bias or
+    /// wind then stays at its initial value unless it has a random walk. SI.
     pub initial_deviation: [f64; STATES],
     /// Initial state; an entry that is `None` is taken from the first measurements (zero for biases and wind). SI.
     pub initial_state: [Option<f64>; STATES],
     /// Standard deviation of a random walk on each state, SI per square root of a second; zero for none.
     pub random_walk: [f64; STATES],
+    /// Whether to smooth the filtered path backwards (Rauch-Tung-Striebel).
+    pub smooth: bool,
 }
+
+impl Default for FilterSettings {
+    /// Iterated filter with first-order hold, noise of good flight-test instruments: accelerometers 0.02 m/s², gyros
+    /// 0.005 deg/s, position 1 m, ground velocity 0.05 m/s, attitude 0.05 deg, airspeed 0.2 m/s, flow angles 0.1 deg.
+    fn default() -> Self {
+        let [attitude, flow, gyro] = [0.05_f64, 0.1, 0.005].map(f64::to_radians);
+        let [attitude_0, bias_gyro_0] = [2.0_f64, 0.05].map(f64::to_radians);
+        let mut initial_deviation = [0.0; STATES];
+        let groups = [10.0, 5.0, attitude_0, 0.1, bias_gyro_0, 20.0];
+        for (deviation, group) in initial_deviation.chunks_exact_mut(3).zip(groups) {
+            deviation.fill(group);
+        }
+        Self {
+            method: Method::Iekf { max_iterations: 10, tolerance: 1e-3 },
+            hold: InputHold::FirstOrder,
+            linearisation: Linearisation::Prior,
+            gravity_m_s2: STANDARD_GRAVITY_M_S2,
+            process_noise: [0.02, 0.02, 0.02, gyro, gyro, gyro],
+            measurement_noise: [1.0, 1.0, 1.0, 0.05, 0.05, 0.05, attitude, attitude, attitude, 0.2, flow, flow],
+            initial_deviation,
+            initial_state: [None; STATES],
+            random_walk: [0.0; STATES],
+            smooth: false,
+        }
+    }
+}
+
+/// Standard gravity, m/s² (ISO 80000-3).
+const STANDARD_GRAVITY_M_S2: f64 = 9.806_65;
+
+/// Settings that passed [`FilterSettings::check`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct ValidSettings(FilterSettings);
+
+impl std::ops::Deref for ValidSettings {
+    type Target = FilterSettings;
+
+    fn deref(&self) -> &FilterSettings {
+        &self.0
+    }
+}
+
+impl FilterSettings {
+    /// The settings as valid ones, or every field outside its range.
+    pub fn check(&self) -> Result<ValidSettings, Vec<SettingError>> {
+        let mut errors = Vec::new();
+        let mut require = |ok: bool, field: String, value: f64, allowed: &'static str| {
+            if !ok {
+                errors.push(SettingError { field, value, allowed });
+            }
+        };
+        if let Method::Iekf { max_iterations, tolerance } = self.method {
+            let count = max_iterations as f64;
+            require((1..=100).contains(&max_iterations), "method.max_iterations".into(), count, "1 to 100");
+            require((1e-12..=1.0).contains(&tolerance), "method.tolerance".into(), tolerance, "1e-12 to 1");
+        }
+        let g = self.gravity_m_s2;
+        require((9.7..=9.9).contains(&g), "gravity_m_s2".into(), g, "9.7 to 9.9 m/s²");
+        for input in Input::ALL {
+            let value = self.process_noise[input as usize];
+            require((0.0..1e3).contains(&value), format!("process_noise.{}", input.name()), value, NOT_NEGATIVE);
+        }
+        for measurement in Measurement::ALL {
+            let value = self.measurement_noise[measurement as usize];
+            let field = format!("measurement_noise.{}", measurement.name());
+            require((1e-9..1e6).contains(&value), field, value, "1e-9 to 1e6");
+        }
+        for state in State::ALL {
+            let (k, name) = (state as usize, state.name());
+            let value = self.initial_deviation[k];
+            require((0.0..1e6).contains(&value), format!("initial_deviation.{name}"), value, "0 to 1e6");
+            let value = self.random_walk[k];
+            require((0.0..1e3).contains(&value), format!("random_walk.{name}"), value, NOT_NEGATIVE);
+            let value = self.initial_state[k].unwrap_or(0.0);
+            require(value.abs() < 1e8, format!("initial_state.{name}"), value, "finite, below 1e8 in magnitude");
+        }
+        if errors.is_empty() { Ok(ValidSettings(self.clone())) } else { Err(errors) }
+    }
+}
+
+const NOT_NEGATIVE: &str = "0 to 1e3";
 
 /// A setting outside its range.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -70,4 +154,22 @@ pub struct SettingError {
     pub value: f64,
     /// Range in words.
     pub allowed: &'static str,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn default_settings_are_valid() {
+        assert!(FilterSettings::default().check().is_ok());
+    }
+
+    #[test]
+    fn check_names_every_field_outside_its_range() {
+        let mut settings = FilterSettings { gravity_m_s2: f64::NAN, ..FilterSettings::default() };
+        settings.measurement_noise[Measurement::AngleOfAttack as usize] = 0.0;
+        let fields: Vec<String> = settings.check().unwrap_err().into_iter().map(|error| error.field).collect();
+        assert_eq!(fields, ["gravity_m_s2", "measurement_noise.alpha"]);
+    }
 }

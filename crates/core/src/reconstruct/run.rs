@@ -1,0 +1,378 @@
+//! From recorded samples to a reconstruction: manoeuvres side by side in lanes, block by block.
+
+use std::ops::ControlFlow;
+
+use nalgebra::SMatrix;
+
+use super::blocks::Vec3;
+use super::covariance::{Covariance, GROUPS};
+use super::initial::initial_state;
+use super::kernel::{Estimate, Step, Tuning};
+use super::layout::{INPUTS, MEASUREMENTS, STATES, State};
+use super::real::Real;
+use super::schedule::{Event, Schedule, check};
+use super::settings::{Linearisation, Method, ValidSettings};
+use super::transition::Inputs;
+use super::{FilterData, ReconstructError, Reconstruction};
+
+/// Steps between two looks at the watcher.
+const BLOCK: usize = 32;
+/// Numbers that drive one step: dt, noise scale, inputs at both ends, measurements and their presence.
+const DRIVE: usize = 2 + 2 * INPUTS + 2 * MEASUREMENTS;
+/// Numbers one step tells: states, their deviations, innovations, their deviations, NIS, pivot, iterations.
+const RECORD: usize = 2 * STATES + 2 * MEASUREMENTS + 3;
+const DEVIATIONS: usize = STATES;
+const INNOVATIONS: usize = 2 * STATES;
+const INNOVATION_DEVIATIONS: usize = INNOVATIONS + MEASUREMENTS;
+const NIS: usize = INNOVATION_DEVIATIONS + MEASUREMENTS;
+const PIVOT: usize = NIS + 1;
+const ITERATIONS: usize = NIS + 2;
+
+/// Pitch angle beyond which Euler angles are refused, rad.
+const STEEPEST_PITCH_RAD: f64 = 89.0 * std::f64::consts::PI / 180.0;
+/// Magnitude beyond which a state means divergence, SI: no aircraft is there.
+const DIVERGED: f64 = 1e8;
+
+/// Called between blocks with the part done, 0 to 1; `Break` cancels.
+pub type Watch<'a> = &'a mut dyn FnMut(f64) -> ControlFlow<()>;
+
+/// Reconstructs the flight path of one window.
+///
+/// Extended or iterated extended Kalman filter over the kinematic model of thesis Eq. 3.7 with the measurements of
+/// Eq. 3.8, any subset of them, each at its own times. A measurement between two inertial samples splits the step
+/// there. The first inertial sample starts the filter and measurements up to it are not updated with: they may have
+/// given the initial state.
+///
+/// # Errors
+/// Data that cannot be filtered, divergence, and cancellation by `watch`; never a result that is not finite.
+pub fn reconstruct(
+    data: &FilterData,
+    settings: &ValidSettings,
+    watch: Watch<'_>,
+) -> Result<Reconstruction, ReconstructError> {
+    let mut results = reconstruct_many(&[data], settings, watch);
+    results.pop().unwrap_or(Err(ReconstructError::TooFewSamples { samples: 0 }))
+}
+
+/// Reconstructs several windows, as many side by side as the machine has lanes. Results come in the order of `data`,
+/// and do not depend on which windows share a group. For several threads, give each the windows of some of the
+/// [`lane_groups`].
+pub fn reconstruct_many(
+    data: &[&FilterData],
+    settings: &ValidSettings,
+    watch: Watch<'_>,
+) -> Vec<Result<Reconstruction, ReconstructError>> {
+    let mut results: Vec<Option<Result<Reconstruction, ReconstructError>>> = data.iter().map(|_| None).collect();
+    let groups = lane_groups(data);
+    let total: usize = data.iter().map(|window| window.inputs.time_s.len()).sum();
+    let mut done = 0;
+    for group in groups {
+        let windows: Vec<&FilterData> = group.iter().map(|&k| data[k]).collect();
+        let samples: usize = windows.iter().map(|window| window.inputs.time_s.len()).sum();
+        let mut part = |part: f64| watch((done as f64 + part * samples as f64) / total.max(1) as f64);
+        let outcome = run_group::<f64>(&windows, settings, run_block::<f64>, &mut part);
+        done += samples;
+        for (&k, result) in group.iter().zip(outcome) {
+            results[k] = Some(result);
+        }
+    }
+    results.into_iter().map(|result| result.unwrap_or(Err(ReconstructError::Cancelled))).collect()
+}
+
+/// Number of windows the machine runs side by side.
+pub fn lanes() -> usize {
+    1
+}
+
+/// Groups of windows, by index, that run side by side: as many as there are lanes, of similar length.
+pub fn lane_groups(data: &[&FilterData]) -> Vec<Vec<usize>> {
+    let mut order: Vec<usize> = (0..data.len()).collect();
+    order.sort_by_key(|&k| data[k].inputs.time_s.len());
+    order.chunks(lanes()).map(<[usize]>::to_vec).collect()
+}
+
+/// Runs a number of steps: estimate, tuning, number of steps, what drives them, what they tell.
+type BlockRun<T> = fn(&mut Estimate<T>, &Tuning<T>, usize, &[f64], &mut [f64]);
+
+/// A window on its way through the filter.
+struct Window<'a> {
+    schedule: Schedule<'a>,
+    result: Reconstruction,
+    /// Events of the block under way.
+    events: Vec<Event>,
+    /// First thing that went wrong.
+    error: Option<ReconstructError>,
+}
+
+/// Reconstructs at most `T::LANES` windows.
+fn run_group<T: Real>(
+    data: &[&FilterData],
+    settings: &ValidSettings,
+    run: BlockRun<T>,
+    watch: Watch<'_>,
+) -> Vec<Result<Reconstruction, ReconstructError>> {
+    let mut windows: Vec<Result<Window<'_>, ReconstructError>> =
+        data.iter().map(|data| Window::new(data, settings)).collect();
+    let mut estimate = initial_estimate::<T>(&windows, settings);
+    let tuning = tuning::<T>(settings);
+    let mut drive = vec![0.0; BLOCK * DRIVE * T::LANES];
+    let mut record = vec![0.0; BLOCK * RECORD * T::LANES];
+    let samples = data.iter().map(|data| data.inputs.time_s.len()).max().unwrap_or(0);
+    loop {
+        let mut steps = 0;
+        let mut done = samples;
+        drive.fill(0.0);
+        for (lane, window) in windows.iter_mut().enumerate() {
+            if let Ok(window) = window {
+                window.fill::<T>(lane, &mut drive);
+                steps = steps.max(window.events.len());
+                done = done.min(window.result.time_s.len().max(window.result.states[0].len()));
+            }
+        }
+        if steps == 0 {
+            break;
+        }
+        run(&mut estimate, &tuning, steps, &drive, &mut record);
+        for (lane, window) in windows.iter_mut().enumerate() {
+            if let Ok(window) = window {
+                window.drain::<T>(lane, &record);
+            }
+        }
+        if watch(done as f64 / samples as f64).is_break() {
+            return data.iter().map(|_| Err(ReconstructError::Cancelled)).collect();
+        }
+    }
+    let mut results = Vec::with_capacity(windows.len());
+    for (lane, window) in windows.into_iter().enumerate() {
+        results.push(window.and_then(|window| window.finish(lane, &estimate.p)));
+    }
+    results
+}
+
+/// The kernel over `steps` steps.
+#[inline(always)]
+pub fn run_block<T: Real>(
+    estimate: &mut Estimate<T>,
+    tuning: &Tuning<T>,
+    steps: usize,
+    drive: &[f64],
+    record: &mut [f64],
+) {
+    for (drive, record) in
+        drive.chunks_exact(DRIVE * T::LANES).zip(record.chunks_exact_mut(RECORD * T::LANES)).take(steps)
+    {
+        let step = read_step::<T>(drive);
+        let (_, trig) = estimate.predict(&step, tuning);
+        let telling = estimate.update(&step, &trig, tuning);
+        let mut field = 0;
+        for g in 0..GROUPS {
+            let variances = estimate.p.variances(g);
+            for i in 0..3 {
+                estimate.x[g][i].store(&mut record[field * T::LANES..]);
+                variances[i].sqrt().store(&mut record[(DEVIATIONS + field) * T::LANES..]);
+                field += 1;
+            }
+        }
+        field = 0;
+        for m in 0..4 {
+            for i in 0..3 {
+                telling.innovation[m][i].store(&mut record[(INNOVATIONS + field) * T::LANES..]);
+                telling.variance[m][i].sqrt().store(&mut record[(INNOVATION_DEVIATIONS + field) * T::LANES..]);
+                field += 1;
+            }
+        }
+        telling.nis.store(&mut record[NIS * T::LANES..]);
+        telling.pivot.store(&mut record[PIVOT * T::LANES..]);
+        telling.iterations.store(&mut record[ITERATIONS * T::LANES..]);
+    }
+}
+
+#[inline(always)]
+fn read_step<T: Real>(drive: &[f64]) -> Step<T> {
+    let zero = [T::zero(); 3];
+    let mut start = [zero; 2];
+    let mut end = [zero; 2];
+    let mut z = [zero; 4];
+    let mut present = [zero; 4];
+    for g in 0..2 {
+        read_triple(&mut start[g], 2 + 3 * g, drive);
+        read_triple(&mut end[g], 2 + INPUTS + 3 * g, drive);
+    }
+    for m in 0..4 {
+        read_triple(&mut z[m], 2 + 2 * INPUTS + 3 * m, drive);
+        read_triple(&mut present[m], 2 + 2 * INPUTS + MEASUREMENTS + 3 * m, drive);
+    }
+    let (dt, noise_scale) = (T::load(drive), T::load(&drive[T::LANES..]));
+    Step { dt, noise_scale, inputs: Inputs { start, end }, z, present }
+}
+
+#[inline(always)]
+fn read_triple<T: Real>(triple: &mut Vec3<T>, field: usize, drive: &[f64]) {
+    for i in 0..3 {
+        triple[i] = T::load(&drive[(field + i) * T::LANES..]);
+    }
+}
+
+impl<'a> Window<'a> {
+    fn new(data: &'a FilterData, settings: &ValidSettings) -> Result<Self, ReconstructError> {
+        check(data)?;
+        let mut warnings = Vec::new();
+        let x = initial_state(data, settings, &mut warnings);
+        let samples = data.inputs.time_s.len();
+        let column = |first: f64| {
+            let mut column = Vec::with_capacity(samples);
+            column.push(first);
+            column
+        };
+        let result = Reconstruction {
+            time_s: data.inputs.time_s.clone(),
+            states: x.map(column),
+            deviations: settings.initial_deviation.map(column),
+            update_time_s: column(data.inputs.time_s[0]),
+            innovations: [f64::NAN; MEASUREMENTS].map(column),
+            innovation_deviations: [f64::NAN; MEASUREMENTS].map(column),
+            nis: column(f64::NAN),
+            nis_degrees: vec![0],
+            final_covariance: SMatrix::zeros(),
+            smoothed: None,
+            max_iterations_used: 0,
+            warnings,
+        };
+        let schedule = Schedule::new(data, settings.hold);
+        Ok(Self { schedule, result, events: Vec::with_capacity(BLOCK), error: None })
+    }
+
+    /// Puts the events of the next block into `lane`. A lane at its end keeps zeros: a step of no length and no
+    /// measurement changes nothing.
+    fn fill<T: Real>(&mut self, lane: usize, drive: &mut [f64]) {
+        self.events.clear();
+        if self.error.is_some() {
+            return;
+        }
+        self.events.extend(self.schedule.by_ref().take(BLOCK));
+        for (event, drive) in self.events.iter().zip(drive.chunks_exact_mut(DRIVE * T::LANES)) {
+            let mut slots = drive.iter_mut().skip(lane).step_by(T::LANES);
+            let mut put = |value: f64| {
+                if let Some(slot) = slots.next() {
+                    *slot = value;
+                }
+            };
+            put(event.dt);
+            put(event.noise_scale);
+            event.start.into_iter().chain(event.end).chain(event.z).for_each(&mut put);
+            event.present.into_iter().map(|present| f64::from(u8::from(present))).for_each(&mut put);
+        }
+    }
+
+    /// Takes what the block told of `lane`.
+    fn drain<T: Real>(&mut self, lane: usize, record: &[f64]) {
+        for (event, record) in self.events.iter().zip(record.chunks_exact(RECORD * T::LANES)) {
+            let told = |field: usize| record[field * T::LANES + lane];
+            self.error = verdict(event.time_s, &told);
+            if self.error.is_some() {
+                return;
+            }
+            let result = &mut self.result;
+            if event.is_sample {
+                for k in 0..STATES {
+                    result.states[k].push(told(k));
+                    result.deviations[k].push(told(DEVIATIONS + k));
+                }
+            }
+            let mut degrees = 0;
+            for m in 0..MEASUREMENTS {
+                let present = event.present[m];
+                degrees += u8::from(present);
+                let [value, deviation] = [INNOVATIONS + m, INNOVATION_DEVIATIONS + m].map(&told);
+                result.innovations[m].push(if present { value } else { f64::NAN });
+                result.innovation_deviations[m].push(if present { deviation } else { f64::NAN });
+            }
+            result.update_time_s.push(event.time_s);
+            result.nis.push(if degrees > 0 { told(NIS) } else { f64::NAN });
+            result.nis_degrees.push(degrees);
+            if degrees > 0 {
+                result.max_iterations_used = result.max_iterations_used.max(told(ITERATIONS) as usize);
+            }
+        }
+    }
+
+    fn finish<T: Real>(mut self, lane: usize, p: &Covariance<T>) -> Result<Reconstruction, ReconstructError> {
+        if let Some(error) = self.error {
+            return Err(error);
+        }
+        let mut lanes = [0.0; 8];
+        for i in 0..STATES {
+            for j in 0..STATES {
+                p.block(i / 3, j / 3)[i % 3][j % 3].store(&mut lanes);
+                self.result.final_covariance[(i, j)] = lanes[lane];
+            }
+        }
+        Ok(self.result)
+    }
+}
+
+/// What is wrong with a step, if anything.
+fn verdict(time_s: f64, told: &dyn Fn(usize) -> f64) -> Option<ReconstructError> {
+    if told(PIVOT) <= 0.0 || told(PIVOT).is_nan() {
+        return Some(ReconstructError::SingularInnovation { time_s });
+    }
+    for state in State::ALL {
+        let (value, deviation) = (told(state as usize), told(DEVIATIONS + state as usize));
+        if value.abs() > DIVERGED || value.is_nan() {
+            return Some(ReconstructError::Diverged { state: state.name(), time_s, value });
+        }
+        if deviation.is_nan() {
+            return Some(ReconstructError::NotPositiveDefinite { state: state.name(), time_s, variance: deviation });
+        }
+    }
+    let theta = told(State::PitchAngle as usize);
+    if theta.abs() > STEEPEST_PITCH_RAD {
+        return Some(ReconstructError::NearVertical { time_s, theta_deg: theta.to_degrees() });
+    }
+    None
+}
+
+/// Initial states and covariance, one window per lane; a lane without a window gets those of the first.
+fn initial_estimate<T: Real>(
+    windows: &[Result<Window<'_>, ReconstructError>],
+    settings: &ValidSettings,
+) -> Estimate<T> {
+    let mut x = [[T::zero(); 3]; GROUPS];
+    let mut variances = x;
+    for k in 0..STATES {
+        let first = windows.iter().flatten().map(|window| window.result.states[k][0]).next().unwrap_or(0.0);
+        let mut lanes = [first; 8];
+        for (lane, window) in lanes.iter_mut().zip(windows) {
+            if let Ok(window) = window {
+                *lane = window.result.states[k][0];
+            }
+        }
+        x[k / 3][k % 3] = T::load(&lanes);
+        variances[k / 3][k % 3] = T::splat(settings.initial_deviation[k].powi(2));
+    }
+    Estimate { x, p: Covariance::diagonal(&variances) }
+}
+
+/// Settings as variances, the same in every lane.
+fn tuning<T: Real>(settings: &ValidSettings) -> Tuning<T> {
+    let square = |values: &[f64], g: usize| {
+        let mut squares = [T::zero(); 3];
+        for i in 0..3 {
+            squares[i] = T::splat(values[3 * g + i].powi(2));
+        }
+        squares
+    };
+    let (max_iterations, tolerance) = match settings.method {
+        Method::Ekf => (1, 1.0),
+        Method::Iekf { max_iterations, tolerance } => (max_iterations, tolerance),
+    };
+    Tuning {
+        gravity: T::splat(settings.gravity_m_s2),
+        process: [0, 1].map(|g| square(&settings.process_noise, g)),
+        measurement: [0, 1, 2, 3].map(|m| square(&settings.measurement_noise, m)),
+        random_walk: [0, 1, 2, 3, 4, 5].map(|g| square(&settings.random_walk, g)),
+        tolerance_squared: T::splat(tolerance.powi(2)),
+        max_iterations,
+        at_predicted: settings.linearisation == Linearisation::Predicted,
+    }
+}

@@ -1,0 +1,171 @@
+//! Order of events: inertial samples and measurements merged by time, a step between each two.
+
+use super::layout::{INPUTS, Input, MEASUREMENTS, Measurement};
+use super::{FilterData, InputHold, InputSeries, ReconstructError};
+
+/// Part of the mean sampling interval within which a measurement counts as taken at an inertial sample.
+const SAME_TIME: f64 = 1e-6;
+
+/// One step and what was measured at its end.
+#[derive(Clone, Copy)]
+pub struct Event {
+    /// Time at the end, s.
+    pub time_s: f64,
+    /// Whether the end is an inertial sample, not just a measurement in between.
+    pub is_sample: bool,
+    /// Length, s.
+    pub dt: f64,
+    /// Sampling interval divided by `dt`.
+    pub noise_scale: f64,
+    /// Inertial measurements at the start.
+    pub start: [f64; INPUTS],
+    /// And at the end.
+    pub end: [f64; INPUTS],
+    /// Measurements; zero where there is none.
+    pub z: [f64; MEASUREMENTS],
+    /// Whether there is one.
+    pub present: [bool; MEASUREMENTS],
+}
+
+/// Walks through the events of a window. Measurements at or before the first inertial sample, and after the last, take
+/// no part.
+pub struct Schedule<'a> {
+    data: &'a FilterData,
+    hold: InputHold,
+    same_time_s: f64,
+    /// Index of the next inertial sample.
+    next_sample: usize,
+    /// Index of the next sample of each measurement, and its time.
+    next: [usize; MEASUREMENTS],
+    next_time_s: [f64; MEASUREMENTS],
+    time_s: f64,
+    input: [f64; INPUTS],
+}
+
+impl<'a> Schedule<'a> {
+    /// Schedule of checked data.
+    pub fn new(data: &'a FilterData, hold: InputHold) -> Self {
+        let time_s = &data.inputs.time_s;
+        let start_s = time_s[0];
+        let mut schedule = Self {
+            data,
+            hold,
+            same_time_s: SAME_TIME * (time_s[time_s.len() - 1] - start_s) / (time_s.len() - 1) as f64,
+            next_sample: 1,
+            next: [0; MEASUREMENTS],
+            next_time_s: [f64::INFINITY; MEASUREMENTS],
+            time_s: start_s,
+            input: sample(&data.inputs, 0),
+        };
+        for m in 0..MEASUREMENTS {
+            let times = &data.measurements[m].time_s;
+            schedule.next[m] = times.partition_point(|t| *t <= start_s + schedule.same_time_s);
+            schedule.find_value(m);
+        }
+        schedule
+    }
+
+    /// Moves measurement `m` on to its next finite value.
+    fn find_value(&mut self, m: usize) {
+        let series = &self.data.measurements[m];
+        while self.next[m] < series.values.len() && !series.values[self.next[m]].is_finite() {
+            self.next[m] += 1;
+        }
+        self.next_time_s[m] = series.time_s.get(self.next[m]).copied().unwrap_or(f64::INFINITY);
+    }
+}
+
+impl Iterator for Schedule<'_> {
+    type Item = Event;
+
+    fn next(&mut self) -> Option<Event> {
+        let times = &self.data.inputs.time_s;
+        let sample_time_s = *times.get(self.next_sample)?;
+        let interval_s = sample_time_s - times[self.next_sample - 1];
+        let mut time_s = sample_time_s;
+        for m in 0..MEASUREMENTS {
+            if self.next_time_s[m] < sample_time_s - self.same_time_s {
+                time_s = time_s.min(self.next_time_s[m]);
+            }
+        }
+        let is_sample = time_s == sample_time_s;
+        let dt = time_s - self.time_s;
+        let mut event = Event {
+            time_s,
+            is_sample,
+            dt,
+            noise_scale: interval_s / dt,
+            start: self.input,
+            end: self.input,
+            z: [0.0; MEASUREMENTS],
+            present: [false; MEASUREMENTS],
+        };
+        let at_sample = sample(&self.data.inputs, self.next_sample);
+        if self.hold == InputHold::FirstOrder {
+            event.end = at_sample;
+            if !is_sample {
+                let part = dt / (sample_time_s - self.time_s);
+                for i in 0..INPUTS {
+                    event.end[i] = self.input[i] + part * (at_sample[i] - self.input[i]);
+                }
+            }
+        }
+        for m in 0..MEASUREMENTS {
+            while self.next_time_s[m] <= time_s + self.same_time_s {
+                event.z[m] = self.data.measurements[m].values[self.next[m]];
+                event.present[m] = true;
+                self.next[m] += 1;
+                self.find_value(m);
+            }
+        }
+        self.time_s = time_s;
+        self.input = if is_sample { at_sample } else { event.end };
+        self.next_sample += usize::from(is_sample);
+        Some(event)
+    }
+}
+
+fn sample(inputs: &InputSeries, k: usize) -> [f64; INPUTS] {
+    let mut sample = [0.0; INPUTS];
+    for i in 0..INPUTS {
+        sample[i] = inputs.columns[i][k];
+    }
+    sample
+}
+
+/// Refuses data the filter cannot run on.
+pub fn check(data: &FilterData) -> Result<(), ReconstructError> {
+    let times = &data.inputs.time_s;
+    if times.len() < 2 {
+        return Err(ReconstructError::TooFewSamples { samples: times.len() });
+    }
+    check_times("inertial samples", times)?;
+    for input in Input::ALL {
+        let column = &data.inputs.columns[input as usize];
+        check_lengths(input.name(), column.len(), times.len())?;
+        if let Some(k) = column.iter().position(|value| !value.is_finite()) {
+            return Err(ReconstructError::InputNotFinite { input: input.name(), time_s: times[k], value: column[k] });
+        }
+    }
+    for measurement in Measurement::ALL {
+        let series = &data.measurements[measurement as usize];
+        check_lengths(measurement.name(), series.values.len(), series.time_s.len())?;
+        check_times(measurement.name(), &series.time_s)?;
+    }
+    Ok(())
+}
+
+fn check_lengths(channel: &'static str, values: usize, times: usize) -> Result<(), ReconstructError> {
+    if values == times { Ok(()) } else { Err(ReconstructError::UnequalLengths { channel, values, times }) }
+}
+
+fn check_times(channel: &'static str, times: &[f64]) -> Result<(), ReconstructError> {
+    let mut before = f64::NEG_INFINITY;
+    for (sample, &time_s) in times.iter().enumerate() {
+        if !(time_s > before && time_s.is_finite()) {
+            return Err(ReconstructError::UnorderedTime { channel, time_s, sample });
+        }
+        before = time_s;
+    }
+    Ok(())
+}
