@@ -1,0 +1,8 @@
+//! Commands: what a user can ask for, from the menu, a shortcut or the palette, out of one table.
+
+pub mod dispatch;
+pub mod palette;
+pub mod ui_command;
+
+pub use palette::CommandPalette;
+pub use ui_command::{CommandInfo, HelpCommand, Menu, UiCommand, ViewCommand};

@@ -1,0 +1,8 @@
+//! The doublet workbench: draws snapshots and sends edits. It never computes.
+
+pub mod app;
+pub mod command;
+pub mod panels;
+pub mod theme;
+pub mod ui_state;
+pub mod widgets;

@@ -1,0 +1,49 @@
+//! Every command with its keys, on one page.
+
+use eframe::egui;
+
+use super::{Panel, PanelContext};
+use crate::command::Menu;
+
+/// What the pointer does in a time plot.
+const POINTER: [(&str, &str); 7] = [
+    ("Wheel", "Zoom time about the pointer"),
+    ("Drag, Shift+Wheel", "Pan"),
+    ("Right drag", "Zoom to a stretch"),
+    ("Double click", "Show whole recording"),
+    ("Shift+Click, Ctrl+Click", "Set marker A, marker B"),
+    ("← →, Shift+← →", "Step marker A, marker B by a sample"),
+    ("Escape in a drag", "Give the drag up"),
+];
+
+/// The panel.
+pub struct Shortcuts;
+
+impl Panel for Shortcuts {
+    fn show(&mut self, ctx: &mut PanelContext<'_>, ui: &mut egui::Ui) {
+        egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+            for menu in Menu::ALL {
+                ui.add_space(4.0);
+                ui.heading(menu.title());
+                egui::Grid::new(menu.title()).num_columns(2).min_col_width(250.0).show(ui, |ui| {
+                    for row in ctx.table.iter().filter(|row| row.menu == menu) {
+                        if ui.link(&row.name).clicked() {
+                            ctx.commands.push(row.command);
+                        }
+                        ui.monospace(row.shortcut.map(|keys| ui.ctx().format_shortcut(&keys)).unwrap_or_default());
+                        ui.end_row();
+                    }
+                });
+            }
+            ui.add_space(4.0);
+            ui.heading("Time plots");
+            egui::Grid::new("pointer").num_columns(2).min_col_width(250.0).show(ui, |ui| {
+                for (gesture, effect) in POINTER {
+                    ui.label(effect);
+                    ui.monospace(gesture);
+                    ui.end_row();
+                }
+            });
+        });
+    }
+}

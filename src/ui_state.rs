@@ -1,0 +1,84 @@
+//! What the workbench remembers about its own looks: layout, zoom, theme. Never part of a session.
+
+use eframe::egui::{Id, ThemePreference};
+use egui_tiles::{Tile, Tiles, Tree};
+use serde::{Deserialize, Serialize};
+
+use crate::panels::Pane;
+use crate::widgets::time_view::TimeView;
+
+/// Where it lies in the application's storage.
+const STORAGE_KEY: &str = "doublet_ui";
+/// Version of the stored form; another one is left alone and the first layout shown.
+const VERSION: u32 = 1;
+
+/// Layout, zoom and theme.
+#[derive(Serialize, Deserialize)]
+pub struct UiState {
+    version: u32,
+    /// Where the panels are.
+    pub layout: Tree<Pane>,
+    /// Stretch of time on screen.
+    pub time: TimeView,
+    /// Dark, light or as the system.
+    pub appearance: ThemePreference,
+}
+
+impl Default for UiState {
+    fn default() -> Self {
+        Self {
+            version: VERSION,
+            layout: default_layout(),
+            time: TimeView::default(),
+            appearance: ThemePreference::Dark,
+        }
+    }
+}
+
+impl UiState {
+    /// What was stored last; the first layout when nothing was, or by another version.
+    pub fn load(storage: Option<&dyn eframe::Storage>) -> Self {
+        let stored: Option<Self> = storage.and_then(|storage| eframe::get_value(storage, STORAGE_KEY));
+        stored.filter(|state| state.version == VERSION && state.layout.root().is_some()).unwrap_or_default()
+    }
+
+    /// Stores it.
+    pub fn save(&self, storage: &mut dyn eframe::Storage) {
+        eframe::set_value(storage, STORAGE_KEY, self);
+    }
+}
+
+/// Where the panels are at first.
+pub fn default_layout() -> Tree<Pane> {
+    let mut tiles = Tiles::default();
+    let panes = Pane::ALL.iter().map(|&pane| tiles.insert_pane(pane)).collect();
+    let root = tiles.insert_tab_tile(panes);
+    Tree::new(Id::unique("workbench"), root, tiles)
+}
+
+/// Makes `pane` visible, opening it beside the others where it was closed.
+pub fn bring_to_front(layout: &mut Tree<Pane>, pane: Pane) {
+    if layout.tiles.find_pane(&pane).is_none() {
+        let new = layout.tiles.insert_pane(pane);
+        match layout.root().and_then(|root| layout.tiles.get_mut(root)) {
+            Some(Tile::Container(container)) => container.add_child(new),
+            _ => *layout = default_layout(),
+        }
+    }
+    layout.make_active(|_, tile| matches!(tile, Tile::Pane(held) if *held == pane));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn closed_panel_comes_back_to_the_front() {
+        let mut layout = default_layout();
+        let closed = layout.tiles.find_pane(&Pane::Shortcuts).unwrap();
+        layout.remove_recursively(closed);
+        bring_to_front(&mut layout, Pane::Shortcuts);
+        let shown = layout.tiles.find_pane(&Pane::Shortcuts).unwrap();
+        assert!(layout.is_visible_in_layout(shown));
+    }
+}

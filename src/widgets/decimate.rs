@@ -1,0 +1,386 @@
+//! Few points that draw like many: extremes per pixel column, exact samples when zoomed in.
+
+use std::ops::Range;
+
+use egui_plot::PlotPoint;
+
+/// Samples per block of a [`Pyramid`].
+const BLOCK: usize = 64;
+/// A step longer than this many typical steps is a gap.
+const GAP_STEPS: f64 = 4.5;
+/// Steps looked at to find the typical one.
+const GAP_PROBES: usize = 512;
+
+/// Where the smallest and the largest finite sample of a stretch are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Extremes {
+    low: u32,
+    high: u32,
+}
+
+/// Extremes of every block of samples, so that a column of many samples is read without visiting them all.
+#[derive(Clone, Debug, Default)]
+pub struct Pyramid {
+    blocks: Vec<Option<Extremes>>,
+    gap_s: f64,
+}
+
+/// Points ready to draw: `points[segment]` is one unbroken line.
+#[derive(Clone, Debug, Default)]
+pub struct Decimated {
+    /// All points, in time order, without a value that is not finite.
+    pub points: Vec<PlotPoint>,
+    /// Unbroken stretches of `points`.
+    pub segments: Vec<Range<usize>>,
+    /// Smallest and largest value drawn, `None` when nothing is.
+    pub extent: Option<(f64, f64)>,
+    /// Sum of all changes of value along the lines.
+    pub travel: f64,
+}
+
+impl Decimated {
+    /// Empties it and keeps its memory.
+    fn clear(&mut self) {
+        self.points.clear();
+        self.segments.clear();
+        self.extent = None;
+        self.travel = 0.0;
+    }
+
+    /// Adds a point to the current line, or to a new one after a break.
+    fn push(&mut self, time_s: f64, value: f64, broken: bool) {
+        let at = self.points.len();
+        self.travel += self.points.last().filter(|_| !broken).map_or(0.0, |last| (value - last.y).abs());
+        self.points.push(PlotPoint::new(time_s, value));
+        match self.segments.last_mut() {
+            Some(segment) if !broken => segment.end = at + 1,
+            _ => self.segments.push(at..at + 1),
+        }
+        let (low, high) = self.extent.get_or_insert((value, value));
+        *low = low.min(value);
+        *high = high.max(value);
+    }
+}
+
+impl Pyramid {
+    /// Reads the samples once.
+    pub fn new(time_s: &[f64], values: &[f64]) -> Self {
+        let blocks =
+            (0..values.len()).step_by(BLOCK).map(|at| extremes(values, at..(at + BLOCK).min(values.len()))).collect();
+        Self { blocks, gap_s: gap_threshold_s(time_s) }
+    }
+
+    /// Extremes of `range`, visiting samples only at its ragged ends.
+    fn extremes(&self, values: &[f64], range: Range<usize>) -> Option<Extremes> {
+        let (first, last) = (range.start.div_ceil(BLOCK), range.end / BLOCK);
+        if first >= last {
+            return extremes(values, range);
+        }
+        let ends = [extremes(values, range.start..first * BLOCK), extremes(values, last * BLOCK..range.end)];
+        self.blocks[first..last].iter().copied().chain(ends).flatten().reduce(|a, b| Extremes {
+            low: if values[b.low as usize] < values[a.low as usize] { b.low } else { a.low },
+            high: if values[b.high as usize] > values[a.high as usize] { b.high } else { a.high },
+        })
+    }
+}
+
+/// Extremes of the finite samples of `range`.
+fn extremes(values: &[f64], range: Range<usize>) -> Option<Extremes> {
+    let mut found: Option<Extremes> = None;
+    for at in range {
+        let value = values[at];
+        if !value.is_finite() {
+            continue;
+        }
+        let here = at as u32;
+        let so_far = found.get_or_insert(Extremes { low: here, high: here });
+        if value < values[so_far.low as usize] {
+            so_far.low = here;
+        }
+        if value > values[so_far.high as usize] {
+            so_far.high = here;
+        }
+    }
+    found
+}
+
+/// Longest step in s that is still no gap: a few times the median of steps spread over the recording.
+pub fn gap_threshold_s(time_s: &[f64]) -> f64 {
+    let steps = time_s.len().saturating_sub(1);
+    let stride = steps.div_ceil(GAP_PROBES).max(1);
+    let mut probes: Vec<f64> = (0..steps).step_by(stride).map(|at| time_s[at + 1] - time_s[at]).collect();
+    let middle = probes.len() / 2;
+    if probes.is_empty() {
+        return f64::INFINITY;
+    }
+    GAP_STEPS * *probes.select_nth_unstable_by(middle, f64::total_cmp).1
+}
+
+/// Index range of the samples to draw for `range_s`: those inside and one neighbour on each side.
+pub fn visible(time_s: &[f64], range_s: (f64, f64)) -> Range<usize> {
+    let first = time_s.partition_point(|&t| t < range_s.0).saturating_sub(1);
+    let end = (time_s.partition_point(|&t| t <= range_s.1) + 1).min(time_s.len());
+    first..end.max(first)
+}
+
+/// Points of `values` (times `scale`) over `range_s` for `columns` pixel columns, written into `out`.
+///
+/// Up to two samples per column every sample is drawn. Above, a column gives its smallest and its largest sample in
+/// the order they happened, so no peak is lost. A sample that is not finite, or a step much longer than usual, breaks
+/// the line; once columns hold several samples only a break of a whole column shows.
+pub fn decimate(
+    pyramid: &Pyramid,
+    time_s: &[f64],
+    values: &[f64],
+    scale: f64,
+    range_s: (f64, f64),
+    columns: usize,
+    out: &mut Decimated,
+) {
+    out.clear();
+    let shown = visible(time_s, range_s);
+    if shown.len() <= 2 * columns.max(1) {
+        exact(pyramid.gap_s, time_s, values, scale, shown, out);
+        return;
+    }
+    let width_s = (range_s.1 - range_s.0) / columns as f64;
+    let mut at = shown.start;
+    let mut broken = true;
+    let mut last_s = f64::NEG_INFINITY;
+    for column in 0..=columns {
+        let edge_s = range_s.0 + width_s * (column + 1) as f64;
+        let end =
+            if column == columns { shown.end } else { at + time_s[at..shown.end].partition_point(|&t| t < edge_s) };
+        if end == at {
+            continue;
+        }
+        broken |= time_s[at] - last_s > pyramid.gap_s;
+        match pyramid.extremes(values, at..end) {
+            Some(Extremes { low, high }) => {
+                let (first, second) = (low.min(high) as usize, low.max(high) as usize);
+                out.push(time_s[first], scale * values[first], broken);
+                if second != first {
+                    out.push(time_s[second], scale * values[second], false);
+                }
+                broken = false;
+            }
+            None => broken = true,
+        }
+        last_s = time_s[end - 1];
+        at = end;
+    }
+}
+
+/// Every finite sample of `shown`, broken at gaps.
+fn exact(gap_s: f64, time_s: &[f64], values: &[f64], scale: f64, shown: Range<usize>, out: &mut Decimated) {
+    let mut broken = true;
+    let mut last_s = f64::NEG_INFINITY;
+    for at in shown {
+        if values[at].is_finite() {
+            broken |= time_s[at] - last_s > gap_s;
+            out.push(time_s[at], scale * values[at], broken);
+            broken = false;
+        } else {
+            broken = true;
+        }
+        last_s = time_s[at];
+    }
+}
+
+/// A band around a line: centre plus and minus a half width, reduced like the line. Segments break where either is
+/// not finite.
+#[derive(Clone, Debug, Default)]
+pub struct Band {
+    /// Times, s.
+    pub time_s: Vec<f64>,
+    /// Lower edge.
+    pub low: Vec<f64>,
+    /// Upper edge.
+    pub high: Vec<f64>,
+    /// Unbroken stretches.
+    pub segments: Vec<Range<usize>>,
+}
+
+/// The band `values +- factor * sigma` over `range_s` for `columns` pixel columns (all times `scale`), written into
+/// `out`: each column gives the lowest lower and the highest upper edge of its samples.
+pub fn decimate_band(
+    series: (&[f64], &[f64], &[f64]),
+    scale: f64,
+    factor: f64,
+    range_s: (f64, f64),
+    columns: usize,
+    out: &mut Band,
+) {
+    let (time_s, values, sigma) = series;
+    out.time_s.clear();
+    out.low.clear();
+    out.high.clear();
+    out.segments.clear();
+    let shown = visible(time_s, range_s);
+    let per_point = shown.len().div_ceil(columns.max(1)).max(1);
+    let mut broken = true;
+    for first in shown.clone().step_by(per_point) {
+        let end = (first + per_point).min(shown.end);
+        let edges = (first..end)
+            .map(|at| (scale * values[at], (scale * factor * sigma[at]).abs()))
+            .filter(|(centre, half)| (centre + half).is_finite())
+            .map(|(centre, half)| (centre - half, centre + half))
+            .reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
+        let Some((low, high)) = edges else {
+            broken = true;
+            continue;
+        };
+        let at = out.time_s.len();
+        out.time_s.push(0.5 * (time_s[first] + time_s[end - 1]));
+        out.low.push(low);
+        out.high.push(high);
+        match out.segments.last_mut() {
+            Some(segment) if !broken => segment.end = at + 1,
+            _ => out.segments.push(at..at + 1),
+        }
+        broken = false;
+    }
+}
+
+/// Value at `time_s` by a straight line between its neighbours; `None` outside the samples or in a gap.
+pub fn value_at(time: &[f64], values: &[f64], gap_s: f64, time_s: f64) -> Option<f64> {
+    let after = time.partition_point(|&t| t < time_s);
+    if after == time.len() || (after == 0 && time[0] > time_s) {
+        return None;
+    }
+    if time[after] == time_s {
+        return Some(values[after]).filter(|v| v.is_finite());
+    }
+    let (t0, t1, v0, v1) = (time[after - 1], time[after], values[after - 1], values[after]);
+    let value = v0 + (v1 - v0) * (time_s - t0) / (t1 - t0);
+    (t1 - t0 <= gap_s && value.is_finite()).then_some(value)
+}
+
+impl Pyramid {
+    /// Longest step that is still no gap, s.
+    pub fn gap_s(&self) -> f64 {
+        self.gap_s
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const STEP_S: f64 = 0.01;
+
+    fn time(count: usize) -> Vec<f64> {
+        (0..count).map(|k| k as f64 * STEP_S).collect()
+    }
+
+    fn reduced(time_s: &[f64], values: &[f64], range_s: (f64, f64), columns: usize) -> Decimated {
+        let mut out = Decimated::default();
+        decimate(&Pyramid::new(time_s, values), time_s, values, 1.0, range_s, columns, &mut out);
+        out
+    }
+
+    #[test]
+    fn every_single_sample_peak_survives_decimation() {
+        let time = time(100_000);
+        for spike in [0, 1, 63, 64, 12_345, 54_321, 99_999] {
+            let mut values: Vec<f64> = time.iter().map(|t| t.sin()).collect();
+            values[spike] = 7.0;
+            values[99_999 - spike] = -9.0;
+            let out = reduced(&time, &values, (0.0, time[99_999]), 800);
+            assert_eq!(out.extent, Some((-9.0, 7.0)), "spike at {spike}");
+            assert!(out.points.iter().any(|p| p.x == time[spike] && p.y == 7.0));
+            assert!(out.points.len() <= 2 * 801);
+            assert_eq!(out.segments.len(), 1);
+            assert!(out.points.is_sorted_by(|a, b| a.x < b.x));
+        }
+    }
+
+    #[test]
+    fn pyramid_agrees_with_reading_every_sample() {
+        let values: Vec<f64> =
+            (0..1000).map(|k| if k % 97 < 3 { f64::NAN } else { ((k * 7919) % 1013) as f64 }).collect();
+        let pyramid = Pyramid::new(&time(1000), &values);
+        for start in (0..1000).step_by(37) {
+            for end in (start..1000).step_by(41) {
+                let value = |e: Option<Extremes>| e.map(|e| (values[e.low as usize], values[e.high as usize]));
+                assert_eq!(value(pyramid.extremes(&values, start..end)), value(extremes(&values, start..end)));
+            }
+        }
+    }
+
+    #[test]
+    fn zoomed_in_shows_the_exact_samples_and_one_neighbour_on_each_side() {
+        let time = time(10_000);
+        let values: Vec<f64> = time.iter().map(|t| t * t).collect();
+        let out = reduced(&time, &values, (50.002, 50.998), 500);
+        let expected: Vec<f64> = time[5000..=5100].to_vec();
+        assert_eq!(out.points.iter().map(|p| p.x).collect::<Vec<_>>(), expected);
+        assert_eq!(out.points[0].y, values[5000]);
+    }
+
+    #[test]
+    fn values_not_finite_split_the_line_and_are_never_drawn() {
+        let time = time(100);
+        let mut values = vec![1.0; 100];
+        values[20] = f64::NAN;
+        values[40..60].fill(f64::INFINITY);
+        let out = reduced(&time, &values, (0.0, 1.0), 500);
+        assert_eq!(out.segments, vec![0..20, 20..39, 39..79]);
+        assert!(out.points.iter().all(|p| p.y.is_finite()));
+    }
+
+    #[test]
+    fn missing_samples_split_the_line_zoomed_out_and_in() {
+        let mut time = time(200_000);
+        for t in &mut time[100_000..] {
+            *t += 500.0;
+        }
+        let values = vec![0.5; 200_000];
+        assert_eq!(reduced(&time, &values, (0.0, 2500.0), 600).segments.len(), 2);
+        assert_eq!(reduced(&time, &values, (999.0, 1501.0), 600).segments.len(), 2);
+        let mut holes = values.clone();
+        holes[50_000..60_000].fill(f64::NAN);
+        assert_eq!(reduced(&time, &holes, (0.0, 2500.0), 600).segments.len(), 3);
+    }
+
+    #[test]
+    fn slow_channel_among_dense_columns_is_not_broken() {
+        let time: Vec<f64> = (0..100).map(|k| k as f64).collect();
+        assert_eq!(reduced(&time, &time, (0.0, 99.0), 2000).segments, vec![0..100]);
+    }
+
+    #[test]
+    fn nothing_to_draw_gives_no_points() {
+        assert!(reduced(&[], &[], (0.0, 1.0), 100).points.is_empty());
+        assert!(reduced(&time(500), &[f64::NAN; 500], (0.0, 5.0), 100).points.is_empty());
+        let outside = reduced(&time(10), &[1.0; 10], (50.0, 60.0), 100);
+        assert!(outside.points.len() <= 1);
+    }
+
+    #[test]
+    fn band_encloses_every_edge_and_breaks_where_sigma_is_unknown() {
+        let time = time(4000);
+        let values = vec![1.0; 4000];
+        let mut sigma: Vec<f64> = (0..4000).map(|k| if k == 1777 { 5.0 } else { 0.1 }).collect();
+        sigma[2400..2800].fill(f64::NAN);
+        let mut band = Band::default();
+        decimate_band((&time, &values, &sigma), 2.0, 2.0, (0.0, 40.0), 400, &mut band);
+        assert_eq!(band.segments.len(), 2);
+        assert_eq!(band.high.iter().copied().fold(f64::MIN, f64::max), 2.0 * (1.0 + 2.0 * 5.0));
+        assert_eq!(band.low.iter().copied().fold(f64::MAX, f64::min), 2.0 * (1.0 - 2.0 * 5.0));
+        assert!(band.time_s.len() <= 401);
+    }
+
+    #[test]
+    fn value_under_the_cursor_is_interpolated_but_never_across_a_gap() {
+        let time = [0.0, 1.0, 2.0, 12.0];
+        let values = [0.0, 10.0, f64::NAN, 3.0];
+        assert_eq!(value_at(&time, &values, 4.5, 0.25), Some(2.5));
+        assert_eq!(value_at(&time, &values, 4.5, 1.0), Some(10.0));
+        assert_eq!(value_at(&time, &values, 4.5, 1.5), None);
+        assert_eq!(value_at(&time, &values, 4.5, 5.0), None);
+        assert_eq!(value_at(&time, &values, 4.5, 12.0), Some(3.0));
+        assert_eq!(value_at(&time, &values, 4.5, 12.1), None);
+        assert_eq!(value_at(&time, &values, 4.5, -0.1), None);
+    }
+}

@@ -1,0 +1,172 @@
+//! A matrix as a heat map between -1 and +1, with names along its sides and the value under the pointer.
+
+use eframe::egui::{
+    self, Align2, Color32, CornerRadius, FontId, Mesh, Pos2, Rect, Role, Sense, Shape, Stroke, StrokeKind, Ui, Vec2,
+    WidgetInfo, epaint::TextShape, pos2, vec2,
+};
+
+use crate::theme::{self, Palette};
+
+/// Largest cell.
+const LARGEST_CELL: f32 = 44.0;
+/// Smallest cell that still holds its value as text.
+const TEXT_CELL: f32 = 30.0;
+/// Longest name drawn along a side, characters.
+const NAME_LENGTH: usize = 12;
+/// Slope of the names above the columns, rad.
+const NAME_SLOPE: f32 = -0.9;
+
+/// A matrix to look at.
+#[derive(Clone, Copy, Debug)]
+pub struct MatrixView<'a> {
+    /// What it is, for tests and screen readers.
+    pub name: &'a str,
+    /// Names of rows and columns: the matrix is square.
+    pub labels: &'a [&'a str],
+    /// Values by rows, `labels.len()` squared.
+    pub values: &'a [f64],
+    /// Absolute value at which the colour is full.
+    pub full_scale: f64,
+    /// Cells of at least this absolute value off the diagonal are outlined.
+    pub notable: f64,
+    /// Out of date: drawn pale until replaced.
+    pub stale: bool,
+}
+
+/// `value` as a fraction of full scale, within -1 and 1; `None` when it is not finite.
+pub fn intensity(value: f64, full_scale: f64) -> Option<f32> {
+    (value.is_finite() && full_scale > 0.0).then(|| (value / full_scale).clamp(-1.0, 1.0) as f32)
+}
+
+/// Colour between the ground (0) and the end of the scale `intensity` points to.
+pub fn color(palette: &Palette, intensity: f32) -> Color32 {
+    let end = palette.diverging[usize::from(intensity > 0.0)];
+    palette.plot_background.lerp_to_gamma(end, intensity.abs().min(1.0))
+}
+
+/// `name` cut to `length` characters, the last of them an ellipsis.
+pub fn shortened(name: &str, length: usize) -> String {
+    if name.chars().count() <= length {
+        return name.to_owned();
+    }
+    name.chars().take(length.saturating_sub(1)).chain(['…']).collect()
+}
+
+/// The cell of a matrix of `size` rows in `area` under `at`.
+pub fn cell_at(area: Rect, size: usize, at: Pos2) -> Option<(usize, usize)> {
+    let place = (at - area.min) / area.size() * size as f32;
+    (size > 0 && place.min_elem() >= 0.0 && place.max_elem() < size as f32)
+        .then_some((place.y as usize, place.x as usize))
+}
+
+impl MatrixView<'_> {
+    /// Draws it into the room there is; row and column under the pointer.
+    pub fn show(&self, ui: &mut Ui) -> Option<(usize, usize)> {
+        let size = self.labels.len();
+        if size == 0 || self.values.len() != size * size {
+            return None;
+        }
+        let font = FontId::proportional(11.0);
+        let ink = ui.visuals().text_color();
+        let names: Vec<_> = self
+            .labels
+            .iter()
+            .map(|name| ui.painter().layout_no_wrap(shortened(name, NAME_LENGTH), font.clone(), ink))
+            .collect();
+        let widest = names.iter().map(|name| name.size().x).fold(0.0, f32::max);
+        let side = widest + 10.0;
+        let above = widest * NAME_SLOPE.sin().abs() + 16.0;
+        let right = widest * NAME_SLOPE.cos() + 4.0;
+        let room = ui.available_size();
+        let cell = ((room.x - side - right).min(room.y - above) / size as f32).clamp(6.0, LARGEST_CELL).floor();
+        let extent = cell * size as f32;
+        let (outer, response) = ui.allocate_exact_size(vec2(side + extent + right, above + extent), Sense::hover());
+        response.widget_info(|| WidgetInfo::labeled(Role::Image, true, self.name));
+        let area = Rect::from_min_size(outer.min + vec2(side, above), Vec2::splat(extent));
+        self.cells(ui, area, cell);
+        for (at, name) in names.iter().enumerate() {
+            let middle = (at as f32 + 0.5) * cell;
+            let row = Align2::RIGHT_CENTER.anchor_size(pos2(area.left() - 6.0, area.top() + middle), name.size());
+            ui.painter().galley(row.min, name.clone(), ink);
+            let foot = pos2(area.left() + middle - 0.5 * name.size().y, area.top() - 4.0);
+            ui.painter().add(TextShape::new(foot, name.clone(), ink).with_angle(NAME_SLOPE));
+        }
+        let (row, column) = response.hover_pos().and_then(|at| cell_at(area, size, at))?;
+        let under = Rect::from_min_size(area.min + vec2(column as f32, row as f32) * cell, Vec2::splat(cell));
+        ui.painter().rect_stroke(under, 0.0, Stroke::new(1.5, ui.visuals().strong_text_color()), StrokeKind::Outside);
+        let value = self.values[row * size + column];
+        response.on_hover_text_at_pointer(format!("{} × {}:  {value:+.4}", self.labels[row], self.labels[column]));
+        Some((row, column))
+    }
+
+    /// Coloured cells, with their values where there is room.
+    fn cells(&self, ui: &Ui, area: Rect, cell: f32) {
+        let palette = theme::palette(ui);
+        let size = self.labels.len();
+        let pale = if self.stale { 0.4 } else { 1.0 };
+        let painter = ui.painter();
+        painter.rect_filled(area, CornerRadius::ZERO, palette.plot_background);
+        let ground = painter.add(Shape::Noop);
+        let mut mesh = Mesh::default();
+        let mut marks = Vec::new();
+        for (at, &value) in self.values.iter().enumerate() {
+            let (row, column) = (at / size, at % size);
+            let corner = area.min + vec2(column as f32, row as f32) * cell;
+            let rect = Rect::from_min_size(corner, Vec2::splat(cell)).shrink(0.5);
+            let Some(intensity) = intensity(value, self.full_scale) else {
+                marks.push((rect, "–".to_owned(), palette.ignored));
+                continue;
+            };
+            mesh.add_colored_rect(rect, color(palette, intensity * pale));
+            if row != column && value.abs() >= self.notable {
+                painter.rect_stroke(rect, 0.0, Stroke::new(1.5, palette.warning), StrokeKind::Inside);
+            }
+            if cell >= TEXT_CELL && row != column {
+                marks.push((rect, format!("{value:.2}"), contrast(color(palette, intensity * pale))));
+            }
+        }
+        painter.set(ground, Shape::mesh(mesh));
+        for (rect, text, ink) in marks {
+            painter.text(rect.center(), Align2::CENTER_CENTER, text, FontId::proportional(9.5), ink);
+        }
+        painter.rect_stroke(area, 0.0, ui.visuals().widgets.noninteractive.bg_stroke, StrokeKind::Outside);
+    }
+}
+
+/// Ink that can be read on `ground`.
+fn contrast(ground: Color32) -> Color32 {
+    let [red, green, blue, _] = ground.to_array().map(f32::from);
+    if 0.299 * red + 0.587 * green + 0.114 * blue > 140.0 { Color32::BLACK } else { egui::Color32::from_gray(235) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_beyond_full_scale_saturate_and_missing_ones_have_no_colour() {
+        assert_eq!(intensity(1.0 + 1e-12, 1.0), Some(1.0));
+        assert_eq!(intensity(-7.0, 1.0), Some(-1.0));
+        assert_eq!(intensity(0.25, 0.5), Some(0.5));
+        assert_eq!(intensity(f64::NAN, 1.0), None);
+        assert_eq!(intensity(1.0, 0.0), None);
+        assert_eq!(color(&theme::DARK, 1.0), theme::DARK.diverging[1]);
+        assert_eq!(color(&theme::DARK, -1.0), theme::DARK.diverging[0]);
+        assert_eq!(color(&theme::DARK, 0.0), theme::DARK.plot_background);
+    }
+
+    #[test]
+    fn long_names_end_in_an_ellipsis() {
+        assert_eq!(shortened("alpha_dot*c/V squared", 9), "alpha_do…");
+        assert_eq!(shortened("α̇", 9), "α̇");
+    }
+
+    #[test]
+    fn pointer_finds_its_cell_and_nothing_outside() {
+        let area = Rect::from_min_size(pos2(100.0, 50.0), Vec2::splat(80.0));
+        assert_eq!(cell_at(area, 4, pos2(101.0, 51.0)), Some((0, 0)));
+        assert_eq!(cell_at(area, 4, pos2(179.0, 71.0)), Some((1, 3)));
+        assert_eq!(cell_at(area, 4, pos2(181.0, 71.0)), None);
+        assert_eq!(cell_at(area, 4, pos2(150.0, 49.0)), None);
+    }
+}

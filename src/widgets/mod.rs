@@ -1,0 +1,22 @@
+//! Widgets drawn by hand: they show what they are given and report what the user did.
+
+pub mod decimate;
+pub mod matrix_view;
+pub mod quantity_edit;
+pub mod span_editor;
+pub mod time_plot;
+pub mod time_view;
+
+/// Where an edit stands. A drag is `Begin`, any number of `Change`s, then `Commit` or `Cancel`; a typed value is a
+/// `Commit` alone. Everything from `Begin` to `Commit` is one step of undo.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EditPhase {
+    /// A drag began; the value has not moved yet.
+    Begin,
+    /// The value moved and will move again.
+    Change,
+    /// The value is final.
+    Commit,
+    /// The drag was given up: the value is what it was at `Begin`.
+    Cancel,
+}

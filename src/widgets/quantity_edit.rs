@@ -1,0 +1,239 @@
+//! A number with its unit: typed, or dragged linearly or logarithmically; its problem is said beside it.
+
+use std::cell::Cell;
+use std::ops::RangeInclusive;
+
+use eframe::egui::{self, DragValue, Key, Stroke, Ui, vec2};
+
+use super::EditPhase;
+use super::time_plot::readable;
+use crate::theme;
+
+/// Decades per point of a logarithmic drag.
+const DECADES_PER_POINT: f64 = 0.01;
+/// Significant digits of a dragged value.
+const DRAG_DIGITS: i32 = 3;
+/// Width of the field.
+const FIELD_WIDTH: f32 = 78.0;
+
+/// A numeric field.
+#[derive(Clone, Debug)]
+pub struct QuantityEdit<'a> {
+    name: &'a str,
+    value: f64,
+    unit: &'a str,
+    scale: f64,
+    logarithmic: bool,
+    per_point: f64,
+    allowed: Option<RangeInclusive<f64>>,
+    problem: Option<&'a str>,
+}
+
+/// What the user did to a field this frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct QuantityEdited {
+    /// Where the edit stands.
+    pub phase: EditPhase,
+    /// The value in SI; what it was before for `Begin` and `Cancel`.
+    pub value: f64,
+}
+
+/// A drag under way.
+#[derive(Clone, Copy)]
+struct Held {
+    origin: f64,
+    now: f64,
+}
+
+impl<'a> QuantityEdit<'a> {
+    /// A field called `name` (for tests and screen readers) for `value` in SI.
+    pub fn new(name: &'a str, value: f64) -> Self {
+        Self { name, value, unit: "", scale: 1.0, logarithmic: false, per_point: 0.01, allowed: None, problem: None }
+    }
+
+    /// Shows the value in `unit`, which is SI times `scale`.
+    #[must_use]
+    pub fn unit(mut self, unit: &'a str, scale: f64) -> Self {
+        self.unit = unit;
+        self.scale = scale;
+        self
+    }
+
+    /// Drags in decades: for quantities that are positive and span orders of magnitude.
+    #[must_use]
+    pub fn logarithmic(mut self) -> Self {
+        self.logarithmic = true;
+        self
+    }
+
+    /// Change of the shown value per point of a linear drag.
+    #[must_use]
+    pub fn per_point(mut self, per_point: f64) -> Self {
+        self.per_point = per_point;
+        self
+    }
+
+    /// Values in SI that make sense; others are taken, marked and explained.
+    #[must_use]
+    pub fn allowed(mut self, allowed: RangeInclusive<f64>) -> Self {
+        self.allowed = Some(allowed);
+        self
+    }
+
+    /// What a check of the whole entry says about this field; comes before the field's own range.
+    #[must_use]
+    pub fn problem(mut self, problem: Option<&'a str>) -> Self {
+        self.problem = problem;
+        self
+    }
+
+    /// Draws the field, its unit and its problem.
+    pub fn show(self, ui: &mut Ui) -> Option<QuantityEdited> {
+        let complaint = self.problem.map(str::to_owned).or_else(|| {
+            let range = self.allowed.as_ref()?;
+            range_message(self.value, range, self.unit, self.scale)
+        });
+        ui.horizontal(|ui| {
+            ui.spacing_mut().item_spacing.x = 4.0;
+            let edited = self.field(ui, complaint.is_some());
+            if !self.unit.is_empty() {
+                ui.weak(self.unit);
+            }
+            if let Some(complaint) = complaint {
+                ui.colored_label(theme::palette(ui).error, complaint);
+            }
+            edited
+        })
+        .inner
+    }
+
+    /// The field itself.
+    fn field(&self, ui: &mut Ui, wrong: bool) -> Option<QuantityEdited> {
+        let shown = self.value * self.scale;
+        let logarithmic = self.logarithmic && shown > 0.0;
+        let before = if logarithmic { shown.log10() } else { shown };
+        let after = Cell::new(before);
+        let typed: Cell<Option<f64>> = Cell::new(None);
+        let text_before = readable(shown);
+        let field = DragValue::from_get_set(|new| {
+            new.inspect(|&new| after.set(new));
+            after.get()
+        })
+        .speed(if logarithmic { DECADES_PER_POINT } else { self.per_point })
+        .update_while_editing(false)
+        .min_size(vec2(FIELD_WIDTH, ui.spacing().interact_size.y))
+        .custom_formatter(|at, _| readable(if logarithmic { 10f64.powf(at) } else { at }))
+        .custom_parser(|text| {
+            let text = text.trim().replace('\u{2212}', "-");
+            if text == text_before {
+                return Some(before);
+            }
+            let value: f64 = text.parse().ok()?;
+            typed.set(value.is_finite().then_some(value));
+            Some(before + 1.0).filter(|_| value.is_finite())
+        });
+        let response = ui
+            .scope(|ui| {
+                if wrong {
+                    let stroke = Stroke::new(1.5, theme::palette(ui).error);
+                    ui.visuals_mut().widgets.inactive.bg_stroke = stroke;
+                    ui.visuals_mut().widgets.hovered.bg_stroke = stroke;
+                }
+                ui.add(field)
+            })
+            .inner;
+        ui.ctx().accesskit_node_builder(response.id, |node| node.set_label(self.name));
+        self.outcome(ui, &response, typed.get(), before, after.get(), logarithmic)
+    }
+
+    /// Turns what the field did into a phase and a value in SI.
+    fn outcome(
+        &self,
+        ui: &Ui,
+        response: &egui::Response,
+        typed: Option<f64>,
+        before: f64,
+        after: f64,
+        logarithmic: bool,
+    ) -> Option<QuantityEdited> {
+        let report = |phase, value| Some(QuantityEdited { phase, value });
+        let id = response.id.with("held");
+        if let Some(typed) = typed {
+            let value = typed / self.scale;
+            return if value == self.value { None } else { report(EditPhase::Commit, value) };
+        }
+        if response.drag_started() {
+            ui.data_mut(|data| data.insert_temp(id, Held { origin: self.value, now: self.value }));
+            return report(EditPhase::Begin, self.value);
+        }
+        let held = ui.data_mut(|data| data.get_temp::<Held>(id));
+        if let Some(held) = held {
+            let forget = || ui.data_mut(|data| data.remove::<Held>(id));
+            if ui.input(|i| i.key_pressed(Key::Escape)) {
+                forget();
+                ui.ctx().stop_dragging();
+                return report(EditPhase::Cancel, held.origin);
+            }
+            if response.drag_stopped() || !response.dragged() {
+                forget();
+                return report(EditPhase::Commit, held.now);
+            }
+        }
+        if after == before {
+            return None;
+        }
+        let now = rounded(if logarithmic { 10f64.powf(after) } else { after }, DRAG_DIGITS) / self.scale;
+        match held {
+            Some(held) => {
+                ui.data_mut(|data| data.insert_temp(id, Held { now, ..held }));
+                (now != held.now).then_some(QuantityEdited { phase: EditPhase::Change, value: now })
+            }
+            None => report(EditPhase::Commit, now),
+        }
+    }
+}
+
+/// `value` to `digits` significant digits.
+pub fn rounded(value: f64, digits: i32) -> f64 {
+    if value == 0.0 || !value.is_finite() {
+        return value;
+    }
+    let text = format!("{value:.*e}", (digits - 1).max(0) as usize);
+    text.parse().unwrap_or(value)
+}
+
+/// What to say when `value` (SI) is not in `allowed` (SI), in a unit of SI times `scale`.
+pub fn range_message(value: f64, allowed: &RangeInclusive<f64>, unit: &str, scale: f64) -> Option<String> {
+    if allowed.contains(&value) {
+        return None;
+    }
+    let [low, high] = [*allowed.start(), *allowed.end()].map(|edge| readable(rounded(edge * scale, 4)));
+    let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
+    Some(match (allowed.start().is_finite(), allowed.end().is_finite()) {
+        (true, false) => format!("must be at least {low}{unit}"),
+        (false, true) => format!("must be at most {high}{unit}"),
+        _ => format!("must be {low} to {high}{unit}"),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn range_message_names_the_limits_in_the_unit_shown() {
+        let degrees = 180.0 / std::f64::consts::PI;
+        let allowed = 0.0..=std::f64::consts::FRAC_PI_2;
+        assert_eq!(range_message(0.5, &allowed, "deg", degrees), None);
+        assert_eq!(range_message(2.0, &allowed, "deg", degrees).unwrap(), "must be 0 to 90.000 deg");
+        assert_eq!(range_message(-1.0, &(0.0..=f64::INFINITY), "", 1.0).unwrap(), "must be at least 0");
+        assert!(range_message(f64::NAN, &allowed, "", 1.0).is_some());
+    }
+
+    #[test]
+    fn rounding_keeps_significant_digits_exactly() {
+        assert_eq!(rounded(0.0123456, 3), 0.0123);
+        assert_eq!(rounded(-98765.0, 2), -99000.0);
+        assert_eq!(rounded(0.0, 3), 0.0);
+    }
+}

@@ -1,0 +1,301 @@
+//! Spans of time on a lane above the plots: click selects, the body moves, the edges resize, all snapped to samples.
+
+use eframe::egui::{
+    self, Align2, Color32, CornerRadius, CursorIcon, Id, Key, Rect, Role, Sense, Stroke, StrokeKind, Ui, WidgetInfo,
+    pos2,
+};
+
+use super::EditPhase;
+use super::time_plot::{time_at, x_at};
+use super::time_view::Stretch;
+
+/// Height of the lane the spans lie in.
+pub const LANE_HEIGHT: f32 = 24.0;
+/// Half the width in which an edge can be caught.
+const EDGE_REACH: f32 = 5.0;
+/// A span narrower than this gives up its body to its edges no further.
+const LEAST_BODY: f32 = 4.0;
+
+/// A span as the lane shows it.
+#[derive(Clone, Copy, Debug)]
+pub struct SpanItem<'a> {
+    /// Identity that survives edits.
+    pub id: u64,
+    /// Where it is.
+    pub stretch: Stretch,
+    /// Text in the lane.
+    pub label: &'a str,
+    /// Colour of its role.
+    pub color: Color32,
+    /// Can be selected but not moved.
+    pub locked: bool,
+    /// Drawn strongly; its edges can be caught in the plots too.
+    pub selected: bool,
+}
+
+/// What the user did to the spans this frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SpanEvent {
+    /// A span was clicked.
+    Selected(u64),
+    /// A span is being moved or resized; `stretch` is where it is now (where it was, for `Begin` and `Cancel`).
+    Dragged {
+        /// The span.
+        id: u64,
+        /// Where the drag stands.
+        phase: EditPhase,
+        /// Where the span is.
+        stretch: Stretch,
+    },
+    /// A new span was drawn in the empty lane.
+    Drawn(Stretch),
+}
+
+/// The part of a span that is held.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Grip {
+    /// All of it.
+    Body,
+    /// Its start.
+    Start,
+    /// Its end.
+    End,
+}
+
+/// Where the spans are edited.
+#[derive(Clone, Copy, Debug)]
+pub struct Lane<'a> {
+    /// Where the lane is on screen.
+    pub rect: Rect,
+    /// A frame of the stack: its left and right ends are those of `range`.
+    pub frame: Rect,
+    /// Down to here the edges of the selected span can be caught.
+    pub reach_bottom: f32,
+    /// The stretch on screen.
+    pub range: Stretch,
+    /// Times of the samples, increasing, s; empty snaps to nothing.
+    pub samples_s: &'a [f64],
+}
+
+/// What is held.
+#[derive(Clone, Copy)]
+struct Held {
+    origin: Stretch,
+    pressed_s: f64,
+    now: Stretch,
+}
+
+/// The sample nearest to `time_s`; `time_s` itself when there are no samples.
+pub fn snapped(samples_s: &[f64], time_s: f64) -> f64 {
+    let after = samples_s.partition_point(|&t| t < time_s);
+    match (after.checked_sub(1).map(|at| samples_s[at]), samples_s.get(after).copied()) {
+        (Some(before), Some(after)) => {
+            if time_s - before < after - time_s {
+                before
+            } else {
+                after
+            }
+        }
+        (Some(only), None) | (None, Some(only)) => only,
+        (None, None) => time_s,
+    }
+}
+
+/// Where a span that was at `origin` is after `grip` moved by `by_s`: on samples, never empty, and with its count of
+/// samples kept when the whole span moves.
+pub fn dragged(origin: Stretch, grip: Grip, by_s: f64, samples_s: &[f64]) -> Stretch {
+    let index = |time_s: f64| samples_s.partition_point(|&t| t < time_s);
+    let Stretch { start_s, end_s } = origin;
+    match grip {
+        Grip::Body if samples_s.is_empty() => Stretch { start_s: start_s + by_s, end_s: end_s + by_s },
+        Grip::Body => {
+            let (first, last) = (index(snapped(samples_s, start_s)), index(snapped(samples_s, end_s)));
+            let moved = index(snapped(samples_s, start_s + by_s)).min(samples_s.len() - 1 - (last - first));
+            Stretch { start_s: samples_s[moved], end_s: samples_s[moved + last - first] }
+        }
+        Grip::Start => {
+            let latest = samples_s[..index(end_s)].last().copied().unwrap_or(end_s);
+            Stretch { start_s: snapped(samples_s, start_s + by_s).min(latest), end_s }
+        }
+        Grip::End => {
+            let earliest = samples_s.get(samples_s.partition_point(|&t| t <= start_s)).copied().unwrap_or(start_s);
+            Stretch { start_s, end_s: snapped(samples_s, end_s + by_s).max(earliest) }
+        }
+    }
+}
+
+/// Draws the lane and reports what the user did. Escape gives a drag up.
+pub fn span_lane(ui: &mut Ui, id: Id, lane: &Lane<'_>, spans: &[SpanItem<'_>]) -> Option<SpanEvent> {
+    let visuals = ui.visuals();
+    let clip = Rect::from_x_y_ranges(lane.frame.x_range(), lane.rect.y_range());
+    ui.painter().rect_filled(clip, CornerRadius::same(3), visuals.faint_bg_color);
+    let mut event = draw_new(ui, id.with("empty"), lane, clip);
+    for span in spans {
+        let shown = Rect::from_x_y_ranges(
+            x_at(lane.frame, lane.range, span.stretch.start_s)..=x_at(lane.frame, lane.range, span.stretch.end_s),
+            clip.y_range().shrink(2.0),
+        );
+        if shown.right() < clip.left() - EDGE_REACH || shown.left() > clip.right() + EDGE_REACH {
+            continue;
+        }
+        draw_span(ui, clip, shown, span);
+        event = catch(ui, id, lane, clip, shown, span).or(event);
+    }
+    event
+}
+
+/// Fill, outline and text of one span.
+fn draw_span(ui: &Ui, clip: Rect, shown: Rect, span: &SpanItem<'_>) {
+    let painter = ui.painter().with_clip_rect(clip);
+    let (fill, line) = if span.selected { (0.75, 1.0) } else { (0.40, 0.7) };
+    let corner = CornerRadius::same(3);
+    painter.rect_filled(shown, corner, span.color.gamma_multiply(fill));
+    painter.rect_stroke(shown, corner, Stroke::new(1.0, span.color.gamma_multiply(line)), StrokeKind::Inside);
+    let text = ui.visuals().strong_text_color();
+    let visible = shown.intersect(clip);
+    let galley = painter.layout_no_wrap(span.label.to_owned(), egui::FontId::proportional(11.0), text);
+    if galley.size().x + 8.0 < visible.width() {
+        let at = Align2::CENTER_CENTER.anchor_size(visible.center(), galley.size());
+        painter.galley(at.min, galley, text);
+    }
+}
+
+/// Body and edges of one span under the pointer.
+fn catch(ui: &mut Ui, id: Id, lane: &Lane<'_>, clip: Rect, shown: Rect, span: &SpanItem<'_>) -> Option<SpanEvent> {
+    let grab = |x: f32, inner: f32, outer: f32| {
+        let bottom = if span.selected { lane.reach_bottom } else { clip.bottom() };
+        Rect::from_x_y_ranges(x - inner..=x + outer, clip.top()..=bottom)
+    };
+    let inside = EDGE_REACH.min(((shown.width() - LEAST_BODY) / 2.0).max(0.0));
+    let parts = [
+        (Grip::Body, shown.intersect(clip), ""),
+        (Grip::Start, grab(shown.left(), EDGE_REACH, inside), " start"),
+        (Grip::End, grab(shown.right(), inside, EDGE_REACH), " end"),
+    ];
+    let mut event = None;
+    for (grip, rect, suffix) in parts {
+        let on_screen = rect.center().x >= clip.left() - 1.0 && rect.center().x <= clip.right() + 1.0;
+        if !on_screen || (span.locked && grip != Grip::Body) || !rect.is_positive() {
+            continue;
+        }
+        let sense = if span.locked { Sense::click() } else { Sense::click_and_drag() };
+        let part = id.with((span.id, grip));
+        let response = ui.interact(rect, part, sense).on_hover_cursor(match grip {
+            Grip::Body if span.locked => CursorIcon::PointingHand,
+            Grip::Body => CursorIcon::Grab,
+            Grip::Start | Grip::End => CursorIcon::ResizeHorizontal,
+        });
+        let name = format!("{}{suffix}", span.label);
+        response.widget_info(|| WidgetInfo::labeled(Role::Button, true, &name));
+        if response.clicked() {
+            event = Some(SpanEvent::Selected(span.id));
+        }
+        event = drag(ui, &response, part, lane, grip, span).or(event);
+    }
+    event
+}
+
+/// One drag from press to release.
+fn drag(
+    ui: &Ui,
+    response: &egui::Response,
+    part: Id,
+    lane: &Lane<'_>,
+    grip: Grip,
+    span: &SpanItem<'_>,
+) -> Option<SpanEvent> {
+    let report = |phase, stretch| Some(SpanEvent::Dragged { id: span.id, phase, stretch });
+    let pointer = response.interact_pointer_pos();
+    if response.drag_started() {
+        let pressed = ui.input(|i| i.pointer.press_origin()).or(pointer)?;
+        let pressed_s = time_at(lane.frame, lane.range, pressed.x);
+        let held = Held { origin: span.stretch, pressed_s, now: span.stretch };
+        ui.data_mut(|data| data.insert_temp(part, held));
+        return report(EditPhase::Begin, span.stretch);
+    }
+    let held = ui.data_mut(|data| data.get_temp::<Held>(part))?;
+    let forget = || ui.data_mut(|data| data.remove::<Held>(part));
+    if ui.input(|i| i.key_pressed(Key::Escape)) {
+        forget();
+        ui.ctx().stop_dragging();
+        return report(EditPhase::Cancel, held.origin);
+    }
+    if response.drag_stopped() || !response.dragged() {
+        forget();
+        return report(EditPhase::Commit, held.now);
+    }
+    ui.set_cursor_icon(if grip == Grip::Body { CursorIcon::Grabbing } else { CursorIcon::ResizeHorizontal });
+    let by_s = time_at(lane.frame, lane.range, pointer?.x) - held.pressed_s;
+    let now = dragged(held.origin, grip, by_s, lane.samples_s);
+    if now == held.now {
+        return None;
+    }
+    ui.data_mut(|data| data.insert_temp(part, Held { now, ..held }));
+    report(EditPhase::Change, now)
+}
+
+/// A drag in the empty lane draws a new span.
+fn draw_new(ui: &Ui, id: Id, lane: &Lane<'_>, clip: Rect) -> Option<SpanEvent> {
+    let response = ui.interact(clip, id, Sense::drag()).on_hover_cursor(CursorIcon::Crosshair);
+    response.widget_info(|| WidgetInfo::labeled(Role::Canvas, true, "Draw a new span"));
+    if response.drag_started() {
+        let from = ui.input(|i| i.pointer.press_origin())?;
+        ui.data_mut(|data| data.insert_temp(id, from.x));
+    }
+    let from = ui.data_mut(|data| data.get_temp::<f32>(id))?;
+    let to = response.interact_pointer_pos().map_or(from, |at| at.x.clamp(clip.left(), clip.right()));
+    if ui.input(|i| i.key_pressed(Key::Escape)) {
+        ui.data_mut(|data| data.remove::<f32>(id));
+        ui.ctx().stop_dragging();
+        return None;
+    }
+    if response.drag_stopped() {
+        ui.data_mut(|data| data.remove::<f32>(id));
+        let edge = |x: f32| snapped(lane.samples_s, time_at(lane.frame, lane.range, x));
+        let drawn = Stretch::new(edge(from), edge(to));
+        return (drawn.length_s() > 0.0 && (to - from).abs() > EDGE_REACH).then_some(SpanEvent::Drawn(drawn));
+    }
+    let rect = Rect::from_two_pos(pos2(from, clip.top() + 2.0), pos2(to, clip.bottom() - 2.0));
+    ui.painter().rect_filled(rect, CornerRadius::same(3), ui.visuals().selection.bg_fill);
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn samples() -> Vec<f64> {
+        (0..=1000).map(|k| f64::from(k) * 0.1).collect()
+    }
+
+    #[test]
+    fn snapping_takes_the_nearest_sample_and_stays_inside() {
+        let samples = samples();
+        assert_eq!(snapped(&samples, 5.04), samples[50]);
+        assert_eq!(snapped(&samples, 5.06), samples[51]);
+        assert_eq!(snapped(&samples, -3.0), 0.0);
+        assert_eq!(snapped(&samples, 1e9), samples[1000]);
+        assert_eq!(snapped(&[], 1.23), 1.23);
+    }
+
+    #[test]
+    fn edges_move_to_samples_and_never_cross() {
+        let samples = samples();
+        let origin = Stretch { start_s: samples[100], end_s: samples[200] };
+        assert_eq!(dragged(origin, Grip::Start, 1.234, &samples), Stretch { start_s: samples[112], ..origin });
+        assert_eq!(dragged(origin, Grip::Start, 500.0, &samples), Stretch { start_s: samples[199], ..origin });
+        assert_eq!(dragged(origin, Grip::End, -500.0, &samples), Stretch { end_s: samples[101], ..origin });
+        assert_eq!(dragged(origin, Grip::End, 500.0, &samples), Stretch { end_s: samples[1000], ..origin });
+    }
+
+    #[test]
+    fn moving_keeps_the_number_of_samples_up_to_the_ends() {
+        let samples = samples();
+        let origin = Stretch { start_s: samples[100], end_s: samples[200] };
+        for (by_s, first) in [(0.26, 103), (-0.26, 97), (1e6, 900), (-1e6, 0)] {
+            let moved = dragged(origin, Grip::Body, by_s, &samples);
+            assert_eq!(moved, Stretch { start_s: samples[first], end_s: samples[first + 100] }, "by {by_s} s");
+        }
+        assert_eq!(dragged(origin, Grip::Body, 0.123, &[]).start_s, samples[100] + 0.123);
+    }
+}

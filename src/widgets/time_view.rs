@@ -1,0 +1,221 @@
+//! The stretch of time on screen, shared by everything that has a time axis.
+
+use serde::{Deserialize, Serialize};
+
+/// Steps of zoom kept to go back to.
+const HISTORY: usize = 64;
+/// Pauses longer than this end a gesture of the wheel or a pan, s.
+const GESTURE_PAUSE_S: f64 = 0.4;
+/// Shortest stretch that can be shown, s.
+const SHORTEST_S: f64 = 1e-4;
+
+/// A stretch of time, s.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Stretch {
+    /// First instant, s.
+    pub start_s: f64,
+    /// Last instant, s.
+    pub end_s: f64,
+}
+
+impl Stretch {
+    /// From `start_s` to `end_s`, in whichever order they come.
+    pub fn new(start_s: f64, end_s: f64) -> Self {
+        Self { start_s: start_s.min(end_s), end_s: start_s.max(end_s) }
+    }
+
+    /// Length, s.
+    pub fn length_s(&self) -> f64 {
+        self.end_s - self.start_s
+    }
+
+    /// Whether `time_s` lies inside.
+    pub fn contains(&self, time_s: f64) -> bool {
+        (self.start_s..=self.end_s).contains(&time_s)
+    }
+}
+
+/// What is on screen: range with its history, the linked cursor and the markers A and B.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TimeView {
+    full: Stretch,
+    range: Stretch,
+    #[serde(skip)]
+    back: Vec<Stretch>,
+    #[serde(skip)]
+    forward: Vec<Stretch>,
+    #[serde(skip)]
+    gesture_at_s: Option<f64>,
+    /// Time under the pointer in whichever plot it is, s.
+    #[serde(skip)]
+    pub cursor_s: Option<f64>,
+    /// Markers A and B, s.
+    pub markers_s: [Option<f64>; 2],
+}
+
+impl Default for TimeView {
+    fn default() -> Self {
+        Self::new(Stretch { start_s: 0.0, end_s: 1.0 })
+    }
+}
+
+impl TimeView {
+    /// Shows all of `full`.
+    pub fn new(full: Stretch) -> Self {
+        let full = Stretch::new(full.start_s, full.end_s.max(full.start_s + SHORTEST_S));
+        Self {
+            full,
+            range: full,
+            back: Vec::new(),
+            forward: Vec::new(),
+            gesture_at_s: None,
+            cursor_s: None,
+            markers_s: [None; 2],
+        }
+    }
+
+    /// The stretch on screen.
+    pub fn range(&self) -> Stretch {
+        self.range
+    }
+
+    /// The whole stretch there is.
+    pub fn full(&self) -> Stretch {
+        self.full
+    }
+
+    /// Takes the extent of another recording; what is on screen stays where it still lies inside it.
+    pub fn set_full(&mut self, full: Stretch) {
+        if full == self.full {
+            return;
+        }
+        let showed_all = self.range == self.full;
+        let kept = Self::new(full);
+        let overlaps = self.range.start_s < full.end_s && self.range.end_s > full.start_s;
+        let range = if showed_all || !overlaps { kept.full } else { self.range };
+        *self = Self { range, ..kept };
+    }
+
+    /// Shows `range`; the stretch before can be come back to.
+    pub fn zoom_to(&mut self, range: Stretch) {
+        self.gesture_at_s = None;
+        self.remember();
+        self.range = self.limited(range);
+    }
+
+    /// Shows everything.
+    pub fn home(&mut self) {
+        self.zoom_to(self.full);
+    }
+
+    /// Moves along by `by_s`; moves without a pause count as one step of history. `now_s` is the time of the input.
+    pub fn pan(&mut self, by_s: f64, now_s: f64) {
+        self.gesture(now_s);
+        let (length, full) = (self.range.length_s(), self.full);
+        let start = (self.range.start_s + by_s).min(full.end_s - length).max(full.start_s.min(full.end_s - length));
+        self.range = Stretch { start_s: start, end_s: start + length };
+    }
+
+    /// Magnifies by `factor` (above 1 shows less) about `about_s`; without a pause it is one step of history.
+    pub fn zoom(&mut self, factor: f64, about_s: f64, now_s: f64) {
+        self.gesture(now_s);
+        let at = |edge: f64| about_s + (edge - about_s) / factor;
+        self.range = self.limited(Stretch::new(at(self.range.start_s), at(self.range.end_s)));
+    }
+
+    /// Shows what was shown before; `false` when there is nothing to go back to.
+    pub fn go_back(&mut self) -> bool {
+        self.gesture_at_s = None;
+        self.back.pop().map(|range| self.forward.push(std::mem::replace(&mut self.range, range))).is_some()
+    }
+
+    /// Undoes [`Self::go_back`]; `false` when there is nothing to go forward to.
+    pub fn go_forward(&mut self) -> bool {
+        self.gesture_at_s = None;
+        self.forward.pop().map(|range| self.back.push(std::mem::replace(&mut self.range, range))).is_some()
+    }
+
+    /// Keeps `range` inside what there is, at least [`SHORTEST_S`] long.
+    fn limited(&self, range: Stretch) -> Stretch {
+        let start_s = range.start_s.max(self.full.start_s).min(self.full.end_s - SHORTEST_S);
+        let end_s = range.end_s.min(self.full.end_s).max(start_s + SHORTEST_S);
+        Stretch { start_s, end_s }
+    }
+
+    /// Remembers where a gesture began.
+    fn gesture(&mut self, now_s: f64) {
+        if self.gesture_at_s.is_none_or(|at| now_s - at > GESTURE_PAUSE_S) {
+            self.remember();
+        }
+        self.gesture_at_s = Some(now_s);
+    }
+
+    /// Puts what is on screen into the history.
+    fn remember(&mut self) {
+        if self.back.last() != Some(&self.range) {
+            self.back.push(self.range);
+            if self.back.len() > HISTORY {
+                self.back.remove(0);
+            }
+        }
+        self.forward.clear();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn view() -> TimeView {
+        TimeView::new(Stretch::new(0.0, 100.0))
+    }
+
+    #[test]
+    fn zoom_keeps_the_time_under_the_pointer_and_stays_inside() {
+        let mut view = view();
+        view.zoom(2.0, 25.0, 0.0);
+        assert_eq!(view.range(), Stretch { start_s: 12.5, end_s: 62.5 });
+        view.zoom(1e-9, 25.0, 0.1);
+        assert_eq!(view.range(), view.full());
+        view.zoom(1e12, 100.0, 0.2);
+        assert!(view.range().length_s() >= SHORTEST_S * 0.999 && view.range().end_s <= 100.0);
+    }
+
+    #[test]
+    fn a_gesture_is_one_step_back_and_can_be_gone_forward_again() {
+        let mut view = view();
+        view.zoom_to(Stretch::new(10.0, 20.0));
+        for k in 0..10 {
+            view.pan(1.0, f64::from(k) * 0.05);
+        }
+        assert_eq!(view.range(), Stretch::new(20.0, 30.0));
+        assert!(view.go_back());
+        assert_eq!(view.range(), Stretch::new(10.0, 20.0));
+        assert!(view.go_back());
+        assert_eq!(view.range(), view.full());
+        assert!(!view.go_back());
+        assert!(view.go_forward() && view.go_forward());
+        assert_eq!(view.range(), Stretch::new(20.0, 30.0));
+        assert!(!view.go_forward());
+    }
+
+    #[test]
+    fn pan_stops_at_the_ends_with_its_length_kept() {
+        let mut view = view();
+        view.zoom_to(Stretch::new(10.0, 20.0));
+        view.pan(1e6, 0.0);
+        assert_eq!(view.range(), Stretch::new(90.0, 100.0));
+        view.pan(-1e6, 0.1);
+        assert_eq!(view.range(), Stretch::new(0.0, 10.0));
+    }
+
+    #[test]
+    fn another_recording_keeps_the_range_only_where_it_overlaps() {
+        let mut view = view();
+        view.zoom_to(Stretch::new(10.0, 20.0));
+        view.set_full(Stretch::new(0.0, 50.0));
+        assert_eq!(view.range(), Stretch::new(10.0, 20.0));
+        view.set_full(Stretch::new(500.0, 600.0));
+        assert_eq!(view.range(), Stretch::new(500.0, 600.0));
+    }
+}

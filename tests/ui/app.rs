@@ -1,0 +1,100 @@
+//! The application around the panels: commands, palette, layout, file dialog.
+
+use doublet::app::Workbench;
+use doublet::app::files::{FileQuestion, Files, Purpose};
+use doublet::command::{UiCommand, ViewCommand};
+use doublet::panels::Pane;
+use egui::{Key, Modifiers, ThemePreference};
+use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable;
+
+use crate::{builder, picture, widget_harness};
+
+fn workbench<'a>() -> Harness<'a, Workbench> {
+    let mut harness = builder(1280.0, 800.0).build_eframe(|cc| Workbench::new(cc));
+    harness.run_steps(3);
+    harness
+}
+
+#[test]
+fn the_palette_finds_a_command_by_part_of_its_name() {
+    let mut harness = workbench();
+    assert_eq!(harness.state().state.appearance, ThemePreference::Dark);
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::P);
+    harness.run_steps(3);
+    harness.get_by_label("Command").type_text("theme light");
+    harness.run_steps(2);
+    picture(&mut harness, "palette");
+    harness.key_press(Key::Enter);
+    harness.run_steps(3);
+    assert_eq!(harness.state().state.appearance, ThemePreference::Light);
+    assert!(!harness.state().palette.is_open());
+    picture(&mut harness, "workbench_light");
+}
+
+#[test]
+fn a_closed_panel_comes_back_by_its_command() {
+    let mut harness = workbench();
+    let held = |harness: &Harness<'_, Workbench>| harness.state().state.layout.tiles.find_pane(&Pane::Shortcuts);
+    let tile = held(&harness).unwrap();
+    harness.state_mut().state.layout.remove_recursively(tile);
+    harness.run_steps(2);
+    assert_eq!(held(&harness), None);
+    harness.state_mut().request(UiCommand::View(ViewCommand::Show(Pane::Shortcuts)));
+    harness.run_steps(3);
+    assert!(held(&harness).is_some());
+    assert!(harness.query_by_label("Time plots").is_some(), "its page is drawn");
+}
+
+#[test]
+fn the_menu_carries_out_what_it_says() {
+    let mut harness = workbench();
+    harness.get_by_role_and_label(egui::accesskit::Role::Button, "View").click();
+    harness.run_steps(3);
+    picture(&mut harness, "menu");
+    harness.get_by_role_and_label(egui::accesskit::Role::Button, "Light theme").click();
+    harness.run_steps(3);
+    assert_eq!(harness.state().state.appearance, ThemePreference::Light);
+}
+
+#[test]
+fn our_own_file_dialog_walks_folders_and_refuses_what_is_not_there() {
+    let folder = tempfile::tempdir().unwrap();
+    let inner = folder.path().join("flights");
+    std::fs::create_dir(&inner).unwrap();
+    std::fs::write(inner.join("first.toml"), "").unwrap();
+    let question = FileQuestion {
+        title: "Open a session".to_owned(),
+        purpose: Purpose::Open,
+        extensions: vec!["toml".to_owned()],
+        folder: folder.path().to_path_buf(),
+        name: String::new(),
+    };
+    let state = (Files::without_system(), None);
+    let mut harness = widget_harness((800.0, 600.0), true, state, move |ui, (files, chosen)| {
+        if chosen.is_none() && !files.is_asking() {
+            files.ask(question.clone(), ui.ctx());
+        }
+        if let Some(path) = files.show(ui.ctx()) {
+            *chosen = Some(path);
+        }
+    });
+    harness.run_steps(4);
+    harness.get_by_label("File").click();
+    harness.run_steps(2);
+    harness.get_by_label("File").type_text("nowhere.toml");
+    harness.run_steps(2);
+    harness.get_by_label("Open").click();
+    harness.run_steps(3);
+    assert!(harness.query_by_label_contains("does not exist").is_some());
+    assert_eq!(harness.state().1, None);
+    harness.get_by_label("flights/").click();
+    harness.run_steps(3);
+    harness.get_by_label("first.toml").click();
+    harness.run_steps(3);
+    picture(&mut harness, "file_dialog");
+    harness.get_by_label("Open").click();
+    harness.run_steps(3);
+    let chosen = harness.state().1.clone().expect("a file was chosen");
+    assert_eq!(chosen.canonicalize().unwrap(), inner.join("first.toml").canonicalize().unwrap());
+}

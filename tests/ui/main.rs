@@ -1,0 +1,67 @@
+//! The workbench as a user meets it: clicked, typed and dragged without a display, drawn on the processor.
+
+#![allow(clippy::expect_used)] // helpers of tests fail the test that calls them
+
+mod allocations;
+mod app;
+mod plots;
+mod rasteriser;
+mod widgets;
+
+use egui_kittest::{Harness, HarnessBuilder};
+use image::RgbaImage;
+use rasteriser::Rasteriser;
+
+/// Folder for pictures of what the tests see; none are written without it.
+const PICTURES: &str = "DOUBLET_UI_PICTURES";
+
+/// Time from frame to frame, s: short enough for two clicks to be a double click.
+const FRAME_S: f32 = 0.05;
+
+/// A harness of our renderer with the workbench's fonts and theme.
+fn builder<State>(width: f32, height: f32) -> HarnessBuilder<State> {
+    Harness::builder().with_size(egui::vec2(width, height)).with_step_dt(FRAME_S).renderer(Rasteriser::default())
+}
+
+/// A harness around widgets, with the workbench's fonts and theme.
+fn widget_harness<'a, State>(
+    size: (f32, f32),
+    dark: bool,
+    state: State,
+    show: impl FnMut(&mut egui::Ui, &mut State) + 'a,
+) -> Harness<'a, State> {
+    builder(size.0, size.1)
+        .with_context_setup(doublet::theme::install)
+        .with_theme(if dark { egui::Theme::Dark } else { egui::Theme::Light })
+        .build_ui_state(show, state)
+}
+
+/// What is on screen; also written to the folder of [`PICTURES`] where that is set.
+fn picture<State>(harness: &mut Harness<'_, State>, name: &str) -> RgbaImage {
+    let image = harness.render().expect("the picture is drawn");
+    if let Some(folder) = std::env::var_os(PICTURES) {
+        let folder = std::path::PathBuf::from(folder);
+        std::fs::create_dir_all(&folder).expect("the folder of pictures can be made");
+        image.save(folder.join(format!("{name}.png"))).expect("the picture can be written");
+    }
+    image
+}
+
+/// Presses at `from`, moves to `to` in `steps` frames, and releases there.
+fn drag<State>(harness: &mut Harness<'_, State>, from: egui::Pos2, to: egui::Pos2, steps: usize) {
+    hold(harness, from, to, steps);
+    harness.drop_at(to);
+    harness.run_steps(2);
+}
+
+/// Presses at `from` and moves to `to` in `steps` frames without a release.
+fn hold<State>(harness: &mut Harness<'_, State>, from: egui::Pos2, to: egui::Pos2, steps: usize) {
+    harness.hover_at(from);
+    harness.step();
+    harness.drag_at(from);
+    harness.step();
+    for step in 1..=steps {
+        harness.hover_at(from + (to - from) * (step as f32 / steps as f32));
+        harness.step();
+    }
+}
