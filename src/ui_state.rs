@@ -70,7 +70,54 @@ pub fn bring_to_front(layout: &mut Tree<Pane>, pane: Pane) {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::HashMap;
+
+    use eframe::Storage;
+
     use super::*;
+    use crate::widgets::time_view::Stretch;
+
+    /// Storage in memory.
+    #[derive(Default)]
+    struct Memory(HashMap<String, String>);
+
+    impl Storage for Memory {
+        fn get_string(&self, key: &str) -> Option<String> {
+            self.0.get(key).cloned()
+        }
+
+        fn set_string(&mut self, key: &str, value: String) {
+            self.0.insert(key.to_owned(), value);
+        }
+
+        fn remove_string(&mut self, key: &str) {
+            self.0.remove(key);
+        }
+
+        fn flush(&mut self) {}
+    }
+
+    #[test]
+    fn stored_looks_come_back_and_those_of_another_version_do_not() {
+        let mut state = UiState::default();
+        state.time = TimeView::new(Stretch::new(0.0, 5400.0));
+        state.time.zoom_to(Stretch::new(100.0, 160.0));
+        state.time.markers_s = [Some(120.0), None];
+        state.appearance = ThemePreference::Light;
+        let mut memory = Memory::default();
+        state.save(&mut memory);
+        let back = UiState::load(Some(&memory));
+        assert_eq!(back.time.range(), state.time.range());
+        assert_eq!(back.time.markers_s, state.time.markers_s);
+        assert_eq!(back.appearance, ThemePreference::Light);
+        assert_eq!(back.layout, state.layout);
+        state.version = VERSION + 1;
+        state.save(&mut memory);
+        assert_eq!(UiState::load(Some(&memory)).appearance, UiState::default().appearance);
+        memory.set_string(STORAGE_KEY, "(not what it was".to_owned());
+        assert_eq!(UiState::load(Some(&memory)).appearance, UiState::default().appearance);
+        assert_eq!(UiState::load(None).version, VERSION);
+    }
 
     #[test]
     fn closed_panel_comes_back_to_the_front() {

@@ -5,7 +5,7 @@ use std::ops::Range;
 use egui_plot::PlotPoint;
 
 /// Samples per block of a [`Pyramid`].
-const BLOCK: usize = 64;
+const BLOCK: usize = 32;
 /// A step longer than this many typical steps is a gap.
 const GAP_STEPS: f64 = 4.5;
 /// Steps looked at to find the typical one.
@@ -86,22 +86,35 @@ impl Pyramid {
 
 /// Extremes of the finite samples of `range`.
 fn extremes(values: &[f64], range: Range<usize>) -> Option<Extremes> {
-    let mut found: Option<Extremes> = None;
-    for at in range {
-        let value = values[at];
-        if !value.is_finite() {
-            continue;
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    let mut found = Extremes { low: u32::MAX, high: u32::MAX };
+    for (at, &value) in range.clone().zip(&values[range]) {
+        // Comparisons with NaN are false; the second half of each keeps infinities out.
+        if value < low && value > f64::NEG_INFINITY {
+            low = value;
+            found.low = at as u32;
         }
-        let here = at as u32;
-        let so_far = found.get_or_insert(Extremes { low: here, high: here });
-        if value < values[so_far.low as usize] {
-            so_far.low = here;
-        }
-        if value > values[so_far.high as usize] {
-            so_far.high = here;
+        if value > high && value < f64::INFINITY {
+            high = value;
+            found.high = at as u32;
         }
     }
-    found
+    (found.low != u32::MAX && found.high != u32::MAX).then_some(found)
+}
+
+/// The first index from `from` to `end` at or after `edge_s`, looked for about `hint` samples on.
+fn advance(time_s: &[f64], from: usize, end: usize, edge_s: f64, hint: usize) -> usize {
+    let mut step = 4;
+    let (mut low, mut high) = (from, (from + hint).min(end));
+    while high < end && time_s[high] < edge_s {
+        low = high + 1;
+        high = (high + step).min(end);
+        step *= 2;
+    }
+    if low == from && high > from + 8 && time_s[high - 8] < edge_s {
+        low = high - 8;
+    }
+    low + time_s[low..high].partition_point(|&t| t < edge_s)
 }
 
 /// Longest step in s that is still no gap: a few times the median of steps spread over the recording.
@@ -144,13 +157,16 @@ pub fn decimate(
         return;
     }
     let width_s = (range_s.1 - range_s.0) / columns as f64;
+    // Columns keep their place in time while the view pans, so that the picture moves without flickering.
+    let first_column = (range_s.0 / width_s).floor();
     let mut at = shown.start;
     let mut broken = true;
     let mut last_s = f64::NEG_INFINITY;
+    let mut hint = shown.len() / columns;
     for column in 0..=columns {
-        let edge_s = range_s.0 + width_s * (column + 1) as f64;
-        let end =
-            if column == columns { shown.end } else { at + time_s[at..shown.end].partition_point(|&t| t < edge_s) };
+        let edge_s = width_s * (first_column + (column + 1) as f64);
+        let end = if column == columns { shown.end } else { advance(time_s, at, shown.end, edge_s, hint) };
+        hint = end - at;
         if end == at {
             continue;
         }
@@ -293,6 +309,31 @@ mod tests {
             assert_eq!(out.segments.len(), 1);
             assert!(out.points.is_sorted_by(|a, b| a.x < b.x));
         }
+    }
+
+    #[test]
+    fn column_edges_are_found_whatever_the_hint() {
+        let time: Vec<f64> = (0..500).map(|k| f64::from(k * k) * 1e-3).collect();
+        for from in [0, 7, 123, 499] {
+            for edge_s in [-1.0, 0.0, 0.05, 3.3, 100.0, 248.9, 1e9] {
+                for hint in [0, 1, 9, 50, 1000] {
+                    let expected = from + time[from..].partition_point(|&t| t < edge_s);
+                    assert_eq!(advance(&time, from, 500, edge_s, hint), expected, "from {from} hint {hint}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn panning_keeps_the_points_in_their_columns() {
+        let time = time(100_000);
+        let values: Vec<f64> = (0..100_000).map(|k| f64::from((k * 7919) % 1013)).collect();
+        let before = reduced(&time, &values, (100.0, 700.0), 600);
+        let after = reduced(&time, &values, (103.5, 703.5), 600);
+        let inside = |points: &[PlotPoint]| -> Vec<[f64; 2]> {
+            points.iter().filter(|p| (110.0..690.0).contains(&p.x)).map(|p| [p.x, p.y]).collect()
+        };
+        assert_eq!(inside(&before.points), inside(&after.points));
     }
 
     #[test]

@@ -119,7 +119,7 @@ impl MatrixView<'_> {
             };
             mesh.add_colored_rect(rect, color(palette, intensity * pale));
             if row != column && value.abs() >= self.notable {
-                painter.rect_stroke(rect, 0.0, Stroke::new(1.5, palette.warning), StrokeKind::Inside);
+                painter.rect_stroke(rect, 0.0, Stroke::new(1.5, ui.visuals().strong_text_color()), StrokeKind::Inside);
             }
             if cell >= TEXT_CELL && row != column {
                 marks.push((rect, format!("{value:.2}"), contrast(color(palette, intensity * pale))));

@@ -251,3 +251,49 @@ fn a_frame_of_a_million_samples_asks_for_no_more_memory_than_one_of_ten_thousand
     assert!(long < FRAME_BYTES, "{long} bytes");
     assert!(long < 2 * short, "{long} bytes against {short}");
 }
+
+/// Traces of a whole flight: 90 minutes at 100 Hz.
+const FLIGHT_SAMPLES: usize = 540_000;
+/// Frames measured.
+const FRAMES: usize = 200;
+
+#[test]
+#[ignore = "measures time: run alone, `cargo test --test ui frame_time -- --ignored --nocapture`"]
+fn frame_time_12_plots_540000_samples() {
+    let time_s: Arc<[f64]> = (0..FLIGHT_SAMPLES).map(|k| k as f64 * 0.01).collect();
+    let wave = |plot: usize| (0..FLIGHT_SAMPLES).map(|k| (k as f64 * 0.001 * (plot + 1) as f64).sin()).collect();
+    let series: Vec<Series> = (0..12).map(|plot| Series { time_s: time_s.clone(), values: wave(plot) }).collect();
+    let full = Stretch::new(0.0, time_s[FLIGHT_SAMPLES - 1]);
+    let ctx = egui::Context::default();
+    theme::install(&ctx);
+    let (mut view, mut cache) = (TimeView::new(full), PlotCache::default());
+    let mut times_ms: Vec<f64> = (0..FRAMES + 5)
+        .map(|frame| {
+            let shift = 5.0 * frame as f64;
+            view.zoom_to(Stretch::new(shift, shift + 0.75 * full.end_s));
+            let input = egui::RawInput {
+                screen_rect: Some(egui::Rect::from_min_size(Pos2::ZERO, egui::vec2(1400.0, 1200.0))),
+                ..Default::default()
+            };
+            let start = std::time::Instant::now();
+            let output = ctx.run_ui(input, |ui| {
+                let color = theme::palette(ui).series[0];
+                let plots: Vec<_> = series
+                    .iter()
+                    .map(|series| TimePlot::new("signal", "m/s", vec![Trace::new("signal", series, color)]))
+                    .collect();
+                time_stack(ui, Id::unique("flight"), &mut view, &mut cache, &plots, &[]);
+            });
+            let meshes = ctx.tessellate(output.shapes, output.pixels_per_point);
+            assert!(!meshes.is_empty());
+            let mut textures = output.textures_delta;
+            textures.clear();
+            1e3 * start.elapsed().as_secs_f64()
+        })
+        .skip(5)
+        .collect();
+    times_ms.sort_by(f64::total_cmp);
+    let (median, late) = (times_ms[FRAMES / 2], times_ms[FRAMES * 99 / 100]);
+    println!("frame of 12 plots x {FLIGHT_SAMPLES} samples while panning: median {median:.1} ms, 99 % {late:.1} ms");
+    assert!(median < 16.0 && late < 33.0);
+}
