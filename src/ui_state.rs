@@ -99,11 +99,10 @@ mod tests {
 
     #[test]
     fn stored_looks_come_back_and_those_of_another_version_do_not() {
-        let mut state = UiState::default();
-        state.time = TimeView::new(Stretch::new(0.0, 5400.0));
-        state.time.zoom_to(Stretch::new(100.0, 160.0));
-        state.time.markers_s = [Some(120.0), None];
-        state.appearance = ThemePreference::Light;
+        let mut time = TimeView::new(Stretch::new(0.0, 5400.0));
+        time.zoom_to(Stretch::new(100.0, 160.0));
+        time.markers_s = [Some(120.0), None];
+        let mut state = UiState { time, appearance: ThemePreference::Light, ..UiState::default() };
         let mut memory = Memory::default();
         state.save(&mut memory);
         let back = UiState::load(Some(&memory));

@@ -114,7 +114,7 @@ impl<'a> QuantityEdit<'a> {
         let before = if logarithmic { shown.log10() } else { shown };
         let after = Cell::new(before);
         let typed: Cell<Option<f64>> = Cell::new(None);
-        let text_before = readable(shown);
+        let text_before = concise(shown);
         let field = DragValue::from_get_set(|new| {
             new.inspect(|&new| after.set(new));
             after.get()
@@ -122,7 +122,7 @@ impl<'a> QuantityEdit<'a> {
         .speed(if logarithmic { DECADES_PER_POINT } else { self.per_point })
         .update_while_editing(false)
         .min_size(vec2(FIELD_WIDTH, ui.spacing().interact_size.y))
-        .custom_formatter(|at, _| readable(if logarithmic { 10f64.powf(at) } else { at }))
+        .custom_formatter(|at, _| concise(if logarithmic { 10f64.powf(at) } else { at }))
         .custom_parser(|text| {
             let text = text.trim().replace('\u{2212}', "-");
             if text == text_before {
@@ -202,12 +202,20 @@ pub fn rounded(value: f64, digits: i32) -> f64 {
     text.parse().unwrap_or(value)
 }
 
+/// `value` with five significant digits at most and no zeros after them.
+pub fn concise(value: f64) -> String {
+    let text = readable(value);
+    let (digits, exponent) = text.split_at(text.find('e').unwrap_or(text.len()));
+    let digits = if digits.contains('.') { digits.trim_end_matches('0').trim_end_matches('.') } else { digits };
+    format!("{digits}{exponent}")
+}
+
 /// What to say when `value` (SI) is not in `allowed` (SI), in a unit of SI times `scale`.
 pub fn range_message(value: f64, allowed: &RangeInclusive<f64>, unit: &str, scale: f64) -> Option<String> {
     if allowed.contains(&value) {
         return None;
     }
-    let [low, high] = [*allowed.start(), *allowed.end()].map(|edge| readable(rounded(edge * scale, 4)));
+    let [low, high] = [*allowed.start(), *allowed.end()].map(|edge| concise(rounded(edge * scale, 4)));
     let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
     Some(match (allowed.start().is_finite(), allowed.end().is_finite()) {
         (true, false) => format!("must be at least {low}{unit}"),
@@ -225,9 +233,18 @@ mod tests {
         let degrees = 180.0 / std::f64::consts::PI;
         let allowed = 0.0..=std::f64::consts::FRAC_PI_2;
         assert_eq!(range_message(0.5, &allowed, "deg", degrees), None);
-        assert_eq!(range_message(2.0, &allowed, "deg", degrees).unwrap(), "must be 0 to 90.000 deg");
+        assert_eq!(range_message(2.0, &allowed, "deg", degrees).unwrap(), "must be 0 to 90 deg");
         assert_eq!(range_message(-1.0, &(0.0..=f64::INFINITY), "", 1.0).unwrap(), "must be at least 0");
         assert!(range_message(f64::NAN, &allowed, "", 1.0).is_some());
+    }
+
+    #[test]
+    fn shown_numbers_carry_no_idle_zeros() {
+        assert_eq!(concise(0.01), "0.01");
+        assert_eq!(concise(1200.0), "1200");
+        assert_eq!(concise(5.73e-5), "5.73e-5");
+        assert_eq!(concise(-2.0), "-2");
+        assert_eq!(concise(0.0), "0");
     }
 
     #[test]
