@@ -98,3 +98,17 @@ fn our_own_file_dialog_walks_folders_and_refuses_what_is_not_there() {
     let chosen = harness.state().1.clone().expect("a file was chosen");
     assert_eq!(chosen.canonicalize().unwrap(), inner.join("first.toml").canonicalize().unwrap());
 }
+
+#[test]
+fn without_a_display_one_line_names_the_command_that_needs_none() {
+    let output = std::process::Command::new(env!("CARGO_BIN_EXE_doublet"))
+        .env_remove("DISPLAY")
+        .env_remove("WAYLAND_DISPLAY")
+        .env_remove("WAYLAND_SOCKET")
+        .output()
+        .expect("the program starts");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(!output.status.success());
+    assert_eq!(said.lines().count(), 1, "{said}");
+    assert!(said.contains("display") && said.contains("doublet run"), "{said}");
+}

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use doublet::theme;
 use doublet::widgets::span_editor::{LANE_HEIGHT, Lane, SpanEvent, SpanItem, span_lane};
 use doublet::widgets::time_plot::{
-    PlotCache, SpanMark, StackResponse, TimePlot, Trace, TraceStyle, time_at, time_stack, x_at,
+    PlotCache, SpanMark, StackResponse, TimePlot, Trace, TraceStyle, step_markers, time_at, time_stack, x_at,
 };
 use doublet::widgets::time_view::{Stretch, TimeView};
 use doublet_core::series::Series;
@@ -90,6 +90,7 @@ impl Bench {
             range: bench.view.range(),
             samples_s: &rate.time_s,
         };
+        step_markers(ui, &mut bench.view, &rate.time_s);
         bench.events.extend(span_lane(ui, Id::unique("lane"), &lane, &items));
     }
 }
@@ -296,4 +297,36 @@ fn frame_time_12_plots_540000_samples() {
     let (median, late) = (times_ms[FRAMES / 2], times_ms[FRAMES * 99 / 100]);
     println!("frame of 12 plots x {FLIGHT_SAMPLES} samples while panning: median {median:.1} ms, 99 % {late:.1} ms");
     assert!(median < 16.0 && late < 33.0);
+}
+
+#[test]
+fn markers_are_set_by_clicks_with_a_modifier_and_stepped_by_samples() {
+    let mut harness = harness(5000, true);
+    let (frame, range) = (harness.state().seen.frames[0], harness.state().view.range());
+    let click = |harness: &mut Harness<'_, Bench>, x: f32, modifiers: Modifiers| {
+        let pos = pos2(frame.left() + x, frame.center().y);
+        harness.hover_at(pos);
+        harness.step();
+        for pressed in [true, false] {
+            let button = PointerButton::Primary;
+            let event = egui::Event::PointerButton { pos, button, pressed, modifiers };
+            harness.event_modifiers(event, modifiers);
+            harness.step();
+        }
+        harness.run_steps(8);
+        time_at(frame, range, pos.x)
+    };
+    let a = click(&mut harness, 200.0, Modifiers::SHIFT);
+    let b = click(&mut harness, 600.0, Modifiers::COMMAND);
+    assert_eq!(harness.state().view.markers_s, [Some(a), Some(b)]);
+    assert_eq!(harness.state().view.range(), range, "a click moves nothing");
+    harness.remove_cursor();
+    harness.state_mut().view.cursor_s = None;
+    harness.run_steps(2);
+    picture(&mut harness, "plots_markers");
+    harness.key_press(egui::Key::ArrowRight);
+    harness.run_steps(2);
+    let [Some(stepped), _] = harness.state().view.markers_s else { panic!("marker A is gone") };
+    assert!(stepped > a && stepped - a <= 0.01, "{stepped} after {a}");
+    assert!((stepped / 0.01 - (stepped / 0.01).round()).abs() < 1e-9, "{stepped} is no sample");
 }
