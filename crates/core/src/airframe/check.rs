@@ -180,11 +180,11 @@ impl Aircraft {
 
     fn check_masses(&self, findings: &mut Findings) {
         findings.mass("mass.mass_kg", self.empty.mass_kg);
-        findings.point("mass.cg_m", self.empty.cg_from_datum_m);
+        findings.point("mass.cg_datum_m", self.empty.cg_from_datum_m);
         findings.names("fixed_item", self.fixed_items.iter().map(|item| item.name.as_str()));
         for item in &self.fixed_items {
             findings.mass(format!("fixed_item.{}.mass_kg", item.name), item.mass_kg);
-            findings.point(&format!("fixed_item.{}.cg_m", item.name), item.cg_from_datum_m);
+            findings.point(&format!("fixed_item.{}.cg_datum_m", item.name), item.cg_from_datum_m);
         }
         findings.names("tank", self.tanks.iter().map(|tank| tank.name.as_str()));
         for tank in &self.tanks {
@@ -194,7 +194,7 @@ impl Aircraft {
             let range = format!("0 to its capacity of {} kg", tank.capacity_kg);
             let ok = (0.0..=tank.capacity_kg).contains(&unusable);
             findings.require(ok, format!("{field}.unusable_kg"), unusable, range);
-            findings.point(&format!("{field}.cg_m"), tank.cg_from_datum_m);
+            findings.point(&format!("{field}.cg_datum_m"), tank.cg_from_datum_m);
             findings.shape(&format!("{field}.inertia"), &tank.inertia);
         }
         for (kind, stations) in [("seat", &self.seats), ("luggage", &self.luggage)] {
@@ -204,7 +204,7 @@ impl Aircraft {
                 if let Some(capacity) = station.capacity_kg {
                     findings.mass(format!("{field}.capacity_kg"), capacity);
                 }
-                findings.point(&format!("{field}.cg_m"), station.cg_from_datum_m);
+                findings.point(&format!("{field}.cg_datum_m"), station.cg_from_datum_m);
                 findings.shape(&format!("{field}.inertia"), &station.inertia);
             }
         }
@@ -251,10 +251,10 @@ impl Aircraft {
 
     fn check_stations(&self, findings: &mut Findings) {
         let points = [
-            ("sensors.accelerometer_m", self.sensors.accelerometer_from_datum_m),
-            ("sensors.alpha_vane_m", self.sensors.alpha_vane_from_datum_m),
-            ("sensors.beta_vane_m", self.sensors.beta_vane_from_datum_m),
-            ("moment_reference_m", self.moment_reference_from_datum_m),
+            ("sensors.accelerometer_datum_m", self.sensors.accelerometer_from_datum_m),
+            ("sensors.alpha_vane_datum_m", self.sensors.alpha_vane_from_datum_m),
+            ("sensors.beta_vane_datum_m", self.sensors.beta_vane_from_datum_m),
+            ("moment_reference.position_datum_m", self.moment_reference_from_datum_m),
         ];
         for (field, point) in points {
             if let Some(point) = point {
@@ -263,9 +263,9 @@ impl Aircraft {
         }
         findings.names("engine", self.engines.iter().map(|engine| engine.name.as_str()));
         for engine in &self.engines {
-            findings.point(&format!("engine.{}.position_m", engine.name), engine.position_from_datum_m);
+            findings.point(&format!("engine.{}.position_datum_m", engine.name), engine.position_from_datum_m);
             let ok = engine.incidence_rad.abs() <= FRAC_PI_2;
-            let field = format!("engine.{}.incidence_rad", engine.name);
+            let field = format!("engine.{}.incidence", engine.name);
             findings.require(ok, field, engine.incidence_rad, "-pi/2 to pi/2 rad");
         }
         if let Some(wheels) = &self.wheels {
@@ -313,7 +313,7 @@ impl Aircraft {
                 for group in groups {
                     let field = format!("inertia.group.{}", group.name);
                     findings.mass(format!("{field}.mass_kg"), group.mass_kg);
-                    findings.point(&format!("{field}.centroid_m"), group.centroid_from_datum_m);
+                    findings.point(&format!("{field}.centroid_datum_m"), group.centroid_from_datum_m);
                     findings.shape(&format!("{field}.inertia"), &group.inertia);
                 }
             }

@@ -143,6 +143,14 @@ impl Loading {
     /// centre of gravity (Eq. 5.8-5.9). The empty aircraft's component groups are moved to the centre of gravity of the mass
     /// model, as the thesis does, also where their own centroid differs from the weighed one. Takes about a microsecond.
     pub fn mass_properties(&self, aircraft: &Aircraft) -> MassProperties {
+        let (mass_kg, cg_from_datum_m, inertia) = self.mass_state(aircraft);
+        let mut warnings = self.place_issues(aircraft);
+        limit_issues(aircraft, mass_kg, cg_from_datum_m[0], &mut warnings);
+        MassProperties { mass_kg, cg_from_datum_m, inertia, warnings }
+    }
+
+    /// Mass (kg), centre of gravity (m, datum axes) and inertia about it, without allocating.
+    pub(super) fn mass_state(&self, aircraft: &Aircraft) -> (f64, [f64; 3], InertiaTensor) {
         let empty = &aircraft.empty;
         let mut mass_kg = empty.mass_kg;
         let mut moment = empty.cg_from_datum_m.map(|x| x * empty.mass_kg);
@@ -157,9 +165,7 @@ impl Loading {
         self.visit_masses(aircraft, |m, position, shape| {
             inertia += shape.tensor(m) + InertiaTensor::point_mass(m, body_from_datum(position, cg_from_datum_m));
         });
-        let mut warnings = self.place_issues(aircraft);
-        limit_issues(aircraft, mass_kg, cg_from_datum_m[0], &mut warnings);
-        MassProperties { mass_kg, cg_from_datum_m, inertia, warnings }
+        (mass_kg, cg_from_datum_m, inertia)
     }
 
     /// Masses that cannot be, exceed what their place holds, or name a place the aircraft has not.

@@ -5,10 +5,13 @@ mod check;
 mod envelope;
 pub mod frames;
 mod geometry;
+mod history;
 mod inertia;
 mod loading;
 mod statistics;
+mod summary;
 mod tensor;
+pub mod weighing;
 
 pub use aircraft::{
     Aircraft, EngineStation, FixedItem, FuelBookkeeping, MassLimits, ReferenceGeometry, SensorStations, Station, Tank,
@@ -17,9 +20,11 @@ pub use aircraft::{
 pub use check::AircraftError;
 pub use envelope::{Envelope, EnvelopeMargin, EnvelopeRow, EnvelopeSide};
 pub use geometry::{MeanChord, WingPanel, mean_aerodynamic_chord};
+pub use history::{FuelSplit, HistoryError, MassHistory};
 pub use inertia::{Axis, InertiaGroup, InertiaModel, OwnInertia};
 pub use loading::{Loading, LoadingIssue};
 pub use statistics::{ComponentFraction, GyrationRadii};
+pub use summary::{AircraftSummary, ComponentComparison, LoadedState, summary};
 pub use tensor::{InertiaError, InertiaTensor, PrincipalAxes};
 
 /// Mass, centre of gravity and inertia of an aircraft as loaded.

@@ -30,6 +30,14 @@ pub struct GyrationRadii {
     pub length_m: f64,
 }
 
+impl ComponentFraction {
+    /// Fraction of the maximum take-off mass (kg) that the attributed mass is, less the statistical mean, in standard deviations
+    /// of the statistics; `None` where these have no spread.
+    pub fn standard_score(&self, max_takeoff_kg: f64) -> Option<f64> {
+        (self.deviation > 0.0).then(|| (self.attributed_kg / max_takeoff_kg - self.mean) / self.deviation)
+    }
+}
+
 impl GyrationRadii {
     /// Class I estimate of the moments of inertia about the centre of gravity for a mass (kg) and a span (m).
     ///

@@ -5,6 +5,7 @@
 //! [`read`] gives the [`crate::series::Recording`] in SI. Nothing is repaired silently and nothing is allocated by a size
 //! that a file merely claims.
 
+pub mod aircraft;
 mod clock;
 mod contents;
 mod error;
