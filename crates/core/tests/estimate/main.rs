@@ -1,5 +1,8 @@
 //! Least squares against published answers, and the properties every estimate keeps.
 
+#![expect(clippy::unwrap_used, reason = "a test helper that fails is a failed test")]
+
+#[expect(clippy::print_stdout, reason = "says why a test is skipped")]
 #[path = "../common/shared.rs"]
 mod shared;
 
