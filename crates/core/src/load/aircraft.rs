@@ -1,8 +1,8 @@
 //! Aircraft files: TOML text to [`Aircraft`].
 //!
 //! A file starts with `format = "doublet aircraft"` and `version = 1`; positions are in datum axes (`_datum_m`: x aft,
-//! y right, z up), inertias in body axes. Unknown keys are refused with their line. The section `[propulsion]` belongs to
-//! [`super::propulsion_maps`] and is left to it.
+//! y right, z up), inertias in body axes. Unknown keys are refused with their line. The sections `[propulsion]` and
+//! `[datcom]` belong to their own readers and are left to them.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -144,6 +144,8 @@ struct RawAircraft {
     engine: Vec<RawEngine>,
     #[serde(rename = "propulsion")]
     _propulsion: Option<IgnoredAny>,
+    #[serde(rename = "datcom")]
+    _datcom: Option<IgnoredAny>,
 }
 
 #[derive(Deserialize)]

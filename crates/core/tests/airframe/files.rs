@@ -136,9 +136,9 @@ fn impossible_values_are_refused_with_field_value_and_range() {
 }
 
 #[test]
-fn engines_stand_in_their_own_section_beside_propulsion() {
+fn engines_stand_in_their_own_section_beside_propulsion_and_datcom() {
     let engine = "[[engine]]\nname = \"front\"\nposition_datum_m = [0.5, 0.0, 1.2]\nincidence_deg = 2.0\n";
-    let propulsion = "[[propulsion.engine]]\nname = \"front\"\nchart = \"a.toml\"\n";
+    let propulsion = "[[propulsion.engine]]\nname = \"front\"\nchart = \"a.toml\"\n[datcom]\ntitle = \"a\"\n";
     let aircraft = aircraft::parse(&format!("{MINIMAL}{engine}{propulsion}")).unwrap();
     assert_eq!(aircraft.engines[0].position_from_datum_m, [0.5, 0.0, 1.2]);
     close("incidence", aircraft.engines[0].incidence_rad, 2.0_f64.to_radians(), 1e-15);
