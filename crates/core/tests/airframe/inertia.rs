@@ -27,6 +27,7 @@ fn every_row_of_thesis_table_5_12_follows_by_the_parallel_axis_theorem() {
     let Some(table) = reference("inertia.toml") else { return };
     let point = table.point("table_5_12.point_of_reference_F_D_m");
     let mut sum = [0.0; 3];
+    let (mut mass, mut moment) = (0.0, [0.0; 3]);
     let rows = table.named_rows("table_5_12.rows");
     assert_eq!(rows.len(), 25);
     for (name, row) in rows {
@@ -37,10 +38,18 @@ fn every_row_of_thesis_table_5_12_follows_by_the_parallel_axis_theorem() {
         for axis in 0..3 {
             close(&name, found[axis], [xx_cg, yy_cg, zz_cg][axis], ROW_KG_M2);
             sum[axis] += found[axis];
+            moment[axis] += mass_kg * [x, y, z][axis];
         }
+        mass += mass_kg;
     }
     for (found, name) in sum.into_iter().zip(["Ixx", "Iyy", "Izz"]) {
         close(name, found, table.number(&format!("total.{name}")), SUM_KG_M2);
+    }
+    // The rows' own centroid is not the point of reference: moments about the latter are larger by these percentages.
+    close("mass of the rows", mass, 2102.9, 0.05);
+    let excess = moments(&InertiaTensor::point_mass(mass, body_from_datum(moment.map(|m| m / mass), point)));
+    for ((excess, sum), percent) in excess.into_iter().zip(sum).zip([1.7, 2.0, 0.1]) {
+        close("excess", 100.0 * excess / sum, percent, 0.06);
     }
 }
 
@@ -134,6 +143,10 @@ fn mass_fractions_match_thesis_tables_5_10_and_5_11() {
         close("score", score, (part.attributed_kg / maximum - part.mean) / part.deviation, 1e-12);
         assert!(score.abs() < 0.5, "{}: {score} standard deviations from comparable aircraft", part.name);
     }
+    // Table 5.11 prints 1325.4 kg as the sum of its components.
+    let parts = ["wing", "fuselage", "empennage", "nacelle", "landing_gear", "powerplant", "fixed_equipment"];
+    let statistical = parts.map(|part| table.number(&format!("mass_attribution.{part}.mass_kg")));
+    close("statistical empty mass", statistical.iter().sum(), 1329.5, 0.05);
     let sum: f64 = aircraft.component_fractions.iter().map(|part| part.attributed_kg).sum();
     // Without the booms (12.0 kg) and the trapped fuel (8.6 kg) of the empty aircraft.
     close("sum", sum, 1382.1 - 12.0 - 8.6, 0.05);
