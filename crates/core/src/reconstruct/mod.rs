@@ -6,6 +6,7 @@ mod error;
 mod initial;
 mod kernel;
 mod kinematics;
+mod lanes;
 mod layout;
 mod real;
 mod run;

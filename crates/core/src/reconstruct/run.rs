@@ -5,27 +5,28 @@ use std::ops::ControlFlow;
 use nalgebra::SMatrix;
 
 use super::blocks::Vec3;
-use super::covariance::{Covariance, GROUPS};
+use super::covariance::{ATT, Covariance, GROUPS};
 use super::initial::initial_state;
 use super::kernel::{Estimate, Step, Tuning};
-use super::layout::{INPUTS, MEASUREMENTS, STATES, State};
+#[cfg(target_arch = "x86_64")]
+use super::lanes::{Eight, Four};
+use super::lanes::{Lanes, MOST_LANES, Two, Width, widest};
+use super::layout::{MEASUREMENTS, STATES, State};
 use super::real::Real;
-use super::schedule::{Event, Schedule, check};
+use super::schedule::{DRIVE, END, Event, MEASURED, NOISE_SCALE, PRESENT, START, Schedule, check};
 use super::settings::{Linearisation, Method, ValidSettings};
 use super::transition::Inputs;
 use super::{FilterData, ReconstructError, Reconstruction};
 
 /// Steps between two looks at the watcher.
 const BLOCK: usize = 32;
-/// Numbers that drive one step: dt, noise scale, inputs at both ends, measurements and their presence.
-const DRIVE: usize = 2 + 2 * INPUTS + 2 * MEASUREMENTS;
-/// Numbers one step tells: states, their deviations, innovations, their deviations, NIS, pivot, iterations.
+/// Numbers one step tells: states, their deviations, innovations, their deviations, NIS, health, iterations.
 const RECORD: usize = 2 * STATES + 2 * MEASUREMENTS + 3;
 const DEVIATIONS: usize = STATES;
 const INNOVATIONS: usize = 2 * STATES;
 const INNOVATION_DEVIATIONS: usize = INNOVATIONS + MEASUREMENTS;
 const NIS: usize = INNOVATION_DEVIATIONS + MEASUREMENTS;
-const PIVOT: usize = NIS + 1;
+const HEALTH: usize = NIS + 1;
 const ITERATIONS: usize = NIS + 2;
 
 /// Pitch angle beyond which Euler angles are refused, rad.
@@ -62,15 +63,33 @@ pub fn reconstruct_many(
     settings: &ValidSettings,
     watch: Watch<'_>,
 ) -> Vec<Result<Reconstruction, ReconstructError>> {
+    reconstruct_with(widest(), data, settings, watch)
+}
+
+/// [`reconstruct_many`] with vectors of a given width, which the machine must have.
+fn reconstruct_with(
+    width: Width,
+    data: &[&FilterData],
+    settings: &ValidSettings,
+    watch: Watch<'_>,
+) -> Vec<Result<Reconstruction, ReconstructError>> {
     let mut results: Vec<Option<Result<Reconstruction, ReconstructError>>> = data.iter().map(|_| None).collect();
-    let groups = lane_groups(data);
+    let groups = groups_of(width.lanes(), data);
     let total: usize = data.iter().map(|window| window.inputs.time_s.len()).sum();
     let mut done = 0;
     for group in groups {
         let windows: Vec<&FilterData> = group.iter().map(|&k| data[k]).collect();
         let samples: usize = windows.iter().map(|window| window.inputs.time_s.len()).sum();
         let mut part = |part: f64| watch((done as f64 + part * samples as f64) / total.max(1) as f64);
-        let outcome = run_group::<f64>(&windows, settings, run_block::<f64>, &mut part);
+        let outcome = match width {
+            Width::Two => run_group::<Two>(&windows, settings, &mut part),
+            #[cfg(target_arch = "x86_64")]
+            Width::Four => run_group::<Four>(&windows, settings, &mut part),
+            #[cfg(target_arch = "x86_64")]
+            Width::Eight => run_group::<Eight>(&windows, settings, &mut part),
+            #[cfg(not(target_arch = "x86_64"))]
+            Width::Four | Width::Eight => run_group::<Two>(&windows, settings, &mut part),
+        };
         done += samples;
         for (&k, result) in group.iter().zip(outcome) {
             results[k] = Some(result);
@@ -81,18 +100,19 @@ pub fn reconstruct_many(
 
 /// Number of windows the machine runs side by side.
 pub fn lanes() -> usize {
-    1
+    widest().lanes()
 }
 
 /// Groups of windows, by index, that run side by side: as many as there are lanes, of similar length.
 pub fn lane_groups(data: &[&FilterData]) -> Vec<Vec<usize>> {
-    let mut order: Vec<usize> = (0..data.len()).collect();
-    order.sort_by_key(|&k| data[k].inputs.time_s.len());
-    order.chunks(lanes()).map(<[usize]>::to_vec).collect()
+    groups_of(lanes(), data)
 }
 
-/// Runs a number of steps: estimate, tuning, number of steps, what drives them, what they tell.
-type BlockRun<T> = fn(&mut Estimate<T>, &Tuning<T>, usize, &[f64], &mut [f64]);
+fn groups_of(lanes: usize, data: &[&FilterData]) -> Vec<Vec<usize>> {
+    let mut order: Vec<usize> = (0..data.len()).collect();
+    order.sort_by_key(|&k| data[k].inputs.time_s.len());
+    order.chunks(lanes).map(<[usize]>::to_vec).collect()
+}
 
 /// A window on its way through the filter.
 struct Window<'a> {
@@ -105,10 +125,9 @@ struct Window<'a> {
 }
 
 /// Reconstructs at most `T::LANES` windows.
-fn run_group<T: Real>(
+fn run_group<T: Lanes>(
     data: &[&FilterData],
     settings: &ValidSettings,
-    run: BlockRun<T>,
     watch: Watch<'_>,
 ) -> Vec<Result<Reconstruction, ReconstructError>> {
     let mut windows: Vec<Result<Window<'_>, ReconstructError>> =
@@ -132,7 +151,7 @@ fn run_group<T: Real>(
         if steps == 0 {
             break;
         }
-        run(&mut estimate, &tuning, steps, &drive, &mut record);
+        T::run(&mut estimate, &tuning, steps, &drive, &mut record);
         for (lane, window) in windows.iter_mut().enumerate() {
             if let Ok(window) = window {
                 window.drain::<T>(lane, &record);
@@ -165,24 +184,32 @@ pub fn run_block<T: Real>(
         let (_, trig) = estimate.predict(&step, tuning);
         let telling = estimate.update(&step, &trig, tuning);
         let mut field = 0;
+        let mut poison = T::zero(); // stays zero unless something is not finite
         for g in 0..GROUPS {
             let variances = estimate.p.variances(g);
             for i in 0..3 {
+                let deviation = variances[i].sqrt();
                 estimate.x[g][i].store(&mut record[field * T::LANES..]);
-                variances[i].sqrt().store(&mut record[(DEVIATIONS + field) * T::LANES..]);
+                deviation.store(&mut record[(DEVIATIONS + field) * T::LANES..]);
+                poison = (estimate.x[g][i] + deviation).mul_add(T::zero(), poison);
                 field += 1;
             }
         }
         field = 0;
+        let absent = T::splat(f64::NAN);
         for m in 0..4 {
             for i in 0..3 {
-                telling.innovation[m][i].store(&mut record[(INNOVATIONS + field) * T::LANES..]);
-                telling.variance[m][i].sqrt().store(&mut record[(INNOVATION_DEVIATIONS + field) * T::LANES..]);
+                let present = step.present[m][i];
+                let innovation = present.select_above(T::zero(), telling.innovation[m][i], absent);
+                let deviation = present.select_above(T::zero(), telling.variance[m][i].sqrt(), absent);
+                innovation.store(&mut record[(INNOVATIONS + field) * T::LANES..]);
+                deviation.store(&mut record[(INNOVATION_DEVIATIONS + field) * T::LANES..]);
                 field += 1;
             }
         }
+        let steep = estimate.x[ATT][1].abs().select_above(T::splat(STEEPEST_PITCH_RAD), T::splat(-1.0), telling.pivot);
         telling.nis.store(&mut record[NIS * T::LANES..]);
-        telling.pivot.store(&mut record[PIVOT * T::LANES..]);
+        (steep + poison).store(&mut record[HEALTH * T::LANES..]);
         telling.iterations.store(&mut record[ITERATIONS * T::LANES..]);
     }
 }
@@ -195,14 +222,14 @@ fn read_step<T: Real>(drive: &[f64]) -> Step<T> {
     let mut z = [zero; 4];
     let mut present = [zero; 4];
     for g in 0..2 {
-        read_triple(&mut start[g], 2 + 3 * g, drive);
-        read_triple(&mut end[g], 2 + INPUTS + 3 * g, drive);
+        read_triple(&mut start[g], START + 3 * g, drive);
+        read_triple(&mut end[g], END + 3 * g, drive);
     }
     for m in 0..4 {
-        read_triple(&mut z[m], 2 + 2 * INPUTS + 3 * m, drive);
-        read_triple(&mut present[m], 2 + 2 * INPUTS + MEASUREMENTS + 3 * m, drive);
+        read_triple(&mut z[m], MEASURED + 3 * m, drive);
+        read_triple(&mut present[m], PRESENT + 3 * m, drive);
     }
-    let (dt, noise_scale) = (T::load(drive), T::load(&drive[T::LANES..]));
+    let (dt, noise_scale) = (T::load(drive), T::load(&drive[NOISE_SCALE * T::LANES..]));
     Step { dt, noise_scale, inputs: Inputs { start, end }, z, present }
 }
 
@@ -249,50 +276,42 @@ impl<'a> Window<'a> {
         if self.error.is_some() {
             return;
         }
-        self.events.extend(self.schedule.by_ref().take(BLOCK));
-        for (event, drive) in self.events.iter().zip(drive.chunks_exact_mut(DRIVE * T::LANES)) {
-            let mut slots = drive.iter_mut().skip(lane).step_by(T::LANES);
-            let mut put = |value: f64| {
-                if let Some(slot) = slots.next() {
-                    *slot = value;
-                }
-            };
-            put(event.dt);
-            put(event.noise_scale);
-            event.start.into_iter().chain(event.end).chain(event.z).for_each(&mut put);
-            event.present.into_iter().map(|present| f64::from(u8::from(present))).for_each(&mut put);
+        for drive in drive.chunks_exact_mut(DRIVE * T::LANES) {
+            match self.schedule.next(&mut drive[lane..], T::LANES) {
+                Some(event) => self.events.push(event),
+                None => return,
+            }
         }
     }
 
     /// Takes what the block told of `lane`.
     fn drain<T: Real>(&mut self, lane: usize, record: &[f64]) {
-        for (event, record) in self.events.iter().zip(record.chunks_exact(RECORD * T::LANES)) {
-            let told = |field: usize| record[field * T::LANES + lane];
-            self.error = verdict(event.time_s, &told);
-            if self.error.is_some() {
-                return;
-            }
-            let result = &mut self.result;
-            if event.is_sample {
-                for k in 0..STATES {
-                    result.states[k].push(told(k));
-                    result.deviations[k].push(told(DEVIATIONS + k));
+        let (result, events) = (&mut self.result, self.events.as_slice());
+        let told = |step: usize, field: usize| record[(step * RECORD + field) * T::LANES + lane];
+        let Some(last) = events.len().checked_sub(1) else { return };
+        for step in 0..=last {
+            if told(step, HEALTH) <= 0.0 || told(step, HEALTH).is_nan() || step == last {
+                self.error = verdict(events[step].time_s, &|field| told(step, field));
+                if self.error.is_some() {
+                    return;
                 }
             }
-            let mut degrees = 0;
-            for m in 0..MEASUREMENTS {
-                let present = event.present[m];
-                degrees += u8::from(present);
-                let [value, deviation] = [INNOVATIONS + m, INNOVATION_DEVIATIONS + m].map(&told);
-                result.innovations[m].push(if present { value } else { f64::NAN });
-                result.innovation_deviations[m].push(if present { deviation } else { f64::NAN });
-            }
+        }
+        let all = 0..events.len();
+        for k in 0..STATES {
+            let samples = all.clone().filter(|&step| events[step].is_sample);
+            result.states[k].extend(samples.clone().map(|step| told(step, k)));
+            result.deviations[k].extend(samples.map(|step| told(step, DEVIATIONS + k)));
+        }
+        for m in 0..MEASUREMENTS {
+            result.innovations[m].extend(all.clone().map(|step| told(step, INNOVATIONS + m)));
+            result.innovation_deviations[m].extend(all.clone().map(|step| told(step, INNOVATION_DEVIATIONS + m)));
+        }
+        for (step, event) in events.iter().enumerate() {
             result.update_time_s.push(event.time_s);
-            result.nis.push(if degrees > 0 { told(NIS) } else { f64::NAN });
-            result.nis_degrees.push(degrees);
-            if degrees > 0 {
-                result.max_iterations_used = result.max_iterations_used.max(told(ITERATIONS) as usize);
-            }
+            result.nis.push(if event.degrees > 0 { told(step, NIS) } else { f64::NAN });
+            result.nis_degrees.push(event.degrees);
+            result.max_iterations_used = result.max_iterations_used.max(told(step, ITERATIONS) as usize);
         }
     }
 
@@ -300,7 +319,7 @@ impl<'a> Window<'a> {
         if let Some(error) = self.error {
             return Err(error);
         }
-        let mut lanes = [0.0; 8];
+        let mut lanes = [0.0; MOST_LANES];
         for i in 0..STATES {
             for j in 0..STATES {
                 p.block(i / 3, j / 3)[i % 3][j % 3].store(&mut lanes);
@@ -313,9 +332,6 @@ impl<'a> Window<'a> {
 
 /// What is wrong with a step, if anything.
 fn verdict(time_s: f64, told: &dyn Fn(usize) -> f64) -> Option<ReconstructError> {
-    if told(PIVOT) <= 0.0 || told(PIVOT).is_nan() {
-        return Some(ReconstructError::SingularInnovation { time_s });
-    }
     for state in State::ALL {
         let (value, deviation) = (told(state as usize), told(DEVIATIONS + state as usize));
         if value.abs() > DIVERGED || value.is_nan() {
@@ -329,7 +345,7 @@ fn verdict(time_s: f64, told: &dyn Fn(usize) -> f64) -> Option<ReconstructError>
     if theta.abs() > STEEPEST_PITCH_RAD {
         return Some(ReconstructError::NearVertical { time_s, theta_deg: theta.to_degrees() });
     }
-    None
+    (told(HEALTH) <= 0.0).then_some(ReconstructError::SingularInnovation { time_s })
 }
 
 /// Initial states and covariance, one window per lane; a lane without a window gets those of the first.
@@ -341,7 +357,7 @@ fn initial_estimate<T: Real>(
     let mut variances = x;
     for k in 0..STATES {
         let first = windows.iter().flatten().map(|window| window.result.states[k][0]).next().unwrap_or(0.0);
-        let mut lanes = [first; 8];
+        let mut lanes = [first; MOST_LANES];
         for (lane, window) in lanes.iter_mut().zip(windows) {
             if let Ok(window) = window {
                 *lane = window.result.states[k][0];

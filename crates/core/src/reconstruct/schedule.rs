@@ -6,25 +6,28 @@ use super::{FilterData, InputHold, InputSeries, ReconstructError};
 /// Part of the mean sampling interval within which a measurement counts as taken at an inertial sample.
 const SAME_TIME: f64 = 1e-6;
 
-/// One step and what was measured at its end.
+/// Numbers that drive one step, in this order: length, noise scale, inputs at both ends, measurements, their presence.
+pub const DRIVE: usize = 2 + 2 * INPUTS + 2 * MEASUREMENTS;
+/// Place of the ratio of the sampling interval to the length of the step.
+pub const NOISE_SCALE: usize = 1;
+/// Place of the inputs at the start.
+pub const START: usize = 2;
+/// Place of the inputs at the end.
+pub const END: usize = START + INPUTS;
+/// Place of the measurements.
+pub const MEASURED: usize = END + INPUTS;
+/// Place of their presence, 0 or 1.
+pub const PRESENT: usize = MEASURED + MEASUREMENTS;
+
+/// End of a step.
 #[derive(Clone, Copy)]
 pub struct Event {
-    /// Time at the end, s.
+    /// Time, s.
     pub time_s: f64,
-    /// Whether the end is an inertial sample, not just a measurement in between.
+    /// Whether it is an inertial sample, not just a measurement in between.
     pub is_sample: bool,
-    /// Length, s.
-    pub dt: f64,
-    /// Sampling interval divided by `dt`.
-    pub noise_scale: f64,
-    /// Inertial measurements at the start.
-    pub start: [f64; INPUTS],
-    /// And at the end.
-    pub end: [f64; INPUTS],
-    /// Measurements; zero where there is none.
-    pub z: [f64; MEASUREMENTS],
-    /// Whether there is one.
-    pub present: [bool; MEASUREMENTS],
+    /// Number of measurements.
+    pub degrees: u8,
 }
 
 /// Walks through the events of a window. Measurements at or before the first inertial sample, and after the last, take
@@ -75,10 +78,9 @@ impl<'a> Schedule<'a> {
     }
 }
 
-impl Iterator for Schedule<'_> {
-    type Item = Event;
-
-    fn next(&mut self) -> Option<Event> {
+impl Schedule<'_> {
+    /// The next step, put into every `stride`-th number of `drive`, which is all zero before.
+    pub fn next(&mut self, drive: &mut [f64], stride: usize) -> Option<Event> {
         let times = &self.data.inputs.time_s;
         let sample_time_s = *times.get(self.next_sample)?;
         let interval_s = sample_time_s - times[self.next_sample - 1];
@@ -90,38 +92,40 @@ impl Iterator for Schedule<'_> {
         }
         let is_sample = time_s == sample_time_s;
         let dt = time_s - self.time_s;
-        let mut event = Event {
-            time_s,
-            is_sample,
-            dt,
-            noise_scale: interval_s / dt,
-            start: self.input,
-            end: self.input,
-            z: [0.0; MEASUREMENTS],
-            present: [false; MEASUREMENTS],
-        };
+        drive[0] = dt;
+        drive[NOISE_SCALE * stride] = interval_s / dt;
         let at_sample = sample(&self.data.inputs, self.next_sample);
-        if self.hold == InputHold::FirstOrder {
-            event.end = at_sample;
-            if !is_sample {
-                let part = dt / (sample_time_s - self.time_s);
-                for i in 0..INPUTS {
-                    event.end[i] = self.input[i] + part * (at_sample[i] - self.input[i]);
-                }
+        let part = if is_sample { 1.0 } else { dt / (sample_time_s - self.time_s) };
+        for i in 0..INPUTS {
+            drive[(START + i) * stride] = self.input[i];
+            if self.hold == InputHold::FirstOrder {
+                self.input[i] += part * (at_sample[i] - self.input[i]);
             }
+            drive[(END + i) * stride] = self.input[i];
         }
+        let mut degrees = 0;
         for m in 0..MEASUREMENTS {
-            while self.next_time_s[m] <= time_s + self.same_time_s {
-                event.z[m] = self.data.measurements[m].values[self.next[m]];
-                event.present[m] = true;
-                self.next[m] += 1;
-                self.find_value(m);
+            if self.next_time_s[m] <= time_s + self.same_time_s {
+                drive[(MEASURED + m) * stride] = self.data.measurements[m].values[self.next[m]];
+                drive[(PRESENT + m) * stride] = 1.0;
+                degrees += 1;
+                self.pass(m, time_s);
             }
         }
         self.time_s = time_s;
-        self.input = if is_sample { at_sample } else { event.end };
-        self.next_sample += usize::from(is_sample);
-        Some(event)
+        if is_sample {
+            self.input = at_sample;
+            self.next_sample += 1;
+        }
+        Some(Event { time_s, is_sample, degrees })
+    }
+
+    /// Moves measurement `m` on to its next finite value after `time_s`.
+    fn pass(&mut self, m: usize, time_s: f64) {
+        while self.next_time_s[m] <= time_s + self.same_time_s {
+            self.next[m] += 1;
+            self.find_value(m);
+        }
     }
 }
 

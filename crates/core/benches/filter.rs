@@ -1,0 +1,178 @@
+//! Speed of the reconstruction over a flight of 23 manoeuvres, beside a plain dense filter on the same data.
+
+#[path = "../tests/reconstruct/dense.rs"]
+#[allow(dead_code)]
+mod dense;
+
+use std::ops::ControlFlow;
+use std::time::Instant;
+
+use dense::{Dense, Discretisation, P, Step, X, Z};
+use doublet_core::reconstruct::{
+    FilterData, FilterSettings, InputHold, InputSeries, MeasurementSeries, Method, lanes, reconstruct_many,
+};
+use rand::{RngExt, SeedableRng};
+
+const MANOEUVRES: usize = 23;
+const SAMPLES: usize = 2_501;
+
+/// A manoeuvre of smooth made-up motion: inputs, and measurements from integrating them, with noise.
+fn manoeuvre(seed: u64, samples: usize, settings: &FilterSettings) -> FilterData {
+    let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
+    let mut noise = |sigma: f64| sigma * (0..12).map(|_| random.random::<f64>()).sum::<f64>() - 6.0 * sigma;
+    let dt = 0.01;
+    let time_s: Vec<f64> = (0..samples).map(|k| k as f64 * dt).collect();
+    let clean = |t: f64| {
+        let turn = |period: f64, phase: f64| (t * std::f64::consts::TAU / period + phase).sin();
+        let phase = seed as f64;
+        [
+            0.3 * turn(7.0, phase),
+            0.2 * turn(5.0, phase),
+            -9.8 + turn(3.0, phase),
+            0.1 * turn(2.0, phase),
+            0.05 * turn(3.0, 0.0),
+            0.03 * turn(4.0, phase),
+        ]
+    };
+    let filter = dense_filter(settings);
+    let mut x = X::zeros();
+    (x[3], x[5], x[8]) = (80.0, 6.0, 0.3);
+    let mut columns: [Vec<f64>; 6] = Default::default();
+    let mut values: [Vec<f64>; 12] = Default::default();
+    for (k, &t) in time_s.iter().enumerate() {
+        if k > 0 {
+            let step =
+                Step { dt, noise_scale: 1.0, start: clean(t - dt), end: clean(t), z: Z::zeros(), present: [false; 12] };
+            x = filter.integrate(&x, &step);
+        }
+        for (i, value) in clean(t).into_iter().enumerate() {
+            columns[i].push(value + noise(settings.process_noise[i]));
+        }
+        let mut state = [0.0; 18];
+        state.copy_from_slice(x.as_slice());
+        for (m, value) in dense::h(&state).into_iter().enumerate() {
+            values[m].push(value + noise(settings.measurement_noise[m]));
+        }
+    }
+    FilterData {
+        inputs: InputSeries { time_s: time_s.clone(), columns },
+        measurements: values.map(|values| MeasurementSeries { time_s: time_s.clone(), values }),
+    }
+}
+
+fn dense_filter(settings: &FilterSettings) -> Dense {
+    let (max_iterations, tolerance) = match settings.method {
+        Method::Ekf => (1, 1.0),
+        Method::Iekf { max_iterations, tolerance } => (max_iterations, tolerance),
+    };
+    Dense {
+        gravity: settings.gravity_m_s2,
+        q: nalgebra::SVector::from(settings.process_noise.map(|s| s * s)),
+        r: Z::from(settings.measurement_noise.map(|s| s * s)),
+        random_walk: X::zeros(),
+        discretisation: Discretisation::ThirdOrder,
+        at_predicted: false,
+        max_iterations,
+        tolerance,
+    }
+}
+
+/// The dense filter over one manoeuvre, its estimates and deviations kept as the production filter keeps them.
+fn run_dense(filter: &Dense, data: &FilterData, settings: &FilterSettings) -> Vec<[f64; 36]> {
+    let mut x = X::zeros();
+    (x[3], x[5], x[8]) = (80.0, 6.0, 0.3);
+    let mut p = P::from_diagonal(&X::from(settings.initial_deviation.map(|s| s * s)));
+    let time_s = &data.inputs.time_s;
+    let mut kept = Vec::with_capacity(time_s.len());
+    for k in 1..time_s.len() {
+        let at = |k: usize| std::array::from_fn(|i| data.inputs.columns[i][k]);
+        let step = Step {
+            dt: time_s[k] - time_s[k - 1],
+            noise_scale: 1.0,
+            start: at(k - 1),
+            end: at(if settings.hold == InputHold::FirstOrder { k } else { k - 1 }),
+            z: Z::from_fn(|m, _| data.measurements[m].values[k]),
+            present: [true; 12],
+        };
+        filter.step(&mut x, &mut p, &step);
+        let mut row = [0.0; 36];
+        for i in 0..18 {
+            row[i] = x[i];
+            row[18 + i] = p[(i, i)].sqrt();
+        }
+        kept.push(row);
+    }
+    kept
+}
+
+fn settings(method: Method) -> FilterSettings {
+    FilterSettings { method, ..FilterSettings::default() }
+}
+
+fn flight(samples: usize) -> Vec<FilterData> {
+    (0..MANOEUVRES).map(|k| manoeuvre(k as u64, samples, &settings(Method::Ekf))).collect()
+}
+
+fn iekf() -> Method {
+    FilterSettings::default().method
+}
+
+fn run_production(flight: &[FilterData], settings: &FilterSettings) -> usize {
+    let valid = settings.check().expect("settings of the bench are valid");
+    let windows: Vec<&FilterData> = flight.iter().collect();
+    let results = reconstruct_many(&windows, &valid, &mut |_| ControlFlow::Continue(()));
+    results.iter().map(|result| result.as_ref().map_or(0, |result| result.time_s.len())).sum()
+}
+
+/// Time this thread spent on a processor where the system tells, else time passed, s.
+fn processor_seconds(start: &Instant) -> f64 {
+    let spent = std::fs::read_to_string("/proc/thread-self/schedstat").ok();
+    let spent = spent.and_then(|text| text.split_whitespace().next()?.parse::<f64>().ok());
+    spent.map_or_else(|| start.elapsed().as_secs_f64(), |nanoseconds| nanoseconds * 1e-9)
+}
+
+/// Median processor time of `runs` runs, s.
+fn median(runs: usize, mut run: impl FnMut()) -> f64 {
+    let clock = Instant::now();
+    let mut times: Vec<f64> = (0..runs)
+        .map(|_| {
+            let start = processor_seconds(&clock);
+            run();
+            processor_seconds(&clock) - start
+        })
+        .collect();
+    times.sort_by(f64::total_cmp);
+    times[runs / 2]
+}
+
+fn main() {
+    let flight_data = flight(SAMPLES);
+    let steps = (MANOEUVRES * (SAMPLES - 1)) as f64;
+    println!("{MANOEUVRES} manoeuvres of {} steps, {} lanes", SAMPLES - 1, lanes());
+    for (name, method) in [("ekf", Method::Ekf), ("iekf", iekf())] {
+        let settings = settings(method);
+        let filter = dense_filter(&settings);
+        let plain = median(3, || {
+            for data in &flight_data {
+                divan::black_box(run_dense(&filter, data, &settings));
+            }
+        });
+        let fast = median(9, || {
+            divan::black_box(run_production(&flight_data, &settings));
+        });
+        let single = median(5, || {
+            for data in &flight_data {
+                divan::black_box(run_production(std::slice::from_ref(data), &settings));
+            }
+        });
+        let per_step = |time: f64| time / steps * 1e6;
+        println!(
+            "{name}: dense {:.2} us/step; side by side {:.3} us/step, {:.1} times faster; one by one {:.3} us/step, {:.1} times faster",
+            per_step(plain),
+            per_step(fast),
+            plain / fast,
+            per_step(single),
+            plain / single
+        );
+    }
+}
