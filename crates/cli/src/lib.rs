@@ -1,1 +1,60 @@
-//! Command line of doublet.
+//! Command line of doublet: everything the workbench does, without a screen.
+
+mod arguments;
+mod check;
+mod inspect;
+mod new;
+mod progress;
+mod run;
+mod text;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use arguments::{Arguments, Command};
+use clap::Parser;
+
+/// What the arguments ask for.
+#[derive(Debug)]
+pub enum Invocation {
+    /// Open the workbench on this session, or on the shipped one.
+    Window(Option<PathBuf>),
+    /// A command ran; this is its exit code.
+    Done(ExitCode),
+}
+
+/// Reads the program's arguments and runs the command they name, if any.
+pub fn invoke() -> Invocation {
+    let arguments = Arguments::parse();
+    match arguments.command {
+        None => Invocation::Window(arguments.session),
+        Some(command) => Invocation::Done(execute(command)),
+    }
+}
+
+/// Entry of the binary that has no window.
+pub fn main_without_window() -> ExitCode {
+    match invoke() {
+        Invocation::Done(code) => code,
+        Invocation::Window(_) => fail("this binary has no window: use `run SESSION --out DIR`, or the doublet binary"),
+    }
+}
+
+/// Prints one line of error and gives the exit code that goes with it.
+pub fn fail(message: impl std::fmt::Display) -> ExitCode {
+    text::error_line(&format!("error: {message}"));
+    ExitCode::FAILURE
+}
+
+fn execute(command: Command) -> ExitCode {
+    let result = match command {
+        Command::Inspect(arguments) => inspect::inspect(&arguments),
+        Command::New(arguments) => new::new(&arguments),
+        Command::Check(arguments) => check::check(&arguments),
+        Command::Run(arguments) => run::run(&arguments),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(message) => fail(message),
+    }
+}

@@ -1,3 +1,7 @@
-//! Headless `doublet` binary.
+//! Headless `doublet`: every command of the workbench's binary, without a GUI crate in its tree.
 
-fn main() {}
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    doublet_cli::main_without_window()
+}

@@ -1,1 +1,13 @@
-//! The headless workbench: sessions, edits with undo, the stage graph, its worker and the exports.
+//! The headless workbench: everything between the mathematics and the pixels.
+//!
+//! A [`session::Session`] is what is saved and undone. [`session::Edit`]s change it, [`undo::History`] remembers it, the stages of
+//! [`stage`] compute what follows from it, [`graph`] keeps what they computed under keys of its content, and [`run`] does so in
+//! the background and publishes [`run::Snapshot`]s. The command line and the workbench use the same road.
+
+pub mod builtin;
+pub mod graph;
+pub mod report;
+pub mod run;
+pub mod session;
+pub mod stage;
+pub mod undo;

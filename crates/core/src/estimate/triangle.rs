@@ -1,8 +1,8 @@
 //! Triangular factor of a regression, built from blocks of rows.
 
-use nalgebra::{DMatrix, DVector, RowDVector};
+use nalgebra::{DMatrix, DVector};
 
-use super::error::{Dependence, EstimateError};
+use super::error::Dependence;
 
 /// Remaining norm of a regressor, as a fraction of its own, below which it counts as dependent on the ones before it.
 /// Rounding leaves about 1e-15; beyond 1e-10 the squared condition number exceeds what double precision resolves.
@@ -31,7 +31,7 @@ pub(super) struct Solution {
 }
 
 impl Triangle {
-    /// Triangle of `[X z]`.
+    /// Triangle of `[X z]` over rows that `row` writes, `rows` of them, with `columns` regressors and the measurement last.
     pub fn of(x: &DMatrix<f64>, z: &[f64]) -> Self {
         let columns = x.ncols() + 1;
         let mut factor = DMatrix::zeros(0, columns);
@@ -69,31 +69,13 @@ impl Triangle {
         (regressors, norms)
     }
 
-    /// Triangle of the rows of several triangles, each with the columns of the whole that its own stand for.
-    pub fn stack<'a>(parts: impl Iterator<Item = (&'a Self, &'a [usize])>, parameters: usize) -> Self {
-        let mut rows = Vec::new();
-        for (part, columns) in parts {
-            for row in part.factor.row_iter() {
-                let mut full = RowDVector::zeros(parameters + 1);
-                for (value, &column) in row.iter().zip(columns.iter().chain(std::iter::once(&parameters))) {
-                    full[column] = *value;
-                }
-                rows.push(full);
-            }
-        }
-        Self { factor: DMatrix::from_rows(&rows).qr().r() }
-    }
-
-    /// Estimates, `(X'X)^-1` and condition number.
-    ///
-    /// # Errors
-    /// [`EstimateError::RankDeficient`] names the regressors that depend on those before them.
-    pub fn solve(&self, names: &[String]) -> Result<Solution, EstimateError> {
+    /// Estimates, `(X'X)^-1` and condition number, or the regressors that depend on those before them.
+    pub fn solve(&self, names: &[String]) -> Result<Solution, Vec<Dependence>> {
         let p = self.parameters();
         let (scaled, norms) = self.scaled();
         let dependent = dependences(&scaled, names);
         if !dependent.is_empty() {
-            return Err(EstimateError::RankDeficient { rank: p - dependent.len(), parameters: p, dependent });
+            return Err(dependent);
         }
         let singular = scaled.clone().singular_values();
         let mut estimates = self.factor.view((0, p), (p, 1)).column(0).into_owned();

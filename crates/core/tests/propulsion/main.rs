@@ -7,7 +7,6 @@
 mod shared;
 
 mod comparison;
-mod datcom;
 mod maps;
 mod support;
 mod tables;

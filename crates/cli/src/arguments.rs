@@ -1,0 +1,78 @@
+//! Arguments of every command.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand};
+
+/// Aircraft system identification from flight test.
+///
+/// Without a command the workbench opens, on SESSION or on the session that comes with the program.
+#[derive(Debug, Parser)]
+#[command(version, about, args_conflicts_with_subcommands = true)]
+pub struct Arguments {
+    /// Session to open in the workbench.
+    pub session: Option<PathBuf>,
+    /// What to do without a window.
+    #[command(subcommand)]
+    pub command: Option<Command>,
+}
+
+/// Commands that need no window.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// List sources, channels, units, rates and gaps of a recording.
+    Inspect(InspectArguments),
+    /// Make a session for one or more recordings.
+    New(NewArguments),
+    /// Check a session or an aircraft file and print what it says.
+    Check(CheckArguments),
+    /// Compute everything a session asks for and write tables and time histories.
+    Run(RunArguments),
+}
+
+/// Arguments of `inspect`.
+#[derive(Debug, Args)]
+pub struct InspectArguments {
+    /// File, or folder of one file per channel.
+    pub recording: PathBuf,
+    /// Channel map (file, or the name of one that comes with the program) to show what each channel would be used for.
+    #[arg(long)]
+    pub map: Option<String>,
+}
+
+/// Arguments of `new`.
+#[derive(Debug, Args)]
+pub struct NewArguments {
+    /// Recordings: each becomes a flight of its own, unless --merge is given.
+    #[arg(required = true)]
+    pub recordings: Vec<PathBuf>,
+    /// Session file to write.
+    #[arg(short, long)]
+    pub output: PathBuf,
+    /// Channel map (file or name); without it the shipped map that fits best is taken.
+    #[arg(long)]
+    pub map: Option<String>,
+    /// Aircraft (file or name).
+    #[arg(long, default_value = "c337f")]
+    pub aircraft: String,
+    /// Put all recordings into one flight, on one time line.
+    #[arg(long)]
+    pub merge: bool,
+}
+
+/// Arguments of `check`.
+#[derive(Debug, Args)]
+pub struct CheckArguments {
+    /// Session or aircraft file.
+    pub file: PathBuf,
+}
+
+/// Arguments of `run`.
+#[derive(Debug, Args)]
+pub struct RunArguments {
+    /// Session file.
+    pub session: PathBuf,
+    /// Folder for the results: it appears complete or not at all.
+    #[arg(long)]
+    pub out: PathBuf,
+}

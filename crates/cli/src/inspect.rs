@@ -1,0 +1,76 @@
+//! `doublet inspect`: what a recording holds.
+
+use doublet_core::load::{ChannelMap, Probe, Source, inspect as read_contents, plan};
+
+use crate::arguments::InspectArguments;
+use crate::{new, text};
+
+/// Prints sources, channels, units, rates, gaps and problems of a recording.
+///
+/// # Errors
+/// One line when the recording or the channel map cannot be read.
+pub fn inspect(arguments: &InspectArguments) -> Result<(), String> {
+    let probe = read_contents(&arguments.recording).map_err(|error| error.to_string())?;
+    text::line(&format!("{}: {}", probe.path.display(), probe.format));
+    for source in &probe.sources {
+        print_source(source);
+    }
+    for warning in &probe.warnings {
+        text::line(&format!("warning: {warning}"));
+    }
+    if let Some(name) = &arguments.map {
+        print_plan(&probe, &new::channel_map(name)?.1);
+    }
+    Ok(())
+}
+
+fn print_source(source: &Source) {
+    text::line("");
+    let name = if source.name.is_empty() { "(root)" } else { &source.name };
+    text::line(name);
+    for clock in &source.clocks {
+        text::line(&format!(
+            "  time '{}': {} samples, {} Hz, {} s to {} s",
+            clock.channel,
+            clock.samples,
+            text::number(clock.rate_hz, 4),
+            text::number(clock.start_s, 9),
+            text::number(clock.end_s, 9)
+        ));
+        for gap in &clock.gaps {
+            text::line(&format!("  gap from {} s to {} s", text::number(gap.start_s, 9), text::number(gap.end_s, 9)));
+        }
+        clock.faults.iter().for_each(|fault| text::line(&format!("  time {fault}")));
+    }
+    for (key, value) in &source.notes {
+        text::line(&format!("  {key}: {value}"));
+    }
+    let rows = source.channels.iter().map(|channel| {
+        let clock = channel.clock.and_then(|index| source.clocks.get(index));
+        vec![
+            format!("  {}", channel.name),
+            channel.unit.clone().unwrap_or_else(|| "?".to_owned()),
+            channel.samples.to_string(),
+            clock.map_or_else(|| "-".to_owned(), |clock| text::number(clock.rate_hz, 4)),
+            channel.non_finite.map_or_else(|| "-".to_owned(), |count| count.to_string()),
+            if channel.is_time { "time" } else { "" }.to_owned(),
+        ]
+    });
+    text::table(&["  channel", "unit", "samples", "Hz", "not finite", ""], &rows.collect::<Vec<_>>());
+}
+
+fn print_plan(probe: &Probe, map: &ChannelMap) {
+    let plan = plan(probe, map);
+    text::line("");
+    let rows: Vec<_> = plan
+        .roles
+        .iter()
+        .map(|(role, assignment)| {
+            vec![role.name().to_owned(), assignment.description.clone(), assignment.unit.symbol.to_owned()]
+        })
+        .collect();
+    text::table(&["role", "channel", "unit"], &rows);
+    for problem in &plan.problems {
+        text::line(&format!("{}: {}", if problem.is_error { "error" } else { "warning" }, problem.text));
+    }
+}

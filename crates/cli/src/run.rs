@@ -1,0 +1,88 @@
+//! `doublet run`: everything a session asks for, into a folder.
+
+use doublet_engine::graph::Cache;
+use doublet_engine::report;
+use doublet_engine::run::{Control, Scope, Snapshot, run as run_stages};
+use doublet_engine::session;
+
+use crate::arguments::RunArguments;
+use crate::progress::Progress;
+use crate::text;
+
+/// Memory for intermediate results of one run.
+const CACHE_BYTES: usize = 2 << 30;
+
+/// Runs the session and writes the results.
+///
+/// # Errors
+/// One line per thing that is wrong; nothing is written then.
+pub fn run(arguments: &RunArguments) -> Result<(), String> {
+    let opened = session::open(&arguments.session).map_err(|e| format!("{}: {e}", arguments.session.display()))?;
+    let problems = session::check(&opened.session);
+    if !problems.is_empty() {
+        return Err(lines(problems.iter().map(|problem| format!("{}: {problem}", arguments.session.display()))));
+    }
+    report::check_target(&arguments.out).map_err(|error| error.to_string())?;
+    let progress = Progress::new();
+    let publish = |snapshot: Snapshot| progress.show(snapshot.progress, "computing");
+    let scope = Scope { session: &opened.session, folder: &opened.folder, first: None, cause: "run", generation: 1 };
+    let snapshot = run_stages(&scope, &Snapshot::default(), &Cache::new(CACHE_BYTES), &Control::default(), &publish);
+    progress.finish();
+    let failures = snapshot.failures();
+    if !failures.is_empty() {
+        return Err(lines(failures.iter().map(|(place, error)| format!("{place}: {error}"))));
+    }
+    let failed_fits = snapshot.failed_fits();
+    if !failed_fits.is_empty() {
+        return Err(lines(failed_fits.iter().map(|(place, error)| format!("{place}: {error}"))));
+    }
+    let results = report::build(&opened.session, &snapshot);
+    let folder = report::write(&opened.session, &snapshot, &arguments.out).map_err(|error| error.to_string())?;
+    summary(&results);
+    text::line(&format!("results in {}", folder.display()));
+    Ok(())
+}
+
+/// Several messages as one error, a line each.
+fn lines(messages: impl Iterator<Item = String>) -> String {
+    messages.collect::<Vec<_>>().join("\nerror: ")
+}
+
+fn summary(results: &report::Results) {
+    for recording in &results.recordings {
+        recording.warnings.iter().for_each(|warning| text::line(&format!("{}: {warning}", recording.flight)));
+    }
+    for window in &results.windows {
+        text::line(&format!(
+            "{}: {} samples, mean NIS {} (expected {})",
+            window.name,
+            window.samples,
+            text::number(window.mean_nis, 4),
+            text::number(window.expected_nis, 4)
+        ));
+        if !window.missing_measurements.is_empty() {
+            text::line(&format!("  not measured: {}", window.missing_measurements.join(", ")));
+        }
+        window.warnings.iter().for_each(|warning| text::line(&format!("  {warning}")));
+    }
+    for fit in &results.pooled {
+        text::line("");
+        text::line(&format!(
+            "{} from {}: R2 {}, RMS {} %",
+            fit.coefficient,
+            fit.windows.join(", "),
+            text::number(fit.r_squared, 4),
+            text::number(fit.rms_relative_percent, 3)
+        ));
+        let rows = fit.derivatives.iter().map(|row| {
+            vec![
+                row.name.clone(),
+                text::number(row.estimate, 6),
+                text::number(row.standard_error, 3),
+                text::number(row.corrected_standard_error, 3),
+                text::number(row.relative_error_percent, 3),
+            ]
+        });
+        text::table(&["derivative", "estimate", "std error", "corrected", "rel %"], &rows.collect::<Vec<_>>());
+    }
+}

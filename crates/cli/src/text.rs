@@ -1,0 +1,73 @@
+//! Lines on the terminal and tables in monospace.
+
+use std::io::Write;
+
+/// Writes a line to standard output; a closed pipe ends the program's interest in it, not the program.
+pub fn line(text: &str) {
+    let _ = writeln!(std::io::stdout(), "{text}");
+}
+
+/// Writes a line to standard error.
+pub fn error_line(text: &str) {
+    let _ = writeln!(std::io::stderr(), "{text}");
+}
+
+/// Prints rows under a header in columns as wide as their widest entry, the first column to the left, the others to the right.
+pub fn table(header: &[&str], rows: &[Vec<String>]) {
+    let mut widths: Vec<usize> = header.iter().map(|cell| cell.chars().count()).collect();
+    for row in rows {
+        for (width, cell) in widths.iter_mut().zip(row) {
+            *width = (*width).max(cell.chars().count());
+        }
+    }
+    let print = |cells: Vec<&str>| {
+        let mut text = String::new();
+        for (column, (cell, width)) in cells.iter().zip(&widths).enumerate() {
+            let padding = " ".repeat(width.saturating_sub(cell.chars().count()));
+            if column == 0 {
+                text.push_str(cell);
+                text.push_str(&padding);
+            } else {
+                text.push_str("  ");
+                text.push_str(&padding);
+                text.push_str(cell);
+            }
+        }
+        line(text.trim_end());
+    };
+    print(header.to_vec());
+    for row in rows {
+        print(row.iter().map(String::as_str).collect());
+    }
+}
+
+/// A number with `digits` significant digits, without needless zeros or exponents.
+pub fn number(value: f64, digits: usize) -> String {
+    if !value.is_finite() {
+        return "-".to_owned();
+    }
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    let magnitude = value.abs().log10().floor();
+    if !(-5.0..7.0).contains(&magnitude) {
+        return format!("{value:.*e}", digits.saturating_sub(1));
+    }
+    #[expect(clippy::cast_possible_truncation, reason = "the magnitude lies between -5 and 7")]
+    let decimals = (digits as i32 - 1 - magnitude as i32).max(0);
+    format!("{value:.*}", usize::try_from(decimals).unwrap_or(0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::number;
+
+    #[test]
+    fn numbers_keep_their_significant_digits() {
+        assert_eq!(number(5.225_68, 6), "5.22568");
+        assert_eq!(number(-0.004_911_45, 6), "-0.00491145");
+        assert_eq!(number(1.5e-9, 3), "1.50e-9");
+        assert_eq!(number(17_631.0, 5), "17631");
+        assert_eq!(number(f64::NAN, 5), "-");
+    }
+}

@@ -1,0 +1,84 @@
+//! What comes with the program: aircraft, channel maps, sessions and the demonstration flight.
+//!
+//! A session names them `builtin:` and their path below `assets/` or `sessions/`, so it works wherever the program does.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use include_dir::{Dir, DirEntry, include_dir};
+use sha2::{Digest, Sha256};
+
+static ASSETS: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/../../assets");
+static SESSIONS: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/../../sessions");
+
+/// What a path in a session starts with when it names a built-in.
+pub const PREFIX: &str = "builtin:";
+
+/// A built-in text: `aircraft/c337f.toml`, or `c337f` in the `folder` `aircraft`.
+pub fn text(folder: &str, name: &str) -> Option<&'static str> {
+    let file = ASSETS.get_file(name).or_else(|| ASSETS.get_file(format!("{folder}/{name}.toml")));
+    file.or_else(|| ASSETS.get_file(format!("{folder}/{name}")))?.contents_utf8()
+}
+
+/// Names of the built-in files of a folder of `assets/`, without their extension.
+pub fn names(folder: &str) -> Vec<&'static str> {
+    let files = ASSETS.get_dir(folder).into_iter().flat_map(Dir::files);
+    files
+        .filter(|file| file.path().extension().is_some_and(|e| e == "toml"))
+        .filter_map(|f| f.path().file_stem()?.to_str())
+        .collect()
+}
+
+/// A session that comes with the program.
+pub fn session(name: &str) -> Option<&'static str> {
+    SESSIONS.get_file(format!("{name}.toml"))?.contents_utf8()
+}
+
+/// Place on disk of a built-in file or folder, written there on first use.
+///
+/// The folder's name carries the content's hash, so versions of the program do not disturb each other.
+///
+/// # Errors
+/// One line when nothing is called so or the files cannot be written.
+pub fn on_disk(name: &str) -> Result<PathBuf, String> {
+    let entry = ASSETS.get_entry(name).ok_or_else(|| format!("no built-in is called '{name}'"))?;
+    let mut files = Vec::new();
+    collect(entry, &mut files);
+    let mut hasher = Sha256::new();
+    for (path, contents) in &files {
+        hasher.update(path.to_string_lossy().as_bytes());
+        hasher.update(contents);
+    }
+    let hash: String = hasher.finalize()[..8].iter().map(|byte| format!("{byte:02x}")).collect();
+    let root = cache_folder().join(hash);
+    for (path, contents) in files {
+        write_once(&root.join(path), contents).map_err(|error| format!("{}: {error}", root.join(path).display()))?;
+    }
+    Ok(root.join(name))
+}
+
+fn collect(entry: &'static DirEntry<'static>, files: &mut Vec<(&'static Path, &'static [u8])>) {
+    match entry {
+        DirEntry::File(file) => files.push((file.path(), file.contents())),
+        DirEntry::Dir(dir) => dir.entries().iter().for_each(|entry| collect(entry, files)),
+    }
+}
+
+fn cache_folder() -> PathBuf {
+    let home = || std::env::var_os("HOME").map(|home| Path::new(&home).join(".cache"));
+    let base = std::env::var_os("XDG_CACHE_HOME").map(PathBuf::from).or_else(home);
+    base.unwrap_or_else(std::env::temp_dir).join("doublet")
+}
+
+/// Writes the file unless it is there in full, so that two programs may do so at once.
+fn write_once(path: &Path, contents: &[u8]) -> std::io::Result<()> {
+    if std::fs::read(path).is_ok_and(|present| present == contents) {
+        return Ok(());
+    }
+    let folder = path.parent().unwrap_or(Path::new("."));
+    std::fs::create_dir_all(folder)?;
+    let mut file = tempfile::NamedTempFile::new_in(folder)?;
+    file.write_all(contents)?;
+    file.persist(path)?;
+    Ok(())
+}

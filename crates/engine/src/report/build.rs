@@ -1,0 +1,155 @@
+//! From a snapshot to the results that leave the program.
+
+use doublet_core::reconstruct::{Measurement, State};
+
+use super::results::{
+    DerivativeRow, DroppedRow, FORMAT, FitRow, InnovationRow, PredictionRow, RecordingRow, Results, StateRow, VERSION,
+    WindowRow,
+};
+use crate::run::Snapshot;
+use crate::session::{Manoeuvre, Session, Surface, WindowRole};
+use crate::stage::{CoefficientFit, WindowPath};
+
+/// Collects everything a snapshot says about a session.
+pub fn build(session: &Session, snapshot: &Snapshot) -> Results {
+    let aircraft = snapshot.aircraft.ready();
+    let mass = aircraft.map(|aircraft| {
+        let loading = session.loading.as_ref().unwrap_or(&aircraft.standard_loading);
+        loading.mass_properties(aircraft).mass_kg
+    });
+    let active = session.windows.iter().filter(|window| window.role != WindowRole::Ignored);
+    let pooled = snapshot.pooled.ready();
+    Results {
+        format: FORMAT,
+        version: VERSION,
+        app: format!("doublet {}", env!("CARGO_PKG_VERSION")),
+        title: session.title.clone(),
+        aircraft: aircraft.map(|aircraft| aircraft.name.clone()).unwrap_or_default(),
+        mass_kg: mass.unwrap_or(f64::NAN),
+        gravity_m_s2: session.filter.gravity_m_s2,
+        recordings: recordings(session, snapshot),
+        windows: active.filter_map(|window| window_row(window, snapshot)).collect(),
+        pooled: pooled.iter().flat_map(|pooled| pooled.fits.iter().map(fit_row)).collect(),
+        predictions: pooled
+            .iter()
+            .flat_map(|pooled| &pooled.predictions)
+            .map(|prediction| PredictionRow {
+                window: prediction.window.clone(),
+                role: prediction.role.name(),
+                coefficient: prediction.coefficient.name(),
+                r_squared: prediction.quality.r_squared,
+                rms_relative_percent: prediction.quality.rms_relative_percent,
+            })
+            .collect(),
+    }
+}
+
+fn recordings(session: &Session, snapshot: &Snapshot) -> Vec<RecordingRow> {
+    let mut rows = Vec::new();
+    for flight in &session.flights {
+        let Some(loaded) = snapshot.flights.get(&flight.name).and_then(|slot| slot.ready()) else { continue };
+        for (entry, hash) in flight.recordings.iter().zip(&loaded.hashes) {
+            rows.push(RecordingRow {
+                flight: flight.name.clone(),
+                path: entry.path.clone(),
+                sha256: hash.clone(),
+                roles: loaded.recording.roles.keys().map(|role| role.name().to_owned()).collect(),
+                warnings: loaded.recording.warnings.clone(),
+            });
+        }
+    }
+    rows
+}
+
+fn window_row(window: &Manoeuvre, snapshot: &Snapshot) -> Option<WindowRow> {
+    let results = snapshot.windows.get(&window.name)?;
+    let path = results.path.ready()?;
+    let mut warnings = path.warnings.clone();
+    warnings.extend(results.aero.ready().iter().flat_map(|aero| aero.warnings.iter().cloned()));
+    Some(WindowRow {
+        name: window.name.clone(),
+        flight: window.flight.clone(),
+        start_s: window.window.start_s,
+        end_s: window.window.end_s,
+        role: window.role.name(),
+        surface: window.surface.map(Surface::name),
+        samples: path.reconstruction.time_s.len(),
+        mean_nis: path.consistency.mean_nis,
+        expected_nis: path.consistency.expected_nis,
+        missing_measurements: path.missing.iter().map(|measurement| measurement.name()).collect(),
+        states: State::ALL.into_iter().filter_map(|state| state_row(state, path)).collect(),
+        innovations: innovation_rows(path),
+        fits: results.fits.ready().iter().flat_map(|fits| fits.fits.iter().map(fit_row)).collect(),
+        warnings,
+    })
+}
+
+fn state_row(state: State, path: &WindowPath) -> Option<StateRow> {
+    let reconstruction = &path.reconstruction;
+    let truth = path.truth.get(&state);
+    Some(StateRow {
+        state: state.name(),
+        unit: state.dimension().si_symbol(),
+        estimate: *reconstruction.states[state as usize].last()?,
+        deviation: *reconstruction.deviations[state as usize].last()?,
+        truth: truth.map(|truth| truth.last),
+        mean_squared_normalised_error: truth.map(|truth| truth.mean_squared_normalised_error),
+    })
+}
+
+fn innovation_rows(path: &WindowPath) -> Vec<InnovationRow> {
+    let channels = Measurement::ALL.into_iter().zip(&path.consistency.channels);
+    let rows = channels.filter_map(|(measurement, channel)| {
+        let channel = channel.as_ref()?;
+        Some(InnovationRow {
+            measurement: measurement.name(),
+            unit: measurement.dimension().si_symbol(),
+            samples: channel.samples,
+            mean: channel.mean,
+            rms: channel.rms,
+            ratio: channel.ratio,
+            advice: channel.advice.clone(),
+        })
+    });
+    rows.collect()
+}
+
+fn fit_row(fit: &CoefficientFit) -> FitRow {
+    let dropped =
+        fit.dropped.iter().map(|term| DroppedRow { name: term.derivative.clone(), reason: term.reason.clone() });
+    let mut row = FitRow {
+        coefficient: fit.coefficient.name(),
+        windows: fit.windows.iter().map(|(name, _)| name.clone()).collect(),
+        error: None,
+        samples: fit.windows.iter().map(|(_, samples)| samples).sum(),
+        r_squared: f64::NAN,
+        rms_relative_percent: f64::NAN,
+        residual_deviation: f64::NAN,
+        condition_number: f64::NAN,
+        derivatives: Vec::new(),
+        parameter_correlation: Vec::new(),
+        dropped: dropped.collect(),
+    };
+    match &fit.fit {
+        Err(error) => row.error = Some(error.clone()),
+        Ok(estimate) => {
+            row.r_squared = estimate.quality.r_squared;
+            row.rms_relative_percent = estimate.quality.rms_relative_percent;
+            row.residual_deviation = estimate.residual_std;
+            row.condition_number = estimate.condition_number;
+            row.parameter_correlation =
+                estimate.correlation.row_iter().map(|row| row.iter().copied().collect()).collect();
+            row.derivatives = (0..estimate.parameters())
+                .map(|index| DerivativeRow {
+                    name: estimate.names[index].clone(),
+                    estimate: estimate.estimates[index],
+                    standard_error: estimate.standard_errors[index],
+                    corrected_standard_error: fit.corrected_errors.get(index).copied().unwrap_or(f64::NAN),
+                    relative_error_percent: estimate.relative_errors_percent[index],
+                    t: estimate.t_values[index],
+                })
+                .collect();
+        }
+    }
+    row
+}

@@ -1,0 +1,190 @@
+//! The results as they leave the program: `results.json`, documented in `docs/results.md`.
+
+use serde::Serialize;
+
+/// Value of the `format` key.
+pub const FORMAT: &str = "doublet results";
+/// Version of the layout; raised when a key changes its name or meaning.
+pub const VERSION: u32 = 1;
+
+/// Everything a run found, numbers only; time histories are in the HDF5 file beside it.
+#[derive(Clone, Debug, Serialize)]
+pub struct Results {
+    /// [`FORMAT`].
+    pub format: &'static str,
+    /// [`VERSION`].
+    pub version: u32,
+    /// Program and its version.
+    pub app: String,
+    /// Title of the session.
+    pub title: String,
+    /// Name of the aircraft.
+    pub aircraft: String,
+    /// Mass, kg.
+    pub mass_kg: f64,
+    /// Gravity used by the filter, m/s².
+    pub gravity_m_s2: f64,
+    /// Recordings read.
+    pub recordings: Vec<RecordingRow>,
+    /// One entry per window that is not ignored.
+    pub windows: Vec<WindowRow>,
+    /// Derivatives from all identification windows together.
+    pub pooled: Vec<FitRow>,
+    /// Prediction of every window by the pooled derivatives.
+    pub predictions: Vec<PredictionRow>,
+}
+
+/// A recording that was read.
+#[derive(Clone, Debug, Serialize)]
+pub struct RecordingRow {
+    /// Flight.
+    pub flight: String,
+    /// Path as in the session.
+    pub path: String,
+    /// SHA-256 of what was read.
+    pub sha256: String,
+    /// Roles the channel map assigned.
+    pub roles: Vec<String>,
+    /// Findings.
+    pub warnings: Vec<String>,
+}
+
+/// One window.
+#[derive(Clone, Debug, Serialize)]
+pub struct WindowRow {
+    /// Name.
+    pub name: String,
+    /// Flight.
+    pub flight: String,
+    /// First instant, s.
+    pub start_s: f64,
+    /// Last instant, s.
+    pub end_s: f64,
+    /// Use.
+    pub role: &'static str,
+    /// Surface moved.
+    pub surface: Option<&'static str>,
+    /// Inertial samples.
+    pub samples: usize,
+    /// Mean normalised innovation squared.
+    pub mean_nis: f64,
+    /// Its expectation: the mean number of measurements per update.
+    pub expected_nis: f64,
+    /// Measurements the recording lacks.
+    pub missing_measurements: Vec<&'static str>,
+    /// Final estimate of each state.
+    pub states: Vec<StateRow>,
+    /// Consistency of each measurement's innovations.
+    pub innovations: Vec<InnovationRow>,
+    /// Derivatives from this window alone.
+    pub fits: Vec<FitRow>,
+    /// Findings.
+    pub warnings: Vec<String>,
+}
+
+/// One state at the end of a window.
+#[derive(Clone, Debug, Serialize)]
+pub struct StateRow {
+    /// State.
+    pub state: &'static str,
+    /// SI unit.
+    pub unit: &'static str,
+    /// Filtered estimate at the last sample.
+    pub estimate: f64,
+    /// Its standard deviation.
+    pub deviation: f64,
+    /// Truth at the last sample, where the recording has it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub truth: Option<f64>,
+    /// Mean squared normalised error after the first second, where the recording has the truth.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mean_squared_normalised_error: Option<f64>,
+}
+
+/// Innovations of one measurement.
+#[derive(Clone, Debug, Serialize)]
+pub struct InnovationRow {
+    /// Measurement.
+    pub measurement: &'static str,
+    /// SI unit.
+    pub unit: &'static str,
+    /// Updates.
+    pub samples: usize,
+    /// Mean.
+    pub mean: f64,
+    /// Root mean square.
+    pub rms: f64,
+    /// Root mean square over predicted: one when consistent, above when the filter is over-confident.
+    pub ratio: f64,
+    /// One sentence on what to change, if anything.
+    pub advice: String,
+}
+
+/// One fit.
+#[derive(Clone, Debug, Serialize)]
+pub struct FitRow {
+    /// Coefficient.
+    pub coefficient: &'static str,
+    /// Windows whose samples it used.
+    pub windows: Vec<String>,
+    /// Why there is no fit.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub error: Option<String>,
+    /// Samples.
+    pub samples: usize,
+    /// Coefficient of determination.
+    pub r_squared: f64,
+    /// Root mean square of the residual relative to the range of the observation, per cent.
+    pub rms_relative_percent: f64,
+    /// Standard deviation of the residual.
+    pub residual_deviation: f64,
+    /// Condition number of the scaled regressor matrix.
+    pub condition_number: f64,
+    /// Derivatives.
+    pub derivatives: Vec<DerivativeRow>,
+    /// Correlation of the estimates, row by row.
+    pub parameter_correlation: Vec<Vec<f64>>,
+    /// Terms left out.
+    pub dropped: Vec<DroppedRow>,
+}
+
+/// One derivative.
+#[derive(Clone, Debug, Serialize)]
+pub struct DerivativeRow {
+    /// Name, for example `Cm_q`.
+    pub name: String,
+    /// Estimate; per radian where the variable is an angle.
+    pub estimate: f64,
+    /// Standard error for white residuals.
+    pub standard_error: f64,
+    /// Standard error corrected for the correlation of the residuals in time.
+    pub corrected_standard_error: f64,
+    /// Standard error over estimate, per cent.
+    pub relative_error_percent: f64,
+    /// Estimate over standard error.
+    pub t: f64,
+}
+
+/// A term left out of a fit.
+#[derive(Clone, Debug, Serialize)]
+pub struct DroppedRow {
+    /// Derivative.
+    pub name: String,
+    /// Reason.
+    pub reason: String,
+}
+
+/// Prediction of one coefficient over one window.
+#[derive(Clone, Debug, Serialize)]
+pub struct PredictionRow {
+    /// Window.
+    pub window: String,
+    /// Use of the window.
+    pub role: &'static str,
+    /// Coefficient.
+    pub coefficient: &'static str,
+    /// Coefficient of determination.
+    pub r_squared: f64,
+    /// Root mean square of the residual relative to the range of the observation, per cent.
+    pub rms_relative_percent: f64,
+}

@@ -1,0 +1,454 @@
+//! From a session to everything that follows from it, in the order of the stages.
+
+use std::path::Path;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use doublet_core::airframe::Aircraft;
+use doublet_core::load::aircraft as aircraft_file;
+use doublet_core::reconstruct::{FilterData, lane_groups};
+use rayon::prelude::*;
+
+use super::control::{Cancelled, Control};
+use super::snapshot::{LogEntry, Slot, Snapshot, WindowResults};
+use crate::graph::{Cache, Footprint, Key, KeyBuilder};
+use crate::session::{self, Manoeuvre, Session, WindowRole};
+use crate::stage::{self, AeroWindow, AircraftData, LoadedFlight, Samples, WindowAero, WindowPath};
+
+/// Shortest time between two published snapshots of one run.
+const PUBLISH_INTERVAL: Duration = Duration::from_millis(8);
+/// How many lines the log keeps.
+const LOG_LINES: usize = 500;
+
+/// What a run is asked for.
+#[derive(Clone, Copy, Debug)]
+pub struct Scope<'a> {
+    /// Session to follow.
+    pub session: &'a Session,
+    /// Folder its relative paths start from.
+    pub folder: &'a Path,
+    /// Window to compute first.
+    pub first: Option<&'a str>,
+    /// What asked for it.
+    pub cause: &'a str,
+    /// Number of the request.
+    pub generation: u64,
+}
+
+/// The snapshot under construction, published as it grows.
+struct Board<'a> {
+    snapshot: Mutex<Snapshot>,
+    published: Mutex<Instant>,
+    publish: &'a (dyn Fn(Snapshot) + Sync),
+    control: &'a Control,
+    steps: usize,
+    done: Mutex<usize>,
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Board<'_> {
+    /// Changes the snapshot and publishes it when the last time is long enough ago. A cancelled run changes nothing more.
+    fn update(&self, change: impl FnOnce(&mut Snapshot)) -> Result<(), Cancelled> {
+        self.control.checkpoint()?;
+        let mut snapshot = lock(&self.snapshot);
+        change(&mut snapshot);
+        let mut published = lock(&self.published);
+        if published.elapsed() >= PUBLISH_INTERVAL {
+            *published = Instant::now();
+            let copy = snapshot.clone();
+            drop(snapshot);
+            (self.publish)(copy);
+        }
+        Ok(())
+    }
+
+    /// Like [`Board::update`], and counts one step of the run as done.
+    fn step(&self, change: impl FnOnce(&mut Snapshot)) -> Result<(), Cancelled> {
+        let mut done = lock(&self.done);
+        *done += 1;
+        let part = *done as f32 / self.steps.max(1) as f32;
+        drop(done);
+        self.update(|snapshot| {
+            snapshot.progress = part.min(1.0);
+            change(snapshot);
+        })
+    }
+}
+
+/// A window with what its stages need and the key of its flight.
+struct Task<'a> {
+    manoeuvre: &'a Manoeuvre,
+    flight: Arc<LoadedFlight>,
+    flight_key: Key,
+}
+
+/// A window whose path is known.
+struct Reconstructed<'a> {
+    task: &'a Task<'a>,
+    path: Arc<WindowPath>,
+    key: Key,
+}
+
+/// Computes everything the session asks for, publishing snapshots on the way; returns the last one.
+///
+/// Outputs found in `cache` are not computed again. A stage that fails leaves its error in its slot and does not stop the others.
+pub fn run(
+    scope: &Scope<'_>,
+    previous: &Snapshot,
+    cache: &Cache,
+    control: &Control,
+    publish: &(dyn Fn(Snapshot) + Sync),
+) -> Snapshot {
+    let started = Instant::now();
+    let windows = active_windows(scope.session);
+    let board = Board {
+        snapshot: Mutex::new(first_snapshot(scope, previous, &windows)),
+        published: Mutex::new(started),
+        publish,
+        control,
+        steps: 2 + scope.session.flights.len() + 3 * windows.len(),
+        done: Mutex::new(0),
+    };
+    publish(lock(&board.snapshot).clone());
+    let cancelled = stages(scope, &windows, cache, &board).is_err();
+    let mut snapshot = lock(&board.snapshot).clone();
+    snapshot.busy = false;
+    snapshot.progress = 1.0;
+    let text = if cancelled {
+        cancel_running(&mut snapshot);
+        "cancelled".to_owned()
+    } else {
+        match snapshot.failures().len() {
+            0 => format!("{} windows up to date", windows.len()),
+            failures => format!("{} windows, {failures} failures", windows.len()),
+        }
+    };
+    let mut note = |text: String, duration| {
+        let cause = scope.cause.to_owned();
+        snapshot.log.push(LogEntry { generation: scope.generation, cause, text, duration });
+    };
+    note(text, started.elapsed());
+    if !cancelled {
+        let failures = lock(&board.snapshot).failures();
+        failures.into_iter().for_each(|(place, error)| note(format!("{place}: {error}"), Duration::ZERO));
+    }
+    let excess = snapshot.log.len().saturating_sub(LOG_LINES);
+    snapshot.log.drain(..excess);
+    publish(snapshot.clone());
+    snapshot
+}
+
+/// Windows that are not ignored.
+fn active_windows(session: &Session) -> Vec<&Manoeuvre> {
+    session.windows.iter().filter(|window| window.role != WindowRole::Ignored).collect()
+}
+
+/// The previous snapshot without what left the session, everything else marked as running.
+fn first_snapshot(scope: &Scope<'_>, previous: &Snapshot, windows: &[&Manoeuvre]) -> Snapshot {
+    let mut snapshot = Snapshot {
+        generation: scope.generation,
+        cause: scope.cause.to_owned(),
+        busy: true,
+        progress: 0.0,
+        ..previous.clone()
+    };
+    snapshot.flights.retain(|name, _| scope.session.flight(name).is_some());
+    snapshot.windows.retain(|name, _| windows.iter().any(|window| window.name == *name));
+    for window in windows {
+        let results = snapshot.windows.entry(window.name.clone()).or_default();
+        results.path.begin();
+        results.aero.begin();
+        results.fits.begin();
+    }
+    for flight in &scope.session.flights {
+        snapshot.flights.entry(flight.name.clone()).or_default().begin();
+    }
+    snapshot.aircraft.begin();
+    snapshot.pooled.begin();
+    snapshot
+}
+
+fn cancel_running(snapshot: &mut Snapshot) {
+    snapshot.aircraft.cancel();
+    snapshot.flights.values_mut().for_each(Slot::cancel);
+    for results in snapshot.windows.values_mut() {
+        results.path.cancel();
+        results.aero.cancel();
+        results.fits.cancel();
+    }
+    snapshot.pooled.cancel();
+}
+
+fn stages(scope: &Scope<'_>, windows: &[&Manoeuvre], cache: &Cache, board: &Board<'_>) -> Result<(), Cancelled> {
+    let aircraft = load_aircraft(scope, cache, board)?;
+    let tasks = load_flights(scope, windows, cache, board)?;
+    let Some(aircraft) = aircraft else {
+        for window in windows {
+            board.step(|s| fail_window(s, &window.name, "the aircraft could not be read"))?;
+        }
+        return board.step(|s| s.pooled.finish(Err("the aircraft could not be read".to_owned())));
+    };
+    let paths = reconstruct_all(scope, &tasks, &aircraft, cache, board)?;
+    let aero = form_coefficients(scope, &paths, &aircraft, cache, board)?;
+    pool(scope, &aero, cache, board)
+}
+
+fn load_aircraft(scope: &Scope<'_>, cache: &Cache, board: &Board<'_>) -> Result<Option<AircraftData>, Cancelled> {
+    let path = &scope.session.aircraft;
+    let read = || -> Result<(Arc<Aircraft>, AircraftData), String> {
+        let text = stage::text(scope.folder, path, "aircraft")?;
+        let key = KeyBuilder::new("aircraft", 1).text(&text).finish();
+        let aircraft = match cache.get(key) {
+            Some(aircraft) => aircraft,
+            None => {
+                let aircraft = aircraft_file::parse(&text).map_err(|error| format!("{path}: {error}"))?;
+                cache.insert(key, aircraft)
+            }
+        };
+        let loading = scope.session.loading.as_ref().unwrap_or(&aircraft.standard_loading);
+        let data = stage::aircraft_data(&aircraft, loading).map_err(|error| format!("{path}: {error}"))?;
+        Ok((aircraft, data))
+    };
+    let (result, data) = match read() {
+        Ok((aircraft, data)) => (Ok(aircraft), Some(data)),
+        Err(error) => (Err(error), None),
+    };
+    board.step(|snapshot| snapshot.aircraft.finish(result))?;
+    Ok(data)
+}
+
+impl Footprint for Aircraft {
+    fn bytes(&self) -> usize {
+        1 << 14
+    }
+}
+
+fn load_flights<'a>(
+    scope: &Scope<'a>,
+    windows: &[&'a Manoeuvre],
+    cache: &Cache,
+    board: &Board<'_>,
+) -> Result<Vec<Task<'a>>, Cancelled> {
+    let mut tasks = Vec::new();
+    for flight in &scope.session.flights {
+        let key = flight_key(scope.folder, flight);
+        let result = match cache.get::<LoadedFlight>(key) {
+            Some(loaded) => Ok(loaded),
+            None => stage::flight(scope.folder, flight).map(|loaded| cache.insert(key, loaded)),
+        };
+        let of_flight = windows.iter().filter(|window| window.flight == flight.name);
+        match &result {
+            Ok(loaded) => tasks.extend(of_flight.map(|&manoeuvre| Task {
+                manoeuvre,
+                flight: Arc::clone(loaded),
+                flight_key: key,
+            })),
+            Err(_) => {
+                for window in of_flight {
+                    board.step(|s| {
+                        fail_window(s, &window.name, &format!("flight '{}' could not be read", flight.name))
+                    })?;
+                }
+            }
+        }
+        board.step(|snapshot| {
+            if let Some(slot) = snapshot.flights.get_mut(&flight.name) {
+                slot.finish(result);
+            }
+        })?;
+    }
+    for window in windows.iter().filter(|window| scope.session.flight(&window.flight).is_none()) {
+        board.step(|s| fail_window(s, &window.name, &format!("the session has no flight '{}'", window.flight)))?;
+    }
+    Ok(tasks)
+}
+
+/// Identity of a flight's files by path, size and time of change: reading them again to hash them would cost more than it saves.
+fn flight_key(folder: &Path, flight: &session::Flight) -> Key {
+    let mut key = KeyBuilder::new("flight", 1).parameters(flight);
+    for entry in &flight.recordings {
+        for path in [&entry.path, &entry.channel_map] {
+            let Ok(place) = stage::locate(folder, path) else { continue };
+            for file in files(&place) {
+                let metadata = std::fs::metadata(&file);
+                let changed = metadata.as_ref().ok().and_then(|m| m.modified().ok());
+                key = key.parameters(&(file, metadata.map(|m| m.len()).ok(), changed));
+            }
+        }
+    }
+    key.finish()
+}
+
+fn files(place: &Path) -> Vec<std::path::PathBuf> {
+    let Ok(entries) = std::fs::read_dir(place) else { return vec![place.to_path_buf()] };
+    let mut files: Vec<_> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
+    files.sort();
+    files
+}
+
+fn fail_window(snapshot: &mut Snapshot, window: &str, error: &str) {
+    if let Some(WindowResults { path, aero, fits }) = snapshot.windows.get_mut(window) {
+        path.finish(Err(error.to_owned()));
+        aero.finish(Err(error.to_owned()));
+        fits.finish(Err(error.to_owned()));
+    }
+}
+
+/// Samples of a window, ready for the filter.
+struct Prepared<'a> {
+    task: &'a Task<'a>,
+    samples: Samples<'a>,
+    key: Key,
+}
+
+fn reconstruct_all<'a>(
+    scope: &Scope<'a>,
+    tasks: &'a [Task<'a>],
+    aircraft: &AircraftData,
+    cache: &Cache,
+    board: &Board<'_>,
+) -> Result<Vec<Reconstructed<'a>>, Cancelled> {
+    let session = scope.session;
+    let prepare = |task: &'a Task<'a>| -> Result<Option<Prepared<'a>>, Cancelled> {
+        let window = task.manoeuvre.window;
+        match stage::samples(&task.flight.recording, window, aircraft, &session.preparation) {
+            Ok(samples) => Ok(Some(Prepared { task, key: path_key(&samples.data, session), samples })),
+            Err(error) => {
+                board.step(|snapshot| fail_window(snapshot, &task.manoeuvre.name, &error))?;
+                Ok(None)
+            }
+        }
+    };
+    let prepared: Vec<_> = tasks.par_iter().map(prepare).collect::<Result<_, _>>()?;
+    let mut known = Vec::new();
+    let mut missing = Vec::new();
+    for item in prepared.into_iter().flatten() {
+        match cache.get::<WindowPath>(item.key) {
+            Some(path) => {
+                show_path(board, &item.task.manoeuvre.name, Ok(Arc::clone(&path)))?;
+                known.push(Reconstructed { task: item.task, path, key: item.key });
+            }
+            None => missing.push(item),
+        }
+    }
+    let groups = lane_groups(&missing.iter().map(|item| &item.samples.data).collect::<Vec<_>>());
+    let mut missing: Vec<_> = missing.into_iter().map(Some).collect();
+    let mut batches: Vec<Vec<Prepared<'a>>> =
+        groups.iter().map(|group| group.iter().filter_map(|&index| missing[index].take()).collect()).collect();
+    batches.sort_by_key(|batch| !batch.iter().any(|item| scope.first == Some(item.task.manoeuvre.name.as_str())));
+    let computed = batches.into_par_iter().map(|batch| reconstruct_batch(session, batch, cache, board));
+    known.extend(computed.collect::<Result<Vec<_>, _>>()?.into_iter().flatten());
+    Ok(known)
+}
+
+/// Runs windows side by side in the lanes of one core.
+fn reconstruct_batch<'a>(
+    session: &Session,
+    batch: Vec<Prepared<'a>>,
+    cache: &Cache,
+    board: &Board<'_>,
+) -> Result<Vec<Reconstructed<'a>>, Cancelled> {
+    board.control.checkpoint()?;
+    let (tasks, samples): (Vec<_>, Vec<_>) =
+        batch.into_iter().map(|item| ((item.task, item.key), item.samples)).unzip();
+    let mut reconstructed = Vec::new();
+    for ((task, key), result) in tasks.into_iter().zip(stage::paths(samples, session, board.control)) {
+        board.control.checkpoint()?;
+        let result = result.map(|path| cache.insert(key, path));
+        if let Ok(path) = &result {
+            reconstructed.push(Reconstructed { task, path: Arc::clone(path), key });
+        }
+        show_path(board, &task.manoeuvre.name, result)?;
+    }
+    Ok(reconstructed)
+}
+
+fn show_path(board: &Board<'_>, window: &str, result: Result<Arc<WindowPath>, String>) -> Result<(), Cancelled> {
+    board.step(|snapshot| match result {
+        Err(error) => fail_window(snapshot, window, &error),
+        Ok(path) => {
+            if let Some(slots) = snapshot.windows.get_mut(window) {
+                slots.path.finish(Ok(path));
+            }
+        }
+    })
+}
+
+/// What the path depends on: the samples the filter gets and its settings.
+fn path_key(data: &FilterData, session: &Session) -> Key {
+    let mut key = KeyBuilder::new("path", 1).column(&data.inputs.time_s);
+    for column in &data.inputs.columns {
+        key = key.column(column);
+    }
+    for series in &data.measurements {
+        key = key.column(&series.time_s).column(&series.values);
+    }
+    key.parameters(&session.filter).parameters(&session.preparation.path).finish()
+}
+
+fn form_coefficients<'a>(
+    scope: &Scope<'a>,
+    paths: &[Reconstructed<'a>],
+    aircraft: &AircraftData,
+    cache: &Cache,
+    board: &Board<'_>,
+) -> Result<Vec<(AeroWindow<'a>, Key)>, Cancelled> {
+    let session = scope.session;
+    let one = |item: &Reconstructed<'a>| -> Result<Option<(AeroWindow<'a>, Key)>, Cancelled> {
+        let Reconstructed { task, path, key } = item;
+        let key = KeyBuilder::new("aero", 1)
+            .key(*key)
+            .key(task.flight_key)
+            .parameters(aircraft)
+            .parameters(&session.preparation)
+            .finish();
+        let result = match cache.get::<WindowAero>(key) {
+            Some(aero) => Ok(aero),
+            None => stage::aero(&task.flight.recording, path, aircraft, &session.preparation)
+                .map(|aero| cache.insert(key, aero)),
+        };
+        let aero = result.as_ref().ok().cloned();
+        let manoeuvre = task.manoeuvre;
+        let fits = aero.as_ref().map(|aero| {
+            let key = KeyBuilder::new("fits", 1)
+                .key(key)
+                .parameters(manoeuvre)
+                .parameters(&session.structure)
+                .parameters(&session.estimation)
+                .finish();
+            cache.get(key).unwrap_or_else(|| {
+                cache.insert(key, stage::window_fits(manoeuvre, aero, &session.structure, &session.estimation))
+            })
+        });
+        let error = result.as_ref().err().cloned();
+        board.step(|snapshot| {
+            if let Some(slots) = snapshot.windows.get_mut(&manoeuvre.name) {
+                slots.aero.finish(result);
+                slots.fits.finish(fits.ok_or_else(|| error.unwrap_or_default()));
+            }
+        })?;
+        Ok(aero.map(|aero| ((manoeuvre, aero), key)))
+    };
+    let aero: Vec<_> = paths.par_iter().map(one).collect::<Result<_, _>>()?;
+    let mut aero: Vec<_> = aero.into_iter().flatten().collect();
+    // The order of the session, whatever was computed first: the estimate does not depend on what the user looks at.
+    aero.sort_by_key(|((window, _), _)| scope.session.windows.iter().position(|other| other.name == window.name));
+    Ok(aero)
+}
+
+fn pool(scope: &Scope<'_>, aero: &[(AeroWindow<'_>, Key)], cache: &Cache, board: &Board<'_>) -> Result<(), Cancelled> {
+    let session = scope.session;
+    let mut key = KeyBuilder::new("pooled", 1).parameters(&session.structure).parameters(&session.estimation);
+    for ((window, _), aero_key) in aero {
+        key = key.key(*aero_key).parameters(window);
+    }
+    let key = key.finish();
+    let windows: Vec<_> = aero.iter().map(|(window, _)| window.clone()).collect();
+    let pooled = cache
+        .get(key)
+        .unwrap_or_else(|| cache.insert(key, stage::pooled_fits(&windows, &session.structure, &session.estimation)));
+    board.step(|snapshot| snapshot.pooled.finish(Ok(pooled)))
+}

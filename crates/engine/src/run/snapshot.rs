@@ -1,0 +1,178 @@
+//! Snapshots: everything there is to draw, immutable once published.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::time::Duration;
+
+use doublet_core::airframe::Aircraft;
+
+use crate::stage::{LoadedFlight, PooledFits, WindowAero, WindowFits, WindowPath};
+
+/// State of one stage's output. What was there before stays visible until it is replaced.
+#[derive(Clone, Debug, Default)]
+pub enum Slot<T> {
+    /// Nothing asked for it yet.
+    #[default]
+    NotRequested,
+    /// Being computed.
+    Running {
+        /// Part done, 0 to 1.
+        progress: f32,
+        /// The output before.
+        last: Option<Arc<T>>,
+    },
+    /// Up to date.
+    Ready(Arc<T>),
+    /// Could not be computed.
+    Failed {
+        /// One line: what, where, what to do.
+        error: String,
+        /// The output before.
+        last: Option<Arc<T>>,
+    },
+    /// Its run was stopped.
+    Cancelled {
+        /// The output before.
+        last: Option<Arc<T>>,
+    },
+}
+
+impl<T> Slot<T> {
+    /// The newest output there is, up to date or not.
+    pub fn latest(&self) -> Option<&Arc<T>> {
+        match self {
+            Self::NotRequested => None,
+            Self::Ready(value) => Some(value),
+            Self::Running { last, .. } | Self::Failed { last, .. } | Self::Cancelled { last } => last.as_ref(),
+        }
+    }
+
+    /// The output, if it is up to date.
+    pub fn ready(&self) -> Option<&Arc<T>> {
+        if let Self::Ready(value) = self { Some(value) } else { None }
+    }
+
+    /// Why there is no up-to-date output.
+    pub fn error(&self) -> Option<&str> {
+        if let Self::Failed { error, .. } = self { Some(error) } else { None }
+    }
+
+    /// Whether the newest output is out of date.
+    pub fn is_stale(&self) -> bool {
+        !matches!(self, Self::Ready(_) | Self::NotRequested)
+    }
+
+    /// Marks the slot as being computed, keeping what it held.
+    pub(crate) fn begin(&mut self) {
+        *self = Self::Running { progress: 0.0, last: self.latest().cloned() };
+    }
+
+    /// Notes that the run ended without an output.
+    pub(crate) fn cancel(&mut self) {
+        if matches!(self, Self::Running { .. }) {
+            *self = Self::Cancelled { last: self.latest().cloned() };
+        }
+    }
+
+    /// Takes the result of the stage.
+    pub(crate) fn finish(&mut self, result: Result<Arc<T>, String>) {
+        *self = match result {
+            Ok(value) => Self::Ready(value),
+            Err(error) => Self::Failed { error, last: self.latest().cloned() },
+        };
+    }
+}
+
+/// Results of one manoeuvre window.
+#[derive(Clone, Debug, Default)]
+pub struct WindowResults {
+    /// Reconstructed flight path.
+    pub path: Slot<WindowPath>,
+    /// Coefficients and the variables they depend on.
+    pub aero: Slot<WindowAero>,
+    /// Derivatives from this window alone.
+    pub fits: Slot<WindowFits>,
+}
+
+/// A line of the log: what was computed, why, how long it took.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LogEntry {
+    /// Generation of the run.
+    pub generation: u64,
+    /// What asked for the run.
+    pub cause: String,
+    /// What was computed, or what went wrong.
+    pub text: String,
+    /// How long it took.
+    pub duration: Duration,
+}
+
+/// Everything a front end can show.
+#[derive(Clone, Debug, Default)]
+pub struct Snapshot {
+    /// Rises with every request.
+    pub generation: u64,
+    /// What asked for the newest run.
+    pub cause: String,
+    /// Whether a run is under way.
+    pub busy: bool,
+    /// Part of the run that is done, 0 to 1.
+    pub progress: f32,
+    /// The aircraft.
+    pub aircraft: Slot<Aircraft>,
+    /// Recordings by flight.
+    pub flights: BTreeMap<String, Slot<LoadedFlight>>,
+    /// Results by window.
+    pub windows: BTreeMap<String, WindowResults>,
+    /// Derivatives from all identification windows together, and how well they predict the validation windows.
+    pub pooled: Slot<PooledFits>,
+    /// Newest last.
+    pub log: Vec<LogEntry>,
+}
+
+impl Snapshot {
+    /// Every stage that failed, with its place: `(place, error)`.
+    pub fn failures(&self) -> Vec<(String, String)> {
+        let mut failures = Vec::new();
+        let mut note = |place: String, error: Option<&str>| {
+            if let Some(error) = error {
+                failures.push((place, error.to_owned()));
+            }
+        };
+        note("aircraft".to_owned(), self.aircraft.error());
+        for (name, slot) in &self.flights {
+            note(format!("flight '{name}'"), slot.error());
+        }
+        for (name, results) in &self.windows {
+            let errors = [results.path.error(), results.aero.error(), results.fits.error()];
+            note(format!("window '{name}'"), errors.into_iter().flatten().next());
+        }
+        note("pooled estimate".to_owned(), self.pooled.error());
+        failures
+    }
+
+    /// Every coefficient that has no estimate, with its place: `(place, error)`. A window's own failure counts only where there is
+    /// no pooled estimate; otherwise it is a row of its table.
+    pub fn failed_fits(&self) -> Vec<(String, String)> {
+        let pooled = self.pooled.ready().filter(|pooled| !pooled.fits.is_empty());
+        let fits: Vec<_> = match &pooled {
+            Some(pooled) => pooled.fits.iter().map(|fit| ("pooled", fit)).collect(),
+            None => self
+                .windows
+                .iter()
+                .flat_map(|(name, results)| {
+                    results
+                        .fits
+                        .ready()
+                        .into_iter()
+                        .flat_map(move |fits| fits.fits.iter().map(|fit| (name.as_str(), fit)))
+                })
+                .collect(),
+        };
+        let failed = fits.into_iter().filter_map(|(place, fit)| {
+            let error = fit.fit.as_ref().err()?;
+            Some((format!("{} ({place})", fit.coefficient.name()), error.clone()))
+        });
+        failed.collect()
+    }
+}

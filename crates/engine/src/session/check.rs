@@ -1,0 +1,68 @@
+//! What is wrong with a session before anything is computed.
+
+use super::Session;
+
+/// A finding, bound to the field it concerns.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Problem {
+    /// Dotted name of the field, for example `window 'e1'` or `filter.measurement_noise.alpha`.
+    pub field: String,
+    /// What is wrong and what to do, one line.
+    pub message: String,
+}
+
+impl std::fmt::Display for Problem {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}: {}", self.field, self.message)
+    }
+}
+
+/// Everything in the session that would stop a run, found without reading a recording.
+pub fn check(session: &Session) -> Vec<Problem> {
+    let mut problems = Vec::new();
+    let mut report = |field: String, message: String| problems.push(Problem { field, message });
+    if session.flights.is_empty() {
+        report(
+            "flight".to_owned(),
+            "the session has no recording: add a [[flight]] with a [[flight.recording]]".into(),
+        );
+    }
+    for (index, flight) in session.flights.iter().enumerate() {
+        if session.flights[..index].iter().any(|other| other.name == flight.name) {
+            report(format!("flight '{}'", flight.name), "the name is used twice: rename one".into());
+        }
+        if flight.recordings.is_empty() {
+            report(format!("flight '{}'", flight.name), "it has no recording: add a [[flight.recording]]".into());
+        }
+    }
+    for (index, window) in session.windows.iter().enumerate() {
+        let field = format!("window '{}'", window.name);
+        if session.windows[..index].iter().any(|other| other.name == window.name) {
+            report(field.clone(), "the name is used twice: rename one".into());
+        }
+        if session.flight(&window.flight).is_none() {
+            report(field.clone(), format!("it lies in flight '{}', which the session does not have", window.flight));
+        }
+        let (start, end) = (window.window.start_s, window.window.end_s);
+        if !(start.is_finite() && end.is_finite() && end > start) {
+            report(field, format!("from {start} s to {end} s it is empty: let it end after it starts"));
+        }
+    }
+    if let Err(errors) = session.filter.check() {
+        for error in errors {
+            report(format!("filter.{}", error.field), format!("{} is outside {}", error.value, error.allowed));
+        }
+    }
+    let preparation = &session.preparation;
+    for (name, value, lowest) in [
+        ("actuator_lag_s", preparation.actuator_lag_s, 0.0),
+        ("settle_s", preparation.settle_s, 0.0),
+        ("origin_altitude_m", preparation.origin_altitude_m, -1000.0),
+        ("differentiation_half_width_s", preparation.differentiation_half_width_s.unwrap_or(1.0), 1e-6),
+    ] {
+        if !(value.is_finite() && value >= lowest) {
+            report(format!("preparation.{name}"), format!("{value} is not usable: give a number from {lowest} up"));
+        }
+    }
+    problems
+}

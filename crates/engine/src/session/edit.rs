@@ -1,0 +1,377 @@
+//! Edits: the only way a session changes.
+
+use doublet_core::airframe::Loading;
+use doublet_core::model::{Coefficient, Structure, Term};
+use doublet_core::reconstruct::{Input, InputHold, Measurement, Method, State};
+use doublet_core::series::Window;
+use thiserror::Error;
+
+use super::{Estimation, Manoeuvre, PathSource, PooledConstants, Preparation, Session, Surface, WindowRole};
+
+/// A change of the session, grouped by area.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Edit {
+    /// New title.
+    Title(String),
+    /// What is on board.
+    Loading(LoadingEdit),
+    /// Manoeuvre windows.
+    Window(WindowEdit),
+    /// Flight path reconstruction.
+    Filter(FilterEdit),
+    /// Coefficients and estimate.
+    Estimation(EstimationEdit),
+    /// Terms of the aerodynamic model.
+    Model(ModelEdit),
+}
+
+/// A change of what is on board.
+#[derive(Clone, Debug, PartialEq)]
+pub enum LoadingEdit {
+    /// Back to the aircraft's standard loading.
+    Standard,
+    /// The whole loading.
+    All(Loading),
+}
+
+/// A change of the manoeuvre windows.
+#[derive(Clone, Debug, PartialEq)]
+pub enum WindowEdit {
+    /// Adds a window.
+    Add(Manoeuvre),
+    /// Removes the window of this name.
+    Remove(String),
+    /// Renames a window.
+    Rename {
+        /// Present name.
+        from: String,
+        /// New name.
+        to: String,
+    },
+    /// Moves or resizes a window.
+    Place {
+        /// Name of the window.
+        name: String,
+        /// New interval.
+        window: Window,
+    },
+    /// Changes the use of a window.
+    Role {
+        /// Name of the window.
+        name: String,
+        /// New use.
+        role: WindowRole,
+    },
+    /// States the surface a window's manoeuvre moves.
+    Surface {
+        /// Name of the window.
+        name: String,
+        /// Surface, or `None` for several or unknown.
+        surface: Option<Surface>,
+    },
+}
+
+/// A change of the filter settings.
+#[derive(Clone, Debug, PartialEq)]
+pub enum FilterEdit {
+    /// Standard deviation of an input, SI.
+    ProcessNoise(Input, f64),
+    /// Standard deviation of a measurement, SI.
+    MeasurementNoise(Measurement, f64),
+    /// Initial standard deviation of a state, SI.
+    InitialDeviation(State, f64),
+    /// Random walk of a state, SI per square root of a second.
+    RandomWalk(State, f64),
+    /// Filter.
+    Method(Method),
+    /// Input between samples.
+    Hold(InputHold),
+    /// Gravity, m/s².
+    Gravity(f64),
+}
+
+/// A change of how coefficients are formed and derivatives estimated.
+#[derive(Clone, Debug, PartialEq)]
+pub enum EstimationEdit {
+    /// States used.
+    Path(PathSource),
+    /// All settings of the preparation at once.
+    Preparation(Preparation),
+    /// Coefficients by the surface moved.
+    BySurface(bool),
+    /// Constants of the pooled estimate.
+    Constants(PooledConstants),
+}
+
+/// A change of the aerodynamic model.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ModelEdit {
+    /// Adds or removes one term of one coefficient.
+    SetTerm {
+        /// Coefficient.
+        coefficient: Coefficient,
+        /// Term.
+        term: Term,
+        /// Whether the model has it.
+        on: bool,
+    },
+    /// Replaces the whole structure.
+    Structure(Structure),
+}
+
+/// An edit that cannot be applied.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum EditError {
+    /// The window is not in the session.
+    #[error("no window is called '{0}'")]
+    NoWindow(String),
+    /// The name is taken.
+    #[error("a window called '{0}' exists already: choose another name")]
+    WindowExists(String),
+    /// The window's flight is not in the session.
+    #[error("no flight is called '{0}'")]
+    NoFlight(String),
+    /// An interval that ends before it begins.
+    #[error("a window from {start_s} s to {end_s} s is empty: let it end after it starts")]
+    EmptyWindow {
+        /// Start, s.
+        start_s: f64,
+        /// End, s.
+        end_s: f64,
+    },
+    /// A value that is not a usable number.
+    #[error("{field} cannot be {value}: {allowed}")]
+    Value {
+        /// Setting.
+        field: String,
+        /// Value refused.
+        value: f64,
+        /// Range in words.
+        allowed: &'static str,
+    },
+}
+
+impl Edit {
+    /// Name of the step in the undo list.
+    pub fn label(&self) -> String {
+        match self {
+            Self::Title(_) => "change title".to_owned(),
+            Self::Loading(edit) => edit.label(),
+            Self::Window(edit) => edit.label(),
+            Self::Filter(edit) => edit.label(),
+            Self::Estimation(edit) => edit.label(),
+            Self::Model(edit) => edit.label(),
+        }
+    }
+
+    /// The session after this edit.
+    ///
+    /// # Errors
+    /// [`EditError`] when the edit names what is not there or sets what cannot be.
+    pub fn apply(&self, session: &Session) -> Result<Session, EditError> {
+        let mut next = session.clone();
+        match self {
+            Self::Title(title) => next.title.clone_from(title),
+            Self::Loading(edit) => edit.apply(&mut next)?,
+            Self::Window(edit) => edit.apply(&mut next)?,
+            Self::Filter(edit) => edit.apply(&mut next)?,
+            Self::Estimation(edit) => edit.apply(&mut next),
+            Self::Model(edit) => edit.apply(&mut next),
+        }
+        Ok(next)
+    }
+}
+
+impl LoadingEdit {
+    fn label(&self) -> String {
+        match self {
+            Self::Standard => "return to the standard loading".to_owned(),
+            Self::All(_) => "change loading".to_owned(),
+        }
+    }
+
+    fn apply(&self, session: &mut Session) -> Result<(), EditError> {
+        session.loading = match self {
+            Self::Standard => None,
+            Self::All(loading) => {
+                let places = [&loading.fuel_kg, &loading.seats_kg, &loading.luggage_kg];
+                for (name, &mass) in places.into_iter().flatten() {
+                    not_negative("mass of", name, mass)?;
+                }
+                Some(loading.clone())
+            }
+        };
+        Ok(())
+    }
+}
+
+impl WindowEdit {
+    fn label(&self) -> String {
+        match self {
+            Self::Add(window) => format!("add window {}", window.name),
+            Self::Remove(name) => format!("remove window {name}"),
+            Self::Rename { from, to } => format!("rename window {from} to {to}"),
+            Self::Place { name, .. } => format!("move window {name}"),
+            Self::Role { name, role } => format!("use window {name} for {}", role.name()),
+            Self::Surface { name, surface } => {
+                format!("set surface of window {name} to {}", surface.map_or("any", Surface::name))
+            }
+        }
+    }
+
+    fn apply(&self, session: &mut Session) -> Result<(), EditError> {
+        match self {
+            Self::Add(window) => {
+                if session.window(&window.name).is_some() {
+                    return Err(EditError::WindowExists(window.name.clone()));
+                }
+                if session.flight(&window.flight).is_none() {
+                    return Err(EditError::NoFlight(window.flight.clone()));
+                }
+                check_interval(window.window)?;
+                session.windows.push(window.clone());
+            }
+            Self::Remove(name) => {
+                find(session, name)?;
+                session.windows.retain(|window| window.name != *name);
+            }
+            Self::Rename { from, to } => {
+                if from != to && session.window(to).is_some() {
+                    return Err(EditError::WindowExists(to.clone()));
+                }
+                find(session, from)?.name.clone_from(to);
+            }
+            Self::Place { name, window } => {
+                check_interval(*window)?;
+                find(session, name)?.window = *window;
+            }
+            Self::Role { name, role } => find(session, name)?.role = *role,
+            Self::Surface { name, surface } => find(session, name)?.surface = *surface,
+        }
+        Ok(())
+    }
+}
+
+fn find<'a>(session: &'a mut Session, name: &str) -> Result<&'a mut Manoeuvre, EditError> {
+    session.windows.iter_mut().find(|window| window.name == name).ok_or_else(|| EditError::NoWindow(name.to_owned()))
+}
+
+fn check_interval(window: Window) -> Result<(), EditError> {
+    let Window { start_s, end_s } = window;
+    if start_s.is_finite() && end_s.is_finite() && end_s > start_s {
+        Ok(())
+    } else {
+        Err(EditError::EmptyWindow { start_s, end_s })
+    }
+}
+
+impl FilterEdit {
+    fn label(&self) -> String {
+        match self {
+            Self::ProcessNoise(input, _) => format!("change process noise of {}", input.name()),
+            Self::MeasurementNoise(measurement, _) => format!("change measurement noise of {}", measurement.name()),
+            Self::InitialDeviation(state, _) => format!("change initial deviation of {}", state.name()),
+            Self::RandomWalk(state, _) => format!("change random walk of {}", state.name()),
+            Self::Method(_) => "change filter".to_owned(),
+            Self::Hold(_) => "change input hold".to_owned(),
+            Self::Gravity(_) => "change gravity".to_owned(),
+        }
+    }
+
+    fn apply(&self, session: &mut Session) -> Result<(), EditError> {
+        let filter = &mut session.filter;
+        match *self {
+            Self::ProcessNoise(input, value) => {
+                filter.process_noise[input as usize] = positive("process noise", input.name(), value)?;
+            }
+            Self::MeasurementNoise(measurement, value) => {
+                filter.measurement_noise[measurement as usize] =
+                    positive("measurement noise", measurement.name(), value)?;
+            }
+            Self::InitialDeviation(state, value) => {
+                filter.initial_deviation[state as usize] = not_negative("initial deviation", state.name(), value)?;
+            }
+            Self::RandomWalk(state, value) => {
+                filter.random_walk[state as usize] = not_negative("random walk", state.name(), value)?;
+            }
+            Self::Method(method) => filter.method = method,
+            Self::Hold(hold) => filter.hold = hold,
+            Self::Gravity(value) => filter.gravity_m_s2 = positive("gravity", "", value)?,
+        }
+        Ok(())
+    }
+}
+
+fn positive(what: &str, name: &str, value: f64) -> Result<f64, EditError> {
+    if value.is_finite() && value > 0.0 {
+        return Ok(value);
+    }
+    Err(EditError::Value { field: format!("{what} {name}").trim().to_owned(), value, allowed: "it must be above zero" })
+}
+
+fn not_negative(what: &str, name: &str, value: f64) -> Result<f64, EditError> {
+    if value.is_finite() && value >= 0.0 {
+        return Ok(value);
+    }
+    Err(EditError::Value { field: format!("{what} {name}"), value, allowed: "it must be zero or above" })
+}
+
+impl EstimationEdit {
+    fn label(&self) -> String {
+        match self {
+            Self::Path(PathSource::Filtered) => "use the filtered path".to_owned(),
+            Self::Path(PathSource::Smoothed) => "use the smoothed path".to_owned(),
+            Self::Preparation(_) => "change preparation of coefficients".to_owned(),
+            Self::BySurface(_) => "change assignment of coefficients to manoeuvres".to_owned(),
+            Self::Constants(_) => "change constants of the pooled estimate".to_owned(),
+        }
+    }
+
+    fn apply(&self, session: &mut Session) {
+        let Estimation { by_surface, constants } = &mut session.estimation;
+        match self {
+            Self::Path(path) => session.preparation.path = *path,
+            Self::Preparation(preparation) => session.preparation = preparation.clone(),
+            Self::BySurface(value) => *by_surface = *value,
+            Self::Constants(value) => *constants = *value,
+        }
+    }
+}
+
+impl ModelEdit {
+    fn label(&self) -> String {
+        match self {
+            Self::SetTerm { coefficient, term, on } => {
+                let verb = if *on { "add" } else { "remove" };
+                format!("{verb} {}", term.derivative_name(*coefficient))
+            }
+            Self::Structure(_) => "change model structure".to_owned(),
+        }
+    }
+
+    fn apply(&self, session: &mut Session) {
+        match self {
+            Self::SetTerm { coefficient, term, on } => set_term(&mut session.structure, *coefficient, term, *on),
+            Self::Structure(structure) => session.structure = structure.clone(),
+        }
+    }
+}
+
+/// Adds or removes a term; a coefficient appears with its first term and leaves with its last.
+pub(super) fn set_term(structure: &mut Structure, coefficient: Coefficient, term: &Term, on: bool) {
+    let models = &mut structure.models;
+    if on {
+        if !models.iter().any(|(modelled, _)| *modelled == coefficient) {
+            let place = models.partition_point(|(modelled, _)| *modelled < coefficient);
+            models.insert(place, (coefficient, Vec::new()));
+        }
+        for (_, terms) in models.iter_mut().filter(|(modelled, _)| *modelled == coefficient) {
+            if !terms.contains(term) {
+                terms.push(term.clone());
+            }
+        }
+    } else {
+        models.iter_mut().filter(|(c, _)| *c == coefficient).for_each(|(_, terms)| terms.retain(|other| other != term));
+        models.retain(|(_, terms)| !terms.is_empty());
+    }
+}

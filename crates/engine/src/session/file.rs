@@ -1,0 +1,87 @@
+//! Session files: opened with their folder, saved so that a crash never leaves half a file.
+
+use std::io::{Read, Write};
+use std::path::{Path, PathBuf};
+
+use sha2::{Digest, Sha256};
+
+use super::Session;
+use super::schema::{SessionError, parse, print};
+
+/// A session and where its relative paths start.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Opened {
+    /// The session.
+    pub session: Session,
+    /// Its file.
+    pub path: PathBuf,
+    /// Folder its relative paths start from.
+    pub folder: PathBuf,
+}
+
+fn file_error(path: &Path) -> impl FnOnce(std::io::Error) -> SessionError {
+    let path = path.display().to_string();
+    move |source| SessionError::File { path, source }
+}
+
+/// Opens a session file.
+///
+/// # Errors
+/// [`SessionError`] when the file cannot be read or is not a session this program understands.
+pub fn open(path: &Path) -> Result<Opened, SessionError> {
+    let text = std::fs::read_to_string(path).map_err(file_error(path))?;
+    let folder = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
+    Ok(Opened { session: parse(&text)?, path: path.to_path_buf(), folder })
+}
+
+/// Saves a session: written to a temporary file beside it, synced, the previous file kept as `*.bak`, then renamed into place.
+///
+/// # Errors
+/// [`SessionError::File`] when the folder cannot be written; the previous file is then untouched.
+pub fn save(session: &Session, path: &Path) -> Result<(), SessionError> {
+    let text = print(session)?;
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let mut file = tempfile::NamedTempFile::new_in(folder).map_err(file_error(folder))?;
+    file.write_all(text.as_bytes()).and_then(|()| file.as_file().sync_all()).map_err(file_error(path))?;
+    if path.exists() {
+        let mut previous = path.as_os_str().to_owned();
+        previous.push(".bak");
+        std::fs::copy(path, &previous).map_err(file_error(Path::new(&previous)))?;
+    }
+    file.persist(path).map_err(|error| file_error(path)(error.error))?;
+    Ok(())
+}
+
+/// SHA-256 of a file, or of the names and contents of the files of a folder in order of their names, in hexadecimal.
+///
+/// # Errors
+/// [`SessionError::File`] when a file cannot be read.
+pub fn content_hash(path: &Path) -> Result<String, SessionError> {
+    let mut hasher = Sha256::new();
+    if path.is_dir() {
+        let mut files: Vec<_> = std::fs::read_dir(path)
+            .and_then(|entries| entries.map(|entry| entry.map(|entry| entry.path())).collect::<Result<_, _>>())
+            .map_err(file_error(path))?;
+        files.retain(|file| file.is_file());
+        files.sort();
+        for file in &files {
+            hasher.update(file.file_name().unwrap_or_default().as_encoded_bytes());
+            hash_file(file, &mut hasher)?;
+        }
+    } else {
+        hash_file(path, &mut hasher)?;
+    }
+    Ok(hasher.finalize().iter().map(|byte| format!("{byte:02x}")).collect())
+}
+
+fn hash_file(path: &Path, hasher: &mut Sha256) -> Result<(), SessionError> {
+    let mut file = std::fs::File::open(path).map_err(file_error(path))?;
+    let mut block = vec![0_u8; 1 << 16];
+    loop {
+        let read = file.read(&mut block).map_err(file_error(path))?;
+        if read == 0 {
+            return Ok(());
+        }
+        hasher.update(&block[..read]);
+    }
+}

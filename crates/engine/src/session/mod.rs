@@ -1,0 +1,211 @@
+//! The session: exactly what is saved and undoable, never a result.
+
+mod check;
+mod edit;
+mod file;
+mod schema;
+
+use doublet_core::airframe::Loading;
+use doublet_core::model::Structure;
+use doublet_core::quantity::Role;
+use doublet_core::reconstruct::FilterSettings;
+use doublet_core::series::Window;
+
+pub use check::{Problem, check};
+pub use edit::{Edit, EditError, EstimationEdit, FilterEdit, LoadingEdit, ModelEdit, WindowEdit};
+pub use file::{Opened, content_hash, open, save};
+pub use schema::{FORMAT, SessionError, VERSION, parse, print};
+
+/// Everything an analysis is made from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Session {
+    /// Title of the report.
+    pub title: String,
+    /// Aircraft file, relative to the session file, or `builtin:` and a name.
+    pub aircraft: String,
+    /// What is on board; `None` for the aircraft's standard loading.
+    pub loading: Option<Loading>,
+    /// Flights with their recordings.
+    pub flights: Vec<Flight>,
+    /// Manoeuvre windows, in the order they are shown.
+    pub windows: Vec<Manoeuvre>,
+    /// Settings of the flight path reconstruction.
+    pub filter: FilterSettings,
+    /// How coefficients are formed from the reconstructed path.
+    pub preparation: Preparation,
+    /// How derivatives are estimated.
+    pub estimation: Estimation,
+    /// Terms of each coefficient.
+    pub structure: Structure,
+}
+
+/// Recordings that share one time line.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Flight {
+    /// Name windows refer to.
+    pub name: String,
+    /// Its recordings; roles of an earlier one take precedence.
+    pub recordings: Vec<RecordingRef>,
+}
+
+/// A recording by path, content and meaning of its channels.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RecordingRef {
+    /// File or folder, relative to the session file, or `builtin:` and a name.
+    pub path: String,
+    /// SHA-256 of the content when it was added; `None` if it was never read.
+    pub sha256: Option<String>,
+    /// Channel map, relative to the session file, or `builtin:` and a name.
+    pub channel_map: String,
+    /// The only roles to take from it; `None` for all.
+    pub only: Option<Vec<Role>>,
+}
+
+/// What a window is used for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum WindowRole {
+    /// Its data enter the estimate.
+    Identification,
+    /// Its data test the estimate.
+    Validation,
+    /// Kept, not used.
+    Ignored,
+}
+
+/// The control surface a manoeuvre moves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Surface {
+    /// Elevator: symmetric motion.
+    Elevator,
+    /// Aileron: asymmetric motion.
+    Aileron,
+    /// Rudder: asymmetric motion.
+    Rudder,
+}
+
+/// A manoeuvre window.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Manoeuvre {
+    /// Name, unique in the session.
+    pub name: String,
+    /// Name of the flight it lies in.
+    pub flight: String,
+    /// First and last instant on the flight's time line.
+    pub window: Window,
+    /// Use.
+    pub role: WindowRole,
+    /// Surface moved; `None` when more than one or unknown.
+    pub surface: Option<Surface>,
+    /// Kind of input in words, for example `3-2-1-1`.
+    pub kind: String,
+}
+
+/// The path the coefficients are formed from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PathSource {
+    /// Filtered states, biases at their final estimates.
+    Filtered,
+    /// Smoothed states.
+    Smoothed,
+}
+
+/// How coefficients are formed from the reconstructed path.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Preparation {
+    /// States used.
+    pub path: PathSource,
+    /// Half width, s, of the local quadratic that differentiates the rates; `None` for the fourth-order central difference
+    /// of thesis Eq. D.1.
+    pub differentiation_half_width_s: Option<f64>,
+    /// Time constant of a first-order actuator lag put on the deflections, s; zero for none.
+    pub actuator_lag_s: f64,
+    /// Seconds left out at the start of every window, where the filter has not settled.
+    pub settle_s: f64,
+    /// Altitude of the local origin above sea level, m, used where density comes from the standard atmosphere.
+    pub origin_altitude_m: f64,
+    /// Recorded accelerations are moved from the sensor's place to the centre of gravity.
+    pub correct_accelerometer: bool,
+    /// Recorded flow angles are corrected for the vane's place.
+    pub correct_vanes: bool,
+    /// Thrust is taken out of CX and Cm (needs recorded thrust).
+    pub remove_thrust: bool,
+}
+
+/// Constants of the pooled estimate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PooledConstants {
+    /// Every window has its own constant term.
+    PerWindow,
+    /// One constant term for all windows.
+    Common,
+}
+
+/// How derivatives are estimated.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Estimation {
+    /// Symmetric coefficients from elevator windows, asymmetric ones from aileron and rudder windows.
+    pub by_surface: bool,
+    /// Constants of the pooled estimate.
+    pub constants: PooledConstants,
+}
+
+impl Default for Preparation {
+    fn default() -> Self {
+        Self {
+            path: PathSource::Smoothed,
+            differentiation_half_width_s: Some(0.1),
+            actuator_lag_s: 0.0,
+            settle_s: 0.0,
+            origin_altitude_m: 0.0,
+            correct_accelerometer: true,
+            correct_vanes: true,
+            remove_thrust: false,
+        }
+    }
+}
+
+impl Default for Estimation {
+    fn default() -> Self {
+        Self { by_surface: true, constants: PooledConstants::PerWindow }
+    }
+}
+
+impl WindowRole {
+    /// All roles.
+    pub const ALL: [Self; 3] = [Self::Identification, Self::Validation, Self::Ignored];
+
+    /// Name in files and tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Identification => "identification",
+            Self::Validation => "validation",
+            Self::Ignored => "ignored",
+        }
+    }
+}
+
+impl Surface {
+    /// All surfaces.
+    pub const ALL: [Self; 3] = [Self::Elevator, Self::Aileron, Self::Rudder];
+
+    /// Name in files and tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Elevator => "elevator",
+            Self::Aileron => "aileron",
+            Self::Rudder => "rudder",
+        }
+    }
+}
+
+impl Session {
+    /// The flight called `name`.
+    pub fn flight(&self, name: &str) -> Option<&Flight> {
+        self.flights.iter().find(|flight| flight.name == name)
+    }
+
+    /// The window called `name`.
+    pub fn window(&self, name: &str) -> Option<&Manoeuvre> {
+        self.windows.iter().find(|window| window.name == name)
+    }
+}

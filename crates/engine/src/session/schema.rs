@@ -1,0 +1,515 @@
+//! The saved form of a session: readable TOML with a version header, unknown keys refused with their line.
+
+use std::collections::BTreeMap;
+
+use doublet_core::airframe::{FixedItem, Loading};
+use doublet_core::model::{Coefficient, Structure, Term};
+use doublet_core::quantity::Role;
+use doublet_core::reconstruct::{
+    FilterSettings, INPUTS, Input, InputHold, Linearisation, MEASUREMENTS, Measurement, Method, STATES, State,
+};
+use doublet_core::series::Window;
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use super::edit::set_term;
+use super::{
+    Estimation, Flight, Manoeuvre, PathSource, PooledConstants, Preparation, RecordingRef, Session, Surface, WindowRole,
+};
+
+/// Value of the header's `format` key.
+pub const FORMAT: &str = "doublet session";
+/// Version this program writes.
+pub const VERSION: u32 = 1;
+
+/// A session file that cannot be used.
+#[derive(Debug, Error)]
+pub enum SessionError {
+    /// Not TOML, or keys that do not belong.
+    #[error("{}", .0.to_string().trim_end().replace('\n', " "))]
+    Syntax(#[from] Box<toml::de::Error>),
+    /// Another kind of file.
+    #[error("this is not a doublet session: its format is '{found}', expected '{FORMAT}'")]
+    Format {
+        /// Value of the `format` key, empty when there is none.
+        found: String,
+    },
+    /// Written by a newer program.
+    #[error("session version {found} is newer than this program understands ({VERSION}): update doublet to open it")]
+    Newer {
+        /// Version of the file.
+        found: u32,
+    },
+    /// A name that is not known.
+    #[error("{place}: unknown {what} '{name}': use one of {known}")]
+    Name {
+        /// Key of the file.
+        place: String,
+        /// Kind of name.
+        what: &'static str,
+        /// Name found.
+        name: String,
+        /// Names understood.
+        known: String,
+    },
+    /// A term that cannot be read.
+    #[error("{place}: {reason}")]
+    Term {
+        /// Key of the file.
+        place: String,
+        /// What is wrong.
+        reason: String,
+    },
+    /// The file cannot be read or written.
+    #[error("{path}: {source}")]
+    File {
+        /// Path.
+        path: String,
+        /// Cause.
+        source: std::io::Error,
+    },
+}
+
+/// The header, read before anything else.
+#[derive(Deserialize)]
+struct Header {
+    #[serde(default)]
+    format: String,
+    #[serde(default)]
+    version: u32,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    format: String,
+    version: u32,
+    #[serde(default)]
+    app: String,
+    #[serde(default)]
+    title: String,
+    aircraft: String,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    loading: Option<LoadingTable>,
+    #[serde(default)]
+    filter: FilterTable,
+    #[serde(default)]
+    preparation: PreparationTable,
+    #[serde(default)]
+    estimation: EstimationTable,
+    #[serde(default)]
+    model: BTreeMap<String, Vec<String>>,
+    #[serde(default, rename = "flight")]
+    flights: Vec<FlightTable>,
+    #[serde(default, rename = "window")]
+    windows: Vec<WindowTable>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+#[derive(Default)]
+struct LoadingTable {
+    fuel_kg: BTreeMap<String, f64>,
+    seats_kg: BTreeMap<String, f64>,
+    luggage_kg: BTreeMap<String, f64>,
+    #[serde(rename = "item", skip_serializing_if = "Vec::is_empty")]
+    items: Vec<ItemTable>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ItemTable {
+    name: String,
+    mass_kg: f64,
+    cg_from_datum_m: [f64; 3],
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FlightTable {
+    name: String,
+    #[serde(default, rename = "recording")]
+    recordings: Vec<RecordingTable>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RecordingTable {
+    path: String,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    sha256: Option<String>,
+    channel_map: String,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    only: Option<Vec<String>>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WindowTable {
+    name: String,
+    flight: String,
+    start_s: f64,
+    end_s: f64,
+    #[serde(default = "identification")]
+    role: String,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    surface: Option<String>,
+    #[serde(default)]
+    kind: String,
+}
+
+fn identification() -> String {
+    WindowRole::Identification.name().to_owned()
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct FilterTable {
+    method: String,
+    max_iterations: usize,
+    tolerance: f64,
+    hold: String,
+    linearisation: String,
+    gravity_m_s2: f64,
+    process_noise: BTreeMap<String, f64>,
+    measurement_noise: BTreeMap<String, f64>,
+    initial_deviation: BTreeMap<String, f64>,
+    initial_state: BTreeMap<String, f64>,
+    random_walk: BTreeMap<String, f64>,
+}
+
+impl Default for FilterTable {
+    fn default() -> Self {
+        filter_table(&FilterSettings::default())
+    }
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct PreparationTable {
+    path: String,
+    differentiation: String,
+    differentiation_half_width_s: f64,
+    actuator_lag_s: f64,
+    settle_s: f64,
+    origin_altitude_m: f64,
+    correct_accelerometer: bool,
+    correct_vanes: bool,
+    remove_thrust: bool,
+}
+
+impl Default for PreparationTable {
+    fn default() -> Self {
+        preparation_table(&Preparation::default())
+    }
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct EstimationTable {
+    by_surface: bool,
+    constants: String,
+}
+
+impl Default for EstimationTable {
+    fn default() -> Self {
+        estimation_table(&Estimation::default())
+    }
+}
+
+/// Names of the choices, in one place for both directions.
+const METHODS: [&str; 2] = ["ekf", "iekf"];
+const HOLDS: [(&str, InputHold); 2] = [("first_order", InputHold::FirstOrder), ("zero_order", InputHold::ZeroOrder)];
+const LINEARISATIONS: [(&str, Linearisation); 2] =
+    [("prior", Linearisation::Prior), ("predicted", Linearisation::Predicted)];
+const PATHS: [(&str, PathSource); 2] = [("filtered", PathSource::Filtered), ("smoothed", PathSource::Smoothed)];
+const CONSTANTS: [(&str, PooledConstants); 2] =
+    [("per_window", PooledConstants::PerWindow), ("common", PooledConstants::Common)];
+const DIFFERENTIATIONS: [&str; 2] = ["local_quadratic", "central"];
+
+fn name_of<T: PartialEq + Copy>(choices: &[(&'static str, T)], value: T) -> String {
+    choices.iter().find(|(_, choice)| *choice == value).map_or(String::new(), |(name, _)| (*name).to_owned())
+}
+
+fn unknown(place: &str, what: &'static str, name: &str, known: &[&str]) -> SessionError {
+    SessionError::Name { place: place.to_owned(), what, name: name.to_owned(), known: known.join(", ") }
+}
+
+fn choose<T: Copy>(choices: &[(&'static str, T)], place: &str, name: &str) -> Result<T, SessionError> {
+    choices
+        .iter()
+        .find(|(known, _)| *known == name)
+        .map(|(_, value)| *value)
+        .ok_or_else(|| unknown(place, "choice", name, &choices.iter().map(|(known, _)| *known).collect::<Vec<_>>()))
+}
+
+/// Reads a session from its text.
+///
+/// # Errors
+/// [`SessionError`] with the line of a syntax error or unknown key, or the key of an unknown name.
+pub fn parse(text: &str) -> Result<Session, SessionError> {
+    let header: Header = toml::from_str(text).map_err(Box::new)?;
+    if header.format != FORMAT {
+        return Err(SessionError::Format { found: header.format });
+    }
+    if header.version > VERSION {
+        return Err(SessionError::Newer { found: header.version });
+    }
+    let file: File = toml::from_str(text).map_err(Box::new)?;
+    let flights = file
+        .flights
+        .into_iter()
+        .map(|flight| {
+            Ok(Flight {
+                name: flight.name,
+                recordings: flight.recordings.into_iter().map(recording_from).collect::<Result<_, _>>()?,
+            })
+        })
+        .collect::<Result<_, SessionError>>()?;
+    Ok(Session {
+        title: file.title,
+        aircraft: file.aircraft,
+        loading: file.loading.map(loading_from),
+        flights,
+        windows: file.windows.into_iter().map(window_from).collect::<Result<_, _>>()?,
+        filter: filter_from(&file.filter)?,
+        preparation: preparation_from(&file.preparation)?,
+        estimation: Estimation {
+            by_surface: file.estimation.by_surface,
+            constants: choose(&CONSTANTS, "estimation.constants", &file.estimation.constants)?,
+        },
+        structure: structure_from(&file.model)?,
+    })
+}
+
+fn loading_from(table: LoadingTable) -> Loading {
+    let item =
+        |item: ItemTable| FixedItem { name: item.name, mass_kg: item.mass_kg, cg_from_datum_m: item.cg_from_datum_m };
+    Loading {
+        fuel_kg: table.fuel_kg,
+        seats_kg: table.seats_kg,
+        luggage_kg: table.luggage_kg,
+        added_items: table.items.into_iter().map(item).collect(),
+    }
+}
+
+fn loading_table(loading: &Loading) -> LoadingTable {
+    let item = |item: &FixedItem| ItemTable {
+        name: item.name.clone(),
+        mass_kg: item.mass_kg,
+        cg_from_datum_m: item.cg_from_datum_m,
+    };
+    LoadingTable {
+        fuel_kg: loading.fuel_kg.clone(),
+        seats_kg: loading.seats_kg.clone(),
+        luggage_kg: loading.luggage_kg.clone(),
+        items: loading.added_items.iter().map(item).collect(),
+    }
+}
+
+fn recording_from(table: RecordingTable) -> Result<RecordingRef, SessionError> {
+    let role = |name: &String| {
+        let known = || Role::ALL.iter().map(|role| role.name()).collect::<Vec<_>>();
+        Role::from_name(name).ok_or_else(|| unknown(&format!("recording '{}'", table.path), "role", name, &known()))
+    };
+    let only = table.only.as_ref().map(|names| names.iter().map(role).collect::<Result<_, _>>()).transpose()?;
+    Ok(RecordingRef { only, path: table.path, sha256: table.sha256, channel_map: table.channel_map })
+}
+
+fn window_from(table: WindowTable) -> Result<Manoeuvre, SessionError> {
+    let place = format!("window '{}'", table.name);
+    let roles = WindowRole::ALL.map(|role| (role.name(), role));
+    let surfaces = Surface::ALL.map(|surface| (surface.name(), surface));
+    Ok(Manoeuvre {
+        role: choose(&roles, &place, &table.role)?,
+        surface: table.surface.map(|name| choose(&surfaces, &place, &name)).transpose()?,
+        name: table.name,
+        flight: table.flight,
+        window: Window { start_s: table.start_s, end_s: table.end_s },
+        kind: table.kind,
+    })
+}
+
+fn filter_from(table: &FilterTable) -> Result<FilterSettings, SessionError> {
+    let method = match table.method.as_str() {
+        "ekf" => Method::Ekf,
+        "iekf" => Method::Iekf { max_iterations: table.max_iterations, tolerance: table.tolerance },
+        other => return Err(unknown("filter.method", "choice", other, &METHODS)),
+    };
+    let mut settings = FilterSettings {
+        method,
+        hold: choose(&HOLDS, "filter.hold", &table.hold)?,
+        linearisation: choose(&LINEARISATIONS, "filter.linearisation", &table.linearisation)?,
+        gravity_m_s2: table.gravity_m_s2,
+        ..FilterSettings::default()
+    };
+    let inputs = Input::ALL.map(Input::name);
+    let measurements = Measurement::ALL.map(Measurement::name);
+    let states = State::ALL.map(State::name);
+    fill("filter.process_noise", &inputs, &table.process_noise, |i, v| settings.process_noise[i] = v)?;
+    fill("filter.measurement_noise", &measurements, &table.measurement_noise, |i, v| {
+        settings.measurement_noise[i] = v;
+    })?;
+    fill("filter.initial_deviation", &states, &table.initial_deviation, |i, v| settings.initial_deviation[i] = v)?;
+    fill("filter.initial_state", &states, &table.initial_state, |i, v| settings.initial_state[i] = Some(v))?;
+    fill("filter.random_walk", &states, &table.random_walk, |i, v| settings.random_walk[i] = v)?;
+    Ok(settings)
+}
+
+fn fill(
+    place: &str,
+    names: &[&str],
+    table: &BTreeMap<String, f64>,
+    mut set: impl FnMut(usize, f64),
+) -> Result<(), SessionError> {
+    for (name, &value) in table {
+        let index = names.iter().position(|known| known == name);
+        set(index.ok_or_else(|| unknown(place, "name", name, names))?, value);
+    }
+    Ok(())
+}
+
+fn preparation_from(table: &PreparationTable) -> Result<Preparation, SessionError> {
+    let half_width = match table.differentiation.as_str() {
+        "central" => None,
+        "local_quadratic" => Some(table.differentiation_half_width_s),
+        other => return Err(unknown("preparation.differentiation", "choice", other, &DIFFERENTIATIONS)),
+    };
+    Ok(Preparation {
+        path: choose(&PATHS, "preparation.path", &table.path)?,
+        differentiation_half_width_s: half_width,
+        actuator_lag_s: table.actuator_lag_s,
+        settle_s: table.settle_s,
+        origin_altitude_m: table.origin_altitude_m,
+        correct_accelerometer: table.correct_accelerometer,
+        correct_vanes: table.correct_vanes,
+        remove_thrust: table.remove_thrust,
+    })
+}
+
+fn structure_from(table: &BTreeMap<String, Vec<String>>) -> Result<Structure, SessionError> {
+    if table.is_empty() {
+        return Ok(Structure::thesis());
+    }
+    let known = Coefficient::ALL.map(Coefficient::name);
+    let mut structure = Structure { models: Vec::new() };
+    for coefficient in Coefficient::ALL {
+        for text in table.get(coefficient.name()).into_iter().flatten() {
+            let place = format!("model.{}", coefficient.name());
+            let term = Term::parse(text).map_err(|error| SessionError::Term { place, reason: error.to_string() })?;
+            set_term(&mut structure, coefficient, &term, true);
+        }
+    }
+    match table.keys().find(|name| !known.contains(&name.as_str())) {
+        Some(name) => Err(unknown("model", "coefficient", name, &known)),
+        None => Ok(structure),
+    }
+}
+
+/// Writes a session as text that [`parse`] reads back to an equal session.
+///
+/// # Errors
+/// [`SessionError::Term`] should a value have no TOML form.
+pub fn print(session: &Session) -> Result<String, SessionError> {
+    let file = File {
+        format: FORMAT.to_owned(),
+        version: VERSION,
+        app: format!("doublet {}", env!("CARGO_PKG_VERSION")),
+        title: session.title.clone(),
+        aircraft: session.aircraft.clone(),
+        loading: session.loading.as_ref().map(loading_table),
+        filter: filter_table(&session.filter),
+        preparation: preparation_table(&session.preparation),
+        estimation: estimation_table(&session.estimation),
+        model: session
+            .structure
+            .models
+            .iter()
+            .map(|(coefficient, terms)| {
+                (coefficient.name().to_owned(), terms.iter().map(ToString::to_string).collect())
+            })
+            .collect(),
+        flights: session.flights.iter().map(flight_table).collect(),
+        windows: session.windows.iter().map(window_table).collect(),
+    };
+    let body = toml::to_string_pretty(&file)
+        .map_err(|error| SessionError::Term { place: "session".to_owned(), reason: error.to_string() })?;
+    Ok(format!("# Noise and deviations are standard deviations. Every number is in SI units and radians.\n{body}"))
+}
+
+fn flight_table(flight: &Flight) -> FlightTable {
+    FlightTable {
+        name: flight.name.clone(),
+        recordings: flight
+            .recordings
+            .iter()
+            .map(|entry| RecordingTable {
+                path: entry.path.clone(),
+                sha256: entry.sha256.clone(),
+                channel_map: entry.channel_map.clone(),
+                only: entry.only.as_ref().map(|roles| roles.iter().map(|role| role.name().to_owned()).collect()),
+            })
+            .collect(),
+    }
+}
+
+fn window_table(window: &Manoeuvre) -> WindowTable {
+    WindowTable {
+        name: window.name.clone(),
+        flight: window.flight.clone(),
+        start_s: window.window.start_s,
+        end_s: window.window.end_s,
+        role: window.role.name().to_owned(),
+        surface: window.surface.map(|surface| surface.name().to_owned()),
+        kind: window.kind.clone(),
+    }
+}
+
+fn filter_table(settings: &FilterSettings) -> FilterTable {
+    let (method, max_iterations, tolerance) = match settings.method {
+        Method::Ekf => ("ekf", 1, 1e-3),
+        Method::Iekf { max_iterations, tolerance } => ("iekf", max_iterations, tolerance),
+    };
+    let inputs = |values: &[f64; INPUTS]| Input::ALL.map(|i| (i.name().to_owned(), values[i as usize])).into();
+    let states = |values: &[f64; STATES]| State::ALL.map(|s| (s.name().to_owned(), values[s as usize])).into();
+    let measurements =
+        |values: &[f64; MEASUREMENTS]| Measurement::ALL.map(|m| (m.name().to_owned(), values[m as usize])).into();
+    let moving = |(_, deviation): &(String, f64)| *deviation != 0.0;
+    FilterTable {
+        method: method.to_owned(),
+        max_iterations,
+        tolerance,
+        hold: name_of(&HOLDS, settings.hold),
+        linearisation: name_of(&LINEARISATIONS, settings.linearisation),
+        gravity_m_s2: settings.gravity_m_s2,
+        process_noise: inputs(&settings.process_noise),
+        measurement_noise: measurements(&settings.measurement_noise),
+        initial_deviation: states(&settings.initial_deviation),
+        initial_state: State::ALL
+            .into_iter()
+            .filter_map(|state| Some((state.name().to_owned(), settings.initial_state[state as usize]?)))
+            .collect(),
+        random_walk: BTreeMap::from_iter(
+            State::ALL.map(|s| (s.name().to_owned(), settings.random_walk[s as usize])).into_iter().filter(moving),
+        ),
+    }
+}
+
+fn preparation_table(preparation: &Preparation) -> PreparationTable {
+    let half_width = preparation.differentiation_half_width_s;
+    PreparationTable {
+        path: name_of(&PATHS, preparation.path),
+        differentiation: DIFFERENTIATIONS[usize::from(half_width.is_none())].to_owned(),
+        differentiation_half_width_s: half_width.unwrap_or(0.1),
+        actuator_lag_s: preparation.actuator_lag_s,
+        settle_s: preparation.settle_s,
+        origin_altitude_m: preparation.origin_altitude_m,
+        correct_accelerometer: preparation.correct_accelerometer,
+        correct_vanes: preparation.correct_vanes,
+        remove_thrust: preparation.remove_thrust,
+    }
+}
+
+fn estimation_table(estimation: &Estimation) -> EstimationTable {
+    EstimationTable { by_surface: estimation.by_surface, constants: name_of(&CONSTANTS, estimation.constants) }
+}

@@ -1,0 +1,189 @@
+//! Coefficients and the variables they depend on, from the reconstructed path of one window.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use doublet_core::atmos::{Atmosphere, density_kg_m3};
+use doublet_core::model::{
+    AeroData, Axes, Coefficient, CoefficientSettings, Coefficients, Engine, Gyroscopic, InertiaHistory, Lag,
+    ThrustTreatment, Variables, coefficients, variables,
+};
+use doublet_core::quantity::Role;
+use doublet_core::reconstruct::{INPUTS, STATES, State};
+use doublet_core::series::{Recording, Series};
+
+use super::aircraft::AircraftData;
+use super::path::{WindowPath, differentiation};
+use super::samples::values_at;
+use crate::graph::Footprint;
+use crate::session::{PathSource, Preparation};
+
+/// Coefficients and variables over one window.
+#[derive(Clone, Debug)]
+pub struct WindowAero {
+    /// Columns they were formed from.
+    pub data: AeroData,
+    /// The eight coefficients.
+    pub coefficients: Coefficients,
+    /// Variables available to terms.
+    pub variables: Variables,
+    /// Observed coefficients in the order of [`Coefficient::ALL`], shared, to draw.
+    pub series: [Series; 8],
+    /// Findings, one line each.
+    pub warnings: Vec<String>,
+}
+
+impl Footprint for WindowAero {
+    fn bytes(&self) -> usize {
+        self.data.time_s.len() * 55 * 8
+    }
+}
+
+/// Control surfaces that may appear in terms.
+const CONTROLS: [Role; 3] = [Role::Aileron, Role::Elevator, Role::Rudder];
+
+/// Forms the coefficients of one window.
+///
+/// # Errors
+/// One line: a control with a gap, or what the model refuses.
+pub fn aero(
+    recording: &Recording,
+    path: &WindowPath,
+    aircraft: &AircraftData,
+    preparation: &Preparation,
+) -> Result<WindowAero, String> {
+    let mut warnings = Vec::new();
+    let data = aero_data(recording, path, aircraft, preparation, &mut warnings)?;
+    let lag = Lag { time_constant_s: preparation.actuator_lag_s, ..Lag::default() };
+    let settings = CoefficientSettings {
+        reference: aircraft.reference,
+        moment_reference: aircraft.moment_reference,
+        axes: Axes::Body,
+        thrust: if preparation.remove_thrust { ThrustTreatment::Removed } else { ThrustTreatment::Included },
+        gyroscopic: Gyroscopic::Ignored,
+        differentiation: differentiation(preparation, &data.time_s),
+        control_lags: CONTROLS.map(|role| (role, lag)).into(),
+    };
+    let coefficients = coefficients(&data, &settings).map_err(|error| error.to_string())?;
+    let variables = variables(&data, &settings).map_err(|error| error.to_string())?;
+    let time_s: Arc<[f64]> = data.time_s.as_slice().into();
+    let series = Coefficient::ALL.map(|c| Series { time_s: Arc::clone(&time_s), values: coefficients.get(c).into() });
+    Ok(WindowAero { data, coefficients, variables, series, warnings })
+}
+
+fn aero_data(
+    recording: &Recording,
+    path: &WindowPath,
+    aircraft: &AircraftData,
+    preparation: &Preparation,
+    warnings: &mut Vec<String>,
+) -> Result<AeroData, String> {
+    let samples = path.data.inputs.time_s.len();
+    let start = path.data.inputs.time_s.first().copied().unwrap_or(0.0) + preparation.settle_s;
+    let first = path.data.inputs.time_s.partition_point(|&time| time < start);
+    if first >= samples {
+        return Err(format!(
+            "nothing is left after {} s of settling: shorten preparation.settle_s",
+            preparation.settle_s
+        ));
+    }
+    let time_s = path.data.inputs.time_s[first..].to_vec();
+    let states = states_of(path, preparation.path)?;
+    let state = |state: State| &states[state as usize][first..];
+    let inputs = unbiased_inputs(path, states, first);
+    let (u, v, w) = (state(State::VelocityU), state(State::VelocityV), state(State::VelocityW));
+    let count = time_s.len();
+    let airspeed_m_s: Vec<_> = (0..count).map(|k| (u[k] * u[k] + v[k] * v[k] + w[k] * w[k]).sqrt()).collect();
+    let altitude_m: Vec<_> = match values_at(recording, Role::Altitude, &time_s)? {
+        Some(altitude) => altitude,
+        None => state(State::PositionDown).iter().map(|down| preparation.origin_altitude_m - down).collect(),
+    };
+    let mut controls = BTreeMap::new();
+    for role in CONTROLS {
+        if let Some(values) = values_at(recording, role, &time_s)? {
+            controls.insert(role, values);
+        }
+    }
+    let [ax, ay, az, p, q, r] = inputs;
+    Ok(AeroData {
+        alpha_rad: (0..count).map(|k| w[k].atan2(u[k])).collect(),
+        beta_rad: (0..count).map(|k| v[k].atan2(u[k].hypot(w[k]))).collect(),
+        airspeed_m_s,
+        rates_rad_s: [p, q, r],
+        specific_force_m_s2: [ax, ay, az],
+        angular_acceleration_rad_s2: None,
+        density_kg_m3: air_density(recording, &time_s, &altitude_m, warnings)?,
+        controls,
+        inertia: InertiaHistory::Constant(aircraft.inertia),
+        engines: engines(recording, aircraft, preparation, &time_s)?,
+        propeller_pressure: None,
+        mach: values_at(recording, Role::Mach, &time_s)?,
+        altitude_m: Some(altitude_m),
+        time_s,
+    })
+}
+
+fn states_of(path: &WindowPath, source: PathSource) -> Result<&[Vec<f64>; STATES], String> {
+    match source {
+        PathSource::Filtered => Ok(&path.reconstruction.states),
+        PathSource::Smoothed => path
+            .reconstruction
+            .smoothed
+            .as_ref()
+            .map(|smoothed| &smoothed.states)
+            .ok_or_else(|| "the path was not smoothed: set preparation.path to 'filtered'".to_owned()),
+    }
+}
+
+/// Inertial samples less their biases. A bias without a random walk is one number: its estimate from the whole window.
+fn unbiased_inputs(path: &WindowPath, states: &[Vec<f64>; STATES], first: usize) -> [Vec<f64>; INPUTS] {
+    let biases = [State::BiasAx, State::BiasAy, State::BiasAz, State::BiasP, State::BiasQ, State::BiasR];
+    std::array::from_fn(|index| {
+        let bias = states[biases[index] as usize].last().copied().unwrap_or(0.0);
+        path.data.inputs.columns[index][first..].iter().map(|value| value - bias).collect()
+    })
+}
+
+fn air_density(
+    recording: &Recording,
+    time_s: &[f64],
+    altitude_m: &[f64],
+    warnings: &mut Vec<String>,
+) -> Result<Vec<f64>, String> {
+    if let Some(density) = values_at(recording, Role::AirDensity, time_s)? {
+        return Ok(density);
+    }
+    let pressure = values_at(recording, Role::StaticPressure, time_s)?;
+    let temperature = values_at(recording, Role::AirTemperature, time_s)?;
+    if let (Some(pressure), Some(temperature)) = (pressure, temperature) {
+        let pairs = pressure.iter().zip(&temperature);
+        return pairs.map(|(&p, &t)| density_kg_m3(p, t).map_err(|error| error.to_string())).collect();
+    }
+    warnings.push("air density comes from the standard atmosphere at the recorded altitude".to_owned());
+    let standard = |&altitude: &f64| Atmosphere::STANDARD.density_kg_m3(altitude).map_err(|error| error.to_string());
+    altitude_m.iter().map(standard).collect()
+}
+
+fn engines(
+    recording: &Recording,
+    aircraft: &AircraftData,
+    preparation: &Preparation,
+    time_s: &[f64],
+) -> Result<Vec<Engine>, String> {
+    let mut engines = Vec::new();
+    for (role, &(position, direction_body)) in [Role::Thrust1, Role::Thrust2].into_iter().zip(&aircraft.engines) {
+        if let Some(thrust_n) = values_at(recording, role, time_s)? {
+            engines.push(Engine {
+                thrust_n,
+                position,
+                direction_body,
+                rotor_inertia_kg_m2: 0.0,
+                speed_rad_s: Vec::new(),
+            });
+        }
+    }
+    if preparation.remove_thrust && engines.is_empty() {
+        return Err("thrust cannot be taken out: the recording or the aircraft does not say it; set preparation.remove_thrust to false".into());
+    }
+    Ok(engines)
+}

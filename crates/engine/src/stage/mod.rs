@@ -1,0 +1,19 @@
+//! Stages: pure functions from inputs and parameters to outputs, one file each.
+//!
+//! Order and reasons: the recording is read first; a window takes its part of it into the filter; coefficients need the
+//! reconstructed path; derivatives of one window need its coefficients; the pooled estimate needs those of all windows.
+
+mod aero;
+mod aircraft;
+mod consistency;
+mod fit;
+mod path;
+mod recording;
+mod samples;
+
+pub use aero::{WindowAero, aero};
+pub use aircraft::{AircraftData, aircraft_data};
+pub use consistency::{Channel, Consistency, TruthError};
+pub use fit::{AeroWindow, CoefficientFit, DroppedTerm, PooledFits, Prediction, WindowFits, pooled_fits, window_fits};
+pub use path::{PathSeries, Samples, SmoothedSeries, WindowPath, paths, samples};
+pub use recording::{LoadedFlight, flight, locate, text};

@@ -1,0 +1,316 @@
+//! Step 1: the flight path of one window.
+
+use std::collections::BTreeMap;
+use std::ops::ControlFlow;
+use std::sync::Arc;
+
+use doublet_core::model::Position;
+use doublet_core::prep::{Differentiation, FlowVane, acceleration_at_cg, differentiate, flow_angles_at_cg};
+use doublet_core::quantity::Role;
+use doublet_core::reconstruct::{
+    FilterData, FilterSettings, INPUTS, Input, InputSeries, MEASUREMENTS, Measurement, MeasurementSeries,
+    Reconstruction, STATES, State, reconstruct_many,
+};
+use doublet_core::series::{Recording, Series, Window};
+
+use super::aircraft::AircraftData;
+use super::consistency::{Consistency, TruthError, consistency, truth_errors};
+use super::samples::{finite_samples, gaps, values_at};
+use crate::graph::Footprint;
+use crate::run::Control;
+use crate::session::{PathSource, Preparation, Session};
+
+/// What the filter was given and what it made of it.
+#[derive(Clone, Debug)]
+pub struct WindowPath {
+    /// Inertial samples and measurements, moved to the centre of gravity where asked.
+    pub data: FilterData,
+    /// Filtered path.
+    pub reconstruction: Reconstruction,
+    /// The same columns, shared, to draw.
+    pub series: PathSeries,
+    /// Innovations against their predicted deviations.
+    pub consistency: Consistency,
+    /// Errors of the filtered path, where the recording carries the truth.
+    pub truth: BTreeMap<State, TruthError>,
+    /// Measurements the recording does not have in this window.
+    pub missing: Vec<Measurement>,
+    /// Findings, one line each: gaps, resampled channels, the filter's own.
+    pub warnings: Vec<String>,
+}
+
+impl Footprint for WindowPath {
+    fn bytes(&self) -> usize {
+        let columns = 2 * (4 * STATES + 2 * MEASUREMENTS + 1) + INPUTS + 4 * MEASUREMENTS;
+        self.reconstruction.time_s.len() * columns * 8
+    }
+}
+
+/// Columns of a reconstruction to draw, each with its time, all shared.
+#[derive(Clone, Debug)]
+pub struct PathSeries {
+    /// Filtered states.
+    pub states: [Series; STATES],
+    /// Standard deviation of each filtered state, at its samples.
+    pub deviations: [Arc<[f64]>; STATES],
+    /// Smoothed path, where the session asks for it.
+    pub smoothed: Option<SmoothedSeries>,
+    /// Truth of each state, where the recording carries it.
+    pub truth: [Option<Series>; STATES],
+    /// Measurements as the filter got them; empty where there are none.
+    pub measured: [Series; MEASUREMENTS],
+    /// Innovations.
+    pub innovations: [Series; MEASUREMENTS],
+    /// Predicted standard deviation of each innovation, at its samples.
+    pub innovation_deviations: [Arc<[f64]>; MEASUREMENTS],
+    /// Normalised innovation squared.
+    pub nis: Series,
+}
+
+/// Smoothed states and their standard deviations.
+#[derive(Clone, Debug)]
+pub struct SmoothedSeries {
+    /// Smoothed states.
+    pub states: [Series; STATES],
+    /// Standard deviation of each, at its samples.
+    pub deviations: [Arc<[f64]>; STATES],
+}
+
+/// Samples of one window, ready for the filter.
+#[derive(Clone, Debug)]
+pub struct Samples<'a> {
+    /// Recording they were taken from.
+    pub recording: &'a Recording,
+    /// Inertial samples and measurements.
+    pub data: FilterData,
+    /// Findings on the way.
+    pub warnings: Vec<String>,
+}
+
+/// Shortest window the filter is run on, samples.
+const MIN_SAMPLES: usize = 10;
+
+/// Takes the samples of one window for the filter.
+///
+/// # Errors
+/// One line: a missing inertial channel, a window without samples, a gap that cannot be bridged.
+pub fn samples<'a>(
+    recording: &'a Recording,
+    window: Window,
+    aircraft: &AircraftData,
+    preparation: &Preparation,
+) -> Result<Samples<'a>, String> {
+    let mut warnings = Vec::new();
+    let mut inputs = input_series(recording, window, &mut warnings)?;
+    let mut measurements = measurement_series(recording, window, &mut warnings);
+    if preparation.correct_accelerometer
+        && let Some(sensor) = aircraft.accelerometer
+    {
+        move_accelerometer(&mut inputs, sensor.body_from_cg_m(aircraft.inertia.cg_datum_m), preparation)?;
+    }
+    if preparation.correct_vanes
+        && let Some(vane) = aircraft.vane
+    {
+        move_vanes(&mut measurements, &inputs, vane, aircraft)?;
+    }
+    Ok(Samples { recording, data: FilterData { inputs, measurements }, warnings })
+}
+
+fn input_series(recording: &Recording, window: Window, warnings: &mut Vec<String>) -> Result<InputSeries, String> {
+    let missing: Vec<_> =
+        Input::ALL.into_iter().filter(|input| recording.role(input.role()).is_none()).map(Input::name).collect();
+    if !missing.is_empty() {
+        return Err(format!(
+            "the recording has no {}: name the channels in the channel map, the filter is driven by them",
+            missing.join(", ")
+        ));
+    }
+    let Some(base) = recording.role(Input::RollRate.role()) else { return Err("the recording has no p".to_owned()) };
+    let (time_s, _) = finite_samples(base, window, 0.0);
+    if time_s.len() < MIN_SAMPLES {
+        let (first, last) = span(&base.series.time_s);
+        return Err(format!(
+            "{} inertial samples between {} s and {} s, at least {MIN_SAMPLES} are needed: the recording spans {first:.2} s to {last:.2} s",
+            time_s.len(),
+            window.start_s,
+            window.end_s
+        ));
+    }
+    if let Some((at, length)) = gaps(&time_s).into_iter().next() {
+        return Err(format!("the inertial samples pause for {length:.2} s at {at:.2} s: end the window before it"));
+    }
+    let mut columns: [Vec<f64>; INPUTS] = Default::default();
+    for input in Input::ALL {
+        let Some(values) = values_at(recording, input.role(), &time_s)? else { continue };
+        if let Some(channel) = recording.role(input.role())
+            && channel.source != base.source
+        {
+            warnings.push(format!(
+                "{} comes from {}, put on the clock of {}",
+                input.name(),
+                channel.source,
+                base.source
+            ));
+        }
+        columns[input as usize] = values;
+    }
+    Ok(InputSeries { time_s, columns })
+}
+
+fn span(time_s: &[f64]) -> (f64, f64) {
+    (time_s.first().copied().unwrap_or(f64::NAN), time_s.last().copied().unwrap_or(f64::NAN))
+}
+
+fn measurement_series(
+    recording: &Recording,
+    window: Window,
+    warnings: &mut Vec<String>,
+) -> [MeasurementSeries; MEASUREMENTS] {
+    Measurement::ALL.map(|measurement| {
+        let (channel, sign) = match (recording.role(measurement.role()), measurement) {
+            (Some(channel), _) => (channel, 1.0),
+            // Without a satellite position the pressure altitude tells the height.
+            (None, Measurement::PositionDown) => match recording.role(Role::Altitude) {
+                Some(channel) => (channel, -1.0),
+                None => return MeasurementSeries::default(),
+            },
+            (None, _) => return MeasurementSeries::default(),
+        };
+        let (time_s, values) = finite_samples(channel, window, 0.0);
+        for (at, length) in gaps(&time_s) {
+            warnings.push(format!(
+                "{} pauses for {length:.2} s at {at:.2} s; nothing was put in its place",
+                measurement.name()
+            ));
+        }
+        MeasurementSeries { time_s, values: values.into_iter().map(|value| sign * value).collect() }
+    })
+}
+
+fn move_accelerometer(inputs: &mut InputSeries, position_m: [f64; 3], preparation: &Preparation) -> Result<(), String> {
+    let method = differentiation(preparation, &inputs.time_s);
+    let mut angular: [Vec<f64>; 3] = Default::default();
+    let rates = [Input::RollRate, Input::PitchRate, Input::YawRate];
+    for (column, rate) in angular.iter_mut().zip(rates) {
+        *column = differentiate(&inputs.time_s, &inputs.columns[rate as usize], method)
+            .map_err(|error| format!("{}: {error}", rate.name()))?;
+    }
+    let forces = [Input::SpecificForceX, Input::SpecificForceY, Input::SpecificForceZ];
+    for sample in 0..inputs.time_s.len() {
+        let at = |input: Input| inputs.columns[input as usize][sample];
+        let moved = acceleration_at_cg(
+            position_m,
+            forces.map(at),
+            rates.map(at),
+            [angular[0][sample], angular[1][sample], angular[2][sample]],
+        );
+        for (force, value) in forces.into_iter().zip(moved) {
+            inputs.columns[force as usize][sample] = value;
+        }
+    }
+    Ok(())
+}
+
+fn move_vanes(
+    measurements: &mut [MeasurementSeries; MEASUREMENTS],
+    inputs: &InputSeries,
+    vane: Position,
+    aircraft: &AircraftData,
+) -> Result<(), String> {
+    let vane = FlowVane::at(vane.body_from_cg_m(aircraft.inertia.cg_datum_m));
+    let on_inputs = |measurement: Measurement| {
+        let series = &measurements[measurement as usize];
+        series.time_s == inputs.time_s
+    };
+    // The correction couples the angles with airspeed and rates at one instant: it needs them on one time base.
+    let airspeed_known = on_inputs(Measurement::Airspeed);
+    let alpha_known = on_inputs(Measurement::AngleOfAttack);
+    let beta_known = on_inputs(Measurement::Sideslip);
+    if !(airspeed_known && alpha_known) {
+        return Ok(());
+    }
+    for sample in 0..inputs.time_s.len() {
+        let value = |m: Measurement| measurements[m as usize].values[sample];
+        let beta = if beta_known { value(Measurement::Sideslip) } else { 0.0 };
+        let rates =
+            [Input::RollRate, Input::PitchRate, Input::YawRate].map(|rate| inputs.columns[rate as usize][sample]);
+        let (_, alpha, beta) =
+            flow_angles_at_cg(&vane, value(Measurement::Airspeed), value(Measurement::AngleOfAttack), beta, rates);
+        measurements[Measurement::AngleOfAttack as usize].values[sample] = alpha;
+        if beta_known {
+            measurements[Measurement::Sideslip as usize].values[sample] = beta;
+        }
+    }
+    Ok(())
+}
+
+/// The differentiation the session asks for, in samples of `time_s`.
+pub fn differentiation(preparation: &Preparation, time_s: &[f64]) -> Differentiation {
+    let Some(half_width_s) = preparation.differentiation_half_width_s else { return Differentiation::Central4 };
+    let (first, last) = span(time_s);
+    let step = (last - first) / (time_s.len().max(2) - 1) as f64;
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to a small positive range")]
+    let half_width = (half_width_s / step).round().clamp(1.0, 1000.0) as usize;
+    Differentiation::LocalPolynomial { degree: 2, half_width }
+}
+
+/// Reconstructs the flight paths of windows, side by side.
+///
+/// The error of a window is one line: where and how the filter failed, or that it was cancelled.
+pub fn paths(samples: Vec<Samples<'_>>, session: &Session, control: &Control) -> Vec<Result<WindowPath, String>> {
+    let smooth = session.preparation.path == PathSource::Smoothed;
+    let settings = match (FilterSettings { smooth, ..session.filter.clone() }).check() {
+        Ok(settings) => settings,
+        Err(errors) => {
+            let error = errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ");
+            return samples.iter().map(|_| Err(error.clone())).collect();
+        }
+    };
+    let mut watch = |_| if control.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
+    let data: Vec<_> = samples.iter().map(|samples| &samples.data).collect();
+    let reconstructions = reconstruct_many(&data, &settings, &mut watch);
+    let windows = samples.into_iter().zip(reconstructions);
+    windows.map(|(samples, result)| Ok(window_path(samples, result.map_err(|error| error.to_string())?))).collect()
+}
+
+fn window_path(samples: Samples<'_>, reconstruction: Reconstruction) -> WindowPath {
+    let Samples { recording, data, mut warnings } = samples;
+    warnings.extend(reconstruction.warnings.iter().cloned());
+    let is_missing = |measurement: &Measurement| data.measurements[*measurement as usize].time_s.is_empty();
+    WindowPath {
+        missing: Measurement::ALL.into_iter().filter(is_missing).collect(),
+        consistency: consistency(&reconstruction),
+        truth: truth_errors(recording, &reconstruction),
+        series: path_series(recording, &data, &reconstruction),
+        data,
+        reconstruction,
+        warnings,
+    }
+}
+
+fn path_series(recording: &Recording, data: &FilterData, reconstruction: &Reconstruction) -> PathSeries {
+    let time_s: Arc<[f64]> = reconstruction.time_s.as_slice().into();
+    let shared = |column: &Vec<f64>| Arc::<[f64]>::from(column.as_slice());
+    let series = |column: &Vec<f64>| Series { time_s: Arc::clone(&time_s), values: shared(column) };
+    let within = |truth: &Series| {
+        let window = Window { start_s: time_s[0], end_s: time_s[time_s.len() - 1] };
+        let range = window.indices(&truth.time_s);
+        Series { time_s: truth.time_s[range.clone()].into(), values: truth.values[range].into() }
+    };
+    PathSeries {
+        states: reconstruction.states.each_ref().map(series),
+        deviations: reconstruction.deviations.each_ref().map(shared),
+        smoothed: reconstruction.smoothed.as_ref().map(|smoothed| SmoothedSeries {
+            states: smoothed.states.each_ref().map(series),
+            deviations: smoothed.deviations.each_ref().map(shared),
+        }),
+        truth: State::ALL.map(|state| recording.truth.get(state.name()).map(within)),
+        measured: data.measurements.each_ref().map(|measurement| Series {
+            time_s: measurement.time_s.as_slice().into(),
+            values: measurement.values.as_slice().into(),
+        }),
+        innovations: reconstruction.innovations.each_ref().map(series),
+        innovation_deviations: reconstruction.innovation_deviations.each_ref().map(shared),
+        nis: series(&reconstruction.nis),
+    }
+}

@@ -1,0 +1,134 @@
+//! Reads the recordings of one flight and merges them on its time line.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use doublet_core::load::{ChannelMap, read_all};
+use doublet_core::quantity::Role;
+use doublet_core::series::Recording;
+
+use crate::builtin;
+use crate::graph::Footprint;
+use crate::session::{Flight, RecordingRef, content_hash};
+
+/// A flight as read.
+#[derive(Clone, Debug)]
+pub struct LoadedFlight {
+    /// Channels and roles of all its recordings.
+    pub recording: Recording,
+    /// SHA-256 of each recording, in the order of the session.
+    pub hashes: Vec<String>,
+}
+
+impl Footprint for LoadedFlight {
+    fn bytes(&self) -> usize {
+        self.recording.channels.iter().map(|channel| channel.series.values.len() * 16 + 200).sum()
+    }
+}
+
+/// Place on disk of a path written in a session: relative to its folder, or what comes with the program.
+///
+/// # Errors
+/// One line when a built-in does not exist or nothing is at the path.
+pub fn locate(folder: &Path, path: &str) -> Result<PathBuf, String> {
+    if let Some(name) = path.strip_prefix(builtin::PREFIX) {
+        return builtin::on_disk(name);
+    }
+    let place = folder.join(path);
+    if place.exists() { Ok(place) } else { Err(format!("{}: there is no such file or folder", place.display())) }
+}
+
+/// Text of a file written in a session, or of what comes with the program in `kind`.
+///
+/// # Errors
+/// One line with the names there are, or why the file cannot be read.
+pub fn text(folder: &Path, path: &str, kind: &str) -> Result<String, String> {
+    if let Some(name) = path.strip_prefix(builtin::PREFIX) {
+        return builtin::text(kind, name).map(str::to_owned).ok_or_else(|| {
+            format!("no built-in in {kind} is called '{name}': use one of {}", builtin::names(kind).join(", "))
+        });
+    }
+    let place = folder.join(path);
+    std::fs::read_to_string(&place).map_err(|error| format!("{}: {error}", place.display()))
+}
+
+/// Reads a flight.
+///
+/// # Errors
+/// One line that names the file, the channel and the cure.
+pub fn flight(folder: &Path, flight: &Flight) -> Result<LoadedFlight, String> {
+    let mut hashes = Vec::new();
+    let mut merged = Recording::default();
+    for entry in &flight.recordings {
+        let place = locate(folder, &entry.path)?;
+        let hash = content_hash(&place).map_err(|error| error.to_string())?;
+        if let Some(known) = &entry.sha256
+            && *known != hash
+        {
+            merged.warnings.push(format!(
+                "{} has changed since it was added: its SHA-256 was {}, now it is {}",
+                entry.path,
+                short(known),
+                short(&hash)
+            ));
+        }
+        hashes.push(hash);
+    }
+    for Group { map, only, entries } in groups(&flight.recordings) {
+        let text = text(folder, map, "channel_maps")?;
+        let map = ChannelMap::parse(&text).map_err(|error| format!("channel map {map}: {error}"))?;
+        let places = entries.iter().map(|entry| locate(folder, &entry.path)).collect::<Result<Vec<_>, _>>()?;
+        let recording = read_all(&places, &map).map_err(|error| error.to_string())?;
+        merge(&mut merged, recording, only);
+    }
+    Ok(LoadedFlight { recording: merged, hashes })
+}
+
+fn short(hash: &str) -> &str {
+    hash.get(..12).unwrap_or(hash)
+}
+
+/// Neighbouring recordings with one channel map: read together, so that the map sees all their sources.
+struct Group<'a> {
+    map: &'a str,
+    only: Option<&'a [Role]>,
+    entries: Vec<&'a RecordingRef>,
+}
+
+fn groups(recordings: &[RecordingRef]) -> Vec<Group<'_>> {
+    let mut groups: Vec<Group<'_>> = Vec::new();
+    for entry in recordings {
+        let (map, only) = (entry.channel_map.as_str(), entry.only.as_deref());
+        match groups.last_mut() {
+            Some(group) if group.map == map && group.only == only => group.entries.push(entry),
+            _ => groups.push(Group { map, only, entries: vec![entry] }),
+        }
+    }
+    groups
+}
+
+/// Adds channels and roles. What the flight has already is kept and said.
+fn merge(merged: &mut Recording, added: Recording, only: Option<&[Role]>) {
+    let offset = merged.channels.len();
+    let roles: BTreeMap<_, _> =
+        added.roles.into_iter().filter(|(role, _)| only.is_none_or(|roles| roles.contains(role))).collect();
+    for (role, index) in roles {
+        let channel = &added.channels[index];
+        match merged.role(role) {
+            Some(first) => merged.warnings.push(format!(
+                "{} is in {} and in {}: the first is used; name the roles to take with 'only' to choose",
+                role.name(),
+                first.source,
+                channel.source
+            )),
+            None => {
+                merged.roles.insert(role, offset + index);
+            }
+        }
+    }
+    merged.channels.extend(added.channels);
+    merged.warnings.extend(added.warnings);
+    for (state, series) in added.truth {
+        merged.truth.entry(state).or_insert(series);
+    }
+}

@@ -1,0 +1,64 @@
+//! Samples of a role over a window, on another time base where needed, with their gaps stated.
+
+use doublet_core::prep::{Interpolation, resample};
+use doublet_core::quantity::Role;
+use doublet_core::series::{Channel, Recording, Window};
+
+/// A pause between samples counts as a gap when it is longer than this many sampling intervals and [`GAP_S`].
+const GAP_INTERVALS: f64 = 3.5;
+/// Shortest pause that counts as a gap, s. Interpolation never bridges a longer one.
+const GAP_S: f64 = 0.25;
+
+/// Finite samples of `channel` inside `window` widened by `margin_s` on both sides.
+pub fn finite_samples(channel: &Channel, window: Window, margin_s: f64) -> (Vec<f64>, Vec<f64>) {
+    let wide = Window { start_s: window.start_s - margin_s, end_s: window.end_s + margin_s };
+    let range = wide.indices(&channel.series.time_s);
+    let pairs = channel.series.time_s[range.clone()].iter().zip(&channel.series.values[range]);
+    pairs.filter(|(_, value)| value.is_finite()).map(|(&time, &value)| (time, value)).unzip()
+}
+
+/// Where `time_s` pauses: start and length of each pause longer than a few of its own intervals.
+pub fn gaps(time_s: &[f64]) -> Vec<(f64, f64)> {
+    let mut steps: Vec<f64> = time_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    if steps.is_empty() {
+        return Vec::new();
+    }
+    let middle = steps.len() / 2;
+    let (_, &mut typical, _) = steps.select_nth_unstable_by(middle, f64::total_cmp);
+    let longest = (GAP_INTERVALS * typical).max(GAP_S);
+    time_s.windows(2).filter(|pair| pair[1] - pair[0] > longest).map(|pair| (pair[0], pair[1] - pair[0])).collect()
+}
+
+/// Values of `role` at `time_s` by straight lines between its own samples; `None` when the recording has no such role.
+///
+/// # Errors
+/// One line when the samples do not reach over `time_s` or pause too long to be bridged.
+pub fn values_at(recording: &Recording, role: Role, time_s: &[f64]) -> Result<Option<Vec<f64>>, String> {
+    let (Some(channel), Some(&first), Some(&last)) = (recording.role(role), time_s.first(), time_s.last()) else {
+        return Ok(None);
+    };
+    let step = (last - first) / (time_s.len().max(2) - 1) as f64;
+    let window = Window { start_s: first, end_s: last };
+    let (own_time, own_values) = finite_samples(channel, window, 5.0_f64.max(2.0 * step));
+    if own_time == time_s {
+        return Ok(Some(own_values));
+    }
+    let place = format!("{} (channel '{}' of {})", role.name(), channel.name, channel.source);
+    let slack = GAP_S.max(step);
+    match (own_time.first(), own_time.last()) {
+        (Some(&start), Some(&end)) if start <= first + slack && end >= last - slack => {}
+        _ => {
+            return Err(format!(
+                "{place} has no samples over {first:.2} s to {last:.2} s: choose a window where it was recorded"
+            ));
+        }
+    }
+    if let Some((at, length)) = gaps(&own_time).into_iter().find(|(at, length)| *at < last && at + length > first) {
+        return Err(format!(
+            "{place} has a gap of {length:.2} s at {at:.2} s: end the window before it or start after"
+        ));
+    }
+    resample(&own_time, &own_values, time_s, Interpolation::Linear)
+        .map(Some)
+        .map_err(|error| format!("{place}: {error}"))
+}

@@ -1,0 +1,125 @@
+//! One undo for everything: a stack of whole sessions, shared by reference.
+
+use std::sync::Arc;
+
+use crate::session::{Edit, EditError, Session};
+
+/// How many steps are kept.
+pub const MAX_STEPS: usize = 200;
+
+/// One remembered state and the name of the step that led away from it.
+#[derive(Clone, Debug)]
+struct Step {
+    label: String,
+    session: Arc<Session>,
+}
+
+/// The session with its past and future.
+///
+/// A drag is one step: [`History::begin`] it, apply edits freely, [`History::commit`] it. An edit that changes nothing is no step.
+#[derive(Clone, Debug)]
+pub struct History {
+    present: Arc<Session>,
+    past: Vec<Step>,
+    future: Vec<Step>,
+    open: Option<Step>,
+    saved: Arc<Session>,
+}
+
+impl History {
+    /// A history that starts at `session`, which counts as saved.
+    pub fn new(session: Session) -> Self {
+        let present = Arc::new(session);
+        Self { saved: Arc::clone(&present), present, past: Vec::new(), future: Vec::new(), open: None }
+    }
+
+    /// The session as it is now.
+    pub fn present(&self) -> &Arc<Session> {
+        &self.present
+    }
+
+    /// Whether the session differs from the one last saved.
+    pub fn is_modified(&self) -> bool {
+        !Arc::ptr_eq(&self.saved, &self.present) && *self.saved != *self.present
+    }
+
+    /// Notes that the present session is now the one in the file.
+    pub fn mark_saved(&mut self) {
+        self.saved = Arc::clone(&self.present);
+    }
+
+    /// Applies an edit. Within [`History::begin`] and [`History::commit`] it joins the open step.
+    ///
+    /// # Errors
+    /// Those of [`Edit::apply`]; the session is then unchanged.
+    pub fn apply(&mut self, edit: &Edit) -> Result<(), EditError> {
+        let next = edit.apply(&self.present)?;
+        if next == *self.present {
+            return Ok(());
+        }
+        if self.open.is_none() {
+            self.push(Step { label: edit.label(), session: Arc::clone(&self.present) });
+        }
+        self.present = Arc::new(next);
+        Ok(())
+    }
+
+    /// Opens a step that gathers the edits of one gesture under `label`.
+    pub fn begin(&mut self, label: &str) {
+        if self.open.is_none() {
+            self.open = Some(Step { label: label.to_owned(), session: Arc::clone(&self.present) });
+        }
+    }
+
+    /// Closes the open step; one that changed nothing leaves no trace.
+    pub fn commit(&mut self) {
+        if let Some(step) = self.open.take()
+            && *step.session != *self.present
+        {
+            self.push(step);
+        }
+    }
+
+    /// Abandons the open step and returns to the session before it.
+    pub fn abort(&mut self) {
+        if let Some(step) = self.open.take() {
+            self.present = step.session;
+        }
+    }
+
+    /// Name of the step that undo would take back.
+    pub fn undo_label(&self) -> Option<&str> {
+        self.past.last().map(|step| step.label.as_str())
+    }
+
+    /// Name of the step that redo would bring again.
+    pub fn redo_label(&self) -> Option<&str> {
+        self.future.last().map(|step| step.label.as_str())
+    }
+
+    /// Takes the last step back; `false` when there is none.
+    pub fn undo(&mut self) -> bool {
+        self.commit();
+        let Some(step) = self.past.pop() else { return false };
+        let undone = std::mem::replace(&mut self.present, step.session);
+        self.future.push(Step { label: step.label, session: undone });
+        true
+    }
+
+    /// Brings the last undone step again; `false` when there is none.
+    pub fn redo(&mut self) -> bool {
+        self.commit();
+        let Some(step) = self.future.pop() else { return false };
+        let before = std::mem::replace(&mut self.present, step.session);
+        self.past.push(Step { label: step.label, session: before });
+        true
+    }
+
+    fn push(&mut self, step: Step) {
+        if self.past.len() == MAX_STEPS {
+            self.past.remove(0);
+        }
+        self.past.push(step);
+        self.future.clear();
+    }
+}

@@ -1,0 +1,173 @@
+//! Sessions: saved form, edits, undo.
+
+use doublet_core::model::{Coefficient, Structure, Term, Variable};
+use doublet_core::reconstruct::{FilterSettings, Input, Measurement, Method};
+use doublet_core::series::Window;
+use doublet_engine::session::{
+    self, Edit, EditError, Estimation, FilterEdit, Flight, Manoeuvre, ModelEdit, Preparation, RecordingRef, Session,
+    Surface, WindowEdit, WindowRole,
+};
+use doublet_engine::undo::History;
+use proptest::prelude::*;
+
+fn example() -> Session {
+    let window = |name: &str, start_s: f64| Manoeuvre {
+        name: name.to_owned(),
+        flight: "one".to_owned(),
+        window: Window { start_s, end_s: start_s + 20.0 },
+        role: WindowRole::Identification,
+        surface: Some(Surface::Elevator),
+        kind: "doublet".to_owned(),
+    };
+    Session {
+        title: "example".to_owned(),
+        aircraft: "builtin:c337f".to_owned(),
+        loading: None,
+        flights: vec![Flight {
+            name: "one".to_owned(),
+            recordings: vec![RecordingRef {
+                path: "flight.h5".to_owned(),
+                sha256: Some("ab".to_owned()),
+                channel_map: "builtin:demo".to_owned(),
+                only: None,
+            }],
+        }],
+        windows: vec![window("e1", 10.0), window("e2", 50.0)],
+        filter: FilterSettings::default(),
+        preparation: Preparation::default(),
+        estimation: Estimation::default(),
+        structure: Structure::thesis(),
+    }
+}
+
+#[test]
+fn session_roundtrips() {
+    let mut session = example();
+    session.filter.initial_state[2] = Some(-1219.0);
+    session.filter.random_walk[15] = 0.05;
+    session.windows[1].surface = None;
+    session.preparation.differentiation_half_width_s = None;
+    let text = session::print(&session).unwrap();
+    assert_eq!(session::parse(&text).unwrap(), session);
+}
+
+#[test]
+fn session_rejects_what_it_does_not_know() {
+    let text = session::print(&example()).unwrap();
+    let message = |text: &str| session::parse(text).unwrap_err().to_string();
+    let misspelt = message(&text.replace("gravity_m_s2", "gravty_m_s2"));
+    assert!(misspelt.contains("gravty_m_s2") && misspelt.contains("line"), "{misspelt}");
+    let newer = message(&text.replace("version = 1", "version = 99"));
+    assert!(newer.contains("99") && newer.contains("newer"), "{newer}");
+    let other = message("format = \"something\"\nversion = 1\n");
+    assert!(other.contains("something"), "{other}");
+    let term = message(&text.replace("\"alpha\"", "\"alfa\""));
+    assert!(term.contains("alfa"), "{term}");
+    let state = message(&text.replace("bias_ax =", "bias_xx ="));
+    assert!(state.contains("bias_xx") && state.contains("wind_down"), "{state}");
+    let surface = message(&text.replace("\"elevator\"", "\"elevtor\""));
+    assert!(surface.contains("elevtor") && surface.contains("rudder"), "{surface}");
+}
+
+#[test]
+fn saving_keeps_the_previous_file_and_leaves_no_other() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("s.toml");
+    let first = example();
+    session::save(&first, &path).unwrap();
+    let second = Edit::Title("second".to_owned()).apply(&first).unwrap();
+    session::save(&second, &path).unwrap();
+    assert_eq!(session::open(&path).unwrap().session, second);
+    assert_eq!(session::open(&folder.path().join("s.toml.bak")).unwrap().session, first);
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2);
+}
+
+#[test]
+fn check_names_the_field_of_every_problem() {
+    let mut session = example();
+    assert!(session::check(&session).is_empty());
+    session.windows[1].name = "e1".to_owned();
+    session.windows[0].flight = "two".to_owned();
+    session.filter.measurement_noise[Measurement::AngleOfAttack as usize] = -1.0;
+    session.preparation.settle_s = f64::NAN;
+    let fields: Vec<_> = session::check(&session).into_iter().map(|problem| problem.field).collect();
+    assert_eq!(fields, ["window 'e1'", "window 'e1'", "filter.measurement_noise.alpha", "preparation.settle_s"]);
+}
+
+#[test]
+fn edits_refuse_what_cannot_be() {
+    let session = example();
+    let refuse = |edit: Edit| edit.apply(&session).unwrap_err();
+    assert_eq!(refuse(Edit::Window(WindowEdit::Remove("x".into()))), EditError::NoWindow("x".into()));
+    let noise = Edit::Filter(FilterEdit::ProcessNoise(Input::RollRate, f64::NAN));
+    assert!(matches!(refuse(noise), EditError::Value { .. }));
+    let empty = WindowEdit::Place { name: "e1".into(), window: Window { start_s: 5.0, end_s: 5.0 } };
+    assert!(matches!(refuse(Edit::Window(empty)), EditError::EmptyWindow { .. }));
+    let taken = WindowEdit::Rename { from: "e1".into(), to: "e2".into() };
+    assert_eq!(refuse(Edit::Window(taken)), EditError::WindowExists("e2".into()));
+}
+
+#[test]
+fn a_drag_is_one_step_and_an_empty_one_is_none() {
+    let mut history = History::new(example());
+    let place =
+        |start_s| Edit::Window(WindowEdit::Place { name: "e1".into(), window: Window { start_s, end_s: 40.0 } });
+    history.begin("move window e1");
+    (11..20).for_each(|start| history.apply(&place(f64::from(start))).unwrap());
+    history.commit();
+    assert_eq!(history.undo_label(), Some("move window e1"));
+    assert!(history.undo());
+    assert_eq!(**history.present(), example());
+    assert!(!history.is_modified());
+    assert_eq!(history.undo_label(), None);
+    assert_eq!(history.redo_label(), Some("move window e1"));
+    history.begin("nothing");
+    history.commit();
+    assert_eq!(history.redo_label(), Some("move window e1"));
+    assert!(history.redo());
+    assert_eq!(history.present().window("e1").unwrap().window.start_s, 19.0);
+}
+
+fn any_edit() -> impl Strategy<Value = Edit> {
+    let name = prop::sample::select(vec!["e1", "e2", "e3"]);
+    let terms = [Variable::Alpha, Variable::PitchRate, Variable::Elevator].map(Term::from);
+    let term = prop::sample::select([terms.as_slice(), &[Term::constant()]].concat());
+    prop_oneof![
+        ".{0,8}".prop_map(Edit::Title),
+        (0..6_usize, -1.0..1.0_f64).prop_map(|(i, v)| Edit::Filter(FilterEdit::ProcessNoise(Input::ALL[i], v))),
+        Just(Edit::Filter(FilterEdit::Method(Method::Ekf))),
+        (name.clone(), -10.0..50.0_f64).prop_map(|(name, start_s)| {
+            Edit::Window(WindowEdit::Place { name: name.into(), window: Window { start_s, end_s: 40.0 } })
+        }),
+        (name.clone(), name)
+            .prop_map(|(from, to)| { Edit::Window(WindowEdit::Rename { from: from.into(), to: to.into() }) }),
+        (term, any::<bool>(), 0..8_usize).prop_map(|(term, on, c)| {
+            Edit::Model(ModelEdit::SetTerm { coefficient: Coefficient::ALL[c], term, on })
+        }),
+    ]
+}
+
+proptest! {
+    #[test]
+    fn edit_then_undo_restores_equality(edits in prop::collection::vec(any_edit(), 1..30)) {
+        let mut history = History::new(example());
+        let mut states = vec![example()];
+        for edit in &edits {
+            if history.apply(edit).is_ok() && **history.present() != *states.last().unwrap() {
+                states.push((**history.present()).clone());
+            }
+        }
+        let last = states.len() - 1;
+        for state in states[..last].iter().rev() {
+            prop_assert!(history.undo());
+            prop_assert_eq!(&**history.present(), state);
+        }
+        prop_assert!(!history.undo());
+        for state in &states[1..] {
+            prop_assert!(history.redo());
+            prop_assert_eq!(&**history.present(), state);
+        }
+        let text = session::print(history.present()).unwrap();
+        prop_assert_eq!(&session::parse(&text).unwrap(), &**history.present());
+    }
+}

@@ -1,0 +1,46 @@
+#!/usr/bin/env bash
+# Checks the invariants of ARCHITECTURE.md that a command can check. Prints every breach; exit code 1 if there is one.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+breaches=0
+breach() { echo "layer check: $1"; breaches=1; }
+
+# 1. src -> cli -> engine -> core; the three crates never reach a GUI crate, and none reaches one above it.
+gui='egui|eframe|egui_plot|egui_extras|egui_tiles|egui_kittest|winit|glow|glutin|rfd|wgpu'
+declare -A above=([doublet-core]='doublet-engine|doublet-cli|doublet' [doublet-engine]='doublet-cli|doublet' [doublet-cli]='doublet')
+for crate in doublet-core doublet-engine doublet-cli; do
+    tree=$(cargo tree --locked -p "$crate" -e normal --prefix none --format '{p}' | awk '{print $1}' | sort -u)
+    while read -r hit; do breach "$crate depends on $hit"; done < <(grep -xE "$gui|${above[$crate]}" <<<"$tree" || true)
+done
+
+# 2. Inside core data flow one way: a module uses only modules to its left, and the four that serve all of them.
+order=(load align prep reconstruct model estimate validate sensitivity)
+core=crates/core/src
+for i in "${!order[@]}"; do
+    for later in "${order[@]:i+1}" simulate; do
+        while read -r hit; do breach "${order[i]} uses $later: $hit"; done < <(grep -rnE "crate::$later\b" "$core/${order[i]}" || true)
+    done
+done
+for base in quantity series airframe propulsion atmos; do
+    for user in "${order[@]}" simulate; do
+        while read -r hit; do breach "$base uses $user: $hit"; done < <(grep -rnE "^\s*(pub )?use crate::$user\b" "$core/$base" || true)
+    done
+done
+
+# 4. Core knows no session, starts no thread and reads no clock.
+while read -r hit; do breach "core starts threads or reads a clock: $hit"; done \
+    < <(grep -rnE 'std::thread|SystemTime::now|Instant::now' "$core" | grep -v '^[^:]*:[0-9]*: *//' || true)
+
+# 5. Only engine/run starts threads; the app computes nothing, so it never calls the numerics.
+while read -r hit; do breach "thread started outside engine/run: $hit"; done \
+    < <(grep -rnE 'thread::(spawn|Builder)' crates/engine/src crates/cli/src | grep -v '^crates/engine/src/run/' || true)
+while read -r hit; do breach "the app computes: $hit"; done \
+    < <(grep -rnE 'doublet_core::(estimate|reconstruct|model|prep)::(reconstruct|least_squares|coefficients|variables|regressors)\b' src || true)
+
+# 6. A file over 600 lines is a room that wants a wall.
+while read -r lines file; do
+    [[ $file != total && $lines -gt 600 ]] && breach "$file has $lines lines"
+done < <(find src crates -name '*.rs' -not -path '*/target/*' -exec wc -l {} +)
+
+[[ $breaches -eq 0 ]] && echo "layer check: clean"
+exit $breaches
