@@ -4,6 +4,8 @@ use doublet_core::airframe::frames::body_from_datum;
 use doublet_core::airframe::{InertiaModel, InertiaTensor, Loading, summary};
 use doublet_core::load::aircraft::{self, AircraftFileError};
 
+use proptest::prelude::*;
+
 use crate::support::{asset, close, shipped};
 
 /// The least an aircraft file states.
@@ -167,5 +169,29 @@ fn summary_states_mass_centre_of_gravity_margin_inertia_and_axes() {
         "component groups weigh 1373.5 kg",
     ] {
         assert!(text.contains(part), "'{part}' is missing in\n{text}");
+    }
+}
+
+proptest! {
+    /// A line struck out, doubled or spoilt: the reader answers with an aircraft that passes its check or with one message.
+    #[test]
+    fn damaged_files_are_read_or_refused_in_words(
+        line in any::<prop::sample::Index>(), kind in 0..3, number in prop::num::f64::ANY, junk in "[ -~]{0,20}",
+    ) {
+        let text = std::fs::read_to_string(asset("c337f.toml")).unwrap();
+        let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+        let index = line.index(lines.len());
+        match kind {
+            0 => drop(lines.remove(index)),
+            1 => lines.insert(index, junk),
+            _ => {
+                let key = lines[index].split('=').next().unwrap_or_default().to_owned();
+                lines[index] = format!("{key}= {number:?}").replace("NaN", "nan");
+            }
+        }
+        match aircraft::parse(&lines.join("\n")) {
+            Ok(aircraft) => prop_assert_eq!(aircraft.check(), Ok(())),
+            Err(error) => prop_assert!(!error.to_string().is_empty()),
+        }
     }
 }
