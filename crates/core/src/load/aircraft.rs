@@ -3,21 +3,21 @@
 //! A file starts with `format = "doublet aircraft"` and `version = 1`. Positions are in datum axes (`_datum_m`: x aft,
 //! y right, z up), inertias in body axes with products of positive sign. Unknown keys are refused with their line.
 //!
-//! | section | keys, optional ones in brackets |
+//! | section | keys, optional ones in parentheses |
 //! |---|---|
-//! | top | `name`, [`notes`] |
-//! | `[reference]` | `area_m2`, `span_m`, `chord_m`, [`lateral_moment_length_m` = span, `lateral_rate_length_m` = span / 2, `pitch_rate_length_m` = chord] |
-//! | `[mass]` | `mass_kg`, `cg_datum_m` of the empty aircraft, [`max_takeoff_kg`, `max_landing_kg`, `fuel` = "add_all" or "add_usable"] |
-//! | `[inertia]` | `moments_kg_m2` and [`products_kg_m2`] of the empty aircraft, or `[[inertia.group]]`: `name`, `mass_kg`, `centroid_datum_m`, [`inertia`], with [`products_kg_m2`] the sum of the groups' own products |
-//! | `[[tank]]` | `name`, `capacity_kg`, `cg_datum_m`, [`unusable_kg`, `inertia`] |
-//! | `[[seat]]`, `[[luggage]]` | `name`, `cg_datum_m`, [`capacity_kg`, `inertia`] |
+//! | top | `name`, (`notes`) |
+//! | `[reference]` | `area_m2`, `span_m`, `chord_m`, (`lateral_moment_length_m`: span, `lateral_rate_length_m`: span / 2, `pitch_rate_length_m`: chord) |
+//! | `[mass]` | `mass_kg`, `cg_datum_m` of the empty aircraft, (`max_takeoff_kg`, `max_landing_kg`, `fuel`: "add_all" or "add_usable") |
+//! | `[inertia]` | `moments_kg_m2` and (`products_kg_m2`) of the empty aircraft, or `[[inertia.group]]`: `name`, `mass_kg`, `centroid_datum_m`, (`inertia`), with (`products_kg_m2`) the sum of the groups' own products |
+//! | `[[tank]]` | `name`, `capacity_kg`, `cg_datum_m`, (`unusable_kg`, `inertia`) |
+//! | `[[seat]]`, `[[luggage]]` | `name`, `cg_datum_m`, (`capacity_kg`, `inertia`) |
 //! | `[[fixed_item]]` | `name`, `mass_kg`, `cg_datum_m` |
-//! | `[loading]` | [`fuel_kg`, `seats_kg`, `luggage_kg`: mass by name; `[[loading.added_item]]`] |
+//! | `[loading]` | (`fuel_kg`, `seats_kg`, `luggage_kg`: mass by name; `[[loading.added_item]]`) |
 //! | `[[envelope]]` | `mass_kg`, `forward_x_m`, `aft_x_m`, lightest first |
 //! | `[datum]`, `[mean_chord]`, `[[wing_panel]]`, `[wheels]`, `[sensors]`, `[[engine]]`, `[moment_reference]`, `[gyration_radii]`, `[[component_fraction]]` | all optional |
 //! | `[propulsion]`, `[datcom]` | left to their own readers |
 //!
-//! The shape of a part, `inertia`, is `"point"` (the default), `{ given = { moments_kg_m2, [products_kg_m2, at_mass_kg] } }`,
+//! The shape of a part, `inertia`, is `"point"` (the default), `{ given = { moments_kg_m2, products_kg_m2, at_mass_kg } }`,
 //! `{ rod = { length_m, along } }`, `{ cuboid = { length_m, width_m, height_m } }` or `{ propeller = { radius_m } }`.
 
 use std::collections::BTreeMap;
