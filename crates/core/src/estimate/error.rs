@@ -68,6 +68,14 @@ pub enum EstimateError {
         /// Regressors that depend on others.
         dependent: Vec<Dependence>,
     },
+    /// An iteration did not come to an end.
+    #[error("{method} did not settle in {iterations} iterations")]
+    NotConverged {
+        /// The iteration in words.
+        method: &'static str,
+        /// Iterations spent.
+        iterations: usize,
+    },
     /// A setting is outside its range.
     #[error("{setting} is {value}, allowed is {allowed}")]
     Setting {

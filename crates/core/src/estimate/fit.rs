@@ -1,6 +1,8 @@
 //! Result of a least-squares fit.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
+
+use super::triangle::Solution;
 
 /// How well fitted or predicted values follow the measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -85,26 +87,28 @@ impl Fit {
         self
     }
 
-    /// Fit of `z` by `x` with the given estimates, `(X'X)^-1` and condition number; `constrained` parameters count for
-    /// no degree of freedom.
-    pub(super) fn assemble(
-        names: &[String],
-        x: &DMatrix<f64>,
-        z: &[f64],
-        estimates: &DVector<f64>,
-        unit_covariance: DMatrix<f64>,
-        condition_number: f64,
-    ) -> Self {
-        let fitted: Vec<f64> = (x * estimates).iter().copied().collect();
-        let residuals: Vec<f64> = z.iter().zip(&fitted).map(|(z, y)| z - y).collect();
-        let square: f64 = residuals.iter().map(|v| v * v).sum();
+    /// Fit of `z` with the given solution and fitted values, all parameters estimated from white residuals.
+    pub(super) fn assemble(names: &[String], z: &[f64], fitted: Vec<f64>, solution: Solution) -> Self {
+        let square: f64 = z.iter().zip(&fitted).map(|(z, y)| (z - y).powi(2)).sum();
         let variance = square / (z.len() - names.len()) as f64;
-        let covariance = &unit_covariance * variance;
+        Self::with_variance(names, z, fitted, solution, variance)
+    }
+
+    /// Fit of `z` with the given solution, fitted values and variance of the residual that goes with the solution.
+    pub(super) fn with_variance(
+        names: &[String],
+        z: &[f64],
+        fitted: Vec<f64>,
+        solution: Solution,
+        variance: f64,
+    ) -> Self {
+        let residuals: Vec<f64> = z.iter().zip(&fitted).map(|(z, y)| z - y).collect();
+        let covariance = &solution.unit_covariance * variance;
         Self {
             names: names.to_vec(),
-            estimates: estimates.iter().copied().collect(),
+            estimates: solution.estimates.iter().copied().collect(),
             covariance: DMatrix::zeros(0, 0),
-            unit_covariance,
+            unit_covariance: solution.unit_covariance,
             standard_errors: Vec::new(),
             relative_errors_percent: Vec::new(),
             t_values: Vec::new(),
@@ -113,7 +117,7 @@ impl Fit {
             quality: FitQuality::of(z, &fitted),
             fitted,
             residuals,
-            condition_number,
+            condition_number: solution.condition_number,
         }
         .with_covariance(covariance)
     }

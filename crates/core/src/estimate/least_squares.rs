@@ -16,16 +16,22 @@ use super::{EstimateError, Fit};
 /// named.
 pub fn least_squares(names: &[String], x: &DMatrix<f64>, z: &[f64]) -> Result<Fit, EstimateError> {
     check(names, x, z)?;
-    let solution = Triangle::of(x, z).solve(names).map_err(|dependent| EstimateError::RankDeficient {
-        rank: names.len() - dependent.len(),
-        parameters: names.len(),
-        dependent,
-    })?;
-    Ok(Fit::assemble(names, x, z, &solution.estimates, solution.unit_covariance, solution.condition_number))
+    let solution = Triangle::of(x, z).solve(names)?;
+    let fitted = (x * &solution.estimates).iter().copied().collect();
+    Ok(Fit::assemble(names, z, fitted, solution))
 }
 
 /// Checks sizes and values of a regression.
 pub(super) fn check(names: &[String], x: &DMatrix<f64>, z: &[f64]) -> Result<(), EstimateError> {
+    check_values(names, x, z)?;
+    if z.len() <= names.len() {
+        return Err(EstimateError::TooFewSamples { samples: z.len(), parameters: names.len() });
+    }
+    Ok(())
+}
+
+/// Checks sizes and values of some rows of a regression.
+pub(super) fn check_values(names: &[String], x: &DMatrix<f64>, z: &[f64]) -> Result<(), EstimateError> {
     if names.is_empty() {
         return Err(EstimateError::NoParameters);
     }
@@ -34,9 +40,6 @@ pub(super) fn check(names: &[String], x: &DMatrix<f64>, z: &[f64]) -> Result<(),
     }
     if x.nrows() != z.len() {
         return Err(EstimateError::Size { quantity: "rows of the regressors", expected: z.len(), found: x.nrows() });
-    }
-    if z.len() <= names.len() {
-        return Err(EstimateError::TooFewSamples { samples: z.len(), parameters: names.len() });
     }
     for (name, column) in names.iter().zip(x.column_iter()) {
         if let Some(sample) = column.iter().position(|value| !value.is_finite()) {

@@ -1,10 +1,29 @@
 //! Least-squares estimation of derivatives, its covariance and diagnostics.
 
+mod constrained;
+mod covariance;
+pub mod diagnostics;
 mod error;
+mod errors_in_variables;
 mod fit;
 mod least_squares;
+mod orthogonal;
+mod pooled;
+mod search;
+mod stepwise;
+mod summary;
 mod triangle;
+mod weighted;
 
+pub use constrained::{ConstrainedFit, Constraint, constrained_least_squares};
+pub use covariance::{Coloured, Taper, autocorrelation, coloured_covariance};
 pub use error::{Dependence, EstimateError};
+pub use errors_in_variables::{errors_in_variables, total_least_squares};
 pub use fit::{Fit, FitQuality};
 pub use least_squares::least_squares;
+pub use orthogonal::{OrthogonalRecord, OrthogonalSelection, OrthogonalSettings, orthogonal};
+pub use pooled::{PooledFit, PooledWindow, Stacked, pooled, stacked};
+pub use search::{ScalarSearch, search_scalar};
+pub use stepwise::{Selection, StepAction, StepRecord, StepwiseSettings, stepwise};
+pub use summary::{ParameterSummary, summarise};
+pub use weighted::{GeneralisedFit, generalised_least_squares, weighted_least_squares};

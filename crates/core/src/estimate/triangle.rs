@@ -1,8 +1,10 @@
 //! Triangular factor of a regression, built from blocks of rows.
 
-use nalgebra::{DMatrix, DVector};
+use std::ops::SubAssign;
 
-use super::error::Dependence;
+use nalgebra::{DMatrix, DVector, RowDVector};
+
+use super::error::{Dependence, EstimateError};
 
 /// Remaining norm of a regressor, as a fraction of its own, below which it counts as dependent on the ones before it.
 /// Rounding leaves about 1e-15; beyond 1e-10 the squared condition number exceeds what double precision resolves.
@@ -31,7 +33,7 @@ pub(super) struct Solution {
 }
 
 impl Triangle {
-    /// Triangle of `[X z]` over rows that `row` writes, `rows` of them, with `columns` regressors and the measurement last.
+    /// Triangle of `[X z]`.
     pub fn of(x: &DMatrix<f64>, z: &[f64]) -> Self {
         let columns = x.ncols() + 1;
         let mut factor = DMatrix::zeros(0, columns);
@@ -49,6 +51,44 @@ impl Triangle {
             start += rows;
         }
         Self { factor }
+    }
+
+    /// Triangle with the regressors `columns` only, in that order.
+    pub fn subset(&self, columns: &[usize]) -> Self {
+        let z = self.parameters();
+        let kept: Vec<usize> = columns.iter().copied().chain(std::iter::once(z)).collect();
+        Self { factor: self.factor.select_columns(&kept).qr().r() }
+    }
+
+    /// Triangle after the regressors have been given the values `values`: the measurement less their part.
+    pub fn less(&self, values: &DVector<f64>) -> Self {
+        let mut factor = self.factor.clone();
+        let z = self.parameters();
+        let part = factor.columns(0, z) * values;
+        factor.column_mut(z).sub_assign(&part);
+        Self { factor }
+    }
+
+    /// Triangle with further rows, each a weight, a regressor and the value it should have.
+    pub fn with_rows(&self, rows: &[(f64, usize, f64)]) -> Self {
+        let mut factor = self.factor.clone().resize_vertically(self.factor.nrows() + rows.len(), 0.0);
+        for (index, &(weight, column, value)) in rows.iter().enumerate() {
+            let row = self.factor.nrows() + index;
+            factor[(row, column)] = weight;
+            factor[(row, self.parameters())] = weight * value;
+        }
+        Self { factor: factor.qr().r() }
+    }
+
+    /// Sum of squared residuals of the least-squares fit.
+    pub fn residual_square(&self) -> f64 {
+        let p = self.parameters();
+        if self.factor.nrows() <= p { 0.0 } else { self.factor[(p, p)].powi(2) }
+    }
+
+    /// Upper triangle of the regressors and the measurement, scaled by nothing.
+    pub fn factor(&self) -> &DMatrix<f64> {
+        &self.factor
     }
 
     /// Number of regressors.
@@ -69,13 +109,31 @@ impl Triangle {
         (regressors, norms)
     }
 
-    /// Estimates, `(X'X)^-1` and condition number, or the regressors that depend on those before them.
-    pub fn solve(&self, names: &[String]) -> Result<Solution, Vec<Dependence>> {
+    /// Triangle of the rows of several triangles, each with the columns of the whole that its own stand for.
+    pub fn stack<'a>(parts: impl Iterator<Item = (&'a Self, &'a [usize])>, parameters: usize) -> Self {
+        let mut rows = Vec::new();
+        for (part, columns) in parts {
+            for row in part.factor.row_iter() {
+                let mut full = RowDVector::zeros(parameters + 1);
+                for (value, &column) in row.iter().zip(columns.iter().chain(std::iter::once(&parameters))) {
+                    full[column] = *value;
+                }
+                rows.push(full);
+            }
+        }
+        Self { factor: DMatrix::from_rows(&rows).qr().r() }
+    }
+
+    /// Estimates, `(X'X)^-1` and condition number.
+    ///
+    /// # Errors
+    /// [`EstimateError::RankDeficient`] names the regressors that depend on those before them.
+    pub fn solve(&self, names: &[String]) -> Result<Solution, EstimateError> {
         let p = self.parameters();
         let (scaled, norms) = self.scaled();
         let dependent = dependences(&scaled, names);
         if !dependent.is_empty() {
-            return Err(dependent);
+            return Err(EstimateError::RankDeficient { rank: p - dependent.len(), parameters: p, dependent });
         }
         let singular = scaled.clone().singular_values();
         let mut estimates = self.factor.view((0, p), (p, 1)).column(0).into_owned();

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use crate::airframe::MassProperties;
 use crate::prep::Differentiation;
 use crate::quantity::Role;
 
@@ -39,6 +40,19 @@ pub struct Inertia {
     pub ixz_kg_m2: f64,
     /// Centre of gravity in datum axes, m; used only with positions given in datum axes.
     pub cg_datum_m: [f64; 3],
+}
+
+impl From<&MassProperties> for Inertia {
+    fn from(loaded: &MassProperties) -> Self {
+        Self {
+            mass_kg: loaded.mass_kg,
+            ixx_kg_m2: loaded.inertia.xx,
+            iyy_kg_m2: loaded.inertia.yy,
+            izz_kg_m2: loaded.inertia.zz,
+            ixz_kg_m2: loaded.inertia.xz,
+            cg_datum_m: loaded.cg_from_datum_m,
+        }
+    }
 }
 
 /// Mass properties over a window.

@@ -11,6 +11,9 @@ pub enum Smoothing {
         /// Samples of the window, at least 1.
         width: usize,
     },
+    /// Spencer's graduation over 15 samples, which keeps cubics; over 5 samples from the fourth sample from an end on, none
+    /// nearer. The ATTAS results in Jategaonkar, "Flight Vehicle System Identification", were made with it.
+    Spencer15,
     /// Polynomial fitted by least squares to the `2 half_width + 1` samples about each sample (Savitzky-Golay).
     LocalPolynomial {
         /// Degree of the polynomial.
@@ -35,6 +38,10 @@ pub fn smooth(time_s: &[f64], values: &[f64], method: Smoothing) -> Result<Vec<f
             }
             Ok(moving_average(values, width))
         }
+        Smoothing::Spencer15 => {
+            check(time_s, values, "Spencer's graduation", 1)?;
+            Ok(spencer(values))
+        }
         Smoothing::LocalPolynomial { degree, half_width } => local_polynomial(time_s, values, degree, half_width, 0),
     }
 }
@@ -56,9 +63,47 @@ fn moving_average(values: &[f64], width: usize) -> Vec<f64> {
         .collect()
 }
 
+/// Weights of Spencer's 15-point formula in 320ths, from the centre outwards (Whittaker and Robinson, "The Calculus of
+/// Observations", section 143).
+const SPENCER: [f64; 8] = [74.0, 67.0, 46.0, 21.0, 3.0, -5.0, -6.0, -3.0];
+/// Weights over 5 samples in 96ths, from the centre outwards.
+const FIVE: [f64; 3] = [34.0, 24.0, 7.0];
+/// Samples at each end that stay as they are.
+const KEPT: usize = 3;
+
+/// Spencer's graduation, with the shorter formula near the ends.
+fn spencer(values: &[f64]) -> Vec<f64> {
+    let symmetric = |k: usize, weights: &[f64], sum: f64| {
+        let pairs = weights.iter().enumerate().skip(1).map(|(j, weight)| weight * (values[k - j] + values[k + j]));
+        (weights[0] * values[k] + pairs.sum::<f64>()) / sum
+    };
+    (0..values.len())
+        .map(|k| match k.min(values.len() - 1 - k) {
+            reach if reach < KEPT => values[k],
+            reach if reach + 1 < SPENCER.len() => symmetric(k, &FIVE, 96.0),
+            _ => symmetric(k, &SPENCER, 320.0),
+        })
+        .collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn spencer_graduation_keeps_a_cubic_away_from_the_ends_and_is_symmetric() {
+        let time: Vec<f64> = (0..40).map(f64::from).collect();
+        let cubic: Vec<f64> = time.iter().map(|t| (t / 20.0 - 1.0).powi(3)).collect();
+        let smoothed = smooth(&time, &cubic, Smoothing::Spencer15).unwrap();
+        for k in 7..33 {
+            approx::assert_relative_eq!(smoothed[k], cubic[k], epsilon = 1e-14);
+        }
+        let reversed: Vec<f64> = cubic.iter().rev().copied().collect();
+        let mirrored = smooth(&time, &reversed, Smoothing::Spencer15).unwrap();
+        for (forward, backward) in smoothed.iter().zip(mirrored.iter().rev()) {
+            approx::assert_relative_eq!(forward, backward, epsilon = 1e-15);
+        }
+    }
 
     #[test]
     fn moving_average_keeps_a_straight_line_for_odd_and_even_widths() {

@@ -1,0 +1,158 @@
+//! One set of parameters over several windows.
+
+use std::ops::Range;
+
+use nalgebra::DMatrix;
+
+use super::covariance::{Coloured, coloured_covariance_of};
+use super::least_squares::check_values;
+use super::triangle::Triangle;
+use super::{EstimateError, Fit};
+
+/// One window of a pooled regression.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PooledWindow {
+    /// Name of the window, which its own parameters carry.
+    pub label: String,
+    /// Regressors, samples by terms.
+    pub x: DMatrix<f64>,
+    /// Measurement at each sample.
+    pub z: Vec<f64>,
+}
+
+/// One set of parameters over several windows, some of them one per window.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PooledFit {
+    /// The fit over all samples. Parameters shared by all windows come first, in the order of the terms, then those of each
+    /// window, named `name[label]`. Fitted values and residuals follow one another in the order of the windows.
+    pub fit: Fit,
+    /// Samples of each window in `fit.fitted` and `fit.residuals`.
+    pub samples: Vec<Range<usize>>,
+    /// For each window, which parameter each term has.
+    pub parameters: Vec<Vec<usize>>,
+}
+
+/// Least squares over all windows at once: terms flagged in `per_window` have a parameter of their own in each window (trim
+/// differs from window to window), the others one for all. Rows of different windows share no parameter of the first
+/// kind, so correlations that hold inside one manoeuvre are broken by the others.
+///
+/// `names` and `per_window` have one entry per term. Each window is triangularised by itself, so the cost is that of the
+/// separate fits; the result does not depend on the order of the windows.
+///
+/// # Errors
+/// As for [`super::least_squares`], with the sizes and values of each window; a window needs no minimum of its own.
+pub fn pooled(names: &[String], per_window: &[bool], windows: &[PooledWindow]) -> Result<PooledFit, EstimateError> {
+    if per_window.len() != names.len() {
+        return Err(EstimateError::Size {
+            quantity: "per-window flags",
+            expected: names.len(),
+            found: per_window.len(),
+        });
+    }
+    let (all_names, parameters) = layout(names, per_window, windows);
+    let total: usize = windows.iter().map(|window| window.z.len()).sum();
+    for window in windows {
+        check_values(names, &window.x, &window.z)?;
+    }
+    if total <= all_names.len() {
+        return Err(EstimateError::TooFewSamples { samples: total, parameters: all_names.len() });
+    }
+    let triangles: Vec<Triangle> = windows.iter().map(|window| Triangle::of(&window.x, &window.z)).collect();
+    let parts = triangles.iter().zip(parameters.iter().map(Vec::as_slice));
+    let solution = Triangle::stack(parts, all_names.len()).solve(&all_names)?;
+
+    let (mut fitted, mut z, mut samples) = (Vec::with_capacity(total), Vec::with_capacity(total), Vec::new());
+    for (window, columns) in windows.iter().zip(&parameters) {
+        let start = fitted.len();
+        fitted.extend((&window.x * solution.estimates.select_rows(columns)).iter());
+        z.extend_from_slice(&window.z);
+        samples.push(start..fitted.len());
+    }
+    Ok(PooledFit { fit: Fit::assemble(&all_names, &z, fitted, solution), samples, parameters })
+}
+
+/// All windows in one regression.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stacked {
+    /// Names of the parameters, as in [`PooledFit`].
+    pub names: Vec<String>,
+    /// Regressors, all samples by all parameters.
+    pub x: DMatrix<f64>,
+    /// Measurement at all samples.
+    pub z: Vec<f64>,
+}
+
+/// Names, regressors and measurement of all windows in one matrix, as [`pooled`] sees them: for methods that choose terms
+/// over all windows jointly.
+///
+/// # Errors
+/// Sizes that differ and values that are not finite.
+pub fn stacked(names: &[String], per_window: &[bool], windows: &[PooledWindow]) -> Result<Stacked, EstimateError> {
+    if per_window.len() != names.len() {
+        return Err(EstimateError::Size {
+            quantity: "per-window flags",
+            expected: names.len(),
+            found: per_window.len(),
+        });
+    }
+    let (all_names, parameters) = layout(names, per_window, windows);
+    let total = windows.iter().map(|window| window.z.len()).sum();
+    let mut x = DMatrix::zeros(total, all_names.len());
+    let mut z = Vec::with_capacity(total);
+    for (window, columns) in windows.iter().zip(&parameters) {
+        check_values(names, &window.x, &window.z)?;
+        for (term, &column) in columns.iter().enumerate() {
+            x.view_mut((z.len(), column), (window.z.len(), 1)).copy_from(&window.x.column(term));
+        }
+        z.extend_from_slice(&window.z);
+    }
+    Ok(Stacked { names: all_names, x, z })
+}
+
+impl PooledFit {
+    /// Covariance for coloured residuals, whose products are taken inside each window only; `windows` are those fitted.
+    ///
+    /// # Errors
+    /// As for [`super::coloured_covariance`].
+    pub fn coloured_covariance(
+        &self,
+        windows: &[PooledWindow],
+        settings: &Coloured,
+    ) -> Result<DMatrix<f64>, EstimateError> {
+        if windows.len() != self.samples.len() {
+            return Err(EstimateError::Size {
+                quantity: "windows",
+                expected: self.samples.len(),
+                found: windows.len(),
+            });
+        }
+        let blocks: Vec<_> = windows
+            .iter()
+            .zip(&self.parameters)
+            .zip(&self.samples)
+            .map(|((window, columns), samples)| (&window.x, columns.as_slice(), &self.fit.residuals[samples.clone()]))
+            .collect();
+        coloured_covariance_of(&self.fit.unit_covariance, &blocks, settings)
+    }
+}
+
+/// Names of all parameters, and for each window the parameter of each term.
+fn layout(names: &[String], per_window: &[bool], windows: &[PooledWindow]) -> (Vec<String>, Vec<Vec<usize>>) {
+    let mut all: Vec<String> =
+        names.iter().zip(per_window).filter(|(_, own)| !**own).map(|(name, _)| name.clone()).collect();
+    let mut parameters = Vec::with_capacity(windows.len());
+    for window in windows {
+        let mut shared = 0;
+        let columns = names.iter().zip(per_window).map(|(name, &own)| {
+            if own {
+                all.push(format!("{name}[{}]", window.label));
+                all.len() - 1
+            } else {
+                shared += 1;
+                shared - 1
+            }
+        });
+        parameters.push(columns.collect());
+    }
+    (all, parameters)
+}

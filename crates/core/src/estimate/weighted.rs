@@ -1,0 +1,134 @@
+//! Weighted and generalised least squares.
+
+use std::ops::Range;
+
+use nalgebra::{DMatrix, DVector};
+
+use super::covariance::autocorrelation_of_windows;
+use super::least_squares::{check, least_squares};
+use super::triangle::Triangle;
+use super::{EstimateError, Fit};
+
+/// Rounds of a generalised fit.
+const ROUNDS: usize = 50;
+/// Change of the parameters, in standard errors, that ends them.
+const TOLERANCE: f64 = 1e-6;
+
+/// Weighted least squares `theta = argmin sum w_i v_i^2`, weights inversely proportional to the variance of each sample.
+///
+/// The covariance is `s^2 (X'WX)^-1` with `s^2 = sum w_i v_i^2 / (n - p)`: `residual_std` is that of a sample of weight one.
+/// Fitted values, residuals and quality are those of the samples themselves.
+///
+/// # Errors
+/// As for [`super::least_squares`], and weights that are not positive.
+pub fn weighted_least_squares(
+    names: &[String],
+    x: &DMatrix<f64>,
+    z: &[f64],
+    weights: &[f64],
+) -> Result<Fit, EstimateError> {
+    check(names, x, z)?;
+    if weights.len() != z.len() {
+        return Err(EstimateError::Size { quantity: "weights", expected: z.len(), found: weights.len() });
+    }
+    if let Some(sample) = weights.iter().position(|&weight| !(weight > 0.0 && weight.is_finite())) {
+        return Err(EstimateError::Setting {
+            setting: format!("weight of sample {sample}"),
+            value: weights[sample],
+            allowed: "positive and finite",
+        });
+    }
+    let mut scaled = x.clone();
+    for (mut row, weight) in scaled.row_iter_mut().zip(weights) {
+        row *= weight.sqrt();
+    }
+    let scaled_z: Vec<f64> = z.iter().zip(weights).map(|(z, weight)| z * weight.sqrt()).collect();
+    transformed(names, x, z, &scaled, &scaled_z)
+}
+
+/// A generalised fit and the residual model it used.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GeneralisedFit {
+    /// The fit; `residual_std` is that of the innovations of the residual model.
+    pub fit: Fit,
+    /// Coefficients `a_k` of `v_i = a_1 v_{i-1} + ... + a_m v_{i-m} + e_i`.
+    pub autoregression: Vec<f64>,
+}
+
+/// Generalised least squares for residuals that follow an autoregression of the given `order`: regressors and measurement
+/// are whitened by the autoregression of the residual (Yule-Walker equations), fitted, and so on until the parameters stay.
+/// `windows` are the uninterrupted stretches of samples; no product or filter crosses from one to the next.
+///
+/// # Errors
+/// As for [`super::least_squares`]; an order of zero or beyond the shortest window, and an iteration that does not settle.
+pub fn generalised_least_squares(
+    names: &[String],
+    x: &DMatrix<f64>,
+    z: &[f64],
+    windows: &[Range<usize>],
+    order: usize,
+) -> Result<GeneralisedFit, EstimateError> {
+    let shortest = windows.iter().map(ExactSizeIterator::len).min().unwrap_or(0);
+    if order == 0 || order >= shortest || windows.iter().any(|window| window.end > z.len()) {
+        return Err(EstimateError::Setting {
+            setting: "order".to_owned(),
+            value: order as f64,
+            allowed: "at least 1 and less than the samples of the shortest window",
+        });
+    }
+    let mut fit = least_squares(names, x, z)?;
+    for _ in 0..ROUNDS {
+        let autoregression = yule_walker(&fit.residuals, windows, order);
+        let (scaled, scaled_z) = whitened(x, z, windows, &autoregression);
+        check(names, &scaled, &scaled_z)?;
+        let next = transformed(names, x, z, &scaled, &scaled_z)?;
+        let moved = next.estimates.iter().zip(&fit.estimates).zip(&next.standard_errors);
+        let settled = moved.map(|((a, b), error)| (a - b).abs() / error).fold(0.0, f64::max) <= TOLERANCE;
+        fit = next;
+        if settled {
+            return Ok(GeneralisedFit { fit, autoregression });
+        }
+    }
+    Err(EstimateError::NotConverged { method: "the generalised least-squares fit", iterations: ROUNDS })
+}
+
+/// Fit of transformed rows, reported for the rows as measured.
+fn transformed(
+    names: &[String],
+    x: &DMatrix<f64>,
+    z: &[f64],
+    scaled: &DMatrix<f64>,
+    scaled_z: &[f64],
+) -> Result<Fit, EstimateError> {
+    let triangle = Triangle::of(scaled, scaled_z);
+    let solution = triangle.solve(names)?;
+    let variance = triangle.residual_square() / (scaled_z.len() - names.len()) as f64;
+    let fitted = (x * &solution.estimates).iter().copied().collect();
+    Ok(Fit::with_variance(names, z, fitted, solution, variance))
+}
+
+/// Coefficients of the autoregression of a residual from its autocorrelation inside the windows.
+fn yule_walker(residuals: &[f64], windows: &[Range<usize>], order: usize) -> Vec<f64> {
+    let records = windows.iter().map(|window| &residuals[window.clone()]);
+    let correlation = autocorrelation_of_windows(records, order);
+    let matrix = DMatrix::from_fn(order, order, |i, j| correlation[i.abs_diff(j)]);
+    let right = DVector::from_fn(order, |i, _| correlation[i + 1]);
+    // The autocorrelation matrix of a record is positive definite unless the residual vanishes, which needs no whitening.
+    matrix.cholesky().map_or_else(|| vec![0.0; order], |factor| factor.solve(&right).iter().copied().collect())
+}
+
+/// Rows less what the autoregression predicts from the rows before them, without the first `order` rows of each window.
+fn whitened(x: &DMatrix<f64>, z: &[f64], windows: &[Range<usize>], autoregression: &[f64]) -> (DMatrix<f64>, Vec<f64>) {
+    let kept: Vec<usize> = windows.iter().flat_map(|window| window.start + autoregression.len()..window.end).collect();
+    let mut scaled = x.select_rows(&kept);
+    let mut scaled_z: Vec<f64> = kept.iter().map(|&row| z[row]).collect();
+    for (index, &row) in kept.iter().enumerate() {
+        for (lag, coefficient) in (1..).zip(autoregression) {
+            scaled_z[index] -= coefficient * z[row - lag];
+            for column in 0..x.ncols() {
+                scaled[(index, column)] -= coefficient * x[(row - lag, column)];
+            }
+        }
+    }
+    (scaled, scaled_z)
+}

@@ -1,0 +1,13 @@
+//! Least squares against published answers, and the properties every estimate keeps.
+
+#![expect(clippy::unwrap_used, reason = "a test helper that fails is a failed test")]
+
+#[expect(clippy::print_stdout, reason = "says why a test is skipped")]
+#[path = "../common/shared.rs"]
+mod shared;
+
+mod attas_table;
+mod coloured;
+mod properties;
+mod selection;
+mod variants;

@@ -1,0 +1,208 @@
+//! Weights, residual models, constraints, noisy regressors and nonlinear lags.
+
+use doublet_core::estimate::{
+    Constraint, EstimateError, Fit, constrained_least_squares, errors_in_variables, generalised_least_squares,
+    least_squares, search_scalar, summarise, total_least_squares, weighted_least_squares,
+};
+use doublet_core::prep::first_order_lag;
+use nalgebra::DMatrix;
+use rand::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+
+/// Seeded standard normal numbers.
+fn normal(seed: u64, count: usize) -> Vec<f64> {
+    let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
+    (0..count).map(|_| StandardNormal.sample(&mut rng)).collect()
+}
+
+/// Names of a constant and two slopes.
+fn names() -> Vec<String> {
+    ["0", "a", "b"].map(str::to_owned).to_vec()
+}
+
+/// Constant and two waves.
+fn regressors(samples: usize) -> DMatrix<f64> {
+    DMatrix::from_fn(samples, 3, |row, column| match column {
+        0 => 1.0,
+        1 => (row as f64 * 0.05).sin(),
+        _ => (row as f64 * 0.021 + 1.0).cos() + 0.5 * (row as f64 * 0.05).sin(),
+    })
+}
+
+/// Measurement with parameters 1, 2, -3 and the given noise.
+fn measurement(x: &DMatrix<f64>, noise: &[f64]) -> Vec<f64> {
+    x.row_iter().zip(noise).map(|(row, noise)| row[0] + 2.0 * row[1] - 3.0 * row[2] + noise).collect()
+}
+
+#[test]
+fn weight_of_three_equals_three_copies_of_the_sample() {
+    let x = regressors(60);
+    let z = measurement(&x, &normal(1, 60));
+    let weights: Vec<f64> = (0..60).map(|k| if k % 4 == 0 { 3.0 } else { 1.0 }).collect();
+    let rows: Vec<usize> = (0..60).flat_map(|k| vec![k; weights[k] as usize]).collect();
+    let copied: Vec<f64> = rows.iter().map(|&k| z[k]).collect();
+    let weighted = weighted_least_squares(&names(), &x, &z, &weights).unwrap();
+    let repeated = least_squares(&names(), &x.select_rows(&rows), &copied).unwrap();
+    for (a, b) in weighted.estimates.iter().zip(&repeated.estimates) {
+        approx::assert_relative_eq!(a, b, max_relative = 1e-12);
+    }
+    assert_eq!(weighted.residuals.len(), 60);
+    assert!(weighted_least_squares(&names(), &x, &z, &[0.0; 60]).is_err());
+}
+
+#[test]
+fn generalised_fit_recovers_the_autoregression_and_its_own_scatter() {
+    /// Correlation of successive residuals, and how far its estimate may be: three standard errors of 2,000 samples.
+    const RHO: f64 = 0.95;
+    const RHO_BAND: f64 = 0.025;
+    let x = regressors(2000);
+    let windows = [0..1200, 1200..2000];
+    let (mut ordinary, mut generalised, mut stated) = (0.0, 0.0, 0.0);
+    for seed in 0..60 {
+        let draws = normal(seed, 2000);
+        let mut noise = vec![0.0; 2000];
+        for window in &windows {
+            noise[window.start] = draws[window.start];
+            for k in window.start + 1..window.end {
+                noise[k] = RHO * noise[k - 1] + (1.0 - RHO * RHO).sqrt() * draws[k];
+            }
+        }
+        let z = measurement(&x, &noise);
+        let fit = generalised_least_squares(&names(), &x, &z, &windows, 1).unwrap();
+        assert!((fit.autoregression[0] - RHO).abs() < RHO_BAND, "{}", fit.autoregression[0]);
+        ordinary += (least_squares(&names(), &x, &z).unwrap().estimates[1] - 2.0).powi(2);
+        generalised += (fit.fit.estimates[1] - 2.0).powi(2);
+        stated += fit.fit.covariance[(1, 1)];
+    }
+    assert!(generalised < ordinary, "{generalised} {ordinary}");
+    // The scatter of 60 realisations is known within 1 / sqrt(120) = 9 per cent; three of these.
+    assert!(((stated / generalised).sqrt() - 1.0).abs() < 0.27, "{}", (stated / generalised).sqrt());
+}
+
+#[test]
+fn fixed_parameter_equals_a_fit_of_the_rest() {
+    let x = regressors(80);
+    let z = measurement(&x, &normal(3, 80));
+    let constraints = [Constraint::Free, Constraint::Fixed(2.5), Constraint::Free];
+    let found = constrained_least_squares(&names(), &x, &z, &constraints).unwrap().fit;
+    let rest: Vec<f64> = z.iter().zip(x.column(1).iter()).map(|(z, a)| z - 2.5 * a).collect();
+    let expected = least_squares(&["0".to_owned(), "b".to_owned()], &x.select_columns(&[0, 2]), &rest).unwrap();
+    for (index, other) in [(0, 0), (2, 1)] {
+        approx::assert_relative_eq!(found.estimates[index], expected.estimates[other], max_relative = 1e-11);
+        approx::assert_relative_eq!(
+            found.standard_errors[index],
+            expected.standard_errors[other],
+            max_relative = 1e-11
+        );
+    }
+    assert_eq!((found.estimates[1], found.standard_errors[1]), (2.5, 0.0));
+}
+
+#[test]
+fn bounds_hold_what_leaves_them_and_nothing_else() {
+    let x = regressors(80);
+    let z = measurement(&x, &normal(4, 80));
+    let free = least_squares(&names(), &x, &z).unwrap();
+    let wide = Constraint::Bounds { lower: -100.0, upper: 100.0 };
+    let inside = constrained_least_squares(&names(), &x, &z, &[wide; 3]).unwrap();
+    assert_eq!(inside.at_bound, [false; 3]);
+    for (a, b) in inside.fit.estimates.iter().zip(&free.estimates) {
+        approx::assert_relative_eq!(a, b, max_relative = 1e-11);
+    }
+    let tight = [Constraint::Free, Constraint::Bounds { lower: 2.4, upper: 5.0 }, wide];
+    let held = constrained_least_squares(&names(), &x, &z, &tight).unwrap();
+    assert_eq!(held.at_bound, [false, true, false]);
+    let fixed = [Constraint::Free, Constraint::Fixed(2.4), Constraint::Free];
+    let expected = constrained_least_squares(&names(), &x, &z, &fixed).unwrap().fit;
+    for (a, b) in held.fit.estimates.iter().zip(&expected.estimates) {
+        approx::assert_relative_eq!(a, b, max_relative = 1e-11);
+    }
+    let reversed = [Constraint::Bounds { lower: 1.0, upper: -1.0 }, wide, wide];
+    let error = constrained_least_squares(&names(), &x, &z, &reversed).unwrap_err();
+    assert_eq!(error.to_string(), "constraint of 0 is 1, allowed is a lower bound below the upper one");
+}
+
+#[test]
+fn prior_draws_between_data_and_expectation() {
+    let x = regressors(80);
+    let z = measurement(&x, &normal(5, 80));
+    let free = least_squares(&names(), &x, &z).unwrap();
+    let with = |deviation| {
+        let constraints = [Constraint::Free, Constraint::Prior { mean: 4.0, deviation }, Constraint::Free];
+        constrained_least_squares(&names(), &x, &z, &constraints).unwrap().fit
+    };
+    approx::assert_relative_eq!(with(1e6).estimates[1], free.estimates[1], max_relative = 1e-8);
+    approx::assert_relative_eq!(with(1e-6).estimates[1], 4.0, max_relative = 1e-8);
+    // Equal trust: precision-weighted mean of the free estimate and the expectation, up to the change of s^2.
+    let equal = with(free.standard_errors[1]);
+    approx::assert_relative_eq!(equal.estimates[1], 0.5 * (free.estimates[1] + 4.0), max_relative = 0.05);
+    assert!(equal.standard_errors[1] < 0.85 * free.standard_errors[1]);
+}
+
+#[test]
+fn noise_of_a_regressor_is_corrected() {
+    /// Standard deviation of the noise of the second regressor; of its own variation it has 0.71.
+    const NOISE: f64 = 0.3;
+    /// Three standard errors of the corrected slope at 20,000 samples.
+    const BAND: f64 = 0.03;
+    let exact = regressors(20_000);
+    let z = measurement(&exact, &normal(6, 20_000).iter().map(|draw| NOISE * draw).collect::<Vec<_>>());
+    let mut x = exact.clone();
+    for (value, draw) in x.column_mut(1).iter_mut().zip(normal(7, 20_000)) {
+        *value += NOISE * draw;
+    }
+    let ordinary = least_squares(&names(), &x, &z).unwrap();
+    assert!(ordinary.estimates[1] < 2.0 - 5.0 * BAND, "{}", ordinary.estimates[1]);
+    let mut covariance = DMatrix::zeros(3, 3);
+    covariance[(1, 1)] = NOISE * NOISE;
+    let corrected = errors_in_variables(&names(), &x, &z, &covariance).unwrap();
+    let total = total_least_squares(&names(), &x, &z, &[0.0, NOISE, 0.0], NOISE).unwrap();
+    for fit in [&corrected, &total] {
+        for (estimate, truth) in fit.estimates.iter().zip([1.0, 2.0, -3.0]) {
+            assert!((estimate - truth).abs() < BAND, "{estimate} {truth}");
+        }
+    }
+    covariance[(1, 1)] = 10.0;
+    assert!(matches!(errors_in_variables(&names(), &x, &z, &covariance), Err(EstimateError::Setting { .. })));
+}
+
+#[test]
+fn total_least_squares_without_noise_of_regressors_is_ordinary() {
+    let x = regressors(80);
+    let z = measurement(&x, &normal(8, 80));
+    let ordinary = least_squares(&names(), &x, &z).unwrap();
+    let total = total_least_squares(&names(), &x, &z, &[0.0; 3], 1.0).unwrap();
+    for (a, b) in total.estimates.iter().zip(&ordinary.estimates) {
+        approx::assert_relative_eq!(a, b, max_relative = 1e-10);
+    }
+}
+
+#[test]
+fn search_finds_the_lag_of_an_actuator() {
+    let time: Vec<f64> = (0..3000).map(|k| 0.01 * f64::from(k)).collect();
+    let command: Vec<f64> = time.iter().map(|t| if (t * 0.9).sin() > 0.0 { 0.1 } else { -0.1 }).collect();
+    let truth = first_order_lag(&time, &command, 0.08).unwrap();
+    let z: Vec<f64> = truth.iter().zip(normal(9, 3000)).map(|(d, noise)| 0.3 - 2.0 * d + 0.01 * noise).collect();
+    let found = search_scalar(0.0, 0.3, |lag| -> Result<Fit, EstimateError> {
+        let lagged = first_order_lag(&time, &command, lag).unwrap();
+        let x = DMatrix::from_fn(3000, 2, |row, column| if column == 0 { 1.0 } else { lagged[row] });
+        least_squares(&["0".to_owned(), "d".to_owned()], &x, &z)
+    })
+    .unwrap();
+    assert!((found.value - 0.08).abs() < 4.0 * found.standard_error, "{} {}", found.value, found.standard_error);
+    assert!(found.standard_error < 2e-3 && (found.fit.estimates[1] + 2.0).abs() < 0.01);
+}
+
+#[test]
+fn summary_gives_mean_range_and_scatter_over_fits() {
+    let x = regressors(50);
+    let fit = |seed| least_squares(&names(), &x, &measurement(&x, &normal(seed, 50))).unwrap();
+    let (first, second) = (fit(10), fit(11));
+    let summary = summarise(&[&first, &second]);
+    assert_eq!(summary.len(), 3);
+    let (a, b) = (first.estimates[2], second.estimates[2]);
+    approx::assert_relative_eq!(summary[2].estimate[0], 0.5 * (a + b), max_relative = 1e-14);
+    assert_eq!(summary[2].estimate[1..], [a.min(b), a.max(b)]);
+    approx::assert_relative_eq!(summary[2].scatter, (a - b).abs() / 2.0_f64.sqrt(), max_relative = 1e-12);
+    approx::assert_relative_eq!(summary[2].variance[2], first.covariance[(2, 2)].max(second.covariance[(2, 2)]));
+}

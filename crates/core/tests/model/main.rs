@@ -1,0 +1,11 @@
+//! Coefficients and derivatives from recordings, against published answers and a simulator.
+
+#![expect(clippy::unwrap_used, reason = "a test helper that fails is a failed test")]
+
+#[expect(clippy::print_stdout, reason = "says why a test is skipped")]
+#[path = "../common/shared.rs"]
+mod shared;
+
+mod attas;
+mod citation;
+mod moments;
