@@ -3,7 +3,6 @@
 use std::hint::black_box;
 use std::path::PathBuf;
 
-use doublet_core::airframe::EngineStation;
 use doublet_core::load::propulsion_maps::{EngineSection, PropulsionSection, RotationName};
 use doublet_core::propulsion::{EngineColumns, Powerplant};
 
@@ -21,13 +20,13 @@ fn powerplant() -> Powerplant {
         name: name.to_owned(),
         chart: Some("io360_chart.toml".to_owned()),
         propeller: Some("mtv12_propeller.toml".to_owned()),
+        position_datum_m: [0.0; 3],
+        incidence_deg: 0.0,
         rotation: RotationName::Clockwise,
         rotor_inertia_kg_m2: 7.7,
     };
-    let station =
-        |name: &str| EngineStation { name: name.to_owned(), position_from_datum_m: [0.0; 3], incidence_rad: 0.0 };
     let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../assets/propulsion");
-    PropulsionSection { engine: names.map(entry).into() }.powerplant(&names.map(station), &folder).unwrap_or_default()
+    PropulsionSection { engine: names.map(entry).into() }.powerplant(&folder).unwrap_or_default()
 }
 
 /// `middle` with a slow swing of `amplitude` over the flight.

@@ -98,6 +98,11 @@ pub(super) enum Data {
     Stored(Stored),
 }
 
+/// `text` of a file with its line ends and other control characters replaced, to stand in a message.
+pub(super) fn one_line(text: &str) -> String {
+    text.replace(char::is_control, "\u{fffd}")
+}
+
 impl ChannelInfo {
     /// A channel whose samples are in memory.
     pub(super) fn new(name: impl Into<String>, unit: Option<String>, values: Vec<f64>) -> Self {
@@ -108,7 +113,7 @@ impl ChannelInfo {
 
     /// A channel whose samples are still in the file.
     pub(super) fn stored(name: impl Into<String>, unit: Option<String>, samples: usize, stored: Stored) -> Self {
-        let name = name.into();
+        let name = one_line(&name.into());
         Self { name, unit, samples, non_finite: None, clock: None, is_time: false, data: Data::Stored(stored) }
     }
 
@@ -137,7 +142,7 @@ impl ChannelInfo {
 impl Source {
     /// An empty source called `name`.
     pub(super) fn new(name: impl Into<String>) -> Self {
-        Self { name: name.into(), ..Self::default() }
+        Self { name: one_line(&name.into()), ..Self::default() }
     }
 
     /// Adds a matrix given column by column; a single column is a plain channel.

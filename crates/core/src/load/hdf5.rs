@@ -8,7 +8,7 @@ use hdf5_reader::{Attribute, Dataset, Datatype, Hdf5File, OpenOptions};
 
 use super::LoadError;
 use super::clock::{assign_clocks, find_clocks};
-use super::contents::{ChannelInfo, Data, Format, Probe, Source};
+use super::contents::{ChannelInfo, Data, Format, Probe, Source, one_line};
 use super::hdf5_decode::{Layout, layout, read};
 use super::recognise::{finish, stem};
 
@@ -118,7 +118,7 @@ fn open(path: &Path) -> Result<Hdf5File, LoadError> {
 }
 
 fn damaged(path: &Path, format: Format, error: &hdf5_reader::error::Error) -> LoadError {
-    let what = error.to_string().replace('\n', " ");
+    let what = one_line(&error.to_string());
     LoadError::Damaged { path: path.to_owned(), format, what }
 }
 
@@ -139,7 +139,7 @@ fn check_size(dataset: &Dataset, path: &Path, format: Format, limit: u64, object
     match claimed {
         Some(bytes) if bytes <= limit => Ok(()),
         _ => {
-            let shape = dataset.shape();
+            let (shape, object) = (dataset.shape(), one_line(object));
             let what = format!(
                 "data set '{object}' claims {shape:?} elements of {element} bytes, more than the file can hold"
             );

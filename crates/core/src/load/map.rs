@@ -26,7 +26,9 @@ pub struct ChannelMap {
     pub description: String,
     /// Sources it draws from, as a pattern.
     pub source: String,
-    /// When set, all matching sources are cuts of one flight, each with its own clock: they are laid end to end with this
+    /// Matching sources are consecutive cuts of one flight on one clock: they are joined in time, and may not overlap.
+    pub join_in_time: bool,
+    /// When set, matching sources are cuts of one flight, each with its own clock: they are laid end to end with this
     /// many seconds between them, which a warning states.
     pub end_to_end_gap_s: Option<f64>,
     /// Names of the columns of matrices, by a pattern for the matrix: column `i` of `M` becomes `M.name`.
@@ -123,6 +125,8 @@ struct Header {
     description: String,
     #[serde(default = "any")]
     source: String,
+    #[serde(default)]
+    join_in_time: bool,
     end_to_end_gap_s: Option<Spanned<f64>>,
     #[serde(default)]
     columns: BTreeMap<String, Vec<String>>,
@@ -256,6 +260,7 @@ impl ChannelMap {
             name: header.name,
             description: header.description,
             source: header.source,
+            join_in_time: header.join_in_time,
             end_to_end_gap_s: gap.map(|(_, gap)| gap),
             columns: header.columns,
             time: header.time.into_iter().map(|table| source.time(table)).collect::<Result<_, _>>()?,

@@ -5,6 +5,7 @@
 use std::io::Read;
 use std::path::Path;
 
+use super::contents::one_line;
 use super::{Format, LoadError};
 
 /// Deepest nesting of cells and structs that is followed.
@@ -145,7 +146,7 @@ impl<'a> Cursor<'a> {
         let dims = self.element("dimensions")?;
         let dims = numbers(&dims, self.big).ok_or_else(|| self.damaged("dimensions are no integers".to_owned()))?;
         let name = self.element("a name")?;
-        let name: String = name.data.iter().take_while(|&&byte| byte != 0).map(|&byte| char::from(byte)).collect();
+        let name = word_of(name.data);
         let count = dims.iter().try_fold(1_usize, |product, &dim| product.checked_mul(dim as usize));
         let Some(count) = count.filter(|_| dims.len() >= 2 && dims.iter().all(|dim| *dim >= 0.0)) else {
             return Err(self.damaged(format!("variable '{name}' has impossible dimensions {dims:?}")));
@@ -229,16 +230,19 @@ impl<'a> Cursor<'a> {
         if length == 0 && !names.is_empty() {
             return Err(self.damaged(format!("struct '{name}' has field names of no length")));
         }
-        let fields: Vec<String> = names
-            .chunks_exact(length.max(1))
-            .map(|name| name.iter().take_while(|&&byte| byte != 0).map(|&byte| char::from(byte)).collect())
-            .collect();
+        let fields: Vec<String> = names.chunks_exact(length.max(1)).map(word_of).collect();
         if fields.is_empty() {
             return Ok(Vec::new());
         }
         self.check_children(name, count.saturating_mul(fields.len()))?;
         (0..count).map(|_| fields.iter().map(|field| Ok((field.clone(), self.child(depth)?))).collect()).collect()
     }
+}
+
+/// A name, up to its end or the first NUL.
+fn word_of(bytes: &[u8]) -> String {
+    let word: String = bytes.iter().take_while(|&&byte| byte != 0).map(|&byte| char::from(byte)).collect();
+    one_line(&word)
 }
 
 /// Numbers of an element as f64, whatever type they are stored in; `None` for a type that is no number.

@@ -8,6 +8,7 @@
 pub mod aircraft;
 mod clock;
 mod contents;
+pub mod datcom;
 mod error;
 mod hdf5;
 mod hdf5_decode;

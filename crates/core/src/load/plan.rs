@@ -177,9 +177,9 @@ impl Planner<'_> {
         problems.into_iter().for_each(|problem| self.warn(problem));
     }
 
-    /// Sources that will be laid end to end.
+    /// Sources that will be joined in time or laid end to end, in order.
     fn sequence(&mut self) -> Vec<(usize, usize)> {
-        if self.map.end_to_end_gap_s.is_none() {
+        if self.map.end_to_end_gap_s.is_none() && !self.map.join_in_time {
             return Vec::new();
         }
         let mut sequence = Vec::new();
@@ -189,6 +189,27 @@ impl Planner<'_> {
                 if matches(&self.map.source, &source.name) && self.map.roles.values().any(plays) {
                     sequence.push((probe_index, source_index));
                 }
+            }
+        }
+        if self.map.join_in_time {
+            let clock = |&(probe, source): &(usize, usize)| self.probes[probe].sources[source].clocks.first();
+            let start = |place: &(usize, usize)| clock(place).map_or(f64::INFINITY, |clock| clock.start_s);
+            sequence.sort_by(|a, b| start(a).total_cmp(&start(b)));
+            let overlap = sequence.windows(2).find_map(|pair| {
+                let (before, after) = (clock(&pair[0])?, clock(&pair[1])?);
+                (before.end_s >= after.start_s).then(|| (pair[0], before.end_s, pair[1], after.start_s))
+            });
+            if let Some((before, end, after, start)) = overlap {
+                let name = |(probe, source): (usize, usize)| {
+                    format!(
+                        "{}: source '{}'",
+                        self.probes[probe].path.display(),
+                        self.probes[probe].sources[source].name
+                    )
+                };
+                let (before, after) = (name(before), name(after));
+                let cure = "read them as recordings of their own or correct [[time]]";
+                self.error(format!("{before} ends at {end} s, after {after} starts at {start} s; {cure}"));
             }
         }
         sequence

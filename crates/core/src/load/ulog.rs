@@ -5,7 +5,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::contents::{ChannelInfo, Source};
+use super::contents::{ChannelInfo, Source, one_line};
 use super::{Format, LoadError};
 
 /// Bytes of the file header.
@@ -155,7 +155,7 @@ impl Log {
 
     /// `name:type field;type[n] field;`
     fn format(&mut self, body: &[u8]) -> Result<(), String> {
-        let text = String::from_utf8_lossy(body);
+        let text = one_line(&String::from_utf8_lossy(body));
         let (name, fields) = text.split_once(':').ok_or("a format without a name")?;
         let fields = fields.split(';').filter(|field| !field.trim().is_empty()).map(|field| {
             let (kind, name) = field.trim().split_once(' ').ok_or_else(|| format!("field '{field}' has no type"))?;
@@ -174,7 +174,7 @@ impl Log {
 
     fn subscribe(&mut self, body: &[u8]) -> Result<(), String> {
         let [multi, low, high, name @ ..] = body else { return Err("a subscription of too few bytes".to_owned()) };
-        let format = String::from_utf8_lossy(name).into_owned();
+        let format = one_line(&String::from_utf8_lossy(name));
         let mut numbers = Vec::new();
         let bytes = self.expand(&format, "", 0, 0, &mut numbers)?;
         let name = if *multi == 0 { format } else { format!("{format}.{multi}") };

@@ -7,6 +7,7 @@
 mod shared;
 
 mod comparison;
+mod datcom;
 mod maps;
 mod support;
 mod tables;

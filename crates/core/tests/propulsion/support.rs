@@ -2,8 +2,7 @@
 
 use std::path::PathBuf;
 
-use doublet_core::airframe::EngineStation;
-use doublet_core::load::propulsion_maps::PropulsionSection;
+use doublet_core::load::propulsion_maps::read_propulsion_section;
 use doublet_core::propulsion::{DensityRule, EngineModel, EnginePoint, Powerplant};
 
 /// Horsepower, W.
@@ -18,32 +17,11 @@ pub fn folder() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../assets/propulsion")
 }
 
-/// Both engines of the C337F as an aircraft file describes them.
+/// Both engines of the shipped C337F.
 pub fn c337f() -> Powerplant {
-    let section: PropulsionSection = toml::from_str(
-        r#"
-        [[engine]]
-        name = "front"
-        chart = "io360_chart.toml"
-        propeller = "mtv12_propeller.toml"
-        rotation = "clockwise"
-        rotor_inertia_kg_m2 = 7.7
-        [[engine]]
-        name = "rear"
-        chart = "io360_chart.toml"
-        propeller = "mtv12_propeller.toml"
-        rotation = "counter-clockwise"
-        rotor_inertia_kg_m2 = 7.7
-        "#,
-    )
-    .unwrap();
-    let station = |name: &str, position_from_datum_m| EngineStation {
-        name: name.to_owned(),
-        position_from_datum_m,
-        incidence_rad: 0.0,
-    };
-    let stations = [station("front", [0.57, 0.0, 1.26]), station("rear", [5.95, 0.0, 1.47])];
-    section.powerplant(&stations, &folder()).unwrap()
+    let section =
+        read_propulsion_section(&folder().join("../../crates/core/tests/propulsion/c337f_sections.toml")).unwrap();
+    section.powerplant(&folder()).unwrap()
 }
 
 /// Chart and propeller map of the front engine.

@@ -1,0 +1,205 @@
+//! Bad input: one line each, naming file, channel and cure.
+
+use std::path::Path;
+
+use doublet_core::load::{ChannelMap, LoadError, inspect, plan, plan_all, probe, read, read_all};
+use doublet_core::quantity::Role;
+
+use super::{fixture, written};
+
+const HEAD: &str = "format = \"doublet channel map\"\nversion = 1\nname = \"test\"\n";
+
+fn map(body: &str) -> ChannelMap {
+    ChannelMap::parse(&format!("{HEAD}{body}")).unwrap()
+}
+
+/// The line an error gives, which must be one and hold every one of `parts`.
+#[track_caller]
+fn assert_line(error: &LoadError, parts: &[&str]) {
+    let line = error.to_string();
+    assert!(!line.contains('\n'), "{line:?}");
+    for part in parts {
+        assert!(line.contains(part), "'{part}' is not in: {line}");
+    }
+}
+
+#[track_caller]
+fn assert_map(body: &str, line: usize, parts: &[&str]) {
+    let error = ChannelMap::parse(&format!("{HEAD}{body}")).unwrap_err();
+    assert_line(&error, parts);
+    let LoadError::Map { line: found, .. } = error else { panic!("{error}") };
+    assert_eq!(found, line, "{error}");
+}
+
+#[test]
+fn missing_empty_and_foreign_files_are_refused() {
+    assert_line(&inspect(Path::new("/nowhere/run.mat")).unwrap_err(), &["/nowhere/run.mat", "check the path"]);
+    let (_folder, path) = written("run.h5", "");
+    assert_line(&inspect(&path).unwrap_err(), &["run.h5", "0 bytes"]);
+    let (_folder, path) = written("run.csv", [0_u8, 1, 2, 3, 0, 255, 0, 9]);
+    assert_line(&inspect(&path).unwrap_err(), &["run.csv", "binary"]);
+    let (_folder, path) = written("run.csv", "Dear reader,\nthis is a letter.\n");
+    assert_line(&inspect(&path).unwrap_err(), &["run.csv", "without a table of numbers"]);
+    let (_folder, path) = written("run.csv", b"\xff\xfe1\x00,\x002\x00");
+    assert_line(&inspect(&path).unwrap_err(), &["UTF-16", "UTF-8"]);
+    let (_folder, path) = written("run.mat", "MATLAB 5.0 MAT-file");
+    assert_line(&inspect(&path).unwrap_err(), &["run.mat", "cut off"]);
+    let folder = tempfile::tempdir().unwrap();
+    assert_line(&inspect(folder.path()).unwrap_err(), &["folder without .csv"]);
+}
+
+#[test]
+fn wrong_extension_does_not_matter() {
+    let bytes = std::fs::read(fixture("v5_plain.mat")).unwrap();
+    let (_folder, path) = written("log.csv", bytes);
+    assert_eq!(inspect(&path).unwrap().format, doublet_core::load::Format::MatV5);
+}
+
+#[test]
+fn truncated_mat_names_the_byte() {
+    let bytes = std::fs::read(fixture("v5_plain.mat")).unwrap();
+    let (_folder, path) = written("cut.mat", &bytes[..300]);
+    assert_line(&inspect(&path).unwrap_err(), &["cut.mat", "MAT v5", "at byte", "copy it again"]);
+}
+
+#[test]
+fn hdf5_that_claims_more_than_it_can_hold_is_refused() {
+    let error = probe(&fixture("claims.h5")).unwrap_err();
+    assert_line(&error, &["claims.h5", "'huge'", "1152921504606846976", "more than the file can hold"]);
+}
+
+#[test]
+fn time_that_goes_back_or_repeats_is_listed_and_refused_with_a_cure() {
+    let text = "time,alpha\n0,1\n0.1,2\n0.1,3\n0.05,4\n0.2,5\n,6\n0.3,7\n";
+    let (_folder, path) = written("log.csv", text);
+    let listed = probe(&path).unwrap();
+    let faults = &listed.sources[0].clocks[0].faults;
+    assert_eq!(faults.len(), 3, "{faults:?}");
+    let warnings = listed.warnings.join("\n");
+    for part in ["repeats the stamp 0.1 s at index 2", "from 0.1 s to 0.05 s at index 3", "not finite at index 5"] {
+        assert!(warnings.contains(part), "{warnings}");
+    }
+    let roles = "[roles]\nalpha = { channel = \"alpha\", unit = \"deg\" }\n";
+    let error = read(&plan(&listed, &map(roles))).unwrap_err();
+    assert_line(&error, &["log.csv", "'time'", "'log'", "index 2", "0.1 s", "repair = \"drop\""]);
+    let dropping = map(&format!("[[time]]\nchannel = \"time\"\nunit = \"s\"\nrepair = \"drop\"\n{roles}"));
+    let recording = read(&plan(&listed, &dropping)).unwrap();
+    let alpha = &recording.role(Role::AngleOfAttack).unwrap().series;
+    assert_eq!(alpha.time_s[..], [0.0, 0.1, 0.2, 0.3]);
+    assert!((alpha.values[3] - 7_f64.to_radians()).abs() < 1e-15);
+    assert!(
+        recording.warnings.iter().any(|warning| warning.contains("3 of 7 samples left out")),
+        "{:?}",
+        recording.warnings
+    );
+}
+
+#[test]
+fn nan_runs_are_kept_and_counted() {
+    let (_folder, path) = written("log.csv", "time,alpha\n0,1\n1,nan\n2,NaN\n3,\n4,5\n");
+    let probe = inspect(&path).unwrap();
+    assert_eq!(probe.sources[0].channels[1].non_finite, Some(3));
+    let recording = read(&plan(&probe, &map("[roles]\nalpha = { channel = \"alpha\", unit = \"deg\" }\n"))).unwrap();
+    let values = &recording.role(Role::AngleOfAttack).unwrap().series.values;
+    assert_eq!(values.iter().filter(|value| value.is_nan()).count(), 3);
+    assert!(
+        recording
+            .warnings
+            .iter()
+            .any(|warning| warning.contains("alpha: 3 of 5 samples are not finite, the first at 1.000 s"))
+    );
+}
+
+#[test]
+fn a_plan_lists_every_problem_before_reading() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, text) in [("time", "0\n1\n2\n"), ("q", "1\n2\n3\n"), ("short", "1\n2\n")] {
+        std::fs::write(folder.path().join(format!("{name}.csv")), text).unwrap();
+    }
+    let probe = probe(folder.path()).unwrap();
+    let map = map(
+        "[roles]\nq = { channel = \"q\" }\nr = { channel = \"short\", unit = \"rad/s\" }\np = { channel = \"Q\", unit = \"rad/s\" }\n\
+         phi = { channel = \"gone\", unit = \"rad\", optional = true }\n",
+    );
+    let plan = plan(&probe, &map);
+    let text: Vec<String> = plan.problems.iter().map(ToString::to_string).collect();
+    assert_eq!(plan.problems.iter().filter(|problem| problem.is_error).count(), 3, "{text:?}");
+    let all = text.join("\n");
+    assert!(all.contains("q: ") && all.contains("no recorded unit; give 'unit' in the map (line 5)"), "{all}");
+    assert!(all.contains("short has 2 samples, 'time' has 3"), "{all}");
+    assert!(all.contains("no channel 'Q'") && all.contains("there is 'q'"), "{all}");
+    assert!(all.contains("no channel 'gone'"), "{all}");
+    assert_line(&read(&plan).unwrap_err(), &["p: no channel", "q: ", "r: "]);
+}
+
+#[test]
+fn recorded_units_are_checked() {
+    let (_folder, path) = written("log.csv", "t [s],alpha [furlong],q [kt],r [deg/s]\n0,1,1,1\n1,2,2,2\n2,3,3,3\n");
+    let probe = probe(&path).unwrap();
+    let plan = plan(
+        &probe,
+        &map(
+            "[roles]\nalpha = { channel = \"alpha\" }\nq = { channel = \"q\" }\nr = { channel = \"r\", unit = \"rad/s\" }\n",
+        ),
+    );
+    let text = plan.problems.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n");
+    assert!(text.contains("unknown unit 'furlong'"), "{text}");
+    assert!(text.contains("is in kt, which does not convert to rad/s"), "{text}");
+    assert!(text.contains("was recorded in deg/s, the map's rad/s is used"), "{text}");
+}
+
+#[test]
+fn two_files_with_one_role_are_named_both() {
+    let folder = tempfile::tempdir().unwrap();
+    let paths = ["first.csv", "second.csv"].map(|name| folder.path().join(name));
+    for path in &paths {
+        std::fs::write(path, "t,q,a\n0,1,1\n1,2,2\n2,3,3\n").unwrap();
+    }
+    let roles = "[roles]\nq = { channel = \"q\", unit = \"rad/s\" }\n";
+    assert_line(&read_all(&paths, &map(roles)).unwrap_err(), &["first.csv", "second.csv", "name the source"]);
+    let both = map(
+        "[roles]\nq = { source = \"first\", channel = \"q\", unit = \"rad/s\" }\nr = { source = \"second\", channel = \"q\", unit = \"rad/s\" }\n",
+    );
+    let recording = read_all(&paths, &both).unwrap();
+    assert_eq!(recording.role(Role::YawRate).unwrap().source, "second");
+    assert_eq!(recording.channels.len(), 4, "two mapped, two as recorded");
+    let overlapping =
+        plan_all(&paths.map(|path| probe(&path).unwrap()), &map(&format!("join_in_time = true\n{roles}")));
+    assert!(overlapping.problems[0].text.contains("ends at 2 s, after"), "{:?}", overlapping.problems);
+}
+
+#[test]
+fn maps_are_refused_with_their_line() {
+    assert_map("sauce = \"*\"\n", 4, &["unknown field", "sauce"]);
+    assert_map("[roles]\nalfa = { channel = \"a\", unit = \"deg\" }\n", 5, &["unknown role 'alfa'", "alpha"]);
+    assert_map("[roles]\nalpha = { channel = \"a\", unit = \"dog\" }\n", 5, &["unknown unit 'dog'"]);
+    assert_map("[roles]\nalpha = { channel = \"a\", unit = \"kt\" }\n", 5, &["'kt'", "rad"]);
+    assert_map("[roles]\nalpha = { channel = \"a\", sine = 1 }\n", 5, &["sine"]);
+    assert_map("[roles]\nalpha = { unit = \"deg\" }\n", 5, &["'channel' or 'sum'"]);
+    assert_map("[roles]\nalpha = { channel = \"a\", sign = 2 }\n", 5, &["sign is 1 or -1"]);
+    assert_map("\n[[time]]\nsample_rate = 0.0\n", 5, &["more than 0 Hz"]);
+    assert_map("[[time]]\nchannel = \"t\"\nutc_start = \"noon\"\n", 6, &["'noon'"]);
+    assert_map("[truth]\nu = { channel = \"a\" }\n", 5, &["needs its unit"]);
+    assert_map("roles = 3 4\n", 4, &[]);
+    let newer = ChannelMap::parse("format = \"doublet channel map\"\nversion = 9\nname = \"x\"\n").unwrap_err();
+    assert_line(&newer, &["line 2", "version 9"]);
+}
+
+#[test]
+fn a_mutated_map_gives_a_map_or_a_line() {
+    use rand::{RngExt, SeedableRng};
+    let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(11);
+    let mut refused = 0;
+    for (_, text) in ChannelMap::shipped() {
+        for _ in 0..200 {
+            let mut changed = text.as_bytes().to_vec();
+            let at = random.random_range(0..changed.len());
+            changed[at] = random.random_range(9..127);
+            if let Err(error) = ChannelMap::parse(&String::from_utf8_lossy(&changed)) {
+                assert_line(&error, &["channel map, line "]);
+                refused += 1;
+            }
+        }
+    }
+    assert!(refused > 100, "only {refused} of 1000 changed maps were refused");
+}
