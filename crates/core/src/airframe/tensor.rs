@@ -1,6 +1,6 @@
 //! Inertia tensor: parallel axis, plausibility, principal axes.
 
-use nalgebra::{Matrix3, SymmetricEigen, U3, Vector3};
+use nalgebra::{Matrix3, SymmetricEigen, U3};
 use thiserror::Error;
 
 /// Moments and products of inertia in body axes, kg m².
@@ -156,11 +156,6 @@ impl InertiaTensor {
             pitch_rad: (-axes[(2, 0)]).atan2(axes[(0, 0)]),
             body_from_principal: axes,
         })
-    }
-
-    /// Angular momentum about the point of reference, `h = I w`, N m s, for rates w in rad/s (body axes).
-    pub fn angular_momentum(&self, rates_rad_s: &Vector3<f64>) -> Vector3<f64> {
-        self.matrix() * rates_rad_s
     }
 }
 

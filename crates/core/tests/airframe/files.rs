@@ -35,11 +35,11 @@ fn every_shipped_aircraft_reads_and_passes_its_check() {
             aircraft::read(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
         }
     }
-    read.sort();
-    assert_eq!(
-        read,
+    for name in
         ["attas_vfw614.toml", "c337f.toml", "c337f_thesis.toml", "citation_550_simulated.toml", "citation_phlab.toml"]
-    );
+    {
+        assert!(read.iter().any(|found| found == name), "{name} is not among {read:?}");
+    }
 }
 
 #[test]
