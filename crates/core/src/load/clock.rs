@@ -78,20 +78,22 @@ pub struct Clock {
     pub faults: Vec<TimeFault>,
     /// How many such samples there are.
     pub fault_count: usize,
+    /// Index of the channel in its source; `None` for a computed clock.
+    pub(super) index: Option<usize>,
 }
 
 impl Clock {
     /// What the stamps `time_s` of `channel`, recorded in `unit`, show.
-    pub(super) fn examine(channel: &str, unit: Unit, time_s: &[f64]) -> Self {
+    pub(super) fn examine(channel: &str, index: usize, unit: Unit, time_s: &[f64]) -> Self {
         let mut intervals = Vec::with_capacity(time_s.len());
         let mut faults = Vec::new();
         let mut fault_count = 0;
         let mut latest = f64::NEG_INFINITY;
         let mut earliest = f64::INFINITY;
         let mut kept = Vec::with_capacity(time_s.len());
-        for (index, &time) in time_s.iter().enumerate() {
+        for (sample, &time) in time_s.iter().enumerate() {
             earliest = earliest.min(time);
-            match fault_at(index, time, latest) {
+            match fault_at(sample, time, latest) {
                 Some(fault) => {
                     fault_count += 1;
                     if faults.len() < LISTED_FAULTS {
@@ -125,6 +127,7 @@ impl Clock {
             gaps,
             faults,
             fault_count,
+            index: Some(index),
         }
     }
 }
@@ -224,7 +227,7 @@ fn add_clock(source: &mut Source, index: usize, unit: Unit) {
     }
     let time_s: Vec<f64> = channel.values().iter().map(|&value| unit.to_si(value)).collect();
     channel.is_time = true;
-    source.clocks.push(Clock::examine(&channel.name, unit, &time_s));
+    source.clocks.push(Clock::examine(&channel.name, index, unit, &time_s));
 }
 
 /// Adds a computed clock for every length of channel that has none.
@@ -242,13 +245,14 @@ pub(super) fn add_even_clocks(source: &mut Source, start_s: f64, rate_hz: f64) {
                 gaps: Vec::new(),
                 faults: Vec::new(),
                 fault_count: 0,
+                index: None,
             });
         }
     }
 }
 
 /// Name of a computed clock.
-pub(super) const EVEN: &str = "start_time + sample_rate";
+const EVEN: &str = "start_time + sample_rate";
 
 /// Points every channel to the clock of its length.
 pub(super) fn assign_clocks(source: &mut Source) {

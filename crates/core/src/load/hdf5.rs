@@ -7,7 +7,7 @@ use hdf5_reader::group::Group;
 use hdf5_reader::{Attribute, Dataset, Datatype, Hdf5File, OpenOptions};
 
 use super::LoadError;
-use super::clock::{assign_clocks, find_clocks};
+use super::clock::{Clock, assign_clocks, find_clocks};
 use super::contents::{ChannelInfo, Data, Format, Probe, Source, one_line};
 use super::hdf5_decode::{Layout, layout, read};
 use super::recognise::{finish, stem};
@@ -185,8 +185,8 @@ fn inherit_clocks(sources: &mut [Source]) {
         let nearest = sources.iter().enumerate().filter(|(other, _)| *other != index);
         let nearest = nearest.filter_map(|(other, above)| fits(above).map(|(depth, clock)| (depth, other, clock)));
         let Some((_, other, clock)) = nearest.max_by_key(|(depth, ..)| *depth) else { continue };
-        let time = sources[other].channels.iter().find(|channel| channel.is_time && channel.name == clock.channel);
-        let Some(time) = time.cloned() else { continue };
+        let Some(time) = clock.index.map(|time| sources[other].channels[time].clone()) else { continue };
+        let clock = Clock { index: Some(sources[index].channels.len()), ..clock };
         sources[index].channels.push(time);
         sources[index].clocks.push(clock);
         assign_clocks(&mut sources[index]);

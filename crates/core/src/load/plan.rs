@@ -149,8 +149,14 @@ impl Planner<'_> {
                     }
                     for channel in &mut source.channels {
                         let Some((matrix, index)) = channel.column() else { continue };
-                        if counts.get(matrix) == Some(&names.len()) {
-                            channel.name = format!("{matrix}.{}", names[index]);
+                        let fits = counts.get(matrix) == Some(&names.len());
+                        if let Some(name) = names.get(index).filter(|_| fits) {
+                            channel.name = format!("{matrix}.{name}");
+                        }
+                    }
+                    for clock in &mut source.clocks {
+                        if let Some(index) = clock.index {
+                            clock.channel.clone_from(&source.channels[index].name);
                         }
                     }
                 }
@@ -391,11 +397,28 @@ impl Planner<'_> {
         Some(())
     }
 
+    /// Clocks of the parts of an assignment: probe, source, clock.
+    fn clocks(&self, assignment: &Assignment) -> Vec<(usize, usize, Option<usize>)> {
+        let first = assignment.parts.iter().filter_map(|terms| terms.first());
+        first.map(|&(at, _)| (at.probe, at.source, self.channel(at).clock)).collect()
+    }
+
     fn check_derived(&mut self, roles: &BTreeMap<Role, Assignment>) {
         let Some(derive) = &self.map.derive else { return };
         let wanted = [Some(Role::Latitude), Some(Role::Longitude), derive.altitude];
         for role in wanted.into_iter().flatten().filter(|role| !roles.contains_key(role)) {
             self.error(format!("[derive.position] needs the role {}; add it to [roles]", role.name()));
+        }
+        let clock = |role: &Role| roles.get(role).map(|assignment| self.clocks(assignment));
+        let first = clock(&Role::Latitude);
+        let wanted = [Some(Role::Longitude), derive.altitude];
+        let others: Vec<Role> =
+            wanted.into_iter().flatten().filter(|role| clock(role).is_some_and(|other| Some(other) != first)).collect();
+        for role in others {
+            self.error(format!(
+                "[derive.position]: {} has another clock than latitude; map channels of one",
+                role.name()
+            ));
         }
         for role in [Role::PositionNorth, Role::PositionEast] {
             if roles.contains_key(&role) {
@@ -459,7 +482,8 @@ fn set_clock(source: &mut Source, entry: &TimeEntry) -> Result<(), String> {
             let channel = &mut source.channels[index];
             channel.is_time = true;
             let time_s: Vec<f64> = channel.values().iter().map(|&value| unit.to_si(value)).collect();
-            source.clocks = vec![Clock { samples: channel.samples, ..Clock::examine(&channel.name, unit, &time_s) }];
+            source.clocks =
+                vec![Clock { samples: channel.samples, ..Clock::examine(&channel.name, index, unit, &time_s) }];
         }
     }
     assign_clocks(source);

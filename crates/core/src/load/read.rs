@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::Arc;
 
-use super::clock::{EVEN, fault_at};
+use super::clock::fault_at;
 use super::contents::{Probe, Source};
 use super::map::{ChannelMap, FlatEarth};
 use super::plan::{Assignment, At, Plan, plan_all};
@@ -114,12 +114,11 @@ impl Reader<'_> {
         let source = &self.probes[probe].sources[source];
         let clock = &source.clocks[clock];
         let shift = self.shifts.get(&(at.0, at.1)).copied().unwrap_or(0.0);
-        if clock.channel == EVEN {
+        let Some(index) = clock.index else {
             let time_s = (0..clock.samples).map(|index| clock.start_s + shift + index as f64 / clock.rate_hz).collect();
             return Ok(Stamps { time_s, kept: None });
-        }
-        let channel = source.channels.iter().find(|channel| channel.is_time && channel.name == clock.channel);
-        let raw = channel.map_or(&[][..], |channel| channel.values());
+        };
+        let raw = source.channels[index].values();
         let drop_faults = self.plan.time.get(&(at.0, at.1)).is_some_and(|entry| entry.drop_faults);
         let mut latest = f64::NEG_INFINITY;
         let mut kept = Vec::new();
@@ -175,7 +174,7 @@ impl Reader<'_> {
         }
         let time_s = match clocks[..] {
             [clock] => Arc::clone(&self.stamps[&clock].time_s),
-            _ => self.joined_time(clocks),
+            _ => self.joined_time(clocks)?,
         };
         Ok(Series { time_s, values: values.into() })
     }
@@ -193,12 +192,21 @@ impl Reader<'_> {
         }
     }
 
-    fn joined_time(&mut self, clocks: Vec<ClockAt>) -> Arc<[f64]> {
+    /// Time of consecutive parts, which may not overlap.
+    fn joined_time(&mut self, clocks: Vec<ClockAt>) -> Result<Arc<[f64]>, LoadError> {
+        for pair in clocks.windows(2) {
+            let (before, after) = (&self.stamps[&pair[0]].time_s, &self.stamps[&pair[1]].time_s);
+            if let (Some(&before_s), Some(&time_s)) = (before.last(), after.first())
+                && before_s >= time_s
+            {
+                return Err(self.time_error(pair[1], TimeFault::Backwards { index: 0, before_s, time_s }));
+            }
+        }
         let stamps = &self.stamps;
         let join =
             |clocks: &Vec<ClockAt>| clocks.iter().flat_map(|clock| stamps[clock].time_s.iter().copied()).collect();
         let time: &mut Arc<[f64]> = self.joined.entry(clocks.clone()).or_insert_with(|| join(&clocks));
-        Arc::clone(time)
+        Ok(Arc::clone(time))
     }
 
     /// Adds every channel that has a time vector and plays no role, as recorded.

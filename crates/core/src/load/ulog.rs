@@ -12,8 +12,8 @@ use super::{Format, LoadError};
 const HEADER_BYTES: usize = 16;
 /// Deepest nesting of message formats that is followed.
 const MAX_DEPTH: usize = 8;
-/// Most numbers in one message, a bound against formats that multiply.
-const MAX_FIELDS: usize = 4096;
+/// Most fields in one message, a bound against formats that multiply; a message has at most 65535 bytes.
+const MAX_FIELDS: usize = 65_536;
 
 /// A field of a message format: type, number of elements, name.
 struct Field {
@@ -176,42 +176,48 @@ impl Log {
         let [multi, low, high, name @ ..] = body else { return Err("a subscription of too few bytes".to_owned()) };
         let format = one_line(&String::from_utf8_lossy(name));
         let mut numbers = Vec::new();
-        let bytes = self.expand(&format, "", 0, 0, &mut numbers)?;
+        let bytes = self.expand(&format, "", 0, 0, &mut (&mut numbers, 0))?;
         let name = if *multi == 0 { format } else { format!("{format}.{multi}") };
         let values = numbers.iter().map(|_| Vec::new()).collect();
         self.topics.insert(u16::from_le_bytes([*low, *high]), Topic { name, numbers, bytes, values, short: 0 });
         Ok(())
     }
 
-    /// Adds the numbers of `format` from `offset` on and gives the offset after them.
+    /// Adds the numbers of `format` from `offset` on to `found`, which also counts the fields, and gives the offset after them.
     fn expand(
         &self,
         format: &str,
         prefix: &str,
         mut offset: usize,
         depth: usize,
-        numbers: &mut Vec<Number>,
+        found: &mut (&mut Vec<Number>, usize),
     ) -> Result<usize, String> {
         let fields = self.formats.get(format).ok_or_else(|| format!("format '{format}' is not defined"))?;
         if depth > MAX_DEPTH {
             return Err(format!("format '{format}' nests deeper than {MAX_DEPTH}"));
         }
         for field in fields {
-            if field.count > MAX_FIELDS || numbers.len() > MAX_FIELDS {
-                return Err(format!("format '{format}' has more than {MAX_FIELDS} numbers"));
+            if field.count > MAX_FIELDS {
+                return Err(format!("format '{format}' has more than {MAX_FIELDS} fields"));
+            }
+            if field.kind == "char" {
+                offset += field.count;
+                continue;
             }
             for index in 0..field.count {
+                found.1 += 1;
+                if found.1 > MAX_FIELDS {
+                    return Err(format!("format '{format}' has more than {MAX_FIELDS} fields"));
+                }
                 let index = if field.count == 1 { String::new() } else { format!("[{index}]") };
                 let name = format!("{prefix}{}{index}", field.name);
-                if field.kind == "char" {
-                    offset += 1;
-                } else if let Some((kind, size)) = Kind::of(&field.kind) {
+                if let Some((kind, size)) = Kind::of(&field.kind) {
                     if !field.name.starts_with("_padding") {
-                        numbers.push(Number { name, offset, kind });
+                        found.0.push(Number { name, offset, kind });
                     }
                     offset += size;
                 } else {
-                    offset = self.expand(&field.kind, &format!("{name}."), offset, depth + 1, numbers)?;
+                    offset = self.expand(&field.kind, &format!("{name}."), offset, depth + 1, found)?;
                 }
             }
         }

@@ -169,6 +169,19 @@ fn two_files_with_one_role_are_named_both() {
 }
 
 #[test]
+fn position_is_not_derived_across_clocks() {
+    let folder = tempfile::tempdir().unwrap();
+    let paths = ["gps.csv", "baro.csv"].map(|name| folder.path().join(name));
+    std::fs::write(&paths[0], "t,lat,lon\n0,48,11\n1,48,11\n2,48,11\n").unwrap();
+    std::fs::write(&paths[1], "t,h\n0,100\n2,110\n").unwrap();
+    let map = map(
+        "[roles]\nlatitude = { channel = \"lat\", unit = \"deg\" }\nlongitude = { channel = \"lon\", unit = \"deg\" }\n\
+         altitude = { channel = \"h\", unit = \"ft\" }\n[derive.position]\naltitude = \"altitude\"\n",
+    );
+    assert_line(&read_all(&paths, &map).unwrap_err(), &["altitude has another clock than latitude"]);
+}
+
+#[test]
 fn maps_are_refused_with_their_line() {
     assert_map("sauce = \"*\"\n", 4, &["unknown field", "sauce"]);
     assert_map("[roles]\nalfa = { channel = \"a\", unit = \"deg\" }\n", 5, &["unknown role 'alfa'", "alpha"]);

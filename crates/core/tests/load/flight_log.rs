@@ -62,3 +62,17 @@ fn ulog_cut_off_keeps_what_is_complete_and_says_so() {
     assert_eq!(channel(&probe, "air_data.1", "on").samples, 19);
     assert!(probe.warnings.iter().any(|warning| warning.contains("cut off at byte")), "{:?}", probe.warnings);
 }
+
+#[test]
+fn ulog_formats_that_multiply_are_refused() {
+    let mut log = b"ULog\x01\x12\x35\x01".to_vec();
+    log.extend([0; 8]);
+    for level in 0..7 {
+        log.extend(message(b'F', format!("f{level}:f{}[4000] x;", level + 1).as_bytes()));
+    }
+    log.extend(message(b'F', b"f7:"));
+    log.extend(message(b'A', b"\x00\x01\x00f0"));
+    let (_folder, path) = written("bomb.ulg", log);
+    let line = inspect(&path).unwrap_err().to_string();
+    assert!(line.contains("bomb.ulg") && line.contains("more than 65536 fields"), "{line}");
+}

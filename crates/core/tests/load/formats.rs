@@ -172,6 +172,31 @@ fn columns_without_a_header_are_named_by_the_map() {
 }
 
 #[test]
+fn first_column_that_increases_is_time_even_when_the_map_renames_it() {
+    let (_folder, path) = written("run.asc", "0 1 10\n1 2 20\n2 3 30\n3 4 40\n");
+    let map = ChannelMap::parse(
+        "format = \"doublet channel map\"\nversion = 1\nname = \"test\"\n[columns]\n\"*\" = [\"s\", \"alpha\", \"V\"]\n\
+         [roles]\nalpha = { channel = \"*.alpha\", unit = \"rad\" }\n",
+    )
+    .unwrap();
+    let recording = read(&plan(&probe(&path).unwrap(), &map)).unwrap();
+    let alpha = &recording.role(doublet_core::quantity::Role::AngleOfAttack).unwrap().series;
+    assert_eq!((&alpha.time_s[..], &alpha.values[..]), (&[0.0, 1.0, 2.0, 3.0][..], &[1.0, 2.0, 3.0, 4.0][..]));
+}
+
+#[test]
+fn column_numbers_beyond_the_names_are_left_as_they_are() {
+    let (_folder, path) = written("run.csv", "t,a[0],a[7]\n0,1,2\n1,2,3\n2,3,4\n");
+    let map = ChannelMap::parse(
+        "format = \"doublet channel map\"\nversion = 1\nname = \"test\"\n[columns]\na = [\"first\", \"second\"]\n",
+    )
+    .unwrap();
+    let recording = read(&plan(&probe(&path).unwrap(), &map)).unwrap();
+    let names: Vec<&str> = recording.channels.iter().map(|channel| channel.name.as_str()).collect();
+    assert_eq!(names, ["a.first", "a[7]"]);
+}
+
+#[test]
 fn folder_of_csv_files_is_one_source() {
     let folder = tempfile::tempdir().unwrap();
     for (name, text) in
