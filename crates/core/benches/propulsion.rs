@@ -3,7 +3,8 @@
 use std::hint::black_box;
 use std::path::PathBuf;
 
-use doublet_core::load::propulsion_maps::{EngineSection, PropulsionSection, RotationName};
+use doublet_core::load::aircraft;
+use doublet_core::load::propulsion_maps::read_propulsion_section;
 use doublet_core::propulsion::{EngineColumns, Powerplant};
 
 fn main() {
@@ -13,20 +14,13 @@ fn main() {
 /// 90 minutes at 2 Hz.
 const SAMPLES: usize = 10_800;
 
-/// Two engines with the shipped chart and map.
+/// The two engines of the shipped C337F; none where its files cannot be read, which the benchmark refuses.
 fn powerplant() -> Powerplant {
-    let names = ["front", "rear"];
-    let entry = |name: &str| EngineSection {
-        name: name.to_owned(),
-        chart: Some("io360_chart.toml".to_owned()),
-        propeller: Some("mtv12_propeller.toml".to_owned()),
-        position_datum_m: [0.0; 3],
-        incidence_deg: 0.0,
-        rotation: RotationName::Clockwise,
-        rotor_inertia_kg_m2: 7.7,
-    };
-    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../assets/propulsion");
-    PropulsionSection { engine: names.map(entry).into() }.powerplant(&folder).unwrap_or_default()
+    let assets = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../assets");
+    let file = assets.join("aircraft/c337f.toml");
+    let stations = aircraft::read(&file).map(|aircraft| aircraft.engines).unwrap_or_default();
+    let section = read_propulsion_section(&file).unwrap_or_default();
+    section.powerplant(&stations, &assets.join("propulsion")).unwrap_or_default()
 }
 
 /// `middle` with a slow swing of `amplitude` over the flight.

@@ -82,23 +82,23 @@ pub enum MapError {
         /// Reason.
         source: TableError,
     },
-    /// A field of the propulsion section is not allowed.
-    #[error("propulsion.engine '{name}': {field} is {value}, allowed is {allowed}")]
-    Field {
+    /// A rotor inertia that is not allowed.
+    #[error("propulsion.engine '{name}': rotor_inertia_kg_m2 is {value}, allowed is a finite number, 0 or more")]
+    RotorInertia {
         /// Name of the engine.
         name: String,
-        /// Field.
-        field: &'static str,
         /// Value found.
         value: f64,
-        /// Range in words.
-        allowed: &'static str,
     },
-    /// Two engines of one name.
-    #[error("propulsion.engine '{name}' is given twice")]
-    Twice {
+    /// A propulsion entry for an engine the aircraft does not have, or the second for one.
+    #[error("propulsion.engine '{name}' {reason}: the aircraft has the engines {}", known.join(", "))]
+    Name {
         /// Name of the engine.
         name: String,
+        /// What is wrong with it.
+        reason: &'static str,
+        /// Names of the engines of the aircraft.
+        known: Vec<String>,
     },
     /// An engine with a chart but no propeller map, or the reverse.
     #[error("propulsion.engine '{name}' has no {missing}: give both chart and propeller, or neither")]
@@ -180,11 +180,11 @@ struct MapTable {
     thrust_coefficient: Vec<Vec<f64>>,
 }
 
-/// Section `[propulsion]` of an aircraft file.
+/// Section `[propulsion]` of an aircraft file: what drives the engines whose stations the file gives.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PropulsionSection {
-    /// Engines, in the order of the recorded roles (1 left or front, 2 right or rear).
+    /// Entries by name of the engine, in any order; an engine without one has no chart and no rotor.
     #[serde(default)]
     pub engine: Vec<EngineSection>,
 }
@@ -193,13 +193,8 @@ pub struct PropulsionSection {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct EngineSection {
-    /// Name, for example `front`.
+    /// Name of the engine station this belongs to.
     pub name: String,
-    /// Point the thrust acts at (propeller hub, nozzle), datum axes, m.
-    pub position_datum_m: [f64; 3],
-    /// Angle of the thrust line above body x, deg.
-    #[serde(default)]
-    pub incidence_deg: f64,
     /// Engine chart, a file name in the propulsion folder; absent for an engine whose thrust is recorded.
     pub chart: Option<String>,
     /// Propeller map, a file name in the propulsion folder.
@@ -300,73 +295,64 @@ pub fn parse_propeller_map(text: &str, path: &Path) -> Result<PropellerMap, MapE
 }
 
 impl PropulsionSection {
-    /// Where the engines act.
-    pub fn stations(&self) -> Vec<EngineStation> {
-        self.engine.iter().map(EngineSection::station).collect()
-    }
-
-    /// The powerplant this section describes; charts and maps are read from `folder`, each file once.
+    /// The powerplant of an aircraft with these engine stations, one engine per station in their order; charts and
+    /// maps are read from `folder`, each file once.
     ///
     /// # Errors
-    /// [`MapError`] for a field outside its range, two engines of one name, an engine with only one of chart and
+    /// [`MapError`] for an entry without a station, an inertia outside its range, an engine with only one of chart and
     /// propeller, or a bad file.
-    pub fn powerplant(&self, folder: &Path) -> Result<Powerplant, MapError> {
+    pub fn powerplant(&self, stations: &[EngineStation], folder: &Path) -> Result<Powerplant, MapError> {
+        self.check(stations)?;
         let mut charts: BTreeMap<&str, Arc<EngineChart>> = BTreeMap::new();
         let mut propellers: BTreeMap<&str, Arc<PropellerMap>> = BTreeMap::new();
-        let mut engines = Vec::with_capacity(self.engine.len());
-        for (index, section) in self.engine.iter().enumerate() {
-            section.check()?;
-            let name = || section.name.clone();
-            if self.engine[..index].iter().any(|earlier| earlier.name == section.name) {
-                return Err(MapError::Twice { name: name() });
-            }
-            let model = match (&section.chart, &section.propeller) {
-                (Some(chart), Some(propeller)) => Some(EngineModel {
-                    chart: once(&mut charts, chart, |file| read_engine_chart(&folder.join(file)))?,
-                    propeller: once(&mut propellers, propeller, |file| read_propeller_map(&folder.join(file)))?,
-                }),
-                (None, None) => None,
-                (Some(_), None) => return Err(MapError::Incomplete { name: name(), missing: "propeller" }),
-                (None, Some(_)) => return Err(MapError::Incomplete { name: name(), missing: "chart" }),
+        let mut engines = Vec::with_capacity(stations.len());
+        for station in stations {
+            let mut engine = Engine {
+                station: station.clone(),
+                rotation: Rotation::Clockwise,
+                rotor_inertia_kg_m2: 0.0,
+                model: None,
             };
-            engines.push(Engine {
-                station: section.station(),
-                rotation: match section.rotation {
+            if let Some(entry) = self.engine.iter().find(|entry| entry.name == station.name) {
+                engine.rotor_inertia_kg_m2 = entry.rotor_inertia_kg_m2;
+                engine.rotation = match entry.rotation {
                     RotationName::Clockwise => Rotation::Clockwise,
                     RotationName::CounterClockwise => Rotation::CounterClockwise,
-                },
-                rotor_inertia_kg_m2: section.rotor_inertia_kg_m2,
-                model,
-            });
+                };
+                if let (Some(chart), Some(propeller)) = (&entry.chart, &entry.propeller) {
+                    engine.model = Some(EngineModel {
+                        chart: once(&mut charts, chart, |file| read_engine_chart(&folder.join(file)))?,
+                        propeller: once(&mut propellers, propeller, |file| read_propeller_map(&folder.join(file)))?,
+                    });
+                }
+            }
+            engines.push(engine);
         }
         Ok(Powerplant { engines })
     }
-}
 
-impl EngineSection {
-    /// Where this engine acts.
-    fn station(&self) -> EngineStation {
-        EngineStation {
-            name: self.name.clone(),
-            position_from_datum_m: self.position_datum_m,
-            incidence_rad: self.incidence_deg.to_radians(),
-        }
-    }
-
-    /// Checks the numbers of this engine.
-    fn check(&self) -> Result<(), MapError> {
-        const FINITE: &str = "a finite number";
-        let [x, y, z] = self.position_datum_m;
-        let inertia = self.rotor_inertia_kg_m2;
-        for (field, value, good, allowed) in [
-            ("position_datum_m x", x, x.is_finite(), FINITE),
-            ("position_datum_m y", y, y.is_finite(), FINITE),
-            ("position_datum_m z", z, z.is_finite(), FINITE),
-            ("incidence_deg", self.incidence_deg, self.incidence_deg.abs() <= 90.0, "-90 to 90"),
-            ("rotor_inertia_kg_m2", inertia, inertia.is_finite() && inertia >= 0.0, "a finite number, 0 or more"),
-        ] {
-            if !good {
-                return Err(MapError::Field { name: self.name.clone(), field, value, allowed });
+    /// Checks names and numbers of the entries.
+    fn check(&self, stations: &[EngineStation]) -> Result<(), MapError> {
+        for (index, entry) in self.engine.iter().enumerate() {
+            let name = || entry.name.clone();
+            let refuse = |reason| {
+                let known = stations.iter().map(|station| station.name.clone()).collect();
+                Err(MapError::Name { name: name(), reason, known })
+            };
+            if !stations.iter().any(|station| station.name == entry.name) {
+                return refuse("has no station");
+            }
+            if self.engine[..index].iter().any(|earlier| earlier.name == entry.name) {
+                return refuse("is given twice");
+            }
+            let value = entry.rotor_inertia_kg_m2;
+            if !(value.is_finite() && value >= 0.0) {
+                return Err(MapError::RotorInertia { name: name(), value });
+            }
+            match (&entry.chart, &entry.propeller) {
+                (Some(_), None) => return Err(MapError::Incomplete { name: name(), missing: "propeller" }),
+                (None, Some(_)) => return Err(MapError::Incomplete { name: name(), missing: "chart" }),
+                _ => {}
             }
         }
         Ok(())

@@ -1,5 +1,8 @@
 //! Digital DATCOM: the listing and decks of the shared reference, thesis Table E.1, and damaged listings.
 
+use std::path::{Path, PathBuf};
+
+use doublet_core::load::aircraft;
 use doublet_core::load::datcom::{
     AileronMeasure, DatcomAxes, DatcomDeck, DatcomListing, DatcomSection, DeckCondition, DeckReference, ListingError,
     PitchRateForm, PredictedDerivative, PredictionOptions, beside,
@@ -295,25 +298,35 @@ proptest! {
     }
 }
 
-/// The `[datcom]` section of the shipped aircraft file.
-fn section() -> DatcomSection {
-    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/propulsion/c337f_sections.toml");
-    DatcomSection::read(&path).unwrap().unwrap()
+/// The shipped C337F.
+fn aircraft_file() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/aircraft/c337f.toml")
 }
 
-/// The deck of the published run.
+/// The deck of the published run: the aircraft file, at the published weight and centre of gravity.
 fn deck() -> DatcomDeck {
+    let aircraft = aircraft::read(&aircraft_file()).unwrap();
+    let properties = aircraft.standard_loading.mass_properties(&aircraft);
+    let reference = DeckReference {
+        cg_from_datum_m: [3.53, 0.0, 1.68],
+        weight_n: 20_012.0,
+        ..DeckReference::of(&aircraft, &properties)
+    };
     DatcomDeck {
-        reference: DeckReference {
-            area_m2: 18.7,
-            chord_m: 1.68,
-            span_m: 11.68,
-            cg_from_datum_m: [3.53, 0.0, 1.68],
-            weight_n: 20_012.0,
-        },
+        reference,
         condition: DeckCondition { mach: 0.137, altitude_m: 1130.0, alpha_deg: (-2..=13).map(f64::from).collect() },
-        section: section(),
+        section: DatcomSection::read(&aircraft_file()).unwrap().unwrap(),
     }
+}
+
+#[test]
+fn deck_takes_weight_and_centre_of_gravity_from_the_loading() {
+    let aircraft = aircraft::read(&aircraft_file()).unwrap();
+    let properties = aircraft.standard_loading.mass_properties(&aircraft);
+    let reference = DeckReference::of(&aircraft, &properties);
+    assert_eq!((reference.area_m2, reference.chord_m, reference.span_m), (18.7, 1.68, 11.68));
+    assert_eq!(reference.cg_from_datum_m, properties.cg_from_datum_m);
+    assert_eq!(reference.weight_n, properties.mass_kg * 9.806_65);
 }
 
 /// One card: its namelist or text, variable and numbers; continuation cards joined.

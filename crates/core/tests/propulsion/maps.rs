@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use doublet_core::airframe::EngineStation;
 use doublet_core::load::propulsion_maps::{PropulsionSection, parse_engine_chart, parse_propeller_map};
 use doublet_core::propulsion::{Ambient, EngineColumns, EngineInput, EngineModel, EngineState, MapVariable, RotorSum};
 use proptest::prelude::*;
@@ -113,8 +114,10 @@ fn propeller_map_asks_for_every_pair_of_level_and_speed_once() {
 
 #[test]
 fn propulsion_section_names_the_engine_that_is_wrong() {
-    let section = |text: &str| toml::from_str::<PropulsionSection>(text).unwrap().powerplant(&folder());
-    let engine = "[[engine]]\nname = \"e\"\nposition_datum_m = [8.0, -1.4, 2.0]\n";
+    let stations =
+        [EngineStation { name: "e".to_owned(), position_from_datum_m: [8.0, -1.4, 2.0], incidence_rad: 0.0 }];
+    let section = |text: &str| toml::from_str::<PropulsionSection>(text).unwrap().powerplant(&stations, &folder());
+    let engine = "[[engine]]\nname = \"e\"\n";
     let half = format!("{engine}chart = \"io360_chart.toml\"\n");
     assert_eq!(
         message(section(&half)),
@@ -124,10 +127,14 @@ fn propulsion_section_names_the_engine_that_is_wrong() {
         message(section(&format!("{engine}rotor_inertia_kg_m2 = -1.0"))),
         "propulsion.engine 'e': rotor_inertia_kg_m2 is -1, allowed is a finite number, 0 or more"
     );
-    assert_eq!(message(section(&format!("{engine}{engine}"))), "propulsion.engine 'e' is given twice");
+    assert_eq!(
+        message(section("[[engine]]\nname = \"left\"")),
+        "propulsion.engine 'left' has no station: the aircraft has the engines e"
+    );
+    assert!(message(section(&format!("{engine}{engine}"))).contains("is given twice"));
     assert!(message(section(&format!("{half}propeller = \"none.toml\""))).contains("none.toml"));
     assert!(toml::from_str::<PropulsionSection>(&format!("{engine}colour = 1")).is_err());
-    assert!(section(engine).unwrap().engines[0].model.is_none(), "a jet whose thrust is recorded");
+    assert!(section("").unwrap().engines[0].model.is_none(), "a jet whose thrust is recorded");
 }
 
 #[test]

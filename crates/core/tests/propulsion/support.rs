@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use doublet_core::load::aircraft;
 use doublet_core::load::propulsion_maps::read_propulsion_section;
 use doublet_core::propulsion::{DensityRule, EngineModel, EnginePoint, Powerplant};
 
@@ -19,9 +20,9 @@ pub fn folder() -> PathBuf {
 
 /// Both engines of the shipped C337F.
 pub fn c337f() -> Powerplant {
-    let section =
-        read_propulsion_section(&folder().join("../../crates/core/tests/propulsion/c337f_sections.toml")).unwrap();
-    section.powerplant(&folder()).unwrap()
+    let path = folder().join("../aircraft/c337f.toml");
+    let stations = aircraft::read(&path).unwrap().engines;
+    read_propulsion_section(&path).unwrap().powerplant(&stations, &folder()).unwrap()
 }
 
 /// Chart and propeller map of the front engine.

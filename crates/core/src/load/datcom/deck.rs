@@ -6,6 +6,8 @@ use serde::Deserialize;
 use thiserror::Error;
 
 use super::DatcomError;
+use crate::airframe::{Aircraft, MassProperties};
+use crate::atmos::STANDARD_GRAVITY_M_S2;
 
 /// Longest card the program reads, characters.
 const CARD_LENGTH: usize = 80;
@@ -229,6 +231,20 @@ pub enum DeckError {
 
 /// The cards written so far.
 struct Cards(String);
+
+impl DeckReference {
+    /// Reference dimensions of `aircraft`, with the centre of gravity and the weight `m g` (standard gravity) of its
+    /// loading.
+    pub fn of(aircraft: &Aircraft, properties: &MassProperties) -> Self {
+        Self {
+            area_m2: aircraft.reference.area_m2,
+            chord_m: aircraft.reference.chord_m,
+            span_m: aircraft.reference.span_m,
+            cg_from_datum_m: properties.cg_from_datum_m,
+            weight_n: properties.mass_kg * STANDARD_GRAVITY_M_S2,
+        }
+    }
+}
 
 impl DatcomSection {
     /// Reads the `[datcom]` section of an aircraft file, `None` where it has none.
