@@ -1,5 +1,8 @@
 //! Speed of the reconstruction over a flight of 23 manoeuvres, beside a plain dense filter on the same data.
 
+// a bench may stop with a message, and its table belongs on the standard output
+#![allow(clippy::expect_used, clippy::print_stdout)]
+
 #[path = "../tests/reconstruct/dense.rs"]
 #[allow(dead_code)]
 mod dense;

@@ -89,3 +89,10 @@ pub enum ReconstructError {
     #[error("reconstruction cancelled")]
     Cancelled,
 }
+
+impl ReconstructError {
+    /// Whether rounding may be to blame, so that a more robust form of the filter is worth trying.
+    pub(super) fn is_numerical(&self) -> bool {
+        matches!(self, Self::Diverged { .. } | Self::NotPositiveDefinite { .. } | Self::SingularInnovation { .. })
+    }
+}

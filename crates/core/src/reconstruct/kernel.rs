@@ -84,17 +84,7 @@ impl<T: Real> Estimate<T> {
     /// Prediction over one step; returns the transition and sines and cosines of the predicted attitude.
     #[inline(always)]
     pub fn predict(&mut self, step: &Step<T>, tuning: &Tuning<T>) -> (Transition<T>, Trig<T>) {
-        let prior = Motion { pos: self.x[POS], vel: self.x[VEL], att: self.x[ATT] };
-        let trig = Trig::new(&prior.att);
-        let constants =
-            Constants { bias_acc: self.x[ACC], bias_gyr: self.x[GYR], wind: self.x[WIND], gravity: tuning.gravity };
-        let predicted = integrate(&prior, &trig, &constants, &step.inputs, step.dt);
-        let predicted_trig = trig.turned(&prior.att, &predicted.att);
-
-        let rate = difference(&step.inputs.middle()[1], &self.x[GYR]);
-        let (vel, at_trig) = if tuning.at_predicted { (predicted.vel, predicted_trig) } else { (prior.vel, trig) };
-        let phi = Transition::new(&KinematicsJacobian::new(&vel, &at_trig, &rate, tuning.gravity), step.dt);
-
+        let (phi, trig) = predict_state(&mut self.x, step, tuning);
         let mut noise = tuning.process;
         for s in 0..2 {
             for i in 0..3 {
@@ -103,8 +93,7 @@ impl<T: Real> Estimate<T> {
         }
         self.p.propagate(&phi, &noise);
         self.p.add_diagonal(&tuning.random_walk, step.dt);
-        (self.x[POS], self.x[VEL], self.x[ATT]) = (predicted.pos, predicted.vel, predicted.att);
-        (phi, predicted_trig)
+        (phi, trig)
     }
 
     /// Update with what was measured at the end of the step; `trig` belongs to the predicted attitude.
@@ -286,6 +275,26 @@ impl<T: Real> Estimate<T> {
     }
 }
 
+/// Predicts the state over one step; returns the transition and sines and cosines of the predicted attitude.
+#[inline(always)]
+pub fn predict_state<T: Real>(
+    x: &mut [Vec3<T>; GROUPS],
+    step: &Step<T>,
+    tuning: &Tuning<T>,
+) -> (Transition<T>, Trig<T>) {
+    let prior = Motion { pos: x[POS], vel: x[VEL], att: x[ATT] };
+    let trig = Trig::new(&prior.att);
+    let constants = Constants { bias_acc: x[ACC], bias_gyr: x[GYR], wind: x[WIND], gravity: tuning.gravity };
+    let predicted = integrate(&prior, &trig, &constants, &step.inputs, step.dt);
+    let predicted_trig = trig.turned(&prior.att, &predicted.att);
+
+    let rate = difference(&step.inputs.middle()[1], &x[GYR]);
+    let (vel, at_trig) = if tuning.at_predicted { (predicted.vel, predicted_trig) } else { (prior.vel, trig) };
+    let phi = Transition::new(&KinematicsJacobian::new(&vel, &at_trig, &rate, tuning.gravity), step.dt);
+    (x[POS], x[VEL], x[ATT]) = (predicted.pos, predicted.vel, predicted.att);
+    (phi, predicted_trig)
+}
+
 /// Rows of the measurement matrix H of ground velocity and air data, zero where nothing was measured.
 struct Masked<T> {
     present: Vec3<T>,
@@ -371,7 +380,7 @@ fn squared_norm<T: Real>(white: &[Vec3<T>; 2]) -> T {
 
 /// Measured less expected, angles brought into half a turn.
 #[inline(always)]
-fn difference_of<T: Real>(triple: usize, i: usize, measured: T, expected: T) -> T {
+pub fn difference_of<T: Real>(triple: usize, i: usize, measured: T, expected: T) -> T {
     let difference = measured - expected;
     if triple == ATTITUDE || (triple == AIR && i > 0) { difference.wrapped() } else { difference }
 }

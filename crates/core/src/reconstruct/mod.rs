@@ -1,13 +1,17 @@
 //! Flight path reconstruction: kinematics, extended and iterated extended Kalman filter, consistency.
 
 mod blocks;
+pub mod consistency;
 mod covariance;
+mod dense;
 mod error;
 mod initial;
+mod joseph;
 mod kernel;
 mod kinematics;
 mod lanes;
 mod layout;
+pub mod observability;
 mod real;
 mod run;
 mod schedule;
@@ -16,7 +20,7 @@ mod transition;
 
 pub use error::ReconstructError;
 pub use layout::{INPUTS, Input, MEASUREMENTS, Measurement, STATES, State};
-pub use run::{lane_groups, lanes, reconstruct, reconstruct_many};
+pub use run::{Watch, lane_groups, lanes, reconstruct, reconstruct_many};
 pub use settings::{FilterSettings, InputHold, Linearisation, Method, SettingError, ValidSettings};
 
 /// Inertial samples that drive the filter. All columns have the length of `time_s`.

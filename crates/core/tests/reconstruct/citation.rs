@@ -7,7 +7,7 @@ use crate::shared::shared;
 pub struct Citation {
     pub data: FilterData,
     /// True states, column by column.
-    pub truth: Vec<Vec<f64>>,
+    pub truth: [Vec<f64>; 18],
 }
 
 /// Gravity the published filter used, m/s^2.
@@ -32,7 +32,7 @@ pub fn load() -> Option<Citation> {
             inputs: InputSeries { time_s: time_s.clone(), columns },
             measurements: std::array::from_fn(measured),
         },
-        truth: (0..18).map(|i| channel(format!("x_true[{i}]"))).collect(),
+        truth: std::array::from_fn(|i| channel(format!("x_true[{i}]"))),
     })
 }
 

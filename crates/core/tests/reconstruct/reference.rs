@@ -2,6 +2,7 @@
 
 use std::ops::ControlFlow;
 
+use doublet_core::reconstruct::consistency::normalised_errors;
 use doublet_core::reconstruct::{
     FilterData, FilterSettings, InputHold, Linearisation, Method, Reconstruction, State, reconstruct,
 };
@@ -15,9 +16,9 @@ const SAME_FILTER: f64 = 1e-6;
 /// Agreement with the published final state, in its standard deviations.
 const PUBLISHED_SIGMA: f64 = 0.01;
 /// Agreement of the production filter with the dense one on equal settings, in standard deviations.
-const EQUAL_SETTINGS_SIGMA: f64 = 1e-6;
+pub const EQUAL_SETTINGS_SIGMA: f64 = 1e-6;
 
-fn run(data: &FilterData, settings: &FilterSettings) -> Reconstruction {
+pub fn run(data: &FilterData, settings: &FilterSettings) -> Reconstruction {
     reconstruct(data, &settings.check().unwrap(), &mut |_| ControlFlow::Continue(())).unwrap()
 }
 
@@ -40,7 +41,7 @@ fn steps(data: &FilterData, hold: InputHold) -> Vec<Step> {
         .collect()
 }
 
-fn dense(settings: &FilterSettings, discretisation: Discretisation) -> Dense {
+pub fn dense(settings: &FilterSettings, discretisation: Discretisation) -> Dense {
     let (max_iterations, tolerance) = match settings.method {
         Method::Ekf => (1, 1.0),
         Method::Iekf { max_iterations, tolerance } => (max_iterations, tolerance),
@@ -58,18 +59,24 @@ fn dense(settings: &FilterSettings, discretisation: Discretisation) -> Dense {
 }
 
 /// Largest difference of the production filter from the dense one over all times and states, in standard deviations.
-fn largest_difference(data: &FilterData, settings: &FilterSettings) -> f64 {
-    let result = run(data, settings);
+pub fn largest_difference(data: &FilterData, settings: &FilterSettings) -> f64 {
+    largest_difference_of(&run(data, settings), &steps(data, settings.hold), settings)
+}
+
+/// The same for steps written out, one row of innovations each.
+pub fn largest_difference_of(result: &Reconstruction, steps: &[Step], settings: &FilterSettings) -> f64 {
     let filter = dense(settings, Discretisation::ThirdOrder);
     let mut x = X::from_fn(|i, _| result.states[i][0]);
     let mut p = P::from_diagonal(&X::from(settings.initial_deviation.map(|s| s * s)));
     let mut largest: f64 = 0.0;
-    for (k, step) in steps(data, settings.hold).iter().enumerate() {
+    for (k, step) in steps.iter().enumerate() {
         let told = filter.step(&mut x, &mut p, step);
-        for i in 0..18 {
-            let sigma = p[(i, i)].sqrt();
-            largest = largest.max((x[i] - result.states[i][k + 1]).abs() / sigma);
-            largest = largest.max((sigma - result.deviations[i][k + 1]).abs() / sigma);
+        if let Some(row) = result.time_s.iter().position(|time| *time == result.update_time_s[k + 1]) {
+            for i in 0..18 {
+                let sigma = p[(i, i)].sqrt();
+                largest = largest.max((x[i] - result.states[i][row]).abs() / sigma);
+                largest = largest.max((sigma - result.deviations[i][row]).abs() / sigma);
+            }
         }
         for m in (0..12).filter(|&m| step.present[m]) {
             let sigma = told.innovation_covariance[(m, m)].sqrt();
@@ -192,13 +199,7 @@ fn first_order_hold_is_consistent_nees_and_nis() {
         let result = run(&citation.data, &settings);
         let nis = result.nis[1..].iter().sum::<f64>() / 6000.0;
         assert!((11.7..12.2).contains(&nis), "{nis}");
-        let errors: Vec<f64> = State::ALL
-            .map(|state| {
-                let i = state as usize;
-                let error = |k: usize| (result.states[i][k] - citation.truth[i][k]) / result.deviations[i][k];
-                (100..=6000).map(|k| error(k).powi(2)).sum::<f64>() / 5901.0
-            })
-            .to_vec();
+        let errors = normalised_errors(&result, &citation.truth, 1.0);
         let mean = errors.iter().sum::<f64>() / 18.0;
         println!("NIS {nis:.3}, errors {errors:.2?}, mean {mean:.3}");
         assert!(errors.iter().all(|error| *error < 4.0) && (0.3..1.5).contains(&mean));

@@ -1,0 +1,192 @@
+//! Consistency of a filter run: does the noise the settings state explain the innovations found?
+
+use super::Reconstruction;
+use super::layout::{MEASUREMENTS, Measurement, STATES};
+
+/// Longest lag of the autocorrelation, samples.
+pub const LAGS: usize = 40;
+/// Two-sided 95 % point of the normal distribution.
+const NORMAL_95: f64 = 1.959_963_984_540_054;
+/// Part of the lags that must lie inside the band for innovations to count as white.
+const WHITE_PART: f64 = 0.95;
+/// Ratio of found to predicted deviation beyond which a setting is worth changing.
+const WORTH_CHANGING: f64 = 1.15;
+
+/// Verdict on a whole run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Consistency {
+    /// Mean of the normalised innovation squared divided by its degrees of freedom; 1 is ideal.
+    pub nis_ratio: f64,
+    /// Mean of the normalised innovation squared.
+    pub nis_mean: f64,
+    /// 95 % region of that mean for white innovations, `chi^2(sum of degrees) / samples`.
+    pub nis_band: [f64; 2],
+    /// The same region for the number of independent samples that the autocorrelation of the NIS leaves.
+    pub nis_band_correlated: [f64; 2],
+    /// Number of updates.
+    pub updates: usize,
+    /// One for every measurement that was taken.
+    pub channels: Vec<ChannelConsistency>,
+}
+
+/// Verdict on the innovations of one measurement, in units of their predicted deviation.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ChannelConsistency {
+    /// Measurement.
+    pub measurement: Measurement,
+    /// Number of innovations K.
+    pub samples: usize,
+    /// Mean; consistent within `1.96 / sqrt(K)`.
+    pub mean: f64,
+    /// 95 % limit of the mean for white innovations.
+    pub mean_limit: f64,
+    /// Root mean square: the ratio of found to predicted deviation.
+    pub deviation_ratio: f64,
+    /// Autocorrelation at lags 1 to [`LAGS`] (fewer for short runs).
+    pub autocorrelation: Vec<f64>,
+    /// 95 % limit of the autocorrelation of a white sequence, `1.96 / sqrt(K)`.
+    pub autocorrelation_limit: f64,
+    /// Whether at least 95 % of the lags lie inside the limit.
+    pub is_white: bool,
+    /// What to do, in one sentence.
+    pub advice: String,
+}
+
+/// Consistency of the innovations (Bar-Shalom, Li & Kirubarajan 2001, section 5.4), from `from_s` on so that the
+/// convergence of the initial state can be left out. `None` without any update.
+pub fn consistency(run: &Reconstruction, from_s: f64) -> Option<Consistency> {
+    let first = run.update_time_s.partition_point(|time| *time < from_s);
+    let updates: Vec<usize> = (first..run.nis.len()).filter(|&k| run.nis_degrees[k] > 0).collect();
+    if updates.is_empty() {
+        return None;
+    }
+    let count = updates.len() as f64;
+    let degrees: f64 = updates.iter().map(|&k| f64::from(run.nis_degrees[k])).sum();
+    let nis_mean = updates.iter().map(|&k| run.nis[k]).sum::<f64>() / count;
+    let relative: Vec<f64> = updates.iter().map(|&k| run.nis[k] / f64::from(run.nis_degrees[k]) - 1.0).collect();
+    let next = autocorrelation(&relative, 1).first().copied().unwrap_or(0.0).clamp(0.0, 0.999);
+    let independent = (1.0 - next) / (1.0 + next);
+    let channels = Measurement::ALL.into_iter().filter_map(|m| channel(run, m, first)).collect();
+    Some(Consistency {
+        nis_ratio: nis_mean * count / degrees,
+        nis_mean,
+        nis_band: band(degrees).map(|limit| limit / count),
+        nis_band_correlated: band(degrees * independent).map(|limit| limit / (count * independent)),
+        updates: updates.len(),
+        channels,
+    })
+}
+
+fn channel(run: &Reconstruction, measurement: Measurement, first: usize) -> Option<ChannelConsistency> {
+    let m = measurement as usize;
+    let pairs = run.innovations[m].iter().zip(&run.innovation_deviations[m]).skip(first);
+    let normalised: Vec<f64> = pairs.map(|(value, deviation)| value / deviation).filter(|v| v.is_finite()).collect();
+    if normalised.len() < 2 {
+        return None;
+    }
+    let count = normalised.len() as f64;
+    let mean = normalised.iter().sum::<f64>() / count;
+    let deviation_ratio = (normalised.iter().map(|v| v * v).sum::<f64>() / count).sqrt();
+    let limit = NORMAL_95 / count.sqrt();
+    let autocorrelation = autocorrelation(&normalised, LAGS.min(normalised.len() / 2));
+    let inside = autocorrelation.iter().filter(|rho| rho.abs() <= limit).count() as f64;
+    let is_white = inside >= WHITE_PART * autocorrelation.len() as f64;
+    let mut verdict = ChannelConsistency {
+        measurement,
+        samples: normalised.len(),
+        mean,
+        mean_limit: limit,
+        deviation_ratio,
+        autocorrelation,
+        autocorrelation_limit: limit,
+        is_white,
+        advice: String::new(),
+    };
+    verdict.advice = advice(&verdict);
+    Some(verdict)
+}
+
+/// The most useful step for one channel.
+fn advice(found: &ChannelConsistency) -> String {
+    let (name, ratio) = (found.measurement.name(), found.deviation_ratio);
+    let slow = found.autocorrelation.first().copied().unwrap_or(0.0);
+    if found.mean.abs() > 3.0 * found.mean_limit && found.mean.abs() > 0.1 {
+        return format!("{name}: mean innovation is {:+.2} sigma, look for an offset of this sensor.", found.mean);
+    }
+    if !found.is_white && slow.abs() > 0.3 {
+        return format!(
+            "{name}: innovations are correlated ({slow:.2} at one sample), look for a delay, a filter in the sensor, repeated samples or too little process noise."
+        );
+    }
+    if ratio > WORTH_CHANGING {
+        return format!(
+            "{name}: innovations are {ratio:.2} times their prediction, raise the noise of this measurement."
+        );
+    }
+    if ratio < 1.0 / WORTH_CHANGING {
+        return format!(
+            "{name}: innovations are {ratio:.2} times their prediction, lower the noise of this measurement."
+        );
+    }
+    if !found.is_white {
+        return format!("{name}: size as predicted, slightly correlated ({slow:.2} at one sample).");
+    }
+    format!("{name}: consistent.")
+}
+
+/// Autocorrelation at lags 1 to `lags`: `rho(k) = sum (v_i - m)(v_(i+k) - m) / sum (v_i - m)^2`.
+fn autocorrelation(values: &[f64], lags: usize) -> Vec<f64> {
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    let power: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
+    if power <= 0.0 {
+        return vec![0.0; lags];
+    }
+    let lagged = |lag: usize| values.iter().zip(&values[lag..]).map(|(a, b)| (a - mean) * (b - mean)).sum::<f64>();
+    (1..=lags.min(values.len() - 1)).map(|lag| lagged(lag) / power).collect()
+}
+
+/// 95 % region of the chi-square distribution by the cube-root approximation of Wilson & Hilferty (1931), better than
+/// 0.1 % from ten degrees of freedom on.
+fn band(degrees: f64) -> [f64; 2] {
+    let spread = 2.0 / (9.0 * degrees);
+    [-NORMAL_95, NORMAL_95].map(|z| degrees * (1.0 - spread + z * spread.sqrt()).max(0.0).powi(3))
+}
+
+/// Mean squared normalised error of each state against truth, `mean ((x - truth) / sigma)^2`, from `from_s` on; 1 is
+/// ideal. `truth` has one column per state at the inertial times. States without deviation give NaN.
+pub fn normalised_errors(run: &Reconstruction, truth: &[Vec<f64>; STATES], from_s: f64) -> [f64; STATES] {
+    let first = run.time_s.partition_point(|time| *time < from_s);
+    let mut errors = [0.0; STATES];
+    for (k, error) in errors.iter_mut().enumerate() {
+        let rows = first..run.time_s.len().min(truth[k].len());
+        let count = rows.len() as f64;
+        *error = rows.map(|i| ((run.states[k][i] - truth[k][i]) / run.deviations[k][i]).powi(2)).sum::<f64>() / count;
+    }
+    errors
+}
+
+/// Post-fit check of how many measurements a run used, channel by channel.
+pub fn measurements_used(run: &Reconstruction) -> [usize; MEASUREMENTS] {
+    let mut used = [0; MEASUREMENTS];
+    for (count, innovations) in used.iter_mut().zip(&run.innovations) {
+        *count = innovations.iter().filter(|value| value.is_finite()).count();
+    }
+    used
+}
+
+#[cfg(test)]
+mod tests {
+    use super::band;
+
+    /// Of the cube-root approximation, relative, at twelve degrees.
+    const APPROXIMATION: f64 = 2e-3;
+
+    #[test]
+    fn chi_square_band_matches_tables() {
+        for (degrees, expected) in [(12.0, [4.404, 23.337]), (18.0 * 50.0, [16.38 * 50.0, 19.70 * 50.0])] {
+            for (found, expected) in band(degrees).into_iter().zip(expected) {
+                assert!((found - expected).abs() < APPROXIMATION * expected, "{found} {expected}");
+            }
+        }
+    }
+}

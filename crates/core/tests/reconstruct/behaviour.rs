@@ -1,0 +1,211 @@
+//! What the filter does with gaps, other times, known shifts, company, and data it cannot run on.
+
+use std::ops::ControlFlow;
+
+use doublet_core::reconstruct::{
+    FilterData, FilterSettings, Measurement, ReconstructError, Reconstruction, State, reconstruct, reconstruct_many,
+};
+
+use crate::citation;
+use crate::dense::{Step, Z};
+use crate::reference::{EQUAL_SETTINGS_SIGMA, largest_difference, largest_difference_of, run};
+
+/// The part of the recording from sample `first` to before `last`.
+fn window(data: &FilterData, first: usize, last: usize) -> FilterData {
+    let mut window = data.clone();
+    window.inputs.time_s = data.inputs.time_s[first..last].to_vec();
+    for column in &mut window.inputs.columns {
+        *column = column[first..last].to_vec();
+    }
+    for series in &mut window.measurements {
+        series.time_s = series.time_s[first..last].to_vec();
+        series.values = series.values[first..last].to_vec();
+    }
+    window
+}
+
+fn error(data: &FilterData, settings: &FilterSettings) -> ReconstructError {
+    reconstruct(data, &settings.check().unwrap(), &mut |_| ControlFlow::Continue(())).unwrap_err()
+}
+
+#[test]
+fn missing_measurements_match_the_dense_filter_without_their_rows() {
+    let Some(citation) = citation::load() else { return };
+    let mut data = window(&citation.data, 0, 1_500);
+    for (m, series) in data.measurements.iter_mut().enumerate() {
+        for (k, value) in series.values.iter_mut().enumerate().skip(1) {
+            // position every tenth sample, one airspeed gap, the others each missing now and then
+            let absent = match m {
+                0..=2 => k % 10 != 0,
+                9 => (400..900).contains(&k),
+                _ => (k * (m + 3)) % 7 == 0,
+            };
+            if absent {
+                *value = f64::NAN;
+            }
+        }
+    }
+    let settings = citation::settings();
+    assert!(largest_difference(&data, &settings) < EQUAL_SETTINGS_SIGMA);
+    let counted: usize = run(&data, &settings).innovations[9].iter().filter(|value| value.is_finite()).count();
+    assert_eq!(counted, 1_499 - 500);
+}
+
+#[test]
+fn measurements_between_inertial_samples_split_the_step() {
+    let Some(citation) = citation::load() else { return };
+    let whole = window(&citation.data, 0, 1_001);
+    let mut data = whole.clone();
+    let every_second = |values: &[f64]| values.iter().copied().step_by(2).collect::<Vec<f64>>();
+    data.inputs.time_s = every_second(&whole.inputs.time_s);
+    data.inputs.columns = std::array::from_fn(|i| every_second(&whole.inputs.columns[i]));
+
+    let settings = citation::settings();
+    let result = run(&data, &settings);
+    assert_eq!(result.update_time_s.len(), 1_001);
+    assert_eq!(result.states[0].len(), 501);
+    let times = &whole.inputs.time_s;
+    let at = |k: usize| -> [f64; 6] {
+        std::array::from_fn(|i| {
+            let column = &data.inputs.columns[i];
+            if k.is_multiple_of(2) {
+                return column[k / 2];
+            }
+            let part = (times[k] - times[k - 1]) / (times[k + 1] - times[k - 1]);
+            column[k / 2] + part * (column[k / 2 + 1] - column[k / 2])
+        })
+    };
+    let steps: Vec<Step> = (1..1_001)
+        .map(|k| {
+            let first = (k - 1) / 2 * 2;
+            let dt = times[k] - times[k - 1];
+            Step {
+                dt,
+                noise_scale: (times[first + 2] - times[first]) / dt,
+                start: at(k - 1),
+                end: at(k),
+                z: Z::from_fn(|m, _| whole.measurements[m].values[k]),
+                present: [true; 12],
+            }
+        })
+        .collect();
+    assert!(largest_difference_of(&result, &steps, &settings) < EQUAL_SETTINGS_SIGMA);
+}
+
+/// Rounding over a thousand steps, in standard deviations.
+const ROUNDING_SIGMA: f64 = 1e-6;
+
+#[test]
+fn a_shift_of_an_inertial_channel_moves_its_bias_and_nothing_else() {
+    let Some(citation) = citation::load() else { return };
+    let data = window(&citation.data, 0, 1_000);
+    let plain = run(&data, &citation::settings());
+    for (input, bias, shift) in [(1, State::BiasAy, 0.7), (3, State::BiasP, 0.02)] {
+        let mut shifted = data.clone();
+        shifted.inputs.columns[input].iter_mut().for_each(|value| *value += shift);
+        let mut settings = citation::settings();
+        settings.initial_state[bias as usize] = Some(shift);
+        let moved = run(&shifted, &settings);
+        for state in State::ALL {
+            let k = state as usize;
+            let expected = plain.states[k][999] + if state == bias { shift } else { 0.0 };
+            assert!((moved.states[k][999] - expected).abs() < ROUNDING_SIGMA * plain.deviations[k][999], "{state:?}");
+        }
+    }
+}
+
+#[test]
+fn results_do_not_depend_on_the_company() {
+    let Some(citation) = citation::load() else { return };
+    let windows: Vec<FilterData> = (0..9).map(|k| window(&citation.data, 500 * k, 500 * k + 700 - 50 * k)).collect();
+    let settings = citation::settings().check().unwrap();
+    let mut progress = 0.0;
+    let mut watch = |part: f64| {
+        assert!((progress..=1.0).contains(&part));
+        progress = part;
+        ControlFlow::Continue(())
+    };
+    let together = reconstruct_many(&windows.iter().collect::<Vec<_>>(), &settings, &mut watch);
+    for (window, together) in windows.iter().zip(together) {
+        let alone = reconstruct(window, &settings, &mut |_| ControlFlow::Continue(())).unwrap();
+        assert_eq!(alone.states, together.unwrap().states);
+    }
+}
+
+#[test]
+fn a_known_bias_stays_where_it_is() {
+    let Some(citation) = citation::load() else { return };
+    let mut settings = citation::settings();
+    settings.initial_deviation[State::BiasAz as usize] = 0.0;
+    settings.initial_state[State::BiasAz as usize] = Some(0.03);
+    let result = run(&window(&citation.data, 0, 500), &settings);
+    assert!(result.states[State::BiasAz as usize].iter().all(|value| *value == 0.03));
+}
+
+fn finite(result: &Reconstruction) -> bool {
+    result.states.iter().chain(&result.deviations).flatten().all(|value| value.is_finite())
+}
+
+#[test]
+fn extreme_noise_settings_fall_back_and_say_so_or_name_an_error() {
+    let Some(citation) = citation::load() else { return };
+    let data = window(&citation.data, 0, 600);
+    let mut fallen_back = false;
+    for factor in [1e2, 1e3, 1e4] {
+        let mut settings = citation::settings();
+        settings.measurement_noise.iter_mut().for_each(|noise| *noise = (*noise / factor).max(1e-9));
+        settings.initial_deviation.iter_mut().for_each(|deviation| *deviation = (*deviation * factor * 10.0).min(9e5));
+        match reconstruct(&data, &settings.check().unwrap(), &mut |_| ControlFlow::Continue(())) {
+            Ok(result) => {
+                assert!(finite(&result));
+                fallen_back |= result.warnings.iter().any(|warning| warning.contains("Joseph"));
+            }
+            Err(error) => {
+                println!("{factor}: {error}");
+                fallen_back = true;
+            }
+        }
+    }
+    assert!(fallen_back);
+}
+
+#[test]
+fn refuses_data_it_cannot_filter() {
+    let Some(citation) = citation::load() else { return };
+    let settings = citation::settings();
+    let data = window(&citation.data, 0, 50);
+    assert_eq!(error(&window(&data, 0, 1), &settings), ReconstructError::TooFewSamples { samples: 1 });
+
+    let mut unordered = data.clone();
+    unordered.inputs.time_s[7] = unordered.inputs.time_s[6];
+    assert!(matches!(error(&unordered, &settings), ReconstructError::UnorderedTime { sample: 7, .. }));
+
+    let mut gap = data.clone();
+    gap.inputs.columns[4][20] = f64::NAN;
+    assert!(matches!(error(&gap, &settings), ReconstructError::InputNotFinite { input: "q", .. }));
+
+    let mut short = data.clone();
+    short.measurements[Measurement::Sideslip as usize].values.pop();
+    let expected = ReconstructError::UnequalLengths { channel: "beta", values: 49, times: 50 };
+    assert_eq!(error(&short, &settings), expected);
+
+    let cancelled = reconstruct(&data, &settings.check().unwrap(), &mut |_| ControlFlow::Break(()));
+    assert_eq!(cancelled.unwrap_err(), ReconstructError::Cancelled);
+}
+
+#[test]
+fn a_loop_ends_with_the_time_it_went_vertical() {
+    let Some(citation) = citation::load() else { return };
+    let mut data = window(&citation.data, 0, 600);
+    for series in &mut data.measurements[..] {
+        (series.time_s, series.values) = (vec![0.0], vec![series.values[0]]);
+    }
+    data.inputs.columns[4].fill(0.4);
+    match error(&data, &citation::settings()) {
+        ReconstructError::NearVertical { time_s, theta_deg } => {
+            // from 4.5 deg at 22.9 deg/s
+            assert!((3.6..3.8).contains(&time_s) && theta_deg > 89.0, "{time_s} {theta_deg}");
+        }
+        other => panic!("{other}"),
+    }
+}
