@@ -1,26 +1,46 @@
 //! Six-degree-of-freedom simulation with sensors and clocks: recordings whose every answer is known.
 //!
 //! A [`Vehicle`] is an aircraft with an aerodynamic truth; [`trim`] finds its steady flight and [`modes`] its natural
-//! motion about it.
+//! motion about it. [`scenario::build`] gives a flight by name, [`run`] flies it, [`Flight::files`] encodes what the
+//! recorders hold and the truth.
 
 mod aero;
 mod body;
+mod boxes;
 mod error;
+mod files;
+mod flight_plan;
 mod gear;
 mod inputs;
+mod instruments;
 mod modes;
 mod multisine;
+mod pilot;
+mod plan;
+mod recorder;
+mod run;
+pub mod scenario;
+mod summary;
 mod trim;
+mod truth;
 mod turbulence;
 mod vehicle;
 
 pub use aero::{AeroModel, Derivative, DerivativeEntry, VariableValues};
 pub use body::{Inertia, Rate, State, runge_kutta, runge_kutta_from};
 pub use error::SimulateError;
+pub use files::RecordedFile;
+pub use flight_plan::c337f;
 pub use gear::{Gear, GearData};
 pub use inputs::{FirstOrderLag, Form, Hand, InputKind, InputSignal};
+pub use instruments::{ControlLinkage, Quantity, pod_number, probe_display_lb};
 pub use modes::{Mode, modes, system_matrix};
 pub use multisine::Multisine;
+pub use plan::{Flown, Manoeuvre, Power, Segment, Task};
+pub use recorder::{ChannelSpec, Clock, Reading, Stream, StreamSpec};
+pub use run::{Flight, run};
+pub use scenario::Scenario;
 pub use trim::{Trim, TrimCondition, full_throttle_pa, trim};
+pub use truth::Truth;
 pub use turbulence::Dryden;
 pub use vehicle::{Airflow, Body, Controls, Environment, Loads, Stops, Surface, Thrust, Vehicle};

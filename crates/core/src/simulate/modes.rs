@@ -21,7 +21,7 @@ pub struct Mode {
 impl Mode {
     /// Undamped natural frequency `|s|`, rad/s.
     pub fn frequency_rad_s(&self) -> f64 {
-        self.real_1_s.hypot(self.imaginary_rad_s)
+        (self.real_1_s * self.real_1_s + self.imaginary_rad_s * self.imaginary_rad_s).sqrt()
     }
 
     /// Damping ratio `-Re(s) / |s|`; 1 for a stable, -1 for an unstable aperiodic mode.

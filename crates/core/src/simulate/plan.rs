@@ -1,0 +1,140 @@
+//! What is flown: segments of a flight and the manoeuvres in them.
+
+use rand_chacha::ChaCha8Rng;
+
+use super::inputs::{Hand, InputKind, InputSignal};
+use super::vehicle::Surface;
+use crate::propulsion::EngineInput;
+
+/// A stretch of flight.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Segment {
+    /// Start, s.
+    pub start_s: f64,
+    /// Phase of flight it belongs to.
+    pub phase: &'static str,
+    /// What the pilot does.
+    pub task: Task,
+    /// Heading to hold, rad.
+    pub heading_rad: f64,
+}
+
+/// What the pilot does.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Task {
+    /// Rolls at a speed, or stands on the brakes at zero.
+    Ground {
+        /// Speed over the ground, m/s.
+        speed_m_s: f64,
+        /// Engine inputs.
+        engines: [EngineInput; 2],
+    },
+    /// Accelerates and lifts off.
+    TakeOff {
+        /// Engine inputs.
+        engines: [EngineInput; 2],
+        /// Airspeed of rotation, m/s.
+        rotate_m_s: f64,
+    },
+    /// Climbs, pitch holding the airspeed, until the altitude is near; then levels.
+    Climb {
+        /// Altitude, m.
+        altitude_m: f64,
+        /// True airspeed, m/s.
+        airspeed_m_s: f64,
+        /// Engine inputs.
+        engines: [EngineInput; 2],
+    },
+    /// Holds an altitude, or goes to it.
+    Level {
+        /// Altitude, m.
+        altitude_m: f64,
+        /// Greatest rate of climb or descent, m/s.
+        rate_m_s: f64,
+        /// Power.
+        power: Power,
+    },
+    /// Comes down to the ground, flares, brakes.
+    Land {
+        /// True airspeed of the approach, m/s.
+        airspeed_m_s: f64,
+        /// Rate of descent, m/s.
+        rate_m_s: f64,
+        /// Engine inputs once over the threshold.
+        engines: [EngineInput; 2],
+    },
+}
+
+/// How power is set.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Power {
+    /// At given inputs; airspeed follows.
+    Fixed([EngineInput; 2]),
+    /// Manifold pressure so that a true airspeed (m/s) is held, at a given engine speed (rad/s).
+    Airspeed {
+        /// True airspeed, m/s.
+        airspeed_m_s: f64,
+        /// Engine speed, rad/s.
+        speed_rad_s: f64,
+    },
+}
+
+/// A manoeuvre to fly.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Manoeuvre {
+    /// Control.
+    pub surface: Surface,
+    /// Shape.
+    pub kind: InputKind,
+    /// Amplitude of the first pulse, rad.
+    pub amplitude_rad: f64,
+    /// Base time, s.
+    pub dt_s: f64,
+    /// Onset of the input, s.
+    pub onset_s: f64,
+    /// Hand that flies it.
+    pub hand: Hand,
+    /// Flown badly on purpose: to be discarded.
+    pub spoilt: bool,
+    /// Test point it belongs to.
+    pub test_point: u8,
+}
+
+/// A manoeuvre with its input as the hand flies it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Flown {
+    /// What was to be flown.
+    pub manoeuvre: Manoeuvre,
+    /// What is flown.
+    pub signal: InputSignal,
+}
+
+impl Manoeuvre {
+    /// Steady flight, controls held, before the onset, s (thesis section 4.4.1: 2 to 3 s).
+    pub const RUN_IN_S: f64 = 3.0;
+    /// Controls held from the onset on, s: input and free response.
+    pub const FREE_S: f64 = 9.5;
+    /// What the control sensors record before the controls are held, and after they are released, s.
+    pub const MARGIN_S: f64 = 0.5;
+
+    /// Start of the held controls, s.
+    pub fn held_from_s(&self) -> f64 {
+        self.onset_s - Self::RUN_IN_S
+    }
+
+    /// End of the held controls, s.
+    pub fn held_to_s(&self) -> f64 {
+        self.onset_s + Self::FREE_S
+    }
+
+    /// Interval the control sensors record, s.
+    pub fn recorded_s(&self) -> (f64, f64) {
+        (self.held_from_s() - Self::MARGIN_S, self.held_to_s() + Self::MARGIN_S)
+    }
+
+    /// The input as the hand flies it.
+    pub fn fly(self, rng: &mut ChaCha8Rng) -> Flown {
+        let signal = InputSignal::new(self.kind, self.dt_s, self.amplitude_rad, self.hand, rng);
+        Flown { manoeuvre: self, signal }
+    }
+}
