@@ -148,7 +148,8 @@ fn median(runs: usize, mut run: impl FnMut()) -> f64 {
     times[runs / 2]
 }
 
-fn main() {
+/// Ratios within one run, which is what the times of a shared machine are good for.
+fn compare() {
     let flight_data = flight(SAMPLES);
     let steps = (MANOEUVRES * (SAMPLES - 1)) as f64;
     println!("{MANOEUVRES} manoeuvres of {} steps, {} lanes", SAMPLES - 1, lanes());
@@ -168,6 +169,10 @@ fn main() {
                 divan::black_box(run_production(std::slice::from_ref(data), &settings));
             }
         });
+        let smoothing = FilterSettings { smooth: true, ..settings.clone() };
+        let smoother = median(5, || {
+            divan::black_box(run_production(&flight_data, &smoothing));
+        });
         let per_step = |time: f64| time / steps * 1e6;
         println!(
             "{name}: dense {:.2} us/step; side by side {:.3} us/step, {:.1} times faster; one by one {:.3} us/step, {:.1} times faster",
@@ -177,5 +182,43 @@ fn main() {
             per_step(single),
             plain / single
         );
+        println!(
+            "{name} and smoother: {:.3} us/step, {:.1} times faster than the dense filter alone",
+            per_step(smoother),
+            plain / smoother
+        );
     }
+}
+
+fn main() {
+    compare();
+    divan::main();
+}
+
+#[divan::bench(sample_count = 9)]
+fn ekf_18states_57500samples(bencher: divan::Bencher) {
+    let flight = flight(SAMPLES);
+    bencher.bench(|| run_production(&flight, &settings(Method::Ekf)));
+}
+
+/// Linear in the number of samples: compare the times of the arguments.
+#[divan::bench(args = [251, 2_501, 25_001], sample_count = 9)]
+fn iekf_18states_23manoeuvres(bencher: divan::Bencher, samples: usize) {
+    let flight = flight(samples);
+    bencher.bench(|| run_production(&flight, &settings(iekf())));
+}
+
+#[divan::bench(sample_count = 9)]
+fn iekf_and_smoother_18states_57500samples(bencher: divan::Bencher) {
+    let flight = flight(SAMPLES);
+    let settings = FilterSettings { smooth: true, ..settings(iekf()) };
+    bencher.bench(|| run_production(&flight, &settings));
+}
+
+#[divan::bench(sample_count = 3)]
+fn iekf_dense_18states_57500samples(bencher: divan::Bencher) {
+    let flight = flight(SAMPLES);
+    let settings = settings(iekf());
+    let filter = dense_filter(&settings);
+    bencher.bench(|| flight.iter().map(|data| run_dense(&filter, data, &settings).len()).sum::<usize>());
 }

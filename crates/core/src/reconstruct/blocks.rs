@@ -184,24 +184,25 @@ pub fn cross_squared<T: Real>(a: &Vec3<T>) -> Block<T> {
 pub struct Factor<T> {
     lower: Block<T>,
     inverse_diagonal: Vec3<T>,
-    /// Smallest pivot relative to its diagonal entry: not positive where the block is not positive definite.
+    /// Smallest pivot: not positive where the block is not positive definite.
     pub pivot: T,
 }
 
 impl<T: Real> Factor<T> {
-    /// Factor of `s`, of which the lower triangle is read.
+    /// Factor of `s`, of which the lower triangle is read. A pivot that is not positive counts as infinite, which leaves
+    /// its row out of every solution: right for a state known exactly.
     #[inline(always)]
     pub fn new(s: &Block<T>) -> Self {
         let one = T::splat(1.0);
+        let zero = T::zero();
         let d0 = s[0][0];
-        let i0 = one / d0.sqrt();
+        let i0 = d0.select_above(zero, one / d0.sqrt(), zero);
         let (l10, l20) = (s[1][0] * i0, s[2][0] * i0);
         let d1 = l10.neg_mul_add(l10, s[1][1]);
-        let i1 = one / d1.sqrt();
+        let i1 = d1.select_above(zero, one / d1.sqrt(), zero);
         let l21 = l20.neg_mul_add(l10, s[2][1]) * i1;
         let d2 = l21.neg_mul_add(l21, l20.neg_mul_add(l20, s[2][2]));
-        let i2 = one / d2.sqrt();
-        let zero = T::zero();
+        let i2 = d2.select_above(zero, one / d2.sqrt(), zero);
         Self {
             lower: [[zero, zero, zero], [l10, zero, zero], [l20, l21, zero]],
             inverse_diagonal: [i0, i1, i2],
@@ -231,4 +232,38 @@ impl<T: Real> Factor<T> {
         let w2 = w1.neg_mul_add(l[2][1], w0.neg_mul_add(l[2][0], b[2])) * d[2];
         [w0, w1, w2]
     }
+
+    /// `L^-1 b`: columns of `b` whitened.
+    #[inline(always)]
+    pub fn solve(&self, b: &Block<T>) -> Block<T> {
+        transposed(&self.whiten_rows(&transposed(b)))
+    }
+
+    /// `L'^-1 b`.
+    #[inline(always)]
+    pub fn solve_transposed(&self, b: &Block<T>) -> Block<T> {
+        let (l, d) = (&self.lower, &self.inverse_diagonal);
+        let mut x = *b;
+        for j in 0..3 {
+            x[2][j] = b[2][j] * d[2];
+            x[1][j] = l[2][1].neg_mul_add(x[2][j], b[1][j]) * d[1];
+            x[0][j] = l[1][0].neg_mul_add(x[1][j], l[2][0].neg_mul_add(x[2][j], b[0][j])) * d[0];
+        }
+        x
+    }
+}
+
+/// Inverse of a block near the identity, by cofactors.
+#[inline(always)]
+pub fn inverse<T: Real>(a: &Block<T>) -> Block<T> {
+    let mut cofactors = *a;
+    for i in 0..3 {
+        let (i1, i2) = ((i + 1) % 3, (i + 2) % 3);
+        for j in 0..3 {
+            let (j1, j2) = ((j + 1) % 3, (j + 2) % 3);
+            cofactors[j][i] = a[i1][j1].mul_add(a[i2][j2], -(a[i1][j2] * a[i2][j1]));
+        }
+    }
+    let determinant = a[0][0].mul_add(cofactors[0][0], a[0][1].mul_add(cofactors[1][0], a[0][2] * cofactors[2][0]));
+    scaled(&cofactors, T::splat(1.0) / determinant)
 }

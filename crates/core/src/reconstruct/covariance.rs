@@ -74,6 +74,14 @@ impl<T: Real> Covariance<T> {
         self.add_input_noise(phi, noise);
     }
 
+    /// `D <- Phi^-1 D Phi'^-1`, with the blocks of [`Transition::inverse`].
+    #[inline(always)]
+    pub fn propagate_back(&mut self, inverse: &Transition<T>) {
+        self.attitude_rows(inverse);
+        self.velocity_rows(inverse);
+        self.position_rows(inverse);
+    }
+
     /// Position: `pos + pos_vel vel + pos_att att + pos_acc acc + pos_gyr gyr + dt wind`.
     #[inline(always)]
     fn position_rows(&mut self, phi: &Transition<T>) {

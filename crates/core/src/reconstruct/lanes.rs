@@ -8,7 +8,8 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use super::kernel::{Estimate, Tuning};
 use super::real::Real;
-use super::run::run_block;
+use super::run::{run_block, smooth_block};
+use super::smoother::Kept;
 #[cfg(target_arch = "x86_64")]
 pub use x86::{Eight, Four};
 
@@ -16,6 +17,17 @@ pub use x86::{Eight, Four};
 pub trait Lanes: Real {
     /// [`run_block`] with the instructions of this vector. Only on a machine that [`widest`] found to have them.
     fn run(estimate: &mut Estimate<Self>, tuning: &Tuning<Self>, steps: usize, drive: &[f64], record: &mut [f64]);
+
+    /// [`smooth_block`], likewise.
+    fn smooth(
+        start: &Estimate<Self>,
+        smoothed: &mut Estimate<Self>,
+        tuning: &Tuning<Self>,
+        steps: usize,
+        drive: &[f64],
+        kept: &mut Vec<Kept<Self>>,
+        record: &mut [f64],
+    );
 }
 
 /// Sets of vector instructions, in order of width.
@@ -94,6 +106,18 @@ macro_rules! operators {
 impl Lanes for Two {
     fn run(estimate: &mut Estimate<Self>, tuning: &Tuning<Self>, steps: usize, drive: &[f64], record: &mut [f64]) {
         run_block(estimate, tuning, steps, drive, record);
+    }
+
+    fn smooth(
+        start: &Estimate<Self>,
+        smoothed: &mut Estimate<Self>,
+        tuning: &Tuning<Self>,
+        steps: usize,
+        drive: &[f64],
+        kept: &mut Vec<Kept<Self>>,
+        record: &mut [f64],
+    ) {
+        smooth_block(start, smoothed, tuning, steps, drive, kept, record);
     }
 }
 
@@ -268,6 +292,31 @@ mod x86 {
                     }
                     // SAFETY: `widest` has found the features.
                     unsafe { compiled(estimate, tuning, steps, drive, record) }
+                }
+
+                fn smooth(
+                    start: &Estimate<Self>,
+                    smoothed: &mut Estimate<Self>,
+                    tuning: &Tuning<Self>,
+                    steps: usize,
+                    drive: &[f64],
+                    kept: &mut Vec<Kept<Self>>,
+                    record: &mut [f64],
+                ) {
+                    #[target_feature(enable = $features)]
+                    fn compiled(
+                        start: &Estimate<$vector>,
+                        smoothed: &mut Estimate<$vector>,
+                        tuning: &Tuning<$vector>,
+                        steps: usize,
+                        drive: &[f64],
+                        kept: &mut Vec<Kept<$vector>>,
+                        record: &mut [f64],
+                    ) {
+                        smooth_block(start, smoothed, tuning, steps, drive, kept, record);
+                    }
+                    // SAFETY: `widest` has found the features.
+                    unsafe { compiled(start, smoothed, tuning, steps, drive, kept, record) }
                 }
             }
         };

@@ -16,6 +16,7 @@ mod real;
 mod run;
 mod schedule;
 mod settings;
+mod smoother;
 mod transition;
 
 pub use error::ReconstructError;

@@ -16,8 +16,9 @@ use super::layout::{MEASUREMENTS, STATES, State};
 use super::real::Real;
 use super::schedule::{DRIVE, END, Event, MEASURED, NOISE_SCALE, PRESENT, START, Schedule, check};
 use super::settings::{Linearisation, Method, ValidSettings};
+use super::smoother::{Kept, smooth_step};
 use super::transition::Inputs;
-use super::{FilterData, ReconstructError, Reconstruction};
+use super::{FilterData, ReconstructError, Reconstruction, Smoothed};
 
 /// Steps between two looks at the watcher.
 const BLOCK: usize = 32;
@@ -141,7 +142,11 @@ fn run_group<T: Lanes>(
     let mut drive = vec![0.0; BLOCK * DRIVE * T::LANES];
     let mut record = vec![0.0; BLOCK * RECORD * T::LANES];
     let samples = data.iter().map(|data| data.inputs.time_s.len()).max().unwrap_or(0);
+    let mut checkpoints = Vec::new();
     loop {
+        if settings.smooth {
+            checkpoints.push(Checkpoint { estimate, schedules: schedules(&windows) });
+        }
         let mut steps = 0;
         let mut done = samples;
         drive.fill(0.0);
@@ -165,11 +170,94 @@ fn run_group<T: Lanes>(
             return data.iter().map(|_| Err(ReconstructError::Cancelled)).collect();
         }
     }
+    if settings.smooth && smooth_group(&mut windows, estimate, &tuning, &checkpoints, watch).is_break() {
+        return data.iter().map(|_| Err(ReconstructError::Cancelled)).collect();
+    }
     let mut results = Vec::with_capacity(windows.len());
     for (lane, window) in windows.into_iter().enumerate() {
         results.push(window.and_then(|window| window.finish(lane, &estimate.p)));
     }
     results
+}
+
+/// Where a block began: enough to run it again.
+struct Checkpoint<'a, T> {
+    estimate: Estimate<T>,
+    schedules: Vec<Option<Schedule<'a>>>,
+}
+
+fn schedules<'a>(windows: &[Result<Window<'a>, ReconstructError>]) -> Vec<Option<Schedule<'a>>> {
+    windows.iter().map(|window| window.as_ref().ok().map(|window| window.schedule.clone())).collect()
+}
+
+/// Goes back through the blocks from the final estimate. Each is filtered again from its checkpoint, so that only one
+/// block at a time is held whole.
+fn smooth_group<'a, T: Lanes>(
+    windows: &mut [Result<Window<'a>, ReconstructError>],
+    last: Estimate<T>,
+    tuning: &Tuning<T>,
+    checkpoints: &[Checkpoint<'a, T>],
+    watch: Watch<'_>,
+) -> ControlFlow<()> {
+    let mut smoothed = last;
+    let mut drive = vec![0.0; BLOCK * DRIVE * T::LANES];
+    let mut record = vec![0.0; BLOCK * RECORD * T::LANES];
+    let mut kept = Vec::with_capacity(BLOCK);
+    for window in windows.iter_mut().flatten() {
+        window.begin_smoothing();
+    }
+    for checkpoint in checkpoints.iter().rev() {
+        drive.fill(0.0);
+        let mut steps = 0;
+        for (lane, (window, schedule)) in windows.iter_mut().zip(&checkpoint.schedules).enumerate() {
+            if let (Ok(window), Some(schedule)) = (window, schedule) {
+                window.schedule = schedule.clone();
+                window.fill::<T>(lane, &mut drive);
+                steps = steps.max(window.events.len());
+            }
+        }
+        T::smooth(&checkpoint.estimate, &mut smoothed, tuning, steps, &drive, &mut kept, &mut record);
+        for (lane, window) in windows.iter_mut().enumerate() {
+            if let Ok(window) = window {
+                window.drain_smoothed::<T>(lane, &record);
+            }
+        }
+        watch(1.0)?;
+    }
+    ControlFlow::Continue(())
+}
+
+/// The kernel over `steps` steps from `start`, kept, and back again: `smoothed` enters at the end of the block and leaves
+/// at its start.
+#[inline(always)]
+pub fn smooth_block<T: Real>(
+    start: &Estimate<T>,
+    smoothed: &mut Estimate<T>,
+    tuning: &Tuning<T>,
+    steps: usize,
+    drive: &[f64],
+    kept: &mut Vec<Kept<T>>,
+    record: &mut [f64],
+) {
+    kept.clear();
+    let mut estimate = *start;
+    for drive in drive.chunks_exact(DRIVE * T::LANES).take(steps) {
+        let step = read_step::<T>(drive);
+        let before = estimate;
+        let (phi, trig) = estimate.predict(&step, tuning);
+        kept.push(Kept { before, phi, predicted: estimate });
+        estimate.update(&step, &trig, tuning);
+    }
+    for k in (0..steps).rev() {
+        let step = read_step::<T>(&drive[k * DRIVE * T::LANES..]);
+        smooth_step(smoothed, &kept[k], &step, tuning);
+        let record = &mut record[k * RECORD * T::LANES..];
+        for field in 0..STATES {
+            let (g, i) = (field / 3, field % 3);
+            smoothed.x[g][i].store(&mut record[field * T::LANES..]);
+            smoothed.p.variances(g)[i].sqrt().store(&mut record[(DEVIATIONS + field) * T::LANES..]);
+        }
+    }
 }
 
 /// Reconstructs one window with the dense Joseph form, after `cause` stopped the packed one.
@@ -208,6 +296,9 @@ fn run_joseph(
     }
     window.result.final_covariance = estimate.p;
     window.result.warnings.push(format!("recomputed with a dense covariance in Joseph form, because {cause}"));
+    if settings.smooth {
+        window.result.warnings.push("not smoothed: the smoother needs the packed covariance".into());
+    }
     Ok(window.result.clone())
 }
 
@@ -373,8 +464,43 @@ impl<'a> Window<'a> {
         }
     }
 
+    /// The smoothed path ends where the filtered one does.
+    fn begin_smoothing(&mut self) {
+        let result = &mut self.result;
+        result.smoothed = Some(Smoothed { states: result.states.clone(), deviations: result.deviations.clone() });
+    }
+
+    /// Takes what the smoother told of the starts of the steps of a block.
+    fn drain_smoothed<T: Real>(&mut self, lane: usize, record: &[f64]) {
+        let Some(smoothed) = &mut self.result.smoothed else { return };
+        let told = |step: usize, field: usize| record[(step * RECORD + field) * T::LANES + lane];
+        for k in 0..STATES {
+            for (step, event) in self.events.iter().enumerate() {
+                let Some(row) = event.start_sample else { continue };
+                smoothed.states[k][row] = told(step, k);
+                smoothed.deviations[k][row] = told(step, DEVIATIONS + k);
+            }
+        }
+    }
+
+    /// First smoothed value that is not a number.
+    fn smoothing_error(&self) -> Option<ReconstructError> {
+        let smoothed = self.result.smoothed.as_ref()?;
+        for state in State::ALL {
+            let deviations = &smoothed.deviations[state as usize];
+            let rows = deviations.iter().zip(&smoothed.states[state as usize]).zip(&self.result.time_s);
+            for ((deviation, value), &time_s) in rows {
+                if !(deviation.is_finite() && value.is_finite()) {
+                    let variance = deviation * deviation;
+                    return Some(ReconstructError::NotPositiveDefinite { state: state.name(), time_s, variance });
+                }
+            }
+        }
+        None
+    }
+
     fn finish<T: Real>(mut self, lane: usize, p: &Covariance<T>) -> Result<Reconstruction, ReconstructError> {
-        if let Some(error) = self.error {
+        if let Some(error) = self.error.take().or_else(|| self.smoothing_error()) {
             return Err(error);
         }
         let mut lanes = [0.0; MOST_LANES];

@@ -28,10 +28,13 @@ pub struct Event {
     pub is_sample: bool,
     /// Number of measurements.
     pub degrees: u8,
+    /// Index of the inertial sample at the start of the step, if there is one.
+    pub start_sample: Option<usize>,
 }
 
 /// Walks through the events of a window. Measurements at or before the first inertial sample, and after the last, take
 /// no part.
+#[derive(Clone)]
 pub struct Schedule<'a> {
     data: &'a FilterData,
     hold: InputHold,
@@ -92,6 +95,8 @@ impl Schedule<'_> {
         }
         let is_sample = time_s == sample_time_s;
         let dt = time_s - self.time_s;
+        let last_sample = self.next_sample - 1;
+        let start_sample = (self.time_s == times[last_sample]).then_some(last_sample);
         drive[0] = dt;
         drive[NOISE_SCALE * stride] = interval_s / dt;
         let at_sample = sample(&self.data.inputs, self.next_sample);
@@ -117,7 +122,7 @@ impl Schedule<'_> {
             self.input = at_sample;
             self.next_sample += 1;
         }
-        Some(Event { time_s, is_sample, degrees })
+        Some(Event { time_s, is_sample, degrees, start_sample })
     }
 
     /// Moves measurement `m` on to its next finite value after `time_s`.

@@ -1,8 +1,10 @@
 //! Discrete transition over one step: state by Runge-Kutta, Jacobian by the exponential series to third order.
 
 use super::blocks::{
-    Block, Vec3, add_product, add_scaled, cross, cross_squared, difference, product, scaled, scaled_identity, sum,
+    Block, Vec3, add_product, add_scaled, add_times, cross, cross_squared, difference, inverse, product, scaled,
+    scaled_identity, sum,
 };
+use super::covariance::{ACC, ATT, GROUPS, GYR, POS, VEL, WIND};
 use super::kinematics::{KinematicsJacobian, Rates, Trig, rates};
 use super::real::Real;
 
@@ -162,6 +164,43 @@ impl<T: Real> Transition<T> {
             att_att: add_product(&identity, e, &e1),
             att_gyr: product(&e1, &f.att_gyr),
         }
+    }
+
+    /// Blocks of the inverse matrix in the same places. Its factors apply in the opposite order: see
+    /// [`super::covariance::Covariance::propagate_back`].
+    #[inline(always)]
+    pub fn inverse(&self) -> Self {
+        let minus = T::splat(-1.0);
+        let vel_vel = inverse(&self.vel_vel);
+        let att_att = inverse(&self.att_att);
+        let (vel_minus, att_minus) = (scaled(&vel_vel, minus), scaled(&att_att, minus));
+        Self {
+            dt: -self.dt,
+            pos_vel: scaled(&self.pos_vel, minus),
+            pos_att: scaled(&self.pos_att, minus),
+            pos_acc: scaled(&self.pos_acc, minus),
+            pos_gyr: scaled(&self.pos_gyr, minus),
+            vel_vel,
+            vel_att: product(&vel_minus, &self.vel_att),
+            vel_acc: product(&vel_minus, &self.vel_acc),
+            vel_gyr: product(&vel_minus, &self.vel_gyr),
+            att_att,
+            att_gyr: product(&att_minus, &self.att_gyr),
+        }
+    }
+
+    /// `Phi^-1 d` for a vector, where `self` holds the blocks of [`Transition::inverse`].
+    #[inline(always)]
+    pub fn apply_back(&self, d: &[Vec3<T>; GROUPS]) -> [Vec3<T>; GROUPS] {
+        let mut x = *d;
+        let zero = [T::zero(); 3];
+        x[ATT] = add_times(&add_times(&zero, &self.att_att, &d[ATT]), &self.att_gyr, &d[GYR]);
+        let vel = add_times(&add_times(&zero, &self.vel_vel, &d[VEL]), &self.vel_att, &x[ATT]);
+        x[VEL] = add_times(&add_times(&vel, &self.vel_acc, &d[ACC]), &self.vel_gyr, &d[GYR]);
+        let pos = add_times(&add_scaled(&d[POS], &d[WIND], self.dt), &self.pos_vel, &x[VEL]);
+        let pos = add_times(&add_times(&pos, &self.pos_att, &x[ATT]), &self.pos_acc, &d[ACC]);
+        x[POS] = add_times(&pos, &self.pos_gyr, &d[GYR]);
+        x
     }
 }
 

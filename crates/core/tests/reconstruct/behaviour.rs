@@ -11,7 +11,7 @@ use crate::dense::{Step, Z};
 use crate::reference::{EQUAL_SETTINGS_SIGMA, largest_difference, largest_difference_of, run};
 
 /// The part of the recording from sample `first` to before `last`.
-fn window(data: &FilterData, first: usize, last: usize) -> FilterData {
+pub fn window(data: &FilterData, first: usize, last: usize) -> FilterData {
     let mut window = data.clone();
     window.inputs.time_s = data.inputs.time_s[first..last].to_vec();
     for column in &mut window.inputs.columns {

@@ -46,6 +46,8 @@ pub struct Told {
     pub innovation: Z,
     pub innovation_covariance: SMatrix<f64, 12, 12>,
     pub nis: f64,
+    pub phi: P,
+    pub predicted: (X, P),
 }
 
 /// Kinematic model (Eq. 3.7).
@@ -298,7 +300,7 @@ impl Dense {
             let innovation = residual(step, &point);
             if told.is_none() {
                 let nis = innovation.dot(&factor.solve(&innovation));
-                told = Some(Told { innovation, innovation_covariance: s, nis });
+                told = Some(Told { innovation, innovation_covariance: s, nis, phi, predicted: (predicted, prior) });
             }
             let next = predicted + gain * (innovation - h * (predicted - point));
             let moved =

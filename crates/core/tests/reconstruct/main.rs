@@ -13,3 +13,5 @@ mod reference;
 #[cfg(test)]
 #[path = "../common/shared.rs"]
 mod shared;
+#[cfg(test)]
+mod smoother;

@@ -23,7 +23,7 @@ pub fn run(data: &FilterData, settings: &FilterSettings) -> Reconstruction {
 }
 
 /// Steps of a recording whose measurements were all taken at the inertial samples.
-fn steps(data: &FilterData, hold: InputHold) -> Vec<Step> {
+pub fn steps(data: &FilterData, hold: InputHold) -> Vec<Step> {
     let t = &data.inputs.time_s;
     let at = |k: usize| std::array::from_fn(|i| data.inputs.columns[i][k]);
     (1..t.len())
