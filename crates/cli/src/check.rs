@@ -23,9 +23,7 @@ pub fn check(arguments: &CheckArguments) -> Result<(), String> {
 fn check_session(arguments: &CheckArguments) -> Result<(), String> {
     let opened = session::open(&arguments.file).map_err(|error| error.to_string())?;
     let mut problems: Vec<String> = session::check(&opened.session).iter().map(ToString::to_string).collect();
-    if let Err(error) = stage::text(&opened.folder, &opened.session.aircraft, "aircraft")
-        .and_then(|text| aircraft_file::parse(&text).map_err(|error| error.to_string()))
-    {
+    if let Err(error) = stage::load_aircraft(&opened.folder, &opened.session.aircraft) {
         problems.push(format!("aircraft: {error}"));
     }
     for flight in &opened.session.flights {

@@ -1,6 +1,6 @@
 //! From a snapshot to the results that leave the program.
 
-use doublet_core::reconstruct::{Measurement, State};
+use doublet_core::reconstruct::State;
 
 use super::results::{
     DerivativeRow, DroppedRow, FORMAT, FitRow, InnovationRow, PredictionRow, RecordingRow, Results, StateRow, VERSION,
@@ -13,6 +13,7 @@ use crate::stage::{CoefficientFit, WindowPath};
 /// Collects everything a snapshot says about a session.
 pub fn build(session: &Session, snapshot: &Snapshot) -> Results {
     let aircraft = snapshot.aircraft.ready();
+    let aircraft = aircraft.map(|loaded| &loaded.aircraft);
     let mass = aircraft.map(|aircraft| {
         let loading = session.loading.as_ref().unwrap_or(&aircraft.standard_loading);
         loading.mass_properties(aircraft).mass_kg
@@ -74,8 +75,10 @@ fn window_row(window: &Manoeuvre, snapshot: &Snapshot) -> Option<WindowRow> {
         role: window.role.name(),
         surface: window.surface.map(Surface::name),
         samples: path.reconstruction.time_s.len(),
-        mean_nis: path.consistency.mean_nis,
-        expected_nis: path.consistency.expected_nis,
+        mean_nis: path.consistency.as_ref().map_or(f64::NAN, |c| c.nis_mean),
+        expected_nis: path.consistency.as_ref().map_or(f64::NAN, |c| c.nis_mean / c.nis_ratio),
+        nis_band: path.consistency.as_ref().map_or([f64::NAN; 2], |c| c.nis_band),
+        nis_band_correlated: path.consistency.as_ref().map_or([f64::NAN; 2], |c| c.nis_band_correlated),
         missing_measurements: path.missing.iter().map(|measurement| measurement.name()).collect(),
         states: State::ALL.into_iter().filter_map(|state| state_row(state, path)).collect(),
         innovations: innovation_rows(path),
@@ -98,18 +101,14 @@ fn state_row(state: State, path: &WindowPath) -> Option<StateRow> {
 }
 
 fn innovation_rows(path: &WindowPath) -> Vec<InnovationRow> {
-    let channels = Measurement::ALL.into_iter().zip(&path.consistency.channels);
-    let rows = channels.filter_map(|(measurement, channel)| {
-        let channel = channel.as_ref()?;
-        Some(InnovationRow {
-            measurement: measurement.name(),
-            unit: measurement.dimension().si_symbol(),
-            samples: channel.samples,
-            mean: channel.mean,
-            rms: channel.rms,
-            ratio: channel.ratio,
-            advice: channel.advice.clone(),
-        })
+    let channels = path.consistency.iter().flat_map(|consistency| &consistency.channels);
+    let rows = channels.map(|channel| InnovationRow {
+        measurement: channel.measurement.name(),
+        samples: channel.samples,
+        mean: channel.mean,
+        ratio: channel.deviation_ratio,
+        is_white: channel.is_white,
+        advice: channel.advice.clone(),
     });
     rows.collect()
 }

@@ -101,6 +101,7 @@ fn put_path(writer: &mut Writer, group: &str, path: &WindowPath) {
         let deviations = &reconstruction.innovation_deviations[index];
         writer.put(at("innovation_deviations/", name), unit, "predicted standard deviation", deviations);
     }
+    writer.put(at("", "update_time"), "s", "time of innovations and NIS", &reconstruction.update_time_s);
     writer.put(at("", "nis"), "-", "normalised innovation squared", &reconstruction.nis);
 }
 

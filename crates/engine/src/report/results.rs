@@ -70,6 +70,10 @@ pub struct WindowRow {
     pub mean_nis: f64,
     /// Its expectation: the mean number of measurements per update.
     pub expected_nis: f64,
+    /// 95 % region of the mean NIS for white innovations.
+    pub nis_band: [f64; 2],
+    /// The same for as many independent samples as the autocorrelation of the NIS leaves.
+    pub nis_band_correlated: [f64; 2],
     /// Measurements the recording lacks.
     pub missing_measurements: Vec<&'static str>,
     /// Final estimate of each state.
@@ -106,16 +110,14 @@ pub struct StateRow {
 pub struct InnovationRow {
     /// Measurement.
     pub measurement: &'static str,
-    /// SI unit.
-    pub unit: &'static str,
     /// Updates.
     pub samples: usize,
-    /// Mean.
+    /// Mean, in predicted deviations.
     pub mean: f64,
-    /// Root mean square.
-    pub rms: f64,
-    /// Root mean square over predicted: one when consistent, above when the filter is over-confident.
+    /// Root mean square, in predicted deviations: one when consistent, above when the filter is over-confident.
     pub ratio: f64,
+    /// Whether the autocorrelation stays inside its 95 % limit.
+    pub is_white: bool,
     /// One sentence on what to change, if anything.
     pub advice: String,
 }

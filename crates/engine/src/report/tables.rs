@@ -72,17 +72,16 @@ pub fn write(results: &Results, folder: &Path) -> Result<(), ReportError> {
     )?;
     table(
         &folder.join("innovations.csv"),
-        &["window", "measurement", "unit", "samples", "mean", "rms", "ratio", "advice"],
+        &["window", "measurement", "samples", "mean_over_deviation", "rms_over_deviation", "white", "advice"],
         windows.iter().flat_map(|window| {
             window.innovations.iter().map(|row| {
                 vec![
                     window.name.clone(),
                     row.measurement.to_owned(),
-                    row.unit.to_owned(),
                     row.samples.to_string(),
                     number(row.mean),
-                    number(row.rms),
                     number(row.ratio),
+                    row.is_white.to_string(),
                     row.advice.clone(),
                 ]
             })

@@ -4,16 +4,14 @@ use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use doublet_core::airframe::Aircraft;
-use doublet_core::load::aircraft as aircraft_file;
 use doublet_core::reconstruct::{FilterData, lane_groups};
 use rayon::prelude::*;
 
 use super::control::{Cancelled, Control};
 use super::snapshot::{LogEntry, Slot, Snapshot, WindowResults};
-use crate::graph::{Cache, Footprint, Key, KeyBuilder};
+use crate::graph::{Cache, Key, KeyBuilder};
 use crate::session::{self, Manoeuvre, Session, WindowRole};
-use crate::stage::{self, AeroWindow, AircraftData, LoadedFlight, Samples, WindowAero, WindowPath};
+use crate::stage::{self, AeroWindow, AircraftData, LoadedAircraft, LoadedFlight, Samples, WindowAero, WindowPath};
 
 /// Shortest time between two published snapshots of one run.
 const PUBLISH_INTERVAL: Duration = Duration::from_millis(8);
@@ -185,45 +183,40 @@ fn cancel_running(snapshot: &mut Snapshot) {
 fn stages(scope: &Scope<'_>, windows: &[&Manoeuvre], cache: &Cache, board: &Board<'_>) -> Result<(), Cancelled> {
     let aircraft = load_aircraft(scope, cache, board)?;
     let tasks = load_flights(scope, windows, cache, board)?;
-    let Some(aircraft) = aircraft else {
+    let Some((aircraft, aircraft_key)) = aircraft else {
         for window in windows {
             board.step(|s| fail_window(s, &window.name, "the aircraft could not be read"))?;
         }
         return board.step(|s| s.pooled.finish(Err("the aircraft could not be read".to_owned())));
     };
     let paths = reconstruct_all(scope, &tasks, &aircraft, cache, board)?;
-    let aero = form_coefficients(scope, &paths, &aircraft, cache, board)?;
+    let aero = form_coefficients(scope, &paths, (&aircraft, aircraft_key), cache, board)?;
     pool(scope, &aero, cache, board)
 }
 
-fn load_aircraft(scope: &Scope<'_>, cache: &Cache, board: &Board<'_>) -> Result<Option<AircraftData>, Cancelled> {
+fn load_aircraft(
+    scope: &Scope<'_>,
+    cache: &Cache,
+    board: &Board<'_>,
+) -> Result<Option<(AircraftData, Key)>, Cancelled> {
     let path = &scope.session.aircraft;
-    let read = || -> Result<(Arc<Aircraft>, AircraftData), String> {
+    let loading = scope.session.loading.as_ref();
+    let read = || -> Result<(Arc<LoadedAircraft>, AircraftData, Key), String> {
         let text = stage::text(scope.folder, path, "aircraft")?;
-        let key = KeyBuilder::new("aircraft", 1).text(&text).finish();
-        let aircraft = match cache.get(key) {
-            Some(aircraft) => aircraft,
-            None => {
-                let aircraft = aircraft_file::parse(&text).map_err(|error| format!("{path}: {error}"))?;
-                cache.insert(key, aircraft)
-            }
+        let key = KeyBuilder::new("aircraft", 1).text(path).text(&text).finish();
+        let loaded = match cache.get(key) {
+            Some(loaded) => loaded,
+            None => cache.insert(key, stage::load_aircraft(scope.folder, path)?),
         };
-        let loading = scope.session.loading.as_ref().unwrap_or(&aircraft.standard_loading);
-        let data = stage::aircraft_data(&aircraft, loading).map_err(|error| format!("{path}: {error}"))?;
-        Ok((aircraft, data))
+        let data = stage::aircraft_data(Arc::clone(&loaded), loading).map_err(|error| format!("{path}: {error}"))?;
+        Ok((loaded, data, KeyBuilder::new("loading", 1).key(key).parameters(&loading).finish()))
     };
     let (result, data) = match read() {
-        Ok((aircraft, data)) => (Ok(aircraft), Some(data)),
+        Ok((loaded, data, key)) => (Ok(loaded), Some((data, key))),
         Err(error) => (Err(error), None),
     };
     board.step(|snapshot| snapshot.aircraft.finish(result))?;
     Ok(data)
-}
-
-impl Footprint for Aircraft {
-    fn bytes(&self) -> usize {
-        1 << 14
-    }
 }
 
 fn load_flights<'a>(
@@ -392,7 +385,7 @@ fn path_key(data: &FilterData, session: &Session) -> Key {
 fn form_coefficients<'a>(
     scope: &Scope<'a>,
     paths: &[Reconstructed<'a>],
-    aircraft: &AircraftData,
+    (aircraft, aircraft_key): (&AircraftData, Key),
     cache: &Cache,
     board: &Board<'_>,
 ) -> Result<Vec<(AeroWindow<'a>, Key)>, Cancelled> {
@@ -402,7 +395,7 @@ fn form_coefficients<'a>(
         let key = KeyBuilder::new("aero", 1)
             .key(*key)
             .key(task.flight_key)
-            .parameters(aircraft)
+            .key(aircraft_key)
             .parameters(&session.preparation)
             .finish();
         let result = match cache.get::<WindowAero>(key) {

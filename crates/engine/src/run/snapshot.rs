@@ -4,9 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-use doublet_core::airframe::Aircraft;
-
-use crate::stage::{LoadedFlight, PooledFits, WindowAero, WindowFits, WindowPath};
+use crate::stage::{LoadedAircraft, LoadedFlight, PooledFits, WindowAero, WindowFits, WindowPath};
 
 /// State of one stage's output. What was there before stays visible until it is replaced.
 #[derive(Clone, Debug, Default)]
@@ -119,7 +117,7 @@ pub struct Snapshot {
     /// Part of the run that is done, 0 to 1.
     pub progress: f32,
     /// The aircraft.
-    pub aircraft: Slot<Aircraft>,
+    pub aircraft: Slot<LoadedAircraft>,
     /// Recordings by flight.
     pub flights: BTreeMap<String, Slot<LoadedFlight>>,
     /// Results by window.

@@ -5,14 +5,15 @@ use std::sync::Arc;
 
 use doublet_core::atmos::{Atmosphere, density_kg_m3};
 use doublet_core::model::{
-    AeroData, Axes, Coefficient, CoefficientSettings, Coefficients, Engine, Gyroscopic, InertiaHistory, Lag,
-    ThrustTreatment, Variables, coefficients, variables,
+    AeroData, Axes, Coefficient, CoefficientSettings, Coefficients, Gyroscopic, Lag, ThrustTreatment, Variables,
+    coefficients, variables,
 };
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::{INPUTS, STATES, State};
 use doublet_core::series::{Recording, Series};
 
 use super::aircraft::AircraftData;
+use super::engines::{Air, engines};
 use super::path::{WindowPath, differentiation};
 use super::samples::values_at;
 use crate::graph::Footprint;
@@ -60,7 +61,7 @@ pub fn aero(
         moment_reference: aircraft.moment_reference,
         axes: Axes::Body,
         thrust: if preparation.remove_thrust { ThrustTreatment::Removed } else { ThrustTreatment::Included },
-        gyroscopic: Gyroscopic::Ignored,
+        gyroscopic: gyroscopic(&data),
         differentiation: differentiation(preparation, &data.time_s),
         control_lags: CONTROLS.map(|role| (role, lag)).into(),
     };
@@ -69,6 +70,12 @@ pub fn aero(
     let time_s: Arc<[f64]> = data.time_s.as_slice().into();
     let series = Coefficient::ALL.map(|c| Series { time_s: Arc::clone(&time_s), values: coefficients.get(c).into() });
     Ok(WindowAero { data, coefficients, variables, series, warnings })
+}
+
+/// The rotors' momentum counts where every engine's speed is known.
+fn gyroscopic(data: &AeroData) -> Gyroscopic {
+    let known = !data.engines.is_empty() && data.engines.iter().all(|engine| !engine.speed_rad_s.is_empty());
+    if known { Gyroscopic::Signed } else { Gyroscopic::Ignored }
 }
 
 fn aero_data(
@@ -105,6 +112,20 @@ fn aero_data(
         }
     }
     let [ax, ay, az, p, q, r] = inputs;
+    let density_kg_m3 = air_density(recording, &time_s, &altitude_m, warnings)?;
+    let fuel_kg = values_at(recording, Role::FuelMass, &time_s)?;
+    let air = Air {
+        time_s: &time_s,
+        airspeed_m_s: &airspeed_m_s,
+        altitude_m: &altitude_m,
+        temperature_k: &air_temperature(recording, &time_s, &altitude_m)?,
+        density_kg_m3: &density_kg_m3,
+    };
+    let engines = engines(recording, aircraft, &air)?;
+    if preparation.remove_thrust && engines.engines.is_empty() {
+        return Err("thrust cannot be taken out: neither is it recorded nor does it follow from the aircraft's engines; set preparation.remove_thrust to false".into());
+    }
+    warnings.extend(engines.warnings);
     Ok(AeroData {
         alpha_rad: (0..count).map(|k| w[k].atan2(u[k])).collect(),
         beta_rad: (0..count).map(|k| v[k].atan2(u[k].hypot(w[k]))).collect(),
@@ -112,11 +133,11 @@ fn aero_data(
         rates_rad_s: [p, q, r],
         specific_force_m_s2: [ax, ay, az],
         angular_acceleration_rad_s2: None,
-        density_kg_m3: air_density(recording, &time_s, &altitude_m, warnings)?,
+        density_kg_m3,
         controls,
-        inertia: InertiaHistory::Constant(aircraft.inertia),
-        engines: engines(recording, aircraft, preparation, &time_s)?,
-        propeller_pressure: None,
+        inertia: aircraft.inertia_history(&time_s, fuel_kg.as_deref())?,
+        engines: engines.engines,
+        propeller_pressure: engines.propeller_pressure,
         mach: values_at(recording, Role::Mach, &time_s)?,
         altitude_m: Some(altitude_m),
         time_s,
@@ -144,6 +165,14 @@ fn unbiased_inputs(path: &WindowPath, states: &[Vec<f64>; STATES], first: usize)
     })
 }
 
+fn air_temperature(recording: &Recording, time_s: &[f64], altitude_m: &[f64]) -> Result<Vec<f64>, String> {
+    if let Some(temperature) = values_at(recording, Role::AirTemperature, time_s)? {
+        return Ok(temperature);
+    }
+    let standard = |&altitude: &f64| Atmosphere::STANDARD.temperature_k(altitude).map_err(|error| error.to_string());
+    altitude_m.iter().map(standard).collect()
+}
+
 fn air_density(
     recording: &Recording,
     time_s: &[f64],
@@ -162,28 +191,4 @@ fn air_density(
     warnings.push("air density comes from the standard atmosphere at the recorded altitude".to_owned());
     let standard = |&altitude: &f64| Atmosphere::STANDARD.density_kg_m3(altitude).map_err(|error| error.to_string());
     altitude_m.iter().map(standard).collect()
-}
-
-fn engines(
-    recording: &Recording,
-    aircraft: &AircraftData,
-    preparation: &Preparation,
-    time_s: &[f64],
-) -> Result<Vec<Engine>, String> {
-    let mut engines = Vec::new();
-    for (role, &(position, direction_body)) in [Role::Thrust1, Role::Thrust2].into_iter().zip(&aircraft.engines) {
-        if let Some(thrust_n) = values_at(recording, role, time_s)? {
-            engines.push(Engine {
-                thrust_n,
-                position,
-                direction_body,
-                rotor_inertia_kg_m2: 0.0,
-                speed_rad_s: Vec::new(),
-            });
-        }
-    }
-    if preparation.remove_thrust && engines.is_empty() {
-        return Err("thrust cannot be taken out: the recording or the aircraft does not say it; set preparation.remove_thrust to false".into());
-    }
-    Ok(engines)
 }

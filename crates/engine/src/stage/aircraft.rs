@@ -1,11 +1,61 @@
-//! The aircraft as the analysis uses it: reference geometry, mass properties, places of sensors and engines.
+//! The aircraft as the analysis uses it: reference geometry, mass properties, places of sensors, engines.
 
-use doublet_core::airframe::{Aircraft, Loading};
-use doublet_core::model::{Inertia, Position, RateNormalisation, ReferenceGeometry};
+use std::path::Path;
+use std::sync::Arc;
+
+use doublet_core::airframe::{self, Aircraft, FuelSplit, Loading, MassHistory};
+use doublet_core::load::aircraft as aircraft_file;
+use doublet_core::load::propulsion_maps::read_propulsion_section;
+use doublet_core::model::{Inertia, InertiaHistory, Position, RateNormalisation, ReferenceGeometry};
+use doublet_core::propulsion::Powerplant;
+
+use super::recording::locate;
+use crate::builtin;
+use crate::graph::Footprint;
+
+/// An aircraft file as read.
+#[derive(Clone, Debug)]
+pub struct LoadedAircraft {
+    /// Airframe.
+    pub aircraft: Aircraft,
+    /// Engines with their charts and maps.
+    pub powerplant: Powerplant,
+}
+
+impl Footprint for LoadedAircraft {
+    fn bytes(&self) -> usize {
+        1 << 18
+    }
+}
+
+/// Reads the aircraft a session names.
+///
+/// # Errors
+/// One line that names the file and the cure.
+pub fn load_aircraft(folder: &Path, path: &str) -> Result<LoadedAircraft, String> {
+    let named = |error: &dyn std::fmt::Display| format!("{path}: {error}");
+    let builtin_name = path.strip_prefix(builtin::PREFIX);
+    let (file, maps) = match builtin_name {
+        Some(name) => (builtin::on_disk(&format!("aircraft/{name}.toml"))?, builtin::on_disk("propulsion")?),
+        None => {
+            let file = locate(folder, path)?;
+            let maps = file.parent().unwrap_or(Path::new(".")).to_path_buf();
+            (file, maps)
+        }
+    };
+    let aircraft = aircraft_file::read(&file).map_err(|error| named(&error))?;
+    let section = read_propulsion_section(&file).map_err(|error| named(&error))?;
+    let powerplant = section.powerplant(&aircraft.engines, &maps).map_err(|error| named(&error))?;
+    Ok(LoadedAircraft { aircraft, powerplant })
+}
 
 /// What the later stages need of an aircraft and its loading.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct AircraftData {
+    /// Everything its file says.
+    pub loaded: Arc<LoadedAircraft>,
+    /// What is on board at the start.
+    pub loading: Loading,
     /// Reference area, lengths and normalisation of rates.
     pub reference: ReferenceGeometry,
     /// Mass properties of the loading.
@@ -16,66 +66,78 @@ pub struct AircraftData {
     pub vane: Option<Position>,
     /// Point the moment coefficients are about; the centre of gravity when there is none.
     pub moment_reference: Option<Position>,
-    /// Place and thrust direction (unit vector, body axes) of each engine.
-    pub engines: Vec<(Position, [f64; 3])>,
 }
 
-/// What the analysis uses of `aircraft` with `loading` on board.
+/// What the analysis uses of an aircraft with `loading` on board; its standard loading when there is none.
 ///
 /// # Errors
 /// One line when a reference length has no counterpart in the model's normalisation.
-pub fn aircraft_data(aircraft: &Aircraft, loading: &Loading) -> Result<AircraftData, String> {
+pub fn aircraft_data(loaded: Arc<LoadedAircraft>, loading: Option<&Loading>) -> Result<AircraftData, String> {
+    let aircraft = &loaded.aircraft;
+    let loading = loading.unwrap_or(&aircraft.standard_loading).clone();
     let mass = loading.mass_properties(aircraft);
-    let engines = aircraft.engines.iter().map(|engine| {
-        let (sin, cos) = engine.incidence_rad.sin_cos();
-        (Position::Datum(engine.position_from_datum_m), [cos, 0.0, -sin])
-    });
-    let vanes = aircraft.sensors;
+    let sensors = aircraft.sensors;
     Ok(AircraftData {
         reference: reference(&aircraft.reference)?,
-        inertia: Inertia {
-            mass_kg: mass.mass_kg,
-            ixx_kg_m2: mass.inertia.xx,
-            iyy_kg_m2: mass.inertia.yy,
-            izz_kg_m2: mass.inertia.zz,
-            ixz_kg_m2: mass.inertia.xz,
-            cg_datum_m: mass.cg_from_datum_m,
-        },
-        accelerometer: vanes.accelerometer_from_datum_m.map(Position::Datum),
-        vane: vanes.alpha_vane_from_datum_m.or(vanes.beta_vane_from_datum_m).map(Position::Datum),
+        inertia: inertia(mass.mass_kg, mass.cg_from_datum_m, mass.inertia),
+        accelerometer: sensors.accelerometer_from_datum_m.map(Position::Datum),
+        vane: sensors.alpha_vane_from_datum_m.or(sensors.beta_vane_from_datum_m).map(Position::Datum),
         moment_reference: aircraft.moment_reference_from_datum_m.map(Position::Datum),
-        engines: engines.collect(),
+        loading,
+        loaded,
     })
+}
+
+fn inertia(mass_kg: f64, cg_datum_m: [f64; 3], tensor: airframe::InertiaTensor) -> Inertia {
+    Inertia {
+        mass_kg,
+        ixx_kg_m2: tensor.xx,
+        iyy_kg_m2: tensor.yy,
+        izz_kg_m2: tensor.zz,
+        ixz_kg_m2: tensor.xz,
+        cg_datum_m,
+    }
+}
+
+impl AircraftData {
+    /// Mass properties over a window from the recorded fuel mass, shared among the tanks as in the loading; those of the loading
+    /// where no fuel was recorded or the aircraft has no tanks.
+    ///
+    /// # Errors
+    /// One line when the recorded fuel does not fit the tanks.
+    pub fn inertia_history(&self, time_s: &[f64], fuel_kg: Option<&[f64]>) -> Result<InertiaHistory, String> {
+        let Some(fuel_kg) = fuel_kg.filter(|_| self.loading.fuel_kg.values().sum::<f64>() > 0.0) else {
+            return Ok(InertiaHistory::Constant(self.inertia));
+        };
+        let aircraft = &self.loaded.aircraft;
+        let history = MassHistory::from_total_fuel(aircraft, &self.loading, time_s, fuel_kg, &FuelSplit::Proportional)
+            .map_err(|error| error.to_string())?;
+        let samples = history.mass_kg.iter().zip(&history.cg_from_datum_m).zip(&history.inertia);
+        Ok(InertiaHistory::PerSample(samples.map(|((&mass, &cg), &tensor)| inertia(mass, cg, tensor)).collect()))
+    }
 }
 
 /// Largest relative difference of two lengths that count as one: the rounding of printed lengths.
 const SAME_LENGTH: f64 = 1e-6;
 
-fn reference(stated: &doublet_core::airframe::ReferenceGeometry) -> Result<ReferenceGeometry, String> {
+fn reference(stated: &airframe::ReferenceGeometry) -> Result<ReferenceGeometry, String> {
     let same = |a: f64, b: f64| (a - b).abs() <= SAME_LENGTH * b.abs();
+    let normalisation = |rate: &str, stated: f64, moment: f64| {
+        if same(2.0 * stated, moment) {
+            Ok(RateNormalisation::LengthOver2V)
+        } else if same(stated, moment) {
+            Ok(RateNormalisation::LengthOverV)
+        } else {
+            Err(format!(
+                "reference length {stated} m of {rate}: it must be {moment} m or half of it, as in the moments"
+            ))
+        }
+    };
     let lateral = stated.lateral_moment_length_m;
     let mut reference = ReferenceGeometry::new(stated.area_m2, lateral, stated.chord_m);
-    reference.lateral_rates = if same(2.0 * stated.lateral_rate_length_m, lateral) {
-        RateNormalisation::LengthOver2V
-    } else if same(stated.lateral_rate_length_m, lateral) {
-        RateNormalisation::LengthOverV
-    } else {
-        return Err(format!(
-            "reference length {} m of roll and yaw rate: it must be {lateral} m or half of it, as in the moments",
-            stated.lateral_rate_length_m
-        ));
-    };
+    reference.lateral_rates = normalisation("roll and yaw rate", stated.lateral_rate_length_m, lateral)?;
     reference.beta_dot = reference.lateral_rates;
-    reference.pitch_rate = if same(stated.pitch_rate_length_m, stated.chord_m) {
-        RateNormalisation::LengthOverV
-    } else if same(2.0 * stated.pitch_rate_length_m, stated.chord_m) {
-        RateNormalisation::LengthOver2V
-    } else {
-        return Err(format!(
-            "reference length {} m of pitch rate: it must be {} m or half of it, as in the moment",
-            stated.pitch_rate_length_m, stated.chord_m
-        ));
-    };
+    reference.pitch_rate = normalisation("pitch rate", stated.pitch_rate_length_m, stated.chord_m)?;
     reference.alpha_dot = reference.pitch_rate;
     Ok(reference)
 }

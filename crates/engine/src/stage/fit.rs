@@ -2,10 +2,9 @@
 
 use std::sync::Arc;
 
-use doublet_core::estimate::{Fit, FitQuality, least_squares};
+use doublet_core::estimate::{Coloured, Fit, FitQuality, PooledWindow, Taper, pooled};
 use doublet_core::model::{Coefficient, Structure, Term, Variable, regressors};
 use doublet_core::series::Series;
-use nalgebra::DMatrix;
 
 use super::aero::WindowAero;
 use crate::graph::Footprint;
@@ -29,7 +28,8 @@ pub struct CoefficientFit {
     pub windows: Vec<(String, usize)>,
     /// Estimates and statistics, or one line that says why there are none.
     pub fit: Result<Fit, String>,
-    /// Standard errors corrected for the correlation of the residuals in time, one per estimate; empty where there is no fit.
+    /// Standard errors corrected for the correlation of the residuals in time (Morelli and Klein 1997), one per estimate; empty
+    /// where there is no fit.
     pub corrected_errors: Vec<f64>,
     /// Fitted coefficient and residual of each window, in the order of `windows`; empty where there is no fit.
     pub series: Vec<(Series, Series)>,
@@ -126,25 +126,15 @@ pub fn window_terms(
 /// Fits every coefficient that applies to one window.
 pub fn window_fits(
     manoeuvre: &Manoeuvre,
-    aero: &WindowAero,
+    aero: &Arc<WindowAero>,
     structure: &Structure,
     estimation: &Estimation,
 ) -> WindowFits {
     let models = structure.models.iter().filter(|(c, _)| applies(*c, manoeuvre.surface, estimation));
     let fits = models.map(|(coefficient, terms)| {
         let (terms, dropped) = window_terms(*coefficient, terms, manoeuvre.surface, estimation);
-        let names: Vec<_> = terms.iter().map(|term| term.derivative_name(*coefficient)).collect();
-        let fit = regressors(&terms, &aero.variables)
-            .map_err(|error| error.to_string())
-            .and_then(|x| least_squares(&names, &x, aero.coefficients.get(*coefficient)).map_err(|e| e.to_string()));
-        CoefficientFit {
-            coefficient: *coefficient,
-            windows: vec![(manoeuvre.name.clone(), aero.data.time_s.len())],
-            corrected_errors: Vec::new(),
-            series: fit_series(fit.as_ref().ok(), &[aero]),
-            fit,
-            dropped,
-        }
+        let window = (manoeuvre, Arc::clone(aero));
+        coefficient_fit(*coefficient, &terms, &[&window], PooledConstants::Common, dropped)
     });
     WindowFits { fits: fits.collect() }
 }
@@ -163,20 +153,12 @@ pub fn pooled_fits(windows: &[AeroWindow<'_>], structure: &Structure, estimation
         if used.is_empty() {
             continue;
         }
-        let fit = stacked_fit(*coefficient, terms, &used, estimation.constants);
-        if let Ok(fit) = &fit {
-            let predictions =
-                applying.iter().filter_map(|(window, aero)| predict(*coefficient, terms, fit, window, aero));
-            pooled.predictions.extend(predictions);
+        let fit = coefficient_fit(*coefficient, terms, &used, estimation.constants, Vec::new());
+        if let Ok(estimate) = &fit.fit {
+            let predict = |item: &&AeroWindow<'_>| predict(*coefficient, terms, estimate, item.0, &item.1);
+            pooled.predictions.extend(applying.iter().filter_map(predict));
         }
-        pooled.fits.push(CoefficientFit {
-            coefficient: *coefficient,
-            windows: used.iter().map(|(window, aero)| (window.name.clone(), aero.data.time_s.len())).collect(),
-            corrected_errors: Vec::new(),
-            series: fit_series(fit.as_ref().ok(), &used.iter().map(|(_, aero)| aero.as_ref()).collect::<Vec<_>>()),
-            fit,
-            dropped: Vec::new(),
-        });
+        pooled.fits.push(fit);
     }
     pooled
 }
@@ -197,7 +179,29 @@ fn fit_series(fit: Option<&Fit>, windows: &[&WindowAero]) -> Vec<(Series, Series
 
 /// Name of the constant of one window in a pooled fit.
 fn constant_name(constant: &str, window: &str) -> String {
-    format!("{constant} [{window}]")
+    format!("{constant}[{window}]")
+}
+
+/// Least squares over the windows, with errors corrected for coloured residuals.
+fn coefficient_fit(
+    coefficient: Coefficient,
+    terms: &[Term],
+    used: &[&AeroWindow<'_>],
+    constants: PooledConstants,
+    dropped: Vec<DroppedTerm>,
+) -> CoefficientFit {
+    let (fit, corrected_errors) = match stacked_fit(coefficient, terms, used, constants) {
+        Ok((fit, errors)) => (Ok(fit), errors),
+        Err(error) => (Err(error), Vec::new()),
+    };
+    CoefficientFit {
+        coefficient,
+        windows: used.iter().map(|(window, aero)| (window.name.clone(), aero.data.time_s.len())).collect(),
+        series: fit_series(fit.as_ref().ok(), &used.iter().map(|(_, aero)| aero.as_ref()).collect::<Vec<_>>()),
+        corrected_errors,
+        fit,
+        dropped,
+    }
 }
 
 fn stacked_fit(
@@ -205,29 +209,19 @@ fn stacked_fit(
     terms: &[Term],
     used: &[&AeroWindow<'_>],
     constants: PooledConstants,
-) -> Result<Fit, String> {
-    let own_constants =
-        constants == PooledConstants::PerWindow && terms.iter().any(Term::is_constant) && used.len() > 1;
-    let common: Vec<_> = terms.iter().filter(|term| !(own_constants && term.is_constant())).cloned().collect();
-    let mut names: Vec<_> = common.iter().map(|term| term.derivative_name(coefficient)).collect();
-    if own_constants {
-        let constant = Term::constant().derivative_name(coefficient);
-        names.extend(used.iter().map(|(window, _)| constant_name(&constant, &window.name)));
-    }
-    let samples: usize = used.iter().map(|(_, aero)| aero.data.time_s.len()).sum();
-    let mut x = DMatrix::zeros(samples, names.len());
-    let mut z = Vec::with_capacity(samples);
-    for (index, (window, aero)) in used.iter().enumerate() {
-        let block =
-            regressors(&common, &aero.variables).map_err(|error| format!("window '{}': {error}", window.name))?;
-        let (first, rows) = (z.len(), block.nrows());
-        x.view_mut((first, 0), (rows, common.len())).copy_from(&block);
-        if own_constants {
-            x.view_mut((first, common.len() + index), (rows, 1)).fill(1.0);
-        }
-        z.extend_from_slice(aero.coefficients.get(coefficient));
-    }
-    least_squares(&names, &x, &z).map_err(|error| error.to_string())
+) -> Result<(Fit, Vec<f64>), String> {
+    let own_constants = constants == PooledConstants::PerWindow && used.len() > 1;
+    let names: Vec<_> = terms.iter().map(|term| term.derivative_name(coefficient)).collect();
+    let per_window: Vec<_> = terms.iter().map(|term| own_constants && term.is_constant()).collect();
+    let window = |(window, aero): &&AeroWindow<'_>| -> Result<PooledWindow, String> {
+        let x = regressors(terms, &aero.variables).map_err(|error| format!("window '{}': {error}", window.name))?;
+        Ok(PooledWindow { label: window.name.clone(), x, z: aero.coefficients.get(coefficient).to_vec() })
+    };
+    let windows = used.iter().map(window).collect::<Result<Vec<_>, _>>()?;
+    let pooled = pooled(&names, &per_window, &windows).map_err(|error| error.to_string())?;
+    let settings = Coloured { max_lag: None, taper: Taper::Triangular };
+    let coloured = pooled.coloured_covariance(&windows, &settings).map_err(|error| error.to_string())?;
+    Ok((pooled.fit, coloured.diagonal().iter().map(|variance| variance.sqrt()).collect()))
 }
 
 /// Predicts a window; where the fit gave each window its own constant, one that it did not see takes the constant that fits best,

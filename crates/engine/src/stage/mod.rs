@@ -5,15 +5,16 @@
 
 mod aero;
 mod aircraft;
-mod consistency;
+mod engines;
 mod fit;
 mod path;
 mod recording;
 mod samples;
+mod truth;
 
 pub use aero::{WindowAero, aero};
-pub use aircraft::{AircraftData, aircraft_data};
-pub use consistency::{Channel, Consistency, TruthError};
+pub use aircraft::{AircraftData, LoadedAircraft, aircraft_data, load_aircraft};
 pub use fit::{AeroWindow, CoefficientFit, DroppedTerm, PooledFits, Prediction, WindowFits, pooled_fits, window_fits};
 pub use path::{PathSeries, Samples, SmoothedSeries, WindowPath, paths, samples};
 pub use recording::{LoadedFlight, flight, locate, text};
+pub use truth::TruthError;

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use doublet_core::model::Position;
 use doublet_core::prep::{Differentiation, FlowVane, acceleration_at_cg, differentiate, flow_angles_at_cg};
 use doublet_core::quantity::Role;
+use doublet_core::reconstruct::consistency::{Consistency, consistency};
 use doublet_core::reconstruct::{
     FilterData, FilterSettings, INPUTS, Input, InputSeries, MEASUREMENTS, Measurement, MeasurementSeries,
     Reconstruction, STATES, State, reconstruct_many,
@@ -14,8 +15,9 @@ use doublet_core::reconstruct::{
 use doublet_core::series::{Recording, Series, Window};
 
 use super::aircraft::AircraftData;
-use super::consistency::{Consistency, TruthError, consistency, truth_errors};
+
 use super::samples::{finite_samples, gaps, values_at};
+use super::truth::{TruthError, truth_errors};
 use crate::graph::Footprint;
 use crate::run::Control;
 use crate::session::{PathSource, Preparation, Session};
@@ -30,7 +32,7 @@ pub struct WindowPath {
     /// The same columns, shared, to draw.
     pub series: PathSeries,
     /// Innovations against their predicted deviations.
-    pub consistency: Consistency,
+    pub consistency: Option<Consistency>,
     /// Errors of the filtered path, where the recording carries the truth.
     pub truth: BTreeMap<State, TruthError>,
     /// Measurements the recording does not have in this window.
@@ -279,7 +281,7 @@ fn window_path(samples: Samples<'_>, reconstruction: Reconstruction) -> WindowPa
     let is_missing = |measurement: &Measurement| data.measurements[*measurement as usize].time_s.is_empty();
     WindowPath {
         missing: Measurement::ALL.into_iter().filter(is_missing).collect(),
-        consistency: consistency(&reconstruction),
+        consistency: consistency(&reconstruction, f64::NEG_INFINITY),
         truth: truth_errors(recording, &reconstruction),
         series: path_series(recording, &data, &reconstruction),
         data,
@@ -292,6 +294,8 @@ fn path_series(recording: &Recording, data: &FilterData, reconstruction: &Recons
     let time_s: Arc<[f64]> = reconstruction.time_s.as_slice().into();
     let shared = |column: &Vec<f64>| Arc::<[f64]>::from(column.as_slice());
     let series = |column: &Vec<f64>| Series { time_s: Arc::clone(&time_s), values: shared(column) };
+    let update_time_s: Arc<[f64]> = reconstruction.update_time_s.as_slice().into();
+    let updates = |column: &Vec<f64>| Series { time_s: Arc::clone(&update_time_s), values: shared(column) };
     let within = |truth: &Series| {
         let window = Window { start_s: time_s[0], end_s: time_s[time_s.len() - 1] };
         let range = window.indices(&truth.time_s);
@@ -309,8 +313,8 @@ fn path_series(recording: &Recording, data: &FilterData, reconstruction: &Recons
             time_s: measurement.time_s.as_slice().into(),
             values: measurement.values.as_slice().into(),
         }),
-        innovations: reconstruction.innovations.each_ref().map(series),
+        innovations: reconstruction.innovations.each_ref().map(updates),
         innovation_deviations: reconstruction.innovation_deviations.each_ref().map(shared),
-        nis: series(&reconstruction.nis),
+        nis: updates(&reconstruction.nis),
     }
 }

@@ -1,0 +1,91 @@
+//! Thrust, rotor momentum and total-pressure rise of the engines over one window.
+
+use doublet_core::model::{Engine, Position};
+use doublet_core::propulsion::EngineColumns;
+use doublet_core::quantity::Role;
+use doublet_core::series::Recording;
+
+use super::aircraft::AircraftData;
+use super::samples::values_at;
+
+/// Roles of one engine.
+struct EngineRoles {
+    thrust: Role,
+    speed: Role,
+    manifold_pressure: Role,
+}
+
+/// Roles of each engine, in the order of the aircraft's stations.
+const ENGINES: [EngineRoles; 2] = [
+    EngineRoles { thrust: Role::Thrust1, speed: Role::EngineSpeed1, manifold_pressure: Role::ManifoldPressure1 },
+    EngineRoles { thrust: Role::Thrust2, speed: Role::EngineSpeed2, manifold_pressure: Role::ManifoldPressure2 },
+];
+
+/// Air the propellers work in, one value per sample.
+pub struct Air<'a> {
+    /// Time, s.
+    pub time_s: &'a [f64],
+    /// True airspeed, m/s.
+    pub airspeed_m_s: &'a [f64],
+    /// Pressure altitude, m.
+    pub altitude_m: &'a [f64],
+    /// Static temperature, K.
+    pub temperature_k: &'a [f64],
+    /// Density, kg/m³.
+    pub density_kg_m3: &'a [f64],
+}
+
+/// What the engines do over a window.
+#[derive(Default)]
+pub struct Engines {
+    /// Each engine whose thrust is recorded, or follows from its speed and manifold pressure.
+    pub engines: Vec<Engine>,
+    /// Total-pressure rise through all propellers over dynamic pressure (thesis Eq. 3.25), mean of the engines.
+    pub propeller_pressure: Option<Vec<f64>>,
+    /// Findings, one line each.
+    pub warnings: Vec<String>,
+}
+
+/// Recorded thrust where there is one, else thrust from engine chart and propeller map.
+///
+/// # Errors
+/// One line: a gap in an engine channel.
+pub fn engines(recording: &Recording, aircraft: &AircraftData, air: &Air<'_>) -> Result<Engines, String> {
+    let mut result = Engines::default();
+    let mut rises: Vec<Vec<f64>> = Vec::new();
+    for (engine, roles) in aircraft.loaded.powerplant.engines.iter().zip(ENGINES) {
+        let speed_rad_s = values_at(recording, roles.speed, air.time_s)?.unwrap_or_default();
+        let mut thrust = values_at(recording, roles.thrust, air.time_s)?;
+        let pressure = values_at(recording, roles.manifold_pressure, air.time_s)?;
+        if let (Some(model), Some(pressure), false) = (&engine.model, pressure, speed_rad_s.is_empty()) {
+            let columns = EngineColumns {
+                speed_rad_s: &speed_rad_s,
+                manifold_pressure_pa: &pressure,
+                airspeed_m_s: air.airspeed_m_s,
+                pressure_altitude_m: air.altitude_m,
+                air_temperature_k: air.temperature_k,
+                density_kg_m3: air.density_kg_m3,
+            };
+            let history = model.history(&columns).map_err(|error| error.to_string())?;
+            for (finding, samples) in &history.off_range {
+                result.warnings.push(format!("engine '{}': {finding}, {samples} samples", engine.station.name));
+            }
+            rises.push(history.total_pressure_rise);
+            thrust = thrust.or(Some(history.thrust_n));
+        }
+        let Some(thrust_n) = thrust else { continue };
+        result.engines.push(Engine {
+            thrust_n,
+            position: Position::Datum(engine.station.position_from_datum_m),
+            direction_body: engine.thrust_direction_body().into(),
+            rotor_inertia_kg_m2: engine.rotation.sign() * engine.rotor_inertia_kg_m2,
+            speed_rad_s,
+        });
+    }
+    if !rises.is_empty() {
+        let count = rises.len() as f64;
+        let mean = |sample: usize| rises.iter().map(|rise| rise[sample]).sum::<f64>() / count;
+        result.propeller_pressure = Some((0..air.time_s.len()).map(mean).collect());
+    }
+    Ok(result)
+}
