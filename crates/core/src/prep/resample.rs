@@ -166,6 +166,26 @@ mod tests {
     }
 
     #[test]
+    fn quadratic_spline_matches_the_scipy_interpolation_the_thesis_names() {
+        // scipy.interpolate.interp1d(kind="quadratic"), SciPy 1.17, 15 digits.
+        let time = [0.0, 1.0, 2.5, 3.0, 4.0, 6.0, 7.0];
+        let values = [0.0, 1.0, -1.0, 2.0, 0.5, 3.0, 1.0];
+        let at = [0.4, 1.7, 2.8, 3.5, 5.2, 6.6];
+        let expected = [
+            0.921472851176083,
+            -0.885636220414743,
+            0.924203121565178,
+            1.92487817835422,
+            2.00803693119367,
+            2.23199384480106,
+        ];
+        let found = resample(&time, &values, &at, Interpolation::QuadraticSpline).unwrap();
+        for (found, expected) in found.iter().zip(expected) {
+            approx::assert_relative_eq!(*found, expected, max_relative = 1e-13);
+        }
+    }
+
+    #[test]
     fn quadratic_spline_reproduces_a_parabola_at_uneven_times() {
         for count in 3..9 {
             let time: Vec<f64> = (0..count).map(|k| f64::from(k) + 0.2 * f64::from(k % 2)).collect();

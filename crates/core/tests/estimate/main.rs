@@ -8,6 +8,8 @@ mod shared;
 
 mod attas_table;
 mod coloured;
+mod frequency;
+mod output_error;
 mod properties;
 mod selection;
 mod variants;

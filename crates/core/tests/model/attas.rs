@@ -8,7 +8,7 @@
 use std::collections::BTreeMap;
 
 use doublet_core::estimate::{PooledFit, PooledWindow, pooled};
-use doublet_core::load::{ChannelMap, read_all};
+use doublet_core::load::read_all;
 use doublet_core::model::{
     AeroData, Coefficient, CoefficientSettings, Coefficients, Engine, Inertia, InertiaHistory, Position,
     RateNormalisation, ReferenceGeometry, Structure, Term, ThrustTreatment, Variable, Variables, coefficients,
@@ -21,6 +21,7 @@ use doublet_core::quantity::Role;
 use doublet_core::series::Recording;
 
 use crate::shared::shared;
+use crate::shipped_map;
 
 /// Recordings, one manoeuvre each.
 const RECORDINGS: [&str; 3] = ["fAttasElv1", "fAttasAil1", "fAttasRud1"];
@@ -82,42 +83,6 @@ const LOCAL_CUBIC: Treatment = Treatment {
 };
 /// Nothing smoothed at all, thesis Eq. D.1.
 const PLAIN: Treatment = Treatment { flow: None, rates: None, differentiation: Differentiation::Central4 };
-
-/// Channel map of the recordings, with the channels used here.
-fn channel_map() -> ChannelMap {
-    let columns = [
-        "T AXCG AYCG AZCG AYCKP AZCKP PRGX QRGY RRGZ PHI THE PSI ALCG BECG VTASCG HQNH PDOT QDOT RDOT HRADIO VCAS DELV",
-        "IHTRM N1T1L N1T2R DLC_L DLC_R DAIL_L DAIL_R DRUD MACH SAT PSTAT RHO PHLAT LALON FN_L FN_R FUELUS BEDOT FW ALDOT",
-        "FLAP DSPL_L DSPL_R",
-    ];
-    let names: Vec<String> = columns.join(" ").split(' ').map(|name| format!("\"{name}\"")).collect();
-    let mut text = format!(
-        "format = \"doublet channel map\"\nversion = 1\nname = \"test\"\n[columns]\n\"*\" = [{}]\n\
-         [[time]]\nchannel = \"*.T\"\nunit = \"s\"\n[roles]\n",
-        names.join(", ")
-    );
-    for (role, channel, unit) in [
-        ("ax", "AXCG", "m/s^2"),
-        ("ay", "AYCG", "m/s^2"),
-        ("az", "AZCG", "m/s^2"),
-        ("p", "PRGX", "deg/s"),
-        ("q", "QRGY", "deg/s"),
-        ("r", "RRGZ", "deg/s"),
-        ("airspeed", "VTASCG", "m/s"),
-        ("alpha", "ALCG", "deg"),
-        ("beta", "BECG", "deg"),
-        ("air_density", "RHO", "kg/m^3"),
-        ("delta_e", "DELV", "deg"),
-        ("delta_r", "DRUD", "deg"),
-        ("thrust_1", "FN_L", "N"),
-        ("thrust_2", "FN_R", "N"),
-    ] {
-        text.push_str(&format!("{role} = {{ channel = \"*.{channel}\", unit = \"{unit}\" }}\n"));
-    }
-    text.push_str("[roles.delta_a]\nunit = \"deg\"\n");
-    text.push_str("sum = [{ channel = \"*.DAIL_R\", weight = 0.5 }, { channel = \"*.DAIL_L\", weight = -0.5 }]\n");
-    ChannelMap::parse(&text).unwrap()
-}
 
 /// Samples of `role`, SI.
 fn column(recording: &Recording, role: Role) -> Vec<f64> {
@@ -228,7 +193,7 @@ fn structure() -> Structure {
 
 /// Coefficients and variables of each recording; `None` where the recordings are absent.
 fn windows(treatment: Treatment) -> Option<Vec<(&'static str, Coefficients, Variables)>> {
-    let map = channel_map();
+    let map = shipped_map("attas");
     let settings = settings();
     let mut windows = Vec::new();
     for name in RECORDINGS {

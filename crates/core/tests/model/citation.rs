@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use doublet_core::atmos::Atmosphere;
 use doublet_core::estimate::{EstimateError, PooledWindow, least_squares, pooled};
-use doublet_core::load::{ChannelMap, read_all};
+use doublet_core::load::read_all;
 use doublet_core::model::{
     AeroData, Coefficient, CoefficientSettings, Engine, Inertia, InertiaHistory, Lag, Position, ReferenceGeometry,
     Structure, Term, Variable, coefficients, regressors, variables,
@@ -12,6 +12,7 @@ use doublet_core::model::{
 use doublet_core::quantity::Role;
 
 use crate::shared::shared;
+use crate::shipped_map;
 
 /// 3-2-1-1 manoeuvres of the three controls.
 const RECORDINGS: [&str; 3] = ["da3211_1", "de3211_1", "dr3211_1"];
@@ -22,35 +23,10 @@ const ACTUATOR_S: f64 = 0.08;
 /// Rounding of the R2 stated for these recordings, two digits.
 const STATED: f64 = 0.015;
 
-/// Channel map of the recordings, with the channels used here.
-fn channel_map() -> ChannelMap {
-    let mut text = "format = \"doublet channel map\"\nversion = 1\nname = \"test\"\n\
-                    [[time]]\nchannel = \"t\"\nunit = \"s\"\n[roles]\n"
-        .to_owned();
-    for (role, channel, unit) in [
-        ("ax", "Ax", "m/s^2"),
-        ("ay", "Ay", "m/s^2"),
-        ("az", "Az", "m/s^2"),
-        ("p", "p", "rad/s"),
-        ("q", "q", "rad/s"),
-        ("r", "r", "rad/s"),
-        ("v_down", "w_n", "m/s"),
-        ("airspeed", "vtas", "m/s"),
-        ("alpha", "alpha", "rad"),
-        ("beta", "beta", "rad"),
-        ("delta_a", "da", "rad"),
-        ("delta_e", "de", "rad"),
-        ("delta_r", "dr", "rad"),
-    ] {
-        text.push_str(&format!("{role} = {{ channel = \"{channel}\", unit = \"{unit}\" }}\n"));
-    }
-    ChannelMap::parse(&text).unwrap()
-}
-
 /// Input columns of one manoeuvre; `None` where the recording is absent.
 fn aero_data(name: &str) -> Option<AeroData> {
     let path = shared(&format!("data/citation_simulated/{name}.mat"))?;
-    let recording = read_all(&[path], &channel_map()).unwrap();
+    let recording = read_all(&[path], &shipped_map("citation_simulated_clean")).unwrap();
     let column = |role| recording.role(role).unwrap().series.values.to_vec();
     let time_s = recording.role(Role::PitchRate).unwrap().series.time_s.to_vec();
     let atmosphere = Atmosphere::new(101_325.0, 288.15).unwrap();

@@ -9,3 +9,11 @@ mod shared;
 mod attas;
 mod citation;
 mod moments;
+
+use doublet_core::load::ChannelMap;
+
+/// The channel map shipped under this name.
+fn shipped_map(name: &str) -> ChannelMap {
+    let (_, text) = ChannelMap::shipped().iter().find(|(shipped, _)| *shipped == name).unwrap();
+    ChannelMap::parse(text).unwrap()
+}
