@@ -111,11 +111,13 @@ fn autocorrelation_of<'a>(
         samples += record.len();
         let length = transform_length(record.len() + max_lag);
         let mut spectrum = padded(record.iter().copied(), length);
-        planner.plan_fft_forward(length).process(&mut spectrum);
+        let forward = planner.plan_fft_forward(length);
+        forward.process(&mut spectrum);
         for value in &mut spectrum {
             *value = Complex::new(value.norm_sqr(), 0.0);
         }
-        planner.plan_fft_inverse(length).process(&mut spectrum);
+        // A power spectrum is real and even: its inverse transform is its forward transform over the length.
+        forward.process(&mut spectrum);
         for (sum, value) in sums.iter_mut().zip(&spectrum) {
             *sum += value.re / length as f64;
         }
@@ -132,20 +134,30 @@ fn weighted_products(x: &DMatrix<f64>, correlation: &[f64], planner: &mut FftPla
         weight[length - lag] += correlation[lag];
     }
     forward.process(&mut weight);
-    let spectra: Vec<Vec<Complex<f64>>> = x
-        .column_iter()
-        .map(|column| {
-            let mut spectrum = padded(column.iter().copied(), length);
-            forward.process(&mut spectrum);
-            spectrum
-        })
-        .collect();
+    // Two real columns go through one complex transform; of real columns half the spectrum says all.
+    let half = length / 2;
+    let mut spectra: Vec<Vec<Complex<f64>>> = Vec::with_capacity(x.ncols() + 1);
+    for first in (0..x.ncols()).step_by(2) {
+        let mut pair = padded(x.column(first).iter().copied(), length);
+        if first + 1 < x.ncols() {
+            for (value, second) in pair.iter_mut().zip(x.column(first + 1).iter()) {
+                value.im = *second;
+            }
+        }
+        forward.process(&mut pair);
+        let mirrored = |f: usize| pair[(length - f) % length].conj();
+        spectra.push((0..=half).map(|f| (pair[f] + mirrored(f)) * 0.5).collect());
+        spectra.push((0..=half).map(|f| (pair[f] - mirrored(f)) * Complex::new(0.0, -0.5)).collect());
+    }
+    for (f, value) in weight.iter_mut().enumerate().take(half + 1) {
+        let both_sides = if f == 0 || 2 * f == length { 1.0 } else { 2.0 };
+        value.re *= both_sides / length as f64;
+    }
     let mut products = DMatrix::zeros(x.ncols(), x.ncols());
     for i in 0..x.ncols() {
         for j in 0..=i {
             let pairs = spectra[i].iter().zip(&spectra[j]).zip(&weight);
-            let sum: f64 = pairs.map(|((a, b), w)| w.re * (a.re * b.re + a.im * b.im)).sum();
-            products[(i, j)] = sum / length as f64;
+            products[(i, j)] = pairs.map(|((a, b), w)| w.re * (a.re * b.re + a.im * b.im)).sum();
             products[(j, i)] = products[(i, j)];
         }
     }
