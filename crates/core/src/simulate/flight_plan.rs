@@ -157,8 +157,8 @@ const FT1: [(Surface, InputKind, f64); 23] = [
 /// Which of them is spoilt.
 const SPOILT: usize = 9;
 
-/// Six manoeuvres from trim at the main test point.
-pub fn test_point(listed: Listed) -> Result<Scenario, SimulateError> {
+/// A flight from trim at the main test point.
+fn from_trim(listed: Listed, duration_s: f64, manoeuvres: Vec<Manoeuvre>) -> Result<Scenario, SimulateError> {
     let mut scenario = common(listed)?;
     let (altitude_m, airspeed_m_s, speed_rad_s) = (4000.0 * FT, 90.0 * KT, 2350.0 * RPM);
     scenario.start = Start::Trimmed(TrimCondition {
@@ -171,13 +171,41 @@ pub fn test_point(listed: Listed) -> Result<Scenario, SimulateError> {
     let power = Power::Airspeed { airspeed_m_s, speed_rad_s };
     let task = Task::Level { altitude_m, rate_m_s: 2.5, power };
     scenario.segments = vec![Segment { start_s: 0.0, phase: "testing", task, heading_rad: 0.0 }];
-    let flown = SIX
-        .iter()
-        .zip(0u32..)
-        .map(|(&(surface, kind, deg), k)| manoeuvre(surface, kind, deg, 20.0 + 45.0 * f64::from(k), 1));
-    scenario.manoeuvres = flown.collect();
-    scenario.duration_s = 270.0;
+    scenario.manoeuvres = manoeuvres;
+    scenario.duration_s = duration_s;
     Ok(scenario)
+}
+
+/// Manoeuvres 45 s apart, the first at `first_s`.
+fn series(
+    what: &[(Surface, InputKind, f64)],
+    first_s: f64,
+    scale: f64,
+    test_point: u8,
+) -> impl Iterator<Item = Manoeuvre> + '_ {
+    let numbered = what.iter().zip(0u32..);
+    numbered.map(move |(&(surface, kind, deg), k)| {
+        manoeuvre(surface, kind, scale * deg, first_s + 45.0 * f64::from(k), test_point)
+    })
+}
+
+/// Six manoeuvres from trim at the main test point.
+pub fn test_point(listed: Listed) -> Result<Scenario, SimulateError> {
+    from_trim(listed, 270.0, series(&SIX, 20.0, 1.0, 1).collect())
+}
+
+/// Every shape on the elevator, flown perfectly.
+pub fn all_inputs(listed: Listed) -> Result<Scenario, SimulateError> {
+    let one_surface = InputKind::ALL.iter().filter(|&&kind| kind != InputKind::Multisine);
+    let shapes: Vec<_> = one_surface.map(|&kind| (Elevator, kind, 1.5)).collect();
+    let perfect = series(&shapes, 20.0, 1.0, 1).map(|manoeuvre| Manoeuvre { hand: Hand::PERFECT, ..manoeuvre });
+    from_trim(listed, 320.0, perfect.collect())
+}
+
+/// Orthogonal multisines on all controls.
+pub fn multisine(listed: Listed) -> Result<Scenario, SimulateError> {
+    let all = manoeuvre(Elevator, InputKind::Multisine, 1.5, 20.0, 1);
+    from_trim(listed, 55.0, vec![Manoeuvre { dt_s: 1.0, hand: Hand::PERFECT, ..all }])
 }
 
 /// Taxi to landing (thesis section 4.4.2, phases of Table 6.11).
@@ -192,10 +220,7 @@ pub fn whole_flight(listed: Listed) -> Result<Scenario, SimulateError> {
     scenario.manoeuvres[SPOILT].spoilt = true;
     scenario.manoeuvres[SPOILT].hand = Hand { time_spread: 0.45, amplitude_spread: 0.4, transition_s: 0.6 };
     for (test_point, first_s) in [(2, 3420.0), (3, 4060.0)] {
-        let six = SIX.iter().zip(0u32..).map(|(&(surface, kind, deg), k)| {
-            manoeuvre(surface, kind, 0.8 * deg, first_s + 45.0 * f64::from(k), test_point)
-        });
-        scenario.manoeuvres.extend(six);
+        scenario.manoeuvres.extend(series(&SIX, first_s, 0.8, test_point));
     }
     scenario.duration_s = 5400.0;
     Ok(scenario)

@@ -3,6 +3,8 @@
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
+use super::multisine::Multisine;
+
 /// Shape of a control input, normalised to an amplitude of one and a base time of one `dt`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum InputKind {
@@ -20,12 +22,22 @@ pub enum InputKind {
     Mehra,
     /// Sum of weighted sines after Schulz, energy mostly in the lowest harmonics.
     Schulz,
+    /// Orthogonal multisines on all three controls at once, see [`Multisine`].
+    Multisine,
 }
 
 impl InputKind {
     /// Every shape.
-    pub const ALL: [Self; 7] =
-        [Self::Pulse, Self::Step, Self::Doublet, Self::ThreeTwoOneOne, Self::Dut, Self::Mehra, Self::Schulz];
+    pub const ALL: [Self; 8] = [
+        Self::Pulse,
+        Self::Step,
+        Self::Doublet,
+        Self::ThreeTwoOneOne,
+        Self::Dut,
+        Self::Mehra,
+        Self::Schulz,
+        Self::Multisine,
+    ];
 
     /// Name in scenario lists and files.
     pub fn name(self) -> &'static str {
@@ -37,6 +49,7 @@ impl InputKind {
             Self::Dut => "DUT",
             Self::Mehra => "Mehra",
             Self::Schulz => "Schulz",
+            Self::Multisine => "multisine",
         }
     }
 
@@ -57,6 +70,7 @@ impl InputKind {
             Self::Dut => Form::Sines(&[0.4, -1.0, 0.8, -0.6, 0.4]),
             Self::Mehra => Form::Sines(&[0.6, -0.9, 1.0, -0.7, 0.5, -0.3]),
             Self::Schulz => Form::Sines(&[1.0, -0.8, 0.4]),
+            Self::Multisine => Form::Multisine,
         }
     }
 }
@@ -68,7 +82,14 @@ pub enum Form {
     Pulses(&'static [(f64, f64)]),
     /// Weights of the sines `sin(2 pi k t / T)`, k = 1, 2, .., over `T` = 8 `dt`, scaled to a peak of one.
     Sines(&'static [f64]),
+    /// A multisine of its own for each control, over 24 `dt`.
+    Multisine,
 }
+
+/// Length of a multisine in base times, -.
+const MULTISINE_LENGTH: f64 = 24.0;
+/// Most harmonics of one control's multisine.
+const MAX_HARMONICS: usize = 8;
 
 /// Length of a sum of sines in base times, -.
 const SINES_LENGTH: f64 = 8.0;
@@ -108,13 +129,42 @@ enum Curve {
     Levels { levels: [(f64, f64); MAX_LEVELS], count: usize, transition_s: f64 },
     /// Weights and the amplitude that gives the wanted peak, rad.
     Sines { weights: &'static [f64], amplitude_rad: f64 },
+    /// Harmonic numbers and phases, and the amplitude of each sine, rad.
+    Harmonics { numbers: [f64; MAX_HARMONICS], phases_rad: [f64; MAX_HARMONICS], count: usize, amplitude_rad: f64 },
 }
 
 impl InputSignal {
+    /// No input.
+    pub const NONE: Self =
+        Self { curve: Curve::Sines { weights: &[], amplitude_rad: 0.0 }, duration_s: 0.0, peak_rad: 0.0 };
+
+    /// Multisines of base time `dt_s` and peak `amplitude_rad` for three controls at once; no hand can fly these.
+    pub fn multisines(dt_s: f64, amplitude_rad: f64) -> [Self; 3] {
+        const FIRST: u32 = 2;
+        const LAST: u32 = FIRST + 3 * MAX_HARMONICS as u32 - 1;
+        let period_s = MULTISINE_LENGTH * dt_s;
+        let Ok(set) = Multisine::orthogonal_set(period_s, 1.0, FIRST, LAST, 3) else { return [Self::NONE; 3] };
+        let mut signals = [Self::NONE; 3];
+        for (signal, multisine) in signals.iter_mut().zip(&set) {
+            let peak = (0..400).map(|i| multisine.at(period_s * f64::from(i) / 400.0).abs()).fold(0.0, f64::max);
+            let count = multisine.harmonics.len().min(MAX_HARMONICS);
+            let (mut numbers, mut phases_rad) = ([0.0; MAX_HARMONICS], [0.0; MAX_HARMONICS]);
+            for index in 0..count {
+                numbers[index] = f64::from(multisine.harmonics[index]);
+                phases_rad[index] = multisine.phases_rad[index];
+            }
+            let amplitude_rad = amplitude_rad / peak / (count as f64).sqrt();
+            let curve = Curve::Harmonics { numbers, phases_rad, count, amplitude_rad };
+            *signal = Self { curve, duration_s: period_s, peak_rad: peak * amplitude_rad * (count as f64).sqrt() };
+        }
+        signals
+    }
+
     /// Signal of a shape with base time `dt_s` and amplitude `amplitude_rad`, flown by `hand`. The same generator state
-    /// gives the same signal.
+    /// gives the same signal. Of a multisine it is the first control's.
     pub fn new(kind: InputKind, dt_s: f64, amplitude_rad: f64, hand: Hand, rng: &mut ChaCha8Rng) -> Self {
         match kind.form() {
+            Form::Multisine => Self::multisines(dt_s, amplitude_rad)[0],
             Form::Pulses(pulses) => Self::from_pulses(pulses, dt_s, amplitude_rad, hand, rng),
             Form::Sines(weights) => {
                 let amplitude_rad = amplitude_rad * (1.0 + hand.amplitude_spread * limited_normal(rng));
@@ -148,7 +198,14 @@ impl InputSignal {
             Curve::Sines { weights, amplitude_rad } if (0.0..=self.duration_s).contains(&time_s) => {
                 amplitude_rad * sines(weights, time_s / self.duration_s)
             }
-            Curve::Sines { .. } => 0.0,
+            Curve::Harmonics { numbers, phases_rad, count, amplitude_rad }
+                if (0.0..=self.duration_s).contains(&time_s) =>
+            {
+                let angle = std::f64::consts::TAU * time_s / self.duration_s;
+                let waves = numbers[..*count].iter().zip(phases_rad);
+                amplitude_rad * waves.map(|(k, phase)| libm::sin(k * angle + phase)).sum::<f64>()
+            }
+            Curve::Sines { .. } | Curve::Harmonics { .. } => 0.0,
         }
     }
 
@@ -250,6 +307,7 @@ mod tests {
             assert_eq!(InputKind::from_name(kind.name()), Some(kind));
             let signal = InputSignal::new(kind, 1.0, 1.0, Hand::PERFECT, &mut rng);
             assert_eq!(signal.at(signal.duration_s() + 1e-6), 0.0);
+            assert!((0.5..=1.0 + 1e-9).contains(&signal.peak_rad()), "{}: {}", kind.name(), signal.peak_rad());
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::body::State;
 use super::plan::{Flown, Power, Segment, Task};
-use super::vehicle::{Controls, Loads, Vehicle};
+use super::vehicle::{Controls, Loads, Surface, Vehicle};
 use crate::propulsion::EngineInput;
 
 /// What the pilot moves.
@@ -93,8 +93,9 @@ impl Pilot {
     ) -> Command {
         if let (Some(flown), Some(last)) = (manoeuvre, self.last) {
             let mut controls = self.quiet;
-            let surface = flown.manoeuvre.surface;
-            *controls.get_mut(surface) += flown.signal.at(view.time_s - flown.manoeuvre.onset_s);
+            for surface in Surface::ALL {
+                *controls.get_mut(surface) += flown.signal(surface).at(view.time_s - flown.manoeuvre.onset_s);
+            }
             let command = Command { controls: vehicle.stops.limit(controls), ..last };
             self.last = Some(command);
             return command;

@@ -82,7 +82,7 @@ pub enum Power {
 /// A manoeuvre to fly.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Manoeuvre {
-    /// Control.
+    /// Control; a multisine moves all three.
     pub surface: Surface,
     /// Shape.
     pub kind: InputKind,
@@ -105,15 +105,29 @@ pub struct Manoeuvre {
 pub struct Flown {
     /// What was to be flown.
     pub manoeuvre: Manoeuvre,
-    /// What is flown.
-    pub signal: InputSignal,
+    /// What is flown on aileron, elevator and rudder.
+    pub signals: [InputSignal; 3],
+}
+
+impl Flown {
+    /// What is flown on one control.
+    pub fn signal(&self, surface: Surface) -> &InputSignal {
+        &self.signals[surface as usize]
+    }
+
+    /// Time of the return to zero after the onset, s.
+    pub fn duration_s(&self) -> f64 {
+        self.signals.iter().map(InputSignal::duration_s).fold(0.0, f64::max)
+    }
 }
 
 impl Manoeuvre {
     /// Steady flight, controls held, before the onset, s (thesis section 4.4.1: 2 to 3 s).
     pub const RUN_IN_S: f64 = 3.0;
-    /// Controls held from the onset on, s: input and free response.
+    /// Controls held from the onset of a hand-flown input on, s: input and free response.
     pub const FREE_S: f64 = 9.5;
+    /// The same of a multisine, s.
+    pub const MULTISINE_FREE_S: f64 = 27.0;
     /// What the control sensors record before the controls are held, and after they are released, s.
     pub const MARGIN_S: f64 = 0.5;
 
@@ -124,7 +138,7 @@ impl Manoeuvre {
 
     /// End of the held controls, s.
     pub fn held_to_s(&self) -> f64 {
-        self.onset_s + Self::FREE_S
+        self.onset_s + if self.kind == InputKind::Multisine { Self::MULTISINE_FREE_S } else { Self::FREE_S }
     }
 
     /// Interval the control sensors record, s.
@@ -134,7 +148,12 @@ impl Manoeuvre {
 
     /// The input as the hand flies it.
     pub fn fly(self, rng: &mut ChaCha8Rng) -> Flown {
-        let signal = InputSignal::new(self.kind, self.dt_s, self.amplitude_rad, self.hand, rng);
-        Flown { manoeuvre: self, signal }
+        let mut signals = [InputSignal::NONE; 3];
+        if self.kind == InputKind::Multisine {
+            signals = InputSignal::multisines(self.dt_s, self.amplitude_rad);
+        } else {
+            signals[self.surface as usize] = InputSignal::new(self.kind, self.dt_s, self.amplitude_rad, self.hand, rng);
+        }
+        Flown { manoeuvre: self, signals }
     }
 }

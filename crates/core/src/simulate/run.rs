@@ -374,12 +374,14 @@ fn start(
 /// Refuses inputs that would pass a stop, taken about the controls at the start.
 fn check_inputs(scenario: &Scenario, manoeuvres: &[Flown], environment: &Environment) -> Result<(), SimulateError> {
     for flown in manoeuvres {
-        let Flown { manoeuvre, signal } = flown;
-        let surface: Surface = manoeuvre.surface;
-        let about = environment.controls.get(surface);
-        let what = format!("{} {} at {:.0} s", surface.name(), manoeuvre.kind.name(), manoeuvre.onset_s);
-        for side in [-1.0, 1.0] {
-            scenario.vehicle.stops.check(surface, about + side * signal.peak_rad(), &what)?;
+        let manoeuvre = &flown.manoeuvre;
+        for surface in Surface::ALL {
+            let about = environment.controls.get(surface);
+            let what = format!("{} {} at {:.0} s", surface.name(), manoeuvre.kind.name(), manoeuvre.onset_s);
+            for side in [-1.0, 1.0] {
+                let deflection = about + side * flown.signal(surface).peak_rad();
+                scenario.vehicle.stops.check(surface, deflection, &what)?;
+            }
         }
     }
     Ok(())

@@ -155,7 +155,7 @@ fn manoeuvre_tables(flight: &Flight) -> Vec<ManoeuvreTable> {
             test_point: manoeuvre.test_point,
             start_s,
             onset_s: manoeuvre.onset_s,
-            input_end_s: manoeuvre.onset_s + flown.signal.duration_s(),
+            input_end_s: manoeuvre.onset_s + flown.duration_s(),
             end_s,
             amplitude_rad: manoeuvre.amplitude_rad,
             base_time_s: manoeuvre.dt_s,

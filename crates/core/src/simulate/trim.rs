@@ -84,7 +84,7 @@ pub fn trim(
         });
     }
     let what = format!("trim at {:.1} m/s and {:.0} m", condition.airspeed_m_s, condition.altitude_m);
-    for surface in [Surface::Aileron, Surface::Elevator, Surface::Rudder] {
+    for surface in Surface::ALL {
         vehicle.stops.check(surface, environment.controls.get(surface), &what)?;
     }
     let ambient = ambient(atmosphere, condition, environment.density_kg_m3)?;

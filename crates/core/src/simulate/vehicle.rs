@@ -35,6 +35,9 @@ pub enum Surface {
 }
 
 impl Surface {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Aileron, Self::Elevator, Self::Rudder];
+
     /// Name in messages and files.
     pub fn name(self) -> &'static str {
         match self {

@@ -8,7 +8,9 @@ use doublet_core::estimate::least_squares;
 use doublet_core::load::{self, ChannelMap};
 use doublet_core::model::{Coefficient, Term, Variable};
 use doublet_core::quantity::Role;
-use doublet_core::simulate::{Flight, RecordedFile, Scenario, SimulateError, Stream, run, scenario};
+use doublet_core::simulate::{
+    Flight, InputKind, RecordedFile, Scenario, SimulateError, Stream, Surface, run, scenario,
+};
 use nalgebra::{DMatrix, Vector3};
 
 /// Seed of the shipped demo.
@@ -279,6 +281,26 @@ fn run_refuses_an_input_past_the_stop_and_unknown_scenarios() {
     assert!(error.contains("'ft9'") && error.contains("demo"), "{error}");
     let stopped = run(&scenario::build("test-point").unwrap(), 1, &mut |fraction| fraction < 0.1);
     assert!(matches!(stopped, Err(SimulateError::Cancelled { .. })));
+}
+
+#[test]
+fn every_shape_and_the_multisine_fly_and_return() {
+    let flight = fly(&scenario::build("inputs").unwrap(), 1);
+    assert_eq!(flight.manoeuvres.len(), 7);
+    let flight_of_all = fly(&scenario::build("multisine").unwrap(), 1);
+    for flown in flight.manoeuvres.iter().chain(&flight_of_all.manoeuvres) {
+        let onset = flown.manoeuvre.onset_s;
+        let flight = if flown.manoeuvre.kind == InputKind::Multisine { &flight_of_all } else { &flight };
+        for (surface, name) in Surface::ALL.into_iter().zip(["delta_a", "delta_e", "delta_r"]) {
+            let held = truth_at(flight, name, onset - 1.0);
+            let moved = |time_s: f64| truth_at(flight, name, time_s) - held;
+            let input = flown.duration_s();
+            let peak = (1..200).map(|k| moved(onset + input * f64::from(k) / 200.0).abs()).fold(0.0, f64::max);
+            let wanted = flown.signal(surface).peak_rad();
+            assert!((peak - wanted).abs() < 0.05 * flown.manoeuvre.amplitude_rad.abs(), "{name}: {peak} for {wanted}");
+            assert!(moved((onset + input + 0.1).min(flown.manoeuvre.held_to_s() - 0.05)).abs() < 1e-6, "{name} stays");
+        }
+    }
 }
 
 #[test]
