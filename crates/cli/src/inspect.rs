@@ -1,6 +1,6 @@
 //! `doublet inspect`: what a recording holds.
 
-use doublet_core::load::{ChannelMap, Probe, Source, inspect as read_contents, plan};
+use doublet_core::load::{ChannelMap, Gap, Probe, Source, inspect as read_contents, plan};
 
 use crate::arguments::InspectArguments;
 use crate::{new, text};
@@ -37,13 +37,14 @@ fn print_source(source: &Source) {
             text::number(clock.start_s, 9),
             text::number(clock.end_s, 9)
         ));
-        for gap in &clock.gaps {
-            text::line(&format!("  gap from {} s to {} s", text::number(gap.start_s, 9), text::number(gap.end_s, 9)));
-        }
+        print_gaps(&clock.gaps);
         clock.faults.iter().for_each(|fault| text::line(&format!("  time {fault}")));
     }
-    for (key, value) in &source.notes {
+    for (key, value) in source.notes.iter().take(LISTED_NOTES) {
         text::line(&format!("  {key}: {value}"));
+    }
+    if source.notes.len() > LISTED_NOTES {
+        text::line(&format!("  and {} more lines of text", source.notes.len() - LISTED_NOTES));
     }
     let rows = source.channels.iter().map(|channel| {
         let clock = channel.clock.and_then(|index| source.clocks.get(index));
@@ -58,6 +59,23 @@ fn print_source(source: &Source) {
     });
     text::table(&["  channel", "unit", "samples", "Hz", "not finite", ""], &rows.collect::<Vec<_>>());
 }
+
+/// Gaps listed one by one; of many, the longest.
+const LISTED_GAPS: usize = 3;
+
+fn print_gaps(gaps: &[Gap]) {
+    let mut longest: Vec<_> = gaps.iter().collect();
+    longest.sort_by(|a, b| (b.end_s - b.start_s).total_cmp(&(a.end_s - a.start_s)));
+    if longest.len() > LISTED_GAPS {
+        text::line(&format!("  {} gaps, the longest:", gaps.len()));
+    }
+    for gap in longest.iter().take(LISTED_GAPS) {
+        text::line(&format!("  gap from {} s to {} s", text::number(gap.start_s, 9), text::number(gap.end_s, 9)));
+    }
+}
+
+/// Lines of text the file carries along that are shown; more are counted.
+const LISTED_NOTES: usize = 6;
 
 fn print_plan(probe: &Probe, map: &ChannelMap) {
     let plan = plan(probe, map);
