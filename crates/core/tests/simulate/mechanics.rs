@@ -73,6 +73,7 @@ fn free_flight_without_air_keeps_energy() {
     };
     let before = energy(&state);
     let after = energy(&fly(&vehicle, &body, &environment, state, STEP_S, 6000));
+    println!("energy: {:.1e} relative", after / before - 1.0);
     assert!((after / before - 1.0).abs() < CONSERVATION, "{:e}", after / before - 1.0);
 }
 
@@ -90,6 +91,7 @@ fn torque_free_rotation_keeps_angular_momentum() {
         });
     }
     let change = (momentum(&state) - before).norm() / before.norm();
+    println!("angular momentum: {change:.1e} relative");
     assert!(change < CONSERVATION, "{change:e}");
 }
 
@@ -108,6 +110,7 @@ fn halving_the_step_changes_the_trajectory_as_fourth_order_does() {
     };
     let states: Vec<State> = (0..4).map(end).collect();
     let ratios: Vec<f64> = states.windows(3).map(|s| difference(&s[0], &s[1]) / difference(&s[1], &s[2])).collect();
+    println!("error ratios on halving the step: {ratios:.2?}");
     // 2^4 in the limit of small steps.
     assert!(ratios.iter().all(|ratio| (14.0..18.0).contains(ratio)), "{ratios:?}");
 }
@@ -121,6 +124,7 @@ fn trimmed_aircraft_stays_in_trim_hands_off() {
         let turned = end.euler_rad().into_iter().zip(before).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         let climbed = (end.position_ned_m.z - trim.state.position_ned_m.z).abs();
         let sped = (end.velocity_ned_m_s - trim.state.velocity_ned_m_s).norm();
+        println!("{altitude_ft} ft {airspeed_kt} kt hands off 10 s: {turned:.1e} rad, {climbed:.1e} m, {sped:.1e} m/s");
         // What ten seconds of a slightly unstable spiral make of residuals of 1e-11.
         assert!(turned < 1e-8 && climbed < 1e-6 && sped < 1e-6, "{turned:e} rad, {climbed:e} m, {sped:e} m/s");
     }
