@@ -1,0 +1,301 @@
+//! Offset and drift of a recorder's clock from channels it shares with the reference.
+
+use super::derivative::{Band, Derivative, derivative};
+use super::line::{Line, Point, agreeing, weighted_line};
+use super::peak::{peak, whole_correlation};
+use super::{AlignError, ClockModel};
+use crate::series::Series;
+
+/// One quantity that both recorders have: load factor, airspeed, bank or pitch (thesis section 4.4.3).
+#[derive(Clone, Copy, Debug)]
+pub struct ClockPair<'a> {
+    /// Name in messages.
+    pub name: &'a str,
+    /// Samples of the reference, against its clock.
+    pub reference: &'a Series,
+    /// Samples of the other recorder, against its own clock.
+    pub other: &'a Series,
+    /// The two have opposite signs, as specific force along body z and load factor do.
+    pub inverted: bool,
+}
+
+/// Where the offset is looked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ClockSearch {
+    /// Anywhere the two records overlap.
+    Everywhere,
+    /// Within `max_lag_s` of this clock, as UTC start times give one.
+    About(ClockModel),
+}
+
+/// How a clock is fitted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ClockFitSettings {
+    /// Number of chunks the common time is cut into.
+    pub chunks: usize,
+    /// Step of the grid of the correlation, s; no sample is moved onto it but for the correlation.
+    pub step_s: f64,
+    /// Standard deviation of the Gaussian that smooths the derivative, s; by default the greater of 0.25 s and the longer
+    /// of the two median sample intervals.
+    pub smoothing_s: Option<f64>,
+    /// Longest interval between samples that is bridged, s.
+    pub max_gap_s: f64,
+    /// Where to look.
+    pub search: ClockSearch,
+    /// Farthest a chunk may lie from the first guess, s.
+    pub max_lag_s: f64,
+    /// Least correlation of a chunk that counts.
+    pub min_correlation: f64,
+    /// Farthest a chunk may lie from the common line to count, s.
+    pub agreement_s: f64,
+    /// Largest drift, s per s.
+    pub max_drift: f64,
+    /// Whether drift is estimated; without it that of the first guess stays (zero for [`ClockSearch::Everywhere`]).
+    pub fit_drift: bool,
+}
+
+impl Default for ClockFitSettings {
+    /// Nine chunks at 0.025 s, gaps up to 1.5 s, lags up to 2 s, correlation 0.5, agreement 0.05 s, drift up to 1e-3, fitted.
+    fn default() -> Self {
+        Self {
+            chunks: 9,
+            step_s: 0.025,
+            smoothing_s: None,
+            max_gap_s: 1.5,
+            search: ClockSearch::Everywhere,
+            max_lag_s: 2.0,
+            min_correlation: 0.5,
+            agreement_s: 0.05,
+            max_drift: 1e-3,
+            fit_drift: true,
+        }
+    }
+}
+
+/// What one chunk of one pair shows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ClockChunk {
+    /// Index of the pair.
+    pub pair: usize,
+    /// Own time of the recorder at which the chunk speaks, s.
+    pub own_s: f64,
+    /// Reference time it gives for that own time, less the own time, s: the lag against own time of the figure.
+    pub lag_s: f64,
+    /// Its standard error, s.
+    pub lag_sd_s: f64,
+    /// Correlation coefficient of the two derivatives.
+    pub correlation: f64,
+    /// Distance from the fitted clock, s.
+    pub residual_s: f64,
+    /// Whether it belongs to the chunks that agree.
+    pub used: bool,
+}
+
+/// A fitted clock.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ClockEstimate {
+    /// The clock.
+    pub model: ClockModel,
+    /// Standard error of the offset, that is at own time zero, s.
+    pub offset_sd_s: f64,
+    /// Standard error of the drift, s per s; zero where it was not fitted.
+    pub drift_sd: f64,
+    /// Own time at which the clock is known best, s, and its standard error there, s.
+    pub best_known: (f64, f64),
+    /// What each chunk shows, in order of pair and time.
+    pub chunks: Vec<ClockChunk>,
+}
+
+impl ClockEstimate {
+    /// Standard error of a reference time at an own time, s.
+    pub fn sd_at(&self, own_s: f64) -> f64 {
+        self.best_known.1.hypot(self.drift_sd * (own_s - self.best_known.0))
+    }
+}
+
+/// Clock of the recorder of `other` against that of `reference`, from one quantity both have; see [`clock_fit_pairs`].
+///
+/// # Errors
+/// As [`clock_fit_pairs`].
+pub fn clock_fit(reference: &Series, other: &Series, settings: &ClockFitSettings) -> Result<ClockEstimate, AlignError> {
+    clock_fit_pairs(&[ClockPair { name: "shared channel", reference, other, inverted: false }], settings)
+}
+
+/// Clock of a recorder against the reference from all quantities both have.
+///
+/// Derivatives smoothed by a Gaussian are correlated: first the whole record at every lag, which gives the first guess, then
+/// chunk by chunk. The peak of each chunk lies between steps where a parabola through three correlations has its top. The
+/// chunks of all pairs that agree on one line, `t_ref = offset + (1 + drift) t`, give the clock by weighted least squares;
+/// thrice, each time with the clock just found. The lag found is that of the data: a channel's own age is part of it
+/// (take it off with [`ClockModel::shifted`]). Chunks weigh by their residual with its correlation in time; standard errors are
+/// scaled to the scatter of the chunks.
+///
+/// # Errors
+/// [`AlignError::Setting`], [`AlignError::Signal`] for lengths that differ or time that does not increase, [`AlignError::Still`]
+/// for a channel that does not change or has no stretch without gaps, [`AlignError::NoAgreement`].
+pub fn clock_fit_pairs(pairs: &[ClockPair<'_>], settings: &ClockFitSettings) -> Result<ClockEstimate, AlignError> {
+    check(settings)?;
+    let band = band(pairs, settings)?;
+    let references: Vec<Derivative> = pairs
+        .iter()
+        .map(|pair| derivative(pair.name, pair.reference, &ClockModel::REFERENCE, &band))
+        .collect::<Result<_, _>>()?;
+    let mut model = match settings.search {
+        ClockSearch::About(model) => model,
+        ClockSearch::Everywhere => first_guess(pairs, &references, &band)?,
+    };
+    /// Passes and how much wider the lags and the agreement of each are: the first still sees the drift within a chunk.
+    const PASSES: [(f64, f64); 3] = [(1.0, 4.0), (0.25, 1.0), (0.25, 1.0)];
+    let mut estimate = None;
+    for (lag_share, agreement) in PASSES {
+        let max_lag = (settings.max_lag_s * lag_share / band.step_s).ceil() as i64;
+        let chunks = chunks(pairs, &references, &model, &band, settings, max_lag)?;
+        let found = fit_line(&model, chunks, settings, agreement * settings.agreement_s)?;
+        model = found.model;
+        estimate = Some(found);
+    }
+    estimate.ok_or(AlignError::Setting { setting: "chunks", value: settings.chunks as f64, allowed: "at least 1" })
+}
+
+fn check(settings: &ClockFitSettings) -> Result<(), AlignError> {
+    let positive = [
+        ("chunks", settings.chunks as f64),
+        ("step_s", settings.step_s),
+        ("smoothing_s", settings.smoothing_s.unwrap_or(1.0)),
+        ("max_gap_s", settings.max_gap_s),
+        ("max_lag_s", settings.max_lag_s),
+        ("min_correlation", settings.min_correlation),
+        ("agreement_s", settings.agreement_s),
+        ("max_drift", settings.max_drift),
+    ];
+    match positive.into_iter().find(|(_, value)| !(*value > 0.0 && value.is_finite())) {
+        Some((setting, value)) => Err(AlignError::Setting { setting, value, allowed: "finite and above zero" }),
+        None => Ok(()),
+    }
+}
+
+/// The band of the derivative for the slowest channel.
+fn band(pairs: &[ClockPair<'_>], settings: &ClockFitSettings) -> Result<Band, AlignError> {
+    /// Smoothing that suits the short-period motion of light and transport aircraft, s.
+    const SMOOTHING_S: f64 = 0.25;
+    let median_step = |series: &Series| {
+        let mut steps: Vec<f64> = series.time_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        let middle = steps.len() / 2;
+        if steps.is_empty() { 0.0 } else { *steps.select_nth_unstable_by(middle, f64::total_cmp).1 }
+    };
+    let slowest =
+        pairs.iter().flat_map(|pair| [pair.reference, pair.other]).map(median_step).fold(SMOOTHING_S, f64::max);
+    if pairs.is_empty() {
+        return Err(AlignError::Setting { setting: "pairs of channels", value: 0.0, allowed: "at least 1" });
+    }
+    Ok(Band {
+        step_s: settings.step_s,
+        smoothing_s: settings.smoothing_s.unwrap_or(slowest),
+        max_gap_s: settings.max_gap_s,
+    })
+}
+
+/// The other channel of a pair, with the sign of the reference.
+fn other_derivative(pair: &ClockPair<'_>, model: &ClockModel, band: &Band) -> Result<Derivative, AlignError> {
+    let mut found = derivative(pair.name, pair.other, model, band)?;
+    if pair.inverted {
+        found.values.iter_mut().for_each(|value| *value = -*value);
+    }
+    Ok(found)
+}
+
+/// Offset with the best correlation of the whole records, summed over the pairs.
+fn first_guess(pairs: &[ClockPair<'_>], references: &[Derivative], band: &Band) -> Result<ClockModel, AlignError> {
+    let mut correlations = Vec::with_capacity(pairs.len());
+    for (pair, reference) in pairs.iter().zip(references) {
+        let other = other_derivative(pair, &ClockModel::REFERENCE, band)?;
+        correlations.push(whole_correlation(reference, &other));
+    }
+    let first = correlations.iter().map(|c| c.first_lag).min().unwrap_or(0);
+    let end = correlations.iter().map(|c| c.first_lag + c.values.len() as i64).max().unwrap_or(0);
+    let mut sum = vec![0.0; (end - first).max(0) as usize];
+    for correlation in &correlations {
+        let from = (correlation.first_lag - first) as usize;
+        sum[from..].iter_mut().zip(&correlation.values).for_each(|(sum, value)| *sum += value);
+    }
+    let best = (0..sum.len()).max_by(|&i, &j| sum[i].total_cmp(&sum[j])).unwrap_or(0);
+    Ok(ClockModel { offset_s: -(first + best as i64) as f64 * band.step_s, drift: 0.0 })
+}
+
+/// What every chunk of every pair shows about a clock.
+fn chunks(
+    pairs: &[ClockPair<'_>],
+    references: &[Derivative],
+    model: &ClockModel,
+    band: &Band,
+    settings: &ClockFitSettings,
+    max_lag: i64,
+) -> Result<Vec<ClockChunk>, AlignError> {
+    let mut found = Vec::with_capacity(pairs.len() * settings.chunks);
+    for (index, (pair, reference)) in pairs.iter().zip(references).enumerate() {
+        let other = other_derivative(pair, model, band)?;
+        let from = reference.first.max(other.first);
+        let end = |signal: &Derivative| signal.first + signal.values.len() as i64;
+        let span = (end(reference).min(end(&other)) - from).max(0);
+        let edge = |chunk: usize| from + span * chunk as i64 / settings.chunks as i64;
+        for chunk in 0..settings.chunks {
+            let range = edge(chunk)..edge(chunk + 1);
+            if let Some(peak) = peak(reference, &other, range, max_lag, band.reach(), band.step_s) {
+                let own_s = model.own_s(peak.centre_s);
+                found.push(ClockChunk {
+                    pair: index,
+                    own_s,
+                    lag_s: peak.centre_s - peak.lag_s - own_s,
+                    lag_sd_s: peak.lag_sd_s,
+                    correlation: peak.correlation,
+                    residual_s: 0.0,
+                    used: false,
+                });
+            }
+        }
+    }
+    Ok(found)
+}
+
+/// The clock through the chunks that agree.
+fn fit_line(
+    model: &ClockModel,
+    mut chunks: Vec<ClockChunk>,
+    settings: &ClockFitSettings,
+    agreement_s: f64,
+) -> Result<ClockEstimate, AlignError> {
+    let correction = |chunk: &ClockChunk| chunk.lag_s - model.offset_s - model.drift * chunk.own_s;
+    let points: Vec<Point> = chunks
+        .iter()
+        .map(|chunk| Point { own_s: chunk.own_s, value_s: correction(chunk), sd_s: chunk.lag_sd_s })
+        .collect();
+    let strong: Vec<usize> = (0..chunks.len()).filter(|&k| chunks[k].correlation >= settings.min_correlation).collect();
+    let candidates: Vec<Point> = strong.iter().map(|&k| points[k]).collect();
+    let inside = agreeing(&candidates, agreement_s, settings.max_drift, settings.fit_drift);
+    let mut used = vec![false; points.len()];
+    strong.iter().zip(&inside).for_each(|(&k, &inside)| used[k] = inside);
+    let needed = if settings.fit_drift { 3 } else { 1 };
+    let found = used.iter().filter(|&&used| used).count();
+    let line = if found >= needed { weighted_line(&points, &used, settings.fit_drift) } else { None };
+    let line = line.ok_or_else(|| AlignError::NoAgreement {
+        found,
+        chunks: chunks.len(),
+        needed,
+        agreement_s,
+        best: chunks.iter().map(|chunk| chunk.correlation).fold(0.0, f64::max),
+    })?;
+    for ((chunk, point), used) in chunks.iter_mut().zip(&points).zip(used) {
+        chunk.residual_s = point.value_s - line.at(point.own_s);
+        chunk.used = used;
+    }
+    Ok(estimate(model, &line, chunks))
+}
+
+/// The clock corrected by a line.
+fn estimate(model: &ClockModel, line: &Line, chunks: Vec<ClockChunk>) -> ClockEstimate {
+    let model = ClockModel { offset_s: model.offset_s + line.at(0.0), drift: model.drift + line.slope };
+    let best_known = (line.centre_s, line.variance[0].sqrt());
+    let drift_sd = line.variance[1].sqrt();
+    let offset_sd_s = best_known.1.hypot(drift_sd * line.centre_s);
+    ClockEstimate { model, offset_sd_s, drift_sd, best_known, chunks }
+}

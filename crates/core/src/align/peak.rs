@@ -1,0 +1,147 @@
+//! Correlation against lag, and its peak between samples.
+
+use rustfft::FftPlanner;
+use rustfft::num_complex::Complex;
+
+use super::derivative::Derivative;
+
+/// Correlation of two whole signals at every lag, divided by the root of their energies: `sum_i a_i b_(i+k) / sqrt(Ea Eb)`.
+pub(super) struct WholeCorrelation {
+    /// Lag of the first entry, in steps of the grid: `b` shows at `i + lag` what `a` shows at `i`.
+    pub first_lag: i64,
+    /// Correlation by lag.
+    pub values: Vec<f64>,
+}
+
+/// Correlates two derivatives by the fast Fourier transform.
+pub(super) fn whole_correlation(a: &Derivative, b: &Derivative) -> WholeCorrelation {
+    let length = (a.values.len() + b.values.len()).next_power_of_two();
+    let mut planner = FftPlanner::new();
+    let (forward, backward) = (planner.plan_fft_forward(length), planner.plan_fft_inverse(length));
+    let spectrum = |values: &[f64]| {
+        let mut buffer = vec![Complex::default(); length];
+        buffer.iter_mut().zip(values).for_each(|(slot, &value)| slot.re = value);
+        forward.process(&mut buffer);
+        buffer
+    };
+    let (mut product, other) = (spectrum(&a.values), spectrum(&b.values));
+    product.iter_mut().zip(&other).for_each(|(x, y)| *x = x.conj() * y);
+    backward.process(&mut product);
+    let energy = |values: &[f64]| values.iter().map(|v| v * v).sum::<f64>();
+    let scale = 1.0 / (length as f64 * (energy(&a.values) * energy(&b.values)).sqrt());
+    let before = a.values.len() - 1;
+    let lags = before + b.values.len();
+    let values = (0..lags).map(|k| product[(k + length - before) % length].re * scale).collect();
+    WholeCorrelation { first_lag: b.first - a.first - before as i64, values }
+}
+
+/// Lag of one stretch and how sure it is.
+pub(super) struct Peak {
+    /// How much later `b` shows what `a` shows, s.
+    pub lag_s: f64,
+    /// Standard deviation of the lag from the residual and its correlation in time, s.
+    pub lag_sd_s: f64,
+    /// Correlation coefficient at the whole step nearest the peak.
+    pub correlation: f64,
+    /// Time at which the lag was seen, weighted by what it was told from, s.
+    pub centre_s: f64,
+}
+
+/// Least share of a stretch that both signals must know.
+const LEAST_KNOWN: f64 = 0.02;
+
+/// Best lag within `max_lag` steps either way over the grid indices `from..to` of `a`; `None` where too little is known,
+/// nothing moves, or the best lag is at the end of the range.
+pub(super) fn peak(
+    a: &Derivative,
+    b: &Derivative,
+    range: std::ops::Range<i64>,
+    max_lag: i64,
+    reach: usize,
+    step_s: f64,
+) -> Option<Peak> {
+    let stretch = Stretch { a, b, range };
+    let correlations: Vec<f64> = (-max_lag..=max_lag).map(|lag| stretch.correlation(lag, reach)).collect();
+    let best = (0..correlations.len()).max_by(|&i, &j| correlations[i].total_cmp(&correlations[j]))?;
+    let (left, middle, right) =
+        (*correlations.get(best.checked_sub(1)?)?, correlations[best], *correlations.get(best + 1)?);
+    let curvature = left - 2.0 * middle + right;
+    if middle <= 0.0 || curvature >= 0.0 {
+        return None;
+    }
+    let lag = best as i64 - max_lag;
+    let between = 0.5 * (left - right) / curvature;
+    let (lag_sd_s, centre_s) = stretch.uncertainty(lag, reach, step_s)?;
+    Some(Peak { lag_s: (lag as f64 + between) * step_s, lag_sd_s, correlation: middle, centre_s })
+}
+
+/// Two signals over grid indices of the first.
+struct Stretch<'a> {
+    a: &'a Derivative,
+    b: &'a Derivative,
+    range: std::ops::Range<i64>,
+}
+
+impl Stretch<'_> {
+    /// Offsets into the values of both signals where both may have one at a lag: first of `a`, first of `b`, count.
+    fn overlap(&self, lag: i64) -> (usize, usize, usize) {
+        let end = |signal: &Derivative| signal.first + signal.values.len() as i64;
+        let from = self.range.start.max(self.a.first).max(self.b.first - lag);
+        let to = self.range.end.min(end(self.a)).min(end(self.b) - lag);
+        let count = (to - from).max(0) as usize;
+        if count == 0 {
+            return (0, 0, 0);
+        }
+        ((from - self.a.first) as usize, (from + lag - self.b.first) as usize, count)
+    }
+
+    /// Correlation coefficient at a lag over what both know; -1 where that is too little.
+    fn correlation(&self, lag: i64, reach: usize) -> f64 {
+        let (from_a, from_b, count) = self.overlap(lag);
+        let (mut n, mut sums) = (0.0, [0.0; 5]);
+        for i in 0..count {
+            if self.a.known[from_a + i] && self.b.known[from_b + i] {
+                let (x, y) = (self.a.values[from_a + i], self.b.values[from_b + i]);
+                n += 1.0;
+                sums.iter_mut().zip([x, y, x * x, y * y, x * y]).for_each(|(sum, term)| *sum += term);
+            }
+        }
+        let needed = (LEAST_KNOWN * (self.range.end - self.range.start) as f64).max(2.0 * reach as f64);
+        let [x, y, xx, yy, xy] = sums;
+        let variance = (xx - x * x / n) * (yy - y * y / n);
+        if n < needed || variance.is_nan() || variance <= 0.0 { -1.0 } else { (xy - x * y / n) / variance.sqrt() }
+    }
+
+    /// Standard deviation of the lag and the time it was told at.
+    ///
+    /// For `b = g a + e` the lag's error is `sum(g a' e) / sum((g a')^2)`; its variance sums the products `g a' e` over all
+    /// pairs of samples within the filter's reach, weighted linearly to zero (Newey and West, Econometrica 55, 1987), so
+    /// that neither the grid nor coloured noise makes it too small.
+    fn uncertainty(&self, lag: i64, reach: usize, step_s: f64) -> Option<(f64, f64)> {
+        let (from_a, from_b, count) = self.overlap(lag);
+        let known = |i: usize| self.a.known[from_a + i] && self.b.known[from_b + i];
+        let (mut aa, mut ab) = (0.0, 0.0);
+        for i in (0..count).filter(|&i| known(i)) {
+            aa += self.a.values[from_a + i].powi(2);
+            ab += self.a.values[from_a + i] * self.b.values[from_b + i];
+        }
+        let gain = ab / aa;
+        let (mut score, mut information, mut moment) = (vec![0.0; count], 0.0, 0.0);
+        for i in 1..count.saturating_sub(1) {
+            if known(i - 1) && known(i) && known(i + 1) {
+                let slope = gain * (self.a.values[from_a + i + 1] - self.a.values[from_a + i - 1]) / (2.0 * step_s);
+                score[i] = slope * (self.b.values[from_b + i] - gain * self.a.values[from_a + i]);
+                information += slope * slope;
+                moment += slope * slope * (self.a.first + (from_a + i) as i64) as f64 * step_s;
+            }
+        }
+        let reach = 2 * reach;
+        let mut variance: f64 = score.iter().map(|s| s * s).sum();
+        for apart in 1..=reach.min(count.saturating_sub(1)) {
+            let weight = 1.0 - apart as f64 / (reach + 1) as f64;
+            let products: f64 = score.iter().zip(&score[apart..]).map(|(x, y)| x * y).sum();
+            variance += 2.0 * weight * products;
+        }
+        (information > 0.0).then(|| (variance.max(0.0).sqrt() / information, moment / information))
+    }
+}

@@ -1,0 +1,5 @@
+//! Clocks recovered from synthetic recordings.
+
+mod clocks;
+mod onset;
+mod support;
