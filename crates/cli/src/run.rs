@@ -49,8 +49,8 @@ fn lines(messages: impl Iterator<Item = String>) -> String {
 }
 
 fn summary(results: &report::Results) {
-    for recording in &results.recordings {
-        recording.warnings.iter().for_each(|warning| text::line(&format!("{}: {warning}", recording.flight)));
+    for flight in &results.flights {
+        flight.warnings.iter().for_each(|warning| text::line(&format!("{}: {warning}", flight.name)));
     }
     for window in &results.windows {
         text::line(&format!(
@@ -70,11 +70,13 @@ fn summary(results: &report::Results) {
         text::line(&format!(
             "{} from {}: R2 {}, RMS {} %",
             fit.coefficient,
-            fit.windows.join(", "),
+            windows(&fit.windows),
             text::number(fit.r_squared, 4),
             text::number(fit.rms_relative_percent, 3)
         ));
-        let rows = fit.derivatives.iter().map(|row| {
+        // Constants of single windows are trim, not derivatives; the tables have them.
+        let shared = fit.derivatives.iter().filter(|row| !row.name.ends_with(']'));
+        let rows = shared.map(|row| {
             vec![
                 row.name.clone(),
                 text::number(row.estimate, 6),
@@ -85,4 +87,9 @@ fn summary(results: &report::Results) {
         });
         text::table(&["derivative", "estimate", "std error", "corrected", "rel %"], &rows.collect::<Vec<_>>());
     }
+}
+
+/// Names of the windows, or how many there are.
+fn windows(names: &[String]) -> String {
+    if names.len() > 3 { format!("{} windows", names.len()) } else { names.join(", ") }
 }

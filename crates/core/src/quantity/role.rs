@@ -67,6 +67,7 @@ roles! {
     FuelFlow, "fuel_flow", MassFlow, "fuel flow, all engines";
     Thrust1, "thrust_1", Force, "thrust of engine 1 (left or front)";
     Thrust2, "thrust_2", Force, "thrust of engine 2 (right or rear)";
+    ThrustCoefficient, "thrust_coefficient", Dimensionless, "thrust of all engines over dynamic pressure and reference area";
     EngineSpeed1, "engine_speed_1", AngularRate, "rotational speed of engine 1 (left or front)";
     EngineSpeed2, "engine_speed_2", AngularRate, "rotational speed of engine 2 (right or rear)";
     ManifoldPressure1, "manifold_pressure_1", Pressure, "manifold pressure of engine 1 (left or front)";

@@ -3,8 +3,8 @@
 use doublet_core::reconstruct::State;
 
 use super::results::{
-    DerivativeRow, DroppedRow, FORMAT, FitRow, InnovationRow, PredictionRow, RecordingRow, Results, StateRow, VERSION,
-    WindowRow,
+    DerivativeRow, DroppedRow, FORMAT, FitRow, FlightRow, InnovationRow, PredictionRow, RecordingRow, Results,
+    StateRow, VERSION, WindowRow,
 };
 use crate::run::Snapshot;
 use crate::session::{Manoeuvre, Session, Surface, WindowRole};
@@ -29,6 +29,7 @@ pub fn build(session: &Session, snapshot: &Snapshot) -> Results {
         mass_kg: mass.unwrap_or(f64::NAN),
         gravity_m_s2: session.filter.gravity_m_s2,
         recordings: recordings(session, snapshot),
+        flights: flights(session, snapshot),
         windows: active.filter_map(|window| window_row(window, snapshot)).collect(),
         pooled: pooled.iter().flat_map(|pooled| pooled.fits.iter().map(fit_row)).collect(),
         predictions: pooled
@@ -50,16 +51,21 @@ fn recordings(session: &Session, snapshot: &Snapshot) -> Vec<RecordingRow> {
     for flight in &session.flights {
         let Some(loaded) = snapshot.flights.get(&flight.name).and_then(|slot| slot.ready()) else { continue };
         for (entry, hash) in flight.recordings.iter().zip(&loaded.hashes) {
-            rows.push(RecordingRow {
-                flight: flight.name.clone(),
-                path: entry.path.clone(),
-                sha256: hash.clone(),
-                roles: loaded.recording.roles.keys().map(|role| role.name().to_owned()).collect(),
-                warnings: loaded.recording.warnings.clone(),
-            });
+            rows.push(RecordingRow { flight: flight.name.clone(), path: entry.path.clone(), sha256: hash.clone() });
         }
     }
     rows
+}
+
+fn flights(session: &Session, snapshot: &Snapshot) -> Vec<FlightRow> {
+    let loaded =
+        session.flights.iter().filter_map(|flight| Some((flight, snapshot.flights.get(&flight.name)?.ready()?)));
+    let rows = loaded.map(|(flight, loaded)| FlightRow {
+        name: flight.name.clone(),
+        roles: loaded.recording.roles.keys().map(|role| role.name().to_owned()).collect(),
+        warnings: loaded.recording.warnings.clone(),
+    });
+    rows.collect()
 }
 
 fn window_row(window: &Manoeuvre, snapshot: &Snapshot) -> Option<WindowRow> {

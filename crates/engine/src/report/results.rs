@@ -26,6 +26,8 @@ pub struct Results {
     pub gravity_m_s2: f64,
     /// Recordings read.
     pub recordings: Vec<RecordingRow>,
+    /// Flights they belong to.
+    pub flights: Vec<FlightRow>,
     /// One entry per window that is not ignored.
     pub windows: Vec<WindowRow>,
     /// Derivatives from all identification windows together.
@@ -43,7 +45,14 @@ pub struct RecordingRow {
     pub path: String,
     /// SHA-256 of what was read.
     pub sha256: String,
-    /// Roles the channel map assigned.
+}
+
+/// A flight: what its recordings gave together.
+#[derive(Clone, Debug, Serialize)]
+pub struct FlightRow {
+    /// Name.
+    pub name: String,
+    /// Roles the channel maps assigned.
     pub roles: Vec<String>,
     /// Findings.
     pub warnings: Vec<String>,

@@ -82,10 +82,28 @@ pub fn engines(recording: &Recording, aircraft: &AircraftData, air: &Air<'_>) ->
             speed_rad_s,
         });
     }
+    if result.engines.is_empty()
+        && let Some(coefficient) = values_at(recording, Role::ThrustCoefficient, air.time_s)?
+    {
+        result.engines.push(engine_of_coefficient(&coefficient, aircraft, air));
+    }
     if !rises.is_empty() {
         let count = rises.len() as f64;
         let mean = |sample: usize| rises.iter().map(|rise| rise[sample]).sum::<f64>() / count;
         result.propeller_pressure = Some((0..air.time_s.len()).map(mean).collect());
     }
     Ok(result)
+}
+
+/// All engines as one thrust along body x through the centre of gravity: a coefficient says neither place nor direction.
+fn engine_of_coefficient(coefficient: &[f64], aircraft: &AircraftData, air: &Air<'_>) -> Engine {
+    let area_m2 = aircraft.reference.area_m2;
+    let thrust = |(k, tc): (usize, &f64)| tc * 0.5 * air.density_kg_m3[k] * air.airspeed_m_s[k].powi(2) * area_m2;
+    Engine {
+        thrust_n: coefficient.iter().enumerate().map(thrust).collect(),
+        position: Position::BodyFromCg([0.0; 3]),
+        direction_body: [1.0, 0.0, 0.0],
+        rotor_inertia_kg_m2: 0.0,
+        speed_rad_s: Vec::new(),
+    }
 }

@@ -1,6 +1,6 @@
 //! Reads the recordings of one flight and merges them on its time line.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use doublet_core::load::{ChannelMap, read_all};
@@ -81,6 +81,8 @@ pub fn flight(folder: &Path, flight: &Flight) -> Result<LoadedFlight, String> {
         let recording = read_all(&places, &map).map_err(|error| error.to_string())?;
         merge(&mut merged, recording, only);
     }
+    let mut said = BTreeSet::new();
+    merged.warnings.retain(|warning| said.insert(warning.clone()));
     Ok(LoadedFlight { recording: merged, hashes })
 }
 
