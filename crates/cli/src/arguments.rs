@@ -28,6 +28,8 @@ pub enum Command {
     Check(CheckArguments),
     /// Compute everything a session asks for and write tables and time histories.
     Run(RunArguments),
+    /// Fly a simulated flight and write its recordings and its truth.
+    Simulate(SimulateArguments),
 }
 
 /// Arguments of `inspect`.
@@ -75,4 +77,39 @@ pub struct RunArguments {
     /// Folder for the results: it appears complete or not at all.
     #[arg(long)]
     pub out: PathBuf,
+}
+
+/// Arguments of `simulate`.
+#[derive(Debug, Args)]
+pub struct SimulateArguments {
+    /// Scenario to fly.
+    pub scenario: Option<String>,
+    /// Folder for the recordings: it appears complete or not at all.
+    #[arg(long)]
+    pub out: Option<PathBuf>,
+    /// Seed of noise, gusts and hand-flown imperfections: the same seed gives the same bytes.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Change a derivative of the truth, for example Cm_alpha=-0.9; may be given several times.
+    #[arg(long, value_name = "NAME=VALUE", value_parser = derivative)]
+    pub derivative: Vec<(String, f64)>,
+    /// Scale the amplitude of every manoeuvre.
+    #[arg(long, default_value_t = 1.0)]
+    pub amplitude: f64,
+    /// True airspeed of a scenario that starts in trim, kt.
+    #[arg(long, value_name = "KT")]
+    pub airspeed_kt: Option<f64>,
+    /// Altitude of a scenario that starts in trim, ft.
+    #[arg(long, value_name = "FT")]
+    pub altitude_ft: Option<f64>,
+    /// List scenarios, aircraft and inputs.
+    #[arg(long)]
+    pub list: bool,
+}
+
+/// Reads `NAME=VALUE`.
+fn derivative(text: &str) -> Result<(String, f64), String> {
+    let (name, value) = text.split_once('=').ok_or("write it as NAME=VALUE, for example Cm_alpha=-0.9")?;
+    let value: f64 = value.trim().parse().map_err(|_| format!("'{value}' is not a number"))?;
+    Ok((name.trim().to_owned(), value))
 }

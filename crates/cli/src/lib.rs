@@ -6,6 +6,7 @@ mod inspect;
 mod new;
 mod progress;
 mod run;
+mod simulate;
 mod text;
 
 use std::path::PathBuf;
@@ -52,6 +53,7 @@ fn execute(command: Command) -> ExitCode {
         Command::New(arguments) => new::new(&arguments),
         Command::Check(arguments) => check::check(&arguments),
         Command::Run(arguments) => run::run(&arguments),
+        Command::Simulate(arguments) => simulate::simulate(&arguments),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

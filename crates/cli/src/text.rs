@@ -41,6 +41,17 @@ pub fn table(header: &[&str], rows: &[Vec<String>]) {
     }
 }
 
+/// Prints rows of a name and a description, the descriptions in one column.
+pub fn list(rows: &[Vec<String>]) {
+    let width = rows.iter().filter_map(|row| row.first()).map(|name| name.chars().count()).max().unwrap_or(0);
+    for row in rows {
+        let mut cells = row.iter();
+        let name = cells.next().map_or("", String::as_str);
+        let text = cells.map(String::as_str).collect::<Vec<_>>().join("  ");
+        line(format!("{name:width$}  {text}").trim_end());
+    }
+}
+
 /// A number with `digits` significant digits, without needless zeros or exponents.
 pub fn number(value: f64, digits: usize) -> String {
     if !value.is_finite() {

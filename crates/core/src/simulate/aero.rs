@@ -97,6 +97,31 @@ impl AeroModel {
         Ok(Self { derivatives, compiled })
     }
 
+    /// The same truth with one derivative changed, or added.
+    ///
+    /// # Errors
+    /// [`SimulateError::BadDerivative`] when `name` names no derivative.
+    pub fn with_derivative(&self, name: &str, value: f64) -> Result<Self, SimulateError> {
+        let (coefficient, term) = parse_name(name)?;
+        let changed = term.derivative_name(coefficient);
+        let kept = self.derivatives.iter().filter(|derivative| derivative.name != changed);
+        let mut entries: Vec<_> = kept
+            .map(|derivative| DerivativeEntry {
+                name: derivative.name.clone(),
+                value: derivative.value,
+                printed: derivative.printed,
+                reason: derivative.reason.clone(),
+            })
+            .collect();
+        entries.push(DerivativeEntry {
+            name: name.to_owned(),
+            value,
+            printed: None,
+            reason: "set by the user".to_owned(),
+        });
+        Self::new(entries)
+    }
+
     /// A truth without any aerodynamic force.
     pub fn none() -> Self {
         Self { derivatives: Vec::new(), compiled: Vec::new() }

@@ -1,0 +1,109 @@
+//! `doublet simulate`: a flight whose every answer is known.
+
+use std::path::Path;
+
+use doublet_core::simulate::scenario::Start;
+use doublet_core::simulate::{self, InputKind, Scenario, SimulateError, scenario};
+
+use crate::arguments::SimulateArguments;
+use crate::progress::Progress;
+use crate::text;
+
+/// Lists scenarios, aircraft and inputs, or flies a scenario and writes what its recorders hold.
+///
+/// # Errors
+/// One line: an unknown scenario, a trim that cannot be reached, a file that cannot be written.
+pub fn simulate(arguments: &SimulateArguments) -> Result<(), String> {
+    if arguments.list {
+        list();
+        return Ok(());
+    }
+    let (Some(name), Some(folder)) = (&arguments.scenario, &arguments.out) else {
+        return Err(
+            "name a scenario and a folder: `doublet simulate demo --out DIR`, or `doublet simulate --list`".into()
+        );
+    };
+    if folder.exists() {
+        return Err(format!("{} exists: choose another folder for --out", folder.display()));
+    }
+    let mut scenario = scenario::build(name).map_err(|error| error.to_string())?;
+    adjust(&mut scenario, arguments)?;
+    let progress = Progress::new();
+    let flown = simulate::run(&scenario, arguments.seed, &mut |part| {
+        #[expect(clippy::cast_possible_truncation, reason = "a part of one for a progress bar")]
+        progress.show(part as f32, "flying");
+        true
+    });
+    progress.finish();
+    let flight = flown.map_err(|error: SimulateError| error.to_string())?;
+    let files = flight.files().map_err(|error| error.to_string())?;
+    write(folder, files.iter().map(|file| (file.path.as_ref(), file.bytes.as_slice())))
+        .map_err(|error| format!("{}: {error}", folder.display()))?;
+    for file in &files {
+        text::line(&format!("{}  {} kB", AsRef::<Path>::as_ref(&file.path).display(), file.bytes.len().div_ceil(1000)));
+    }
+    text::line(&format!("flight in {}", folder.display()));
+    Ok(())
+}
+
+/// Metres per second of a knot, metres of a foot: exact.
+const M_S_PER_KT: f64 = 1852.0 / 3600.0;
+const M_PER_FT: f64 = 0.3048;
+
+fn adjust(scenario: &mut Scenario, arguments: &SimulateArguments) -> Result<(), String> {
+    for (name, value) in &arguments.derivative {
+        let aero = scenario.vehicle.aero.with_derivative(name, *value).map_err(|error| error.to_string())?;
+        scenario.vehicle.aero = aero;
+    }
+    for manoeuvre in &mut scenario.manoeuvres {
+        manoeuvre.amplitude_rad *= arguments.amplitude;
+    }
+    match &mut scenario.start {
+        Start::Trimmed(condition) => {
+            if let Some(airspeed) = arguments.airspeed_kt {
+                condition.airspeed_m_s = airspeed * M_S_PER_KT;
+            }
+            if let Some(altitude) = arguments.altitude_ft {
+                condition.altitude_m = altitude * M_PER_FT;
+            }
+        }
+        Start::Parked if arguments.airspeed_kt.is_some() || arguments.altitude_ft.is_some() => {
+            return Err(format!(
+                "scenario '{}' starts on the ground: airspeed and altitude are those of its plan",
+                scenario.name
+            ));
+        }
+        Start::Parked => {}
+    }
+    Ok(())
+}
+
+/// Writes all files into `folder`, which appears complete or not at all.
+fn write<'a>(folder: &Path, files: impl Iterator<Item = (&'a Path, &'a [u8])>) -> std::io::Result<()> {
+    let parent = folder.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    std::fs::create_dir_all(parent)?;
+    let staging = tempfile::Builder::new().prefix(".doublet-").tempdir_in(parent)?;
+    for (path, bytes) in files {
+        let place = staging.path().join(path);
+        std::fs::create_dir_all(place.parent().unwrap_or(parent))?;
+        std::fs::write(place, bytes)?;
+    }
+    let staged = staging.keep();
+    std::fs::rename(&staged, folder).inspect_err(|_| {
+        // The finished files cannot be put in place: leave nothing half done behind.
+        let _ = std::fs::remove_dir_all(&staged);
+    })
+}
+
+fn list() {
+    text::line("scenarios");
+    let rows: Vec<_> = scenario::list()
+        .iter()
+        .map(|listed| vec![format!("  {}", listed.name), listed.description.to_string()])
+        .collect();
+    text::list(&rows);
+    text::line("aircraft");
+    scenario::aircraft().iter().for_each(|name| text::line(&format!("  {name}")));
+    text::line("inputs");
+    InputKind::ALL.iter().for_each(|kind| text::line(&format!("  {}", kind.name())));
+}
