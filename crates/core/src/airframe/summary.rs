@@ -180,7 +180,7 @@ impl fmt::Display for LoadedState {
         writeln!(f, "  mass              {mass_kg:.1} kg")?;
         write!(f, "  centre of gravity x {x:.3} m, y {y:.3} m, z {z:.3} m from the datum")?;
         match self.mean_chord_fraction {
-            Some(fraction) => writeln!(f, ", {:.1} % of the mean chord", fraction * 100.0)?,
+            Some(fraction) => writeln!(f, ", {:.1} % MAC", fraction * 100.0)?,
             None => writeln!(f)?,
         }
         if let Some(margin) = &self.envelope {

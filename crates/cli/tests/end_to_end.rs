@@ -1,0 +1,284 @@
+//! The command line from recording to results, as a user runs it.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+/// Root of the project.
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+/// Whether the shared recordings are beside the project; says so where they are not.
+fn has_shared(relative: &str) -> bool {
+    let path = root().join("../shared/data").join(relative);
+    if !path.exists() {
+        println!("skipped: {} is not here", path.display());
+    }
+    path.exists()
+}
+
+fn doublet(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_doublet-cli")).args(arguments).current_dir(root()).output().expect("it starts")
+}
+
+/// Runs a shipped session and reads its results.
+fn results(session: &str) -> (Value, tempfile::TempDir) {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let output = doublet(&["run", &format!("sessions/{session}.toml"), "--out", out.to_str().unwrap()]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let text = std::fs::read_to_string(out.join("results.json")).unwrap();
+    (serde_json::from_str(&text).unwrap(), folder)
+}
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap_or(f64::NAN)
+}
+
+/// Estimate of a derivative in a list of fits.
+fn derivative(fits: &Value, name: &str) -> f64 {
+    let rows = fits.as_array().unwrap().iter().flat_map(|fit| fit["derivatives"].as_array().unwrap());
+    rows.into_iter().find(|row| row["name"] == name).map_or(f64::NAN, |row| number(&row["estimate"]))
+}
+
+#[test]
+fn citation_is_consistent_with_its_truth() {
+    if !has_shared("citation_simulated") {
+        return;
+    }
+    let (results, _folder) = results("citation_aileron");
+    let window = &results["windows"][0];
+    let nis = number(&window["mean_nis"]);
+    assert!((11.7..12.2).contains(&nis), "mean NIS {nis}");
+    let errors: Vec<f64> =
+        window["states"].as_array().unwrap().iter().map(|s| number(&s["mean_squared_normalised_error"])).collect();
+    assert_eq!(errors.len(), 18);
+    assert!(errors.iter().all(|error| *error < 4.0), "{errors:?}");
+    let mean = errors.iter().sum::<f64>() / 18.0;
+    assert!((0.3..1.5).contains(&mean), "mean {mean}");
+}
+
+#[test]
+fn citation_zero_order_hold_matches_published_filter() {
+    /// Of the reference's standard deviation: the production filter linearises once where the reference does twice.
+    const SIGMAS: f64 = 0.01;
+    if !has_shared("citation_simulated") {
+        return;
+    }
+    let reference = root().join("../shared/data/citation_simulated/reference_ekf_zero_order_hold.json");
+    let reference: Value = serde_json::from_str(&std::fs::read_to_string(reference).unwrap()).unwrap();
+    let (results, _folder) = results("citation_aileron_zero_order_hold");
+    let states = results["windows"][0]["states"].as_array().unwrap();
+    for (index, state) in states.iter().enumerate() {
+        let (expected, sigma) = (number(&reference["final_estimate"][index]), number(&reference["final_sigma"][index]));
+        let found = number(&state["estimate"]);
+        assert!((found - expected).abs() < SIGMAS * sigma, "{}: {found} against {expected}", state["state"]);
+    }
+}
+
+#[test]
+fn attas_gives_the_published_derivatives() {
+    /// Relative: the published chain smooths and differentiates in its own way.
+    const SMOOTHING_DIFFERS: f64 = 0.05;
+    if !has_shared("attas") {
+        return;
+    }
+    let (results, _folder) = results("attas");
+    for (name, published) in [
+        ("CL_alpha", 5.22568),
+        ("Cm_alpha", -0.877620),
+        ("CY_beta", -1.00403),
+        ("Cl_p", -0.759763),
+        ("Cn_beta", 0.254494),
+    ] {
+        let found = derivative(&results["pooled"], name);
+        println!("{name}: {found:.6}, published {published}, {:+.2} %", 100.0 * (found / published - 1.0));
+        assert!((found / published - 1.0).abs() < SMOOTHING_DIFFERS, "{name}: {found} against {published}");
+    }
+    let missing = &results["windows"][0]["missing_measurements"];
+    assert!(missing.as_array().unwrap().iter().any(|m| m == "v_north"), "{missing}");
+}
+
+#[test]
+fn phlab_goes_through_both_steps_with_the_measurements_it_has() {
+    if !has_shared("phlab_citation") {
+        return;
+    }
+    let (results, _folder) = results("phlab_short_period");
+    let missing = results["windows"][0]["missing_measurements"].as_array().unwrap().clone();
+    for name in ["beta", "psi", "v_north", "v_east", "v_down"] {
+        assert!(missing.iter().any(|m| m == name), "{name} is not in {missing:?}");
+    }
+    let (lift, stability) = (derivative(&results["pooled"], "CZ_alpha"), derivative(&results["pooled"], "Cm_alpha"));
+    assert!((-8.0..-2.0).contains(&lift), "CZ_alpha {lift}");
+    assert!((-2.0..0.0).contains(&stability), "Cm_alpha {stability}");
+}
+
+#[test]
+fn demo_runs_anywhere_and_recovers_truth_derivatives() {
+    /// Relative error of the well-excited derivatives with the shipped settings; the corrected errors tell more.
+    const SHIPPED_SETTINGS: f64 = 0.10;
+    let truth = std::fs::read_to_string(root().join("assets/flights/demo/truth.toml")).unwrap();
+    let truth_of = |name: &str| -> f64 {
+        let line = truth.lines().find(|line| line.starts_with(&format!("{name} = "))).unwrap();
+        line.split(" = ").nth(1).unwrap().parse().unwrap()
+    };
+    let (results, _folder) = results("demo");
+    for name in [
+        "CZ_alpha",
+        "Cm_alpha",
+        "Cm_q",
+        "Cm_delta_e",
+        "CY_beta",
+        "CY_delta_r",
+        "Cl_beta",
+        "Cl_p",
+        "Cl_delta_a",
+        "Cn_beta",
+        "Cn_r",
+        "Cn_delta_r",
+    ] {
+        let (found, truth) = (derivative(&results["pooled"], name), truth_of(name));
+        println!("{name}: {found:.5}, truth {truth}, {:+.2} %", 100.0 * (found / truth - 1.0));
+        assert!((found / truth - 1.0).abs() < SHIPPED_SETTINGS, "{name}: {found} against {truth}");
+    }
+}
+
+/// Runs a changed copy of a shipped session that must fail; returns the error lines.
+fn failing(session: &str, change: impl Fn(String) -> String) -> Vec<String> {
+    let folder = tempfile::tempdir().unwrap();
+    let text = std::fs::read_to_string(root().join(format!("sessions/{session}.toml"))).unwrap();
+    let shared = root().join("../shared").canonicalize().unwrap_or_default();
+    let text = change(text.replace("../../shared", shared.to_str().unwrap()));
+    let path = folder.path().join("session.toml");
+    std::fs::write(&path, text).unwrap();
+    let out = folder.path().join("out");
+    let output = doublet(&["run", path.to_str().unwrap(), "--out", out.to_str().unwrap()]);
+    assert!(!output.status.success());
+    assert!(!out.exists(), "no output folder after an error");
+    let left = std::fs::read_dir(folder.path()).unwrap().count();
+    assert_eq!(left, 1, "nothing but the session is left");
+    String::from_utf8_lossy(&output.stderr).lines().map(str::to_owned).collect()
+}
+
+fn assert_says(lines: &[String], words: &[&str]) {
+    println!("{}", lines.join("\n"));
+    assert!(lines.iter().all(|line| line.starts_with("error: ")), "{lines:?}");
+    assert!(lines.iter().any(|line| words.iter().all(|word| line.contains(word))), "none of {lines:?} says {words:?}");
+}
+
+#[test]
+fn bad_sessions_end_in_one_clear_line_each() {
+    let gone = failing("demo", |text| text.replace("builtin:flights/demo/bus.h5", "gone.h5"));
+    assert_says(&gone, &["gone.h5", "no such file"]);
+    let map = failing("demo", |text| text.replace("builtin:demo_flight", "builtin:demo_flihgt"));
+    assert_says(&map, &["demo_flihgt", "demo_flight"]);
+    let empty = failing("demo", |text| text.replacen("end_s = 1069.9", "end_s = 1056.5", 1));
+    assert_says(&empty, &["window '01 aileron doublet'", "empty"]);
+    let outside = failing("demo", |text| text.replacen("1056.5", "9056.5", 1).replacen("1069.9", "9069.9", 1));
+    assert_says(&outside, &["window '01 aileron doublet'", "spans"]);
+    let term = failing("demo", |text| text.replacen("\"qc/V\"", "\"qc/W\"", 1));
+    assert_says(&term, &["model.CX", "qc/W"]);
+    let noise = failing("demo", |text| text.replacen("alpha = 4e-4", "alpha = -4e-4", 1));
+    assert_says(&noise, &["measurement_noise.alpha", "-0.0004"]);
+    let key = failing("demo", |text| text.replacen("gravity_m_s2", "gravity", 1));
+    assert_says(&key, &["gravity", "line"]);
+    assert_eq!(key.len(), 1);
+}
+
+#[test]
+fn recordings_that_do_not_fit_end_in_one_clear_line_each() {
+    if !has_shared("attas") || !has_shared("citation_simulated") {
+        return;
+    }
+    let few = failing("attas", |text| text.replacen("end_s = 25.0", "end_s = 0.2", 1));
+    assert_says(&few, &["window 'elevator 3-2-1-1'", "samples"]);
+    let dependent = failing("citation_aileron", |text| text.replace("\"delta_a\"]\nCl", "\"delta_a\", \"Tc\"]\nCl"));
+    assert_says(&dependent, &["CY", "Tc", "depends on"]);
+}
+
+#[test]
+fn channel_maps_that_do_not_fit_end_in_one_clear_line_each() {
+    let folder = tempfile::tempdir().unwrap();
+    let csv: String = std::iter::once("t,q\n".to_owned())
+        .chain((0..50).map(|k| format!("{},{}\n", f64::from(k) * 0.1, f64::from(k).sin())))
+        .collect();
+    std::fs::write(folder.path().join("r.csv"), csv).unwrap();
+    let header = "format = \"doublet channel map\"\nversion = 1\nname = \"m\"\n";
+    let run = |map: &str| {
+        std::fs::write(folder.path().join("m.toml"), format!("{header}{map}")).unwrap();
+        let session = "format = \"doublet session\"\nversion = 1\naircraft = \"builtin:c337f\"\n[[flight]]\nname = \"f\"\n\
+             [[flight.recording]]\npath = \"r.csv\"\nchannel_map = \"m.toml\"\n";
+        let path = folder.path().join("s.toml");
+        std::fs::write(&path, session).unwrap();
+        let out = folder.path().join("out");
+        let output = doublet(&["run", path.to_str().unwrap(), "--out", out.to_str().unwrap()]);
+        assert!(!output.status.success() && !out.exists());
+        String::from_utf8_lossy(&output.stderr).lines().map(str::to_owned).collect::<Vec<_>>()
+    };
+    let unknown =
+        run("[[time]]\nchannel = \"t\"\nunit = \"s\"\n[roles]\nq = { channel = \"pitch\", unit = \"deg/s\" }\n");
+    assert_says(&unknown, &["pitch", "r.csv"]);
+    let unit = run("[[time]]\nchannel = \"t\"\nunit = \"s\"\n[roles]\nq = { channel = \"q\", unit = \"dgr/s\" }\n");
+    assert_says(&unit, &["dgr/s", "deg/s"]);
+    let dimension = run("[[time]]\nchannel = \"t\"\nunit = \"s\"\n[roles]\nq = { channel = \"q\", unit = \"kt\" }\n");
+    assert_says(&dimension, &["kt", "rad/s"]);
+}
+
+#[test]
+fn new_finds_the_channel_map_and_check_passes_its_session() {
+    if !has_shared("attas") {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let session = folder.path().join("s.toml");
+    let session = session.to_str().unwrap();
+    let made = doublet(&["new", "../shared/data/attas/fAttasElv1.mat", "-o", session, "--aircraft", "attas_vfw614"]);
+    assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+    assert!(std::fs::read_to_string(session).unwrap().contains("builtin:attas"));
+    let checked = doublet(&["check", session]);
+    assert!(checked.status.success(), "{}", String::from_utf8_lossy(&checked.stderr));
+    let again = doublet(&["new", "../shared/data/attas/fAttasElv1.mat", "-o", session]);
+    assert!(!again.status.success(), "a session is never overwritten");
+}
+
+#[test]
+fn check_prints_an_aircraft_and_refuses_an_impossible_one() {
+    let output = doublet(&["check", "assets/aircraft/c337f.toml"]);
+    assert!(output.status.success());
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    for word in ["mass", "MAC", "Ixx", "principal", "envelope"] {
+        assert!(text.to_lowercase().contains(&word.to_lowercase()), "{word} is not in\n{text}");
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.toml");
+    let good = std::fs::read_to_string(root().join("assets/aircraft/attas_vfw614.toml")).unwrap();
+    std::fs::write(&path, good.replace("mass_kg = 17631.0", "mass_kg = -1.0")).unwrap();
+    let output = doublet(&["check", path.to_str().unwrap()]);
+    assert!(!output.status.success());
+    let error = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(error.contains("-1") && error.contains("mass"), "{error}");
+}
+
+#[test]
+fn simulate_says_what_it_cannot_fly() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("flight");
+    let out = out.to_str().unwrap();
+    let refuse = |arguments: &[&str], words: &[&str]| {
+        let output = doublet(&[&["simulate", "test-point", "--out", out], arguments].concat());
+        assert!(!output.status.success());
+        let lines: Vec<_> = String::from_utf8_lossy(&output.stderr).lines().map(str::to_owned).collect();
+        assert_says(&lines, words);
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+    };
+    refuse(&["--derivative", "Cq_alpha=1"], &["Cq_alpha", "Cm_alpha"]);
+    refuse(&["--airspeed-kt", "50"], &["no trim", "angle of attack"]);
+    refuse(&["--airspeed-kt", "200"], &["no trim", "short"]);
+    refuse(&["--amplitude", "6"], &["aileron", "deg past"]);
+    let listed = doublet(&["simulate", "--list"]);
+    let text = String::from_utf8_lossy(&listed.stdout).into_owned();
+    assert!(["demo", "c337f", "3-2-1-1", "multisine"].iter().all(|word| text.contains(word)), "{text}");
+}
