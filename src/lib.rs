@@ -2,6 +2,7 @@
 
 pub mod app;
 pub mod command;
+pub mod notation;
 pub mod panels;
 pub mod theme;
 pub mod ui_state;

@@ -1,10 +1,15 @@
-//! The doublet workbench.
+//! The doublet workbench, and its command line.
 
-use std::path::PathBuf;
 use std::process::ExitCode;
 
+use doublet_cli::Invocation;
+
 fn main() -> ExitCode {
-    match doublet::app::run(std::env::args_os().nth(1).map(PathBuf::from)) {
+    let outcome = match doublet_cli::invoke() {
+        Invocation::Done(code) => return code,
+        Invocation::Window(session) => doublet::app::run(session.as_deref()),
+    };
+    match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(line) => {
             eprintln!("{line}");

@@ -1,7 +1,9 @@
 //! What the workbench remembers about its own looks: layout, zoom, theme. Never part of a session.
 
+use std::path::{Path, PathBuf};
+
 use eframe::egui::{Id, ThemePreference};
-use egui_tiles::{Tile, Tiles, Tree};
+use egui_tiles::{Linear, LinearDir, Tile, Tiles, Tree};
 use serde::{Deserialize, Serialize};
 
 use crate::panels::Pane;
@@ -10,7 +12,22 @@ use crate::widgets::time_view::TimeView;
 /// Where it lies in the application's storage.
 const STORAGE_KEY: &str = "doublet_ui";
 /// Version of the stored form; another one is left alone and the first layout shown.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
+/// How many sessions are remembered.
+const RECENT: usize = 8;
+
+/// What the user looks at.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Selection {
+    /// Flight shown.
+    pub flight: Option<String>,
+    /// Window chosen.
+    pub window: Option<String>,
+    /// Derivative highlighted, for example `Cm_q`.
+    pub derivative: Option<String>,
+    /// Derivatives of the chosen window alone rather than of all windows together.
+    pub window_only: bool,
+}
 
 /// Layout, zoom and theme.
 #[derive(Serialize, Deserialize)]
@@ -18,8 +35,18 @@ pub struct UiState {
     version: u32,
     /// Where the panels are.
     pub layout: Tree<Pane>,
-    /// Stretch of time on screen.
+    /// Stretch of the flight on screen.
     pub time: TimeView,
+    /// Stretch of the chosen window on screen.
+    #[serde(skip)]
+    pub window_time: TimeView,
+    /// What the user looks at.
+    #[serde(skip)]
+    pub selection: Selection,
+    /// Channels in the plots of the flight, one list per plot; `None` for the usual ones.
+    pub flight_plots: Option<Vec<Vec<String>>>,
+    /// Sessions opened last, newest first.
+    pub recent: Vec<PathBuf>,
     /// Dark, light or as the system.
     pub appearance: ThemePreference,
 }
@@ -30,6 +57,10 @@ impl Default for UiState {
             version: VERSION,
             layout: default_layout(),
             time: TimeView::default(),
+            window_time: TimeView::default(),
+            selection: Selection::default(),
+            flight_plots: None,
+            recent: Vec::new(),
             appearance: ThemePreference::Dark,
         }
     }
@@ -42,17 +73,37 @@ impl UiState {
         stored.filter(|state| state.version == VERSION && state.layout.root().is_some()).unwrap_or_default()
     }
 
+    /// Puts `path` at the head of the sessions opened last.
+    pub fn remember(&mut self, path: &Path) {
+        let path = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
+        self.recent.retain(|other| *other != path);
+        self.recent.insert(0, path);
+        self.recent.truncate(RECENT);
+    }
+
     /// Stores it.
     pub fn save(&self, storage: &mut dyn eframe::Storage) {
         eframe::set_value(storage, STORAGE_KEY, self);
     }
 }
 
-/// Where the panels are at first.
+/// Where the panels are at first: the flight and what became of its windows on the left, settings and results on the right.
 pub fn default_layout() -> Tree<Pane> {
     let mut tiles = Tiles::default();
-    let panes = Pane::ALL.iter().map(|&pane| tiles.insert_pane(pane)).collect();
-    let root = tiles.insert_tab_tile(panes);
+    let mut tabs = |panes: &[Pane]| {
+        let children = panes.iter().map(|&pane| tiles.insert_pane(pane)).collect();
+        tiles.insert_tab_tile(children)
+    };
+    let flight = tabs(&[Pane::Flight]);
+    let plots = tabs(&[Pane::Reconstruction, Pane::Innovations, Pane::Fits]);
+    let settings = tabs(&[Pane::Manoeuvres, Pane::Noise, Pane::Model, Pane::Loading]);
+    let results = tabs(&[Pane::Derivatives, Pane::Correlation, Pane::Log, Pane::Shortcuts]);
+    let left = Linear::new_binary(LinearDir::Vertical, [flight, plots], 0.5);
+    let left = tiles.insert_container(left);
+    let right = Linear::new_binary(LinearDir::Vertical, [settings, results], 0.48);
+    let right = tiles.insert_container(right);
+    let all = Linear::new_binary(LinearDir::Horizontal, [left, right], 0.58);
+    let root = tiles.insert_container(all);
     Tree::new(Id::unique("workbench"), root, tiles)
 }
 

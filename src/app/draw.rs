@@ -1,52 +1,137 @@
-//! Draws the menu, the panels in their layout, and what lies over them.
+//! Draws the menu, the panels in their layout, the status line, and what lies over them.
 
 use std::collections::BTreeMap;
 
-use eframe::egui::{self, Frame, Margin, MenuBar, Panel as Bar, Ui, WidgetText};
-use egui_tiles::{SimplificationOptions, TileId, Tiles, UiResponse};
+use eframe::egui::{
+    self, Align, Button, Frame, Layout, Margin, MenuBar, Panel as Bar, ProgressBar, RichText, Ui, WidgetText,
+};
+use egui_tiles::{SimplificationOptions, TileId, Tiles, Tree, UiResponse};
 
 use super::Workbench;
-use crate::command::{CommandInfo, Menu, UiCommand};
+use crate::command::{EditCommand, FileCommand, Menu, RunCommand, UiCommand};
 use crate::panels::{Pane, Panel, PanelContext};
+use crate::theme;
 
 /// Space between panels.
 const GAP: f32 = 4.0;
 
 /// One frame.
 pub fn draw(app: &mut Workbench, ui: &mut Ui) {
-    Bar::top("menu").show(ui, |ui| menu(ui, &app.table, &mut app.commands));
+    Bar::top("menu").show(ui, |ui| menu(app, ui));
+    Bar::bottom("status").show(ui, |ui| status(app, ui));
     egui::CentralPanel::default().frame(Frame::new().inner_margin(Margin::same(4)).fill(ui.visuals().panel_fill)).show(
         ui,
         |ui| {
-            let context = PanelContext { time: &mut app.state.time, table: &app.table, commands: &mut app.commands };
-            app.state.layout.ui(&mut Docking { panels: &mut app.panels, context }, ui);
+            let mut layout = std::mem::replace(&mut app.state.layout, Tree::empty(egui::Id::unique("workbench")));
+            let context = PanelContext {
+                session: app.document.history.present(),
+                snapshot: &app.snapshot,
+                state: &mut app.state,
+                hovered_s: &mut app.hovered_s,
+                table: &app.table,
+                commands: &mut app.commands,
+                edits: &mut app.edits,
+            };
+            layout.ui(&mut Docking { panels: &mut app.panels, context }, ui);
+            app.state.layout = layout;
         },
     );
     if let Some(command) = app.palette.show(ui.ctx(), &app.table) {
         app.commands.push(command);
     }
-    if !app.commands.is_empty() {
+    if let Some(path) = app.files.show(ui.ctx()) {
+        app.take_file(&path, ui.ctx());
+    }
+    app.guard(ui.ctx());
+    let moved = app.hovered_s != app.state.time.cursor_s;
+    if moved || !app.commands.is_empty() || !app.edits.is_empty() {
         ui.ctx().request_repaint();
     }
 }
 
 /// The menu bar, from the table of commands.
-fn menu(ui: &mut Ui, table: &[CommandInfo], commands: &mut Vec<UiCommand>) {
+fn menu(app: &mut Workbench, ui: &mut Ui) {
+    let history = &app.document.history;
+    let named = |word: &str, label: Option<&str>| label.map(|label| format!("{word} {label}"));
+    let undo = named("Undo", history.undo_label());
+    let redo = named("Redo", history.redo_label());
     MenuBar::new().ui(ui, |ui| {
         for menu in Menu::ALL {
             ui.menu_button(menu.title(), |ui| {
-                for row in table.iter().filter(|row| row.menu == menu) {
-                    let mut button = egui::Button::new(&row.name);
+                for row in app.table.iter().filter(|row| row.menu == menu) {
+                    let (name, enabled) = match row.command {
+                        UiCommand::Edit(EditCommand::Undo) => (undo.as_deref(), undo.is_some()),
+                        UiCommand::Edit(EditCommand::Redo) => (redo.as_deref(), redo.is_some()),
+                        _ => (None, true),
+                    };
+                    let mut button = Button::new(name.unwrap_or(&row.name));
                     if let Some(keys) = row.shortcut {
                         button = button.shortcut_text(ui.ctx().format_shortcut(&keys));
                     }
-                    if ui.add(button).clicked() {
-                        commands.push(row.command);
+                    if ui.add_enabled(enabled, button).clicked() {
+                        app.commands.push(row.command);
                         ui.close();
+                    }
+                    if row.command == UiCommand::File(FileCommand::Open) && !app.state.recent.is_empty() {
+                        recent(&app.state.recent, &mut app.commands, ui);
                     }
                 }
             });
         }
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            let session = app.document.session();
+            let mark = if app.document.history.is_modified() { " •" } else { "" };
+            ui.add(egui::Label::new(RichText::new(format!("{}{mark}", session.title)).weak()).truncate());
+        });
+    });
+}
+
+/// Sessions opened last.
+fn recent(paths: &[std::path::PathBuf], commands: &mut Vec<UiCommand>, ui: &mut Ui) {
+    ui.menu_button("Open recent", |ui| {
+        for (at, path) in paths.iter().enumerate() {
+            let name = path.file_name().unwrap_or_default().to_string_lossy();
+            if ui.button(name.into_owned()).on_hover_text(path.display().to_string()).clicked() {
+                commands.push(UiCommand::File(FileCommand::OpenRecent(at)));
+                ui.close();
+            }
+        }
+    });
+}
+
+/// What is running and why, or how the last run ended; what was said last.
+fn status(app: &mut Workbench, ui: &mut Ui) {
+    let palette = theme::palette(ui);
+    let mut closed = false;
+    if let Some(message) = &app.message {
+        ui.horizontal(|ui| {
+            closed = ui.small_button("✖").on_hover_text("Close").clicked();
+            let color = if message.is_error { palette.error } else { palette.good };
+            ui.add(egui::Label::new(RichText::new(&message.text).color(color)).wrap());
+        });
+    }
+    if closed {
+        app.message = None;
+    }
+    ui.horizontal(|ui| {
+        ui.set_min_height(24.0);
+        let snapshot = &app.snapshot;
+        if app.engine.is_busy() {
+            ui.add(ProgressBar::new(snapshot.progress).desired_width(160.0).desired_height(10.0));
+            ui.label(format!("Computing: {}", snapshot.cause));
+            if ui.small_button("Cancel").clicked() {
+                app.commands.push(UiCommand::Run(RunCommand::Cancel));
+            }
+        } else if let Some(last) = snapshot.log.iter().rev().find(|line| !line.duration.is_zero()) {
+            let failures = snapshot.failures();
+            let color = if failures.is_empty() { palette.good } else { palette.error };
+            ui.label(RichText::new("●").color(color));
+            ui.label(format!("{} – {:.0} ms, after: {}", last.text, 1e3 * last.duration.as_secs_f64(), last.cause));
+            if let Some((place, error)) = failures.first() {
+                ui.add(egui::Label::new(RichText::new(format!("{place}: {error}")).color(palette.error)).truncate());
+            }
+        }
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| ui.weak("Ctrl+P finds a command"));
     });
 }
 

@@ -1,31 +1,183 @@
-//! Before drawing: keys become commands, commands are carried out.
+//! Before drawing: results are taken in, keys become commands, commands and edits are carried out, a run is asked for.
 
-use eframe::egui::{self, Modifiers};
+use std::sync::Arc;
 
-use super::Workbench;
+use doublet_engine::run::Snapshot;
+use eframe::egui::{self, Modifiers, ViewportCommand};
+
+use super::{Pending, Workbench};
 use crate::command::{UiCommand, dispatch};
+use crate::panels::{self, EditRequest};
+use crate::ui_state::UiState;
+use crate::widgets::time_view::Stretch;
 
 /// One step.
 pub fn run(app: &mut Workbench, ctx: &egui::Context) {
-    app.state.time.cursor_s = None;
+    app.snapshot = app.engine.snapshot();
+    let hovered_s = app.hovered_s.take();
+    app.state.time.cursor_s = hovered_s;
+    app.state.window_time.cursor_s = hovered_s;
+    take_files(app, ctx);
     take_shortcuts(app, ctx);
     for command in std::mem::take(&mut app.commands) {
         dispatch::dispatch(app, command, ctx);
     }
+    for request in std::mem::take(&mut app.edits) {
+        edit(app, request);
+    }
+    keep_selection(app);
+    keep_computing(app, ctx);
+    let title = app.document.title();
+    if title != app.title {
+        ctx.send_viewport_cmd(ViewportCommand::Title(title.clone()));
+        app.title = title;
+    }
 }
 
-/// Turns pressed keys into commands. While a field has the keyboard, or the palette is open, keys without Ctrl or Alt
-/// belong to it.
+/// Files dropped on the window, files chosen in a dialog, and the wish to close the window.
+fn take_files(app: &mut Workbench, ctx: &egui::Context) {
+    let dropped = ctx.input_mut(|input| std::mem::take(&mut input.raw.dropped_files));
+    if let Some(file) = dropped.first() {
+        let path = file.path().to_path_buf();
+        if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml")) {
+            app.leave(Pending::Open(path), ctx);
+        } else {
+            let place = path.display();
+            app.complain(format!("{place} is no session: make one of a recording with `doublet new {place} -o SESSION`"));
+        }
+    }
+    if ctx.input(|input| input.viewport().close_requested()) && !app.leaving && app.document.history.is_modified() {
+        ctx.send_viewport_cmd(ViewportCommand::CancelClose);
+        app.guarded = Some(Pending::Quit);
+    }
+}
+
+/// Turns pressed keys into commands, those with most modifiers first. While a field has the keyboard, or the palette is
+/// open, keys without Ctrl or Alt belong to it.
 fn take_shortcuts(app: &mut Workbench, ctx: &egui::Context) {
+    let asking = app.guarded.is_some() || app.files.is_asking();
     let busy = ctx.egui_wants_keyboard_input() || app.palette.is_open() || ctx.dragged_id().is_some();
     let mut pressed: Vec<UiCommand> = Vec::new();
+    if asking {
+        return;
+    }
     ctx.input_mut(|input| {
-        for row in &app.table {
-            let keys = row.shortcut.filter(|keys| !busy || keys.modifiers != Modifiers::NONE);
-            if keys.is_some_and(|keys| input.consume_shortcut(&keys)) {
-                pressed.push(row.command);
+        for shift in [true, false] {
+            for row in &app.table {
+                let keys = row.shortcut.filter(|keys| keys.modifiers.shift == shift);
+                let keys = keys.filter(|keys| !busy || keys.modifiers != Modifiers::NONE);
+                if keys.is_some_and(|keys| input.consume_shortcut(&keys)) {
+                    pressed.push(row.command);
+                }
             }
         }
     });
     app.commands.extend(pressed);
+}
+
+/// Carries out one request of a panel.
+fn edit(app: &mut Workbench, request: EditRequest) {
+    let history = &mut app.document.history;
+    match request {
+        EditRequest::Begin(label) => history.begin(&label),
+        EditRequest::Commit => history.commit(),
+        EditRequest::Abort => {
+            history.abort();
+            "take a drag back".clone_into(&mut app.cause);
+        }
+        EditRequest::Apply(edit) => {
+            let label = edit.label();
+            match history.apply(&edit) {
+                Ok(()) => {
+                    app.cause = label;
+                    if app.message.as_ref().is_some_and(|message| message.is_error) {
+                        app.message = None;
+                    }
+                }
+                Err(error) => app.complain(error.to_string()),
+            }
+        }
+    }
+}
+
+/// Keeps a window and a flight chosen that the session has, and the stretches of time on what they are.
+fn keep_selection(app: &mut Workbench) {
+    let session = Arc::clone(app.document.history.present());
+    let state = &mut app.state;
+    let chosen = state.selection.window.as_deref().and_then(|name| session.window(name));
+    match chosen.or(session.windows.first()) {
+        Some(window) => {
+            if chosen.is_none() {
+                panels::choose(state, &session, &window.name);
+            }
+            state.window_time.set_full(Stretch::new(window.window.start_s, window.window.end_s));
+        }
+        None => state.selection.window = None,
+    }
+    let flight = state.selection.flight.as_deref().and_then(|name| session.flight(name));
+    state.selection.flight = flight.or(session.flights.first()).map(|flight| flight.name.clone());
+    if let Some(full) = flight_extent(state, &app.snapshot) {
+        state.time.set_full(full);
+    }
+}
+
+/// First and last instant of the mapped channels of the chosen flight.
+fn flight_extent(state: &UiState, snapshot: &Snapshot) -> Option<Stretch> {
+    let recording = &snapshot.flights.get(state.selection.flight.as_deref()?)?.latest()?.recording;
+    let ends = recording.roles.values().filter_map(|&index| {
+        let time_s = &recording.channels[index].series.time_s;
+        Some((*time_s.first()?, *time_s.last()?))
+    });
+    let (start_s, end_s) = ends.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))?;
+    Some(Stretch { start_s, end_s })
+}
+
+/// Asks for a run when the session has changed. While something is dragged a run under way is let finish, so that results
+/// keep coming.
+fn keep_computing(app: &mut Workbench, ctx: &egui::Context) {
+    let current = app.document.history.present();
+    if app.requested.as_ref().is_some_and(|requested| Arc::ptr_eq(requested, current)) {
+        return;
+    }
+    if app.document.history.is_open() && app.engine.is_busy() {
+        ctx.request_repaint_after(std::time::Duration::from_millis(10));
+        return;
+    }
+    app.compute();
+}
+
+impl Workbench {
+    /// Applies one edit, or says why it cannot be.
+    pub fn apply(&mut self, wanted: &doublet_engine::session::Edit) {
+        edit(self, EditRequest::Apply(wanted.clone()));
+    }
+
+    /// Takes the last step back.
+    pub fn undo(&mut self) {
+        if let Some(label) = self.document.history.undo_label().map(str::to_owned)
+            && self.document.history.undo()
+        {
+            self.cause = format!("undo {label}");
+        }
+    }
+
+    /// Brings the last undone step again.
+    pub fn redo(&mut self) {
+        if let Some(label) = self.document.history.redo_label().map(str::to_owned)
+            && self.document.history.redo()
+        {
+            self.cause = format!("redo {label}");
+        }
+    }
+
+    /// Computes what is out of date, for example after a cancelled run or a changed file.
+    pub fn compute_again(&mut self) {
+        "compute again".clone_into(&mut self.cause);
+        self.compute();
+    }
+
+    /// Stops the run under way.
+    pub fn cancel(&mut self) {
+        self.engine.cancel();
+    }
 }

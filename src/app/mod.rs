@@ -1,21 +1,38 @@
 //! The application: owns the state; `logic` changes it, `draw` shows it.
 
+mod document;
 mod draw;
 pub mod files;
 mod logic;
+mod pending;
 
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::PathBuf;
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use doublet_engine::run::{Engine, Request, Snapshot};
+use doublet_engine::session::Session;
 use eframe::egui;
 
+pub use document::Document;
+pub use pending::{Asked, Pending};
+
 use crate::command::{CommandInfo, CommandPalette, UiCommand, ui_command};
-use crate::panels::{Pane, Panel};
+use crate::panels::{EditRequest, Pane, Panel};
 use crate::theme;
 use crate::ui_state::UiState;
+use files::Files;
+
+/// Something to tell the user.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Message {
+    /// One line.
+    pub text: String,
+    /// Something went wrong.
+    pub is_error: bool,
+}
 
 /// The workbench.
 pub struct Workbench {
@@ -23,29 +40,119 @@ pub struct Workbench {
     pub state: UiState,
     /// Finds commands by name.
     pub palette: CommandPalette,
+    /// The session being worked on.
+    pub document: Document,
+    /// Asks for files.
+    pub files: Files,
+    /// The last thing that was said, until it is closed.
+    pub message: Option<Message>,
+    engine: Engine,
+    snapshot: Arc<Snapshot>,
+    requested: Option<Arc<Session>>,
+    cause: String,
+    asked: Option<Asked>,
+    guarded: Option<Pending>,
+    leaving: bool,
+    title: String,
+    hovered_s: Option<f64>,
     panels: BTreeMap<Pane, Box<dyn Panel>>,
     table: Vec<CommandInfo>,
     commands: Vec<UiCommand>,
+    edits: Vec<EditRequest>,
 }
 
 impl Workbench {
-    /// Sets fonts and themes up and takes the stored layout.
-    pub fn new(cc: &eframe::CreationContext<'_>) -> Self {
+    /// Sets fonts and themes up, takes the stored layout and starts computing.
+    ///
+    /// # Errors
+    /// When the operating system refuses a thread.
+    pub fn new(cc: &eframe::CreationContext<'_>, document: Document) -> std::io::Result<Self> {
         theme::install(&cc.egui_ctx);
         let state = UiState::load(cc.storage);
         cc.egui_ctx.set_theme(state.appearance);
-        Self {
+        let ctx = cc.egui_ctx.clone();
+        let mut app = Self {
             state,
             palette: CommandPalette::default(),
+            document,
+            files: Files::default(),
+            message: None,
+            engine: Engine::start(move || ctx.request_repaint())?,
+            snapshot: Arc::default(),
+            requested: None,
+            cause: "open".to_owned(),
+            asked: None,
+            guarded: None,
+            leaving: false,
+            title: String::new(),
+            hovered_s: None,
             panels: Pane::ALL.iter().map(|&pane| (pane, pane.build())).collect(),
             table: ui_command::table(),
             commands: Vec::new(),
-        }
+            edits: Vec::new(),
+        };
+        app.enter();
+        Ok(app)
     }
 
     /// Asks for `command` before the next frame.
     pub fn request(&mut self, command: UiCommand) {
         self.commands.push(command);
+    }
+
+    /// Everything computed so far.
+    pub fn snapshot(&self) -> &Arc<Snapshot> {
+        &self.snapshot
+    }
+
+    /// Whether what is shown is not yet what follows from the session.
+    pub fn is_busy(&self) -> bool {
+        self.engine.is_busy()
+            || self.snapshot.busy
+            || !self.requested.as_ref().is_some_and(|requested| Arc::ptr_eq(requested, self.document.history.present()))
+    }
+
+    /// Whether the question for unsaved changes is open.
+    pub fn is_guarding(&self) -> bool {
+        self.guarded.is_some()
+    }
+
+    /// Says one line.
+    pub fn say(&mut self, text: impl Into<String>) {
+        self.message = Some(Message { text: text.into(), is_error: false });
+    }
+
+    /// Says what went wrong.
+    pub fn complain(&mut self, text: impl Into<String>) {
+        self.message = Some(Message { text: text.into(), is_error: true });
+    }
+
+    /// Shows a document that was just opened.
+    fn enter(&mut self) {
+        self.state.selection = Default::default();
+        self.state.window_time = Default::default();
+        self.requested = None;
+        "open".clone_into(&mut self.cause);
+        if let Some(path) = self.document.path.clone() {
+            self.state.remember(&path);
+        }
+        let session = Arc::clone(self.document.history.present());
+        if let Some(first) = session.windows.first() {
+            crate::panels::choose(&mut self.state, &session, &first.name);
+        }
+        self.compute();
+    }
+
+    /// Asks the engine for everything that follows from the session.
+    fn compute(&mut self) {
+        let session = Arc::clone(self.document.history.present());
+        self.requested = Some(Arc::clone(&session));
+        self.engine.request(Request {
+            session,
+            folder: self.document.folder.clone(),
+            first: self.state.selection.window.clone(),
+            cause: self.cause.clone(),
+        });
     }
 }
 
@@ -66,8 +173,12 @@ impl eframe::App for Workbench {
 /// Opens the window and runs until it is closed.
 ///
 /// # Errors
-/// One line that says why no window can be opened and what to do without one.
-pub fn run(_session: Option<PathBuf>) -> Result<(), String> {
+/// One line: what is wrong with the session, or why no window can be opened and what to do without one.
+pub fn run(session: Option<&Path>) -> Result<(), String> {
+    let document = match session {
+        Some(path) => Document::open(path)?,
+        None => Document::shipped()?,
+    };
     let started = Arc::new(AtomicBool::new(false));
     let usual = std::panic::take_hook();
     let quiet = Arc::clone(&started);
@@ -93,7 +204,7 @@ pub fn run(_session: Option<PathBuf>) -> Result<(), String> {
             options,
             Box::new(move |cc| {
                 running.store(true, Ordering::Relaxed);
-                Ok(Box::new(Workbench::new(cc)))
+                Ok(Box::new(Workbench::new(cc, document)?))
             }),
         )
     }));

@@ -1,37 +1,142 @@
 //! Carries out commands.
 
+use doublet_engine::session::{Edit, Manoeuvre, WindowEdit, WindowRole};
+use doublet_core::series::Window;
 use eframe::egui;
 
-use super::ui_command::{HelpCommand, UiCommand, ViewCommand};
-use crate::app::Workbench;
+use super::ui_command::{EditCommand, FileCommand, HelpCommand, RunCommand, UiCommand, ViewCommand};
+use crate::app::{Asked, Pending, Workbench};
+use crate::panels;
 use crate::ui_state;
 use crate::widgets::time_view::Stretch;
+
+/// Room shown on both sides of a window, as a part of its length.
+const WINDOW_ROOM: f64 = 0.25;
 
 /// Carries out one command.
 pub fn dispatch(app: &mut Workbench, command: UiCommand, ctx: &egui::Context) {
     match command {
+        UiCommand::File(command) => file(app, command, ctx),
+        UiCommand::Edit(command) => edit(app, command),
+        UiCommand::Run(RunCommand::Again) => app.compute_again(),
+        UiCommand::Run(RunCommand::Cancel) => app.cancel(),
         UiCommand::View(command) => view(app, command, ctx),
         UiCommand::Help(HelpCommand::Palette) => app.palette.open(),
     }
 }
 
+/// Opens, saves, writes results.
+fn file(app: &mut Workbench, command: FileCommand, ctx: &egui::Context) {
+    match command {
+        FileCommand::Open => app.leave(Pending::AskOpen, ctx),
+        FileCommand::OpenShipped => app.leave(Pending::Shipped, ctx),
+        FileCommand::OpenRecent(at) => {
+            if let Some(path) = app.state.recent.get(at).cloned() {
+                app.leave(Pending::Open(path), ctx);
+            }
+        }
+        FileCommand::Save => app.save_then(None, ctx),
+        FileCommand::SaveAs => app.ask(Asked::Save(None), ctx),
+        FileCommand::Export if app.is_busy() => {
+            app.complain("results are still being computed: export them when the run is done");
+        }
+        FileCommand::Export => app.ask(Asked::Export, ctx),
+        FileCommand::Quit => app.leave(Pending::Quit, ctx),
+    }
+}
+
+/// Changes the session, or which of its windows is chosen.
+fn edit(app: &mut Workbench, command: EditCommand) {
+    match command {
+        EditCommand::Undo => app.undo(),
+        EditCommand::Redo => app.redo(),
+        EditCommand::AddWindow => add_window(app),
+        EditCommand::RemoveWindow => {
+            if let Some(name) = app.state.selection.window.clone() {
+                app.apply(&Edit::Window(WindowEdit::Remove(name)));
+            }
+        }
+        EditCommand::NextWindow => step(app, 1),
+        EditCommand::PreviousWindow => step(app, -1),
+    }
+}
+
+/// Chooses the window `by` places on, around the ends.
+fn step(app: &mut Workbench, by: isize) {
+    let session = app.document.session().clone();
+    let count = session.windows.len();
+    if count == 0 {
+        return;
+    }
+    let chosen = app.state.selection.window.as_deref();
+    let at = session.windows.iter().position(|window| Some(window.name.as_str()) == chosen).unwrap_or(0);
+    let next = (at + count).wrapping_add_signed(by) % count;
+    panels::choose(&mut app.state, &session, &session.windows[next].name);
+}
+
+/// A window between the markers, or in the middle of what is on screen.
+fn add_window(app: &mut Workbench) {
+    let Some(flight) = app.state.selection.flight.clone() else { return };
+    let stretch = match app.state.time.markers_s {
+        [Some(a), Some(b)] if a != b => Stretch::new(a, b),
+        _ => {
+            let range = app.state.time.range();
+            let quarter = 0.25 * range.length_s();
+            Stretch::new(range.start_s + quarter, range.end_s - quarter)
+        }
+    };
+    let window = new_window(app.document.session(), flight, stretch);
+    let name = window.name.clone();
+    app.apply(&Edit::Window(WindowEdit::Add(window)));
+    let session = app.document.session().clone();
+    panels::choose(&mut app.state, &session, &name);
+}
+
+/// A window of `stretch` with a name nobody has.
+pub fn new_window(session: &doublet_engine::session::Session, flight: String, stretch: Stretch) -> Manoeuvre {
+    let names = (1..).map(|number| format!("window {number}"));
+    let name = names.into_iter().find(|name| session.window(name).is_none()).unwrap_or_default();
+    Manoeuvre {
+        name,
+        flight,
+        window: Window { start_s: stretch.start_s, end_s: stretch.end_s },
+        role: WindowRole::Identification,
+        surface: None,
+        kind: String::new(),
+    }
+}
+
 /// Changes what is on screen.
 fn view(app: &mut Workbench, command: ViewCommand, ctx: &egui::Context) {
+    let window = app.state.selection.window.as_deref().and_then(|name| app.document.session().window(name));
+    let window = window.map(|window| window.window);
     let time = &mut app.state.time;
     match command {
-        ViewCommand::ZoomHome => time.home(),
+        ViewCommand::ZoomHome => {
+            time.home();
+            app.state.window_time.home();
+        }
         ViewCommand::ZoomBack => {
             time.go_back();
         }
         ViewCommand::ZoomForward => {
             time.go_forward();
         }
+        ViewCommand::ZoomToWindow => {
+            if let Some(Window { start_s, end_s }) = window {
+                let room = WINDOW_ROOM * (end_s - start_s);
+                time.zoom_to(Stretch::new(start_s - room, end_s + room));
+            }
+        }
         ViewCommand::ZoomToMarkers => {
             if let [Some(a), Some(b)] = time.markers_s {
                 time.zoom_to(Stretch::new(a, b));
             }
         }
-        ViewCommand::ClearMarkers => time.markers_s = [None; 2],
+        ViewCommand::ClearMarkers => {
+            time.markers_s = [None; 2];
+            app.state.window_time.markers_s = [None; 2];
+        }
         ViewCommand::Show(pane) => ui_state::bring_to_front(&mut app.state.layout, pane),
         ViewCommand::ResetLayout => app.state.layout = ui_state::default_layout(),
         ViewCommand::Appearance(theme) => {

@@ -5,4 +5,4 @@ pub mod palette;
 pub mod ui_command;
 
 pub use palette::CommandPalette;
-pub use ui_command::{CommandInfo, HelpCommand, Menu, UiCommand, ViewCommand};
+pub use ui_command::{CommandInfo, EditCommand, FileCommand, HelpCommand, Menu, RunCommand, UiCommand, ViewCommand};

@@ -7,10 +7,61 @@ use crate::panels::Pane;
 /// Something a user can ask for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum UiCommand {
+    /// Session files and results.
+    File(FileCommand),
+    /// The session.
+    Edit(EditCommand),
+    /// The run in the background.
+    Run(RunCommand),
     /// What is on screen.
     View(ViewCommand),
     /// Finding one's way.
     Help(HelpCommand),
+}
+
+/// Commands on session files and results.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FileCommand {
+    /// Open a session, asking for its file.
+    Open,
+    /// Open the session that comes with the program.
+    OpenShipped,
+    /// Open one of the sessions opened last.
+    OpenRecent(usize),
+    /// Save to the session's file, asking for one where it has none.
+    Save,
+    /// Save to another file.
+    SaveAs,
+    /// Write tables and time histories of the results to a folder.
+    Export,
+    /// Close the window.
+    Quit,
+}
+
+/// Commands on the session.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum EditCommand {
+    /// Take the last step back.
+    Undo,
+    /// Bring the last undone step again.
+    Redo,
+    /// Make a window of the stretch between the markers, or of what is on screen.
+    AddWindow,
+    /// Remove the chosen window.
+    RemoveWindow,
+    /// Choose the next window.
+    NextWindow,
+    /// Choose the previous window.
+    PreviousWindow,
+}
+
+/// Commands on the run in the background.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum RunCommand {
+    /// Compute what is out of date.
+    Again,
+    /// Stop.
+    Cancel,
 }
 
 /// Commands that change what is on screen and nothing else.
@@ -22,6 +73,8 @@ pub enum ViewCommand {
     ZoomBack,
     /// Take back a step back.
     ZoomForward,
+    /// Show the chosen window.
+    ZoomToWindow,
     /// Show the stretch between the markers.
     ZoomToMarkers,
     /// Remove both markers.
@@ -44,21 +97,30 @@ pub enum HelpCommand {
 /// The menus, in their order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Menu {
+    /// Session files and results.
+    File,
+    /// The session.
+    Edit,
     /// What is on screen.
     View,
     /// Panels to bring to the front.
     Panels,
+    /// The run in the background.
+    Run,
     /// Help.
     Help,
 }
 
 impl Menu {
     /// Every menu, from left to right.
-    pub const ALL: [Self; 3] = [Self::View, Self::Panels, Self::Help];
+    pub const ALL: [Self; 6] = [Self::File, Self::Edit, Self::View, Self::Panels, Self::Run, Self::Help];
 
     /// Its title.
     pub fn title(self) -> &'static str {
         match self {
+            Self::File => "File",
+            Self::Edit => "Edit",
+            Self::Run => "Run",
             Self::View => "View",
             Self::Panels => "Panels",
             Self::Help => "Help",
@@ -84,6 +146,11 @@ const fn ctrl(key: Key) -> Option<KeyboardShortcut> {
     Some(KeyboardShortcut::new(Modifiers::COMMAND, key))
 }
 
+/// Keys with Ctrl and Shift.
+const fn ctrl_shift(key: Key) -> Option<KeyboardShortcut> {
+    Some(KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), key))
+}
+
 /// Keys with Alt.
 const fn alt(key: Key) -> Option<KeyboardShortcut> {
     Some(KeyboardShortcut::new(Modifiers::ALT, key))
@@ -96,13 +163,33 @@ const fn plain(key: Key) -> Option<KeyboardShortcut> {
 
 /// Every command, in the order menus and palette show them.
 pub fn table() -> Vec<CommandInfo> {
-    use ViewCommand::{Appearance, ClearMarkers, ResetLayout, Show, ZoomBack, ZoomForward, ZoomHome, ZoomToMarkers};
+    use ViewCommand::{
+        Appearance, ClearMarkers, ResetLayout, Show, ZoomBack, ZoomForward, ZoomHome, ZoomToMarkers, ZoomToWindow,
+    };
     let row = |menu, name: &str, command, shortcut| CommandInfo { command, name: name.to_owned(), menu, shortcut };
     let view = |name, command, shortcut| row(Menu::View, name, UiCommand::View(command), shortcut);
+    let file = |name, command, shortcut| row(Menu::File, name, UiCommand::File(command), shortcut);
+    let edit = |name, command, shortcut| row(Menu::Edit, name, UiCommand::Edit(command), shortcut);
+    let run = |name, command, shortcut| row(Menu::Run, name, UiCommand::Run(command), shortcut);
     let mut table = vec![
+        file("Open session…", FileCommand::Open, ctrl(Key::O)),
+        file("Open shipped session", FileCommand::OpenShipped, None),
+        file("Save session", FileCommand::Save, ctrl(Key::S)),
+        file("Save session as…", FileCommand::SaveAs, ctrl_shift(Key::S)),
+        file("Export results…", FileCommand::Export, ctrl(Key::E)),
+        file("Quit", FileCommand::Quit, ctrl(Key::Q)),
+        edit("Undo", EditCommand::Undo, ctrl(Key::Z)),
+        edit("Redo", EditCommand::Redo, ctrl_shift(Key::Z)),
+        edit("Add window", EditCommand::AddWindow, plain(Key::Insert)),
+        edit("Remove window", EditCommand::RemoveWindow, plain(Key::Delete)),
+        edit("Next window", EditCommand::NextWindow, plain(Key::N)),
+        edit("Previous window", EditCommand::PreviousWindow, plain(Key::B)),
+        run("Compute again", RunCommand::Again, plain(Key::F5)),
+        run("Cancel", RunCommand::Cancel, ctrl(Key::Period)),
         view("Show whole recording", ZoomHome, plain(Key::Home)),
         view("Zoom back", ZoomBack, alt(Key::ArrowLeft)),
         view("Zoom forward", ZoomForward, alt(Key::ArrowRight)),
+        view("Zoom to window", ZoomToWindow, plain(Key::W)),
         view("Zoom to markers", ZoomToMarkers, plain(Key::M)),
         view("Clear markers", ClearMarkers, plain(Key::Escape)),
         view("Dark theme", Appearance(ThemePreference::Dark), None),

@@ -1,27 +1,91 @@
-//! Panels: each draws one aspect of the session and asks for changes by commands.
+//! Panels: each draws one aspect of the session and asks for changes by commands and edits.
 
+mod correlation;
+mod derivatives;
+mod fits;
+mod flight;
+mod innovations;
+mod loading;
+mod log;
+mod manoeuvres;
+mod model;
+mod noise;
+mod reconstruction;
 mod shortcuts;
 
-use eframe::egui;
+use doublet_engine::run::{Snapshot, WindowResults};
+use doublet_engine::session::{Edit, Manoeuvre, Session, WindowRole};
+use eframe::egui::{self, Color32, Id, RichText, Ui};
 use serde::{Deserialize, Serialize};
 
 use crate::command::{CommandInfo, UiCommand};
-use crate::widgets::time_view::TimeView;
+use crate::theme::{self, Palette};
+use crate::ui_state::{Selection, UiState};
+use crate::widgets::EditPhase;
+use crate::widgets::quantity_edit::QuantityEdited;
+use crate::widgets::time_plot::{PlotCache, SpanMark, StackResponse, TimePlot, time_stack};
+use crate::widgets::time_view::{Stretch, TimeView};
 
 /// The panels there are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Pane {
+    /// The whole recording with its windows.
+    Flight,
+    /// The windows.
+    Manoeuvres,
+    /// Settings of the filter.
+    Noise,
+    /// States and measurements of the chosen window.
+    Reconstruction,
+    /// Innovations of the chosen window.
+    Innovations,
+    /// Terms of the aerodynamic model.
+    Model,
+    /// Derivatives.
+    Derivatives,
+    /// Coefficients, their fits and residuals.
+    Fits,
+    /// Correlation of the parameters.
+    Correlation,
+    /// What is on board.
+    Loading,
+    /// What was computed, when and why.
+    Log,
     /// Every command with its keys.
     Shortcuts,
 }
 
 impl Pane {
     /// Every panel, in the order menus show them.
-    pub const ALL: &'static [Self] = &[Self::Shortcuts];
+    pub const ALL: &'static [Self] = &[
+        Self::Flight,
+        Self::Manoeuvres,
+        Self::Noise,
+        Self::Reconstruction,
+        Self::Innovations,
+        Self::Model,
+        Self::Derivatives,
+        Self::Fits,
+        Self::Correlation,
+        Self::Loading,
+        Self::Log,
+        Self::Shortcuts,
+    ];
 
     /// Its title.
     pub fn title(self) -> &'static str {
         match self {
+            Self::Flight => "Flight",
+            Self::Manoeuvres => "Manoeuvres",
+            Self::Noise => "Noise and filter",
+            Self::Reconstruction => "Reconstruction",
+            Self::Innovations => "Innovations",
+            Self::Model => "Model",
+            Self::Derivatives => "Derivatives",
+            Self::Fits => "Fits and residuals",
+            Self::Correlation => "Correlation",
+            Self::Loading => "Loading",
+            Self::Log => "Log",
             Self::Shortcuts => "Shortcuts",
         }
     }
@@ -29,23 +93,179 @@ impl Pane {
     /// Makes the panel.
     pub fn build(self) -> Box<dyn Panel> {
         match self {
+            Self::Flight => Box::new(flight::Flight::default()),
+            Self::Manoeuvres => Box::new(manoeuvres::Manoeuvres::default()),
+            Self::Noise => Box::new(noise::Noise),
+            Self::Reconstruction => Box::new(reconstruction::Reconstruction::default()),
+            Self::Innovations => Box::new(innovations::Innovations::default()),
+            Self::Model => Box::new(model::Model::default()),
+            Self::Derivatives => Box::new(derivatives::Derivatives),
+            Self::Fits => Box::new(fits::Fits::default()),
+            Self::Correlation => Box::new(correlation::Correlation::default()),
+            Self::Loading => Box::new(loading::LoadingPanel),
+            Self::Log => Box::new(log::Log),
             Self::Shortcuts => Box::new(shortcuts::Shortcuts),
         }
     }
 }
 
+/// A change of the session a panel asks for.
+#[derive(Clone, Debug, PartialEq)]
+pub enum EditRequest {
+    /// Opens a step that gathers the edits of one gesture.
+    Begin(String),
+    /// Applies an edit.
+    Apply(Edit),
+    /// Closes the open step.
+    Commit,
+    /// Abandons the open step.
+    Abort,
+}
+
 /// What a panel may look at and what it may ask for.
 pub struct PanelContext<'a> {
-    /// Stretch of time on screen, cursor and markers: shared by every panel with a time axis.
-    pub time: &'a mut TimeView,
+    /// The session.
+    pub session: &'a Session,
+    /// Everything computed from it.
+    pub snapshot: &'a Snapshot,
+    /// Zoom, selection, layout.
+    pub state: &'a mut UiState,
+    /// Time under the pointer in whichever plot it is, for the next frame.
+    pub hovered_s: &'a mut Option<f64>,
     /// The table of commands.
     pub table: &'a [CommandInfo],
     /// Commands to carry out before the next frame.
     pub commands: &'a mut Vec<UiCommand>,
+    /// Changes of the session to make before the next frame.
+    pub edits: &'a mut Vec<EditRequest>,
+}
+
+/// Which stretch of time a stack shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum View {
+    /// That of the flight.
+    Flight,
+    /// That of the chosen window.
+    Window,
+}
+
+impl<'a> PanelContext<'a> {
+    /// Asks for one edit.
+    pub fn edit(&mut self, edit: Edit) {
+        self.edits.push(EditRequest::Apply(edit));
+    }
+
+    /// Asks for what a numeric field reports: a drag is one step of undo.
+    pub fn edit_quantity(&mut self, edited: Option<QuantityEdited>, edit: impl FnOnce(f64) -> Edit) {
+        let Some(QuantityEdited { phase, value }) = edited else { return };
+        self.edit_phase(phase, edit(value));
+    }
+
+    /// Asks for one phase of a gesture.
+    pub fn edit_phase(&mut self, phase: EditPhase, edit: Edit) {
+        match phase {
+            EditPhase::Begin => self.edits.push(EditRequest::Begin(edit.label())),
+            EditPhase::Change => self.edits.push(EditRequest::Apply(edit)),
+            EditPhase::Commit => self.edits.extend([EditRequest::Apply(edit), EditRequest::Commit]),
+            EditPhase::Cancel => self.edits.push(EditRequest::Abort),
+        }
+    }
+
+    /// What the user looks at.
+    pub fn selection(&self) -> &Selection {
+        &self.state.selection
+    }
+
+    /// The chosen window.
+    pub fn window(&self) -> Option<&'a Manoeuvre> {
+        self.session.window(self.state.selection.window.as_deref()?)
+    }
+
+    /// Results of the chosen window.
+    pub fn results(&self) -> Option<&'a WindowResults> {
+        self.snapshot.windows.get(self.state.selection.window.as_deref()?)
+    }
+
+    /// The stretch of time of a view.
+    pub fn view(&mut self, view: View) -> &mut TimeView {
+        match view {
+            View::Flight => &mut self.state.time,
+            View::Window => &mut self.state.window_time,
+        }
+    }
+
+    /// Draws a stack of plots and takes part in the linked cursor.
+    pub fn stack(
+        &mut self,
+        ui: &mut Ui,
+        id: &str,
+        view: View,
+        cache: &mut PlotCache,
+        plots: &[TimePlot<'_>],
+        spans: &[SpanMark],
+    ) -> StackResponse {
+        let response = time_stack(ui, Id::unique(id), self.view(view), cache, plots, spans);
+        if let Some(time_s) = response.hovered_s {
+            *self.hovered_s = Some(time_s);
+        }
+        response
+    }
+
+    /// Chooses a window and the flight it lies in.
+    pub fn choose(&mut self, name: &str) {
+        choose(self.state, self.session, name);
+    }
+}
+
+/// Chooses the window `name` and the flight it lies in.
+pub fn choose(state: &mut UiState, session: &Session, name: &str) {
+    let Some(window) = session.window(name) else { return };
+    state.selection.window = Some(window.name.clone());
+    state.selection.flight = Some(window.flight.clone());
+    state.window_time.set_full(Stretch::new(window.window.start_s, window.window.end_s));
 }
 
 /// One panel.
 pub trait Panel {
     /// Draws it.
-    fn show(&mut self, ctx: &mut PanelContext<'_>, ui: &mut egui::Ui);
+    fn show(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui);
+}
+
+/// Colour of a window's role.
+fn role_color(palette: &Palette, role: WindowRole) -> Color32 {
+    match role {
+        WindowRole::Identification => palette.identification,
+        WindowRole::Validation => palette.validation,
+        WindowRole::Ignored => palette.ignored,
+    }
+}
+
+/// Says in the middle of an empty panel why it is empty.
+fn empty(ui: &mut Ui, text: &str) {
+    ui.centered_and_justified(|ui| ui.weak(text));
+}
+
+/// Says above outdated contents why they are out of date.
+fn trouble(ui: &mut Ui, error: Option<&str>) {
+    if let Some(error) = error {
+        let color = theme::palette(ui).error;
+        ui.add(egui::Label::new(RichText::new(format!("⚠ {error}")).color(color)).wrap());
+    }
+}
+
+/// A line of small weak text above a block of rows.
+fn caption(ui: &mut Ui, text: &str) {
+    ui.label(RichText::new(text).size(11.5).strong());
+}
+
+/// A row of buttons of which one is chosen; `true` when another one is.
+fn choices<T: Copy + PartialEq>(ui: &mut Ui, chosen: &mut T, all: &[(T, &str)]) -> bool {
+    let before = *chosen;
+    ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = 2.0;
+        for &(value, name) in all {
+            ui.selectable_value(chosen, value, name);
+        }
+    });
+    *chosen != before
 }

@@ -107,6 +107,8 @@ pub struct SpanMark {
 pub struct StackResponse {
     /// Time of a plain click, s.
     pub clicked_s: Option<f64>,
+    /// Time under the pointer, s.
+    pub hovered_s: Option<f64>,
     /// Index of the plot under the pointer.
     pub hovered_plot: Option<usize>,
     /// Where the data area of every plot is on screen, from the left end of the range to its right end.
@@ -253,6 +255,7 @@ pub fn time_stack(
     if hovered_s.is_some() {
         view.cursor_s = hovered_s;
     }
+    out.hovered_s = hovered_s;
     cache.drawn.retain(|(owner, ..), drawn| *owner != id || drawn.frame == frame);
     out
 }

@@ -1,6 +1,6 @@
 //! The application around the panels: commands, palette, layout, file dialog.
 
-use doublet::app::Workbench;
+use doublet::app::{Document, Workbench};
 use doublet::app::files::{FileQuestion, Files, Purpose};
 use doublet::command::{UiCommand, ViewCommand};
 use doublet::panels::Pane;
@@ -11,7 +11,8 @@ use egui_kittest::kittest::Queryable;
 use crate::{builder, picture, widget_harness};
 
 fn workbench<'a>() -> Harness<'a, Workbench> {
-    let mut harness = builder(1280.0, 800.0).build_eframe(|cc| Workbench::new(cc));
+    let mut harness = builder(1280.0, 800.0)
+        .build_eframe(|cc| Workbench::new(cc, Document::shipped().expect("a session is shipped")).expect("a thread starts"));
     harness.run_steps(3);
     harness
 }

@@ -48,6 +48,15 @@ impl History {
         self.saved = Arc::clone(&self.present);
     }
 
+    /// Writes past, present and future anew by `change`: for what is no step, such as the folder that paths start from.
+    pub fn replace_all(&mut self, change: impl Fn(&Session) -> Session) {
+        let replace = |session: &mut Arc<Session>| *session = Arc::new(change(session));
+        let steps = self.past.iter_mut().chain(&mut self.future).chain(&mut self.open);
+        steps.for_each(|step| replace(&mut step.session));
+        replace(&mut self.present);
+        replace(&mut self.saved);
+    }
+
     /// Applies an edit. Within [`History::begin`] and [`History::commit`] it joins the open step.
     ///
     /// # Errors
@@ -69,6 +78,11 @@ impl History {
         if self.open.is_none() {
             self.open = Some(Step { label: label.to_owned(), session: Arc::clone(&self.present) });
         }
+    }
+
+    /// Whether a step is open.
+    pub fn is_open(&self) -> bool {
+        self.open.is_some()
     }
 
     /// Closes the open step; one that changed nothing leaves no trace.

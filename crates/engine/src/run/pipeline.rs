@@ -4,6 +4,7 @@ use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
+use doublet_core::airframe::LoadedState;
 use doublet_core::reconstruct::{FilterData, lane_groups};
 use rayon::prelude::*;
 
@@ -165,12 +166,14 @@ fn first_snapshot(scope: &Scope<'_>, previous: &Snapshot, windows: &[&Manoeuvre]
         snapshot.flights.entry(flight.name.clone()).or_default().begin();
     }
     snapshot.aircraft.begin();
+    snapshot.loaded.begin();
     snapshot.pooled.begin();
     snapshot
 }
 
 fn cancel_running(snapshot: &mut Snapshot) {
     snapshot.aircraft.cancel();
+    snapshot.loaded.cancel();
     snapshot.flights.values_mut().for_each(Slot::cancel);
     for results in snapshot.windows.values_mut() {
         results.path.cancel();
@@ -211,11 +214,17 @@ fn load_aircraft(
         let data = stage::aircraft_data(Arc::clone(&loaded), loading).map_err(|error| format!("{path}: {error}"))?;
         Ok((loaded, data, KeyBuilder::new("loading", 1).key(key).parameters(&loading).finish()))
     };
-    let (result, data) = match read() {
-        Ok((loaded, data, key)) => (Ok(loaded), Some((data, key))),
-        Err(error) => (Err(error), None),
+    let (result, state, data) = match read() {
+        Ok((loaded, data, key)) => {
+            let state = LoadedState::new("on board", &loaded.aircraft, &data.loading);
+            (Ok(loaded), Ok(Arc::new(state)), Some((data, key)))
+        }
+        Err(error) => (Err(error.clone()), Err(error), None),
     };
-    board.step(|snapshot| snapshot.aircraft.finish(result))?;
+    board.step(|snapshot| {
+        snapshot.aircraft.finish(result);
+        snapshot.loaded.finish(state);
+    })?;
     Ok(data)
 }
 

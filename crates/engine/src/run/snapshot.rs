@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
+use doublet_core::airframe::LoadedState;
+
 use crate::stage::{LoadedAircraft, LoadedFlight, PooledFits, WindowAero, WindowFits, WindowPath};
 
 /// State of one stage's output. What was there before stays visible until it is replaced.
@@ -118,6 +120,8 @@ pub struct Snapshot {
     pub progress: f32,
     /// The aircraft.
     pub aircraft: Slot<LoadedAircraft>,
+    /// Mass properties of the aircraft with the session's loading on board, and where they lie in the envelope.
+    pub loaded: Slot<LoadedState>,
     /// Recordings by flight.
     pub flights: BTreeMap<String, Slot<LoadedFlight>>,
     /// Results by window.

@@ -52,6 +52,40 @@ pub fn save(session: &Session, path: &Path) -> Result<(), SessionError> {
     Ok(())
 }
 
+/// The session with every relative path, which starts from `old`, written so that it means the same file from `new`.
+///
+/// Both folders are absolute. Paths between folders with a common beginning stay relative; built-ins and absolute paths stay.
+pub fn rebased(session: &Session, old: &Path, new: &Path) -> Session {
+    let mut session = session.clone();
+    rebase(&mut session.aircraft, old, new);
+    for recording in session.flights.iter_mut().flat_map(|flight| &mut flight.recordings) {
+        rebase(&mut recording.path, old, new);
+        rebase(&mut recording.channel_map, old, new);
+    }
+    session
+}
+
+fn rebase(path: &mut String, old: &Path, new: &Path) {
+    if path.starts_with(crate::builtin::PREFIX) || Path::new(path.as_str()).is_absolute() {
+        return;
+    }
+    let joined = old.join(path.as_str());
+    let mut target: Vec<_> = Vec::new();
+    for part in joined.components() {
+        match part {
+            std::path::Component::ParentDir if target.len() > 1 => drop(target.pop()),
+            std::path::Component::CurDir => {}
+            other => target.push(other),
+        }
+    }
+    let from: Vec<_> = new.components().collect();
+    let common = target.iter().zip(&from).take_while(|(a, b)| a == b).count();
+    let mut relative = PathBuf::new();
+    relative.extend(std::iter::repeat_n("..", from.len() - common));
+    relative.extend(&target[common..]);
+    *path = relative.to_string_lossy().into_owned();
+}
+
 /// SHA-256 of a file, or of the names and contents of the files of a folder in order of their names, in hexadecimal.
 ///
 /// # Errors

@@ -13,7 +13,7 @@ use doublet_core::series::Window;
 
 pub use check::{Problem, check};
 pub use edit::{Edit, EditError, EstimationEdit, FilterEdit, LoadingEdit, ModelEdit, WindowEdit};
-pub use file::{Opened, content_hash, open, save};
+pub use file::{Opened, content_hash, open, rebased, save};
 pub use schema::{FORMAT, SessionError, VERSION, parse, print};
 
 /// Everything an analysis is made from.

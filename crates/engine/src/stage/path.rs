@@ -61,10 +61,14 @@ pub struct PathSeries {
     pub truth: [Option<Series>; STATES],
     /// Measurements as the filter got them; empty where there are none.
     pub measured: [Series; MEASUREMENTS],
+    /// What the filtered states say each measurement was, at their samples.
+    pub reconstructed: [Series; MEASUREMENTS],
     /// Innovations.
     pub innovations: [Series; MEASUREMENTS],
     /// Predicted standard deviation of each innovation, at its samples.
     pub innovation_deviations: [Arc<[f64]>; MEASUREMENTS],
+    /// Zero at the samples of the innovations: what they are expected to scatter about.
+    pub innovation_zero: Series,
     /// Normalised innovation squared.
     pub nis: Series,
 }
@@ -294,15 +298,22 @@ fn path_series(recording: &Recording, data: &FilterData, reconstruction: &Recons
     let time_s: Arc<[f64]> = reconstruction.time_s.as_slice().into();
     let shared = |column: &Vec<f64>| Arc::<[f64]>::from(column.as_slice());
     let series = |column: &Vec<f64>| Series { time_s: Arc::clone(&time_s), values: shared(column) };
+<<<<<<< HEAD
     let update_time_s: Arc<[f64]> = reconstruction.update_time_s.as_slice().into();
     let updates = |column: &Vec<f64>| Series { time_s: Arc::clone(&update_time_s), values: shared(column) };
+=======
+    let update_s: Arc<[f64]> = reconstruction.update_time_s.as_slice().into();
+    let update = |column: &Vec<f64>| Series { time_s: Arc::clone(&update_s), values: shared(column) };
+>>>>>>> be324bc (Open sessions in the workbench: flight, windows, path, model and derivatives computed in the background)
     let within = |truth: &Series| {
         let window = Window { start_s: time_s[0], end_s: time_s[time_s.len() - 1] };
         let range = window.indices(&truth.time_s);
         Series { time_s: truth.time_s[range.clone()].into(), values: truth.values[range].into() }
     };
+    let states = reconstruction.states.each_ref().map(series);
     PathSeries {
-        states: reconstruction.states.each_ref().map(series),
+        reconstructed: reconstructed(&states),
+        states,
         deviations: reconstruction.deviations.each_ref().map(shared),
         smoothed: reconstruction.smoothed.as_ref().map(|smoothed| SmoothedSeries {
             states: smoothed.states.each_ref().map(series),
@@ -313,8 +324,58 @@ fn path_series(recording: &Recording, data: &FilterData, reconstruction: &Recons
             time_s: measurement.time_s.as_slice().into(),
             values: measurement.values.as_slice().into(),
         }),
+<<<<<<< HEAD
         innovations: reconstruction.innovations.each_ref().map(updates),
         innovation_deviations: reconstruction.innovation_deviations.each_ref().map(shared),
         nis: updates(&reconstruction.nis),
+=======
+        innovations: reconstruction.innovations.each_ref().map(update),
+        innovation_deviations: reconstruction.innovation_deviations.each_ref().map(shared),
+        innovation_zero: update(&vec![0.0; update_s.len()]),
+        nis: update(&reconstruction.nis),
+>>>>>>> be324bc (Open sessions in the workbench: flight, windows, path, model and derivatives computed in the background)
     }
+}
+
+/// Measurements of the filtered states (thesis Eq. 3.8): positions and angles are states, ground velocity is airspeed turned to
+/// the local frame plus wind, airspeed and flow angles follow from the body components.
+fn reconstructed(states: &[Series; STATES]) -> [Series; MEASUREMENTS] {
+    let time_s = &states[0].time_s;
+    let of = |value: &dyn Fn(&dyn Fn(State) -> f64) -> f64| {
+        let values = (0..time_s.len()).map(|k| value(&|state| states[state as usize].values[k])).collect();
+        Series { time_s: Arc::clone(time_s), values }
+    };
+    let ground = |axis: usize| {
+        of(&|x| {
+            let (u, v, w) = (x(State::VelocityU), x(State::VelocityV), x(State::VelocityW));
+            let (sin_phi, cos_phi) = x(State::BankAngle).sin_cos();
+            let (sin_theta, cos_theta) = x(State::PitchAngle).sin_cos();
+            let (sin_psi, cos_psi) = x(State::HeadingAngle).sin_cos();
+            let level = u * cos_theta + (v * sin_phi + w * cos_phi) * sin_theta;
+            let across = v * cos_phi - w * sin_phi;
+            match axis {
+                0 => level * cos_psi - across * sin_psi + x(State::WindNorth),
+                1 => level * sin_psi + across * cos_psi + x(State::WindEast),
+                _ => -u * sin_theta + (v * sin_phi + w * cos_phi) * cos_theta + x(State::WindDown),
+            }
+        })
+    };
+    Measurement::ALL.map(|measurement| match measurement {
+        Measurement::PositionNorth => states[State::PositionNorth as usize].clone(),
+        Measurement::PositionEast => states[State::PositionEast as usize].clone(),
+        Measurement::PositionDown => states[State::PositionDown as usize].clone(),
+        Measurement::VelocityNorth => ground(0),
+        Measurement::VelocityEast => ground(1),
+        Measurement::VelocityDown => ground(2),
+        Measurement::BankAngle => states[State::BankAngle as usize].clone(),
+        Measurement::PitchAngle => states[State::PitchAngle as usize].clone(),
+        Measurement::HeadingAngle => states[State::HeadingAngle as usize].clone(),
+        Measurement::Airspeed => {
+            of(&|x| x(State::VelocityU).hypot(x(State::VelocityV)).hypot(x(State::VelocityW)))
+        }
+        Measurement::AngleOfAttack => of(&|x| x(State::VelocityW).atan2(x(State::VelocityU))),
+        Measurement::Sideslip => {
+            of(&|x| x(State::VelocityV).atan2(x(State::VelocityU).hypot(x(State::VelocityW))))
+        }
+    })
 }

@@ -1,0 +1,153 @@
+//! What waits for an answer: a file asked for, a step that would lose unsaved changes.
+
+use std::path::{Path, PathBuf};
+
+use doublet_engine::report;
+use eframe::egui::{self, ViewportCommand, vec2};
+
+use super::files::{FileQuestion, Purpose};
+use super::{Document, Workbench};
+
+/// A step that leaves the present session.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Pending {
+    /// Ask for a session and open it.
+    AskOpen,
+    /// Open this session.
+    Open(PathBuf),
+    /// Open the session that comes with the program.
+    Shipped,
+    /// Close the window.
+    Quit,
+}
+
+/// What a file was asked for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Asked {
+    /// To open it.
+    Open,
+    /// To save the session to it, and go on with a step afterwards.
+    Save(Option<Pending>),
+    /// To write results into it.
+    Export,
+}
+
+impl Workbench {
+    /// Leaves the present session, after asking where changes would be lost.
+    pub fn leave(&mut self, pending: Pending, ctx: &egui::Context) {
+        if self.document.history.is_modified() {
+            self.guarded = Some(pending);
+        } else {
+            self.proceed(pending, ctx);
+        }
+    }
+
+    /// Takes the step that waited.
+    fn proceed(&mut self, pending: Pending, ctx: &egui::Context) {
+        match pending {
+            Pending::AskOpen => self.ask(Asked::Open, ctx),
+            Pending::Open(path) => self.enter_document(Document::open(&path)),
+            Pending::Shipped => self.enter_document(Document::shipped()),
+            Pending::Quit => {
+                self.leaving = true;
+                ctx.send_viewport_cmd(ViewportCommand::Close);
+            }
+        }
+    }
+
+    fn enter_document(&mut self, document: Result<Document, String>) {
+        match document {
+            Ok(document) => {
+                self.document = document;
+                self.message = None;
+                self.enter();
+            }
+            Err(line) => self.complain(line),
+        }
+    }
+
+    /// Asks for a file.
+    pub fn ask(&mut self, asked: Asked, ctx: &egui::Context) {
+        let (title, purpose, extensions, name) = match asked {
+            Asked::Open => ("Open a session", Purpose::Open, vec!["toml".to_owned()], ""),
+            Asked::Save(_) => ("Save the session", Purpose::Save, vec!["toml".to_owned()], "session.toml"),
+            Asked::Export => ("Folder for the results", Purpose::Save, Vec::new(), "results"),
+        };
+        let folder = match self.document.path {
+            Some(_) => self.document.folder.clone(),
+            None => std::env::current_dir().unwrap_or_default(),
+        };
+        let (title, name) = (title.to_owned(), name.to_owned());
+        self.files.ask(FileQuestion { title, purpose, extensions, folder, name }, ctx);
+        self.asked = Some(asked);
+    }
+
+    /// Goes on once a file was chosen.
+    pub(super) fn take_file(&mut self, path: &Path, ctx: &egui::Context) {
+        match self.asked.take() {
+            Some(Asked::Open) => self.proceed(Pending::Open(path.to_path_buf()), ctx),
+            Some(Asked::Save(after)) => self.save_to(path, after, ctx),
+            Some(Asked::Export) => self.export(path),
+            None => {}
+        }
+    }
+
+    /// Saves to the session's file, or asks for one; then goes on.
+    pub fn save_then(&mut self, after: Option<Pending>, ctx: &egui::Context) {
+        match self.document.path.clone() {
+            Some(path) => self.save_to(&path, after, ctx),
+            None => self.ask(Asked::Save(after), ctx),
+        }
+    }
+
+    fn save_to(&mut self, path: &Path, after: Option<Pending>, ctx: &egui::Context) {
+        let path = if path.extension().is_some() { path.to_path_buf() } else { path.with_extension("toml") };
+        match self.document.save(&path) {
+            Ok(()) => {
+                self.state.remember(&path);
+                self.say(format!("Saved {}", path.display()));
+                if let Some(pending) = after {
+                    self.proceed(pending, ctx);
+                }
+            }
+            Err(line) => self.complain(line),
+        }
+    }
+
+    fn export(&mut self, folder: &Path) {
+        match report::write(self.document.session(), &self.snapshot, folder) {
+            Ok(folder) => self.say(format!("Results are in {}", folder.display())),
+            Err(error) => self.complain(error.to_string()),
+        }
+    }
+
+    /// Draws the question for unsaved changes.
+    pub(super) fn guard(&mut self, ctx: &egui::Context) {
+        let Some(pending) = self.guarded.clone() else { return };
+        let mut answer = None;
+        egui::Modal::new(egui::Id::unique("unsaved")).show(ctx, |ui| {
+            ui.set_width(340.0);
+            ui.heading("Save the changes to this session?");
+            ui.add_space(4.0);
+            ui.label("They are lost otherwise.");
+            ui.add_space(10.0);
+            ui.horizontal(|ui| {
+                for (name, choice) in [("Save", Some(true)), ("Discard", Some(false)), ("Stay", None)] {
+                    if ui.add_sized(vec2(84.0, 26.0), egui::Button::new(name)).clicked() {
+                        answer = Some(choice);
+                    }
+                }
+            });
+        });
+        if ctx.input(|i| i.key_pressed(egui::Key::Escape)) {
+            answer = Some(None);
+        }
+        let Some(answer) = answer else { return };
+        self.guarded = None;
+        match answer {
+            Some(true) => self.save_then(Some(pending), ctx),
+            Some(false) => self.proceed(pending, ctx),
+            None => {}
+        }
+    }
+}

@@ -1,0 +1,134 @@
+//! Observed coefficients with their fit, residual or prediction over the chosen window; how well each window is predicted.
+
+use doublet_engine::stage::CoefficientFit;
+use eframe::egui::{self, RichText, Ui};
+use egui_extras::{Column, TableBuilder};
+
+use super::{Panel, PanelContext, View, choices, empty, role_color, trouble};
+use crate::notation;
+use crate::theme;
+use crate::widgets::time_plot::{PlotCache, TimePlot, Trace, TraceStyle};
+
+/// What is looked at.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Aspect {
+    #[default]
+    Fit,
+    Residual,
+    Prediction,
+    Table,
+}
+
+/// The panel.
+#[derive(Default)]
+pub struct Fits {
+    aspect: Aspect,
+    cache: PlotCache,
+}
+
+impl Panel for Fits {
+    fn show(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
+        let all = [
+            (Aspect::Fit, "Fit"),
+            (Aspect::Residual, "Residual"),
+            (Aspect::Prediction, "Prediction"),
+            (Aspect::Table, "Table"),
+        ];
+        choices(ui, &mut self.aspect, &all);
+        if self.aspect == Aspect::Table {
+            return table(ctx, ui);
+        }
+        let Some(window) = ctx.window() else { return empty(ui, "Choose a window that is in use.") };
+        let Some(results) = ctx.results() else { return empty(ui, "This window is ignored.") };
+        trouble(ui, results.aero.error().or(results.fits.error()));
+        let stale = results.fits.is_stale();
+        let (Some(aero), Some(fits)) = (results.aero.latest(), results.fits.latest()) else { return };
+        let colors = theme::palette(ui).series;
+        let pooled = ctx.snapshot.pooled.latest();
+        let mut plots = Vec::new();
+        for fit in &fits.fits {
+            let name = fit.coefficient.name();
+            let observed = Trace {
+                stale,
+                style: TraceStyle::Dots,
+                ..Trace::new("observed", &aero.series[fit.coefficient as usize], colors[1])
+            };
+            let line = |name, series| Trace { stale, ..Trace::new(name, series, colors[0]) };
+            let traces = match self.aspect {
+                Aspect::Prediction => {
+                    let predictions = pooled.into_iter().flat_map(|pooled| &pooled.predictions);
+                    let of_this = predictions.filter(|p| p.window == window.name && p.coefficient == fit.coefficient);
+                    let predicted = of_this.map(|p| line("predicted from all windows", &p.predicted));
+                    [observed].into_iter().chain(predicted).collect()
+                }
+                Aspect::Residual => fit.series.iter().map(|(_, residual)| line("residual", residual)).collect(),
+                _ => {
+                    [observed].into_iter().chain(fit.series.iter().map(|(fitted, _)| line("fit", fitted))).collect()
+                }
+            };
+            plots.push(TimePlot::new(name, "", traces));
+        }
+        for fit in &fits.fits {
+            said(fit, ui);
+        }
+        ctx.stack(ui, "fits", View::Window, &mut self.cache, &plots, &[]);
+    }
+}
+
+/// Why a coefficient has no fit.
+fn said(fit: &CoefficientFit, ui: &mut Ui) {
+    if let Err(error) = &fit.fit {
+        trouble(ui, Some(&format!("{}: {error}", fit.coefficient.name())));
+    }
+}
+
+/// How well every window is predicted from all identification windows.
+fn table(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
+    let palette = theme::palette(ui);
+    let figures = theme::figures(ui);
+    let Some(pooled) = ctx.snapshot.pooled.latest() else { return empty(ui, "No window is used for identification.") };
+    if ctx.snapshot.pooled.is_stale() {
+        ui.multiply_opacity(0.45);
+    }
+    TableBuilder::new(ui)
+        .id_salt("predictions")
+        .striped(true)
+        .auto_shrink(false)
+        .cell_layout(egui::Layout::left_to_right(egui::Align::Center))
+        .column(Column::remainder().at_least(120.0).clip(true))
+        .column(Column::exact(100.0))
+        .column(Column::exact(84.0))
+        .columns(Column::exact(86.0), 3)
+        .header(20.0, |mut header| {
+            for title in ["Window", "Use", "Coefficient", "R²", "RMS", "RMS [% of max]"] {
+                header.col(|ui| {
+                    ui.weak(title);
+                });
+            }
+        })
+        .body(|body| {
+            body.rows(20.0, pooled.predictions.len(), |mut row| {
+                let prediction = &pooled.predictions[row.index()];
+                row.col(|ui| {
+                    ui.label(&prediction.window);
+                });
+                row.col(|ui| {
+                    let color = role_color(palette, prediction.role);
+                    ui.label(RichText::new(prediction.role.name()).color(color));
+                });
+                row.col(|ui| {
+                    ui.label(notation::derivative_job(ui, &format!("{}_", prediction.coefficient.name())));
+                });
+                let quality = &prediction.quality;
+                for text in [
+                    notation::fixed(quality.r_squared, 4),
+                    notation::number(quality.rms),
+                    notation::fixed(quality.rms_relative_percent, 2),
+                ] {
+                    row.col(|ui| {
+                        ui.label(RichText::new(text).font(figures.clone()));
+                    });
+                }
+            });
+        });
+}

@@ -1,0 +1,286 @@
+//! The whole recording: any channels in stacked plots, the windows as bands, what is missing.
+
+use doublet_core::quantity::Role;
+use doublet_core::reconstruct::{Input, Measurement};
+use doublet_core::series::{Channel, Recording, Window};
+use doublet_engine::session::{Edit, WindowEdit};
+use eframe::egui::{self, DragAndDrop, Id, Panel as Bar, RichText, ScrollArea, TextEdit, Ui, vec2};
+
+use super::{Panel, PanelContext, View, empty, role_color, trouble};
+use crate::command::dispatch::new_window;
+use crate::notation;
+use crate::theme;
+use crate::widgets::span_editor::{LANE_HEIGHT, Lane, SpanEvent, SpanItem, span_lane};
+use crate::widgets::time_plot::{PlotCache, SpanMark, TimePlot, Trace, step_markers};
+use crate::widgets::time_view::Stretch;
+
+/// Roles of the usual plots; of each inner list the first role the recording has is taken, all of them where `true`.
+const USUAL: [(&[Role], bool); 5] = [
+    (&[Role::Altitude, Role::GpsAltitude, Role::PositionDown], false),
+    (&[Role::TrueAirspeed, Role::CalibratedAirspeed], false),
+    (&[Role::AngleOfAttack, Role::PitchAngle, Role::BankAngle], true),
+    (&[Role::RollRate, Role::PitchRate, Role::YawRate], true),
+    (&[Role::Elevator, Role::Aileron, Role::Rudder], true),
+];
+
+/// A channel being dragged from the list onto a plot.
+struct Carried(String);
+
+/// The panel.
+#[derive(Default)]
+pub struct Flight {
+    cache: PlotCache,
+    filter: String,
+}
+
+/// Name by which plots remember a channel: its role, or its source and name.
+fn key(recording: &Recording, index: usize) -> String {
+    match recording.roles.iter().find(|(_, at)| **at == index) {
+        Some((role, _)) => role.name().to_owned(),
+        None => format!("{}/{}", recording.channels[index].source, recording.channels[index].name),
+    }
+}
+
+/// The channel remembered as `key`, with label, unit and factor from SI.
+fn resolve<'a>(recording: &'a Recording, key: &str) -> Option<(&'a Channel, &'a str, &'a str, f64)> {
+    if let Some(role) = Role::from_name(key) {
+        let (unit, scale) = notation::role_unit(role);
+        return Some((recording.role(role)?, notation::role(role), unit, scale));
+    }
+    let (source, name) = key.rsplit_once('/')?;
+    let channel = recording.channels.iter().find(|channel| channel.source == source && channel.name == name)?;
+    Some((channel, &channel.name, &channel.unit, 1.0))
+}
+
+/// The plots shown before the user chose any.
+fn usual(recording: &Recording) -> Vec<Vec<String>> {
+    let plots = USUAL.iter().map(|(roles, all)| {
+        let present = roles.iter().filter(|role| recording.role(**role).is_some());
+        present.take(if *all { roles.len() } else { 1 }).map(|role| role.name().to_owned()).collect::<Vec<_>>()
+    });
+    plots.filter(|plot| !plot.is_empty()).collect()
+}
+
+impl Panel for Flight {
+    fn show(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
+        let slot = ctx.selection().flight.as_deref().and_then(|name| ctx.snapshot.flights.get(name));
+        let Some(slot) = slot else {
+            return empty(ui, "The session has no flight.");
+        };
+        trouble(ui, slot.error());
+        let Some(loaded) = slot.latest() else {
+            if slot.error().is_none() {
+                empty(ui, "Reading the recording…");
+            }
+            return;
+        };
+        let recording = &loaded.recording;
+        let mut plots = ctx.state.flight_plots.clone().unwrap_or_else(|| usual(recording));
+        let before = plots.clone();
+        Bar::left("channels").default_size(172.0).size_range(120.0..=420.0).show(ui, |ui| {
+            self.channels(ctx, ui, recording, &mut plots);
+        });
+        egui::CentralPanel::default().frame(egui::Frame::new().inner_margin(egui::Margin { left: 6, ..Default::default() })).show(
+            ui,
+            |ui| self.plots(ctx, ui, recording, &mut plots),
+        );
+        plots.retain(|plot| !plot.is_empty());
+        if plots != before {
+            ctx.state.flight_plots = Some(plots);
+        }
+    }
+}
+
+impl Flight {
+    /// The list of channels: tick to plot, drag onto a plot to add there.
+    fn channels(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui, recording: &Recording, plots: &mut Vec<Vec<String>>) {
+        flight_choice(ctx, ui);
+        let field = ui.add(TextEdit::singleline(&mut self.filter).hint_text("Filter channels").desired_width(f32::INFINITY));
+        ui.ctx().accesskit_node_builder(field.id, |node| node.set_label("Filter channels"));
+        let wanted = self.filter.to_lowercase();
+        ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+            ui.spacing_mut().item_spacing.y = 1.0;
+            for (index, channel) in recording.channels.iter().enumerate() {
+                let key = key(recording, index);
+                let role = Role::from_name(&key);
+                let label = role.map_or(channel.name.as_str(), |role| notation::role(role));
+                let known = format!("{label} {} {key} {}", channel.name, role.map_or("", Role::description)).to_lowercase();
+                if known.contains(&wanted) {
+                    channel_row(ui, channel, role, label, key, plots);
+                }
+            }
+            ui.add_space(8.0);
+            missing(ui, recording);
+        });
+    }
+
+    /// The lane of windows and the plots.
+    fn plots(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui, recording: &Recording, plots: &mut Vec<Vec<String>>) {
+        let palette = theme::palette(ui);
+        let resolved: Vec<Vec<_>> =
+            plots.iter().map(|keys| keys.iter().filter_map(|key| resolve(recording, key)).collect()).collect();
+        let labels: Vec<String> =
+            resolved.iter().map(|plot| plot.iter().map(|(_, label, ..)| *label).collect::<Vec<_>>().join(", ")).collect();
+        let drawn: Vec<TimePlot<'_>> = resolved
+            .iter()
+            .zip(&labels)
+            .map(|(plot, label)| {
+                let unit = plot.first().map_or("", |(_, _, unit, _)| *unit);
+                let traces = plot.iter().enumerate().map(|(at, (channel, label, _, scale))| Trace {
+                    scale: *scale,
+                    ..Trace::new(label, &channel.series, palette.series[at % palette.series.len()])
+                });
+                TimePlot::new(if plot.len() > 3 { "" } else { label }, unit, traces.collect())
+            })
+            .collect();
+        let flight = ctx.selection().flight.clone().unwrap_or_default();
+        let chosen = ctx.selection().window.clone();
+        let windows: Vec<_> =
+            ctx.session.windows.iter().enumerate().filter(|(_, window)| window.flight == flight).collect();
+        let items: Vec<SpanItem<'_>> = windows
+            .iter()
+            .map(|(at, window)| SpanItem {
+                id: *at as u64,
+                stretch: Stretch::new(window.window.start_s, window.window.end_s),
+                label: &window.name,
+                color: role_color(palette, window.role),
+                locked: false,
+                selected: chosen.as_deref() == Some(window.name.as_str()),
+            })
+            .collect();
+        let marks: Vec<SpanMark> = items
+            .iter()
+            .map(|item| SpanMark { stretch: item.stretch, color: item.color, selected: item.selected })
+            .collect();
+        let (_, rect) = ui.allocate_space(vec2(ui.available_width(), LANE_HEIGHT));
+        let seen = ctx.stack(ui, "flight", View::Flight, &mut self.cache, &drawn, &marks);
+        let samples = recording.role(Role::RollRate).map(|channel| channel.series.time_s.clone());
+        let samples_s = samples.as_deref().unwrap_or_default();
+        let range = ctx.state.time.range();
+        if let (Some(first), Some(last)) = (seen.frames.first(), seen.frames.last()) {
+            let lane = Lane { rect, frame: *first, reach_bottom: last.bottom(), range, samples_s };
+            if let Some(event) = span_lane(ui, Id::unique("windows"), &lane, &items) {
+                take(ctx, &flight, event);
+            }
+        }
+        if let Some(time_s) = seen.clicked_s
+            && let Some(item) = items.iter().find(|item| item.stretch.contains(time_s))
+        {
+            ctx.choose(item.label);
+        }
+        if seen.hovered_plot.is_some() {
+            step_markers(ui, &mut ctx.state.time, samples_s);
+        }
+        drop_on(ui, &seen.frames, plots);
+        if plots.is_empty() {
+            empty(ui, "Tick channels on the left to plot them.");
+        }
+    }
+}
+
+/// Which flight is shown, where there are several.
+fn flight_choice(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
+    let session = ctx.session;
+    if session.flights.len() < 2 {
+        return;
+    }
+    let chosen = ctx.selection().flight.clone().unwrap_or_default();
+    egui::ComboBox::from_id_salt("flight").selected_text(&chosen).width(ui.available_width()).show_ui(ui, |ui| {
+        for flight in &session.flights {
+            if ui.selectable_label(flight.name == chosen, &flight.name).clicked() && flight.name != chosen {
+                match session.windows.iter().find(|window| window.flight == flight.name) {
+                    Some(window) => ctx.choose(&window.name),
+                    None => ctx.state.selection.flight = Some(flight.name.clone()),
+                }
+            }
+        }
+    });
+}
+
+/// One channel of the list.
+fn channel_row(
+    ui: &mut Ui,
+    channel: &Channel,
+    role: Option<Role>,
+    label: &str,
+    key: String,
+    plots: &mut Vec<Vec<String>>,
+) {
+    let was = plots.iter().any(|plot| plot.contains(&key));
+    let mut on = was;
+    ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = 2.0;
+        let tick = ui.checkbox(&mut on, "");
+        ui.ctx().accesskit_node_builder(tick.id, |node| node.set_label(format!("plot {key}")));
+        let text = if role.is_some() { RichText::new(label) } else { RichText::new(label).weak() };
+        let name = ui.dnd_drag_source(Id::unique(("channel", &key)), Carried(key.clone()), |ui| {
+            ui.add(egui::Label::new(text).truncate().selectable(false))
+        });
+        let about = role.map_or("not mapped to a role", Role::description);
+        name.response.on_hover_text(format!("{about}\n{} · {} · {} samples", channel.source, channel.name, channel.series.values.len()));
+    });
+    if on && !was {
+        plots.push(vec![key]);
+    } else if was && !on {
+        plots.iter_mut().for_each(|plot| plot.retain(|other| *other != key));
+    }
+}
+
+/// Roles the recording does not have, with what they block.
+fn missing(ui: &mut Ui, recording: &Recording) {
+    let palette = theme::palette(ui);
+    let absent = |role: &Role| recording.role(*role).is_none();
+    let inputs: Vec<Role> = Input::ALL.into_iter().map(Input::role).filter(absent).collect();
+    let measurements: Vec<Role> = Measurement::ALL.into_iter().map(Measurement::role).filter(absent).collect();
+    let controls: Vec<Role> = [Role::Elevator, Role::Aileron, Role::Rudder].into_iter().filter(absent).collect();
+    for (roles, text, color) in [
+        (inputs, "missing – no reconstruction without", palette.error),
+        (measurements, "missing – the filter goes without", palette.ignored),
+        (controls, "missing – no control derivatives of", palette.warning),
+    ] {
+        if !roles.is_empty() {
+            ui.add(egui::Label::new(RichText::new(text).size(11.0).color(color)).wrap());
+            let names: Vec<_> = roles.into_iter().map(notation::role).collect();
+            ui.add(egui::Label::new(RichText::new(names.join("  ")).size(11.5)).wrap());
+            ui.add_space(4.0);
+        }
+    }
+}
+
+/// Turns what happened on the lane into edits and a choice.
+fn take(ctx: &mut PanelContext<'_>, flight: &str, event: SpanEvent) {
+    let session = ctx.session;
+    match event {
+        SpanEvent::Selected(id) => {
+            if let Some(window) = session.windows.get(id as usize) {
+                ctx.choose(&window.name);
+            }
+        }
+        SpanEvent::Dragged { id, phase, stretch } => {
+            if let Some(window) = session.windows.get(id as usize) {
+                ctx.choose(&window.name);
+                let place = Window { start_s: stretch.start_s, end_s: stretch.end_s };
+                ctx.edit_phase(phase, Edit::Window(WindowEdit::Place { name: window.name.clone(), window: place }));
+            }
+        }
+        SpanEvent::Drawn(stretch) => {
+            let window = new_window(session, flight.to_owned(), stretch);
+            ctx.state.selection.window = Some(window.name.clone());
+            ctx.edit(Edit::Window(WindowEdit::Add(window)));
+        }
+    }
+}
+
+/// Puts a channel that was let go over a plot into it.
+fn drop_on(ui: &Ui, frames: &[egui::Rect], plots: &mut [Vec<String>]) {
+    let Some(carried) = DragAndDrop::payload::<Carried>(ui.ctx()) else { return };
+    let Some(at) = ui.input(|i| i.pointer.interact_pos()) else { return };
+    let Some(row) = frames.iter().position(|frame| frame.contains(at)) else { return };
+    let accent = theme::palette(ui).accent;
+    ui.painter().rect_stroke(frames[row], 3.0, egui::Stroke::new(2.0, accent), egui::StrokeKind::Inside);
+    if ui.input(|i| i.pointer.any_released()) {
+        plots.iter_mut().for_each(|plot| plot.retain(|key| *key != carried.0));
+        plots[row].push(carried.0.clone());
+        DragAndDrop::clear_payload(ui.ctx());
+    }
+}

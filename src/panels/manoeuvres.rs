@@ -1,0 +1,179 @@
+//! The windows as a table: name, interval, use, surface, state of their results.
+
+use doublet_engine::session::{Edit, Manoeuvre, Surface, WindowEdit, WindowRole};
+use doublet_core::series::Window;
+use eframe::egui::{self, ComboBox, RichText, TextEdit, Ui};
+use egui_extras::{Column, TableBuilder, TableRow};
+
+use super::{Panel, PanelContext, role_color};
+use crate::command::{EditCommand, UiCommand};
+use crate::notation;
+use crate::theme;
+use crate::widgets::quantity_edit::QuantityEdit;
+
+/// Height of a row.
+const ROW: f32 = 26.0;
+
+/// The panel.
+#[derive(Default)]
+pub struct Manoeuvres {
+    /// Name being typed: the window's name, and what it shall become.
+    renaming: Option<(String, String)>,
+}
+
+impl Panel for Manoeuvres {
+    fn show(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
+        ui.horizontal(|ui| {
+            for (name, command, hint) in [
+                ("◀", EditCommand::PreviousWindow, "Previous window (B)"),
+                ("▶", EditCommand::NextWindow, "Next window (N)"),
+                ("Add", EditCommand::AddWindow, "A window between the markers, or in the middle of what is on screen (Insert). Drag in the lane above the plots to draw one."),
+                ("Remove", EditCommand::RemoveWindow, "Remove the chosen window (Delete)"),
+            ] {
+                if ui.button(name).on_hover_text(hint).clicked() {
+                    ctx.commands.push(UiCommand::Edit(command));
+                }
+            }
+            let used = ctx.session.windows.iter().filter(|window| window.role == WindowRole::Identification).count();
+            ui.weak(format!("{} windows, {used} for identification", ctx.session.windows.len()));
+        });
+        ui.add_space(2.0);
+        let session = ctx.session;
+        let several = session.flights.len() > 1;
+        let mut table = TableBuilder::new(ui)
+            .id_salt("manoeuvres")
+            .striped(true)
+            .auto_shrink(false)
+            .sense(egui::Sense::click())
+            .cell_layout(egui::Layout::left_to_right(egui::Align::Center))
+            .column(Column::exact(18.0))
+            .column(Column::remainder().at_least(96.0).clip(true));
+        if several {
+            table = table.column(Column::initial(76.0).clip(true));
+        }
+        table
+            .columns(Column::exact(84.0), 2)
+            .column(Column::exact(118.0))
+            .column(Column::exact(94.0))
+            .header(20.0, |mut header| {
+                let flight: &[&str] = if several { &["Flight"] } else { &[] };
+                for title in ["", "Name"].iter().chain(flight).chain(&["Start [s]", "End [s]", "Use", "Surface"]) {
+                    header.col(|ui| {
+                        ui.weak(*title);
+                    });
+                }
+            })
+            .body(|mut body| {
+                for window in &session.windows {
+                    body.row(ROW, |row| self.row(ctx, row, window, several));
+                }
+            });
+    }
+}
+
+impl Manoeuvres {
+    fn row(&mut self, ctx: &mut PanelContext<'_>, mut row: TableRow<'_, '_>, window: &Manoeuvre, several: bool) {
+        row.set_selected(ctx.selection().window.as_deref() == Some(window.name.as_str()));
+        row.col(|ui| state(ctx, ui, window));
+        row.col(|ui| self.name(ctx, ui, window));
+        if several {
+            row.col(|ui| {
+                ui.weak(&window.flight);
+            });
+        }
+        let Window { start_s, end_s } = window.window;
+        for (what, value, other) in [("start", start_s, end_s), ("end", end_s, start_s)] {
+            row.col(|ui| {
+                let name = format!("{} {what}", window.name);
+                let edited = QuantityEdit::new(&name, value).per_point(0.05).show(ui);
+                ctx.edit_quantity(edited, |value| {
+                    let window_s = if what == "start" { (value, other) } else { (other, value) };
+                    let placed = Window { start_s: window_s.0, end_s: window_s.1 };
+                    Edit::Window(WindowEdit::Place { name: window.name.clone(), window: placed })
+                });
+            });
+        }
+        row.col(|ui| use_of(ctx, ui, window));
+        row.col(|ui| surface_of(ctx, ui, window));
+        if row.response().clicked() {
+            ctx.choose(&window.name);
+        }
+    }
+
+    /// The name, typed in place.
+    fn name(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui, window: &Manoeuvre) {
+        let typing = self.renaming.as_ref().is_some_and(|(name, _)| *name == window.name);
+        let mut text = match &self.renaming {
+            Some((name, text)) if *name == window.name => text.clone(),
+            _ => window.name.clone(),
+        };
+        let field = ui
+            .add(TextEdit::singleline(&mut text).desired_width(ui.available_width()).frame(egui::Frame::new()))
+            .on_hover_text(if window.kind.is_empty() { "Click to choose and rename" } else { window.kind.as_str() });
+        ui.ctx().accesskit_node_builder(field.id, |node| node.set_label(format!("name of {}", window.name)));
+        if field.gained_focus() {
+            ctx.choose(&window.name);
+        }
+        if field.changed() {
+            self.renaming = Some((window.name.clone(), text.clone()));
+        }
+        if field.lost_focus() && typing {
+            self.renaming = None;
+            let given_up = ui.input(|i| i.key_pressed(egui::Key::Escape));
+            if !given_up && !text.trim().is_empty() && text.trim() != window.name {
+                let to = text.trim().to_owned();
+                if ctx.selection().window.as_deref() == Some(window.name.as_str()) && ctx.session.window(&to).is_none() {
+                    ctx.state.selection.window = Some(to.clone());
+                }
+                ctx.edit(Edit::Window(WindowEdit::Rename { from: window.name.clone(), to }));
+            }
+        }
+    }
+}
+
+/// A dot: the colour of the use, a warning where the results failed.
+fn state(ctx: &PanelContext<'_>, ui: &mut Ui, window: &Manoeuvre) {
+    let palette = theme::palette(ui);
+    let results = ctx.snapshot.windows.get(&window.name);
+    let error = results.and_then(|results| results.path.error().or(results.aero.error()).or(results.fits.error()));
+    match error {
+        Some(error) => ui.label(RichText::new("⚠").color(palette.error)).on_hover_text(error),
+        None => ui.label(RichText::new("■").color(role_color(palette, window.role))).on_hover_text(hint(ctx, window)),
+    };
+}
+
+/// What hovering over a window's dot says.
+fn hint(ctx: &PanelContext<'_>, window: &Manoeuvre) -> String {
+    let path = ctx.snapshot.windows.get(&window.name).and_then(|results| results.path.latest());
+    let length = notation::fixed(window.window.end_s - window.window.start_s, 2);
+    match path {
+        Some(path) => format!("{length} s, {} samples", path.data.inputs.time_s.len()),
+        None => format!("{length} s"),
+    }
+}
+
+fn use_of(ctx: &mut PanelContext<'_>, ui: &mut Ui, window: &Manoeuvre) {
+    let mut role = window.role;
+    let combo = ComboBox::from_id_salt(("use", &window.name)).selected_text(role.name()).width(106.0).show_ui(ui, |ui| {
+        for choice in WindowRole::ALL {
+            ui.selectable_value(&mut role, choice, choice.name());
+        }
+    });
+    ui.ctx().accesskit_node_builder(combo.response.id, |node| node.set_label(format!("use of {}", window.name)));
+    if role != window.role {
+        ctx.edit(Edit::Window(WindowEdit::Role { name: window.name.clone(), role }));
+    }
+}
+
+fn surface_of(ctx: &mut PanelContext<'_>, ui: &mut Ui, window: &Manoeuvre) {
+    let mut surface = window.surface;
+    let text = |surface: Option<Surface>| surface.map_or("any", Surface::name);
+    ComboBox::from_id_salt(("surface", &window.name)).selected_text(text(surface)).width(82.0).show_ui(ui, |ui| {
+        for choice in [None].into_iter().chain(Surface::ALL.map(Some)) {
+            ui.selectable_value(&mut surface, choice, text(choice));
+        }
+    });
+    if surface != window.surface {
+        ctx.edit(Edit::Window(WindowEdit::Surface { name: window.name.clone(), surface }));
+    }
+}

@@ -1,0 +1,185 @@
+//! Settings of the filter: what it believes about noise, where it starts, how it works.
+
+use doublet_core::quantity::Dimension;
+use doublet_core::reconstruct::{FilterSettings, Input, InputHold, Measurement, Method, State};
+use doublet_engine::session::{Edit, EstimationEdit, FilterEdit, PathSource};
+use eframe::egui::{self, CollapsingHeader, Grid, RichText, ScrollArea, Ui};
+
+use super::{Panel, PanelContext, caption, choices};
+use crate::notation;
+use crate::theme;
+use crate::widgets::quantity_edit::QuantityEdit;
+
+/// Iterations and tolerance of an iterated filter that is switched on.
+const ITERATED: Method = Method::Iekf { max_iterations: 10, tolerance: 1e-3 };
+
+/// The panel.
+pub struct Noise;
+
+/// One row of a table of deviations.
+struct Row<'a> {
+    name: String,
+    symbol: &'a str,
+    about: &'a str,
+    dimension: Dimension,
+    value: f64,
+    usual: f64,
+    mark: Option<(f64, &'a str)>,
+}
+
+impl Panel for Noise {
+    fn show(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
+        ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+            filter(ctx, ui);
+            ui.add_space(6.0);
+            let usual = FilterSettings::default();
+            let now = &ctx.session.filter;
+            ui.columns(2, |columns| {
+                let ui = &mut columns[0];
+                caption(ui, "Process noise √Q (inertial sensors)");
+                Grid::new("process noise").num_columns(3).spacing([6.0, 3.0]).show(ui, |ui| {
+                    for input in Input::ALL {
+                        let row = Row {
+                            name: format!("Q {}", input.name()),
+                            symbol: notation::role(input.role()),
+                            about: input.description(),
+                            dimension: input.dimension(),
+                            value: now.process_noise[input as usize],
+                            usual: usual.process_noise[input as usize],
+                            mark: None,
+                        };
+                        row.show(ctx, ui, |value| FilterEdit::ProcessNoise(input, value));
+                    }
+                });
+                ui.add_space(8.0);
+                initial(ctx, ui, &usual);
+                let ui = &mut columns[1];
+                caption(ui, "Measurement noise √R");
+                measurements(ctx, ui, &usual);
+            });
+        });
+    }
+}
+
+/// How the filter works.
+fn filter(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
+    let filter = &ctx.session.filter;
+    Grid::new("filter").num_columns(4).spacing([10.0, 4.0]).show(ui, |ui| {
+        ui.weak("Filter");
+        let mut method = matches!(filter.method, Method::Iekf { .. });
+        if choices(ui, &mut method, &[(false, "EKF"), (true, "Iterated")]) {
+            ctx.edit(Edit::Filter(FilterEdit::Method(if method { ITERATED } else { Method::Ekf })));
+        }
+        ui.weak("Input between samples");
+        let mut hold = filter.hold;
+        if choices(ui, &mut hold, &[(InputHold::FirstOrder, "Linear"), (InputHold::ZeroOrder, "Held")]) {
+            ctx.edit(Edit::Filter(FilterEdit::Hold(hold)));
+        }
+        ui.end_row();
+        ui.weak("Path used");
+        let mut path = ctx.session.preparation.path;
+        if choices(ui, &mut path, &[(PathSource::Filtered, "Filtered"), (PathSource::Smoothed, "Smoothed")]) {
+            ctx.edit(Edit::Estimation(EstimationEdit::Path(path)));
+        }
+        ui.weak("Gravity");
+        let gravity = QuantityEdit::new("gravity", filter.gravity_m_s2).unit("m/s²", 1.0).per_point(1e-4).allowed(9.7..=9.9);
+        let edited = gravity.show(ui);
+        ctx.edit_quantity(edited, |value| Edit::Filter(FilterEdit::Gravity(value)));
+        ui.end_row();
+        if let Method::Iekf { max_iterations, tolerance } = filter.method {
+            ui.weak("Iterations at most");
+            let edited = QuantityEdit::new("iterations", max_iterations as f64).per_point(0.1).allowed(1.0..=100.0).show(ui);
+            ctx.edit_quantity(edited, |value| {
+                let max_iterations = value.round().clamp(1.0, 100.0) as usize;
+                Edit::Filter(FilterEdit::Method(Method::Iekf { max_iterations, tolerance }))
+            });
+            ui.weak("Tolerance");
+            let edited = QuantityEdit::new("tolerance", tolerance).unit("σ", 1.0).logarithmic().allowed(1e-12..=1.0).show(ui);
+            ctx.edit_quantity(edited, |tolerance| {
+                Edit::Filter(FilterEdit::Method(Method::Iekf { max_iterations, tolerance }))
+            });
+            ui.end_row();
+        }
+    });
+}
+
+/// Noise of the measurements, with what the innovations of the chosen window say about each.
+fn measurements(ctx: &mut PanelContext<'_>, ui: &mut Ui, usual: &FilterSettings) {
+    let path = ctx.results().and_then(|results| results.path.latest());
+    Grid::new("measurement noise").num_columns(4).spacing([6.0, 3.0]).show(ui, |ui| {
+        for measurement in Measurement::ALL {
+            let index = measurement as usize;
+            let channel = path.and_then(|path| path.consistency.channels[index].as_ref());
+            let row = Row {
+                name: format!("R {}", measurement.name()),
+                symbol: notation::measurement(measurement),
+                about: measurement.description(),
+                dimension: measurement.dimension(),
+                value: ctx.session.filter.measurement_noise[index],
+                usual: usual.measurement_noise[index],
+                mark: channel.map(|channel| (channel.ratio, channel.advice.as_str())),
+            };
+            row.show(ctx, ui, |value| FilterEdit::MeasurementNoise(measurement, value));
+        }
+    });
+}
+
+/// Initial deviations and random walks.
+fn initial(ctx: &mut PanelContext<'_>, ui: &mut Ui, usual: &FilterSettings) {
+    CollapsingHeader::new("Initial deviation √P₀").show(ui, |ui| {
+        Grid::new("initial deviation").num_columns(3).spacing([6.0, 3.0]).show(ui, |ui| {
+            for state in State::ALL {
+                let row = Row {
+                    name: format!("P {}", state.name()),
+                    symbol: notation::state(state),
+                    about: state.description(),
+                    dimension: state.dimension(),
+                    value: ctx.session.filter.initial_deviation[state as usize],
+                    usual: usual.initial_deviation[state as usize],
+                    mark: None,
+                };
+                row.show(ctx, ui, |value| FilterEdit::InitialDeviation(state, value));
+            }
+        });
+    });
+    CollapsingHeader::new("Random walk, per √s").show(ui, |ui| {
+        Grid::new("random walk").num_columns(3).spacing([6.0, 3.0]).show(ui, |ui| {
+            for state in &State::ALL[9..] {
+                let row = Row {
+                    name: format!("walk {}", state.name()),
+                    symbol: notation::state(*state),
+                    about: state.description(),
+                    dimension: state.dimension(),
+                    value: ctx.session.filter.random_walk[*state as usize],
+                    usual: usual.random_walk[*state as usize],
+                    mark: None,
+                };
+                row.show(ctx, ui, |value| FilterEdit::RandomWalk(*state, value));
+            }
+        });
+    });
+}
+
+impl Row<'_> {
+    /// Symbol, field, reset, and a mark of consistency.
+    fn show(self, ctx: &mut PanelContext<'_>, ui: &mut Ui, edit: impl Fn(f64) -> FilterEdit) {
+        let palette = theme::palette(ui);
+        let (unit, scale) = notation::unit(self.dimension);
+        ui.label(self.symbol).on_hover_text(self.about);
+        let edited = QuantityEdit::new(&self.name, self.value).unit(unit, scale).logarithmic().show(ui);
+        ctx.edit_quantity(edited, |value| Edit::Filter(edit(value)));
+        let reset = ui
+            .add_enabled(self.value != self.usual, egui::Button::new(RichText::new("↺").size(12.0)).frame(false))
+            .on_hover_text(format!("Back to {} {unit}", notation::number(scale * self.usual)));
+        ui.ctx().accesskit_node_builder(reset.id, |node| node.set_label(format!("reset {}", self.name)));
+        if reset.clicked() {
+            ctx.edit(Edit::Filter(edit(self.usual)));
+        }
+        if let Some((ratio, advice)) = self.mark {
+            let color = if advice == "consistent" { palette.good } else { palette.warning };
+            let text = RichText::new(format!("×{}", notation::fixed(ratio, 2))).color(color).size(11.0);
+            ui.label(text).on_hover_text(format!("innovations over their predicted deviation: {advice}"));
+        }
+        ui.end_row();
+    }
+}
