@@ -42,9 +42,6 @@ pub fn role_unit(role: Role) -> (&'static str, f64) {
 /// Symbol of a role.
 pub fn role(role: Role) -> &'static str {
     match role {
-        Role::SpecificForceX => "aₓ",
-        Role::SpecificForceY => "a_y",
-        Role::SpecificForceZ => "a_z",
         Role::RollAcceleration => "ṗ",
         Role::PitchAcceleration => "q̇",
         Role::YawAcceleration => "ṙ",
@@ -94,9 +91,9 @@ pub fn state(state: State) -> &'static str {
         State::BankAngle => "φ",
         State::PitchAngle => "θ",
         State::HeadingAngle => "ψ",
-        State::BiasAx => "bias aₓ",
-        State::BiasAy => "bias a_y",
-        State::BiasAz => "bias a_z",
+        State::BiasAx => "bias ax",
+        State::BiasAy => "bias ay",
+        State::BiasAz => "bias az",
         State::BiasP => "bias p",
         State::BiasQ => "bias q",
         State::BiasR => "bias r",

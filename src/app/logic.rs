@@ -43,7 +43,9 @@ fn take_files(app: &mut Workbench, ctx: &egui::Context) {
             app.leave(Pending::Open(path), ctx);
         } else {
             let place = path.display();
-            app.complain(format!("{place} is no session: make one of a recording with `doublet new {place} -o SESSION`"));
+            app.complain(format!(
+                "{place} is no session: make one of a recording with `doublet new {place} -o SESSION`"
+            ));
         }
     }
     if ctx.input(|input| input.viewport().close_requested()) && !app.leaving && app.document.history.is_modified() {

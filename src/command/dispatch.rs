@@ -1,7 +1,7 @@
 //! Carries out commands.
 
-use doublet_engine::session::{Edit, Manoeuvre, WindowEdit, WindowRole};
 use doublet_core::series::Window;
+use doublet_engine::session::{Edit, Manoeuvre, WindowEdit, WindowRole};
 use eframe::egui;
 
 use super::ui_command::{EditCommand, FileCommand, HelpCommand, RunCommand, UiCommand, ViewCommand};

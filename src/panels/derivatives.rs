@@ -70,7 +70,7 @@ fn table(ctx: &mut PanelContext<'_>, ui: &mut Ui, fits: &[CoefficientFit]) {
             .cell_layout(egui::Layout::right_to_left(egui::Align::Center))
             .column(Column::remainder().at_least(92.0).clip(true))
             .columns(Column::exact(86.0), 3)
-            .columns(Column::exact(70.0), 2)
+            .columns(Column::exact(74.0), 2)
             .header(20.0, |mut header| {
                 for title in TITLES {
                     header.col(|ui| {
@@ -104,7 +104,11 @@ fn heading(ui: &mut Ui, fit: &CoefficientFit) {
     let name = fit.coefficient.name();
     let (text, color) = match &fit.fit {
         Ok(estimate) => (
-            format!("{name}    R² {}   residual {}", notation::fixed(estimate.quality.r_squared, 4), notation::number(estimate.residual_std)),
+            format!(
+                "{name}    R² {}   residual {}",
+                notation::fixed(estimate.quality.r_squared, 4),
+                notation::number(estimate.residual_std)
+            ),
             ui.visuals().strong_text_color(),
         ),
         Err(error) => (format!("{name}    ⚠ {error}"), palette.error),
@@ -144,6 +148,7 @@ fn derivative(
     ];
     for (column, text) in cells.into_iter().enumerate() {
         row.col(|ui| {
+            ui.add_space(4.0);
             let figures = theme::figures(ui);
             let mut text = RichText::new(text).font(figures);
             if column == 0 {

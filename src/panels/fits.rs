@@ -62,9 +62,7 @@ impl Panel for Fits {
                     [observed].into_iter().chain(predicted).collect()
                 }
                 Aspect::Residual => fit.series.iter().map(|(_, residual)| line("residual", residual)).collect(),
-                _ => {
-                    [observed].into_iter().chain(fit.series.iter().map(|(fitted, _)| line("fit", fitted))).collect()
-                }
+                _ => [observed].into_iter().chain(fit.series.iter().map(|(fitted, _)| line("fit", fitted))).collect(),
             };
             plots.push(TimePlot::new(name, "", traces));
         }

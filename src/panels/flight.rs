@@ -80,10 +80,9 @@ impl Panel for Flight {
         Bar::left("channels").default_size(172.0).size_range(120.0..=420.0).show(ui, |ui| {
             self.channels(ctx, ui, recording, &mut plots);
         });
-        egui::CentralPanel::default().frame(egui::Frame::new().inner_margin(egui::Margin { left: 6, ..Default::default() })).show(
-            ui,
-            |ui| self.plots(ctx, ui, recording, &mut plots),
-        );
+        egui::CentralPanel::default()
+            .frame(egui::Frame::new().inner_margin(egui::Margin { left: 6, ..Default::default() }))
+            .show(ui, |ui| self.plots(ctx, ui, recording, &mut plots));
         plots.retain(|plot| !plot.is_empty());
         if plots != before {
             ctx.state.flight_plots = Some(plots);
@@ -93,9 +92,16 @@ impl Panel for Flight {
 
 impl Flight {
     /// The list of channels: tick to plot, drag onto a plot to add there.
-    fn channels(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui, recording: &Recording, plots: &mut Vec<Vec<String>>) {
+    fn channels(
+        &mut self,
+        ctx: &mut PanelContext<'_>,
+        ui: &mut Ui,
+        recording: &Recording,
+        plots: &mut Vec<Vec<String>>,
+    ) {
         flight_choice(ctx, ui);
-        let field = ui.add(TextEdit::singleline(&mut self.filter).hint_text("Filter channels").desired_width(f32::INFINITY));
+        let field =
+            ui.add(TextEdit::singleline(&mut self.filter).hint_text("Filter channels").desired_width(f32::INFINITY));
         ui.ctx().accesskit_node_builder(field.id, |node| node.set_label("Filter channels"));
         let wanted = self.filter.to_lowercase();
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
@@ -104,7 +110,8 @@ impl Flight {
                 let key = key(recording, index);
                 let role = Role::from_name(&key);
                 let label = role.map_or(channel.name.as_str(), |role| notation::role(role));
-                let known = format!("{label} {} {key} {}", channel.name, role.map_or("", Role::description)).to_lowercase();
+                let known =
+                    format!("{label} {} {key} {}", channel.name, role.map_or("", Role::description)).to_lowercase();
                 if known.contains(&wanted) {
                     channel_row(ui, channel, role, label, key, plots);
                 }
@@ -115,22 +122,21 @@ impl Flight {
     }
 
     /// The lane of windows and the plots.
-    fn plots(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui, recording: &Recording, plots: &mut Vec<Vec<String>>) {
+    fn plots(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui, recording: &Recording, plots: &mut [Vec<String>]) {
         let palette = theme::palette(ui);
         let resolved: Vec<Vec<_>> =
             plots.iter().map(|keys| keys.iter().filter_map(|key| resolve(recording, key)).collect()).collect();
-        let labels: Vec<String> =
-            resolved.iter().map(|plot| plot.iter().map(|(_, label, ..)| *label).collect::<Vec<_>>().join(", ")).collect();
         let drawn: Vec<TimePlot<'_>> = resolved
             .iter()
-            .zip(&labels)
-            .map(|(plot, label)| {
+            .map(|plot| {
+                // Several traces are named in the legend.
+                let label = if let [(_, label, ..)] = plot.as_slice() { *label } else { "" };
                 let unit = plot.first().map_or("", |(_, _, unit, _)| *unit);
                 let traces = plot.iter().enumerate().map(|(at, (channel, label, _, scale))| Trace {
                     scale: *scale,
                     ..Trace::new(label, &channel.series, palette.series[at % palette.series.len()])
                 });
-                TimePlot::new(if plot.len() > 3 { "" } else { label }, unit, traces.collect())
+                TimePlot::new(label, unit, traces.collect())
             })
             .collect();
         let flight = ctx.selection().flight.clone().unwrap_or_default();
@@ -217,7 +223,12 @@ fn channel_row(
             ui.add(egui::Label::new(text).truncate().selectable(false))
         });
         let about = role.map_or("not mapped to a role", Role::description);
-        name.response.on_hover_text(format!("{about}\n{} · {} · {} samples", channel.source, channel.name, channel.series.values.len()));
+        name.response.on_hover_text(format!(
+            "{about}\n{} · {} · {} samples",
+            channel.source,
+            channel.name,
+            channel.series.values.len()
+        ));
     });
     if on && !was {
         plots.push(vec![key]);

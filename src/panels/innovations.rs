@@ -28,11 +28,7 @@ impl Panel for Innovations {
             if let Some(path) = &latest {
                 let (mean, expected) = (path.consistency.mean_nis, path.consistency.expected_nis);
                 ui.separator();
-                ui.label(format!(
-                    "mean NIS {}, expected {}",
-                    notation::fixed(mean, 2),
-                    notation::fixed(expected, 2)
-                ));
+                ui.label(format!("mean NIS {}, expected {}", notation::fixed(mean, 2), notation::fixed(expected, 2)));
             }
         });
         trouble(ui, error.as_deref());

@@ -20,6 +20,9 @@ pub struct LoadingPanel;
 /// A kind of place and the masses in it.
 type Masses = fn(&mut Loading) -> &mut BTreeMap<String, f64>;
 
+/// Title of a kind of place, its places with their capacity in kg, and where their masses are.
+type Group<'a> = (&'static str, Vec<(&'a str, Option<f64>)>, Masses);
+
 impl Panel for LoadingPanel {
     fn show(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         let snapshot = ctx.snapshot;
@@ -52,7 +55,7 @@ fn places(ctx: &mut PanelContext<'_>, ui: &mut Ui, aircraft: &Aircraft, loading:
     let tanks = aircraft.tanks.iter().map(|tank| (tank.name.as_str(), Some(tank.capacity_kg))).collect::<Vec<_>>();
     let seats = aircraft.seats.iter().map(|seat| (seat.name.as_str(), seat.capacity_kg)).collect::<Vec<_>>();
     let bays = aircraft.luggage.iter().map(|bay| (bay.name.as_str(), bay.capacity_kg)).collect::<Vec<_>>();
-    let groups: [(&str, Vec<(&str, Option<f64>)>, Masses); 3] = [
+    let groups: [Group<'_>; 3] = [
         ("Fuel", tanks, |loading| &mut loading.fuel_kg),
         ("Seats", seats, |loading| &mut loading.seats_kg),
         ("Luggage", bays, |loading| &mut loading.luggage_kg),

@@ -1,7 +1,7 @@
 //! The windows as a table: name, interval, use, surface, state of their results.
 
-use doublet_engine::session::{Edit, Manoeuvre, Surface, WindowEdit, WindowRole};
 use doublet_core::series::Window;
+use doublet_engine::session::{Edit, Manoeuvre, Surface, WindowEdit, WindowRole};
 use eframe::egui::{self, ComboBox, RichText, TextEdit, Ui};
 use egui_extras::{Column, TableBuilder, TableRow};
 
@@ -35,7 +35,7 @@ impl Panel for Manoeuvres {
                 }
             }
             let used = ctx.session.windows.iter().filter(|window| window.role == WindowRole::Identification).count();
-            ui.weak(format!("{} windows, {used} for identification", ctx.session.windows.len()));
+            ui.weak(format!("{} in all, {used} for identification", ctx.session.windows.len()));
         });
         ui.add_space(2.0);
         let session = ctx.session;
@@ -108,7 +108,13 @@ impl Manoeuvres {
             _ => window.name.clone(),
         };
         let field = ui
-            .add(TextEdit::singleline(&mut text).desired_width(ui.available_width()).frame(egui::Frame::new()))
+            .add(
+                TextEdit::singleline(&mut text)
+                    .desired_width(ui.available_width())
+                    .align(egui::Align2::LEFT_CENTER)
+                    .min_size(egui::vec2(0.0, ROW - 2.0))
+                    .frame(egui::Frame::new()),
+            )
             .on_hover_text(if window.kind.is_empty() { "Click to choose and rename" } else { window.kind.as_str() });
         ui.ctx().accesskit_node_builder(field.id, |node| node.set_label(format!("name of {}", window.name)));
         if field.gained_focus() {
@@ -122,7 +128,8 @@ impl Manoeuvres {
             let given_up = ui.input(|i| i.key_pressed(egui::Key::Escape));
             if !given_up && !text.trim().is_empty() && text.trim() != window.name {
                 let to = text.trim().to_owned();
-                if ctx.selection().window.as_deref() == Some(window.name.as_str()) && ctx.session.window(&to).is_none() {
+                if ctx.selection().window.as_deref() == Some(window.name.as_str()) && ctx.session.window(&to).is_none()
+                {
                     ctx.state.selection.window = Some(to.clone());
                 }
                 ctx.edit(Edit::Window(WindowEdit::Rename { from: window.name.clone(), to }));
@@ -154,11 +161,12 @@ fn hint(ctx: &PanelContext<'_>, window: &Manoeuvre) -> String {
 
 fn use_of(ctx: &mut PanelContext<'_>, ui: &mut Ui, window: &Manoeuvre) {
     let mut role = window.role;
-    let combo = ComboBox::from_id_salt(("use", &window.name)).selected_text(role.name()).width(106.0).show_ui(ui, |ui| {
-        for choice in WindowRole::ALL {
-            ui.selectable_value(&mut role, choice, choice.name());
-        }
-    });
+    let combo =
+        ComboBox::from_id_salt(("use", &window.name)).selected_text(role.name()).width(106.0).show_ui(ui, |ui| {
+            for choice in WindowRole::ALL {
+                ui.selectable_value(&mut role, choice, choice.name());
+            }
+        });
     ui.ctx().accesskit_node_builder(combo.response.id, |node| node.set_label(format!("use of {}", window.name)));
     if role != window.role {
         ctx.edit(Edit::Window(WindowEdit::Role { name: window.name.clone(), role }));

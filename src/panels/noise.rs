@@ -82,19 +82,22 @@ fn filter(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
             ctx.edit(Edit::Estimation(EstimationEdit::Path(path)));
         }
         ui.weak("Gravity");
-        let gravity = QuantityEdit::new("gravity", filter.gravity_m_s2).unit("m/s²", 1.0).per_point(1e-4).allowed(9.7..=9.9);
+        let gravity =
+            QuantityEdit::new("gravity", filter.gravity_m_s2).unit("m/s²", 1.0).per_point(1e-4).allowed(9.7..=9.9);
         let edited = gravity.show(ui);
         ctx.edit_quantity(edited, |value| Edit::Filter(FilterEdit::Gravity(value)));
         ui.end_row();
         if let Method::Iekf { max_iterations, tolerance } = filter.method {
             ui.weak("Iterations at most");
-            let edited = QuantityEdit::new("iterations", max_iterations as f64).per_point(0.1).allowed(1.0..=100.0).show(ui);
+            let edited =
+                QuantityEdit::new("iterations", max_iterations as f64).per_point(0.1).allowed(1.0..=100.0).show(ui);
             ctx.edit_quantity(edited, |value| {
                 let max_iterations = value.round().clamp(1.0, 100.0) as usize;
                 Edit::Filter(FilterEdit::Method(Method::Iekf { max_iterations, tolerance }))
             });
             ui.weak("Tolerance");
-            let edited = QuantityEdit::new("tolerance", tolerance).unit("σ", 1.0).logarithmic().allowed(1e-12..=1.0).show(ui);
+            let edited =
+                QuantityEdit::new("tolerance", tolerance).unit("σ", 1.0).logarithmic().allowed(1e-12..=1.0).show(ui);
             ctx.edit_quantity(edited, |tolerance| {
                 Edit::Filter(FilterEdit::Method(Method::Iekf { max_iterations, tolerance }))
             });

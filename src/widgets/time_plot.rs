@@ -18,7 +18,7 @@ const LABEL_ROOM: f32 = 8.0;
 /// Height of the time axis below the last plot.
 pub const TIME_AXIS_HEIGHT: f32 = 34.0;
 /// Least height of one plot; a stack that needs more scrolls.
-const LEAST_HEIGHT: f32 = 88.0;
+const LEAST_HEIGHT: f32 = 66.0;
 /// Room above and below the data, as a fraction of their extent.
 const MARGIN: f64 = 0.08;
 /// Magnification per point of wheel travel.
@@ -279,7 +279,11 @@ fn draw_plot<'a>(
         drawn.line.extent.into_iter().chain(low.zip(high))
     });
     let (low, high) = plot.value_range.unwrap_or_else(|| value_bounds(extents));
-    let label = if plot.unit.is_empty() { plot.label.to_owned() } else { format!("{} [{}]", plot.label, plot.unit) };
+    let label = match (plot.label, plot.unit) {
+        (label, "") => label.to_owned(),
+        ("", unit) => format!("[{unit}]"),
+        (label, unit) => format!("{label} [{unit}]"),
+    };
     let points_per_s = f64::from(ui.available_width() - VALUE_AXIS_WIDTH) / range.length_s();
     let text = ui.visuals().weak_text_color();
     let mut chart = Plot::new(id)
@@ -321,7 +325,7 @@ fn draw_plot<'a>(
         chart.set_plot_bounds_x(range.start_s..=range.end_s);
         chart.set_plot_bounds_y(low..=high);
         for span in spans {
-            let strength = if span.selected { 0.22 } else { 0.11 };
+            let strength = if span.selected { 0.14 } else { 0.09 };
             let edges = if span.selected { 0.8 } else { 0.3 };
             chart.span(
                 egui_plot::Span::new("", span.stretch.start_s..=span.stretch.end_s)

@@ -1,7 +1,7 @@
 //! The application around the panels: commands, palette, layout, file dialog.
 
-use doublet::app::{Document, Workbench};
 use doublet::app::files::{FileQuestion, Files, Purpose};
+use doublet::app::{Document, Workbench};
 use doublet::command::{UiCommand, ViewCommand};
 use doublet::panels::Pane;
 use egui::{Key, Modifiers, ThemePreference};
@@ -11,8 +11,9 @@ use egui_kittest::kittest::Queryable;
 use crate::{builder, picture, widget_harness};
 
 fn workbench<'a>() -> Harness<'a, Workbench> {
-    let mut harness = builder(1280.0, 800.0)
-        .build_eframe(|cc| Workbench::new(cc, Document::shipped().expect("a session is shipped")).expect("a thread starts"));
+    let mut harness = builder(1280.0, 800.0).build_eframe(|cc| {
+        Workbench::new(cc, Document::shipped().expect("a session is shipped")).expect("a thread starts")
+    });
     harness.run_steps(3);
     harness
 }

@@ -6,7 +6,9 @@ mod allocations;
 mod app;
 mod plots;
 mod rasteriser;
+mod recording;
 mod widgets;
+mod workbench;
 
 use egui_kittest::{Harness, HarnessBuilder};
 use image::RgbaImage;

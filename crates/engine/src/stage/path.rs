@@ -341,41 +341,49 @@ fn path_series(recording: &Recording, data: &FilterData, reconstruction: &Recons
 /// the local frame plus wind, airspeed and flow angles follow from the body components.
 fn reconstructed(states: &[Series; STATES]) -> [Series; MEASUREMENTS] {
     let time_s = &states[0].time_s;
-    let of = |value: &dyn Fn(&dyn Fn(State) -> f64) -> f64| {
-        let values = (0..time_s.len()).map(|k| value(&|state| states[state as usize].values[k])).collect();
-        Series { time_s: Arc::clone(time_s), values }
-    };
-    let ground = |axis: usize| {
-        of(&|x| {
-            let (u, v, w) = (x(State::VelocityU), x(State::VelocityV), x(State::VelocityW));
-            let (sin_phi, cos_phi) = x(State::BankAngle).sin_cos();
-            let (sin_theta, cos_theta) = x(State::PitchAngle).sin_cos();
-            let (sin_psi, cos_psi) = x(State::HeadingAngle).sin_cos();
-            let level = u * cos_theta + (v * sin_phi + w * cos_phi) * sin_theta;
-            let across = v * cos_phi - w * sin_phi;
-            match axis {
-                0 => level * cos_psi - across * sin_psi + x(State::WindNorth),
-                1 => level * sin_psi + across * cos_psi + x(State::WindEast),
-                _ => -u * sin_theta + (v * sin_phi + w * cos_phi) * cos_theta + x(State::WindDown),
-            }
-        })
+    let at = |state: State, k: usize| states[state as usize].values[k];
+    let body = |k: usize| [State::VelocityU, State::VelocityV, State::VelocityW].map(|state| at(state, k));
+    let column = |value: &dyn Fn(usize) -> f64| Series {
+        time_s: Arc::clone(time_s),
+        values: (0..time_s.len()).map(value).collect(),
     };
     Measurement::ALL.map(|measurement| match measurement {
         Measurement::PositionNorth => states[State::PositionNorth as usize].clone(),
         Measurement::PositionEast => states[State::PositionEast as usize].clone(),
         Measurement::PositionDown => states[State::PositionDown as usize].clone(),
-        Measurement::VelocityNorth => ground(0),
-        Measurement::VelocityEast => ground(1),
-        Measurement::VelocityDown => ground(2),
+        Measurement::VelocityNorth => column(&|k| ground_velocity(|state| at(state, k))[0]),
+        Measurement::VelocityEast => column(&|k| ground_velocity(|state| at(state, k))[1]),
+        Measurement::VelocityDown => column(&|k| ground_velocity(|state| at(state, k))[2]),
         Measurement::BankAngle => states[State::BankAngle as usize].clone(),
         Measurement::PitchAngle => states[State::PitchAngle as usize].clone(),
         Measurement::HeadingAngle => states[State::HeadingAngle as usize].clone(),
-        Measurement::Airspeed => {
-            of(&|x| x(State::VelocityU).hypot(x(State::VelocityV)).hypot(x(State::VelocityW)))
-        }
-        Measurement::AngleOfAttack => of(&|x| x(State::VelocityW).atan2(x(State::VelocityU))),
-        Measurement::Sideslip => {
-            of(&|x| x(State::VelocityV).atan2(x(State::VelocityU).hypot(x(State::VelocityW))))
-        }
+        Measurement::Airspeed => column(&|k| {
+            let [u, v, w] = body(k);
+            u.hypot(v).hypot(w)
+        }),
+        Measurement::AngleOfAttack => column(&|k| {
+            let [u, _, w] = body(k);
+            w.atan2(u)
+        }),
+        Measurement::Sideslip => column(&|k| {
+            let [u, v, w] = body(k);
+            v.atan2(u.hypot(w))
+        }),
     })
+}
+
+/// Velocity over ground in the local frame, m/s: airspeed by body components turned by yaw, pitch, roll, plus wind.
+fn ground_velocity(x: impl Fn(State) -> f64) -> [f64; 3] {
+    let (u, v, w) = (x(State::VelocityU), x(State::VelocityV), x(State::VelocityW));
+    let (sin_phi, cos_phi) = x(State::BankAngle).sin_cos();
+    let (sin_theta, cos_theta) = x(State::PitchAngle).sin_cos();
+    let (sin_psi, cos_psi) = x(State::HeadingAngle).sin_cos();
+    let lift = v * sin_phi + w * cos_phi;
+    let level = u * cos_theta + lift * sin_theta;
+    let across = v * cos_phi - w * sin_phi;
+    [
+        level * cos_psi - across * sin_psi + x(State::WindNorth),
+        level * sin_psi + across * cos_psi + x(State::WindEast),
+        lift * cos_theta - u * sin_theta + x(State::WindDown),
+    ]
 }

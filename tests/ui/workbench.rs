@@ -1,0 +1,293 @@
+//! The workbench on a session: opened, changed, undone, saved and opened again, with the numbers that must result.
+
+use std::time::{Duration, Instant};
+
+use doublet::app::files::Files;
+use doublet::app::{Document, Workbench};
+use doublet::command::{EditCommand, FileCommand, UiCommand, ViewCommand};
+use doublet::panels::Pane;
+use doublet_core::estimate::Fit;
+use doublet_core::model::Coefficient;
+use doublet_core::reconstruct::{Input, State};
+use doublet_engine::graph::Cache;
+use doublet_engine::run::{Control, Scope, Snapshot, run};
+use doublet_engine::session::{self, WindowRole};
+use egui::Key;
+use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable;
+use tempfile::TempDir;
+
+use crate::recording::{self, CM, STEP_S};
+use crate::{builder, drag, picture};
+
+/// Longest wait for results.
+const PATIENCE: Duration = Duration::from_secs(60);
+/// Largest error of an estimate against the truth, relative: the recording is rounded to nine digits, the filter smooths
+/// the angle of attack over its noise.
+const TRUTH_TOLERANCE: f64 = 0.02;
+
+/// The workbench on a flight in a folder of its own.
+struct Bench<'a> {
+    harness: Harness<'a, Workbench>,
+    folder: TempDir,
+}
+
+impl Bench<'_> {
+    fn open() -> Self {
+        let folder = tempfile::tempdir().expect("there is room for a folder");
+        let path = recording::write(folder.path());
+        let mut harness = builder(1500.0, 950.0).build_eframe(move |cc| {
+            let document = Document::open(&path).expect("the session opens");
+            let mut app = Workbench::new(cc, document).expect("a thread starts");
+            app.files = Files::without_system();
+            app
+        });
+        harness.run_steps(2);
+        let mut bench = Self { harness, folder };
+        bench.settle();
+        bench
+    }
+
+    /// Draws frames until everything is computed.
+    fn settle(&mut self) {
+        let started = Instant::now();
+        self.harness.run_steps(2);
+        while self.harness.state().is_busy() {
+            assert!(started.elapsed() < PATIENCE, "results come in time");
+            std::thread::sleep(Duration::from_millis(5));
+            self.harness.step();
+        }
+        self.harness.run_steps(2);
+    }
+
+    fn request(&mut self, command: UiCommand) {
+        self.harness.state_mut().request(command);
+        self.settle();
+    }
+
+    fn show(&mut self, pane: Pane) {
+        self.request(UiCommand::View(ViewCommand::Show(pane)));
+    }
+
+    fn snapshot(&self) -> &Snapshot {
+        self.harness.state().snapshot()
+    }
+
+    /// The estimate of Cm over all windows.
+    fn cm(&self) -> Fit {
+        let pooled = self.snapshot().pooled.ready().expect("the estimate is up to date");
+        let fit = pooled.fits.iter().find(|fit| fit.coefficient == Coefficient::Cm).expect("Cm is modelled");
+        fit.fit.clone().expect("Cm is estimated")
+    }
+
+    fn session(&self) -> &session::Session {
+        self.harness.state().document.session()
+    }
+
+    /// Types into the field called `name`, over what it holds, and confirms.
+    fn enter(&mut self, name: &str, text: &str) {
+        let field = self.harness.get_by_label(name);
+        field.click();
+        self.harness.run_steps(3);
+        self.harness.key_press_modifiers(egui::Modifiers::COMMAND, Key::A);
+        self.harness.run_steps(1);
+        self.harness.get_by_label(name).type_text(text);
+        self.harness.run_steps(1);
+        self.harness.key_press(Key::Enter);
+        self.settle();
+    }
+}
+
+#[test]
+fn opened_session_shows_the_derivatives_the_flight_was_made_with() {
+    let mut bench = Bench::open();
+    let fit = bench.cm();
+    for (name, truth) in ["Cm_alpha", "Cm_q", "Cm_delta_e"].into_iter().zip(&CM[1..]) {
+        let (estimate, _) = fit.parameter(name).expect("the term is in the model");
+        assert!((estimate / truth - 1.0).abs() < TRUTH_TOLERANCE, "{name} is {estimate}, not {truth}");
+    }
+    assert!(fit.quality.r_squared > 0.999);
+    assert!(bench.harness.query_by_label_contains("Cmδe").is_some(), "the table names it in Greek");
+    picture(&mut bench.harness, "workbench_session");
+}
+
+#[test]
+fn changed_process_noise_gives_what_a_run_without_a_window_gives_and_undo_takes_it_back() {
+    let mut bench = Bench::open();
+    let deviation = |bench: &Bench<'_>| {
+        let path = bench.snapshot().windows["first"].path.ready().expect("the path is up to date").clone();
+        *path.reconstruction.deviations[State::PitchAngle as usize].last().expect("the path has samples")
+    };
+    let (before, estimate) = (deviation(&bench), bench.cm());
+    bench.show(Pane::Noise);
+    bench.enter("Q q", "0.5");
+    let typed = bench.session().filter.process_noise[Input::PitchRate as usize];
+    assert!((typed - 0.5_f64.to_radians()).abs() < 1e-12, "{typed}");
+    assert!(deviation(&bench) > 1.5 * before, "more noise, less certainty: {} and {before}", deviation(&bench));
+    let alone = run(
+        &Scope { session: bench.session(), folder: bench.folder.path(), first: None, cause: "", generation: 1 },
+        &Snapshot::default(),
+        &Cache::new(1 << 20),
+        &Control::default(),
+        &|_| {},
+    );
+    let alone = alone.pooled.ready().expect("the run without a window ends").fits[0].fit.clone();
+    assert_eq!(alone.expect("Cm is estimated").estimates, bench.cm().estimates);
+    assert_ne!(estimate.estimates, bench.cm().estimates);
+    bench.request(UiCommand::Edit(EditCommand::Undo));
+    assert_eq!(bench.cm().estimates, estimate.estimates);
+    assert_eq!(deviation(&bench), before);
+}
+
+#[test]
+fn window_drawn_on_the_lane_and_dragged_at_its_edge_is_computed_over_its_samples() {
+    let mut bench = Bench::open();
+    let body = bench.harness.get_by_label("first").rect();
+    let at_s = |time_s: f32| {
+        let per_s = body.width() / 20.0;
+        egui::pos2(body.left() + per_s * (time_s - 5.0), body.center().y)
+    };
+    drag(&mut bench.harness, at_s(30.0), at_s(45.0), 6);
+    bench.settle();
+    let window = bench.session().windows[1].clone();
+    assert_eq!(window.role, WindowRole::Identification);
+    assert!((window.window.start_s - 30.0).abs() < 0.2 && (window.window.end_s - 45.0).abs() < 0.2, "{window:?}");
+    let samples = |bench: &Bench<'_>, name: &str| {
+        bench.snapshot().windows[name].path.ready().expect("the path is up to date").data.inputs.time_s.len()
+    };
+    let expected = |window: &session::Manoeuvre| {
+        (window.window.end_s / STEP_S + 1e-6).floor() as usize - (window.window.start_s / STEP_S - 1e-6).ceil() as usize
+            + 1
+    };
+    assert_eq!(samples(&bench, &window.name), expected(&window));
+    assert_eq!(bench.cm().samples(), samples(&bench, "first") + samples(&bench, &window.name));
+    drag(&mut bench.harness, at_s(45.0), at_s(55.0), 6);
+    bench.settle();
+    let dragged = bench.session().windows[1].clone();
+    assert!((dragged.window.end_s - 55.0).abs() < 0.2, "{dragged:?}");
+    assert_eq!(samples(&bench, &dragged.name), expected(&dragged));
+    bench.request(UiCommand::Edit(EditCommand::Undo));
+    assert_eq!(bench.session().windows[1], window, "the drag is one step");
+}
+
+#[test]
+fn ticked_term_joins_the_model_and_a_term_without_information_is_said() {
+    let mut bench = Bench::open();
+    bench.show(Pane::Model);
+    bench.harness.get_by_label("Cm alpha_dot*c/V").click();
+    bench.settle();
+    let fit = bench.cm();
+    assert_eq!(fit.names, ["Cm_0", "Cm_alpha", "Cm_q", "Cm_delta_e", "Cm_alpha_dot"]);
+    let (estimate, _) = fit.parameter("Cm_q").expect("it is in the model");
+    assert!((estimate / CM[2] - 1.0).abs() < 5.0 * TRUTH_TOLERANCE, "{estimate}");
+    bench.harness.get_by_label("Cm beta").click();
+    bench.settle();
+    let pooled = bench.snapshot().pooled.ready().expect("the run ends").clone();
+    let error = pooled.fits[0].fit.as_ref().expect_err("sideslip is zero all the time");
+    assert!(error.contains("rank") && error.contains("beta"), "{error}");
+    assert!(bench.harness.query_by_label_contains("rank").is_some(), "the panel says so");
+    bench.harness.get_by_label("Product term").click();
+    bench.harness.run_steps(2);
+    bench.harness.get_by_label("Product term").type_text("alpha*q");
+    bench.harness.run_steps(1);
+    bench.harness.get_by_label("Add row").click();
+    bench.harness.run_steps(2);
+    bench.harness.get_by_label("Cm beta").click();
+    bench.harness.get_by_label("Cm alpha*qc/V").click();
+    bench.settle();
+    assert!(bench.cm().parameter("Cm_alpha_q").is_some());
+}
+
+#[test]
+fn saved_session_opens_again_with_the_same_numbers_and_results_are_written() {
+    let mut bench = Bench::open();
+    bench.show(Pane::Noise);
+    bench.enter("R alpha", "0.25");
+    let (estimates, edited) = (bench.cm().estimates, bench.session().clone());
+    assert!(bench.harness.state().document.history.is_modified());
+    bench.request(UiCommand::File(FileCommand::Save));
+    assert!(!bench.harness.state().document.history.is_modified());
+    let path = bench.folder.path().join("session.toml");
+    assert_eq!(session::open(&path).expect("the file opens").session, edited);
+    bench.request(UiCommand::File(FileCommand::OpenShipped));
+    bench.request(UiCommand::File(FileCommand::OpenRecent(0)));
+    assert_eq!(bench.session(), &edited);
+    assert_eq!(bench.cm().estimates, estimates);
+    let out = bench.folder.path().join("results");
+    bench.request(UiCommand::File(FileCommand::Export));
+    bench.harness.get_by_label("Save").click();
+    bench.settle();
+    let text = std::fs::read_to_string(out.join("results.json")).expect("the results are written");
+    assert!(text.contains(&format!("{}", estimates[1])), "the estimate is in the results to its last digit");
+}
+
+#[test]
+fn saving_elsewhere_keeps_paths_meaning_the_same_files() {
+    let mut bench = Bench::open();
+    let estimates = bench.cm().estimates;
+    let inner = bench.folder.path().join("inner");
+    std::fs::create_dir(&inner).expect("a folder can be made");
+    bench.request(UiCommand::File(FileCommand::SaveAs));
+    bench.enter_file("inner/moved.toml");
+    assert_eq!(bench.session().flights[0].recordings[0].path, "../flight.csv");
+    bench.request(UiCommand::Run(doublet::command::RunCommand::Again));
+    assert_eq!(bench.cm().estimates, estimates);
+}
+
+#[test]
+fn unsaved_changes_are_asked_about_before_they_are_lost() {
+    let mut bench = Bench::open();
+    bench.request(UiCommand::Edit(EditCommand::RemoveWindow));
+    assert!(bench.session().windows.is_empty());
+    bench.request(UiCommand::File(FileCommand::OpenShipped));
+    assert!(bench.harness.state().is_guarding());
+    picture(&mut bench.harness, "guard");
+    bench.harness.get_by_label("Stay").click();
+    bench.settle();
+    assert_eq!(bench.session().title, "Test flight");
+    bench.request(UiCommand::File(FileCommand::OpenShipped));
+    bench.harness.get_by_label("Discard").click();
+    bench.settle();
+    assert_ne!(bench.session().title, "Test flight");
+}
+
+#[test]
+fn every_panel_draws_in_both_themes() {
+    let mut bench = Bench::open();
+    for theme in [egui::ThemePreference::Dark, egui::ThemePreference::Light] {
+        bench.request(UiCommand::View(ViewCommand::Appearance(theme)));
+        for &pane in Pane::ALL {
+            bench.show(pane);
+            let tile = bench.harness.state().state.layout.tiles.find_pane(&pane).expect("the panel is open");
+            assert!(bench.harness.state().state.layout.is_visible_in_layout(tile), "{}", pane.title());
+            picture(&mut bench.harness, &format!("{}_{theme:?}", pane.title().replace(' ', "_")));
+        }
+    }
+}
+
+#[test]
+fn missing_recording_is_said_in_one_line_and_nothing_else_breaks() {
+    let mut bench = Bench::open();
+    std::fs::remove_file(bench.folder.path().join("flight.csv")).expect("the file is there");
+    bench.request(UiCommand::Run(doublet::command::RunCommand::Again));
+    let failures = bench.snapshot().failures();
+    assert!(
+        failures.iter().any(|(_, error)| error.contains("flight.csv") && error.lines().count() == 1),
+        "{failures:?}"
+    );
+    assert!(bench.harness.query_all_by_label_contains("flight.csv").next().is_some(), "the window says so");
+}
+
+impl Bench<'_> {
+    /// Types a file into the dialog and confirms.
+    fn enter_file(&mut self, name: &str) {
+        self.harness.get_by_label("File").click();
+        self.harness.run_steps(2);
+        self.harness.key_press_modifiers(egui::Modifiers::COMMAND, Key::A);
+        self.harness.run_steps(1);
+        self.harness.get_by_label("File").type_text(name);
+        self.harness.run_steps(2);
+        self.harness.get_by_label("Save").click();
+        self.settle();
+    }
+}
