@@ -216,7 +216,7 @@ impl OwnDialog {
         );
         let field =
             ui.add(TextEdit::singleline(&mut self.typed).hint_text("Name or path").desired_width(f32::INFINITY));
-        ui.ctx().accesskit_node_builder(field.id, |node| node.set_label("File"));
+        ui.ctx().accesskit_node_builder(field.id, |node| node.set_label("File name"));
         let confirmed = field.lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter));
         if let Some(complaint) = &self.complaint {
             ui.colored_label(ui.visuals().error_fg_color, complaint);

@@ -24,7 +24,7 @@ impl Panel for Derivatives {
         let of_window = ctx.results();
         let copied = ui.horizontal(|ui| {
             let selection = &mut ctx.state.selection;
-            let name = window.as_deref().unwrap_or("chosen window");
+            let name = format!("{} alone", window.as_deref().unwrap_or("chosen window"));
             if ui.selectable_label(!selection.window_only, "All windows").clicked() {
                 selection.window_only = false;
             }

@@ -191,7 +191,8 @@ fn flight_choice(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         return;
     }
     let chosen = ctx.selection().flight.clone().unwrap_or_default();
-    egui::ComboBox::from_id_salt("flight").selected_text(&chosen).width(ui.available_width()).show_ui(ui, |ui| {
+    let combo = egui::ComboBox::from_id_salt("flight").selected_text(&chosen).width(ui.available_width());
+    let combo = combo.show_ui(ui, |ui| {
         for flight in &session.flights {
             if ui.selectable_label(flight.name == chosen, &flight.name).clicked() && flight.name != chosen {
                 match session.windows.iter().find(|window| window.flight == flight.name) {
@@ -201,6 +202,7 @@ fn flight_choice(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
             }
         }
     });
+    ui.ctx().accesskit_node_builder(combo.response.id, |node| node.set_label("flight shown"));
 }
 
 /// One channel of the list.

@@ -1,11 +1,10 @@
 //! Whether the filter believes the right things: innovations in their band, normalised innovations squared, advice.
 
-use doublet_core::reconstruct::Measurement;
 use doublet_engine::stage::WindowPath;
 use eframe::egui::{self, RichText, Ui};
 use egui_extras::{Column, TableBuilder};
 
-use super::{Panel, PanelContext, View, choices, empty, trouble};
+use super::{Panel, PanelContext, View, choices, consistency_color, empty, trouble};
 use crate::notation;
 use crate::theme;
 use crate::widgets::time_plot::{PlotCache, TimePlot, Trace};
@@ -25,10 +24,13 @@ impl Panel for Innovations {
         let latest = results.path.latest().cloned();
         ui.horizontal(|ui| {
             choices(ui, &mut self.table, &[(false, "Plots"), (true, "Advice")]);
-            if let Some(path) = &latest {
-                let (mean, expected) = (path.consistency.mean_nis, path.consistency.expected_nis);
+            if let Some(consistency) = latest.as_ref().and_then(|path| path.consistency.as_ref()) {
+                let [low, high] = consistency.nis_band_correlated.map(|edge| notation::fixed(edge, 2));
+                let [mean, ratio] =
+                    [consistency.nis_mean, consistency.nis_ratio].map(|value| notation::fixed(value, 2));
                 ui.separator();
-                ui.label(format!("mean NIS {}, expected {}", notation::fixed(mean, 2), notation::fixed(expected, 2)));
+                ui.label(format!("mean NIS {mean} ({ratio} of its expectation)"))
+                    .on_hover_text(format!("A consistent filter lies between {low} and {high} in 95 of 100 cases."));
             }
         });
         trouble(ui, error.as_deref());
@@ -37,15 +39,13 @@ impl Panel for Innovations {
             return advice(&path, ui);
         }
         let palette = theme::palette(ui);
-        let mut plots = vec![TimePlot {
-            levels: vec![path.consistency.expected_nis],
-            ..TimePlot::new("NIS", "", vec![Trace { stale, ..Trace::new("NIS", &path.series.nis, palette.series[4]) }])
-        }];
-        for measurement in Measurement::ALL {
+        let Some(consistency) = &path.consistency else { return empty(ui, "Nothing was measured in this window.") };
+        let nis = vec![Trace { stale, ..Trace::new("NIS", &path.series.nis, palette.series[4]) }];
+        let levels = vec![consistency.nis_mean / consistency.nis_ratio];
+        let mut plots = vec![TimePlot { levels, ..TimePlot::new("NIS", "", nis) }];
+        for channel in &consistency.channels {
+            let measurement = channel.measurement;
             let index = measurement as usize;
-            if path.consistency.channels[index].is_none() {
-                continue;
-            }
             let (unit, scale) = notation::unit(measurement.dimension());
             let sigma = Some(&path.series.innovation_deviations[index]);
             let band =
@@ -61,8 +61,8 @@ impl Panel for Innovations {
 
 /// What the innovations say about each entry of R.
 fn advice(path: &WindowPath, ui: &mut Ui) {
-    let palette = theme::palette(ui);
     let figures = theme::figures(ui);
+    let channels = path.consistency.as_ref().map_or(&[][..], |consistency| &consistency.channels);
     TableBuilder::new(ui)
         .id_salt("advice")
         .striped(true)
@@ -70,29 +70,27 @@ fn advice(path: &WindowPath, ui: &mut Ui) {
         .cell_layout(egui::Layout::left_to_right(egui::Align::Center))
         .column(Column::exact(64.0))
         .column(Column::exact(56.0))
-        .columns(Column::exact(92.0), 2)
-        .column(Column::exact(66.0))
+        .columns(Column::exact(74.0), 2)
+        .column(Column::exact(48.0))
         .column(Column::remainder().clip(true))
         .header(20.0, |mut header| {
-            for title in ["Channel", "Updates", "Mean", "RMS", "RMS / σ", "What to change"] {
+            for title in ["Channel", "Updates", "Mean [σ]", "RMS [σ]", "White", "What to change"] {
                 header.col(|ui| {
                     ui.weak(title);
                 });
             }
         })
         .body(|mut body| {
-            for (measurement, channel) in Measurement::ALL.into_iter().zip(&path.consistency.channels) {
-                let Some(channel) = channel else { continue };
-                let (unit, scale) = notation::unit(measurement.dimension());
+            for channel in channels {
                 body.row(22.0, |mut row| {
                     row.col(|ui| {
-                        ui.label(notation::measurement(measurement));
+                        ui.label(notation::measurement(channel.measurement));
                     });
                     let cells = [
                         channel.samples.to_string(),
-                        format!("{} {unit}", notation::number(scale * channel.mean)),
-                        format!("{} {unit}", notation::number(scale * channel.rms)),
-                        notation::fixed(channel.ratio, 2),
+                        notation::fixed(channel.mean, 2),
+                        notation::fixed(channel.deviation_ratio, 2),
+                        if channel.is_white { "yes" } else { "no" }.to_owned(),
                     ];
                     for text in cells {
                         row.col(|ui| {
@@ -100,7 +98,7 @@ fn advice(path: &WindowPath, ui: &mut Ui) {
                         });
                     }
                     row.col(|ui| {
-                        let color = if channel.advice == "consistent" { palette.good } else { palette.warning };
+                        let color = consistency_color(ui, channel.deviation_ratio);
                         ui.add(egui::Label::new(RichText::new(&channel.advice).color(color)).truncate())
                             .on_hover_text(&channel.advice);
                     });

@@ -27,9 +27,10 @@ impl Panel for LoadingPanel {
     fn show(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         let snapshot = ctx.snapshot;
         trouble(ui, snapshot.aircraft.error());
-        let (Some(aircraft), Some(loaded)) = (snapshot.aircraft.latest(), snapshot.loaded.latest()) else {
+        let (Some(read), Some(loaded)) = (snapshot.aircraft.latest(), snapshot.loaded.latest()) else {
             return empty(ui, "The aircraft is not read yet.");
         };
+        let aircraft = &read.aircraft;
         let loading = ctx.session.loading.clone().unwrap_or_else(|| aircraft.standard_loading.clone());
         ui.columns(2, |columns| {
             ScrollArea::vertical().id_salt("places").auto_shrink(false).show(&mut columns[0], |ui| {

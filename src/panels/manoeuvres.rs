@@ -176,11 +176,13 @@ fn use_of(ctx: &mut PanelContext<'_>, ui: &mut Ui, window: &Manoeuvre) {
 fn surface_of(ctx: &mut PanelContext<'_>, ui: &mut Ui, window: &Manoeuvre) {
     let mut surface = window.surface;
     let text = |surface: Option<Surface>| surface.map_or("any", Surface::name);
-    ComboBox::from_id_salt(("surface", &window.name)).selected_text(text(surface)).width(82.0).show_ui(ui, |ui| {
-        for choice in [None].into_iter().chain(Surface::ALL.map(Some)) {
-            ui.selectable_value(&mut surface, choice, text(choice));
-        }
-    });
+    let combo =
+        ComboBox::from_id_salt(("surface", &window.name)).selected_text(text(surface)).width(82.0).show_ui(ui, |ui| {
+            for choice in [None].into_iter().chain(Surface::ALL.map(Some)) {
+                ui.selectable_value(&mut surface, choice, text(choice));
+            }
+        });
+    ui.ctx().accesskit_node_builder(combo.response.id, |node| node.set_label(format!("surface of {}", window.name)));
     if surface != window.surface {
         ctx.edit(Edit::Window(WindowEdit::Surface { name: window.name.clone(), surface }));
     }

@@ -269,3 +269,12 @@ fn choices<T: Copy + PartialEq>(ui: &mut Ui, chosen: &mut T, all: &[(T, &str)]) 
     });
     *chosen != before
 }
+
+/// Innovations within this factor of their predicted deviation count as consistent.
+const CONSISTENT: f64 = 1.2;
+
+/// Colour of a ratio of found to predicted deviation.
+fn consistency_color(ui: &Ui, ratio: f64) -> Color32 {
+    let palette = theme::palette(ui);
+    if (1.0 / CONSISTENT..=CONSISTENT).contains(&ratio) { palette.good } else { palette.warning }
+}

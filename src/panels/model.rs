@@ -129,7 +129,7 @@ impl Model {
         ui.horizontal(|ui| {
             ui.weak("Product term");
             let field = ui.add(TextEdit::singleline(&mut self.typed).hint_text("alpha*delta_e").desired_width(140.0));
-            ui.ctx().accesskit_node_builder(field.id, |node| node.set_label("Product term"));
+            ui.ctx().accesskit_node_builder(field.id, |node| node.set_label("term to add"));
             let entered = field.lost_focus() && ui.input(|i| i.key_pressed(Key::Enter));
             if ui.button("Add row").clicked() || entered {
                 match Term::parse(&self.typed) {

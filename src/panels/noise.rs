@@ -5,9 +5,8 @@ use doublet_core::reconstruct::{FilterSettings, Input, InputHold, Measurement, M
 use doublet_engine::session::{Edit, EstimationEdit, FilterEdit, PathSource};
 use eframe::egui::{self, CollapsingHeader, Grid, RichText, ScrollArea, Ui};
 
-use super::{Panel, PanelContext, caption, choices};
+use super::{Panel, PanelContext, caption, choices, consistency_color};
 use crate::notation;
-use crate::theme;
 use crate::widgets::quantity_edit::QuantityEdit;
 
 /// Iterations and tolerance of an iterated filter that is switched on.
@@ -112,7 +111,8 @@ fn measurements(ctx: &mut PanelContext<'_>, ui: &mut Ui, usual: &FilterSettings)
     Grid::new("measurement noise").num_columns(4).spacing([6.0, 3.0]).show(ui, |ui| {
         for measurement in Measurement::ALL {
             let index = measurement as usize;
-            let channel = path.and_then(|path| path.consistency.channels[index].as_ref());
+            let channels = path.and_then(|path| path.consistency.as_ref()).map(|consistency| &consistency.channels);
+            let channel = channels.into_iter().flatten().find(|channel| channel.measurement == measurement);
             let row = Row {
                 name: format!("R {}", measurement.name()),
                 symbol: notation::measurement(measurement),
@@ -120,7 +120,7 @@ fn measurements(ctx: &mut PanelContext<'_>, ui: &mut Ui, usual: &FilterSettings)
                 dimension: measurement.dimension(),
                 value: ctx.session.filter.measurement_noise[index],
                 usual: usual.measurement_noise[index],
-                mark: channel.map(|channel| (channel.ratio, channel.advice.as_str())),
+                mark: channel.map(|channel| (channel.deviation_ratio, channel.advice.as_str())),
             };
             row.show(ctx, ui, |value| FilterEdit::MeasurementNoise(measurement, value));
         }
@@ -166,7 +166,6 @@ fn initial(ctx: &mut PanelContext<'_>, ui: &mut Ui, usual: &FilterSettings) {
 impl Row<'_> {
     /// Symbol, field, reset, and a mark of consistency.
     fn show(self, ctx: &mut PanelContext<'_>, ui: &mut Ui, edit: impl Fn(f64) -> FilterEdit) {
-        let palette = theme::palette(ui);
         let (unit, scale) = notation::unit(self.dimension);
         ui.label(self.symbol).on_hover_text(self.about);
         let edited = QuantityEdit::new(&self.name, self.value).unit(unit, scale).logarithmic().show(ui);
@@ -179,7 +178,7 @@ impl Row<'_> {
             ctx.edit(Edit::Filter(edit(self.usual)));
         }
         if let Some((ratio, advice)) = self.mark {
-            let color = if advice == "consistent" { palette.good } else { palette.warning };
+            let color = consistency_color(ui, ratio);
             let text = RichText::new(format!("×{}", notation::fixed(ratio, 2))).color(color).size(11.0);
             ui.label(text).on_hover_text(format!("innovations over their predicted deviation: {advice}"));
         }

@@ -82,9 +82,9 @@ fn our_own_file_dialog_walks_folders_and_refuses_what_is_not_there() {
         }
     });
     harness.run_steps(4);
-    harness.get_by_label("File").click();
+    harness.get_by_label("File name").click();
     harness.run_steps(2);
-    harness.get_by_label("File").type_text("nowhere.toml");
+    harness.get_by_label("File name").type_text("nowhere.toml");
     harness.run_steps(2);
     harness.get_by_label("Open").click();
     harness.run_steps(3);

@@ -142,7 +142,7 @@ fn changed_process_noise_gives_what_a_run_without_a_window_gives_and_undo_takes_
 #[test]
 fn window_drawn_on_the_lane_and_dragged_at_its_edge_is_computed_over_its_samples() {
     let mut bench = Bench::open();
-    let body = bench.harness.get_by_label("first").rect();
+    let body = bench.harness.get_by_role_and_label(egui::accesskit::Role::Button, "first").rect();
     let at_s = |time_s: f32| {
         let per_s = body.width() / 20.0;
         egui::pos2(body.left() + per_s * (time_s - 5.0), body.center().y)
@@ -185,10 +185,10 @@ fn ticked_term_joins_the_model_and_a_term_without_information_is_said() {
     let pooled = bench.snapshot().pooled.ready().expect("the run ends").clone();
     let error = pooled.fits[0].fit.as_ref().expect_err("sideslip is zero all the time");
     assert!(error.contains("rank") && error.contains("beta"), "{error}");
-    assert!(bench.harness.query_by_label_contains("rank").is_some(), "the panel says so");
-    bench.harness.get_by_label("Product term").click();
+    assert!(bench.harness.query_all_by_label_contains("rank").next().is_some(), "the panel says so");
+    bench.harness.get_by_label("term to add").click();
     bench.harness.run_steps(2);
-    bench.harness.get_by_label("Product term").type_text("alpha*q");
+    bench.harness.get_by_label("term to add").type_text("alpha*q");
     bench.harness.run_steps(1);
     bench.harness.get_by_label("Add row").click();
     bench.harness.run_steps(2);
@@ -281,11 +281,11 @@ fn missing_recording_is_said_in_one_line_and_nothing_else_breaks() {
 impl Bench<'_> {
     /// Types a file into the dialog and confirms.
     fn enter_file(&mut self, name: &str) {
-        self.harness.get_by_label("File").click();
+        self.harness.get_by_label("File name").click();
         self.harness.run_steps(2);
         self.harness.key_press_modifiers(egui::Modifiers::COMMAND, Key::A);
         self.harness.run_steps(1);
-        self.harness.get_by_label("File").type_text(name);
+        self.harness.get_by_label("File name").type_text(name);
         self.harness.run_steps(2);
         self.harness.get_by_label("Save").click();
         self.settle();

@@ -298,13 +298,8 @@ fn path_series(recording: &Recording, data: &FilterData, reconstruction: &Recons
     let time_s: Arc<[f64]> = reconstruction.time_s.as_slice().into();
     let shared = |column: &Vec<f64>| Arc::<[f64]>::from(column.as_slice());
     let series = |column: &Vec<f64>| Series { time_s: Arc::clone(&time_s), values: shared(column) };
-<<<<<<< HEAD
     let update_time_s: Arc<[f64]> = reconstruction.update_time_s.as_slice().into();
     let updates = |column: &Vec<f64>| Series { time_s: Arc::clone(&update_time_s), values: shared(column) };
-=======
-    let update_s: Arc<[f64]> = reconstruction.update_time_s.as_slice().into();
-    let update = |column: &Vec<f64>| Series { time_s: Arc::clone(&update_s), values: shared(column) };
->>>>>>> be324bc (Open sessions in the workbench: flight, windows, path, model and derivatives computed in the background)
     let within = |truth: &Series| {
         let window = Window { start_s: time_s[0], end_s: time_s[time_s.len() - 1] };
         let range = window.indices(&truth.time_s);
@@ -324,16 +319,10 @@ fn path_series(recording: &Recording, data: &FilterData, reconstruction: &Recons
             time_s: measurement.time_s.as_slice().into(),
             values: measurement.values.as_slice().into(),
         }),
-<<<<<<< HEAD
         innovations: reconstruction.innovations.each_ref().map(updates),
         innovation_deviations: reconstruction.innovation_deviations.each_ref().map(shared),
+        innovation_zero: updates(&vec![0.0; update_time_s.len()]),
         nis: updates(&reconstruction.nis),
-=======
-        innovations: reconstruction.innovations.each_ref().map(update),
-        innovation_deviations: reconstruction.innovation_deviations.each_ref().map(shared),
-        innovation_zero: update(&vec![0.0; update_s.len()]),
-        nis: update(&reconstruction.nis),
->>>>>>> be324bc (Open sessions in the workbench: flight, windows, path, model and derivatives computed in the background)
     }
 }
 
