@@ -1,5 +1,12 @@
 //! The command line from recording to results, as a user runs it.
 
+#![allow(
+    clippy::expect_used,
+    clippy::print_stdout,
+    clippy::unwrap_used,
+    reason = "helpers of tests are not marked as tests"
+)]
+
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
