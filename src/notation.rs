@@ -45,9 +45,9 @@ pub fn role(role: Role) -> &'static str {
         Role::RollAcceleration => "ṗ",
         Role::PitchAcceleration => "q̇",
         Role::YawAcceleration => "ṙ",
-        Role::VelocityNorth => "V north",
-        Role::VelocityEast => "V east",
-        Role::VelocityDown => "V down",
+        Role::VelocityNorth => "Vn",
+        Role::VelocityEast => "Ve",
+        Role::VelocityDown => "Vd",
         Role::BankAngle => "φ",
         Role::PitchAngle => "θ",
         Role::HeadingAngle => "ψ",
@@ -124,7 +124,7 @@ pub fn term(name: &str) -> String {
 
 /// A derivative such as `Cm_delta_e` split into its letter, its subscript and what follows: `C`, `mδe`, ``.
 pub fn derivative_parts(name: &str) -> (String, String, String) {
-    let (symbol, suffix) = name.split_once(" [").map_or((name, String::new()), |(a, b)| (a, format!(" [{b}")));
+    let (symbol, suffix) = name.split_once('[').map_or((name, String::new()), |(a, b)| (a.trim(), format!(" [{b}")));
     let (coefficient, variables) = symbol.split_once('_').unwrap_or((symbol, ""));
     let (letter, axis) = coefficient.split_at(coefficient.len().min(1));
     let variables = greek(variables).replace('_', "").replace('2', "²").replace('3', "³");
@@ -174,6 +174,7 @@ mod tests {
         assert_eq!(derivative_parts("Cm_delta_e"), ("C".into(), "mδe".into(), String::new()));
         assert_eq!(derivative("CX_alpha2"), "CXα²");
         assert_eq!(derivative("CZ_0 [e1]"), "CZ0 [e1]");
+        assert_eq!(derivative("CZ_0[03 delta_e]"), "CZ0 [03 delta_e]");
         assert_eq!(derivative("Cm_alpha_dot"), "Cmα̇");
         assert_eq!(term("alpha^2*delta_e"), "α²·δe");
         assert_eq!(term("pb/2V"), "pb/2V");

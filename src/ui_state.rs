@@ -27,6 +27,8 @@ pub struct Selection {
     pub derivative: Option<String>,
     /// Derivatives of the chosen window alone rather than of all windows together.
     pub window_only: bool,
+    /// Tables show the constant of every window.
+    pub constants: bool,
 }
 
 /// Layout, zoom and theme.

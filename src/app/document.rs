@@ -6,8 +6,8 @@ use doublet_engine::builtin;
 use doublet_engine::session::{self, Session};
 use doublet_engine::undo::History;
 
-/// Sessions that come with the program, the first there is opens by default.
-const SHIPPED: [&str; 2] = ["demo", "citation_aileron"];
+/// The session that opens by default.
+const SHIPPED: &str = "demo";
 
 /// A session with its past and its place on disk.
 pub struct Document {
@@ -34,9 +34,9 @@ impl Document {
     /// # Errors
     /// One line, should it not be readable.
     pub fn shipped() -> Result<Self, String> {
-        let text = SHIPPED.into_iter().find_map(builtin::session).ok_or("no session comes with this program")?;
+        let text = builtin::session(SHIPPED).ok_or("no session comes with this program")?;
         let session = session::parse(text).map_err(|error| error.to_string())?;
-        Ok(Self { history: History::new(session), path: None, folder: PathBuf::from("sessions") })
+        Ok(Self { history: History::new(session), path: None, folder: std::env::current_dir().unwrap_or_default() })
     }
 
     /// The session as it is now.

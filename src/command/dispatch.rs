@@ -94,7 +94,7 @@ fn add_window(app: &mut Workbench) {
 
 /// A window of `stretch` with a name nobody has.
 pub fn new_window(session: &doublet_engine::session::Session, flight: String, stretch: Stretch) -> Manoeuvre {
-    let names = (1..).map(|number| format!("window {number}"));
+    let names = (1..).map(|number| format!("manoeuvre {number}"));
     let name = names.into_iter().find(|name| session.window(name).is_none()).unwrap_or_default();
     Manoeuvre {
         name,

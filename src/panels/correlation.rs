@@ -3,7 +3,7 @@
 use doublet_engine::stage::CoefficientFit;
 use eframe::egui::{RichText, Ui};
 
-use super::{Panel, PanelContext, empty, trouble};
+use super::{Panel, PanelContext, empty, is_window_constant, trouble};
 use crate::notation;
 use crate::theme;
 use crate::widgets::matrix_view::MatrixView;
@@ -44,14 +44,19 @@ impl Panel for Correlation {
             Ok(fit) => fit,
             Err(error) => return trouble(ui, Some(error)),
         };
-        let names: Vec<String> = fit.names.iter().map(|name| notation::derivative(name)).collect();
+        let shown: Vec<usize> = (0..fit.names.len())
+            .filter(|&at| ctx.selection().constants || !is_window_constant(&fit.names[at]))
+            .collect();
+        let names: Vec<String> = shown.iter().map(|&at| notation::derivative(&fit.names[at])).collect();
+        let values: Vec<f64> =
+            shown.iter().flat_map(|&row| shown.iter().map(move |&column| fit.correlation[(row, column)])).collect();
         let labels: Vec<&str> = names.iter().map(String::as_str).collect();
         let condition = notation::number(fit.condition_number);
         ui.label(RichText::new(format!("condition number {condition}")).color(theme::palette(ui).ignored));
         MatrixView {
             name: "correlation of parameters",
             labels: &labels,
-            values: fit.correlation.as_slice(),
+            values: &values,
             full_scale: 1.0,
             notable: NOTABLE,
             stale,

@@ -5,7 +5,7 @@ use doublet_engine::stage::CoefficientFit;
 use eframe::egui::{self, RichText, ScrollArea, Ui};
 use egui_extras::{Column, TableBuilder};
 
-use super::{Panel, PanelContext, empty, trouble};
+use super::{Panel, PanelContext, empty, is_window_constant, trouble};
 use crate::notation;
 use crate::theme;
 
@@ -31,6 +31,7 @@ impl Panel for Derivatives {
             if ui.selectable_label(selection.window_only, name).clicked() {
                 selection.window_only = true;
             }
+            ui.checkbox(&mut selection.constants, "constants of windows");
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                 ui.button("Copy as CSV").on_hover_text("Copy the table to the clipboard").clicked()
             })
@@ -68,12 +69,13 @@ fn table(ctx: &mut PanelContext<'_>, ui: &mut Ui, fits: &[CoefficientFit]) {
             .auto_shrink(false)
             .sense(egui::Sense::click())
             .cell_layout(egui::Layout::right_to_left(egui::Align::Center))
-            .column(Column::remainder().at_least(92.0).clip(true))
+            .column(Column::remainder().at_least(190.0).clip(true))
             .columns(Column::exact(86.0), 3)
             .columns(Column::exact(74.0), 2)
             .header(20.0, |mut header| {
                 for title in TITLES {
                     header.col(|ui| {
+                        ui.add_space(4.0);
                         ui.weak(title);
                     });
                 }
@@ -88,6 +90,9 @@ fn table(ctx: &mut PanelContext<'_>, ui: &mut Ui, fits: &[CoefficientFit]) {
                     });
                     let Ok(estimate) = &fit.fit else { continue };
                     for at in 0..estimate.parameters() {
+                        if !ctx.selection().constants && is_window_constant(&estimate.names[at]) {
+                            continue;
+                        }
                         body.row(ROW, |row| derivative(ctx, row, estimate, &fit.corrected_errors, at));
                     }
                 }
@@ -105,7 +110,7 @@ fn heading(ui: &mut Ui, fit: &CoefficientFit) {
     let (text, color) = match &fit.fit {
         Ok(estimate) => (
             format!(
-                "{name}    R² {}   residual {}",
+                "{name}   R² {}  residual {}",
                 notation::fixed(estimate.quality.r_squared, 4),
                 notation::number(estimate.residual_std)
             ),
@@ -113,7 +118,7 @@ fn heading(ui: &mut Ui, fit: &CoefficientFit) {
         ),
         Err(error) => (format!("{name}    ⚠ {error}"), palette.error),
     };
-    ui.painter().text(at, egui::Align2::LEFT_CENTER, &text, egui::FontId::proportional(12.0), color);
+    ui.painter().text(at, egui::Align2::LEFT_CENTER, &text, egui::FontId::proportional(11.5), color);
     let response = ui.allocate_rect(ui.max_rect(), egui::Sense::hover());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Label, true, &text));
     if let Err(error) = &fit.fit {

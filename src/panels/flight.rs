@@ -113,7 +113,7 @@ impl Flight {
                 let known =
                     format!("{label} {} {key} {}", channel.name, role.map_or("", Role::description)).to_lowercase();
                 if known.contains(&wanted) {
-                    channel_row(ui, channel, role, label, key, plots);
+                    channel_row(ui, (index, channel), role, label, key, plots);
                 }
             }
             ui.add_space(8.0);
@@ -208,7 +208,7 @@ fn flight_choice(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
 /// One channel of the list.
 fn channel_row(
     ui: &mut Ui,
-    channel: &Channel,
+    (index, channel): (usize, &Channel),
     role: Option<Role>,
     label: &str,
     key: String,
@@ -221,7 +221,7 @@ fn channel_row(
         let tick = ui.checkbox(&mut on, "");
         ui.ctx().accesskit_node_builder(tick.id, |node| node.set_label(format!("plot {key}")));
         let text = if role.is_some() { RichText::new(label) } else { RichText::new(label).weak() };
-        let name = ui.dnd_drag_source(Id::unique(("channel", &key)), Carried(key.clone()), |ui| {
+        let name = ui.dnd_drag_source(Id::unique(("channel", index)), Carried(key.clone()), |ui| {
             ui.add(egui::Label::new(text).truncate().selectable(false))
         });
         let about = role.map_or("not mapped to a role", Role::description);

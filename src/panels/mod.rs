@@ -278,3 +278,8 @@ fn consistency_color(ui: &Ui, ratio: f64) -> Color32 {
     let palette = theme::palette(ui);
     if (1.0 / CONSISTENT..=CONSISTENT).contains(&ratio) { palette.good } else { palette.warning }
 }
+
+/// Whether a parameter is the constant of one window in an estimate over several.
+fn is_window_constant(name: &str) -> bool {
+    name.contains('[')
+}

@@ -88,7 +88,9 @@ impl MatrixView<'_> {
             let middle = (at as f32 + 0.5) * cell;
             let row = Align2::RIGHT_CENTER.anchor_size(pos2(area.left() - 6.0, area.top() + middle), name.size());
             ui.painter().galley(row.min, name.clone(), ink);
-            let foot = pos2(area.left() + middle - 0.5 * name.size().y, area.top() - 4.0);
+            // Turned about its upper left corner: its left edge then hangs down to the right.
+            let hanging = name.size().y * vec2(-NAME_SLOPE.sin(), NAME_SLOPE.cos());
+            let foot = pos2(area.left() + middle - 0.5 * hanging.x, area.top() - 4.0 - hanging.y);
             ui.painter().add(TextShape::new(foot, name.clone(), ink).with_angle(NAME_SLOPE));
         }
         let (row, column) = response.hover_pos().and_then(|at| cell_at(area, size, at))?;

@@ -114,7 +114,7 @@ impl<'a> QuantityEdit<'a> {
         let before = if logarithmic { shown.log10() } else { shown };
         let after = Cell::new(before);
         let typed: Cell<Option<f64>> = Cell::new(None);
-        let text_before = concise(shown);
+        let text_before = short(shown);
         let field = DragValue::from_get_set(|new| {
             new.inspect(|&new| after.set(new));
             after.get()
@@ -122,7 +122,7 @@ impl<'a> QuantityEdit<'a> {
         .speed(if logarithmic { DECADES_PER_POINT } else { self.per_point })
         .update_while_editing(false)
         .min_size(vec2(FIELD_WIDTH, ui.spacing().interact_size.y))
-        .custom_formatter(|at, _| concise(if logarithmic { 10f64.powf(at) } else { at }))
+        .custom_formatter(|at, _| short(if logarithmic { 10f64.powf(at) } else { at }))
         .custom_parser(|text| {
             let text = text.trim().replace('\u{2212}', "-");
             if text == text_before {
@@ -200,6 +200,11 @@ pub fn rounded(value: f64, digits: i32) -> f64 {
     }
     let text = format!("{value:.*e}", (digits - 1).max(0) as usize);
     text.parse().unwrap_or(value)
+}
+
+/// What a field shows: four digits of what is below one, five of the rest.
+fn short(value: f64) -> String {
+    concise(if value.abs() < 1.0 { rounded(value, 4) } else { value })
 }
 
 /// `value` with five significant digits at most and no zeros after them.

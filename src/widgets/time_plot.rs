@@ -15,18 +15,24 @@ use crate::theme;
 pub const VALUE_AXIS_WIDTH: f32 = 64.0;
 /// Room left of the value axis for the upright label, which is centred on the edge.
 const LABEL_ROOM: f32 = 8.0;
+/// Room right of the frames for the half of the last time label that lies beyond them.
+const RIGHT_ROOM: f32 = 14.0;
 /// Height of the time axis below the last plot.
 pub const TIME_AXIS_HEIGHT: f32 = 34.0;
 /// Least height of one plot; a stack that needs more scrolls.
-const LEAST_HEIGHT: f32 = 66.0;
+const LEAST_HEIGHT: f32 = 62.0;
 /// Room above and below the data, as a fraction of their extent.
 const MARGIN: f64 = 0.08;
+/// Part of a band's points that does not count for the value range.
+const BAND_LEFT_OUT: f64 = 0.15;
 /// Magnification per point of wheel travel.
 const WHEEL_GAIN: f64 = 0.004;
 /// Samples further apart than this on screen are marked with dots.
 const DOT_SPACING: f32 = 7.0;
 /// Least distance between ticks of the time axis and of a value axis.
 const TICK_SPACING: [f32; 2] = [84.0, 30.0];
+/// Least distance of a label of the value axis from the ends of its plot.
+const TICK_ROOM: f32 = 7.0;
 /// A reference that swings through more than this many times its range is drawn solid: dashes would fill the plot.
 const MOST_SWINGS: f64 = 60.0;
 /// A right drag shorter than this zooms nowhere.
@@ -123,6 +129,7 @@ struct Drawn {
     key: Option<(Stretch, usize, f64)>,
     line: Decimated,
     band: Band,
+    band_extent: Option<(f64, f64)>,
     frame: u64,
 }
 
@@ -149,6 +156,7 @@ impl PlotCache {
             key: None,
             line: Decimated::default(),
             band: Band::default(),
+            band_extent: None,
             frame,
         };
         let drawn = self.drawn.entry(at).or_insert_with(fresh);
@@ -172,8 +180,19 @@ impl PlotCache {
         decimate(&drawn.pyramid, time, values, scale, range_s, columns, &mut drawn.line);
         if let Some(sigma) = sigma.filter(|sigma| sigma.len() == count) {
             decimate_band((time, values, sigma), scale, 2.0, range_s, columns / 2, &mut drawn.band);
+            drawn.band_extent = usual_extent(&drawn.band);
         }
     }
+}
+
+/// Edges of a band without its widest parts, such as the uncertainty a filter starts from: they may leave the plot.
+fn usual_extent(band: &Band) -> Option<(f64, f64)> {
+    let edge = |values: &[f64], part: f64| {
+        let mut values = values.to_vec();
+        let at = (part * values.len().checked_sub(1)? as f64).round() as usize;
+        Some(*values.select_nth_unstable_by(at, f64::total_cmp).1)
+    };
+    edge(&band.low, BAND_LEFT_OUT).zip(edge(&band.high, 1.0 - BAND_LEFT_OUT))
 }
 
 /// Whether both hold the very same samples.
@@ -222,7 +241,7 @@ pub fn time_stack(
     }
     let room = ui.available_size();
     let each = ((room.y - TIME_AXIS_HEIGHT) / plots.len() as f32).max(LEAST_HEIGHT).floor();
-    let columns = ((room.x - VALUE_AXIS_WIDTH - LABEL_ROOM).max(16.0) * ui.pixels_per_point()) as usize;
+    let columns = ((room.x - VALUE_AXIS_WIDTH - LABEL_ROOM - RIGHT_ROOM).max(16.0) * ui.pixels_per_point()) as usize;
     let frame = ui.ctx().cumulative_frame_nr();
     for (row, plot) in plots.iter().enumerate() {
         for (column, trace) in plot.traces.iter().enumerate() {
@@ -231,7 +250,7 @@ pub fn time_stack(
     }
     let (drawn, range) = (&cache.drawn, view.range());
     let mut hovered_s = None;
-    let margin = egui::Margin { left: LABEL_ROOM as i8, ..Default::default() };
+    let margin = egui::Margin { left: LABEL_ROOM as i8, right: RIGHT_ROOM as i8, ..Default::default() };
     let mut show = |ui: &mut Ui| {
         ui.spacing_mut().item_spacing.y = 0.0;
         for (row, plot) in plots.iter().enumerate() {
@@ -273,11 +292,7 @@ fn draw_plot<'a>(
     let palette = theme::palette(ui);
     let drawn: Vec<(&Trace<'a>, &'a Drawn)> =
         plot.traces.iter().enumerate().filter_map(|(column, trace)| Some((trace, look(column)?))).collect();
-    let extents = drawn.iter().flat_map(|(_, drawn)| {
-        let low = drawn.band.low.iter().copied().reduce(f64::min);
-        let high = drawn.band.high.iter().copied().reduce(f64::max);
-        drawn.line.extent.into_iter().chain(low.zip(high))
-    });
+    let extents = drawn.iter().flat_map(|(_, drawn)| drawn.line.extent.into_iter().chain(drawn.band_extent));
     let (low, high) = plot.value_range.unwrap_or_else(|| value_bounds(extents));
     let label = match (plot.label, plot.unit) {
         (label, "") => label.to_owned(),
@@ -309,7 +324,7 @@ fn draw_plot<'a>(
         .grid_color(palette.grid)
         .grid_spacing(egui::Rangef::new(8.0, 16.0))
         .x_grid_spacer(|input| ticks(input, TICK_SPACING[0]))
-        .y_grid_spacer(|input| ticks(input, TICK_SPACING[1]))
+        .y_grid_spacer(|input| inner_ticks(input, TICK_SPACING[1]))
         .label_formatter(|_| None);
     if last {
         chart = chart.custom_x_axes(vec![
@@ -379,6 +394,17 @@ fn ticks(input: egui_plot::GridInput, spacing: f32) -> Vec<egui_plot::GridMark> 
     let (first, last) = ((input.bounds.0 / step_size).ceil(), (input.bounds.1 / step_size).floor());
     let count = (last - first).clamp(-1.0, 1000.0) as i64 + 1;
     (0..count).map(|k| egui_plot::GridMark { value: (first + k as f64) * step_size, step_size }).collect()
+}
+
+/// Ticks far enough from the ends that the labels of stacked plots do not run into one another.
+fn inner_ticks(input: egui_plot::GridInput, spacing: f32) -> Vec<egui_plot::GridMark> {
+    let room = f64::from(TICK_ROOM / 8.0) * input.base_step_size;
+    let (low, high) = input.bounds;
+    let mut marks = ticks(input, spacing);
+    if marks.len() > 1 {
+        marks.retain(|mark| mark.value - low > room && high - mark.value > room);
+    }
+    marks
 }
 
 /// The smallest of 1, 2, 5 times a power of ten that is not less than `least`.

@@ -7,6 +7,7 @@ mod app;
 mod plots;
 mod rasteriser;
 mod recording;
+mod speed;
 mod widgets;
 mod workbench;
 

@@ -1,11 +1,34 @@
-# The scenes of the pictures, sourced by shots.sh.
+# The scenes of the pictures, sourced by shots.sh: the shipped flight first, then the sessions whose recordings are there.
+start
+shot workbench
+command Innovations
+command Model
+command Correlation
+shot model
+command "Fits and residuals"
+command "Noise and filter"
+command Derivatives
+shot noise
+command "Light theme"
+command Reconstruction
+command Loading
+shot loading_light
+# A new window, drawn in the lane above the plots, then taken back.
+xdotool mousemove 800 73 mousedown 1; sleep 0.3
+for x in 810 830 850 870; do xdotool mousemove "$x" 73; sleep 0.2; done
+xdotool mouseup 1; sleep "${settle:-8}"
+command Manoeuvres
+shot drawn_light
+xdotool key ctrl+z
+sleep 2
+stop
 for session in citation_aileron attas phlab_short_period; do
-    [ -e "sessions/$session.toml" ] || continue
+    recording=$(sed -n 's/^path = "\(\.\..*\)"/\1/p' "sessions/$session.toml" | head -1)
+    if [ ! -e "sessions/$recording" ]; then
+        echo "$session: left out, there is no sessions/$recording"
+        continue
+    fi
     start "sessions/$session.toml"
     shot "$session"
-    for panel in Innovations Model Correlation; do command "$panel"; done
-    shot "${session}_model"
-    for panel in "Fits and residuals" "Noise and filter" Log; do command "$panel"; done
-    shot "${session}_noise"
     stop
 done

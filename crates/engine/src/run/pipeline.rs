@@ -121,8 +121,8 @@ pub fn run(
         "cancelled".to_owned()
     } else {
         match snapshot.failures().len() {
-            0 => format!("{} windows up to date", windows.len()),
-            failures => format!("{} windows, {failures} failures", windows.len()),
+            0 => format!("up to date: {} in use", plural(windows.len(), "window")),
+            failures => format!("{} in use, {}", plural(windows.len(), "window"), plural(failures, "failure")),
         }
     };
     let mut note = |text: String, duration| {
@@ -138,6 +138,10 @@ pub fn run(
     snapshot.log.drain(..excess);
     publish(snapshot.clone());
     snapshot
+}
+
+fn plural(count: usize, noun: &str) -> String {
+    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
 }
 
 /// Windows that are not ignored.
