@@ -50,6 +50,15 @@ fn lines(messages: impl Iterator<Item = String>) -> String {
 
 fn summary(results: &report::Results) {
     for flight in &results.flights {
+        for clock in &flight.clocks {
+            text::line(&format!(
+                "{}: clock of {} starts at {} s and gains {} s per s",
+                flight.name,
+                clock.source,
+                text::number(clock.offset_s, 7),
+                text::number(clock.drift, 3)
+            ));
+        }
         flight.warnings.iter().for_each(|warning| text::line(&format!("{}: {warning}", flight.name)));
     }
     for window in &results.windows {

@@ -4,8 +4,8 @@ use doublet_core::model::{Coefficient, Structure, Term, Variable};
 use doublet_core::reconstruct::{FilterSettings, Input, Measurement, Method};
 use doublet_core::series::Window;
 use doublet_engine::session::{
-    self, Edit, EditError, Estimation, FilterEdit, Flight, Manoeuvre, ModelEdit, Preparation, RecordingRef, Session,
-    Surface, WindowEdit, WindowRole,
+    self, ClockPairSetting, ClockSetting, Edit, EditError, Estimation, FilterEdit, Flight, Manoeuvre, ModelEdit,
+    Preparation, RecordingRef, Session, Surface, WindowEdit, WindowRole,
 };
 use doublet_engine::undo::History;
 use proptest::prelude::*;
@@ -30,6 +30,16 @@ fn example() -> Session {
                 sha256: Some("ab".to_owned()),
                 channel_map: "builtin:demo".to_owned(),
                 only: None,
+            }],
+            clocks: vec![ClockSetting {
+                source: "pod".to_owned(),
+                offset_s: -258.0,
+                drift: 1e-4,
+                fit: vec![ClockPairSetting {
+                    reference: "adahrs/inertial/phi".to_owned(),
+                    other: "pod/phi".to_owned(),
+                    inverted: false,
+                }],
             }],
         }],
         windows: vec![window("e1", 10.0), window("e2", 50.0)],

@@ -3,12 +3,12 @@
 use doublet_core::reconstruct::State;
 
 use super::results::{
-    DerivativeRow, DroppedRow, FORMAT, FitRow, FlightRow, InnovationRow, PredictionRow, RecordingRow, Results,
-    StateRow, VERSION, WindowRow,
+    ClockRow, DerivativeRow, DroppedRow, FORMAT, FitRow, FlightRow, InnovationRow, PredictionRow, RecordingRow,
+    Results, StateRow, VERSION, WindowRow,
 };
 use crate::run::Snapshot;
 use crate::session::{Manoeuvre, Session, Surface, WindowRole};
-use crate::stage::{CoefficientFit, WindowPath};
+use crate::stage::{CoefficientFit, UsedClock, WindowPath};
 
 /// Collects everything a snapshot says about a session.
 pub fn build(session: &Session, snapshot: &Snapshot) -> Results {
@@ -63,9 +63,20 @@ fn flights(session: &Session, snapshot: &Snapshot) -> Vec<FlightRow> {
     let rows = loaded.map(|(flight, loaded)| FlightRow {
         name: flight.name.clone(),
         roles: loaded.recording.roles.keys().map(|role| role.name().to_owned()).collect(),
+        clocks: loaded.clocks.iter().map(clock_row).collect(),
         warnings: loaded.recording.warnings.clone(),
     });
     rows.collect()
+}
+
+fn clock_row(clock: &UsedClock) -> ClockRow {
+    ClockRow {
+        source: clock.source.clone(),
+        offset_s: clock.model.offset_s,
+        drift: clock.model.drift,
+        standard_error_s: clock.estimate.as_ref().map(|estimate| estimate.best_known.1),
+        drift_standard_error: clock.estimate.as_ref().map(|estimate| estimate.drift_sd),
+    }
 }
 
 fn window_row(window: &Manoeuvre, snapshot: &Snapshot) -> Option<WindowRow> {

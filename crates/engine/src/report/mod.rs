@@ -11,8 +11,8 @@ use thiserror::Error;
 
 pub use build::build;
 pub use results::{
-    DerivativeRow, DroppedRow, FORMAT, FitRow, FlightRow, InnovationRow, PredictionRow, RecordingRow, Results,
-    StateRow, VERSION, WindowRow,
+    ClockRow, DerivativeRow, DroppedRow, FORMAT, FitRow, FlightRow, InnovationRow, PredictionRow, RecordingRow,
+    Results, StateRow, VERSION, WindowRow,
 };
 
 use crate::run::Snapshot;

@@ -54,8 +54,27 @@ pub struct FlightRow {
     pub name: String,
     /// Roles the channel maps assigned.
     pub roles: Vec<String>,
+    /// Clocks of its recorders.
+    pub clocks: Vec<ClockRow>,
     /// Findings.
     pub warnings: Vec<String>,
+}
+
+/// A recorder's clock, `t = offset + (1 + drift) t_own`.
+#[derive(Clone, Debug, Serialize)]
+pub struct ClockRow {
+    /// Sources it stamps.
+    pub source: String,
+    /// Flight time at its own time zero, s.
+    pub offset_s: f64,
+    /// Gain of the flight's time on it, s per s.
+    pub drift: f64,
+    /// Standard error of a flight time where the clock is known best, s; where it was fitted.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub standard_error_s: Option<f64>,
+    /// Standard error of the drift, s per s; where it was fitted.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub drift_standard_error: Option<f64>,
 }
 
 /// One window.

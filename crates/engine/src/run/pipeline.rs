@@ -240,11 +240,9 @@ fn load_flights<'a>(
 ) -> Result<Vec<Task<'a>>, Cancelled> {
     let mut tasks = Vec::new();
     for flight in &scope.session.flights {
-        let key = flight_key(scope.folder, flight);
-        let result = match cache.get::<LoadedFlight>(key) {
-            Some(loaded) => Ok(loaded),
-            None => stage::flight(scope.folder, flight).map(|loaded| cache.insert(key, loaded)),
-        };
+        let files_key = files_key(scope.folder, flight);
+        let key = KeyBuilder::new("aligned", 1).key(files_key).parameters(&flight.clocks).finish();
+        let result = load_flight(scope.folder, flight, files_key, key, cache);
         let of_flight = windows.iter().filter(|window| window.flight == flight.name);
         match &result {
             Ok(loaded) => tasks.extend(of_flight.map(|&manoeuvre| Task {
@@ -272,9 +270,27 @@ fn load_flights<'a>(
     Ok(tasks)
 }
 
+/// A flight as read, then on its time line: moving a clock reads nothing again.
+fn load_flight(
+    folder: &Path,
+    flight: &session::Flight,
+    files_key: Key,
+    key: Key,
+    cache: &Cache,
+) -> Result<Arc<LoadedFlight>, String> {
+    if let Some(aligned) = cache.get(key) {
+        return Ok(aligned);
+    }
+    let read = match cache.get::<LoadedFlight>(files_key) {
+        Some(read) => read,
+        None => cache.insert(files_key, stage::flight(folder, flight)?),
+    };
+    Ok(cache.insert(key, stage::aligned(&read, flight)?))
+}
+
 /// Identity of a flight's files by path, size and time of change: reading them again to hash them would cost more than it saves.
-fn flight_key(folder: &Path, flight: &session::Flight) -> Key {
-    let mut key = KeyBuilder::new("flight", 1).parameters(flight);
+fn files_key(folder: &Path, flight: &session::Flight) -> Key {
+    let mut key = KeyBuilder::new("files", 1).parameters(&flight.recordings);
     for entry in &flight.recordings {
         for path in [&entry.path, &entry.channel_map] {
             let Ok(place) = stage::locate(folder, path) else { continue };

@@ -46,6 +46,32 @@ pub struct Flight {
     pub name: String,
     /// Its recordings; roles of an earlier one take precedence.
     pub recordings: Vec<RecordingRef>,
+    /// Clocks of recorders that do not run on the flight's time line.
+    pub clocks: Vec<ClockSetting>,
+}
+
+/// A recorder's clock: `t = offset + (1 + drift) t_own` (thesis Table 4.14).
+#[derive(Clone, Debug, PartialEq)]
+pub struct ClockSetting {
+    /// Sources it stamps: a name, or the beginning of names followed by `*`.
+    pub source: String,
+    /// Flight time at its own time zero, s; with `fit`, where the search starts.
+    pub offset_s: f64,
+    /// Gain of the flight's time on it, s per s.
+    pub drift: f64,
+    /// Channels both it and the flight's time line record: the clock is fitted to them. Empty for the clock as set.
+    pub fit: Vec<ClockPairSetting>,
+}
+
+/// A quantity two recorders have.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ClockPairSetting {
+    /// Channel on the flight's time line, `source/name`.
+    pub reference: String,
+    /// Channel of the recorder, `source/name`.
+    pub other: String,
+    /// The two have opposite signs.
+    pub inverted: bool,
 }
 
 /// A recording by path, content and meaning of its channels.

@@ -5,6 +5,7 @@
 
 mod aero;
 mod aircraft;
+mod align;
 mod engines;
 mod fit;
 mod path;
@@ -14,7 +15,8 @@ mod truth;
 
 pub use aero::{WindowAero, aero};
 pub use aircraft::{AircraftData, LoadedAircraft, aircraft_data, load_aircraft};
+pub use align::UsedClock;
 pub use fit::{AeroWindow, CoefficientFit, DroppedTerm, PooledFits, Prediction, WindowFits, pooled_fits, window_fits};
 pub use path::{PathSeries, Samples, SmoothedSeries, WindowPath, paths, samples};
-pub use recording::{LoadedFlight, flight, locate, text};
+pub use recording::{LoadedFlight, aligned, flight, locate, text};
 pub use truth::TruthError;

@@ -7,6 +7,7 @@ use doublet_core::load::{ChannelMap, read_all};
 use doublet_core::quantity::Role;
 use doublet_core::series::Recording;
 
+use super::align::{UsedClock, align};
 use crate::builtin;
 use crate::graph::Footprint;
 use crate::session::{Flight, RecordingRef, content_hash};
@@ -18,6 +19,8 @@ pub struct LoadedFlight {
     pub recording: Recording,
     /// SHA-256 of each recording, in the order of the session.
     pub hashes: Vec<String>,
+    /// Clocks applied.
+    pub clocks: Vec<UsedClock>,
 }
 
 impl Footprint for LoadedFlight {
@@ -52,7 +55,7 @@ pub fn text(folder: &Path, path: &str, kind: &str) -> Result<String, String> {
     std::fs::read_to_string(&place).map_err(|error| format!("{}: {error}", place.display()))
 }
 
-/// Reads a flight.
+/// Reads a flight, every recorder on its own clock.
 ///
 /// # Errors
 /// One line that names the file, the channel and the cure.
@@ -83,7 +86,16 @@ pub fn flight(folder: &Path, flight: &Flight) -> Result<LoadedFlight, String> {
     }
     let mut said = BTreeSet::new();
     merged.warnings.retain(|warning| said.insert(warning.clone()));
-    Ok(LoadedFlight { recording: merged, hashes })
+    Ok(LoadedFlight { recording: merged, hashes, clocks: Vec::new() })
+}
+
+/// Puts a flight as read on its time line.
+///
+/// # Errors
+/// Those of [`align`], with the flight's name.
+pub fn aligned(read: &LoadedFlight, flight: &Flight) -> Result<LoadedFlight, String> {
+    let (recording, clocks) = align(&read.recording, &flight.clocks)?;
+    Ok(LoadedFlight { recording, hashes: read.hashes.clone(), clocks })
 }
 
 fn short(hash: &str) -> &str {

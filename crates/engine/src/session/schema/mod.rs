@@ -1,10 +1,11 @@
 //! The saved form of a session: readable TOML with a version header, unknown keys refused with their line.
 
+mod flight;
+mod loading;
+
 use std::collections::BTreeMap;
 
-use doublet_core::airframe::{FixedItem, Loading};
 use doublet_core::model::{Coefficient, Structure, Term};
-use doublet_core::quantity::Role;
 use doublet_core::reconstruct::{
     FilterSettings, INPUTS, Input, InputHold, Linearisation, MEASUREMENTS, Measurement, Method, STATES, State,
 };
@@ -12,10 +13,10 @@ use doublet_core::series::Window;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use self::flight::{FlightTable, flight_from, flight_table};
+use self::loading::{LoadingTable, loading_from, loading_table};
 use super::edit::set_term;
-use super::{
-    Estimation, Flight, Manoeuvre, PathSource, PooledConstants, Preparation, RecordingRef, Session, Surface, WindowRole,
-};
+use super::{Estimation, Manoeuvre, PathSource, PooledConstants, Preparation, Session, Surface, WindowRole};
 
 /// Value of the header's `format` key.
 pub const FORMAT: &str = "doublet session";
@@ -103,44 +104,6 @@ struct File {
     flights: Vec<FlightTable>,
     #[serde(default, rename = "window")]
     windows: Vec<WindowTable>,
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-#[derive(Default)]
-struct LoadingTable {
-    fuel_kg: BTreeMap<String, f64>,
-    seats_kg: BTreeMap<String, f64>,
-    luggage_kg: BTreeMap<String, f64>,
-    #[serde(rename = "item", skip_serializing_if = "Vec::is_empty")]
-    items: Vec<ItemTable>,
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct ItemTable {
-    name: String,
-    mass_kg: f64,
-    cg_from_datum_m: [f64; 3],
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct FlightTable {
-    name: String,
-    #[serde(default, rename = "recording")]
-    recordings: Vec<RecordingTable>,
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RecordingTable {
-    path: String,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    sha256: Option<String>,
-    channel_map: String,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    only: Option<Vec<String>>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -256,16 +219,7 @@ pub fn parse(text: &str) -> Result<Session, SessionError> {
         return Err(SessionError::Newer { found: header.version });
     }
     let file: File = toml::from_str(text).map_err(Box::new)?;
-    let flights = file
-        .flights
-        .into_iter()
-        .map(|flight| {
-            Ok(Flight {
-                name: flight.name,
-                recordings: flight.recordings.into_iter().map(recording_from).collect::<Result<_, _>>()?,
-            })
-        })
-        .collect::<Result<_, SessionError>>()?;
+    let flights = file.flights.into_iter().map(flight_from).collect::<Result<_, SessionError>>()?;
     Ok(Session {
         title: file.title,
         aircraft: file.aircraft,
@@ -280,40 +234,6 @@ pub fn parse(text: &str) -> Result<Session, SessionError> {
         },
         structure: structure_from(&file.model)?,
     })
-}
-
-fn loading_from(table: LoadingTable) -> Loading {
-    let item =
-        |item: ItemTable| FixedItem { name: item.name, mass_kg: item.mass_kg, cg_from_datum_m: item.cg_from_datum_m };
-    Loading {
-        fuel_kg: table.fuel_kg,
-        seats_kg: table.seats_kg,
-        luggage_kg: table.luggage_kg,
-        added_items: table.items.into_iter().map(item).collect(),
-    }
-}
-
-fn loading_table(loading: &Loading) -> LoadingTable {
-    let item = |item: &FixedItem| ItemTable {
-        name: item.name.clone(),
-        mass_kg: item.mass_kg,
-        cg_from_datum_m: item.cg_from_datum_m,
-    };
-    LoadingTable {
-        fuel_kg: loading.fuel_kg.clone(),
-        seats_kg: loading.seats_kg.clone(),
-        luggage_kg: loading.luggage_kg.clone(),
-        items: loading.added_items.iter().map(item).collect(),
-    }
-}
-
-fn recording_from(table: RecordingTable) -> Result<RecordingRef, SessionError> {
-    let role = |name: &String| {
-        let known = || Role::ALL.iter().map(|role| role.name()).collect::<Vec<_>>();
-        Role::from_name(name).ok_or_else(|| unknown(&format!("recording '{}'", table.path), "role", name, &known()))
-    };
-    let only = table.only.as_ref().map(|names| names.iter().map(role).collect::<Result<_, _>>()).transpose()?;
-    Ok(RecordingRef { only, path: table.path, sha256: table.sha256, channel_map: table.channel_map })
 }
 
 fn window_from(table: WindowTable) -> Result<Manoeuvre, SessionError> {
@@ -435,22 +355,6 @@ pub fn print(session: &Session) -> Result<String, SessionError> {
     let body = toml::to_string_pretty(&file)
         .map_err(|error| SessionError::Term { place: "session".to_owned(), reason: error.to_string() })?;
     Ok(format!("# Noise and deviations are standard deviations. Every number is in SI units and radians.\n{body}"))
-}
-
-fn flight_table(flight: &Flight) -> FlightTable {
-    FlightTable {
-        name: flight.name.clone(),
-        recordings: flight
-            .recordings
-            .iter()
-            .map(|entry| RecordingTable {
-                path: entry.path.clone(),
-                sha256: entry.sha256.clone(),
-                channel_map: entry.channel_map.clone(),
-                only: entry.only.as_ref().map(|roles| roles.iter().map(|role| role.name().to_owned()).collect()),
-            })
-            .collect(),
-    }
 }
 
 fn window_table(window: &Manoeuvre) -> WindowTable {

@@ -1,0 +1,117 @@
+//! Saved form of flights, their recordings and clocks.
+
+use doublet_core::quantity::Role;
+use serde::{Deserialize, Serialize};
+
+use super::{SessionError, unknown};
+use crate::session::{ClockPairSetting, ClockSetting, Flight, RecordingRef};
+
+/// A flight.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FlightTable {
+    name: String,
+    #[serde(default, rename = "recording")]
+    recordings: Vec<RecordingTable>,
+    #[serde(default, rename = "clock", skip_serializing_if = "Vec::is_empty")]
+    clocks: Vec<ClockTable>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ClockTable {
+    source: String,
+    #[serde(default)]
+    offset_s: f64,
+    #[serde(default)]
+    drift: f64,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    fit: Vec<ClockPairTable>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ClockPairTable {
+    reference: String,
+    other: String,
+    #[serde(default)]
+    inverted: bool,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RecordingTable {
+    path: String,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    sha256: Option<String>,
+    channel_map: String,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    only: Option<Vec<String>>,
+}
+
+/// The flight a table states.
+///
+/// # Errors
+/// [`SessionError::Name`] for a role that does not exist.
+pub fn flight_from(table: FlightTable) -> Result<Flight, SessionError> {
+    Ok(Flight {
+        name: table.name,
+        recordings: table.recordings.into_iter().map(recording_from).collect::<Result<_, _>>()?,
+        clocks: table.clocks.into_iter().map(clock_from).collect(),
+    })
+}
+
+fn recording_from(table: RecordingTable) -> Result<RecordingRef, SessionError> {
+    let role = |name: &String| {
+        let known = || Role::ALL.iter().map(|role| role.name()).collect::<Vec<_>>();
+        Role::from_name(name).ok_or_else(|| unknown(&format!("recording '{}'", table.path), "role", name, &known()))
+    };
+    let only = table.only.as_ref().map(|names| names.iter().map(role).collect::<Result<_, _>>()).transpose()?;
+    Ok(RecordingRef { only, path: table.path, sha256: table.sha256, channel_map: table.channel_map })
+}
+
+/// The table of a flight.
+pub fn flight_table(flight: &Flight) -> FlightTable {
+    FlightTable {
+        name: flight.name.clone(),
+        recordings: flight
+            .recordings
+            .iter()
+            .map(|entry| RecordingTable {
+                path: entry.path.clone(),
+                sha256: entry.sha256.clone(),
+                channel_map: entry.channel_map.clone(),
+                only: entry.only.as_ref().map(|roles| roles.iter().map(|role| role.name().to_owned()).collect()),
+            })
+            .collect(),
+        clocks: flight.clocks.iter().map(clock_table).collect(),
+    }
+}
+
+fn clock_from(table: ClockTable) -> ClockSetting {
+    let pair = |pair: ClockPairTable| ClockPairSetting {
+        reference: pair.reference,
+        other: pair.other,
+        inverted: pair.inverted,
+    };
+    ClockSetting {
+        source: table.source,
+        offset_s: table.offset_s,
+        drift: table.drift,
+        fit: table.fit.into_iter().map(pair).collect(),
+    }
+}
+
+fn clock_table(clock: &ClockSetting) -> ClockTable {
+    let pair = |pair: &ClockPairSetting| ClockPairTable {
+        reference: pair.reference.clone(),
+        other: pair.other.clone(),
+        inverted: pair.inverted,
+    };
+    ClockTable {
+        source: clock.source.clone(),
+        offset_s: clock.offset_s,
+        drift: clock.drift,
+        fit: clock.fit.iter().map(pair).collect(),
+    }
+}
