@@ -16,6 +16,18 @@ const VERSION: u32 = 2;
 /// How many sessions are remembered.
 const RECENT: usize = 8;
 
+/// The windows whose estimates are shown.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Scope {
+    /// One estimate from all identification windows.
+    #[default]
+    All,
+    /// The chosen window alone.
+    Chosen,
+    /// Every window by itself, side by side.
+    Each,
+}
+
 /// What the user looks at.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Selection {
@@ -25,8 +37,8 @@ pub struct Selection {
     pub window: Option<String>,
     /// Derivative highlighted, for example `Cm_q`.
     pub derivative: Option<String>,
-    /// Derivatives of the chosen window alone rather than of all windows together.
-    pub window_only: bool,
+    /// Estimates shown.
+    pub scope: Scope,
     /// Tables show the constant of every window.
     pub constants: bool,
 }

@@ -6,6 +6,7 @@ use eframe::egui::{RichText, Ui};
 use super::{Panel, PanelContext, empty, is_window_constant, trouble};
 use crate::notation;
 use crate::theme;
+use crate::ui_state::Scope;
 use crate::widgets::matrix_view::MatrixView;
 
 /// Correlations from here on deserve attention (Klein and Morelli 2006, section 5.1: 0.9).
@@ -19,7 +20,7 @@ pub struct Correlation {
 
 impl Panel for Correlation {
     fn show(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
-        let only = ctx.selection().window_only;
+        let only = ctx.selection().scope == Scope::Chosen;
         let (fits, stale) = if only {
             let slot = ctx.results().map(|results| &results.fits);
             let fits = slot.and_then(|slot| slot.latest()).map_or(&[][..], |fits| fits.fits.as_slice());

@@ -5,9 +5,11 @@ use doublet_engine::stage::CoefficientFit;
 use eframe::egui::{self, RichText, ScrollArea, Ui};
 use egui_extras::{Column, TableBuilder};
 
+use super::by_window;
 use super::{Panel, PanelContext, empty, is_window_constant, trouble};
 use crate::notation;
 use crate::theme;
+use crate::ui_state::Scope;
 
 /// Height of a row.
 const ROW: f32 = 20.0;
@@ -25,26 +27,31 @@ impl Panel for Derivatives {
         let copied = ui.horizontal(|ui| {
             let selection = &mut ctx.state.selection;
             let name = format!("{} alone", window.as_deref().unwrap_or("chosen window"));
-            if ui.selectable_label(!selection.window_only, "All windows").clicked() {
-                selection.window_only = false;
+            for (scope, name) in
+                [(Scope::All, "All windows"), (Scope::Chosen, &name), (Scope::Each, "Window by window")]
+            {
+                ui.selectable_value(&mut selection.scope, scope, name);
             }
-            if ui.selectable_label(selection.window_only, name).clicked() {
-                selection.window_only = true;
-            }
-            ui.checkbox(&mut selection.constants, "constants of windows");
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-                ui.button("Copy as CSV").on_hover_text("Copy the table to the clipboard").clicked()
+                let copied = ui.button("Copy as CSV").on_hover_text("Copy the table to the clipboard").clicked();
+                if selection.scope == Scope::All {
+                    ui.checkbox(&mut selection.constants, "constants").on_hover_text("The constant of every window");
+                }
+                copied
             })
             .inner
         });
-        let only = ctx.selection().window_only;
-        let (error, fits, stale) = if only {
-            let slot = of_window.map(|results| &results.fits);
-            let fits = slot.and_then(|slot| slot.latest()).map(|fits| fits.fits.as_slice());
-            (slot.and_then(|slot| slot.error()), fits, slot.is_some_and(|slot| slot.is_stale()))
-        } else {
-            let slot = &snapshot.pooled;
-            (slot.error(), slot.latest().map(|pooled| pooled.fits.as_slice()), slot.is_stale())
+        let (error, fits, stale) = match ctx.selection().scope {
+            Scope::Each => return by_window::show(ctx, ui, copied.inner),
+            Scope::Chosen => {
+                let slot = of_window.map(|results| &results.fits);
+                let fits = slot.and_then(|slot| slot.latest()).map(|fits| fits.fits.as_slice());
+                (slot.and_then(|slot| slot.error()), fits, slot.is_some_and(|slot| slot.is_stale()))
+            }
+            Scope::All => {
+                let slot = &snapshot.pooled;
+                (slot.error(), slot.latest().map(|pooled| pooled.fits.as_slice()), slot.is_stale())
+            }
         };
         trouble(ui, error);
         let Some(fits) = fits.filter(|fits| !fits.is_empty()) else {

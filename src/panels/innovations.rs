@@ -53,7 +53,7 @@ impl Panel for Innovations {
             let name = notation::measurement(measurement);
             let innovation =
                 Trace { scale, stale, ..Trace::new("innovation", &path.series.innovations[index], palette.series[0]) };
-            plots.push(TimePlot::new(name, unit, vec![band, innovation]));
+            plots.push(TimePlot { fit_bands: true, ..TimePlot::new(name, unit, vec![band, innovation]) });
         }
         ctx.stack(ui, "innovations", View::Window, &mut self.cache, &plots, &[]);
     }

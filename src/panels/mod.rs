@@ -1,5 +1,6 @@
 //! Panels: each draws one aspect of the session and asks for changes by commands and edits.
 
+mod by_window;
 mod correlation;
 mod derivatives;
 mod fits;

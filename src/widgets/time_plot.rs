@@ -86,6 +86,8 @@ pub struct TimePlot<'a> {
     pub traces: Vec<Trace<'a>>,
     /// Fixed value range in the plot's unit; `None` fits what is visible.
     pub value_range: Option<(f64, f64)>,
+    /// Fits the value range to the bands alone, with room for twice their height: single far samples may leave the plot.
+    pub fit_bands: bool,
     /// Horizontal lines to compare with, in the plot's unit, for example a chi-square bound.
     pub levels: Vec<f64>,
 }
@@ -93,7 +95,7 @@ pub struct TimePlot<'a> {
 impl<'a> TimePlot<'a> {
     /// A plot that fits its values to what is visible.
     pub fn new(label: &'a str, unit: &'a str, traces: Vec<Trace<'a>>) -> Self {
-        Self { label, unit, traces, value_range: None, levels: Vec::new() }
+        Self { label, unit, traces, value_range: None, fit_bands: false, levels: Vec::new() }
     }
 }
 

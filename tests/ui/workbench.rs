@@ -26,6 +26,9 @@ const PATIENCE: Duration = Duration::from_secs(60);
 /// the angle of attack over its noise.
 const TRUTH_TOLERANCE: f64 = 0.02;
 
+/// Rounding of a sum of masses, kg.
+const MASS_TOLERANCE_KG: f64 = 1e-6;
+
 /// The workbench on a flight in a folder of its own.
 struct Bench<'a> {
     harness: Harness<'a, Workbench>,
@@ -75,6 +78,7 @@ impl Bench<'_> {
 
     /// The estimate of Cm over all windows.
     fn cm(&self) -> Fit {
+        assert_eq!(self.snapshot().failures(), [], "nothing fails");
         let pooled = self.snapshot().pooled.ready().expect("the estimate is up to date");
         let fit = pooled.fits.iter().find(|fit| fit.coefficient == Coefficient::Cm).expect("Cm is modelled");
         fit.fit.clone().expect("Cm is estimated")
@@ -290,4 +294,47 @@ impl Bench<'_> {
         self.harness.get_by_label("Save").click();
         self.settle();
     }
+}
+
+#[test]
+fn cancelled_run_leaves_the_last_results_and_computes_again_when_asked() {
+    let mut bench = Bench::open();
+    let estimates = bench.cm().estimates;
+    bench.show(Pane::Noise);
+    let noise = session::Edit::Filter(session::FilterEdit::ProcessNoise(Input::PitchRate, 0.01));
+    bench.harness.state_mut().apply(&noise);
+    bench.harness.step();
+    bench.request(UiCommand::Run(doublet::command::RunCommand::Cancel));
+    assert!(bench.snapshot().pooled.latest().is_some(), "what was there stays visible");
+    bench.request(UiCommand::Run(doublet::command::RunCommand::Again));
+    assert_ne!(bench.cm().estimates, estimates);
+    assert!(bench.snapshot().failures().is_empty());
+}
+
+#[test]
+fn passenger_who_stays_behind_moves_mass_and_derivatives_of_the_shipped_flight() {
+    let mut harness = builder(1500.0, 950.0).build_eframe(|cc| {
+        Workbench::new(cc, Document::shipped().expect("a session is shipped")).expect("a thread starts")
+    });
+    harness.run_steps(2);
+    let mut bench = Bench { harness, folder: tempfile::tempdir().expect("there is room for a folder") };
+    bench.settle();
+    let mass_kg =
+        |bench: &Bench<'_>| bench.snapshot().loaded.ready().expect("the aircraft is loaded").properties.mass_kg;
+    let (full_kg, before) = (mass_kg(&bench), bench.cm());
+    bench.show(Pane::Loading);
+    let seat = "passenger right";
+    let slider = bench.harness.get_by_role_and_label(egui::accesskit::Role::Slider, &format!("Seats {seat}")).rect();
+    drag(&mut bench.harness, slider.center(), slider.left_center() + egui::vec2(2.0, 0.0), 4);
+    bench.settle();
+    let aircraft = bench.snapshot().aircraft.ready().expect("the aircraft is read").clone();
+    let standard_kg = aircraft.aircraft.standard_loading.seats_kg[seat];
+    let now_kg = bench.session().loading.as_ref().expect("the loading is the session's own").seats_kg[seat];
+    assert!(now_kg < 0.2 * standard_kg, "{now_kg} of {standard_kg} kg");
+    assert!((full_kg - mass_kg(&bench) - (standard_kg - now_kg)).abs() < MASS_TOLERANCE_KG);
+    let slope = |fit: &Fit| fit.parameter("Cm_alpha").expect("it is in the model").0;
+    assert_ne!(slope(&bench.cm()), slope(&before));
+    bench.request(UiCommand::Edit(EditCommand::Undo));
+    assert_eq!(bench.session().loading, None, "the drag is one step");
+    assert_eq!(slope(&bench.cm()), slope(&before));
 }

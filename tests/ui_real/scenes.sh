@@ -9,18 +9,18 @@ command "Fits and residuals"
 command "Noise and filter"
 command Derivatives
 shot noise
-command "Light theme"
 command Reconstruction
 command Loading
+command "Light theme"
 shot loading_light
 # A new window, drawn in the lane above the plots, then taken back.
-xdotool mousemove 800 73 mousedown 1; sleep 0.3
-for x in 810 830 850 870; do xdotool mousemove "$x" 73; sleep 0.2; done
-xdotool mouseup 1; sleep "${settle:-8}"
 command Manoeuvres
-shot drawn_light
+xdotool mousemove 640 73 mousedown 1; sleep 0.3
+for x in 650 655 658 660; do xdotool mousemove "$x" 73; sleep 0.2; done
+xdotool mouseup 1; sleep "${settle:-8}"
+shot workbench_light
 xdotool key ctrl+z
-sleep 2
+command "Dark theme"
 stop
 for session in citation_aileron attas phlab_short_period; do
     recording=$(sed -n 's/^path = "\(\.\..*\)"/\1/p' "sessions/$session.toml" | head -1)

@@ -39,7 +39,7 @@ stop() {
 # A picture of the whole window, in 256 colours to keep it small.
 shot() {
     sleep 1
-    import -window root -colors 255 -depth 8 "png8:$out/$1.png"
+    import -window root +dither -colors 255 -depth 8 "png8:$out/$1.png"
     echo "$out/$1.png $(stat -c %s "$out/$1.png") bytes"
 }
 
