@@ -2,8 +2,10 @@
 //!
 //! A session names them `builtin:` and their path below `assets/` or `sessions/`, so it works wherever the program does.
 
+use std::collections::HashMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::sync::{LazyLock, Mutex, PoisonError};
 
 use include_dir::{Dir, DirEntry, include_dir};
 use sha2::{Digest, Sha256};
@@ -41,6 +43,18 @@ pub fn session(name: &str) -> Option<&'static str> {
 /// # Errors
 /// One line when nothing is called so or the files cannot be written.
 pub fn on_disk(name: &str) -> Result<PathBuf, String> {
+    // Hashing and comparing megabytes once per program is enough; a file that left the disk since is written again.
+    static PLACES: LazyLock<Mutex<HashMap<String, PathBuf>>> = LazyLock::new(Mutex::default);
+    let known = PLACES.lock().unwrap_or_else(PoisonError::into_inner).get(name).cloned();
+    if let Some(place) = known.filter(|place| place.exists()) {
+        return Ok(place);
+    }
+    let place = write_entry(name)?;
+    PLACES.lock().unwrap_or_else(PoisonError::into_inner).insert(name.to_owned(), place.clone());
+    Ok(place)
+}
+
+fn write_entry(name: &str) -> Result<PathBuf, String> {
     let entry = ASSETS.get_entry(name).ok_or_else(|| format!("no built-in is called '{name}'"))?;
     let mut files = Vec::new();
     collect(entry, &mut files);

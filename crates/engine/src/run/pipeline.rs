@@ -12,7 +12,9 @@ use super::control::{Cancelled, Control};
 use super::snapshot::{LogEntry, Slot, Snapshot, WindowResults};
 use crate::graph::{Cache, Key, KeyBuilder};
 use crate::session::{self, Manoeuvre, Session, WindowRole};
-use crate::stage::{self, AeroWindow, AircraftData, LoadedAircraft, LoadedFlight, Samples, WindowAero, WindowPath};
+use crate::stage::{
+    self, AeroWindow, AircraftData, FlightEngines, LoadedAircraft, LoadedFlight, Samples, WindowAero, WindowPath,
+};
 
 /// Shortest time between two published snapshots of one run.
 const PUBLISH_INTERVAL: Duration = Duration::from_millis(8);
@@ -54,8 +56,10 @@ impl Board<'_> {
         self.control.checkpoint()?;
         let mut snapshot = lock(&self.snapshot);
         change(&mut snapshot);
-        let mut published = lock(&self.published);
-        if published.elapsed() >= PUBLISH_INTERVAL {
+        // Whoever holds the clock is publishing: waiting for it with the snapshot locked would stop every other stage.
+        if let Ok(mut published) = self.published.try_lock()
+            && published.elapsed() >= PUBLISH_INTERVAL
+        {
             *published = Instant::now();
             let copy = snapshot.clone();
             drop(snapshot);
@@ -108,7 +112,7 @@ pub fn run(
         published: Mutex::new(started),
         publish,
         control,
-        steps: 2 + scope.session.flights.len() + 3 * windows.len(),
+        steps: 2 + 2 * scope.session.flights.len() + 3 * windows.len(),
         done: Mutex::new(0),
     };
     publish(lock(&board.snapshot).clone());
@@ -159,6 +163,7 @@ fn first_snapshot(scope: &Scope<'_>, previous: &Snapshot, windows: &[&Manoeuvre]
         ..previous.clone()
     };
     snapshot.flights.retain(|name, _| scope.session.flight(name).is_some());
+    snapshot.engines.retain(|name, _| scope.session.flight(name).is_some());
     snapshot.windows.retain(|name, _| windows.iter().any(|window| window.name == *name));
     for window in windows {
         let results = snapshot.windows.entry(window.name.clone()).or_default();
@@ -168,6 +173,7 @@ fn first_snapshot(scope: &Scope<'_>, previous: &Snapshot, windows: &[&Manoeuvre]
     }
     for flight in &scope.session.flights {
         snapshot.flights.entry(flight.name.clone()).or_default().begin();
+        snapshot.engines.entry(flight.name.clone()).or_default().begin();
     }
     snapshot.aircraft.begin();
     snapshot.loaded.begin();
@@ -179,6 +185,7 @@ fn cancel_running(snapshot: &mut Snapshot) {
     snapshot.aircraft.cancel();
     snapshot.loaded.cancel();
     snapshot.flights.values_mut().for_each(Slot::cancel);
+    snapshot.engines.values_mut().for_each(Slot::cancel);
     for results in snapshot.windows.values_mut() {
         results.path.cancel();
         results.aero.cancel();
@@ -189,26 +196,32 @@ fn cancel_running(snapshot: &mut Snapshot) {
 
 fn stages(scope: &Scope<'_>, windows: &[&Manoeuvre], cache: &Cache, board: &Board<'_>) -> Result<(), Cancelled> {
     let aircraft = load_aircraft(scope, cache, board)?;
-    let tasks = load_flights(scope, windows, cache, board)?;
-    let Some((aircraft, aircraft_key)) = aircraft else {
+    let flights = load_flights(scope, cache, board)?;
+    let tasks = tasks(windows, &flights, board)?;
+    let Some(KeyedAircraft { data: aircraft, file_key, loaded_key }) = aircraft else {
+        board.update(|snapshot| snapshot.engines.clear())?;
         for window in windows {
             board.step(|s| fail_window(s, &window.name, "the aircraft could not be read"))?;
         }
         return board.step(|s| s.pooled.finish(Err("the aircraft could not be read".to_owned())));
     };
     let paths = reconstruct_all(scope, &tasks, &aircraft, cache, board)?;
-    let aero = form_coefficients(scope, &paths, (&aircraft, aircraft_key), cache, board)?;
-    pool(scope, &aero, cache, board)
+    let aero = form_coefficients(scope, &paths, (&aircraft, loaded_key), cache, board)?;
+    pool(scope, &aero, cache, board)?;
+    model_engines(&flights, (&aircraft.loaded, file_key), cache, board)
 }
 
-fn load_aircraft(
-    scope: &Scope<'_>,
-    cache: &Cache,
-    board: &Board<'_>,
-) -> Result<Option<(AircraftData, Key)>, Cancelled> {
+/// The aircraft with the keys of its file and of the file with the session's loading.
+struct KeyedAircraft {
+    data: AircraftData,
+    file_key: Key,
+    loaded_key: Key,
+}
+
+fn load_aircraft(scope: &Scope<'_>, cache: &Cache, board: &Board<'_>) -> Result<Option<KeyedAircraft>, Cancelled> {
     let path = &scope.session.aircraft;
     let loading = scope.session.loading.as_ref();
-    let read = || -> Result<(Arc<LoadedAircraft>, AircraftData, Key), String> {
+    let read = || -> Result<(Arc<LoadedAircraft>, KeyedAircraft), String> {
         let text = stage::text(scope.folder, path, "aircraft")?;
         let key = KeyBuilder::new("aircraft", 1).text(path).text(&text).finish();
         let loaded = match cache.get(key) {
@@ -216,12 +229,13 @@ fn load_aircraft(
             None => cache.insert(key, stage::load_aircraft(scope.folder, path)?),
         };
         let data = stage::aircraft_data(Arc::clone(&loaded), loading).map_err(|error| format!("{path}: {error}"))?;
-        Ok((loaded, data, KeyBuilder::new("loading", 1).key(key).parameters(&loading).finish()))
+        let loaded_key = KeyBuilder::new("loading", 1).key(key).parameters(&loading).finish();
+        Ok((loaded, KeyedAircraft { data, file_key: key, loaded_key }))
     };
     let (result, state, data) = match read() {
-        Ok((loaded, data, key)) => {
-            let state = LoadedState::new("on board", &loaded.aircraft, &data.loading);
-            (Ok(loaded), Ok(Arc::new(state)), Some((data, key)))
+        Ok((loaded, keyed)) => {
+            let state = LoadedState::new("on board", &loaded.aircraft, &keyed.data.loading);
+            (Ok(loaded), Ok(Arc::new(state)), Some(keyed))
         }
         Err(error) => (Err(error.clone()), Err(error), None),
     };
@@ -232,40 +246,47 @@ fn load_aircraft(
     Ok(data)
 }
 
-fn load_flights<'a>(
-    scope: &Scope<'a>,
-    windows: &[&'a Manoeuvre],
-    cache: &Cache,
-    board: &Board<'_>,
-) -> Result<Vec<Task<'a>>, Cancelled> {
-    let mut tasks = Vec::new();
-    for flight in &scope.session.flights {
+/// A flight of the session, its content where it could be read, and its key.
+struct KeyedFlight<'a> {
+    name: &'a str,
+    loaded: Option<Arc<LoadedFlight>>,
+    key: Key,
+}
+
+fn load_flights<'a>(scope: &Scope<'a>, cache: &Cache, board: &Board<'_>) -> Result<Vec<KeyedFlight<'a>>, Cancelled> {
+    let one = |flight: &'a session::Flight| {
         let files_key = files_key(scope.folder, flight);
         let key = KeyBuilder::new("aligned", 1).key(files_key).parameters(&flight.clocks).finish();
         let result = load_flight(scope.folder, flight, files_key, key, cache);
-        let of_flight = windows.iter().filter(|window| window.flight == flight.name);
-        match &result {
-            Ok(loaded) => tasks.extend(of_flight.map(|&manoeuvre| Task {
-                manoeuvre,
-                flight: Arc::clone(loaded),
-                flight_key: key,
-            })),
-            Err(_) => {
-                for window in of_flight {
-                    board.step(|s| {
-                        fail_window(s, &window.name, &format!("flight '{}' could not be read", flight.name))
-                    })?;
-                }
-            }
-        }
+        let loaded = result.as_ref().ok().cloned();
         board.step(|snapshot| {
             if let Some(slot) = snapshot.flights.get_mut(&flight.name) {
                 slot.finish(result);
             }
         })?;
-    }
-    for window in windows.iter().filter(|window| scope.session.flight(&window.flight).is_none()) {
-        board.step(|s| fail_window(s, &window.name, &format!("the session has no flight '{}'", window.flight)))?;
+        Ok(KeyedFlight { name: &flight.name, loaded, key })
+    };
+    scope.session.flights.par_iter().map(one).collect()
+}
+
+/// The windows whose flight was read; the others fail.
+fn tasks<'a>(
+    windows: &[&'a Manoeuvre],
+    flights: &[KeyedFlight<'a>],
+    board: &Board<'_>,
+) -> Result<Vec<Task<'a>>, Cancelled> {
+    let mut tasks = Vec::new();
+    for &manoeuvre in windows {
+        let name = &manoeuvre.flight;
+        let error = match flights.iter().find(|flight| flight.name == name) {
+            Some(KeyedFlight { loaded: Some(loaded), key, .. }) => {
+                tasks.push(Task { manoeuvre, flight: Arc::clone(loaded), flight_key: *key });
+                continue;
+            }
+            Some(_) => format!("flight '{name}' could not be read"),
+            None => format!("the session has no flight '{name}'"),
+        };
+        board.step(|snapshot| fail_window(snapshot, &manoeuvre.name, &error))?;
     }
     Ok(tasks)
 }
@@ -286,6 +307,33 @@ fn load_flight(
         None => cache.insert(files_key, stage::flight(folder, flight)?),
     };
     Ok(cache.insert(key, stage::aligned(&read, flight)?))
+}
+
+/// Engines over each flight. They hang on the recording and the aircraft's file alone, and nothing hangs on them: they come last.
+fn model_engines(
+    flights: &[KeyedFlight<'_>],
+    (aircraft, file_key): (&LoadedAircraft, Key),
+    cache: &Cache,
+    board: &Board<'_>,
+) -> Result<(), Cancelled> {
+    let one = |flight: &KeyedFlight<'_>| {
+        let key = KeyBuilder::new("engines", 1).key(flight.key).key(file_key).finish();
+        let model = |flight: &Arc<LoadedFlight>| match cache.get::<FlightEngines>(key) {
+            Some(engines) => Some(Ok(engines)),
+            None => stage::flight_engines(&flight.recording, &aircraft.powerplant)
+                .map(|engines| engines.map(|engines| cache.insert(key, engines)))
+                .transpose(),
+        };
+        let result = flight.loaded.as_ref().and_then(model);
+        board.step(|snapshot| {
+            let slot = snapshot.engines.entry(flight.name.to_owned()).or_default();
+            match result {
+                Some(result) => slot.finish(result),
+                None => *slot = Slot::NotRequested,
+            }
+        })
+    };
+    flights.par_iter().try_for_each(one)
 }
 
 /// Identity of a flight's files by path, size and time of change: reading them again to hash them would cost more than it saves.

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use doublet_core::airframe::LoadedState;
 
-use crate::stage::{LoadedAircraft, LoadedFlight, PooledFits, WindowAero, WindowFits, WindowPath};
+use crate::stage::{FlightEngines, LoadedAircraft, LoadedFlight, PooledFits, WindowAero, WindowFits, WindowPath};
 
 /// State of one stage's output. What was there before stays visible until it is replaced.
 #[derive(Clone, Debug, Default)]
@@ -124,6 +124,8 @@ pub struct Snapshot {
     pub loaded: Slot<LoadedState>,
     /// Recordings by flight.
     pub flights: BTreeMap<String, Slot<LoadedFlight>>,
+    /// Engines over each flight; not requested where the recording or the aircraft lacks what their model needs.
+    pub engines: BTreeMap<String, Slot<FlightEngines>>,
     /// Results by window.
     pub windows: BTreeMap<String, WindowResults>,
     /// Derivatives from all identification windows together, and how well they predict the validation windows.
@@ -144,6 +146,9 @@ impl Snapshot {
         note("aircraft".to_owned(), self.aircraft.error());
         for (name, slot) in &self.flights {
             note(format!("flight '{name}'"), slot.error());
+        }
+        for (name, slot) in &self.engines {
+            note(format!("engines of flight '{name}'"), slot.error());
         }
         for (name, results) in &self.windows {
             let errors = [results.path.error(), results.aero.error(), results.fits.error()];

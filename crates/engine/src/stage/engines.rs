@@ -9,16 +9,27 @@ use super::aircraft::AircraftData;
 use super::samples::values_at;
 
 /// Roles of one engine.
-struct EngineRoles {
-    thrust: Role,
-    speed: Role,
-    manifold_pressure: Role,
+pub(super) struct EngineRoles {
+    pub(super) thrust: Role,
+    pub(super) speed: Role,
+    pub(super) manifold_pressure: Role,
+    pub(super) power: Role,
 }
 
 /// Roles of each engine, in the order of the aircraft's stations.
-const ENGINES: [EngineRoles; 2] = [
-    EngineRoles { thrust: Role::Thrust1, speed: Role::EngineSpeed1, manifold_pressure: Role::ManifoldPressure1 },
-    EngineRoles { thrust: Role::Thrust2, speed: Role::EngineSpeed2, manifold_pressure: Role::ManifoldPressure2 },
+pub(super) const ENGINES: [EngineRoles; 2] = [
+    EngineRoles {
+        thrust: Role::Thrust1,
+        speed: Role::EngineSpeed1,
+        manifold_pressure: Role::ManifoldPressure1,
+        power: Role::Power1,
+    },
+    EngineRoles {
+        thrust: Role::Thrust2,
+        speed: Role::EngineSpeed2,
+        manifold_pressure: Role::ManifoldPressure2,
+        power: Role::Power2,
+    },
 ];
 
 /// Air the propellers work in, one value per sample.

@@ -1,14 +1,17 @@
 //! Stages: pure functions from inputs and parameters to outputs, one file each.
 //!
 //! Order and reasons: the recording is read first; a window takes its part of it into the filter; coefficients need the
-//! reconstructed path; derivatives of one window need its coefficients; the pooled estimate needs those of all windows.
+//! reconstructed path; derivatives of one window need its coefficients; the pooled estimate needs those of all windows; the engines over a whole flight need its
+//! recording and the aircraft alone.
 
 mod aero;
 mod aircraft;
 mod align;
 mod engines;
 mod fit;
+mod flight_engines;
 mod path;
+mod phases;
 mod recording;
 mod samples;
 mod truth;
@@ -17,6 +20,7 @@ pub use aero::{WindowAero, aero};
 pub use aircraft::{AircraftData, LoadedAircraft, aircraft_data, load_aircraft};
 pub use align::UsedClock;
 pub use fit::{AeroWindow, CoefficientFit, DroppedTerm, PooledFits, Prediction, WindowFits, pooled_fits, window_fits};
+pub use flight_engines::{EngineOverFlight, FlightEngines, PowerAgreement, flight_engines};
 pub use path::{PathSeries, Samples, SmoothedSeries, WindowPath, paths, samples};
 pub use recording::{LoadedFlight, aligned, flight, locate, text};
 pub use truth::TruthError;

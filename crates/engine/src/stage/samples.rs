@@ -17,15 +17,20 @@ pub fn finite_samples(channel: &Channel, window: Window, margin_s: f64) -> (Vec<
     pairs.filter(|(_, value)| value.is_finite()).map(|(&time, &value)| (time, value)).unzip()
 }
 
-/// Where `time_s` pauses: start and length of each pause longer than a few of its own intervals.
-pub fn gaps(time_s: &[f64]) -> Vec<(f64, f64)> {
+/// Longest interval of `time_s` that is not a gap, s: a few of its own intervals.
+fn longest_interval_s(time_s: &[f64]) -> f64 {
     let mut steps: Vec<f64> = time_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
     if steps.is_empty() {
-        return Vec::new();
+        return GAP_S;
     }
     let middle = steps.len() / 2;
     let (_, &mut typical, _) = steps.select_nth_unstable_by(middle, f64::total_cmp);
-    let longest = (GAP_INTERVALS * typical).max(GAP_S);
+    (GAP_INTERVALS * typical).max(GAP_S)
+}
+
+/// Where `time_s` pauses: start and length of each pause longer than a few of its own intervals.
+pub fn gaps(time_s: &[f64]) -> Vec<(f64, f64)> {
+    let longest = longest_interval_s(time_s);
     time_s.windows(2).filter(|pair| pair[1] - pair[0] > longest).map(|pair| (pair[0], pair[1] - pair[0])).collect()
 }
 
@@ -61,4 +66,55 @@ pub fn values_at(recording: &Recording, role: Role, time_s: &[f64]) -> Result<Op
     resample(&own_time, &own_values, time_s, Interpolation::Linear)
         .map(Some)
         .map_err(|error| format!("{place}: {error}"))
+}
+
+/// Values of `role` at the increasing `time_s` by straight lines between its own samples, not a number before the first, behind
+/// the last and inside a gap; `None` when the recording has no such role or no finite sample of it.
+pub fn values_where_recorded(recording: &Recording, role: Role, time_s: &[f64]) -> Option<Vec<f64>> {
+    let everything = Window { start_s: f64::NEG_INFINITY, end_s: f64::INFINITY };
+    let (own_time, own_values) = finite_samples(recording.role(role)?, everything, 0.0);
+    let longest = longest_interval_s(&own_time);
+    let mut right = 0;
+    let mut value_at = |time: f64| {
+        while own_time.get(right).is_some_and(|&sample| sample < time) {
+            right += 1;
+        }
+        match (right.checked_sub(1), own_time.get(right)) {
+            (_, Some(&sample)) if sample == time => own_values[right],
+            (Some(left), Some(&sample)) if sample - own_time[left] <= longest => {
+                let fraction = (time - own_time[left]) / (sample - own_time[left]);
+                own_values[left] + fraction * (own_values[right] - own_values[left])
+            }
+            _ => f64::NAN,
+        }
+    };
+    (!own_time.is_empty()).then(|| time_s.iter().map(|&time| value_at(time)).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use doublet_core::series::Series;
+
+    use super::*;
+
+    #[test]
+    fn values_are_missing_outside_the_recording_and_in_its_gaps() {
+        let time: Vec<f64> = [0.0, 1.0, 2.0, 3.0, 4.0, 14.0, 15.0, 16.0].into();
+        let values: Vec<f64> = time.iter().map(|t| if *t == 2.0 { f64::NAN } else { 10.0 * t }).collect();
+        let channel = Channel {
+            source: String::new(),
+            name: String::new(),
+            unit: String::new(),
+            series: Series { time_s: time.into(), values: values.into() },
+        };
+        let recording =
+            Recording { channels: vec![channel], roles: [(Role::Power1, 0)].into(), ..Recording::default() };
+        let at = [-0.5, 0.0, 0.5, 2.0, 3.5, 4.0, 4.5, 13.5, 14.0, 15.25, 16.0, 16.5];
+        let found = values_where_recorded(&recording, Role::Power1, &at).unwrap();
+        let nan = f64::NAN;
+        // The sample that is not a number makes an interval of 2 s, which is no gap; that of 10 s is one.
+        let expected = [nan, 0.0, 5.0, 20.0, 35.0, 40.0, nan, nan, 140.0, 152.5, 160.0, nan];
+        assert_eq!(format!("{found:?}"), format!("{expected:?}"));
+        assert!(values_where_recorded(&recording, Role::Power2, &at).is_none());
+    }
 }

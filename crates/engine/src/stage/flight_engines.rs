@@ -1,0 +1,247 @@
+//! Engines over a whole flight: modelled power, thrust and total-pressure rise, beside the power their monitor reports.
+
+use std::sync::Arc;
+
+use doublet_core::atmos::{Atmosphere, AtmosphereError, density_kg_m3};
+use doublet_core::propulsion::{
+    Correlation, Engine, EngineColumns, EngineModel, PhaseOfFlight, PhaseRow, PowerComparison, Powerplant,
+    compare_power, difference_correlation, phase_table,
+};
+use doublet_core::quantity::Role;
+use doublet_core::series::{Recording, Series, Window};
+
+use super::engines::{ENGINES, EngineRoles};
+use super::phases::{GROUND_AIRSPEED_M_S, phases};
+use super::samples::values_where_recorded;
+use crate::graph::Footprint;
+
+/// Interval of the grid the engines are modelled on, s.
+const STEP_S: f64 = 0.5;
+/// Longest time that counts as one flight, s: two days. A recording over more has a faulty clock.
+const LONGEST_S: f64 = 172_800.0;
+
+/// Both engines over a flight, every 0.5 s.
+#[derive(Clone, Debug)]
+pub struct FlightEngines {
+    /// The engines that have a chart, a propeller map and their speed and manifold pressure recorded.
+    pub engines: Vec<EngineOverFlight>,
+    /// Phases of the flight in their order in time.
+    pub phases: Vec<PhaseOfFlight>,
+    /// Findings, one line each.
+    pub warnings: Vec<String>,
+}
+
+/// One engine over a flight; all series share one time and are not a number where an input pauses.
+#[derive(Clone, Debug)]
+pub struct EngineOverFlight {
+    /// Name of its station on the aircraft.
+    pub name: String,
+    /// Recorded speed of the crankshaft, rad/s.
+    pub speed_rad_s: Series,
+    /// Recorded manifold pressure, Pa.
+    pub manifold_pressure_pa: Series,
+    /// Power of the chart, W.
+    pub power_w: Series,
+    /// Thrust of the propeller map, N.
+    pub thrust_n: Series,
+    /// Efficiency of the propeller.
+    pub efficiency: Series,
+    /// Total-pressure rise over dynamic pressure; not a number below 40 kt, where it grows without bound.
+    pub total_pressure_rise: Series,
+    /// Power its monitor reports, W, where recorded.
+    pub monitor_power_w: Option<Series>,
+    /// How the two powers agree, where the monitor's is recorded.
+    pub agreement: Option<PowerAgreement>,
+}
+
+/// Modelled power beside that of the monitor (thesis 6.3).
+#[derive(Clone, Debug, PartialEq)]
+pub struct PowerAgreement {
+    /// Over the whole flight (thesis Table 6.12).
+    pub whole: PowerComparison,
+    /// Correlation of the difference with seven variables (thesis Table 6.13).
+    pub correlations: Vec<Correlation>,
+    /// In each phase of the flight, in the order of [`FlightEngines::phases`].
+    pub phases: Vec<PhaseRow>,
+}
+
+impl Footprint for FlightEngines {
+    fn bytes(&self) -> usize {
+        self.engines.iter().map(|engine| 8 * 8 * engine.power_w.values.len() + 1024).sum()
+    }
+}
+
+/// Air of the flight on the grid, not a number where an input pauses.
+struct FlightAir {
+    time_s: Arc<[f64]>,
+    airspeed_m_s: Vec<f64>,
+    altitude_m: Vec<f64>,
+    pressure_pa: Vec<f64>,
+    temperature_k: Vec<f64>,
+    density_kg_m3: Vec<f64>,
+}
+
+/// The engines of `powerplant` over the flight of `recording`; `None` where the recording has no engine speed and manifold
+/// pressure of an engine with a model, no true airspeed, or neither pressure altitude nor static pressure.
+///
+/// Inputs are taken on a grid of 2 Hz by straight lines between their samples; no line bridges a gap. The static pressure is the
+/// recorded one, else that of the pressure altitude; temperature and density are those recorded, else of the gas law, else of the
+/// standard atmosphere.
+///
+/// # Errors
+/// One line when the recording spans more than two days.
+pub fn flight_engines(recording: &Recording, powerplant: &Powerplant) -> Result<Option<FlightEngines>, String> {
+    let has = |role: Role| recording.role(role).is_some();
+    let known: Vec<_> = powerplant
+        .engines
+        .iter()
+        .zip(&ENGINES)
+        .filter_map(|(engine, roles)| {
+            let model = engine.model.as_ref()?;
+            (has(roles.speed) && has(roles.manifold_pressure)).then_some((engine, model, roles))
+        })
+        .collect();
+    if known.is_empty() || !has(Role::TrueAirspeed) || !(has(Role::Altitude) || has(Role::StaticPressure)) {
+        return Ok(None);
+    }
+    let time_s = grid(recording, known.iter().map(|(_, _, roles)| roles.speed))?;
+    let mut warnings = Vec::new();
+    let Some(air) = air(recording, time_s, &mut warnings) else { return Ok(None) };
+    let phases = phases(&air.time_s, &air.altitude_m, &air.airspeed_m_s);
+    let mut engines = Vec::new();
+    for (engine, model, roles) in known {
+        engines.extend(over_flight(recording, (engine, model, roles), &air, &phases, &mut warnings)?);
+    }
+    Ok(Some(FlightEngines { engines, phases, warnings }))
+}
+
+/// Multiples of the step from the first to the last sample of any of `roles`.
+fn grid(recording: &Recording, roles: impl Iterator<Item = Role>) -> Result<Arc<[f64]>, String> {
+    let mut span = Window { start_s: f64::INFINITY, end_s: f64::NEG_INFINITY };
+    for channel in roles.filter_map(|role| recording.role(role)) {
+        if let [first, .., last] = *channel.series.time_s {
+            span = Window { start_s: span.start_s.min(first), end_s: span.end_s.max(last) };
+        }
+    }
+    if span.end_s - span.start_s > LONGEST_S {
+        return Err(format!(
+            "the engine channels span {:.0} s to {:.0} s, more than two days: correct their clock in the channel map",
+            span.start_s, span.end_s
+        ));
+    }
+    let first = (span.start_s / STEP_S).ceil();
+    let steps = ((span.end_s / STEP_S).floor() - first).max(-1.0);
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "two days of steps at most")]
+    let samples = (steps + 1.0) as usize;
+    Ok((0..samples).map(|k| STEP_S * (first + k as f64)).collect())
+}
+
+fn air(recording: &Recording, time_s: Arc<[f64]>, warnings: &mut Vec<String>) -> Option<FlightAir> {
+    let recorded = |role: Role| values_where_recorded(recording, role, &time_s);
+    let standard = Atmosphere::STANDARD;
+    let airspeed_m_s = recorded(Role::TrueAirspeed)?;
+    let pressure = recorded(Role::StaticPressure);
+    let altitude_m = match recorded(Role::Altitude) {
+        Some(altitude) => altitude,
+        None => of_one(pressure.as_ref()?, |pressure| standard.altitude_m(pressure)),
+    };
+    let pressure_is_recorded = pressure.is_some();
+    let pressure_pa = pressure.unwrap_or_else(|| of_one(&altitude_m, |altitude| standard.pressure_pa(altitude)));
+    let temperature = recorded(Role::AirTemperature);
+    if temperature.is_none() {
+        warnings.push("engines: no air temperature is recorded, that of the standard atmosphere is used".to_owned());
+    } else if !pressure_is_recorded {
+        warnings.push("engines: no static pressure is recorded, that of the pressure altitude is used".to_owned());
+    }
+    let temperature_k = temperature.unwrap_or_else(|| of_one(&altitude_m, |altitude| standard.temperature_k(altitude)));
+    let density_kg_m3 = recorded(Role::AirDensity).unwrap_or_else(|| {
+        let pairs = pressure_pa.iter().zip(&temperature_k);
+        pairs.map(|(&pressure, &temperature)| density_kg_m3(pressure, temperature).unwrap_or(f64::NAN)).collect()
+    });
+    Some(FlightAir { time_s, airspeed_m_s, altitude_m, pressure_pa, temperature_k, density_kg_m3 })
+}
+
+/// A property of the atmosphere at each value; not a number where it has none, as outside the troposphere or in a gap.
+fn of_one(values: &[f64], property: impl Fn(f64) -> Result<f64, AtmosphereError>) -> Vec<f64> {
+    values.iter().map(|&value| property(value).unwrap_or(f64::NAN)).collect()
+}
+
+/// One engine; `None` where no instant has all its inputs.
+fn over_flight(
+    recording: &Recording,
+    (engine, model, roles): (&Engine, &EngineModel, &EngineRoles),
+    air: &FlightAir,
+    phases: &[PhaseOfFlight],
+    warnings: &mut Vec<String>,
+) -> Result<Option<EngineOverFlight>, String> {
+    let name = &engine.station.name;
+    let recorded = |role: Role| values_where_recorded(recording, role, &air.time_s);
+    let (Some(speed), Some(pressure)) = (recorded(roles.speed), recorded(roles.manifold_pressure)) else {
+        warnings.push(format!("engine '{name}': its speed or manifold pressure holds no finite sample"));
+        return Ok(None);
+    };
+    let history = model
+        .history(&EngineColumns {
+            speed_rad_s: &speed,
+            manifold_pressure_pa: &pressure,
+            airspeed_m_s: &air.airspeed_m_s,
+            pressure_altitude_m: &air.altitude_m,
+            air_temperature_k: &air.temperature_k,
+            density_kg_m3: &air.density_kg_m3,
+        })
+        .map_err(|error| format!("engine '{name}': {error}"))?;
+    let missing = history.thrust_n.iter().filter(|thrust| !thrust.is_finite()).count();
+    if missing == history.thrust_n.len() {
+        warnings
+            .push(format!("engine '{name}': at no time are all of its speed, manifold pressure and air data recorded"));
+        return Ok(None);
+    }
+    if missing > 0 {
+        warnings.push(format!(
+            "engine '{name}': an input pauses at {missing} of {} samples, which are left out",
+            history.thrust_n.len()
+        ));
+    }
+    for (finding, samples) in &history.off_range {
+        warnings.push(format!("engine '{name}': {finding}, {samples} samples"));
+    }
+    let monitor = recorded(roles.power);
+    let agreement =
+        monitor.as_ref().map(|monitor| agreement((&speed, &pressure, &history.power_w), monitor, air, phases));
+    let in_flight = |(&rise, &airspeed): (&f64, &f64)| if airspeed < GROUND_AIRSPEED_M_S { f64::NAN } else { rise };
+    let rise: Vec<f64> = history.total_pressure_rise.iter().zip(&air.airspeed_m_s).map(in_flight).collect();
+    let series = |values: Vec<f64>| Series { time_s: Arc::clone(&air.time_s), values: values.into() };
+    Ok(Some(EngineOverFlight {
+        name: name.clone(),
+        speed_rad_s: series(speed),
+        manifold_pressure_pa: series(pressure),
+        power_w: series(history.power_w),
+        thrust_n: series(history.thrust_n),
+        efficiency: series(history.efficiency),
+        total_pressure_rise: series(rise),
+        monitor_power_w: monitor.map(series),
+        agreement,
+    }))
+}
+
+fn agreement(
+    (speed, manifold_pressure, power): (&[f64], &[f64], &[f64]),
+    monitor: &[f64],
+    air: &FlightAir,
+    phases: &[PhaseOfFlight],
+) -> PowerAgreement {
+    let variables: [(&str, &[f64]); 7] = [
+        ("modelled_power", power),
+        ("manifold_pressure", manifold_pressure),
+        ("static_pressure", &air.pressure_pa),
+        ("air_temperature", &air.temperature_k),
+        ("engine_speed", speed),
+        ("airspeed", &air.airspeed_m_s),
+        ("altitude", &air.altitude_m),
+    ];
+    PowerAgreement {
+        whole: compare_power(power, monitor),
+        correlations: difference_correlation(power, monitor, &variables),
+        phases: phase_table(&air.time_s, power, monitor, phases),
+    }
+}
