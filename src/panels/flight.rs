@@ -150,7 +150,8 @@ impl Flight {
                 stretch: Stretch::new(window.window.start_s, window.window.end_s),
                 label: &window.name,
                 color: role_color(palette, window.role),
-                locked: false,
+                // Only the chosen one can be dragged: none is moved by accident where many lie close.
+                locked: chosen.as_deref() != Some(window.name.as_str()),
                 selected: chosen.as_deref() == Some(window.name.as_str()),
             })
             .collect();

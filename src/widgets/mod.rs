@@ -4,6 +4,7 @@ pub mod decimate;
 pub mod matrix_view;
 pub mod quantity_edit;
 pub mod span_editor;
+mod ticks;
 pub mod time_plot;
 pub mod time_view;
 

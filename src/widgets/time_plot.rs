@@ -8,6 +8,7 @@ use eframe::egui::{self, Align2, Color32, CornerRadius, Id, Key, PointerButton, 
 use egui_plot::{FilledArea, Line, LineStyle, Plot, PlotPoint, PlotPoints, Points};
 
 use super::decimate::{Band, Decimated, Pyramid, decimate, decimate_band, value_at};
+use super::ticks::{inner_ticks, tick, ticks};
 use super::time_view::{Stretch, TimeView};
 use crate::theme;
 
@@ -31,8 +32,6 @@ const WHEEL_GAIN: f64 = 0.004;
 const DOT_SPACING: f32 = 7.0;
 /// Least distance between ticks of the time axis and of a value axis.
 const TICK_SPACING: [f32; 2] = [84.0, 30.0];
-/// Least distance of a label of the value axis from the ends of its plot.
-const TICK_ROOM: f32 = 7.0;
 /// A reference that swings through more than this many times its range is drawn solid: dashes would fill the plot.
 const MOST_SWINGS: f64 = 60.0;
 /// A right drag shorter than this zooms nowhere.
@@ -390,40 +389,6 @@ fn draw_trace<'a>(chart: &mut egui_plot::PlotUi<'a>, trace: &Trace<'_>, drawn: &
 /// Distance between ticks from which their labels are drawn, and drawn fully: all of ours are.
 const LABELS: egui::Rangef = egui::Rangef { min: 8.0, max: 12.0 };
 
-/// Ticks at least `spacing` points apart, a power of ten times 1, 2 or 5.
-fn ticks(input: egui_plot::GridInput, spacing: f32) -> Vec<egui_plot::GridMark> {
-    let step_size = round_step(input.base_step_size * f64::from(spacing / 8.0));
-    let (first, last) = ((input.bounds.0 / step_size).ceil(), (input.bounds.1 / step_size).floor());
-    let count = (last - first).clamp(-1.0, 1000.0) as i64 + 1;
-    (0..count).map(|k| egui_plot::GridMark { value: (first + k as f64) * step_size, step_size }).collect()
-}
-
-/// Ticks far enough from the ends that the labels of stacked plots do not run into one another.
-fn inner_ticks(input: egui_plot::GridInput, spacing: f32) -> Vec<egui_plot::GridMark> {
-    let room = f64::from(TICK_ROOM / 8.0) * input.base_step_size;
-    let (low, high) = input.bounds;
-    let mut marks = ticks(input, spacing);
-    if marks.len() > 1 {
-        marks.retain(|mark| mark.value - low > room && high - mark.value > room);
-    }
-    marks
-}
-
-/// The smallest of 1, 2, 5 times a power of ten that is not less than `least`.
-fn round_step(least: f64) -> f64 {
-    let decade = 10f64.powf(least.log10().floor());
-    [1.0, 2.0, 5.0, 10.0].into_iter().map(|m| m * decade).find(|step| *step >= least * (1.0 - 1e-9)).unwrap_or(least)
-}
-
-/// Text of a tick: as many decimals as its step needs.
-fn tick(value: f64, step: f64) -> String {
-    if value != 0.0 && !(1e-4..1e6).contains(&value.abs().max(step)) {
-        return format!("{value:.1e}");
-    }
-    let decimals = (-step.abs().max(1e-9).log10().floor()).clamp(0.0, 8.0) as usize;
-    format!("{value:.decimals$}")
-}
-
 /// Screen position of `time_s` in a frame that shows `range`.
 pub fn x_at(frame: Rect, range: Stretch, time_s: f64) -> f32 {
     frame.left() + (f64::from(frame.width()) * (time_s - range.start_s) / range.length_s()) as f32
@@ -580,18 +545,6 @@ mod tests {
         assert!(low < 3.0 && high > 3.0);
         let (low, high) = value_bounds([(0.0, 1.0), (-2.0, 0.5)].into_iter());
         assert!(low < -2.0 && high > 1.0 && low > -2.5 && high < 1.5);
-    }
-
-    #[test]
-    fn ticks_are_round_far_enough_apart_and_inside() {
-        for (low, high) in [(0.0, 219.99), (-1.2, 1.2), (5000.0, 5000.5), (1e-5, 3e-5)] {
-            let input = egui_plot::GridInput { bounds: (low, high), base_step_size: (high - low) / 900.0 * 8.0 };
-            let marks = ticks(input, 84.0);
-            assert!((4..=11).contains(&marks.len()), "{} ticks from {low} to {high}", marks.len());
-            let digits = marks[0].step_size / 10f64.powf(marks[0].step_size.log10().floor());
-            assert!([1.0, 2.0, 5.0].iter().any(|m| (digits - m).abs() < 1e-6), "step {}", marks[0].step_size);
-            assert!(marks.iter().all(|mark| mark.value >= low && mark.value <= high));
-        }
     }
 
     #[test]

@@ -15,8 +15,8 @@ command "Light theme"
 shot loading_light
 # A new window, drawn in the lane above the plots, then taken back.
 command Manoeuvres
-xdotool mousemove 640 73 mousedown 1; sleep 0.3
-for x in 650 655 658 660; do xdotool mousemove "$x" 73; sleep 0.2; done
+xdotool mousemove 597 73 mousedown 1; sleep 0.3
+for x in 602 606 610 612; do xdotool mousemove "$x" 73; sleep 0.2; done
 xdotool mouseup 1; sleep "${settle:-8}"
 shot workbench_light
 xdotool key ctrl+z

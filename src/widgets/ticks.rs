@@ -1,0 +1,55 @@
+//! Ticks of plot axes and their labels.
+
+/// Least distance of a label of the value axis from the ends of its plot.
+const TICK_ROOM: f32 = 7.0;
+
+/// Ticks at least `spacing` points apart, a power of ten times 1, 2 or 5.
+pub(super) fn ticks(input: egui_plot::GridInput, spacing: f32) -> Vec<egui_plot::GridMark> {
+    let step_size = round_step(input.base_step_size * f64::from(spacing / 8.0));
+    let (first, last) = ((input.bounds.0 / step_size).ceil(), (input.bounds.1 / step_size).floor());
+    let count = (last - first).clamp(-1.0, 1000.0) as i64 + 1;
+    (0..count).map(|k| egui_plot::GridMark { value: (first + k as f64) * step_size, step_size }).collect()
+}
+
+/// Ticks far enough from the ends that the labels of stacked plots do not run into one another.
+pub(super) fn inner_ticks(input: egui_plot::GridInput, spacing: f32) -> Vec<egui_plot::GridMark> {
+    let room = f64::from(TICK_ROOM / 8.0) * input.base_step_size;
+    let (low, high) = input.bounds;
+    let mut marks = ticks(input, spacing);
+    if marks.len() > 1 {
+        marks.retain(|mark| mark.value - low > room && high - mark.value > room);
+    }
+    marks
+}
+
+/// The smallest of 1, 2, 5 times a power of ten that is not less than `least`.
+fn round_step(least: f64) -> f64 {
+    let decade = 10f64.powf(least.log10().floor());
+    [1.0, 2.0, 5.0, 10.0].into_iter().map(|m| m * decade).find(|step| *step >= least * (1.0 - 1e-9)).unwrap_or(least)
+}
+
+/// Text of a tick: as many decimals as its step needs.
+pub(super) fn tick(value: f64, step: f64) -> String {
+    if value != 0.0 && !(1e-4..1e6).contains(&value.abs().max(step)) {
+        return format!("{value:.1e}");
+    }
+    let decimals = (-step.abs().max(1e-9).log10().floor()).clamp(0.0, 8.0) as usize;
+    format!("{value:.decimals$}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ticks_are_round_far_enough_apart_and_inside() {
+        for (low, high) in [(0.0, 219.99), (-1.2, 1.2), (5000.0, 5000.5), (1e-5, 3e-5)] {
+            let input = egui_plot::GridInput { bounds: (low, high), base_step_size: (high - low) / 900.0 * 8.0 };
+            let marks = ticks(input, 84.0);
+            assert!((4..=11).contains(&marks.len()), "{} ticks from {low} to {high}", marks.len());
+            let digits = marks[0].step_size / 10f64.powf(marks[0].step_size.log10().floor());
+            assert!([1.0, 2.0, 5.0].iter().any(|m| (digits - m).abs() < 1e-6), "step {}", marks[0].step_size);
+            assert!(marks.iter().all(|mark| mark.value >= low && mark.value <= high));
+        }
+    }
+}
