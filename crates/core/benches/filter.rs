@@ -12,7 +12,7 @@ use std::time::Instant;
 
 use dense::{Dense, Discretisation, P, Step, X, Z};
 use doublet_core::reconstruct::{
-    FilterData, FilterSettings, InputHold, InputSeries, MeasurementSeries, Method, lanes, reconstruct_many,
+    FilterData, FilterSettings, InputHold, InputSeries, MeasurementSeries, Method, Width, lanes, reconstruct_with,
 };
 use rand::{RngExt, SeedableRng};
 
@@ -120,10 +120,23 @@ fn iekf() -> Method {
     FilterSettings::default().method
 }
 
+/// Widest vector to use: `DOUBLET_BENCH_LANES=2`, `4` (AVX2) or `8` (AVX-512, the default), where the machine has it.
+fn width() -> Width {
+    match std::env::var("DOUBLET_BENCH_LANES").as_deref() {
+        Ok("2") => Width::Two,
+        Ok("4") => Width::Four,
+        _ => Width::Eight,
+    }
+}
+
 fn run_production(flight: &[FilterData], settings: &FilterSettings) -> usize {
+    run_width(width(), flight, settings)
+}
+
+fn run_width(width: Width, flight: &[FilterData], settings: &FilterSettings) -> usize {
     let valid = settings.check().expect("settings of the bench are valid");
     let windows: Vec<&FilterData> = flight.iter().collect();
-    let results = reconstruct_many(&windows, &valid, &mut |_| ControlFlow::Continue(()));
+    let results = reconstruct_with(width, &windows, &valid, &mut |_| ControlFlow::Continue(()));
     results.iter().map(|result| result.as_ref().map_or(0, |result| result.time_s.len())).sum()
 }
 
@@ -152,42 +165,68 @@ fn median(runs: usize, mut run: impl FnMut()) -> f64 {
 fn compare() {
     let flight_data = flight(SAMPLES);
     let steps = (MANOEUVRES * (SAMPLES - 1)) as f64;
-    println!("{MANOEUVRES} manoeuvres of {} steps, {} lanes", SAMPLES - 1, lanes());
+    let per_step = |time: f64| time / steps * 1e6;
+    let widest = width().lanes().min(lanes());
+    let widths: Vec<Width> =
+        [Width::Eight, Width::Four, Width::Two].into_iter().filter(|width| width.lanes() <= widest).collect();
+    println!("{MANOEUVRES} manoeuvres of {} steps; times faster than the dense filter", SAMPLES - 1);
     for (name, method) in [("ekf", Method::Ekf), ("iekf", iekf())] {
         let settings = settings(method);
+        let smoothing = FilterSettings { smooth: true, ..settings.clone() };
         let filter = dense_filter(&settings);
         let plain = median(3, || {
             for data in &flight_data {
                 divan::black_box(run_dense(&filter, data, &settings));
             }
         });
-        let fast = median(9, || {
-            divan::black_box(run_production(&flight_data, &settings));
-        });
-        let single = median(5, || {
-            for data in &flight_data {
-                divan::black_box(run_production(std::slice::from_ref(data), &settings));
-            }
-        });
-        let smoothing = FilterSettings { smooth: true, ..settings.clone() };
-        let smoother = median(5, || {
-            divan::black_box(run_production(&flight_data, &smoothing));
-        });
-        let per_step = |time: f64| time / steps * 1e6;
-        println!(
-            "{name}: dense {:.2} us/step; side by side {:.3} us/step, {:.1} times faster; one by one {:.3} us/step, {:.1} times faster",
-            per_step(plain),
-            per_step(fast),
-            plain / fast,
-            per_step(single),
-            plain / single
-        );
-        println!(
-            "{name} and smoother: {:.3} us/step, {:.1} times faster than the dense filter alone",
-            per_step(smoother),
-            plain / smoother
-        );
+        println!("{name}: dense {:.2} us/step", per_step(plain));
+        for &width in &widths {
+            let side_by_side = median(9, || {
+                divan::black_box(run_width(width, &flight_data, &settings));
+            });
+            let one_by_one = median(5, || {
+                for data in &flight_data {
+                    divan::black_box(run_width(width, std::slice::from_ref(data), &settings));
+                }
+            });
+            let smoothed = median(5, || {
+                divan::black_box(run_width(width, &flight_data, &smoothing));
+            });
+            println!(
+                "{name}, {} lanes: side by side {:.3} us/step, {:.1} times; one by one {:.3} us/step, {:.1} times; and smoother {:.3} us/step, {:.1} times",
+                width.lanes(),
+                per_step(side_by_side),
+                plain / side_by_side,
+                per_step(one_by_one),
+                plain / one_by_one,
+                per_step(smoothed),
+                plain / smoothed
+            );
+        }
     }
+    linearity();
+}
+
+/// Time per sample of 1, 10 and 100 times the samples, as ratios: the three are timed in turn, so that what else the
+/// machine does falls on all of them.
+fn linearity() {
+    let flights = [251, 2_501, 25_001].map(flight);
+    let settings = settings(iekf());
+    let mut times = [const { Vec::new() }; 3];
+    for _ in 0..7 {
+        for ((flight, times), runs) in flights.iter().zip(&mut times).zip([100, 10, 1]) {
+            times.push(median(1, || {
+                for _ in 0..runs {
+                    divan::black_box(run_production(flight, &settings));
+                }
+            }));
+        }
+    }
+    let [one, ten, hundred] = times.map(|mut times| {
+        times.sort_by(f64::total_cmp);
+        times[times.len() / 2]
+    });
+    println!("time per sample: 1 at 250 steps, {:.3} at 2,500, {:.3} at 25,000", ten / one, hundred / one);
 }
 
 fn main() {
@@ -201,10 +240,9 @@ fn ekf_18states_57500samples(bencher: divan::Bencher) {
     bencher.bench(|| run_production(&flight, &settings(Method::Ekf)));
 }
 
-/// Linear in the number of samples: compare the times of the arguments.
-#[divan::bench(args = [251, 2_501, 25_001], sample_count = 9)]
-fn iekf_18states_23manoeuvres(bencher: divan::Bencher, samples: usize) {
-    let flight = flight(samples);
+#[divan::bench(sample_count = 9)]
+fn iekf_18states_57500samples(bencher: divan::Bencher) {
+    let flight = flight(SAMPLES);
     bencher.bench(|| run_production(&flight, &settings(iekf())));
 }
 

@@ -1,5 +1,7 @@
 //! Consistency of a filter run: does the noise the settings state explain the innovations found?
 
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
 use super::Reconstruction;
 use super::layout::{MEASUREMENTS, Measurement, STATES};
 
@@ -7,6 +9,8 @@ use super::layout::{MEASUREMENTS, Measurement, STATES};
 pub const LAGS: usize = 40;
 /// Two-sided 95 % point of the normal distribution.
 const NORMAL_95: f64 = 1.959_963_984_540_054;
+/// Probability on either side of a 95 % region.
+const TAIL: f64 = 0.025;
 /// Part of the lags that must lie inside the band for innovations to count as white.
 const WHITE_PART: f64 = 0.95;
 /// Ratio of found to predicted deviation beyond which a setting is worth changing.
@@ -145,11 +149,9 @@ fn autocorrelation(values: &[f64], lags: usize) -> Vec<f64> {
     (1..=lags.min(values.len() - 1)).map(|lag| lagged(lag) / power).collect()
 }
 
-/// 95 % region of the chi-square distribution by the cube-root approximation of Wilson & Hilferty (1931): within 0.6 %
-/// at twelve degrees of freedom, 0.1 % at a few hundred.
+/// 95 % region of the chi-square distribution.
 fn band(degrees: f64) -> [f64; 2] {
-    let spread = 2.0 / (9.0 * degrees);
-    [-NORMAL_95, NORMAL_95].map(|z| degrees * (1.0 - spread + z * spread.sqrt()).max(0.0).powi(3))
+    ChiSquared::new(degrees).map_or([f64::NAN; 2], |chi| [TAIL, 1.0 - TAIL].map(|part| chi.inverse_cdf(part)))
 }
 
 /// Mean squared normalised error of each state against truth, `mean ((x - truth) / sigma)^2`, from `from_s` on; 1 is
@@ -178,14 +180,24 @@ pub fn measurements_used(run: &Reconstruction) -> [usize; MEASUREMENTS] {
 mod tests {
     use super::band;
 
+    /// Half of the last printed digit.
+    const PRINTED: f64 = 5e-4;
+    /// Next term of the cube-root approximation of Wilson & Hilferty (1931) at half a million degrees, relative.
+    const CUBE_ROOT: f64 = 1e-6;
+
     #[test]
-    fn chi_square_band_matches_tables() {
-        // error of the approximation, relative: falls with the degrees of freedom
-        let cases = [(12.0, [4.404, 23.337], 6e-3), (900.0, [16.38 * 50.0, 19.70 * 50.0], 1e-3)];
-        for (degrees, expected, approximation) in cases {
+    fn chi_square_band_matches_tables_and_the_limit_of_many_degrees() {
+        // NIST/SEMATECH e-Handbook, table 1.3.6.7.4
+        for (degrees, expected) in [(1.0, [0.001, 5.024]), (12.0, [4.404, 23.337]), (100.0, [74.222, 129.561])] {
             for (found, expected) in band(degrees).into_iter().zip(expected) {
-                assert!((found - expected).abs() < approximation * expected, "{found} {expected}");
+                assert!((found - expected).abs() <= PRINTED, "{degrees}: {found} {expected}");
             }
+        }
+        let degrees: f64 = 5e5;
+        let spread = 2.0 / (9.0 * degrees);
+        for (found, z) in band(degrees).into_iter().zip([-super::NORMAL_95, super::NORMAL_95]) {
+            let expected = degrees * (1.0 - spread + z * spread.sqrt()).powi(3);
+            assert!((found / expected - 1.0).abs() < CUBE_ROOT, "{found} {expected}");
         }
     }
 }

@@ -62,6 +62,16 @@ impl<T: Real> Covariance<T> {
         [block[0][0], block[1][1], block[2][2]]
     }
 
+    /// Variances of all groups.
+    #[inline(always)]
+    pub fn all_variances(&self) -> [Vec3<T>; GROUPS] {
+        let mut variances = [[T::zero(); 3]; GROUPS];
+        for g in 0..GROUPS {
+            variances[g] = self.variances(g);
+        }
+        variances
+    }
+
     /// `P <- Phi P Phi' + Gamma Q Gamma'`, with `noise` the variances of specific force and angular rate.
     ///
     /// Phi is the product of three factors that each change the rows of one group, position first: those of velocity

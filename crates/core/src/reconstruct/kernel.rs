@@ -10,6 +10,7 @@ use super::blocks::{
 };
 use super::covariance::{ACC, ATT, Covariance, GROUPS, GYR, POS, VEL, WIND, at};
 use super::kinematics::{KinematicsJacobian, Observation, Trig};
+use super::lanes::Lanes;
 use super::real::Real;
 use super::transition::{Constants, Inputs, Motion, Transition, integrate};
 
@@ -80,18 +81,27 @@ pub struct Telling<T> {
     pub iterations: T,
 }
 
-impl<T: Real> Estimate<T> {
+/// The prediction that a measurement is compared with.
+#[derive(Clone, Copy)]
+pub struct Predicted<T> {
+    /// State.
+    pub x: [Vec3<T>; GROUPS],
+    /// Squares of the changes of velocity, attitude and wind below which the iteration ends.
+    pub limits: [Vec3<T>; 3],
+}
+
+impl<T: Lanes> Estimate<T> {
     /// Prediction over one step; returns the transition and sines and cosines of the predicted attitude.
     #[inline(always)]
     pub fn predict(&mut self, step: &Step<T>, tuning: &Tuning<T>) -> (Transition<T>, Trig<T>) {
-        let (phi, trig) = predict_state(&mut self.x, step, tuning);
+        let (phi, trig) = T::predict_state(&mut self.x, step, tuning);
         let mut noise = tuning.process;
         for s in 0..2 {
             for i in 0..3 {
                 noise[s][i] = noise[s][i] * step.noise_scale;
             }
         }
-        self.p.propagate(&phi, &noise);
+        T::propagate(&mut self.p, &phi, &noise);
         self.p.add_diagonal(&tuning.random_walk, step.dt);
         (phi, trig)
     }
@@ -99,19 +109,20 @@ impl<T: Real> Estimate<T> {
     /// Update with what was measured at the end of the step; `trig` belongs to the predicted attitude.
     #[inline(always)]
     pub fn update(&mut self, step: &Step<T>, trig: &Trig<T>, tuning: &Tuning<T>) -> Telling<T> {
-        let predicted = self.x;
-        let model = Observation::new(&predicted[VEL], trig, &predicted[WIND]);
+        let before = Predicted { x: self.x, limits: self.limits(tuning) };
+        let model = Observation::new(&before.x[VEL], trig, &before.x[WIND]);
         let mut telling = self.innovations(&model, step, tuning);
-        let limits = self.limits(tuning);
         if any_present(&step.present[POSITION]) || any_present(&step.present[ATTITUDE]) {
-            self.update_linear(step, tuning, &mut telling);
+            T::update_linear(self, step, tuning, &mut telling);
         }
         if any_present(&step.present[GROUND]) || any_present(&step.present[AIR]) {
-            self.update_iterated(&predicted, model, trig, step, &limits, tuning, &mut telling);
+            T::update_iterated(self, &model, trig, step, &before, tuning, &mut telling);
         }
         telling
     }
+}
 
+impl<T: Real> Estimate<T> {
     /// Innovations at the predicted state and their variances, the diagonal of `H P H' + R`.
     #[inline(always)]
     fn innovations(&self, model: &Observation<T>, step: &Step<T>, tuning: &Tuning<T>) -> Telling<T> {
@@ -163,7 +174,7 @@ impl<T: Real> Estimate<T> {
 
     /// Position and attitude, whose measurement matrix is the identity on their groups.
     #[inline(always)]
-    fn update_linear(&mut self, step: &Step<T>, tuning: &Tuning<T>, telling: &mut Telling<T>) {
+    pub fn update_linear(&mut self, step: &Step<T>, tuning: &Tuning<T>, telling: &mut Telling<T>) {
         let (pos, att) = (&step.present[POSITION], &step.present[ATTITUDE]);
         let cross = scaled_columns(&scaled_rows(&self.p.blocks[at(ATT, POS)], att), pos);
         let pair = Pair::new(
@@ -187,19 +198,19 @@ impl<T: Real> Estimate<T> {
     /// Ground velocity and air data, relinearised until the estimate stays put (Jazwinski 1970, section 8.3).
     #[inline(always)]
     #[allow(clippy::too_many_arguments)]
-    fn update_iterated(
+    pub fn update_iterated(
         &mut self,
-        predicted: &[Vec3<T>; GROUPS],
-        model: Observation<T>,
+        model: &Observation<T>,
         trig: &Trig<T>,
         step: &Step<T>,
-        limits: &[Vec3<T>; 3],
+        before: &Predicted<T>,
         tuning: &Tuning<T>,
         telling: &mut Telling<T>,
     ) {
         let groups = [VEL, ATT, WIND];
+        let Predicted { x: predicted, limits } = before;
         let mut point = [predicted[VEL], predicted[ATT], predicted[WIND]];
-        let mut model = model;
+        let mut model = *model;
         let mut iteration = 1;
         loop {
             let h = Masked::new(&model, &step.present[GROUND], &step.present[AIR]);

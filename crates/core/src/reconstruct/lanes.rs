@@ -6,19 +6,24 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use super::kernel::{Estimate, Tuning};
+use super::blocks::Vec3;
+use super::covariance::{Covariance, GROUPS};
+use super::kernel::{Estimate, Predicted, Step, Telling, Tuning, predict_state};
+use super::kinematics::{Observation, Trig};
+use super::march::{run_block, smooth_block};
 use super::real::Real;
-use super::run::{run_block, smooth_block};
-use super::smoother::Kept;
+use super::smoother::{Kept, take_noise_out};
+use super::transition::Transition;
 #[cfg(target_arch = "x86_64")]
 pub use x86::{Eight, Four};
 
-/// A vector with the kernel compiled for its instructions.
+/// A vector with the kernel compiled for its instructions, in parts that are each compiled once. Only on a machine that
+/// [`widest`] found to have them.
 pub trait Lanes: Real {
-    /// [`run_block`] with the instructions of this vector. Only on a machine that [`widest`] found to have them.
+    /// [`run_block`].
     fn run(estimate: &mut Estimate<Self>, tuning: &Tuning<Self>, steps: usize, drive: &[f64], record: &mut [f64]);
 
-    /// [`smooth_block`], likewise.
+    /// [`smooth_block`].
     fn smooth(
         start: &Estimate<Self>,
         smoothed: &mut Estimate<Self>,
@@ -28,6 +33,125 @@ pub trait Lanes: Real {
         kept: &mut Vec<Kept<Self>>,
         record: &mut [f64],
     );
+
+    /// [`predict_state`].
+    fn predict_state(
+        x: &mut [Vec3<Self>; GROUPS],
+        step: &Step<Self>,
+        tuning: &Tuning<Self>,
+    ) -> (Transition<Self>, Trig<Self>);
+
+    /// [`Covariance::propagate`].
+    fn propagate(p: &mut Covariance<Self>, phi: &Transition<Self>, noise: &[Vec3<Self>; 2]);
+
+    /// [`Estimate::update_linear`].
+    fn update_linear(
+        estimate: &mut Estimate<Self>,
+        step: &Step<Self>,
+        tuning: &Tuning<Self>,
+        telling: &mut Telling<Self>,
+    );
+
+    /// [`Estimate::update_iterated`].
+    fn update_iterated(
+        estimate: &mut Estimate<Self>,
+        model: &Observation<Self>,
+        trig: &Trig<Self>,
+        step: &Step<Self>,
+        before: &Predicted<Self>,
+        tuning: &Tuning<Self>,
+        telling: &mut Telling<Self>,
+    );
+
+    /// [`take_noise_out`].
+    fn take_noise_out(
+        d: &mut [Vec3<Self>; GROUPS],
+        big_d: &mut Covariance<Self>,
+        kept: &Kept<Self>,
+        step: &Step<Self>,
+        tuning: &Tuning<Self>,
+    );
+
+    /// [`Covariance::propagate_back`].
+    fn propagate_back(p: &mut Covariance<Self>, inverse: &Transition<Self>);
+}
+
+/// A function that calls the part of the kernel of the given path, compiled for the given instructions.
+macro_rules! part {
+    ($($features:literal)?, $name:ident = $kernel:path, ($($argument:ident: $type:ty),*) $(-> $result:ty)?) => {
+        fn $name($($argument: $type),*) $(-> $result)? {
+            $(#[target_feature(enable = $features)])?
+            #[inline(never)]
+            fn compiled($($argument: $type),*) $(-> $result)? {
+                $kernel($($argument),*)
+            }
+            // SAFETY: `widest` has found the features.
+            #[allow(unused_unsafe)]
+            unsafe {
+                compiled($($argument),*)
+            }
+        }
+    };
+}
+
+/// Compiles the kernel for the instructions of a vector.
+macro_rules! compiled {
+    ($vector:ident $(, $features:literal)?) => {
+        impl Lanes for $vector {
+            part!($($features)?, run = run_block, (
+                estimate: &mut Estimate<$vector>,
+                tuning: &Tuning<$vector>,
+                steps: usize,
+                drive: &[f64],
+                record: &mut [f64]
+            ));
+            part!($($features)?, smooth = smooth_block, (
+                start: &Estimate<$vector>,
+                smoothed: &mut Estimate<$vector>,
+                tuning: &Tuning<$vector>,
+                steps: usize,
+                drive: &[f64],
+                kept: &mut Vec<Kept<$vector>>,
+                record: &mut [f64]
+            ));
+            part!($($features)?, predict_state = predict_state, (
+                x: &mut [Vec3<$vector>; GROUPS],
+                step: &Step<$vector>,
+                tuning: &Tuning<$vector>
+            ) -> (Transition<$vector>, Trig<$vector>));
+            part!($($features)?, propagate = Covariance::propagate, (
+                p: &mut Covariance<$vector>,
+                phi: &Transition<$vector>,
+                noise: &[Vec3<$vector>; 2]
+            ));
+            part!($($features)?, update_linear = Estimate::update_linear, (
+                estimate: &mut Estimate<$vector>,
+                step: &Step<$vector>,
+                tuning: &Tuning<$vector>,
+                telling: &mut Telling<$vector>
+            ));
+            part!($($features)?, update_iterated = Estimate::update_iterated, (
+                estimate: &mut Estimate<$vector>,
+                model: &Observation<$vector>,
+                trig: &Trig<$vector>,
+                step: &Step<$vector>,
+                before: &Predicted<$vector>,
+                tuning: &Tuning<$vector>,
+                telling: &mut Telling<$vector>
+            ));
+            part!($($features)?, take_noise_out = take_noise_out, (
+                d: &mut [Vec3<$vector>; GROUPS],
+                big_d: &mut Covariance<$vector>,
+                kept: &Kept<$vector>,
+                step: &Step<$vector>,
+                tuning: &Tuning<$vector>
+            ));
+            part!($($features)?, propagate_back = Covariance::propagate_back, (
+                p: &mut Covariance<$vector>,
+                inverse: &Transition<$vector>
+            ));
+        }
+    };
 }
 
 /// Sets of vector instructions, in order of width.
@@ -103,23 +227,7 @@ macro_rules! operators {
     };
 }
 
-impl Lanes for Two {
-    fn run(estimate: &mut Estimate<Self>, tuning: &Tuning<Self>, steps: usize, drive: &[f64], record: &mut [f64]) {
-        run_block(estimate, tuning, steps, drive, record);
-    }
-
-    fn smooth(
-        start: &Estimate<Self>,
-        smoothed: &mut Estimate<Self>,
-        tuning: &Tuning<Self>,
-        steps: usize,
-        drive: &[f64],
-        kept: &mut Vec<Kept<Self>>,
-        record: &mut [f64],
-    ) {
-        smooth_block(start, smoothed, tuning, steps, drive, kept, record);
-    }
-}
+compiled!(Two);
 
 operators!(Two, Add::add, Sub::sub, Mul::mul, Div::div);
 
@@ -268,58 +376,6 @@ mod x86 {
     unsafe fn select_eight(other: __m512d, above: __m512d, mask: __mmask8) -> __m512d {
         // SAFETY: arithmetic on registers, reached only in code compiled for AVX-512.
         unsafe { _mm512_mask_blend_pd(mask, other, above) }
-    }
-
-    macro_rules! compiled {
-        ($vector:ident, $features:literal) => {
-            impl Lanes for $vector {
-                fn run(
-                    estimate: &mut Estimate<Self>,
-                    tuning: &Tuning<Self>,
-                    steps: usize,
-                    drive: &[f64],
-                    record: &mut [f64],
-                ) {
-                    #[target_feature(enable = $features)]
-                    fn compiled(
-                        estimate: &mut Estimate<$vector>,
-                        tuning: &Tuning<$vector>,
-                        steps: usize,
-                        drive: &[f64],
-                        record: &mut [f64],
-                    ) {
-                        run_block(estimate, tuning, steps, drive, record);
-                    }
-                    // SAFETY: `widest` has found the features.
-                    unsafe { compiled(estimate, tuning, steps, drive, record) }
-                }
-
-                fn smooth(
-                    start: &Estimate<Self>,
-                    smoothed: &mut Estimate<Self>,
-                    tuning: &Tuning<Self>,
-                    steps: usize,
-                    drive: &[f64],
-                    kept: &mut Vec<Kept<Self>>,
-                    record: &mut [f64],
-                ) {
-                    #[target_feature(enable = $features)]
-                    fn compiled(
-                        start: &Estimate<$vector>,
-                        smoothed: &mut Estimate<$vector>,
-                        tuning: &Tuning<$vector>,
-                        steps: usize,
-                        drive: &[f64],
-                        kept: &mut Vec<Kept<$vector>>,
-                        record: &mut [f64],
-                    ) {
-                        smooth_block(start, smoothed, tuning, steps, drive, kept, record);
-                    }
-                    // SAFETY: `widest` has found the features.
-                    unsafe { compiled(start, smoothed, tuning, steps, drive, kept, record) }
-                }
-            }
-        };
     }
 
     compiled!(Four, "avx2,fma");

@@ -5,12 +5,14 @@ pub mod consistency;
 mod covariance;
 mod dense;
 mod error;
+mod form;
 mod initial;
 mod joseph;
 mod kernel;
 mod kinematics;
 mod lanes;
 mod layout;
+mod march;
 pub mod observability;
 mod real;
 mod run;
@@ -18,9 +20,14 @@ mod schedule;
 mod settings;
 mod smoother;
 mod transition;
+mod window;
 
 pub use error::ReconstructError;
+#[doc(hidden)]
+pub use lanes::Width;
 pub use layout::{INPUTS, Input, MEASUREMENTS, Measurement, STATES, State};
+#[doc(hidden)]
+pub use run::reconstruct_with;
 pub use run::{Watch, lane_groups, lanes, reconstruct, reconstruct_many};
 pub use settings::{FilterSettings, InputHold, Linearisation, Method, SettingError, ValidSettings};
 

@@ -11,6 +11,7 @@ use super::blocks::{
 };
 use super::covariance::{ATT, BLOCKS, Covariance, GROUPS, POS, VEL, at};
 use super::kernel::{Estimate, Step, Tuning};
+use super::lanes::Lanes;
 use super::real::Real;
 use super::transition::Transition;
 
@@ -34,7 +35,7 @@ pub struct Kept<T> {
 /// One step backwards: `smoothed` at the end of the step becomes `smoothed` at its start,
 /// `x + G (xs - x-)` and `P + G (Ps - P-) G'` (Rauch, Tung & Striebel 1965).
 #[inline(always)]
-pub fn smooth_step<T: Real>(smoothed: &mut Estimate<T>, kept: &Kept<T>, step: &Step<T>, tuning: &Tuning<T>) {
+pub fn smooth_step<T: Lanes>(smoothed: &mut Estimate<T>, kept: &Kept<T>, step: &Step<T>, tuning: &Tuning<T>) {
     let mut d = smoothed.x;
     for g in 0..GROUPS {
         d[g] = difference(&smoothed.x[g], &kept.predicted.x[g]);
@@ -46,9 +47,9 @@ pub fn smooth_step<T: Real>(smoothed: &mut Estimate<T>, kept: &Kept<T>, step: &S
             }
         }
     }
-    take_noise_out(&mut d, &mut smoothed.p, kept, step, tuning);
+    T::take_noise_out(&mut d, &mut smoothed.p, kept, step, tuning);
     let back = kept.phi.inverse();
-    smoothed.p.propagate_back(&back);
+    T::propagate_back(&mut smoothed.p, &back);
     let moved = back.apply_back(&d);
     for g in 0..GROUPS {
         for i in 0..3 {
@@ -66,7 +67,7 @@ pub fn smooth_step<T: Real>(smoothed: &mut Estimate<T>, kept: &Kept<T>, step: &S
 
 /// `d <- A d` and `D <- A D A'` with `A = I - Gamma Q Y'`, `Y = (P-)^-1 Gamma`.
 #[inline(always)]
-fn take_noise_out<T: Real>(
+pub fn take_noise_out<T: Real>(
     d: &mut [Vec3<T>; GROUPS],
     big_d: &mut Covariance<T>,
     kept: &Kept<T>,
