@@ -293,7 +293,13 @@ fn draw_plot<'a>(
     let palette = theme::palette(ui);
     let drawn: Vec<(&Trace<'a>, &'a Drawn)> =
         plot.traces.iter().enumerate().filter_map(|(column, trace)| Some((trace, look(column)?))).collect();
-    let extents = drawn.iter().flat_map(|(_, drawn)| drawn.line.extent.into_iter().chain(drawn.band_extent));
+    let extents = drawn.iter().flat_map(|(_, drawn)| {
+        let band = drawn.band_extent.map(|(low, high)| {
+            let room = if plot.fit_bands { 0.5 * (high - low) } else { 0.0 };
+            (low - room, high + room)
+        });
+        drawn.line.extent.filter(|_| !plot.fit_bands).into_iter().chain(band)
+    });
     let (low, high) = plot.value_range.unwrap_or_else(|| value_bounds(extents));
     let label = match (plot.label, plot.unit) {
         (label, "") => label.to_owned(),

@@ -18,9 +18,12 @@ command Manoeuvres
 xdotool mousemove 597 73 mousedown 1; sleep 0.3
 for x in 602 606 610 612; do xdotool mousemove "$x" 73; sleep 0.2; done
 xdotool mouseup 1; sleep "${settle:-8}"
-shot workbench_light
+shot drawn_light
 xdotool key ctrl+z
+sleep "${settle:-8}"
+shot workbench_light
 command "Dark theme"
+command "Reset layout"
 stop
 for session in citation_aileron attas phlab_short_period; do
     recording=$(sed -n 's/^path = "\(\.\..*\)"/\1/p' "sessions/$session.toml" | head -1)
