@@ -12,6 +12,7 @@ pub mod datcom;
 mod error;
 mod hdf5;
 mod hdf5_decode;
+pub mod instruments;
 mod map;
 mod mat;
 mod mat_contents;

@@ -1,16 +1,43 @@
-//! Signal preparation: smoothing, differentiation, resampling, lags, sensor positions.
+//! Signal preparation: smoothing, differentiation, integration, resampling, lags, sensor positions; control surfaces, air
+//! data and fuel from raw sensors; noise statistics; manoeuvres.
 
+mod air_data;
+mod control_sensors;
+mod control_surfaces;
 mod differentiate;
+mod fuel;
+mod integrate;
 mod lag;
 mod local_polynomial;
+mod manoeuvres;
+mod navigation;
+mod noise_statistics;
 mod position;
+mod pulses;
 mod resample;
 mod smooth;
 
 use thiserror::Error;
 
+pub use air_data::{
+    PodHistory, level_flight_angle_of_attack, pod_angle_of_attack, pod_calibration, pod_history, pod_working_range,
+    sideslip,
+};
+pub use control_sensors::{
+    SensorAttitude, SensorReference, attitude_turn, central4_noise, integrated_turn, integrated_turn_noise,
+    sensor_rate_noise, sensor_rates,
+};
+pub use control_surfaces::{
+    ColumnFormula, DeflectionSettings, aileron_deflection, column_travel, deflection_noise, elevator_deflection,
+    rudder_deflection, rudder_history,
+};
 pub use differentiate::{Differentiation, differentiate};
+pub use fuel::{BlindZone, FuelHistory, FuelReading, FuelSettings, fuel_from_flow, fuel_history, fuel_reading};
+pub use integrate::{cumulative_trapezoid, stretches};
 pub use lag::{delay, first_order_lag};
+pub use manoeuvres::{Manoeuvre, ManoeuvreSettings, ManoeuvreShape, Pulse, find_manoeuvres};
+pub use navigation::{position_from_velocity, satellite_fix_at_cg};
+pub use noise_statistics::{NoiseChoice, NoiseOrigin, NoiseStatistics, noise_proposals, noise_statistics};
 pub use position::{FlowVane, acceleration_at_cg, accelerometer_at, flow_angles_at_cg, flow_angles_at_vanes};
 pub use resample::{Interpolation, resample};
 pub use smooth::{Smoothing, smooth};

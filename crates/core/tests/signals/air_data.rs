@@ -1,0 +1,86 @@
+//! Angle of attack of the pod: thesis section 4.3.
+
+use doublet_core::atmos::{Atmosphere, STANDARD_GRAVITY_M_S2};
+use doublet_core::load::instruments::PodCalibration;
+use doublet_core::prep::{
+    PrepError, level_flight_angle_of_attack, pod_angle_of_attack, pod_calibration, pod_history, pod_working_range,
+    sideslip,
+};
+
+use super::support::c337f;
+
+/// Angles quoted to two decimals, deg.
+const HALF_DIGIT_DEG: f64 = 0.005;
+const KNOT_M_S: f64 = 1852.0 / 3600.0;
+
+fn calibration(flight: &str) -> PodCalibration {
+    c337f().air_data.pods.into_iter().find(|pod| pod.flight == flight).unwrap()
+}
+
+#[test]
+fn pod_angles_match_table_4_11_at_its_three_points() {
+    for (flight, points) in
+        [("FT0.2", [(0.0, 4.06), (85.0, 6.08), (100.0, 10.81)]), ("FT1.0", [(0.0, 4.75), (85.0, 8.05), (100.0, 11.45)])]
+    {
+        for (number, published) in points {
+            let found = pod_angle_of_attack(&calibration(flight), number).to_degrees();
+            assert!((found - published).abs() < HALF_DIGIT_DEG + 1e-3, "{flight} at {number}: {found}");
+        }
+    }
+}
+
+#[test]
+fn lift_curve_gives_the_angle_at_zero_of_both_calibrations() {
+    let curve = c337f().air_data.lift_curve;
+    let atmosphere = Atmosphere::default();
+    // Section 4.3.3: mass, airspeed at the pod's zero, altitude; ISA of the altitude.
+    for (mass_kg, airspeed_kt, altitude_ft, expected_deg) in
+        [(1778.0, 96.0, 3000.0, 4.06), (2044.0, 101.0, 4000.0, 4.62)]
+    {
+        let density = atmosphere.density_kg_m3(altitude_ft * 0.3048).unwrap();
+        let airspeed = airspeed_kt * KNOT_M_S;
+        let alpha = level_flight_angle_of_attack(&curve, mass_kg, STANDARD_GRAVITY_M_S2, airspeed, density, 18.7);
+        // Airspeed is printed to the knot, worth 0.16 deg: the figures are met to a hundredth.
+        assert!((alpha.to_degrees() - expected_deg).abs() < 0.011, "{}", alpha.to_degrees());
+    }
+    // Zero-lift angle -3.879 deg, thesis 4.3.2 with its sign put right: 0.333/0.086 to the digits of the slope.
+    assert!((-(curve.at_zero_alpha / curve.slope_per_rad).to_degrees() + 3.879).abs() < 0.01);
+}
+
+#[test]
+fn working_range_leaves_out_where_a_calibration_falls() {
+    // FT0.2 falls from 4.063 deg at 0 to 3.968 deg at 32.9; FT1.0 rises throughout.
+    let [from, to] = pod_working_range(&calibration("FT0.2"));
+    assert!((from - 32.9).abs() < 0.5 && to == 100.0, "{from}");
+    assert!((pod_angle_of_attack(&calibration("FT0.2"), 32.9).to_degrees() - 3.968).abs() < HALF_DIGIT_DEG);
+    assert_eq!(pod_working_range(&calibration("FT1.0")), [0.0, 100.0]);
+    let history = pod_history(&calibration("FT0.2"), &[0.0, 0.0, 10.0, 50.0, 100.0]);
+    let known: Vec<bool> = history.alpha_rad.iter().map(|alpha| alpha.is_finite()).collect();
+    assert_eq!(known, [false, false, true, true, false]);
+    assert_eq!(history.warnings.len(), 3);
+    assert!(
+        history.warnings[0].contains("2 of 5") && history.warnings[2].contains("below 33"),
+        "{:?}",
+        history.warnings
+    );
+    assert!(pod_history(&calibration("FT1.0"), &[20.0, 99.0]).warnings.is_empty());
+}
+
+#[test]
+fn new_calibration_passes_through_its_points_and_rejects_falling_ones() {
+    let points = [(0.0, 0.083), (85.0, 0.141), (100.0, 0.200)];
+    let found = pod_calibration("FT2.0", &points).unwrap();
+    for (number, alpha) in points {
+        assert!((pod_angle_of_attack(&found, number) - alpha).abs() < 1e-12);
+    }
+    assert!(matches!(pod_calibration("x", &points[..1]), Err(PrepError::TooFewSamples { found: 1, .. })));
+    assert!(matches!(pod_calibration("x", &[(0.0, -0.1), (85.0, 0.1)]), Err(PrepError::Setting { .. })));
+    assert!(matches!(pod_calibration("x", &[(0.0, 0.2), (85.0, 0.1)]), Err(PrepError::Setting { .. })));
+    assert!(matches!(pod_calibration("x", &[(5.0, 0.1), (5.0, 0.2)]), Err(PrepError::Setting { .. })));
+}
+
+#[test]
+fn sideslip_loses_the_offset_of_section_4_4_3() {
+    let offset = c337f().air_data.sideslip_offset_rad;
+    assert!((sideslip(0.0, offset).to_degrees() + 0.72).abs() < 1e-12);
+}

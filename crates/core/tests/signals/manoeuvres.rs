@@ -1,0 +1,161 @@
+//! Manoeuvres found in hand-flown, drifting, noisy controls.
+
+use doublet_core::prep::{Manoeuvre, ManoeuvreSettings, ManoeuvreShape, PrepError, find_manoeuvres};
+use doublet_core::quantity::Role;
+use doublet_core::series::Series;
+use doublet_core::simulate::{Hand, InputKind, InputSignal};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
+
+const SURFACES: [Role; 3] = [Role::Aileron, Role::Elevator, Role::Rudder];
+/// Time from one input to the next, s.
+const EVERY_S: f64 = 40.0;
+
+/// Inputs flown one after the other, each on one surface, at 60 Hz over trims that drift, with sensor noise.
+struct Flown {
+    controls: [Series; 3],
+    inputs: Vec<(usize, InputKind, f64, f64)>,
+}
+
+fn flown(count: usize, hand: Hand, kinds: &[InputKind], seed: u64) -> Flown {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut inputs = Vec::new();
+    let mut signals = Vec::new();
+    for k in 0..count {
+        let kind = kinds[rng.random_range(0..kinds.len())];
+        let base = rng.random_range(0.5..1.2);
+        let amplitude: f64 = rng.random_range(1.5f64..5.0).to_radians() * if rng.random() { 1.0 } else { -1.0 };
+        let onset = 20.0 + EVERY_S * k as f64 + rng.random_range(0.0..5.0);
+        signals.push(InputSignal::new(kind, base, amplitude, hand, &mut rng));
+        inputs.push((k % 3, kind, onset, amplitude));
+    }
+    let time: Vec<f64> = (0..(60.0 * (EVERY_S * count as f64 + 20.0)) as usize).map(|k| k as f64 / 60.0).collect();
+    let controls = [0usize, 1, 2].map(|surface| {
+        let (trim, drift) = (0.02 * surface as f64 - 0.03, 0.012 + 0.004 * surface as f64);
+        let values = time.iter().map(|&t| {
+            let index = ((t - 20.0) / EVERY_S).floor().clamp(0.0, count as f64 - 1.0) as usize;
+            let (on, _, onset, _) = inputs[index];
+            let input = if on == surface { signals[index].at(t - onset) } else { 0.0 };
+            let noise = 8e-4 * rng.sample::<f64, _>(StandardNormal);
+            trim + drift * (t / 50.0 + surface as f64).sin() + input + noise
+        });
+        Series { values: values.collect(), time_s: time.clone().into() }
+    });
+    Flown { controls, inputs }
+}
+
+fn find(flown: &Flown, settings: &ManoeuvreSettings) -> Vec<Manoeuvre> {
+    let controls: Vec<(Role, &Series)> = SURFACES.into_iter().zip(&flown.controls).collect();
+    find_manoeuvres(&controls, &[], settings).unwrap()
+}
+
+fn shape_of(kind: InputKind) -> ManoeuvreShape {
+    match kind {
+        InputKind::Doublet => ManoeuvreShape::Doublet,
+        InputKind::ThreeTwoOneOne => ManoeuvreShape::ThreeTwoOneOne,
+        InputKind::Pulse => ManoeuvreShape::Pulse,
+        _ => ManoeuvreShape::Step,
+    }
+}
+
+#[test]
+fn hand_flown_manoeuvres_are_found_with_surface_shape_and_onset() {
+    /// Time in which a half cosine leaves the noise, s.
+    const ONSET_S: f64 = 0.12;
+    let kinds = [InputKind::Doublet, InputKind::ThreeTwoOneOne, InputKind::Pulse];
+    let (mut all, mut right) = (0, 0);
+    for seed in 0..4 {
+        let flown = flown(30, Hand::PILOT, &kinds, seed);
+        let found = find(&flown, &ManoeuvreSettings::default());
+        assert_eq!(found.len(), flown.inputs.len(), "seed {seed}");
+        for (manoeuvre, (surface, kind, onset, amplitude)) in found.iter().zip(&flown.inputs) {
+            assert_eq!(manoeuvre.surface, SURFACES[*surface]);
+            assert!((manoeuvre.onset_s - onset).abs() < ONSET_S, "{} for {onset}", manoeuvre.onset_s);
+            assert!((manoeuvre.amplitude_rad / amplitude - 1.0).abs() < 0.25, "{manoeuvre:?} {amplitude}");
+            assert!(manoeuvre.window.start_s < manoeuvre.onset_s && manoeuvre.input_end_s < manoeuvre.window.end_s);
+            all += 1;
+            right += usize::from(manoeuvre.shape == shape_of(*kind));
+        }
+    }
+    println!("{right} of {all} shapes right");
+    assert!(right as f64 > 0.98 * all as f64, "{right} of {all}");
+}
+
+#[test]
+fn a_perfect_hand_gives_its_base_time_and_full_confidence() {
+    let flown = flown(6, Hand::PERFECT, &[InputKind::ThreeTwoOneOne], 8);
+    for manoeuvre in find(&flown, &ManoeuvreSettings::default()) {
+        assert!(manoeuvre.confidence > 0.9, "{manoeuvre:?}");
+        let length = manoeuvre.pulses[3].end_s - manoeuvre.pulses[0].start_s;
+        // Seven base times to two samples at 60 Hz.
+        assert!((length - 7.0 * manoeuvre.base_time_s).abs() < 2.0 / 60.0 * 7.0, "{manoeuvre:?}");
+    }
+}
+
+#[test]
+fn nothing_is_invented_in_trim_drift_and_noise() {
+    let mut quiet = flown(20, Hand::PILOT, &[InputKind::Doublet], 3);
+    let trim = |k: usize, t: f64| 0.02 * (t / 60.0 + k as f64).sin();
+    let mut rng = ChaCha8Rng::seed_from_u64(77);
+    for (k, series) in quiet.controls.iter_mut().enumerate() {
+        let values = series.time_s.iter().map(|&t| trim(k, t) + 1.5e-3 * rng.sample::<f64, _>(StandardNormal));
+        series.values = values.collect();
+    }
+    assert_eq!(find(&quiet, &ManoeuvreSettings::default()), []);
+}
+
+#[test]
+fn step_is_told_from_pulse_and_coupled_inputs_lose_confidence() {
+    let time: Vec<f64> = (0..1200).map(|k| f64::from(k) / 60.0).collect();
+    let series =
+        |f: &dyn Fn(f64) -> f64| Series { values: time.iter().map(|&t| f(t)).collect(), time_s: time.clone().into() };
+    let step = series(&|t| if t > 12.0 { 0.03 } else { 0.0 });
+    let still = series(&|_| 0.0);
+    let settings = ManoeuvreSettings::default();
+    let found = find_manoeuvres(&[(Role::Elevator, &step), (Role::Rudder, &still)], &[], &settings).unwrap();
+    assert_eq!((found.len(), found[0].shape, found[0].surface), (1, ManoeuvreShape::Step, Role::Elevator));
+    let doublet = |t: f64, size: f64| {
+        if (8.0..9.0).contains(&t) {
+            size
+        } else if (9.0..10.0).contains(&t) {
+            -size
+        } else {
+            0.0
+        }
+    };
+    let (large, small) = (series(&|t| doublet(t, 0.05)), series(&|t| doublet(t, 0.02)));
+    let found = find_manoeuvres(&[(Role::Aileron, &large), (Role::Rudder, &small)], &[], &settings).unwrap();
+    assert_eq!((found.len(), found[0].surface, found[0].shape), (1, Role::Aileron, ManoeuvreShape::Doublet));
+    // 0.02 of 0.05 on the other surface: 1 / (1 + (0.4/0.5)^2).
+    assert!((found[0].confidence - 0.61).abs() < 0.02, "{}", found[0].confidence);
+}
+
+#[test]
+fn free_response_ends_where_the_rate_has_died_down() {
+    let time: Vec<f64> = (0..1800).map(|k| f64::from(k) / 60.0).collect();
+    let doublet = |t: f64| {
+        if (8.0..9.0).contains(&t) {
+            0.05
+        } else if (9.0..10.0).contains(&t) {
+            -0.05
+        } else {
+            0.0
+        }
+    };
+    // A rate that falls to a tenth of its greatest 4.6 s after the input: exp(-0.5 t).
+    let rate = |t: f64| if t < 8.0 { 0.01 } else { 0.01 + 0.2 * (-0.5 * (t - 10.0).max(0.0)).exp() };
+    let make =
+        |f: &dyn Fn(f64) -> f64| Series { values: time.iter().map(|&t| f(t)).collect(), time_s: time.clone().into() };
+    let (control, response) = (make(&doublet), make(&rate));
+    let settings = ManoeuvreSettings::default();
+    let found = find_manoeuvres(&[(Role::Elevator, &control)], &[(Role::PitchRate, &response)], &settings).unwrap();
+    assert!((found[0].window.end_s - (10.0 + 10f64.ln() / 0.5)).abs() < 0.03, "{:?}", found[0].window);
+    assert!((found[0].window.start_s - 5.0).abs() < 0.03);
+    let without = find_manoeuvres(&[(Role::Elevator, &control)], &[], &settings).unwrap();
+    assert!((without[0].window.end_s - 20.0).abs() < 0.05);
+    let bad = ManoeuvreSettings { resting_s: 0.0, ..settings };
+    assert!(matches!(find_manoeuvres(&[], &[], &bad), Err(PrepError::Setting { setting: "resting_s", .. })));
+    let uneven = Series { time_s: [1.0, 0.0].into(), values: [0.0, 0.0].into() };
+    assert!(find_manoeuvres(&[(Role::Elevator, &uneven)], &[], &settings).is_err());
+}

@@ -1,0 +1,85 @@
+//! Noise of channels over steady windows.
+
+use std::collections::BTreeMap;
+
+use doublet_core::prep::{NoiseOrigin, PrepError, noise_proposals, noise_statistics};
+use doublet_core::quantity::Role;
+use doublet_core::series::{Series, Window};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
+
+/// Noise of the pitch gyro, thesis Table 4.15, rad/s.
+const SIGMA: f64 = 1.20e-3;
+
+/// A gyro at 50 Hz: noise of correlation `keep` from sample to sample on a trend.
+fn gyro(keep: f64, resolution: f64, seed: u64) -> Series {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let time: Vec<f64> = (0..3000).map(|k| 0.02 * f64::from(k)).collect();
+    let mut noise = 0.0;
+    let values = time.iter().map(|t| {
+        noise = keep * noise + (1.0 - keep * keep).sqrt() * SIGMA * rng.sample::<f64, _>(StandardNormal);
+        let value = 2e-3 + 3e-4 * t + noise;
+        if resolution > 0.0 { (value / resolution).round() * resolution } else { value }
+    });
+    Series { values: values.collect(), time_s: time.into() }
+}
+
+const WINDOWS: [Window; 3] = [
+    Window { start_s: 2.0, end_s: 12.0 },
+    Window { start_s: 20.0, end_s: 30.0 },
+    Window { start_s: 41.0, end_s: 51.0 },
+];
+
+#[test]
+fn noise_statistics_recover_truth_deviation_of_white_noise_on_a_trend() {
+    /// Four standard errors of a standard deviation over 1,500 samples, relative.
+    const SCATTER: f64 = 0.075;
+    let mut white = 0;
+    for seed in 0..40 {
+        let found = noise_statistics(&gyro(0.0, 0.0, seed), &WINDOWS, 1).unwrap();
+        assert_eq!((found.samples, found.windows), (1503, 3));
+        assert!((found.std / SIGMA - 1.0).abs() < SCATTER && (found.difference_std / SIGMA - 1.0).abs() < SCATTER);
+        assert!(found.lag_one.abs() < 0.1);
+        white += usize::from(found.whiteness > 0.05);
+    }
+    // 95 % of white noises pass at 5 %: 38 of 40, three standard deviations of 1.4 below.
+    assert!(white >= 33, "{white} of 40");
+}
+
+#[test]
+fn coloured_noise_is_told_from_white() {
+    let found = noise_statistics(&gyro(0.8, 0.0, 3), &WINDOWS, 1).unwrap();
+    assert!((found.lag_one - 0.8).abs() < 0.08, "{}", found.lag_one);
+    assert!(found.whiteness < 1e-6 && found.difference_std < 0.55 * found.std);
+}
+
+#[test]
+fn proposals_come_from_windows_resolution_or_the_thesis_and_can_be_overridden() {
+    let mut measured = BTreeMap::new();
+    measured.insert(Role::PitchRate, noise_statistics(&gyro(0.0, 0.0, 1), &WINDOWS, 1).unwrap());
+    // A recorder much coarser than its noise shows steps, here of a still channel that flickers once.
+    let mut still = vec![0.25; 600];
+    still[300] = 0.26;
+    let coarse = Series { time_s: (0..600).map(|k| 0.02 * f64::from(k)).collect(), values: still.into() };
+    let whole = [Window { start_s: 0.0, end_s: 12.0 }];
+    measured.insert(Role::BankAngle, noise_statistics(&coarse, &whole, 0).unwrap());
+    let mut proposals = noise_proposals(&measured);
+    assert_eq!(proposals.len(), 18);
+    assert!((proposals[&Role::PitchRate].std() / SIGMA - 1.0).abs() < 0.1);
+    assert!(matches!(proposals[&Role::BankAngle].origin, NoiseOrigin::Resolution(_)));
+    assert!((proposals[&Role::BankAngle].std() - 0.01 / 12f64.sqrt()).abs() < 1e-9);
+    // The raw yaw rate is printed as 6.15e-2 rad/s.
+    assert_eq!(proposals[&Role::YawRate].std(), 6.15e-4);
+    assert_eq!((proposals[&Role::AngleOfAttack].std(), proposals[&Role::Sideslip].std()), (1e-2, 5e-3));
+    let choice = proposals.get_mut(&Role::YawRate).unwrap();
+    choice.instead = Some((1e-3, "vibration at this power".to_owned()));
+    assert_eq!((choice.std(), choice.proposed), (1e-3, 6.15e-4));
+}
+
+#[test]
+fn noise_statistics_reject_windows_without_samples() {
+    let refused = noise_statistics(&gyro(0.0, 0.0, 1), &[Window { start_s: 100.0, end_s: 110.0 }], 1);
+    assert!(matches!(refused, Err(PrepError::TooFewSamples { needed: 9, found: 0, .. })), "{refused:?}");
+    assert!(noise_statistics(&gyro(0.0, 0.0, 1), &[], 1).is_err());
+}
