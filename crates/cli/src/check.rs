@@ -27,7 +27,7 @@ fn check_session(arguments: &CheckArguments) -> Result<(), String> {
         problems.push(format!("aircraft: {error}"));
     }
     for flight in &opened.session.flights {
-        match stage::flight(&opened.folder, flight).and_then(|read| stage::aligned(&read, flight)) {
+        match stage::flight(&opened.folder, flight).and_then(|read| stage::aligned(&opened.folder, &read, flight)) {
             Ok(loaded) => {
                 loaded.recording.warnings.iter().for_each(|line| text::line(&format!("{}: {line}", flight.name)));
             }

@@ -85,7 +85,7 @@ pub fn new(arguments: &NewArguments) -> Result<(), String> {
                 kind: String::new(),
             });
         }
-        flights.push(Flight { name, recordings, clocks: Vec::new() });
+        flights.push(Flight { name, recordings, clocks: Vec::new(), instruments: None });
     }
     let aircraft = aircraft_reference(&arguments.aircraft)?;
     let session = Session {

@@ -182,14 +182,14 @@ fn bad_sessions_end_in_one_clear_line_each() {
     assert_says(&gone, &["gone.h5", "no such file"]);
     let map = failing("demo", |text| text.replace("builtin:demo_flight", "builtin:demo_flihgt"));
     assert_says(&map, &["demo_flihgt", "demo_flight"]);
-    let empty = failing("demo", |text| text.replacen("end_s = 1069.9", "end_s = 1056.5", 1));
+    let empty = failing("demo", |text| text.replacen("end_s = 1069.70", "end_s = 1056.75", 1));
     assert_says(&empty, &["window '01 aileron doublet'", "empty"]);
-    let outside = failing("demo", |text| text.replacen("1056.5", "9056.5", 1).replacen("1069.9", "9069.9", 1));
+    let outside = failing("demo", |text| text.replacen("1056.75", "9056.75", 1).replacen("1069.70", "9069.70", 1));
     assert_says(&outside, &["window '01 aileron doublet'", "spans"]);
     let term = failing("demo", |text| text.replacen("\"qc/V\"", "\"qc/W\"", 1));
     assert_says(&term, &["model.CX", "qc/W"]);
-    let noise = failing("demo", |text| text.replacen("alpha = 4e-4", "alpha = -4e-4", 1));
-    assert_says(&noise, &["measurement_noise.alpha", "-0.0004"]);
+    let noise = failing("demo", |text| text.replacen("alpha = 3e-3", "alpha = -3e-3", 1));
+    assert_says(&noise, &["measurement_noise.alpha", "-0.003"]);
     let key = failing("demo", |text| text.replacen("gravity_m_s2", "gravity", 1));
     assert_says(&key, &["gravity", "line"]);
     assert_eq!(key.len(), 1);

@@ -4,8 +4,8 @@ use doublet_core::model::{Coefficient, Structure, Term, Variable};
 use doublet_core::reconstruct::{FilterSettings, Input, Measurement, Method};
 use doublet_core::series::Window;
 use doublet_engine::session::{
-    self, ClockPairSetting, ClockSetting, Edit, EditError, Estimation, FilterEdit, Flight, Manoeuvre, ModelEdit,
-    Preparation, RecordingRef, Session, Surface, WindowEdit, WindowRole,
+    self, ClockPairSetting, ClockSetting, Edit, EditError, Estimation, FilterEdit, Flight, InstrumentSetting,
+    Manoeuvre, ModelEdit, Preparation, RecordingRef, Session, Surface, WindowEdit, WindowRole,
 };
 use doublet_engine::undo::History;
 use proptest::prelude::*;
@@ -41,6 +41,13 @@ fn example() -> Session {
                     inverted: false,
                 }],
             }],
+            instruments: Some(InstrumentSetting {
+                file: "builtin:c337f_instruments".to_owned(),
+                control_sensors: Some("sensor_*".to_owned()),
+                pod: None,
+                pod_calibration: String::new(),
+                fuel: [("main left".to_owned(), "engine_monitor/m_f_ML".to_owned())].into(),
+            }),
         }],
         windows: vec![window("e1", 10.0), window("e2", 50.0)],
         filter: FilterSettings::default(),

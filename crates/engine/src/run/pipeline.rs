@@ -256,7 +256,8 @@ struct KeyedFlight<'a> {
 fn load_flights<'a>(scope: &Scope<'a>, cache: &Cache, board: &Board<'_>) -> Result<Vec<KeyedFlight<'a>>, Cancelled> {
     let one = |flight: &'a session::Flight| {
         let files_key = files_key(scope.folder, flight);
-        let key = KeyBuilder::new("aligned", 1).key(files_key).parameters(&flight.clocks).finish();
+        let key =
+            KeyBuilder::new("aligned", 1).key(files_key).parameters(&(&flight.clocks, &flight.instruments)).finish();
         let result = load_flight(scope.folder, flight, files_key, key, cache);
         let loaded = result.as_ref().ok().cloned();
         board.step(|snapshot| {
@@ -306,7 +307,7 @@ fn load_flight(
         Some(read) => read,
         None => cache.insert(files_key, stage::flight(folder, flight)?),
     };
-    Ok(cache.insert(key, stage::aligned(&read, flight)?))
+    Ok(cache.insert(key, stage::aligned(folder, &read, flight)?))
 }
 
 /// Engines over each flight. They hang on the recording and the aircraft's file alone, and nothing hangs on them: they come last.

@@ -5,6 +5,8 @@ mod edit;
 mod file;
 mod schema;
 
+use std::collections::BTreeMap;
+
 use doublet_core::airframe::Loading;
 use doublet_core::model::Structure;
 use doublet_core::quantity::Role;
@@ -48,6 +50,23 @@ pub struct Flight {
     pub recordings: Vec<RecordingRef>,
     /// Clocks of recorders that do not run on the flight's time line.
     pub clocks: Vec<ClockSetting>,
+    /// Instruments whose raw signals become roles.
+    pub instruments: Option<InstrumentSetting>,
+}
+
+/// Instruments whose raw signals become deflections, flow angles and fuel mass.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct InstrumentSetting {
+    /// Instruments file, relative to the session file, or `builtin:` and a name.
+    pub file: String,
+    /// Sources of the control sensors, `*` standing for a sensor's name in the file.
+    pub control_sensors: Option<String>,
+    /// Source of the air-data pod.
+    pub pod: Option<String>,
+    /// Flight whose calibration the pod's number has.
+    pub pod_calibration: String,
+    /// Channel (`source/name`) of each tank's fuel probe.
+    pub fuel: BTreeMap<String, String>,
 }
 
 /// A recorder's clock: `t = offset + (1 + drift) t_own` (thesis Table 4.14).

@@ -10,6 +10,7 @@ mod align;
 mod engines;
 mod fit;
 mod flight_engines;
+mod instruments;
 mod path;
 mod phases;
 mod recording;

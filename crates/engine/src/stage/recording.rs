@@ -8,6 +8,7 @@ use doublet_core::quantity::Role;
 use doublet_core::series::Recording;
 
 use super::align::{UsedClock, align};
+use super::instruments::derive;
 use crate::builtin;
 use crate::graph::Footprint;
 use crate::session::{Flight, RecordingRef, content_hash};
@@ -89,12 +90,15 @@ pub fn flight(folder: &Path, flight: &Flight) -> Result<LoadedFlight, String> {
     Ok(LoadedFlight { recording: merged, hashes, clocks: Vec::new() })
 }
 
-/// Puts a flight as read on its time line.
+/// Puts a flight as read on its time line and adds what its instruments give.
 ///
 /// # Errors
-/// Those of [`align`], with the flight's name.
-pub fn aligned(read: &LoadedFlight, flight: &Flight) -> Result<LoadedFlight, String> {
-    let (recording, clocks) = align(&read.recording, &flight.clocks)?;
+/// One line that names the clock or the instrument's channel and the cure.
+pub fn aligned(folder: &Path, read: &LoadedFlight, flight: &Flight) -> Result<LoadedFlight, String> {
+    let (mut recording, clocks) = align(&read.recording, &flight.clocks)?;
+    if let Some(setting) = &flight.instruments {
+        derive(&mut recording, folder, setting)?;
+    }
     Ok(LoadedFlight { recording, hashes: read.hashes.clone(), clocks })
 }
 

@@ -49,21 +49,25 @@ pub fn values_at(recording: &Recording, role: Role, time_s: &[f64]) -> Result<Op
         return Ok(Some(own_values));
     }
     let place = format!("{} (channel '{}' of {})", role.name(), channel.name, channel.source);
-    let slack = GAP_S.max(step);
-    match (own_time.first(), own_time.last()) {
-        (Some(&start), Some(&end)) if start <= first + slack && end >= last - slack => {}
-        _ => {
-            return Err(format!(
-                "{place} has no samples over {first:.2} s to {last:.2} s: choose a window where it was recorded"
-            ));
-        }
+    let (Some(&start), Some(&end)) = (own_time.first(), own_time.last()) else {
+        return Err(format!(
+            "{place} has no samples over {first:.2} s to {last:.2} s: choose a window where it was recorded"
+        ));
+    };
+    // Its first and last sample hold for one of its own intervals beyond them, no longer.
+    let interval = (end - start) / (own_time.len().max(2) - 1) as f64;
+    if start > first + interval || end < last - interval {
+        return Err(format!(
+            "{place} was recorded from {start:.2} s to {end:.2} s here: let the window lie inside, not from {first:.2} s to {last:.2} s"
+        ));
     }
     if let Some((at, length)) = gaps(&own_time).into_iter().find(|(at, length)| *at < last && at + length > first) {
         return Err(format!(
             "{place} has a gap of {length:.2} s at {at:.2} s: end the window before it or start after"
         ));
     }
-    resample(&own_time, &own_values, time_s, Interpolation::Linear)
+    let wanted: Vec<_> = time_s.iter().map(|time| time.clamp(start, end)).collect();
+    resample(&own_time, &own_values, &wanted, Interpolation::Linear)
         .map(Some)
         .map_err(|error| format!("{place}: {error}"))
 }

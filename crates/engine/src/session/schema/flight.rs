@@ -1,10 +1,12 @@
 //! Saved form of flights, their recordings and clocks.
 
+use std::collections::BTreeMap;
+
 use doublet_core::quantity::Role;
 use serde::{Deserialize, Serialize};
 
 use super::{SessionError, unknown};
-use crate::session::{ClockPairSetting, ClockSetting, Flight, RecordingRef};
+use crate::session::{ClockPairSetting, ClockSetting, Flight, InstrumentSetting, RecordingRef};
 
 /// A flight.
 #[derive(Serialize, Deserialize)]
@@ -15,6 +17,22 @@ pub struct FlightTable {
     recordings: Vec<RecordingTable>,
     #[serde(default, rename = "clock", skip_serializing_if = "Vec::is_empty")]
     clocks: Vec<ClockTable>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    instruments: Option<InstrumentTable>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct InstrumentTable {
+    file: String,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    control_sensors: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pod: Option<String>,
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pod_calibration: String,
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    fuel: BTreeMap<String, String>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -58,6 +76,13 @@ pub fn flight_from(table: FlightTable) -> Result<Flight, SessionError> {
         name: table.name,
         recordings: table.recordings.into_iter().map(recording_from).collect::<Result<_, _>>()?,
         clocks: table.clocks.into_iter().map(clock_from).collect(),
+        instruments: table.instruments.map(|table| InstrumentSetting {
+            file: table.file,
+            control_sensors: table.control_sensors,
+            pod: table.pod,
+            pod_calibration: table.pod_calibration,
+            fuel: table.fuel,
+        }),
     })
 }
 
@@ -85,6 +110,13 @@ pub fn flight_table(flight: &Flight) -> FlightTable {
             })
             .collect(),
         clocks: flight.clocks.iter().map(clock_table).collect(),
+        instruments: flight.instruments.clone().map(|setting| InstrumentTable {
+            file: setting.file,
+            control_sensors: setting.control_sensors,
+            pod: setting.pod,
+            pod_calibration: setting.pod_calibration,
+            fuel: setting.fuel,
+        }),
     }
 }
 

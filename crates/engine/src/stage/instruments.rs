@@ -1,0 +1,196 @@
+//! Roles that no recorder gives: deflections from sensors on the controls, flow angles from the pod, fuel from its probes.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use doublet_core::load::instruments::{self as file, ControlLinkage, Instruments};
+use doublet_core::prep::{
+    DeflectionSettings, FuelSettings, SensorAttitude, SensorReference, aileron_deflection, attitude_turn,
+    elevator_deflection, fuel_history, pod_history, rudder_history, sideslip, stretches,
+};
+use doublet_core::quantity::{Role, Unit};
+use doublet_core::series::{Channel, Recording, Series};
+
+use super::align::channel;
+use super::recording::text;
+use crate::session::InstrumentSetting;
+
+/// A pause between samples of a control sensor that ends a stretch, s: it records around each manoeuvre only.
+const PAUSE_S: f64 = 0.5;
+/// Sensors of the linkage by what they tell.
+const YOKE: &str = "yoke";
+const COLUMN: &str = "column";
+
+/// Adds every role the instruments give to a recording on the flight's time line. A role the recording has is kept, and said.
+///
+/// # Errors
+/// One line: a file or a channel that is not there, or signals that cannot be used.
+pub fn derive(recording: &mut Recording, folder: &Path, setting: &InstrumentSetting) -> Result<(), String> {
+    let content = text(folder, &setting.file, "aircraft")?;
+    let instruments = file::parse(&content).map_err(|error| format!("{}: {error}", setting.file))?;
+    let mut derived = Vec::new();
+    let mut warnings = Vec::new();
+    if let Some(pattern) = &setting.control_sensors {
+        derived.extend(deflections(recording, pattern, &instruments.control, &mut warnings)?);
+    }
+    if let Some(pod) = &setting.pod {
+        derived.extend(flow_angles(recording, pod, setting, &instruments, &mut warnings)?);
+    }
+    if !setting.fuel.is_empty() {
+        derived.push((Role::FuelMass, fuel(recording, setting, &instruments, &mut warnings)?));
+    }
+    for (role, series) in derived {
+        if let Some(recorded) = recording.role(role) {
+            warnings.push(format!(
+                "{} is recorded in {}: that is used, not the instruments'",
+                role.name(),
+                recorded.source
+            ));
+            continue;
+        }
+        recording.roles.insert(role, recording.channels.len());
+        recording.channels.push(Channel {
+            source: instruments.name.clone(),
+            name: role.name().to_owned(),
+            unit: role.dimension().si_symbol().to_owned(),
+            series,
+        });
+    }
+    recording.warnings.extend(warnings);
+    Ok(())
+}
+
+/// Samples of a channel in SI, whatever unit it was recorded in.
+fn si(channel: &Channel) -> Result<Series, String> {
+    let place = || format!("{}/{}", channel.source, channel.name);
+    let unit = Unit::parse(&channel.unit).map_err(|error| format!("{}: {error}", place()))?;
+    let values = channel.series.values.iter().map(|&value| unit.to_si(value)).collect();
+    Ok(Series { time_s: Arc::clone(&channel.series.time_s), values })
+}
+
+/// Attitude of a control sensor, one column per angle, on one time base.
+struct Attitude {
+    time_s: Arc<[f64]>,
+    angles: [Arc<[f64]>; 3],
+}
+
+impl Attitude {
+    fn of(recording: &Recording, source: &str) -> Result<Self, String> {
+        let [phi, theta, psi] =
+            ["phi", "theta", "psi"].map(|name| si(channel(recording, &format!("{source}/{name}"))?));
+        let (phi, theta, psi) = (phi?, theta?, psi?);
+        if theta.time_s != phi.time_s || psi.time_s != phi.time_s {
+            return Err(format!("{source}: its angles are not on one time base"));
+        }
+        Ok(Self { time_s: phi.time_s, angles: [phi.values, theta.values, psi.values] })
+    }
+
+    fn borrow(&self) -> SensorAttitude<'_> {
+        let [phi, theta, psi] = &self.angles;
+        SensorAttitude::Euler { phi, theta, psi }
+    }
+}
+
+fn deflections(
+    recording: &Recording,
+    pattern: &str,
+    linkage: &ControlLinkage,
+    warnings: &mut Vec<String>,
+) -> Result<Vec<(Role, Series)>, String> {
+    let source = |sensor: &str| pattern.replace('*', sensor);
+    let panel = Attitude::of(recording, &source(&linkage.reference_sensor))?;
+    let turn = |sensor: &str| turn(&Attitude::of(recording, &source(sensor))?, &panel, linkage, sensor);
+    let map = |turn: &Series, deflect: &dyn Fn(f64) -> f64| Series {
+        time_s: Arc::clone(&turn.time_s),
+        values: turn.values.iter().map(|&angle| deflect(angle)).collect(),
+    };
+    let yoke = turn(YOKE)?;
+    let column = turn(COLUMN)?;
+    let settings = DeflectionSettings::default();
+    let mut derived = vec![
+        (Role::Aileron, map(&yoke, &|angle| aileron_deflection(linkage, angle))),
+        (Role::Elevator, map(&column, &|angle| elevator_deflection(linkage, angle, settings))),
+    ];
+    if let Some(pedal) = linkage.pedals.first() {
+        let turned = turn(&pedal.sensor)?;
+        let (values, warning) = rudder_history(linkage, pedal, &turned.values);
+        warnings.extend(warning);
+        derived.push((Role::Rudder, Series { time_s: turned.time_s, values: values.into() }));
+    }
+    Ok(derived)
+}
+
+/// Turn of a sensor against the one fixed to the aircraft, from its rest; stretch by stretch, since the turn is followed without
+/// jumps only inside one.
+fn turn(sensor: &Attitude, panel: &Attitude, linkage: &ControlLinkage, name: &str) -> Result<Series, String> {
+    let mount = linkage.mount(name).ok_or_else(|| format!("the instruments file has no mount of sensor '{name}'"))?;
+    if sensor.time_s != panel.time_s {
+        return Err(format!("sensor '{name}' and '{}' are not on one time base", linkage.reference_sensor));
+    }
+    let mut values = Vec::with_capacity(sensor.time_s.len());
+    for range in stretches(&sensor.time_s, PAUSE_S) {
+        let (Some(turning), Some(fixed)) = (sensor.borrow().of(range.clone()), panel.borrow().of(range)) else {
+            continue;
+        };
+        let reference = SensorReference { attitude: fixed, sensor_from_reference: mount.sensor_from_reference };
+        let turned = attitude_turn(&turning, &reference).map_err(|error| format!("sensor '{name}': {error}"))?;
+        values.extend(turned.into_iter().map(|angle| angle - mount.rest_rad));
+    }
+    Ok(Series { time_s: Arc::clone(&sensor.time_s), values: values.into() })
+}
+
+fn flow_angles(
+    recording: &Recording,
+    pod: &str,
+    setting: &InstrumentSetting,
+    instruments: &Instruments,
+    warnings: &mut Vec<String>,
+) -> Result<Vec<(Role, Series)>, String> {
+    let air_data = &instruments.air_data;
+    let calibration = air_data.pods.iter().find(|pod| pod.flight == setting.pod_calibration).ok_or_else(|| {
+        let known: Vec<_> = air_data.pods.iter().map(|pod| pod.flight.as_str()).collect();
+        format!("no pod calibration '{}': use one of {}", setting.pod_calibration, known.join(", "))
+    })?;
+    let number = channel(recording, &format!("{pod}/AOA"))?;
+    let history = pod_history(calibration, &number.series.values);
+    warnings.extend(history.warnings.into_iter().map(|warning| format!("angle of attack: {warning}")));
+    let alpha = Series { time_s: Arc::clone(&number.series.time_s), values: history.alpha_rad.into() };
+    let measured = si(channel(recording, &format!("{pod}/beta"))?)?;
+    let offset = air_data.sideslip_offset_rad;
+    let values = measured.values.iter().map(|&beta| sideslip(beta, offset)).collect();
+    Ok(vec![(Role::AngleOfAttack, alpha), (Role::Sideslip, Series { time_s: measured.time_s, values })])
+}
+
+fn fuel(
+    recording: &Recording,
+    setting: &InstrumentSetting,
+    instruments: &Instruments,
+    warnings: &mut Vec<String>,
+) -> Result<Series, String> {
+    let mut shown = Vec::new();
+    for (tank, path) in &setting.fuel {
+        let probe = instruments
+            .fuel_probes
+            .iter()
+            .find(|probe| probe.tank == *tank)
+            .ok_or_else(|| format!("the instruments file has no fuel probe of tank '{tank}'"))?;
+        shown.push((probe, si(channel(recording, path)?)?));
+    }
+    let Some(time_s) = shown.first().map(|(_, series)| Arc::clone(&series.time_s)) else {
+        return Err("no fuel probe is named".to_owned());
+    };
+    let tanks: Vec<_> = shown.iter().map(|(probe, series)| (*probe, series.values.as_ref())).collect();
+    let history = fuel_history(&time_s, &tanks, &FuelSettings::default()).map_err(|error| format!("fuel: {error}"))?;
+    for (probe, _) in &tanks {
+        let zones = history.blind.iter().filter(|zone| zone.tank == probe.tank);
+        let blind_s: f64 = zones.clone().map(|zone| zone.window.end_s - zone.window.start_s).sum();
+        let width_kg = zones.map(|zone| zone.most_kg - zone.least_kg).fold(0.0, f64::max);
+        if blind_s > 0.0 {
+            warnings.push(format!(
+                "fuel probe of {} tells little for {blind_s:.0} s of the flight: to {width_kg:.0} kg at worst",
+                probe.tank
+            ));
+        }
+    }
+    Ok(Series { time_s, values: history.total_kg.into() })
+}
