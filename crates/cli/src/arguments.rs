@@ -30,6 +30,10 @@ pub enum Command {
     Run(RunArguments),
     /// Fly a simulated flight and write its recordings and its truth.
     Simulate(SimulateArguments),
+    /// Print power, thrust and their sensitivities of an aircraft's engines at one condition.
+    Engine(EngineArguments),
+    /// Print the derivatives of a Digital DATCOM listing beside identified ones, or write its input deck.
+    Datcom(DatcomArguments),
 }
 
 /// Arguments of `inspect`.
@@ -105,6 +109,63 @@ pub struct SimulateArguments {
     /// List scenarios, aircraft and inputs.
     #[arg(long)]
     pub list: bool,
+}
+
+/// Arguments of `engine`.
+#[derive(Debug, Args)]
+pub struct EngineArguments {
+    /// Aircraft (file or name).
+    pub aircraft: String,
+    /// Speed of the crankshaft, rev/min.
+    #[arg(long, allow_negative_numbers = true)]
+    pub rpm: f64,
+    /// Absolute manifold pressure, inHg.
+    #[arg(long, value_name = "INHG", allow_negative_numbers = true)]
+    pub manifold_inhg: f64,
+    /// Pressure altitude, ft.
+    #[arg(long, value_name = "FT", allow_negative_numbers = true)]
+    pub altitude_ft: f64,
+    /// Static air temperature at that altitude, degC.
+    #[arg(long, value_name = "DEGC", allow_negative_numbers = true)]
+    pub oat_c: f64,
+    /// True airspeed, kt.
+    #[arg(long, value_name = "KT", allow_negative_numbers = true)]
+    pub airspeed_kt: f64,
+    /// Differences over this part of each input's value, per cent; without it over the resolution the input is read to.
+    #[arg(long, value_name = "PERCENT")]
+    pub step_percent: Option<f64>,
+    /// Let the temperature at sea level change the static pressure, as the published sensitivities do.
+    #[arg(long)]
+    pub thesis_density: bool,
+}
+
+/// Arguments of `datcom`.
+#[derive(Debug, Args)]
+pub struct DatcomArguments {
+    /// Output listing of Digital DATCOM.
+    #[arg(required_unless_present = "deck", conflicts_with = "deck")]
+    pub listing: Option<PathBuf>,
+    /// Aircraft (file or name) whose normalisation of rates the derivatives are to have; without it q c/V, p b/2V and r b/2V.
+    #[arg(long, conflicts_with = "deck")]
+    pub aircraft: Option<String>,
+    /// Results of a run to stand beside: its results.json.
+    #[arg(long, value_name = "RESULTS.JSON", conflicts_with = "deck")]
+    pub results: Option<PathBuf>,
+    /// Angles of attack, deg: those of the tables (without them that of level flight), or of the deck (-2 to 13).
+    #[arg(long, value_name = "DEG,DEG", value_delimiter = ',', allow_negative_numbers = true)]
+    pub alpha_deg: Vec<f64>,
+    /// Aircraft (file or name) to write an input deck for.
+    #[arg(long, value_name = "AIRCRAFT", requires = "output")]
+    pub deck: Option<String>,
+    /// Deck file to write.
+    #[arg(short, long, requires = "deck")]
+    pub output: Option<PathBuf>,
+    /// Mach number of the deck.
+    #[arg(long, default_value_t = 0.137)]
+    pub mach: f64,
+    /// Altitude of the deck, m.
+    #[arg(long, value_name = "M", default_value_t = 1130.0, allow_negative_numbers = true)]
+    pub altitude_m: f64,
 }
 
 /// Reads `NAME=VALUE`.

@@ -2,6 +2,8 @@
 
 mod arguments;
 mod check;
+mod datcom;
+mod engine;
 mod inspect;
 mod new;
 mod progress;
@@ -54,6 +56,8 @@ fn execute(command: Command) -> ExitCode {
         Command::Check(arguments) => check::check(&arguments),
         Command::Run(arguments) => run::run(&arguments),
         Command::Simulate(arguments) => simulate::simulate(&arguments),
+        Command::Engine(arguments) => engine::engine(&arguments),
+        Command::Datcom(arguments) => datcom::datcom(&arguments),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

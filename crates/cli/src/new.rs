@@ -113,7 +113,11 @@ fn name_of(path: &Path) -> String {
     path.file_stem().map_or_else(|| "flight".to_owned(), |stem| stem.to_string_lossy().into_owned())
 }
 
-fn aircraft_reference(name: &str) -> Result<String, String> {
+/// How a session refers to an aircraft given by file or by the name of one that comes with the program.
+///
+/// # Errors
+/// One line when there is none.
+pub fn aircraft_reference(name: &str) -> Result<String, String> {
     if builtin::text("aircraft", name).is_some() {
         return Ok(format!("{}{name}", builtin::PREFIX));
     }

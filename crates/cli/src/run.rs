@@ -61,6 +61,7 @@ fn summary(results: &report::Results) {
         }
         flight.warnings.iter().for_each(|warning| text::line(&format!("{}: {warning}", flight.name)));
     }
+    results.engines.iter().for_each(engine_summary);
     for window in &results.windows {
         text::line(&format!(
             "{}: {} samples, mean NIS {} (expected {})",
@@ -96,6 +97,21 @@ fn summary(results: &report::Results) {
         });
         text::table(&["derivative", "estimate", "std error", "corrected", "rel %"], &rows.collect::<Vec<_>>());
     }
+}
+
+fn engine_summary(engine: &report::EngineRow) {
+    let kilowatts = |watts: f64, digits| text::number(watts / 1000.0, digits);
+    let place = format!("{}: engine '{}'", engine.flight, engine.engine);
+    text::line(&match &engine.monitor {
+        Some(monitor) => format!(
+            "{place}: power R2 {}, RMS {} kW against its monitor over {} samples",
+            text::number(monitor.whole.r_squared, 4),
+            kilowatts(monitor.whole.rms_w, 3),
+            monitor.whole.samples
+        ),
+        None => format!("{place}: mean power {} kW over {} samples", kilowatts(engine.mean_power_w, 4), engine.samples),
+    });
+    engine.warnings.iter().for_each(|warning| text::line(&format!("  {warning}")));
 }
 
 /// Names of the windows, or how many there are.

@@ -30,6 +30,7 @@ pub fn build(session: &Session, snapshot: &Snapshot) -> Results {
         gravity_m_s2: session.filter.gravity_m_s2,
         recordings: recordings(session, snapshot),
         flights: flights(session, snapshot),
+        engines: super::engines::rows(session, snapshot),
         windows: active.filter_map(|window| window_row(window, snapshot)).collect(),
         pooled: pooled.iter().flat_map(|pooled| pooled.fits.iter().map(fit_row)).collect(),
         predictions: pooled

@@ -1,4 +1,4 @@
-//! Time histories of every window as HDF5: one group per window, every data set with its unit.
+//! Time histories of every window and of the engines over every flight as HDF5, every data set with its unit.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use hdf5_writer::{AttributeBuilder, DatasetBuilder, Hdf5Builder, Hdf5Writer, Wri
 use super::{ReportError, file_error};
 use crate::run::{Snapshot, WindowResults};
 use crate::session::Session;
-use crate::stage::{WindowAero, WindowPath};
+use crate::stage::{FlightEngines, WindowAero, WindowPath};
 
 /// Collects data sets and keeps the first thing that goes wrong.
 struct Writer {
@@ -42,6 +42,11 @@ pub fn write(session: &Session, snapshot: &Snapshot, path: &Path) -> Result<(), 
     for window in &session.windows {
         if let Some(results) = snapshot.windows.get(&window.name) {
             put_window(&mut writer, &window.name.replace('/', "_"), results);
+        }
+    }
+    for flight in &session.flights {
+        if let Some(engines) = snapshot.engines.get(&flight.name).and_then(|slot| slot.ready()) {
+            put_engines(&mut writer, &format!("flights/{}/engines", flight.name.replace('/', "_")), engines);
         }
     }
     if let Some(reason) = writer.failure {
@@ -119,4 +124,31 @@ fn put_aero(writer: &mut Writer, group: &str, aero: &WindowAero) {
         }
     }
     writer.put(at("", "air_density"), "kg/m^3", "air density", &aero.data.density_kg_m3);
+}
+
+fn put_engines(writer: &mut Writer, group: &str, found: &FlightEngines) {
+    for engine in &found.engines {
+        let at = |name: &str| format!("{group}/{}/{name}", engine.name.replace('/', "_"));
+        writer.put(at("time"), "s", "time, every 0.5 s", &engine.power_w.time_s);
+        let monitor = engine.monitor_power_w.as_ref();
+        let columns = [
+            ("speed", "rad/s", "speed of the crankshaft", Some(&engine.speed_rad_s)),
+            ("manifold_pressure", "Pa", "manifold pressure", Some(&engine.manifold_pressure_pa)),
+            ("power", "W", "power of the engine chart", Some(&engine.power_w)),
+            ("monitor_power", "W", "power its monitor reports", monitor),
+            ("thrust", "N", "thrust of the propeller map", Some(&engine.thrust_n)),
+            ("efficiency", "-", "efficiency of the propeller", Some(&engine.efficiency)),
+            (
+                "total_pressure_rise",
+                "-",
+                "total-pressure rise over dynamic pressure; not a number below 40 kt",
+                Some(&engine.total_pressure_rise),
+            ),
+        ];
+        for (name, unit, description, series) in columns {
+            if let Some(series) = series {
+                writer.put(at(name), unit, description, &series.values);
+            }
+        }
+    }
 }

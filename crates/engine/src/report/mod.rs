@@ -1,6 +1,7 @@
 //! Results as they leave the program: `results.json`, tables as CSV, time histories as HDF5.
 
 mod build;
+mod engines;
 mod histories;
 mod results;
 mod tables;
@@ -11,8 +12,8 @@ use thiserror::Error;
 
 pub use build::build;
 pub use results::{
-    ClockRow, DerivativeRow, DroppedRow, FORMAT, FitRow, FlightRow, InnovationRow, PredictionRow, RecordingRow,
-    Results, StateRow, VERSION, WindowRow,
+    AgreementRow, ClockRow, CorrelationRow, DerivativeRow, DroppedRow, EngineRow, FORMAT, FitRow, FlightRow,
+    InnovationRow, MonitorRow, PhaseRow, PredictionRow, RecordingRow, Results, StateRow, VERSION, WindowRow,
 };
 
 use crate::run::Snapshot;

@@ -28,6 +28,8 @@ pub struct Results {
     pub recordings: Vec<RecordingRow>,
     /// Flights they belong to.
     pub flights: Vec<FlightRow>,
+    /// One entry per flight and engine whose power could be modelled.
+    pub engines: Vec<EngineRow>,
     /// One entry per window that is not ignored.
     pub windows: Vec<WindowRow>,
     /// Derivatives from all identification windows together.
@@ -75,6 +77,76 @@ pub struct ClockRow {
     /// Standard error of the drift, s per s; where it was fitted.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub drift_standard_error: Option<f64>,
+}
+
+/// One engine over a whole flight.
+#[derive(Clone, Debug, Serialize)]
+pub struct EngineRow {
+    /// Flight.
+    pub flight: String,
+    /// Name of the engine's station on the aircraft.
+    pub engine: String,
+    /// Samples at 2 Hz at which all inputs are known.
+    pub samples: usize,
+    /// Mean of the modelled power, W.
+    pub mean_power_w: f64,
+    /// Mean of the thrust, N.
+    pub mean_thrust_n: f64,
+    /// Agreement with the power its monitor reports, where recorded.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub monitor: Option<MonitorRow>,
+    /// Findings about the engines of this flight.
+    pub warnings: Vec<String>,
+}
+
+/// Modelled power beside that of the monitor.
+#[derive(Clone, Debug, Serialize)]
+pub struct MonitorRow {
+    /// Over the whole flight.
+    #[serde(flatten)]
+    pub whole: AgreementRow,
+    /// Correlation of the difference with each variable.
+    pub correlations: Vec<CorrelationRow>,
+    /// In the phases of the flight.
+    pub phases: Vec<PhaseRow>,
+}
+
+/// How two powers agree.
+#[derive(Clone, Debug, Serialize)]
+pub struct AgreementRow {
+    /// Samples at which both are known.
+    pub samples: usize,
+    /// Mean of the modelled power, W.
+    pub mean_modelled_w: f64,
+    /// Mean of the monitor's power, W.
+    pub mean_monitor_w: f64,
+    /// Square of their correlation coefficient.
+    pub r_squared: f64,
+    /// Root mean square of their difference, W.
+    pub rms_w: f64,
+}
+
+/// Correlation of modelled less monitor power with one variable.
+#[derive(Clone, Debug, Serialize)]
+pub struct CorrelationRow {
+    /// Variable.
+    pub variable: String,
+    /// Correlation coefficient.
+    pub coefficient: f64,
+}
+
+/// Agreement in one phase of flight.
+#[derive(Clone, Debug, Serialize)]
+pub struct PhaseRow {
+    /// `ground`, `climb`, `level` or `descent`.
+    pub phase: String,
+    /// First instant, s.
+    pub start_s: f64,
+    /// Last instant, s.
+    pub end_s: f64,
+    /// Agreement.
+    #[serde(flatten)]
+    pub agreement: AgreementRow,
 }
 
 /// One window.

@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use super::ReportError;
-use super::results::{FitRow, Results};
+use super::results::{AgreementRow, EngineRow, FitRow, Results};
 
-/// Writes `derivatives.csv`, `fits.csv`, `states.csv`, `innovations.csv` and `predictions.csv`.
+/// Writes `derivatives.csv`, `fits.csv`, `states.csv`, `innovations.csv`, `predictions.csv` and `engines.csv`.
 pub fn write(results: &Results, folder: &Path) -> Result<(), ReportError> {
     let fits = || {
         let pooled = results.pooled.iter().map(|fit| ("pooled", fit));
@@ -99,7 +99,53 @@ pub fn write(results: &Results, folder: &Path) -> Result<(), ReportError> {
                 number(row.rms_relative_percent),
             ]
         }),
+    )?;
+    table(
+        &folder.join("engines.csv"),
+        &["flight", "engine", "quantity", "start_s", "end_s", "samples", "mean_modelled_w", "mean_monitor_w", "value"],
+        results.engines.iter().flat_map(engine_rows),
     )
+}
+
+/// R2, root mean square and correlations over the whole flight, then R2 and root mean square of each phase.
+fn engine_rows(engine: &EngineRow) -> Vec<Vec<String>> {
+    let Some(monitor) = &engine.monitor else {
+        let mut row = vec![String::new(); 9];
+        row[0].clone_from(&engine.flight);
+        row[1].clone_from(&engine.engine);
+        row[2].push_str("modelled_only");
+        row[5] = engine.samples.to_string();
+        row[6] = number(engine.mean_power_w);
+        return vec![row];
+    };
+    let row = |quantity: String, [start_s, end_s]: [f64; 2], agreement: &AgreementRow, value: f64| {
+        vec![
+            engine.flight.clone(),
+            engine.engine.clone(),
+            quantity,
+            number(start_s),
+            number(end_s),
+            agreement.samples.to_string(),
+            number(agreement.mean_modelled_w),
+            number(agreement.mean_monitor_w),
+            number(value),
+        ]
+    };
+    let flight = [f64::NAN; 2];
+    let mut rows = vec![
+        row("r_squared".to_owned(), flight, &monitor.whole, monitor.whole.r_squared),
+        row("rms_w".to_owned(), flight, &monitor.whole, monitor.whole.rms_w),
+    ];
+    for correlation in &monitor.correlations {
+        let name = format!("correlation_{}", correlation.variable);
+        rows.push(row(name, flight, &monitor.whole, correlation.coefficient));
+    }
+    for phase in &monitor.phases {
+        let span = [phase.start_s, phase.end_s];
+        rows.push(row(format!("{}_r_squared", phase.phase), span, &phase.agreement, phase.agreement.r_squared));
+        rows.push(row(format!("{}_rms_w", phase.phase), span, &phase.agreement, phase.agreement.rms_w));
+    }
+    rows
 }
 
 fn derivative_rows(window: &str, fit: &FitRow) -> Vec<Vec<String>> {

@@ -131,6 +131,17 @@ impl DatcomListing {
         Ok(found)
     }
 
+    /// Angle of attack at which the listed lift is that of level flight, rad: on the straight line between the first two
+    /// listed angles whose lift is either side of it. `None` where the listing has no level-flight lift or never reaches it.
+    pub fn level_flight_alpha_rad(&self) -> Option<f64> {
+        let lift = self.level_flight_cl?;
+        let pairs = self.alpha_rad.windows(2).zip(self.statics.cl.windows(2));
+        pairs.filter(|(_, cl)| (cl[0]..=cl[1]).contains(&lift)).find_map(|(alpha, cl)| {
+            let weight = (lift - cl[0]) / (cl[1] - cl[0]);
+            weight.is_finite().then(|| alpha[0] + weight * (alpha[1] - alpha[0]))
+        })
+    }
+
     /// Derivatives of forces in the plane of symmetry and of pitch.
     fn longitudinal(&self, alpha: f64, options: &PredictionOptions, found: &mut Vec<PredictedDerivative>) {
         let at = |column: &[f64]| self.at(alpha, column);

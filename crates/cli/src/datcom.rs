@@ -1,0 +1,223 @@
+//! `doublet datcom`: a listing's derivatives beside identified ones, and the input deck.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use doublet_core::load::datcom::{
+    DatcomAxes, DatcomDeck, DatcomListing, DatcomSection, DeckCondition, DeckReference, PitchRateForm,
+    PredictedDerivative, PredictionOptions, beside,
+};
+use doublet_core::model::RateNormalisation;
+use doublet_engine::stage::{self, AircraftData};
+use doublet_engine::{builtin, report};
+use serde_json::Value;
+
+use crate::arguments::DatcomArguments;
+use crate::{new, text};
+
+/// Prints the derivatives of a listing or writes a deck.
+///
+/// # Errors
+/// One line: what cannot be read, does not fit or cannot be written; no file is left then.
+pub fn datcom(arguments: &DatcomArguments) -> Result<(), String> {
+    match (&arguments.listing, &arguments.deck, &arguments.output) {
+        (Some(path), ..) => print_listing(path, arguments),
+        (None, Some(aircraft), Some(output)) => write_deck(aircraft, output, arguments),
+        _ => Err("give a listing, or an aircraft and a file: `doublet datcom --deck c337f -o FILE`".to_owned()),
+    }
+}
+
+/// An identified derivative.
+struct Identified {
+    name: String,
+    estimate: f64,
+    corrected_error: f64,
+}
+
+fn print_listing(path: &Path, arguments: &DatcomArguments) -> Result<(), String> {
+    let listing = DatcomListing::read(path).map_err(|error| error.to_string())?;
+    let aircraft = arguments.aircraft.as_deref().map(aircraft_data).transpose()?;
+    let identified = arguments.results.as_deref().map(identified).transpose()?;
+    let alphas: Vec<f64> = if arguments.alpha_deg.is_empty() {
+        vec![listing.level_flight_alpha_rad().ok_or_else(|| {
+            format!("{}: it does not tell the angle of attack of level flight: give --alpha-deg", path.display())
+        })?]
+    } else {
+        arguments.alpha_deg.iter().map(|alpha| alpha.to_radians()).collect()
+    };
+    let tables = alphas
+        .into_iter()
+        .map(|alpha| predicted(&listing, alpha, aircraft.as_ref()).map(|found| (alpha, found)))
+        .collect::<Result<Vec<_>, _>>()
+        .map_err(|error| format!("{}: {error}", path.display()))?;
+    print_head(&listing, aircraft.as_ref());
+    for (alpha, predicted) in tables {
+        text::line("");
+        text::line(&format!("angle of attack {} deg", text::number(alpha.to_degrees(), 4)));
+        print_table(&predicted, identified.as_deref());
+    }
+    Ok(())
+}
+
+fn aircraft_data(name: &str) -> Result<AircraftData, String> {
+    let loaded = stage::load_aircraft(Path::new("."), &new::aircraft_reference(name)?)?;
+    stage::aircraft_data(Arc::new(loaded), None).map_err(|error| format!("{name}: {error}"))
+}
+
+/// Derivatives of the listing with the aircraft's normalisation of rates: body axes, with lift and drag beside.
+fn predicted(
+    listing: &DatcomListing,
+    alpha_rad: f64,
+    aircraft: Option<&AircraftData>,
+) -> Result<Vec<PredictedDerivative>, String> {
+    let (pitch, lateral) = aircraft
+        .map_or((RateNormalisation::LengthOverV, RateNormalisation::LengthOver2V), |aircraft| {
+            (aircraft.reference.pitch_rate, aircraft.reference.lateral_rates)
+        });
+    let pitch_rate = match pitch {
+        RateNormalisation::LengthOverV => PitchRateForm::OverV,
+        RateNormalisation::LengthOver2V => PitchRateForm::OverTwoV,
+        RateNormalisation::Dimensional => return Err("its rates have no dimensionless form".to_owned()),
+    };
+    let of = |axes| {
+        let options = PredictionOptions { axes, pitch_rate, ..PredictionOptions::default() };
+        listing.derivatives(alpha_rad, &options).map_err(|error| error.to_string())
+    };
+    let mut found = of(DatcomAxes::Body)?;
+    let lift_and_drag = |derivative: &PredictedDerivative| matches!(derivative.name.get(..2), Some("CL" | "CD"));
+    found.extend(of(DatcomAxes::Stability)?.into_iter().filter(lift_and_drag));
+    if lateral == RateNormalisation::LengthOverV {
+        // Listed against p b/(2 V): a derivative against a variable twice as large is half as large.
+        let rates = |derivative: &&mut PredictedDerivative| matches!(derivative.name.get(2..), Some("_p" | "_r"));
+        found.iter_mut().filter(rates).for_each(|derivative| derivative.value *= 0.5);
+    }
+    Ok(found)
+}
+
+/// Relative difference of reference lengths and areas, and part of the chord, above which the two are said to differ.
+const SAME_REFERENCE: f64 = 0.005;
+
+fn print_head(listing: &DatcomListing, aircraft: Option<&AircraftData>) {
+    let c = listing.conditions;
+    text::line(&listing.title);
+    text::line(&format!("Mach {}, altitude {} m", text::number(c.mach, 4), text::number(c.altitude_m, 5)));
+    text::line(&format!(
+        "area {} m2, chord {} m, span {} m, moments about x = {} m, z = {} m of the deck",
+        text::number(c.area_m2, 5),
+        text::number(c.chord_m, 4),
+        text::number(c.span_m, 5),
+        text::number(c.reference_x_m, 4),
+        text::number(c.reference_z_m, 4)
+    ));
+    listing.warnings.iter().for_each(|warning| text::line(&format!("warning: {warning}")));
+    let Some(aircraft) = aircraft else { return };
+    let reference = aircraft.loaded.aircraft.reference;
+    let lengths = [
+        ("area", c.area_m2, reference.area_m2),
+        ("chord", c.chord_m, reference.chord_m),
+        ("span", c.span_m, reference.span_m),
+    ];
+    for (name, listed, own) in lengths {
+        if (listed - own).abs() > SAME_REFERENCE * own {
+            text::line(&format!("warning: the listing's {name} is {listed}, the aircraft's {own}: not converted"));
+        }
+    }
+    let cg_x_m = aircraft.inertia.cg_datum_m[0];
+    if (c.reference_x_m - cg_x_m).abs() > SAME_REFERENCE * reference.chord_m {
+        text::line(&format!(
+            "warning: the listing's moments are about x = {} m, the centre of gravity is at {} m: not moved",
+            text::number(c.reference_x_m, 4),
+            text::number(cg_x_m, 4)
+        ));
+    }
+}
+
+fn print_table(predicted: &[PredictedDerivative], identified: Option<&[Identified]>) {
+    let Some(identified) = identified else {
+        let rows = predicted.iter().map(|row| vec![row.name.to_owned(), text::number(row.value, 4)]);
+        text::table(&["derivative", "DATCOM"], &rows.collect::<Vec<_>>());
+        return;
+    };
+    let pairs: Vec<_> = identified.iter().map(|row| (row.name.as_str(), row.estimate)).collect();
+    let both = beside(predicted, &pairs);
+    let rows = predicted.iter().map(|row| {
+        let mut cells = vec![row.name.to_owned(), text::number(row.value, 4)];
+        let own = identified.iter().find(|own| own.name == row.name);
+        if let (Some(pair), Some(own)) = (both.iter().find(|pair| pair.name == row.name), own) {
+            cells.push(text::number(pair.identified, 4));
+            cells.push(text::number(own.corrected_error, 2));
+            cells.push(text::number(pair.ratio(), 3));
+            cells.push(if pair.same_sign() { "" } else { "signs differ" }.to_owned());
+        }
+        cells
+    });
+    let header = ["derivative", "DATCOM", "identified", "corrected error", "DATCOM/identified", ""];
+    text::table(&header, &rows.collect::<Vec<_>>());
+}
+
+/// The pooled derivatives of a run.
+fn identified(path: &Path) -> Result<Vec<Identified>, String> {
+    let refuse = |reason: &str| format!("{}: {reason}", path.display());
+    let content = std::fs::read_to_string(path).map_err(|error| refuse(&error.to_string()))?;
+    let results: Value = serde_json::from_str(&content).map_err(|error| refuse(&error.to_string()))?;
+    if results["format"] != report::FORMAT {
+        return Err(refuse("these are no results: give the results.json of a `doublet run`"));
+    }
+    let derivatives =
+        results["pooled"].as_array().into_iter().flatten().filter_map(|fit| fit["derivatives"].as_array());
+    let rows = derivatives.flatten().filter_map(|row| {
+        Some(Identified {
+            name: row["name"].as_str()?.to_owned(),
+            estimate: row["estimate"].as_f64()?,
+            corrected_error: row["corrected_standard_error"].as_f64().unwrap_or(f64::NAN),
+        })
+    });
+    let rows: Vec<_> = rows.collect();
+    if rows.is_empty() {
+        return Err(refuse("it has no pooled derivatives: mark windows for identification and run again"));
+    }
+    Ok(rows)
+}
+
+fn write_deck(aircraft: &str, output: &Path, arguments: &DatcomArguments) -> Result<(), String> {
+    if output.exists() {
+        return Err(format!("{} exists: choose another name for the deck", output.display()));
+    }
+    let data = aircraft_data(aircraft)?;
+    let file = aircraft_file(aircraft)?;
+    let section = DatcomSection::read(&file).map_err(|error| error.to_string())?;
+    let section =
+        section.ok_or_else(|| format!("{aircraft}: it has no [datcom] section with the shape of the deck"))?;
+    let airframe = &data.loaded.aircraft;
+    let alpha_deg =
+        if arguments.alpha_deg.is_empty() { (-2..=13).map(f64::from).collect() } else { arguments.alpha_deg.clone() };
+    if alpha_deg.windows(2).any(|pair| pair[0] >= pair[1]) {
+        return Err("--alpha-deg: the angles must increase".to_owned());
+    }
+    let deck = DatcomDeck {
+        reference: DeckReference::of(airframe, &data.loading.mass_properties(airframe)),
+        condition: DeckCondition { mach: arguments.mach, altitude_m: arguments.altitude_m, alpha_deg },
+        section,
+    };
+    let content = deck.to_text().map_err(|error| format!("{aircraft}: {error}"))?;
+    write_whole(output, &content).map_err(|error| format!("{}: {error}", output.display()))?;
+    text::line(&format!("{}: {} cards", output.display(), content.lines().count()));
+    Ok(())
+}
+
+fn aircraft_file(name: &str) -> Result<PathBuf, String> {
+    if builtin::text("aircraft", name).is_some() {
+        return builtin::on_disk(&format!("aircraft/{name}.toml"));
+    }
+    Ok(PathBuf::from(name))
+}
+
+/// Writes the file, which appears complete or not at all and never replaces another.
+fn write_whole(path: &Path, content: &str) -> std::io::Result<()> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let mut file = tempfile::NamedTempFile::new_in(folder)?;
+    file.write_all(content.as_bytes())?;
+    file.persist_noclobber(path)?;
+    Ok(())
+}
