@@ -10,7 +10,7 @@ use doublet_core::model::{
 };
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::{INPUTS, STATES, State};
-use doublet_core::series::{Recording, Series};
+use doublet_core::series::{Channel, Recording, Series};
 
 use super::aircraft::AircraftData;
 use super::engines::{Air, engines};
@@ -114,6 +114,8 @@ fn aero_data(
     let [ax, ay, az, p, q, r] = inputs;
     let density_kg_m3 = air_density(recording, &time_s, &altitude_m, warnings)?;
     let fuel_kg = values_at(recording, Role::FuelMass, &time_s)?;
+    let first = |channel: &Channel| channel.series.values.iter().copied().find(|fuel| fuel.is_finite());
+    let fuel_at_start_kg = recording.role(Role::FuelMass).and_then(first).unwrap_or(0.0);
     let air = Air {
         time_s: &time_s,
         airspeed_m_s: &airspeed_m_s,
@@ -135,7 +137,7 @@ fn aero_data(
         angular_acceleration_rad_s2: None,
         density_kg_m3,
         controls,
-        inertia: aircraft.inertia_history(&time_s, fuel_kg.as_deref())?,
+        inertia: aircraft.inertia_history(&time_s, fuel_kg.as_deref(), fuel_at_start_kg)?,
         engines: engines.engines,
         propeller_pressure: engines.propeller_pressure,
         mach: values_at(recording, Role::Mach, &time_s)?,

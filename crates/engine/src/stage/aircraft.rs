@@ -56,6 +56,8 @@ pub struct AircraftData {
     pub loaded: Arc<LoadedAircraft>,
     /// What is on board at the start.
     pub loading: Loading,
+    /// Whether the session states it: recorded fuel then tells the burn only, not how much there was.
+    pub loading_is_stated: bool,
     /// Reference area, lengths and normalisation of rates.
     pub reference: ReferenceGeometry,
     /// Mass properties of the loading.
@@ -74,6 +76,7 @@ pub struct AircraftData {
 /// One line when a reference length has no counterpart in the model's normalisation.
 pub fn aircraft_data(loaded: Arc<LoadedAircraft>, loading: Option<&Loading>) -> Result<AircraftData, String> {
     let aircraft = &loaded.aircraft;
+    let loading_is_stated = loading.is_some();
     let loading = loading.unwrap_or(&aircraft.standard_loading).clone();
     let mass = loading.mass_properties(aircraft);
     let sensors = aircraft.sensors;
@@ -84,6 +87,7 @@ pub fn aircraft_data(loaded: Arc<LoadedAircraft>, loading: Option<&Loading>) -> 
         vane: sensors.alpha_vane_from_datum_m.or(sensors.beta_vane_from_datum_m).map(Position::Datum),
         moment_reference: aircraft.moment_reference_from_datum_m.map(Position::Datum),
         loading,
+        loading_is_stated,
         loaded,
     })
 }
@@ -101,16 +105,28 @@ fn inertia(mass_kg: f64, cg_datum_m: [f64; 3], tensor: airframe::InertiaTensor) 
 
 impl AircraftData {
     /// Mass properties over a window from the recorded fuel mass, shared among the tanks as in the loading; those of the loading
-    /// where no fuel was recorded or the aircraft has no tanks.
+    /// where no fuel was recorded or the aircraft has no fuel in its tanks. `at_start_kg` is the first recorded fuel mass of the
+    /// flight: where the session states the loading, the fuel stated is what was on board then.
     ///
     /// # Errors
     /// One line when the recorded fuel does not fit the tanks.
-    pub fn inertia_history(&self, time_s: &[f64], fuel_kg: Option<&[f64]>) -> Result<InertiaHistory, String> {
-        let Some(fuel_kg) = fuel_kg.filter(|_| self.loading.fuel_kg.values().sum::<f64>() > 0.0) else {
+    pub fn inertia_history(
+        &self,
+        time_s: &[f64],
+        recorded_kg: Option<&[f64]>,
+        at_start_kg: f64,
+    ) -> Result<InertiaHistory, String> {
+        let stated_kg = self.loading.fuel_kg.values().sum::<f64>();
+        let Some(recorded_kg) = recorded_kg.filter(|_| stated_kg > 0.0) else {
             return Ok(InertiaHistory::Constant(self.inertia));
         };
+        let fuel_kg: Vec<f64> = if self.loading_is_stated {
+            recorded_kg.iter().map(|fuel| (stated_kg - (at_start_kg - fuel)).clamp(0.0, stated_kg)).collect()
+        } else {
+            recorded_kg.to_vec()
+        };
         let aircraft = &self.loaded.aircraft;
-        let history = MassHistory::from_total_fuel(aircraft, &self.loading, time_s, fuel_kg, &FuelSplit::Proportional)
+        let history = MassHistory::from_total_fuel(aircraft, &self.loading, time_s, &fuel_kg, &FuelSplit::Proportional)
             .map_err(|error| error.to_string())?;
         let samples = history.mass_kg.iter().zip(&history.cg_from_datum_m).zip(&history.inertia);
         Ok(InertiaHistory::PerSample(samples.map(|((&mass, &cg), &tensor)| inertia(mass, cg, tensor)).collect()))
