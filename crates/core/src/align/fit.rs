@@ -1,8 +1,8 @@
 //! Offset and drift of a recorder's clock from channels it shares with the reference.
 
 use super::derivative::{Band, Derivative, derivative};
-use super::line::{Line, Point, agreeing, weighted_line};
-use super::peak::{peak, whole_correlation};
+use super::line::{LEAST_SD_S, Line, Point, agreeing, weighted_line};
+use super::peak::{Peak, peak, whole_correlation};
 use super::{AlignError, ClockModel};
 use crate::series::Series;
 
@@ -33,10 +33,10 @@ pub enum ClockSearch {
 pub struct ClockFitSettings {
     /// Number of chunks the common time is cut into.
     pub chunks: usize,
-    /// Step of the grid of the correlation, s; no sample is moved onto it but for the correlation.
+    /// Step of the grid of the correlation at the least smoothing, s; no sample is moved onto it but for the correlation.
     pub step_s: f64,
-    /// Standard deviation of the Gaussian that smooths the derivative, s; by default the greater of 0.25 s and the longer
-    /// of the two median sample intervals.
+    /// Standard deviation of the Gaussian that smooths the derivative, s. By default each pair gets what tells its lag best:
+    /// one, two, four or eight times the greater of 0.25 s and the longest median sample interval.
     pub smoothing_s: Option<f64>,
     /// Longest interval between samples that is bridged, s.
     pub max_gap_s: f64,
@@ -135,21 +135,25 @@ pub fn clock_fit(reference: &Series, other: &Series, settings: &ClockFitSettings
 /// for a channel that does not change or has no stretch without gaps, [`AlignError::NoAgreement`].
 pub fn clock_fit_pairs(pairs: &[ClockPair<'_>], settings: &ClockFitSettings) -> Result<ClockEstimate, AlignError> {
     check(settings)?;
-    let band = band(pairs, settings)?;
-    let references: Vec<Derivative> = pairs
-        .iter()
-        .map(|pair| derivative(pair.name, pair.reference, &ClockModel::REFERENCE, &band))
-        .collect::<Result<_, _>>()?;
+    let bands = bands(pairs, settings)?;
+    let least = pairs.iter().map(|&pair| Prepared::new(pair, bands[0])).collect::<Result<Vec<_>, _>>()?;
     let mut model = match settings.search {
         ClockSearch::About(model) => model,
-        ClockSearch::Everywhere => first_guess(pairs, &references, &band)?,
+        ClockSearch::Everywhere => first_guess(&least)?,
     };
+    let prepared = least
+        .into_iter()
+        .enumerate()
+        .map(|(index, prepared)| best_band(index, prepared, &bands[1..], &model, settings))
+        .collect::<Result<Vec<_>, _>>()?;
     /// Passes and how much wider the lags and the agreement of each are: the first still sees the drift within a chunk.
     const PASSES: [(f64, f64); 3] = [(1.0, 4.0), (0.25, 1.0), (0.25, 1.0)];
     let mut estimate = None;
     for (lag_share, agreement) in PASSES {
-        let max_lag = (settings.max_lag_s * lag_share / band.step_s).ceil() as i64;
-        let chunks = chunks(pairs, &references, &model, &band, settings, max_lag)?;
+        let mut chunks = Vec::with_capacity(prepared.len() * settings.chunks);
+        for (index, prepared) in prepared.iter().enumerate() {
+            chunks.extend(prepared.chunks(index, &model, settings.chunks, lag_share * settings.max_lag_s)?);
+        }
         let found = fit_line(&model, chunks, settings, agreement * settings.agreement_s)?;
         model = found.model;
         estimate = Some(found);
@@ -174,43 +178,127 @@ fn check(settings: &ClockFitSettings) -> Result<(), AlignError> {
     }
 }
 
-/// The band of the derivative for the slowest channel.
-fn band(pairs: &[ClockPair<'_>], settings: &ClockFitSettings) -> Result<Band, AlignError> {
+/// Bands of the derivative, the least smoothing first.
+fn bands(pairs: &[ClockPair<'_>], settings: &ClockFitSettings) -> Result<Vec<Band>, AlignError> {
     /// Smoothing that suits the short-period motion of light and transport aircraft, s.
     const SMOOTHING_S: f64 = 0.25;
+    /// Times the least smoothing that are tried, for quantities slow beside their noise.
+    const TIMES: [f64; 4] = [1.0, 2.0, 4.0, 8.0];
+    if pairs.is_empty() {
+        return Err(AlignError::Setting { setting: "pairs of channels", value: 0.0, allowed: "at least 1" });
+    }
     let median_step = |series: &Series| {
         let mut steps: Vec<f64> = series.time_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
         let middle = steps.len() / 2;
         if steps.is_empty() { 0.0 } else { *steps.select_nth_unstable_by(middle, f64::total_cmp).1 }
     };
-    let slowest =
-        pairs.iter().flat_map(|pair| [pair.reference, pair.other]).map(median_step).fold(SMOOTHING_S, f64::max);
-    if pairs.is_empty() {
-        return Err(AlignError::Setting { setting: "pairs of channels", value: 0.0, allowed: "at least 1" });
-    }
-    Ok(Band {
-        step_s: settings.step_s,
-        smoothing_s: settings.smoothing_s.unwrap_or(slowest),
+    let series = pairs.iter().flat_map(|pair| [pair.reference, pair.other]);
+    let slowest = series.map(median_step).fold(SMOOTHING_S, f64::max);
+    let band = |smoothing_s: f64, times: f64| Band {
+        step_s: times * settings.step_s,
+        smoothing_s: times * smoothing_s,
         max_gap_s: settings.max_gap_s,
+    };
+    Ok(match settings.smoothing_s {
+        Some(smoothing_s) => vec![band(smoothing_s, 1.0)],
+        None => TIMES.map(|times| band(slowest, times)).to_vec(),
     })
 }
 
-/// The other channel of a pair, with the sign of the reference.
-fn other_derivative(pair: &ClockPair<'_>, model: &ClockModel, band: &Band) -> Result<Derivative, AlignError> {
-    let mut found = derivative(pair.name, pair.other, model, band)?;
-    if pair.inverted {
-        found.values.iter_mut().for_each(|value| *value = -*value);
-    }
-    Ok(found)
+/// A pair with the band it is compared in and its reference there.
+struct Prepared<'a> {
+    pair: ClockPair<'a>,
+    band: Band,
+    reference: Derivative,
 }
 
-/// Offset with the best correlation of the whole records, summed over the pairs.
-fn first_guess(pairs: &[ClockPair<'_>], references: &[Derivative], band: &Band) -> Result<ClockModel, AlignError> {
-    let mut correlations = Vec::with_capacity(pairs.len());
-    for (pair, reference) in pairs.iter().zip(references) {
-        let other = other_derivative(pair, &ClockModel::REFERENCE, band)?;
-        correlations.push(whole_correlation(reference, &other));
+impl<'a> Prepared<'a> {
+    fn new(pair: ClockPair<'a>, band: Band) -> Result<Self, AlignError> {
+        let reference = derivative(pair.name, pair.reference, &ClockModel::REFERENCE, &band)?;
+        Ok(Self { pair, band, reference })
     }
+
+    /// The other channel against a clock, with the sign of the reference.
+    fn other(&self, model: &ClockModel) -> Result<Derivative, AlignError> {
+        let mut found = derivative(self.pair.name, self.pair.other, model, &self.band)?;
+        if self.pair.inverted {
+            found.values.iter_mut().for_each(|value| *value = -*value);
+        }
+        Ok(found)
+    }
+
+    /// What each chunk shows about a clock, within `max_lag_s` of it.
+    fn chunks(
+        &self,
+        index: usize,
+        model: &ClockModel,
+        count: usize,
+        max_lag_s: f64,
+    ) -> Result<Vec<ClockChunk>, AlignError> {
+        let (reference, other) = (&self.reference, self.other(model)?);
+        let step_s = self.band.step_s;
+        let max_lag = (max_lag_s / step_s).ceil() as i64;
+        let from = reference.first.max(other.first);
+        let end = |signal: &Derivative| signal.first + signal.values.len() as i64;
+        let span = (end(reference).min(end(&other)) - from).max(0);
+        let edge = |chunk: usize| from + span * chunk as i64 / count as i64;
+        let peaks = (0..count).filter_map(|chunk| {
+            peak(reference, &other, edge(chunk)..edge(chunk + 1), max_lag, self.band.reach(), step_s)
+        });
+        let chunk = |peak: Peak| {
+            let own_s = model.own_s(peak.centre_s);
+            ClockChunk {
+                pair: index,
+                own_s,
+                lag_s: peak.centre_s - peak.lag_s - own_s,
+                lag_sd_s: peak.lag_sd_s,
+                correlation: peak.correlation,
+                residual_s: 0.0,
+                used: false,
+            }
+        };
+        Ok(peaks.map(chunk).collect())
+    }
+}
+
+/// A pair in the band whose chunks together tell the lag best, `sum 1 / sd^2` over those that correlate; bands too slow for
+/// its stretches without gaps are passed over.
+fn best_band<'a>(
+    index: usize,
+    least: Prepared<'a>,
+    slower: &[Band],
+    model: &ClockModel,
+    settings: &ClockFitSettings,
+) -> Result<Prepared<'a>, AlignError> {
+    let told = |prepared: &Prepared<'_>| -> Result<f64, AlignError> {
+        let chunks = prepared.chunks(index, model, settings.chunks, settings.max_lag_s)?;
+        let strong = chunks.iter().filter(|chunk| chunk.correlation >= settings.min_correlation);
+        Ok(strong.map(|chunk| 1.0 / chunk.lag_sd_s.max(LEAST_SD_S).powi(2)).sum())
+    };
+    let mut most = told(&least)?;
+    let mut best = least;
+    for &band in slower {
+        let candidate = match Prepared::new(best.pair, band) {
+            Err(AlignError::Still { .. }) => break,
+            other => other?,
+        };
+        match told(&candidate) {
+            Err(AlignError::Still { .. }) => break,
+            Ok(told) if told > most => (most, best) = (told, candidate),
+            Ok(_) => {}
+            Err(error) => return Err(error),
+        }
+    }
+    Ok(best)
+}
+
+/// Offset with the best correlation of the whole records, summed over the pairs, which share one band.
+fn first_guess(prepared: &[Prepared<'_>]) -> Result<ClockModel, AlignError> {
+    let mut correlations = Vec::with_capacity(prepared.len());
+    for prepared in prepared {
+        correlations.push(whole_correlation(&prepared.reference, &prepared.other(&ClockModel::REFERENCE)?));
+    }
+    let step_s = prepared.first().map_or(0.0, |prepared| prepared.band.step_s);
     let first = correlations.iter().map(|c| c.first_lag).min().unwrap_or(0);
     let end = correlations.iter().map(|c| c.first_lag + c.values.len() as i64).max().unwrap_or(0);
     let mut sum = vec![0.0; (end - first).max(0) as usize];
@@ -219,42 +307,7 @@ fn first_guess(pairs: &[ClockPair<'_>], references: &[Derivative], band: &Band) 
         sum[from..].iter_mut().zip(&correlation.values).for_each(|(sum, value)| *sum += value);
     }
     let best = (0..sum.len()).max_by(|&i, &j| sum[i].total_cmp(&sum[j])).unwrap_or(0);
-    Ok(ClockModel { offset_s: -(first + best as i64) as f64 * band.step_s, drift: 0.0 })
-}
-
-/// What every chunk of every pair shows about a clock.
-fn chunks(
-    pairs: &[ClockPair<'_>],
-    references: &[Derivative],
-    model: &ClockModel,
-    band: &Band,
-    settings: &ClockFitSettings,
-    max_lag: i64,
-) -> Result<Vec<ClockChunk>, AlignError> {
-    let mut found = Vec::with_capacity(pairs.len() * settings.chunks);
-    for (index, (pair, reference)) in pairs.iter().zip(references).enumerate() {
-        let other = other_derivative(pair, model, band)?;
-        let from = reference.first.max(other.first);
-        let end = |signal: &Derivative| signal.first + signal.values.len() as i64;
-        let span = (end(reference).min(end(&other)) - from).max(0);
-        let edge = |chunk: usize| from + span * chunk as i64 / settings.chunks as i64;
-        for chunk in 0..settings.chunks {
-            let range = edge(chunk)..edge(chunk + 1);
-            if let Some(peak) = peak(reference, &other, range, max_lag, band.reach(), band.step_s) {
-                let own_s = model.own_s(peak.centre_s);
-                found.push(ClockChunk {
-                    pair: index,
-                    own_s,
-                    lag_s: peak.centre_s - peak.lag_s - own_s,
-                    lag_sd_s: peak.lag_sd_s,
-                    correlation: peak.correlation,
-                    residual_s: 0.0,
-                    used: false,
-                });
-            }
-        }
-    }
-    Ok(found)
+    Ok(ClockModel { offset_s: -(first + best as i64) as f64 * step_s, drift: 0.0 })
 }
 
 /// The clock through the chunks that agree.

@@ -28,7 +28,7 @@ impl Line {
 }
 
 /// Least standard deviation of a point, s: below it, interpolation between samples decides.
-const LEAST_SD_S: f64 = 1e-4;
+pub(super) const LEAST_SD_S: f64 = 1e-4;
 
 /// Which points lie within `agreement_s` of the line through two of them that has most others near it; a level line
 /// through each point where `sloped` is false. Slopes beyond `max_slope` are left out.

@@ -11,17 +11,16 @@ use crate::series::{Series, Window};
 pub struct OnsetSettings {
     /// Farthest the control sensor is shifted either way, s.
     pub range_s: f64,
-    /// Number of integrals of the control the response may follow beside the control itself: the damping and stiffness of
-    /// the first instants.
+    /// Number of integrals of the control the response may follow beside the control itself, for motion no companion shows.
     pub integrals: usize,
     /// Least share of the response's variance the control must explain.
     pub min_share: f64,
 }
 
 impl Default for OnsetSettings {
-    /// 0.5 s either way, four integrals, share 0.5.
+    /// 0.5 s either way, no integrals, share 0.5.
     fn default() -> Self {
-        Self { range_s: 0.5, integrals: 4, min_share: 0.5 }
+        Self { range_s: 0.5, integrals: 0, min_share: 0.5 }
     }
 }
 
@@ -38,12 +37,13 @@ pub struct OnsetAlignment {
 
 /// Shift of a control sensor that makes the body's acceleration answer the control at once (thesis section 4.4.3).
 ///
-/// In the first moments a linear system's acceleration follows `y = c0 + c1 t + sum_k h_k I^k[u]`, its Markov parameters `h_k` times the
-/// control `u` and its repeated integrals `I^k` from the start of the window, `k = 0 ..= integrals`. Over the window the shift is that
-/// for which least squares leaves least; a parabola through the best three places it between steps of a quarter of the response's
-/// interval. `response` is an acceleration (specific force, or an angular acceleration) against the reference clock, `window` in
-/// its time: from about a second of steady flight before the onset to about a second after it. `control` needs samples over the
-/// window widened by the range. A sensor's own latency, and an actuator's, is part of the shift found.
+/// The acceleration follows `y = c0 + c1 t + sum_j a_j x_j + sum_k h_k I^k[u]`: the measured motion `x_j` of the `companions` (rates,
+/// attitude), and the control `u` with its repeated integrals `I^k` from the start of the window, `k = 0 ..= integrals`, whose factors are
+/// the first Markov parameters of what no companion shows. Over the window the shift is that for which least squares leaves
+/// least; a parabola through the best three places it between steps of a quarter of the response's interval. `response` is an
+/// acceleration (specific force, or an angular acceleration) and `companions` are samples at its stamps, against the reference
+/// clock; `window` is in its time: from about a second of steady flight before the onset to one or two after it. `control`
+/// needs samples over the window widened by the range. A sensor's own latency, and an actuator's, is part of the shift found.
 ///
 /// # Errors
 /// [`AlignError::Signal`], [`AlignError::Setting`]; [`AlignError::OnsetSamples`] for fewer than twice as many samples in the
@@ -51,6 +51,7 @@ pub struct OnsetAlignment {
 pub fn onset_alignment(
     control: &Series,
     response: &Series,
+    companions: &[&Series],
     window: Window,
     settings: &OnsetSettings,
 ) -> Result<OnsetAlignment, AlignError> {
@@ -61,7 +62,11 @@ pub fn onset_alignment(
     let (control_time, control_values) = usable("control", control)?;
     let (response_time, response_values) = usable("response", response)?;
     let inside = window.indices(&response_time);
-    let terms = settings.integrals + 3;
+    if let Some(other) = companions.iter().find(|other| other.time_s != response.time_s) {
+        let reason = format!("its {} stamps are not the {} of the response", other.time_s.len(), response.time_s.len());
+        return Err(AlignError::Signal { channel: "companion".to_owned(), reason });
+    }
+    let terms = settings.integrals + companions.len() + 3;
     let covered = control_time.first().is_some_and(|&start| start <= window.start_s - range)
         && control_time.last().is_some_and(|&end| end >= window.end_s + range);
     let found = if covered { inside.len() } else { 0 };
@@ -71,7 +76,20 @@ pub fn onset_alignment(
     }
     let time = &response_time[inside.clone()];
     let y = DVector::from_column_slice(&response_values[inside]);
-    let problem = Problem { control_time: &control_time, control: &control_values, time, y: &y, terms };
+    let stamps = Window { start_s: time[0], end_s: time[time.len() - 1] }.indices(&response.time_s);
+    let moved: Vec<&[f64]> = companions.iter().map(|other| &other.values[stamps.clone()]).collect();
+    if moved.iter().any(|values| values.len() != time.len() || values.iter().any(|value| !value.is_finite())) {
+        let reason = "a sample in the window is not finite".to_owned();
+        return Err(AlignError::Signal { channel: "response or companion".to_owned(), reason });
+    }
+    let problem = Problem {
+        control_time: &control_time,
+        control: &control_values,
+        time,
+        y: &y,
+        companions: &moved,
+        integrals: settings.integrals,
+    };
     let step = 0.25 * (time[time.len() - 1] - time[0]) / (time.len() - 1) as f64;
     let half = (range / step).floor() as i64;
     let left: Vec<f64> = (-half..=half).map(|k| problem.left_over(k as f64 * step)).collect();
@@ -98,7 +116,8 @@ struct Problem<'a> {
     control: &'a [f64],
     time: &'a [f64],
     y: &'a DVector<f64>,
-    terms: usize,
+    companions: &'a [&'a [f64]],
+    integrals: usize,
 }
 
 impl Problem<'_> {
@@ -115,14 +134,19 @@ impl Problem<'_> {
         let n = self.time.len();
         let start = self.time[0];
         let length = self.time[n - 1] - start;
-        let mut x = DMatrix::zeros(n, self.terms);
+        let control = 2 + self.companions.len();
+        let terms = control + 1 + self.integrals;
+        let mut x = DMatrix::zeros(n, terms);
         let level = self.control_at(start - shift);
         for (k, &t) in self.time.iter().enumerate() {
             x[(k, 0)] = 1.0;
             x[(k, 1)] = (t - start) / length;
-            x[(k, 2)] = self.control_at(t - shift) - level;
+            for (j, values) in self.companions.iter().enumerate() {
+                x[(k, 2 + j)] = values[k];
+            }
+            x[(k, control)] = self.control_at(t - shift) - level;
         }
-        for term in 3..self.terms {
+        for term in control + 1..terms {
             for k in 1..n {
                 let step = (self.time[k] - self.time[k - 1]) / length;
                 x[(k, term)] = x[(k - 1, term)] + 0.5 * step * (x[(k, term - 1)] + x[(k - 1, term - 1)]);
@@ -131,6 +155,6 @@ impl Problem<'_> {
         let qr = x.qr();
         let mut rotated = self.y.clone();
         qr.q_tr_mul(&mut rotated);
-        rotated.rows(self.terms, n - self.terms).norm_squared()
+        rotated.rows(terms, n - terms).norm_squared()
     }
 }

@@ -33,9 +33,10 @@ pub struct PodHistory {
     pub warnings: Vec<String>,
 }
 
-/// Angle of attack of each number the pod recorded, without those that stand at an end of the scale.
-pub fn pod_history(calibration: &PodCalibration, numbers: &[f64]) -> PodHistory {
-    let [low, high] = POD_NUMBERS;
+/// Angle of attack of each number the pod recorded, without those within `margin` of an end of the scale: about three
+/// standard deviations of the number's noise, which otherwise lifts a pod that shows nothing off its stop.
+pub fn pod_history(calibration: &PodCalibration, numbers: &[f64], margin: f64) -> PodHistory {
+    let [low, high] = [POD_NUMBERS[0] + margin, POD_NUMBERS[1] - margin];
     let [rising, _] = pod_working_range(calibration);
     let inside = |number: f64| number > low && number < high;
     let alpha_rad = numbers
@@ -47,11 +48,14 @@ pub fn pod_history(calibration: &PodCalibration, numbers: &[f64]) -> PodHistory 
     let findings = [
         (
             count(&|n| n <= low),
-            format!("at 0, faster than the pod can tell (alpha below {:.1} deg)", degrees(calibration, low)),
+            format!(
+                "at the lower end, faster than the pod can tell (alpha below {:.1} deg)",
+                degrees(calibration, low)
+            ),
         ),
         (
             count(&|n| n >= high),
-            format!("at 100, beyond the stall (alpha above {:.1} deg)", degrees(calibration, high)),
+            format!("at the upper end, beyond the stall (alpha above {:.1} deg)", degrees(calibration, high)),
         ),
         (
             count(&|n| inside(n) && n < rising),
@@ -86,42 +90,40 @@ pub fn level_flight_angle_of_attack(
     (lift - curve.at_zero_alpha) / curve.slope_per_rad
 }
 
-/// Calibration through the points of a calibration flight: number and angle of attack (rad) of each, two or more, as the
-/// zero, the calibration point and the stall (thesis section 4.3.2). Its exponent is the polynomial of lowest degree through
-/// the logarithms; the thesis's sixth degree through three points is one of many.
+/// Numbers at equal pressures, at the calibration point and at the stall (thesis section 4.3.1).
+const CALIBRATION_NUMBERS: [f64; 3] = [0.0, 85.0, 100.0];
+
+/// Calibration from the angles of attack (rad) at the numbers 0, 85 and 100, as level flight at those airspeeds gives them
+/// ([`level_flight_angle_of_attack`], thesis section 4.3.2).
+///
+/// Its exponent is `a0 + a1 n + am n^m` with the lowest power `m` for which neither factor is negative, so that it rises over the
+/// whole scale. The thesis fits a full sixth degree to the same three points, one of many that pass through them, which for one
+/// of its two flights does not rise.
 ///
 /// # Errors
-/// [`PrepError::TooFewSamples`] for fewer than two points, [`PrepError::Setting`] for an angle that is not above zero, numbers that repeat
-/// or a calibration that does not rise over all numbers.
-pub fn pod_calibration(flight: &str, points: &[(f64, f64)]) -> Result<PodCalibration, PrepError> {
-    if points.len() < 2 {
-        let method = "a calibration of the pod";
-        return Err(PrepError::TooFewSamples { method, needed: 2, found: points.len() });
+/// [`PrepError::Setting`] for angles that are not above zero or do not rise, or rise ever less towards the stall.
+pub fn pod_calibration(flight: &str, alpha_rad: [f64; 3]) -> Result<PodCalibration, PrepError> {
+    /// Highest power tried.
+    const POWERS: i32 = 20;
+    let setting = "calibration angle of attack";
+    let refuse = |value, allowed| Err(PrepError::Setting { setting, value, allowed });
+    if let Some(&value) = alpha_rad.iter().find(|alpha| !(**alpha > 0.0 && alpha.is_finite())) {
+        return refuse(value, "above zero, rad");
     }
-    if let Some(&(_, value)) = points.iter().find(|(_, alpha)| !(*alpha > 0.0 && alpha.is_finite())) {
-        return Err(PrepError::Setting { setting: "calibration angle of attack", value, allowed: "above zero, rad" });
-    }
-    // Newton's divided differences, expanded into powers.
-    let mut differences: Vec<f64> = points.iter().map(|(_, alpha)| alpha.ln()).collect();
-    for order in 1..points.len() {
-        for k in (order..points.len()).rev() {
-            differences[k] = (differences[k] - differences[k - 1]) / (points[k].0 - points[k - order].0);
+    let [_, middle, stall] = CALIBRATION_NUMBERS;
+    let [first, second, third] = alpha_rad.map(f64::ln);
+    let (to_middle, to_stall) = ((second - first) / middle, (third - first) / stall);
+    for power in 2..=POWERS {
+        let highest = (to_stall - to_middle) / (stall.powi(power - 1) - middle.powi(power - 1));
+        let linear = to_middle - highest * middle.powi(power - 1);
+        if highest >= 0.0 && linear >= 0.0 && to_stall > 0.0 {
+            let mut exponent = vec![0.0; power as usize + 1];
+            (exponent[0], exponent[1]) = (first, linear);
+            exponent[power as usize] = highest;
+            return Ok(PodCalibration { flight: flight.to_owned(), exponent });
         }
     }
-    let mut exponent = vec![0.0; points.len()];
-    for k in (0..points.len()).rev() {
-        for power in (1..points.len()).rev() {
-            exponent[power] = exponent[power - 1] - points[k].0 * exponent[power];
-        }
-        exponent[0] = differences[k] - points[k].0 * exponent[0];
-    }
-    let calibration = PodCalibration { flight: flight.to_owned(), exponent };
-    let rises_from = pod_working_range(&calibration)[0];
-    if rises_from > POD_NUMBERS[0] || calibration.exponent.iter().any(|a| !a.is_finite()) {
-        let setting = "number from which the calibration rises";
-        return Err(PrepError::Setting { setting, value: rises_from, allowed: "0: give points with rising angles" });
-    }
-    Ok(calibration)
+    refuse(alpha_rad[2], "rising from 0 over 85 to 100, and ever faster")
 }
 
 /// Sideslip without the pod's offset: `beta = measured - offset`, rad.

@@ -11,14 +11,16 @@ pub struct FuelSettings {
     pub resolution_kg: f64,
     /// A zone is blind where one step of the indication spans more than this many steps of fuel.
     pub max_span: f64,
+    /// A zone stays blind this long before and after its readings, s: noise at its edge looks like sight.
+    pub settle_s: f64,
     /// Lets no tank fill up: the histories are the least-squares fit that never rises.
     pub never_rises: bool,
 }
 
 impl Default for FuelSettings {
-    /// One pound, three steps, never rising.
+    /// One pound, three steps, 30 s, never rising.
     fn default() -> Self {
-        Self { resolution_kg: 0.453_592_37, max_span: 3.0, never_rises: true }
+        Self { resolution_kg: 0.453_592_37, max_span: 3.0, settle_s: 30.0, never_rises: true }
     }
 }
 
@@ -36,14 +38,18 @@ pub struct FuelReading {
 }
 
 /// Fuel for an indication: the calibration read backwards with straight lines between its points (thesis Tables 4.9-4.10).
+/// An indication above the calibration's counts as its highest, and is blind where it is more than a step above.
 pub fn fuel_reading(probe: &FuelProbe, displayed_kg: f64, settings: &FuelSettings) -> FuelReading {
     let half = 0.5 * settings.resolution_kg;
+    let highest = probe.displayed_kg.last().copied().unwrap_or(0.0);
+    let above = displayed_kg - highest > settings.resolution_kg;
+    let displayed_kg = displayed_kg.min(highest);
     let (least_kg, most_kg) = (least(probe, displayed_kg - half), most(probe, displayed_kg + half));
     FuelReading {
         mass_kg: 0.5 * (least(probe, displayed_kg) + most(probe, displayed_kg)),
         least_kg,
         most_kg,
-        blind: most_kg - least_kg > settings.max_span * settings.resolution_kg,
+        blind: above || most_kg - least_kg > settings.max_span * settings.resolution_kg,
     }
 }
 
@@ -118,6 +124,7 @@ pub fn fuel_history(
             last = if value.is_finite() { value } else { last };
             readings.push(fuel_reading(probe, last, settings));
         }
+        widen(time_s, &mut readings, settings.settle_s);
         history.blind.extend(blind_zones(&probe.tank, time_s, &readings));
         let masses = if settings.never_rises {
             never_rising(&readings)
@@ -128,6 +135,20 @@ pub fn fuel_history(
         history.tank_kg.push(masses);
     }
     Ok(history)
+}
+
+/// Marks readings blind that lie within a time of a blind one.
+fn widen(time_s: &[f64], readings: &mut [FuelReading], settle_s: f64) {
+    let blind: Vec<bool> = readings.iter().map(|reading| reading.blind).collect();
+    let mut mark = |order: &mut dyn Iterator<Item = usize>| {
+        let mut last = f64::INFINITY;
+        for k in order {
+            last = if blind[k] { time_s[k] } else { last };
+            readings[k].blind |= (time_s[k] - last).abs() <= settle_s;
+        }
+    };
+    mark(&mut (0..time_s.len()));
+    mark(&mut (0..time_s.len()).rev());
 }
 
 /// Stretches of blind readings.

@@ -78,8 +78,8 @@ pub struct ManoeuvreSettings {
     pub resting_s: f64,
     /// Longest pause between pulses of one input, s.
     pub join_s: f64,
-    /// The control must rest this long before the input, s.
-    pub rest_before_s: f64,
+    /// The control must rest this long before the input, and be recorded this long after it, s.
+    pub rest_s: f64,
     /// A single pulse from this length on is a step, s.
     pub step_s: f64,
     /// Window before the onset, s; the thesis flies 2 to 3 s steadily (section 4.4.1).
@@ -96,18 +96,18 @@ pub struct ManoeuvreSettings {
 
 impl Default for ManoeuvreSettings {
     /// 0.5 deg; median over 20 s; pause 0.6 s; rest 1 s; step from 3 s; 3 s before and up to 10 s after; settled at a tenth;
-    /// confidence 0.3; gaps from 0.5 s.
+    /// confidence 0.2; gaps from 0.5 s.
     fn default() -> Self {
         Self {
             least_amplitude_rad: 0.5f64.to_radians(),
             resting_s: 20.0,
             join_s: 0.6,
-            rest_before_s: 1.0,
+            rest_s: 1.0,
             step_s: 3.0,
             lead_in_s: 3.0,
             max_free_s: 10.0,
             settled_share: 0.1,
-            min_confidence: 0.3,
+            min_confidence: 0.2,
             max_gap_s: 0.5,
         }
     }
@@ -238,7 +238,7 @@ fn inputs<'a>(activity: &'a Activity<'_>, settings: &ManoeuvreSettings) -> Vec<&
             Some(before) if before.stretch == group[0].stretch => time[before.samples.end - 1],
             _ => time[group[0].stretch.0],
         };
-        if start - rested_since >= settings.rest_before_s {
+        if start - rested_since >= settings.rest_s {
             found.push(group);
         }
         from = k;
@@ -262,7 +262,8 @@ fn manoeuvre<'a>(
     let main: Vec<&Excursion> = input.iter().filter(|e| e.amplitude.abs() >= OVERSHOOT * highest).collect();
     let (first, last) = (main.first()?, main.last()?);
     let (time, deviation) = (activity.time, &activity.deviation[..]);
-    let unfinished = last.samples.end == last.stretch.1;
+    // The hand that takes over again at the end of a recording is no input.
+    let unfinished = time[last.stretch.1 - 1] - time[last.samples.end - 1] < settings.rest_s;
     let mut bounds = vec![half_crossing(time, deviation, first, true)];
     bounds.extend(main.windows(2).map(|pair| 0.5 * (time[pair[0].samples.end - 1] + time[pair[1].samples.start])));
     bounds.push(half_crossing(time, deviation, last, false));

@@ -54,7 +54,7 @@ fn working_range_leaves_out_where_a_calibration_falls() {
     assert!((from - 32.9).abs() < 0.5 && to == 100.0, "{from}");
     assert!((pod_angle_of_attack(&calibration("FT0.2"), 32.9).to_degrees() - 3.968).abs() < HALF_DIGIT_DEG);
     assert_eq!(pod_working_range(&calibration("FT1.0")), [0.0, 100.0]);
-    let history = pod_history(&calibration("FT0.2"), &[0.0, 0.0, 10.0, 50.0, 100.0]);
+    let history = pod_history(&calibration("FT0.2"), &[0.0, 0.4, 10.0, 50.0, 100.0], 1.0);
     let known: Vec<bool> = history.alpha_rad.iter().map(|alpha| alpha.is_finite()).collect();
     assert_eq!(known, [false, false, true, true, false]);
     assert_eq!(history.warnings.len(), 3);
@@ -63,20 +63,29 @@ fn working_range_leaves_out_where_a_calibration_falls() {
         "{:?}",
         history.warnings
     );
-    assert!(pod_history(&calibration("FT1.0"), &[20.0, 99.0]).warnings.is_empty());
+    assert!(pod_history(&calibration("FT1.0"), &[20.0, 98.0], 1.0).warnings.is_empty());
 }
 
 #[test]
-fn new_calibration_passes_through_its_points_and_rejects_falling_ones() {
-    let points = [(0.0, 0.083), (85.0, 0.141), (100.0, 0.200)];
-    let found = pod_calibration("FT2.0", &points).unwrap();
-    for (number, alpha) in points {
+fn new_calibration_passes_through_its_points_rises_and_comes_near_the_published_one() {
+    let published = calibration("FT1.0");
+    let points = [0.0, 85.0, 100.0].map(|number| pod_angle_of_attack(&published, number));
+    let found = pod_calibration("FT2.0", points).unwrap();
+    for (number, alpha) in [0.0, 85.0, 100.0].into_iter().zip(points) {
         assert!((pod_angle_of_attack(&found, number) - alpha).abs() < 1e-12);
     }
-    assert!(matches!(pod_calibration("x", &points[..1]), Err(PrepError::TooFewSamples { found: 1, .. })));
-    assert!(matches!(pod_calibration("x", &[(0.0, -0.1), (85.0, 0.1)]), Err(PrepError::Setting { .. })));
-    assert!(matches!(pod_calibration("x", &[(0.0, 0.2), (85.0, 0.1)]), Err(PrepError::Setting { .. })));
-    assert!(matches!(pod_calibration("x", &[(5.0, 0.1), (5.0, 0.2)]), Err(PrepError::Setting { .. })));
+    assert_eq!(pod_working_range(&found), [0.0, 100.0]);
+    for number in 0..100 {
+        let apart = pod_angle_of_attack(&found, f64::from(number)) - pod_angle_of_attack(&published, f64::from(number));
+        // Two curves through the same three points, deg.
+        assert!(apart.to_degrees().abs() < 0.15, "at {number}: {}", apart.to_degrees());
+    }
+    // FT0.2's points do allow a curve that rises.
+    let points = [4.063f64, 6.082, 10.810].map(f64::to_radians);
+    assert_eq!(pod_working_range(&pod_calibration("FT0.2", points).unwrap()), [0.0, 100.0]);
+    for falling in [[-0.1, 0.1, 0.2], [0.2, 0.1, 0.3], [0.1, 0.2, 0.15], [0.1, f64::NAN, 0.2]] {
+        assert!(matches!(pod_calibration("x", falling), Err(PrepError::Setting { .. })), "{falling:?}");
+    }
 }
 
 #[test]

@@ -2,14 +2,15 @@
 
 use std::sync::OnceLock;
 
+use doublet_core::airframe::frames::body_from_datum;
 use doublet_core::align::{
     ClockEstimate, ClockFitSettings, ClockModel, ClockPair, OnsetSettings, clock_fit_pairs, onset_alignment,
 };
 use doublet_core::load::{self, ChannelMap};
 use doublet_core::prep::{
     DeflectionSettings, Differentiation, FuelSettings, ManoeuvreSettings, ManoeuvreShape, SensorAttitude,
-    SensorReference, aileron_deflection, attitude_turn, differentiate, elevator_deflection, find_manoeuvres,
-    fuel_history, integrated_turn, noise_statistics, pod_history, rudder_history, stretches,
+    SensorReference, acceleration_at_cg, aileron_deflection, attitude_turn, differentiate, elevator_deflection,
+    find_manoeuvres, fuel_history, integrated_turn, noise_statistics, pod_history, rudder_history, stretches,
 };
 use doublet_core::quantity::Role;
 use doublet_core::series::{Recording, Series, Window};
@@ -151,11 +152,31 @@ fn control_clock() -> &'static ClockEstimate {
     })
 }
 
+/// Specific force along body z at the centre of gravity of the aircraft file's own loading (thesis Eq. 4.10).
+fn specific_force_z_at_cg() -> Series {
+    let bus = &demo().bus;
+    let aircraft = load::aircraft::read(&asset("aircraft/c337f.toml")).unwrap();
+    let centre = aircraft.standard_loading.mass_properties(&aircraft).cg_from_datum_m;
+    let arm = body_from_datum([2.03, 0.20, 1.40], centre);
+    let [ax, ay, az] = [Role::SpecificForceX, Role::SpecificForceY, Role::SpecificForceZ].map(|axis| role(bus, axis));
+    let rates = [Role::RollRate, Role::PitchRate, Role::YawRate].map(|rate| role(bus, rate));
+    let method = Differentiation::LocalPolynomial { degree: 2, half_width: 3 };
+    let slopes = rates.map(|rate| differentiate(&rate.time_s, &rate.values, method).unwrap());
+    let values = (0..az.values.len()).map(|k| {
+        let measured = [ax.values[k], ay.values[k], az.values[k]];
+        let (now, angular) = (rates.map(|rate| rate.values[k]), [slopes[0][k], slopes[1][k], slopes[2][k]]);
+        acceleration_at_cg(arm, measured, now, angular)[2]
+    });
+    Series { values: values.collect(), time_s: az.time_s.clone() }
+}
+
 #[test]
 fn every_clock_of_the_flight_is_recovered_from_shared_channels() {
     let bus = &demo().bus;
+    // The monitor's load factor is that of the centre of gravity.
+    let load_factor = specific_force_z_at_cg();
     let pairs = [
-        pair("load factor", role(bus, Role::SpecificForceZ), raw("engine_monitor", "n"), true),
+        pair("load factor", &load_factor, raw("engine_monitor", "n"), true),
         pair("airspeed", role(bus, Role::CalibratedAirspeed), raw("engine_monitor", "V_IAS"), false),
     ];
     check_clock("engine_monitor", &clock_fit_pairs(&pairs, &ClockFitSettings::default()).unwrap());
@@ -234,7 +255,7 @@ fn deflections_match_truth_by_both_ways_in_every_manoeuvre() {
 fn angle_of_attack_matches_truth_in_the_pods_working_range() {
     let calibration = &c337f().air_data.pods[1];
     let number = raw("pod", "AOA");
-    let history = pod_history(calibration, &number.values);
+    let history = pod_history(calibration, &number.values, 1.0);
     let aligned = pod_clock().model.align(&Series { time_s: number.time_s.clone(), values: history.alpha_rad.into() });
     let truth = raw("motion", "alpha");
     let inside = aligned.time_s.iter().zip(aligned.values.iter()).filter(|(_, alpha)| alpha.is_finite());
@@ -270,7 +291,10 @@ fn fuel_matches_truth_outside_the_blind_zones() {
             seen += 1;
         }
         println!("{tank}: worst error {worst:.2} lb over {seen} of {} samples", time.len());
-        assert!(worst < FUEL_LB && seen > 0, "{tank}: {worst} lb");
+        assert!(worst < FUEL_LB, "{tank}: {worst} lb");
+        // The left auxiliary stays fuller than its calibration reaches, which is said.
+        let above = tank == "auxiliary left" && history.blind.len() == 1;
+        assert!(seen > time.len() / 2 || above, "{tank}: {seen} samples seen, {:?}", history.blind);
     }
 }
 
@@ -309,38 +333,36 @@ fn every_manoeuvre_is_found_none_invented_and_named_rightly() {
 fn first_response_places_the_control_sensors_to_two_milliseconds() {
     /// Precision the thesis states for its alignment by hand, s.
     const PRECISION_S: f64 = 2e-3;
+    /// The simulator holds the controls over its step of 0.01 s: the response lags them by half of it, s.
+    const HELD_S: f64 = 5e-3;
     let bus = &demo().bus;
     let deflections = deflections(0);
-    let gyro = |rate: Role| {
-        let series = role(bus, rate);
-        let slope = differentiate(
-            &series.time_s,
-            &series.values,
-            Differentiation::LocalPolynomial { degree: 2, half_width: 2 },
-        );
-        Series { time_s: series.time_s.clone(), values: slope.unwrap().into() }
+    let motion =
+        [Role::RollRate, Role::PitchRate, Role::YawRate, Role::BankAngle, Role::PitchAngle].map(|of| role(bus, of));
+    let method = Differentiation::LocalPolynomial { degree: 2, half_width: 2 };
+    let angular = |rate: &Series| {
+        let slope = differentiate(&rate.time_s, &rate.values, method).unwrap();
+        Series { time_s: rate.time_s.clone(), values: slope.into() }
     };
-    let responses = [gyro(Role::RollRate), gyro(Role::PitchRate), gyro(Role::YawRate)];
-    let mut shifts = Vec::new();
+    let responses = [angular(motion[0]), angular(motion[1]), angular(motion[2])];
+    let (mut sum, mut weights, mut count) = (0.0, 0.0, 0);
     for flown in demo().truth["manoeuvre"].as_array().unwrap() {
         let onset = flown["onset_s"].as_float().unwrap();
         let axis = SURFACES.iter().position(|(_, name)| Some(*name) == flown["surface"].as_str()).unwrap();
-        // The recording is taken to have started 0.2 s too early, as a phone's command does.
+        // The recording is taken to have started 0.2 s later than it did, as a phone's command may say.
         let late = ClockModel::REFERENCE.shifted(0.2).align(&deflections[axis]);
-        let window = Window { start_s: onset - 1.0, end_s: onset + 1.5 };
-        let found = onset_alignment(&late, &responses[axis], window, &OnsetSettings::default()).unwrap();
-        shifts.push(found.shift_s + 0.2);
+        let window = Window { start_s: onset - 1.0, end_s: onset + 2.5 };
+        let found = onset_alignment(&late, &responses[axis], &motion, window, &OnsetSettings::default()).unwrap();
+        let weight = found.shift_sd_s.powi(-2);
+        (sum, weights, count) = (sum + weight * (found.shift_s + 0.2), weights + weight, count + 1);
     }
-    shifts.sort_by(f64::total_cmp);
-    let median = shifts[shifts.len() / 2];
-    println!(
-        "shift error: median {:+.4} s, from {:+.4} to {:+.4} s, rms {:.4} s",
-        median,
-        shifts[0],
-        shifts[shifts.len() - 1],
-        rms(&shifts)
-    );
-    assert!(median.abs() < PRECISION_S, "{shifts:?}");
+    let (mean, sd) = (sum / weights, weights.powf(-0.5));
+    // What the fitted clock of the deflections is late itself comes off.
+    let own_s = control_clock().best_known.0;
+    let clock_s = control_clock().model.reference_s(own_s) - true_clock("control_sensors").reference_s(own_s);
+    let expected = HELD_S - clock_s;
+    println!("first response of {count} manoeuvres: {mean:+.4} s for {expected:+.4} s, standard error {sd:.4} s");
+    assert!((mean - expected).abs() < PRECISION_S, "{mean} s for {expected} s");
 }
 
 #[test]
