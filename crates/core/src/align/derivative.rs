@@ -6,6 +6,9 @@ use crate::series::Series;
 /// Reach of the filter to either side, in its smoothing times: beyond it its weight is 3e-4 of its greatest.
 const REACH: f64 = 4.0;
 
+/// Most steps of a grid: a day at the default step. A stray stamp must not decide how much memory is taken.
+const MOST_STEPS: usize = 4_000_000;
+
 /// A derivative sampled at whole multiples of the step, `time = index * step`.
 pub(super) struct Derivative {
     /// Index of the first sample.
@@ -68,6 +71,10 @@ pub(super) fn derivative(
     let reach = band.reach();
     if count <= 2 * reach {
         return Err(still());
+    }
+    if count > MOST_STEPS {
+        let reason = format!("it spans {} s, more than {MOST_STEPS} steps of {} s", end - start, band.step_s);
+        return Err(AlignError::Signal { channel: channel.to_owned(), reason });
     }
     let (line, inside) = on_grid(&time, &values, first, count, band);
     let weights: Vec<f64> = (1..=reach)

@@ -6,6 +6,9 @@ use super::AlignError;
 use super::derivative::usable;
 use crate::series::{Series, Window};
 
+/// Widest search, s: clocks further apart are aligned by shared channels first.
+const MOST_RANGE_S: f64 = 10.0;
+
 /// How an onset is aligned.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OnsetSettings {
@@ -56,8 +59,8 @@ pub fn onset_alignment(
     settings: &OnsetSettings,
 ) -> Result<OnsetAlignment, AlignError> {
     let range = settings.range_s;
-    if !(range > 0.0 && range.is_finite()) {
-        return Err(AlignError::Setting { setting: "range_s", value: range, allowed: "finite and above zero" });
+    if !(range > 0.0 && range <= MOST_RANGE_S) {
+        return Err(AlignError::Setting { setting: "range_s", value: range, allowed: "above zero, at most 10 s" });
     }
     let (control_time, control_values) = usable("control", control)?;
     let (response_time, response_values) = usable("response", response)?;

@@ -134,16 +134,21 @@ struct Activity<'a> {
 /// one it lasts until a control moves, or the longest allowed.
 ///
 /// # Errors
-/// Lengths that differ, time that does not increase, a least amplitude or resting time that is not above zero.
+/// Lengths that differ, time that does not increase, a least amplitude that is not above zero, a resting time below 1 s.
 pub fn find_manoeuvres(
     controls: &[(Role, &Series)],
     responses: &[(Role, &Series)],
     settings: &ManoeuvreSettings,
 ) -> Result<Vec<Manoeuvre>, PrepError> {
-    for (setting, value) in [("least_amplitude_rad", settings.least_amplitude_rad), ("resting_s", settings.resting_s)] {
-        if !(value > 0.0 && value.is_finite()) {
-            return Err(PrepError::Setting { setting, value, allowed: "finite and above zero" });
-        }
+    /// Shortest moving median, s.
+    const SHORTEST_S: f64 = 1.0;
+    let (least, resting) = (settings.least_amplitude_rad, settings.resting_s);
+    if !(least > 0.0 && least.is_finite()) {
+        let setting = "least_amplitude_rad";
+        return Err(PrepError::Setting { setting, value: least, allowed: "finite and above zero" });
+    }
+    if !(resting >= SHORTEST_S && resting.is_finite()) {
+        return Err(PrepError::Setting { setting: "resting_s", value: resting, allowed: "finite, at least 1 s" });
     }
     let mut activities = Vec::with_capacity(controls.len());
     for (surface, series) in controls {

@@ -110,6 +110,9 @@ fn clock_fit_rejects_strangers_stills_and_bad_stamps() {
     assert!(matches!(clock_fit(&reference, &none, &settings), Err(AlignError::Still { .. })));
     let backward = Series { time_s: [0.0, 2.0, 1.0].into(), values: [0.0, 1.0, 2.0].into() };
     assert!(matches!(clock_fit(&backward, &other, &settings), Err(AlignError::Signal { .. })));
+    let stray = Series { time_s: [0.0, 1.0, 2.0, 1e12].into(), values: [0.0, 1.0, 0.0, 1.0].into() };
+    let refused = clock_fit(&stray, &other, &settings).unwrap_err();
+    assert!(refused.to_string().contains("1000000000000 s"), "{refused}");
     let zero_step = ClockFitSettings { step_s: 0.0, ..settings };
     assert!(matches!(clock_fit(&reference, &other, &zero_step), Err(AlignError::Setting { setting: "step_s", .. })));
     assert!(matches!(clock_fit_pairs(&[], &settings), Err(AlignError::Setting { .. })));

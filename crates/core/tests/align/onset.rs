@@ -68,6 +68,9 @@ fn onset_alignment_rejects_noise_and_windows_without_samples() {
     let other = Series { time_s: control.time_s.clone(), values: control.values.clone() };
     let refused = onset_alignment(&control, &response, &[&other], quiet, &settings);
     assert!(matches!(refused, Err(AlignError::Signal { .. })), "{refused:?}");
+    let wide = OnsetSettings { range_s: 1e9, ..settings };
+    let refused = onset_alignment(&control, &response, &[], quiet, &wide);
+    assert!(matches!(refused, Err(AlignError::Setting { setting: "range_s", .. })), "{refused:?}");
     let far = OnsetSettings { range_s: 0.05, ..settings };
     let (late, response, [rate, pitch]) = recorded(0.3, 9);
     let window = Window { start_s: ONSET_S - 1.0, end_s: ONSET_S + 1.2 };
