@@ -141,7 +141,7 @@ mod tests {
         let gain = omega * (-0.5 * (omega * BAND.smoothing_s).powi(2)).exp();
         for (k, (value, known)) in found.values.iter().zip(&found.known).enumerate() {
             let t = (found.first + k as i64) as f64 * BAND.step_s;
-            assert_eq!(*known, (1.0..=13.99).contains(&t) || (18.01..=38.98).contains(&t), "{t} s");
+            assert_eq!(*known, (0.99..=13.99).contains(&t) || (18.01..=38.99).contains(&t), "{t} s");
             if *known {
                 approx::assert_relative_eq!(*value, gain * (omega * t).cos(), epsilon = CUT * gain);
             }
