@@ -31,6 +31,12 @@ pub fn unit(dimension: Dimension) -> (&'static str, f64) {
     }
 }
 
+/// How long something took: milliseconds below one second, seconds above.
+pub fn duration(took: std::time::Duration) -> String {
+    let seconds = took.as_secs_f64();
+    if seconds < 1.0 { format!("{:.0} ms", 1e3 * seconds) } else { format!("{seconds:.1} s") }
+}
+
 /// Unit a role is shown in: engine speeds in revolutions per minute, the rest by dimension.
 pub fn role_unit(role: Role) -> (&'static str, f64) {
     match role {

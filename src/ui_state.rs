@@ -109,7 +109,7 @@ pub fn default_layout() -> Tree<Pane> {
         tiles.insert_tab_tile(children)
     };
     let flight = tabs(&[Pane::Flight]);
-    let plots = tabs(&[Pane::Reconstruction, Pane::Innovations, Pane::Fits]);
+    let plots = tabs(&[Pane::Reconstruction, Pane::Innovations, Pane::Fits, Pane::Propulsion]);
     let settings = tabs(&[Pane::Manoeuvres, Pane::Noise, Pane::Model, Pane::Loading]);
     let results = tabs(&[Pane::Derivatives, Pane::Correlation, Pane::Log, Pane::Shortcuts]);
     let left = Linear::new_binary(LinearDir::Vertical, [flight, plots], 0.5);

@@ -10,7 +10,7 @@ use egui_tiles::{SimplificationOptions, TileId, Tiles, Tree, UiResponse};
 use super::Workbench;
 use crate::command::{EditCommand, FileCommand, Menu, RunCommand, UiCommand};
 use crate::panels::{Pane, Panel, PanelContext};
-use crate::theme;
+use crate::{notation, theme};
 
 /// Space between panels.
 const GAP: f32 = 4.0;
@@ -116,6 +116,12 @@ fn status(app: &mut Workbench, ui: &mut Ui) {
     ui.horizontal(|ui| {
         ui.set_min_height(24.0);
         let snapshot = &app.snapshot;
+        if let Some(export) = &app.exporting {
+            ui.add(ProgressBar::new(export.progress()).desired_width(160.0).desired_height(10.0));
+            ui.label("Writing results");
+            // The thread ends a moment after its last step wakes this one.
+            ui.ctx().request_repaint_after(std::time::Duration::from_millis(50));
+        }
         if app.engine.is_busy() {
             ui.add(ProgressBar::new(snapshot.progress).desired_width(160.0).desired_height(10.0));
             ui.label(format!("Computing: {}", snapshot.cause));
@@ -126,7 +132,7 @@ fn status(app: &mut Workbench, ui: &mut Ui) {
             let failures = snapshot.failures();
             let color = if failures.is_empty() { palette.good } else { palette.error };
             ui.label(RichText::new("●").color(color));
-            ui.label(format!("{} – {:.0} ms, after: {}", last.text, 1e3 * last.duration.as_secs_f64(), last.cause));
+            ui.label(format!("{} – {}, after: {}", last.text, notation::duration(last.duration), last.cause));
             if let Some((place, error)) = failures.first() {
                 ui.add(egui::Label::new(RichText::new(format!("{place}: {error}")).color(palette.error)).truncate());
             }

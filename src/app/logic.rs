@@ -17,6 +17,7 @@ pub fn run(app: &mut Workbench, ctx: &egui::Context) {
     let hovered_s = app.hovered_s.take();
     app.state.time.cursor_s = hovered_s;
     app.state.window_time.cursor_s = hovered_s;
+    app.take_export();
     take_files(app, ctx);
     take_shortcuts(app, ctx);
     for command in std::mem::take(&mut app.commands) {

@@ -12,7 +12,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use doublet_engine::run::{Engine, Request, Snapshot};
+use doublet_engine::run::{Engine, Export, Request, Snapshot};
 use doublet_engine::session::Session;
 use eframe::egui;
 
@@ -52,6 +52,7 @@ pub struct Workbench {
     cause: String,
     asked: Option<Asked>,
     guarded: Option<Pending>,
+    exporting: Option<Export>,
     leaving: bool,
     title: String,
     hovered_s: Option<f64>,
@@ -83,6 +84,7 @@ impl Workbench {
             cause: "open".to_owned(),
             asked: None,
             guarded: None,
+            exporting: None,
             leaving: false,
             title: String::new(),
             hovered_s: None,
@@ -110,6 +112,11 @@ impl Workbench {
         self.engine.is_busy()
             || self.snapshot.busy
             || !self.requested.as_ref().is_some_and(|requested| Arc::ptr_eq(requested, self.document.history.present()))
+    }
+
+    /// Whether results are being written.
+    pub fn is_exporting(&self) -> bool {
+        self.exporting.is_some()
     }
 
     /// Whether the question for unsaved changes is open.

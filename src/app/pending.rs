@@ -1,8 +1,9 @@
 //! What waits for an answer: a file asked for, a step that would lose unsaved changes.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-use doublet_engine::report;
+use doublet_engine::{report, run::Export};
 use eframe::egui::{self, ViewportCommand, vec2};
 
 use super::files::{FileQuestion, Purpose};
@@ -87,7 +88,7 @@ impl Workbench {
         match self.asked.take() {
             Some(Asked::Open) => self.proceed(Pending::Open(path.to_path_buf()), ctx),
             Some(Asked::Save(after)) => self.save_to(path, after, ctx),
-            Some(Asked::Export) => self.export(path),
+            Some(Asked::Export) => self.export(path, ctx),
             None => {}
         }
     }
@@ -114,10 +115,25 @@ impl Workbench {
         }
     }
 
-    fn export(&mut self, folder: &Path) {
-        match report::write(self.document.session(), &self.snapshot, folder) {
+    /// Starts writing what is computed now; what changes meanwhile is not part of it.
+    fn export(&mut self, folder: &Path, ctx: &egui::Context) {
+        if let Err(error) = report::check_target(folder) {
+            return self.complain(error.to_string());
+        }
+        let (session, snapshot) = (Arc::clone(self.document.history.present()), Arc::clone(&self.snapshot));
+        let ctx = ctx.clone();
+        match Export::start(session, snapshot, folder.to_path_buf(), move || ctx.request_repaint()) {
+            Ok(export) => self.exporting = Some(export),
+            Err(error) => self.complain(format!("the results cannot be written: {error}")),
+        }
+    }
+
+    /// Says how writing results ended, once it has.
+    pub(super) fn take_export(&mut self) {
+        let Some(export) = self.exporting.take_if(|export| export.is_finished()) else { return };
+        match export.finish() {
             Ok(folder) => self.say(format!("Results are in {}", folder.display())),
-            Err(error) => self.complain(error.to_string()),
+            Err(line) => self.complain(line),
         }
     }
 

@@ -40,6 +40,7 @@ fn file(app: &mut Workbench, command: FileCommand, ctx: &egui::Context) {
         FileCommand::Export if app.is_busy() => {
             app.complain("results are still being computed: export them when the run is done");
         }
+        FileCommand::Export if app.is_exporting() => app.complain("results are still being written"),
         FileCommand::Export => app.ask(Asked::Export, ctx),
         FileCommand::Quit => app.leave(Pending::Quit, ctx),
     }

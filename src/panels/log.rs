@@ -4,7 +4,7 @@ use eframe::egui::{self, Label, RichText, Ui};
 use egui_extras::{Column, TableBuilder};
 
 use super::{Panel, PanelContext};
-use crate::theme;
+use crate::{notation, theme};
 
 /// The panel.
 pub struct Log;
@@ -66,7 +66,7 @@ impl Panel for Log {
                     });
                     row.col(|ui| {
                         if !failure {
-                            ui.weak(format!("{:.0} ms", 1e3 * line.duration.as_secs_f64()));
+                            ui.weak(notation::duration(line.duration));
                         }
                     });
                 });

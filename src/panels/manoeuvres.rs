@@ -1,8 +1,10 @@
 //! The windows as a table: name, interval, use, surface, state of their results.
 
+use std::sync::Arc;
+
 use doublet_core::series::Window;
 use doublet_engine::session::{Edit, Manoeuvre, Surface, WindowEdit, WindowRole};
-use eframe::egui::{self, ComboBox, RichText, TextEdit, Ui};
+use eframe::egui::{self, ComboBox, FontId, Galley, RichText, TextEdit, Ui};
 use egui_extras::{Column, TableBuilder, TableRow};
 
 use super::{Panel, PanelContext, role_color};
@@ -13,12 +15,20 @@ use crate::widgets::quantity_edit::QuantityEdit;
 
 /// Height of a row.
 const ROW: f32 = 26.0;
+/// Size of the line that says why a window has no results.
+const REASON: f32 = 11.5;
+/// Room of the column with a window's mark, which that line starts behind.
+const MARK: f32 = 18.0;
+/// Room at the right end of that line for the scroll bar.
+const RIGHT_ROOM: f32 = 16.0;
 
 /// The panel.
 #[derive(Default)]
 pub struct Manoeuvres {
     /// Name being typed: the window's name, and what it shall become.
     renaming: Option<(String, String)>,
+    /// Row that was last brought into view.
+    in_view: Option<usize>,
 }
 
 impl Panel for Manoeuvres {
@@ -40,14 +50,22 @@ impl Panel for Manoeuvres {
         ui.add_space(2.0);
         let session = ctx.session;
         let several = session.flights.len() > 1;
+        let reason_width = (ui.available_width() - MARK - RIGHT_ROOM).max(60.0);
+        let reasons: Vec<_> = session.windows.iter().map(|window| reason(ctx, ui, window, reason_width)).collect();
+        let chosen = session.windows.iter().position(|w| ctx.selection().window.as_deref() == Some(w.name.as_str()));
+        let row = chosen.map(|at| at + reasons[..=at].iter().flatten().count());
         let mut table = TableBuilder::new(ui)
             .id_salt("manoeuvres")
             .striped(true)
             .auto_shrink(false)
             .sense(egui::Sense::click())
             .cell_layout(egui::Layout::left_to_right(egui::Align::Center))
-            .column(Column::exact(18.0))
+            .column(Column::exact(MARK))
             .column(Column::remainder().at_least(96.0).clip(true));
+        if let Some(row) = row.filter(|_| row != self.in_view) {
+            table = table.scroll_to_row(row, None);
+        }
+        self.in_view = row;
         if several {
             table = table.column(Column::initial(76.0).clip(true));
         }
@@ -64,8 +82,12 @@ impl Panel for Manoeuvres {
                 }
             })
             .body(|mut body| {
-                for window in &session.windows {
+                for (window, reason) in session.windows.iter().zip(&reasons) {
                     body.row(ROW, |row| self.row(ctx, row, window, several));
+                    if let Some(reason) = reason {
+                        let columns = if several { 7 } else { 6 };
+                        body.row(reason.size().y + 8.0, |row| reason_row(ctx, row, window, columns, reason));
+                    }
                 }
             });
     }
@@ -138,12 +160,52 @@ impl Manoeuvres {
     }
 }
 
+/// Why a window has no results.
+fn error<'a>(ctx: &PanelContext<'a>, window: &Manoeuvre) -> Option<&'a str> {
+    let results = ctx.snapshot.windows.get(&window.name)?;
+    results.path.error().or(results.aero.error()).or(results.fits.error())
+}
+
+/// Why a window has no results, laid out in lines of `width`.
+fn reason(ctx: &PanelContext<'_>, ui: &Ui, window: &Manoeuvre, width: f32) -> Option<Arc<Galley>> {
+    let color = theme::palette(ui).error;
+    let text = error(ctx, window)?.to_owned();
+    Some(ui.painter().layout(text, FontId::proportional(REASON), color, width))
+}
+
+/// The row below a window without results that says why, across all columns.
+fn reason_row(
+    ctx: &mut PanelContext<'_>,
+    mut row: TableRow<'_, '_>,
+    window: &Manoeuvre,
+    columns: usize,
+    reason: &Arc<Galley>,
+) {
+    row.set_selected(ctx.selection().window.as_deref() == Some(window.name.as_str()));
+    let mut left = 0.0;
+    for column in 0..columns {
+        row.col(|ui| {
+            let cell = ui.max_rect();
+            if column == 0 {
+                left = cell.left() + MARK;
+            }
+            // Drawn from the last cell, over the stripes of those before it.
+            if column + 1 == columns {
+                let line = egui::Rect::from_min_size(egui::pos2(left, cell.top() + 2.0), reason.size());
+                let mut over = ui.new_child(egui::UiBuilder::new().max_rect(line));
+                over.add(egui::Label::new(Arc::clone(reason)).selectable(false));
+            }
+        });
+    }
+    if row.response().clicked() {
+        ctx.choose(&window.name);
+    }
+}
+
 /// A dot: the colour of the use, a warning where the results failed.
 fn state(ctx: &PanelContext<'_>, ui: &mut Ui, window: &Manoeuvre) {
     let palette = theme::palette(ui);
-    let results = ctx.snapshot.windows.get(&window.name);
-    let error = results.and_then(|results| results.path.error().or(results.aero.error()).or(results.fits.error()));
-    match error {
+    match error(ctx, window) {
         Some(error) => ui.label(RichText::new("⚠").color(palette.error)).on_hover_text(error),
         None => ui.label(RichText::new("■").color(role_color(palette, window.role))).on_hover_text(hint(ctx, window)),
     };

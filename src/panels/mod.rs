@@ -11,6 +11,7 @@ mod log;
 mod manoeuvres;
 mod model;
 mod noise;
+mod propulsion;
 mod reconstruction;
 mod shortcuts;
 
@@ -46,6 +47,8 @@ pub enum Pane {
     Derivatives,
     /// Coefficients, their fits and residuals.
     Fits,
+    /// Engines over the flight.
+    Propulsion,
     /// Correlation of the parameters.
     Correlation,
     /// What is on board.
@@ -67,6 +70,7 @@ impl Pane {
         Self::Model,
         Self::Derivatives,
         Self::Fits,
+        Self::Propulsion,
         Self::Correlation,
         Self::Loading,
         Self::Log,
@@ -84,6 +88,7 @@ impl Pane {
             Self::Model => "Model",
             Self::Derivatives => "Derivatives",
             Self::Fits => "Fits and residuals",
+            Self::Propulsion => "Propulsion",
             Self::Correlation => "Correlation",
             Self::Loading => "Loading",
             Self::Log => "Log",
@@ -102,6 +107,7 @@ impl Pane {
             Self::Model => Box::new(model::Model::default()),
             Self::Derivatives => Box::new(derivatives::Derivatives),
             Self::Fits => Box::new(fits::Fits::default()),
+            Self::Propulsion => Box::new(propulsion::Propulsion::default()),
             Self::Correlation => Box::new(correlation::Correlation::default()),
             Self::Loading => Box::new(loading::LoadingPanel),
             Self::Log => Box::new(log::Log),

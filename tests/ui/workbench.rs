@@ -1,5 +1,6 @@
 //! The workbench on a session: opened, changed, undone, saved and opened again, with the numbers that must result.
 
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use doublet::app::files::Files;
@@ -9,6 +10,7 @@ use doublet::panels::Pane;
 use doublet_core::estimate::Fit;
 use doublet_core::model::Coefficient;
 use doublet_core::reconstruct::{Input, State};
+use doublet_core::series::Window;
 use doublet_engine::graph::Cache;
 use doublet_engine::run::{Control, Scope, Snapshot, run};
 use doublet_engine::session::{self, WindowRole};
@@ -37,8 +39,14 @@ struct Bench<'a> {
 
 impl Bench<'_> {
     fn open() -> Self {
+        Self::open_changed(|_| {})
+    }
+
+    /// Opens the small flight after `change` did something to its folder.
+    fn open_changed(change: impl FnOnce(&Path)) -> Self {
         let folder = tempfile::tempdir().expect("there is room for a folder");
         let path = recording::write(folder.path());
+        change(folder.path());
         let mut harness = builder(1500.0, 950.0).build_eframe(move |cc| {
             let document = Document::open(&path).expect("the session opens");
             let mut app = Workbench::new(cc, document).expect("a thread starts");
@@ -55,7 +63,7 @@ impl Bench<'_> {
     fn settle(&mut self) {
         let started = Instant::now();
         self.harness.run_steps(2);
-        while self.harness.state().is_busy() {
+        while self.harness.state().is_busy() || self.harness.state().is_exporting() {
             assert!(started.elapsed() < PATIENCE, "results come in time");
             std::thread::sleep(Duration::from_millis(5));
             self.harness.step();
@@ -172,6 +180,45 @@ fn window_drawn_on_the_lane_and_dragged_at_its_edge_is_computed_over_its_samples
     assert_eq!(samples(&bench, &dragged.name), expected(&dragged));
     bench.request(UiCommand::Edit(EditCommand::Undo));
     assert_eq!(bench.session().windows[1], window, "the drag is one step");
+}
+
+/// Leaves the elevator out of the small flight from 40 s on.
+fn lose_elevator(folder: &Path) {
+    let path = folder.join("flight.csv");
+    let text = std::fs::read_to_string(&path).expect("the recording is there");
+    let keep = |line: &str| {
+        let late = line.split(',').next().and_then(|time| time.parse::<f64>().ok()).is_some_and(|time| time > 40.0);
+        let kept = line.rsplit_once(',').filter(|_| late).map(|(kept, _)| format!("{kept},"));
+        kept.unwrap_or_else(|| line.to_owned()) + "\n"
+    };
+    std::fs::write(&path, text.lines().map(keep).collect::<String>()).expect("the recording can be written");
+}
+
+#[test]
+fn window_without_recorded_controls_says_so_in_its_row_and_the_others_keep_their_results() {
+    let mut bench = Bench::open_changed(lose_elevator);
+    bench.show(Pane::Manoeuvres);
+    let alone = bench.cm();
+    let second = session::Manoeuvre {
+        name: "without elevator".to_owned(),
+        window: Window { start_s: 46.0, end_s: 58.0 },
+        ..bench.session().windows[0].clone()
+    };
+    bench.harness.state_mut().apply(&session::Edit::Window(session::WindowEdit::Add(second)));
+    bench.settle();
+    let failures = bench.snapshot().failures();
+    assert_eq!(failures.len(), 1, "{failures:?}");
+    assert_eq!(failures[0].0, "window 'without elevator'");
+    let shown = bench.harness.get_by_label(&failures[0].1).rect();
+    let row = bench.harness.get_by_label("name of without elevator").rect();
+    assert!(
+        shown.top() >= row.bottom() - 2.0 && shown.right() < 1500.0,
+        "the reason is below its row: {shown:?}, {row:?}"
+    );
+    let pooled = bench.snapshot().pooled.ready().expect("the estimate is up to date").fits[0].fit.clone();
+    assert_eq!(pooled.expect("Cm is estimated").estimates, alone.estimates);
+    assert!(bench.snapshot().windows["first"].fits.ready().is_some(), "the other window keeps its results");
+    picture(&mut bench.harness, "reason");
 }
 
 #[test]

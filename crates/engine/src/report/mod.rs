@@ -56,6 +56,19 @@ fn file_error(path: &Path) -> impl FnOnce(std::io::Error) -> ReportError {
 /// # Errors
 /// [`ReportError`]; nothing of the new results is left behind then.
 pub fn write(session: &Session, snapshot: &Snapshot, folder: &Path) -> Result<PathBuf, ReportError> {
+    write_with_progress(session, snapshot, folder, &|_| {})
+}
+
+/// Like [`write`]; `progress` is told the part that is written, 0 to 1, after every step.
+///
+/// # Errors
+/// Those of [`write`].
+pub fn write_with_progress(
+    session: &Session,
+    snapshot: &Snapshot,
+    folder: &Path,
+    progress: &dyn Fn(f32),
+) -> Result<PathBuf, ReportError> {
     check_target(folder)?;
     let parent = folder.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
     std::fs::create_dir_all(parent).map_err(file_error(parent))?;
@@ -65,8 +78,11 @@ pub fn write(session: &Session, snapshot: &Snapshot, folder: &Path) -> Result<Pa
         .map_err(|error| ReportError::Form { what: RESULTS, reason: error.to_string() })?;
     let path = staging.path().join(RESULTS);
     std::fs::write(&path, text).map_err(file_error(&path))?;
+    progress(0.2);
     tables::write(&results, staging.path())?;
+    progress(0.4);
     histories::write(session, snapshot, &staging.path().join("histories.h5"))?;
+    progress(0.9);
     if folder.exists() {
         std::fs::remove_dir_all(folder).map_err(file_error(folder))?;
     }
@@ -76,6 +92,7 @@ pub fn write(session: &Session, snapshot: &Snapshot, folder: &Path) -> Result<Pa
         let _ = std::fs::remove_dir_all(&staged);
         file_error(folder)(error)
     })?;
+    progress(1.0);
     Ok(folder.to_path_buf())
 }
 

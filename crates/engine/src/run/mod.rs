@@ -2,10 +2,12 @@
 
 mod control;
 mod coordinator;
+mod export;
 mod pipeline;
 mod snapshot;
 
 pub use control::{Cancelled, Control};
 pub use coordinator::{Engine, Request};
+pub use export::Export;
 pub use pipeline::{Scope, run};
 pub use snapshot::{LogEntry, Slot, Snapshot, WindowResults};

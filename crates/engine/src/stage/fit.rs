@@ -153,6 +153,10 @@ pub fn pooled_fits(windows: &[AeroWindow<'_>], structure: &Structure, estimation
         if used.is_empty() {
             continue;
         }
+        // A window that lacks a variable of the model says so in its own fit and does not take the others with it.
+        let known = |(_, aero): &&&AeroWindow<'_>| regressors(terms, &aero.variables).is_ok();
+        let complete: Vec<_> = used.iter().filter(known).copied().collect();
+        let used = if complete.is_empty() { used } else { complete };
         let fit = coefficient_fit(*coefficient, terms, &used, estimation.constants, Vec::new());
         if let Ok(estimate) = &fit.fit {
             let predict = |item: &&AeroWindow<'_>| predict(*coefficient, terms, estimate, item.0, &item.1);

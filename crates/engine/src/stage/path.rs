@@ -65,7 +65,7 @@ pub struct PathSeries {
     pub reconstructed: [Series; MEASUREMENTS],
     /// Innovations.
     pub innovations: [Series; MEASUREMENTS],
-    /// Predicted standard deviation of each innovation, at its samples.
+    /// Predicted standard deviation of each innovation, held from one of its samples to the next.
     pub innovation_deviations: [Arc<[f64]>; MEASUREMENTS],
     /// Zero at the samples of the innovations: what they are expected to scatter about.
     pub innovation_zero: Series,
@@ -320,10 +320,22 @@ fn path_series(recording: &Recording, data: &FilterData, reconstruction: &Recons
             values: measurement.values.as_slice().into(),
         }),
         innovations: reconstruction.innovations.each_ref().map(updates),
-        innovation_deviations: reconstruction.innovation_deviations.each_ref().map(shared),
+        innovation_deviations: reconstruction.innovation_deviations.each_ref().map(|column| held(column)),
         innovation_zero: updates(&vec![0.0; update_time_s.len()]),
         nis: updates(&reconstruction.nis),
     }
+}
+
+/// `column` with the last finite value in place of what is not a number; before the first finite value that one.
+fn held(column: &[f64]) -> Arc<[f64]> {
+    let mut last = column.iter().copied().find(|value| value.is_finite()).unwrap_or(f64::NAN);
+    let hold = |&value: &f64| {
+        if value.is_finite() {
+            last = value;
+        }
+        last
+    };
+    column.iter().map(hold).collect()
 }
 
 /// Measurements of the filtered states (thesis Eq. 3.8): positions and angles are states, ground velocity is airspeed turned to
