@@ -17,6 +17,8 @@ use crate::session::InstrumentSetting;
 
 /// A pause between samples of a control sensor that ends a stretch, s: it records around each manoeuvre only.
 const PAUSE_S: f64 = 0.5;
+/// Numbers of the pod this close to an end of its scale tell nothing.
+const POD_MARGIN: f64 = 1.0;
 /// Sensors of the linkage by what they tell.
 const YOKE: &str = "yoke";
 const COLUMN: &str = "column";
@@ -152,7 +154,7 @@ fn flow_angles(
         format!("no pod calibration '{}': use one of {}", setting.pod_calibration, known.join(", "))
     })?;
     let number = channel(recording, &format!("{pod}/AOA"))?;
-    let history = pod_history(calibration, &number.series.values);
+    let history = pod_history(calibration, &number.series.values, POD_MARGIN);
     warnings.extend(history.warnings.into_iter().map(|warning| format!("angle of attack: {warning}")));
     let alpha = Series { time_s: Arc::clone(&number.series.time_s), values: history.alpha_rad.into() };
     let measured = si(channel(recording, &format!("{pod}/beta"))?)?;
