@@ -5,6 +5,7 @@ use std::sync::Arc;
 use doublet_core::estimate::{Coloured, Fit, FitQuality, PooledWindow, Taper, pooled};
 use doublet_core::model::{Coefficient, Structure, Term, Variable, regressors};
 use doublet_core::series::Series;
+use rayon::prelude::*;
 
 use super::aero::WindowAero;
 use crate::graph::Footprint;
@@ -144,27 +145,32 @@ pub type AeroWindow<'a> = (&'a Manoeuvre, Arc<WindowAero>);
 
 /// Fits every coefficient of the structure over all identification windows and predicts every window not ignored.
 pub fn pooled_fits(windows: &[AeroWindow<'_>], structure: &Structure, estimation: &Estimation) -> PooledFits {
-    let mut pooled = PooledFits::default();
-    for (coefficient, terms) in &structure.models {
+    let one = |(coefficient, terms): &(Coefficient, Vec<Term>)| {
         let applying: Vec<_> =
             windows.iter().filter(|(window, _)| applies(*coefficient, window.surface, estimation)).collect();
         let used: Vec<_> =
             applying.iter().copied().filter(|(window, _)| window.role == WindowRole::Identification).collect();
         if used.is_empty() {
-            continue;
+            return None;
         }
         // A window that lacks a variable of the model says so in its own fit and does not take the others with it.
         let known = |(_, aero): &&&AeroWindow<'_>| regressors(terms, &aero.variables).is_ok();
         let complete: Vec<_> = used.iter().filter(known).copied().collect();
         let used = if complete.is_empty() { used } else { complete };
         let fit = coefficient_fit(*coefficient, terms, &used, estimation.constants, Vec::new());
-        if let Ok(estimate) = &fit.fit {
-            let predict = |item: &&AeroWindow<'_>| predict(*coefficient, terms, estimate, item.0, &item.1);
-            pooled.predictions.extend(applying.iter().filter_map(predict));
-        }
-        pooled.fits.push(fit);
-    }
-    pooled
+        let predictions: Vec<_> = match &fit.fit {
+            Ok(estimate) => applying
+                .iter()
+                .filter_map(|(window, aero)| predict(*coefficient, terms, estimate, window, aero))
+                .collect(),
+            Err(_) => Vec::new(),
+        };
+        Some((fit, predictions))
+    };
+    // The coefficients know nothing of each other; their order is that of the structure.
+    let (fits, predictions): (Vec<_>, Vec<_>) =
+        structure.models.par_iter().map(one).collect::<Vec<_>>().into_iter().flatten().unzip();
+    PooledFits { fits, predictions: predictions.into_iter().flatten().collect() }
 }
 
 /// Fitted coefficient and residual, cut at the windows they were stacked from.
