@@ -69,6 +69,19 @@ fn session_roundtrips() {
 }
 
 #[test]
+fn opens_session_v1_of_every_shipped_file() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../sessions");
+    let mut opened = 0;
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let session = session::open(&entry.unwrap().path()).unwrap().session;
+        assert!(session::check(&session).is_empty(), "{}", session.title);
+        assert_eq!(session::parse(&session::print(&session).unwrap()).unwrap(), session);
+        opened += 1;
+    }
+    assert!(opened >= 5, "{opened} sessions");
+}
+
+#[test]
 fn session_rejects_what_it_does_not_know() {
     let text = session::print(&example()).unwrap();
     let message = |text: &str| session::parse(text).unwrap_err().to_string();

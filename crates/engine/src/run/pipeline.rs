@@ -256,8 +256,9 @@ struct KeyedFlight<'a> {
 fn load_flights<'a>(scope: &Scope<'a>, cache: &Cache, board: &Board<'_>) -> Result<Vec<KeyedFlight<'a>>, Cancelled> {
     let one = |flight: &'a session::Flight| {
         let files_key = files_key(scope.folder, flight);
-        let key =
-            KeyBuilder::new("aligned", 1).key(files_key).parameters(&(&flight.clocks, &flight.instruments)).finish();
+        let instruments = flight.instruments.as_ref().map(|used| stage::text(scope.folder, &used.file, "aircraft"));
+        let settings = (&flight.clocks, &flight.instruments, instruments);
+        let key = KeyBuilder::new("aligned", 1).key(files_key).parameters(&settings).finish();
         let result = load_flight(scope.folder, flight, files_key, key, cache);
         let loaded = result.as_ref().ok().cloned();
         board.step(|snapshot| {
