@@ -115,30 +115,38 @@ fn status(app: &mut Workbench, ui: &mut Ui) {
     }
     ui.horizontal(|ui| {
         ui.set_min_height(24.0);
-        let snapshot = &app.snapshot;
-        if let Some(export) = &app.exporting {
-            ui.add(ProgressBar::new(export.progress()).desired_width(160.0).desired_height(10.0));
-            ui.label("Writing results");
-            // The thread ends a moment after its last step wakes this one.
-            ui.ctx().request_repaint_after(std::time::Duration::from_millis(50));
-        }
-        if app.engine.is_busy() {
-            ui.add(ProgressBar::new(snapshot.progress).desired_width(160.0).desired_height(10.0));
-            ui.label(format!("Computing: {}", snapshot.cause));
-            if ui.small_button("Cancel").clicked() {
-                app.commands.push(UiCommand::Run(RunCommand::Cancel));
-            }
-        } else if let Some(last) = snapshot.log.iter().rev().find(|line| !line.duration.is_zero()) {
-            let failures = snapshot.failures();
-            let color = if failures.is_empty() { palette.good } else { palette.error };
-            ui.label(RichText::new("●").color(color));
-            ui.label(format!("{} – {}, after: {}", last.text, notation::duration(last.duration), last.cause));
-            if let Some((place, error)) = failures.first() {
-                ui.add(egui::Label::new(RichText::new(format!("{place}: {error}")).color(palette.error)).truncate());
-            }
-        }
-        ui.with_layout(Layout::right_to_left(Align::Center), |ui| ui.weak("Ctrl+P finds a command"));
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            ui.weak("Ctrl+P finds a command");
+            ui.with_layout(Layout::left_to_right(Align::Center), |ui| running(app, ui));
+        });
     });
+}
+
+/// What is being written and computed, or how the last run ended.
+fn running(app: &mut Workbench, ui: &mut Ui) {
+    let palette = theme::palette(ui);
+    let snapshot = &app.snapshot;
+    if let Some(export) = &app.exporting {
+        ui.add(ProgressBar::new(export.progress()).desired_width(160.0).desired_height(10.0));
+        ui.label("Writing results");
+        // The thread ends a moment after its last step wakes this one.
+        ui.ctx().request_repaint_after(std::time::Duration::from_millis(50));
+    }
+    if app.engine.is_busy() {
+        ui.add(ProgressBar::new(snapshot.progress).desired_width(160.0).desired_height(10.0));
+        ui.label(format!("Computing: {}", snapshot.cause));
+        if ui.small_button("Cancel").clicked() {
+            app.commands.push(UiCommand::Run(RunCommand::Cancel));
+        }
+    } else if let Some(last) = snapshot.log.iter().rev().find(|line| !line.duration.is_zero()) {
+        let failures = snapshot.failures();
+        let color = if failures.is_empty() { palette.good } else { palette.error };
+        ui.label(RichText::new("●").color(color));
+        ui.label(format!("{} – {}, after: {}", last.text, notation::duration(last.duration), last.cause));
+        if let Some((place, error)) = failures.first() {
+            ui.add(egui::Label::new(RichText::new(format!("{place}: {error}")).color(palette.error)).truncate());
+        }
+    }
 }
 
 /// Draws panels into tiles.

@@ -2,12 +2,8 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
-use std::time::{Duration, Instant};
 
 use eframe::egui::{self, Align2, ScrollArea, TextEdit, vec2};
-
-/// Nobody refuses a dialog faster than this: an answer of none before means that the system has no dialog.
-const FASTEST_REFUSAL: Duration = Duration::from_millis(350);
 
 /// What a file is wanted for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -78,9 +74,10 @@ enum Answer {
     GivenUp,
 }
 
-/// How the question is being put.
+/// How the question is being put. A dialog of the system takes the keyboard from the window: an answer of none before that means
+/// that the system has no dialog.
 enum Asking {
-    System { question: FileQuestion, asked: Instant, answer: Receiver<Option<PathBuf>> },
+    System { question: FileQuestion, shown: bool, answer: Receiver<Option<PathBuf>> },
     Own(OwnDialog),
 }
 
@@ -101,7 +98,7 @@ impl Files {
     pub fn ask(&mut self, question: FileQuestion, ctx: &egui::Context) {
         let system = if self.own_only { None } else { ask_system(&question, ctx) };
         self.asking = Some(match system {
-            Some(answer) => Asking::System { question, asked: Instant::now(), answer },
+            Some(answer) => Asking::System { question, shown: false, answer },
             None => Asking::Own(OwnDialog::new(question)),
         });
     }
@@ -114,15 +111,18 @@ impl Files {
     /// Draws the dialog where it is ours; the file once one is chosen.
     pub fn show(&mut self, ctx: &egui::Context) -> Option<PathBuf> {
         match self.asking.take()? {
-            Asking::System { question, asked, answer } => match answer.try_recv() {
+            Asking::System { question, shown, answer } => match answer.try_recv() {
                 Ok(Some(path)) => return Some(path),
-                Ok(None) if asked.elapsed() > FASTEST_REFUSAL => {}
+                Ok(None) if shown => {}
                 Ok(None) | Err(TryRecvError::Disconnected) => {
                     self.own_only = true;
                     self.asking = Some(Asking::Own(OwnDialog::new(question)));
                     ctx.request_repaint();
                 }
-                Err(TryRecvError::Empty) => self.asking = Some(Asking::System { question, asked, answer }),
+                Err(TryRecvError::Empty) => {
+                    let shown = shown || !ctx.input(|input| input.focused);
+                    self.asking = Some(Asking::System { question, shown, answer });
+                }
             },
             Asking::Own(mut dialog) => match dialog.show(ctx) {
                 Answer::Open => self.asking = Some(Asking::Own(dialog)),

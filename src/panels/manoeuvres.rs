@@ -181,11 +181,11 @@ fn reason_row(
     columns: usize,
     reason: &Arc<Galley>,
 ) {
-    row.set_selected(ctx.selection().window.as_deref() == Some(window.name.as_str()));
-    let mut left = 0.0;
+    let (mut left, mut visible) = (0.0, egui::Rect::NOTHING);
     for column in 0..columns {
         row.col(|ui| {
             let cell = ui.max_rect();
+            visible |= ui.clip_rect();
             if column == 0 {
                 left = cell.left() + MARK;
             }
@@ -193,6 +193,7 @@ fn reason_row(
             if column + 1 == columns {
                 let line = egui::Rect::from_min_size(egui::pos2(left, cell.top() + 2.0), reason.size());
                 let mut over = ui.new_child(egui::UiBuilder::new().max_rect(line));
+                over.set_clip_rect(visible);
                 over.add(egui::Label::new(Arc::clone(reason)).selectable(false));
             }
         });
