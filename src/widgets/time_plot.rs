@@ -21,7 +21,7 @@ const RIGHT_ROOM: f32 = 14.0;
 /// Height of the time axis below the last plot.
 pub const TIME_AXIS_HEIGHT: f32 = 34.0;
 /// Least height of one plot; a stack that needs more scrolls.
-const LEAST_HEIGHT: f32 = 80.0;
+const LEAST_HEIGHT: f32 = 70.0;
 /// Room above and below the data, as a fraction of their extent.
 const MARGIN: f64 = 0.08;
 /// Part of a band's points that does not count for the value range.
@@ -31,7 +31,7 @@ const WHEEL_GAIN: f64 = 0.004;
 /// Samples further apart than this on screen are marked with dots.
 const DOT_SPACING: f32 = 7.0;
 /// Least distance between ticks of the time axis and of a value axis.
-const TICK_SPACING: [f32; 2] = [84.0, 20.0];
+const TICK_SPACING: [f32; 2] = [84.0, 18.0];
 /// A reference that swings through more than this many times its range is drawn solid: dashes would fill the plot.
 const MOST_SWINGS: f64 = 60.0;
 /// A right drag shorter than this zooms nowhere.

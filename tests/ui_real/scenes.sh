@@ -9,6 +9,8 @@ command "Fits and residuals"
 command "Noise and filter"
 command Derivatives
 shot noise
+command Propulsion
+shot propulsion
 command Reconstruction
 command Loading
 command "Light theme"
