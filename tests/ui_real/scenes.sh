@@ -34,6 +34,8 @@ for session in citation_aileron attas phlab_short_period; do
         continue
     fi
     start "sessions/$session.toml"
+    command Reconstruction
+    command Manoeuvres
     shot "$session"
     stop
 done
