@@ -64,11 +64,11 @@ pub struct Truth {
     loading_steps: usize,
     /// Time of each sample, s.
     pub time_s: Vec<f64>,
-    /// Columns in the order of [`COLUMNS`], SI, single precision as in the file.
+    /// Columns in the order of `COLUMNS`, SI, single precision as in the file.
     pub columns: Vec<Vec<f32>>,
     /// Time of each sample of the loading, s.
     pub loading_time_s: Vec<f64>,
-    /// Columns in the order of [`LOADING_COLUMNS`], SI.
+    /// Columns in the order of `LOADING_COLUMNS`, SI.
     pub loading: Vec<Vec<f64>>,
 }
 

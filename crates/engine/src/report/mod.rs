@@ -59,10 +59,10 @@ pub fn write(session: &Session, snapshot: &Snapshot, folder: &Path) -> Result<Pa
     write_with_progress(session, snapshot, folder, &|_| {})
 }
 
-/// Like [`write`]; `progress` is told the part that is written, 0 to 1, after every step.
+/// Like [`write()`]; `progress` is told the part that is written, 0 to 1, after every step.
 ///
 /// # Errors
-/// Those of [`write`].
+/// Those of [`write()`].
 pub fn write_with_progress(
     session: &Session,
     snapshot: &Snapshot,
