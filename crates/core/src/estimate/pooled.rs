@@ -42,14 +42,7 @@ pub struct PooledFit {
 /// # Errors
 /// As for [`super::least_squares`], with the sizes and values of each window; a window needs no minimum of its own.
 pub fn pooled(names: &[String], per_window: &[bool], windows: &[PooledWindow]) -> Result<PooledFit, EstimateError> {
-    if per_window.len() != names.len() {
-        return Err(EstimateError::Size {
-            quantity: "per-window flags",
-            expected: names.len(),
-            found: per_window.len(),
-        });
-    }
-    let (all_names, parameters) = layout(names, per_window, windows);
+    let (all_names, parameters) = layout(names, per_window, windows)?;
     let total: usize = windows.iter().map(|window| window.z.len()).sum();
     for window in windows {
         check_values(names, &window.x, &window.z)?;
@@ -88,14 +81,7 @@ pub struct Stacked {
 /// # Errors
 /// Sizes that differ and values that are not finite.
 pub fn stacked(names: &[String], per_window: &[bool], windows: &[PooledWindow]) -> Result<Stacked, EstimateError> {
-    if per_window.len() != names.len() {
-        return Err(EstimateError::Size {
-            quantity: "per-window flags",
-            expected: names.len(),
-            found: per_window.len(),
-        });
-    }
-    let (all_names, parameters) = layout(names, per_window, windows);
+    let (all_names, parameters) = layout(names, per_window, windows)?;
     let total = windows.iter().map(|window| window.z.len()).sum();
     let mut x = DMatrix::zeros(total, all_names.len());
     let mut z = Vec::with_capacity(total);
@@ -137,7 +123,17 @@ impl PooledFit {
 }
 
 /// Names of all parameters, and for each window the parameter of each term.
-fn layout(names: &[String], per_window: &[bool], windows: &[PooledWindow]) -> (Vec<String>, Vec<Vec<usize>>) {
+type Layout = (Vec<String>, Vec<Vec<usize>>);
+
+/// The layout of the windows, once every term has its per-window flag.
+fn layout(names: &[String], per_window: &[bool], windows: &[PooledWindow]) -> Result<Layout, EstimateError> {
+    if per_window.len() != names.len() {
+        return Err(EstimateError::Size {
+            quantity: "per-window flags",
+            expected: names.len(),
+            found: per_window.len(),
+        });
+    }
     let mut all: Vec<String> =
         names.iter().zip(per_window).filter(|(_, own)| !**own).map(|(name, _)| name.clone()).collect();
     let mut parameters = Vec::with_capacity(windows.len());
@@ -154,5 +150,5 @@ fn layout(names: &[String], per_window: &[bool], windows: &[PooledWindow]) -> (V
         });
         parameters.push(columns.collect());
     }
-    (all, parameters)
+    Ok((all, parameters))
 }

@@ -3,7 +3,7 @@
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::Reconstruction;
-use super::layout::{MEASUREMENTS, Measurement, STATES};
+use super::layout::{Measurement, STATES};
 
 /// Longest lag of the autocorrelation, samples.
 pub const LAGS: usize = 40;
@@ -165,15 +165,6 @@ pub fn normalised_errors(run: &Reconstruction, truth: &[Vec<f64>; STATES], from_
         *error = rows.map(|i| ((run.states[k][i] - truth[k][i]) / run.deviations[k][i]).powi(2)).sum::<f64>() / count;
     }
     errors
-}
-
-/// Post-fit check of how many measurements a run used, channel by channel.
-pub fn measurements_used(run: &Reconstruction) -> [usize; MEASUREMENTS] {
-    let mut used = [0; MEASUREMENTS];
-    for (count, innovations) in used.iter_mut().zip(&run.innovations) {
-        *count = innovations.iter().filter(|value| value.is_finite()).count();
-    }
-    used
 }
 
 #[cfg(test)]
