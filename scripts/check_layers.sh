@@ -13,15 +13,15 @@ for crate in doublet-core doublet-engine doublet-cli; do
     while read -r hit; do breach "$crate depends on $hit"; done < <(grep -xE "$gui|${above[$crate]}" <<<"$tree" || true)
 done
 
-# 2. Inside core data flow one way: a module uses only modules to its left, and the four that serve all of them.
-order=(load align prep reconstruct model estimate validate sensitivity)
+# 2. Inside core data flow one way: a module uses only modules to its left, and those that serve all of them.
+order=(load align prep reconstruct model replay estimate validate sensitivity)
 core=crates/core/src
 for i in "${!order[@]}"; do
     for later in "${order[@]:i+1}" simulate; do
         while read -r hit; do breach "${order[i]} uses $later: $hit"; done < <(grep -rnE "crate::$later\b" "$core/${order[i]}" || true)
     done
 done
-for base in quantity series airframe propulsion atmos; do
+for base in quantity series airframe propulsion atmos motion; do
     for user in "${order[@]}" simulate; do
         while read -r hit; do breach "$base uses $user: $hit"; done < <(grep -rnE "^\s*(pub )?use crate::$user\b" "$core/$base" || true)
     done

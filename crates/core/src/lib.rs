@@ -1,7 +1,7 @@
 //! Headless numerics of doublet: from recordings to stability and control derivatives.
 //!
-//! Data flow one way, `load -> align -> prep -> reconstruct -> model -> estimate -> validate`; a module uses only
-//! modules to its left, plus [`quantity`], [`series`], [`airframe`], [`propulsion`] and [`atmos`]. SI units and radians
+//! Data flow one way, `load -> align -> prep -> reconstruct -> model -> replay -> estimate -> validate`; a module uses only
+//! modules to its left, plus [`quantity`], [`series`], [`airframe`], [`propulsion`], [`atmos`] and [`motion`]. SI units and radians
 //! throughout; axes, signs and normalisations are fixed in `docs/conventions.md`.
 
 pub mod airframe;
@@ -10,10 +10,12 @@ pub mod atmos;
 pub mod estimate;
 pub mod load;
 pub mod model;
+pub mod motion;
 pub mod prep;
 pub mod propulsion;
 pub mod quantity;
 pub mod reconstruct;
+pub mod replay;
 pub mod sensitivity;
 pub mod series;
 pub mod simulate;

@@ -2,6 +2,7 @@
 
 mod coefficients;
 mod data;
+mod derivatives;
 mod error;
 mod names;
 mod structure;
@@ -13,6 +14,7 @@ pub use data::{
     AeroData, Axes, CoefficientSettings, Engine, Gyroscopic, Inertia, InertiaHistory, Lag, Position, RateNormalisation,
     ReferenceGeometry, ThrustTreatment,
 };
+pub use derivatives::{Derivative, Derivatives, VariableValues};
 pub use error::ModelError;
 pub use names::{Coefficient, Variable};
 pub use structure::Structure;

@@ -3,12 +3,7 @@
 use serde::Deserialize;
 
 use super::SimulateError;
-use crate::model::{Coefficient, Term, Variable};
-
-/// Number of variables a coefficient can depend on.
-const VARIABLES: usize = Variable::ALL.len();
-/// Most factors of one term.
-const MAX_FACTORS: usize = 4;
+use crate::model::{Coefficient, Derivatives, Term, Variable, VariableValues};
 
 /// Variables that steady and moving flight give without solving for accelerations.
 const USABLE: [Variable; 12] = [
@@ -25,9 +20,6 @@ const USABLE: [Variable; 12] = [
     Variable::Altitude,
     Variable::Mach,
 ];
-
-/// Values of all [`Variable`]s, in their order.
-pub type VariableValues = [f64; VARIABLES];
 
 /// One derivative of the truth.
 #[derive(Clone, Debug, PartialEq)]
@@ -50,16 +42,7 @@ pub struct Derivative {
 #[derive(Clone, Debug, PartialEq)]
 pub struct AeroModel {
     derivatives: Vec<Derivative>,
-    compiled: Vec<Compiled>,
-}
-
-/// A derivative as the inner loop wants it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Compiled {
-    coefficient: usize,
-    value: f64,
-    factors: [(usize, i32); MAX_FACTORS],
-    count: usize,
+    compiled: Derivatives,
 }
 
 /// A derivative as written in a truth file.
@@ -93,7 +76,7 @@ impl AeroModel {
             let DerivativeEntry { value, printed, reason, .. } = entry;
             derivatives.push(Derivative { name, coefficient, term, value, printed, reason });
         }
-        let compiled = derivatives.iter().map(compile).collect();
+        let compiled = derivatives.iter().map(|d: &Derivative| (d.coefficient, d.term.clone(), d.value)).collect();
         Ok(Self { derivatives, compiled })
     }
 
@@ -107,7 +90,8 @@ impl AeroModel {
         let kept = self.derivatives.iter().filter(|derivative| derivative.name != changed);
         let mut entries: Vec<_> = kept
             .map(|derivative| DerivativeEntry {
-                name: derivative.name.clone(),
+                // As written in a truth file: a derivative's own name runs variable and power together.
+                name: format!("{}_{}", derivative.coefficient.name(), derivative.term),
                 value: derivative.value,
                 printed: derivative.printed,
                 reason: derivative.reason.clone(),
@@ -124,7 +108,7 @@ impl AeroModel {
 
     /// A truth without any aerodynamic force.
     pub fn none() -> Self {
-        Self { derivatives: Vec::new(), compiled: Vec::new() }
+        Self { derivatives: Vec::new(), compiled: Derivatives::default() }
     }
 
     /// Its derivatives, in the order of the file.
@@ -139,17 +123,7 @@ impl AeroModel {
 
     /// Coefficients `CX CY CZ Cl Cm Cn` about the centre of gravity from the variables.
     pub fn coefficients(&self, variables: &VariableValues) -> [f64; 6] {
-        let mut sums = [0.0; 6];
-        for derivative in &self.compiled {
-            let mut product = derivative.value;
-            for &(variable, power) in &derivative.factors[..derivative.count] {
-                for _ in 0..power {
-                    product *= variables[variable];
-                }
-            }
-            sums[derivative.coefficient] += product;
-        }
-        sums
+        self.compiled.body_coefficients(variables)
     }
 }
 
@@ -164,29 +138,12 @@ fn parse_name(name: &str) -> Result<(Coefficient, Term), SimulateError> {
         "0" => Term::constant(),
         text => Term::parse(text).map_err(|error| bad(error.to_string()))?,
     };
-    if term.factors().len() > MAX_FACTORS {
-        return Err(bad(format!("a term has at most {MAX_FACTORS} factors")));
-    }
     for &(variable, power) in term.factors() {
         if !USABLE.contains(&variable) || power < 0 {
             return Err(bad(format!("the simulator has no {}^{power}", variable.name())));
         }
     }
     Ok((coefficient, term))
-}
-
-/// The inner-loop form of a derivative whose name was checked.
-fn compile(derivative: &Derivative) -> Compiled {
-    let mut factors = [(0, 0); MAX_FACTORS];
-    for (slot, &(variable, power)) in factors.iter_mut().zip(derivative.term.factors()) {
-        *slot = (variable as usize, power);
-    }
-    Compiled {
-        coefficient: derivative.coefficient as usize,
-        value: derivative.value,
-        factors,
-        count: derivative.term.factors().len(),
-    }
 }
 
 #[cfg(test)]
@@ -201,7 +158,7 @@ mod tests {
     fn coefficients_are_sums_of_derivative_times_term() {
         let model = AeroModel::new(vec![entry("CX_0", 0.1), entry("CX_alpha^2", 3.0), entry("Cm_alpha*delta_e", 2.0)]);
         let model = model.unwrap();
-        let mut variables = [0.0; VARIABLES];
+        let mut variables = [0.0; Variable::ALL.len()];
         variables[Variable::Alpha as usize] = 0.2;
         variables[Variable::Elevator as usize] = -0.5;
         let [cx, _, _, _, cm, _] = model.coefficients(&variables);

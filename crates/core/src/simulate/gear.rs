@@ -3,9 +3,9 @@
 use nalgebra::{Matrix3, Vector3};
 use serde::Deserialize;
 
-use super::body::State;
 use super::vehicle::Environment;
 use crate::airframe::frames;
+use crate::motion::State;
 
 /// Gear of a truth file: where the wheels touch when the aircraft stands, and how stiff they are.
 #[derive(Clone, Debug, Deserialize)]

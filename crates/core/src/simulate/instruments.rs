@@ -4,9 +4,9 @@ use std::f64::consts::PI;
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::body::State;
 use super::vehicle::{Body, Controls, Loads};
 use crate::airframe::frames;
+use crate::motion::State;
 use crate::propulsion::EngineInput;
 
 /// Declares the quantities and their number.

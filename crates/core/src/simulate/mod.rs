@@ -5,7 +5,6 @@
 //! recorders hold and the truth.
 
 mod aero;
-mod body;
 mod boxes;
 mod error;
 mod files;
@@ -26,8 +25,8 @@ mod truth;
 mod turbulence;
 mod vehicle;
 
-pub use aero::{AeroModel, Derivative, DerivativeEntry, VariableValues};
-pub use body::{Inertia, Rate, State, runge_kutta, runge_kutta_from};
+pub use crate::motion::{Airflow, Inertia, Rate, State, runge_kutta, runge_kutta_from};
+pub use aero::{AeroModel, Derivative, DerivativeEntry};
 pub use error::SimulateError;
 pub use files::RecordedFile;
 pub use flight_plan::c337f;
@@ -43,4 +42,4 @@ pub use scenario::Scenario;
 pub use trim::{Trim, TrimCondition, full_throttle_pa, trim};
 pub use truth::Truth;
 pub use turbulence::Dryden;
-pub use vehicle::{Airflow, Body, Controls, Environment, Loads, Stops, Surface, Thrust, Vehicle};
+pub use vehicle::{Body, Controls, Environment, Loads, Stops, Surface, Thrust, Vehicle};

@@ -2,9 +2,9 @@
 
 use nalgebra::{Complex, DMatrix, SMatrix, SVector, Vector3};
 
-use super::body::State;
 use super::trim::Trim;
 use super::vehicle::{Body, Vehicle};
+use crate::motion::State;
 
 /// A natural mode.
 #[derive(Clone, Debug, PartialEq)]

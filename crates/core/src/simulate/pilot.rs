@@ -1,8 +1,8 @@
 //! A simple pilot: holds attitude, speed, altitude and heading; lets go for the manoeuvres.
 
-use super::body::State;
 use super::plan::{Flown, Power, Segment, Task};
 use super::vehicle::{Controls, Loads, Surface, Vehicle};
+use crate::motion::State;
 use crate::propulsion::EngineInput;
 
 /// What the pilot moves.

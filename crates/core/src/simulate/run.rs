@@ -5,7 +5,6 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::SimulateError;
-use super::body::{State, runge_kutta_from};
 use super::boxes;
 use super::inputs::FirstOrderLag;
 use super::instruments::Instant;
@@ -19,6 +18,7 @@ use super::turbulence::Dryden;
 use super::vehicle::{Body, Controls, Environment, Loads, Surface};
 use crate::airframe::Loading;
 use crate::atmos::{Atmosphere, AtmosphereError};
+use crate::motion::{State, runge_kutta_from};
 use crate::propulsion::{Ambient, EngineInput};
 
 /// Steps from one look at the engine maps to the next.

@@ -3,9 +3,9 @@
 use nalgebra::{SMatrix, SVector, Vector3};
 
 use super::SimulateError;
-use super::body::State;
 use super::vehicle::{Body, Controls, Environment, Surface, Thrust, Vehicle};
 use crate::atmos::Atmosphere;
+use crate::motion::State;
 use crate::propulsion::{Ambient, EngineInput};
 
 /// Newton steps before giving up.

@@ -1,6 +1,10 @@
-//! Rigid-body motion over a flat, non-rotating Earth and its integration.
+//! Rigid-body motion over a flat, non-rotating Earth, the flow it meets, and its integration.
+
+mod airflow;
 
 use nalgebra::{Matrix3, Vector3};
+
+pub use airflow::Airflow;
 
 /// Position, velocity, attitude and rates of a rigid body.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,0 +1,55 @@
+//! Errors of the replay.
+
+use thiserror::Error;
+
+use crate::model::ModelError;
+
+/// Why a window cannot be flown.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum ReplayError {
+    /// The data of the window.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// Too few samples.
+    #[error("the window has {samples} samples: two at least are needed to fly")]
+    TooShort {
+        /// Samples there are.
+        samples: usize,
+    },
+    /// The wind has another length than the time vector.
+    #[error("the wind has {found} samples, time has {expected}")]
+    WindLength {
+        /// Samples of the time vector.
+        expected: usize,
+        /// Samples found.
+        found: usize,
+    },
+    /// The inertia tensor cannot be solved with.
+    #[error("the inertia tensor at {time_s} s is not positive definite: check Ixz against Ixx and Izz")]
+    Inertia {
+        /// Time of the sample, s.
+        time_s: f64,
+    },
+    /// Coefficients without derivatives.
+    #[error("the model has no derivatives of {}: six degrees of freedom need CX (or CD and CL), CY, CZ, Cl, Cm and Cn", missing.join(", "))]
+    NoCoefficient {
+        /// Names of the coefficients.
+        missing: Vec<&'static str>,
+    },
+    /// A term needs a variable the window does not have.
+    #[error("term '{term}' needs {variable}, which this window does not have")]
+    MissingVariable {
+        /// The term.
+        term: String,
+        /// Name of the variable.
+        variable: &'static str,
+    },
+    /// The motion left what can be simulated.
+    #[error("the simulated flight ends at {time_s:.2} s: {what}")]
+    Ended {
+        /// Time, s.
+        time_s: f64,
+        /// What happened.
+        what: &'static str,
+    },
+}

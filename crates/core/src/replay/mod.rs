@@ -1,0 +1,121 @@
+//! Flight of a model from recorded controls: six degrees of freedom in the air, engines, wind and loading of one window.
+//!
+//! A [`Replay`] holds what does not depend on the model; [`Replay::fly`] integrates the motion that a set of derivatives gives
+//! from a start. It is the simulation of output error and of the proof of match.
+
+mod error;
+mod fly;
+mod sample;
+
+pub use error::ReplayError;
+pub use fly::Response;
+
+use crate::model::{
+    AeroData, Axes, CoefficientSettings, Derivatives, ReferenceGeometry, Variable, Variables, variables,
+};
+use crate::motion::State;
+use nalgebra::Vector3;
+use sample::Sample;
+
+/// Where a replay starts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Start {
+    /// Position in local Earth axes, m.
+    pub position_ned_m: [f64; 3],
+    /// Velocity relative to the air in body axes, m/s.
+    pub air_velocity_body_m_s: [f64; 3],
+    /// Bank, pitch and heading angle, rad.
+    pub euler_rad: [f64; 3],
+    /// Roll, pitch and yaw rate, rad/s.
+    pub rates_rad_s: [f64; 3],
+}
+
+/// One window made ready to be flown: controls, air, engines and loading over time.
+#[derive(Clone, Debug)]
+pub struct Replay {
+    time_s: Vec<f64>,
+    samples: Vec<Sample>,
+    reference: ReferenceGeometry,
+    axes: Axes,
+    gravity_m_s2: f64,
+    altitude_at_start_m: f64,
+    available: Vec<Variable>,
+}
+
+impl Replay {
+    /// Prepares a window. `data` and `settings` are those its coefficients were formed with, so that reference lengths, moment
+    /// reference, axes, thrust, rotors and lags of the controls enter the motion as they entered the coefficients; its motion
+    /// columns are not used. `wind_ned_m_s` is the velocity of the air over the ground at each sample, m/s.
+    ///
+    /// Thrust, total-pressure rise (not over dynamic pressure) and air density follow the recording, not the simulated
+    /// airspeed and altitude.
+    ///
+    /// # Errors
+    /// What the model refuses about the data, a wind of another length, fewer than two samples, an inertia tensor that is not
+    /// positive definite.
+    pub fn new(
+        data: &AeroData,
+        settings: &CoefficientSettings,
+        wind_ned_m_s: &[Vec<f64>; 3],
+        gravity_m_s2: f64,
+    ) -> Result<Self, ReplayError> {
+        let variables = variables(data, settings)?;
+        if data.time_s.len() < 2 {
+            return Err(ReplayError::TooShort { samples: data.time_s.len() });
+        }
+        for column in wind_ned_m_s {
+            if column.len() != data.time_s.len() {
+                return Err(ReplayError::WindLength { expected: data.time_s.len(), found: column.len() });
+            }
+        }
+        let samples = (0..data.time_s.len())
+            .map(|k| Sample::new(data, settings, &variables, wind_ned_m_s, k))
+            .collect::<Result<_, _>>()?;
+        Ok(Self {
+            time_s: data.time_s.clone(),
+            samples,
+            reference: settings.reference,
+            axes: settings.axes,
+            gravity_m_s2,
+            altitude_at_start_m: data.altitude_m.as_ref().map_or(0.0, |altitude| altitude[0]),
+            available: available(&variables),
+        })
+    }
+
+    /// Time of each sample, s.
+    pub fn time_s(&self) -> &[f64] {
+        &self.time_s
+    }
+
+    /// Refuses a model that cannot fly here: a coefficient of body axes without derivatives, a variable the window lacks.
+    ///
+    /// # Errors
+    /// [`ReplayError::NoCoefficient`] and [`ReplayError::MissingVariable`] with names.
+    pub fn check(&self, model: &Derivatives) -> Result<(), ReplayError> {
+        let missing = model.missing();
+        if !missing.is_empty() {
+            return Err(ReplayError::NoCoefficient { missing: missing.iter().map(|c| c.name()).collect() });
+        }
+        let lacking = Variable::ALL.iter().filter(|variable| !self.available.contains(variable));
+        for &variable in lacking {
+            if let Some(term) = model.term_of(variable) {
+                return Err(ReplayError::MissingVariable { term: term.to_string(), variable: variable.name() });
+            }
+        }
+        Ok(())
+    }
+
+    /// State over the ground that `start` is, in the wind of the first sample.
+    fn state(&self, start: &Start) -> State {
+        let mut state = State::new(Vector3::from(start.position_ned_m), Vector3::zeros(), start.euler_rad);
+        let air_ned = state.body_from_ned().tr_mul(&Vector3::from(start.air_velocity_body_m_s));
+        state.velocity_ned_m_s = air_ned + self.samples[0].wind_ned_m_s;
+        state.rates_rad_s = Vector3::from(start.rates_rad_s);
+        state
+    }
+}
+
+/// Variables a simulation of the window can give.
+fn available(variables: &Variables) -> Vec<Variable> {
+    variables.columns.keys().copied().collect()
+}
