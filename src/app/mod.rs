@@ -158,6 +158,7 @@ impl Workbench {
             session,
             folder: self.document.folder.clone(),
             first: self.state.selection.window.clone(),
+            studies: Vec::new(),
             cause: self.cause.clone(),
         });
     }

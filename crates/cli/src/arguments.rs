@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand, ValueEnum};
 
 /// Aircraft system identification from flight test.
 ///
@@ -28,6 +28,10 @@ pub enum Command {
     Check(CheckArguments),
     /// Compute everything a session asks for and write tables and time histories.
     Run(RunArguments),
+    /// Print how each derivative changes with centre of gravity, inertia, deflections, air angles and fuel.
+    Sensitivity(StudyArguments),
+    /// Compare manoeuvres: each left out in turn, kinds of input, derivatives over the flight condition.
+    Manoeuvres(StudyArguments),
     /// Fly a simulated flight and write its recordings and its truth.
     Simulate(SimulateArguments),
     /// Print power, thrust and their sensitivities of an aircraft's engines at one condition.
@@ -81,6 +85,28 @@ pub struct RunArguments {
     /// Folder for the results: it appears complete or not at all.
     #[arg(long)]
     pub out: PathBuf,
+    /// Studies to compute as well.
+    #[arg(long, value_name = "STUDY,...", value_delimiter = ',')]
+    pub with: Vec<StudyName>,
+}
+
+/// A study `run` can compute as well.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum StudyName {
+    /// Derivatives against what they were computed with.
+    Sensitivity,
+    /// Manoeuvre against manoeuvre.
+    Manoeuvres,
+}
+
+/// Arguments of a study.
+#[derive(Debug, Args)]
+pub struct StudyArguments {
+    /// Session file.
+    pub session: PathBuf,
+    /// Folder for all results, those of the study among them.
+    #[arg(long)]
+    pub out: Option<PathBuf>,
 }
 
 /// Arguments of `simulate`.

@@ -9,6 +9,7 @@ mod new;
 mod progress;
 mod run;
 mod simulate;
+mod study;
 mod text;
 
 use std::path::PathBuf;
@@ -16,6 +17,7 @@ use std::process::ExitCode;
 
 use arguments::{Arguments, Command};
 use clap::Parser;
+use doublet_engine::study::Study;
 
 /// What the arguments ask for.
 #[derive(Debug)]
@@ -55,6 +57,8 @@ fn execute(command: Command) -> ExitCode {
         Command::New(arguments) => new::new(&arguments),
         Command::Check(arguments) => check::check(&arguments),
         Command::Run(arguments) => run::run(&arguments),
+        Command::Sensitivity(arguments) => study::study(Study::Sensitivity, &arguments),
+        Command::Manoeuvres(arguments) => study::study(Study::Manoeuvres, &arguments),
         Command::Simulate(arguments) => simulate::simulate(&arguments),
         Command::Engine(arguments) => engine::engine(&arguments),
         Command::Datcom(arguments) => datcom::datcom(&arguments),

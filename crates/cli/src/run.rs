@@ -1,11 +1,14 @@
 //! `doublet run`: everything a session asks for, into a folder.
 
+use std::path::Path;
+
 use doublet_engine::graph::Cache;
 use doublet_engine::report;
 use doublet_engine::run::{Control, Scope, Snapshot, run as run_stages};
-use doublet_engine::session;
+use doublet_engine::session::{self, Session};
+use doublet_engine::study::Study;
 
-use crate::arguments::RunArguments;
+use crate::arguments::{RunArguments, StudyName};
 use crate::progress::Progress;
 use crate::text;
 
@@ -17,30 +20,48 @@ const CACHE_BYTES: usize = 2 << 30;
 /// # Errors
 /// One line per thing that is wrong; nothing is written then.
 pub fn run(arguments: &RunArguments) -> Result<(), String> {
-    let opened = session::open(&arguments.session).map_err(|e| format!("{}: {e}", arguments.session.display()))?;
+    report::check_target(&arguments.out).map_err(|error| error.to_string())?;
+    let studies: Vec<Study> = arguments.with.iter().map(|&name| study_of(name)).collect();
+    let (session, snapshot) = computed(&arguments.session, &studies)?;
+    let failed_fits = snapshot.failed_fits();
+    if !failed_fits.is_empty() {
+        return Err(lines(failed_fits.iter().map(|(place, error)| format!("{place}: {error}"))));
+    }
+    let results = report::build(&session, &snapshot);
+    let folder = report::write(&session, &snapshot, &arguments.out).map_err(|error| error.to_string())?;
+    summary(&results);
+    text::line(&format!("results in {}", folder.display()));
+    Ok(())
+}
+
+fn study_of(name: StudyName) -> Study {
+    match name {
+        StudyName::Sensitivity => Study::Sensitivity,
+        StudyName::Manoeuvres => Study::Manoeuvres,
+    }
+}
+
+/// A session and everything that follows from it, studies included.
+///
+/// # Errors
+/// One line per thing that is wrong with the session, and per stage that failed.
+pub fn computed(path: &Path, studies: &[Study]) -> Result<(Session, Snapshot), String> {
+    let opened = session::open(path).map_err(|error| format!("{}: {error}", path.display()))?;
     let problems = session::check(&opened.session);
     if !problems.is_empty() {
-        return Err(lines(problems.iter().map(|problem| format!("{}: {problem}", arguments.session.display()))));
+        return Err(lines(problems.iter().map(|problem| format!("{}: {problem}", path.display()))));
     }
-    report::check_target(&arguments.out).map_err(|error| error.to_string())?;
     let progress = Progress::new();
     let publish = |snapshot: Snapshot| progress.show(snapshot.progress, "computing");
-    let scope = Scope { session: &opened.session, folder: &opened.folder, first: None, cause: "run", generation: 1 };
+    let scope =
+        Scope { session: &opened.session, folder: &opened.folder, first: None, studies, cause: "run", generation: 1 };
     let snapshot = run_stages(&scope, &Snapshot::default(), &Cache::new(CACHE_BYTES), &Control::default(), &publish);
     progress.finish();
     let failures = snapshot.failures();
     if !failures.is_empty() {
         return Err(lines(failures.iter().map(|(place, error)| format!("{place}: {error}"))));
     }
-    let failed_fits = snapshot.failed_fits();
-    if !failed_fits.is_empty() {
-        return Err(lines(failed_fits.iter().map(|(place, error)| format!("{place}: {error}"))));
-    }
-    let results = report::build(&opened.session, &snapshot);
-    let folder = report::write(&opened.session, &snapshot, &arguments.out).map_err(|error| error.to_string())?;
-    summary(&results);
-    text::line(&format!("results in {}", folder.display()));
-    Ok(())
+    Ok((opened.session, snapshot))
 }
 
 /// Several messages as one error, a line each.

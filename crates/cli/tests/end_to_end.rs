@@ -2,6 +2,7 @@
 
 #![allow(
     clippy::expect_used,
+    clippy::panic,
     clippy::print_stdout,
     clippy::unwrap_used,
     reason = "helpers of tests are not marked as tests"
@@ -32,9 +33,15 @@ fn doublet(arguments: &[&str]) -> Output {
 
 /// Runs a shipped session and reads its results.
 fn results(session: &str) -> (Value, tempfile::TempDir) {
+    results_with(session, &[])
+}
+
+/// The same with more arguments.
+fn results_with(session: &str, arguments: &[&str]) -> (Value, tempfile::TempDir) {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
-    let output = doublet(&["run", &format!("sessions/{session}.toml"), "--out", out.to_str().unwrap()]);
+    let session = format!("sessions/{session}.toml");
+    let output = doublet(&[&["run", &session, "--out", out.to_str().unwrap()], arguments].concat());
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let text = std::fs::read_to_string(out.join("results.json")).unwrap();
     (serde_json::from_str(&text).unwrap(), folder)
@@ -132,7 +139,8 @@ fn demo_runs_anywhere_and_recovers_truth_derivatives() {
         let line = truth.lines().find(|line| line.starts_with(&format!("{name} = "))).unwrap();
         line.split(" = ").nth(1).unwrap().parse().unwrap()
     };
-    let (results, _folder) = results("demo");
+    let (results, folder) = results_with("demo", &["--with", "sensitivity,manoeuvres"]);
+    studies_agree_with_the_pooled_fit(&results, folder.path());
     for name in [
         "CZ_alpha",
         "Cm_alpha",
@@ -151,6 +159,58 @@ fn demo_runs_anywhere_and_recovers_truth_derivatives() {
         println!("{name}: {found:.5}, truth {truth}, {:+.2} %", 100.0 * (found / truth - 1.0));
         assert!((found / truth - 1.0).abs() < SHIPPED_SETTINGS, "{name}: {found} against {truth}");
     }
+}
+
+/// Row of a study whose text fields are these.
+fn row<'v>(rows: &'v Value, fields: &[(&str, &str)]) -> &'v Value {
+    let rows = rows.as_array().unwrap();
+    let found = rows.iter().find(|row| fields.iter().all(|(key, value)| row[key] == *value));
+    found.unwrap_or_else(|| panic!("no row {fields:?}"))
+}
+
+/// What the studies say about the shipped flight against what must hold whatever its noise.
+fn studies_agree_with_the_pooled_fit(results: &Value, folder: &Path) {
+    let studies = &results["studies"];
+    let partial = |quantity: &str, name: &str| {
+        let row = row(&studies["sensitivity"], &[("quantity", quantity), ("derivative", name)]);
+        (number(&row["partial"]), number(&row["value"]))
+    };
+    // A scale of 1.05 divides the derivative by it: (1/1.05 - 1/0.95) / 10 per cent of the estimate.
+    let slope = (1.0 / 1.05 - 1.0 / 0.95) / 10.0;
+    for (quantity, name) in [("delta_e", "Cm_delta_e"), ("delta_a", "Cl_delta_a"), ("beta", "CY_beta")] {
+        let (found, estimate) = (partial(quantity, name).0, derivative(&results["pooled"], name));
+        assert!((found / (slope * estimate) - 1.0).abs() < 1e-6, "{name} over {quantity}: {found}");
+    }
+    // Derivatives of a moment follow the moment of inertia of its axis; products of inertia and thrust leave a little.
+    for (quantity, name) in [("Ixx", "Cl_p"), ("Iyy", "Cm_q"), ("Izz", "Cn_delta_r")] {
+        let (found, inertia) = partial(quantity, name);
+        let relative = found * inertia / derivative(&results["pooled"], name);
+        assert!((relative - 1.0).abs() < 0.1, "{name} over {quantity}: {relative}");
+    }
+    for bars in studies["tornado"].as_array().unwrap().windows(2) {
+        let width = |bar: &Value| (number(&bar["high_percent"]) - number(&bar["low_percent"])).abs();
+        assert!(bars[0]["derivative"] != bars[1]["derivative"] || width(&bars[0]) >= width(&bars[1]));
+    }
+    // Every identification window was left out of each coefficient it tells about, and predicted by the others.
+    let left_out = studies["leave_one_out"].as_array().unwrap();
+    let of_cz: Vec<&Value> = left_out.iter().filter(|row| row["derivative"] == "CZ_alpha").collect();
+    let used = row(&results["pooled"], &[("coefficient", "CZ")])["windows"].as_array().unwrap();
+    assert_eq!(of_cz.len(), used.len());
+    assert!(of_cz.iter().all(|row| number(&row["r_squared"]) > 0.9), "{of_cz:?}");
+    // The heave force of an elevator doublet is that of the angle of attack.
+    let share = |name: &str| {
+        number(&row(&studies["contributions"], &[("window", "03 elevator doublet"), ("derivative", name)])["share"])
+    };
+    assert!((0.7..1.3).contains(&share("CZ_alpha")) && share("CZ_delta_e") < 0.3, "{}", share("CZ_alpha"));
+    let kinds = row(&studies["input_kinds"], &[("derivative", "CZ_alpha")]);
+    assert_eq!((&kinds["first_kind"], &kinds["second_kind"]), (&"doublet".into(), &"3-2-1-1".into()));
+    // All manoeuvres were flown at one speed: no slope over it stands out, and its error says so.
+    let slope = row(&studies["conditions"], &[("derivative", "CZ_alpha"), ("variables", "V h"), ("parameter", "V")]);
+    assert!(number(&slope["estimate"]).abs() < 4.0 * number(&slope["standard_error"]), "{slope}");
+    let header =
+        |file: &str| std::fs::read_to_string(folder.join("out").join(file)).unwrap().lines().next().unwrap().to_owned();
+    assert!(header("sensitivity.csv").starts_with("table,quantity,unit,value,step,derivative"));
+    assert!(header("conditions.csv").ends_with("manoeuvres,error"));
 }
 
 /// Runs a changed copy of a shipped session that must fail; returns the error lines.

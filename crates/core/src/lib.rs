@@ -1,7 +1,7 @@
 //! Headless numerics of doublet: from recordings to stability and control derivatives.
 //!
-//! Data flow one way, `load -> align -> prep -> reconstruct -> model -> replay -> estimate -> validate`; a module uses only
-//! modules to its left, plus [`quantity`], [`series`], [`airframe`], [`propulsion`], [`atmos`] and [`motion`]. SI units and radians
+//! Data flow one way, `load -> align -> prep -> reconstruct -> model -> replay -> estimate -> validate -> sensitivity`; a module uses
+//! only modules to its left, plus [`quantity`], [`series`], [`airframe`], [`propulsion`], [`atmos`] and [`motion`]. SI units and radians
 //! throughout; axes, signs and normalisations are fixed in `docs/conventions.md`.
 
 pub mod airframe;

@@ -24,8 +24,14 @@ fn main() {
         let noise = 4e-4 * (1.0 + 0.01 * change as f64);
         let Ok(edited) = Edit::Filter(FilterEdit::ProcessNoise(Input::RollRate, noise)).apply(&session) else { return };
         session = edited;
-        let scope =
-            Scope { session: &session, folder: Path::new("."), first: None, cause: "bench", generation: change as u64 };
+        let scope = Scope {
+            session: &session,
+            folder: Path::new("."),
+            first: None,
+            studies: &[],
+            cause: "bench",
+            generation: change as u64,
+        };
         let previous = latest.lock().map(|snapshot| snapshot.clone()).unwrap_or_default();
         let start = Instant::now();
         let snapshot = run(&scope, &previous, &cache, &Control::default(), &|_| ());

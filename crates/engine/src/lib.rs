@@ -2,7 +2,7 @@
 //!
 //! A [`session::Session`] is what is saved and undone. [`session::Edit`]s change it, [`undo::History`] remembers it, the stages of
 //! [`stage`] compute what follows from it, [`graph`] keeps what they computed under keys of its content, and [`run`] does so in
-//! the background and publishes [`run::Snapshot`]s. The command line and the workbench use the same road.
+//! the background and publishes [`run::Snapshot`]s; [`study`] holds what takes longer and is asked for. The command line and the workbench use the same road.
 
 pub mod builtin;
 pub mod graph;
@@ -10,4 +10,5 @@ pub mod report;
 pub mod run;
 pub mod session;
 pub mod stage;
+pub mod study;
 pub mod undo;

@@ -161,11 +161,17 @@ impl Loading {
             }
         });
         let cg_from_datum_m = moment.map(|sum| sum / mass_kg);
-        let mut inertia = aircraft.inertia.about(empty, cg_from_datum_m);
+        (mass_kg, cg_from_datum_m, self.inertia_about(aircraft, cg_from_datum_m))
+    }
+
+    /// Inertia of `aircraft` with this on board about any point (m, datum axes), body axes: that of the centre of gravity if it
+    /// lay there, with every part staying where it is.
+    pub fn inertia_about(&self, aircraft: &Aircraft, point_from_datum_m: [f64; 3]) -> InertiaTensor {
+        let mut inertia = aircraft.inertia.about(&aircraft.empty, point_from_datum_m);
         self.visit_masses(aircraft, |m, position, shape| {
-            inertia += shape.tensor(m) + InertiaTensor::point_mass(m, body_from_datum(position, cg_from_datum_m));
+            inertia += shape.tensor(m) + InertiaTensor::point_mass(m, body_from_datum(position, point_from_datum_m));
         });
-        (mass_kg, cg_from_datum_m, inertia)
+        inertia
     }
 
     /// Masses that cannot be, exceed what their place holds, or name a place the aircraft has not.

@@ -1,5 +1,6 @@
 //! Least-squares estimation of derivatives, its covariance and diagnostics.
 
+mod conditions;
 mod constrained;
 mod covariance;
 pub mod diagnostics;
@@ -7,6 +8,7 @@ mod error;
 mod errors_in_variables;
 mod fit;
 mod frequency;
+mod input_kinds;
 mod least_squares;
 mod orthogonal;
 mod output_error;
@@ -17,12 +19,14 @@ mod summary;
 mod triangle;
 mod weighted;
 
+pub use conditions::{ConditionFit, ConditionPoint, condition_regression};
 pub use constrained::{ConstrainedFit, Constraint, constrained_least_squares};
 pub use covariance::{Coloured, Taper, autocorrelation, coloured_covariance};
 pub use error::{Dependence, EstimateError};
 pub use errors_in_variables::{errors_in_variables, total_least_squares};
 pub use fit::{Fit, FitQuality};
 pub use frequency::{Detrend, FrequencySettings, FrequencyWindow, finite_fourier_transform, frequency_equation_error};
+pub use input_kinds::{KindDifference, compare_kinds};
 pub use least_squares::least_squares;
 pub use orthogonal::{OrthogonalRecord, OrthogonalSelection, OrthogonalSettings, orthogonal};
 pub use output_error::{OutputErrorFit, OutputErrorSettings, OutputParameter, output_error};

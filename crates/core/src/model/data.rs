@@ -42,6 +42,34 @@ pub struct Inertia {
     pub cg_datum_m: [f64; 3],
 }
 
+impl Inertia {
+    /// Sum of two, entry by entry: a nominal value and a change.
+    #[must_use]
+    pub fn plus(&self, other: &Self) -> Self {
+        Self {
+            mass_kg: self.mass_kg + other.mass_kg,
+            ixx_kg_m2: self.ixx_kg_m2 + other.ixx_kg_m2,
+            iyy_kg_m2: self.iyy_kg_m2 + other.iyy_kg_m2,
+            izz_kg_m2: self.izz_kg_m2 + other.izz_kg_m2,
+            ixz_kg_m2: self.ixz_kg_m2 + other.ixz_kg_m2,
+            cg_datum_m: std::array::from_fn(|axis| self.cg_datum_m[axis] + other.cg_datum_m[axis]),
+        }
+    }
+
+    /// Every entry times `factor`.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Self {
+        Self {
+            mass_kg: factor * self.mass_kg,
+            ixx_kg_m2: factor * self.ixx_kg_m2,
+            iyy_kg_m2: factor * self.iyy_kg_m2,
+            izz_kg_m2: factor * self.izz_kg_m2,
+            ixz_kg_m2: factor * self.ixz_kg_m2,
+            cg_datum_m: self.cg_datum_m.map(|position| factor * position),
+        }
+    }
+}
+
 impl From<&MassProperties> for Inertia {
     fn from(loaded: &MassProperties) -> Self {
         Self {

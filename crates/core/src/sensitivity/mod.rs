@@ -1,1 +1,7 @@
-//! Sensitivity of results to their inputs.
+//! Sensitivity of derivatives to what they were computed with (thesis 7.2.1).
+
+mod quantity;
+mod table;
+
+pub use quantity::{Quantity, QuantityGroup, Step, quantities};
+pub use table::{Partial, SensitivityTable, TornadoBar, central, tornado};

@@ -1,5 +1,7 @@
 //! Fit metrics, residual tests and prediction on data not used.
 
+mod contribution;
+mod leave_one_out;
 mod residual;
 mod theil;
 
@@ -7,6 +9,8 @@ use nalgebra::DMatrix;
 
 use crate::estimate::{EstimateError, Fit, FitQuality};
 
+pub use contribution::{Contribution, contributions};
+pub use leave_one_out::{LeftOut, leave_one_out};
 pub use residual::{Whiteness, cross_correlation, whiteness};
 pub use theil::{Theil, theil};
 

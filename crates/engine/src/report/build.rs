@@ -44,6 +44,7 @@ pub fn build(session: &Session, snapshot: &Snapshot) -> Results {
                 rms_relative_percent: prediction.quality.rms_relative_percent,
             })
             .collect(),
+        studies: super::studies::build(snapshot),
     }
 }
 

@@ -44,6 +44,14 @@ pub fn write(session: &Session, snapshot: &Snapshot, path: &Path) -> Result<(), 
             put_window(&mut writer, &window.name.replace('/', "_"), results);
         }
     }
+    if let Some(study) = snapshot.studies.manoeuvres.ready() {
+        for window in &study.contributions {
+            for term in &window.terms {
+                let path = format!("{}/contributions/{}", window.window.replace('/', "_"), term.derivative);
+                writer.put(path, "-", "derivative times variable, by the pooled estimate", &term.series.values);
+            }
+        }
+    }
     for flight in &session.flights {
         if let Some(engines) = snapshot.engines.get(&flight.name).and_then(|slot| slot.ready()) {
             put_engines(&mut writer, &format!("flights/{}/engines", flight.name.replace('/', "_")), engines);

@@ -4,6 +4,7 @@ mod build;
 mod engines;
 mod histories;
 mod results;
+mod studies;
 mod tables;
 
 use std::path::{Path, PathBuf};
@@ -15,6 +16,7 @@ pub use results::{
     AgreementRow, ClockRow, CorrelationRow, DerivativeRow, DroppedRow, EngineRow, FORMAT, FitRow, FlightRow,
     InnovationRow, MonitorRow, PhaseRow, PredictionRow, RecordingRow, Results, StateRow, VERSION, WindowRow,
 };
+pub use studies::{ConditionRow, ContributionRow, KindRow, LeftOutRow, SensitivityRow, StudyResults, TornadoRow};
 
 use crate::run::Snapshot;
 use crate::session::Session;
@@ -80,6 +82,7 @@ pub fn write_with_progress(
     std::fs::write(&path, text).map_err(file_error(&path))?;
     progress(0.2);
     tables::write(&results, staging.path())?;
+    studies::write(&results.studies, staging.path())?;
     progress(0.4);
     histories::write(session, snapshot, &staging.path().join("histories.h5"))?;
     progress(0.9);

@@ -2,6 +2,8 @@
 
 use serde::Serialize;
 
+use super::studies::StudyResults;
+
 /// Value of the `format` key.
 pub const FORMAT: &str = "doublet results";
 /// Version of the layout; raised when a key changes its name or meaning.
@@ -36,6 +38,8 @@ pub struct Results {
     pub pooled: Vec<FitRow>,
     /// Prediction of every window by the pooled derivatives.
     pub predictions: Vec<PredictionRow>,
+    /// Studies that were asked for.
+    pub studies: StudyResults,
 }
 
 /// A recording that was read.

@@ -9,6 +9,7 @@ use super::pipeline::{Scope, run};
 use super::snapshot::Snapshot;
 use crate::graph::Cache;
 use crate::session::Session;
+use crate::study::Study;
 
 /// Memory the results of past generations may hold.
 const CACHE_BYTES: usize = 400 << 20;
@@ -22,6 +23,8 @@ pub struct Request {
     pub folder: PathBuf,
     /// Window to compute first.
     pub first: Option<String>,
+    /// What to compute beside the derivatives.
+    pub studies: Vec<Study>,
     /// What asked for it, for the log.
     pub cause: String,
 }
@@ -136,6 +139,7 @@ fn coordinate(shared: &Shared) {
             session: &request.session,
             folder: &request.folder,
             first: request.first.as_deref(),
+            studies: &request.studies,
             cause: &request.cause,
             generation,
         };

@@ -5,9 +5,10 @@ mod coordinator;
 mod export;
 mod pipeline;
 mod snapshot;
+mod studies;
 
 pub use control::{Cancelled, Control};
 pub use coordinator::{Engine, Request};
 pub use export::Export;
 pub use pipeline::{Scope, run};
-pub use snapshot::{LogEntry, Slot, Snapshot, WindowResults};
+pub use snapshot::{LogEntry, Slot, Snapshot, Studies, WindowResults};

@@ -10,11 +10,14 @@ use rayon::prelude::*;
 
 use super::control::{Cancelled, Control};
 use super::snapshot::{LogEntry, Slot, Snapshot, WindowResults};
+use super::studies;
 use crate::graph::{Cache, Key, KeyBuilder};
 use crate::session::{self, Manoeuvre, Session, WindowRole};
 use crate::stage::{
-    self, AeroWindow, AircraftData, FlightEngines, LoadedAircraft, LoadedFlight, Samples, WindowAero, WindowPath,
+    self, AeroWindow, AircraftData, FlightEngines, LoadedAircraft, LoadedFlight, PooledFits, Samples, WindowAero,
+    WindowPath,
 };
+use crate::study::{Study, StudyWindow, Subject};
 
 /// Shortest time between two published snapshots of one run.
 const PUBLISH_INTERVAL: Duration = Duration::from_millis(8);
@@ -30,6 +33,8 @@ pub struct Scope<'a> {
     pub folder: &'a Path,
     /// Window to compute first.
     pub first: Option<&'a str>,
+    /// What to compute beside the derivatives.
+    pub studies: &'a [Study],
     /// What asked for it.
     pub cause: &'a str,
     /// Number of the request.
@@ -37,11 +42,11 @@ pub struct Scope<'a> {
 }
 
 /// The snapshot under construction, published as it grows.
-struct Board<'a> {
+pub(super) struct Board<'a> {
     snapshot: Mutex<Snapshot>,
     published: Mutex<Instant>,
     publish: &'a (dyn Fn(Snapshot) + Sync),
-    control: &'a Control,
+    pub(super) control: &'a Control,
     steps: usize,
     done: Mutex<usize>,
 }
@@ -52,7 +57,7 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 
 impl Board<'_> {
     /// Changes the snapshot and publishes it when the last time is long enough ago. A cancelled run changes nothing more.
-    fn update(&self, change: impl FnOnce(&mut Snapshot)) -> Result<(), Cancelled> {
+    pub(super) fn update(&self, change: impl FnOnce(&mut Snapshot)) -> Result<(), Cancelled> {
         self.control.checkpoint()?;
         let mut snapshot = lock(&self.snapshot);
         change(&mut snapshot);
@@ -69,7 +74,7 @@ impl Board<'_> {
     }
 
     /// Like [`Board::update`], and counts one step of the run as done.
-    fn step(&self, change: impl FnOnce(&mut Snapshot)) -> Result<(), Cancelled> {
+    pub(super) fn step(&self, change: impl FnOnce(&mut Snapshot)) -> Result<(), Cancelled> {
         let mut done = lock(&self.done);
         *done += 1;
         let part = *done as f32 / self.steps.max(1) as f32;
@@ -112,7 +117,7 @@ pub fn run(
         published: Mutex::new(started),
         publish,
         control,
-        steps: 2 + 2 * scope.session.flights.len() + 3 * windows.len(),
+        steps: 2 + 2 * scope.session.flights.len() + 3 * windows.len() + scope.studies.len(),
         done: Mutex::new(0),
     };
     publish(lock(&board.snapshot).clone());
@@ -178,6 +183,7 @@ fn first_snapshot(scope: &Scope<'_>, previous: &Snapshot, windows: &[&Manoeuvre]
     snapshot.aircraft.begin();
     snapshot.loaded.begin();
     snapshot.pooled.begin();
+    studies::begin(&mut snapshot.studies, scope.studies);
     snapshot
 }
 
@@ -192,6 +198,7 @@ fn cancel_running(snapshot: &mut Snapshot) {
         results.fits.cancel();
     }
     snapshot.pooled.cancel();
+    studies::cancel(&mut snapshot.studies);
 }
 
 fn stages(scope: &Scope<'_>, windows: &[&Manoeuvre], cache: &Cache, board: &Board<'_>) -> Result<(), Cancelled> {
@@ -203,12 +210,18 @@ fn stages(scope: &Scope<'_>, windows: &[&Manoeuvre], cache: &Cache, board: &Boar
         for window in windows {
             board.step(|s| fail_window(s, &window.name, "the aircraft could not be read"))?;
         }
-        return board.step(|s| s.pooled.finish(Err("the aircraft could not be read".to_owned())));
+        return board.step(|s| {
+            s.pooled.finish(Err("the aircraft could not be read".to_owned()));
+            studies::cancel(&mut s.studies);
+        });
     };
     let paths = reconstruct_all(scope, &tasks, &aircraft, cache, board)?;
-    let aero = form_coefficients(scope, &paths, (&aircraft, loaded_key), cache, board)?;
-    pool(scope, &aero, cache, board)?;
-    model_engines(&flights, (&aircraft.loaded, file_key), cache, board)
+    let windows = form_coefficients(scope, &paths, (&aircraft, loaded_key), cache, board)?;
+    let (pooled, key) = pool(scope, &windows, cache, board)?;
+    model_engines(&flights, (&aircraft.loaded, file_key), cache, board)?;
+    let windows: Vec<_> = windows.into_iter().map(|(window, _)| window).collect();
+    let subject = Subject { session: scope.session, aircraft: &aircraft, windows: &windows, pooled: &pooled };
+    studies::Runner { subject, key, wanted: scope.studies, cache, board }.run()
 }
 
 /// The aircraft with the keys of its file and of the file with the session's loading.
@@ -467,9 +480,9 @@ fn form_coefficients<'a>(
     (aircraft, aircraft_key): (&AircraftData, Key),
     cache: &Cache,
     board: &Board<'_>,
-) -> Result<Vec<(AeroWindow<'a>, Key)>, Cancelled> {
+) -> Result<Vec<(StudyWindow<'a>, Key)>, Cancelled> {
     let session = scope.session;
-    let one = |item: &Reconstructed<'a>| -> Result<Option<(AeroWindow<'a>, Key)>, Cancelled> {
+    let one = |item: &Reconstructed<'a>| -> Result<Option<(StudyWindow<'a>, Key)>, Cancelled> {
         let Reconstructed { task, path, key } = item;
         let key = KeyBuilder::new("aero", 1)
             .key(*key)
@@ -479,8 +492,10 @@ fn form_coefficients<'a>(
             .finish();
         let result = match cache.get::<WindowAero>(key) {
             Some(aero) => Ok(aero),
-            None => stage::aero(&task.flight.recording, path, aircraft, &session.preparation)
-                .map(|aero| cache.insert(key, aero)),
+            None => {
+                stage::aero(&task.flight.recording, (&path.data, &path.reconstruction), aircraft, &session.preparation)
+                    .map(|aero| cache.insert(key, aero))
+            }
         };
         let aero = result.as_ref().ok().cloned();
         let manoeuvre = task.manoeuvre;
@@ -499,28 +514,37 @@ fn form_coefficients<'a>(
         board.step(|snapshot| {
             if let Some(slots) = snapshot.windows.get_mut(&manoeuvre.name) {
                 slots.aero.finish(result);
-                slots.fits.finish(fits.ok_or_else(|| error.unwrap_or_default()));
+                slots.fits.finish(fits.clone().ok_or_else(|| error.unwrap_or_default()));
             }
         })?;
-        Ok(aero.map(|aero| ((manoeuvre, aero), key)))
+        let (flight, path) = (Arc::clone(&task.flight), Arc::clone(path));
+        let known = aero.zip(fits);
+        Ok(known.map(|(aero, fits)| (StudyWindow { manoeuvre, flight, path, aero, fits }, key)))
     };
     let aero: Vec<_> = paths.par_iter().map(one).collect::<Result<_, _>>()?;
     let mut aero: Vec<_> = aero.into_iter().flatten().collect();
     // The order of the session, whatever was computed first: the estimate does not depend on what the user looks at.
-    aero.sort_by_key(|((window, _), _)| scope.session.windows.iter().position(|other| other.name == window.name));
+    aero.sort_by_key(|(window, _)| scope.session.windows.iter().position(|other| other.name == window.manoeuvre.name));
     Ok(aero)
 }
 
-fn pool(scope: &Scope<'_>, aero: &[(AeroWindow<'_>, Key)], cache: &Cache, board: &Board<'_>) -> Result<(), Cancelled> {
+fn pool(
+    scope: &Scope<'_>,
+    windows: &[(StudyWindow<'_>, Key)],
+    cache: &Cache,
+    board: &Board<'_>,
+) -> Result<(Arc<PooledFits>, Key), Cancelled> {
     let session = scope.session;
     let mut key = KeyBuilder::new("pooled", 1).parameters(&session.structure).parameters(&session.estimation);
-    for ((window, _), aero_key) in aero {
-        key = key.key(*aero_key).parameters(window);
+    for (window, aero_key) in windows {
+        key = key.key(*aero_key).parameters(window.manoeuvre);
     }
     let key = key.finish();
-    let windows: Vec<_> = aero.iter().map(|(window, _)| window.clone()).collect();
-    let pooled = cache
-        .get(key)
-        .unwrap_or_else(|| cache.insert(key, stage::pooled_fits(&windows, &session.structure, &session.estimation)));
-    board.step(|snapshot| snapshot.pooled.finish(Ok(pooled)))
+    let pooled = cache.get(key).unwrap_or_else(|| {
+        let windows: Vec<AeroWindow<'_>> =
+            windows.iter().map(|(window, _)| (window.manoeuvre, Arc::clone(&window.aero))).collect();
+        cache.insert(key, stage::pooled_fits(&windows, &session.structure, &session.estimation))
+    });
+    board.step(|snapshot| snapshot.pooled.finish(Ok(Arc::clone(&pooled))))?;
+    Ok((pooled, key))
 }

@@ -7,6 +7,7 @@ use std::time::Duration;
 use doublet_core::airframe::LoadedState;
 
 use crate::stage::{FlightEngines, LoadedAircraft, LoadedFlight, PooledFits, WindowAero, WindowFits, WindowPath};
+use crate::study::{ManoeuvreStudy, SensitivityStudy, Study};
 
 /// State of one stage's output. What was there before stays visible until it is replaced.
 #[derive(Clone, Debug, Default)]
@@ -30,7 +31,7 @@ pub enum Slot<T> {
         /// The output before.
         last: Option<Arc<T>>,
     },
-    /// Its run was stopped.
+    /// Its run was stopped, or what it follows from has changed since and nothing asked for it again.
     Cancelled {
         /// The output before.
         last: Option<Arc<T>>,
@@ -70,6 +71,20 @@ impl<T> Slot<T> {
     /// Notes that the run ended without an output.
     pub(crate) fn cancel(&mut self) {
         if matches!(self, Self::Running { .. }) {
+            *self = Self::Cancelled { last: self.latest().cloned() };
+        }
+    }
+
+    /// Notes the part done of a running stage.
+    pub(crate) fn advance(&mut self, part: f32) {
+        if let Self::Running { progress, .. } = self {
+            *progress = part;
+        }
+    }
+
+    /// Marks an output as out of date without anything computing it.
+    pub(crate) fn expire(&mut self) {
+        if !matches!(self, Self::NotRequested) {
             *self = Self::Cancelled { last: self.latest().cloned() };
         }
     }
@@ -130,8 +145,19 @@ pub struct Snapshot {
     pub windows: BTreeMap<String, WindowResults>,
     /// Derivatives from all identification windows together, and how well they predict the validation windows.
     pub pooled: Slot<PooledFits>,
+    /// What was asked for beside the derivatives.
+    pub studies: Studies,
     /// Newest last.
     pub log: Vec<LogEntry>,
+}
+
+/// Results of studies; each is computed when a request asks for it and goes out of date when what it follows from changes.
+#[derive(Clone, Debug, Default)]
+pub struct Studies {
+    /// Manoeuvre against manoeuvre.
+    pub manoeuvres: Slot<ManoeuvreStudy>,
+    /// Derivatives against what they were computed with.
+    pub sensitivity: Slot<SensitivityStudy>,
 }
 
 impl Snapshot {
@@ -155,6 +181,8 @@ impl Snapshot {
             note(format!("window '{name}'"), errors.into_iter().flatten().next());
         }
         note("pooled estimate".to_owned(), self.pooled.error());
+        note(Study::Manoeuvres.name().to_owned(), self.studies.manoeuvres.error());
+        note(Study::Sensitivity.name().to_owned(), self.studies.sensitivity.error());
         failures
     }
 

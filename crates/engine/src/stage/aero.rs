@@ -9,12 +9,12 @@ use doublet_core::model::{
     coefficients, variables,
 };
 use doublet_core::quantity::Role;
-use doublet_core::reconstruct::{INPUTS, STATES, State};
+use doublet_core::reconstruct::{FilterData, INPUTS, Reconstruction, STATES, State};
 use doublet_core::series::{Channel, Recording, Series};
 
 use super::aircraft::AircraftData;
 use super::engines::{Air, engines};
-use super::path::{WindowPath, differentiation};
+use super::path::differentiation;
 use super::samples::values_at;
 use crate::graph::Footprint;
 use crate::session::{PathSource, Preparation};
@@ -24,6 +24,8 @@ use crate::session::{PathSource, Preparation};
 pub struct WindowAero {
     /// Columns they were formed from.
     pub data: AeroData,
+    /// How they were formed.
+    pub settings: CoefficientSettings,
     /// The eight coefficients.
     pub coefficients: Coefficients,
     /// Variables available to terms.
@@ -43,18 +45,33 @@ impl Footprint for WindowAero {
 /// Control surfaces that may appear in terms.
 const CONTROLS: [Role; 3] = [Role::Aileron, Role::Elevator, Role::Rudder];
 
-/// Forms the coefficients of one window.
+impl WindowAero {
+    /// The same window with other columns or settings.
+    ///
+    /// # Errors
+    /// One line: what the model refuses.
+    pub fn formed(data: AeroData, settings: CoefficientSettings, warnings: Vec<String>) -> Result<Self, String> {
+        let coefficients = coefficients(&data, &settings).map_err(|error| error.to_string())?;
+        let variables = variables(&data, &settings).map_err(|error| error.to_string())?;
+        let time_s: Arc<[f64]> = data.time_s.as_slice().into();
+        let series =
+            Coefficient::ALL.map(|c| Series { time_s: Arc::clone(&time_s), values: coefficients.get(c).into() });
+        Ok(Self { data, settings, coefficients, variables, series, warnings })
+    }
+}
+
+/// Forms the coefficients of one window from its path.
 ///
 /// # Errors
 /// One line: a control with a gap, or what the model refuses.
 pub fn aero(
     recording: &Recording,
-    path: &WindowPath,
+    (data, path): (&FilterData, &Reconstruction),
     aircraft: &AircraftData,
     preparation: &Preparation,
 ) -> Result<WindowAero, String> {
     let mut warnings = Vec::new();
-    let data = aero_data(recording, path, aircraft, preparation, &mut warnings)?;
+    let data = aero_data(recording, (data, path), aircraft, preparation, &mut warnings)?;
     let lag = Lag { time_constant_s: preparation.actuator_lag_s, ..Lag::default() };
     let settings = CoefficientSettings {
         reference: aircraft.reference,
@@ -65,11 +82,7 @@ pub fn aero(
         differentiation: differentiation(preparation, &data.time_s),
         control_lags: CONTROLS.map(|role| (role, lag)).into(),
     };
-    let coefficients = coefficients(&data, &settings).map_err(|error| error.to_string())?;
-    let variables = variables(&data, &settings).map_err(|error| error.to_string())?;
-    let time_s: Arc<[f64]> = data.time_s.as_slice().into();
-    let series = Coefficient::ALL.map(|c| Series { time_s: Arc::clone(&time_s), values: coefficients.get(c).into() });
-    Ok(WindowAero { data, coefficients, variables, series, warnings })
+    WindowAero::formed(data, settings, warnings)
 }
 
 /// The rotors' momentum counts where every engine's speed is known.
@@ -80,24 +93,24 @@ fn gyroscopic(data: &AeroData) -> Gyroscopic {
 
 fn aero_data(
     recording: &Recording,
-    path: &WindowPath,
+    (data, path): (&FilterData, &Reconstruction),
     aircraft: &AircraftData,
     preparation: &Preparation,
     warnings: &mut Vec<String>,
 ) -> Result<AeroData, String> {
-    let samples = path.data.inputs.time_s.len();
-    let start = path.data.inputs.time_s.first().copied().unwrap_or(0.0) + preparation.settle_s;
-    let first = path.data.inputs.time_s.partition_point(|&time| time < start);
+    let samples = data.inputs.time_s.len();
+    let start = data.inputs.time_s.first().copied().unwrap_or(0.0) + preparation.settle_s;
+    let first = data.inputs.time_s.partition_point(|&time| time < start);
     if first >= samples {
         return Err(format!(
             "nothing is left after {} s of settling: shorten preparation.settle_s",
             preparation.settle_s
         ));
     }
-    let time_s = path.data.inputs.time_s[first..].to_vec();
+    let time_s = data.inputs.time_s[first..].to_vec();
     let states = states_of(path, preparation.path)?;
     let state = |state: State| &states[state as usize][first..];
-    let inputs = unbiased_inputs(path, states, first);
+    let inputs = unbiased_inputs(data, states, first);
     let (u, v, w) = (state(State::VelocityU), state(State::VelocityV), state(State::VelocityW));
     let count = time_s.len();
     let airspeed_m_s: Vec<_> = (0..count).map(|k| (u[k] * u[k] + v[k] * v[k] + w[k] * w[k]).sqrt()).collect();
@@ -146,11 +159,10 @@ fn aero_data(
     })
 }
 
-fn states_of(path: &WindowPath, source: PathSource) -> Result<&[Vec<f64>; STATES], String> {
+fn states_of(path: &Reconstruction, source: PathSource) -> Result<&[Vec<f64>; STATES], String> {
     match source {
-        PathSource::Filtered => Ok(&path.reconstruction.states),
+        PathSource::Filtered => Ok(&path.states),
         PathSource::Smoothed => path
-            .reconstruction
             .smoothed
             .as_ref()
             .map(|smoothed| &smoothed.states)
@@ -159,11 +171,11 @@ fn states_of(path: &WindowPath, source: PathSource) -> Result<&[Vec<f64>; STATES
 }
 
 /// Inertial samples less their biases. A bias without a random walk is one number: its estimate from the whole window.
-fn unbiased_inputs(path: &WindowPath, states: &[Vec<f64>; STATES], first: usize) -> [Vec<f64>; INPUTS] {
+fn unbiased_inputs(data: &FilterData, states: &[Vec<f64>; STATES], first: usize) -> [Vec<f64>; INPUTS] {
     let biases = [State::BiasAx, State::BiasAy, State::BiasAz, State::BiasP, State::BiasQ, State::BiasR];
     std::array::from_fn(|index| {
         let bias = states[biases[index] as usize].last().copied().unwrap_or(0.0);
-        path.data.inputs.columns[index][first..].iter().map(|value| value - bias).collect()
+        data.inputs.columns[index][first..].iter().map(|value| value - bias).collect()
     })
 }
 

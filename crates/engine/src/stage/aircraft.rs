@@ -62,6 +62,8 @@ pub struct AircraftData {
     pub reference: ReferenceGeometry,
     /// Mass properties of the loading.
     pub inertia: Inertia,
+    /// What to add to the mass properties at every instant; part of `inertia` already.
+    pub mass_change: Option<Inertia>,
     /// Place of the accelerometers.
     pub accelerometer: Option<Position>,
     /// Place of the flow vanes.
@@ -83,6 +85,7 @@ pub fn aircraft_data(loaded: Arc<LoadedAircraft>, loading: Option<&Loading>) -> 
     Ok(AircraftData {
         reference: reference(&aircraft.reference)?,
         inertia: inertia(mass.mass_kg, mass.cg_from_datum_m, mass.inertia),
+        mass_change: None,
         accelerometer: sensors.accelerometer_from_datum_m.map(Position::Datum),
         vane: sensors.alpha_vane_from_datum_m.or(sensors.beta_vane_from_datum_m).map(Position::Datum),
         moment_reference: aircraft.moment_reference_from_datum_m.map(Position::Datum),
@@ -104,6 +107,12 @@ fn inertia(mass_kg: f64, cg_datum_m: [f64; 3], tensor: airframe::InertiaTensor) 
 }
 
 impl AircraftData {
+    /// The aircraft with `change` added to its mass properties.
+    #[must_use]
+    pub fn with_mass_change(&self, change: Inertia) -> Self {
+        Self { inertia: self.inertia.plus(&change), mass_change: Some(change), ..self.clone() }
+    }
+
     /// Mass properties over a window from the recorded fuel mass, shared among the tanks as in the loading; those of the loading
     /// where no fuel was recorded or the aircraft has no fuel in its tanks. `at_start_kg` is the first recorded fuel mass of the
     /// flight: where the session states the loading, the fuel stated is what was on board then.
@@ -129,7 +138,10 @@ impl AircraftData {
         let history = MassHistory::from_total_fuel(aircraft, &self.loading, time_s, &fuel_kg, &FuelSplit::Proportional)
             .map_err(|error| error.to_string())?;
         let samples = history.mass_kg.iter().zip(&history.cg_from_datum_m).zip(&history.inertia);
-        Ok(InertiaHistory::PerSample(samples.map(|((&mass, &cg), &tensor)| inertia(mass, cg, tensor)).collect()))
+        let changed = |inertia: Inertia| self.mass_change.as_ref().map_or(inertia, |change| inertia.plus(change));
+        Ok(InertiaHistory::PerSample(
+            samples.map(|((&mass, &cg), &tensor)| changed(inertia(mass, cg, tensor))).collect(),
+        ))
     }
 }
 

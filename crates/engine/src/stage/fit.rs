@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use doublet_core::estimate::{Coloured, Fit, FitQuality, PooledWindow, Taper, pooled};
+use doublet_core::estimate::{Coloured, EstimateError, Fit, FitQuality, PooledFit, PooledWindow, Taper, pooled};
 use doublet_core::model::{Coefficient, Structure, Term, Variable, regressors};
 use doublet_core::series::Series;
 use rayon::prelude::*;
@@ -146,23 +146,16 @@ pub type AeroWindow<'a> = (&'a Manoeuvre, Arc<WindowAero>);
 /// Fits every coefficient of the structure over all identification windows and predicts every window not ignored.
 pub fn pooled_fits(windows: &[AeroWindow<'_>], structure: &Structure, estimation: &Estimation) -> PooledFits {
     let one = |(coefficient, terms): &(Coefficient, Vec<Term>)| {
-        let applying: Vec<_> =
-            windows.iter().filter(|(window, _)| applies(*coefficient, window.surface, estimation)).collect();
-        let used: Vec<_> =
-            applying.iter().copied().filter(|(window, _)| window.role == WindowRole::Identification).collect();
+        let applying = windows.iter().filter(|(window, _)| applies(*coefficient, window.surface, estimation));
+        let used = identification(*coefficient, terms, windows, estimation);
         if used.is_empty() {
             return None;
         }
-        // A window that lacks a variable of the model says so in its own fit and does not take the others with it.
-        let known = |(_, aero): &&&AeroWindow<'_>| regressors(terms, &aero.variables).is_ok();
-        let complete: Vec<_> = used.iter().filter(known).copied().collect();
-        let used = if complete.is_empty() { used } else { complete };
         let fit = coefficient_fit(*coefficient, terms, &used, estimation.constants, Vec::new());
         let predictions: Vec<_> = match &fit.fit {
-            Ok(estimate) => applying
-                .iter()
-                .filter_map(|(window, aero)| predict(*coefficient, terms, estimate, window, aero))
-                .collect(),
+            Ok(estimate) => {
+                applying.filter_map(|(window, aero)| predict(*coefficient, terms, estimate, window, aero)).collect()
+            }
             Err(_) => Vec::new(),
         };
         Some((fit, predictions))
@@ -220,18 +213,96 @@ fn stacked_fit(
     used: &[&AeroWindow<'_>],
     constants: PooledConstants,
 ) -> Result<(Fit, Vec<f64>), String> {
-    let own_constants = constants == PooledConstants::PerWindow && used.len() > 1;
-    let names: Vec<_> = terms.iter().map(|term| term.derivative_name(coefficient)).collect();
-    let per_window: Vec<_> = terms.iter().map(|term| own_constants && term.is_constant()).collect();
-    let window = |(window, aero): &&AeroWindow<'_>| -> Result<PooledWindow, String> {
-        let x = regressors(terms, &aero.variables).map_err(|error| format!("window '{}': {error}", window.name))?;
-        Ok(PooledWindow { label: window.name.clone(), x, z: aero.coefficients.get(coefficient).to_vec() })
-    };
-    let windows = used.iter().map(window).collect::<Result<Vec<_>, _>>()?;
-    let pooled = pooled(&names, &per_window, &windows).map_err(|error| error.to_string())?;
+    let regression = Regression::new(coefficient, terms, used, constants)?;
+    let pooled = regression.fit().map_err(|error| error.to_string())?;
     let settings = Coloured { max_lag: None, taper: Taper::Triangular };
-    let coloured = pooled.coloured_covariance(&windows, &settings).map_err(|error| error.to_string())?;
+    let coloured = pooled.coloured_covariance(&regression.windows, &settings).map_err(|error| error.to_string())?;
     Ok((pooled.fit, coloured.diagonal().iter().map(|variance| variance.sqrt()).collect()))
+}
+
+/// The regression of one coefficient over windows, ready to be fitted.
+#[derive(Clone, Debug)]
+pub struct Regression {
+    /// Coefficient.
+    pub coefficient: Coefficient,
+    /// Terms.
+    pub terms: Vec<Term>,
+    /// Name of the derivative of each term.
+    pub names: Vec<String>,
+    /// Whether each term has a parameter of its own in every window.
+    pub per_window: Vec<bool>,
+    /// Regressors and observation of each window.
+    pub windows: Vec<PooledWindow>,
+}
+
+impl Regression {
+    /// The regression of `coefficient` by `terms` over the windows `used`.
+    ///
+    /// # Errors
+    /// One line: a window lacks a variable.
+    pub fn new(
+        coefficient: Coefficient,
+        terms: &[Term],
+        used: &[&AeroWindow<'_>],
+        constants: PooledConstants,
+    ) -> Result<Self, String> {
+        let own_constants = constants == PooledConstants::PerWindow && used.len() > 1;
+        let window = |(window, aero): &&AeroWindow<'_>| -> Result<PooledWindow, String> {
+            let x = regressors(terms, &aero.variables).map_err(|error| format!("window '{}': {error}", window.name))?;
+            Ok(PooledWindow { label: window.name.clone(), x, z: aero.coefficients.get(coefficient).to_vec() })
+        };
+        Ok(Self {
+            coefficient,
+            names: terms.iter().map(|term| term.derivative_name(coefficient)).collect(),
+            per_window: terms.iter().map(|term| own_constants && term.is_constant()).collect(),
+            terms: terms.to_vec(),
+            windows: used.iter().map(window).collect::<Result<_, _>>()?,
+        })
+    }
+
+    /// Least squares over all its windows.
+    ///
+    /// # Errors
+    /// As for [`pooled`].
+    pub fn fit(&self) -> Result<PooledFit, EstimateError> {
+        pooled(&self.names, &self.per_window, &self.windows)
+    }
+
+    /// Names of the derivatives all windows share, in the order of the fit.
+    pub fn shared(&self) -> impl Iterator<Item = &String> {
+        self.names.iter().zip(&self.per_window).filter(|(_, own)| !**own).map(|(name, _)| name)
+    }
+}
+
+/// The pooled regression of every coefficient of the structure that some identification window tells about.
+pub fn pooled_regressions(
+    windows: &[AeroWindow<'_>],
+    structure: &Structure,
+    estimation: &Estimation,
+) -> Vec<Result<Regression, String>> {
+    let models = structure.models.iter();
+    let one = |(coefficient, terms): &(Coefficient, Vec<Term>)| {
+        let used = identification(*coefficient, terms, windows, estimation);
+        (!used.is_empty()).then(|| Regression::new(*coefficient, terms, &used, estimation.constants))
+    };
+    models.filter_map(one).collect()
+}
+
+/// The identification windows that tell about `coefficient`. A window that lacks a variable of the model says so in its own fit
+/// and does not take the others with it.
+fn identification<'w, 's>(
+    coefficient: Coefficient,
+    terms: &[Term],
+    windows: &'w [AeroWindow<'s>],
+    estimation: &Estimation,
+) -> Vec<&'w AeroWindow<'s>> {
+    let uses = |(window, _): &&AeroWindow<'_>| {
+        applies(coefficient, window.surface, estimation) && window.role == WindowRole::Identification
+    };
+    let used: Vec<_> = windows.iter().filter(uses).collect();
+    let known = |(_, aero): &&&AeroWindow<'_>| regressors(terms, &aero.variables).is_ok();
+    let complete: Vec<_> = used.iter().filter(known).copied().collect();
+    if complete.is_empty() { used } else { complete }
 }
 
 /// Predicts a window; where the fit gave each window its own constant, one that it did not see takes the constant that fits best,

@@ -20,8 +20,11 @@ mod truth;
 pub use aero::{WindowAero, aero};
 pub use aircraft::{AircraftData, LoadedAircraft, aircraft_data, load_aircraft};
 pub use align::UsedClock;
-pub use fit::{AeroWindow, CoefficientFit, DroppedTerm, PooledFits, Prediction, WindowFits, pooled_fits, window_fits};
+pub use fit::{
+    AeroWindow, CoefficientFit, DroppedTerm, PooledFits, Prediction, Regression, WindowFits, pooled_fits,
+    pooled_regressions, window_fits,
+};
 pub use flight_engines::{EngineOverFlight, FlightEngines, PowerAgreement, flight_engines};
-pub use path::{PathSeries, Samples, SmoothedSeries, WindowPath, paths, samples};
+pub use path::{PathSeries, Samples, SmoothedSeries, WindowPath, paths, reconstructions, samples};
 pub use recording::{LoadedFlight, aligned, flight, locate, text};
 pub use truth::TruthError;

@@ -264,19 +264,32 @@ pub fn differentiation(preparation: &Preparation, time_s: &[f64]) -> Differentia
 ///
 /// The error of a window is one line: where and how the filter failed, or that it was cancelled.
 pub fn paths(samples: Vec<Samples<'_>>, session: &Session, control: &Control) -> Vec<Result<WindowPath, String>> {
-    let smooth = session.preparation.path == PathSource::Smoothed;
-    let settings = match (FilterSettings { smooth, ..session.filter.clone() }).check() {
-        Ok(settings) => settings,
-        Err(errors) => {
-            let error = errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ");
-            return samples.iter().map(|_| Err(error.clone())).collect();
-        }
-    };
-    let mut watch = |_| if control.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
     let data: Vec<_> = samples.iter().map(|samples| &samples.data).collect();
-    let reconstructions = reconstruct_many(&data, &settings, &mut watch);
-    let windows = samples.into_iter().zip(reconstructions);
-    windows.map(|(samples, result)| Ok(window_path(samples, result.map_err(|error| error.to_string())?))).collect()
+    match reconstructions(&data, session, control) {
+        Err(error) => samples.iter().map(|_| Err(error.clone())).collect(),
+        Ok(found) => {
+            let windows = samples.into_iter().zip(found);
+            windows.map(|(samples, result)| Ok(window_path(samples, result?))).collect()
+        }
+    }
+}
+
+/// Reconstructs windows side by side with the session's filter.
+///
+/// # Errors
+/// One line for settings outside their range; of each window where and how the filter failed, or that it was cancelled.
+pub fn reconstructions(
+    data: &[&FilterData],
+    session: &Session,
+    control: &Control,
+) -> Result<Vec<Result<Reconstruction, String>>, String> {
+    let smooth = session.preparation.path == PathSource::Smoothed;
+    let settings = (FilterSettings { smooth, ..session.filter.clone() })
+        .check()
+        .map_err(|errors| errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))?;
+    let mut watch = |_| if control.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
+    let found = reconstruct_many(data, &settings, &mut watch);
+    Ok(found.into_iter().map(|result| result.map_err(|error| error.to_string())).collect())
 }
 
 fn window_path(samples: Samples<'_>, reconstruction: Reconstruction) -> WindowPath {

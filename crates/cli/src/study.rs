@@ -1,0 +1,143 @@
+//! Studies from the command line: computed for a session, printed as tables, written beside the results where asked.
+
+use doublet_engine::report;
+use doublet_engine::study::Study;
+
+use crate::arguments::StudyArguments;
+use crate::run::computed;
+use crate::text;
+
+/// Computes one study of a session and prints it.
+///
+/// # Errors
+/// One line per thing that is wrong.
+pub fn study(study: Study, arguments: &StudyArguments) -> Result<(), String> {
+    if let Some(out) = &arguments.out {
+        report::check_target(out).map_err(|error| error.to_string())?;
+    }
+    let (session, snapshot) = computed(&arguments.session, &[study])?;
+    let results = report::build(&session, &snapshot);
+    match study {
+        Study::Sensitivity => sensitivity(&results.studies),
+        Study::Manoeuvres => manoeuvres(&results.studies),
+    }
+    if let Some(out) = &arguments.out {
+        let folder = report::write(&session, &snapshot, out).map_err(|error| error.to_string())?;
+        text::line(&format!("results in {}", folder.display()));
+    }
+    Ok(())
+}
+
+/// Values of `key` in the order of their first appearance.
+fn distinct<'r, R>(rows: &'r [R], key: impl Fn(&'r R) -> &'r str) -> Vec<&'r str> {
+    let mut found: Vec<&str> = Vec::new();
+    for row in rows {
+        if !found.contains(&key(row)) {
+            found.push(key(row));
+        }
+    }
+    found
+}
+
+/// One table per coefficient and group of quantities, as thesis Tables 7.2-7.12, then the widest bars.
+fn sensitivity(results: &report::StudyResults) {
+    let rows = &results.sensitivity;
+    let coefficient = |derivative: &str| derivative.split('_').next().unwrap_or_default().to_owned();
+    let derivatives = distinct(rows, |row| &row.derivative);
+    let mut coefficients: Vec<String> = derivatives.iter().map(|name| coefficient(name)).collect();
+    coefficients.dedup();
+    for group in distinct(rows, |row| row.table) {
+        let of_group: Vec<_> = rows.iter().filter(|row| row.table == group).collect();
+        let mut quantities: Vec<(&str, &str, f64, f64)> = Vec::new();
+        for row in &of_group {
+            if !quantities.iter().any(|(name, ..)| *name == row.quantity) {
+                quantities.push((&row.quantity, row.unit, row.value, row.step));
+            }
+        }
+        text::line(&format!("{group}: change of the derivative per unit"));
+        for (name, unit, value, step) in &quantities {
+            text::line(&format!("  {name} {} +- {} {unit}", text::number(*value, 5), text::number(*step, 3)));
+        }
+        let heads: Vec<String> = quantities.iter().map(|(name, unit, ..)| format!("{name} [{unit}]")).collect();
+        let header: Vec<&str> = std::iter::once("derivative").chain(heads.iter().map(String::as_str)).collect();
+        for coefficient_name in &coefficients {
+            let of_coefficient = derivatives.iter().filter(|name| coefficient(name) == *coefficient_name);
+            let cells = of_coefficient.map(|derivative| {
+                let cell = |quantity: &str| {
+                    let row = of_group.iter().find(|row| row.quantity == quantity && row.derivative == *derivative);
+                    row.map_or_else(|| "-".to_owned(), |row| text::number(beyond_rounding(row), 3))
+                };
+                let name = std::iter::once((*derivative).to_owned());
+                name.chain(quantities.iter().map(|(quantity, ..)| cell(quantity))).collect()
+            });
+            text::table(&header, &cells.collect::<Vec<_>>());
+            text::line("");
+        }
+    }
+    text::line("widest of each derivative: change over one step, per cent and in corrected standard errors");
+    let widest = derivatives.iter().filter_map(|name| results.tornado.iter().find(|bar| bar.derivative == **name));
+    let cells = widest.map(|bar| {
+        vec![
+            bar.derivative.clone(),
+            bar.quantity.clone(),
+            text::number(bar.low_percent, 3),
+            text::number(bar.high_percent, 3),
+            text::number(bar.in_standard_errors, 3),
+        ]
+    });
+    text::table(&["derivative", "quantity", "lower %", "higher %", "errors"], &cells.collect::<Vec<_>>());
+}
+
+/// The partial derivative, zero where only rounding moved the estimate.
+fn beyond_rounding(row: &report::SensitivityRow) -> f64 {
+    /// Change of the estimate, per cent, that rounding alone can cause.
+    const ROUNDING_PERCENT: f64 = 1e-9;
+    if row.relative_percent.abs() < ROUNDING_PERCENT { 0.0 } else { row.partial }
+}
+
+fn manoeuvres(results: &report::StudyResults) {
+    text::line("each window left out and predicted by the others");
+    let mut last = ("", "");
+    let mut cells: Vec<Vec<String>> = Vec::new();
+    for row in &results.leave_one_out {
+        let here = (row.coefficient, row.window.as_str());
+        if here != last {
+            last = here;
+            let of_window =
+                results.leave_one_out.iter().filter(|other| (other.coefficient, other.window.as_str()) == here);
+            let largest = of_window.max_by(|a, b| a.shift_in_errors.abs().total_cmp(&b.shift_in_errors.abs()));
+            let shift = largest.map_or_else(String::new, |row| {
+                format!("{} by {}", row.derivative, text::number(row.shift_in_errors, 2))
+            });
+            cells.push(vec![row.coefficient.to_owned(), row.window.clone(), text::number(row.r_squared, 3), shift]);
+        }
+    }
+    text::table(&["", "window", "R2", "largest shift, std errors"], &cells);
+    text::line("");
+    text::line("kinds of input: mean and scatter over the windows");
+    let cells = results.input_kinds.iter().map(|row| {
+        let side = |count: usize, mean, scatter| {
+            format!("{} +- {} ({count})", text::number(mean, 4), text::number(scatter, 2))
+        };
+        vec![
+            row.derivative.clone(),
+            format!("{}: {}", row.first_kind, side(row.first_count, row.first_mean, row.first_scatter)),
+            format!("{}: {}", row.second_kind, side(row.second_count, row.second_mean, row.second_scatter)),
+            text::number(row.difference_in_errors, 2),
+        ]
+    });
+    text::table(&["derivative", "first", "second", "difference, std errors"], &cells.collect::<Vec<_>>());
+    text::line("");
+    text::line("derivatives over the flight condition");
+    let cells = results.conditions.iter().map(|row| {
+        vec![
+            format!("{} over {}", row.derivative, row.variables),
+            row.parameter.clone(),
+            text::number(row.estimate, 4),
+            text::number(row.standard_error, 2),
+            text::number(row.scatter_ratio, 2),
+            row.error.clone().unwrap_or_default(),
+        ]
+    });
+    text::table(&["derivative", "parameter", "estimate", "std error", "scatter", ""], &cells.collect::<Vec<_>>());
+}

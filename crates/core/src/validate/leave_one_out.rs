@@ -1,0 +1,91 @@
+//! Leave one manoeuvre out: how much each manoeuvre carries, and how well the others predict it.
+
+use super::validate;
+use crate::estimate::{EstimateError, FitQuality, PooledFit, PooledWindow, pooled};
+
+/// The pooled estimate without one window.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LeftOut {
+    /// Window left out.
+    pub label: String,
+    /// Estimates of the parameters all windows share, in the order of the full fit.
+    pub estimates: Vec<f64>,
+    /// Change of each against the full fit, in standard errors of the full fit.
+    pub shift_in_errors: Vec<f64>,
+    /// Prediction of the window by the others; a constant of its own is set so that the mean residual is zero.
+    pub quality: FitQuality,
+}
+
+/// Fits all windows but one, for each in turn, and predicts that one (thesis 7.1 with every manoeuvre as validation once).
+/// `full` is the fit of all `windows`, made with the same `names` and `per_window`.
+///
+/// # Errors
+/// The first error of a fit without one window, as for [`pooled`]; fewer than two windows.
+pub fn leave_one_out(
+    names: &[String],
+    per_window: &[bool],
+    windows: &[PooledWindow],
+    full: &PooledFit,
+) -> Result<Vec<LeftOut>, EstimateError> {
+    if windows.len() < 2 {
+        return Err(EstimateError::Size { quantity: "windows", expected: 2, found: windows.len() });
+    }
+    let shared: Vec<usize> = (0..names.len()).filter(|&term| !per_window[term]).collect();
+    let mut rest = windows.to_vec();
+    let mut results = Vec::with_capacity(windows.len());
+    for index in 0..windows.len() {
+        let left = rest.remove(index);
+        let fit = pooled(names, per_window, &rest)?.fit;
+        let estimates: Vec<f64> = fit.estimates[..shared.len()].to_vec();
+        let shift = |(parameter, estimate): (usize, &f64)| {
+            (estimate - full.fit.estimates[parameter]) / full.fit.standard_errors[parameter]
+        };
+        let columns: Vec<usize> = (0..shared.len()).collect();
+        let prediction = validate(&fit, Some(&columns), &left.x.select_columns(&shared), &left.z)?;
+        let has_own = shared.len() < names.len();
+        results.push(LeftOut {
+            label: left.label.clone(),
+            shift_in_errors: estimates.iter().enumerate().map(shift).collect(),
+            quality: if has_own { prediction.quality_without_offset } else { prediction.quality },
+            estimates,
+        });
+        rest.insert(index, left);
+    }
+    Ok(results)
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::DMatrix;
+
+    use super::*;
+
+    /// Rounding of a fit of a hundred samples.
+    const ROUNDING: f64 = 1e-10;
+
+    #[test]
+    fn a_manoeuvre_that_differs_is_the_one_the_others_do_not_predict() {
+        let names = ["c".to_owned(), "s".to_owned()];
+        let window = |label: &str, constant: f64, slope: f64| {
+            let x = DMatrix::from_fn(100, 2, |row, column| if column == 0 { 1.0 } else { (row as f64 * 0.1).sin() });
+            let z = x.row_iter().map(|row| constant + slope * row[1]).collect();
+            PooledWindow { label: label.to_owned(), x, z }
+        };
+        let windows = [window("a", 1.0, 2.0), window("b", -3.0, 2.0), window("odd", 0.0, 5.0)];
+        let own = [true, false];
+        let full = pooled(&names, &own, &windows).unwrap();
+        let found = leave_one_out(&names, &own, &windows, &full).unwrap();
+        let labels: Vec<&str> = found.iter().map(|left| left.label.as_str()).collect();
+        assert_eq!(labels, ["a", "b", "odd"]);
+        // Equal excitation: the full slope is the mean of 2, 2, 5; without the odd one it is 2, with one of the others 3.5.
+        approx::assert_relative_eq!(full.fit.estimates[0], 3.0, epsilon = ROUNDING);
+        for (left, expected) in found.iter().zip([3.5, 3.5, 2.0]) {
+            approx::assert_relative_eq!(left.estimates[0], expected, epsilon = ROUNDING);
+            let shift = (expected - 3.0) / full.fit.standard_errors[0];
+            approx::assert_relative_eq!(left.shift_in_errors[0], shift, epsilon = 1e-6);
+        }
+        // Predicting slope 5 by 2 leaves 3/5 of the signal: R2 = 1 - 0.36; constants of their own do not count.
+        approx::assert_relative_eq!(found[2].quality.r_squared, 1.0 - 0.36, epsilon = ROUNDING);
+        assert!(leave_one_out(&names, &own, &windows[..1], &full).is_err());
+    }
+}

@@ -1,0 +1,302 @@
+//! Studies as flat rows: the same in `results.json` and in their CSV tables.
+
+use std::path::Path;
+
+use serde::{Serialize, Serializer};
+
+use super::ReportError;
+use crate::run::Snapshot;
+use crate::study::{ConditionRegression, ManoeuvreStudy, SensitivityStudy};
+
+/// Results of the studies that were asked for; what was not is absent.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct StudyResults {
+    /// Every derivative against every quantity it was computed with.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub sensitivity: Vec<SensitivityRow>,
+    /// The same as bars of a tornado chart: derivative by derivative, the widest first.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub tornado: Vec<TornadoRow>,
+    /// Pooled derivatives without each window in turn.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub leave_one_out: Vec<LeftOutRow>,
+    /// Derivatives by kind of input.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub input_kinds: Vec<KindRow>,
+    /// Share of every term in its coefficient.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub contributions: Vec<ContributionRow>,
+    /// Derivatives over the flight condition.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub conditions: Vec<ConditionRow>,
+}
+
+/// One derivative against one quantity.
+#[derive(Clone, Debug, Serialize)]
+pub struct SensitivityRow {
+    /// Table of the thesis it belongs to.
+    pub table: &'static str,
+    /// Quantity.
+    pub quantity: String,
+    /// Unit of its value, its step and of what the derivative changes per.
+    pub unit: &'static str,
+    /// Value.
+    pub value: f64,
+    /// Half width of the central difference.
+    pub step: f64,
+    /// Derivative.
+    pub derivative: String,
+    /// Estimate.
+    pub estimate: f64,
+    /// Estimate one step below.
+    pub low: f64,
+    /// Estimate one step above.
+    pub high: f64,
+    /// Change per unit of the quantity.
+    pub partial: f64,
+    /// Change over one step, per cent of the estimate.
+    pub relative_percent: f64,
+    /// Change over one step in corrected standard errors.
+    pub in_standard_errors: f64,
+}
+
+/// One bar of a tornado chart.
+#[derive(Clone, Debug, Serialize)]
+pub struct TornadoRow {
+    /// Derivative.
+    pub derivative: String,
+    /// Quantity.
+    pub quantity: String,
+    /// Change of the derivative one step below, per cent.
+    pub low_percent: f64,
+    /// Change one step above, per cent.
+    pub high_percent: f64,
+    /// Change over one step in corrected standard errors.
+    pub in_standard_errors: f64,
+}
+
+/// One derivative without one window, and the prediction of that window by the others.
+#[derive(Clone, Debug, Serialize)]
+pub struct LeftOutRow {
+    /// Coefficient.
+    pub coefficient: &'static str,
+    /// Window left out.
+    pub window: String,
+    /// Derivative.
+    pub derivative: String,
+    /// Estimate without the window.
+    pub estimate: f64,
+    /// Its change in standard errors of the full fit.
+    pub shift_in_errors: f64,
+    /// Coefficient of determination of the coefficient predicted over the window.
+    #[serde(serialize_with = "where_finite")]
+    pub r_squared: f64,
+    /// Root mean square of the residual there over the largest observation, per cent.
+    #[serde(serialize_with = "where_finite")]
+    pub rms_relative_percent: f64,
+}
+
+/// One derivative from manoeuvres of two kinds of input.
+#[derive(Clone, Debug, Serialize)]
+pub struct KindRow {
+    /// Coefficient.
+    pub coefficient: &'static str,
+    /// Derivative.
+    pub derivative: String,
+    /// First kind.
+    pub first_kind: String,
+    /// Manoeuvres of it.
+    pub first_count: usize,
+    /// Mean over them.
+    pub first_mean: f64,
+    /// Standard deviation over them.
+    #[serde(serialize_with = "where_finite")]
+    pub first_scatter: f64,
+    /// Second kind.
+    pub second_kind: String,
+    /// Manoeuvres of it.
+    pub second_count: usize,
+    /// Mean over them.
+    pub second_mean: f64,
+    /// Standard deviation over them.
+    #[serde(serialize_with = "where_finite")]
+    pub second_scatter: f64,
+    /// Difference of the means over its standard error.
+    #[serde(serialize_with = "where_finite")]
+    pub difference_in_errors: f64,
+}
+
+/// Share of one term in a coefficient over one window.
+#[derive(Clone, Debug, Serialize)]
+pub struct ContributionRow {
+    /// Window.
+    pub window: String,
+    /// Coefficient.
+    pub coefficient: &'static str,
+    /// Derivative of the term.
+    pub derivative: String,
+    /// Root mean square of the term about its mean over that of the observed coefficient.
+    #[serde(serialize_with = "where_finite")]
+    pub share: f64,
+}
+
+/// One parameter of a derivative as a linear function of the flight condition.
+#[derive(Clone, Debug, Serialize)]
+pub struct ConditionRow {
+    /// Derivative.
+    pub derivative: String,
+    /// Variables it was regressed on, `V` m/s, `h` m, `alpha` rad.
+    pub variables: String,
+    /// `value` at the mean condition, or the variable the slope is over.
+    pub parameter: String,
+    /// Mean of the variable.
+    #[serde(serialize_with = "where_finite")]
+    pub mean: f64,
+    /// Value or slope.
+    #[serde(serialize_with = "where_finite")]
+    pub estimate: f64,
+    /// Its standard error.
+    #[serde(serialize_with = "where_finite")]
+    pub standard_error: f64,
+    /// Scatter of the manoeuvres about the line over their stated errors.
+    #[serde(serialize_with = "where_finite")]
+    pub scatter_ratio: f64,
+    /// Manoeuvres.
+    pub manoeuvres: usize,
+    /// Why there is no regression.
+    pub error: Option<String>,
+}
+
+/// A number that does not exist is `null` in JSON and empty in CSV.
+fn where_finite<S: Serializer>(value: &f64, serializer: S) -> Result<S::Ok, S::Error> {
+    if value.is_finite() { serializer.serialize_some(value) } else { serializer.serialize_none() }
+}
+
+/// Rows of the studies that are up to date.
+pub fn build(snapshot: &Snapshot) -> StudyResults {
+    let mut results = StudyResults::default();
+    if let Some(study) = snapshot.studies.sensitivity.ready() {
+        add_sensitivity(&mut results, study);
+    }
+    if let Some(study) = snapshot.studies.manoeuvres.ready() {
+        add_manoeuvres(&mut results, study);
+    }
+    results
+}
+
+fn add_sensitivity(results: &mut StudyResults, study: &SensitivityStudy) {
+    for table in &study.tables {
+        let quantity = &table.step.quantity;
+        results.sensitivity.extend(table.partials.iter().map(|partial| SensitivityRow {
+            table: quantity.group().name(),
+            quantity: quantity.name(),
+            unit: quantity.unit(),
+            value: table.step.nominal,
+            step: table.step.half_width,
+            derivative: partial.derivative.clone(),
+            estimate: partial.nominal,
+            low: partial.low,
+            high: partial.high,
+            partial: partial.partial,
+            relative_percent: partial.relative_percent,
+            in_standard_errors: partial.in_standard_errors,
+        }));
+    }
+    results.tornado.extend(study.tornado.iter().map(|bar| TornadoRow {
+        derivative: bar.derivative.clone(),
+        quantity: bar.quantity.clone(),
+        low_percent: bar.change_percent[0],
+        high_percent: bar.change_percent[1],
+        in_standard_errors: bar.in_standard_errors,
+    }));
+}
+
+fn add_manoeuvres(results: &mut StudyResults, study: &ManoeuvreStudy) {
+    for found in &study.left_out {
+        for left in &found.windows {
+            let entries = found.derivatives.iter().zip(&left.estimates).zip(&left.shift_in_errors);
+            results.leave_one_out.extend(entries.map(|((derivative, estimate), shift)| LeftOutRow {
+                coefficient: found.coefficient.name(),
+                window: left.label.clone(),
+                derivative: derivative.clone(),
+                estimate: *estimate,
+                shift_in_errors: *shift,
+                r_squared: left.quality.r_squared,
+                rms_relative_percent: left.quality.rms_relative_percent,
+            }));
+        }
+    }
+    for found in &study.kinds {
+        results.input_kinds.extend(found.derivatives.iter().map(|derivative| KindRow {
+            coefficient: found.coefficient.name(),
+            derivative: derivative.first.name.clone(),
+            first_kind: found.kinds[0].clone(),
+            first_count: derivative.first.fits,
+            first_mean: derivative.first.estimate[0],
+            first_scatter: derivative.first.scatter,
+            second_kind: found.kinds[1].clone(),
+            second_count: derivative.second.fits,
+            second_mean: derivative.second.estimate[0],
+            second_scatter: derivative.second.scatter,
+            difference_in_errors: derivative.difference_in_errors,
+        }));
+    }
+    for found in &study.contributions {
+        results.contributions.extend(found.terms.iter().map(|term| ContributionRow {
+            window: found.window.clone(),
+            coefficient: found.coefficient.name(),
+            derivative: term.derivative.clone(),
+            share: term.share,
+        }));
+    }
+    results.conditions.extend(study.conditions.iter().flat_map(condition_rows));
+}
+
+fn condition_rows(found: &ConditionRegression) -> Vec<ConditionRow> {
+    let row = |parameter: &str, numbers: [f64; 4], error: Option<String>| ConditionRow {
+        derivative: found.derivative.clone(),
+        variables: found.variables.join(" "),
+        parameter: parameter.to_owned(),
+        mean: numbers[0],
+        estimate: numbers[1],
+        standard_error: numbers[2],
+        scatter_ratio: numbers[3],
+        manoeuvres: found.points.len(),
+        error,
+    };
+    match &found.result {
+        Err(error) => vec![row("value", [f64::NAN; 4], Some(error.clone()))],
+        Ok(result) => {
+            let means = std::iter::once(&f64::NAN).chain(&result.mean);
+            let fit = &result.fit;
+            let values = fit.names.iter().zip(means).zip(fit.estimates.iter().zip(&fit.standard_errors));
+            let rows = values.map(|((name, &mean), (&estimate, &error))| {
+                row(name, [mean, estimate, error, result.scatter_ratio], None)
+            });
+            rows.collect()
+        }
+    }
+}
+
+/// Writes one table per study that was asked for.
+pub fn write(results: &StudyResults, folder: &Path) -> Result<(), ReportError> {
+    table(&folder.join("sensitivity.csv"), &results.sensitivity)?;
+    table(&folder.join("tornado.csv"), &results.tornado)?;
+    table(&folder.join("leave_one_out.csv"), &results.leave_one_out)?;
+    table(&folder.join("input_kinds.csv"), &results.input_kinds)?;
+    table(&folder.join("contributions.csv"), &results.contributions)?;
+    table(&folder.join("conditions.csv"), &results.conditions)
+}
+
+/// Writes rows under the names of their fields; nothing where there are none.
+fn table(path: &Path, rows: &[impl Serialize]) -> Result<(), ReportError> {
+    if rows.is_empty() {
+        return Ok(());
+    }
+    let failed = |error: csv::Error| ReportError::File { path: path.display().to_string(), source: error.into() };
+    let mut writer = csv::Writer::from_path(path).map_err(failed)?;
+    for row in rows {
+        writer.serialize(row).map_err(failed)?;
+    }
+    writer.flush().map_err(|source| ReportError::File { path: path.display().to_string(), source })
+}

@@ -1,0 +1,73 @@
+//! Studies of a run: each on request, kept while what it follows from stays the same.
+
+use super::control::Cancelled;
+use super::pipeline::Board;
+use super::snapshot::{Slot, Studies};
+use crate::graph::{Cache, Footprint, Key, KeyBuilder};
+use crate::study::{self, Study, StudyError, Subject, Watch};
+
+/// Marks the studies that were asked for as running and the others as out of date.
+pub fn begin(studies: &mut Studies, wanted: &[Study]) {
+    start(&mut studies.manoeuvres, wanted.contains(&Study::Manoeuvres));
+    start(&mut studies.sensitivity, wanted.contains(&Study::Sensitivity));
+}
+
+fn start<T>(slot: &mut Slot<T>, is_wanted: bool) {
+    if is_wanted { slot.begin() } else { slot.expire() }
+}
+
+/// Marks the studies that were running as stopped.
+pub fn cancel(studies: &mut Studies) {
+    studies.manoeuvres.cancel();
+    studies.sensitivity.cancel();
+}
+
+/// What the studies of a run share.
+pub struct Runner<'a> {
+    /// What they look at.
+    pub subject: Subject<'a>,
+    /// Key of the pooled estimate: everything the studies follow from.
+    pub key: Key,
+    /// Studies that were asked for; of the others those still known are shown.
+    pub wanted: &'a [Study],
+    /// Results kept.
+    pub cache: &'a Cache,
+    /// Where results are shown.
+    pub board: &'a Board<'a>,
+}
+
+impl Runner<'_> {
+    /// Computes what was asked for.
+    pub fn run(&self) -> Result<(), Cancelled> {
+        self.one(Study::Manoeuvres, |studies| &mut studies.manoeuvres, study::manoeuvres)?;
+        self.one(Study::Sensitivity, |studies| &mut studies.sensitivity, study::sensitivity)
+    }
+
+    fn one<T: Footprint>(
+        &self,
+        study: Study,
+        slot: fn(&mut Studies) -> &mut Slot<T>,
+        compute: impl Fn(&Subject<'_>, &Watch<'_>) -> Result<T, StudyError>,
+    ) -> Result<(), Cancelled> {
+        let Self { board, cache, .. } = self;
+        let key = KeyBuilder::new("study", 1).key(self.key).parameters(&study).finish();
+        let is_wanted = self.wanted.contains(&study);
+        let result = match cache.get::<T>(key) {
+            Some(known) => Ok(known),
+            None if !is_wanted => return Ok(()),
+            None => {
+                let progress = |part| {
+                    // A run that was stopped shows no more progress; the study finds out by itself.
+                    let _ = board.update(|snapshot| slot(&mut snapshot.studies).advance(part));
+                };
+                match compute(&self.subject, &Watch::new(board.control, &progress)) {
+                    Ok(value) => Ok(cache.insert(key, value)),
+                    Err(StudyError::Failed(error)) => Err(error),
+                    Err(StudyError::Cancelled) => return Err(Cancelled),
+                }
+            }
+        };
+        let show = |snapshot: &mut super::Snapshot| slot(&mut snapshot.studies).finish(result);
+        if is_wanted { board.step(show) } else { board.update(show) }
+    }
+}

@@ -1,0 +1,259 @@
+//! Manoeuvre against manoeuvre.
+
+use std::sync::Arc;
+
+use doublet_core::estimate::{ConditionFit, ConditionPoint, Fit, KindDifference, compare_kinds, condition_regression};
+use doublet_core::model::{Coefficient, Term, Variable, regressors};
+use doublet_core::series::Series;
+use doublet_core::validate::{LeftOut, contributions, leave_one_out};
+
+use super::{StudyError, StudyWindow, Subject, Watch};
+use crate::graph::Footprint;
+use crate::session::WindowRole;
+use crate::stage::{self, CoefficientFit};
+
+/// The pooled estimate of one coefficient without each of its windows.
+#[derive(Clone, Debug)]
+pub struct CoefficientLeftOut {
+    /// Coefficient.
+    pub coefficient: Coefficient,
+    /// Derivatives all windows share, in the order of the entries of each [`LeftOut`].
+    pub derivatives: Vec<String>,
+    /// One entry per window.
+    pub windows: Vec<LeftOut>,
+}
+
+/// Derivatives from manoeuvres of two kinds of input (thesis Fig. 6.12).
+#[derive(Clone, Debug)]
+pub struct KindComparison {
+    /// Coefficient.
+    pub coefficient: Coefficient,
+    /// Names of the two kinds.
+    pub kinds: [String; 2],
+    /// One entry per derivative both have.
+    pub derivatives: Vec<KindDifference>,
+}
+
+/// What one term adds to a coefficient over a window.
+#[derive(Clone, Debug)]
+pub struct TermContribution {
+    /// Derivative.
+    pub derivative: String,
+    /// Root mean square about its mean over that of the observed coefficient.
+    pub share: f64,
+    /// Derivative times variable.
+    pub series: Series,
+}
+
+/// What the terms add up to over one window (thesis Fig. 6.13).
+#[derive(Clone, Debug)]
+pub struct WindowContributions {
+    /// Window.
+    pub window: String,
+    /// Coefficient.
+    pub coefficient: Coefficient,
+    /// One entry per term, in the order of the structure.
+    pub terms: Vec<TermContribution>,
+}
+
+/// A derivative as a linear function of the flight condition (thesis 2.3.4).
+#[derive(Clone, Debug)]
+pub struct ConditionRegression {
+    /// Derivative.
+    pub derivative: String,
+    /// Variables of the condition, `V` in m/s, `h` in m, `alpha` in rad.
+    pub variables: Vec<&'static str>,
+    /// Windows it was found over, with the derivative, its corrected error and the condition.
+    pub points: Vec<(String, ConditionPoint)>,
+    /// The regression, or one line why there is none.
+    pub result: Result<ConditionFit, String>,
+}
+
+/// Manoeuvre against manoeuvre.
+#[derive(Clone, Debug, Default)]
+pub struct ManoeuvreStudy {
+    /// Pooled estimates without each manoeuvre in turn.
+    pub left_out: Vec<CoefficientLeftOut>,
+    /// Kinds of input compared.
+    pub kinds: Vec<KindComparison>,
+    /// Contributions of terms by the pooled estimate.
+    pub contributions: Vec<WindowContributions>,
+    /// Derivatives over the flight condition.
+    pub conditions: Vec<ConditionRegression>,
+}
+
+impl Footprint for ManoeuvreStudy {
+    fn bytes(&self) -> usize {
+        let samples = |window: &WindowContributions| -> usize {
+            window.terms.iter().map(|term| 8 * term.series.values.len() + 128).sum()
+        };
+        self.contributions.iter().map(samples).sum::<usize>() + (1 << 16)
+    }
+}
+
+/// Conditions derivatives are regressed on.
+const CONDITIONS: [&[(&str, Variable)]; 2] = [
+    &[("V", Variable::Airspeed), ("h", Variable::Altitude)],
+    &[("V", Variable::Airspeed), ("h", Variable::Altitude), ("alpha", Variable::Alpha)],
+];
+
+/// Compares the manoeuvres of a session.
+///
+/// # Errors
+/// One line when a regression cannot be formed, or that it was stopped.
+pub fn manoeuvres(subject: &Subject<'_>, watch: &Watch<'_>) -> Result<ManoeuvreStudy, StudyError> {
+    let watch = watch.parts(4);
+    let done = || {
+        watch.step();
+        watch.checkpoint()
+    };
+    let left_out = left_out(subject, &watch)?;
+    done()?;
+    let kinds = kinds(subject);
+    done()?;
+    let contributions = term_contributions(subject);
+    done()?;
+    let conditions = conditions(subject);
+    done()?;
+    Ok(ManoeuvreStudy { left_out, kinds, contributions, conditions })
+}
+
+fn left_out(subject: &Subject<'_>, watch: &Watch<'_>) -> Result<Vec<CoefficientLeftOut>, StudyError> {
+    let session = subject.session;
+    let mut found = Vec::new();
+    for regression in stage::pooled_regressions(&subject.aero(), &session.structure, &session.estimation) {
+        watch.checkpoint()?;
+        let regression = regression?;
+        let Ok(full) = regression.fit() else { continue };
+        // Without one of its windows a derivative may have no estimate left: there is nothing to compare then.
+        let Ok(windows) = leave_one_out(&regression.names, &regression.per_window, &regression.windows, &full) else {
+            continue;
+        };
+        let derivatives = regression.shared().cloned().collect();
+        found.push(CoefficientLeftOut { coefficient: regression.coefficient, derivatives, windows });
+    }
+    Ok(found)
+}
+
+/// The fit of one coefficient of a window alone.
+fn own_fit<'s>(window: &'s StudyWindow<'_>, coefficient: Coefficient) -> Option<(&'s CoefficientFit, &'s Fit)> {
+    let fit = window.fits.fits.iter().find(|fit| fit.coefficient == coefficient)?;
+    Some((fit, fit.fit.as_ref().ok()?))
+}
+
+fn kinds(subject: &Subject<'_>) -> Vec<KindComparison> {
+    let mut names: Vec<&str> = Vec::new();
+    for window in subject.windows {
+        let kind = window.manoeuvre.kind.as_str();
+        if !kind.is_empty() && !names.contains(&kind) {
+            names.push(kind);
+        }
+    }
+    let mut found = Vec::new();
+    for (coefficient, _) in &subject.session.structure.models {
+        let of_kind = |kind: &str| -> Vec<&Fit> {
+            let windows = subject.windows.iter().filter(|window| window.manoeuvre.kind == kind);
+            windows.filter_map(|window| Some(own_fit(window, *coefficient)?.1)).collect()
+        };
+        for (index, first) in names.iter().enumerate() {
+            for second in &names[index + 1..] {
+                let derivatives = compare_kinds(&of_kind(first), &of_kind(second));
+                if !derivatives.is_empty() {
+                    let kinds = [(*first).to_owned(), (*second).to_owned()];
+                    found.push(KindComparison { coefficient: *coefficient, kinds, derivatives });
+                }
+            }
+        }
+    }
+    found
+}
+
+fn term_contributions(subject: &Subject<'_>) -> Vec<WindowContributions> {
+    let mut found = Vec::new();
+    for window in subject.windows {
+        for (coefficient, terms) in &subject.session.structure.models {
+            if own_fit(window, *coefficient).is_some()
+                && let Some(terms) = of_window(subject, window, *coefficient, terms)
+            {
+                let window = window.manoeuvre.name.clone();
+                found.push(WindowContributions { window, coefficient: *coefficient, terms });
+            }
+        }
+    }
+    found
+}
+
+/// Contributions of the terms of one coefficient by the pooled estimate; `None` without one.
+fn of_window(
+    subject: &Subject<'_>,
+    window: &StudyWindow<'_>,
+    coefficient: Coefficient,
+    terms: &[Term],
+) -> Option<Vec<TermContribution>> {
+    let pooled = subject.pooled.fits.iter().find(|fit| fit.coefficient == coefficient)?.fit.as_ref().ok()?;
+    let names: Vec<String> = terms.iter().map(|term| term.derivative_name(coefficient)).collect();
+    let estimate = |name: &String| {
+        let own = format!("{name}[{}]", window.manoeuvre.name);
+        pooled.parameter(name).or_else(|| pooled.parameter(&own)).map_or(0.0, |(estimate, _)| estimate)
+    };
+    let estimates: Vec<f64> = names.iter().map(estimate).collect();
+    let x = regressors(terms, &window.aero.variables).ok()?;
+    let observed = &window.aero.series[coefficient as usize];
+    let found = contributions(&estimates, &x, &observed.values);
+    let term = |(derivative, contribution): (String, doublet_core::validate::Contribution)| TermContribution {
+        derivative,
+        share: contribution.share,
+        series: Series { time_s: Arc::clone(&observed.time_s), values: contribution.values.into() },
+    };
+    Some(names.into_iter().zip(found).map(term).collect())
+}
+
+fn conditions(subject: &Subject<'_>) -> Vec<ConditionRegression> {
+    let mut found = Vec::new();
+    for (coefficient, terms) in &subject.session.structure.models {
+        for name in terms.iter().filter(|term| !term.is_constant()).map(|term| term.derivative_name(*coefficient)) {
+            for variables in CONDITIONS {
+                let points: Vec<_> = subject
+                    .windows
+                    .iter()
+                    .filter(|window| window.manoeuvre.role == WindowRole::Identification)
+                    .filter_map(|window| condition_point(window, *coefficient, &name, variables))
+                    .collect();
+                if points.is_empty() {
+                    continue;
+                }
+                let values: Vec<_> = points.iter().map(|(_, point)| point.clone()).collect();
+                let labels: Vec<&'static str> = variables.iter().map(|(label, _)| *label).collect();
+                found.push(ConditionRegression {
+                    derivative: name.clone(),
+                    result: condition_regression(&labels, &values).map_err(|error| error.to_string()),
+                    variables: labels,
+                    points,
+                });
+            }
+        }
+    }
+    found
+}
+
+/// A derivative from one window and the mean condition there.
+fn condition_point(
+    window: &StudyWindow<'_>,
+    coefficient: Coefficient,
+    derivative: &str,
+    variables: &[(&str, Variable)],
+) -> Option<(String, ConditionPoint)> {
+    let (fit, estimate) = own_fit(window, coefficient)?;
+    let index = estimate.names.iter().position(|name| name == derivative)?;
+    let mean = |variable: Variable| {
+        let column = window.aero.variables.get(variable)?;
+        Some(column.iter().sum::<f64>() / column.len() as f64)
+    };
+    let condition = variables.iter().map(|(_, variable)| mean(*variable)).collect::<Option<Vec<_>>>()?;
+    let point = ConditionPoint {
+        estimate: estimate.estimates[index],
+        standard_error: *fit.corrected_errors.get(index)?,
+        condition,
+    };
+    Some((window.manoeuvre.name.clone(), point))
+}

@@ -1,0 +1,131 @@
+//! Derivatives against what they were computed with: both steps again with each quantity a little lower and higher.
+
+use doublet_core::airframe::Aircraft;
+use doublet_core::sensitivity::{Quantity, SensitivityTable, Step, TornadoBar, central, quantities, tornado};
+use rayon::prelude::*;
+
+use super::{StudyError, Subject, Watch};
+use crate::graph::Footprint;
+use crate::stage::{self, AeroWindow, AircraftData, WindowAero};
+
+/// Step of the central differences as a fraction of each quantity, of the reference chord for the centre of gravity (thesis 7.2).
+pub const STEP_FRACTION: f64 = 0.05;
+
+/// Pooled derivatives against every quantity.
+#[derive(Clone, Debug, Default)]
+pub struct SensitivityStudy {
+    /// One table per quantity, in the order of the thesis.
+    pub tables: Vec<SensitivityTable>,
+    /// The same as bars, derivative by derivative, the widest first.
+    pub tornado: Vec<TornadoBar>,
+}
+
+impl Footprint for SensitivityStudy {
+    fn bytes(&self) -> usize {
+        self.tables.iter().map(|table| table.partials.len() * 256).sum::<usize>() + 64
+    }
+}
+
+/// Central differences of every pooled derivative over every quantity (thesis 7.2.1). Mass, centre of gravity and inertia go
+/// through both steps: they move sensors, engines and moments. Deflections and air angles are scaled where they enter the model.
+///
+/// # Errors
+/// One line when no derivative can be estimated with a quantity changed, or that it was stopped.
+pub fn sensitivity(subject: &Subject<'_>, watch: &Watch<'_>) -> Result<SensitivityStudy, StudyError> {
+    let aircraft: &Aircraft = &subject.aircraft.loaded.aircraft;
+    let steps = quantities(aircraft, &subject.aircraft.loading, STEP_FRACTION);
+    let nominal = subject.derivatives();
+    let watch = watch.parts(2 * steps.len());
+    let side = |step: &Step, change: f64| -> Result<Vec<(String, f64, f64)>, StudyError> {
+        watch.checkpoint()?;
+        let windows =
+            changed(subject, &step.quantity, change, &watch).map_err(|error| named(error, &step.quantity, change))?;
+        let estimates = estimates(subject, &windows).map_err(|error| named(error, &step.quantity, change))?;
+        watch.step();
+        Ok(estimates)
+    };
+    let table = |step: Step| {
+        let (low, high) = (side(&step, -step.half_width)?, side(&step, step.half_width)?);
+        Ok(central(step, &nominal, &low, &high))
+    };
+    let tables = steps.into_par_iter().map(table).collect::<Result<Vec<_>, StudyError>>()?;
+    Ok(SensitivityStudy { tornado: tornado(&tables), tables })
+}
+
+fn named(error: StudyError, quantity: &Quantity, change: f64) -> StudyError {
+    match error {
+        StudyError::Cancelled => StudyError::Cancelled,
+        StudyError::Failed(error) => {
+            StudyError::Failed(format!("with {} changed by {change:.4} {}: {error}", quantity.name(), quantity.unit()))
+        }
+    }
+}
+
+/// All windows with one quantity changed.
+fn changed<'a>(
+    subject: &Subject<'a>,
+    quantity: &Quantity,
+    change: f64,
+    watch: &Watch<'_>,
+) -> Result<Vec<AeroWindow<'a>>, StudyError> {
+    let aircraft = subject.aircraft;
+    match quantity.mass_change(&aircraft.loaded.aircraft, &aircraft.loading, change) {
+        Some(mass) => again(subject, &aircraft.with_mass_change(mass), watch),
+        None => subject
+            .windows
+            .iter()
+            .map(|window| {
+                let data = quantity.scaled(&window.aero.data, change);
+                let aero = WindowAero::formed(data, window.aero.settings.clone(), Vec::new())?;
+                Ok((window.manoeuvre, aero.into()))
+            })
+            .collect(),
+    }
+}
+
+/// Both steps of all windows with another aircraft. A path that does not change is not reconstructed again.
+fn again<'a>(
+    subject: &Subject<'a>,
+    aircraft: &AircraftData,
+    watch: &Watch<'_>,
+) -> Result<Vec<AeroWindow<'a>>, StudyError> {
+    let session = subject.session;
+    let mut changed = Vec::new();
+    for window in subject.windows {
+        let recording = &window.flight.recording;
+        let samples = stage::samples(recording, window.manoeuvre.window, aircraft, &session.preparation)?;
+        if samples.data != window.path.data {
+            changed.push((window.manoeuvre.name.as_str(), samples.data));
+        }
+    }
+    let data: Vec<_> = changed.iter().map(|(_, data)| data).collect();
+    let reconstructions = stage::reconstructions(&data, session, watch.control())?;
+    let formed = subject.windows.iter().map(|window| {
+        watch.checkpoint()?;
+        let place = changed.iter().position(|(name, _)| *name == window.manoeuvre.name);
+        let path = match place {
+            None => (&window.path.data, &window.path.reconstruction),
+            Some(index) => {
+                let found = reconstructions[index].as_ref();
+                (&changed[index].1, found.map_err(|error| format!("window '{}': {error}", window.manoeuvre.name))?)
+            }
+        };
+        let aero = stage::aero(&window.flight.recording, path, aircraft, &session.preparation)?;
+        Ok((window.manoeuvre, aero.into()))
+    });
+    formed.collect()
+}
+
+/// Pooled estimates of the derivatives all windows share.
+fn estimates(subject: &Subject<'_>, windows: &[AeroWindow<'_>]) -> Result<Vec<(String, f64, f64)>, StudyError> {
+    let session = subject.session;
+    let mut found = Vec::new();
+    for regression in stage::pooled_regressions(windows, &session.structure, &session.estimation) {
+        let regression = regression?;
+        // A coefficient that has no pooled estimate has none here either.
+        let Ok(pooled) = regression.fit() else { continue };
+        let rows = pooled.fit.estimates.iter().zip(&pooled.fit.standard_errors);
+        found.extend(regression.shared().zip(rows).map(|(name, (value, error))| (name.clone(), *value, *error)));
+    }
+    Ok(found)
+}
