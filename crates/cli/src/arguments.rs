@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use crate::propose::ProposeArguments;
+
 /// Aircraft system identification from flight test.
 ///
 /// Without a command the workbench opens, on SESSION or on the session that comes with the program.
@@ -32,6 +34,8 @@ pub enum Command {
     Sensitivity(StudyArguments),
     /// Compare manoeuvres: each left out in turn, kinds of input, derivatives over the flight condition.
     Manoeuvres(StudyArguments),
+    /// Propose manoeuvre windows, steady windows or noise from the recordings of a session.
+    Propose(ProposeArguments),
     /// Fly a simulated flight and write its recordings and its truth.
     Simulate(SimulateArguments),
     /// Print power, thrust and their sensitivities of an aircraft's engines at one condition.

@@ -7,6 +7,7 @@ mod engine;
 mod inspect;
 mod new;
 mod progress;
+mod propose;
 mod run;
 mod simulate;
 mod study;
@@ -59,6 +60,7 @@ fn execute(command: Command) -> ExitCode {
         Command::Run(arguments) => run::run(&arguments),
         Command::Sensitivity(arguments) => study::study(Study::Sensitivity, &arguments),
         Command::Manoeuvres(arguments) => study::study(Study::Manoeuvres, &arguments),
+        Command::Propose(arguments) => propose::propose(&arguments),
         Command::Simulate(arguments) => simulate::simulate(&arguments),
         Command::Engine(arguments) => engine::engine(&arguments),
         Command::Datcom(arguments) => datcom::datcom(&arguments),

@@ -1,5 +1,6 @@
 //! `doublet new`: a session for recordings.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use doublet_core::load::{ChannelMap, Probe, inspect, plan_all};
@@ -7,7 +8,9 @@ use doublet_core::model::Structure;
 use doublet_core::reconstruct::{FilterSettings, Measurement};
 use doublet_core::series::Window;
 use doublet_engine::builtin;
-use doublet_engine::session::{self, Estimation, Flight, Manoeuvre, Preparation, RecordingRef, Session, WindowRole};
+use doublet_engine::session::{
+    self, Estimation, Flight, Manoeuvre, Preparation, RecordingRef, Session, SignalSetting, WindowRole,
+};
 
 use crate::arguments::NewArguments;
 use crate::text;
@@ -85,7 +88,8 @@ pub fn new(arguments: &NewArguments) -> Result<(), String> {
                 kind: String::new(),
             });
         }
-        flights.push(Flight { name, recordings, clocks: Vec::new(), instruments: None });
+        let signals = SignalSetting::default();
+        flights.push(Flight { name, recordings, clocks: Vec::new(), instruments: None, signals });
     }
     let aircraft = aircraft_reference(&arguments.aircraft)?;
     let session = Session {
@@ -94,6 +98,8 @@ pub fn new(arguments: &NewArguments) -> Result<(), String> {
         loading: None,
         flights,
         windows,
+        steady: Vec::new(),
+        noise_reasons: BTreeMap::new(),
         filter: FilterSettings::default(),
         preparation: Preparation::default(),
         estimation: Estimation::default(),

@@ -1,11 +1,13 @@
 //! Sessions: saved form, edits, undo.
 
 use doublet_core::model::{Coefficient, Structure, Term, Variable};
+use doublet_core::quantity::Role;
 use doublet_core::reconstruct::{FilterSettings, Input, Measurement, Method};
 use doublet_core::series::Window;
 use doublet_engine::session::{
     self, ClockPairSetting, ClockSetting, Edit, EditError, Estimation, FilterEdit, Flight, InstrumentSetting,
-    Manoeuvre, ModelEdit, Preparation, RecordingRef, Session, Surface, WindowEdit, WindowRole,
+    Manoeuvre, ModelEdit, Preparation, RecordingRef, Session, SignalPreset, SignalSetting, SteadyWindow, Surface,
+    WindowEdit, WindowRole,
 };
 use doublet_engine::undo::History;
 use proptest::prelude::*;
@@ -35,6 +37,7 @@ fn example() -> Session {
                 source: "pod".to_owned(),
                 offset_s: -258.0,
                 drift: 1e-4,
+                shift_s: 0.012,
                 fit: vec![ClockPairSetting {
                     reference: "adahrs/inertial/phi".to_owned(),
                     other: "pod/phi".to_owned(),
@@ -48,8 +51,15 @@ fn example() -> Session {
                 pod_calibration: String::new(),
                 fuel: [("main left".to_owned(), "engine_monitor/m_f_ML".to_owned())].into(),
             }),
+            signals: SignalSetting { max_gap_s: Some(0.5), rules: SignalPreset::Thesis.rules()[..2].to_vec() },
         }],
         windows: vec![window("e1", 10.0), window("e2", 50.0)],
+        steady: vec![SteadyWindow {
+            flight: "one".to_owned(),
+            window: Window { start_s: 1.0, end_s: 11.0 },
+            roles: vec![Role::PitchRate],
+        }],
+        noise_reasons: [("alpha".to_owned(), "the pod is slow".to_owned())].into(),
         filter: FilterSettings::default(),
         preparation: Preparation::default(),
         estimation: Estimation::default(),

@@ -16,6 +16,8 @@ mod position;
 mod pulses;
 mod resample;
 mod smooth;
+mod steady;
+mod treatment;
 
 use thiserror::Error;
 
@@ -41,6 +43,8 @@ pub use noise_statistics::{NoiseChoice, NoiseOrigin, NoiseStatistics, noise_prop
 pub use position::{FlowVane, acceleration_at_cg, accelerometer_at, flow_angles_at_cg, flow_angles_at_vanes};
 pub use resample::{Interpolation, resample};
 pub use smooth::{Smoothing, smooth};
+pub use steady::{SteadySettings, SteadyStretch, find_steady};
+pub use treatment::{Resampling, Treated, Treatment, longest_interval_s, treat};
 
 /// What can be wrong with a signal or the way it is to be treated.
 #[derive(Clone, Debug, PartialEq, Error)]

@@ -38,6 +38,8 @@ pub struct Recording {
     pub truth: BTreeMap<String, Series>,
     /// UTC at time zero of a source's clock, s since 1970-01-01, for each source that gives it.
     pub utc_start_s: BTreeMap<String, f64>,
+    /// Longest interval between samples that interpolation bridges, s; `None` for a few of a channel's own intervals.
+    pub max_gap_s: Option<f64>,
     /// Findings about data quality, one line each; they appear in the report.
     pub warnings: Vec<String>,
 }

@@ -6,6 +6,7 @@ use super::results::{
     ClockRow, DerivativeRow, DroppedRow, FORMAT, FitRow, FlightRow, InnovationRow, PredictionRow, RecordingRow,
     Results, StateRow, VERSION, WindowRow,
 };
+use super::signals;
 use crate::run::Snapshot;
 use crate::session::{Manoeuvre, Session, Surface, WindowRole};
 use crate::stage::{CoefficientFit, UsedClock, WindowPath};
@@ -28,6 +29,7 @@ pub fn build(session: &Session, snapshot: &Snapshot) -> Results {
         aircraft: aircraft.map(|aircraft| aircraft.name.clone()).unwrap_or_default(),
         mass_kg: mass.unwrap_or(f64::NAN),
         gravity_m_s2: session.filter.gravity_m_s2,
+        differentiation: signals::differentiation(&session.preparation),
         recordings: recordings(session, snapshot),
         flights: flights(session, snapshot),
         engines: super::engines::rows(session, snapshot),
@@ -62,11 +64,18 @@ fn recordings(session: &Session, snapshot: &Snapshot) -> Vec<RecordingRow> {
 fn flights(session: &Session, snapshot: &Snapshot) -> Vec<FlightRow> {
     let loaded =
         session.flights.iter().filter_map(|flight| Some((flight, snapshot.flights.get(&flight.name)?.ready()?)));
-    let rows = loaded.map(|(flight, loaded)| FlightRow {
-        name: flight.name.clone(),
-        roles: loaded.recording.roles.keys().map(|role| role.name().to_owned()).collect(),
-        clocks: loaded.clocks.iter().map(clock_row).collect(),
-        warnings: loaded.recording.warnings.clone(),
+    let rows = loaded.map(|(flight, loaded)| {
+        let (noise, proposals) = signals::rows(session, snapshot, &flight.name);
+        FlightRow {
+            name: flight.name.clone(),
+            roles: loaded.recording.roles.keys().map(|role| role.name().to_owned()).collect(),
+            clocks: loaded.clocks.iter().map(clock_row).collect(),
+            max_gap_s: loaded.recording.max_gap_s,
+            signals: signals::signal_rows(loaded),
+            noise,
+            proposals,
+            warnings: loaded.recording.warnings.clone(),
+        }
     });
     rows.collect()
 }
@@ -76,6 +85,7 @@ fn clock_row(clock: &UsedClock) -> ClockRow {
         source: clock.source.clone(),
         offset_s: clock.model.offset_s,
         drift: clock.model.drift,
+        shift_s: clock.shift_s,
         standard_error_s: clock.estimate.as_ref().map(|estimate| estimate.best_known.1),
         drift_standard_error: clock.estimate.as_ref().map(|estimate| estimate.drift_sd),
     }

@@ -4,6 +4,7 @@ mod build;
 mod engines;
 mod histories;
 mod results;
+mod signals;
 mod studies;
 mod tables;
 
@@ -16,6 +17,7 @@ pub use results::{
     AgreementRow, ClockRow, CorrelationRow, DerivativeRow, DroppedRow, EngineRow, FORMAT, FitRow, FlightRow,
     InnovationRow, MonitorRow, PhaseRow, PredictionRow, RecordingRow, Results, StateRow, VERSION, WindowRow,
 };
+pub use signals::{NoiseRow, ProposalRow, SignalRow};
 pub use studies::{ConditionRow, ContributionRow, KindRow, LeftOutRow, SensitivityRow, StudyResults, TornadoRow};
 
 use crate::run::Snapshot;

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::signals::{NoiseRow, ProposalRow, SignalRow};
 use super::studies::StudyResults;
 
 /// Value of the `format` key.
@@ -26,6 +27,8 @@ pub struct Results {
     pub mass_kg: f64,
     /// Gravity used by the filter, m/s².
     pub gravity_m_s2: f64,
+    /// How body rates were differentiated.
+    pub differentiation: String,
     /// Recordings read.
     pub recordings: Vec<RecordingRow>,
     /// Flights they belong to.
@@ -62,6 +65,15 @@ pub struct FlightRow {
     pub roles: Vec<String>,
     /// Clocks of its recorders.
     pub clocks: Vec<ClockRow>,
+    /// Longest interval between samples that was interpolated over, s, where the session states one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_gap_s: Option<f64>,
+    /// Signals that were smoothed or resampled; the others were used as recorded.
+    pub signals: Vec<SignalRow>,
+    /// Noise over steady windows beside what the filter used.
+    pub noise: Vec<NoiseRow>,
+    /// Manoeuvres found in the control deflections.
+    pub proposals: Vec<ProposalRow>,
     /// Findings.
     pub warnings: Vec<String>,
 }
@@ -75,6 +87,8 @@ pub struct ClockRow {
     pub offset_s: f64,
     /// Gain of the flight's time on it, s per s.
     pub drift: f64,
+    /// Part of the offset that was added by hand, s.
+    pub shift_s: f64,
     /// Standard error of a flight time where the clock is known best, s; where it was fitted.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub standard_error_s: Option<f64>,

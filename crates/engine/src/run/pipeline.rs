@@ -117,7 +117,7 @@ pub fn run(
         published: Mutex::new(started),
         publish,
         control,
-        steps: 2 + 2 * scope.session.flights.len() + 3 * windows.len() + scope.studies.len(),
+        steps: 2 + 3 * scope.session.flights.len() + 3 * windows.len() + scope.studies.len(),
         done: Mutex::new(0),
     };
     publish(lock(&board.snapshot).clone());
@@ -169,6 +169,8 @@ fn first_snapshot(scope: &Scope<'_>, previous: &Snapshot, windows: &[&Manoeuvre]
     };
     snapshot.flights.retain(|name, _| scope.session.flight(name).is_some());
     snapshot.engines.retain(|name, _| scope.session.flight(name).is_some());
+    snapshot.proposals.retain(|name, _| scope.session.flight(name).is_some());
+    snapshot.noise.retain(|name, _| scope.session.flight(name).is_some());
     snapshot.windows.retain(|name, _| windows.iter().any(|window| window.name == *name));
     for window in windows {
         let results = snapshot.windows.entry(window.name.clone()).or_default();
@@ -179,6 +181,8 @@ fn first_snapshot(scope: &Scope<'_>, previous: &Snapshot, windows: &[&Manoeuvre]
     for flight in &scope.session.flights {
         snapshot.flights.entry(flight.name.clone()).or_default().begin();
         snapshot.engines.entry(flight.name.clone()).or_default().begin();
+        snapshot.proposals.entry(flight.name.clone()).or_default().begin();
+        snapshot.noise.entry(flight.name.clone()).or_default().begin();
     }
     snapshot.aircraft.begin();
     snapshot.loaded.begin();
@@ -192,6 +196,8 @@ fn cancel_running(snapshot: &mut Snapshot) {
     snapshot.loaded.cancel();
     snapshot.flights.values_mut().for_each(Slot::cancel);
     snapshot.engines.values_mut().for_each(Slot::cancel);
+    snapshot.proposals.values_mut().for_each(Slot::cancel);
+    snapshot.noise.values_mut().for_each(Slot::cancel);
     for results in snapshot.windows.values_mut() {
         results.path.cancel();
         results.aero.cancel();
@@ -210,6 +216,7 @@ fn stages(scope: &Scope<'_>, windows: &[&Manoeuvre], cache: &Cache, board: &Boar
         for window in windows {
             board.step(|s| fail_window(s, &window.name, "the aircraft could not be read"))?;
         }
+        propose(scope, &flights, cache, board)?;
         return board.step(|s| {
             s.pooled.finish(Err("the aircraft could not be read".to_owned()));
             studies::cancel(&mut s.studies);
@@ -219,6 +226,7 @@ fn stages(scope: &Scope<'_>, windows: &[&Manoeuvre], cache: &Cache, board: &Boar
     let windows = form_coefficients(scope, &paths, (&aircraft, loaded_key), cache, board)?;
     let (pooled, key) = pool(scope, &windows, cache, board)?;
     model_engines(&flights, (&aircraft.loaded, file_key), cache, board)?;
+    propose(scope, &flights, cache, board)?;
     let windows: Vec<_> = windows.into_iter().map(|(window, _)| window).collect();
     let subject = Subject { session: scope.session, aircraft: &aircraft, windows: &windows, pooled: &pooled };
     studies::Runner { subject, key, wanted: scope.studies, cache, board }.run()
@@ -270,8 +278,8 @@ fn load_flights<'a>(scope: &Scope<'a>, cache: &Cache, board: &Board<'_>) -> Resu
     let one = |flight: &'a session::Flight| {
         let files_key = files_key(scope.folder, flight);
         let instruments = flight.instruments.as_ref().map(|used| stage::text(scope.folder, &used.file, "aircraft"));
-        let settings = (&flight.clocks, &flight.instruments, instruments);
-        let key = KeyBuilder::new("aligned", 1).key(files_key).parameters(&settings).finish();
+        let settings = (&flight.clocks, &flight.instruments, instruments, &flight.signals);
+        let key = KeyBuilder::new("aligned", 2).key(files_key).parameters(&settings).finish();
         let result = load_flight(scope.folder, flight, files_key, key, cache);
         let loaded = result.as_ref().ok().cloned();
         board.step(|snapshot| {
@@ -346,6 +354,30 @@ fn model_engines(
                 Some(result) => slot.finish(result),
                 None => *slot = Slot::NotRequested,
             }
+        })
+    };
+    flights.par_iter().try_for_each(one)
+}
+
+/// Windows each flight proposes, and its noise. Nothing hangs on them, so they come last.
+fn propose(scope: &Scope<'_>, flights: &[KeyedFlight<'_>], cache: &Cache, board: &Board<'_>) -> Result<(), Cancelled> {
+    let one = |flight: &KeyedFlight<'_>| {
+        let name = flight.name;
+        let Some(loaded) = &flight.loaded else {
+            return board.step(|snapshot| {
+                snapshot.proposals.insert(name.to_owned(), Slot::NotRequested);
+                snapshot.noise.insert(name.to_owned(), Slot::NotRequested);
+            });
+        };
+        let key = KeyBuilder::new("proposals", 1).key(flight.key).text(name).finish();
+        let proposals = cache.get(key).unwrap_or_else(|| cache.insert(key, stage::proposals(name, &loaded.recording)));
+        let steady = &scope.session.steady;
+        let key = KeyBuilder::new("noise", 1).key(key).parameters(steady).finish();
+        let noise = || stage::noise(name, &loaded.recording, steady, &proposals.steady);
+        let noise = cache.get(key).unwrap_or_else(|| cache.insert(key, noise()));
+        board.step(|snapshot| {
+            snapshot.proposals.entry(name.to_owned()).or_default().finish(Ok(proposals));
+            snapshot.noise.entry(name.to_owned()).or_default().finish(Ok(noise));
         })
     };
     flights.par_iter().try_for_each(one)

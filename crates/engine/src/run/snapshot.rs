@@ -6,7 +6,10 @@ use std::time::Duration;
 
 use doublet_core::airframe::LoadedState;
 
-use crate::stage::{FlightEngines, LoadedAircraft, LoadedFlight, PooledFits, WindowAero, WindowFits, WindowPath};
+use crate::stage::{
+    FlightEngines, FlightNoise, FlightProposals, LoadedAircraft, LoadedFlight, PooledFits, WindowAero, WindowFits,
+    WindowPath,
+};
 use crate::study::{ManoeuvreStudy, SensitivityStudy, Study};
 
 /// State of one stage's output. What was there before stays visible until it is replaced.
@@ -141,6 +144,10 @@ pub struct Snapshot {
     pub flights: BTreeMap<String, Slot<LoadedFlight>>,
     /// Engines over each flight; not requested where the recording or the aircraft lacks what their model needs.
     pub engines: BTreeMap<String, Slot<FlightEngines>>,
+    /// Windows each flight proposes.
+    pub proposals: BTreeMap<String, Slot<FlightProposals>>,
+    /// Noise of each flight over its steady windows, and what it proposes.
+    pub noise: BTreeMap<String, Slot<FlightNoise>>,
     /// Results by window.
     pub windows: BTreeMap<String, WindowResults>,
     /// Derivatives from all identification windows together, and how well they predict the validation windows.

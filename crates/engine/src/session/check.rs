@@ -1,5 +1,7 @@
 //! What is wrong with a session before anything is computed.
 
+use doublet_core::series::Window;
+
 use super::Session;
 
 /// A finding, bound to the field it concerns.
@@ -33,6 +35,27 @@ pub fn check(session: &Session) -> Vec<Problem> {
         }
         if flight.recordings.is_empty() {
             report(format!("flight '{}'", flight.name), "it has no recording: add a [[flight.recording]]".into());
+        }
+    }
+    for flight in &session.flights {
+        for problem in flight.signals.problems() {
+            report(format!("signals of flight '{}'", flight.name), problem);
+        }
+        for clock in flight.clocks.iter().filter(|clock| !clock.shift_s.is_finite()) {
+            report(format!("clock of '{}'", clock.source), format!("shift_s is {}: give a number", clock.shift_s));
+        }
+    }
+    for steady in &session.steady {
+        let Window { start_s, end_s } = steady.window;
+        if session.flight(&steady.flight).is_none() {
+            let message = format!("it lies in flight '{}', which the session does not have", steady.flight);
+            report("steady".to_owned(), message);
+        }
+        if !(start_s.is_finite() && end_s.is_finite() && end_s > start_s) {
+            report(
+                "steady".to_owned(),
+                format!("from {start_s} s to {end_s} s it is empty: let it end after it starts"),
+            );
         }
     }
     for (index, window) in session.windows.iter().enumerate() {

@@ -6,7 +6,10 @@ use doublet_core::reconstruct::{Input, InputHold, Measurement, Method, State};
 use doublet_core::series::Window;
 use thiserror::Error;
 
-use super::{Estimation, Manoeuvre, PathSource, PooledConstants, Preparation, Session, Surface, WindowRole};
+use super::{
+    Estimation, Manoeuvre, NoiseEdit, PathSource, PooledConstants, Preparation, Session, SignalEdit, Surface,
+    WindowRole,
+};
 
 /// A change of the session, grouped by area.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,6 +20,10 @@ pub enum Edit {
     Loading(LoadingEdit),
     /// Manoeuvre windows.
     Window(WindowEdit),
+    /// Clocks, smoothing and resampling.
+    Signal(SignalEdit),
+    /// Steady windows and the noise entries that follow from them.
+    Noise(NoiseEdit),
     /// Flight path reconstruction.
     Filter(FilterEdit),
     /// Coefficients and estimate.
@@ -39,6 +46,8 @@ pub enum LoadingEdit {
 pub enum WindowEdit {
     /// Adds a window.
     Add(Manoeuvre),
+    /// Adds several windows in one step.
+    AddAll(Vec<Manoeuvre>),
     /// Removes the window of this name.
     Remove(String),
     /// Renames a window.
@@ -139,6 +148,9 @@ pub enum EditError {
         /// End, s.
         end_s: f64,
     },
+    /// Smoothing or resampling that cannot be done.
+    #[error("{0}")]
+    Signals(String),
     /// A value that is not a usable number.
     #[error("{field} cannot be {value}: {allowed}")]
     Value {
@@ -158,6 +170,8 @@ impl Edit {
             Self::Title(_) => "change title".to_owned(),
             Self::Loading(edit) => edit.label(),
             Self::Window(edit) => edit.label(),
+            Self::Signal(edit) => edit.label(),
+            Self::Noise(edit) => edit.label(),
             Self::Filter(edit) => edit.label(),
             Self::Estimation(edit) => edit.label(),
             Self::Model(edit) => edit.label(),
@@ -174,6 +188,8 @@ impl Edit {
             Self::Title(title) => next.title.clone_from(title),
             Self::Loading(edit) => edit.apply(&mut next)?,
             Self::Window(edit) => edit.apply(&mut next)?,
+            Self::Signal(edit) => edit.apply(&mut next)?,
+            Self::Noise(edit) => edit.apply(&mut next)?,
             Self::Filter(edit) => edit.apply(&mut next)?,
             Self::Estimation(edit) => edit.apply(&mut next),
             Self::Model(edit) => edit.apply(&mut next),
@@ -209,6 +225,7 @@ impl WindowEdit {
     fn label(&self) -> String {
         match self {
             Self::Add(window) => format!("add window {}", window.name),
+            Self::AddAll(windows) => format!("add {} windows", windows.len()),
             Self::Remove(name) => format!("remove window {name}"),
             Self::Rename { from, to } => format!("rename window {from} to {to}"),
             Self::Place { name, .. } => format!("move window {name}"),
@@ -221,16 +238,8 @@ impl WindowEdit {
 
     fn apply(&self, session: &mut Session) -> Result<(), EditError> {
         match self {
-            Self::Add(window) => {
-                if session.window(&window.name).is_some() {
-                    return Err(EditError::WindowExists(window.name.clone()));
-                }
-                if session.flight(&window.flight).is_none() {
-                    return Err(EditError::NoFlight(window.flight.clone()));
-                }
-                check_interval(window.window)?;
-                session.windows.push(window.clone());
-            }
+            Self::Add(window) => add(session, window)?,
+            Self::AddAll(windows) => windows.iter().try_for_each(|window| add(session, window))?,
             Self::Remove(name) => {
                 find(session, name)?;
                 session.windows.retain(|window| window.name != *name);
@@ -252,11 +261,23 @@ impl WindowEdit {
     }
 }
 
+fn add(session: &mut Session, window: &Manoeuvre) -> Result<(), EditError> {
+    if session.window(&window.name).is_some() {
+        return Err(EditError::WindowExists(window.name.clone()));
+    }
+    if session.flight(&window.flight).is_none() {
+        return Err(EditError::NoFlight(window.flight.clone()));
+    }
+    check_interval(window.window)?;
+    session.windows.push(window.clone());
+    Ok(())
+}
+
 fn find<'a>(session: &'a mut Session, name: &str) -> Result<&'a mut Manoeuvre, EditError> {
     session.windows.iter_mut().find(|window| window.name == name).ok_or_else(|| EditError::NoWindow(name.to_owned()))
 }
 
-fn check_interval(window: Window) -> Result<(), EditError> {
+pub(super) fn check_interval(window: Window) -> Result<(), EditError> {
     let Window { start_s, end_s } = window;
     if start_s.is_finite() && end_s.is_finite() && end_s > start_s {
         Ok(())
@@ -302,7 +323,7 @@ impl FilterEdit {
     }
 }
 
-fn positive(what: &str, name: &str, value: f64) -> Result<f64, EditError> {
+pub(super) fn positive(what: &str, name: &str, value: f64) -> Result<f64, EditError> {
     if value.is_finite() && value > 0.0 {
         return Ok(value);
     }

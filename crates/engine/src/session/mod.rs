@@ -3,7 +3,9 @@
 mod check;
 mod edit;
 mod file;
+mod noise;
 mod schema;
+mod signals;
 
 use std::collections::BTreeMap;
 
@@ -16,7 +18,9 @@ use doublet_core::series::Window;
 pub use check::{Problem, check};
 pub use edit::{Edit, EditError, EstimationEdit, FilterEdit, LoadingEdit, ModelEdit, WindowEdit};
 pub use file::{Opened, content_hash, open, rebased, save};
+pub use noise::{NoiseChannel, NoiseEdit, NoiseEntry, SteadyWindow};
 pub use schema::{FORMAT, SessionError, VERSION, parse, print};
+pub use signals::{SignalEdit, SignalPreset, SignalRule, SignalSetting};
 
 /// Everything an analysis is made from.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,6 +35,10 @@ pub struct Session {
     pub flights: Vec<Flight>,
     /// Manoeuvre windows, in the order they are shown.
     pub windows: Vec<Manoeuvre>,
+    /// Steady windows whose scatter is noise, marked by hand.
+    pub steady: Vec<SteadyWindow>,
+    /// Why an entry of the noise is what it is, by the name of the input or measurement.
+    pub noise_reasons: BTreeMap<String, String>,
     /// Settings of the flight path reconstruction.
     pub filter: FilterSettings,
     /// How coefficients are formed from the reconstructed path.
@@ -52,6 +60,8 @@ pub struct Flight {
     pub clocks: Vec<ClockSetting>,
     /// Instruments whose raw signals become roles.
     pub instruments: Option<InstrumentSetting>,
+    /// Smoothing and resampling of signals before they are used.
+    pub signals: SignalSetting,
 }
 
 /// Instruments whose raw signals become deflections, flow angles and fuel mass.
@@ -80,6 +90,15 @@ pub struct ClockSetting {
     pub drift: f64,
     /// Channels both it and the flight's time line record: the clock is fitted to them. Empty for the clock as set.
     pub fit: Vec<ClockPairSetting>,
+    /// Seconds added to the clock, set or fitted, by hand.
+    pub shift_s: f64,
+}
+
+impl ClockSetting {
+    /// The clock of a source that runs on the flight's time line.
+    pub fn of(source: &str) -> Self {
+        Self { source: source.to_owned(), offset_s: 0.0, drift: 0.0, fit: Vec::new(), shift_s: 0.0 }
+    }
 }
 
 /// A quantity two recorders have.

@@ -13,8 +13,10 @@ use crate::session::ClockSetting;
 pub struct UsedClock {
     /// Sources it stamps.
     pub source: String,
-    /// The clock.
+    /// The clock, shifted by hand where the session says so.
     pub model: ClockModel,
+    /// Seconds it was shifted by hand.
+    pub shift_s: f64,
     /// How it was fitted, with its standard errors and the lag of every chunk; `None` for a clock as set.
     pub estimate: Option<ClockEstimate>,
 }
@@ -26,7 +28,10 @@ pub struct UsedClock {
 pub fn align(recording: &Recording, settings: &[ClockSetting]) -> Result<(Recording, Vec<UsedClock>), String> {
     let mut clocks: Vec<UsedClock> = Vec::new();
     for setting in settings {
-        clocks.push(clock(recording, setting).map_err(|error| format!("clock of {}: {error}", setting.source))?);
+        let mut clock = clock(recording, setting).map_err(|error| format!("clock of {}: {error}", setting.source))?;
+        clock.model = clock.model.shifted(setting.shift_s);
+        clock.shift_s = setting.shift_s;
+        clocks.push(clock);
     }
     let mut aligned = recording.clone();
     let mut moved: HashMap<*const f64, Arc<[f64]>> = HashMap::new();
@@ -74,7 +79,7 @@ pub fn channel<'a>(recording: &'a Recording, path: &str) -> Result<&'a Channel, 
 fn clock(recording: &Recording, setting: &ClockSetting) -> Result<UsedClock, String> {
     let given = ClockModel::new(setting.offset_s, setting.drift).map_err(|error| error.to_string())?;
     if setting.fit.is_empty() {
-        return Ok(UsedClock { source: setting.source.clone(), model: given, estimate: None });
+        return Ok(UsedClock { source: setting.source.clone(), model: given, shift_s: 0.0, estimate: None });
     }
     let mut pairs = Vec::new();
     for pair in &setting.fit {
@@ -89,5 +94,5 @@ fn clock(recording: &Recording, setting: &ClockSetting) -> Result<UsedClock, Str
     let search = if about { ClockSearch::About(given) } else { ClockSearch::Everywhere };
     let settings = ClockFitSettings { search, ..ClockFitSettings::default() };
     let estimate = clock_fit_pairs(&pairs, &settings).map_err(|error| error.to_string())?;
-    Ok(UsedClock { source: setting.source.clone(), model: estimate.model, estimate: Some(estimate) })
+    Ok(UsedClock { source: setting.source.clone(), model: estimate.model, shift_s: 0.0, estimate: Some(estimate) })
 }

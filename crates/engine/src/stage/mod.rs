@@ -11,10 +11,13 @@ mod engines;
 mod fit;
 mod flight_engines;
 mod instruments;
+mod noise;
 mod path;
 mod phases;
+mod proposals;
 mod recording;
 mod samples;
+mod signals;
 mod truth;
 
 pub use aero::{WindowAero, aero};
@@ -25,6 +28,9 @@ pub use fit::{
     pooled_regressions, window_fits,
 };
 pub use flight_engines::{EngineOverFlight, FlightEngines, PowerAgreement, flight_engines};
+pub use noise::{FlightNoise, NoiseRow, noise, open_entries};
 pub use path::{PathSeries, Samples, SmoothedSeries, WindowPath, paths, reconstructions, samples};
+pub use proposals::{FlightProposals, WindowProposal, open_windows, proposals};
 pub use recording::{LoadedFlight, aligned, flight, locate, text};
+pub use signals::TreatedSignal;
 pub use truth::TruthError;

@@ -142,7 +142,7 @@ fn input_series(recording: &Recording, window: Window, warnings: &mut Vec<String
             window.end_s
         ));
     }
-    if let Some((at, length)) = gaps(&time_s).into_iter().next() {
+    if let Some((at, length)) = gaps(recording, &time_s).into_iter().next() {
         return Err(format!("the inertial samples pause for {length:.2} s at {at:.2} s: end the window before it"));
     }
     let mut columns: [Vec<f64>; INPUTS] = Default::default();
@@ -183,7 +183,7 @@ fn measurement_series(
             (None, _) => return MeasurementSeries::default(),
         };
         let (time_s, values) = finite_samples(channel, window, 0.0);
-        for (at, length) in gaps(&time_s) {
+        for (at, length) in gaps(recording, &time_s) {
             warnings.push(format!(
                 "{} pauses for {length:.2} s at {at:.2} s; nothing was put in its place",
                 measurement.name()

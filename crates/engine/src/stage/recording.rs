@@ -9,6 +9,7 @@ use doublet_core::series::Recording;
 
 use super::align::{UsedClock, align};
 use super::instruments::derive;
+use super::signals::{TreatedSignal, treat_signals};
 use crate::builtin;
 use crate::graph::Footprint;
 use crate::session::{Flight, RecordingRef, content_hash};
@@ -22,6 +23,8 @@ pub struct LoadedFlight {
     pub hashes: Vec<String>,
     /// Clocks applied.
     pub clocks: Vec<UsedClock>,
+    /// Signals that were smoothed or resampled.
+    pub treated: Vec<TreatedSignal>,
 }
 
 impl Footprint for LoadedFlight {
@@ -87,19 +90,20 @@ pub fn flight(folder: &Path, flight: &Flight) -> Result<LoadedFlight, String> {
     }
     let mut said = BTreeSet::new();
     merged.warnings.retain(|warning| said.insert(warning.clone()));
-    Ok(LoadedFlight { recording: merged, hashes, clocks: Vec::new() })
+    Ok(LoadedFlight { recording: merged, hashes, clocks: Vec::new(), treated: Vec::new() })
 }
 
-/// Puts a flight as read on its time line and adds what its instruments give.
+/// Puts a flight as read on its time line, adds what its instruments give, and smooths and resamples what the session says.
 ///
 /// # Errors
-/// One line that names the clock or the instrument's channel and the cure.
+/// One line that names the clock, the instrument's channel or the signal and the cure.
 pub fn aligned(folder: &Path, read: &LoadedFlight, flight: &Flight) -> Result<LoadedFlight, String> {
     let (mut recording, clocks) = align(&read.recording, &flight.clocks)?;
     if let Some(setting) = &flight.instruments {
         derive(&mut recording, folder, setting)?;
     }
-    Ok(LoadedFlight { recording, hashes: read.hashes.clone(), clocks })
+    let treated = treat_signals(&mut recording, &flight.signals)?;
+    Ok(LoadedFlight { recording, hashes: read.hashes.clone(), clocks, treated })
 }
 
 fn short(hash: &str) -> &str {

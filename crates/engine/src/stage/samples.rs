@@ -1,13 +1,8 @@
 //! Samples of a role over a window, on another time base where needed, with their gaps stated.
 
-use doublet_core::prep::{Interpolation, resample};
+use doublet_core::prep::{Interpolation, longest_interval_s, resample};
 use doublet_core::quantity::Role;
 use doublet_core::series::{Channel, Recording, Window};
-
-/// A pause between samples counts as a gap when it is longer than this many sampling intervals and [`GAP_S`].
-const GAP_INTERVALS: f64 = 3.5;
-/// Shortest pause that counts as a gap, s. Interpolation never bridges a longer one.
-const GAP_S: f64 = 0.25;
 
 /// Finite samples of `channel` inside `window` widened by `margin_s` on both sides.
 pub fn finite_samples(channel: &Channel, window: Window, margin_s: f64) -> (Vec<f64>, Vec<f64>) {
@@ -17,20 +12,9 @@ pub fn finite_samples(channel: &Channel, window: Window, margin_s: f64) -> (Vec<
     pairs.filter(|(_, value)| value.is_finite()).map(|(&time, &value)| (time, value)).unzip()
 }
 
-/// Longest interval of `time_s` that is not a gap, s: a few of its own intervals.
-fn longest_interval_s(time_s: &[f64]) -> f64 {
-    let mut steps: Vec<f64> = time_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    if steps.is_empty() {
-        return GAP_S;
-    }
-    let middle = steps.len() / 2;
-    let (_, &mut typical, _) = steps.select_nth_unstable_by(middle, f64::total_cmp);
-    (GAP_INTERVALS * typical).max(GAP_S)
-}
-
-/// Where `time_s` pauses: start and length of each pause longer than a few of its own intervals.
-pub fn gaps(time_s: &[f64]) -> Vec<(f64, f64)> {
-    let longest = longest_interval_s(time_s);
+/// Where `time_s` pauses: start and length of each pause that interpolation may not bridge.
+pub fn gaps(recording: &Recording, time_s: &[f64]) -> Vec<(f64, f64)> {
+    let longest = longest_interval_s(time_s, recording.max_gap_s);
     time_s.windows(2).filter(|pair| pair[1] - pair[0] > longest).map(|pair| (pair[0], pair[1] - pair[0])).collect()
 }
 
@@ -61,7 +45,9 @@ pub fn values_at(recording: &Recording, role: Role, time_s: &[f64]) -> Result<Op
             "{place} was recorded from {start:.2} s to {end:.2} s here: let the window lie inside, not from {first:.2} s to {last:.2} s"
         ));
     }
-    if let Some((at, length)) = gaps(&own_time).into_iter().find(|(at, length)| *at < last && at + length > first) {
+    if let Some((at, length)) =
+        gaps(recording, &own_time).into_iter().find(|(at, length)| *at < last && at + length > first)
+    {
         return Err(format!(
             "{place} has a gap of {length:.2} s at {at:.2} s: end the window before it or start after"
         ));
@@ -77,7 +63,7 @@ pub fn values_at(recording: &Recording, role: Role, time_s: &[f64]) -> Result<Op
 pub fn values_where_recorded(recording: &Recording, role: Role, time_s: &[f64]) -> Option<Vec<f64>> {
     let everything = Window { start_s: f64::NEG_INFINITY, end_s: f64::INFINITY };
     let (own_time, own_values) = finite_samples(recording.role(role)?, everything, 0.0);
-    let longest = longest_interval_s(&own_time);
+    let longest = longest_interval_s(&own_time, recording.max_gap_s);
     let mut right = 0;
     let mut value_at = |time: f64| {
         while own_time.get(right).is_some_and(|&sample| sample < time) {

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use doublet_core::quantity::Role;
 use serde::{Deserialize, Serialize};
 
+use super::signals::{SignalsTable, signals_from, signals_table};
 use super::{SessionError, unknown};
 use crate::session::{ClockPairSetting, ClockSetting, Flight, InstrumentSetting, RecordingRef};
 
@@ -19,6 +20,8 @@ pub struct FlightTable {
     clocks: Vec<ClockTable>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     instruments: Option<InstrumentTable>,
+    #[serde(default, skip_serializing_if = "SignalsTable::is_empty")]
+    signals: SignalsTable,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -43,8 +46,15 @@ struct ClockTable {
     offset_s: f64,
     #[serde(default)]
     drift: f64,
+    #[serde(default, skip_serializing_if = "is_zero")]
+    shift_s: f64,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     fit: Vec<ClockPairTable>,
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands it so")]
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
 }
 
 #[derive(Serialize, Deserialize)]
@@ -70,7 +80,7 @@ struct RecordingTable {
 /// The flight a table states.
 ///
 /// # Errors
-/// [`SessionError::Name`] for a role that does not exist.
+/// [`SessionError::Name`] for a role or a choice that does not exist.
 pub fn flight_from(table: FlightTable) -> Result<Flight, SessionError> {
     Ok(Flight {
         name: table.name,
@@ -83,15 +93,30 @@ pub fn flight_from(table: FlightTable) -> Result<Flight, SessionError> {
             pod_calibration: table.pod_calibration,
             fuel: table.fuel,
         }),
+        signals: signals_from(table.signals)?,
     })
 }
 
-fn recording_from(table: RecordingTable) -> Result<RecordingRef, SessionError> {
+/// The roles of these names.
+///
+/// # Errors
+/// [`SessionError::Name`] for a role that does not exist.
+pub fn roles_from(place: &str, names: &[String]) -> Result<Vec<Role>, SessionError> {
     let role = |name: &String| {
         let known = || Role::ALL.iter().map(|role| role.name()).collect::<Vec<_>>();
-        Role::from_name(name).ok_or_else(|| unknown(&format!("recording '{}'", table.path), "role", name, &known()))
+        Role::from_name(name).ok_or_else(|| unknown(place, "role", name, &known()))
     };
-    let only = table.only.as_ref().map(|names| names.iter().map(role).collect::<Result<_, _>>()).transpose()?;
+    names.iter().map(role).collect()
+}
+
+/// Names of roles.
+pub fn role_names(roles: &[Role]) -> Vec<String> {
+    roles.iter().map(|role| role.name().to_owned()).collect()
+}
+
+fn recording_from(table: RecordingTable) -> Result<RecordingRef, SessionError> {
+    let only =
+        table.only.as_ref().map(|names| roles_from(&format!("recording '{}'", table.path), names)).transpose()?;
     Ok(RecordingRef { only, path: table.path, sha256: table.sha256, channel_map: table.channel_map })
 }
 
@@ -106,7 +131,7 @@ pub fn flight_table(flight: &Flight) -> FlightTable {
                 path: entry.path.clone(),
                 sha256: entry.sha256.clone(),
                 channel_map: entry.channel_map.clone(),
-                only: entry.only.as_ref().map(|roles| roles.iter().map(|role| role.name().to_owned()).collect()),
+                only: entry.only.as_deref().map(role_names),
             })
             .collect(),
         clocks: flight.clocks.iter().map(clock_table).collect(),
@@ -117,6 +142,7 @@ pub fn flight_table(flight: &Flight) -> FlightTable {
             pod_calibration: setting.pod_calibration,
             fuel: setting.fuel,
         }),
+        signals: signals_table(&flight.signals),
     }
 }
 
@@ -130,6 +156,7 @@ fn clock_from(table: ClockTable) -> ClockSetting {
         source: table.source,
         offset_s: table.offset_s,
         drift: table.drift,
+        shift_s: table.shift_s,
         fit: table.fit.into_iter().map(pair).collect(),
     }
 }
@@ -144,6 +171,7 @@ fn clock_table(clock: &ClockSetting) -> ClockTable {
         source: clock.source.clone(),
         offset_s: clock.offset_s,
         drift: clock.drift,
+        shift_s: clock.shift_s,
         fit: clock.fit.iter().map(pair).collect(),
     }
 }

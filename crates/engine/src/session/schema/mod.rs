@@ -2,6 +2,8 @@
 
 mod flight;
 mod loading;
+mod noise;
+mod signals;
 
 use std::collections::BTreeMap;
 
@@ -15,6 +17,7 @@ use thiserror::Error;
 
 use self::flight::{FlightTable, flight_from, flight_table};
 use self::loading::{LoadingTable, loading_from, loading_table};
+use self::noise::{NoiseTable, SteadyTable, steady_from, steady_table};
 use super::edit::set_term;
 use super::{Estimation, Manoeuvre, PathSource, PooledConstants, Preparation, Session, Surface, WindowRole};
 
@@ -102,6 +105,10 @@ struct File {
     model: BTreeMap<String, Vec<String>>,
     #[serde(default, rename = "flight")]
     flights: Vec<FlightTable>,
+    #[serde(default, skip_serializing_if = "NoiseTable::is_empty")]
+    noise: NoiseTable,
+    #[serde(default, rename = "steady", skip_serializing_if = "Vec::is_empty")]
+    steady: Vec<SteadyTable>,
     #[serde(default, rename = "window")]
     windows: Vec<WindowTable>,
 }
@@ -226,6 +233,8 @@ pub fn parse(text: &str) -> Result<Session, SessionError> {
         loading: file.loading.map(loading_from),
         flights,
         windows: file.windows.into_iter().map(window_from).collect::<Result<_, _>>()?,
+        steady: file.steady.into_iter().map(steady_from).collect::<Result<_, _>>()?,
+        noise_reasons: file.noise.reasons()?,
         filter: filter_from(&file.filter)?,
         preparation: preparation_from(&file.preparation)?,
         estimation: Estimation {
@@ -350,6 +359,8 @@ pub fn print(session: &Session) -> Result<String, SessionError> {
             })
             .collect(),
         flights: session.flights.iter().map(flight_table).collect(),
+        noise: NoiseTable::of(&session.noise_reasons),
+        steady: session.steady.iter().map(steady_table).collect(),
         windows: session.windows.iter().map(window_table).collect(),
     };
     let body = toml::to_string_pretty(&file)

@@ -1,0 +1,153 @@
+//! `doublet propose`: windows and noise that the recordings themselves suggest.
+
+use std::path::PathBuf;
+
+use clap::{Args, Subcommand};
+use doublet_engine::session::{self, Edit, NoiseChannel, NoiseEdit, Opened, Session, WindowEdit};
+use doublet_engine::stage::{self, FlightNoise, FlightProposals, LoadedFlight};
+
+use crate::text;
+
+/// Arguments of `propose`.
+#[derive(Debug, Args)]
+pub struct ProposeArguments {
+    /// What to look for.
+    #[command(subcommand)]
+    pub what: What,
+}
+
+/// What is proposed.
+#[derive(Debug, Subcommand)]
+pub enum What {
+    /// Manoeuvre windows, found from the control deflections.
+    Windows(Target),
+    /// Steady windows, in which what a channel still does is its noise.
+    Steady(Target),
+    /// Standard deviations for Q and R, from the session's steady windows or from those found.
+    Noise(Target),
+}
+
+/// A session, and whether to change it.
+#[derive(Debug, Args)]
+pub struct Target {
+    /// Session file.
+    pub session: PathBuf,
+    /// Write the proposals into the session file; the file before stays beside it as *.bak.
+    #[arg(long)]
+    pub apply: bool,
+}
+
+/// Prints proposals and, where asked, puts them into the session.
+///
+/// # Errors
+/// One line when the session or a recording cannot be read, or the session cannot be written.
+pub fn propose(arguments: &ProposeArguments) -> Result<(), String> {
+    let (What::Windows(target) | What::Steady(target) | What::Noise(target)) = &arguments.what;
+    let opened = session::open(&target.session).map_err(|e| format!("{}: {e}", target.session.display()))?;
+    let mut changed = opened.session.clone();
+    for flight in &opened.session.flights {
+        let name = &flight.name;
+        let loaded = load(&opened, flight)?;
+        let proposals = stage::proposals(name, &loaded.recording);
+        proposals.findings.iter().for_each(|finding| text::line(&format!("{name}: {finding}")));
+        let edit = match &arguments.what {
+            What::Windows(_) => windows(&changed, name, &proposals),
+            What::Steady(_) => steady(name, &proposals),
+            What::Noise(_) => {
+                let noise = stage::noise(name, &loaded.recording, &opened.session.steady, &proposals.steady);
+                noise_table(&changed, name, &noise)
+            }
+        };
+        changed = edit.apply(&changed).map_err(|error| error.to_string())?;
+    }
+    if !target.apply {
+        return Ok(());
+    }
+    if changed == opened.session {
+        text::line("nothing to change");
+        return Ok(());
+    }
+    session::save(&changed, &opened.path).map_err(|error| error.to_string())?;
+    text::line(&format!("written to {}", opened.path.display()));
+    Ok(())
+}
+
+fn load(opened: &Opened, flight: &session::Flight) -> Result<LoadedFlight, String> {
+    stage::flight(&opened.folder, flight)
+        .and_then(|read| stage::aligned(&opened.folder, &read, flight))
+        .map_err(|error| format!("flight '{}': {error}", flight.name))
+}
+
+fn windows(session: &Session, flight: &str, proposals: &FlightProposals) -> Edit {
+    text::line(&format!("{flight}: {} manoeuvres", proposals.windows.len()));
+    let rows = proposals.windows.iter().map(|proposal| {
+        let window = proposal.manoeuvre.window;
+        vec![
+            format!("  {}", proposal.manoeuvre.name),
+            text::number(window.start_s, 6),
+            text::number(window.end_s, 6),
+            text::number(proposal.onset_s, 6),
+            text::number(proposal.amplitude_rad.to_degrees(), 3),
+            text::number(proposal.base_time_s, 3),
+            format!("{:.2}", proposal.confidence),
+            proposal.taken(session).map_or_else(|| "-".to_owned(), |window| window.name.clone()),
+        ]
+    });
+    let header = ["  manoeuvre", "from s", "to s", "onset s", "deg", "base s", "confidence", "in the session as"];
+    text::table(&header, &rows.collect::<Vec<_>>());
+    Edit::Window(WindowEdit::AddAll(stage::open_windows(session, proposals)))
+}
+
+fn steady(flight: &str, proposals: &FlightProposals) -> Edit {
+    text::line(&format!("{flight}: {} steady windows", proposals.steady.len()));
+    for steady in &proposals.steady {
+        let roles: Vec<_> = steady.roles.iter().map(|role| role.name()).collect();
+        let roles = if roles.is_empty() { "all".to_owned() } else { roles.join(", ") };
+        text::line(&format!(
+            "  {} s to {} s: {roles}",
+            text::number(steady.window.start_s, 6),
+            text::number(steady.window.end_s, 6)
+        ));
+    }
+    Edit::Noise(NoiseEdit::Steady { flight: flight.to_owned(), windows: proposals.steady.clone() })
+}
+
+fn noise_table(session: &Session, flight: &str, noise: &FlightNoise) -> Edit {
+    let how = if noise.marked { "marked" } else { "found" };
+    text::line(&format!("{flight}: noise over {} steady windows {how}", noise.windows.len()));
+    let rows = noise.rows.iter().map(|row| {
+        let statistics = |value: &dyn Fn(&doublet_core::prep::NoiseStatistics) -> String| {
+            row.statistics.as_ref().map_or_else(|| "-".to_owned(), value)
+        };
+        vec![
+            format!("  {}", row.channel.name()),
+            text::number(row.channel.std(session), 3),
+            text::number(row.choice.proposed, 3),
+            statistics(&|found| text::number(found.std, 3)),
+            statistics(&|found| text::number(found.difference_std, 3)),
+            statistics(&|found| text::number(found.resolution, 3)),
+            statistics(&|found| found.samples.to_string()),
+            statistics(&|found| format!("{:.2}", found.lag_one)),
+            statistics(&|found| format!("{:.3}", found.whiteness)),
+            origin(session, row.channel).unwrap_or_else(|| row.origin()),
+        ]
+    });
+    let header = [
+        "  entry",
+        "session",
+        "proposed",
+        "deviation",
+        "of differences",
+        "step",
+        "samples",
+        "lag one",
+        "whiteness",
+        "from",
+    ];
+    text::table(&header, &rows.collect::<Vec<_>>());
+    Edit::Noise(NoiseEdit::Take(stage::open_entries(session, noise)))
+}
+
+fn origin(session: &Session, channel: NoiseChannel) -> Option<String> {
+    session.noise_reasons.get(channel.name()).map(|reason| format!("kept as set: {reason}"))
+}

@@ -1,0 +1,138 @@
+//! What was done to the signals of a flight, and what the flight proposes.
+
+use serde::Serialize;
+
+use crate::run::Snapshot;
+use crate::session::{Preparation, Session};
+use crate::stage::{FlightNoise, FlightProposals, LoadedFlight, TreatedSignal};
+
+/// A signal that was smoothed or resampled.
+#[derive(Clone, Debug, Serialize)]
+pub struct SignalRow {
+    /// Role.
+    pub role: &'static str,
+    /// Channel it was recorded in, `source/name`.
+    pub recorded: String,
+    /// What was done, in order.
+    pub steps: Vec<String>,
+    /// Samples as recorded.
+    pub samples_recorded: usize,
+    /// Samples as used.
+    pub samples: usize,
+    /// Stretches between gaps, each treated by itself.
+    pub stretches: usize,
+}
+
+/// Noise of an input or measurement over steady windows.
+#[derive(Clone, Debug, Serialize)]
+pub struct NoiseRow {
+    /// Entry of Q or R.
+    pub entry: &'static str,
+    /// Standard deviation the filter used, SI.
+    pub used: f64,
+    /// Standard deviation proposed, SI.
+    pub proposed: f64,
+    /// Where the proposal comes from.
+    pub origin: String,
+    /// Why the filter used what it used, where the session says.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
+    /// Standard deviation about the trend of each steady window, SI; absent like the next where nothing was recorded in them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub deviation: Option<f64>,
+    /// Samples it rests on.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub samples: Option<usize>,
+    /// Correlation of successive residuals.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lag_one: Option<f64>,
+    /// Probability that white noise looks less white.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub whiteness: Option<f64>,
+}
+
+/// A manoeuvre found in the control deflections.
+#[derive(Clone, Debug, Serialize)]
+pub struct ProposalRow {
+    /// Name it would have.
+    pub name: String,
+    /// First instant, s.
+    pub start_s: f64,
+    /// Last instant, s.
+    pub end_s: f64,
+    /// Surface moved.
+    pub surface: &'static str,
+    /// Shape of the input.
+    pub kind: String,
+    /// From 0 to 1.
+    pub confidence: f64,
+    /// The session's window that covers it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub window: Option<String>,
+}
+
+/// The differentiation of rates in words.
+pub fn differentiation(preparation: &Preparation) -> String {
+    preparation.differentiation_half_width_s.map_or_else(
+        || "central difference of order four".to_owned(),
+        |half| format!("slope of a local quadratic over {half} s to either side"),
+    )
+}
+
+/// One row per treated signal.
+pub fn signal_rows(loaded: &LoadedFlight) -> Vec<SignalRow> {
+    let row = |signal: &TreatedSignal| {
+        let recorded = loaded.recording.channels.get(signal.recorded)?;
+        Some(SignalRow {
+            role: signal.role.name(),
+            recorded: format!("{}/{}", recorded.source, recorded.name),
+            steps: signal.steps.clone(),
+            samples_recorded: signal.samples[0],
+            samples: signal.samples[1],
+            stretches: signal.stretches,
+        })
+    };
+    loaded.treated.iter().filter_map(row).collect()
+}
+
+/// One row per entry of the noise.
+fn noise_rows(session: &Session, noise: &FlightNoise) -> Vec<NoiseRow> {
+    let rows = noise.rows.iter().map(|row| NoiseRow {
+        entry: row.channel.name(),
+        used: row.channel.std(session),
+        proposed: row.choice.proposed,
+        origin: row.origin(),
+        reason: session.noise_reasons.get(row.channel.name()).cloned(),
+        deviation: row.statistics.map(|found| found.std),
+        samples: row.statistics.map(|found| found.samples),
+        lag_one: row.statistics.map(|found| found.lag_one),
+        whiteness: row.statistics.map(|found| found.whiteness),
+    });
+    rows.collect()
+}
+
+/// One row per manoeuvre found.
+fn proposal_rows(session: &Session, proposals: &FlightProposals) -> Vec<ProposalRow> {
+    let rows = proposals.windows.iter().filter_map(|proposal| {
+        Some(ProposalRow {
+            name: proposal.manoeuvre.name.clone(),
+            start_s: proposal.manoeuvre.window.start_s,
+            end_s: proposal.manoeuvre.window.end_s,
+            surface: proposal.manoeuvre.surface?.name(),
+            kind: proposal.manoeuvre.kind.clone(),
+            confidence: proposal.confidence,
+            window: proposal.taken(session).map(|window| window.name.clone()),
+        })
+    });
+    rows.collect()
+}
+
+/// Noise and proposals of one flight, empty where they are not there.
+pub fn rows(session: &Session, snapshot: &Snapshot, flight: &str) -> (Vec<NoiseRow>, Vec<ProposalRow>) {
+    let noise = snapshot.noise.get(flight).and_then(|slot| slot.ready());
+    let proposals = snapshot.proposals.get(flight).and_then(|slot| slot.ready());
+    (
+        noise.map(|noise| noise_rows(session, noise)).unwrap_or_default(),
+        proposals.map(|proposals| proposal_rows(session, proposals)).unwrap_or_default(),
+    )
+}

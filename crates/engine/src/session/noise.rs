@@ -1,0 +1,145 @@
+//! Steady windows, and noise entries with the reasons for what they are.
+
+use doublet_core::quantity::Role;
+use doublet_core::reconstruct::{Input, Measurement};
+use doublet_core::series::Window;
+
+use super::edit::{check_interval, positive};
+use super::{EditError, Session};
+
+/// A stretch in which what the channels still do is noise.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SteadyWindow {
+    /// Flight it lies in.
+    pub flight: String,
+    /// First and last instant on the flight's time line.
+    pub window: Window,
+    /// Roles it speaks for; empty for all.
+    pub roles: Vec<Role>,
+}
+
+/// An entry of the process or measurement noise.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum NoiseChannel {
+    /// Inertial sample: the diagonal of Q.
+    Input(Input),
+    /// Measurement: the diagonal of R.
+    Measurement(Measurement),
+}
+
+impl NoiseChannel {
+    /// Every entry, inputs first.
+    pub fn all() -> impl Iterator<Item = Self> {
+        Input::ALL.into_iter().map(Self::Input).chain(Measurement::ALL.into_iter().map(Self::Measurement))
+    }
+
+    /// Name in tables and files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Input(input) => input.name(),
+            Self::Measurement(measurement) => measurement.name(),
+        }
+    }
+
+    /// The entry of this name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::all().find(|channel| channel.name() == name)
+    }
+
+    /// The recorded role it is the noise of.
+    pub fn role(self) -> Role {
+        match self {
+            Self::Input(input) => input.role(),
+            Self::Measurement(measurement) => measurement.role(),
+        }
+    }
+
+    /// Its standard deviation in a session, SI.
+    pub fn std(self, session: &Session) -> f64 {
+        match self {
+            Self::Input(input) => session.filter.process_noise[input as usize],
+            Self::Measurement(measurement) => session.filter.measurement_noise[measurement as usize],
+        }
+    }
+}
+
+/// A standard deviation for one entry.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NoiseEntry {
+    /// Entry.
+    pub channel: NoiseChannel,
+    /// Standard deviation, SI.
+    pub std: f64,
+}
+
+/// A change of steady windows or noise entries.
+#[derive(Clone, Debug, PartialEq)]
+pub enum NoiseEdit {
+    /// All steady windows of a flight.
+    Steady {
+        /// Flight.
+        flight: String,
+        /// Its windows.
+        windows: Vec<SteadyWindow>,
+    },
+    /// Sets entries to what the recording says; their reasons to differ go.
+    Take(Vec<NoiseEntry>),
+    /// Sets one entry to something else than the recording says, and why.
+    Override {
+        /// Entry and its standard deviation.
+        entry: NoiseEntry,
+        /// Why.
+        reason: String,
+    },
+}
+
+impl NoiseEdit {
+    pub(super) fn label(&self) -> String {
+        match self {
+            Self::Steady { flight, .. } => format!("mark steady windows of {flight}"),
+            Self::Take(entries) => match entries[..] {
+                [entry] => format!("take recorded noise of {}", entry.channel.name()),
+                _ => "take recorded noise".to_owned(),
+            },
+            Self::Override { entry, .. } => format!("set noise of {}", entry.channel.name()),
+        }
+    }
+
+    pub(super) fn apply(&self, session: &mut Session) -> Result<(), EditError> {
+        match self {
+            Self::Steady { flight, windows } => {
+                if session.flight(flight).is_none() {
+                    return Err(EditError::NoFlight(flight.clone()));
+                }
+                windows.iter().try_for_each(|steady| check_interval(steady.window))?;
+                session.steady.retain(|steady| steady.flight != *flight);
+                session.steady.extend(windows.iter().cloned());
+            }
+            Self::Take(entries) => {
+                for entry in entries {
+                    set(session, *entry)?;
+                    session.noise_reasons.remove(entry.channel.name());
+                }
+            }
+            Self::Override { entry, reason } => {
+                set(session, *entry)?;
+                let reason = reason.trim();
+                if reason.is_empty() {
+                    session.noise_reasons.remove(entry.channel.name());
+                } else {
+                    session.noise_reasons.insert(entry.channel.name().to_owned(), reason.to_owned());
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+fn set(session: &mut Session, NoiseEntry { channel, std }: NoiseEntry) -> Result<(), EditError> {
+    let std = positive("noise of", channel.name(), std)?;
+    match channel {
+        NoiseChannel::Input(input) => session.filter.process_noise[input as usize] = std,
+        NoiseChannel::Measurement(measurement) => session.filter.measurement_noise[measurement as usize] = std,
+    }
+    Ok(())
+}

@@ -1,0 +1,184 @@
+//! What is done to signals before they are used.
+
+use doublet_core::prep::{Interpolation, Resampling};
+use doublet_core::quantity::Role;
+use doublet_core::reconstruct::{Input, Measurement};
+
+use super::{ClockSetting, EditError, Session};
+
+/// Smoothing and resampling of a flight's signals. The default leaves every signal as recorded.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SignalSetting {
+    /// Longest interval between samples that is bridged by anything that interpolates, s; `None` for a few of a channel's own.
+    pub max_gap_s: Option<f64>,
+    /// What is done to which roles. No role is named twice.
+    pub rules: Vec<SignalRule>,
+}
+
+/// What is done to some roles: averaging, then the polynomial, then new samples.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SignalRule {
+    /// Roles; those a recording lacks are passed over.
+    pub roles: Vec<Role>,
+    /// Samples of a moving average.
+    pub moving_average: Option<usize>,
+    /// Degree and samples (odd) of a polynomial over a moving window (Savitzky-Golay).
+    pub polynomial: Option<(usize, usize)>,
+    /// New samples.
+    pub resampling: Option<Resampling>,
+}
+
+/// A named set of rules.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SignalPreset {
+    /// Nothing is done: every signal keeps its samples.
+    AsRecorded,
+    /// Thesis section 4.4.3: inertial samples through a moving average of 4 and a polynomial of degree 2 over 11, by quadratic
+    /// spline to 100 Hz; flow angles by quadratic spline, all else that enters the filter by straight lines to 100 Hz.
+    Thesis,
+}
+
+impl SignalPreset {
+    /// All presets.
+    pub const ALL: [Self; 2] = [Self::AsRecorded, Self::Thesis];
+
+    /// Name in files and menus.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::AsRecorded => "as recorded",
+            Self::Thesis => "thesis",
+        }
+    }
+
+    /// Its rules.
+    pub fn rules(self) -> Vec<SignalRule> {
+        /// Rate the thesis brings every signal to, Hz.
+        const RATE_HZ: f64 = 100.0;
+        let by = |interpolation| Some(Resampling { rate_hz: RATE_HZ, interpolation });
+        let rule = |roles, interpolation| SignalRule {
+            roles,
+            moving_average: None,
+            polynomial: None,
+            resampling: by(interpolation),
+        };
+        if self == Self::AsRecorded {
+            return Vec::new();
+        }
+        let angles = [Measurement::AngleOfAttack, Measurement::Sideslip];
+        let others = Measurement::ALL.into_iter().filter(|m| !angles.contains(m)).map(Measurement::role);
+        let controls = [Role::Aileron, Role::Elevator, Role::Rudder];
+        vec![
+            SignalRule {
+                moving_average: Some(4),
+                polynomial: Some((2, 11)),
+                ..rule(Input::ALL.map(Input::role).to_vec(), Interpolation::QuadraticSpline)
+            },
+            rule(angles.map(Measurement::role).to_vec(), Interpolation::QuadraticSpline),
+            rule(others.chain(controls).collect(), Interpolation::Linear),
+        ]
+    }
+}
+
+impl SignalSetting {
+    /// The rule that names a role.
+    pub fn rule(&self, role: Role) -> Option<&SignalRule> {
+        self.rules.iter().find(|rule| rule.roles.contains(&role))
+    }
+
+    /// The preset these rules are.
+    pub fn preset(&self) -> Option<SignalPreset> {
+        SignalPreset::ALL.into_iter().find(|preset| preset.rules() == self.rules)
+    }
+
+    /// What is wrong with it, one line each.
+    pub fn problems(&self) -> Vec<String> {
+        let mut problems = Vec::new();
+        if let Some(gap) = self.max_gap_s.filter(|gap| !(gap.is_finite() && *gap > 0.0)) {
+            problems.push(format!("max_gap_s is {gap}: give a time above zero, s"));
+        }
+        for (index, rule) in self.rules.iter().enumerate() {
+            let twice = rule.roles.iter().enumerate().find(|(place, role)| {
+                let earlier = self.rules[..index].iter().flat_map(|rule| &rule.roles);
+                earlier.chain(&rule.roles[..*place]).any(|other| other == *role)
+            });
+            if let Some((_, role)) = twice {
+                problems.push(format!("{} is named twice: leave it in one rule", role.name()));
+            }
+            if rule.moving_average == Some(0) {
+                problems.push("moving_average is 0: give the number of samples, from 1 up".to_owned());
+            }
+            if let Some((degree, width)) = rule.polynomial
+                && (width % 2 == 0 || degree >= width)
+            {
+                problems.push(format!(
+                    "polynomial of degree {degree} over {width} samples: give an odd number above the degree"
+                ));
+            }
+            if let Some(Resampling { rate_hz, .. }) = rule.resampling
+                && !(rate_hz > 0.0 && rate_hz <= MOST_HZ)
+            {
+                problems.push(format!("resample_hz is {rate_hz}: give a rate above 0 and up to {MOST_HZ} Hz"));
+            }
+        }
+        problems
+    }
+}
+
+/// Highest rate a signal is resampled to, Hz.
+const MOST_HZ: f64 = 1000.0;
+
+/// A change of clocks, smoothing or resampling.
+#[derive(Clone, Debug, PartialEq)]
+pub enum SignalEdit {
+    /// What is done to a flight's signals.
+    Setting {
+        /// Flight.
+        flight: String,
+        /// All of it.
+        setting: SignalSetting,
+    },
+    /// Shifts the clock of a source by hand.
+    Shift {
+        /// Flight.
+        flight: String,
+        /// Source as its clock names it (a beginning with `*`), or its own name where it has no clock yet.
+        source: String,
+        /// Seconds added to its stamps beside what its clock says.
+        shift_s: f64,
+    },
+}
+
+impl SignalEdit {
+    pub(super) fn label(&self) -> String {
+        match self {
+            Self::Setting { flight, .. } => format!("change signals of {flight}"),
+            Self::Shift { source, .. } => format!("shift {source} in time"),
+        }
+    }
+
+    pub(super) fn apply(&self, session: &mut Session) -> Result<(), EditError> {
+        let (Self::Setting { flight: name, .. } | Self::Shift { flight: name, .. }) = self;
+        let flight = session
+            .flights
+            .iter_mut()
+            .find(|flight| flight.name == *name)
+            .ok_or_else(|| EditError::NoFlight(name.clone()))?;
+        match self {
+            Self::Setting { setting, .. } => match setting.problems().into_iter().next() {
+                Some(problem) => return Err(EditError::Signals(problem)),
+                None => flight.signals = setting.clone(),
+            },
+            Self::Shift { source, shift_s, .. } => {
+                if !shift_s.is_finite() {
+                    let field = format!("shift of {source}");
+                    return Err(EditError::Value { field, value: *shift_s, allowed: "it must be a number, s" });
+                }
+                match flight.clocks.iter_mut().find(|clock| clock.source == *source) {
+                    Some(clock) => clock.shift_s = *shift_s,
+                    None => flight.clocks.push(ClockSetting { shift_s: *shift_s, ..ClockSetting::of(source) }),
+                }
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,101 @@
+//! Smoothing and resampling of the signals that play a role, as the session asks.
+
+use std::sync::Arc;
+
+use doublet_core::prep::{Interpolation, Resampling, Smoothing, Treatment, treat};
+use doublet_core::quantity::Role;
+use doublet_core::series::{Channel, Recording, Series};
+
+use crate::session::{SignalRule, SignalSetting};
+
+/// Source of treated signals in the list of channels.
+const SOURCE: &str = "prepared";
+
+/// What was done to the signal of one role.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TreatedSignal {
+    /// Role.
+    pub role: Role,
+    /// Channel it was recorded in, an index into the recording's channels.
+    pub recorded: usize,
+    /// What was done, in words.
+    pub steps: Vec<String>,
+    /// Samples as recorded and as treated.
+    pub samples: [usize; 2],
+    /// Stretches between gaps.
+    pub stretches: usize,
+    /// Longest interval that is bridged, s, where the session states one.
+    pub max_gap_s: Option<f64>,
+}
+
+/// Treats every signal a rule names. The recorded channels stay; the roles move to the treated ones.
+///
+/// # Errors
+/// One line with the role and what cannot be done.
+pub fn treat_signals(recording: &mut Recording, setting: &SignalSetting) -> Result<Vec<TreatedSignal>, String> {
+    recording.max_gap_s = setting.max_gap_s;
+    let mut done = Vec::new();
+    let mut clocks: Vec<Arc<[f64]>> = Vec::new();
+    for rule in &setting.rules {
+        for &role in &rule.roles {
+            let Some(&recorded) = recording.roles.get(&role) else { continue };
+            let channel = &recording.channels[recorded];
+            let treatment = treatment(rule, role, setting.max_gap_s);
+            let place = || format!("signal of {} (channel '{}' of {})", role.name(), channel.name, channel.source);
+            let treated = treat(&channel.series, &treatment).map_err(|error| format!("{}: {error}", place()))?;
+            if treated.short > 0 {
+                let (short, all) = (treated.short, treated.stretches);
+                let fate = if rule.resampling.is_some() { "partly treated or left out" } else { "left as recorded" };
+                let warning = format!("{}: {short} of {all} stretches between gaps are too short, {fate}", place());
+                recording.warnings.push(warning);
+            }
+            let samples = [channel.series.values.len(), treated.series.values.len()];
+            let unit = channel.unit.clone();
+            // Signals of one recorder share their stamps.
+            let time_s = match clocks.iter().find(|clock| **clock == treated.series.time_s) {
+                Some(clock) => Arc::clone(clock),
+                None => {
+                    clocks.push(Arc::clone(&treated.series.time_s));
+                    treated.series.time_s
+                }
+            };
+            recording.roles.insert(role, recording.channels.len());
+            recording.channels.push(Channel {
+                source: SOURCE.to_owned(),
+                name: role.name().to_owned(),
+                unit,
+                series: Series { time_s, values: treated.series.values },
+            });
+            let (stretches, max_gap_s) = (treated.stretches, setting.max_gap_s);
+            done.push(TreatedSignal { role, recorded, steps: steps(rule), samples, stretches, max_gap_s });
+        }
+    }
+    Ok(done)
+}
+
+fn treatment(rule: &SignalRule, role: Role, max_gap_s: Option<f64>) -> Treatment {
+    let average = rule.moving_average.map(|width| Smoothing::MovingAverage { width });
+    let polynomial =
+        rule.polynomial.map(|(degree, width)| Smoothing::LocalPolynomial { degree, half_width: width / 2 });
+    Treatment {
+        smoothing: average.into_iter().chain(polynomial).collect(),
+        resampling: rule.resampling,
+        max_gap_s,
+        wraps: matches!(role, Role::BankAngle | Role::HeadingAngle | Role::Longitude),
+    }
+}
+
+/// The steps of a rule in words.
+fn steps(rule: &SignalRule) -> Vec<String> {
+    let average = rule.moving_average.map(|width| format!("moving average of {width}"));
+    let polynomial =
+        rule.polynomial.map(|(degree, width)| format!("polynomial of degree {degree} over {width} samples"));
+    let resampling = rule.resampling.map(|Resampling { rate_hz, interpolation }| {
+        let by = match interpolation {
+            Interpolation::Linear => "straight lines",
+            Interpolation::QuadraticSpline => "quadratic spline",
+        };
+        format!("{by} to {rate_hz} Hz")
+    });
+    average.into_iter().chain(polynomial).chain(resampling).collect()
+}

@@ -1,0 +1,219 @@
+//! From a flight on its time line to signals as the filter gets them, noise and proposed windows: the shipped flight.
+
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "helpers of tests are not marked as tests")]
+
+use std::collections::BTreeSet;
+use std::path::Path;
+use std::sync::OnceLock;
+
+use doublet_core::prep::{Interpolation, Smoothing, resample, smooth};
+use doublet_core::quantity::Role;
+use doublet_core::reconstruct::{Input, Measurement};
+use doublet_core::series::Window;
+use doublet_engine::session::{
+    self, Edit, EditError, NoiseChannel, NoiseEdit, NoiseEntry, Opened, SignalEdit, SignalPreset, SignalSetting,
+    SteadyWindow, Surface, WindowEdit,
+};
+use doublet_engine::stage::{self, FlightProposals, LoadedFlight};
+
+fn demo() -> &'static Opened {
+    static DEMO: OnceLock<Opened> = OnceLock::new();
+    DEMO.get_or_init(|| {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../sessions/demo.toml");
+        session::open(&path).unwrap()
+    })
+}
+
+fn read() -> &'static LoadedFlight {
+    static READ: OnceLock<LoadedFlight> = OnceLock::new();
+    READ.get_or_init(|| stage::flight(&demo().folder, &demo().session.flights[0]).unwrap())
+}
+
+/// The flight on its time line, nothing smoothed.
+fn recorded() -> &'static LoadedFlight {
+    static RECORDED: OnceLock<LoadedFlight> = OnceLock::new();
+    RECORDED.get_or_init(|| stage::aligned(&demo().folder, read(), &demo().session.flights[0]).unwrap())
+}
+
+fn proposals() -> &'static FlightProposals {
+    static PROPOSALS: OnceLock<FlightProposals> = OnceLock::new();
+    PROPOSALS.get_or_init(|| stage::proposals("FT1", &recorded().recording))
+}
+
+/// The bus with nothing on other clocks, so that no clock is fitted.
+fn bus(setting: SignalSetting, shift_s: f64) -> LoadedFlight {
+    let mut flight = demo().session.flights[0].clone();
+    flight.instruments = None;
+    flight.clocks.clear();
+    flight.signals = setting;
+    let session = session::Session { flights: vec![flight], ..demo().session.clone() };
+    let shift = SignalEdit::Shift { flight: "FT1".into(), source: "navigation".into(), shift_s };
+    let shifted = Edit::Signal(shift).apply(&session).unwrap();
+    stage::aligned(&demo().folder, read(), &shifted.flights[0]).unwrap()
+}
+
+#[test]
+fn the_thesis_preset_is_moving_average_polynomial_and_spline_to_100_hz() {
+    let preset = SignalSetting { max_gap_s: None, rules: SignalPreset::Thesis.rules() };
+    assert_eq!(preset.preset(), Some(SignalPreset::Thesis));
+    let treated = bus(preset, 0.0);
+    let roll = &treated.recording.role(Role::RollRate).unwrap().series;
+    let raw = &bus(SignalSetting::default(), 0.0).recording.role(Role::RollRate).unwrap().series.clone();
+    // Independently, over a stretch away from its ends: the thesis's three steps one by one.
+    let range = Window { start_s: 1050.0, end_s: 1075.0 }.indices(&raw.time_s);
+    let (time, values) = (&raw.time_s[range.clone()], &raw.values[range]);
+    let averaged = smooth(time, values, Smoothing::MovingAverage { width: 4 }).unwrap();
+    let polynomial = Smoothing::LocalPolynomial { degree: 2, half_width: 5 };
+    let smoothed = smooth(time, &averaged, polynomial).unwrap();
+    let inside = Window { start_s: 1055.0, end_s: 1070.0 }.indices(&roll.time_s);
+    let at = &roll.time_s[inside.clone()];
+    assert_eq!(at.len(), 1501);
+    let expected = resample(time, &smoothed, at, Interpolation::QuadraticSpline).unwrap();
+    for (found, expected) in roll.values[inside].iter().zip(&expected) {
+        // The spline forgets its ends by a factor of about six per sample; 250 samples leave rounding only.
+        assert!((found - expected).abs() < 1e-12, "{found} for {expected}");
+    }
+    let row = treated.treated.iter().find(|signal| signal.role == Role::RollRate).unwrap();
+    assert_eq!(
+        row.steps,
+        ["moving average of 4", "polynomial of degree 2 over 11 samples", "quadratic spline to 100 Hz"]
+    );
+    assert_eq!(treated.recording.channels[row.recorded].series.time_s, raw.time_s);
+    assert_eq!(row.samples[0], raw.values.len());
+    // Straight lines for the rest, which share the stamps of the inertial samples.
+    let bank = &treated.recording.role(Role::BankAngle).unwrap().series;
+    let inside = Window { start_s: 1055.0, end_s: 1070.0 }.indices(&bank.time_s);
+    assert_eq!(bank.time_s[inside], *at);
+}
+
+#[test]
+fn signals_are_left_as_recorded_by_default_and_a_shift_moves_stamps_only() {
+    /// Rounding of stamps of a few thousand seconds.
+    const ROUNDING_S: f64 = 1e-11;
+    let plain = bus(SignalSetting::default(), 0.0);
+    assert!(plain.treated.is_empty() && recorded().treated.is_empty());
+    let shifted = bus(SignalSetting::default(), 0.25);
+    let of = |flight: &LoadedFlight, role| flight.recording.role(role).unwrap().series.clone();
+    let (before, after) = (of(&plain, Role::VelocityNorth), of(&shifted, Role::VelocityNorth));
+    assert_eq!(before.values, after.values);
+    assert!(before.time_s.iter().zip(&*after.time_s).all(|(a, b)| (b - a - 0.25).abs() < ROUNDING_S));
+    assert_eq!(of(&plain, Role::RollRate).time_s, of(&shifted, Role::RollRate).time_s);
+}
+
+#[test]
+fn a_stated_gap_is_never_bridged() {
+    // The heading comes at 25 Hz: its samples are further apart than 0.03 s, so nothing may be put between them.
+    let torn = bus(SignalSetting { max_gap_s: Some(0.03), rules: SignalPreset::Thesis.rules() }, 0.0);
+    let row = torn.treated.iter().find(|signal| signal.role == Role::HeadingAngle).unwrap();
+    assert_eq!(row.stretches, row.samples[0]);
+    assert!(torn.recording.warnings.iter().any(|warning| warning.contains("psi") && warning.contains("too short")));
+    let roll = torn.treated.iter().find(|signal| signal.role == Role::RollRate).unwrap();
+    assert!(roll.stretches < 10 && roll.samples[1] > roll.samples[0]);
+}
+
+#[test]
+fn edits_of_signals_refuse_what_cannot_be() {
+    let session = &demo().session;
+    let mut rules = SignalPreset::Thesis.rules();
+    rules[0].polynomial = Some((2, 10));
+    let setting = SignalSetting { max_gap_s: None, rules };
+    let edit = Edit::Signal(SignalEdit::Setting { flight: "FT1".into(), setting });
+    assert!(matches!(edit.apply(session), Err(EditError::Signals(text)) if text.contains("odd")));
+    let mut rules = SignalPreset::Thesis.rules();
+    rules[2].roles.push(Role::RollRate);
+    let twice = SignalSetting { max_gap_s: Some(0.0), rules };
+    assert_eq!(twice.problems().len(), 2, "{:?}", twice.problems());
+}
+
+#[test]
+fn every_manoeuvre_is_proposed_with_its_surface_and_shape() {
+    let proposals = proposals();
+    let session = &demo().session;
+    // The shipped session was made from what was flown; window 10 is the spoilt one.
+    assert_eq!(proposals.windows.len(), session.windows.len());
+    for (proposal, flown) in proposals.windows.iter().zip(&session.windows) {
+        assert_eq!(proposal.taken(session).map(|window| &window.name), Some(&flown.name));
+        assert_eq!(proposal.manoeuvre.surface, flown.surface);
+        if !flown.name.starts_with("10 ") {
+            assert_eq!(proposal.manoeuvre.kind, flown.kind, "{}", flown.name);
+            assert!(proposal.confidence > 0.8, "{}: {}", flown.name, proposal.confidence);
+        } else {
+            assert!(proposal.confidence < 0.5);
+        }
+    }
+    assert!(stage::open_windows(session, proposals).is_empty());
+    // Of a session with one window, all but that one are added, in one step and under free names.
+    let mut session = session.clone();
+    session.windows.truncate(1);
+    session.windows[0].name = "02 aileron doublet".to_owned();
+    let open = stage::open_windows(&session, proposals);
+    let all = Edit::Window(WindowEdit::AddAll(open)).apply(&session).unwrap();
+    assert_eq!(all.windows.len(), proposals.windows.len());
+    let names: BTreeSet<_> = all.windows.iter().map(|window| &window.name).collect();
+    assert!(names.len() == all.windows.len() && names.contains(&"02 aileron doublet (2)".to_owned()));
+    assert!(session::check(&all).is_empty());
+}
+
+#[test]
+fn noise_over_found_windows_is_that_of_the_instruments() {
+    let noise = stage::noise("FT1", &recorded().recording, &[], &proposals().steady);
+    assert!(!noise.marked && noise.windows.len() >= 20);
+    let row = |name: &str| noise.rows.iter().find(|row| row.channel.name() == name).unwrap();
+    // What the simulated instruments add: thesis Tables 4.15-4.16 (yaw rate 6.15e-4) and the recorder's step over the root of 12.
+    let truth = [
+        ("ax", 3.07e-2),
+        ("az", 1.46e-2),
+        ("p", 6.22e-4),
+        ("q", 1.20e-3),
+        ("r", 6.15e-4),
+        ("v_north", 1.86e-2),
+        ("v_east", 1.70e-2),
+        ("v_down", 5.82e-3),
+        ("phi", 6.25e-4),
+        ("theta", 3.52e-4),
+        ("psi", 2.32e-4),
+        ("airspeed", 5.14e-2),
+    ];
+    for (name, sigma) in truth {
+        let found = row(name).statistics.unwrap();
+        let expected = f64::hypot(sigma, found.resolution / 12f64.sqrt());
+        println!("{name}: {:.3e} for {expected:.3e}", found.std);
+        // A standard deviation over 600 samples scatters by 3 %, doubled where the samples are few; in flight what is left of
+        // the aircraft's own motion in the gusts adds up to a fifth.
+        assert!((0.9..1.2).contains(&(found.std / expected)), "{name}: {found:?} for {expected}");
+        assert!(row(name).is_measured());
+    }
+    assert!(row("x").statistics.is_none() && !row("x").is_measured());
+}
+
+#[test]
+fn marked_windows_and_reasons_come_before_what_is_found() {
+    let steady = SteadyWindow {
+        flight: "FT1".into(),
+        window: Window { start_s: 928.0, end_s: 938.0 },
+        roles: vec![Role::PitchRate],
+    };
+    let edit = NoiseEdit::Steady { flight: "FT1".into(), windows: vec![steady] };
+    let session = Edit::Noise(edit).apply(&demo().session).unwrap();
+    let noise = stage::noise("FT1", &recorded().recording, &session.steady, &proposals().steady);
+    assert!(noise.marked);
+    let measured: Vec<_> = noise.rows.iter().filter(|row| row.statistics.is_some()).collect();
+    assert_eq!(measured.len(), 1);
+    assert_eq!(measured[0].statistics.unwrap().samples, 501);
+    // An entry set for a reason stays when the rest is taken.
+    let pitch = NoiseChannel::Input(Input::PitchRate);
+    let entry = NoiseEntry { channel: pitch, std: 4e-3 };
+    let reason = "engine vibration".to_owned();
+    let set = Edit::Noise(NoiseEdit::Override { entry, reason }).apply(&session).unwrap();
+    assert_eq!((pitch.std(&set), set.noise_reasons["q"].as_str()), (4e-3, "engine vibration"));
+    assert!(stage::open_entries(&set, &noise).is_empty());
+    let back = session::parse(&session::print(&set).unwrap()).unwrap();
+    assert_eq!(back, set);
+    let open = stage::open_entries(&session, &noise);
+    let taken = Edit::Noise(NoiseEdit::Take(open)).apply(&set).unwrap();
+    assert_eq!(pitch.std(&taken), measured[0].choice.proposed);
+    assert!(taken.noise_reasons.is_empty());
+    let alpha = Measurement::AngleOfAttack;
+    assert_eq!(taken.filter.measurement_noise[alpha as usize], demo().session.filter.measurement_noise[alpha as usize]);
+    assert_eq!(proposals().windows[0].manoeuvre.surface, Some(Surface::Aileron));
+}
