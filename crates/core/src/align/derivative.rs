@@ -94,11 +94,17 @@ pub(super) fn derivative(
     }
     let mut result = Derivative { first, values: vec![0.0; count], known: vec![false; count] };
     for k in reach..count - reach {
-        if gaps_before[k + reach + 1] == gaps_before[k - reach] {
-            result.known[k] = true;
-            result.values[k] =
-                scale * weights.iter().zip(1..).map(|(w, j)| w * (line[k + j] - line[k - j])).sum::<f64>();
+        result.known[k] = gaps_before[k + reach + 1] == gaps_before[k - reach];
+    }
+    // Weight by weight over all samples, so that the inner loop runs over neighbours.
+    for (j, weight) in (1..).zip(&weights) {
+        let pairs = line[reach + j..].iter().zip(&line[reach - j..]);
+        for (value, (after, before)) in result.values[reach..count - reach].iter_mut().zip(pairs) {
+            *value += weight * (after - before);
         }
+    }
+    for (value, known) in result.values.iter_mut().zip(&result.known) {
+        *value = if *known { scale * *value } else { 0.0 };
     }
     let energy: f64 = result.values.iter().map(|v| v * v).sum();
     if energy > 0.0 && energy.is_finite() { Ok(result) } else { Err(still()) }
