@@ -4,30 +4,63 @@ use doublet_core::quantity::{Dimension, Role};
 use doublet_core::reconstruct::{Measurement, State};
 use eframe::egui::text::{LayoutJob, TextFormat};
 use eframe::egui::{self, Align, FontId};
+use serde::{Deserialize, Serialize};
 
 use crate::widgets::quantity_edit::concise;
 
-/// Unit a dimension is shown in, and its factor from SI.
-pub fn unit(dimension: Dimension) -> (&'static str, f64) {
-    let degrees = 180.0 / std::f64::consts::PI;
-    match dimension {
-        Dimension::Dimensionless => ("", 1.0),
-        Dimension::Angle => ("deg", degrees),
-        Dimension::AngularRate => ("deg/s", degrees),
-        Dimension::AngularAcceleration => ("deg/s²", degrees),
-        Dimension::Acceleration => ("m/s²", 1.0),
-        Dimension::Pressure => ("hPa", 1e-2),
-        Dimension::Density => ("kg/m³", 1.0),
-        Dimension::Power => ("kW", 1e-3),
-        Dimension::Volume => ("m³", 1.0),
-        Dimension::VolumeFlow => ("m³/s", 1.0),
-        Dimension::Length
-        | Dimension::Speed
-        | Dimension::Time
-        | Dimension::Mass
-        | Dimension::MassFlow
-        | Dimension::Force
-        | Dimension::Temperature => (dimension.si_symbol(), 1.0),
+/// Units quantities are shown and typed in; files and the engine keep SI and radians.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Units {
+    /// Metres, metres per second, degrees.
+    #[default]
+    Metric,
+    /// Knots, feet, degrees.
+    Aviation,
+    /// SI and radians throughout.
+    Si,
+}
+
+impl Units {
+    /// Unit a dimension is shown in, and its factor from SI.
+    pub fn of(self, dimension: Dimension) -> (&'static str, f64) {
+        let degrees = 180.0 / std::f64::consts::PI;
+        match (dimension, self) {
+            (Dimension::Dimensionless, _) => ("", 1.0),
+            (Dimension::Angle, Self::Si) => ("rad", 1.0),
+            (Dimension::AngularRate, Self::Si) => ("rad/s", 1.0),
+            (Dimension::AngularAcceleration, Self::Si) => ("rad/s²", 1.0),
+            (Dimension::Pressure, Self::Si) => ("Pa", 1.0),
+            (Dimension::Power, Self::Si) => ("W", 1.0),
+            (Dimension::Angle, _) => ("deg", degrees),
+            (Dimension::AngularRate, _) => ("deg/s", degrees),
+            (Dimension::AngularAcceleration, _) => ("deg/s²", degrees),
+            (Dimension::Pressure, _) => ("hPa", 1e-2),
+            (Dimension::Power, _) => ("kW", 1e-3),
+            (Dimension::Length, Self::Aviation) => ("ft", 1.0 / 0.3048),
+            (Dimension::Speed, Self::Aviation) => ("kt", 3600.0 / 1852.0),
+            (Dimension::Acceleration, _) => ("m/s²", 1.0),
+            (Dimension::Density, _) => ("kg/m³", 1.0),
+            (Dimension::Volume, _) => ("m³", 1.0),
+            (Dimension::VolumeFlow, _) => ("m³/s", 1.0),
+            (
+                Dimension::Length
+                | Dimension::Speed
+                | Dimension::Time
+                | Dimension::Mass
+                | Dimension::MassFlow
+                | Dimension::Force
+                | Dimension::Temperature,
+                _,
+            ) => (dimension.si_symbol(), 1.0),
+        }
+    }
+
+    /// Unit a role is shown in: engine speeds in revolutions per minute, the rest by dimension.
+    pub fn of_role(self, role: Role) -> (&'static str, f64) {
+        match role {
+            Role::EngineSpeed1 | Role::EngineSpeed2 if self != Self::Si => ("rpm", 60.0 / std::f64::consts::TAU),
+            _ => self.of(role.dimension()),
+        }
     }
 }
 
@@ -35,14 +68,6 @@ pub fn unit(dimension: Dimension) -> (&'static str, f64) {
 pub fn duration(took: std::time::Duration) -> String {
     let seconds = took.as_secs_f64();
     if seconds < 1.0 { format!("{:.0} ms", 1e3 * seconds) } else { format!("{seconds:.1} s") }
-}
-
-/// Unit a role is shown in: engine speeds in revolutions per minute, the rest by dimension.
-pub fn role_unit(role: Role) -> (&'static str, f64) {
-    match role {
-        Role::EngineSpeed1 | Role::EngineSpeed2 => ("rpm", 60.0 / std::f64::consts::TAU),
-        _ => unit(role.dimension()),
-    }
 }
 
 /// Symbol of a role.
@@ -184,6 +209,16 @@ mod tests {
         assert_eq!(derivative("Cm_alpha_dot"), "Cmα̇");
         assert_eq!(term("alpha^2*delta_e"), "α²·δe");
         assert_eq!(term("pb/2V"), "pb/2V");
+    }
+
+    #[test]
+    fn units_of_aviation_are_knots_and_feet() {
+        let (unit, per_m_s) = Units::Aviation.of(Dimension::Speed);
+        assert_eq!((unit, (46.3 * per_m_s).round()), ("kt", 90.0));
+        let (unit, per_m) = Units::Aviation.of(Dimension::Length);
+        assert_eq!((unit, (1219.2 * per_m).round()), ("ft", 4000.0));
+        assert_eq!(Units::Si.of(Dimension::Angle), ("rad", 1.0));
+        assert_eq!(Units::Metric.of_role(Role::EngineSpeed1).0, "rpm");
     }
 
     #[test]

@@ -139,11 +139,30 @@ pub fn install(ctx: &egui::Context) {
     }
 }
 
+/// DejaVu Sans, the text of window and figures.
+pub static FONT: &[u8] = include_bytes!("../assets/fonts/DejaVuSans.ttf");
+
+/// The colour that stands on white for a colour of the dark theme; other colours stay.
+pub fn printed(color: Color32) -> Color32 {
+    let pairs = DARK.series.into_iter().zip(LIGHT.series);
+    let roles = [
+        (DARK.identification, LIGHT.identification),
+        (DARK.validation, LIGHT.validation),
+        (DARK.ignored, LIGHT.ignored),
+        (DARK.steady, LIGHT.steady),
+        (DARK.good, LIGHT.good),
+        (DARK.warning, LIGHT.warning),
+        (DARK.error, LIGHT.error),
+        (DARK.accent, LIGHT.accent),
+    ];
+    pairs.chain(roles).find(|(dark, _)| *dark == color).map_or(color, |(_, light)| light)
+}
+
 /// DejaVu Sans before egui's own fonts: it has the combining dots and subscripts of flight mechanics.
 fn fonts() -> FontDefinitions {
     let mut fonts = FontDefinitions::default();
     let name = "DejaVu Sans";
-    let data = FontData::from_static(include_bytes!("../assets/fonts/DejaVuSans.ttf"));
+    let data = FontData::from_static(FONT);
     fonts.font_data.insert(name.to_owned(), Arc::new(data));
     fonts.families.entry(FontFamily::Proportional).or_default().insert(0, name.to_owned());
     fonts.families.entry(FontFamily::Monospace).or_default().push(name.to_owned());

@@ -6,13 +6,14 @@ use eframe::egui::{Id, ThemePreference};
 use egui_tiles::{Linear, LinearDir, Tile, Tiles, Tree};
 use serde::{Deserialize, Serialize};
 
+use crate::notation::Units;
 use crate::panels::Pane;
 use crate::widgets::time_view::TimeView;
 
 /// Where it lies in the application's storage.
 const STORAGE_KEY: &str = "doublet_ui";
 /// Version of the stored form; another one is left alone and the first layout shown.
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 /// How many sessions are remembered.
 const RECENT: usize = 8;
 
@@ -26,6 +27,12 @@ pub enum Scope {
     Chosen,
     /// Every window by itself, side by side.
     Each,
+    /// Estimates of single windows over all of them and by kind of input.
+    Over,
+    /// The estimate of every window with its interval, one derivative at a time.
+    Intervals,
+    /// The two structures of the session beside each other.
+    Structures,
 }
 
 /// What the user looks at.
@@ -63,6 +70,8 @@ pub struct UiState {
     pub recent: Vec<PathBuf>,
     /// Dark, light or as the system.
     pub appearance: ThemePreference,
+    /// Units shown.
+    pub units: Units,
 }
 
 impl Default for UiState {
@@ -76,6 +85,7 @@ impl Default for UiState {
             flight_plots: None,
             recent: Vec::new(),
             appearance: ThemePreference::Dark,
+            units: Units::default(),
         }
     }
 }
@@ -108,10 +118,10 @@ pub fn default_layout() -> Tree<Pane> {
         let children = panes.iter().map(|&pane| tiles.insert_pane(pane)).collect();
         tiles.insert_tab_tile(children)
     };
-    let flight = tabs(&[Pane::Flight]);
+    let flight = tabs(&[Pane::Flight, Pane::GroundTrack]);
     let plots = tabs(&[Pane::Reconstruction, Pane::Innovations, Pane::Fits, Pane::Propulsion]);
     let settings = tabs(&[Pane::Manoeuvres, Pane::Noise, Pane::Model, Pane::Loading]);
-    let results = tabs(&[Pane::Derivatives, Pane::Correlation, Pane::Log, Pane::Shortcuts]);
+    let results = tabs(&[Pane::Derivatives, Pane::Correlation, Pane::Sensitivity, Pane::Log, Pane::Shortcuts]);
     let left = Linear::new_binary(LinearDir::Vertical, [flight, plots], 0.5);
     let left = tiles.insert_container(left);
     let right = Linear::new_binary(LinearDir::Vertical, [settings, results], 0.48);

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use doublet_engine::run::Wanted;
 use eframe::egui::{
     self, Align, Button, Frame, Layout, Margin, MenuBar, Panel as Bar, ProgressBar, RichText, Ui, WidgetText,
 };
@@ -23,6 +24,7 @@ pub fn draw(app: &mut Workbench, ui: &mut Ui) {
         ui,
         |ui| {
             let mut layout = std::mem::replace(&mut app.state.layout, Tree::empty(egui::Id::unique("workbench")));
+            let mut wanted = Wanted { window: app.state.selection.window.clone(), ..Wanted::default() };
             let context = PanelContext {
                 session: app.document.history.present(),
                 snapshot: &app.snapshot,
@@ -31,9 +33,13 @@ pub fn draw(app: &mut Workbench, ui: &mut Ui) {
                 table: &app.table,
                 commands: &mut app.commands,
                 edits: &mut app.edits,
+                references: &app.references,
+                wanted: &mut wanted,
+                figures: &mut app.figures,
             };
             layout.ui(&mut Docking { panels: &mut app.panels, context }, ui);
             app.state.layout = layout;
+            app.engine.look_at(&wanted);
         },
     );
     if let Some(command) = app.palette.show(ui.ctx(), &app.table) {
@@ -43,6 +49,7 @@ pub fn draw(app: &mut Workbench, ui: &mut Ui) {
         app.take_file(&path, ui.ctx());
     }
     app.guard(ui.ctx());
+    app.take_figures(ui.ctx());
     let moved = app.hovered_s != app.state.time.cursor_s;
     if moved || !app.commands.is_empty() || !app.edits.is_empty() {
         ui.ctx().request_repaint();

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use doublet_engine::run::Snapshot;
+use doublet_engine::study::Study;
 use eframe::egui::{self, Modifiers, ViewportCommand};
 
 use super::{Pending, Workbench};
@@ -176,6 +177,13 @@ impl Workbench {
     /// Computes what is out of date, for example after a cancelled run or a changed file.
     pub fn compute_again(&mut self) {
         "compute again".clone_into(&mut self.cause);
+        self.compute();
+    }
+
+    /// Computes `study` beside what is out of date.
+    pub fn study(&mut self, study: Study) {
+        self.cause = format!("compute {}", study.name());
+        self.studies.push(study);
         self.compute();
     }
 

@@ -12,8 +12,10 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use doublet_engine::report::Reference;
 use doublet_engine::run::{Engine, Export, Request, Snapshot};
 use doublet_engine::session::Session;
+use doublet_engine::study::Study;
 use eframe::egui;
 
 pub use document::Document;
@@ -23,6 +25,7 @@ use crate::command::{CommandInfo, CommandPalette, UiCommand, ui_command};
 use crate::panels::{EditRequest, Pane, Panel};
 use crate::theme;
 use crate::ui_state::UiState;
+use crate::widgets::figure::{Figure, FigureRequest};
 use files::Files;
 
 /// Something to tell the user.
@@ -44,12 +47,16 @@ pub struct Workbench {
     pub document: Document,
     /// Asks for files.
     pub files: Files,
+    /// Derivatives from elsewhere, marked beside the estimates.
+    pub references: Vec<Reference>,
     /// The last thing that was said, until it is closed.
     pub message: Option<Message>,
     engine: Engine,
     snapshot: Arc<Snapshot>,
     requested: Option<Arc<Session>>,
     cause: String,
+    /// What the next run computes beside the derivatives.
+    studies: Vec<Study>,
     asked: Option<Asked>,
     guarded: Option<Pending>,
     exporting: Option<Export>,
@@ -60,6 +67,8 @@ pub struct Workbench {
     table: Vec<CommandInfo>,
     commands: Vec<UiCommand>,
     edits: Vec<EditRequest>,
+    figures: Vec<FigureRequest>,
+    figure: Option<Figure>,
 }
 
 impl Workbench {
@@ -77,11 +86,13 @@ impl Workbench {
             palette: CommandPalette::default(),
             document,
             files: Files::default(),
+            references: Vec::new(),
             message: None,
             engine: Engine::start(move || ctx.request_repaint())?,
             snapshot: Arc::default(),
             requested: None,
             cause: "open".to_owned(),
+            studies: Vec::new(),
             asked: None,
             guarded: None,
             exporting: None,
@@ -92,6 +103,8 @@ impl Workbench {
             table: ui_command::table(),
             commands: Vec::new(),
             edits: Vec::new(),
+            figures: Vec::new(),
+            figure: None,
         };
         app.enter();
         Ok(app)
@@ -112,6 +125,11 @@ impl Workbench {
         self.engine.is_busy()
             || self.snapshot.busy
             || !self.requested.as_ref().is_some_and(|requested| Arc::ptr_eq(requested, self.document.history.present()))
+    }
+
+    /// Whether a closer look at the results is still to come.
+    pub fn is_looking(&self) -> bool {
+        self.engine.is_looking()
     }
 
     /// Whether results are being written.
@@ -158,7 +176,7 @@ impl Workbench {
             session,
             folder: self.document.folder.clone(),
             first: self.state.selection.window.clone(),
-            studies: Vec::new(),
+            studies: std::mem::take(&mut self.studies),
             cause: self.cause.clone(),
         });
     }

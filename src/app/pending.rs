@@ -8,6 +8,8 @@ use eframe::egui::{self, ViewportCommand, vec2};
 
 use super::files::{FileQuestion, Purpose};
 use super::{Document, Workbench};
+use crate::widgets::drawing;
+use crate::widgets::figure::{FigureForm, FigureRequest};
 
 /// A step that leaves the present session.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -31,6 +33,10 @@ pub enum Asked {
     Save(Option<Pending>),
     /// To write results into it.
     Export,
+    /// To read derivatives to mark beside the estimates.
+    Reference,
+    /// To write a figure to it: the form, and the name proposed.
+    Figure(FigureForm, String),
 }
 
 impl Workbench {
@@ -69,16 +75,23 @@ impl Workbench {
 
     /// Asks for a file.
     pub fn ask(&mut self, asked: Asked, ctx: &egui::Context) {
-        let (title, purpose, extensions, name) = match asked {
-            Asked::Open => ("Open a session", Purpose::Open, vec!["toml".to_owned()], ""),
-            Asked::Save(_) => ("Save the session", Purpose::Save, vec!["toml".to_owned()], "session.toml"),
-            Asked::Export => ("Folder for the results", Purpose::Save, Vec::new(), "results"),
+        let toml = || vec!["toml".to_owned()];
+        let (title, purpose, extensions, name) = match &asked {
+            Asked::Open => ("Open a session", Purpose::Open, toml(), String::new()),
+            Asked::Save(_) => ("Save the session", Purpose::Save, toml(), "session.toml".to_owned()),
+            Asked::Export => ("Folder for the results", Purpose::Save, Vec::new(), "results".to_owned()),
+            Asked::Reference => ("Results, a table or a DATCOM listing", Purpose::Open, Vec::new(), String::new()),
+            Asked::Figure(form, name) => {
+                let extension = form.extension();
+                let title = if *form == FigureForm::Csv { "Save the data" } else { "Save the figure" };
+                (title, Purpose::Save, vec![extension.to_owned()], format!("{name}.{extension}"))
+            }
         };
         let folder = match self.document.path {
             Some(_) => self.document.folder.clone(),
             None => std::env::current_dir().unwrap_or_default(),
         };
-        let (title, name) = (title.to_owned(), name.to_owned());
+        let title = title.to_owned();
         self.files.ask(FileQuestion { title, purpose, extensions, folder, name }, ctx);
         self.asked = Some(asked);
     }
@@ -89,6 +102,11 @@ impl Workbench {
             Some(Asked::Open) => self.proceed(Pending::Open(path.to_path_buf()), ctx),
             Some(Asked::Save(after)) => self.save_to(path, after, ctx),
             Some(Asked::Export) => self.export(path, ctx),
+            Some(Asked::Reference) => match report::reference(path) {
+                Ok(reference) => self.references.push(reference),
+                Err(line) => self.complain(line),
+            },
+            Some(Asked::Figure(form, _)) => self.save_figure(form, path),
             None => {}
         }
     }
@@ -125,6 +143,36 @@ impl Workbench {
         match Export::start(session, snapshot, folder.to_path_buf(), move || ctx.request_repaint()) {
             Ok(export) => self.exporting = Some(export),
             Err(error) => self.complain(format!("the results cannot be written: {error}")),
+        }
+    }
+
+    /// Copies the numbers of figures that were asked for; asks for the file of the last that is to be saved, which waits.
+    pub(super) fn take_figures(&mut self, ctx: &egui::Context) {
+        let (copied, saved): (Vec<_>, Vec<_>) =
+            std::mem::take(&mut self.figures).into_iter().partition(|request| request.form == FigureForm::Copy);
+        if let Some(request) = copied.last() {
+            ctx.copy_text(request.figure.csv());
+            self.say("The data of the plot are in the clipboard");
+        }
+        if let Some(FigureRequest { figure, form }) = saved.into_iter().next_back() {
+            self.ask(Asked::Figure(form, figure.name.clone()), ctx);
+            self.figure = Some(figure);
+        }
+    }
+
+    /// Writes the figure that waits.
+    fn save_figure(&mut self, form: FigureForm, path: &Path) {
+        let Some(figure) = self.figure.take() else { return };
+        let path = if path.extension().is_some() { path.to_path_buf() } else { path.with_extension(form.extension()) };
+        let bytes = match form {
+            FigureForm::Png => drawing::png(&figure),
+            FigureForm::Svg => Ok(drawing::svg(&figure).into_bytes()),
+            FigureForm::Csv | FigureForm::Copy => Ok(figure.csv().into_bytes()),
+        };
+        let place = path.display();
+        match bytes.and_then(|bytes| std::fs::write(&path, bytes).map_err(|error| format!("{place}: {error}"))) {
+            Ok(()) => self.say(format!("Saved {place}")),
+            Err(line) => self.complain(line),
         }
     }
 

@@ -19,6 +19,7 @@ pub fn dispatch(app: &mut Workbench, command: UiCommand, ctx: &egui::Context) {
         UiCommand::File(command) => file(app, command, ctx),
         UiCommand::Edit(command) => edit(app, command),
         UiCommand::Run(RunCommand::Again) => app.compute_again(),
+        UiCommand::Run(RunCommand::Study(study)) => app.study(study),
         UiCommand::Run(RunCommand::Cancel) => app.cancel(),
         UiCommand::View(command) => view(app, command, ctx),
         UiCommand::Help(HelpCommand::Palette) => app.palette.open(),
@@ -42,6 +43,8 @@ fn file(app: &mut Workbench, command: FileCommand, ctx: &egui::Context) {
         }
         FileCommand::Export if app.is_exporting() => app.complain("results are still being written"),
         FileCommand::Export => app.ask(Asked::Export, ctx),
+        FileCommand::AddReference => app.ask(Asked::Reference, ctx),
+        FileCommand::ClearReferences => app.references.clear(),
         FileCommand::Quit => app.leave(Pending::Quit, ctx),
     }
 }
@@ -140,6 +143,7 @@ fn view(app: &mut Workbench, command: ViewCommand, ctx: &egui::Context) {
         }
         ViewCommand::Show(pane) => ui_state::bring_to_front(&mut app.state.layout, pane),
         ViewCommand::ResetLayout => app.state.layout = ui_state::default_layout(),
+        ViewCommand::Units(units) => app.state.units = units,
         ViewCommand::Appearance(theme) => {
             app.state.appearance = theme;
             ctx.set_theme(theme);

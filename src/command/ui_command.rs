@@ -1,7 +1,9 @@
 //! The table of commands: name, menu and shortcut of each.
 
+use doublet_engine::study::Study;
 use eframe::egui::{Key, KeyboardShortcut, Modifiers, ThemePreference};
 
+use crate::notation::Units;
 use crate::panels::Pane;
 
 /// Something a user can ask for.
@@ -34,6 +36,10 @@ pub enum FileCommand {
     SaveAs,
     /// Write tables and time histories of the results to a folder.
     Export,
+    /// Mark derivatives from elsewhere beside the estimates, asking for their file.
+    AddReference,
+    /// Mark them no more.
+    ClearReferences,
     /// Close the window.
     Quit,
 }
@@ -60,6 +66,8 @@ pub enum EditCommand {
 pub enum RunCommand {
     /// Compute what is out of date.
     Again,
+    /// Compute something beside the derivatives.
+    Study(Study),
     /// Stop.
     Cancel,
 }
@@ -85,6 +93,8 @@ pub enum ViewCommand {
     ResetLayout,
     /// Choose the theme.
     Appearance(ThemePreference),
+    /// Choose the units shown.
+    Units(Units),
 }
 
 /// Commands that explain.
@@ -177,6 +187,8 @@ pub fn table() -> Vec<CommandInfo> {
         file("Save session", FileCommand::Save, ctrl(Key::S)),
         file("Save session as…", FileCommand::SaveAs, ctrl_shift(Key::S)),
         file("Export results…", FileCommand::Export, ctrl(Key::E)),
+        file("Add reference derivatives…", FileCommand::AddReference, None),
+        file("Remove reference derivatives", FileCommand::ClearReferences, None),
         file("Quit", FileCommand::Quit, ctrl(Key::Q)),
         edit("Undo", EditCommand::Undo, ctrl(Key::Z)),
         edit("Redo", EditCommand::Redo, ctrl_shift(Key::Z)),
@@ -185,6 +197,7 @@ pub fn table() -> Vec<CommandInfo> {
         edit("Next window", EditCommand::NextWindow, plain(Key::N)),
         edit("Previous window", EditCommand::PreviousWindow, plain(Key::B)),
         run("Compute again", RunCommand::Again, plain(Key::F5)),
+        run("Compute sensitivity", RunCommand::Study(Study::Sensitivity), None),
         run("Cancel", RunCommand::Cancel, ctrl(Key::Period)),
         view("Show whole recording", ZoomHome, plain(Key::Home)),
         view("Zoom back", ZoomBack, alt(Key::ArrowLeft)),
@@ -195,6 +208,9 @@ pub fn table() -> Vec<CommandInfo> {
         view("Dark theme", Appearance(ThemePreference::Dark), None),
         view("Light theme", Appearance(ThemePreference::Light), None),
         view("Theme of the system", Appearance(ThemePreference::System), None),
+        view("Units: degrees, m, m/s", ViewCommand::Units(Units::Metric), None),
+        view("Units: degrees, ft, kt", ViewCommand::Units(Units::Aviation), None),
+        view("Units: SI and radians", ViewCommand::Units(Units::Si), None),
         view("Reset layout", ResetLayout, None),
     ];
     table.extend(Pane::ALL.iter().map(|&pane| row(Menu::Panels, pane.title(), UiCommand::View(Show(pane)), None)));

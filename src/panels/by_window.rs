@@ -5,7 +5,7 @@ use doublet_engine::stage::CoefficientFit;
 use eframe::egui::{self, RichText, ScrollArea, Ui};
 use egui_extras::{Column, TableBuilder};
 
-use super::{PanelContext, empty, is_window_constant, role_color};
+use super::{PanelContext, awaiting, is_window_constant, role_color};
 use crate::notation;
 use crate::theme;
 
@@ -22,7 +22,9 @@ fn fits<'a>(ctx: &PanelContext<'a>, window: &Manoeuvre) -> &'a [CoefficientFit] 
 
 /// Draws the table; copies it first where that was asked for.
 pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, copy: bool) {
-    let Some(pooled) = ctx.snapshot.pooled.latest() else { return empty(ui, "There is no estimate yet.") };
+    let Some(pooled) = ctx.snapshot.pooled.latest() else {
+        return awaiting(ctx, ui, "the derivatives", "There is no estimate yet.");
+    };
     let windows: Vec<&Manoeuvre> =
         ctx.session.windows.iter().filter(|window| window.role != WindowRole::Ignored).collect();
     let models = &ctx.session.structure.models;

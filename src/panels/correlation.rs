@@ -3,7 +3,7 @@
 use doublet_engine::stage::CoefficientFit;
 use eframe::egui::{RichText, Ui};
 
-use super::{Panel, PanelContext, empty, is_window_constant, trouble};
+use super::{Panel, PanelContext, awaiting, is_window_constant, trouble};
 use crate::notation;
 use crate::theme;
 use crate::ui_state::Scope;
@@ -31,7 +31,7 @@ impl Panel for Correlation {
         };
         let fits: Vec<&CoefficientFit> = fits.iter().collect();
         if fits.is_empty() {
-            return empty(ui, "There is no estimate yet.");
+            return awaiting(ctx, ui, "the estimate", "There is no estimate yet.");
         }
         self.chosen = self.chosen.min(fits.len() - 1);
         ui.horizontal(|ui| {
@@ -54,14 +54,14 @@ impl Panel for Correlation {
         let labels: Vec<&str> = names.iter().map(String::as_str).collect();
         let condition = notation::number(fit.condition_number);
         ui.label(RichText::new(format!("condition number {condition}")).color(theme::palette(ui).ignored));
-        MatrixView {
+        let view = MatrixView {
             name: "correlation of parameters",
             labels: &labels,
             values: &values,
             full_scale: 1.0,
             notable: NOTABLE,
             stale,
-        }
-        .show(ui);
+        };
+        ctx.figures.extend(view.show(ui).1);
     }
 }

@@ -5,8 +5,8 @@ use doublet_engine::stage::CoefficientFit;
 use eframe::egui::{self, RichText, ScrollArea, Ui};
 use egui_extras::{Column, TableBuilder};
 
-use super::by_window;
-use super::{Panel, PanelContext, empty, is_window_constant, trouble};
+use super::{Panel, PanelContext, awaiting, is_window_constant, trouble};
+use super::{by_window, intervals, over_windows, structures};
 use crate::notation;
 use crate::theme;
 use crate::ui_state::Scope;
@@ -14,7 +14,13 @@ use crate::ui_state::Scope;
 /// Height of a row.
 const ROW: f32 = 20.0;
 /// Titles of the columns.
-const TITLES: [&str; 6] = ["", "Estimate", "Std. error", "Corrected", "Relative", "t"];
+const TITLES: [&str; 7] = ["", "Estimate", "Std. error", "Corrected", "Scatter", "Relative", "t"];
+/// What the three errors are.
+const ERRORS: [(&str, &str); 3] = [
+    ("Std. error", "For white residuals"),
+    ("Corrected", "Corrected for the correlation of the residuals in time"),
+    ("Scatter", "Standard error of the mean over single windows: their scatter over the root of their number"),
+];
 
 /// The panel.
 pub struct Derivatives;
@@ -24,25 +30,32 @@ impl Panel for Derivatives {
         let snapshot = ctx.snapshot;
         let window = ctx.selection().window.clone();
         let of_window = ctx.results();
-        let copied = ui.horizontal(|ui| {
+        let copied = ui.horizontal_wrapped(|ui| {
             let selection = &mut ctx.state.selection;
             let name = format!("{} alone", window.as_deref().unwrap_or("chosen window"));
-            for (scope, name) in
-                [(Scope::All, "All windows"), (Scope::Chosen, &name), (Scope::Each, "Window by window")]
-            {
-                ui.selectable_value(&mut selection.scope, scope, name);
-            }
-            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-                let copied = ui.button("Copy as CSV").on_hover_text("Copy the table to the clipboard").clicked();
-                if selection.scope == Scope::All {
-                    ui.checkbox(&mut selection.constants, "constants").on_hover_text("The constant of every window");
+            for (scope, name) in [
+                (Scope::All, "All windows"),
+                (Scope::Chosen, &name),
+                (Scope::Each, "Each window"),
+                (Scope::Over, "Over windows"),
+                (Scope::Intervals, "Intervals"),
+                (Scope::Structures, "A and B"),
+            ] {
+                if scope != Scope::Structures || ctx.session.second_structure.is_some() {
+                    ui.selectable_value(&mut selection.scope, scope, name);
                 }
-                copied
-            })
-            .inner
+            }
+            if selection.scope == Scope::All {
+                ui.checkbox(&mut selection.constants, "constants").on_hover_text("The constant of every window");
+            }
+            selection.scope != Scope::Intervals
+                && ui.button("Copy as CSV").on_hover_text("Copy the table to the clipboard").clicked()
         });
         let (error, fits, stale) = match ctx.selection().scope {
             Scope::Each => return by_window::show(ctx, ui, copied.inner),
+            Scope::Over => return over_windows::show(ctx, ui, copied.inner),
+            Scope::Intervals => return intervals::show(ctx, ui),
+            Scope::Structures => return structures::show(ctx, ui, copied.inner),
             Scope::Chosen => {
                 let slot = of_window.map(|results| &results.fits);
                 let fits = slot.and_then(|slot| slot.latest()).map(|fits| fits.fits.as_slice());
@@ -55,7 +68,7 @@ impl Panel for Derivatives {
         };
         trouble(ui, error);
         let Some(fits) = fits.filter(|fits| !fits.is_empty()) else {
-            return empty(ui, if snapshot.busy { "Computing…" } else { "No window is used for identification." });
+            return awaiting(ctx, ui, "the derivatives", "No window is used for identification.");
         };
         if copied.inner {
             ui.ctx().copy_text(csv(fits));
@@ -76,25 +89,25 @@ fn table(ctx: &mut PanelContext<'_>, ui: &mut Ui, fits: &[CoefficientFit]) {
             .auto_shrink(false)
             .sense(egui::Sense::click())
             .cell_layout(egui::Layout::right_to_left(egui::Align::Center))
-            .column(Column::remainder().at_least(190.0).clip(true))
-            .columns(Column::exact(86.0), 3)
-            .columns(Column::exact(74.0), 2)
+            .column(Column::remainder().at_least(64.0).clip(true))
+            .columns(Column::exact(68.0), 4)
+            .column(Column::exact(56.0))
+            .column(Column::exact(52.0))
             .header(20.0, |mut header| {
                 for title in TITLES {
                     header.col(|ui| {
                         ui.add_space(4.0);
-                        ui.weak(title);
+                        let about = ERRORS.iter().find(|(error, _)| *error == title);
+                        let label = ui.weak(title);
+                        if let Some((_, about)) = about {
+                            label.on_hover_text(*about);
+                        }
                     });
                 }
             })
             .body(|mut body| {
                 for fit in fits {
-                    body.row(ROW + 4.0, |mut row| {
-                        row.col(|ui| heading(ui, fit));
-                        for _ in 1..TITLES.len() {
-                            row.col(|_| {});
-                        }
-                    });
+                    body.row(ROW + 4.0, |row| heading(row, fit));
                     let Ok(estimate) = &fit.fit else { continue };
                     for at in 0..estimate.parameters() {
                         if !ctx.selection().constants && is_window_constant(&estimate.names[at]) {
@@ -107,26 +120,42 @@ fn table(ctx: &mut PanelContext<'_>, ui: &mut Ui, fits: &[CoefficientFit]) {
     });
 }
 
-/// The coefficient with its quality, or why it has no estimate. It may reach over the columns beside it.
-fn heading(ui: &mut Ui, fit: &CoefficientFit) {
+/// The coefficient with its quality, or why it has no estimate, across all columns.
+fn heading(mut row: egui_extras::TableRow<'_, '_>, fit: &CoefficientFit) {
+    let mut line = egui::Rect::NOTHING;
+    let mut visible = egui::Rect::NOTHING;
+    for column in 0..TITLES.len() {
+        row.col(|ui| {
+            line |= ui.max_rect();
+            visible |= ui.clip_rect();
+            // Drawn from the last cell, over the stripes of those before it.
+            if column + 1 == TITLES.len() {
+                ui.set_clip_rect(visible);
+                quality(ui, line, fit);
+            }
+        });
+    }
+}
+
+/// How well the coefficient is fitted, or why it is not, in `line`.
+fn quality(ui: &mut Ui, line: egui::Rect, fit: &CoefficientFit) {
     let palette = theme::palette(ui);
-    let clip = ui.clip_rect();
-    ui.set_clip_rect(egui::Rect::from_min_max(clip.min, egui::pos2(clip.max.x + 420.0, clip.max.y)));
-    let at = egui::pos2(ui.max_rect().left() + 2.0, ui.max_rect().center().y + 2.0);
     let name = fit.coefficient.name();
     let (text, color) = match &fit.fit {
         Ok(estimate) => (
             format!(
-                "{name}   R² {}  residual {}",
+                "{name}   R² {}   residual {}   condition {}",
                 notation::fixed(estimate.quality.r_squared, 4),
-                notation::number(estimate.residual_std)
+                notation::number(estimate.residual_std),
+                notation::number(estimate.condition_number)
             ),
             ui.visuals().strong_text_color(),
         ),
         Err(error) => (format!("{name}    ⚠ {error}"), palette.error),
     };
+    let at = egui::pos2(line.left() + 2.0, line.center().y + 2.0);
     ui.painter().text(at, egui::Align2::LEFT_CENTER, &text, egui::FontId::proportional(11.5), color);
-    let response = ui.allocate_rect(ui.max_rect(), egui::Sense::hover());
+    let response = ui.interact(line, ui.scope_id().with("quality"), egui::Sense::hover());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Label, true, &text));
     if let Err(error) = &fit.fit {
         response.on_hover_text(error);
@@ -151,12 +180,16 @@ fn derivative(
         });
     });
     let relative = fit.relative_errors_percent[at];
+    let kinds = ctx.snapshot.details.latest().and_then(|details| details.kinds.first());
+    let over = kinds.and_then(|all| all.parameters.iter().find(|parameter| parameter.name == *name));
+    let scatter = over.map_or(f64::NAN, |over| over.scatter / (over.fits as f64).sqrt());
     let cells = [
         notation::number(fit.estimates[at]),
         notation::number(fit.standard_errors[at]),
         corrected.get(at).map_or_else(|| "–".to_owned(), |error| notation::number(*error)),
+        notation::number(scatter),
         if relative < 1e4 { format!("{} %", notation::fixed(relative, 1)) } else { "> 10⁴ %".to_owned() },
-        notation::fixed(fit.t_values[at], 1),
+        notation::fixed(fit.t_values[at], if fit.t_values[at].abs() < 1e4 { 1 } else { 0 }),
     ];
     for (column, text) in cells.into_iter().enumerate() {
         row.col(|ui| {
@@ -166,7 +199,7 @@ fn derivative(
             if column == 0 {
                 text = text.strong();
             }
-            if column == 3 && relative > 50.0 {
+            if column == 4 && relative > 50.0 {
                 text = text.color(theme::palette(ui).warning);
             }
             ui.add(egui::Label::new(text).selectable(false));

@@ -1,10 +1,11 @@
 //! Observed coefficients with their fit, residual or prediction over the chosen window; how well each window is predicted.
 
+use doublet_core::model::Coefficient;
 use doublet_engine::stage::CoefficientFit;
 use eframe::egui::{self, RichText, Ui};
 use egui_extras::{Column, TableBuilder};
 
-use super::{Panel, PanelContext, View, choices, empty, role_color, trouble};
+use super::{Panel, PanelContext, View, awaiting, choices, empty, residuals, role_color, trouble};
 use crate::notation;
 use crate::theme;
 use crate::widgets::time_plot::{PlotCache, TimePlot, Trace, TraceStyle};
@@ -16,14 +17,22 @@ enum Aspect {
     Fit,
     Residual,
     Prediction,
+    Contributions,
+    Whiteness,
     Table,
 }
 
 /// The panel.
-#[derive(Default)]
 pub struct Fits {
     aspect: Aspect,
+    studied: Coefficient,
     cache: PlotCache,
+}
+
+impl Default for Fits {
+    fn default() -> Self {
+        Self { aspect: Aspect::default(), studied: Coefficient::CX, cache: PlotCache::default() }
+    }
 }
 
 impl Panel for Fits {
@@ -32,6 +41,8 @@ impl Panel for Fits {
             (Aspect::Fit, "Fit"),
             (Aspect::Residual, "Residual"),
             (Aspect::Prediction, "Prediction"),
+            (Aspect::Contributions, "Contributions"),
+            (Aspect::Whiteness, "Whiteness"),
             (Aspect::Table, "Table"),
         ];
         choices(ui, &mut self.aspect, &all);
@@ -41,8 +52,15 @@ impl Panel for Fits {
         let Some(window) = ctx.window() else { return empty(ui, "Choose a window that is in use.") };
         let Some(results) = ctx.results() else { return empty(ui, "This window is ignored.") };
         trouble(ui, results.aero.error().or(results.fits.error()));
+        match self.aspect {
+            Aspect::Contributions => return self.contributions(ctx, ui),
+            Aspect::Whiteness => return residuals::show(ctx, ui, &mut self.studied),
+            _ => {}
+        }
         let stale = results.fits.is_stale();
-        let (Some(aero), Some(fits)) = (results.aero.latest(), results.fits.latest()) else { return };
+        let (Some(aero), Some(fits)) = (results.aero.latest(), results.fits.latest()) else {
+            return awaiting(ctx, ui, "the fits of this window", "This window has no fit.");
+        };
         let colors = theme::palette(ui).series;
         let pooled = ctx.snapshot.pooled.latest();
         let mut plots = Vec::new();
@@ -70,6 +88,37 @@ impl Panel for Fits {
             said(fit, ui);
         }
         ctx.stack(ui, "fits", View::Window, &mut self.cache, &plots, &[]);
+    }
+}
+
+impl Fits {
+    /// What each term adds to the fit of each coefficient.
+    fn contributions(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
+        let (Some(details), Some(aero)) = (ctx.details(), ctx.results().and_then(|results| results.aero.latest()))
+        else {
+            return awaiting(ctx, ui, "the fits of this window", "This window has no fit.");
+        };
+        let colors = theme::palette(ui).series;
+        let names: Vec<Vec<String>> = details
+            .contributions
+            .iter()
+            .map(|part| part.terms.iter().map(|(name, _)| notation::derivative(name)).collect())
+            .collect();
+        let plots: Vec<TimePlot<'_>> = details
+            .contributions
+            .iter()
+            .zip(&names)
+            .map(|(part, names)| {
+                let observed = Trace {
+                    style: TraceStyle::Dots,
+                    ..Trace::new("observed", &aero.series[part.coefficient as usize], colors[7])
+                };
+                let terms = part.terms.iter().zip(names).enumerate();
+                let terms = terms.map(|(at, ((_, series), name))| Trace::new(name, series, colors[at % 7]));
+                TimePlot::new(part.coefficient.name(), "", [observed].into_iter().chain(terms).collect())
+            })
+            .collect();
+        ctx.stack(ui, "contributions", View::Window, &mut self.cache, &plots, &[]);
     }
 }
 

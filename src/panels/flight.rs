@@ -6,21 +6,22 @@ use doublet_core::series::{Channel, Recording, Window};
 use doublet_engine::session::{Edit, WindowEdit};
 use eframe::egui::{self, DragAndDrop, Id, Panel as Bar, RichText, ScrollArea, TextEdit, Ui, vec2};
 
-use super::{Panel, PanelContext, View, empty, role_color, trouble};
+use super::{Panel, PanelContext, View, awaiting, empty, role_color, trouble};
 use crate::command::dispatch::new_window;
-use crate::notation;
+use crate::notation::{self, Units};
 use crate::theme;
 use crate::widgets::span_editor::{LANE_HEIGHT, Lane, SpanEvent, SpanItem, span_lane};
 use crate::widgets::time_plot::{PlotCache, SpanMark, TimePlot, Trace, step_markers};
 use crate::widgets::time_view::Stretch;
 
 /// Roles of the usual plots; of each inner list the first role the recording has is taken, all of them where `true`.
-const USUAL: [(&[Role], bool); 5] = [
+const USUAL: [(&[Role], bool); 6] = [
     (&[Role::Altitude, Role::GpsAltitude, Role::PositionDown], false),
     (&[Role::TrueAirspeed, Role::CalibratedAirspeed], false),
     (&[Role::AngleOfAttack, Role::PitchAngle, Role::BankAngle], true),
     (&[Role::RollRate, Role::PitchRate, Role::YawRate], true),
     (&[Role::Elevator, Role::Aileron, Role::Rudder], true),
+    (&[Role::Power1, Role::Power2], true),
 ];
 
 /// A channel being dragged from the list onto a plot.
@@ -42,9 +43,9 @@ fn key(recording: &Recording, index: usize) -> String {
 }
 
 /// The channel remembered as `key`, with label, unit and factor from SI.
-fn resolve<'a>(recording: &'a Recording, key: &str) -> Option<(&'a Channel, &'a str, &'a str, f64)> {
+fn resolve<'a>(recording: &'a Recording, key: &str, units: Units) -> Option<(&'a Channel, &'a str, &'a str, f64)> {
     if let Some(role) = Role::from_name(key) {
-        let (unit, scale) = notation::role_unit(role);
+        let (unit, scale) = units.of_role(role);
         return Some((recording.role(role)?, notation::role(role), unit, scale));
     }
     let (source, name) = key.rsplit_once('/')?;
@@ -70,7 +71,7 @@ impl Panel for Flight {
         trouble(ui, slot.error());
         let Some(loaded) = slot.latest() else {
             if slot.error().is_none() {
-                empty(ui, "Reading the recording…");
+                awaiting(ctx, ui, "the recording", "The recording was not read.");
             }
             return;
         };
@@ -106,26 +107,33 @@ impl Flight {
         let wanted = self.filter.to_lowercase();
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             ui.spacing_mut().item_spacing.y = 1.0;
-            for (index, channel) in recording.channels.iter().enumerate() {
-                let key = key(recording, index);
-                let role = Role::from_name(&key);
-                let label = role.map_or(channel.name.as_str(), |role| notation::role(role));
-                let known =
-                    format!("{label} {} {key} {}", channel.name, role.map_or("", Role::description)).to_lowercase();
-                if known.contains(&wanted) {
-                    channel_row(ui, (index, channel), role, label, key, plots);
-                }
-            }
-            ui.add_space(8.0);
             missing(ui, recording);
+            for (title, rows) in tree(recording, &wanted) {
+                let count = rows.len();
+                // Channels with a meaning are at hand, the rest of each recorder when asked for.
+                let open = title == MEANT;
+                egui::CollapsingHeader::new(format!("{title} ({count})"))
+                    .id_salt(title)
+                    .default_open(open)
+                    .open((!wanted.is_empty()).then_some(true))
+                    .show(ui, |ui| {
+                        for (index, key, role) in rows {
+                            let channel = &recording.channels[index];
+                            let label = role.map_or(channel.name.as_str(), |role| notation::role(role));
+                            channel_row(ui, (index, channel), role, label, key, plots);
+                        }
+                    });
+            }
         });
     }
 
     /// The lane of windows and the plots.
-    fn plots(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui, recording: &Recording, plots: &mut [Vec<String>]) {
-        let palette = theme::palette(ui);
-        let resolved: Vec<Vec<_>> =
-            plots.iter().map(|keys| keys.iter().filter_map(|key| resolve(recording, key)).collect()).collect();
+    fn plots(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui, recording: &Recording, plots: &mut Vec<Vec<String>>) {
+        let (palette, area) = (theme::palette(ui), ui.max_rect());
+        let resolved: Vec<Vec<_>> = plots
+            .iter()
+            .map(|keys| keys.iter().filter_map(|key| resolve(recording, key, ctx.state.units)).collect())
+            .collect();
         let drawn: Vec<TimePlot<'_>> = resolved
             .iter()
             .map(|plot| {
@@ -178,11 +186,37 @@ impl Flight {
         if seen.hovered_plot.is_some() {
             step_markers(ui, &mut ctx.state.time, samples_s);
         }
-        drop_on(ui, &seen.frames, plots);
+        drop_on(ui, area, &seen.frames, plots);
         if plots.is_empty() {
             empty(ui, "Tick channels on the left to plot them.");
         }
     }
+}
+
+/// Title of the branch of channels with a role.
+const MEANT: &str = "Roles";
+
+/// A title with its channels: index, key and role of each.
+type Branch<'a> = (&'a str, Vec<(usize, String, Option<Role>)>);
+
+/// Channels that hold `wanted`, in branches: those with a role, then the others by their source.
+fn tree<'a>(recording: &'a Recording, wanted: &str) -> Vec<Branch<'a>> {
+    let mut branches: Vec<Branch<'_>> = Vec::new();
+    for (index, channel) in recording.channels.iter().enumerate() {
+        let key = key(recording, index);
+        let role = Role::from_name(&key);
+        let about = role.map_or("", Role::description);
+        let known = format!("{} {key} {} {} {about}", role.map_or("", notation::role), channel.name, channel.source);
+        if !known.to_lowercase().contains(wanted) {
+            continue;
+        }
+        let title = if role.is_some() { MEANT } else { channel.source.as_str() };
+        match branches.iter_mut().find(|(other, _)| *other == title) {
+            Some((_, rows)) => rows.push((index, key, role)),
+            None => branches.push((title, vec![(index, key, role)])),
+        }
+    }
+    branches
 }
 
 /// Which flight is shown, where there are several.
@@ -285,16 +319,28 @@ fn take(ctx: &mut PanelContext<'_>, flight: &str, event: SpanEvent) {
     }
 }
 
-/// Puts a channel that was let go over a plot into it.
-fn drop_on(ui: &Ui, frames: &[egui::Rect], plots: &mut [Vec<String>]) {
+/// Puts a channel that was let go over a plot into it; below the last plot it gets one of its own.
+fn drop_on(ui: &Ui, area: egui::Rect, frames: &[egui::Rect], plots: &mut Vec<Vec<String>>) {
     let Some(carried) = DragAndDrop::payload::<Carried>(ui.ctx()) else { return };
     let Some(at) = ui.input(|i| i.pointer.interact_pos()) else { return };
-    let Some(row) = frames.iter().position(|frame| frame.contains(at)) else { return };
+    if !area.contains(at) {
+        return;
+    }
+    let row = frames.iter().position(|frame| frame.contains(at));
+    let below = frames.last().map_or(area, |last| egui::Rect::from_min_max(last.left_bottom(), area.max));
+    let target = match row {
+        Some(row) => frames[row],
+        None if below.contains(at) => below,
+        None => return,
+    };
     let accent = theme::palette(ui).accent;
-    ui.painter().rect_stroke(frames[row], 3.0, egui::Stroke::new(2.0, accent), egui::StrokeKind::Inside);
+    ui.painter().rect_stroke(target, 3.0, egui::Stroke::new(2.0, accent), egui::StrokeKind::Inside);
     if ui.input(|i| i.pointer.any_released()) {
         plots.iter_mut().for_each(|plot| plot.retain(|key| *key != carried.0));
-        plots[row].push(carried.0.clone());
+        match row {
+            Some(row) => plots[row].push(carried.0.clone()),
+            None => plots.push(vec![carried.0.clone()]),
+        }
         DragAndDrop::clear_payload(ui.ctx());
     }
 }

@@ -4,7 +4,7 @@ use doublet_engine::stage::WindowPath;
 use eframe::egui::{self, RichText, Ui};
 use egui_extras::{Column, TableBuilder};
 
-use super::{Panel, PanelContext, View, choices, consistency_color, empty, trouble};
+use super::{Panel, PanelContext, View, awaiting, choices, consistency_color, empty, trouble};
 use crate::notation;
 use crate::theme;
 use crate::widgets::time_plot::{PlotCache, TimePlot, Trace};
@@ -18,7 +18,9 @@ pub struct Innovations {
 
 impl Panel for Innovations {
     fn show(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
-        let Some(results) = ctx.results() else { return empty(ui, "Choose a window that is in use.") };
+        let Some(results) = ctx.results() else {
+            return awaiting(ctx, ui, "the windows", "Choose a window that is in use.");
+        };
         let stale = results.path.is_stale();
         let error = results.path.error().map(str::to_owned);
         let latest = results.path.latest().cloned();
@@ -34,7 +36,9 @@ impl Panel for Innovations {
             }
         });
         trouble(ui, error.as_deref());
-        let Some(path) = latest else { return };
+        let Some(path) = latest else {
+            return awaiting(ctx, ui, "the path of this window", "This window has no path.");
+        };
         if self.table {
             return advice(&path, ui);
         }
@@ -46,7 +50,7 @@ impl Panel for Innovations {
         for channel in &consistency.channels {
             let measurement = channel.measurement;
             let index = measurement as usize;
-            let (unit, scale) = notation::unit(measurement.dimension());
+            let (unit, scale) = ctx.unit(measurement.dimension());
             let sigma = Some(&path.series.innovation_deviations[index]);
             let band =
                 Trace { scale, stale, sigma, ..Trace::new("± 2σ", &path.series.innovation_zero, palette.series[7]) };

@@ -1,21 +1,31 @@
 //! What is on board: fuel, seats and luggage; mass, centre of gravity and inertia that follow.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use doublet_core::airframe::{Aircraft, LoadedState, Loading};
-use doublet_engine::session::{Edit, LoadingEdit};
-use eframe::egui::{self, Grid, Id, RichText, ScrollArea, Slider, Ui};
-use egui_plot::{Plot, PlotPoint, PlotPoints, Points, Polygon};
+use doublet_core::quantity::Dimension;
+use doublet_engine::session::{Edit, LoadingEdit, WindowRole};
+use doublet_engine::stage::PooledFits;
+use eframe::egui::{self, Grid, RichText, ScrollArea, Slider, Ui};
+use egui_extras::{Column, TableBuilder};
 
-use super::{EditRequest, Panel, PanelContext, caption, empty, trouble};
+use super::intervals::estimate;
+use super::{EditRequest, Panel, PanelContext, awaiting, caption, choices, is_window_constant, role_color, trouble};
 use crate::notation;
 use crate::theme;
+use crate::widgets::chart::{Chart, ChartCurve, ChartStyle};
 
 /// Largest mass of a place that states none, kg.
 const USUAL_CAPACITY_KG: f64 = 150.0;
 
 /// The panel.
-pub struct LoadingPanel;
+#[derive(Default)]
+pub struct LoadingPanel {
+    /// Estimate before the loading was changed, which the estimate now is compared with.
+    before: Option<(Option<Loading>, Arc<PooledFits>)>,
+    changes: bool,
+}
 
 /// A kind of place and the masses in it.
 type Masses = fn(&mut Loading) -> &mut BTreeMap<String, f64>;
@@ -28,9 +38,10 @@ impl Panel for LoadingPanel {
         let snapshot = ctx.snapshot;
         trouble(ui, snapshot.aircraft.error());
         let (Some(read), Some(loaded)) = (snapshot.aircraft.latest(), snapshot.loaded.latest()) else {
-            return empty(ui, "The aircraft is not read yet.");
+            return awaiting(ctx, ui, "the aircraft", "The aircraft could not be read.");
         };
         let aircraft = &read.aircraft;
+        self.remember(ctx);
         let loading = ctx.session.loading.clone().unwrap_or_else(|| aircraft.standard_loading.clone());
         ui.columns(2, |columns| {
             ScrollArea::vertical().id_salt("places").auto_shrink(false).show(&mut columns[0], |ui| {
@@ -46,9 +57,92 @@ impl Panel for LoadingPanel {
                 ui.multiply_opacity(0.45);
             }
             numbers(ui, loaded);
-            envelope(ui, aircraft, loaded);
+            choices(ui, &mut self.changes, &[(false, "Envelope"), (true, "Change of derivatives")]);
+            match self.changes {
+                true => self.changes(ctx, ui),
+                false => envelope(ctx, ui, aircraft, loaded),
+            }
         });
     }
+}
+
+impl LoadingPanel {
+    /// Keeps the estimate that goes with the loading before the user changes it.
+    fn remember(&mut self, ctx: &PanelContext<'_>) {
+        let ready = ctx.snapshot.pooled.ready().filter(|_| !ctx.snapshot.busy);
+        match (&self.before, ready) {
+            (None, Some(pooled)) => self.before = Some((ctx.session.loading.clone(), Arc::clone(pooled))),
+            (Some((loading, _)), Some(pooled)) if *loading == ctx.session.loading => {
+                self.before = Some((loading.clone(), Arc::clone(pooled)));
+            }
+            _ => {}
+        }
+    }
+
+    /// Every derivative before and after the loading was changed.
+    fn changes(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
+        let (Some((loading, before)), Some(now)) = (&self.before, ctx.snapshot.pooled.latest()) else {
+            return awaiting(ctx, ui, "the derivatives", "There is no estimate yet.");
+        };
+        let changed = *loading != ctx.session.loading;
+        let again = ui.horizontal_wrapped(|ui| {
+            ui.weak(if changed { "Since the loading was changed" } else { "Move a slider: what changes shows here" });
+            changed
+                && ui
+                    .button("Compare from here")
+                    .on_hover_text("Take the loading now as the one to compare with")
+                    .clicked()
+        });
+        let rows = changes(before, now);
+        if ctx.snapshot.pooled.is_stale() {
+            ui.multiply_opacity(0.6);
+        }
+        TableBuilder::new(ui)
+            .id_salt("changes of derivatives")
+            .striped(true)
+            .auto_shrink(false)
+            .cell_layout(egui::Layout::right_to_left(egui::Align::Center))
+            .column(Column::exact(54.0))
+            .columns(Column::exact(66.0), 2)
+            .column(Column::remainder().at_least(54.0))
+            .header(20.0, |mut header| {
+                for title in ["", "Now", "Change", "Part"] {
+                    header.col(|ui| {
+                        ui.weak(title);
+                    });
+                }
+            })
+            .body(|body| {
+                body.rows(20.0, rows.len(), |mut row| {
+                    let (name, was, is) = &rows[row.index()];
+                    row.col(|ui| {
+                        ui.with_layout(egui::Layout::left_to_right(egui::Align::Center), |ui| {
+                            let before = format!("{} before", notation::number(*was));
+                            ui.label(notation::derivative_job(ui, name)).on_hover_text(before);
+                        });
+                    });
+                    let part = 100.0 * (is - was) / was.abs();
+                    let cells =
+                        [notation::number(*is), notation::number(is - was), format!("{} %", notation::fixed(part, 2))];
+                    for text in cells {
+                        row.col(|ui| {
+                            ui.label(RichText::new(text).font(theme::figures(ui)).size(11.5));
+                        });
+                    }
+                });
+            });
+        if again.inner {
+            self.before = None;
+        }
+    }
+}
+
+/// Derivatives both estimates have, before and now.
+fn changes<'a>(before: &'a PooledFits, now: &PooledFits) -> Vec<(&'a String, f64, f64)> {
+    let estimates = before.fits.iter().filter_map(|fit| fit.fit.as_ref().ok());
+    let names = estimates.flat_map(|fit| fit.names.iter().zip(&fit.estimates));
+    let names = names.filter(|(name, _)| !is_window_constant(name));
+    names.filter_map(|(name, was)| Some((name, *was, estimate(&now.fits, name)?.0))).collect()
 }
 
 /// A slider for every tank, seat and bay.
@@ -143,39 +237,34 @@ fn numbers(ui: &mut Ui, loaded: &LoadedState) {
     }
 }
 
-/// The envelope with the point of this loading.
-fn envelope(ui: &mut Ui, aircraft: &Aircraft, loaded: &LoadedState) {
+/// The envelope with the point of this loading and the middle of every window that is in use.
+fn envelope(ctx: &mut PanelContext<'_>, ui: &mut Ui, aircraft: &Aircraft, loaded: &LoadedState) {
     let palette = theme::palette(ui);
-    let Some(envelope) = &aircraft.envelope else {
+    let (unit, scale) = ctx.unit(Dimension::Length);
+    let mut chart = Chart::new("envelope", format!("CG aft of the datum [{unit}]"), "mass [kg]");
+    if let Some(envelope) = &aircraft.envelope {
+        let corners = envelope.outline().into_iter().map(|(x_m, mass_kg)| [scale * x_m, mass_kg]);
+        chart.curves.push(ChartCurve::new("", palette.accent, ChartStyle::Area, corners.collect()));
+    } else {
         ui.weak("The file of this aircraft states no envelope.");
-        return;
-    };
-    let corners: Vec<PlotPoint> = envelope.outline().into_iter().map(|(x_m, kg)| PlotPoint::new(x_m, kg)).collect();
-    let (x_m, mass_kg) = (loaded.properties.cg_from_datum_m[0], loaded.properties.mass_kg);
-    let inside = loaded.envelope.is_some_and(|margin| margin.inside());
-    let color = if inside { palette.good } else { palette.error };
-    let text = ui.visuals().weak_text_color();
-    Plot::new(Id::unique("envelope"))
-        .height(ui.available_height().max(120.0))
-        .allow_drag(false)
-        .allow_zoom(false)
-        .allow_scroll(false)
-        .allow_boxed_zoom(false)
-        .show_x(false)
-        .show_y(false)
-        .grid_color(palette.grid)
-        .set_margin_fraction(egui::vec2(0.12, 0.12))
-        .label_formatter(|_| None)
-        .custom_x_axes(vec![egui_plot::AxisHints::new_x().label("CG aft of the datum [m]").tick_label_color(text)])
-        .custom_y_axes(vec![egui_plot::AxisHints::new_y().label("mass [kg]").tick_label_color(text)])
-        .show(ui, |plot| {
-            let outline = Polygon::new("", PlotPoints::Borrowed(&corners));
-            plot.polygon(
-                outline
-                    .fill_color(palette.accent.gamma_multiply(0.12))
-                    .stroke(egui::Stroke::new(1.5, palette.accent))
-                    .allow_hover(false),
-            );
-            plot.points(Points::new("", vec![[x_m, mass_kg]]).radius(5.0).color(color).allow_hover(false));
+    }
+    for role in [WindowRole::Identification, WindowRole::Validation] {
+        let windows = ctx.session.windows.iter().filter(|window| window.role == role);
+        let middle = windows.filter_map(|window| {
+            let aero = ctx.snapshot.windows.get(&window.name)?.aero.latest()?;
+            let inertia = aero.data.inertia.at(aero.data.time_s.len() / 2);
+            Some([scale * inertia.cg_datum_m[0], inertia.mass_kg])
         });
+        let points: Vec<[f64; 2]> = middle.collect();
+        if !points.is_empty() {
+            let color = role_color(palette, role);
+            chart.curves.push(ChartCurve::new(role.name(), color, ChartStyle::Dots(3.0), points));
+        }
+    }
+    let inside = loaded.envelope.is_none_or(|margin| margin.inside());
+    let color = if inside { palette.good } else { palette.error };
+    let here = vec![[scale * loaded.properties.cg_from_datum_m[0], loaded.properties.mass_kg]];
+    chart.curves.push(ChartCurve::new("on board", color, ChartStyle::Dots(5.0), here));
+    let height = ui.available_height();
+    ctx.chart(ui, &chart, height);
 }

@@ -1,10 +1,14 @@
 //! What was computed, when and why, and what went wrong.
 
-use eframe::egui::{self, Label, RichText, Ui};
+use eframe::egui::{self, Label, RichText, TextStyle, Ui};
 use egui_extras::{Column, TableBuilder};
 
 use super::{Panel, PanelContext};
 use crate::{notation, theme};
+
+/// Width of the column with what asked for a run, and of all columns but the one with what came of it.
+const CAUSE: f32 = 170.0;
+const COLUMNS: f32 = 40.0 + CAUSE + 72.0 + 40.0;
 
 /// The panel.
 pub struct Log;
@@ -30,6 +34,24 @@ impl Panel for Log {
                 });
             });
         }
+        let figures = theme::figures(ui);
+        let width = (ui.available_width() - COLUMNS).max(120.0);
+        let wrapped = |ui: &Ui, text: &str, width: f32, color| {
+            ui.painter().layout(text.to_owned(), TextStyle::Body.resolve(ui.style()), color, width)
+        };
+        let lines: Vec<_> = snapshot
+            .log
+            .iter()
+            .map(|line| {
+                let failure = line.duration.is_zero();
+                let color = if failure { palette.error } else { ui.visuals().text_color() };
+                [
+                    wrapped(ui, &line.cause, CAUSE - 8.0, ui.visuals().text_color()),
+                    wrapped(ui, &line.text, width, color),
+                ]
+            })
+            .collect();
+        let heights = lines.iter().map(|cells| cells.iter().map(|cell| cell.size().y).fold(0.0, f32::max) + 5.0);
         TableBuilder::new(ui)
             .id_salt("log")
             .striped(true)
@@ -37,7 +59,7 @@ impl Panel for Log {
             .stick_to_bottom(true)
             .cell_layout(egui::Layout::left_to_right(egui::Align::Center))
             .column(Column::exact(40.0))
-            .column(Column::initial(170.0).resizable(true).clip(true))
+            .column(Column::exact(CAUSE).clip(true))
             .column(Column::remainder().clip(true))
             .column(Column::exact(72.0))
             .header(20.0, |mut header| {
@@ -48,25 +70,20 @@ impl Panel for Log {
                 }
             })
             .body(|body| {
-                body.rows(20.0, snapshot.log.len(), |mut row| {
-                    let line = &snapshot.log[row.index()];
-                    let failure = line.duration.is_zero();
+                body.heterogeneous_rows(heights, |mut row| {
+                    let at = row.index();
+                    let line = &snapshot.log[at];
                     row.col(|ui| {
                         ui.weak(line.generation.to_string());
                     });
+                    for cell in &lines[at] {
+                        row.col(|ui| {
+                            ui.label(std::sync::Arc::clone(cell));
+                        });
+                    }
                     row.col(|ui| {
-                        ui.add(Label::new(&line.cause).truncate());
-                    });
-                    row.col(|ui| {
-                        let mut text = RichText::new(&line.text);
-                        if failure {
-                            text = text.color(palette.error);
-                        }
-                        ui.add(Label::new(text).truncate()).on_hover_text(&line.text);
-                    });
-                    row.col(|ui| {
-                        if !failure {
-                            ui.weak(notation::duration(line.duration));
+                        if !line.duration.is_zero() {
+                            ui.label(RichText::new(notation::duration(line.duration)).font(figures.clone()).weak());
                         }
                     });
                 });

@@ -70,9 +70,9 @@ impl Panel for Manoeuvres {
             table = table.column(Column::initial(76.0).clip(true));
         }
         table
-            .columns(Column::exact(84.0), 2)
+            .columns(Column::exact(80.0), 2)
             .column(Column::exact(118.0))
-            .column(Column::exact(94.0))
+            .column(Column::exact(92.0))
             .header(20.0, |mut header| {
                 let flight: &[&str] = if several { &["Flight"] } else { &[] };
                 for title in ["", "Name"].iter().chain(flight).chain(&["Start [s]", "End [s]", "Use", "Surface"]) {
@@ -107,7 +107,7 @@ impl Manoeuvres {
         for (what, value, other) in [("start", start_s, end_s), ("end", end_s, start_s)] {
             row.col(|ui| {
                 let name = format!("{} {what}", window.name);
-                let edited = QuantityEdit::new(&name, value).per_point(0.05).show(ui);
+                let edited = QuantityEdit::new(&name, value).per_point(0.05).decimals(3).show(ui);
                 ctx.edit_quantity(edited, |value| {
                     let window_s = if what == "start" { (value, other) } else { (other, value) };
                     let placed = Window { start_s: window_s.0, end_s: window_s.1 };
@@ -240,7 +240,7 @@ fn surface_of(ctx: &mut PanelContext<'_>, ui: &mut Ui, window: &Manoeuvre) {
     let mut surface = window.surface;
     let text = |surface: Option<Surface>| surface.map_or("any", Surface::name);
     let combo =
-        ComboBox::from_id_salt(("surface", &window.name)).selected_text(text(surface)).width(82.0).show_ui(ui, |ui| {
+        ComboBox::from_id_salt(("surface", &window.name)).selected_text(text(surface)).width(80.0).show_ui(ui, |ui| {
             for choice in [None].into_iter().chain(Surface::ALL.map(Some)) {
                 ui.selectable_value(&mut surface, choice, text(choice));
             }

@@ -1,21 +1,31 @@
 //! Panels: each draws one aspect of the session and asks for changes by commands and edits.
 
+mod bias_table;
 mod by_window;
 mod correlation;
 mod derivatives;
 mod fits;
 mod flight;
+mod ground_track;
 mod innovations;
+mod intervals;
 mod loading;
 mod log;
 mod manoeuvres;
 mod model;
 mod noise;
+mod over_windows;
 mod propulsion;
 mod reconstruction;
+mod residuals;
+mod sensitivity;
 mod shortcuts;
+mod structures;
+mod term_effects;
 
-use doublet_engine::run::{Snapshot, WindowResults};
+use doublet_core::quantity::Dimension;
+use doublet_engine::report::Reference;
+use doublet_engine::run::{Snapshot, Wanted, WindowDetails, WindowResults};
 use doublet_engine::session::{Edit, Manoeuvre, Session, WindowRole};
 use eframe::egui::{self, Color32, Id, RichText, Ui};
 use serde::{Deserialize, Serialize};
@@ -24,6 +34,8 @@ use crate::command::{CommandInfo, UiCommand};
 use crate::theme::{self, Palette};
 use crate::ui_state::{Selection, UiState};
 use crate::widgets::EditPhase;
+use crate::widgets::chart::Chart;
+use crate::widgets::figure::FigureRequest;
 use crate::widgets::quantity_edit::QuantityEdited;
 use crate::widgets::time_plot::{PlotCache, SpanMark, StackResponse, TimePlot, time_stack};
 use crate::widgets::time_view::{Stretch, TimeView};
@@ -33,6 +45,8 @@ use crate::widgets::time_view::{Stretch, TimeView};
 pub enum Pane {
     /// The whole recording with its windows.
     Flight,
+    /// The track over ground.
+    GroundTrack,
     /// The windows.
     Manoeuvres,
     /// Settings of the filter.
@@ -51,6 +65,8 @@ pub enum Pane {
     Propulsion,
     /// Correlation of the parameters.
     Correlation,
+    /// Derivatives against what they were computed with.
+    Sensitivity,
     /// What is on board.
     Loading,
     /// What was computed, when and why.
@@ -63,6 +79,7 @@ impl Pane {
     /// Every panel, in the order menus show them.
     pub const ALL: &'static [Self] = &[
         Self::Flight,
+        Self::GroundTrack,
         Self::Manoeuvres,
         Self::Noise,
         Self::Reconstruction,
@@ -72,6 +89,7 @@ impl Pane {
         Self::Fits,
         Self::Propulsion,
         Self::Correlation,
+        Self::Sensitivity,
         Self::Loading,
         Self::Log,
         Self::Shortcuts,
@@ -81,6 +99,7 @@ impl Pane {
     pub fn title(self) -> &'static str {
         match self {
             Self::Flight => "Flight",
+            Self::GroundTrack => "Ground track",
             Self::Manoeuvres => "Manoeuvres",
             Self::Noise => "Noise and filter",
             Self::Reconstruction => "Reconstruction",
@@ -90,6 +109,7 @@ impl Pane {
             Self::Fits => "Fits and residuals",
             Self::Propulsion => "Propulsion",
             Self::Correlation => "Correlation",
+            Self::Sensitivity => "Sensitivity",
             Self::Loading => "Loading",
             Self::Log => "Log",
             Self::Shortcuts => "Shortcuts",
@@ -100,6 +120,7 @@ impl Pane {
     pub fn build(self) -> Box<dyn Panel> {
         match self {
             Self::Flight => Box::new(flight::Flight::default()),
+            Self::GroundTrack => Box::new(ground_track::GroundTrack),
             Self::Manoeuvres => Box::new(manoeuvres::Manoeuvres::default()),
             Self::Noise => Box::new(noise::Noise),
             Self::Reconstruction => Box::new(reconstruction::Reconstruction::default()),
@@ -109,7 +130,8 @@ impl Pane {
             Self::Fits => Box::new(fits::Fits::default()),
             Self::Propulsion => Box::new(propulsion::Propulsion::default()),
             Self::Correlation => Box::new(correlation::Correlation::default()),
-            Self::Loading => Box::new(loading::LoadingPanel),
+            Self::Sensitivity => Box::new(sensitivity::Sensitivity::default()),
+            Self::Loading => Box::new(loading::LoadingPanel::default()),
             Self::Log => Box::new(log::Log),
             Self::Shortcuts => Box::new(shortcuts::Shortcuts),
         }
@@ -145,6 +167,12 @@ pub struct PanelContext<'a> {
     pub commands: &'a mut Vec<UiCommand>,
     /// Changes of the session to make before the next frame.
     pub edits: &'a mut Vec<EditRequest>,
+    /// Derivatives from elsewhere, marked beside the estimates.
+    pub references: &'a [Reference],
+    /// What the panels on screen look at more closely.
+    pub wanted: &'a mut Wanted,
+    /// Figures to take away.
+    pub figures: &'a mut Vec<FigureRequest>,
 }
 
 /// Which stretch of time a stack shows.
@@ -178,6 +206,16 @@ impl<'a> PanelContext<'a> {
         }
     }
 
+    /// Draws a chart `height` points high.
+    pub fn chart(&mut self, ui: &mut Ui, chart: &Chart, height: f32) {
+        self.figures.extend(chart.show(ui, height));
+    }
+
+    /// Unit a dimension is shown in, and its factor from SI.
+    pub fn unit(&self, dimension: Dimension) -> (&'static str, f64) {
+        self.state.units.of(dimension)
+    }
+
     /// What the user looks at.
     pub fn selection(&self) -> &Selection {
         &self.state.selection
@@ -191,6 +229,12 @@ impl<'a> PanelContext<'a> {
     /// Results of the chosen window.
     pub fn results(&self) -> Option<&'a WindowResults> {
         self.snapshot.windows.get(self.state.selection.window.as_deref()?)
+    }
+
+    /// The closer look at the chosen window, once it is there.
+    pub fn details(&self) -> Option<&'a WindowDetails> {
+        let details = self.snapshot.details.latest()?.window.as_ref()?;
+        (self.state.selection.window.as_ref() == Some(&details.name)).then_some(details)
     }
 
     /// The stretch of time of a view.
@@ -211,10 +255,11 @@ impl<'a> PanelContext<'a> {
         plots: &[TimePlot<'_>],
         spans: &[SpanMark],
     ) -> StackResponse {
-        let response = time_stack(ui, Id::unique(id), self.view(view), cache, plots, spans);
+        let mut response = time_stack(ui, Id::unique(id), self.view(view), cache, plots, spans);
         if let Some(time_s) = response.hovered_s {
             *self.hovered_s = Some(time_s);
         }
+        self.figures.extend(response.figure.take());
         response
     }
 
@@ -245,6 +290,25 @@ fn role_color(palette: &Palette, role: WindowRole) -> Color32 {
         WindowRole::Validation => palette.validation,
         WindowRole::Ignored => palette.ignored,
     }
+}
+
+/// Fills a panel that has nothing to show yet: what is awaited and how far the run is, or why there is nothing.
+fn awaiting(ctx: &PanelContext<'_>, ui: &mut Ui, what: &str, otherwise: &str) {
+    let snapshot = ctx.snapshot;
+    if !snapshot.busy && snapshot.generation > 0 {
+        return empty(ui, otherwise);
+    }
+    ui.vertical_centered(|ui| {
+        ui.add_space((0.5 * ui.available_height() - 30.0).max(0.0));
+        ui.weak(format!("Waiting for {what}"));
+        ui.add(egui::ProgressBar::new(snapshot.progress).desired_width(220.0).desired_height(8.0));
+        let read = snapshot.flights.values().filter(|slot| slot.latest().is_some()).count();
+        let doing = match snapshot.windows.values().filter(|results| results.path.ready().is_some()).count() {
+            0 if read < snapshot.flights.len() => "reading recordings and fitting their clocks".to_owned(),
+            done => format!("{done} of {} windows reconstructed", snapshot.windows.len()),
+        };
+        ui.label(RichText::new(doing).size(11.0).weak());
+    });
 }
 
 /// Says in the middle of an empty panel why it is empty.

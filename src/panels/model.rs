@@ -2,13 +2,16 @@
 
 use std::collections::BTreeSet;
 
+use doublet_core::estimate::TermEffect;
 use doublet_core::model::{Coefficient, Structure, Term, Variable};
 use doublet_engine::session::{Edit, EstimationEdit, ModelEdit, PooledConstants};
 use eframe::egui::{self, Grid, Key, RichText, ScrollArea, TextEdit, Ui};
 
-use super::{Panel, PanelContext, choices};
+use super::{Pane, Panel, PanelContext, choices, term_effects};
+use crate::command::{UiCommand, ViewCommand};
 use crate::notation;
 use crate::theme;
+use crate::ui_state::Scope;
 
 /// Variables that always have a row.
 const COMMON: [Variable; 10] = [
@@ -41,11 +44,15 @@ pub struct Model {
     typed: String,
     problem: Option<String>,
     added: BTreeSet<Term>,
+    /// Row to bring into view.
+    shown: Option<Term>,
+    studied: Option<Coefficient>,
 }
 
 impl Panel for Model {
     fn show(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
-        ui.horizontal(|ui| {
+        ctx.wanted.terms = Some(self.terms(&ctx.session.structure));
+        ui.horizontal_wrapped(|ui| {
             ui.weak("Structure");
             for (name, structure) in PRESETS {
                 let structure = structure();
@@ -54,8 +61,10 @@ impl Panel for Model {
                     ctx.edit(Edit::Model(ModelEdit::Structure(structure)));
                 }
             }
+            ui.separator();
+            second(ctx, ui);
         });
-        ui.horizontal(|ui| {
+        ui.horizontal_wrapped(|ui| {
             ui.weak("Constants");
             let mut constants = ctx.session.estimation.constants;
             let all = [(PooledConstants::PerWindow, "per window"), (PooledConstants::Common, "common")];
@@ -68,11 +77,26 @@ impl Panel for Model {
                 ctx.edit(Edit::Estimation(EstimationEdit::BySurface(by_surface)));
             }
         });
+        let modelled =
+            ctx.session.structure.models.iter().map(|(coefficient, _)| (Some(*coefficient), coefficient.name()));
+        let all: Vec<_> = [(None, "All ticks")].into_iter().chain(modelled).collect();
+        if !all.iter().any(|(choice, _)| *choice == self.studied) {
+            self.studied = None;
+        }
+        ui.horizontal_wrapped(|ui| {
+            choices(ui, &mut self.studied, &all);
+            self.add_term(ui);
+        });
+        if let Some(problem) = &self.problem {
+            let color = theme::palette(ui).error;
+            ui.add(egui::Label::new(RichText::new(problem).color(color)).wrap());
+        }
         ui.separator();
         ScrollArea::both().auto_shrink(false).show(ui, |ui| {
-            self.matrix(ctx, ui);
-            ui.add_space(6.0);
-            self.add_term(ui);
+            match self.studied {
+                Some(studied) => term_effects::show(ctx, ui, studied),
+                None => self.matrix(ctx, ui),
+            }
             ui.add_space(6.0);
             warnings(ctx, ui);
         });
@@ -95,6 +119,8 @@ impl Model {
 
     fn matrix(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         let session = ctx.session;
+        let details = ctx.snapshot.details.latest();
+        let studies = details.map(|details| details.model.as_slice()).unwrap_or_default();
         Grid::new("terms").num_columns(Coefficient::ALL.len() + 1).spacing([14.0, 2.0]).striped(true).show(ui, |ui| {
             ui.label("");
             for coefficient in Coefficient::ALL {
@@ -105,16 +131,25 @@ impl Model {
             for term in self.terms(&session.structure) {
                 let about = term.factors().iter().map(|(variable, _)| variable.description()).collect::<Vec<_>>();
                 let label = ui.label(notation::term(&term.to_string()));
+                if self.shown.as_ref() == Some(&term) {
+                    label.scroll_to_me(None);
+                    self.shown = None;
+                }
                 if !about.is_empty() {
                     label.on_hover_text(about.join("\n"));
                 }
                 for coefficient in Coefficient::ALL {
                     let was = session.structure.terms(coefficient).is_some_and(|terms| terms.contains(&term));
                     let mut on = was;
+                    let cell = ui.cursor();
                     let tick = ui.checkbox(&mut on, "");
                     let name = format!("{} {term}", coefficient.name());
                     ui.ctx().accesskit_node_builder(tick.id, |node| node.set_label(name));
-                    tick.on_hover_text(notation::derivative(&term.derivative_name(coefficient)));
+                    let derivative = notation::derivative(&term.derivative_name(coefficient));
+                    let effect = term_effects::effect(studies, coefficient, &term);
+                    let words = effect.map(|effect| format!("\n{}", term_effects::words(effect))).unwrap_or_default();
+                    tick.on_hover_text(format!("{derivative}{words}"));
+                    mark(ui, &cell, effect);
                     if on != was {
                         ctx.edit(Edit::Model(ModelEdit::SetTerm { coefficient, term: term.clone(), on }));
                     }
@@ -127,13 +162,14 @@ impl Model {
     /// A field for any product of variables.
     fn add_term(&mut self, ui: &mut Ui) {
         ui.horizontal(|ui| {
-            ui.weak("Product term");
-            let field = ui.add(TextEdit::singleline(&mut self.typed).hint_text("alpha*delta_e").desired_width(140.0));
+            let field = ui.add(TextEdit::singleline(&mut self.typed).hint_text("alpha*delta_e").desired_width(110.0));
             ui.ctx().accesskit_node_builder(field.id, |node| node.set_label("term to add"));
             let entered = field.lost_focus() && ui.input(|i| i.key_pressed(Key::Enter));
             if ui.button("Add row").clicked() || entered {
                 match Term::parse(&self.typed) {
                     Ok(term) => {
+                        self.shown = Some(term.clone());
+                        self.studied = None;
                         self.added.insert(term);
                         self.typed.clear();
                         self.problem = None;
@@ -142,11 +178,37 @@ impl Model {
                 }
             }
         });
-        if let Some(problem) = &self.problem {
-            let color = theme::palette(ui).error;
-            ui.add(egui::Label::new(RichText::new(problem).color(color)).wrap());
-        }
     }
+}
+
+/// The second structure: kept from the first, exchanged with it, dropped.
+fn second(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
+    let keep =
+        ui.button("Keep as B").on_hover_text("Keep this structure as B and go on changing A; both are estimated");
+    if keep.clicked() {
+        ctx.edit(Edit::Model(ModelEdit::Second(Some(ctx.session.structure.clone()))));
+    }
+    if ctx.session.second_structure.is_none() {
+        return;
+    }
+    if ui.button("A ⇄ B").on_hover_text("Let A and B change places").clicked() {
+        ctx.edit(Edit::Model(ModelEdit::Exchange));
+    }
+    if ui.button("Show both").on_hover_text("Derivatives of A and B beside each other").clicked() {
+        ctx.state.selection.scope = Scope::Structures;
+        ctx.commands.push(UiCommand::View(ViewCommand::Show(Pane::Derivatives)));
+    }
+    if ui.button("Drop B").clicked() {
+        ctx.edit(Edit::Model(ModelEdit::Second(None)));
+    }
+}
+
+/// A mark beside a tick where its term deserves attention.
+fn mark(ui: &Ui, cell: &egui::Rect, effect: Option<&TermEffect>) {
+    let Some((_, color)) = effect.and_then(|effect| term_effects::judgement(effect, theme::palette(ui))) else {
+        return;
+    };
+    ui.painter().circle_filled(cell.left_top() + egui::vec2(26.0, 11.0), 3.0, color);
 }
 
 /// Coefficients that could not be estimated, and why; how well conditioned the others are.

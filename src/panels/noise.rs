@@ -166,7 +166,7 @@ fn initial(ctx: &mut PanelContext<'_>, ui: &mut Ui, usual: &FilterSettings) {
 impl Row<'_> {
     /// Symbol, field, reset, and a mark of consistency.
     fn show(self, ctx: &mut PanelContext<'_>, ui: &mut Ui, edit: impl Fn(f64) -> FilterEdit) {
-        let (unit, scale) = notation::unit(self.dimension);
+        let (unit, scale) = ctx.unit(self.dimension);
         ui.label(self.symbol).on_hover_text(self.about);
         let edited = QuantityEdit::new(&self.name, self.value).unit(unit, scale).logarithmic().show(ui);
         ctx.edit_quantity(edited, |value| Edit::Filter(edit(value)));

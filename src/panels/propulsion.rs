@@ -33,11 +33,11 @@ impl Panel for Propulsion {
             return empty(ui, text);
         };
         for engine in &flight.engines {
-            agreement(engine, ui);
+            agreement(ctx, engine, ui);
         }
         let colors = theme::palette(ui).series;
-        let (power_unit, power_scale) = notation::unit(Dimension::Power);
-        let (force_unit, force_scale) = notation::unit(Dimension::Force);
+        let (power_unit, power_scale) = ctx.unit(Dimension::Power);
+        let (force_unit, force_scale) = ctx.unit(Dimension::Force);
         let labels: Vec<_> =
             flight.engines.iter().map(|e| [format!("P {}", e.name), format!("T {}", e.name)]).collect();
         let mut plots = Vec::new();
@@ -58,8 +58,8 @@ impl Panel for Propulsion {
 }
 
 /// One line per engine: the two powers over the whole flight.
-fn agreement(engine: &EngineOverFlight, ui: &mut Ui) {
-    let (unit, scale) = notation::unit(Dimension::Power);
+fn agreement(ctx: &PanelContext<'_>, engine: &EngineOverFlight, ui: &mut Ui) {
+    let (unit, scale) = ctx.unit(Dimension::Power);
     ui.horizontal_wrapped(|ui| {
         ui.strong(&engine.name);
         let Some(agreement) = &engine.agreement else {

@@ -2,11 +2,10 @@
 
 use doublet_core::reconstruct::{Measurement, State};
 use doublet_engine::stage::WindowPath;
-use eframe::egui::{self, RichText, Ui};
-use egui_extras::{Column, TableBuilder};
+use eframe::egui::Ui;
 
-use super::{Panel, PanelContext, View, choices, empty, trouble};
-use crate::notation;
+use super::{Panel, PanelContext, View, awaiting, bias_table, choices, trouble};
+use crate::notation::{self, Units};
 use crate::theme;
 use crate::widgets::time_plot::{PlotCache, TimePlot, Trace, TraceStyle};
 
@@ -66,33 +65,79 @@ const MEASURED: [Measurement; 12] = [
 #[derive(Default)]
 pub struct Reconstruction {
     aspect: Aspect,
+    compare: bool,
     cache: PlotCache,
 }
 
 impl Panel for Reconstruction {
     fn show(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
-        choices(ui, &mut self.aspect, &Aspect::ALL);
+        let by_states = !self.aspect.states().is_empty();
+        ui.horizontal_wrapped(|ui| {
+            choices(ui, &mut self.aspect, &Aspect::ALL);
+            if by_states {
+                ui.checkbox(&mut self.compare, "compare filters").on_hover_text(
+                    "The same window by the extended and the iterated extended Kalman filter, and smoothed",
+                );
+            }
+        });
         if self.aspect == Aspect::Table {
-            return table(ctx, ui);
+            return bias_table::show(ctx, ui);
         }
-        let Some(results) = ctx.results() else { return empty(ui, "Choose a window that is in use.") };
+        let Some(results) = ctx.results() else {
+            return awaiting(ctx, ui, "the windows", "Choose a window that is in use.");
+        };
         trouble(ui, results.path.error());
         let stale = results.path.is_stale();
-        let Some(path) = results.path.latest().cloned() else { return };
+        let Some(path) = results.path.latest().cloned() else {
+            return awaiting(ctx, ui, "the path of this window", "This window has no path.");
+        };
+        if self.compare && by_states {
+            return self.comparison(ctx, ui, &path);
+        }
         let plots = match self.aspect {
-            Aspect::Measured => measured(&path, ui, stale),
-            aspect => states(&path, aspect.states(), ui, stale),
+            Aspect::Measured => measured(&path, ui, stale, ctx.state.units),
+            aspect => states(&path, aspect.states(), ui, stale, ctx.state.units),
         };
         ctx.stack(ui, "reconstruction", View::Window, &mut self.cache, &plots, &[]);
     }
 }
 
+impl Reconstruction {
+    /// States by the plain and the iterated filter and smoothed, with truth.
+    fn comparison(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui, path: &WindowPath) {
+        ctx.wanted.filters = true;
+        let [plain, iterated] = match ctx.details().and_then(|details| details.filters.as_ref()) {
+            Some(Ok(both)) => both,
+            Some(Err(error)) => return trouble(ui, Some(error)),
+            None => return awaiting(ctx, ui, "both filters", "Both filters are running."),
+        };
+        let colors = theme::palette(ui).series;
+        let plots = self.aspect.states().iter().map(|&state| {
+            let (unit, scale) = ctx.unit(state.dimension());
+            let index = state as usize;
+            let mut traces = vec![
+                Trace { scale, ..Trace::new("EKF", &plain.series.states[index], colors[0]) },
+                Trace { scale, ..Trace::new("IEKF", &iterated.series.states[index], colors[3]) },
+            ];
+            if let Some(smoothed) = &iterated.series.smoothed {
+                traces.push(Trace { scale, ..Trace::new("smoothed", &smoothed.states[index], colors[2]) });
+            }
+            if let Some(truth) = &path.series.truth[index] {
+                traces.push(Trace { scale, style: TraceStyle::Dashed, ..Trace::new("truth", truth, colors[1]) });
+            }
+            TimePlot::new(notation::state(state), unit, traces)
+        });
+        let plots: Vec<TimePlot<'_>> = plots.collect();
+        ctx.stack(ui, "comparison", View::Window, &mut self.cache, &plots, &[]);
+    }
+}
+
 /// Measured under reconstructed.
-fn measured<'a>(path: &'a WindowPath, ui: &Ui, stale: bool) -> Vec<TimePlot<'a>> {
+fn measured<'a>(path: &'a WindowPath, ui: &Ui, stale: bool, units: Units) -> Vec<TimePlot<'a>> {
     let palette = theme::palette(ui);
     let present = MEASURED.into_iter().filter(|measurement| !path.missing.contains(measurement));
     let plots = present.map(|measurement| {
-        let (unit, scale) = notation::unit(measurement.dimension());
+        let (unit, scale) = units.of(measurement.dimension());
         let index = measurement as usize;
         let measured = Trace {
             scale,
@@ -108,10 +153,10 @@ fn measured<'a>(path: &'a WindowPath, ui: &Ui, stale: bool) -> Vec<TimePlot<'a>>
 }
 
 /// Filtered and smoothed states with truth.
-fn states<'a>(path: &'a WindowPath, states: &[State], ui: &Ui, stale: bool) -> Vec<TimePlot<'a>> {
+fn states<'a>(path: &'a WindowPath, states: &[State], ui: &Ui, stale: bool, units: Units) -> Vec<TimePlot<'a>> {
     let palette = theme::palette(ui);
     let plots = states.iter().map(|&state| {
-        let (unit, scale) = notation::unit(state.dimension());
+        let (unit, scale) = units.of(state.dimension());
         let index = state as usize;
         let series = &path.series;
         let mut traces = vec![Trace {
@@ -136,56 +181,4 @@ fn states<'a>(path: &'a WindowPath, states: &[State], ui: &Ui, stale: bool) -> V
         TimePlot::new(notation::state(state), unit, traces)
     });
     plots.collect()
-}
-
-/// Final biases and wind of every window.
-fn table(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
-    let states = &State::ALL[9..];
-    let figures = theme::figures(ui);
-    egui::ScrollArea::horizontal().show(ui, |ui| {
-        TableBuilder::new(ui)
-            .id_salt("biases")
-            .striped(true)
-            .auto_shrink(false)
-            .cell_layout(egui::Layout::left_to_right(egui::Align::Center))
-            .column(Column::initial(120.0).clip(true).resizable(true))
-            .columns(Column::exact(104.0), states.len())
-            .header(34.0, |mut header| {
-                header.col(|ui| {
-                    ui.weak("Window");
-                });
-                for state in states {
-                    header.col(|ui| {
-                        let (unit, _) = notation::unit(state.dimension());
-                        ui.vertical(|ui| {
-                            ui.spacing_mut().item_spacing.y = 0.0;
-                            ui.label(notation::state(*state));
-                            ui.label(RichText::new(unit).size(10.5).weak());
-                        });
-                    });
-                }
-            })
-            .body(|mut body| {
-                for window in &ctx.session.windows {
-                    let path = ctx.snapshot.windows.get(&window.name).and_then(|results| results.path.latest());
-                    let Some(path) = path else { continue };
-                    body.row(22.0, |mut row| {
-                        row.col(|ui| {
-                            ui.label(&window.name);
-                        });
-                        for state in states {
-                            let (_, scale) = notation::unit(state.dimension());
-                            let last = |column: &[f64]| column.last().map_or(f64::NAN, |value| scale * value);
-                            let index = *state as usize;
-                            let value = last(&path.series.states[index].values);
-                            let deviation = last(&path.series.deviations[index]);
-                            row.col(|ui| {
-                                let text = format!("{} ± {}", notation::fixed(value, 3), notation::fixed(deviation, 3));
-                                ui.label(RichText::new(text).font(figures.clone()).size(11.0));
-                            });
-                        }
-                    });
-                }
-            });
-    });
 }

@@ -6,7 +6,9 @@ use super::{Panel, PanelContext};
 use crate::command::Menu;
 
 /// What the pointer does in a time plot.
-const POINTER: [(&str, &str); 7] = [
+const POINTER: [(&str, &str); 9] = [
+    ("Right click", "Menu: save or copy a plot, markers, zoom"),
+    ("Wheel beside the plots", "Scroll a long stack"),
     ("Wheel", "Zoom time about the pointer"),
     ("Drag, Shift+Wheel", "Pan"),
     ("Right drag", "Zoom to a stretch"),

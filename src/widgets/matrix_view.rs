@@ -5,6 +5,8 @@ use eframe::egui::{
     WidgetInfo, epaint::TextShape, pos2, vec2,
 };
 
+use super::chart::figure_menu;
+use super::figure::{Figure, FigureMatrix, FigureRequest};
 use crate::theme::{self, Palette};
 
 /// Largest cell.
@@ -60,11 +62,11 @@ pub fn cell_at(area: Rect, size: usize, at: Pos2) -> Option<(usize, usize)> {
 }
 
 impl MatrixView<'_> {
-    /// Draws it into the room there is; row and column under the pointer.
-    pub fn show(&self, ui: &mut Ui) -> Option<(usize, usize)> {
+    /// Draws it into the room there is; row and column under the pointer, and a figure asked for in its menu.
+    pub fn show(&self, ui: &mut Ui) -> (Option<(usize, usize)>, Option<FigureRequest>) {
         let size = self.labels.len();
         if size == 0 || self.values.len() != size * size {
-            return None;
+            return (None, None);
         }
         let font = FontId::proportional(11.0);
         let ink = ui.visuals().text_color();
@@ -80,7 +82,7 @@ impl MatrixView<'_> {
         let room = ui.available_size();
         let cell = ((room.x - side - right).min(room.y - above) / size as f32).clamp(6.0, LARGEST_CELL).floor();
         let extent = cell * size as f32;
-        let (outer, response) = ui.allocate_exact_size(vec2(side + extent + right, above + extent), Sense::hover());
+        let (outer, response) = ui.allocate_exact_size(vec2(side + extent + right, above + extent), Sense::click());
         response.widget_info(|| WidgetInfo::labeled(Role::Image, true, self.name));
         let area = Rect::from_min_size(outer.min + vec2(side, above), Vec2::splat(extent));
         self.cells(ui, area, cell);
@@ -93,12 +95,32 @@ impl MatrixView<'_> {
             let foot = pos2(area.left() + middle - 0.5 * hanging.x, area.top() - 4.0 - hanging.y);
             ui.painter().add(TextShape::new(foot, name.clone(), ink).with_angle(NAME_SLOPE));
         }
-        let (row, column) = response.hover_pos().and_then(|at| cell_at(area, size, at))?;
+        let wanted = figure_menu(&response).map(|form| FigureRequest { figure: self.figure(), form });
+        let under = response.hover_pos().and_then(|at| cell_at(area, size, at));
+        if let Some(cell_under) = under {
+            self.point_out(ui, response, (area, cell), cell_under);
+        }
+        (under, wanted)
+    }
+
+    /// Outlines the cell under the pointer and says its value.
+    fn point_out(&self, ui: &Ui, response: egui::Response, (area, cell): (Rect, f32), (row, column): (usize, usize)) {
+        let size = self.labels.len();
         let under = Rect::from_min_size(area.min + vec2(column as f32, row as f32) * cell, Vec2::splat(cell));
         ui.painter().rect_stroke(under, 0.0, Stroke::new(1.5, ui.visuals().strong_text_color()), StrokeKind::Outside);
         let value = self.values[row * size + column];
         response.on_hover_text_at_pointer(format!("{} × {}:  {value:+.4}", self.labels[row], self.labels[column]));
-        Some((row, column))
+    }
+
+    /// The matrix with the colours it has on white.
+    fn figure(&self) -> Figure {
+        let cell = |value: &f64| intensity(*value, self.full_scale).map_or(Color32::WHITE, |i| color(&theme::LIGHT, i));
+        let matrix = FigureMatrix {
+            labels: self.labels.iter().map(|label| (*label).to_owned()).collect(),
+            values: self.values.to_vec(),
+            colors: self.values.iter().map(cell).collect(),
+        };
+        Figure { name: self.name.replace(' ', "_"), matrix: Some(matrix), ..Figure::default() }
     }
 
     /// Coloured cells, with their values where there is room.

@@ -1,9 +1,16 @@
 //! Widgets drawn by hand: they show what they are given and report what the user did.
 
+pub mod chart;
 pub mod decimate;
+pub mod drawing;
+pub mod figure;
 pub mod matrix_view;
+mod plot_cache;
+mod pointer;
 pub mod quantity_edit;
+mod readout;
 pub mod span_editor;
+mod stack_figure;
 mod ticks;
 pub mod time_plot;
 pub mod time_view;

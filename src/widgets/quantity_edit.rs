@@ -25,6 +25,7 @@ pub struct QuantityEdit<'a> {
     scale: f64,
     logarithmic: bool,
     per_point: f64,
+    decimals: Option<usize>,
     allowed: Option<RangeInclusive<f64>>,
     problem: Option<&'a str>,
 }
@@ -48,7 +49,17 @@ struct Held {
 impl<'a> QuantityEdit<'a> {
     /// A field called `name` (for tests and screen readers) for `value` in SI.
     pub fn new(name: &'a str, value: f64) -> Self {
-        Self { name, value, unit: "", scale: 1.0, logarithmic: false, per_point: 0.01, allowed: None, problem: None }
+        Self {
+            name,
+            value,
+            unit: "",
+            scale: 1.0,
+            logarithmic: false,
+            per_point: 0.01,
+            decimals: None,
+            allowed: None,
+            problem: None,
+        }
     }
 
     /// Shows the value in `unit`, which is SI times `scale`.
@@ -70,6 +81,13 @@ impl<'a> QuantityEdit<'a> {
     #[must_use]
     pub fn per_point(mut self, per_point: f64) -> Self {
         self.per_point = per_point;
+        self
+    }
+
+    /// Shows and drags this many decimals, whatever the size of the value: for places on a long axis.
+    #[must_use]
+    pub fn decimals(mut self, decimals: usize) -> Self {
+        self.decimals = Some(decimals);
         self
     }
 
@@ -114,7 +132,9 @@ impl<'a> QuantityEdit<'a> {
         let before = if logarithmic { shown.log10() } else { shown };
         let after = Cell::new(before);
         let typed: Cell<Option<f64>> = Cell::new(None);
-        let text_before = short(shown);
+        let decimals = self.decimals;
+        let text = move |value: f64| decimals.map_or_else(|| short(value), |decimals| fixed(value, decimals));
+        let text_before = text(shown);
         let field = DragValue::from_get_set(|new| {
             new.inspect(|&new| after.set(new));
             after.get()
@@ -122,7 +142,7 @@ impl<'a> QuantityEdit<'a> {
         .speed(if logarithmic { DECADES_PER_POINT } else { self.per_point })
         .update_while_editing(false)
         .min_size(vec2(FIELD_WIDTH, ui.spacing().interact_size.y))
-        .custom_formatter(|at, _| short(if logarithmic { 10f64.powf(at) } else { at }))
+        .custom_formatter(move |at, _| text(if logarithmic { 10f64.powf(at) } else { at }))
         .custom_parser(|text| {
             let text = text.trim().replace('\u{2212}', "-");
             if text == text_before {
@@ -182,7 +202,11 @@ impl<'a> QuantityEdit<'a> {
         if after == before {
             return None;
         }
-        let now = rounded(if logarithmic { 10f64.powf(after) } else { after }, DRAG_DIGITS) / self.scale;
+        let moved = if logarithmic { 10f64.powf(after) } else { after };
+        let now = match self.decimals {
+            Some(decimals) => fixed(moved, decimals).parse().unwrap_or(moved),
+            None => rounded(moved, DRAG_DIGITS),
+        } / self.scale;
         match held {
             Some(held) => {
                 ui.data_mut(|data| data.insert_temp(id, Held { now, ..held }));
@@ -200,6 +224,12 @@ pub fn rounded(value: f64, digits: i32) -> f64 {
     }
     let text = format!("{value:.*e}", (digits - 1).max(0) as usize);
     text.parse().unwrap_or(value)
+}
+
+/// `value` with at most `decimals` decimals and no idle zeros after them.
+fn fixed(value: f64, decimals: usize) -> String {
+    let text = format!("{value:.decimals$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }
 
 /// What a field shows: four digits of what is below one, five of the rest.
@@ -250,6 +280,13 @@ mod tests {
         assert_eq!(concise(5.73e-5), "5.73e-5");
         assert_eq!(concise(-2.0), "-2");
         assert_eq!(concise(0.0), "0");
+    }
+
+    #[test]
+    fn places_on_a_long_axis_keep_their_decimals() {
+        assert_eq!(fixed(1056.8, 3), "1056.8");
+        assert_eq!(fixed(123_456.789_4, 3), "123456.789");
+        assert_eq!(fixed(300.0, 3), "300");
     }
 
     #[test]

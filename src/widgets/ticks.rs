@@ -1,5 +1,10 @@
 //! Ticks of plot axes and their labels.
 
+use eframe::egui::{Align2, FontId, Rect, TextStyle, Ui, pos2};
+
+use super::time_plot::x_at;
+use super::time_view::Stretch;
+
 /// Least distance of a label of the value axis from the ends of its plot.
 const TICK_ROOM: f32 = 7.0;
 
@@ -9,6 +14,21 @@ pub(super) fn ticks(input: egui_plot::GridInput, spacing: f32) -> Vec<egui_plot:
     let (first, last) = ((input.bounds.0 / step_size).ceil(), (input.bounds.1 / step_size).floor());
     let count = (last - first).clamp(-1.0, 1000.0) as i64 + 1;
     (0..count).map(|k| egui_plot::GridMark { value: (first + k as f64) * step_size, step_size }).collect()
+}
+
+/// Draws the time axis of `range` into `area`, which is as wide as the frames above it.
+pub(super) fn draw_time_axis(ui: &Ui, area: Rect, range: Stretch, spacing: f32) {
+    let ink = ui.visuals().weak_text_color();
+    let base_step_size = 8.0 * range.length_s() / f64::from(area.width().max(1.0));
+    let marks = ticks(egui_plot::GridInput { bounds: (range.start_s, range.end_s), base_step_size }, spacing);
+    let font = TextStyle::Body.resolve(ui.style());
+    let painter = ui.painter();
+    for mark in marks {
+        let at = pos2(x_at(area, range, mark.value), area.top() + 3.0);
+        painter.text(at, Align2::CENTER_TOP, tick(mark.value, mark.step_size), font.clone(), ink);
+    }
+    let foot = pos2(area.center().x, area.bottom() - 1.0);
+    painter.text(foot, Align2::CENTER_BOTTOM, "time [s]", FontId::proportional(11.5), ui.visuals().text_color());
 }
 
 /// Ticks far enough from the ends that the labels of stacked plots do not run into one another.
@@ -23,14 +43,17 @@ pub(super) fn inner_ticks(input: egui_plot::GridInput, spacing: f32) -> Vec<egui
 }
 
 /// The smallest of 1, 2, 5 times a power of ten that is not less than `least`.
-fn round_step(least: f64) -> f64 {
+pub(super) fn round_step(least: f64) -> f64 {
     let decade = 10f64.powf(least.log10().floor());
     [1.0, 2.0, 5.0, 10.0].into_iter().map(|m| m * decade).find(|step| *step >= least * (1.0 - 1e-9)).unwrap_or(least)
 }
 
 /// Text of a tick: as many decimals as its step needs.
 pub(super) fn tick(value: f64, step: f64) -> String {
-    if value != 0.0 && !(1e-4..1e6).contains(&value.abs().max(step)) {
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    if !(1e-4..1e6).contains(&value.abs().max(step)) {
         return format!("{value:.1e}");
     }
     let decimals = (-step.abs().max(1e-9).log10().floor()).clamp(0.0, 8.0) as usize;

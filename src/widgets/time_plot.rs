@@ -1,41 +1,41 @@
 //! Stacked time plots with one time axis, one cursor and one left margin.
 
-use std::collections::HashMap;
 use std::sync::Arc;
 
 use doublet_core::series::Series;
-use eframe::egui::{self, Align2, Color32, CornerRadius, Id, Key, PointerButton, Rect, Stroke, Ui, pos2, vec2};
+use eframe::egui::{self, Align2, Color32, CornerRadius, Id, Rect, Stroke, Ui, pos2, vec2};
 use egui_plot::{FilledArea, Line, LineStyle, Plot, PlotPoint, PlotPoints, Points};
 
-use super::decimate::{Band, Decimated, Pyramid, decimate, decimate_band, value_at};
-use super::ticks::{inner_ticks, tick, ticks};
+use super::decimate::value_at;
+use super::figure::FigureRequest;
+use super::plot_cache::Drawn;
+pub use super::plot_cache::PlotCache;
+pub use super::pointer::step_markers;
+use super::pointer::{interact, plot_menu};
+use super::readout;
+use super::stack_figure::stack_figure;
+use super::ticks::{draw_time_axis, inner_ticks, tick, ticks};
 use super::time_view::{Stretch, TimeView};
 use crate::theme;
 
 /// Width of the value axis of every plot of a stack, so that their time axes line up.
-pub const VALUE_AXIS_WIDTH: f32 = 64.0;
+pub const VALUE_AXIS_WIDTH: f32 = 72.0;
 /// Room left of the value axis for the upright label, which is centred on the edge.
 const LABEL_ROOM: f32 = 8.0;
 /// Room right of the frames for the half of the last time label that lies beyond them.
 const RIGHT_ROOM: f32 = 14.0;
 /// Height of the time axis below the last plot.
 pub const TIME_AXIS_HEIGHT: f32 = 34.0;
-/// Least height of one plot; a stack that needs more scrolls.
-const LEAST_HEIGHT: f32 = 70.0;
+/// Least height of one plot; a stack that needs more scrolls, its time axis stays.
+const LEAST_HEIGHT: f32 = 54.0;
 /// Room above and below the data, as a fraction of their extent.
 const MARGIN: f64 = 0.08;
-/// Part of a band's points that does not count for the value range.
-const BAND_LEFT_OUT: f64 = 0.15;
-/// Magnification per point of wheel travel.
-const WHEEL_GAIN: f64 = 0.004;
 /// Samples further apart than this on screen are marked with dots.
 const DOT_SPACING: f32 = 7.0;
 /// Least distance between ticks of the time axis and of a value axis.
 const TICK_SPACING: [f32; 2] = [84.0, 18.0];
 /// A reference that swings through more than this many times its range is drawn solid: dashes would fill the plot.
 const MOST_SWINGS: f64 = 60.0;
-/// A right drag shorter than this zooms nowhere.
-const LEAST_BOX: f32 = 4.0;
 
 /// How a trace is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -91,7 +91,28 @@ pub struct TimePlot<'a> {
     pub levels: Vec<f64>,
 }
 
+/// Value range of a plot for what is drawn of its traces.
+pub(super) fn value_range<'a>(plot: &TimePlot<'_>, drawn: impl Iterator<Item = &'a Drawn>) -> (f64, f64) {
+    let extents = drawn.flat_map(|drawn| {
+        let band = drawn.band_extent.map(|(low, high)| {
+            let room = if plot.fit_bands { 0.5 * (high - low) } else { 0.0 };
+            (low - room, high + room)
+        });
+        drawn.line.extent.filter(|_| !plot.fit_bands).into_iter().chain(band)
+    });
+    plot.value_range.unwrap_or_else(|| value_bounds(extents))
+}
+
 impl<'a> TimePlot<'a> {
+    /// Label of the value axis with its unit.
+    pub(super) fn axis_label(&self) -> String {
+        match (self.label, self.unit) {
+            (label, "") => label.to_owned(),
+            ("", unit) => format!("[{unit}]"),
+            (label, unit) => format!("{label} [{unit}]"),
+        }
+    }
+
     /// A plot that fits its values to what is visible.
     pub fn new(label: &'a str, unit: &'a str, traces: Vec<Trace<'a>>) -> Self {
         Self { label, unit, traces, value_range: None, fit_bands: false, levels: Vec::new() }
@@ -120,85 +141,8 @@ pub struct StackResponse {
     pub hovered_plot: Option<usize>,
     /// Where the data area of every plot is on screen, from the left end of the range to its right end.
     pub frames: Vec<Rect>,
-}
-
-/// What was drawn for one trace, and for what.
-struct Drawn {
-    series: Series,
-    sigma: Option<Arc<[f64]>>,
-    pyramid: Pyramid,
-    key: Option<(Stretch, usize, f64)>,
-    line: Decimated,
-    band: Band,
-    band_extent: Option<(f64, f64)>,
-    frame: u64,
-}
-
-/// Decimated traces kept from frame to frame: nothing is computed again while range, width and samples stay.
-#[derive(Default)]
-pub struct PlotCache {
-    drawn: HashMap<(Id, usize, usize), Drawn>,
-    refreshed: usize,
-}
-
-impl PlotCache {
-    /// How many traces have been decimated since the cache was made.
-    pub fn refreshed(&self) -> usize {
-        self.refreshed
-    }
-
-    /// Brings the trace up to date for `range` and `columns`.
-    fn prepare(&mut self, at: (Id, usize, usize), trace: &Trace<'_>, range: Stretch, columns: usize, frame: u64) {
-        let Trace { series, sigma, scale, .. } = *trace;
-        let fresh = || Drawn {
-            series: series.clone(),
-            sigma: sigma.cloned(),
-            pyramid: Pyramid::new(&series.time_s, &series.values),
-            key: None,
-            line: Decimated::default(),
-            band: Band::default(),
-            band_extent: None,
-            frame,
-        };
-        let drawn = self.drawn.entry(at).or_insert_with(fresh);
-        if !same(&drawn.series, series) {
-            *drawn = fresh();
-        }
-        if drawn.sigma.as_ref().map(Arc::as_ptr) != sigma.map(Arc::as_ptr) {
-            drawn.sigma = sigma.cloned();
-            drawn.key = None;
-        }
-        drawn.frame = frame;
-        let key = Some((range, columns, scale));
-        if drawn.key == key {
-            return;
-        }
-        drawn.key = key;
-        self.refreshed += 1;
-        let count = series.time_s.len().min(series.values.len());
-        let (time, values) = (&series.time_s[..count], &series.values[..count]);
-        let range_s = (range.start_s, range.end_s);
-        decimate(&drawn.pyramid, time, values, scale, range_s, columns, &mut drawn.line);
-        if let Some(sigma) = sigma.filter(|sigma| sigma.len() == count) {
-            decimate_band((time, values, sigma), scale, 2.0, range_s, columns / 2, &mut drawn.band);
-            drawn.band_extent = usual_extent(&drawn.band);
-        }
-    }
-}
-
-/// Edges of a band without its widest parts, such as the uncertainty a filter starts from: they may leave the plot.
-fn usual_extent(band: &Band) -> Option<(f64, f64)> {
-    let edge = |values: &[f64], part: f64| {
-        let mut values = values.to_vec();
-        let at = (part * values.len().checked_sub(1)? as f64).round() as usize;
-        Some(*values.select_nth_unstable_by(at, f64::total_cmp).1)
-    };
-    edge(&band.low, BAND_LEFT_OUT).zip(edge(&band.high, 1.0 - BAND_LEFT_OUT))
-}
-
-/// Whether both hold the very same samples.
-fn same(a: &Series, b: &Series) -> bool {
-    Arc::ptr_eq(&a.time_s, &b.time_s) && Arc::ptr_eq(&a.values, &b.values)
+    /// A figure asked for in the menu of a plot.
+    pub figure: Option<FigureRequest>,
 }
 
 /// Value range that shows `extents` with some room, never empty.
@@ -207,7 +151,12 @@ pub fn value_bounds(extents: impl Iterator<Item = (f64, f64)>) -> (f64, f64) {
     if low > high {
         return (-1.0, 1.0);
     }
-    let least = 1e-9 * low.abs().max(high.abs()).max(1e-3);
+    // Labels of a signal that hardly moves stay short enough for the axis.
+    let least = match low.abs().max(high.abs()) {
+        0.0 => 1.0,
+        size if low == high => 1e-2 * size,
+        size => 1e-6 * size,
+    };
     let room = (MARGIN * (high - low)).max(least);
     (low - room, high + room)
 }
@@ -227,7 +176,8 @@ pub fn readable(value: f64) -> String {
 
 /// Shows `plots` under one another over the range of `view` and lets the pointer move it: wheel zooms about the
 /// pointer, Shift and wheel or a drag pans, a right drag zooms to a box of time, a double click shows everything,
-/// Shift and click sets marker A, Ctrl and click marker B, the arrow keys step the markers by a sample.
+/// Shift and click sets marker A, Ctrl and click marker B, the arrow keys step the markers by a sample. A right click
+/// opens a menu with figures and numbers to take away. With both markers set a table below says what lies between them.
 pub fn time_stack(
     ui: &mut Ui,
     id: Id,
@@ -241,7 +191,9 @@ pub fn time_stack(
         return out;
     }
     let room = ui.available_size();
-    let each = ((room.y - TIME_AXIS_HEIGHT) / plots.len() as f32).max(LEAST_HEIGHT).floor();
+    let readout = readout::height(view, plots, room.y);
+    let shown = (room.y - TIME_AXIS_HEIGHT - readout).max(LEAST_HEIGHT);
+    let each = (shown / plots.len() as f32).max(LEAST_HEIGHT).floor();
     let columns = ((room.x - VALUE_AXIS_WIDTH - LABEL_ROOM - RIGHT_ROOM).max(16.0) * ui.pixels_per_point()) as usize;
     let frame = ui.ctx().cumulative_frame_nr();
     for (row, plot) in plots.iter().enumerate() {
@@ -251,31 +203,50 @@ pub fn time_stack(
     }
     let (drawn, range) = (&cache.drawn, view.range());
     let mut hovered_s = None;
+    let mut wanted = None;
     let margin = egui::Margin { left: LABEL_ROOM as i8, right: RIGHT_ROOM as i8, ..Default::default() };
     let mut show = |ui: &mut Ui| {
         ui.spacing_mut().item_spacing.y = 0.0;
         for (row, plot) in plots.iter().enumerate() {
-            let last = row + 1 == plots.len();
-            let height = if last { each + TIME_AXIS_HEIGHT } else { each };
             let look = |column: usize| drawn.get(&(id, row, column));
-            let shown = draw_plot(ui, id.with(row), (height, last), plot, &look, range, spans);
+            let shown = draw_plot(ui, id.with(row), each, plot, &look, range, spans);
             let frame = *shown.transform.frame();
             out.frames.push(frame);
+            if !ui.is_rect_visible(frame) {
+                continue;
+            }
             draw_cursors(ui, (frame, range), view, plot, &look);
             if let Some(time_s) = interact(ui, &shown.response, frame, view, &mut out) {
                 hovered_s = Some(time_s);
                 out.hovered_plot = Some(row);
             }
+            if let Some((of, form)) = plot_menu(&shown.response, frame, view, plots.len()) {
+                wanted = Some((row, of, form));
+            }
         }
     };
+    let spacing = std::mem::take(&mut ui.spacing_mut().item_spacing.y);
     egui::ScrollArea::vertical()
         .id_salt(id.with("scroll"))
-        .auto_shrink(false)
+        .auto_shrink([false, true])
+        .max_height(shown)
         .show(ui, |ui| egui::Frame::new().inner_margin(margin).show(ui, &mut show));
+    let (axis, _) = ui.allocate_exact_size(vec2(ui.available_width(), TIME_AXIS_HEIGHT), egui::Sense::hover());
+    if let Some(first) = out.frames.first() {
+        draw_time_axis(ui, Rect::from_x_y_ranges(first.x_range(), axis.y_range()), range, TICK_SPACING[0]);
+    }
+    ui.spacing_mut().item_spacing.y = spacing;
+    if readout > 0.0 {
+        readout::show(ui, id, view, cache, plots);
+    }
     if hovered_s.is_some() {
         view.cursor_s = hovered_s;
     }
     out.hovered_s = hovered_s;
+    if let Some((row, of, form)) = wanted {
+        let figure = stack_figure(id, (&*cache, plots, spans), range, &out.frames);
+        out.figure = Some(FigureRequest { figure: of.part(figure, row), form });
+    }
     cache.drawn.retain(|(owner, ..), drawn| *owner != id || drawn.frame == frame);
     out
 }
@@ -284,7 +255,7 @@ pub fn time_stack(
 fn draw_plot<'a>(
     ui: &mut Ui,
     id: Id,
-    (height, last): (f32, bool),
+    height: f32,
     plot: &'a TimePlot<'a>,
     look: &dyn Fn(usize) -> Option<&'a Drawn>,
     range: Stretch,
@@ -293,27 +264,16 @@ fn draw_plot<'a>(
     let palette = theme::palette(ui);
     let drawn: Vec<(&Trace<'a>, &'a Drawn)> =
         plot.traces.iter().enumerate().filter_map(|(column, trace)| Some((trace, look(column)?))).collect();
-    let extents = drawn.iter().flat_map(|(_, drawn)| {
-        let band = drawn.band_extent.map(|(low, high)| {
-            let room = if plot.fit_bands { 0.5 * (high - low) } else { 0.0 };
-            (low - room, high + room)
-        });
-        drawn.line.extent.filter(|_| !plot.fit_bands).into_iter().chain(band)
-    });
-    let (low, high) = plot.value_range.unwrap_or_else(|| value_bounds(extents));
-    let label = match (plot.label, plot.unit) {
-        (label, "") => label.to_owned(),
-        ("", unit) => format!("[{unit}]"),
-        (label, unit) => format!("{label} [{unit}]"),
-    };
+    let (low, high) = value_range(plot, drawn.iter().map(|(_, drawn)| *drawn));
+    let label = plot.axis_label();
     let points_per_s = f64::from(ui.available_width() - VALUE_AXIS_WIDTH) / range.length_s();
     let text = ui.visuals().weak_text_color();
-    let mut chart = Plot::new(id)
+    let chart = Plot::new(id)
         .height(height)
-        .show_axes([last, true])
+        .show_axes([false, true])
         .custom_y_axes(vec![
             egui_plot::AxisHints::new_y()
-                .label(egui::RichText::new(label).size(11.5))
+                .label(egui::RichText::new(label).size(10.5))
                 .min_thickness(VALUE_AXIS_WIDTH)
                 .label_spacing(LABELS)
                 .tick_label_color(text)
@@ -333,16 +293,6 @@ fn draw_plot<'a>(
         .x_grid_spacer(|input| ticks(input, TICK_SPACING[0]))
         .y_grid_spacer(|input| inner_ticks(input, TICK_SPACING[1]))
         .label_formatter(|_| None);
-    if last {
-        chart = chart.custom_x_axes(vec![
-            egui_plot::AxisHints::new_x()
-                .label(egui::RichText::new("time [s]").size(11.5))
-                .min_thickness(TIME_AXIS_HEIGHT)
-                .label_spacing(LABELS)
-                .tick_label_color(text)
-                .formatter(|mark, _| tick(mark.value, mark.step_size)),
-        ]);
-    }
     chart.show(ui, |chart| {
         chart.set_plot_bounds_x(range.start_s..=range.end_s);
         chart.set_plot_bounds_y(low..=high);
@@ -452,91 +402,6 @@ fn draw_cursors<'a>(
         painter.hline(left + 4.0..=left + 15.0, y, Stroke::new(2.0, trace.color));
         painter.galley(pos2(left + 19.0, top + 2.0), galley, ui.visuals().text_color());
         left += size.x + 6.0;
-    }
-}
-
-/// Lets the pointer over one plot move the view; the time under the pointer.
-fn interact(
-    ui: &Ui,
-    response: &egui::Response,
-    frame: Rect,
-    view: &mut TimeView,
-    out: &mut StackResponse,
-) -> Option<f64> {
-    let range = view.range();
-    let s_per_point = range.length_s() / f64::from(frame.width());
-    let (now_s, modifiers) = ui.input(|i| (i.time, i.modifiers));
-    if response.dragged_by(PointerButton::Primary) {
-        ui.set_cursor_icon(egui::CursorIcon::Grabbing);
-        let by = f64::from(response.drag_delta().x);
-        if by != 0.0 {
-            view.pan(-by * s_per_point, now_s);
-        }
-    }
-    box_zoom(ui, response, frame, view);
-    let pointer = response.hover_pos().filter(|at| frame.contains(*at))?;
-    let here_s = time_at(frame, range, pointer.x);
-    let (wheel, pinch) = ui.input_mut(|i| (std::mem::take(&mut i.smooth_scroll_delta), i.zoom_delta()));
-    let along = if modifiers.shift { wheel.x + wheel.y } else { wheel.x };
-    if along != 0.0 {
-        view.pan(-f64::from(along) * s_per_point, now_s);
-    } else if wheel.y != 0.0 {
-        view.zoom((WHEEL_GAIN * f64::from(wheel.y)).exp(), here_s, now_s);
-    }
-    if pinch != 1.0 {
-        view.zoom(f64::from(pinch), here_s, now_s);
-    }
-    if response.double_clicked() {
-        view.home();
-    } else if response.clicked() {
-        match (modifiers.shift, modifiers.command) {
-            (true, _) => view.markers_s[0] = Some(here_s),
-            (_, true) => view.markers_s[1] = Some(here_s),
-            _ => out.clicked_s = Some(here_s),
-        }
-    }
-    Some(here_s)
-}
-
-/// A drag with the secondary button zooms to the stretch it covers.
-fn box_zoom(ui: &Ui, response: &egui::Response, frame: Rect, view: &mut TimeView) {
-    let dragged = response.dragged_by(PointerButton::Secondary);
-    let stopped = response.drag_stopped_by(PointerButton::Secondary);
-    if !dragged && !stopped {
-        return;
-    }
-    let id = response.id.with("box");
-    let Some(at) = response.interact_pointer_pos() else { return };
-    let pressed = ui.input(|i| i.pointer.press_origin()).unwrap_or(at);
-    let origin = ui.data_mut(|data| *data.get_temp_mut_or_insert_with(id, || pressed));
-    let rect = Rect::from_x_y_ranges(origin.x.min(at.x)..=origin.x.max(at.x), frame.y_range()).intersect(frame);
-    if stopped {
-        ui.data_mut(|data| data.remove::<egui::Pos2>(id));
-        if rect.width() > LEAST_BOX {
-            let edge = |x: f32| time_at(frame, view.range(), x);
-            view.zoom_to(Stretch::new(edge(rect.left()), edge(rect.right())));
-        }
-        return;
-    }
-    let accent = theme::palette(ui).accent;
-    ui.painter().rect_filled(rect, 0.0, accent.gamma_multiply(0.2));
-    ui.painter().rect_stroke(rect, 0.0, Stroke::new(1.0, accent), egui::StrokeKind::Inside);
-}
-
-/// Moves marker A with the arrow keys (with Shift: B) to the next or previous sample of `time_s`.
-pub fn step_markers(ui: &Ui, view: &mut TimeView, time_s: &[f64]) {
-    let (left, right, shift) =
-        ui.input(|i| (i.key_pressed(Key::ArrowLeft), i.key_pressed(Key::ArrowRight), i.modifiers.shift));
-    if left == right {
-        return;
-    }
-    if let Some(marker) = &mut view.markers_s[usize::from(shift)] {
-        let next = if right {
-            time_s.get(time_s.partition_point(|t| t <= marker))
-        } else {
-            time_s.partition_point(|t| t < marker).checked_sub(1).map(|at| &time_s[at])
-        };
-        *marker = next.copied().unwrap_or(*marker);
     }
 }
 

@@ -4,6 +4,8 @@
 
 mod allocations;
 mod app;
+mod figures;
+mod panels;
 mod plots;
 mod rasteriser;
 mod recording;
@@ -48,6 +50,26 @@ fn picture<State>(harness: &mut Harness<'_, State>, name: &str) -> RgbaImage {
         image.save(folder.join(format!("{name}.png"))).expect("the picture can be written");
     }
     image
+}
+
+/// Clicks with the secondary button.
+fn secondary_click<State>(harness: &mut Harness<'_, State>, pos: egui::Pos2) {
+    harness.hover_at(pos);
+    harness.step();
+    for pressed in [true, false] {
+        let (button, modifiers) = (egui::PointerButton::Secondary, egui::Modifiers::NONE);
+        harness.event(egui::Event::PointerButton { pos, button, pressed, modifiers });
+        harness.step();
+    }
+    harness.run_steps(3);
+}
+
+/// Text put into the clipboard in the last frame.
+fn copied<State>(harness: &Harness<'_, State>) -> Option<String> {
+    harness.output().platform_output.commands.iter().find_map(|command| match command {
+        egui::OutputCommand::CopyText(text) => Some(text.clone()),
+        _ => None,
+    })
 }
 
 /// Presses at `from`, moves to `to` in `steps` frames, and releases there.

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use doublet::theme;
+use doublet::widgets::figure::FigureRequest;
 use doublet::widgets::span_editor::{LANE_HEIGHT, Lane, SpanEvent, SpanItem, span_lane};
 use doublet::widgets::time_plot::{
     PlotCache, SpanMark, StackResponse, TimePlot, Trace, TraceStyle, step_markers, time_at, time_stack, x_at,
@@ -28,6 +29,7 @@ pub struct Bench {
     pub cache: PlotCache,
     pub seen: StackResponse,
     pub events: Vec<SpanEvent>,
+    pub figures: Vec<FigureRequest>,
     rates: [Series; 2],
     truth: Series,
     sigma: Arc<[f64]>,
@@ -49,6 +51,7 @@ impl Bench {
             cache: PlotCache::default(),
             seen: StackResponse::default(),
             events: Vec::new(),
+            figures: Vec::new(),
             rates: [series(measured), series(smooth)],
             truth: series((0..count).map(wave).collect()),
             sigma: (0..count).map(|k| 2.0 + 1.5 * (k as f64 * 0.002).sin()).collect(),
@@ -83,6 +86,7 @@ impl Bench {
         });
         let (_, rect) = ui.allocate_space(egui::vec2(ui.available_width(), LANE_HEIGHT));
         bench.seen = time_stack(ui, Id::unique("bench"), &mut bench.view, &mut bench.cache, &plots, &marks);
+        bench.figures.extend(bench.seen.figure.take());
         let lane = Lane {
             rect,
             frame: bench.seen.frames[0],
@@ -95,14 +99,14 @@ impl Bench {
     }
 }
 
-fn harness<'a>(count: usize, dark: bool) -> Harness<'a, Bench> {
+pub fn harness<'a>(count: usize, dark: bool) -> Harness<'a, Bench> {
     let mut harness = widget_harness((1000.0, 520.0), dark, Bench::new(count), Bench::show);
     harness.run_steps(3);
     harness
 }
 
 /// Time at the middle of the first plot.
-fn middle(harness: &Harness<'_, Bench>) -> Pos2 {
+pub fn middle(harness: &Harness<'_, Bench>) -> Pos2 {
     harness.state().seen.frames[0].center()
 }
 

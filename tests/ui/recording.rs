@@ -18,7 +18,7 @@ pub const STEP_S: f64 = 0.02;
 /// Altitude of the local origin, m.
 const ORIGIN_M: f64 = 1500.0;
 /// True airspeed, m/s.
-const AIRSPEED_M_S: f64 = 90.0;
+pub const AIRSPEED_M_S: f64 = 90.0;
 /// Gravity, m/s².
 const GRAVITY_M_S2: f64 = 9.806_65;
 /// Pitch inertia, kg m²; reference area, m²; chord, m.

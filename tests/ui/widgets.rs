@@ -213,7 +213,7 @@ fn the_matrix_shows_its_colours_and_names_the_cell_under_the_pointer() {
                 notable: 0.9,
                 stale: false,
             };
-            *hovered = matrix.show(ui);
+            *hovered = matrix.show(ui).0;
         });
         harness.run_steps(2);
         let rect = harness.get_by_label("Correlation of regressors").rect();

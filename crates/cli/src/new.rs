@@ -104,6 +104,7 @@ pub fn new(arguments: &NewArguments) -> Result<(), String> {
         preparation: Preparation::default(),
         estimation: Estimation::default(),
         structure: Structure::thesis(),
+        second_structure: None,
     };
     session::save(&session, &arguments.output).map_err(|error| error.to_string())?;
     let missing = Measurement::ALL.into_iter().filter(|m| !measured.contains(&m.role())).map(Measurement::name);

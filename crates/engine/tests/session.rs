@@ -64,6 +64,7 @@ fn example() -> Session {
         preparation: Preparation::default(),
         estimation: Estimation::default(),
         structure: Structure::thesis(),
+        second_structure: None,
     }
 }
 

@@ -16,6 +16,7 @@ mod pooled;
 mod search;
 mod stepwise;
 mod summary;
+mod term_study;
 mod triangle;
 mod weighted;
 
@@ -34,4 +35,5 @@ pub use pooled::{PooledFit, PooledWindow, Stacked, pooled, stacked};
 pub use search::{ScalarSearch, search_scalar};
 pub use stepwise::{Selection, StepAction, StepRecord, StepwiseSettings, stepwise};
 pub use summary::{ParameterSummary, summarise};
+pub use term_study::{TermEffect, TermStudy, term_study};
 pub use weighted::{GeneralisedFit, generalised_least_squares, weighted_least_squares};

@@ -14,6 +14,45 @@ pub struct Series {
     pub values: Arc<[f64]>,
 }
 
+/// What a signal does between two instants.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Statistics {
+    /// Finite samples inside.
+    pub samples: usize,
+    /// Smallest value.
+    pub min: f64,
+    /// Largest value.
+    pub max: f64,
+    /// Mean of the samples, `sum x / N`.
+    pub mean: f64,
+    /// Root mean square, `sqrt(sum x^2 / N)`.
+    pub rms: f64,
+    /// Standard deviation about the mean, `sqrt(sum (x - mean)^2 / N)`.
+    pub deviation: f64,
+}
+
+impl Series {
+    /// Statistics of the finite samples inside `window`, both ends included; `None` where there are none.
+    pub fn statistics(&self, window: Window) -> Option<Statistics> {
+        let range = window.indices(&self.time_s);
+        let inside = || self.values[range.clone()].iter().copied().filter(|value| value.is_finite());
+        let samples = inside().count();
+        if samples == 0 {
+            return None;
+        }
+        let count = samples as f64;
+        let mean = inside().sum::<f64>() / count;
+        Some(Statistics {
+            samples,
+            min: inside().fold(f64::INFINITY, f64::min),
+            max: inside().fold(f64::NEG_INFINITY, f64::max),
+            mean,
+            rms: (inside().map(|value| value * value).sum::<f64>() / count).sqrt(),
+            deviation: (inside().map(|value| (value - mean).powi(2)).sum::<f64>() / count).sqrt(),
+        })
+    }
+}
+
 /// One recorded channel, in SI when its unit is known.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {
@@ -72,6 +111,17 @@ impl Window {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn statistics_of_a_stretch_leave_out_what_is_not_finite() {
+        let series =
+            Series { time_s: (0..6).map(f64::from).collect(), values: [9.0, 1.0, f64::NAN, -2.0, 4.0, 9.0].into() };
+        let found = series.statistics(Window { start_s: 1.0, end_s: 4.0 }).expect("three samples lie inside");
+        assert_eq!((found.samples, found.min, found.max, found.mean), (3, -2.0, 4.0, 1.0));
+        approx::assert_relative_eq!(found.rms, 7.0_f64.sqrt());
+        approx::assert_relative_eq!(found.deviation, 6.0_f64.sqrt());
+        assert_eq!(series.statistics(Window { start_s: 1.5, end_s: 2.5 }), None);
+    }
 
     #[test]
     fn window_takes_both_its_ends() {

@@ -11,7 +11,7 @@ use crate::estimate::{EstimateError, Fit, FitQuality};
 
 pub use contribution::{Contribution, contributions};
 pub use leave_one_out::{LeftOut, leave_one_out};
-pub use residual::{Whiteness, cross_correlation, whiteness};
+pub use residual::{Histogram, Whiteness, cross_correlation, histogram, whiteness};
 pub use theil::{Theil, theil};
 
 /// Prediction of a window the parameters were not estimated from.

@@ -29,6 +29,36 @@ pub fn whiteness(residuals: &[f64], max_lag: usize) -> Whiteness {
     Whiteness { share_inside: inside as f64 / max_lag.max(1) as f64, autocorrelation, band }
 }
 
+/// How often residuals of each size occur.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Histogram {
+    /// Left end of the first bin.
+    pub left: f64,
+    /// Width of a bin.
+    pub width: f64,
+    /// Residuals in each bin.
+    pub counts: Vec<usize>,
+    /// Count a normal distribution of the same mean and standard deviation has in each bin, by its density at the middle.
+    pub normal: Vec<f64>,
+}
+
+/// Histogram of values in `bins` equal bins from the smallest to the largest; the last bin holds its right end.
+pub fn histogram(values: &[f64], bins: usize) -> Histogram {
+    let count = values.len() as f64;
+    let left = values.iter().copied().fold(f64::INFINITY, f64::min);
+    let right = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let width = if right > left { (right - left) / bins as f64 } else { 1.0 };
+    let mut counts = vec![0; bins];
+    for value in values {
+        counts[(((value - left) / width) as usize).min(bins - 1)] += 1;
+    }
+    let mean = values.iter().sum::<f64>() / count;
+    let variance = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / count;
+    let density = |x: f64| (-0.5 * (x - mean).powi(2) / variance).exp() / (std::f64::consts::TAU * variance).sqrt();
+    let normal = (0..bins).map(|bin| count * width * density(left + (bin as f64 + 0.5) * width)).collect();
+    Histogram { left, width, counts, normal }
+}
+
 /// Normalised cross-correlation of a residual with an input of the same length at lags `-max_lag..=max_lag`: entry `k` is
 /// `sum_i v_i u_{i + k - max_lag} / sqrt(sum v^2 sum u^2)`, means removed. An input that still explains the residual shows up
 /// outside the band of [`whiteness`].
@@ -64,6 +94,20 @@ mod tests {
         let coloured = whiteness(&summed, 25);
         approx::assert_relative_eq!(coloured.autocorrelation[5], 0.5, epsilon = 0.06);
         assert!(coloured.share_inside < 0.8);
+    }
+
+    #[test]
+    fn histogram_counts_every_value_and_a_normal_sample_follows_its_normal_curve() {
+        let found = histogram(&[0.0, 0.1, 0.9, 1.0, 2.0], 2);
+        assert_eq!((found.left, found.width, found.counts), (0.0, 1.0, vec![3, 2]));
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(3);
+        let normal: Vec<f64> = (0..20_000).map(|_| (0..12).map(|_| rng.random::<f64>() - 0.5).sum()).collect();
+        let found = histogram(&normal, 21);
+        assert_eq!(found.counts.iter().sum::<usize>(), 20_000);
+        for (count, expected) in found.counts.iter().zip(&found.normal).filter(|(_, expected)| **expected > 400.0) {
+            // Five standard deviations of a count.
+            assert!((*count as f64 - expected).abs() < 5.0 * expected.sqrt(), "{count} and {expected}");
+        }
     }
 
     #[test]

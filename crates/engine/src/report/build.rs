@@ -35,6 +35,7 @@ pub fn build(session: &Session, snapshot: &Snapshot) -> Results {
         engines: super::engines::rows(session, snapshot),
         windows: active.filter_map(|window| window_row(window, snapshot)).collect(),
         pooled: pooled.iter().flat_map(|pooled| pooled.fits.iter().map(fit_row)).collect(),
+        pooled_second: snapshot.second.ready().iter().flat_map(|second| second.fits.iter().map(fit_row)).collect(),
         predictions: pooled
             .iter()
             .flat_map(|pooled| &pooled.predictions)

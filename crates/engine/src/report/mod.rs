@@ -3,6 +3,7 @@
 mod build;
 mod engines;
 mod histories;
+mod reference;
 mod results;
 mod signals;
 mod studies;
@@ -13,6 +14,7 @@ use std::path::{Path, PathBuf};
 use thiserror::Error;
 
 pub use build::build;
+pub use reference::{Reference, reference};
 pub use results::{
     AgreementRow, ClockRow, CorrelationRow, DerivativeRow, DroppedRow, EngineRow, FORMAT, FitRow, FlightRow,
     InnovationRow, MonitorRow, PhaseRow, PredictionRow, RecordingRow, Results, StateRow, VERSION, WindowRow,

@@ -39,6 +39,9 @@ pub struct Results {
     pub windows: Vec<WindowRow>,
     /// Derivatives from all identification windows together.
     pub pooled: Vec<FitRow>,
+    /// The same by the session's second structure, where it has one.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub pooled_second: Vec<FitRow>,
     /// Prediction of every window by the pooled derivatives.
     pub predictions: Vec<PredictionRow>,
     /// Studies that were asked for.

@@ -5,8 +5,9 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 
 use super::control::Control;
+use super::details::{Wanted, details};
 use super::pipeline::{Scope, run};
-use super::snapshot::Snapshot;
+use super::snapshot::{Slot, Snapshot};
 use crate::graph::Cache;
 use crate::session::Session;
 use crate::study::Study;
@@ -32,6 +33,10 @@ pub struct Request {
 #[derive(Default)]
 struct Inbox {
     pending: Option<(u64, Request)>,
+    /// What is looked at, and whether a look at it is due or under way.
+    wanted: Wanted,
+    look_due: bool,
+    looking: bool,
     generation: u64,
     running: Option<Control>,
     closed: bool,
@@ -87,6 +92,22 @@ impl Engine {
         generation
     }
 
+    /// States what is looked at: [`Snapshot::details`] follows, now and after every run. Cheap while it stays the same.
+    pub fn look_at(&self, wanted: &Wanted) {
+        let mut inbox = lock(&self.shared.inbox);
+        if inbox.wanted != *wanted {
+            inbox.wanted = wanted.clone();
+            inbox.look_due = true;
+            self.shared.arrived.notify_one();
+        }
+    }
+
+    /// Whether a closer look is due or under way.
+    pub fn is_looking(&self) -> bool {
+        let inbox = lock(&self.shared.inbox);
+        inbox.look_due || inbox.looking
+    }
+
     /// Stops the run under way, if any.
     pub fn cancel(&self) {
         let mut inbox = lock(&self.shared.inbox);
@@ -125,31 +146,53 @@ impl Drop for Engine {
     }
 }
 
-/// Waits for a request, runs it, publishes what comes.
+/// What is to be done next.
+enum Job {
+    Run(u64, Request, Control),
+    Look(Wanted),
+}
+
+/// Waits for a request, runs it, publishes what comes; looks closer when nothing is to be run.
 fn coordinate(shared: &Shared) {
     let cache = Cache::new(CACHE_BYTES);
-    while let Some((generation, request, control)) = next(shared) {
+    let mut session: Option<Arc<Session>> = None;
+    while let Some(job) = next(shared) {
         let previous = Arc::clone(&lock(&shared.snapshot));
         let publish = |snapshot: Snapshot| {
             // An older generation never overwrites a newer one: requests are run one at a time, in order.
             *lock(&shared.snapshot) = Arc::new(snapshot);
             (shared.wake)();
         };
-        let scope = Scope {
-            session: &request.session,
-            folder: &request.folder,
-            first: request.first.as_deref(),
-            studies: &request.studies,
-            cause: &request.cause,
-            generation,
-        };
-        run(&scope, &previous, &cache, &control, &publish);
-        lock(&shared.inbox).running = None;
+        match job {
+            Job::Run(generation, request, control) => {
+                let scope = Scope {
+                    session: &request.session,
+                    folder: &request.folder,
+                    first: request.first.as_deref(),
+                    studies: &request.studies,
+                    cause: &request.cause,
+                    generation,
+                };
+                run(&scope, &previous, &cache, &control, &publish);
+                session = Some(Arc::clone(&request.session));
+                let mut inbox = lock(&shared.inbox);
+                inbox.running = None;
+                inbox.look_due = true;
+            }
+            Job::Look(wanted) => {
+                if let Some(session) = &session {
+                    let mut snapshot = Snapshot::clone(&previous);
+                    snapshot.details = Slot::Ready(Arc::new(details(session, &snapshot, &wanted)));
+                    publish(snapshot);
+                }
+                lock(&shared.inbox).looking = false;
+            }
+        }
         (shared.wake)();
     }
 }
 
-fn next(shared: &Shared) -> Option<(u64, Request, Control)> {
+fn next(shared: &Shared) -> Option<Job> {
     let mut inbox = lock(&shared.inbox);
     loop {
         if inbox.closed {
@@ -158,7 +201,11 @@ fn next(shared: &Shared) -> Option<(u64, Request, Control)> {
         if let Some((generation, request)) = inbox.pending.take() {
             let control = Control::default();
             inbox.running = Some(control.clone());
-            return Some((generation, request, control));
+            return Some(Job::Run(generation, request, control));
+        }
+        if std::mem::take(&mut inbox.look_due) {
+            inbox.looking = true;
+            return Some(Job::Look(inbox.wanted.clone()));
         }
         inbox = shared.arrived.wait(inbox).unwrap_or_else(PoisonError::into_inner);
     }

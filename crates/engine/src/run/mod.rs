@@ -2,6 +2,7 @@
 
 mod control;
 mod coordinator;
+mod details;
 mod export;
 mod pipeline;
 mod snapshot;
@@ -9,6 +10,7 @@ mod studies;
 
 pub use control::{Cancelled, Control};
 pub use coordinator::{Engine, Request};
+pub use details::{Details, Wanted, WindowDetails, details};
 pub use export::Export;
 pub use pipeline::{Scope, run};
 pub use snapshot::{LogEntry, Slot, Snapshot, Studies, WindowResults};

@@ -5,6 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use doublet_core::airframe::LoadedState;
+use doublet_core::model::Structure;
 use doublet_core::reconstruct::{FilterData, lane_groups};
 use rayon::prelude::*;
 
@@ -188,6 +189,12 @@ fn first_snapshot(scope: &Scope<'_>, previous: &Snapshot, windows: &[&Manoeuvre]
     snapshot.loaded.begin();
     snapshot.pooled.begin();
     studies::begin(&mut snapshot.studies, scope.studies);
+    if scope.session.second_structure.is_some() {
+        snapshot.second.begin();
+    }
+    if snapshot.details.latest().is_some() {
+        snapshot.details.begin();
+    }
     snapshot
 }
 
@@ -205,6 +212,7 @@ fn cancel_running(snapshot: &mut Snapshot) {
     }
     snapshot.pooled.cancel();
     studies::cancel(&mut snapshot.studies);
+    snapshot.second.cancel();
 }
 
 fn stages(scope: &Scope<'_>, windows: &[&Manoeuvre], cache: &Cache, board: &Board<'_>) -> Result<(), Cancelled> {
@@ -216,6 +224,7 @@ fn stages(scope: &Scope<'_>, windows: &[&Manoeuvre], cache: &Cache, board: &Boar
         for window in windows {
             board.step(|s| fail_window(s, &window.name, "the aircraft could not be read"))?;
         }
+        board.update(|s| s.second = Slot::NotRequested)?;
         propose(scope, &flights, cache, board)?;
         return board.step(|s| {
             s.pooled.finish(Err("the aircraft could not be read".to_owned()));
@@ -567,16 +576,23 @@ fn pool(
     board: &Board<'_>,
 ) -> Result<(Arc<PooledFits>, Key), Cancelled> {
     let session = scope.session;
-    let mut key = KeyBuilder::new("pooled", 1).parameters(&session.structure).parameters(&session.estimation);
-    for (window, aero_key) in windows {
-        key = key.key(*aero_key).parameters(window.manoeuvre);
-    }
-    let key = key.finish();
-    let pooled = cache.get(key).unwrap_or_else(|| {
-        let windows: Vec<AeroWindow<'_>> =
-            windows.iter().map(|(window, _)| (window.manoeuvre, Arc::clone(&window.aero))).collect();
-        cache.insert(key, stage::pooled_fits(&windows, &session.structure, &session.estimation))
-    });
+    let aero: Vec<AeroWindow<'_>> =
+        windows.iter().map(|(window, _)| (window.manoeuvre, Arc::clone(&window.aero))).collect();
+    let by = |structure: &Structure| {
+        let mut key = KeyBuilder::new("pooled", 1).parameters(structure).parameters(&session.estimation);
+        for (window, aero_key) in windows {
+            key = key.key(*aero_key).parameters(window.manoeuvre);
+        }
+        let key = key.finish();
+        let pooled = cache.get(key);
+        (pooled.unwrap_or_else(|| cache.insert(key, stage::pooled_fits(&aero, structure, &session.estimation))), key)
+    };
+    let (pooled, key) = by(&session.structure);
     board.step(|snapshot| snapshot.pooled.finish(Ok(Arc::clone(&pooled))))?;
+    let second = session.second_structure.as_ref().map(by);
+    board.update(|snapshot| match second {
+        Some((second, _)) => snapshot.second.finish(Ok(second)),
+        None => snapshot.second = Slot::NotRequested,
+    })?;
     Ok((pooled, key))
 }

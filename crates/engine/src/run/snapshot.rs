@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use doublet_core::airframe::LoadedState;
 
+use super::details::Details;
 use crate::stage::{
     FlightEngines, FlightNoise, FlightProposals, LoadedAircraft, LoadedFlight, PooledFits, WindowAero, WindowFits,
     WindowPath,
@@ -154,6 +155,10 @@ pub struct Snapshot {
     pub pooled: Slot<PooledFits>,
     /// What was asked for beside the derivatives.
     pub studies: Studies,
+    /// The same by the session's second structure; not requested without one.
+    pub second: Slot<PooledFits>,
+    /// A closer look at these results; only the background worker computes it, after the run and for what is looked at.
+    pub details: Slot<Details>,
     /// Newest last.
     pub log: Vec<LogEntry>,
 }

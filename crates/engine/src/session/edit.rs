@@ -126,6 +126,10 @@ pub enum ModelEdit {
     },
     /// Replaces the whole structure.
     Structure(Structure),
+    /// Keeps a structure beside the first, or none.
+    Second(Option<Structure>),
+    /// Lets the two structures change places.
+    Exchange,
 }
 
 /// An edit that cannot be applied.
@@ -367,6 +371,9 @@ impl ModelEdit {
                 format!("{verb} {}", term.derivative_name(*coefficient))
             }
             Self::Structure(_) => "change model structure".to_owned(),
+            Self::Second(Some(_)) => "keep a second model structure".to_owned(),
+            Self::Second(None) => "drop the second model structure".to_owned(),
+            Self::Exchange => "exchange the two model structures".to_owned(),
         }
     }
 
@@ -374,6 +381,12 @@ impl ModelEdit {
         match self {
             Self::SetTerm { coefficient, term, on } => set_term(&mut session.structure, *coefficient, term, *on),
             Self::Structure(structure) => session.structure = structure.clone(),
+            Self::Second(structure) => session.second_structure.clone_from(structure),
+            Self::Exchange => {
+                if let Some(second) = &mut session.second_structure {
+                    std::mem::swap(&mut session.structure, second);
+                }
+            }
         }
     }
 }

@@ -47,6 +47,8 @@ pub struct Session {
     pub estimation: Estimation,
     /// Terms of each coefficient.
     pub structure: Structure,
+    /// A second structure, estimated beside the first to compare the two.
+    pub second_structure: Option<Structure>,
 }
 
 /// Recordings that share one time line.

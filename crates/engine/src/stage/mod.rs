@@ -7,6 +7,7 @@
 mod aero;
 mod aircraft;
 mod align;
+mod detail;
 mod engines;
 mod fit;
 mod flight_engines;
@@ -23,6 +24,10 @@ mod truth;
 pub use aero::{WindowAero, aero};
 pub use aircraft::{AircraftData, LoadedAircraft, aircraft_data, load_aircraft};
 pub use align::UsedClock;
+pub use detail::{
+    BIAS_STATES, BiasTable, CoefficientStudy, Contributions, KindSummary, ResidualStudy, bias_table, contributions,
+    kind_summaries, model_study, residual_studies, track_from_velocity,
+};
 pub use fit::{
     AeroWindow, CoefficientFit, DroppedTerm, PooledFits, Prediction, Regression, WindowFits, pooled_fits,
     pooled_regressions, window_fits,

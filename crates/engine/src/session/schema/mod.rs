@@ -103,6 +103,8 @@ struct File {
     estimation: EstimationTable,
     #[serde(default)]
     model: BTreeMap<String, Vec<String>>,
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    second_model: BTreeMap<String, Vec<String>>,
     #[serde(default, rename = "flight")]
     flights: Vec<FlightTable>,
     #[serde(default, skip_serializing_if = "NoiseTable::is_empty")]
@@ -241,7 +243,11 @@ pub fn parse(text: &str) -> Result<Session, SessionError> {
             by_surface: file.estimation.by_surface,
             constants: choose(&CONSTANTS, "estimation.constants", &file.estimation.constants)?,
         },
-        structure: structure_from(&file.model)?,
+        structure: if file.model.is_empty() { Structure::thesis() } else { structure_from("model", &file.model)? },
+        second_structure: match file.second_model.is_empty() {
+            true => None,
+            false => Some(structure_from("second_model", &file.second_model)?),
+        },
     })
 }
 
@@ -316,21 +322,18 @@ fn preparation_from(table: &PreparationTable) -> Result<Preparation, SessionErro
     })
 }
 
-fn structure_from(table: &BTreeMap<String, Vec<String>>) -> Result<Structure, SessionError> {
-    if table.is_empty() {
-        return Ok(Structure::thesis());
-    }
+fn structure_from(key: &str, table: &BTreeMap<String, Vec<String>>) -> Result<Structure, SessionError> {
     let known = Coefficient::ALL.map(Coefficient::name);
     let mut structure = Structure { models: Vec::new() };
     for coefficient in Coefficient::ALL {
         for text in table.get(coefficient.name()).into_iter().flatten() {
-            let place = format!("model.{}", coefficient.name());
+            let place = format!("{key}.{}", coefficient.name());
             let term = Term::parse(text).map_err(|error| SessionError::Term { place, reason: error.to_string() })?;
             set_term(&mut structure, coefficient, &term, true);
         }
     }
     match table.keys().find(|name| !known.contains(&name.as_str())) {
-        Some(name) => Err(unknown("model", "coefficient", name, &known)),
+        Some(name) => Err(unknown(key, "coefficient", name, &known)),
         None => Ok(structure),
     }
 }
@@ -350,14 +353,8 @@ pub fn print(session: &Session) -> Result<String, SessionError> {
         filter: filter_table(&session.filter),
         preparation: preparation_table(&session.preparation),
         estimation: estimation_table(&session.estimation),
-        model: session
-            .structure
-            .models
-            .iter()
-            .map(|(coefficient, terms)| {
-                (coefficient.name().to_owned(), terms.iter().map(ToString::to_string).collect())
-            })
-            .collect(),
+        model: model_table(&session.structure),
+        second_model: session.second_structure.as_ref().map(model_table).unwrap_or_default(),
         flights: session.flights.iter().map(flight_table).collect(),
         noise: NoiseTable::of(&session.noise_reasons),
         steady: session.steady.iter().map(steady_table).collect(),
@@ -366,6 +363,13 @@ pub fn print(session: &Session) -> Result<String, SessionError> {
     let body = toml::to_string_pretty(&file)
         .map_err(|error| SessionError::Term { place: "session".to_owned(), reason: error.to_string() })?;
     Ok(format!("# Noise and deviations are standard deviations. Every number is in SI units and radians.\n{body}"))
+}
+
+fn model_table(structure: &Structure) -> BTreeMap<String, Vec<String>> {
+    let row = |(coefficient, terms): &(Coefficient, Vec<Term>)| {
+        (coefficient.name().to_owned(), terms.iter().map(ToString::to_string).collect())
+    };
+    structure.models.iter().map(row).collect()
 }
 
 fn window_table(window: &Manoeuvre) -> WindowTable {

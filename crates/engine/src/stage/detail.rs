@@ -1,0 +1,233 @@
+//! What is worked out for a closer look, from results there already are: pure functions, cheap enough for one window at a time.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use doublet_core::estimate::{Fit, ParameterSummary, PooledWindow, TermStudy, summarise, term_study};
+use doublet_core::model::{Coefficient, Structure, Term, regressors};
+use doublet_core::prep::cumulative_trapezoid;
+use doublet_core::quantity::Role;
+use doublet_core::reconstruct::State;
+use doublet_core::series::{Recording, Series};
+use doublet_core::validate::{Histogram, Whiteness, histogram, whiteness};
+
+use super::aero::WindowAero;
+use super::fit::{AeroWindow, CoefficientFit, WindowFits, applies, window_terms};
+use super::path::WindowPath;
+use crate::session::{Estimation, Manoeuvre, PooledConstants, WindowRole};
+
+/// Longest lag of a residual's autocorrelation, as a part of its samples and in samples.
+const LAG_PART: usize = 4;
+const MOST_LAGS: usize = 200;
+/// Bins of a residual's histogram.
+const BINS: usize = 25;
+/// Stretch at the end of a window over which biases and wind are averaged, s (thesis Tables 6.1 and 6.2: 100 samples at 100 Hz).
+const AVERAGED_S: f64 = 1.0;
+
+/// The residual of one coefficient over one window.
+#[derive(Clone, Debug)]
+pub struct ResidualStudy {
+    /// Coefficient.
+    pub coefficient: Coefficient,
+    /// Time from one lag to the next, s.
+    pub step_s: f64,
+    /// Autocorrelation with the 95 % band of white noise.
+    pub whiteness: Whiteness,
+    /// How often each size occurs, beside a normal distribution.
+    pub histogram: Histogram,
+}
+
+/// What each term adds to a coefficient over one window.
+#[derive(Clone, Debug)]
+pub struct Contributions {
+    /// Coefficient.
+    pub coefficient: Coefficient,
+    /// Derivative and its term's part, `derivative * term`.
+    pub terms: Vec<(String, Series)>,
+}
+
+/// The terms of one coefficient and candidates beside them.
+#[derive(Clone, Debug)]
+pub struct CoefficientStudy {
+    /// Coefficient.
+    pub coefficient: Coefficient,
+    /// What each tells, or one line why that is not known.
+    pub study: Result<TermStudy, String>,
+    /// The terms studied, in the order of its entries; those left out need a variable that is not recorded.
+    pub terms: Vec<Term>,
+}
+
+/// Wind and sensor biases at the end of the windows (thesis Tables 6.1 and 6.2): mean over the last second.
+#[derive(Clone, Debug, Default)]
+pub struct BiasTable {
+    /// Window and its values in the order of [`BIAS_STATES`], SI.
+    pub rows: Vec<(String, [f64; 9])>,
+    /// Mean, standard deviation, smallest and largest over the windows.
+    pub summary: [[f64; 9]; 4],
+}
+
+/// States of a [`BiasTable`].
+pub const BIAS_STATES: [State; 9] = [
+    State::WindNorth,
+    State::WindEast,
+    State::WindDown,
+    State::BiasAx,
+    State::BiasAy,
+    State::BiasAz,
+    State::BiasP,
+    State::BiasQ,
+    State::BiasR,
+];
+
+/// Derivatives from single windows, over windows of one kind.
+#[derive(Clone, Debug, PartialEq)]
+pub struct KindSummary {
+    /// Kind of input; empty for all windows together.
+    pub kind: String,
+    /// Every derivative.
+    pub parameters: Vec<ParameterSummary>,
+}
+
+/// Residuals of the fits of one window.
+pub fn residual_studies(fits: &WindowFits) -> Vec<ResidualStudy> {
+    let one = |fit: &CoefficientFit| {
+        let (_, residual) = fit.series.first()?;
+        let samples = residual.values.len();
+        let lags = (samples / LAG_PART).min(MOST_LAGS);
+        let length_s = residual.time_s.last()? - residual.time_s.first()?;
+        (lags > 0).then(|| ResidualStudy {
+            coefficient: fit.coefficient,
+            step_s: length_s / (samples - 1) as f64,
+            whiteness: whiteness(&residual.values, lags),
+            histogram: histogram(&residual.values, BINS),
+        })
+    };
+    fits.fits.iter().filter_map(one).collect()
+}
+
+/// Parts of the fitted coefficients of one window (thesis Fig. 6.13).
+pub fn contributions(
+    manoeuvre: &Manoeuvre,
+    aero: &WindowAero,
+    fits: &WindowFits,
+    structure: &Structure,
+    estimation: &Estimation,
+) -> Vec<Contributions> {
+    let one = |fit: &CoefficientFit| {
+        let estimate = fit.fit.as_ref().ok()?;
+        let terms = structure.terms(fit.coefficient)?;
+        let (terms, _) = window_terms(fit.coefficient, terms, manoeuvre.surface, estimation);
+        let part = |term: &Term| {
+            let name = term.derivative_name(fit.coefficient);
+            let (derivative, _) = estimate.parameter(&name)?;
+            let column = regressors(std::slice::from_ref(term), &aero.variables).ok()?;
+            let time_s = aero.series[fit.coefficient as usize].time_s.clone();
+            Some((name, Series { time_s, values: column.iter().map(|value| derivative * value).collect() }))
+        };
+        Some(Contributions { coefficient: fit.coefficient, terms: terms.iter().filter_map(part).collect() })
+    };
+    fits.fits.iter().filter_map(one).collect()
+}
+
+/// North and east position from the ground velocity of a recording without positions, m from where it begins; by the trapezoidal
+/// rule over the samples both velocities have. `None` without ground velocity.
+pub fn track_from_velocity(recording: &Recording) -> Option<[Series; 2]> {
+    let velocity = |role| recording.role(role).map(|channel| &channel.series);
+    let (north, east) = (velocity(Role::VelocityNorth)?, velocity(Role::VelocityEast)?);
+    if north.time_s != east.time_s {
+        return None;
+    }
+    let known: Vec<usize> =
+        (0..north.time_s.len()).filter(|&at| (north.values[at] + east.values[at]).is_finite()).collect();
+    let time_s: Arc<[f64]> = known.iter().map(|&at| north.time_s[at]).collect();
+    let position = |velocity: &Series| {
+        let values: Vec<f64> = known.iter().map(|&at| velocity.values[at]).collect();
+        let values = cumulative_trapezoid(&time_s, &values).ok()?;
+        Some(Series { time_s: Arc::clone(&time_s), values: values.into() })
+    };
+    Some([position(north)?, position(east)?])
+}
+
+/// What each term of the structure tells over all identification windows, and what each candidate would.
+pub fn model_study(
+    windows: &[AeroWindow<'_>],
+    structure: &Structure,
+    candidates: &[Term],
+    estimation: &Estimation,
+) -> Vec<CoefficientStudy> {
+    let one = |(coefficient, own): &(Coefficient, Vec<Term>)| {
+        let used = windows.iter().filter(|(window, _)| {
+            window.role == WindowRole::Identification && applies(*coefficient, window.surface, estimation)
+        });
+        let known = |term: &Term, aero: &WindowAero| regressors(std::slice::from_ref(term), &aero.variables).is_ok();
+        let used: Vec<_> = used.filter(|(_, aero)| own.iter().all(|term| known(term, aero))).collect();
+        let beside = candidates.iter().filter(|term| !own.contains(term));
+        let beside = beside.filter(|term| !used.is_empty() && used.iter().all(|(_, aero)| known(term, aero)));
+        let terms: Vec<Term> = own.iter().chain(beside).cloned().collect();
+        let study = study_terms(*coefficient, (&terms, own.len()), &used, estimation);
+        let terms = terms.into_iter().filter(|term| !term.is_constant()).collect();
+        CoefficientStudy { coefficient: *coefficient, study, terms }
+    };
+    structure.models.iter().map(one).collect()
+}
+
+fn study_terms(
+    coefficient: Coefficient,
+    (terms, own): (&[Term], usize),
+    used: &[&AeroWindow<'_>],
+    estimation: &Estimation,
+) -> Result<TermStudy, String> {
+    if used.is_empty() {
+        return Err("no window is used for this coefficient".to_owned());
+    }
+    let window = |(window, aero): &&AeroWindow<'_>| {
+        let x = regressors(terms, &aero.variables).map_err(|error| format!("window '{}': {error}", window.name))?;
+        Ok(PooledWindow { label: window.name.clone(), x, z: aero.coefficients.get(coefficient).to_vec() })
+    };
+    let windows = used.iter().map(window).collect::<Result<Vec<_>, String>>()?;
+    let names: Vec<_> = terms.iter().map(|term| term.derivative_name(coefficient)).collect();
+    let in_model: Vec<_> = (0..terms.len()).map(|at| at < own).collect();
+    let is_constant: Vec<_> = terms.iter().map(Term::is_constant).collect();
+    let own_constants = estimation.constants == PooledConstants::PerWindow && windows.len() > 1;
+    term_study(&names, &in_model, &is_constant, own_constants, &windows).map_err(|error| error.to_string())
+}
+
+/// Biases and wind of the windows by name.
+pub fn bias_table<'a>(paths: impl Iterator<Item = (&'a str, &'a WindowPath)>) -> BiasTable {
+    let row = |(name, path): (&str, &WindowPath)| {
+        let time_s = &path.reconstruction.time_s;
+        let from = time_s.partition_point(|&t| t <= time_s.last().copied().unwrap_or(0.0) - AVERAGED_S);
+        let values = BIAS_STATES.map(|state| {
+            let last = &path.reconstruction.states[state as usize][from..];
+            last.iter().sum::<f64>() / last.len() as f64
+        });
+        (name.to_owned(), values)
+    };
+    let rows: Vec<(String, [f64; 9])> = paths.map(row).collect();
+    let over = |value: fn(&[f64]) -> f64| {
+        std::array::from_fn(|at| value(&rows.iter().map(|(_, values)| values[at]).collect::<Vec<_>>()))
+    };
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+    let deviation = |values: &[f64]| {
+        let mean = values.iter().sum::<f64>() / values.len() as f64;
+        (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (values.len() - 1) as f64).sqrt()
+    };
+    let smallest = |values: &[f64]| values.iter().copied().fold(f64::NAN, f64::min);
+    let largest = |values: &[f64]| values.iter().copied().fold(f64::NAN, f64::max);
+    let summary =
+        if rows.is_empty() { [[f64::NAN; 9]; 4] } else { [over(mean), over(deviation), over(smallest), over(largest)] };
+    BiasTable { rows, summary }
+}
+
+/// Derivatives over all identification windows, then over those of each kind of input.
+pub fn kind_summaries<'a>(windows: impl Iterator<Item = (&'a Manoeuvre, &'a WindowFits)>) -> Vec<KindSummary> {
+    let mut kinds: BTreeMap<String, Vec<&Fit>> = BTreeMap::new();
+    for (window, fits) in windows.filter(|(window, _)| window.role == WindowRole::Identification) {
+        let fits: Vec<&Fit> = fits.fits.iter().filter_map(|fit| fit.fit.as_ref().ok()).collect();
+        kinds.entry(String::new()).or_default().extend(&fits);
+        if !window.kind.is_empty() {
+            kinds.entry(window.kind.clone()).or_default().extend(&fits);
+        }
+    }
+    kinds.into_iter().map(|(kind, fits)| KindSummary { kind, parameters: summarise(&fits) }).collect()
+}

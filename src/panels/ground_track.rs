@@ -1,0 +1,111 @@
+//! The track over ground, windows in their colours, the cursor where the aircraft was.
+
+use doublet_core::quantity::{Dimension, Role};
+use doublet_core::series::{Recording, Series, Window};
+use eframe::egui::Ui;
+
+use super::{Panel, PanelContext, awaiting, empty, role_color, trouble};
+use crate::theme;
+use crate::widgets::chart::{Chart, ChartCurve, ChartStyle};
+use crate::widgets::decimate::{gap_threshold_s, value_at};
+
+/// Points of the whole track, and of one window, that are drawn at most.
+const TRACK_POINTS: usize = 4000;
+const WINDOW_POINTS: usize = 200;
+
+/// The panel.
+pub struct GroundTrack;
+
+/// East and north positions with their unit and its factor from SI.
+struct Track<'a> {
+    east: &'a Series,
+    north: &'a Series,
+    unit: &'a str,
+    scale: f64,
+    is_angles: bool,
+}
+
+impl Panel for GroundTrack {
+    fn show(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
+        let slot = ctx.selection().flight.as_deref().and_then(|name| ctx.snapshot.flights.get(name));
+        let Some(slot) = slot else { return empty(ui, "The session has no flight.") };
+        trouble(ui, slot.error());
+        let Some(loaded) = slot.latest() else {
+            return awaiting(ctx, ui, "the recording", "The recording was not read.");
+        };
+        if let Some(track) = track(ctx, &loaded.recording) {
+            return draw(ctx, ui, &track);
+        }
+        ctx.wanted.track.clone_from(&ctx.state.selection.flight);
+        let from_velocity = ctx.snapshot.details.latest().and_then(|details| details.track.as_ref());
+        match from_velocity {
+            Some([north, east]) => {
+                let (unit, scale) = ctx.unit(Dimension::Length);
+                ui.weak("From the ground velocity: the recording has no position.");
+                draw(ctx, ui, &Track { east, north, unit, scale, is_angles: false });
+            }
+            None => empty(ui, "The recording has neither position nor ground velocity on one clock."),
+        }
+    }
+}
+
+/// Local positions, else geodetic ones.
+fn track<'a>(ctx: &PanelContext<'_>, recording: &'a Recording) -> Option<Track<'a>> {
+    let pair = |north, east| Some((&recording.role(north)?.series, &recording.role(east)?.series));
+    if let Some((north, east)) = pair(Role::PositionNorth, Role::PositionEast) {
+        let (unit, scale) = ctx.unit(Dimension::Length);
+        return Some(Track { east, north, unit, scale, is_angles: false });
+    }
+    let (north, east) = pair(Role::Latitude, Role::Longitude)?;
+    let (unit, scale) = ctx.unit(Dimension::Angle);
+    Some(Track { east, north, unit, scale, is_angles: true })
+}
+
+impl Track<'_> {
+    /// East and north at the samples of `window`, every so many of them that `most` remain.
+    fn points(&self, window: Window, most: usize) -> Vec<[f64; 2]> {
+        let inside = window.indices(&self.north.time_s);
+        let step = inside.len().div_ceil(most).max(1);
+        let gap_s = self.gap_s();
+        inside.step_by(step).map(|at| self.at(self.north.time_s[at], gap_s).unwrap_or([f64::NAN; 2])).collect()
+    }
+
+    fn gap_s(&self) -> f64 {
+        gap_threshold_s(&self.north.time_s).max(gap_threshold_s(&self.east.time_s))
+    }
+
+    /// East and north at one instant.
+    fn at(&self, time_s: f64, gap_s: f64) -> Option<[f64; 2]> {
+        let value = |series: &Series| value_at(&series.time_s, &series.values, gap_s, time_s);
+        Some([self.scale * value(self.east)?, self.scale * value(self.north)?])
+    }
+}
+
+fn draw(ctx: &mut PanelContext<'_>, ui: &mut Ui, track: &Track<'_>) {
+    let palette = theme::palette(ui);
+    let labels = if track.is_angles { ["longitude", "latitude"] } else { ["east", "north"] };
+    let [across, up] = labels.map(|label| format!("{label} [{}]", track.unit));
+    let mut chart = Chart { equal: !track.is_angles, legend: false, ..Chart::new("ground track", across, up) };
+    let all = Window { start_s: f64::NEG_INFINITY, end_s: f64::INFINITY };
+    let mut add = |name: &str, color, style, points| chart.curves.push(ChartCurve::new(name, color, style, points));
+    add("track", palette.ignored.gamma_multiply(0.7), ChartStyle::Line, track.points(all, TRACK_POINTS));
+    let range = ctx.state.time.range();
+    if range != ctx.state.time.full() {
+        let shown = Window { start_s: range.start_s, end_s: range.end_s };
+        add("on screen", palette.cursor, ChartStyle::Line, track.points(shown, TRACK_POINTS));
+    }
+    let flight = ctx.selection().flight.clone();
+    for window in ctx.session.windows.iter().filter(|window| Some(&window.flight) == flight.as_ref()) {
+        let color = role_color(palette, window.role);
+        add(&window.name, color, ChartStyle::Line, track.points(window.window, WINDOW_POINTS));
+        if ctx.selection().window.as_ref() == Some(&window.name) {
+            let ends = track.points(window.window, WINDOW_POINTS);
+            add("", color, ChartStyle::Dots(3.5), ends.first().into_iter().chain(ends.last()).copied().collect());
+        }
+    }
+    if let Some(here) = ctx.state.time.cursor_s.and_then(|time_s| track.at(time_s, track.gap_s())) {
+        add("cursor", palette.series[1], ChartStyle::Dots(5.0), vec![here]);
+    }
+    let height = ui.available_height();
+    ctx.chart(ui, &chart, height);
+}

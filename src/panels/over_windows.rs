@@ -1,0 +1,118 @@
+//! Derivatives of single windows over all of them, and by kind of input (thesis Tables 6.4 to 6.9, Fig. 6.12).
+
+use doublet_core::estimate::ParameterSummary;
+use doublet_engine::stage::KindSummary;
+use eframe::egui::{self, RichText, ScrollArea, Ui};
+use egui_extras::{Column, TableBuilder};
+
+use super::{PanelContext, awaiting};
+use crate::notation;
+use crate::theme;
+
+/// Titles of the columns over all windows.
+const TITLES: [&str; 6] = ["Windows", "Mean", "Scatter", "Std. error", "Min", "Max"];
+
+/// Columns before those of the kinds of input.
+const BEFORE_KINDS: usize = 4;
+
+/// Draws the table; copies it first where that was asked for.
+pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, copy: bool) {
+    let Some(details) = ctx.snapshot.details.latest() else {
+        return awaiting(ctx, ui, "the derivatives of every window", "There is no estimate yet.");
+    };
+    let Some((all, kinds)) = details.kinds.split_first() else {
+        return super::empty(ui, "No window is used for identification.");
+    };
+    if copy {
+        ui.ctx().copy_text(csv(&details.kinds));
+    }
+    if ctx.snapshot.details.is_stale() {
+        ui.multiply_opacity(0.45);
+    }
+    ScrollArea::horizontal().show(ui, |ui| {
+        TableBuilder::new(ui)
+            .id_salt("over windows")
+            .striped(true)
+            .auto_shrink(false)
+            .sense(egui::Sense::click())
+            .cell_layout(egui::Layout::right_to_left(egui::Align::Center))
+            .column(Column::exact(54.0))
+            .column(Column::exact(52.0))
+            .columns(Column::exact(66.0), 3)
+            .columns(Column::exact(134.0), kinds.len())
+            .columns(Column::exact(66.0), 2)
+            .header(20.0, |mut header| {
+                header.col(|_| {});
+                let kinds = kinds.iter().map(|kind| kind.kind.as_str());
+                for title in
+                    TITLES[..BEFORE_KINDS].iter().copied().chain(kinds).chain(TITLES[BEFORE_KINDS..].iter().copied())
+                {
+                    header.col(|ui| {
+                        ui.weak(title).on_hover_text(about(title));
+                    });
+                }
+            })
+            .body(|body| {
+                body.rows(20.0, all.parameters.len(), |mut row| {
+                    let parameter = &all.parameters[row.index()];
+                    row.set_selected(ctx.selection().derivative.as_ref() == Some(&parameter.name));
+                    row.col(|ui| {
+                        ui.with_layout(egui::Layout::left_to_right(egui::Align::Center), |ui| {
+                            ui.add(egui::Label::new(notation::derivative_job(ui, &parameter.name)).selectable(false));
+                        });
+                    });
+                    let own = cells(parameter);
+                    let of_kinds = kinds.iter().map(|kind| {
+                        let of = kind.parameters.iter().find(|other| other.name == parameter.name);
+                        of.map_or(String::new(), |of| {
+                            format!("{} ± {}", notation::number(of.estimate[0]), notation::number(of.scatter))
+                        })
+                    });
+                    for text in
+                        own[..BEFORE_KINDS].iter().cloned().chain(of_kinds).chain(own[BEFORE_KINDS..].iter().cloned())
+                    {
+                        row.col(|ui| cell(ui, text));
+                    }
+                    if row.response().clicked() {
+                        ctx.state.selection.derivative = Some(parameter.name.clone());
+                    }
+                });
+            });
+    });
+}
+
+/// What a column holds.
+fn about(title: &str) -> &str {
+    match title {
+        "Windows" => "Windows whose own fit has this derivative",
+        "Scatter" => "Standard deviation of the estimates over the windows",
+        "Std. error" => "Root of the mean variance the fits state for white residuals",
+        "Mean" | "Min" | "Max" => "Over the estimates of single windows",
+        _ => "Mean and scatter over the windows of this kind of input",
+    }
+}
+
+fn cell(ui: &mut Ui, text: String) {
+    ui.add(egui::Label::new(RichText::new(text).font(theme::figures(ui)).size(11.0)).selectable(false));
+}
+
+fn cells(parameter: &ParameterSummary) -> [String; 6] {
+    let [mean, min, max] = parameter.estimate;
+    let [mean, min, max, scatter, error] =
+        [mean, min, max, parameter.scatter, parameter.variance[0].sqrt()].map(notation::number);
+    [parameter.fits.to_string(), mean, scatter, error, min, max]
+}
+
+/// The table as text for other programs.
+fn csv(kinds: &[KindSummary]) -> String {
+    let mut text = "kind,derivative,windows,mean,min,max,scatter,mean_variance\n".to_owned();
+    for kind in kinds {
+        let name = if kind.kind.is_empty() { "all" } else { kind.kind.as_str() };
+        for parameter in &kind.parameters {
+            let ParameterSummary { name: derivative, fits, estimate: [mean, min, max], variance, scatter } = parameter;
+            let variance = variance[0];
+            text.push_str(&format!("\"{name}\",{derivative},{fits},{mean},{min},{max},{scatter},{variance}\n"));
+        }
+    }
+    text
+}

@@ -1,0 +1,167 @@
+//! How much each derivative changes with what it was computed with (thesis 7.2): tornado chart and tables, on request.
+
+use doublet_core::sensitivity::TornadoBar;
+use doublet_engine::run::Slot;
+use doublet_engine::study::{STEP_FRACTION, SensitivityStudy, Study};
+use eframe::egui::{self, ComboBox, RichText, ScrollArea, Ui};
+use egui_extras::{Column, TableBuilder};
+
+use super::{Panel, PanelContext, choices, empty, trouble};
+use crate::command::{RunCommand, UiCommand};
+use crate::notation;
+use crate::theme;
+use crate::widgets::chart::{Chart, ChartCurve, ChartStyle};
+
+/// Bars of the chart.
+const BARS: usize = 12;
+
+/// The panel.
+#[derive(Default)]
+pub struct Sensitivity {
+    table: bool,
+}
+
+impl Panel for Sensitivity {
+    fn show(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
+        let slot = &ctx.snapshot.studies.sensitivity;
+        let running = matches!(slot, Slot::Running { .. });
+        let mut copied = false;
+        ui.horizontal_wrapped(|ui| {
+            let hint = "Both steps again with every quantity a little lower and higher: takes some seconds";
+            let compute = ui.add_enabled(!running, egui::Button::new("Compute sensitivity")).on_hover_text(hint);
+            if compute.clicked() {
+                ctx.commands.push(UiCommand::Run(RunCommand::Study(Study::Sensitivity)));
+            }
+            if let Slot::Running { progress, .. } = slot {
+                ui.add(egui::ProgressBar::new(*progress).desired_width(140.0).desired_height(8.0));
+            }
+            choices(ui, &mut self.table, &[(false, "Tornado"), (true, "Table")]);
+            copied = ui.button("Copy as CSV").clicked();
+        });
+        trouble(ui, slot.error());
+        let Some(study) = slot.latest() else {
+            return empty(ui, "Sensitivity is computed when asked for.");
+        };
+        if copied {
+            ui.ctx().copy_text(csv(study));
+        }
+        if slot.is_stale() {
+            ui.multiply_opacity(0.45);
+        }
+        match self.table {
+            true => table(ctx, ui, study),
+            false => tornado(ctx, ui, study),
+        }
+    }
+}
+
+/// Bars of the chosen derivative, the widest first.
+fn tornado(ctx: &mut PanelContext<'_>, ui: &mut Ui, study: &SensitivityStudy) {
+    let mut names: Vec<&String> = study.tornado.iter().map(|bar| &bar.derivative).collect();
+    names.dedup();
+    let chosen = ctx.selection().derivative.clone().filter(|chosen| names.contains(&chosen));
+    let Some(mut chosen) = chosen.or_else(|| names.first().map(|name| (*name).clone())) else {
+        return empty(ui, "No derivative depends on what was varied.");
+    };
+    let before = chosen.clone();
+    ui.horizontal_wrapped(|ui| {
+        let combo = ComboBox::from_id_salt("sensitivity of").selected_text(notation::derivative(&chosen));
+        combo.show_ui(ui, |ui| {
+            for name in &names {
+                ui.selectable_value(&mut chosen, (*name).clone(), notation::derivative(name));
+            }
+        });
+        ui.weak(format!("every quantity ± {} %, centre of gravity by that part of the chord", 100.0 * STEP_FRACTION));
+    });
+    if chosen != before {
+        ctx.state.selection.derivative = Some(chosen.clone());
+    }
+    let bars: Vec<&TornadoBar> = study.tornado.iter().filter(|bar| bar.derivative == chosen).take(BARS).collect();
+    let palette = theme::palette(ui);
+    let mut chart =
+        Chart::new("tornado of sensitivity", "quantity", format!("change of {} [%]", notation::derivative(&chosen)));
+    for (side, (name, color)) in [("lower", palette.series[0]), ("higher", palette.series[1])].into_iter().enumerate() {
+        let shift = 0.2 * (2.0 * side as f64 - 1.0);
+        let points = bars.iter().enumerate().map(|(at, bar)| [at as f64 + shift, bar.change_percent[side]]);
+        chart.curves.push(ChartCurve::new(name, color, ChartStyle::Bars(0.36), points.collect()));
+    }
+    chart.places = bars.iter().enumerate().map(|(at, bar)| (at as f64, bar.quantity.replace('_', " "))).collect();
+    let height = ui.available_height();
+    ctx.chart(ui, &chart, height);
+}
+
+/// Relative change of every derivative over one step of every quantity.
+fn table(ctx: &mut PanelContext<'_>, ui: &mut Ui, study: &SensitivityStudy) {
+    let Some(first) = study.tables.first() else { return };
+    let figures = theme::figures(ui);
+    ui.weak("Change of each derivative over one step, per cent of itself; orange above one standard error");
+    ScrollArea::horizontal().show(ui, |ui| {
+        TableBuilder::new(ui)
+            .id_salt("sensitivity")
+            .striped(true)
+            .auto_shrink(false)
+            .cell_layout(egui::Layout::right_to_left(egui::Align::Center))
+            .column(Column::exact(62.0))
+            .columns(Column::exact(66.0), study.tables.len())
+            .header(20.0, |mut header| {
+                header.col(|_| {});
+                for table in &study.tables {
+                    header.col(|ui| {
+                        let step = &table.step;
+                        let text = RichText::new(step.quantity.name().replace('_', " ")).size(11.0);
+                        let hint = format!(
+                            "{} ± {} {}",
+                            notation::number(step.nominal),
+                            notation::number(step.half_width),
+                            step.quantity.unit()
+                        );
+                        ui.add(egui::Label::new(text).truncate()).on_hover_text(hint);
+                    });
+                }
+            })
+            .body(|body| {
+                body.rows(20.0, first.partials.len(), |mut row| {
+                    let name = &first.partials[row.index()].derivative;
+                    row.set_selected(ctx.selection().derivative.as_ref() == Some(name));
+                    row.col(|ui| {
+                        ui.with_layout(egui::Layout::left_to_right(egui::Align::Center), |ui| {
+                            ui.label(notation::derivative_job(ui, name));
+                        });
+                    });
+                    for table in &study.tables {
+                        row.col(|ui| {
+                            let Some(partial) = table.partials.iter().find(|partial| partial.derivative == *name)
+                            else {
+                                return;
+                            };
+                            let mut text = RichText::new(notation::fixed(partial.relative_percent, 2));
+                            if partial.in_standard_errors.abs() > 1.0 {
+                                text = text.color(theme::palette(ui).warning);
+                            }
+                            ui.label(text.font(figures.clone()).size(11.0)).on_hover_text(format!(
+                                "{} per {}",
+                                partial.partial,
+                                table.step.quantity.unit()
+                            ));
+                        });
+                    }
+                });
+            });
+    });
+}
+
+/// All tables as text for other programs.
+fn csv(study: &SensitivityStudy) -> String {
+    let mut text = "derivative,quantity,unit,value,step,low,nominal,high,partial,relative_percent\n".to_owned();
+    for table in &study.tables {
+        let step = &table.step;
+        let (quantity, unit) = (step.quantity.name(), step.quantity.unit());
+        for p in &table.partials {
+            text.push_str(&format!(
+                "{},{quantity},{unit},{},{},{},{},{},{},{}\n",
+                p.derivative, step.nominal, step.half_width, p.low, p.nominal, p.high, p.partial, p.relative_percent
+            ));
+        }
+    }
+    text
+}

@@ -1,0 +1,251 @@
+//! A plot of one quantity against another, or against words: tracks, envelopes, intervals, histograms.
+
+use eframe::egui::{self, Color32, Id, Stroke, Ui};
+use egui_plot::{Bar, BarChart, Line, LineStyle, Plot, PlotPoint, PlotPoints, Points, Polygon};
+
+use super::figure::{Figure, FigureCurve, FigureData, FigureForm, FigurePlot, FigureRequest};
+use super::ticks::tick;
+use super::time_plot::readable;
+use crate::theme;
+
+/// Part of the extent left free around the data.
+const MARGIN: f32 = 0.06;
+
+/// How a curve of a chart is drawn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ChartStyle {
+    /// A line.
+    Line,
+    /// A dashed line.
+    Dashed,
+    /// A dot per point, with this radius.
+    Dots(f32),
+    /// A closed, faintly filled outline.
+    Area,
+    /// A bar from zero per point, this wide on the level axis.
+    Bars(f64),
+}
+
+/// A curve of a chart.
+#[derive(Clone, Debug)]
+pub struct ChartCurve {
+    /// Name in legend and tables.
+    pub name: String,
+    /// Colour.
+    pub color: Color32,
+    /// How it is drawn.
+    pub style: ChartStyle,
+    /// Points; one that is not finite breaks the line.
+    pub points: Vec<[f64; 2]>,
+    /// Half length of the upright interval at each point; none without.
+    pub spread: Vec<f64>,
+}
+
+impl ChartCurve {
+    /// A curve without intervals.
+    pub fn new(name: impl Into<String>, color: Color32, style: ChartStyle, points: Vec<[f64; 2]>) -> Self {
+        Self { name: name.into(), color, style, points, spread: Vec::new() }
+    }
+
+    /// Unbroken stretches of its points.
+    fn segments(&self) -> impl Iterator<Item = &[[f64; 2]]> {
+        self.points.split(|[x, y]| !(x.is_finite() && y.is_finite())).filter(|segment| !segment.is_empty())
+    }
+
+    /// Ends of the interval at each point that has one.
+    fn intervals(&self) -> impl Iterator<Item = [[f64; 2]; 2]> {
+        let pairs = self.points.iter().zip(&self.spread).filter(|([_, y], spread)| (y + **spread).is_finite());
+        pairs.map(|([x, y], spread)| [[*x, y - spread], [*x, y + spread]])
+    }
+}
+
+/// A chart.
+#[derive(Clone, Debug, Default)]
+pub struct Chart {
+    /// Name, for tests, screen readers and proposed files.
+    pub name: String,
+    /// Label of the level and of the upright axis, with units.
+    pub labels: [String; 2],
+    /// Curves, first drawn first.
+    pub curves: Vec<ChartCurve>,
+    /// Level lines to compare with.
+    pub levels: Vec<(f64, Color32)>,
+    /// Words under places of the level axis.
+    pub places: Vec<(f64, String)>,
+    /// One unit is as long on both axes.
+    pub equal: bool,
+    /// Names of the curves are shown.
+    pub legend: bool,
+}
+
+impl Chart {
+    /// A chart without curves.
+    pub fn new(name: &str, across: impl Into<String>, up: impl Into<String>) -> Self {
+        Self { name: name.to_owned(), labels: [across.into(), up.into()], legend: true, ..Self::default() }
+    }
+
+    /// Draws it `height` points high; a figure that was asked for in its menu.
+    pub fn show(&self, ui: &mut Ui, height: f32) -> Option<FigureRequest> {
+        let palette = theme::palette(ui);
+        let text = ui.visuals().weak_text_color();
+        let places = self.places.clone();
+        let named = !places.is_empty();
+        let mut plot = Plot::new(Id::unique(self.name.as_str()))
+            .height(height.max(80.0))
+            .allow_scroll(false)
+            .allow_boxed_zoom(false)
+            .set_margin_fraction(egui::vec2(MARGIN, MARGIN))
+            .grid_color(palette.grid)
+            .label_formatter(|_| None)
+            .custom_y_axes(vec![
+                egui_plot::AxisHints::new_y()
+                    .label(egui::RichText::new(&self.labels[1]).size(11.5))
+                    .tick_label_color(text)
+                    .formatter(|mark, _| tick(mark.value, mark.step_size)),
+            ])
+            .custom_x_axes(vec![
+                egui_plot::AxisHints::new_x()
+                    .label(egui::RichText::new(&self.labels[0]).size(11.5))
+                    .tick_label_color(text)
+                    .formatter(move |mark, _| match named {
+                        true => places.iter().find(|(at, _)| *at == mark.value).map_or(String::new(), |p| p.1.clone()),
+                        false => tick(mark.value, mark.step_size),
+                    }),
+            ]);
+        if self.equal {
+            plot = plot.data_aspect(1.0);
+        }
+        if named {
+            let marks: Vec<f64> = self.places.iter().map(|(at, _)| *at).collect();
+            plot = plot.x_grid_spacer(move |_| {
+                marks.iter().map(|&value| egui_plot::GridMark { value, step_size: 1.0 }).collect()
+            });
+        }
+        let shown = plot.show(ui, |plot| {
+            for &(level, color) in &self.levels {
+                let line = egui_plot::HLine::new("", level).color(color).style(LineStyle::dashed_dense());
+                plot.hline(line.width(1.0).allow_hover(false));
+            }
+            self.curves.iter().for_each(|curve| draw(plot, curve));
+        });
+        let frame = *shown.transform.frame();
+        if self.legend {
+            self.draw_legend(ui, frame);
+        }
+        let name = self.name.clone();
+        shown.response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, &name));
+        if let Some(at) = shown.response.hover_pos().filter(|at| frame.contains(*at)) {
+            let value = shown.transform.value_from_position(at);
+            let place = if named { String::new() } else { format!("{}, ", readable(value.x)) };
+            let font = egui::FontId::proportional(10.5);
+            let foot = frame.right_bottom() - egui::vec2(4.0, 2.0);
+            let here = format!("{place}{}", readable(value.y));
+            ui.painter().text(foot, egui::Align2::RIGHT_BOTTOM, here, font, text);
+        }
+        let bounds = shown.transform.bounds();
+        figure_menu(&shown.response)
+            .map(|form| FigureRequest { figure: self.figure(frame.size(), (bounds.min(), bounds.max())), form })
+    }
+
+    /// Names of the curves in the upper left corner.
+    fn draw_legend(&self, ui: &Ui, frame: egui::Rect) {
+        let palette = theme::palette(ui);
+        let painter = ui.painter().with_clip_rect(frame);
+        let mut at = frame.left_top() + egui::vec2(6.0, 4.0);
+        for curve in self.curves.iter().filter(|curve| !curve.name.is_empty()) {
+            let ink = ui.visuals().text_color();
+            let galley = painter.layout_no_wrap(curve.name.clone(), egui::FontId::proportional(11.0), ink);
+            let size = galley.size() + egui::vec2(22.0, 4.0);
+            if at.x + size.x > frame.right() && at.x > frame.left() + 6.0 {
+                at = egui::pos2(frame.left() + 6.0, at.y + size.y + 2.0);
+            }
+            let ground = egui::Rect::from_min_size(at, size);
+            painter.rect_filled(ground, 3.0, palette.plot_background.gamma_multiply(0.8));
+            painter.hline(at.x + 4.0..=at.x + 15.0, ground.center().y, Stroke::new(2.0, curve.color));
+            painter.galley(at + egui::vec2(19.0, 2.0), galley, ink);
+            at.x += size.x + 6.0;
+        }
+    }
+
+    /// What is on screen, from the lower left to the upper right corner.
+    fn figure(&self, size: egui::Vec2, (low, high): ([f64; 2], [f64; 2])) -> Figure {
+        let curves = self.curves.iter().map(|curve| {
+            let lines = curve.segments().map(<[_]>::to_vec);
+            let mut drawn = FigureCurve {
+                name: curve.name.clone(),
+                color: curve.color,
+                dashed: curve.style == ChartStyle::Dashed,
+                data: FigureData::Points(curve.points.clone()),
+                ..Default::default()
+            };
+            match curve.style {
+                ChartStyle::Dots(_) => drawn.dots = curve.points.clone(),
+                ChartStyle::Bars(width) => {
+                    drawn.bars = curve.points.iter().map(|[x, y]| [x - 0.5 * width, x + 0.5 * width, *y]).collect();
+                }
+                ChartStyle::Line | ChartStyle::Dashed | ChartStyle::Area => drawn.lines = lines.collect(),
+            }
+            drawn.lines.extend(curve.intervals().map(Vec::from));
+            drawn
+        });
+        let plot = FigurePlot {
+            label: self.labels[1].clone(),
+            height: f64::from(size.y),
+            range: (low[1], high[1]),
+            levels: self.levels.iter().map(|(level, _)| *level).collect(),
+            spans: Vec::new(),
+            curves: curves.collect(),
+            places: self.places.clone(),
+        };
+        Figure {
+            name: self.name.replace(' ', "_"),
+            width: f64::from(size.x) + 96.0,
+            label: self.labels[0].clone(),
+            range: (low[0], high[0]),
+            plots: vec![plot],
+            matrix: None,
+        }
+    }
+}
+
+/// Draws one curve.
+fn draw<'a>(plot: &mut egui_plot::PlotUi<'a>, curve: &'a ChartCurve) {
+    let color = curve.color;
+    let line = |points: &[[f64; 2]], width: f32| {
+        Line::new("", PlotPoints::new(points.to_vec())).color(color).width(width).allow_hover(false)
+    };
+    match curve.style {
+        ChartStyle::Line => curve.segments().for_each(|points| plot.line(line(points, 1.4))),
+        ChartStyle::Dashed => {
+            curve.segments().for_each(|points| plot.line(line(points, 1.4).style(LineStyle::dashed_dense())));
+        }
+        ChartStyle::Dots(radius) => {
+            let points: Vec<PlotPoint> = curve.points.iter().map(|[x, y]| PlotPoint::new(*x, *y)).collect();
+            plot.points(Points::new("", PlotPoints::Owned(points)).color(color).radius(radius).allow_hover(false));
+        }
+        ChartStyle::Area => {
+            let outline = Polygon::new("", PlotPoints::new(curve.points.clone()));
+            let outline = outline.fill_color(color.gamma_multiply(0.12)).stroke(Stroke::new(1.5, color));
+            plot.polygon(outline.allow_hover(false));
+        }
+        ChartStyle::Bars(width) => {
+            let bars = curve.points.iter().map(|[x, y]| Bar::new(*x, *y).width(width));
+            plot.bar_chart(BarChart::new("", bars.collect()).color(color.gamma_multiply(0.6)).allow_hover(false));
+        }
+    }
+    curve.intervals().for_each(|ends| plot.line(line(&ends, 1.2)));
+}
+
+/// The menu of a plot that is not part of a stack.
+pub fn figure_menu(response: &egui::Response) -> Option<FigureForm> {
+    let mut wanted = None;
+    response.context_menu(|ui| {
+        for (form, name) in FigureForm::ALL {
+            if ui.button(name).clicked() {
+                wanted = Some(form);
+                ui.close();
+            }
+        }
+    });
+    wanted
+}

@@ -1,0 +1,116 @@
+//! What is drawn of each trace, kept from frame to frame.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use doublet_core::series::{Series, Statistics, Window};
+use eframe::egui::Id;
+
+use super::decimate::{Band, Decimated, Pyramid, decimate, decimate_band};
+use super::time_plot::Trace;
+use super::time_view::Stretch;
+
+/// Part of a band's points that does not count for the value range.
+const BAND_LEFT_OUT: f64 = 0.15;
+
+/// What was drawn for one trace, and for what.
+pub(super) struct Drawn {
+    pub(super) series: Series,
+    pub(super) sigma: Option<Arc<[f64]>>,
+    pub(super) pyramid: Pyramid,
+    key: Option<(Stretch, usize, f64)>,
+    pub(super) line: Decimated,
+    pub(super) band: Band,
+    pub(super) band_extent: Option<(f64, f64)>,
+    pub(super) frame: u64,
+    between: Option<(Stretch, Option<Statistics>)>,
+}
+
+/// Decimated traces kept from frame to frame: nothing is computed again while range, width and samples stay.
+#[derive(Default)]
+pub struct PlotCache {
+    pub(super) drawn: HashMap<(Id, usize, usize), Drawn>,
+    refreshed: usize,
+}
+
+impl PlotCache {
+    /// How many traces have been decimated since the cache was made.
+    pub fn refreshed(&self) -> usize {
+        self.refreshed
+    }
+
+    /// Brings the trace up to date for `range` and `columns`.
+    pub(super) fn prepare(
+        &mut self,
+        at: (Id, usize, usize),
+        trace: &Trace<'_>,
+        range: Stretch,
+        columns: usize,
+        frame: u64,
+    ) {
+        let Trace { series, sigma, scale, .. } = *trace;
+        let fresh = || Drawn {
+            series: series.clone(),
+            sigma: sigma.cloned(),
+            pyramid: Pyramid::new(&series.time_s, &series.values),
+            key: None,
+            line: Decimated::default(),
+            band: Band::default(),
+            band_extent: None,
+            frame,
+            between: None,
+        };
+        let drawn = self.drawn.entry(at).or_insert_with(fresh);
+        if !same(&drawn.series, series) {
+            *drawn = fresh();
+        }
+        if drawn.sigma.as_ref().map(Arc::as_ptr) != sigma.map(Arc::as_ptr) {
+            drawn.sigma = sigma.cloned();
+            drawn.key = None;
+        }
+        drawn.frame = frame;
+        let key = Some((range, columns, scale));
+        if drawn.key == key {
+            return;
+        }
+        drawn.key = key;
+        self.refreshed += 1;
+        let count = series.time_s.len().min(series.values.len());
+        let (time, values) = (&series.time_s[..count], &series.values[..count]);
+        let range_s = (range.start_s, range.end_s);
+        decimate(&drawn.pyramid, time, values, scale, range_s, columns, &mut drawn.line);
+        if let Some(sigma) = sigma.filter(|sigma| sigma.len() == count) {
+            decimate_band((time, values, sigma), scale, 2.0, range_s, columns / 2, &mut drawn.band);
+            drawn.band_extent = usual_extent(&drawn.band);
+        }
+    }
+}
+
+impl Drawn {
+    /// Statistics of the samples of `stretch`, in SI; read once while the stretch stays.
+    pub(super) fn statistics(&mut self, stretch: Stretch) -> Option<Statistics> {
+        if let Some((of, found)) = self.between
+            && of == stretch
+        {
+            return found;
+        }
+        let found = self.series.statistics(Window { start_s: stretch.start_s, end_s: stretch.end_s });
+        self.between = Some((stretch, found));
+        found
+    }
+}
+
+/// Edges of a band without its widest parts, such as the uncertainty a filter starts from: they may leave the plot.
+fn usual_extent(band: &Band) -> Option<(f64, f64)> {
+    let edge = |values: &[f64], part: f64| {
+        let mut values = values.to_vec();
+        let at = (part * values.len().checked_sub(1)? as f64).round() as usize;
+        Some(*values.select_nth_unstable_by(at, f64::total_cmp).1)
+    };
+    edge(&band.low, BAND_LEFT_OUT).zip(edge(&band.high, 1.0 - BAND_LEFT_OUT))
+}
+
+/// Whether both hold the very same samples.
+fn same(a: &Series, b: &Series) -> bool {
+    Arc::ptr_eq(&a.time_s, &b.time_s) && Arc::ptr_eq(&a.values, &b.values)
+}

@@ -1,0 +1,326 @@
+//! Panels on the small flight and the shipped one: the numbers behind what is drawn.
+
+use doublet::command::UiCommand;
+use doublet::panels::Pane;
+use doublet::ui_state::Scope;
+use doublet_core::model::{Coefficient, Term};
+use doublet_core::quantity::Role;
+use doublet_core::reconstruct::{Method, State};
+use doublet_engine::run::{Control, Scope as RunScope, Snapshot, run};
+use doublet_engine::session::{self, Edit, FilterEdit, ModelEdit};
+use egui_kittest::kittest::Queryable;
+
+use crate::workbench::Bench;
+use crate::{copied, drag, picture};
+
+/// Rounding of sums over a thousand samples, relative.
+const ROUNDING: f64 = 1e-8;
+
+/// Everything computed without a window for a changed session.
+fn alone(bench: &Bench<'_>, change: impl FnOnce(&mut session::Session)) -> Snapshot {
+    let mut session = bench.session().clone();
+    change(&mut session);
+    let scope = RunScope {
+        session: &session,
+        folder: bench.folder.path(),
+        first: None,
+        studies: &[],
+        cause: "",
+        generation: 1,
+    };
+    run(&scope, &Snapshot::default(), &doublet_engine::graph::Cache::new(1 << 20), &Control::default(), &|_| {})
+}
+
+#[test]
+fn effects_of_terms_are_those_of_fits_with_and_without_them() {
+    let mut bench = Bench::open();
+    bench.show(Pane::Model);
+    bench.harness.get_by_role_and_label(egui::accesskit::Role::Button, "Cm").click();
+    bench.settle();
+    picture(&mut bench.harness, "model_effects");
+    let details = bench.snapshot().details.ready().expect("the model was looked at").clone();
+    let study = details.model.iter().find(|study| study.coefficient == Coefficient::Cm).expect("Cm is modelled");
+    let effects = study.study.as_ref().expect("it is studied");
+    let full = bench.cm();
+    assert!((effects.r_squared / full.quality.r_squared - 1.0).abs() < ROUNDING);
+    // Without alpha, and with its rate: the same windows fitted anew.
+    let effect = |name: &str| effects.terms.iter().find(|term| term.name == name).expect("the term is studied");
+    let square = |fit: &doublet_core::estimate::Fit| fit.residuals.iter().map(|v| v * v).sum::<f64>();
+    for (name, term, on) in [("Cm_alpha", "alpha", false), ("Cm_alpha_dot", "alpha_dot*c/V", true)] {
+        let term = Term::parse(term).expect("it is a term");
+        let edit = Edit::Model(ModelEdit::SetTerm { coefficient: Coefficient::Cm, term, on });
+        let other = alone(&bench, |session| *session = edit.apply(session).expect("the edit fits"));
+        let other = other.pooled.ready().expect("it is estimated").fits[0].fit.clone().expect("Cm has a fit");
+        let change = other.quality.r_squared - full.quality.r_squared;
+        assert!((effect(name).r_squared_change - change).abs() < ROUNDING, "{name}: {change}");
+        let (less, more) = if on { (&full, &other) } else { (&other, &full) };
+        let partial_f = (square(less) - square(more)) / more.residual_std.powi(2);
+        assert!((effect(name).partial_f / partial_f - 1.0).abs() < 1e-6, "{name}: {partial_f}");
+        assert_eq!(effect(name).in_model, !on);
+    }
+    assert!(!effect("Cm_beta").informative, "sideslip is zero all the time");
+    assert!(bench.harness.query_all_by_label_contains("tells nothing beside").next().is_some(), "the table says so");
+    bench.harness.get_by_label("effect of Cm alpha_dot*c/V").click();
+    bench.settle();
+    assert!(bench.cm().parameter("Cm_alpha_dot").is_some(), "a tick of the table is a tick of the model");
+}
+
+#[test]
+fn second_structure_is_estimated_beside_the_first_saved_and_exchanged() {
+    let mut bench = Bench::open();
+    bench.show(Pane::Model);
+    let first = bench.cm();
+    bench.harness.get_by_label("Keep as B").click();
+    bench.settle();
+    bench.harness.get_by_label("Cm alpha").click();
+    bench.settle();
+    let second = |bench: &Bench<'_>| {
+        let fits = bench.snapshot().second.ready().expect("B is estimated").fits.clone();
+        fits[0].fit.clone().expect("Cm has a fit")
+    };
+    assert_eq!(second(&bench).estimates, first.estimates);
+    assert_eq!(bench.cm().names, ["Cm_0", "Cm_q", "Cm_delta_e"]);
+    bench.harness.get_by_label("Show both").click();
+    bench.settle();
+    picture(&mut bench.harness, "structures");
+    bench.harness.get_by_label("Copy as CSV").click();
+    bench.harness.step();
+    let text = copied(&bench.harness).expect("the table is in the clipboard");
+    let row = text.lines().find(|line| line.starts_with("Cm_q,")).expect("both have it");
+    let cells: Vec<f64> = row.split(',').skip(1).map(|cell| cell.parse().expect("a number")).collect();
+    let (a, b) = (bench.cm().parameter("Cm_q").expect("A has it").0, first.parameter("Cm_q").expect("B has it").0);
+    assert_eq!((cells[0], cells[2], cells[4]), (a, b, b - a));
+    let path = bench.folder.path().join("session.toml");
+    bench.request(UiCommand::File(doublet::command::FileCommand::Save));
+    assert_eq!(&session::open(&path).expect("the file opens").session, bench.session());
+    let without = bench.cm().estimates;
+    bench.harness.get_by_label("A ⇄ B").click();
+    bench.settle();
+    assert_eq!(bench.cm().estimates, first.estimates);
+    assert_eq!(second(&bench).estimates, without);
+}
+
+#[test]
+fn filters_are_compared_by_the_paths_each_gives_alone() {
+    let mut bench = Bench::open();
+    bench.show(Pane::Reconstruction);
+    bench.harness.get_by_label("Attitude").click();
+    bench.settle();
+    bench.harness.get_by_label("compare filters").click();
+    bench.settle();
+    picture(&mut bench.harness, "filters_compared");
+    let details = bench.snapshot().details.ready().expect("the window was looked at").clone();
+    let window = details.window.as_ref().expect("a window is chosen");
+    let [plain, iterated] = window.filters.as_ref().expect("it was asked for").as_ref().expect("both run");
+    for (path, method) in [(plain, Method::Ekf), (iterated, Method::Iekf { max_iterations: 10, tolerance: 1e-3 })] {
+        let edit = Edit::Filter(FilterEdit::Method(method));
+        let other = alone(&bench, |session| *session = edit.apply(session).expect("the edit fits"));
+        let other = other.windows["first"].path.ready().expect("the path is there").clone();
+        for state in [State::PitchAngle, State::VelocityW] {
+            assert_eq!(path.reconstruction.states[state as usize], other.reconstruction.states[state as usize]);
+        }
+    }
+    // The table of biases: means of the last second.
+    bench.harness.get_by_label("Table").click();
+    bench.settle();
+    let path = bench.snapshot().windows["first"].path.ready().expect("the path is there").clone();
+    let time_s = &path.reconstruction.time_s;
+    let end_s = time_s[time_s.len() - 1];
+    let wind = &path.reconstruction.states[State::WindNorth as usize];
+    let last: Vec<f64> = time_s.iter().zip(wind).filter(|(t, _)| **t > end_s - 1.0).map(|(_, value)| *value).collect();
+    let mean = last.iter().sum::<f64>() / last.len() as f64;
+    assert!((details.biases.rows[0].1[0] - mean).abs() <= ROUNDING * mean.abs(), "{mean}");
+}
+
+#[test]
+fn contributions_add_up_to_the_fit_and_residuals_are_tested() {
+    let mut bench = Bench::open();
+    bench.show(Pane::Fits);
+    bench.harness.get_by_label("Contributions").click();
+    bench.settle();
+    picture(&mut bench.harness, "contributions");
+    let details = bench.snapshot().details.ready().expect("the window was looked at").clone();
+    let window = details.window.as_ref().expect("a window is chosen");
+    let fits = bench.snapshot().windows["first"].fits.ready().expect("it is fitted").clone();
+    let (fitted, residual) = &fits.fits[0].series[0];
+    for at in [0, 100, 400] {
+        let sum: f64 = window.contributions[0].terms.iter().map(|(_, part)| part.values[at]).sum();
+        assert!((sum - fitted.values[at]).abs() < ROUNDING, "{sum}");
+    }
+    bench.harness.get_by_label("Whiteness").click();
+    bench.settle();
+    picture(&mut bench.harness, "whiteness");
+    let study = &window.residuals[0];
+    let mean = residual.values.iter().sum::<f64>() / residual.values.len() as f64;
+    let product = |lag: usize| -> f64 {
+        let late = residual.values.iter().skip(lag);
+        residual.values.iter().zip(late).map(|(a, b)| (a - mean) * (b - mean)).sum()
+    };
+    assert!((study.whiteness.autocorrelation[7] - product(7) / product(0)).abs() < 1e-6);
+    assert_eq!(study.histogram.counts.iter().sum::<usize>(), residual.values.len());
+    assert!(bench.harness.query_by_label("histogram of the residual").is_some());
+}
+
+#[test]
+fn every_kind_of_input_has_the_mean_of_its_windows_in_the_shipped_flight() {
+    let mut bench = Bench::shipped();
+    bench.show(Pane::Derivatives);
+    for (scope, name) in [(Scope::All, "derivatives"), (Scope::Over, "over_windows"), (Scope::Intervals, "intervals")] {
+        bench.harness.state_mut().state.selection.scope = scope;
+        bench.settle();
+        picture(&mut bench.harness, name);
+    }
+    let details = bench.snapshot().details.ready().expect("the windows were looked at").clone();
+    assert_eq!(details.kinds.iter().map(|kind| kind.kind.as_str()).collect::<Vec<_>>(), ["", "3-2-1-1", "doublet"]);
+    for kind in &details.kinds[1..] {
+        let found = kind.parameters.iter().find(|parameter| parameter.name == "Cm_q").expect("Cm is modelled");
+        let windows = bench
+            .session()
+            .windows
+            .iter()
+            .filter(|window| window.role == session::WindowRole::Identification && window.kind == kind.kind);
+        let estimates: Vec<f64> = windows
+            .filter_map(|window| {
+                let fits = bench.snapshot().windows[&window.name].fits.ready()?.clone();
+                fits.fits.iter().find_map(|fit| Some(fit.fit.as_ref().ok()?.parameter("Cm_q")?.0))
+            })
+            .collect();
+        assert!(estimates.len() > 1 && estimates.len() == found.fits);
+        let mean = estimates.iter().sum::<f64>() / estimates.len() as f64;
+        assert!((found.estimate[0] - mean).abs() < 1e-12, "{}: {mean}", kind.kind);
+    }
+    // Pictures of the wide panels.
+    for (pane, name) in [(Pane::GroundTrack, "ground_track"), (Pane::Model, "model_shipped"), (Pane::Log, "log")] {
+        bench.show(pane);
+        picture(&mut bench.harness, name);
+    }
+}
+
+#[test]
+fn derivatives_from_elsewhere_are_marked_beside_the_estimates() {
+    let mut bench = Bench::open();
+    let table = "derivative,estimate,standard_error\nCm_alpha,-0.75,0.02\n";
+    std::fs::write(bench.folder.path().join("handbook.csv"), table).expect("a file can be written");
+    bench.show(Pane::Derivatives);
+    bench.harness.get_by_label("Intervals").click();
+    bench.settle();
+    bench.harness.state_mut().state.selection.derivative = Some("Cm_alpha".to_owned());
+    bench.harness.get_by_label("Add reference…").click();
+    bench.harness.run_steps(3);
+    bench.harness.get_by_label("handbook.csv").click();
+    bench.harness.run_steps(2);
+    bench.harness.get_by_label("Open").click();
+    bench.settle();
+    picture(&mut bench.harness, "references");
+    let plot = bench.harness.get_by_label("estimates of every window").rect();
+    crate::secondary_click(&mut bench.harness, plot.center());
+    bench.harness.get_by_label("Copy data").click();
+    bench.harness.run_steps(1);
+    let text = copied(&bench.harness).expect("the chart is in the clipboard");
+    let at =
+        text.lines().next().and_then(|head| head.split(',').position(|name| name == "handbook")).expect("a column");
+    let marked = text.lines().skip(1).filter_map(|line| line.split(',').nth(at)).find(|cell| !cell.is_empty());
+    assert_eq!(marked, Some("-0.75"), "{text}");
+    bench.harness.get_by_label("Remove references").click();
+    bench.settle();
+    assert!(bench.harness.state().references.is_empty());
+}
+
+#[test]
+fn sensitivity_to_inertia_is_that_of_the_moment_itself() {
+    let mut bench = Bench::open();
+    bench.show(Pane::Sensitivity);
+    bench.harness.get_by_role_and_label(egui::accesskit::Role::Button, "Compute sensitivity").click();
+    bench.settle();
+    picture(&mut bench.harness, "sensitivity");
+    let study = bench.snapshot().studies.sensitivity.ready().expect("it was asked for").clone();
+    let table = study.tables.iter().find(|table| table.step.quantity.name() == "Iyy").expect("inertia is varied");
+    // The flight has no roll or yaw: Cm is Iyy q_dot over a constant, so five per cent of Iyy are five per cent of it.
+    for partial in &table.partials {
+        assert!((partial.relative_percent.abs() - 5.0).abs() < 1e-6, "{partial:?}");
+    }
+    assert!(bench.harness.query_by_label("tornado of sensitivity").is_some());
+}
+
+#[test]
+fn ground_track_is_drawn_from_the_position_and_its_data_can_be_copied() {
+    let mut bench = Bench::shipped();
+    bench.show(Pane::GroundTrack);
+    let plot = bench.harness.get_by_label("ground track").rect();
+    crate::secondary_click(&mut bench.harness, plot.center());
+    bench.harness.get_by_label("Copy data").click();
+    bench.harness.run_steps(1);
+    let text = copied(&bench.harness).expect("the track is in the clipboard");
+    assert!(text.starts_with("east [m],track"), "{}", text.lines().next().unwrap_or_default());
+    let flight = bench.snapshot().flights.values().next().and_then(|slot| slot.ready()).expect("it is read").clone();
+    // The flight has no position: the track is the integral of its ground velocity.
+    let velocity = |role| flight.recording.role(role).expect("it is recorded").series.clone();
+    let [north, east] = [Role::VelocityNorth, Role::VelocityEast].map(velocity);
+    let integral = |series: &doublet_core::series::Series| -> f64 {
+        let steps = series.time_s.windows(2).zip(series.values.windows(2));
+        steps.map(|(t, v)| (t[1] - t[0]) * 0.5 * (v[0] + v[1])).filter(|step| step.is_finite()).sum()
+    };
+    let last: Vec<f64> = text
+        .lines()
+        .rfind(|line| line.split(',').nth(1).is_some_and(|cell| !cell.is_empty()))
+        .map(|line| line.split(',').filter_map(|cell| cell.parse().ok()).collect())
+        .expect("a row");
+    // Every few samples are drawn: the last of them is within some seconds of the end, where the aircraft stands.
+    assert!((last[0] - integral(&east)).abs() < 100.0 && (last[1] - integral(&north)).abs() < 100.0, "{last:?}");
+    picture(&mut bench.harness, "ground_track");
+}
+
+#[test]
+fn change_of_loading_lists_the_change_of_every_derivative() {
+    let mut bench = Bench::shipped();
+    bench.show(Pane::Loading);
+    picture(&mut bench.harness, "envelope");
+    let cx = |bench: &Bench<'_>| {
+        let pooled = bench.snapshot().pooled.ready().expect("the estimate is up to date").clone();
+        pooled.fits[0].fit.clone().expect("CX is estimated")
+    };
+    let before = cx(&bench);
+    let slider = bench.harness.get_by_role_and_label(egui::accesskit::Role::Slider, "Seats passenger right").rect();
+    drag(&mut bench.harness, slider.center(), slider.left_center() + egui::vec2(2.0, 0.0), 4);
+    bench.settle();
+    bench.harness.get_by_label("Change of derivatives").click();
+    bench.settle();
+    picture(&mut bench.harness, "loading_changes");
+    let now = cx(&bench);
+    let slope = |fit: &doublet_core::estimate::Fit| fit.parameter("CX_alpha").expect("it is in the model").0;
+    let part = 100.0 * (slope(&now) - slope(&before)) / slope(&before).abs();
+    let shown = format!("{} %", doublet::notation::fixed(part, 2));
+    assert!(bench.harness.query_all_by_label(&shown).next().is_some(), "{shown} is in the table");
+}
+
+#[test]
+fn window_times_are_shown_and_typed_to_the_millisecond() {
+    let mut bench = Bench::open();
+    bench.show(Pane::Manoeuvres);
+    bench.enter("first start", "5.125");
+    assert_eq!(bench.session().windows[0].window.start_s, 5.125);
+    bench.enter("first end", "24.875");
+    let path = bench.snapshot().windows["first"].path.ready().expect("the path is up to date").clone();
+    let time_s = &path.reconstruction.time_s;
+    assert!(time_s[0] >= 5.125 && time_s[time_s.len() - 1] <= 24.875, "{:?}", time_s.last());
+}
+
+#[test]
+fn panels_say_what_they_wait_for_while_the_first_run_computes() {
+    let mut harness = crate::builder(1280.0, 720.0).build_eframe(|cc| {
+        let document = doublet::app::Document::shipped().expect("a session is shipped");
+        doublet::app::Workbench::new(cc, document).expect("a thread starts")
+    });
+    harness.run_steps(3);
+    assert!(harness.query_by_label("Waiting for the recording").is_some());
+    picture(&mut harness, "first_run");
+}
+
+#[test]
+fn derivative_table_fits_a_small_window() {
+    let mut bench = Bench::shipped_in(1280.0, 720.0);
+    bench.show(Pane::Derivatives);
+    let right = bench.harness.get_by_label("t").rect().right();
+    picture(&mut bench.harness, "small_window");
+    assert!(right <= 1280.0, "the last column ends at {right}");
+}
