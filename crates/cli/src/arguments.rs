@@ -34,6 +34,12 @@ pub enum Command {
     Sensitivity(StudyArguments),
     /// Compare manoeuvres: each left out in turn, kinds of input, derivatives over the flight condition.
     Manoeuvres(StudyArguments),
+    /// Estimate every window again in the frequency domain and by output error.
+    Checks(StudyArguments),
+    /// Find lag and delay of every control by the fit.
+    Lags(StudyArguments),
+    /// Carry fresh noise of the recording through both steps, many times.
+    MonteCarlo(MonteCarloArguments),
     /// Propose manoeuvre windows, steady windows or noise from the recordings of a session.
     Propose(ProposeArguments),
     /// Fly a simulated flight and write its recordings and its truth.
@@ -72,6 +78,22 @@ pub struct NewArguments {
     /// Put all recordings into one flight, on one time line.
     #[arg(long)]
     pub merge: bool,
+    /// Terms of the coefficients to start from.
+    #[arg(long, value_enum, default_value_t = StructureName::Thesis)]
+    pub structure: StructureName,
+}
+
+/// A model structure to start from.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum StructureName {
+    /// Thesis Eq. 3.21-3.22: constant, flow angle, rates and deflections.
+    Thesis,
+    /// Thesis Eq. B.1-B.2: also the rates of the flow angles.
+    Alternative,
+    /// Also alpha squared in CX, CZ and Cm.
+    Quadratic,
+    /// Also the total-pressure rise through the propellers in CX, CZ and Cm.
+    WithPower,
 }
 
 /// Arguments of `check`.
@@ -101,6 +123,12 @@ pub enum StudyName {
     Sensitivity,
     /// Manoeuvre against manoeuvre.
     Manoeuvres,
+    /// Every window again in the frequency domain and by output error.
+    Checks,
+    /// Lag and delay of every control.
+    Lags,
+    /// Derivatives under fresh noise of the recording, 200 realisations.
+    MonteCarlo,
 }
 
 /// Arguments of a study.
@@ -111,6 +139,20 @@ pub struct StudyArguments {
     /// Folder for all results, those of the study among them.
     #[arg(long)]
     pub out: Option<PathBuf>,
+}
+
+/// Arguments of `monte-carlo`.
+#[derive(Debug, Args)]
+pub struct MonteCarloArguments {
+    /// What every study takes.
+    #[command(flatten)]
+    pub study: StudyArguments,
+    /// Number of realisations.
+    #[arg(long, default_value_t = 200, value_parser = clap::value_parser!(u32).range(2..=1_000_000))]
+    pub realisations: u32,
+    /// Seed of the noise: the same seed gives the same numbers.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
 }
 
 /// Arguments of `simulate`.

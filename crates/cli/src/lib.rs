@@ -60,6 +60,12 @@ fn execute(command: Command) -> ExitCode {
         Command::Run(arguments) => run::run(&arguments),
         Command::Sensitivity(arguments) => study::study(Study::Sensitivity, &arguments),
         Command::Manoeuvres(arguments) => study::study(Study::Manoeuvres, &arguments),
+        Command::Checks(arguments) => study::study(Study::Checks, &arguments),
+        Command::Lags(arguments) => study::study(Study::Lags, &arguments),
+        Command::MonteCarlo(arguments) => {
+            let realisations = arguments.realisations as usize;
+            study::study(Study::MonteCarlo { realisations, seed: arguments.seed }, &arguments.study)
+        }
         Command::Propose(arguments) => propose::propose(&arguments),
         Command::Simulate(arguments) => simulate::simulate(&arguments),
         Command::Engine(arguments) => engine::engine(&arguments),

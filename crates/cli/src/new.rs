@@ -12,7 +12,7 @@ use doublet_engine::session::{
     self, Estimation, Flight, Manoeuvre, Preparation, RecordingRef, Session, SignalSetting, WindowRole,
 };
 
-use crate::arguments::NewArguments;
+use crate::arguments::{NewArguments, StructureName};
 use crate::text;
 
 /// A channel map by file or by the name of one that comes with the program, with how a session refers to it.
@@ -103,7 +103,12 @@ pub fn new(arguments: &NewArguments) -> Result<(), String> {
         filter: FilterSettings::default(),
         preparation: Preparation::default(),
         estimation: Estimation::default(),
-        structure: Structure::thesis(),
+        structure: match arguments.structure {
+            StructureName::Thesis => Structure::thesis(),
+            StructureName::Alternative => Structure::alternative(),
+            StructureName::Quadratic => Structure::quadratic(),
+            StructureName::WithPower => Structure::with_power(),
+        },
         second_structure: None,
     };
     session::save(&session, &arguments.output).map_err(|error| error.to_string())?;

@@ -20,6 +20,9 @@ pub fn study(study: Study, arguments: &StudyArguments) -> Result<(), String> {
     match study {
         Study::Sensitivity => sensitivity(&results.studies),
         Study::Manoeuvres => manoeuvres(&results.studies),
+        Study::Checks => checks(&results.studies),
+        Study::Lags => lags(&results.studies),
+        Study::MonteCarlo { .. } => monte_carlo(&results),
     }
     if let Some(out) = &arguments.out {
         let folder = report::write(&session, &snapshot, out).map_err(|error| error.to_string())?;
@@ -140,4 +143,62 @@ fn manoeuvres(results: &report::StudyResults) {
         ]
     });
     text::table(&["derivative", "parameter", "estimate", "std error", "scatter", ""], &cells.collect::<Vec<_>>());
+}
+
+fn lags(results: &report::StudyResults) {
+    let milliseconds = |seconds: f64, digits| text::number(1000.0 * seconds, digits);
+    let cells = results.lags.iter().map(|row| {
+        vec![
+            format!("{} of {}", row.kind, row.control),
+            if row.coefficient.is_empty() { "all" } else { row.coefficient }.to_owned(),
+            milliseconds(row.value_s, 3),
+            milliseconds(row.standard_error_s, 2),
+            row.error.clone().unwrap_or_default(),
+        ]
+    });
+    text::table(&["", "from", "ms", "std error", ""], &cells.collect::<Vec<_>>());
+}
+
+fn monte_carlo(results: &report::Results) {
+    let rows = &results.studies.monte_carlo;
+    if let Some(row) = rows.first() {
+        text::line(&format!("{} realisations of the noise the filter states", row.realisations));
+    }
+    let corrected = |name: &str| {
+        let derivatives = results.pooled.iter().flat_map(|fit| &fit.derivatives);
+        derivatives.into_iter().find(|row| row.name == name).map_or(f64::NAN, |row| row.corrected_standard_error)
+    };
+    let cells = rows.iter().map(|row| {
+        vec![
+            row.derivative.clone(),
+            text::number(row.estimate, 5),
+            text::number(corrected(&row.derivative), 2),
+            text::number(row.noise_error, 2),
+            text::number(row.shift, 2),
+            text::number(row.extrapolated, 5),
+        ]
+    });
+    let header = ["derivative", "estimate", "corrected error", "noise error", "shift by noise", "without shift"];
+    text::table(&header, &cells.collect::<Vec<_>>());
+}
+
+fn checks(results: &report::StudyResults) {
+    let cells = results.checks.iter().map(|row| {
+        let pair = |value: f64, error: f64| {
+            if value.is_finite() {
+                format!("{} +- {}", text::number(value, 4), text::number(error, 2))
+            } else {
+                String::new()
+            }
+        };
+        vec![
+            row.window.clone(),
+            row.method.to_owned(),
+            row.derivative.clone(),
+            pair(row.estimate, row.standard_error),
+            pair(row.equation_error, row.equation_standard_error),
+            row.error.clone().unwrap_or_default(),
+        ]
+    });
+    text::table(&["window", "method", "", "estimate", "equation error", ""], &cells.collect::<Vec<_>>());
 }

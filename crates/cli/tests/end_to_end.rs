@@ -139,8 +139,9 @@ fn demo_runs_anywhere_and_recovers_truth_derivatives() {
         let line = truth.lines().find(|line| line.starts_with(&format!("{name} = "))).unwrap();
         line.split(" = ").nth(1).unwrap().parse().unwrap()
     };
-    let (results, folder) = results_with("demo", &["--with", "sensitivity,manoeuvres"]);
+    let (results, folder) = results_with("demo", &["--with", "sensitivity,manoeuvres,checks,lags"]);
     studies_agree_with_the_pooled_fit(&results, folder.path());
+    output_error_is_near_the_truth(&results["studies"], &truth_of);
     for name in [
         "CZ_alpha",
         "Cm_alpha",
@@ -166,6 +167,47 @@ fn row<'v>(rows: &'v Value, fields: &[(&str, &str)]) -> &'v Value {
     let rows = rows.as_array().unwrap();
     let found = rows.iter().find(|row| fields.iter().all(|(key, value)| row[key] == *value));
     found.unwrap_or_else(|| panic!("no row {fields:?}"))
+}
+
+/// Output error of the single windows against the truth, and the lags against the sample they should be within.
+fn output_error_is_near_the_truth(studies: &Value, truth_of: &impl Fn(&str) -> f64) {
+    /// Relative: mean over the windows that move the surface most; each is known to a few per cent.
+    const MEAN_OF_WINDOWS: f64 = 0.05;
+    /// Relative: some 24 frequencies of a window for up to five derivatives; their errors are several times larger.
+    const FEW_FREQUENCIES: f64 = 0.3;
+    /// One sample of the inertial data, s: clocks are fitted to a few milliseconds.
+    const SAMPLE_S: f64 = 0.02;
+    let checks = studies["checks"].as_array().unwrap();
+    for (name, surface) in [
+        ("Cm_alpha", "elevator"),
+        ("Cm_q", "elevator"),
+        ("Cm_delta_e", "elevator"),
+        ("Cl_p", "aileron"),
+        ("Cl_delta_a", "aileron"),
+        ("Cn_beta", "rudder"),
+        ("Cn_delta_r", "rudder"),
+    ] {
+        let of_method = |method: &str| -> Vec<f64> {
+            let rows = checks.iter().filter(|row| {
+                row["method"] == method
+                    && row["derivative"] == name
+                    && row["window"].as_str().unwrap().contains(surface)
+            });
+            rows.map(|row| number(&row["estimate"])).collect()
+        };
+        let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+        let (flown, frequency) = (of_method("output error"), of_method("frequency domain"));
+        assert!(flown.len() >= 5 && frequency.len() == flown.len(), "{name}: {} windows", flown.len());
+        let off = mean(&flown) / truth_of(name) - 1.0;
+        println!("{name} by output error over {} windows: {:+.1} %", flown.len(), 100.0 * off);
+        assert!(off.abs() < MEAN_OF_WINDOWS, "{name} by output error is {off:+.3} off the truth");
+        assert!((mean(&frequency) / truth_of(name) - 1.0).abs() < FEW_FREQUENCIES, "{name} in the frequency domain");
+    }
+    for control in ["delta_a", "delta_e", "delta_r"] {
+        let found = row(&studies["lags"], &[("control", control), ("kind", "delay"), ("coefficient", "")]);
+        assert!(number(&found["value_s"]).abs() < SAMPLE_S, "{found}");
+        assert!(number(&found["standard_error_s"]) < 0.01, "{found}");
+    }
 }
 
 /// What the studies say about the shipped flight against what must hold whatever its noise.

@@ -3,9 +3,13 @@
 use std::hint::black_box;
 
 use doublet_core::estimate::{
-    Coloured, Fit, PooledFit, PooledWindow, Taper, coloured_covariance, least_squares, pooled,
+    Coloured, Fit, FlightFreedom, FlightOutput, FlightWindow, MotionAxis, OutputErrorSettings, PooledFit, PooledWindow,
+    Taper, Transforms, coloured_covariance, coloured_covariances, flight_output_error, least_squares, pooled,
 };
 use nalgebra::DMatrix;
+
+#[path = "../tests/common/flight.rs"]
+mod flight;
 
 fn main() {
     divan::main();
@@ -66,11 +70,61 @@ fn coloured_covariance_69_fits_250_lags(bencher: divan::Bencher) {
     let windows = windows();
     let fits = fits(&windows);
     let settings = Coloured { max_lag: Some(LAGS), taper: Taper::Triangular };
+    let mut transforms = Transforms::default();
+    bencher.bench_local(|| {
+        let of_window = |(fit, window): (&Fit, &PooledWindow)| {
+            // The three coefficients of an axis have the same regressors.
+            coloured_covariances(&[fit, fit, fit], &window.x, black_box(&settings), &mut transforms)
+                .map_or(0, |all| all.len())
+        };
+        fits.iter().zip(&windows).map(of_window).sum::<usize>()
+    });
+}
+
+/// The same, every fit by itself.
+#[divan::bench]
+fn coloured_covariance_69_single_fits_250_lags(bencher: divan::Bencher) {
+    let windows = windows();
+    let fits = fits(&windows);
+    let settings = Coloured { max_lag: Some(LAGS), taper: Taper::Triangular };
     bencher.bench(|| {
         (0..3)
             .flat_map(|_| fits.iter().zip(&windows))
             .map(|(fit, window)| coloured_covariance(fit, &window.x, black_box(&settings)))
             .filter(Result::is_ok)
             .count()
+    });
+}
+
+/// Derivatives of a lateral axis and what goes with them: 14 derivatives, 4 initial states, 2 biases.
+#[divan::bench(sample_count = 5)]
+fn output_error_2500_samples_20_parameters(bencher: divan::Bencher) {
+    let Some((replay, start)) = flight::replay(SAMPLES) else { return };
+    let axis = MotionAxis::Lateral;
+    let Ok(flown) = replay.fly(&flight::truth(), &start) else { return };
+    let entries: Vec<usize> = (12..flight::TRUTH.len()).collect();
+    let mut model = flight::truth();
+    entries.iter().for_each(|&entry| model.set(entry, 1.1 * flight::TRUTH[entry].2));
+    let noisy = |values: &[f64], deviation: f64| -> Vec<f64> {
+        values
+            .iter()
+            .enumerate()
+            .map(|(k, value)| value + deviation * (((k * 7919) % 1009) as f64 / 504.5 - 1.0))
+            .collect()
+    };
+    let measured = vec![
+        noisy(&flown.beta_rad, 1e-3),
+        noisy(&flown.rates_rad_s[0], 1e-3),
+        noisy(&flown.rates_rad_s[2], 1e-3),
+        noisy(&flown.euler_rad[0], 1e-3),
+        noisy(&flown.specific_force_m_s2[1], 0.05),
+    ];
+    let window = FlightWindow { label: "w".to_owned(), replay: &replay, start, model, measured };
+    let biases = vec![FlightOutput::SpecificForceY, FlightOutput::Beta];
+    let freedom = FlightFreedom { shared: entries, own: Vec::new(), biases };
+    let windows = [window];
+    bencher.bench(|| {
+        let found = flight_output_error(axis, black_box(&windows), &freedom, &OutputErrorSettings::default(), &|| true);
+        found.map_or(0, |found| found.fit.names.len())
     });
 }

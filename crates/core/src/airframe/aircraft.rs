@@ -87,6 +87,17 @@ impl ReferenceGeometry {
         }
     }
 
+    /// How roll, pitch and yaw rate are made dimensionless, in words: `p b/2V, q c/V, r b/2V` unless the file says otherwise.
+    pub fn rate_normalisation(&self) -> String {
+        let form = |length_m: f64, reference_m: f64, symbol: char| {
+            // Printed lengths leave their rounding in the quotient.
+            let share = (1e3 * reference_m / length_m).round() / 1e3;
+            if share == 1.0 { format!("{symbol}/V") } else { format!("{symbol}/{share}V") }
+        };
+        let lateral = form(self.lateral_rate_length_m, self.lateral_moment_length_m, 'b');
+        format!("p {lateral}, q {}, r {lateral}", form(self.pitch_rate_length_m, self.chord_m, 'c'))
+    }
+
     /// Aspect ratio `b^2 / S`.
     pub fn aspect_ratio(&self) -> f64 {
         self.span_m * self.span_m / self.area_m2
@@ -188,5 +199,19 @@ impl Aircraft {
     /// Mean aerodynamic chord as stated, or from the wing panels; `None` where the file has neither.
     pub fn mean_chord(&self) -> Option<MeanChord> {
         self.stated_mean_chord.or_else(|| super::geometry::mean_aerodynamic_chord(&self.wing_panels))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn normalisation_of_rates_is_stated_in_words() {
+        let mut reference = ReferenceGeometry::conventional(18.7, 11.68, 1.68);
+        assert_eq!(reference.rate_normalisation(), "p b/2V, q c/V, r b/2V");
+        reference.pitch_rate_length_m = 0.84;
+        reference.lateral_rate_length_m = 11.68;
+        assert_eq!(reference.rate_normalisation(), "p b/V, q c/2V, r b/V");
     }
 }

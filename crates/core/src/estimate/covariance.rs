@@ -1,6 +1,6 @@
 //! Covariance of least-squares estimates whose residuals are coloured.
 
-use nalgebra::{Complex, DMatrix};
+use nalgebra::{Complex, DMatrix, DVector};
 use rustfft::FftPlanner;
 
 use super::{EstimateError, Fit};
@@ -23,8 +23,12 @@ pub enum Taper {
     Triangular,
 }
 
-/// A window as the covariance sees it: regressors, the parameter of each, residuals.
-type Block<'a> = (&'a DMatrix<f64>, &'a [usize], &'a [f64]);
+/// A window as the covariance sees it: regressors, the parameter of each, the residuals of each fit.
+pub(super) struct Block<'a> {
+    pub(super) x: &'a DMatrix<f64>,
+    pub(super) columns: &'a [usize],
+    pub(super) residuals: Vec<&'a [f64]>,
+}
 
 /// Covariance `D M D` with `D = (X'X)^-1` and
 /// `M = R(0) sum x_i x_i' + sum_{k=1..K} w_k R(k) sum_i (x_i x_{i+k}' + x_{i+k} x_i')`, where
@@ -38,22 +42,50 @@ type Block<'a> = (&'a DMatrix<f64>, &'a [usize], &'a [f64]);
 /// Sizes that differ, a lag beyond the shortest window, and a variance that comes out negative (use the triangular taper or
 /// fewer lags).
 pub fn coloured_covariance(fit: &Fit, x: &DMatrix<f64>, settings: &Coloured) -> Result<DMatrix<f64>, EstimateError> {
-    let columns: Vec<usize> = (0..fit.parameters()).collect();
-    coloured_covariance_of(&fit.unit_covariance, &[(x, &columns, &fit.residuals)], settings)
+    coloured_covariances(&[fit], x, settings, &mut Transforms::default()).and_then(only)
 }
 
-/// Covariance over windows: products of residuals and of regressors are taken inside each window only.
-pub(super) fn coloured_covariance_of(
-    unit_covariance: &DMatrix<f64>,
+/// [`coloured_covariance`] of several fits with the same regressors, as the coefficients of one axis have: the regressors are
+/// transformed once, residuals two at a time. One covariance per fit, in their order.
+///
+/// # Errors
+/// As for [`coloured_covariance`], of the first fit that has one.
+pub fn coloured_covariances(
+    fits: &[&Fit],
+    x: &DMatrix<f64>,
+    settings: &Coloured,
+    transforms: &mut Transforms,
+) -> Result<Vec<DMatrix<f64>>, EstimateError> {
+    let columns: Vec<usize> = (0..x.ncols()).collect();
+    let residuals = fits.iter().map(|fit| fit.residuals.as_slice()).collect();
+    let units: Vec<&DMatrix<f64>> = fits.iter().map(|fit| &fit.unit_covariance).collect();
+    coloured_covariances_of(&units, &[Block { x, columns: &columns, residuals }], settings, transforms)
+}
+
+/// The only one of a list made from one.
+pub(super) fn only(mut list: Vec<DMatrix<f64>>) -> Result<DMatrix<f64>, EstimateError> {
+    list.pop().ok_or(EstimateError::NoParameters)
+}
+
+/// Covariances over windows: products of residuals and of regressors are taken inside each window only.
+pub(super) fn coloured_covariances_of(
+    unit_covariances: &[&DMatrix<f64>],
     blocks: &[Block<'_>],
     settings: &Coloured,
-) -> Result<DMatrix<f64>, EstimateError> {
-    for (x, columns, residuals) in blocks {
-        if x.nrows() != residuals.len() || x.ncols() != columns.len() {
-            return Err(EstimateError::Size { quantity: "regressors", expected: residuals.len(), found: x.nrows() });
+    transforms: &mut Transforms,
+) -> Result<Vec<DMatrix<f64>>, EstimateError> {
+    for Block { x, columns, residuals } in blocks {
+        for residuals in residuals {
+            if x.nrows() != residuals.len() || x.ncols() != columns.len() {
+                return Err(EstimateError::Size {
+                    quantity: "regressors",
+                    expected: residuals.len(),
+                    found: x.nrows(),
+                });
+            }
         }
     }
-    let shortest = blocks.iter().map(|(_, _, residuals)| residuals.len()).min().unwrap_or(0);
+    let shortest = blocks.iter().map(|block| block.x.nrows()).min().unwrap_or(0);
     let max_lag = settings.max_lag.unwrap_or(shortest / 5);
     if max_lag >= shortest {
         return Err(EstimateError::Setting {
@@ -62,22 +94,34 @@ pub(super) fn coloured_covariance_of(
             allowed: "less than the samples of the shortest window",
         });
     }
-    let mut planner = FftPlanner::new();
-    let mut correlation = autocorrelation_of(blocks.iter().map(|(_, _, residuals)| *residuals), max_lag, &mut planner);
+    let mut correlations = Vec::with_capacity(unit_covariances.len());
+    for pair in (0..unit_covariances.len()).step_by(2) {
+        let records = |fit: usize| blocks.iter().map(move |block| block.residuals.get(fit).copied().unwrap_or(&[]));
+        let found = transforms.autocorrelations(records(pair).zip(records(pair + 1)), max_lag);
+        correlations.extend(found.into_iter().take(unit_covariances.len() - pair));
+    }
     if settings.taper == Taper::Triangular {
-        for (lag, value) in correlation.iter_mut().enumerate() {
+        for (lag, value) in correlations.iter_mut().flat_map(|correlation| correlation.iter_mut().enumerate()) {
             *value *= 1.0 - lag as f64 / (max_lag + 1) as f64;
         }
     }
-    let mut middle = DMatrix::zeros(unit_covariance.nrows(), unit_covariance.ncols());
-    for (x, columns, _) in blocks {
-        let part = weighted_products(x, &correlation, &mut planner);
-        for (i, &row) in columns.iter().enumerate() {
-            for (j, &column) in columns.iter().enumerate() {
-                middle[(row, column)] += part[(i, j)];
+    let mut middles: Vec<DMatrix<f64>> =
+        unit_covariances.iter().map(|unit| DMatrix::zeros(unit.nrows(), unit.ncols())).collect();
+    for Block { x, columns, .. } in blocks {
+        let parts = transforms.weighted_products(x, &correlations);
+        for (middle, part) in middles.iter_mut().zip(parts) {
+            for (i, &row) in columns.iter().enumerate() {
+                for (j, &column) in columns.iter().enumerate() {
+                    middle[(row, column)] += part[(i, j)];
+                }
             }
         }
     }
+    unit_covariances.iter().zip(middles).map(|(unit, middle)| sandwich(unit, &middle)).collect()
+}
+
+/// `D M D`, symmetric, without negative variances.
+fn sandwich(unit_covariance: &DMatrix<f64>, middle: &DMatrix<f64>) -> Result<DMatrix<f64>, EstimateError> {
     let covariance = unit_covariance * middle * unit_covariance;
     match covariance.diagonal().iter().position(|&variance| variance < 0.0) {
         Some(index) => Err(EstimateError::Setting {
@@ -91,84 +135,141 @@ pub(super) fn coloured_covariance_of(
 
 /// Autocorrelation `R(k) = (1/N) sum_i v_i v_{i+k}` for `k = 0..=max_lag` of one uninterrupted record of `N` samples.
 pub fn autocorrelation(values: &[f64], max_lag: usize) -> Vec<f64> {
-    autocorrelation_of(std::iter::once(values), max_lag, &mut FftPlanner::new())
-}
-
-/// Autocorrelation over several records, products inside each only.
-pub(super) fn autocorrelation_of_windows<'a>(records: impl Iterator<Item = &'a [f64]>, max_lag: usize) -> Vec<f64> {
-    autocorrelation_of(records, max_lag, &mut FftPlanner::new())
+    autocorrelation_of_windows(std::iter::once(values), max_lag)
 }
 
 /// Autocorrelation over several records; products are taken inside each record only, `N` counts all samples.
-fn autocorrelation_of<'a>(
-    records: impl Iterator<Item = &'a [f64]>,
-    max_lag: usize,
-    planner: &mut FftPlanner<f64>,
-) -> Vec<f64> {
-    let mut sums = vec![0.0; max_lag + 1];
-    let mut samples = 0;
-    for record in records {
-        samples += record.len();
-        let length = transform_length(record.len() + max_lag);
-        let mut spectrum = padded(record.iter().copied(), length);
-        let forward = planner.plan_fft_forward(length);
-        forward.process(&mut spectrum);
-        for value in &mut spectrum {
-            *value = Complex::new(value.norm_sqr(), 0.0);
-        }
-        // A power spectrum is real and even: its inverse transform is its forward transform over the length.
-        forward.process(&mut spectrum);
-        for (sum, value) in sums.iter_mut().zip(&spectrum) {
-            *sum += value.re / length as f64;
-        }
-    }
-    sums.iter().map(|sum| sum / samples as f64).collect()
+pub(super) fn autocorrelation_of_windows<'a>(records: impl Iterator<Item = &'a [f64]>, max_lag: usize) -> Vec<f64> {
+    let [first, _] = Transforms::default().autocorrelations(records.map(|record| (record, &[][..])), max_lag);
+    first
 }
 
-/// `sum_{i,j} R(|i - j|) x_i x_j'` over one window, `R` zero beyond its last lag.
-fn weighted_products(x: &DMatrix<f64>, correlation: &[f64], planner: &mut FftPlanner<f64>) -> DMatrix<f64> {
-    let length = transform_length(x.nrows() + correlation.len() - 1);
-    let forward = planner.plan_fft_forward(length);
-    let mut weight = padded(correlation.iter().copied(), length);
-    for lag in 1..correlation.len() {
-        weight[length - lag] += correlation[lag];
+/// Fourier transforms with what they need set up once: kept from fit to fit, they cost half.
+pub struct Transforms {
+    planner: FftPlanner<f64>,
+    buffer: Vec<Complex<f64>>,
+    scratch: Vec<Complex<f64>>,
+}
+
+impl Default for Transforms {
+    fn default() -> Self {
+        Self { planner: FftPlanner::new(), buffer: Vec::new(), scratch: Vec::new() }
     }
-    forward.process(&mut weight);
-    // Two real columns go through one complex transform; of real columns half the spectrum says all.
-    let half = length / 2;
-    let mut spectra: Vec<Vec<Complex<f64>>> = Vec::with_capacity(x.ncols() + 1);
-    for first in (0..x.ncols()).step_by(2) {
-        let mut pair = padded(x.column(first).iter().copied(), length);
-        if first + 1 < x.ncols() {
-            for (value, second) in pair.iter_mut().zip(x.column(first + 1).iter()) {
-                value.im = *second;
+}
+
+impl Transforms {
+    /// Fills the buffer of `length` with zeros but for two real records, one in each part.
+    fn load(&mut self, length: usize, real: impl Iterator<Item = f64>, imaginary: impl Iterator<Item = f64>) {
+        self.buffer.clear();
+        self.buffer.resize(length, Complex::new(0.0, 0.0));
+        self.buffer.iter_mut().zip(real).for_each(|(value, real)| value.re = real);
+        self.buffer.iter_mut().zip(imaginary).for_each(|(value, imaginary)| value.im = imaginary);
+    }
+
+    /// Transforms the buffer in place.
+    fn transform(&mut self) {
+        let forward = self.planner.plan_fft_forward(self.buffer.len());
+        self.scratch.resize(forward.get_inplace_scratch_len(), Complex::new(0.0, 0.0));
+        forward.process_with_scratch(&mut self.buffer, &mut self.scratch);
+    }
+
+    /// Spectra at `f` of the two real records that went into the transformed buffer.
+    fn pair(&self, f: usize) -> (Complex<f64>, Complex<f64>) {
+        let (here, mirrored) = (self.buffer[f], self.buffer[(self.buffer.len() - f) % self.buffer.len()].conj());
+        ((here + mirrored) * 0.5, (here - mirrored) * Complex::new(0.0, -0.5))
+    }
+
+    /// Autocorrelations of two fits over several windows, a pair of records each.
+    fn autocorrelations<'a>(
+        &mut self,
+        records: impl Iterator<Item = (&'a [f64], &'a [f64])>,
+        max_lag: usize,
+    ) -> [Vec<f64>; 2] {
+        let mut sums = [vec![0.0; max_lag + 1], vec![0.0; max_lag + 1]];
+        let mut samples = 0;
+        for (first, second) in records {
+            samples += first.len();
+            let length = transform_length(first.len() + max_lag);
+            self.load(length, first.iter().copied(), second.iter().copied());
+            self.transform();
+            let half = length / 2;
+            let powers: Vec<Complex<f64>> =
+                (0..=half).map(|f| self.pair(f)).map(|(a, b)| Complex::new(a.norm_sqr(), b.norm_sqr())).collect();
+            self.buffer[..=half].copy_from_slice(&powers);
+            for f in half + 1..length {
+                self.buffer[f] = powers[length - f];
+            }
+            // A power spectrum is real and even: its inverse transform is its forward transform over the length.
+            self.transform();
+            for (lag, value) in self.buffer.iter().take(max_lag + 1).enumerate() {
+                sums[0][lag] += value.re / length as f64;
+                sums[1][lag] += value.im / length as f64;
             }
         }
-        forward.process(&mut pair);
-        let mirrored = |f: usize| pair[(length - f) % length].conj();
-        spectra.push((0..=half).map(|f| (pair[f] + mirrored(f)) * 0.5).collect());
-        spectra.push((0..=half).map(|f| (pair[f] - mirrored(f)) * Complex::new(0.0, -0.5)).collect());
+        sums.iter_mut().flatten().for_each(|sum| *sum /= samples as f64);
+        sums
     }
-    for (f, value) in weight.iter_mut().enumerate().take(half + 1) {
-        let both_sides = if f == 0 || 2 * f == length { 1.0 } else { 2.0 };
-        value.re *= both_sides / length as f64;
+
+    /// `sum_{i,j} R(|i - j|) x_i x_j'` over one window for each correlation `R`, zero beyond its last lag; all have one length.
+    fn weighted_products(&mut self, x: &DMatrix<f64>, correlations: &[Vec<f64>]) -> Vec<DMatrix<f64>> {
+        let lags = correlations.first().map_or(1, Vec::len);
+        let length = transform_length(x.nrows() + lags - 1);
+        let half = length / 2;
+        // Two real columns go through one complex transform; of real columns half the spectrum says all. Real parts stand above
+        // the imaginary ones.
+        let mut spectra = DMatrix::zeros(2 * (half + 1), x.ncols() + x.ncols() % 2);
+        for first in (0..x.ncols()).step_by(2) {
+            let second = x.columns(first + 1, usize::from(first + 1 < x.ncols()));
+            self.load(length, x.column(first).iter().copied(), second.iter().copied());
+            self.transform();
+            for f in 0..=half {
+                let (a, b) = self.pair(f);
+                spectra[(f, first)] = a.re;
+                spectra[(half + 1 + f, first)] = a.im;
+                spectra[(f, first + 1)] = b.re;
+                spectra[(half + 1 + f, first + 1)] = b.im;
+            }
+        }
+        let mut products = Vec::with_capacity(correlations.len());
+        for pair in correlations.chunks(2) {
+            let (first, second) = (pair[0].as_slice(), pair.get(1).map_or(&[][..], Vec::as_slice));
+            self.load(length, first.iter().copied(), second.iter().copied());
+            for lag in 1..lags {
+                self.buffer[length - lag] = self.buffer[lag];
+            }
+            // Real and even records have real spectra: those of two stand side by side.
+            self.transform();
+            let weights = self.buffer.iter().take(half + 1).enumerate().map(|(f, value)| {
+                let both_sides = if f == 0 || 2 * f == length { 1.0 } else { 2.0 };
+                value * (both_sides / length as f64)
+            });
+            let weights: Vec<Complex<f64>> = weights.collect();
+            products.push(weighted(&spectra, x.ncols(), weights.iter().map(|weight| weight.re)));
+            if pair.len() > 1 {
+                products.push(weighted(&spectra, x.ncols(), weights.iter().map(|weight| weight.im)));
+            }
+        }
+        products
     }
-    let mut products = DMatrix::zeros(x.ncols(), x.ncols());
-    for i in 0..x.ncols() {
+}
+
+/// `sum_f w(f) Re(conj(X_i(f)) X_j(f))` of all pairs of the first `count` spectra, real parts above imaginary ones.
+fn weighted(spectra: &DMatrix<f64>, count: usize, weights: impl Iterator<Item = f64> + Clone) -> DMatrix<f64> {
+    let mut products = DMatrix::zeros(count, count);
+    let mut weighted = DVector::zeros(spectra.nrows());
+    for i in 0..count {
+        let entries = spectra.column(i);
+        let both_parts = weights.clone().chain(weights.clone());
+        weighted
+            .iter_mut()
+            .zip(entries.iter().zip(both_parts))
+            .for_each(|(value, (entry, weight))| *value = entry * weight);
         for j in 0..=i {
-            let pairs = spectra[i].iter().zip(&spectra[j]).zip(&weight);
-            products[(i, j)] = pairs.map(|((a, b), w)| w.re * (a.re * b.re + a.im * b.im)).sum();
+            products[(i, j)] = weighted.dot(&spectra.column(j));
             products[(j, i)] = products[(i, j)];
         }
     }
     products
-}
-
-/// Values as complex numbers, followed by zeros.
-fn padded(values: impl Iterator<Item = f64>, length: usize) -> Vec<Complex<f64>> {
-    let mut padded: Vec<Complex<f64>> = values.map(|value| Complex::new(value, 0.0)).collect();
-    padded.resize(length, Complex::new(0.0, 0.0));
-    padded
 }
 
 /// Smallest length not below `samples` whose only prime factors are 2 and 3.
@@ -207,23 +308,34 @@ mod tests {
         let unit = (x.transpose() * &x).try_inverse().unwrap();
         let settings = Coloured { max_lag: Some(7), taper: Taper::Triangular };
         let columns = [0, 1];
-        let blocks: [Block<'_>; 2] = [(&first, &columns, &residuals[..50]), (&second, &columns, &residuals[50..])];
-        let found = coloured_covariance_of(&unit, &blocks, &settings).unwrap();
+        // Three fits of the same regressors: residuals go in pairs, and one is left over.
+        let others: [Vec<f64>; 2] = [0.4, 1.7].map(|f| (0..90).map(|k| (f64::from(k) * f).cos()).collect());
+        let all = [&others[0], &others[1], &residuals];
+        let block = |x, range: std::ops::Range<usize>| Block {
+            x,
+            columns: &columns,
+            residuals: all.iter().map(|residuals| &residuals[range.clone()]).collect(),
+        };
+        let blocks = [block(&first, 0..50), block(&second, 50..90)];
+        let mut transforms = Transforms::default();
+        let found = coloured_covariances_of(&[&unit; 3], &blocks, &settings, &mut transforms).unwrap();
 
         let same_window = |i: usize, j: usize| (i < 50) == (j < 50);
         let pairs =
             || (0..90).flat_map(|i: usize| (0..90).map(move |j: usize| (i, j))).filter(|&(i, j)| same_window(i, j));
-        let mut correlation = [0.0; 8];
-        for (i, j) in pairs().filter(|&(i, j)| j >= i && j - i <= 7) {
-            correlation[j - i] += residuals[i] * residuals[j] / 90.0;
+        for (found, residuals) in found.iter().zip(all) {
+            let mut correlation = [0.0; 8];
+            for (i, j) in pairs().filter(|&(i, j)| j >= i && j - i <= 7) {
+                correlation[j - i] += residuals[i] * residuals[j] / 90.0;
+            }
+            let mut middle = DMatrix::zeros(2, 2);
+            for (i, j) in pairs().filter(|&(i, j)| i.abs_diff(j) <= 7) {
+                let lag = i.abs_diff(j);
+                middle += x.row(i).transpose() * x.row(j) * (correlation[lag] * (1.0 - lag as f64 / 8.0));
+            }
+            let expected = &unit * middle * &unit;
+            assert!((found - &expected).amax() < ROUNDING * expected.amax());
         }
-        let mut middle = DMatrix::zeros(2, 2);
-        for (i, j) in pairs().filter(|&(i, j)| i.abs_diff(j) <= 7) {
-            let lag = i.abs_diff(j);
-            middle += x.row(i).transpose() * x.row(j) * (correlation[lag] * (1.0 - lag as f64 / 8.0));
-        }
-        let expected = &unit * middle * &unit;
-        assert!((found - &expected).amax() < ROUNDING * expected.amax());
     }
 
     #[test]

@@ -7,9 +7,11 @@ pub mod diagnostics;
 mod error;
 mod errors_in_variables;
 mod fit;
+mod flight_output_error;
 mod frequency;
 mod input_kinds;
 mod least_squares;
+mod nonlinear;
 mod orthogonal;
 mod output_error;
 mod pooled;
@@ -22,16 +24,20 @@ mod weighted;
 
 pub use conditions::{ConditionFit, ConditionPoint, condition_regression};
 pub use constrained::{ConstrainedFit, Constraint, constrained_least_squares};
-pub use covariance::{Coloured, Taper, autocorrelation, coloured_covariance};
+pub use covariance::{Coloured, Taper, Transforms, autocorrelation, coloured_covariance, coloured_covariances};
 pub use error::{Dependence, EstimateError};
 pub use errors_in_variables::{errors_in_variables, total_least_squares};
 pub use fit::{Fit, FitQuality};
+pub use flight_output_error::{
+    FlightFitError, FlightFreedom, FlightOutput, FlightOutputFit, FlightWindow, MotionAxis, flight_output_error,
+};
 pub use frequency::{Detrend, FrequencySettings, FrequencyWindow, finite_fourier_transform, frequency_equation_error};
 pub use input_kinds::{KindDifference, compare_kinds};
 pub use least_squares::least_squares;
+pub use nonlinear::{NonlinearSearch, search_nonlinear};
 pub use orthogonal::{OrthogonalRecord, OrthogonalSelection, OrthogonalSettings, orthogonal};
 pub use output_error::{OutputErrorFit, OutputErrorSettings, OutputParameter, output_error};
-pub use pooled::{PooledFit, PooledWindow, Stacked, pooled, stacked};
+pub use pooled::{PooledFit, PooledRegression, PooledWindow, Stacked, pooled, stacked};
 pub use search::{ScalarSearch, search_scalar};
 pub use stepwise::{Selection, StepAction, StepRecord, StepwiseSettings, stepwise};
 pub use summary::{ParameterSummary, summarise};

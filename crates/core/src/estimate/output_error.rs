@@ -23,7 +23,8 @@ pub struct OutputParameter {
 pub struct OutputErrorSettings {
     /// Steps at most.
     pub max_iterations: usize,
-    /// Relative change of the cost that ends the iteration.
+    /// Gain of log-likelihood, `N/2` times the fall of `ln |R|`, that ends the iteration: half the square of the step in standard
+    /// errors.
     pub tolerance: f64,
     /// Step of differentiation as a fraction of the value, at least that of the parameter's scale.
     pub relative_step: f64,
@@ -31,7 +32,7 @@ pub struct OutputErrorSettings {
 
 impl Default for OutputErrorSettings {
     fn default() -> Self {
-        Self { max_iterations: 50, tolerance: 1e-4, relative_step: 0.01 }
+        Self { max_iterations: 50, tolerance: 1e-3, relative_step: 0.01 }
     }
 }
 
@@ -54,6 +55,8 @@ pub struct OutputErrorFit {
     pub quality: Vec<FitQuality>,
     /// Outputs of the simulation, samples by outputs.
     pub outputs: DMatrix<f64>,
+    /// Change of the outputs with each parameter there.
+    pub sensitivities: Vec<DMatrix<f64>>,
     /// Cost `ln |R|` before each step and at the end.
     pub cost: Vec<f64>,
     /// Parameters held by a bound.
@@ -97,11 +100,12 @@ pub fn output_error<E: From<EstimateError>>(
     let mut settled = false;
     let mut information;
     let mut held;
+    let mut sensitivity;
     loop {
         let noise = noise_of(measured, &outputs);
-        let sensitivities = sensitivities(parameters, &theta, settings, &outputs, &mut simulate);
+        sensitivity = sensitivities(parameters, &theta, settings, &outputs, &mut simulate);
         let gradient;
-        (information, gradient) = normal_equations(measured, &outputs, &noise, &sensitivities);
+        (information, gradient) = normal_equations(measured, &outputs, &noise, &sensitivity);
         held = held_by_bounds(parameters, &theta, &gradient);
         if settled {
             break;
@@ -132,12 +136,12 @@ pub fn output_error<E: From<EstimateError>>(
             Some((trial, result, next)) => {
                 (theta, outputs) = (trial, result);
                 cost.push(next);
-                settled = now - next <= settings.tolerance * now.abs().max(1.0);
+                settled = 0.5 * measured.nrows() as f64 * (now - next) <= settings.tolerance;
             }
             None => settled = true,
         }
     }
-    Ok(finish(parameters, theta, measured, outputs, &information, held, cost)?)
+    Ok(finish(parameters, theta, measured, (outputs, sensitivity), &information, held, cost)?)
 }
 
 /// Checks start values, scales and bounds.
@@ -288,7 +292,7 @@ fn finish(
     parameters: &[OutputParameter],
     theta: Vec<f64>,
     measured: &DMatrix<f64>,
-    outputs: DMatrix<f64>,
+    (outputs, sensitivities): (DMatrix<f64>, Vec<DMatrix<f64>>),
     information: &DMatrix<f64>,
     held: Vec<bool>,
     cost: Vec<f64>,
@@ -318,6 +322,7 @@ fn finish(
         noise: noise_of(measured, &outputs),
         quality: quality.collect(),
         outputs,
+        sensitivities,
         cost,
         at_bound: held,
     })

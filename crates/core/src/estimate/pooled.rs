@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use nalgebra::DMatrix;
 
-use super::covariance::{Coloured, coloured_covariance_of};
+use super::covariance::{Block, Coloured, Transforms, coloured_covariances_of, only};
 use super::least_squares::check_values;
 use super::triangle::Triangle;
 use super::{EstimateError, Fit};
@@ -18,6 +18,32 @@ pub struct PooledWindow {
     pub x: DMatrix<f64>,
     /// Measurement at each sample.
     pub z: Vec<f64>,
+}
+
+/// A regression over several windows, ready to be fitted.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PooledRegression {
+    /// Name of each term.
+    pub names: Vec<String>,
+    /// Whether each term has a parameter of its own in every window.
+    pub per_window: Vec<bool>,
+    /// Windows.
+    pub windows: Vec<PooledWindow>,
+}
+
+impl PooledRegression {
+    /// [`pooled`] over all its windows.
+    ///
+    /// # Errors
+    /// As for [`pooled`].
+    pub fn fit(&self) -> Result<PooledFit, EstimateError> {
+        pooled(&self.names, &self.per_window, &self.windows)
+    }
+
+    /// Names of the parameters all windows share, in the order of the fit.
+    pub fn shared(&self) -> impl Iterator<Item = &String> {
+        self.names.iter().zip(&self.per_window).filter(|(_, own)| !**own).map(|(name, _)| name)
+    }
 }
 
 /// One set of parameters over several windows, some of them one per window.
@@ -116,9 +142,14 @@ impl PooledFit {
             .iter()
             .zip(&self.parameters)
             .zip(&self.samples)
-            .map(|((window, columns), samples)| (&window.x, columns.as_slice(), &self.fit.residuals[samples.clone()]))
+            .map(|((window, columns), samples)| Block {
+                x: &window.x,
+                columns,
+                residuals: vec![&self.fit.residuals[samples.clone()]],
+            })
             .collect();
-        coloured_covariance_of(&self.fit.unit_covariance, &blocks, settings)
+        coloured_covariances_of(&[&self.fit.unit_covariance], &blocks, settings, &mut Transforms::default())
+            .and_then(only)
     }
 }
 

@@ -32,22 +32,40 @@ pub fn search_scalar<E: From<EstimateError>>(
     upper: f64,
     mut fit_at: impl FnMut(f64) -> Result<Fit, E>,
 ) -> Result<ScalarSearch, E> {
+    let range = upper - lower;
+    let mut cost = |value: f64| fit_at(value).map(|fit| square(&fit));
+    let value = minimise(lower, upper, &mut cost)?.0;
+    let reach = CURVATURE * range;
+    let inside = value - reach > lower && value + reach < upper;
+    let here = cost(value)?;
+    let curvature =
+        if inside { (cost(value + reach)? - 2.0 * here + cost(value - reach)?) / (reach * reach) } else { 0.0 };
+    let fit = fit_at(value)?;
+    let standard_error =
+        if curvature > 0.0 { (2.0 * fit.residual_std.powi(2) / curvature).sqrt() } else { f64::INFINITY };
+    Ok(ScalarSearch { value, standard_error, fit })
+}
+
+/// Value of the smallest cost in `lower..=upper`, and the costs of the coarse scan.
+pub(super) fn minimise<E: From<EstimateError>>(
+    lower: f64,
+    upper: f64,
+    cost: &mut impl FnMut(f64) -> Result<f64, E>,
+) -> Result<(f64, Vec<(f64, f64)>), E> {
     if !(lower < upper && lower.is_finite() && upper.is_finite()) {
         let allowed = "a finite lower end below the upper one";
         return Err(EstimateError::Setting { setting: "range of the search".to_owned(), value: lower, allowed }.into());
     }
     let range = upper - lower;
     let step = range / (COARSE - 1) as f64;
-    let mut cost = |value: f64| fit_at(value).map(|fit| square(&fit));
-    let mut best = (f64::INFINITY, lower);
+    let mut scan = Vec::with_capacity(COARSE);
     for index in 0..COARSE {
         let value = lower + step * index as f64;
-        let found = cost(value)?;
-        if found < best.0 {
-            best = (found, value);
-        }
+        scan.push((value, cost(value)?));
     }
-    let (mut left, mut right) = ((best.1 - step).max(lower), (best.1 + step).min(upper));
+    let best =
+        scan.iter().copied().fold((lower, f64::INFINITY), |best, next| if next.1 < best.1 { next } else { best });
+    let (mut left, mut right) = ((best.0 - step).max(lower), (best.0 + step).min(upper));
     let (mut low, mut high) = (right - GOLDEN * (right - left), left + GOLDEN * (right - left));
     let (mut cost_low, mut cost_high) = (cost(low)?, cost(high)?);
     while right - left > RESOLUTION * range {
@@ -61,23 +79,14 @@ pub fn search_scalar<E: From<EstimateError>>(
             cost_high = cost(high)?;
         }
     }
-    let middle = 0.5 * (left + right);
     // An end of the range is not approached by bisection: take it where it is better.
-    let mut value = middle;
+    let mut value = 0.5 * (left + right);
     for end in [lower, upper] {
         if cost(end)? < cost(value)? {
             value = end;
         }
     }
-    let reach = CURVATURE * range;
-    let inside = value - reach > lower && value + reach < upper;
-    let here = cost(value)?;
-    let curvature =
-        if inside { (cost(value + reach)? - 2.0 * here + cost(value - reach)?) / (reach * reach) } else { 0.0 };
-    let fit = fit_at(value)?;
-    let standard_error =
-        if curvature > 0.0 { (2.0 * fit.residual_std.powi(2) / curvature).sqrt() } else { f64::INFINITY };
-    Ok(ScalarSearch { value, standard_error, fit })
+    Ok((value, scan))
 }
 
 /// Residual sum of squares.

@@ -242,7 +242,7 @@ pub enum Gyroscopic {
 pub struct Lag {
     /// Time constant of a first-order lag, s; zero for none.
     pub time_constant_s: f64,
-    /// Pure delay, s; zero for none.
+    /// Pure delay, s; zero for none, negative where the deflection was recorded late.
     pub delay_s: f64,
 }
 

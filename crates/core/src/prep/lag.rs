@@ -27,17 +27,20 @@ pub fn first_order_lag(time_s: &[f64], values: &[f64], time_constant_s: f64) -> 
     Ok(output)
 }
 
-/// Signal `values(t - delay_s)`, linear between samples; before the first sample it holds the first value.
+/// Signal `values(t - delay_s)`, linear between samples; before the first sample it holds the first value, after the last, where a
+/// negative delay reaches, the last.
 ///
 /// # Errors
-/// Lengths that differ, time that does not increase, a delay that is negative or not finite.
+/// Lengths that differ, time that does not increase, a delay that is not finite.
 pub fn delay(time_s: &[f64], values: &[f64], delay_s: f64) -> Result<Vec<f64>, PrepError> {
     check(time_s, values, "the delay", 1)?;
-    check_not_negative("delay", delay_s)?;
+    if !delay_s.is_finite() {
+        return Err(PrepError::Setting { setting: "delay", value: delay_s, allowed: "finite, s" });
+    }
     if delay_s == 0.0 {
         return Ok(values.to_vec());
     }
-    let earlier: Vec<f64> = time_s.iter().map(|t| (t - delay_s).max(time_s[0])).collect();
+    let earlier: Vec<f64> = time_s.iter().map(|t| (t - delay_s).clamp(time_s[0], time_s[time_s.len() - 1])).collect();
     resample(time_s, values, &earlier, Interpolation::Linear)
 }
 
@@ -70,7 +73,10 @@ mod tests {
         for (value, t) in delayed.iter().zip(&time) {
             approx::assert_relative_eq!(*value, (t - 0.25).max(0.0), epsilon = 1e-14);
         }
-        assert!(matches!(delay(&time, &time, -0.1), Err(PrepError::Setting { setting: "delay", .. })));
+        for (value, t) in delay(&time, &time, -0.25).unwrap().iter().zip(&time) {
+            approx::assert_relative_eq!(*value, (t + 0.25).min(1.0), epsilon = 1e-14);
+        }
+        assert!(matches!(delay(&time, &time, f64::INFINITY), Err(PrepError::Setting { setting: "delay", .. })));
         assert!(matches!(first_order_lag(&time, &time, f64::NAN), Err(PrepError::Setting { .. })));
     }
 }

@@ -1,7 +1,7 @@
 //! Leave one manoeuvre out: how much each manoeuvre carries, and how well the others predict it.
 
 use super::validate;
-use crate::estimate::{EstimateError, FitQuality, PooledFit, PooledWindow, pooled};
+use crate::estimate::{EstimateError, FitQuality, PooledFit, PooledRegression};
 
 /// The pooled estimate without one window.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,25 +17,21 @@ pub struct LeftOut {
 }
 
 /// Fits all windows but one, for each in turn, and predicts that one (thesis 7.1 with every manoeuvre as validation once).
-/// `full` is the fit of all `windows`, made with the same `names` and `per_window`.
+/// `full` is the fit of all windows.
 ///
 /// # Errors
-/// The first error of a fit without one window, as for [`pooled`]; fewer than two windows.
-pub fn leave_one_out(
-    names: &[String],
-    per_window: &[bool],
-    windows: &[PooledWindow],
-    full: &PooledFit,
-) -> Result<Vec<LeftOut>, EstimateError> {
+/// The first error of a fit without one window, as for [`crate::estimate::pooled`]; fewer than two windows.
+pub fn leave_one_out(regression: &PooledRegression, full: &PooledFit) -> Result<Vec<LeftOut>, EstimateError> {
+    let PooledRegression { names, per_window, windows } = regression;
     if windows.len() < 2 {
         return Err(EstimateError::Size { quantity: "windows", expected: 2, found: windows.len() });
     }
     let shared: Vec<usize> = (0..names.len()).filter(|&term| !per_window[term]).collect();
-    let mut rest = windows.to_vec();
+    let mut rest = regression.clone();
     let mut results = Vec::with_capacity(windows.len());
     for index in 0..windows.len() {
-        let left = rest.remove(index);
-        let fit = pooled(names, per_window, &rest)?.fit;
+        let left = rest.windows.remove(index);
+        let fit = rest.fit()?.fit;
         let estimates: Vec<f64> = fit.estimates[..shared.len()].to_vec();
         let shift = |(parameter, estimate): (usize, &f64)| {
             (estimate - full.fit.estimates[parameter]) / full.fit.standard_errors[parameter]
@@ -49,7 +45,7 @@ pub fn leave_one_out(
             quality: if has_own { prediction.quality_without_offset } else { prediction.quality },
             estimates,
         });
-        rest.insert(index, left);
+        rest.windows.insert(index, left);
     }
     Ok(results)
 }
@@ -59,22 +55,25 @@ mod tests {
     use nalgebra::DMatrix;
 
     use super::*;
+    use crate::estimate::PooledWindow;
 
     /// Rounding of a fit of a hundred samples.
     const ROUNDING: f64 = 1e-10;
 
     #[test]
     fn a_manoeuvre_that_differs_is_the_one_the_others_do_not_predict() {
-        let names = ["c".to_owned(), "s".to_owned()];
         let window = |label: &str, constant: f64, slope: f64| {
             let x = DMatrix::from_fn(100, 2, |row, column| if column == 0 { 1.0 } else { (row as f64 * 0.1).sin() });
             let z = x.row_iter().map(|row| constant + slope * row[1]).collect();
             PooledWindow { label: label.to_owned(), x, z }
         };
-        let windows = [window("a", 1.0, 2.0), window("b", -3.0, 2.0), window("odd", 0.0, 5.0)];
-        let own = [true, false];
-        let full = pooled(&names, &own, &windows).unwrap();
-        let found = leave_one_out(&names, &own, &windows, &full).unwrap();
+        let mut regression = PooledRegression {
+            names: vec!["c".to_owned(), "s".to_owned()],
+            per_window: vec![true, false],
+            windows: vec![window("a", 1.0, 2.0), window("b", -3.0, 2.0), window("odd", 0.0, 5.0)],
+        };
+        let full = regression.fit().unwrap();
+        let found = leave_one_out(&regression, &full).unwrap();
         let labels: Vec<&str> = found.iter().map(|left| left.label.as_str()).collect();
         assert_eq!(labels, ["a", "b", "odd"]);
         // Equal excitation: the full slope is the mean of 2, 2, 5; without the odd one it is 2, with one of the others 3.5.
@@ -86,6 +85,7 @@ mod tests {
         }
         // Predicting slope 5 by 2 leaves 3/5 of the signal: R2 = 1 - 0.36; constants of their own do not count.
         approx::assert_relative_eq!(found[2].quality.r_squared, 1.0 - 0.36, epsilon = ROUNDING);
-        assert!(leave_one_out(&names, &own, &windows[..1], &full).is_err());
+        regression.windows.truncate(1);
+        assert!(leave_one_out(&regression, &full).is_err());
     }
 }

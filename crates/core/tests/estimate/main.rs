@@ -8,6 +8,9 @@ mod shared;
 
 mod attas_table;
 mod coloured;
+#[path = "../common/flight.rs"]
+mod flight;
+mod flight_output_error;
 mod frequency;
 mod output_error;
 mod properties;

@@ -27,6 +27,7 @@ pub fn build(session: &Session, snapshot: &Snapshot) -> Results {
         app: format!("doublet {}", env!("CARGO_PKG_VERSION")),
         title: session.title.clone(),
         aircraft: aircraft.map(|aircraft| aircraft.name.clone()).unwrap_or_default(),
+        rate_normalisation: aircraft.map(|aircraft| aircraft.reference.rate_normalisation()).unwrap_or_default(),
         mass_kg: mass.unwrap_or(f64::NAN),
         gravity_m_s2: session.filter.gravity_m_s2,
         differentiation: signals::differentiation(&session.preparation),

@@ -52,6 +52,17 @@ pub fn write(session: &Session, snapshot: &Snapshot, path: &Path) -> Result<(), 
             }
         }
     }
+    if let Some(study) = snapshot.studies.checks.ready() {
+        for window in &study.windows {
+            for flight in window.output_error.iter().filter_map(|(_, flight)| flight.as_ref().ok()) {
+                for output in &flight.outputs {
+                    let group = window.window.replace('/', "_");
+                    let path = format!("{group}/output_error/{}", output.output.name());
+                    writer.put(path, "SI", "flown by the output-error estimate", &output.flown.values);
+                }
+            }
+        }
+    }
     for flight in &session.flights {
         if let Some(engines) = snapshot.engines.get(&flight.name).and_then(|slot| slot.ready()) {
             put_engines(&mut writer, &format!("flights/{}/engines", flight.name.replace('/', "_")), engines);

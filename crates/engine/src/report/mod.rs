@@ -20,7 +20,10 @@ pub use results::{
     InnovationRow, MonitorRow, PhaseRow, PredictionRow, RecordingRow, Results, StateRow, VERSION, WindowRow,
 };
 pub use signals::{NoiseRow, ProposalRow, SignalRow};
-pub use studies::{ConditionRow, ContributionRow, KindRow, LeftOutRow, SensitivityRow, StudyResults, TornadoRow};
+pub use studies::{
+    CheckRow, ConditionRow, ContributionRow, KindRow, LagRow, LeftOutRow, MonteCarloRow, SensitivityRow, StudyResults,
+    TornadoRow,
+};
 
 use crate::run::Snapshot;
 use crate::session::Session;

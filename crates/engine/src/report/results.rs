@@ -23,6 +23,8 @@ pub struct Results {
     pub title: String,
     /// Name of the aircraft.
     pub aircraft: String,
+    /// How roll, pitch and yaw rate are made dimensionless.
+    pub rate_normalisation: String,
     /// Mass, kg.
     pub mass_kg: f64,
     /// Gravity used by the filter, m/s².

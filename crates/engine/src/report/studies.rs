@@ -2,11 +2,14 @@
 
 use std::path::Path;
 
+use doublet_core::sensitivity::NoiseEffect;
 use serde::{Serialize, Serializer};
 
 use super::ReportError;
 use crate::run::Snapshot;
-use crate::study::{ConditionRegression, ManoeuvreStudy, SensitivityStudy};
+use crate::study::{
+    CheckedDerivative, ConditionRegression, ControlLag, ManoeuvreStudy, MonteCarloStudy, SensitivityStudy, WindowChecks,
+};
 
 /// Results of the studies that were asked for; what was not is absent.
 #[derive(Clone, Debug, Default, Serialize)]
@@ -29,6 +32,84 @@ pub struct StudyResults {
     /// Derivatives over the flight condition.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub conditions: Vec<ConditionRow>,
+    /// Derivatives of every window by other methods.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub checks: Vec<CheckRow>,
+    /// Lag and delay of every control.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub lags: Vec<LagRow>,
+    /// What noise of the recording does to the derivatives.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub monte_carlo: Vec<MonteCarloRow>,
+}
+
+/// One derivative of one window by another method, beside its equation-error estimate.
+#[derive(Clone, Debug, Serialize)]
+pub struct CheckRow {
+    /// Window.
+    pub window: String,
+    /// `frequency domain` or `output error`.
+    pub method: &'static str,
+    /// Derivative; initial states and biases of output error among them.
+    pub derivative: String,
+    /// Estimate by this method.
+    #[serde(serialize_with = "where_finite")]
+    pub estimate: f64,
+    /// Its standard error.
+    #[serde(serialize_with = "where_finite")]
+    pub standard_error: f64,
+    /// Estimate by equation error in the time domain from the same window.
+    #[serde(serialize_with = "where_finite")]
+    pub equation_error: f64,
+    /// Its corrected standard error.
+    #[serde(serialize_with = "where_finite")]
+    pub equation_standard_error: f64,
+    /// Why there is no estimate.
+    pub error: Option<String>,
+}
+
+/// What noise of the recording does to one derivative.
+#[derive(Clone, Debug, Serialize)]
+pub struct MonteCarloRow {
+    /// Derivative.
+    pub derivative: String,
+    /// Estimate.
+    pub estimate: f64,
+    /// Standard deviation over the realisations.
+    pub noise_error: f64,
+    /// Mean over the realisations less the estimate.
+    pub shift: f64,
+    /// Standard error of the shift.
+    pub shift_error: f64,
+    /// Estimate less the shift.
+    pub extrapolated: f64,
+    /// 2.5 % quantile of the realisations about their mean.
+    pub low: f64,
+    /// 97.5 % quantile about the mean.
+    pub high: f64,
+    /// Realisations that count.
+    pub realisations: usize,
+    /// Seed.
+    pub seed: u64,
+}
+
+/// Lag or delay of one control.
+#[derive(Clone, Debug, Serialize)]
+pub struct LagRow {
+    /// Control.
+    pub control: &'static str,
+    /// `delay` or `first-order lag`.
+    pub kind: &'static str,
+    /// Coefficient; empty for all together.
+    pub coefficient: &'static str,
+    /// Value, s.
+    #[serde(serialize_with = "where_finite")]
+    pub value_s: f64,
+    /// Standard error corrected for coloured residuals, s; none at an end of the range searched.
+    #[serde(serialize_with = "where_finite")]
+    pub standard_error_s: f64,
+    /// Why there is no value.
+    pub error: Option<String>,
 }
 
 /// One derivative against one quantity.
@@ -181,6 +262,15 @@ pub fn build(snapshot: &Snapshot) -> StudyResults {
     if let Some(study) = snapshot.studies.manoeuvres.ready() {
         add_manoeuvres(&mut results, study);
     }
+    if let Some(study) = snapshot.studies.checks.ready() {
+        results.checks.extend(study.windows.iter().flat_map(|window| check_rows(snapshot, window)));
+    }
+    if let Some(study) = snapshot.studies.lags.ready() {
+        results.lags.extend(study.lags.iter().flat_map(lag_rows));
+    }
+    if let Some(study) = snapshot.studies.monte_carlo.ready() {
+        results.monte_carlo.extend(study.effects.iter().map(|effect| monte_carlo_row(study, effect)));
+    }
     results
 }
 
@@ -252,6 +342,92 @@ fn add_manoeuvres(results: &mut StudyResults, study: &ManoeuvreStudy) {
     results.conditions.extend(study.conditions.iter().flat_map(condition_rows));
 }
 
+fn monte_carlo_row(study: &MonteCarloStudy, effect: &NoiseEffect) -> MonteCarloRow {
+    MonteCarloRow {
+        derivative: effect.derivative.clone(),
+        estimate: effect.estimate,
+        noise_error: effect.scatter,
+        shift: effect.shift,
+        shift_error: effect.shift_error,
+        extrapolated: effect.extrapolated(),
+        low: effect.quantiles[0],
+        high: effect.quantiles[1],
+        realisations: study.realisations - study.failed,
+        seed: study.seed,
+    }
+}
+
+fn check_rows(snapshot: &Snapshot, checks: &WindowChecks) -> Vec<CheckRow> {
+    let own = snapshot.windows.get(&checks.window).and_then(|results| results.fits.ready());
+    let equation_error = |name: &str| {
+        let found = own.iter().flat_map(|fits| &fits.fits).find_map(|fit| {
+            let estimate = fit.fit.as_ref().ok()?;
+            let index = estimate.names.iter().position(|other| other == name)?;
+            Some((estimate.estimates[index], fit.corrected_errors[index]))
+        });
+        found.unwrap_or((f64::NAN, f64::NAN))
+    };
+    let row = |method: &'static str, derivative: &CheckedDerivative| {
+        let (estimate, error) = equation_error(&derivative.name);
+        CheckRow {
+            window: checks.window.clone(),
+            method,
+            derivative: derivative.name.clone(),
+            estimate: derivative.estimate,
+            standard_error: derivative.standard_error,
+            equation_error: estimate,
+            equation_standard_error: error,
+            error: None,
+        }
+    };
+    let failed = |method: &'static str, place: &str, error: &str| CheckRow {
+        window: checks.window.clone(),
+        method,
+        derivative: place.to_owned(),
+        estimate: f64::NAN,
+        standard_error: f64::NAN,
+        equation_error: f64::NAN,
+        equation_standard_error: f64::NAN,
+        error: Some(error.to_owned()),
+    };
+    let mut rows = Vec::new();
+    for (coefficient, found) in &checks.frequency {
+        match found {
+            Ok(derivatives) => rows.extend(derivatives.iter().map(|derivative| row("frequency domain", derivative))),
+            Err(error) => rows.push(failed("frequency domain", coefficient.name(), error)),
+        }
+    }
+    for (axis, found) in &checks.output_error {
+        match found {
+            Ok(flight) => {
+                let all = flight.derivatives.iter().chain(&flight.others);
+                rows.extend(all.map(|derivative| row("output error", derivative)));
+            }
+            Err(error) => rows.push(failed("output error", axis.name(), error)),
+        }
+    }
+    rows
+}
+
+fn lag_rows(lag: &ControlLag) -> Vec<LagRow> {
+    let row = |coefficient: &'static str, value_s: f64, standard_error_s: f64, error: Option<String>| LagRow {
+        control: lag.control.name(),
+        kind: lag.kind.name(),
+        coefficient,
+        value_s,
+        standard_error_s,
+        error,
+    };
+    match &lag.result {
+        Err(error) => vec![row("", f64::NAN, f64::NAN, Some(error.clone()))],
+        Ok(found) => {
+            let single = lag.coefficients.iter().zip(&found.by_regression);
+            let single = single.map(|(coefficient, (value, error))| row(coefficient.name(), *value, *error, None));
+            std::iter::once(row("", found.value, found.standard_error, None)).chain(single).collect()
+        }
+    }
+}
+
 fn condition_rows(found: &ConditionRegression) -> Vec<ConditionRow> {
     let row = |parameter: &str, numbers: [f64; 4], error: Option<String>| ConditionRow {
         derivative: found.derivative.clone(),
@@ -285,7 +461,10 @@ pub fn write(results: &StudyResults, folder: &Path) -> Result<(), ReportError> {
     table(&folder.join("leave_one_out.csv"), &results.leave_one_out)?;
     table(&folder.join("input_kinds.csv"), &results.input_kinds)?;
     table(&folder.join("contributions.csv"), &results.contributions)?;
-    table(&folder.join("conditions.csv"), &results.conditions)
+    table(&folder.join("conditions.csv"), &results.conditions)?;
+    table(&folder.join("checks.csv"), &results.checks)?;
+    table(&folder.join("lags.csv"), &results.lags)?;
+    table(&folder.join("monte_carlo.csv"), &results.monte_carlo)
 }
 
 /// Writes rows under the names of their fields; nothing where there are none.

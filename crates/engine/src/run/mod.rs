@@ -4,6 +4,7 @@ mod control;
 mod coordinator;
 mod details;
 mod export;
+mod files;
 mod pipeline;
 mod snapshot;
 mod studies;

@@ -10,6 +10,7 @@ use doublet_core::reconstruct::{FilterData, lane_groups};
 use rayon::prelude::*;
 
 use super::control::{Cancelled, Control};
+use super::files::files_key;
 use super::snapshot::{LogEntry, Slot, Snapshot, WindowResults};
 use super::studies;
 use crate::graph::{Cache, Key, KeyBuilder};
@@ -72,6 +73,11 @@ impl Board<'_> {
             (self.publish)(copy);
         }
         Ok(())
+    }
+
+    /// What the snapshot under construction says.
+    pub(super) fn read<T>(&self, look: impl FnOnce(&Snapshot) -> T) -> T {
+        look(&lock(&self.snapshot))
     }
 
     /// Like [`Board::update`], and counts one step of the run as done.
@@ -390,29 +396,6 @@ fn propose(scope: &Scope<'_>, flights: &[KeyedFlight<'_>], cache: &Cache, board:
         })
     };
     flights.par_iter().try_for_each(one)
-}
-
-/// Identity of a flight's files by path, size and time of change: reading them again to hash them would cost more than it saves.
-fn files_key(folder: &Path, flight: &session::Flight) -> Key {
-    let mut key = KeyBuilder::new("files", 1).parameters(&flight.recordings);
-    for entry in &flight.recordings {
-        for path in [&entry.path, &entry.channel_map] {
-            let Ok(place) = stage::locate(folder, path) else { continue };
-            for file in files(&place) {
-                let metadata = std::fs::metadata(&file);
-                let changed = metadata.as_ref().ok().and_then(|m| m.modified().ok());
-                key = key.parameters(&(file, metadata.map(|m| m.len()).ok(), changed));
-            }
-        }
-    }
-    key.finish()
-}
-
-fn files(place: &Path) -> Vec<std::path::PathBuf> {
-    let Ok(entries) = std::fs::read_dir(place) else { return vec![place.to_path_buf()] };
-    let mut files: Vec<_> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
-    files.sort();
-    files
 }
 
 fn fail_window(snapshot: &mut Snapshot, window: &str, error: &str) {

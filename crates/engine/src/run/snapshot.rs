@@ -11,7 +11,7 @@ use crate::stage::{
     FlightEngines, FlightNoise, FlightProposals, LoadedAircraft, LoadedFlight, PooledFits, WindowAero, WindowFits,
     WindowPath,
 };
-use crate::study::{ManoeuvreStudy, SensitivityStudy, Study};
+use crate::study::{CheckStudy, LagStudy, ManoeuvreStudy, MonteCarloStudy, SensitivityStudy, Study};
 
 /// State of one stage's output. What was there before stays visible until it is replaced.
 #[derive(Clone, Debug, Default)]
@@ -170,6 +170,12 @@ pub struct Studies {
     pub manoeuvres: Slot<ManoeuvreStudy>,
     /// Derivatives against what they were computed with.
     pub sensitivity: Slot<SensitivityStudy>,
+    /// Every window again in the frequency domain and by output error.
+    pub checks: Slot<CheckStudy>,
+    /// Lag and delay of every control.
+    pub lags: Slot<LagStudy>,
+    /// Derivatives under fresh noise of the recording.
+    pub monte_carlo: Slot<MonteCarloStudy>,
 }
 
 impl Snapshot {
@@ -195,6 +201,9 @@ impl Snapshot {
         note("pooled estimate".to_owned(), self.pooled.error());
         note(Study::Manoeuvres.name().to_owned(), self.studies.manoeuvres.error());
         note(Study::Sensitivity.name().to_owned(), self.studies.sensitivity.error());
+        note(Study::Checks.name().to_owned(), self.studies.checks.error());
+        note(Study::Lags.name().to_owned(), self.studies.lags.error());
+        note("Monte Carlo".to_owned(), self.studies.monte_carlo.error());
         failures
     }
 

@@ -4,22 +4,38 @@ use super::control::Cancelled;
 use super::pipeline::Board;
 use super::snapshot::{Slot, Studies};
 use crate::graph::{Cache, Footprint, Key, KeyBuilder};
-use crate::study::{self, Study, StudyError, Subject, Watch};
+use crate::study::{self, MonteCarloStudy, Study, StudyError, Subject, Watch};
 
 /// Marks the studies that were asked for as running and the others as out of date.
 pub fn begin(studies: &mut Studies, wanted: &[Study]) {
     start(&mut studies.manoeuvres, wanted.contains(&Study::Manoeuvres));
     start(&mut studies.sensitivity, wanted.contains(&Study::Sensitivity));
+    start(&mut studies.checks, wanted.contains(&Study::Checks));
+    start(&mut studies.lags, wanted.contains(&Study::Lags));
+    start(&mut studies.monte_carlo, wanted.iter().any(is_monte_carlo));
 }
 
 fn start<T>(slot: &mut Slot<T>, is_wanted: bool) {
     if is_wanted { slot.begin() } else { slot.expire() }
 }
 
+fn is_monte_carlo(study: &Study) -> bool {
+    matches!(study, Study::MonteCarlo { .. })
+}
+
+/// The Monte Carlo study that is shown.
+fn known(studies: &Studies) -> Option<Study> {
+    let MonteCarloStudy { realisations, seed, .. } = **studies.monte_carlo.latest()?;
+    Some(Study::MonteCarlo { realisations, seed })
+}
+
 /// Marks the studies that were running as stopped.
 pub fn cancel(studies: &mut Studies) {
     studies.manoeuvres.cancel();
     studies.sensitivity.cancel();
+    studies.checks.cancel();
+    studies.lags.cancel();
+    studies.monte_carlo.cancel();
 }
 
 /// What the studies of a run share.
@@ -40,7 +56,16 @@ impl Runner<'_> {
     /// Computes what was asked for.
     pub fn run(&self) -> Result<(), Cancelled> {
         self.one(Study::Manoeuvres, |studies| &mut studies.manoeuvres, study::manoeuvres)?;
-        self.one(Study::Sensitivity, |studies| &mut studies.sensitivity, study::sensitivity)
+        self.one(Study::Sensitivity, |studies| &mut studies.sensitivity, study::sensitivity)?;
+        self.one(Study::Checks, |studies| &mut studies.checks, study::checks)?;
+        self.one(Study::Lags, |studies| &mut studies.lags, study::lags)?;
+        let wanted = self.wanted.iter().copied().find(is_monte_carlo);
+        let Some(study) = wanted.or_else(|| self.board.read(|snapshot| known(&snapshot.studies))) else {
+            return Ok(());
+        };
+        let Study::MonteCarlo { realisations, seed } = study else { return Ok(()) };
+        let compute = |subject: &Subject<'_>, watch: &Watch<'_>| study::monte_carlo(subject, realisations, seed, watch);
+        self.one(study, |studies| &mut studies.monte_carlo, compute)
     }
 
     fn one<T: Footprint>(

@@ -60,6 +60,21 @@ impl WindowAero {
     }
 }
 
+/// The same window along another path at the same times: air, engines, loading and deflections stay.
+///
+/// # Errors
+/// One line: what the model refuses.
+pub fn aero_along(
+    aero: &WindowAero,
+    (data, path): (&FilterData, &Reconstruction),
+    preparation: &Preparation,
+) -> Result<WindowAero, String> {
+    let Motion { airspeed_m_s, alpha_rad, beta_rad, rates_rad_s, specific_force_m_s2, .. } =
+        motion(data, path, preparation)?;
+    let data = AeroData { airspeed_m_s, alpha_rad, beta_rad, rates_rad_s, specific_force_m_s2, ..aero.data.clone() };
+    WindowAero::formed(data, aero.settings.clone(), Vec::new())
+}
+
 /// Forms the coefficients of one window from its path.
 ///
 /// # Errors
@@ -98,25 +113,11 @@ fn aero_data(
     preparation: &Preparation,
     warnings: &mut Vec<String>,
 ) -> Result<AeroData, String> {
-    let samples = data.inputs.time_s.len();
-    let start = data.inputs.time_s.first().copied().unwrap_or(0.0) + preparation.settle_s;
-    let first = data.inputs.time_s.partition_point(|&time| time < start);
-    if first >= samples {
-        return Err(format!(
-            "nothing is left after {} s of settling: shorten preparation.settle_s",
-            preparation.settle_s
-        ));
-    }
-    let time_s = data.inputs.time_s[first..].to_vec();
-    let states = states_of(path, preparation.path)?;
-    let state = |state: State| &states[state as usize][first..];
-    let inputs = unbiased_inputs(data, states, first);
-    let (u, v, w) = (state(State::VelocityU), state(State::VelocityV), state(State::VelocityW));
-    let count = time_s.len();
-    let airspeed_m_s: Vec<_> = (0..count).map(|k| (u[k] * u[k] + v[k] * v[k] + w[k] * w[k]).sqrt()).collect();
+    let Motion { time_s, airspeed_m_s, alpha_rad, beta_rad, rates_rad_s, specific_force_m_s2, down_m } =
+        motion(data, path, preparation)?;
     let altitude_m: Vec<_> = match values_at(recording, Role::Altitude, &time_s)? {
         Some(altitude) => altitude,
-        None => state(State::PositionDown).iter().map(|down| preparation.origin_altitude_m - down).collect(),
+        None => down_m.iter().map(|down| preparation.origin_altitude_m - down).collect(),
     };
     let mut controls = BTreeMap::new();
     for role in CONTROLS {
@@ -124,7 +125,6 @@ fn aero_data(
             controls.insert(role, values);
         }
     }
-    let [ax, ay, az, p, q, r] = inputs;
     let density_kg_m3 = air_density(recording, &time_s, &altitude_m, warnings)?;
     let fuel_kg = values_at(recording, Role::FuelMass, &time_s)?;
     let first = |channel: &Channel| channel.series.values.iter().copied().find(|fuel| fuel.is_finite());
@@ -142,11 +142,11 @@ fn aero_data(
     }
     warnings.extend(engines.warnings);
     Ok(AeroData {
-        alpha_rad: (0..count).map(|k| w[k].atan2(u[k])).collect(),
-        beta_rad: (0..count).map(|k| v[k].atan2(u[k].hypot(w[k]))).collect(),
+        alpha_rad,
+        beta_rad,
         airspeed_m_s,
-        rates_rad_s: [p, q, r],
-        specific_force_m_s2: [ax, ay, az],
+        rates_rad_s,
+        specific_force_m_s2,
         angular_acceleration_rad_s2: None,
         density_kg_m3,
         controls,
@@ -156,6 +156,43 @@ fn aero_data(
         mach: values_at(recording, Role::Mach, &time_s)?,
         altitude_m: Some(altitude_m),
         time_s,
+    })
+}
+
+/// What the path says of the motion, from the end of settling on.
+struct Motion {
+    time_s: Vec<f64>,
+    airspeed_m_s: Vec<f64>,
+    alpha_rad: Vec<f64>,
+    beta_rad: Vec<f64>,
+    rates_rad_s: [Vec<f64>; 3],
+    specific_force_m_s2: [Vec<f64>; 3],
+    down_m: Vec<f64>,
+}
+
+fn motion(data: &FilterData, path: &Reconstruction, preparation: &Preparation) -> Result<Motion, String> {
+    let samples = data.inputs.time_s.len();
+    let start = data.inputs.time_s.first().copied().unwrap_or(0.0) + preparation.settle_s;
+    let first = data.inputs.time_s.partition_point(|&time| time < start);
+    if first >= samples {
+        return Err(format!(
+            "nothing is left after {} s of settling: shorten preparation.settle_s",
+            preparation.settle_s
+        ));
+    }
+    let states = states_of(path, preparation.path)?;
+    let state = |state: State| &states[state as usize][first..];
+    let (u, v, w) = (state(State::VelocityU), state(State::VelocityV), state(State::VelocityW));
+    let [ax, ay, az, p, q, r] = unbiased_inputs(data, states, first);
+    let each = |value: &dyn Fn(usize) -> f64| (0..u.len()).map(value).collect();
+    Ok(Motion {
+        time_s: data.inputs.time_s[first..].to_vec(),
+        airspeed_m_s: each(&|k| (u[k] * u[k] + v[k] * v[k] + w[k] * w[k]).sqrt()),
+        alpha_rad: each(&|k| w[k].atan2(u[k])),
+        beta_rad: each(&|k| v[k].atan2(u[k].hypot(w[k]))),
+        rates_rad_s: [p, q, r],
+        specific_force_m_s2: [ax, ay, az],
+        down_m: state(State::PositionDown).to_vec(),
     })
 }
 

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use doublet_core::estimate::{Coloured, EstimateError, Fit, FitQuality, PooledFit, PooledWindow, Taper, pooled};
+use doublet_core::estimate::{Coloured, Fit, FitQuality, PooledRegression, PooledWindow, Taper};
 use doublet_core::model::{Coefficient, Structure, Term, Variable, regressors};
 use doublet_core::series::Series;
 use rayon::prelude::*;
@@ -213,26 +213,20 @@ fn stacked_fit(
     used: &[&AeroWindow<'_>],
     constants: PooledConstants,
 ) -> Result<(Fit, Vec<f64>), String> {
-    let regression = Regression::new(coefficient, terms, used, constants)?;
+    let regression = Regression::new(coefficient, terms, used, constants)?.pooled;
     let pooled = regression.fit().map_err(|error| error.to_string())?;
     let settings = Coloured { max_lag: None, taper: Taper::Triangular };
     let coloured = pooled.coloured_covariance(&regression.windows, &settings).map_err(|error| error.to_string())?;
     Ok((pooled.fit, coloured.diagonal().iter().map(|variance| variance.sqrt()).collect()))
 }
 
-/// The regression of one coefficient over windows, ready to be fitted.
+/// The regression of one coefficient over windows.
 #[derive(Clone, Debug)]
 pub struct Regression {
     /// Coefficient.
     pub coefficient: Coefficient,
-    /// Terms.
-    pub terms: Vec<Term>,
-    /// Name of the derivative of each term.
-    pub names: Vec<String>,
-    /// Whether each term has a parameter of its own in every window.
-    pub per_window: Vec<bool>,
-    /// Regressors and observation of each window.
-    pub windows: Vec<PooledWindow>,
+    /// Derivatives, regressors and observations.
+    pub pooled: PooledRegression,
 }
 
 impl Regression {
@@ -251,26 +245,12 @@ impl Regression {
             let x = regressors(terms, &aero.variables).map_err(|error| format!("window '{}': {error}", window.name))?;
             Ok(PooledWindow { label: window.name.clone(), x, z: aero.coefficients.get(coefficient).to_vec() })
         };
-        Ok(Self {
-            coefficient,
+        let pooled = PooledRegression {
             names: terms.iter().map(|term| term.derivative_name(coefficient)).collect(),
             per_window: terms.iter().map(|term| own_constants && term.is_constant()).collect(),
-            terms: terms.to_vec(),
             windows: used.iter().map(window).collect::<Result<_, _>>()?,
-        })
-    }
-
-    /// Least squares over all its windows.
-    ///
-    /// # Errors
-    /// As for [`pooled`].
-    pub fn fit(&self) -> Result<PooledFit, EstimateError> {
-        pooled(&self.names, &self.per_window, &self.windows)
-    }
-
-    /// Names of the derivatives all windows share, in the order of the fit.
-    pub fn shared(&self) -> impl Iterator<Item = &String> {
-        self.names.iter().zip(&self.per_window).filter(|(_, own)| !**own).map(|(name, _)| name)
+        };
+        Ok(Self { coefficient, pooled })
     }
 }
 
@@ -300,7 +280,8 @@ fn identification<'w, 's>(
         applies(coefficient, window.surface, estimation) && window.role == WindowRole::Identification
     };
     let used: Vec<_> = windows.iter().filter(uses).collect();
-    let known = |(_, aero): &&&AeroWindow<'_>| regressors(terms, &aero.variables).is_ok();
+    let variables: Vec<Variable> = terms.iter().flat_map(Term::factors).map(|&(variable, _)| variable).collect();
+    let known = |(_, aero): &&&AeroWindow<'_>| variables.iter().all(|&variable| aero.variables.get(variable).is_some());
     let complete: Vec<_> = used.iter().filter(known).copied().collect();
     if complete.is_empty() { used } else { complete }
 }

@@ -21,7 +21,7 @@ mod samples;
 mod signals;
 mod truth;
 
-pub use aero::{WindowAero, aero};
+pub use aero::{WindowAero, aero, aero_along};
 pub use aircraft::{AircraftData, LoadedAircraft, aircraft_data, load_aircraft};
 pub use align::UsedClock;
 pub use detail::{

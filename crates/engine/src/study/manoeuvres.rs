@@ -124,12 +124,10 @@ fn left_out(subject: &Subject<'_>, watch: &Watch<'_>) -> Result<Vec<CoefficientL
     for regression in stage::pooled_regressions(&subject.aero(), &session.structure, &session.estimation) {
         watch.checkpoint()?;
         let regression = regression?;
-        let Ok(full) = regression.fit() else { continue };
+        let Ok(full) = regression.pooled.fit() else { continue };
         // Without one of its windows a derivative may have no estimate left: there is nothing to compare then.
-        let Ok(windows) = leave_one_out(&regression.names, &regression.per_window, &regression.windows, &full) else {
-            continue;
-        };
-        let derivatives = regression.shared().cloned().collect();
+        let Ok(windows) = leave_one_out(&regression.pooled, &full) else { continue };
+        let derivatives = regression.pooled.shared().cloned().collect();
         found.push(CoefficientLeftOut { coefficient: regression.coefficient, derivatives, windows });
     }
     Ok(found)

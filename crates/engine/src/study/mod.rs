@@ -1,15 +1,21 @@
 //! Studies: what a session is asked beyond its derivatives, computed on request because it takes longer than a frame.
 
+mod checks;
+mod lags;
 mod manoeuvres;
+mod monte_carlo;
 mod sensitivity;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+pub use checks::{CheckStudy, CheckedDerivative, FollowedFlight, FollowedOutput, WindowChecks, checks};
+pub use lags::{ControlLag, LagKind, LagStudy, lags};
 pub use manoeuvres::{
     CoefficientLeftOut, ConditionRegression, KindComparison, ManoeuvreStudy, TermContribution, WindowContributions,
     manoeuvres,
 };
+pub use monte_carlo::{MonteCarloStudy, monte_carlo};
 pub use sensitivity::{STEP_FRACTION, SensitivityStudy, sensitivity};
 
 use crate::run::{Cancelled, Control};
@@ -24,6 +30,17 @@ pub enum Study {
     Manoeuvres,
     /// Derivatives against what they were computed with (thesis 7.2.1).
     Sensitivity,
+    /// Every window again in the frequency domain and by output error.
+    Checks,
+    /// Lag and delay of every control, found by the fit.
+    Lags,
+    /// Derivatives under fresh noise of the recording.
+    MonteCarlo {
+        /// Number of realisations.
+        realisations: usize,
+        /// Seed of their noise: the same seed gives the same numbers, whatever the number of threads.
+        seed: u64,
+    },
 }
 
 impl Study {
@@ -32,6 +49,9 @@ impl Study {
         match self {
             Self::Manoeuvres => "comparison of manoeuvres",
             Self::Sensitivity => "sensitivity",
+            Self::Checks => "independent checks",
+            Self::Lags => "lags of the controls",
+            Self::MonteCarlo { .. } => "Monte Carlo",
         }
     }
 }

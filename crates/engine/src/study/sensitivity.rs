@@ -121,7 +121,7 @@ fn estimates(subject: &Subject<'_>, windows: &[AeroWindow<'_>]) -> Result<Vec<(S
     let session = subject.session;
     let mut found = Vec::new();
     for regression in stage::pooled_regressions(windows, &session.structure, &session.estimation) {
-        let regression = regression?;
+        let regression = regression?.pooled;
         // A coefficient that has no pooled estimate has none here either.
         let Ok(pooled) = regression.fit() else { continue };
         let rows = pooled.fit.estimates.iter().zip(&pooled.fit.standard_errors);

@@ -1,0 +1,386 @@
+//! Output error with the equations of motion: derivatives of a flight that follows the recorded one.
+
+use std::ops::Range;
+
+use nalgebra::{DMatrix, DVector};
+use thiserror::Error;
+
+use super::covariance::{Block, Coloured, Transforms, coloured_covariances_of, only};
+use super::{EstimateError, OutputErrorFit, OutputErrorSettings, OutputParameter, output_error};
+use crate::model::Derivatives;
+use crate::replay::{Replay, ReplayError, Response, Start};
+
+/// Motion that is compared and whose initial states are free.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MotionAxis {
+    /// Airspeed, angle of attack, pitch rate, pitch angle and the forces in the plane of symmetry.
+    Longitudinal,
+    /// Sideslip, roll and yaw rate, bank angle and side force.
+    Lateral,
+}
+
+/// An output of the flight.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FlightOutput {
+    /// True airspeed, m/s.
+    Airspeed,
+    /// Angle of attack, rad.
+    Alpha,
+    /// Sideslip, rad.
+    Beta,
+    /// Roll rate, rad/s.
+    RollRate,
+    /// Pitch rate, rad/s.
+    PitchRate,
+    /// Yaw rate, rad/s.
+    YawRate,
+    /// Bank angle, rad.
+    BankAngle,
+    /// Pitch angle, rad.
+    PitchAngle,
+    /// Specific force along body x, m/s².
+    SpecificForceX,
+    /// Specific force along body y, m/s².
+    SpecificForceY,
+    /// Specific force along body z, m/s².
+    SpecificForceZ,
+}
+
+impl FlightOutput {
+    /// Name in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Airspeed => "V",
+            Self::Alpha => "alpha",
+            Self::Beta => "beta",
+            Self::RollRate => "p",
+            Self::PitchRate => "q",
+            Self::YawRate => "r",
+            Self::BankAngle => "phi",
+            Self::PitchAngle => "theta",
+            Self::SpecificForceX => "ax",
+            Self::SpecificForceY => "ay",
+            Self::SpecificForceZ => "az",
+        }
+    }
+
+    /// Column of a simulated flight.
+    fn of(self, response: &Response) -> &[f64] {
+        match self {
+            Self::Airspeed => &response.airspeed_m_s,
+            Self::Alpha => &response.alpha_rad,
+            Self::Beta => &response.beta_rad,
+            Self::RollRate => &response.rates_rad_s[0],
+            Self::PitchRate => &response.rates_rad_s[1],
+            Self::YawRate => &response.rates_rad_s[2],
+            Self::BankAngle => &response.euler_rad[0],
+            Self::PitchAngle => &response.euler_rad[1],
+            Self::SpecificForceX => &response.specific_force_m_s2[0],
+            Self::SpecificForceY => &response.specific_force_m_s2[1],
+            Self::SpecificForceZ => &response.specific_force_m_s2[2],
+        }
+    }
+
+    /// Smallest bias of this output that matters.
+    fn scale(self) -> f64 {
+        match self {
+            Self::Airspeed => 0.1,
+            Self::SpecificForceX | Self::SpecificForceY | Self::SpecificForceZ => 0.05,
+            _ => 1e-3,
+        }
+    }
+}
+
+/// An initial state.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Initial {
+    /// Velocity relative to the air along a body axis, m/s.
+    Velocity(usize),
+    /// Rate about a body axis, rad/s.
+    Rate(usize),
+    /// Bank or pitch angle, rad.
+    Euler(usize),
+}
+
+impl Initial {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Velocity(axis) => ["u start", "v start", "w start"][axis],
+            Self::Rate(axis) => ["p start", "q start", "r start"][axis],
+            Self::Euler(axis) => ["phi start", "theta start", "psi start"][axis],
+        }
+    }
+
+    fn of(self, start: &mut Start) -> &mut f64 {
+        match self {
+            Self::Velocity(axis) => &mut start.air_velocity_body_m_s[axis],
+            Self::Rate(axis) => &mut start.rates_rad_s[axis],
+            Self::Euler(axis) => &mut start.euler_rad[axis],
+        }
+    }
+
+    fn scale(self) -> f64 {
+        match self {
+            Self::Velocity(_) => 0.1,
+            Self::Rate(_) | Self::Euler(_) => 1e-3,
+        }
+    }
+}
+
+impl MotionAxis {
+    /// Name in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Longitudinal => "longitudinal",
+            Self::Lateral => "lateral",
+        }
+    }
+
+    /// Outputs compared.
+    pub fn outputs(self) -> &'static [FlightOutput] {
+        use FlightOutput::{
+            Airspeed, Alpha, BankAngle, Beta, PitchAngle, PitchRate, RollRate, SpecificForceX, SpecificForceY,
+            SpecificForceZ, YawRate,
+        };
+        match self {
+            Self::Longitudinal => &[Airspeed, Alpha, PitchRate, PitchAngle, SpecificForceX, SpecificForceZ],
+            Self::Lateral => &[Beta, RollRate, YawRate, BankAngle, SpecificForceY],
+        }
+    }
+
+    fn initial(self) -> &'static [Initial] {
+        match self {
+            Self::Longitudinal => &[Initial::Velocity(0), Initial::Velocity(2), Initial::Rate(1), Initial::Euler(1)],
+            Self::Lateral => &[Initial::Velocity(1), Initial::Rate(0), Initial::Rate(2), Initial::Euler(0)],
+        }
+    }
+}
+
+/// One window of a flight to be followed.
+#[derive(Clone, Debug)]
+pub struct FlightWindow<'a> {
+    /// Name, which its own parameters carry.
+    pub label: String,
+    /// The window made ready to be flown.
+    pub replay: &'a Replay,
+    /// Where it starts, to begin with.
+    pub start: Start,
+    /// Derivatives to begin with, constants of this window among them; entry by entry the same terms in every window.
+    pub model: Derivatives,
+    /// One recorded column per output, in the order of [`MotionAxis::outputs`]; not finite where nothing was recorded.
+    pub measured: Vec<Vec<f64>>,
+}
+
+/// What is free beside the initial states.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FlightFreedom {
+    /// Entries of the model all windows share.
+    pub shared: Vec<usize>,
+    /// Entries each window has for itself, as the constants.
+    pub own: Vec<usize>,
+    /// Outputs recorded with a bias of their own in every window.
+    pub biases: Vec<FlightOutput>,
+}
+
+/// Why a flight cannot be followed.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum FlightFitError {
+    /// The estimation.
+    #[error(transparent)]
+    Estimate(#[from] EstimateError),
+    /// The simulation.
+    #[error(transparent)]
+    Replay(#[from] ReplayError),
+    /// The caller stopped it.
+    #[error("stopped")]
+    Stopped,
+}
+
+/// Result of following flights.
+#[derive(Clone, Debug)]
+pub struct FlightOutputFit {
+    /// Estimates: shared derivatives, then for each window its own derivatives, initial states and biases, named `name[label]`.
+    pub fit: OutputErrorFit,
+    /// Standard errors corrected for coloured residuals, one per estimate (Morelli and Klein 1997 with `S_i' R^-1` in place of
+    /// the regressors).
+    pub corrected_errors: Vec<f64>,
+    /// Samples of each window in `fit.outputs`.
+    pub samples: Vec<Range<usize>>,
+}
+
+/// Output error in the time domain with six degrees of freedom (methods as in [`output_error`]): flies the recorded controls
+/// from free initial states with free derivatives until the outputs of `axis` follow the recorded ones, all windows with one
+/// set of shared derivatives. The other axis flies along with the derivatives it was given.
+///
+/// `go_on` is asked before every simulated flight.
+///
+/// # Errors
+/// As for [`output_error`], [`Replay::fly`] at the start, and [`FlightFitError::Stopped`].
+pub fn flight_output_error(
+    axis: MotionAxis,
+    windows: &[FlightWindow<'_>],
+    freedom: &FlightFreedom,
+    settings: &OutputErrorSettings,
+    go_on: &dyn Fn() -> bool,
+) -> Result<FlightOutputFit, FlightFitError> {
+    let Some(first) = windows.first() else { return Err(EstimateError::NoParameters.into()) };
+    let problem = Problem { axis, windows, freedom };
+    let parameters = problem.parameters(first);
+    let outputs = axis.outputs().len();
+    for window in windows {
+        let lengths = window.measured.iter().map(Vec::len);
+        if window.measured.len() != outputs || lengths.clone().any(|length| length != window.replay.time_s().len()) {
+            let (expected, found) = (outputs * window.replay.time_s().len(), lengths.sum());
+            return Err(EstimateError::Size { quantity: "recorded outputs", expected, found }.into());
+        }
+    }
+    let total = windows.iter().map(|window| window.replay.time_s().len()).sum();
+    let mut measured = DMatrix::zeros(total, outputs);
+    let mut samples = Vec::with_capacity(windows.len());
+    let mut end = 0;
+    for window in windows {
+        let start = end;
+        end += window.replay.time_s().len();
+        samples.push(start..end);
+        for (output, column) in window.measured.iter().enumerate() {
+            measured.view_mut((start, output), (column.len(), 1)).copy_from_slice(column);
+        }
+    }
+    // Parameters of one window leave the flights of the others as they were.
+    let mut flown: Vec<Option<(Vec<f64>, DMatrix<f64>)>> = windows.iter().map(|_| None).collect();
+    let fit = output_error(&parameters, &measured, settings, |theta| {
+        let mut all = DMatrix::zeros(total, outputs);
+        for (index, range) in samples.iter().enumerate() {
+            let own = problem.of_window(index, theta);
+            if !flown[index].as_ref().is_some_and(|(known, _)| *known == own) {
+                if !go_on() {
+                    return Err(FlightFitError::Stopped);
+                }
+                flown[index] = Some((own.clone(), problem.fly(index, &own)?));
+            }
+            if let Some((_, outputs)) = &flown[index] {
+                all.rows_mut(range.start, range.len()).copy_from(outputs);
+            }
+        }
+        Ok(all)
+    });
+    // A run that was stopped in the middle of an iteration ends with whatever that led to.
+    if !go_on() {
+        return Err(FlightFitError::Stopped);
+    }
+    let fit = fit?;
+    let corrected_errors = corrected_errors(&fit, &measured, &samples)?;
+    Ok(FlightOutputFit { fit, corrected_errors, samples })
+}
+
+struct Problem<'a> {
+    axis: MotionAxis,
+    windows: &'a [FlightWindow<'a>],
+    freedom: &'a FlightFreedom,
+}
+
+impl Problem<'_> {
+    /// Parameters of one window alone.
+    fn own_count(&self) -> usize {
+        self.freedom.own.len() + self.axis.initial().len() + self.freedom.biases.len()
+    }
+
+    fn parameters(&self, first: &FlightWindow<'_>) -> Vec<OutputParameter> {
+        /// Smallest change of a derivative that matters.
+        const DERIVATIVE: f64 = 0.01;
+        let free = |name: String, start: f64, scale: f64| OutputParameter {
+            name,
+            start,
+            scale,
+            bounds: (f64::NEG_INFINITY, f64::INFINITY),
+        };
+        let entry = |model: &Derivatives, index: usize, suffix: &str| {
+            let entry = &model.entries()[index];
+            free(format!("{}{suffix}", entry.term.derivative_name(entry.coefficient)), entry.value, DERIVATIVE)
+        };
+        let mut all: Vec<_> = self.freedom.shared.iter().map(|&index| entry(&first.model, index, "")).collect();
+        for window in self.windows {
+            let suffix = format!("[{}]", window.label);
+            all.extend(self.freedom.own.iter().map(|&index| entry(&window.model, index, &suffix)));
+            let mut start = window.start;
+            for &initial in self.axis.initial() {
+                all.push(free(format!("{}{suffix}", initial.name()), *initial.of(&mut start), initial.scale()));
+            }
+            for &output in &self.freedom.biases {
+                all.push(free(format!("{} bias{suffix}", output.name()), 0.0, output.scale()));
+            }
+        }
+        all
+    }
+
+    /// Shared parameters and those of window `index`.
+    fn of_window(&self, index: usize, theta: &[f64]) -> Vec<f64> {
+        let (shared, rest) = theta.split_at(self.freedom.shared.len());
+        let own = &rest[index * self.own_count()..(index + 1) * self.own_count()];
+        [shared, own].concat()
+    }
+
+    /// Outputs of window `index` with its parameters.
+    fn fly(&self, index: usize, theta: &[f64]) -> Result<DMatrix<f64>, ReplayError> {
+        let window = &self.windows[index];
+        let mut model = window.model.clone();
+        let mut start = window.start;
+        let mut values = theta.iter().copied();
+        for &entry in self.freedom.shared.iter().chain(&self.freedom.own) {
+            values.by_ref().take(1).for_each(|value| model.set(entry, value));
+        }
+        for &initial in self.axis.initial() {
+            values.by_ref().take(1).for_each(|value| *initial.of(&mut start) = value);
+        }
+        let response = window.replay.fly(&model, &start)?;
+        let outputs = self.axis.outputs();
+        let mut all = DMatrix::zeros(response.time_s.len(), outputs.len());
+        for (mut column, output) in all.column_iter_mut().zip(outputs) {
+            column.copy_from_slice(output.of(&response));
+        }
+        for (&output, bias) in self.freedom.biases.iter().zip(values) {
+            if let Some(place) = outputs.iter().position(|&other| other == output) {
+                all.column_mut(place).add_scalar_mut(bias);
+            }
+        }
+        Ok(all)
+    }
+}
+
+/// `D M D` with the information of [`output_error`], output by output, whose noises are taken as independent.
+fn corrected_errors(
+    fit: &OutputErrorFit,
+    measured: &DMatrix<f64>,
+    samples: &[Range<usize>],
+) -> Result<Vec<f64>, EstimateError> {
+    let settings = Coloured { max_lag: None, taper: super::Taper::Triangular };
+    let columns: Vec<usize> = (0..fit.names.len()).collect();
+    let mut variance = DVector::zeros(fit.names.len());
+    let mut transforms = Transforms::default();
+    for output in 0..measured.ncols() {
+        let weight = fit.noise[output].powi(-2);
+        let residuals: Vec<f64> = measured
+            .column(output)
+            .iter()
+            .zip(fit.outputs.column(output).iter())
+            .map(|(z, y)| if z.is_finite() { z - y } else { 0.0 })
+            .collect();
+        let regressors: Vec<DMatrix<f64>> = samples
+            .iter()
+            .map(|range| {
+                DMatrix::from_fn(range.len(), fit.names.len(), |row, parameter| {
+                    weight * fit.sensitivities[parameter][(range.start + row, output)]
+                })
+            })
+            .collect();
+        let blocks: Vec<Block<'_>> = regressors
+            .iter()
+            .zip(samples)
+            .map(|(x, range)| Block { x, columns: &columns, residuals: vec![&residuals[range.clone()]] })
+            .collect();
+        let covariance =
+            coloured_covariances_of(&[&fit.covariance], &blocks, &settings, &mut transforms).and_then(only)?;
+        variance += covariance.diagonal();
+    }
+    Ok(variance.iter().map(|variance| variance.sqrt()).collect())
+}

@@ -1,0 +1,101 @@
+//! Noise of the recording carried through both steps.
+
+use doublet_core::reconstruct::FilterData;
+use doublet_core::sensitivity::{NoiseEffect, noise_effects, with_noise};
+use rayon::prelude::*;
+
+use super::{StudyError, StudyWindow, Subject, Watch};
+use crate::graph::Footprint;
+use crate::session::WindowRole;
+use crate::stage::{self, AeroWindow};
+
+/// What noise of the recording does to the pooled derivatives.
+#[derive(Clone, Debug, Default)]
+pub struct MonteCarloStudy {
+    /// Realisations asked for.
+    pub realisations: usize,
+    /// Seed of their noise.
+    pub seed: u64,
+    /// Realisations a window or a fit of which failed; they do not count.
+    pub failed: usize,
+    /// One entry per pooled derivative all windows share.
+    pub effects: Vec<NoiseEffect>,
+}
+
+impl Footprint for MonteCarloStudy {
+    fn bytes(&self) -> usize {
+        256 * self.effects.len() + 64
+    }
+}
+
+/// Repeats both steps with fresh noise on every sample of every identification window, of the deviations the session's filter
+/// states, and watches the pooled derivatives: their scatter is the error the noise causes, regressors included, and their
+/// shift the pull of noisy regressors. Deflections, engines, air and loading are taken as they are: the session states no
+/// deviation for them.
+///
+/// # Errors
+/// That it was stopped, or one line when not one realisation could be estimated.
+pub fn monte_carlo(
+    subject: &Subject<'_>,
+    realisations: usize,
+    seed: u64,
+    watch: &Watch<'_>,
+) -> Result<MonteCarloStudy, StudyError> {
+    let nominal: Vec<(String, f64)> = subject.derivatives().into_iter().map(|(name, value, _)| (name, value)).collect();
+    let used: Vec<_> =
+        subject.windows.iter().filter(|window| window.manoeuvre.role == WindowRole::Identification).collect();
+    let watch = watch.parts(realisations);
+    let one = |realisation: usize| -> Result<Result<Vec<f64>, String>, StudyError> {
+        watch.checkpoint()?;
+        let found = estimates(subject, &used, &nominal, (seed, realisation), &watch);
+        // A filter that was stopped fails: that is not the realisation's fault.
+        watch.checkpoint()?;
+        watch.step();
+        Ok(found)
+    };
+    let found = (0..realisations).into_par_iter().map(one).collect::<Result<Vec<_>, StudyError>>()?;
+    let (values, errors): (Vec<_>, Vec<_>) = found.into_iter().partition(Result::is_ok);
+    let values: Vec<Vec<f64>> = values.into_iter().flatten().collect();
+    if values.is_empty()
+        && let Some(error) = errors.iter().find_map(|error| error.as_ref().err())
+    {
+        return Err(StudyError::Failed(format!("no realisation could be estimated: {error}")));
+    }
+    Ok(MonteCarloStudy { realisations, seed, failed: errors.len(), effects: noise_effects(&nominal, &values) })
+}
+
+/// Pooled estimates of one realisation, in the order of `nominal`.
+fn estimates<'a>(
+    subject: &Subject<'a>,
+    used: &[&StudyWindow<'a>],
+    nominal: &[(String, f64)],
+    (seed, realisation): (u64, usize),
+    watch: &Watch<'_>,
+) -> Result<Vec<f64>, String> {
+    let session = subject.session;
+    let noisy = |(index, window): (usize, &&StudyWindow<'_>)| {
+        with_noise(&window.path.data, &session.filter, seed, (realisation * used.len() + index) as u64)
+    };
+    let data: Vec<FilterData> = used.iter().enumerate().map(noisy).collect();
+    let paths = stage::reconstructions(&data.iter().collect::<Vec<_>>(), session, watch.control())?;
+    let aero = |((window, data), path): ((&&StudyWindow<'a>, &FilterData), Result<_, String>)| {
+        let path = path?;
+        let aero = stage::aero_along(&window.aero, (data, &path), &session.preparation)?;
+        Ok((window.manoeuvre, aero.into()))
+    };
+    let windows: Vec<AeroWindow<'_>> = used.iter().zip(&data).zip(paths).map(aero).collect::<Result<_, String>>()?;
+    let mut found = Vec::with_capacity(nominal.len());
+    for regression in stage::pooled_regressions(&windows, &session.structure, &session.estimation) {
+        let regression = regression?.pooled;
+        if !regression.shared().any(|name| nominal.iter().any(|(other, _)| other == name)) {
+            continue;
+        }
+        let fit = regression.fit().map_err(|error| error.to_string())?.fit;
+        found.extend(regression.shared().cloned().zip(fit.estimates));
+    }
+    let value = |(name, _): &(String, f64)| {
+        let value = found.iter().find(|(other, _)| other == name).map(|(_, value)| *value);
+        value.ok_or_else(|| format!("{name} has no estimate"))
+    };
+    nominal.iter().map(value).collect()
+}

@@ -1,0 +1,110 @@
+//! Properties every estimate of the engine keeps: the order of terms, the order of windows and the number of threads do not matter.
+
+#![allow(clippy::unwrap_used, reason = "a test helper that fails is a failed test")]
+
+use std::sync::Arc;
+
+use doublet_core::model::{AeroData, Structure};
+use doublet_core::series::Window;
+use doublet_engine::session::{Estimation, Manoeuvre, PooledConstants, WindowRole};
+use doublet_engine::stage::{AeroWindow, PooledFits, WindowAero, pooled_fits};
+use proptest::prelude::*;
+
+#[path = "../../core/tests/common/flight.rs"]
+mod flight;
+
+/// Largest relative change of an estimate: rounding times the condition number of the regressors, about a hundred.
+const REORDERING: f64 = 1e-12;
+/// Windows.
+const WINDOWS: usize = 5;
+
+/// Windows of a known flight, each with a little noise of its own so that no model fits exactly.
+fn windows() -> Vec<(Manoeuvre, Arc<WindowAero>)> {
+    let samples = 400;
+    let (data, settings, _) = flight::window(samples);
+    let (replay, start) = flight::replay(samples).unwrap();
+    let window = |index: usize| {
+        let mut begin = start;
+        begin.rates_rad_s[0] = 0.02 * index as f64;
+        begin.air_velocity_body_m_s[1] = 0.5 * index as f64 - 1.0;
+        let flown = replay.fly(&flight::truth(), &begin).unwrap();
+        let noise = |k: usize| ((k * 7919 + index * 104_729) % 1009) as f64 / 504.5 - 1.0;
+        let shaken = |column: &Vec<f64>, by: f64| -> Vec<f64> {
+            column.iter().enumerate().map(|(k, value)| value + by * noise(k)).collect()
+        };
+        let data = AeroData {
+            airspeed_m_s: flown.airspeed_m_s.clone(),
+            alpha_rad: flown.alpha_rad.clone(),
+            beta_rad: flown.beta_rad.clone(),
+            rates_rad_s: flown.rates_rad_s.clone(),
+            specific_force_m_s2: flown.specific_force_m_s2.each_ref().map(|column| shaken(column, 0.02)),
+            angular_acceleration_rad_s2: Some(
+                flown.angular_acceleration_rad_s2.each_ref().map(|column| shaken(column, 0.01)),
+            ),
+            ..data.clone()
+        };
+        let manoeuvre = Manoeuvre {
+            name: format!("w{index}"),
+            flight: "f".to_owned(),
+            window: Window { start_s: 0.0, end_s: 8.0 },
+            role: WindowRole::Identification,
+            surface: None,
+            kind: String::new(),
+        };
+        (manoeuvre, Arc::new(WindowAero::formed(data, settings.clone(), Vec::new()).unwrap()))
+    };
+    (0..WINDOWS).map(window).collect()
+}
+
+/// Pooled fits over the windows in `order` with the terms of every coefficient turned by `turn`, on `threads` threads.
+fn estimate(all: &[(Manoeuvre, Arc<WindowAero>)], order: &[usize], turn: usize, threads: usize) -> PooledFits {
+    let windows: Vec<AeroWindow<'_>> = order.iter().map(|&index| (&all[index].0, Arc::clone(&all[index].1))).collect();
+    let mut structure = Structure::thesis();
+    for (_, terms) in &mut structure.models {
+        let turn = turn % terms.len();
+        terms.rotate_left(turn);
+    }
+    let estimation = Estimation { by_surface: false, constants: PooledConstants::PerWindow };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    pool.install(|| pooled_fits(&windows, &structure, &estimation))
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(12))]
+
+    #[test]
+    fn estimate_does_not_depend_on_orders_or_threads(
+        order in Just((0..WINDOWS).collect::<Vec<_>>()).prop_shuffle(), turn in 0_usize..6, threads in 1_usize..5
+    ) {
+        let all = windows();
+        let plain = estimate(&all, &(0..WINDOWS).collect::<Vec<_>>(), 0, 1);
+        let other = estimate(&all, &order, turn, threads);
+        prop_assert_eq!(plain.fits.len(), 6);
+        for (plain, other) in plain.fits.iter().zip(&other.fits) {
+            let (fit, again) = (plain.fit.as_ref().unwrap(), other.fit.as_ref().unwrap());
+            prop_assert_eq!(fit.parameters(), again.parameters());
+            for (index, name) in fit.names.iter().enumerate() {
+                let (a, s_a) = fit.parameter(name).unwrap();
+                let (b, s_b) = again.parameter(name).unwrap();
+                // An estimate near zero is known to its standard error, not to a part of itself.
+                prop_assert!((a - b).abs() <= REORDERING * a.abs().max(s_a), "{}: {} {}", name, a, b);
+                prop_assert!((s_a - s_b).abs() <= REORDERING * s_a, "{}: {} {}", name, s_a, s_b);
+                let place = again.names.iter().position(|other| other == name).unwrap();
+                let (c_a, c_b) = (plain.corrected_errors[index], other.corrected_errors[place]);
+                // Two transforms and a quadratic form: a few more roundings.
+                prop_assert!((c_a - c_b).abs() <= 100.0 * REORDERING * c_a, "{}: {} {}", name, c_a, c_b);
+            }
+        }
+    }
+
+    #[test]
+    fn threads_alone_change_not_one_bit(threads in 2_usize..6) {
+        let all = windows();
+        let order: Vec<usize> = (0..WINDOWS).collect();
+        let (plain, other) = (estimate(&all, &order, 0, 1), estimate(&all, &order, 0, threads));
+        for (plain, other) in plain.fits.iter().zip(&other.fits) {
+            prop_assert_eq!(plain.fit.as_ref().unwrap(), other.fit.as_ref().unwrap());
+            prop_assert_eq!(&plain.corrected_errors, &other.corrected_errors);
+        }
+    }
+}
