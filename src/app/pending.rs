@@ -37,6 +37,8 @@ pub enum Asked {
     Reference,
     /// To write a figure to it: the form, and the name proposed.
     Figure(FigureForm, String),
+    /// To write the identified model into it.
+    ExportModel,
 }
 
 impl Workbench {
@@ -80,6 +82,7 @@ impl Workbench {
             Asked::Open => ("Open a session", Purpose::Open, toml(), String::new()),
             Asked::Save(_) => ("Save the session", Purpose::Save, toml(), "session.toml".to_owned()),
             Asked::Export => ("Folder for the results", Purpose::Save, Vec::new(), "results".to_owned()),
+            Asked::ExportModel => ("Folder for the model", Purpose::Save, Vec::new(), "model".to_owned()),
             Asked::Reference => ("Results, a table or a DATCOM listing", Purpose::Open, Vec::new(), String::new()),
             Asked::Figure(form, name) => {
                 let extension = form.extension();
@@ -107,6 +110,7 @@ impl Workbench {
                 Err(line) => self.complain(line),
             },
             Some(Asked::Figure(form, _)) => self.save_figure(form, path),
+            Some(Asked::ExportModel) => self.export_model(path, ctx),
             None => {}
         }
     }
@@ -140,9 +144,20 @@ impl Workbench {
         }
         let (session, snapshot) = (Arc::clone(self.document.history.present()), Arc::clone(&self.snapshot));
         let ctx = ctx.clone();
-        match Export::start(session, snapshot, folder.to_path_buf(), move || ctx.request_repaint()) {
+        self.keep_export(Export::start(session, snapshot, folder.to_path_buf(), move || ctx.request_repaint()));
+    }
+
+    /// Starts writing the model identified by now.
+    fn export_model(&mut self, folder: &Path, ctx: &egui::Context) {
+        let (session, snapshot) = (Arc::clone(self.document.history.present()), Arc::clone(&self.snapshot));
+        let ctx = ctx.clone();
+        self.keep_export(Export::start_model(session, snapshot, folder.to_path_buf(), move || ctx.request_repaint()));
+    }
+
+    fn keep_export(&mut self, started: std::io::Result<Export>) {
+        match started {
             Ok(export) => self.exporting = Some(export),
-            Err(error) => self.complain(format!("the results cannot be written: {error}")),
+            Err(error) => self.complain(format!("nothing can be written: {error}")),
         }
     }
 
@@ -180,7 +195,7 @@ impl Workbench {
     pub(super) fn take_export(&mut self) {
         let Some(export) = self.exporting.take_if(|export| export.is_finished()) else { return };
         match export.finish() {
-            Ok(folder) => self.say(format!("Results are in {}", folder.display())),
+            Ok(folder) => self.say(format!("Written to {}", folder.display())),
             Err(line) => self.complain(line),
         }
     }

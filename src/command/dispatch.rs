@@ -38,13 +38,16 @@ fn file(app: &mut Workbench, command: FileCommand, ctx: &egui::Context) {
         }
         FileCommand::Save => app.save_then(None, ctx),
         FileCommand::SaveAs => app.ask(Asked::Save(None), ctx),
-        FileCommand::Export if app.is_busy() => {
+        FileCommand::Export | FileCommand::ExportModel if app.is_busy() => {
             app.complain("results are still being computed: export them when the run is done");
         }
-        FileCommand::Export if app.is_exporting() => app.complain("results are still being written"),
+        FileCommand::Export | FileCommand::ExportModel if app.is_exporting() => {
+            app.complain("results are still being written")
+        }
         FileCommand::Export => app.ask(Asked::Export, ctx),
         FileCommand::AddReference => app.ask(Asked::Reference, ctx),
         FileCommand::ClearReferences => app.references.clear(),
+        FileCommand::ExportModel => app.ask(Asked::ExportModel, ctx),
         FileCommand::Quit => app.leave(Pending::Quit, ctx),
     }
 }

@@ -40,6 +40,8 @@ pub enum FileCommand {
     AddReference,
     /// Mark them no more.
     ClearReferences,
+    /// Write the identified model for other simulators to a folder.
+    ExportModel,
     /// Close the window.
     Quit,
 }
@@ -189,6 +191,7 @@ pub fn table() -> Vec<CommandInfo> {
         file("Export results…", FileCommand::Export, ctrl(Key::E)),
         file("Add reference derivatives…", FileCommand::AddReference, None),
         file("Remove reference derivatives", FileCommand::ClearReferences, None),
+        file("Export model…", FileCommand::ExportModel, None),
         file("Quit", FileCommand::Quit, ctrl(Key::Q)),
         edit("Undo", EditCommand::Undo, ctrl(Key::Z)),
         edit("Redo", EditCommand::Redo, ctrl_shift(Key::Z)),

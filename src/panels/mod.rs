@@ -12,6 +12,7 @@ mod intervals;
 mod loading;
 mod log;
 mod manoeuvres;
+mod match_panel;
 mod model;
 mod noise;
 mod over_windows;
@@ -61,6 +62,8 @@ pub enum Pane {
     Derivatives,
     /// Coefficients, their fits and residuals.
     Fits,
+    /// Validation windows flown again by the model.
+    Match,
     /// Engines over the flight.
     Propulsion,
     /// Correlation of the parameters.
@@ -87,6 +90,7 @@ impl Pane {
         Self::Model,
         Self::Derivatives,
         Self::Fits,
+        Self::Match,
         Self::Propulsion,
         Self::Correlation,
         Self::Sensitivity,
@@ -107,6 +111,7 @@ impl Pane {
             Self::Model => "Model",
             Self::Derivatives => "Derivatives",
             Self::Fits => "Fits and residuals",
+            Self::Match => "Match",
             Self::Propulsion => "Propulsion",
             Self::Correlation => "Correlation",
             Self::Sensitivity => "Sensitivity",
@@ -128,6 +133,7 @@ impl Pane {
             Self::Model => Box::new(model::Model::default()),
             Self::Derivatives => Box::new(derivatives::Derivatives),
             Self::Fits => Box::new(fits::Fits::default()),
+            Self::Match => Box::new(match_panel::Match::default()),
             Self::Propulsion => Box::new(propulsion::Propulsion::default()),
             Self::Correlation => Box::new(correlation::Correlation::default()),
             Self::Sensitivity => Box::new(sensitivity::Sensitivity::default()),

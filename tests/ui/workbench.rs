@@ -350,6 +350,38 @@ fn every_panel_draws_in_both_themes() {
 }
 
 #[test]
+fn match_panel_shows_measured_and_simulated_motion_with_a_verdict() {
+    let mut bench = Bench::open();
+    bench.request(UiCommand::File(FileCommand::OpenShipped));
+    bench.show(Pane::Match);
+    let choose = |bench: &mut Bench<'_>, window: &str| {
+        let app = bench.harness.state_mut();
+        let session = app.document.session().clone();
+        doublet::panels::choose(&mut app.state, &session, window);
+        bench.settle();
+    };
+    choose(&mut bench, "11 aileron 3-2-1-1");
+    assert_eq!(bench.snapshot().failures(), [], "nothing fails");
+    assert!(bench.harness.query_by_label_contains("2.d.2 roll response").is_some(), "the test of an aileron window");
+    assert!(bench.harness.query_by_label("pass").is_some(), "the identified model passes");
+    let proof = bench.snapshot().proof.ready().expect("the proof is up to date").clone();
+    let replay = proof.window("11 aileron 3-2-1-1").expect("it is a validation window").clone().expect("it is flown");
+    let used = 100.0 * replay.tests[0].requirements[0][0].worst_ratio;
+    assert!(bench.harness.query_by_label(&format!("p {used:.0} %")).is_some(), "the part of the tolerance used");
+    picture(&mut bench.harness, "match_bands");
+    bench.harness.get_by_label("Theil").click();
+    bench.settle();
+    assert!(bench.harness.query_by_label("Covariance").is_some());
+    bench.harness.get_by_label("All tests").click();
+    bench.settle();
+    assert!(bench.harness.query_all_by_label("pass").count() >= proof.windows.len(), "a verdict per window");
+    picture(&mut bench.harness, "match_tests");
+    bench.harness.get_by_label("Bands").click();
+    choose(&mut bench, "12 rudder 3-2-1-1");
+    assert!(bench.harness.query_by_label_contains("Validation windows are flown again").is_some());
+}
+
+#[test]
 fn missing_recording_is_said_in_one_line_and_nothing_else_breaks() {
     let mut bench = Bench::open();
     std::fs::remove_file(bench.folder.path().join("flight.csv")).expect("the file is there");

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::propose::ProposeArguments;
+use crate::tune::TuneArguments;
 
 /// Aircraft system identification from flight test.
 ///
@@ -42,10 +43,16 @@ pub enum Command {
     MonteCarlo(MonteCarloArguments),
     /// Propose manoeuvre windows, steady windows or noise from the recordings of a session.
     Propose(ProposeArguments),
+    /// Fly validation manoeuvres again with the identified model and print which tests of a simulator's qualification pass.
+    Match(MatchArguments),
+    /// Write the identified model for JSBSim or as DAVE-ML, with the points it is checked at.
+    Export(ExportArguments),
     /// Fly a simulated flight and write its recordings and its truth.
     Simulate(SimulateArguments),
     /// Print power, thrust and their sensitivities of an aircraft's engines at one condition.
     Engine(EngineArguments),
+    /// Print noise settings, or a sensor's delay, that make the measurements of a session most likely.
+    Tune(TuneArguments),
     /// Print the derivatives of a Digital DATCOM listing beside identified ones, or write its input deck.
     Datcom(DatcomArguments),
 }
@@ -139,6 +146,29 @@ pub struct StudyArguments {
     /// Folder for all results, those of the study among them.
     #[arg(long)]
     pub out: Option<PathBuf>,
+}
+
+/// Arguments of `match`.
+#[derive(Debug, Args)]
+pub struct MatchArguments {
+    /// Session file.
+    pub session: PathBuf,
+    /// Tolerance file; without it those of 14 CFR Part 60.
+    #[arg(long, value_name = "FILE")]
+    pub tolerances: Option<PathBuf>,
+}
+
+/// Arguments of `export`.
+#[derive(Debug, Args)]
+pub struct ExportArguments {
+    /// Session file.
+    pub session: PathBuf,
+    /// Formats: jsbsim, daveml.
+    #[arg(long, value_delimiter = ',', default_value = "jsbsim,daveml")]
+    pub format: Vec<String>,
+    /// Folder for the files; files of an earlier export are replaced, others never are.
+    #[arg(long)]
+    pub out: PathBuf,
 }
 
 /// Arguments of `monte-carlo`.

@@ -4,7 +4,9 @@ mod arguments;
 mod check;
 mod datcom;
 mod engine;
+mod export;
 mod inspect;
+mod match_command;
 mod new;
 mod progress;
 mod propose;
@@ -12,6 +14,7 @@ mod run;
 mod simulate;
 mod study;
 mod text;
+mod tune;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -67,9 +70,12 @@ fn execute(command: Command) -> ExitCode {
             study::study(Study::MonteCarlo { realisations, seed: arguments.seed }, &arguments.study)
         }
         Command::Propose(arguments) => propose::propose(&arguments),
+        Command::Match(arguments) => match_command::match_command(&arguments),
+        Command::Export(arguments) => export::export(&arguments),
         Command::Simulate(arguments) => simulate::simulate(&arguments),
         Command::Engine(arguments) => engine::engine(&arguments),
         Command::Datcom(arguments) => datcom::datcom(&arguments),
+        Command::Tune(arguments) => tune::tune(&arguments),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

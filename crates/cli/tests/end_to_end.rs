@@ -141,6 +141,11 @@ fn demo_runs_anywhere_and_recovers_truth_derivatives() {
     };
     let (results, folder) = results_with("demo", &["--with", "sensitivity,manoeuvres,checks,lags"]);
     studies_agree_with_the_pooled_fit(&results, folder.path());
+    let proof = results["proof_of_match"]["windows"].as_array().unwrap();
+    let tests: Vec<&Value> = proof.iter().flat_map(|window| window["tests"].as_array().unwrap()).collect();
+    assert!(tests.len() == 6 && tests.iter().all(|test| test["passed"] == true), "{tests:?}");
+    let rows = std::fs::read_to_string(folder.path().join("out/match.csv")).unwrap();
+    assert_eq!(rows.lines().count(), 1 + 4 + 2 * 3, "one band per lateral test, three per longitudinal one");
     output_error_is_near_the_truth(&results["studies"], &truth_of);
     for name in [
         "CZ_alpha",

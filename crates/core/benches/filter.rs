@@ -65,7 +65,7 @@ fn manoeuvre(seed: u64, samples: usize, settings: &FilterSettings) -> FilterData
 
 fn dense_filter(settings: &FilterSettings) -> Dense {
     let (max_iterations, tolerance) = match settings.method {
-        Method::Ekf => (1, 1.0),
+        Method::Ekf | Method::Ukf { .. } => (1, 1.0),
         Method::Iekf { max_iterations, tolerance } => (max_iterations, tolerance),
     };
     Dense {

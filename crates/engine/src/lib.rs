@@ -5,6 +5,7 @@
 //! the background and publishes [`run::Snapshot`]s; [`study`] holds what takes longer and is asked for. The command line and the workbench use the same road.
 
 pub mod builtin;
+pub mod export;
 pub mod graph;
 pub mod report;
 pub mod run;

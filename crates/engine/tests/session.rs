@@ -2,7 +2,7 @@
 
 use doublet_core::model::{Coefficient, Structure, Term, Variable};
 use doublet_core::quantity::Role;
-use doublet_core::reconstruct::{FilterSettings, Input, Measurement, Method};
+use doublet_core::reconstruct::{AirState, FilterSettings, Input, Measurement, Method};
 use doublet_core::series::Window;
 use doublet_engine::session::{
     self, ClockPairSetting, ClockSetting, Edit, EditError, Estimation, FilterEdit, Flight, InstrumentSetting,
@@ -177,6 +177,11 @@ fn any_edit() -> impl Strategy<Value = Edit> {
         ".{0,8}".prop_map(Edit::Title),
         (0..6_usize, -1.0..1.0_f64).prop_map(|(i, v)| Edit::Filter(FilterEdit::ProcessNoise(Input::ALL[i], v))),
         Just(Edit::Filter(FilterEdit::Method(Method::Ekf))),
+        (0.1..3.0_f64).prop_map(|spread| Edit::Filter(FilterEdit::Method(Method::Ukf { spread }))),
+        (0..4_usize, -0.1..1.0_f64).prop_map(|(i, v)| Edit::Filter(FilterEdit::AirDataDeviation(AirState::ALL[i], v))),
+        (0..12_usize, -1.0..1.0_f64)
+            .prop_map(|(i, v)| Edit::Filter(FilterEdit::MeasurementDelay(Measurement::ALL[i], v))),
+        (0..9_usize).prop_map(|passes| Edit::Filter(FilterEdit::SmootherPasses(passes))),
         (name.clone(), -10.0..50.0_f64).prop_map(|(name, start_s)| {
             Edit::Window(WindowEdit::Place { name: name.into(), window: Window { start_s, end_s: 40.0 } })
         }),

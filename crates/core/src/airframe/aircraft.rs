@@ -182,6 +182,8 @@ pub struct SensorStations {
     pub alpha_vane_from_datum_m: Option<[f64; 3]>,
     /// Sideslip vane or boom.
     pub beta_vane_from_datum_m: Option<[f64; 3]>,
+    /// Antenna of the satellite navigation receiver.
+    pub antenna_from_datum_m: Option<[f64; 3]>,
 }
 
 /// Where an engine's thrust acts.

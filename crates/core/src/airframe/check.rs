@@ -254,6 +254,7 @@ impl Aircraft {
             ("sensors.accelerometer_datum_m", self.sensors.accelerometer_from_datum_m),
             ("sensors.alpha_vane_datum_m", self.sensors.alpha_vane_from_datum_m),
             ("sensors.beta_vane_datum_m", self.sensors.beta_vane_from_datum_m),
+            ("sensors.antenna_datum_m", self.sensors.antenna_from_datum_m),
             ("moment_reference.position_datum_m", self.moment_reference_from_datum_m),
         ];
         for (field, point) in points {

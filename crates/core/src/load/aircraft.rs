@@ -342,6 +342,7 @@ struct RawSensors {
     accelerometer_datum_m: Option<[f64; 3]>,
     alpha_vane_datum_m: Option<[f64; 3]>,
     beta_vane_datum_m: Option<[f64; 3]>,
+    antenna_datum_m: Option<[f64; 3]>,
 }
 
 #[derive(Deserialize)]
@@ -562,6 +563,7 @@ impl RawAircraft {
                 accelerometer_from_datum_m: self.sensors.accelerometer_datum_m,
                 alpha_vane_from_datum_m: self.sensors.alpha_vane_datum_m,
                 beta_vane_from_datum_m: self.sensors.beta_vane_datum_m,
+                antenna_from_datum_m: self.sensors.antenna_datum_m,
             },
             engines: self.engine.into_iter().map(RawEngine::into_station).collect(),
             moment_reference_from_datum_m: self.moment_reference.map(|point| point.position_datum_m),

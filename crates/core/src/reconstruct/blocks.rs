@@ -183,7 +183,8 @@ pub fn cross_squared<T: Real>(a: &Vec3<T>) -> Block<T> {
 #[derive(Clone, Copy)]
 pub struct Factor<T> {
     lower: Block<T>,
-    inverse_diagonal: Vec3<T>,
+    /// Reciprocals of the diagonal; zero for a pivot that is not positive.
+    pub inverse_diagonal: Vec3<T>,
     /// Smallest pivot: not positive where the block is not positive definite.
     pub pivot: T,
 }

@@ -1,9 +1,10 @@
 //! Consistency of a filter run: does the noise the settings state explain the innovations found?
 
+use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::Reconstruction;
-use super::layout::{Measurement, STATES};
+use super::layout::{Measurement, STATES, State};
 
 /// Longest lag of the autocorrelation, samples.
 pub const LAGS: usize = 40;
@@ -165,6 +166,30 @@ pub fn normalised_errors(run: &Reconstruction, truth: &[Vec<f64>; STATES], from_
         *error = rows.map(|i| ((run.states[k][i] - truth[k][i]) / run.deviations[k][i]).powi(2)).sum::<f64>() / count;
     }
     errors
+}
+
+/// Normalised estimation error squared of the final state, `(x - truth)' P^-1 (x - truth)`, over the states that have a
+/// deviation, and their number: the mean over independent runs lies within `chi^2(runs * number) / runs` where the
+/// covariance tells the truth (Bar-Shalom, Li & Kirubarajan 2001, section 5.4). `None` where the covariance is not positive.
+pub fn final_nees(run: &Reconstruction, truth: &[f64; STATES]) -> Option<(f64, usize)> {
+    let p = &run.final_covariance;
+    let free: Vec<usize> = (0..STATES).filter(|&k| p[(k, k)] > 0.0).collect();
+    // in units of the deviations: the covariance spans ten decades
+    let sigma = |i: usize| p[(free[i], free[i])].sqrt();
+    let correlation = DMatrix::from_fn(free.len(), free.len(), |i, j| p[(free[i], free[j])] / (sigma(i) * sigma(j)));
+    let mut errors = Vec::new();
+    for (i, &k) in free.iter().enumerate() {
+        let error = run.states[k].last()? - truth[k];
+        let is_angle = (State::BankAngle as usize..=State::HeadingAngle as usize).contains(&k);
+        errors.push(if is_angle { error.sin().atan2(error.cos()) } else { error } / sigma(i));
+    }
+    let errors = DVector::from_vec(errors);
+    Some((errors.dot(&correlation.cholesky()?.solve(&errors)), free.len()))
+}
+
+/// 95 % region of the mean over `runs` independent runs of a normalised square with `degrees` degrees of freedom each.
+pub fn mean_band(runs: usize, degrees: usize) -> [f64; 2] {
+    band((runs * degrees) as f64).map(|limit| limit / runs as f64)
 }
 
 #[cfg(test)]

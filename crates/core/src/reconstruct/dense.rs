@@ -3,7 +3,7 @@
 use nalgebra::SMatrix;
 
 use super::blocks::Block;
-use super::covariance::{ACC, ATT, Covariance, GYR, POS, VEL, WIND};
+use super::covariance::{ACC, ATT, GYR, POS, VEL, WIND};
 use super::kernel::{AIR, ATTITUDE, GROUND, POSITION};
 use super::kinematics::{KinematicsJacobian, Observation};
 use super::layout::{MEASUREMENTS, STATES};
@@ -24,13 +24,6 @@ fn put<const R: usize>(matrix: &mut SMatrix<f64, R, STATES>, row: usize, column:
 /// `factor` times the identity.
 fn identity(factor: f64) -> Block<f64> {
     [[factor, 0.0, 0.0], [0.0, factor, 0.0], [0.0, 0.0, factor]]
-}
-
-impl Covariance<f64> {
-    /// The whole matrix.
-    pub fn dense(&self) -> Dense {
-        SMatrix::from_fn(|i, j| self.block(i / 3, j / 3)[i % 3][j % 3])
-    }
 }
 
 impl KinematicsJacobian<f64> {

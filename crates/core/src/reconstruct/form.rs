@@ -6,6 +6,7 @@ use super::dense::Dense;
 use super::kernel::{Estimate, Tuning};
 use super::lanes::{Lanes, MOST_LANES};
 use super::layout::STATES;
+use super::march::RECORD;
 use super::real::Real;
 use super::settings::{Linearisation, Method, ValidSettings};
 use super::smoother::Kept;
@@ -17,12 +18,17 @@ pub trait Form: Clone {
     type Number: Real;
     /// What the backward pass needs of one step.
     type Kept;
+    /// Numbers a step tells per window: [`RECORD`], or [`super::march::FULL_RECORD`] with air-data states.
+    const ROW: usize = RECORD;
 
-    /// The form of `start`.
-    fn new(start: &Estimate<Self::Number>) -> Self;
+    /// The estimate before the first step.
+    fn new(windows: &[Result<Window<'_>, ReconstructError>], settings: &ValidSettings) -> Self;
 
     /// Forwards over `steps` steps of `drive`, told in `record`.
     fn run(&mut self, tuning: &Tuning<Self::Number>, steps: usize, drive: &[f64], record: &mut [f64]);
+
+    /// Called once, at the end of the windows, before going backwards.
+    fn begin_smoothing(&mut self) {}
 
     /// Backwards: `self`, smoothed, enters at the end of the steps and leaves at their start, where the filter was at
     /// `start`. `kept` is working space.
@@ -44,8 +50,8 @@ impl<T: Lanes> Form for Estimate<T> {
     type Number = T;
     type Kept = Kept<T>;
 
-    fn new(start: &Estimate<T>) -> Self {
-        *start
+    fn new(windows: &[Result<Window<'_>, ReconstructError>], settings: &ValidSettings) -> Self {
+        initial_estimate(windows, settings)
     }
 
     fn run(&mut self, tuning: &Tuning<T>, steps: usize, drive: &[f64], record: &mut [f64]) {
@@ -98,8 +104,8 @@ pub fn initial_estimate<T: Real>(
     Estimate { x, p: Covariance::diagonal(&variances) }
 }
 
-/// Settings as variances, the same in every lane.
-pub fn tuning<T: Real>(settings: &ValidSettings) -> Tuning<T> {
+/// Settings as variances, the same in every lane; `see_noise` as in [`Tuning`].
+pub fn tuning<T: Real>(settings: &ValidSettings, see_noise: bool) -> Tuning<T> {
     let square = |values: &[f64], g: usize| {
         let mut squares = [T::zero(); 3];
         for i in 0..3 {
@@ -108,7 +114,7 @@ pub fn tuning<T: Real>(settings: &ValidSettings) -> Tuning<T> {
         squares
     };
     let (max_iterations, tolerance) = match settings.method {
-        Method::Ekf => (1, 1.0),
+        Method::Ekf | Method::Ukf { .. } => (1, 1.0),
         Method::Iekf { max_iterations, tolerance } => (max_iterations, tolerance),
     };
     Tuning {
@@ -119,5 +125,6 @@ pub fn tuning<T: Real>(settings: &ValidSettings) -> Tuning<T> {
         tolerance_squared: T::splat(tolerance.powi(2)),
         max_iterations,
         at_predicted: settings.linearisation == Linearisation::Predicted,
+        see_noise,
     }
 }

@@ -64,6 +64,8 @@ pub struct Tuning<T> {
     pub max_iterations: usize,
     /// Linearise the transition at the predicted state instead of the prior one.
     pub at_predicted: bool,
+    /// Tell the noises that the smoother sees.
+    pub see_noise: bool,
 }
 
 /// What a step tells besides the estimate.
@@ -79,6 +81,8 @@ pub struct Telling<T> {
     pub pivot: T,
     /// Number of linearisations.
     pub iterations: T,
+    /// Share of the noise in the innovations, `det R / det S` over what was measured; `ln |S|` follows from it.
+    pub noise_share: T,
 }
 
 /// The prediction that a measurement is compared with.
@@ -125,7 +129,7 @@ impl<T: Lanes> Estimate<T> {
 impl<T: Real> Estimate<T> {
     /// Innovations at the predicted state and their variances, the diagonal of `H P H' + R`.
     #[inline(always)]
-    fn innovations(&self, model: &Observation<T>, step: &Step<T>, tuning: &Tuning<T>) -> Telling<T> {
+    pub fn innovations(&self, model: &Observation<T>, step: &Step<T>, tuning: &Tuning<T>) -> Telling<T> {
         let expected = [self.x[POS], model.ground, self.x[ATT], model.air];
         let mut innovation = step.z;
         let mut variance = tuning.measurement;
@@ -157,7 +161,9 @@ impl<T: Real> Estimate<T> {
             variance[GROUND][i] = ground;
             variance[AIR][i] = air;
         }
-        Telling { innovation, variance, nis: T::zero(), pivot: T::splat(f64::INFINITY), iterations: T::splat(1.0) }
+        let one = T::splat(1.0);
+        let pivot = T::splat(f64::INFINITY);
+        Telling { innovation, variance, nis: T::zero(), pivot, iterations: one, noise_share: one }
     }
 
     /// Squares of the changes of velocity, attitude and wind below which the iteration ends.
@@ -193,6 +199,7 @@ impl<T: Real> Estimate<T> {
         self.p.subtract_square(&whitened);
         telling.nis = telling.nis + squared_norm(&white);
         telling.pivot = telling.pivot.lesser(pair.pivot());
+        telling.noise_share = telling.noise_share * pair.noise_share(step, tuning, [POSITION, ATTITUDE]);
     }
 
     /// Ground velocity and air data, relinearised until the estimate stays put (Jazwinski 1970, section 8.3).
@@ -244,6 +251,7 @@ impl<T: Real> Estimate<T> {
             let white = pair.whiten(&ground, &air);
             if iteration == 1 {
                 telling.nis = telling.nis + squared_norm(&white);
+                telling.noise_share = telling.noise_share * pair.noise_share(step, tuning, [GROUND, AIR]);
             }
             telling.pivot = telling.pivot.lesser(pair.pivot());
 
@@ -357,6 +365,23 @@ impl<T: Real> Pair<T> {
     #[inline(always)]
     fn pivot(&self) -> T {
         self.first.pivot.lesser(self.second.pivot)
+    }
+
+    /// `det R / det S` over what was measured of the two triples.
+    #[inline(always)]
+    fn noise_share(&self, step: &Step<T>, tuning: &Tuning<T>, triples: [usize; 2]) -> T {
+        let one = T::splat(1.0);
+        let mut share = one;
+        for t in 0..2 {
+            let factor = if t == 0 { &self.first } else { &self.second };
+            let m = triples[t];
+            for i in 0..3 {
+                let noise = step.present[m][i].select_above(T::zero(), tuning.measurement[m][i], one);
+                let root = factor.inverse_diagonal[i];
+                share = share * (noise * root * root);
+            }
+        }
+        share
     }
 
     #[inline(always)]

@@ -70,7 +70,7 @@ pub trait Lanes: Real {
         kept: &Kept<Self>,
         step: &Step<Self>,
         tuning: &Tuning<Self>,
-    );
+    ) -> [Vec3<Self>; 2];
 
     /// [`Covariance::propagate_back`].
     fn propagate_back(p: &mut Covariance<Self>, inverse: &Transition<Self>);
@@ -145,7 +145,7 @@ macro_rules! compiled {
                 kept: &Kept<$vector>,
                 step: &Step<$vector>,
                 tuning: &Tuning<$vector>
-            ));
+            ) -> [Vec3<$vector>; 2]);
             part!($($features)?, propagate_back = Covariance::propagate_back, (
                 p: &mut Covariance<$vector>,
                 inverse: &Transition<$vector>

@@ -10,6 +10,8 @@ pub const STATES: usize = 18;
 pub const INPUTS: usize = 6;
 /// Number of measurements.
 pub const MEASUREMENTS: usize = 12;
+/// Number of air-data states, which are estimated only where the settings ask for them.
+pub const AIR_STATES: usize = 4;
 
 /// Declares an ordered, named set of quantities.
 macro_rules! named {
@@ -59,6 +61,16 @@ named! {
     WindNorth, "wind_north", Speed, "wind velocity towards north";
     WindEast, "wind_east", Speed, "wind velocity towards east";
     WindDown, "wind_down", Speed, "wind velocity downwards";
+}
+
+named! {
+    /// Errors of the air data, constant over a window: `airspeed = (1 + airspeed_scale) V`,
+    /// `alpha = (1 + upwash) atan(w / u) + alpha_offset`, `beta = asin(v / V) + beta_offset` (Klein & Morelli 2006, chapter 10).
+    AirState, AIR_STATES;
+    AlphaOffset, "alpha_offset", Angle, "offset of the measured angle of attack";
+    BetaOffset, "beta_offset", Angle, "offset of the measured sideslip";
+    Upwash, "upwash", Dimensionless, "upwash factor of the measured angle of attack";
+    AirspeedScale, "airspeed_scale", Dimensionless, "scale error of the measured airspeed";
 }
 
 named! {

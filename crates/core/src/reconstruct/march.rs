@@ -1,10 +1,11 @@
 //! The kernel over a block of steps: from the numbers that drive them to the record of what they tell.
 
 use super::blocks::Vec3;
-use super::covariance::{ATT, GROUPS};
+use super::covariance::{ATT, GROUPS, VEL, WIND};
 use super::kernel::{Estimate, Step, Telling, Tuning};
+use super::kinematics::{Observation, Trig};
 use super::lanes::Lanes;
-use super::layout::{MEASUREMENTS, STATES};
+use super::layout::{AIR_STATES, INPUTS, MEASUREMENTS, STATES};
 use super::real::Real;
 use super::schedule::{DRIVE, END, MEASURED, NOISE_SCALE, PRESENT, START};
 use super::smoother::{Kept, smooth_step};
@@ -12,8 +13,14 @@ use super::transition::Inputs;
 
 /// Steps of a block, between two looks at the watcher.
 pub const BLOCK: usize = 32;
-/// Numbers one step tells: states, their deviations, innovations, their deviations, NIS, health, iterations.
-pub const RECORD: usize = 2 * STATES + 2 * MEASUREMENTS + 3;
+/// Numbers one step tells: states, their deviations, innovations, their deviations, NIS, health, iterations, noise share.
+pub const RECORD: usize = 2 * STATES + 2 * MEASUREMENTS + 4;
+/// Numbers one step of a form with air-data states tells: those of every form, the air-data states, their deviations.
+pub const FULL_RECORD: usize = RECORD + 2 * AIR_STATES;
+/// Place of the air-data states, where a form has them.
+pub const AIR_DATA: usize = RECORD;
+/// Place of their deviations.
+pub const AIR_DATA_DEVIATIONS: usize = RECORD + AIR_STATES;
 /// Place of the deviations of the states.
 pub const DEVIATIONS: usize = STATES;
 /// Place of the innovations.
@@ -26,6 +33,12 @@ pub const NIS: usize = INNOVATION_DEVIATIONS + MEASUREMENTS;
 pub const HEALTH: usize = NIS + 1;
 /// Place of the number of linearisations.
 pub const ITERATIONS: usize = NIS + 2;
+/// Place of the share of the noise in the innovations, `det R / det S`.
+pub const NOISE_SHARE: usize = NIS + 3;
+/// In a record of the smoother: place of the mean squares of the measurement noises it sees.
+pub const SEEN_MEASUREMENT_NOISE: usize = INNOVATIONS;
+/// In a record of the smoother: place of the mean squares of the process noises it sees.
+pub const SEEN_PROCESS_NOISE: usize = INNOVATION_DEVIATIONS;
 
 /// Pitch angle beyond which Euler angles are refused, rad.
 pub const STEEPEST_PITCH_RAD: f64 = 89.0 * std::f64::consts::PI / 180.0;
@@ -71,8 +84,17 @@ pub fn smooth_block<T: Lanes>(
     }
     for k in (0..steps).rev() {
         let step = read_step::<T>(&drive[k * DRIVE * T::LANES..]);
-        smooth_step(smoothed, &kept[k], &step, tuning);
-        tell_smoothed(&smoothed.x, &smoothed.p.all_variances(), &mut record[k * RECORD * T::LANES..]);
+        let record = &mut record[k * RECORD * T::LANES..];
+        if tuning.see_noise {
+            tell_measurement_noise(smoothed, &step, tuning, record);
+        }
+        let process = smooth_step(smoothed, &kept[k], &step, tuning);
+        tell_smoothed(&smoothed.x, &smoothed.p.all_variances(), record);
+        if tuning.see_noise {
+            for field in 0..INPUTS {
+                process[field / 3][field % 3].store(&mut record[(SEEN_PROCESS_NOISE + field) * T::LANES..]);
+            }
+        }
     }
 }
 
@@ -112,6 +134,7 @@ pub fn tell<T: Real>(
     telling.nis.store(&mut record[NIS * T::LANES..]);
     (steep + poison).store(&mut record[HEALTH * T::LANES..]);
     telling.iterations.store(&mut record[ITERATIONS * T::LANES..]);
+    telling.noise_share.store(&mut record[NOISE_SHARE * T::LANES..]);
 }
 
 /// Writes down the smoothed estimate at the start of a step.
@@ -121,6 +144,21 @@ pub fn tell_smoothed<T: Real>(x: &[Vec3<T>; GROUPS], variances: &[Vec3<T>; GROUP
         let (g, i) = (field / 3, field % 3);
         x[g][i].store(&mut record[field * T::LANES..]);
         variances[g][i].sqrt().store(&mut record[(DEVIATIONS + field) * T::LANES..]);
+    }
+}
+
+/// Writes down the expected square of each measurement's noise given all measurements,
+/// `E[v^2] = (z - h(xs))^2 + H Ps H'`, at the end of a step.
+#[inline(always)]
+fn tell_measurement_noise<T: Real>(smoothed: &Estimate<T>, step: &Step<T>, tuning: &Tuning<T>, record: &mut [f64]) {
+    let trig = Trig::new(&smoothed.x[ATT]);
+    let seen = smoothed.innovations(&Observation::new(&smoothed.x[VEL], &trig, &smoothed.x[WIND]), step, tuning);
+    for field in 0..MEASUREMENTS {
+        let (m, i) = (field / 3, field % 3);
+        let residual = seen.innovation[m][i];
+        let square = residual.mul_add(residual, seen.variance[m][i] - tuning.measurement[m][i]);
+        let square = step.present[m][i].select_above(T::zero(), square, T::splat(f64::NAN));
+        square.store(&mut record[(SEEN_MEASUREMENT_NOISE + field) * T::LANES..]);
     }
 }
 
@@ -155,7 +193,7 @@ fn read_triple<T: Real>(triple: &mut Vec3<T>, field: usize, drive: &[f64]) {
 mod tests {
     use super::*;
     use crate::reconstruct::FilterSettings;
-    use crate::reconstruct::covariance::{Covariance, VEL};
+    use crate::reconstruct::covariance::Covariance;
     use crate::reconstruct::dense::Dense;
     use crate::reconstruct::form::{Form, tuning};
     #[cfg(target_arch = "x86_64")]
@@ -189,7 +227,7 @@ mod tests {
         let steps = 100;
         let drive: Vec<f64> = step.iter().flat_map(|value| vec![*value; T::LANES]).collect::<Vec<f64>>().repeat(steps);
         let mut record = vec![0.0; steps * RECORD * T::LANES];
-        let tuning = tuning::<T>(&settings);
+        let tuning = tuning::<T>(&settings, false);
         for _ in 0..1_000_000 / steps {
             T::run(&mut estimate, &tuning, steps, &drive, &mut record);
             let rows = record.chunks_exact(RECORD * T::LANES);

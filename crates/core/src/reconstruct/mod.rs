@@ -1,11 +1,13 @@
-//! Flight path reconstruction: kinematics, extended and iterated extended Kalman filter, consistency.
+//! Flight path reconstruction: kinematics; extended, iterated extended and unscented Kalman filter; smoothers; consistency.
 
 mod blocks;
 pub mod consistency;
 mod covariance;
+pub mod delay;
 mod dense;
 mod error;
 mod form;
+mod full;
 mod initial;
 mod joseph;
 mod kernel;
@@ -13,6 +15,7 @@ mod kinematics;
 mod lanes;
 mod layout;
 mod march;
+pub mod noise;
 pub mod observability;
 mod real;
 mod run;
@@ -20,16 +23,17 @@ mod schedule;
 mod settings;
 mod smoother;
 mod transition;
+mod unscented;
 mod window;
 
 pub use error::ReconstructError;
 #[doc(hidden)]
 pub use lanes::Width;
-pub use layout::{INPUTS, Input, MEASUREMENTS, Measurement, STATES, State};
+pub use layout::{AIR_STATES, AirState, INPUTS, Input, MEASUREMENTS, Measurement, STATES, State};
 #[doc(hidden)]
 pub use run::reconstruct_with;
 pub use run::{Watch, lane_groups, lanes, reconstruct, reconstruct_many};
-pub use settings::{FilterSettings, InputHold, Linearisation, Method, SettingError, ValidSettings};
+pub use settings::{FilterSettings, InputHold, Linearisation, Method, SMOOTHER_TOLERANCE, SettingError, ValidSettings};
 
 /// Inertial samples that drive the filter. All columns have the length of `time_s`.
 #[derive(Clone, Debug, PartialEq)]
@@ -79,6 +83,10 @@ pub struct Reconstruction {
     pub nis: Vec<f64>,
     /// Number of measurements at each time: the degrees of freedom of `nis`.
     pub nis_degrees: Vec<u8>,
+    /// Logarithm of the likelihood of the measurements, `-1/2 sum (ln |S| + nu' S^-1 nu + m ln 2 pi)`.
+    pub log_likelihood: f64,
+    /// Air-data states, where the settings ask for any.
+    pub air_data: Option<AirData>,
     /// Covariance of the final state, SI.
     pub final_covariance: nalgebra::SMatrix<f64, STATES, STATES>,
     /// Smoothed path, where the settings ask for it.
@@ -96,4 +104,19 @@ pub struct Smoothed {
     pub states: [Vec<f64>; STATES],
     /// Its standard deviation, SI.
     pub deviations: [Vec<f64>; STATES],
+    /// Air-data states, where the settings ask for any.
+    pub air_data: Option<AirData>,
+    /// What the iterated smoother minimises, after each of its passes; empty where it did not run. Sum of squares of the
+    /// initial error, the process noise and the measurement noise, each over its variance; not a number where an input is
+    /// said to be free of noise.
+    pub costs: Vec<f64>,
+}
+
+/// Estimates of the air-data states; those the settings leave out stay at zero.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AirData {
+    /// Estimate, one column per [`AirState`].
+    pub states: [Vec<f64>; AIR_STATES],
+    /// Its standard deviation.
+    pub deviations: [Vec<f64>; AIR_STATES],
 }

@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use super::layout::{INPUTS, Input, MEASUREMENTS, Measurement, STATES, State};
+use super::layout::{AIR_STATES, AirState, INPUTS, Input, MEASUREMENTS, Measurement, STATES, State};
 
 /// How the measurement update treats its nonlinearity.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,6 +17,19 @@ pub enum Method {
         /// Largest change of any state, in its standard deviations, at which the iteration stops.
         tolerance: f64,
     },
+    /// Unscented Kalman filter: no Jacobians, means and covariances from sigma points.
+    Ukf {
+        /// Distance of the sigma points, in standard deviations; the square root of three matches the fourth moment of a
+        /// normal distribution.
+        spread: f64,
+    },
+}
+
+impl Method {
+    /// Iterated filter as it usually is.
+    pub const USUAL_IEKF: Self = Self::Iekf { max_iterations: 10, tolerance: 1e-3 };
+    /// Usual distance of sigma points, standard deviations.
+    pub const USUAL_SPREAD: f64 = 1.732_050_807_568_877_2;
 }
 
 /// What the inertial measurement does between two samples.
@@ -59,9 +72,20 @@ pub struct FilterSettings {
     pub initial_state: [Option<f64>; STATES],
     /// Standard deviation of a random walk on each state, SI per square root of a second; zero for none.
     pub random_walk: [f64; STATES],
-    /// Whether to smooth the filtered path backwards (Rauch-Tung-Striebel).
+    /// Standard deviation of each air-data state before the first measurement; zero leaves it out. With any of them the
+    /// filter takes its dense form, which is slower. Dimensionless or rad.
+    pub air_data_deviation: [f64; AIR_STATES],
+    /// Delay of each measurement: a sample stamped t shows the value at t less the delay, s.
+    pub measurement_delay_s: [f64; MEASUREMENTS],
+    /// Whether to smooth the filtered path backwards (Rauch-Tung-Striebel; unscented with the unscented filter).
     pub smooth: bool,
+    /// Passes of the smoother at most: each after the first filters and smooths again, linearised about the smoothed path, until
+    /// that moves by less than [`SMOOTHER_TOLERANCE`]. 1 for none.
+    pub smoother_passes: usize,
 }
+
+/// Movement of a smoothed path, in its standard deviations, below which the iterated smoother has converged.
+pub const SMOOTHER_TOLERANCE: f64 = 1e-3;
 
 impl Default for FilterSettings {
     /// Iterated filter with first-order hold, noise of good flight-test instruments: accelerometers 0.02 m/s², gyros
@@ -75,7 +99,7 @@ impl Default for FilterSettings {
             deviation.fill(group);
         }
         Self {
-            method: Method::Iekf { max_iterations: 10, tolerance: 1e-3 },
+            method: Method::USUAL_IEKF,
             hold: InputHold::FirstOrder,
             linearisation: Linearisation::Prior,
             gravity_m_s2: STANDARD_GRAVITY_M_S2,
@@ -84,7 +108,10 @@ impl Default for FilterSettings {
             initial_deviation,
             initial_state: [None; STATES],
             random_walk: [0.0; STATES],
+            air_data_deviation: [0.0; AIR_STATES],
+            measurement_delay_s: [0.0; MEASUREMENTS],
             smooth: false,
+            smoother_passes: 1,
         }
     }
 }
@@ -118,6 +145,11 @@ impl FilterSettings {
             require((1..=100).contains(&max_iterations), "method.max_iterations".into(), count, "1 to 100");
             require((1e-12..=1.0).contains(&tolerance), "method.tolerance".into(), tolerance, "1e-12 to 1");
         }
+        if let Method::Ukf { spread } = self.method {
+            require((1e-3..=5.0).contains(&spread), "method.spread".into(), spread, "1e-3 to 5");
+        }
+        let passes = self.smoother_passes;
+        require((1..=100).contains(&passes), "smoother_passes".into(), passes as f64, "1 to 100");
         let g = self.gravity_m_s2;
         require((9.7..=9.9).contains(&g), "gravity_m_s2".into(), g, "9.7 to 9.9 m/s²");
         for input in Input::ALL {
@@ -128,6 +160,13 @@ impl FilterSettings {
             let value = self.measurement_noise[measurement as usize];
             let field = format!("measurement_noise.{}", measurement.name());
             require((1e-9..1e6).contains(&value), field, value, "1e-9 to 1e6");
+            let value = self.measurement_delay_s[measurement as usize];
+            let field = format!("measurement_delay_s.{}", measurement.name());
+            require((-10.0..=10.0).contains(&value), field, value, "-10 to 10 s");
+        }
+        for state in AirState::ALL {
+            let value = self.air_data_deviation[state as usize];
+            require((0.0..=1.0).contains(&value), format!("air_data_deviation.{}", state.name()), value, "0 to 1");
         }
         for state in State::ALL {
             let (k, name) = (state as usize, state.name());

@@ -33,9 +33,14 @@ pub struct Kept<T> {
 }
 
 /// One step backwards: `smoothed` at the end of the step becomes `smoothed` at its start,
-/// `x + G (xs - x-)` and `P + G (Ps - P-) G'` (Rauch, Tung & Striebel 1965).
+/// `x + G (xs - x-)` and `P + G (Ps - P-) G'` (Rauch, Tung & Striebel 1965). Returns what [`take_noise_out`] does.
 #[inline(always)]
-pub fn smooth_step<T: Lanes>(smoothed: &mut Estimate<T>, kept: &Kept<T>, step: &Step<T>, tuning: &Tuning<T>) {
+pub fn smooth_step<T: Lanes>(
+    smoothed: &mut Estimate<T>,
+    kept: &Kept<T>,
+    step: &Step<T>,
+    tuning: &Tuning<T>,
+) -> [Vec3<T>; 2] {
     let mut d = smoothed.x;
     for g in 0..GROUPS {
         d[g] = difference(&smoothed.x[g], &kept.predicted.x[g]);
@@ -47,7 +52,7 @@ pub fn smooth_step<T: Lanes>(smoothed: &mut Estimate<T>, kept: &Kept<T>, step: &
             }
         }
     }
-    T::take_noise_out(&mut d, &mut smoothed.p, kept, step, tuning);
+    let process = T::take_noise_out(&mut d, &mut smoothed.p, kept, step, tuning);
     let back = kept.phi.inverse();
     T::propagate_back(&mut smoothed.p, &back);
     let moved = back.apply_back(&d);
@@ -63,9 +68,14 @@ pub fn smooth_step<T: Lanes>(smoothed: &mut Estimate<T>, kept: &Kept<T>, step: &
             }
         }
     }
+    process
 }
 
 /// `d <- A d` and `D <- A D A'` with `A = I - Gamma Q Y'`, `Y = (P-)^-1 Gamma`.
+///
+/// Returns the expected square of each process noise w given all measurements, in terms of Q of whole samples: with
+/// `d = xs - x-` and `D = Ps - P-` it is `E[w^2] = (Q Y' d)^2 + diag(Q + Q Y' D Y Q)`. That is the textbook form with the
+/// lag-one covariance `Ps G'` (Shumway & Stoffer 1982), projected on the columns of Gamma.
 #[inline(always)]
 pub fn take_noise_out<T: Real>(
     d: &mut [Vec3<T>; GROUPS],
@@ -73,7 +83,7 @@ pub fn take_noise_out<T: Real>(
     kept: &Kept<T>,
     step: &Step<T>,
     tuning: &Tuning<T>,
-) {
+) -> [Vec3<T>; 2] {
     let factor = CovarianceFactor::new(&kept.predicted.p);
     let mut noise = [[zeros(); GROUPS]; NOISES]; // U = Gamma Q
     let mut solved = [[zeros(); GROUPS]; NOISES]; // Y
@@ -96,10 +106,16 @@ pub fn take_noise_out<T: Real>(
     }
 
     let old = *d;
+    let mut squares = tuning.process;
     for c in 0..count {
         let mut along = [T::zero(); 3];
         for g in 0..GROUPS {
             along = add_times(&along, &transposed(&solved[c][g]), &old[g]);
+        }
+        if c < 2 {
+            for i in 0..3 {
+                squares[c][i] = along[i] * along[i];
+            }
         }
         for g in 0..GROUPS {
             d[g] = subtract_times(&d[g], &noise[c][g], &along);
@@ -114,6 +130,13 @@ pub fn take_noise_out<T: Real>(
             let mut quadratic = zeros();
             for g in 0..GROUPS {
                 quadratic = add_product(&quadratic, &transposed(&solved[b][g]), &seen[c][g]);
+            }
+            if b == c && c < 2 {
+                for i in 0..3 {
+                    let q = tuning.process[c][i];
+                    let gained = (squares[c][i] + quadratic[i][i]) * q * step.noise_scale;
+                    squares[c][i] = gained.mul_add(q, q);
+                }
             }
             let quadratic = scaled(&quadratic, half);
             for g in 0..GROUPS {
@@ -131,6 +154,7 @@ pub fn take_noise_out<T: Real>(
             big_d.blocks[at(i, j)] = block;
         }
     }
+    squares
 }
 
 /// Columns of Gamma of the `c`-th group of noises and their variances: accelerometers, gyros, then the random walk of

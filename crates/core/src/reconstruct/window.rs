@@ -1,18 +1,23 @@
 //! A window on its way through the filter: its schedule, what became of it so far, and the first thing that went wrong.
 
 use super::dense::Dense;
+use super::form::Form;
 use super::initial::initial_state;
-use super::layout::{MEASUREMENTS, STATES, State};
+use super::layout::{AIR_STATES, INPUTS, MEASUREMENTS, State};
 use super::march::{
-    BLOCK, DEVIATIONS, HEALTH, INNOVATION_DEVIATIONS, INNOVATIONS, ITERATIONS, NIS, RECORD, STEEPEST_PITCH_RAD,
+    AIR_DATA, AIR_DATA_DEVIATIONS, BLOCK, DEVIATIONS, FULL_RECORD, HEALTH, INNOVATION_DEVIATIONS, INNOVATIONS,
+    ITERATIONS, NIS, NOISE_SHARE, RECORD, SEEN_MEASUREMENT_NOISE, SEEN_PROCESS_NOISE, STEEPEST_PITCH_RAD,
 };
 use super::real::Real;
 use super::schedule::{DRIVE, Event, Schedule, check};
 use super::settings::ValidSettings;
-use super::{FilterData, ReconstructError, Reconstruction, Smoothed};
+use super::{AirData, FilterData, ReconstructError, Reconstruction, Smoothed};
 
 /// Magnitude beyond which a state means divergence, SI: no aircraft is there.
 const DIVERGED: f64 = 1e8;
+
+/// Product of noise shares below which its logarithm is taken: far from where numbers end.
+const LEAST_SHARE: f64 = 1e-100;
 
 /// A window on its way through the filter.
 pub struct Window<'a> {
@@ -22,8 +27,29 @@ pub struct Window<'a> {
     pub result: Reconstruction,
     /// Events of the block under way.
     pub events: Vec<Event>,
+    /// `ln (2 pi R)` of each measurement.
+    log_noise: [f64; MEASUREMENTS],
+    /// Their sum.
+    log_noise_of_all: f64,
+    /// Whether all events of the block under way are inertial samples.
+    only_samples: bool,
+    /// Noises the smoother saw.
+    pub seen: NoiseSeen,
     /// First thing that went wrong.
     error: Option<ReconstructError>,
+}
+
+/// Sums of expected squares of the noises, given all measurements, and how many there were.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct NoiseSeen {
+    /// Of the inputs; one per step.
+    pub process: [f64; INPUTS],
+    /// Number of steps.
+    pub steps: usize,
+    /// Of the measurements.
+    pub measurement: [f64; MEASUREMENTS],
+    /// Number of samples of each.
+    pub samples: [usize; MEASUREMENTS],
 }
 
 impl<'a> Window<'a> {
@@ -46,14 +72,27 @@ impl<'a> Window<'a> {
             innovations: [f64::NAN; MEASUREMENTS].map(column),
             innovation_deviations: [f64::NAN; MEASUREMENTS].map(column),
             nis: column(f64::NAN),
-            nis_degrees: vec![0],
+            nis_degrees: {
+                let mut degrees = Vec::with_capacity(samples);
+                degrees.push(0);
+                degrees
+            },
+            log_likelihood: 0.0,
+            air_data: settings.air_data_deviation.iter().any(|deviation| *deviation > 0.0).then(|| AirData {
+                states: [0.0; AIR_STATES].map(column),
+                deviations: settings.air_data_deviation.map(column),
+            }),
             final_covariance: Dense::zeros(),
             smoothed: None,
             max_iterations_used: 0,
             warnings,
         };
         let schedule = Schedule::new(data, settings.hold);
-        Ok(Self { schedule, result, events: Vec::with_capacity(BLOCK), error: None })
+        let log_noise = settings.measurement_noise.map(|deviation| (std::f64::consts::TAU * deviation.powi(2)).ln());
+        let events = Vec::with_capacity(BLOCK);
+        let log_noise_of_all = log_noise.iter().sum();
+        let seen = NoiseSeen::default();
+        Ok(Self { schedule, result, events, log_noise, log_noise_of_all, only_samples: false, seen, error: None })
     }
 
     /// Puts the steps of the next block into `lane`. A lane at its end gets zeros: a step of no length and no measurement
@@ -73,66 +112,123 @@ impl<'a> Window<'a> {
         if self.error.is_some() { 1.0 } else { self.result.states[0].len() as f64 / self.result.time_s.len() as f64 }
     }
 
-    /// Takes what the block told of `lane`.
-    pub fn drain<T: Real>(&mut self, lane: usize, record: &[f64]) {
-        let (result, events) = (&mut self.result, self.events.as_slice());
-        let rows = &record[..events.len() * RECORD * T::LANES];
-        let told = |step: usize, field: usize| rows[(step * RECORD + field) * T::LANES + lane];
-        let Some(last) = events.len().checked_sub(1) else { return };
+    /// Looks for what went wrong in the block, and says whether there is anything to take.
+    fn judge<F: Form>(&mut self, lane: usize, record: &[f64]) {
+        let lanes = F::Number::LANES;
+        let told = |step: usize, field: usize| record[(step * F::ROW + field) * lanes + lane];
+        let Some(last) = self.events.len().checked_sub(1) else { return };
         for step in 0..=last {
             if told(step, HEALTH) <= 0.0 || told(step, HEALTH).is_nan() || step == last {
-                self.error = verdict(events[step].time_s, &|field| told(step, field));
+                self.error = verdict(self.events[step].time_s, &|field| told(step, field));
                 if self.error.is_some() {
-                    return;
+                    return self.events.clear();
                 }
             }
         }
-        let every_event = |into: &mut Vec<f64>, field: usize| {
-            let filled = into.len();
-            into.resize(filled + events.len(), 0.0);
-            for (value, row) in into[filled..].iter_mut().zip(rows.chunks_exact(RECORD * T::LANES)) {
-                *value = row[field * T::LANES + lane];
-            }
+        self.only_samples = self.events.iter().all(|event| event.is_sample);
+    }
+
+    /// Takes one field of the steps of the block: states and what goes with them at the samples, innovations at every event.
+    fn take_field<F: Form>(&mut self, field: usize, lane: usize, record: &[f64]) {
+        let result = &mut self.result;
+        let lanes = F::Number::LANES;
+        let told = record[field * lanes + lane..].iter().step_by(F::ROW * lanes).zip(&self.events);
+        let column = match (field, &mut result.air_data) {
+            (0..DEVIATIONS, _) => &mut result.states[field],
+            (DEVIATIONS..INNOVATIONS, _) => &mut result.deviations[field - DEVIATIONS],
+            (INNOVATIONS..INNOVATION_DEVIATIONS, _) => &mut result.innovations[field - INNOVATIONS],
+            (INNOVATION_DEVIATIONS..NIS, _) => &mut result.innovation_deviations[field - INNOVATION_DEVIATIONS],
+            (AIR_DATA..AIR_DATA_DEVIATIONS, Some(air_data)) => &mut air_data.states[field - AIR_DATA],
+            (AIR_DATA_DEVIATIONS..FULL_RECORD, Some(air_data)) => &mut air_data.deviations[field - AIR_DATA_DEVIATIONS],
+            _ => return,
         };
-        if events.iter().all(|event| event.is_sample) {
-            for k in 0..STATES {
-                every_event(&mut result.states[k], k);
-                every_event(&mut result.deviations[k], DEVIATIONS + k);
+        if self.only_samples || (INNOVATIONS..NIS).contains(&field) {
+            let filled = column.len();
+            column.resize(filled + self.events.len(), 0.0);
+            for (value, (told, _)) in column[filled..].iter_mut().zip(told) {
+                *value = *told;
             }
         } else {
-            let samples = (0..events.len()).filter(|&step| events[step].is_sample);
-            for k in 0..STATES {
-                result.states[k].extend(samples.clone().map(|step| told(step, k)));
-                result.deviations[k].extend(samples.clone().map(|step| told(step, DEVIATIONS + k)));
-            }
+            column.extend(told.filter(|(_, event)| event.is_sample).map(|(told, _)| *told));
         }
-        for m in 0..MEASUREMENTS {
-            every_event(&mut result.innovations[m], INNOVATIONS + m);
-            every_event(&mut result.innovation_deviations[m], INNOVATION_DEVIATIONS + m);
-        }
-        for (step, event) in events.iter().enumerate() {
+    }
+
+    /// Takes what the block told of its times and its likelihood.
+    fn take_likelihood<F: Form>(&mut self, lane: usize, record: &[f64]) {
+        let result = &mut self.result;
+        let lanes = F::Number::LANES;
+        let told = |step: usize, field: usize| record[(step * F::ROW + field) * lanes + lane];
+        // One logarithm for many steps.
+        let (mut share, mut minus_two_log) = (1.0, 0.0);
+        for (step, event) in self.events.iter().enumerate() {
+            let nis = if event.degrees > 0 { told(step, NIS) } else { f64::NAN };
             result.update_time_s.push(event.time_s);
-            result.nis.push(if event.degrees > 0 { told(step, NIS) } else { f64::NAN });
+            result.nis.push(nis);
             result.nis_degrees.push(event.degrees);
+            if event.degrees > 0 {
+                let measured = |m: &usize| !told(step, INNOVATIONS + m).is_nan();
+                let noise = if usize::from(event.degrees) == MEASUREMENTS {
+                    self.log_noise_of_all
+                } else {
+                    (0..MEASUREMENTS).filter(measured).map(|m| self.log_noise[m]).sum()
+                };
+                minus_two_log += noise + nis;
+                share *= told(step, NOISE_SHARE);
+                if share < LEAST_SHARE {
+                    minus_two_log -= share.ln();
+                    share = 1.0;
+                }
+            }
             result.max_iterations_used = result.max_iterations_used.max(told(step, ITERATIONS) as usize);
         }
+        result.log_likelihood -= 0.5 * (minus_two_log - share.ln());
     }
 
     /// The smoothed path ends where the filtered one does.
     pub fn begin_smoothing(&mut self) {
         let result = &mut self.result;
-        result.smoothed = Some(Smoothed { states: result.states.clone(), deviations: result.deviations.clone() });
+        result.smoothed = Some(Smoothed {
+            states: result.states.clone(),
+            deviations: result.deviations.clone(),
+            air_data: result.air_data.clone(),
+            costs: Vec::new(),
+        });
     }
 
-    /// Takes what the smoother told of the starts of the steps of a block.
-    pub fn drain_smoothed<T: Real>(&mut self, lane: usize, record: &[f64]) {
+    /// Takes one field of what the smoother told of the starts of the steps of a block.
+    fn take_smoothed_field<F: Form>(&mut self, field: usize, lane: usize, record: &[f64]) {
         let Some(smoothed) = &mut self.result.smoothed else { return };
-        let told = |step: usize, field: usize| record[(step * RECORD + field) * T::LANES + lane];
-        for k in 0..STATES {
-            for (step, event) in self.events.iter().enumerate() {
-                let Some(row) = event.start_sample else { continue };
-                smoothed.states[k][row] = told(step, k);
-                smoothed.deviations[k][row] = told(step, DEVIATIONS + k);
+        let column = match (field, &mut smoothed.air_data) {
+            (0..DEVIATIONS, _) => &mut smoothed.states[field],
+            (DEVIATIONS..INNOVATIONS, _) => &mut smoothed.deviations[field - DEVIATIONS],
+            (AIR_DATA..AIR_DATA_DEVIATIONS, Some(air_data)) => &mut air_data.states[field - AIR_DATA],
+            (AIR_DATA_DEVIATIONS..FULL_RECORD, Some(air_data)) => &mut air_data.deviations[field - AIR_DATA_DEVIATIONS],
+            _ => return,
+        };
+        let lanes = F::Number::LANES;
+        let told = record[field * lanes + lane..].iter().step_by(F::ROW * lanes);
+        for (told, event) in told.zip(&self.events) {
+            if let Some(row) = event.start_sample {
+                column[row] = *told;
+            }
+        }
+    }
+
+    /// Takes the noises the smoother saw in the block.
+    fn take_noise<F: Form>(&mut self, lane: usize, record: &[f64]) {
+        let lanes = F::Number::LANES;
+        for step in 0..self.events.len() {
+            let told = |field: usize| record[(step * F::ROW + field) * lanes + lane];
+            for i in 0..INPUTS {
+                self.seen.process[i] += told(SEEN_PROCESS_NOISE + i);
+            }
+            self.seen.steps += 1;
+            for m in 0..MEASUREMENTS {
+                let square = told(SEEN_MEASUREMENT_NOISE + m);
+                if square.is_finite() {
+                    self.seen.measurement[m] += square;
+                    self.seen.samples[m] += 1;
+                }
             }
         }
     }
@@ -153,13 +249,43 @@ impl<'a> Window<'a> {
         None
     }
 
-    /// The result, with the covariance of the final state.
-    pub fn finish(mut self, covariance: Dense) -> Result<Reconstruction, ReconstructError> {
+    /// The result, with the covariance of the final state, and the noises the smoother saw.
+    pub fn finish(mut self, covariance: Dense) -> Result<(Reconstruction, NoiseSeen), ReconstructError> {
         if let Some(error) = self.error.take().or_else(|| self.smoothing_error()) {
             return Err(error);
         }
         self.result.final_covariance = covariance;
-        Ok(self.result)
+        Ok((self.result, self.seen))
+    }
+}
+
+/// Windows side by side; one that could not be prepared keeps its lane.
+pub type Windows<'a> = [Result<Window<'a>, ReconstructError>];
+
+/// Takes what a block told of every window. Field by field, because the lanes of a field lie side by side.
+pub fn drain<F: Form>(windows: &mut Windows<'_>, record: &[f64]) {
+    each(windows, |lane, window| window.judge::<F>(lane, record));
+    for field in (0..NIS).chain(RECORD..F::ROW) {
+        each(windows, |lane, window| window.take_field::<F>(field, lane, record));
+    }
+    each(windows, |lane, window| window.take_likelihood::<F>(lane, record));
+}
+
+/// Takes what the smoother told of a block; `see_noise` for the noises as well.
+pub fn drain_smoothed<F: Form>(windows: &mut Windows<'_>, see_noise: bool, record: &[f64]) {
+    for field in (0..INNOVATIONS).chain(RECORD..F::ROW) {
+        each(windows, |lane, window| window.take_smoothed_field::<F>(field, lane, record));
+    }
+    if see_noise {
+        each(windows, |lane, window| window.take_noise::<F>(lane, record));
+    }
+}
+
+fn each<'a>(windows: &mut Windows<'a>, mut take: impl FnMut(usize, &mut Window<'a>)) {
+    for (lane, window) in windows.iter_mut().enumerate() {
+        if let Ok(window) = window {
+            take(lane, window);
+        }
     }
 }
 

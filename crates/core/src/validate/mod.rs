@@ -1,9 +1,10 @@
-//! Fit metrics, residual tests and prediction on data not used.
+//! Fit metrics, residual tests, prediction on data not used, tolerance bands.
 
 mod contribution;
 mod leave_one_out;
 mod residual;
 mod theil;
+mod tolerance;
 
 use nalgebra::DMatrix;
 
@@ -13,6 +14,7 @@ pub use contribution::{Contribution, contributions};
 pub use leave_one_out::{LeftOut, leave_one_out};
 pub use residual::{Histogram, Whiteness, cross_correlation, histogram, whiteness};
 pub use theil::{Theil, theil};
+pub use tolerance::{BandResult, Histories, Signal, TestResult, Tolerance, ToleranceTest, judge};
 
 /// Prediction of a window the parameters were not estimated from.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,13 +1,21 @@
 //! Flight path reconstruction against a plain dense filter, a published result and known truth.
 
 #[cfg(test)]
+mod air_data;
+#[cfg(test)]
 mod behaviour;
 #[cfg(test)]
 mod citation;
 #[cfg(test)]
 mod dense;
 #[cfg(test)]
+mod iterated;
+#[cfg(test)]
 mod judgement;
+#[cfg(test)]
+mod proposals;
+#[cfg(test)]
+mod realisations;
 #[cfg(test)]
 mod reference;
 #[cfg(test)]
@@ -15,3 +23,5 @@ mod reference;
 mod shared;
 #[cfg(test)]
 mod smoother;
+#[cfg(test)]
+mod unscented;

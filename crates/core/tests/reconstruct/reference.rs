@@ -43,7 +43,7 @@ pub fn steps(data: &FilterData, hold: InputHold) -> Vec<Step> {
 
 pub fn dense(settings: &FilterSettings, discretisation: Discretisation) -> Dense {
     let (max_iterations, tolerance) = match settings.method {
-        Method::Ekf => (1, 1.0),
+        Method::Ekf | Method::Ukf { .. } => (1, 1.0),
         Method::Iekf { max_iterations, tolerance } => (max_iterations, tolerance),
     };
     Dense {

@@ -1,6 +1,6 @@
 //! From a snapshot to the results that leave the program.
 
-use doublet_core::reconstruct::State;
+use doublet_core::reconstruct::{AirState, Method, State};
 
 use super::results::{
     ClockRow, DerivativeRow, DroppedRow, FORMAT, FitRow, FlightRow, InnovationRow, PredictionRow, RecordingRow,
@@ -31,6 +31,11 @@ pub fn build(session: &Session, snapshot: &Snapshot) -> Results {
         mass_kg: mass.unwrap_or(f64::NAN),
         gravity_m_s2: session.filter.gravity_m_s2,
         differentiation: signals::differentiation(&session.preparation),
+        filter: match session.filter.method {
+            Method::Ekf => "extended",
+            Method::Iekf { .. } => "iterated extended",
+            Method::Ukf { .. } => "unscented",
+        },
         recordings: recordings(session, snapshot),
         flights: flights(session, snapshot),
         engines: super::engines::rows(session, snapshot),
@@ -49,6 +54,7 @@ pub fn build(session: &Session, snapshot: &Snapshot) -> Results {
             })
             .collect(),
         studies: super::studies::build(snapshot),
+        proof_of_match: snapshot.proof.ready().map(|proof| super::proof::rows(proof)).unwrap_or_default(),
     }
 }
 
@@ -111,7 +117,7 @@ fn window_row(window: &Manoeuvre, snapshot: &Snapshot) -> Option<WindowRow> {
         nis_band: path.consistency.as_ref().map_or([f64::NAN; 2], |c| c.nis_band),
         nis_band_correlated: path.consistency.as_ref().map_or([f64::NAN; 2], |c| c.nis_band_correlated),
         missing_measurements: path.missing.iter().map(|measurement| measurement.name()).collect(),
-        states: State::ALL.into_iter().filter_map(|state| state_row(state, path)).collect(),
+        states: State::ALL.into_iter().filter_map(|state| state_row(state, path)).chain(air_data_rows(path)).collect(),
         innovations: innovation_rows(path),
         fits: results.fits.ready().iter().flat_map(|fits| fits.fits.iter().map(fit_row)).collect(),
         warnings,
@@ -129,6 +135,28 @@ fn state_row(state: State, path: &WindowPath) -> Option<StateRow> {
         truth: truth.map(|truth| truth.last),
         mean_squared_normalised_error: truth.map(|truth| truth.mean_squared_normalised_error),
     })
+}
+
+/// The air-data states, smoothed where the path is: a filter linearised once can be far too certain of them.
+fn air_data_rows(path: &WindowPath) -> Vec<StateRow> {
+    let reconstruction = &path.reconstruction;
+    let smoothed = reconstruction.smoothed.as_ref().map(|smoothed| &smoothed.air_data);
+    let Some(air_data) = smoothed.unwrap_or(&reconstruction.air_data) else { return Vec::new() };
+    let row = |state: AirState| {
+        let (estimate, deviation) =
+            (*air_data.states[state as usize].last()?, *air_data.deviations[state as usize].last()?);
+        let unit = state.dimension().si_symbol();
+        let row = StateRow {
+            state: state.name(),
+            unit,
+            estimate,
+            deviation,
+            truth: None,
+            mean_squared_normalised_error: None,
+        };
+        (deviation > 0.0).then_some(row)
+    };
+    AirState::ALL.into_iter().filter_map(row).collect()
 }
 
 fn innovation_rows(path: &WindowPath) -> Vec<InnovationRow> {

@@ -4,12 +4,13 @@ use std::path::Path;
 
 use doublet_core::model::{Coefficient, Variable};
 use doublet_core::reconstruct::{INPUTS, Input, Measurement, State};
+use doublet_core::validate::Signal;
 use hdf5_writer::{AttributeBuilder, DatasetBuilder, Hdf5Builder, Hdf5Writer, WriteOptions};
 
 use super::{ReportError, file_error};
 use crate::run::{Snapshot, WindowResults};
 use crate::session::Session;
-use crate::stage::{FlightEngines, WindowAero, WindowPath};
+use crate::stage::{FlightEngines, WindowAero, WindowPath, WindowReplay};
 
 /// Collects data sets and keeps the first thing that goes wrong.
 struct Writer {
@@ -50,6 +51,11 @@ pub fn write(session: &Session, snapshot: &Snapshot, path: &Path) -> Result<(), 
                 let path = format!("{}/contributions/{}", window.window.replace('/', "_"), term.derivative);
                 writer.put(path, "-", "derivative times variable, by the pooled estimate", &term.series.values);
             }
+        }
+    }
+    for (window, replay) in snapshot.proof.ready().iter().flat_map(|proof| &proof.windows) {
+        if let Ok(replay) = replay {
+            put_replay(&mut writer, &window.replace('/', "_"), replay);
         }
     }
     if let Some(study) = snapshot.studies.checks.ready() {
@@ -143,6 +149,20 @@ fn put_aero(writer: &mut Writer, group: &str, aero: &WindowAero) {
         }
     }
     writer.put(at("", "air_density"), "kg/m^3", "air density", &aero.data.density_kg_m3);
+}
+
+fn put_replay(writer: &mut Writer, group: &str, replay: &WindowReplay) {
+    let at = |name: &str| format!("{group}/match/{name}");
+    writer.put(at("time"), "s", "time of the replay", &replay.measured.time_s);
+    let bands = crate::stage::bands(&replay.tests);
+    for signal in Signal::ALL {
+        let (name, unit) = (signal.name(), signal.dimension().si_symbol());
+        writer.put(at(&format!("measured/{name}")), unit, signal.description(), replay.measured.get(signal));
+        writer.put(at(&format!("simulated/{name}")), unit, signal.description(), replay.simulated.get(signal));
+        if let Some(band) = bands.get(&signal) {
+            writer.put(at(&format!("tolerance/{name}")), unit, "half width of the tolerance band", band);
+        }
+    }
 }
 
 fn put_engines(writer: &mut Writer, group: &str, found: &FlightEngines) {

@@ -3,6 +3,7 @@
 mod build;
 mod engines;
 mod histories;
+mod proof;
 mod reference;
 mod results;
 mod signals;
@@ -14,10 +15,12 @@ use std::path::{Path, PathBuf};
 use thiserror::Error;
 
 pub use build::build;
+pub use proof::rows as proof_rows;
 pub use reference::{Reference, reference};
 pub use results::{
-    AgreementRow, ClockRow, CorrelationRow, DerivativeRow, DroppedRow, EngineRow, FORMAT, FitRow, FlightRow,
-    InnovationRow, MonitorRow, PhaseRow, PredictionRow, RecordingRow, Results, StateRow, VERSION, WindowRow,
+    AgreementRow, BandRow, ClockRow, CorrelationRow, DerivativeRow, DroppedRow, EngineRow, FORMAT, FitRow, FlightRow,
+    InnovationRow, MonitorRow, PhaseRow, PredictionRow, ProofRow, RecordingRow, ReplayRow, Results, StateRow, TestRow,
+    TheilRow, VERSION, WindowRow,
 };
 pub use signals::{NoiseRow, ProposalRow, SignalRow};
 pub use studies::{
@@ -90,6 +93,7 @@ pub fn write_with_progress(
     progress(0.2);
     tables::write(&results, staging.path())?;
     studies::write(&results.studies, staging.path())?;
+    proof::write(&results.proof_of_match, staging.path())?;
     progress(0.4);
     histories::write(session, snapshot, &staging.path().join("histories.h5"))?;
     progress(0.9);

@@ -27,6 +27,8 @@ pub struct Results {
     pub rate_normalisation: String,
     /// Mass, kg.
     pub mass_kg: f64,
+    /// Kalman filter used.
+    pub filter: &'static str,
     /// Gravity used by the filter, m/s².
     pub gravity_m_s2: f64,
     /// How body rates were differentiated.
@@ -48,6 +50,80 @@ pub struct Results {
     pub predictions: Vec<PredictionRow>,
     /// Studies that were asked for.
     pub studies: StudyResults,
+    /// Validation windows flown again by the pooled model, against tolerances.
+    pub proof_of_match: ProofRow,
+}
+
+/// Validation windows flown again.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct ProofRow {
+    /// Name of the tolerances.
+    pub tolerances: String,
+    /// One entry per validation window.
+    pub windows: Vec<ReplayRow>,
+}
+
+/// One window flown again.
+#[derive(Clone, Debug, Serialize)]
+pub struct ReplayRow {
+    /// Window.
+    pub window: String,
+    /// Why it could not be flown.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub error: Option<String>,
+    /// Tests of the tolerances that apply.
+    pub tests: Vec<TestRow>,
+    /// Theil's coefficient of each signal.
+    pub theil: Vec<TheilRow>,
+}
+
+/// One test.
+#[derive(Clone, Debug, Serialize)]
+pub struct TestRow {
+    /// Number in the rule.
+    pub id: String,
+    /// Name.
+    pub name: String,
+    /// Whether every requirement is met by one of its bands.
+    pub passed: bool,
+    /// Bands.
+    pub bands: Vec<BandRow>,
+}
+
+/// One band of a test.
+#[derive(Clone, Debug, Serialize)]
+pub struct BandRow {
+    /// Requirement it belongs to, counted from 1: one band of each must hold.
+    pub requirement: usize,
+    /// Signal.
+    pub signal: &'static str,
+    /// Its SI unit.
+    pub unit: &'static str,
+    /// Whether the simulation stays inside throughout.
+    pub passed: bool,
+    /// Largest difference over the half width there.
+    pub worst_ratio: f64,
+    /// Simulated less measured there, SI.
+    pub worst_error: f64,
+    /// Time of it, s.
+    pub worst_time_s: f64,
+    /// Share of the samples inside.
+    pub share_inside: f64,
+}
+
+/// Theil's coefficient and the parts of the mean square error.
+#[derive(Clone, Debug, Serialize)]
+pub struct TheilRow {
+    /// Signal.
+    pub signal: &'static str,
+    /// Coefficient: 0 perfect, 1 none.
+    pub coefficient: f64,
+    /// Share from a difference of means.
+    pub bias: f64,
+    /// Share from a difference of standard deviations.
+    pub variance: f64,
+    /// Share from imperfect correlation.
+    pub covariance: f64,
 }
 
 /// A recording that was read.

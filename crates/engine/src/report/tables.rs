@@ -165,11 +165,11 @@ fn derivative_rows(window: &str, fit: &FitRow) -> Vec<Vec<String>> {
 }
 
 /// The shortest text that reads back to the same number; empty for one that does not exist.
-fn number(value: f64) -> String {
+pub(super) fn number(value: f64) -> String {
     if value.is_finite() { value.to_string() } else { String::new() }
 }
 
-fn table(path: &Path, header: &[&str], rows: impl Iterator<Item = Vec<String>>) -> Result<(), ReportError> {
+pub(super) fn table(path: &Path, header: &[&str], rows: impl Iterator<Item = Vec<String>>) -> Result<(), ReportError> {
     let failed = |error: csv::Error| ReportError::File { path: path.display().to_string(), source: error.into() };
     let mut writer = csv::Writer::from_path(path).map_err(failed)?;
     writer.write_record(header).map_err(failed)?;

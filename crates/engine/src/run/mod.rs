@@ -4,10 +4,11 @@ mod control;
 mod coordinator;
 mod details;
 mod export;
-mod files;
 mod pipeline;
+mod proof;
 mod snapshot;
 mod studies;
+mod tuning;
 
 pub use control::{Cancelled, Control};
 pub use coordinator::{Engine, Request};
@@ -15,3 +16,4 @@ pub use details::{Details, Wanted, WindowDetails, details};
 pub use export::Export;
 pub use pipeline::{Scope, run};
 pub use snapshot::{LogEntry, Slot, Snapshot, Studies, WindowResults};
+pub use tuning::{tune_delay, tune_noise};

@@ -10,7 +10,7 @@ use doublet_core::reconstruct::{FilterData, lane_groups};
 use rayon::prelude::*;
 
 use super::control::{Cancelled, Control};
-use super::files::files_key;
+use super::proof;
 use super::snapshot::{LogEntry, Slot, Snapshot, WindowResults};
 use super::studies;
 use crate::graph::{Cache, Key, KeyBuilder};
@@ -194,6 +194,7 @@ fn first_snapshot(scope: &Scope<'_>, previous: &Snapshot, windows: &[&Manoeuvre]
     snapshot.aircraft.begin();
     snapshot.loaded.begin();
     snapshot.pooled.begin();
+    snapshot.proof.begin();
     studies::begin(&mut snapshot.studies, scope.studies);
     if scope.session.second_structure.is_some() {
         snapshot.second.begin();
@@ -217,6 +218,7 @@ fn cancel_running(snapshot: &mut Snapshot) {
         results.fits.cancel();
     }
     snapshot.pooled.cancel();
+    snapshot.proof.cancel();
     studies::cancel(&mut snapshot.studies);
     snapshot.second.cancel();
 }
@@ -234,16 +236,18 @@ fn stages(scope: &Scope<'_>, windows: &[&Manoeuvre], cache: &Cache, board: &Boar
         propose(scope, &flights, cache, board)?;
         return board.step(|s| {
             s.pooled.finish(Err("the aircraft could not be read".to_owned()));
+            s.proof = Slot::NotRequested;
             studies::cancel(&mut s.studies);
         });
     };
     let paths = reconstruct_all(scope, &tasks, &aircraft, cache, board)?;
     let windows = form_coefficients(scope, &paths, (&aircraft, loaded_key), cache, board)?;
     let (pooled, key) = pool(scope, &windows, cache, board)?;
-    model_engines(&flights, (&aircraft.loaded, file_key), cache, board)?;
-    propose(scope, &flights, cache, board)?;
     let windows: Vec<_> = windows.into_iter().map(|(window, _)| window).collect();
     let subject = Subject { session: scope.session, aircraft: &aircraft, windows: &windows, pooled: &pooled };
+    proof::prove(&subject, key, cache, board)?;
+    model_engines(&flights, (&aircraft.loaded, file_key), cache, board)?;
+    propose(scope, &flights, cache, board)?;
     studies::Runner { subject, key, wanted: scope.studies, cache, board }.run()
 }
 
@@ -396,6 +400,29 @@ fn propose(scope: &Scope<'_>, flights: &[KeyedFlight<'_>], cache: &Cache, board:
         })
     };
     flights.par_iter().try_for_each(one)
+}
+
+/// Identity of a flight's files by path, size and time of change: reading them again to hash them would cost more than it saves.
+fn files_key(folder: &Path, flight: &session::Flight) -> Key {
+    let mut key = KeyBuilder::new("files", 1).parameters(&flight.recordings);
+    for entry in &flight.recordings {
+        for path in [&entry.path, &entry.channel_map] {
+            let Ok(place) = stage::locate(folder, path) else { continue };
+            for file in files(&place) {
+                let metadata = std::fs::metadata(&file);
+                let changed = metadata.as_ref().ok().and_then(|m| m.modified().ok());
+                key = key.parameters(&(file, metadata.map(|m| m.len()).ok(), changed));
+            }
+        }
+    }
+    key.finish()
+}
+
+fn files(place: &Path) -> Vec<std::path::PathBuf> {
+    let Ok(entries) = std::fs::read_dir(place) else { return vec![place.to_path_buf()] };
+    let mut files: Vec<_> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
+    files.sort();
+    files
 }
 
 fn fail_window(snapshot: &mut Snapshot, window: &str, error: &str) {

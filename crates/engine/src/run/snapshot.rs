@@ -8,8 +8,8 @@ use doublet_core::airframe::LoadedState;
 
 use super::details::Details;
 use crate::stage::{
-    FlightEngines, FlightNoise, FlightProposals, LoadedAircraft, LoadedFlight, PooledFits, WindowAero, WindowFits,
-    WindowPath,
+    FlightEngines, FlightNoise, FlightProposals, LoadedAircraft, LoadedFlight, PooledFits, ProofOfMatch, WindowAero,
+    WindowFits, WindowPath,
 };
 use crate::study::{CheckStudy, LagStudy, ManoeuvreStudy, MonteCarloStudy, SensitivityStudy, Study};
 
@@ -159,6 +159,8 @@ pub struct Snapshot {
     pub second: Slot<PooledFits>,
     /// A closer look at these results; only the background worker computes it, after the run and for what is looked at.
     pub details: Slot<Details>,
+    /// Validation windows flown again by the pooled model.
+    pub proof: Slot<ProofOfMatch>,
     /// Newest last.
     pub log: Vec<LogEntry>,
 }
@@ -201,6 +203,7 @@ impl Snapshot {
         note("pooled estimate".to_owned(), self.pooled.error());
         note(Study::Manoeuvres.name().to_owned(), self.studies.manoeuvres.error());
         note(Study::Sensitivity.name().to_owned(), self.studies.sensitivity.error());
+        note("proof of match".to_owned(), self.proof.error());
         note(Study::Checks.name().to_owned(), self.studies.checks.error());
         note(Study::Lags.name().to_owned(), self.studies.lags.error());
         note("Monte Carlo".to_owned(), self.studies.monte_carlo.error());

@@ -2,7 +2,7 @@
 
 use doublet_core::airframe::Loading;
 use doublet_core::model::{Coefficient, Structure, Term};
-use doublet_core::reconstruct::{Input, InputHold, Measurement, Method, State};
+use doublet_core::reconstruct::{AirState, Input, InputHold, Measurement, Method, State};
 use doublet_core::series::Window;
 use thiserror::Error;
 
@@ -97,6 +97,12 @@ pub enum FilterEdit {
     Hold(InputHold),
     /// Gravity, m/s².
     Gravity(f64),
+    /// Standard deviation of an air-data state; zero leaves it out. Dimensionless or rad.
+    AirDataDeviation(AirState, f64),
+    /// Delay of a measurement, s.
+    MeasurementDelay(Measurement, f64),
+    /// Passes of the smoother at most.
+    SmootherPasses(usize),
 }
 
 /// A change of how coefficients are formed and derivatives estimated.
@@ -300,6 +306,9 @@ impl FilterEdit {
             Self::Method(_) => "change filter".to_owned(),
             Self::Hold(_) => "change input hold".to_owned(),
             Self::Gravity(_) => "change gravity".to_owned(),
+            Self::AirDataDeviation(state, _) => format!("change initial deviation of {}", state.name()),
+            Self::MeasurementDelay(measurement, _) => format!("change delay of {}", measurement.name()),
+            Self::SmootherPasses(_) => "change passes of the smoother".to_owned(),
         }
     }
 
@@ -322,6 +331,17 @@ impl FilterEdit {
             Self::Method(method) => filter.method = method,
             Self::Hold(hold) => filter.hold = hold,
             Self::Gravity(value) => filter.gravity_m_s2 = positive("gravity", "", value)?,
+            Self::AirDataDeviation(state, value) => {
+                filter.air_data_deviation[state as usize] = not_negative("initial deviation", state.name(), value)?;
+            }
+            Self::MeasurementDelay(measurement, value) => {
+                if !value.is_finite() {
+                    let field = format!("delay {}", measurement.name());
+                    return Err(EditError::Value { field, value, allowed: "it must be a number of seconds" });
+                }
+                filter.measurement_delay_s[measurement as usize] = value;
+            }
+            Self::SmootherPasses(value) => filter.smoother_passes = value.clamp(1, 100),
         }
         Ok(())
     }

@@ -193,6 +193,8 @@ pub struct Preparation {
     pub correct_accelerometer: bool,
     /// Recorded flow angles are corrected for the vane's place.
     pub correct_vanes: bool,
+    /// Recorded position and ground velocity are moved from the antenna to the centre of gravity.
+    pub correct_antenna: bool,
     /// Thrust is taken out of CX and Cm (needs recorded thrust).
     pub remove_thrust: bool,
 }
@@ -225,6 +227,7 @@ impl Default for Preparation {
             origin_altitude_m: 0.0,
             correct_accelerometer: true,
             correct_vanes: true,
+            correct_antenna: true,
             remove_thrust: false,
         }
     }

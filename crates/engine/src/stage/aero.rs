@@ -196,7 +196,7 @@ fn motion(data: &FilterData, path: &Reconstruction, preparation: &Preparation) -
     })
 }
 
-fn states_of(path: &Reconstruction, source: PathSource) -> Result<&[Vec<f64>; STATES], String> {
+pub(super) fn states_of(path: &Reconstruction, source: PathSource) -> Result<&[Vec<f64>; STATES], String> {
     match source {
         PathSource::Filtered => Ok(&path.states),
         PathSource::Smoothed => path

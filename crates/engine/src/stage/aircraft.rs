@@ -68,6 +68,8 @@ pub struct AircraftData {
     pub accelerometer: Option<Position>,
     /// Place of the flow vanes.
     pub vane: Option<Position>,
+    /// Place of the satellite receiver's antenna.
+    pub antenna: Option<Position>,
     /// Point the moment coefficients are about; the centre of gravity when there is none.
     pub moment_reference: Option<Position>,
 }
@@ -88,6 +90,7 @@ pub fn aircraft_data(loaded: Arc<LoadedAircraft>, loading: Option<&Loading>) -> 
         mass_change: None,
         accelerometer: sensors.accelerometer_from_datum_m.map(Position::Datum),
         vane: sensors.alpha_vane_from_datum_m.or(sensors.beta_vane_from_datum_m).map(Position::Datum),
+        antenna: sensors.antenna_from_datum_m.map(Position::Datum),
         moment_reference: aircraft.moment_reference_from_datum_m.map(Position::Datum),
         loading,
         loading_is_stated,

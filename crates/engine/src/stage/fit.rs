@@ -181,7 +181,7 @@ fn fit_series(fit: Option<&Fit>, windows: &[&WindowAero]) -> Vec<(Series, Series
 }
 
 /// Name of the constant of one window in a pooled fit.
-fn constant_name(constant: &str, window: &str) -> String {
+pub(super) fn constant_name(constant: &str, window: &str) -> String {
     format!("{constant}[{window}]")
 }
 

@@ -2,7 +2,7 @@
 //!
 //! Order and reasons: the recording is read first; a window takes its part of it into the filter; coefficients need the
 //! reconstructed path; derivatives of one window need its coefficients; the pooled estimate needs those of all windows; the engines over a whole flight need its
-//! recording and the aircraft alone.
+//! recording and the aircraft alone; the proof of match flies validation windows again and comes after all estimates.
 
 mod aero;
 mod aircraft;
@@ -15,10 +15,13 @@ mod instruments;
 mod noise;
 mod path;
 mod phases;
+mod placement;
 mod proposals;
 mod recording;
+mod replay;
 mod samples;
 mod signals;
+mod tolerances;
 mod truth;
 
 pub use aero::{WindowAero, aero, aero_along};
@@ -37,5 +40,7 @@ pub use noise::{FlightNoise, NoiseRow, noise, open_entries};
 pub use path::{PathSeries, Samples, SmoothedSeries, WindowPath, paths, reconstructions, samples};
 pub use proposals::{FlightProposals, WindowProposal, open_windows, proposals};
 pub use recording::{LoadedFlight, aligned, flight, locate, text};
+pub use replay::{ProofOfMatch, ReplaySeries, ReplayWindow, WindowReplay, bands, model_of_window, replay};
 pub use signals::TreatedSignal;
+pub use tolerances::Tolerances;
 pub use truth::TruthError;

@@ -4,8 +4,7 @@ use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use doublet_core::model::Position;
-use doublet_core::prep::{Differentiation, FlowVane, acceleration_at_cg, differentiate, flow_angles_at_cg};
+use doublet_core::prep::Differentiation;
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::consistency::{Consistency, consistency};
 use doublet_core::reconstruct::{
@@ -16,6 +15,7 @@ use doublet_core::series::{Recording, Series, Window};
 
 use super::aircraft::AircraftData;
 
+use super::placement::{move_accelerometer, move_antenna, move_vanes};
 use super::samples::{finite_samples, gaps, values_at};
 use super::truth::{TruthError, truth_errors};
 use crate::graph::Footprint;
@@ -117,7 +117,12 @@ pub fn samples<'a>(
     if preparation.correct_vanes
         && let Some(vane) = aircraft.vane
     {
-        move_vanes(&mut measurements, &inputs, vane, aircraft)?;
+        warnings.extend(move_vanes(&mut measurements, &inputs, vane.body_from_cg_m(aircraft.inertia.cg_datum_m)));
+    }
+    if preparation.correct_antenna
+        && let Some(antenna) = aircraft.antenna
+    {
+        warnings.extend(move_antenna(&mut measurements, &inputs, antenna.body_from_cg_m(aircraft.inertia.cg_datum_m)));
     }
     Ok(Samples { recording, data: FilterData { inputs, measurements }, warnings })
 }
@@ -191,63 +196,6 @@ fn measurement_series(
         }
         MeasurementSeries { time_s, values: values.into_iter().map(|value| sign * value).collect() }
     })
-}
-
-fn move_accelerometer(inputs: &mut InputSeries, position_m: [f64; 3], preparation: &Preparation) -> Result<(), String> {
-    let method = differentiation(preparation, &inputs.time_s);
-    let mut angular: [Vec<f64>; 3] = Default::default();
-    let rates = [Input::RollRate, Input::PitchRate, Input::YawRate];
-    for (column, rate) in angular.iter_mut().zip(rates) {
-        *column = differentiate(&inputs.time_s, &inputs.columns[rate as usize], method)
-            .map_err(|error| format!("{}: {error}", rate.name()))?;
-    }
-    let forces = [Input::SpecificForceX, Input::SpecificForceY, Input::SpecificForceZ];
-    for sample in 0..inputs.time_s.len() {
-        let at = |input: Input| inputs.columns[input as usize][sample];
-        let moved = acceleration_at_cg(
-            position_m,
-            forces.map(at),
-            rates.map(at),
-            [angular[0][sample], angular[1][sample], angular[2][sample]],
-        );
-        for (force, value) in forces.into_iter().zip(moved) {
-            inputs.columns[force as usize][sample] = value;
-        }
-    }
-    Ok(())
-}
-
-fn move_vanes(
-    measurements: &mut [MeasurementSeries; MEASUREMENTS],
-    inputs: &InputSeries,
-    vane: Position,
-    aircraft: &AircraftData,
-) -> Result<(), String> {
-    let vane = FlowVane::at(vane.body_from_cg_m(aircraft.inertia.cg_datum_m));
-    let on_inputs = |measurement: Measurement| {
-        let series = &measurements[measurement as usize];
-        series.time_s == inputs.time_s
-    };
-    // The correction couples the angles with airspeed and rates at one instant: it needs them on one time base.
-    let airspeed_known = on_inputs(Measurement::Airspeed);
-    let alpha_known = on_inputs(Measurement::AngleOfAttack);
-    let beta_known = on_inputs(Measurement::Sideslip);
-    if !(airspeed_known && alpha_known) {
-        return Ok(());
-    }
-    for sample in 0..inputs.time_s.len() {
-        let value = |m: Measurement| measurements[m as usize].values[sample];
-        let beta = if beta_known { value(Measurement::Sideslip) } else { 0.0 };
-        let rates =
-            [Input::RollRate, Input::PitchRate, Input::YawRate].map(|rate| inputs.columns[rate as usize][sample]);
-        let (_, alpha, beta) =
-            flow_angles_at_cg(&vane, value(Measurement::Airspeed), value(Measurement::AngleOfAttack), beta, rates);
-        measurements[Measurement::AngleOfAttack as usize].values[sample] = alpha;
-        if beta_known {
-            measurements[Measurement::Sideslip as usize].values[sample] = beta;
-        }
-    }
-    Ok(())
 }
 
 /// The differentiation the session asks for, in samples of `time_s`.

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 
 use doublet_core::model::{Coefficient, Structure, Term};
 use doublet_core::reconstruct::{
-    FilterSettings, INPUTS, Input, InputHold, Linearisation, MEASUREMENTS, Measurement, Method, STATES, State,
+    AirState, FilterSettings, INPUTS, Input, InputHold, Linearisation, MEASUREMENTS, Measurement, Method, STATES, State,
 };
 use doublet_core::series::Window;
 use serde::{Deserialize, Serialize};
@@ -148,6 +148,24 @@ struct FilterTable {
     initial_deviation: BTreeMap<String, f64>,
     initial_state: BTreeMap<String, f64>,
     random_walk: BTreeMap<String, f64>,
+    #[serde(skip_serializing_if = "is_usual_spread")]
+    spread: f64,
+    #[serde(skip_serializing_if = "is_one")]
+    smoother_passes: usize,
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    air_data_deviation: BTreeMap<String, f64>,
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    measurement_delay_s: BTreeMap<String, f64>,
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "the form serde asks for")]
+fn is_usual_spread(spread: &f64) -> bool {
+    *spread == Method::USUAL_SPREAD
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "the form serde asks for")]
+fn is_one(passes: &usize) -> bool {
+    *passes == 1
 }
 
 impl Default for FilterTable {
@@ -167,6 +185,7 @@ struct PreparationTable {
     origin_altitude_m: f64,
     correct_accelerometer: bool,
     correct_vanes: bool,
+    correct_antenna: bool,
     remove_thrust: bool,
 }
 
@@ -190,7 +209,7 @@ impl Default for EstimationTable {
 }
 
 /// Names of the choices, in one place for both directions.
-const METHODS: [&str; 2] = ["ekf", "iekf"];
+const METHODS: [&str; 3] = ["ekf", "iekf", "ukf"];
 const HOLDS: [(&str, InputHold); 2] = [("first_order", InputHold::FirstOrder), ("zero_order", InputHold::ZeroOrder)];
 const LINEARISATIONS: [(&str, Linearisation); 2] =
     [("prior", Linearisation::Prior), ("predicted", Linearisation::Predicted)];
@@ -269,6 +288,7 @@ fn filter_from(table: &FilterTable) -> Result<FilterSettings, SessionError> {
     let method = match table.method.as_str() {
         "ekf" => Method::Ekf,
         "iekf" => Method::Iekf { max_iterations: table.max_iterations, tolerance: table.tolerance },
+        "ukf" => Method::Ukf { spread: table.spread },
         other => return Err(unknown("filter.method", "choice", other, &METHODS)),
     };
     let mut settings = FilterSettings {
@@ -276,6 +296,7 @@ fn filter_from(table: &FilterTable) -> Result<FilterSettings, SessionError> {
         hold: choose(&HOLDS, "filter.hold", &table.hold)?,
         linearisation: choose(&LINEARISATIONS, "filter.linearisation", &table.linearisation)?,
         gravity_m_s2: table.gravity_m_s2,
+        smoother_passes: table.smoother_passes,
         ..FilterSettings::default()
     };
     let inputs = Input::ALL.map(Input::name);
@@ -288,6 +309,12 @@ fn filter_from(table: &FilterTable) -> Result<FilterSettings, SessionError> {
     fill("filter.initial_deviation", &states, &table.initial_deviation, |i, v| settings.initial_deviation[i] = v)?;
     fill("filter.initial_state", &states, &table.initial_state, |i, v| settings.initial_state[i] = Some(v))?;
     fill("filter.random_walk", &states, &table.random_walk, |i, v| settings.random_walk[i] = v)?;
+    fill("filter.air_data_deviation", &AirState::ALL.map(AirState::name), &table.air_data_deviation, |i, v| {
+        settings.air_data_deviation[i] = v;
+    })?;
+    fill("filter.measurement_delay_s", &measurements, &table.measurement_delay_s, |i, v| {
+        settings.measurement_delay_s[i] = v;
+    })?;
     Ok(settings)
 }
 
@@ -318,6 +345,7 @@ fn preparation_from(table: &PreparationTable) -> Result<Preparation, SessionErro
         origin_altitude_m: table.origin_altitude_m,
         correct_accelerometer: table.correct_accelerometer,
         correct_vanes: table.correct_vanes,
+        correct_antenna: table.correct_antenna,
         remove_thrust: table.remove_thrust,
     })
 }
@@ -385,9 +413,11 @@ fn window_table(window: &Manoeuvre) -> WindowTable {
 }
 
 fn filter_table(settings: &FilterSettings) -> FilterTable {
-    let (method, max_iterations, tolerance) = match settings.method {
-        Method::Ekf => ("ekf", 1, 1e-3),
-        Method::Iekf { max_iterations, tolerance } => ("iekf", max_iterations, tolerance),
+    let usual = Method::USUAL_SPREAD;
+    let (method, max_iterations, tolerance, spread) = match settings.method {
+        Method::Ekf => ("ekf", 1, 1e-3, usual),
+        Method::Iekf { max_iterations, tolerance } => ("iekf", max_iterations, tolerance, usual),
+        Method::Ukf { spread } => ("ukf", 1, 1e-3, spread),
     };
     let inputs = |values: &[f64; INPUTS]| Input::ALL.map(|i| (i.name().to_owned(), values[i as usize])).into();
     let states = |values: &[f64; STATES]| State::ALL.map(|s| (s.name().to_owned(), values[s as usize])).into();
@@ -411,6 +441,18 @@ fn filter_table(settings: &FilterSettings) -> FilterTable {
         random_walk: BTreeMap::from_iter(
             State::ALL.map(|s| (s.name().to_owned(), settings.random_walk[s as usize])).into_iter().filter(moving),
         ),
+        spread,
+        smoother_passes: settings.smoother_passes,
+        air_data_deviation: AirState::ALL
+            .map(|s| (s.name().to_owned(), settings.air_data_deviation[s as usize]))
+            .into_iter()
+            .filter(moving)
+            .collect(),
+        measurement_delay_s: Measurement::ALL
+            .map(|m| (m.name().to_owned(), settings.measurement_delay_s[m as usize]))
+            .into_iter()
+            .filter(moving)
+            .collect(),
     }
 }
 
@@ -425,6 +467,7 @@ fn preparation_table(preparation: &Preparation) -> PreparationTable {
         origin_altitude_m: preparation.origin_altitude_m,
         correct_accelerometer: preparation.correct_accelerometer,
         correct_vanes: preparation.correct_vanes,
+        correct_antenna: preparation.correct_antenna,
         remove_thrust: preparation.remove_thrust,
     }
 }

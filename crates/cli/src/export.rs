@@ -1,0 +1,30 @@
+//! `doublet export`: the identified model for other simulators.
+
+use doublet_engine::export::{Format, IdentifiedModel, write};
+
+use crate::arguments::ExportArguments;
+use crate::run::computed;
+use crate::text;
+
+/// Computes the session and writes its model.
+///
+/// # Errors
+/// One line per thing that is wrong; nothing is written then.
+pub fn export(arguments: &ExportArguments) -> Result<(), String> {
+    let formats = arguments.format.iter().map(|name| format(name)).collect::<Result<Vec<_>, _>>()?;
+    let (session, snapshot) = computed(&arguments.session, &[])?;
+    let model = IdentifiedModel::new(&session, &snapshot).map_err(|error| error.to_string())?;
+    let files = write(&model, &formats, &arguments.out).map_err(|error| error.to_string())?;
+    if model.thrust_included {
+        text::line(
+            "thrust is inside the coefficients: they hold at the power of the tests only (preparation.remove_thrust)",
+        );
+    }
+    files.iter().for_each(|file| text::line(&file.display().to_string()));
+    Ok(())
+}
+
+fn format(name: &str) -> Result<Format, String> {
+    let known = || Format::ALL.map(Format::name).join(", ");
+    Format::from_name(name.trim()).ok_or_else(|| format!("'{name}' is not a format: choose among {}", known()))
+}

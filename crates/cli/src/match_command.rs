@@ -1,0 +1,79 @@
+//! `doublet match`: validation manoeuvres flown again by the identified model, against tolerances.
+
+use doublet_engine::report::{ProofRow, ReplayRow, proof_rows};
+use doublet_engine::stage::Tolerances;
+
+use crate::arguments::MatchArguments;
+use crate::run::computed;
+use crate::text;
+
+/// Computes the session and prints which tests pass.
+///
+/// # Errors
+/// One line per thing that is wrong, and how many tests fail.
+pub fn match_command(arguments: &MatchArguments) -> Result<(), String> {
+    let tolerances = arguments.tolerances.as_deref().map(Tolerances::read).transpose()?;
+    let (session, snapshot) = computed(&arguments.session, &[])?;
+    let proof = snapshot.proof.ready().ok_or("nothing was flown again")?;
+    let rows = match &tolerances {
+        Some(tolerances) => proof_rows(&proof.judged_by(&session, tolerances)),
+        None => proof_rows(proof),
+    };
+    if rows.windows.is_empty() {
+        return Err("the session has no validation window: mark one as validation".to_owned());
+    }
+    print(&rows);
+    let tests = || rows.windows.iter().flat_map(|window| &window.tests);
+    let failed = tests().filter(|test| !test.passed).count();
+    let unflown = rows.windows.iter().filter(|window| window.error.is_some()).count();
+    match (failed, unflown) {
+        (0, 0) => Ok(()),
+        (0, _) => Err(format!("{unflown} of {} windows could not be flown", rows.windows.len())),
+        _ => Err(format!("{failed} of {} tests fail", tests().count())),
+    }
+}
+
+fn print(rows: &ProofRow) {
+    text::line(&format!("tolerances: {}", rows.tolerances));
+    for window in &rows.windows {
+        text::line("");
+        text::line(&window.window);
+        if let Some(error) = &window.error {
+            text::line(&format!("  not flown: {error}"));
+            continue;
+        }
+        tests(window);
+        theil(window);
+    }
+}
+
+fn tests(window: &ReplayRow) {
+    if window.tests.is_empty() {
+        text::line("  no test applies: the window has no surface, and its kind of input none of the words of a test");
+        return;
+    }
+    for test in &window.tests {
+        text::line(&format!("  {} {}: {}", test.id, test.name, if test.passed { "pass" } else { "FAIL" }));
+        let rows = test.bands.iter().map(|band| {
+            vec![
+                format!("  requirement {}: {}", band.requirement, band.signal),
+                if band.passed { "inside" } else { "outside" }.to_owned(),
+                text::number(band.worst_ratio, 3),
+                text::number(band.worst_error, 3),
+                band.unit.to_owned(),
+                text::number(band.worst_time_s, 6),
+                text::number(100.0 * band.share_inside, 3),
+            ]
+        });
+        let header = ["  band", "", "of the width", "worst", "unit", "at s", "% inside"];
+        text::table(&header, &rows.collect::<Vec<_>>());
+    }
+}
+
+fn theil(window: &ReplayRow) {
+    let rows = window.theil.iter().map(|row| {
+        let parts = [row.coefficient, row.bias, row.variance, row.covariance].map(|part| text::number(part, 3));
+        [vec![format!("  {}", row.signal)], parts.to_vec()].concat()
+    });
+    text::table(&["  signal", "Theil U", "bias", "variance", "covariance"], &rows.collect::<Vec<_>>());
+}

@@ -1,0 +1,145 @@
+//! `doublet tune`: filter settings that make the measurements most likely, printed and never applied.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use doublet_core::reconstruct::noise::{NoiseMethod, NoiseProposal, NoiseProposalSettings, ProposedDeviation};
+use doublet_core::reconstruct::{Input, Measurement};
+use doublet_engine::graph::Cache;
+use doublet_engine::run::{Control, Scope, Snapshot, run, tune_delay, tune_noise};
+use doublet_engine::session::{self, Session};
+use doublet_engine::stage::WindowPath;
+
+use crate::progress::Progress;
+use crate::text;
+
+/// Memory for intermediate results.
+const CACHE_BYTES: usize = 1 << 30;
+
+/// Arguments of `tune`.
+#[derive(Debug, Args)]
+pub struct TuneArguments {
+    /// Session file.
+    pub session: PathBuf,
+    /// Windows to use, by name; without it all that are not ignored.
+    #[arg(long, value_name = "NAME,NAME", value_delimiter = ',')]
+    pub windows: Vec<String>,
+    /// How to raise the likelihood.
+    #[arg(long, value_enum, default_value_t = Search::QuasiNewton)]
+    pub method: Search,
+    /// Steps at most.
+    #[arg(long, default_value_t = 60)]
+    pub steps: usize,
+    /// Refine the common delay of these measurements instead of noise, for example alpha,beta.
+    #[arg(long, value_name = "NAME,NAME", value_delimiter = ',', value_parser = measurement)]
+    pub delay: Vec<Measurement>,
+    /// Search delays within this of the present one, s.
+    #[arg(long, value_name = "S", default_value_t = 0.25, requires = "delay", value_parser = range)]
+    pub range: f64,
+}
+
+/// How to raise the likelihood.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum Search {
+    /// Quasi-Newton on the logarithms of the standard deviations.
+    QuasiNewton,
+    /// Expectation-maximisation: slow, never falls.
+    Em,
+}
+
+fn measurement(name: &str) -> Result<Measurement, String> {
+    let known = || Measurement::ALL.map(Measurement::name).join(", ");
+    Measurement::from_name(name).ok_or_else(|| format!("unknown measurement '{name}': use {}", known()))
+}
+
+fn range(text: &str) -> Result<f64, String> {
+    let range: f64 = text.parse().map_err(|_| format!("'{text}' is not a number"))?;
+    if range > 0.0 && range <= 5.0 { Ok(range) } else { Err("use above 0 up to 5 s".to_owned()) }
+}
+
+/// Prints proposed settings.
+///
+/// # Errors
+/// One line: what is wrong with the session, its windows or the search.
+pub fn tune(arguments: &TuneArguments) -> Result<(), String> {
+    let opened = session::open(&arguments.session).map_err(|e| format!("{}: {e}", arguments.session.display()))?;
+    let mut session = opened.session;
+    choose_windows(&mut session, &arguments.windows)?;
+    let progress = Progress::new();
+    let scope =
+        Scope { session: &session, folder: &opened.folder, first: None, studies: &[], cause: "tune", generation: 1 };
+    let publish = |snapshot: Snapshot| progress.show(snapshot.progress, "reconstructing");
+    let control = Control::default();
+    let snapshot = run(&scope, &Snapshot::default(), &Cache::new(CACHE_BYTES), &control, &publish);
+    let mut paths: Vec<&WindowPath> = Vec::new();
+    for (name, results) in &snapshot.windows {
+        match (results.path.ready(), results.path.error()) {
+            (Some(path), _) => paths.push(path),
+            (None, error) => return Err(format!("window '{name}': {}", error.unwrap_or("was not reconstructed"))),
+        }
+    }
+    if !arguments.delay.is_empty() {
+        progress.finish();
+        let found = tune_delay(&paths, &session.filter, &arguments.delay, arguments.range, &control)?;
+        let names = arguments.delay.iter().map(|m| m.name()).collect::<Vec<_>>().join(", ");
+        text::line(&format!(
+            "delay of {names}: {} s, standard error {} s, set to {} s",
+            text::number(found.delay_s, 4),
+            text::number(found.standard_error_s, 2),
+            text::number(found.present_s, 4)
+        ));
+        return Ok(());
+    }
+    let method = match arguments.method {
+        Search::QuasiNewton => NoiseMethod::QuasiNewton,
+        Search::Em => NoiseMethod::ExpectationMaximisation,
+    };
+    let search = NoiseProposalSettings { method, max_iterations: arguments.steps, ..NoiseProposalSettings::default() };
+    let found = tune_noise(&paths, &session.filter, &search, &control, &|at| {
+        let part = at.iteration as f32 / search.max_iterations.max(1) as f32;
+        progress.show(part, &format!("log-likelihood {:.1}", at.log_likelihood));
+    });
+    progress.finish();
+    print(&found?, paths.len());
+    Ok(())
+}
+
+/// Leaves only the windows of these names in use.
+fn choose_windows(session: &mut Session, names: &[String]) -> Result<(), String> {
+    if let Some(unknown) = names.iter().find(|name| session.window(name).is_none()) {
+        return Err(format!("the session has no window '{unknown}'"));
+    }
+    if !names.is_empty() {
+        session.windows.retain(|window| names.contains(&window.name));
+    }
+    Ok(())
+}
+
+fn print(found: &NoiseProposal, windows: usize) {
+    let row = |name: &str, unit: &str, proposed: &ProposedDeviation| {
+        let factor = proposed.log_standard_error.map(f64::exp);
+        vec![
+            name.to_owned(),
+            unit.to_owned(),
+            text::number(proposed.present, 4),
+            text::number(proposed.proposed, 4),
+            factor.map_or("not told".to_owned(), |factor| format!("x/ {}", text::number(factor, 3))),
+        ]
+    };
+    let inputs = Input::ALL.into_iter().filter_map(|input| {
+        Some(row(input.name(), input.dimension().si_symbol(), found.process[input as usize].as_ref()?))
+    });
+    let measurements = Measurement::ALL.into_iter().filter_map(|measurement| {
+        let proposed = found.measurement[measurement as usize].as_ref()?;
+        Some(row(measurement.name(), measurement.dimension().si_symbol(), proposed))
+    });
+    text::table(&["noise", "unit", "set", "proposed", "error"], &inputs.chain(measurements).collect::<Vec<_>>());
+    let gain = found.log_likelihood.last().zip(found.log_likelihood.first()).map_or(0.0, |(last, first)| last - first);
+    let outliers: usize = found.outliers.iter().sum();
+    text::line(&format!(
+        "{windows} windows, {} steps{}, log-likelihood risen by {}, {outliers} outliers left out; nothing was changed",
+        found.log_likelihood.len() - 1,
+        if found.converged { "" } else { " (not converged: allow more)" },
+        text::number(gain, 5)
+    ));
+}

@@ -1,0 +1,44 @@
+//! `match` and `export` as a user runs them.
+
+#![expect(clippy::unwrap_used, reason = "helpers of tests fail the test that calls them")]
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn doublet(arguments: &[&str]) -> Output {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    Command::new(env!("CARGO_BIN_EXE_doublet-cli")).args(arguments).current_dir(root).output().unwrap()
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+#[test]
+fn match_prints_a_verdict_per_test_and_fails_with_a_failed_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let tolerances = folder.path().join("tolerances.toml");
+    // The elevator's band is as wide as that of the rule, the aileron's a thousandth of it.
+    let file = "name = \"one wide, one narrow\"\n\
+                [[test]]\nid = \"wide\"\nname = \"pitch rate\"\nsurface = \"elevator\"\n\
+                require = [{ any = [{ signal = \"q\", absolute = 2.0, unit = \"deg/s\" }] }]\n\
+                [[test]]\nid = \"narrow\"\nname = \"roll rate\"\nsurface = \"aileron\"\n\
+                require = [{ any = [{ signal = \"p\", absolute = 0.002, unit = \"deg/s\" }] }]\n";
+    std::fs::write(&tolerances, file).unwrap();
+    let run = doublet(&["match", "sessions/demo.toml", "--tolerances", tolerances.to_str().unwrap()]);
+    let (out, error) = (text(&run.stdout), text(&run.stderr));
+    assert!(!run.status.success() && error.contains("error: 2 of 4 tests fail"), "{error}");
+    assert_eq!(out.matches("wide pitch rate: pass").count(), 2, "{out}");
+    assert_eq!(out.matches("narrow roll rate: FAIL").count(), 2, "{out}");
+    assert!(out.contains("one wide, one narrow") && out.contains("Theil U"), "{out}");
+}
+
+#[test]
+fn export_names_its_formats_before_it_computes() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("model");
+    let run = doublet(&["export", "sessions/demo.toml", "--format", "jsbsim,simulink", "--out", out.to_str().unwrap()]);
+    let error = text(&run.stderr);
+    assert!(!run.status.success() && error.contains("'simulink'") && error.contains("jsbsim, daveml"), "{error}");
+    assert!(!out.exists());
+}

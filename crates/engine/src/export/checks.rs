@@ -1,0 +1,158 @@
+//! Points a file is checked at: conditions inside the range identified, and what the model gives there.
+
+use std::fmt::Write;
+
+use doublet_core::model::{RateNormalisation, Variable};
+
+use super::model::{IdentifiedCoefficient, IdentifiedModel};
+use super::{CHECK_TOLERANCE, MARK};
+
+/// How many points beside the middle of all ranges.
+const POINTS: usize = 40;
+/// Primes of the Halton sequence, one per variable.
+const PRIMES: [u32; Variable::ALL.len()] = [2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47];
+
+/// One point: values of the variables, the inputs a simulator has there, and the coefficients.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CheckPoint {
+    /// Name, unit and value of each input, in the order of [`inputs`].
+    pub inputs: Vec<(Input, f64)>,
+    /// The modelled coefficients, in the order of the model.
+    pub outputs: Vec<f64>,
+    /// Rounding allowed for each.
+    pub tolerances: Vec<f64>,
+}
+
+/// A quantity a simulator gives: a variable of the model before it is made dimensionless.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Input {
+    /// Variable it stands for.
+    pub variable: Variable,
+    /// Name in files.
+    pub name: &'static str,
+    /// Name as flight simulators have it (the style of ANSI/AIAA S-119).
+    pub signal: &'static str,
+    /// Unit as DAVE-ML abbreviates it.
+    pub unit: &'static str,
+    /// Description.
+    pub description: &'static str,
+}
+
+/// Inputs the model needs, the airspeed always among them.
+pub fn inputs(model: &IdentifiedModel) -> Vec<Input> {
+    let used = model.variables();
+    let needed = |variable: Variable| variable == Variable::Airspeed || used.contains(&variable);
+    Variable::ALL.iter().copied().filter(|&variable| needed(variable)).map(input).collect()
+}
+
+fn input(variable: Variable) -> Input {
+    let (name, signal, unit, description) = match variable {
+        Variable::Alpha => ("alpha", "angleOfAttack", "rad", "angle of attack, atan2(w, u)"),
+        Variable::AlphaDot => ("alpha_dot", "angleOfAttackRate", "rad_s", "rate of the angle of attack"),
+        Variable::Beta => ("beta", "angleOfSideslip", "rad", "angle of sideslip, atan2(v, sqrt(u^2 + w^2))"),
+        Variable::BetaDot => ("beta_dot", "angleOfSideslipRate", "rad_s", "rate of the angle of sideslip"),
+        Variable::RollRate => ("p", "bodyAngularRate_Roll", "rad_s", "roll rate, body axes"),
+        Variable::PitchRate => ("q", "bodyAngularRate_Pitch", "rad_s", "pitch rate, body axes"),
+        Variable::YawRate => ("r", "bodyAngularRate_Yaw", "rad_s", "yaw rate, body axes"),
+        Variable::Aileron => ("delta_a", "aileronDeflection", "rad", "aileron, positive right aileron down"),
+        Variable::Elevator => ("delta_e", "elevatorDeflection", "rad", "elevator, positive trailing edge down"),
+        Variable::Rudder => ("delta_r", "rudderDeflection", "rad", "rudder, positive trailing edge left"),
+        Variable::PropellerPressure => (
+            "dpt_q",
+            "propellerPressureRiseRatio",
+            "nd",
+            "total-pressure rise through the propellers over dynamic pressure",
+        ),
+        Variable::ThrustCoefficient => ("Tc", "thrustCoefficient", "nd", "thrust over dynamic pressure and area"),
+        Variable::Airspeed => ("V", "trueAirspeed", "m_s", "true airspeed"),
+        Variable::Altitude => ("h", "altitude", "m", "altitude"),
+        Variable::Mach => ("mach", "mach", "nd", "Mach number"),
+    };
+    Input { variable, name, signal, unit, description }
+}
+
+/// Normalisation and reference length, m, of a variable that is a rate made dimensionless; `None` for all others.
+pub fn normalisation(model: &IdentifiedModel, variable: Variable) -> Option<(RateNormalisation, f64)> {
+    let reference = &model.reference;
+    Some(match variable {
+        Variable::RollRate | Variable::YawRate => (reference.lateral_rates, reference.span_m),
+        Variable::PitchRate => (reference.pitch_rate, reference.chord_m),
+        Variable::AlphaDot => (reference.alpha_dot, reference.chord_m),
+        Variable::BetaDot => (reference.beta_dot, reference.span_m),
+        _ => return None,
+    })
+}
+
+/// How a variable reads with the model's normalisation, for example `q c/V`.
+pub fn normalised_name(model: &IdentifiedModel, variable: Variable) -> Option<String> {
+    let (normalisation, _) = normalisation(model, variable)?;
+    let length = if matches!(variable, Variable::PitchRate | Variable::AlphaDot) { "c" } else { "b" };
+    let rate = input(variable).name;
+    Some(match normalisation {
+        RateNormalisation::LengthOver2V => format!("{rate} {length}/(2 V)"),
+        RateNormalisation::LengthOverV => format!("{rate} {length}/V"),
+        RateNormalisation::Dimensional => format!("{rate}, rad/s"),
+    })
+}
+
+/// The middle of all ranges, then points spread evenly over them (Halton).
+pub fn points(model: &IdentifiedModel) -> Vec<CheckPoint> {
+    (0..=POINTS).map(|index| point(model, |axis| if index == 0 { 0.5 } else { halton(index, PRIMES[axis]) })).collect()
+}
+
+/// The point at a fraction of each variable's range.
+pub fn point(model: &IdentifiedModel, fraction: impl Fn(usize) -> f64) -> CheckPoint {
+    let mut values = [0.0; Variable::ALL.len()];
+    for (&variable, &(low, high)) in &model.ranges {
+        let index = variable as usize;
+        values[index] = low + (high - low) * fraction(index);
+    }
+    let airspeed = values[Variable::Airspeed as usize];
+    // What a simulator has is the rate: the variable is formed from it as the files form it.
+    let inputs: Vec<_> = inputs(model)
+        .into_iter()
+        .map(|input| {
+            let value = &mut values[input.variable as usize];
+            let Some((normalisation, length_m)) = normalisation(model, input.variable) else { return (input, *value) };
+            let factor = normalisation.factor(length_m, airspeed);
+            let rate = *value / factor;
+            *value = rate * factor;
+            (input, rate)
+        })
+        .collect();
+    let sums = model.derivatives().sums(&values);
+    let outputs = model.coefficients.iter().map(|c| sums[c.coefficient as usize]).collect();
+    let size = |c: &IdentifiedCoefficient| -> f64 {
+        c.parameters.iter().map(|p| (p.value * p.term.value(|variable| values[variable as usize])).abs()).sum()
+    };
+    let tolerances = model.coefficients.iter().map(|c| CHECK_TOLERANCE * size(c).max(1.0)).collect();
+    CheckPoint { inputs, outputs, tolerances }
+}
+
+/// Element `index` of the van der Corput sequence to a base.
+fn halton(index: usize, base: u32) -> f64 {
+    let base = base as usize;
+    let (mut rest, mut result, mut scale) = (index, 0.0, 1.0);
+    while rest > 0 {
+        scale /= base as f64;
+        result += (rest % base) as f64 * scale;
+        rest /= base;
+    }
+    result
+}
+
+/// The points as CSV: inputs in SI, coefficients.
+pub fn table(model: &IdentifiedModel) -> String {
+    let mut text = format!("# {MARK}: check points of {}\n", model.aircraft);
+    let inputs: Vec<_> = inputs(model).iter().map(|input| format!("{}_{}", input.name, input.unit)).collect();
+    let outputs: Vec<_> = model.coefficients.iter().map(|c| c.coefficient.name().to_owned()).collect();
+    text.push_str(&[inputs, outputs].concat().join(","));
+    text.push('\n');
+    for point in points(model) {
+        let numbers = point.inputs.iter().map(|(_, value)| value).chain(&point.outputs);
+        let row: Vec<_> = numbers.map(|value| format!("{value:e}")).collect();
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "{}", row.join(","));
+    }
+    text
+}

@@ -1,0 +1,155 @@
+//! The identified model as files other simulators fly: JSBSim and DAVE-ML, with the points they are checked at.
+
+mod checks;
+mod date;
+mod daveml;
+mod daveml_reader;
+mod jsbsim;
+mod model;
+mod xml;
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use thiserror::Error;
+
+pub use daveml_reader::{CheckResult, DaveMl, DaveMlError};
+pub use model::{IdentifiedCoefficient, IdentifiedModel, Parameter, Ranges};
+
+/// A form the model can leave in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// JSBSim: an `aerodynamics` file and a minimal aircraft around it.
+    JsbSim,
+    /// DAVE-ML 2.0 (ANSI/AIAA S-119) with check cases.
+    DaveMl,
+}
+
+impl Format {
+    /// All of them.
+    pub const ALL: [Self; 2] = [Self::JsbSim, Self::DaveMl];
+
+    /// Name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::JsbSim => "jsbsim",
+            Self::DaveMl => "daveml",
+        }
+    }
+
+    /// The format called `name`.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|format| format.name() == name)
+    }
+}
+
+/// Why the model cannot leave the program.
+#[derive(Debug, Error)]
+pub enum ExportError {
+    /// There is no model, or not a whole one.
+    #[error("{0}")]
+    NoModel(String),
+    /// A term the format has no counterpart for.
+    #[error("{format} cannot express '{term}' of {coefficient}: {reason}")]
+    Term {
+        /// Format.
+        format: &'static str,
+        /// Term.
+        term: String,
+        /// Coefficient.
+        coefficient: &'static str,
+        /// Why, and what to do.
+        reason: &'static str,
+    },
+    /// A file exists that doublet did not write.
+    #[error("{0} exists and was not written by doublet: choose another folder for --out")]
+    Occupied(String),
+    /// A file could not be written.
+    #[error("{path}: {source}")]
+    File {
+        /// Path.
+        path: String,
+        /// Cause.
+        source: std::io::Error,
+    },
+    /// XML could not be formed.
+    #[error("XML: {0}")]
+    Xml(String),
+    /// A written file does not give its own check points.
+    #[error("{path}: {reason}; nothing was written")]
+    Check {
+        /// File.
+        path: String,
+        /// What differs.
+        reason: String,
+    },
+}
+
+/// Mark of every file written here, looked for before one is replaced.
+const MARK: &str = "written by doublet";
+/// Difference at which a written file counts as wrong, as a part of the sum of its terms' magnitudes, at least of 1.
+const CHECK_TOLERANCE: f64 = 1e-12;
+
+/// Writes `model` into `folder` in the given formats and returns the files: `NAME/NAME.xml` and
+/// `NAME/NAME_aerodynamics.xml` for JSBSim (`folder` is then an aircraft path of JSBSim), `NAME.dml` for DAVE-ML, and
+/// `NAME_check_points.csv` beside them. A DAVE-ML file is read back and must give its own check cases before anything is
+/// written. Files of an earlier export are replaced; others never are.
+///
+/// # Errors
+/// [`ExportError`]; nothing is written when a format refuses a term.
+pub fn write(model: &IdentifiedModel, formats: &[Format], folder: &Path) -> Result<Vec<PathBuf>, ExportError> {
+    let name = &model.name;
+    let date = date::today();
+    let mut files: Vec<(PathBuf, String)> = Vec::new();
+    for format in formats {
+        match format {
+            Format::JsbSim => {
+                let aircraft = folder.join(name);
+                files.push((aircraft.join(format!("{name}_aerodynamics.xml")), jsbsim::aerodynamics(model)?));
+                files.push((aircraft.join(format!("{name}.xml")), jsbsim::aircraft(model, &date)?));
+            }
+            Format::DaveMl => {
+                let path = folder.join(format!("{name}.dml"));
+                let text = daveml::write(model, &date)?;
+                verify(&path, &text)?;
+                files.push((path, text));
+            }
+        }
+    }
+    files.push((folder.join(format!("{name}_check_points.csv")), checks::table(model)));
+    for (path, _) in &files {
+        let foreign = std::fs::read_to_string(path).map_or(path.exists(), |text| !text.contains(MARK));
+        if foreign {
+            return Err(ExportError::Occupied(path.display().to_string()));
+        }
+    }
+    for (path, text) in &files {
+        put(path, text).map_err(|source| ExportError::File { path: path.display().to_string(), source })?;
+    }
+    Ok(files.into_iter().map(|(path, _)| path).collect())
+}
+
+/// Reads a DAVE-ML file back and evaluates its check cases.
+fn verify(path: &Path, text: &str) -> Result<(), ExportError> {
+    let wrong = |reason: String| ExportError::Check { path: path.display().to_string(), reason };
+    let read = DaveMl::parse(text).map_err(|error| wrong(error.to_string()))?;
+    let results = read.check().map_err(|error| wrong(error.to_string()))?;
+    match results.iter().find(|result| !result.passed()) {
+        Some(result) => Err(wrong(format!(
+            "check case '{}': {} is {:e}, not {:e}",
+            result.case, result.signal, result.found, result.expected
+        ))),
+        None if results.is_empty() => Err(wrong("it has no check cases".to_owned())),
+        None => Ok(()),
+    }
+}
+
+/// Writes a file whole or not at all.
+fn put(path: &Path, text: &str) -> std::io::Result<()> {
+    let parent = path.parent().unwrap_or(Path::new("."));
+    std::fs::create_dir_all(parent)?;
+    let mut file = tempfile::NamedTempFile::new_in(parent)?;
+    file.write_all(text.as_bytes())?;
+    file.as_file().sync_all()?;
+    file.persist(path).map(drop).map_err(|error| error.error)
+}

@@ -1,0 +1,239 @@
+//! The identified model: values, errors and the conditions they hold for.
+
+use std::collections::BTreeMap;
+
+use doublet_core::model::{Coefficient, Derivatives, ReferenceGeometry, Term, Variable};
+use nalgebra::DMatrix;
+
+use super::ExportError;
+use crate::run::Snapshot;
+use crate::session::{Preparation, Session};
+use crate::stage::CoefficientFit;
+
+/// A derivative of the model.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parameter {
+    /// Name, for example `Cm_alpha`.
+    pub name: String,
+    /// Term it multiplies.
+    pub term: Term,
+    /// Estimate.
+    pub value: f64,
+    /// Standard error, corrected for coloured residuals.
+    pub standard_error: f64,
+}
+
+/// One coefficient of the model.
+#[derive(Clone, Debug, PartialEq)]
+pub struct IdentifiedCoefficient {
+    /// Coefficient.
+    pub coefficient: Coefficient,
+    /// Its derivatives.
+    pub parameters: Vec<Parameter>,
+    /// Correlation of the derivatives.
+    pub correlation: DMatrix<f64>,
+    /// Windows it was identified from.
+    pub windows: Vec<String>,
+    /// Whether its constant is the mean of one constant per window.
+    pub mean_constant: bool,
+}
+
+/// Everything an export states.
+#[derive(Clone, Debug, PartialEq)]
+pub struct IdentifiedModel {
+    /// Name of the files: the aircraft's, in letters, digits and underscores.
+    pub name: String,
+    /// Aircraft.
+    pub aircraft: String,
+    /// Title of the session.
+    pub title: String,
+    /// Reference area and lengths, and how rates are made dimensionless.
+    pub reference: ReferenceGeometry,
+    /// Point the moments are about, in datum axes (x aft, y right, z up), m.
+    pub moment_reference_datum_m: [f64; 3],
+    /// Whether that point is the mean centre of gravity of the windows, the file naming none.
+    pub about_centre_of_gravity: bool,
+    /// Where the datum axes begin, in words.
+    pub datum: String,
+    /// Mass, kg, centre of gravity in datum axes, m, and `Ixx Iyy Izz Ixz`, kg m², of the session's loading.
+    pub mass_kg: f64,
+    /// Centre of gravity.
+    pub cg_datum_m: [f64; 3],
+    /// Moments `Ixx Iyy Izz` and product `Ixz`, kg m².
+    pub inertia_kg_m2: [f64; 4],
+    /// Whether the effect of thrust is inside the coefficients.
+    pub thrust_included: bool,
+    /// Time constant of the lag between recorded and acting deflection, s.
+    pub actuator_lag_s: f64,
+    /// Coefficients.
+    pub coefficients: Vec<IdentifiedCoefficient>,
+    /// Least and greatest value of each variable in the windows identified.
+    pub ranges: Ranges,
+}
+
+impl IdentifiedModel {
+    /// The model of the pooled estimate.
+    ///
+    /// Where each window had its own constant the exported one is their mean weighted by samples, its error and correlation
+    /// following linearly. Standard errors are the corrected ones, correlations those of the regressors.
+    ///
+    /// # Errors
+    /// [`ExportError::NoModel`] with what is missing or failed.
+    pub fn new(session: &Session, snapshot: &Snapshot) -> Result<Self, ExportError> {
+        let refuse = |reason: String| ExportError::NoModel(reason);
+        let pooled = snapshot.pooled.ready().filter(|pooled| !pooled.fits.is_empty());
+        let pooled = pooled.ok_or_else(|| {
+            refuse("there is no pooled estimate to export: mark at least one window as identification".into())
+        })?;
+        let loaded = snapshot.aircraft.ready().ok_or_else(|| refuse("the aircraft could not be read".into()))?;
+        let data = crate::stage::aircraft_data(loaded.clone(), session.loading.as_ref()).map_err(refuse)?;
+        let coefficients = pooled
+            .fits
+            .iter()
+            .map(|fit| identified(fit, session.structure.terms(fit.coefficient).unwrap_or_default()))
+            .collect::<Result<Vec<_>, _>>()?;
+        let (ranges, mean_cg) = conditions(&coefficients, snapshot);
+        let stated = loaded.aircraft.moment_reference_from_datum_m;
+        let Preparation { remove_thrust, actuator_lag_s, .. } = session.preparation;
+        Ok(Self {
+            name: file_name(&loaded.aircraft.name),
+            aircraft: loaded.aircraft.name.clone(),
+            title: session.title.clone(),
+            reference: data.reference,
+            moment_reference_datum_m: stated.or(mean_cg).unwrap_or(data.inertia.cg_datum_m),
+            about_centre_of_gravity: stated.is_none(),
+            datum: loaded.aircraft.datum.clone(),
+            mass_kg: data.inertia.mass_kg,
+            cg_datum_m: data.inertia.cg_datum_m,
+            inertia_kg_m2: [
+                data.inertia.ixx_kg_m2,
+                data.inertia.iyy_kg_m2,
+                data.inertia.izz_kg_m2,
+                data.inertia.ixz_kg_m2,
+            ],
+            thrust_included: !remove_thrust,
+            actuator_lag_s,
+            coefficients,
+            ranges,
+        })
+    }
+
+    /// The derivatives, to evaluate.
+    pub fn derivatives(&self) -> Derivatives {
+        let each = |c: &IdentifiedCoefficient| {
+            let coefficient = c.coefficient;
+            c.parameters.iter().map(move |p| (coefficient, p.term.clone(), p.value)).collect::<Vec<_>>()
+        };
+        self.coefficients.iter().flat_map(each).collect()
+    }
+
+    /// Variables the model depends on, in their order.
+    pub fn variables(&self) -> Vec<Variable> {
+        let derivatives = self.derivatives();
+        Variable::ALL.iter().copied().filter(|&variable| derivatives.term_of(variable).is_some()).collect()
+    }
+}
+
+/// An exported parameter as a sum of estimated ones: a constant of one window enters by its share of the samples.
+struct Row {
+    name: String,
+    term: Term,
+    /// Index of an estimated parameter and its factor.
+    shares: Vec<(usize, f64)>,
+}
+
+/// Least and greatest value of variables.
+pub type Ranges = BTreeMap<Variable, (f64, f64)>;
+
+/// One fit as part of a model.
+fn identified(fit: &CoefficientFit, terms: &[Term]) -> Result<IdentifiedCoefficient, ExportError> {
+    let name = fit.coefficient.name();
+    let refuse = |error: &String| ExportError::NoModel(format!("{name} has no estimate: {error}"));
+    let estimate = fit.fit.as_ref().map_err(refuse)?;
+    let total: usize = fit.windows.iter().map(|(_, samples)| samples).sum();
+    let constant = Term::constant().derivative_name(fit.coefficient);
+    let mut rows: Vec<Row> = Vec::new();
+    for (column, estimated) in estimate.names.iter().enumerate() {
+        let of_window = estimated.strip_prefix(&constant).and_then(|rest| rest.strip_prefix('[')?.strip_suffix(']'));
+        let Some(window) = of_window else {
+            let term = terms.iter().find(|term| term.derivative_name(fit.coefficient) == *estimated).cloned();
+            let term = term.ok_or_else(|| ExportError::NoModel(format!("{name}: '{estimated}' has no term")))?;
+            rows.push(Row { name: estimated.clone(), term, shares: vec![(column, 1.0)] });
+            continue;
+        };
+        let samples = fit.windows.iter().find(|(name, _)| name == window).map_or(0, |(_, samples)| *samples);
+        let share = (column, samples as f64 / total.max(1) as f64);
+        match rows.iter_mut().find(|row| row.name == constant) {
+            Some(row) => row.shares.push(share),
+            None => rows.push(Row { name: constant.clone(), term: Term::constant(), shares: vec![share] }),
+        }
+    }
+    let transform = DMatrix::from_fn(rows.len(), estimate.parameters(), |row, column| {
+        rows[row].shares.iter().filter(|(index, _)| *index == column).map(|(_, share)| share).sum()
+    });
+    let errors = DMatrix::from_diagonal(&nalgebra::DVector::from_column_slice(&fit.corrected_errors));
+    let covariance = &transform * &errors * &estimate.correlation * &errors * transform.transpose();
+    let sigma: Vec<f64> = covariance.diagonal().iter().map(|variance| variance.max(0.0).sqrt()).collect();
+    let correlation = DMatrix::from_fn(rows.len(), rows.len(), |i, j| {
+        if i == j { 1.0 } else { (covariance[(i, j)] / (sigma[i] * sigma[j])).clamp(-1.0, 1.0) }
+    });
+    let mean_constant = rows.iter().any(|row| row.shares.len() > 1);
+    let parameters = rows.into_iter().zip(&sigma).map(|(Row { name, term, shares }, &standard_error)| Parameter {
+        name,
+        term,
+        value: shares.iter().map(|&(column, share)| share * estimate.estimates[column]).sum(),
+        standard_error,
+    });
+    Ok(IdentifiedCoefficient {
+        coefficient: fit.coefficient,
+        parameters: parameters.collect(),
+        correlation,
+        windows: fit.windows.iter().map(|(name, _)| name.clone()).collect(),
+        mean_constant,
+    })
+}
+
+/// Ranges of the variables over the windows each coefficient was identified from, and the mean centre of gravity there.
+fn conditions(coefficients: &[IdentifiedCoefficient], snapshot: &Snapshot) -> (Ranges, Option<[f64; 3]>) {
+    let mut ranges = Ranges::new();
+    let mut seen: BTreeMap<&str, ([f64; 3], usize)> = BTreeMap::new();
+    for coefficient in coefficients {
+        for window in &coefficient.windows {
+            let Some(aero) = snapshot.windows.get(window).and_then(|results| results.aero.ready()) else { continue };
+            let used = |variable: &Variable| {
+                *variable == Variable::Airspeed
+                    || coefficient.parameters.iter().any(|p| p.term.factors().iter().any(|(v, _)| v == variable))
+            };
+            for (&variable, column) in aero.variables.columns.iter().filter(|(variable, _)| used(variable)) {
+                let range = ranges.entry(variable).or_insert((f64::INFINITY, f64::NEG_INFINITY));
+                for value in column {
+                    *range = (range.0.min(*value), range.1.max(*value));
+                }
+            }
+            let samples = aero.data.time_s.len();
+            let (sum, count) = (0..samples).fold(([0.0; 3], 0), |(sum, count), k| {
+                let cg = aero.data.inertia.at(k).cg_datum_m;
+                (std::array::from_fn(|i| sum[i] + cg[i]), count + 1)
+            });
+            seen.insert(window, (sum, count));
+        }
+    }
+    let count: usize = seen.values().map(|(_, count)| count).sum();
+    let sum = |axis: usize| seen.values().map(|(sum, _)| sum[axis]).sum::<f64>();
+    let mean = (count > 0).then(|| std::array::from_fn(|axis| sum(axis) / count as f64));
+    (ranges, mean)
+}
+
+/// Letters, digits and underscores of a name.
+fn file_name(name: &str) -> String {
+    let mut result = String::new();
+    for c in name.chars() {
+        if c.is_ascii_alphanumeric() {
+            result.push(c);
+        } else if !result.ends_with('_') && !result.is_empty() {
+            result.push('_');
+        }
+    }
+    let trimmed = result.trim_end_matches('_');
+    if trimmed.is_empty() { "model".to_owned() } else { trimmed.to_owned() }
+}

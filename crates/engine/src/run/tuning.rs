@@ -1,0 +1,93 @@
+//! Settings that the measurements themselves propose: noise and delays. Nothing is applied.
+
+use std::ops::ControlFlow;
+
+use doublet_core::reconstruct::delay::{DelayEstimate, comparable, refine_delay};
+use doublet_core::reconstruct::noise::{
+    Likelihood, NoiseProgress, NoiseProposal, NoiseProposalError, NoiseProposalSettings, likelihood, propose_noise,
+    without_outliers,
+};
+use doublet_core::reconstruct::{
+    FilterData, FilterSettings, MEASUREMENTS, Measurement, ReconstructError, ValidSettings, lane_groups,
+    reconstruct_many,
+};
+use rayon::prelude::*;
+
+use super::Control;
+use crate::stage::WindowPath;
+
+/// Noise settings that make the measurements of these windows most likely; `progress` hears of every step.
+///
+/// # Errors
+/// One line: no windows, what stops the filter, cancellation.
+pub fn tune_noise(
+    paths: &[&WindowPath],
+    settings: &FilterSettings,
+    search: &NoiseProposalSettings,
+    control: &Control,
+    progress: &(dyn Fn(NoiseProgress) + Sync),
+) -> Result<NoiseProposal, String> {
+    if paths.is_empty() {
+        return Err("no window to tell the noise from: choose windows that the filter can run on".to_owned());
+    }
+    let mut outliers = [0; MEASUREMENTS];
+    let mut clean = Vec::new();
+    for path in paths {
+        let (data, found) = without_outliers(&path.data, &path.reconstruction, settings);
+        clean.push(data);
+        outliers.iter_mut().zip(found).for_each(|(sum, count)| *sum += count);
+    }
+    let groups = grouped(&clean);
+    let mut evaluate = |settings: &ValidSettings| {
+        let of_group = |group: &Vec<&FilterData>| likelihood(group, settings, &mut |_| verdict(control));
+        let parts = groups.par_iter().map(of_group).collect::<Result<Vec<_>, NoiseProposalError>>()?;
+        let mut sum = Likelihood::default();
+        parts.iter().for_each(|part| sum.add(part));
+        Ok(sum)
+    };
+    let mut step = |at| {
+        progress(at);
+        verdict(control)
+    };
+    propose_noise(settings, search, outliers, &mut evaluate, &mut step).map_err(|error| error.to_string())
+}
+
+/// The common delay of some measurements that makes all measurements of these windows most likely, searched within `range_s`
+/// of its present setting.
+///
+/// # Errors
+/// One line: no windows, what stops the filter, no maximum within the range, cancellation.
+pub fn tune_delay(
+    paths: &[&WindowPath],
+    settings: &FilterSettings,
+    measurements: &[Measurement],
+    range_s: f64,
+    control: &Control,
+) -> Result<DelayEstimate, String> {
+    let is_measured = |m: &Measurement| paths.iter().any(|path| !path.missing.contains(m));
+    if let Some(missing) = measurements.iter().find(|m| !is_measured(m)) {
+        return Err(format!("{} is not measured in any window: its delay cannot be told", missing.name()));
+    }
+    let settings = FilterSettings { smooth: false, ..settings.clone() };
+    let whole: Vec<FilterData> =
+        paths.iter().map(|path| comparable(&path.data, measurements, &settings, range_s)).collect();
+    let groups = grouped(&whole);
+    let mut evaluate = |settings: &ValidSettings| {
+        let of_group = |group: &Vec<&FilterData>| -> Result<f64, ReconstructError> {
+            let results = reconstruct_many(group, settings, &mut |_| verdict(control));
+            results.into_iter().map(|result| Ok(result?.log_likelihood)).sum()
+        };
+        Ok(groups.par_iter().map(of_group).collect::<Result<Vec<_>, _>>()?.iter().sum())
+    };
+    refine_delay(&settings, measurements, range_s, &mut evaluate).map_err(|error| error.to_string())
+}
+
+fn verdict(control: &Control) -> ControlFlow<()> {
+    if control.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+}
+
+/// Windows in groups that run side by side.
+fn grouped(data: &[FilterData]) -> Vec<Vec<&FilterData>> {
+    let all: Vec<&FilterData> = data.iter().collect();
+    lane_groups(&all).into_iter().map(|group| group.into_iter().map(|k| all[k]).collect()).collect()
+}

@@ -1,0 +1,273 @@
+//! Proof of match: windows flown again by the identified model from the recorded controls, judged against tolerances.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use doublet_core::model::{Coefficient, Derivatives, Structure, Term, regressors};
+use doublet_core::reconstruct::{STATES, State};
+use doublet_core::replay::{Replay, Response, Start};
+use doublet_core::series::Series;
+use doublet_core::validate::{Histories, Signal, TestResult, Theil, judge, theil};
+
+use super::aero::{WindowAero, states_of};
+use super::fit::{PooledFits, constant_name};
+use super::path::WindowPath;
+use super::tolerances::Tolerances;
+use crate::graph::Footprint;
+use crate::session::{Manoeuvre, Preparation, Session};
+
+/// One window flown again.
+#[derive(Clone, Debug)]
+pub struct WindowReplay {
+    /// Motion as reconstructed from the measurements.
+    pub measured: Histories,
+    /// Motion of the model.
+    pub simulated: Histories,
+    /// The same columns, shared, to draw; in the order of [`Signal::ALL`].
+    pub series: Vec<ReplaySeries>,
+    /// Theil's coefficient of each signal, of the changes from the start.
+    pub theil: Vec<(Signal, Theil)>,
+    /// Tests of the tolerance file that apply.
+    pub tests: Vec<TestResult>,
+}
+
+/// One signal to draw.
+#[derive(Clone, Debug)]
+pub struct ReplaySeries {
+    /// Signal.
+    pub signal: Signal,
+    /// As reconstructed.
+    pub measured: Series,
+    /// Of the model.
+    pub simulated: Series,
+    /// Half of the half width of the widest tolerance band about the measurement, where a test has one: plots draw plus and minus
+    /// twice it.
+    pub half_band: Option<Arc<[f64]>>,
+}
+
+/// All windows flown again: the replay, or one line why there is none.
+#[derive(Clone, Debug, Default)]
+pub struct ProofOfMatch {
+    /// Name of the tolerances.
+    pub tolerances: String,
+    /// Window and replay, in the order of the session.
+    pub windows: Vec<(String, Result<Arc<WindowReplay>, String>)>,
+}
+
+impl Footprint for ProofOfMatch {
+    fn bytes(&self) -> usize {
+        let samples = |replay: &Arc<WindowReplay>| replay.measured.time_s.len() * (4 * Signal::ALL.len() + 8) * 8;
+        self.windows.iter().filter_map(|(_, replay)| replay.as_ref().ok()).map(samples).sum::<usize>() + 256
+    }
+}
+
+impl ProofOfMatch {
+    /// The same flights judged by other tolerances.
+    #[must_use]
+    pub fn judged_by(&self, session: &Session, tolerances: &Tolerances) -> Self {
+        let one = |(name, replay): &(String, Result<Arc<WindowReplay>, String>)| {
+            let judged = |replay: &Arc<WindowReplay>| {
+                let tests = session.window(name).map(|window| tolerances.tests(window)).unwrap_or_default();
+                let (measured, simulated) = (&replay.measured, &replay.simulated);
+                let tests: Vec<_> = tests.into_iter().map(|test| judge(test, measured, simulated)).collect();
+                let series = series(measured, simulated, &tests);
+                Arc::new(WindowReplay { tests, series, ..WindowReplay::clone(replay) })
+            };
+            (name.clone(), replay.as_ref().map(judged).map_err(Clone::clone))
+        };
+        Self { tolerances: tolerances.name.clone(), windows: self.windows.iter().map(one).collect() }
+    }
+
+    /// The replay of a window.
+    pub fn window(&self, name: &str) -> Option<&Result<Arc<WindowReplay>, String>> {
+        self.windows.iter().find(|(window, _)| window == name).map(|(_, replay)| replay)
+    }
+}
+
+/// What a window brings to its replay.
+#[derive(Clone, Copy)]
+pub struct ReplayWindow<'a> {
+    /// The window.
+    pub manoeuvre: &'a Manoeuvre,
+    /// Its reconstructed path.
+    pub path: &'a WindowPath,
+    /// Its coefficients and the columns they were formed from.
+    pub aero: &'a WindowAero,
+}
+
+/// Derivatives of the pooled estimate, with the constants of a window: its own where it was identified, else those that leave no
+/// mean residual in its coefficients, so that the replay tests derivatives, not trim.
+///
+/// # Errors
+/// One line that names the coefficient or term without an estimate.
+pub fn model_of_window(
+    pooled: &PooledFits,
+    structure: &Structure,
+    window: &ReplayWindow<'_>,
+) -> Result<Derivatives, String> {
+    let mut entries = Vec::new();
+    for (coefficient, terms) in &structure.models {
+        let name = coefficient.name();
+        let fit = pooled.fits.iter().find(|fit| fit.coefficient == *coefficient);
+        let fit =
+            fit.ok_or_else(|| format!("{name} has no estimate: mark a window that tells about it as identification"))?;
+        let estimate = fit.fit.as_ref().map_err(|error| format!("{name} has no estimate: {error}"))?;
+        let mut unexplained: Option<f64> = None;
+        for term in terms {
+            let derivative = term.derivative_name(*coefficient);
+            let own = constant_name(&derivative, &window.manoeuvre.name);
+            match estimate.parameter(&derivative).or_else(|| estimate.parameter(&own)) {
+                Some((value, _)) => entries.push((*coefficient, term.clone(), value)),
+                None if term.is_constant() => unexplained = Some(0.0),
+                None => return Err(format!("{derivative} has no estimate")),
+            }
+        }
+        if unexplained.is_some() {
+            let known = entries.iter().filter(|(other, ..)| other == coefficient);
+            let offset = mean_residual(*coefficient, known.map(|(_, term, value)| (term, *value)), window.aero)?;
+            entries.push((*coefficient, Term::constant(), offset));
+        }
+    }
+    Ok(entries.into_iter().collect())
+}
+
+/// Mean of the observed coefficient less the sum of derivative times term.
+fn mean_residual<'a>(
+    coefficient: Coefficient,
+    known: impl Iterator<Item = (&'a Term, f64)>,
+    aero: &WindowAero,
+) -> Result<f64, String> {
+    let observed = aero.coefficients.get(coefficient);
+    let mut sum: f64 = observed.iter().sum();
+    for (term, value) in known {
+        let column = regressors(std::slice::from_ref(term), &aero.variables).map_err(|error| error.to_string())?;
+        sum -= value * column.sum();
+    }
+    Ok(sum / observed.len() as f64)
+}
+
+/// Flies a window with `model` from its reconstructed start, in its reconstructed wind, with its recorded controls, thrust and
+/// loading, and judges it.
+///
+/// # Errors
+/// One line: a path that was not smoothed, a model that cannot fly, a motion that diverges.
+pub fn replay(
+    window: &ReplayWindow<'_>,
+    model: &Derivatives,
+    preparation: &Preparation,
+    gravity_m_s2: f64,
+    tolerances: &Tolerances,
+) -> Result<WindowReplay, String> {
+    let ReplayWindow { manoeuvre, path, aero } = window;
+    let states = states_of(&path.reconstruction, preparation.path)?;
+    // Coefficients begin where the filter has settled.
+    let begins_s = aero.data.time_s.first().copied().unwrap_or(f64::NAN);
+    let first = path.data.inputs.time_s.partition_point(|&time| time < begins_s);
+    let column = |state: State| states[state as usize][first..].to_vec();
+    let wind = [State::WindNorth, State::WindEast, State::WindDown].map(column);
+    let replay = Replay::new(&aero.data, &aero.settings, &wind, gravity_m_s2).map_err(|error| error.to_string())?;
+    let start = start(states, first, aero);
+    let response = replay.fly(model, &start).map_err(|error| error.to_string())?;
+    let measured = measured(states, first, aero);
+    let simulated = simulated(&response);
+    let tests = tolerances.tests(manoeuvre).into_iter();
+    let tests: Vec<_> = tests.map(|test| judge(test, &measured, &simulated)).collect();
+    let theil = Signal::ALL.map(|signal| {
+        let from_start = |values: &[f64]| -> Vec<f64> { values.iter().map(|v| v - measured.get(signal)[0]).collect() };
+        (signal, theil(&from_start(measured.get(signal)), &from_start(simulated.get(signal))))
+    });
+    let series = series(&measured, &simulated, &tests);
+    Ok(WindowReplay { measured, simulated, series, theil: theil.into(), tests })
+}
+
+/// Columns shared for drawing, with the bands of the tests.
+fn series(measured: &Histories, simulated: &Histories, tests: &[TestResult]) -> Vec<ReplaySeries> {
+    let time_s: Arc<[f64]> = measured.time_s.as_slice().into();
+    let share = |values: &[f64]| Series { time_s: Arc::clone(&time_s), values: values.into() };
+    let bands = bands(tests);
+    let one = |signal: Signal| ReplaySeries {
+        signal,
+        measured: share(measured.get(signal)),
+        simulated: share(simulated.get(signal)),
+        half_band: bands.get(&signal).map(|widths| widths.iter().map(|width| 0.5 * width).collect()),
+    };
+    Signal::ALL.map(one).into()
+}
+
+fn start(states: &[Vec<f64>; STATES], first: usize, aero: &WindowAero) -> Start {
+    let at = |state: State| states[state as usize][first];
+    Start {
+        position_ned_m: [State::PositionNorth, State::PositionEast, State::PositionDown].map(at),
+        air_velocity_body_m_s: [State::VelocityU, State::VelocityV, State::VelocityW].map(at),
+        euler_rad: [State::BankAngle, State::PitchAngle, State::HeadingAngle].map(at),
+        rates_rad_s: aero.data.rates_rad_s.each_ref().map(|column| column[0]),
+    }
+}
+
+/// The reconstructed motion.
+fn measured(states: &[Vec<f64>; STATES], first: usize, aero: &WindowAero) -> Histories {
+    let state = |state: State| states[state as usize][first..].to_vec();
+    let negated = |values: &[f64]| values.iter().map(|value| -value).collect::<Vec<_>>();
+    let data = &aero.data;
+    let column = |signal: Signal| match signal {
+        Signal::Airspeed => data.airspeed_m_s.clone(),
+        Signal::Altitude => negated(&state(State::PositionDown)),
+        Signal::AngleOfAttack => data.alpha_rad.clone(),
+        Signal::Sideslip => data.beta_rad.clone(),
+        Signal::BankAngle => state(State::BankAngle),
+        Signal::PitchAngle => state(State::PitchAngle),
+        Signal::HeadingAngle => state(State::HeadingAngle),
+        Signal::RollRate => data.rates_rad_s[0].clone(),
+        Signal::PitchRate => data.rates_rad_s[1].clone(),
+        Signal::YawRate => data.rates_rad_s[2].clone(),
+        Signal::SpecificForceX => data.specific_force_m_s2[0].clone(),
+        Signal::SpecificForceY => data.specific_force_m_s2[1].clone(),
+        Signal::NormalAcceleration => negated(&data.specific_force_m_s2[2]),
+    };
+    let mut histories = Histories { time_s: data.time_s.clone(), columns: Signal::ALL.map(column) };
+    unwrap(&mut histories.columns[Signal::HeadingAngle as usize]);
+    histories
+}
+
+/// The motion of the model, its heading on the same turn as the measured one, since both start alike.
+fn simulated(response: &Response) -> Histories {
+    let negated = |values: &[f64]| values.iter().map(|value| -value).collect::<Vec<_>>();
+    let [ax, ay, az] = &response.specific_force_m_s2;
+    let [phi, theta, psi] = &response.euler_rad;
+    let [p, q, r] = &response.rates_rad_s;
+    let column = |signal: Signal| match signal {
+        Signal::Airspeed => response.airspeed_m_s.clone(),
+        Signal::Altitude => negated(&response.position_ned_m[2]),
+        Signal::AngleOfAttack => response.alpha_rad.clone(),
+        Signal::Sideslip => response.beta_rad.clone(),
+        Signal::BankAngle => phi.clone(),
+        Signal::PitchAngle => theta.clone(),
+        Signal::HeadingAngle => psi.clone(),
+        Signal::RollRate => p.clone(),
+        Signal::PitchRate => q.clone(),
+        Signal::YawRate => r.clone(),
+        Signal::SpecificForceX => ax.clone(),
+        Signal::SpecificForceY => ay.clone(),
+        Signal::NormalAcceleration => negated(az),
+    };
+    Histories { time_s: response.time_s.clone(), columns: Signal::ALL.map(column) }
+}
+
+/// Takes the jumps out of an angle, its first value brought to (-pi, pi].
+fn unwrap(angle_rad: &mut [f64]) {
+    let mut before = 0.0;
+    for value in angle_rad {
+        *value += ((before - *value) / std::f64::consts::TAU).round() * std::f64::consts::TAU;
+        before = *value;
+    }
+}
+
+/// The widest half width of the tests' bands at each sample, by signal, SI.
+pub fn bands(tests: &[TestResult]) -> BTreeMap<Signal, Vec<f64>> {
+    let mut bands: BTreeMap<Signal, Vec<f64>> = BTreeMap::new();
+    for band in tests.iter().flat_map(|test| &test.requirements).flatten() {
+        let widest = bands.entry(band.tolerance.signal).or_insert_with(|| band.half_width.clone());
+        widest.iter_mut().zip(&band.half_width).for_each(|(widest, width)| *widest = widest.max(*width));
+    }
+    bands
+}

@@ -1,0 +1,208 @@
+//! Proof of match: a validation window as measured and as the identified model flies it, with tolerance bands, pass or fail.
+
+use doublet_core::validate::{BandResult, TestResult};
+use doublet_engine::stage::{ProofOfMatch, WindowReplay};
+use eframe::egui::{self, RichText, Ui};
+use egui_extras::{Column, TableBuilder};
+
+use super::{Panel, PanelContext, View, choices, empty, trouble};
+use crate::notation;
+use crate::theme;
+use crate::widgets::time_plot::{PlotCache, TimePlot, Trace, TraceStyle};
+
+/// What is looked at.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Aspect {
+    #[default]
+    Bands,
+    Signals,
+    Theil,
+    Tests,
+}
+
+/// The panel.
+#[derive(Default)]
+pub struct Match {
+    aspect: Aspect,
+    cache: PlotCache,
+}
+
+impl Panel for Match {
+    fn show(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
+        let all = [
+            (Aspect::Bands, "Bands"),
+            (Aspect::Signals, "All signals"),
+            (Aspect::Theil, "Theil"),
+            (Aspect::Tests, "All tests"),
+        ];
+        choices(ui, &mut self.aspect, &all);
+        let slot = &ctx.snapshot.proof;
+        trouble(ui, slot.error());
+        let stale = slot.is_stale();
+        let Some(proof) = slot.latest() else { return empty(ui, "No window was flown again yet.") };
+        if self.aspect == Aspect::Tests {
+            return tests(ctx, proof, stale, ui);
+        }
+        let Some(name) = ctx.window().map(|window| &window.name) else { return empty(ui, "Choose a window.") };
+        let replay = match proof.window(name) {
+            None => {
+                return empty(
+                    ui,
+                    "Validation windows are flown again by the model: choose one, or make this one a validation window.",
+                );
+            }
+            Some(Err(error)) => return trouble(ui, Some(error)),
+            Some(Ok(replay)) => replay.clone(),
+        };
+        for test in &replay.tests {
+            verdict(test, ui);
+        }
+        if replay.tests.is_empty() {
+            ui.weak(format!("No test of {} applies to this window.", proof.tolerances));
+        }
+        if self.aspect == Aspect::Theil {
+            return theil(&replay, stale, ui);
+        }
+        self.plots(ctx, &replay, stale, ui);
+    }
+}
+
+impl Match {
+    /// Measured with its band, simulated on top.
+    fn plots(&mut self, ctx: &mut PanelContext<'_>, replay: &WindowReplay, stale: bool, ui: &mut Ui) {
+        let colors = theme::palette(ui).series;
+        let shown = |half_band: bool| half_band || self.aspect == Aspect::Signals;
+        let signals = replay.series.iter().filter(|series| shown(series.half_band.is_some()));
+        let plots: Vec<_> = signals
+            .map(|series| {
+                let (unit, scale) = notation::unit(series.signal.dimension());
+                let measured = Trace {
+                    scale,
+                    stale,
+                    sigma: series.half_band.as_ref(),
+                    style: TraceStyle::Dashed,
+                    ..Trace::new("measured", &series.measured, colors[1])
+                };
+                let simulated = Trace { scale, stale, ..Trace::new("simulated", &series.simulated, colors[0]) };
+                TimePlot::new(series.signal.name(), unit, vec![measured, simulated])
+            })
+            .collect();
+        if plots.is_empty() {
+            return empty(ui, "No test gives this window a band: look at all signals.");
+        }
+        ctx.stack(ui, "match", View::Window, &mut self.cache, &plots, &[]);
+    }
+}
+
+/// One test in one line: its bands and how much of each is used.
+fn verdict(test: &TestResult, ui: &mut Ui) {
+    let palette = theme::palette(ui);
+    ui.horizontal_wrapped(|ui| {
+        let (text, color) = if test.passed() { ("pass", palette.good) } else { ("fail", palette.error) };
+        ui.label(RichText::new(text).strong().color(color));
+        ui.strong(format!("{} {}", test.id, test.name));
+        let choices: Vec<_> =
+            test.requirements.iter().map(|bands| bands.iter().map(used).collect::<Vec<_>>().join(" or ")).collect();
+        ui.add(egui::Label::new(choices.join(", and ")).wrap())
+            .on_hover_text("Largest difference as a part of the tolerance: up to 100 % is inside.");
+    });
+}
+
+fn used(band: &BandResult) -> String {
+    format!("{} {} %", band.tolerance.signal.name(), notation::fixed(100.0 * band.worst_ratio, 0))
+}
+
+/// Theil's coefficient of every signal and what its error is made of.
+fn theil(replay: &WindowReplay, stale: bool, ui: &mut Ui) {
+    if stale {
+        ui.multiply_opacity(0.45);
+    }
+    let figures = theme::figures(ui);
+    TableBuilder::new(ui)
+        .id_salt("theil")
+        .striped(true)
+        .auto_shrink(false)
+        .cell_layout(egui::Layout::left_to_right(egui::Align::Center))
+        .column(Column::remainder().at_least(120.0).clip(true))
+        .columns(Column::exact(86.0), 4)
+        .header(20.0, |mut header| {
+            for title in ["Signal", "Theil U", "Bias", "Variance", "Covariance"] {
+                header.col(|ui| {
+                    ui.weak(title);
+                });
+            }
+        })
+        .body(|body| {
+            body.rows(20.0, replay.theil.len(), |mut row| {
+                let (signal, theil) = &replay.theil[row.index()];
+                row.col(|ui| {
+                    ui.label(signal.name()).on_hover_text(signal.description());
+                });
+                for value in [theil.coefficient, theil.bias, theil.variance, theil.covariance] {
+                    row.col(|ui| {
+                        ui.label(RichText::new(notation::fixed(value, 3)).font(figures.clone()));
+                    });
+                }
+            });
+        });
+}
+
+/// Every test of every window; a click chooses the window.
+fn tests(ctx: &mut PanelContext<'_>, proof: &ProofOfMatch, stale: bool, ui: &mut Ui) {
+    let palette = theme::palette(ui);
+    ui.weak(&proof.tolerances);
+    let rows: Vec<(&str, Option<&TestResult>, Option<&str>)> = proof
+        .windows
+        .iter()
+        .flat_map(|(window, replay)| match replay {
+            Ok(replay) => replay.tests.iter().map(|test| (window.as_str(), Some(test), None)).collect(),
+            Err(error) => vec![(window.as_str(), None, Some(error.as_str()))],
+        })
+        .collect();
+    if rows.is_empty() {
+        return empty(ui, "No validation window has a test: mark one as validation and give it a surface.");
+    }
+    if stale {
+        ui.multiply_opacity(0.45);
+    }
+    TableBuilder::new(ui)
+        .id_salt("tests")
+        .striped(true)
+        .auto_shrink(false)
+        .cell_layout(egui::Layout::left_to_right(egui::Align::Center))
+        .column(Column::exact(170.0).clip(true))
+        .column(Column::exact(180.0).clip(true))
+        .column(Column::exact(56.0))
+        .column(Column::remainder().clip(true))
+        .header(20.0, |mut header| {
+            for title in ["Window", "Test", "", "Part of the tolerance used"] {
+                header.col(|ui| {
+                    ui.weak(title);
+                });
+            }
+        })
+        .body(|body| {
+            body.rows(20.0, rows.len(), |mut row| {
+                let (window, test, error) = rows[row.index()];
+                row.col(|ui| {
+                    if ui.add(egui::Label::new(window).truncate().sense(egui::Sense::click())).clicked() {
+                        ctx.choose(window);
+                    }
+                });
+                row.col(|ui| {
+                    ui.label(test.map(|test| format!("{} {}", test.id, test.name)).unwrap_or_default());
+                });
+                row.col(|ui| {
+                    let passed = test.is_some_and(TestResult::passed);
+                    let (text, color) = if passed { ("pass", palette.good) } else { ("fail", palette.error) };
+                    ui.label(RichText::new(text).strong().color(color));
+                });
+                row.col(|ui| {
+                    let used =
+                        |test: &TestResult| test.requirements.iter().flatten().map(used).collect::<Vec<_>>().join("  ");
+                    let text = error.map_or_else(|| test.map(used).unwrap_or_default(), str::to_owned);
+                    ui.label(text);
+                });
+            });
+        });
+}
