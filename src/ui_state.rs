@@ -120,7 +120,7 @@ pub fn default_layout() -> Tree<Pane> {
     };
     let flight = tabs(&[Pane::Flight, Pane::GroundTrack]);
     let plots = tabs(&[Pane::Reconstruction, Pane::Innovations, Pane::Fits, Pane::Match, Pane::Propulsion]);
-    let settings = tabs(&[Pane::Manoeuvres, Pane::Noise, Pane::Model, Pane::Loading]);
+    let settings = tabs(&[Pane::Manoeuvres, Pane::Preprocess, Pane::Noise, Pane::Model, Pane::Loading]);
     let results = tabs(&[Pane::Derivatives, Pane::Correlation, Pane::Sensitivity, Pane::Log, Pane::Shortcuts]);
     let left = Linear::new_binary(LinearDir::Vertical, [flight, plots], 0.5);
     let left = tiles.insert_container(left);

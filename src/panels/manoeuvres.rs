@@ -7,6 +7,7 @@ use doublet_engine::session::{Edit, Manoeuvre, Surface, WindowEdit, WindowRole};
 use eframe::egui::{self, ComboBox, FontId, Galley, RichText, TextEdit, Ui};
 use egui_extras::{Column, TableBuilder, TableRow};
 
+use super::proposals::{proposals, thumbnails};
 use super::{Panel, PanelContext, role_color};
 use crate::command::{EditCommand, UiCommand};
 use crate::notation;
@@ -47,6 +48,8 @@ impl Panel for Manoeuvres {
             let used = ctx.session.windows.iter().filter(|window| window.role == WindowRole::Identification).count();
             ui.weak(format!("{} in all, {used} for identification", ctx.session.windows.len()));
         });
+        proposals(ctx, ui);
+        thumbnails(ctx, ui);
         ui.add_space(2.0);
         let session = ctx.session;
         let several = session.flights.len() > 1;

@@ -16,6 +16,8 @@ mod match_panel;
 mod model;
 mod noise;
 mod over_windows;
+mod preprocess;
+mod proposals;
 mod propulsion;
 mod reconstruction;
 mod residuals;
@@ -50,6 +52,8 @@ pub enum Pane {
     GroundTrack,
     /// The windows.
     Manoeuvres,
+    /// Smoothing, resampling, clocks, steady windows.
+    Preprocess,
     /// Settings of the filter.
     Noise,
     /// States and measurements of the chosen window.
@@ -84,6 +88,7 @@ impl Pane {
         Self::Flight,
         Self::GroundTrack,
         Self::Manoeuvres,
+        Self::Preprocess,
         Self::Noise,
         Self::Reconstruction,
         Self::Innovations,
@@ -105,6 +110,7 @@ impl Pane {
             Self::Flight => "Flight",
             Self::GroundTrack => "Ground track",
             Self::Manoeuvres => "Manoeuvres",
+            Self::Preprocess => "Preprocess",
             Self::Noise => "Noise and filter",
             Self::Reconstruction => "Reconstruction",
             Self::Innovations => "Innovations",
@@ -127,6 +133,7 @@ impl Pane {
             Self::Flight => Box::new(flight::Flight::default()),
             Self::GroundTrack => Box::new(ground_track::GroundTrack),
             Self::Manoeuvres => Box::new(manoeuvres::Manoeuvres::default()),
+            Self::Preprocess => Box::new(preprocess::Preprocess::default()),
             Self::Noise => Box::new(noise::Noise),
             Self::Reconstruction => Box::new(reconstruction::Reconstruction::default()),
             Self::Innovations => Box::new(innovations::Innovations::default()),

@@ -2,7 +2,8 @@
 
 use doublet_core::quantity::Dimension;
 use doublet_core::reconstruct::{FilterSettings, Input, InputHold, Measurement, Method, State};
-use doublet_engine::session::{Edit, EstimationEdit, FilterEdit, PathSource};
+use doublet_engine::session::{Edit, EstimationEdit, FilterEdit, NoiseChannel, NoiseEdit, NoiseEntry, PathSource};
+use doublet_engine::stage::NoiseRow;
 use eframe::egui::{self, CollapsingHeader, Grid, RichText, ScrollArea, Ui};
 
 use super::{Panel, PanelContext, caption, choices, consistency_color};
@@ -24,6 +25,8 @@ struct Row<'a> {
     value: f64,
     usual: f64,
     mark: Option<(f64, &'a str)>,
+    /// What the steady windows of the recording say.
+    recorded: Option<&'a NoiseRow>,
 }
 
 impl Panel for Noise {
@@ -36,7 +39,7 @@ impl Panel for Noise {
             ui.columns(2, |columns| {
                 let ui = &mut columns[0];
                 caption(ui, "Process noise √Q (inertial sensors)");
-                Grid::new("process noise").num_columns(3).spacing([6.0, 3.0]).show(ui, |ui| {
+                Grid::new("process noise").num_columns(4).spacing([6.0, 3.0]).show(ui, |ui| {
                     for input in Input::ALL {
                         let row = Row {
                             name: format!("Q {}", input.name()),
@@ -46,6 +49,7 @@ impl Panel for Noise {
                             value: now.process_noise[input as usize],
                             usual: usual.process_noise[input as usize],
                             mark: None,
+                            recorded: recorded(ctx, NoiseChannel::Input(input)),
                         };
                         row.show(ctx, ui, |value| FilterEdit::ProcessNoise(input, value));
                     }
@@ -108,7 +112,7 @@ fn filter(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
 /// Noise of the measurements, with what the innovations of the chosen window say about each.
 fn measurements(ctx: &mut PanelContext<'_>, ui: &mut Ui, usual: &FilterSettings) {
     let path = ctx.results().and_then(|results| results.path.latest());
-    Grid::new("measurement noise").num_columns(4).spacing([6.0, 3.0]).show(ui, |ui| {
+    Grid::new("measurement noise").num_columns(5).spacing([6.0, 3.0]).show(ui, |ui| {
         for measurement in Measurement::ALL {
             let index = measurement as usize;
             let channels = path.and_then(|path| path.consistency.as_ref()).map(|consistency| &consistency.channels);
@@ -121,6 +125,7 @@ fn measurements(ctx: &mut PanelContext<'_>, ui: &mut Ui, usual: &FilterSettings)
                 value: ctx.session.filter.measurement_noise[index],
                 usual: usual.measurement_noise[index],
                 mark: channel.map(|channel| (channel.deviation_ratio, channel.advice.as_str())),
+                recorded: recorded(ctx, NoiseChannel::Measurement(measurement)),
             };
             row.show(ctx, ui, |value| FilterEdit::MeasurementNoise(measurement, value));
         }
@@ -140,6 +145,7 @@ fn initial(ctx: &mut PanelContext<'_>, ui: &mut Ui, usual: &FilterSettings) {
                     value: ctx.session.filter.initial_deviation[state as usize],
                     usual: usual.initial_deviation[state as usize],
                     mark: None,
+                    recorded: None,
                 };
                 row.show(ctx, ui, |value| FilterEdit::InitialDeviation(state, value));
             }
@@ -156,11 +162,57 @@ fn initial(ctx: &mut PanelContext<'_>, ui: &mut Ui, usual: &FilterSettings) {
                     value: ctx.session.filter.random_walk[*state as usize],
                     usual: usual.random_walk[*state as usize],
                     mark: None,
+                    recorded: None,
                 };
                 row.show(ctx, ui, |value| FilterEdit::RandomWalk(*state, value));
             }
         });
     });
+}
+
+/// What the recording of the chosen flight says about an entry.
+fn recorded<'a>(ctx: &PanelContext<'a>, channel: NoiseChannel) -> Option<&'a NoiseRow> {
+    let noise = ctx.snapshot.noise.get(ctx.selection().flight.as_deref()?)?.latest()?;
+    noise.rows.iter().find(|row| row.channel == channel && row.statistics.is_some())
+}
+
+/// The recorded deviation as a button that takes it, and the reason for another value.
+fn take_recorded(ctx: &mut PanelContext<'_>, ui: &mut Ui, name: &str, row: &NoiseRow, (unit, scale): (&str, f64)) {
+    let now = row.channel.std(ctx.session);
+    let proposed = row.choice.proposed;
+    let text = RichText::new(format!("⇐ {}", notation::number(scale * proposed))).size(11.0);
+    let origin = row.origin();
+    let whiteness = row.statistics.map_or(f64::NAN, |found| found.whiteness);
+    let take = ui.add_enabled(now != proposed, egui::Button::new(text).small()).on_hover_text(format!(
+        "Take what the recording says: {} {unit}, {origin}, whiteness {}",
+        notation::number(scale * proposed),
+        notation::fixed(whiteness, 3)
+    ));
+    ui.ctx().accesskit_node_builder(take.id, |node| node.set_label(format!("take recorded {name}")));
+    if take.clicked() {
+        ctx.edit(Edit::Noise(NoiseEdit::Take(vec![NoiseEntry { channel: row.channel, std: proposed }])));
+    }
+    let kept = ctx.session.noise_reasons.get(row.channel.name());
+    let mark = RichText::new(if kept.is_some() { "✎●" } else { "✎" }).size(11.0);
+    let hint = kept.map_or("Why it is not what the recording says", String::as_str);
+    let menu = ui.menu_button(mark, |ui| {
+        let id = ui.id().with("reason");
+        let mut reason = ui.data(|data| data.get_temp(id)).or(kept.cloned()).unwrap_or_default();
+        let field =
+            ui.add(egui::TextEdit::singleline(&mut reason).hint_text("why not as recorded").desired_width(180.0));
+        ui.ctx().accesskit_node_builder(field.id, |node| node.set_label(format!("reason {name}")));
+        if field.changed() {
+            ui.data_mut(|data| data.insert_temp(id, reason.clone()));
+        }
+        if ui.button("Keep").clicked() || (field.lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter))) {
+            let entry = NoiseEntry { channel: row.channel, std: now };
+            ctx.edit(Edit::Noise(NoiseEdit::Override { entry, reason }));
+            ui.data_mut(|data| data.remove::<String>(id));
+            ui.close();
+        }
+    });
+    let menu = menu.response.on_hover_text(hint);
+    ui.ctx().accesskit_node_builder(menu.id, |node| node.set_label(format!("why {name}")));
 }
 
 impl Row<'_> {
@@ -176,6 +228,9 @@ impl Row<'_> {
         ui.ctx().accesskit_node_builder(reset.id, |node| node.set_label(format!("reset {}", self.name)));
         if reset.clicked() {
             ctx.edit(Edit::Filter(edit(self.usual)));
+        }
+        if let Some(recorded) = self.recorded {
+            take_recorded(ctx, ui, &self.name, recorded, (unit, scale));
         }
         if let Some((ratio, advice)) = self.mark {
             let color = consistency_color(ui, ratio);

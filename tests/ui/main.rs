@@ -7,6 +7,7 @@ mod app;
 mod figures;
 mod panels;
 mod plots;
+mod preprocess;
 mod rasteriser;
 mod recording;
 mod speed;

@@ -41,7 +41,11 @@ fn print_source(source: &Source) {
         clock.faults.iter().for_each(|fault| text::line(&format!("  time {fault}")));
     }
     for (key, value) in source.notes.iter().take(LISTED_NOTES) {
-        text::line(&format!("  {key}: {value}"));
+        let mut lines = value.lines().map(str::trim).filter(|line| !line.is_empty());
+        let first = lines.next().unwrap_or_default();
+        let more = lines.count();
+        let rest = if more > 0 { format!(" (and {more} more lines)") } else { String::new() };
+        text::line(&format!("  {key}: {first}{rest}"));
     }
     if source.notes.len() > LISTED_NOTES {
         text::line(&format!("  and {} more lines of text", source.notes.len() - LISTED_NOTES));

@@ -48,7 +48,7 @@ pub fn propose(arguments: &ProposeArguments) -> Result<(), String> {
     for flight in &opened.session.flights {
         let name = &flight.name;
         let loaded = load(&opened, flight)?;
-        let proposals = stage::proposals(name, &loaded.recording);
+        let proposals = stage::proposals(name, &loaded);
         proposals.findings.iter().for_each(|finding| text::line(&format!("{name}: {finding}")));
         let edit = match &arguments.what {
             What::Windows(_) => windows(&changed, name, &proposals),

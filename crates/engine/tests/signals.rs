@@ -37,7 +37,7 @@ fn recorded() -> &'static LoadedFlight {
 
 fn proposals() -> &'static FlightProposals {
     static PROPOSALS: OnceLock<FlightProposals> = OnceLock::new();
-    PROPOSALS.get_or_init(|| stage::proposals("FT1", &recorded().recording))
+    PROPOSALS.get_or_init(|| stage::proposals("FT1", recorded()))
 }
 
 /// The bus with nothing on other clocks, so that no clock is fitted.

@@ -14,6 +14,41 @@ pub fn pod_angle_of_attack(calibration: &PodCalibration, number: f64) -> f64 {
     polynomial(&calibration.exponent, number).exp()
 }
 
+/// The pod's own definition of its number (thesis Eq. 4.8): the total pressure of its probes over the square of the airspeed,
+/// between those of its low and high probe at the calibration point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PodDefinition {
+    /// Number at the calibration point: 85, or 0.85 for pods that count to one.
+    pub at_calibration: f64,
+    /// Pressure over the square of the airspeed at the low probe, Pa s²/m².
+    pub low: f64,
+    /// The same at the high probe.
+    pub high: f64,
+}
+
+impl PodDefinition {
+    /// Number the pod shows: `c (p_t / V^2 - CP_low) / (CP_high - CP_low)`, pressure in Pa, airspeed in m/s. The thesis prints the
+    /// two brackets as a product, by which the number would not be `c` at the calibration point.
+    ///
+    /// # Errors
+    /// [`PrepError::Setting`] for an airspeed that is not above zero or probes that are not apart.
+    pub fn number(&self, total_pressure_pa: f64, airspeed_m_s: f64) -> Result<f64, PrepError> {
+        if !(airspeed_m_s > 0.0 && airspeed_m_s.is_finite()) {
+            return Err(PrepError::Setting { setting: "airspeed_m_s", value: airspeed_m_s, allowed: "above zero" });
+        }
+        let apart = self.high - self.low;
+        if !(apart.is_finite() && apart != 0.0) {
+            return Err(PrepError::Setting { setting: "high - low", value: apart, allowed: "not zero" });
+        }
+        Ok(self.at_calibration * (total_pressure_pa / (airspeed_m_s * airspeed_m_s) - self.low) / apart)
+    }
+
+    /// The number on the scale of 0 to 100, whichever the pod counts on.
+    pub fn on_hundred(&self, number: f64) -> f64 {
+        CALIBRATION_NUMBERS[1] * number / self.at_calibration
+    }
+}
+
 /// Numbers from and to which the calibration rises all the way, the stretch that ends at the stall; beyond it one angle has
 /// two numbers.
 pub fn pod_working_range(calibration: &PodCalibration) -> [f64; 2] {

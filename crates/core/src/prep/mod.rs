@@ -16,14 +16,15 @@ mod position;
 mod pulses;
 mod resample;
 mod smooth;
+mod spectrum;
 mod steady;
 mod treatment;
 
 use thiserror::Error;
 
 pub use air_data::{
-    PodHistory, level_flight_angle_of_attack, pod_angle_of_attack, pod_calibration, pod_history, pod_working_range,
-    sideslip,
+    PodDefinition, PodHistory, level_flight_angle_of_attack, pod_angle_of_attack, pod_calibration, pod_history,
+    pod_working_range, sideslip,
 };
 pub use control_sensors::{
     SensorAttitude, SensorReference, attitude_turn, central4_noise, integrated_turn, integrated_turn_noise,
@@ -43,6 +44,7 @@ pub use noise_statistics::{NoiseChoice, NoiseOrigin, NoiseStatistics, noise_prop
 pub use position::{FlowVane, acceleration_at_cg, accelerometer_at, flow_angles_at_cg, flow_angles_at_vanes};
 pub use resample::{Interpolation, resample};
 pub use smooth::{Smoothing, smooth};
+pub use spectrum::{Spectrum, spectrum};
 pub use steady::{SteadySettings, SteadyStretch, find_steady};
 pub use treatment::{Resampling, Treated, Treatment, longest_interval_s, treat};
 

@@ -56,6 +56,24 @@ fn onset_alignment_recovers_truth_shift_within_two_milliseconds() {
 }
 
 #[test]
+fn onset_alignment_is_consistent_with_its_standard_error() {
+    /// Recordings. The mean square of an error over its standard error is one; over 40 recordings it scatters by 0.22: the band is
+    /// three of them to either side, and wider above, since the control's own noise is not in the standard error.
+    const RECORDINGS: u64 = 40;
+    const BAND: std::ops::Range<f64> = 0.33..2.0;
+    let window = Window { start_s: ONSET_S - 1.0, end_s: ONSET_S + 1.2 };
+    let mut squares = 0.0;
+    for seed in 100..100 + RECORDINGS {
+        let (control, response, [rate, pitch]) = recorded(0.03, seed);
+        let found = onset_alignment(&control, &response, &[&rate, &pitch], window, &OnsetSettings::default()).unwrap();
+        squares += ((found.shift_s + 0.03) / found.shift_sd_s).powi(2);
+    }
+    let mean = squares / RECORDINGS as f64;
+    println!("mean square of normalised errors: {mean:.2}");
+    assert!(BAND.contains(&mean), "{mean}");
+}
+
+#[test]
 fn onset_alignment_rejects_noise_and_windows_without_samples() {
     let (control, response, [rate, pitch]) = recorded(0.0, 9);
     let settings = OnsetSettings::default();

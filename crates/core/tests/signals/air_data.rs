@@ -3,8 +3,8 @@
 use doublet_core::atmos::{Atmosphere, STANDARD_GRAVITY_M_S2};
 use doublet_core::load::instruments::PodCalibration;
 use doublet_core::prep::{
-    PrepError, level_flight_angle_of_attack, pod_angle_of_attack, pod_calibration, pod_history, pod_working_range,
-    sideslip,
+    PodDefinition, PrepError, level_flight_angle_of_attack, pod_angle_of_attack, pod_calibration, pod_history,
+    pod_working_range, sideslip,
 };
 
 use super::support::c337f;
@@ -92,4 +92,25 @@ fn new_calibration_passes_through_its_points_rises_and_comes_near_the_published_
 fn sideslip_loses_the_offset_of_section_4_4_3() {
     let offset = c337f().air_data.sideslip_offset_rad;
     assert!((sideslip(0.0, offset).to_degrees() + 0.72).abs() < 1e-12);
+}
+
+#[test]
+fn pod_number_is_zero_at_equal_pressures_and_its_constant_at_the_calibration_point() {
+    // Section 4.3.1: 85, or 0.85, at 1.15 times the least speed, 80.5 kt; 0 where both probes see the low probe's pressure.
+    let airspeed = 80.5 * KNOT_M_S;
+    let (low_pa, high_pa) = (900.0, 1100.0);
+    let over_square = |pressure: f64| pressure / (airspeed * airspeed);
+    for constant in [85.0, 0.85] {
+        let pod = PodDefinition { at_calibration: constant, low: over_square(low_pa), high: over_square(high_pa) };
+        assert!(pod.number(low_pa, airspeed).unwrap().abs() < 1e-12);
+        let calibrated = pod.number(high_pa, airspeed).unwrap();
+        assert!((calibrated / constant - 1.0).abs() < 1e-12);
+        // Stall: the pressure ratio 100/85 of the way up from the low probe.
+        let stall = pod.number(low_pa + (high_pa - low_pa) * 100.0 / 85.0, airspeed).unwrap();
+        assert!((pod.on_hundred(stall) - 100.0).abs() < 1e-9 && (pod.on_hundred(calibrated) - 85.0).abs() < 1e-9);
+        // The same pressures at a higher speed say less.
+        assert!(pod.number(high_pa, 1.1 * airspeed).unwrap() < calibrated);
+        assert!(pod.number(high_pa, 0.0).is_err());
+    }
+    assert!(PodDefinition { at_calibration: 85.0, low: 0.4, high: 0.4 }.number(900.0, 40.0).is_err());
 }

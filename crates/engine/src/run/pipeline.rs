@@ -389,7 +389,7 @@ fn propose(scope: &Scope<'_>, flights: &[KeyedFlight<'_>], cache: &Cache, board:
             });
         };
         let key = KeyBuilder::new("proposals", 1).key(flight.key).text(name).finish();
-        let proposals = cache.get(key).unwrap_or_else(|| cache.insert(key, stage::proposals(name, &loaded.recording)));
+        let proposals = cache.get(key).unwrap_or_else(|| cache.insert(key, stage::proposals(name, loaded)));
         let steady = &scope.session.steady;
         let key = KeyBuilder::new("noise", 1).key(key).parameters(steady).finish();
         let noise = || stage::noise(name, &loaded.recording, steady, &proposals.steady);

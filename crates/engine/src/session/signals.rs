@@ -16,7 +16,7 @@ pub struct SignalSetting {
 }
 
 /// What is done to some roles: averaging, then the polynomial, then new samples.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct SignalRule {
     /// Roles; those a recording lacks are passed over.
     pub roles: Vec<Role>,
@@ -83,6 +83,20 @@ impl SignalSetting {
     /// The rule that names a role.
     pub fn rule(&self, role: Role) -> Option<&SignalRule> {
         self.rules.iter().find(|rule| rule.roles.contains(&role))
+    }
+
+    /// The setting with what `rule` does for `role` alone; its list of roles does not count.
+    #[must_use]
+    pub fn with(&self, role: Role, rule: &SignalRule) -> Self {
+        let mut next = self.clone();
+        next.rules.iter_mut().for_each(|other| other.roles.retain(|named| *named != role));
+        let does = |other: &SignalRule| (other.moving_average, other.polynomial, other.resampling);
+        match next.rules.iter_mut().find(|other| does(other) == does(rule)) {
+            Some(same) => same.roles.push(role),
+            None => next.rules.push(SignalRule { roles: vec![role], ..rule.clone() }),
+        }
+        next.rules.retain(|rule| !rule.roles.is_empty() && does(rule) != (None, None, None));
+        next
     }
 
     /// The preset these rules are.

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use doublet_core::load::instruments::{self as file, ControlLinkage, Instruments};
 use doublet_core::prep::{
-    DeflectionSettings, FuelSettings, SensorAttitude, SensorReference, aileron_deflection, attitude_turn,
-    elevator_deflection, fuel_history, pod_history, rudder_history, sideslip, stretches,
+    DeflectionSettings, FuelSettings, Interpolation, SensorAttitude, SensorReference, aileron_deflection,
+    attitude_turn, elevator_deflection, fuel_history, pod_history, resample, rudder_history, sideslip, stretches,
 };
 use doublet_core::quantity::{Role, Unit};
 use doublet_core::series::{Channel, Recording, Series};
@@ -70,26 +70,45 @@ fn si(channel: &Channel) -> Result<Series, String> {
     Ok(Series { time_s: Arc::clone(&channel.series.time_s), values })
 }
 
-/// Attitude of a control sensor, one column per angle, on one time base.
+/// Attitude of a control sensor on one time base: bank, pitch and heading, or a quaternion.
 struct Attitude {
     time_s: Arc<[f64]>,
-    angles: [Arc<[f64]>; 3],
+    columns: Vec<Arc<[f64]>>,
 }
+
+/// Names of the columns of an attitude: angles, then quaternions, the scalar part first.
+const COLUMNS: [&[&str]; 4] = [
+    &["phi", "theta", "psi"],
+    &["e0", "ex", "ey", "ez"],
+    &["q0", "q1", "q2", "q3"],
+    &["Quat_W", "Quat_X", "Quat_Y", "Quat_Z"],
+];
 
 impl Attitude {
     fn of(recording: &Recording, source: &str) -> Result<Self, String> {
-        let [phi, theta, psi] =
-            ["phi", "theta", "psi"].map(|name| si(channel(recording, &format!("{source}/{name}"))?));
-        let (phi, theta, psi) = (phi?, theta?, psi?);
-        if theta.time_s != phi.time_s || psi.time_s != phi.time_s {
-            return Err(format!("{source}: its angles are not on one time base"));
+        let read = |name: &&str| channel(recording, &format!("{source}/{name}"));
+        let there = COLUMNS.into_iter().find(|names| names.iter().all(|name| read(name).is_ok()));
+        // Without any, the message is that of the angles.
+        let names = there.unwrap_or(COLUMNS[0]);
+        let is_angle = names.len() == 3;
+        let columns = names.iter().map(|name| {
+            let channel = read(name)?;
+            if is_angle { si(channel) } else { Ok(channel.series.clone()) }
+        });
+        let columns = columns.collect::<Result<Vec<Series>, String>>()?;
+        let time_s = Arc::clone(&columns[0].time_s);
+        if columns.iter().any(|column| column.time_s != time_s) {
+            return Err(format!("{source}: its attitude is not on one time base"));
         }
-        Ok(Self { time_s: phi.time_s, angles: [phi.values, theta.values, psi.values] })
+        Ok(Self { time_s, columns: columns.into_iter().map(|column| column.values).collect() })
     }
 
     fn borrow(&self) -> SensorAttitude<'_> {
-        let [phi, theta, psi] = &self.angles;
-        SensorAttitude::Euler { phi, theta, psi }
+        match &self.columns[..] {
+            [e0, ex, ey, ez] => SensorAttitude::Quaternion { e0, ex, ey, ez },
+            [phi, theta, psi] => SensorAttitude::Euler { phi, theta, psi },
+            _ => SensorAttitude::Euler { phi: &[], theta: &[], psi: &[] },
+        }
     }
 }
 
@@ -181,10 +200,21 @@ fn fuel(
     let Some(time_s) = shown.first().map(|(_, series)| Arc::clone(&series.time_s)) else {
         return Err("no fuel probe is named".to_owned());
     };
-    let tanks: Vec<_> = shown.iter().map(|(probe, series)| (*probe, series.values.as_ref())).collect();
-    let history = fuel_history(&time_s, &tanks, &FuelSettings::default()).map_err(|error| format!("fuel: {error}"))?;
-    for (probe, _) in &tanks {
-        let zones = history.blind.iter().filter(|zone| zone.tank == probe.tank);
+    // Every tank by its own stamps; the sum at those of the first.
+    let mut total = vec![0.0; time_s.len()];
+    let mut blind = Vec::new();
+    for (probe, series) in &shown {
+        let history = fuel_history(&series.time_s, &[(probe, &series.values)], &FuelSettings::default())
+            .map_err(|error| format!("fuel of {}: {error}", probe.tank))?;
+        let (Some(&first), Some(&last)) = (series.time_s.first(), series.time_s.last()) else { continue };
+        let at: Vec<f64> = time_s.iter().map(|time| time.clamp(first, last)).collect();
+        let mass = resample(&series.time_s, &history.total_kg, &at, Interpolation::Linear)
+            .map_err(|error| format!("fuel of {}: {error}", probe.tank))?;
+        total.iter_mut().zip(mass).for_each(|(sum, mass)| *sum += mass);
+        blind.extend(history.blind);
+    }
+    for (probe, _) in &shown {
+        let zones = blind.iter().filter(|zone| zone.tank == probe.tank);
         let blind_s: f64 = zones.clone().map(|zone| zone.window.end_s - zone.window.start_s).sum();
         let width_kg = zones.map(|zone| zone.most_kg - zone.least_kg).fold(0.0, f64::max);
         if blind_s > 0.0 {
@@ -194,5 +224,5 @@ fn fuel(
             ));
         }
     }
-    Ok(Series { time_s, values: history.total_kg.into() })
+    Ok(Series { time_s, values: total.into() })
 }

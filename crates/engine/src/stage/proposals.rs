@@ -1,28 +1,44 @@
-//! What a flight itself proposes: manoeuvre windows and steady windows.
+//! What a flight itself shows: manoeuvre windows, steady windows, spectra of its signals.
 
-use doublet_core::prep::{Manoeuvre as Found, ManoeuvreSettings, SteadySettings, find_manoeuvres, find_steady};
+use doublet_core::prep::{
+    Manoeuvre as Found, ManoeuvreSettings, Spectrum, SteadySettings, find_manoeuvres, find_steady, spectrum,
+};
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::{Input, Measurement};
 use doublet_core::series::{Recording, Series, Window};
 
+use super::LoadedFlight;
 use crate::graph::Footprint;
 use crate::session::{Manoeuvre, Session, SteadyWindow, Surface, WindowRole};
 
-/// What a flight proposes.
+/// What a flight shows and proposes.
 #[derive(Clone, Debug, Default)]
 pub struct FlightProposals {
     /// Manoeuvres, in order of time.
     pub windows: Vec<WindowProposal>,
     /// Steady windows: those in flight for inertial samples and air data, those on the ground for attitude and navigation.
     pub steady: Vec<SteadyWindow>,
+    /// Spectra of everything that enters the filter and of the control deflections.
+    pub spectra: Vec<SignalSpectrum>,
     /// Why something could not be looked for, one line each.
     pub findings: Vec<String>,
 }
 
 impl Footprint for FlightProposals {
     fn bytes(&self) -> usize {
-        1000 * (self.windows.len() + self.steady.len())
+        1000 * (self.windows.len() + self.steady.len()) + 16_000 * self.spectra.len()
     }
+}
+
+/// Spectrum of the signal of a role.
+#[derive(Clone, Debug)]
+pub struct SignalSpectrum {
+    /// Role.
+    pub role: Role,
+    /// As recorded.
+    pub recorded: Spectrum,
+    /// As smoothed and resampled, where it was.
+    pub treated: Option<Spectrum>,
 }
 
 /// A manoeuvre window proposed.
@@ -72,7 +88,8 @@ pub fn open_windows(session: &Session, proposals: &FlightProposals) -> Vec<Manoe
 }
 
 /// Looks through a flight on its time line.
-pub fn proposals(flight: &str, recording: &Recording) -> FlightProposals {
+pub fn proposals(flight: &str, loaded: &LoadedFlight) -> FlightProposals {
+    let recording = &loaded.recording;
     let mut found = FlightProposals::default();
     let controls = series(recording, &[Role::Aileron, Role::Elevator, Role::Rudder]);
     if controls.is_empty() {
@@ -90,7 +107,23 @@ pub fn proposals(flight: &str, recording: &Recording) -> FlightProposals {
         Ok(steady) => found.steady = steady,
         Err(error) => found.findings.push(format!("steady windows: {error}")),
     }
+    found.spectra = spectra(loaded);
     found
+}
+
+fn spectra(loaded: &LoadedFlight) -> Vec<SignalSpectrum> {
+    let recording = &loaded.recording;
+    let measured = Measurement::ALL.into_iter().map(Measurement::role);
+    let controls = [Role::Aileron, Role::Elevator, Role::Rudder];
+    let roles = Input::ALL.into_iter().map(Input::role).chain(measured).chain(controls);
+    let one = |role: Role| {
+        let used = &recording.role(role)?.series;
+        let treated = loaded.treated.iter().find(|signal| signal.role == role);
+        let recorded = treated.map_or(used, |signal| &recording.channels[signal.recorded].series);
+        let after = treated.and_then(|_| spectrum(used));
+        Some(SignalSpectrum { role, recorded: spectrum(recorded)?, treated: after })
+    };
+    roles.filter_map(one).collect()
 }
 
 fn series<'a>(recording: &'a Recording, roles: &[Role]) -> Vec<(Role, &'a Series)> {

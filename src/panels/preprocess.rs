@@ -1,0 +1,434 @@
+//! What happens to signals before they are used: smoothing, resampling, time shifts, steady windows.
+
+use doublet_core::prep::{Interpolation, Resampling};
+use doublet_core::quantity::Role;
+use doublet_core::series::Window;
+use doublet_engine::session::{Edit, NoiseEdit, SignalEdit, SignalPreset, SignalRule, SignalSetting, SteadyWindow};
+use doublet_engine::stage::{FlightProposals, LoadedFlight, SignalSpectrum, UsedClock};
+use eframe::egui::{self, CollapsingHeader, ComboBox, Grid, RichText, ScrollArea, Ui};
+use egui_plot::{Legend, Line, Plot, PlotPoints, Points};
+
+use super::{Panel, PanelContext, View, caption, empty};
+use crate::notation;
+use crate::theme;
+use crate::widgets::EditPhase;
+use crate::widgets::quantity_edit::QuantityEdit;
+use crate::widgets::time_plot::{PlotCache, SpanMark, TimePlot, Trace, TraceStyle};
+use crate::widgets::time_view::Stretch;
+
+/// Height of the plots of spectrum and clock, points.
+const PLOT_HEIGHT: f32 = 150.0;
+/// Height of the plot of the signal, points.
+const SIGNAL_HEIGHT: f32 = 190.0;
+/// Samples of the moving average and of the polynomial, and its degree, that a tick switches on: those of the thesis.
+const AVERAGE: usize = 4;
+const POLYNOMIAL: (usize, usize) = (2, 11);
+/// Rate new samples have at first, Hz.
+const RATE_HZ: f64 = 100.0;
+/// Longest gap that is bridged when one is stated first, s.
+const GAP_S: f64 = 0.5;
+
+/// The panel.
+#[derive(Default)]
+pub struct Preprocess {
+    cache: PlotCache,
+    role: Option<Role>,
+    clock: usize,
+    /// Shift before a drag of the trace, and how far it has been dragged, s.
+    dragged: Option<(f64, f64)>,
+}
+
+impl Panel for Preprocess {
+    fn show(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
+        let name = ctx.selection().flight.clone().unwrap_or_default();
+        let loaded = ctx.snapshot.flights.get(&name).and_then(|slot| slot.latest());
+        let (Some(loaded), Some(flight)) = (loaded, ctx.session.flight(&name)) else {
+            return empty(ui, "No recording has been read.");
+        };
+        let proposals = ctx.snapshot.proposals.get(&name).and_then(|slot| slot.latest());
+        ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+            presets(ctx, ui, &name, &flight.signals);
+            self.signal(ctx, ui, &name, loaded, proposals.map(|found| &found.spectra[..]).unwrap_or_default());
+            ui.add_space(6.0);
+            CollapsingHeader::new("Clocks").default_open(true).show(ui, |ui| self.clocks(ctx, ui, &name, loaded));
+            CollapsingHeader::new("Steady windows").default_open(true).show(ui, |ui| {
+                steady(ctx, ui, &name, proposals.map(AsRef::as_ref));
+            });
+        });
+    }
+}
+
+/// Sets what is done to a flight's signals.
+fn set(ctx: &mut PanelContext<'_>, flight: &str, setting: SignalSetting) {
+    ctx.edit(Edit::Signal(SignalEdit::Setting { flight: flight.to_owned(), setting }));
+}
+
+fn presets(ctx: &mut PanelContext<'_>, ui: &mut Ui, flight: &str, now: &SignalSetting) {
+    ui.horizontal(|ui| {
+        ui.weak("All signals");
+        for preset in SignalPreset::ALL {
+            let button = egui::Button::selectable(now.preset() == Some(preset), preset.name());
+            let hint = match preset {
+                SignalPreset::AsRecorded => "Every signal keeps its own samples",
+                SignalPreset::Thesis => {
+                    "Inertial samples by moving average of 4, polynomial of degree 2 over 11 and quadratic spline to 100 Hz; \
+                     flow angles by quadratic spline, the rest by straight lines to 100 Hz"
+                }
+            };
+            if ui.add(button).on_hover_text(hint).clicked() && now.preset() != Some(preset) {
+                set(ctx, flight, SignalSetting { rules: preset.rules(), ..now.clone() });
+            }
+        }
+        ui.separator();
+        ui.weak("Gaps bridged");
+        let mut stated = now.max_gap_s.is_some();
+        let tick = ui.checkbox(&mut stated, "up to").on_hover_text(
+            "Nothing is interpolated over a longer pause; without a limit, over a few of a channel's own intervals",
+        );
+        ui.ctx().accesskit_node_builder(tick.id, |node| node.set_label("limit gaps"));
+        if stated != now.max_gap_s.is_some() {
+            set(ctx, flight, SignalSetting { max_gap_s: stated.then_some(GAP_S), ..now.clone() });
+        }
+        if let Some(gap) = now.max_gap_s {
+            let edited = QuantityEdit::new("longest gap", gap).unit("s", 1.0).logarithmic().show(ui);
+            ctx.edit_quantity(edited, |gap| {
+                let setting = SignalSetting { max_gap_s: Some(gap), ..now.clone() };
+                Edit::Signal(SignalEdit::Setting { flight: flight.to_owned(), setting })
+            });
+        }
+    });
+}
+
+impl Preprocess {
+    /// One signal: what is done to it, before and after, its spectra.
+    fn signal(
+        &mut self,
+        ctx: &mut PanelContext<'_>,
+        ui: &mut Ui,
+        flight: &str,
+        loaded: &LoadedFlight,
+        spectra: &[SignalSpectrum],
+    ) {
+        let recording = &loaded.recording;
+        let roles: Vec<Role> = spectra.iter().map(|spectrum| spectrum.role).collect();
+        let Some(role) = self.role.filter(|role| roles.contains(role)).or(roles.first().copied()) else {
+            ui.weak("Waiting for the recording.");
+            return;
+        };
+        self.role = Some(role);
+        let setting = ctx.session.flight(flight).map(|flight| flight.signals.clone()).unwrap_or_default();
+        ui.horizontal(|ui| {
+            let combo = ComboBox::from_id_salt("signal").selected_text(notation::role(role)).width(70.0);
+            let combo = combo.show_ui(ui, |ui| {
+                for &other in &roles {
+                    let text = format!("{}  {}", notation::role(other), other.description());
+                    ui.selectable_value(&mut self.role, Some(other), text);
+                }
+            });
+            ui.ctx().accesskit_node_builder(combo.response.id, |node| node.set_label("signal"));
+            rule(ctx, ui, flight, role, &setting);
+        });
+        let Some(used) = recording.role(role) else { return };
+        let palette = theme::palette(ui);
+        let treated = loaded.treated.iter().find(|signal| signal.role == role);
+        let (unit, scale) = notation::role_unit(role);
+        let mut traces = Vec::new();
+        if let Some(signal) = treated {
+            let recorded = &recording.channels[signal.recorded].series;
+            let style = TraceStyle::Dots;
+            traces.push(Trace { scale, style, ..Trace::new("recorded", recorded, palette.ignored) });
+        }
+        let name = if treated.is_some() { "used" } else { "recorded" };
+        traces.push(Trace { scale, ..Trace::new(name, &used.series, palette.series[0]) });
+        let steady = ctx.session.steady.iter().filter(|steady| steady.flight == flight);
+        let marks: Vec<SpanMark> = steady
+            .map(|steady| SpanMark {
+                stretch: Stretch::new(steady.window.start_s, steady.window.end_s),
+                color: palette.good,
+                selected: false,
+            })
+            .collect();
+        let plots = [TimePlot::new(notation::role(role), unit, traces)];
+        ui.allocate_ui(egui::vec2(ui.available_width(), SIGNAL_HEIGHT), |ui| {
+            ctx.stack(ui, "preprocess", View::Flight, &mut self.cache, &plots, &marks);
+        });
+        if let Some(signal) = treated {
+            ui.weak(format!("{}: {} samples, {} used", signal.steps.join(", "), signal.samples[0], signal.samples[1]));
+        }
+        if let Some(found) = spectra.iter().find(|spectrum| spectrum.role == role) {
+            spectrum_plot(ui, found, unit, scale);
+        }
+    }
+
+    /// Clocks of the recorders: what was fitted, and the shift by hand.
+    fn clocks(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui, flight: &str, loaded: &LoadedFlight) {
+        Grid::new("clocks").num_columns(5).spacing([12.0, 3.0]).show(ui, |ui| {
+            for title in ["Source", "Offset [s]", "Drift [ppm]", "± [ms]", "Shift by hand"] {
+                ui.weak(title);
+            }
+            ui.end_row();
+            for source in sources(loaded) {
+                let clock = loaded.clocks.iter().find(|clock| clock.source == source);
+                let offset = clock.map_or(0.0, |clock| clock.model.offset_s);
+                ui.label(&source);
+                ui.label(notation::fixed(offset, 4));
+                ui.label(notation::fixed(1e6 * clock.map_or(0.0, |clock| clock.model.drift), 1));
+                let error = clock.and_then(|clock| clock.estimate.as_ref()).map(|estimate| estimate.best_known.1);
+                ui.label(error.map_or_else(|| "–".to_owned(), |error| notation::fixed(1e3 * error, 1)));
+                let name = format!("shift {source}");
+                let edited =
+                    QuantityEdit::new(&name, shift_of(ctx, flight, &source)).unit("ms", 1e3).per_point(0.5).show(ui);
+                ctx.edit_quantity(edited, |shift_s| shift(flight, &source, shift_s));
+                ui.end_row();
+            }
+        });
+        let fitted: Vec<&UsedClock> = loaded.clocks.iter().filter(|clock| clock.estimate.is_some()).collect();
+        let Some(clock) = fitted.get(self.clock.min(fitted.len().saturating_sub(1))) else { return };
+        ui.horizontal(|ui| {
+            ui.weak("Lag against the fitted clock, of");
+            for (index, clock) in fitted.iter().enumerate() {
+                ui.selectable_value(&mut self.clock, index, &clock.source);
+            }
+        });
+        lag_plot(ui, clock);
+        self.drag(ctx, ui, flight, &clock.source);
+    }
+
+    /// A strip that shifts a source as it is dragged, by as much time as the pointer passes in the plot of the signal.
+    fn drag(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui, flight: &str, source: &str) {
+        let text = format!("⬌  drag to shift {source} in time");
+        let strip = ui.add(
+            egui::Button::new(RichText::new(text).size(12.0))
+                .min_size(egui::vec2(ui.available_width(), 22.0))
+                .sense(egui::Sense::drag()),
+        );
+        ui.ctx().accesskit_node_builder(strip.id, |node| node.set_label(format!("drag {source}")));
+        let per_point = ctx.view(View::Flight).range().length_s() / f64::from(strip.rect.width().max(1.0));
+        if strip.drag_started() {
+            let before = shift_of(ctx, flight, source);
+            self.dragged = Some((before, 0.0));
+            ctx.edit_phase(EditPhase::Begin, shift(flight, source, before));
+        }
+        let Some((before, by)) = &mut self.dragged else { return };
+        let moved = f64::from(strip.drag_delta().x);
+        *by += moved * per_point;
+        let now = *before + *by;
+        if strip.dragged() && moved != 0.0 {
+            ctx.edit_phase(EditPhase::Change, shift(flight, source, now));
+        }
+        if strip.drag_stopped() {
+            self.dragged = None;
+            ctx.edit_phase(EditPhase::Commit, shift(flight, source, now));
+        }
+    }
+}
+
+fn shift(flight: &str, source: &str, shift_s: f64) -> Edit {
+    Edit::Signal(SignalEdit::Shift { flight: flight.to_owned(), source: source.to_owned(), shift_s })
+}
+
+/// The shift by hand the session has for a source.
+fn shift_of(ctx: &PanelContext<'_>, flight: &str, source: &str) -> f64 {
+    let clocks = ctx.session.flight(flight).map(|flight| &flight.clocks[..]).unwrap_or_default();
+    clocks.iter().find(|clock| clock.source == source).map_or(0.0, |clock| clock.shift_s)
+}
+
+/// Sources that play a role or have a clock, by the names their clocks have.
+fn sources(loaded: &LoadedFlight) -> Vec<String> {
+    let mut names: Vec<String> = loaded.clocks.iter().map(|clock| clock.source.clone()).collect();
+    let treated: Vec<usize> = loaded.treated.iter().map(|signal| signal.recorded).collect();
+    let roles = loaded.recording.roles.values().filter(|_| treated.is_empty());
+    for &index in roles.chain(&treated) {
+        let source = &loaded.recording.channels[index].source;
+        let known = names.iter().any(|name| match name.strip_suffix('*') {
+            Some(beginning) => source.starts_with(beginning),
+            None => name == source,
+        });
+        if !known {
+            names.push(source.clone());
+        }
+    }
+    names
+}
+
+/// Smoothing and resampling of one role.
+fn rule(ctx: &mut PanelContext<'_>, ui: &mut Ui, flight: &str, role: Role, setting: &SignalSetting) {
+    let now = setting.rule(role).cloned().unwrap_or_default();
+    let mut next = SignalRule { roles: Vec::new(), ..now.clone() };
+    let mut average = next.moving_average.is_some();
+    if ui.checkbox(&mut average, "moving average").changed() {
+        next.moving_average = average.then_some(AVERAGE);
+    }
+    if let Some(width) = &mut next.moving_average {
+        ui.add(egui::DragValue::new(width).range(1..=200).suffix(" samples"));
+    }
+    let mut polynomial = next.polynomial.is_some();
+    if ui.checkbox(&mut polynomial, "polynomial").on_hover_text("Savitzky-Golay").changed() {
+        next.polynomial = polynomial.then_some(POLYNOMIAL);
+    }
+    if let Some((degree, width)) = &mut next.polynomial {
+        ui.add(egui::DragValue::new(degree).range(0..=6).prefix("degree "));
+        let mut half = *width / 2;
+        let least = *degree / 2 + 1;
+        ui.add(
+            egui::DragValue::new(&mut half)
+                .range(least..=100)
+                .custom_formatter(|half, _| format!("{} samples", 2.0 * half + 1.0)),
+        );
+        *width = 2 * half.max(least) + 1;
+    }
+    let mut interpolation = next.resampling.map(|resampling| resampling.interpolation);
+    let name = |choice: Option<Interpolation>| match choice {
+        None => "own samples",
+        Some(Interpolation::Linear) => "straight lines to",
+        Some(Interpolation::QuadraticSpline) => "quadratic spline to",
+    };
+    let combo =
+        ComboBox::from_id_salt("resampling").selected_text(name(interpolation)).width(130.0).show_ui(ui, |ui| {
+            for choice in [None, Some(Interpolation::Linear), Some(Interpolation::QuadraticSpline)] {
+                ui.selectable_value(&mut interpolation, choice, name(choice));
+            }
+        });
+    ui.ctx().accesskit_node_builder(combo.response.id, |node| node.set_label("resampling"));
+    let mut rate_hz = next.resampling.map_or(RATE_HZ, |resampling| resampling.rate_hz);
+    if interpolation.is_some() {
+        ui.add(egui::DragValue::new(&mut rate_hz).range(1.0..=1000.0).suffix(" Hz"));
+    }
+    next.resampling = interpolation.map(|interpolation| Resampling { rate_hz, interpolation });
+    if (next.moving_average, next.polynomial, next.resampling) != (now.moving_average, now.polynomial, now.resampling) {
+        set(ctx, flight, setting.with(role, &next));
+    }
+}
+
+/// Spectra before and after, both axes logarithmic.
+fn spectrum_plot(ui: &mut Ui, found: &SignalSpectrum, unit: &str, scale: f64) {
+    let palette = theme::palette(ui);
+    let line = |name: &'static str, spectrum: &doublet_core::prep::Spectrum, color| {
+        let pairs = spectrum.frequency_hz.iter().zip(&spectrum.density).filter(|(_, density)| **density > 0.0);
+        let points: PlotPoints<'_> =
+            pairs.map(|(hz, density)| [hz.log10(), (scale * scale * density).log10()]).collect();
+        Line::new(name, points).color(color)
+    };
+    let label = if unit.is_empty() { "1/Hz".to_owned() } else { format!("({unit})²/Hz") };
+    let power = |mark: egui_plot::GridMark, _: &std::ops::RangeInclusive<f64>| {
+        if (mark.value - mark.value.round()).abs() < 1e-6 { format!("1e{:.0}", mark.value) } else { String::new() }
+    };
+    Plot::new("spectrum")
+        .height(PLOT_HEIGHT)
+        .x_axis_label("frequency [Hz]")
+        .y_axis_label(format!("density [{label}]"))
+        .x_axis_formatter(power)
+        .y_axis_formatter(power)
+        .allow_scroll(false)
+        .legend(Legend::default())
+        .show(ui, |plot| {
+            let color = if found.treated.is_some() { palette.ignored } else { palette.series[0] };
+            plot.line(line("recorded", &found.recorded, color));
+            if let Some(treated) = &found.treated {
+                plot.line(line("used", treated, palette.series[0]));
+            }
+        });
+}
+
+/// What every chunk of the shared channels says about a clock, against its own time.
+fn lag_plot(ui: &mut Ui, clock: &UsedClock) {
+    let Some(estimate) = &clock.estimate else { return };
+    let palette = theme::palette(ui);
+    let points = |used: bool| -> PlotPoints<'_> {
+        let chunks = estimate.chunks.iter().filter(|chunk| chunk.used == used);
+        chunks.map(|chunk| [chunk.own_s, 1e3 * chunk.residual_s]).collect()
+    };
+    Plot::new("lag")
+        .height(PLOT_HEIGHT)
+        .x_axis_label("recorder's own time [s]")
+        .y_axis_label("lag [ms]")
+        .allow_scroll(false)
+        .legend(Legend::default())
+        .show(ui, |plot| {
+            plot.points(Points::new("left out", points(false)).color(palette.ignored).radius(3.0));
+            plot.points(Points::new("agrees", points(true)).color(palette.series[0]).radius(4.0));
+            plot.hline(egui_plot::HLine::new("clock used", 1e3 * clock.shift_s).color(palette.accent));
+        });
+}
+
+/// Steady windows: those of the session, those found, one from the screen.
+fn steady(ctx: &mut PanelContext<'_>, ui: &mut Ui, flight: &str, proposals: Option<&FlightProposals>) {
+    let session = ctx.session;
+    let own: Vec<SteadyWindow> = session.steady.iter().filter(|steady| steady.flight == flight).cloned().collect();
+    let set = |ctx: &mut PanelContext<'_>, windows: Vec<SteadyWindow>| {
+        ctx.edit(Edit::Noise(NoiseEdit::Steady { flight: flight.to_owned(), windows }));
+    };
+    let found = proposals.map(|proposals| &proposals.steady[..]).unwrap_or_default();
+    ui.horizontal(|ui| {
+        if ui.button("Mark what is on screen").on_hover_text("Or the stretch between the markers A and B").clicked() {
+            let view = ctx.view(View::Flight);
+            let stretch = match view.markers_s {
+                [Some(a), Some(b)] => Stretch::new(a, b),
+                _ => view.range(),
+            };
+            let window = Window { start_s: stretch.start_s, end_s: stretch.end_s };
+            let added = SteadyWindow { flight: flight.to_owned(), window, roles: Vec::new() };
+            set(ctx, own.iter().cloned().chain([added]).collect());
+        }
+        let hint = "Marks the windows that were found steady; they can be removed one by one";
+        if !found.is_empty()
+            && own.is_empty()
+            && ui.button(format!("Mark the {} found", found.len())).on_hover_text(hint).clicked()
+        {
+            set(ctx, found.to_vec());
+        }
+        if !own.is_empty() && ui.button("Remove all").clicked() {
+            set(ctx, Vec::new());
+        }
+        let used = if own.is_empty() {
+            format!("noise is taken over the {} found", found.len())
+        } else {
+            format!("{} marked", own.len())
+        };
+        ui.weak(used);
+    });
+    for (index, steady) in own.iter().enumerate() {
+        ui.horizontal(|ui| {
+            let Window { start_s, end_s } = steady.window;
+            let text = format!("{} s to {} s", notation::fixed(start_s, 2), notation::fixed(end_s, 2));
+            if ui.link(text).on_hover_text("Show it").clicked() {
+                ctx.view(View::Flight).zoom_to(Stretch::new(start_s - 10.0, end_s + 10.0));
+            }
+            let roles: Vec<_> = steady.roles.iter().map(|role| notation::role(*role)).collect();
+            ui.weak(if roles.is_empty() { "all signals".to_owned() } else { roles.join(" ") });
+            let remove = ui.small_button("✕").on_hover_text("Remove");
+            ui.ctx().accesskit_node_builder(remove.id, |node| node.set_label(format!("remove steady {}", index + 1)));
+            if remove.clicked() {
+                let left = own.iter().enumerate().filter(|(other, _)| *other != index);
+                set(ctx, left.map(|(_, steady)| steady.clone()).collect());
+            }
+        });
+    }
+    statistics(ctx, ui, flight);
+}
+
+/// What the steady windows say about every entry of the noise.
+fn statistics(ctx: &PanelContext<'_>, ui: &mut Ui, flight: &str) {
+    let Some(noise) = ctx.snapshot.noise.get(flight).and_then(|slot| slot.latest()) else { return };
+    caption(ui, "Noise over the steady windows");
+    Grid::new("noise statistics").num_columns(6).spacing([14.0, 2.0]).show(ui, |ui| {
+        for title in ["", "σ", "of differences", "samples", "lag one", "whiteness"] {
+            ui.weak(title);
+        }
+        ui.end_row();
+        for row in &noise.rows {
+            let Some(found) = &row.statistics else { continue };
+            let role = row.channel.role();
+            let (unit, scale) = notation::role_unit(role);
+            ui.label(notation::role(role)).on_hover_text(row.origin());
+            ui.label(format!("{} {unit}", notation::number(scale * found.std)));
+            ui.label(notation::number(scale * found.difference_std));
+            ui.label(found.samples.to_string());
+            ui.label(notation::fixed(found.lag_one, 2));
+            let white = RichText::new(notation::fixed(found.whiteness, 3));
+            let hint = "Probability that white noise looks less white: small where motion or a filter is left in it";
+            ui.label(white).on_hover_text(hint);
+            ui.end_row();
+        }
+    });
+}

@@ -1,0 +1,177 @@
+//! Signals, clocks, steady windows, recorded noise and proposed manoeuvres, worked as a user would.
+
+use doublet::app::files::Files;
+use doublet::app::{Document, Workbench};
+use doublet::command::{EditCommand, UiCommand, ViewCommand};
+use doublet::panels::Pane;
+use doublet_core::prep::{Interpolation, Smoothing, noise_statistics, smooth};
+use doublet_core::quantity::Role;
+use doublet_core::reconstruct::Input;
+use doublet_core::series::Window;
+use doublet_engine::session::{Edit, SignalPreset, WindowEdit};
+use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable;
+
+use crate::recording::STEP_S;
+use crate::workbench::Bench;
+use crate::{builder, drag, picture};
+
+fn series(bench: &Bench<'_>, role: Role) -> doublet_core::series::Series {
+    let loaded = bench.snapshot().flights["flight"].ready().expect("the flight is read").clone();
+    loaded.recording.role(role).expect("it is recorded").series.clone()
+}
+
+#[test]
+fn a_ticked_moving_average_smooths_the_signal_the_filter_gets_and_undo_gives_it_back() {
+    let mut bench = Bench::open();
+    bench.show(Pane::Preprocess);
+    let (raw, before) = (series(&bench, Role::SpecificForceX), bench.cm().estimates);
+    // The signal shown first is that of the first accelerometer.
+    bench.harness.get_by_label("moving average").click();
+    bench.settle();
+    let smoothed = series(&bench, Role::SpecificForceX);
+    let expected = smooth(&raw.time_s, &raw.values, Smoothing::MovingAverage { width: 4 }).expect("it can be smoothed");
+    assert_eq!(smoothed.values[..], expected[..]);
+    let path = bench.snapshot().windows["first"].path.ready().expect("the path is up to date").clone();
+    let inside = Window { start_s: 5.0, end_s: 25.0 }.indices(&raw.time_s);
+    assert_eq!(path.data.inputs.columns[Input::SpecificForceX as usize], expected[inside]);
+    picture(&mut bench.harness, "preprocess");
+    bench.request(UiCommand::Edit(EditCommand::Undo));
+    assert_eq!(bench.cm().estimates, before);
+}
+
+#[test]
+fn the_thesis_preset_brings_every_signal_to_100_hz() {
+    let mut bench = Bench::open();
+    bench.show(Pane::Preprocess);
+    bench.harness.get_by_label(SignalPreset::Thesis.name()).click();
+    bench.settle();
+    let signals = bench.session().flights[0].signals.clone();
+    assert_eq!(signals.preset(), Some(SignalPreset::Thesis));
+    let alpha = signals.rule(Role::AngleOfAttack).and_then(|rule| rule.resampling).expect("it is resampled");
+    assert_eq!((alpha.rate_hz, alpha.interpolation), (100.0, Interpolation::QuadraticSpline));
+    let path = bench.snapshot().windows["first"].path.ready().expect("the path is up to date").clone();
+    assert_eq!(path.data.inputs.time_s.len(), 2001);
+    let proposals = bench.snapshot().proposals["flight"].ready().expect("spectra are up to date").clone();
+    let pitch = proposals.spectra.iter().find(|spectrum| spectrum.role == Role::PitchRate).expect("it has a spectrum");
+    let end = |spectrum: &doublet_core::prep::Spectrum| spectrum.frequency_hz.last().copied().expect("it is not empty");
+    let treated = pitch.treated.as_ref().expect("it was treated");
+    assert!((end(&pitch.recorded) - 25.0).abs() < 1e-6 && (end(treated) - 50.0).abs() < 1e-6);
+}
+
+#[test]
+fn a_dragged_source_moves_its_stamps_in_one_step() {
+    let mut bench = Bench::open();
+    bench.show(Pane::Preprocess);
+    let before = series(&bench, Role::PitchRate);
+    let source = {
+        let loaded = bench.snapshot().flights["flight"].ready().expect("the flight is read").clone();
+        loaded.recording.role(Role::PitchRate).expect("it is recorded").source.clone()
+    };
+    bench.enter(&format!("shift {source}"), "40");
+    let shift_s = bench.session().flights[0].clocks[0].shift_s;
+    assert!((shift_s - 0.04).abs() < 1e-12, "{shift_s}");
+    let after = series(&bench, Role::PitchRate);
+    assert_eq!(before.values, after.values);
+    assert!(before.time_s.iter().zip(&*after.time_s).all(|(a, b)| (b - a - 0.04).abs() < 1e-12));
+    // The strip moves by as much time as the pointer passes over the width of the flight.
+    let strip = bench.harness.get_by_label(&format!("drag {source}")).rect();
+    let from = strip.center();
+    drag(&mut bench.harness, from, from + egui::vec2(strip.width() / 60.0, 0.0), 8);
+    bench.settle();
+    let dragged = bench.session().flights[0].clocks[0].shift_s;
+    let full = bench.harness.state().state.time.range().length_s();
+    // The first points of the pointer's way tell a drag from a click.
+    assert!(dragged - 0.04 > 0.5 * full / 60.0 && dragged - 0.04 < 1.01 * full / 60.0, "{dragged} s of {full} s");
+    bench.request(UiCommand::Edit(EditCommand::Undo));
+    assert_eq!(bench.session().flights[0].clocks[0].shift_s, shift_s, "the drag is one step");
+}
+
+#[test]
+fn marked_windows_give_the_noise_and_a_button_takes_it() {
+    let mut bench = Bench::open();
+    bench.show(Pane::Preprocess);
+    let view = &mut bench.harness.state_mut().state.time;
+    view.markers_s = [Some(30.0), Some(34.0)];
+    bench.harness.run_steps(2);
+    bench.harness.get_by_label("Mark what is on screen").click();
+    bench.settle();
+    let marked = bench.session().steady[0].clone();
+    assert_eq!((marked.window, marked.roles.len()), (Window { start_s: 30.0, end_s: 34.0 }, 0));
+    let expected = noise_statistics(&series(&bench, Role::PitchRate), &[marked.window], 2).expect("samples lie inside");
+    assert_eq!(expected.samples, (4.0 / STEP_S).round() as usize + 1);
+    bench.show(Pane::Noise);
+    picture(&mut bench.harness, "noise_recorded");
+    bench.harness.get_by_label("take recorded Q q").click();
+    bench.settle();
+    assert_eq!(bench.session().filter.process_noise[Input::PitchRate as usize], expected.std);
+    // Another value, kept with its reason.
+    bench.enter("Q q", "0.5");
+    bench.harness.get_by_label("why Q q").click();
+    bench.harness.run_steps(3);
+    bench.harness.get_by_label("reason Q q").click();
+    bench.harness.run_steps(2);
+    bench.harness.get_by_label("reason Q q").type_text("vibration");
+    bench.harness.run_steps(2);
+    bench.harness.get_by_label("Keep").click();
+    bench.settle();
+    assert_eq!(bench.session().noise_reasons.get("q").map(String::as_str), Some("vibration"));
+    bench.harness.get_by_label("take recorded Q q").click();
+    bench.settle();
+    assert!(bench.session().noise_reasons.is_empty());
+    assert_eq!(bench.session().filter.process_noise[Input::PitchRate as usize], expected.std);
+}
+
+#[test]
+fn proposed_manoeuvres_are_accepted_one_by_one_or_all_at_once() {
+    let mut harness: Harness<'_, Workbench> = builder(1500.0, 950.0).build_eframe(|cc| {
+        let document = Document::shipped().expect("a session is shipped");
+        let mut app = Workbench::new(cc, document).expect("a thread starts");
+        app.files = Files::without_system();
+        let names: Vec<String> = app.document.session().windows.iter().map(|window| window.name.clone()).collect();
+        for name in names {
+            app.apply(&Edit::Window(WindowEdit::Remove(name)));
+        }
+        app
+    });
+    let settle = |harness: &mut Harness<'_, Workbench>| {
+        harness.run_steps(3);
+        for _ in 0..12_000 {
+            if !harness.state().is_busy() {
+                break;
+            }
+            std::thread::sleep(std::time::Duration::from_millis(5));
+            harness.step();
+        }
+        harness.run_steps(3);
+        assert!(!harness.state().is_busy(), "results come in time");
+    };
+    settle(&mut harness);
+    harness.state_mut().request(UiCommand::View(ViewCommand::Show(Pane::Manoeuvres)));
+    settle(&mut harness);
+    let found = harness.state().snapshot().proposals["FT1"].ready().expect("the flight is looked through").clone();
+    harness.get_by_label_contains("manoeuvres found are not in the session").click();
+    settle(&mut harness);
+    harness.get_by_label("accept 03 elevator doublet").click();
+    settle(&mut harness);
+    let session = |harness: &Harness<'_, Workbench>| harness.state().document.session().clone();
+    let window = session(&harness).windows[0].clone();
+    assert_eq!(session(&harness).windows.len(), 1);
+    assert_eq!(window, found.windows[2].manoeuvre);
+    let path = harness.state().snapshot().windows[&window.name].path.ready().expect("it is computed").clone();
+    let expected = 50.0 * (window.window.end_s - window.window.start_s);
+    assert!((path.data.inputs.time_s.len() as f64 - expected).abs() <= 1.0, "at 50 Hz");
+    picture(&mut harness, "proposals");
+    harness.get_by_label_contains("Accept all").click();
+    settle(&mut harness);
+    assert_eq!(session(&harness).windows.len(), found.windows.len());
+    harness.get_by_label("Side by side").click();
+    settle(&mut harness);
+    harness.get_by_label("thumbnail 01 aileron doublet").click();
+    settle(&mut harness);
+    assert_eq!(harness.state().state.selection.window.as_deref(), Some("01 aileron doublet"));
+    picture(&mut harness, "side_by_side");
+    harness.state_mut().request(UiCommand::Edit(EditCommand::Undo));
+    settle(&mut harness);
+    assert_eq!(session(&harness).windows.len(), 1, "all of them are one step");
+}
