@@ -50,6 +50,7 @@ pub fn draw(app: &mut Workbench, ui: &mut Ui) {
     }
     app.guard(ui.ctx());
     app.take_figures(ui.ctx());
+    app.offer_work(ui.ctx());
     let moved = app.hovered_s != app.state.time.cursor_s;
     if moved || !app.commands.is_empty() || !app.edits.is_empty() {
         ui.ctx().request_repaint();

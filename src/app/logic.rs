@@ -1,12 +1,13 @@
 //! Before drawing: results are taken in, keys become commands, commands and edits are carried out, a run is asked for.
 
+use std::path::Path;
 use std::sync::Arc;
 
 use doublet_engine::run::Snapshot;
 use doublet_engine::study::Study;
 use eframe::egui::{self, Modifiers, ViewportCommand};
 
-use super::{Pending, Workbench};
+use super::{Document, Pending, Workbench};
 use crate::command::{UiCommand, dispatch};
 use crate::panels::{self, EditRequest};
 use crate::ui_state::UiState;
@@ -27,13 +28,22 @@ pub fn run(app: &mut Workbench, ctx: &egui::Context) {
     for request in std::mem::take(&mut app.edits) {
         edit(app, request);
     }
+    app.keep_work();
     keep_selection(app);
     keep_computing(app, ctx);
-    let title = app.document.title();
+    let title = title(&app.document);
     if title != app.title {
         ctx.send_viewport_cmd(ViewportCommand::Title(title.clone()));
         app.title = title;
     }
+}
+
+/// Title of the window: file, a dot while there is something to save, and whether another program has the file.
+fn title(document: &Document) -> String {
+    let name = document.path.as_deref().and_then(Path::file_name).and_then(|name| name.to_str());
+    let mark = if document.history.is_modified() { "• " } else { "" };
+    let held = if document.held_by().is_some() { " (open elsewhere)" } else { "" };
+    format!("{mark}{}{held} – doublet", name.unwrap_or(document.session().title.as_str()))
 }
 
 /// Files dropped on the window, files chosen in a dialog, and the wish to close the window.
@@ -59,7 +69,7 @@ fn take_files(app: &mut Workbench, ctx: &egui::Context) {
 /// Turns pressed keys into commands, those with most modifiers first. While a field has the keyboard, or the palette is
 /// open, keys without Ctrl or Alt belong to it.
 fn take_shortcuts(app: &mut Workbench, ctx: &egui::Context) {
-    let asking = app.guarded.is_some() || app.files.is_asking();
+    let asking = app.guarded.is_some() || app.files.is_asking() || app.is_offering_work();
     let busy = ctx.egui_wants_keyboard_input() || app.palette.is_open() || ctx.dragged_id().is_some();
     let mut pressed: Vec<UiCommand> = Vec::new();
     if asking {

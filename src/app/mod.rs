@@ -1,10 +1,10 @@
 //! The application: owns the state; `logic` changes it, `draw` shows it.
 
-mod document;
 mod draw;
 pub mod files;
 mod logic;
 mod pending;
+mod recovery;
 
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -12,13 +12,14 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+pub use doublet_engine::document::Document;
+use doublet_engine::keep;
 use doublet_engine::report::Reference;
 use doublet_engine::run::{Engine, Export, Request, Snapshot};
 use doublet_engine::session::Session;
 use doublet_engine::study::Study;
 use eframe::egui;
 
-pub use document::Document;
 pub use pending::{Asked, Pending};
 
 use crate::command::{CommandInfo, CommandPalette, UiCommand, ui_command};
@@ -27,6 +28,7 @@ use crate::theme;
 use crate::ui_state::UiState;
 use crate::widgets::figure::{Figure, FigureRequest};
 use files::Files;
+use recovery::Recovery;
 
 /// Something to tell the user.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -60,6 +62,7 @@ pub struct Workbench {
     asked: Option<Asked>,
     guarded: Option<Pending>,
     exporting: Option<Export>,
+    recovery: Recovery,
     leaving: bool,
     title: String,
     hovered_s: Option<f64>,
@@ -96,6 +99,7 @@ impl Workbench {
             asked: None,
             guarded: None,
             exporting: None,
+            recovery: Recovery::default(),
             leaving: false,
             title: String::new(),
             hovered_s: None,
@@ -166,6 +170,7 @@ impl Workbench {
             crate::panels::choose(&mut self.state, &session, &first.name);
         }
         self.compute();
+        self.keep_document();
     }
 
     /// Asks the engine for everything that follows from the session.
@@ -230,7 +235,7 @@ pub fn run(session: Option<&Path>) -> Result<(), String> {
             options,
             Box::new(move |cc| {
                 running.store(true, Ordering::Relaxed);
-                Ok(Box::new(Workbench::new(cc, document)?))
+                Ok(Box::new(Workbench::new(cc, document)?.keeping_work_in(keep::state_folder())))
             }),
         )
     }));

@@ -58,6 +58,7 @@ impl Workbench {
             Pending::Open(path) => self.enter_document(Document::open(&path)),
             Pending::Shipped => self.enter_document(Document::shipped()),
             Pending::Quit => {
+                self.document.give_up();
                 self.leaving = true;
                 ctx.send_viewport_cmd(ViewportCommand::Close);
             }
@@ -67,9 +68,11 @@ impl Workbench {
     fn enter_document(&mut self, document: Result<Document, String>) {
         match document {
             Ok(document) => {
+                self.document.give_up();
                 self.document = document;
                 self.message = None;
                 self.enter();
+                self.look_for_its_work();
             }
             Err(line) => self.complain(line),
         }
@@ -117,7 +120,7 @@ impl Workbench {
 
     /// Saves to the session's file, or asks for one; then goes on.
     pub fn save_then(&mut self, after: Option<Pending>, ctx: &egui::Context) {
-        match self.document.path.clone() {
+        match self.document.path.clone().filter(|_| self.document.held_by().is_none()) {
             Some(path) => self.save_to(&path, after, ctx),
             None => self.ask(Asked::Save(after), ctx),
         }

@@ -71,11 +71,12 @@ impl Match {
     /// Measured with its band, simulated on top.
     fn plots(&mut self, ctx: &mut PanelContext<'_>, replay: &WindowReplay, stale: bool, ui: &mut Ui) {
         let colors = theme::palette(ui).series;
+        let units = ctx.state.units;
         let shown = |half_band: bool| half_band || self.aspect == Aspect::Signals;
         let signals = replay.series.iter().filter(|series| shown(series.half_band.is_some()));
         let plots: Vec<_> = signals
             .map(|series| {
-                let (unit, scale) = notation::unit(series.signal.dimension());
+                let (unit, scale) = units.of(series.signal.dimension());
                 let measured = Trace {
                     scale,
                     stale,

@@ -196,7 +196,7 @@ fn take_recorded(ctx: &mut PanelContext<'_>, ui: &mut Ui, name: &str, row: &Nois
     let mark = RichText::new(if kept.is_some() { "✎●" } else { "✎" }).size(11.0);
     let hint = kept.map_or("Why it is not what the recording says", String::as_str);
     let menu = ui.menu_button(mark, |ui| {
-        let id = ui.id().with("reason");
+        let id = ui.scope_id().with("reason");
         let mut reason = ui.data(|data| data.get_temp(id)).or(kept.cloned()).unwrap_or_default();
         let field =
             ui.add(egui::TextEdit::singleline(&mut reason).hint_text("why not as recorded").desired_width(180.0));

@@ -1,17 +1,17 @@
 //! What happens to signals before they are used: smoothing, resampling, time shifts, steady windows.
 
-use doublet_core::prep::{Interpolation, Resampling};
+use doublet_core::prep::{Interpolation, Resampling, Spectrum};
 use doublet_core::quantity::Role;
 use doublet_core::series::Window;
 use doublet_engine::session::{Edit, NoiseEdit, SignalEdit, SignalPreset, SignalRule, SignalSetting, SteadyWindow};
 use doublet_engine::stage::{FlightProposals, LoadedFlight, SignalSpectrum, UsedClock};
 use eframe::egui::{self, CollapsingHeader, ComboBox, Grid, RichText, ScrollArea, Ui};
-use egui_plot::{Legend, Line, Plot, PlotPoints, Points};
 
 use super::{Panel, PanelContext, View, caption, empty};
 use crate::notation;
 use crate::theme;
 use crate::widgets::EditPhase;
+use crate::widgets::chart::{Chart, ChartCurve, ChartStyle};
 use crate::widgets::quantity_edit::QuantityEdit;
 use crate::widgets::time_plot::{PlotCache, SpanMark, TimePlot, Trace, TraceStyle};
 use crate::widgets::time_view::Stretch;
@@ -23,6 +23,8 @@ const SIGNAL_HEIGHT: f32 = 190.0;
 /// Samples of the moving average and of the polynomial, and its degree, that a tick switches on: those of the thesis.
 const AVERAGE: usize = 4;
 const POLYNOMIAL: (usize, usize) = (2, 11);
+/// Frequencies named under a spectrum, Hz.
+const DECADES_HZ: [f64; 6] = [1e-3, 1e-2, 0.1, 1.0, 10.0, 100.0];
 /// Rate new samples have at first, Hz.
 const RATE_HZ: f64 = 100.0;
 /// Longest gap that is bridged when one is stated first, s.
@@ -131,7 +133,7 @@ impl Preprocess {
         let Some(used) = recording.role(role) else { return };
         let palette = theme::palette(ui);
         let treated = loaded.treated.iter().find(|signal| signal.role == role);
-        let (unit, scale) = notation::role_unit(role);
+        let (unit, scale) = ctx.state.units.of_role(role);
         let mut traces = Vec::new();
         if let Some(signal) = treated {
             let recorded = &recording.channels[signal.recorded].series;
@@ -156,7 +158,7 @@ impl Preprocess {
             ui.weak(format!("{}: {} samples, {} used", signal.steps.join(", "), signal.samples[0], signal.samples[1]));
         }
         if let Some(found) = spectra.iter().find(|spectrum| spectrum.role == role) {
-            spectrum_plot(ui, found, unit, scale);
+            spectrum_plot(ctx, ui, found, unit, scale);
         }
     }
 
@@ -182,16 +184,18 @@ impl Preprocess {
                 ui.end_row();
             }
         });
-        let fitted: Vec<&UsedClock> = loaded.clocks.iter().filter(|clock| clock.estimate.is_some()).collect();
-        let Some(clock) = fitted.get(self.clock.min(fitted.len().saturating_sub(1))) else { return };
-        ui.horizontal(|ui| {
-            ui.weak("Lag against the fitted clock, of");
-            for (index, clock) in fitted.iter().enumerate() {
-                ui.selectable_value(&mut self.clock, index, &clock.source);
+        let sources = sources(loaded);
+        let Some(source) = sources.get(self.clock.min(sources.len().saturating_sub(1))) else { return };
+        ui.horizontal_wrapped(|ui| {
+            ui.weak("Lag of");
+            for (index, source) in sources.iter().enumerate() {
+                ui.selectable_value(&mut self.clock, index, source);
             }
         });
-        lag_plot(ui, clock);
-        self.drag(ctx, ui, flight, &clock.source);
+        if let Some(clock) = loaded.clocks.iter().find(|clock| clock.source == *source) {
+            lag_plot(ctx, ui, clock);
+        }
+        self.drag(ctx, ui, flight, source);
     }
 
     /// A strip that shifts a source as it is dragged, by as much time as the pointer passes in the plot of the signal.
@@ -301,54 +305,34 @@ fn rule(ctx: &mut PanelContext<'_>, ui: &mut Ui, flight: &str, role: Role, setti
 }
 
 /// Spectra before and after, both axes logarithmic.
-fn spectrum_plot(ui: &mut Ui, found: &SignalSpectrum, unit: &str, scale: f64) {
+fn spectrum_plot(ctx: &mut PanelContext<'_>, ui: &mut Ui, found: &SignalSpectrum, unit: &str, scale: f64) {
     let palette = theme::palette(ui);
-    let line = |name: &'static str, spectrum: &doublet_core::prep::Spectrum, color| {
+    let curve = |name: &str, spectrum: &Spectrum, color| {
         let pairs = spectrum.frequency_hz.iter().zip(&spectrum.density).filter(|(_, density)| **density > 0.0);
-        let points: PlotPoints<'_> =
-            pairs.map(|(hz, density)| [hz.log10(), (scale * scale * density).log10()]).collect();
-        Line::new(name, points).color(color)
+        let points = pairs.map(|(hz, density)| [hz.log10(), (scale * scale * density).log10()]);
+        ChartCurve::new(name, color, ChartStyle::Line, points.collect())
     };
-    let label = if unit.is_empty() { "1/Hz".to_owned() } else { format!("({unit})²/Hz") };
-    let power = |mark: egui_plot::GridMark, _: &std::ops::RangeInclusive<f64>| {
-        if (mark.value - mark.value.round()).abs() < 1e-6 { format!("1e{:.0}", mark.value) } else { String::new() }
-    };
-    Plot::new("spectrum")
-        .height(PLOT_HEIGHT)
-        .x_axis_label("frequency [Hz]")
-        .y_axis_label(format!("density [{label}]"))
-        .x_axis_formatter(power)
-        .y_axis_formatter(power)
-        .allow_scroll(false)
-        .legend(Legend::default())
-        .show(ui, |plot| {
-            let color = if found.treated.is_some() { palette.ignored } else { palette.series[0] };
-            plot.line(line("recorded", &found.recorded, color));
-            if let Some(treated) = &found.treated {
-                plot.line(line("used", treated, palette.series[0]));
-            }
-        });
+    let unit = if unit.is_empty() { "1".to_owned() } else { format!("({unit})²") };
+    let mut chart = Chart::new("spectrum", "frequency [Hz]", format!("log₁₀ of density [{unit}/Hz]"));
+    chart.places = DECADES_HZ.iter().map(|hz: &f64| (hz.log10(), format!("{hz}"))).collect();
+    let color = if found.treated.is_some() { palette.ignored } else { palette.series[0] };
+    chart.curves.push(curve("recorded", &found.recorded, color));
+    chart.curves.extend(found.treated.as_ref().map(|treated| curve("used", treated, palette.series[0])));
+    ctx.chart(ui, &chart, PLOT_HEIGHT);
 }
 
 /// What every chunk of the shared channels says about a clock, against its own time.
-fn lag_plot(ui: &mut Ui, clock: &UsedClock) {
+fn lag_plot(ctx: &mut PanelContext<'_>, ui: &mut Ui, clock: &UsedClock) {
     let Some(estimate) = &clock.estimate else { return };
     let palette = theme::palette(ui);
-    let points = |used: bool| -> PlotPoints<'_> {
+    let mut chart = Chart::new("lag", format!("own time of {} [s]", clock.source), "lag [ms]");
+    for (used, name, color) in [(false, "left out", palette.ignored), (true, "agrees", palette.series[0])] {
         let chunks = estimate.chunks.iter().filter(|chunk| chunk.used == used);
-        chunks.map(|chunk| [chunk.own_s, 1e3 * chunk.residual_s]).collect()
-    };
-    Plot::new("lag")
-        .height(PLOT_HEIGHT)
-        .x_axis_label("recorder's own time [s]")
-        .y_axis_label("lag [ms]")
-        .allow_scroll(false)
-        .legend(Legend::default())
-        .show(ui, |plot| {
-            plot.points(Points::new("left out", points(false)).color(palette.ignored).radius(3.0));
-            plot.points(Points::new("agrees", points(true)).color(palette.series[0]).radius(4.0));
-            plot.hline(egui_plot::HLine::new("clock used", 1e3 * clock.shift_s).color(palette.accent));
-        });
+        let points = chunks.map(|chunk| [chunk.own_s, 1e3 * chunk.residual_s]).collect();
+        chart.curves.push(ChartCurve::new(name, color, ChartStyle::Dots(3.5), points));
+    }
+    chart.levels.push((1e3 * clock.shift_s, palette.accent));
+    ctx.chart(ui, &chart, PLOT_HEIGHT);
 }
 
 /// Steady windows: those of the session, those found, one from the screen.
@@ -419,7 +403,7 @@ fn statistics(ctx: &PanelContext<'_>, ui: &mut Ui, flight: &str) {
         for row in &noise.rows {
             let Some(found) = &row.statistics else { continue };
             let role = row.channel.role();
-            let (unit, scale) = notation::role_unit(role);
+            let (unit, scale) = ctx.state.units.of_role(role);
             ui.label(notation::role(role)).on_hover_text(row.origin());
             ui.label(format!("{} {unit}", notation::number(scale * found.std)));
             ui.label(notation::number(scale * found.difference_std));

@@ -13,7 +13,9 @@ use crate::theme;
 use crate::widgets::chart::{Chart, ChartCurve, ChartStyle};
 
 /// Bars of the chart.
-const BARS: usize = 12;
+const BARS: usize = 10;
+/// Changes below this are left out of the chart, per cent.
+const LEAST_PERCENT: f64 = 0.01;
 
 /// The panel.
 #[derive(Default)]
@@ -76,7 +78,9 @@ fn tornado(ctx: &mut PanelContext<'_>, ui: &mut Ui, study: &SensitivityStudy) {
     if chosen != before {
         ctx.state.selection.derivative = Some(chosen.clone());
     }
-    let bars: Vec<&TornadoBar> = study.tornado.iter().filter(|bar| bar.derivative == chosen).take(BARS).collect();
+    let moved = |bar: &&TornadoBar| bar.change_percent.iter().any(|change| change.abs() > LEAST_PERCENT);
+    let own = study.tornado.iter().filter(|bar| bar.derivative == chosen).filter(moved);
+    let bars: Vec<&TornadoBar> = own.take(BARS).collect();
     let palette = theme::palette(ui);
     let mut chart =
         Chart::new("tornado of sensitivity", "quantity", format!("change of {} [%]", notation::derivative(&chosen)));

@@ -11,6 +11,11 @@ use crate::theme;
 /// Part of the extent left free around the data.
 const MARGIN: f32 = 0.06;
 
+/// Room of a legend at the foot of a chart: two lines.
+const LEGEND_ROOM: f32 = 42.0;
+/// Distance between ticks from which their labels are drawn, and drawn fully.
+const LABELS: egui::Rangef = egui::Rangef { min: 8.0, max: 12.0 };
+
 /// How a curve of a chart is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ChartStyle {
@@ -100,12 +105,14 @@ impl Chart {
             .custom_y_axes(vec![
                 egui_plot::AxisHints::new_y()
                     .label(egui::RichText::new(&self.labels[1]).size(11.5))
+                    .label_spacing(LABELS)
                     .tick_label_color(text)
                     .formatter(|mark, _| tick(mark.value, mark.step_size)),
             ])
             .custom_x_axes(vec![
                 egui_plot::AxisHints::new_x()
                     .label(egui::RichText::new(&self.labels[0]).size(11.5))
+                    .label_spacing(LABELS)
                     .tick_label_color(text)
                     .formatter(move |mark, _| match named {
                         true => places.iter().find(|(at, _)| *at == mark.value).map_or(String::new(), |p| p.1.clone()),
@@ -130,7 +137,11 @@ impl Chart {
         });
         let frame = *shown.transform.frame();
         if self.legend {
-            self.draw_legend(ui, frame);
+            let bounds = shown.transform.bounds();
+            let middle = 0.5 * (bounds.min()[1] + bounds.max()[1]);
+            let points = || self.curves.iter().flat_map(|curve| &curve.points);
+            let above = points().filter(|[_, y]| *y > middle).count();
+            self.draw_legend(ui, frame, 2 * above > points().count());
         }
         let name = self.name.clone();
         shown.response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, &name));
@@ -147,11 +158,14 @@ impl Chart {
             .map(|form| FigureRequest { figure: self.figure(frame.size(), (bounds.min(), bounds.max())), form })
     }
 
-    /// Names of the curves in the upper left corner.
-    fn draw_legend(&self, ui: &Ui, frame: egui::Rect) {
+    /// Names of the curves in the upper left corner, or in the lower one.
+    fn draw_legend(&self, ui: &Ui, frame: egui::Rect, below: bool) {
         let palette = theme::palette(ui);
         let painter = ui.painter().with_clip_rect(frame);
         let mut at = frame.left_top() + egui::vec2(6.0, 4.0);
+        if below {
+            at.y = frame.bottom() - LEGEND_ROOM;
+        }
         for curve in self.curves.iter().filter(|curve| !curve.name.is_empty()) {
             let ink = ui.visuals().text_color();
             let galley = painter.layout_no_wrap(curve.name.clone(), egui::FontId::proportional(11.0), ink);

@@ -10,6 +10,7 @@ mod plots;
 mod preprocess;
 mod rasteriser;
 mod recording;
+mod recovery;
 mod speed;
 mod widgets;
 mod workbench;

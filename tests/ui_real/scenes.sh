@@ -9,6 +9,13 @@ command "Fits and residuals"
 command "Noise and filter"
 command Derivatives
 shot noise
+command "Ground track"
+command "Model"
+command "Sensitivity"
+command "Compute sensitivity"
+sleep "${settle:-8}"
+shot sensitivity
+command Flight
 command Propulsion
 shot propulsion
 command Reconstruction

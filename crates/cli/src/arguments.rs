@@ -47,6 +47,10 @@ pub enum Command {
     Match(MatchArguments),
     /// Write the identified model for JSBSim or as DAVE-ML, with the points it is checked at.
     Export(ExportArguments),
+    /// Show what differs between two sessions or two runs: settings, and derivatives with the significance of their difference.
+    Diff(DiffArguments),
+    /// Run many sessions, or one with settings swept, over all cores; what was interrupted is taken up again.
+    Batch(BatchArguments),
     /// Fly a simulated flight and write its recordings and its truth.
     Simulate(SimulateArguments),
     /// Print power, thrust and their sensitivities of an aircraft's engines at one condition.
@@ -185,6 +189,37 @@ pub struct MonteCarloArguments {
     pub seed: u64,
 }
 
+/// Arguments of `diff`.
+#[derive(Debug, Args)]
+pub struct DiffArguments {
+    /// Session, which is run, or folder of results.
+    pub first: PathBuf,
+    /// Another one.
+    pub second: PathBuf,
+    /// Compare settings only: nothing is run.
+    #[arg(long)]
+    pub settings: bool,
+    /// Print JSON.
+    #[arg(long, conflicts_with = "csv")]
+    pub json: bool,
+    /// Print CSV.
+    #[arg(long)]
+    pub csv: bool,
+}
+
+/// Arguments of `batch`.
+#[derive(Debug, Args)]
+pub struct BatchArguments {
+    /// Folder of sessions and sweeps, or one of them.
+    pub sessions: PathBuf,
+    /// Table to write, .parquet or .csv; what is finished is kept in NAME.runs beside it.
+    #[arg(long)]
+    pub out: PathBuf,
+    /// Compute the I-th of N parts and write no table: for the jobs of a scheduler, which share the folder of finished runs.
+    #[arg(long, value_name = "I/N", value_parser = part)]
+    pub task: Option<(usize, usize)>,
+}
+
 /// Arguments of `simulate`.
 #[derive(Debug, Args)]
 pub struct SimulateArguments {
@@ -268,6 +303,14 @@ pub struct DatcomArguments {
     /// Altitude of the deck, m.
     #[arg(long, value_name = "M", default_value_t = 1130.0, allow_negative_numbers = true)]
     pub altitude_m: f64,
+}
+
+/// Reads `I/N`.
+fn part(text: &str) -> Result<(usize, usize), String> {
+    let wrong = || format!("'{text}' is no part: write it as I/N with I from 1 to N, for example 3/8");
+    let (part, parts) = text.split_once('/').ok_or_else(wrong)?;
+    let (part, parts) = part.parse().ok().zip(parts.parse().ok()).ok_or_else(wrong)?;
+    if (1..=parts).contains(&part) { Ok((part, parts)) } else { Err(wrong()) }
 }
 
 /// Reads `NAME=VALUE`.

@@ -1,8 +1,10 @@
 //! Command line of doublet: everything the workbench does, without a screen.
 
 mod arguments;
+mod batch;
 mod check;
 mod datcom;
+mod diff;
 mod engine;
 mod export;
 mod inspect;
@@ -72,6 +74,8 @@ fn execute(command: Command) -> ExitCode {
         Command::Propose(arguments) => propose::propose(&arguments),
         Command::Match(arguments) => match_command::match_command(&arguments),
         Command::Export(arguments) => export::export(&arguments),
+        Command::Diff(arguments) => diff::diff(&arguments),
+        Command::Batch(arguments) => batch::batch(&arguments),
         Command::Simulate(arguments) => simulate::simulate(&arguments),
         Command::Engine(arguments) => engine::engine(&arguments),
         Command::Datcom(arguments) => datcom::datcom(&arguments),

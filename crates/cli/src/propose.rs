@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
+use doublet_engine::keep::Lock;
 use doublet_engine::session::{self, Edit, NoiseChannel, NoiseEdit, Opened, Session, WindowEdit};
 use doublet_engine::stage::{self, FlightNoise, FlightProposals, LoadedFlight};
 
@@ -43,6 +44,7 @@ pub struct Target {
 /// One line when the session or a recording cannot be read, or the session cannot be written.
 pub fn propose(arguments: &ProposeArguments) -> Result<(), String> {
     let (What::Windows(target) | What::Steady(target) | What::Noise(target)) = &arguments.what;
+    let _lock = if target.apply { Lock::hold(&target.session)? } else { None };
     let opened = session::open(&target.session).map_err(|e| format!("{}: {e}", target.session.display()))?;
     let mut changed = opened.session.clone();
     for flight in &opened.session.flights {

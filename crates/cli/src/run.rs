@@ -29,6 +29,7 @@ pub fn run(arguments: &RunArguments) -> Result<(), String> {
     }
     let results = report::build(&session, &snapshot);
     let folder = report::write(&session, &snapshot, &arguments.out).map_err(|error| error.to_string())?;
+    session::path_warning(&session.aircraft).iter().for_each(|line| text::line(&format!("aircraft: {line}")));
     summary(&results);
     text::line(&format!("results in {}", folder.display()));
     Ok(())

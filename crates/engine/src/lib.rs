@@ -4,9 +4,13 @@
 //! [`stage`] compute what follows from it, [`graph`] keeps what they computed under keys of its content, and [`run`] does so in
 //! the background and publishes [`run::Snapshot`]s; [`study`] holds what takes longer and is asked for. The command line and the workbench use the same road.
 
+pub mod batch;
 pub mod builtin;
+pub mod compare;
+pub mod document;
 pub mod export;
 pub mod graph;
+pub mod keep;
 pub mod report;
 pub mod run;
 pub mod session;

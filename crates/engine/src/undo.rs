@@ -23,14 +23,19 @@ pub struct History {
     past: Vec<Step>,
     future: Vec<Step>,
     open: Option<Step>,
-    saved: Arc<Session>,
+    saved: Option<Arc<Session>>,
 }
 
 impl History {
     /// A history that starts at `session`, which counts as saved.
     pub fn new(session: Session) -> Self {
         let present = Arc::new(session);
-        Self { saved: Arc::clone(&present), present, past: Vec::new(), future: Vec::new(), open: None }
+        Self { saved: Some(Arc::clone(&present)), present, past: Vec::new(), future: Vec::new(), open: None }
+    }
+
+    /// A history that starts at `session`, which no file has.
+    pub fn unsaved(session: Arc<Session>) -> Self {
+        Self { present: session, past: Vec::new(), future: Vec::new(), open: None, saved: None }
     }
 
     /// The session as it is now.
@@ -40,12 +45,17 @@ impl History {
 
     /// Whether the session differs from the one last saved.
     pub fn is_modified(&self) -> bool {
-        !Arc::ptr_eq(&self.saved, &self.present) && *self.saved != *self.present
+        self.saved.as_ref().is_none_or(|saved| !Arc::ptr_eq(saved, &self.present) && **saved != *self.present)
+    }
+
+    /// The session its file has.
+    pub fn saved(&self) -> Option<&Arc<Session>> {
+        self.saved.as_ref()
     }
 
     /// Notes that the present session is now the one in the file.
     pub fn mark_saved(&mut self) {
-        self.saved = Arc::clone(&self.present);
+        self.saved = Some(Arc::clone(&self.present));
     }
 
     /// Writes past, present and future anew by `change`: for what is no step, such as the folder that paths start from.
@@ -54,7 +64,7 @@ impl History {
         let steps = self.past.iter_mut().chain(&mut self.future).chain(&mut self.open);
         steps.for_each(|step| replace(&mut step.session));
         replace(&mut self.present);
-        replace(&mut self.saved);
+        self.saved.iter_mut().for_each(replace);
     }
 
     /// Applies an edit. Within [`History::begin`] and [`History::commit`] it joins the open step.
@@ -71,6 +81,13 @@ impl History {
         }
         self.present = Arc::new(next);
         Ok(())
+    }
+
+    /// One step to another session.
+    pub fn step(&mut self, label: &str, session: Arc<Session>) {
+        self.commit();
+        let before = std::mem::replace(&mut self.present, session);
+        self.push(Step { label: label.to_owned(), session: before });
     }
 
     /// Opens a step that gathers the edits of one gesture under `label`.

@@ -80,7 +80,7 @@ fn session_roundtrips() {
 }
 
 #[test]
-fn opens_session_v1_of_every_shipped_file() {
+fn every_shipped_session_opens() {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../sessions");
     let mut opened = 0;
     for entry in std::fs::read_dir(folder).unwrap() {
@@ -93,12 +93,40 @@ fn opens_session_v1_of_every_shipped_file() {
 }
 
 #[test]
+fn opens_session_v1_as_it_was_meant() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/sessions/v1");
+    let open = |name: &str| session::open(&folder.join(name)).unwrap().session;
+    for (name, flights, windows) in
+        [("demo", 1, 35), ("attas", 1, 3), ("citation_aileron", 1, 1), ("phlab_short_period", 1, 1)]
+    {
+        let session = open(&format!("{name}.toml"));
+        assert!(session::check(&session).is_empty(), "{name}");
+        assert_eq!((session.flights.len(), session.windows.len()), (flights, windows), "{name}");
+        assert!(session::print(&session).unwrap().contains(&format!("version = {}", session::VERSION)));
+    }
+    // Nothing but a flight: every setting is what was usual when version 1 was.
+    let bare = open("bare.toml");
+    assert_eq!(bare.preparation.differentiation_half_width_s, Some(0.1));
+    assert_eq!(bare.preparation.path, session::PathSource::Smoothed);
+    assert_eq!(bare.filter.measurement_noise[Measurement::Airspeed as usize], 0.2);
+    assert_eq!(bare.filter.process_noise[Input::RollRate as usize], 0.005_f64.to_radians());
+    assert_eq!(bare.filter.method, Method::Iekf { max_iterations: 10, tolerance: 1e-3 });
+    assert_eq!(bare.structure, Structure::thesis());
+    // A setting it has stays, beside those it leaves out.
+    let sparse = open("sparse.toml");
+    assert_eq!(sparse.filter.measurement_noise[Measurement::Airspeed as usize], 0.7);
+    assert_eq!(sparse.filter.measurement_noise[Measurement::Sideslip as usize], 0.1_f64.to_radians());
+    assert_eq!(sparse.preparation.differentiation_half_width_s, None);
+    assert_eq!(sparse.structure.models, [(Coefficient::CZ, vec![Term::constant(), Variable::Alpha.into()])]);
+}
+
+#[test]
 fn session_rejects_what_it_does_not_know() {
     let text = session::print(&example()).unwrap();
     let message = |text: &str| session::parse(text).unwrap_err().to_string();
     let misspelt = message(&text.replace("gravity_m_s2", "gravty_m_s2"));
     assert!(misspelt.contains("gravty_m_s2") && misspelt.contains("line"), "{misspelt}");
-    let newer = message(&text.replace("version = 1", "version = 99"));
+    let newer = message(&text.replace(&format!("version = {}", session::VERSION), "version = 99"));
     assert!(newer.contains("99") && newer.contains("newer"), "{newer}");
     let other = message("format = \"something\"\nversion = 1\n");
     assert!(other.contains("something"), "{other}");

@@ -9,13 +9,13 @@ use hdf5_reader::{Attribute, Dataset, Datatype, Hdf5File, OpenOptions};
 use super::LoadError;
 use super::clock::{Clock, assign_clocks, find_clocks};
 use super::contents::{ChannelInfo, Data, Format, Probe, Source, one_line};
-use super::hdf5_decode::{Layout, layout, read};
+use super::hdf5_decode::{Column, Layout, layout, read};
 use super::recognise::{finish, stem};
 
 /// Deepest nesting of groups that is followed.
 const MAX_DEPTH: usize = 32;
-/// Most that deflate can expand data (zlib technical note: 1032:1), with room for headers; a data set that claims more than the
-/// file could hold is refused.
+/// Most that deflate can expand data (zlib technical note: 1032:1), with room for headers; data sets that together claim more
+/// than the file could hold are refused.
 const MAX_EXPANSION: u64 = 1100;
 /// Decoded chunks kept while a file is open, bytes.
 const CHUNK_CACHE_BYTES: usize = 8 << 20;
@@ -43,7 +43,7 @@ pub(super) fn probe(path: &Path, format: Format) -> Result<Probe, LoadError> {
     let mut walk = Walk {
         path,
         format,
-        limit: limit(path),
+        left: limit(path),
         file: &file,
         sources: Vec::new(),
         warnings: Vec::new(),
@@ -51,12 +51,12 @@ pub(super) fn probe(path: &Path, format: Format) -> Result<Probe, LoadError> {
     };
     let root = file.root_group().map_err(fail)?;
     walk.group(&root, "", 0)?;
-    let Walk { mut sources, warnings, limit, .. } = walk;
+    let Walk { mut sources, warnings, .. } = walk;
     sources.retain(|source| !source.channels.is_empty() || !source.notes.is_empty());
     let mut failed = None;
     for source in &mut sources {
         find_clocks(source, |source, index| {
-            if let Err(error) = fetch(&file, path, format, limit, source, index) {
+            if let Err(error) = fetch(&file, path, format, source, index) {
                 failed.get_or_insert(error);
             }
         });
@@ -86,9 +86,9 @@ pub(super) fn complete(probe: &mut Probe) -> Result<(), LoadError> {
         return Ok(());
     }
     let (path, format) = (probe.path.clone(), probe.format);
-    let (file, limit) = (open(&path)?, limit(&path));
+    let file = open(&path)?;
     for (object, places) in wanted {
-        let columns = load(&file, &path, format, limit, &object)?;
+        let columns = load(&file, &path, format, &object)?;
         for (source, channel, column) in places {
             let channel = &mut probe.sources[source].channels[channel];
             match columns.get(column) {
@@ -122,43 +122,20 @@ fn damaged(path: &Path, format: Format, error: &hdf5_reader::error::Error) -> Lo
     LoadError::Damaged { path: path.to_owned(), format, what }
 }
 
-/// Reads one data set into columns, after checking that the file could hold what it claims.
-fn load(file: &Hdf5File, path: &Path, format: Format, limit: u64, object: &str) -> Result<Vec<Vec<f64>>, LoadError> {
+/// Reads one data set, whose size was checked when it was listed, into columns.
+fn load(file: &Hdf5File, path: &Path, format: Format, object: &str) -> Result<Vec<Vec<f64>>, LoadError> {
     let fail = |error: hdf5_reader::error::Error| damaged(path, format, &error);
     let dataset = file.dataset(object).map_err(fail)?;
-    check_size(&dataset, path, format, limit, object)?;
     match layout(&dataset, format == Format::MatV73) {
         Layout::Columns(samples, columns) => read(&dataset, samples, &columns).map_err(fail),
         _ => Ok(Vec::new()),
     }
 }
 
-fn check_size(dataset: &Dataset, path: &Path, format: Format, limit: u64, object: &str) -> Result<(), LoadError> {
-    let element = dataset.raw_element_size().unwrap_or(1).max(1) as u64;
-    let claimed = dataset.shape().iter().try_fold(element, |bytes, &side| bytes.checked_mul(side));
-    match claimed {
-        Some(bytes) if bytes <= limit => Ok(()),
-        _ => {
-            let (shape, object) = (dataset.shape(), one_line(object));
-            let what = format!(
-                "data set '{object}' claims {shape:?} elements of {element} bytes, more than the file can hold"
-            );
-            Err(LoadError::Damaged { path: path.to_owned(), format, what })
-        }
-    }
-}
-
 /// Reads the channel `index` of `source` and its neighbours of the same data set.
-fn fetch(
-    file: &Hdf5File,
-    path: &Path,
-    format: Format,
-    limit: u64,
-    source: &mut Source,
-    index: usize,
-) -> Result<(), LoadError> {
+fn fetch(file: &Hdf5File, path: &Path, format: Format, source: &mut Source, index: usize) -> Result<(), LoadError> {
     let Data::Stored(stored) = source.channels[index].data.clone() else { return Ok(()) };
-    let columns = load(file, path, format, limit, &stored.object)?;
+    let columns = load(file, path, format, &stored.object)?;
     for channel in &mut source.channels {
         let Data::Stored(other) = &channel.data else { continue };
         if let Some(values) = columns.get(other.column).filter(|_| other.object == stored.object) {
@@ -196,7 +173,7 @@ fn inherit_clocks(sources: &mut [Source]) {
 struct Walk<'f> {
     path: &'f Path,
     format: Format,
-    limit: u64,
+    left: u64,
     file: &'f Hdf5File,
     sources: Vec<Source>,
     warnings: Vec<String>,
@@ -240,7 +217,7 @@ impl Walk<'_> {
         if find(&attributes, &["MATLAB_empty"]).is_some() {
             return Ok(());
         }
-        check_size(dataset, self.path, self.format, self.limit, &object)?;
+        self.budget(dataset, &object)?;
         match class.as_deref() {
             Some("char") => return self.characters(at, &name, dataset),
             Some("cell") => return self.cells(at, path, &name, dataset),
@@ -272,6 +249,30 @@ impl Walk<'_> {
             }
             Layout::Other(reason) => self.warnings.push(format!("'{object}' is {reason} and is left out")),
         }
+        Ok(())
+    }
+
+    /// Takes what a data set would decode to from what all of them together may.
+    fn budget(&mut self, dataset: &Dataset, object: &str) -> Result<(), LoadError> {
+        let element = dataset.raw_element_size().unwrap_or(1).max(1) as u64;
+        let elements = dataset.shape().iter().try_fold(1_u64, |count, &side| count.checked_mul(side));
+        let decoded = match layout(dataset, self.format == Format::MatV73) {
+            // Fields of a compound may claim to lie one over the other.
+            Layout::Columns(samples, columns) => {
+                columns.iter().map(Column::size).sum::<usize>().checked_mul(samples).map(|bytes| bytes as u64)
+            }
+            _ => Some(0),
+        };
+        let stored = elements.and_then(|count| count.checked_mul(element));
+        let claimed = stored.zip(decoded).map(|(stored, decoded)| stored.max(decoded));
+        let Some(left) = claimed.and_then(|claimed| self.left.checked_sub(claimed)) else {
+            let (shape, object) = (dataset.shape(), one_line(object));
+            let what = format!(
+                "data set '{object}' claims {shape:?} elements of {element} bytes, more than the file can hold"
+            );
+            return Err(LoadError::Damaged { path: self.path.to_owned(), format: self.format, what });
+        };
+        self.left = left;
         Ok(())
     }
 

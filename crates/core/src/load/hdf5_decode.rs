@@ -16,6 +16,13 @@ pub(super) struct Column {
     number: Number,
 }
 
+impl Column {
+    /// Bytes of one of its numbers.
+    pub(super) fn size(&self) -> usize {
+        self.number.size()
+    }
+}
+
 /// A numeric type of native byte order.
 #[derive(Clone, Copy)]
 enum Number {

@@ -4,6 +4,7 @@
 
 use std::io::Read;
 use std::path::Path;
+use std::sync::Arc;
 
 use super::contents::one_line;
 use super::{Format, LoadError};
@@ -32,7 +33,7 @@ pub(super) enum Value {
     /// Cells in memory order.
     Cells(Vec<Value>),
     /// Fields of each element of a struct array.
-    Structs(Vec<Vec<(String, Value)>>),
+    Structs(Vec<Vec<(Arc<str>, Value)>>),
     /// A kind that is not read, with its name.
     Unread(&'static str),
 }
@@ -192,7 +193,8 @@ impl<'a> Cursor<'a> {
         if codes.len() != count {
             return Err(self.damaged(format!("text has {} characters, its dimensions say {count}", codes.len())));
         }
-        let columns = count / rows.max(1);
+        // Without characters there may be any number of rows.
+        let (rows, columns) = if count == 0 { (0, 0) } else { (rows, count / rows) };
         let code = |row: usize, column: usize| codes[column * rows + row] as u32;
         let order = (0..rows).flat_map(|row| (0..columns).map(move |column| (row, column)));
         Ok(order
@@ -223,14 +225,14 @@ impl<'a> Cursor<'a> {
         (0..count).map(|_| self.child(depth)).collect()
     }
 
-    fn structs(&mut self, name: &str, count: usize, depth: usize) -> Result<Vec<Vec<(String, Value)>>, LoadError> {
+    fn structs(&mut self, name: &str, count: usize, depth: usize) -> Result<Vec<Vec<(Arc<str>, Value)>>, LoadError> {
         let length = self.element("length of field names")?;
         let length = numbers(&length, self.big).and_then(|values| values.first().copied()).unwrap_or(0.0) as usize;
         let names = self.element("field names")?.data;
         if length == 0 && !names.is_empty() {
             return Err(self.damaged(format!("struct '{name}' has field names of no length")));
         }
-        let fields: Vec<String> = names.chunks_exact(length.max(1)).map(word_of).collect();
+        let fields: Vec<Arc<str>> = names.chunks_exact(length.max(1)).map(|name| word_of(name).into()).collect();
         if fields.is_empty() {
             return Ok(Vec::new());
         }

@@ -100,6 +100,16 @@ pub enum MapError {
         /// Names of the engines of the aircraft.
         known: Vec<String>,
     },
+    /// A chart or propeller map that is not a plain file name.
+    #[error(
+        "propulsion.engine '{name}': '{file}' is no file name: put charts and maps into the folder of the aircraft file"
+    )]
+    Place {
+        /// Name of the engine.
+        name: String,
+        /// Name found.
+        file: String,
+    },
     /// An engine with a chart but no propeller map, or the reverse.
     #[error("propulsion.engine '{name}' has no {missing}: give both chart and propeller, or neither")]
     Incomplete {
@@ -339,6 +349,10 @@ impl PropulsionSection {
                 let known = stations.iter().map(|station| station.name.clone()).collect();
                 Err(MapError::Name { name: name(), reason, known })
             };
+            let files = [&entry.chart, &entry.propeller].into_iter().flatten();
+            if let Some(file) = files.into_iter().find(|file| Path::new(file).file_name() != Some(file.as_ref())) {
+                return Err(MapError::Place { name: name(), file: file.clone() });
+            }
             if !stations.iter().any(|station| station.name == entry.name) {
                 return refuse("has no station");
             }

@@ -14,6 +14,8 @@ const HEADER_BYTES: usize = 16;
 const MAX_DEPTH: usize = 8;
 /// Most fields in one message, a bound against formats that multiply; a message has at most 65535 bytes.
 const MAX_FIELDS: usize = 65_536;
+/// Longest name of a field with those it is nested in; PX4 has names of up to some 40 characters.
+const MAX_NAME: usize = 255;
 
 /// A field of a message format: type, number of elements, name.
 struct Field {
@@ -86,6 +88,7 @@ impl Kind {
 struct Topic {
     name: String,
     numbers: Vec<Number>,
+    /// Bytes up to the end of the last number; padding behind it is not written.
     bytes: usize,
     values: Vec<Vec<f64>>,
     short: usize,
@@ -93,7 +96,8 @@ struct Topic {
 
 /// Sources of a flight log, and warnings.
 pub(super) fn sources(path: &Path, contents: &[u8]) -> Result<(Vec<Source>, Vec<String>), LoadError> {
-    let mut log = Log::default();
+    // Every number that is logged takes a byte, so the topics of a file have no more of them than it has bytes.
+    let mut log = Log { fields_left: contents.len() + MAX_FIELDS, ..Log::default() };
     let mut at = HEADER_BYTES;
     while at < contents.len() {
         let left = contents.len() - at;
@@ -120,6 +124,14 @@ pub(super) fn sources(path: &Path, contents: &[u8]) -> Result<(Vec<Source>, Vec<
     Ok(log.into_sources())
 }
 
+/// What a format comes to: its numbers, the bytes up to the end of the last, and how many fields were looked at.
+#[derive(Default)]
+struct Found {
+    numbers: Vec<Number>,
+    bytes: usize,
+    fields: usize,
+}
+
 #[derive(Default)]
 struct Log {
     formats: BTreeMap<String, Vec<Field>>,
@@ -129,6 +141,7 @@ struct Log {
     dropouts: usize,
     dropout_ms: u64,
     unknown: usize,
+    fields_left: usize,
 }
 
 impl Log {
@@ -175,22 +188,25 @@ impl Log {
     fn subscribe(&mut self, body: &[u8]) -> Result<(), String> {
         let [multi, low, high, name @ ..] = body else { return Err("a subscription of too few bytes".to_owned()) };
         let format = one_line(&String::from_utf8_lossy(name));
-        let mut numbers = Vec::new();
-        let bytes = self.expand(&format, "", 0, 0, &mut (&mut numbers, 0))?;
+        let mut found = Found::default();
+        self.expand(&format, "", 0, 0, &mut found)?;
+        let Found { numbers, bytes, fields } = found;
+        let left = self.fields_left.checked_sub(fields);
+        self.fields_left = left.ok_or("the topics have more fields than the file has bytes")?;
         let name = if *multi == 0 { format } else { format!("{format}.{multi}") };
         let values = numbers.iter().map(|_| Vec::new()).collect();
         self.topics.insert(u16::from_le_bytes([*low, *high]), Topic { name, numbers, bytes, values, short: 0 });
         Ok(())
     }
 
-    /// Adds the numbers of `format` from `offset` on to `found`, which also counts the fields, and gives the offset after them.
+    /// Adds the numbers of `format` from `offset` on to `found` and gives the offset after them.
     fn expand(
         &self,
         format: &str,
         prefix: &str,
         mut offset: usize,
         depth: usize,
-        found: &mut (&mut Vec<Number>, usize),
+        found: &mut Found,
     ) -> Result<usize, String> {
         let fields = self.formats.get(format).ok_or_else(|| format!("format '{format}' is not defined"))?;
         if depth > MAX_DEPTH {
@@ -205,15 +221,19 @@ impl Log {
                 continue;
             }
             for index in 0..field.count {
-                found.1 += 1;
-                if found.1 > MAX_FIELDS {
+                found.fields += 1;
+                if found.fields > MAX_FIELDS {
                     return Err(format!("format '{format}' has more than {MAX_FIELDS} fields"));
                 }
                 let index = if field.count == 1 { String::new() } else { format!("[{index}]") };
                 let name = format!("{prefix}{}{index}", field.name);
+                if name.len() > MAX_NAME {
+                    return Err(format!("format '{format}' has a field whose name is longer than {MAX_NAME} bytes"));
+                }
                 if let Some((kind, size)) = Kind::of(&field.kind) {
                     if !field.name.starts_with("_padding") {
-                        found.0.push(Number { name, offset, kind });
+                        found.numbers.push(Number { name, offset, kind });
+                        found.bytes = offset + size;
                     }
                     offset += size;
                 } else {
@@ -231,9 +251,10 @@ impl Log {
             return;
         };
         let body = &body[2..];
-        // Padding at the end of a message is not written.
-        let needed = topic.numbers.last().map_or(0, |number| number.offset);
-        topic.short += usize::from(body.len() <= needed && topic.bytes > 0);
+        if body.len() < topic.bytes {
+            topic.short += 1;
+            return;
+        }
         for (number, values) in topic.numbers.iter().zip(&mut topic.values) {
             values.push(number.kind.read(body.get(number.offset..).unwrap_or(&[])));
         }
@@ -262,7 +283,7 @@ impl Log {
         for topic in self.topics.into_values() {
             if topic.short > 0 {
                 let (count, name) = (topic.short, &topic.name);
-                self.warnings.push(format!("topic '{name}': {count} messages are too short; what they lack is NaN"));
+                self.warnings.push(format!("topic '{name}': {count} messages are too short and are left out"));
             }
             let mut source = Source::new(topic.name);
             for (number, values) in topic.numbers.into_iter().zip(topic.values).filter(|(_, values)| !values.is_empty())

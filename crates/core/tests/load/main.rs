@@ -11,6 +11,7 @@
 mod shared;
 
 mod bad_input;
+mod claims;
 mod flight_log;
 mod formats;
 mod maps;

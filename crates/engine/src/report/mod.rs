@@ -57,6 +57,8 @@ pub enum ReportError {
 
 /// Name of the file that marks a folder of results.
 const RESULTS: &str = "results.json";
+/// Name of the session beside its results.
+const SESSION: &str = "session.toml";
 
 fn file_error(path: &Path) -> impl FnOnce(std::io::Error) -> ReportError {
     let path = path.display().to_string();
@@ -90,6 +92,11 @@ pub fn write_with_progress(
         .map_err(|error| ReportError::Form { what: RESULTS, reason: error.to_string() })?;
     let path = staging.path().join(RESULTS);
     std::fs::write(&path, text).map_err(file_error(&path))?;
+    let path = staging.path().join(SESSION);
+    let text = crate::session::print(session)
+        .map_err(|error| ReportError::Form { what: SESSION, reason: error.to_string() })?;
+    let note = "# The session as it was run. Relative paths start from where it lay.\n";
+    std::fs::write(&path, format!("{note}{text}")).map_err(file_error(&path))?;
     progress(0.2);
     tables::write(&results, staging.path())?;
     studies::write(&results.studies, staging.path())?;

@@ -1,15 +1,18 @@
 //! Runs the stages: at once for the command line, in the background for the workbench.
 
+mod autosaver;
 mod control;
 mod coordinator;
 mod details;
 mod export;
+mod files;
 mod pipeline;
 mod proof;
 mod snapshot;
 mod studies;
 mod tuning;
 
+pub use autosaver::Autosaver;
 pub use control::{Cancelled, Control};
 pub use coordinator::{Engine, Request};
 pub use details::{Details, Wanted, WindowDetails, details};

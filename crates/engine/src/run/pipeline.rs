@@ -10,6 +10,7 @@ use doublet_core::reconstruct::{FilterData, lane_groups};
 use rayon::prelude::*;
 
 use super::control::{Cancelled, Control};
+use super::files::files_key;
 use super::proof;
 use super::snapshot::{LogEntry, Slot, Snapshot, WindowResults};
 use super::studies;
@@ -261,12 +262,16 @@ struct KeyedAircraft {
 fn load_aircraft(scope: &Scope<'_>, cache: &Cache, board: &Board<'_>) -> Result<Option<KeyedAircraft>, Cancelled> {
     let path = &scope.session.aircraft;
     let loading = scope.session.loading.as_ref();
-    let read = || -> Result<(Arc<LoadedAircraft>, KeyedAircraft), String> {
+    let mut warning = None;
+    let mut read = || -> Result<(Arc<LoadedAircraft>, KeyedAircraft), String> {
         let text = stage::text(scope.folder, path, "aircraft")?;
         let key = KeyBuilder::new("aircraft", 1).text(path).text(&text).finish();
         let loaded = match cache.get(key) {
             Some(loaded) => loaded,
-            None => cache.insert(key, stage::load_aircraft(scope.folder, path)?),
+            None => {
+                warning = session::path_warning(path);
+                cache.insert(key, stage::load_aircraft(scope.folder, path)?)
+            }
         };
         let data = stage::aircraft_data(Arc::clone(&loaded), loading).map_err(|error| format!("{path}: {error}"))?;
         let loaded_key = KeyBuilder::new("loading", 1).key(key).parameters(&loading).finish();
@@ -282,6 +287,10 @@ fn load_aircraft(scope: &Scope<'_>, cache: &Cache, board: &Board<'_>) -> Result<
     board.step(|snapshot| {
         snapshot.aircraft.finish(result);
         snapshot.loaded.finish(state);
+        if let Some(text) = warning {
+            let (generation, cause) = (scope.generation, scope.cause.to_owned());
+            snapshot.log.push(LogEntry { generation, cause, text, duration: Duration::ZERO });
+        }
     })?;
     Ok(data)
 }
@@ -400,29 +409,6 @@ fn propose(scope: &Scope<'_>, flights: &[KeyedFlight<'_>], cache: &Cache, board:
         })
     };
     flights.par_iter().try_for_each(one)
-}
-
-/// Identity of a flight's files by path, size and time of change: reading them again to hash them would cost more than it saves.
-fn files_key(folder: &Path, flight: &session::Flight) -> Key {
-    let mut key = KeyBuilder::new("files", 1).parameters(&flight.recordings);
-    for entry in &flight.recordings {
-        for path in [&entry.path, &entry.channel_map] {
-            let Ok(place) = stage::locate(folder, path) else { continue };
-            for file in files(&place) {
-                let metadata = std::fs::metadata(&file);
-                let changed = metadata.as_ref().ok().and_then(|m| m.modified().ok());
-                key = key.parameters(&(file, metadata.map(|m| m.len()).ok(), changed));
-            }
-        }
-    }
-    key.finish()
-}
-
-fn files(place: &Path) -> Vec<std::path::PathBuf> {
-    let Ok(entries) = std::fs::read_dir(place) else { return vec![place.to_path_buf()] };
-    let mut files: Vec<_> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
-    files.sort();
-    files
 }
 
 fn fail_window(snapshot: &mut Snapshot, window: &str, error: &str) {

@@ -1,12 +1,13 @@
 //! Session files: opened with their folder, saved so that a crash never leaves half a file.
 
-use std::io::{Read, Write};
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
 
 use super::Session;
 use super::schema::{SessionError, parse, print};
+use crate::keep::replace_keeping_previous;
 
 /// A session and where its relative paths start.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,22 +35,14 @@ pub fn open(path: &Path) -> Result<Opened, SessionError> {
     Ok(Opened { session: parse(&text)?, path: path.to_path_buf(), folder })
 }
 
-/// Saves a session: written to a temporary file beside it, synced, the previous file kept as `*.bak`, then renamed into place.
+/// Saves a session in one step: a reader finds the old file or the new one, whenever the program ends. The previous file is kept
+/// as `*.bak`.
 ///
 /// # Errors
 /// [`SessionError::File`] when the folder cannot be written; the previous file is then untouched.
 pub fn save(session: &Session, path: &Path) -> Result<(), SessionError> {
     let text = print(session)?;
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let mut file = tempfile::NamedTempFile::new_in(folder).map_err(file_error(folder))?;
-    file.write_all(text.as_bytes()).and_then(|()| file.as_file().sync_all()).map_err(file_error(path))?;
-    if path.exists() {
-        let mut previous = path.as_os_str().to_owned();
-        previous.push(".bak");
-        std::fs::copy(path, &previous).map_err(file_error(Path::new(&previous)))?;
-    }
-    file.persist(path).map_err(|error| file_error(path)(error.error))?;
-    Ok(())
+    replace_keeping_previous(path, text.as_bytes()).map_err(file_error(path))
 }
 
 /// The session with every relative path, which starts from `old`, written so that it means the same file from `new`.

@@ -4,6 +4,7 @@ mod check;
 mod edit;
 mod file;
 mod noise;
+mod paths;
 mod schema;
 mod signals;
 
@@ -19,6 +20,7 @@ pub use check::{Problem, check};
 pub use edit::{Edit, EditError, EstimationEdit, FilterEdit, LoadingEdit, ModelEdit, WindowEdit};
 pub use file::{Opened, content_hash, open, rebased, save};
 pub use noise::{NoiseChannel, NoiseEdit, NoiseEntry, SteadyWindow};
+pub use paths::path_warning;
 pub use schema::{FORMAT, SessionError, VERSION, parse, print};
 pub use signals::{SignalEdit, SignalPreset, SignalRule, SignalSetting};
 

@@ -39,7 +39,7 @@ pub use flight_engines::{EngineOverFlight, FlightEngines, PowerAgreement, flight
 pub use noise::{FlightNoise, NoiseRow, noise, open_entries};
 pub use path::{PathSeries, Samples, SmoothedSeries, WindowPath, paths, reconstructions, samples};
 pub use proposals::{FlightProposals, SignalSpectrum, WindowProposal, open_windows, proposals};
-pub use recording::{LoadedFlight, aligned, flight, locate, text};
+pub use recording::{LoadedFlight, aligned, files, flight, locate, text};
 pub use replay::{ProofOfMatch, ReplaySeries, ReplayWindow, WindowReplay, bands, model_of_window, replay};
 pub use signals::TreatedSignal;
 pub use tolerances::Tolerances;

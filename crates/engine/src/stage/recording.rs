@@ -12,7 +12,7 @@ use super::instruments::derive;
 use super::signals::{TreatedSignal, treat_signals};
 use crate::builtin;
 use crate::graph::Footprint;
-use crate::session::{Flight, RecordingRef, content_hash};
+use crate::session::{Flight, RecordingRef, content_hash, path_warning};
 
 /// A flight as read.
 #[derive(Clone, Debug)]
@@ -36,13 +36,25 @@ impl Footprint for LoadedFlight {
 /// Place on disk of a path written in a session: relative to its folder, or what comes with the program.
 ///
 /// # Errors
-/// One line when a built-in does not exist or nothing is at the path.
+/// One line when a built-in does not exist, or nothing that can be read to an end is at the path.
 pub fn locate(folder: &Path, path: &str) -> Result<PathBuf, String> {
     if let Some(name) = path.strip_prefix(builtin::PREFIX) {
         return builtin::on_disk(name);
     }
     let place = folder.join(path);
-    if place.exists() { Ok(place) } else { Err(format!("{}: there is no such file or folder", place.display())) }
+    match place.metadata() {
+        Ok(about) if about.is_file() || about.is_dir() => Ok(place),
+        Ok(_) => Err(format!("{} is neither a file nor a folder", place.display())),
+        Err(_) => Err(format!("{}: there is no such file or folder", place.display())),
+    }
+}
+
+/// The files of a folder in order of their names, or the file itself.
+pub fn files(place: &Path) -> Vec<PathBuf> {
+    let Ok(entries) = std::fs::read_dir(place) else { return vec![place.to_path_buf()] };
+    let mut files: Vec<_> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
+    files.sort();
+    files
 }
 
 /// Text of a file written in a session, or of what comes with the program in `kind`.
@@ -55,7 +67,7 @@ pub fn text(folder: &Path, path: &str, kind: &str) -> Result<String, String> {
             format!("no built-in in {kind} is called '{name}': use one of {}", builtin::names(kind).join(", "))
         });
     }
-    let place = folder.join(path);
+    let place = locate(folder, path)?;
     std::fs::read_to_string(&place).map_err(|error| format!("{}: {error}", place.display()))
 }
 
@@ -66,17 +78,18 @@ pub fn text(folder: &Path, path: &str, kind: &str) -> Result<String, String> {
 pub fn flight(folder: &Path, flight: &Flight) -> Result<LoadedFlight, String> {
     let mut hashes = Vec::new();
     let mut merged = Recording::default();
+    let instruments = flight.instruments.iter().map(|setting| &setting.file);
+    let recordings = flight.recordings.iter().flat_map(|entry| [&entry.path, &entry.channel_map]);
+    merged.warnings.extend(recordings.chain(instruments).filter_map(|path| path_warning(path)));
     for entry in &flight.recordings {
-        let place = locate(folder, &entry.path)?;
+        let place = locate(folder, &entry.path).map_err(|line| missing(&line, entry))?;
         let hash = content_hash(&place).map_err(|error| error.to_string())?;
         if let Some(known) = &entry.sha256
             && *known != hash
         {
             merged.warnings.push(format!(
-                "{} has changed since it was added: its SHA-256 was {}, now it is {}",
-                entry.path,
-                short(known),
-                short(&hash)
+                "{} has changed since it was added: its SHA-256 was {known}, now it is {hash}",
+                entry.path
             ));
         }
         hashes.push(hash);
@@ -106,8 +119,12 @@ pub fn aligned(folder: &Path, read: &LoadedFlight, flight: &Flight) -> Result<Lo
     Ok(LoadedFlight { recording, hashes: read.hashes.clone(), clocks, treated })
 }
 
-fn short(hash: &str) -> &str {
-    hash.get(..12).unwrap_or(hash)
+/// What to look for where a recording is missing.
+fn missing(line: &str, entry: &RecordingRef) -> String {
+    match &entry.sha256 {
+        Some(hash) => format!("{line}: put back the recording with SHA-256 {hash}, or change its path in the session"),
+        None => format!("{line}: put the recording back, or change its path in the session"),
+    }
 }
 
 /// Neighbouring recordings with one channel map: read together, so that the map sees all their sources.

@@ -90,6 +90,12 @@ def hdf5_claim():
         file.create_dataset("huge", shape=(2**60,), dtype="f8", chunks=(1024,))
 
 
+def hdf5_claim_together():
+    with h5py.File("claims_together.h5", "w", libver="latest") as file:
+        for k in range(8):
+            file.create_dataset(f"q{k}", shape=(100_000,), dtype="f8")
+
+
 def mat_v73():
     with h5py.File("v73.mat", "w", userblock_size=512) as file:
 
@@ -121,4 +127,5 @@ mat_v5()
 mat_v5_big_endian()
 hdf5_layouts()
 hdf5_claim()
+hdf5_claim_together()
 mat_v73()

@@ -2,6 +2,7 @@
 
 mod flight;
 mod loading;
+mod migrate;
 mod noise;
 mod signals;
 
@@ -23,8 +24,7 @@ use super::{Estimation, Manoeuvre, PathSource, PooledConstants, Preparation, Ses
 
 /// Value of the header's `format` key.
 pub const FORMAT: &str = "doublet session";
-/// Version this program writes.
-pub const VERSION: u32 = 1;
+pub use self::migrate::VERSION;
 
 /// A session file that cannot be used.
 #[derive(Debug, Error)]
@@ -246,7 +246,13 @@ pub fn parse(text: &str) -> Result<Session, SessionError> {
     if header.version > VERSION {
         return Err(SessionError::Newer { found: header.version });
     }
-    let file: File = toml::from_str(text).map_err(Box::new)?;
+    let file: File = if header.version == VERSION {
+        toml::from_str(text).map_err(Box::new)?
+    } else {
+        let mut table: toml::Table = toml::from_str(text).map_err(Box::new)?;
+        migrate::to_present(&mut table, header.version);
+        table.try_into().map_err(Box::new)?
+    };
     let flights = file.flights.into_iter().map(flight_from).collect::<Result<_, SessionError>>()?;
     Ok(Session {
         title: file.title,

@@ -1,0 +1,105 @@
+//! Files that claim more than they hold: memory and time are bounded by what is really there.
+
+use std::time::{Duration, Instant};
+
+use doublet_core::load::{inspect, probe};
+
+use super::{fixture, written};
+
+/// A file of some kilobytes is refused or read in this time; one whose claims are believed takes far longer, or ends the program.
+const PATIENCE: Duration = Duration::from_secs(2);
+
+#[track_caller]
+fn refused(name: &str, contents: &[u8], parts: &[&str]) {
+    let (_folder, path) = written(name, contents);
+    let begun = Instant::now();
+    let line = inspect(&path).unwrap_err().to_string();
+    assert!(begun.elapsed() < PATIENCE, "{line} after {:?}", begun.elapsed());
+    for part in parts.iter().chain(&[name]) {
+        assert!(line.contains(part) && !line.contains('\n'), "'{part}' is not in: {line}");
+    }
+}
+
+fn element(kind: u32, data: &[u8]) -> Vec<u8> {
+    let mut element = [kind.to_le_bytes(), (data.len() as u32).to_le_bytes()].concat();
+    element.extend(data);
+    element.resize(element.len().next_multiple_of(8), 0);
+    element
+}
+
+/// A MAT file of one array of `class`, with dimensions as 64-bit integers, and what follows its name.
+fn mat(class: u8, dims: &[i64], rest: &[u8]) -> Vec<u8> {
+    let dims: Vec<u8> = dims.iter().flat_map(|dim| dim.to_le_bytes()).collect();
+    let parts = [element(6, &[class, 0, 0, 0, 0, 0, 0, 0]), element(12, &dims), element(1, b"x"), rest.to_vec()];
+    let mut file = b"MATLAB 5.0 MAT-file".to_vec();
+    file.resize(124, b' ');
+    file.extend([0, 1, b'I', b'M']);
+    file.extend(element(14, &parts.concat()));
+    file
+}
+
+#[test]
+fn hdf5_sets_that_claim_too_much_together_are_refused() {
+    let path = fixture("claims_together.h5");
+    let line = probe(&path).unwrap_err().to_string();
+    assert!(line.contains("claims_together.h5") && line.contains("more than the file can hold"), "{line}");
+    assert!(!line.contains("'q0'"), "the first alone could be: {line}");
+}
+
+#[test]
+fn mat_arrays_that_claim_2_to_the_60_elements_are_refused() {
+    const MANY: i64 = 1 << 60;
+    refused("numbers.mat", &mat(6, &[MANY, 1], &element(9, &[0; 16])), &["dimensions say 1152921504606846976"]);
+    refused("text.mat", &mat(4, &[1, MANY], &element(4, b"ab")), &["dimensions say"]);
+    refused("cells.mat", &mat(1, &[MANY, 1], &[]), &["claims 1152921504606846976 elements"]);
+    let names = [element(5, &8_i32.to_le_bytes()), element(1, b"a\0\0\0\0\0\0\0")].concat();
+    refused("structs.mat", &mat(2, &[MANY, 1], &names), &["claims 1152921504606846976 elements"]);
+    refused("product.mat", &mat(6, &[MANY, MANY], &[]), &["impossible dimensions"]);
+}
+
+#[test]
+fn mat_text_of_many_rows_without_characters_is_empty_at_once() {
+    let (_folder, path) = written("rows.mat", mat(4, &[1 << 60, 0], &element(4, &[])));
+    let begun = Instant::now();
+    let line = inspect(&path).unwrap_err().to_string();
+    assert!(begun.elapsed() < PATIENCE);
+    assert!(line.contains("rows.mat"), "it holds no numbers: {line}");
+}
+
+fn message(kind: u8, body: &[u8]) -> Vec<u8> {
+    [&(body.len() as u16).to_le_bytes()[..], &[kind], body].concat()
+}
+
+fn ulog(messages: &[Vec<u8>]) -> Vec<u8> {
+    [b"ULog\x01\x12\x35\x01\0\0\0\0\0\0\0\0".to_vec(), messages.concat()].concat()
+}
+
+#[test]
+fn ulog_formats_that_claim_more_than_the_file_holds_are_refused() {
+    let huge = message(b'F', b"f:float[1152921504606846976] x;");
+    refused("array.ulg", &ulog(&[huge, message(b'A', b"\0\x01\0f")]), &["more than 65536 fields"]);
+    let wide = message(b'F', b"f:uint8_t[65536] x;");
+    let topics: Vec<_> = (0..4_u8).map(|id| message(b'A', &[0, id, 0, b'f'])).collect();
+    refused("topics.ulg", &ulog(&[vec![wide], topics].concat()), &["more fields than the file has bytes"]);
+    let long = format!("f:float[1000] {};", "x".repeat(60_000));
+    refused("names.ulg", &ulog(&[message(b'F', long.as_bytes()), message(b'A', b"\0\x01\0f")]), &["longer than 255"]);
+}
+
+#[test]
+fn ulog_messages_that_are_too_short_for_their_numbers_are_left_out() {
+    let mut messages = vec![
+        message(b'F', b"f:uint64_t timestamp;uint8_t[60000] x;uint8_t[4] _padding0;"),
+        message(b'A', b"\0\x01\0f"),
+    ];
+    messages.extend((0..2000).map(|_| message(b'D', &[1, 0])));
+    for stamp in [1_u64, 2] {
+        let body = [&[1, 0][..], &(1000 * stamp).to_le_bytes(), &vec![stamp as u8; 60_000]].concat();
+        messages.push(message(b'D', &body));
+    }
+    let (_folder, path) = written("short.ulg", ulog(&messages));
+    let begun = Instant::now();
+    let probe = inspect(&path).unwrap();
+    assert!(begun.elapsed() < PATIENCE);
+    assert!(probe.warnings.iter().any(|line| line.contains("2000 messages are too short")), "{:?}", probe.warnings);
+    assert_eq!(probe.sources[0].channels[60_000].values(), [1.0, 2.0]);
+}

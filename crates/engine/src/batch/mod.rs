@@ -1,0 +1,100 @@
+//! Many sessions, or one with its settings swept, over all cores; interrupted at any time and taken up again.
+//!
+//! Every run has a key of its content. What a run found is one file named by that key, written in one step: the folder of these
+//! files says what is finished, to this program later and to others working on the same folder at the same time.
+
+mod jobs;
+mod store;
+mod sweep;
+mod table;
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use rayon::prelude::*;
+
+pub use jobs::{Job, jobs};
+pub use store::{Estimate, Finished, Store};
+pub use table::write;
+
+use crate::graph::Cache;
+use crate::report;
+use crate::run::{Control, Scope, Snapshot, run as run_stages};
+use crate::session::{self, Session};
+
+/// Memory for what runs share, above all recordings.
+const CACHE_BYTES: usize = 1 << 30;
+
+/// How a batch went.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Tally {
+    /// Runs computed now.
+    pub computed: usize,
+    /// Runs found finished.
+    pub found: usize,
+    /// Runs computed now that failed.
+    pub failed: usize,
+}
+
+/// Computes what is not finished yet. A run that fails is kept as its error and does not stop the others; it is tried again next
+/// time. `progress` is told how many are done and which was last.
+///
+/// # Errors
+/// One line when what a run found cannot be written.
+pub fn compute(jobs: &[Job], store: &Store, progress: &(dyn Fn(usize, &str) + Sync)) -> Result<Tally, String> {
+    let cache = Cache::new(CACHE_BYTES);
+    let done = AtomicUsize::new(0);
+    let one = |job: &Job| -> Result<Tally, String> {
+        let known = store.get(job).is_some_and(|finished| finished.error.is_none());
+        let tally = if known {
+            Tally { found: 1, ..Tally::default() }
+        } else {
+            let finished = finish(job, &cache);
+            store.put(job, &finished)?;
+            Tally { computed: 1, failed: usize::from(finished.error.is_some()), found: 0 }
+        };
+        progress(done.fetch_add(1, Ordering::Relaxed) + 1, &job.name);
+        Ok(tally)
+    };
+    let add = |a: Tally, b: Tally| Tally {
+        computed: a.computed + b.computed,
+        found: a.found + b.found,
+        failed: a.failed + b.failed,
+    };
+    jobs.par_iter().map(one).try_reduce(Tally::default, |a, b| Ok(add(a, b)))
+}
+
+/// What one run finds, or its error.
+fn finish(job: &Job, cache: &Cache) -> Finished {
+    let estimates = job.session.as_ref().map_err(Clone::clone).and_then(|session| {
+        let attempt = std::panic::AssertUnwindSafe(|| estimates(session, job, cache));
+        std::panic::catch_unwind(attempt).unwrap_or_else(|_| Err("the run ended unexpectedly".to_owned()))
+    });
+    match estimates {
+        Ok(estimates) => Finished { error: None, estimates },
+        Err(error) => Finished { error: Some(error), estimates: Vec::new() },
+    }
+}
+
+fn estimates(session: &Session, job: &Job, cache: &Cache) -> Result<Vec<Estimate>, String> {
+    let lines = |lines: Vec<String>| if lines.is_empty() { Ok(()) } else { Err(lines.join("; ")) };
+    let named = |(place, error)| format!("{place}: {error}");
+    lines(session::check(session).iter().map(ToString::to_string).collect())?;
+    let scope = Scope { session, folder: &job.folder, first: None, studies: &[], cause: "batch", generation: 1 };
+    let snapshot = run_stages(&scope, &Snapshot::default(), cache, &Control::default(), &|_| {});
+    lines(snapshot.failures().into_iter().map(named).collect())?;
+    lines(snapshot.failed_fits().into_iter().map(named).collect())?;
+    let results = report::build(session, &snapshot);
+    let finite = |value: f64| value.is_finite().then_some(value);
+    let rows = results.pooled.iter().flat_map(|fit| {
+        fit.derivatives.iter().map(|row| Estimate {
+            coefficient: fit.coefficient.to_owned(),
+            derivative: row.name.clone(),
+            estimate: finite(row.estimate),
+            standard_error: finite(row.standard_error),
+            corrected_standard_error: finite(row.corrected_standard_error),
+            r_squared: finite(fit.r_squared),
+            samples: fit.samples as u64,
+        })
+    });
+    Ok(rows.collect())
+}

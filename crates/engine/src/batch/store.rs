@@ -1,0 +1,73 @@
+//! What finished runs found: one file each, so that many programs may work on one batch.
+
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use super::Job;
+use crate::keep::replace;
+
+/// What a run found.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Finished {
+    /// Why it found nothing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub error: Option<String>,
+    /// Pooled estimates.
+    pub estimates: Vec<Estimate>,
+}
+
+/// One derivative of a run; numbers that do not exist are left out.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Estimate {
+    /// Coefficient.
+    pub coefficient: String,
+    /// Derivative.
+    pub derivative: String,
+    /// Estimate; per radian where the variable is an angle.
+    pub estimate: Option<f64>,
+    /// Standard error for white residuals.
+    pub standard_error: Option<f64>,
+    /// Standard error corrected for coloured residuals.
+    pub corrected_standard_error: Option<f64>,
+    /// Coefficient of determination of its fit.
+    pub r_squared: Option<f64>,
+    /// Samples of its fit.
+    pub samples: u64,
+}
+
+/// The folder of finished runs beside a table.
+#[derive(Clone, Debug)]
+pub struct Store(PathBuf);
+
+impl Store {
+    /// The store that belongs to the table `out`: `NAME.runs` beside it, made where it is missing.
+    ///
+    /// # Errors
+    /// One line when it cannot be made.
+    pub fn beside(out: &Path) -> Result<Self, String> {
+        let name = out.file_name().ok_or_else(|| format!("{} is no file name", out.display()))?;
+        let folder = out.with_file_name(format!("{}.runs", name.to_string_lossy()));
+        std::fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+        Ok(Self(folder))
+    }
+
+    fn place(&self, job: &Job) -> PathBuf {
+        self.0.join(format!("{}.json", job.key))
+    }
+
+    /// What a run found earlier; `None` where it is not finished, or its file cannot be read.
+    pub fn get(&self, job: &Job) -> Option<Finished> {
+        serde_json::from_str(&std::fs::read_to_string(self.place(job)).ok()?).ok()
+    }
+
+    /// Keeps what a run found; it lasts once this returns.
+    ///
+    /// # Errors
+    /// One line when it cannot be written.
+    pub fn put(&self, job: &Job, finished: &Finished) -> Result<(), String> {
+        let place = self.place(job);
+        let text = serde_json::to_string(finished).map_err(|error| error.to_string())?;
+        replace(&place, text.as_bytes()).map_err(|error| format!("{}: {error}", place.display()))
+    }
+}

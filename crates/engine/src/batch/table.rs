@@ -1,0 +1,173 @@
+//! The table of a batch: a row per run and derivative, or per run that failed.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use parquet::basic::{LogicalType, Repetition, Type as Physical};
+use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
+use parquet::errors::ParquetError;
+use parquet::file::properties::WriterProperties;
+use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
+use parquet::schema::types::Type;
+
+use super::store::{Estimate, Finished};
+use super::{Job, Store};
+use crate::keep::replace;
+
+/// A column; what does not exist is `None`.
+enum Column {
+    Text(Vec<Option<String>>),
+    Number(Vec<Option<f64>>),
+    Count(Vec<Option<i64>>),
+}
+
+/// Writes the table of `jobs` in one step, as Parquet or CSV after the ending of `out`.
+///
+/// # Errors
+/// One line when a run is not finished, the ending is another, or the file cannot be written.
+pub fn write(jobs: &[Job], store: &Store, out: &Path) -> Result<usize, String> {
+    let unfinished = |job: &Job| format!("{} is not finished: run the batch again without --task", job.name);
+    let rows: Vec<(&Job, Finished)> = jobs
+        .iter()
+        .map(|job| Ok((job, store.get(job).ok_or_else(|| unfinished(job))?)))
+        .collect::<Result<_, String>>()?;
+    let columns = columns(&rows);
+    let failed = |error: &dyn std::fmt::Display| format!("{}: {error}", out.display());
+    let bytes = match out.extension().and_then(|ending| ending.to_str()) {
+        Some("csv") => csv(&columns).map_err(|error| failed(&error))?,
+        Some("parquet") => parquet(&columns).map_err(|error| failed(&error))?,
+        _ => return Err(failed(&"give the table the ending .parquet or .csv")),
+    };
+    replace(out, &bytes).map_err(|error| failed(&error))?;
+    Ok(columns.first().map_or(0, |(_, column)| column.len()))
+}
+
+/// Columns by name: where a row comes from, the settings swept, what was found.
+fn columns(runs: &[(&Job, Finished)]) -> Vec<(String, Column)> {
+    let mut rows: Vec<(&Job, Option<&Estimate>, Option<&str>)> = Vec::new();
+    for (job, finished) in runs {
+        rows.extend(finished.estimates.iter().map(|estimate| (*job, Some(estimate), None)));
+        if let Some(error) = &finished.error {
+            rows.push((job, None, Some(error)));
+        }
+    }
+    let mut settings: Vec<&str> = Vec::new();
+    for (name, _) in runs.iter().flat_map(|(job, _)| &job.settings) {
+        if !settings.contains(&name.as_str()) {
+            settings.push(name);
+        }
+    }
+    let text = |get: &dyn Fn(&Estimate) -> &String| {
+        Column::Text(rows.iter().map(|(_, row, _)| row.map(|row| get(row).clone())).collect())
+    };
+    let number = |get: &dyn Fn(&Estimate) -> Option<f64>| {
+        Column::Number(rows.iter().map(|(_, row, _)| row.and_then(get)).collect())
+    };
+    let mut columns =
+        vec![("session".to_owned(), Column::Text(rows.iter().map(|row| Some(row.0.name.clone())).collect()))];
+    for setting in settings {
+        let value = |job: &Job| job.settings.iter().find(|(name, _)| name == setting).map(|(_, value)| value.clone());
+        columns.push((setting.to_owned(), of_setting(rows.iter().map(|(job, ..)| value(job)).collect())));
+    }
+    let counts = rows.iter().map(|(_, row, _)| row.and_then(|row| i64::try_from(row.samples).ok())).collect();
+    columns.extend([
+        ("coefficient".to_owned(), text(&|row| &row.coefficient)),
+        ("derivative".to_owned(), text(&|row| &row.derivative)),
+        ("estimate".to_owned(), number(&|row| row.estimate)),
+        ("standard_error".to_owned(), number(&|row| row.standard_error)),
+        ("corrected_standard_error".to_owned(), number(&|row| row.corrected_standard_error)),
+        ("r_squared".to_owned(), number(&|row| row.r_squared)),
+        ("samples".to_owned(), Column::Count(counts)),
+        ("error".to_owned(), Column::Text(rows.iter().map(|row| row.2.map(str::to_owned)).collect())),
+    ]);
+    columns
+}
+
+/// Numbers where every value is one.
+fn of_setting(values: Vec<Option<String>>) -> Column {
+    let number = |value: &Option<String>| value.as_ref().map(|text| text.parse::<f64>().ok());
+    let numbers: Vec<Option<Option<f64>>> = values.iter().map(number).collect();
+    if numbers.iter().all(|number| *number != Some(None)) {
+        Column::Number(numbers.into_iter().map(Option::flatten).collect())
+    } else {
+        Column::Text(values)
+    }
+}
+
+impl Column {
+    fn len(&self) -> usize {
+        match self {
+            Self::Text(values) => values.len(),
+            Self::Number(values) => values.len(),
+            Self::Count(values) => values.len(),
+        }
+    }
+
+    /// The shortest text that reads back to the same value; empty for what does not exist.
+    fn cell(&self, row: usize) -> String {
+        match self {
+            Self::Text(values) => values[row].clone().unwrap_or_default(),
+            Self::Number(values) => values[row].map_or(String::new(), |value| value.to_string()),
+            Self::Count(values) => values[row].map_or(String::new(), |value| value.to_string()),
+        }
+    }
+
+    fn field(&self, name: &str) -> Result<Type, ParquetError> {
+        let (physical, logical) = match self {
+            Self::Text(_) => (Physical::BYTE_ARRAY, Some(LogicalType::String)),
+            Self::Number(_) => (Physical::DOUBLE, None),
+            Self::Count(_) => (Physical::INT64, None),
+        };
+        let field = Type::primitive_type_builder(name, physical).with_logical_type(logical);
+        field.with_repetition(Repetition::OPTIONAL).build()
+    }
+
+    /// Definition levels: one where there is a value.
+    fn levels<T>(values: &[Option<T>]) -> Vec<i16> {
+        values.iter().map(|value| i16::from(value.is_some())).collect()
+    }
+
+    fn write(&self, group: &mut SerializedRowGroupWriter<'_, &mut Vec<u8>>) -> Result<(), ParquetError> {
+        let Some(mut place) = group.next_column()? else { return Ok(()) };
+        match self {
+            Self::Text(values) => {
+                let present: Vec<ByteArray> = values.iter().flatten().map(|text| text.as_str().into()).collect();
+                place.typed::<ByteArrayType>().write_batch(&present, Some(&Self::levels(values)), None)?;
+            }
+            Self::Number(values) => {
+                let present: Vec<f64> = values.iter().flatten().copied().collect();
+                place.typed::<DoubleType>().write_batch(&present, Some(&Self::levels(values)), None)?;
+            }
+            Self::Count(values) => {
+                let present: Vec<i64> = values.iter().flatten().copied().collect();
+                place.typed::<Int64Type>().write_batch(&present, Some(&Self::levels(values)), None)?;
+            }
+        }
+        place.close()
+    }
+}
+
+fn csv(columns: &[(String, Column)]) -> Result<Vec<u8>, csv::Error> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    writer.write_record(columns.iter().map(|(name, _)| name))?;
+    for row in 0..columns.first().map_or(0, |(_, column)| column.len()) {
+        writer.write_record(columns.iter().map(|(_, column)| column.cell(row)))?;
+    }
+    writer.into_inner().map_err(|error| error.into_error().into())
+}
+
+fn parquet(columns: &[(String, Column)]) -> Result<Vec<u8>, ParquetError> {
+    let fields = columns.iter().map(|(name, column)| column.field(name).map(Arc::new)).collect::<Result<_, _>>()?;
+    let schema = Type::group_type_builder("batch").with_fields(fields).build()?;
+    let created_by = concat!("doublet ", env!("CARGO_PKG_VERSION")).to_owned();
+    let properties = WriterProperties::builder().set_created_by(created_by).build();
+    let mut bytes = Vec::new();
+    let mut writer = SerializedFileWriter::new(&mut bytes, Arc::new(schema), Arc::new(properties))?;
+    let mut group = writer.next_row_group()?;
+    for (_, column) in columns {
+        column.write(&mut group)?;
+    }
+    group.close()?;
+    writer.close()?;
+    Ok(bytes)
+}

@@ -1,0 +1,104 @@
+//! Files replaced in one step: written beside, synced, renamed.
+
+use std::ffi::OsString;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+/// End of the names of files being written.
+const PART: &str = ".part";
+/// What the previous version of a file has added to its name.
+const PREVIOUS: &str = ".bak";
+
+/// Writes `bytes` to `path`. Whoever reads it, also after a kill or a power cut at any instant, finds all of the old content or
+/// all of the new. Links are followed; permissions stay.
+///
+/// # Errors
+/// When the folder cannot be written; the file is then untouched.
+pub fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let path = target(path);
+    let folder = folder_of(&path);
+    let prefix = part_prefix(&path);
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(&prefix).suffix(PART);
+    readable_by_others(&mut builder);
+    let mut file = builder.tempfile_in(folder)?;
+    file.write_all(bytes)?;
+    if let Ok(present) = path.metadata() {
+        file.as_file().set_permissions(present.permissions())?;
+    }
+    file.as_file().sync_all()?;
+    file.persist(&path).map_err(|error| error.error)?;
+    sync_folder(folder)
+}
+
+/// Like [`replace`]; what the file held before is then in `*.bak`, which is replaced in one step too.
+///
+/// # Errors
+/// As [`replace`].
+pub fn replace_keeping_previous(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    match std::fs::read(path) {
+        Ok(previous) => replace(&previous_of(path), &previous)?,
+        Err(error) if error.kind() == io::ErrorKind::NotFound => {}
+        Err(error) => return Err(error),
+    }
+    replace(path, bytes)
+}
+
+/// Removes what writers of `path` that were killed have left beside it. Only the owner of `path` may do so.
+pub fn remove_leftovers(path: &Path) {
+    let path = target(path);
+    let prefix = part_prefix(&path);
+    let entries = std::fs::read_dir(folder_of(&path)).into_iter().flatten().flatten();
+    for entry in entries {
+        let name = entry.file_name();
+        let name = name.as_encoded_bytes();
+        if name.starts_with(prefix.as_encoded_bytes()) && name.ends_with(PART.as_bytes()) {
+            // One that cannot be removed does no harm.
+            let _ = std::fs::remove_file(entry.path());
+        }
+    }
+}
+
+/// Where the previous version of `path` is kept.
+fn previous_of(path: &Path) -> PathBuf {
+    let mut previous = path.as_os_str().to_owned();
+    previous.push(PREVIOUS);
+    PathBuf::from(previous)
+}
+
+/// The file itself where `path` is a link to it.
+fn target(path: &Path) -> PathBuf {
+    path.canonicalize().unwrap_or_else(|_| path.to_path_buf())
+}
+
+fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+fn part_prefix(path: &Path) -> OsString {
+    let mut prefix = OsString::from(".");
+    prefix.push(path.file_name().unwrap_or_default());
+    prefix.push(".");
+    prefix
+}
+
+/// A new file gets the permissions of any other new file, not those of a private temporary one.
+#[cfg(unix)]
+fn readable_by_others(builder: &mut tempfile::Builder<'_, '_>) {
+    use std::os::unix::fs::PermissionsExt;
+    builder.permissions(std::fs::Permissions::from_mode(0o666));
+}
+
+#[cfg(not(unix))]
+fn readable_by_others(_: &mut tempfile::Builder<'_, '_>) {}
+
+/// Makes a rename last. Systems that cannot open a folder sync it on their own.
+#[cfg(unix)]
+fn sync_folder(folder: &Path) -> io::Result<()> {
+    std::fs::File::open(folder)?.sync_all()
+}
+
+#[cfg(not(unix))]
+fn sync_folder(_: &Path) -> io::Result<()> {
+    Ok(())
+}

@@ -1,0 +1,21 @@
+//! Sessions of older versions, brought to the present one step at a time. Each step is a file of its own.
+
+mod v1;
+
+use toml::Table;
+
+/// A step to the next version.
+type Step = fn(&mut Table);
+
+/// The step that leaves each version, the first from version 1.
+const STEPS: [Step; 1] = [v1::to_v2];
+
+/// Version this program writes: one more than the last step leaves.
+pub const VERSION: u32 = STEPS.len() as u32 + 1;
+
+/// Brings a session of `version` to [`VERSION`]. A file that names no version is one of the first.
+pub fn to_present(session: &mut Table, version: u32) {
+    for step in STEPS.iter().skip((version.max(1) - 1) as usize) {
+        step(session);
+    }
+}

@@ -1,0 +1,91 @@
+//! Two sessions or runs side by side.
+
+#![allow(clippy::panic, clippy::unwrap_used, reason = "helpers of tests are not marked as tests")]
+
+use doublet_core::reconstruct::{Input, Measurement, State};
+use doublet_core::series::Window;
+use doublet_engine::compare::{Estimates, differences, read_estimates, settings};
+use doublet_engine::session::{self, Edit, FilterEdit, Session, WindowEdit};
+
+/// Rounding of a difference of doubles.
+const ROUNDING: f64 = 1e-12;
+/// Digits of the published table of the normal distribution.
+const TABLE: f64 = 5e-5;
+
+fn demo() -> Session {
+    session::parse(doublet_engine::builtin::session("demo").unwrap()).unwrap()
+}
+
+#[test]
+fn settings_that_differ_are_named_with_their_units() {
+    let first = demo();
+    let name = first.windows[2].name.clone();
+    let window = Window { start_s: 1.5, end_s: 2.5 };
+    let edits = [
+        Edit::Filter(FilterEdit::ProcessNoise(Input::RollRate, 0.25)),
+        Edit::Filter(FilterEdit::MeasurementNoise(Measurement::Airspeed, 0.5)),
+        Edit::Filter(FilterEdit::RandomWalk(State::BiasQ, 0.125)),
+        Edit::Window(WindowEdit::Place { name: name.clone(), window }),
+        Edit::Window(WindowEdit::Remove(first.windows[0].name.clone())),
+        Edit::Title("other".to_owned()),
+    ];
+    let second = edits.iter().fold(first.clone(), |session, edit| edit.apply(&session).unwrap());
+    assert_eq!(settings(&first, &first).unwrap(), []);
+    let found = settings(&first, &second).unwrap();
+    let row = |setting: &str| {
+        let row = found.iter().find(|row| row.setting == setting).unwrap_or_else(|| panic!("no {setting}: {found:?}"));
+        (row.unit.as_str(), row.first.as_deref(), row.second.as_deref())
+    };
+    let was = first.filter.process_noise[Input::RollRate as usize].to_string();
+    assert_eq!(row("filter.process_noise.p"), ("rad/s", Some(was.as_str()), Some("0.25")));
+    assert_eq!(row("filter.measurement_noise.airspeed").0, "m/s");
+    assert_eq!(row("filter.random_walk.bias_q"), ("rad/s/√s", None, Some("0.125")));
+    let start = first.windows[2].window.start_s.to_string();
+    assert_eq!(row(&format!("window '{name}'.start_s")), ("s", Some(start.as_str()), Some("1.5")));
+    assert_eq!(row("title").2, Some("other"));
+    let removed = format!("window '{}'.", first.windows[0].name);
+    let gone: Vec<_> = found.iter().filter(|row| row.setting.starts_with(&removed)).collect();
+    assert!(gone.len() >= 4 && gone.iter().all(|row| row.second.is_none()), "{gone:?}");
+    assert_eq!(found.len() - gone.len(), 6, "{found:?}");
+    let back = settings(&second, &first).unwrap();
+    assert!(found.iter().zip(&back).all(|(a, b)| a.setting == b.setting && a.first == b.second && a.second == b.first));
+}
+
+fn run(derivatives: &str) -> Estimates {
+    let folder = tempfile::tempdir().unwrap();
+    let text = format!(
+        r#"{{"format": "doublet results", "version": 1, "title": "t", "later": [],
+            "pooled": [{{"coefficient": "Cm", "derivatives": [{derivatives}]}}]}}"#
+    );
+    std::fs::write(folder.path().join("results.json"), text).unwrap();
+    read_estimates(folder.path()).unwrap()
+}
+
+#[test]
+fn derivatives_differ_by_z_of_their_corrected_errors() {
+    let first = run(r#"{"name": "Cm_0[e1]", "estimate": 9.0, "corrected_standard_error": 1.0},
+        {"name": "Cm_alpha", "estimate": -1.0, "standard_error": 0.001, "corrected_standard_error": 0.03},
+        {"name": "Cm_q", "estimate": -20.0, "corrected_standard_error": null},
+        {"name": "Cm_beta", "estimate": 0.1, "corrected_standard_error": 0.1}"#);
+    let second = run(r#"{"name": "Cm_alpha", "estimate": -0.902, "corrected_standard_error": 0.04},
+        {"name": "Cm_q", "estimate": -21.0, "corrected_standard_error": 1.0},
+        {"name": "Cm_delta_e", "estimate": -1.5, "corrected_standard_error": 0.1}"#);
+    let rows = differences(&first, &second);
+    let names: Vec<_> = rows.iter().map(|row| row.name.as_str()).collect();
+    assert_eq!(names, ["Cm_alpha", "Cm_q", "Cm_beta", "Cm_delta_e"], "constants of single windows are trim");
+    // 0.098 over the hypotenuse of 0.03 and 0.04; the normal table gives 5 % for 1.96.
+    assert!((rows[0].z.unwrap() - 1.96).abs() < ROUNDING && (rows[0].p.unwrap() - 0.05).abs() < TABLE, "{:?}", rows[0]);
+    let interval = rows[0].first.unwrap();
+    assert!((interval.high - interval.low - 2.0 * 1.96 * 0.03).abs() < TABLE && interval.estimate == -1.0);
+    assert_eq!((rows[1].z, rows[1].p), (None, None), "an error that does not exist decides nothing");
+    assert_eq!((rows[2].second, rows[3].first), (None, None));
+    assert!(differences(&first, &first).iter().filter_map(|row| row.z).all(|z| z == 0.0));
+}
+
+#[test]
+fn folders_without_results_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    assert!(read_estimates(folder.path()).unwrap_err().contains("results.json"));
+    std::fs::write(folder.path().join("results.json"), r#"{"format": "x", "version": 1}"#).unwrap();
+    assert!(read_estimates(folder.path()).unwrap_err().contains("'x' version 1 is not understood"));
+}

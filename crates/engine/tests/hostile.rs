@@ -1,0 +1,91 @@
+//! Hostile input: the seeds and findings of the fuzz targets, paths that leave the session's folder, files that never end.
+
+#![allow(clippy::expect_used, clippy::unwrap_used, reason = "helpers of tests are not marked as tests")]
+
+#[path = "../../../fuzz/src/lib.rs"]
+mod targets;
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use doublet_engine::session::{self, Flight, RecordingRef, SignalSetting, path_warning};
+use doublet_engine::stage;
+
+/// Every seed is a file of some kilobytes; one that takes longer found something.
+const PATIENCE: Duration = Duration::from_secs(5);
+
+#[test]
+fn every_parser_returns_from_every_seed_and_finding() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/seeds");
+    for (name, target) in targets::TARGETS {
+        let mut count = 0;
+        for entry in std::fs::read_dir(folder.join(name)).unwrap() {
+            let path = entry.unwrap().path();
+            let data = std::fs::read(&path).unwrap();
+            let begun = Instant::now();
+            target(&data);
+            assert!(begun.elapsed() < PATIENCE, "{} took {:?}", path.display(), begun.elapsed());
+            count += 1;
+        }
+        assert!(count > 0, "{name} has no seed");
+    }
+}
+
+#[test]
+fn paths_that_leave_the_folder_of_the_session_are_named() {
+    for path in ["flight.h5", "data/flight.h5", "data/../flight.h5", "./flight.h5", "builtin:../../x"] {
+        assert_eq!(path_warning(path), None, "{path}");
+    }
+    for path in ["../flight.h5", "data/../../flight.h5", "..", "data/../../data/x"] {
+        assert!(path_warning(path).is_some_and(|line| line.contains(path) && line.contains("leads out")), "{path}");
+    }
+    assert!(path_warning("/etc/passwd").is_some_and(|line| line.contains("a place on this machine")));
+}
+
+fn flight_of(path: &str, map: &str) -> Flight {
+    let recording = RecordingRef { path: path.to_owned(), sha256: None, channel_map: map.to_owned(), only: None };
+    Flight {
+        name: "one".to_owned(),
+        recordings: vec![recording],
+        clocks: Vec::new(),
+        instruments: None,
+        signals: SignalSetting::default(),
+    }
+}
+
+#[test]
+fn a_recording_outside_the_folder_is_read_with_a_warning() {
+    let folder = tempfile::tempdir().unwrap();
+    let inner = folder.path().join("sessions");
+    std::fs::create_dir(&inner).unwrap();
+    std::fs::write(folder.path().join("log.csv"), "t,q\n0,1\n1,2\n2,3\n").unwrap();
+    let map = "format = \"doublet channel map\"\nversion = 1\nname = \"x\"\n[roles]\nq = { channel = \"q\", unit = \"deg/s\" }\n";
+    std::fs::write(inner.join("map.toml"), map).unwrap();
+    let read = stage::flight(&inner, &flight_of("../log.csv", "map.toml")).unwrap();
+    let warnings = &read.recording.warnings;
+    assert!(warnings.iter().any(|line| line.contains("../log.csv leads out")), "{warnings:?}");
+    assert!(!warnings.iter().any(|line| line.contains("map.toml")), "{warnings:?}");
+}
+
+#[cfg(unix)]
+#[test]
+fn files_without_an_end_and_commands_are_not_read() {
+    let begun = Instant::now();
+    let refused = |path: &str, map: &str| stage::flight(Path::new("/"), &flight_of(path, map)).unwrap_err();
+    assert!(refused("/dev/zero", "builtin:demo_flight").contains("neither a file nor a folder"));
+    assert!(refused("builtin:flights/demo/pod.csv", "/dev/zero").contains("neither a file nor a folder"));
+    let session = session::parse(doublet_engine::builtin::session("demo").unwrap()).unwrap();
+    assert!(stage::load_aircraft(Path::new("/"), "/dev/zero").is_err());
+    let marker = std::env::temp_dir().join(format!("doublet-command-{}", std::process::id()));
+    for command in ["$(touch M)", "`touch M`", "|touch M", "; touch M", "builtin:$(touch M)"] {
+        let command = command.replace('M', marker.to_str().unwrap());
+        refused(&command, "builtin:demo_flight");
+        let mut hostile = session.clone();
+        hostile.title.clone_from(&command);
+        hostile.aircraft.clone_from(&command);
+        assert_eq!(session::parse(&session::print(&hostile).unwrap()).unwrap(), hostile);
+        assert!(stage::load_aircraft(Path::new("/"), &command).is_err());
+    }
+    assert!(!marker.exists(), "a path was run");
+    assert!(begun.elapsed() < PATIENCE);
+}

@@ -1,0 +1,14 @@
+#!/usr/bin/env bash
+# Fuzzes every parser, a million executions each unless told otherwise: scripts/fuzz.sh [RUNS] [TARGET...]. Needs a nightly
+# toolchain, cargo-fuzz and a C++ compiler. A finding goes to fuzz/seeds once it is mended: the tests read what is there.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+runs=${1:-1000000}
+targets=("${@:2}")
+[[ ${#targets[@]} -gt 0 ]] || mapfile -t targets < <(cargo +nightly fuzz list)
+for target in "${targets[@]}"; do
+    echo "== $target"
+    mkdir -p "fuzz/corpus/$target"
+    cargo +nightly fuzz run "$target" "fuzz/corpus/$target" "fuzz/seeds/$target" -- \
+        -runs="$runs" -max_len=20000 -timeout=10 -rss_limit_mb=2048
+done

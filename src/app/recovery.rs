@@ -1,0 +1,230 @@
+//! Unsaved work of a program that ended: recovered, discarded or left for later.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use doublet_engine::compare::{self, SettingDifference};
+use doublet_engine::document::Document;
+use doublet_engine::keep::{Orphan, orphans};
+use doublet_engine::session;
+use eframe::egui::{self, Grid, RichText, ScrollArea, Ui};
+
+use super::Workbench;
+
+/// Differences drawn at most; a session that differs in more is another session.
+const DIFFERENCES: usize = 200;
+
+/// Where unsaved work is kept, and what was found there.
+#[derive(Default)]
+pub struct Recovery {
+    folder: Option<PathBuf>,
+    found: Vec<Found>,
+    asking: bool,
+    said: Option<String>,
+}
+
+/// Work that was found.
+struct Found {
+    orphan: Orphan,
+    name: String,
+    since: Option<String>,
+    differing: Option<Result<Vec<SettingDifference>, String>>,
+}
+
+enum Answer {
+    Recover,
+    Discard,
+    Show,
+}
+
+impl Workbench {
+    /// Keeps unsaved work in `folder` from now on, and offers what is left there.
+    #[must_use]
+    pub fn keeping_work_in(mut self, folder: PathBuf) -> Self {
+        self.recovery.folder = Some(folder);
+        self.keep_document();
+        self.look_for_work(|_| true);
+        self
+    }
+
+    /// Whether unsaved work is being offered.
+    pub fn is_offering_work(&self) -> bool {
+        self.recovery.asking
+    }
+
+    /// Takes hold of the file of the session just opened.
+    pub(super) fn keep_document(&mut self) {
+        let Some(folder) = self.recovery.folder.clone() else { return };
+        self.recovery.said = None;
+        if let Err(error) = self.document.keep_in(&folder) {
+            self.complain(format!("{}: {error}: unsaved work is not kept, save often", folder.display()));
+        }
+        if let (Some(path), Some(owner)) = (&self.document.path, self.document.held_by()) {
+            let line = format!("{} is open in {owner}: save changes under another name", path.display());
+            self.complain(line);
+        }
+    }
+
+    /// Hands new work to the background writer, and says once when it cannot be kept.
+    pub(super) fn keep_work(&mut self) {
+        self.document.autosave();
+        let error = self.document.autosave_error();
+        if error != self.recovery.said {
+            if let Some(error) = &error {
+                self.complain(format!("unsaved work cannot be kept ({error}): save the session"));
+            }
+            self.recovery.said = error;
+        }
+    }
+
+    /// Offers the work of the session just opened.
+    pub(super) fn look_for_its_work(&mut self) {
+        if let Some(path) = self.document.path.as_deref().and_then(|path| path.canonicalize().ok()) {
+            self.look_for_work(|orphan| orphan.draft.of.as_ref() == Some(&path));
+        }
+    }
+
+    fn look_for_work(&mut self, wanted: impl Fn(&Orphan) -> bool) {
+        let Some(folder) = &self.recovery.folder else { return };
+        let (mut found, unreadable) = orphans(folder);
+        found.retain(wanted);
+        self.recovery.found = found.into_iter().map(Found::new).collect();
+        self.recovery.asking = !self.recovery.found.is_empty();
+        if !unreadable.is_empty() {
+            self.complain(unreadable.join("; "));
+        }
+    }
+
+    /// Draws the offer.
+    pub(super) fn offer_work(&mut self, ctx: &egui::Context) {
+        if !self.recovery.asking || self.guarded.is_some() {
+            return;
+        }
+        let (mut answer, mut later) = (None, false);
+        egui::Modal::new(egui::Id::unique("recovery")).show(ctx, |ui| {
+            ui.set_width(560.0);
+            ui.heading("Unsaved work was found");
+            ui.label("The program ended before it was saved.");
+            ui.add_space(8.0);
+            for (at, found) in self.recovery.found.iter().enumerate() {
+                if let Some(chosen) = found.show(ui) {
+                    answer = Some((at, chosen));
+                }
+            }
+            ui.add_space(8.0);
+            later = ui.button("Ask again at the next start").clicked();
+        });
+        if later || ctx.input(|i| i.key_pressed(egui::Key::Escape)) {
+            self.recovery.asking = false;
+            // Let go of, so that another window may offer it.
+            self.recovery.found.clear();
+        }
+        match answer {
+            Some((at, Answer::Recover)) => self.recover(at),
+            Some((at, Answer::Discard)) => {
+                if let Err(error) = self.recovery.found.remove(at).orphan.discard() {
+                    self.complain(error.to_string());
+                }
+                self.recovery.asking = !self.recovery.found.is_empty();
+            }
+            Some((at, Answer::Show)) => self.recovery.found[at].compare(),
+            None => {}
+        }
+    }
+
+    /// Opens what was found at `at`. Unsaved work of the present session, if any, stays kept and is offered in its turn.
+    fn recover(&mut self, at: usize) {
+        let found = self.recovery.found.remove(at);
+        self.recovery.asking = false;
+        self.recovery.found.clear();
+        self.document = Document::recovered(&found.orphan.draft);
+        self.message = None;
+        self.enter();
+        match self.document.adopt(found.orphan) {
+            Ok(()) if self.message.is_none() => self.say("Recovered unsaved work: undo returns to the saved file"),
+            Ok(()) => {}
+            Err(line) => self.complain(line),
+        }
+        self.look_for_work(|_| true);
+    }
+}
+
+impl Found {
+    fn new(orphan: Orphan) -> Self {
+        let draft = &orphan.draft;
+        let name = draft.of.as_ref().map(|of| of.display().to_string());
+        let age = |time: std::time::SystemTime| time.elapsed().ok().map(ago);
+        Self {
+            name: name.unwrap_or_else(|| format!("{} (never saved)", draft.session.title)),
+            since: age(orphan.kept),
+            orphan,
+            differing: None,
+        }
+    }
+
+    fn compare(&mut self) {
+        let draft = &self.orphan.draft;
+        self.differing = Some(match &draft.of {
+            None => Err("It was never saved: there is nothing to compare it with.".to_owned()),
+            Some(of) => session::open(of)
+                .and_then(|opened| compare::settings(&opened.session, &draft.session))
+                .map_err(|error| error.to_string()),
+        });
+    }
+
+    fn show(&self, ui: &mut Ui) -> Option<Answer> {
+        let mut answer = None;
+        ui.label(RichText::new(&self.name).strong());
+        let windows = self.orphan.draft.session.windows.len();
+        let since = self.since.as_deref().map_or(String::new(), |since| format!("kept {since}, "));
+        ui.weak(format!("{since}{windows} windows"));
+        ui.horizontal(|ui| {
+            let choices =
+                [("Recover", Answer::Recover), ("Discard", Answer::Discard), ("Show what differs", Answer::Show)];
+            for (name, choice) in choices {
+                if ui.button(name).clicked() {
+                    answer = Some(choice);
+                }
+            }
+        });
+        match &self.differing {
+            None => {}
+            Some(Err(line)) => drop(ui.label(line)),
+            Some(Ok(rows)) => table(rows, &self.name, ui),
+        }
+        ui.add_space(6.0);
+        answer
+    }
+}
+
+fn table(rows: &[SettingDifference], name: &str, ui: &mut Ui) {
+    ScrollArea::both().id_salt(name).max_height(220.0).show(ui, |ui| {
+        Grid::new(name).striped(true).num_columns(3).show(ui, |ui| {
+            for title in ["Setting", "In the file", "In the unsaved work"] {
+                ui.strong(title);
+            }
+            ui.end_row();
+            let value = |text: &Option<String>, unit: &str| match text {
+                Some(text) => format!("{text} {unit}"),
+                None => "–".to_owned(),
+            };
+            for row in rows.iter().take(DIFFERENCES) {
+                ui.label(&row.setting);
+                ui.label(value(&row.first, &row.unit));
+                ui.label(value(&row.second, &row.unit));
+                ui.end_row();
+            }
+        });
+    });
+}
+
+/// How long ago, in words.
+fn ago(age: Duration) -> String {
+    let minutes = age.as_secs() / 60;
+    match minutes {
+        0 => "less than a minute ago".to_owned(),
+        1..120 => format!("{minutes} min ago"),
+        120..2880 => format!("{} hours ago", minutes / 60),
+        _ => format!("{} days ago", minutes / 1440),
+    }
+}

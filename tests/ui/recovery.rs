@@ -1,0 +1,137 @@
+//! Unsaved work of a program that ended is offered, and a session open elsewhere is said to be.
+
+#![allow(clippy::unwrap_used, reason = "helpers of tests are not marked as tests")]
+
+use std::path::{Path, PathBuf};
+
+use doublet::app::{Document, Workbench};
+use doublet::command::{FileCommand, UiCommand};
+use doublet_engine::session::{self, Edit};
+use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable;
+
+use crate::{builder, picture};
+
+struct Desk {
+    _folder: tempfile::TempDir,
+    session: PathBuf,
+    autosaves: PathBuf,
+}
+
+impl Desk {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let root = folder.path().canonicalize().unwrap();
+        let desk = Self { session: root.join("flight.toml"), autosaves: root.join("autosave"), _folder: folder };
+        let mut session = session::parse(doublet_engine::builtin::session("demo").unwrap()).unwrap();
+        session.title = "as saved".to_owned();
+        session::save(&session, &desk.session).unwrap();
+        desk
+    }
+
+    /// A program that ended with unsaved work.
+    fn crash(&self, title: &str) {
+        let mut document = Document::open(&self.session).unwrap();
+        document.keep_in(&self.autosaves).unwrap();
+        document.history.apply(&Edit::Title(title.to_owned())).unwrap();
+        document.autosave_now().unwrap();
+    }
+
+    fn workbench<'a>(&self, path: Option<&Path>) -> Harness<'a, Workbench> {
+        let (path, autosaves) = (path.map(Path::to_path_buf), self.autosaves.clone());
+        let mut harness = builder(1280.0, 800.0).build_eframe(move |cc| {
+            let document = path.as_deref().map_or_else(Document::shipped, Document::open).expect("the session opens");
+            Workbench::new(cc, document).expect("a thread starts").keeping_work_in(autosaves)
+        });
+        harness.run_steps(3);
+        harness
+    }
+
+    fn kept(&self) -> usize {
+        std::fs::read_dir(&self.autosaves).unwrap().filter(|e| !hidden(&e.as_ref().unwrap().path())).count()
+    }
+}
+
+fn hidden(path: &Path) -> bool {
+    path.file_name().unwrap().to_string_lossy().starts_with('.')
+}
+
+#[test]
+fn unsaved_work_is_offered_at_the_start_and_recovered() {
+    let desk = Desk::new();
+    desk.crash("afternoon of marking");
+    let mut harness = desk.workbench(None);
+    assert!(harness.state().is_offering_work());
+    harness.get_by_label("Show what differs").click();
+    harness.run_steps(3);
+    assert!(harness.query_by_label_contains("afternoon of marking").is_some(), "the new title is shown");
+    assert!(harness.query_by_label_contains("as saved").is_some(), "beside the old one");
+    picture(&mut harness, "recovery");
+    harness.get_by_label("Recover").click();
+    harness.run_steps(3);
+    let document = &harness.state().document;
+    assert_eq!(document.session().title, "afternoon of marking");
+    assert_eq!(document.path.as_deref(), Some(desk.session.as_path()));
+    assert!(document.history.is_modified() && !harness.state().is_offering_work());
+    harness.state_mut().undo();
+    assert_eq!(harness.state().document.session().title, "as saved");
+    harness.state_mut().redo();
+    harness.state_mut().request(UiCommand::File(FileCommand::Save));
+    harness.run_steps(3);
+    assert_eq!(session::open(&desk.session).unwrap().session.title, "afternoon of marking");
+    drop(harness);
+    assert_eq!(desk.kept(), 0, "nothing is left to recover");
+}
+
+#[test]
+fn unsaved_work_is_discarded_or_left_as_the_user_says() {
+    let desk = Desk::new();
+    desk.crash("left");
+    let mut harness = desk.workbench(None);
+    harness.get_by_label("Ask again at the next start").click();
+    harness.run_steps(3);
+    assert!(!harness.state().is_offering_work());
+    assert_eq!(desk.kept(), 1);
+    drop(harness);
+    let mut harness = desk.workbench(None);
+    harness.get_by_label("Discard").click();
+    harness.run_steps(3);
+    assert!(!harness.state().is_offering_work());
+    assert_eq!(desk.kept(), 0);
+    assert_eq!(session::open(&desk.session).unwrap().session.title, "as saved");
+}
+
+#[test]
+fn edits_in_the_window_are_kept_aside_and_given_up_with_the_session() {
+    let desk = Desk::new();
+    let mut harness = desk.workbench(Some(&desk.session));
+    assert!(!harness.state().is_offering_work());
+    harness.state_mut().apply(&Edit::Title("typed".to_owned()));
+    harness.run_steps(1);
+    harness.state_mut().document.autosave_now().unwrap();
+    assert_eq!(desk.kept(), 1);
+    harness.state_mut().request(UiCommand::File(FileCommand::OpenShipped));
+    harness.run_steps(3);
+    assert!(harness.state().is_guarding(), "changes would be lost");
+    harness.get_by_label("Discard").click();
+    harness.run_steps(3);
+    assert_eq!(desk.kept(), 0);
+    assert_eq!(harness.state().document.path, None);
+}
+
+#[test]
+fn a_session_open_elsewhere_is_said_to_be_and_not_overwritten() {
+    let desk = Desk::new();
+    let first = desk.workbench(Some(&desk.session));
+    let mut second = desk.workbench(Some(&desk.session));
+    assert!(first.state().document.held_by().is_none());
+    let said = second.state().message.clone().expect("it says so").text;
+    assert!(said.contains("flight.toml is open in another doublet") && said.contains("another name"), "{said}");
+    picture(&mut second, "open_elsewhere");
+    second.state_mut().apply(&Edit::Title("second".to_owned()));
+    second.state_mut().files = doublet::app::files::Files::without_system();
+    second.state_mut().request(UiCommand::File(FileCommand::Save));
+    second.run_steps(3);
+    assert!(second.state().files.is_asking(), "for another name");
+    assert_eq!(session::open(&desk.session).unwrap().session.title, "as saved");
+}
