@@ -51,6 +51,10 @@ pub enum Command {
     Diff(DiffArguments),
     /// Run many sessions, or one with settings swept, over all cores; what was interrupted is taken up again.
     Batch(BatchArguments),
+    /// Fly a scenario many times over and print how often the intervals of the derivatives hold the truth.
+    Coverage(CoverageArguments),
+    /// Write the estimates of the shipped flight beside its truth into a document.
+    Fidelity(FidelityArguments),
     /// Fly a simulated flight and write its recordings and its truth.
     Simulate(SimulateArguments),
     /// Print power, thrust and their sensitivities of an aircraft's engines at one condition.
@@ -218,6 +222,33 @@ pub struct BatchArguments {
     /// Compute the I-th of N parts and write no table: for the jobs of a scheduler, which share the folder of finished runs.
     #[arg(long, value_name = "I/N", value_parser = part)]
     pub task: Option<(usize, usize)>,
+}
+
+/// Arguments of `coverage`.
+#[derive(Debug, Args)]
+pub struct CoverageArguments {
+    /// Session whose settings identify the flights; without it those of the session that comes with the program.
+    pub session: Option<PathBuf>,
+    /// Scenario to fly.
+    #[arg(long, default_value = crate::coverage::SCENARIO)]
+    pub scenario: String,
+    /// Number of flights.
+    #[arg(long, default_value_t = 500, value_parser = clap::value_parser!(u64).range(2..=1_000_000))]
+    pub realisations: u64,
+    /// Seed of the first flight; each following one has the next.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+}
+
+/// Arguments of `fidelity`.
+#[derive(Debug, Args)]
+pub struct FidelityArguments {
+    /// Document whose tables are written anew: everything behind its marker line.
+    #[arg(long)]
+    pub out: PathBuf,
+    /// Number of flights of the coverage study.
+    #[arg(long, default_value_t = 500, value_parser = clap::value_parser!(u64).range(2..=1_000_000))]
+    pub realisations: u64,
 }
 
 /// Arguments of `simulate`.

@@ -3,10 +3,12 @@
 mod arguments;
 mod batch;
 mod check;
+mod coverage;
 mod datcom;
 mod diff;
 mod engine;
 mod export;
+mod fidelity;
 mod inspect;
 mod match_command;
 mod new;
@@ -76,6 +78,8 @@ fn execute(command: Command) -> ExitCode {
         Command::Export(arguments) => export::export(&arguments),
         Command::Diff(arguments) => diff::diff(&arguments),
         Command::Batch(arguments) => batch::batch(&arguments),
+        Command::Coverage(arguments) => coverage::coverage(&arguments),
+        Command::Fidelity(arguments) => fidelity::fidelity(&arguments),
         Command::Simulate(arguments) => simulate::simulate(&arguments),
         Command::Engine(arguments) => engine::engine(&arguments),
         Command::Datcom(arguments) => datcom::datcom(&arguments),

@@ -55,17 +55,25 @@ pub fn computed(path: &Path, studies: &[Study]) -> Result<(Session, Snapshot), S
     if !problems.is_empty() {
         return Err(lines(problems.iter().map(|problem| format!("{}: {problem}", path.display()))));
     }
+    let snapshot = computed_session(&opened.session, &opened.folder, studies)?;
+    Ok((opened.session, snapshot))
+}
+
+/// Computes a session whose relative paths start from `folder`.
+///
+/// # Errors
+/// One line per stage that failed.
+pub fn computed_session(session: &Session, folder: &Path, studies: &[Study]) -> Result<Snapshot, String> {
     let progress = Progress::new();
     let publish = |snapshot: Snapshot| progress.show(snapshot.progress, "computing");
-    let scope =
-        Scope { session: &opened.session, folder: &opened.folder, first: None, studies, cause: "run", generation: 1 };
+    let scope = Scope { session, folder, first: None, studies, cause: "run", generation: 1 };
     let snapshot = run_stages(&scope, &Snapshot::default(), &Cache::new(CACHE_BYTES), &Control::default(), &publish);
     progress.finish();
     let failures = snapshot.failures();
     if !failures.is_empty() {
         return Err(lines(failures.iter().map(|(place, error)| format!("{place}: {error}"))));
     }
-    Ok((opened.session, snapshot))
+    Ok(snapshot)
 }
 
 /// Several messages as one error, a line each.

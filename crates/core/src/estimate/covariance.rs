@@ -8,7 +8,7 @@ use super::{EstimateError, Fit};
 /// How the autocorrelation of the residual enters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coloured {
-    /// Largest lag in samples; `None` for a fifth of the samples of the shortest window.
+    /// Largest lag in samples; `None` for half of the samples of the shortest window.
     pub max_lag: Option<usize>,
     /// Weight of the lags.
     pub taper: Taper,
@@ -30,10 +30,14 @@ pub(super) struct Block<'a> {
     pub(super) residuals: Vec<&'a [f64]>,
 }
 
-/// Covariance `D M D` with `D = (X'X)^-1` and
+/// Covariance `c D M D` with `D = (X'X)^-1` and
 /// `M = R(0) sum x_i x_i' + sum_{k=1..K} w_k R(k) sum_i (x_i x_{i+k}' + x_{i+k} x_i')`, where
 /// `R(k) = (1/N) sum_i v_i v_{i+k}` is the autocorrelation of the residual (Morelli and Klein 1997; Klein and Morelli,
 /// "Aircraft System Identification", 5.2).
+///
+/// The residual has lost what the fit took: `E[v'v] = tr(S) - tr(D X'S X)` for noise of covariance `S`, so that residuals understate
+/// the noise by `1 / c = 1 - tr(D M) / v'v`. For white residuals `tr(D M) / v'v = p / N`, and the covariance is the conventional one
+/// with its `N - p`; coloured ones lose more. The published form has `c = 1`.
 ///
 /// `x` are the regressors of `fit`, samples by parameters. The sums are formed in the frequency domain: with the spectrum
 /// `S` of `w_k R(k)`, `M = (1/L) sum_f S(f) Re(conj(X(f)) X(f)')` over a length `L` that leaves no room to wrap around.
@@ -86,7 +90,7 @@ pub(super) fn coloured_covariances_of(
         }
     }
     let shortest = blocks.iter().map(|block| block.x.nrows()).min().unwrap_or(0);
-    let max_lag = settings.max_lag.unwrap_or(shortest / 5);
+    let max_lag = settings.max_lag.unwrap_or(shortest / 2);
     if max_lag >= shortest {
         return Err(EstimateError::Setting {
             setting: "max_lag".to_owned(),
@@ -117,12 +121,27 @@ pub(super) fn coloured_covariances_of(
             }
         }
     }
-    unit_covariances.iter().zip(middles).map(|(unit, middle)| sandwich(unit, &middle)).collect()
+    let square = |fit: usize| blocks.iter().flat_map(|block| block.residuals[fit]).map(|v| v * v).sum();
+    let fits = unit_covariances.iter().zip(middles).enumerate();
+    fits.map(|(fit, (unit, middle))| sandwich(unit, &middle, square(fit))).collect()
 }
 
-/// `D M D`, symmetric, without negative variances.
-fn sandwich(unit_covariance: &DMatrix<f64>, middle: &DMatrix<f64>) -> Result<DMatrix<f64>, EstimateError> {
-    let covariance = unit_covariance * middle * unit_covariance;
+/// `c D M D` for residuals of a given sum of squares, symmetric, without negative variances.
+fn sandwich(
+    unit_covariance: &DMatrix<f64>,
+    middle: &DMatrix<f64>,
+    residual_square: f64,
+) -> Result<DMatrix<f64>, EstimateError> {
+    let lost = unit_covariance.component_mul(middle).sum();
+    let understated = if residual_square > 0.0 { 1.0 - lost / residual_square } else { 1.0 };
+    if understated <= 0.0 {
+        return Err(EstimateError::Setting {
+            setting: "residual left by the coloured covariance".to_owned(),
+            value: understated,
+            allowed: "above zero: fewer parameters or longer windows are needed",
+        });
+    }
+    let covariance = unit_covariance * middle * unit_covariance / understated;
     match covariance.diagonal().iter().position(|&variance| variance < 0.0) {
         Some(index) => Err(EstimateError::Setting {
             setting: format!("coloured variance of parameter {index}"),
@@ -333,7 +352,8 @@ mod tests {
                 let lag = i.abs_diff(j);
                 middle += x.row(i).transpose() * x.row(j) * (correlation[lag] * (1.0 - lag as f64 / 8.0));
             }
-            let expected = &unit * middle * &unit;
+            let square: f64 = residuals.iter().map(|v| v * v).sum();
+            let expected = &unit * &middle * &unit / (1.0 - (&unit * &middle).trace() / square);
             assert!((found - &expected).amax() < ROUNDING * expected.amax());
         }
     }

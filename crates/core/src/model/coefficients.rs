@@ -2,9 +2,9 @@
 
 use super::data::{AeroData, Axes, CoefficientSettings, Engine, Gyroscopic, Inertia, ThrustTreatment};
 use super::{Coefficient, ModelError};
-use crate::prep::differentiate;
+use crate::prep::{MatchedSmoothing, acceleration_at_cg, differentiate};
 
-/// Columns of all eight coefficients over one window.
+/// Columns of all eight coefficients over one window; all of one length.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Coefficients {
     /// Time, s.
@@ -30,25 +30,88 @@ impl Coefficients {
 /// at `d` from the centre of gravity by `- d x F`; then `Cl = L / (q_dyn S b)`, `Cm = M / (q_dyn S c)`,
 /// `Cn = N / (q_dyn S b)`. `CL = -CZ cos(alpha) + CX sin(alpha)`, `CD = -CX cos(alpha) - CZ sin(alpha)`. Thrust and `h`
 /// enter as the settings say; `F` is the force that stays in the coefficients, so that a thrust left in keeps its own
-/// moment about the reference.
+/// moment about the reference. The specific force is moved from the accelerometers to the centre of gravity (thesis Eq. 4.10).
+///
+/// With matched smoothing the angular acceleration `D w` is that of smoothed rates, and all that does not contain it is smoothed
+/// alike: `C = G C(w' = 0) + (C(w' = D w) - C(w' = 0))`, the coefficients being linear in it.
 ///
 /// # Errors
 /// Columns of unequal length, values that are not finite, airspeed, density, mass or reference lengths that are not
-/// positive, engines missing although asked for, and too few samples to differentiate.
+/// positive, engines missing although asked for, too few samples to differentiate, and for matched smoothing a step that is not
+/// constant.
 pub fn coefficients(data: &AeroData, settings: &CoefficientSettings) -> Result<Coefficients, ModelError> {
     data.check()?;
     check_settings(data, settings)?;
     let acceleration = angular_acceleration(data, settings)?;
+    let columns = columns(data, settings, |k| acceleration.each_ref().map(|column| column[k]));
+    let Some(smoothing) = matched_smoothing(data, settings)? else {
+        return Ok(Coefficients { time_s: data.time_s.clone(), columns, angular_acceleration_rad_s2: acceleration });
+    };
+    let steady = self::columns(data, settings, |_| [0.0; 3]);
+    let rows = smoothing.reach()..data.time_s.len() - smoothing.reach();
+    let matched = |with: &[f64], without: &[f64]| {
+        let moving = with[rows.clone()].iter().zip(&without[rows.clone()]).map(|(with, without)| with - without);
+        smoothing.apply(without).into_iter().zip(moving).map(|(steady, moving)| steady + moving).collect()
+    };
+    Ok(Coefficients {
+        columns: std::array::from_fn(|c| matched(&columns[c], &steady[c])),
+        angular_acceleration_rad_s2: acceleration.map(|column| column[rows.clone()].to_vec()),
+        time_s: data.time_s[rows.clone()].to_vec(),
+    })
+}
+
+/// The smoothing the settings ask for over this window.
+pub(super) fn matched_smoothing(
+    data: &AeroData,
+    settings: &CoefficientSettings,
+) -> Result<Option<MatchedSmoothing>, ModelError> {
+    if !settings.matched || data.angular_acceleration_rad_s2.is_some() {
+        return Ok(None);
+    }
+    MatchedSmoothing::new(&data.time_s, settings.differentiation)
+        .map(Some)
+        .map_err(|source| ModelError::Signal { column: "time".to_owned(), source })
+}
+
+/// Columns of the eight coefficients for the angular acceleration `acceleration(sample)`.
+fn columns(data: &AeroData, settings: &CoefficientSettings, acceleration: impl Fn(usize) -> [f64; 3]) -> [Vec<f64>; 8] {
     let samples = data.time_s.len();
     let mut columns: [Vec<f64>; 8] = std::array::from_fn(|_| Vec::with_capacity(samples));
     for k in 0..samples {
         let rates = data.rates_rad_s.each_ref().map(|column| column[k]);
-        let values = sample(data, settings, k, rates, acceleration.each_ref().map(|column| column[k]));
+        let values = sample(data, settings, k, rates, acceleration(k));
         for (column, value) in columns.iter_mut().zip(values) {
             column.push(value);
         }
     }
-    Ok(Coefficients { time_s: data.time_s.clone(), columns, angular_acceleration_rad_s2: acceleration })
+    columns
+}
+
+/// Specific force at the centre of gravity of each sample, m/s², moved there from the accelerometers (thesis Eq. 4.10) with the
+/// angular acceleration the settings ask for.
+///
+/// # Errors
+/// As for [`coefficients`].
+pub fn specific_force_at_cg(data: &AeroData, settings: &CoefficientSettings) -> Result<[Vec<f64>; 3], ModelError> {
+    data.check()?;
+    let acceleration = angular_acceleration(data, settings)?;
+    let at = |columns: &[Vec<f64>; 3], k: usize| columns.each_ref().map(|column| column[k]);
+    let moved: Vec<[f64; 3]> = (0..data.time_s.len())
+        .map(|k| specific_force(data, k, at(&data.rates_rad_s, k), at(&acceleration, k)))
+        .collect();
+    Ok(std::array::from_fn(|axis| moved.iter().map(|force| force[axis]).collect()))
+}
+
+/// Specific force at the centre of gravity at sample `k`, m/s².
+fn specific_force(data: &AeroData, k: usize, rates: [f64; 3], acceleration: [f64; 3]) -> [f64; 3] {
+    let measured = data.specific_force_m_s2.each_ref().map(|column| column[k]);
+    match data.accelerometer {
+        Some(place) => {
+            let arm = place.body_from_cg_m(data.inertia.at(k).cg_datum_m);
+            acceleration_at_cg(arm, measured, rates, acceleration)
+        }
+        None => measured,
+    }
 }
 
 /// The eight coefficients at sample `k`.
@@ -64,7 +127,8 @@ fn sample(
     let alpha = data.alpha_rad[k];
     let (sin, cos) = alpha.sin_cos();
 
-    let mut force = data.specific_force_m_s2.each_ref().map(|column| inertia.mass_kg * column[k]);
+    let specific_force = specific_force(data, k, rates, acceleration);
+    let mut force = specific_force.map(|component| inertia.mass_kg * component);
     let mut moment = inertial_moment(inertia, rates, acceleration);
     let h = angular_momentum(&data.engines, settings.gyroscopic, k);
     moment[1] += h * rates[2];

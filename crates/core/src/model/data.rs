@@ -130,8 +130,10 @@ pub struct AeroData {
     pub beta_rad: Vec<f64>,
     /// Roll, pitch and yaw rate without bias, rad/s.
     pub rates_rad_s: [Vec<f64>; 3],
-    /// Specific force at the centre of gravity without bias, m/s².
+    /// Specific force without bias where the accelerometers are, m/s².
     pub specific_force_m_s2: [Vec<f64>; 3],
+    /// Place of the accelerometers; `None` where the specific force is that at the centre of gravity.
+    pub accelerometer: Option<Position>,
     /// Angular acceleration, rad/s²; `None` to differentiate the rates.
     pub angular_acceleration_rad_s2: Option<[Vec<f64>; 3]>,
     /// Air density, kg/m³.
@@ -261,13 +263,17 @@ pub struct CoefficientSettings {
     pub gyroscopic: Gyroscopic,
     /// Differentiation of rates (where no angular acceleration is given) and of flow angles.
     pub differentiation: Differentiation,
+    /// Smooths everything else as the differentiation smooths the angular acceleration, regressors included
+    /// ([`crate::prep::MatchedSmoothing`]), so that both sides of the regression lose the same. Coefficients and regressors then
+    /// leave out the ends of the window. Without effect where the angular acceleration is given.
+    pub matched: bool,
     /// Lag of each control; controls not named act at once.
     pub control_lags: BTreeMap<Role, Lag>,
 }
 
 impl CoefficientSettings {
     /// Settings of the thesis: moments about the centre of gravity in body axes, thrust included, gyroscopic moment
-    /// left out, differentiation by Eq. D.1.
+    /// left out, differentiation by Eq. D.1, nothing smoothed to match it.
     pub fn new(reference: ReferenceGeometry) -> Self {
         Self {
             reference,
@@ -276,6 +282,7 @@ impl CoefficientSettings {
             thrust: ThrustTreatment::Included,
             gyroscopic: Gyroscopic::Ignored,
             differentiation: Differentiation::Central4,
+            matched: false,
             control_lags: BTreeMap::new(),
         }
     }

@@ -9,7 +9,7 @@ mod structure;
 mod term;
 mod variables;
 
-pub use coefficients::{Coefficients, coefficients};
+pub use coefficients::{Coefficients, coefficients, specific_force_at_cg};
 pub use data::{
     AeroData, Axes, CoefficientSettings, Engine, Gyroscopic, Inertia, InertiaHistory, Lag, Position, RateNormalisation,
     ReferenceGeometry, ThrustTreatment,

@@ -1,27 +1,39 @@
 //! Variables of the model over one window, and the regressor matrix of a list of terms.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use nalgebra::DMatrix;
 
+use super::coefficients::matched_smoothing;
 use super::data::{AeroData, Axes, CoefficientSettings};
 use super::{ModelError, Term, Variable};
-use crate::prep::{delay, differentiate, first_order_lag};
+use crate::prep::{Differentiation, MatchedSmoothing, delay, differentiate, first_order_lag};
 use crate::quantity::Role;
 
 /// Columns of the variables that one window offers, all of one length.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Variables {
-    /// Number of samples.
-    pub samples: usize,
-    /// Column of each variable there is.
-    pub columns: BTreeMap<Variable, Vec<f64>>,
+    samples: usize,
+    columns: BTreeMap<Variable, Vec<f64>>,
+    smoothing: Option<MatchedSmoothing>,
 }
 
 impl Variables {
-    /// Column of `variable`, if the window has it.
+    /// Samples of the window that coefficients and regressors have rows for.
+    pub fn rows(&self) -> Range<usize> {
+        let reach = self.smoothing.as_ref().map_or(0, MatchedSmoothing::reach);
+        reach..self.samples - reach
+    }
+
+    /// The variables there are.
+    pub fn known(&self) -> impl Iterator<Item = Variable> + '_ {
+        self.columns.keys().copied()
+    }
+
+    /// Column of `variable` at those rows, not smoothed, if the window has it.
     pub fn get(&self, variable: Variable) -> Option<&[f64]> {
-        self.columns.get(&variable).map(Vec::as_slice)
+        self.columns.get(&variable).map(|column| &column[self.rows()])
     }
 }
 
@@ -39,8 +51,11 @@ pub fn variables(data: &AeroData, settings: &CoefficientSettings) -> Result<Vari
     let scaled = |rate: &[f64], normalisation: super::RateNormalisation, length_m: f64| -> Vec<f64> {
         rate.iter().zip(airspeed).map(|(rate, &speed)| rate * normalisation.factor(length_m, speed)).collect()
     };
+    let smoothing = matched_smoothing(data, settings)?;
+    // What is smoothed later need not be smoothed by its differentiation.
+    let differentiation = if smoothing.is_some() { Differentiation::Central4 } else { settings.differentiation };
     let derived = |values: &[f64], column: &str| {
-        differentiate(&data.time_s, values, settings.differentiation)
+        differentiate(&data.time_s, values, differentiation)
             .map_err(|source| ModelError::Signal { column: column.to_owned(), source })
     };
 
@@ -74,25 +89,32 @@ pub fn variables(data: &AeroData, settings: &CoefficientSettings) -> Result<Vari
     if !data.engines.is_empty() {
         columns.insert(Variable::ThrustCoefficient, thrust_coefficient(data, reference.area_m2));
     }
-    Ok(Variables { samples: data.time_s.len(), columns })
+    Ok(Variables { samples: data.time_s.len(), columns, smoothing })
 }
 
-/// Regressor matrix: one row per sample, one column per term, in the order of `terms`.
+/// Regressor matrix: one row per sample of [`Variables::rows`], one column per term, in the order of `terms`; with matched
+/// smoothing each term, a product of unsmoothed variables, is smoothed.
 ///
 /// # Errors
 /// [`ModelError::MissingVariable`] for a term that needs a variable the window does not have.
 pub fn regressors(terms: &[Term], variables: &Variables) -> Result<DMatrix<f64>, ModelError> {
-    let mut matrix = DMatrix::from_element(variables.samples, terms.len(), 1.0);
+    let mut matrix = DMatrix::from_element(variables.rows().len(), terms.len(), 1.0);
     for (term, mut column) in terms.iter().zip(matrix.column_iter_mut()) {
+        let mut products = vec![1.0; variables.samples];
         for &(variable, power) in term.factors() {
-            let values = variables.get(variable).ok_or_else(|| ModelError::MissingVariable {
+            let values = variables.columns.get(&variable).ok_or_else(|| ModelError::MissingVariable {
                 term: term.to_string(),
                 variable: variable.name(),
-                available: variables.columns.keys().map(|variable| variable.name()).collect(),
+                available: variables.known().map(Variable::name).collect(),
             })?;
-            for (product, value) in column.iter_mut().zip(values) {
+            for (product, value) in products.iter_mut().zip(values) {
                 *product *= value.powi(power);
             }
+        }
+        match &variables.smoothing {
+            Some(_) if term.is_constant() => {}
+            Some(smoothing) => column.copy_from_slice(&smoothing.apply(&products)),
+            None => column.copy_from_slice(&products),
         }
     }
     Ok(matrix)

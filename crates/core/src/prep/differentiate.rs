@@ -24,6 +24,16 @@ pub enum Differentiation {
     },
 }
 
+impl Differentiation {
+    /// Samples on each side that the derivative inside a record takes.
+    pub fn half_width(self) -> usize {
+        match self {
+            Self::Central4 => 2,
+            Self::Central { half_width } | Self::LocalPolynomial { half_width, .. } => half_width,
+        }
+    }
+}
+
 /// First derivative of `values` with respect to time, one per sample, unit of the values per second.
 ///
 /// `Central4`: `f' = (-f(t+2h) + 8 f(t+h) - 8 f(t-h) + f(t-2h)) / (12 h)`, at the ends

@@ -10,6 +10,7 @@ mod integrate;
 mod lag;
 mod local_polynomial;
 mod manoeuvres;
+mod matched;
 mod navigation;
 mod noise_statistics;
 mod position;
@@ -39,6 +40,7 @@ pub use fuel::{BlindZone, FuelHistory, FuelReading, FuelSettings, fuel_from_flow
 pub use integrate::{cumulative_trapezoid, stretches};
 pub use lag::{delay, first_order_lag};
 pub use manoeuvres::{Manoeuvre, ManoeuvreSettings, ManoeuvreShape, Pulse, find_manoeuvres};
+pub use matched::MatchedSmoothing;
 pub use navigation::{position_from_velocity, satellite_fix_at_cg};
 pub use noise_statistics::{NoiseChoice, NoiseOrigin, NoiseStatistics, noise_proposals, noise_statistics};
 pub use position::{FlowVane, acceleration_at_cg, accelerometer_at, flow_angles_at_cg, flow_angles_at_vanes};

@@ -59,7 +59,8 @@ impl Replay {
         wind_ned_m_s: &[Vec<f64>; 3],
         gravity_m_s2: f64,
     ) -> Result<Self, ReplayError> {
-        let variables = variables(data, settings)?;
+        // A simulation has every sample as it is: nothing is smoothed.
+        let variables = variables(data, &CoefficientSettings { matched: false, ..settings.clone() })?;
         if data.time_s.len() < 2 {
             return Err(ReplayError::TooShort { samples: data.time_s.len() });
         }
@@ -117,5 +118,5 @@ impl Replay {
 
 /// Variables a simulation of the window can give.
 fn available(variables: &Variables) -> Vec<Variable> {
-    variables.columns.keys().copied().collect()
+    variables.known().collect()
 }

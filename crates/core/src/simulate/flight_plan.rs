@@ -194,6 +194,19 @@ pub fn test_point(listed: Listed) -> Result<Scenario, SimulateError> {
     from_trim(listed, 270.0, series(&SIX, 20.0, 1.0, 1).collect())
 }
 
+/// The six manoeuvres of a test point twice over, the second time with the other sign, as close together as the pilot can fly them.
+pub fn test_point_twice(listed: Listed) -> Result<Scenario, SimulateError> {
+    /// From one onset to the next, s: the held controls and as long again to come back to trim.
+    const INTERVAL_S: f64 = 25.0;
+    let again = SIX.map(|(surface, kind, deg)| (surface, kind, -deg));
+    let both: Vec<_> = SIX.into_iter().chain(again).collect();
+    let mut manoeuvres: Vec<Manoeuvre> = series(&both, 0.0, 1.0, 1).collect();
+    for (manoeuvre, k) in manoeuvres.iter_mut().zip(0u32..) {
+        manoeuvre.onset_s = 10.0 + INTERVAL_S * f64::from(k);
+    }
+    from_trim(listed, 10.0 + INTERVAL_S * both.len() as f64, manoeuvres)
+}
+
 /// Every shape on the elevator, flown perfectly.
 pub fn all_inputs(listed: Listed) -> Result<Scenario, SimulateError> {
     let one_surface = InputKind::ALL.iter().filter(|&&kind| kind != InputKind::Multisine);

@@ -12,6 +12,7 @@ mod flight_plan;
 mod gear;
 mod inputs;
 mod instruments;
+mod measured;
 mod modes;
 mod multisine;
 mod pilot;

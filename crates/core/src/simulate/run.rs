@@ -179,9 +179,6 @@ impl<'a> Flying<'a> {
             self.burn_fuel(LOADING_STEPS as f64 * scenario.step_s)?;
         }
         self.blow(airspeed_m_s);
-        // The controls of this instant follow from the motion up to now, the loads from the controls.
-        let sensed = scenario.vehicle.loads(&self.body, &self.state, &self.environment);
-        self.act(time_s, static_pressure_pa, &sensed);
         let loads = scenario.vehicle.loads(&self.body, &self.state, &self.environment);
         self.check(time_s, &loads)?;
         let instant = Instant {
@@ -198,7 +195,11 @@ impl<'a> Flying<'a> {
             heading_unwrapped_rad: self.heading_unwrapped,
         };
         self.record(step, &instant);
-        self.advance(&loads);
+        // The controls of the next instant follow from the motion up to now; on the way there they move along a straight line, as
+        // whoever reads the recording between its samples takes them to.
+        let controls = self.environment.controls;
+        self.act(time_s + scenario.step_s, static_pressure_pa, &loads);
+        self.advance(&loads, &controls);
         Ok(())
     }
 
@@ -209,7 +210,7 @@ impl<'a> Flying<'a> {
         self.environment.wind_ned_m_s = self.scenario.wind_ned_m_s + gust_ned;
     }
 
-    /// Lets the pilot act, through cables and engine lags.
+    /// Lets the pilot act, through cables and engine lags: controls and engine inputs at `time_s`.
     fn act(&mut self, time_s: f64, static_pressure_pa: f64, sensed: &Loads) {
         let scenario = self.scenario;
         let segments = &scenario.segments;
@@ -318,12 +319,14 @@ impl<'a> Flying<'a> {
         0.2 * self.start_delays_s.get(self.manoeuvre).copied().unwrap_or(0.0)
     }
 
-    /// One step of the integration from loads already known.
-    fn advance(&mut self, loads: &Loads) {
-        let (vehicle, body, environment) = (&self.scenario.vehicle, &self.body, &self.environment);
+    /// One step of the integration from loads already known, the controls moving from `start` to those of the environment.
+    fn advance(&mut self, loads: &Loads, start: &Controls) {
+        let (vehicle, body) = (&self.scenario.vehicle, &self.body);
+        let (end, mut environment) = (self.environment.controls, self.environment);
         let before = self.heading_unwrapped;
-        self.state = runge_kutta_from(&self.state, &loads.rate(&self.state), self.scenario.step_s, |_, state| {
-            vehicle.loads(body, state, environment).rate(state)
+        self.state = runge_kutta_from(&self.state, &loads.rate(&self.state), self.scenario.step_s, |part, state| {
+            environment.controls = start.toward(&end, part);
+            vehicle.loads(body, state, &environment).rate(state)
         });
         self.heading_unwrapped = before + wrap(self.state.euler_rad()[2] - before);
     }

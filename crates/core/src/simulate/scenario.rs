@@ -85,7 +85,7 @@ pub struct Listed {
 }
 
 /// Shipped scenarios.
-const LISTED: [Listed; 6] = [
+const LISTED: [Listed; 7] = [
     Listed {
         name: "ft1",
         description: "C337F, 90 minutes from taxi to landing: 23 manoeuvres at 4,000 ft and 90 kt, six each at two more test points; truth at 100 Hz throughout",
@@ -101,6 +101,10 @@ const LISTED: [Listed; 6] = [
     Listed {
         name: "test-point-1hz",
         description: "the same with the air-data pod at the 1 Hz it falls back to after a calibration",
+    },
+    Listed {
+        name: "coverage",
+        description: "C337F, from trim at 4,000 ft and 90 kt: the six manoeuvres of a test point twice over, 25 s apart",
     },
     Listed {
         name: "inputs",
@@ -133,6 +137,7 @@ pub fn build(name: &str) -> Result<Scenario, SimulateError> {
     };
     let mut scenario = match listed.name {
         "test-point" | "test-point-1hz" => flight_plan::test_point(*listed)?,
+        "coverage" => flight_plan::test_point_twice(*listed)?,
         "inputs" => flight_plan::all_inputs(*listed)?,
         "multisine" => flight_plan::multisine(*listed)?,
         _ => flight_plan::whole_flight(*listed)?,

@@ -94,6 +94,11 @@ impl Truth {
         }
     }
 
+    /// Centre of gravity at the start, m from the datum.
+    pub fn loading_cg_at_start(&self) -> [f64; 3] {
+        [1, 2, 3].map(|column| self.loading[column].first().copied().unwrap_or(0.0))
+    }
+
     /// The column called `name`.
     pub fn column(&self, name: &str) -> Option<&[f32]> {
         let index = COLUMNS.iter().position(|(column, _)| *column == name)?;

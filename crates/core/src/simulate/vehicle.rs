@@ -49,6 +49,16 @@ impl Surface {
 }
 
 impl Controls {
+    /// Deflections at a fraction of the way in a straight line to `end`.
+    pub fn toward(&self, end: &Self, fraction: f64) -> Self {
+        let between = |from: f64, to: f64| from + fraction * (to - from);
+        Self {
+            aileron: between(self.aileron, end.aileron),
+            elevator: between(self.elevator, end.elevator),
+            rudder: between(self.rudder, end.rudder),
+        }
+    }
+
     /// Deflection of one surface, rad.
     pub fn get(&self, surface: Surface) -> f64 {
         match surface {

@@ -74,6 +74,7 @@ pub fn window(samples: usize) -> (AeroData, CoefficientSettings, Start) {
         beta_rad: column(0.0),
         rates_rad_s: [column(0.0), column(0.0), column(0.0)],
         specific_force_m_s2: [column(0.0), column(0.0), column(-GRAVITY_M_S2)],
+        accelerometer: None,
         angular_acceleration_rad_s2: None,
         density_kg_m3: column(1.09),
         controls: BTreeMap::from([

@@ -56,8 +56,8 @@ fn coloured_covariance_recovers_the_scatter_of_autoregressive_residuals() {
     // For a first-order process of slow regressors the error is optimistic by about sqrt((1 + rho) / (1 - rho)) = 4.4; the
     // literature names 3 to 5.
     assert!((3.0..5.0).contains(&(scatter / conventional)), "optimism {}", scatter / conventional);
-    // The correction comes within a quarter of the scatter, from below: the residual has lost what was fitted.
-    assert!((0.75..1.05).contains(&(corrected / scatter)), "corrected over scatter {}", corrected / scatter);
+    // Within twice the uncertainty of the scatter; the taper takes a little.
+    assert!((0.90..1.07).contains(&(corrected / scatter)), "corrected over scatter {}", corrected / scatter);
 }
 
 #[test]

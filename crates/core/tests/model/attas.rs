@@ -150,6 +150,7 @@ fn aero_data(recording: &Recording, treatment: Treatment) -> AeroData {
         beta_rad,
         rates_rad_s: [p, q, r],
         specific_force_m_s2: force,
+        accelerometer: None,
         angular_acceleration_rad_s2: Some(angular),
         density_kg_m3: column(recording, Role::AirDensity),
         controls: [Role::Aileron, Role::Elevator, Role::Rudder]
@@ -213,7 +214,7 @@ fn fits(treatment: Treatment, ends: usize) -> Option<BTreeMap<Coefficient, Poole
         let windows: Vec<PooledWindow> = windows
             .iter()
             .map(|(label, coefficients, variables)| {
-                let kept = ends..variables.samples - ends;
+                let kept = ends..variables.rows().len() - ends;
                 let x = regressors(terms, variables).unwrap().rows(kept.start, kept.len()).into_owned();
                 PooledWindow { label: (*label).to_owned(), x, z: coefficients.get(*coefficient)[kept].to_vec() }
             })
@@ -257,7 +258,7 @@ fn coefficients_match_the_published_regression_table_sample_by_sample() {
     let table: Vec<Vec<f64>> = lines.map(|line| line.split(',').map(|cell| cell.parse().unwrap()).collect()).collect();
     let mut start = 0;
     for (name, coefficients, variables) in &windows {
-        for k in ENDS..variables.samples - ENDS {
+        for k in ENDS..variables.rows().len() - ENDS {
             let row = &table[start + k];
             let printed = |column: &str| row[header.iter().position(|other| *other == column).unwrap()];
             for coefficient in
@@ -281,7 +282,7 @@ fn coefficients_match_the_published_regression_table_sample_by_sample() {
                 assert!(difference.abs() < ROUNDING, "{name} sample {k}: {column} differs by {difference:e}");
             }
         }
-        start += variables.samples;
+        start += variables.rows().len();
     }
     assert_eq!(start, table.len());
 }

@@ -46,6 +46,7 @@ fn aero_data(name: &str) -> Option<AeroData> {
         beta_rad: column(Role::Sideslip),
         rates_rad_s: [Role::RollRate, Role::PitchRate, Role::YawRate].map(column),
         specific_force_m_s2: [Role::SpecificForceX, Role::SpecificForceY, Role::SpecificForceZ].map(column),
+        accelerometer: None,
         angular_acceleration_rad_s2: None,
         density_kg_m3,
         controls: [Role::Aileron, Role::Elevator, Role::Rudder].into_iter().map(|role| (role, column(role))).collect(),

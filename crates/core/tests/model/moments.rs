@@ -38,6 +38,7 @@ fn data() -> AeroData {
         beta_rad: constant(0.0),
         rates_rad_s: [0, 1, 2].map(|axis| constant(RATES[axis])),
         specific_force_m_s2: [0, 1, 2].map(|axis| constant(FORCE[axis])),
+        accelerometer: None,
         angular_acceleration_rad_s2: Some([0, 1, 2].map(|axis| constant(ANGULAR[axis]))),
         density_kg_m3: constant(DENSITY),
         controls: BTreeMap::new(),

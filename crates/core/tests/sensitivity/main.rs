@@ -45,6 +45,7 @@ fn pitching(inertia: Inertia) -> AeroData {
         beta_rad: still(),
         rates_rad_s: [still(), q, still()],
         specific_force_m_s2: [still(), still(), alpha.iter().map(|alpha| -60.0 * alpha - 5.0).collect()],
+        accelerometer: None,
         angular_acceleration_rad_s2: Some([still(), q_dot, still()]),
         density_kg_m3: vec![density; time_s.len()],
         controls: BTreeMap::from([(Role::Elevator, elevator), (Role::Aileron, still()), (Role::Rudder, still())]),

@@ -204,9 +204,9 @@ fn conditions(coefficients: &[IdentifiedCoefficient], snapshot: &Snapshot) -> (R
                 *variable == Variable::Airspeed
                     || coefficient.parameters.iter().any(|p| p.term.factors().iter().any(|(v, _)| v == variable))
             };
-            for (&variable, column) in aero.variables.columns.iter().filter(|(variable, _)| used(variable)) {
+            for variable in aero.variables.known().filter(used) {
                 let range = ranges.entry(variable).or_insert((f64::INFINITY, f64::NEG_INFINITY));
-                for value in column {
+                for value in aero.variables.get(variable).unwrap_or_default() {
                     *range = (range.0.min(*value), range.1.max(*value));
                 }
             }

@@ -137,7 +137,7 @@ fn put_path(writer: &mut Writer, group: &str, path: &WindowPath) {
 
 fn put_aero(writer: &mut Writer, group: &str, aero: &WindowAero) {
     let at = |folder: &str, name: &str| format!("{group}/aero/{folder}{name}");
-    writer.put(at("", "time"), "s", "time of the coefficients", &aero.data.time_s);
+    writer.put(at("", "time"), "s", "time of the coefficients", &aero.coefficients.time_s);
     for coefficient in Coefficient::ALL {
         let name = coefficient.name();
         writer.put(at("coefficients/", name), "-", "observed coefficient", aero.coefficients.get(coefficient));
@@ -148,7 +148,7 @@ fn put_aero(writer: &mut Writer, group: &str, aero: &WindowAero) {
             writer.put(at("variables/", &name), "SI", variable.description(), column);
         }
     }
-    writer.put(at("", "air_density"), "kg/m^3", "air density", &aero.data.density_kg_m3);
+    writer.put(at("", "air_density"), "kg/m^3", "air density", &aero.data.density_kg_m3[aero.variables.rows()]);
 }
 
 fn put_replay(writer: &mut Writer, group: &str, replay: &WindowReplay) {

@@ -31,7 +31,7 @@ pub struct Session {
     pub title: String,
     /// Aircraft file, relative to the session file, or `builtin:` and a name.
     pub aircraft: String,
-    /// What is on board; `None` for the aircraft's standard loading.
+    /// What is on board; `None` for the aircraft's standard loading. Without any fuel it states all but the fuel.
     pub loading: Option<Loading>,
     /// Flights with their recordings.
     pub flights: Vec<Flight>,
@@ -185,6 +185,9 @@ pub struct Preparation {
     /// Half width, s, of the local quadratic that differentiates the rates; `None` for the fourth-order central difference
     /// of thesis Eq. D.1.
     pub differentiation_half_width_s: Option<f64>,
+    /// Smooths all else as the differentiation smooths the angular acceleration, so that both sides of the regression lose the
+    /// same of the fastest motion.
+    pub matched_smoothing: bool,
     /// Time constant of a first-order actuator lag put on the deflections, s; zero for none.
     pub actuator_lag_s: f64,
     /// Seconds left out at the start of every window, where the filter has not settled.
@@ -223,7 +226,8 @@ impl Default for Preparation {
     fn default() -> Self {
         Self {
             path: PathSource::Smoothed,
-            differentiation_half_width_s: Some(0.1),
+            differentiation_half_width_s: Some(0.2),
+            matched_smoothing: true,
             actuator_lag_s: 0.0,
             settle_s: 0.0,
             origin_altitude_m: 0.0,

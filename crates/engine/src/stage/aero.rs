@@ -8,13 +8,14 @@ use doublet_core::model::{
     AeroData, Axes, Coefficient, CoefficientSettings, Coefficients, Gyroscopic, Lag, ThrustTreatment, Variables,
     coefficients, variables,
 };
+use doublet_core::prep::MatchedSmoothing;
 use doublet_core::quantity::Role;
-use doublet_core::reconstruct::{FilterData, INPUTS, Reconstruction, STATES, State};
-use doublet_core::series::{Channel, Recording, Series};
+use doublet_core::reconstruct::{FilterData, INPUTS, Input, Reconstruction, STATES, State};
+use doublet_core::series::{Recording, Series};
 
 use super::aircraft::AircraftData;
 use super::engines::{Air, engines};
-use super::path::differentiation;
+use super::path::{WindowPath, differentiation};
 use super::samples::values_at;
 use crate::graph::Footprint;
 use crate::session::{PathSource, Preparation};
@@ -53,24 +54,37 @@ impl WindowAero {
     pub fn formed(data: AeroData, settings: CoefficientSettings, warnings: Vec<String>) -> Result<Self, String> {
         let coefficients = coefficients(&data, &settings).map_err(|error| error.to_string())?;
         let variables = variables(&data, &settings).map_err(|error| error.to_string())?;
-        let time_s: Arc<[f64]> = data.time_s.as_slice().into();
+        let time_s: Arc<[f64]> = coefficients.time_s.as_slice().into();
         let series =
             Coefficient::ALL.map(|c| Series { time_s: Arc::clone(&time_s), values: coefficients.get(c).into() });
         Ok(Self { data, settings, coefficients, variables, series, warnings })
     }
 }
 
-/// The same window along another path at the same times: air, engines, loading and deflections stay.
+/// The same window as if its filter had been given `data` and found `path`, at the same times: air, engines, loading and
+/// deflections stay, and what differs between `data` and the samples of `nominal` is added to the inertial samples as measured.
 ///
 /// # Errors
 /// One line: what the model refuses.
 pub fn aero_along(
     aero: &WindowAero,
+    nominal: &WindowPath,
     (data, path): (&FilterData, &Reconstruction),
     preparation: &Preparation,
 ) -> Result<WindowAero, String> {
-    let Motion { airspeed_m_s, alpha_rad, beta_rad, rates_rad_s, specific_force_m_s2, .. } =
-        motion(data, path, preparation)?;
+    let known = motion(&nominal.data, &nominal.reconstruction, preparation)?;
+    let Motion { first, airspeed_m_s, alpha_rad, beta_rad, biases, .. } = motion(data, path, preparation)?;
+    let moved = |column: &[f64], input: Input| -> Vec<f64> {
+        let index = input as usize;
+        let samples = data.inputs.columns[index][first..].iter().zip(&nominal.data.inputs.columns[index][first..]);
+        let bias = biases[index] - known.biases[index];
+        column.iter().zip(samples).map(|(value, (noisy, clean))| value + (noisy - clean) - bias).collect()
+    };
+    let [x, y, z] = &aero.data.specific_force_m_s2;
+    let [p, q, r] = &aero.data.rates_rad_s;
+    let specific_force_m_s2 =
+        [moved(x, Input::SpecificForceX), moved(y, Input::SpecificForceY), moved(z, Input::SpecificForceZ)];
+    let rates_rad_s = [moved(p, Input::RollRate), moved(q, Input::PitchRate), moved(r, Input::YawRate)];
     let data = AeroData { airspeed_m_s, alpha_rad, beta_rad, rates_rad_s, specific_force_m_s2, ..aero.data.clone() };
     WindowAero::formed(data, aero.settings.clone(), Vec::new())
 }
@@ -88,13 +102,21 @@ pub fn aero(
     let mut warnings = Vec::new();
     let data = aero_data(recording, (data, path), aircraft, preparation, &mut warnings)?;
     let lag = Lag { time_constant_s: preparation.actuator_lag_s, ..Lag::default() };
+    let differentiation = differentiation(preparation, &data.time_s);
+    let matched = preparation.matched_smoothing
+        && MatchedSmoothing::new(&data.time_s, differentiation)
+            .inspect_err(|error| {
+                warnings.push(format!("regressors are not smoothed as the angular acceleration is: {error}"))
+            })
+            .is_ok();
     let settings = CoefficientSettings {
         reference: aircraft.reference,
         moment_reference: aircraft.moment_reference,
         axes: Axes::Body,
         thrust: if preparation.remove_thrust { ThrustTreatment::Removed } else { ThrustTreatment::Included },
         gyroscopic: gyroscopic(&data),
-        differentiation: differentiation(preparation, &data.time_s),
+        differentiation,
+        matched,
         control_lags: CONTROLS.map(|role| (role, lag)).into(),
     };
     WindowAero::formed(data, settings, warnings)
@@ -113,8 +135,12 @@ fn aero_data(
     preparation: &Preparation,
     warnings: &mut Vec<String>,
 ) -> Result<AeroData, String> {
-    let Motion { time_s, airspeed_m_s, alpha_rad, beta_rad, rates_rad_s, specific_force_m_s2, down_m } =
-        motion(data, path, preparation)?;
+    let Motion { first, airspeed_m_s, alpha_rad, beta_rad, biases, down_m } = motion(data, path, preparation)?;
+    let time_s = data.inputs.time_s[first..].to_vec();
+    // The filter has the specific force moved to the centre of gravity; here it is wanted as measured, to be moved with the
+    // centre of gravity of each sample and the differentiation of the coefficients.
+    let accelerometer = aircraft.accelerometer.filter(|_| preparation.correct_accelerometer);
+    let [ax, ay, az, p, q, r] = unbiased_inputs(recording, &time_s, &biases)?;
     let altitude_m: Vec<_> = match values_at(recording, Role::Altitude, &time_s)? {
         Some(altitude) => altitude,
         None => down_m.iter().map(|down| preparation.origin_altitude_m - down).collect(),
@@ -126,9 +152,6 @@ fn aero_data(
         }
     }
     let density_kg_m3 = air_density(recording, &time_s, &altitude_m, warnings)?;
-    let fuel_kg = values_at(recording, Role::FuelMass, &time_s)?;
-    let first = |channel: &Channel| channel.series.values.iter().copied().find(|fuel| fuel.is_finite());
-    let fuel_at_start_kg = recording.role(Role::FuelMass).and_then(first).unwrap_or(0.0);
     let air = Air {
         time_s: &time_s,
         airspeed_m_s: &airspeed_m_s,
@@ -145,12 +168,13 @@ fn aero_data(
         alpha_rad,
         beta_rad,
         airspeed_m_s,
-        rates_rad_s,
-        specific_force_m_s2,
+        rates_rad_s: [p, q, r],
+        specific_force_m_s2: [ax, ay, az],
+        accelerometer,
         angular_acceleration_rad_s2: None,
         density_kg_m3,
         controls,
-        inertia: aircraft.inertia_history(&time_s, fuel_kg.as_deref(), fuel_at_start_kg)?,
+        inertia: aircraft.inertia_history(recording, &time_s)?,
         engines: engines.engines,
         propeller_pressure: engines.propeller_pressure,
         mach: values_at(recording, Role::Mach, &time_s)?,
@@ -159,14 +183,14 @@ fn aero_data(
     })
 }
 
-/// What the path says of the motion, from the end of settling on.
+/// What the path says of the motion from the sample `first` on, where settling ends.
 struct Motion {
-    time_s: Vec<f64>,
+    first: usize,
     airspeed_m_s: Vec<f64>,
     alpha_rad: Vec<f64>,
     beta_rad: Vec<f64>,
-    rates_rad_s: [Vec<f64>; 3],
-    specific_force_m_s2: [Vec<f64>; 3],
+    /// Of each inertial channel. A bias without a random walk is one number: its estimate from the whole window.
+    biases: [f64; INPUTS],
     down_m: Vec<f64>,
 }
 
@@ -183,15 +207,14 @@ fn motion(data: &FilterData, path: &Reconstruction, preparation: &Preparation) -
     let states = states_of(path, preparation.path)?;
     let state = |state: State| &states[state as usize][first..];
     let (u, v, w) = (state(State::VelocityU), state(State::VelocityV), state(State::VelocityW));
-    let [ax, ay, az, p, q, r] = unbiased_inputs(data, states, first);
     let each = |value: &dyn Fn(usize) -> f64| (0..u.len()).map(value).collect();
+    let biases = [State::BiasAx, State::BiasAy, State::BiasAz, State::BiasP, State::BiasQ, State::BiasR];
     Ok(Motion {
-        time_s: data.inputs.time_s[first..].to_vec(),
+        first,
         airspeed_m_s: each(&|k| (u[k] * u[k] + v[k] * v[k] + w[k] * w[k]).sqrt()),
         alpha_rad: each(&|k| w[k].atan2(u[k])),
         beta_rad: each(&|k| v[k].atan2(u[k].hypot(w[k]))),
-        rates_rad_s: [p, q, r],
-        specific_force_m_s2: [ax, ay, az],
+        biases: biases.map(|bias| states[bias as usize].last().copied().unwrap_or(0.0)),
         down_m: state(State::PositionDown).to_vec(),
     })
 }
@@ -207,13 +230,18 @@ pub(super) fn states_of(path: &Reconstruction, source: PathSource) -> Result<&[V
     }
 }
 
-/// Inertial samples less their biases. A bias without a random walk is one number: its estimate from the whole window.
-fn unbiased_inputs(data: &FilterData, states: &[Vec<f64>; STATES], first: usize) -> [Vec<f64>; INPUTS] {
-    let biases = [State::BiasAx, State::BiasAy, State::BiasAz, State::BiasP, State::BiasQ, State::BiasR];
-    std::array::from_fn(|index| {
-        let bias = states[biases[index] as usize].last().copied().unwrap_or(0.0);
-        data.inputs.columns[index][first..].iter().map(|value| value - bias).collect()
-    })
+/// Inertial samples as recorded, less their biases.
+fn unbiased_inputs(
+    recording: &Recording,
+    time_s: &[f64],
+    biases: &[f64; INPUTS],
+) -> Result<[Vec<f64>; INPUTS], String> {
+    let mut columns: [Vec<f64>; INPUTS] = Default::default();
+    for (input, bias) in Input::ALL.into_iter().zip(biases) {
+        let Some(recorded) = values_at(recording, input.role(), time_s)? else { continue };
+        columns[input as usize] = recorded.into_iter().map(|value| value - bias).collect();
+    }
+    Ok(columns)
 }
 
 fn air_temperature(recording: &Recording, time_s: &[f64], altitude_m: &[f64]) -> Result<Vec<f64>, String> {

@@ -8,8 +8,12 @@ use doublet_core::load::aircraft as aircraft_file;
 use doublet_core::load::propulsion_maps::read_propulsion_section;
 use doublet_core::model::{Inertia, InertiaHistory, Position, RateNormalisation, ReferenceGeometry};
 use doublet_core::propulsion::Powerplant;
+use doublet_core::quantity::Role;
+use doublet_core::series::Recording;
 
+use super::instruments::tank_channel;
 use super::recording::locate;
+use super::samples::channel_at;
 use crate::builtin;
 use crate::graph::Footprint;
 
@@ -56,8 +60,8 @@ pub struct AircraftData {
     pub loaded: Arc<LoadedAircraft>,
     /// What is on board at the start.
     pub loading: Loading,
-    /// Whether the session states it: recorded fuel then tells the burn only, not how much there was.
-    pub loading_is_stated: bool,
+    /// Whether the session states the fuel: what is recorded then tells the burn only, not how much there was.
+    pub fuel_is_stated: bool,
     /// Reference area, lengths and normalisation of rates.
     pub reference: ReferenceGeometry,
     /// Mass properties of the loading.
@@ -74,14 +78,18 @@ pub struct AircraftData {
     pub moment_reference: Option<Position>,
 }
 
-/// What the analysis uses of an aircraft with `loading` on board; its standard loading when there is none.
+/// What the analysis uses of an aircraft with `loading` on board; its standard loading when there is none, its standard fuel when
+/// the loading states none.
 ///
 /// # Errors
 /// One line when a reference length has no counterpart in the model's normalisation.
 pub fn aircraft_data(loaded: Arc<LoadedAircraft>, loading: Option<&Loading>) -> Result<AircraftData, String> {
     let aircraft = &loaded.aircraft;
-    let loading_is_stated = loading.is_some();
-    let loading = loading.unwrap_or(&aircraft.standard_loading).clone();
+    let fuel_is_stated = loading.is_some_and(|loading| !loading.fuel_kg.is_empty());
+    let mut loading = loading.unwrap_or(&aircraft.standard_loading).clone();
+    if !fuel_is_stated {
+        loading.fuel_kg.clone_from(&aircraft.standard_loading.fuel_kg);
+    }
     let mass = loading.mass_properties(aircraft);
     let sensors = aircraft.sensors;
     Ok(AircraftData {
@@ -93,7 +101,7 @@ pub fn aircraft_data(loaded: Arc<LoadedAircraft>, loading: Option<&Loading>) -> 
         antenna: sensors.antenna_from_datum_m.map(Position::Datum),
         moment_reference: aircraft.moment_reference_from_datum_m.map(Position::Datum),
         loading,
-        loading_is_stated,
+        fuel_is_stated,
         loaded,
     })
 }
@@ -116,35 +124,51 @@ impl AircraftData {
         Self { inertia: self.inertia.plus(&change), mass_change: Some(change), ..self.clone() }
     }
 
-    /// Mass properties over a window from the recorded fuel mass, shared among the tanks as in the loading; those of the loading
-    /// where no fuel was recorded or the aircraft has no fuel in its tanks. `at_start_kg` is the first recorded fuel mass of the
-    /// flight: where the session states the loading, the fuel stated is what was on board then.
+    /// Mass properties over a window. Where the session states no fuel, the recorded fuel of each tank tells it, or the recorded
+    /// fuel in all, shared among the tanks as in the loading; where it does, that is what was on board at the first record
+    /// of the flight, and the recorded fuel tells the burn. Without recorded fuel, or without fuel in the loading, they are constant.
     ///
     /// # Errors
-    /// One line when the recorded fuel does not fit the tanks.
-    pub fn inertia_history(
-        &self,
-        time_s: &[f64],
-        recorded_kg: Option<&[f64]>,
-        at_start_kg: f64,
-    ) -> Result<InertiaHistory, String> {
+    /// One line when the recorded fuel does not cover the window or does not fit the tanks.
+    pub fn inertia_history(&self, recording: &Recording, time_s: &[f64]) -> Result<InertiaHistory, String> {
         let stated_kg = self.loading.fuel_kg.values().sum::<f64>();
-        let Some(recorded_kg) = recorded_kg.filter(|_| stated_kg > 0.0) else {
+        let Some(channel) = recording.role(Role::FuelMass).filter(|_| stated_kg > 0.0) else {
             return Ok(InertiaHistory::Constant(self.inertia));
         };
-        let fuel_kg: Vec<f64> = if self.loading_is_stated {
-            recorded_kg.iter().map(|fuel| (stated_kg - (at_start_kg - fuel)).clamp(0.0, stated_kg)).collect()
-        } else {
-            recorded_kg.to_vec()
-        };
         let aircraft = &self.loaded.aircraft;
-        let history = MassHistory::from_total_fuel(aircraft, &self.loading, time_s, &fuel_kg, &FuelSplit::Proportional)
-            .map_err(|error| error.to_string())?;
+        let tanks = if self.fuel_is_stated { Vec::new() } else { self.recorded_tanks(recording, time_s)? };
+        let history = if tanks.is_empty() {
+            let mut fuel_kg = channel_at(recording, channel, Role::FuelMass.name(), time_s)?;
+            if self.fuel_is_stated {
+                let at_start_kg = channel.series.values.iter().copied().find(|fuel| fuel.is_finite()).unwrap_or(0.0);
+                fuel_kg.iter_mut().for_each(|fuel| *fuel = (stated_kg - (at_start_kg - *fuel)).clamp(0.0, stated_kg));
+            }
+            MassHistory::from_total_fuel(aircraft, &self.loading, time_s, &fuel_kg, &FuelSplit::Proportional)
+        } else {
+            let columns: Vec<_> = tanks.iter().map(|(name, fuel)| (name.clone(), fuel.as_slice())).collect();
+            MassHistory::from_tanks(aircraft, &self.loading, time_s, &columns)
+        };
+        let history = history.map_err(|error| error.to_string())?;
         let samples = history.mass_kg.iter().zip(&history.cg_from_datum_m).zip(&history.inertia);
         let changed = |inertia: Inertia| self.mass_change.as_ref().map_or(inertia, |change| inertia.plus(change));
         Ok(InertiaHistory::PerSample(
             samples.map(|((&mass, &cg), &tensor)| changed(inertia(mass, cg, tensor))).collect(),
         ))
+    }
+}
+
+impl AircraftData {
+    /// Recorded fuel of every tank there is a record of, not above its capacity, kg.
+    fn recorded_tanks(&self, recording: &Recording, time_s: &[f64]) -> Result<Vec<(String, Vec<f64>)>, String> {
+        let mut tanks = Vec::new();
+        for tank in &self.loaded.aircraft.tanks {
+            let name = tank_channel(&tank.name);
+            let Some(channel) = recording.channels.iter().find(|channel| channel.name == name) else { continue };
+            let mut fuel_kg = channel_at(recording, channel, &name, time_s)?;
+            fuel_kg.iter_mut().for_each(|fuel| *fuel = fuel.min(tank.capacity_kg));
+            tanks.push((tank.name.clone(), fuel_kg));
+        }
+        Ok(tanks)
     }
 }
 

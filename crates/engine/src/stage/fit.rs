@@ -199,7 +199,7 @@ fn coefficient_fit(
     };
     CoefficientFit {
         coefficient,
-        windows: used.iter().map(|(window, aero)| (window.name.clone(), aero.data.time_s.len())).collect(),
+        windows: used.iter().map(|(window, aero)| (window.name.clone(), aero.coefficients.time_s.len())).collect(),
         series: fit_series(fit.as_ref().ok(), &used.iter().map(|(_, aero)| aero.as_ref()).collect::<Vec<_>>()),
         corrected_errors,
         fit,

@@ -39,7 +39,12 @@ pub fn derive(recording: &mut Recording, folder: &Path, setting: &InstrumentSett
         derived.extend(flow_angles(recording, pod, setting, &instruments, &mut warnings)?);
     }
     if !setting.fuel.is_empty() {
-        derived.push((Role::FuelMass, fuel(recording, setting, &instruments, &mut warnings)?));
+        let fuel = fuel(recording, setting, &instruments, &mut warnings)?;
+        for (tank, series) in fuel.tanks {
+            let (source, unit) = (instruments.name.clone(), Role::FuelMass.dimension().si_symbol().to_owned());
+            recording.channels.push(Channel { source, name: tank_channel(&tank), unit, series });
+        }
+        derived.push((Role::FuelMass, fuel.total));
     }
     for (role, series) in derived {
         if let Some(recorded) = recording.role(role) {
@@ -182,12 +187,23 @@ fn flow_angles(
     Ok(vec![(Role::AngleOfAttack, alpha), (Role::Sideslip, Series { time_s: measured.time_s, values })])
 }
 
+/// Name of the channel that holds the fuel mass of one tank.
+pub fn tank_channel(tank: &str) -> String {
+    format!("fuel mass, {tank}")
+}
+
+/// Fuel mass against time, in all and of each tank.
+struct Fuel {
+    total: Series,
+    tanks: Vec<(String, Series)>,
+}
+
 fn fuel(
     recording: &Recording,
     setting: &InstrumentSetting,
     instruments: &Instruments,
     warnings: &mut Vec<String>,
-) -> Result<Series, String> {
+) -> Result<Fuel, String> {
     let mut shown = Vec::new();
     for (tank, path) in &setting.fuel {
         let probe = instruments
@@ -202,7 +218,7 @@ fn fuel(
     };
     // Every tank by its own stamps; the sum at those of the first.
     let mut total = vec![0.0; time_s.len()];
-    let mut blind = Vec::new();
+    let (mut blind, mut tanks) = (Vec::new(), Vec::new());
     for (probe, series) in &shown {
         let history = fuel_history(&series.time_s, &[(probe, &series.values)], &FuelSettings::default())
             .map_err(|error| format!("fuel of {}: {error}", probe.tank))?;
@@ -212,6 +228,8 @@ fn fuel(
             .map_err(|error| format!("fuel of {}: {error}", probe.tank))?;
         total.iter_mut().zip(mass).for_each(|(sum, mass)| *sum += mass);
         blind.extend(history.blind);
+        let own = Series { time_s: Arc::clone(&series.time_s), values: history.total_kg.into() };
+        tanks.push((probe.tank.clone(), own));
     }
     for (probe, _) in &shown {
         let zones = blind.iter().filter(|zone| zone.tank == probe.tank);
@@ -224,5 +242,5 @@ fn fuel(
             ));
         }
     }
-    Ok(Series { time_s, values: total.into() })
+    Ok(Fuel { total: Series { time_s, values: total.into() }, tanks })
 }

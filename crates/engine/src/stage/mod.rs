@@ -36,6 +36,7 @@ pub use fit::{
     pooled_regressions, window_fits,
 };
 pub use flight_engines::{EngineOverFlight, FlightEngines, PowerAgreement, flight_engines};
+pub use instruments::tank_channel;
 pub use noise::{FlightNoise, NoiseRow, noise, open_entries};
 pub use path::{PathSeries, Samples, SmoothedSeries, WindowPath, paths, reconstructions, samples};
 pub use proposals::{FlightProposals, SignalSpectrum, WindowProposal, open_windows, proposals};

@@ -180,11 +180,14 @@ fn measurement_series(
     Measurement::ALL.map(|measurement| {
         let (channel, sign) = match (recording.role(measurement.role()), measurement) {
             (Some(channel), _) => (channel, 1.0),
-            // Without a satellite position the pressure altitude tells the height.
-            (None, Measurement::PositionDown) => match recording.role(Role::Altitude) {
-                Some(channel) => (channel, -1.0),
-                None => return MeasurementSeries::default(),
-            },
+            // Without a position the altitude tells the height: that of the satellites before that of the pressure, whose scale is
+            // right in the standard atmosphere only.
+            (None, Measurement::PositionDown) => {
+                match recording.role(Role::GpsAltitude).or(recording.role(Role::Altitude)) {
+                    Some(channel) => (channel, -1.0),
+                    None => return MeasurementSeries::default(),
+                }
+            }
             (None, _) => return MeasurementSeries::default(),
         };
         let (time_s, values) = finite_samples(channel, window, 0.0);
@@ -198,9 +201,24 @@ fn measurement_series(
     })
 }
 
+/// Longest half width of the differentiation that moves the accelerometers for the filter, s. The filter averages noise by
+/// itself, and nothing gives it back what smoothing takes away.
+const LONGEST_FOR_FILTER_S: f64 = 0.06;
+
+/// The differentiation the session asks for, shortened for the filter.
+pub fn short_differentiation(preparation: &Preparation, time_s: &[f64]) -> Differentiation {
+    let half_width_s = preparation.differentiation_half_width_s.map(|half_width| half_width.min(LONGEST_FOR_FILTER_S));
+    local_quadratic(half_width_s, time_s)
+}
+
 /// The differentiation the session asks for, in samples of `time_s`.
 pub fn differentiation(preparation: &Preparation, time_s: &[f64]) -> Differentiation {
-    let Some(half_width_s) = preparation.differentiation_half_width_s else { return Differentiation::Central4 };
+    local_quadratic(preparation.differentiation_half_width_s, time_s)
+}
+
+/// Local quadratic of a half width in samples of `time_s`; without one the central difference of order four.
+fn local_quadratic(half_width_s: Option<f64>, time_s: &[f64]) -> Differentiation {
+    let Some(half_width_s) = half_width_s else { return Differentiation::Central4 };
     let (first, last) = span(time_s);
     let step = (last - first) / (time_s.len().max(2) - 1) as f64;
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to a small positive range")]

@@ -5,7 +5,7 @@ use doublet_core::prep::{
 };
 use doublet_core::reconstruct::{Input, InputSeries, MEASUREMENTS, Measurement, MeasurementSeries};
 
-use super::path::differentiation;
+use super::path::short_differentiation;
 use crate::session::Preparation;
 
 /// The measurements of one window.
@@ -23,7 +23,7 @@ pub fn move_accelerometer(
     position_m: [f64; 3],
     preparation: &Preparation,
 ) -> Result<(), String> {
-    let method = differentiation(preparation, &inputs.time_s);
+    let method = short_differentiation(preparation, &inputs.time_s);
     let mut angular: [Vec<f64>; 3] = Default::default();
     for (column, rate) in angular.iter_mut().zip(RATES) {
         *column = differentiate(&inputs.time_s, &inputs.columns[rate as usize], method)

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use doublet_core::model::{Coefficient, Derivatives, Structure, Term, regressors};
+use doublet_core::model::{Coefficient, Derivatives, Structure, Term, regressors, specific_force_at_cg};
 use doublet_core::reconstruct::{STATES, State};
 use doublet_core::replay::{Replay, Response, Start};
 use doublet_core::series::Series;
@@ -168,7 +168,7 @@ pub fn replay(
     let replay = Replay::new(&aero.data, &aero.settings, &wind, gravity_m_s2).map_err(|error| error.to_string())?;
     let start = start(states, first, aero);
     let response = replay.fly(model, &start).map_err(|error| error.to_string())?;
-    let measured = measured(states, first, aero);
+    let measured = measured(states, first, aero)?;
     let simulated = simulated(&response);
     let tests = tolerances.tests(manoeuvre).into_iter();
     let tests: Vec<_> = tests.map(|test| judge(test, &measured, &simulated)).collect();
@@ -205,10 +205,11 @@ fn start(states: &[Vec<f64>; STATES], first: usize, aero: &WindowAero) -> Start 
 }
 
 /// The reconstructed motion.
-fn measured(states: &[Vec<f64>; STATES], first: usize, aero: &WindowAero) -> Histories {
+fn measured(states: &[Vec<f64>; STATES], first: usize, aero: &WindowAero) -> Result<Histories, String> {
     let state = |state: State| states[state as usize][first..].to_vec();
     let negated = |values: &[f64]| values.iter().map(|value| -value).collect::<Vec<_>>();
     let data = &aero.data;
+    let [ax, ay, az] = specific_force_at_cg(data, &aero.settings).map_err(|error| error.to_string())?;
     let column = |signal: Signal| match signal {
         Signal::Airspeed => data.airspeed_m_s.clone(),
         Signal::Altitude => negated(&state(State::PositionDown)),
@@ -220,13 +221,13 @@ fn measured(states: &[Vec<f64>; STATES], first: usize, aero: &WindowAero) -> His
         Signal::RollRate => data.rates_rad_s[0].clone(),
         Signal::PitchRate => data.rates_rad_s[1].clone(),
         Signal::YawRate => data.rates_rad_s[2].clone(),
-        Signal::SpecificForceX => data.specific_force_m_s2[0].clone(),
-        Signal::SpecificForceY => data.specific_force_m_s2[1].clone(),
-        Signal::NormalAcceleration => negated(&data.specific_force_m_s2[2]),
+        Signal::SpecificForceX => ax.clone(),
+        Signal::SpecificForceY => ay.clone(),
+        Signal::NormalAcceleration => negated(&az),
     };
     let mut histories = Histories { time_s: data.time_s.clone(), columns: Signal::ALL.map(column) };
     unwrap(&mut histories.columns[Signal::HeadingAngle as usize]);
-    histories
+    Ok(histories)
 }
 
 /// The motion of the model, its heading on the same turn as the measured one, since both start alike.

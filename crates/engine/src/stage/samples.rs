@@ -23,16 +23,22 @@ pub fn gaps(recording: &Recording, time_s: &[f64]) -> Vec<(f64, f64)> {
 /// # Errors
 /// One line when the samples do not reach over `time_s` or pause too long to be bridged.
 pub fn values_at(recording: &Recording, role: Role, time_s: &[f64]) -> Result<Option<Vec<f64>>, String> {
-    let (Some(channel), Some(&first), Some(&last)) = (recording.role(role), time_s.first(), time_s.last()) else {
-        return Ok(None);
-    };
+    recording.role(role).map(|channel| channel_at(recording, channel, role.name(), time_s)).transpose()
+}
+
+/// Values of a channel of `recording` at `time_s` by straight lines between its own samples; `what` it is goes into the message.
+///
+/// # Errors
+/// As for [`values_at`].
+pub fn channel_at(recording: &Recording, channel: &Channel, what: &str, time_s: &[f64]) -> Result<Vec<f64>, String> {
+    let (Some(&first), Some(&last)) = (time_s.first(), time_s.last()) else { return Ok(Vec::new()) };
     let step = (last - first) / (time_s.len().max(2) - 1) as f64;
     let window = Window { start_s: first, end_s: last };
     let (own_time, own_values) = finite_samples(channel, window, 5.0_f64.max(2.0 * step));
     if own_time == time_s {
-        return Ok(Some(own_values));
+        return Ok(own_values);
     }
-    let place = format!("{} (channel '{}' of {})", role.name(), channel.name, channel.source);
+    let place = format!("{what} (channel '{}' of {})", channel.name, channel.source);
     let (Some(&start), Some(&end)) = (own_time.first(), own_time.last()) else {
         return Err(format!(
             "{place} has no samples over {first:.2} s to {last:.2} s: choose a window where it was recorded"
@@ -53,9 +59,7 @@ pub fn values_at(recording: &Recording, role: Role, time_s: &[f64]) -> Result<Op
         ));
     }
     let wanted: Vec<_> = time_s.iter().map(|time| time.clamp(start, end)).collect();
-    resample(&own_time, &own_values, &wanted, Interpolation::Linear)
-        .map(Some)
-        .map_err(|error| format!("{place}: {error}"))
+    resample(&own_time, &own_values, &wanted, Interpolation::Linear).map_err(|error| format!("{place}: {error}"))
 }
 
 /// Values of `role` at the increasing `time_s` by straight lines between its own samples, not a number before the first, behind

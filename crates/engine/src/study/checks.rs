@@ -6,7 +6,7 @@ use doublet_core::estimate::{
     Fit, FlightFitError, FlightFreedom, FlightOutput, FlightOutputFit, FlightWindow, FrequencySettings,
     FrequencyWindow, MotionAxis, OutputErrorSettings, flight_output_error, frequency_equation_error,
 };
-use doublet_core::model::{Coefficient, Derivatives, Term, Variable, VariableValues, regressors};
+use doublet_core::model::{Coefficient, Derivatives, Term, Variable, VariableValues, regressors, specific_force_at_cg};
 use doublet_core::reconstruct::{Reconstruction, State};
 use doublet_core::replay::{Replay, Start};
 use doublet_core::series::Series;
@@ -139,7 +139,7 @@ fn in_frequency(
         fitted_terms(subject, coefficient, fit).into_iter().filter(|term| !term.is_constant()).collect();
     let names: Vec<String> = terms.iter().map(|term| term.derivative_name(coefficient)).collect();
     let x = regressors(&terms, &aero.variables).map_err(|error| error.to_string())?;
-    let time_s = &aero.data.time_s;
+    let time_s = &aero.coefficients.time_s;
     let duration_s = time_s[time_s.len() - 1] - time_s[0];
     let step_s = duration_s / (time_s.len() - 1) as f64;
     let defaults = FrequencySettings::default();
@@ -190,7 +190,7 @@ fn followed(
         MotionAxis::Longitudinal => vec![FlightOutput::SpecificForceX, FlightOutput::SpecificForceZ],
         MotionAxis::Lateral => vec![FlightOutput::SpecificForceY],
     };
-    let measured = measured(axis, aero, path, first, states);
+    let measured = measured(axis, aero, path, first, states)?;
     let windows = [FlightWindow { label: window.manoeuvre.name.clone(), replay: &replay, start, model, measured }];
     let freedom = FlightFreedom { shared, own: Vec::new(), biases };
     let go_on = || !watch.control().is_cancelled();
@@ -208,8 +208,9 @@ fn measured(
     path: &Reconstruction,
     first: usize,
     states: &[Vec<f64>],
-) -> Vec<Vec<f64>> {
+) -> Result<Vec<Vec<f64>>, String> {
     let data = &aero.data;
+    let forces = specific_force_at_cg(data, &aero.settings).map_err(|error| error.to_string())?;
     let state = |state: State| &states[state as usize][first..path.time_s.len()];
     let column = |output: &FlightOutput| -> &[f64] {
         match output {
@@ -221,12 +222,12 @@ fn measured(
             FlightOutput::YawRate => &data.rates_rad_s[2],
             FlightOutput::BankAngle => state(State::BankAngle),
             FlightOutput::PitchAngle => state(State::PitchAngle),
-            FlightOutput::SpecificForceX => &data.specific_force_m_s2[0],
-            FlightOutput::SpecificForceY => &data.specific_force_m_s2[1],
-            FlightOutput::SpecificForceZ => &data.specific_force_m_s2[2],
+            FlightOutput::SpecificForceX => &forces[0],
+            FlightOutput::SpecificForceY => &forces[1],
+            FlightOutput::SpecificForceZ => &forces[2],
         }
     };
-    axis.outputs().iter().map(|output| column(output).to_vec()).collect()
+    Ok(axis.outputs().iter().map(|output| column(output).to_vec()).collect())
 }
 
 /// The pooled model with constants of this window, and the entries of `axis` that the window's own fit has.
@@ -268,11 +269,12 @@ fn mean_offset(window: &StudyWindow<'_>, coefficient: Coefficient, entries: &[(C
     let model: Derivatives = entries.iter().filter(|(other, ..)| *other == coefficient).cloned().collect();
     let aero = &window.aero;
     let observed = aero.coefficients.get(coefficient);
+    let known: Vec<_> = aero.variables.known().filter_map(|v| Some((v, aero.variables.get(v)?))).collect();
     let mut sum = 0.0;
     for (k, value) in observed.iter().enumerate() {
         let mut values: VariableValues = [0.0; Variable::ALL.len()];
-        for (&variable, column) in &aero.variables.columns {
-            values[variable as usize] = column[k];
+        for (variable, column) in &known {
+            values[*variable as usize] = column[k];
         }
         sum += value - model.sums(&values)[coefficient as usize];
     }

@@ -1,6 +1,7 @@
 //! Studies: what a session is asked beyond its derivatives, computed on request because it takes longer than a frame.
 
 mod checks;
+mod coverage;
 mod lags;
 mod manoeuvres;
 mod monte_carlo;
@@ -10,6 +11,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 pub use checks::{CheckStudy, CheckedDerivative, FollowedFlight, FollowedOutput, WindowChecks, checks};
+pub use coverage::{Coverage, DerivativeCoverage, coverage};
 pub use lags::{ControlLag, LagKind, LagStudy, lags};
 pub use manoeuvres::{
     CoefficientLeftOut, ConditionRegression, KindComparison, ManoeuvreStudy, TermContribution, WindowContributions,

@@ -80,7 +80,7 @@ fn estimates<'a>(
     let paths = stage::reconstructions(&data.iter().collect::<Vec<_>>(), session, watch.control())?;
     let aero = |((window, data), path): ((&&StudyWindow<'a>, &FilterData), Result<_, String>)| {
         let path = path?;
-        let aero = stage::aero_along(&window.aero, (data, &path), &session.preparation)?;
+        let aero = stage::aero_along(&window.aero, &window.path, (data, &path), &session.preparation)?;
         Ok((window.manoeuvre, aero.into()))
     };
     let windows: Vec<AeroWindow<'_>> = used.iter().zip(&data).zip(paths).map(aero).collect::<Result<_, String>>()?;

@@ -180,6 +180,7 @@ struct PreparationTable {
     path: String,
     differentiation: String,
     differentiation_half_width_s: f64,
+    matched_smoothing: bool,
     actuator_lag_s: f64,
     settle_s: f64,
     origin_altitude_m: f64,
@@ -217,6 +218,9 @@ const PATHS: [(&str, PathSource); 2] = [("filtered", PathSource::Filtered), ("sm
 const CONSTANTS: [(&str, PooledConstants); 2] =
     [("per_window", PooledConstants::PerWindow), ("common", PooledConstants::Common)];
 const DIFFERENTIATIONS: [&str; 2] = ["local_quadratic", "central"];
+
+/// Half width of the local quadratic that a session turned to it from the central difference begins with, s.
+const DEFAULT_HALF_WIDTH_S: f64 = 0.2;
 
 fn name_of<T: PartialEq + Copy>(choices: &[(&'static str, T)], value: T) -> String {
     choices.iter().find(|(_, choice)| *choice == value).map_or(String::new(), |(name, _)| (*name).to_owned())
@@ -346,6 +350,7 @@ fn preparation_from(table: &PreparationTable) -> Result<Preparation, SessionErro
     Ok(Preparation {
         path: choose(&PATHS, "preparation.path", &table.path)?,
         differentiation_half_width_s: half_width,
+        matched_smoothing: table.matched_smoothing,
         actuator_lag_s: table.actuator_lag_s,
         settle_s: table.settle_s,
         origin_altitude_m: table.origin_altitude_m,
@@ -467,7 +472,8 @@ fn preparation_table(preparation: &Preparation) -> PreparationTable {
     PreparationTable {
         path: name_of(&PATHS, preparation.path),
         differentiation: DIFFERENTIATIONS[usize::from(half_width.is_none())].to_owned(),
-        differentiation_half_width_s: half_width.unwrap_or(0.1),
+        matched_smoothing: preparation.matched_smoothing,
+        differentiation_half_width_s: half_width.unwrap_or(DEFAULT_HALF_WIDTH_S),
         actuator_lag_s: preparation.actuator_lag_s,
         settle_s: preparation.settle_s,
         origin_altitude_m: preparation.origin_altitude_m,

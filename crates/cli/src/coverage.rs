@@ -1,0 +1,71 @@
+//! `doublet coverage`: how often the intervals of the derivatives hold the truth.
+
+use std::path::Path;
+
+use doublet_core::simulate::scenario;
+use doublet_engine::builtin;
+use doublet_engine::run::Control;
+use doublet_engine::session;
+use doublet_engine::study::{self, Coverage, StudyError, Watch};
+
+use crate::arguments::CoverageArguments;
+use crate::progress::Progress;
+use crate::text;
+
+/// Scenario flown unless another is asked for.
+pub const SCENARIO: &str = "coverage";
+
+/// Flies the scenario, identifies every flight and prints a row per derivative.
+///
+/// # Errors
+/// One line: a session, scenario or flight that cannot be used.
+pub fn coverage(arguments: &CoverageArguments) -> Result<(), String> {
+    let found = computed(arguments)?;
+    text::line(&format!(
+        "{} flights of scenario '{}', {} manoeuvres each: part of the 95 % intervals that hold the truth",
+        found.realisations, arguments.scenario, found.manoeuvres
+    ));
+    let row = |derivative: &study::DerivativeCoverage| {
+        vec![
+            derivative.name.clone(),
+            text::number(derivative.truth, 4),
+            text::number(derivative.mean, 4),
+            text::number(derivative.scatter, 3),
+            text::number(derivative.standard_error, 3),
+            text::number(derivative.corrected_error, 3),
+            format!("{:.1}", 100.0 * derivative.conventional),
+            format!("{:.1}", 100.0 * derivative.corrected),
+        ]
+    };
+    let header = ["derivative", "truth", "mean", "scatter", "std error", "corrected", "conventional %", "corrected %"];
+    text::table(&header, &found.derivatives.iter().map(row).collect::<Vec<_>>());
+    Ok(())
+}
+
+/// The study the arguments ask for.
+///
+/// # Errors
+/// As for [`coverage`].
+pub fn computed(arguments: &CoverageArguments) -> Result<Coverage, String> {
+    let (session, folder) = match &arguments.session {
+        Some(path) => {
+            let opened = session::open(path).map_err(|error| format!("{}: {error}", path.display()))?;
+            (opened.session, opened.folder)
+        }
+        None => {
+            let text = builtin::session("demo").ok_or("no session comes with the program")?;
+            (session::parse(text).map_err(|error| error.to_string())?, Path::new(".").to_path_buf())
+        }
+    };
+    let scenario = scenario::build(&arguments.scenario).map_err(|error| error.to_string())?;
+    let count = usize::try_from(arguments.realisations).map_err(|_| "too many realisations".to_owned())?;
+    let progress = Progress::new();
+    let control = Control::default();
+    let show = |part: f32| progress.show(part, "flying and identifying");
+    let found = study::coverage(&session, &folder, &scenario, (count, arguments.seed), &Watch::new(&control, &show));
+    progress.finish();
+    found.map_err(|error| match error {
+        StudyError::Cancelled => "stopped".to_owned(),
+        StudyError::Failed(line) => line,
+    })
+}

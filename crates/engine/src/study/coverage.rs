@@ -1,0 +1,171 @@
+//! Whether intervals hold the truth as often as they say: many flights of one scenario, each through both steps.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use doublet_core::airframe::Loading;
+use doublet_core::series::{Recording, Window};
+use doublet_core::simulate::{self, Flight, Scenario, Surface as Control};
+use rayon::prelude::*;
+
+use super::{StudyError, Watch};
+use crate::session::{Manoeuvre, Session, Surface, WindowRole};
+use crate::stage::{self, AeroWindow, AircraftData, tank_channel};
+
+/// Half width of a 95 % interval in standard errors, normal distribution.
+const HALF_WIDTH: f64 = 1.959_964;
+/// How far a window reaches beyond the held controls before the onset and after the free response, s.
+const MARGIN_S: f64 = 0.2;
+
+/// One derivative over all realisations.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DerivativeCoverage {
+    /// Derivative.
+    pub name: String,
+    /// Truth.
+    pub truth: f64,
+    /// Mean of the estimates.
+    pub mean: f64,
+    /// Standard deviation of the estimates.
+    pub scatter: f64,
+    /// Root mean square of the conventional standard errors.
+    pub standard_error: f64,
+    /// Root mean square of the corrected standard errors.
+    pub corrected_error: f64,
+    /// Share of the realisations whose conventional 95 % interval holds the truth.
+    pub conventional: f64,
+    /// Share of the realisations whose corrected 95 % interval holds the truth.
+    pub corrected: f64,
+}
+
+/// Coverage of every derivative.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Coverage {
+    /// Flights flown and identified.
+    pub realisations: usize,
+    /// Manoeuvres of each.
+    pub manoeuvres: usize,
+    /// Derivatives in the order of the session's structure.
+    pub derivatives: Vec<DerivativeCoverage>,
+}
+
+/// Estimate with its two standard errors.
+type Estimate = (String, f64, f64, f64);
+
+/// Flies `scenario` once for each seed from `first_seed` on, with other gusts, another hand on the controls and other noise each time,
+/// identifies its manoeuvres together with the settings of `session`, and counts how often the truth lies within 1.96
+/// standard errors. Instruments are those the session's filter describes ([`Flight::measured`]); loading and gravity are the scenario's.
+///
+/// # Errors
+/// One line: an aircraft that cannot be read, a flight that cannot be flown, a fit that fails; or that it was stopped.
+pub fn coverage(
+    session: &Session,
+    folder: &Path,
+    scenario: &Scenario,
+    (realisations, first_seed): (usize, u64),
+    watch: &Watch<'_>,
+) -> Result<Coverage, StudyError> {
+    let loading = Loading { fuel_kg: Default::default(), ..scenario.loading.clone() };
+    let loaded = Arc::new(stage::load_aircraft(folder, &session.aircraft)?);
+    let aircraft = stage::aircraft_data(loaded, Some(&loading))?;
+    let windows = windows(scenario);
+    let watch = watch.parts(realisations);
+    let one = |index: usize| -> Result<Vec<Estimate>, StudyError> {
+        watch.checkpoint()?;
+        let found = realisation(session, scenario, &aircraft, &windows, first_seed + index as u64, &watch)?;
+        watch.step();
+        Ok(found)
+    };
+    let found = (0..realisations).into_par_iter().map(one).collect::<Result<Vec<_>, _>>()?;
+    let aero = &scenario.vehicle.aero;
+    let names = found.first().into_iter().flatten().map(|(name, ..)| name);
+    let derivatives = names.enumerate().filter_map(|(index, name)| {
+        let estimates: Vec<_> = found.iter().map(|estimates| &estimates[index]).collect();
+        Some(derivative(name, aero.value(name)?, &estimates))
+    });
+    Ok(Coverage { realisations, manoeuvres: windows.len(), derivatives: derivatives.collect() })
+}
+
+/// Windows over the manoeuvres of a scenario.
+fn windows(scenario: &Scenario) -> Vec<Manoeuvre> {
+    let window = |(number, flown): (usize, &simulate::Manoeuvre)| Manoeuvre {
+        name: format!("{:02} {} {}", number + 1, flown.surface.name(), flown.kind.name()),
+        flight: scenario.name.to_owned(),
+        window: Window { start_s: flown.held_from_s() - MARGIN_S, end_s: flown.held_to_s() + MARGIN_S },
+        role: WindowRole::Identification,
+        surface: Some(match flown.surface {
+            Control::Aileron => Surface::Aileron,
+            Control::Elevator => Surface::Elevator,
+            Control::Rudder => Surface::Rudder,
+        }),
+        kind: flown.kind.name().to_owned(),
+    };
+    scenario.manoeuvres.iter().filter(|manoeuvre| !manoeuvre.spoilt).enumerate().map(window).collect()
+}
+
+/// One flight through both steps.
+fn realisation(
+    session: &Session,
+    scenario: &Scenario,
+    aircraft: &AircraftData,
+    windows: &[Manoeuvre],
+    seed: u64,
+    watch: &Watch<'_>,
+) -> Result<Vec<Estimate>, StudyError> {
+    let named = |error: String| StudyError::Failed(format!("seed {seed}: {error}"));
+    let fly = simulate::run(scenario, seed, &mut |_| !watch.control().is_cancelled());
+    watch.checkpoint()?;
+    let recording = measured(&fly.map_err(|error| named(error.to_string()))?, session, aircraft, seed);
+    let data = windows
+        .iter()
+        .map(|window| Ok(stage::samples(&recording, window.window, aircraft, &session.preparation)?.data))
+        .collect::<Result<Vec<_>, String>>()
+        .map_err(named)?;
+    let paths = stage::reconstructions(&data.iter().collect::<Vec<_>>(), session, watch.control()).map_err(named)?;
+    let mut aero: Vec<AeroWindow<'_>> = Vec::with_capacity(windows.len());
+    for ((window, data), path) in windows.iter().zip(&data).zip(paths) {
+        watch.checkpoint()?;
+        let path = path.map_err(named)?;
+        let formed = stage::aero(&recording, (data, &path), aircraft, &session.preparation).map_err(named)?;
+        aero.push((window, Arc::new(formed)));
+    }
+    let mut estimates = Vec::new();
+    for fit in stage::pooled_fits(&aero, &session.structure, &session.estimation).fits {
+        let found = fit.fit.map_err(named)?;
+        for (index, name) in found.names.iter().enumerate().filter(|(_, name)| !name.ends_with(']')) {
+            estimates.push((
+                name.clone(),
+                found.estimates[index],
+                found.standard_errors[index],
+                fit.corrected_errors[index],
+            ));
+        }
+    }
+    Ok(estimates)
+}
+
+fn measured(flight: &Flight, session: &Session, aircraft: &AircraftData, seed: u64) -> Recording {
+    let sensors = aircraft.loaded.aircraft.sensors;
+    let cg = flight.truth.loading_cg_at_start();
+    flight.measured(&session.filter, sensors.accelerometer_from_datum_m.unwrap_or(cg), tank_channel, seed)
+}
+
+fn derivative(name: &str, truth: f64, estimates: &[&Estimate]) -> DerivativeCoverage {
+    let count = estimates.len() as f64;
+    let mean_of =
+        |value: &dyn Fn(&Estimate) -> f64| estimates.iter().map(|estimate| value(estimate)).sum::<f64>() / count;
+    let mean = mean_of(&|(_, estimate, ..)| *estimate);
+    let holds = |error: &dyn Fn(&Estimate) -> f64| {
+        mean_of(&|found| f64::from(u8::from((found.1 - truth).abs() <= HALF_WIDTH * error(found))))
+    };
+    DerivativeCoverage {
+        name: name.to_owned(),
+        truth,
+        mean,
+        scatter: (mean_of(&|(_, estimate, ..)| (estimate - mean).powi(2)) * count / (count - 1.0)).sqrt(),
+        standard_error: mean_of(&|found| found.2.powi(2)).sqrt(),
+        corrected_error: mean_of(&|found| found.3.powi(2)).sqrt(),
+        conventional: holds(&|found| found.2),
+        corrected: holds(&|found| found.3),
+    }
+}
