@@ -8,7 +8,8 @@ use super::{EstimateError, Fit};
 /// How the autocorrelation of the residual enters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coloured {
-    /// Largest lag in samples; `None` for half of the samples of the shortest window.
+    /// Largest lag in samples; `None` for a fifth of all samples, but no more than half of the shortest window: many windows bear
+    /// longer lags than one, whose own autocorrelation scatters too much there.
     pub max_lag: Option<usize>,
     /// Weight of the lags.
     pub taper: Taper,
@@ -90,7 +91,8 @@ pub(super) fn coloured_covariances_of(
         }
     }
     let shortest = blocks.iter().map(|block| block.x.nrows()).min().unwrap_or(0);
-    let max_lag = settings.max_lag.unwrap_or(shortest / 2);
+    let all: usize = blocks.iter().map(|block| block.x.nrows()).sum();
+    let max_lag = settings.max_lag.unwrap_or((shortest / 2).min(all / 5));
     if max_lag >= shortest {
         return Err(EstimateError::Setting {
             setting: "max_lag".to_owned(),

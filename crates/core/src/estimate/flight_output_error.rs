@@ -358,12 +358,13 @@ fn corrected_errors(
     let mut variance = DVector::zeros(fit.names.len());
     let mut transforms = Transforms::default();
     for output in 0..measured.ncols() {
-        let weight = fit.noise[output].powi(-2);
+        // Both in deviations of the noise: the information is then that of plain least squares.
+        let weight = fit.noise[output].recip();
         let residuals: Vec<f64> = measured
             .column(output)
             .iter()
             .zip(fit.outputs.column(output).iter())
-            .map(|(z, y)| if z.is_finite() { z - y } else { 0.0 })
+            .map(|(z, y)| if z.is_finite() { weight * (z - y) } else { 0.0 })
             .collect();
         let regressors: Vec<DMatrix<f64>> = samples
             .iter()

@@ -187,7 +187,7 @@ mod tests {
             pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
         };
         assert!(
-            moved_by(Measurement::AngleOfAttack, &measured) > 0.005
+            moved_by(Measurement::AngleOfAttack, &measured) > 0.003
                 && moved_by(Measurement::VelocityEast, &measured) > 0.1
         );
         assert_eq!(move_vanes(&mut measured, &inputs, vane), None);
