@@ -5,10 +5,11 @@ cd "$(dirname "$0")/.."
 breaches=0
 breach() { echo "layer check: $1"; breaches=1; }
 
-# 1. src -> cli -> engine -> core; the three crates never reach a GUI crate, and none reaches one above it.
+# 1. src -> cli -> report -> engine -> core; the four crates never reach a GUI crate, and none reaches one above it.
 gui='egui|eframe|egui_plot|egui_extras|egui_tiles|egui_kittest|winit|glow|glutin|rfd|wgpu'
-declare -A above=([doublet-core]='doublet-engine|doublet-cli|doublet' [doublet-engine]='doublet-cli|doublet' [doublet-cli]='doublet')
-for crate in doublet-core doublet-engine doublet-cli; do
+declare -A above=([doublet-core]='doublet-engine|doublet-report|doublet-cli|doublet' [doublet-engine]='doublet-report|doublet-cli|doublet'
+    [doublet-report]='doublet-cli|doublet' [doublet-cli]='doublet')
+for crate in doublet-core doublet-engine doublet-report doublet-cli; do
     tree=$(cargo tree --locked -p "$crate" -e normal --prefix none --format '{p}' | awk '{print $1}' | sort -u)
     while read -r hit; do breach "$crate depends on $hit"; done < <(grep -xE "$gui|${above[$crate]}" <<<"$tree" || true)
 done
@@ -33,7 +34,7 @@ while read -r hit; do breach "core starts threads or reads a clock: $hit"; done 
 
 # 5. Only engine/run starts threads; the app computes nothing, so it never calls the numerics.
 while read -r hit; do breach "thread started outside engine/run: $hit"; done \
-    < <(grep -rnE 'thread::(spawn|Builder)' crates/engine/src crates/cli/src | grep -v '^crates/engine/src/run/' || true)
+    < <(grep -rnE 'thread::(spawn|Builder)' crates/engine/src crates/report/src crates/cli/src | grep -v '^crates/engine/src/run/' || true)
 while read -r hit; do breach "the app computes: $hit"; done \
     < <(grep -rnE 'doublet_core::(estimate|reconstruct|model|prep)::(reconstruct|least_squares|coefficients|variables|regressors)\b' src || true)
 

@@ -1,7 +1,10 @@
 //! What the workbench remembers about its own looks: layout, zoom, theme. Never part of a session.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
+use doublet_engine::report::document::SectionKind;
+use doublet_report::ReportFormat;
 use eframe::egui::{Id, ThemePreference};
 use egui_tiles::{Linear, LinearDir, Tile, Tiles, Tree};
 use serde::{Deserialize, Serialize};
@@ -50,6 +53,23 @@ pub struct Selection {
     pub constants: bool,
 }
 
+/// What a report is to hold.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ReportChoice {
+    /// Sections it is to go without.
+    pub left_out: BTreeSet<SectionKind>,
+    /// Forms it is written in.
+    pub formats: Vec<ReportFormat>,
+    /// Section on screen.
+    pub shown: SectionKind,
+}
+
+impl Default for ReportChoice {
+    fn default() -> Self {
+        Self { left_out: BTreeSet::new(), formats: ReportFormat::ALL.to_vec(), shown: SectionKind::Overview }
+    }
+}
+
 /// Layout, zoom and theme.
 #[derive(Serialize, Deserialize)]
 pub struct UiState {
@@ -64,6 +84,9 @@ pub struct UiState {
     /// What the user looks at.
     #[serde(skip)]
     pub selection: Selection,
+    /// What a report is to hold.
+    #[serde(skip)]
+    pub report: ReportChoice,
     /// Channels in the plots of the flight, one list per plot; `None` for the usual ones.
     pub flight_plots: Option<Vec<Vec<String>>>,
     /// Sessions opened last, newest first.
@@ -82,6 +105,7 @@ impl Default for UiState {
             time: TimeView::default(),
             window_time: TimeView::default(),
             selection: Selection::default(),
+            report: ReportChoice::default(),
             flight_plots: None,
             recent: Vec::new(),
             appearance: ThemePreference::Dark,
@@ -121,7 +145,8 @@ pub fn default_layout() -> Tree<Pane> {
     let flight = tabs(&[Pane::Flight, Pane::GroundTrack]);
     let plots = tabs(&[Pane::Reconstruction, Pane::Innovations, Pane::Fits, Pane::Match, Pane::Propulsion]);
     let settings = tabs(&[Pane::Manoeuvres, Pane::Preprocess, Pane::Noise, Pane::Model, Pane::Loading]);
-    let results = tabs(&[Pane::Derivatives, Pane::Correlation, Pane::Sensitivity, Pane::Log, Pane::Shortcuts]);
+    let results =
+        tabs(&[Pane::Derivatives, Pane::Correlation, Pane::Sensitivity, Pane::Report, Pane::Log, Pane::Shortcuts]);
     let left = Linear::new_binary(LinearDir::Vertical, [flight, plots], 0.5);
     let left = tiles.insert_container(left);
     let right = Linear::new_binary(LinearDir::Vertical, [settings, results], 0.48);

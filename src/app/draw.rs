@@ -136,7 +136,10 @@ fn running(app: &mut Workbench, ui: &mut Ui) {
     let snapshot = &app.snapshot;
     if let Some(export) = &app.exporting {
         ui.add(ProgressBar::new(export.progress()).desired_width(160.0).desired_height(10.0));
-        ui.label("Writing results");
+        ui.label("Writing");
+        if ui.small_button("Stop writing").clicked() {
+            export.cancel();
+        }
         // The thread ends a moment after its last step wakes this one.
         ui.ctx().request_repaint_after(std::time::Duration::from_millis(50));
     }

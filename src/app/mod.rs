@@ -15,7 +15,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 pub use doublet_engine::document::Document;
 use doublet_engine::keep;
 use doublet_engine::report::Reference;
-use doublet_engine::run::{Engine, Export, Request, Snapshot};
+use doublet_engine::run::{Engine, Job, Request, Snapshot};
 use doublet_engine::session::Session;
 use doublet_engine::study::Study;
 use eframe::egui;
@@ -61,7 +61,7 @@ pub struct Workbench {
     studies: Vec<Study>,
     asked: Option<Asked>,
     guarded: Option<Pending>,
-    exporting: Option<Export>,
+    exporting: Option<Job>,
     recovery: Recovery,
     leaving: bool,
     title: String,

@@ -1,9 +1,14 @@
 //! What waits for an answer: a file asked for, a step that would lose unsaved changes.
 
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use doublet_engine::{report, run::Export};
+use doublet_engine::export::{self, Format, IdentifiedModel};
+use doublet_engine::report::document::SectionKind;
+use doublet_engine::report::{self, Outputs};
+use doublet_engine::run::{Control, Job};
+use doublet_report::Order;
 use eframe::egui::{self, ViewportCommand, vec2};
 
 use super::files::{FileQuestion, Purpose};
@@ -33,6 +38,8 @@ pub enum Asked {
     Save(Option<Pending>),
     /// To write results into it.
     Export,
+    /// To write the report into it.
+    Report,
     /// To read derivatives to mark beside the estimates.
     Reference,
     /// To write a figure to it: the form, and the name proposed.
@@ -85,6 +92,7 @@ impl Workbench {
             Asked::Open => ("Open a session", Purpose::Open, toml(), String::new()),
             Asked::Save(_) => ("Save the session", Purpose::Save, toml(), "session.toml".to_owned()),
             Asked::Export => ("Folder for the results", Purpose::Save, Vec::new(), "results".to_owned()),
+            Asked::Report => ("Folder for the report", Purpose::Save, Vec::new(), "report".to_owned()),
             Asked::ExportModel => ("Folder for the model", Purpose::Save, Vec::new(), "model".to_owned()),
             Asked::Reference => ("Results, a table or a DATCOM listing", Purpose::Open, Vec::new(), String::new()),
             Asked::Figure(form, name) => {
@@ -107,6 +115,7 @@ impl Workbench {
         match self.asked.take() {
             Some(Asked::Open) => self.proceed(Pending::Open(path.to_path_buf()), ctx),
             Some(Asked::Save(after)) => self.save_to(path, after, ctx),
+            Some(Asked::Report) => self.report(path, ctx),
             Some(Asked::Export) => self.export(path, ctx),
             Some(Asked::Reference) => match report::reference(path) {
                 Ok(reference) => self.references.push(reference),
@@ -146,22 +155,55 @@ impl Workbench {
             return self.complain(error.to_string());
         }
         let (session, snapshot) = (Arc::clone(self.document.history.present()), Arc::clone(&self.snapshot));
+        let folder = folder.to_path_buf();
+        let work = move |control: &Control, progress: &dyn Fn(f32)| {
+            report::write(&session, &snapshot, &folder, &Outputs::default(), control, progress)
+                .map_err(|error| error.to_string())
+        };
+        self.start("doublet-export", work, ctx);
+    }
+
+    /// Starts writing the report on what is computed now, under the name of the session's file.
+    fn report(&mut self, folder: &Path, ctx: &egui::Context) {
+        let (session, snapshot) = (Arc::clone(self.document.history.present()), Arc::clone(&self.snapshot));
+        let choice = &self.state.report;
+        let name = self.document.path.as_deref().and_then(Path::file_stem).unwrap_or(OsStr::new("report"));
+        let order = Order {
+            folder: folder.to_path_buf(),
+            name: name.to_string_lossy().into_owned(),
+            formats: choice.formats.clone(),
+            sections: SectionKind::ALL.into_iter().filter(|kind| !choice.left_out.contains(kind)).collect(),
+        };
+        let work = move |control: &Control, progress: &dyn Fn(f32)| {
+            doublet_report::write(&session, &snapshot, &order, control, progress).map(|_| order.folder)
+        };
+        self.start("doublet-report", work, ctx);
+    }
+
+    /// Starts writing in the background.
+    fn start(
+        &mut self,
+        name: &str,
+        work: impl FnOnce(&Control, &dyn Fn(f32)) -> Result<PathBuf, String> + Send + 'static,
+        ctx: &egui::Context,
+    ) {
         let ctx = ctx.clone();
-        self.keep_export(Export::start(session, snapshot, folder.to_path_buf(), move || ctx.request_repaint()));
+        match Job::start(name, move || ctx.request_repaint(), work) {
+            Ok(job) => self.exporting = Some(job),
+            Err(error) => self.complain(format!("nothing can be written: {error}")),
+        }
     }
 
     /// Starts writing the model identified by now.
     fn export_model(&mut self, folder: &Path, ctx: &egui::Context) {
         let (session, snapshot) = (Arc::clone(self.document.history.present()), Arc::clone(&self.snapshot));
-        let ctx = ctx.clone();
-        self.keep_export(Export::start_model(session, snapshot, folder.to_path_buf(), move || ctx.request_repaint()));
-    }
-
-    fn keep_export(&mut self, started: std::io::Result<Export>) {
-        match started {
-            Ok(export) => self.exporting = Some(export),
-            Err(error) => self.complain(format!("nothing can be written: {error}")),
-        }
+        let folder = folder.to_path_buf();
+        let work = move |_: &Control, _: &dyn Fn(f32)| {
+            let model = IdentifiedModel::new(&session, &snapshot).map_err(|error| error.to_string())?;
+            export::write(&model, &Format::ALL, &folder).map_err(|error| error.to_string())?;
+            Ok(folder)
+        };
+        self.start("doublet-model", work, ctx);
     }
 
     /// Copies the numbers of figures that were asked for; asks for the file of the last that is to be saved, which waits.

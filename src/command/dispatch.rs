@@ -38,12 +38,13 @@ fn file(app: &mut Workbench, command: FileCommand, ctx: &egui::Context) {
         }
         FileCommand::Save => app.save_then(None, ctx),
         FileCommand::SaveAs => app.ask(Asked::Save(None), ctx),
-        FileCommand::Export | FileCommand::ExportModel if app.is_busy() => {
-            app.complain("results are still being computed: export them when the run is done");
+        FileCommand::Export | FileCommand::ExportModel | FileCommand::Report if app.is_busy() => {
+            app.complain("results are still being computed: write them when the run is done");
         }
-        FileCommand::Export | FileCommand::ExportModel if app.is_exporting() => {
-            app.complain("results are still being written")
+        FileCommand::Export | FileCommand::ExportModel | FileCommand::Report if app.is_exporting() => {
+            app.complain("files are still being written")
         }
+        FileCommand::Report => app.ask(Asked::Report, ctx),
         FileCommand::Export => app.ask(Asked::Export, ctx),
         FileCommand::AddReference => app.ask(Asked::Reference, ctx),
         FileCommand::ClearReferences => app.references.clear(),

@@ -36,6 +36,8 @@ pub enum FileCommand {
     SaveAs,
     /// Write tables and time histories of the results to a folder.
     Export,
+    /// Write the report to a folder.
+    Report,
     /// Mark derivatives from elsewhere beside the estimates, asking for their file.
     AddReference,
     /// Mark them no more.
@@ -189,6 +191,7 @@ pub fn table() -> Vec<CommandInfo> {
         file("Save session", FileCommand::Save, ctrl(Key::S)),
         file("Save session as…", FileCommand::SaveAs, ctrl_shift(Key::S)),
         file("Export results…", FileCommand::Export, ctrl(Key::E)),
+        file("Write report…", FileCommand::Report, ctrl_shift(Key::E)),
         file("Add reference derivatives…", FileCommand::AddReference, None),
         file("Remove reference derivatives", FileCommand::ClearReferences, None),
         file("Export model…", FileCommand::ExportModel, None),

@@ -20,6 +20,7 @@ mod preprocess;
 mod proposals;
 mod propulsion;
 mod reconstruction;
+mod report;
 mod residuals;
 mod sensitivity;
 mod shortcuts;
@@ -76,6 +77,8 @@ pub enum Pane {
     Sensitivity,
     /// What is on board.
     Loading,
+    /// Contents of the report.
+    Report,
     /// What was computed, when and why.
     Log,
     /// Every command with its keys.
@@ -100,6 +103,7 @@ impl Pane {
         Self::Correlation,
         Self::Sensitivity,
         Self::Loading,
+        Self::Report,
         Self::Log,
         Self::Shortcuts,
     ];
@@ -122,6 +126,7 @@ impl Pane {
             Self::Correlation => "Correlation",
             Self::Sensitivity => "Sensitivity",
             Self::Loading => "Loading",
+            Self::Report => "Report",
             Self::Log => "Log",
             Self::Shortcuts => "Shortcuts",
         }
@@ -145,6 +150,7 @@ impl Pane {
             Self::Correlation => Box::new(correlation::Correlation::default()),
             Self::Sensitivity => Box::new(sensitivity::Sensitivity::default()),
             Self::Loading => Box::new(loading::LoadingPanel::default()),
+            Self::Report => Box::new(report::Report::default()),
             Self::Log => Box::new(log::Log),
             Self::Shortcuts => Box::new(shortcuts::Shortcuts),
         }

@@ -4,6 +4,7 @@ pub mod chart;
 pub mod decimate;
 pub mod drawing;
 pub mod figure;
+pub mod figure_view;
 pub mod matrix_view;
 mod plot_cache;
 mod pointer;

@@ -12,6 +12,7 @@ use doublet_core::model::Coefficient;
 use doublet_core::reconstruct::{Input, State};
 use doublet_core::series::Window;
 use doublet_engine::graph::Cache;
+use doublet_engine::report::document::SectionKind;
 use doublet_engine::run::{Control, Scope, Snapshot, run};
 use doublet_engine::session::{self, WindowRole};
 use egui::Key;
@@ -428,7 +429,7 @@ fn passenger_who_stays_behind_moves_mass_and_derivatives_of_the_shipped_flight()
     let mut bench = Bench::shipped();
     let mass_kg =
         |bench: &Bench<'_>| bench.snapshot().loaded.ready().expect("the aircraft is loaded").properties.mass_kg;
-    let (full_kg, before) = (mass_kg(&bench), bench.cm());
+    let (full_kg, before, loading) = (mass_kg(&bench), bench.cm(), bench.session().loading.clone());
     bench.show(Pane::Loading);
     let seat = "passenger right";
     let slider = bench.harness.get_by_role_and_label(egui::accesskit::Role::Slider, &format!("Seats {seat}")).rect();
@@ -442,6 +443,36 @@ fn passenger_who_stays_behind_moves_mass_and_derivatives_of_the_shipped_flight()
     let slope = |fit: &Fit| fit.parameter("Cm_alpha").expect("it is in the model").0;
     assert_ne!(slope(&bench.cm()), slope(&before));
     bench.request(UiCommand::Edit(EditCommand::Undo));
-    assert_eq!(bench.session().loading, None, "the drag is one step");
+    assert_eq!(bench.session().loading, loading, "the drag is one step");
     assert_eq!(slope(&bench.cm()), slope(&before));
+}
+
+#[test]
+fn report_panel_shows_its_sections_and_writes_the_ticked_ones() {
+    let mut bench = Bench::open();
+    bench.show(Pane::Report);
+    let title = bench.session().title.clone();
+    assert!(bench.harness.query_all_by_label(&title).count() >= 2, "the overview names the session");
+    for kind in SectionKind::ALL {
+        let heading = bench.harness.query_all_by_label(kind.title()).next().expect("the section can be chosen");
+        heading.click();
+        bench.settle();
+        picture(&mut bench.harness, &format!("report_{}", kind.name()));
+        if ![SectionKind::Derivatives, SectionKind::Fits].contains(&kind) {
+            bench.harness.get_by_label(&format!("report {}", kind.name())).click();
+            bench.settle();
+        }
+    }
+    bench.harness.get_by_label("PDF").click();
+    bench.settle();
+    let estimate = bench.cm().estimates[1];
+    bench.harness.get_by_label("Write report…").click();
+    bench.settle();
+    bench.harness.get_by_label("Save").click();
+    bench.settle();
+    let out = bench.folder.path().join("report");
+    let html = std::fs::read_to_string(out.join("session.html")).expect("the report is written");
+    assert_eq!(html.matches("<section").count(), 2, "as many sections as are ticked");
+    assert!(html.contains(&format!("value=\"{estimate}\"")), "the estimate is in the report to its last digit");
+    assert!(!out.join("session.pdf").exists(), "a form that is not ticked is not written");
 }

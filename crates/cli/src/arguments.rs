@@ -2,7 +2,11 @@
 
 use std::path::PathBuf;
 
+use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use doublet_engine::report::document::SectionKind;
+use doublet_engine::report::{HistoryFormat, TableFormat};
+use doublet_report::ReportFormat;
 
 use crate::propose::ProposeArguments;
 use crate::tune::TuneArguments;
@@ -31,6 +35,8 @@ pub enum Command {
     Check(CheckArguments),
     /// Compute everything a session asks for and write tables and time histories.
     Run(RunArguments),
+    /// Compute everything a session asks for and write a report on it.
+    Report(ReportArguments),
     /// Print how each derivative changes with centre of gravity, inertia, deflections, air angles and fuel.
     Sensitivity(StudyArguments),
     /// Compare manoeuvres: each left out in turn, kinds of input, derivatives over the flight condition.
@@ -129,6 +135,31 @@ pub struct RunArguments {
     /// Studies to compute as well.
     #[arg(long, value_name = "STUDY,...", value_delimiter = ',')]
     pub with: Vec<StudyName>,
+    /// Forms of the tables.
+    #[arg(long, value_name = "FORM,FORM", value_delimiter = ',', default_value = "csv", value_parser = table_format())]
+    pub tables: Vec<String>,
+    /// Forms of the time histories.
+    #[arg(long, value_name = "FORM,FORM", value_delimiter = ',', default_value = "hdf5", value_parser = history_format())]
+    pub histories: Vec<String>,
+    /// Put every recorded channel into the time histories too.
+    #[arg(long)]
+    pub recordings: bool,
+}
+
+/// Arguments of `report`.
+#[derive(Debug, Args)]
+pub struct ReportArguments {
+    /// Session file.
+    pub session: PathBuf,
+    /// Folder for the report, which has the name of the session file.
+    #[arg(long, default_value = ".")]
+    pub out: PathBuf,
+    /// Forms.
+    #[arg(long, value_name = "FORM,FORM", value_delimiter = ',', default_value = "html,pdf", value_parser = report_format())]
+    pub format: Vec<String>,
+    /// Sections; all of them unless given.
+    #[arg(long, value_name = "SECTION,SECTION", value_delimiter = ',', value_parser = section())]
+    pub sections: Vec<String>,
 }
 
 /// A study `run` can compute as well.
@@ -342,6 +373,26 @@ fn part(text: &str) -> Result<(usize, usize), String> {
     let (part, parts) = text.split_once('/').ok_or_else(wrong)?;
     let (part, parts) = part.parse().ok().zip(parts.parse().ok()).ok_or_else(wrong)?;
     if (1..=parts).contains(&part) { Ok((part, parts)) } else { Err(wrong()) }
+}
+
+/// Names of table formats.
+fn table_format() -> PossibleValuesParser {
+    TableFormat::ALL.map(TableFormat::name).into()
+}
+
+/// Names of formats of time histories.
+fn history_format() -> PossibleValuesParser {
+    HistoryFormat::ALL.map(HistoryFormat::name).into()
+}
+
+/// Names of report formats.
+fn report_format() -> PossibleValuesParser {
+    ReportFormat::ALL.map(ReportFormat::name).into()
+}
+
+/// Names of report sections.
+fn section() -> PossibleValuesParser {
+    SectionKind::ALL.map(SectionKind::name).into()
 }
 
 /// Reads `NAME=VALUE`.

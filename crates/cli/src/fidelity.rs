@@ -10,7 +10,8 @@ use doublet_engine::{builtin, session};
 
 use crate::arguments::{CoverageArguments, FidelityArguments};
 use crate::coverage;
-use crate::run::computed_session;
+use crate::progress::Progress;
+use crate::run::compute_session;
 use crate::text::{self, number};
 
 /// What comes before the part this command writes; everything behind it is replaced.
@@ -54,8 +55,10 @@ fn truth() -> Result<BTreeMap<String, f64>, String> {
 fn results(name: &str) -> Result<Results, String> {
     let text = builtin::session(name).ok_or_else(|| format!("no session '{name}' comes with the program"))?;
     let session = session::parse(text).map_err(|error| format!("{name}: {error}"))?;
-    let snapshot = computed_session(&session, Path::new("."), &[])?;
-    Ok(report::build(&session, &snapshot))
+    let progress = Progress::new();
+    let snapshot = compute_session(&session, Path::new("."), &[], &progress, 1.0);
+    progress.finish();
+    Ok(report::build(&session, &snapshot?))
 }
 
 /// Pooled derivatives beside the truth, and how well they predict what they did not see.

@@ -14,6 +14,7 @@ mod match_command;
 mod new;
 mod progress;
 mod propose;
+mod report;
 mod run;
 mod simulate;
 mod study;
@@ -65,6 +66,7 @@ fn execute(command: Command) -> ExitCode {
         Command::New(arguments) => new::new(&arguments),
         Command::Check(arguments) => check::check(&arguments),
         Command::Run(arguments) => run::run(&arguments),
+        Command::Report(arguments) => report::report(&arguments),
         Command::Sensitivity(arguments) => study::study(Study::Sensitivity, &arguments),
         Command::Manoeuvres(arguments) => study::study(Study::Manoeuvres, &arguments),
         Command::Checks(arguments) => study::study(Study::Checks, &arguments),

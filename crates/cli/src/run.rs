@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use doublet_engine::graph::Cache;
-use doublet_engine::report;
+use doublet_engine::report::{self, HistoryFormat, Outputs, TableFormat};
 use doublet_engine::run::{Control, Scope, Snapshot, run as run_stages};
 use doublet_engine::session::{self, Session};
 use doublet_engine::study::Study;
@@ -15,22 +15,84 @@ use crate::text;
 /// Memory for intermediate results of one run.
 const CACHE_BYTES: usize = 2 << 30;
 
+/// Opens the session, checks it and computes everything it asks for; the bar goes up to `share` of its length.
+///
+/// # Errors
+/// One line per thing that is wrong with the session, and per stage that failed.
+pub fn compute(path: &Path, studies: &[Study], progress: &Progress, share: f32) -> Result<(Session, Snapshot), String> {
+    let opened = session::open(path).map_err(|error| format!("{}: {error}", path.display()))?;
+    let problems = session::check(&opened.session);
+    if !problems.is_empty() {
+        return Err(lines(problems.iter().map(|problem| format!("{}: {problem}", path.display()))));
+    }
+    let snapshot = compute_session(&opened.session, &opened.folder, studies, progress, share)?;
+    Ok((opened.session, snapshot))
+}
+
+/// Computes a session whose relative paths start from `folder`.
+///
+/// # Errors
+/// One line per stage that failed.
+pub fn compute_session(
+    session: &Session,
+    folder: &Path,
+    studies: &[Study],
+    progress: &Progress,
+    share: f32,
+) -> Result<Snapshot, String> {
+    let publish = |snapshot: Snapshot| progress.show(share * snapshot.progress, "computing");
+    let scope = Scope { session, folder, first: None, studies, cause: "run", generation: 1 };
+    let snapshot = run_stages(&scope, &Snapshot::default(), &Cache::new(CACHE_BYTES), &Control::default(), &publish);
+    let failures = snapshot.failures();
+    if !failures.is_empty() {
+        return Err(lines(failures.iter().map(|(place, error)| format!("{place}: {error}"))));
+    }
+    Ok(snapshot)
+}
+
+/// A session and everything that follows from it, studies included.
+///
+/// # Errors
+/// As [`compute`].
+pub fn computed(path: &Path, studies: &[Study]) -> Result<(Session, Snapshot), String> {
+    let progress = Progress::new();
+    let result = compute(path, studies, &progress, 1.0);
+    progress.finish();
+    result
+}
+
+/// One line per coefficient that has no estimate.
+///
+/// # Errors
+/// These lines, when there are any.
+pub fn check_fits(snapshot: &Snapshot) -> Result<(), String> {
+    let failed = snapshot.failed_fits();
+    if failed.is_empty() { Ok(()) } else { Err(lines(failed.iter().map(|(place, error)| format!("{place}: {error}")))) }
+}
+
 /// Runs the session and writes the results.
 ///
 /// # Errors
 /// One line per thing that is wrong; nothing is written then.
 pub fn run(arguments: &RunArguments) -> Result<(), String> {
+    /// Part of the bar that computing takes; writing takes the rest.
+    const COMPUTING: f32 = 0.8;
     report::check_target(&arguments.out).map_err(|error| error.to_string())?;
+    let progress = Progress::new();
     let studies: Vec<Study> = arguments.with.iter().map(|&name| study_of(name)).collect();
-    let (session, snapshot) = computed(&arguments.session, &studies)?;
-    let failed_fits = snapshot.failed_fits();
-    if !failed_fits.is_empty() {
-        return Err(lines(failed_fits.iter().map(|(place, error)| format!("{place}: {error}"))));
-    }
-    let results = report::build(&session, &snapshot);
-    let folder = report::write(&session, &snapshot, &arguments.out).map_err(|error| error.to_string())?;
+    let (session, snapshot) = compute(&arguments.session, &studies, &progress, COMPUTING)?;
+    check_fits(&snapshot)?;
+    let outputs = Outputs {
+        tables: named(&TableFormat::ALL, &arguments.tables, |format| format.name()),
+        histories: named(&HistoryFormat::ALL, &arguments.histories, |format| format.name()),
+        recordings: arguments.recordings,
+    };
+    let show = |part| progress.show(COMPUTING + (1.0 - COMPUTING) * part, "writing");
+    let written = report::write(&session, &snapshot, &arguments.out, &outputs, &Control::default(), &show);
+    progress.finish();
+    let folder = written.map_err(|error| error.to_string())?;
     session::path_warning(&session.aircraft).iter().for_each(|line| text::line(&format!("aircraft: {line}")));
-    summary(&results);
+    summary(&report::build(&session, &snapshot));
     text::line(&format!("results in {}", folder.display()));
     Ok(())
 }
@@ -45,35 +107,9 @@ fn study_of(name: StudyName) -> Study {
     }
 }
 
-/// A session and everything that follows from it, studies included.
-///
-/// # Errors
-/// One line per thing that is wrong with the session, and per stage that failed.
-pub fn computed(path: &Path, studies: &[Study]) -> Result<(Session, Snapshot), String> {
-    let opened = session::open(path).map_err(|error| format!("{}: {error}", path.display()))?;
-    let problems = session::check(&opened.session);
-    if !problems.is_empty() {
-        return Err(lines(problems.iter().map(|problem| format!("{}: {problem}", path.display()))));
-    }
-    let snapshot = computed_session(&opened.session, &opened.folder, studies)?;
-    Ok((opened.session, snapshot))
-}
-
-/// Computes a session whose relative paths start from `folder`.
-///
-/// # Errors
-/// One line per stage that failed.
-pub fn computed_session(session: &Session, folder: &Path, studies: &[Study]) -> Result<Snapshot, String> {
-    let progress = Progress::new();
-    let publish = |snapshot: Snapshot| progress.show(snapshot.progress, "computing");
-    let scope = Scope { session, folder, first: None, studies, cause: "run", generation: 1 };
-    let snapshot = run_stages(&scope, &Snapshot::default(), &Cache::new(CACHE_BYTES), &Control::default(), &publish);
-    progress.finish();
-    let failures = snapshot.failures();
-    if !failures.is_empty() {
-        return Err(lines(failures.iter().map(|(place, error)| format!("{place}: {error}"))));
-    }
-    Ok(snapshot)
+/// Those of `all` whose names were given, each once.
+pub fn named<T: Copy>(all: &[T], names: &[String], name: impl Fn(T) -> &'static str) -> Vec<T> {
+    all.iter().copied().filter(|&item| names.iter().any(|given| given == name(item))).collect()
 }
 
 /// Several messages as one error, a line each.

@@ -1,6 +1,7 @@
 //! Studies from the command line: computed for a session, printed as tables, written beside the results where asked.
 
-use doublet_engine::report;
+use doublet_engine::report::{self, Outputs};
+use doublet_engine::run::Control;
 use doublet_engine::study::Study;
 
 use crate::arguments::StudyArguments;
@@ -25,7 +26,8 @@ pub fn study(study: Study, arguments: &StudyArguments) -> Result<(), String> {
         Study::MonteCarlo { .. } => monte_carlo(&results),
     }
     if let Some(out) = &arguments.out {
-        let folder = report::write(&session, &snapshot, out).map_err(|error| error.to_string())?;
+        let folder = report::write(&session, &snapshot, out, &Outputs::default(), &Control::default(), &|_| {})
+            .map_err(|error| error.to_string())?;
         text::line(&format!("results in {}", folder.display()));
     }
     Ok(())

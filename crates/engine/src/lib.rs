@@ -11,6 +11,7 @@ pub mod document;
 pub mod export;
 pub mod graph;
 pub mod keep;
+pub mod notation;
 pub mod report;
 pub mod run;
 pub mod session;

@@ -1,12 +1,14 @@
 //! From a snapshot to the results that leave the program.
 
+use doublet_core::quantity::Role;
 use doublet_core::reconstruct::{AirState, Method, State};
+use doublet_core::series::Recording;
 
 use super::results::{
-    ClockRow, DerivativeRow, DroppedRow, FORMAT, FitRow, FlightRow, InnovationRow, PredictionRow, RecordingRow,
-    Results, StateRow, VERSION, WindowRow,
+    ChannelRow, ClockRow, DerivativeRow, DroppedRow, FORMAT, FitRow, FlightRow, InnovationRow, PredictionRow,
+    RecordingRow, Results, StateRow, VERSION, WindowRow,
 };
-use super::signals;
+use super::{setup, signals, summary};
 use crate::run::Snapshot;
 use crate::session::{Manoeuvre, Session, Surface, WindowRole};
 use crate::stage::{CoefficientFit, UsedClock, WindowPath};
@@ -21,14 +23,17 @@ pub fn build(session: &Session, snapshot: &Snapshot) -> Results {
     });
     let active = session.windows.iter().filter(|window| window.role != WindowRole::Ignored);
     let pooled = snapshot.pooled.ready();
-    Results {
+    let mut results = Results {
         format: FORMAT,
         version: VERSION,
         app: format!("doublet {}", env!("CARGO_PKG_VERSION")),
         title: session.title.clone(),
+        session_sha256: setup::session_sha256(session),
         aircraft: aircraft.map(|aircraft| aircraft.name.clone()).unwrap_or_default(),
         rate_normalisation: aircraft.map(|aircraft| aircraft.reference.rate_normalisation()).unwrap_or_default(),
         mass_kg: mass.unwrap_or(f64::NAN),
+        mass_properties: setup::mass_properties(session, snapshot),
+        reference: aircraft.map(setup::reference),
         gravity_m_s2: session.filter.gravity_m_s2,
         differentiation: signals::differentiation(&session.preparation),
         filter: match session.filter.method {
@@ -53,9 +58,16 @@ pub fn build(session: &Session, snapshot: &Snapshot) -> Results {
                 rms_relative_percent: prediction.quality.rms_relative_percent,
             })
             .collect(),
+        wind_and_bias: Vec::new(),
+        innovation_summary: Vec::new(),
+        residual_summary: Vec::new(),
+        derivative_summary: Vec::new(),
+        validation: Vec::new(),
         studies: super::studies::build(snapshot),
         proof_of_match: snapshot.proof.ready().map(|proof| super::proof::rows(proof)).unwrap_or_default(),
-    }
+    };
+    summary::complete(&mut results);
+    results
 }
 
 fn recordings(session: &Session, snapshot: &Snapshot) -> Vec<RecordingRow> {
@@ -77,12 +89,30 @@ fn flights(session: &Session, snapshot: &Snapshot) -> Vec<FlightRow> {
         FlightRow {
             name: flight.name.clone(),
             roles: loaded.recording.roles.keys().map(|role| role.name().to_owned()).collect(),
+            channels: channels(&loaded.recording),
             clocks: loaded.clocks.iter().map(clock_row).collect(),
             max_gap_s: loaded.recording.max_gap_s,
             signals: signals::signal_rows(loaded),
             noise,
             proposals,
             warnings: loaded.recording.warnings.clone(),
+        }
+    });
+    rows.collect()
+}
+
+fn channels(recording: &Recording) -> Vec<ChannelRow> {
+    let playing = Role::ALL.iter().filter_map(|&role| Some((role, recording.role(role)?)));
+    let rows = playing.map(|(role, channel)| {
+        let time_s = &channel.series.time_s;
+        let span_s = time_s.last().zip(time_s.first()).map_or(f64::NAN, |(last, first)| last - first);
+        ChannelRow {
+            role: role.name(),
+            source: channel.source.clone(),
+            name: channel.name.clone(),
+            unit: channel.unit.clone(),
+            samples: time_s.len(),
+            rate_hz: (time_s.len().max(1) - 1) as f64 / span_s,
         }
     });
     rows.collect()
@@ -111,6 +141,7 @@ fn window_row(window: &Manoeuvre, snapshot: &Snapshot) -> Option<WindowRow> {
         end_s: window.window.end_s,
         role: window.role.name(),
         surface: window.surface.map(Surface::name),
+        kind: window.kind.clone(),
         samples: path.reconstruction.time_s.len(),
         mean_nis: path.consistency.as_ref().map_or(f64::NAN, |c| c.nis_mean),
         expected_nis: path.consistency.as_ref().map_or(f64::NAN, |c| c.nis_mean / c.nis_ratio),
@@ -132,9 +163,17 @@ fn state_row(state: State, path: &WindowPath) -> Option<StateRow> {
         unit: state.dimension().si_symbol(),
         estimate: *reconstruction.states[state as usize].last()?,
         deviation: *reconstruction.deviations[state as usize].last()?,
+        last_second_mean: last_second_mean(&reconstruction.time_s, &reconstruction.states[state as usize]),
         truth: truth.map(|truth| truth.last),
         mean_squared_normalised_error: truth.map(|truth| truth.mean_squared_normalised_error),
     })
+}
+
+/// Mean of the samples of the last second; not a number where there are none.
+fn last_second_mean(time_s: &[f64], values: &[f64]) -> f64 {
+    let last_s = time_s.last().copied().unwrap_or_default();
+    let tail = &values[time_s.partition_point(|&time| time < last_s - 1.0)..];
+    tail.iter().sum::<f64>() / tail.len() as f64
 }
 
 /// The air-data states, smoothed where the path is: a filter linearised once can be far too certain of them.
@@ -151,6 +190,7 @@ fn air_data_rows(path: &WindowPath) -> Vec<StateRow> {
             unit,
             estimate,
             deviation,
+            last_second_mean: last_second_mean(&reconstruction.time_s, &air_data.states[state as usize]),
             truth: None,
             mean_squared_normalised_error: None,
         };

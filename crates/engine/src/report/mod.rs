@@ -1,35 +1,61 @@
-//! Results as they leave the program: `results.json`, tables as CSV, time histories as HDF5.
+//! Results as they leave the program: `results.json`, tables and time histories in several forms, and the contents of a report.
 
 mod build;
+pub mod document;
 mod engines;
+mod formats;
 mod histories;
 mod proof;
 mod reference;
 mod results;
+mod setup;
 mod signals;
 mod studies;
-mod tables;
+mod summary;
+mod table;
+pub mod tables;
 
 use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
 pub use build::build;
-pub use proof::rows as proof_rows;
+pub use formats::{TableFormat, alignments, csv, latex, markdown};
+pub use histories::{History, HistoryColumn, HistoryFormat};
+pub use proof::{BandRow, ProofRow, ReplayRow, TestRow, TheilRow, rows as proof_rows};
 pub use reference::{Reference, reference};
 pub use results::{
-    AgreementRow, BandRow, ClockRow, CorrelationRow, DerivativeRow, DroppedRow, EngineRow, FORMAT, FitRow, FlightRow,
-    InnovationRow, MonitorRow, PhaseRow, PredictionRow, ProofRow, RecordingRow, ReplayRow, Results, StateRow, TestRow,
-    TheilRow, VERSION, WindowRow,
+    AgreementRow, ChannelRow, ClockRow, CorrelationRow, DerivativeRow, DerivativeSummaryRow, DroppedRow, EngineRow,
+    FORMAT, FitRow, FlightRow, InnovationRow, InnovationSummaryRow, ItemRow, MassRow, MonitorRow, PhaseRow,
+    PredictionRow, RecordingRow, ReferenceRow, ResidualSummaryRow, Results, SpreadRow, StateRow, VERSION,
+    ValidationRow, WindowRow,
 };
 pub use signals::{NoiseRow, ProposalRow, SignalRow};
 pub use studies::{
     CheckRow, ConditionRow, ContributionRow, KindRow, LagRow, LeftOutRow, MonteCarloRow, SensitivityRow, StudyResults,
     TornadoRow,
 };
+pub use table::{Cell, Column, Table, significant};
 
-use crate::run::Snapshot;
+use crate::run::{Control, Snapshot};
 use crate::session::Session;
+
+/// What is written beside `results.json`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Outputs {
+    /// Forms of the tables.
+    pub tables: Vec<TableFormat>,
+    /// Forms of the time histories.
+    pub histories: Vec<HistoryFormat>,
+    /// Whether the histories hold every recorded channel too.
+    pub recordings: bool,
+}
+
+impl Default for Outputs {
+    fn default() -> Self {
+        Self { tables: vec![TableFormat::Csv], histories: vec![HistoryFormat::Hdf5], recordings: false }
+    }
+}
 
 /// Results that could not be written.
 #[derive(Debug, Error)]
@@ -53,6 +79,9 @@ pub enum ReportError {
         /// Cause.
         reason: String,
     },
+    /// Writing was stopped.
+    #[error("cancelled: nothing was written")]
+    Cancelled,
 }
 
 /// Name of the file that marks a folder of results.
@@ -66,27 +95,29 @@ fn file_error(path: &Path) -> impl FnOnce(std::io::Error) -> ReportError {
 }
 
 /// Writes all results of a run into `folder`, which appears complete or not at all. A folder of earlier results is replaced.
+/// `progress` is told the part that is written, 0 to 1, after every step.
 ///
 /// # Errors
 /// [`ReportError`]; nothing of the new results is left behind then.
-pub fn write(session: &Session, snapshot: &Snapshot, folder: &Path) -> Result<PathBuf, ReportError> {
-    write_with_progress(session, snapshot, folder, &|_| {})
-}
-
-/// Like [`write()`]; `progress` is told the part that is written, 0 to 1, after every step.
-///
-/// # Errors
-/// Those of [`write()`].
-pub fn write_with_progress(
+pub fn write(
     session: &Session,
     snapshot: &Snapshot,
     folder: &Path,
+    outputs: &Outputs,
+    control: &Control,
     progress: &dyn Fn(f32),
 ) -> Result<PathBuf, ReportError> {
     check_target(folder)?;
     let parent = folder.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
     std::fs::create_dir_all(parent).map_err(file_error(parent))?;
     let staging = tempfile::Builder::new().prefix(".doublet-").tempdir_in(parent).map_err(file_error(parent))?;
+    let steps = (1 + outputs.tables.len() + outputs.histories.len()) as f32;
+    let mut done = 0.0;
+    let mut step = || {
+        done += 1.0;
+        progress(0.95 * done / steps);
+        control.checkpoint().map_err(|_| ReportError::Cancelled)
+    };
     let results = build(session, snapshot);
     let text = serde_json::to_string_pretty(&results)
         .map_err(|error| ReportError::Form { what: RESULTS, reason: error.to_string() })?;
@@ -97,13 +128,20 @@ pub fn write_with_progress(
         .map_err(|error| ReportError::Form { what: SESSION, reason: error.to_string() })?;
     let note = "# The session as it was run. Relative paths start from where it lay.\n";
     std::fs::write(&path, format!("{note}{text}")).map_err(file_error(&path))?;
-    progress(0.2);
-    tables::write(&results, staging.path())?;
-    studies::write(&results.studies, staging.path())?;
-    proof::write(&results.proof_of_match, staging.path())?;
-    progress(0.4);
-    histories::write(session, snapshot, &staging.path().join("histories.h5"))?;
-    progress(0.9);
+    step()?;
+    let tables = tables::all(&results);
+    for &format in &outputs.tables {
+        formats::write(&tables, format, staging.path())?;
+        step()?;
+    }
+    let mut collected = histories::collect(session, snapshot);
+    if outputs.recordings {
+        collected.extend(histories::recordings(session, snapshot));
+    }
+    for &format in &outputs.histories {
+        histories::write(&collected, &session.title, format, staging.path(), control)?;
+        step()?;
+    }
     if folder.exists() {
         std::fs::remove_dir_all(folder).map_err(file_error(folder))?;
     }

@@ -1,13 +1,82 @@
-//! The proof of match as rows, and as the tables `match.csv` and `match_theil.csv`.
-
-use std::path::Path;
+//! The proof of match as rows, and as the tables `match` and `match_theil`.
 
 use doublet_core::validate::{BandResult, TestResult};
+use serde::Serialize;
 
-use super::ReportError;
-use super::results::{BandRow, ProofRow, ReplayRow, TestRow, TheilRow};
-use super::tables::{number, table};
+use super::table::{Cell, Column, Table};
 use crate::stage::{ProofOfMatch, WindowReplay};
+
+/// Validation windows flown again.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct ProofRow {
+    /// Name of the tolerances.
+    pub tolerances: String,
+    /// One entry per validation window.
+    pub windows: Vec<ReplayRow>,
+}
+
+/// One window flown again.
+#[derive(Clone, Debug, Serialize)]
+pub struct ReplayRow {
+    /// Window.
+    pub window: String,
+    /// Why it could not be flown.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub error: Option<String>,
+    /// Tests of the tolerances that apply.
+    pub tests: Vec<TestRow>,
+    /// Theil's coefficient of each signal.
+    pub theil: Vec<TheilRow>,
+}
+
+/// One test.
+#[derive(Clone, Debug, Serialize)]
+pub struct TestRow {
+    /// Number in the rule.
+    pub id: String,
+    /// Name.
+    pub name: String,
+    /// Whether every requirement is met by one of its bands.
+    pub passed: bool,
+    /// Bands.
+    pub bands: Vec<BandRow>,
+}
+
+/// One band of a test.
+#[derive(Clone, Debug, Serialize)]
+pub struct BandRow {
+    /// Requirement it belongs to, counted from 1: one band of each must hold.
+    pub requirement: usize,
+    /// Signal.
+    pub signal: &'static str,
+    /// Its SI unit.
+    pub unit: &'static str,
+    /// Whether the simulation stays inside throughout.
+    pub passed: bool,
+    /// Largest difference over the half width there.
+    pub worst_ratio: f64,
+    /// Simulated less measured there, SI.
+    pub worst_error: f64,
+    /// Time of it, s.
+    pub worst_time_s: f64,
+    /// Share of the samples inside.
+    pub share_inside: f64,
+}
+
+/// Theil's coefficient and the parts of the mean square error.
+#[derive(Clone, Debug, Serialize)]
+pub struct TheilRow {
+    /// Signal.
+    pub signal: &'static str,
+    /// Coefficient: 0 perfect, 1 none.
+    pub coefficient: f64,
+    /// Share from a difference of means.
+    pub bias: f64,
+    /// Share from a difference of standard deviations.
+    pub variance: f64,
+    /// Share from imperfect correlation.
+    pub covariance: f64,
+}
 
 /// Rows of a proof of match.
 pub fn rows(proof: &ProofOfMatch) -> ProofRow {
@@ -52,59 +121,80 @@ fn theil_rows(replay: &WindowReplay) -> Vec<TheilRow> {
     replay.theil.iter().map(row).collect()
 }
 
-/// Writes the tables.
-pub fn write(proof: &ProofRow, folder: &Path) -> Result<(), ReportError> {
-    table(
-        &folder.join("match.csv"),
-        &[
-            "window",
-            "test",
-            "name",
-            "test_passed",
-            "requirement",
-            "signal",
-            "unit",
-            "band_passed",
-            "worst_ratio",
-            "worst_error",
-            "worst_time_s",
-            "share_inside",
-        ],
-        proof.windows.iter().flat_map(|window| {
-            window.tests.iter().flat_map(|test| {
-                test.bands.iter().map(|band| {
-                    vec![
-                        window.window.clone(),
-                        test.id.clone(),
-                        test.name.clone(),
-                        test.passed.to_string(),
-                        band.requirement.to_string(),
-                        band.signal.to_owned(),
-                        band.unit.to_owned(),
-                        band.passed.to_string(),
-                        number(band.worst_ratio),
-                        number(band.worst_error),
-                        number(band.worst_time_s),
-                        number(band.share_inside),
-                    ]
-                })
-            })
-        }),
-    )?;
-    table(
-        &folder.join("match_theil.csv"),
-        &["window", "signal", "theil", "bias", "variance", "covariance"],
-        proof.windows.iter().flat_map(|window| {
-            window.theil.iter().map(|row| {
+/// Bands of every test, and Theil's coefficients.
+pub fn tables(proof: &ProofRow) -> [Table; 2] {
+    [bands(proof), theil(proof)]
+}
+
+/// Every band of every test.
+pub fn bands(proof: &ProofRow) -> Table {
+    let rows = proof.windows.iter().flat_map(|window| {
+        window.tests.iter().flat_map(move |test| {
+            test.bands.iter().map(move |band| {
                 vec![
-                    window.window.clone(),
-                    row.signal.to_owned(),
-                    number(row.coefficient),
-                    number(row.bias),
-                    number(row.variance),
-                    number(row.covariance),
+                    Cell::text(&window.window),
+                    Cell::text(&test.id),
+                    Cell::text(&test.name),
+                    Cell::Flag(test.passed),
+                    Cell::Count(band.requirement),
+                    Cell::text(band.signal),
+                    Cell::text(band.unit),
+                    Cell::Flag(band.passed),
+                    Cell::Number(band.worst_ratio),
+                    Cell::Number(band.worst_error),
+                    Cell::Number(band.worst_time_s),
+                    Cell::Number(band.share_inside),
                 ]
             })
-        }),
-    )
+        })
+    });
+    Table {
+        name: "match".to_owned(),
+        caption: "Bands of every test: the largest difference, simulated less measured, and where it is.".to_owned(),
+        columns: vec![
+            Column::new("window", "Window"),
+            Column::new("test", "Test"),
+            Column::new("name", "Name"),
+            Column::new("test_passed", "Test passed"),
+            Column::new("requirement", "Requirement"),
+            Column::new("signal", "Signal"),
+            Column::new("unit", "Unit"),
+            Column::new("band_passed", "Inside"),
+            Column::number("worst_ratio", "Over half width", "", 3),
+            Column::number("worst_error", "Difference", "", 3),
+            Column::number("worst_time_s", "At", "s", 5),
+            Column::number("share_inside", "Share inside", "", 3),
+        ],
+        rows: rows.collect(),
+    }
+}
+
+/// Theil's coefficient of each signal of each window.
+pub fn theil(proof: &ProofRow) -> Table {
+    let rows = proof.windows.iter().flat_map(|window| {
+        window.theil.iter().map(move |row| {
+            vec![
+                Cell::text(&window.window),
+                Cell::text(row.signal),
+                Cell::Number(row.coefficient),
+                Cell::Number(row.bias),
+                Cell::Number(row.variance),
+                Cell::Number(row.covariance),
+            ]
+        })
+    });
+    Table {
+        name: "match_theil".to_owned(),
+        caption: "Theil's inequality coefficient, 0 perfect and 1 none, and the shares of the mean square error."
+            .to_owned(),
+        columns: vec![
+            Column::new("window", "Window"),
+            Column::new("signal", "Signal"),
+            Column::number("theil", "Theil", "", 3),
+            Column::number("bias", "Bias", "", 3),
+            Column::number("variance", "Variance", "", 3),
+            Column::number("covariance", "Covariance", "", 3),
+        ],
+        rows: rows.collect(),
+    }
 }

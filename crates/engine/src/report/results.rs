@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::proof::ProofRow;
 use super::signals::{NoiseRow, ProposalRow, SignalRow};
 use super::studies::StudyResults;
 
@@ -21,6 +22,8 @@ pub struct Results {
     pub app: String,
     /// Title of the session.
     pub title: String,
+    /// SHA-256 of the session in its saved form.
+    pub session_sha256: String,
     /// Name of the aircraft.
     pub aircraft: String,
     /// How roll, pitch and yaw rate are made dimensionless.
@@ -29,6 +32,12 @@ pub struct Results {
     pub mass_kg: f64,
     /// Kalman filter used.
     pub filter: &'static str,
+    /// Mass properties with the session's loading on board.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mass_properties: Option<MassRow>,
+    /// Reference geometry of the coefficients.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reference: Option<ReferenceRow>,
     /// Gravity used by the filter, m/s².
     pub gravity_m_s2: f64,
     /// How body rates were differentiated.
@@ -52,78 +61,164 @@ pub struct Results {
     pub studies: StudyResults,
     /// Validation windows flown again by the pooled model, against tolerances.
     pub proof_of_match: ProofRow,
+    /// Wind and biases over the windows (thesis Tables 6.1 and 6.2).
+    pub wind_and_bias: Vec<SpreadRow>,
+    /// Innovations of each measurement over the windows.
+    pub innovation_summary: Vec<InnovationSummaryRow>,
+    /// Residuals of the fits of single windows (thesis Table 6.3).
+    pub residual_summary: Vec<ResidualSummaryRow>,
+    /// Each derivative over the identification windows (thesis Tables 6.4 to 6.9).
+    pub derivative_summary: Vec<DerivativeSummaryRow>,
+    /// Prediction of the validation windows (thesis Table 7.1).
+    pub validation: Vec<ValidationRow>,
 }
 
-/// Validation windows flown again.
-#[derive(Clone, Debug, Default, Serialize)]
-pub struct ProofRow {
-    /// Name of the tolerances.
-    pub tolerances: String,
-    /// One entry per validation window.
-    pub windows: Vec<ReplayRow>,
-}
-
-/// One window flown again.
+/// Mass properties in datum axes (x aft, y right, z up) and inertia about the centre of gravity in body axes.
 #[derive(Clone, Debug, Serialize)]
-pub struct ReplayRow {
-    /// Window.
-    pub window: String,
-    /// Why it could not be flown.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub error: Option<String>,
-    /// Tests of the tolerances that apply.
-    pub tests: Vec<TestRow>,
-    /// Theil's coefficient of each signal.
-    pub theil: Vec<TheilRow>,
+pub struct MassRow {
+    /// Mass, kg.
+    pub mass_kg: f64,
+    /// Centre of gravity from the datum, m.
+    pub cg_from_datum_m: [f64; 3],
+    /// Centre of gravity as a part of the mean aerodynamic chord.
+    pub mean_chord_fraction: Option<f64>,
+    /// Distance of the centre of gravity to the nearer limit of the envelope, m; negative outside.
+    pub envelope_margin_m: Option<f64>,
+    /// Moment of inertia about x, kg m².
+    pub ixx_kg_m2: f64,
+    /// Moment of inertia about y, kg m².
+    pub iyy_kg_m2: f64,
+    /// Moment of inertia about z, kg m².
+    pub izz_kg_m2: f64,
+    /// Product of inertia, integral of x z dm, kg m².
+    pub ixz_kg_m2: f64,
+    /// What is on board besides the empty aircraft.
+    pub items: Vec<ItemRow>,
 }
 
-/// One test.
+/// Something on board.
 #[derive(Clone, Debug, Serialize)]
-pub struct TestRow {
-    /// Number in the rule.
-    pub id: String,
-    /// Name.
-    pub name: String,
-    /// Whether every requirement is met by one of its bands.
-    pub passed: bool,
-    /// Bands.
-    pub bands: Vec<BandRow>,
+pub struct ItemRow {
+    /// Kind: fuel, seat, luggage or item.
+    pub kind: &'static str,
+    /// Place.
+    pub place: String,
+    /// Mass, kg.
+    pub mass_kg: f64,
 }
 
-/// One band of a test.
+/// Lengths and area the coefficients refer to.
 #[derive(Clone, Debug, Serialize)]
-pub struct BandRow {
-    /// Requirement it belongs to, counted from 1: one band of each must hold.
-    pub requirement: usize,
-    /// Signal.
-    pub signal: &'static str,
-    /// Its SI unit.
+pub struct ReferenceRow {
+    /// Wing area, m².
+    pub area_m2: f64,
+    /// Span, m.
+    pub span_m: f64,
+    /// Mean aerodynamic chord, m.
+    pub chord_m: f64,
+    /// Length that makes the rolling and the yawing moment dimensionless, m.
+    pub lateral_moment_length_m: f64,
+    /// Length that makes roll and yaw rate dimensionless, m.
+    pub lateral_rate_length_m: f64,
+    /// Length that makes the pitch rate dimensionless, m.
+    pub pitch_rate_length_m: f64,
+    /// Point the moment coefficients are about, from the datum, m; the centre of gravity where there is none.
+    pub moment_reference_from_datum_m: Option<[f64; 3]>,
+}
+
+/// A quantity over several windows.
+#[derive(Clone, Debug, Serialize)]
+pub struct SpreadRow {
+    /// State.
+    pub quantity: &'static str,
+    /// SI unit.
     pub unit: &'static str,
-    /// Whether the simulation stays inside throughout.
-    pub passed: bool,
-    /// Largest difference over the half width there.
-    pub worst_ratio: f64,
-    /// Simulated less measured there, SI.
-    pub worst_error: f64,
-    /// Time of it, s.
-    pub worst_time_s: f64,
-    /// Share of the samples inside.
-    pub share_inside: f64,
+    /// Windows.
+    pub windows: usize,
+    /// Mean of the windows' values.
+    pub mean: f64,
+    /// Standard deviation of the windows' values.
+    pub standard_deviation: f64,
+    /// Smallest value.
+    pub minimum: f64,
+    /// Largest value.
+    pub maximum: f64,
 }
 
-/// Theil's coefficient and the parts of the mean square error.
+/// Innovations of one measurement over the windows.
 #[derive(Clone, Debug, Serialize)]
-pub struct TheilRow {
-    /// Signal.
-    pub signal: &'static str,
-    /// Coefficient: 0 perfect, 1 none.
-    pub coefficient: f64,
-    /// Share from a difference of means.
-    pub bias: f64,
-    /// Share from a difference of standard deviations.
-    pub variance: f64,
-    /// Share from imperfect correlation.
-    pub covariance: f64,
+pub struct InnovationSummaryRow {
+    /// Measurement.
+    pub measurement: &'static str,
+    /// Windows with this measurement.
+    pub windows: usize,
+    /// Mean over the windows of the root mean square in predicted deviations.
+    pub mean_ratio: f64,
+    /// Smallest.
+    pub minimum_ratio: f64,
+    /// Largest.
+    pub maximum_ratio: f64,
+    /// Windows whose innovations are white.
+    pub white_windows: usize,
+}
+
+/// Relative residual of the fits of single identification windows.
+#[derive(Clone, Debug, Serialize)]
+pub struct ResidualSummaryRow {
+    /// Coefficient.
+    pub coefficient: &'static str,
+    /// Windows.
+    pub windows: usize,
+    /// Mean of the relative root mean square, per cent.
+    pub mean_percent: f64,
+    /// Smallest, per cent.
+    pub minimum_percent: f64,
+    /// Largest, per cent.
+    pub maximum_percent: f64,
+}
+
+/// One derivative, pooled and over the identification windows.
+#[derive(Clone, Debug, Serialize)]
+pub struct DerivativeSummaryRow {
+    /// Coefficient.
+    pub coefficient: &'static str,
+    /// Derivative.
+    pub name: String,
+    /// Estimate from all identification windows together.
+    pub pooled: Option<f64>,
+    /// Its standard error for white residuals.
+    pub standard_error: Option<f64>,
+    /// Its standard error corrected for the correlation of the residuals in time.
+    pub corrected_standard_error: Option<f64>,
+    /// Standard deviation of the estimates of single windows; the error a repetition of the manoeuvre shows.
+    pub scatter: f64,
+    /// Single windows with an estimate.
+    pub windows: usize,
+    /// Mean of their estimates.
+    pub mean: f64,
+    /// Smallest.
+    pub minimum: f64,
+    /// Largest.
+    pub maximum: f64,
+    /// Mean of their variances for white residuals (thesis Eq. 3.18).
+    pub mean_variance: f64,
+    /// Smallest variance.
+    pub minimum_variance: f64,
+    /// Largest variance.
+    pub maximum_variance: f64,
+}
+
+/// Prediction of one coefficient over the validation windows.
+#[derive(Clone, Debug, Serialize)]
+pub struct ValidationRow {
+    /// Coefficient.
+    pub coefficient: &'static str,
+    /// Validation windows.
+    pub windows: usize,
+    /// Mean of the relative root mean square, per cent.
+    pub rms_relative_percent: f64,
+    /// Mean of the coefficients of determination.
+    pub r_squared: f64,
 }
 
 /// A recording that was read.
@@ -144,6 +239,8 @@ pub struct FlightRow {
     pub name: String,
     /// Roles the channel maps assigned.
     pub roles: Vec<String>,
+    /// Channels that play them.
+    pub channels: Vec<ChannelRow>,
     /// Clocks of its recorders.
     pub clocks: Vec<ClockRow>,
     /// Longest interval between samples that was interpolated over, s, where the session states one.
@@ -157,6 +254,23 @@ pub struct FlightRow {
     pub proposals: Vec<ProposalRow>,
     /// Findings.
     pub warnings: Vec<String>,
+}
+
+/// A channel that plays a role.
+#[derive(Clone, Debug, Serialize)]
+pub struct ChannelRow {
+    /// Role.
+    pub role: &'static str,
+    /// Recorder or file group it came from.
+    pub source: String,
+    /// Name as recorded.
+    pub name: String,
+    /// SI unit.
+    pub unit: String,
+    /// Samples.
+    pub samples: usize,
+    /// Samples per second between the first and the last.
+    pub rate_hz: f64,
 }
 
 /// A recorder's clock, `t = offset + (1 + drift) t_own`.
@@ -263,6 +377,8 @@ pub struct WindowRow {
     pub role: &'static str,
     /// Surface moved.
     pub surface: Option<&'static str>,
+    /// Kind of input in words.
+    pub kind: String,
     /// Inertial samples.
     pub samples: usize,
     /// Mean normalised innovation squared.
@@ -296,6 +412,8 @@ pub struct StateRow {
     pub estimate: f64,
     /// Its standard deviation.
     pub deviation: f64,
+    /// Mean of the filtered estimates over the last second (thesis 6.1).
+    pub last_second_mean: f64,
     /// Truth at the last sample, where the recording has it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub truth: Option<f64>,

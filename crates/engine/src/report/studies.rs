@@ -1,11 +1,9 @@
 //! Studies as flat rows: the same in `results.json` and in their CSV tables.
 
-use std::path::Path;
-
 use doublet_core::sensitivity::NoiseEffect;
 use serde::{Serialize, Serializer};
 
-use super::ReportError;
+use super::table::{Cell, Column, Table};
 use crate::run::Snapshot;
 use crate::study::{
     CheckedDerivative, ConditionRegression, ControlLag, ManoeuvreStudy, MonteCarloStudy, SensitivityStudy, WindowChecks,
@@ -454,28 +452,40 @@ fn condition_rows(found: &ConditionRegression) -> Vec<ConditionRow> {
     }
 }
 
-/// Writes one table per study that was asked for.
-pub fn write(results: &StudyResults, folder: &Path) -> Result<(), ReportError> {
-    table(&folder.join("sensitivity.csv"), &results.sensitivity)?;
-    table(&folder.join("tornado.csv"), &results.tornado)?;
-    table(&folder.join("leave_one_out.csv"), &results.leave_one_out)?;
-    table(&folder.join("input_kinds.csv"), &results.input_kinds)?;
-    table(&folder.join("contributions.csv"), &results.contributions)?;
-    table(&folder.join("conditions.csv"), &results.conditions)?;
-    table(&folder.join("checks.csv"), &results.checks)?;
-    table(&folder.join("lags.csv"), &results.lags)?;
-    table(&folder.join("monte_carlo.csv"), &results.monte_carlo)
+/// One table per study that was asked for.
+pub fn tables(results: &StudyResults) -> Vec<Table> {
+    let tables = [
+        table("sensitivity", "Derivatives against what they were computed with.", &results.sensitivity),
+        table("tornado", "Change of each derivative over one step of each quantity.", &results.tornado),
+        table("leave_one_out", "Pooled derivatives without each window in turn.", &results.leave_one_out),
+        table("input_kinds", "Derivatives by kind of input.", &results.input_kinds),
+        table("contributions", "Share of every term in its coefficient.", &results.contributions),
+        table("conditions", "Derivatives over the flight condition.", &results.conditions),
+        table("checks", "Derivatives of every window by other methods.", &results.checks),
+        table("lags", "Delay and first-order lag of every control.", &results.lags),
+        table("monte_carlo", "What noise of the recording does to each pooled derivative.", &results.monte_carlo),
+    ];
+    tables.into_iter().flatten().collect()
 }
 
-/// Writes rows under the names of their fields; nothing where there are none.
-fn table(path: &Path, rows: &[impl Serialize]) -> Result<(), ReportError> {
-    if rows.is_empty() {
-        return Ok(());
-    }
-    let failed = |error: csv::Error| ReportError::File { path: path.display().to_string(), source: error.into() };
-    let mut writer = csv::Writer::from_path(path).map_err(failed)?;
+/// Rows under the names of their fields; none where there are no rows.
+fn table(name: &str, caption: &str, rows: &[impl Serialize]) -> Option<Table> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
     for row in rows {
-        writer.serialize(row).map_err(failed)?;
+        writer.serialize(row).ok()?;
     }
-    writer.flush().map_err(|source| ReportError::File { path: path.display().to_string(), source })
+    let bytes = writer.into_inner().ok()?;
+    let mut reader = csv::Reader::from_reader(bytes.as_slice());
+    let keys: Vec<String> = reader.headers().ok()?.iter().map(str::to_owned).collect();
+    let cell = |(key, text): (&String, &str)| match (key.as_str(), text.parse::<f64>()) {
+        (_, _) if text.is_empty() => Cell::Empty,
+        ("derivative" | "coefficient", _) => Cell::Symbol(text.to_owned()),
+        ("first_count" | "second_count" | "manoeuvres" | "realisations", Ok(count)) => Cell::Count(count as usize),
+        ("window" | "quantity" | "seed", _) | (_, Err(_)) => Cell::text(text),
+        (_, Ok(value)) => Cell::Number(value),
+    };
+    let rows: Vec<Vec<Cell>> =
+        reader.records().map_while(Result::ok).map(|row| keys.iter().zip(row.iter()).map(cell).collect()).collect();
+    let columns = keys.iter().map(|key| Column::number(key, &key.replace('_', " "), "", 4)).collect();
+    (!rows.is_empty()).then(|| Table { name: name.to_owned(), caption: caption.to_owned(), columns, rows })
 }

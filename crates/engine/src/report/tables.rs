@@ -1,135 +1,515 @@
-//! The tables of the results as CSV, one file each, SI units in the header.
+//! The results as tables.
 
-use std::path::Path;
-
-use super::ReportError;
 use super::results::{AgreementRow, EngineRow, FitRow, Results};
+use super::table::{Cell, Column, Table};
 
-/// Writes `derivatives.csv`, `fits.csv`, `states.csv`, `innovations.csv`, `predictions.csv` and `engines.csv`.
-pub fn write(results: &Results, folder: &Path) -> Result<(), ReportError> {
-    let fits = || {
-        let pooled = results.pooled.iter().map(|fit| ("pooled", fit));
-        let single =
-            results.windows.iter().flat_map(|window| window.fits.iter().map(|fit| (window.name.as_str(), fit)));
-        pooled.chain(single)
-    };
-    table(
-        &folder.join("derivatives.csv"),
-        &[
-            "window",
-            "coefficient",
-            "derivative",
-            "estimate",
-            "standard_error",
-            "corrected_standard_error",
-            "relative_error_percent",
-            "t",
-        ],
-        fits().flat_map(|(window, fit)| derivative_rows(window, fit)),
-    )?;
-    table(
-        &folder.join("fits.csv"),
-        &[
-            "window",
-            "coefficient",
-            "samples",
-            "r_squared",
-            "rms_relative_percent",
-            "residual_deviation",
-            "condition_number",
-            "error",
-        ],
-        fits().map(|(window, fit)| {
+/// Every table of the results that leaves the program as a file, in the order of `docs/results.md`.
+pub fn all(results: &Results) -> Vec<Table> {
+    let mut tables = vec![
+        derivatives(results),
+        derivative_summary(results),
+        fits(results),
+        residual_summary(results),
+        states(results),
+        wind_and_bias(results),
+        innovations(results),
+        innovation_summary(results),
+        predictions(results),
+        validation(results),
+        engines(results),
+        windows(results),
+        channels(results),
+        clocks(results),
+        recordings(results),
+        noise(results),
+        signals(results),
+    ];
+    tables.extend(super::proof::tables(&results.proof_of_match));
+    tables.extend(super::studies::tables(&results.studies));
+    tables
+}
+
+/// A table of `name`.
+fn table(name: &str, caption: &str, columns: Vec<Column>, rows: impl IntoIterator<Item = Vec<Cell>>) -> Table {
+    Table { name: name.to_owned(), caption: caption.to_owned(), columns, rows: rows.into_iter().collect() }
+}
+
+fn text(key: &str, heading: &str) -> Column {
+    Column::new(key, heading)
+}
+
+fn number(key: &str, heading: &str, unit: &'static str) -> Column {
+    Column::number(key, heading, unit, 4)
+}
+
+fn optional(text: Option<&str>) -> Cell {
+    text.map_or(Cell::Empty, Cell::text)
+}
+
+/// Pooled fits, then those of each window.
+fn all_fits(results: &Results) -> impl Iterator<Item = (&str, &FitRow)> {
+    let pooled = results.pooled.iter().map(|fit| ("pooled", fit));
+    let single = results.windows.iter().flat_map(|window| window.fits.iter().map(|fit| (window.name.as_str(), fit)));
+    pooled.chain(single)
+}
+
+/// Every derivative of every fit.
+pub fn derivatives(results: &Results) -> Table {
+    let rows = all_fits(results).flat_map(|(window, fit)| {
+        fit.derivatives.iter().map(move |row| {
             vec![
-                window.to_owned(),
-                fit.coefficient.to_owned(),
-                fit.samples.to_string(),
-                number(fit.r_squared),
-                number(fit.rms_relative_percent),
-                number(fit.residual_deviation),
-                number(fit.condition_number),
-                fit.error.clone().unwrap_or_default(),
+                Cell::text(window),
+                Cell::Symbol(fit.coefficient.to_owned()),
+                Cell::Symbol(row.name.clone()),
+                Cell::Number(row.estimate),
+                Cell::Number(row.standard_error),
+                Cell::Number(row.corrected_standard_error),
+                Cell::Number(row.relative_error_percent),
+                Cell::Number(row.t),
             ]
-        }),
-    )?;
-    let windows = &results.windows;
-    table(
-        &folder.join("states.csv"),
-        &["window", "state", "unit", "estimate", "deviation", "truth", "mean_squared_normalised_error"],
-        windows.iter().flat_map(|window| {
-            window.states.iter().map(|row| {
-                vec![
-                    window.name.clone(),
-                    row.state.to_owned(),
-                    row.unit.to_owned(),
-                    number(row.estimate),
-                    number(row.deviation),
-                    row.truth.map(number).unwrap_or_default(),
-                    row.mean_squared_normalised_error.map(number).unwrap_or_default(),
-                ]
-            })
-        }),
-    )?;
-    table(
-        &folder.join("innovations.csv"),
-        &["window", "measurement", "samples", "mean_over_deviation", "rms_over_deviation", "white", "advice"],
-        windows.iter().flat_map(|window| {
-            window.innovations.iter().map(|row| {
-                vec![
-                    window.name.clone(),
-                    row.measurement.to_owned(),
-                    row.samples.to_string(),
-                    number(row.mean),
-                    number(row.ratio),
-                    row.is_white.to_string(),
-                    row.advice.clone(),
-                ]
-            })
-        }),
-    )?;
-    table(
-        &folder.join("predictions.csv"),
-        &["window", "role", "coefficient", "r_squared", "rms_relative_percent"],
-        results.predictions.iter().map(|row| {
+        })
+    });
+    let columns = vec![
+        text("window", "Window"),
+        text("coefficient", "Coefficient"),
+        text("derivative", "Derivative"),
+        Column::number("estimate", "Estimate", "", 5),
+        number("standard_error", "Standard error", ""),
+        number("corrected_standard_error", "Corrected", ""),
+        Column::number("relative_error_percent", "Relative", "%", 3),
+        number("t", "t", ""),
+    ];
+    table("derivatives", "Aerodynamic and control derivatives, per radian.", columns, rows)
+}
+
+/// Each derivative pooled and over the identification windows.
+pub fn derivative_summary(results: &Results) -> Table {
+    let rows = results.derivative_summary.iter().map(|row| {
+        vec![
+            Cell::Symbol(row.coefficient.to_owned()),
+            Cell::Symbol(row.name.clone()),
+            Cell::maybe(row.pooled),
+            Cell::maybe(row.standard_error),
+            Cell::maybe(row.corrected_standard_error),
+            Cell::Number(row.scatter),
+            Cell::Count(row.windows),
+            Cell::Number(row.mean),
+            Cell::Number(row.minimum),
+            Cell::Number(row.maximum),
+            Cell::Number(row.mean_variance),
+            Cell::Number(row.minimum_variance),
+            Cell::Number(row.maximum_variance),
+        ]
+    });
+    let columns = vec![
+        text("coefficient", "Coefficient"),
+        text("derivative", "Derivative"),
+        number("pooled", "Pooled", ""),
+        Column::number("standard_error", "Std error", "", 2),
+        Column::number("corrected_standard_error", "Corrected", "", 2),
+        Column::number("scatter", "Scatter", "", 2),
+        text("windows", "Windows"),
+        number("mean", "Mean", ""),
+        number("minimum", "Min", ""),
+        number("maximum", "Max", ""),
+        Column::number("mean_variance", "Mean var", "", 3),
+        Column::number("minimum_variance", "Min var", "", 3),
+        Column::number("maximum_variance", "Max var", "", 3),
+    ];
+    table("derivative_summary", "Derivatives from all identification windows and from each alone.", columns, rows)
+}
+
+/// Quality of every fit.
+pub fn fits(results: &Results) -> Table {
+    let rows = all_fits(results).map(|(window, fit)| {
+        vec![
+            Cell::text(window),
+            Cell::Symbol(fit.coefficient.to_owned()),
+            Cell::Count(fit.samples),
+            Cell::Number(fit.r_squared),
+            Cell::Number(fit.rms_relative_percent),
+            Cell::Number(fit.residual_deviation),
+            Cell::Number(fit.condition_number),
+            optional(fit.error.as_deref()),
+        ]
+    });
+    let columns = vec![
+        text("window", "Window"),
+        text("coefficient", "Coefficient"),
+        text("samples", "Samples"),
+        number("r_squared", "R²", ""),
+        Column::number("rms_relative_percent", "RMS rel", "%", 3),
+        Column::number("residual_deviation", "Residual std", "", 3),
+        Column::number("condition_number", "Condition", "", 3),
+        text("error", "Remark"),
+    ];
+    table("fits", "Quality of the fits.", columns, rows)
+}
+
+/// Residuals over the identification windows (thesis Table 6.3).
+pub fn residual_summary(results: &Results) -> Table {
+    let rows = results.residual_summary.iter().map(|row| {
+        vec![
+            Cell::Symbol(row.coefficient.to_owned()),
+            Cell::Count(row.windows),
+            Cell::Number(row.mean_percent),
+            Cell::Number(row.minimum_percent),
+            Cell::Number(row.maximum_percent),
+        ]
+    });
+    let columns = vec![
+        text("coefficient", "Coefficient"),
+        text("windows", "Windows"),
+        Column::number("mean_percent", "Mean RMS rel", "%", 3),
+        Column::number("minimum_percent", "Min", "%", 3),
+        Column::number("maximum_percent", "Max", "%", 3),
+    ];
+    let caption =
+        "Root mean square of the residual over the largest magnitude of the observation, fits of single windows.";
+    table("residual_summary", caption, columns, rows)
+}
+
+/// Final states of every window.
+pub fn states(results: &Results) -> Table {
+    let rows = results.windows.iter().flat_map(|window| {
+        window.states.iter().map(|row| {
             vec![
-                row.window.clone(),
-                row.role.to_owned(),
-                row.coefficient.to_owned(),
-                number(row.r_squared),
-                number(row.rms_relative_percent),
+                Cell::text(&window.name),
+                Cell::text(row.state),
+                Cell::text(row.unit),
+                Cell::Number(row.estimate),
+                Cell::Number(row.deviation),
+                Cell::Number(row.last_second_mean),
+                Cell::maybe(row.truth),
+                Cell::maybe(row.mean_squared_normalised_error),
             ]
-        }),
-    )?;
-    table(
-        &folder.join("engines.csv"),
-        &["flight", "engine", "quantity", "start_s", "end_s", "samples", "mean_modelled_w", "mean_monitor_w", "value"],
-        results.engines.iter().flat_map(engine_rows),
-    )
+        })
+    });
+    let columns = vec![
+        text("window", "Window"),
+        text("state", "State"),
+        text("unit", "Unit"),
+        number("estimate", "Estimate", ""),
+        Column::number("deviation", "Std deviation", "", 3),
+        number("last_second_mean", "Mean of last second", ""),
+        number("truth", "Truth", ""),
+        Column::number("mean_squared_normalised_error", "Normalised error²", "", 3),
+    ];
+    table("states", "States at the end of every window.", columns, rows)
+}
+
+/// Wind and biases over the windows (thesis Tables 6.1 and 6.2).
+pub fn wind_and_bias(results: &Results) -> Table {
+    let rows = results.wind_and_bias.iter().map(|row| {
+        vec![
+            Cell::text(row.quantity),
+            Cell::text(row.unit),
+            Cell::Count(row.windows),
+            Cell::Number(row.mean),
+            Cell::Number(row.standard_deviation),
+            Cell::Number(row.minimum),
+            Cell::Number(row.maximum),
+        ]
+    });
+    let columns = vec![
+        text("quantity", "Quantity"),
+        text("unit", "Unit"),
+        text("windows", "Windows"),
+        Column::number("mean", "Mean", "", 3),
+        Column::number("standard_deviation", "Std deviation", "", 3),
+        Column::number("minimum", "Min", "", 3),
+        Column::number("maximum", "Max", "", 3),
+    ];
+    let caption = "Wind and biases: mean of the last second of each window, over the windows.";
+    table("wind_and_bias", caption, columns, rows)
+}
+
+/// Innovations of every measurement in every window.
+pub fn innovations(results: &Results) -> Table {
+    let rows = results.windows.iter().flat_map(|window| {
+        window.innovations.iter().map(|row| {
+            vec![
+                Cell::text(&window.name),
+                Cell::text(row.measurement),
+                Cell::Count(row.samples),
+                Cell::Number(row.mean),
+                Cell::Number(row.ratio),
+                Cell::Flag(row.is_white),
+                Cell::text(&row.advice),
+            ]
+        })
+    });
+    let columns = vec![
+        text("window", "Window"),
+        text("measurement", "Measurement"),
+        text("samples", "Samples"),
+        Column::number("mean_over_deviation", "Mean/σ", "", 3),
+        Column::number("rms_over_deviation", "RMS/σ", "", 3),
+        text("white", "White"),
+        text("advice", "Advice"),
+    ];
+    table("innovations", "Innovations in predicted standard deviations.", columns, rows)
+}
+
+/// Innovations of each measurement over the windows.
+pub fn innovation_summary(results: &Results) -> Table {
+    let rows = results.innovation_summary.iter().map(|row| {
+        vec![
+            Cell::text(row.measurement),
+            Cell::Count(row.windows),
+            Cell::Number(row.mean_ratio),
+            Cell::Number(row.minimum_ratio),
+            Cell::Number(row.maximum_ratio),
+            Cell::Count(row.white_windows),
+        ]
+    });
+    let columns = vec![
+        text("measurement", "Measurement"),
+        text("windows", "Windows"),
+        Column::number("mean_ratio", "Mean RMS/σ", "", 3),
+        Column::number("minimum_ratio", "Min", "", 3),
+        Column::number("maximum_ratio", "Max", "", 3),
+        text("white_windows", "White in"),
+    ];
+    let caption = "Innovations of each measurement in predicted standard deviations: 1 when the noise is as stated.";
+    table("innovation_summary", caption, columns, rows)
+}
+
+/// Prediction of every window by the pooled derivatives.
+pub fn predictions(results: &Results) -> Table {
+    let rows = results.predictions.iter().map(|row| {
+        vec![
+            Cell::text(&row.window),
+            Cell::text(row.role),
+            Cell::Symbol(row.coefficient.to_owned()),
+            Cell::Number(row.r_squared),
+            Cell::Number(row.rms_relative_percent),
+        ]
+    });
+    let columns = vec![
+        text("window", "Window"),
+        text("role", "Use"),
+        text("coefficient", "Coefficient"),
+        number("r_squared", "R²", ""),
+        Column::number("rms_relative_percent", "RMS rel", "%", 3),
+    ];
+    table("predictions", "Prediction of each window by the pooled derivatives.", columns, rows)
+}
+
+/// Prediction of the validation windows (thesis Table 7.1).
+pub fn validation(results: &Results) -> Table {
+    let rows = results.validation.iter().map(|row| {
+        vec![
+            Cell::Symbol(row.coefficient.to_owned()),
+            Cell::Count(row.windows),
+            Cell::Number(row.rms_relative_percent),
+            Cell::Number(row.r_squared),
+        ]
+    });
+    let columns = vec![
+        text("coefficient", "Coefficient"),
+        text("windows", "Windows"),
+        Column::number("rms_relative_percent", "RMS rel", "%", 3),
+        Column::number("r_squared", "R²", "", 3),
+    ];
+    table("validation", "Fit statistics averaged over the validation windows.", columns, rows)
+}
+
+/// The windows.
+pub fn windows(results: &Results) -> Table {
+    let rows = results.windows.iter().map(|row| {
+        vec![
+            Cell::text(&row.name),
+            Cell::text(&row.flight),
+            Cell::Number(row.start_s),
+            Cell::Number(row.end_s),
+            Cell::text(row.role),
+            optional(row.surface),
+            Cell::text(&row.kind),
+            Cell::Count(row.samples),
+            Cell::Number(row.mean_nis),
+            Cell::Number(row.expected_nis),
+            Cell::Number(row.nis_band_correlated[0]),
+            Cell::Number(row.nis_band_correlated[1]),
+        ]
+    });
+    let columns = vec![
+        text("window", "Window"),
+        text("flight", "Flight"),
+        Column::number("start_s", "Start", "s", 6),
+        Column::number("end_s", "End", "s", 6),
+        text("role", "Use"),
+        text("surface", "Surface"),
+        text("kind", "Input"),
+        text("samples", "Samples"),
+        number("mean_nis", "Mean NIS", ""),
+        number("expected_nis", "Expected", ""),
+        number("nis_band_correlated_low", "95 % from", ""),
+        number("nis_band_correlated_high", "to", ""),
+    ];
+    table("windows", "Manoeuvre windows.", columns, rows)
+}
+
+/// Channels that play roles.
+pub fn channels(results: &Results) -> Table {
+    let rows = results.flights.iter().flat_map(|flight| {
+        flight.channels.iter().map(|row| {
+            vec![
+                Cell::text(&flight.name),
+                Cell::text(row.role),
+                Cell::text(&row.source),
+                Cell::text(&row.name),
+                Cell::text(&row.unit),
+                Cell::Count(row.samples),
+                Cell::Number(row.rate_hz),
+            ]
+        })
+    });
+    let columns = vec![
+        text("flight", "Flight"),
+        text("role", "Role"),
+        text("source", "Recorder"),
+        text("channel", "Channel"),
+        text("unit", "Unit"),
+        text("samples", "Samples"),
+        Column::number("rate_hz", "Rate", "Hz", 3),
+    ];
+    table("channels", "Channels by what they mean to the analysis.", columns, rows)
+}
+
+/// Clocks of the recorders.
+pub fn clocks(results: &Results) -> Table {
+    let rows = results.flights.iter().flat_map(|flight| {
+        flight.clocks.iter().map(|row| {
+            vec![
+                Cell::text(&flight.name),
+                Cell::text(&row.source),
+                Cell::Number(row.offset_s),
+                Cell::maybe(row.standard_error_s),
+                Cell::Number(row.drift),
+                Cell::maybe(row.drift_standard_error),
+            ]
+        })
+    });
+    let columns = vec![
+        text("flight", "Flight"),
+        text("source", "Recorder"),
+        Column::number("offset_s", "Offset", "s", 7),
+        Column::number("standard_error_s", "Std error", "s", 2),
+        Column::number("drift", "Drift", "s/s", 4),
+        Column::number("drift_standard_error", "Std error", "s/s", 2),
+    ];
+    table("clocks", "Clocks, t = offset + (1 + drift) t of the recorder.", columns, rows)
+}
+
+/// Recordings and their hashes.
+pub fn recordings(results: &Results) -> Table {
+    let rows = results
+        .recordings
+        .iter()
+        .map(|row| vec![Cell::text(&row.flight), Cell::text(&row.path), Cell::text(&row.sha256)]);
+    let columns = vec![text("flight", "Flight"), text("path", "Recording"), text("sha256", "SHA-256")];
+    table("recordings", "Recordings and their content.", columns, rows)
+}
+
+/// Noise the filter was given, beside what the recordings propose.
+pub fn noise(results: &Results) -> Table {
+    let rows = results.flights.iter().flat_map(|flight| {
+        flight.noise.iter().map(|row| {
+            vec![
+                Cell::text(&flight.name),
+                Cell::text(row.entry),
+                Cell::Number(row.used),
+                Cell::Number(row.proposed),
+                Cell::text(&row.origin),
+                Cell::maybe(row.deviation),
+                row.samples.map_or(Cell::Empty, Cell::Count),
+                Cell::maybe(row.whiteness),
+                optional(row.reason.as_deref()),
+            ]
+        })
+    });
+    let columns = vec![
+        text("flight", "Flight"),
+        text("entry", "Entry"),
+        Column::number("used", "Used", "SI", 3),
+        Column::number("proposed", "Proposed", "SI", 3),
+        text("origin", "Origin of the proposal"),
+        Column::number("deviation", "Steady", "SI", 3),
+        text("samples", "Samples"),
+        Column::number("whiteness", "Whiteness", "", 2),
+        text("reason", "Reason"),
+    ];
+    table("noise", "Standard deviations of process and measurement noise, used and proposed.", columns, rows)
+}
+
+/// Signals that were smoothed or resampled.
+pub fn signals(results: &Results) -> Table {
+    let rows = results.flights.iter().flat_map(|flight| {
+        flight.signals.iter().map(|row| {
+            vec![
+                Cell::text(&flight.name),
+                Cell::text(row.role),
+                Cell::text(&row.recorded),
+                Cell::text(row.steps.join("; ")),
+                Cell::Count(row.samples_recorded),
+                Cell::Count(row.samples),
+                Cell::Count(row.stretches),
+            ]
+        })
+    });
+    let columns = vec![
+        text("flight", "Flight"),
+        text("role", "Role"),
+        text("recorded", "Recorded in"),
+        text("steps", "Treatment"),
+        text("samples_recorded", "Recorded samples"),
+        text("samples", "Samples used"),
+        text("stretches", "Stretches"),
+    ];
+    table("signals", "Signals that were smoothed or resampled.", columns, rows)
+}
+
+/// Modelled engine power against that of the monitors.
+pub fn engines(results: &Results) -> Table {
+    let columns = vec![
+        text("flight", "Flight"),
+        text("engine", "Engine"),
+        text("quantity", "Quantity"),
+        Column::number("start_s", "Start", "s", 5),
+        Column::number("end_s", "End", "s", 5),
+        text("samples", "Samples"),
+        number("mean_modelled_w", "Mean modelled", "W"),
+        number("mean_monitor_w", "Mean monitor", "W"),
+        number("value", "Value", ""),
+    ];
+    let caption = "Power of each engine, modelled and by its monitor.";
+    table("engines", caption, columns, results.engines.iter().flat_map(engine_rows))
 }
 
 /// R2, root mean square and correlations over the whole flight, then R2 and root mean square of each phase.
-fn engine_rows(engine: &EngineRow) -> Vec<Vec<String>> {
+fn engine_rows(engine: &EngineRow) -> Vec<Vec<Cell>> {
+    let named = [Cell::text(&engine.flight), Cell::text(&engine.engine)];
     let Some(monitor) = &engine.monitor else {
-        let mut row = vec![String::new(); 9];
-        row[0].clone_from(&engine.flight);
-        row[1].clone_from(&engine.engine);
-        row[2].push_str("modelled_only");
-        row[5] = engine.samples.to_string();
-        row[6] = number(engine.mean_power_w);
+        let mut row = vec![Cell::Empty; 9];
+        row[..2].clone_from_slice(&named);
+        row[2] = Cell::text("modelled_only");
+        row[5] = Cell::Count(engine.samples);
+        row[6] = Cell::Number(engine.mean_power_w);
         return vec![row];
     };
     let row = |quantity: String, [start_s, end_s]: [f64; 2], agreement: &AgreementRow, value: f64| {
-        vec![
-            engine.flight.clone(),
-            engine.engine.clone(),
-            quantity,
-            number(start_s),
-            number(end_s),
-            agreement.samples.to_string(),
-            number(agreement.mean_modelled_w),
-            number(agreement.mean_monitor_w),
-            number(value),
-        ]
+        let mut row = named.to_vec();
+        row.extend([
+            Cell::Text(quantity),
+            Cell::Number(start_s),
+            Cell::Number(end_s),
+            Cell::Count(agreement.samples),
+            Cell::Number(agreement.mean_modelled_w),
+            Cell::Number(agreement.mean_monitor_w),
+            Cell::Number(value),
+        ]);
+        row
     };
     let flight = [f64::NAN; 2];
     let mut rows = vec![
@@ -146,35 +526,4 @@ fn engine_rows(engine: &EngineRow) -> Vec<Vec<String>> {
         rows.push(row(format!("{}_rms_w", phase.phase), span, &phase.agreement, phase.agreement.rms_w));
     }
     rows
-}
-
-fn derivative_rows(window: &str, fit: &FitRow) -> Vec<Vec<String>> {
-    let rows = fit.derivatives.iter().map(|row| {
-        vec![
-            window.to_owned(),
-            fit.coefficient.to_owned(),
-            row.name.clone(),
-            number(row.estimate),
-            number(row.standard_error),
-            number(row.corrected_standard_error),
-            number(row.relative_error_percent),
-            number(row.t),
-        ]
-    });
-    rows.collect()
-}
-
-/// The shortest text that reads back to the same number; empty for one that does not exist.
-pub(super) fn number(value: f64) -> String {
-    if value.is_finite() { value.to_string() } else { String::new() }
-}
-
-pub(super) fn table(path: &Path, header: &[&str], rows: impl Iterator<Item = Vec<String>>) -> Result<(), ReportError> {
-    let failed = |error: csv::Error| ReportError::File { path: path.display().to_string(), source: error.into() };
-    let mut writer = csv::Writer::from_path(path).map_err(failed)?;
-    writer.write_record(header).map_err(failed)?;
-    for row in rows {
-        writer.write_record(row).map_err(failed)?;
-    }
-    writer.flush().map_err(|source| ReportError::File { path: path.display().to_string(), source })
 }

@@ -36,7 +36,7 @@ pub fn align(recording: &Recording, settings: &[ClockSetting]) -> Result<(Record
     let mut aligned = recording.clone();
     let mut moved: HashMap<*const f64, Arc<[f64]>> = HashMap::new();
     for channel in &mut aligned.channels {
-        let Some(clock) = clocks.iter().find(|clock| matches(&clock.source, &channel.source)) else { continue };
+        let Some(clock) = clocks.iter().find(|clock| is_stamped_by(&clock.source, &channel.source)) else { continue };
         let time_s = Arc::clone(&channel.series.time_s);
         let on_line = moved
             .entry(time_s.as_ptr())
@@ -46,8 +46,8 @@ pub fn align(recording: &Recording, settings: &[ClockSetting]) -> Result<(Record
     Ok((aligned, clocks))
 }
 
-/// Whether a source's name is `pattern`, or begins with it where it ends in `*`.
-pub fn matches(pattern: &str, source: &str) -> bool {
+/// Whether a source is one of those a clock stamps: its name is `pattern`, or begins with it where it ends in `*`.
+pub fn is_stamped_by(pattern: &str, source: &str) -> bool {
     pattern.strip_suffix('*').map_or(pattern == source, |beginning| source.starts_with(beginning))
 }
 

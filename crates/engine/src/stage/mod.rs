@@ -26,7 +26,7 @@ mod truth;
 
 pub use aero::{WindowAero, aero, aero_along};
 pub use aircraft::{AircraftData, LoadedAircraft, aircraft_data, load_aircraft};
-pub use align::UsedClock;
+pub use align::{UsedClock, is_stamped_by};
 pub use detail::{
     BIAS_STATES, BiasTable, CoefficientStudy, Contributions, KindSummary, ResidualStudy, bias_table, contributions,
     kind_summaries, model_study, residual_studies, track_from_velocity,

@@ -1,0 +1,41 @@
+//! `doublet report`: everything a session asks for, as a report.
+
+use doublet_engine::report::document::SectionKind;
+use doublet_engine::run::Control;
+use doublet_engine::study::Study;
+use doublet_report::{Order, ReportFormat};
+
+use crate::arguments::ReportArguments;
+use crate::progress::Progress;
+use crate::run::{check_fits, compute, named};
+use crate::text;
+
+/// Part of the bar that computing takes; writing takes the rest.
+const COMPUTING: f32 = 0.3;
+
+/// Runs the session and writes the report.
+///
+/// # Errors
+/// One line per thing that is wrong; nothing is written then.
+pub fn report(arguments: &ReportArguments) -> Result<(), String> {
+    let sections = if arguments.sections.is_empty() {
+        SectionKind::ALL.to_vec()
+    } else {
+        named(&SectionKind::ALL, &arguments.sections, |section| section.name())
+    };
+    let studies: Vec<Study> = sections.iter().filter_map(|section| section.study()).collect();
+    let progress = Progress::new();
+    let (session, snapshot) = compute(&arguments.session, &studies, &progress, COMPUTING)?;
+    check_fits(&snapshot)?;
+    let order = Order {
+        folder: arguments.out.clone(),
+        name: arguments.session.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
+        formats: named(&ReportFormat::ALL, &arguments.format, |format| format.name()),
+        sections,
+    };
+    let show = |part| progress.show(COMPUTING + (1.0 - COMPUTING) * part, "writing the report");
+    let written = doublet_report::write(&session, &snapshot, &order, &Control::default(), &show);
+    progress.finish();
+    written?.iter().for_each(|path| text::line(&format!("report in {}", path.display())));
+    Ok(())
+}

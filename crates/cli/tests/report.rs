@@ -1,0 +1,158 @@
+//! Reports and tables from the command line, against the results they are made from.
+
+#![allow(clippy::unwrap_used, reason = "helpers of tests are not marked as tests")]
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+fn doublet(arguments: &[&str]) -> Output {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    Command::new(env!("CARGO_BIN_EXE_doublet-cli")).args(arguments).current_dir(root).output().unwrap()
+}
+
+fn succeeds(arguments: &[&str]) {
+    let output = doublet(arguments);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+/// The shipped session with two of its windows, one of them kept for validation.
+fn small_session(folder: &Path) -> PathBuf {
+    let text = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../sessions/demo.toml")).unwrap();
+    let mut session: toml::Table = text.parse().unwrap();
+    let windows = session["window"].as_array_mut().unwrap();
+    let of = |surface: &str| {
+        let mut found = windows.iter().filter(|window| window["surface"].as_str() == Some(surface)).cloned();
+        [found.next().unwrap(), found.next().unwrap()]
+    };
+    let mut kept = [of("elevator"), of("aileron"), of("rudder")].concat();
+    kept[1]["role"] = "validation".into();
+    *windows = kept;
+    let path = folder.join("small <b>&.toml");
+    std::fs::write(&path, toml::to_string(&session).unwrap()).unwrap();
+    path
+}
+
+/// Every number of a JSON value, by its bits.
+fn numbers(value: &Value, found: &mut BTreeSet<u64>) {
+    match value {
+        Value::Number(number) => {
+            found.insert(number.as_f64().unwrap().to_bits());
+        }
+        Value::Array(values) => values.iter().for_each(|value| numbers(value, found)),
+        Value::Object(entries) => entries.values().for_each(|value| numbers(value, found)),
+        _ => {}
+    }
+}
+
+#[test]
+fn report_and_tables_hold_the_numbers_of_the_results() {
+    let folder = tempfile::tempdir().unwrap();
+    let session = small_session(folder.path());
+    let session = session.to_str().unwrap();
+    let out = folder.path().join("results");
+    let forms = ["--tables", "csv,latex,markdown", "--histories", "hdf5,mat,parquet", "--recordings"];
+    let with = ["--with", "sensitivity"];
+    succeeds(&[&["run", session, "--out", out.to_str().unwrap()][..], &forms, &with].concat());
+    let results: Value = serde_json::from_slice(&std::fs::read(out.join("results.json")).unwrap()).unwrap();
+    let mut known = BTreeSet::new();
+    numbers(&results, &mut known);
+    tables_agree(&out, &known);
+    let named = |name: &str| std::fs::metadata(out.join(name)).unwrap().len();
+    assert!(named("histories.h5") > 100_000 && named("histories.mat") > 100_000);
+
+    let reports = folder.path().join("reports");
+    succeeds(&["report", session, "--out", reports.to_str().unwrap()]);
+    let html = std::fs::read_to_string(reports.join("small <b>&.html")).unwrap();
+    let shown: Vec<f64> =
+        html.split("<data value=\"").skip(1).map(|rest| rest.split('"').next().unwrap().parse().unwrap()).collect();
+    assert!(shown.len() > 500, "{} numbers", shown.len());
+    // What rounding alone moved is shown as zero.
+    let strange: Vec<f64> = shown.into_iter().filter(|v| *v != 0.0 && !known.contains(&v.to_bits())).collect();
+    assert!(strange.is_empty(), "not in results.json: {strange:?}");
+    for title in [
+        "Overview",
+        "Aircraft and loading",
+        "Channels and clocks",
+        "Manoeuvre windows",
+        "Filter settings and consistency",
+        "Wind and biases",
+        "Innovations",
+        "Model structure and correlation",
+        "Aerodynamic and control derivatives",
+        "Fits and residuals",
+        "Validation",
+        "Proof of match",
+        "Sensitivity",
+        "Engines",
+        "Findings",
+    ] {
+        assert!(html.contains(&format!(" {title}</h2>")), "{title}");
+    }
+    let recording = results["recordings"][0]["sha256"].as_str().unwrap();
+    assert!(html.contains(recording) && html.contains(results["session_sha256"].as_str().unwrap()));
+    assert!(
+        !html.contains("http://")
+            || html.matches("http://").count() == html.matches("http://www.w3.org/2000/svg").count()
+    );
+    assert_eq!(html.matches("<svg").count(), html.matches("<figcaption>").count());
+    let pdf = std::fs::read(reports.join("small <b>&.pdf")).unwrap();
+    assert!(pdf.starts_with(b"%PDF-") && pdf.trim_ascii_end().ends_with(b"%%EOF"));
+    assert!((50_000..2_000_000).contains(&pdf.len()), "{} bytes", pdf.len());
+}
+
+/// CSV has the numbers of the results to the last bit; LaTeX and Markdown have as many rows and closed environments.
+fn tables_agree(out: &Path, known: &BTreeSet<u64>) {
+    let mut tables = 0;
+    for entry in std::fs::read_dir(out).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_none_or(|ending| ending != "csv") {
+            continue;
+        }
+        tables += 1;
+        let mut reader = csv::Reader::from_path(&path).unwrap();
+        let columns = reader.headers().unwrap().len();
+        let rows: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
+        for cell in rows.iter().flatten() {
+            if let Ok(value) = cell.parse::<f64>() {
+                assert!(known.contains(&value.to_bits()), "{}: {cell} is not in results.json", path.display());
+            }
+        }
+        let latex = std::fs::read_to_string(path.with_extension("tex")).unwrap();
+        let body = latex.split("\\midrule\n").nth(1).unwrap();
+        let lines: Vec<&str> = body.lines().filter(|line| line.ends_with("\\\\")).collect();
+        assert_eq!(lines.len(), rows.len(), "{}", path.display());
+        for line in lines {
+            let cells = line.replace("\\&", "").matches(" & ").count() + 1;
+            assert_eq!(cells, columns, "{line}");
+            let depth = line.replace("\\{", "").replace("\\}", "");
+            assert_eq!(depth.matches('{').count(), depth.matches('}').count(), "{line}");
+            assert_eq!(line.replace("\\$", "").matches('$').count() % 2, 0, "{line}");
+        }
+        for command in ["\\toprule", "\\bottomrule", "\\caption{", "\\label{"] {
+            assert_eq!(latex.matches(command).count(), 1, "{}: {command}", path.display());
+        }
+        assert_eq!(latex.matches("\\begin{").count(), latex.matches("\\end{").count());
+        let markdown = std::fs::read_to_string(path.with_extension("md")).unwrap();
+        assert_eq!(markdown.lines().filter(|line| line.starts_with("| ")).count(), rows.len() + 2);
+    }
+    assert!(tables >= 18, "{tables} tables");
+}
+
+#[test]
+fn sections_and_forms_are_selectable() {
+    let folder = tempfile::tempdir().unwrap();
+    let session = small_session(folder.path());
+    let out = folder.path().join("reports");
+    let chosen = ["--format", "html", "--sections", "derivatives,overview"];
+    succeeds(&[&["report", session.to_str().unwrap(), "--out", out.to_str().unwrap()][..], &chosen].concat());
+    let html = std::fs::read_to_string(out.join("small <b>&.html")).unwrap();
+    assert_eq!(html.matches("<section").count(), 2);
+    assert!(html.find("1 Overview</h2>").unwrap() < html.find("2 Aerodynamic and control derivatives</h2>").unwrap());
+    assert!(!out.join("small <b>&.pdf").exists());
+    let refused = doublet(&["report", session.to_str().unwrap(), "--sections", "summary"]);
+    let said = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert!(!refused.status.success() && said.contains("derivatives"), "{said}");
+}

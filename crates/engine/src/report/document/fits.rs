@@ -1,0 +1,93 @@
+//! Sections on fits, residuals and predictions.
+
+use doublet_core::series::Series;
+
+use super::figure::line;
+use super::{Axis, Block, Contents, Figure, Mark, Panel, Plot, table_or};
+use crate::report::table::Cell;
+use crate::report::tables;
+use crate::session::{Manoeuvre, WindowRole};
+
+/// Fit and residual of every coefficient of every window.
+pub fn fits(contents: &Contents<'_>) -> Vec<Block> {
+    let results = contents.results;
+    let mut blocks = vec![table_or(tables::residual_summary(results), "No window has a fit.")];
+    let quality = tables::fits(results).only("window", |cell| *cell != Cell::text("pooled")).select(&[
+        "window",
+        "coefficient",
+        "samples",
+        "r_squared",
+        "rms_relative_percent",
+        "residual_deviation",
+        "error",
+    ]);
+    if !quality.rows.is_empty() {
+        blocks.push(Block::Table(quality.captioned("Quality of the fits of single windows.")));
+    }
+    for window in contents.session.windows.iter().filter(|window| window.role != WindowRole::Ignored) {
+        let Some(found) = contents.snapshot.windows.get(&window.name) else { continue };
+        let (Some(aero), Some(fits)) = (found.aero.ready(), found.fits.ready()) else { continue };
+        let rows = fits.fits.iter().filter_map(|fit| {
+            let (fitted, residual) = fit.series.first()?;
+            Some((fit.coefficient.name(), &aero.series[fit.coefficient as usize], fitted, residual))
+        });
+        let caption = format!("{}: observed coefficients, fits of this window alone, residuals.", described(window));
+        blocks.extend(pairs(format!("fits {}", window.name), caption, "fit", rows));
+    }
+    blocks
+}
+
+/// Predictions of the validation windows by the pooled derivatives (thesis Table 7.1).
+pub fn validation(contents: &Contents<'_>) -> Vec<Block> {
+    let results = contents.results;
+    let mut blocks = vec![table_or(tables::validation(results), "No window is kept for validation.")];
+    let rows = tables::predictions(results)
+        .only("role", |cell| *cell == Cell::text(WindowRole::Validation.name()))
+        .select(&["window", "coefficient", "r_squared", "rms_relative_percent"]);
+    if rows.rows.is_empty() {
+        return blocks;
+    }
+    blocks.push(Block::Table(rows.captioned("Prediction of each validation window by the pooled derivatives.")));
+    let Some(pooled) = contents.snapshot.pooled.ready() else { return blocks };
+    for window in contents.session.windows.iter().filter(|window| window.role == WindowRole::Validation) {
+        let Some(aero) = contents.snapshot.windows.get(&window.name).and_then(|found| found.aero.ready()) else {
+            continue;
+        };
+        let rows = pooled.predictions.iter().filter(|prediction| prediction.window == window.name).map(|prediction| {
+            let observed = &aero.series[prediction.coefficient as usize];
+            (prediction.coefficient.name(), observed, &prediction.predicted, &prediction.residual)
+        });
+        let caption = format!("{}: observed coefficients, predictions by the pooled derivatives.", described(window));
+        blocks.extend(pairs(format!("validation {}", window.name), caption, "prediction", rows));
+    }
+    blocks
+}
+
+/// Name and input of a window.
+fn described(window: &Manoeuvre) -> String {
+    if window.kind.is_empty() || window.name.contains(&window.kind) {
+        format!("Window {}", window.name)
+    } else {
+        format!("Window {} ({})", window.name, window.kind)
+    }
+}
+
+/// Observation and model on the left, residual on the right, one row per coefficient.
+fn pairs<'a>(
+    name: String,
+    caption: String,
+    model: &'static str,
+    rows: impl Iterator<Item = (&'static str, &'a Series, &'a Series, &'a Series)>,
+) -> Option<Block> {
+    let panels: Vec<Panel> = rows
+        .flat_map(|(coefficient, observed, modelled, residual)| {
+            let panel =
+                |label: String, marks: Vec<Mark>| Panel::Plot(Plot { x: Axis::time(), y: Axis::new(label, ""), marks });
+            [
+                panel(coefficient.to_owned(), vec![line("observed", 1, observed, 1.0), line(model, 0, modelled, 1.0)]),
+                panel(format!("Δ{coefficient}"), vec![line("residual", 7, residual, 1.0)]),
+            ]
+        })
+        .collect();
+    (!panels.is_empty()).then_some(Block::Figure(Figure { name, caption, columns: 2, panel_height_mm: 22.0, panels }))
+}

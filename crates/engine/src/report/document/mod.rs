@@ -1,0 +1,208 @@
+//! The contents of a report as data: sections of paragraphs, tables and figures, the same for every form it is written in.
+
+mod derivatives;
+mod figure;
+mod fits;
+mod path;
+mod proof;
+mod sensitivity;
+mod setup;
+
+pub use figure::{Axis, Figure, Mark, Matrix, Panel, Plot};
+
+use super::results::Results;
+use super::table::Table;
+use crate::run::Snapshot;
+use crate::session::Session;
+use crate::study::Study;
+
+/// A report.
+#[derive(Clone, Debug)]
+pub struct Document {
+    /// Title of the session.
+    pub title: String,
+    /// Aircraft.
+    pub subtitle: String,
+    /// Program and its version.
+    pub app: String,
+    /// Sections that were asked for.
+    pub sections: Vec<Section>,
+}
+
+/// One section.
+#[derive(Clone, Debug)]
+pub struct Section {
+    /// Which one.
+    pub kind: SectionKind,
+    /// What it holds, in order.
+    pub blocks: Vec<Block>,
+}
+
+/// A part of a section.
+#[derive(Clone, Debug)]
+pub enum Block {
+    /// Heading of a part.
+    Heading(String),
+    /// A paragraph.
+    Paragraph(String),
+    /// Short answers to short questions.
+    Facts(Vec<(String, String)>),
+    /// Lines, each of its own.
+    List(Vec<String>),
+    /// A table.
+    Table(Table),
+    /// A figure.
+    Figure(Figure),
+}
+
+/// The sections there are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum SectionKind {
+    /// What was analysed, with what, by which program.
+    Overview,
+    /// Reference geometry, loading, mass properties.
+    Aircraft,
+    /// Channels by role, and clocks.
+    Channels,
+    /// Manoeuvre windows.
+    Windows,
+    /// Settings of the filter and its consistency.
+    Filter,
+    /// Wind and biases.
+    WindAndBias,
+    /// Innovations.
+    Innovations,
+    /// Structure of the model and correlation of its parameters.
+    Model,
+    /// Derivatives.
+    Derivatives,
+    /// Fits and residuals of every manoeuvre.
+    Fits,
+    /// Prediction of the validation windows.
+    Validation,
+    /// Validation windows flown again by the model.
+    Match,
+    /// Derivatives against what they were computed with.
+    Sensitivity,
+    /// Modelled engines against their monitors.
+    Engines,
+    /// Everything found on the way.
+    Warnings,
+}
+
+impl SectionKind {
+    /// All of them, in their order.
+    pub const ALL: [Self; 15] = [
+        Self::Overview,
+        Self::Aircraft,
+        Self::Channels,
+        Self::Windows,
+        Self::Filter,
+        Self::WindAndBias,
+        Self::Innovations,
+        Self::Model,
+        Self::Derivatives,
+        Self::Fits,
+        Self::Validation,
+        Self::Match,
+        Self::Sensitivity,
+        Self::Engines,
+        Self::Warnings,
+    ];
+
+    /// Name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Overview => "overview",
+            Self::Aircraft => "aircraft",
+            Self::Channels => "channels",
+            Self::Windows => "windows",
+            Self::Filter => "filter",
+            Self::WindAndBias => "wind-and-bias",
+            Self::Innovations => "innovations",
+            Self::Model => "model",
+            Self::Derivatives => "derivatives",
+            Self::Fits => "fits",
+            Self::Validation => "validation",
+            Self::Match => "match",
+            Self::Sensitivity => "sensitivity",
+            Self::Engines => "engines",
+            Self::Warnings => "warnings",
+        }
+    }
+
+    /// The study it shows, which takes longer than the rest and has to be asked for.
+    pub fn study(self) -> Option<Study> {
+        (self == Self::Sensitivity).then_some(Study::Sensitivity)
+    }
+
+    /// Heading.
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Overview => "Overview",
+            Self::Aircraft => "Aircraft and loading",
+            Self::Channels => "Channels and clocks",
+            Self::Windows => "Manoeuvre windows",
+            Self::Filter => "Filter settings and consistency",
+            Self::WindAndBias => "Wind and biases",
+            Self::Innovations => "Innovations",
+            Self::Model => "Model structure and correlation",
+            Self::Derivatives => "Aerodynamic and control derivatives",
+            Self::Fits => "Fits and residuals",
+            Self::Validation => "Validation",
+            Self::Match => "Proof of match",
+            Self::Sensitivity => "Sensitivity",
+            Self::Engines => "Engines",
+            Self::Warnings => "Findings",
+        }
+    }
+}
+
+/// The report on a run: the numbers of `results`, the histories of `snapshot`.
+pub fn build(session: &Session, snapshot: &Snapshot, results: &Results, sections: &[SectionKind]) -> Document {
+    let contents = Contents { session, snapshot, results };
+    let wanted = SectionKind::ALL.into_iter().filter(|kind| sections.contains(kind));
+    let sections = wanted.map(|kind| {
+        let blocks = match kind {
+            SectionKind::Overview => setup::overview(&contents),
+            SectionKind::Aircraft => setup::aircraft(&contents),
+            SectionKind::Channels => setup::channels(&contents),
+            SectionKind::Windows => setup::windows(&contents),
+            SectionKind::Filter => path::filter(&contents),
+            SectionKind::WindAndBias => path::wind_and_bias(&contents),
+            SectionKind::Innovations => path::innovations(&contents),
+            SectionKind::Model => derivatives::model(&contents),
+            SectionKind::Derivatives => derivatives::derivatives(&contents),
+            SectionKind::Fits => fits::fits(&contents),
+            SectionKind::Validation => fits::validation(&contents),
+            SectionKind::Match => proof::proof_of_match(&contents),
+            SectionKind::Sensitivity => sensitivity::sensitivity(&contents),
+            SectionKind::Engines => setup::engines(&contents),
+            SectionKind::Warnings => setup::warnings(&contents),
+        };
+        Section { kind, blocks }
+    });
+    Document {
+        title: if session.title.is_empty() { "Flight test report".to_owned() } else { session.title.clone() },
+        subtitle: results.aircraft.clone(),
+        app: results.app.clone(),
+        sections: sections.collect(),
+    }
+}
+
+/// What sections are made from.
+struct Contents<'a> {
+    session: &'a Session,
+    snapshot: &'a Snapshot,
+    results: &'a Results,
+}
+
+/// A paragraph.
+fn paragraph(text: &str) -> Block {
+    Block::Paragraph(text.to_owned())
+}
+
+/// A table, or a line that says why there is none.
+fn table_or(table: Table, missing: &str) -> Block {
+    if table.rows.is_empty() { paragraph(missing) } else { Block::Table(table) }
+}

@@ -1,0 +1,192 @@
+//! Sections on the flight path reconstruction.
+
+use std::sync::Arc;
+
+use doublet_core::reconstruct::{AirState, InputHold, Measurement, Method, State};
+use doublet_core::series::Series;
+
+use super::figure::line;
+use super::{Axis, Block, Contents, Figure, Mark, Panel, Plot, table_or};
+use crate::notation;
+use crate::report::table::{Cell, Column, Table, significant};
+use crate::report::tables;
+use crate::session::{PathSource, WindowRole};
+use crate::stage::WindowPath;
+
+/// Settings of the filter, and whether the innovations are as large as they say.
+pub fn filter(contents: &Contents<'_>) -> Vec<Block> {
+    let (session, results) = (contents.session, contents.results);
+    let settings = &session.filter;
+    let method = match settings.method {
+        Method::Iekf { max_iterations, tolerance } => {
+            format!("iterated extended Kalman filter, up to {max_iterations} iterations, tolerance {tolerance}")
+        }
+        Method::Ekf => "extended Kalman filter".to_owned(),
+        Method::Ukf { spread } => {
+            format!("unscented Kalman filter, sigma points {} standard deviations out", significant(spread, 4))
+        }
+    };
+    let hold = match settings.hold {
+        InputHold::FirstOrder => "straight lines between inertial samples",
+        InputHold::ZeroOrder => "inertial samples held",
+    };
+    let preparation = &session.preparation;
+    let path = match preparation.path {
+        PathSource::Filtered => "filtered states, biases at their final estimates",
+        PathSource::Smoothed if settings.smoother_passes > 1 => {
+            &format!("smoothed states, up to {} passes", settings.smoother_passes)
+        }
+        PathSource::Smoothed => "smoothed states",
+    };
+    let listed = |found: Vec<String>| if found.is_empty() { "none".to_owned() } else { found.join(", ") };
+    let delays = Measurement::ALL.into_iter().zip(settings.measurement_delay_s).filter(|(_, delay)| *delay != 0.0);
+    let delays = delays.map(|(measurement, delay)| format!("{} {delay} s", notation::measurement(measurement)));
+    let errors = AirState::ALL.into_iter().zip(settings.air_data_deviation).filter(|(_, deviation)| *deviation > 0.0);
+    let errors = errors.map(|(state, _)| state.name().replace('_', " "));
+    let yes_no = |yes: bool| if yes { "yes" } else { "no" }.to_owned();
+    let facts = [
+        ("Filter", method),
+        ("Inputs", hold.to_owned()),
+        ("Coefficients are formed from", path.to_owned()),
+        ("Rates are differentiated by", results.differentiation.clone()),
+        ("Accelerations moved to the centre of gravity", yes_no(preparation.correct_accelerometer)),
+        ("Flow angles corrected for the place of the vanes", yes_no(preparation.correct_vanes)),
+        ("GPS corrected for the place of its antenna", yes_no(preparation.correct_antenna)),
+        ("Delays of measurements", listed(delays.collect())),
+        ("Errors of the air data estimated", listed(errors.collect())),
+        ("Thrust taken out of the coefficients", yes_no(preparation.remove_thrust)),
+        ("Actuator lag", format!("{} s", preparation.actuator_lag_s)),
+        ("Left out at the start of a window", format!("{} s", preparation.settle_s)),
+    ];
+    let consistency = tables::windows(results).select(&[
+        "window",
+        "mean_nis",
+        "expected_nis",
+        "nis_band_correlated_low",
+        "nis_band_correlated_high",
+    ]);
+    vec![
+        Block::Facts(facts.into_iter().map(|(name, text)| (name.to_owned(), text)).collect()),
+        table_or(
+            tables::noise(results).select(&["flight", "entry", "used", "proposed", "origin", "samples", "whiteness", "reason"]),
+            "The noise of no flight was looked at.",
+        ),
+        Block::Table(consistency.captioned(
+            "Mean normalised innovation squared (NIS) of each window, its expectation, and the 95 % band for as many independent \
+             samples as its autocorrelation leaves.",
+        )),
+    ]
+}
+
+/// Wind and biases over the windows (thesis Tables 6.1 and 6.2).
+pub fn wind_and_bias(contents: &Contents<'_>) -> Vec<Block> {
+    let results = contents.results;
+    let mut blocks = vec![table_or(tables::wind_and_bias(results), "No window was reconstructed.")];
+    let mut panels = Vec::new();
+    for spread in &results.wind_and_bias {
+        let state = State::ALL.into_iter().find(|state| state.name() == spread.quantity);
+        let (unit, scale) = state.map_or((spread.unit, 1.0), |state| notation::unit(state.dimension()));
+        let points = results.windows.iter().enumerate().filter_map(|(index, window)| {
+            let row = window.states.iter().find(|row| row.state == spread.quantity)?;
+            Some([index as f64 + 1.0, scale * row.last_second_mean, 2.0 * scale * row.deviation])
+        });
+        let band =
+            [spread.mean - spread.standard_deviation, spread.mean + spread.standard_deviation].map(|end| scale * end);
+        let mut marks = Vec::new();
+        if spread.windows > 1 {
+            marks
+                .push(Mark::Level { label: "mean ± standard deviation", colour: 7, value: scale * spread.mean, band });
+        }
+        marks.push(Mark::Points { label: "window ± 2σ of the filter", colour: 0, points: points.collect() });
+        let label = spread.quantity.replace('_', " ");
+        panels.push(Panel::Plot(Plot { x: Axis::new("window", ""), y: Axis::new(label, unit), marks }));
+    }
+    if !panels.is_empty() {
+        blocks.push(Block::Figure(Figure {
+            name: "wind and bias".to_owned(),
+            caption: "Wind and biases of each window, in the order of the table of windows.".to_owned(),
+            columns: 3,
+            panel_height_mm: 26.0,
+            panels,
+        }));
+    }
+    blocks
+}
+
+/// Innovations of every measurement.
+pub fn innovations(contents: &Contents<'_>) -> Vec<Block> {
+    let results = contents.results;
+    let mut blocks = vec![table_or(tables::innovation_summary(results), "No window was reconstructed.")];
+    let ratios = ratios(contents);
+    if !ratios.rows.is_empty() {
+        blocks.push(Block::Table(ratios));
+    }
+    let used = contents.session.windows.iter().filter(|window| window.role != WindowRole::Ignored);
+    for window in used {
+        let Some(path) = contents.snapshot.windows.get(&window.name).and_then(|results| results.path.ready()) else {
+            continue;
+        };
+        let panels: Vec<Panel> = Measurement::ALL.into_iter().filter_map(|m| innovation(m, path)).collect();
+        if !panels.is_empty() {
+            blocks.push(Block::Figure(Figure {
+                name: format!("innovations {}", window.name),
+                caption: format!("Innovations of window {} in their predicted ±2σ band.", window.name),
+                columns: 4,
+                panel_height_mm: 14.0,
+                panels,
+            }));
+        }
+    }
+    blocks
+}
+
+fn innovation(measurement: Measurement, path: &WindowPath) -> Option<Panel> {
+    let index = measurement as usize;
+    let innovations = &path.series.innovations[index];
+    if !innovations.values.iter().any(|value| value.is_finite()) {
+        return None;
+    }
+    // Other measurements are due between the samples of this one.
+    let due = |values: &[f64]| -> Arc<[f64]> {
+        values.iter().zip(&*innovations.values).filter(|(_, due)| due.is_finite()).map(|(value, _)| *value).collect()
+    };
+    let shown = |values: &[f64]| Series { time_s: due(&innovations.time_s), values: due(values) };
+    let (unit, scale) = notation::unit(measurement.dimension());
+    let band = Mark::Band {
+        label: "predicted ±2σ",
+        colour: 1,
+        centre: shown(&path.series.innovation_zero.values),
+        half_width: due(&path.series.innovation_deviations[index]).iter().map(|deviation| 2.0 * deviation).collect(),
+        scale,
+    };
+    let marks = vec![band, line("innovation", 0, &shown(&innovations.values), scale)];
+    let label = notation::measurement(measurement);
+    Some(Panel::Plot(Plot { x: Axis::time(), y: Axis::new(label, unit), marks }))
+}
+
+/// One row per window, one column per measurement.
+fn ratios(contents: &Contents<'_>) -> Table {
+    let results = contents.results;
+    let measurements: Vec<&str> = results.innovation_summary.iter().map(|row| row.measurement).collect();
+    let mut columns = vec![Column::new("window", "Window")];
+    columns.extend(measurements.iter().map(|&name| {
+        let symbol = Measurement::from_name(name).map_or(name, notation::measurement);
+        Column::number(name, symbol, "", 3)
+    }));
+    let rows = results.windows.iter().map(|window| {
+        let ratio = |name: &&str| {
+            let row = window.innovations.iter().find(|row| row.measurement == *name);
+            Cell::maybe(row.map(|row| row.ratio))
+        };
+        std::iter::once(Cell::text(&window.name)).chain(measurements.iter().map(ratio)).collect()
+    });
+    Table {
+        name: "innovation_ratios".to_owned(),
+        caption: format!(
+            "Root mean square of the innovations of each window in predicted standard deviations: {} when the noise is as stated.",
+            significant(1.0, 1)
+        ),
+        columns,
+        rows: rows.collect(),
+    }
+}

@@ -1,0 +1,113 @@
+//! Section on the proof of match.
+
+use super::figure::line;
+use super::{Axis, Block, Contents, Figure, Mark, Panel, Plot, paragraph, table_or};
+use crate::notation;
+use crate::report::proof::{self, TestRow};
+use crate::report::table::{Cell, Column, Table};
+use crate::stage::{ReplaySeries, WindowReplay};
+
+/// Validation windows flown again by the pooled model, against tolerances.
+pub fn proof_of_match(contents: &Contents<'_>) -> Vec<Block> {
+    let found = &contents.results.proof_of_match;
+    if found.windows.is_empty() {
+        return vec![paragraph("No window was flown again: none is kept for validation.")];
+    }
+    let mut blocks = vec![Block::Paragraph(format!(
+        "Validation windows flown again by the pooled model in six degrees of freedom, from the recorded controls, thrust, wind and \
+         loading, and judged by {}. A test passes when in each of its requirements one band holds the whole simulation.",
+        found.tolerances
+    ))];
+    let unflown =
+        found.windows.iter().filter_map(|window| Some(format!("{}: {}", window.window, window.error.as_ref()?)));
+    let unflown: Vec<String> = unflown.collect();
+    if !unflown.is_empty() {
+        blocks.push(Block::List(unflown));
+    }
+    blocks.push(table_or(verdicts(contents), "No test of these tolerances applies to a window."));
+    let bands = proof::bands(found).select(&[
+        "window",
+        "test",
+        "requirement",
+        "signal",
+        "unit",
+        "band_passed",
+        "worst_ratio",
+        "worst_error",
+        "worst_time_s",
+        "share_inside",
+    ]);
+    blocks.extend((!bands.rows.is_empty()).then_some(Block::Table(bands)));
+    blocks.push(Block::Table(proof::theil(found)));
+    let replays = contents.snapshot.proof.ready().into_iter().flat_map(|proof| &proof.windows);
+    blocks.extend(replays.filter_map(|(window, replay)| figure(window, replay.as_ref().ok()?)));
+    blocks
+}
+
+/// One row per test.
+fn verdicts(contents: &Contents<'_>) -> Table {
+    let windows = contents.results.proof_of_match.windows.iter();
+    let rows = windows.flat_map(|window| {
+        window.tests.iter().map(move |test| {
+            vec![
+                Cell::text(&window.window),
+                Cell::text(&test.id),
+                Cell::text(&test.name),
+                Cell::text(if test.passed { "pass" } else { "fail" }),
+                Cell::Number(used(test)),
+            ]
+        })
+    });
+    Table {
+        name: "match_tests".to_owned(),
+        caption: "Tests: the largest difference as a part of the half width of the band, up to 1 is inside.".to_owned(),
+        columns: vec![
+            Column::new("window", "Window"),
+            Column::new("test", "Test"),
+            Column::new("name", "Name"),
+            Column::new("verdict", "Verdict"),
+            Column::number("used", "Over half width", "", 3),
+        ],
+        rows: rows.collect(),
+    }
+}
+
+/// Largest ratio over the requirements, of the best band of each.
+fn used(test: &TestRow) -> f64 {
+    let last = test.bands.iter().map(|band| band.requirement).max().unwrap_or(0);
+    let best = (1..=last).map(|requirement| {
+        let bands = test.bands.iter().filter(|band| band.requirement == requirement);
+        bands.map(|band| band.worst_ratio).fold(f64::NAN, f64::min)
+    });
+    best.fold(f64::NAN, f64::max)
+}
+
+/// Measured with its band, simulated on top: the signals that have a band, or all where none has.
+fn figure(window: &str, replay: &WindowReplay) -> Option<Block> {
+    let any = replay.series.iter().any(|series| series.half_band.is_some());
+    let panels: Vec<Panel> =
+        replay.series.iter().filter(|series| series.half_band.is_some() || !any).map(panel).collect();
+    (!panels.is_empty()).then_some(Block::Figure(Figure {
+        name: format!("match {window}"),
+        caption: format!("Window {window}: as measured with the widest tolerance band, and as the model flies it."),
+        columns: 2,
+        panel_height_mm: 22.0,
+        panels,
+    }))
+}
+
+fn panel(series: &ReplaySeries) -> Panel {
+    let (unit, scale) = notation::unit(series.signal.dimension());
+    let mut marks = Vec::new();
+    marks.extend(series.half_band.as_ref().map(|half| Mark::Band {
+        label: "tolerance",
+        colour: 1,
+        centre: series.measured.clone(),
+        half_width: half.iter().map(|half| 2.0 * half).collect(),
+        scale,
+    }));
+    marks.push(line("measured", 1, &series.measured, scale));
+    marks.push(line("simulated", 0, &series.simulated, scale));
+    let label = series.signal.name().replace('_', " ");
+    Panel::Plot(Plot { x: Axis::time(), y: Axis::new(label, unit), marks })
+}

@@ -1,0 +1,102 @@
+//! Section on the sensitivity of the derivatives (thesis Tables 7.2 to 7.12).
+
+use super::{Block, Contents, paragraph};
+use crate::report::studies::SensitivityRow;
+use crate::report::table::{Cell, Column, Table};
+
+/// Change of the estimate, per cent, that rounding alone can cause.
+const ROUNDING_PERCENT: f64 = 1e-9;
+
+/// Partial derivatives of the estimates, one table per group of quantities, and what moves each estimate most.
+pub fn sensitivity(contents: &Contents<'_>) -> Vec<Block> {
+    let study = &contents.results.studies;
+    if study.sensitivity.is_empty() {
+        return vec![paragraph("The sensitivity was not computed.")];
+    }
+    let mut blocks = vec![paragraph(
+        "Change of each pooled derivative per unit of a quantity it was computed with, by a central difference over the step \
+         stated in the table of quantities.",
+    )];
+    blocks.push(Block::Table(quantities(&study.sensitivity)));
+    for group in distinct(study.sensitivity.iter().map(|row| row.table)) {
+        let rows: Vec<&SensitivityRow> = study.sensitivity.iter().filter(|row| row.table == group).collect();
+        blocks.push(Block::Table(partials(group, &rows)));
+    }
+    let widest = distinct(study.tornado.iter().map(|bar| bar.derivative.as_str())).into_iter().filter_map(|name| {
+        let bar = study.tornado.iter().find(|bar| bar.derivative == name)?;
+        Some(vec![
+            Cell::Symbol(bar.derivative.clone()),
+            Cell::text(&bar.quantity),
+            Cell::Number(bar.low_percent),
+            Cell::Number(bar.high_percent),
+            Cell::Number(bar.in_standard_errors),
+        ])
+    });
+    blocks.push(Block::Table(Table {
+        name: "widest".to_owned(),
+        caption: "What moves each derivative most: its change over one step down and up.".to_owned(),
+        columns: vec![
+            Column::new("derivative", "Derivative"),
+            Column::new("quantity", "Quantity"),
+            Column::number("low_percent", "Step down", "%", 3),
+            Column::number("high_percent", "Step up", "%", 3),
+            Column::number("in_standard_errors", "In corrected std errors", "", 3),
+        ],
+        rows: widest.collect(),
+    }));
+    blocks
+}
+
+/// Each value once, in the order of first appearance.
+fn distinct<'a>(values: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
+    let mut found = Vec::new();
+    for value in values {
+        if !found.contains(&value) {
+            found.push(value);
+        }
+    }
+    found
+}
+
+fn quantities(rows: &[SensitivityRow]) -> Table {
+    let names = distinct(rows.iter().map(|row| row.quantity.as_str()));
+    let first = names.into_iter().filter_map(|name| rows.iter().find(|row| row.quantity == name));
+    let rows = first.map(|row| {
+        vec![Cell::text(&row.quantity), Cell::text(row.unit), Cell::Number(row.value), Cell::Number(row.step)]
+    });
+    Table {
+        name: "quantities".to_owned(),
+        caption: "Quantities that were varied.".to_owned(),
+        columns: vec![
+            Column::new("quantity", "Quantity"),
+            Column::new("unit", "Unit"),
+            Column::number("value", "Value", "", 4),
+            Column::number("step", "Step", "", 3),
+        ],
+        rows: rows.collect(),
+    }
+}
+
+fn partials(group: &str, rows: &[&SensitivityRow]) -> Table {
+    let quantities = distinct(rows.iter().map(|row| row.quantity.as_str()));
+    let mut columns = vec![Column::new("derivative", "Derivative")];
+    columns.extend(quantities.iter().map(|&name| {
+        let unit = rows.iter().find(|row| row.quantity == name).map_or("", |row| row.unit);
+        let unit = if unit == "-" { "" } else { unit };
+        Column::number(name, &format!("per {name}"), unit, 3)
+    }));
+    let table_rows = distinct(rows.iter().map(|row| row.derivative.as_str())).into_iter().map(|derivative| {
+        let cell = |quantity: &&str| {
+            let row = rows.iter().find(|row| row.quantity == *quantity && row.derivative == derivative);
+            // What only rounding moved was not moved.
+            Cell::maybe(row.map(|row| if row.relative_percent.abs() < ROUNDING_PERCENT { 0.0 } else { row.partial }))
+        };
+        std::iter::once(Cell::Symbol(derivative.to_owned())).chain(quantities.iter().map(cell)).collect()
+    });
+    Table {
+        name: format!("sensitivity_{}", group.replace(' ', "_")),
+        caption: format!("Sensitivity of the derivatives: {group}."),
+        columns,
+        rows: table_rows.collect(),
+    }
+}

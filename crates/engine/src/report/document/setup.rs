@@ -1,0 +1,242 @@
+//! Sections on what was analysed and with what.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use doublet_core::quantity::{Dimension, Role};
+
+use super::figure::{dashed, line};
+use super::{Axis, Block, Contents, Figure, Mark, Panel, Plot, paragraph, table_or};
+use crate::notation;
+use crate::report::table::{Cell, Column, Table, significant};
+use crate::report::tables;
+use crate::session::WindowRole;
+
+/// Recordings with their hashes, the session, the program.
+pub fn overview(contents: &Contents<'_>) -> Vec<Block> {
+    let (session, results) = (contents.session, contents.results);
+    let used = |role: WindowRole| session.windows.iter().filter(|window| window.role == role).count();
+    let facts = [
+        ("Session", session.title.clone()),
+        ("Session SHA-256", results.session_sha256.clone()),
+        ("Aircraft", results.aircraft.clone()),
+        ("Flights", session.flights.iter().map(|flight| flight.name.as_str()).collect::<Vec<_>>().join(", ")),
+        (
+            "Windows",
+            format!(
+                "{} for identification, {} for validation, {} ignored",
+                used(WindowRole::Identification),
+                used(WindowRole::Validation),
+                used(WindowRole::Ignored)
+            ),
+        ),
+        ("Gravity", format!("{} m/s²", significant(results.gravity_m_s2, 6))),
+        ("Program", results.app.clone()),
+    ];
+    vec![
+        Block::Facts(facts.into_iter().map(|(name, text)| (name.to_owned(), text)).collect()),
+        paragraph(
+            "Numbers in tables are in SI units and radians; derivatives are per radian. Body axes are x forward, y right, z down. \
+             Figures show angles in degrees.",
+        ),
+        table_or(tables::recordings(results), "No recording was read."),
+    ]
+}
+
+/// Reference geometry, what is on board, mass properties.
+pub fn aircraft(contents: &Contents<'_>) -> Vec<Block> {
+    let results = contents.results;
+    let mut blocks = Vec::new();
+    let length = |value: f64| format!("{} m", significant(value, 5));
+    let place = |[x, y, z]: [f64; 3]| [x, y, z].map(|value| significant(value, 4)).join(", ") + " m";
+    if let Some(reference) = &results.reference {
+        let moment = reference.moment_reference_from_datum_m.map_or_else(|| "the centre of gravity".to_owned(), place);
+        blocks.push(Block::Heading("Reference geometry".to_owned()));
+        blocks.push(Block::Facts(vec![
+            ("Wing area".to_owned(), format!("{} m²", significant(reference.area_m2, 5))),
+            ("Span".to_owned(), length(reference.span_m)),
+            ("Mean aerodynamic chord".to_owned(), length(reference.chord_m)),
+            ("Length of Cl and Cn".to_owned(), length(reference.lateral_moment_length_m)),
+            ("Length of roll and yaw rate".to_owned(), length(reference.lateral_rate_length_m)),
+            ("Length of pitch rate".to_owned(), length(reference.pitch_rate_length_m)),
+            ("Moments are about".to_owned(), moment),
+        ]));
+    }
+    let Some(mass) = &results.mass_properties else {
+        blocks.push(paragraph("The mass properties are not known."));
+        return blocks;
+    };
+    let inertia = |value: f64| format!("{} kg m²", significant(value, 5));
+    let mut facts = vec![
+        ("Mass".to_owned(), format!("{} kg", significant(mass.mass_kg, 5))),
+        ("Centre of gravity from the datum (aft, right, up)".to_owned(), place(mass.cg_from_datum_m)),
+    ];
+    if let Some(fraction) = mass.mean_chord_fraction {
+        facts.push((
+            "Centre of gravity on the mean aerodynamic chord".to_owned(),
+            format!("{} %", significant(100.0 * fraction, 4)),
+        ));
+    }
+    if let Some(margin) = mass.envelope_margin_m {
+        facts.push(("Margin to the nearer limit of the envelope".to_owned(), length(margin)));
+    }
+    for (name, value) in
+        [("Ixx", mass.ixx_kg_m2), ("Iyy", mass.iyy_kg_m2), ("Izz", mass.izz_kg_m2), ("Ixz", mass.ixz_kg_m2)]
+    {
+        facts.push((name.to_owned(), inertia(value)));
+    }
+    blocks.push(Block::Heading("Mass properties at the start".to_owned()));
+    blocks.push(Block::Facts(facts));
+    if !mass.items.is_empty() {
+        let rows = mass
+            .items
+            .iter()
+            .map(|item| vec![Cell::text(item.kind), Cell::text(&item.place), Cell::Number(item.mass_kg)]);
+        blocks.push(Block::Table(Table {
+            name: "loading".to_owned(),
+            caption: "On board besides the empty aircraft.".to_owned(),
+            columns: vec![
+                Column::new("kind", "Kind"),
+                Column::new("place", "Place"),
+                Column::number("mass_kg", "Mass", "kg", 4),
+            ],
+            rows: rows.collect(),
+        }));
+    }
+    blocks
+}
+
+/// Channels by role, clocks.
+pub fn channels(contents: &Contents<'_>) -> Vec<Block> {
+    let results = contents.results;
+    let mut blocks = vec![
+        table_or(tables::channels(results), "No channel has a role."),
+        table_or(tables::signals(results), "Every signal was used as recorded."),
+        table_or(tables::clocks(results), "All recorders run on the flight's time line as recorded."),
+    ];
+    // What the numbers of a computed channel are rests on the instruments, so the report names where that is said.
+    for flight in &contents.session.flights {
+        if let Some(instruments) = &flight.instruments {
+            blocks.push(Block::Paragraph(format!(
+                "Raw sensors of flight {} are calibrated by {}.",
+                flight.name, instruments.file
+            )));
+        }
+    }
+    blocks
+}
+
+/// The windows on each flight.
+pub fn windows(contents: &Contents<'_>) -> Vec<Block> {
+    let table = tables::windows(contents.results)
+        .select(&["window", "flight", "start_s", "end_s", "role", "surface", "kind", "samples"]);
+    let mut blocks = vec![table_or(table, "No window is in use.")];
+    for flight in &contents.session.flights {
+        let Some(loaded) = contents.snapshot.flights.get(&flight.name).and_then(|slot| slot.ready()) else { continue };
+        let spans: Vec<Mark> = contents
+            .session
+            .windows
+            .iter()
+            .filter(|window| window.flight == flight.name)
+            .filter_map(|window| {
+                let (label, colour) = match window.role {
+                    WindowRole::Identification => ("identification", 0),
+                    WindowRole::Validation => ("validation", 1),
+                    WindowRole::Ignored => return None,
+                };
+                Some(Mark::Span { label, colour, ends: [window.window.start_s, window.window.end_s] })
+            })
+            .collect();
+        let panel = |role: Role| {
+            let (unit, scale) = notation::role_unit(role);
+            let channel = loaded.recording.role(role)?;
+            let mut marks = spans.clone();
+            marks.push(line("recorded", 7, &channel.series, scale));
+            Some(Panel::Plot(Plot { x: Axis::time(), y: Axis::new(notation::role(role), unit), marks }))
+        };
+        let panels: Vec<Panel> = [Role::Altitude, Role::TrueAirspeed].into_iter().filter_map(panel).collect();
+        if !panels.is_empty() {
+            blocks.push(Block::Figure(Figure {
+                name: format!("flight {}", flight.name),
+                caption: format!("Flight {} with its windows.", flight.name),
+                columns: 1,
+                panel_height_mm: 32.0,
+                panels,
+            }));
+        }
+    }
+    blocks
+}
+
+/// Modelled power of each engine against that of its monitor (thesis 6.3).
+pub fn engines(contents: &Contents<'_>) -> Vec<Block> {
+    let results = contents.results;
+    if results.engines.is_empty() {
+        return vec![paragraph(
+            "No engine has its speed and manifold pressure recorded and a chart and propeller map in the aircraft file.",
+        )];
+    }
+    let mut blocks = Vec::new();
+    let (power_unit, power) = notation::unit(Dimension::Power);
+    for flight in &contents.session.flights {
+        let Some(found) = contents.snapshot.engines.get(&flight.name).and_then(|slot| slot.ready()) else { continue };
+        let panels = found.engines.iter().map(|engine| {
+            let mut marks = vec![line("modelled", 0, &engine.power_w, power)];
+            marks.extend(engine.monitor_power_w.iter().map(|monitor| dashed("monitor", 1, monitor, power)));
+            Panel::Plot(Plot { x: Axis::time(), y: Axis::new(format!("P {}", engine.name), power_unit), marks })
+        });
+        blocks.push(Block::Figure(Figure {
+            name: format!("engines {}", flight.name),
+            caption: format!("Power of the engines over flight {}.", flight.name),
+            columns: 1,
+            panel_height_mm: 32.0,
+            panels: panels.collect(),
+        }));
+    }
+    blocks.push(Block::Table(tables::engines(results)));
+    blocks
+}
+
+/// Everything found on the way, each said once with the places it concerns.
+pub fn warnings(contents: &Contents<'_>) -> Vec<Block> {
+    let results = contents.results;
+    let mut said: Vec<(&str, Vec<&str>)> = Vec::new();
+    let mut places: BTreeMap<&str, usize> = BTreeMap::new();
+    let mut note = |place, text| match places.get(text) {
+        Some(&index) => said[index].1.push(place),
+        None => {
+            places.insert(text, said.len());
+            said.push((text, vec![place]));
+        }
+    };
+    for flight in &results.flights {
+        flight.warnings.iter().for_each(|text| note(flight.name.as_str(), text.as_str()));
+    }
+    for engine in &results.engines {
+        engine.warnings.iter().for_each(|text| note(engine.flight.as_str(), text.as_str()));
+    }
+    for window in &results.windows {
+        window.warnings.iter().for_each(|text| note(window.name.as_str(), text.as_str()));
+    }
+    let failures = contents.snapshot.failures();
+    failures.iter().for_each(|(place, text)| note(place.as_str(), text.as_str()));
+    if said.is_empty() {
+        return vec![paragraph("Nothing was found that wants attention.")];
+    }
+    let said = said.into_iter().map(|(text, places)| (named_by_session(contents, text), places));
+    let lines = said.map(|(text, places)| match places[..] {
+        [place] => format!("{place}: {text}"),
+        [first, .., last] => format!("{first} to {last} ({} places): {text}", places.len()),
+        [] => text,
+    });
+    vec![Block::List(lines.collect())]
+}
+
+/// The message with its recording called as in the session, not by the place it was read from.
+fn named_by_session(contents: &Contents<'_>, text: &str) -> String {
+    let Some((place, rest)) = text.split_once(": ") else { return text.to_owned() };
+    let recordings = contents.results.recordings.iter().map(|row| row.path.as_str());
+    let tail = |path: &str| path.trim_start_matches("builtin:").trim_start_matches(['.', '/']).to_owned();
+    let found = recordings.filter(|path| Path::new(place).ends_with(tail(path))).max_by_key(|path| path.len());
+    found.map_or_else(|| text.to_owned(), |path| format!("{path}: {rest}"))
+}

@@ -1,0 +1,177 @@
+//! Tables as data: what every form of table is written from.
+
+/// A table.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Table {
+    /// Name of its file, without ending.
+    pub name: String,
+    /// What it shows, one sentence.
+    pub caption: String,
+    /// Columns, from left to right.
+    pub columns: Vec<Column>,
+    /// Rows, each with one cell per column.
+    pub rows: Vec<Vec<Cell>>,
+}
+
+/// A column.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Column {
+    /// Name in files that programs read.
+    pub key: String,
+    /// Heading in tables that people read.
+    pub heading: String,
+    /// Unit of its numbers; empty where they have none or several.
+    pub unit: &'static str,
+    /// Significant digits people read.
+    pub digits: usize,
+}
+
+/// A cell.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Cell {
+    /// There is nothing to say.
+    Empty,
+    /// Words.
+    Text(String),
+    /// Name of a coefficient or derivative, for example `Cm_delta_e`.
+    Symbol(String),
+    /// A whole number.
+    Count(usize),
+    /// A number; not finite where it does not exist.
+    Number(f64),
+    /// Yes or no.
+    Flag(bool),
+}
+
+impl Column {
+    /// A column of words or whole numbers.
+    pub fn new(key: &str, heading: &str) -> Self {
+        Self { key: key.to_owned(), heading: heading.to_owned(), unit: "", digits: 5 }
+    }
+
+    /// A column of numbers in `unit`, read to `digits`.
+    pub fn number(key: &str, heading: &str, unit: &'static str, digits: usize) -> Self {
+        Self { unit, digits, ..Self::new(key, heading) }
+    }
+
+    /// Heading with the unit.
+    pub fn title(&self) -> String {
+        if self.unit.is_empty() { self.heading.clone() } else { format!("{} [{}]", self.heading, self.unit) }
+    }
+}
+
+impl Cell {
+    /// A number that may be missing.
+    pub fn maybe(value: Option<f64>) -> Self {
+        value.map_or(Self::Empty, Self::Number)
+    }
+
+    /// Words.
+    pub fn text(text: impl Into<String>) -> Self {
+        Self::Text(text.into())
+    }
+
+    /// Whether it is a quantity, to be set to the right.
+    pub fn is_quantity(&self) -> bool {
+        matches!(self, Self::Count(_) | Self::Number(_))
+    }
+
+    /// What people read in a column of `digits` significant digits.
+    pub fn readable(&self, digits: usize) -> String {
+        match self {
+            Self::Empty => String::new(),
+            Self::Text(text) => text.clone(),
+            Self::Symbol(name) => crate::notation::derivative(name),
+            Self::Count(count) => count.to_string(),
+            Self::Number(value) => significant(*value, digits),
+            Self::Flag(true) => "yes".to_owned(),
+            Self::Flag(false) => "no".to_owned(),
+        }
+    }
+}
+
+impl Table {
+    /// The rows of which `keep` is true of the cell in the column `key`.
+    #[must_use]
+    pub fn only(mut self, key: &str, keep: impl Fn(&Cell) -> bool) -> Self {
+        if let Some(index) = self.columns.iter().position(|column| column.key == key) {
+            self.rows.retain(|row| row.get(index).is_some_and(&keep));
+        }
+        self
+    }
+
+    /// The columns called `keys`, in that order.
+    #[must_use]
+    pub fn select(self, keys: &[&str]) -> Self {
+        let places: Vec<usize> =
+            keys.iter().filter_map(|key| self.columns.iter().position(|column| column.key == *key)).collect();
+        Self {
+            columns: places.iter().map(|&place| self.columns[place].clone()).collect(),
+            rows: self.rows.iter().map(|row| places.iter().map(|&place| row[place].clone()).collect()).collect(),
+            ..self
+        }
+    }
+
+    /// The same table with another caption.
+    #[must_use]
+    pub fn captioned(self, caption: impl Into<String>) -> Self {
+        Self { caption: caption.into(), ..self }
+    }
+}
+
+/// Magnitudes below this, or from `LARGE` on, are written with a power of ten.
+const SMALL: f64 = 1e-3;
+/// See [`SMALL`].
+const LARGE: f64 = 1e6;
+
+/// `value` with so many significant digits and a true minus sign; a dash where there is no number.
+pub fn significant(value: f64, digits: usize) -> String {
+    if !value.is_finite() {
+        return "–".to_owned();
+    }
+    let rounded = format!("{value:.*e}", digits.saturating_sub(1));
+    let (mantissa, exponent) = rounded.split_once('e').unwrap_or((&rounded, "0"));
+    let exponent: i32 = exponent.parse().unwrap_or(0);
+    let text = if value == 0.0 {
+        "0".to_owned()
+    } else if (SMALL..LARGE).contains(&value.abs()) {
+        let decimals = usize::try_from(digits as i32 - 1 - exponent).unwrap_or(0);
+        format!("{value:.decimals$}")
+    } else {
+        format!("{mantissa}e{exponent}")
+    };
+    text.replace('-', "\u{2212}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_keep_their_significant_digits() {
+        for (value, digits, expected) in [
+            (-0.012_345_6, 4, "\u{2212}0.01235"),
+            (123_456.7, 4, "123457"),
+            (1.234e-5, 3, "1.23e\u{2212}5"),
+            (9.9996, 4, "10.00"),
+            (0.0, 4, "0"),
+            (f64::INFINITY, 4, "–"),
+            (2.5e7, 2, "2.5e7"),
+        ] {
+            assert_eq!(significant(value, digits), expected);
+        }
+    }
+
+    #[test]
+    fn parts_of_a_table_are_taken_by_name() {
+        let table = Table {
+            name: "t".into(),
+            caption: String::new(),
+            columns: vec![Column::new("a", "A"), Column::new("b", "B")],
+            rows: vec![vec![Cell::Count(1), Cell::Flag(true)], vec![Cell::Count(2), Cell::Flag(false)]],
+        };
+        let part = table.only("b", |cell| *cell == Cell::Flag(false)).select(&["b", "a"]);
+        assert_eq!(part.rows, [[Cell::Flag(false), Cell::Count(2)]]);
+        assert_eq!(part.columns[0].key, "b");
+    }
+}

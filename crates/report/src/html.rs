@@ -1,0 +1,116 @@
+//! A report as one HTML file: style and figures inside, nothing fetched.
+
+use std::fmt::Write;
+
+use doublet_engine::notation;
+use doublet_engine::report::document::{Block, Document};
+use doublet_engine::report::{Cell, Table, alignments};
+
+use crate::svg::{escape, svg};
+
+/// Style of the page.
+const STYLE: &str = include_str!("style.css");
+
+/// The whole file.
+pub fn html(document: &Document) -> String {
+    let mut page = Page { out: String::new(), figures: 0, tables: 0 };
+    let title = escape(&document.title);
+    page.put(format_args!(
+        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width\">\
+         <meta name=\"generator\" content=\"{}\"><title>{title}</title><style>{STYLE}</style></head><body><header><h1>{title}</h1><p>{}</p>\
+         </header><nav><ol>",
+        escape(&document.app),
+        escape(&document.subtitle)
+    ));
+    for section in &document.sections {
+        page.put(format_args!("<li><a href=\"#{}\">{}</a></li>", section.kind.name(), escape(section.kind.title())));
+    }
+    page.out.push_str("</ol></nav><main>\n");
+    for (index, section) in document.sections.iter().enumerate() {
+        let (name, title) = (section.kind.name(), escape(section.kind.title()));
+        page.put(format_args!("<section id=\"{name}\"><h2>{} {title}</h2>\n", index + 1));
+        section.blocks.iter().for_each(|block| page.block(block));
+        page.out.push_str("</section>\n");
+    }
+    page.put(format_args!("</main><footer>{}</footer></body></html>\n", escape(&document.app)));
+    page.out
+}
+
+/// A page being written.
+struct Page {
+    out: String,
+    figures: usize,
+    tables: usize,
+}
+
+impl Page {
+    fn put(&mut self, text: std::fmt::Arguments<'_>) {
+        // Writing to a string cannot fail.
+        let _ = self.out.write_fmt(text);
+    }
+
+    fn block(&mut self, block: &Block) {
+        match block {
+            Block::Heading(text) => self.put(format_args!("<h3>{}</h3>\n", escape(text))),
+            Block::Paragraph(text) => self.put(format_args!("<p>{}</p>\n", escape(text))),
+            Block::Facts(facts) => {
+                self.out.push_str("<dl>");
+                for (name, text) in facts {
+                    self.put(format_args!("<dt>{}</dt><dd>{}</dd>", escape(name), escape(text)));
+                }
+                self.out.push_str("</dl>\n");
+            }
+            Block::List(lines) => {
+                self.out.push_str("<ul>");
+                lines.iter().for_each(|line| self.put(format_args!("<li>{}</li>", escape(line))));
+                self.out.push_str("</ul>\n");
+            }
+            Block::Table(table) => self.table(table),
+            Block::Figure(figure) => {
+                self.figures += 1;
+                let number = self.figures;
+                let drawing = svg(figure, &format!("f{number}-"));
+                self.put(format_args!(
+                    "<figure>{drawing}<figcaption>Figure {number}: {}</figcaption></figure>\n",
+                    escape(&figure.caption)
+                ));
+            }
+        }
+    }
+
+    fn table(&mut self, table: &Table) {
+        self.tables += 1;
+        let right: Vec<bool> = alignments(table).collect();
+        let class = |index: usize| if right[index] { " class=\"r\"" } else { "" };
+        let (number, name, caption) = (self.tables, escape(&table.name), escape(&table.caption));
+        self.put(format_args!(
+            "<table id=\"table-{number}-{name}\"><caption>Table {number}: {caption}</caption><thead><tr>"
+        ));
+        for (index, column) in table.columns.iter().enumerate() {
+            self.put(format_args!("<th{}>{}</th>", class(index), escape(&column.title())));
+        }
+        self.out.push_str("</tr></thead><tbody>\n");
+        for row in &table.rows {
+            self.out.push_str("<tr>");
+            for (index, (cell, column)) in row.iter().zip(&table.columns).enumerate() {
+                self.put(format_args!("<td{}>{}</td>", class(index), cell_text(cell, column.digits)));
+            }
+            self.out.push_str("</tr>\n");
+        }
+        self.out.push_str("</tbody></table>\n");
+    }
+}
+
+fn cell_text(cell: &Cell, digits: usize) -> String {
+    match cell {
+        Cell::Symbol(name) => {
+            let (letter, subscript, suffix) = notation::derivative_parts(name);
+            format!("<i>{}</i><sub>{}</sub>{}", escape(&letter), escape(&subscript), escape(&suffix))
+        }
+        // The value to its last digit for whoever copies it, the readable one for the eye.
+        Cell::Number(value) if value.is_finite() => {
+            format!("<data value=\"{value}\">{}</data>", escape(&cell.readable(digits)))
+        }
+        _ => escape(&cell.readable(digits)),
+    }
+}

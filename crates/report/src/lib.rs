@@ -1,0 +1,94 @@
+//! Reports: the contents of [`doublet_engine::report::document`] as self-contained HTML and as PDF.
+//!
+//! A crate of its own, because the typesetter takes longer to build than everything else.
+
+mod html;
+mod pdf;
+pub mod svg;
+
+use std::path::PathBuf;
+
+use doublet_engine::keep::replace;
+use doublet_engine::report::document::{self, Block, Document, Figure, SectionKind};
+use doublet_engine::report::{self as results};
+use doublet_engine::run::{Control, Snapshot};
+use doublet_engine::session::Session;
+
+pub use html::html;
+pub use pdf::pdf;
+
+/// A form of reports.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ReportFormat {
+    /// One file that needs no other.
+    Html,
+    /// A4 pages.
+    Pdf,
+}
+
+impl ReportFormat {
+    /// All of them.
+    pub const ALL: [Self; 2] = [Self::Html, Self::Pdf];
+
+    /// Name on the command line, and the ending of the file.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Html => "html",
+            Self::Pdf => "pdf",
+        }
+    }
+}
+
+/// What a report is to hold and where it goes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Order {
+    /// Folder; made where it does not exist.
+    pub folder: PathBuf,
+    /// Name of the files, without ending.
+    pub name: String,
+    /// Forms.
+    pub formats: Vec<ReportFormat>,
+    /// Sections.
+    pub sections: Vec<SectionKind>,
+}
+
+/// Writes the report on a run; each file appears complete or not at all. `progress` is told the part done, 0 to 1.
+///
+/// # Errors
+/// One line: what could not be written, or that it was cancelled.
+pub fn write(
+    session: &Session,
+    snapshot: &Snapshot,
+    order: &Order,
+    control: &Control,
+    progress: &dyn Fn(f32),
+) -> Result<Vec<PathBuf>, String> {
+    let checkpoint = || control.checkpoint().map_err(|_| "cancelled: no report was written".to_owned());
+    let found = results::build(session, snapshot);
+    let document = document::build(session, snapshot, &found, &order.sections);
+    progress(0.1);
+    checkpoint()?;
+    let mut written = Vec::new();
+    for (index, &format) in order.formats.iter().enumerate() {
+        let share = 0.9 / order.formats.len() as f32;
+        let inner = |part: f32| progress(0.1 + share * (index as f32 + part));
+        let contents = match format {
+            ReportFormat::Html => html(&document).into_bytes(),
+            ReportFormat::Pdf => pdf(&document, control, &inner)?,
+        };
+        checkpoint()?;
+        let path = order.folder.join(format!("{}.{}", order.name, format.name()));
+        std::fs::create_dir_all(&order.folder)
+            .and_then(|()| replace(&path, &contents))
+            .map_err(|error| format!("{}: {error}", path.display()))?;
+        written.push(path);
+        inner(1.0);
+    }
+    Ok(written)
+}
+
+/// Figures of a document in their order.
+fn figures(document: &Document) -> impl Iterator<Item = &Figure> {
+    let blocks = document.sections.iter().flat_map(|section| &section.blocks);
+    blocks.filter_map(|block| if let Block::Figure(figure) = block { Some(figure) } else { None })
+}

@@ -1,0 +1,196 @@
+//! A report as PDF: a fixed Typst source that reads the contents as JSON and the figures as SVG, all from memory.
+
+use std::collections::HashMap;
+use std::sync::LazyLock;
+
+use doublet_engine::notation;
+use doublet_engine::report::document::{Block, Document, Section};
+use doublet_engine::report::{Cell, Table, alignments};
+use doublet_engine::run::Control;
+use serde_json::{Value, json};
+use typst::diag::{FileError, FileResult, SourceDiagnostic};
+use typst::foundations::{Bytes, Datetime, Duration, Smart};
+use typst::syntax::{FileId, RootedPath, Source, VirtualPath, VirtualRoot};
+use typst::text::{Font, FontBook};
+use typst::utils::LazyHash;
+use typst::{Library, LibraryExt, World};
+use typst_layout::PagedDocument;
+use typst_pdf::PdfOptions;
+
+use crate::figures;
+use crate::svg::svg;
+
+/// The typeset source.
+const TEMPLATE: &str = include_str!("report.typ");
+/// The font of the figures, also for what the text font lacks.
+const FIGURE_FONT: &[u8] = include_bytes!("../../../assets/fonts/DejaVuSans.ttf");
+
+/// The whole file. The same contents give the same bytes.
+///
+/// # Errors
+/// One line: that it was cancelled, or what the typesetter refuses.
+pub fn pdf(document: &Document, control: &Control, progress: &dyn Fn(f32)) -> Result<Vec<u8>, String> {
+    let checkpoint = || control.checkpoint().map_err(|_| "cancelled: no report was written".to_owned());
+    let mut world = Memory::new(TEMPLATE)?;
+    let mut files = Vec::new();
+    for (index, figure) in figures(document).enumerate() {
+        checkpoint()?;
+        files.push((figure_file(index), svg(figure, "c").into_bytes()));
+    }
+    files.push(("report.json".to_owned(), contents(document).to_string().into_bytes()));
+    for (name, bytes) in files {
+        world.files.insert(file_id(&name)?, Bytes::new(bytes));
+    }
+    progress(0.1);
+    let failed = |errors: &[SourceDiagnostic]| {
+        let lines: Vec<String> = errors.iter().map(|error| error.message.to_string()).collect();
+        format!("the report cannot be typeset: {}", lines.join("; "))
+    };
+    let pages: PagedDocument = typst::compile(&world).output.map_err(|errors| failed(&errors))?;
+    progress(0.7);
+    checkpoint()?;
+    // Tags of every cell and label would double the file; who needs the structure has the HTML.
+    let options = PdfOptions {
+        creator: Smart::Custom(Some(document.app.as_str().into())),
+        tagged: false,
+        ..PdfOptions::default()
+    };
+    let bytes = typst_pdf::pdf(&pages, &options).map_err(|errors| failed(&errors))?;
+    // What the typesetter remembers of this report would only help to set the same one again.
+    typst::comemo::evict(0);
+    Ok(bytes)
+}
+
+/// File of the figure at a place in the document.
+fn figure_file(index: usize) -> String {
+    format!("figure-{index}.svg")
+}
+
+/// The contents as the source reads them.
+fn contents(document: &Document) -> Value {
+    let mut figures = 0;
+    let sections: Vec<Value> = document.sections.iter().map(|section| section_value(section, &mut figures)).collect();
+    json!({ "title": document.title, "subtitle": document.subtitle, "app": document.app, "sections": sections })
+}
+
+fn section_value(section: &Section, figures: &mut usize) -> Value {
+    let blocks = section.blocks.iter().map(|block| match block {
+        Block::Heading(text) => json!({ "kind": "heading", "text": text }),
+        Block::Paragraph(text) => json!({ "kind": "paragraph", "text": breakable(text) }),
+        Block::Facts(facts) => {
+            let facts: Vec<_> = facts.iter().map(|(name, text)| [name.clone(), breakable(text)]).collect();
+            json!({ "kind": "facts", "facts": facts })
+        }
+        Block::List(lines) => {
+            json!({ "kind": "list", "lines": lines.iter().map(|line| breakable(line)).collect::<Vec<_>>() })
+        }
+        Block::Table(table) => table_value(table),
+        Block::Figure(figure) => {
+            let file = figure_file(*figures);
+            *figures += 1;
+            json!({ "kind": "figure", "file": file, "caption": figure.caption })
+        }
+    });
+    json!({ "title": section.kind.title(), "blocks": blocks.collect::<Vec<_>>() })
+}
+
+fn table_value(table: &Table) -> Value {
+    let rows = table.rows.iter().map(|row| {
+        let cells = row.iter().zip(&table.columns).map(|(cell, column)| match cell {
+            Cell::Symbol(name) => {
+                let (letter, subscript, suffix) = notation::derivative_parts(name);
+                json!({ "letter": letter, "subscript": subscript, "suffix": suffix })
+            }
+            _ => Value::String(breakable(&cell.readable(column.digits))),
+        });
+        Value::Array(cells.collect())
+    });
+    json!({
+        "kind": "table",
+        "caption": table.caption,
+        "columns": table.columns.iter().map(|column| column.title()).collect::<Vec<_>>(),
+        "right": alignments(table).collect::<Vec<_>>(),
+        "rows": rows.collect::<Vec<_>>(),
+    })
+}
+
+/// The text with places to break it within words longer than a line of a table holds.
+fn breakable(text: &str) -> String {
+    /// Longest part of a word that is kept whole.
+    const LONGEST: usize = 16;
+    let mut result = String::with_capacity(text.len());
+    let mut run = 0;
+    for character in text.chars() {
+        run = if character.is_whitespace() { 0 } else { run + 1 };
+        result.push(character);
+        if run == LONGEST || (run > 4 && matches!(character, '/' | '_')) {
+            result.push('\u{200b}');
+            run = 0;
+        }
+    }
+    result
+}
+
+fn file_id(name: &str) -> Result<FileId, String> {
+    let path = VirtualPath::new(name).map_err(|_| format!("{name} is no name of a file"))?;
+    Ok(RootedPath::new(VirtualRoot::Project, path).intern())
+}
+
+/// Fonts of every report.
+struct Fonts {
+    book: LazyHash<FontBook>,
+    fonts: Vec<Font>,
+}
+
+static FONTS: LazyLock<Fonts> = LazyLock::new(|| {
+    let files = typst_assets::fonts().chain([FIGURE_FONT]);
+    let fonts: Vec<Font> = files.flat_map(|file| Font::iter(Bytes::new(file))).collect();
+    Fonts { book: LazyHash::new(FontBook::from_fonts(&fonts)), fonts }
+});
+
+/// Everything the typesetter may see: one source, some files, some fonts; no disk, no network, no clock.
+struct Memory {
+    library: LazyHash<Library>,
+    source: Source,
+    files: HashMap<FileId, Bytes>,
+}
+
+impl Memory {
+    fn new(source: &str) -> Result<Self, String> {
+        Ok(Self {
+            library: LazyHash::new(Library::default()),
+            source: Source::new(file_id("report.typ")?, source.to_owned()),
+            files: HashMap::new(),
+        })
+    }
+}
+
+impl World for Memory {
+    fn library(&self) -> &LazyHash<Library> {
+        &self.library
+    }
+
+    fn book(&self) -> &LazyHash<FontBook> {
+        &FONTS.book
+    }
+
+    fn main(&self) -> FileId {
+        self.source.id()
+    }
+
+    fn source(&self, id: FileId) -> FileResult<Source> {
+        if id == self.source.id() { Ok(self.source.clone()) } else { Err(FileError::NotSource) }
+    }
+
+    fn file(&self, id: FileId) -> FileResult<Bytes> {
+        self.files.get(&id).cloned().ok_or(FileError::AccessDenied)
+    }
+
+    fn font(&self, index: usize) -> Option<Font> {
+        FONTS.fonts.get(index).cloned()
+    }
+
+    fn today(&self, _: Option<Duration>) -> Option<Datetime> {
+        None
+    }
+}

@@ -1,0 +1,158 @@
+//! The report: which sections it has, what they hold, and the button that writes it.
+
+use doublet_engine::report::document::{Block, Document, SectionKind, build};
+use doublet_engine::report::{self, Table};
+use doublet_report::ReportFormat;
+use eframe::egui::{self, Grid, RichText, ScrollArea, Ui};
+use egui_extras::{Column, TableBuilder};
+
+use super::{Panel, PanelContext, caption};
+use crate::command::{FileCommand, UiCommand};
+use crate::theme;
+use crate::ui_state::ReportChoice;
+use crate::widgets::figure_view::figure_view;
+
+/// Rows of a table shown before one has to scroll in it.
+const ROWS: usize = 12;
+/// Height of a row.
+const ROW: f32 = 18.0;
+
+/// The panel.
+#[derive(Default)]
+pub struct Report {
+    shown: Option<Shown>,
+}
+
+/// The section on screen and what it was made from.
+struct Shown {
+    generation: u64,
+    steps: usize,
+    kind: SectionKind,
+    document: Document,
+}
+
+impl Panel for Report {
+    fn show(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
+        let mut choice = ctx.state.report.clone();
+        egui::Panel::left("report sections").resizable(false).exact_size(196.0).show(ui, |ui| {
+            if choices(&mut choice, ui) {
+                ctx.commands.push(UiCommand::File(FileCommand::Report));
+            }
+        });
+        self.keep(ctx, choice.shown);
+        ctx.state.report = choice;
+        let Some(shown) = &self.shown else { return };
+        egui::CentralPanel::default().frame(egui::Frame::NONE).show(ui, |ui| {
+            ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+                for section in &shown.document.sections {
+                    ui.heading(section.kind.title());
+                    for (index, block) in section.blocks.iter().enumerate() {
+                        ui.push_id(index, |ui| draw(block, ui));
+                        ui.add_space(8.0);
+                    }
+                }
+            });
+        });
+    }
+}
+
+impl Report {
+    /// Makes the contents anew when the results or the section have changed.
+    fn keep(&mut self, ctx: &PanelContext<'_>, kind: SectionKind) {
+        let (generation, steps) = (ctx.snapshot.generation, ctx.snapshot.log.len());
+        let current = |shown: &Shown| shown.generation == generation && shown.steps == steps && shown.kind == kind;
+        // While results are coming in the last ones stay: they change several times a second.
+        if self.shown.as_ref().is_some_and(|shown| current(shown) || (ctx.snapshot.busy && shown.kind == kind)) {
+            return;
+        }
+        let results = report::build(ctx.session, ctx.snapshot);
+        let document = build(ctx.session, ctx.snapshot, &results, &[kind]);
+        self.shown = Some(Shown { generation, steps, kind, document });
+    }
+}
+
+/// Sections and forms to tick; whether the report is to be written.
+fn choices(choice: &mut ReportChoice, ui: &mut Ui) -> bool {
+    caption(ui, "Sections");
+    for kind in SectionKind::ALL {
+        ui.horizontal(|ui| {
+            let mut wanted = !choice.left_out.contains(&kind);
+            let tick = ui.checkbox(&mut wanted, "");
+            ui.ctx().accesskit_node_builder(tick.id, |node| node.set_label(format!("report {}", kind.name())));
+            if tick.changed() {
+                if wanted {
+                    choice.left_out.remove(&kind)
+                } else {
+                    choice.left_out.insert(kind)
+                };
+            }
+            ui.selectable_value(&mut choice.shown, kind, kind.title());
+        });
+    }
+    ui.add_space(6.0);
+    ui.horizontal(|ui| {
+        for format in ReportFormat::ALL {
+            let mut wanted = choice.formats.contains(&format);
+            if ui.checkbox(&mut wanted, format.name().to_uppercase()).changed() {
+                choice.formats.retain(|other| *other != format);
+                choice.formats.extend(wanted.then_some(format));
+            }
+        }
+    });
+    let possible = !choice.formats.is_empty() && choice.left_out.len() < SectionKind::ALL.len();
+    ui.add_enabled(possible, egui::Button::new("Write report…")).clicked()
+}
+
+fn draw(block: &Block, ui: &mut Ui) {
+    match block {
+        Block::Heading(text) => caption(ui, text),
+        Block::Paragraph(text) => {
+            ui.add(egui::Label::new(text).wrap());
+        }
+        Block::Facts(facts) => {
+            Grid::new("facts").num_columns(2).spacing([12.0, 3.0]).show(ui, |ui| {
+                for (name, text) in facts {
+                    ui.weak(name);
+                    ui.add(egui::Label::new(text).wrap());
+                    ui.end_row();
+                }
+            });
+        }
+        Block::List(lines) => lines.iter().for_each(|line| {
+            ui.add(egui::Label::new(format!("• {line}")).wrap());
+        }),
+        Block::Table(table) => draw_table(table, ui),
+        Block::Figure(figure) => figure_view(ui, figure),
+    }
+}
+
+fn draw_table(table: &Table, ui: &mut Ui) {
+    ui.label(RichText::new(&table.caption).size(11.5).weak());
+    let figures = theme::figures(ui);
+    #[expect(clippy::cast_precision_loss, reason = "a dozen rows")]
+    let height = (table.rows.len().min(ROWS) + 1) as f32 * (ROW + 4.0);
+    ScrollArea::horizontal().show(ui, |ui| {
+        TableBuilder::new(ui)
+            .striped(true)
+            .vscroll(table.rows.len() > ROWS)
+            .max_scroll_height(height)
+            .columns(Column::auto().at_least(44.0).clip(false), table.columns.len())
+            .header(ROW, |mut header| {
+                for column in &table.columns {
+                    header.col(|ui| {
+                        ui.weak(column.title());
+                    });
+                }
+            })
+            .body(|body| {
+                body.rows(ROW, table.rows.len(), |mut row| {
+                    let cells = &table.rows[row.index()];
+                    for (cell, column) in cells.iter().zip(&table.columns) {
+                        row.col(|ui| {
+                            ui.label(RichText::new(cell.readable(column.digits)).font(figures.clone()));
+                        });
+                    }
+                });
+            });
+    });
+}

@@ -1,0 +1,121 @@
+//! Figures of a report on screen, from the same data and the same axes as on paper.
+
+use doublet_engine::report::document::{Figure, Mark, Matrix, Panel, Plot as Axes};
+use doublet_report::svg::{Range, decimate, range};
+use eframe::egui::{self, Color32, Id, RichText, Stroke, Ui};
+use egui_plot::{FilledArea, HLine, Line, LineStyle, Plot, PlotPoints, PlotUi, Points, Polygon};
+
+use super::matrix_view::MatrixView;
+use crate::theme;
+
+/// Height of a panel for each millimetre it has on paper, points.
+const POINTS_PER_MM: f64 = 4.0;
+/// Columns of samples of which only the extremes are drawn.
+const COLUMNS: usize = 500;
+
+/// Draws every panel of the figure, then its caption.
+pub fn figure_view(ui: &mut Ui, figure: &Figure) {
+    let columns = figure.columns.clamp(1, 2);
+    for (row, panels) in figure.panels.chunks(columns).enumerate() {
+        ui.columns(columns, |uis| {
+            for (column, (ui, panel)) in uis.iter_mut().zip(panels).enumerate() {
+                let id = Id::unique(("report figure", &figure.name, row, column));
+                match panel {
+                    Panel::Plot(plot) => axes(ui, id, plot, figure.panel_height_mm * POINTS_PER_MM),
+                    Panel::Matrix(matrix) => heat_map(ui, matrix),
+                }
+            }
+        });
+    }
+    ui.label(RichText::new(&figure.caption).size(11.5).weak());
+}
+
+fn heat_map(ui: &mut Ui, matrix: &Matrix) {
+    ui.strong(&matrix.title);
+    let labels: Vec<&str> = matrix.names.iter().map(String::as_str).collect();
+    let values: Vec<f64> = matrix.values.iter().flatten().copied().collect();
+    let view = MatrixView {
+        name: &matrix.title,
+        labels: &labels,
+        values: &values,
+        full_scale: 1.0,
+        notable: 0.9,
+        stale: false,
+    };
+    ui.allocate_ui(egui::vec2(ui.available_width(), 260.0), |ui| view.show(ui));
+}
+
+fn axes(ui: &mut Ui, id: Id, plot: &Axes, height: f64) {
+    let palette = theme::palette(ui);
+    let range = range(&Panel::Plot(plot.clone()));
+    ui.label(RichText::new(plot.y.title()).size(11.5));
+    #[expect(clippy::cast_possible_truncation, reason = "a few hundred points")]
+    let height = height as f32;
+    Plot::new(id)
+        .height(height)
+        .allow_drag(false)
+        .allow_zoom(false)
+        .allow_scroll(false)
+        .allow_boxed_zoom(false)
+        .show_x(false)
+        .show_y(false)
+        .grid_color(palette.grid)
+        .label_formatter(|_| None)
+        .default_x_bounds(range.x[0], range.x[1])
+        .default_y_bounds(range.y[0], range.y[1])
+        .show(ui, |chart| {
+            for mark in &plot.marks {
+                draw(chart, mark, &range, &palette.series);
+            }
+        });
+}
+
+/// The corners of a rectangle.
+fn rectangle([left, right]: [f64; 2], [bottom, top]: [f64; 2], color: Color32) -> Polygon<'static> {
+    let corners = vec![[left, bottom], [right, bottom], [right, top], [left, top]];
+    Polygon::new("", PlotPoints::from(corners))
+        .fill_color(color.gamma_multiply(0.25))
+        .stroke(Stroke::NONE)
+        .allow_hover(false)
+}
+
+fn draw(chart: &mut PlotUi<'_>, mark: &Mark, range: &Range, colors: &[Color32; 8]) {
+    let color = |index: usize| colors[index % colors.len()];
+    let line = |points: Vec<[f64; 2]>, index: usize| {
+        Line::new("", PlotPoints::from(points)).color(color(index)).allow_hover(false)
+    };
+    match mark {
+        Mark::Line { colour, dashed, series, scale, .. } => {
+            for points in decimate(&series.time_s, &series.values, range.x, COLUMNS) {
+                let points = points.into_iter().map(|(x, y)| [x, y * scale]).collect();
+                let style = if *dashed { LineStyle::dashed_loose() } else { LineStyle::Solid };
+                chart.line(line(points, *colour).style(style));
+            }
+        }
+        Mark::Band { colour, centre, half_width, scale, .. } => {
+            // The edges of a band are smooth: a part of the samples tells them.
+            let samples = centre.time_s.iter().zip(centre.values.iter()).zip(half_width.iter());
+            let finite: Vec<_> = samples.filter(|((_, value), half)| value.is_finite() && half.is_finite()).collect();
+            let shown = || finite.iter().step_by((finite.len() / COLUMNS).max(1));
+            let x: Vec<f64> = shown().map(|((time, _), _)| **time).collect();
+            let edge = |sign: f64| -> Vec<f64> {
+                shown().map(|((_, value), half)| scale * (**value + sign * **half)).collect()
+            };
+            let area = FilledArea::new("", &x, &edge(-1.0), &edge(1.0));
+            chart.add(area.fill_color(color(*colour).gamma_multiply(0.25)).allow_hover(false));
+        }
+        Mark::Points { colour, points, .. } => {
+            let finite = || points.iter().filter(|point| point[0].is_finite() && point[1].is_finite());
+            let places: Vec<[f64; 2]> = finite().map(|&[x, y, _]| [x, y]).collect();
+            for &[x, y, bar] in finite().filter(|point| point[2].is_finite()) {
+                chart.line(line(vec![[x, y - bar], [x, y + bar]], *colour).width(1.0));
+            }
+            chart.points(Points::new("", places).radius(2.5).color(color(*colour)).allow_hover(false));
+        }
+        Mark::Level { colour, value, band, .. } => {
+            chart.polygon(rectangle(range.x, *band, color(*colour)));
+            chart.hline(HLine::new("", *value).color(color(*colour)).allow_hover(false));
+        }
+        Mark::Span { colour, ends, .. } => chart.polygon(rectangle(*ends, range.y, color(*colour))),
+    }
+}
