@@ -75,6 +75,8 @@ fn a_dragged_source_moves_its_stamps_in_one_step() {
     assert_eq!(before.values, after.values);
     assert!(before.time_s.iter().zip(&*after.time_s).all(|(a, b)| (b - a - 0.04).abs() < 1e-12));
     // The strip moves by as much time as the pointer passes over the width of the flight.
+    bench.harness.get_by_label(&format!("drag {source}")).scroll_to_me();
+    bench.harness.run_steps(3);
     let strip = bench.harness.get_by_label(&format!("drag {source}")).rect();
     let from = strip.center();
     drag(&mut bench.harness, from, from + egui::vec2(strip.width() / 60.0, 0.0), 8);
@@ -94,8 +96,7 @@ fn marked_windows_give_the_noise_and_a_button_takes_it() {
     let view = &mut bench.harness.state_mut().state.time;
     view.markers_s = [Some(30.0), Some(34.0)];
     bench.harness.run_steps(2);
-    bench.harness.get_by_label("Mark what is on screen").click();
-    bench.settle();
+    bench.click("Mark what is on screen");
     let marked = bench.session().steady[0].clone();
     assert_eq!((marked.window, marked.roles.len()), (Window { start_s: 30.0, end_s: 34.0 }, 0));
     let expected = noise_statistics(&series(&bench, Role::PitchRate), &[marked.window], 2).expect("samples lie inside");

@@ -65,7 +65,7 @@ fn unsaved_work_is_offered_at_the_start_and_recovered() {
     harness.get_by_label("Show what differs").click();
     harness.run_steps(3);
     assert!(harness.query_by_label_contains("afternoon of marking").is_some(), "the new title is shown");
-    assert!(harness.query_by_label_contains("as saved").is_some(), "beside the old one");
+    assert!(harness.query_all_by_label_contains("as saved").count() > 0, "beside the old one");
     picture(&mut harness, "recovery");
     harness.get_by_label("Recover").click();
     harness.run_steps(3);
