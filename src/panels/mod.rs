@@ -4,6 +4,7 @@ mod bias_table;
 mod by_window;
 mod correlation;
 mod derivatives;
+mod filter_settings;
 mod fits;
 mod flight;
 mod ground_track;

@@ -1,17 +1,18 @@
-//! Settings of the filter: what it believes about noise, where it starts, how it works.
+//! What the filter believes about noise, and where it starts.
 
 use doublet_core::quantity::Dimension;
-use doublet_core::reconstruct::{FilterSettings, Input, InputHold, Measurement, Method, State};
-use doublet_engine::session::{Edit, EstimationEdit, FilterEdit, NoiseChannel, NoiseEdit, NoiseEntry, PathSource};
+use doublet_core::reconstruct::{AirState, FilterSettings, Input, Measurement, State};
+use doublet_engine::session::{Edit, FilterEdit, NoiseChannel, NoiseEdit, NoiseEntry};
 use doublet_engine::stage::NoiseRow;
+use eframe::egui::containers::menu::{MenuButton, MenuConfig};
 use eframe::egui::{self, CollapsingHeader, Grid, RichText, ScrollArea, Ui};
 
-use super::{Panel, PanelContext, caption, choices, consistency_color};
+use super::{Panel, PanelContext, caption, consistency_color, filter_settings};
 use crate::notation;
 use crate::widgets::quantity_edit::QuantityEdit;
 
-/// Iterations and tolerance of an iterated filter that is switched on.
-const ITERATED: Method = Method::Iekf { max_iterations: 10, tolerance: 1e-3 };
+/// Width from which the two tables of noise stand side by side.
+const SIDE_BY_SIDE: f32 = 690.0;
 
 /// The panel.
 pub struct Noise;
@@ -32,85 +33,52 @@ struct Row<'a> {
 impl Panel for Noise {
     fn show(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-            filter(ctx, ui);
+            filter_settings::show(ctx, ui);
             ui.add_space(6.0);
             let usual = FilterSettings::default();
-            let now = &ctx.session.filter;
-            ui.columns(2, |columns| {
-                let ui = &mut columns[0];
-                caption(ui, "Process noise √Q (inertial sensors)");
-                Grid::new("process noise").num_columns(4).spacing([6.0, 3.0]).show(ui, |ui| {
-                    for input in Input::ALL {
-                        let row = Row {
-                            name: format!("Q {}", input.name()),
-                            symbol: notation::role(input.role()),
-                            about: input.description(),
-                            dimension: input.dimension(),
-                            value: now.process_noise[input as usize],
-                            usual: usual.process_noise[input as usize],
-                            mark: None,
-                            recorded: recorded(ctx, NoiseChannel::Input(input)),
-                        };
-                        row.show(ctx, ui, |value| FilterEdit::ProcessNoise(input, value));
-                    }
-                });
+            if ui.available_width() < SIDE_BY_SIDE {
+                inputs(ctx, ui, &usual);
+                ui.add_space(8.0);
+                measurements(ctx, ui, &usual);
                 ui.add_space(8.0);
                 initial(ctx, ui, &usual);
-                let ui = &mut columns[1];
-                caption(ui, "Measurement noise √R");
-                measurements(ctx, ui, &usual);
+                sensors(ctx, ui, &usual);
+                return;
+            }
+            ui.columns(2, |columns| {
+                inputs(ctx, &mut columns[0], &usual);
+                columns[0].add_space(8.0);
+                initial(ctx, &mut columns[0], &usual);
+                sensors(ctx, &mut columns[0], &usual);
+                measurements(ctx, &mut columns[1], &usual);
             });
         });
     }
 }
 
-/// How the filter works.
-fn filter(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
-    let filter = &ctx.session.filter;
-    Grid::new("filter").num_columns(4).spacing([10.0, 4.0]).show(ui, |ui| {
-        ui.weak("Filter");
-        let mut method = matches!(filter.method, Method::Iekf { .. });
-        if choices(ui, &mut method, &[(false, "EKF"), (true, "Iterated")]) {
-            ctx.edit(Edit::Filter(FilterEdit::Method(if method { ITERATED } else { Method::Ekf })));
-        }
-        ui.weak("Input between samples");
-        let mut hold = filter.hold;
-        if choices(ui, &mut hold, &[(InputHold::FirstOrder, "Linear"), (InputHold::ZeroOrder, "Held")]) {
-            ctx.edit(Edit::Filter(FilterEdit::Hold(hold)));
-        }
-        ui.end_row();
-        ui.weak("Path used");
-        let mut path = ctx.session.preparation.path;
-        if choices(ui, &mut path, &[(PathSource::Filtered, "Filtered"), (PathSource::Smoothed, "Smoothed")]) {
-            ctx.edit(Edit::Estimation(EstimationEdit::Path(path)));
-        }
-        ui.weak("Gravity");
-        let gravity =
-            QuantityEdit::new("gravity", filter.gravity_m_s2).unit("m/s²", 1.0).per_point(1e-4).allowed(9.7..=9.9);
-        let edited = gravity.show(ui);
-        ctx.edit_quantity(edited, |value| Edit::Filter(FilterEdit::Gravity(value)));
-        ui.end_row();
-        if let Method::Iekf { max_iterations, tolerance } = filter.method {
-            ui.weak("Iterations at most");
-            let edited =
-                QuantityEdit::new("iterations", max_iterations as f64).per_point(0.1).allowed(1.0..=100.0).show(ui);
-            ctx.edit_quantity(edited, |value| {
-                let max_iterations = value.round().clamp(1.0, 100.0) as usize;
-                Edit::Filter(FilterEdit::Method(Method::Iekf { max_iterations, tolerance }))
-            });
-            ui.weak("Tolerance");
-            let edited =
-                QuantityEdit::new("tolerance", tolerance).unit("σ", 1.0).logarithmic().allowed(1e-12..=1.0).show(ui);
-            ctx.edit_quantity(edited, |tolerance| {
-                Edit::Filter(FilterEdit::Method(Method::Iekf { max_iterations, tolerance }))
-            });
-            ui.end_row();
+/// Noise of the inertial sensors.
+fn inputs(ctx: &mut PanelContext<'_>, ui: &mut Ui, usual: &FilterSettings) {
+    caption(ui, "Process noise √Q (inertial sensors)");
+    Grid::new("process noise").num_columns(4).spacing([6.0, 3.0]).show(ui, |ui| {
+        for input in Input::ALL {
+            let row = Row {
+                name: format!("Q {}", input.name()),
+                symbol: notation::role(input.role()),
+                about: input.description(),
+                dimension: input.dimension(),
+                value: ctx.session.filter.process_noise[input as usize],
+                usual: usual.process_noise[input as usize],
+                mark: None,
+                recorded: recorded(ctx, NoiseChannel::Input(input)),
+            };
+            row.show(ctx, ui, |value| FilterEdit::ProcessNoise(input, value));
         }
     });
 }
 
 /// Noise of the measurements, with what the innovations of the chosen window say about each.
 fn measurements(ctx: &mut PanelContext<'_>, ui: &mut Ui, usual: &FilterSettings) {
+    caption(ui, "Measurement noise √R");
     let path = ctx.results().and_then(|results| results.path.latest());
     Grid::new("measurement noise").num_columns(5).spacing([6.0, 3.0]).show(ui, |ui| {
         for measurement in Measurement::ALL {
@@ -170,6 +138,40 @@ fn initial(ctx: &mut PanelContext<'_>, ui: &mut Ui, usual: &FilterSettings) {
     });
 }
 
+/// Errors of the air-data sensors the filter finds, and delays of the measurements.
+fn sensors(ctx: &mut PanelContext<'_>, ui: &mut Ui, usual: &FilterSettings) {
+    CollapsingHeader::new("Errors of air data, √P₀").show(ui, |ui| {
+        ui.weak("Zero leaves an error out.");
+        Grid::new("air data").num_columns(3).spacing([6.0, 3.0]).show(ui, |ui| {
+            for state in AirState::ALL {
+                let row = Row {
+                    name: format!("P {}", state.name()),
+                    symbol: state.description(),
+                    about: "Constant over a window; found where wind and manoeuvre tell it from the motion",
+                    dimension: state.dimension(),
+                    value: ctx.session.filter.air_data_deviation[state as usize],
+                    usual: usual.air_data_deviation[state as usize],
+                    mark: None,
+                    recorded: None,
+                };
+                row.show(ctx, ui, |value| FilterEdit::AirDataDeviation(state, value));
+            }
+        });
+    });
+    CollapsingHeader::new("Delays of measurements").show(ui, |ui| {
+        Grid::new("delays").num_columns(3).spacing([6.0, 3.0]).show(ui, |ui| {
+            for measurement in Measurement::ALL {
+                let name = format!("delay {}", measurement.name());
+                ui.label(notation::measurement(measurement)).on_hover_text(measurement.description());
+                let delay_s = ctx.session.filter.measurement_delay_s[measurement as usize];
+                let edited = QuantityEdit::new(&name, delay_s).unit("ms", 1e3).per_point(1e-3).show(ui);
+                ctx.edit_quantity(edited, |value| Edit::Filter(FilterEdit::MeasurementDelay(measurement, value)));
+                ui.end_row();
+            }
+        });
+    });
+}
+
 /// What the recording of the chosen flight says about an entry.
 fn recorded<'a>(ctx: &PanelContext<'a>, channel: NoiseChannel) -> Option<&'a NoiseRow> {
     let noise = ctx.snapshot.noise.get(ctx.selection().flight.as_deref()?)?.latest()?;
@@ -195,7 +197,9 @@ fn take_recorded(ctx: &mut PanelContext<'_>, ui: &mut Ui, name: &str, row: &Nois
     let kept = ctx.session.noise_reasons.get(row.channel.name());
     let mark = RichText::new(if kept.is_some() { "✎●" } else { "✎" }).size(11.0);
     let hint = kept.map_or("Why it is not what the recording says", String::as_str);
-    let menu = ui.menu_button(mark, |ui| {
+    // A click into the field must not close what holds it.
+    let stays = MenuConfig::new().close_behavior(egui::PopupCloseBehavior::CloseOnClickOutside);
+    let (menu, _) = MenuButton::new(mark).config(stays).ui(ui, |ui| {
         let id = ui.scope_id().with("reason");
         let mut reason = ui.data(|data| data.get_temp(id)).or(kept.cloned()).unwrap_or_default();
         let field =
@@ -211,7 +215,7 @@ fn take_recorded(ctx: &mut PanelContext<'_>, ui: &mut Ui, name: &str, row: &Nois
             ui.close();
         }
     });
-    let menu = menu.response.on_hover_text(hint);
+    let menu = menu.on_hover_text(hint);
     ui.ctx().accesskit_node_builder(menu.id, |node| node.set_label(format!("why {name}")));
 }
 

@@ -24,7 +24,7 @@ pub fn proposals(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
     let header = match (open.len(), found.windows.len()) {
         (_, 0) => "No manoeuvre found in the control deflections".to_owned(),
         (0, all) => format!("All {all} manoeuvres found are in the session"),
-        (open, all) => format!("{open} of {all} manoeuvres found are not in the session"),
+        (open, all) => format!("Manoeuvres found: {all}, not in the session: {open}"),
     };
     CollapsingHeader::new(header).id_salt("proposals").default_open(false).show(ui, |ui| {
         found.findings.iter().for_each(|finding| drop(ui.weak(finding)));

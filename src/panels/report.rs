@@ -16,6 +16,8 @@ use crate::widgets::figure_view::figure_view;
 const ROWS: usize = 12;
 /// Height of a row.
 const ROW: f32 = 18.0;
+/// Width of the list of sections: that of its longest title.
+const SECTIONS_WIDTH: f32 = 252.0;
 
 /// The panel.
 #[derive(Default)]
@@ -34,10 +36,11 @@ struct Shown {
 impl Panel for Report {
     fn show(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         let mut choice = ctx.state.report.clone();
-        egui::Panel::left("report sections").resizable(false).exact_size(196.0).show(ui, |ui| {
-            if choices(&mut choice, ui) {
+        egui::Panel::left("report sections").resizable(false).exact_size(SECTIONS_WIDTH).show(ui, |ui| {
+            if writing(&mut choice, ui) {
                 ctx.commands.push(UiCommand::File(FileCommand::Report));
             }
+            ScrollArea::vertical().auto_shrink(false).show(ui, |ui| sections(&mut choice, ui));
         });
         self.keep(ctx, choice.shown);
         ctx.state.report = choice;
@@ -71,9 +74,24 @@ impl Report {
     }
 }
 
-/// Sections and forms to tick; whether the report is to be written.
-fn choices(choice: &mut ReportChoice, ui: &mut Ui) -> bool {
-    caption(ui, "Sections");
+/// Forms to tick; whether the report is to be written.
+fn writing(choice: &mut ReportChoice, ui: &mut Ui) -> bool {
+    ui.horizontal(|ui| {
+        for format in ReportFormat::ALL {
+            let mut wanted = choice.formats.contains(&format);
+            if ui.checkbox(&mut wanted, format.name().to_uppercase()).changed() {
+                choice.formats.retain(|other| *other != format);
+                choice.formats.extend(wanted.then_some(format));
+            }
+        }
+        let possible = !choice.formats.is_empty() && choice.left_out.len() < SectionKind::ALL.len();
+        ui.add_enabled(possible, egui::Button::new("Write report…")).clicked()
+    })
+    .inner
+}
+
+/// Sections to tick, and the one that is shown.
+fn sections(choice: &mut ReportChoice, ui: &mut Ui) {
     for kind in SectionKind::ALL {
         ui.horizontal(|ui| {
             let mut wanted = !choice.left_out.contains(&kind);
@@ -89,18 +107,6 @@ fn choices(choice: &mut ReportChoice, ui: &mut Ui) -> bool {
             ui.selectable_value(&mut choice.shown, kind, kind.title());
         });
     }
-    ui.add_space(6.0);
-    ui.horizontal(|ui| {
-        for format in ReportFormat::ALL {
-            let mut wanted = choice.formats.contains(&format);
-            if ui.checkbox(&mut wanted, format.name().to_uppercase()).changed() {
-                choice.formats.retain(|other| *other != format);
-                choice.formats.extend(wanted.then_some(format));
-            }
-        }
-    });
-    let possible = !choice.formats.is_empty() && choice.left_out.len() < SectionKind::ALL.len();
-    ui.add_enabled(possible, egui::Button::new("Write report…")).clicked()
 }
 
 fn draw(block: &Block, ui: &mut Ui) {

@@ -151,7 +151,7 @@ fn proposed_manoeuvres_are_accepted_one_by_one_or_all_at_once() {
     harness.state_mut().request(UiCommand::View(ViewCommand::Show(Pane::Manoeuvres)));
     settle(&mut harness);
     let found = harness.state().snapshot().proposals["FT1"].ready().expect("the flight is looked through").clone();
-    harness.get_by_label_contains("manoeuvres found are not in the session").click();
+    harness.get_by_label_contains("not in the session:").click();
     settle(&mut harness);
     harness.get_by_label("accept 03 elevator doublet").click();
     settle(&mut harness);

@@ -185,7 +185,12 @@ fn window_histories<'a>(histories: &mut Vec<History<'a>>, group: &str, results: 
             columns.push(HistoryColumn::new(path, variable_unit(variable), variable.description(), column));
         }
     }
-    columns.push(HistoryColumn::new("aero/air_density".into(), "kg/m^3", "air density", &aero.data.density_kg_m3[aero.variables.rows()]));
+    columns.push(HistoryColumn::new(
+        "aero/air_density".into(),
+        "kg/m^3",
+        "air density",
+        &aero.data.density_kg_m3[aero.variables.rows()],
+    ));
     for fit in results.fits.ready().iter().flat_map(|fits| &fits.fits) {
         // One window, so the fit has the samples of its coefficients.
         if let Some((fitted, _)) = fit.series.first() {

@@ -1,0 +1,139 @@
+//! How the filter works, and how coefficients are formed from its path.
+
+use doublet_core::reconstruct::{InputHold, Method};
+use doublet_engine::session::{Edit, EstimationEdit, FilterEdit, PathSource, Preparation};
+use eframe::egui::{CollapsingHeader, Grid, Ui};
+
+use super::{PanelContext, choices};
+use crate::widgets::quantity_edit::QuantityEdit;
+
+/// Half width of the differentiation that a tick switches on, s.
+const HALF_WIDTH_S: f64 = 0.2;
+
+/// Filter, path, and how coefficients follow from the path.
+pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
+    filter(ctx, ui);
+    CollapsingHeader::new("Coefficients from the path").show(ui, |ui| preparation(ctx, ui));
+}
+
+fn filter(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
+    let filter = &ctx.session.filter;
+    Grid::new("filter").num_columns(4).spacing([10.0, 4.0]).show(ui, |ui| {
+        ui.weak("Filter");
+        let iterated = match filter.method {
+            method @ Method::Iekf { .. } => method,
+            _ => Method::USUAL_IEKF,
+        };
+        let unscented = match filter.method {
+            method @ Method::Ukf { .. } => method,
+            _ => Method::Ukf { spread: Method::USUAL_SPREAD },
+        };
+        let mut method = filter.method;
+        if choices(ui, &mut method, &[(Method::Ekf, "EKF"), (iterated, "Iterated"), (unscented, "Unscented")]) {
+            ctx.edit(Edit::Filter(FilterEdit::Method(method)));
+        }
+        ui.weak("Input between samples");
+        let mut hold = filter.hold;
+        if choices(ui, &mut hold, &[(InputHold::FirstOrder, "Linear"), (InputHold::ZeroOrder, "Held")]) {
+            ctx.edit(Edit::Filter(FilterEdit::Hold(hold)));
+        }
+        ui.end_row();
+        ui.weak("Path used");
+        let mut path = ctx.session.preparation.path;
+        if choices(ui, &mut path, &[(PathSource::Filtered, "Filtered"), (PathSource::Smoothed, "Smoothed")]) {
+            ctx.edit(Edit::Estimation(EstimationEdit::Path(path)));
+        }
+        ui.weak("Gravity");
+        let gravity =
+            QuantityEdit::new("gravity", filter.gravity_m_s2).unit("m/s²", 1.0).per_point(1e-4).allowed(9.7..=9.9);
+        let edited = gravity.show(ui);
+        ctx.edit_quantity(edited, |value| Edit::Filter(FilterEdit::Gravity(value)));
+        ui.end_row();
+        if ctx.session.preparation.path == PathSource::Smoothed {
+            ui.weak("Smoother passes");
+            let passes = filter.smoother_passes as f64;
+            let edited = QuantityEdit::new("smoother passes", passes).per_point(0.1).allowed(1.0..=100.0).show(ui);
+            ctx.edit_quantity(edited, |value| {
+                Edit::Filter(FilterEdit::SmootherPasses(value.round().clamp(1.0, 100.0) as usize))
+            });
+            ui.end_row();
+        }
+        if let Method::Ukf { spread } = filter.method {
+            ui.weak("Spread of sigma points");
+            let edited =
+                QuantityEdit::new("spread", spread).unit("σ", 1.0).per_point(0.01).allowed(0.1..=10.0).show(ui);
+            ctx.edit_quantity(edited, |spread| Edit::Filter(FilterEdit::Method(Method::Ukf { spread })));
+            ui.end_row();
+        }
+        if let Method::Iekf { max_iterations, tolerance } = filter.method {
+            ui.weak("Iterations at most");
+            let edited =
+                QuantityEdit::new("iterations", max_iterations as f64).per_point(0.1).allowed(1.0..=100.0).show(ui);
+            ctx.edit_quantity(edited, |value| {
+                let max_iterations = value.round().clamp(1.0, 100.0) as usize;
+                Edit::Filter(FilterEdit::Method(Method::Iekf { max_iterations, tolerance }))
+            });
+            ui.weak("Tolerance");
+            let edited =
+                QuantityEdit::new("tolerance", tolerance).unit("σ", 1.0).logarithmic().allowed(1e-12..=1.0).show(ui);
+            ctx.edit_quantity(edited, |tolerance| {
+                Edit::Filter(FilterEdit::Method(Method::Iekf { max_iterations, tolerance }))
+            });
+            ui.end_row();
+        }
+    });
+}
+
+/// What happens between the path and the coefficients.
+fn preparation(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
+    let now = &ctx.session.preparation;
+    let mut next = now.clone();
+    ui.horizontal_wrapped(|ui| {
+        for (on, text, hint) in [
+            (&mut next.correct_accelerometer, "accelerometers", "Moves the specific force to the centre of gravity"),
+            (&mut next.correct_vanes, "vanes", "Takes the flow that body rates make out of the flow angles"),
+            (&mut next.correct_antenna, "antenna", "Moves position and ground velocity to the centre of gravity"),
+            (&mut next.remove_thrust, "thrust taken out", "Of CX and of Cm; the engines or a record must tell it"),
+        ] {
+            ui.checkbox(on, text).on_hover_text(hint);
+        }
+    });
+    ui.horizontal_wrapped(|ui| {
+        let mut local = next.differentiation_half_width_s.is_some();
+        let hint = "Angular acceleration by a local parabola; without it by central differences (thesis Eq. D.1)";
+        if ui.checkbox(&mut local, "local differentiation").on_hover_text(hint).changed() {
+            next.differentiation_half_width_s = local.then_some(HALF_WIDTH_S);
+        }
+        let hint = "Regressors are smoothed as the differentiation smooths the angular acceleration";
+        ui.checkbox(&mut next.matched_smoothing, "smooth both sides alike").on_hover_text(hint);
+    });
+    if next != *now {
+        ctx.edit(Edit::Estimation(EstimationEdit::Preparation(next)));
+    }
+    Grid::new("preparation").num_columns(4).spacing([10.0, 4.0]).show(ui, |ui| {
+        if let Some(half_width_s) = now.differentiation_half_width_s {
+            let with = |value| Preparation { differentiation_half_width_s: Some(value), ..now.clone() };
+            duration(ctx, ui, ("Half width", "half width", half_width_s), with);
+        }
+        duration(ctx, ui, ("Settling", "settling", now.settle_s), |value| Preparation {
+            settle_s: value,
+            ..now.clone()
+        });
+        ui.end_row();
+        let lag = |value| Preparation { actuator_lag_s: value, ..now.clone() };
+        duration(ctx, ui, ("Actuator lag", "actuator lag", now.actuator_lag_s), lag);
+        ui.end_row();
+    });
+}
+
+/// A time of the preparation.
+fn duration(
+    ctx: &mut PanelContext<'_>,
+    ui: &mut Ui,
+    (title, name, value): (&str, &str, f64),
+    with: impl FnOnce(f64) -> Preparation,
+) {
+    ui.weak(title);
+    let edited = QuantityEdit::new(name, value).unit("s", 1.0).per_point(1e-3).allowed(0.0..=10.0).show(ui);
+    ctx.edit_quantity(edited, |value| Edit::Estimation(EstimationEdit::Preparation(with(value))));
+}
