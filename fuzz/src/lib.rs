@@ -6,8 +6,11 @@ use std::path::{Path, PathBuf};
 use doublet_core::load::{ChannelMap, aircraft, datcom, inspect, instruments, plan, propulsion_maps, read};
 use doublet_engine::session;
 
+/// A function that takes whatever bytes there are.
+pub type Target = fn(&[u8]);
+
 /// Every function by its name.
-pub const TARGETS: [(&str, fn(&[u8])); 10] = [
+pub const TARGETS: [(&str, Target); 10] = [
     ("hdf5", hdf5),
     ("mat", mat),
     ("csv", csv),

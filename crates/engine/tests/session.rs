@@ -108,6 +108,7 @@ fn opens_session_v1_as_it_was_meant() {
     let bare = open("bare.toml");
     assert_eq!(bare.preparation.differentiation_half_width_s, Some(0.1));
     assert_eq!(bare.preparation.path, session::PathSource::Smoothed);
+    assert!(!bare.preparation.correct_antenna, "version 1 did not");
     assert_eq!(bare.filter.measurement_noise[Measurement::Airspeed as usize], 0.2);
     assert_eq!(bare.filter.process_noise[Input::RollRate as usize], 0.005_f64.to_radians());
     assert_eq!(bare.filter.method, Method::Iekf { max_iterations: 10, tolerance: 1e-3 });

@@ -24,6 +24,9 @@ pub(super) struct Variable {
     pub value: Value,
 }
 
+/// Fields of a struct; elements of an array share their names.
+pub(super) type Fields = Vec<(Arc<str>, Value)>;
+
 /// What a variable, cell or field holds.
 pub(super) enum Value {
     /// Real numbers column by column; all dimensions after the first count as columns.
@@ -33,7 +36,7 @@ pub(super) enum Value {
     /// Cells in memory order.
     Cells(Vec<Value>),
     /// Fields of each element of a struct array.
-    Structs(Vec<Vec<(Arc<str>, Value)>>),
+    Structs(Vec<Fields>),
     /// A kind that is not read, with its name.
     Unread(&'static str),
 }
@@ -225,7 +228,7 @@ impl<'a> Cursor<'a> {
         (0..count).map(|_| self.child(depth)).collect()
     }
 
-    fn structs(&mut self, name: &str, count: usize, depth: usize) -> Result<Vec<Vec<(Arc<str>, Value)>>, LoadError> {
+    fn structs(&mut self, name: &str, count: usize, depth: usize) -> Result<Vec<Fields>, LoadError> {
         let length = self.element("length of field names")?;
         let length = numbers(&length, self.big).and_then(|values| values.first().copied()).unwrap_or(0.0) as usize;
         let names = self.element("field names")?.data;

@@ -38,6 +38,9 @@ enum Step<'a> {
     Named(&'a str, &'a str),
 }
 
+/// Settings a combination has, by name, and the session with them or why there is none.
+pub type Combination = (Vec<(String, String)>, Result<Session, String>);
+
 impl Sweep {
     /// Reads a sweep from its text.
     ///
@@ -62,7 +65,7 @@ impl Sweep {
     }
 
     /// Every combination: the settings it has, and the session with them or why there is none. The last setting varies fastest.
-    pub fn sessions(&self, base: &Session) -> Vec<(Vec<(String, String)>, Result<Session, String>)> {
+    pub fn sessions(&self, base: &Session) -> Vec<Combination> {
         let mut combinations: Vec<Vec<&Value>> = vec![Vec::new()];
         for varied in &self.varied {
             combinations = combinations
