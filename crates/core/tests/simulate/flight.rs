@@ -104,6 +104,23 @@ fn same_seed_gives_same_bytes_and_another_seed_does_not() {
     assert_ne!(files(3), files(4));
 }
 
+/// Source, channel and values, bit by bit, of an HDF5 file.
+fn channels(bytes: &[u8]) -> Vec<(String, String, Vec<u64>)> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("flight.h5");
+    std::fs::write(&path, bytes).unwrap();
+    let mut probe = doublet_core::load::probe(&path).unwrap();
+    probe.complete().unwrap();
+    let bits = |values: &[f64]| values.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
+    let all: Vec<_> = probe
+        .sources
+        .iter()
+        .flat_map(|source| source.channels.iter().map(|c| (source.name.clone(), c.name.clone(), bits(c.values()))))
+        .collect();
+    assert!(!all.is_empty());
+    all
+}
+
 #[test]
 fn shipped_demo_is_what_the_simulator_makes() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/flights/demo");
@@ -116,7 +133,12 @@ fn shipped_demo_is_what_the_simulator_makes() {
     for file in files {
         let shipped = std::fs::read(folder.join(&file.path)).unwrap();
         total += shipped.len();
-        assert!(shipped == file.bytes, "{} differs from what the simulator makes", file.path);
+        // Packed bytes depend on the compressor; what is in them does not.
+        let same = match Path::new(&file.path).extension().is_some_and(|extension| extension == "h5") {
+            true => channels(&shipped) == channels(&file.bytes),
+            false => shipped == file.bytes,
+        };
+        assert!(same, "{} differs from what the simulator makes", file.path);
     }
     assert_eq!(std::fs::read_dir(&folder).unwrap().count(), files.len());
     println!("{total} bytes");
