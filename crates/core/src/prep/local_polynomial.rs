@@ -42,7 +42,7 @@ pub(super) fn local_polynomial(
 ///
 /// With the Vandermonde matrix `V = Q R` in the scaled time `(t - at) / s`, the coefficients are `R^-1 Q' f`, and the
 /// weights of coefficient `d` are row `d` of `R^-1 Q'`.
-fn weights(window: &[f64], at: f64, degree: usize, derivative: usize) -> Vec<f64> {
+pub(super) fn weights(window: &[f64], at: f64, degree: usize, derivative: usize) -> Vec<f64> {
     let scale = (window[window.len() - 1] - window[0]).max(f64::MIN_POSITIVE);
     let vandermonde =
         DMatrix::from_fn(window.len(), degree + 1, |row, power| ((window[row] - at) / scale).powi(power as i32));

@@ -1,6 +1,6 @@
 //! The smoothing that a differentiation carries with it.
 
-use super::{Differentiation, PrepError, check, differentiate, even_step};
+use super::{Differentiation, PrepError, check, differentiate, even_step, local_polynomial};
 
 /// Smoothing `G` with which a differentiation of sampled signals is the slope of the smoothed signal: `D f = G f'`.
 ///
@@ -32,12 +32,13 @@ impl MatchedSmoothing {
         // Five samples are the least any method takes.
         let samples = width.max(5);
         let grid: Vec<f64> = (0..samples).map(|k| k as f64 * step).collect();
-        let mut weights = Vec::with_capacity(samples);
-        for k in 0..samples {
-            let mut impulse = vec![0.0; samples];
-            impulse[k] = step;
-            weights.push(differentiate(&grid, &impulse, method)?[samples / 2]);
-        }
+        let weights = match method {
+            Differentiation::LocalPolynomial { degree, .. } if samples == width && (1..width).contains(&degree) => {
+                let slope = local_polynomial::weights(&grid, grid[samples / 2], degree, 1);
+                slope.into_iter().map(|weight| weight * step).collect()
+            }
+            _ => impulse_response(&grid, step, method)?,
+        };
         let mut increments = vec![0.0; samples - 1];
         let mut sum = 0.0;
         for j in (0..samples - 1).rev() {
@@ -63,6 +64,16 @@ impl MatchedSmoothing {
         let product = |window: &[f64]| window.iter().zip(&self.kernel).map(|(value, weight)| value * weight).sum();
         values.windows(self.kernel.len()).map(product).collect()
     }
+}
+
+/// Derivative at the middle of `grid` of a signal that is `step` at one sample and zero at the others, for each sample.
+fn impulse_response(grid: &[f64], step: f64, method: Differentiation) -> Result<Vec<f64>, PrepError> {
+    let at = |k: usize| {
+        let mut impulse = vec![0.0; grid.len()];
+        impulse[k] = step;
+        Ok(differentiate(grid, &impulse, method)?[grid.len() / 2])
+    };
+    (0..grid.len()).map(at).collect()
 }
 
 #[cfg(test)]

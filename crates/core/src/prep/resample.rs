@@ -32,7 +32,14 @@ pub fn resample(
         return Err(PrepError::OutsideRange { time_s, start_s, end_s });
     }
     Ok(match interpolation {
-        Interpolation::Linear => at_s.iter().map(|&t| linear(time_s, values, t)).collect(),
+        Interpolation::Linear => {
+            let mut right = 0;
+            let value = |&t: &f64| {
+                right = first_not_before(time_s, t, right);
+                linear(time_s, values, t, right)
+            };
+            at_s.iter().map(value).collect()
+        }
         Interpolation::QuadraticSpline => {
             let spline = QuadraticSpline::through(time_s, values);
             at_s.iter().map(|&t| spline.value(t)).collect()
@@ -40,9 +47,17 @@ pub fn resample(
     })
 }
 
-/// Value at `t` on the straight line between the samples about it.
-fn linear(time_s: &[f64], values: &[f64], t: f64) -> f64 {
-    let right = time_s.partition_point(|&sample| sample < t);
+/// First sample not before `t`; times asked for mostly go on from the one before, which was found at `last`.
+fn first_not_before(time_s: &[f64], t: f64, last: usize) -> usize {
+    /// Samples looked at one by one before all are searched.
+    const NEAR: usize = 8;
+    let follows = last == 0 || time_s[last - 1] < t;
+    let near = time_s[last..].iter().take(NEAR).position(|&sample| sample >= t).filter(|_| follows);
+    near.map_or_else(|| time_s.partition_point(|&sample| sample < t), |ahead| last + ahead)
+}
+
+/// Value at `t` on the straight line that ends at the sample `right`, the first not before it.
+fn linear(time_s: &[f64], values: &[f64], t: f64, right: usize) -> f64 {
     if right == 0 || time_s[right] == t {
         return values[right];
     }

@@ -122,6 +122,8 @@ fn in_lanes(
         let windows: Vec<&FilterData> = group.iter().map(|&k| data[k]).collect();
         let samples: usize = windows.iter().map(|window| window.inputs.time_s.len()).sum();
         let mut part = |part: f64| watch((done as f64 + part * samples as f64) / total.max(1) as f64);
+        // Few windows waste wide lanes: half as many cost little more than half.
+        let width = if width == Width::Eight && group.len() <= Width::Four.lanes() { Width::Four } else { width };
         let outcome = match width {
             Width::Two => run_group::<Estimate<Two>>(&windows, settings, see_noise, &mut part),
             #[cfg(target_arch = "x86_64")]
@@ -162,9 +164,18 @@ pub fn lanes() -> usize {
     widest().lanes()
 }
 
-/// Groups of windows, by index, that run side by side: as many as there are lanes, of similar length.
-pub fn lane_groups(data: &[&FilterData]) -> Vec<Vec<usize>> {
-    groups_of(lanes(), data)
+/// Groups of windows, by index, that run side by side: as many as there are lanes, of similar length. What is left over when
+/// `workers` have had the same number of groups is halved where all of them can then help.
+pub fn lane_groups(data: &[&FilterData], workers: usize) -> Vec<Vec<usize>> {
+    let mut groups = groups_of(lanes(), data);
+    let left_over = groups.len() % workers.max(1);
+    if 2 * left_over <= workers {
+        for group in groups.split_off(groups.len() - left_over) {
+            let (first, second) = group.split_at(group.len().div_ceil(2));
+            groups.extend([first, second].into_iter().filter(|half| !half.is_empty()).map(<[usize]>::to_vec));
+        }
+    }
+    groups
 }
 
 fn groups_of(lanes: usize, data: &[&FilterData]) -> Vec<Vec<usize>> {

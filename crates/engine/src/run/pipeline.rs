@@ -456,12 +456,14 @@ fn reconstruct_all<'a>(
             None => missing.push(item),
         }
     }
-    let groups = lane_groups(&missing.iter().map(|item| &item.samples.data).collect::<Vec<_>>());
+    let data: Vec<_> = missing.iter().map(|item| &item.samples.data).collect();
+    let groups = lane_groups(&data, rayon::current_num_threads());
     let mut missing: Vec<_> = missing.into_iter().map(Some).collect();
     let mut batches: Vec<Vec<Prepared<'a>>> =
         groups.iter().map(|group| group.iter().filter_map(|&index| missing[index].take()).collect()).collect();
     batches.sort_by_key(|batch| !batch.iter().any(|item| scope.first == Some(item.task.manoeuvre.name.as_str())));
-    let computed = batches.into_par_iter().map(|batch| reconstruct_batch(session, batch, cache, board));
+    // One after the other to whoever is free: halves dealt out beforehand would leave the large groups to one core.
+    let computed = batches.into_iter().par_bridge().map(|batch| reconstruct_batch(session, batch, cache, board));
     known.extend(computed.collect::<Result<Vec<_>, _>>()?.into_iter().flatten());
     Ok(known)
 }

@@ -89,5 +89,8 @@ fn verdict(control: &Control) -> ControlFlow<()> {
 /// Windows in groups that run side by side.
 fn grouped(data: &[FilterData]) -> Vec<Vec<&FilterData>> {
     let all: Vec<&FilterData> = data.iter().collect();
-    lane_groups(&all).into_iter().map(|group| group.into_iter().map(|k| all[k]).collect()).collect()
+    lane_groups(&all, rayon::current_num_threads())
+        .into_iter()
+        .map(|group| group.into_iter().map(|k| all[k]).collect())
+        .collect()
 }

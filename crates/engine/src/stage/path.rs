@@ -12,6 +12,7 @@ use doublet_core::reconstruct::{
     Reconstruction, STATES, State, reconstruct_many,
 };
 use doublet_core::series::{Recording, Series, Window};
+use rayon::prelude::*;
 
 use super::aircraft::AircraftData;
 
@@ -234,7 +235,7 @@ pub fn paths(samples: Vec<Samples<'_>>, session: &Session, control: &Control) ->
     match reconstructions(&data, session, control) {
         Err(error) => samples.iter().map(|_| Err(error.clone())).collect(),
         Ok(found) => {
-            let windows = samples.into_iter().zip(found);
+            let windows = samples.into_par_iter().zip(found);
             windows.map(|(samples, result)| Ok(window_path(samples, result?))).collect()
         }
     }

@@ -27,9 +27,10 @@ fn truth_error(state: State, truth: &Series, reconstruction: &Reconstruction) ->
     let index = state as usize;
     let start = reconstruction.time_s.first()? + SETTLE_S;
     let (mut sum, mut count, mut last) = (0.0, 0.0, f64::NAN);
+    let mut place = truth.time_s.partition_point(|&t| t < reconstruction.time_s[0] - 1e-9);
     for (sample, &time) in reconstruction.time_s.iter().enumerate() {
         // Truth on another clock is not compared: interpolating it would add an error of its own.
-        let place = truth.time_s.partition_point(|&t| t < time - 1e-9);
+        place += truth.time_s[place..].iter().take_while(|&&t| t < time - 1e-9).count();
         if truth.time_s.get(place).is_none_or(|&t| (t - time).abs() > 1e-6) {
             continue;
         }
