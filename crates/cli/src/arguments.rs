@@ -9,7 +9,9 @@ use doublet_engine::report::{HistoryFormat, TableFormat};
 use doublet_report::ReportFormat;
 
 use crate::propose::ProposeArguments;
+use crate::structure::StructureArguments;
 use crate::tune::TuneArguments;
+use crate::variants::VariantArguments;
 
 /// Aircraft system identification from flight test.
 ///
@@ -45,6 +47,10 @@ pub enum Command {
     Checks(StudyArguments),
     /// Find lag and delay of every control by the fit.
     Lags(StudyArguments),
+    /// Search for the terms the data ask for, stepwise or by orthogonal functions, and print every step.
+    Structure(StructureArguments),
+    /// Print the derivatives by weighted, generalised, constrained and total least squares beside the ordinary ones.
+    Variants(VariantArguments),
     /// Carry fresh noise of the recording through both steps, many times.
     MonteCarlo(MonteCarloArguments),
     /// Propose manoeuvre windows, steady windows or noise from the recordings of a session.

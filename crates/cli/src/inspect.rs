@@ -1,6 +1,7 @@
 //! `doublet inspect`: what a recording holds.
 
 use doublet_core::load::{ChannelMap, Gap, Probe, Source, inspect as read_contents, plan};
+use doublet_core::quantity::Unit;
 
 use crate::arguments::InspectArguments;
 use crate::{new, text};
@@ -18,6 +19,7 @@ pub fn inspect(arguments: &InspectArguments) -> Result<(), String> {
     for warning in &probe.warnings {
         text::line(&format!("warning: {warning}"));
     }
+    probe.sources.iter().for_each(doubts);
     if let Some(name) = &arguments.map {
         print_plan(&probe, &new::channel_map(name)?.1);
     }
@@ -62,6 +64,28 @@ fn print_source(source: &Source) {
         ]
     });
     text::table(&["  channel", "unit", "samples", "Hz", "not finite", ""], &rows.collect::<Vec<_>>());
+}
+
+/// Says which channels of a source a map cannot use as they are: of an unknown unit, or with another number of samples than its
+/// only clock.
+fn doubts(source: &Source) {
+    for channel in &source.channels {
+        let place = format!("warning: {}/{}", source.name, channel.name);
+        if let Some(Err(error)) = channel.unit.as_deref().filter(|unit| !unit.is_empty()).map(Unit::parse) {
+            text::line(&format!("{place}: {error}; give 'unit' in the channel map"));
+        }
+        // A channel far from the number of stamps is a parameter, not a history.
+        let near = |stamps: usize| (stamps / 2..=2 * stamps).contains(&channel.samples);
+        if let ([clock], None) = (&source.clocks[..], channel.clock)
+            && near(clock.samples)
+        {
+            let (own, stamps) = (channel.samples, clock.samples);
+            text::line(&format!(
+                "{place} has {own} samples, '{}' {stamps}: it has no time; record it again",
+                clock.channel
+            ));
+        }
+    }
 }
 
 /// Gaps listed one by one; of many, the longest.

@@ -17,9 +17,11 @@ mod propose;
 mod report;
 mod run;
 mod simulate;
+mod structure;
 mod study;
 mod text;
 mod tune;
+mod variants;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -70,6 +72,8 @@ fn execute(command: Command) -> ExitCode {
         Command::Sensitivity(arguments) => study::study(Study::Sensitivity, &arguments),
         Command::Manoeuvres(arguments) => study::study(Study::Manoeuvres, &arguments),
         Command::Checks(arguments) => study::study(Study::Checks, &arguments),
+        Command::Structure(arguments) => structure::structure(&arguments),
+        Command::Variants(arguments) => variants::variants(&arguments),
         Command::Lags(arguments) => study::study(Study::Lags, &arguments),
         Command::MonteCarlo(arguments) => {
             let realisations = arguments.realisations as usize;

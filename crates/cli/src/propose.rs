@@ -3,8 +3,12 @@
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
+use doublet_core::align::{OnsetSettings, onset_alignment};
+use doublet_core::prep::{Differentiation, differentiate};
+use doublet_core::quantity::Role;
+use doublet_core::series::{Series, Window};
 use doublet_engine::keep::Lock;
-use doublet_engine::session::{self, Edit, NoiseChannel, NoiseEdit, Opened, Session, WindowEdit};
+use doublet_engine::session::{self, Edit, NoiseChannel, NoiseEdit, Opened, Session, Surface, WindowEdit};
 use doublet_engine::stage::{self, FlightNoise, FlightProposals, LoadedFlight};
 
 use crate::text;
@@ -24,6 +28,8 @@ pub enum What {
     Windows(Target),
     /// Steady windows, in which what a channel still does is its noise.
     Steady(Target),
+    /// Shifts of the control sensors by the first response of the aircraft to each manoeuvre; for `shift_s` of their clock.
+    Onsets(Target),
     /// Standard deviations for Q and R, from the session's steady windows or from those found.
     Noise(Target),
 }
@@ -43,7 +49,7 @@ pub struct Target {
 /// # Errors
 /// One line when the session or a recording cannot be read, or the session cannot be written.
 pub fn propose(arguments: &ProposeArguments) -> Result<(), String> {
-    let (What::Windows(target) | What::Steady(target) | What::Noise(target)) = &arguments.what;
+    let (What::Windows(target) | What::Steady(target) | What::Onsets(target) | What::Noise(target)) = &arguments.what;
     let _lock = if target.apply { Lock::hold(&target.session)? } else { None };
     let opened = session::open(&target.session).map_err(|e| format!("{}: {e}", target.session.display()))?;
     let mut changed = opened.session.clone();
@@ -55,6 +61,10 @@ pub fn propose(arguments: &ProposeArguments) -> Result<(), String> {
         let edit = match &arguments.what {
             What::Windows(_) => windows(&changed, name, &proposals),
             What::Steady(_) => steady(name, &proposals),
+            What::Onsets(_) => {
+                onsets(name, &loaded, &proposals);
+                continue;
+            }
             What::Noise(_) => {
                 let noise = stage::noise(name, &loaded.recording, &opened.session.steady, &proposals.steady);
                 noise_table(&changed, name, &noise)
@@ -78,6 +88,54 @@ fn load(opened: &Opened, flight: &session::Flight) -> Result<LoadedFlight, Strin
     stage::flight(&opened.folder, flight)
         .and_then(|read| stage::aligned(&opened.folder, &read, flight))
         .map_err(|error| format!("flight '{}': {error}", flight.name))
+}
+
+/// Shift each manoeuvre asks for so that the angular acceleration answers its control at once (thesis 4.4.3), and their mean.
+fn onsets(flight: &str, loaded: &LoadedFlight, proposals: &FlightProposals) {
+    /// Steady flight before the onset and response after it that are looked at, s.
+    const AROUND_S: [f64; 2] = [1.0, 2.5];
+    let series = |role: Role| loaded.recording.role(role).map(|channel| &channel.series);
+    let motion = [Role::RollRate, Role::PitchRate, Role::YawRate, Role::BankAngle, Role::PitchAngle];
+    let method = Differentiation::LocalPolynomial { degree: 2, half_width: 2 };
+    let (mut rows, mut sum, mut weights) = (Vec::new(), 0.0, 0.0);
+    for proposal in &proposals.windows {
+        let (control, rate) = match proposal.manoeuvre.surface {
+            Some(Surface::Aileron) => (Role::Aileron, Role::RollRate),
+            Some(Surface::Elevator) => (Role::Elevator, Role::PitchRate),
+            Some(Surface::Rudder) => (Role::Rudder, Role::YawRate),
+            None => continue,
+        };
+        let (Some(control), Some(rate)) = (series(control), series(rate)) else { continue };
+        let window = Window { start_s: proposal.onset_s - AROUND_S[0], end_s: proposal.onset_s + AROUND_S[1] };
+        let found = differentiate(&rate.time_s, &rate.values, method).map_err(|error| error.to_string());
+        let found = found.and_then(|slope| {
+            let response = Series { time_s: rate.time_s.clone(), values: slope.into() };
+            let companions: Vec<&Series> =
+                motion.into_iter().filter_map(series).filter(|other| other.time_s == response.time_s).collect();
+            onset_alignment(control, &response, &companions, window, &OnsetSettings::default())
+                .map_err(|error| error.to_string())
+        });
+        let said = match found {
+            Ok(found) => {
+                let weight = found.shift_sd_s.powi(-2);
+                (sum, weights) = (sum + weight * found.shift_s, weights + weight);
+                [found.shift_s, found.shift_sd_s, found.share].map(|value| text::number(value, 3)).to_vec()
+            }
+            Err(error) => {
+                text::line(&format!("  {}: {error}", proposal.manoeuvre.name));
+                continue;
+            }
+        };
+        rows.push([vec![format!("  {}", proposal.manoeuvre.name)], said].concat());
+    }
+    text::line(&format!(
+        "{flight}: shift of the control sensors by the first response (add it to shift_s of their clock)"
+    ));
+    text::table(&["  manoeuvre", "shift s", "std error s", "share"], &rows);
+    if weights > 0.0 {
+        let (mean, error) = (text::number(sum / weights, 3), text::number(weights.powf(-0.5), 2));
+        text::line(&format!("  all: {mean} s, standard error {error} s; an actuator's lag is part of it"));
+    }
 }
 
 fn windows(session: &Session, flight: &str, proposals: &FlightProposals) -> Edit {

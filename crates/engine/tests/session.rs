@@ -47,6 +47,7 @@ fn example() -> Session {
             instruments: Some(InstrumentSetting {
                 file: "builtin:c337f_instruments".to_owned(),
                 control_sensors: Some("sensor_*".to_owned()),
+                thesis_controls: true,
                 pod: None,
                 pod_calibration: String::new(),
                 fuel: [("main left".to_owned(), "engine_monitor/m_f_ML".to_owned())].into(),

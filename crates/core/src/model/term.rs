@@ -127,6 +127,7 @@ fn leading_variable(text: &str) -> Option<(Variable, &str)> {
     Variable::ALL
         .iter()
         .flat_map(|&variable| [(variable, variable.name()), (variable, variable.suffix())])
+        .chain([(Variable::PropellerPressure, "dp_t/q")])
         .filter_map(|(variable, name)| text.strip_prefix(name).map(|rest| (variable, rest)))
         .filter(|(_, rest)| rest.is_empty() || rest.starts_with(['*', '^']))
         .min_by_key(|(_, rest)| rest.len())

@@ -6,4 +6,4 @@ mod table;
 
 pub use noise::{NoiseEffect, noise_effects, with_noise};
 pub use quantity::{Quantity, QuantityGroup, Step, quantities};
-pub use table::{Partial, SensitivityTable, TornadoBar, central, tornado};
+pub use table::{Estimate, Partial, SensitivityTable, TornadoBar, central, tornado};

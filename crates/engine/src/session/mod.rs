@@ -75,6 +75,8 @@ pub struct InstrumentSetting {
     pub file: String,
     /// Sources of the control sensors, `*` standing for a sensor's name in the file.
     pub control_sensors: Option<String>,
+    /// Whether turns are integrated rates and the column follows Eq. 4.5, as in the thesis, instead of attitudes and the triangle.
+    pub thesis_controls: bool,
     /// Source of the air-data pod.
     pub pod: Option<String>,
     /// Flight whose calibration the pod's number has.

@@ -7,9 +7,10 @@ use doublet_core::airframe::{self, Aircraft, FuelSplit, Loading, MassHistory};
 use doublet_core::load::aircraft as aircraft_file;
 use doublet_core::load::propulsion_maps::read_propulsion_section;
 use doublet_core::model::{Inertia, InertiaHistory, Position, RateNormalisation, ReferenceGeometry};
+use doublet_core::prep::{Interpolation, fuel_from_flow, resample};
 use doublet_core::propulsion::Powerplant;
 use doublet_core::quantity::Role;
-use doublet_core::series::Recording;
+use doublet_core::series::{Recording, Series};
 
 use super::instruments::tank_channel;
 use super::recording::locate;
@@ -70,8 +71,8 @@ pub struct AircraftData {
     pub mass_change: Option<Inertia>,
     /// Place of the accelerometers.
     pub accelerometer: Option<Position>,
-    /// Place of the flow vanes.
-    pub vane: Option<Position>,
+    /// Places of the vanes of angle of attack and sideslip; one stands for both where only one is stated.
+    pub vanes: Option<[Position; 2]>,
     /// Place of the satellite receiver's antenna.
     pub antenna: Option<Position>,
     /// Point the moment coefficients are about; the centre of gravity when there is none.
@@ -92,12 +93,16 @@ pub fn aircraft_data(loaded: Arc<LoadedAircraft>, loading: Option<&Loading>) -> 
     }
     let mass = loading.mass_properties(aircraft);
     let sensors = aircraft.sensors;
+    let (alpha_vane, beta_vane) = (sensors.alpha_vane_from_datum_m, sensors.beta_vane_from_datum_m);
     Ok(AircraftData {
         reference: reference(&aircraft.reference)?,
         inertia: inertia(mass.mass_kg, mass.cg_from_datum_m, mass.inertia),
         mass_change: None,
         accelerometer: sensors.accelerometer_from_datum_m.map(Position::Datum),
-        vane: sensors.alpha_vane_from_datum_m.or(sensors.beta_vane_from_datum_m).map(Position::Datum),
+        vanes: alpha_vane
+            .or(beta_vane)
+            .zip(beta_vane.or(alpha_vane))
+            .map(|(alpha, beta)| [alpha, beta].map(Position::Datum)),
         antenna: sensors.antenna_from_datum_m.map(Position::Datum),
         moment_reference: aircraft.moment_reference_from_datum_m.map(Position::Datum),
         loading,
@@ -126,24 +131,29 @@ impl AircraftData {
 
     /// Mass properties over a window. Where the session states no fuel, the recorded fuel of each tank tells it, or the recorded
     /// fuel in all, shared among the tanks as in the loading; where it does, that is what was on board at the first record
-    /// of the flight, and the recorded fuel tells the burn. Without recorded fuel, or without fuel in the loading, they are constant.
+    /// of the flight, and the recorded fuel tells the burn. Without recorded fuel the fuel flow since the first record does. Without
+    /// either, or without fuel in the loading, they are constant.
     ///
     /// # Errors
     /// One line when the recorded fuel does not cover the window or does not fit the tanks.
     pub fn inertia_history(&self, recording: &Recording, time_s: &[f64]) -> Result<InertiaHistory, String> {
         let stated_kg = self.loading.fuel_kg.values().sum::<f64>();
-        let Some(channel) = recording.role(Role::FuelMass).filter(|_| stated_kg > 0.0) else {
-            return Ok(InertiaHistory::Constant(self.inertia));
-        };
+        let flow = recording.role(Role::FuelFlow).filter(|_| stated_kg > 0.0);
+        let mass = recording.role(Role::FuelMass).filter(|_| stated_kg > 0.0);
         let aircraft = &self.loaded.aircraft;
         let tanks = if self.fuel_is_stated { Vec::new() } else { self.recorded_tanks(recording, time_s)? };
-        let history = if tanks.is_empty() {
+        let history = if let (None, Some(flow)) = (mass, flow) {
+            let fuel_kg = self.fuel_by_flow(&flow.series, stated_kg, time_s)?;
+            MassHistory::from_total_fuel(aircraft, &self.loading, time_s, &fuel_kg, &FuelSplit::Proportional)
+        } else if let (Some(channel), true) = (mass, tanks.is_empty()) {
             let mut fuel_kg = channel_at(recording, channel, Role::FuelMass.name(), time_s)?;
             if self.fuel_is_stated {
                 let at_start_kg = channel.series.values.iter().copied().find(|fuel| fuel.is_finite()).unwrap_or(0.0);
                 fuel_kg.iter_mut().for_each(|fuel| *fuel = (stated_kg - (at_start_kg - *fuel)).clamp(0.0, stated_kg));
             }
             MassHistory::from_total_fuel(aircraft, &self.loading, time_s, &fuel_kg, &FuelSplit::Proportional)
+        } else if mass.is_none() {
+            return Ok(InertiaHistory::Constant(self.inertia));
         } else {
             let columns: Vec<_> = tanks.iter().map(|(name, fuel)| (name.clone(), fuel.as_slice())).collect();
             MassHistory::from_tanks(aircraft, &self.loading, time_s, &columns)
@@ -158,6 +168,21 @@ impl AircraftData {
 }
 
 impl AircraftData {
+    /// Fuel on board from the fuel flow, kg: what the loading has at the first record of the flight, less what was burnt since. A
+    /// sample that is not finite burns nothing of its own.
+    fn fuel_by_flow(&self, flow: &Series, stated_kg: f64, time_s: &[f64]) -> Result<Vec<f64>, String> {
+        let said = |error: doublet_core::prep::PrepError| format!("{}: {error}", Role::FuelFlow.name());
+        let (own_s, rate): (Vec<f64>, Vec<f64>) =
+            flow.time_s.iter().zip(flow.values.iter()).filter(|(_, rate)| rate.is_finite()).unzip();
+        let (Some(&first), Some(&last)) = (own_s.first(), own_s.last()) else {
+            return Ok(vec![stated_kg; time_s.len()]);
+        };
+        let left_kg = fuel_from_flow(&own_s, &rate, stated_kg).map_err(said)?;
+        let at: Vec<f64> = time_s.iter().map(|time| time.clamp(first, last)).collect();
+        let left_kg = resample(&own_s, &left_kg, &at, Interpolation::Linear).map_err(said)?;
+        Ok(left_kg.into_iter().map(|fuel| fuel.clamp(0.0, stated_kg)).collect())
+    }
+
     /// Recorded fuel of every tank there is a record of, not above its capacity, kg.
     fn recorded_tanks(&self, recording: &Recording, time_s: &[f64]) -> Result<Vec<(String, Vec<f64>)>, String> {
         let mut tanks = Vec::new();

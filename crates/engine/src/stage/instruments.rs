@@ -5,8 +5,9 @@ use std::sync::Arc;
 
 use doublet_core::load::instruments::{self as file, ControlLinkage, Instruments};
 use doublet_core::prep::{
-    DeflectionSettings, FuelSettings, Interpolation, SensorAttitude, SensorReference, aileron_deflection,
-    attitude_turn, elevator_deflection, fuel_history, pod_history, resample, rudder_history, sideslip, stretches,
+    ColumnFormula, DeflectionSettings, Differentiation, FuelSettings, Interpolation, SensorAttitude, SensorReference,
+    aileron_deflection, attitude_turn, deflection_noise, elevator_deflection, fuel_history, integrated_turn,
+    integrated_turn_noise, pod_history, resample, rudder_deflection, rudder_history, sideslip, stretches,
 };
 use doublet_core::quantity::{Role, Unit};
 use doublet_core::series::{Channel, Recording, Series};
@@ -33,7 +34,7 @@ pub fn derive(recording: &mut Recording, folder: &Path, setting: &InstrumentSett
     let mut derived = Vec::new();
     let mut warnings = Vec::new();
     if let Some(pattern) = &setting.control_sensors {
-        derived.extend(deflections(recording, pattern, &instruments.control, &mut warnings)?);
+        derived.extend(deflections(recording, pattern, setting.thesis_controls, &instruments.control, &mut warnings)?);
     }
     if let Some(pod) = &setting.pod {
         derived.extend(flow_angles(recording, pod, setting, &instruments, &mut warnings)?);
@@ -120,19 +121,32 @@ impl Attitude {
 fn deflections(
     recording: &Recording,
     pattern: &str,
+    thesis: bool,
     linkage: &ControlLinkage,
     warnings: &mut Vec<String>,
 ) -> Result<Vec<(Role, Series)>, String> {
     let source = |sensor: &str| pattern.replace('*', sensor);
     let panel = Attitude::of(recording, &source(&linkage.reference_sensor))?;
-    let turn = |sensor: &str| turn(&Attitude::of(recording, &source(sensor))?, &panel, linkage, sensor);
+    let turn = |sensor: &str| turn(&Attitude::of(recording, &source(sensor))?, &panel, linkage, sensor, thesis);
     let map = |turn: &Series, deflect: &dyn Fn(f64) -> f64| Series {
         time_s: Arc::clone(&turn.time_s),
         values: turn.values.iter().map(|&angle| deflect(angle)).collect(),
     };
     let yoke = turn(YOKE)?;
     let column = turn(COLUMN)?;
-    let settings = DeflectionSettings::default();
+    let formula = if thesis { ColumnFormula::Thesis } else { ColumnFormula::Exact };
+    let settings = DeflectionSettings { column: formula, ..DeflectionSettings::default() };
+    let [_, _, heading] = linkage.attitude_noise_rad;
+    // Two attitudes make a turn; differences and trapezoids telescope to five samples of one (Eq. 4.6-4.7 and D.3).
+    let noise_rad = match thesis {
+        true => integrated_turn_noise([0.0; 3], linkage.attitude_noise_rad),
+        false => heading.hypot(heading),
+    };
+    let of_turn = |deflect: &dyn Fn(f64) -> f64| deflection_noise(deflect, 0.0, noise_rad).to_degrees();
+    let mut noise = vec![
+        ("aileron", of_turn(&|angle| aileron_deflection(linkage, angle))),
+        ("elevator", of_turn(&|angle| elevator_deflection(linkage, angle, settings))),
+    ];
     let mut derived = vec![
         (Role::Aileron, map(&yoke, &|angle| aileron_deflection(linkage, angle))),
         (Role::Elevator, map(&column, &|angle| elevator_deflection(linkage, angle, settings))),
@@ -141,26 +155,46 @@ fn deflections(
         let turned = turn(&pedal.sensor)?;
         let (values, warning) = rudder_history(linkage, pedal, &turned.values);
         warnings.extend(warning);
+        noise.push(("rudder", of_turn(&|angle| rudder_deflection(linkage, pedal, angle).0)));
         derived.push((Role::Rudder, Series { time_s: turned.time_s, values: values.into() }));
     }
+    let stated: Vec<_> = noise.iter().map(|(surface, deg)| format!("{surface} {deg:.3}")).collect();
+    warnings
+        .push(format!("deflections are known to one sigma, about neutral, deg: {} (Eq. 4.6-4.7)", stated.join(", ")));
     Ok(derived)
 }
 
 /// Turn of a sensor against the one fixed to the aircraft, from its rest; stretch by stretch, since the turn is followed without
 /// jumps only inside one.
-fn turn(sensor: &Attitude, panel: &Attitude, linkage: &ControlLinkage, name: &str) -> Result<Series, String> {
+///
+/// As the thesis does it, the turn is the integrated rate about z since the beginning of the stretch, for the yoke alone less that of
+/// the aircraft (section 4.1.2).
+fn turn(
+    sensor: &Attitude,
+    panel: &Attitude,
+    linkage: &ControlLinkage,
+    name: &str,
+    thesis: bool,
+) -> Result<Series, String> {
     let mount = linkage.mount(name).ok_or_else(|| format!("the instruments file has no mount of sensor '{name}'"))?;
     if sensor.time_s != panel.time_s {
         return Err(format!("sensor '{name}' and '{}' are not on one time base", linkage.reference_sensor));
     }
     let mut values = Vec::with_capacity(sensor.time_s.len());
     for range in stretches(&sensor.time_s, PAUSE_S) {
-        let (Some(turning), Some(fixed)) = (sensor.borrow().of(range.clone()), panel.borrow().of(range)) else {
+        let (Some(turning), Some(fixed)) = (sensor.borrow().of(range.clone()), panel.borrow().of(range.clone())) else {
             continue;
         };
         let reference = SensorReference { attitude: fixed, sensor_from_reference: mount.sensor_from_reference };
-        let turned = attitude_turn(&turning, &reference).map_err(|error| format!("sensor '{name}': {error}"))?;
-        values.extend(turned.into_iter().map(|angle| angle - mount.rest_rad));
+        let said = |error| format!("sensor '{name}': {error}");
+        if thesis {
+            let reference = Some(&reference).filter(|_| name == YOKE);
+            let own_s = &sensor.time_s[range];
+            values.extend(integrated_turn(own_s, &turning, reference, Differentiation::Central4).map_err(said)?);
+        } else {
+            let turned = attitude_turn(&turning, &reference).map_err(said)?;
+            values.extend(turned.into_iter().map(|angle| angle - mount.rest_rad));
+        }
     }
     Ok(Series { time_s: Arc::clone(&sensor.time_s), values: values.into() })
 }

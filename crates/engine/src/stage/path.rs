@@ -7,6 +7,7 @@ use std::sync::Arc;
 use doublet_core::prep::Differentiation;
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::consistency::{Consistency, consistency};
+use doublet_core::reconstruct::observability::{observability, weak_states};
 use doublet_core::reconstruct::{
     FilterData, FilterSettings, INPUTS, Input, InputSeries, MEASUREMENTS, Measurement, MeasurementSeries,
     Reconstruction, STATES, State, reconstruct_many,
@@ -116,9 +117,10 @@ pub fn samples<'a>(
         move_accelerometer(&mut inputs, sensor.body_from_cg_m(aircraft.inertia.cg_datum_m), preparation)?;
     }
     if preparation.correct_vanes
-        && let Some(vane) = aircraft.vane
+        && let Some(vanes) = aircraft.vanes
     {
-        warnings.extend(move_vanes(&mut measurements, &inputs, vane.body_from_cg_m(aircraft.inertia.cg_datum_m)));
+        let arms = vanes.map(|vane| vane.body_from_cg_m(aircraft.inertia.cg_datum_m));
+        warnings.extend(move_vanes(&mut measurements, &inputs, arms));
     }
     if preparation.correct_antenna
         && let Some(antenna) = aircraft.antenna
@@ -236,7 +238,7 @@ pub fn paths(samples: Vec<Samples<'_>>, session: &Session, control: &Control) ->
         Err(error) => samples.iter().map(|_| Err(error.clone())).collect(),
         Ok(found) => {
             let windows = samples.into_par_iter().zip(found);
-            windows.map(|(samples, result)| Ok(window_path(samples, result?))).collect()
+            windows.map(|(samples, result)| Ok(window_path(samples, result?, &session.filter))).collect()
         }
     }
 }
@@ -259,9 +261,10 @@ pub fn reconstructions(
     Ok(found.into_iter().map(|result| result.map_err(|error| error.to_string())).collect())
 }
 
-fn window_path(samples: Samples<'_>, reconstruction: Reconstruction) -> WindowPath {
+fn window_path(samples: Samples<'_>, reconstruction: Reconstruction, filter: &FilterSettings) -> WindowPath {
     let Samples { recording, data, mut warnings } = samples;
     warnings.extend(reconstruction.warnings.iter().cloned());
+    warnings.extend(untold(&data, &reconstruction, filter));
     let is_missing = |measurement: &Measurement| data.measurements[*measurement as usize].time_s.is_empty();
     WindowPath {
         missing: Measurement::ALL.into_iter().filter(is_missing).collect(),
@@ -272,6 +275,41 @@ fn window_path(samples: Samples<'_>, reconstruction: Reconstruction) -> WindowPa
         reconstruction,
         warnings,
     }
+}
+
+/// States the measurements of the window cannot tell, by the rank of the Lie derivatives in its middle (thesis 3.1.5), and those
+/// they told little about, by what is left of the initial deviation. A state that was known at the start is neither.
+fn untold(data: &FilterData, reconstruction: &Reconstruction, filter: &FilterSettings) -> Vec<String> {
+    /// Part of its initial deviation a weak state keeps.
+    const WEAK: f64 = 0.5;
+    let middle = reconstruction.time_s.len() / 2;
+    let x = reconstruction.states.each_ref().map(|column| column[middle]);
+    let input = data.inputs.columns.each_ref().map(|column| column[middle]);
+    let measured = data.measurements.each_ref().map(|measurement| !measurement.time_s.is_empty());
+    let found = observability(&x, &input, &measured, &filter.initial_deviation, filter.gravity_m_s2);
+    let is_open = |state: &State| filter.initial_deviation[*state as usize] > 0.0;
+    let open = State::ALL.iter().filter(|state| is_open(state)).count();
+    let names: Vec<_> = found.unobservable.into_iter().filter(is_open).map(State::name).collect();
+    let mut lines = Vec::new();
+    if !names.is_empty() {
+        lines.push(format!(
+            "observability rank {} of {open}: not told by what is measured: {}",
+            found.rank,
+            names.join(", ")
+        ));
+    }
+    // A random walk makes a state as uncertain as it is, whatever the window tells.
+    let steady = |state: State| filter.random_walk[state as usize] == 0.0 && !names.contains(&state.name());
+    for weak in weak_states(reconstruction, WEAK).into_iter().filter(|weak| steady(weak.state)) {
+        lines.push(format!(
+            "the window tells little of {}: {:.0} % of its first deviation is left, and it moves with {} (correlation {:.2})",
+            weak.state.name(),
+            100.0 * weak.remaining,
+            weak.partner.name(),
+            weak.correlation
+        ));
+    }
+    lines
 }
 
 fn path_series(recording: &Recording, data: &FilterData, reconstruction: &Reconstruction) -> PathSeries {

@@ -67,11 +67,11 @@ fn measured_at(measurements: &Measurements, measurement: Measurement, time_s: &[
     at_times(&series.time_s, &series.values, time_s)
 }
 
-/// Moves the flow angles from vanes at `position_m` to the centre of gravity, each at its own times. Says so where it cannot.
-pub fn move_vanes(measurements: &mut Measurements, inputs: &InputSeries, position_m: [f64; 3]) -> Option<String> {
-    let vane = FlowVane::at(position_m);
+/// Moves angle of attack and sideslip from their vanes at `positions_m` to the centre of gravity, each at its own times. Says so where it cannot.
+pub fn move_vanes(measurements: &mut Measurements, inputs: &InputSeries, positions_m: [[f64; 3]; 2]) -> Option<String> {
     let recorded = measurements.clone();
-    for angle in [Measurement::AngleOfAttack, Measurement::Sideslip] {
+    for (angle, position_m) in [Measurement::AngleOfAttack, Measurement::Sideslip].into_iter().zip(positions_m) {
+        let vane = FlowVane::at(position_m);
         let time_s = &recorded[angle as usize].time_s;
         if time_s.is_empty() {
             continue;
@@ -190,7 +190,7 @@ mod tests {
             moved_by(Measurement::AngleOfAttack, &measured) > 0.003
                 && moved_by(Measurement::VelocityEast, &measured) > 0.1
         );
-        assert_eq!(move_vanes(&mut measured, &inputs, vane), None);
+        assert_eq!(move_vanes(&mut measured, &inputs, [vane; 2]), None);
         assert_eq!(move_antenna(&mut measured, &inputs, antenna), None);
         for m in Measurement::ALL {
             let off = moved_by(m, &measured);

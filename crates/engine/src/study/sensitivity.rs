@@ -1,7 +1,8 @@
 //! Derivatives against what they were computed with: both steps again with each quantity a little lower and higher.
 
 use doublet_core::airframe::Aircraft;
-use doublet_core::sensitivity::{Quantity, SensitivityTable, Step, TornadoBar, central, quantities, tornado};
+use doublet_core::estimate::Fit;
+use doublet_core::sensitivity::{Estimate, Quantity, SensitivityTable, Step, TornadoBar, central, quantities, tornado};
 use rayon::prelude::*;
 
 use super::{StudyError, Subject, Watch};
@@ -34,9 +35,15 @@ impl Footprint for SensitivityStudy {
 pub fn sensitivity(subject: &Subject<'_>, watch: &Watch<'_>) -> Result<SensitivityStudy, StudyError> {
     let aircraft: &Aircraft = &subject.aircraft.loaded.aircraft;
     let steps = quantities(aircraft, &subject.aircraft.loading, STEP_FRACTION);
-    let nominal = subject.derivatives();
+    let nominal: Vec<Estimate> = subject
+        .pooled
+        .fits
+        .iter()
+        .filter_map(|fit| Some(with_constant(fit.fit.as_ref().ok()?, &fit.corrected_errors)))
+        .flatten()
+        .collect();
     let watch = watch.parts(2 * steps.len());
-    let side = |step: &Step, change: f64| -> Result<Vec<(String, f64, f64)>, StudyError> {
+    let side = |step: &Step, change: f64| -> Result<Vec<Estimate>, StudyError> {
         watch.checkpoint()?;
         let windows =
             changed(subject, &step.quantity, change, &watch).map_err(|error| named(error, &step.quantity, change))?;
@@ -117,15 +124,30 @@ fn again<'a>(
 }
 
 /// Pooled estimates of the derivatives all windows share.
-fn estimates(subject: &Subject<'_>, windows: &[AeroWindow<'_>]) -> Result<Vec<(String, f64, f64)>, StudyError> {
+fn estimates(subject: &Subject<'_>, windows: &[AeroWindow<'_>]) -> Result<Vec<Estimate>, StudyError> {
     let session = subject.session;
     let mut found = Vec::new();
     for regression in stage::pooled_regressions(windows, &session.structure, &session.estimation) {
         let regression = regression?.pooled;
         // A coefficient that has no pooled estimate has none here either.
         let Ok(pooled) = regression.fit() else { continue };
-        let rows = pooled.fit.estimates.iter().zip(&pooled.fit.standard_errors);
-        found.extend(regression.shared().zip(rows).map(|(name, (value, error))| (name.clone(), *value, *error)));
+        found.extend(with_constant(&pooled.fit, &pooled.fit.standard_errors));
     }
     Ok(found)
+}
+
+/// Estimates all windows share, behind the mean over the windows of the constants each has to itself (thesis Tables 7.2-7.12 have
+/// one constant per coefficient).
+fn with_constant(fit: &Fit, errors: &[f64]) -> Vec<Estimate> {
+    let rows = fit.names.iter().zip(fit.estimates.iter()).zip(errors);
+    let (own, shared): (Vec<_>, Vec<_>) = rows.partition(|((name, _), _)| name.ends_with(']'));
+    let count = own.len() as f64;
+    let mean = own.iter().map(|((_, value), _)| **value).sum::<f64>() / count;
+    let error = own.iter().map(|(_, error)| *error * *error).sum::<f64>().sqrt() / count;
+    let name = own.first().and_then(|((name, _), _)| name.split('[').next()).map(str::to_owned);
+    let constant = name.map(|name| (name, mean, error));
+    constant
+        .into_iter()
+        .chain(shared.into_iter().map(|((name, value), error)| (name.clone(), *value, *error)))
+        .collect()
 }

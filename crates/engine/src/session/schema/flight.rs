@@ -30,6 +30,8 @@ struct InstrumentTable {
     file: String,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     control_sensors: Option<String>,
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    thesis_controls: bool,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pod: Option<String>,
     #[serde(default, skip_serializing_if = "String::is_empty")]
@@ -89,6 +91,7 @@ pub fn flight_from(table: FlightTable) -> Result<Flight, SessionError> {
         instruments: table.instruments.map(|table| InstrumentSetting {
             file: table.file,
             control_sensors: table.control_sensors,
+            thesis_controls: table.thesis_controls,
             pod: table.pod,
             pod_calibration: table.pod_calibration,
             fuel: table.fuel,
@@ -138,6 +141,7 @@ pub fn flight_table(flight: &Flight) -> FlightTable {
         instruments: flight.instruments.clone().map(|setting| InstrumentTable {
             file: setting.file,
             control_sensors: setting.control_sensors,
+            thesis_controls: setting.thesis_controls,
             pod: setting.pod,
             pod_calibration: setting.pod_calibration,
             fuel: setting.fuel,

@@ -1,0 +1,114 @@
+//! `doublet structure`: terms the data ask for, found stepwise or by orthogonal functions, with every step; nothing is changed.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use clap::{Args, ValueEnum};
+use doublet_core::estimate::{OrthogonalSettings, Stacked, StepwiseSettings, orthogonal, stacked, stepwise};
+use doublet_core::model::{Coefficient, Structure, Term};
+use doublet_engine::stage::{AeroWindow, pooled_regressions};
+
+use crate::run::computed;
+use crate::text;
+
+/// Candidates of the symmetric and of the asymmetric coefficients, beside the terms of the session.
+const SYMMETRIC: [&str; 6] = ["alpha", "alpha^2", "alpha_dot", "qc/V", "delta_e", "alpha*delta_e"];
+const ASYMMETRIC: [&str; 6] = ["beta", "beta_dot", "pb/2V", "rb/2V", "delta_a", "delta_r"];
+
+/// Arguments of `structure`.
+#[derive(Debug, Args)]
+pub struct StructureArguments {
+    /// Session file.
+    pub session: PathBuf,
+    /// How to search.
+    #[arg(long, value_enum, default_value_t = Search::Stepwise)]
+    pub method: Search,
+    /// Candidates beside the terms of the session; without it the usual variables, alpha^2 and alpha*delta_e.
+    #[arg(long, value_name = "TERM,TERM", value_delimiter = ',', value_parser = term)]
+    pub terms: Vec<Term>,
+}
+
+/// How to search.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum Search {
+    /// One term at a time by partial correlation and partial F.
+    Stepwise,
+    /// Orthogonal functions up to the least predicted squared error.
+    Orthogonal,
+}
+
+fn term(text: &str) -> Result<Term, String> {
+    Term::parse(text).map_err(|error| error.to_string())
+}
+
+/// Prints every step of the search and the terms it ends with.
+///
+/// # Errors
+/// One line: what is wrong with the session, its windows or the search.
+pub fn structure(arguments: &StructureArguments) -> Result<(), String> {
+    let (session, snapshot) = computed(&arguments.session, &[])?;
+    let formed = session
+        .windows
+        .iter()
+        .filter_map(|window| Some((window, Arc::clone(snapshot.windows.get(&window.name)?.aero.ready()?))));
+    let windows: Vec<AeroWindow<'_>> = formed.collect();
+    for (coefficient, own) in &session.structure.models {
+        let asymmetric = matches!(coefficient, Coefficient::CY | Coefficient::Cl | Coefficient::Cn);
+        let usual = if asymmetric { ASYMMETRIC } else { SYMMETRIC };
+        let usual = usual.into_iter().filter_map(|text| Term::parse(text).ok());
+        let offered = if arguments.terms.is_empty() { usual.collect() } else { arguments.terms.clone() };
+        let mut candidates = own.clone();
+        for term in offered {
+            let variables = || term.factors().iter().map(|(variable, _)| *variable);
+            let known = windows.iter().all(|(_, aero)| variables().all(|v| aero.variables.get(v).is_some()));
+            if known && !candidates.contains(&term) {
+                candidates.push(term);
+            }
+        }
+        let only = Structure { models: vec![(*coefficient, candidates.clone())] };
+        for regression in pooled_regressions(&windows, &only, &session.estimation) {
+            let pooled = regression?.pooled;
+            let all = stacked(&pooled.names, &pooled.per_window, &pooled.windows).map_err(|error| error.to_string())?;
+            text::line(&format!("{} over {} windows", coefficient.name(), pooled.windows.len()));
+            let selected = search(arguments.method, *coefficient, &all)?;
+            let has = |term: &&Term| term.is_constant() || selected.contains(&term.derivative_name(*coefficient));
+            let kept: Vec<String> = candidates.iter().filter(has).map(|term| format!("\"{term}\"")).collect();
+            text::line(&format!("{} = [{}]\n", coefficient.name(), kept.join(", ")));
+        }
+    }
+    Ok(())
+}
+
+/// Searches, prints the steps and gives the names of the chosen parameters; constants are always in the model.
+fn search(method: Search, coefficient: Coefficient, all: &Stacked) -> Result<Vec<String>, String> {
+    let constant = format!("{}_0", coefficient.name());
+    let is_constant = |name: &str| name.split('[').next() == Some(&constant);
+    let forced: Vec<usize> = (0..all.names.len()).filter(|&k| is_constant(&all.names[k])).collect();
+    let number = |value: f64| text::number(value, 4);
+    let selected = match method {
+        Search::Stepwise => {
+            let found = stepwise(&all.names, &all.x, &all.z, &forced, &StepwiseSettings::default())
+                .map_err(|error| format!("{}: {error}", coefficient.name()))?;
+            let rows = found.log.iter().map(|step| {
+                let values = [step.partial_correlation, step.partial_f, step.r_squared, step.press];
+                let words = [format!("{:?}", step.action), step.name.clone()];
+                words.into_iter().chain(values.map(number)).chain([number(step.predicted_squared_error)]).collect()
+            });
+            let header = ["  step", "term", "correlation", "partial F", "R2", "PRESS", "PSE"];
+            text::table(&header, &rows.collect::<Vec<_>>());
+            found.selected
+        }
+        Search::Orthogonal => {
+            let found = orthogonal(&all.names, &all.x, &all.z, &forced, &OrthogonalSettings::default())
+                .map_err(|error| format!("{}: {error}", coefficient.name()))?;
+            let rows = found.log.iter().map(|step| {
+                let words = [if step.kept { "Kept" } else { "Refused" }.to_owned(), step.name.clone()];
+                let values = [step.gain, step.r_squared, step.predicted_squared_error];
+                words.into_iter().chain(values.map(number)).collect()
+            });
+            text::table(&["  step", "term", "gain", "R2", "PSE"], &rows.collect::<Vec<_>>());
+            found.selected
+        }
+    };
+    Ok(selected.into_iter().map(|index| all.names[index].clone()).collect())
+}

@@ -1,0 +1,127 @@
+//! `doublet variants`: the pooled derivatives by other forms of least squares beside the ordinary one; nothing is changed.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use clap::Args;
+use doublet_core::estimate::{
+    Constraint, Fit, Stacked, constrained_least_squares, errors_in_variables, generalised_least_squares, stacked,
+    total_least_squares, weighted_least_squares,
+};
+use doublet_engine::stage::{AeroWindow, pooled_regressions};
+use nalgebra::{DMatrix, DVector};
+
+use crate::run::computed;
+use crate::text;
+
+/// Arguments of `variants`.
+#[derive(Debug, Args)]
+pub struct VariantArguments {
+    /// Session file.
+    pub session: PathBuf,
+    /// What is known of a derivative: its value, its range or a value with its deviation: Cm_q=-5, Cm_q=-8..-4, Cl_p=-0.45~0.05.
+    #[arg(long, value_name = "NAME=KNOWN", value_parser = knowledge, allow_hyphen_values = true)]
+    pub know: Vec<(String, Constraint)>,
+    /// Standard deviation of the noise of a derivative's regressor, for example Cm_alpha=5e-4.
+    #[arg(long, value_name = "NAME=DEVIATION", value_parser = deviation)]
+    pub noise: Vec<(String, f64)>,
+    /// Order of the autoregression of the residuals in the generalised fit.
+    #[arg(long, default_value_t = 2)]
+    pub order: usize,
+}
+
+fn value(text: &str) -> Result<f64, String> {
+    text.trim().parse().map_err(|_| format!("'{text}' is not a number"))
+}
+
+fn knowledge(text: &str) -> Result<(String, Constraint), String> {
+    let (name, known) =
+        text.split_once('=').ok_or("write it as NAME=VALUE, NAME=LOWER..UPPER or NAME=MEAN~DEVIATION")?;
+    let constraint = match (known.split_once(".."), known.split_once('~')) {
+        (Some((lower, upper)), _) => Constraint::Bounds { lower: value(lower)?, upper: value(upper)? },
+        (None, Some((mean, deviation))) => Constraint::Prior { mean: value(mean)?, deviation: value(deviation)? },
+        (None, None) => Constraint::Fixed(value(known)?),
+    };
+    Ok((name.trim().to_owned(), constraint))
+}
+
+fn deviation(text: &str) -> Result<(String, f64), String> {
+    let (name, deviation) = text.split_once('=').ok_or("write it as NAME=DEVIATION, for example Cm_alpha=5e-4")?;
+    Ok((name.trim().to_owned(), value(deviation)?))
+}
+
+/// Prints every derivative by every form.
+///
+/// # Errors
+/// One line: what is wrong with the session, its windows or what is known.
+pub fn variants(arguments: &VariantArguments) -> Result<(), String> {
+    let (session, snapshot) = computed(&arguments.session, &[])?;
+    let formed = session
+        .windows
+        .iter()
+        .filter_map(|window| Some((window, Arc::clone(snapshot.windows.get(&window.name)?.aero.ready()?))));
+    let windows: Vec<AeroWindow<'_>> = formed.collect();
+    let asked = arguments.know.iter().map(|(name, _)| name).chain(arguments.noise.iter().map(|(name, _)| name));
+    let mut unknown: Vec<&String> = asked.collect();
+    for regression in pooled_regressions(&windows, &session.structure, &session.estimation) {
+        let pooled = regression?.pooled;
+        let ordinary = pooled.fit().map_err(|error| error.to_string())?;
+        let all = stacked(&pooled.names, &pooled.per_window, &pooled.windows).map_err(|error| error.to_string())?;
+        let shared = pooled.shared().count();
+        unknown.retain(|name| !all.names[..shared].contains(name));
+        let mut weights = vec![1.0; all.z.len()];
+        for range in &ordinary.samples {
+            let residuals = &ordinary.fit.residuals[range.clone()];
+            let variance = residuals.iter().map(|v| v * v).sum::<f64>() / residuals.len() as f64;
+            weights[range.clone()].fill(variance.recip());
+        }
+        let mut fits = vec![("ordinary", Ok(ordinary.fit.clone()))];
+        let said = |error: doublet_core::estimate::EstimateError| error.to_string();
+        fits.push(("weighted", weighted_least_squares(&all.names, &all.x, &all.z, &weights).map_err(said)));
+        let whitened = generalised_least_squares(&all.names, &all.x, &all.z, &ordinary.samples, arguments.order);
+        fits.push(("generalised", whitened.map(|found| found.fit).map_err(said)));
+        let known = |name: &String| arguments.know.iter().find(|(other, _)| other == name).map(|(_, known)| *known);
+        let constraints: Vec<_> = all.names.iter().map(|name| known(name).unwrap_or(Constraint::Free)).collect();
+        if constraints.iter().any(|constraint| *constraint != Constraint::Free) {
+            let found = constrained_least_squares(&all.names, &all.x, &all.z, &constraints);
+            fits.push(("constrained", found.map(|found| found.fit).map_err(said)));
+        }
+        fits.extend(with_noise(&all, &arguments.noise, ordinary.fit.residual_std));
+        print(&all.names[..shared], &fits);
+    }
+    match unknown.first() {
+        Some(name) => Err(format!("no pooled derivative is called '{name}'")),
+        None => Ok(()),
+    }
+}
+
+/// Corrected for the noise of the regressors, and total least squares, where any noise is stated.
+fn with_noise(all: &Stacked, noise: &[(String, f64)], measurement: f64) -> Vec<(&'static str, Result<Fit, String>)> {
+    let of = |name: &String| noise.iter().find(|(other, _)| other == name).map_or(0.0, |(_, deviation)| *deviation);
+    let deviations: Vec<f64> = all.names.iter().map(of).collect();
+    if deviations.iter().all(|deviation| *deviation == 0.0) {
+        return Vec::new();
+    }
+    let variances: Vec<f64> = deviations.iter().map(|deviation| deviation * deviation).collect();
+    let covariance = DMatrix::from_diagonal(&DVector::from_vec(variances));
+    let corrected = errors_in_variables(&all.names, &all.x, &all.z, &covariance);
+    let total = total_least_squares(&all.names, &all.x, &all.z, &deviations, measurement);
+    vec![("noise taken out", corrected.map_err(|e| e.to_string())), ("total", total.map_err(|e| e.to_string()))]
+}
+
+fn print(names: &[String], fits: &[(&'static str, Result<Fit, String>)]) {
+    for (form, error) in fits.iter().filter_map(|(form, fit)| Some((form, fit.as_ref().err()?))) {
+        text::line(&format!("{form}: {error}"));
+    }
+    let found: Vec<_> = fits.iter().filter_map(|(form, fit)| Some((*form, fit.as_ref().ok()?))).collect();
+    let header: Vec<&str> = std::iter::once("derivative").chain(found.iter().map(|(form, _)| *form)).collect();
+    let cell = |fit: &Fit, name: &String| {
+        let (estimate, error) = fit.parameter(name).unwrap_or((f64::NAN, f64::NAN));
+        format!("{} ({})", text::number(estimate, 5), text::number(error, 2))
+    };
+    let row = |name: &String| {
+        std::iter::once(name.clone()).chain(found.iter().map(|(_, fit)| cell(fit, name))).collect::<Vec<_>>()
+    };
+    text::table(&header, &names.iter().map(row).collect::<Vec<_>>());
+    text::line("");
+}
