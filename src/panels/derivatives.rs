@@ -1,7 +1,7 @@
 //! Derivatives with their uncertainty: of all identification windows, of the chosen one, or window by window.
 
 use doublet_core::estimate::Fit;
-use doublet_engine::stage::CoefficientFit;
+use doublet_engine::stage::{CoefficientFit, significance};
 use eframe::egui::{self, RichText, ScrollArea, Ui};
 use egui_extras::{Column, TableBuilder};
 
@@ -14,12 +14,14 @@ use crate::ui_state::Scope;
 /// Height of a row.
 const ROW: f32 = 20.0;
 /// Titles of the columns.
-const TITLES: [&str; 7] = ["", "Estimate", "Std. error", "Corrected", "Scatter", "Relative", "t"];
+const TITLES: [&str; 7] = ["", "Estimate", "Std. error", "Corrected", "Scatter/√n", "Relative", "t"];
 /// What the three errors are.
-const ERRORS: [(&str, &str); 3] = [
+const ERRORS: [(&str, &str); 5] = [
     ("Std. error", "For white residuals"),
     ("Corrected", "Corrected for the correlation of the residuals in time"),
-    ("Scatter", "Standard error of the mean over single windows: their scatter over the root of their number"),
+    ("Scatter/√n", "Standard error of the mean over single windows: their scatter over the root of their number"),
+    ("Relative", "Corrected error over the estimate"),
+    ("t", "Estimate over its corrected error"),
 ];
 
 /// The panel.
@@ -179,7 +181,7 @@ fn derivative(
             ui.add(egui::Label::new(job).selectable(false));
         });
     });
-    let relative = fit.relative_errors_percent[at];
+    let (relative, t) = significance(fit, corrected, at);
     let kinds = ctx.snapshot.details.latest().and_then(|details| details.kinds.first());
     let over = kinds.and_then(|all| all.parameters.iter().find(|parameter| parameter.name == *name));
     let scatter = over.map_or(f64::NAN, |over| over.scatter / (over.fits as f64).sqrt());
@@ -189,7 +191,7 @@ fn derivative(
         corrected.get(at).map_or_else(|| "–".to_owned(), |error| notation::number(*error)),
         notation::number(scatter),
         if relative < 1e4 { format!("{} %", notation::fixed(relative, 1)) } else { "> 10⁴ %".to_owned() },
-        notation::fixed(fit.t_values[at], if fit.t_values[at].abs() < 1e4 { 1 } else { 0 }),
+        notation::fixed(t, if t.abs() < 1e4 { 1 } else { 0 }),
     ];
     for (column, text) in cells.into_iter().enumerate() {
         row.col(|ui| {
@@ -219,7 +221,7 @@ pub fn csv(fits: &[CoefficientFit]) -> String {
         for (at, name) in fit.names.iter().enumerate() {
             let corrected = coefficient.corrected_errors.get(at).map(f64::to_string).unwrap_or_default();
             let (estimate, error) = (fit.estimates[at], fit.standard_errors[at]);
-            let (relative, t) = (fit.relative_errors_percent[at], fit.t_values[at]);
+            let (relative, t) = significance(fit, &coefficient.corrected_errors, at);
             text.push_str(&format!("{name},{estimate},{error},{corrected},{relative},{t}\n"));
         }
     }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use doublet_core::airframe::{Aircraft, LoadedState, Loading};
 use doublet_core::quantity::Dimension;
 use doublet_engine::session::{Edit, LoadingEdit, WindowRole};
-use doublet_engine::stage::PooledFits;
+use doublet_engine::stage::{PooledFits, loading_on_board};
 use eframe::egui::{self, Grid, RichText, ScrollArea, Slider, Ui};
 use egui_extras::{Column, TableBuilder};
 
@@ -27,6 +27,9 @@ pub struct LoadingPanel {
     changes: bool,
 }
 
+/// Title of the tanks.
+const FUEL: &str = "Fuel";
+
 /// A kind of place and the masses in it.
 type Masses = fn(&mut Loading) -> &mut BTreeMap<String, f64>;
 
@@ -42,11 +45,17 @@ impl Panel for LoadingPanel {
         };
         let aircraft = &read.aircraft;
         self.remember(ctx);
-        let loading = ctx.session.loading.clone().unwrap_or_else(|| aircraft.standard_loading.clone());
+        let fuel_is_stated = ctx.session.loading.as_ref().is_some_and(|loading| !loading.fuel_kg.is_empty());
         ui.columns(2, |columns| {
             ScrollArea::vertical().id_salt("places").auto_shrink(false).show(&mut columns[0], |ui| {
                 ui.label(RichText::new(&aircraft.name).strong());
-                places(ctx, ui, aircraft, &loading);
+                places(ctx, ui, aircraft);
+                let fuel = ui.add_enabled(fuel_is_stated, egui::Button::new("Fuel as recorded"));
+                let fuel = fuel.on_hover_text("Gives up the fuel stated by hand");
+                if fuel.on_disabled_hover_text("It is: a moved slider states the fuel by hand").clicked() {
+                    let loading = Loading { fuel_kg: BTreeMap::new(), ..own_loading(ctx, aircraft) };
+                    ctx.edit(Edit::Loading(LoadingEdit::All(loading)));
+                }
                 let standard = ui.add_enabled(ctx.session.loading.is_some(), egui::Button::new("Standard loading"));
                 if standard.clicked() {
                     ctx.edit(Edit::Loading(LoadingEdit::Standard));
@@ -146,12 +155,20 @@ fn changes<'a>(before: &'a PooledFits, now: &PooledFits) -> Vec<(&'a String, f64
 }
 
 /// A slider for every tank, seat and bay.
-fn places(ctx: &mut PanelContext<'_>, ui: &mut Ui, aircraft: &Aircraft, loading: &Loading) {
+/// The loading the session would have with nothing but what was stated by hand: without fuel the recording tells it.
+fn own_loading(ctx: &PanelContext<'_>, aircraft: &Aircraft) -> Loading {
+    let standard = || Loading { fuel_kg: BTreeMap::new(), ..aircraft.standard_loading.clone() };
+    ctx.session.loading.clone().unwrap_or_else(standard)
+}
+
+fn places(ctx: &mut PanelContext<'_>, ui: &mut Ui, aircraft: &Aircraft) {
+    let own = own_loading(ctx, aircraft);
+    let on_board = loading_on_board(aircraft, Some(&own));
     let tanks = aircraft.tanks.iter().map(|tank| (tank.name.as_str(), Some(tank.capacity_kg))).collect::<Vec<_>>();
     let seats = aircraft.seats.iter().map(|seat| (seat.name.as_str(), seat.capacity_kg)).collect::<Vec<_>>();
     let bays = aircraft.luggage.iter().map(|bay| (bay.name.as_str(), bay.capacity_kg)).collect::<Vec<_>>();
     let groups: [Group<'_>; 3] = [
-        ("Fuel", tanks, |loading| &mut loading.fuel_kg),
+        (FUEL, tanks, |loading| &mut loading.fuel_kg),
         ("Seats", seats, |loading| &mut loading.seats_kg),
         ("Luggage", bays, |loading| &mut loading.luggage_kg),
     ];
@@ -160,6 +177,11 @@ fn places(ctx: &mut PanelContext<'_>, ui: &mut Ui, aircraft: &Aircraft, loading:
             continue;
         }
         caption(ui, title);
+        // A moved seat leaves the fuel to the recording; a moved tank states all tanks as they are shown.
+        let loading = if title == FUEL { &on_board } else { &own };
+        if title == FUEL && own.fuel_kg.is_empty() {
+            ui.weak("Shown is the standard fuel. Where fuel was recorded the windows use the record.");
+        }
         Grid::new(title).num_columns(2).spacing([8.0, 3.0]).show(ui, |ui| {
             for (name, capacity) in places {
                 ui.label(name.replace('_', " "));

@@ -27,6 +27,8 @@ const POLYNOMIAL: (usize, usize) = (2, 11);
 const DECADES_HZ: [f64; 6] = [1e-3, 1e-2, 0.1, 1.0, 10.0, 100.0];
 /// Rate new samples have at first, Hz.
 const RATE_HZ: f64 = 100.0;
+/// Most time a source is shifted by per point it is dragged, s.
+const FINE_S: f64 = 5e-4;
 /// Longest gap that is bridged when one is stated first, s.
 const GAP_S: f64 = 0.5;
 
@@ -165,14 +167,17 @@ impl Preprocess {
     /// Clocks of the recorders: what was fitted, and the shift by hand.
     fn clocks(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui, flight: &str, loaded: &LoadedFlight) {
         Grid::new("clocks").num_columns(5).spacing([12.0, 3.0]).show(ui, |ui| {
-            for title in ["Source", "Offset [s]", "Drift [ppm]", "± [ms]", "Shift by hand"] {
+            for title in ["Source", "Offset [s]", "Drift [ppm]", "± [ms]", "Shift by hand [ms]"] {
                 ui.weak(title);
             }
             ui.end_row();
             for source in sources(loaded) {
                 let clock = loaded.clocks.iter().find(|clock| clock.source == source);
                 let offset = clock.map_or(0.0, |clock| clock.model.offset_s);
-                ui.label(&source);
+                ui.scope(|ui| {
+                    ui.set_max_width(150.0);
+                    ui.add(egui::Label::new(&source).truncate());
+                });
                 ui.label(notation::fixed(offset, 4));
                 ui.label(notation::fixed(1e6 * clock.map_or(0.0, |clock| clock.model.drift), 1));
                 let error = clock.and_then(|clock| clock.estimate.as_ref()).map(|estimate| estimate.best_known.1);
@@ -198,16 +203,19 @@ impl Preprocess {
         self.drag(ctx, ui, flight, source);
     }
 
-    /// A strip that shifts a source as it is dragged, by as much time as the pointer passes in the plot of the signal.
+    /// A strip that shifts a source as it is dragged, by as much time as the pointer passes in the plot of the signal, but finely:
+    /// clocks differ by milliseconds.
     fn drag(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui, flight: &str, source: &str) {
-        let text = format!("⬌  drag to shift {source} in time");
+        let by_hand = notation::fixed(1e3 * shift_of(ctx, flight, source), 1);
+        let text = format!("⬌  drag to shift {source} in time: {by_hand} ms");
         let strip = ui.add(
             egui::Button::new(RichText::new(text).size(12.0))
                 .min_size(egui::vec2(ui.available_width(), 22.0))
                 .sense(egui::Sense::drag()),
         );
         ui.ctx().accesskit_node_builder(strip.id, |node| node.set_label(format!("drag {source}")));
-        let per_point = ctx.view(View::Flight).range().length_s() / f64::from(strip.rect.width().max(1.0));
+        let per_point =
+            (ctx.view(View::Flight).range().length_s() / f64::from(strip.rect.width().max(1.0))).min(FINE_S);
         if strip.drag_started() {
             let before = shift_of(ctx, flight, source);
             self.dragged = Some((before, 0.0));

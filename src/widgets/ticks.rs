@@ -31,15 +31,19 @@ pub(super) fn draw_time_axis(ui: &Ui, area: Rect, range: Stretch, spacing: f32) 
     painter.text(foot, Align2::CENTER_BOTTOM, "time [s]", FontId::proportional(11.5), ui.visuals().text_color());
 }
 
-/// Ticks far enough from the ends that the labels of stacked plots do not run into one another.
+/// Ticks far enough from the ends that the labels of stacked plots do not run into one another; closer together than `spacing`
+/// where fewer than two would be left, which tell no scale.
 pub(super) fn inner_ticks(input: egui_plot::GridInput, spacing: f32) -> Vec<egui_plot::GridMark> {
     let room = f64::from(TICK_ROOM / 8.0) * input.base_step_size;
     let (low, high) = input.bounds;
-    let mut marks = ticks(input, spacing);
-    if marks.len() > 1 {
+    let inside = |spacing| {
+        let input = egui_plot::GridInput { bounds: input.bounds, base_step_size: input.base_step_size };
+        let mut marks = ticks(input, spacing);
         marks.retain(|mark| mark.value - low > room && high - mark.value > room);
-    }
-    marks
+        marks
+    };
+    let [usual, half, quarter] = [spacing, spacing / 2.0, spacing / 4.0].map(inside);
+    [half, quarter].into_iter().fold(usual, |found, closer| if found.len() > 1 { found } else { closer })
 }
 
 /// The smallest of 1, 2, 5 times a power of ten that is not less than `least`.

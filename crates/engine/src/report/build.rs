@@ -11,7 +11,7 @@ use super::results::{
 use super::{setup, signals, summary};
 use crate::run::Snapshot;
 use crate::session::{Manoeuvre, Session, Surface, WindowRole};
-use crate::stage::{CoefficientFit, UsedClock, WindowPath};
+use crate::stage::{self, CoefficientFit, UsedClock, WindowPath};
 
 /// Collects everything a snapshot says about a session.
 pub fn build(session: &Session, snapshot: &Snapshot) -> Results {
@@ -238,13 +238,14 @@ fn fit_row(fit: &CoefficientFit) -> FitRow {
             row.parameter_correlation =
                 estimate.correlation.row_iter().map(|row| row.iter().copied().collect()).collect();
             row.derivatives = (0..estimate.parameters())
-                .map(|index| DerivativeRow {
+                .map(|index| (index, stage::significance(estimate, &fit.corrected_errors, index)))
+                .map(|(index, (relative_error_percent, t))| DerivativeRow {
                     name: estimate.names[index].clone(),
                     estimate: estimate.estimates[index],
                     standard_error: estimate.standard_errors[index],
                     corrected_standard_error: fit.corrected_errors.get(index).copied().unwrap_or(f64::NAN),
-                    relative_error_percent: estimate.relative_errors_percent[index],
-                    t: estimate.t_values[index],
+                    relative_error_percent,
+                    t,
                 })
                 .collect();
         }

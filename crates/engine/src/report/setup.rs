@@ -6,6 +6,7 @@ use sha2::{Digest, Sha256};
 use super::results::{ItemRow, MassRow, ReferenceRow};
 use crate::run::Snapshot;
 use crate::session::{self, Session};
+use crate::stage;
 
 /// SHA-256 of the session in its saved form, in hexadecimal digits; empty for one that has none.
 pub fn session_sha256(session: &Session) -> String {
@@ -26,7 +27,7 @@ pub fn mass_properties(session: &Session, snapshot: &Snapshot) -> Option<MassRow
         iyy_kg_m2: properties.inertia.yy,
         izz_kg_m2: properties.inertia.zz,
         ixz_kg_m2: properties.inertia.xz,
-        items: items(session.loading.as_ref().unwrap_or(&aircraft.standard_loading)),
+        items: items(&stage::loading_on_board(aircraft, session.loading.as_ref())),
     })
 }
 

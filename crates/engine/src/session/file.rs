@@ -30,9 +30,20 @@ fn file_error(path: &Path) -> impl FnOnce(std::io::Error) -> SessionError {
 /// # Errors
 /// [`SessionError`] when the file cannot be read or is not a session this program understands.
 pub fn open(path: &Path) -> Result<Opened, SessionError> {
-    let text = std::fs::read_to_string(path).map_err(file_error(path))?;
+    let text = text_of(path).map_err(file_error(path))?;
     let folder = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
     Ok(Opened { session: parse(&text)?, path: path.to_path_buf(), folder })
+}
+
+/// The text of a session file; an empty file and one that is no text are said to be what they are.
+fn text_of(path: &Path) -> std::io::Result<String> {
+    let refuse = |text: &str| Err(std::io::Error::new(std::io::ErrorKind::InvalidData, text.to_owned()));
+    let bytes = std::fs::read(path)?;
+    if bytes.is_empty() {
+        return refuse("there is nothing in it (0 bytes): open another file, or its .bak beside it");
+    }
+    String::from_utf8(bytes)
+        .or_else(|_| refuse("it is no session but binary data: make a session from a recording with `doublet new`"))
 }
 
 /// Saves a session in one step: a reader finds the old file or the new one, whenever the program ends. The previous file is kept

@@ -79,6 +79,15 @@ pub struct AircraftData {
     pub moment_reference: Option<Position>,
 }
 
+/// The loading a session states with what it leaves open: the standard loading of the aircraft, its standard fuel.
+pub fn loading_on_board(aircraft: &Aircraft, stated: Option<&Loading>) -> Loading {
+    let mut loading = stated.unwrap_or(&aircraft.standard_loading).clone();
+    if loading.fuel_kg.is_empty() {
+        loading.fuel_kg.clone_from(&aircraft.standard_loading.fuel_kg);
+    }
+    loading
+}
+
 /// What the analysis uses of an aircraft with `loading` on board; its standard loading when there is none, its standard fuel when
 /// the loading states none.
 ///
@@ -87,10 +96,7 @@ pub struct AircraftData {
 pub fn aircraft_data(loaded: Arc<LoadedAircraft>, loading: Option<&Loading>) -> Result<AircraftData, String> {
     let aircraft = &loaded.aircraft;
     let fuel_is_stated = loading.is_some_and(|loading| !loading.fuel_kg.is_empty());
-    let mut loading = loading.unwrap_or(&aircraft.standard_loading).clone();
-    if !fuel_is_stated {
-        loading.fuel_kg.clone_from(&aircraft.standard_loading.fuel_kg);
-    }
+    let loading = loading_on_board(aircraft, loading);
     let mass = loading.mass_properties(aircraft);
     let sensors = aircraft.sensors;
     let (alpha_vane, beta_vane) = (sensors.alpha_vane_from_datum_m, sensors.beta_vane_from_datum_m);

@@ -166,6 +166,12 @@ pub fn pooled_fits(windows: &[AeroWindow<'_>], structure: &Structure, estimation
     PooledFits { fits, predictions: predictions.into_iter().flatten().collect() }
 }
 
+/// Relative error, per cent, and t of an estimate, by its error corrected for coloured residuals where that is known.
+pub fn significance(fit: &Fit, corrected_errors: &[f64], at: usize) -> (f64, f64) {
+    let error = corrected_errors.get(at).copied().unwrap_or(fit.standard_errors[at]);
+    (100.0 * (error / fit.estimates[at]).abs(), fit.estimates[at] / error)
+}
+
 /// Fitted coefficient and residual, cut at the windows they were stacked from.
 fn fit_series(fit: Option<&Fit>, windows: &[&WindowAero]) -> Vec<(Series, Series)> {
     let Some(fit) = fit else { return Vec::new() };

@@ -25,7 +25,7 @@ mod tolerances;
 mod truth;
 
 pub use aero::{WindowAero, aero, aero_along};
-pub use aircraft::{AircraftData, LoadedAircraft, aircraft_data, load_aircraft};
+pub use aircraft::{AircraftData, LoadedAircraft, aircraft_data, load_aircraft, loading_on_board};
 pub use align::{UsedClock, is_stamped_by};
 pub use detail::{
     BIAS_STATES, BiasTable, CoefficientStudy, Contributions, KindSummary, ResidualStudy, bias_table, contributions,
@@ -33,7 +33,7 @@ pub use detail::{
 };
 pub use fit::{
     AeroWindow, CoefficientFit, DroppedTerm, PooledFits, Prediction, Regression, WindowFits, pooled_fits,
-    pooled_regressions, window_fits,
+    pooled_regressions, significance, window_fits,
 };
 pub use flight_engines::{EngineOverFlight, FlightEngines, PowerAgreement, flight_engines};
 pub use instruments::tank_channel;
