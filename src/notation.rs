@@ -1,6 +1,7 @@
 //! How quantities are written on screen: what every front end writes, and what needs a font.
 
 use doublet_core::quantity::{Dimension, Role};
+use doublet_core::validate::Signal;
 pub use doublet_engine::notation::{derivative, derivative_parts, measurement, role, state, term};
 use doublet_engine::notation::{role_unit, unit};
 use eframe::egui::text::{LayoutJob, TextFormat};
@@ -8,6 +9,9 @@ use eframe::egui::{self, Align, FontId};
 use serde::{Deserialize, Serialize};
 
 use crate::widgets::quantity_edit::concise;
+
+/// Decimals of a number stated within its error at most; one that needs more has an exponent.
+const MOST_DECIMALS: usize = 6;
 
 /// Units quantities are shown and typed in; files and the engine keep SI and radians.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -76,7 +80,49 @@ pub fn number(value: f64) -> String {
 
 /// `value` with `decimals`, a true minus sign, a dash where there is none.
 pub fn fixed(value: f64, decimals: usize) -> String {
-    if value.is_finite() { format!("{value:.decimals$}").replace('-', "\u{2212}") } else { "–".to_owned() }
+    if !value.is_finite() {
+        return "–".to_owned();
+    }
+    let text = format!("{value:.decimals$}");
+    match text.strip_prefix('-') {
+        // What is rounded to zero has no sign.
+        Some(digits) if digits.chars().all(|digit| matches!(digit, '0' | '.')) => digits.to_owned(),
+        Some(digits) => format!("\u{2212}{digits}"),
+        None => text,
+    }
+}
+
+/// A correlation: two decimals, three where two would round it towards one.
+pub fn correlation(value: f64) -> String {
+    fixed(value, if value.abs() >= 0.99 { 3 } else { 2 })
+}
+
+/// `value` to the last digit that `error` lets it have, its error taken to two digits.
+pub fn within(value: f64, error: f64) -> String {
+    if !error.is_normal() {
+        return number(value);
+    }
+    let decimals = (1.0 - error.abs().log10().floor()).max(0.0) as usize;
+    if decimals > MOST_DECIMALS { number(value) } else { fixed(value, decimals) }
+}
+
+/// Symbol of a history that is compared with a flight, for axes too short for its name.
+pub fn signal(signal: Signal) -> &'static str {
+    match signal {
+        Signal::Airspeed => "V",
+        Signal::Altitude => "h",
+        Signal::AngleOfAttack => "α",
+        Signal::Sideslip => "β",
+        Signal::BankAngle => "φ",
+        Signal::PitchAngle => "θ",
+        Signal::HeadingAngle => "ψ",
+        Signal::RollRate => "p",
+        Signal::PitchRate => "q",
+        Signal::YawRate => "r",
+        Signal::SpecificForceX => "ax",
+        Signal::SpecificForceY => "ay",
+        Signal::NormalAcceleration => "n",
+    }
 }
 
 #[cfg(test)]
@@ -98,5 +144,17 @@ mod tests {
         assert_eq!(number(-0.012_345_6), "\u{2212}0.01235");
         assert_eq!(number(f64::NAN), "–");
         assert_eq!(fixed(-1.25, 1), "\u{2212}1.2");
+        assert_eq!(fixed(-0.004, 2), "0.00");
+        assert_eq!(fixed(-1e-9, 0), "0");
+    }
+
+    #[test]
+    fn decimals_follow_the_error_and_the_nearness_to_one() {
+        assert_eq!(within(-14.3721, 1.23), "\u{2212}14.4");
+        assert_eq!(within(0.123_456, 0.001_23), "0.1235");
+        assert_eq!(within(1234.4, 560.0), "1234");
+        assert_eq!(within(0.123_456, 0.0), number(0.123_456));
+        assert_eq!(within(0.123_456, f64::NAN), number(0.123_456));
+        assert_eq!([correlation(-0.996), correlation(0.5)], ["\u{2212}0.996", "0.50"]);
     }
 }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
-use eframe::egui::{self, Align2, ScrollArea, TextEdit, vec2};
+use eframe::egui::{self, Align, Layout, ScrollArea, TextEdit};
 
 /// What a file is wanted for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -65,6 +65,7 @@ struct OwnDialog {
     entries: Vec<Entry>,
     typed: String,
     complaint: Option<String>,
+    is_new: bool,
 }
 
 /// What a dialog came to.
@@ -158,7 +159,8 @@ impl OwnDialog {
     fn new(question: FileQuestion) -> Self {
         let folder = question.folder.canonicalize().unwrap_or_else(|_| PathBuf::from("/"));
         let typed = question.name.clone();
-        let mut dialog = Self { question, folder: PathBuf::new(), entries: Vec::new(), typed, complaint: None };
+        let mut dialog =
+            Self { question, folder: PathBuf::new(), entries: Vec::new(), typed, complaint: None, is_new: true };
         dialog.enter(folder);
         dialog
     }
@@ -177,14 +179,13 @@ impl OwnDialog {
 
     fn show(&mut self, ctx: &egui::Context) -> Answer {
         let mut answer = Answer::Open;
-        let mut open = true;
-        egui::Window::new(&self.question.title)
-            .open(&mut open)
-            .collapsible(false)
-            .anchor(Align2::CENTER_CENTER, vec2(0.0, 0.0))
-            .fixed_size(vec2(560.0, 420.0))
-            .show(ctx, |ui| answer = self.contents(ui));
-        if !open || ctx.input(|i| i.key_pressed(egui::Key::Escape)) { Answer::GivenUp } else { answer }
+        egui::Modal::new(egui::Id::unique("file dialog")).show(ctx, |ui| {
+            ui.set_width(560.0);
+            ui.heading(&self.question.title);
+            ui.add_space(4.0);
+            answer = self.contents(ui);
+        });
+        if ctx.input(|i| i.key_pressed(egui::Key::Escape)) { Answer::GivenUp } else { answer }
     }
 
     fn contents(&mut self, ui: &mut egui::Ui) -> Answer {
@@ -195,28 +196,13 @@ impl OwnDialog {
             }
             ui.add(egui::Label::new(self.folder.display().to_string()).truncate());
         });
-        let mut enter = None;
-        ScrollArea::vertical().max_height(300.0).auto_shrink(false).show_rows(
-            ui,
-            ui.spacing().interact_size.y,
-            self.entries.len(),
-            |ui, rows| {
-                for entry in &self.entries[rows] {
-                    let name = if entry.is_file { entry.name.clone() } else { format!("{}/", entry.name) };
-                    let chosen = entry.is_file && self.typed == entry.name;
-                    let row = ui.selectable_label(chosen, name);
-                    if row.clicked() && entry.is_file {
-                        self.typed.clone_from(&entry.name);
-                    }
-                    if (row.clicked() && !entry.is_file) || row.double_clicked() {
-                        enter = Some(entry.name.clone());
-                    }
-                }
-            },
-        );
+        let mut enter = self.list(ui);
         let field =
             ui.add(TextEdit::singleline(&mut self.typed).hint_text("Name or path").desired_width(f32::INFINITY));
         ui.ctx().accesskit_node_builder(field.id, |node| node.set_label("File name"));
+        if std::mem::take(&mut self.is_new) {
+            field.request_focus();
+        }
         let confirmed = field.lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter));
         if let Some(complaint) = &self.complaint {
             ui.colored_label(ui.visuals().error_fg_color, complaint);
@@ -236,6 +222,33 @@ impl OwnDialog {
             answer = self.choose(&name);
         }
         answer
+    }
+
+    /// The folder, its rows as wide as the dialog; the one that is to be entered or taken.
+    fn list(&mut self, ui: &mut egui::Ui) -> Option<String> {
+        let mut enter = None;
+        let height = ui.spacing().interact_size.y;
+        ScrollArea::vertical().max_height(300.0).auto_shrink(false).show_rows(
+            ui,
+            height,
+            self.entries.len(),
+            |ui, rows| {
+                ui.with_layout(Layout::top_down_justified(Align::LEFT), |ui| {
+                    for entry in &self.entries[rows] {
+                        let name = if entry.is_file { entry.name.clone() } else { format!("{}/", entry.name) };
+                        let chosen = entry.is_file && self.typed == entry.name;
+                        let row = ui.selectable_label(chosen, name);
+                        if row.clicked() && entry.is_file {
+                            self.typed.clone_from(&entry.name);
+                        }
+                        if (row.clicked() && !entry.is_file) || row.double_clicked() {
+                            enter = Some(entry.name.clone());
+                        }
+                    }
+                });
+            },
+        );
+        enter
     }
 
     /// Enters a folder, takes a file, or says what is wrong with `name`.

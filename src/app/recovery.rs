@@ -141,8 +141,11 @@ impl Workbench {
         self.message = None;
         self.enter();
         match self.document.adopt(found.orphan) {
-            Ok(()) if self.message.is_none() => self.say("Recovered unsaved work: undo returns to the saved file"),
-            Ok(()) => {}
+            Ok(()) if self.message.is_some() => {}
+            Ok(()) if self.document.path.is_some() => {
+                self.say("Recovered unsaved work: undo returns to the saved file");
+            }
+            Ok(()) => self.say("Recovered unsaved work: it has no file yet, save it"),
             Err(line) => self.complain(line),
         }
         self.look_for_work(|_| true);
@@ -164,12 +167,9 @@ impl Found {
 
     fn compare(&mut self) {
         let draft = &self.orphan.draft;
-        self.differing = Some(match &draft.of {
-            None => Err("It was never saved: there is nothing to compare it with.".to_owned()),
-            Some(of) => session::open(of)
-                .and_then(|opened| compare::settings(&opened.session, &draft.session))
-                .map_err(|error| error.to_string()),
-        });
+        let Some(of) = &draft.of else { return };
+        let rows = session::open(of).and_then(|opened| compare::settings(&opened.session, &draft.session));
+        self.differing = Some(rows.map_err(|error| error.to_string()));
     }
 
     fn show(&self, ui: &mut Ui) -> Option<Answer> {
@@ -179,9 +179,9 @@ impl Found {
         let since = self.since.as_deref().map_or(String::new(), |since| format!("kept {since}, "));
         ui.weak(format!("{since}{windows} windows"));
         ui.horizontal(|ui| {
-            let choices =
-                [("Recover", Answer::Recover), ("Discard", Answer::Discard), ("Show what differs", Answer::Show)];
-            for (name, choice) in choices {
+            // What was never saved has nothing to be compared with.
+            let show = self.orphan.draft.of.is_some().then_some(("Show what differs", Answer::Show));
+            for (name, choice) in [("Recover", Answer::Recover), ("Discard", Answer::Discard)].into_iter().chain(show) {
                 if ui.button(name).clicked() {
                     answer = Some(choice);
                 }

@@ -2,13 +2,15 @@
 
 use doublet_core::reconstruct::{InputHold, Method};
 use doublet_engine::session::{Edit, EstimationEdit, FilterEdit, PathSource, Preparation};
-use eframe::egui::{CollapsingHeader, Grid, Ui};
+use eframe::egui::{CollapsingHeader, Grid, Id, Ui};
 
 use super::{PanelContext, choices};
 use crate::widgets::quantity_edit::QuantityEdit;
 
 /// Half width of the differentiation that a tick switches on, s.
 const HALF_WIDTH_S: f64 = 0.2;
+/// Width of the longest name before a setting: the columns stay where they are when a row comes or goes.
+const COLUMN: f32 = 96.0;
 
 /// Filter, path, and how coefficients follow from the path.
 pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
@@ -18,16 +20,9 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
 
 fn filter(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
     let filter = &ctx.session.filter;
-    Grid::new("filter").num_columns(4).spacing([10.0, 4.0]).show(ui, |ui| {
+    Grid::new("filter").num_columns(4).min_col_width(COLUMN).spacing([10.0, 4.0]).show(ui, |ui| {
         ui.weak("Filter");
-        let iterated = match filter.method {
-            method @ Method::Iekf { .. } => method,
-            _ => Method::USUAL_IEKF,
-        };
-        let unscented = match filter.method {
-            method @ Method::Ukf { .. } => method,
-            _ => Method::Ukf { spread: Method::USUAL_SPREAD },
-        };
+        let [iterated, unscented] = kinds(ui, &ctx.session.title, filter.method);
         let mut method = filter.method;
         if choices(ui, &mut method, &[(Method::Ekf, "EKF"), (iterated, "Iterated"), (unscented, "Unscented")]) {
             ctx.edit(Edit::Filter(FilterEdit::Method(method)));
@@ -59,14 +54,14 @@ fn filter(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
             ui.end_row();
         }
         if let Method::Ukf { spread } = filter.method {
-            ui.weak("Spread of sigma points");
+            ui.weak("Spread").on_hover_text("How far the sigma points lie from the mean");
             let edited =
                 QuantityEdit::new("spread", spread).unit("σ", 1.0).per_point(0.01).allowed(0.1..=10.0).show(ui);
             ctx.edit_quantity(edited, |spread| Edit::Filter(FilterEdit::Method(Method::Ukf { spread })));
             ui.end_row();
         }
         if let Method::Iekf { max_iterations, tolerance } = filter.method {
-            ui.weak("Iterations at most");
+            ui.weak("Iterations").on_hover_text("At most so many for one sample");
             let edited =
                 QuantityEdit::new("iterations", max_iterations as f64).per_point(0.1).allowed(1.0..=100.0).show(ui);
             ctx.edit_quantity(edited, |value| {
@@ -82,6 +77,21 @@ fn filter(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
             ui.end_row();
         }
     });
+}
+
+/// The iterated and the unscented filter with the settings they last had in this session.
+fn kinds(ui: &Ui, session: &str, now: Method) -> [Method; 2] {
+    let id = Id::unique(("filter settings", session));
+    let usual = [Method::USUAL_IEKF, Method::Ukf { spread: Method::USUAL_SPREAD }];
+    ui.data_mut(|data| {
+        let last = data.get_temp_mut_or(id, usual);
+        match now {
+            Method::Iekf { .. } => last[0] = now,
+            Method::Ukf { .. } => last[1] = now,
+            Method::Ekf => {}
+        }
+        *last
+    })
 }
 
 /// What happens between the path and the coefficients.
@@ -111,18 +121,18 @@ fn preparation(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         ctx.edit(Edit::Estimation(EstimationEdit::Preparation(next)));
     }
     Grid::new("preparation").num_columns(4).spacing([10.0, 4.0]).show(ui, |ui| {
-        if let Some(half_width_s) = now.differentiation_half_width_s {
-            let with = |value| Preparation { differentiation_half_width_s: Some(value), ..now.clone() };
-            duration(ctx, ui, ("Half width", "half width", half_width_s), with);
-        }
         duration(ctx, ui, ("Settling", "settling", now.settle_s), |value| Preparation {
             settle_s: value,
             ..now.clone()
         });
-        ui.end_row();
         let lag = |value| Preparation { actuator_lag_s: value, ..now.clone() };
         duration(ctx, ui, ("Actuator lag", "actuator lag", now.actuator_lag_s), lag);
         ui.end_row();
+        if let Some(half_width_s) = now.differentiation_half_width_s {
+            let with = |value| Preparation { differentiation_half_width_s: Some(value), ..now.clone() };
+            duration(ctx, ui, ("Half width", "half width", half_width_s), with);
+            ui.end_row();
+        }
     });
 }
 

@@ -145,7 +145,8 @@ fn table(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         .column(Column::remainder().at_least(120.0).clip(true))
         .column(Column::exact(100.0))
         .column(Column::exact(84.0))
-        .columns(Column::exact(86.0), 3)
+        .columns(Column::exact(86.0), 2)
+        .column(Column::exact(112.0))
         .header(20.0, |mut header| {
             for title in ["Window", "Use", "Coefficient", "R²", "RMS", "RMS [% of max]"] {
                 header.col(|ui| {

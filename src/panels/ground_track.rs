@@ -12,6 +12,8 @@ use crate::widgets::decimate::{gap_threshold_s, value_at};
 /// Points of the whole track, and of one window, that are drawn at most.
 const TRACK_POINTS: usize = 4000;
 const WINDOW_POINTS: usize = 200;
+/// Cosine of the latitude a track is drawn with at least: near a pole it would become a line.
+const LEAST_COSINE: f64 = 0.05;
 
 /// The panel.
 pub struct GroundTrack;
@@ -70,6 +72,13 @@ impl Track<'_> {
         inside.step_by(step).map(|at| self.at(self.north.time_s[at], gap_s).unwrap_or([f64::NAN; 2])).collect()
     }
 
+    /// Degrees of longitude as long as one of latitude where the aircraft flew; one for local positions.
+    fn aspect(&self) -> f64 {
+        let finite = || self.north.values.iter().filter(|latitude| self.is_angles && latitude.is_finite());
+        let mean_rad = finite().sum::<f64>() / finite().count().max(1) as f64;
+        1.0 / mean_rad.cos().max(LEAST_COSINE)
+    }
+
     fn gap_s(&self) -> f64 {
         gap_threshold_s(&self.north.time_s).max(gap_threshold_s(&self.east.time_s))
     }
@@ -85,7 +94,8 @@ fn draw(ctx: &mut PanelContext<'_>, ui: &mut Ui, track: &Track<'_>) {
     let palette = theme::palette(ui);
     let labels = if track.is_angles { ["longitude", "latitude"] } else { ["east", "north"] };
     let [across, up] = labels.map(|label| format!("{label} [{}]", track.unit));
-    let mut chart = Chart { equal: !track.is_angles, legend: false, ..Chart::new("ground track", across, up) };
+    let aspect = Some(track.aspect());
+    let mut chart = Chart { aspect, legend: false, ..Chart::new("ground track", across, up) };
     let all = Window { start_s: f64::NEG_INFINITY, end_s: f64::INFINITY };
     let mut add = |name: &str, color, style, points| chart.curves.push(ChartCurve::new(name, color, style, points));
     add("track", palette.ignored.gamma_multiply(0.7), ChartStyle::Line, track.points(all, TRACK_POINTS));

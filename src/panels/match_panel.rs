@@ -43,14 +43,8 @@ impl Panel for Match {
         if self.aspect == Aspect::Tests {
             return tests(ctx, proof, stale, ui);
         }
-        let Some(name) = ctx.window().map(|window| &window.name) else { return empty(ui, "Choose a window.") };
-        let replay = match proof.window(name) {
-            None => {
-                return empty(
-                    ui,
-                    "Validation windows are flown again by the model: choose one, or make this one a validation window.",
-                );
-            }
+        let replay = match ctx.window().and_then(|window| proof.window(&window.name)) {
+            None => return offer(ctx, proof, ui),
             Some(Err(error)) => return trouble(ui, Some(error)),
             Some(Ok(replay)) => replay.clone(),
         };
@@ -85,7 +79,7 @@ impl Match {
                     ..Trace::new("measured", &series.measured, colors[1])
                 };
                 let simulated = Trace { scale, stale, ..Trace::new("simulated", &series.simulated, colors[0]) };
-                TimePlot::new(series.signal.name(), unit, vec![measured, simulated])
+                TimePlot::new(notation::signal(series.signal), unit, vec![measured, simulated])
             })
             .collect();
         if plots.is_empty() {
@@ -93,6 +87,28 @@ impl Match {
         }
         ctx.stack(ui, "match", View::Window, &mut self.cache, &plots, &[]);
     }
+}
+
+/// The windows that were flown again, to choose from.
+fn offer(ctx: &mut PanelContext<'_>, proof: &ProofOfMatch, ui: &mut Ui) {
+    if proof.windows.is_empty() {
+        return empty(
+            ui,
+            "Validation windows are flown again by the model: make one of the windows a validation window.",
+        );
+    }
+    ui.vertical_centered(|ui| {
+        ui.add_space((0.3 * ui.available_height()).max(0.0));
+        ui.weak("Validation windows are flown again by the model: choose one, or make the chosen window one of them.");
+        ui.add_space(6.0);
+        egui::ScrollArea::vertical().id_salt("validation windows").show(ui, |ui| {
+            for (window, _) in &proof.windows {
+                if ui.button(window.as_str()).clicked() {
+                    ctx.choose(window);
+                }
+            }
+        });
+    });
 }
 
 /// One test in one line: its bands and how much of each is used.
@@ -110,7 +126,7 @@ fn verdict(test: &TestResult, ui: &mut Ui) {
 }
 
 fn used(band: &BandResult) -> String {
-    format!("{} {} %", band.tolerance.signal.name(), notation::fixed(100.0 * band.worst_ratio, 0))
+    format!("{} {} %", notation::signal(band.tolerance.signal), notation::fixed(100.0 * band.worst_ratio, 0))
 }
 
 /// Theil's coefficient of every signal and what its error is made of.
@@ -137,7 +153,7 @@ fn theil(replay: &WindowReplay, stale: bool, ui: &mut Ui) {
             body.rows(20.0, replay.theil.len(), |mut row| {
                 let (signal, theil) = &replay.theil[row.index()];
                 row.col(|ui| {
-                    ui.label(signal.name()).on_hover_text(signal.description());
+                    ui.label(notation::signal(*signal)).on_hover_text(signal.description());
                 });
                 for value in [theil.coefficient, theil.bias, theil.variance, theil.covariance] {
                     row.col(|ui| {
@@ -172,7 +188,7 @@ fn tests(ctx: &mut PanelContext<'_>, proof: &ProofOfMatch, stale: bool, ui: &mut
         .auto_shrink(false)
         .cell_layout(egui::Layout::left_to_right(egui::Align::Center))
         .column(Column::exact(170.0).clip(true))
-        .column(Column::exact(180.0).clip(true))
+        .column(Column::exact(240.0).clip(true))
         .column(Column::exact(56.0))
         .column(Column::remainder().clip(true))
         .header(20.0, |mut header| {

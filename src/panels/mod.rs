@@ -29,6 +29,7 @@ mod structures;
 mod term_effects;
 
 use doublet_core::quantity::Dimension;
+use doublet_core::reconstruct::consistency::WORTH_CHANGING;
 use doublet_engine::report::Reference;
 use doublet_engine::run::{Snapshot, Wanted, WindowDetails, WindowResults};
 use doublet_engine::session::{Edit, Manoeuvre, Session, WindowRole};
@@ -361,13 +362,10 @@ fn choices<T: Copy + PartialEq>(ui: &mut Ui, chosen: &mut T, all: &[(T, &str)]) 
     *chosen != before
 }
 
-/// Innovations within this factor of their predicted deviation count as consistent.
-const CONSISTENT: f64 = 1.2;
-
 /// Colour of a ratio of found to predicted deviation.
 fn consistency_color(ui: &Ui, ratio: f64) -> Color32 {
     let palette = theme::palette(ui);
-    if (1.0 / CONSISTENT..=CONSISTENT).contains(&ratio) { palette.good } else { palette.warning }
+    if (1.0 / WORTH_CHANGING..=WORTH_CHANGING).contains(&ratio) { palette.good } else { palette.warning }
 }
 
 /// Whether a parameter is the constant of one window in an estimate over several.

@@ -12,9 +12,6 @@ use crate::theme;
 /// Titles of the columns over all windows.
 const TITLES: [&str; 6] = ["Windows", "Mean", "Scatter", "Std. error", "Min", "Max"];
 
-/// Columns before those of the kinds of input.
-const BEFORE_KINDS: usize = 4;
-
 /// Draws the table; copies it first where that was asked for.
 pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, copy: bool) {
     let Some(details) = ctx.snapshot.details.latest() else {
@@ -30,6 +27,7 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, copy: bool) {
         ui.multiply_opacity(0.45);
     }
     ScrollArea::horizontal().show(ui, |ui| {
+        ui.spacing_mut().item_spacing.x = 4.0;
         TableBuilder::new(ui)
             .id_salt("over windows")
             .striped(true)
@@ -37,16 +35,12 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, copy: bool) {
             .sense(egui::Sense::click())
             .cell_layout(egui::Layout::right_to_left(egui::Align::Center))
             .column(Column::exact(54.0))
-            .column(Column::exact(52.0))
-            .columns(Column::exact(66.0), 3)
-            .columns(Column::exact(134.0), kinds.len())
-            .columns(Column::exact(66.0), 2)
+            .columns(Column::exact(60.0), TITLES.len())
+            .columns(Column::exact(120.0), kinds.len())
             .header(20.0, |mut header| {
                 header.col(|_| {});
                 let kinds = kinds.iter().map(|kind| kind.kind.as_str());
-                for title in
-                    TITLES[..BEFORE_KINDS].iter().copied().chain(kinds).chain(TITLES[BEFORE_KINDS..].iter().copied())
-                {
+                for title in TITLES.into_iter().chain(kinds) {
                     header.col(|ui| {
                         ui.weak(title).on_hover_text(about(title));
                     });
@@ -61,16 +55,17 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, copy: bool) {
                             ui.add(egui::Label::new(notation::derivative_job(ui, &parameter.name)).selectable(false));
                         });
                     });
-                    let own = cells(parameter);
                     let of_kinds = kinds.iter().map(|kind| {
                         let of = kind.parameters.iter().find(|other| other.name == parameter.name);
                         of.map_or(String::new(), |of| {
-                            format!("{} ± {}", notation::number(of.estimate[0]), notation::number(of.scatter))
+                            format!(
+                                "{} ± {}",
+                                notation::within(of.estimate[0], of.scatter),
+                                notation::within(of.scatter, of.scatter)
+                            )
                         })
                     });
-                    for text in
-                        own[..BEFORE_KINDS].iter().cloned().chain(of_kinds).chain(own[BEFORE_KINDS..].iter().cloned())
-                    {
+                    for text in cells(parameter).into_iter().chain(of_kinds) {
                         row.col(|ui| cell(ui, text));
                     }
                     if row.response().clicked() {
@@ -97,9 +92,9 @@ fn cell(ui: &mut Ui, text: String) {
 }
 
 fn cells(parameter: &ParameterSummary) -> [String; 6] {
-    let [mean, min, max] = parameter.estimate;
-    let [mean, min, max, scatter, error] =
-        [mean, min, max, parameter.scatter, parameter.variance[0].sqrt()].map(notation::number);
+    let [mean, min, max] = parameter.estimate.map(|value| notation::within(value, parameter.scatter));
+    let [scatter, error] =
+        [parameter.scatter, parameter.variance[0].sqrt()].map(|spread| notation::within(spread, spread));
     [parameter.fits.to_string(), mean, scatter, error, min, max]
 }
 

@@ -321,7 +321,8 @@ fn spectrum_plot(ctx: &mut PanelContext<'_>, ui: &mut Ui, found: &SignalSpectrum
         ChartCurve::new(name, color, ChartStyle::Line, points.collect())
     };
     let unit = if unit.is_empty() { "1".to_owned() } else { format!("({unit})²") };
-    let mut chart = Chart::new("spectrum", "frequency [Hz]", format!("log₁₀ of density [{unit}/Hz]"));
+    ui.weak(format!("Spectral density in {unit}/Hz"));
+    let mut chart = Chart::new("spectrum", "frequency [Hz]", "log₁₀ density");
     chart.places = DECADES_HZ.iter().map(|hz: &f64| (hz.log10(), format!("{hz}"))).collect();
     let color = if found.treated.is_some() { palette.ignored } else { palette.series[0] };
     chart.curves.push(curve("recorded", &found.recorded, color));

@@ -26,6 +26,10 @@ pub fn proposals(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         (0, all) => format!("All {all} manoeuvres found are in the session"),
         (open, all) => format!("Manoeuvres found: {all}, not in the session: {open}"),
     };
+    if open.is_empty() && found.findings.is_empty() {
+        ui.weak(header);
+        return;
+    }
     CollapsingHeader::new(header).id_salt("proposals").default_open(false).show(ui, |ui| {
         found.findings.iter().for_each(|finding| drop(ui.weak(finding)));
         if open.is_empty() {
@@ -43,7 +47,7 @@ pub fn proposals(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
                         ctx.view(View::Flight).zoom_to(stretch);
                     }
                     let (start, end) = (window.window.start_s, window.window.end_s);
-                    ui.weak(format!("{} s to {} s", notation::fixed(start, 1), notation::fixed(end, 1)));
+                    ui.weak(format!("{} s to {} s", notation::fixed(start, 2), notation::fixed(end, 2)));
                     let amplitude = notation::fixed(proposal.amplitude_rad.to_degrees(), 1);
                     let text = format!("{:.0} %", 100.0 * proposal.confidence);
                     ui.label(text).on_hover_text(format!(
@@ -66,8 +70,9 @@ pub fn proposals(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
 /// Input and response of every window, side by side; a click chooses one.
 pub fn thumbnails(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
     let session = ctx.session;
+    let most = (ui.available_height() / 3.0).clamp(SIZE.y + 4.0, 260.0);
     CollapsingHeader::new("Side by side").id_salt("thumbnails").default_open(false).show(ui, |ui| {
-        ScrollArea::vertical().id_salt("side by side").max_height(260.0).show(ui, |ui| {
+        ScrollArea::vertical().id_salt("side by side").max_height(most).show(ui, |ui| {
             ui.horizontal_wrapped(|ui| {
                 ui.spacing_mut().item_spacing = vec2(4.0, 4.0);
                 for window in &session.windows {

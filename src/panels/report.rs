@@ -17,7 +17,7 @@ const ROWS: usize = 12;
 /// Height of a row.
 const ROW: f32 = 18.0;
 /// Width of the list of sections: that of its longest title.
-const SECTIONS_WIDTH: f32 = 252.0;
+const SECTIONS_WIDTH: f32 = 290.0;
 
 /// The panel.
 #[derive(Default)]
@@ -45,7 +45,7 @@ impl Panel for Report {
         self.keep(ctx, choice.shown);
         ctx.state.report = choice;
         let Some(shown) = &self.shown else { return };
-        egui::CentralPanel::default().frame(egui::Frame::NONE).show(ui, |ui| {
+        egui::CentralPanel::default().frame(egui::Frame::NONE.inner_margin(8)).show(ui, |ui| {
             ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
                 for section in &shown.document.sections {
                     ui.heading(section.kind.title());

@@ -16,8 +16,13 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, chosen: &mut Coefficient) {
         return awaiting(ctx, ui, "the fits of this window", "This window has no fit.");
     };
     let all: Vec<_> = studies.iter().map(|study| (study.coefficient, study.coefficient.name())).collect();
-    choices(ui, chosen, &all);
-    let study = studies.iter().find(|study| study.coefficient == *chosen).unwrap_or(first);
+    let of = |coefficient| studies.iter().find(|study| study.coefficient == coefficient).unwrap_or(first);
+    // A coefficient this window lacks stays chosen for the next window; the one shown in its place is highlighted.
+    let mut shown = of(*chosen).coefficient;
+    if choices(ui, &mut shown, &all) {
+        *chosen = shown;
+    }
+    let study = of(shown);
     let inside = notation::fixed(100.0 * study.whiteness.share_inside, 0);
     ui.weak(format!("{inside} % of the lags lie inside the band; white noise has 95 %"));
     let height = 0.5 * ui.available_height() - 6.0;

@@ -4,7 +4,7 @@ use eframe::egui::{self, Color32, Id, Stroke, Ui};
 use egui_plot::{Bar, BarChart, Line, LineStyle, Plot, PlotPoint, PlotPoints, Points, Polygon};
 
 use super::figure::{Figure, FigureCurve, FigureData, FigureForm, FigurePlot, FigureRequest};
-use super::ticks::tick;
+use super::ticks::{tick, ticks};
 use super::time_plot::readable;
 use crate::theme;
 
@@ -15,6 +15,8 @@ const MARGIN: f32 = 0.06;
 const LEGEND_ROOM: f32 = 42.0;
 /// Distance between ticks from which their labels are drawn, and drawn fully.
 const LABELS: egui::Rangef = egui::Rangef { min: 8.0, max: 12.0 };
+/// Least distance between ticks of the level and of the upright axis.
+const TICK_SPACING: [f32; 2] = [84.0, 24.0];
 
 /// How a curve of a chart is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -77,8 +79,8 @@ pub struct Chart {
     pub levels: Vec<(f64, Color32)>,
     /// Words under places of the level axis.
     pub places: Vec<(f64, String)>,
-    /// One unit is as long on both axes.
-    pub equal: bool,
+    /// How many units of the level axis are drawn as long as one of the upright axis; none fits both to the room.
+    pub aspect: Option<f64>,
     /// Names of the curves are shown.
     pub legend: bool,
 }
@@ -102,6 +104,8 @@ impl Chart {
             .set_margin_fraction(egui::vec2(MARGIN, MARGIN))
             .grid_color(palette.grid)
             .label_formatter(|_| None)
+            .x_grid_spacer(|input| ticks(input, TICK_SPACING[0]))
+            .y_grid_spacer(|input| ticks(input, TICK_SPACING[1]))
             .custom_y_axes(vec![
                 egui_plot::AxisHints::new_y()
                     .label(egui::RichText::new(&self.labels[1]).size(11.5))
@@ -119,8 +123,8 @@ impl Chart {
                         false => tick(mark.value, mark.step_size),
                     }),
             ]);
-        if self.equal {
-            plot = plot.data_aspect(1.0);
+        if let Some(aspect) = self.aspect {
+            plot = plot.data_aspect(aspect as f32);
         }
         if named {
             let marks: Vec<f64> = self.places.iter().map(|(at, _)| *at).collect();

@@ -7,12 +7,15 @@ use eframe::egui::{
 
 use super::chart::figure_menu;
 use super::figure::{Figure, FigureMatrix, FigureRequest};
+use crate::notation;
 use crate::theme::{self, Palette};
 
 /// Largest cell.
 const LARGEST_CELL: f32 = 44.0;
 /// Smallest cell that still holds its value as text.
 const TEXT_CELL: f32 = 30.0;
+/// Smallest cell that holds three decimals and a sign.
+const LONG_TEXT_CELL: f32 = 35.0;
 /// Longest name drawn along a side, characters.
 const NAME_LENGTH: usize = 12;
 /// Slope of the names above the columns, rad.
@@ -109,7 +112,8 @@ impl MatrixView<'_> {
         let under = Rect::from_min_size(area.min + vec2(column as f32, row as f32) * cell, Vec2::splat(cell));
         ui.painter().rect_stroke(under, 0.0, Stroke::new(1.5, ui.visuals().strong_text_color()), StrokeKind::Outside);
         let value = self.values[row * size + column];
-        response.on_hover_text_at_pointer(format!("{} × {}:  {value:+.4}", self.labels[row], self.labels[column]));
+        let value = notation::fixed(value, 4);
+        response.on_hover_text_at_pointer(format!("{} × {}:  {value}", self.labels[row], self.labels[column]));
     }
 
     /// The matrix with the colours it has on white.
@@ -146,7 +150,8 @@ impl MatrixView<'_> {
                 painter.rect_stroke(rect, 0.0, Stroke::new(1.5, ui.visuals().strong_text_color()), StrokeKind::Inside);
             }
             if cell >= TEXT_CELL && row != column {
-                marks.push((rect, format!("{value:.2}"), contrast(color(palette, intensity * pale))));
+                let text = if cell < LONG_TEXT_CELL { notation::fixed(value, 2) } else { notation::correlation(value) };
+                marks.push((rect, text, contrast(color(palette, intensity * pale))));
             }
         }
         painter.set(ground, Shape::mesh(mesh));

@@ -226,10 +226,9 @@ pub fn rounded(value: f64, digits: i32) -> f64 {
     text.parse().unwrap_or(value)
 }
 
-/// `value` with at most `decimals` decimals and no idle zeros after them.
+/// `value` with as many decimals as its neighbours in a column.
 fn fixed(value: f64, decimals: usize) -> String {
-    let text = format!("{value:.decimals$}");
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+    format!("{value:.decimals$}")
 }
 
 /// What a field shows: four digits of what is below one, five of the rest.
@@ -284,9 +283,9 @@ mod tests {
 
     #[test]
     fn places_on_a_long_axis_keep_their_decimals() {
-        assert_eq!(fixed(1056.8, 3), "1056.8");
+        assert_eq!(fixed(1056.8, 3), "1056.800");
         assert_eq!(fixed(123_456.789_4, 3), "123456.789");
-        assert_eq!(fixed(300.0, 3), "300");
+        assert_eq!(fixed(300.0, 3), "300.000");
     }
 
     #[test]

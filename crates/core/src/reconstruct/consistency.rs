@@ -15,7 +15,7 @@ const TAIL: f64 = 0.025;
 /// Part of the lags that must lie inside the band for innovations to count as white.
 const WHITE_PART: f64 = 0.95;
 /// Ratio of found to predicted deviation beyond which a setting is worth changing.
-const WORTH_CHANGING: f64 = 1.15;
+pub const WORTH_CHANGING: f64 = 1.15;
 
 /// Verdict on a whole run.
 #[derive(Clone, Debug, PartialEq)]

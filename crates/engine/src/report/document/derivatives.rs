@@ -1,6 +1,6 @@
 //! Sections on the aerodynamic model.
 
-use super::{Axis, Block, Contents, Figure, Mark, Matrix, Panel, Plot, paragraph};
+use super::{Axis, Block, Contents, Figure, Mark, Matrix, Panel, Plot, numbers_of, paragraph};
 use crate::notation;
 use crate::report::results::{DerivativeSummaryRow, FitRow};
 use crate::report::table::{Cell, Column, Table};
@@ -146,9 +146,7 @@ pub fn derivatives(contents: &Contents<'_>) -> Vec<Block> {
         if !panels.is_empty() {
             blocks.push(Block::Figure(Figure {
                 name: format!("derivatives {coefficient}"),
-                caption: format!(
-                    "Derivatives of {coefficient} by identification window, in the order of the table of windows."
-                ),
+                caption: format!("Derivatives of {coefficient} by number of the identification window."),
                 columns: 3,
                 panel_height_mm: 26.0,
                 panels,
@@ -160,12 +158,13 @@ pub fn derivatives(contents: &Contents<'_>) -> Vec<Block> {
 
 /// Estimates of one derivative by window, over the pooled one.
 fn scatter(contents: &Contents<'_>, summary: &DerivativeSummaryRow) -> Panel {
-    let windows = contents.results.windows.iter().enumerate();
-    let points =
-        windows.filter(|(_, window)| window.role == WindowRole::Identification.name()).filter_map(|(k, window)| {
+    let windows = contents.results.windows.iter().zip(numbers_of(&contents.results.windows));
+    let points = windows.filter(|(window, _)| window.role == WindowRole::Identification.name()).filter_map(
+        |(window, number)| {
             let row = window.fits.iter().flat_map(|fit| &fit.derivatives).find(|row| row.name == summary.name)?;
-            Some([k as f64 + 1.0, row.estimate, NORMAL_95 * row.corrected_standard_error])
-        });
+            Some([number, row.estimate, NORMAL_95 * row.corrected_standard_error])
+        },
+    );
     let mut marks = Vec::new();
     if let (Some(value), Some(error)) = (summary.pooled, summary.corrected_standard_error) {
         let band = [value - NORMAL_95 * error, value + NORMAL_95 * error];

@@ -10,7 +10,9 @@ mod setup;
 
 pub use figure::{Axis, Figure, Mark, Matrix, Panel, Plot};
 
-use super::results::Results;
+use std::collections::BTreeSet;
+
+use super::results::{Results, WindowRow};
 use super::table::Table;
 use crate::run::Snapshot;
 use crate::session::Session;
@@ -195,6 +197,17 @@ struct Contents<'a> {
     session: &'a Session,
     snapshot: &'a Snapshot,
     results: &'a Results,
+}
+
+/// Number of each window in figures: the one its name begins with where all begin with a different one, else its place in the table
+/// of windows.
+fn numbers_of(windows: &[WindowRow]) -> Vec<f64> {
+    let own = |window: &WindowRow| window.name.split_whitespace().next()?.parse::<u16>().ok();
+    let own: Option<Vec<u16>> = windows.iter().map(own).collect();
+    match own.filter(|own| own.iter().collect::<BTreeSet<_>>().len() == own.len()) {
+        Some(own) => own.into_iter().map(f64::from).collect(),
+        None => (1..=windows.len()).map(|place| place as f64).collect(),
+    }
 }
 
 /// A paragraph.

@@ -6,7 +6,7 @@ use doublet_core::reconstruct::{AirState, InputHold, Measurement, Method, State}
 use doublet_core::series::Series;
 
 use super::figure::line;
-use super::{Axis, Block, Contents, Figure, Mark, Panel, Plot, table_or};
+use super::{Axis, Block, Contents, Figure, Mark, Panel, Plot, numbers_of, table_or};
 use crate::notation;
 use crate::report::table::{Cell, Column, Table, significant};
 use crate::report::tables;
@@ -86,9 +86,9 @@ pub fn wind_and_bias(contents: &Contents<'_>) -> Vec<Block> {
     for spread in &results.wind_and_bias {
         let state = State::ALL.into_iter().find(|state| state.name() == spread.quantity);
         let (unit, scale) = state.map_or((spread.unit, 1.0), |state| notation::unit(state.dimension()));
-        let points = results.windows.iter().enumerate().filter_map(|(index, window)| {
+        let points = results.windows.iter().zip(numbers_of(&results.windows)).filter_map(|(window, number)| {
             let row = window.states.iter().find(|row| row.state == spread.quantity)?;
-            Some([index as f64 + 1.0, scale * row.last_second_mean, 2.0 * scale * row.deviation])
+            Some([number, scale * row.last_second_mean, 2.0 * scale * row.deviation])
         });
         let band =
             [spread.mean - spread.standard_deviation, spread.mean + spread.standard_deviation].map(|end| scale * end);
@@ -104,7 +104,7 @@ pub fn wind_and_bias(contents: &Contents<'_>) -> Vec<Block> {
     if !panels.is_empty() {
         blocks.push(Block::Figure(Figure {
             name: "wind and bias".to_owned(),
-            caption: "Wind and biases of each window, in the order of the table of windows.".to_owned(),
+            caption: "Wind and biases by number of the window.".to_owned(),
             columns: 3,
             panel_height_mm: 26.0,
             panels,
