@@ -92,9 +92,9 @@ fn table(ctx: &mut PanelContext<'_>, ui: &mut Ui, fits: &[CoefficientFit]) {
             .sense(egui::Sense::click())
             .cell_layout(egui::Layout::right_to_left(egui::Align::Center))
             .column(Column::remainder().at_least(64.0).clip(true))
-            .columns(Column::exact(68.0), 4)
-            .column(Column::exact(56.0))
-            .column(Column::exact(52.0))
+            .columns(Column::exact(70.0), 4)
+            .column(Column::exact(58.0))
+            .column(Column::exact(66.0))
             .header(20.0, |mut header| {
                 for title in TITLES {
                     header.col(|ui| {

@@ -10,7 +10,10 @@ const TICK_ROOM: f32 = 7.0;
 
 /// Ticks at least `spacing` points apart, a power of ten times 1, 2 or 5.
 pub(super) fn ticks(input: egui_plot::GridInput, spacing: f32) -> Vec<egui_plot::GridMark> {
-    let step_size = round_step(input.base_step_size * f64::from(spacing / 8.0));
+    multiples(&input, round_step(input.base_step_size * f64::from(spacing / 8.0)))
+}
+
+fn multiples(input: &egui_plot::GridInput, step_size: f64) -> Vec<egui_plot::GridMark> {
     let (first, last) = ((input.bounds.0 / step_size).ceil(), (input.bounds.1 / step_size).floor());
     let count = (last - first).clamp(-1.0, 1000.0) as i64 + 1;
     (0..count).map(|k| egui_plot::GridMark { value: (first + k as f64) * step_size, step_size }).collect()
@@ -31,25 +34,33 @@ pub(super) fn draw_time_axis(ui: &Ui, area: Rect, range: Stretch, spacing: f32) 
     painter.text(foot, Align2::CENTER_BOTTOM, "time [s]", FontId::proportional(11.5), ui.visuals().text_color());
 }
 
-/// Ticks far enough from the ends that the labels of stacked plots do not run into one another; closer together than `spacing`
-/// where fewer than two would be left, which tell no scale.
+/// Ticks far enough from the ends that the labels of stacked plots do not run into one another; of a less round step where fewer
+/// than two would be left, which tell no scale.
 pub(super) fn inner_ticks(input: egui_plot::GridInput, spacing: f32) -> Vec<egui_plot::GridMark> {
     let room = f64::from(TICK_ROOM / 8.0) * input.base_step_size;
     let (low, high) = input.bounds;
-    let inside = |spacing| {
-        let input = egui_plot::GridInput { bounds: input.bounds, base_step_size: input.base_step_size };
-        let mut marks = ticks(input, spacing);
+    let least = input.base_step_size * f64::from(spacing / 8.0);
+    let inside = |step| {
+        let mut marks = multiples(&input, step);
         marks.retain(|mark| mark.value - low > room && high - mark.value > room);
         marks
     };
-    let [usual, half, quarter] = [spacing, spacing / 2.0, spacing / 4.0].map(inside);
-    [half, quarter].into_iter().fold(usual, |found, closer| if found.len() > 1 { found } else { closer })
+    let round = inside(round_step(least));
+    if round.len() > 1 { round } else { Some(inside(step_of(&DIGITS, least))).filter(|m| m.len() > 1).unwrap_or(round) }
 }
+
+/// First digits of a step of whole digits.
+const DIGITS: [f64; 9] = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0];
 
 /// The smallest of 1, 2, 5 times a power of ten that is not less than `least`.
 pub(super) fn round_step(least: f64) -> f64 {
+    step_of(&[1.0, 2.0, 5.0, 10.0], least)
+}
+
+/// The smallest of `digits` times a power of ten that is not less than `least`.
+fn step_of(digits: &[f64], least: f64) -> f64 {
     let decade = 10f64.powf(least.log10().floor());
-    [1.0, 2.0, 5.0, 10.0].into_iter().map(|m| m * decade).find(|step| *step >= least * (1.0 - 1e-9)).unwrap_or(least)
+    digits.iter().map(|m| m * decade).find(|step| *step >= least * (1.0 - 1e-9)).unwrap_or(least)
 }
 
 /// Text of a tick: as many decimals as its step needs.
@@ -78,5 +89,13 @@ mod tests {
             assert!([1.0, 2.0, 5.0].iter().any(|m| (digits - m).abs() < 1e-6), "step {}", marks[0].step_size);
             assert!(marks.iter().all(|mark| mark.value >= low && mark.value <= high));
         }
+    }
+
+    #[test]
+    fn a_narrow_strip_has_two_labels_where_a_less_round_step_gives_them() {
+        // 52 points from -50 to 2050: of 1, 2 and 5 only a thousand is far enough from its neighbours, and alone.
+        let input = egui_plot::GridInput { bounds: (-50.0, 2050.0), base_step_size: 2100.0 / 52.0 * 8.0 };
+        let values: Vec<f64> = inner_ticks(input, 18.0).iter().map(|mark| mark.value).collect();
+        assert_eq!(values, [800.0, 1600.0]);
     }
 }
