@@ -76,6 +76,20 @@ pub fn product<T: Real>(a: &Block<T>, b: &Block<T>) -> Block<T> {
     c
 }
 
+/// `c - a b`.
+#[inline(always)]
+pub fn subtract_product<T: Real>(c: &Block<T>, a: &Block<T>, b: &Block<T>) -> Block<T> {
+    let mut c = *c;
+    for i in 0..3 {
+        for k in 0..3 {
+            for j in 0..3 {
+                c[i][j] = a[i][k].neg_mul_add(b[k][j], c[i][j]);
+            }
+        }
+    }
+    c
+}
+
 /// `c + a b'`.
 #[inline(always)]
 pub fn add_product_transposed<T: Real>(c: &Block<T>, a: &Block<T>, b: &Block<T>) -> Block<T> {

@@ -12,7 +12,7 @@ use super::kernel::{Estimate, Predicted, Step, Telling, Tuning, predict_state};
 use super::kinematics::{Observation, Trig};
 use super::march::{run_block, smooth_block};
 use super::real::Real;
-use super::smoother::{Kept, take_noise_out};
+use super::smoother::{Kept, NoiseSpace, take_noise_out};
 use super::transition::Transition;
 #[cfg(target_arch = "x86_64")]
 pub use x86::{Eight, Four};
@@ -67,6 +67,7 @@ pub trait Lanes: Real {
     fn take_noise_out(
         d: &mut [Vec3<Self>; GROUPS],
         big_d: &mut Covariance<Self>,
+        space: &mut NoiseSpace<Self>,
         kept: &Kept<Self>,
         step: &Step<Self>,
         tuning: &Tuning<Self>,
@@ -142,6 +143,7 @@ macro_rules! compiled {
             part!($($features)?, take_noise_out = take_noise_out, (
                 d: &mut [Vec3<$vector>; GROUPS],
                 big_d: &mut Covariance<$vector>,
+                space: &mut NoiseSpace<$vector>,
                 kept: &Kept<$vector>,
                 step: &Step<$vector>,
                 tuning: &Tuning<$vector>

@@ -8,8 +8,8 @@ use super::lanes::Lanes;
 use super::layout::{AIR_STATES, INPUTS, MEASUREMENTS, STATES};
 use super::real::Real;
 use super::schedule::{DRIVE, END, MEASURED, NOISE_SCALE, PRESENT, START};
-use super::smoother::{Kept, smooth_step};
-use super::transition::Inputs;
+use super::smoother::{Kept, NoiseSpace, smooth_step};
+use super::transition::{Inputs, Transition};
 
 /// Steps of a block, between two looks at the watcher.
 pub const BLOCK: usize = 32;
@@ -73,22 +73,25 @@ pub fn smooth_block<T: Lanes>(
     kept: &mut Vec<Kept<T>>,
     record: &mut [f64],
 ) {
-    kept.clear();
+    // Made once and written in place: a step is kilobytes.
+    kept.resize(BLOCK, Kept { before: *start, phi: Transition::nothing(), predicted: *start });
     let mut estimate = *start;
-    for drive in drive.chunks_exact(DRIVE * T::LANES).take(steps) {
+    for (drive, kept) in drive.chunks_exact(DRIVE * T::LANES).zip(kept.iter_mut()).take(steps) {
         let step = read_step::<T>(drive);
-        let before = estimate;
+        kept.before = estimate;
         let (phi, trig) = estimate.predict(&step, tuning);
-        kept.push(Kept { before, phi, predicted: estimate });
+        kept.phi = phi;
+        kept.predicted = estimate;
         estimate.update(&step, &trig, tuning);
     }
+    let mut space = NoiseSpace::new();
     for k in (0..steps).rev() {
         let step = read_step::<T>(&drive[k * DRIVE * T::LANES..]);
         let record = &mut record[k * RECORD * T::LANES..];
         if tuning.see_noise {
             tell_measurement_noise(smoothed, &step, tuning, record);
         }
-        let process = smooth_step(smoothed, &kept[k], &step, tuning);
+        let process = smooth_step(smoothed, &mut space, &kept[k], &step, tuning);
         tell_smoothed(&smoothed.x, &smoothed.p.all_variances(), record);
         if tuning.see_noise {
             for field in 0..INPUTS {

@@ -6,10 +6,10 @@
 //! back constant.
 
 use super::blocks::{
-    Block, Factor, Vec3, add_product, add_times, difference, product, scaled, scaled_columns, scaled_identity,
-    subtract_product_transposed, subtract_times, sum, transposed, zeros,
+    Block, Factor, Vec3, add_product, add_times, difference, scaled, scaled_columns, scaled_identity, subtract_product,
+    subtract_product_transposed, subtract_times, transposed, zeros,
 };
-use super::covariance::{ATT, BLOCKS, Covariance, GROUPS, POS, VEL, at};
+use super::covariance::{ACC, ATT, BLOCKS, Covariance, GROUPS, GYR, POS, VEL, WIND, at};
 use super::kernel::{Estimate, Step, Tuning};
 use super::lanes::Lanes;
 use super::real::Real;
@@ -37,6 +37,7 @@ pub struct Kept<T> {
 #[inline(always)]
 pub fn smooth_step<T: Lanes>(
     smoothed: &mut Estimate<T>,
+    space: &mut NoiseSpace<T>,
     kept: &Kept<T>,
     step: &Step<T>,
     tuning: &Tuning<T>,
@@ -52,7 +53,7 @@ pub fn smooth_step<T: Lanes>(
             }
         }
     }
-    let process = T::take_noise_out(&mut d, &mut smoothed.p, kept, step, tuning);
+    let process = T::take_noise_out(&mut d, &mut smoothed.p, space, kept, step, tuning);
     let back = kept.phi.inverse();
     T::propagate_back(&mut smoothed.p, &back);
     let moved = back.apply_back(&d);
@@ -71,6 +72,58 @@ pub fn smooth_step<T: Lanes>(
     process
 }
 
+/// Working space of [`take_noise_out`], made once for many steps: what each group of noises is and does.
+pub struct NoiseSpace<T> {
+    /// Groups of states that the noise enters: from, to without.
+    rows: [(usize, usize); NOISES],
+    /// `U = Gamma Q`, in these rows.
+    noise: [Columns<T>; NOISES],
+    /// `Y = (P-)^-1 Gamma`.
+    solved: [Columns<T>; NOISES],
+    /// `D Y`, then E.
+    e: [Columns<T>; NOISES],
+    /// `-Y' D Y / 2` of each pair.
+    quadratic: [[Block<T>; NOISES]; NOISES],
+}
+
+impl<T: Real> NoiseSpace<T> {
+    /// Space with nothing in it.
+    pub fn new() -> Self {
+        let columns = [[zeros(); GROUPS]; NOISES];
+        Self {
+            rows: [(0, 0); NOISES],
+            noise: columns,
+            solved: columns,
+            e: columns,
+            quadratic: [[zeros(); NOISES]; NOISES],
+        }
+    }
+
+    /// Fills in noise, `Y` and `D Y` of every group there is; returns how many.
+    #[inline(always)]
+    fn fill(&mut self, big_d: &Covariance<T>, kept: &Kept<T>, step: &Step<T>, tuning: &Tuning<T>) -> usize {
+        let factor = CovarianceFactor::new(&kept.predicted.p);
+        let mut count = 0;
+        for c in 0..NOISES {
+            let Some(columns) = NoiseColumns::new(c, kept, step, tuning) else { continue };
+            self.rows[count] = columns.rows;
+            self.solved[count] = factor.solve(&columns);
+            for g in columns.rows.0..columns.rows.1 {
+                self.noise[count][g] = scaled_columns(&columns.gamma[g], &columns.variances);
+            }
+            for g in 0..GROUPS {
+                let mut row = zeros();
+                for k in 0..GROUPS {
+                    row = add_product(&row, &big_d.block(g, k), &self.solved[count][k]);
+                }
+                self.e[count][g] = row;
+            }
+            count += 1;
+        }
+        count
+    }
+}
+
 /// `d <- A d` and `D <- A D A'` with `A = I - Gamma Q Y'`, `Y = (P-)^-1 Gamma`.
 ///
 /// Returns the expected square of each process noise w given all measurements, in terms of Q of whole samples: with
@@ -80,31 +133,13 @@ pub fn smooth_step<T: Lanes>(
 pub fn take_noise_out<T: Real>(
     d: &mut [Vec3<T>; GROUPS],
     big_d: &mut Covariance<T>,
+    space: &mut NoiseSpace<T>,
     kept: &Kept<T>,
     step: &Step<T>,
     tuning: &Tuning<T>,
 ) -> [Vec3<T>; 2] {
-    let factor = CovarianceFactor::new(&kept.predicted.p);
-    let mut noise = [[zeros(); GROUPS]; NOISES]; // U = Gamma Q
-    let mut solved = [[zeros(); GROUPS]; NOISES]; // Y
-    let mut seen = [[zeros(); GROUPS]; NOISES]; // D Y
-    let mut count = 0;
-    for c in 0..NOISES {
-        let Some((gamma, variances)) = noise_columns(c, kept, step, tuning) else { continue };
-        solved[count] = factor.solve(&gamma);
-        for g in 0..GROUPS {
-            noise[count][g] = scaled_columns(&gamma[g], &variances);
-        }
-        for g in 0..GROUPS {
-            let mut row = zeros();
-            for k in 0..GROUPS {
-                row = add_product(&row, &big_d.block(g, k), &solved[count][k]);
-            }
-            seen[count][g] = row;
-        }
-        count += 1;
-    }
-
+    let count = space.fill(big_d, kept, step, tuning);
+    let NoiseSpace { rows, noise, solved, e, quadratic } = space;
     let old = *d;
     let mut squares = tuning.process;
     for c in 0..count {
@@ -117,72 +152,99 @@ pub fn take_noise_out<T: Real>(
                 squares[c][i] = along[i] * along[i];
             }
         }
-        for g in 0..GROUPS {
+        for g in rows[c].0..rows[c].1 {
             d[g] = subtract_times(&d[g], &noise[c][g], &along);
         }
     }
 
     // E = D Y - U (Y' D Y) / 2, so that A D A' = D - U E' - E U'
     let half = T::splat(-0.5);
-    let mut e = seen;
     for c in 0..count {
-        for b in 0..count {
-            let mut quadratic = zeros();
+        for b in 0..=c {
+            let mut product = zeros();
             for g in 0..GROUPS {
-                quadratic = add_product(&quadratic, &transposed(&solved[b][g]), &seen[c][g]);
+                product = add_product(&product, &transposed(&solved[b][g]), &e[c][g]);
             }
             if b == c && c < 2 {
                 for i in 0..3 {
                     let q = tuning.process[c][i];
-                    let gained = (squares[c][i] + quadratic[i][i]) * q * step.noise_scale;
+                    let gained = (squares[c][i] + product[i][i]) * q * step.noise_scale;
                     squares[c][i] = gained.mul_add(q, q);
                 }
             }
-            let quadratic = scaled(&quadratic, half);
-            for g in 0..GROUPS {
-                e[c][g] = add_product(&e[c][g], &noise[b][g], &quadratic);
+            quadratic[b][c] = scaled(&product, half);
+            quadratic[c][b] = transposed(&quadratic[b][c]);
+        }
+    }
+    for c in 0..count {
+        for b in 0..count {
+            for g in rows[b].0..rows[b].1 {
+                e[c][g] = add_product(&e[c][g], &noise[b][g], &quadratic[b][c]);
             }
         }
     }
-    for i in 0..GROUPS {
-        for j in 0..=i {
-            let mut block = big_d.blocks[at(i, j)];
-            for c in 0..count {
-                block = subtract_product_transposed(&block, &noise[c][i], &e[c][j]);
-                block = subtract_product_transposed(&block, &e[c][i], &noise[c][j]);
+    for c in 0..count {
+        let (from, to) = rows[c];
+        for i in from..to {
+            for j in 0..=i {
+                let block = &mut big_d.blocks[at(i, j)];
+                *block = subtract_product_transposed(block, &noise[c][i], &e[c][j]);
             }
-            big_d.blocks[at(i, j)] = block;
+        }
+        for j in from..to {
+            for i in j..GROUPS {
+                let block = &mut big_d.blocks[at(i, j)];
+                *block = subtract_product_transposed(block, &e[c][i], &noise[c][j]);
+            }
         }
     }
     squares
 }
 
-/// Columns of Gamma of the `c`-th group of noises and their variances: accelerometers, gyros, then the random walk of
-/// each group of states, if it has one.
-#[inline(always)]
-fn noise_columns<T: Real>(
-    c: usize,
-    kept: &Kept<T>,
-    step: &Step<T>,
-    tuning: &Tuning<T>,
-) -> Option<(Columns<T>, Vec3<T>)> {
-    let mut gamma = [zeros(); GROUPS];
-    if c < 2 {
-        let phi = &kept.phi;
-        (gamma[POS], gamma[VEL], gamma[ATT]) =
-            if c == 0 { (phi.pos_acc, phi.vel_acc, zeros()) } else { (phi.pos_gyr, phi.vel_gyr, phi.att_gyr) };
-        let q = tuning.process[c];
-        return Some((gamma, [q[0] * step.noise_scale, q[1] * step.noise_scale, q[2] * step.noise_scale]));
-    }
-    let walk = tuning.random_walk[c - 2];
-    if !(walk[0] + walk[1] + walk[2]).any_above(T::zero()) {
-        return None;
-    }
-    gamma[c - 2] = scaled_identity(T::splat(1.0));
-    Some((gamma, [walk[0] * step.dt, walk[1] * step.dt, walk[2] * step.dt]))
+/// Columns of Gamma that belong to one group of noises, and their variances.
+struct NoiseColumns<T> {
+    gamma: Columns<T>,
+    variances: Vec3<T>,
+    /// Groups of states that are not zero in `gamma`: from, to without.
+    rows: (usize, usize),
+    /// Place in [`ORDER`] of the first of them.
+    first: usize,
 }
 
-/// Cholesky factor of the whole covariance, block by block.
+impl<T: Real> NoiseColumns<T> {
+    /// The `c`-th group of noises: accelerometers, gyros, then the random walk of each group of states, if it has one.
+    #[inline(always)]
+    fn new(c: usize, kept: &Kept<T>, step: &Step<T>, tuning: &Tuning<T>) -> Option<Self> {
+        let mut gamma = [zeros(); GROUPS];
+        if c < 2 {
+            let phi = &kept.phi;
+            (gamma[POS], gamma[VEL], gamma[ATT]) =
+                if c == 0 { (phi.pos_acc, phi.vel_acc, zeros()) } else { (phi.pos_gyr, phi.vel_gyr, phi.att_gyr) };
+            let q = tuning.process[c];
+            let variances = [q[0] * step.noise_scale, q[1] * step.noise_scale, q[2] * step.noise_scale];
+            return Some(if c == 0 {
+                Self { gamma, variances, rows: (POS, ATT), first: PLACE[VEL] }
+            } else {
+                Self { gamma, variances, rows: (POS, ACC), first: PLACE[ATT] }
+            });
+        }
+        let g = c - 2;
+        let walk = tuning.random_walk[g];
+        if !(walk[0] + walk[1] + walk[2]).any_above(T::zero()) {
+            return None;
+        }
+        gamma[g] = scaled_identity(T::splat(1.0));
+        let variances = [walk[0] * step.dt, walk[1] * step.dt, walk[2] * step.dt];
+        Some(Self { gamma, variances, rows: (g, g + 1), first: PLACE[g] })
+    }
+}
+
+/// Order in which the covariance is factored: groups that noise enters last, so that its columns begin with zeros.
+const ORDER: [usize; GROUPS] = [ACC, GYR, WIND, ATT, VEL, POS];
+/// Place of each group in [`ORDER`].
+const PLACE: [usize; GROUPS] = [5, 4, 3, 0, 1, 2];
+
+/// Cholesky factor of the whole covariance, block by block, in [`ORDER`].
 struct CovarianceFactor<T> {
     diagonal: [Factor<T>; GROUPS],
     /// Blocks below the diagonal, in their place of the lower triangle.
@@ -193,15 +255,15 @@ impl<T: Real> CovarianceFactor<T> {
     #[inline(always)]
     fn new(p: &Covariance<T>) -> Self {
         let mut below = p.blocks;
-        let mut diagonal = [Factor::new(&p.blocks[at(0, 0)]); GROUPS];
+        let mut diagonal = [Factor::new(&p.blocks[at(ORDER[0], ORDER[0])]); GROUPS];
         for j in 0..GROUPS {
-            let mut own = p.blocks[at(j, j)];
+            let mut own = p.blocks[at(ORDER[j], ORDER[j])];
             for k in 0..j {
                 own = subtract_product_transposed(&own, &below[at(j, k)], &below[at(j, k)]);
             }
             diagonal[j] = Factor::new(&own);
             for i in j + 1..GROUPS {
-                let mut block = p.blocks[at(i, j)];
+                let mut block = p.block(ORDER[i], ORDER[j]);
                 for k in 0..j {
                     block = subtract_product_transposed(&block, &below[at(i, k)], &below[at(j, k)]);
                 }
@@ -211,24 +273,24 @@ impl<T: Real> CovarianceFactor<T> {
         Self { diagonal, below }
     }
 
-    /// `P^-1 b`.
+    /// `P^-1 Gamma`.
     #[inline(always)]
-    fn solve(&self, b: &Columns<T>) -> Columns<T> {
-        let minus = T::splat(-1.0);
-        let mut x = *b;
-        for i in 0..GROUPS {
-            for k in 0..i {
-                let known = product(&self.below[at(i, k)], &x[k]);
-                x[i] = sum(&x[i], &scaled(&known, minus));
+    fn solve(&self, columns: &NoiseColumns<T>) -> Columns<T> {
+        let mut whitened = [zeros(); GROUPS];
+        for i in columns.first..GROUPS {
+            let mut row = columns.gamma[ORDER[i]];
+            for k in columns.first..i {
+                row = subtract_product(&row, &self.below[at(i, k)], &whitened[k]);
             }
-            x[i] = self.diagonal[i].solve(&x[i]);
+            whitened[i] = self.diagonal[i].solve(&row);
         }
+        let mut x = [zeros(); GROUPS];
         for i in (0..GROUPS).rev() {
+            let mut row = whitened[i];
             for k in i + 1..GROUPS {
-                let known = product(&transposed(&self.below[at(k, i)]), &x[k]);
-                x[i] = sum(&x[i], &scaled(&known, minus));
+                row = subtract_product(&row, &transposed(&self.below[at(k, i)]), &x[ORDER[k]]);
             }
-            x[i] = self.diagonal[i].solve_transposed(&x[i]);
+            x[ORDER[i]] = self.diagonal[i].solve_transposed(&row);
         }
         x
     }

@@ -2,7 +2,7 @@
 
 use super::blocks::{
     Block, Vec3, add_product, add_scaled, add_times, cross, cross_squared, difference, inverse, product, scaled,
-    scaled_identity, sum,
+    scaled_identity, sum, zeros,
 };
 use super::covariance::{ACC, ATT, GROUPS, GYR, POS, VEL, WIND};
 use super::kinematics::{KinematicsJacobian, Rates, Trig, rates};
@@ -127,6 +127,25 @@ pub struct Transition<T> {
 }
 
 impl<T: Real> Transition<T> {
+    /// Over no time.
+    #[inline(always)]
+    pub fn nothing() -> Self {
+        let (identity, zero) = (scaled_identity(T::splat(1.0)), zeros());
+        Self {
+            dt: T::zero(),
+            pos_vel: zero,
+            pos_att: zero,
+            pos_acc: zero,
+            pos_gyr: zero,
+            vel_vel: identity,
+            vel_att: zero,
+            vel_acc: zero,
+            vel_gyr: zero,
+            att_att: identity,
+            att_gyr: zero,
+        }
+    }
+
     /// Over `dt` with the Jacobian `f` constant.
     #[inline(always)]
     pub fn new(f: &KinematicsJacobian<T>, dt: T) -> Self {
