@@ -1,5 +1,7 @@
 //! Covariance of least-squares estimates whose residuals are coloured.
 
+use std::cell::RefCell;
+
 use nalgebra::{Complex, DMatrix, DVector};
 use rustfft::FftPlanner;
 
@@ -47,7 +49,7 @@ pub(super) struct Block<'a> {
 /// Sizes that differ, a lag beyond the shortest window, and a variance that comes out negative (use the triangular taper or
 /// fewer lags).
 pub fn coloured_covariance(fit: &Fit, x: &DMatrix<f64>, settings: &Coloured) -> Result<DMatrix<f64>, EstimateError> {
-    coloured_covariances(&[fit], x, settings, &mut Transforms::default()).and_then(only)
+    with_transforms(|transforms| coloured_covariances(&[fit], x, settings, transforms)).and_then(only)
 }
 
 /// [`coloured_covariance`] of several fits with the same regressors, as the coefficients of one axis have: the regressors are
@@ -161,8 +163,17 @@ pub fn autocorrelation(values: &[f64], max_lag: usize) -> Vec<f64> {
 
 /// Autocorrelation over several records; products are taken inside each record only, `N` counts all samples.
 pub(super) fn autocorrelation_of_windows<'a>(records: impl Iterator<Item = &'a [f64]>, max_lag: usize) -> Vec<f64> {
-    let [first, _] = Transforms::default().autocorrelations(records.map(|record| (record, &[][..])), max_lag);
+    let [first, _] =
+        with_transforms(|transforms| transforms.autocorrelations(records.map(|record| (record, &[][..])), max_lag));
     first
+}
+
+/// Runs `work` with the transforms of this thread.
+pub(super) fn with_transforms<R>(work: impl FnOnce(&mut Transforms) -> R) -> R {
+    thread_local! {
+        static OWN: RefCell<Transforms> = RefCell::default();
+    }
+    OWN.with_borrow_mut(work)
 }
 
 /// Fourier transforms with what they need set up once: kept from fit to fit, they cost half.

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use nalgebra::DMatrix;
 
-use super::covariance::{Block, Coloured, Transforms, coloured_covariances_of, only};
+use super::covariance::{Block, Coloured, coloured_covariances_of, only, with_transforms};
 use super::least_squares::check_values;
 use super::triangle::Triangle;
 use super::{EstimateError, Fit};
@@ -148,8 +148,8 @@ impl PooledFit {
                 residuals: vec![&self.fit.residuals[samples.clone()]],
             })
             .collect();
-        coloured_covariances_of(&[&self.fit.unit_covariance], &blocks, settings, &mut Transforms::default())
-            .and_then(only)
+        let units = [&self.fit.unit_covariance];
+        with_transforms(|transforms| coloured_covariances_of(&units, &blocks, settings, transforms)).and_then(only)
     }
 }
 

@@ -108,7 +108,7 @@ pub fn regressors(terms: &[Term], variables: &Variables) -> Result<DMatrix<f64>,
                 available: variables.known().map(Variable::name).collect(),
             })?;
             for (product, value) in products.iter_mut().zip(values) {
-                *product *= value.powi(power);
+                *product *= if power == 1 { *value } else { value.powi(power) };
             }
         }
         match &variables.smoothing {

@@ -21,21 +21,29 @@ pub(super) fn local_polynomial(
     check(time_s, values, "the local polynomial", width)?;
     let last_start = values.len() - width;
     let even = values.len() > 1 && even_step(time_s).is_ok();
-    let mut inside = None;
-    let mut result = Vec::with_capacity(values.len());
-    for k in 0..values.len() {
+    let at = |k: usize| {
         let start = k.saturating_sub(half_width).min(last_start);
-        let window = &time_s[start..start + width];
-        let fresh;
-        let weights = if even && k - start == half_width {
-            inside.get_or_insert_with(|| weights(window, time_s[k], degree, derivative))
-        } else {
-            fresh = weights(window, time_s[k], degree, derivative);
-            &fresh
-        };
-        result.push(weights.iter().zip(&values[start..start + width]).map(|(weight, value)| weight * value).sum());
+        let window = start..start + width;
+        let weights = weights(&time_s[window.clone()], time_s[k], degree, derivative);
+        weights.iter().zip(&values[window]).map(|(weight, value)| weight * value).sum::<f64>()
+    };
+    if !even {
+        return Ok((0..values.len()).map(at).collect());
     }
-    Ok(result)
+    let inside = moving_sum(values, &weights(&time_s[..width], time_s[half_width], degree, derivative));
+    let last_inside = half_width + inside.len();
+    Ok((0..half_width).map(at).chain(inside).chain((last_inside..values.len()).map(at)).collect())
+}
+
+/// `sum_k weights[k] values[i + k]` for every `i` that has all its neighbours. Weight by weight, so that samples go side by side.
+pub(super) fn moving_sum(values: &[f64], weights: &[f64]) -> Vec<f64> {
+    let mut sums = vec![0.0; (values.len() + 1).saturating_sub(weights.len())];
+    for (weight, values) in weights.iter().zip((0..).map_while(|k| values.get(k..))) {
+        for (sum, value) in sums.iter_mut().zip(values) {
+            *sum += weight * value;
+        }
+    }
+    sums
 }
 
 /// Weights of the samples at `window` in the value or slope of the fitted polynomial at `at`.

@@ -61,8 +61,7 @@ impl MatchedSmoothing {
 
     /// Smoothed values of all samples that have [`MatchedSmoothing::reach`] neighbours on either side.
     pub fn apply(&self, values: &[f64]) -> Vec<f64> {
-        let product = |window: &[f64]| window.iter().zip(&self.kernel).map(|(value, weight)| value * weight).sum();
-        values.windows(self.kernel.len()).map(product).collect()
+        local_polynomial::moving_sum(values, &self.kernel)
     }
 }
 
