@@ -2,6 +2,7 @@
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 
 use doublet_core::load::{ChannelMap, aircraft, datcom, inspect, instruments, plan, propulsion_maps, read};
 use doublet_engine::session;
@@ -22,6 +23,10 @@ pub const TARGETS: [(&str, Target); 10] = [
     ("channel_map", channel_map),
     ("propulsion_maps", propulsion_maps),
 ];
+
+/// The channel maps that every recording is read by.
+static MAPS: LazyLock<Vec<ChannelMap>> =
+    LazyLock::new(|| ChannelMap::shipped().iter().filter_map(|(_, text)| ChannelMap::parse(text).ok()).collect());
 
 /// HDF5 and MAT v7.3.
 pub fn hdf5(data: &[u8]) {
@@ -92,8 +97,8 @@ fn recording(extension: &str, magic: &[&[u8]], data: &[u8]) {
     file.write_all(data).expect("the scratch file can be written");
     drop(file);
     if let Ok(probe) = inspect(&path) {
-        for (_, text) in ChannelMap::shipped() {
-            let _ = ChannelMap::parse(text).map(|map| read(&plan(&probe, &map)));
+        for map in MAPS.iter() {
+            let _ = read(&plan(&probe, map));
         }
     }
 }

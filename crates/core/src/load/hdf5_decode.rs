@@ -103,7 +103,8 @@ pub(super) fn layout(dataset: &Dataset, by_rows: bool) -> Layout {
         return Layout::Other("too wide for a set of channels");
     }
     let suffix = |index: usize| if count == 1 { String::new() } else { format!("[{index}]") };
-    let place = |index: usize| if across { (index, count) } else { (index * samples, 1) };
+    // A shape may claim anything: what is more than the file can hold is refused before a place is used.
+    let place = |index: usize| if across { (index, count) } else { (index.saturating_mul(samples), 1) };
     match dataset.dtype() {
         Datatype::String { .. } | Datatype::VarLen { .. } => Layout::Text,
         Datatype::Compound { fields, .. } => {
