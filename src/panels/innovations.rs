@@ -44,19 +44,24 @@ impl Panel for Innovations {
         }
         let palette = theme::palette(ui);
         let Some(consistency) = &path.consistency else { return empty(ui, "Nothing was measured in this window.") };
-        let nis = vec![Trace { stale, ..Trace::new("NIS", &path.series.nis, palette.series[4]) }];
+        let nis = vec![Trace { stale, ..Trace::new("NIS", &path.series().nis, palette.series[4]) }];
         let levels = vec![consistency.nis_mean / consistency.nis_ratio];
         let mut plots = vec![TimePlot { levels, ..TimePlot::new("NIS", "", nis) }];
         for channel in &consistency.channels {
             let measurement = channel.measurement;
             let index = measurement as usize;
             let (unit, scale) = ctx.unit(measurement.dimension());
-            let sigma = Some(&path.series.innovation_deviations[index]);
+            let sigma = Some(&path.series().innovation_deviations[index]);
             let band =
-                Trace { scale, stale, sigma, ..Trace::new("± 2σ", &path.series.innovation_zero, palette.series[7]) };
+                Trace {
+                    scale, stale, sigma, ..Trace::new("± 2σ", &path.series().innovation_zero, palette.series[7])
+                };
             let name = notation::measurement(measurement);
-            let innovation =
-                Trace { scale, stale, ..Trace::new("innovation", &path.series.innovations[index], palette.series[0]) };
+            let innovation = Trace {
+                scale,
+                stale,
+                ..Trace::new("innovation", &path.series().innovations[index], palette.series[0])
+            };
             plots.push(TimePlot { fit_bands: true, ..TimePlot::new(name, unit, vec![band, innovation]) });
         }
         ctx.stack(ui, "innovations", View::Window, &mut self.cache, &plots, &[]);

@@ -116,13 +116,13 @@ impl Reconstruction {
             let (unit, scale) = ctx.unit(state.dimension());
             let index = state as usize;
             let mut traces = vec![
-                Trace { scale, ..Trace::new("EKF", &plain.series.states[index], colors[0]) },
-                Trace { scale, ..Trace::new("IEKF", &iterated.series.states[index], colors[3]) },
+                Trace { scale, ..Trace::new("EKF", &plain.series().states[index], colors[0]) },
+                Trace { scale, ..Trace::new("IEKF", &iterated.series().states[index], colors[3]) },
             ];
-            if let Some(smoothed) = &iterated.series.smoothed {
+            if let Some(smoothed) = &iterated.series().smoothed {
                 traces.push(Trace { scale, ..Trace::new("smoothed", &smoothed.states[index], colors[2]) });
             }
-            if let Some(truth) = &path.series.truth[index] {
+            if let Some(truth) = &path.series().truth[index] {
                 traces.push(Trace { scale, style: TraceStyle::Dashed, ..Trace::new("truth", truth, colors[1]) });
             }
             TimePlot::new(notation::state(state), unit, traces)
@@ -143,10 +143,13 @@ fn measured<'a>(path: &'a WindowPath, ui: &Ui, stale: bool, units: Units) -> Vec
             scale,
             stale,
             style: TraceStyle::Dots,
-            ..Trace::new("measured", &path.series.measured[index], palette.series[1])
+            ..Trace::new("measured", &path.series().measured[index], palette.series[1])
         };
-        let reconstructed =
-            Trace { scale, stale, ..Trace::new("reconstructed", &path.series.reconstructed[index], palette.series[0]) };
+        let reconstructed = Trace {
+            scale,
+            stale,
+            ..Trace::new("reconstructed", &path.series().reconstructed[index], palette.series[0])
+        };
         TimePlot::new(notation::measurement(measurement), unit, vec![measured, reconstructed])
     });
     plots.collect()
@@ -158,7 +161,7 @@ fn states<'a>(path: &'a WindowPath, states: &[State], ui: &Ui, stale: bool, unit
     let plots = states.iter().map(|&state| {
         let (unit, scale) = units.of(state.dimension());
         let index = state as usize;
-        let series = &path.series;
+        let series = path.series();
         let mut traces = vec![Trace {
             scale,
             stale,

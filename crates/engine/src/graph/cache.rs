@@ -47,6 +47,17 @@ impl Cache {
         Arc::clone(&entry.value).downcast().ok()
     }
 
+    /// The output stored under `key`, or else what `make` gives, stored.
+    ///
+    /// # Errors
+    /// That of `make`.
+    pub fn get_or_try<T: Footprint, E>(&self, key: Key, make: impl FnOnce() -> Result<T, E>) -> Result<Arc<T>, E> {
+        match self.get(key) {
+            Some(value) => Ok(value),
+            None => Ok(self.insert(key, make()?)),
+        }
+    }
+
     /// Stores an output and returns it shared.
     pub fn insert<T: Footprint>(&self, key: Key, value: T) -> Arc<T> {
         let bytes = value.bytes();

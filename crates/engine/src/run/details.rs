@@ -100,13 +100,13 @@ fn by_every_filter(session: &Session, snapshot: &Snapshot, name: &str) -> Result
         snapshot.flights.get(&manoeuvre.flight).and_then(|slot| slot.latest()).ok_or("its flight is not read")?;
     let aircraft = snapshot.aircraft.latest().ok_or("the aircraft is not read")?;
     let aircraft = stage::aircraft_data(Arc::clone(aircraft), session.loading.as_ref())?;
-    let samples = stage::samples(&flight.recording, manoeuvre.window, &aircraft, &session.preparation)?;
+    let samples = Arc::new(stage::samples(&flight.recording, manoeuvre.window, &aircraft, &session.preparation)?);
     let iterated = if matches!(session.filter.method, Method::Iekf { .. }) { session.filter.method } else { ITERATED };
     let by = |method: Method| {
         let mut other = session.clone();
         other.filter.method = method;
         other.preparation = Preparation { path: PathSource::Smoothed, ..session.preparation.clone() };
-        let path = stage::paths(vec![samples.clone()], &other, &Control::default()).into_iter().next();
+        let path = stage::paths(std::slice::from_ref(&samples), &other, &Control::default()).into_iter().next();
         path.unwrap_or_else(|| Err("the filter gave nothing".to_owned())).map(Arc::new)
     };
     Ok([by(Method::Ekf)?, by(iterated)?])

@@ -17,7 +17,7 @@ use super::studies;
 use crate::graph::{Cache, Key, KeyBuilder};
 use crate::session::{self, Manoeuvre, Session, WindowRole};
 use crate::stage::{
-    self, AeroWindow, AircraftData, FlightEngines, LoadedAircraft, LoadedFlight, PooledFits, Samples, WindowAero,
+    self, AeroWindow, AircraftData, FlightEngines, LoadedAircraft, LoadedFlight, PooledFits, Samples, Surroundings,
     WindowPath,
 };
 use crate::study::{Study, StudyWindow, Subject};
@@ -241,7 +241,7 @@ fn stages(scope: &Scope<'_>, windows: &[&Manoeuvre], cache: &Cache, board: &Boar
             studies::cancel(&mut s.studies);
         });
     };
-    let paths = reconstruct_all(scope, &tasks, &aircraft, cache, board)?;
+    let paths = reconstruct_all(scope, &tasks, (&aircraft, loaded_key), cache, board)?;
     let windows = form_coefficients(scope, &paths, (&aircraft, loaded_key), cache, board)?;
     let (pooled, key) = pool(scope, &windows, cache, board)?;
     let windows: Vec<_> = windows.into_iter().map(|(window, _)| window).collect();
@@ -422,21 +422,23 @@ fn fail_window(snapshot: &mut Snapshot, window: &str, error: &str) {
 /// Samples of a window, ready for the filter.
 struct Prepared<'a> {
     task: &'a Task<'a>,
-    samples: Samples<'a>,
+    samples: Arc<Samples>,
     key: Key,
 }
 
 fn reconstruct_all<'a>(
     scope: &Scope<'a>,
     tasks: &'a [Task<'a>],
-    aircraft: &AircraftData,
+    (aircraft, aircraft_key): (&AircraftData, Key),
     cache: &Cache,
     board: &Board<'_>,
 ) -> Result<Vec<Reconstructed<'a>>, Cancelled> {
     let session = scope.session;
     let prepare = |task: &'a Task<'a>| -> Result<Option<Prepared<'a>>, Cancelled> {
         let window = task.manoeuvre.window;
-        match stage::samples(&task.flight.recording, window, aircraft, &session.preparation) {
+        let key = samples_key("samples", task, aircraft_key, session);
+        let samples = || stage::samples(&task.flight.recording, window, aircraft, &session.preparation);
+        match cache.get_or_try(key, samples) {
             Ok(samples) => Ok(Some(Prepared { task, key: path_key(&samples.data, session), samples })),
             Err(error) => {
                 board.step(|snapshot| fail_window(snapshot, &task.manoeuvre.name, &error))?;
@@ -456,7 +458,7 @@ fn reconstruct_all<'a>(
             None => missing.push(item),
         }
     }
-    let data: Vec<_> = missing.iter().map(|item| &item.samples.data).collect();
+    let data: Vec<_> = missing.iter().map(|item| &*item.samples.data).collect();
     let groups = lane_groups(&data, rayon::current_num_threads());
     let mut missing: Vec<_> = missing.into_iter().map(Some).collect();
     let mut batches: Vec<Vec<Prepared<'a>>> =
@@ -479,7 +481,7 @@ fn reconstruct_batch<'a>(
     let (tasks, samples): (Vec<_>, Vec<_>) =
         batch.into_iter().map(|item| ((item.task, item.key), item.samples)).unzip();
     let mut reconstructed = Vec::new();
-    for ((task, key), result) in tasks.into_iter().zip(stage::paths(samples, session, board.control)) {
+    for ((task, key), result) in tasks.into_iter().zip(stage::paths(&samples, session, board.control)) {
         board.control.checkpoint()?;
         let result = result.map(|path| cache.insert(key, path));
         if let Ok(path) = &result {
@@ -499,6 +501,12 @@ fn show_path(board: &Board<'_>, window: &str, result: Result<Arc<WindowPath>, St
             }
         }
     })
+}
+
+/// What the samples of a window depend on, and what was recorded around them.
+fn samples_key(stage: &'static str, task: &Task<'_>, aircraft_key: Key, session: &Session) -> Key {
+    let key = KeyBuilder::new(stage, 1).key(task.flight_key).key(aircraft_key);
+    key.parameters(&task.manoeuvre.window).parameters(&session.preparation).finish()
 }
 
 /// What the path depends on: the samples the filter gets and its settings.
@@ -521,6 +529,10 @@ fn form_coefficients<'a>(
     board: &Board<'_>,
 ) -> Result<Vec<(StudyWindow<'a>, Key)>, Cancelled> {
     let session = scope.session;
+    let surroundings = |task: &Task<'_>, data: &FilterData| {
+        let key = samples_key("surroundings", task, aircraft_key, session);
+        cache.get_or_try(key, || Surroundings::new(&task.flight.recording, data, aircraft, &session.preparation))
+    };
     let one = |item: &Reconstructed<'a>| -> Result<Option<(StudyWindow<'a>, Key)>, Cancelled> {
         let Reconstructed { task, path, key } = item;
         let key = KeyBuilder::new("aero", 1)
@@ -529,13 +541,10 @@ fn form_coefficients<'a>(
             .key(aircraft_key)
             .parameters(&session.preparation)
             .finish();
-        let result = match cache.get::<WindowAero>(key) {
-            Some(aero) => Ok(aero),
-            None => {
-                stage::aero(&task.flight.recording, (&path.data, &path.reconstruction), aircraft, &session.preparation)
-                    .map(|aero| cache.insert(key, aero))
-            }
-        };
+        let result = cache.get_or_try(key, || {
+            let around = surroundings(task, &path.data)?;
+            stage::aero(&around, &path.reconstruction, aircraft, &session.preparation)
+        });
         let aero = result.as_ref().ok().cloned();
         let manoeuvre = task.manoeuvre;
         let fits = aero.as_ref().map(|aero| {

@@ -11,12 +11,12 @@ use doublet_core::model::{
 use doublet_core::prep::MatchedSmoothing;
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::{FilterData, INPUTS, Input, Reconstruction, STATES, State};
-use doublet_core::series::{Recording, Series};
+use doublet_core::series::Series;
 
 use super::aircraft::AircraftData;
 use super::engines::{Air, engines};
 use super::path::{WindowPath, differentiation};
-use super::samples::values_at;
+use super::surroundings::Surroundings;
 use crate::graph::Footprint;
 use crate::session::{PathSource, Preparation};
 
@@ -44,7 +44,7 @@ impl Footprint for WindowAero {
 }
 
 /// Control surfaces that may appear in terms.
-const CONTROLS: [Role; 3] = [Role::Aileron, Role::Elevator, Role::Rudder];
+pub(super) const CONTROLS: [Role; 3] = [Role::Aileron, Role::Elevator, Role::Rudder];
 
 impl WindowAero {
     /// The same window with other columns or settings.
@@ -72,8 +72,9 @@ pub fn aero_along(
     (data, path): (&FilterData, &Reconstruction),
     preparation: &Preparation,
 ) -> Result<WindowAero, String> {
-    let known = motion(&nominal.data, &nominal.reconstruction, preparation)?;
-    let Motion { first, airspeed_m_s, alpha_rad, beta_rad, biases, .. } = motion(data, path, preparation)?;
+    let first = nominal.data.inputs.time_s.len() - aero.data.time_s.len();
+    let known = motion(first, &nominal.reconstruction, preparation)?;
+    let Motion { airspeed_m_s, alpha_rad, beta_rad, biases, .. } = motion(first, path, preparation)?;
     let moved = |column: &[f64], input: Input| -> Vec<f64> {
         let index = input as usize;
         let samples = data.inputs.columns[index][first..].iter().zip(&nominal.data.inputs.columns[index][first..]);
@@ -94,13 +95,13 @@ pub fn aero_along(
 /// # Errors
 /// One line: a control with a gap, or what the model refuses.
 pub fn aero(
-    recording: &Recording,
-    (data, path): (&FilterData, &Reconstruction),
+    around: &Surroundings,
+    path: &Reconstruction,
     aircraft: &AircraftData,
     preparation: &Preparation,
 ) -> Result<WindowAero, String> {
     let mut warnings = Vec::new();
-    let data = aero_data(recording, (data, path), aircraft, preparation, &mut warnings)?;
+    let data = aero_data(around, path, aircraft, preparation, &mut warnings)?;
     let lag = Lag { time_constant_s: preparation.actuator_lag_s, ..Lag::default() };
     let differentiation = differentiation(preparation, &data.time_s);
     let matched = preparation.matched_smoothing
@@ -129,37 +130,37 @@ fn gyroscopic(data: &AeroData) -> Gyroscopic {
 }
 
 fn aero_data(
-    recording: &Recording,
-    (data, path): (&FilterData, &Reconstruction),
+    around: &Surroundings,
+    path: &Reconstruction,
     aircraft: &AircraftData,
     preparation: &Preparation,
     warnings: &mut Vec<String>,
 ) -> Result<AeroData, String> {
-    let Motion { first, airspeed_m_s, alpha_rad, beta_rad, biases, down_m } = motion(data, path, preparation)?;
-    let time_s = data.inputs.time_s[first..].to_vec();
+    let Motion { airspeed_m_s, alpha_rad, beta_rad, biases, down_m } = motion(around.first, path, preparation)?;
+    let time_s = around.time_s.clone();
     // The filter has the specific force moved to the centre of gravity; here it is wanted as measured, to be moved with the
     // centre of gravity of each sample and the differentiation of the coefficients.
     let accelerometer = aircraft.accelerometer.filter(|_| preparation.correct_accelerometer);
-    let [ax, ay, az, p, q, r] = unbiased_inputs(recording, &time_s, &biases)?;
-    let altitude_m: Vec<_> = match values_at(recording, Role::Altitude, &time_s)? {
+    let [ax, ay, az, p, q, r] = unbiased_inputs(around, &biases)?;
+    let altitude_m: Vec<_> = match around.recorded(Role::Altitude)? {
         Some(altitude) => altitude,
         None => down_m.iter().map(|down| preparation.origin_altitude_m - down).collect(),
     };
     let mut controls = BTreeMap::new();
     for role in CONTROLS {
-        if let Some(values) = values_at(recording, role, &time_s)? {
+        if let Some(values) = around.recorded(role)? {
             controls.insert(role, values);
         }
     }
-    let density_kg_m3 = air_density(recording, &time_s, &altitude_m, warnings)?;
+    let density_kg_m3 = air_density(around, &altitude_m, warnings)?;
     let air = Air {
         time_s: &time_s,
         airspeed_m_s: &airspeed_m_s,
         altitude_m: &altitude_m,
-        temperature_k: &air_temperature(recording, &time_s, &altitude_m)?,
+        temperature_k: &air_temperature(around, &altitude_m)?,
         density_kg_m3: &density_kg_m3,
     };
-    let engines = engines(recording, aircraft, &air)?;
+    let engines = engines(around, aircraft, &air)?;
     if preparation.remove_thrust && engines.engines.is_empty() {
         return Err("thrust cannot be taken out: neither is it recorded nor does it follow from the aircraft's engines; set preparation.remove_thrust to false".into());
     }
@@ -174,18 +175,17 @@ fn aero_data(
         angular_acceleration_rad_s2: None,
         density_kg_m3,
         controls,
-        inertia: aircraft.inertia_history(recording, &time_s)?,
+        inertia: around.inertia.clone()?,
         engines: engines.engines,
         propeller_pressure: engines.propeller_pressure,
-        mach: values_at(recording, Role::Mach, &time_s)?,
+        mach: around.recorded(Role::Mach)?,
         altitude_m: Some(altitude_m),
         time_s,
     })
 }
 
-/// What the path says of the motion from the sample `first` on, where settling ends.
+/// What the path says of the motion from some sample on.
 struct Motion {
-    first: usize,
     airspeed_m_s: Vec<f64>,
     alpha_rad: Vec<f64>,
     beta_rad: Vec<f64>,
@@ -194,23 +194,13 @@ struct Motion {
     down_m: Vec<f64>,
 }
 
-fn motion(data: &FilterData, path: &Reconstruction, preparation: &Preparation) -> Result<Motion, String> {
-    let samples = data.inputs.time_s.len();
-    let start = data.inputs.time_s.first().copied().unwrap_or(0.0) + preparation.settle_s;
-    let first = data.inputs.time_s.partition_point(|&time| time < start);
-    if first >= samples {
-        return Err(format!(
-            "nothing is left after {} s of settling: shorten preparation.settle_s",
-            preparation.settle_s
-        ));
-    }
+fn motion(first: usize, path: &Reconstruction, preparation: &Preparation) -> Result<Motion, String> {
     let states = states_of(path, preparation.path)?;
     let state = |state: State| &states[state as usize][first..];
     let (u, v, w) = (state(State::VelocityU), state(State::VelocityV), state(State::VelocityW));
     let each = |value: &dyn Fn(usize) -> f64| (0..u.len()).map(value).collect();
     let biases = [State::BiasAx, State::BiasAy, State::BiasAz, State::BiasP, State::BiasQ, State::BiasR];
     Ok(Motion {
-        first,
         airspeed_m_s: each(&|k| (u[k] * u[k] + v[k] * v[k] + w[k] * w[k]).sqrt()),
         alpha_rad: each(&|k| w[k].atan2(u[k])),
         beta_rad: each(&|k| v[k].atan2(u[k].hypot(w[k]))),
@@ -231,38 +221,29 @@ pub(super) fn states_of(path: &Reconstruction, source: PathSource) -> Result<&[V
 }
 
 /// Inertial samples as recorded, less their biases.
-fn unbiased_inputs(
-    recording: &Recording,
-    time_s: &[f64],
-    biases: &[f64; INPUTS],
-) -> Result<[Vec<f64>; INPUTS], String> {
+fn unbiased_inputs(around: &Surroundings, biases: &[f64; INPUTS]) -> Result<[Vec<f64>; INPUTS], String> {
     let mut columns: [Vec<f64>; INPUTS] = Default::default();
     for (input, bias) in Input::ALL.into_iter().zip(biases) {
-        let Some(recorded) = values_at(recording, input.role(), time_s)? else { continue };
+        let Some(recorded) = around.recorded(input.role())? else { continue };
         columns[input as usize] = recorded.into_iter().map(|value| value - bias).collect();
     }
     Ok(columns)
 }
 
-fn air_temperature(recording: &Recording, time_s: &[f64], altitude_m: &[f64]) -> Result<Vec<f64>, String> {
-    if let Some(temperature) = values_at(recording, Role::AirTemperature, time_s)? {
+fn air_temperature(around: &Surroundings, altitude_m: &[f64]) -> Result<Vec<f64>, String> {
+    if let Some(temperature) = around.recorded(Role::AirTemperature)? {
         return Ok(temperature);
     }
     let standard = |&altitude: &f64| Atmosphere::STANDARD.temperature_k(altitude).map_err(|error| error.to_string());
     altitude_m.iter().map(standard).collect()
 }
 
-fn air_density(
-    recording: &Recording,
-    time_s: &[f64],
-    altitude_m: &[f64],
-    warnings: &mut Vec<String>,
-) -> Result<Vec<f64>, String> {
-    if let Some(density) = values_at(recording, Role::AirDensity, time_s)? {
+fn air_density(around: &Surroundings, altitude_m: &[f64], warnings: &mut Vec<String>) -> Result<Vec<f64>, String> {
+    if let Some(density) = around.recorded(Role::AirDensity)? {
         return Ok(density);
     }
-    let pressure = values_at(recording, Role::StaticPressure, time_s)?;
-    let temperature = values_at(recording, Role::AirTemperature, time_s)?;
+    let pressure = around.recorded(Role::StaticPressure)?;
+    let temperature = around.recorded(Role::AirTemperature)?;
     if let (Some(pressure), Some(temperature)) = (pressure, temperature) {
         let pairs = pressure.iter().zip(&temperature);
         return pairs.map(|(&p, &t)| density_kg_m3(p, t).map_err(|error| error.to_string())).collect();

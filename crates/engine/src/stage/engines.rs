@@ -3,10 +3,9 @@
 use doublet_core::model::{Engine, Position};
 use doublet_core::propulsion::EngineColumns;
 use doublet_core::quantity::Role;
-use doublet_core::series::Recording;
 
 use super::aircraft::AircraftData;
-use super::samples::values_at;
+use super::surroundings::Surroundings;
 
 /// Roles of one engine.
 pub(super) struct EngineRoles {
@@ -61,13 +60,13 @@ pub struct Engines {
 ///
 /// # Errors
 /// One line: a gap in an engine channel.
-pub fn engines(recording: &Recording, aircraft: &AircraftData, air: &Air<'_>) -> Result<Engines, String> {
+pub fn engines(around: &Surroundings, aircraft: &AircraftData, air: &Air<'_>) -> Result<Engines, String> {
     let mut result = Engines::default();
     let mut rises: Vec<Vec<f64>> = Vec::new();
     for (engine, roles) in aircraft.loaded.powerplant.engines.iter().zip(ENGINES) {
-        let speed_rad_s = values_at(recording, roles.speed, air.time_s)?.unwrap_or_default();
-        let mut thrust = values_at(recording, roles.thrust, air.time_s)?;
-        let pressure = values_at(recording, roles.manifold_pressure, air.time_s)?;
+        let speed_rad_s = around.recorded(roles.speed)?.unwrap_or_default();
+        let mut thrust = around.recorded(roles.thrust)?;
+        let pressure = around.recorded(roles.manifold_pressure)?;
         if let (Some(model), Some(pressure), false) = (&engine.model, pressure, speed_rad_s.is_empty()) {
             let columns = EngineColumns {
                 speed_rad_s: &speed_rad_s,
@@ -94,7 +93,7 @@ pub fn engines(recording: &Recording, aircraft: &AircraftData, air: &Air<'_>) ->
         });
     }
     if result.engines.is_empty()
-        && let Some(coefficient) = values_at(recording, Role::ThrustCoefficient, air.time_s)?
+        && let Some(coefficient) = around.recorded(Role::ThrustCoefficient)?
     {
         result.engines.push(engine_of_coefficient(&coefficient, aircraft, air));
     }

@@ -21,6 +21,7 @@ mod recording;
 mod replay;
 mod samples;
 mod signals;
+mod surroundings;
 mod tolerances;
 mod truth;
 
@@ -43,5 +44,6 @@ pub use proposals::{FlightProposals, SignalSpectrum, WindowProposal, open_window
 pub use recording::{LoadedFlight, aligned, files, flight, locate, text};
 pub use replay::{ProofOfMatch, ReplaySeries, ReplayWindow, WindowReplay, bands, model_of_window, replay};
 pub use signals::TreatedSignal;
+pub use surroundings::Surroundings;
 pub use tolerances::Tolerances;
 pub use truth::TruthError;

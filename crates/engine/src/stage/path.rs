@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use doublet_core::prep::Differentiation;
 use doublet_core::quantity::Role;
@@ -28,11 +28,13 @@ use crate::session::{PathSource, Preparation, Session};
 #[derive(Clone, Debug)]
 pub struct WindowPath {
     /// Inertial samples and measurements, moved to the centre of gravity where asked.
-    pub data: FilterData,
+    pub data: Arc<FilterData>,
     /// Filtered path.
     pub reconstruction: Reconstruction,
-    /// The same columns, shared, to draw.
-    pub series: PathSeries,
+    /// The same columns, once they were asked for.
+    series: OnceLock<PathSeries>,
+    /// Truth of each state over the window, where the recording carries it.
+    known: Arc<[Option<Series>; STATES]>,
     /// Innovations against their predicted deviations.
     pub consistency: Option<Consistency>,
     /// Errors of the filtered path, where the recording carries the truth.
@@ -45,8 +47,15 @@ pub struct WindowPath {
 
 impl Footprint for WindowPath {
     fn bytes(&self) -> usize {
-        let columns = 2 * (4 * STATES + 2 * MEASUREMENTS + 1) + INPUTS + 4 * MEASUREMENTS;
+        let columns = 4 * STATES + 2 * MEASUREMENTS + 2;
         self.reconstruction.time_s.len() * columns * 8
+    }
+}
+
+impl WindowPath {
+    /// The columns to draw.
+    pub fn series(&self) -> &PathSeries {
+        self.series.get_or_init(|| path_series(&self.known, &self.data, &self.reconstruction))
     }
 }
 
@@ -86,13 +95,19 @@ pub struct SmoothedSeries {
 
 /// Samples of one window, ready for the filter.
 #[derive(Clone, Debug)]
-pub struct Samples<'a> {
-    /// Recording they were taken from.
-    pub recording: &'a Recording,
+pub struct Samples {
     /// Inertial samples and measurements.
-    pub data: FilterData,
+    pub data: Arc<FilterData>,
+    /// Truth of each state over the window, where the recording carries it.
+    truth: Arc<[Option<Series>; STATES]>,
     /// Findings on the way.
     pub warnings: Vec<String>,
+}
+
+impl Footprint for Samples {
+    fn bytes(&self) -> usize {
+        self.data.inputs.time_s.len() * (1 + INPUTS + 2 * MEASUREMENTS) * 8
+    }
 }
 
 /// Shortest window the filter is run on, samples.
@@ -102,12 +117,12 @@ const MIN_SAMPLES: usize = 10;
 ///
 /// # Errors
 /// One line: a missing inertial channel, a window without samples, a gap that cannot be bridged.
-pub fn samples<'a>(
-    recording: &'a Recording,
+pub fn samples(
+    recording: &Recording,
     window: Window,
     aircraft: &AircraftData,
     preparation: &Preparation,
-) -> Result<Samples<'a>, String> {
+) -> Result<Samples, String> {
     let mut warnings = Vec::new();
     let mut inputs = input_series(recording, window, &mut warnings)?;
     let mut measurements = measurement_series(recording, window, &mut warnings);
@@ -127,7 +142,13 @@ pub fn samples<'a>(
     {
         warnings.extend(move_antenna(&mut measurements, &inputs, antenna.body_from_cg_m(aircraft.inertia.cg_datum_m)));
     }
-    Ok(Samples { recording, data: FilterData { inputs, measurements }, warnings })
+    let (start_s, end_s) = span(&inputs.time_s);
+    let within = |truth: &Series| {
+        let range = Window { start_s, end_s }.indices(&truth.time_s);
+        Series { time_s: truth.time_s[range.clone()].into(), values: truth.values[range].into() }
+    };
+    let truth = State::ALL.map(|state| recording.truth.get(state.name()).map(within)).into();
+    Ok(Samples { data: FilterData { inputs, measurements }.into(), truth, warnings })
 }
 
 fn input_series(recording: &Recording, window: Window, warnings: &mut Vec<String>) -> Result<InputSeries, String> {
@@ -232,12 +253,12 @@ fn local_quadratic(half_width_s: Option<f64>, time_s: &[f64]) -> Differentiation
 /// Reconstructs the flight paths of windows, side by side.
 ///
 /// The error of a window is one line: where and how the filter failed, or that it was cancelled.
-pub fn paths(samples: Vec<Samples<'_>>, session: &Session, control: &Control) -> Vec<Result<WindowPath, String>> {
-    let data: Vec<_> = samples.iter().map(|samples| &samples.data).collect();
+pub fn paths(samples: &[Arc<Samples>], session: &Session, control: &Control) -> Vec<Result<WindowPath, String>> {
+    let data: Vec<_> = samples.iter().map(|samples| &*samples.data).collect();
     match reconstructions(&data, session, control) {
         Err(error) => samples.iter().map(|_| Err(error.clone())).collect(),
         Ok(found) => {
-            let windows = samples.into_par_iter().zip(found);
+            let windows = samples.par_iter().zip(found);
             windows.map(|(samples, result)| Ok(window_path(samples, result?, &session.filter))).collect()
         }
     }
@@ -261,17 +282,19 @@ pub fn reconstructions(
     Ok(found.into_iter().map(|result| result.map_err(|error| error.to_string())).collect())
 }
 
-fn window_path(samples: Samples<'_>, reconstruction: Reconstruction, filter: &FilterSettings) -> WindowPath {
-    let Samples { recording, data, mut warnings } = samples;
+fn window_path(samples: &Samples, reconstruction: Reconstruction, filter: &FilterSettings) -> WindowPath {
+    let Samples { data, truth, warnings } = samples;
+    let mut warnings = warnings.clone();
     warnings.extend(reconstruction.warnings.iter().cloned());
-    warnings.extend(untold(&data, &reconstruction, filter));
+    warnings.extend(untold(data, &reconstruction, filter));
     let is_missing = |measurement: &Measurement| data.measurements[*measurement as usize].time_s.is_empty();
     WindowPath {
         missing: Measurement::ALL.into_iter().filter(is_missing).collect(),
         consistency: consistency(&reconstruction, f64::NEG_INFINITY),
-        truth: truth_errors(recording, &reconstruction),
-        series: path_series(recording, &data, &reconstruction),
-        data,
+        truth: truth_errors(truth, &reconstruction),
+        series: OnceLock::new(),
+        known: Arc::clone(truth),
+        data: Arc::clone(data),
         reconstruction,
         warnings,
     }
@@ -312,17 +335,12 @@ fn untold(data: &FilterData, reconstruction: &Reconstruction, filter: &FilterSet
     lines
 }
 
-fn path_series(recording: &Recording, data: &FilterData, reconstruction: &Reconstruction) -> PathSeries {
+fn path_series(known: &[Option<Series>; STATES], data: &FilterData, reconstruction: &Reconstruction) -> PathSeries {
     let time_s: Arc<[f64]> = reconstruction.time_s.as_slice().into();
     let shared = |column: &Vec<f64>| Arc::<[f64]>::from(column.as_slice());
     let series = |column: &Vec<f64>| Series { time_s: Arc::clone(&time_s), values: shared(column) };
     let update_time_s: Arc<[f64]> = reconstruction.update_time_s.as_slice().into();
     let updates = |column: &Vec<f64>| Series { time_s: Arc::clone(&update_time_s), values: shared(column) };
-    let within = |truth: &Series| {
-        let window = Window { start_s: time_s[0], end_s: time_s[time_s.len() - 1] };
-        let range = window.indices(&truth.time_s);
-        Series { time_s: truth.time_s[range.clone()].into(), values: truth.values[range].into() }
-    };
     let states = reconstruction.states.each_ref().map(series);
     PathSeries {
         reconstructed: reconstructed(&states),
@@ -332,7 +350,7 @@ fn path_series(recording: &Recording, data: &FilterData, reconstruction: &Recons
             states: smoothed.states.each_ref().map(series),
             deviations: smoothed.deviations.each_ref().map(shared),
         }),
-        truth: State::ALL.map(|state| recording.truth.get(state.name()).map(within)),
+        truth: known.clone(),
         measured: data.measurements.each_ref().map(|measurement| Series {
             time_s: measurement.time_s.as_slice().into(),
             values: measurement.values.as_slice().into(),

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use doublet_core::reconstruct::{Reconstruction, State};
-use doublet_core::series::{Recording, Series};
+use doublet_core::reconstruct::{Reconstruction, STATES, State};
+use doublet_core::series::Series;
 
 /// Error of one state against the truth.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,9 +17,9 @@ pub struct TruthError {
 /// The truth is compared from this long after the start on, s.
 const SETTLE_S: f64 = 1.0;
 
-/// Error of every state whose truth the recording carries, at the samples of the reconstruction.
-pub fn truth_errors(recording: &Recording, reconstruction: &Reconstruction) -> BTreeMap<State, TruthError> {
-    let known = State::ALL.into_iter().filter_map(|state| Some((state, recording.truth.get(state.name())?)));
+/// Error of every state whose truth is known, at the samples of the reconstruction.
+pub fn truth_errors(truth: &[Option<Series>; STATES], reconstruction: &Reconstruction) -> BTreeMap<State, TruthError> {
+    let known = State::ALL.into_iter().filter_map(|state| Some((state, truth[state as usize].as_ref()?)));
     known.filter_map(|(state, truth)| Some((state, truth_error(state, truth, reconstruction)?))).collect()
 }
 

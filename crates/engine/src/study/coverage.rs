@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::{StudyError, Watch};
 use crate::session::{Manoeuvre, Session, Surface, WindowRole};
-use crate::stage::{self, AeroWindow, AircraftData, tank_channel};
+use crate::stage::{self, AeroWindow, AircraftData, Surroundings, tank_channel};
 
 /// Half width of a 95 % interval in standard errors, normal distribution.
 const HALF_WIDTH: f64 = 1.959_964;
@@ -121,12 +121,14 @@ fn realisation(
         .map(|window| Ok(stage::samples(&recording, window.window, aircraft, &session.preparation)?.data))
         .collect::<Result<Vec<_>, String>>()
         .map_err(named)?;
-    let paths = stage::reconstructions(&data.iter().collect::<Vec<_>>(), session, watch.control()).map_err(named)?;
+    let paths = stage::reconstructions(&data.iter().map(|data| &**data).collect::<Vec<_>>(), session, watch.control())
+        .map_err(named)?;
     let mut aero: Vec<AeroWindow<'_>> = Vec::with_capacity(windows.len());
     for ((window, data), path) in windows.iter().zip(&data).zip(paths) {
         watch.checkpoint()?;
         let path = path.map_err(named)?;
-        let formed = stage::aero(&recording, (data, &path), aircraft, &session.preparation).map_err(named)?;
+        let around = Surroundings::new(&recording, data, aircraft, &session.preparation).map_err(named)?;
+        let formed = stage::aero(&around, &path, aircraft, &session.preparation).map_err(named)?;
         aero.push((window, Arc::new(formed)));
     }
     let mut estimates = Vec::new();

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::{StudyError, Subject, Watch};
 use crate::graph::Footprint;
-use crate::stage::{self, AeroWindow, AircraftData, WindowAero};
+use crate::stage::{self, AeroWindow, AircraftData, Surroundings, WindowAero};
 
 /// Step of the central differences as a fraction of each quantity, of the reference chord for the centre of gravity (thesis 7.2).
 pub const STEP_FRACTION: f64 = 0.05;
@@ -105,7 +105,7 @@ fn again<'a>(
             changed.push((window.manoeuvre.name.as_str(), samples.data));
         }
     }
-    let data: Vec<_> = changed.iter().map(|(_, data)| data).collect();
+    let data: Vec<_> = changed.iter().map(|(_, data)| &**data).collect();
     let reconstructions = stage::reconstructions(&data, session, watch.control())?;
     let formed = subject.windows.iter().map(|window| {
         watch.checkpoint()?;
@@ -117,7 +117,8 @@ fn again<'a>(
                 (&changed[index].1, found.map_err(|error| format!("window '{}': {error}", window.manoeuvre.name))?)
             }
         };
-        let aero = stage::aero(&window.flight.recording, path, aircraft, &session.preparation)?;
+        let around = Surroundings::new(&window.flight.recording, path.0, aircraft, &session.preparation)?;
+        let aero = stage::aero(&around, path.1, aircraft, &session.preparation)?;
         Ok((window.manoeuvre, aero.into()))
     });
     formed.collect()

@@ -142,7 +142,7 @@ pub fn innovations(contents: &Contents<'_>) -> Vec<Block> {
 
 fn innovation(measurement: Measurement, path: &WindowPath) -> Option<Panel> {
     let index = measurement as usize;
-    let innovations = &path.series.innovations[index];
+    let innovations = &path.series().innovations[index];
     if !innovations.values.iter().any(|value| value.is_finite()) {
         return None;
     }
@@ -155,8 +155,8 @@ fn innovation(measurement: Measurement, path: &WindowPath) -> Option<Panel> {
     let band = Mark::Band {
         label: "predicted ±2σ",
         colour: 1,
-        centre: shown(&path.series.innovation_zero.values),
-        half_width: due(&path.series.innovation_deviations[index]).iter().map(|deviation| 2.0 * deviation).collect(),
+        centre: shown(&path.series().innovation_zero.values),
+        half_width: due(&path.series().innovation_deviations[index]).iter().map(|deviation| 2.0 * deviation).collect(),
         scale,
     };
     let marks = vec![band, line("innovation", 0, &shown(&innovations.values), scale)];

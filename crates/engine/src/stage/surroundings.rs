@@ -1,0 +1,77 @@
+//! What the coefficients of a window need beside its path: recorded channels and mass properties at the samples of the filter.
+
+use std::collections::BTreeMap;
+
+use doublet_core::model::InertiaHistory;
+use doublet_core::quantity::Role;
+use doublet_core::reconstruct::{FilterData, Input};
+use doublet_core::series::Recording;
+
+use super::aero::CONTROLS;
+use super::aircraft::AircraftData;
+use super::engines::ENGINES;
+use super::samples::values_at;
+use crate::graph::Footprint;
+use crate::session::Preparation;
+
+/// Channels of the air that the coefficients may need.
+const AIR: [Role; 6] =
+    [Role::Altitude, Role::AirDensity, Role::StaticPressure, Role::AirTemperature, Role::Mach, Role::ThrustCoefficient];
+
+/// Recorded channels and mass properties over a window: no filter setting changes them.
+#[derive(Clone, Debug)]
+pub struct Surroundings {
+    /// First sample of the filter behind the settling.
+    pub first: usize,
+    /// Times of the samples from there on, s.
+    pub time_s: Vec<f64>,
+    /// Mass properties at these times, or why there are none.
+    pub inertia: Result<InertiaHistory, String>,
+    channels: BTreeMap<Role, Result<Vec<f64>, String>>,
+}
+
+impl Footprint for Surroundings {
+    fn bytes(&self) -> usize {
+        let inertia = if matches!(self.inertia, Ok(InertiaHistory::PerSample(_))) { 9 } else { 0 };
+        self.time_s.len() * (1 + self.channels.len() + inertia) * 8
+    }
+}
+
+impl Surroundings {
+    /// What was recorded around the samples `data` of a window.
+    ///
+    /// # Errors
+    /// One line when settling leaves nothing of the window.
+    pub fn new(
+        recording: &Recording,
+        data: &FilterData,
+        aircraft: &AircraftData,
+        preparation: &Preparation,
+    ) -> Result<Self, String> {
+        let times = &data.inputs.time_s;
+        let start = times.first().copied().unwrap_or(0.0) + preparation.settle_s;
+        let first = times.partition_point(|&time| time < start);
+        if first >= times.len() {
+            let settle_s = preparation.settle_s;
+            return Err(format!("nothing is left after {settle_s} s of settling: shorten preparation.settle_s"));
+        }
+        let time_s = times[first..].to_vec();
+        let engines = ENGINES.iter().flat_map(|engine| [engine.thrust, engine.speed, engine.manifold_pressure]);
+        let roles = Input::ALL.into_iter().map(Input::role).chain(CONTROLS).chain(AIR).chain(engines);
+        let values = |role: Role| Some((role, values_at(recording, role, &time_s).transpose()?));
+        Ok(Self {
+            first,
+            channels: roles.filter_map(values).collect(),
+            inertia: aircraft.inertia_history(recording, &time_s),
+            time_s,
+        })
+    }
+
+    /// Values of `role` at the samples; `None` when it was not recorded.
+    ///
+    /// # Errors
+    /// One line when its record does not reach over the window or pauses in it.
+    pub fn recorded(&self, role: Role) -> Result<Option<Vec<f64>>, String> {
+        self.channels.get(&role).cloned().transpose()
+    }
+}
