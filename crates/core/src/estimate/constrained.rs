@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::least_squares::check_values;
 use super::triangle::{Solution, Triangle};
-use super::{EstimateError, Fit};
+use super::{EstimateError, Fit, Origin};
 
 /// What is known of a parameter before the fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,26 +29,42 @@ pub enum Constraint {
     },
 }
 
-/// A fit under constraints.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ConstrainedFit {
-    /// The fit; parameters that are fixed or at a bound have no standard error.
-    pub fit: Fit,
-    /// Whether each parameter is held by one of its bounds.
-    pub at_bound: Vec<bool>,
-}
-
 /// Changes of the set of held parameters after which the search for it is given up, per parameter.
 const SWAPS_PER_PARAMETER: usize = 20;
+/// Pull inside a bound, as a fraction of the residual, below which it is rounding.
+const RELEASE_TOLERANCE: f64 = 1e-13;
 /// Rounds in which the residual variance, which weighs the priors, settles.
 const PRIOR_ROUNDS: usize = 30;
 /// Relative change of the residual variance that ends them.
 const PRIOR_TOLERANCE: f64 = 1e-12;
 
+impl Constraint {
+    /// What is wrong with it: a number of it and what is allowed there.
+    pub fn fault(self) -> Option<(f64, &'static str)> {
+        match self {
+            Self::Bounds { lower, upper } if lower.partial_cmp(&upper) != Some(std::cmp::Ordering::Less) => {
+                Some((lower, "a lower bound below the upper one"))
+            }
+            Self::Prior { deviation, .. } if !(deviation > 0.0 && deviation.is_finite()) => {
+                Some((deviation, "a positive standard deviation"))
+            }
+            Self::Prior { mean: value, .. } | Self::Fixed(value) if !value.is_finite() => {
+                Some((value, "a finite value"))
+            }
+            _ => None,
+        }
+    }
+}
+
 /// Least squares under constraints: minimises `|z - X theta|^2 / s^2 + sum ((theta_j - mean_j) / deviation_j)^2` over the
-/// parameters that are not fixed, inside the bounds. `s^2 = v'v / (n - p_free)` weighs the priors and is found with the
-/// parameters. Bounds are met by holding parameters at them and releasing those whose gradient points inside (Lawson and
-/// Hanson, "Solving Least Squares Problems", chapter 23).
+/// parameters that are not fixed, inside the bounds. `s^2 = v'v / (n - p_free + sum_j s^2 D_jj / deviation_j^2)`, with
+/// `D = (X'X + s^2 diag(deviation^-2))^-1`, weighs the priors and is found with the parameters: a prior costs as much of a degree
+/// of freedom as the samples still say of its parameter, none where the prior says all. Bounds are met by holding parameters at
+/// them and releasing those whose gradient points inside (Lawson and Hanson, "Solving Least Squares Problems", chapter 23); either
+/// bound may be infinite.
+///
+/// The covariance is `s^2 D` over the parameters that are not held; those that are, fixed or at a bound, have none
+/// ([`Fit::origins`] says which).
 ///
 /// # Errors
 /// As for [`super::least_squares`], for the free parameters; bounds out of order, deviations that are not positive.
@@ -57,14 +73,40 @@ pub fn constrained_least_squares(
     x: &DMatrix<f64>,
     z: &[f64],
     constraints: &[Constraint],
-) -> Result<ConstrainedFit, EstimateError> {
+) -> Result<Fit, EstimateError> {
     check_values(names, x, z)?;
+    let square = z.iter().map(|z| z * z).sum();
+    let found = solve_constrained(names, Triangle::of(x, z), (z.len(), square), constraints)?;
+    let fitted = (x * &found.solution.estimates).iter().copied().collect();
+    let fit = Fit::with_variance(names, z, fitted, found.solution, found.variance);
+    Ok(Fit { origins: found.origins, ..fit })
+}
+
+/// Solution under constraints.
+pub(super) struct ConstrainedSolution {
+    /// Estimates and `D`, zero where a parameter is held.
+    pub solution: Solution,
+    /// Variance of the residual.
+    pub variance: f64,
+    /// What each parameter rests on.
+    pub origins: Vec<Origin>,
+    /// `s^2 / deviation^2` of each parameter with a prior, zero of the others: its information beside `X'X`.
+    pub prior_information: Vec<f64>,
+}
+
+/// [`constrained_least_squares`] of a triangle of `samples` rows whose measurements have the sum of squares `square`.
+pub(super) fn solve_constrained(
+    names: &[String],
+    triangle: Triangle,
+    (samples, square): (usize, f64),
+    constraints: &[Constraint],
+) -> Result<ConstrainedSolution, EstimateError> {
     check_constraints(names, constraints)?;
-    let problem = Problem { names, constraints, triangle: Triangle::of(x, z), samples: z.len() };
-    let mut variance = z.iter().map(|z| z * z).sum::<f64>() / z.len() as f64;
+    let problem = Problem { names, constraints, triangle, samples };
+    let mut variance = square / samples.max(1) as f64;
     let mut outcome = problem.bounded(variance)?;
     for _ in 0..PRIOR_ROUNDS {
-        let found = problem.variance(&outcome)?;
+        let found = problem.variance(&outcome, variance)?;
         let settled = (found - variance).abs() <= PRIOR_TOLERANCE * variance;
         variance = found;
         outcome = problem.bounded(variance)?;
@@ -72,11 +114,23 @@ pub fn constrained_least_squares(
             break;
         }
     }
-    let fitted = (x * &outcome.solution.estimates).iter().copied().collect();
-    let at_bound = outcome.held.iter().zip(constraints);
-    let at_bound =
-        at_bound.map(|(&held, constraint)| held && matches!(constraint, Constraint::Bounds { .. })).collect();
-    Ok(ConstrainedFit { fit: Fit::with_variance(names, z, fitted, outcome.solution, variance), at_bound })
+    let origin = |(&held, constraint): (&bool, &Constraint)| match constraint {
+        Constraint::Fixed(_) => Origin::Fixed,
+        Constraint::Prior { .. } => Origin::DataAndPrior,
+        Constraint::Bounds { .. } if held => Origin::Bound,
+        _ => Origin::Data,
+    };
+    Ok(ConstrainedSolution {
+        origins: outcome.held.iter().zip(constraints).map(origin).collect(),
+        prior_information: constraints.iter().map(|constraint| information(constraint, variance)).collect(),
+        solution: outcome.solution,
+        variance,
+    })
+}
+
+/// Information of a prior beside that of samples of a residual variance.
+fn information(constraint: &Constraint, variance: f64) -> f64 {
+    if let Constraint::Prior { deviation, .. } = constraint { variance / (deviation * deviation) } else { 0.0 }
 }
 
 /// Checks number and ranges of the constraints.
@@ -84,23 +138,8 @@ fn check_constraints(names: &[String], constraints: &[Constraint]) -> Result<(),
     if constraints.len() != names.len() {
         return Err(EstimateError::Size { quantity: "constraints", expected: names.len(), found: constraints.len() });
     }
-    if constraints.iter().all(|constraint| matches!(constraint, Constraint::Fixed(_))) {
-        return Err(EstimateError::NoParameters);
-    }
     for (name, constraint) in names.iter().zip(constraints) {
-        let fault = match *constraint {
-            Constraint::Bounds { lower, upper } if lower.partial_cmp(&upper) != Some(std::cmp::Ordering::Less) => {
-                Some((lower, "a lower bound below the upper one"))
-            }
-            Constraint::Prior { deviation, .. } if !(deviation > 0.0 && deviation.is_finite()) => {
-                Some((deviation, "a positive standard deviation"))
-            }
-            Constraint::Prior { mean: value, .. } | Constraint::Fixed(value) if !value.is_finite() => {
-                Some((value, "a finite value"))
-            }
-            _ => None,
-        };
-        if let Some((value, allowed)) = fault {
+        if let Some((value, allowed)) = constraint.fault() {
             return Err(EstimateError::Setting { setting: format!("constraint of {name}"), value, allowed });
         }
     }
@@ -122,15 +161,19 @@ struct Problem<'a> {
 }
 
 impl Problem<'_> {
-    /// Residual variance of a solution.
-    fn variance(&self, outcome: &Outcome) -> Result<f64, EstimateError> {
+    /// Residual variance of a solution whose priors were weighed with `variance`.
+    fn variance(&self, outcome: &Outcome, variance: f64) -> Result<f64, EstimateError> {
         let free = outcome.held.iter().filter(|held| !**held).count();
         if self.samples <= free {
             return Err(EstimateError::TooFewSamples { samples: self.samples, parameters: free });
         }
+        let told = |(index, constraint): (usize, &Constraint)| {
+            outcome.solution.unit_covariance[(index, index)] * information(constraint, variance)
+        };
+        let told: f64 = self.constraints.iter().enumerate().map(told).sum();
         let residual = self.triangle.less(&outcome.solution.estimates);
         let square = residual.factor().column(self.names.len()).norm_squared();
-        Ok(square / (self.samples - free) as f64)
+        Ok(square / ((self.samples - free) as f64 + told))
     }
 
     /// Solution inside the bounds for a given residual variance.
@@ -187,12 +230,12 @@ impl Problem<'_> {
         Ok(Solution { estimates, unit_covariance, condition_number })
     }
 
-    /// The free parameter furthest outside its bounds, relative to their distance, and the bound.
+    /// The free parameter furthest outside its bounds, by what that makes of the measurement, and the bound.
     fn worst_violation(&self, estimates: &DVector<f64>, held: &[bool]) -> Option<(usize, f64)> {
         let violation = |(index, constraint): (usize, &Constraint)| match *constraint {
             Constraint::Bounds { lower, upper } if !held[index] => {
                 let bound = estimates[index].clamp(lower, upper);
-                let outside = (estimates[index] - bound).abs() / (upper - lower);
+                let outside = (estimates[index] - bound).abs() * self.triangle.factor().column(index).norm();
                 (outside > 0.0).then_some((index, bound, outside))
             }
             _ => None,
@@ -206,11 +249,12 @@ impl Problem<'_> {
         let p = self.names.len();
         let residual = triangle.less(estimates);
         let pull = triangle.factor().columns(0, p).tr_mul(&residual.factor().column(p));
+        let least = RELEASE_TOLERANCE * residual.factor().column(p).norm();
         let inward = |(index, constraint): (usize, &Constraint)| match *constraint {
-            Constraint::Bounds { lower, upper } if held[index] => {
-                let scaled = pull[index] * (upper - lower);
-                let inside = if estimates[index] <= lower { scaled } else { -scaled };
-                (inside > 0.0).then_some((index, inside))
+            Constraint::Bounds { lower, .. } if held[index] => {
+                let inside = if estimates[index] <= lower { pull[index] } else { -pull[index] };
+                let inside = inside / self.triangle.factor().column(index).norm();
+                (inside > least).then_some((index, inside))
             }
             _ => None,
         };

@@ -33,6 +33,24 @@ pub(super) struct Block<'a> {
     pub(super) residuals: Vec<&'a [f64]>,
 }
 
+/// A fit as the covariance sees it.
+#[derive(Clone, Copy)]
+pub(super) struct Unit<'a> {
+    /// `D`.
+    pub(super) covariance: &'a DMatrix<f64>,
+    /// Information of the prior of each parameter in it, `s^2 / deviation^2`; empty where there is none.
+    pub(super) prior_information: &'a [f64],
+    /// `s^2`, used with priors only.
+    pub(super) variance: f64,
+}
+
+impl<'a> Unit<'a> {
+    /// A fit without priors.
+    pub(super) fn without_priors(covariance: &'a DMatrix<f64>) -> Self {
+        Self { covariance, prior_information: &[], variance: 0.0 }
+    }
+}
+
 /// Covariance `c D M D` with `D = (X'X)^-1` and
 /// `M = R(0) sum x_i x_i' + sum_{k=1..K} w_k R(k) sum_i (x_i x_{i+k}' + x_{i+k} x_i')`, where
 /// `R(k) = (1/N) sum_i v_i v_{i+k}` is the autocorrelation of the residual (Morelli and Klein 1997; Klein and Morelli,
@@ -65,7 +83,8 @@ pub fn coloured_covariances(
 ) -> Result<Vec<DMatrix<f64>>, EstimateError> {
     let columns: Vec<usize> = (0..x.ncols()).collect();
     let residuals = fits.iter().map(|fit| fit.residuals.as_slice()).collect();
-    let units: Vec<&DMatrix<f64>> = fits.iter().map(|fit| &fit.unit_covariance).collect();
+    let units: Vec<Unit<'_>> =
+        fits.iter().map(|fit| Unit::without_priors(&fit.unit_covariance)).collect();
     coloured_covariances_of(&units, &[Block { x, columns: &columns, residuals }], settings, transforms)
 }
 
@@ -76,7 +95,7 @@ pub(super) fn only(mut list: Vec<DMatrix<f64>>) -> Result<DMatrix<f64>, Estimate
 
 /// Covariances over windows: products of residuals and of regressors are taken inside each window only.
 pub(super) fn coloured_covariances_of(
-    unit_covariances: &[&DMatrix<f64>],
+    units: &[Unit<'_>],
     blocks: &[Block<'_>],
     settings: &Coloured,
     transforms: &mut Transforms,
@@ -102,11 +121,11 @@ pub(super) fn coloured_covariances_of(
             allowed: "less than the samples of the shortest window",
         });
     }
-    let mut correlations = Vec::with_capacity(unit_covariances.len());
-    for pair in (0..unit_covariances.len()).step_by(2) {
+    let mut correlations = Vec::with_capacity(units.len());
+    for pair in (0..units.len()).step_by(2) {
         let records = |fit: usize| blocks.iter().map(move |block| block.residuals.get(fit).copied().unwrap_or(&[]));
         let found = transforms.autocorrelations(records(pair).zip(records(pair + 1)), max_lag);
-        correlations.extend(found.into_iter().take(unit_covariances.len() - pair));
+        correlations.extend(found.into_iter().take(units.len() - pair));
     }
     if settings.taper == Taper::Triangular {
         for (lag, value) in correlations.iter_mut().flat_map(|correlation| correlation.iter_mut().enumerate()) {
@@ -114,7 +133,7 @@ pub(super) fn coloured_covariances_of(
         }
     }
     let mut middles: Vec<DMatrix<f64>> =
-        unit_covariances.iter().map(|unit| DMatrix::zeros(unit.nrows(), unit.ncols())).collect();
+        units.iter().map(|unit| DMatrix::zeros(unit.covariance.nrows(), unit.covariance.ncols())).collect();
     for Block { x, columns, .. } in blocks {
         let parts = transforms.weighted_products(x, &correlations);
         for (middle, part) in middles.iter_mut().zip(parts) {
@@ -126,17 +145,31 @@ pub(super) fn coloured_covariances_of(
         }
     }
     let square = |fit: usize| blocks.iter().flat_map(|block| block.residuals[fit]).map(|v| v * v).sum();
-    let fits = unit_covariances.iter().zip(middles).enumerate();
-    fits.map(|(fit, (unit, middle))| sandwich(unit, &middle, square(fit))).collect()
+    let fits = units.iter().zip(middles).enumerate();
+    fits.map(|(fit, (unit, middle))| sandwich(unit, middle, square(fit))).collect()
 }
 
 /// `c D M D` for residuals of a given sum of squares, symmetric, without negative variances.
+///
+/// A prior is one more row of weight `w = s / deviation` whose error has the variance `s^2`, so that `D = (X'X + W)^-1` with
+/// `W = diag(w^2)` and `M` grows by `s^2 W`. The residual has then lost `tr(D M) - s^2 tr(D W) + tr(W D (M + s^2 W) D)` of the
+/// expected `tr(S)`, which for white residuals is `s^2 (p - tr(D W))`.
 fn sandwich(
-    unit_covariance: &DMatrix<f64>,
-    middle: &DMatrix<f64>,
+    &Unit { covariance: unit_covariance, prior_information, variance }: &Unit<'_>,
+    mut middle: DMatrix<f64>,
     residual_square: f64,
 ) -> Result<DMatrix<f64>, EstimateError> {
-    let lost = unit_covariance.component_mul(middle).sum();
+    let mut lost = unit_covariance.component_mul(&middle).sum();
+    if prior_information.iter().any(|information| *information > 0.0) {
+        let told: f64 = unit_covariance.diagonal().iter().zip(prior_information).map(|(d, w)| d * w).sum();
+        for (index, information) in prior_information.iter().enumerate() {
+            middle[(index, index)] += variance * information;
+        }
+        let spread = unit_covariance * &middle * unit_covariance;
+        let pulled: f64 = spread.diagonal().iter().zip(prior_information).map(|(d, w)| d * w).sum();
+        lost += pulled - variance * told;
+    }
+    let middle = &middle;
     let understated = if residual_square > 0.0 { 1.0 - lost / residual_square } else { 1.0 };
     if understated <= 0.0 {
         return Err(EstimateError::Setting {
@@ -350,7 +383,7 @@ mod tests {
         };
         let blocks = [block(&first, 0..50), block(&second, 50..90)];
         let mut transforms = Transforms::default();
-        let found = coloured_covariances_of(&[&unit; 3], &blocks, &settings, &mut transforms).unwrap();
+        let found = coloured_covariances_of(&[Unit::without_priors(&unit); 3], &blocks, &settings, &mut transforms).unwrap();
 
         let same_window = |i: usize, j: usize| (i < 50) == (j < 50);
         let pairs =

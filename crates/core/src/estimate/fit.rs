@@ -28,6 +28,27 @@ impl FitQuality {
     }
 }
 
+/// What the value of a parameter rests on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Origin {
+    /// The samples alone.
+    #[default]
+    Data,
+    /// The samples and an expectation stated beforehand.
+    DataAndPrior,
+    /// A stated bound: the samples alone would put it beyond. It has no standard error.
+    Bound,
+    /// A stated value, without standard error.
+    Fixed,
+}
+
+impl Origin {
+    /// Whether the samples had a say.
+    pub fn is_estimated(self) -> bool {
+        matches!(self, Self::Data | Self::DataAndPrior)
+    }
+}
+
 /// Parameters estimated by least squares, with everything said about them. `p` parameters, `n` samples.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fit {
@@ -35,6 +56,8 @@ pub struct Fit {
     pub names: Vec<String>,
     /// Estimates, p.
     pub estimates: Vec<f64>,
+    /// What each of them rests on, p.
+    pub origins: Vec<Origin>,
     /// Covariance `s^2 (X'X)^-1` for white residuals (thesis Eq. 3.18), p by p.
     pub covariance: DMatrix<f64>,
     /// `(X'X)^-1`, p by p.
@@ -105,6 +128,7 @@ impl Fit {
         let residuals: Vec<f64> = z.iter().zip(&fitted).map(|(z, y)| z - y).collect();
         let covariance = &solution.unit_covariance * variance;
         Self {
+            origins: vec![Origin::Data; names.len()],
             names: names.to_vec(),
             estimates: solution.estimates.iter().copied().collect(),
             covariance: DMatrix::zeros(0, 0),

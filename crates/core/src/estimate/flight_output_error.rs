@@ -5,7 +5,7 @@ use std::ops::Range;
 use nalgebra::{DMatrix, DVector};
 use thiserror::Error;
 
-use super::covariance::{Block, Coloured, Transforms, coloured_covariances_of, only};
+use super::covariance::{Block, Coloured, Transforms, Unit, coloured_covariances_of, only};
 use super::{EstimateError, OutputErrorFit, OutputErrorSettings, OutputParameter, output_error};
 use crate::model::Derivatives;
 use crate::replay::{Replay, ReplayError, Response, Start};
@@ -380,7 +380,7 @@ fn corrected_errors(
             .map(|(x, range)| Block { x, columns: &columns, residuals: vec![&residuals[range.clone()]] })
             .collect();
         let covariance =
-            coloured_covariances_of(&[&fit.covariance], &blocks, &settings, &mut transforms).and_then(only)?;
+            coloured_covariances_of(&[Unit::without_priors(&fit.covariance)], &blocks, &settings, &mut transforms).and_then(only)?;
         variance += covariance.diagonal();
     }
     Ok(variance.iter().map(|variance| variance.sqrt()).collect())

@@ -23,11 +23,11 @@ mod triangle;
 mod weighted;
 
 pub use conditions::{ConditionFit, ConditionPoint, condition_regression};
-pub use constrained::{ConstrainedFit, Constraint, constrained_least_squares};
+pub use constrained::{Constraint, constrained_least_squares};
 pub use covariance::{Coloured, Taper, Transforms, autocorrelation, coloured_covariance, coloured_covariances};
 pub use error::{Dependence, EstimateError};
 pub use errors_in_variables::{errors_in_variables, total_least_squares};
-pub use fit::{Fit, FitQuality};
+pub use fit::{Fit, FitQuality, Origin};
 pub use flight_output_error::{
     FlightFitError, FlightFreedom, FlightOutput, FlightOutputFit, FlightWindow, MotionAxis, flight_output_error,
 };

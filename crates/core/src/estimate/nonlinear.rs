@@ -3,7 +3,7 @@
 use nalgebra::DVector;
 
 use super::search::minimise;
-use super::{Coloured, EstimateError, PooledFit, PooledRegression, PooledWindow, Taper};
+use super::{Coloured, Constraint, EstimateError, PooledFit, PooledRegression, PooledWindow, Taper};
 
 /// Result of a search.
 #[derive(Clone, Debug, PartialEq)]
@@ -89,10 +89,14 @@ fn wanted_change(
     let mut augmented = PooledRegression {
         names: regression.names.clone(),
         per_window: regression.per_window.clone(),
+        constraints: regression.constraints.clone(),
         windows: regression.windows.iter().enumerate().map(window).collect(),
     };
     augmented.names.push(CHANGE.to_owned());
     augmented.per_window.push(false);
+    if !augmented.constraints.is_empty() {
+        augmented.constraints.push(Constraint::Free);
+    }
     let fit = augmented.fit()?;
     let covariance =
         fit.coloured_covariance(&augmented.windows, &Coloured { max_lag: None, taper: Taper::Triangular })?;
@@ -123,6 +127,7 @@ mod tests {
             let regression = |z: &Vec<f64>| PooledRegression {
                 names: vec!["constant".to_owned(), "slope".to_owned()],
                 per_window: vec![true, false],
+                constraints: Vec::new(),
                 windows: vec![PooledWindow { label: "w".to_owned(), x: x.clone(), z: z.clone() }],
             };
             Ok(z.iter().map(regression).collect())

@@ -4,10 +4,11 @@ use std::ops::Range;
 
 use nalgebra::DMatrix;
 
-use super::covariance::{Block, Coloured, coloured_covariances_of, only, with_transforms};
+use super::constrained::solve_constrained;
+use super::covariance::{Block, Coloured, Unit, coloured_covariances_of, only, with_transforms};
 use super::least_squares::check_values;
-use super::triangle::Triangle;
-use super::{EstimateError, Fit};
+use super::triangle::{Solution, Triangle};
+use super::{Constraint, EstimateError, Fit};
 
 /// One window of a pooled regression.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,17 +28,39 @@ pub struct PooledRegression {
     pub names: Vec<String>,
     /// Whether each term has a parameter of its own in every window.
     pub per_window: Vec<bool>,
+    /// What is known of each term beforehand, of each window's own parameter where it has one; empty where nothing is.
+    pub constraints: Vec<Constraint>,
     /// Windows.
     pub windows: Vec<PooledWindow>,
 }
 
 impl PooledRegression {
-    /// [`pooled`] over all its windows.
+    /// [`pooled`] over all its windows, under its constraints as [`super::constrained_least_squares`].
     ///
     /// # Errors
-    /// As for [`pooled`].
+    /// As for both.
     pub fn fit(&self) -> Result<PooledFit, EstimateError> {
-        pooled(&self.names, &self.per_window, &self.windows)
+        if self.constraints.iter().all(|constraint| *constraint == Constraint::Free) {
+            return pooled(&self.names, &self.per_window, &self.windows);
+        }
+        if self.constraints.len() != self.names.len() {
+            let (expected, found) = (self.names.len(), self.constraints.len());
+            return Err(EstimateError::Size { quantity: "constraints", expected, found });
+        }
+        let (names, parameters, triangle) = triangles(&self.names, &self.per_window, &self.windows)?;
+        let mut constraints = vec![Constraint::Free; names.len()];
+        for columns in &parameters {
+            for (&column, &constraint) in columns.iter().zip(&self.constraints) {
+                constraints[column] = constraint;
+            }
+        }
+        let measured = self.windows.iter().flat_map(|window| &window.z);
+        let (samples, square) = measured.fold((0, 0.0), |(samples, square), z| (samples + 1, square + z * z));
+        let found = solve_constrained(&names, triangle, (samples, square), &constraints)?;
+        let (fitted, z, samples) = fitted(&self.windows, &parameters, &found.solution);
+        let fit = Fit::with_variance(&names, &z, fitted, found.solution, found.variance);
+        let fit = Fit { origins: found.origins, ..fit };
+        Ok(PooledFit { fit, samples, parameters, prior_information: found.prior_information })
     }
 
     /// Names of the parameters all windows share, in the order of the fit.
@@ -56,6 +79,8 @@ pub struct PooledFit {
     pub samples: Vec<Range<usize>>,
     /// For each window, which parameter each term has.
     pub parameters: Vec<Vec<usize>>,
+    /// Information of the prior of each parameter beside `X'X`, `s^2 / deviation^2`; zero without one.
+    pub prior_information: Vec<f64>,
 }
 
 /// Least squares over all windows at once: terms flagged in `per_window` have a parameter of their own in each window (trim
@@ -68,26 +93,47 @@ pub struct PooledFit {
 /// # Errors
 /// As for [`super::least_squares`], with the sizes and values of each window; a window needs no minimum of its own.
 pub fn pooled(names: &[String], per_window: &[bool], windows: &[PooledWindow]) -> Result<PooledFit, EstimateError> {
-    let (all_names, parameters) = layout(names, per_window, windows)?;
+    let (all_names, parameters, triangle) = triangles(names, per_window, windows)?;
     let total: usize = windows.iter().map(|window| window.z.len()).sum();
-    for window in windows {
-        check_values(names, &window.x, &window.z)?;
-    }
     if total <= all_names.len() {
         return Err(EstimateError::TooFewSamples { samples: total, parameters: all_names.len() });
     }
+    let solution = triangle.solve(&all_names)?;
+    let (fitted, z, samples) = fitted(windows, &parameters, &solution);
+    let prior_information = vec![0.0; all_names.len()];
+    Ok(PooledFit { fit: Fit::assemble(&all_names, &z, fitted, solution), samples, parameters, prior_information })
+}
+
+/// Names of all parameters, the parameter of each term in each window, and the triangle of all windows.
+fn triangles(
+    names: &[String],
+    per_window: &[bool],
+    windows: &[PooledWindow],
+) -> Result<(Vec<String>, Vec<Vec<usize>>, Triangle), EstimateError> {
+    let (all_names, parameters) = layout(names, per_window, windows)?;
+    for window in windows {
+        check_values(names, &window.x, &window.z)?;
+    }
     let triangles: Vec<Triangle> = windows.iter().map(|window| Triangle::of(&window.x, &window.z)).collect();
     let parts = triangles.iter().zip(parameters.iter().map(Vec::as_slice));
-    let solution = Triangle::stack(parts, all_names.len()).solve(&all_names)?;
+    let triangle = Triangle::stack(parts, all_names.len());
+    Ok((all_names, parameters, triangle))
+}
 
-    let (mut fitted, mut z, mut samples) = (Vec::with_capacity(total), Vec::with_capacity(total), Vec::new());
-    for (window, columns) in windows.iter().zip(&parameters) {
+/// Fitted values and measurements of all windows, and the samples of each in them.
+fn fitted(
+    windows: &[PooledWindow],
+    parameters: &[Vec<usize>],
+    solution: &Solution,
+) -> (Vec<f64>, Vec<f64>, Vec<Range<usize>>) {
+    let (mut fitted, mut z, mut samples) = (Vec::new(), Vec::new(), Vec::new());
+    for (window, columns) in windows.iter().zip(parameters) {
         let start = fitted.len();
         fitted.extend((&window.x * solution.estimates.select_rows(columns)).iter());
         z.extend_from_slice(&window.z);
         samples.push(start..fitted.len());
     }
-    Ok(PooledFit { fit: Fit::assemble(&all_names, &z, fitted, solution), samples, parameters })
+    (fitted, z, samples)
 }
 
 /// All windows in one regression.
@@ -148,8 +194,12 @@ impl PooledFit {
                 residuals: vec![&self.fit.residuals[samples.clone()]],
             })
             .collect();
-        let units = [&self.fit.unit_covariance];
-        with_transforms(|transforms| coloured_covariances_of(&units, &blocks, settings, transforms)).and_then(only)
+        let unit = Unit {
+            covariance: &self.fit.unit_covariance,
+            prior_information: &self.prior_information,
+            variance: self.fit.residual_std.powi(2),
+        };
+        with_transforms(|transforms| coloured_covariances_of(&[unit], &blocks, settings, transforms)).and_then(only)
     }
 }
 

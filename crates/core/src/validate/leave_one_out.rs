@@ -1,7 +1,7 @@
 //! Leave one manoeuvre out: how much each manoeuvre carries, and how well the others predict it.
 
 use super::validate;
-use crate::estimate::{EstimateError, FitQuality, PooledFit, PooledRegression};
+use crate::estimate::{EstimateError, FitQuality, Origin, PooledFit, PooledRegression};
 
 /// The pooled estimate without one window.
 #[derive(Clone, Debug, PartialEq)]
@@ -10,7 +10,7 @@ pub struct LeftOut {
     pub label: String,
     /// Estimates of the parameters all windows share, in the order of the full fit.
     pub estimates: Vec<f64>,
-    /// Change of each against the full fit, in standard errors of the full fit.
+    /// Change of each against the full fit, in standard errors of the full fit; zero for one that is fixed.
     pub shift_in_errors: Vec<f64>,
     /// Prediction of the window by the others; a constant of its own is set so that the mean residual is zero.
     pub quality: FitQuality,
@@ -22,7 +22,7 @@ pub struct LeftOut {
 /// # Errors
 /// The first error of a fit without one window, as for [`crate::estimate::pooled`]; fewer than two windows.
 pub fn leave_one_out(regression: &PooledRegression, full: &PooledFit) -> Result<Vec<LeftOut>, EstimateError> {
-    let PooledRegression { names, per_window, windows } = regression;
+    let PooledRegression { names, per_window, windows, .. } = regression;
     if windows.len() < 2 {
         return Err(EstimateError::Size { quantity: "windows", expected: 2, found: windows.len() });
     }
@@ -34,7 +34,8 @@ pub fn leave_one_out(regression: &PooledRegression, full: &PooledFit) -> Result<
         let fit = rest.fit()?.fit;
         let estimates: Vec<f64> = fit.estimates[..shared.len()].to_vec();
         let shift = |(parameter, estimate): (usize, &f64)| {
-            (estimate - full.fit.estimates[parameter]) / full.fit.standard_errors[parameter]
+            let change = estimate - full.fit.estimates[parameter];
+            if full.fit.origins[parameter] == Origin::Fixed { 0.0 } else { change / full.fit.standard_errors[parameter] }
         };
         let columns: Vec<usize> = (0..shared.len()).collect();
         let prediction = validate(&fit, Some(&columns), &left.x.select_columns(&shared), &left.z)?;
@@ -70,6 +71,7 @@ mod tests {
         let mut regression = PooledRegression {
             names: vec!["c".to_owned(), "s".to_owned()],
             per_window: vec![true, false],
+            constraints: Vec::new(),
             windows: vec![window("a", 1.0, 2.0), window("b", -3.0, 2.0), window("odd", 0.0, 5.0)],
         };
         let full = regression.fit().unwrap();

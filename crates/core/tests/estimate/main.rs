@@ -8,6 +8,7 @@ mod shared;
 
 mod attas_table;
 mod coloured;
+mod constraints;
 #[path = "../common/flight.rs"]
 mod flight;
 mod flight_output_error;

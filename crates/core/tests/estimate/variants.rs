@@ -1,7 +1,7 @@
 //! Weights, residual models, constraints, noisy regressors and nonlinear lags.
 
 use doublet_core::estimate::{
-    Constraint, EstimateError, Fit, constrained_least_squares, errors_in_variables, generalised_least_squares,
+    Constraint, EstimateError, Fit, Origin, constrained_least_squares, errors_in_variables, generalised_least_squares,
     least_squares, search_scalar, summarise, total_least_squares, weighted_least_squares,
 };
 use doublet_core::prep::first_order_lag;
@@ -84,7 +84,7 @@ fn fixed_parameter_equals_a_fit_of_the_rest() {
     let x = regressors(80);
     let z = measurement(&x, &normal(3, 80));
     let constraints = [Constraint::Free, Constraint::Fixed(2.5), Constraint::Free];
-    let found = constrained_least_squares(&names(), &x, &z, &constraints).unwrap().fit;
+    let found = constrained_least_squares(&names(), &x, &z, &constraints).unwrap();
     let rest: Vec<f64> = z.iter().zip(x.column(1).iter()).map(|(z, a)| z - 2.5 * a).collect();
     let expected = least_squares(&["0".to_owned(), "b".to_owned()], &x.select_columns(&[0, 2]), &rest).unwrap();
     for (index, other) in [(0, 0), (2, 1)] {
@@ -105,18 +105,21 @@ fn bounds_hold_what_leaves_them_and_nothing_else() {
     let free = least_squares(&names(), &x, &z).unwrap();
     let wide = Constraint::Bounds { lower: -100.0, upper: 100.0 };
     let inside = constrained_least_squares(&names(), &x, &z, &[wide; 3]).unwrap();
-    assert_eq!(inside.at_bound, [false; 3]);
-    for (a, b) in inside.fit.estimates.iter().zip(&free.estimates) {
+    assert_eq!(inside.origins, [Origin::Data; 3]);
+    for (a, b) in inside.estimates.iter().zip(&free.estimates) {
         approx::assert_relative_eq!(a, b, max_relative = 1e-11);
     }
     let tight = [Constraint::Free, Constraint::Bounds { lower: 2.4, upper: 5.0 }, wide];
     let held = constrained_least_squares(&names(), &x, &z, &tight).unwrap();
-    assert_eq!(held.at_bound, [false, true, false]);
+    assert_eq!(held.origins, [Origin::Data, Origin::Bound, Origin::Data]);
     let fixed = [Constraint::Free, Constraint::Fixed(2.4), Constraint::Free];
-    let expected = constrained_least_squares(&names(), &x, &z, &fixed).unwrap().fit;
-    for (a, b) in held.fit.estimates.iter().zip(&expected.estimates) {
+    let expected = constrained_least_squares(&names(), &x, &z, &fixed).unwrap();
+    for (a, b) in held.estimates.iter().zip(&expected.estimates) {
         approx::assert_relative_eq!(a, b, max_relative = 1e-11);
     }
+    let open = Constraint::Bounds { lower: 2.4, upper: f64::INFINITY };
+    let one_sided = constrained_least_squares(&names(), &x, &z, &[Constraint::Free, open, wide]).unwrap();
+    assert_eq!((one_sided.estimates, one_sided.origins), (held.estimates, held.origins));
     let reversed = [Constraint::Bounds { lower: 1.0, upper: -1.0 }, wide, wide];
     let error = constrained_least_squares(&names(), &x, &z, &reversed).unwrap_err();
     assert_eq!(error.to_string(), "constraint of 0 is 1, allowed is a lower bound below the upper one");
@@ -129,7 +132,7 @@ fn prior_draws_between_data_and_expectation() {
     let free = least_squares(&names(), &x, &z).unwrap();
     let with = |deviation| {
         let constraints = [Constraint::Free, Constraint::Prior { mean: 4.0, deviation }, Constraint::Free];
-        constrained_least_squares(&names(), &x, &z, &constraints).unwrap().fit
+        constrained_least_squares(&names(), &x, &z, &constraints).unwrap()
     };
     approx::assert_relative_eq!(with(1e6).estimates[1], free.estimates[1], max_relative = 1e-8);
     approx::assert_relative_eq!(with(1e-6).estimates[1], 4.0, max_relative = 1e-8);
