@@ -1,7 +1,7 @@
 //! Derivatives with their uncertainty: of all identification windows, of the chosen one, or window by window.
 
 use doublet_core::estimate::Fit;
-use doublet_engine::stage::{CoefficientFit, significance};
+use doublet_engine::stage::{CoefficientFit, errors, held, significance};
 use eframe::egui::{self, RichText, ScrollArea, Ui};
 use egui_extras::{Column, TableBuilder};
 
@@ -185,12 +185,21 @@ fn derivative(
     let kinds = ctx.snapshot.details.latest().and_then(|details| details.kinds.first());
     let over = kinds.and_then(|all| all.parameters.iter().find(|parameter| parameter.name == *name));
     let scatter = over.map_or(f64::NAN, |over| over.scatter / (over.fits as f64).sqrt());
+    let (conventional, coloured) = errors(fit, corrected, at);
     let cells = [
         notation::number(fit.estimates[at]),
-        notation::number(fit.standard_errors[at]),
-        corrected.get(at).map_or_else(|| "–".to_owned(), |error| notation::number(*error)),
+        held(fit.origins[at])
+            .filter(|_| conventional.is_nan())
+            .map_or_else(|| notation::number(conventional), str::to_owned),
+        notation::number(coloured),
         notation::number(scatter),
-        if relative < 1e4 { format!("{} %", notation::fixed(relative, 1)) } else { "> 10⁴ %".to_owned() },
+        if relative.is_nan() {
+            "–".to_owned()
+        } else if relative < 1e4 {
+            format!("{} %", notation::fixed(relative, 1))
+        } else {
+            "> 10⁴ %".to_owned()
+        },
         notation::fixed(t, if t.abs() < 1e4 { 1 } else { 0 }),
     ];
     for (column, text) in cells.into_iter().enumerate() {
@@ -219,8 +228,7 @@ pub fn csv(fits: &[CoefficientFit]) -> String {
     for coefficient in fits {
         let Ok(fit) = &coefficient.fit else { continue };
         for (at, name) in fit.names.iter().enumerate() {
-            let corrected = coefficient.corrected_errors.get(at).map(f64::to_string).unwrap_or_default();
-            let (estimate, error) = (fit.estimates[at], fit.standard_errors[at]);
+            let (estimate, (error, corrected)) = (fit.estimates[at], errors(fit, &coefficient.corrected_errors, at));
             let (relative, t) = significance(fit, &coefficient.corrected_errors, at);
             text.push_str(&format!("{name},{estimate},{error},{corrected},{relative},{t}\n"));
         }

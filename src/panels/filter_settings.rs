@@ -103,7 +103,6 @@ fn preparation(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
             (&mut next.correct_accelerometer, "accelerometers", "Moves the specific force to the centre of gravity"),
             (&mut next.correct_vanes, "vanes", "Takes the flow that body rates make out of the flow angles"),
             (&mut next.correct_antenna, "antenna", "Moves position and ground velocity to the centre of gravity"),
-            (&mut next.remove_thrust, "thrust taken out", "Of CX and of Cm; the engines or a record must tell it"),
         ] {
             ui.checkbox(on, text).on_hover_text(hint);
         }
@@ -125,14 +124,11 @@ fn preparation(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
             settle_s: value,
             ..now.clone()
         });
-        let lag = |value| Preparation { actuator_lag_s: value, ..now.clone() };
-        duration(ctx, ui, ("Actuator lag", "actuator lag", now.actuator_lag_s), lag);
-        ui.end_row();
         if let Some(half_width_s) = now.differentiation_half_width_s {
             let with = |value| Preparation { differentiation_half_width_s: Some(value), ..now.clone() };
             duration(ctx, ui, ("Half width", "half width", half_width_s), with);
-            ui.end_row();
         }
+        ui.end_row();
     });
 }
 

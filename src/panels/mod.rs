@@ -2,6 +2,8 @@
 
 mod bias_table;
 mod by_window;
+mod coefficient_settings;
+mod constraints;
 mod correlation;
 mod derivatives;
 mod filter_settings;

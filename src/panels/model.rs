@@ -2,12 +2,12 @@
 
 use std::collections::BTreeSet;
 
-use doublet_core::estimate::TermEffect;
+use doublet_core::estimate::{Constraint, TermEffect};
 use doublet_core::model::{Coefficient, Structure, Term, Variable};
 use doublet_engine::session::{Edit, EstimationEdit, ModelEdit, PooledConstants};
-use eframe::egui::{self, Grid, Key, RichText, ScrollArea, TextEdit, Ui};
+use eframe::egui::{self, CollapsingHeader, Grid, Key, RichText, ScrollArea, TextEdit, Ui};
 
-use super::{Pane, Panel, PanelContext, choices, term_effects};
+use super::{Pane, Panel, PanelContext, choices, coefficient_settings, constraints, term_effects};
 use crate::command::{UiCommand, ViewCommand};
 use crate::notation;
 use crate::theme;
@@ -77,6 +77,7 @@ impl Panel for Model {
                 ctx.edit(Edit::Estimation(EstimationEdit::BySurface(by_surface)));
             }
         });
+        CollapsingHeader::new("Axes, reference, thrust and lags").show(ui, |ui| coefficient_settings::show(ctx, ui));
         let modelled =
             ctx.session.structure.models.iter().map(|(coefficient, _)| (Some(*coefficient), coefficient.name()));
         let all: Vec<_> = [(None, "All ticks")].into_iter().chain(modelled).collect();
@@ -148,8 +149,20 @@ impl Model {
                     let derivative = notation::derivative(&term.derivative_name(coefficient));
                     let effect = term_effects::effect(studies, coefficient, &term);
                     let words = effect.map(|effect| format!("\n{}", term_effects::words(effect))).unwrap_or_default();
-                    tick.on_hover_text(format!("{derivative}{words}"));
-                    mark(ui, &cell, effect);
+                    let tick = tick.on_hover_ui(|ui| {
+                        ui.label(format!("{derivative}{words}"));
+                        let known = session.estimation.constraints.iter();
+                        for known in known.filter(|known| known.coefficient == coefficient && known.term == term) {
+                            ui.label(known.words());
+                        }
+                        if was {
+                            ui.weak("Secondary click: fix it, bound it, expect it");
+                        }
+                    });
+                    mark(ui, &cell, effect, session.estimation.known(coefficient, &term));
+                    if was {
+                        constraints::menu(ctx, &tick, coefficient, &term);
+                    }
                     if on != was {
                         ctx.edit(Edit::Model(ModelEdit::SetTerm { coefficient, term: term.clone(), on }));
                     }
@@ -203,8 +216,12 @@ fn second(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
     }
 }
 
-/// A mark beside a tick where its term deserves attention.
-fn mark(ui: &Ui, cell: &egui::Rect, effect: Option<&TermEffect>) {
+/// Marks beside a tick: what is known of its derivative, and whether its term deserves attention.
+fn mark(ui: &Ui, cell: &egui::Rect, effect: Option<&TermEffect>, known: Constraint) {
+    let place = cell.left_top() + egui::vec2(32.0, 10.0);
+    let font = egui::FontId::proportional(12.0);
+    let color = ui.visuals().strong_text_color();
+    ui.painter().text(place, egui::Align2::LEFT_CENTER, constraints::sign(known), font, color);
     let Some((_, color)) = effect.and_then(|effect| term_effects::judgement(effect, theme::palette(ui))) else {
         return;
     };

@@ -91,7 +91,9 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, coefficient: Coefficient) {
         .body(|mut body| {
             for (effect, term) in of.terms.iter().zip(&study.terms) {
                 body.row(20.0, |mut row| {
-                    row.col(|ui| tick(ctx, ui, coefficient, term, effect.in_model));
+                    let terms = ctx.session.structure.terms(coefficient).unwrap_or_default();
+                    let on = terms.contains(term);
+                    row.col(|ui| tick(ctx, ui, coefficient, term, on));
                     row.col(|ui| {
                         ui.label(notation::term(&term.to_string()));
                     });

@@ -6,6 +6,8 @@ use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use doublet_engine::report::document::SectionKind;
 use doublet_engine::report::{HistoryFormat, TableFormat};
+use doublet_engine::session::Surface;
+use doublet_engine::study::LagKind;
 use doublet_report::ReportFormat;
 
 use crate::propose::ProposeArguments;
@@ -46,7 +48,7 @@ pub enum Command {
     /// Estimate every window again in the frequency domain and by output error.
     Checks(StudyArguments),
     /// Find lag and delay of every control by the fit.
-    Lags(StudyArguments),
+    Lags(LagArguments),
     /// Search for the terms the data ask for, stepwise or by orthogonal functions, and print every step.
     Structure(StructureArguments),
     /// Print the derivatives by weighted, generalised, constrained and total least squares beside the ordinary ones.
@@ -191,6 +193,17 @@ pub struct StudyArguments {
     /// Folder for all results, those of the study among them.
     #[arg(long)]
     pub out: Option<PathBuf>,
+}
+
+/// Arguments of `lags`.
+#[derive(Debug, Args)]
+pub struct LagArguments {
+    /// What every study takes.
+    #[command(flatten)]
+    pub study: StudyArguments,
+    /// Takes what was found into the session, which is saved: a control and what of it, for example elevator=delay or rudder=lag.
+    #[arg(long, value_name = "CONTROL=KIND", value_parser = crate::lags::taken)]
+    pub take: Vec<(Surface, LagKind)>,
 }
 
 /// Arguments of `match`.

@@ -1,5 +1,6 @@
 //! `doublet export`: the identified model for other simulators.
 
+use doublet_core::model::ThrustTreatment;
 use doublet_engine::export::{Format, IdentifiedModel, write};
 
 use crate::arguments::ExportArguments;
@@ -15,9 +16,9 @@ pub fn export(arguments: &ExportArguments) -> Result<(), String> {
     let (session, snapshot) = computed(&arguments.session, &[])?;
     let model = IdentifiedModel::new(&session, &snapshot).map_err(|error| error.to_string())?;
     let files = write(&model, &formats, &arguments.out).map_err(|error| error.to_string())?;
-    if model.thrust_included {
+    if model.thrust != ThrustTreatment::Removed {
         text::line(
-            "thrust is inside the coefficients: they hold at the power of the tests only (preparation.remove_thrust)",
+            "thrust or its moment is inside the coefficients: they hold at the power of the tests only (preparation.remove_thrust)",
         );
     }
     files.iter().for_each(|file| text::line(&file.display().to_string()));

@@ -10,6 +10,7 @@ mod engine;
 mod export;
 mod fidelity;
 mod inspect;
+mod lags;
 mod match_command;
 mod new;
 mod progress;
@@ -74,7 +75,7 @@ fn execute(command: Command) -> ExitCode {
         Command::Checks(arguments) => study::study(Study::Checks, &arguments),
         Command::Structure(arguments) => structure::structure(&arguments),
         Command::Variants(arguments) => variants::variants(&arguments),
-        Command::Lags(arguments) => study::study(Study::Lags, &arguments),
+        Command::Lags(arguments) => lags::lags(&arguments),
         Command::MonteCarlo(arguments) => {
             let realisations = arguments.realisations as usize;
             study::study(Study::MonteCarlo { realisations, seed: arguments.seed }, &arguments.study)

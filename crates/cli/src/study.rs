@@ -1,10 +1,12 @@
 //! Studies from the command line: computed for a session, printed as tables, written beside the results where asked.
 
 use doublet_engine::report::{self, Outputs};
-use doublet_engine::run::Control;
+use doublet_engine::run::{Control, Snapshot};
+use doublet_engine::session::Session;
 use doublet_engine::study::Study;
 
 use crate::arguments::StudyArguments;
+use crate::lags;
 use crate::run::computed;
 use crate::text;
 
@@ -17,16 +19,24 @@ pub fn study(study: Study, arguments: &StudyArguments) -> Result<(), String> {
         report::check_target(out).map_err(|error| error.to_string())?;
     }
     let (session, snapshot) = computed(&arguments.session, &[study])?;
-    let results = report::build(&session, &snapshot);
+    shown(study, &session, &snapshot, arguments)
+}
+
+/// Prints a study that was computed and writes all results where asked.
+///
+/// # Errors
+/// One line: why the results cannot be written.
+pub fn shown(study: Study, session: &Session, snapshot: &Snapshot, arguments: &StudyArguments) -> Result<(), String> {
+    let results = report::build(session, snapshot);
     match study {
         Study::Sensitivity => sensitivity(&results.studies),
         Study::Manoeuvres => manoeuvres(&results.studies),
         Study::Checks => checks(&results.studies),
-        Study::Lags => lags(&results.studies),
+        Study::Lags => lags::print(&results.studies),
         Study::MonteCarlo { .. } => monte_carlo(&results),
     }
     if let Some(out) = &arguments.out {
-        let folder = report::write(&session, &snapshot, out, &Outputs::default(), &Control::default(), &|_| {})
+        let folder = report::write(session, snapshot, out, &Outputs::default(), &Control::default(), &|_| {})
             .map_err(|error| error.to_string())?;
         text::line(&format!("results in {}", folder.display()));
     }
@@ -145,20 +155,6 @@ fn manoeuvres(results: &report::StudyResults) {
         ]
     });
     text::table(&["derivative", "parameter", "estimate", "std error", "scatter", ""], &cells.collect::<Vec<_>>());
-}
-
-fn lags(results: &report::StudyResults) {
-    let milliseconds = |seconds: f64, digits| text::number(1000.0 * seconds, digits);
-    let cells = results.lags.iter().map(|row| {
-        vec![
-            format!("{} of {}", row.kind, row.control),
-            if row.coefficient.is_empty() { "all" } else { row.coefficient }.to_owned(),
-            milliseconds(row.value_s, 3),
-            milliseconds(row.standard_error_s, 2),
-            row.error.clone().unwrap_or_default(),
-        ]
-    });
-    text::table(&["", "from", "ms", "std error", ""], &cells.collect::<Vec<_>>());
 }
 
 fn monte_carlo(results: &report::Results) {

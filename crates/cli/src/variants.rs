@@ -64,7 +64,8 @@ pub fn variants(arguments: &VariantArguments) -> Result<(), String> {
     let asked = arguments.know.iter().map(|(name, _)| name).chain(arguments.noise.iter().map(|(name, _)| name));
     let mut unknown: Vec<&String> = asked.collect();
     for regression in pooled_regressions(&windows, &session.structure, &session.estimation) {
-        let pooled = regression?.pooled;
+        let mut pooled = regression?.pooled;
+        let known = std::mem::take(&mut pooled.constraints);
         let ordinary = pooled.fit().map_err(|error| error.to_string())?;
         let all = stacked(&pooled.names, &pooled.per_window, &pooled.windows).map_err(|error| error.to_string())?;
         let shared = pooled.shared().count();
@@ -80,11 +81,17 @@ pub fn variants(arguments: &VariantArguments) -> Result<(), String> {
         fits.push(("weighted", weighted_least_squares(&all.names, &all.x, &all.z, &weights).map_err(said)));
         let whitened = generalised_least_squares(&all.names, &all.x, &all.z, &ordinary.samples, arguments.order);
         fits.push(("generalised", whitened.map(|found| found.fit).map_err(said)));
-        let known = |name: &String| arguments.know.iter().find(|(other, _)| other == name).map(|(_, known)| *known);
-        let constraints: Vec<_> = all.names.iter().map(|name| known(name).unwrap_or(Constraint::Free)).collect();
+        let mut constraints = vec![Constraint::Free; all.names.len()];
+        for columns in &ordinary.parameters {
+            columns.iter().zip(&known).for_each(|(&column, &known)| constraints[column] = known);
+        }
+        for (name, known) in &arguments.know {
+            let place = all.names.iter().position(|other| other == name);
+            place.into_iter().for_each(|place| constraints[place] = *known);
+        }
         if constraints.iter().any(|constraint| *constraint != Constraint::Free) {
             let found = constrained_least_squares(&all.names, &all.x, &all.z, &constraints);
-            fits.push(("constrained", found.map(|found| found.fit).map_err(said)));
+            fits.push(("constrained", found.map_err(said)));
         }
         fits.extend(with_noise(&all, &arguments.noise, ordinary.fit.residual_std));
         print(&all.names[..shared], &fits);

@@ -4,10 +4,11 @@
 
 use std::sync::Arc;
 
-use doublet_core::model::{AeroData, Structure};
+use doublet_core::estimate::{Constraint, Origin};
+use doublet_core::model::{AeroData, Coefficient, Structure, Term};
 use doublet_core::series::Window;
-use doublet_engine::session::{Estimation, Manoeuvre, PooledConstants, WindowRole};
-use doublet_engine::stage::{AeroWindow, PooledFits, WindowAero, pooled_fits};
+use doublet_engine::session::{Estimation, Manoeuvre, Surface, TermConstraint, WindowRole};
+use doublet_engine::stage::{AeroWindow, CoefficientFit, PooledFits, WindowAero, errors, pooled_fits, window_fits};
 use proptest::prelude::*;
 
 #[path = "../../core/tests/common/flight.rs"]
@@ -64,7 +65,7 @@ fn estimate(all: &[(Manoeuvre, Arc<WindowAero>)], order: &[usize], turn: usize, 
         let turn = turn % terms.len();
         terms.rotate_left(turn);
     }
-    let estimation = Estimation { by_surface: false, constants: PooledConstants::PerWindow };
+    let estimation = Estimation { by_surface: false, ..Estimation::default() };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     pool.install(|| pooled_fits(&windows, &structure, &estimation))
 }
@@ -106,5 +107,84 @@ proptest! {
             prop_assert_eq!(plain.fit.as_ref().unwrap(), other.fit.as_ref().unwrap());
             prop_assert_eq!(&plain.corrected_errors, &other.corrected_errors);
         }
+    }
+}
+
+/// What is known of one derivative, windows not told apart by their surface unless `by_surface`.
+fn knowing(coefficient: Coefficient, term: &str, known: Constraint, by_surface: bool) -> Estimation {
+    let term = Term::parse(term).unwrap();
+    let constraints = vec![TermConstraint { coefficient, term, known }];
+    Estimation { by_surface, constraints, ..Estimation::default() }
+}
+
+fn of(fits: &[CoefficientFit], coefficient: Coefficient) -> &CoefficientFit {
+    fits.iter().find(|fit| fit.coefficient == coefficient).unwrap()
+}
+
+/// Value of a derivative of the flights.
+fn truth(name: &str) -> f64 {
+    let named = flight::truth();
+    named.entries().iter().find(|entry| entry.term.derivative_name(entry.coefficient) == name).unwrap().value
+}
+
+#[test]
+fn fixed_derivative_is_honoured_in_pooled_and_single_fits() {
+    let all = windows();
+    let used: Vec<AeroWindow<'_>> = all.iter().map(|(manoeuvre, aero)| (manoeuvre, Arc::clone(aero))).collect();
+    let structure = Structure::thesis();
+    let fixed = knowing(Coefficient::Cn, "pb/2V", Constraint::Fixed(truth("Cn_p")), false);
+    let free = Estimation { by_surface: false, ..Estimation::default() };
+    let place =
+        |fit: &CoefficientFit, name: &str| fit.fit.as_ref().unwrap().names.iter().position(|n| n == name).unwrap();
+    let pairs = [
+        (pooled_fits(&used, &structure, &fixed).fits, pooled_fits(&used, &structure, &free).fits),
+        (
+            window_fits(&all[0].0, &all[0].1, &structure, &fixed).fits,
+            window_fits(&all[0].0, &all[0].1, &structure, &free).fits,
+        ),
+    ];
+    for (fixed, free) in pairs {
+        let (held, plain) = (of(&fixed, Coefficient::Cn), of(&free, Coefficient::Cn));
+        let (fit, other) = (held.fit.as_ref().unwrap(), plain.fit.as_ref().unwrap());
+        let at = place(held, "Cn_p");
+        assert_eq!((fit.estimates[at], fit.origins[at]), (truth("Cn_p"), Origin::Fixed));
+        let none = errors(fit, &held.corrected_errors, at);
+        assert!(none.0.is_nan() && none.1.is_nan(), "{none:?}");
+        for name in ["Cn_beta", "Cn_r", "Cn_delta_r"] {
+            let (a, b) = (place(held, name), place(plain, name));
+            let (own, before) = (errors(fit, &held.corrected_errors, a), errors(other, &plain.corrected_errors, b));
+            assert!(own.0 < before.0, "{name}: {own:?} {before:?}");
+            let scale = truth(name).abs().max(0.01);
+            assert!((fit.estimates[a] - truth(name)).abs() < 5.0 * own.1.max(1e-3 * scale), "{name}");
+        }
+        // What is known of one coefficient changes no other.
+        let (cm, same) = (of(&fixed, Coefficient::Cm), of(&free, Coefficient::Cm));
+        assert_eq!(cm.fit.as_ref().unwrap(), same.fit.as_ref().unwrap());
+    }
+}
+
+#[test]
+fn resting_surface_keeps_a_derivative_that_is_known() {
+    let all = windows();
+    let manoeuvre = Manoeuvre { surface: Some(Surface::Aileron), ..all[0].0.clone() };
+    let known = knowing(Coefficient::Cn, "delta_r", Constraint::Fixed(-0.07), true);
+    let fits = window_fits(&manoeuvre, &all[0].1, &Structure::thesis(), &known).fits;
+    assert_eq!(of(&fits, Coefficient::Cn).fit.as_ref().unwrap().parameter("Cn_delta_r"), Some((-0.07, 0.0)));
+    assert_eq!(of(&fits, Coefficient::Cl).dropped.len(), 1, "of Cl nothing is known of the rudder");
+}
+
+#[test]
+fn fixed_constant_is_one_for_all_windows_and_predicts() {
+    let all = windows();
+    let used: Vec<AeroWindow<'_>> = all.iter().map(|(manoeuvre, aero)| (manoeuvre, Arc::clone(aero))).collect();
+    let known = knowing(Coefficient::Cm, "1", Constraint::Fixed(0.03), false);
+    let found = pooled_fits(&used, &Structure::thesis(), &known);
+    let fit = of(&found.fits, Coefficient::Cm).fit.as_ref().unwrap();
+    assert_eq!(fit.parameter("Cm_0"), Some((0.03, 0.0)));
+    assert_eq!(fit.parameters(), 4);
+    let residual = &of(&found.fits, Coefficient::Cm).series[2].1.values;
+    let prediction = found.predictions.iter().filter(|p| p.coefficient == Coefficient::Cm).nth(2).unwrap();
+    for (a, b) in residual.iter().zip(prediction.residual.values.iter()) {
+        assert!((a - b).abs() < 1e-12, "{a} {b}");
     }
 }

@@ -10,11 +10,13 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::Command;
 
-use doublet_core::model::{Coefficient, Derivatives, RateNormalisation, ReferenceGeometry, Term, Variable};
+use doublet_core::model::{
+    Coefficient, Derivatives, Gyroscopic, RateNormalisation, ReferenceGeometry, Term, ThrustTreatment, Variable,
+};
 use doublet_engine::export::{DaveMl, ExportError, Format, IdentifiedCoefficient, IdentifiedModel, Parameter, write};
 use doublet_engine::graph::Cache;
 use doublet_engine::run::{Control, Scope, Snapshot, run};
-use doublet_engine::session::{self, Session};
+use doublet_engine::session::{self, ControlLags, Session};
 use nalgebra::{DMatrix, Vector3};
 use rand::{RngExt, SeedableRng};
 
@@ -73,8 +75,9 @@ fn model(coefficients: Vec<IdentifiedCoefficient>) -> IdentifiedModel {
         mass_kg: 1850.0,
         cg_datum_m: [3.33, -0.01, 1.25],
         inertia_kg_m2: [5400.0, 5300.0, 9600.0, 296.16],
-        thrust_included: false,
-        actuator_lag_s: 0.0,
+        thrust: ThrustTreatment::Removed,
+        gyroscopic: Gyroscopic::Signed,
+        control_lags: ControlLags::default(),
         coefficients,
         ranges: BTreeMap::from(ranges),
     }

@@ -1,5 +1,6 @@
 //! Sessions: saved form, edits, undo.
 
+use doublet_core::estimate::Constraint;
 use doublet_core::model::{Coefficient, Structure, Term, Variable};
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::{AirState, FilterSettings, Input, Measurement, Method};
@@ -221,6 +222,58 @@ fn any_edit() -> impl Strategy<Value = Edit> {
             Edit::Model(ModelEdit::SetTerm { coefficient: Coefficient::ALL[c], term, on })
         }),
     ]
+}
+
+#[test]
+fn constraints_are_stated_saved_checked_and_go_with_their_term() {
+    use doublet_engine::session::{EstimationEdit, TermConstraint};
+
+    let pitch = |known| TermConstraint { coefficient: Coefficient::Cm, term: Variable::PitchRate.into(), known };
+    let stated = |known| Edit::Estimation(EstimationEdit::Constrain(pitch(known)));
+    let bounds = |lower, upper| Constraint::Bounds { lower, upper };
+    for (known, text) in [
+        (Constraint::Fixed(-12.0), "fixed = -12.0"),
+        (bounds(-20.0, f64::INFINITY), "lower = -20.0"),
+        (bounds(-20.0, -4.0), "upper = -4.0"),
+        (Constraint::Prior { mean: -12.0, deviation: 0.5 }, "deviation = 0.5"),
+    ] {
+        let session = stated(known).apply(&example()).unwrap();
+        assert_eq!(session.estimation.constraints, [pitch(known)]);
+        let saved = session::print(&session).unwrap();
+        assert!(saved.contains("[[estimation.constraint]]\ncoefficient = \"Cm\"\nterm = \"qc/V\"\n"), "{saved}");
+        assert!(saved.contains(text), "{saved}");
+        assert_eq!(session::parse(&saved).unwrap(), session);
+        assert_eq!(session::check(&session), session::check(&example()));
+        assert_eq!(stated(Constraint::Free).apply(&session).unwrap(), example());
+        let term = Variable::PitchRate.into();
+        let gone = Edit::Model(ModelEdit::SetTerm { coefficient: Coefficient::Cm, term, on: false });
+        assert!(gone.apply(&session).unwrap().estimation.constraints.is_empty());
+    }
+    let refused = stated(bounds(-4.0, -20.0)).apply(&example()).unwrap_err();
+    assert_eq!(refused.to_string(), "constraint of Cm_q cannot be -4: a lower bound below the upper one");
+    assert!(stated(Constraint::Prior { mean: 1.0, deviation: 0.0 }).apply(&example()).is_err());
+}
+
+#[test]
+fn constraints_that_cannot_be_are_named_in_one_line() {
+    let saved = session::print(&example()).unwrap();
+    let with = |constraint: &str| session::parse(&(saved.clone() + "\n[[estimation.constraint]]\n" + constraint));
+    let error = |constraint: &str| with(constraint).unwrap_err().to_string();
+    let unknown = error("coefficient = \"CM\"\nterm = \"alpha\"\nfixed = 1.0\n");
+    assert!(unknown.contains("unknown coefficient 'CM'") && unknown.contains("Cm"), "{unknown}");
+    let term = error("coefficient = \"Cm\"\nterm = \"gamma\"\nfixed = 1.0\n");
+    assert!(term.starts_with("estimation.constraint of Cm 'gamma': ") && term.contains("alpha"), "{term}");
+    let two = error("coefficient = \"Cm\"\nterm = \"alpha\"\nfixed = 1.0\nlower = 2.0\n");
+    assert!(two.contains("state either fixed"), "{two}");
+    let problem = |constraint: &str| session::check(&with(constraint).unwrap()).last().unwrap().to_string();
+    assert_eq!(
+        problem("coefficient = \"Cm\"\nterm = \"alpha\"\nlower = 2.0\nupper = 1.0\n"),
+        "estimation.constraint of Cm_alpha: 2 is not usable, allowed is a lower bound below the upper one"
+    );
+    assert_eq!(
+        problem("coefficient = \"Cm\"\nterm = \"alpha^2\"\nfixed = 1.0\n"),
+        "estimation.constraint of Cm_alpha2: Cm has no term 'alpha^2': add the term or remove the constraint"
+    );
 }
 
 proptest! {

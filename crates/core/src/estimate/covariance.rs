@@ -83,8 +83,7 @@ pub fn coloured_covariances(
 ) -> Result<Vec<DMatrix<f64>>, EstimateError> {
     let columns: Vec<usize> = (0..x.ncols()).collect();
     let residuals = fits.iter().map(|fit| fit.residuals.as_slice()).collect();
-    let units: Vec<Unit<'_>> =
-        fits.iter().map(|fit| Unit::without_priors(&fit.unit_covariance)).collect();
+    let units: Vec<Unit<'_>> = fits.iter().map(|fit| Unit::without_priors(&fit.unit_covariance)).collect();
     coloured_covariances_of(&units, &[Block { x, columns: &columns, residuals }], settings, transforms)
 }
 
@@ -383,7 +382,8 @@ mod tests {
         };
         let blocks = [block(&first, 0..50), block(&second, 50..90)];
         let mut transforms = Transforms::default();
-        let found = coloured_covariances_of(&[Unit::without_priors(&unit); 3], &blocks, &settings, &mut transforms).unwrap();
+        let found =
+            coloured_covariances_of(&[Unit::without_priors(&unit); 3], &blocks, &settings, &mut transforms).unwrap();
 
         let same_window = |i: usize, j: usize| (i < 50) == (j < 50);
         let pairs =

@@ -380,7 +380,8 @@ fn corrected_errors(
             .map(|(x, range)| Block { x, columns: &columns, residuals: vec![&residuals[range.clone()]] })
             .collect();
         let covariance =
-            coloured_covariances_of(&[Unit::without_priors(&fit.covariance)], &blocks, &settings, &mut transforms).and_then(only)?;
+            coloured_covariances_of(&[Unit::without_priors(&fit.covariance)], &blocks, &settings, &mut transforms)
+                .and_then(only)?;
         variance += covariance.diagonal();
     }
     Ok(variance.iter().map(|variance| variance.sqrt()).collect())

@@ -35,7 +35,11 @@ pub fn leave_one_out(regression: &PooledRegression, full: &PooledFit) -> Result<
         let estimates: Vec<f64> = fit.estimates[..shared.len()].to_vec();
         let shift = |(parameter, estimate): (usize, &f64)| {
             let change = estimate - full.fit.estimates[parameter];
-            if full.fit.origins[parameter] == Origin::Fixed { 0.0 } else { change / full.fit.standard_errors[parameter] }
+            if full.fit.origins[parameter] == Origin::Fixed {
+                0.0
+            } else {
+                change / full.fit.standard_errors[parameter]
+            }
         };
         let columns: Vec<usize> = (0..shared.len()).collect();
         let prediction = validate(&fit, Some(&columns), &left.x.select_columns(&shared), &left.z)?;

@@ -75,7 +75,11 @@ fn prior_equals_the_normal_equations_with_its_information() {
     let estimates = &covariance * right;
     for index in 0..4 {
         approx::assert_relative_eq!(fit.fit.estimates[index], estimates[index], max_relative = 1e-9);
-        approx::assert_relative_eq!(fit.fit.standard_errors[index], covariance[(index, index)].sqrt(), max_relative = 1e-9);
+        approx::assert_relative_eq!(
+            fit.fit.standard_errors[index],
+            covariance[(index, index)].sqrt(),
+            max_relative = 1e-9
+        );
     }
     // The prior says `deviation^-2` of what is known of `a` given the rest: that share of a degree of freedom is not spent.
     let residual = &z - &all.x * estimates;
@@ -103,7 +107,10 @@ fn value_fixed_at_the_truth_makes_the_others_surer() {
     let (plain, surer) = (corrected(&free, &a), corrected(&held, &b));
     assert_eq!(surer[0], 0.0);
     // The regressors of `a` and `b` are correlated at 0.93: the error of `b` falls to a few tenths of what it was.
-    assert!(b.fit.standard_errors[1] < 0.6 * a.fit.standard_errors[1] && surer[1] < 0.6 * plain[1], "{surer:?} {plain:?}");
+    assert!(
+        b.fit.standard_errors[1] < 0.6 * a.fit.standard_errors[1] && surer[1] < 0.6 * plain[1],
+        "{surer:?} {plain:?}"
+    );
     assert!((b.fit.estimates[1] - TRUTH[1]).abs() < 3.0 * surer[1]);
 }
 

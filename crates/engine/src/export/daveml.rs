@@ -1,6 +1,6 @@
 //! DAVE-ML 2.0: the model as variable definitions with MathML, uncertainties and check cases.
 
-use doublet_core::model::{Coefficient, RateNormalisation, Term, Variable};
+use doublet_core::model::{Coefficient, Gyroscopic, RateNormalisation, Term, ThrustTreatment, Variable};
 
 use super::checks::{Input, inputs, normalisation, normalised_name, points};
 use super::model::{IdentifiedCoefficient, IdentifiedModel};
@@ -51,15 +51,24 @@ pub fn statement(model: &IdentifiedModel) -> String {
     let [x, y, z] = model.moment_reference_datum_m.map(number);
     let point =
         if model.about_centre_of_gravity { "the mean centre of gravity of the windows identified, " } else { "" };
-    let thrust = if model.thrust_included {
-        "Force and moment of the thrust are inside the coefficients: they hold at the power of the tests only."
-    } else {
-        "Thrust is not in the coefficients."
+    let thrust = match model.thrust {
+        ThrustTreatment::Included => {
+            "Force and moment of the thrust are inside the coefficients: they hold at the power of the tests only."
+        }
+        ThrustTreatment::ForceRemoved => {
+            "The force of the thrust is not in the coefficients, its moment is: they hold at the power of the tests only."
+        }
+        ThrustTreatment::Removed => "Thrust is not in the coefficients.",
     };
-    let lag = if model.actuator_lag_s > 0.0 {
-        format!(" Deflections act through a first-order lag of {} s.", number(model.actuator_lag_s))
-    } else {
-        String::new()
+    let rotors = match model.gyroscopic {
+        Gyroscopic::Signed => "",
+        Gyroscopic::Summed => " The gyroscopic moment taken out is that of propellers that all turn the same way.",
+        Gyroscopic::Ignored => " The gyroscopic moment of the propellers is inside the coefficients.",
+    };
+    let lag = match model.control_lags.shared_s() {
+        Some(0.0) => String::new(),
+        Some(lag_s) => format!(" Deflections act through a first-order lag of {} s.", number(lag_s)),
+        None => format!(" Deflections act late (first-order lag, delay): {}.", model.control_lags.words()),
     };
     let mean = if model.coefficients.iter().any(|c| c.mean_constant) {
         " Constants are means of one constant per window, weighted by samples."
@@ -69,7 +78,7 @@ pub fn statement(model: &IdentifiedModel) -> String {
     format!(
         "Coefficients CX CY CZ of forces and Cl Cm Cn of moments in body axes (x forward, y right, z down), force / (q S), moment / \
          (q S b) and (q S c); moments about {point}x {x} m, y {y} m, z {z} m in datum axes (x aft, y right, z up; origin: {}). \
-         {thrust}{lag}{mean} Errors are one standard deviation, corrected for residuals correlated in time; ranges are those of the \
+         {thrust}{rotors}{lag}{mean} Errors are one standard deviation, corrected for residuals correlated in time; ranges are those of the \
          windows identified, and nothing is limited to them.",
         model.datum
     )

@@ -2,12 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use doublet_core::model::{Coefficient, Derivatives, ReferenceGeometry, Term, Variable};
+use doublet_core::model::{
+    Axes, Coefficient, Derivatives, Gyroscopic, ReferenceGeometry, Term, ThrustTreatment, Variable,
+};
 use nalgebra::DMatrix;
 
 use super::ExportError;
 use crate::run::Snapshot;
-use crate::session::{Preparation, Session};
+use crate::session::{ControlLags, Preparation, Session};
 use crate::stage::CoefficientFit;
 
 /// A derivative of the model.
@@ -61,10 +63,12 @@ pub struct IdentifiedModel {
     pub cg_datum_m: [f64; 3],
     /// Moments `Ixx Iyy Izz` and product `Ixz`, kg m².
     pub inertia_kg_m2: [f64; 4],
-    /// Whether the effect of thrust is inside the coefficients.
-    pub thrust_included: bool,
-    /// Time constant of the lag between recorded and acting deflection, s.
-    pub actuator_lag_s: f64,
+    /// What of the thrust is inside the coefficients.
+    pub thrust: ThrustTreatment,
+    /// Gyroscopic moment of the propellers the coefficients were formed with.
+    pub gyroscopic: Gyroscopic,
+    /// What deflections do between their recording and the air.
+    pub control_lags: ControlLags,
     /// Coefficients.
     pub coefficients: Vec<IdentifiedCoefficient>,
     /// Least and greatest value of each variable in the windows identified.
@@ -93,8 +97,13 @@ impl IdentifiedModel {
             .map(|fit| identified(fit, session.structure.terms(fit.coefficient).unwrap_or_default()))
             .collect::<Result<Vec<_>, _>>()?;
         let (ranges, mean_cg) = conditions(&coefficients, snapshot);
-        let stated = loaded.aircraft.moment_reference_from_datum_m;
-        let Preparation { remove_thrust, actuator_lag_s, .. } = session.preparation;
+        let Preparation { thrust, gyroscopic, control_lags, axes, moment_reference, .. } = session.preparation;
+        if axes != Axes::Body {
+            return Err(refuse(
+                "its moments are in stability axes, exports are in body axes: set preparation.axes to \"body\"".into(),
+            ));
+        }
+        let stated = moment_reference.from_datum_m(loaded.aircraft.moment_reference_from_datum_m);
         Ok(Self {
             name: file_name(&loaded.aircraft.name),
             aircraft: loaded.aircraft.name.clone(),
@@ -111,8 +120,9 @@ impl IdentifiedModel {
                 data.inertia.izz_kg_m2,
                 data.inertia.ixz_kg_m2,
             ],
-            thrust_included: !remove_thrust,
-            actuator_lag_s,
+            thrust,
+            gyroscopic,
+            control_lags,
             coefficients,
             ranges,
         })
@@ -175,7 +185,14 @@ fn identified(fit: &CoefficientFit, terms: &[Term]) -> Result<IdentifiedCoeffici
     let covariance = &transform * &errors * &estimate.correlation * &errors * transform.transpose();
     let sigma: Vec<f64> = covariance.diagonal().iter().map(|variance| variance.max(0.0).sqrt()).collect();
     let correlation = DMatrix::from_fn(rows.len(), rows.len(), |i, j| {
-        if i == j { 1.0 } else { (covariance[(i, j)] / (sigma[i] * sigma[j])).clamp(-1.0, 1.0) }
+        let held = sigma[i] * sigma[j] == 0.0;
+        if i == j {
+            1.0
+        } else if held {
+            0.0
+        } else {
+            (covariance[(i, j)] / (sigma[i] * sigma[j])).clamp(-1.0, 1.0)
+        }
     });
     let mean_constant = rows.iter().any(|row| row.shares.len() > 1);
     let parameters = rows.into_iter().zip(&sigma).map(|(Row { name, term, shares }, &standard_error)| Parameter {

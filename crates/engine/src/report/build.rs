@@ -33,7 +33,7 @@ pub fn build(session: &Session, snapshot: &Snapshot) -> Results {
         rate_normalisation: aircraft.map(|aircraft| aircraft.reference.rate_normalisation()).unwrap_or_default(),
         mass_kg: mass.unwrap_or(f64::NAN),
         mass_properties: setup::mass_properties(session, snapshot),
-        reference: aircraft.map(setup::reference),
+        reference: aircraft.map(|aircraft| setup::reference(aircraft, &session.preparation)),
         gravity_m_s2: session.filter.gravity_m_s2,
         differentiation: signals::differentiation(&session.preparation),
         filter: match session.filter.method {
@@ -239,11 +239,15 @@ fn fit_row(fit: &CoefficientFit) -> FitRow {
                 estimate.correlation.row_iter().map(|row| row.iter().copied().collect()).collect();
             row.derivatives = (0..estimate.parameters())
                 .map(|index| (index, stage::significance(estimate, &fit.corrected_errors, index)))
-                .map(|(index, (relative_error_percent, t))| DerivativeRow {
+                .map(|(index, significance)| {
+                    (index, significance, stage::errors(estimate, &fit.corrected_errors, index))
+                })
+                .map(|(index, (relative_error_percent, t), (standard_error, corrected_standard_error))| DerivativeRow {
                     name: estimate.names[index].clone(),
                     estimate: estimate.estimates[index],
-                    standard_error: estimate.standard_errors[index],
-                    corrected_standard_error: fit.corrected_errors.get(index).copied().unwrap_or(f64::NAN),
+                    held: stage::held(estimate.origins[index]),
+                    standard_error,
+                    corrected_standard_error,
                     relative_error_percent,
                     t,
                 })

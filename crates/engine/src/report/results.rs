@@ -186,7 +186,10 @@ pub struct DerivativeSummaryRow {
     pub name: String,
     /// Estimate from all identification windows together.
     pub pooled: Option<f64>,
-    /// Its standard error for white residuals.
+    /// What it rests on beside the samples: `fixed`, `at bound`, `prior`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub held: Option<&'static str>,
+    /// Its standard error for white residuals; none where it is fixed or at a bound.
     pub standard_error: Option<f64>,
     /// Its standard error corrected for the correlation of the residuals in time.
     pub corrected_standard_error: Option<f64>,
@@ -474,9 +477,12 @@ pub struct DerivativeRow {
     pub name: String,
     /// Estimate; per radian where the variable is an angle.
     pub estimate: f64,
-    /// Standard error for white residuals.
+    /// What it rests on beside the samples: `fixed`, `at bound`, `prior`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub held: Option<&'static str>,
+    /// Standard error for white residuals; none where the derivative is fixed or at a bound.
     pub standard_error: f64,
-    /// Standard error corrected for the correlation of the residuals in time.
+    /// Standard error corrected for the correlation of the residuals in time; none likewise.
     pub corrected_standard_error: f64,
     /// Standard error over estimate, per cent.
     pub relative_error_percent: f64,

@@ -5,7 +5,7 @@ use sha2::{Digest, Sha256};
 
 use super::results::{ItemRow, MassRow, ReferenceRow};
 use crate::run::Snapshot;
-use crate::session::{self, Session};
+use crate::session::{self, Preparation, Session};
 use crate::stage;
 
 /// SHA-256 of the session in its saved form, in hexadecimal digits; empty for one that has none.
@@ -45,7 +45,7 @@ fn items(loading: &Loading) -> Vec<ItemRow> {
 }
 
 /// Lengths and area of the coefficients.
-pub fn reference(aircraft: &Aircraft) -> ReferenceRow {
+pub fn reference(aircraft: &Aircraft, preparation: &Preparation) -> ReferenceRow {
     let reference = &aircraft.reference;
     ReferenceRow {
         area_m2: reference.area_m2,
@@ -54,6 +54,8 @@ pub fn reference(aircraft: &Aircraft) -> ReferenceRow {
         lateral_moment_length_m: reference.lateral_moment_length_m,
         lateral_rate_length_m: reference.lateral_rate_length_m,
         pitch_rate_length_m: reference.pitch_rate_length_m,
-        moment_reference_from_datum_m: aircraft.moment_reference_from_datum_m,
+        moment_reference_from_datum_m: preparation
+            .moment_reference
+            .from_datum_m(aircraft.moment_reference_from_datum_m),
     }
 }

@@ -55,9 +55,10 @@ fn all_fits(results: &Results) -> impl Iterator<Item = (&str, &FitRow)> {
 
 /// Every derivative of every fit.
 pub fn derivatives(results: &Results) -> Table {
+    let any_held = all_fits(results).flat_map(|(_, fit)| &fit.derivatives).any(|row| row.held.is_some());
     let rows = all_fits(results).flat_map(|(window, fit)| {
         fit.derivatives.iter().map(move |row| {
-            vec![
+            let mut cells = vec![
                 Cell::text(window),
                 Cell::Symbol(fit.coefficient.to_owned()),
                 Cell::Symbol(row.name.clone()),
@@ -66,10 +67,12 @@ pub fn derivatives(results: &Results) -> Table {
                 Cell::Number(row.corrected_standard_error),
                 Cell::Number(row.relative_error_percent),
                 Cell::Number(row.t),
-            ]
+            ];
+            cells.extend(any_held.then(|| optional(row.held)));
+            cells
         })
     });
-    let columns = vec![
+    let mut columns = vec![
         text("window", "Window"),
         text("coefficient", "Coefficient"),
         text("derivative", "Derivative"),
@@ -79,6 +82,7 @@ pub fn derivatives(results: &Results) -> Table {
         Column::number("relative_error_percent", "Relative", "%", 3),
         number("t", "t", ""),
     ];
+    columns.extend(any_held.then(|| text("held", "Held")));
     table("derivatives", "Aerodynamic and control derivatives, per radian.", columns, rows)
 }
 

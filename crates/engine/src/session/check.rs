@@ -2,7 +2,7 @@
 
 use doublet_core::series::Window;
 
-use super::Session;
+use super::{Session, constraint, preparation};
 
 /// A finding, bound to the field it concerns.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -76,16 +76,7 @@ pub fn check(session: &Session) -> Vec<Problem> {
             report(format!("filter.{}", error.field), format!("{} is outside {}", error.value, error.allowed));
         }
     }
-    let preparation = &session.preparation;
-    for (name, value, lowest) in [
-        ("actuator_lag_s", preparation.actuator_lag_s, 0.0),
-        ("settle_s", preparation.settle_s, 0.0),
-        ("origin_altitude_m", preparation.origin_altitude_m, -1000.0),
-        ("differentiation_half_width_s", preparation.differentiation_half_width_s.unwrap_or(1.0), 1e-6),
-    ] {
-        if !(value.is_finite() && value >= lowest) {
-            report(format!("preparation.{name}"), format!("{value} is not usable: give a number from {lowest} up"));
-        }
-    }
+    problems.extend(preparation::problems(&session.preparation));
+    problems.extend(constraint::problems(session));
     problems
 }

@@ -1,13 +1,14 @@
 //! Edits: the only way a session changes.
 
 use doublet_core::airframe::Loading;
-use doublet_core::model::{Coefficient, Structure, Term};
+use doublet_core::estimate::Constraint;
+use doublet_core::model::{Coefficient, Lag, Structure, Term};
 use doublet_core::reconstruct::{AirState, Input, InputHold, Measurement, Method, State};
 use doublet_core::series::Window;
 use thiserror::Error;
 
 use super::{
-    Estimation, Manoeuvre, NoiseEdit, PathSource, PooledConstants, Preparation, Session, SignalEdit, Surface,
+    Manoeuvre, NoiseEdit, PathSource, PooledConstants, Preparation, Session, SignalEdit, Surface, TermConstraint,
     WindowRole,
 };
 
@@ -116,6 +117,10 @@ pub enum EstimationEdit {
     BySurface(bool),
     /// Constants of the pooled estimate.
     Constants(PooledConstants),
+    /// Lag and delay of a control.
+    ControlLag(Surface, Lag),
+    /// What is known of a derivative beforehand.
+    Constrain(TermConstraint),
 }
 
 /// A change of the aerodynamic model.
@@ -201,7 +206,7 @@ impl Edit {
             Self::Signal(edit) => edit.apply(&mut next)?,
             Self::Noise(edit) => edit.apply(&mut next)?,
             Self::Filter(edit) => edit.apply(&mut next)?,
-            Self::Estimation(edit) => edit.apply(&mut next),
+            Self::Estimation(edit) => edit.apply(&mut next)?,
             Self::Model(edit) => edit.apply(&mut next),
         }
         Ok(next)
@@ -369,17 +374,37 @@ impl EstimationEdit {
             Self::Preparation(_) => "change preparation of coefficients".to_owned(),
             Self::BySurface(_) => "change assignment of coefficients to manoeuvres".to_owned(),
             Self::Constants(_) => "change constants of the pooled estimate".to_owned(),
+            Self::ControlLag(surface, _) => format!("change lag of the {}", surface.name()),
+            Self::Constrain(constraint) => match constraint.known {
+                Constraint::Free => format!("free {}", constraint.derivative()),
+                _ => format!("constrain {}", constraint.derivative()),
+            },
         }
     }
 
-    fn apply(&self, session: &mut Session) {
-        let Estimation { by_surface, constants } = &mut session.estimation;
+    fn apply(&self, session: &mut Session) -> Result<(), EditError> {
+        let estimation = &mut session.estimation;
         match self {
             Self::Path(path) => session.preparation.path = *path,
             Self::Preparation(preparation) => session.preparation = preparation.clone(),
-            Self::BySurface(value) => *by_surface = *value,
-            Self::Constants(value) => *constants = *value,
+            Self::BySurface(value) => estimation.by_surface = *value,
+            Self::Constants(value) => estimation.constants = *value,
+            Self::ControlLag(surface, lag) => {
+                not_negative("lag of the", surface.name(), lag.time_constant_s)?;
+                if !lag.delay_s.is_finite() {
+                    let field = format!("delay of the {}", surface.name());
+                    return Err(EditError::Value {
+                        field,
+                        value: lag.delay_s,
+                        allowed: "it must be a number of seconds",
+                    });
+                }
+                let lags = &mut session.preparation.control_lags;
+                *lags = lags.with(*surface, *lag);
+            }
+            Self::Constrain(constraint) => estimation.constrain(constraint.clone())?,
         }
+        Ok(())
     }
 }
 
@@ -408,6 +433,7 @@ impl ModelEdit {
                 }
             }
         }
+        session.forget_lost_terms();
     }
 }
 

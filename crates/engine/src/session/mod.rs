@@ -1,10 +1,12 @@
 //! The session: exactly what is saved and undoable, never a result.
 
 mod check;
+mod constraint;
 mod edit;
 mod file;
 mod noise;
 mod paths;
+mod preparation;
 mod schema;
 mod signals;
 
@@ -17,10 +19,12 @@ use doublet_core::reconstruct::FilterSettings;
 use doublet_core::series::Window;
 
 pub use check::{Problem, check};
+pub use constraint::TermConstraint;
 pub use edit::{Edit, EditError, EstimationEdit, FilterEdit, LoadingEdit, ModelEdit, WindowEdit};
 pub use file::{Opened, content_hash, open, rebased, save};
 pub use noise::{NoiseChannel, NoiseEdit, NoiseEntry, SteadyWindow};
 pub use paths::path_warning;
+pub use preparation::{ControlLags, MomentReference, Preparation};
 pub use schema::{FORMAT, SessionError, VERSION, parse, print};
 pub use signals::{SignalEdit, SignalPreset, SignalRule, SignalSetting};
 
@@ -179,33 +183,6 @@ pub enum PathSource {
     Smoothed,
 }
 
-/// How coefficients are formed from the reconstructed path.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Preparation {
-    /// States used.
-    pub path: PathSource,
-    /// Half width, s, of the local quadratic that differentiates the rates; `None` for the fourth-order central difference
-    /// of thesis Eq. D.1.
-    pub differentiation_half_width_s: Option<f64>,
-    /// Smooths all else as the differentiation smooths the angular acceleration, so that both sides of the regression lose the
-    /// same of the fastest motion.
-    pub matched_smoothing: bool,
-    /// Time constant of a first-order actuator lag put on the deflections, s; zero for none.
-    pub actuator_lag_s: f64,
-    /// Seconds left out at the start of every window, where the filter has not settled.
-    pub settle_s: f64,
-    /// Altitude of the local origin above sea level, m, used where density comes from the standard atmosphere.
-    pub origin_altitude_m: f64,
-    /// Recorded accelerations are moved from the sensor's place to the centre of gravity.
-    pub correct_accelerometer: bool,
-    /// Recorded flow angles are corrected for the vane's place.
-    pub correct_vanes: bool,
-    /// Recorded position and ground velocity are moved from the antenna to the centre of gravity.
-    pub correct_antenna: bool,
-    /// Thrust is taken out of CX and Cm (needs recorded thrust).
-    pub remove_thrust: bool,
-}
-
 /// Constants of the pooled estimate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PooledConstants {
@@ -222,28 +199,13 @@ pub struct Estimation {
     pub by_surface: bool,
     /// Constants of the pooled estimate.
     pub constants: PooledConstants,
-}
-
-impl Default for Preparation {
-    fn default() -> Self {
-        Self {
-            path: PathSource::Smoothed,
-            differentiation_half_width_s: Some(0.2),
-            matched_smoothing: true,
-            actuator_lag_s: 0.0,
-            settle_s: 0.0,
-            origin_altitude_m: 0.0,
-            correct_accelerometer: true,
-            correct_vanes: true,
-            correct_antenna: true,
-            remove_thrust: false,
-        }
-    }
+    /// What is known of derivatives beforehand, by coefficient and term; others are free.
+    pub constraints: Vec<TermConstraint>,
 }
 
 impl Default for Estimation {
     fn default() -> Self {
-        Self { by_surface: true, constants: PooledConstants::PerWindow }
+        Self { by_surface: true, constants: PooledConstants::PerWindow, constraints: Vec::new() }
     }
 }
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use doublet_core::atmos::{Atmosphere, density_kg_m3};
 use doublet_core::model::{
-    AeroData, Axes, Coefficient, CoefficientSettings, Coefficients, Gyroscopic, Lag, ThrustTreatment, Variables,
+    AeroData, Coefficient, CoefficientSettings, Coefficients, Gyroscopic, Position, ThrustTreatment, Variables,
     coefficients, variables,
 };
 use doublet_core::prep::MatchedSmoothing;
@@ -18,7 +18,7 @@ use super::engines::{Air, engines};
 use super::path::{WindowPath, differentiation};
 use super::surroundings::Surroundings;
 use crate::graph::Footprint;
-use crate::session::{PathSource, Preparation};
+use crate::session::{PathSource, Preparation, Surface};
 
 /// Coefficients and variables over one window.
 #[derive(Clone, Debug)]
@@ -44,7 +44,8 @@ impl Footprint for WindowAero {
 }
 
 /// Control surfaces that may appear in terms.
-pub(super) const CONTROLS: [Role; 3] = [Role::Aileron, Role::Elevator, Role::Rudder];
+pub(super) const CONTROLS: [(Role, Surface); 3] =
+    [(Role::Aileron, Surface::Aileron), (Role::Elevator, Surface::Elevator), (Role::Rudder, Surface::Rudder)];
 
 impl WindowAero {
     /// The same window with other columns or settings.
@@ -102,7 +103,6 @@ pub fn aero(
 ) -> Result<WindowAero, String> {
     let mut warnings = Vec::new();
     let data = aero_data(around, path, aircraft, preparation, &mut warnings)?;
-    let lag = Lag { time_constant_s: preparation.actuator_lag_s, ..Lag::default() };
     let differentiation = differentiation(preparation, &data.time_s);
     let matched = preparation.matched_smoothing
         && MatchedSmoothing::new(&data.time_s, differentiation)
@@ -112,21 +112,23 @@ pub fn aero(
             .is_ok();
     let settings = CoefficientSettings {
         reference: aircraft.reference,
-        moment_reference: aircraft.moment_reference,
-        axes: Axes::Body,
-        thrust: if preparation.remove_thrust { ThrustTreatment::Removed } else { ThrustTreatment::Included },
-        gyroscopic: gyroscopic(&data),
+        moment_reference: preparation
+            .moment_reference
+            .from_datum_m(aircraft.moment_reference_from_datum_m)
+            .map(Position::Datum),
+        axes: preparation.axes,
+        thrust: preparation.thrust,
+        gyroscopic: if rotors_known(&data) { preparation.gyroscopic } else { Gyroscopic::Ignored },
         differentiation,
         matched,
-        control_lags: CONTROLS.map(|role| (role, lag)).into(),
+        control_lags: CONTROLS.map(|(role, surface)| (role, preparation.control_lags.of(surface))).into(),
     };
     WindowAero::formed(data, settings, warnings)
 }
 
 /// The rotors' momentum counts where every engine's speed is known.
-fn gyroscopic(data: &AeroData) -> Gyroscopic {
-    let known = !data.engines.is_empty() && data.engines.iter().all(|engine| !engine.speed_rad_s.is_empty());
-    if known { Gyroscopic::Signed } else { Gyroscopic::Ignored }
+fn rotors_known(data: &AeroData) -> bool {
+    !data.engines.is_empty() && data.engines.iter().all(|engine| !engine.speed_rad_s.is_empty())
 }
 
 fn aero_data(
@@ -147,7 +149,7 @@ fn aero_data(
         None => down_m.iter().map(|down| preparation.origin_altitude_m - down).collect(),
     };
     let mut controls = BTreeMap::new();
-    for role in CONTROLS {
+    for (role, _) in CONTROLS {
         if let Some(values) = around.recorded(role)? {
             controls.insert(role, values);
         }
@@ -161,7 +163,7 @@ fn aero_data(
         density_kg_m3: &density_kg_m3,
     };
     let engines = engines(around, aircraft, &air)?;
-    if preparation.remove_thrust && engines.engines.is_empty() {
+    if preparation.thrust != ThrustTreatment::Included && engines.engines.is_empty() {
         return Err("thrust cannot be taken out: neither is it recorded nor does it follow from the aircraft's engines; set preparation.remove_thrust to false".into());
     }
     warnings.extend(engines.warnings);

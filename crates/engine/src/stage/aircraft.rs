@@ -76,7 +76,7 @@ pub struct AircraftData {
     /// Place of the satellite receiver's antenna.
     pub antenna: Option<Position>,
     /// Point the moment coefficients are about; the centre of gravity when there is none.
-    pub moment_reference: Option<Position>,
+    pub moment_reference_from_datum_m: Option<[f64; 3]>,
 }
 
 /// The loading a session states with what it leaves open: the standard loading of the aircraft, its standard fuel.
@@ -110,7 +110,7 @@ pub fn aircraft_data(loaded: Arc<LoadedAircraft>, loading: Option<&Loading>) -> 
             .zip(beta_vane.or(alpha_vane))
             .map(|(alpha, beta)| [alpha, beta].map(Position::Datum)),
         antenna: sensors.antenna_from_datum_m.map(Position::Datum),
-        moment_reference: aircraft.moment_reference_from_datum_m.map(Position::Datum),
+        moment_reference_from_datum_m: aircraft.moment_reference_from_datum_m,
         loading,
         fuel_is_stated,
         loaded,

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use doublet_core::estimate::{Fit, ParameterSummary, PooledWindow, TermStudy, summarise, term_study};
+use doublet_core::estimate::{Constraint, Fit, ParameterSummary, PooledWindow, TermStudy, summarise, term_study};
 use doublet_core::model::{Coefficient, Structure, Term, regressors};
 use doublet_core::prep::cumulative_trapezoid;
 use doublet_core::quantity::Role;
@@ -148,7 +148,8 @@ pub fn track_from_velocity(recording: &Recording) -> Option<[Series; 2]> {
     Some([position(north)?, position(east)?])
 }
 
-/// What each term of the structure tells over all identification windows, and what each candidate would.
+/// What each term of the structure tells over all identification windows, and what each candidate would. A fixed derivative is
+/// taken out of the measurement and stands among the candidates: what freeing it would bring. Bounds and priors do not count here.
 pub fn model_study(
     windows: &[AeroWindow<'_>],
     structure: &Structure,
@@ -180,16 +181,25 @@ fn study_terms(
     if used.is_empty() {
         return Err("no window is used for this coefficient".to_owned());
     }
+    let fixed: Vec<Option<f64>> = terms.iter().map(|term| fixed_value(estimation.known(coefficient, term))).collect();
     let window = |(window, aero): &&AeroWindow<'_>| {
         let x = regressors(terms, &aero.variables).map_err(|error| format!("window '{}': {error}", window.name))?;
-        Ok(PooledWindow { label: window.name.clone(), x, z: aero.coefficients.get(coefficient).to_vec() })
+        let mut z = aero.coefficients.get(coefficient).to_vec();
+        for (column, value) in fixed.iter().enumerate().filter_map(|(column, value)| Some((column, (*value)?))) {
+            z.iter_mut().zip(x.column(column).iter()).for_each(|(z, x)| *z -= value * x);
+        }
+        Ok(PooledWindow { label: window.name.clone(), x, z })
     };
     let windows = used.iter().map(window).collect::<Result<Vec<_>, String>>()?;
     let names: Vec<_> = terms.iter().map(|term| term.derivative_name(coefficient)).collect();
-    let in_model: Vec<_> = (0..terms.len()).map(|at| at < own).collect();
+    let in_model: Vec<_> = (0..terms.len()).map(|at| at < own && fixed[at].is_none()).collect();
     let is_constant: Vec<_> = terms.iter().map(Term::is_constant).collect();
     let own_constants = estimation.constants == PooledConstants::PerWindow && windows.len() > 1;
     term_study(&names, &in_model, &is_constant, own_constants, &windows).map_err(|error| error.to_string())
+}
+
+fn fixed_value(known: Constraint) -> Option<f64> {
+    if let Constraint::Fixed(value) = known { Some(value) } else { None }
 }
 
 /// Biases and wind of the windows by name.

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use doublet_core::estimate::{Coloured, Fit, FitQuality, PooledRegression, PooledWindow, Taper};
+use doublet_core::estimate::{Coloured, Constraint, Fit, FitQuality, Origin, PooledRegression, PooledWindow, Taper};
 use doublet_core::model::{Coefficient, Structure, Term, Variable, regressors};
 use doublet_core::series::Series;
 use rayon::prelude::*;
@@ -98,7 +98,8 @@ pub fn applies(coefficient: Coefficient, surface: Option<Surface>, estimation: &
     }
 }
 
-/// Terms one window can tell about, and those it cannot: a surface that rests gives no control derivative (thesis 3.2.3).
+/// Terms one window can tell about, and those it cannot: a surface that rests gives no control derivative (thesis 3.2.3), unless
+/// it is known beforehand.
 pub fn window_terms(
     coefficient: Coefficient,
     terms: &[Term],
@@ -113,7 +114,9 @@ pub fn window_terms(
     };
     let controls = [Variable::Elevator, Variable::Aileron, Variable::Rudder];
     let rests = |term: &&Term| {
+        let known = estimation.known(coefficient, term);
         estimation.by_surface
+            && !matches!(known, Constraint::Fixed(_) | Constraint::Prior { .. })
             && term.factors().iter().any(|(variable, _)| controls.contains(variable) && *variable != moving)
     };
     let dropped = terms.iter().filter(rests).map(|term| DroppedTerm {
@@ -135,7 +138,7 @@ pub fn window_fits(
     let fits = models.map(|(coefficient, terms)| {
         let (terms, dropped) = window_terms(*coefficient, terms, manoeuvre.surface, estimation);
         let window = (manoeuvre, Arc::clone(aero));
-        coefficient_fit(*coefficient, &terms, &[&window], PooledConstants::Common, dropped)
+        coefficient_fit(*coefficient, &terms, &[&window], estimation, dropped)
     });
     WindowFits { fits: fits.collect() }
 }
@@ -151,7 +154,7 @@ pub fn pooled_fits(windows: &[AeroWindow<'_>], structure: &Structure, estimation
         if used.is_empty() {
             return None;
         }
-        let fit = coefficient_fit(*coefficient, terms, &used, estimation.constants, Vec::new());
+        let fit = coefficient_fit(*coefficient, terms, &used, estimation, Vec::new());
         let predictions: Vec<_> = match &fit.fit {
             Ok(estimate) => {
                 applying.filter_map(|(window, aero)| predict(*coefficient, terms, estimate, window, aero)).collect()
@@ -166,8 +169,30 @@ pub fn pooled_fits(windows: &[AeroWindow<'_>], structure: &Structure, estimation
     PooledFits { fits, predictions: predictions.into_iter().flatten().collect() }
 }
 
-/// Relative error, per cent, and t of an estimate, by its error corrected for coloured residuals where that is known.
+/// Conventional and corrected standard error of an estimate; NaN where it is held, fixed or at a bound.
+pub fn errors(fit: &Fit, corrected_errors: &[f64], at: usize) -> (f64, f64) {
+    if !fit.origins[at].is_estimated() {
+        return (f64::NAN, f64::NAN);
+    }
+    (fit.standard_errors[at], corrected_errors.get(at).copied().unwrap_or(f64::NAN))
+}
+
+/// What a reader should know of an estimate that does not rest on the samples alone: `fixed`, `at bound` or `prior`.
+pub fn held(origin: Origin) -> Option<&'static str> {
+    match origin {
+        Origin::Data => None,
+        Origin::DataAndPrior => Some("prior"),
+        Origin::Bound => Some("at bound"),
+        Origin::Fixed => Some("fixed"),
+    }
+}
+
+/// Relative error, per cent, and t of an estimate, by its error corrected for coloured residuals where that is known; NaN where it
+/// is held.
 pub fn significance(fit: &Fit, corrected_errors: &[f64], at: usize) -> (f64, f64) {
+    if !fit.origins[at].is_estimated() {
+        return (f64::NAN, f64::NAN);
+    }
     let error = corrected_errors.get(at).copied().unwrap_or(fit.standard_errors[at]);
     (100.0 * (error / fit.estimates[at]).abs(), fit.estimates[at] / error)
 }
@@ -196,10 +221,10 @@ fn coefficient_fit(
     coefficient: Coefficient,
     terms: &[Term],
     used: &[&AeroWindow<'_>],
-    constants: PooledConstants,
+    estimation: &Estimation,
     dropped: Vec<DroppedTerm>,
 ) -> CoefficientFit {
-    let (fit, corrected_errors) = match stacked_fit(coefficient, terms, used, constants) {
+    let (fit, corrected_errors) = match stacked_fit(coefficient, terms, used, estimation) {
         Ok((fit, errors)) => (Ok(fit), errors),
         Err(error) => (Err(error), Vec::new()),
     };
@@ -217,9 +242,9 @@ fn stacked_fit(
     coefficient: Coefficient,
     terms: &[Term],
     used: &[&AeroWindow<'_>],
-    constants: PooledConstants,
+    estimation: &Estimation,
 ) -> Result<(Fit, Vec<f64>), String> {
-    let regression = Regression::new(coefficient, terms, used, constants)?.pooled;
+    let regression = Regression::new(coefficient, terms, used, estimation)?.pooled;
     let pooled = regression.fit().map_err(|error| error.to_string())?;
     let settings = Coloured { max_lag: None, taper: Taper::Triangular };
     let coloured = pooled.coloured_covariance(&regression.windows, &settings).map_err(|error| error.to_string())?;
@@ -236,7 +261,7 @@ pub struct Regression {
 }
 
 impl Regression {
-    /// The regression of `coefficient` by `terms` over the windows `used`.
+    /// The regression of `coefficient` by `terms` over the windows `used`, under what is known of its derivatives.
     ///
     /// # Errors
     /// One line: a window lacks a variable.
@@ -244,16 +269,23 @@ impl Regression {
         coefficient: Coefficient,
         terms: &[Term],
         used: &[&AeroWindow<'_>],
-        constants: PooledConstants,
+        estimation: &Estimation,
     ) -> Result<Self, String> {
-        let own_constants = constants == PooledConstants::PerWindow && used.len() > 1;
+        let own_constants = estimation.constants == PooledConstants::PerWindow && used.len() > 1;
+        let constraints: Vec<_> = terms.iter().map(|term| estimation.known(coefficient, term)).collect();
         let window = |(window, aero): &&AeroWindow<'_>| -> Result<PooledWindow, String> {
             let x = regressors(terms, &aero.variables).map_err(|error| format!("window '{}': {error}", window.name))?;
             Ok(PooledWindow { label: window.name.clone(), x, z: aero.coefficients.get(coefficient).to_vec() })
         };
         let pooled = PooledRegression {
             names: terms.iter().map(|term| term.derivative_name(coefficient)).collect(),
-            per_window: terms.iter().map(|term| own_constants && term.is_constant()).collect(),
+            // A fixed constant is one number for all windows.
+            per_window: terms
+                .iter()
+                .zip(&constraints)
+                .map(|(term, known)| own_constants && term.is_constant() && !matches!(known, Constraint::Fixed(_)))
+                .collect(),
+            constraints,
             windows: used.iter().map(window).collect::<Result<_, _>>()?,
         };
         Ok(Self { coefficient, pooled })
@@ -269,7 +301,7 @@ pub fn pooled_regressions(
     let models = structure.models.iter();
     let one = |(coefficient, terms): &(Coefficient, Vec<Term>)| {
         let used = identification(*coefficient, terms, windows, estimation);
-        (!used.is_empty()).then(|| Regression::new(*coefficient, terms, &used, estimation.constants))
+        (!used.is_empty()).then(|| Regression::new(*coefficient, terms, &used, estimation))
     };
     models.filter_map(one).collect()
 }

@@ -33,7 +33,7 @@ pub use detail::{
     kind_summaries, model_study, residual_studies, track_from_velocity,
 };
 pub use fit::{
-    AeroWindow, CoefficientFit, DroppedTerm, PooledFits, Prediction, Regression, WindowFits, pooled_fits,
+    AeroWindow, CoefficientFit, DroppedTerm, PooledFits, Prediction, Regression, WindowFits, errors, held, pooled_fits,
     pooled_regressions, significance, window_fits,
 };
 pub use flight_engines::{EngineOverFlight, FlightEngines, PowerAgreement, flight_engines};

@@ -9,6 +9,7 @@ use rayon::prelude::*;
 
 use super::{StudyError, Subject, Watch};
 use crate::graph::Footprint;
+use crate::session::Surface;
 use crate::stage::{self, AeroWindow, WindowAero};
 
 /// What a control may do between its recording and the air.
@@ -24,6 +25,8 @@ pub enum LagKind {
 #[derive(Clone, Debug)]
 pub struct ControlLag {
     /// Control.
+    pub surface: Surface,
+    /// Its variable in terms.
     pub control: Variable,
     /// What was looked for.
     pub kind: LagKind,
@@ -61,7 +64,7 @@ impl LagKind {
     }
 
     /// `lag` with this part set to `value_s`.
-    fn set(self, lag: Lag, value_s: f64) -> Lag {
+    pub fn set(self, lag: Lag, value_s: f64) -> Lag {
         match self {
             Self::Delay => Lag { delay_s: value_s, ..lag },
             Self::FirstOrder => Lag { time_constant_s: value_s, ..lag },
@@ -80,8 +83,11 @@ fn search_bytes(search: &NonlinearSearch) -> usize {
 }
 
 /// Controls with the role of their recording.
-const CONTROLS: [(Variable, Role); 3] =
-    [(Variable::Aileron, Role::Aileron), (Variable::Elevator, Role::Elevator), (Variable::Rudder, Role::Rudder)];
+const CONTROLS: [(Surface, Variable, Role); 3] = [
+    (Surface::Aileron, Variable::Aileron, Role::Aileron),
+    (Surface::Elevator, Variable::Elevator, Role::Elevator),
+    (Surface::Rudder, Variable::Rudder, Role::Rudder),
+];
 
 /// Finds the delay and the first-order lag of every control by the fit of the coefficients that have a term of it, one at a time,
 /// the others as the session has them.
@@ -92,8 +98,8 @@ pub fn lags(subject: &Subject<'_>, watch: &Watch<'_>) -> Result<LagStudy, StudyE
     let windows = subject.aero();
     let cases: Vec<_> = CONTROLS.into_iter().flat_map(|control| LagKind::ALL.map(|kind| (control, kind))).collect();
     let watch = watch.parts(cases.len());
-    let one = |((control, role), kind): ((Variable, Role), LagKind)| {
-        let found = control_lag(subject, &windows, (control, role), kind, &watch);
+    let one = |(control, kind): ((Surface, Variable, Role), LagKind)| {
+        let found = control_lag(subject, &windows, control, kind, &watch);
         watch.checkpoint()?;
         watch.step();
         Ok(found)
@@ -106,7 +112,7 @@ pub fn lags(subject: &Subject<'_>, watch: &Watch<'_>) -> Result<LagStudy, StudyE
 fn control_lag<'a>(
     subject: &Subject<'a>,
     windows: &[AeroWindow<'a>],
-    (control, role): (Variable, Role),
+    (surface, control, role): (Surface, Variable, Role),
     kind: LagKind,
     watch: &Watch<'_>,
 ) -> Option<ControlLag> {
@@ -132,7 +138,7 @@ fn control_lag<'a>(
     };
     let [lower, upper] = kind.range_s();
     let result = search_nonlinear(lower, upper, regressions_at).map_err(|SearchError(error)| error);
-    Some(ControlLag { control, kind, coefficients, result })
+    Some(ControlLag { surface, control, kind, coefficients, result })
 }
 
 /// One line: why a lag could not be tried.

@@ -243,6 +243,7 @@ fn condition_point(
 ) -> Option<(String, ConditionPoint)> {
     let (fit, estimate) = own_fit(window, coefficient)?;
     let index = estimate.names.iter().position(|name| name == derivative)?;
+    estimate.origins[index].is_estimated().then_some(())?;
     let mean = |variable: Variable| {
         let column = window.aero.variables.get(variable)?;
         Some(column.iter().sum::<f64>() / column.len() as f64)

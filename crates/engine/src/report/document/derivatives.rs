@@ -32,6 +32,15 @@ pub fn model(contents: &Contents<'_>) -> Vec<Block> {
         PooledConstants::Common => "The pooled estimate has one constant for all windows.",
     };
     let mut blocks = vec![Block::Facts(formulas.collect()), Block::Paragraph(format!("{surfaces} {constants}"))];
+    let known = session.estimation.constraints.iter();
+    let known: Vec<_> =
+        known.map(|known| format!("{} {}", notation::derivative(&known.derivative()), known.words())).collect();
+    if !known.is_empty() {
+        let words = "Known beforehand: ".to_owned() + &known.join(", ");
+        blocks.push(Block::Paragraph(format!(
+            "{words}. A derivative that is fixed or at a bound has no standard error; a prior weighs against white residuals."
+        )));
+    }
     let fits: Vec<&FitRow> = results.pooled.iter().filter(|fit| fit.error.is_none()).collect();
     let panels: Vec<Panel> = fits.iter().map(|fit| correlation(fit)).collect();
     if !panels.is_empty() {
@@ -139,7 +148,10 @@ pub fn derivatives(contents: &Contents<'_>) -> Vec<Block> {
                 "minimum_variance",
                 "maximum_variance",
             ]);
-        blocks.push(Block::Table(table.captioned(format!("Estimated parameters of the {coefficient} model."))));
+        let held = contents.results.derivative_summary.iter().filter(|row| row.coefficient == coefficient);
+        let held = held.filter_map(|row| Some(format!(" {}: {}.", notation::derivative(&row.name), row.held?)));
+        let caption = format!("Estimated parameters of the {coefficient} model.{}", held.collect::<String>());
+        blocks.push(Block::Table(table.captioned(caption)));
         let of_this = results.derivative_summary.iter().filter(|row| row.coefficient == coefficient && row.windows > 1);
         let panels: Vec<Panel> =
             of_this.filter(|row| !row.name.ends_with("_0")).map(|row| scatter(contents, row)).collect();

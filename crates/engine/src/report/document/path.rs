@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use doublet_core::model::{Axes, Gyroscopic, ThrustTreatment};
 use doublet_core::reconstruct::{AirState, InputHold, Measurement, Method, State};
 use doublet_core::series::Series;
 
@@ -44,6 +45,20 @@ pub fn filter(contents: &Contents<'_>) -> Vec<Block> {
     let errors = AirState::ALL.into_iter().zip(settings.air_data_deviation).filter(|(_, deviation)| *deviation > 0.0);
     let errors = errors.map(|(state, _)| state.name().replace('_', " "));
     let yes_no = |yes: bool| if yes { "yes" } else { "no" }.to_owned();
+    let thrust = match preparation.thrust {
+        ThrustTreatment::Included => "no",
+        ThrustTreatment::ForceRemoved => "its force, not its moment",
+        ThrustTreatment::Removed => "yes",
+    };
+    let rotors = match preparation.gyroscopic {
+        Gyroscopic::Signed => "each with its sense, where the speeds are known",
+        Gyroscopic::Summed => "as if all turned the same way (thesis Eq. 3.24), where the speeds are known",
+        Gyroscopic::Ignored => "left out",
+    };
+    let axes = match preparation.axes {
+        Axes::Body => "body",
+        Axes::Stability => "stability",
+    };
     let facts = [
         ("Filter", method),
         ("Inputs", hold.to_owned()),
@@ -54,8 +69,10 @@ pub fn filter(contents: &Contents<'_>) -> Vec<Block> {
         ("GPS corrected for the place of its antenna", yes_no(preparation.correct_antenna)),
         ("Delays of measurements", listed(delays.collect())),
         ("Errors of the air data estimated", listed(errors.collect())),
-        ("Thrust taken out of the coefficients", yes_no(preparation.remove_thrust)),
-        ("Actuator lag", format!("{} s", preparation.actuator_lag_s)),
+        ("Thrust taken out of the coefficients", thrust.to_owned()),
+        ("Gyroscopic moment of the propellers", rotors.to_owned()),
+        ("Axes of moments and rates", axes.to_owned()),
+        ("Actuator lag", preparation.control_lags.words()),
         ("Left out at the start of a window", format!("{} s", preparation.settle_s)),
     ];
     let consistency = tables::windows(results).select(&[

@@ -1,9 +1,11 @@
 //! The saved form of a session: readable TOML with a version header, unknown keys refused with their line.
 
+mod constraint;
 mod flight;
 mod loading;
 mod migrate;
 mod noise;
+mod preparation;
 mod signals;
 
 use std::collections::BTreeMap;
@@ -16,11 +18,13 @@ use doublet_core::series::Window;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use self::constraint::{ConstraintTable, constraint_from, constraint_table};
 use self::flight::{FlightTable, flight_from, flight_table};
 use self::loading::{LoadingTable, loading_from, loading_table};
 use self::noise::{NoiseTable, SteadyTable, steady_from, steady_table};
+use self::preparation::{PreparationTable, preparation_from, preparation_table};
 use super::edit::set_term;
-use super::{Estimation, Manoeuvre, PathSource, PooledConstants, Preparation, Session, Surface, WindowRole};
+use super::{Estimation, Manoeuvre, PooledConstants, Session, Surface, WindowRole};
 
 /// Value of the header's `format` key.
 pub const FORMAT: &str = "doublet session";
@@ -176,31 +180,11 @@ impl Default for FilterTable {
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
-struct PreparationTable {
-    path: String,
-    differentiation: String,
-    differentiation_half_width_s: f64,
-    matched_smoothing: bool,
-    actuator_lag_s: f64,
-    settle_s: f64,
-    origin_altitude_m: f64,
-    correct_accelerometer: bool,
-    correct_vanes: bool,
-    correct_antenna: bool,
-    remove_thrust: bool,
-}
-
-impl Default for PreparationTable {
-    fn default() -> Self {
-        preparation_table(&Preparation::default())
-    }
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
 struct EstimationTable {
     by_surface: bool,
     constants: String,
+    #[serde(rename = "constraint", skip_serializing_if = "Vec::is_empty")]
+    constraints: Vec<ConstraintTable>,
 }
 
 impl Default for EstimationTable {
@@ -214,14 +198,8 @@ const METHODS: [&str; 3] = ["ekf", "iekf", "ukf"];
 const HOLDS: [(&str, InputHold); 2] = [("first_order", InputHold::FirstOrder), ("zero_order", InputHold::ZeroOrder)];
 const LINEARISATIONS: [(&str, Linearisation); 2] =
     [("prior", Linearisation::Prior), ("predicted", Linearisation::Predicted)];
-const PATHS: [(&str, PathSource); 2] = [("filtered", PathSource::Filtered), ("smoothed", PathSource::Smoothed)];
 const CONSTANTS: [(&str, PooledConstants); 2] =
     [("per_window", PooledConstants::PerWindow), ("common", PooledConstants::Common)];
-const DIFFERENTIATIONS: [&str; 2] = ["local_quadratic", "central"];
-
-/// Half width of the local quadratic that a session turned to it from the central difference begins with, s.
-const DEFAULT_HALF_WIDTH_S: f64 = 0.2;
-
 fn name_of<T: PartialEq + Copy>(choices: &[(&'static str, T)], value: T) -> String {
     choices.iter().find(|(_, choice)| *choice == value).map_or(String::new(), |(name, _)| (*name).to_owned())
 }
@@ -271,6 +249,7 @@ pub fn parse(text: &str) -> Result<Session, SessionError> {
         estimation: Estimation {
             by_surface: file.estimation.by_surface,
             constants: choose(&CONSTANTS, "estimation.constants", &file.estimation.constants)?,
+            constraints: file.estimation.constraints.into_iter().map(constraint_from).collect::<Result<_, _>>()?,
         },
         structure: if file.model.is_empty() { Structure::thesis() } else { structure_from("model", &file.model)? },
         second_structure: match file.second_model.is_empty() {
@@ -339,26 +318,6 @@ fn fill(
         set(index.ok_or_else(|| unknown(place, "name", name, names))?, value);
     }
     Ok(())
-}
-
-fn preparation_from(table: &PreparationTable) -> Result<Preparation, SessionError> {
-    let half_width = match table.differentiation.as_str() {
-        "central" => None,
-        "local_quadratic" => Some(table.differentiation_half_width_s),
-        other => return Err(unknown("preparation.differentiation", "choice", other, &DIFFERENTIATIONS)),
-    };
-    Ok(Preparation {
-        path: choose(&PATHS, "preparation.path", &table.path)?,
-        differentiation_half_width_s: half_width,
-        matched_smoothing: table.matched_smoothing,
-        actuator_lag_s: table.actuator_lag_s,
-        settle_s: table.settle_s,
-        origin_altitude_m: table.origin_altitude_m,
-        correct_accelerometer: table.correct_accelerometer,
-        correct_vanes: table.correct_vanes,
-        correct_antenna: table.correct_antenna,
-        remove_thrust: table.remove_thrust,
-    })
 }
 
 fn structure_from(key: &str, table: &BTreeMap<String, Vec<String>>) -> Result<Structure, SessionError> {
@@ -467,23 +426,10 @@ fn filter_table(settings: &FilterSettings) -> FilterTable {
     }
 }
 
-fn preparation_table(preparation: &Preparation) -> PreparationTable {
-    let half_width = preparation.differentiation_half_width_s;
-    PreparationTable {
-        path: name_of(&PATHS, preparation.path),
-        differentiation: DIFFERENTIATIONS[usize::from(half_width.is_none())].to_owned(),
-        matched_smoothing: preparation.matched_smoothing,
-        differentiation_half_width_s: half_width.unwrap_or(DEFAULT_HALF_WIDTH_S),
-        actuator_lag_s: preparation.actuator_lag_s,
-        settle_s: preparation.settle_s,
-        origin_altitude_m: preparation.origin_altitude_m,
-        correct_accelerometer: preparation.correct_accelerometer,
-        correct_vanes: preparation.correct_vanes,
-        correct_antenna: preparation.correct_antenna,
-        remove_thrust: preparation.remove_thrust,
-    }
-}
-
 fn estimation_table(estimation: &Estimation) -> EstimationTable {
-    EstimationTable { by_surface: estimation.by_surface, constants: name_of(&CONSTANTS, estimation.constants) }
+    EstimationTable {
+        by_surface: estimation.by_surface,
+        constants: name_of(&CONSTANTS, estimation.constants),
+        constraints: estimation.constraints.iter().map(constraint_table).collect(),
+    }
 }

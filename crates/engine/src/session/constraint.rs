@@ -1,0 +1,109 @@
+//! What is known of derivatives before the fit.
+
+use doublet_core::estimate::Constraint;
+use doublet_core::model::{Coefficient, Term};
+
+use super::edit::EditError;
+use super::{Estimation, Problem, Session};
+
+/// What is known of one derivative before the fit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TermConstraint {
+    /// Coefficient.
+    pub coefficient: Coefficient,
+    /// Term of it.
+    pub term: Term,
+    /// Value, range, or expectation with its standard deviation.
+    pub known: Constraint,
+}
+
+impl TermConstraint {
+    /// What is known, in words: `fixed at -12`.
+    pub fn words(&self) -> String {
+        match self.known {
+            Constraint::Free => "free".to_owned(),
+            Constraint::Fixed(value) => format!("fixed at {value}"),
+            Constraint::Bounds { lower, upper } if lower == f64::NEG_INFINITY => format!("at most {upper}"),
+            Constraint::Bounds { lower, upper } if upper == f64::INFINITY => format!("at least {lower}"),
+            Constraint::Bounds { lower, upper } => format!("between {lower} and {upper}"),
+            Constraint::Prior { mean, deviation } => format!("expected at {mean} ± {deviation}"),
+        }
+    }
+
+    /// Name of its derivative.
+    pub fn derivative(&self) -> String {
+        self.term.derivative_name(self.coefficient)
+    }
+}
+
+impl Estimation {
+    /// What is known of the derivative of `coefficient` with respect to `term`.
+    pub fn known(&self, coefficient: Coefficient, term: &Term) -> Constraint {
+        let found = self.constraints.iter().find(|known| known.coefficient == coefficient && known.term == *term);
+        found.map_or(Constraint::Free, |known| known.known)
+    }
+
+    /// States what is known of a derivative; [`Constraint::Free`] forgets it.
+    pub(super) fn constrain(&mut self, constraint: TermConstraint) -> Result<(), EditError> {
+        if let Some((value, allowed)) = fault(constraint.known) {
+            return Err(EditError::Value {
+                field: format!("constraint of {}", constraint.derivative()),
+                value,
+                allowed,
+            });
+        }
+        let place = |other: &TermConstraint| (other.coefficient, other.term.clone());
+        let own = place(&constraint);
+        self.constraints.retain(|other| place(other) != own);
+        if constraint.known != Constraint::Free {
+            let at = self.constraints.partition_point(|other| place(other) < own);
+            self.constraints.insert(at, constraint);
+        }
+        Ok(())
+    }
+}
+
+impl Session {
+    /// Whether one of the structures has the term.
+    fn has_term(&self, coefficient: Coefficient, term: &Term) -> bool {
+        let structures = std::iter::once(&self.structure).chain(&self.second_structure);
+        structures.filter_map(|structure| structure.terms(coefficient)).any(|terms| terms.contains(term))
+    }
+
+    /// Forgets what is known of terms that neither structure has any more.
+    pub(super) fn forget_lost_terms(&mut self) {
+        let mut constraints = std::mem::take(&mut self.estimation.constraints);
+        constraints.retain(|known| self.has_term(known.coefficient, &known.term));
+        self.estimation.constraints = constraints;
+    }
+}
+
+/// What is wrong with the numbers of a constraint.
+fn fault(known: Constraint) -> Option<(f64, &'static str)> {
+    match known {
+        Constraint::Bounds { lower: f64::NEG_INFINITY, upper: f64::INFINITY } => {
+            Some((f64::INFINITY, "at least one bound must be a number"))
+        }
+        _ => known.fault(),
+    }
+}
+
+/// What is wrong with the constraints of a session.
+pub(super) fn problems(session: &Session) -> Vec<Problem> {
+    let constraints = &session.estimation.constraints;
+    let one = |(index, known): (usize, &TermConstraint)| {
+        let name = known.derivative();
+        let again = |other: &&TermConstraint| other.coefficient == known.coefficient && other.term == known.term;
+        let message = if let Some((value, allowed)) = fault(known.known) {
+            format!("{value} is not usable, allowed is {allowed}")
+        } else if !session.has_term(known.coefficient, &known.term) {
+            format!("{} has no term '{}': add the term or remove the constraint", known.coefficient.name(), known.term)
+        } else if constraints[..index].iter().any(|other| again(&other)) {
+            "it is stated twice: keep one".to_owned()
+        } else {
+            return None;
+        };
+        Some(Problem { field: format!("estimation.constraint of {name}"), message })
+    };
+    constraints.iter().enumerate().filter_map(one).collect()
+}

@@ -1,0 +1,172 @@
+//! How coefficients are formed from the reconstructed path.
+
+use doublet_core::model::{Axes, Gyroscopic, Lag, ThrustTreatment};
+
+use super::{PathSource, Problem, Surface};
+
+/// How coefficients are formed from the reconstructed path.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Preparation {
+    /// States used.
+    pub path: PathSource,
+    /// Half width, s, of the local quadratic that differentiates the rates; `None` for the fourth-order central difference
+    /// of thesis Eq. D.1.
+    pub differentiation_half_width_s: Option<f64>,
+    /// Smooths all else as the differentiation smooths the angular acceleration, so that both sides of the regression lose the
+    /// same of the fastest motion.
+    pub matched_smoothing: bool,
+    /// What the deflections do between their recording and the air.
+    pub control_lags: ControlLags,
+    /// Seconds left out at the start of every window, where the filter has not settled.
+    pub settle_s: f64,
+    /// Altitude of the local origin above sea level, m, used where density comes from the standard atmosphere.
+    pub origin_altitude_m: f64,
+    /// Recorded accelerations are moved from the sensor's place to the centre of gravity.
+    pub correct_accelerometer: bool,
+    /// Recorded flow angles are corrected for the vane's place.
+    pub correct_vanes: bool,
+    /// Recorded position and ground velocity are moved from the antenna to the centre of gravity.
+    pub correct_antenna: bool,
+    /// What of the thrust is taken out of the coefficients (needs thrust, recorded or of the aircraft's engines).
+    pub thrust: ThrustTreatment,
+    /// Axes of the moment coefficients and of roll and yaw rate among the variables.
+    pub axes: Axes,
+    /// Point the moments are about.
+    pub moment_reference: MomentReference,
+    /// Gyroscopic moment of the propellers, where the speed of all of them is known.
+    pub gyroscopic: Gyroscopic,
+}
+
+/// Point the moments are about.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum MomentReference {
+    /// What the aircraft's file states, or the centre of gravity where it states none.
+    Aircraft,
+    /// The centre of gravity of each sample.
+    CentreOfGravity,
+    /// A point fixed to the aircraft, datum axes (x aft, y right, z up), m.
+    Datum([f64; 3]),
+}
+
+impl MomentReference {
+    /// The point in datum axes, m, for an aircraft whose file states `stated`; `None` for the centre of gravity.
+    pub fn from_datum_m(self, stated: Option<[f64; 3]>) -> Option<[f64; 3]> {
+        match self {
+            Self::Aircraft => stated,
+            Self::CentreOfGravity => None,
+            Self::Datum(point) => Some(point),
+        }
+    }
+}
+
+/// Lag and delay of each control, s.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ControlLags {
+    /// Of the elevator.
+    pub elevator: Lag,
+    /// Of the aileron.
+    pub aileron: Lag,
+    /// Of the rudder.
+    pub rudder: Lag,
+}
+
+impl ControlLags {
+    /// The same first-order lag for all.
+    pub fn common(time_constant_s: f64) -> Self {
+        let lag = Lag { time_constant_s, delay_s: 0.0 };
+        Self { elevator: lag, aileron: lag, rudder: lag }
+    }
+
+    /// Time constant of the first-order lag all controls share; `None` where they differ or one has a delay.
+    pub fn shared_s(&self) -> Option<f64> {
+        (*self == Self::common(self.elevator.time_constant_s)).then_some(self.elevator.time_constant_s)
+    }
+
+    /// Of one control.
+    pub fn of(&self, surface: Surface) -> Lag {
+        match surface {
+            Surface::Elevator => self.elevator,
+            Surface::Aileron => self.aileron,
+            Surface::Rudder => self.rudder,
+        }
+    }
+
+    /// With another lag of one control.
+    #[must_use]
+    pub fn with(mut self, surface: Surface, lag: Lag) -> Self {
+        match surface {
+            Surface::Elevator => self.elevator = lag,
+            Surface::Aileron => self.aileron = lag,
+            Surface::Rudder => self.rudder = lag,
+        }
+        self
+    }
+
+    /// In words: `none`, `lag 0.08 s`, `elevator lag 0.05 s and delay 0.01 s, rudder delay 0.02 s`.
+    pub fn words(&self) -> String {
+        let part = |what: &str, value: f64| (value != 0.0).then(|| format!("{what} {value} s"));
+        if let Some(lag_s) = self.shared_s() {
+            return part("lag", lag_s).unwrap_or_else(|| "none".to_owned());
+        }
+        let one = |surface: Surface| {
+            let lag = self.of(surface);
+            let parts: Vec<String> =
+                [part("lag", lag.time_constant_s), part("delay", lag.delay_s)].into_iter().flatten().collect();
+            (!parts.is_empty()).then(|| format!("{} {}", surface.name(), parts.join(" and ")))
+        };
+        Surface::ALL.into_iter().filter_map(one).collect::<Vec<_>>().join(", ")
+    }
+}
+
+impl Default for Preparation {
+    fn default() -> Self {
+        Self {
+            path: PathSource::Smoothed,
+            differentiation_half_width_s: Some(0.2),
+            matched_smoothing: true,
+            control_lags: ControlLags::default(),
+            settle_s: 0.0,
+            origin_altitude_m: 0.0,
+            correct_accelerometer: true,
+            correct_vanes: true,
+            correct_antenna: true,
+            thrust: ThrustTreatment::Included,
+            axes: Axes::Body,
+            moment_reference: MomentReference::Aircraft,
+            gyroscopic: Gyroscopic::Signed,
+        }
+    }
+}
+
+/// What is wrong with a preparation.
+pub(super) fn problems(preparation: &Preparation) -> Vec<Problem> {
+    /// Longest delay of a control that makes sense, s.
+    const LONGEST_S: f64 = 10.0;
+    let mut problems = Vec::new();
+    let lags = &preparation.control_lags;
+    let mut usable = |field: String, value: f64, [lowest, highest]: [f64; 2]| {
+        if !(value.is_finite() && (lowest..=highest).contains(&value)) {
+            let upper = if highest.is_finite() { format!("to {highest}") } else { "up".to_owned() };
+            let message = format!("{value} is not usable: give a number from {lowest} {upper}");
+            problems.push(Problem { field: format!("preparation.{field}"), message });
+        }
+    };
+    match lags.shared_s() {
+        Some(lag_s) => usable("actuator_lag_s".to_owned(), lag_s, [0.0, f64::INFINITY]),
+        None => {
+            for surface in Surface::ALL {
+                let (name, lag) = (surface.name(), lags.of(surface));
+                usable(format!("control_lag.{name}.lag_s"), lag.time_constant_s, [0.0, f64::INFINITY]);
+                usable(format!("control_lag.{name}.delay_s"), lag.delay_s, [-LONGEST_S, LONGEST_S]);
+            }
+        }
+    }
+    usable("settle_s".to_owned(), preparation.settle_s, [0.0, f64::INFINITY]);
+    usable("origin_altitude_m".to_owned(), preparation.origin_altitude_m, [-1000.0, f64::INFINITY]);
+    let half_width_s = preparation.differentiation_half_width_s.unwrap_or(1.0);
+    usable("differentiation_half_width_s".to_owned(), half_width_s, [1e-6, f64::INFINITY]);
+    if let MomentReference::Datum(point) = preparation.moment_reference {
+        point.iter().for_each(|&value| usable("moment_reference".to_owned(), value, [f64::MIN, f64::MAX]));
+    }
+    problems
+}

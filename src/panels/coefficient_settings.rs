@@ -1,0 +1,100 @@
+//! Axes, reference point, thrust and rotors of the coefficients, and what controls do between their recording and the air.
+
+use doublet_core::model::{Axes, Gyroscopic, Lag, ThrustTreatment};
+use doublet_engine::session::{Edit, EstimationEdit, MomentReference, Preparation, Surface};
+use eframe::egui::{Grid, Ui};
+
+use super::{PanelContext, choices};
+use crate::widgets::quantity_edit::QuantityEdit;
+
+/// Names of the axes of a point.
+const AXES: [&str; 3] = ["aft", "right", "up"];
+
+/// Draws the settings.
+pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
+    let now = &ctx.session.preparation;
+    let mut next = now.clone();
+    Grid::new("coefficients").num_columns(2).spacing([10.0, 3.0]).show(ui, |ui| {
+        ui.weak("Axes").on_hover_text("Of moments, roll and yaw rate; CL and CD are always those of the airspeed");
+        choices(ui, &mut next.axes, &[(Axes::Body, "Body"), (Axes::Stability, "Stability")]);
+        ui.end_row();
+        ui.weak("Moments about");
+        let loaded = ctx.snapshot.aircraft.latest();
+        let stated = loaded.and_then(|data| data.aircraft.moment_reference_from_datum_m);
+        let point = next.moment_reference.from_datum_m(stated).unwrap_or_default();
+        let all = [
+            (MomentReference::Aircraft, if stated.is_some() { "Aircraft's point" } else { "As the aircraft: CG" }),
+            (MomentReference::CentreOfGravity, "CG"),
+            (MomentReference::Datum(point), "Point"),
+        ];
+        ui.horizontal(|ui| choices(ui, &mut next.moment_reference, &all));
+        ui.end_row();
+        ui.weak("Thrust").on_hover_text("What of it is in the coefficients; the engines or a record must tell it");
+        let all = [
+            (ThrustTreatment::Included, "Inside"),
+            (ThrustTreatment::ForceRemoved, "Force out"),
+            (ThrustTreatment::Removed, "Out of CX and Cm"),
+        ];
+        ui.horizontal(|ui| choices(ui, &mut next.thrust, &all));
+        ui.end_row();
+        ui.weak("Propellers").on_hover_text("Their gyroscopic moment, where the speeds are known");
+        let all =
+            [(Gyroscopic::Signed, "Own sense"), (Gyroscopic::Summed, "All alike"), (Gyroscopic::Ignored, "Left out")];
+        ui.horizontal(|ui| choices(ui, &mut next.gyroscopic, &all));
+        ui.end_row();
+    });
+    if next != *now {
+        ctx.edit(Edit::Estimation(EstimationEdit::Preparation(next)));
+    }
+    if let MomentReference::Datum(point) = now.moment_reference {
+        reference_point(ctx, ui, point);
+    }
+    lags(ctx, ui);
+}
+
+/// The point the moments are about, from the datum.
+fn reference_point(ctx: &mut PanelContext<'_>, ui: &mut Ui, point: [f64; 3]) {
+    ui.horizontal_wrapped(|ui| {
+        ui.weak("Point from the datum");
+        for (axis, name) in AXES.into_iter().enumerate() {
+            let label = format!("moment reference {name}");
+            let edited = QuantityEdit::new(&label, point[axis]).unit("m", 1.0).per_point(1e-3).show(ui);
+            ctx.edit_quantity(edited, |value| {
+                let mut point = point;
+                point[axis] = value;
+                let moment_reference = MomentReference::Datum(point);
+                Edit::Estimation(EstimationEdit::Preparation(Preparation {
+                    moment_reference,
+                    ..ctx.session.preparation.clone()
+                }))
+            });
+        }
+    });
+}
+
+/// Lag and delay of each control.
+fn lags(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
+    Grid::new("lags").num_columns(3).spacing([10.0, 3.0]).show(ui, |ui| {
+        ui.weak("Control");
+        ui.weak("First-order lag").on_hover_text("Time constant between the recorded deflection and the one that acts");
+        ui.weak("Delay").on_hover_text("Negative where the deflection was recorded late");
+        ui.end_row();
+        for surface in Surface::ALL {
+            let lag = ctx.session.preparation.control_lags.of(surface);
+            ui.label(surface.name());
+            let parts: [(&str, f64, [f64; 2], fn(Lag, f64) -> Lag); 2] = [
+                ("lag", lag.time_constant_s, [0.0, 2.0], |lag, value| Lag { time_constant_s: value, ..lag }),
+                ("delay", lag.delay_s, [-1.0, 1.0], |lag, value| Lag { delay_s: value, ..lag }),
+            ];
+            for (what, value, [lowest, highest], with) in parts {
+                let name = format!("{} {what}", surface.name());
+                let field = QuantityEdit::new(&name, value).unit("ms", 1e3).per_point(1.0).allowed(lowest..=highest);
+                let edited = field.show(ui);
+                ctx.edit_quantity(edited, |value| {
+                    Edit::Estimation(EstimationEdit::ControlLag(surface, with(lag, value)))
+                });
+            }
+            ui.end_row();
+        }
+    });
+}
