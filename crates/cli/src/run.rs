@@ -162,9 +162,10 @@ fn summary(results: &report::Results) {
                 text::number(row.standard_error, 3),
                 text::number(row.corrected_standard_error, 3),
                 text::number(row.relative_error_percent, 3),
+                row.held.unwrap_or_default().to_owned(),
             ]
         });
-        text::table(&["derivative", "estimate", "std error", "corrected", "rel %"], &rows.collect::<Vec<_>>());
+        text::table(&["derivative", "estimate", "std error", "corrected", "rel %", ""], &rows.collect::<Vec<_>>());
     }
 }
 

@@ -123,7 +123,7 @@ pub fn derivative_parts(name: &str) -> (String, String, String) {
     let (symbol, suffix) = name.split_once('[').map_or((name, String::new()), |(a, b)| (a.trim(), format!(" [{b}")));
     let (coefficient, variables) = symbol.split_once('_').unwrap_or((symbol, ""));
     let (letter, axis) = coefficient.split_at(coefficient.len().min(1));
-    let variables = greek(variables).replace('_', "").replace('2', "²").replace('3', "³");
+    let variables = greek(variables).replace("qhat", "q̂").replace('_', "").replace('2', "²").replace('3', "³");
     (letter.to_owned(), format!("{axis}{variables}"), suffix)
 }
 
@@ -144,6 +144,7 @@ mod tests {
         assert_eq!(derivative("CZ_0 [e1]"), "CZ0 [e1]");
         assert_eq!(derivative("CZ_0[03 delta_e]"), "CZ0 [03 delta_e]");
         assert_eq!(derivative("Cm_alpha_dot"), "Cmα̇");
+        assert_eq!(derivative("Cm_qhat"), "Cmq̂");
         assert_eq!(term("alpha^2*delta_e"), "α²·δe");
         assert_eq!(term("pb/2V"), "pb/2V");
     }

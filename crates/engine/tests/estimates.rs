@@ -188,3 +188,23 @@ fn fixed_constant_is_one_for_all_windows_and_predicts() {
         assert!((a - b).abs() < 1e-12, "{a} {b}");
     }
 }
+
+#[test]
+fn derivative_by_half_the_pitch_rate_is_exactly_twice_the_other() {
+    let all = windows();
+    let used: Vec<AeroWindow<'_>> = all.iter().map(|(manoeuvre, aero)| (manoeuvre, Arc::clone(aero))).collect();
+    let estimation = Estimation { by_surface: false, ..Estimation::default() };
+    let with = |text: &str| {
+        let terms = ["1", "alpha", text, "delta_e"].map(|text| Term::parse(text).unwrap()).to_vec();
+        let found = pooled_fits(&used, &Structure { models: vec![(Coefficient::Cm, terms)] }, &estimation);
+        found.fits.into_iter().next().unwrap()
+    };
+    let (whole, half) = (with("qc/V"), with("qc/2V"));
+    let (a, b) = (whole.fit.as_ref().unwrap(), half.fit.as_ref().unwrap());
+    assert_eq!(b.names[1], "Cm_qhat");
+    // A regressor halved is a bit of its exponent: not one digit of the estimate differs.
+    assert_eq!(2.0 * a.estimates[1], b.estimates[1]);
+    assert_eq!(2.0 * a.standard_errors[1], b.standard_errors[1]);
+    assert!((2.0 * whole.corrected_errors[1] / half.corrected_errors[1] - 1.0).abs() < REORDERING);
+    assert_eq!((a.estimates[0], &a.residuals), (b.estimates[0], &b.residuals));
+}

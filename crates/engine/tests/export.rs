@@ -11,7 +11,7 @@ use std::path::Path;
 use std::process::Command;
 
 use doublet_core::model::{
-    Coefficient, Derivatives, Gyroscopic, RateNormalisation, ReferenceGeometry, Term, ThrustTreatment, Variable,
+    Axes, Coefficient, Derivatives, Gyroscopic, RateNormalisation, ReferenceGeometry, Term, ThrustTreatment, Variable,
 };
 use doublet_engine::export::{DaveMl, ExportError, Format, IdentifiedCoefficient, IdentifiedModel, Parameter, write};
 use doublet_engine::graph::Cache;
@@ -423,6 +423,12 @@ fn the_demo_leaves_as_a_model_that_flies() {
     let most = fit.corrected_errors.iter().copied().fold(0.0, f64::max);
     assert!(exported.parameters.iter().all(|p| p.standard_error > 0.0 && p.standard_error <= most));
     assert!(jsbsim_or_skip(&model));
+    // Moments of stability axes are nobody's here.
+    let mut turned = session;
+    turned.preparation.axes = Axes::Stability;
+    let refused = IdentifiedModel::new(&turned, &snapshot).unwrap_err().to_string();
+    assert_eq!(refused.lines().count(), 1);
+    assert!(refused.contains("stability axes") && refused.contains("preparation.axes"), "{refused}");
 }
 
 fn jsbsim_or_skip(model: &IdentifiedModel) -> bool {

@@ -84,6 +84,7 @@ variables! {
     Airspeed, "V", "V", "true airspeed, m/s";
     Altitude, "h", "h", "altitude, m";
     Mach, "mach", "mach", "Mach number";
+    HalfPitchRate, "qc/2V", "qhat", "pitch rate times chord over twice the airspeed: half of qc/V, its derivative twice that of qc/V";
 }
 
 impl Variable {

@@ -68,6 +68,8 @@ pub fn variables(data: &AeroData, settings: &CoefficientSettings) -> Result<Vari
     let (roll, yaw) = roll_and_yaw(data, settings.axes);
     columns.insert(Variable::RollRate, scaled(&roll, reference.lateral_rates, reference.span_m));
     columns.insert(Variable::PitchRate, scaled(&data.rates_rad_s[1], reference.pitch_rate, reference.chord_m));
+    let half = super::RateNormalisation::LengthOver2V;
+    columns.insert(Variable::HalfPitchRate, scaled(&data.rates_rad_s[1], half, reference.chord_m));
     columns.insert(Variable::YawRate, scaled(&yaw, reference.lateral_rates, reference.span_m));
     for (variable, role) in
         [(Variable::Aileron, Role::Aileron), (Variable::Elevator, Role::Elevator), (Variable::Rudder, Role::Rudder)]

@@ -1,5 +1,6 @@
 //! Flight path reconstruction: kinematics; extended, iterated extended and unscented Kalman filter; smoothers; consistency.
 
+mod agreement;
 mod blocks;
 pub mod consistency;
 mod covariance;
@@ -26,6 +27,7 @@ mod transition;
 mod unscented;
 mod window;
 
+pub use agreement::{Disagreement, filter_smoother_disagreement};
 pub use error::ReconstructError;
 #[doc(hidden)]
 pub use lanes::Width;

@@ -233,6 +233,22 @@ impl<'a> Window<'a> {
         }
     }
 
+    /// A state known exactly, or nearly so, at the start has next to no smoothed variance there, of which rounding may leave a
+    /// negative number: the filter's own deviation, no smaller than the smoothed one, then stands for it.
+    fn mend_known_starts(&mut self) {
+        /// Samples within which rounding may be larger than the variance.
+        const FIRST: usize = 10;
+        /// First deviation of a state, as a part of its largest, that counts as known: its square is then lost in the others.
+        const KNOWN: f64 = 1e-4;
+        let Some(smoothed) = &mut self.result.smoothed else { return };
+        for (filtered, smoothed) in self.result.deviations.iter().zip(&mut smoothed.deviations) {
+            let lost = smoothed.iter().take(FIRST).take_while(|deviation| deviation.is_nan()).count();
+            if lost > 0 && filtered[0] < KNOWN * filtered.iter().copied().fold(0.0, f64::max) {
+                smoothed[..lost].copy_from_slice(&filtered[..lost]);
+            }
+        }
+    }
+
     /// First smoothed value that is not a number.
     fn smoothing_error(&self) -> Option<ReconstructError> {
         let smoothed = self.result.smoothed.as_ref()?;
@@ -251,6 +267,7 @@ impl<'a> Window<'a> {
 
     /// The result, with the covariance of the final state, and the noises the smoother saw.
     pub fn finish(mut self, covariance: Dense) -> Result<(Reconstruction, NoiseSeen), ReconstructError> {
+        self.mend_known_starts();
         if let Some(error) = self.error.take().or_else(|| self.smoothing_error()) {
             return Err(error);
         }

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::sample::Sample;
 use super::{Replay, ReplayError, Start};
-use crate::model::{Axes, Derivatives, Variable, VariableValues};
+use crate::model::{Axes, Derivatives, RateNormalisation, Variable, VariableValues};
 use crate::motion::{Airflow, State, runge_kutta_from};
 
 /// Airspeed below which the flight counts as ended, m/s.
@@ -191,6 +191,7 @@ impl Flight<'_> {
         set(Variable::Beta, air.beta_rad);
         set(Variable::RollRate, p * lateral);
         set(Variable::PitchRate, q * reference.pitch_rate.factor(reference.chord_m, airspeed));
+        set(Variable::HalfPitchRate, q * RateNormalisation::LengthOver2V.factor(reference.chord_m, airspeed));
         set(Variable::YawRate, r * lateral);
         let [aileron, elevator, rudder] = sample.controls_rad;
         set(Variable::Aileron, aileron);

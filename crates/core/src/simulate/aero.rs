@@ -6,11 +6,12 @@ use super::SimulateError;
 use crate::model::{Coefficient, Derivatives, Term, Variable, VariableValues};
 
 /// Variables that steady and moving flight give without solving for accelerations.
-const USABLE: [Variable; 12] = [
+const USABLE: [Variable; 13] = [
     Variable::Alpha,
     Variable::Beta,
     Variable::RollRate,
     Variable::PitchRate,
+    Variable::HalfPitchRate,
     Variable::YawRate,
     Variable::Aileron,
     Variable::Elevator,

@@ -311,6 +311,7 @@ impl Vehicle {
         set(Variable::Beta, air.beta_rad);
         set(Variable::RollRate, state.rates_rad_s.x * lateral);
         set(Variable::PitchRate, state.rates_rad_s.y * reference.pitch_rate_length_m * per_airspeed);
+        set(Variable::HalfPitchRate, 0.5 * state.rates_rad_s.y * reference.chord_m * per_airspeed);
         set(Variable::YawRate, state.rates_rad_s.z * lateral);
         set(Variable::Aileron, environment.controls.aileron);
         set(Variable::Elevator, environment.controls.elevator);

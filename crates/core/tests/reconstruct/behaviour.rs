@@ -236,3 +236,31 @@ fn a_loop_ends_with_the_time_it_went_vertical() {
         other => panic!("{other}"),
     }
 }
+
+#[test]
+fn states_known_exactly_at_the_start_are_filtered_and_smoothed() {
+    let Some(citation) = citation::load() else { return };
+    let path = |first: usize, known: &[State], deviation: f64| {
+        let data = window(&citation.data, first, first + 400);
+        let mut settings = FilterSettings { smooth: true, ..citation::settings() };
+        known.iter().for_each(|&state| settings.initial_deviation[state as usize] = deviation);
+        reconstruct(&data, &settings.check().unwrap(), &mut |_| ControlFlow::Continue(()))
+    };
+    let alone = State::ALL.map(|state| vec![state]).into_iter();
+    for known in alone.chain([vec![State::PitchAngle, State::BankAngle, State::HeadingAngle]]) {
+        for first in [0, 200, 400] {
+            let found = path(first, &known, 0.0).unwrap_or_else(|error| panic!("{known:?}: {error}"));
+            let nearly = path(first, &known, 1e-9).unwrap();
+            let (found, nearly) = (found.smoothed.unwrap(), nearly.smoothed.unwrap());
+            for &state in &known {
+                let (states, deviations) = (&found.states[state as usize], &found.deviations[state as usize]);
+                assert!(deviations.iter().all(|deviation| deviation.is_finite()), "{state:?}");
+                // The limit of ever better knowledge: no jump between a zero and a billionth.
+                assert!(
+                    deviations[0] < 1e-8 && (states[0] - nearly.states[state as usize][0]).abs() < 1e-7,
+                    "{state:?}"
+                );
+            }
+        }
+    }
+}

@@ -2,7 +2,9 @@
 
 use doublet_core::prep::cumulative_trapezoid;
 use doublet_core::reconstruct::consistency::{final_nees, mean_band};
-use doublet_core::reconstruct::{FilterData, InputSeries, MeasurementSeries, reconstruct_many};
+use doublet_core::reconstruct::{
+    FilterData, FilterSettings, InputSeries, MeasurementSeries, State, filter_smoother_disagreement, reconstruct_many,
+};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 
@@ -108,4 +110,41 @@ fn normalised_errors_of_fifty_realisations_lie_inside_their_band() {
     let (mean, band) = (total / (4 * RUNS) as f64, mean_band(4 * RUNS, 18));
     println!("all: {mean:.2} in {band:.2?}");
     assert!((band[0]..band[1]).contains(&mean), "{mean} {band:?}");
+}
+
+/// Findings of the filter-smoother agreement over realisations of one manoeuvre, by state.
+fn disagreements(clean: &Clean, settings: &FilterSettings) -> Vec<Vec<State>> {
+    let settings = settings.check().unwrap();
+    let groups = (0..RUNS.div_ceil(8)).map(|group| {
+        let data: Vec<FilterData> = (0..8).map(|lane| realisation(clean, (8 * group + lane) as u64).0).collect();
+        let results =
+            reconstruct_many(&data.iter().collect::<Vec<_>>(), &settings, &mut |_| std::ops::ControlFlow::Continue(()));
+        let named = |run| filter_smoother_disagreement(&run).into_iter().map(|found| found.state).collect();
+        results.into_iter().map(|result| named(result.unwrap())).collect::<Vec<Vec<State>>>()
+    });
+    groups.flatten().collect()
+}
+
+#[test]
+fn filter_and_smoother_agree_where_the_settings_hold_and_disagree_where_they_do_not() {
+    let Some(clean) = clean("de3211_1") else { return };
+    let settings = FilterSettings { gravity_m_s2: TRUE_GRAVITY, smooth: true, ..citation::settings() };
+    let found = disagreements(&clean, &settings);
+    let wrong = found.iter().filter(|states| !states.is_empty()).count();
+    println!("right settings: {found:?}");
+    // One false finding in a hundred windows is what a reader puts up with.
+    assert!(100 * wrong <= 2 * found.len(), "{wrong} of {}", found.len());
+
+    // Biases known a hundred times better than they are: the smoother pulls where the filter was told not to go.
+    let mut sure = settings.clone();
+    sure.initial_deviation[State::BiasQ as usize] *= 0.01;
+    let found = disagreements(&clean, &sure);
+    println!("bias too sure: {found:?}");
+    // Process noise stated a twentieth of what it is.
+    let mut calm = settings;
+    calm.process_noise.iter_mut().for_each(|noise| *noise *= 0.05);
+    let found = disagreements(&clean, &calm);
+    println!("process noise too small: {found:?}");
+    let seen = found.iter().filter(|states| !states.is_empty()).count();
+    assert!(seen > found.len() / 2, "{seen} of {}", found.len());
 }

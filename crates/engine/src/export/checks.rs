@@ -10,7 +10,7 @@ use super::{CHECK_TOLERANCE, MARK};
 /// How many points beside the middle of all ranges.
 const POINTS: usize = 40;
 /// Primes of the Halton sequence, one per variable.
-const PRIMES: [u32; Variable::ALL.len()] = [2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47];
+const PRIMES: [u32; Variable::ALL.len()] = [2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47, 53];
 
 /// One point: values of the variables, the inputs a simulator has there, and the coefficients.
 #[derive(Clone, Debug, PartialEq)]
@@ -52,7 +52,9 @@ fn input(variable: Variable) -> Input {
         Variable::Beta => ("beta", "angleOfSideslip", "rad", "angle of sideslip, atan2(v, sqrt(u^2 + w^2))"),
         Variable::BetaDot => ("beta_dot", "angleOfSideslipRate", "rad_s", "rate of the angle of sideslip"),
         Variable::RollRate => ("p", "bodyAngularRate_Roll", "rad_s", "roll rate, body axes"),
-        Variable::PitchRate => ("q", "bodyAngularRate_Pitch", "rad_s", "pitch rate, body axes"),
+        Variable::PitchRate | Variable::HalfPitchRate => {
+            ("q", "bodyAngularRate_Pitch", "rad_s", "pitch rate, body axes")
+        }
         Variable::YawRate => ("r", "bodyAngularRate_Yaw", "rad_s", "yaw rate, body axes"),
         Variable::Aileron => ("delta_a", "aileronDeflection", "rad", "aileron, positive right aileron down"),
         Variable::Elevator => ("delta_e", "elevatorDeflection", "rad", "elevator, positive trailing edge down"),
@@ -77,6 +79,7 @@ pub fn normalisation(model: &IdentifiedModel, variable: Variable) -> Option<(Rat
     Some(match variable {
         Variable::RollRate | Variable::YawRate => (reference.lateral_rates, reference.span_m),
         Variable::PitchRate => (reference.pitch_rate, reference.chord_m),
+        Variable::HalfPitchRate => (RateNormalisation::LengthOver2V, reference.chord_m),
         Variable::AlphaDot => (reference.alpha_dot, reference.chord_m),
         Variable::BetaDot => (reference.beta_dot, reference.span_m),
         _ => return None,
@@ -86,7 +89,8 @@ pub fn normalisation(model: &IdentifiedModel, variable: Variable) -> Option<(Rat
 /// How a variable reads with the model's normalisation, for example `q c/V`.
 pub fn normalised_name(model: &IdentifiedModel, variable: Variable) -> Option<String> {
     let (normalisation, _) = normalisation(model, variable)?;
-    let length = if matches!(variable, Variable::PitchRate | Variable::AlphaDot) { "c" } else { "b" };
+    let length =
+        if matches!(variable, Variable::PitchRate | Variable::HalfPitchRate | Variable::AlphaDot) { "c" } else { "b" };
     let rate = input(variable).name;
     Some(match normalisation {
         RateNormalisation::LengthOver2V => format!("{rate} {length}/(2 V)"),

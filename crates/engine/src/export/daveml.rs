@@ -135,7 +135,8 @@ fn rate_definition(
     let id = identifier(model, variable);
     let rate = id.trim_end_matches("_hat").to_owned();
     let written = normalised_name(model, variable).unwrap_or_default();
-    let length = if matches!(variable, Variable::PitchRate | Variable::AlphaDot) { "c" } else { "b" };
+    let length =
+        if matches!(variable, Variable::PitchRate | Variable::HalfPitchRate | Variable::AlphaDot) { "c" } else { "b" };
     let attributes = [("name", id.as_str()), ("varID", id.as_str()), ("units", "nd")];
     d.element("variableDef", &attributes, |d| {
         d.text("description", &[], &format!("{written}{}", range(model, variable)))?;

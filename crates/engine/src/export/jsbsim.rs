@@ -82,7 +82,12 @@ fn property(variable: Variable) -> Result<(String, f64), &'static str> {
         Variable::Airspeed => ("velocities/vt-fps", M_PER_FT),
         Variable::Altitude => ("position/h-sl-ft", M_PER_FT),
         Variable::Mach => ("velocities/mach", 1.0),
-        Variable::RollRate | Variable::PitchRate | Variable::YawRate | Variable::AlphaDot | Variable::BetaDot => {
+        Variable::RollRate
+        | Variable::PitchRate
+        | Variable::HalfPitchRate
+        | Variable::YawRate
+        | Variable::AlphaDot
+        | Variable::BetaDot => {
             return Ok((format!("{FOLDER}/{}-hat", variable.suffix()), 1.0));
         }
         Variable::PropellerPressure => {
@@ -106,7 +111,7 @@ fn rate_function(
 ) -> Result<(), ExportError> {
     let rate = match variable {
         Variable::RollRate => "velocities/p-aero-rad_sec",
-        Variable::PitchRate => "velocities/q-aero-rad_sec",
+        Variable::PitchRate | Variable::HalfPitchRate => "velocities/q-aero-rad_sec",
         Variable::YawRate => "velocities/r-aero-rad_sec",
         Variable::AlphaDot => "aero/alphadot-rad_sec",
         _ => "aero/betadot-rad_sec",

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use doublet_core::model::{
-    Axes, Coefficient, Derivatives, Gyroscopic, ReferenceGeometry, Term, ThrustTreatment, Variable,
+    Axes, Coefficient, Derivatives, Gyroscopic, RateNormalisation, ReferenceGeometry, Term, ThrustTreatment, Variable,
 };
 use nalgebra::DMatrix;
 
@@ -94,7 +94,7 @@ impl IdentifiedModel {
         let coefficients = pooled
             .fits
             .iter()
-            .map(|fit| identified(fit, session.structure.terms(fit.coefficient).unwrap_or_default()))
+            .map(|fit| identified(fit, session.structure.terms(fit.coefficient).unwrap_or_default(), &data.reference))
             .collect::<Result<Vec<_>, _>>()?;
         let (ranges, mean_cg) = conditions(&coefficients, snapshot);
         let Preparation { thrust, gyroscopic, control_lags, axes, moment_reference, .. } = session.preparation;
@@ -144,7 +144,8 @@ impl IdentifiedModel {
     }
 }
 
-/// An exported parameter as a sum of estimated ones: a constant of one window enters by its share of the samples.
+/// An exported parameter as a sum of estimated ones: a constant of one window enters by its share of the samples, a derivative by
+/// `q c/2V` by what it is by the pitch rate of the exports.
 struct Row {
     name: String,
     term: Term,
@@ -156,27 +157,33 @@ struct Row {
 pub type Ranges = BTreeMap<Variable, (f64, f64)>;
 
 /// One fit as part of a model.
-fn identified(fit: &CoefficientFit, terms: &[Term]) -> Result<IdentifiedCoefficient, ExportError> {
+fn identified(
+    fit: &CoefficientFit,
+    terms: &[Term],
+    reference: &ReferenceGeometry,
+) -> Result<IdentifiedCoefficient, ExportError> {
     let name = fit.coefficient.name();
     let refuse = |error: &String| ExportError::NoModel(format!("{name} has no estimate: {error}"));
     let estimate = fit.fit.as_ref().map_err(refuse)?;
     let total: usize = fit.windows.iter().map(|(_, samples)| samples).sum();
     let constant = Term::constant().derivative_name(fit.coefficient);
     let mut rows: Vec<Row> = Vec::new();
+    let mut add = |name: String, term: Term, share: (usize, f64)| match rows.iter_mut().find(|row| row.name == name) {
+        Some(row) => row.shares.push(share),
+        None => rows.push(Row { name, term, shares: vec![share] }),
+    };
     for (column, estimated) in estimate.names.iter().enumerate() {
         let of_window = estimated.strip_prefix(&constant).and_then(|rest| rest.strip_prefix('[')?.strip_suffix(']'));
         let Some(window) = of_window else {
             let term = terms.iter().find(|term| term.derivative_name(fit.coefficient) == *estimated).cloned();
             let term = term.ok_or_else(|| ExportError::NoModel(format!("{name}: '{estimated}' has no term")))?;
-            rows.push(Row { name: estimated.clone(), term, shares: vec![(column, 1.0)] });
+            let (term, factor) = with_one_pitch_rate(&term, reference);
+            add(term.derivative_name(fit.coefficient), term, (column, factor));
             continue;
         };
         let samples = fit.windows.iter().find(|(name, _)| name == window).map_or(0, |(_, samples)| *samples);
         let share = (column, samples as f64 / total.max(1) as f64);
-        match rows.iter_mut().find(|row| row.name == constant) {
-            Some(row) => row.shares.push(share),
-            None => rows.push(Row { name: constant.clone(), term: Term::constant(), shares: vec![share] }),
-        }
+        add(constant.clone(), Term::constant(), share);
     }
     let transform = DMatrix::from_fn(rows.len(), estimate.parameters(), |row, column| {
         rows[row].shares.iter().filter(|(index, _)| *index == column).map(|(_, share)| share).sum()
@@ -194,7 +201,7 @@ fn identified(fit: &CoefficientFit, terms: &[Term]) -> Result<IdentifiedCoeffici
             (covariance[(i, j)] / (sigma[i] * sigma[j])).clamp(-1.0, 1.0)
         }
     });
-    let mean_constant = rows.iter().any(|row| row.shares.len() > 1);
+    let mean_constant = rows.iter().any(|row| row.term.is_constant() && row.shares.len() > 1);
     let parameters = rows.into_iter().zip(&sigma).map(|(Row { name, term, shares }, &standard_error)| Parameter {
         name,
         term,
@@ -208,6 +215,19 @@ fn identified(fit: &CoefficientFit, terms: &[Term]) -> Result<IdentifiedCoeffici
         windows: fit.windows.iter().map(|(name, _)| name.clone()).collect(),
         mean_constant,
     })
+}
+
+/// A term with `q c/2V` as one of the pitch rate of the other terms, and the factor from its derivative to that of the new term.
+fn with_one_pitch_rate(term: &Term, reference: &ReferenceGeometry) -> (Term, f64) {
+    let power = term.factors().iter().find(|(variable, _)| *variable == Variable::HalfPitchRate).map_or(0, |&(_, p)| p);
+    let (factor, airspeed) = match reference.pitch_rate {
+        RateNormalisation::LengthOver2V => (1.0, 0),
+        RateNormalisation::LengthOverV => (0.5, 0),
+        RateNormalisation::Dimensional => (0.5 * reference.chord_m, -1),
+    };
+    let others = term.factors().iter().copied().filter(|(variable, _)| *variable != Variable::HalfPitchRate);
+    let rate = [(Variable::PitchRate, power), (Variable::Airspeed, airspeed * power)];
+    (Term::product(others.chain(rate)), f64::powi(factor, power))
 }
 
 /// Ranges of the variables over the windows each coefficient was identified from, and the mean centre of gravity there.
@@ -253,4 +273,40 @@ fn file_name(name: &str) -> String {
     }
     let trimmed = result.trim_end_matches('_');
     if trimmed.is_empty() { "model".to_owned() } else { trimmed.to_owned() }
+}
+
+#[cfg(test)]
+mod tests {
+    use doublet_core::estimate::least_squares;
+
+    use super::*;
+
+    #[test]
+    fn derivative_by_half_the_pitch_rate_is_exported_by_the_pitch_rate_of_the_others() {
+        let terms = ["1", "qc/2V", "alpha*qc/2V^2"].map(|text| Term::parse(text).unwrap());
+        let names: Vec<String> = terms.iter().map(|term| term.derivative_name(Coefficient::Cm)).collect();
+        assert_eq!(names[1..], ["Cm_qhat", "Cm_alpha_qhat2"]);
+        let x = DMatrix::from_fn(40, 3, |row, column| (row as f64 * 0.3 * column as f64).cos());
+        let z: Vec<f64> = (0..40).map(|row| f64::from(row % 7)).collect();
+        let fit = least_squares(&names, &x, &z).unwrap();
+        let corrected_errors = vec![0.1, 0.2, 0.3];
+        let values = fit.estimates.clone();
+        let fit = CoefficientFit {
+            coefficient: Coefficient::Cm,
+            windows: vec![("w".to_owned(), 40)],
+            fit: Ok(fit),
+            corrected_errors,
+            series: Vec::new(),
+            dropped: Vec::new(),
+        };
+        let mut reference = ReferenceGeometry::new(18.0, 11.0, 1.6);
+        let found = identified(&fit, &terms, &reference).unwrap().parameters;
+        assert_eq!(found.iter().map(|p| p.name.as_str()).collect::<Vec<_>>(), ["Cm_0", "Cm_q", "Cm_alpha_q2"]);
+        assert_eq!([found[1].value, found[2].value], [0.5 * values[1], 0.25 * values[2]]);
+        assert!((found[1].standard_error - 0.1).abs() < 1e-15 && (found[2].standard_error - 0.075).abs() < 1e-15);
+        reference.pitch_rate = RateNormalisation::Dimensional;
+        let found = identified(&fit, &terms, &reference).unwrap().parameters;
+        assert_eq!(found[2].term.to_string(), "alpha*qc/V^2*V^-2");
+        assert!((found[2].value - values[2] * 0.64).abs() < 1e-15);
+    }
 }

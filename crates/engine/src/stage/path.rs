@@ -10,7 +10,7 @@ use doublet_core::reconstruct::consistency::{Consistency, consistency};
 use doublet_core::reconstruct::observability::{observability, weak_states};
 use doublet_core::reconstruct::{
     FilterData, FilterSettings, INPUTS, Input, InputSeries, MEASUREMENTS, Measurement, MeasurementSeries,
-    Reconstruction, STATES, State, reconstruct_many,
+    Reconstruction, STATES, State, filter_smoother_disagreement, reconstruct_many,
 };
 use doublet_core::series::{Recording, Series, Window};
 use rayon::prelude::*;
@@ -287,6 +287,7 @@ fn window_path(samples: &Samples, reconstruction: Reconstruction, filter: &Filte
     let mut warnings = warnings.clone();
     warnings.extend(reconstruction.warnings.iter().cloned());
     warnings.extend(untold(data, &reconstruction, filter));
+    warnings.extend(contradiction(&reconstruction));
     let is_missing = |measurement: &Measurement| data.measurements[*measurement as usize].time_s.is_empty();
     WindowPath {
         missing: Measurement::ALL.into_iter().filter(is_missing).collect(),
@@ -298,6 +299,24 @@ fn window_path(samples: &Samples, reconstruction: Reconstruction, filter: &Filte
         reconstruction,
         warnings,
     }
+}
+
+/// One line where filter and smoother contradict each other.
+fn contradiction(reconstruction: &Reconstruction) -> Option<String> {
+    let found = filter_smoother_disagreement(reconstruction);
+    let states: Vec<String> = found
+        .iter()
+        .map(|state| {
+            format!("{} ({:.0} % of its samples, up to {:.1})", state.state.name(), 100.0 * state.inside, state.largest)
+        })
+        .collect();
+    (!states.is_empty()).then(|| {
+        format!(
+            "filter and smoother disagree beyond three deviations of their difference in {}: raise process noise or random walk, \
+             or look for a sensor the model does not describe",
+            states.join(", ")
+        )
+    })
 }
 
 /// States the measurements of the window cannot tell, by the rank of the Lie derivatives in its middle (thesis 3.1.5), and those
