@@ -10,9 +10,9 @@ use super::{LoadError, utc};
 use crate::quantity::{Dimension, Role, Unit};
 
 /// First line of every channel map.
-const FORMAT: &str = "doublet channel map";
+pub(super) const FORMAT: &str = "doublet channel map";
 /// Version of the form this reads.
-const VERSION: u32 = 1;
+pub(super) const VERSION: u32 = 1;
 
 /// Which recorded channel plays which role.
 ///

@@ -6,10 +6,12 @@
 //! that a file merely claims.
 
 pub mod aircraft;
+mod by_hand;
 mod clock;
 mod contents;
 pub mod datcom;
 mod error;
+mod guess;
 mod hdf5;
 mod hdf5_decode;
 pub mod instruments;
@@ -25,9 +27,11 @@ mod text_layout;
 mod ulog;
 mod utc;
 
+pub use by_hand::{ChannelName, HandMap, HandRow, HandTime};
 pub use clock::{Clock, Gap, TimeFault};
 pub use contents::{ChannelInfo, Format, Probe, Source};
 pub use error::LoadError;
+pub use guess::{guess, guess_row};
 pub use map::{ChannelMap, Entry, FlatEarth, Term, TimeEntry, TimeOrigin};
 pub use plan::{Assignment, Plan, Problem, plan, plan_all};
 pub use read::{read, read_all};

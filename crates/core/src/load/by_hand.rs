@@ -1,0 +1,159 @@
+//! A channel map made by hand: one row per role, written in the form every map has.
+
+use toml::{Table, Value};
+
+use super::map::{FORMAT, VERSION};
+use super::{ChannelInfo, LoadError, Probe};
+use crate::quantity::{Role, Unit};
+
+/// A channel by the names of its source and its own.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct ChannelName {
+    /// Source.
+    pub source: String,
+    /// Channel.
+    pub channel: String,
+}
+
+impl ChannelName {
+    /// The channel called so, where one of `probes` has it.
+    pub fn find<'p>(&self, probes: &'p [Probe]) -> Option<&'p ChannelInfo> {
+        let mut sources = probes.iter().flat_map(|probe| &probe.sources).filter(|source| source.name == self.source);
+        sources.find_map(|source| source.channels.iter().find(|channel| channel.name == self.channel))
+    }
+}
+
+/// How one role is made of one channel: `SI value = sign * scale * to_si(raw + offset)`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HandRow {
+    /// Its channel.
+    pub from: ChannelName,
+    /// Unit of the channel; as recorded where none is given.
+    pub unit: Option<Unit>,
+    /// Its sign is turned.
+    pub turned: bool,
+    /// Factor.
+    pub scale: f64,
+    /// Added to the raw value.
+    pub offset: f64,
+}
+
+impl HandRow {
+    /// A channel as it is, in `unit`.
+    pub fn new(from: ChannelName, unit: Option<Unit>) -> Self {
+        Self { from, unit, turned: false, scale: 1.0, offset: 0.0 }
+    }
+
+    /// The row's first finite value in SI; `None` where the channel is unknown or holds none, or has no unit.
+    pub fn first_si(&self, probes: &[Probe]) -> Option<f64> {
+        let channel = self.from.find(probes)?;
+        let unit = self.unit.or_else(|| Unit::parse(channel.unit.as_deref()?).ok())?;
+        let raw = channel.values().iter().find(|value| value.is_finite())?;
+        let sign = if self.turned { -1.0 } else { 1.0 };
+        Some(sign * self.scale * unit.to_si(raw + self.offset))
+    }
+}
+
+/// Where the time of a source comes from that has no time vector of a known name.
+#[derive(Clone, Debug, PartialEq)]
+pub enum HandTime {
+    /// One of its channels, in a unit of time.
+    Channel(String, Unit),
+    /// Evenly spaced at this rate, Hz.
+    Rate(f64),
+}
+
+/// A map in the making.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct HandMap {
+    /// Name of the map.
+    pub name: String,
+    /// Time of sources, by name; what the file itself gives for the others.
+    pub time: Vec<(String, HandTime)>,
+    /// Roles with their channels, in the order of [`Role::ALL`].
+    pub rows: Vec<(Role, HandRow)>,
+    /// Position comes from latitude, longitude and the altitude of satellite navigation, or else the pressure altitude.
+    pub position_from_fixes: bool,
+}
+
+impl HandMap {
+    /// The row of `role`.
+    pub fn row(&self, role: Role) -> Option<&HandRow> {
+        self.rows.iter().find(|(other, _)| *other == role).map(|(_, row)| row)
+    }
+
+    /// Gives `role` a row, or takes it away.
+    pub fn set(&mut self, role: Role, row: Option<HandRow>) {
+        self.rows.retain(|(other, _)| *other != role);
+        if let Some(row) = row {
+            self.rows.push((role, row));
+            self.rows.sort_by_key(|(role, _)| *role);
+        }
+    }
+
+    /// Role whose altitude a position made of fixes takes.
+    fn fix_altitude(&self) -> Option<Role> {
+        [Role::GpsAltitude, Role::Altitude].into_iter().find(|role| self.row(*role).is_some())
+    }
+
+    /// The map as the text of a channel map file, which [`super::ChannelMap::parse`] reads.
+    ///
+    /// # Errors
+    /// [`LoadError::Map`] when it cannot be written as TOML.
+    pub fn text(&self) -> Result<String, LoadError> {
+        let mut map = Table::new();
+        map.insert("format".to_owned(), FORMAT.into());
+        map.insert("version".to_owned(), i64::from(VERSION).into());
+        map.insert("name".to_owned(), self.name.clone().into());
+        let time: Vec<Value> = self.time.iter().map(|(source, time)| Value::Table(time_table(source, time))).collect();
+        if !time.is_empty() {
+            map.insert("time".to_owned(), Value::Array(time));
+        }
+        let roles: Table =
+            self.rows.iter().map(|(role, row)| (role.name().to_owned(), Value::Table(row_table(row)))).collect();
+        map.insert("roles".to_owned(), Value::Table(roles));
+        if self.position_from_fixes {
+            let mut position = Table::new();
+            if let Some(role) = self.fix_altitude() {
+                position.insert("altitude".to_owned(), role.name().into());
+            }
+            map.insert("derive".to_owned(), Value::Table(Table::from_iter([("position".to_owned(), position.into())])));
+        }
+        toml::to_string(&map).map_err(|error| LoadError::Map { path: None, line: 1, what: error.to_string() })
+    }
+}
+
+fn time_table(source: &str, time: &HandTime) -> Table {
+    let mut table = Table::from_iter([("source".to_owned(), Value::from(source))]);
+    match time {
+        HandTime::Channel(channel, unit) => {
+            table.insert("channel".to_owned(), channel.as_str().into());
+            table.insert("unit".to_owned(), unit.symbol.into());
+        }
+        HandTime::Rate(rate_hz) => {
+            table.insert("sample_rate".to_owned(), (*rate_hz).into());
+        }
+    }
+    table
+}
+
+fn row_table(row: &HandRow) -> Table {
+    let mut table = Table::new();
+    if !row.from.source.is_empty() {
+        table.insert("source".to_owned(), row.from.source.as_str().into());
+    }
+    table.insert("channel".to_owned(), row.from.channel.as_str().into());
+    if let Some(unit) = row.unit {
+        table.insert("unit".to_owned(), unit.symbol.into());
+    }
+    if row.turned {
+        table.insert("sign".to_owned(), (-1.0).into());
+    }
+    if row.scale != 1.0 {
+        table.insert("scale".to_owned(), row.scale.into());
+    }
+    if row.offset != 0.0 {
+        table.insert("offset".to_owned(), row.offset.into());
+    }
+    table
+}

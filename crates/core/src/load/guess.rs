@@ -1,0 +1,334 @@
+//! Guesses of a channel map: from the names of channels, their units and the size of their values.
+//!
+//! A guess is where a user starts, never an answer: nothing is read by it before it was looked at.
+
+use super::by_hand::{ChannelName, HandMap, HandRow};
+use super::{ChannelInfo, Probe};
+use crate::quantity::{Dimension, Role, Unit};
+
+/// Names a role goes by, in small letters without separators, best first.
+const NAMES: &[(Role, &[&str])] = &[
+    (Role::SpecificForceX, &["ax", "accx", "accelx", "xacc", "xaccel", "longacc", "blongacc", "imuax", "nx", "fx"]),
+    (Role::SpecificForceY, &["ay", "accy", "accely", "yacc", "yaccel", "latacc", "blatacc", "imuay", "ny", "fy"]),
+    (Role::SpecificForceZ, &["az", "accz", "accelz", "zacc", "zaccel", "normacc", "bnormacc", "imuaz", "nz", "fz"]),
+    (Role::RollRate, &["p", "rollrate", "brollrate", "gyrox", "omegax", "wx", "pbody", "xrate"]),
+    (Role::PitchRate, &["q", "pitchrate", "bpitchrate", "gyroy", "omegay", "wy", "qbody", "yrate"]),
+    (Role::YawRate, &["r", "yawrate", "byawrate", "gyroz", "omegaz", "wz", "rbody", "zrate"]),
+    (Role::RollAcceleration, &["pdot"]),
+    (Role::PitchAcceleration, &["qdot"]),
+    (Role::YawAcceleration, &["rdot"]),
+    (Role::PositionNorth, &["x", "posn", "posnorth", "north", "xe", "xn"]),
+    (Role::PositionEast, &["y", "pose", "poseast", "east", "ye"]),
+    (Role::PositionDown, &["z", "posd", "posdown", "down", "ze"]),
+    (Role::VelocityNorth, &["vnorth", "vn", "veln", "velnorth", "velocitynorth", "gpsvn"]),
+    (Role::VelocityEast, &["veast", "ve", "vele", "veleast", "velocityeast", "gpsve"]),
+    (Role::VelocityDown, &["vdown", "vd", "veld", "veldown", "velocitydown", "gpsvd"]),
+    (Role::BankAngle, &["phi", "roll", "bank", "rollangle", "bankangle"]),
+    (Role::PitchAngle, &["theta", "pitch", "tht", "pitchangle", "the"]),
+    (Role::HeadingAngle, &["psi", "yaw", "heading", "hdg", "trueheading", "headingangle", "yawangle"]),
+    (Role::TrueAirspeed, &["airspeed", "tas", "vtas", "trueairspeed", "va", "vt", "v"]),
+    (Role::AngleOfAttack, &["alpha", "aoa", "angleofattack", "alfa", "alphavane", "vaneaoa"]),
+    (Role::Sideslip, &["beta", "aos", "sideslip", "angleofsideslip", "betavane", "vaneaos", "ssa"]),
+    (Role::Aileron, &["deltaa", "da", "aileron", "dail", "ail", "aileronpos", "ailerondeflection"]),
+    (Role::Elevator, &["deltae", "de", "elevator", "delev", "elev", "elv", "elevatorpos", "elevatordeflection"]),
+    (Role::Rudder, &["deltar", "dr", "rudder", "drud", "rud", "rudderpos", "rudderdeflection"]),
+    (Role::ElevatorTrim, &["deltate", "dte", "elevatortrim", "elevtrim", "elevatordte", "trimtab"]),
+    (Role::Stabiliser, &["stabiliser", "stabilizer", "stab", "ih"]),
+    (Role::Flap, &["flap", "flaps", "df", "deltaf", "flappos"]),
+    (Role::StaticPressure, &["staticpressure", "ps", "pstat", "pstatic", "baro"]),
+    (Role::AirTemperature, &["airtemperature", "sat", "oat", "staticairtemperature", "ts"]),
+    (Role::TotalTemperature, &["totaltemperature", "tat", "tt"]),
+    (Role::AirDensity, &["rho", "airdensity", "density"]),
+    (Role::Mach, &["mach", "ma", "machnumber"]),
+    (Role::CalibratedAirspeed, &["cas", "calibratedairspeed", "ias", "vcas", "vias", "kias", "kcas"]),
+    (Role::Altitude, &["altitude", "alt", "pressurealtitude", "hp", "palt", "h", "baroalt"]),
+    (Role::Latitude, &["latitude", "lat", "gpslat"]),
+    (Role::Longitude, &["longitude", "lon", "long", "lng", "gpslon", "gpslong"]),
+    (Role::GpsAltitude, &["gpsaltitude", "gpsalt", "altgps", "hgps", "gpsheight"]),
+    (Role::FuelMass, &["fuelmass", "fuelonboard", "fuel"]),
+    (Role::FuelFlow, &["fuelflow", "ff"]),
+    (Role::Thrust1, &["thrust1", "thrustleft", "thrustfront", "thrust"]),
+    (Role::Thrust2, &["thrust2", "thrustright", "thrustrear"]),
+    (Role::EngineSpeed1, &["enginespeed1", "rpm1", "n11", "rpm", "rpmleft"]),
+    (Role::EngineSpeed2, &["enginespeed2", "rpm2", "rpmright"]),
+    (Role::ManifoldPressure1, &["manifoldpressure1", "map1", "mp1"]),
+    (Role::ManifoldPressure2, &["manifoldpressure2", "map2", "mp2"]),
+    (Role::Power1, &["power1", "power"]),
+    (Role::Power2, &["power2"]),
+];
+
+/// Ends of names that tell a unit, in small letters, longest first.
+const UNIT_ENDINGS: &[(&str, &str)] = &[
+    ("_rad_s2", "rad/s^2"),
+    ("_deg_s2", "deg/s^2"),
+    ("_rad_s", "rad/s"),
+    ("_deg_s", "deg/s"),
+    ("_radps", "rad/s"),
+    ("_degps", "deg/s"),
+    ("_dps", "deg/s"),
+    ("_m_s2", "m/s^2"),
+    ("_mps2", "m/s^2"),
+    ("_ft_s2", "ft/s^2"),
+    ("_m_s", "m/s"),
+    ("_mps", "m/s"),
+    ("_ft_s", "ft/s"),
+    ("_fps", "ft/s"),
+    ("_fpm", "ft/min"),
+    ("_degc", "degC"),
+    ("_inhg", "inHg"),
+    ("_mbar", "mbar"),
+    ("_hpa", "hPa"),
+    ("_kpa", "kPa"),
+    ("_rad", "rad"),
+    ("_deg", "deg"),
+    ("_kts", "kt"),
+    ("_kt", "kt"),
+    ("_pa", "Pa"),
+    ("_psi", "psi"),
+    ("_rpm", "rpm"),
+    ("_ft", "ft"),
+    ("_kg", "kg"),
+    ("_lb", "lb"),
+    ("_k", "K"),
+    ("_g", "g"),
+    ("_m", "m"),
+    ("_n", "N"),
+    ("_w", "W"),
+];
+
+/// An angle larger than this in radians is taken for degrees: angles of flow and controls, and of attitude.
+const LARGEST_FLOW_RAD: f64 = 1.6;
+const LARGEST_ATTITUDE_RAD: f64 = 6.4;
+/// A rate larger than this in rad/s is taken for degrees per second.
+const LARGEST_RATE_RAD_S: f64 = 3.5;
+/// Mean specific force along z that is taken for g, as magnitude; larger ones for m/s².
+const LARGEST_MEAN_G: f64 = 4.0;
+
+/// A channel that may play a role.
+struct Candidate<'p> {
+    from: ChannelName,
+    plain: String,
+    unit: Option<Unit>,
+    channel: &'p ChannelInfo,
+}
+
+/// What the channels of `probes` look like: roles by name, units as recorded, as the name ends or as large as the values are, signs
+/// where the values tell them (specific force along z is about -g in level flight). A channel without time of its own, or one that
+/// time itself is, plays no role.
+pub fn guess(probes: &[Probe]) -> HandMap {
+    let candidates = candidates(probes);
+    let mut map = HandMap {
+        name: probes.first().map(|probe| super::recognise::stem(&probe.path)).unwrap_or_default(),
+        ..HandMap::default()
+    };
+    let mut taken: Vec<usize> = Vec::new();
+    // Names that are a role's own first: `z` of one recorder does not take the `az` of another.
+    for most in [true, false] {
+        for &(role, names) in NAMES {
+            if map.row(role).is_some() {
+                continue;
+            }
+            let found = best(&candidates, &taken, role, names, most);
+            if let Some(index) = found {
+                taken.push(index);
+                map.set(role, Some(row(&candidates[index], role)));
+            }
+        }
+    }
+    refine_forces(&mut map, probes);
+    add_position(&mut map);
+    map
+}
+
+/// What a row for `role` of the channel `from` starts as: the unit it was recorded in, its name ends in or its values look like.
+pub fn guess_row(probes: &[Probe], role: Role, from: &ChannelName) -> HandRow {
+    let candidate = candidates(probes).into_iter().find(|candidate| candidate.from == *from);
+    candidate.map_or_else(|| HandRow::new(from.clone(), None), |candidate| row(&candidate, role))
+}
+
+fn candidates(probes: &[Probe]) -> Vec<Candidate<'_>> {
+    let sources = probes.iter().flat_map(|probe| &probe.sources);
+    let channels = sources.flat_map(|source| source.channels.iter().map(move |channel| (source, channel)));
+    let usable = channels.filter(|(source, channel)| {
+        !channel.is_time && channel.samples > 1 && (channel.clock.is_some() || source.clocks.is_empty())
+    });
+    usable
+        .map(|(source, channel)| {
+            let lower = channel.name.to_lowercase();
+            let ending = UNIT_ENDINGS.iter().find(|(ending, _)| lower.len() > ending.len() && lower.ends_with(ending));
+            let named = ending.and_then(|(_, unit)| Unit::parse(unit).ok());
+            let recorded = channel.unit.as_deref().filter(|unit| !unit.is_empty());
+            let unit = recorded.and_then(|unit| Unit::parse(unit).ok()).or(named);
+            let stem = ending.map_or(lower.as_str(), |(ending, _)| &lower[..lower.len() - ending.len()]);
+            let plain = stem.chars().filter(|letter| letter.is_alphanumeric()).collect();
+            let from = ChannelName { source: source.name.clone(), channel: channel.name.clone() };
+            Candidate { from, plain, unit, channel }
+        })
+        .collect()
+}
+
+/// The free channel whose name is one of `names`, or, not `whole`, ends in one of at least three letters; the best name first.
+fn best(candidates: &[Candidate<'_>], taken: &[usize], role: Role, names: &[&str], whole: bool) -> Option<usize> {
+    let free = |index: &usize| {
+        let fits = candidates[*index].unit.is_none_or(|unit| unit.dimension == role.dimension() || is_count(unit));
+        fits && !taken.contains(index)
+    };
+    let is = |plain: &str, name: &str| if whole { plain == name } else { name.len() > 2 && plain.ends_with(name) };
+    names.iter().find_map(|name| (0..candidates.len()).filter(free).find(|&index| is(&candidates[index].plain, name)))
+}
+
+/// Whether a recorded unit says no more than that there is none.
+fn is_count(unit: Unit) -> bool {
+    unit.dimension == Dimension::Dimensionless && unit.scale == 1.0
+}
+
+fn row(candidate: &Candidate<'_>, role: Role) -> HandRow {
+    let known = candidate.unit.filter(|unit| unit.dimension == role.dimension());
+    let mut row =
+        HandRow::new(candidate.from.clone(), Some(known.unwrap_or_else(|| unit_by_size(candidate.channel, role))));
+    // Altitude is up, position down.
+    row.turned = role == Role::PositionDown && ["alt", "h"].iter().any(|up| candidate.plain.contains(up));
+    row
+}
+
+/// The unit values of this size have: degrees where radians would be more than a turn, otherwise SI.
+fn unit_by_size(channel: &ChannelInfo, role: Role) -> Unit {
+    let largest = channel.values().iter().filter(|value| value.is_finite()).fold(0.0_f64, |most, v| most.max(v.abs()));
+    let attitude = matches!(role, Role::BankAngle | Role::HeadingAngle | Role::Latitude | Role::Longitude);
+    let name = match role.dimension() {
+        Dimension::Angle if attitude && largest > LARGEST_ATTITUDE_RAD => "deg",
+        Dimension::Angle if !attitude && largest > LARGEST_FLOW_RAD => "deg",
+        Dimension::AngularRate if largest > LARGEST_RATE_RAD_S && !is_engine(role) => "deg/s",
+        Dimension::AngularRate if is_engine(role) => "rpm",
+        dimension => dimension.si_symbol(),
+    };
+    Unit::parse(name).unwrap_or(Unit::si(role.dimension()))
+}
+
+fn is_engine(role: Role) -> bool {
+    matches!(role, Role::EngineSpeed1 | Role::EngineSpeed2)
+}
+
+/// Specific force along z is about -g on the mean: its size tells g from m/s² where no unit is known, its sign the axis, and a mean
+/// near zero in g that 1 g was taken off.
+fn refine_forces(map: &mut HandMap, probes: &[Probe]) {
+    let axes = [Role::SpecificForceX, Role::SpecificForceY, Role::SpecificForceZ];
+    let Some(row) = map.row(Role::SpecificForceZ) else { return };
+    let Some(channel) = row.from.find(probes) else { return };
+    let finite = || channel.values().iter().filter(|value| value.is_finite());
+    let count = finite().count();
+    if count == 0 {
+        return;
+    }
+    let mean = finite().sum::<f64>() / count as f64;
+    let Ok(g) = Unit::parse("g") else { return };
+    let in_g = if channel.unit.is_none() { mean.abs() < LARGEST_MEAN_G } else { row.unit == Some(g) };
+    for (role, row) in &mut map.rows {
+        let unknown = row.from.find(probes).is_some_and(|channel| channel.unit.is_none());
+        let is_default = row.unit == Some(Unit::si(Dimension::Acceleration));
+        if axes.contains(role) && unknown && is_default && in_g && !row.from.channel.to_lowercase().ends_with("_m_s2") {
+            row.unit = Some(g);
+        }
+        if *role == Role::SpecificForceZ {
+            let taken_off = in_g && mean.abs() < 0.4;
+            let upwards = row.from.channel.to_lowercase().contains("norm");
+            row.turned = mean > 0.4 || (taken_off && upwards);
+            row.offset = if !taken_off {
+                0.0
+            } else if row.turned {
+                1.0
+            } else {
+                -1.0
+            };
+        }
+    }
+}
+
+/// Position down of an altitude where nothing else gives it; of fixes where there are latitude and longitude and no position.
+fn add_position(map: &mut HandMap) {
+    let has = |role: Role| map.row(role).is_some();
+    let fixes = has(Role::Latitude) && has(Role::Longitude);
+    if fixes && !has(Role::PositionNorth) && !has(Role::PositionEast) && !has(Role::PositionDown) {
+        map.position_from_fixes = true;
+        return;
+    }
+    let altitude = map.row(Role::GpsAltitude).or_else(|| map.row(Role::Altitude)).cloned();
+    if let Some(row) = altitude.filter(|_| !has(Role::PositionDown)) {
+        map.set(Role::PositionDown, Some(HandRow { turned: !row.turned, ..row }));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{ChannelMap, HandTime, inspect, plan, read};
+    use super::*;
+
+    /// Level flight at 60 m/s in the units of a hobbyist's recorder.
+    const TEXT: &str = "time,imu_ax_g,ay,nz,gyro_x,q_deg_s,YawRate,Roll [deg],theta,hdg,IAS_kt,TAS,AoA,elevator,Lat,Lon,alt_ft\n\
+        0.00,0.02,0.0,1.0,10.0,1.0,0.1,2.0,3.0,181.0,110,60,2.5,-4.0,52.00,4.0,1000\n\
+        0.02,0.02,0.0,1.1,-9.0,1.0,0.1,2.0,3.0,181.0,110,60,2.5,-4.0,52.01,4.0,1000\n\
+        0.04,0.02,0.0,0.9,10.0,1.0,0.1,2.0,3.0,181.0,110,60,2.5,-4.0,52.02,4.0,1000\n";
+
+    fn probe_of(text: &str) -> Probe {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("mine.csv");
+        std::fs::write(&path, text).unwrap();
+        inspect(&path).unwrap()
+    }
+
+    #[test]
+    fn guess_finds_roles_units_and_signs_and_reads_them_in_si() {
+        let probe = probe_of(TEXT);
+        let map = guess(std::slice::from_ref(&probe));
+        assert_eq!(map.name, "mine");
+        assert!(map.position_from_fixes);
+        let parsed = ChannelMap::parse(&map.text().unwrap()).unwrap();
+        let plan = plan(&probe, &parsed);
+        assert_eq!(plan.problems, []);
+        let recording = read(&plan).unwrap();
+        let first = |role| recording.role(role).map(|channel| channel.series.values[0]);
+        let degree = std::f64::consts::PI / 180.0;
+        for (role, wanted) in [
+            (Role::SpecificForceX, 0.02 * 9.806_65),
+            (Role::SpecificForceZ, -9.806_65),
+            (Role::RollRate, 10.0 * degree),
+            (Role::PitchRate, degree),
+            (Role::YawRate, 0.1),
+            (Role::BankAngle, 2.0 * degree),
+            (Role::PitchAngle, 3.0 * degree),
+            (Role::HeadingAngle, 181.0 * degree),
+            (Role::CalibratedAirspeed, 110.0 * 1852.0 / 3600.0),
+            (Role::TrueAirspeed, 60.0),
+            (Role::AngleOfAttack, 2.5 * degree),
+            (Role::Elevator, -4.0 * degree),
+            (Role::Altitude, 304.8),
+            (Role::PositionDown, 0.0),
+        ] {
+            let value = first(role).unwrap_or(f64::NAN);
+            assert!((value - wanted).abs() < 1e-9, "{}: {value}, not {wanted}", role.name());
+            if let Some(row) = map.row(role) {
+                assert!((row.first_si(std::slice::from_ref(&probe)).unwrap() - wanted).abs() < 1e-9);
+            }
+        }
+        assert_eq!(recording.role(Role::RollRate).unwrap().series.time_s[..], [0.0, 0.02, 0.04]);
+        assert!(map.row(Role::Sideslip).is_none());
+    }
+
+    #[test]
+    fn altitude_without_fixes_is_position_down_turned() {
+        let probe = probe_of("t,alt,p\n0,100,0\n1,110,0\n2,120,0\n");
+        let map = guess(std::slice::from_ref(&probe));
+        assert_eq!(map.row(Role::PositionDown).unwrap().first_si(std::slice::from_ref(&probe)), Some(-100.0));
+        assert_eq!(map.row(Role::Altitude).unwrap().first_si(std::slice::from_ref(&probe)), Some(100.0));
+    }
+
+    #[test]
+    fn source_without_time_gets_the_rate_given() {
+        let probe = probe_of("p,q\n5,1\n4,2\n6,3\n");
+        let mut map = guess(std::slice::from_ref(&probe));
+        map.time.push(("mine".to_owned(), HandTime::Rate(50.0)));
+        let parsed = ChannelMap::parse(&map.text().unwrap()).unwrap();
+        let recording = read(&plan(&probe, &parsed)).unwrap();
+        assert_eq!(recording.role(Role::PitchRate).unwrap().series.time_s[..], [0.0, 0.02, 0.04]);
+    }
+}
