@@ -15,6 +15,11 @@ use crate::text;
 pub fn check(arguments: &CheckArguments) -> Result<(), String> {
     let path = &arguments.file;
     let content = std::fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))?;
+    if content.trim().is_empty() {
+        let line =
+            "there is nothing in it: an empty session or aircraft file; open another file, or its .bak beside it";
+        return Err(format!("{}: {line}", path.display()));
+    }
     let is_session = content.lines().any(|line| line.trim_start().starts_with("format") && line.contains(FORMAT));
     let result = if is_session { check_session(arguments) } else { check_aircraft(&content) };
     result.map_err(|error| format!("{}: {error}", path.display()))

@@ -1,16 +1,14 @@
 //! `doublet new`: a session for recordings.
 
-use std::collections::BTreeMap;
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use doublet_core::load::{ChannelMap, Probe, inspect, plan_all};
 use doublet_core::model::Structure;
-use doublet_core::reconstruct::{FilterSettings, Measurement};
-use doublet_core::series::Window;
+use doublet_core::reconstruct::Measurement;
+use doublet_engine::begin::{self, empty_session, fitting_maps, name_of, whole_window};
 use doublet_engine::builtin;
-use doublet_engine::session::{
-    self, Estimation, Flight, Manoeuvre, Preparation, RecordingRef, Session, SignalSetting, WindowRole,
-};
+use doublet_engine::session::{self, Flight, MapRef, SignalSetting};
 
 use crate::arguments::{NewArguments, StructureName};
 use crate::text;
@@ -59,9 +57,14 @@ pub fn new(arguments: &NewArguments) -> Result<(), String> {
     } else {
         (0..probes.len()).map(|index| (name_of(&arguments.recordings[index]), vec![index])).collect()
     };
-    let mut flights = Vec::new();
-    let mut windows = Vec::new();
-    let mut measured = Vec::new();
+    let mut session = empty_session(&name_of(&arguments.output), &aircraft_reference(&arguments.aircraft)?);
+    session.structure = match arguments.structure {
+        StructureName::Thesis => Structure::thesis(),
+        StructureName::Alternative => Structure::alternative(),
+        StructureName::Quadratic => Structure::quadratic(),
+        StructureName::WithPower => Structure::with_power(),
+    };
+    let mut measured = BTreeSet::new();
     for (name, members) in groups {
         let probes: Vec<Probe> = members.iter().map(|&index| probes[index].clone()).collect();
         let (reference, map) = match &arguments.map {
@@ -76,53 +79,19 @@ pub fn new(arguments: &NewArguments) -> Result<(), String> {
         }
         let recordings = members
             .iter()
-            .map(|&index| recording(&arguments.recordings[index], &reference))
+            .map(|&index| begin::reference(&arguments.recordings[index], MapRef::File(reference.clone())))
             .collect::<Result<Vec<_>, _>>()?;
-        if let Some(window) = whole(&probes) {
-            windows.push(Manoeuvre {
-                name: name.clone(),
-                flight: name.clone(),
-                window,
-                role: WindowRole::Identification,
-                surface: None,
-                kind: String::new(),
-            });
-        }
+        session.windows.extend(whole_window(&name, &probes));
         let signals = SignalSetting::default();
-        flights.push(Flight { name, recordings, clocks: Vec::new(), instruments: None, signals });
+        session.flights.push(Flight { name, recordings, clocks: Vec::new(), instruments: None, signals });
     }
-    let aircraft = aircraft_reference(&arguments.aircraft)?;
-    let session = Session {
-        title: name_of(&arguments.output),
-        aircraft,
-        loading: None,
-        flights,
-        windows,
-        steady: Vec::new(),
-        noise_reasons: BTreeMap::new(),
-        filter: FilterSettings::default(),
-        preparation: Preparation::default(),
-        estimation: Estimation::default(),
-        structure: match arguments.structure {
-            StructureName::Thesis => Structure::thesis(),
-            StructureName::Alternative => Structure::alternative(),
-            StructureName::Quadratic => Structure::quadratic(),
-            StructureName::WithPower => Structure::with_power(),
-        },
-        second_structure: None,
-    };
     session::save(&session, &arguments.output).map_err(|error| error.to_string())?;
-    let missing = Measurement::ALL.into_iter().filter(|m| !measured.contains(&m.role())).map(Measurement::name);
-    let missing: Vec<_> = missing.collect();
+    let missing: Vec<_> = begin::unmeasured(&measured).into_iter().map(Measurement::name).collect();
     if !missing.is_empty() {
         text::line(&format!("not measured: {}", missing.join(", ")));
     }
     text::line(&format!("{}: set windows, noise and terms, then `doublet run`", arguments.output.display()));
     Ok(())
-}
-
-fn name_of(path: &Path) -> String {
-    path.file_stem().map_or_else(|| "flight".to_owned(), |stem| stem.to_string_lossy().into_owned())
 }
 
 /// How a session refers to an aircraft given by file or by the name of one that comes with the program.
@@ -136,37 +105,15 @@ pub fn aircraft_reference(name: &str) -> Result<String, String> {
     if Path::new(name).exists() {
         return absolute(Path::new(name));
     }
-    Err(format!("no aircraft '{name}': give a file, or one of {}", builtin::names("aircraft").join(", ")))
-}
-
-fn recording(path: &Path, channel_map: &str) -> Result<RecordingRef, String> {
-    Ok(RecordingRef {
-        path: absolute(path)?,
-        sha256: Some(session::content_hash(path).map_err(|error| error.to_string())?),
-        channel_map: channel_map.to_owned(),
-        only: None,
-    })
+    Err(format!("no aircraft '{name}': give a file, or one of {}", builtin::aircraft().join(", ")))
 }
 
 /// The shipped map that gives these recordings the most roles without an error.
 fn best_map(probes: &[Probe]) -> Result<(String, ChannelMap), String> {
-    let maps = builtin::names("channel_maps").into_iter().filter_map(|name| channel_map(name).ok());
-    let fitting = maps.filter_map(|(name, map)| {
-        let plan = plan_all(probes, &map);
-        (!plan.has_errors() && !plan.roles.is_empty()).then_some((plan.roles.len(), name, map))
-    });
-    fitting.max_by_key(|(roles, ..)| *roles).map(|(_, name, map)| (name, map)).ok_or_else(|| {
-        "no shipped channel map fits these channels: write one and name it with --map (see `doublet inspect`)"
+    let best = fitting_maps(probes).into_iter().next().ok_or_else(|| {
+        "no shipped channel map fits these channels: write one and name it with --map (see `doublet inspect`), or map \
+         them by hand in the window"
             .to_owned()
-    })
-}
-
-/// The time all clocks of the recordings span together.
-fn whole(probes: &[Probe]) -> Option<Window> {
-    let clocks = probes.iter().flat_map(|probe| &probe.sources).flat_map(|source| &source.clocks);
-    let (start_s, end_s) =
-        clocks.filter(|clock| clock.samples > 1).fold((f64::INFINITY, f64::NEG_INFINITY), |(start, end), clock| {
-            (start.min(clock.start_s), end.max(clock.end_s))
-        });
-    (start_s < end_s).then_some(Window { start_s, end_s })
+    })?;
+    channel_map(best.name)
 }

@@ -7,6 +7,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::{LazyLock, Mutex, PoisonError};
 
+use doublet_core::load::aircraft;
 use include_dir::{Dir, DirEntry, include_dir};
 use sha2::{Digest, Sha256};
 
@@ -29,6 +30,15 @@ pub fn names(folder: &str) -> Vec<&'static str> {
         .filter(|file| file.path().extension().is_some_and(|e| e == "toml"))
         .filter_map(|f| f.path().file_stem()?.to_str())
         .collect()
+}
+
+/// Names of the aircraft; their folder holds instruments and aerodynamic truths besides.
+pub fn aircraft() -> Vec<&'static str> {
+    let is_aircraft = |name: &&str| {
+        let text = text("aircraft", name).unwrap_or_default();
+        text.lines().any(|line| line.starts_with("format") && line.contains(aircraft::FORMAT))
+    };
+    names("aircraft").into_iter().filter(is_aircraft).collect()
 }
 
 /// A session that comes with the program.

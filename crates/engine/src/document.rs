@@ -27,7 +27,7 @@ pub struct Document {
 /// What keeps a document from being lost.
 struct Keeping {
     autosaver: Autosaver,
-    kept: Arc<Session>,
+    kept: Option<Arc<Session>>,
     lock: Option<Lock>,
     held_by: Option<String>,
 }
@@ -54,6 +54,11 @@ impl Document {
         let text = builtin::session(SHIPPED).ok_or("no session comes with this program")?;
         let session = session::parse(text).map_err(|error| error.to_string())?;
         Ok(Self::new(History::new(session), None, std::env::current_dir().unwrap_or_default()))
+    }
+
+    /// A session just made, which no file has yet. Its relative paths start from the present folder.
+    pub fn begun(session: Session) -> Self {
+        Self::new(History::unsaved(Arc::new(session)), None, std::env::current_dir().unwrap_or_default())
     }
 
     /// Unsaved work of a program that ended: one undo away from what its file holds, or without a file where that cannot be
@@ -96,7 +101,7 @@ impl Document {
             }
         }
         let slot = Slot::new(autosaves, self.path.as_deref())?;
-        let kept = Arc::clone(self.history.saved().unwrap_or(self.history.present()));
+        let kept = self.history.saved().cloned();
         let autosaver = Autosaver::start(slot)?;
         self.keeping = Some(Keeping { autosaver, kept, lock, held_by });
         Ok(())
@@ -105,10 +110,9 @@ impl Document {
     /// Hands unsaved work to the background writer where it is new; made to be called after every edit, or once a frame.
     pub fn autosave(&mut self) {
         let present = self.history.present();
-        let Some(keeping) = self.keeping.as_mut().filter(|keeping| !Arc::ptr_eq(&keeping.kept, present)) else {
-            return;
-        };
-        keeping.kept = Arc::clone(present);
+        let is_new = |keeping: &&mut Keeping| !keeping.kept.as_ref().is_some_and(|kept| Arc::ptr_eq(kept, present));
+        let Some(keeping) = self.keeping.as_mut().filter(is_new) else { return };
+        keeping.kept = Some(Arc::clone(present));
         if self.history.is_modified() {
             let (of, folder) = (self.path.as_deref().map(absolute), absolute(&self.folder));
             keeping.autosaver.keep(Draft { of, folder, session: Arc::clone(present) });
@@ -178,7 +182,7 @@ impl Document {
         self.folder = folder;
         let present = Arc::clone(self.history.present());
         if let Some(keeping) = &mut self.keeping {
-            keeping.kept = present;
+            keeping.kept = Some(present);
             keeping.autosaver.clear();
             if let Some(lock) = claimed {
                 keeping.lock = Some(lock);

@@ -43,7 +43,7 @@ fn paths_that_leave_the_folder_of_the_session_are_named() {
 }
 
 fn flight_of(path: &str, map: &str) -> Flight {
-    let recording = RecordingRef { path: path.to_owned(), sha256: None, channel_map: map.to_owned(), only: None };
+    let recording = RecordingRef { path: path.to_owned(), sha256: None, channel_map: map.into(), only: None };
     Flight {
         name: "one".to_owned(),
         recordings: vec![recording],

@@ -329,7 +329,7 @@ fn a_changed_or_missing_recording_is_named_with_its_hashes_and_the_rest_goes_on(
     let flight = &mut session.flights[0];
     flight.recordings.truncate(1);
     flight.recordings[0].path = "log.csv".to_owned();
-    flight.recordings[0].channel_map = "map.toml".to_owned();
+    flight.recordings[0].channel_map = "map.toml".into();
     flight.recordings[0].sha256 = Some(was.clone());
     flight.clocks.clear();
     flight.instruments = None;

@@ -1,15 +1,19 @@
 //! Sessions: saved form, edits, undo.
 
 use doublet_core::estimate::Constraint;
+use doublet_core::load::{ChannelName, HandRow};
 use doublet_core::model::{Coefficient, Structure, Term, Variable};
-use doublet_core::quantity::Role;
+use doublet_core::quantity::{Role, Unit};
 use doublet_core::reconstruct::{AirState, FilterSettings, Input, Measurement, Method};
 use doublet_core::series::Window;
+use doublet_engine::begin;
+use doublet_engine::run::Control;
 use doublet_engine::session::{
     self, ClockPairSetting, ClockSetting, Edit, EditError, Estimation, FilterEdit, Flight, InstrumentSetting,
-    Manoeuvre, ModelEdit, Preparation, RecordingRef, Session, SignalPreset, SignalSetting, SteadyWindow, Surface,
-    WindowEdit, WindowRole,
+    Manoeuvre, MapRef, ModelEdit, Preparation, RecordingRef, Session, SignalPreset, SignalSetting, SteadyWindow,
+    Surface, WindowEdit, WindowRole,
 };
+use doublet_engine::stage;
 use doublet_engine::undo::History;
 use proptest::prelude::*;
 
@@ -31,7 +35,7 @@ fn example() -> Session {
             recordings: vec![RecordingRef {
                 path: "flight.h5".to_owned(),
                 sha256: Some("ab".to_owned()),
-                channel_map: "builtin:demo".to_owned(),
+                channel_map: "builtin:demo".into(),
                 only: None,
             }],
             clocks: vec![ClockSetting {
@@ -298,5 +302,46 @@ proptest! {
         }
         let text = session::print(history.present()).unwrap();
         prop_assert_eq!(&session::parse(&text).unwrap(), &**history.present());
+    }
+}
+
+#[test]
+fn map_made_by_hand_is_kept_in_the_session_and_reads_the_recording_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("mine.csv");
+    std::fs::write(&path, "time,rate,nz\n0.0,10,1.0\n0.1,20,1.1\n0.2,30,0.9\n").unwrap();
+    let quiet = |_: f32| {};
+    let mut inspected = begin::inspect(&[path], &Control::default(), &quiet).unwrap();
+    assert!(inspected.fitting.is_empty() && inspected.guess.row(Role::PitchRate).is_none());
+    let from = ChannelName { source: "mine".to_owned(), channel: "rate".to_owned() };
+    inspected.guess.set(Role::PitchRate, Some(HandRow::new(from, Unit::parse("deg/s").ok())));
+    let plan = begin::plan_by_hand(&inspected.probes, &inspected.guess).unwrap();
+    let map = MapRef::Own(inspected.guess.text().unwrap().into());
+    let order = begin::Order { name: "mine".to_owned(), aircraft: "builtin:c337f".to_owned(), map };
+    let made = begin::begin(&order, &inspected, &plan, &Control::default(), &quiet).unwrap();
+    assert_eq!((made.windows.len(), made.windows[0].window), (1, Window { start_s: 0.0, end_s: 0.2 }));
+    let file = folder.path().join("s.toml");
+    session::save(&made, &file).unwrap();
+    let opened = session::open(&file).unwrap();
+    assert_eq!(opened.session, made);
+    let loaded = stage::flight(&opened.folder, &opened.session.flights[0]).unwrap();
+    let values = &loaded.recording.role(Role::PitchRate).unwrap().series.values;
+    assert!((values[2] - 30.0_f64.to_radians()).abs() < 1e-15);
+    let force = &loaded.recording.role(Role::SpecificForceZ).unwrap().series.values;
+    assert!((force[1] + 1.1 * 9.806_65).abs() < 1e-12, "nz is upwards: its sign is turned");
+    let missing = begin::missing(|role| loaded.recording.role(role).is_some());
+    assert!(missing[0].is_fatal && missing[0].roles.len() == 4, "ax, ay, p and r: {missing:?}");
+    let bad = made.flights[0].recordings[0].clone();
+    let bad = session::RecordingRef { channel_map: MapRef::Own("format = 1".into()), ..bad };
+    let line = stage::flight(&opened.folder, &Flight { recordings: vec![bad], ..made.flights[0].clone() }).unwrap_err();
+    assert!(line.contains("channel map of the session"), "{line}");
+}
+
+#[test]
+fn aircraft_that_come_with_the_program_all_load() {
+    let names = doublet_engine::builtin::aircraft();
+    assert!(names.contains(&"c337f") && !names.contains(&"c337f_truth") && !names.contains(&"c337f_instruments"));
+    for name in names {
+        stage::load_aircraft(std::path::Path::new("."), &format!("builtin:{name}")).unwrap();
     }
 }

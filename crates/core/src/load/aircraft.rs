@@ -34,7 +34,7 @@ use crate::airframe::{
 };
 
 /// First line of every aircraft file.
-const FORMAT: &str = "doublet aircraft";
+pub const FORMAT: &str = "doublet aircraft";
 /// Version this reads.
 const VERSION: u32 = 1;
 

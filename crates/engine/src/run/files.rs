@@ -10,7 +10,7 @@ use crate::stage;
 pub fn files_key(folder: &Path, flight: &session::Flight) -> Key {
     let mut key = KeyBuilder::new("files", 1).parameters(&flight.recordings);
     for entry in &flight.recordings {
-        for path in [&entry.path, &entry.channel_map] {
+        for path in std::iter::once(entry.path.as_str()).chain(entry.channel_map.file()) {
             let Ok(place) = stage::locate(folder, path) else { continue };
             for file in stage::files(&place) {
                 let metadata = std::fs::metadata(&file);

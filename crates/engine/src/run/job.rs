@@ -1,4 +1,4 @@
-//! Files written in the background, so that the window goes on drawing meanwhile.
+//! Files written and looked at in the background, so that the window goes on drawing meanwhile.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -7,23 +7,24 @@ use std::thread::JoinHandle;
 
 use super::control::Control;
 
-/// Results or a report on their way to disk. Dropping it waits for the end: nothing half-written is left behind.
-pub struct Job {
+/// Results or a report on their way to disk, or a recording being looked at. Dropping it waits for the end: nothing half-written is left
+/// behind.
+pub struct Job<T = PathBuf> {
     progress: Arc<AtomicU32>,
     control: Control,
-    thread: Option<JoinHandle<Result<PathBuf, String>>>,
+    thread: Option<JoinHandle<Result<T, String>>>,
 }
 
-impl Job {
+impl<T: Send + 'static> Job<T> {
     /// Starts `work` in a thread called `name`. It is given a control to look at between its steps and a function to tell the part
-    /// done, 0 to 1, and returns the place of what it wrote or one line why there is nothing; `wake` is called after every step.
+    /// done, 0 to 1, and returns what it came to, such as the place of what it wrote, or one line why there is nothing; `wake` is called after every step.
     ///
     /// # Errors
     /// When the operating system refuses a thread.
     pub fn start(
         name: &str,
         wake: impl Fn() + Send + 'static,
-        work: impl FnOnce(&Control, &dyn Fn(f32)) -> Result<PathBuf, String> + Send + 'static,
+        work: impl FnOnce(&Control, &dyn Fn(f32)) -> Result<T, String> + Send + 'static,
     ) -> std::io::Result<Self> {
         let progress = Arc::new(AtomicU32::new(0.0_f32.to_bits()));
         let control = Control::default();
@@ -40,7 +41,7 @@ impl Job {
         Ok(Self { progress, control, thread: Some(thread) })
     }
 
-    /// Part that is written, 0 to 1.
+    /// Part that is done, 0 to 1.
     pub fn progress(&self) -> f32 {
         f32::from_bits(self.progress.load(Ordering::Relaxed))
     }
@@ -50,24 +51,24 @@ impl Job {
         self.control.cancel();
     }
 
-    /// Whether nothing is left to write, or writing has failed.
+    /// Whether nothing is left to do, or it has failed.
     pub fn is_finished(&self) -> bool {
         self.thread.as_ref().is_none_or(JoinHandle::is_finished)
     }
 
-    /// Waits for the end: the place of what was written, or one line why there is nothing.
+    /// Waits for the end: what it came to, or one line why there is nothing.
     ///
     /// # Errors
     /// The line of the work.
-    pub fn finish(mut self) -> Result<PathBuf, String> {
+    pub fn finish(mut self) -> Result<T, String> {
         match self.thread.take().map(JoinHandle::join) {
             Some(Ok(result)) => result,
-            Some(Err(_)) | None => Err("writing ended unexpectedly: try it again".to_owned()),
+            Some(Err(_)) | None => Err("the work ended unexpectedly: try it again".to_owned()),
         }
     }
 }
 
-impl Drop for Job {
+impl<T> Drop for Job<T> {
     fn drop(&mut self) {
         if let Some(thread) = self.thread.take() {
             // Nobody is left to tell how it ended.

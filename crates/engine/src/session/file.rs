@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
 
-use super::Session;
 use super::schema::{SessionError, parse, print};
+use super::{MapRef, Session};
 use crate::keep::replace_keeping_previous;
 
 /// A session and where its relative paths start.
@@ -64,7 +64,9 @@ pub fn rebased(session: &Session, old: &Path, new: &Path) -> Session {
     rebase(&mut session.aircraft, old, new);
     for recording in session.flights.iter_mut().flat_map(|flight| &mut flight.recordings) {
         rebase(&mut recording.path, old, new);
-        rebase(&mut recording.channel_map, old, new);
+        if let MapRef::File(path) = &mut recording.channel_map {
+            rebase(path, old, new);
+        }
     }
     session
 }

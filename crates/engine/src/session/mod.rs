@@ -4,6 +4,7 @@ mod check;
 mod constraint;
 mod edit;
 mod file;
+mod map_ref;
 mod noise;
 mod paths;
 mod preparation;
@@ -22,6 +23,7 @@ pub use check::{Problem, check};
 pub use constraint::TermConstraint;
 pub use edit::{Edit, EditError, EstimationEdit, FilterEdit, LoadingEdit, ModelEdit, WindowEdit};
 pub use file::{Opened, content_hash, open, rebased, save};
+pub use map_ref::MapRef;
 pub use noise::{NoiseChannel, NoiseEdit, NoiseEntry, SteadyWindow};
 pub use paths::path_warning;
 pub use preparation::{ControlLags, MomentReference, Preparation};
@@ -129,8 +131,8 @@ pub struct RecordingRef {
     pub path: String,
     /// SHA-256 of the content when it was added; `None` if it was never read.
     pub sha256: Option<String>,
-    /// Channel map, relative to the session file, or `builtin:` and a name.
-    pub channel_map: String,
+    /// Which channel plays which role.
+    pub channel_map: MapRef,
     /// The only roles to take from it; `None` for all.
     pub only: Option<Vec<Role>>,
 }

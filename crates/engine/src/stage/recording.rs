@@ -12,7 +12,7 @@ use super::instruments::derive;
 use super::signals::{TreatedSignal, treat_signals};
 use crate::builtin;
 use crate::graph::Footprint;
-use crate::session::{Flight, RecordingRef, content_hash, path_warning};
+use crate::session::{Flight, MapRef, RecordingRef, content_hash, path_warning};
 
 /// A flight as read.
 #[derive(Clone, Debug)]
@@ -79,8 +79,10 @@ pub fn flight(folder: &Path, flight: &Flight) -> Result<LoadedFlight, String> {
     let mut hashes = Vec::new();
     let mut merged = Recording::default();
     let instruments = flight.instruments.iter().map(|setting| &setting.file);
-    let recordings = flight.recordings.iter().flat_map(|entry| [&entry.path, &entry.channel_map]);
-    merged.warnings.extend(recordings.chain(instruments).filter_map(|path| path_warning(path)));
+    let instruments = instruments.map(String::as_str);
+    let maps = flight.recordings.iter().filter_map(|entry| entry.channel_map.file());
+    let paths = flight.recordings.iter().map(|entry| entry.path.as_str()).chain(maps).chain(instruments);
+    merged.warnings.extend(paths.filter_map(path_warning));
     for entry in &flight.recordings {
         let place = locate(folder, &entry.path).map_err(|line| missing(&line, entry))?;
         let hash = content_hash(&place).map_err(|error| error.to_string())?;
@@ -95,8 +97,11 @@ pub fn flight(folder: &Path, flight: &Flight) -> Result<LoadedFlight, String> {
         hashes.push(hash);
     }
     for Group { map, only, entries } in groups(&flight.recordings) {
-        let text = text(folder, map, "channel_maps")?;
-        let map = ChannelMap::parse(&text).map_err(|error| format!("channel map {map}: {error}"))?;
+        let text = match map {
+            MapRef::File(path) => text(folder, path, "channel_maps")?,
+            MapRef::Own(text) => text.to_string(),
+        };
+        let map = ChannelMap::parse(&text).map_err(|error| format!("channel map {}: {error}", map.name()))?;
         let places = entries.iter().map(|entry| locate(folder, &entry.path)).collect::<Result<Vec<_>, _>>()?;
         let recording = read_all(&places, &map).map_err(|error| error.to_string())?;
         merge(&mut merged, recording, only);
@@ -129,7 +134,7 @@ fn missing(line: &str, entry: &RecordingRef) -> String {
 
 /// Neighbouring recordings with one channel map: read together, so that the map sees all their sources.
 struct Group<'a> {
-    map: &'a str,
+    map: &'a MapRef,
     only: Option<&'a [Role]>,
     entries: Vec<&'a RecordingRef>,
 }
@@ -137,7 +142,7 @@ struct Group<'a> {
 fn groups(recordings: &[RecordingRef]) -> Vec<Group<'_>> {
     let mut groups: Vec<Group<'_>> = Vec::new();
     for entry in recordings {
-        let (map, only) = (entry.channel_map.as_str(), entry.only.as_deref());
+        let (map, only) = (&entry.channel_map, entry.only.as_deref());
         match groups.last_mut() {
             Some(group) if group.map == map && group.only == only => group.entries.push(entry),
             _ => groups.push(Group { map, only, entries: vec![entry] }),

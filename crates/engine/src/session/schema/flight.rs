@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::signals::{SignalsTable, signals_from, signals_table};
 use super::{SessionError, unknown};
-use crate::session::{ClockPairSetting, ClockSetting, Flight, InstrumentSetting, RecordingRef};
+use crate::session::{ClockPairSetting, ClockSetting, Flight, InstrumentSetting, MapRef, RecordingRef};
 
 /// A flight.
 #[derive(Serialize, Deserialize)]
@@ -74,9 +74,17 @@ struct RecordingTable {
     path: String,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     sha256: Option<String>,
-    channel_map: String,
+    channel_map: MapTable,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     only: Option<Vec<String>>,
+}
+
+/// A channel map by its path, or in full.
+#[derive(Serialize, Deserialize)]
+#[serde(untagged)]
+enum MapTable {
+    File(String),
+    Own(toml::Table),
 }
 
 /// The flight a table states.
@@ -120,7 +128,11 @@ pub fn role_names(roles: &[Role]) -> Vec<String> {
 fn recording_from(table: RecordingTable) -> Result<RecordingRef, SessionError> {
     let only =
         table.only.as_ref().map(|names| roles_from(&format!("recording '{}'", table.path), names)).transpose()?;
-    Ok(RecordingRef { only, path: table.path, sha256: table.sha256, channel_map: table.channel_map })
+    let channel_map = match table.channel_map {
+        MapTable::File(path) => MapRef::File(path),
+        MapTable::Own(map) => MapRef::Own(map.to_string().into()),
+    };
+    Ok(RecordingRef { only, path: table.path, sha256: table.sha256, channel_map })
 }
 
 /// The table of a flight.
@@ -133,7 +145,7 @@ pub fn flight_table(flight: &Flight) -> FlightTable {
             .map(|entry| RecordingTable {
                 path: entry.path.clone(),
                 sha256: entry.sha256.clone(),
-                channel_map: entry.channel_map.clone(),
+                channel_map: map_table(&entry.channel_map),
                 only: entry.only.as_deref().map(role_names),
             })
             .collect(),
@@ -147,6 +159,14 @@ pub fn flight_table(flight: &Flight) -> FlightTable {
             fuel: setting.fuel,
         }),
         signals: signals_table(&flight.signals),
+    }
+}
+
+/// A map the session holds was parsed before; what is no TOML is written as a path, so that its error names it.
+fn map_table(map: &MapRef) -> MapTable {
+    match map {
+        MapRef::File(path) => MapTable::File(path.clone()),
+        MapRef::Own(text) => text.parse().map_or_else(|_| MapTable::File(text.to_string()), MapTable::Own),
     }
 }
 

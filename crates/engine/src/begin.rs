@@ -1,0 +1,219 @@
+//! A session for recordings: what they hold, which channel maps fit, and what follows from the one chosen.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+use doublet_core::load::{self, ChannelMap, HandMap, Plan, Probe, plan_all};
+use doublet_core::model::Structure;
+use doublet_core::quantity::Role;
+use doublet_core::reconstruct::{FilterSettings, Input, Measurement};
+use doublet_core::series::Window;
+
+use crate::builtin;
+use crate::run::Control;
+use crate::session::{
+    Estimation, Flight, Manoeuvre, MapRef, Preparation, RecordingRef, Session, SignalSetting, WindowRole, content_hash,
+};
+use crate::stage::{LoadedFlight, open_windows, proposals};
+
+/// A channel map that comes with the program and what it makes of some recordings.
+#[derive(Clone, Debug)]
+pub struct FittingMap {
+    /// Its file's name without extension.
+    pub name: &'static str,
+    /// One line on the recordings it is for.
+    pub description: String,
+    /// What reading by it will do.
+    pub plan: Plan,
+}
+
+impl FittingMap {
+    /// How a session refers to it.
+    pub fn reference(&self) -> MapRef {
+        MapRef::File(format!("{}{}", builtin::PREFIX, self.name))
+    }
+}
+
+/// Recordings looked at before they are read.
+#[derive(Clone, Debug)]
+pub struct Inspected {
+    /// Files or folders, all of one flight.
+    pub paths: Vec<PathBuf>,
+    /// What each holds.
+    pub probes: Vec<Probe>,
+    /// Shipped maps that give roles without an error, the one with most roles first.
+    pub fitting: Vec<FittingMap>,
+    /// A map guessed from names, units and values.
+    pub guess: HandMap,
+}
+
+/// A session to be made.
+#[derive(Clone, Debug)]
+pub struct Order {
+    /// Title of the session and name of its flight.
+    pub name: String,
+    /// Aircraft: a file, or `builtin:` and a name.
+    pub aircraft: String,
+    /// Channel map.
+    pub map: MapRef,
+}
+
+/// Roles a recording lacks and what that blocks.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Missing {
+    /// The roles.
+    pub roles: Vec<Role>,
+    /// What there is not without them.
+    pub blocks: &'static str,
+    /// Nothing can be reconstructed.
+    pub is_fatal: bool,
+}
+
+/// What is missing of the roles that `has` does not have, worst first.
+pub fn missing(has: impl Fn(Role) -> bool) -> Vec<Missing> {
+    let absent = |roles: Vec<Role>| roles.into_iter().filter(|role| !has(*role)).collect::<Vec<_>>();
+    let inputs = absent(Input::ALL.into_iter().map(Input::role).collect());
+    let controls = absent(vec![Role::Elevator, Role::Aileron, Role::Rudder]);
+    let measured = absent(Measurement::ALL.into_iter().map(Measurement::role).collect());
+    let all = [
+        Missing { roles: inputs, blocks: "no reconstruction without", is_fatal: true },
+        Missing { roles: controls, blocks: "no control derivatives of", is_fatal: false },
+        Missing { roles: measured, blocks: "the filter goes without", is_fatal: false },
+    ];
+    all.into_iter().filter(|missing| !missing.roles.is_empty()).collect()
+}
+
+/// The shipped maps that give these recordings roles without an error, the one with most roles first.
+pub fn fitting_maps(probes: &[Probe]) -> Vec<FittingMap> {
+    let maps = builtin::names("channel_maps").into_iter().filter_map(|name| {
+        let map = ChannelMap::parse(builtin::text("channel_maps", name)?).ok()?;
+        let plan = plan_all(probes, &map);
+        let fits = !plan.has_errors() && !plan.roles.is_empty();
+        fits.then_some(FittingMap { name, description: map.description, plan })
+    });
+    let mut maps: Vec<_> = maps.collect();
+    maps.sort_by_key(|map| std::cmp::Reverse(map.plan.roles.len()));
+    maps
+}
+
+/// Name a recording gives to its flight: that of the file without its extension.
+pub fn name_of(path: &Path) -> String {
+    path.file_stem().map_or_else(|| "flight".to_owned(), |stem| stem.to_string_lossy().into_owned())
+}
+
+/// Looks at recordings of one flight: everything they hold, the maps that fit and a guess.
+///
+/// # Errors
+/// One line when one cannot be read, or the work was cancelled.
+pub fn inspect(paths: &[PathBuf], control: &Control, progress: &dyn Fn(f32)) -> Result<Inspected, String> {
+    let mut probes = Vec::new();
+    for (index, path) in paths.iter().enumerate() {
+        go_on(control)?;
+        probes.push(load::inspect(path).map_err(|error| error.to_string())?);
+        progress(0.8 * (index + 1) as f32 / paths.len() as f32);
+    }
+    let fitting = fitting_maps(&probes);
+    let guess = load::guess(&probes);
+    Ok(Inspected { paths: paths.to_vec(), probes, fitting, guess })
+}
+
+/// What reading by a map made by hand will do.
+///
+/// # Errors
+/// One line when it is no map.
+pub fn plan_by_hand(probes: &[Probe], map: &HandMap) -> Result<Plan, String> {
+    let text = map.text().map_err(|error| error.to_string())?;
+    Ok(plan_all(probes, &ChannelMap::parse(&text).map_err(|error| error.to_string())?))
+}
+
+/// The session for `inspected` recordings read by `plan`: one flight, the manoeuvres its controls show as windows, or all of it as one
+/// window.
+///
+/// # Errors
+/// One line when a recording cannot be read by the map, or the work was cancelled.
+pub fn begin(
+    order: &Order,
+    inspected: &Inspected,
+    plan: &Plan,
+    control: &Control,
+    progress: &dyn Fn(f32),
+) -> Result<Session, String> {
+    let references = inspected.paths.iter().map(|path| {
+        go_on(control)?;
+        reference(path, order.map.clone())
+    });
+    let recordings = references.collect::<Result<Vec<_>, _>>()?;
+    progress(0.3);
+    let recording = load::read(plan).map_err(|error| error.to_string())?;
+    progress(0.6);
+    go_on(control)?;
+    let mut session = empty_session(&order.name, &order.aircraft);
+    let signals = SignalSetting::default();
+    let name = order.name.clone();
+    session.flights.push(Flight { name, recordings, clocks: Vec::new(), instruments: None, signals });
+    let loaded = LoadedFlight { recording, hashes: Vec::new(), clocks: Vec::new(), treated: Vec::new() };
+    session.windows = open_windows(&session, &proposals(&order.name, &loaded));
+    if session.windows.is_empty() {
+        session.windows.extend(whole_window(&order.name, &inspected.probes));
+    }
+    progress(1.0);
+    Ok(session)
+}
+
+/// A session with an aircraft and nothing flown, every setting as it is by default.
+pub fn empty_session(title: &str, aircraft: &str) -> Session {
+    Session {
+        title: title.to_owned(),
+        aircraft: aircraft.to_owned(),
+        loading: None,
+        flights: Vec::new(),
+        windows: Vec::new(),
+        steady: Vec::new(),
+        noise_reasons: BTreeMap::new(),
+        filter: FilterSettings::default(),
+        preparation: Preparation::default(),
+        estimation: Estimation::default(),
+        structure: Structure::thesis(),
+        second_structure: None,
+    }
+}
+
+/// How a session refers to the recording at `path`.
+///
+/// # Errors
+/// One line when it cannot be read.
+pub fn reference(path: &Path, channel_map: MapRef) -> Result<RecordingRef, String> {
+    let full = path.canonicalize().map_err(|error| format!("{}: {error}", path.display()))?;
+    Ok(RecordingRef {
+        path: full.display().to_string(),
+        sha256: Some(content_hash(path).map_err(|error| error.to_string())?),
+        channel_map,
+        only: None,
+    })
+}
+
+/// One window over the time all clocks of the recordings span together.
+pub fn whole_window(flight: &str, probes: &[Probe]) -> Option<Manoeuvre> {
+    let clocks = probes.iter().flat_map(|probe| &probe.sources).flat_map(|source| &source.clocks);
+    let (start_s, end_s) =
+        clocks.filter(|clock| clock.samples > 1).fold((f64::INFINITY, f64::NEG_INFINITY), |(start, end), clock| {
+            (start.min(clock.start_s), end.max(clock.end_s))
+        });
+    (start_s < end_s).then(|| Manoeuvre {
+        name: flight.to_owned(),
+        flight: flight.to_owned(),
+        window: Window { start_s, end_s },
+        role: WindowRole::Identification,
+        surface: None,
+        kind: String::new(),
+    })
+}
+
+/// The measurements of the filter that none of `roles` feeds.
+pub fn unmeasured(roles: &BTreeSet<Role>) -> Vec<Measurement> {
+    Measurement::ALL.into_iter().filter(|measurement| !roles.contains(&measurement.role())).collect()
+}
+
+fn go_on(control: &Control) -> Result<(), String> {
+    control.checkpoint().map_err(|_| "stopped".to_owned())
+}
