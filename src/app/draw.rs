@@ -45,6 +45,7 @@ pub fn draw(app: &mut Workbench, ui: &mut Ui) {
     if let Some(command) = app.palette.show(ui.ctx(), &app.table) {
         app.commands.push(command);
     }
+    app.show_beginning(ui.ctx());
     if let Some(path) = app.files.show(ui.ctx()) {
         app.take_file(&path, ui.ctx());
     }

@@ -10,6 +10,8 @@ use eframe::egui::{self, Align, Layout, ScrollArea, TextEdit};
 pub enum Purpose {
     /// Read an existing file.
     Open,
+    /// Read an existing folder.
+    Folder,
     /// Write a file.
     Save,
 }
@@ -146,6 +148,7 @@ fn ask_system(question: &FileQuestion, ctx: &egui::Context) -> Option<Receiver<O
         }
         let path = match question.purpose {
             Purpose::Open => dialog.pick_file(),
+            Purpose::Folder => dialog.pick_folder(),
             Purpose::Save => dialog.set_file_name(&question.name).save_file(),
         };
         // The question may have been forgotten meanwhile; then nobody listens.
@@ -209,8 +212,17 @@ impl OwnDialog {
         }
         let mut answer = Answer::Open;
         ui.horizontal(|ui| {
-            let action = if self.question.purpose == Purpose::Open { "Open" } else { "Save" };
-            let pressed = ui.add_enabled(!self.typed.trim().is_empty(), egui::Button::new(action)).clicked();
+            let action = match self.question.purpose {
+                Purpose::Open => "Open",
+                Purpose::Folder => "Use this folder",
+                Purpose::Save => "Save",
+            };
+            let here = self.question.purpose == Purpose::Folder;
+            let pressed = ui.add_enabled(here || !self.typed.trim().is_empty(), egui::Button::new(action)).clicked();
+            if pressed && here {
+                answer = Answer::Chosen(self.folder.join(self.typed.trim()));
+                return;
+            }
             if ui.button("Cancel").clicked() {
                 answer = Answer::GivenUp;
             }

@@ -20,6 +20,7 @@ pub fn run(app: &mut Workbench, ctx: &egui::Context) {
     app.state.time.cursor_s = hovered_s;
     app.state.window_time.cursor_s = hovered_s;
     app.take_export();
+    app.take_beginning();
     take_files(app, ctx);
     take_shortcuts(app, ctx);
     for command in std::mem::take(&mut app.commands) {
@@ -54,10 +55,7 @@ fn take_files(app: &mut Workbench, ctx: &egui::Context) {
         if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml")) {
             app.leave(Pending::Open(path), ctx);
         } else {
-            let place = path.display();
-            app.complain(format!(
-                "{place} is no session: make one of a recording with `doublet new {place} -o SESSION`"
-            ));
+            app.leave(Pending::Begin(path), ctx);
         }
     }
     if ctx.input(|input| input.viewport().close_requested()) && !app.leaving && app.document.history.is_modified() {
@@ -69,7 +67,7 @@ fn take_files(app: &mut Workbench, ctx: &egui::Context) {
 /// Turns pressed keys into commands, those with most modifiers first. While a field has the keyboard, or the palette is
 /// open, keys without Ctrl or Alt belong to it.
 fn take_shortcuts(app: &mut Workbench, ctx: &egui::Context) {
-    let asking = app.guarded.is_some() || app.files.is_asking() || app.is_offering_work();
+    let asking = app.guarded.is_some() || app.files.is_asking() || app.is_offering_work() || app.is_beginning();
     // Escape closes an open menu before it clears anything.
     let menu = egui::Popup::is_any_open(ctx);
     let busy = ctx.egui_wants_keyboard_input() || app.palette.is_open() || ctx.dragged_id().is_some() || menu;

@@ -1,5 +1,6 @@
 //! The application: owns the state; `logic` changes it, `draw` shows it.
 
+mod begin;
 mod draw;
 pub mod files;
 mod logic;
@@ -27,6 +28,7 @@ use crate::panels::{EditRequest, Pane, Panel};
 use crate::theme;
 use crate::ui_state::UiState;
 use crate::widgets::figure::{Figure, FigureRequest};
+use begin::Beginning;
 use files::Files;
 use recovery::Recovery;
 
@@ -63,6 +65,7 @@ pub struct Workbench {
     guarded: Option<Pending>,
     exporting: Option<Job>,
     recovery: Recovery,
+    beginning: Beginning,
     leaving: bool,
     title: String,
     hovered_s: Option<f64>,
@@ -100,6 +103,7 @@ impl Workbench {
             guarded: None,
             exporting: None,
             recovery: Recovery::default(),
+            beginning: Beginning::default(),
             leaving: false,
             title: String::new(),
             hovered_s: None,

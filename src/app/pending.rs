@@ -25,6 +25,12 @@ pub enum Pending {
     Open(PathBuf),
     /// Open the session that comes with the program.
     Shipped,
+    /// Ask for a recording and make a session of it.
+    AskRecording,
+    /// Ask for a folder that is a recording and make a session of it.
+    AskFolder,
+    /// Make a session of this recording.
+    Begin(PathBuf),
     /// Close the window.
     Quit,
 }
@@ -34,6 +40,12 @@ pub enum Pending {
 pub enum Asked {
     /// To open it.
     Open,
+    /// To make a session of it, a recording: a file, or a folder.
+    Recording(Purpose),
+    /// To use it as the aircraft of the session being made.
+    Aircraft,
+    /// To write an aircraft to it that was described.
+    NewAircraft,
     /// To save the session to it, and go on with a step afterwards.
     Save(Option<Pending>),
     /// To write results into it.
@@ -64,6 +76,9 @@ impl Workbench {
             Pending::AskOpen => self.ask(Asked::Open, ctx),
             Pending::Open(path) => self.enter_document(Document::open(&path)),
             Pending::Shipped => self.enter_document(Document::shipped()),
+            Pending::AskRecording => self.ask(Asked::Recording(Purpose::Open), ctx),
+            Pending::AskFolder => self.ask(Asked::Recording(Purpose::Folder), ctx),
+            Pending::Begin(path) => self.begin_with(&path, ctx),
             Pending::Quit => {
                 self.document.give_up();
                 self.leaving = true;
@@ -72,7 +87,7 @@ impl Workbench {
         }
     }
 
-    fn enter_document(&mut self, document: Result<Document, String>) {
+    pub(super) fn enter_document(&mut self, document: Result<Document, String>) {
         match document {
             Ok(document) => {
                 self.document.give_up();
@@ -90,6 +105,9 @@ impl Workbench {
         let toml = || vec!["toml".to_owned()];
         let (title, purpose, extensions, name) = match &asked {
             Asked::Open => ("Open a session", Purpose::Open, toml(), String::new()),
+            Asked::Recording(purpose) => ("A recording", *purpose, Vec::new(), String::new()),
+            Asked::Aircraft => ("An aircraft file", Purpose::Open, toml(), String::new()),
+            Asked::NewAircraft => ("Save the aircraft", Purpose::Save, toml(), "aircraft.toml".to_owned()),
             Asked::Save(_) => ("Save the session", Purpose::Save, toml(), "session.toml".to_owned()),
             Asked::Export => ("Folder for the results", Purpose::Save, Vec::new(), "results".to_owned()),
             Asked::Report => ("Folder for the report", Purpose::Save, Vec::new(), "report".to_owned()),
@@ -114,6 +132,9 @@ impl Workbench {
     pub(super) fn take_file(&mut self, path: &Path, ctx: &egui::Context) {
         match self.asked.take() {
             Some(Asked::Open) => self.proceed(Pending::Open(path.to_path_buf()), ctx),
+            Some(Asked::Recording(_)) => self.begin_with(path, ctx),
+            Some(Asked::Aircraft) => self.begin_with_aircraft(path),
+            Some(Asked::NewAircraft) => self.begin_with_new_aircraft(path),
             Some(Asked::Save(after)) => self.save_to(path, after, ctx),
             Some(Asked::Report) => self.report(path, ctx),
             Some(Asked::Export) => self.export(path, ctx),

@@ -6,7 +6,7 @@ use eframe::egui;
 
 use super::ui_command::{EditCommand, FileCommand, HelpCommand, RunCommand, UiCommand, ViewCommand};
 use crate::app::{Asked, Pending, Workbench};
-use crate::panels;
+use crate::panels::{self, Pane};
 use crate::ui_state;
 use crate::widgets::time_view::Stretch;
 
@@ -23,12 +23,15 @@ pub fn dispatch(app: &mut Workbench, command: UiCommand, ctx: &egui::Context) {
         UiCommand::Run(RunCommand::Cancel) => app.cancel(),
         UiCommand::View(command) => view(app, command, ctx),
         UiCommand::Help(HelpCommand::Palette) => app.palette.open(),
+        UiCommand::Help(HelpCommand::Shortcuts) => ui_state::bring_to_front(&mut app.state.layout, Pane::Shortcuts),
     }
 }
 
 /// Opens, saves, writes results.
 fn file(app: &mut Workbench, command: FileCommand, ctx: &egui::Context) {
     match command {
+        FileCommand::New => app.leave(Pending::AskRecording, ctx),
+        FileCommand::NewFromFolder => app.leave(Pending::AskFolder, ctx),
         FileCommand::Open => app.leave(Pending::AskOpen, ctx),
         FileCommand::OpenShipped => app.leave(Pending::Shipped, ctx),
         FileCommand::OpenRecent(at) => {

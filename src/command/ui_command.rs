@@ -24,6 +24,10 @@ pub enum UiCommand {
 /// Commands on session files and results.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FileCommand {
+    /// Make a session of a recording, asking for its file.
+    New,
+    /// Make a session of a folder of CSV files, asking for it.
+    NewFromFolder,
     /// Open a session, asking for its file.
     Open,
     /// Open the session that comes with the program.
@@ -106,6 +110,8 @@ pub enum ViewCommand {
 pub enum HelpCommand {
     /// Find any command by its name.
     Palette,
+    /// Show every command with its keys.
+    Shortcuts,
 }
 
 /// The menus, in their order.
@@ -186,6 +192,8 @@ pub fn table() -> Vec<CommandInfo> {
     let edit = |name, command, shortcut| row(Menu::Edit, name, UiCommand::Edit(command), shortcut);
     let run = |name, command, shortcut| row(Menu::Run, name, UiCommand::Run(command), shortcut);
     let mut table = vec![
+        file("New session from recording…", FileCommand::New, ctrl(Key::N)),
+        file("New session from folder of CSV files…", FileCommand::NewFromFolder, ctrl_shift(Key::N)),
         file("Open session…", FileCommand::Open, ctrl(Key::O)),
         file("Open shipped session", FileCommand::OpenShipped, None),
         file("Save session", FileCommand::Save, ctrl(Key::S)),
@@ -220,6 +228,7 @@ pub fn table() -> Vec<CommandInfo> {
         view("Reset layout", ResetLayout, None),
     ];
     table.extend(Pane::ALL.iter().map(|&pane| row(Menu::Panels, pane.title(), UiCommand::View(Show(pane)), None)));
+    table.push(row(Menu::Help, "Keyboard shortcuts", UiCommand::Help(HelpCommand::Shortcuts), plain(Key::F1)));
     table.push(row(Menu::Help, "Find a command", UiCommand::Help(HelpCommand::Palette), ctrl(Key::P)));
     table
 }

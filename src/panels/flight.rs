@@ -1,8 +1,8 @@
 //! The whole recording: any channels in stacked plots, the windows as bands, what is missing.
 
 use doublet_core::quantity::Role;
-use doublet_core::reconstruct::{Input, Measurement};
 use doublet_core::series::{Channel, Recording, Window};
+use doublet_engine::begin;
 use doublet_engine::session::{Edit, WindowEdit};
 use eframe::egui::{self, DragAndDrop, Id, Panel as Bar, RichText, ScrollArea, TextEdit, Ui, vec2};
 
@@ -277,21 +277,13 @@ fn channel_row(
 /// Roles the recording does not have, with what they block.
 fn missing(ui: &mut Ui, recording: &Recording) {
     let palette = theme::palette(ui);
-    let absent = |role: &Role| recording.role(*role).is_none();
-    let inputs: Vec<Role> = Input::ALL.into_iter().map(Input::role).filter(absent).collect();
-    let measurements: Vec<Role> = Measurement::ALL.into_iter().map(Measurement::role).filter(absent).collect();
-    let controls: Vec<Role> = [Role::Elevator, Role::Aileron, Role::Rudder].into_iter().filter(absent).collect();
-    for (roles, text, color) in [
-        (inputs, "missing – no reconstruction without", palette.error),
-        (measurements, "missing – the filter goes without", palette.ignored),
-        (controls, "missing – no control derivatives of", palette.warning),
-    ] {
-        if !roles.is_empty() {
-            ui.add(egui::Label::new(RichText::new(text).size(11.0).color(color)).wrap());
-            let names: Vec<_> = roles.into_iter().map(notation::role).collect();
-            ui.add(egui::Label::new(RichText::new(names.join("  ")).size(11.5)).wrap());
-            ui.add_space(4.0);
-        }
+    for lack in begin::missing(|role| recording.role(role).is_some()) {
+        let color = if lack.is_fatal { palette.error } else { palette.warning };
+        let text = format!("missing – {}", lack.blocks);
+        ui.add(egui::Label::new(RichText::new(text).size(11.0).color(color)).wrap());
+        let names: Vec<_> = lack.roles.into_iter().map(notation::role).collect();
+        ui.add(egui::Label::new(RichText::new(names.join("  ")).size(11.5)).wrap());
+        ui.add_space(4.0);
     }
 }
 

@@ -214,6 +214,47 @@ pub fn unmeasured(roles: &BTreeSet<Role>) -> Vec<Measurement> {
     Measurement::ALL.into_iter().filter(|measurement| !roles.contains(&measurement.role())).collect()
 }
 
+/// An aircraft in the numbers that derivatives need, with its mass constant and everything about the centre of gravity.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlainAircraft {
+    /// Name.
+    pub name: String,
+    /// Reference area, m².
+    pub area_m2: f64,
+    /// Span, m.
+    pub span_m: f64,
+    /// Mean chord, m.
+    pub chord_m: f64,
+    /// Mass, kg.
+    pub mass_kg: f64,
+    /// Moments of inertia `Ixx, Iyy, Izz`, kg m².
+    pub moments_kg_m2: [f64; 3],
+    /// Product of inertia `Ixz`, kg m², with its positive sign.
+    pub xz_kg_m2: f64,
+}
+
+impl PlainAircraft {
+    /// The aircraft as the text of an aircraft file.
+    ///
+    /// # Errors
+    /// One line when it is no aircraft: a number that cannot be, inertia no body has.
+    pub fn text(&self) -> Result<String, String> {
+        let [xx, yy, zz] = self.moments_kg_m2;
+        let name = toml::Value::from(self.name.as_str());
+        let text = format!(
+            "format = \"doublet aircraft\"\nversion = 1\nname = {name}\n\n[datum]\norigin = \"centre of gravity\"\n\n\
+             [reference]\narea_m2 = {:?}\nspan_m = {:?}\nchord_m = {:?}\n\n[mass]\nmass_kg = {:?}\ncg_datum_m = [0.0, 0.0, \
+             0.0]\n\n[inertia]\nmoments_kg_m2 = [{xx:?}, {yy:?}, {zz:?}]\nproducts_kg_m2 = {{ xz = {:?} }}\n",
+            self.area_m2, self.span_m, self.chord_m, self.mass_kg, self.xz_kg_m2
+        );
+        let aircraft = load::aircraft::parse(&text).map_err(|error| error.to_string())?;
+        match aircraft.check() {
+            Ok(_) => Ok(text),
+            Err(errors) => Err(errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ")),
+        }
+    }
+}
+
 fn go_on(control: &Control) -> Result<(), String> {
     control.checkpoint().map_err(|_| "stopped".to_owned())
 }

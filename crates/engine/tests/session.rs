@@ -345,3 +345,28 @@ fn aircraft_that_come_with_the_program_all_load() {
         stage::load_aircraft(std::path::Path::new("."), &format!("builtin:{name}")).unwrap();
     }
 }
+
+#[test]
+fn plain_aircraft_is_an_aircraft_file_and_one_that_cannot_be_is_refused() {
+    let plain = begin::PlainAircraft {
+        name: "my \"glider\"".to_owned(),
+        area_m2: 10.5,
+        span_m: 15.0,
+        chord_m: 0.7,
+        mass_kg: 450.0,
+        moments_kg_m2: [900.0, 700.0, 1550.0],
+        xz_kg_m2: 40.0,
+    };
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("a.toml"), plain.text().unwrap()).unwrap();
+    let loaded = stage::load_aircraft(folder.path(), "a.toml").unwrap();
+    assert_eq!(loaded.aircraft.name, plain.name);
+    assert_eq!((loaded.aircraft.reference.area_m2, loaded.aircraft.reference.span_m), (10.5, 15.0));
+    let refused = |change: fn(&mut begin::PlainAircraft)| {
+        let mut wrong = plain.clone();
+        change(&mut wrong);
+        wrong.text().unwrap_err()
+    };
+    assert!(refused(|a| a.mass_kg = 0.0).contains("mass"));
+    assert!(refused(|a| a.moments_kg_m2[2] = 5000.0).to_lowercase().contains("inertia"));
+}

@@ -73,6 +73,11 @@ impl Plan {
     pub fn has_errors(&self) -> bool {
         self.problems.iter().any(|problem| problem.is_error)
     }
+
+    /// Whether position comes from latitude and longitude.
+    pub fn derives_position(&self) -> bool {
+        self.derive.is_some()
+    }
 }
 
 /// Plans the reading of one recording.

@@ -1,0 +1,57 @@
+//! An aircraft described in the few numbers derivatives need.
+
+use doublet_engine::begin::PlainAircraft;
+use eframe::egui::{DragValue, Grid, TextEdit, Ui};
+
+/// The numbers being typed.
+pub struct AircraftForm(PlainAircraft);
+
+impl Default for AircraftForm {
+    fn default() -> Self {
+        Self(PlainAircraft {
+            name: "my aircraft".to_owned(),
+            area_m2: 16.0,
+            span_m: 11.0,
+            chord_m: 1.5,
+            mass_kg: 1000.0,
+            moments_kg_m2: [1300.0, 1800.0, 2700.0],
+            xz_kg_m2: 0.0,
+        })
+    }
+}
+
+impl AircraftForm {
+    /// The aircraft as the text of its file.
+    pub fn text(&self) -> Result<String, String> {
+        self.0.text()
+    }
+
+    /// Draws it.
+    pub fn show(&mut self, ui: &mut Ui) {
+        let aircraft = &mut self.0;
+        Grid::new("own aircraft").num_columns(8).spacing([8.0, 3.0]).show(ui, |ui| {
+            ui.label("Name");
+            let name = ui.add(TextEdit::singleline(&mut aircraft.name).desired_width(110.0));
+            ui.ctx().accesskit_node_builder(name.id, |node| node.set_label("name of the aircraft"));
+            number(ui, "Reference area", "m²", &mut aircraft.area_m2);
+            number(ui, "Span", "m", &mut aircraft.span_m);
+            number(ui, "Mean chord", "m", &mut aircraft.chord_m);
+            ui.end_row();
+            number(ui, "Mass", "kg", &mut aircraft.mass_kg);
+            let [xx, yy, zz] = &mut aircraft.moments_kg_m2;
+            number(ui, "Ixx", "kg m²", xx);
+            number(ui, "Iyy", "kg m²", yy);
+            number(ui, "Izz", "kg m²", zz);
+            ui.end_row();
+            number(ui, "Ixz", "kg m²", &mut aircraft.xz_kg_m2);
+            ui.end_row();
+        });
+        ui.weak("Mass and inertia are those of the flight. Stations, fuel and engines can be added to the file later.");
+    }
+}
+
+fn number(ui: &mut Ui, name: &str, unit: &str, value: &mut f64) {
+    ui.label(name);
+    let field = ui.add(DragValue::new(value).speed(0.1).max_decimals(4).suffix(format!(" {unit}")));
+    ui.ctx().accesskit_node_builder(field.id, |node| node.set_label(name));
+}

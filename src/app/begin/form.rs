@@ -1,0 +1,255 @@
+//! The dialog of a new session: what the recording holds, its name, aircraft and channel map, what is missing.
+
+use doublet_core::load::{Probe, Source};
+use doublet_engine::begin::missing;
+use doublet_engine::builtin;
+use eframe::egui::{
+    self, Align, Button, CollapsingHeader, ComboBox, Grid, Key, Label, Layout, ProgressBar, RichText, ScrollArea,
+    TextEdit, Ui, vec2,
+};
+
+use super::aircraft::AircraftForm;
+use super::{Choice, Choosing, Step, roles};
+use crate::notation;
+use crate::theme;
+
+/// Gaps and findings listed.
+const LISTED: usize = 6;
+/// Channels listed of one source.
+const MOST_CHANNELS: usize = 400;
+
+/// What the dialog asks for.
+pub enum Answer {
+    Open,
+    GivenUp,
+    AskAircraft,
+    SaveAircraft,
+    Make,
+}
+
+/// Draws the dialog of a step; `below` another dialog it leaves the keyboard to that.
+pub fn show(step: &mut Step, below: bool, ctx: &egui::Context) -> Answer {
+    let mut answer = Answer::Open;
+    let screen = ctx.content_rect().size();
+    egui::Modal::new(egui::Id::unique("new session")).show(ctx, |ui| match step {
+        Step::Looking(path, job) => {
+            ui.set_width(420.0);
+            ui.heading("New session");
+            answer = waiting(ui, &format!("Reading {}", path.display()), job.progress());
+        }
+        Step::Making(choosing, job) => {
+            ui.set_width(420.0);
+            ui.heading(format!("New session {}", choosing.name));
+            answer = waiting(ui, "Reading the channels and looking for manoeuvres", job.progress());
+        }
+        Step::Choosing(choosing) => {
+            ui.set_width((screen.x - 80.0).clamp(640.0, 1080.0));
+            answer = choose(choosing, ui, screen.y - 120.0);
+        }
+    });
+    if !below && ctx.input(|input| input.key_pressed(Key::Escape)) && !egui::Popup::is_any_open(ctx) {
+        answer = Answer::GivenUp;
+    }
+    answer
+}
+
+fn waiting(ui: &mut Ui, what: &str, progress: f32) -> Answer {
+    ui.add_space(6.0);
+    ui.add(Label::new(what).truncate());
+    ui.add(ProgressBar::new(progress).desired_height(10.0));
+    ui.add_space(6.0);
+    // The thread ends a moment after its last step wakes this one.
+    ui.ctx().request_repaint_after(std::time::Duration::from_millis(50));
+    if ui.button("Cancel").clicked() { Answer::GivenUp } else { Answer::Open }
+}
+
+fn choose(choosing: &mut Choosing, ui: &mut Ui, height: f32) -> Answer {
+    let mut answer = Answer::Open;
+    ui.heading("New session from a recording");
+    contents(choosing, ui);
+    ui.separator();
+    ui.horizontal(|ui| {
+        ui.label("Name");
+        let name = ui.add(TextEdit::singleline(&mut choosing.name).desired_width(180.0));
+        ui.ctx().accesskit_node_builder(name.id, |node| node.set_label("name of the session"));
+        ui.add_space(12.0);
+        answer = aircraft(choosing, ui);
+    });
+    if let Some(form) = &mut choosing.aircraft_form {
+        form.show(ui);
+        ui.horizontal(|ui| {
+            if ui.button("Save the aircraft…").clicked() {
+                answer = Answer::SaveAircraft;
+            }
+            if ui.button("Not now").clicked() {
+                choosing.aircraft_form = None;
+            }
+        });
+    }
+    maps(choosing, ui);
+    ui.add_space(4.0);
+    let room = (height - ui.min_rect().height() - 110.0).max(150.0);
+    roles::show(choosing, ui, room);
+    ui.separator();
+    lacking(choosing, ui);
+    if let Some(line) = &choosing.complaint {
+        ui.add(Label::new(RichText::new(line).color(theme::palette(ui).error)).wrap());
+    }
+    ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+        let usable = choosing.plan().is_ok_and(|plan| !plan.has_errors() && !plan.roles.is_empty());
+        let named = !choosing.name.trim().is_empty();
+        let button = ui.add_enabled(usable && named, Button::new("Create session").min_size(vec2(120.0, 26.0)));
+        if button.on_disabled_hover_text("Give a name, and roles without an error").clicked() {
+            answer = Answer::Make;
+        }
+        if ui.add(Button::new("Cancel").min_size(vec2(80.0, 26.0))).clicked() {
+            answer = Answer::GivenUp;
+        }
+        let about = "Nothing of the recording is changed or copied; the session is not saved until you save it.";
+        ui.add(Label::new(RichText::new(about).weak()).truncate());
+    });
+    answer
+}
+
+/// Format, sources and findings.
+fn contents(choosing: &Choosing, ui: &mut Ui) {
+    for probe in &choosing.inspected.probes {
+        let count: usize = probe.sources.iter().map(|source| source.channels.len()).sum();
+        let sources = match probe.sources.len() {
+            1 => String::new(),
+            sources => format!(" in {sources} sources"),
+        };
+        ui.add(Label::new(format!("{}: {}, {count} channels{sources}", probe.path.display(), probe.format)).truncate());
+        ui.horizontal_wrapped(|ui| {
+            for source in probe.sources.iter().take(LISTED) {
+                ui.label(RichText::new(summary(source)).weak());
+            }
+        });
+        let findings = findings(probe);
+        if !findings.is_empty() {
+            let color = theme::palette(ui).warning;
+            let title = RichText::new(format!("{} findings", findings.len())).color(color);
+            CollapsingHeader::new(title).id_salt(&probe.path).show(ui, |ui| {
+                ScrollArea::vertical().max_height(90.0).auto_shrink([false, true]).show(ui, |ui| {
+                    findings.iter().for_each(|line| drop(ui.add(Label::new(line).wrap())));
+                });
+            });
+        }
+        CollapsingHeader::new("Channels").id_salt((&probe.path, "channels")).show(ui, |ui| channels(probe, ui));
+    }
+}
+
+/// Times of a source in one line.
+fn summary(source: &Source) -> String {
+    let name = if source.name.is_empty() { "recording" } else { &source.name };
+    match source.clocks.first() {
+        Some(clock) => format!(
+            "{name}: {} samples, {} Hz, {} s to {} s",
+            clock.samples,
+            notation::number(clock.rate_hz),
+            notation::fixed(clock.start_s, 2),
+            notation::fixed(clock.end_s, 2)
+        ),
+        None => format!("{name}: no time"),
+    }
+}
+
+fn findings(probe: &Probe) -> Vec<String> {
+    let mut lines = probe.warnings.clone();
+    for source in &probe.sources {
+        for clock in source.clocks.iter().filter(|clock| !clock.gaps.is_empty()) {
+            let longest = clock.gaps.iter().map(|gap| gap.end_s - gap.start_s).fold(0.0, f64::max);
+            let (count, name) = (clock.gaps.len(), &source.name);
+            lines.push(format!("{name}: {count} gaps, the longest {} s", notation::fixed(longest, 2)));
+        }
+        for channel in source.channels.iter().filter(|channel| channel.non_finite.is_some_and(|count| count > 0)) {
+            let count = channel.non_finite.unwrap_or_default();
+            lines.push(format!("{}: {count} of {} samples are not finite", channel.name, channel.samples));
+        }
+    }
+    lines
+}
+
+/// Every channel with its unit and samples.
+fn channels(probe: &Probe, ui: &mut Ui) {
+    ScrollArea::vertical().max_height(140.0).auto_shrink([false, true]).show(ui, |ui| {
+        Grid::new((&probe.path, "listed")).num_columns(4).striped(true).spacing([14.0, 1.0]).show(ui, |ui| {
+            for source in &probe.sources {
+                for channel in source.channels.iter().take(MOST_CHANNELS) {
+                    ui.weak(&source.name);
+                    ui.label(&channel.name);
+                    ui.label(channel.unit.as_deref().unwrap_or("no unit"));
+                    ui.label(format!("{} samples{}", channel.samples, if channel.is_time { ", time" } else { "" }));
+                    ui.end_row();
+                }
+            }
+        });
+    });
+}
+
+/// The aircraft: one that comes with the program, a file, or a few numbers.
+fn aircraft(choosing: &mut Choosing, ui: &mut Ui) -> Answer {
+    let mut answer = Answer::Open;
+    ui.label("Aircraft");
+    let shown = choosing.aircraft.strip_prefix(builtin::PREFIX).unwrap_or(&choosing.aircraft).to_owned();
+    let combo = ComboBox::from_id_salt("aircraft").selected_text(&shown).width(220.0).truncate();
+    let combo = combo.show_ui(ui, |ui| {
+        for name in builtin::aircraft() {
+            let reference = format!("{}{name}", builtin::PREFIX);
+            ui.selectable_value(&mut choosing.aircraft, reference, name);
+        }
+    });
+    ui.ctx().accesskit_node_builder(combo.response.id, |node| node.set_label("aircraft"));
+    combo.response.on_hover_text(&choosing.aircraft);
+    if ui.button("Aircraft file…").on_hover_text("An aircraft file of your own (TOML)").clicked() {
+        answer = Answer::AskAircraft;
+    }
+    let own = ui.button("Describe one").on_hover_text("Area, span, chord, mass and inertia make an aircraft file");
+    if own.clicked() {
+        choosing.aircraft_form = Some(AircraftForm::default());
+    }
+    answer
+}
+
+/// The maps that fit, the one with most roles first, and the one made by hand.
+fn maps(choosing: &mut Choosing, ui: &mut Ui) {
+    ui.horizontal_wrapped(|ui| {
+        ui.label("Channel map");
+        for (index, map) in choosing.inspected.fitting.iter().enumerate() {
+            let text = format!("{} ({} roles)", map.name, map.plan.roles.len());
+            ui.radio_value(&mut choosing.choice, Choice::Shipped(index), text).on_hover_text(&map.description);
+        }
+        let text = format!("By hand ({} roles)", choosing.hand.rows.len());
+        let about = "Role by role, guessed from names, units and values to begin with. Kept in the session.";
+        ui.radio_value(&mut choosing.choice, Choice::ByHand, text).on_hover_text(about);
+    });
+    if choosing.inspected.fitting.is_empty() {
+        ui.weak("No map that comes with the program fits: the roles below are guessed. Look at each before you go on.");
+    }
+}
+
+/// What is wrong with the plan, and the roles there are not with what they block.
+fn lacking(choosing: &Choosing, ui: &mut Ui) {
+    let palette = theme::palette(ui);
+    let plan = match choosing.plan() {
+        Ok(plan) => plan,
+        Err(line) => return drop(ui.add(Label::new(RichText::new(line).color(palette.error)).wrap())),
+    };
+    let derived = choosing.derives_position();
+    let position = doublet_core::reconstruct::Measurement::ALL[..3].iter().map(|measurement| measurement.role());
+    let position: Vec<_> = position.collect();
+    for lack in missing(|role| plan.roles.contains_key(&role) || (derived && position.contains(&role))) {
+        let color = if lack.is_fatal { palette.error } else { palette.warning };
+        let names: Vec<_> = lack.roles.iter().map(|role| notation::role(*role)).collect();
+        let text = format!("missing – {} {}", lack.blocks, names.join("  "));
+        ui.add(Label::new(RichText::new(text).color(color)).wrap());
+    }
+    if !plan.problems.is_empty() {
+        ScrollArea::vertical().id_salt("problems").max_height(60.0).auto_shrink([false, true]).show(ui, |ui| {
+            for problem in &plan.problems {
+                let color = if problem.is_error { palette.error } else { palette.warning };
+                ui.add(Label::new(RichText::new(&problem.text).color(color).size(11.5)).wrap());
+            }
+        });
+    }
+}

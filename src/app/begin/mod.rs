@@ -1,0 +1,258 @@
+//! A new session from a recording: looked at in the background, its channels given roles, an aircraft chosen, then made.
+
+mod aircraft;
+mod form;
+mod roles;
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use doublet_core::load::Plan;
+use doublet_engine::begin::{self, Inspected, Order};
+use doublet_engine::builtin;
+use doublet_engine::run::{Control, Job};
+use doublet_engine::session::{MapRef, Session};
+use eframe::egui;
+
+use super::{Asked, Document, Workbench};
+use aircraft::AircraftForm;
+use form::Answer;
+
+/// Aircraft proposed when no map that fits tells of another.
+const USUAL_AIRCRAFT: &str = "c337f";
+/// Shipped maps whose recordings are of one shipped aircraft.
+const AIRCRAFT_OF_MAPS: [(&str, &str); 5] = [
+    ("attas", "attas_vfw614"),
+    ("citation_simulated_clean", "citation_550_simulated"),
+    ("citation_simulated_truth", "citation_550_simulated"),
+    ("phlab_citation", "citation_phlab"),
+    ("demo_flight", "c337f"),
+];
+
+/// Which channel map is used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Choice {
+    /// One of the maps that fit.
+    Shipped(usize),
+    /// The one made by hand.
+    ByHand,
+}
+
+/// What the user has chosen so far.
+struct Choosing {
+    inspected: Arc<Inspected>,
+    name: String,
+    aircraft: String,
+    choice: Choice,
+    hand: doublet_core::load::HandMap,
+    /// What reading by the map made by hand would do; kept until that changes.
+    hand_plan: Result<Plan, String>,
+    aircraft_form: Option<AircraftForm>,
+    complaint: Option<String>,
+}
+
+/// How far it is.
+enum Step {
+    Looking(PathBuf, Job<Inspected>),
+    Choosing(Box<Choosing>),
+    Making(Box<Choosing>, Job<Session>),
+}
+
+/// At most one session being made.
+#[derive(Default)]
+pub struct Beginning {
+    step: Option<Step>,
+    /// Work that was given up and has not ended yet: waiting for it would freeze the window.
+    given_up: Vec<GivenUp>,
+}
+
+enum GivenUp {
+    Looking(Job<Inspected>),
+    Making(Job<Session>),
+}
+
+impl GivenUp {
+    fn is_finished(&self) -> bool {
+        match self {
+            Self::Looking(job) => job.is_finished(),
+            Self::Making(job) => job.is_finished(),
+        }
+    }
+}
+
+impl Choosing {
+    fn new(inspected: Inspected) -> Self {
+        let best = inspected.fitting.first();
+        // A map made for another recorder fits by chance with the few roles whose names are everywhere.
+        let choice = match best {
+            Some(map) if map.plan.roles.len() >= inspected.guess.rows.len() => Choice::Shipped(0),
+            _ => Choice::ByHand,
+        };
+        let hand = inspected.guess.clone();
+        let of_map = best
+            .filter(|_| choice == Choice::Shipped(0))
+            .and_then(|map| AIRCRAFT_OF_MAPS.iter().find(|(name, _)| *name == map.name).map(|(_, aircraft)| *aircraft));
+        Self {
+            name: inspected.paths.first().map(|path| begin::name_of(path)).unwrap_or_default(),
+            aircraft: format!("{}{}", builtin::PREFIX, of_map.unwrap_or(USUAL_AIRCRAFT)),
+            choice,
+            hand_plan: begin::plan_by_hand(&inspected.probes, &hand),
+            hand,
+            aircraft_form: None,
+            complaint: None,
+            inspected: Arc::new(inspected),
+        }
+    }
+
+    /// What reading will do.
+    fn plan(&self) -> Result<&Plan, &str> {
+        match self.choice {
+            Choice::Shipped(index) => self.inspected.fitting.get(index).map(|map| &map.plan).ok_or("choose a map"),
+            Choice::ByHand => self.hand_plan.as_ref().map_err(String::as_str),
+        }
+    }
+
+    /// The map as the session is to refer to it.
+    fn map(&self) -> Result<MapRef, String> {
+        match self.choice {
+            Choice::Shipped(index) => {
+                self.inspected.fitting.get(index).map(|map| map.reference()).ok_or_else(String::new)
+            }
+            Choice::ByHand => Ok(MapRef::Own(self.hand.text().map_err(|error| error.to_string())?.into())),
+        }
+    }
+
+    /// Plans again after a change of the map made by hand.
+    fn plan_again(&mut self) {
+        self.hand_plan = begin::plan_by_hand(&self.inspected.probes, &self.hand);
+    }
+}
+
+impl Workbench {
+    /// Whether a session is being made of a recording.
+    pub fn is_beginning(&self) -> bool {
+        self.beginning.step.is_some()
+    }
+
+    /// Looks at the recording at `path` in the background, then asks what it means.
+    pub(super) fn begin_with(&mut self, path: &Path, ctx: &egui::Context) {
+        self.give_up_beginning();
+        let (ctx, paths) = (ctx.clone(), vec![path.to_path_buf()]);
+        let work = move |control: &Control, progress: &dyn Fn(f32)| begin::inspect(&paths, control, progress);
+        match Job::start("doublet-inspect", move || ctx.request_repaint(), work) {
+            Ok(job) => self.beginning.step = Some(Step::Looking(path.to_path_buf(), job)),
+            Err(error) => self.complain(format!("{}: it cannot be looked at: {error}", path.display())),
+        }
+    }
+
+    /// Uses the aircraft file at `path` for the session being made.
+    pub(super) fn begin_with_aircraft(&mut self, path: &Path) {
+        if let Some(Step::Choosing(choosing)) = &mut self.beginning.step {
+            let full = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
+            choosing.aircraft = full.display().to_string();
+        }
+    }
+
+    /// Writes the aircraft that was described to `path` and uses it.
+    pub(super) fn begin_with_new_aircraft(&mut self, path: &Path) {
+        let Some(Step::Choosing(choosing)) = &mut self.beginning.step else { return };
+        let Some(form) = &choosing.aircraft_form else { return };
+        let path = if path.extension().is_some() { path.to_path_buf() } else { path.with_extension("toml") };
+        let place = path.display();
+        match form.text().and_then(|text| std::fs::write(&path, text).map_err(|error| format!("{place}: {error}"))) {
+            Ok(()) => {
+                choosing.aircraft_form = None;
+                choosing.complaint = None;
+                self.begin_with_aircraft(&path);
+            }
+            Err(line) => choosing.complaint = Some(line),
+        }
+    }
+
+    fn give_up_beginning(&mut self) {
+        let beginning = &mut self.beginning;
+        match beginning.step.take() {
+            Some(Step::Looking(_, job)) => beginning.given_up.push(GivenUp::Looking(job)),
+            Some(Step::Making(_, job)) => beginning.given_up.push(GivenUp::Making(job)),
+            Some(Step::Choosing(_)) | None => {}
+        }
+        for job in &beginning.given_up {
+            match job {
+                GivenUp::Looking(job) => job.cancel(),
+                GivenUp::Making(job) => job.cancel(),
+            }
+        }
+    }
+
+    /// Takes in what the background came to.
+    pub(super) fn take_beginning(&mut self) {
+        self.beginning.given_up.retain(|job| !job.is_finished());
+        match self.beginning.step.take() {
+            Some(Step::Looking(path, job)) if job.is_finished() => match job.finish() {
+                Ok(inspected) => self.beginning.step = Some(Step::Choosing(Box::new(Choosing::new(inspected)))),
+                Err(line) => {
+                    let place = path.display().to_string();
+                    self.complain(if line.contains(&place) { line } else { format!("{place}: {line}") });
+                }
+            },
+            Some(Step::Making(mut choosing, job)) if job.is_finished() => match job.finish() {
+                Ok(session) => self.enter_begun(session),
+                Err(line) => {
+                    choosing.complaint = Some(line);
+                    self.beginning.step = Some(Step::Choosing(choosing));
+                }
+            },
+            other => self.beginning.step = other,
+        }
+    }
+
+    /// Shows the session that was made, with a word on what to do next.
+    fn enter_begun(&mut self, session: Session) {
+        let windows = session.windows.len();
+        let found = session.windows.iter().any(|window| window.surface.is_some());
+        self.enter_document(Ok(Document::begun(session)));
+        // Plots chosen for another recording name channels this one does not have.
+        self.state.flight_plots = None;
+        self.say(if found {
+            format!("New session: {windows} manoeuvres found in the controls are its windows. Save it with Ctrl+S")
+        } else {
+            "New session: no manoeuvre was found, one window holds the whole recording. Draw others above the plots"
+                .to_owned()
+        });
+    }
+
+    /// Draws the dialog and carries out what it asks for.
+    pub(super) fn show_beginning(&mut self, ctx: &egui::Context) {
+        let below = self.files.is_asking();
+        let Some(step) = &mut self.beginning.step else { return };
+        let answer = form::show(step, below, ctx);
+        match answer {
+            Answer::Open => {}
+            Answer::GivenUp => self.give_up_beginning(),
+            Answer::AskAircraft => self.ask(Asked::Aircraft, ctx),
+            Answer::SaveAircraft => self.ask(Asked::NewAircraft, ctx),
+            Answer::Make => self.make(ctx),
+        }
+    }
+
+    /// Starts making the session.
+    fn make(&mut self, ctx: &egui::Context) {
+        let Some(Step::Choosing(mut choosing)) = self.beginning.step.take() else { return };
+        let started = choosing.map().and_then(|map| {
+            let plan = choosing.plan().map_err(str::to_owned)?.clone();
+            let order = Order { name: choosing.name.trim().to_owned(), aircraft: choosing.aircraft.clone(), map };
+            let (inspected, wake) = (Arc::clone(&choosing.inspected), ctx.clone());
+            let work = move |control: &Control, progress: &dyn Fn(f32)| {
+                begin::begin(&order, &inspected, &plan, control, progress)
+            };
+            Job::start("doublet-begin", move || wake.request_repaint(), work).map_err(|error| error.to_string())
+        });
+        self.beginning.step = Some(match started {
+            Ok(job) => Step::Making(choosing, job),
+            Err(line) => {
+                choosing.complaint = Some(line);
+                Step::Choosing(choosing)
+            }
+        });
+    }
+}

@@ -1,0 +1,235 @@
+//! The table of roles in the dialog of a new session.
+
+use doublet_core::load::{ChannelName, HandRow, HandTime, guess_row};
+use doublet_core::quantity::{Dimension, Role, Unit};
+use doublet_core::reconstruct::{Input, Measurement};
+use eframe::egui::{self, CollapsingHeader, ComboBox, DragValue, Grid, RichText, ScrollArea, Ui};
+
+use super::{Choice, Choosing};
+use crate::notation;
+
+/// Rate offered first for a source without time, Hz.
+const USUAL_RATE_HZ: f64 = 50.0;
+
+/// Controls, after what the filter needs.
+const CONTROLS: [Role; 3] = [Role::Elevator, Role::Aileron, Role::Rudder];
+/// What density and speed come from where they are not measured.
+const AIR: [Role; 6] = [
+    Role::Altitude,
+    Role::StaticPressure,
+    Role::AirTemperature,
+    Role::CalibratedAirspeed,
+    Role::Latitude,
+    Role::Longitude,
+];
+
+impl Choosing {
+    /// Whether position comes from latitude and longitude.
+    pub(super) fn derives_position(&self) -> bool {
+        match self.choice {
+            Choice::ByHand => self.hand.position_from_fixes,
+            Choice::Shipped(index) => self.inspected.fitting.get(index).is_some_and(|map| map.plan.derives_position()),
+        }
+    }
+}
+
+/// Draws the roles of the chosen map, `room` points high; those made by hand can be changed.
+pub fn show(choosing: &mut Choosing, ui: &mut Ui, room: f32) {
+    ScrollArea::vertical().id_salt("roles").max_height(room).min_scrolled_height(room).auto_shrink(false).show(
+        ui,
+        |ui| match choosing.choice {
+            Choice::Shipped(index) => planned(choosing, index, ui),
+            Choice::ByHand => by_hand(choosing, ui),
+        },
+    );
+}
+
+/// What a shipped map gives.
+fn planned(choosing: &Choosing, index: usize, ui: &mut Ui) {
+    let Some(map) = choosing.inspected.fitting.get(index) else { return };
+    ui.add(egui::Label::new(RichText::new(&map.description).weak()).wrap());
+    Grid::new("planned").num_columns(4).striped(true).spacing([14.0, 2.0]).show(ui, |ui| {
+        header(ui, &["role", "what it is", "channel", "unit"]);
+        for (role, assignment) in &map.plan.roles {
+            ui.label(notation::role(*role));
+            ui.weak(role.description());
+            let channel = assignment.description.rsplit_once(": ").map_or("", |(_, channel)| channel);
+            ui.label(channel).on_hover_text(&assignment.description);
+            ui.label(assignment.unit.symbol);
+            ui.end_row();
+        }
+    });
+}
+
+fn header(ui: &mut Ui, names: &[&str]) {
+    names.iter().for_each(|name| drop(ui.label(RichText::new(*name).small().weak())));
+    ui.end_row();
+}
+
+/// The table made by hand: what is needed first, the rest when asked for.
+fn by_hand(choosing: &mut Choosing, ui: &mut Ui) {
+    let before = choosing.hand.clone();
+    times(choosing, ui);
+    let names = channels(choosing);
+    let needed: Vec<Role> = Input::ALL.into_iter().map(Input::role).chain(CONTROLS).collect();
+    let measured: Vec<Role> = Measurement::ALL.into_iter().map(Measurement::role).collect();
+    let known = |role: &Role| needed.contains(role) || measured.contains(role) || AIR.contains(role);
+    let rest: Vec<Role> = Role::ALL.iter().copied().filter(|role| !known(role)).collect();
+    for (title, roles, open) in [
+        ("Inertial unit and controls", &needed, true),
+        ("Measurements of the filter", &measured, true),
+        ("Air and position", &AIR.to_vec(), true),
+        ("Engines, fuel, others", &rest, false),
+    ] {
+        let count = roles.iter().filter(|role| choosing.hand.row(**role).is_some()).count();
+        let open = open || count > 0;
+        let title = format!("{title} – {count} of {}", roles.len());
+        CollapsingHeader::new(title).id_salt(roles.first()).default_open(open).show(ui, |ui| {
+            table(choosing, &names, roles, ui);
+        });
+    }
+    let fixes = [Role::Latitude, Role::Longitude].iter().all(|role| choosing.hand.row(*role).is_some());
+    if fixes {
+        let text = "Position north, east and down from latitude, longitude and altitude";
+        ui.checkbox(&mut choosing.hand.position_from_fixes, text);
+    } else {
+        choosing.hand.position_from_fixes = false;
+    }
+    if choosing.hand != before {
+        choosing.plan_again();
+    }
+}
+
+/// Channels that can play a role.
+fn channels(choosing: &Choosing) -> Vec<ChannelName> {
+    let sources = choosing.inspected.probes.iter().flat_map(|probe| &probe.sources);
+    let all = sources.flat_map(|source| source.channels.iter().map(move |channel| (source, channel)));
+    all.filter(|(_, channel)| !channel.is_time && channel.samples > 1)
+        .map(|(source, channel)| ChannelName { source: source.name.clone(), channel: channel.name.clone() })
+        .collect()
+}
+
+fn table(choosing: &mut Choosing, names: &[ChannelName], roles: &[Role], ui: &mut Ui) {
+    let single = choosing.inspected.probes.iter().map(|probe| probe.sources.len()).sum::<usize>() == 1;
+    Grid::new(("by hand", roles.first())).num_columns(8).striped(true).spacing([10.0, 2.0]).show(ui, |ui| {
+        header(ui, &["role", "what it is", "channel", "unit", "sign", "scale", "added", "first value"]);
+        for &role in roles {
+            ui.label(notation::role(role));
+            ui.add(egui::Label::new(RichText::new(role.description()).weak()));
+            row(choosing, names, (role, single), ui);
+            ui.end_row();
+        }
+    });
+}
+
+/// One role: its channel, and what is done with its numbers. `SI = sign * scale * to_si(raw + added)`.
+fn row(choosing: &mut Choosing, names: &[ChannelName], (role, single): (Role, bool), ui: &mut Ui) {
+    let shown = |name: &ChannelName| {
+        if single || name.source.is_empty() {
+            name.channel.clone()
+        } else {
+            format!("{}/{}", name.source, name.channel)
+        }
+    };
+    let key = role.name();
+    let mut chosen = choosing.hand.row(role).map(|row| row.from.clone());
+    let text = chosen.as_ref().map_or_else(|| "–".to_owned(), shown);
+    let combo = ComboBox::from_id_salt(("channel", key)).selected_text(text).width(190.0).truncate();
+    let combo = combo.show_ui(ui, |ui| {
+        ui.selectable_value(&mut chosen, None, "– none");
+        for name in names {
+            ui.selectable_value(&mut chosen, Some(name.clone()), shown(name));
+        }
+    });
+    ui.ctx().accesskit_node_builder(combo.response.id, |node| node.set_label(format!("channel of {key}")));
+    if chosen.as_ref() != choosing.hand.row(role).map(|row| &row.from) {
+        let row = chosen.map(|from| guess_row(&choosing.inspected.probes, role, &from));
+        choosing.hand.set(role, row);
+    }
+    let Some(mut row) = choosing.hand.row(role).cloned() else { return };
+    unit(&mut row, role, ui);
+    let sign = ui.selectable_label(row.turned, if row.turned { "−" } else { "+" });
+    ui.ctx().accesskit_node_builder(sign.id, |node| node.set_label(format!("sign of {key}")));
+    if sign.on_hover_text("Click to turn the sign").clicked() {
+        row.turned = !row.turned;
+    }
+    for (value, name, about) in [
+        (&mut row.scale, "scale", "Factor on the value"),
+        (&mut row.offset, "added", "Added to the recorded number, before its unit, sign and scale"),
+    ] {
+        let field = ui.add(DragValue::new(value).speed(0.01).max_decimals(6));
+        ui.ctx().accesskit_node_builder(field.id, |node| node.set_label(format!("{name} of {key}")));
+        field.on_hover_text(about);
+    }
+    let first = row.first_si(&choosing.inspected.probes);
+    let text = first.map_or_else(
+        || "–".to_owned(),
+        |value| format!("{} {}", notation::number(value), role.dimension().si_symbol()),
+    );
+    ui.label(text).on_hover_text("The first recorded value in SI, as it will be read");
+    if choosing.hand.row(role) != Some(&row) {
+        choosing.hand.set(role, Some(row));
+    }
+}
+
+fn unit(row: &mut HandRow, role: Role, ui: &mut Ui) {
+    let symbol = row.unit.map_or("–", |unit| unit.symbol);
+    let combo = ComboBox::from_id_salt(("unit", role.name())).selected_text(symbol).width(64.0);
+    let combo = combo.show_ui(ui, |ui| {
+        for unit in Unit::all().filter(|unit| unit.dimension == role.dimension()) {
+            ui.selectable_value(&mut row.unit, Some(unit), unit.symbol);
+        }
+    });
+    ui.ctx().accesskit_node_builder(combo.response.id, |node| node.set_label(format!("unit of {}", role.name())));
+}
+
+/// Where time comes from, for every source that has none of a known name.
+fn times(choosing: &mut Choosing, ui: &mut Ui) {
+    let inspected = std::sync::Arc::clone(&choosing.inspected);
+    let without = inspected.probes.iter().flat_map(|probe| &probe.sources).filter(|source| source.clocks.is_empty());
+    for source in without {
+        let at = choosing.hand.time.iter().position(|(name, _)| *name == source.name);
+        let mut time = at.map(|at| choosing.hand.time[at].1.clone());
+        ui.horizontal(|ui| {
+            ui.label(format!("Time of {}", source.name));
+            let text = match &time {
+                None => "none: choose it".to_owned(),
+                Some(HandTime::Channel(name, _)) => name.clone(),
+                Some(HandTime::Rate(_)) => "evenly spaced".to_owned(),
+            };
+            let combo = ComboBox::from_id_salt(("time", &source.name)).selected_text(text).width(190.0);
+            let combo = combo.show_ui(ui, |ui| {
+                ui.selectable_value(&mut time, Some(HandTime::Rate(USUAL_RATE_HZ)), "evenly spaced");
+                for channel in &source.channels {
+                    let value = HandTime::Channel(channel.name.clone(), Unit::si(Dimension::Time));
+                    ui.selectable_value(&mut time, Some(value), &channel.name);
+                }
+            });
+            let label = format!("time of {}", source.name);
+            ui.ctx().accesskit_node_builder(combo.response.id, |node| node.set_label(label.as_str()));
+            match &mut time {
+                Some(HandTime::Rate(rate_hz)) => {
+                    let field = ui.add(DragValue::new(rate_hz).range(1e-3..=1e6).suffix(" Hz"));
+                    ui.ctx()
+                        .accesskit_node_builder(field.id, |node| node.set_label(format!("rate of {}", source.name)));
+                }
+                Some(HandTime::Channel(_, unit)) => {
+                    ComboBox::from_id_salt(("time unit", &source.name)).selected_text(unit.symbol).width(60.0).show_ui(
+                        ui,
+                        |ui| {
+                            for other in Unit::all().filter(|unit| unit.dimension == Dimension::Time) {
+                                ui.selectable_value(unit, other, other.symbol);
+                            }
+                        },
+                    );
+                }
+                None => {}
+            }
+        });
+        if let (None, Some(time)) = (at, &time) {
+            choosing.hand.time.push((source.name.clone(), time.clone()));
+        } else if let (Some(at), Some(time)) = (at, time) {
+            choosing.hand.time[at].1 = time;
+        }
+    }
+}
