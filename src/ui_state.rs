@@ -142,7 +142,7 @@ pub fn default_layout() -> Tree<Pane> {
         let children = panes.iter().map(|&pane| tiles.insert_pane(pane)).collect();
         tiles.insert_tab_tile(children)
     };
-    let flight = tabs(&[Pane::Flight, Pane::GroundTrack]);
+    let flight = tabs(&[Pane::Flight, Pane::GroundTrack, Pane::CrossPlot]);
     let plots = tabs(&[Pane::Reconstruction, Pane::Innovations, Pane::Fits, Pane::Match, Pane::Propulsion]);
     let settings = tabs(&[Pane::Manoeuvres, Pane::Preprocess, Pane::Noise, Pane::Model, Pane::Loading]);
     let results =

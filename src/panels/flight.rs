@@ -35,7 +35,7 @@ pub struct Flight {
 }
 
 /// Name by which plots remember a channel: its role, or its source and name.
-fn key(recording: &Recording, index: usize) -> String {
+pub(super) fn key(recording: &Recording, index: usize) -> String {
     match recording.roles.iter().find(|(_, at)| **at == index) {
         Some((role, _)) => role.name().to_owned(),
         None => format!("{}/{}", recording.channels[index].source, recording.channels[index].name),
@@ -43,7 +43,11 @@ fn key(recording: &Recording, index: usize) -> String {
 }
 
 /// The channel remembered as `key`, with label, unit and factor from SI.
-fn resolve<'a>(recording: &'a Recording, key: &str, units: Units) -> Option<(&'a Channel, &'a str, &'a str, f64)> {
+pub(super) fn resolve<'a>(
+    recording: &'a Recording,
+    key: &str,
+    units: Units,
+) -> Option<(&'a Channel, &'a str, &'a str, f64)> {
     if let Some(role) = Role::from_name(key) {
         let (unit, scale) = units.of_role(role);
         return Some((recording.role(role)?, notation::role(role), unit, scale));

@@ -68,6 +68,16 @@ impl Panel for Innovations {
     }
 }
 
+/// Titles of the columns of advice, and what each is.
+const TITLES: [(&str, &str); 6] = [
+    ("Channel", "Measurement"),
+    ("Updates", "Innovations in the window"),
+    ("Mean [σ]", "Mean innovation in predicted deviations: an offset where it is far from zero"),
+    ("RMS [σ]", "Size of the innovations in predicted deviations: 1 is consistent"),
+    ("White", "Whether the innovations are uncorrelated in time: 95 of 100 lags inside the band of a white sequence"),
+    ("What to change", "The most useful step; point at it to read all of it"),
+];
+
 /// What the innovations say about each entry of R.
 fn advice(path: &WindowPath, ui: &mut Ui) {
     let figures = theme::figures(ui);
@@ -83,9 +93,9 @@ fn advice(path: &WindowPath, ui: &mut Ui) {
         .column(Column::exact(48.0))
         .column(Column::remainder().clip(true))
         .header(20.0, |mut header| {
-            for title in ["Channel", "Updates", "Mean [σ]", "RMS [σ]", "White", "What to change"] {
+            for (title, about) in TITLES {
                 header.col(|ui| {
-                    ui.weak(title);
+                    ui.weak(title).on_hover_text(about);
                 });
             }
         })
@@ -107,7 +117,7 @@ fn advice(path: &WindowPath, ui: &mut Ui) {
                         });
                     }
                     row.col(|ui| {
-                        let color = consistency_color(ui, channel.deviation_ratio);
+                        let color = consistency_color(ui, channel);
                         ui.add(egui::Label::new(RichText::new(&channel.advice).color(color)).truncate())
                             .on_hover_text(&channel.advice);
                     });

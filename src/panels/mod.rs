@@ -5,6 +5,7 @@ mod by_window;
 mod coefficient_settings;
 mod constraints;
 mod correlation;
+mod cross_plot;
 mod derivatives;
 mod filter_settings;
 mod fits;
@@ -31,7 +32,7 @@ mod structures;
 mod term_effects;
 
 use doublet_core::quantity::Dimension;
-use doublet_core::reconstruct::consistency::WORTH_CHANGING;
+use doublet_core::reconstruct::consistency::ChannelConsistency;
 use doublet_engine::report::Reference;
 use doublet_engine::run::{Snapshot, Wanted, WindowDetails, WindowResults};
 use doublet_engine::session::{Edit, Manoeuvre, Session, WindowRole};
@@ -55,6 +56,8 @@ pub enum Pane {
     Flight,
     /// The track over ground.
     GroundTrack,
+    /// One channel against another.
+    CrossPlot,
     /// The windows.
     Manoeuvres,
     /// Smoothing, resampling, clocks, steady windows.
@@ -94,6 +97,7 @@ impl Pane {
     pub const ALL: &'static [Self] = &[
         Self::Flight,
         Self::GroundTrack,
+        Self::CrossPlot,
         Self::Manoeuvres,
         Self::Preprocess,
         Self::Noise,
@@ -117,6 +121,7 @@ impl Pane {
         match self {
             Self::Flight => "Flight",
             Self::GroundTrack => "Ground track",
+            Self::CrossPlot => "Cross plot",
             Self::Manoeuvres => "Manoeuvres",
             Self::Preprocess => "Preprocess",
             Self::Noise => "Noise and filter",
@@ -141,6 +146,7 @@ impl Pane {
         match self {
             Self::Flight => Box::new(flight::Flight::default()),
             Self::GroundTrack => Box::new(ground_track::GroundTrack),
+            Self::CrossPlot => Box::new(cross_plot::CrossPlot::default()),
             Self::Manoeuvres => Box::new(manoeuvres::Manoeuvres::default()),
             Self::Preprocess => Box::new(preprocess::Preprocess::default()),
             Self::Noise => Box::new(noise::Noise),
@@ -282,7 +288,10 @@ impl<'a> PanelContext<'a> {
         if let Some(time_s) = response.hovered_s {
             *self.hovered_s = Some(time_s);
         }
-        self.figures.extend(response.figure.take());
+        if let Some(mut request) = response.figure.take() {
+            request.figure.name = format!("{}_{}", id.replace(' ', "_"), request.figure.name);
+            self.figures.push(request);
+        }
         response
     }
 
@@ -364,10 +373,10 @@ fn choices<T: Copy + PartialEq>(ui: &mut Ui, chosen: &mut T, all: &[(T, &str)]) 
     *chosen != before
 }
 
-/// Colour of a ratio of found to predicted deviation.
-fn consistency_color(ui: &Ui, ratio: f64) -> Color32 {
+/// Colour of what the innovations say about one measurement.
+fn consistency_color(ui: &Ui, channel: &ChannelConsistency) -> Color32 {
     let palette = theme::palette(ui);
-    if (1.0 / WORTH_CHANGING..=WORTH_CHANGING).contains(&ratio) { palette.good } else { palette.warning }
+    if channel.is_consistent() { palette.good } else { palette.warning }
 }
 
 /// Whether a parameter is the constant of one window in an estimate over several.

@@ -1,6 +1,7 @@
 //! What the filter believes about noise, and where it starts.
 
 use doublet_core::quantity::Dimension;
+use doublet_core::reconstruct::consistency::ChannelConsistency;
 use doublet_core::reconstruct::{AirState, FilterSettings, Input, Measurement, State};
 use doublet_engine::session::{Edit, FilterEdit, NoiseChannel, NoiseEdit, NoiseEntry};
 use doublet_engine::stage::NoiseRow;
@@ -8,11 +9,13 @@ use eframe::egui::containers::menu::{MenuButton, MenuConfig};
 use eframe::egui::{self, CollapsingHeader, Grid, RichText, ScrollArea, Ui};
 
 use super::{Panel, PanelContext, caption, consistency_color, filter_settings};
-use crate::notation;
 use crate::widgets::quantity_edit::QuantityEdit;
+use crate::{notation, theme};
 
 /// Width from which the two tables of noise stand side by side.
 const SIDE_BY_SIDE: f32 = 690.0;
+/// Factor between a proposal and what the steady windows show beyond which it is marked.
+const FAR: f64 = 3.0;
 
 /// The panel.
 pub struct Noise;
@@ -25,7 +28,7 @@ struct Row<'a> {
     dimension: Dimension,
     value: f64,
     usual: f64,
-    mark: Option<(f64, &'a str)>,
+    mark: Option<&'a ChannelConsistency>,
     /// What the steady windows of the recording say.
     recorded: Option<&'a NoiseRow>,
 }
@@ -34,6 +37,7 @@ impl Panel for Noise {
     fn show(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             filter_settings::show(ctx, ui);
+            observability(ctx, ui);
             ui.add_space(6.0);
             let usual = FilterSettings::default();
             if ui.available_width() < SIDE_BY_SIDE {
@@ -56,10 +60,67 @@ impl Panel for Noise {
     }
 }
 
+/// What the columns of the tables of noise are.
+fn header(ui: &mut Ui, measured: bool) {
+    let recorded = "Standard deviation over the steady windows of the recording, or the resolution of the recorder where that is \
+                    larger: press to use it. ⚠ marks one that lies more than a factor 3 from the scatter measured";
+    let innovations = "Innovations of the chosen window over the deviation the filter predicted for them: 1 is consistent. ∿ marks \
+                       innovations that are correlated in time, or have an offset: their size alone says nothing then";
+    let titles = [
+        ("", ""),
+        ("used", "Standard deviation the filter uses"),
+        ("", ""),
+        ("proposed", recorded),
+        ("innovations", innovations),
+    ];
+    let shown = if measured { 5 } else { 4 };
+    for (at, (title, about)) in titles.into_iter().enumerate().take(shown) {
+        let label = ui.label(RichText::new(title).size(10.5).weak());
+        if !about.is_empty() {
+            label.on_hover_text(about);
+        }
+        // The proposal takes two cells: its button and its reason.
+        if at == 3 {
+            ui.label("");
+        }
+    }
+    ui.end_row();
+}
+
+/// Whether the chosen window tells every state, and which it does not.
+fn observability(ctx: &PanelContext<'_>, ui: &mut Ui) {
+    let (Some(window), Some(results)) = (ctx.window(), ctx.results()) else { return };
+    let Some(path) = results.path.latest() else { return };
+    let (untold, palette) = (&path.untold, theme::palette(ui));
+    ui.horizontal_wrapped(|ui| {
+        let color = if untold.hidden.is_empty() { palette.good } else { palette.warning };
+        let text = format!("{}: observability rank {} of {}", window.name, untold.rank.min(untold.open), untold.open);
+        ui.label(RichText::new(text).color(color)).on_hover_text(
+            "How many of the states that are not known beforehand the measurements tell, in the middle of the chosen window",
+        );
+        if !untold.hidden.is_empty() {
+            let names: Vec<_> = untold.hidden.iter().map(|state| notation::state(*state)).collect();
+            let label = ui.label(RichText::new(format!("not told: {}", names.join(" "))).color(palette.warning));
+            label.on_hover_text("No measurement of this window sees these states: they stay where they start");
+        }
+        for weak in &untold.weak {
+            let text = format!("weak: {} {:.0} %", notation::state(weak.state), 100.0 * weak.remaining);
+            ui.label(RichText::new(text).color(palette.warning)).on_hover_text(format!(
+                "{:.0} % of the first deviation of {} is left at the end; it moves with {} (correlation {})",
+                100.0 * weak.remaining,
+                notation::state(weak.state),
+                notation::state(weak.partner),
+                notation::correlation(weak.correlation)
+            ));
+        }
+    });
+}
+
 /// Noise of the inertial sensors.
 fn inputs(ctx: &mut PanelContext<'_>, ui: &mut Ui, usual: &FilterSettings) {
     caption(ui, "Process noise √Q (inertial sensors)");
     Grid::new("process noise").num_columns(4).spacing([6.0, 3.0]).show(ui, |ui| {
+        header(ui, false);
         for input in Input::ALL {
             let row = Row {
                 name: format!("Q {}", input.name()),
@@ -81,6 +142,7 @@ fn measurements(ctx: &mut PanelContext<'_>, ui: &mut Ui, usual: &FilterSettings)
     caption(ui, "Measurement noise √R");
     let path = ctx.results().and_then(|results| results.path.latest());
     Grid::new("measurement noise").num_columns(5).spacing([6.0, 3.0]).show(ui, |ui| {
+        header(ui, true);
         for measurement in Measurement::ALL {
             let index = measurement as usize;
             let channels = path.and_then(|path| path.consistency.as_ref()).map(|consistency| &consistency.channels);
@@ -92,7 +154,7 @@ fn measurements(ctx: &mut PanelContext<'_>, ui: &mut Ui, usual: &FilterSettings)
                 dimension: measurement.dimension(),
                 value: ctx.session.filter.measurement_noise[index],
                 usual: usual.measurement_noise[index],
-                mark: channel.map(|channel| (channel.deviation_ratio, channel.advice.as_str())),
+                mark: channel,
                 recorded: recorded(ctx, NoiseChannel::Measurement(measurement)),
             };
             row.show(ctx, ui, |value| FilterEdit::MeasurementNoise(measurement, value));
@@ -182,28 +244,37 @@ fn recorded<'a>(ctx: &PanelContext<'a>, channel: NoiseChannel) -> Option<&'a Noi
 fn take_recorded(ctx: &mut PanelContext<'_>, ui: &mut Ui, name: &str, row: &NoiseRow, (unit, scale): (&str, f64)) {
     let now = row.channel.std(ctx.session);
     let proposed = row.choice.proposed;
-    let text = RichText::new(format!("⇐ {}", notation::number(scale * proposed))).size(11.0);
-    let origin = row.origin();
+    let measured = row.statistics.map_or(f64::NAN, |found| found.std);
+    let is_far = proposed > FAR * measured || measured > FAR * proposed;
+    let mark = if is_far { " ⚠" } else { "" };
+    let mut text = RichText::new(format!("⇐ {}{mark}", notation::number(scale * proposed))).size(11.0);
+    if is_far {
+        text = text.color(theme::palette(ui).warning);
+    }
     let whiteness = row.statistics.map_or(f64::NAN, |found| found.whiteness);
-    let take = ui.add_enabled(now != proposed, egui::Button::new(text).small()).on_hover_text(format!(
-        "Take what the recording says: {} {unit}, {origin}, whiteness {}",
+    let why = format!(
+        "Use the proposal: {} {unit}, from {}. The steady windows show {} {unit}, whiteness {}",
         notation::number(scale * proposed),
+        row.origin(),
+        notation::number(scale * measured),
         notation::fixed(whiteness, 3)
-    ));
+    );
+    let take = ui.add_enabled(now != proposed, egui::Button::new(text).small());
+    let take = take.on_hover_text(&why).on_disabled_hover_text(why);
     ui.ctx().accesskit_node_builder(take.id, |node| node.set_label(format!("take recorded {name}")));
     if take.clicked() {
         ctx.edit(Edit::Noise(NoiseEdit::Take(vec![NoiseEntry { channel: row.channel, std: proposed }])));
     }
     let kept = ctx.session.noise_reasons.get(row.channel.name());
     let mark = RichText::new(if kept.is_some() { "✎●" } else { "✎" }).size(11.0);
-    let hint = kept.map_or("Why it is not what the recording says", String::as_str);
+    let hint = kept.map_or("Why it is not what is proposed", String::as_str);
     // A click into the field must not close what holds it.
     let stays = MenuConfig::new().close_behavior(egui::PopupCloseBehavior::CloseOnClickOutside);
     let (menu, _) = MenuButton::new(mark).config(stays).ui(ui, |ui| {
         let id = ui.scope_id().with("reason");
         let mut reason = ui.data(|data| data.get_temp(id)).or(kept.cloned()).unwrap_or_default();
         let field =
-            ui.add(egui::TextEdit::singleline(&mut reason).hint_text("why not as recorded").desired_width(180.0));
+            ui.add(egui::TextEdit::singleline(&mut reason).hint_text("why not as proposed").desired_width(180.0));
         ui.ctx().accesskit_node_builder(field.id, |node| node.set_label(format!("reason {name}")));
         if field.changed() {
             ui.data_mut(|data| data.insert_temp(id, reason.clone()));
@@ -236,10 +307,15 @@ impl Row<'_> {
         if let Some(recorded) = self.recorded {
             take_recorded(ctx, ui, &self.name, recorded, (unit, scale));
         }
-        if let Some((ratio, advice)) = self.mark {
-            let color = consistency_color(ui, ratio);
-            let text = RichText::new(format!("×{}", notation::fixed(ratio, 2))).color(color).size(11.0);
-            ui.label(text).on_hover_text(format!("innovations over their predicted deviation: {advice}"));
+        if let Some(channel) = self.mark {
+            if self.recorded.is_none() {
+                ui.label("");
+                ui.label("");
+            }
+            let color = consistency_color(ui, channel);
+            let wave = if channel.is_correlated() || channel.has_offset() { " ∿" } else { "" };
+            let text = format!("×{}{wave}", notation::fixed(channel.deviation_ratio, 2));
+            ui.label(RichText::new(text).color(color).size(11.0)).on_hover_text(&channel.advice);
         }
         ui.end_row();
     }

@@ -373,12 +373,10 @@ fn steady(ctx: &mut PanelContext<'_>, ui: &mut Ui, flight: &str, proposals: Opti
         if !own.is_empty() && ui.button("Remove all").clicked() {
             set(ctx, Vec::new());
         }
-        let used = if own.is_empty() {
-            format!("noise is taken over the {} found", found.len())
-        } else {
-            format!("{} marked", own.len())
-        };
-        ui.weak(used);
+        let (used, how) = if own.is_empty() { (found, "found") } else { (&own[..], "marked") };
+        let about = "A signal's noise is taken over the steady windows that speak for it: inertial sensors and air data in flight, \
+                     attitude and navigation on the ground where there are windows on the ground";
+        ui.weak(steady_windows(used, how)).on_hover_text(about);
     });
     for (index, steady) in own.iter().enumerate() {
         ui.horizontal(|ui| {
@@ -400,13 +398,37 @@ fn steady(ctx: &mut PanelContext<'_>, ui: &mut Ui, flight: &str, proposals: Opti
     statistics(ctx, ui, flight);
 }
 
+/// Titles of the columns of statistics, and what each is.
+const STATISTICS: [(&str, &str); 6] = [
+    ("", "Input or measurement of the filter"),
+    ("σ", "Standard deviation about a quadratic trend of each window"),
+    (
+        "σ of differences",
+        "Standard deviation of neighbouring differences over √2: smaller than σ where slow motion is left in it",
+    ),
+    ("samples", "Samples of all windows that speak for it"),
+    ("next sample", "Correlation of neighbouring samples: zero for white noise"),
+    ("whiteness", "Probability that white noise looks less white: small where motion or a filter is left in it"),
+];
+
+/// How many steady windows there are and what they speak for.
+fn steady_windows(windows: &[SteadyWindow], how: &str) -> String {
+    let all = windows.iter().filter(|steady| steady.roles.is_empty()).count();
+    let flying = windows.iter().filter(|steady| steady.roles.contains(&Role::RollRate)).count();
+    let parked = windows.len() - all - flying;
+    let parts = [(all, "for all signals"), (flying, "in flight"), (parked, "on the ground")];
+    let parts: Vec<_> =
+        parts.iter().filter(|(count, _)| *count > 0).map(|(count, place)| format!("{count} {place}")).collect();
+    if parts.is_empty() { format!("none {how}") } else { format!("{how}: {}", parts.join(", ")) }
+}
+
 /// What the steady windows say about every entry of the noise.
 fn statistics(ctx: &PanelContext<'_>, ui: &mut Ui, flight: &str) {
     let Some(noise) = ctx.snapshot.noise.get(flight).and_then(|slot| slot.latest()) else { return };
     caption(ui, "Noise over the steady windows");
     Grid::new("noise statistics").num_columns(6).spacing([14.0, 2.0]).show(ui, |ui| {
-        for title in ["", "σ", "of differences", "samples", "lag one", "whiteness"] {
-            ui.weak(title);
+        for (title, about) in STATISTICS {
+            ui.weak(title).on_hover_text(about);
         }
         ui.end_row();
         for row in &noise.rows {

@@ -69,13 +69,17 @@ fn agreement(ctx: &PanelContext<'_>, engine: &EngineOverFlight, ui: &mut Ui) {
         let whole = &agreement.whole;
         let kw = |power_w: f64| notation::fixed(scale * power_w, 1);
         let text = format!(
-            "R² {}   RMS {} {unit}   mean {} {unit} modelled, {} {unit} by the monitor",
+            "r² {}   RMS of the difference {} {unit}   mean {} {unit} modelled, {} {unit} by the monitor",
             notation::fixed(whole.r_squared, 4),
             kw(whole.rms_w),
             kw(whole.mean_modelled_w),
             kw(whole.mean_monitor_w),
         );
         ui.add(egui::Label::new(RichText::new(text)).wrap())
-            .on_hover_text(format!("Over {} samples where both powers are known.", whole.samples));
+            .on_hover_text(format!(
+                "Over {} samples where both powers are known. r² is the square of their correlation coefficient (thesis Table 6.12): it \
+                 does not see a scale or an offset, the RMS of the difference does.",
+                whole.samples
+            ));
     });
 }

@@ -11,8 +11,8 @@ use crate::theme;
 /// Part of the extent left free around the data.
 const MARGIN: f32 = 0.06;
 
-/// Room of a legend at the foot of a chart: two lines.
-const LEGEND_ROOM: f32 = 42.0;
+/// Height of a line of a legend.
+pub(super) const LEGEND_HEIGHT: f32 = 15.0;
 /// Distance between ticks from which their labels are drawn, and drawn fully.
 const LABELS: egui::Rangef = egui::Rangef { min: 8.0, max: 12.0 };
 /// Least distance between ticks of the level and of the upright axis.
@@ -95,6 +95,11 @@ impl Chart {
     pub fn show(&self, ui: &mut Ui, height: f32) -> Option<FigureRequest> {
         let palette = theme::palette(ui);
         let text = ui.visuals().weak_text_color();
+        let top = ui.cursor().top();
+        if self.legend && self.curves.iter().any(|curve| !curve.name.is_empty()) {
+            self.draw_legend(ui);
+        }
+        let height = height - (ui.cursor().top() - top);
         let places = self.places.clone();
         let named = !places.is_empty();
         let mut plot = Plot::new(Id::unique(self.name.as_str()))
@@ -140,21 +145,15 @@ impl Chart {
             self.curves.iter().for_each(|curve| draw(plot, curve));
         });
         let frame = *shown.transform.frame();
-        if self.legend {
-            let bounds = shown.transform.bounds();
-            let middle = 0.5 * (bounds.min()[1] + bounds.max()[1]);
-            let points = || self.curves.iter().flat_map(|curve| &curve.points);
-            let above = points().filter(|[_, y]| *y > middle).count();
-            self.draw_legend(ui, frame, 2 * above > points().count());
-        }
         let name = self.name.clone();
         shown.response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, &name));
         if let Some(at) = shown.response.hover_pos().filter(|at| frame.contains(*at)) {
             let value = shown.transform.value_from_position(at);
-            let place = if named { String::new() } else { format!("{}, ", readable(value.x)) };
+            let with_unit = |label: &str, value: f64| format!("{}{}", readable(value), unit_of(label));
+            let place = if named { String::new() } else { format!("{}, ", with_unit(&self.labels[0], value.x)) };
             let font = egui::FontId::proportional(10.5);
             let foot = frame.right_bottom() - egui::vec2(4.0, 2.0);
-            let here = format!("{place}{}", readable(value.y));
+            let here = format!("{place}{}", with_unit(&self.labels[1], value.y));
             ui.painter().text(foot, egui::Align2::RIGHT_BOTTOM, here, font, text);
         }
         let bounds = shown.transform.bounds();
@@ -162,27 +161,15 @@ impl Chart {
             .map(|form| FigureRequest { figure: self.figure(frame.size(), (bounds.min(), bounds.max())), form })
     }
 
-    /// Names of the curves in the upper left corner, or in the lower one.
-    fn draw_legend(&self, ui: &Ui, frame: egui::Rect, below: bool) {
-        let palette = theme::palette(ui);
-        let painter = ui.painter().with_clip_rect(frame);
-        let mut at = frame.left_top() + egui::vec2(6.0, 4.0);
-        if below {
-            at.y = frame.bottom() - LEGEND_ROOM;
-        }
-        for curve in self.curves.iter().filter(|curve| !curve.name.is_empty()) {
-            let ink = ui.visuals().text_color();
-            let galley = painter.layout_no_wrap(curve.name.clone(), egui::FontId::proportional(11.0), ink);
-            let size = galley.size() + egui::vec2(22.0, 4.0);
-            if at.x + size.x > frame.right() && at.x > frame.left() + 6.0 {
-                at = egui::pos2(frame.left() + 6.0, at.y + size.y + 2.0);
+    /// Names of the curves in a line above the plot, where they cover nothing.
+    fn draw_legend(&self, ui: &mut Ui) {
+        ui.horizontal_wrapped(|ui| {
+            ui.spacing_mut().item_spacing = egui::vec2(10.0, 0.0);
+            ui.spacing_mut().interact_size.y = LEGEND_HEIGHT;
+            for curve in self.curves.iter().filter(|curve| !curve.name.is_empty()) {
+                legend_entry(ui, &curve.name, curve.color);
             }
-            let ground = egui::Rect::from_min_size(at, size);
-            painter.rect_filled(ground, 3.0, palette.plot_background.gamma_multiply(0.8));
-            painter.hline(at.x + 4.0..=at.x + 15.0, ground.center().y, Stroke::new(2.0, curve.color));
-            painter.galley(at + egui::vec2(19.0, 2.0), galley, ink);
-            at.x += size.x + 6.0;
-        }
+        });
     }
 
     /// What is on screen, from the lower left to the upper right corner.
@@ -224,6 +211,22 @@ impl Chart {
             matrix: None,
         }
     }
+}
+
+/// A name with its colour before it.
+pub(super) fn legend_entry(ui: &mut Ui, name: &str, color: Color32) {
+    ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = 4.0;
+        let (line, _) = ui.allocate_exact_size(egui::vec2(12.0, LEGEND_HEIGHT), egui::Sense::hover());
+        ui.painter().hline(line.x_range(), line.center().y, Stroke::new(2.0, color));
+        ui.label(egui::RichText::new(name).size(11.0));
+    });
+}
+
+/// The unit in the brackets at the end of a label, after a space.
+fn unit_of(label: &str) -> String {
+    let unit = label.strip_suffix(']').and_then(|label| label.rsplit_once('[')).map(|(_, unit)| unit);
+    unit.map_or_else(String::new, |unit| format!(" {unit}"))
 }
 
 /// Draws one curve.

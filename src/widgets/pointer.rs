@@ -2,7 +2,8 @@
 
 use eframe::egui::{self, Key, PointerButton, Rect, Stroke, Ui};
 
-use super::figure::{Figure, FigureForm};
+use super::figure::{Figure, FigureForm, FigurePlot};
+use super::stack_figure::file_word;
 use super::time_plot::{StackResponse, time_at};
 use super::time_view::{Stretch, TimeView};
 use crate::theme;
@@ -29,9 +30,22 @@ impl FigureOf {
     pub(super) fn part(self, figure: Figure, row: usize) -> Figure {
         match self {
             Self::Stack => figure,
-            Self::Plot => figure.only(row),
+            Self::Plot => {
+                let name = figure.plots.get(row).map_or_else(String::new, |plot| file_word(&quantity(plot)));
+                Figure { name, ..figure.only(row) }
+            }
         }
     }
+}
+
+/// What a plot shows: its label without the unit, or its curves where it has no label.
+fn quantity(plot: &FigurePlot) -> String {
+    let bare = |text: &str| text.split('[').next().unwrap_or_default().trim().to_owned();
+    let label = bare(&plot.label);
+    if !label.is_empty() {
+        return label;
+    }
+    plot.curves.iter().map(|curve| bare(&curve.name)).collect::<Vec<_>>().join(" ")
 }
 
 /// Lets the pointer over one plot move the view; the time under the pointer.

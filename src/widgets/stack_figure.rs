@@ -30,15 +30,35 @@ pub(super) fn stack_figure(
             places: Vec::new(),
         }
     };
-    let labels: Vec<&str> = plots.iter().map(|plot| plot.label).filter(|label| label.is_ascii()).collect();
     Figure {
-        name: labels.first().map_or_else(|| "plots".to_owned(), |label| label.replace(' ', "_")),
+        name: "all".to_owned(),
         width: frames.first().map_or(600.0, |frame| f64::from(frame.width())) + 96.0,
         label: "time [s]".to_owned(),
         range: (range.start_s, range.end_s),
         plots: plots.iter().zip(frames).enumerate().map(one).collect(),
         matrix: None,
     }
+}
+
+/// A label as part of a file's name: Greek letters by their names, anything else that is no letter or digit as an underscore.
+pub(super) fn file_word(label: &str) -> String {
+    let mut word = String::new();
+    for letter in label.chars() {
+        match letter {
+            'α' => word.push_str("alpha"),
+            'β' => word.push_str("beta"),
+            'δ' => word.push_str("delta_"),
+            'θ' => word.push_str("theta"),
+            'φ' => word.push_str("phi"),
+            'ψ' => word.push_str("psi"),
+            'ρ' => word.push_str("rho"),
+            letter if letter.is_ascii_alphanumeric() => word.push(letter),
+            '\u{307}' | '\u{308}' => word.push_str("_dot"),
+            _ if word.ends_with('_') || word.is_empty() => {}
+            _ => word.push('_'),
+        }
+    }
+    word.trim_end_matches('_').to_owned()
 }
 
 /// A trace as it is drawn, with all its samples.

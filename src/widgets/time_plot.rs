@@ -6,6 +6,7 @@ use doublet_core::series::Series;
 use eframe::egui::{self, Align2, Color32, CornerRadius, Id, Rect, Stroke, Ui, pos2, vec2};
 use egui_plot::{FilledArea, Line, LineStyle, Plot, PlotPoint, PlotPoints, Points};
 
+use super::chart::{LEGEND_HEIGHT, legend_entry};
 use super::decimate::value_at;
 use super::figure::FigureRequest;
 use super::plot_cache::Drawn;
@@ -30,6 +31,8 @@ pub const TIME_AXIS_HEIGHT: f32 = 34.0;
 const LEAST_HEIGHT: f32 = 54.0;
 /// Room above and below the data, as a fraction of their extent.
 const MARGIN: f64 = 0.08;
+/// Height of the legend inside a plot with the room about it.
+const LEGEND_ROOM: f32 = 22.0;
 /// Samples further apart than this on screen are marked with dots.
 const DOT_SPACING: f32 = 7.0;
 /// Least distance between ticks of the time axis and of a value axis.
@@ -190,6 +193,15 @@ pub fn time_stack(
     if plots.is_empty() {
         return out;
     }
+    let shared = shared_names(plots);
+    if shared {
+        ui.horizontal_wrapped(|ui| {
+            ui.spacing_mut().item_spacing = vec2(10.0, 0.0);
+            ui.spacing_mut().interact_size.y = LEGEND_HEIGHT;
+            ui.add_space(VALUE_AXIS_WIDTH + LABEL_ROOM);
+            plots[0].traces.iter().for_each(|trace| legend_entry(ui, trace.name, trace.color));
+        });
+    }
     let room = ui.available_size();
     let readout = readout::height(view, plots, room.y);
     let shown = (room.y - TIME_AXIS_HEIGHT - readout).max(LEAST_HEIGHT);
@@ -209,13 +221,14 @@ pub fn time_stack(
         ui.spacing_mut().item_spacing.y = 0.0;
         for (row, plot) in plots.iter().enumerate() {
             let look = |column: usize| drawn.get(&(id, row, column));
-            let shown = draw_plot(ui, id.with(row), each, plot, &look, range, spans);
+            let names = if shared { Legend::Values } else { Legend::of(plot) };
+            let shown = draw_plot(ui, (id.with(row), each, names), plot, &look, range, spans);
             let frame = *shown.transform.frame();
             out.frames.push(frame);
             if !ui.is_rect_visible(frame) {
                 continue;
             }
-            draw_cursors(ui, (frame, range), view, plot, &look);
+            draw_cursors(ui, (frame, range), view, (plot, names), &look);
             if let Some(time_s) = interact(ui, &shown.response, frame, view, &mut out) {
                 hovered_s = Some(time_s);
                 out.hovered_plot = Some(row);
@@ -233,7 +246,11 @@ pub fn time_stack(
         .show(ui, |ui| egui::Frame::new().inner_margin(margin).show(ui, &mut show));
     let (axis, _) = ui.allocate_exact_size(vec2(ui.available_width(), TIME_AXIS_HEIGHT), egui::Sense::hover());
     if let Some(first) = out.frames.first() {
-        draw_time_axis(ui, Rect::from_x_y_ranges(first.x_range(), axis.y_range()), range, TICK_SPACING[0]);
+        let axis = Rect::from_x_y_ranges(first.x_range(), axis.y_range());
+        draw_time_axis(ui, axis, range, TICK_SPACING[0]);
+        if let Some(time_s) = view.cursor_s.filter(|time_s| range.contains(*time_s)) {
+            draw_cursor_time(ui, axis, range, time_s);
+        }
     }
     ui.spacing_mut().item_spacing.y = spacing;
     if readout > 0.0 {
@@ -254,8 +271,7 @@ pub fn time_stack(
 /// Draws one plot of the stack, without cursors.
 fn draw_plot<'a>(
     ui: &mut Ui,
-    id: Id,
-    height: f32,
+    (id, height, legend): (Id, f32, Legend),
     plot: &'a TimePlot<'a>,
     look: &dyn Fn(usize) -> Option<&'a Drawn>,
     range: Stretch,
@@ -265,6 +281,9 @@ fn draw_plot<'a>(
     let drawn: Vec<(&Trace<'a>, &'a Drawn)> =
         plot.traces.iter().enumerate().filter_map(|(column, trace)| Some((trace, look(column)?))).collect();
     let (low, high) = value_range(plot, drawn.iter().map(|(_, drawn)| *drawn));
+    // Names and data do not cover each other where there is height for both.
+    let head = if legend == Legend::Names && height >= 3.0 * LEGEND_ROOM { LEGEND_ROOM } else { 0.0 };
+    let high = low + (high - low) * f64::from(height / (height - head));
     let label = plot.axis_label();
     let points_per_s = f64::from(ui.available_width() - VALUE_AXIS_WIDTH) / range.length_s();
     let text = ui.visuals().weak_text_color();
@@ -355,12 +374,53 @@ pub fn time_at(frame: Rect, range: Stretch, x: f32) -> f64 {
     range.start_s + range.length_s() * f64::from((x - frame.left()) / frame.width())
 }
 
+/// What the legend inside a plot says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Legend {
+    /// Names, and values under the cursor.
+    Names,
+    /// Values under the cursor only: the names stand elsewhere.
+    Values,
+}
+
+impl Legend {
+    /// A single trace is named by the axis where that says the same.
+    fn of(plot: &TimePlot<'_>) -> Self {
+        match plot.traces.as_slice() {
+            [trace] if trace.name == plot.label || plot.label.starts_with(&format!("{} ", trace.name)) => Self::Values,
+            _ => Self::Names,
+        }
+    }
+}
+
+/// Whether all plots have the same several traces, so that one line above them names those of all.
+fn shared_names(plots: &[TimePlot<'_>]) -> bool {
+    let names = |plot: &TimePlot<'_>| -> Vec<(String, Color32)> {
+        plot.traces.iter().map(|trace| (trace.name.to_owned(), trace.color)).collect()
+    };
+    let [first, rest @ ..] = plots else { return false };
+    !rest.is_empty() && first.traces.len() > 1 && rest.iter().all(|plot| names(plot) == names(first))
+}
+
+/// The time of the cursor on the time axis.
+fn draw_cursor_time(ui: &Ui, axis: Rect, range: Stretch, time_s: f64) {
+    let palette = theme::palette(ui);
+    let ink = ui.visuals().strong_text_color();
+    let text = format!("{time_s:.2} s");
+    let galley = ui.painter().layout_no_wrap(text, egui::FontId::proportional(11.0), ink);
+    let half = 0.5 * galley.size().x + 4.0;
+    let middle = x_at(axis, range, time_s).clamp(axis.left() + half, (axis.right() - half).max(axis.left() + half));
+    let ground = Rect::from_center_size(pos2(middle, axis.top() + 10.0), galley.size() + vec2(8.0, 2.0));
+    ui.painter().rect_filled(ground, CornerRadius::same(3), palette.grid);
+    ui.painter().galley(ground.min + vec2(4.0, 1.0), galley, ink);
+}
+
 /// Cursor, markers and the legend with values under the cursor (or at marker A, with the difference to B).
 fn draw_cursors<'a>(
     ui: &Ui,
     (frame, range): (Rect, Stretch),
     view: &TimeView,
-    plot: &TimePlot<'_>,
+    (plot, legend): (&TimePlot<'_>, Legend),
     look: &dyn Fn(usize) -> Option<&'a Drawn>,
 ) {
     let palette = theme::palette(ui);
@@ -389,10 +449,12 @@ fn draw_cursors<'a>(
             value_at(&trace.series.time_s, &trace.series.values, gap_s, time_s?).map(|v| v * trace.scale)
         };
         let [a, b] = view.markers_s.map(value);
+        let name = if legend == Legend::Names { trace.name } else { "" };
         let text = match (value(view.cursor_s), a.zip(b)) {
-            (Some(value), _) => format!("{}  {}", trace.name, readable(value)),
-            (None, Some((a, b))) => format!("{}  Δ {}", trace.name, readable(b - a)),
-            (None, None) => trace.name.to_owned(),
+            (Some(value), _) => format!("{name}  {}", readable(value)),
+            (None, Some((a, b))) => format!("{name}  Δ {}", readable(b - a)),
+            (None, None) if name.is_empty() => continue,
+            (None, None) => name.to_owned(),
         };
         let galley = painter.layout_no_wrap(text, font.clone(), ui.visuals().text_color());
         let size = galley.size() + vec2(22.0, 4.0);

@@ -4,6 +4,7 @@
 
 mod allocations;
 mod app;
+mod begin;
 mod figures;
 mod panels;
 mod plots;

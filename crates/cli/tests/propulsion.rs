@@ -137,8 +137,8 @@ fn engines_of_the_shipped_flight_agree_with_their_monitor_and_with_the_true_thru
         assert!(errors.len() > 800 && mean < THRUST_N, "{mean} N over {}", errors.len());
     }
     let table = std::fs::read_to_string(out.join("engines.csv")).unwrap();
-    assert_eq!(table.lines().next().unwrap().split(',').count(), 9);
-    assert_eq!(table.lines().filter(|line| line.contains(",correlation_")).count(), 14);
+    assert_eq!(table.lines().next().unwrap().split(',').count(), 11);
+    assert_eq!(table.lines().filter(|line| line.contains(",correlation of the difference with ")).count(), 14);
 }
 
 #[test]

@@ -214,7 +214,8 @@ impl Workbench {
         // Plots chosen for another recording name channels this one does not have.
         self.state.flight_plots = None;
         self.say(if found {
-            format!("New session: {windows} manoeuvres found in the controls are its windows. Save it with Ctrl+S")
+            let found = if windows == 1 { "1 manoeuvre".to_owned() } else { format!("{windows} manoeuvres") };
+            format!("New session: {found} of its controls found as windows. Save it with Ctrl+S")
         } else {
             "New session: no manoeuvre was found, one window holds the whole recording. Draw others above the plots"
                 .to_owned()

@@ -16,6 +16,10 @@ const TAIL: f64 = 0.025;
 const WHITE_PART: f64 = 0.95;
 /// Ratio of found to predicted deviation beyond which a setting is worth changing.
 pub const WORTH_CHANGING: f64 = 1.15;
+/// Correlation of neighbouring innovations beyond which something is left in them that no noise explains.
+const CORRELATED: f64 = 0.3;
+/// Mean innovation, in predicted deviations, from which an offset is worth looking for.
+const OFFSET: f64 = 0.1;
 
 /// Verdict on a whole run.
 #[derive(Clone, Debug, PartialEq)]
@@ -55,6 +59,29 @@ pub struct ChannelConsistency {
     pub is_white: bool,
     /// What to do, in one sentence.
     pub advice: String,
+}
+
+impl ChannelConsistency {
+    /// Whether the mean is further from zero than chance and of a size that matters.
+    pub fn has_offset(&self) -> bool {
+        self.mean.abs() > 3.0 * self.mean_limit && self.mean.abs() > OFFSET
+    }
+
+    /// Correlation of neighbouring innovations.
+    pub fn lag_one(&self) -> f64 {
+        self.autocorrelation.first().copied().unwrap_or(0.0)
+    }
+
+    /// Whether neighbouring innovations are so alike that their size alone says nothing about the noise.
+    pub fn is_correlated(&self) -> bool {
+        !self.is_white && self.lag_one().abs() > CORRELATED
+    }
+
+    /// Whether nothing is worth changing: no offset, not correlated, of the predicted size.
+    pub fn is_consistent(&self) -> bool {
+        let as_predicted = (1.0 / WORTH_CHANGING..=WORTH_CHANGING).contains(&self.deviation_ratio);
+        !self.has_offset() && !self.is_correlated() && as_predicted
+    }
 }
 
 /// Consistency of the innovations (Bar-Shalom, Li & Kirubarajan 2001, section 5.4), from `from_s` on so that the
@@ -114,11 +141,11 @@ fn channel(run: &Reconstruction, measurement: Measurement, first: usize) -> Opti
 /// The most useful step for one channel.
 fn advice(found: &ChannelConsistency) -> String {
     let (name, ratio) = (found.measurement.name(), found.deviation_ratio);
-    let slow = found.autocorrelation.first().copied().unwrap_or(0.0);
-    if found.mean.abs() > 3.0 * found.mean_limit && found.mean.abs() > 0.1 {
+    let slow = found.lag_one();
+    if found.has_offset() {
         return format!("{name}: mean innovation is {:+.2} sigma, look for an offset of this sensor.", found.mean);
     }
-    if !found.is_white && slow.abs() > 0.3 {
+    if found.is_correlated() {
         return format!(
             "{name}: innovations are correlated ({slow:.2} at one sample), look for a delay, a filter in the sensor, repeated samples or too little process noise."
         );

@@ -479,6 +479,7 @@ pub fn engines(results: &Results) -> Table {
     let columns = vec![
         text("flight", "Flight"),
         text("engine", "Engine"),
+        text("phase", "Phase"),
         text("quantity", "Quantity"),
         Column::number("start_s", "Start", "s", 5),
         Column::number("end_s", "End", "s", 5),
@@ -486,25 +487,29 @@ pub fn engines(results: &Results) -> Table {
         number("mean_modelled_w", "Mean modelled", "W"),
         number("mean_monitor_w", "Mean monitor", "W"),
         number("value", "Value", ""),
+        text("unit", "Unit"),
     ];
-    let caption = "Power of each engine, modelled and by its monitor.";
+    let caption =
+        "Power of each engine, modelled and by its monitor; r² is the square of their correlation coefficient.";
     table("engines", caption, columns, results.engines.iter().flat_map(engine_rows))
 }
 
-/// R2, root mean square and correlations over the whole flight, then R2 and root mean square of each phase.
+/// Squared correlation, root mean square and correlations over the whole flight, then the first two of each phase.
 fn engine_rows(engine: &EngineRow) -> Vec<Vec<Cell>> {
     let named = [Cell::text(&engine.flight), Cell::text(&engine.engine)];
     let Some(monitor) = &engine.monitor else {
-        let mut row = vec![Cell::Empty; 9];
+        let mut row = vec![Cell::Empty; 11];
         row[..2].clone_from_slice(&named);
-        row[2] = Cell::text("modelled_only");
-        row[5] = Cell::Count(engine.samples);
-        row[6] = Cell::Number(engine.mean_power_w);
+        row[2] = Cell::text("whole flight");
+        row[3] = Cell::text("modelled only");
+        row[6] = Cell::Count(engine.samples);
+        row[7] = Cell::Number(engine.mean_power_w);
         return vec![row];
     };
-    let row = |quantity: String, [start_s, end_s]: [f64; 2], agreement: &AgreementRow, value: f64| {
+    let row = |phase: &str, [start_s, end_s]: [f64; 2], agreement: &AgreementRow, (quantity, value, unit)| {
         let mut row = named.to_vec();
         row.extend([
+            Cell::text(phase),
             Cell::Text(quantity),
             Cell::Number(start_s),
             Cell::Number(end_s),
@@ -512,22 +517,23 @@ fn engine_rows(engine: &EngineRow) -> Vec<Vec<Cell>> {
             Cell::Number(agreement.mean_modelled_w),
             Cell::Number(agreement.mean_monitor_w),
             Cell::Number(value),
+            Cell::text(unit),
         ]);
         row
     };
-    let flight = [f64::NAN; 2];
-    let mut rows = vec![
-        row("r_squared".to_owned(), flight, &monitor.whole, monitor.whole.r_squared),
-        row("rms_w".to_owned(), flight, &monitor.whole, monitor.whole.rms_w),
-    ];
+    let both = |phase: &str, span: [f64; 2], agreement: &AgreementRow| {
+        let square = ("r²".to_owned(), agreement.r_squared, "");
+        let rms = ("RMS of the difference".to_owned(), agreement.rms_w, "W");
+        [row(phase, span, agreement, square), row(phase, span, agreement, rms)]
+    };
+    let (whole, flight) = ("whole flight", [f64::NAN; 2]);
+    let mut rows = Vec::from(both(whole, flight, &monitor.whole));
     for correlation in &monitor.correlations {
-        let name = format!("correlation_{}", correlation.variable);
-        rows.push(row(name, flight, &monitor.whole, correlation.coefficient));
+        let name = format!("correlation of the difference with {}", correlation.variable.replace('_', " "));
+        rows.push(row(whole, flight, &monitor.whole, (name, correlation.coefficient, "")));
     }
     for phase in &monitor.phases {
-        let span = [phase.start_s, phase.end_s];
-        rows.push(row(format!("{}_r_squared", phase.phase), span, &phase.agreement, phase.agreement.r_squared));
-        rows.push(row(format!("{}_rms_w", phase.phase), span, &phase.agreement, phase.agreement.rms_w));
+        rows.extend(both(&phase.phase, [phase.start_s, phase.end_s], &phase.agreement));
     }
     rows
 }

@@ -39,7 +39,7 @@ pub use fit::{
 pub use flight_engines::{EngineOverFlight, FlightEngines, PowerAgreement, flight_engines};
 pub use instruments::tank_channel;
 pub use noise::{FlightNoise, NoiseRow, noise, open_entries};
-pub use path::{PathSeries, Samples, SmoothedSeries, WindowPath, paths, reconstructions, samples};
+pub use path::{PathSeries, Samples, SmoothedSeries, Untold, WindowPath, paths, reconstructions, samples};
 pub use proposals::{FlightProposals, SignalSpectrum, WindowProposal, open_windows, proposals};
 pub use recording::{LoadedFlight, aligned, files, flight, locate, text};
 pub use replay::{ProofOfMatch, ReplaySeries, ReplayWindow, WindowReplay, bands, model_of_window, replay};

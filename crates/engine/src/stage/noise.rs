@@ -44,7 +44,9 @@ impl NoiseRow {
     /// Where the proposal comes from, in words.
     pub fn origin(&self) -> String {
         match &self.choice.origin {
-            NoiseOrigin::Windows(found) => format!("{} samples of {} windows", found.samples, found.windows),
+            NoiseOrigin::Windows(found) => {
+                format!("{} samples of the {} steady windows that speak for it", found.samples, found.windows)
+            }
             NoiseOrigin::Resolution(_) => "resolution of the recorder over the root of 12".to_owned(),
             NoiseOrigin::Published => "thesis Tables 4.15-4.16: no steady samples".to_owned(),
             NoiseOrigin::Judged => "thesis 4.4.3: judged, low rate".to_owned(),

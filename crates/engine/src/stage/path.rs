@@ -7,7 +7,7 @@ use std::sync::{Arc, OnceLock};
 use doublet_core::prep::Differentiation;
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::consistency::{Consistency, consistency};
-use doublet_core::reconstruct::observability::{observability, weak_states};
+use doublet_core::reconstruct::observability::{WeakState, observability, weak_states};
 use doublet_core::reconstruct::{
     FilterData, FilterSettings, INPUTS, Input, InputSeries, MEASUREMENTS, Measurement, MeasurementSeries,
     Reconstruction, STATES, State, filter_smoother_disagreement, reconstruct_many,
@@ -41,8 +41,44 @@ pub struct WindowPath {
     pub truth: BTreeMap<State, TruthError>,
     /// Measurements the recording does not have in this window.
     pub missing: Vec<Measurement>,
+    /// States the window tells nothing or little of.
+    pub untold: Untold,
     /// Findings, one line each: gaps, resampled channels, the filter's own.
     pub warnings: Vec<String>,
+}
+
+/// What a window cannot tell of the states that are not known beforehand.
+#[derive(Clone, Debug)]
+pub struct Untold {
+    /// Rank of the Lie derivatives in the middle of the window (thesis 3.1.5).
+    pub rank: usize,
+    /// States that are not known beforehand: the rank at which all are told.
+    pub open: usize,
+    /// States that no measurement sees.
+    pub hidden: Vec<State>,
+    /// States of whose first deviation much is left.
+    pub weak: Vec<WeakState>,
+}
+
+impl Untold {
+    /// What is worth a finding, one line each.
+    fn lines(&self) -> Vec<String> {
+        let names: Vec<_> = self.hidden.iter().map(|state| state.name()).collect();
+        let hidden = (!names.is_empty()).then(|| {
+            let (rank, open, names) = (self.rank, self.open, names.join(", "));
+            format!("observability rank {rank} of {open}: not told by what is measured: {names}")
+        });
+        let weak = self.weak.iter().map(|weak| {
+            format!(
+                "the window tells little of {}: {:.0} % of its first deviation is left, and it moves with {} (correlation {:.2})",
+                weak.state.name(),
+                100.0 * weak.remaining,
+                weak.partner.name(),
+                weak.correlation
+            )
+        });
+        hidden.into_iter().chain(weak).collect()
+    }
 }
 
 impl Footprint for WindowPath {
@@ -286,7 +322,8 @@ fn window_path(samples: &Samples, reconstruction: Reconstruction, filter: &Filte
     let Samples { data, truth, warnings } = samples;
     let mut warnings = warnings.clone();
     warnings.extend(reconstruction.warnings.iter().cloned());
-    warnings.extend(untold(data, &reconstruction, filter));
+    let untold = untold(data, &reconstruction, filter);
+    warnings.extend(untold.lines());
     warnings.extend(contradiction(&reconstruction));
     let is_missing = |measurement: &Measurement| data.measurements[*measurement as usize].time_s.is_empty();
     WindowPath {
@@ -297,6 +334,7 @@ fn window_path(samples: &Samples, reconstruction: Reconstruction, filter: &Filte
         known: Arc::clone(truth),
         data: Arc::clone(data),
         reconstruction,
+        untold,
         warnings,
     }
 }
@@ -321,7 +359,7 @@ fn contradiction(reconstruction: &Reconstruction) -> Option<String> {
 
 /// States the measurements of the window cannot tell, by the rank of the Lie derivatives in its middle (thesis 3.1.5), and those
 /// they told little about, by what is left of the initial deviation. A state that was known at the start is neither.
-fn untold(data: &FilterData, reconstruction: &Reconstruction, filter: &FilterSettings) -> Vec<String> {
+fn untold(data: &FilterData, reconstruction: &Reconstruction, filter: &FilterSettings) -> Untold {
     /// Part of its initial deviation a weak state keeps.
     const WEAK: f64 = 0.5;
     let middle = reconstruction.time_s.len() / 2;
@@ -331,27 +369,11 @@ fn untold(data: &FilterData, reconstruction: &Reconstruction, filter: &FilterSet
     let found = observability(&x, &input, &measured, &filter.initial_deviation, filter.gravity_m_s2);
     let is_open = |state: &State| filter.initial_deviation[*state as usize] > 0.0;
     let open = State::ALL.iter().filter(|state| is_open(state)).count();
-    let names: Vec<_> = found.unobservable.into_iter().filter(is_open).map(State::name).collect();
-    let mut lines = Vec::new();
-    if !names.is_empty() {
-        lines.push(format!(
-            "observability rank {} of {open}: not told by what is measured: {}",
-            found.rank,
-            names.join(", ")
-        ));
-    }
+    let hidden: Vec<State> = found.unobservable.into_iter().filter(is_open).collect();
     // A random walk makes a state as uncertain as it is, whatever the window tells.
-    let steady = |state: State| filter.random_walk[state as usize] == 0.0 && !names.contains(&state.name());
-    for weak in weak_states(reconstruction, WEAK).into_iter().filter(|weak| steady(weak.state)) {
-        lines.push(format!(
-            "the window tells little of {}: {:.0} % of its first deviation is left, and it moves with {} (correlation {:.2})",
-            weak.state.name(),
-            100.0 * weak.remaining,
-            weak.partner.name(),
-            weak.correlation
-        ));
-    }
-    lines
+    let steady = |state: State| filter.random_walk[state as usize] == 0.0 && !hidden.contains(&state);
+    let weak = weak_states(reconstruction, WEAK).into_iter().filter(|weak| steady(weak.state)).collect();
+    Untold { rank: found.rank, open, hidden, weak }
 }
 
 fn path_series(known: &[Option<Series>; STATES], data: &FilterData, reconstruction: &Reconstruction) -> PathSeries {

@@ -1,0 +1,198 @@
+//! A user's own recording: dropped on the window, its channels given roles, made into a session, saved and opened again.
+
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use doublet_core::model::Coefficient;
+use doublet_core::quantity::Role;
+use doublet_engine::session::{self, MapRef, Surface};
+use egui::accesskit::Role as Kind;
+use egui_kittest::kittest::{NodeT, Queryable};
+
+use crate::picture;
+use crate::recording::{LENGTH_S, STEP_S};
+use crate::workbench::Bench;
+
+/// Longest wait for a recording to be read.
+const PATIENCE: Duration = Duration::from_secs(30);
+
+/// A file let go over the window.
+#[derive(Debug)]
+struct Dropped(PathBuf);
+
+impl egui::DroppedFile for Dropped {
+    fn path(&self) -> &Path {
+        &self.0
+    }
+
+    fn bytes(&self) -> Result<Vec<u8>, String> {
+        std::fs::read(&self.0).map_err(|error| error.to_string())
+    }
+}
+
+/// The small flight as another recorder would write it: other names, the pitch rate in degrees under a name nobody knows, the
+/// accelerometer upwards in g.
+fn foreign(folder: &Path) -> PathBuf {
+    let text = std::fs::read_to_string(folder.join("flight.csv")).expect("the flight is there");
+    let mut lines = text.lines();
+    let names: Vec<&str> = lines.next().expect("it has a header").split(',').collect();
+    let renamed = names.iter().map(|name| match *name {
+        "ax" => "AccX [m/s^2]",
+        "az" => "Nz",
+        "q" => "channel 17",
+        "alpha" => "AoA [deg]",
+        "delta_e" => "elevator_rad",
+        other => other,
+    });
+    let mut out = renamed.collect::<Vec<_>>().join(",");
+    for line in lines {
+        let cells = line.split(',').zip(&names).map(|(cell, name)| {
+            let value: f64 = cell.parse().expect("every cell is a number");
+            match *name {
+                "az" => (-value / 9.806_65).to_string(),
+                "q" | "alpha" => value.to_degrees().to_string(),
+                _ => cell.to_owned(),
+            }
+        });
+        out.push('\n');
+        out.push_str(&cells.collect::<Vec<_>>().join(","));
+    }
+    let path = folder.join("foreign.csv");
+    std::fs::write(&path, out).expect("the recording can be written");
+    path
+}
+
+impl Bench<'_> {
+    fn drop_file(&mut self, path: PathBuf) {
+        self.harness.input_mut().dropped_files.push(std::sync::Arc::new(Dropped(path)));
+        self.harness.run_steps(2);
+    }
+
+    /// Draws frames until something called `label` is there.
+    fn wait_for(&mut self, label: &str) {
+        let started = Instant::now();
+        while self.harness.query_all_by_label(label).next().is_none() {
+            assert!(started.elapsed() < PATIENCE, "'{label}' comes up: {:?}", self.harness.state().message);
+            std::thread::sleep(Duration::from_millis(5));
+            self.harness.step();
+        }
+        self.harness.run_steps(2);
+    }
+
+    /// Draws frames until the session is made and computed.
+    fn wait_until_made(&mut self) {
+        let started = Instant::now();
+        self.harness.run_steps(2);
+        while self.harness.state().is_beginning() {
+            assert!(started.elapsed() < PATIENCE, "the session is made");
+            std::thread::sleep(Duration::from_millis(5));
+            self.harness.step();
+        }
+        self.settle();
+    }
+
+    /// Opens the list called `combo` and chooses `entry` of it.
+    fn choose_entry(&mut self, combo: &str, entry: &str) {
+        self.harness.get_by_role_and_label(Kind::ComboBox, combo).scroll_to_me();
+        self.harness.run_steps(3);
+        self.harness.get_by_role_and_label(Kind::ComboBox, combo).click();
+        self.harness.run_steps(3);
+        let is_entry = |node: &egui_kittest::Node<'_>| node.accesskit_node().role() == Kind::Button;
+        let row = self.harness.get_all_by_label(entry).filter(is_entry).last().expect("the list has it");
+        row.scroll_to_me();
+        row.click();
+        self.harness.run_steps(3);
+    }
+}
+
+#[test]
+fn dropped_recording_becomes_a_session_whose_numbers_are_in_si_and_come_back() {
+    let mut bench = Bench::open();
+    let path = foreign(bench.folder.path());
+    bench.drop_file(path);
+    bench.wait_for("Create session");
+    assert!(
+        bench.harness.query_by_label_contains("no reconstruction without q").is_some(),
+        "the pitch rate is missing"
+    );
+    bench.choose_entry("channel of q", "channel 17");
+    bench.choose_entry("unit of q", "deg/s");
+    assert!(bench.harness.query_by_label_contains("no reconstruction").is_none());
+    bench.harness.get_by_label("Aircraft file…").click();
+    bench.harness.run_steps(4);
+    let aircraft = bench.folder.path().join("aircraft.toml");
+    bench.harness.get_by_label("File name").type_text(&aircraft.display().to_string());
+    bench.harness.run_steps(2);
+    bench.harness.key_press(egui::Key::Enter);
+    bench.harness.run_steps(4);
+    picture(&mut bench.harness, "new_session");
+    bench.harness.get_by_label("Create session").click();
+    bench.wait_until_made();
+    picture(&mut bench.harness, "new_session_made");
+    check(&bench);
+    let made = bench.session().clone();
+    assert!(matches!(made.flights[0].recordings[0].channel_map, MapRef::Own(_)), "the map is the session's own");
+    let file = bench.folder.path().join("mine.toml");
+    bench.harness.state_mut().document.save(&file).expect("it is saved");
+    let opened = session::open(&file).expect("it opens again").session;
+    assert_eq!(opened.windows, made.windows);
+    bench.drop_file(file);
+    bench.settle();
+    check(&bench);
+}
+
+/// What the recording must have become.
+fn check(bench: &Bench<'_>) {
+    let flight = bench.snapshot().flights["foreign"].ready().expect("the recording is read").clone();
+    let values = |role: Role| flight.recording.role(role).map(|channel| channel.series.values.clone());
+    let samples = (LENGTH_S / STEP_S).round() as usize + 1;
+    for role in [Role::SpecificForceX, Role::SpecificForceZ, Role::PitchRate, Role::AngleOfAttack, Role::Elevator] {
+        let found = values(role).unwrap_or_else(|| panic!("{} is there", role.name()));
+        assert_eq!(found.len(), samples, "{}", role.name());
+    }
+    // q = 0.04 * 1.3 + 0.02 * 2.4 at the start, alpha = 0.06.
+    assert!((values(Role::PitchRate).expect("q")[0] - 0.1).abs() < 1e-9);
+    assert!((values(Role::AngleOfAttack).expect("alpha")[0] - 0.06).abs() < 1e-9);
+    assert!(values(Role::SpecificForceZ).expect("az")[0] < -5.0, "level flight has az = -g");
+    assert!(bench.session().aircraft.ends_with("aircraft.toml"));
+    let cm = bench.snapshot().pooled.ready().expect("derivatives follow");
+    let cm = cm.fits.iter().find(|fit| fit.coefficient == Coefficient::Cm).expect("Cm is modelled");
+    assert!(cm.fit.as_ref().is_ok_and(|fit| fit.quality.r_squared > 0.98), "{:?}", cm.fit);
+}
+
+#[test]
+fn recording_of_a_known_recorder_gets_its_map_and_the_manoeuvres_of_its_controls() {
+    let mut bench = Bench::open();
+    let demo = doublet_engine::builtin::on_disk("flights/demo").expect("the demonstration flight is there");
+    let files: Vec<PathBuf> =
+        std::fs::read_dir(demo).expect("it has files").map(|e| e.expect("a file").path()).collect();
+    let bus = files.into_iter().find(|path| path.to_string_lossy().contains("bus")).expect("there is the data bus");
+    bench.drop_file(bus);
+    bench.wait_for("Create session");
+    picture(&mut bench.harness, "new_session_known");
+    bench.harness.get_by_label("Create session").click();
+    bench.wait_until_made();
+    let session = bench.session();
+    assert_eq!(session.flights.len(), 1);
+    assert!(!session.windows.is_empty());
+    assert!(session.windows.iter().all(|window| window.surface.is_none_or(|s| Surface::ALL.contains(&s))));
+}
+
+#[test]
+fn file_that_is_no_recording_is_refused_in_one_line() {
+    let mut bench = Bench::open();
+    let path = bench.folder.path().join("letter.csv");
+    std::fs::write(&path, "dear sir,\nthere are no numbers here\n").expect("it can be written");
+    bench.drop_file(path);
+    let started = Instant::now();
+    while bench.harness.state().is_beginning() && started.elapsed() < PATIENCE {
+        std::thread::sleep(Duration::from_millis(5));
+        bench.harness.step();
+    }
+    let message = bench.harness.state().message.clone().expect("something is said");
+    assert!(
+        message.is_error && message.text.contains("letter.csv") && message.text.lines().count() == 1,
+        "{message:?}"
+    );
+    assert_eq!(bench.session().title, "Test flight", "the session stays");
+}
