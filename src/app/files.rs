@@ -175,6 +175,8 @@ impl OwnDialog {
                 self.entries = entries;
                 self.folder = folder;
                 self.complaint = None;
+                // The keyboard goes on in the folder entered.
+                self.is_new = true;
             }
             Err(error) => self.complaint = Some(format!("{}: {error}", folder.display())),
         }
@@ -219,7 +221,7 @@ impl OwnDialog {
             };
             let here = self.question.purpose == Purpose::Folder;
             let pressed = ui.add_enabled(here || !self.typed.trim().is_empty(), egui::Button::new(action)).clicked();
-            if pressed && here {
+            if here && (pressed || (confirmed && self.typed.trim().is_empty())) {
                 answer = Answer::Chosen(self.folder.join(self.typed.trim()));
                 return;
             }

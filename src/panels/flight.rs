@@ -82,7 +82,7 @@ impl Panel for Flight {
         let recording = &loaded.recording;
         let mut plots = ctx.state.flight_plots.clone().unwrap_or_else(|| usual(recording));
         let before = plots.clone();
-        Bar::left("channels").default_size(172.0).size_range(120.0..=420.0).show(ui, |ui| {
+        Bar::left("channels").default_size(172.0).size_range(120.0..=260.0).show(ui, |ui| {
             self.channels(ctx, ui, recording, &mut plots);
         });
         egui::CentralPanel::default()

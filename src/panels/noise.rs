@@ -63,7 +63,7 @@ impl Panel for Noise {
 /// What the columns of the tables of noise are.
 fn header(ui: &mut Ui, measured: bool) {
     let recorded = "Standard deviation over the steady windows of the recording, or the resolution of the recorder where that is \
-                    larger: press to use it. ⚠ marks one that lies more than a factor 3 from the scatter measured";
+                    larger: press to use it. ⚠ marks one that lies more than a factor 3 from the scatter measured, or from what is used";
     let innovations = "Innovations of the chosen window over the deviation the filter predicted for them: 1 is consistent. ∿ marks \
                        innovations that are correlated in time, or have an offset: their size alone says nothing then";
     let titles = [
@@ -245,15 +245,21 @@ fn take_recorded(ctx: &mut PanelContext<'_>, ui: &mut Ui, name: &str, row: &Nois
     let now = row.channel.std(ctx.session);
     let proposed = row.choice.proposed;
     let measured = row.statistics.map_or(f64::NAN, |found| found.std);
-    let is_far = proposed > FAR * measured || measured > FAR * proposed;
-    let mark = if is_far { " ⚠" } else { "" };
+    let apart = |a: f64, b: f64| a > FAR * b || b > FAR * a;
+    let (is_far, is_unlike) = (apart(proposed, measured), apart(proposed, now));
+    let mark = if is_far || is_unlike { " ⚠" } else { "" };
     let mut text = RichText::new(format!("⇐ {}{mark}", notation::number(scale * proposed))).size(11.0);
-    if is_far {
+    if is_far || is_unlike {
         text = text.color(theme::palette(ui).warning);
     }
     let whiteness = row.statistics.map_or(f64::NAN, |found| found.whiteness);
+    let note = match (is_far, is_unlike) {
+        (true, _) => ". ⚠ The two differ by more than a factor 3: look at the steady windows first",
+        (false, true) => ". ⚠ What is used differs by more than a factor 3",
+        (false, false) => "",
+    };
     let why = format!(
-        "Use the proposal: {} {unit}, from {}. The steady windows show {} {unit}, whiteness {}",
+        "Use the proposal: {} {unit}, from {}. The steady windows show {} {unit}, whiteness {}{note}",
         notation::number(scale * proposed),
         row.origin(),
         notation::number(scale * measured),

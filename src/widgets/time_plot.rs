@@ -32,7 +32,7 @@ const LEAST_HEIGHT: f32 = 54.0;
 /// Room above and below the data, as a fraction of their extent.
 const MARGIN: f64 = 0.08;
 /// Height of the legend inside a plot with the room about it.
-const LEGEND_ROOM: f32 = 22.0;
+const LEGEND_ROOM: f32 = 19.0;
 /// Samples further apart than this on screen are marked with dots.
 const DOT_SPACING: f32 = 7.0;
 /// Least distance between ticks of the time axis and of a value axis.
@@ -205,7 +205,9 @@ pub fn time_stack(
     let room = ui.available_size();
     let readout = readout::height(view, plots, room.y);
     let shown = (room.y - TIME_AXIS_HEIGHT - readout).max(LEAST_HEIGHT);
-    let each = (shown / plots.len() as f32).max(LEAST_HEIGHT).floor();
+    // What does not fit scrolls; no plot is shown in part at first.
+    let fitting = ((shown / LEAST_HEIGHT).floor() as usize).clamp(1, plots.len());
+    let each = (shown / fitting as f32).floor();
     let columns = ((room.x - VALUE_AXIS_WIDTH - LABEL_ROOM - RIGHT_ROOM).max(16.0) * ui.pixels_per_point()) as usize;
     let frame = ui.ctx().cumulative_frame_nr();
     for (row, plot) in plots.iter().enumerate() {
@@ -282,7 +284,7 @@ fn draw_plot<'a>(
         plot.traces.iter().enumerate().filter_map(|(column, trace)| Some((trace, look(column)?))).collect();
     let (low, high) = value_range(plot, drawn.iter().map(|(_, drawn)| *drawn));
     // Names and data do not cover each other where there is height for both.
-    let head = if legend == Legend::Names && height >= 3.0 * LEGEND_ROOM { LEGEND_ROOM } else { 0.0 };
+    let head = if legend == Legend::Names && height >= 2.6 * LEGEND_ROOM { LEGEND_ROOM } else { 0.0 };
     let high = low + (high - low) * f64::from(height / (height - head));
     let label = plot.axis_label();
     let points_per_s = f64::from(ui.available_width() - VALUE_AXIS_WIDTH) / range.length_s();

@@ -20,6 +20,8 @@ use form::Answer;
 
 /// Aircraft proposed when no map that fits tells of another.
 const USUAL_AIRCRAFT: &str = "c337f";
+/// Roles from which a shipped map that fits is taken to be the recorder's own.
+const LEAST_ROLES: usize = 10;
 /// Shipped maps whose recordings are of one shipped aircraft.
 const AIRCRAFT_OF_MAPS: [(&str, &str); 5] = [
     ("attas", "attas_vfw614"),
@@ -85,7 +87,7 @@ impl Choosing {
         let best = inspected.fitting.first();
         // A map made for another recorder fits by chance with the few roles whose names are everywhere.
         let choice = match best {
-            Some(map) if map.plan.roles.len() >= inspected.guess.rows.len() => Choice::Shipped(0),
+            Some(map) if map.plan.roles.len() >= LEAST_ROLES.min(inspected.guess.rows.len()) => Choice::Shipped(0),
             _ => Choice::ByHand,
         };
         let hand = inspected.guess.clone();

@@ -135,6 +135,7 @@ pub fn guess(probes: &[Probe]) -> HandMap {
             }
         }
     }
+    agree_on_degrees(&mut map, probes);
     refine_forces(&mut map, probes);
     add_position(&mut map);
     map
@@ -207,6 +208,33 @@ fn unit_by_size(channel: &ChannelInfo, role: Role) -> Unit {
 
 fn is_engine(role: Role) -> bool {
     matches!(role, Role::EngineSpeed1 | Role::EngineSpeed2)
+}
+
+/// Quantities a recorder gives in one unit: where one of them is too large for radians, those are degrees too that are not.
+const GROUPS: [&[Role]; 4] = [
+    &[Role::BankAngle, Role::PitchAngle, Role::HeadingAngle],
+    &[Role::AngleOfAttack, Role::Sideslip],
+    &[Role::Aileron, Role::Elevator, Role::Rudder],
+    &[Role::RollRate, Role::PitchRate, Role::YawRate],
+];
+
+/// Gives the members of a group without a unit of their own the degrees that another member's size tells.
+fn agree_on_degrees(map: &mut HandMap, probes: &[Probe]) {
+    let candidates = candidates(probes);
+    let is_open = |row: &HandRow| {
+        let of = candidates.iter().find(|candidate| candidate.from == row.from);
+        of.is_some_and(|candidate| candidate.unit.is_none_or(is_count))
+    };
+    for group in GROUPS {
+        let in_degrees = |row: &HandRow| row.unit.filter(|unit| unit.symbol.starts_with("deg"));
+        let open = group.iter().filter_map(|role| map.row(*role)).filter(|row| is_open(row));
+        let Some(degrees) = open.filter_map(in_degrees).next() else { continue };
+        for (role, row) in &mut map.rows {
+            if group.contains(role) && is_open(row) {
+                row.unit = Some(degrees);
+            }
+        }
+    }
 }
 
 /// Specific force along z is about -g on the mean: its size tells g from m/s² where no unit is known, its sign the axis, and a mean
@@ -312,6 +340,17 @@ mod tests {
         }
         assert_eq!(recording.role(Role::RollRate).unwrap().series.time_s[..], [0.0, 0.02, 0.04]);
         assert!(map.row(Role::Sideslip).is_none());
+    }
+
+    #[test]
+    fn attitude_without_units_is_in_degrees_where_one_angle_is() {
+        let probe = probe_of("t,roll,pitch,yaw,beta_rad,alpha\n0,1,2,170,0.1,3\n1,1,2,171,0.1,3\n2,1,2,172,0.1,3\n");
+        let map = guess(std::slice::from_ref(&probe));
+        let symbol = |role| map.row(role).and_then(|row| row.unit).map(|unit| unit.symbol);
+        for role in [Role::BankAngle, Role::PitchAngle, Role::HeadingAngle, Role::AngleOfAttack] {
+            assert_eq!(symbol(role), Some("deg"), "{}", role.name());
+        }
+        assert_eq!(symbol(Role::Sideslip), Some("rad"), "its name says so");
     }
 
     #[test]
