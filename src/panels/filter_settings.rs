@@ -12,6 +12,10 @@ const HALF_WIDTH_S: f64 = 0.2;
 /// Width of the longest name before a setting: the columns stay where they are when a row comes or goes.
 const COLUMN: f32 = 96.0;
 
+/// What the kinds of filter are.
+const ABOUT_FILTER: &str = "EKF: extended Kalman filter. Iterated: linearises about its own update until that stands still (IEKF). \
+                            Unscented: carries points instead of derivatives through the equations (UKF)";
+
 /// Filter, path, and how coefficients follow from the path.
 pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
     filter(ctx, ui);
@@ -21,19 +25,19 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
 fn filter(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
     let filter = &ctx.session.filter;
     Grid::new("filter").num_columns(4).min_col_width(COLUMN).spacing([10.0, 4.0]).show(ui, |ui| {
-        ui.weak("Filter");
+        ui.weak("Filter").on_hover_text(ABOUT_FILTER);
         let [iterated, unscented] = kinds(ui, &ctx.session.title, filter.method);
         let mut method = filter.method;
         if choices(ui, &mut method, &[(Method::Ekf, "EKF"), (iterated, "Iterated"), (unscented, "Unscented")]) {
             ctx.edit(Edit::Filter(FilterEdit::Method(method)));
         }
-        ui.weak("Input between samples");
+        ui.weak("Input between samples").on_hover_text("How the inertial sensors go on between two samples");
         let mut hold = filter.hold;
         if choices(ui, &mut hold, &[(InputHold::FirstOrder, "Linear"), (InputHold::ZeroOrder, "Held")]) {
             ctx.edit(Edit::Filter(FilterEdit::Hold(hold)));
         }
         ui.end_row();
-        ui.weak("Path used");
+        ui.weak("Path used").on_hover_text("Filtered: from the past alone. Smoothed: from the whole window");
         let mut path = ctx.session.preparation.path;
         if choices(ui, &mut path, &[(PathSource::Filtered, "Filtered"), (PathSource::Smoothed, "Smoothed")]) {
             ctx.edit(Edit::Estimation(EstimationEdit::Path(path)));
@@ -45,7 +49,7 @@ fn filter(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         ctx.edit_quantity(edited, |value| Edit::Filter(FilterEdit::Gravity(value)));
         ui.end_row();
         if ctx.session.preparation.path == PathSource::Smoothed {
-            ui.weak("Smoother passes");
+            ui.weak("Smoother passes").on_hover_text("More than one linearises about the smoothed path again");
             let passes = filter.smoother_passes as f64;
             let edited = QuantityEdit::new("smoother passes", passes).per_point(0.1).allowed(1.0..=100.0).show(ui);
             ctx.edit_quantity(edited, |value| {
@@ -68,7 +72,8 @@ fn filter(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
                 let max_iterations = value.round().clamp(1.0, 100.0) as usize;
                 Edit::Filter(FilterEdit::Method(Method::Iekf { max_iterations, tolerance }))
             });
-            ui.weak("Tolerance");
+            ui.weak("Tolerance")
+                .on_hover_text("Iterations end when no state moves by more than this part of its deviation");
             let edited =
                 QuantityEdit::new("tolerance", tolerance).unit("σ", 1.0).logarithmic().allowed(1e-12..=1.0).show(ui);
             ctx.edit_quantity(edited, |tolerance| {

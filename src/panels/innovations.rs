@@ -32,7 +32,10 @@ impl Panel for Innovations {
                     [consistency.nis_mean, consistency.nis_ratio].map(|value| notation::fixed(value, 2));
                 ui.separator();
                 ui.label(format!("mean NIS {mean} ({ratio} of its expectation)"))
-                    .on_hover_text(format!("A consistent filter lies between {low} and {high} in 95 of 100 cases."));
+                    .on_hover_text(format!(
+                        "NIS, the normalised innovation squared: all innovations of an instant together, in predicted deviations \
+                         squared. The mean of a consistent filter lies between {low} and {high} in 95 of 100 cases."
+                    ));
             }
         });
         trouble(ui, error.as_deref());

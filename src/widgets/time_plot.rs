@@ -194,12 +194,12 @@ pub fn time_stack(
         return out;
     }
     let shared = shared_names(plots);
-    if shared {
+    if let Some(plot) = shared {
         ui.horizontal_wrapped(|ui| {
             ui.spacing_mut().item_spacing = vec2(10.0, 0.0);
             ui.spacing_mut().interact_size.y = LEGEND_HEIGHT;
             ui.add_space(VALUE_AXIS_WIDTH + LABEL_ROOM);
-            plots[0].traces.iter().for_each(|trace| legend_entry(ui, trace.name, trace.color));
+            plot.traces.iter().for_each(|trace| legend_entry(ui, trace.name, trace.color));
         });
     }
     let room = ui.available_size();
@@ -223,7 +223,8 @@ pub fn time_stack(
         ui.spacing_mut().item_spacing.y = 0.0;
         for (row, plot) in plots.iter().enumerate() {
             let look = |column: usize| drawn.get(&(id, row, column));
-            let names = if shared { Legend::Values } else { Legend::of(plot) };
+            let named = shared.is_some() && plot.traces.len() > 1;
+            let names = if named { Legend::Values } else { Legend::of(plot) };
             let shown = draw_plot(ui, (id.with(row), each, names), plot, &look, range, spans);
             let frame = *shown.transform.frame();
             out.frames.push(frame);
@@ -395,13 +396,17 @@ impl Legend {
     }
 }
 
-/// Whether all plots have the same several traces, so that one line above them names those of all.
-fn shared_names(plots: &[TimePlot<'_>]) -> bool {
-    let names = |plot: &TimePlot<'_>| -> Vec<(String, Color32)> {
-        plot.traces.iter().map(|trace| (trace.name.to_owned(), trace.color)).collect()
+/// The first plot of several traces where all such plots have the same ones, so that one line above them names those of all.
+fn shared_names<'p, 'a>(plots: &'p [TimePlot<'a>]) -> Option<&'p TimePlot<'a>> {
+    let mut several = plots.iter().filter(|plot| plot.traces.len() > 1);
+    let first = several.next()?;
+    let same = |plot: &&TimePlot<'_>| {
+        let pairs = plot.traces.iter().zip(&first.traces);
+        plot.traces.len() == first.traces.len()
+            && pairs.into_iter().all(|(a, b)| a.name == b.name && a.color == b.color)
     };
-    let [first, rest @ ..] = plots else { return false };
-    !rest.is_empty() && first.traces.len() > 1 && rest.iter().all(|plot| names(plot) == names(first))
+    let rest = several.clone().count();
+    (rest > 0 && several.filter(same).count() == rest).then_some(first)
 }
 
 /// The time of the cursor on the time axis.
