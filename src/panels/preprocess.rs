@@ -80,7 +80,7 @@ fn presets(ctx: &mut PanelContext<'_>, ui: &mut Ui, flight: &str, now: &SignalSe
                 }
             };
             if ui.add(button).on_hover_text(hint).clicked() && now.preset() != Some(preset) {
-                set(ctx, flight, SignalSetting { rules: preset.rules(), ..now.clone() });
+                set(ctx, flight, now.with_preset(preset));
             }
         }
         ui.separator();

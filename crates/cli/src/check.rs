@@ -28,7 +28,7 @@ pub fn check(arguments: &CheckArguments) -> Result<(), String> {
 fn check_session(arguments: &CheckArguments) -> Result<(), String> {
     let opened = session::open(&arguments.file).map_err(|error| error.to_string())?;
     let mut problems: Vec<String> = session::check(&opened.session).iter().map(ToString::to_string).collect();
-    session::path_warning(&opened.session.aircraft).iter().for_each(|line| text::line(&format!("aircraft: {line}")));
+    session::path_warning(&opened.session).iter().for_each(|line| text::line(line));
     if let Err(error) = stage::load_aircraft(&opened.folder, &opened.session.aircraft) {
         problems.push(format!("aircraft: {error}"));
     }

@@ -91,7 +91,7 @@ pub fn run(arguments: &RunArguments) -> Result<(), String> {
     let written = report::write(&session, &snapshot, &arguments.out, &outputs, &Control::default(), &show);
     progress.finish();
     let folder = written.map_err(|error| error.to_string())?;
-    session::path_warning(&session.aircraft).iter().for_each(|line| text::line(&format!("aircraft: {line}")));
+    session::path_warning(&session).iter().for_each(|line| text::line(line));
     summary(&report::build(&session, &snapshot));
     text::line(&format!("results in {}", folder.display()));
     Ok(())

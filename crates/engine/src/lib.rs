@@ -8,6 +8,7 @@ pub mod batch;
 pub mod begin;
 pub mod builtin;
 pub mod compare;
+pub mod date;
 pub mod document;
 pub mod export;
 pub mod graph;

@@ -27,6 +27,14 @@ pub fn unit(dimension: Dimension) -> (&'static str, f64) {
     }
 }
 
+/// Unit in which a number of the SI unit `symbol` is shown, and its factor from SI, where people read it otherwise than it is kept:
+/// angles in degrees.
+pub fn shown(symbol: &str) -> Option<(&'static str, f64)> {
+    use Dimension::{Acceleration, Angle, AngularAcceleration, AngularRate};
+    let dimensions = [Angle, AngularRate, AngularAcceleration, Acceleration];
+    dimensions.into_iter().find(|dimension| dimension.si_symbol() == symbol).map(unit)
+}
+
 /// Unit a role is shown in: engine speeds in revolutions per minute, the rest by dimension.
 pub fn role_unit(role: Role) -> (&'static str, f64) {
     match role {

@@ -10,8 +10,8 @@ use doublet_engine::begin;
 use doublet_engine::run::Control;
 use doublet_engine::session::{
     self, ClockPairSetting, ClockSetting, Edit, EditError, Estimation, FilterEdit, Flight, InstrumentSetting,
-    Manoeuvre, MapRef, ModelEdit, Preparation, RecordingRef, Session, SignalPreset, SignalSetting, SteadyWindow,
-    Surface, WindowEdit, WindowRole,
+    LevelFlight, Manoeuvre, MapRef, ModelEdit, Preparation, RecordingRef, Session, SignalPreset, SignalSetting,
+    SteadyWindow, Surface, WindowEdit, WindowRole,
 };
 use doublet_engine::stage;
 use doublet_engine::undo::History;
@@ -55,9 +55,19 @@ fn example() -> Session {
                 thesis_controls: true,
                 pod: None,
                 pod_calibration: String::new(),
+                level_flight: Some(LevelFlight {
+                    mass_kg: 1778.0,
+                    airspeed_m_s: [49.4, 43.3, 37.7],
+                    altitude_m: Some(914.4),
+                    density_kg_m3: None,
+                }),
                 fuel: [("main left".to_owned(), "engine_monitor/m_f_ML".to_owned())].into(),
             }),
-            signals: SignalSetting { max_gap_s: Some(0.5), rules: SignalPreset::Thesis.rules()[..2].to_vec() },
+            signals: SignalSetting {
+                max_gap_s: Some(0.5),
+                rules: SignalPreset::Thesis.rules()[..2].to_vec(),
+                position_from_velocity: true,
+            },
         }],
         windows: vec![window("e1", 10.0), window("e2", 50.0)],
         steady: vec![SteadyWindow {

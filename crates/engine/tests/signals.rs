@@ -11,8 +11,8 @@ use doublet_core::quantity::Role;
 use doublet_core::reconstruct::{Input, Measurement};
 use doublet_core::series::Window;
 use doublet_engine::session::{
-    self, Edit, EditError, NoiseChannel, NoiseEdit, NoiseEntry, Opened, SignalEdit, SignalPreset, SignalSetting,
-    SteadyWindow, Surface, WindowEdit,
+    self, Edit, EditError, LevelFlight, NoiseChannel, NoiseEdit, NoiseEntry, Opened, SignalEdit, SignalPreset,
+    SignalSetting, SteadyWindow, Surface, WindowEdit,
 };
 use doublet_engine::stage::{self, FlightProposals, LoadedFlight};
 
@@ -54,7 +54,7 @@ fn bus(setting: SignalSetting, shift_s: f64) -> LoadedFlight {
 
 #[test]
 fn the_thesis_preset_is_moving_average_polynomial_and_spline_to_100_hz() {
-    let preset = SignalSetting { max_gap_s: None, rules: SignalPreset::Thesis.rules() };
+    let preset = SignalSetting::default().with_preset(SignalPreset::Thesis);
     assert_eq!(preset.preset(), Some(SignalPreset::Thesis));
     let treated = bus(preset, 0.0);
     let roll = &treated.recording.role(Role::RollRate).unwrap().series;
@@ -103,7 +103,8 @@ fn signals_are_left_as_recorded_by_default_and_a_shift_moves_stamps_only() {
 #[test]
 fn a_stated_gap_is_never_bridged() {
     // The heading comes at 25 Hz: its samples are further apart than 0.03 s, so nothing may be put between them.
-    let torn = bus(SignalSetting { max_gap_s: Some(0.03), rules: SignalPreset::Thesis.rules() }, 0.0);
+    let torn =
+        bus(SignalSetting { max_gap_s: Some(0.03), rules: SignalPreset::Thesis.rules(), ..Default::default() }, 0.0);
     let row = torn.treated.iter().find(|signal| signal.role == Role::HeadingAngle).unwrap();
     assert_eq!(row.stretches, row.samples[0]);
     assert!(torn.recording.warnings.iter().any(|warning| warning.contains("psi") && warning.contains("too short")));
@@ -112,16 +113,180 @@ fn a_stated_gap_is_never_bridged() {
 }
 
 #[test]
+fn the_position_is_the_integral_of_the_velocity_and_begins_anew_after_a_gap() {
+    let integrated = SignalSetting { position_from_velocity: true, ..Default::default() };
+    assert_eq!(integrated.preset(), None);
+    let flight = bus(integrated.clone(), 0.0);
+    let of = |flight: &LoadedFlight, role| flight.recording.role(role).unwrap().series.clone();
+    let (velocity, position) = (of(&flight, Role::VelocityNorth), of(&flight, Role::PositionNorth));
+    assert_eq!(velocity.time_s, position.time_s);
+    // Between two instants: the area under straight lines, summed backwards and by rectangles about the middles.
+    let range = Window { start_s: 1050.0, end_s: 1075.0 }.indices(&velocity.time_s);
+    let (time, value) = (&velocity.time_s[range.clone()], &velocity.values[range.clone()]);
+    let area: f64 =
+        (1..time.len()).rev().map(|k| (value[k - 1] + (value[k] - value[k - 1]) / 2.0) * (time[k] - time[k - 1])).sum();
+    let moved = position.values[range.end - 1] - position.values[range.start];
+    assert!((moved - area).abs() < 1e-8 * area.abs(), "{moved} against {area}");
+    // And what the aircraft truly flew: a velocity of 0.02 m/s noise, 5 times a second over 25 s, is good for some centimetres.
+    let truth = &flight.recording.truth["x"];
+    let at = |time: f64| resample(&truth.time_s, &truth.values, &[time], Interpolation::Linear).unwrap()[0];
+    let window = Window { start_s: 1058.0, end_s: 1069.0 }.indices(&velocity.time_s);
+    let (first, last) = (window.start, window.end - 1);
+    let flown = at(velocity.time_s[last]) - at(velocity.time_s[first]);
+    let found = position.values[last] - position.values[first];
+    assert!((found - flown).abs() < 0.1, "{found} against {flown}");
+    // The thesis integrates what it has resampled.
+    let thesis = bus(SignalSetting::default().with_preset(SignalPreset::Thesis), 0.0);
+    let row = thesis.treated.iter().find(|signal| signal.role == Role::PositionEast).unwrap();
+    assert_eq!(row.steps, ["trapezoids of v_east"]);
+    assert_eq!(of(&thesis, Role::PositionEast).time_s, of(&thesis, Role::VelocityEast).time_s);
+    // A gap ends the integral: the velocity comes every 0.2 s, so that nothing may be summed over 0.1 s.
+    let torn = bus(SignalSetting { max_gap_s: Some(0.1), ..integrated }, 0.0);
+    assert!(of(&torn, Role::PositionNorth).values.iter().all(|&value| value == 0.0));
+    assert!(torn.recording.warnings.iter().any(|line| line.contains("begin anew")));
+}
+
+#[test]
+fn level_flight_calibrates_the_pod_by_the_lift_curve() {
+    /// Thesis sections 4.3.2 and 4.3.3, flight FT1.0: mass, pressure altitude of its test points, lift curve, wing area.
+    const MASS_KG: f64 = 2044.0;
+    const ALTITUDE_M: f64 = 4000.0 * 0.3048;
+    const LIFT: [f64; 2] = [0.333, 0.086];
+    const AREA_M2: f64 = 18.7;
+    // Standard atmosphere at 4,000 ft, by its formula.
+    let density = 1.225 * (1.0 - 0.0065 * ALTITUDE_M / 288.15f64).powf(9.806_65 / (287.052_87 * 0.0065) - 1.0);
+    // Airspeeds at which level flight has the three angles of Table 4.11; that of the number 0 is the 101 kt the thesis states.
+    let published = [4.754f64, 8.05, 11.45];
+    let airspeed =
+        |alpha_deg: f64| (2.0 * MASS_KG * 9.806_65 / (density * AREA_M2 * (LIFT[0] + LIFT[1] * alpha_deg))).sqrt();
+    assert!((airspeed(published[0]) * 3600.0 / 1852.0 - 101.0).abs() < 1.5, "{}", airspeed(published[0]));
+    let mut flight = demo().session.flights[0].clone();
+    let instruments = flight.instruments.as_mut().unwrap();
+    let level = LevelFlight {
+        mass_kg: MASS_KG,
+        airspeed_m_s: published.map(airspeed),
+        altitude_m: Some(ALTITUDE_M),
+        density_kg_m3: None,
+    };
+    instruments.level_flight = Some(level.clone());
+    let refused = stage::aligned(&demo().folder, read(), &flight).unwrap_err();
+    assert!(refused.contains("leave one out"), "{refused}");
+    let with = |level: LevelFlight| {
+        let mut flight = flight.clone();
+        let instruments = flight.instruments.as_mut().unwrap();
+        (instruments.pod_calibration, instruments.level_flight) = (String::new(), Some(level));
+        let session = session::Session { flights: vec![flight], ..demo().session.clone() };
+        let session = session::parse(&session::print(&session).unwrap()).unwrap();
+        stage::aligned(&demo().folder, read(), &session.flights[0])
+    };
+    let alpha = |flight: &LoadedFlight| flight.recording.role(Role::AngleOfAttack).unwrap().series.clone();
+    let (made, table) = (alpha(&with(level.clone()).unwrap()), alpha(recorded()));
+    let pairs = made.values.iter().zip(&*table.values);
+    let apart = pairs.filter(|(a, b)| a.is_finite() && b.is_finite()).map(|(a, b)| (a - b).abs().to_degrees());
+    let apart: Vec<f64> = apart.collect();
+    // Two curves through the same three points.
+    let most = apart.iter().copied().fold(0.0, f64::max);
+    assert!(apart.len() > 5000 && most > 0.0 && most < 0.15, "{most} deg over {} samples", apart.len());
+    // The density may be stated instead; a lighter aircraft flies at less.
+    let dense = LevelFlight { altitude_m: None, density_kg_m3: Some(density), ..level.clone() };
+    let same = alpha(&with(dense).unwrap());
+    let differ = same.values.iter().zip(&*made.values).filter(|(a, b)| (*a - *b).abs() > 1e-6).count();
+    assert_eq!(differ, 0);
+    let lighter = alpha(&with(LevelFlight { mass_kg: 1900.0, ..level.clone() }).unwrap());
+    assert!(lighter.values.iter().zip(&*made.values).filter(|(a, _)| a.is_finite()).all(|(a, b)| a < b));
+    for (wrong, said) in [
+        (LevelFlight { altitude_m: None, ..level.clone() }, "either altitude_m or density_kg_m3"),
+        (LevelFlight { density_kg_m3: Some(1.0), ..level.clone() }, "either altitude_m or density_kg_m3"),
+        (LevelFlight { airspeed_m_s: [40.0, 45.0, 50.0], ..level.clone() }, "fall from the number 0"),
+        (LevelFlight { mass_kg: -1.0, ..level }, "above zero"),
+    ] {
+        let refused = with(wrong).unwrap_err();
+        assert!(refused.contains(said), "{refused}");
+    }
+}
+
+#[test]
+fn control_sensors_that_record_quaternions_give_the_same_deflections() {
+    /// Rounding of the quaternion's text to twelve digits, rad.
+    const ROUNDING_RAD: f64 = 1e-9;
+    let folder = tempfile::tempdir().unwrap();
+    let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/flights/demo");
+    let mut flight = demo().session.flights[0].clone();
+    for entry in flight.recordings.iter_mut().filter(|entry| entry.path.contains("/sensor_")) {
+        let name = entry.path.rsplit('/').next().unwrap().to_owned();
+        std::fs::write(folder.path().join(&name), quaternions(&std::fs::read_to_string(shipped.join(&name)).unwrap()))
+            .unwrap();
+        (entry.path, entry.sha256) = (name, None);
+    }
+    // The clock was fitted to a pitch angle, which is not recorded now.
+    let clock = flight.clocks.iter_mut().find(|clock| clock.source == "sensor_*").unwrap();
+    let fitted = recorded().clocks.iter().find(|clock| clock.source == "sensor_*").unwrap();
+    (clock.offset_s, clock.drift) = (fitted.model.offset_s, fitted.model.drift);
+    clock.fit.clear();
+    let found = stage::aligned(folder.path(), &stage::flight(folder.path(), &flight).unwrap(), &flight).unwrap();
+    for role in [Role::Aileron, Role::Elevator, Role::Rudder] {
+        let of = |flight: &LoadedFlight| flight.recording.role(role).unwrap().series.values.clone();
+        let (expected, found) = (of(recorded()), of(&found));
+        let worst = expected.iter().zip(&*found).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(expected.len() == found.len() && worst < ROUNDING_RAD, "{role:?}: {worst}");
+    }
+    // The rates the thesis integrates come from quaternions as well.
+    flight.instruments.as_mut().unwrap().thesis_controls = true;
+    let thesis = stage::aligned(folder.path(), &stage::flight(folder.path(), &flight).unwrap(), &flight).unwrap();
+    assert!(thesis.recording.role(Role::Rudder).unwrap().series.values.iter().all(|value| value.is_finite()));
+}
+
+/// The recording of a control sensor with its attitude as a quaternion, every other one with the other sign.
+fn quaternions(text: &str) -> String {
+    let mut out = String::new();
+    let mut places: Option<[usize; 3]> = None;
+    for (number, line) in text.lines().enumerate() {
+        let cells: Vec<&str> = line.split(',').map(str::trim).collect();
+        let Some([phi, theta, psi]) = places else {
+            let place = |name: &str| cells.iter().position(|cell| *cell == name);
+            places = place("phi").and_then(|phi| Some([phi, place("theta")?, place("psi")?]));
+            out.push_str(&if places.is_some() {
+                format!("{},Quat_W,Quat_X,Quat_Y,Quat_Z\n", cells[0])
+            } else {
+                format!("{line}\n")
+            });
+            continue;
+        };
+        let Ok(angles) =
+            [phi, theta, psi].map(|place| cells[place].parse::<f64>()).into_iter().collect::<Result<Vec<f64>, _>>()
+        else {
+            out.push_str(&format!("{},,,,\n", cells[0]));
+            continue;
+        };
+        let [[sp, cp], [st, ct], [ss, cs]] = [angles[0], angles[1], angles[2]].map(|angle| {
+            let (sin, cos) = (angle.to_radians() / 2.0).sin_cos();
+            [sin, cos]
+        });
+        // Heading, pitch, bank (Stevens and Lewis, "Aircraft Control and Simulation", 1.8).
+        let parts = [
+            cp * ct * cs + sp * st * ss,
+            sp * ct * cs - cp * st * ss,
+            cp * st * cs + sp * ct * ss,
+            cp * ct * ss - sp * st * cs,
+        ];
+        let sign = if number % 2 == 0 { 1.0 } else { -1.0 };
+        let parts: Vec<String> = parts.iter().map(|part| format!("{:.12}", sign * part)).collect();
+        out.push_str(&format!("{},{}\n", cells[0], parts.join(",")));
+    }
+    out
+}
+
+#[test]
 fn edits_of_signals_refuse_what_cannot_be() {
     let session = &demo().session;
     let mut rules = SignalPreset::Thesis.rules();
     rules[0].polynomial = Some((2, 10));
-    let setting = SignalSetting { max_gap_s: None, rules };
+    let setting = SignalSetting { rules, ..Default::default() };
     let edit = Edit::Signal(SignalEdit::Setting { flight: "FT1".into(), setting });
     assert!(matches!(edit.apply(session), Err(EditError::Signals(text)) if text.contains("odd")));
     let mut rules = SignalPreset::Thesis.rules();
     rules[2].roles.push(Role::RollRate);
-    let twice = SignalSetting { max_gap_s: Some(0.0), rules };
+    let twice = SignalSetting { max_gap_s: Some(0.0), rules, ..Default::default() };
     assert_eq!(twice.problems().len(), 2, "{:?}", twice.problems());
 }
 

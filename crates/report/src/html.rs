@@ -18,10 +18,12 @@ pub fn html(document: &Document) -> String {
     page.put(format_args!(
         "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width\">\
          <meta name=\"generator\" content=\"{}\"><title>{title}</title><style>{STYLE}</style></head><body><header><h1>{title}</h1><p>{}</p>\
-         </header><nav><ol>",
+         </header><section id=\"cover\">\n",
         escape(&document.app),
         escape(&document.subtitle)
     ));
+    document.cover.iter().for_each(|block| page.block(block));
+    page.out.push_str("</section><nav><ol>");
     for section in &document.sections {
         page.put(format_args!("<li><a href=\"#{}\">{}</a></li>", section.kind.name(), escape(section.kind.title())));
     }
@@ -32,7 +34,8 @@ pub fn html(document: &Document) -> String {
         section.blocks.iter().for_each(|block| page.block(block));
         page.out.push_str("</section>\n");
     }
-    page.put(format_args!("</main><footer>{}</footer></body></html>\n", escape(&document.app)));
+    let (app, date) = (escape(&document.app), escape(&document.date));
+    page.put(format_args!("</main><footer>{app}, {date}</footer></body></html>\n"));
     page.out
 }
 

@@ -89,6 +89,6 @@ pub fn write(
 
 /// Figures of a document in their order.
 fn figures(document: &Document) -> impl Iterator<Item = &Figure> {
-    let blocks = document.sections.iter().flat_map(|section| &section.blocks);
+    let blocks = document.cover.iter().chain(document.sections.iter().flat_map(|section| &section.blocks));
     blocks.filter_map(|block| if let Block::Figure(figure) = block { Some(figure) } else { None })
 }

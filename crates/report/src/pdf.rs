@@ -69,12 +69,25 @@ fn figure_file(index: usize) -> String {
 /// The contents as the source reads them.
 fn contents(document: &Document) -> Value {
     let mut figures = 0;
+    let cover: Vec<Value> = document.cover.iter().map(|block| block_value(block, &mut figures)).collect();
     let sections: Vec<Value> = document.sections.iter().map(|section| section_value(section, &mut figures)).collect();
-    json!({ "title": document.title, "subtitle": document.subtitle, "app": document.app, "sections": sections })
+    json!({
+        "title": document.title,
+        "subtitle": document.subtitle,
+        "app": document.app,
+        "date": document.date,
+        "cover": cover,
+        "sections": sections,
+    })
 }
 
 fn section_value(section: &Section, figures: &mut usize) -> Value {
-    let blocks = section.blocks.iter().map(|block| match block {
+    let blocks: Vec<Value> = section.blocks.iter().map(|block| block_value(block, figures)).collect();
+    json!({ "title": section.kind.title(), "blocks": blocks })
+}
+
+fn block_value(block: &Block, figures: &mut usize) -> Value {
+    match block {
         Block::Heading(text) => json!({ "kind": "heading", "text": text }),
         Block::Paragraph(text) => json!({ "kind": "paragraph", "text": breakable(text) }),
         Block::Facts(facts) => {
@@ -90,8 +103,7 @@ fn section_value(section: &Section, figures: &mut usize) -> Value {
             *figures += 1;
             json!({ "kind": "figure", "file": file, "caption": figure.caption })
         }
-    });
-    json!({ "title": section.kind.title(), "blocks": blocks.collect::<Vec<_>>() })
+    }
 }
 
 fn table_value(table: &Table) -> Value {

@@ -164,6 +164,8 @@ pub struct LiftCurve {
     pub slope_per_rad: f64,
     /// Lift coefficient at zero angle of attack.
     pub at_zero_alpha: f64,
+    /// Area it refers to, m², where the file states it.
+    pub area_m2: Option<f64>,
 }
 
 /// Angle of attack against the pod's number: `alpha = exp(sum_k a_k number^k)` in rad (thesis Table 4.11).
@@ -225,6 +227,7 @@ fn check(instruments: &Instruments) -> Result<(), InstrumentError> {
         ("control.outboard_ratio", control.outboard_ratio),
         ("control.elevator.string_cm", control.string_m),
         ("air_data.lift_curve.cl_alpha_per_deg", instruments.air_data.lift_curve.slope_per_rad),
+        ("air_data.lift_curve.area_m2", instruments.air_data.lift_curve.area_m2.unwrap_or(1.0)),
     ];
     if let Some((key, value)) = positive.into_iter().find(|(_, value)| !(*value > 0.0 && value.is_finite())) {
         return Err(InstrumentError::Value { key: key.to_owned(), value, allowed: POSITIVE });
@@ -347,6 +350,8 @@ struct AirDataTable {
 struct LiftCurveTable {
     cl_alpha_per_deg: f64,
     cl_at_zero_alpha: f64,
+    #[serde(default)]
+    area_m2: Option<f64>,
 }
 
 #[derive(Deserialize)]
@@ -428,6 +433,7 @@ impl AirDataTable {
             lift_curve: LiftCurve {
                 slope_per_rad: curve.cl_alpha_per_deg / degree,
                 at_zero_alpha: curve.cl_at_zero_alpha,
+                area_m2: curve.area_m2,
             },
             pods: self.pod.into_iter().map(pod).collect(),
         }

@@ -55,6 +55,15 @@ impl MapVariable {
             Self::AdvanceRatio | Self::PowerCoefficient => "",
         }
     }
+
+    /// Unit its values are read in, and the factor to it: engines have tachometers.
+    fn shown(self) -> (&'static str, f64) {
+        match self {
+            Self::EngineSpeed | Self::PropellerSpeed => ("rpm", 60.0 / std::f64::consts::TAU),
+            Self::ManifoldPressure => ("hPa", 0.01),
+            _ => (self.unit(), 1.0),
+        }
+    }
 }
 
 /// One input beyond the range its chart or map covers; the result is a linear extrapolation.
@@ -79,7 +88,7 @@ impl OffRange {
 
 impl fmt::Display for OffRange {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let unit = self.variable.unit();
+        let (unit, factor) = self.variable.shown();
         let space = if unit.is_empty() { "" } else { " " };
         // Four significant digits over the six decades between a power coefficient and a pressure.
         let digits = if self.high.abs().max(self.low.abs()) < 10.0 { 4 } else { 1 };
@@ -89,10 +98,10 @@ impl fmt::Display for OffRange {
             f,
             "{} {:.digits$}{space}{unit} is {:.digits$}{space}{unit} {side} the range {:.digits$} to {:.digits$}{space}{unit}: extrapolated",
             self.variable.name(),
-            self.value,
-            excess.abs(),
-            self.low,
-            self.high,
+            factor * self.value,
+            factor * excess.abs(),
+            factor * self.low,
+            factor * self.high,
         )
     }
 }
@@ -152,10 +161,7 @@ mod tests {
         findings.check(MapVariable::ManifoldPressure, 30_000.0, 34_000.0, 95_000.0);
         findings.check(MapVariable::ManifoldPressure, 33_000.0, 34_000.0, 95_000.0);
         let lines: Vec<String> = findings.iter().map(ToString::to_string).collect();
-        assert_eq!(
-            lines,
-            ["manifold pressure 30000.0 Pa is 4000.0 Pa below the range 34000.0 to 95000.0 Pa: extrapolated"]
-        );
+        assert_eq!(lines, ["manifold pressure 300.0 hPa is 40.0 hPa below the range 340.0 to 950.0 hPa: extrapolated"]);
         findings.check(MapVariable::PowerCoefficient, 0.02, 0.03, 0.15);
         assert_eq!(
             findings.get(MapVariable::PowerCoefficient).map(ToString::to_string).unwrap(),

@@ -1,7 +1,6 @@
 //! The identified model as files other simulators fly: JSBSim and DAVE-ML, with the points they are checked at.
 
 mod checks;
-mod date;
 mod daveml;
 mod daveml_reader;
 mod jsbsim;
@@ -12,6 +11,8 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use thiserror::Error;
+
+use crate::date;
 
 pub use daveml_reader::{CheckResult, DaveMl, DaveMlError};
 pub use model::{IdentifiedCoefficient, IdentifiedModel, Parameter, Ranges};

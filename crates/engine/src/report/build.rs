@@ -9,8 +9,9 @@ use super::results::{
     RecordingRow, Results, StateRow, VERSION, WindowRow,
 };
 use super::{setup, signals, summary};
+use crate::date;
 use crate::run::Snapshot;
-use crate::session::{Manoeuvre, Session, Surface, WindowRole};
+use crate::session::{Manoeuvre, Session, Surface, WindowRole, path_warning};
 use crate::stage::{self, CoefficientFit, UsedClock, WindowPath};
 
 /// Collects everything a snapshot says about a session.
@@ -41,6 +42,7 @@ pub fn build(session: &Session, snapshot: &Snapshot) -> Results {
             Method::Iekf { .. } => "iterated extended",
             Method::Ukf { .. } => "unscented",
         },
+        warnings: path_warning(session).into_iter().collect(),
         recordings: recordings(session, snapshot),
         flights: flights(session, snapshot),
         engines: super::engines::rows(session, snapshot),
@@ -88,6 +90,7 @@ fn flights(session: &Session, snapshot: &Snapshot) -> Vec<FlightRow> {
         let (noise, proposals) = signals::rows(session, snapshot, &flight.name);
         FlightRow {
             name: flight.name.clone(),
+            date: loaded.utc_start_s.and_then(date::of_instant),
             roles: loaded.recording.roles.keys().map(|role| role.name().to_owned()).collect(),
             channels: channels(&loaded.recording),
             clocks: loaded.clocks.iter().map(clock_row).collect(),

@@ -42,6 +42,9 @@ pub struct Results {
     pub gravity_m_s2: f64,
     /// How body rates were differentiated.
     pub differentiation: String,
+    /// Findings about the session itself.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<String>,
     /// Recordings read.
     pub recordings: Vec<RecordingRow>,
     /// Flights they belong to.
@@ -240,6 +243,9 @@ pub struct RecordingRow {
 pub struct FlightRow {
     /// Name.
     pub name: String,
+    /// Day of its first sample in UTC, where a recorder's clock says.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub date: Option<String>,
     /// Roles the channel maps assigned.
     pub roles: Vec<String>,
     /// Channels that play them.

@@ -28,6 +28,8 @@ pub struct SignalRow {
 pub struct NoiseRow {
     /// Entry of Q or R.
     pub entry: &'static str,
+    /// SI unit.
+    pub unit: &'static str,
     /// Standard deviation the filter used, SI.
     pub used: f64,
     /// Standard deviation proposed, SI.
@@ -99,6 +101,7 @@ pub fn signal_rows(loaded: &LoadedFlight) -> Vec<SignalRow> {
 fn noise_rows(session: &Session, noise: &FlightNoise) -> Vec<NoiseRow> {
     let rows = noise.rows.iter().map(|row| NoiseRow {
         entry: row.channel.name(),
+        unit: row.channel.role().dimension().si_symbol(),
         used: row.channel.std(session),
         proposed: row.choice.proposed,
         origin: row.origin(),

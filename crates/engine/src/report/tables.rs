@@ -423,6 +423,7 @@ pub fn noise(results: &Results) -> Table {
             vec![
                 Cell::text(&flight.name),
                 Cell::text(row.entry),
+                Cell::text(row.unit),
                 Cell::Number(row.used),
                 Cell::Number(row.proposed),
                 Cell::text(&row.origin),
@@ -436,10 +437,11 @@ pub fn noise(results: &Results) -> Table {
     let columns = vec![
         text("flight", "Flight"),
         text("entry", "Entry"),
-        Column::number("used", "Used", "SI", 3),
-        Column::number("proposed", "Proposed", "SI", 3),
+        text("unit", "Unit"),
+        Column::number("used", "Used", "", 3),
+        Column::number("proposed", "Proposed", "", 3),
         text("origin", "Origin of the proposal"),
-        Column::number("deviation", "Steady", "SI", 3),
+        Column::number("deviation", "Steady", "", 3),
         text("samples", "Samples"),
         Column::number("whiteness", "Whiteness", "", 2),
         text("reason", "Reason"),

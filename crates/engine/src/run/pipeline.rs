@@ -150,6 +150,10 @@ pub fn run(
     if !cancelled {
         let failures = lock(&board.snapshot).failures();
         failures.into_iter().for_each(|(place, error)| note(format!("{place}: {error}"), Duration::ZERO));
+        let warning = session::path_warning(scope.session);
+        // Said once, not by every run.
+        let new = warning.filter(|text| previous.log.iter().all(|line| line.text != *text));
+        new.into_iter().for_each(|text| note(text, Duration::ZERO));
     }
     let excess = snapshot.log.len().saturating_sub(LOG_LINES);
     snapshot.log.drain(..excess);
@@ -262,16 +266,12 @@ struct KeyedAircraft {
 fn load_aircraft(scope: &Scope<'_>, cache: &Cache, board: &Board<'_>) -> Result<Option<KeyedAircraft>, Cancelled> {
     let path = &scope.session.aircraft;
     let loading = scope.session.loading.as_ref();
-    let mut warning = None;
-    let mut read = || -> Result<(Arc<LoadedAircraft>, KeyedAircraft), String> {
+    let read = || -> Result<(Arc<LoadedAircraft>, KeyedAircraft), String> {
         let text = stage::text(scope.folder, path, "aircraft")?;
         let key = KeyBuilder::new("aircraft", 1).text(path).text(&text).finish();
         let loaded = match cache.get(key) {
             Some(loaded) => loaded,
-            None => {
-                warning = session::path_warning(path);
-                cache.insert(key, stage::load_aircraft(scope.folder, path)?)
-            }
+            None => cache.insert(key, stage::load_aircraft(scope.folder, path)?),
         };
         let data = stage::aircraft_data(Arc::clone(&loaded), loading).map_err(|error| format!("{path}: {error}"))?;
         let loaded_key = KeyBuilder::new("loading", 1).key(key).parameters(&loading).finish();
@@ -287,10 +287,6 @@ fn load_aircraft(scope: &Scope<'_>, cache: &Cache, board: &Board<'_>) -> Result<
     board.step(|snapshot| {
         snapshot.aircraft.finish(result);
         snapshot.loaded.finish(state);
-        if let Some(text) = warning {
-            let (generation, cause) = (scope.generation, scope.cause.to_owned());
-            snapshot.log.push(LogEntry { generation, cause, text, duration: Duration::ZERO });
-        }
     })?;
     Ok(data)
 }

@@ -25,7 +25,7 @@ pub use edit::{Edit, EditError, EstimationEdit, FilterEdit, LoadingEdit, ModelEd
 pub use file::{Opened, content_hash, open, rebased, save};
 pub use map_ref::MapRef;
 pub use noise::{NoiseChannel, NoiseEdit, NoiseEntry, SteadyWindow};
-pub use paths::path_warning;
+pub use paths::{leads_out, path_warning};
 pub use preparation::{ControlLags, MomentReference, Preparation};
 pub use schema::{FORMAT, SessionError, VERSION, parse, print};
 pub use signals::{SignalEdit, SignalPreset, SignalRule, SignalSetting};
@@ -87,8 +87,23 @@ pub struct InstrumentSetting {
     pub pod: Option<String>,
     /// Flight whose calibration the pod's number has.
     pub pod_calibration: String,
+    /// Level flight from which the calibration is made anew by the lift curve, instead of one the file has.
+    pub level_flight: Option<LevelFlight>,
     /// Channel (`source/name`) of each tank's fuel probe.
     pub fuel: BTreeMap<String, String>,
+}
+
+/// Steady level flight at the pod's numbers 0, 85 and 100, which calibrates it by the instruments' lift curve (thesis section 4.3.2).
+#[derive(Clone, Debug, PartialEq)]
+pub struct LevelFlight {
+    /// Mass, kg.
+    pub mass_kg: f64,
+    /// True airspeed at the numbers 0, 85 and 100, m/s.
+    pub airspeed_m_s: [f64; 3],
+    /// Pressure altitude, whose density in the standard atmosphere counts, m.
+    pub altitude_m: Option<f64>,
+    /// Air density, kg/m³, in the place of the altitude's.
+    pub density_kg_m3: Option<f64>,
 }
 
 /// A recorder's clock: `t = offset + (1 + drift) t_own` (thesis Table 4.14).

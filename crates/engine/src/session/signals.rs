@@ -13,6 +13,9 @@ pub struct SignalSetting {
     pub max_gap_s: Option<f64>,
     /// What is done to which roles. No role is named twice.
     pub rules: Vec<SignalRule>,
+    /// Whether the ground velocity, as the rules leave it, gives the position north and east by the trapezoidal rule where none is
+    /// recorded (thesis section 4.4.3).
+    pub position_from_velocity: bool,
 }
 
 /// What is done to some roles: averaging, then the polynomial, then new samples.
@@ -34,7 +37,8 @@ pub enum SignalPreset {
     /// Nothing is done: every signal keeps its samples.
     AsRecorded,
     /// Thesis section 4.4.3: inertial samples through a moving average of 4 and a polynomial of degree 2 over 11, by quadratic
-    /// spline to 100 Hz; flow angles by quadratic spline, all else that enters the filter by straight lines to 100 Hz.
+    /// spline to 100 Hz; flow angles by quadratic spline, all else that enters the filter by straight lines to 100 Hz; position from
+    /// the velocity.
     Thesis,
 }
 
@@ -48,6 +52,11 @@ impl SignalPreset {
             Self::AsRecorded => "as recorded",
             Self::Thesis => "thesis",
         }
+    }
+
+    /// Whether it integrates the velocity to a position.
+    pub fn position_from_velocity(self) -> bool {
+        self == Self::Thesis
     }
 
     /// Its rules.
@@ -99,9 +108,21 @@ impl SignalSetting {
         next
     }
 
-    /// The preset these rules are.
-    pub fn preset(&self) -> Option<SignalPreset> {
+    /// The preset whose rules these are, whatever becomes of the position.
+    pub fn preset_of_rules(&self) -> Option<SignalPreset> {
         SignalPreset::ALL.into_iter().find(|preset| preset.rules() == self.rules)
+    }
+
+    /// The preset this setting is.
+    pub fn preset(&self) -> Option<SignalPreset> {
+        self.preset_of_rules().filter(|preset| preset.position_from_velocity() == self.position_from_velocity)
+    }
+
+    /// The setting with a preset in the place of what is done to signals.
+    #[must_use]
+    pub fn with_preset(&self, preset: SignalPreset) -> Self {
+        let position_from_velocity = preset.position_from_velocity();
+        Self { rules: preset.rules(), position_from_velocity, ..self.clone() }
     }
 
     /// What is wrong with it, one line each.

@@ -3,11 +3,13 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use doublet_core::load::instruments::{self as file, ControlLinkage, Instruments};
+use doublet_core::atmos::{Atmosphere, STANDARD_GRAVITY_M_S2};
+use doublet_core::load::instruments::{self as file, AirDataCalibration, ControlLinkage, Instruments, PodCalibration};
 use doublet_core::prep::{
     ColumnFormula, DeflectionSettings, Differentiation, FuelSettings, Interpolation, SensorAttitude, SensorReference,
     aileron_deflection, attitude_turn, deflection_noise, elevator_deflection, fuel_history, integrated_turn,
-    integrated_turn_noise, pod_history, resample, rudder_deflection, rudder_history, sideslip, stretches,
+    integrated_turn_noise, level_flight_angle_of_attack, pod_calibration, pod_history, resample, rudder_deflection,
+    rudder_history, sideslip, stretches,
 };
 use doublet_core::quantity::{Role, Unit};
 use doublet_core::series::{Channel, Recording, Series};
@@ -207,10 +209,7 @@ fn flow_angles(
     warnings: &mut Vec<String>,
 ) -> Result<Vec<(Role, Series)>, String> {
     let air_data = &instruments.air_data;
-    let calibration = air_data.pods.iter().find(|pod| pod.flight == setting.pod_calibration).ok_or_else(|| {
-        let known: Vec<_> = air_data.pods.iter().map(|pod| pod.flight.as_str()).collect();
-        format!("no pod calibration '{}': use one of {}", setting.pod_calibration, known.join(", "))
-    })?;
+    let calibration = &calibration(air_data, setting)?;
     let number = channel(recording, &format!("{pod}/AOA"))?;
     let history = pod_history(calibration, &number.series.values, POD_MARGIN);
     warnings.extend(history.warnings.into_iter().map(|warning| format!("angle of attack: {warning}")));
@@ -219,6 +218,46 @@ fn flow_angles(
     let offset = air_data.sideslip_offset_rad;
     let values = measured.values.iter().map(|&beta| sideslip(beta, offset)).collect();
     Ok(vec![(Role::AngleOfAttack, alpha), (Role::Sideslip, Series { time_s: measured.time_s, values })])
+}
+
+/// The calibration of the pod: one of the file's, or a new one from level flight.
+fn calibration(air_data: &AirDataCalibration, setting: &InstrumentSetting) -> Result<PodCalibration, String> {
+    let Some(flight) = &setting.level_flight else {
+        let found = air_data.pods.iter().find(|pod| pod.flight == setting.pod_calibration);
+        return found.cloned().ok_or_else(|| {
+            let known: Vec<_> = air_data.pods.iter().map(|pod| pod.flight.as_str()).collect();
+            format!("no pod calibration '{}': use one of {}", setting.pod_calibration, known.join(", "))
+        });
+    };
+    if !setting.pod_calibration.is_empty() {
+        return Err(format!(
+            "level_flight and pod_calibration '{}' both say what the pod's number means: leave one out",
+            setting.pod_calibration
+        ));
+    }
+    let curve = &air_data.lift_curve;
+    let area_m2 = curve
+        .area_m2
+        .ok_or("the lift curve has no area: add area_m2 to air_data.lift_curve of the instruments file")?;
+    let density_kg_m3 = match (flight.density_kg_m3, flight.altitude_m) {
+        (Some(density), None) => density,
+        (None, Some(altitude)) => {
+            Atmosphere::STANDARD.density_kg_m3(altitude).map_err(|error| format!("level_flight.altitude_m: {error}"))?
+        }
+        _ => return Err("level_flight needs either altitude_m or density_kg_m3".to_owned()),
+    };
+    let [zero, middle, stall] = flight.airspeed_m_s;
+    let usable = [flight.mass_kg, density_kg_m3, stall].iter().all(|value| *value > 0.0 && value.is_finite());
+    if !(usable && stall < middle && middle < zero && zero.is_finite()) {
+        return Err(
+            "level_flight: give mass and density above zero, and airspeeds that fall from the number 0 over 85 to 100"
+                .to_owned(),
+        );
+    }
+    let alpha = |speed| {
+        level_flight_angle_of_attack(curve, flight.mass_kg, STANDARD_GRAVITY_M_S2, speed, density_kg_m3, area_m2)
+    };
+    pod_calibration("level flight", flight.airspeed_m_s.map(alpha)).map_err(|error| format!("level_flight: {error}"))
 }
 
 /// Name of the channel that holds the fuel mass of one tank.

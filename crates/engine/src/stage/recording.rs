@@ -12,7 +12,7 @@ use super::instruments::derive;
 use super::signals::{TreatedSignal, treat_signals};
 use crate::builtin;
 use crate::graph::Footprint;
-use crate::session::{Flight, MapRef, RecordingRef, content_hash, path_warning};
+use crate::session::{Flight, MapRef, RecordingRef, content_hash};
 
 /// A flight as read.
 #[derive(Clone, Debug)]
@@ -25,6 +25,8 @@ pub struct LoadedFlight {
     pub clocks: Vec<UsedClock>,
     /// Signals that were smoothed or resampled.
     pub treated: Vec<TreatedSignal>,
+    /// UTC of the first sample, s since 1970-01-01, where a recorder's clock says.
+    pub utc_start_s: Option<f64>,
 }
 
 impl Footprint for LoadedFlight {
@@ -78,11 +80,7 @@ pub fn text(folder: &Path, path: &str, kind: &str) -> Result<String, String> {
 pub fn flight(folder: &Path, flight: &Flight) -> Result<LoadedFlight, String> {
     let mut hashes = Vec::new();
     let mut merged = Recording::default();
-    let instruments = flight.instruments.iter().map(|setting| &setting.file);
-    let instruments = instruments.map(String::as_str);
-    let maps = flight.recordings.iter().filter_map(|entry| entry.channel_map.file());
-    let paths = flight.recordings.iter().map(|entry| entry.path.as_str()).chain(maps).chain(instruments);
-    merged.warnings.extend(paths.filter_map(path_warning));
+    let mut utc_start_s: Option<f64> = None;
     for entry in &flight.recordings {
         let place = locate(folder, &entry.path).map_err(|line| missing(&line, entry))?;
         let hash = content_hash(&place).map_err(|error| error.to_string())?;
@@ -104,11 +102,12 @@ pub fn flight(folder: &Path, flight: &Flight) -> Result<LoadedFlight, String> {
         let map = ChannelMap::parse(&text).map_err(|error| format!("channel map {}: {error}", map.name()))?;
         let places = entries.iter().map(|entry| locate(folder, &entry.path)).collect::<Result<Vec<_>, _>>()?;
         let recording = read_all(&places, &map).map_err(|error| error.to_string())?;
+        utc_start_s = utc_start_s.into_iter().chain(first_utc_s(&recording)).reduce(f64::min);
         merge(&mut merged, recording, only);
     }
     let mut said = BTreeSet::new();
     merged.warnings.retain(|warning| said.insert(warning.clone()));
-    Ok(LoadedFlight { recording: merged, hashes, clocks: Vec::new(), treated: Vec::new() })
+    Ok(LoadedFlight { recording: merged, hashes, clocks: Vec::new(), treated: Vec::new(), utc_start_s })
 }
 
 /// Puts a flight as read on its time line, adds what its instruments give, and smooths and resamples what the session says.
@@ -121,7 +120,16 @@ pub fn aligned(folder: &Path, read: &LoadedFlight, flight: &Flight) -> Result<Lo
         derive(&mut recording, folder, setting)?;
     }
     let treated = treat_signals(&mut recording, &flight.signals)?;
-    Ok(LoadedFlight { recording, hashes: read.hashes.clone(), clocks, treated })
+    Ok(LoadedFlight { recording, hashes: read.hashes.clone(), clocks, treated, utc_start_s: read.utc_start_s })
+}
+
+/// UTC of the first sample of a recording on its own clocks, s since 1970-01-01.
+fn first_utc_s(recording: &Recording) -> Option<f64> {
+    let stamped = recording
+        .channels
+        .iter()
+        .filter_map(|channel| Some(recording.utc_start_s.get(&channel.source)? + channel.series.time_s.first()?));
+    stamped.reduce(f64::min)
 }
 
 /// What to look for where a recording is missing.

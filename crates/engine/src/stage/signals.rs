@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
-use doublet_core::prep::{Interpolation, Resampling, Smoothing, Treatment, treat};
+use doublet_core::prep::{
+    Interpolation, Resampling, Smoothing, Treatment, longest_interval_s, position_from_velocity, stretches, treat,
+};
 use doublet_core::quantity::Role;
 use doublet_core::series::{Channel, Recording, Series};
 
@@ -69,6 +71,72 @@ pub fn treat_signals(recording: &mut Recording, setting: &SignalSetting) -> Resu
             let (stretches, max_gap_s) = (treated.stretches, setting.max_gap_s);
             done.push(TreatedSignal { role, recorded, steps: steps(rule), samples, stretches, max_gap_s });
         }
+    }
+    if setting.position_from_velocity {
+        done.extend(position(recording, setting.max_gap_s)?);
+    }
+    Ok(done)
+}
+
+/// Adds the position north and east of the first sample as the trapezoids of the ground velocity (thesis section 4.4.3); it begins
+/// anew after every gap. A position that is recorded is kept, and said.
+fn position(recording: &mut Recording, max_gap_s: Option<f64>) -> Result<Vec<TreatedSignal>, String> {
+    let axes = [(Role::PositionNorth, Role::VelocityNorth), (Role::PositionEast, Role::VelocityEast)];
+    if let Some((role, channel)) = axes.iter().find_map(|(role, _)| Some((role, recording.role(*role)?))) {
+        let kept =
+            format!("{} is recorded in {}: that is used, not the integrated velocity", role.name(), channel.source);
+        recording.warnings.push(kept);
+        return Ok(Vec::new());
+    }
+    let velocity = |role: Role| {
+        let channel = recording.role(role);
+        channel.map(|channel| channel.series.clone()).ok_or_else(|| {
+            format!("position_from_velocity: {} is not recorded: leave it out, or map the channel", role.name())
+        })
+    };
+    let [north, east] = [velocity(Role::VelocityNorth)?, velocity(Role::VelocityEast)?];
+    if north.time_s != east.time_s {
+        return Err(
+            "position_from_velocity: v_north and v_east have stamps of their own: bring both to one rate by a rule"
+                .to_owned(),
+        );
+    }
+    // A sample that is no number is no sample: the trapezoid spans from its neighbour to the next, up to the longest gap.
+    let known = |k: &usize| north.values[*k].is_finite() && east.values[*k].is_finite();
+    let column = |values: &[f64]| (0..values.len()).filter(known).map(|k| values[k]).collect::<Vec<f64>>();
+    let (time_s, north, east) = (column(&north.time_s), column(&north.values), column(&east.values));
+    let ranges = stretches(&time_s, longest_interval_s(&time_s, max_gap_s));
+    let mut columns: [Vec<f64>; 2] = Default::default();
+    for range in &ranges {
+        let piece = position_from_velocity(&time_s[range.clone()], &north[range.clone()], &east[range.clone()])
+            .map_err(|error| format!("position_from_velocity: {error}"))?;
+        columns.iter_mut().zip(piece).for_each(|(column, piece)| column.extend(piece));
+    }
+    if ranges.len() > 1 {
+        let gaps = ranges.len() - 1;
+        recording
+            .warnings
+            .push(format!("x and y begin anew after {gaps} gaps of the velocity: let no window span one"));
+    }
+    let shared: Arc<[f64]> = time_s.into();
+    let mut done = Vec::new();
+    for ((role, from), values) in axes.into_iter().zip(columns) {
+        let Some(&recorded) = recording.roles.get(&from) else { continue };
+        recording.roles.insert(role, recording.channels.len());
+        recording.channels.push(Channel {
+            source: SOURCE.to_owned(),
+            name: role.name().to_owned(),
+            unit: role.dimension().si_symbol().to_owned(),
+            series: Series { time_s: Arc::clone(&shared), values: values.into() },
+        });
+        done.push(TreatedSignal {
+            role,
+            recorded,
+            steps: vec![format!("trapezoids of {}", from.name())],
+            samples: [recording.channels[recorded].series.values.len(), shared.len()],
+            stretches: ranges.len(),
+            max_gap_s,
+        });
     }
     Ok(done)
 }

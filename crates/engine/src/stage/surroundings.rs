@@ -57,7 +57,8 @@ impl Surroundings {
         }
         let time_s = times[first..].to_vec();
         let engines = ENGINES.iter().flat_map(|engine| [engine.thrust, engine.speed, engine.manifold_pressure]);
-        let roles = Input::ALL.into_iter().map(Input::role).chain(CONTROLS.map(|(role, _)| role)).chain(AIR).chain(engines);
+        let roles =
+            Input::ALL.into_iter().map(Input::role).chain(CONTROLS.map(|(role, _)| role)).chain(AIR).chain(engines);
         let values = |role: Role| Some((role, values_at(recording, role, &time_s).transpose()?));
         Ok(Self {
             first,

@@ -1,7 +1,10 @@
 //! The contents of a report as data: sections of paragraphs, tables and figures, the same for every form it is written in.
 
+mod cover;
 mod derivatives;
+mod display;
 mod figure;
+mod findings;
 mod fits;
 mod path;
 mod proof;
@@ -27,6 +30,10 @@ pub struct Document {
     pub subtitle: String,
     /// Program and its version.
     pub app: String,
+    /// Day it was made, `YYYY-MM-DD`.
+    pub date: String,
+    /// What stands on the first page, above the signatures.
+    pub cover: Vec<Block>,
     /// Sections that were asked for.
     pub sections: Vec<Section>,
 }
@@ -180,11 +187,13 @@ pub fn build(session: &Session, snapshot: &Snapshot, results: &Results, sections
             SectionKind::Match => proof::proof_of_match(&contents),
             SectionKind::Sensitivity => sensitivity::sensitivity(&contents),
             SectionKind::Engines => setup::engines(&contents),
-            SectionKind::Warnings => setup::warnings(&contents),
+            SectionKind::Warnings => findings::warnings(&contents),
         };
-        Section { kind, blocks }
+        Section { kind, blocks: blocks.into_iter().map(display::shown).collect() }
     });
     Document {
+        date: crate::date::today(),
+        cover: cover::cover(&contents),
         title: if session.title.is_empty() { "Flight test report".to_owned() } else { session.title.clone() },
         subtitle: results.aircraft.clone(),
         app: results.app.clone(),

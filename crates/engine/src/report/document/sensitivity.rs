@@ -1,6 +1,7 @@
 //! Section on the sensitivity of the derivatives (thesis Tables 7.2 to 7.12).
 
 use super::{Block, Contents, paragraph};
+use crate::notation;
 use crate::report::studies::SensitivityRow;
 use crate::report::table::{Cell, Column, Table};
 
@@ -20,7 +21,12 @@ pub fn sensitivity(contents: &Contents<'_>) -> Vec<Block> {
     blocks.push(Block::Table(quantities(&study.sensitivity)));
     for group in distinct(study.sensitivity.iter().map(|row| row.table)) {
         let rows: Vec<&SensitivityRow> = study.sensitivity.iter().filter(|row| row.table == group).collect();
-        blocks.push(Block::Table(partials(group, &rows)));
+        let (table, unmoved) = moved(partials(group, &rows));
+        blocks.extend((!table.rows.is_empty()).then_some(Block::Table(table)));
+        if !unmoved.is_empty() {
+            let names: Vec<String> = unmoved.iter().map(|name| notation::derivative(name)).collect();
+            blocks.push(Block::Paragraph(format!("Not changed by {group}: {}.", names.join(", "))));
+        }
     }
     let widest = distinct(study.tornado.iter().map(|bar| bar.derivative.as_str())).into_iter().filter_map(|name| {
         let bar = study.tornado.iter().find(|bar| bar.derivative == name)?;
@@ -45,6 +51,19 @@ pub fn sensitivity(contents: &Contents<'_>) -> Vec<Block> {
         rows: widest.collect(),
     }));
     blocks
+}
+
+/// The rows in which something is not zero, and the derivatives of the others.
+fn moved(mut table: Table) -> (Table, Vec<String>) {
+    let mut unmoved = Vec::new();
+    table.rows.retain(|row| {
+        let moved = row.iter().any(|cell| matches!(cell, Cell::Number(value) if *value != 0.0));
+        if let (false, Some(Cell::Symbol(name))) = (moved, row.first()) {
+            unmoved.push(name.clone());
+        }
+        moved
+    });
+    (table, unmoved)
 }
 
 /// Each value once, in the order of first appearance.

@@ -1,10 +1,8 @@
 //! Sections on what was analysed and with what.
 
-use std::collections::BTreeMap;
-use std::path::Path;
-
 use doublet_core::quantity::{Dimension, Role};
 
+use super::cover;
 use super::figure::{dashed, line};
 use super::{Axis, Block, Contents, Figure, Mark, Panel, Plot, paragraph, table_or};
 use crate::notation;
@@ -12,35 +10,23 @@ use crate::report::table::{Cell, Column, Table, significant};
 use crate::report::tables;
 use crate::session::WindowRole;
 
-/// Recordings with their hashes, the session, the program.
+/// The session and the units of the report.
 pub fn overview(contents: &Contents<'_>) -> Vec<Block> {
     let (session, results) = (contents.session, contents.results);
-    let used = |role: WindowRole| session.windows.iter().filter(|window| window.role == role).count();
     let facts = [
         ("Session", session.title.clone()),
-        ("Session SHA-256", results.session_sha256.clone()),
-        ("Aircraft", results.aircraft.clone()),
         ("Flights", session.flights.iter().map(|flight| flight.name.as_str()).collect::<Vec<_>>().join(", ")),
-        (
-            "Windows",
-            format!(
-                "{} for identification, {} for validation, {} ignored",
-                used(WindowRole::Identification),
-                used(WindowRole::Validation),
-                used(WindowRole::Ignored)
-            ),
-        ),
         ("Gravity", format!("{} m/s²", significant(results.gravity_m_s2, 6))),
-        ("Program", results.app.clone()),
     ];
-    vec![
+    let mut blocks = vec![
         Block::Facts(facts.into_iter().map(|(name, text)| (name.to_owned(), text)).collect()),
         paragraph(
-            "Numbers in tables are in SI units and radians; derivatives are per radian. Body axes are x forward, y right, z down. \
-             Figures show angles in degrees.",
+            "Angles are in degrees and angular rates in degrees per second, in tables as in figures; all else is in SI units. Derivatives \
+             are per radian and per unit of the dimensionless rate. Body axes are x forward, y right, z down.",
         ),
-        table_or(tables::recordings(results), "No recording was read."),
-    ]
+    ];
+    blocks.extend(cover::recordings(contents, false));
+    blocks
 }
 
 /// Reference geometry, what is on board, mass properties.
@@ -195,48 +181,4 @@ pub fn engines(contents: &Contents<'_>) -> Vec<Block> {
     }
     blocks.push(Block::Table(tables::engines(results)));
     blocks
-}
-
-/// Everything found on the way, each said once with the places it concerns.
-pub fn warnings(contents: &Contents<'_>) -> Vec<Block> {
-    let results = contents.results;
-    let mut said: Vec<(&str, Vec<&str>)> = Vec::new();
-    let mut places: BTreeMap<&str, usize> = BTreeMap::new();
-    let mut note = |place, text| match places.get(text) {
-        Some(&index) => said[index].1.push(place),
-        None => {
-            places.insert(text, said.len());
-            said.push((text, vec![place]));
-        }
-    };
-    for flight in &results.flights {
-        flight.warnings.iter().for_each(|text| note(flight.name.as_str(), text.as_str()));
-    }
-    for engine in &results.engines {
-        engine.warnings.iter().for_each(|text| note(engine.flight.as_str(), text.as_str()));
-    }
-    for window in &results.windows {
-        window.warnings.iter().for_each(|text| note(window.name.as_str(), text.as_str()));
-    }
-    let failures = contents.snapshot.failures();
-    failures.iter().for_each(|(place, text)| note(place.as_str(), text.as_str()));
-    if said.is_empty() {
-        return vec![paragraph("Nothing was found that wants attention.")];
-    }
-    let said = said.into_iter().map(|(text, places)| (named_by_session(contents, text), places));
-    let lines = said.map(|(text, places)| match places[..] {
-        [place] => format!("{place}: {text}"),
-        [first, .., last] => format!("{first} to {last} ({} places): {text}", places.len()),
-        [] => text,
-    });
-    vec![Block::List(lines.collect())]
-}
-
-/// The message with its recording called as in the session, not by the place it was read from.
-fn named_by_session(contents: &Contents<'_>, text: &str) -> String {
-    let Some((place, rest)) = text.split_once(": ") else { return text.to_owned() };
-    let recordings = contents.results.recordings.iter().map(|row| row.path.as_str());
-    let tail = |path: &str| path.trim_start_matches("builtin:").trim_start_matches(['.', '/']).to_owned();
-    let found = recordings.filter(|path| Path::new(place).ends_with(tail(path))).max_by_key(|path| path.len());
-    found.map_or_else(|| text.to_owned(), |path| format!("{path}: {rest}"))
 }

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::signals::{SignalsTable, signals_from, signals_table};
 use super::{SessionError, unknown};
-use crate::session::{ClockPairSetting, ClockSetting, Flight, InstrumentSetting, MapRef, RecordingRef};
+use crate::session::{ClockPairSetting, ClockSetting, Flight, InstrumentSetting, LevelFlight, MapRef, RecordingRef};
 
 /// A flight.
 #[derive(Serialize, Deserialize)]
@@ -38,6 +38,19 @@ struct InstrumentTable {
     pod_calibration: String,
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     fuel: BTreeMap<String, String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    level_flight: Option<LevelFlightTable>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct LevelFlightTable {
+    mass_kg: f64,
+    airspeed_m_s: [f64; 3],
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    altitude_m: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    density_kg_m3: Option<f64>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -102,6 +115,12 @@ pub fn flight_from(table: FlightTable) -> Result<Flight, SessionError> {
             thesis_controls: table.thesis_controls,
             pod: table.pod,
             pod_calibration: table.pod_calibration,
+            level_flight: table.level_flight.map(|table| LevelFlight {
+                mass_kg: table.mass_kg,
+                airspeed_m_s: table.airspeed_m_s,
+                altitude_m: table.altitude_m,
+                density_kg_m3: table.density_kg_m3,
+            }),
             fuel: table.fuel,
         }),
         signals: signals_from(table.signals)?,
@@ -157,6 +176,12 @@ pub fn flight_table(flight: &Flight) -> FlightTable {
             pod: setting.pod,
             pod_calibration: setting.pod_calibration,
             fuel: setting.fuel,
+            level_flight: setting.level_flight.map(|flight| LevelFlightTable {
+                mass_kg: flight.mass_kg,
+                airspeed_m_s: flight.airspeed_m_s,
+                altitude_m: flight.altitude_m,
+                density_kg_m3: flight.density_kg_m3,
+            }),
         }),
         signals: signals_table(&flight.signals),
     }

@@ -15,6 +15,8 @@ pub struct SignalsTable {
     preset: Option<String>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     max_gap_s: Option<f64>,
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    position_from_velocity: bool,
     #[serde(default, rename = "rule", skip_serializing_if = "Vec::is_empty")]
     rules: Vec<RuleTable>,
 }
@@ -22,7 +24,7 @@ pub struct SignalsTable {
 impl SignalsTable {
     /// Whether there is nothing to write.
     pub fn is_empty(&self) -> bool {
-        self.preset.is_none() && self.max_gap_s.is_none() && self.rules.is_empty()
+        self.preset.is_none() && self.max_gap_s.is_none() && !self.position_from_velocity && self.rules.is_empty()
     }
 }
 
@@ -69,7 +71,7 @@ pub fn signals_from(table: SignalsTable) -> Result<SignalSetting, SessionError> 
     for rule in table.rules {
         rules.push(rule_from(rule)?);
     }
-    Ok(SignalSetting { max_gap_s: table.max_gap_s, rules })
+    Ok(SignalSetting { max_gap_s: table.max_gap_s, rules, position_from_velocity: table.position_from_velocity })
 }
 
 fn rule_from(table: RuleTable) -> Result<SignalRule, SessionError> {
@@ -87,11 +89,12 @@ fn rule_from(table: RuleTable) -> Result<SignalRule, SessionError> {
 
 /// The table of a setting.
 pub fn signals_table(setting: &SignalSetting) -> SignalsTable {
-    let preset = setting.preset();
+    let preset = setting.preset_of_rules();
     let rules = if preset.is_some() { &[][..] } else { &setting.rules };
     SignalsTable {
         preset: preset.filter(|preset| *preset != SignalPreset::AsRecorded).map(|preset| preset.name().to_owned()),
         max_gap_s: setting.max_gap_s,
+        position_from_velocity: setting.position_from_velocity,
         rules: rules.iter().map(rule_table).collect(),
     }
 }

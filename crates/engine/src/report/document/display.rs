@@ -1,0 +1,82 @@
+//! Tables of a report in the units its readers think in.
+
+use super::Block;
+use crate::notation;
+use crate::report::table::{Cell, Table};
+
+/// Columns whose numbers are in the unit another column of the row states, by the name of the table.
+const BY_ROW: [(&str, &[&str]); 4] = [
+    ("noise", &["used", "proposed", "deviation"]),
+    ("wind_and_bias", &["mean", "standard_deviation", "minimum", "maximum"]),
+    ("match", &["worst_error"]),
+    ("quantities", &["value", "step"]),
+];
+
+/// The block with angles in degrees and angular rates in degrees per second where it is a table.
+pub fn shown(block: Block) -> Block {
+    match block {
+        Block::Table(table) => Block::Table(in_degrees(table)),
+        other => other,
+    }
+}
+
+fn in_degrees(mut table: Table) -> Table {
+    for (index, column) in table.columns.iter_mut().enumerate() {
+        let Some((unit, factor)) = notation::shown(column.unit) else { continue };
+        column.unit = unit;
+        table.rows.iter_mut().for_each(|row| scale(&mut row[index], factor));
+    }
+    let place = |key: &str| table.columns.iter().position(|column| column.key == key);
+    let Some(unit) = place("unit") else { return table };
+    let values = BY_ROW.iter().find(|(name, _)| *name == table.name).map_or(&[][..], |(_, keys)| keys);
+    let values: Vec<usize> = values.iter().filter_map(|key| place(key)).collect();
+    if values.is_empty() {
+        return table;
+    }
+    for row in &mut table.rows {
+        let Cell::Text(si) = &row[unit] else { continue };
+        let Some((shown, factor)) = notation::shown(si) else { continue };
+        row[unit] = Cell::text(shown);
+        values.iter().for_each(|&index| scale(&mut row[index], factor));
+    }
+    table
+}
+
+fn scale(cell: &mut Cell, factor: f64) {
+    if let Cell::Number(value) = cell {
+        *value *= factor;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::table::Column;
+
+    #[test]
+    fn angles_of_columns_and_of_rows_are_in_degrees_and_nothing_else_changes() {
+        let table = Table {
+            name: "wind_and_bias".into(),
+            caption: String::new(),
+            columns: vec![
+                Column::new("unit", "Unit"),
+                Column::number("mean", "Mean", "", 3),
+                Column::number("bank", "Bank", "rad", 3),
+                Column::number("other", "Other", "", 3),
+            ],
+            rows: vec![
+                vec![Cell::text("rad/s"), Cell::Number(0.5), Cell::Number(1.0), Cell::Number(2.0)],
+                vec![Cell::text("m/s^2"), Cell::Number(0.5), Cell::Empty, Cell::Number(2.0)],
+            ],
+        };
+        let found = in_degrees(table);
+        assert_eq!(found.columns[2].unit, "deg");
+        let number = |value: f64| Cell::Number(value);
+        let degrees = 180.0 / std::f64::consts::PI;
+        assert_eq!(found.rows[0], [Cell::text("deg/s"), number(0.5 * degrees), number(degrees), number(2.0)]);
+        assert_eq!(found.rows[1], [Cell::text("m/s²"), number(0.5), Cell::Empty, number(2.0)]);
+        // A unit column of a table that states no values in it is left as it is.
+        let channels = Table { name: "channels".into(), ..found };
+        assert_eq!(in_degrees(channels.clone()).rows, channels.rows);
+    }
+}
