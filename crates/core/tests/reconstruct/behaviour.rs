@@ -93,28 +93,6 @@ fn measurements_between_inertial_samples_split_the_step() {
     assert!(largest_difference_of(&result, &steps, &settings) < EQUAL_SETTINGS_SIGMA);
 }
 
-/// Rounding over a thousand steps, in standard deviations.
-const ROUNDING_SIGMA: f64 = 1e-6;
-
-#[test]
-fn a_shift_of_an_inertial_channel_moves_its_bias_and_nothing_else() {
-    let Some(citation) = citation::load() else { return };
-    let data = window(&citation.data, 0, 1_000);
-    let plain = run(&data, &citation::settings());
-    for (input, bias, shift) in [(1, State::BiasAy, 0.7), (3, State::BiasP, 0.02)] {
-        let mut shifted = data.clone();
-        shifted.inputs.columns[input].iter_mut().for_each(|value| *value += shift);
-        let mut settings = citation::settings();
-        settings.initial_state[bias as usize] = Some(shift);
-        let moved = run(&shifted, &settings);
-        for state in State::ALL {
-            let k = state as usize;
-            let expected = plain.states[k][999] + if state == bias { shift } else { 0.0 };
-            assert!((moved.states[k][999] - expected).abs() < ROUNDING_SIGMA * plain.deviations[k][999], "{state:?}");
-        }
-    }
-}
-
 #[test]
 fn results_do_not_depend_on_the_company() {
     let Some(citation) = citation::load() else { return };

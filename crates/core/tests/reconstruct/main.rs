@@ -22,6 +22,7 @@ mod reference;
 #[path = "../common/shared.rs"]
 mod shared;
 #[cfg(test)]
+mod shifts;
 mod smoother;
 #[cfg(test)]
 mod unscented;
