@@ -5,6 +5,7 @@ use std::fmt::Write;
 use std::path::Path;
 
 use doublet_engine::report::{self, FitRow, Results};
+use doublet_engine::session::Session;
 use doublet_engine::study::Coverage;
 use doublet_engine::{builtin, session};
 
@@ -13,6 +14,7 @@ use crate::coverage;
 use crate::progress::Progress;
 use crate::run::compute_session;
 use crate::text::{self, number};
+use crate::thesis::{self, Run};
 
 /// What comes before the part this command writes; everything behind it is replaced.
 const MARKER: &str = "<!-- doublet fidelity writes all that follows -->\n";
@@ -29,7 +31,7 @@ pub fn fidelity(arguments: &FidelityArguments) -> Result<(), String> {
         kept.ok_or_else(|| format!("{place} has no line '{}': put it where the tables belong", MARKER.trim()))?;
     let truth = truth()?;
     let mut tables = String::new();
-    pooled(&mut tables, &results("demo")?, &truth).map_err(|error| error.to_string())?;
+    pooled(&mut tables, &run("demo", Session::clone)?.results, &truth).map_err(|error| error.to_string())?;
     let study = CoverageArguments {
         session: None,
         scenario: coverage::SCENARIO.to_owned(),
@@ -37,7 +39,10 @@ pub fn fidelity(arguments: &FidelityArguments) -> Result<(), String> {
         seed: 1,
     };
     covered(&mut tables, &coverage::computed(&study)?).map_err(|error| error.to_string())?;
-    by_manoeuvre(&mut tables, &results("demo_thesis")?, &truth).map_err(|error| error.to_string())?;
+    let treated = run("demo_thesis", Session::clone)?;
+    let early = run("demo_thesis", thesis::early_sensors)?;
+    by_manoeuvre(&mut tables, &treated.results, &truth).map_err(|error| error.to_string())?;
+    thesis::weaknesses(&mut tables, &treated, &early).map_err(|error| error.to_string())?;
     std::fs::write(&arguments.out, format!("{kept}\n{tables}")).map_err(|error| format!("{place}: {error}"))?;
     text::line(&format!("tables in {place}"));
     Ok(())
@@ -51,14 +56,15 @@ fn truth() -> Result<BTreeMap<String, f64>, String> {
     Ok(derivatives.filter_map(|(name, value)| Some((name.clone(), value.as_float()?))).collect())
 }
 
-/// Results of a session that comes with the program.
-fn results(name: &str) -> Result<Results, String> {
+/// A session that comes with the program, changed and run.
+fn run(name: &str, change: impl Fn(&Session) -> Session) -> Result<Run, String> {
     let text = builtin::session(name).ok_or_else(|| format!("no session '{name}' comes with the program"))?;
-    let session = session::parse(text).map_err(|error| format!("{name}: {error}"))?;
+    let session = change(&session::parse(text).map_err(|error| format!("{name}: {error}"))?);
     let progress = Progress::new();
     let snapshot = compute_session(&session, Path::new("."), &[], &progress, 1.0);
     progress.finish();
-    Ok(report::build(&session, &snapshot?))
+    let snapshot = snapshot?;
+    Ok(Run { results: report::build(&session, &snapshot), session, snapshot })
 }
 
 /// Pooled derivatives beside the truth, and how well they predict what they did not see.

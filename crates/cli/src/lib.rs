@@ -21,6 +21,7 @@ mod simulate;
 mod structure;
 mod study;
 mod text;
+mod thesis;
 mod tune;
 mod variants;
 

@@ -112,9 +112,13 @@ fn every_shipped_session_opens() {
 fn opens_session_v1_as_it_was_meant() {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/sessions/v1");
     let open = |name: &str| session::open(&folder.join(name)).unwrap().session;
-    for (name, flights, windows) in
-        [("demo", 1, 35), ("attas", 1, 3), ("citation_aileron", 1, 1), ("phlab_short_period", 1, 1)]
-    {
+    for (name, flights, windows) in [
+        ("demo", 1, 35),
+        ("demo_thesis", 1, 35),
+        ("attas", 1, 3),
+        ("citation_aileron", 1, 1),
+        ("phlab_short_period", 1, 1),
+    ] {
         let session = open(&format!("{name}.toml"));
         assert!(session::check(&session).is_empty(), "{name}");
         assert_eq!((session.flights.len(), session.windows.len()), (flights, windows), "{name}");

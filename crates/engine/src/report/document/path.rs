@@ -85,7 +85,7 @@ pub fn filter(contents: &Contents<'_>) -> Vec<Block> {
     vec![
         Block::Facts(facts.into_iter().map(|(name, text)| (name.to_owned(), text)).collect()),
         table_or(
-            tables::noise(results).select(&["flight", "entry", "used", "proposed", "origin", "samples", "whiteness", "reason"]),
+            tables::noise(results).select(&["flight", "entry", "unit", "used", "proposed", "origin", "samples", "whiteness", "reason"]),
             "The noise of no flight was looked at.",
         ),
         Block::Table(consistency.captioned(

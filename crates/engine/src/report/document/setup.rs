@@ -21,8 +21,8 @@ pub fn overview(contents: &Contents<'_>) -> Vec<Block> {
     let mut blocks = vec![
         Block::Facts(facts.into_iter().map(|(name, text)| (name.to_owned(), text)).collect()),
         paragraph(
-            "Angles are in degrees and angular rates in degrees per second, in tables as in figures; all else is in SI units. Derivatives \
-             are per radian and per unit of the dimensionless rate. Body axes are x forward, y right, z down.",
+            "Angles are in degrees and angular rates in degrees per second, in tables as in figures; all else is in SI units, and so are the \
+             channels as they are kept. Derivatives are per radian and per unit of the dimensionless rate. Body axes are x forward, y right, z down.",
         ),
     ];
     blocks.extend(cover::recordings(contents, false));
