@@ -282,6 +282,9 @@ pub struct CoverageArguments {
     /// Scenario to fly.
     #[arg(long, default_value = crate::coverage::SCENARIO)]
     pub scenario: String,
+    /// Standard deviation of the gusts, m/s, in the place of the scenario's.
+    #[arg(long, value_name = "M_S", value_parser = not_negative)]
+    pub gusts: Option<f64>,
     /// Number of flights.
     #[arg(long, default_value_t = 500, value_parser = clap::value_parser!(u64).range(2..=1_000_000))]
     pub realisations: u64,
@@ -402,6 +405,12 @@ fn table_format() -> PossibleValuesParser {
 /// Names of formats of time histories.
 fn history_format() -> PossibleValuesParser {
     HistoryFormat::ALL.map(HistoryFormat::name).into()
+}
+
+/// A number from zero up.
+fn not_negative(text: &str) -> Result<f64, String> {
+    let value: Option<f64> = text.parse().ok().filter(|value: &f64| value.is_finite() && *value >= 0.0);
+    value.ok_or_else(|| "give a number from zero up".to_owned())
 }
 
 /// Names of report formats.

@@ -31,13 +31,24 @@ pub fn coverage(arguments: &CoverageArguments) -> Result<(), String> {
             text::number(derivative.truth, 4),
             text::number(derivative.mean, 4),
             text::number(derivative.scatter, 3),
+            format!("{:+.2}", derivative.bias),
             text::number(derivative.standard_error, 3),
             text::number(derivative.corrected_error, 3),
             format!("{:.1}", 100.0 * derivative.conventional),
             format!("{:.1}", 100.0 * derivative.corrected),
         ]
     };
-    let header = ["derivative", "truth", "mean", "scatter", "std error", "corrected", "conventional %", "corrected %"];
+    let header = [
+        "derivative",
+        "truth",
+        "mean",
+        "scatter",
+        "bias/scatter",
+        "std error",
+        "corrected",
+        "conventional %",
+        "corrected %",
+    ];
     text::table(&header, &found.derivatives.iter().map(row).collect::<Vec<_>>());
     Ok(())
 }
@@ -57,7 +68,10 @@ pub fn computed(arguments: &CoverageArguments) -> Result<Coverage, String> {
             (session::parse(text).map_err(|error| error.to_string())?, Path::new(".").to_path_buf())
         }
     };
-    let scenario = scenario::build(&arguments.scenario).map_err(|error| error.to_string())?;
+    let mut scenario = scenario::build(&arguments.scenario).map_err(|error| error.to_string())?;
+    if let Some(gusts) = arguments.gusts {
+        scenario.gust_m_s = gusts;
+    }
     let count = usize::try_from(arguments.realisations).map_err(|_| "too many realisations".to_owned())?;
     let progress = Progress::new();
     let control = Control::default();

@@ -35,6 +35,7 @@ pub fn fidelity(arguments: &FidelityArguments) -> Result<(), String> {
     let study = CoverageArguments {
         session: None,
         scenario: coverage::SCENARIO.to_owned(),
+        gusts: None,
         realisations: arguments.realisations,
         seed: 1,
     };
@@ -102,13 +103,20 @@ fn covered(out: &mut String, study: &Coverage) -> std::fmt::Result {
         "{} flights of {} manoeuvres, each with its own gusts, hand and noise: per cent of the 95 % intervals that hold the truth.\n",
         study.realisations, study.manoeuvres
     )?;
-    writeln!(out, "| derivative | truth | mean | scatter | corrected error | conventional % | corrected % |")?;
-    writeln!(out, "|---|---|---|---|---|---|---|")?;
+    writeln!(
+        out,
+        "| derivative | truth | mean | scatter | bias/scatter | corrected error | conventional % | corrected % |"
+    )?;
+    writeln!(out, "|---|---|---|---|---|---|---|---|")?;
     for row in &study.derivatives {
         let [truth, mean] = [row.truth, row.mean].map(|value| number(value, 4));
         let [scatter, corrected] = [row.scatter, row.corrected_error].map(|value| number(value, 3));
         let (plain, coloured) = (100.0 * row.conventional, 100.0 * row.corrected);
-        writeln!(out, "| {} | {truth} | {mean} | {scatter} | {corrected} | {plain:.1} | {coloured:.1} |", row.name)?;
+        let (name, bias) = (&row.name, row.bias);
+        writeln!(
+            out,
+            "| {name} | {truth} | {mean} | {scatter} | {bias:+.2} | {corrected} | {plain:.1} | {coloured:.1} |"
+        )?;
     }
     Ok(())
 }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use doublet_core::estimate::regressor_correlation;
+use doublet_core::estimate::diagnostics::regressor_correlation;
 use doublet_core::model::Variable;
 use doublet_engine::report::Results;
 use doublet_engine::run::Snapshot;

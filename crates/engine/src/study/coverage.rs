@@ -32,6 +32,9 @@ pub struct DerivativeCoverage {
     pub standard_error: f64,
     /// Root mean square of the corrected standard errors.
     pub corrected_error: f64,
+    /// What the mean is off the truth, in standard deviations of the estimates: 0.4 of them take three of a hundred intervals of the
+    /// right length off the truth.
+    pub bias: f64,
     /// Share of the realisations whose conventional 95 % interval holds the truth.
     pub conventional: f64,
     /// Share of the realisations whose corrected 95 % interval holds the truth.
@@ -160,11 +163,13 @@ fn derivative(name: &str, truth: f64, estimates: &[&Estimate]) -> DerivativeCove
     let holds = |error: &dyn Fn(&Estimate) -> f64| {
         mean_of(&|found| f64::from(u8::from((found.1 - truth).abs() <= HALF_WIDTH * error(found))))
     };
+    let scatter = (mean_of(&|(_, estimate, ..)| (estimate - mean).powi(2)) * count / (count - 1.0)).sqrt();
     DerivativeCoverage {
         name: name.to_owned(),
         truth,
         mean,
-        scatter: (mean_of(&|(_, estimate, ..)| (estimate - mean).powi(2)) * count / (count - 1.0)).sqrt(),
+        scatter,
+        bias: (mean - truth) / scatter,
         standard_error: mean_of(&|found| found.2.powi(2)).sqrt(),
         corrected_error: mean_of(&|found| found.3.powi(2)).sqrt(),
         conventional: holds(&|found| found.2),
