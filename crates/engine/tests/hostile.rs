@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use doublet_engine::graph::Cache;
 use doublet_engine::run::{Control, Scope, Snapshot, run};
-use doublet_engine::session::{self, Flight, RecordingRef, SignalSetting, leads_out, path_warning};
+use doublet_engine::session::{self, Flight, MapRef, RecordingRef, SignalSetting, leads_out, path_warning};
 use doublet_engine::stage;
 
 /// Every seed is a file of some kilobytes; one that takes longer found something.
@@ -67,7 +67,7 @@ fn a_session_that_reads_outside_its_folder_says_so_once() {
     );
     // Nothing in common but the way up: the first is named.
     session.aircraft = "../plane.toml".to_owned();
-    session.flights[1].recordings[0].channel_map = "/etc/passwd".to_owned();
+    session.flights[1].recordings[0].channel_map = MapRef::File("/etc/passwd".to_owned());
     let said = path_warning(&session).unwrap();
     assert!(said.starts_with(&format!("{} files, ../../data/day0/0.csv the first, lie", files + 2)), "{said}");
 }
