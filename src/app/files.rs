@@ -111,6 +111,11 @@ impl Files {
         self.asking.is_some()
     }
 
+    /// Whether a dialog of our own is on screen.
+    pub fn is_shown(&self) -> bool {
+        matches!(self.asking, Some(Asking::Own(_)))
+    }
+
     /// Draws the dialog where it is ours; the file once one is chosen.
     pub fn show(&mut self, ctx: &egui::Context) -> Option<PathBuf> {
         match self.asking.take()? {

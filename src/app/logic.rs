@@ -1,6 +1,6 @@
 //! Before drawing: results are taken in, keys become commands, commands and edits are carried out, a run is asked for.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use doublet_engine::run::Snapshot;
@@ -50,13 +50,13 @@ fn title(document: &Document) -> String {
 /// Files dropped on the window, files chosen in a dialog, and the wish to close the window.
 fn take_files(app: &mut Workbench, ctx: &egui::Context) {
     let dropped = ctx.input_mut(|input| std::mem::take(&mut input.raw.dropped_files));
-    if let Some(file) = dropped.first() {
-        let path = file.path().to_path_buf();
-        if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml")) {
-            app.leave(Pending::Open(path), ctx);
-        } else {
-            app.leave(Pending::Begin(path), ctx);
-        }
+    let dropped: Vec<_> = dropped.iter().map(|file| file.path().to_path_buf()).collect();
+    let is_session = |path: &&PathBuf| path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml"));
+    if let Some(session) = dropped.iter().find(is_session) {
+        app.leave(Pending::Open(session.clone()), ctx);
+    } else if !dropped.is_empty() {
+        // Several recordings are those of one flight by several recorders.
+        app.leave(Pending::Begin(dropped), ctx);
     }
     if ctx.input(|input| input.viewport().close_requested()) && !app.leaving && app.document.history.is_modified() {
         ctx.send_viewport_cmd(ViewportCommand::CancelClose);

@@ -29,8 +29,8 @@ pub enum Pending {
     AskRecording,
     /// Ask for a folder that is a recording and make a session of it.
     AskFolder,
-    /// Make a session of this recording.
-    Begin(PathBuf),
+    /// Make a session of these recordings of one flight.
+    Begin(Vec<PathBuf>),
     /// Close the window.
     Quit,
 }
@@ -78,7 +78,7 @@ impl Workbench {
             Pending::Shipped => self.enter_document(Document::shipped()),
             Pending::AskRecording => self.ask(Asked::Recording(Purpose::Open), ctx),
             Pending::AskFolder => self.ask(Asked::Recording(Purpose::Folder), ctx),
-            Pending::Begin(path) => self.begin_with(&path, ctx),
+            Pending::Begin(paths) => self.begin_with(paths, ctx),
             Pending::Quit => {
                 self.document.give_up();
                 self.leaving = true;
@@ -132,7 +132,7 @@ impl Workbench {
     pub(super) fn take_file(&mut self, path: &Path, ctx: &egui::Context) {
         match self.asked.take() {
             Some(Asked::Open) => self.proceed(Pending::Open(path.to_path_buf()), ctx),
-            Some(Asked::Recording(_)) => self.begin_with(path, ctx),
+            Some(Asked::Recording(_)) => self.begin_with(vec![path.to_path_buf()], ctx),
             Some(Asked::Aircraft) => self.begin_with_aircraft(path),
             Some(Asked::NewAircraft) => self.begin_with_new_aircraft(path),
             Some(Asked::Save(after)) => self.save_to(path, after, ctx),

@@ -92,3 +92,17 @@ fn bands(band: &Band) -> Vec<Vec<[f64; 3]>> {
     };
     band.segments.iter().map(edges).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::file_word;
+
+    #[test]
+    fn labels_become_words_of_file_names() {
+        for (label, word) in
+            [("α", "alpha"), ("δe", "delta_e"), ("bias ax", "bias_ax"), ("V", "V"), ("α θ φ", "alpha_theta_phi")]
+        {
+            assert_eq!(file_word(label), word);
+        }
+    }
+}

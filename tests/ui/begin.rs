@@ -120,6 +120,7 @@ fn dropped_recording_becomes_a_session_whose_numbers_are_in_si_and_come_back() {
     assert!(bench.harness.query_by_label_contains("no reconstruction").is_none());
     bench.harness.get_by_label("Aircraft file…").click();
     bench.harness.run_steps(4);
+    assert!(bench.harness.query_by_label("Create session").is_none(), "one dialog at a time");
     let aircraft = bench.folder.path().join("aircraft.toml");
     bench.harness.get_by_label("File name").type_text(&aircraft.display().to_string());
     bench.harness.run_steps(2);

@@ -5,6 +5,7 @@ use doublet::panels::Pane;
 use doublet::ui_state::Scope;
 use doublet_core::model::{Coefficient, Term};
 use doublet_core::quantity::Role;
+use doublet_core::reconstruct::consistency::WORTH_CHANGING;
 use doublet_core::reconstruct::{Method, State};
 use doublet_engine::run::{Control, Scope as RunScope, Snapshot, run};
 use doublet_engine::session::{self, Edit, FilterEdit, ModelEdit};
@@ -323,4 +324,46 @@ fn derivative_table_fits_a_small_window() {
     let right = bench.harness.get_by_label("t").rect().right();
     picture(&mut bench.harness, "small_window");
     assert!(right <= 1280.0, "the last column ends at {right}");
+}
+
+#[test]
+fn noise_panel_tells_what_the_window_does_not_and_marks_what_differs_from_the_proposal() {
+    let mut bench = Bench::open();
+    bench.show(Pane::Noise);
+    let path = bench.snapshot().windows["first"].path.ready().expect("the path is there").clone();
+    let text = format!("first: observability rank {} of {}", path.untold.rank, path.untold.open);
+    assert!(bench.harness.query_by_label(&text).is_some(), "{text}");
+    // Wind is known beforehand in this session: 15 of the 18 states are open.
+    assert_eq!(path.untold.open, 15);
+    let hidden = path.untold.hidden.iter().any(|state| State::ALL[15..].contains(state));
+    assert!(!hidden, "what is known is not called hidden");
+    let consistency = path.consistency.as_ref().expect("innovations are there");
+    for channel in &consistency.channels {
+        let odd = channel.has_offset() || channel.is_correlated();
+        let fits = (1.0 / WORTH_CHANGING..=WORTH_CHANGING).contains(&channel.deviation_ratio);
+        assert_eq!(channel.is_consistent(), fits && !odd, "{}", channel.advice);
+        let mark = if odd { " ∿" } else { "" };
+        let shown = format!("×{}{mark}", doublet::notation::fixed(channel.deviation_ratio, 2));
+        assert!(bench.harness.query_all_by_label(&shown).next().is_some(), "{shown}");
+    }
+}
+
+#[test]
+fn cross_plot_draws_two_channels_over_the_chosen_window() {
+    let mut bench = Bench::open();
+    bench.show(Pane::CrossPlot);
+    let chart = bench.harness.get_by_role_and_label(egui::accesskit::Role::Image, "cross plot").rect();
+    crate::secondary_click(&mut bench.harness, chart.center());
+    bench.harness.get_by_label("Copy data").click();
+    bench.harness.step();
+    let text = copied(&bench.harness).expect("the numbers are in the clipboard");
+    let rows: Vec<Vec<f64>> =
+        text.lines().skip(1).map(|line| line.split(',').filter_map(|cell| cell.parse().ok()).collect()).collect();
+    // The window is 20 s long, at 0.02 s, both ends included.
+    let rows: Vec<_> = rows.into_iter().filter(|row| row.len() > 1).collect();
+    assert_eq!(rows.len() % 1001, 0, "{}", rows.len());
+    let (least, most) =
+        rows.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, m), row| (l.min(row[0]), m.max(row[0])));
+    // alpha = 0.06 rad plus sines of 0.03 and 0.015 rad, shown in degrees.
+    assert!(least > 0.859 && most < 6.017 && most - least > 4.0, "{least} to {most}");
 }

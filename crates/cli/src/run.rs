@@ -174,7 +174,7 @@ fn engine_summary(engine: &report::EngineRow) {
     let place = format!("{}: engine '{}'", engine.flight, engine.engine);
     text::line(&match &engine.monitor {
         Some(monitor) => format!(
-            "{place}: power R2 {}, RMS {} kW against its monitor over {} samples",
+            "{place}: power r2 {} (squared correlation), RMS {} kW against its monitor over {} samples",
             text::number(monitor.whole.r_squared, 4),
             kilowatts(monitor.whole.rms_w, 3),
             monitor.whole.samples

@@ -360,6 +360,17 @@ fn new_finds_the_channel_map_and_check_passes_its_session() {
 }
 
 #[test]
+fn check_says_that_an_empty_file_is_empty() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("empty.toml");
+    std::fs::write(&path, "").unwrap();
+    let output = doublet(&["check", path.to_str().unwrap()]);
+    assert!(!output.status.success());
+    let lines: Vec<_> = String::from_utf8_lossy(&output.stderr).lines().map(str::to_owned).collect();
+    assert_says(&lines, &["empty.toml", "nothing in it", "empty session"]);
+}
+
+#[test]
 fn check_prints_an_aircraft_and_refuses_an_impossible_one() {
     let output = doublet(&["check", "assets/aircraft/c337f.toml"]);
     assert!(output.status.success());

@@ -31,6 +31,8 @@ pub enum Answer {
 pub fn show(step: &mut Step, below: bool, ctx: &egui::Context) -> Answer {
     let mut answer = Answer::Open;
     let screen = ctx.content_rect().size();
+    // Escape leaves a list or a field first; what was chosen by hand is not thrown away with it.
+    let busy = egui::Popup::is_any_open(ctx) || ctx.egui_wants_keyboard_input();
     egui::Modal::new(egui::Id::unique("new session")).show(ctx, |ui| match step {
         Step::Looking(path, job) => {
             ui.set_width(420.0);
@@ -47,7 +49,7 @@ pub fn show(step: &mut Step, below: bool, ctx: &egui::Context) -> Answer {
             answer = choose(choosing, ui, screen.y - 120.0);
         }
     });
-    if !below && ctx.input(|input| input.key_pressed(Key::Escape)) && !egui::Popup::is_any_open(ctx) {
+    if !below && !busy && ctx.input(|input| input.key_pressed(Key::Escape)) {
         answer = Answer::GivenUp;
     }
     answer

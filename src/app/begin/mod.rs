@@ -136,14 +136,15 @@ impl Workbench {
         self.beginning.step.is_some()
     }
 
-    /// Looks at the recording at `path` in the background, then asks what it means.
-    pub(super) fn begin_with(&mut self, path: &Path, ctx: &egui::Context) {
+    /// Looks at the recordings at `paths`, all of one flight, in the background, then asks what they mean.
+    pub(super) fn begin_with(&mut self, paths: Vec<PathBuf>, ctx: &egui::Context) {
         self.give_up_beginning();
-        let (ctx, paths) = (ctx.clone(), vec![path.to_path_buf()]);
+        let Some(first) = paths.first().cloned() else { return };
+        let ctx = ctx.clone();
         let work = move |control: &Control, progress: &dyn Fn(f32)| begin::inspect(&paths, control, progress);
         match Job::start("doublet-inspect", move || ctx.request_repaint(), work) {
-            Ok(job) => self.beginning.step = Some(Step::Looking(path.to_path_buf(), job)),
-            Err(error) => self.complain(format!("{}: it cannot be looked at: {error}", path.display())),
+            Ok(job) => self.beginning.step = Some(Step::Looking(first, job)),
+            Err(error) => self.complain(format!("{}: it cannot be looked at: {error}", first.display())),
         }
     }
 
@@ -226,6 +227,10 @@ impl Workbench {
 
     /// Draws the dialog and carries out what it asks for.
     pub(super) fn show_beginning(&mut self, ctx: &egui::Context) {
+        // One of two dialogs would hide the other.
+        if self.files.is_shown() {
+            return;
+        }
         let below = self.files.is_asking();
         let Some(step) = &mut self.beginning.step else { return };
         let answer = form::show(step, below, ctx);
