@@ -60,6 +60,9 @@ pub fn entries(folder: &Path, extensions: &[String]) -> std::io::Result<Vec<Entr
     Ok(found)
 }
 
+/// Frames in which a new dialog asks for the keyboard.
+const FRAMES_TO_FOCUS: u8 = 3;
+
 /// The dialog of the workbench itself.
 struct OwnDialog {
     question: FileQuestion,
@@ -67,7 +70,8 @@ struct OwnDialog {
     entries: Vec<Entry>,
     typed: String,
     complaint: Option<String>,
-    is_new: bool,
+    /// Frames in which the field still asks for the keyboard: another dialog may hold it at first.
+    to_focus: u8,
 }
 
 /// What a dialog came to.
@@ -167,8 +171,14 @@ impl OwnDialog {
     fn new(question: FileQuestion) -> Self {
         let folder = question.folder.canonicalize().unwrap_or_else(|_| PathBuf::from("/"));
         let typed = question.name.clone();
-        let mut dialog =
-            Self { question, folder: PathBuf::new(), entries: Vec::new(), typed, complaint: None, is_new: true };
+        let mut dialog = Self {
+            question,
+            folder: PathBuf::new(),
+            entries: Vec::new(),
+            typed,
+            complaint: None,
+            to_focus: FRAMES_TO_FOCUS,
+        };
         dialog.enter(folder);
         dialog
     }
@@ -181,7 +191,7 @@ impl OwnDialog {
                 self.folder = folder;
                 self.complaint = None;
                 // The keyboard goes on in the folder entered.
-                self.is_new = true;
+                self.to_focus = FRAMES_TO_FOCUS;
             }
             Err(error) => self.complaint = Some(format!("{}: {error}", folder.display())),
         }
@@ -210,8 +220,10 @@ impl OwnDialog {
         let field =
             ui.add(TextEdit::singleline(&mut self.typed).hint_text("Name or path").desired_width(f32::INFINITY));
         ui.ctx().accesskit_node_builder(field.id, |node| node.set_label("File name"));
-        if std::mem::take(&mut self.is_new) {
+        if self.to_focus > 0 {
+            self.to_focus -= 1;
             field.request_focus();
+            ui.ctx().request_repaint();
         }
         let confirmed = field.lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter));
         if let Some(complaint) = &self.complaint {

@@ -98,7 +98,7 @@ impl Bench<'_> {
         self.harness.get_by_role_and_label(Kind::ComboBox, combo).click();
         self.harness.run_steps(3);
         let is_entry = |node: &egui_kittest::Node<'_>| node.accesskit_node().role() == Kind::Button;
-        let row = self.harness.get_all_by_label(entry).filter(is_entry).last().expect("the list has it");
+        let row = self.harness.get_all_by_label(entry).filter(is_entry).next_back().expect("the list has it");
         row.scroll_to_me();
         row.click();
         self.harness.run_steps(3);
@@ -148,7 +148,7 @@ fn check(bench: &Bench<'_>) {
     let values = |role: Role| flight.recording.role(role).map(|channel| channel.series.values.clone());
     let samples = (LENGTH_S / STEP_S).round() as usize + 1;
     for role in [Role::SpecificForceX, Role::SpecificForceZ, Role::PitchRate, Role::AngleOfAttack, Role::Elevator] {
-        let found = values(role).unwrap_or_else(|| panic!("{} is there", role.name()));
+        let found = values(role).expect("the role is there");
         assert_eq!(found.len(), samples, "{}", role.name());
     }
     // q = 0.04 * 1.3 + 0.02 * 2.4 at the start, alpha = 0.06.

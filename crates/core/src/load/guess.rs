@@ -292,7 +292,7 @@ mod tests {
     use super::*;
 
     /// Level flight at 60 m/s in the units of a hobbyist's recorder.
-    const TEXT: &str = "time,imu_ax_g,ay,nz,gyro_x,q_deg_s,YawRate,Roll [deg],theta,hdg,IAS_kt,TAS,AoA,elevator,Lat,Lon,alt_ft\n\
+    const TEXT: &str = "time,imu_ax_g,ay,nz,gyro_x,q_deg_s,YawRate_rad_s,Roll [deg],theta,hdg,IAS_kt,TAS,AoA,elevator,Lat,Lon,alt_ft\n\
         0.00,0.02,0.0,1.0,10.0,1.0,0.1,2.0,3.0,181.0,110,60,2.5,-4.0,52.00,4.0,1000\n\
         0.02,0.02,0.0,1.1,-9.0,1.0,0.1,2.0,3.0,181.0,110,60,2.5,-4.0,52.01,4.0,1000\n\
         0.04,0.02,0.0,0.9,10.0,1.0,0.1,2.0,3.0,181.0,110,60,2.5,-4.0,52.02,4.0,1000\n";
