@@ -98,7 +98,7 @@ impl Bench<'_> {
         self.harness.get_by_role_and_label(Kind::ComboBox, combo).click();
         self.harness.run_steps(3);
         let is_entry = |node: &egui_kittest::Node<'_>| node.accesskit_node().role() == Kind::Button;
-        let row = self.harness.get_all_by_label(entry).filter(is_entry).next_back().expect("the list has it");
+        let row = self.harness.get_all_by_label(entry).rfind(is_entry).expect("the list has it");
         row.scroll_to_me();
         row.click();
         self.harness.run_steps(3);
