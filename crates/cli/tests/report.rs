@@ -13,6 +13,28 @@ fn doublet(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_doublet-cli")).args(arguments).current_dir(root).output().unwrap()
 }
 
+/// A report of the session as text, made on the day of that second.
+fn dated(session: &str, out: &Path, second: &str) -> Vec<u8> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let arguments =
+        ["report", session, "--out", out.to_str().unwrap(), "--format", "pdf,html", "--sections", "overview"];
+    let mut command = Command::new(env!("CARGO_BIN_EXE_doublet-cli"));
+    let output = command.args(arguments).env("SOURCE_DATE_EPOCH", second).current_dir(root).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    [std::fs::read(out.join("small <b>&.html")).unwrap(), std::fs::read(out.join("small <b>&.pdf")).unwrap()].concat()
+}
+
+#[test]
+fn a_report_states_its_date_and_can_be_made_again_to_the_byte() {
+    let folder = tempfile::tempdir().unwrap();
+    let session = small_session(folder.path());
+    let session = session.to_str().unwrap();
+    let first = dated(session, &folder.path().join("a"), "1592179200");
+    assert!(String::from_utf8_lossy(&first).contains("<dd>2020-06-15</dd>"));
+    assert!(first == dated(session, &folder.path().join("b"), "1592265599"), "the same day, other bytes");
+    assert!(first != dated(session, &folder.path().join("c"), "1592265600"), "another day, the same bytes");
+}
+
 fn succeeds(arguments: &[&str]) {
     let output = doublet(arguments);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
@@ -69,6 +91,10 @@ fn report_and_tables_hold_the_numbers_of_the_results() {
     let shown: Vec<f64> =
         html.split("<data value=\"").skip(1).map(|rest| rest.split('"').next().unwrap().parse().unwrap()).collect();
     assert!(shown.len() > 500, "{} numbers", shown.len());
+    // Angles are shown in degrees.
+    let in_degrees: Vec<u64> =
+        known.iter().map(|bits| (f64::from_bits(*bits) * (180.0 / std::f64::consts::PI)).to_bits()).collect();
+    known.extend(in_degrees);
     // What rounding alone moved is shown as zero.
     let strange: Vec<f64> = shown.into_iter().filter(|v| *v != 0.0 && !known.contains(&v.to_bits())).collect();
     assert!(strange.is_empty(), "not in results.json: {strange:?}");
@@ -98,6 +124,20 @@ fn report_and_tables_hold_the_numbers_of_the_results() {
             || html.matches("http://").count() == html.matches("http://www.w3.org/2000/svg").count()
     );
     assert_eq!(html.matches("<svg").count(), html.matches("<figcaption>").count());
+    let cover = html.split("</div><nav>").next().unwrap();
+    for part in [
+        recording,
+        "date not recorded",
+        "Date of this report",
+        "of 6 windows",
+        "1 for validation",
+        "Proof of match",
+        "listed at the end",
+    ] {
+        assert!(cover.contains(part), "{part} is not in {cover}");
+    }
+    // Engines and windows that say the same with other numbers are one line.
+    assert_eq!(html.matches("propeller speed").count(), 1);
     let pdf = std::fs::read(reports.join("small <b>&.pdf")).unwrap();
     assert!(pdf.starts_with(b"%PDF-") && pdf.trim_ascii_end().ends_with(b"%%EOF"));
     assert!((50_000..2_000_000).contains(&pdf.len()), "{} bytes", pdf.len());

@@ -92,7 +92,7 @@ fn a_recording_outside_the_folder_is_read_with_a_warning() {
     let map = "format = \"doublet channel map\"\nversion = 1\nname = \"x\"\n[roles]\nq = { channel = \"q\", unit = \"deg/s\" }\n";
     std::fs::write(inner.join("map.toml"), map).unwrap();
     let read = stage::flight(&inner, &flight_of("../log.csv", "map.toml")).unwrap();
-    assert_eq!(read.recording.warnings, [String::new(); 0]);
+    assert!(read.recording.warnings.is_empty(), "{:?}", read.recording.warnings);
     let mut session = session::parse(doublet_engine::builtin::session("demo").unwrap()).unwrap();
     session.flights = vec![flight_of("../log.csv", "map.toml")];
     session.windows.clear();

@@ -18,12 +18,12 @@ pub fn html(document: &Document) -> String {
     page.put(format_args!(
         "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width\">\
          <meta name=\"generator\" content=\"{}\"><title>{title}</title><style>{STYLE}</style></head><body><header><h1>{title}</h1><p>{}</p>\
-         </header><section id=\"cover\">\n",
+         </header><div id=\"cover\">\n",
         escape(&document.app),
         escape(&document.subtitle)
     ));
     document.cover.iter().for_each(|block| page.block(block));
-    page.out.push_str("</section><nav><ol>");
+    page.out.push_str("</div><nav><ol>");
     for section in &document.sections {
         page.put(format_args!("<li><a href=\"#{}\">{}</a></li>", section.kind.name(), escape(section.kind.title())));
     }
