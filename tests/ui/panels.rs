@@ -3,7 +3,8 @@
 use doublet::command::UiCommand;
 use doublet::panels::Pane;
 use doublet::ui_state::Scope;
-use doublet_core::model::{Coefficient, Term};
+use doublet_core::estimate::Origin;
+use doublet_core::model::{Axes, Coefficient, Term};
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::consistency::WORTH_CHANGING;
 use doublet_core::reconstruct::{Method, State};
@@ -12,7 +13,7 @@ use doublet_engine::session::{self, Edit, FilterEdit, ModelEdit};
 use egui_kittest::kittest::Queryable;
 
 use crate::workbench::Bench;
-use crate::{copied, drag, picture};
+use crate::{copied, drag, picture, secondary_click};
 
 /// Rounding of sums over a thousand samples, relative.
 const ROUNDING: f64 = 1e-8;
@@ -366,4 +367,31 @@ fn cross_plot_draws_two_channels_over_the_chosen_window() {
         rows.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, m), row| (l.min(row[0]), m.max(row[0])));
     // alpha = 0.06 rad plus sines of 0.03 and 0.015 rad, shown in degrees.
     assert!(least > 0.859 && most < 6.017 && most - least > 4.0, "{least} to {most}");
+}
+
+#[test]
+fn derivative_is_fixed_in_the_menu_of_its_tick_and_marked_in_the_table() {
+    let mut bench = Bench::open();
+    bench.show(Pane::Model);
+    let place = bench.harness.get_by_label("Cm qc/V").rect().center();
+    secondary_click(&mut bench.harness, place);
+    picture(&mut bench.harness, "model_known_menu");
+    bench.harness.get_by_label("Fixed").click();
+    bench.settle();
+    let fit = bench.cm();
+    let at = fit.names.iter().position(|name| name == "Cm_q").expect("it stays in the model");
+    assert_eq!((fit.origins[at], fit.standard_errors[at]), (Origin::Fixed, 0.0));
+    picture(&mut bench.harness, "model_fixed");
+    bench.show(Pane::Derivatives);
+    assert!(bench.harness.query_all_by_label("fixed").next().is_some(), "the table says so");
+    picture(&mut bench.harness, "derivatives_fixed");
+    bench.show(Pane::Model);
+    bench.harness.get_by_label("Axes, reference, thrust and lags").click();
+    bench.harness.run_steps(20);
+    bench.harness.get_by_label("Stability").click();
+    bench.settle();
+    picture(&mut bench.harness, "model_coefficients");
+    let session = bench.session();
+    assert_eq!(session.preparation.axes, Axes::Stability);
+    assert_eq!(session.estimation.constraints.len(), 1);
 }

@@ -9,7 +9,7 @@ use doublet_core::quantity::Role;
 use doublet_core::reconstruct::consistency::{Consistency, consistency};
 use doublet_core::reconstruct::observability::{WeakState, observability, weak_states};
 use doublet_core::reconstruct::{
-    FilterData, FilterSettings, INPUTS, Input, InputSeries, MEASUREMENTS, Measurement, MeasurementSeries,
+    Disagreement, FilterData, FilterSettings, INPUTS, Input, InputSeries, MEASUREMENTS, Measurement, MeasurementSeries,
     Reconstruction, STATES, State, filter_smoother_disagreement, reconstruct_many,
 };
 use doublet_core::series::{Recording, Series, Window};
@@ -339,20 +339,22 @@ fn window_path(samples: &Samples, reconstruction: Reconstruction, filter: &Filte
     }
 }
 
-/// One line where filter and smoother contradict each other.
+/// One line where filter and smoother contradict each other, with the worst states.
 fn contradiction(reconstruction: &Reconstruction) -> Option<String> {
+    const NAMED: usize = 3;
     let found = filter_smoother_disagreement(reconstruction);
-    let states: Vec<String> = found
-        .iter()
-        .map(|state| {
-            format!("{} ({:.0} % of its samples, up to {:.1})", state.state.name(), 100.0 * state.inside, state.largest)
-        })
-        .collect();
-    (!states.is_empty()).then(|| {
+    let words = |state: &Disagreement| {
+        let (name, inside) = (state.state.name(), 100.0 * state.inside);
+        format!("{name} (within for {inside:.0} % of the samples, up to {:.1})", state.largest)
+    };
+    let named: Vec<String> = found.iter().take(NAMED).map(words).collect();
+    let more = found.len() - named.len();
+    let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+    (!named.is_empty()).then(|| {
         format!(
-            "filter and smoother disagree beyond three deviations of their difference in {}: raise process noise or random walk, \
-             or look for a sensor the model does not describe",
-            states.join(", ")
+            "filter and smoother disagree beyond three deviations of their difference in {}{more}: look at process noise, random \
+             walks, initial deviations, and sensors the model does not describe",
+            named.join(", ")
         )
     })
 }
