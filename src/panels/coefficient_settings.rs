@@ -82,18 +82,14 @@ fn lags(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         for surface in Surface::ALL {
             let lag = ctx.session.preparation.control_lags.of(surface);
             ui.label(surface.name());
-            let parts: [(&str, f64, [f64; 2], fn(Lag, f64) -> Lag); 2] = [
-                ("lag", lag.time_constant_s, [0.0, 2.0], |lag, value| Lag { time_constant_s: value, ..lag }),
-                ("delay", lag.delay_s, [-1.0, 1.0], |lag, value| Lag { delay_s: value, ..lag }),
-            ];
-            for (what, value, [lowest, highest], with) in parts {
+            let mut field = |what: &str, value: f64, lowest: f64, with: &dyn Fn(f64) -> Lag| {
                 let name = format!("{} {what}", surface.name());
-                let field = QuantityEdit::new(&name, value).unit("ms", 1e3).per_point(1.0).allowed(lowest..=highest);
+                let field = QuantityEdit::new(&name, value).unit("ms", 1e3).per_point(1.0).allowed(lowest..=2.0);
                 let edited = field.show(ui);
-                ctx.edit_quantity(edited, |value| {
-                    Edit::Estimation(EstimationEdit::ControlLag(surface, with(lag, value)))
-                });
-            }
+                ctx.edit_quantity(edited, |value| Edit::Estimation(EstimationEdit::ControlLag(surface, with(value))));
+            };
+            field("lag", lag.time_constant_s, 0.0, &|time_constant_s| Lag { time_constant_s, ..lag });
+            field("delay", lag.delay_s, -2.0, &|delay_s| Lag { delay_s, ..lag });
             ui.end_row();
         }
     });

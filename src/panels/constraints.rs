@@ -3,7 +3,7 @@
 use doublet_core::estimate::Constraint;
 use doublet_core::model::{Coefficient, Term};
 use doublet_engine::session::{Edit, EstimationEdit, TermConstraint};
-use eframe::egui::{Grid, Response, RichText, Ui};
+use eframe::egui::{Grid, Popup, PopupCloseBehavior, Response, RichText, Ui};
 
 use super::{PanelContext, intervals};
 use crate::notation;
@@ -26,7 +26,9 @@ pub fn sign(known: Constraint) -> &'static str {
 
 /// Lets the user state what is known of the derivative of `coefficient` by `term`, on a secondary click on its tick.
 pub fn menu(ctx: &mut PanelContext<'_>, tick: &Response, coefficient: Coefficient, term: &Term) {
-    tick.context_menu(|ui| {
+    // A click on a choice must leave its numbers at hand.
+    let stays = Popup::context_menu(tick).close_behavior(PopupCloseBehavior::CloseOnClickOutside);
+    stays.show(|ui| {
         let name = term.derivative_name(coefficient);
         ui.label(notation::derivative_job(ui, &name));
         let now = ctx.session.estimation.known(coefficient, term);
@@ -59,7 +61,7 @@ pub fn menu(ctx: &mut PanelContext<'_>, tick: &Response, coefficient: Coefficien
                 }
             }
         });
-        Grid::new("known").num_columns(2).show(ui, |ui| numbers(ctx, ui, now, &with));
+        Grid::new("known").num_columns(2).show(ui, |ui| numbers(ctx, ui, (&name, now), &with));
         if let Some((value, error)) = estimate {
             ui.weak(format!("pooled {} ± {}", notation::number(value), notation::number(error)));
         }
@@ -67,12 +69,18 @@ pub fn menu(ctx: &mut PanelContext<'_>, tick: &Response, coefficient: Coefficien
 }
 
 /// The numbers of a constraint.
-fn numbers(ctx: &mut PanelContext<'_>, ui: &mut Ui, now: Constraint, with: &impl Fn(Constraint) -> Edit) {
+fn numbers(
+    ctx: &mut PanelContext<'_>,
+    ui: &mut Ui,
+    (derivative, now): (&str, Constraint),
+    with: &impl Fn(Constraint) -> Edit,
+) {
     let mut number = |label: &str, value: f64, known: &dyn Fn(f64) -> Constraint| {
         ui.label(RichText::new(label).weak());
         let allowed = if label == "deviation" { f64::MIN_POSITIVE..=f64::INFINITY } else { f64::MIN..=f64::MAX };
+        let name = format!("{label} of {derivative}");
         let per_point = 0.005 * value.abs().max(1e-3);
-        let edited = QuantityEdit::new(label, value).per_point(per_point).allowed(allowed).show(ui);
+        let edited = QuantityEdit::new(&name, value).per_point(per_point).allowed(allowed).show(ui);
         ctx.edit_quantity(edited, |value| with(known(value)));
         ui.end_row();
     };

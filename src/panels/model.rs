@@ -218,7 +218,7 @@ fn second(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
 
 /// Marks beside a tick: what is known of its derivative, and whether its term deserves attention.
 fn mark(ui: &Ui, cell: &egui::Rect, effect: Option<&TermEffect>, known: Constraint) {
-    let place = cell.left_top() + egui::vec2(32.0, 10.0);
+    let place = cell.left_top() + egui::vec2(31.0, 10.0);
     let font = egui::FontId::proportional(12.0);
     let color = ui.visuals().strong_text_color();
     ui.painter().text(place, egui::Align2::LEFT_CENTER, constraints::sign(known), font, color);

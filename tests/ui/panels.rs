@@ -381,7 +381,13 @@ fn derivative_is_fixed_in_the_menu_of_its_tick_and_marked_in_the_table() {
     let fit = bench.cm();
     let at = fit.names.iter().position(|name| name == "Cm_q").expect("it stays in the model");
     assert_eq!((fit.origins[at], fit.standard_errors[at]), (Origin::Fixed, 0.0));
+    assert!(bench.harness.query_by_label("value of Cm_q").is_some(), "the menu stays for the number");
     picture(&mut bench.harness, "model_fixed");
+    bench.enter("value of Cm_q", "-12");
+    bench.settle();
+    assert_eq!(bench.cm().parameter("Cm_q"), Some((-12.0, 0.0)));
+    bench.harness.key_press(egui::Key::Escape);
+    bench.settle();
     bench.show(Pane::Derivatives);
     assert!(bench.harness.query_all_by_label("fixed").next().is_some(), "the table says so");
     picture(&mut bench.harness, "derivatives_fixed");

@@ -47,7 +47,7 @@ impl PooledRegression {
             let (expected, found) = (self.names.len(), self.constraints.len());
             return Err(EstimateError::Size { quantity: "constraints", expected, found });
         }
-        let (names, parameters, triangle) = triangles(&self.names, &self.per_window, &self.windows)?;
+        let ((names, parameters), triangle) = triangles(&self.names, &self.per_window, &self.windows)?;
         let mut constraints = vec![Constraint::Free; names.len()];
         for columns in &parameters {
             for (&column, &constraint) in columns.iter().zip(&self.constraints) {
@@ -93,7 +93,7 @@ pub struct PooledFit {
 /// # Errors
 /// As for [`super::least_squares`], with the sizes and values of each window; a window needs no minimum of its own.
 pub fn pooled(names: &[String], per_window: &[bool], windows: &[PooledWindow]) -> Result<PooledFit, EstimateError> {
-    let (all_names, parameters, triangle) = triangles(names, per_window, windows)?;
+    let ((all_names, parameters), triangle) = triangles(names, per_window, windows)?;
     let total: usize = windows.iter().map(|window| window.z.len()).sum();
     if total <= all_names.len() {
         return Err(EstimateError::TooFewSamples { samples: total, parameters: all_names.len() });
@@ -109,7 +109,7 @@ fn triangles(
     names: &[String],
     per_window: &[bool],
     windows: &[PooledWindow],
-) -> Result<(Vec<String>, Vec<Vec<usize>>, Triangle), EstimateError> {
+) -> Result<(Layout, Triangle), EstimateError> {
     let (all_names, parameters) = layout(names, per_window, windows)?;
     for window in windows {
         check_values(names, &window.x, &window.z)?;
@@ -117,7 +117,7 @@ fn triangles(
     let triangles: Vec<Triangle> = windows.iter().map(|window| Triangle::of(&window.x, &window.z)).collect();
     let parts = triangles.iter().zip(parameters.iter().map(Vec::as_slice));
     let triangle = Triangle::stack(parts, all_names.len());
-    Ok((all_names, parameters, triangle))
+    Ok(((all_names, parameters), triangle))
 }
 
 /// Fitted values and measurements of all windows, and the samples of each in them.
