@@ -215,7 +215,7 @@ fn derivatives_from_elsewhere_are_marked_beside_the_estimates() {
     bench.settle();
     picture(&mut bench.harness, "references");
     let plot = bench.harness.get_by_label("estimates of every window").rect();
-    crate::secondary_click(&mut bench.harness, plot.center());
+    secondary_click(&mut bench.harness, plot.center());
     bench.harness.get_by_label("Copy data").click();
     bench.harness.run_steps(1);
     let text = copied(&bench.harness).expect("the chart is in the clipboard");
@@ -249,7 +249,7 @@ fn ground_track_is_drawn_from_the_position_and_its_data_can_be_copied() {
     let mut bench = Bench::shipped();
     bench.show(Pane::GroundTrack);
     let plot = bench.harness.get_by_label("ground track").rect();
-    crate::secondary_click(&mut bench.harness, plot.center());
+    secondary_click(&mut bench.harness, plot.center());
     bench.harness.get_by_label("Copy data").click();
     bench.harness.run_steps(1);
     let text = copied(&bench.harness).expect("the track is in the clipboard");
@@ -354,7 +354,7 @@ fn cross_plot_draws_two_channels_over_the_chosen_window() {
     let mut bench = Bench::open();
     bench.show(Pane::CrossPlot);
     let chart = bench.harness.get_by_role_and_label(egui::accesskit::Role::Image, "cross plot").rect();
-    crate::secondary_click(&mut bench.harness, chart.center());
+    secondary_click(&mut bench.harness, chart.center());
     bench.harness.get_by_label("Copy data").click();
     bench.harness.step();
     let text = copied(&bench.harness).expect("the numbers are in the clipboard");
