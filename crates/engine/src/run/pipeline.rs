@@ -24,6 +24,9 @@ use crate::study::{Study, StudyWindow, Subject};
 
 /// Shortest time between two published snapshots of one run.
 const PUBLISH_INTERVAL: Duration = Duration::from_millis(8);
+/// A run that is over sooner replaces what is shown at once: greying it for a moment would flicker, and drawing takes the cores the
+/// run needs.
+const CALM: Duration = Duration::from_millis(100);
 /// How many lines the log keeps.
 const LOG_LINES: usize = 500;
 
@@ -47,7 +50,8 @@ pub struct Scope<'a> {
 /// The snapshot under construction, published as it grows.
 pub(super) struct Board<'a> {
     snapshot: Mutex<Snapshot>,
-    published: Mutex<Instant>,
+    /// When the next snapshot may be published.
+    due: Mutex<Instant>,
     publish: &'a (dyn Fn(Snapshot) + Sync),
     pub(super) control: &'a Control,
     steps: usize,
@@ -65,15 +69,22 @@ impl Board<'_> {
         let mut snapshot = lock(&self.snapshot);
         change(&mut snapshot);
         // Whoever holds the clock is publishing: waiting for it with the snapshot locked would stop every other stage.
-        if let Ok(mut published) = self.published.try_lock()
-            && published.elapsed() >= PUBLISH_INTERVAL
+        if let Ok(mut due) = self.due.try_lock()
+            && Instant::now() >= *due
         {
-            *published = Instant::now();
+            *due = Instant::now() + PUBLISH_INTERVAL;
             let copy = snapshot.clone();
             drop(snapshot);
             (self.publish)(copy);
         }
         Ok(())
+    }
+
+    /// Publishes what there is, whenever the last time was.
+    fn show(&self) {
+        *lock(&self.due) = Instant::now() + PUBLISH_INTERVAL;
+        let copy = lock(&self.snapshot).clone();
+        (self.publish)(copy);
     }
 
     /// What the snapshot under construction says.
@@ -122,13 +133,12 @@ pub fn run(
     let windows = active_windows(scope.session);
     let board = Board {
         snapshot: Mutex::new(first_snapshot(scope, previous, &windows)),
-        published: Mutex::new(started),
+        due: Mutex::new(started + CALM),
         publish,
         control,
         steps: 2 + 3 * scope.session.flights.len() + 3 * windows.len() + scope.studies.len(),
         done: Mutex::new(0),
     };
-    publish(lock(&board.snapshot).clone());
     let cancelled = stages(scope, &windows, cache, &board).is_err();
     let mut snapshot = lock(&board.snapshot).clone();
     snapshot.busy = false;
@@ -597,5 +607,6 @@ fn pool(
         Some((second, _)) => snapshot.second.finish(Ok(second)),
         None => snapshot.second = Slot::NotRequested,
     })?;
+    board.show();
     Ok((pooled, key))
 }
