@@ -10,6 +10,7 @@ use super::{Panel, PanelContext, View, awaiting, empty, role_color, trouble};
 use crate::command::dispatch::new_window;
 use crate::notation::{self, Units};
 use crate::theme;
+use crate::widgets::snap::{SnapPoint, gap_edges};
 use crate::widgets::span_editor::{LANE_HEIGHT, Lane, SpanEvent, SpanItem, span_lane};
 use crate::widgets::time_plot::{PlotCache, SpanMark, TimePlot, Trace, step_markers};
 use crate::widgets::time_view::Stretch;
@@ -173,11 +174,12 @@ impl Flight {
             .collect();
         let (_, rect) = ui.allocate_space(vec2(ui.available_width(), LANE_HEIGHT));
         let seen = ctx.stack(ui, "flight", View::Flight, &mut self.cache, &drawn, &marks);
-        let samples = recording.role(Role::RollRate).map(|channel| channel.series.time_s.clone());
-        let samples_s = samples.as_deref().unwrap_or_default();
+        let samples_s = recording.role(Role::RollRate).map_or(&[][..], |channel| &channel.series.time_s);
         let range = ctx.state.time.range();
+        // Only a drag asks for them.
+        let points = if ui.ctx().dragged_id().is_some() { snap_points(ctx, &flight, recording) } else { Vec::new() };
         if let (Some(first), Some(last)) = (seen.frames.first(), seen.frames.last()) {
-            let lane = Lane { rect, frame: *first, reach_bottom: last.bottom(), range, samples_s };
+            let lane = Lane { rect, frame: *first, reach_bottom: last.bottom(), range, samples_s, points: &points };
             if let Some(event) = span_lane(ui, Id::unique("windows"), &lane, &items) {
                 take(ctx, &flight, event);
             }
@@ -195,6 +197,30 @@ impl Flight {
             empty(ui, "Tick channels on the left to plot them.");
         }
     }
+}
+
+/// Moments an edge of the chosen window is drawn to: onset and end of the manoeuvres found, the markers, edges of the other windows
+/// and of gaps. The onset is the last sample at which the control still rests.
+fn snap_points(ctx: &PanelContext<'_>, flight: &str, recording: &Recording) -> Vec<SnapPoint> {
+    let found = ctx.snapshot.proposals.get(flight).and_then(|slot| slot.latest());
+    let found = found.iter().flat_map(|found| &found.windows);
+    let mut points: Vec<SnapPoint> = found
+        .flat_map(|found| [(found.onset_s, "onset"), (found.manoeuvre.window.end_s, "end")])
+        .map(|(time_s, word)| SnapPoint { time_s, word })
+        .collect();
+    let markers = ctx.state.time.markers_s.into_iter().zip(["marker A", "marker B"]);
+    points.extend(markers.filter_map(|(time_s, word)| Some(SnapPoint { time_s: time_s?, word })));
+    let others =
+        ctx.session.windows.iter().filter(|window| {
+            window.flight == flight && ctx.selection().window.as_deref() != Some(window.name.as_str())
+        });
+    let edges = others.flat_map(|window| [window.window.start_s, window.window.end_s]);
+    points.extend(edges.map(|time_s| SnapPoint { time_s, word: "window" }));
+    if let Some(channel) = recording.role(Role::RollRate) {
+        let series = &channel.series;
+        points.extend(gap_edges(&series.time_s, &series.values, ctx.state.time.range()));
+    }
+    points
 }
 
 /// Title of the branch of channels with a role.

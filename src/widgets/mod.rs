@@ -10,6 +10,7 @@ mod plot_cache;
 mod pointer;
 pub mod quantity_edit;
 mod readout;
+pub mod snap;
 pub mod span_editor;
 mod stack_figure;
 mod ticks;

@@ -1,4 +1,5 @@
-//! Spans of time on a lane above the plots: click selects, the body moves, the edges resize, all snapped to samples.
+//! Spans of time on a lane above the plots: click selects, the body moves, the edges resize, snapped to moments that mean something and
+//! else to samples.
 
 use eframe::egui::{
     self, Align2, Color32, CornerRadius, CursorIcon, Id, Key, Rect, Role, Sense, Stroke, StrokeKind, Ui, WidgetInfo,
@@ -6,6 +7,7 @@ use eframe::egui::{
 };
 
 use super::EditPhase;
+use super::snap::{SNAP_REACH, SnapPoint, to_point};
 use super::time_plot::{time_at, x_at};
 use super::time_view::Stretch;
 
@@ -75,6 +77,8 @@ pub struct Lane<'a> {
     pub range: Stretch,
     /// Times of the samples, increasing, s; empty snaps to nothing.
     pub samples_s: &'a [f64],
+    /// Moments the edges are drawn to, unless Alt is held.
+    pub points: &'a [SnapPoint],
 }
 
 /// What is held.
@@ -197,7 +201,7 @@ fn catch(ui: &mut Ui, id: Id, lane: &Lane<'_>, clip: Rect, shown: Rect, span: &S
 
 /// One drag from press to release.
 fn drag(
-    ui: &Ui,
+    ui: &mut Ui,
     response: &egui::Response,
     part: Id,
     lane: &Lane<'_>,
@@ -226,12 +230,43 @@ fn drag(
     }
     ui.set_cursor_icon(if grip == Grip::Body { CursorIcon::Grabbing } else { CursorIcon::ResizeHorizontal });
     let by_s = time_at(lane.frame, lane.range, pointer?.x) - held.pressed_s;
-    let now = dragged(held.origin, grip, by_s, lane.samples_s);
+    let now = match near_point(ui, lane, grip, (held.origin, by_s)) {
+        Some((now, point)) => {
+            draw_point(ui, lane, point);
+            now
+        }
+        None => dragged(held.origin, grip, by_s, lane.samples_s),
+    };
     if now == held.now {
         return None;
     }
     ui.data_mut(|data| data.insert_temp(part, Held { now, ..held }));
     report(EditPhase::Change, now)
+}
+
+/// Where the moment the drag is drawn to puts the span, unless Alt is held.
+fn near_point(ui: &Ui, lane: &Lane<'_>, grip: Grip, (origin, by_s): (Stretch, f64)) -> Option<(Stretch, SnapPoint)> {
+    if ui.input(|i| i.modifiers.alt) {
+        return None;
+    }
+    let [first, .., last] = *lane.samples_s else { return None };
+    let reach_s = f64::from(SNAP_REACH / lane.frame.width()) * lane.range.length_s();
+    to_point(origin, grip, by_s, lane.points, (reach_s, Stretch { start_s: first, end_s: last }))
+}
+
+/// A thin line at the moment a drag is drawn to, with its word at the top of the plots.
+fn draw_point(ui: &mut Ui, lane: &Lane<'_>, point: SnapPoint) {
+    let x = x_at(lane.frame, lane.range, point.time_s);
+    let ink = ui.visuals().strong_text_color();
+    ui.painter().vline(x, lane.rect.top()..=lane.reach_bottom, Stroke::new(1.0, ink));
+    let galley = ui.painter().layout_no_wrap(point.word.to_owned(), egui::FontId::proportional(11.0), ink);
+    let size = galley.size() + egui::vec2(6.0, 2.0);
+    // Beside the line, on the side that has room.
+    let left = if x + size.x + 2.0 < lane.frame.right() { x + 2.0 } else { x - size.x - 2.0 };
+    let ground = Rect::from_min_size(pos2(left, lane.frame.top() + 22.0), size);
+    ui.painter().rect_filled(ground, CornerRadius::same(3), ui.visuals().extreme_bg_color);
+    let mut over = ui.new_child(egui::UiBuilder::new().max_rect(ground.shrink2(egui::vec2(3.0, 1.0))));
+    over.add(egui::Label::new(galley).selectable(false));
 }
 
 /// A drag in the empty lane draws a new span.

@@ -6,6 +6,7 @@ mod allocations;
 mod app;
 mod begin;
 mod figures;
+mod manoeuvres;
 mod panels;
 mod plots;
 mod preprocess;

@@ -93,6 +93,7 @@ impl Bench {
             reach_bottom: bench.seen.frames[1].bottom(),
             range: bench.view.range(),
             samples_s: &rate.time_s,
+            points: &[],
         };
         step_markers(ui, &mut bench.view, &rate.time_s);
         bench.events.extend(span_lane(ui, Id::unique("lane"), &lane, &items));

@@ -1,0 +1,155 @@
+//! Windows dragged on the traces: where their edges land, to the last digit.
+
+use std::path::Path;
+
+use doublet::command::{UiCommand, ViewCommand};
+use doublet_core::series::Window;
+use doublet_engine::session::{Edit, WindowEdit};
+use egui::accesskit::Role;
+use egui::{Modifiers, Pos2, pos2};
+use egui_kittest::kittest::Queryable;
+
+use crate::recording::STEP_S;
+use crate::workbench::Bench;
+use crate::{drag, hold, picture};
+
+/// Elevator doublet: its first sample, its change of side and the first sample at rest again, s.
+const DOUBLET_S: [f64; 3] = [44.0, 45.0, 46.0];
+/// Last sample before the gap and first one after it, s.
+const GAP_S: [f64; 2] = [31.0, 33.0];
+/// Longest free response a proposal has, s: the motion of this flight never dies down.
+const FREE_S: f64 = 10.0;
+/// A time that was rounded to a tenth or read from text.
+const ROUNDING_S: f64 = 1e-9;
+
+/// Lets the elevator rest from 27 s on but for a doublet, and leaves out what lies in the gap.
+fn fly_a_doublet(folder: &Path) {
+    let path = folder.join("flight.csv");
+    let text = std::fs::read_to_string(&path).expect("the recording is there");
+    let line = |line: &str| {
+        let time = line.split(',').next().and_then(|time| time.parse::<f64>().ok());
+        let Some(time) = time.filter(|&time| time > 27.0) else { return format!("{line}\n") };
+        if time > GAP_S[0] + 0.5 * STEP_S && time < GAP_S[1] - 0.5 * STEP_S {
+            return String::new();
+        }
+        let [up, down, rest] = DOUBLET_S.map(|at| time > at - 0.5 * STEP_S);
+        let elevator = if rest || !up {
+            0.0
+        } else if down {
+            -0.05
+        } else {
+            0.05
+        };
+        let kept = line.rsplit_once(',').map_or(line, |(kept, _)| kept);
+        format!("{kept},{elevator}\n")
+    };
+    std::fs::write(&path, text.lines().map(line).collect::<String>()).expect("the recording can be written");
+}
+
+/// The workbench on a flight with a doublet and a gap, its window from 5 s to 25 s chosen.
+fn bench<'a>() -> Bench<'a> {
+    Bench::open_changed(fly_a_doublet)
+}
+
+impl Bench<'_> {
+    /// Where the lane shows `time_s`.
+    fn at_s(&self, time_s: f64) -> Pos2 {
+        let place = |name: &str| self.harness.get_by_role_and_label(Role::Button, name).rect().center();
+        let (start, end) = (place("first start"), place("first end"));
+        let Window { start_s, end_s } = self.first();
+        let share = ((time_s - start_s) / (end_s - start_s)) as f32;
+        pos2(
+            start.x + share * (end.x - start.x),
+            self.harness.get_by_role_and_label(Role::Button, "first").rect().center().y,
+        )
+    }
+
+    /// The window that is dragged.
+    fn first(&self) -> Window {
+        self.session().window("first").expect("it is in the session").window
+    }
+
+    fn place_first(&mut self, start_s: f64, end_s: f64) {
+        let place = WindowEdit::Place { name: "first".to_owned(), window: Window { start_s, end_s } };
+        self.harness.state_mut().apply(&Edit::Window(place));
+        self.settle();
+    }
+
+    /// Drags from the lane at one time to `off` points beside another.
+    fn drag_s(&mut self, from_s: f64, to_s: f64, off: f32) {
+        let (from, to) = (self.at_s(from_s), self.at_s(to_s) + egui::vec2(off, 0.0));
+        drag(&mut self.harness, from, to, 6);
+        self.settle();
+    }
+}
+
+#[test]
+fn edges_dragged_near_onset_end_and_gap_land_on_them() {
+    let mut bench = bench();
+    let found = bench.snapshot().proposals["flight"].ready().expect("the flight was looked through").windows.clone();
+    let onset_s = DOUBLET_S[0] - STEP_S;
+    let of_doublet = found.iter().find(|found| (found.onset_s - onset_s).abs() < ROUNDING_S);
+    let end_s = of_doublet.expect("the doublet is found").manoeuvre.window.end_s;
+    assert!((end_s - DOUBLET_S[2] - FREE_S).abs() < ROUNDING_S, "{end_s}");
+    // From 5 s to 25 s: the end to the last sample before the gap, 6 points short of it.
+    bench.drag_s(25.0, GAP_S[0], -6.0);
+    assert!((bench.first().end_s - GAP_S[0]).abs() < ROUNDING_S, "{:?}", bench.first());
+    assert_eq!(bench.first().start_s, 5.0);
+    // On to where the motion ends, then the start to the onset of the doublet.
+    bench.drag_s(GAP_S[0], end_s, 5.0);
+    assert_eq!(bench.first().end_s, end_s);
+    bench.drag_s(5.0, onset_s, -5.0);
+    assert!((bench.first().start_s - onset_s).abs() < ROUNDING_S, "{:?}", bench.first());
+    assert_eq!(bench.first().end_s, end_s);
+}
+
+#[test]
+fn alt_drags_by_samples_alone_and_so_does_a_drag_that_is_not_near() {
+    let mut bench = bench();
+    let shown_s = |bench: &Bench<'_>, by: f32| {
+        let per_s = bench.at_s(25.0).x - bench.at_s(24.0).x;
+        f64::from(by / per_s)
+    };
+    let short_s = shown_s(&bench, 6.0);
+    assert!(short_s > 3.0 * STEP_S, "the drag ends some samples before the gap: {short_s} s");
+    bench.harness.event(egui::Event::ModifiersChanged(Modifiers::ALT));
+    bench.drag_s(25.0, GAP_S[0], -6.0);
+    bench.harness.event(egui::Event::ModifiersChanged(Modifiers::NONE));
+    let free = bench.first().end_s;
+    assert!((free - (GAP_S[0] - short_s)).abs() < STEP_S, "{free}, {short_s} s short");
+    let samples = free / STEP_S;
+    assert!((samples - samples.round()).abs() < 1e-6, "{samples} is a sample");
+    bench.place_first(5.0, 25.0);
+    bench.drag_s(25.0, GAP_S[0], -12.0);
+    assert!((bench.first().end_s - (GAP_S[0] - 2.0 * short_s)).abs() < STEP_S, "{:?}", bench.first());
+}
+
+#[test]
+fn a_band_snaps_by_either_edge_to_a_marker_or_another_window_with_its_length_kept() {
+    let mut bench = bench();
+    let other = doublet_engine::session::Manoeuvre {
+        name: "other".to_owned(),
+        window: Window { start_s: 47.123, end_s: 58.0 },
+        ..bench.session().windows[0].clone()
+    };
+    bench.harness.state_mut().apply(&Edit::Window(WindowEdit::Add(other)));
+    bench.harness.state_mut().state.time.markers_s[0] = Some(9.877);
+    bench.settle();
+    // 4 points past the marker.
+    let to = bench.at_s(9.877 + 10.0) + egui::vec2(4.0, 0.0);
+    let from = bench.at_s(15.0);
+    hold(&mut bench.harness, from, to, 6);
+    assert!(bench.harness.query_by_label("marker A").is_some(), "it says what it snapped to");
+    picture(&mut bench.harness, "snapped");
+    bench.harness.drop_at(to);
+    bench.settle();
+    assert!(bench.harness.query_by_label("marker A").is_none(), "the word goes with the drag");
+    assert_eq!(bench.first().start_s, 9.877);
+    assert!((bench.first().end_s - 29.877).abs() < ROUNDING_S);
+    // The end 5 points before the other window's start.
+    let from_s = 20.0;
+    bench.drag_s(from_s, from_s + 47.123 - 29.877, -5.0);
+    assert_eq!(bench.first().end_s, 47.123);
+    assert!((bench.first().start_s - 27.123).abs() < ROUNDING_S);
+    bench.request(UiCommand::View(ViewCommand::ClearMarkers));
+}
