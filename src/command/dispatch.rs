@@ -114,6 +114,7 @@ pub fn new_window(session: &doublet_engine::session::Session, flight: String, st
         role: WindowRole::Identification,
         surface: None,
         kind: String::new(),
+        note: String::new(),
     }
 }
 

@@ -162,6 +162,7 @@ impl Flight {
                 id: *at as u64,
                 stretch: Stretch::new(window.window.start_s, window.window.end_s),
                 label: &window.name,
+                note: &window.note,
                 color: role_color(palette, window.role),
                 // Only the chosen one can be dragged: none is moved by accident where many lie close.
                 locked: chosen.as_deref() != Some(window.name.as_str()),

@@ -1,4 +1,4 @@
-//! The windows as a table: name, interval, use, surface, state of their results.
+//! The windows as a table: name, interval, use, surface, note, state of their results.
 
 use std::sync::Arc;
 
@@ -26,8 +26,8 @@ const RIGHT_ROOM: f32 = 16.0;
 /// The panel.
 #[derive(Default)]
 pub struct Manoeuvres {
-    /// Name being typed: the window's name, and what it shall become.
-    renaming: Option<(String, String)>,
+    /// Text being typed: the field, and what it shall hold.
+    typing: Option<(String, String)>,
     /// Row that was last brought into view.
     in_view: Option<usize>,
 }
@@ -76,9 +76,12 @@ impl Panel for Manoeuvres {
             .columns(Column::exact(80.0), 2)
             .column(Column::exact(118.0))
             .column(Column::exact(92.0))
+            .column(Column::remainder().at_least(70.0).clip(true))
             .header(20.0, |mut header| {
                 let flight: &[&str] = if several { &["Flight"] } else { &[] };
-                for title in ["", "Name"].iter().chain(flight).chain(&["Start [s]", "End [s]", "Use", "Surface"]) {
+                for title in
+                    ["", "Name"].iter().chain(flight).chain(&["Start [s]", "End [s]", "Use", "Surface", "Note"])
+                {
                     header.col(|ui| {
                         ui.weak(*title);
                     });
@@ -88,7 +91,7 @@ impl Panel for Manoeuvres {
                 for (window, reason) in session.windows.iter().zip(&reasons) {
                     body.row(ROW, |row| self.row(ctx, row, window, several));
                     if let Some(reason) = reason {
-                        let columns = if several { 7 } else { 6 };
+                        let columns = if several { 8 } else { 7 };
                         body.row(reason.size().y + 8.0, |row| reason_row(ctx, row, window, columns, reason));
                     }
                 }
@@ -120,6 +123,7 @@ impl Manoeuvres {
         }
         row.col(|ui| use_of(ctx, ui, window));
         row.col(|ui| surface_of(ctx, ui, window));
+        row.col(|ui| self.note(ctx, ui, window));
         if row.response().clicked() {
             ctx.choose(&window.name);
         }
@@ -127,12 +131,38 @@ impl Manoeuvres {
 
     /// The name, typed in place.
     fn name(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui, window: &Manoeuvre) {
-        let typing = self.renaming.as_ref().is_some_and(|(name, _)| *name == window.name);
-        let mut text = match &self.renaming {
-            Some((name, text)) if *name == window.name => text.clone(),
-            _ => window.name.clone(),
+        let hint = if window.kind.is_empty() { "Click to choose and rename" } else { window.kind.as_str() };
+        let field = format!("name of {}", window.name);
+        let Some(to) = self.text(ctx, ui, window, (field, &window.name, hint)).filter(|to| !to.is_empty()) else {
+            return;
         };
-        let field = ui
+        if ctx.selection().window.as_deref() == Some(window.name.as_str()) && ctx.session.window(&to).is_none() {
+            ctx.state.selection.window = Some(to.clone());
+        }
+        ctx.edit(Edit::Window(WindowEdit::Rename { from: window.name.clone(), to }));
+    }
+
+    /// The note, typed in place.
+    fn note(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui, window: &Manoeuvre) {
+        let hint = if window.note.is_empty() { "Click to write a note" } else { window.note.as_str() };
+        let field = format!("note of {}", window.name);
+        if let Some(note) = self.text(ctx, ui, window, (field, &window.note, hint)) {
+            ctx.edit(Edit::Window(WindowEdit::Note { name: window.name.clone(), note }));
+        }
+    }
+
+    /// A text of `window` in the field called `field`, typed in place; what it is to be once the field was left and differs.
+    fn text(
+        &mut self,
+        ctx: &mut PanelContext<'_>,
+        ui: &mut Ui,
+        window: &Manoeuvre,
+        (field, present, hint): (String, &str, &str),
+    ) -> Option<String> {
+        let typed = self.typing.as_ref().filter(|(typing, _)| *typing == field).map(|(_, text)| text.clone());
+        let typing = typed.is_some();
+        let mut text = typed.unwrap_or_else(|| present.to_owned());
+        let shown = ui
             .add(
                 TextEdit::singleline(&mut text)
                     .desired_width(ui.available_width())
@@ -140,26 +170,21 @@ impl Manoeuvres {
                     .min_size(egui::vec2(0.0, ROW - 2.0))
                     .frame(egui::Frame::new()),
             )
-            .on_hover_text(if window.kind.is_empty() { "Click to choose and rename" } else { window.kind.as_str() });
-        ui.ctx().accesskit_node_builder(field.id, |node| node.set_label(format!("name of {}", window.name)));
-        if field.gained_focus() {
+            .on_hover_text(hint);
+        ui.ctx().accesskit_node_builder(shown.id, |node| node.set_label(field.as_str()));
+        if shown.gained_focus() {
             ctx.choose(&window.name);
         }
-        if field.changed() {
-            self.renaming = Some((window.name.clone(), text.clone()));
+        if shown.changed() {
+            self.typing = Some((field, text.clone()));
         }
-        if field.lost_focus() && typing {
-            self.renaming = None;
-            let given_up = ui.input(|i| i.key_pressed(egui::Key::Escape));
-            if !given_up && !text.trim().is_empty() && text.trim() != window.name {
-                let to = text.trim().to_owned();
-                if ctx.selection().window.as_deref() == Some(window.name.as_str()) && ctx.session.window(&to).is_none()
-                {
-                    ctx.state.selection.window = Some(to.clone());
-                }
-                ctx.edit(Edit::Window(WindowEdit::Rename { from: window.name.clone(), to }));
-            }
+        if !(shown.lost_focus() && typing) {
+            return None;
         }
+        self.typing = None;
+        let given_up = ui.input(|i| i.key_pressed(egui::Key::Escape));
+        let text = text.trim();
+        (!given_up && text != present).then(|| text.to_owned())
     }
 }
 

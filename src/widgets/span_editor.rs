@@ -27,6 +27,8 @@ pub struct SpanItem<'a> {
     pub stretch: Stretch,
     /// Text in the lane.
     pub label: &'a str,
+    /// What hovering says about it; may be empty.
+    pub note: &'a str,
     /// Colour of its role.
     pub color: Color32,
     /// Can be selected but not moved.
@@ -191,6 +193,7 @@ fn catch(ui: &mut Ui, id: Id, lane: &Lane<'_>, clip: Rect, shown: Rect, span: &S
         });
         let name = format!("{}{suffix}", span.label);
         response.widget_info(|| WidgetInfo::labeled(Role::Button, true, &name));
+        let response = if span.note.is_empty() { response } else { response.on_hover_text(span.note) };
         if response.clicked() {
             event = Some(SpanEvent::Selected(span.id));
         }

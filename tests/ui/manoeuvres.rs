@@ -1,8 +1,9 @@
-//! Windows dragged on the traces: where their edges land, to the last digit.
+//! Windows dragged on the traces and remarked on in their table: where their edges land, to the last digit.
 
 use std::path::Path;
 
-use doublet::command::{UiCommand, ViewCommand};
+use doublet::command::{EditCommand, FileCommand, UiCommand, ViewCommand};
+use doublet::panels::Pane;
 use doublet_core::series::Window;
 use doublet_engine::session::{Edit, WindowEdit};
 use egui::accesskit::Role;
@@ -152,4 +153,30 @@ fn a_band_snaps_by_either_edge_to_a_marker_or_another_window_with_its_length_kep
     assert_eq!(bench.first().end_s, 47.123);
     assert!((bench.first().start_s - 27.123).abs() < ROUNDING_S);
     bench.request(UiCommand::View(ViewCommand::ClearMarkers));
+}
+
+#[test]
+fn note_typed_in_the_table_shows_over_the_band_and_in_the_results_and_changes_none_of_them() {
+    let mut bench = bench();
+    bench.show(Pane::Manoeuvres);
+    let estimate = bench.snapshot().pooled.ready().expect("the estimate is up to date").clone();
+    bench.enter("note of first", "  rough air from 20 s ");
+    assert_eq!(bench.session().window("first").expect("it is there").note, "rough air from 20 s");
+    let after = bench.snapshot().pooled.ready().expect("the estimate is up to date").clone();
+    assert!(std::sync::Arc::ptr_eq(&estimate, &after), "nothing is estimated anew for a note");
+    let shown = |bench: &Bench<'_>| bench.harness.query_all_by_label_contains("rough air from 20 s").count();
+    assert_eq!(shown(&bench), 0);
+    let at = bench.at_s(15.0);
+    bench.harness.hover_at(at);
+    bench.harness.run_steps(30);
+    assert_eq!(shown(&bench), 1, "hovering over the band shows it");
+    picture(&mut bench.harness, "note");
+    bench.request(UiCommand::File(FileCommand::Export));
+    bench.harness.get_by_label("Save").click();
+    bench.settle();
+    let table = std::fs::read_to_string(bench.folder.path().join("results/windows.csv")).expect("it is written");
+    let rows: Vec<&str> = table.lines().collect();
+    assert!(rows[0].ends_with(",note") && rows[1].ends_with(",rough air from 20 s"), "{table}");
+    bench.request(UiCommand::Edit(EditCommand::Undo));
+    assert_eq!(bench.session().window("first").expect("it is there").note, "");
 }

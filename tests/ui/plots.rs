@@ -80,6 +80,7 @@ impl Bench {
             id,
             stretch,
             label,
+            note: "",
             color,
             locked: false,
             selected,

@@ -207,6 +207,7 @@ pub fn whole_window(flight: &str, probes: &[Probe]) -> Option<Manoeuvre> {
         role: WindowRole::Identification,
         surface: None,
         kind: String::new(),
+        note: String::new(),
     })
 }
 

@@ -51,6 +51,7 @@ fn windows() -> Vec<(Manoeuvre, Arc<WindowAero>)> {
             role: WindowRole::Identification,
             surface: None,
             kind: String::new(),
+            note: String::new(),
         };
         (manoeuvre, Arc::new(WindowAero::formed(data, settings.clone(), Vec::new()).unwrap()))
     };

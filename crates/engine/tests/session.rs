@@ -25,6 +25,7 @@ fn example() -> Session {
         role: WindowRole::Identification,
         surface: Some(Surface::Elevator),
         kind: "doublet".to_owned(),
+        note: String::new(),
     };
     Session {
         title: "example".to_owned(),
@@ -90,6 +91,7 @@ fn session_roundtrips() {
     session.filter.initial_state[2] = Some(-1219.0);
     session.filter.random_walk[15] = 0.05;
     session.windows[1].surface = None;
+    session.windows[1].note = "gust at 62 s, \"kept\"".to_owned();
     session.preparation.differentiation_half_width_s = None;
     let text = session::print(&session).unwrap();
     assert_eq!(session::parse(&text).unwrap(), session);
@@ -383,4 +385,22 @@ fn plain_aircraft_is_an_aircraft_file_and_one_that_cannot_be_is_refused() {
     };
     assert!(refused(|a| a.mass_kg = 0.0).contains("mass"));
     assert!(refused(|a| a.moments_kg_m2[2] = 5000.0).to_lowercase().contains("inertia"));
+}
+
+#[test]
+fn note_on_a_window_is_one_step_of_undo_and_left_out_of_the_file_where_there_is_none() {
+    let mut history = History::new(example());
+    let before = session::print(history.present()).unwrap();
+    assert!(!before.contains("note"), "a session without notes reads as it always did");
+    let note = Edit::Window(WindowEdit::Note { name: "e2".to_owned(), note: "rough air".to_owned() });
+    history.apply(&note).unwrap();
+    assert_eq!(history.undo_label(), Some("change note on window e2"));
+    assert_eq!(history.present().windows[1].note, "rough air");
+    assert_eq!(history.present().windows[0].note, "");
+    let text = session::print(history.present()).unwrap();
+    assert!(text.contains("note = \"rough air\"\n"), "{text}");
+    history.undo();
+    assert_eq!(session::print(history.present()).unwrap(), before);
+    let nowhere = Edit::Window(WindowEdit::Note { name: "e9".to_owned(), note: String::new() });
+    assert_eq!(nowhere.apply(&example()), Err(EditError::NoWindow("e9".to_owned())));
 }

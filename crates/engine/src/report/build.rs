@@ -145,6 +145,7 @@ fn window_row(window: &Manoeuvre, snapshot: &Snapshot) -> Option<WindowRow> {
         role: window.role.name(),
         surface: window.surface.map(Surface::name),
         kind: window.kind.clone(),
+        note: window.note.clone(),
         samples: path.reconstruction.time_s.len(),
         mean_nis: path.consistency.as_ref().map_or(f64::NAN, |c| c.nis_mean),
         expected_nis: path.consistency.as_ref().map_or(f64::NAN, |c| c.nis_mean / c.nis_ratio),

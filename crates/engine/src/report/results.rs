@@ -388,6 +388,9 @@ pub struct WindowRow {
     pub surface: Option<&'static str>,
     /// Kind of input in words.
     pub kind: String,
+    /// What there is to say about it.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub note: String,
     /// Inertial samples.
     pub samples: usize,
     /// Mean normalised innovation squared.

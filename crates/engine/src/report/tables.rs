@@ -319,10 +319,11 @@ pub fn validation(results: &Results) -> Table {
     table("validation", "Fit statistics averaged over the validation windows.", columns, rows)
 }
 
-/// The windows.
+/// The windows, with their notes where there are any.
 pub fn windows(results: &Results) -> Table {
+    let noted = results.windows.iter().any(|row| !row.note.is_empty());
     let rows = results.windows.iter().map(|row| {
-        vec![
+        let mut cells = vec![
             Cell::text(&row.name),
             Cell::text(&row.flight),
             Cell::Number(row.start_s),
@@ -335,9 +336,11 @@ pub fn windows(results: &Results) -> Table {
             Cell::Number(row.expected_nis),
             Cell::Number(row.nis_band_correlated[0]),
             Cell::Number(row.nis_band_correlated[1]),
-        ]
+        ];
+        cells.extend(noted.then(|| Cell::text(&row.note)));
+        cells
     });
-    let columns = vec![
+    let mut columns = vec![
         text("window", "Window"),
         text("flight", "Flight"),
         Column::number("start_s", "Start", "s", 6),
@@ -351,6 +354,7 @@ pub fn windows(results: &Results) -> Table {
         number("nis_band_correlated_low", "95 % from", ""),
         number("nis_band_correlated_high", "to", ""),
     ];
+    columns.extend(noted.then(|| text("note", "Note")));
     table("windows", "Manoeuvre windows.", columns, rows)
 }
 

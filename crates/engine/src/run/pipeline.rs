@@ -556,7 +556,7 @@ fn form_coefficients<'a>(
         let fits = aero.as_ref().map(|aero| {
             let key = KeyBuilder::new("fits", 1)
                 .key(key)
-                .parameters(manoeuvre)
+                .parameters(&manoeuvre.settings())
                 .parameters(&session.structure)
                 .parameters(&session.estimation)
                 .finish();
@@ -594,7 +594,7 @@ fn pool(
     let by = |structure: &Structure| {
         let mut key = KeyBuilder::new("pooled", 1).parameters(structure).parameters(&session.estimation);
         for (window, aero_key) in windows {
-            key = key.key(*aero_key).parameters(window.manoeuvre);
+            key = key.key(*aero_key).parameters(&window.manoeuvre.settings());
         }
         let key = key.finish();
         let pooled = cache.get(key);

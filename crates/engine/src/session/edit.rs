@@ -79,6 +79,13 @@ pub enum WindowEdit {
         /// Surface, or `None` for several or unknown.
         surface: Option<Surface>,
     },
+    /// Says something about a window.
+    Note {
+        /// Name of the window.
+        name: String,
+        /// New note; empty for none.
+        note: String,
+    },
 }
 
 /// A change of the filter settings.
@@ -248,6 +255,7 @@ impl WindowEdit {
             Self::Surface { name, surface } => {
                 format!("set surface of window {name} to {}", surface.map_or("any", Surface::name))
             }
+            Self::Note { name, .. } => format!("change note on window {name}"),
         }
     }
 
@@ -271,6 +279,7 @@ impl WindowEdit {
             }
             Self::Role { name, role } => find(session, name)?.role = *role,
             Self::Surface { name, surface } => find(session, name)?.surface = *surface,
+            Self::Note { name, note } => find(session, name)?.note.clone_from(note),
         }
         Ok(())
     }

@@ -189,6 +189,8 @@ pub struct Manoeuvre {
     pub surface: Option<Surface>,
     /// Kind of input in words, for example `3-2-1-1`.
     pub kind: String,
+    /// What there is to say about it; no result follows from it.
+    pub note: String,
 }
 
 /// The path the coefficients are formed from.
@@ -237,6 +239,14 @@ impl WindowRole {
             Self::Validation => "validation",
             Self::Ignored => "ignored",
         }
+    }
+}
+
+impl Manoeuvre {
+    /// All that results follow from.
+    pub(crate) fn settings(&self) -> impl std::fmt::Debug + '_ {
+        let Self { name, flight, window, role, surface, kind, note: _ } = self;
+        (name, flight, window, role, surface, kind)
     }
 }
 

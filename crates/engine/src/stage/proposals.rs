@@ -148,6 +148,7 @@ fn window_proposal(flight: &str, index: usize, found: Found) -> WindowProposal {
             role: WindowRole::Identification,
             surface: Some(surface),
             kind: kind.to_owned(),
+            note: String::new(),
         },
         confidence: found.confidence,
         onset_s: found.onset_s,

@@ -102,6 +102,7 @@ fn windows(scenario: &Scenario) -> Vec<Manoeuvre> {
             Control::Rudder => Surface::Rudder,
         }),
         kind: flown.kind.name().to_owned(),
+        note: String::new(),
     };
     scenario.manoeuvres.iter().filter(|manoeuvre| !manoeuvre.spoilt).enumerate().map(window).collect()
 }

@@ -115,7 +115,7 @@ pub fn channels(contents: &Contents<'_>) -> Vec<Block> {
 /// The windows on each flight.
 pub fn windows(contents: &Contents<'_>) -> Vec<Block> {
     let table = tables::windows(contents.results)
-        .select(&["window", "flight", "start_s", "end_s", "role", "surface", "kind", "samples"]);
+        .select(&["window", "flight", "start_s", "end_s", "role", "surface", "kind", "samples", "note"]);
     let mut blocks = vec![table_or(table, "No window is in use.")];
     for flight in &contents.session.flights {
         let Some(loaded) = contents.snapshot.flights.get(&flight.name).and_then(|slot| slot.ready()) else { continue };

@@ -132,6 +132,8 @@ struct WindowTable {
     surface: Option<String>,
     #[serde(default)]
     kind: String,
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    note: String,
 }
 
 fn identification() -> String {
@@ -270,6 +272,7 @@ fn window_from(table: WindowTable) -> Result<Manoeuvre, SessionError> {
         flight: table.flight,
         window: Window { start_s: table.start_s, end_s: table.end_s },
         kind: table.kind,
+        note: table.note,
     })
 }
 
@@ -379,6 +382,7 @@ fn window_table(window: &Manoeuvre) -> WindowTable {
         role: window.role.name().to_owned(),
         surface: window.surface.map(|surface| surface.name().to_owned()),
         kind: window.kind.clone(),
+        note: window.note.clone(),
     }
 }
 
