@@ -115,6 +115,7 @@ pub fn new_window(session: &doublet_engine::session::Session, flight: String, st
         surface: None,
         kind: String::new(),
         note: String::new(),
+        locked: false,
     }
 }
 

@@ -165,7 +165,8 @@ impl Flight {
                 note: &window.note,
                 color: role_color(palette, window.role),
                 // Only the chosen one can be dragged: none is moved by accident where many lie close.
-                locked: chosen.as_deref() != Some(window.name.as_str()),
+                still: chosen.as_deref() != Some(window.name.as_str()),
+                locked: window.locked,
                 selected: chosen.as_deref() == Some(window.name.as_str()),
             })
             .collect();
@@ -332,6 +333,11 @@ fn take(ctx: &mut PanelContext<'_>, flight: &str, event: SpanEvent) {
                 ctx.choose(&window.name);
                 let place = Window { start_s: stretch.start_s, end_s: stretch.end_s };
                 ctx.edit_phase(phase, Edit::Window(WindowEdit::Place { name: window.name.clone(), window: place }));
+            }
+        }
+        SpanEvent::Lock { id, locked } => {
+            if let Some(window) = session.windows.get(id as usize) {
+                ctx.edit(Edit::Window(WindowEdit::Lock { name: window.name.clone(), locked }));
             }
         }
         SpanEvent::Drawn(stretch) => {

@@ -1,4 +1,4 @@
-//! The windows as a table: name, interval, use, surface, note, state of their results.
+//! The windows as a table: name, interval, use, surface, note, lock, state of their results.
 
 use std::sync::Arc;
 
@@ -18,6 +18,8 @@ use crate::widgets::quantity_edit::QuantityEdit;
 const ROW: f32 = 26.0;
 /// Size of the line that says why a window has no results.
 const REASON: f32 = 11.5;
+/// Change of a time per point it is dragged, s.
+const DRAG_S: f64 = 0.05;
 /// Room of the column with a window's mark, which that line starts behind.
 const MARK: f32 = 18.0;
 /// Room at the right end of that line for the scroll bar.
@@ -57,6 +59,8 @@ impl Panel for Manoeuvres {
         let reasons: Vec<_> = session.windows.iter().map(|window| reason(ctx, ui, window, reason_width)).collect();
         let chosen = session.windows.iter().position(|w| ctx.selection().window.as_deref() == Some(w.name.as_str()));
         let row = chosen.map(|at| at + reasons[..=at].iter().flatten().count());
+        // Closer than usual, so that the note has room beside the name.
+        ui.spacing_mut().item_spacing.x = 4.0;
         let mut table = TableBuilder::new(ui)
             .id_salt("manoeuvres")
             .striped(true)
@@ -74,13 +78,14 @@ impl Panel for Manoeuvres {
         }
         table
             .columns(Column::exact(80.0), 2)
+            .column(Column::exact(24.0))
             .column(Column::exact(118.0))
             .column(Column::exact(92.0))
             .column(Column::remainder().at_least(70.0).clip(true))
             .header(20.0, |mut header| {
                 let flight: &[&str] = if several { &["Flight"] } else { &[] };
                 for title in
-                    ["", "Name"].iter().chain(flight).chain(&["Start [s]", "End [s]", "Use", "Surface", "Note"])
+                    ["", "Name"].iter().chain(flight).chain(&["Start [s]", "End [s]", "", "Use", "Surface", "Note"])
                 {
                     header.col(|ui| {
                         ui.weak(*title);
@@ -91,7 +96,7 @@ impl Panel for Manoeuvres {
                 for (window, reason) in session.windows.iter().zip(&reasons) {
                     body.row(ROW, |row| self.row(ctx, row, window, several));
                     if let Some(reason) = reason {
-                        let columns = if several { 8 } else { 7 };
+                        let columns = if several { 9 } else { 8 };
                         body.row(reason.size().y + 8.0, |row| reason_row(ctx, row, window, columns, reason));
                     }
                 }
@@ -110,10 +115,11 @@ impl Manoeuvres {
             });
         }
         let Window { start_s, end_s } = window.window;
+        let per_point = if window.locked { 0.0 } else { DRAG_S };
         for (what, value, other) in [("start", start_s, end_s), ("end", end_s, start_s)] {
             row.col(|ui| {
                 let name = format!("{} {what}", window.name);
-                let edited = QuantityEdit::new(&name, value).per_point(0.05).decimals(3).show(ui);
+                let edited = QuantityEdit::new(&name, value).per_point(per_point).decimals(3).show(ui);
                 ctx.edit_quantity(edited, |value| {
                     let window_s = if what == "start" { (value, other) } else { (other, value) };
                     let placed = Window { start_s: window_s.0, end_s: window_s.1 };
@@ -121,6 +127,7 @@ impl Manoeuvres {
                 });
             });
         }
+        row.col(|ui| lock(ctx, ui, window));
         row.col(|ui| use_of(ctx, ui, window));
         row.col(|ui| surface_of(ctx, ui, window));
         row.col(|ui| self.note(ctx, ui, window));
@@ -247,6 +254,20 @@ fn hint(ctx: &PanelContext<'_>, window: &Manoeuvre) -> String {
     match path {
         Some(path) => format!("{length} s, {} samples", path.data.inputs.time_s.len()),
         None => format!("{length} s"),
+    }
+}
+
+/// Locks the edges of a window against dragging, or frees them.
+fn lock(ctx: &mut PanelContext<'_>, ui: &mut Ui, window: &Manoeuvre) {
+    let (mark, hint) = match window.locked {
+        true => ("🔒", "Start and end are locked against dragging; they may be typed. Click to free them"),
+        false => ("🔓", "Click to lock start and end against dragging"),
+    };
+    let text = if window.locked { RichText::new(mark) } else { RichText::new(mark).weak() };
+    let button = ui.add(egui::Button::new(text).frame(false)).on_hover_text(hint);
+    ui.ctx().accesskit_node_builder(button.id, |node| node.set_label(format!("lock of {}", window.name)));
+    if button.clicked() {
+        ctx.edit(Edit::Window(WindowEdit::Lock { name: window.name.clone(), locked: !window.locked }));
     }
 }
 

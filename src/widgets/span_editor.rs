@@ -32,6 +32,8 @@ pub struct SpanItem<'a> {
     /// Colour of its role.
     pub color: Color32,
     /// Can be selected but not moved.
+    pub still: bool,
+    /// Locked by the user: marked, and its menu frees it.
     pub locked: bool,
     /// Drawn strongly; its edges can be caught in the plots too.
     pub selected: bool,
@@ -50,6 +52,13 @@ pub enum SpanEvent {
         phase: EditPhase,
         /// Where the span is.
         stretch: Stretch,
+    },
+    /// The edges of a span shall be locked or freed.
+    Lock {
+        /// The span.
+        id: u64,
+        /// Whether they are to be locked.
+        locked: bool,
     },
     /// A new span was drawn in the empty lane.
     Drawn(Stretch),
@@ -159,7 +168,8 @@ fn draw_span(ui: &Ui, clip: Rect, shown: Rect, span: &SpanItem<'_>) {
     painter.rect_stroke(shown, corner, Stroke::new(1.0, span.color.gamma_multiply(line)), StrokeKind::Inside);
     let text = ui.visuals().strong_text_color();
     let visible = shown.intersect(clip);
-    let galley = painter.layout_no_wrap(span.label.to_owned(), egui::FontId::proportional(11.0), text);
+    let label = format!("{}{}", if span.locked { "🔒 " } else { "" }, span.label);
+    let galley = painter.layout_no_wrap(label, egui::FontId::proportional(11.0), text);
     if galley.size().x + 8.0 < visible.width() {
         let at = Align2::CENTER_CENTER.anchor_size(visible.center(), galley.size());
         painter.galley(at.min, galley, text);
@@ -178,16 +188,19 @@ fn catch(ui: &mut Ui, id: Id, lane: &Lane<'_>, clip: Rect, shown: Rect, span: &S
         (Grip::Start, grab(shown.left(), EDGE_REACH, inside), " start"),
         (Grip::End, grab(shown.right(), inside, EDGE_REACH), " end"),
     ];
+    let still = span.still || span.locked;
     let mut event = None;
     for (grip, rect, suffix) in parts {
         let on_screen = rect.center().x >= clip.left() - 1.0 && rect.center().x <= clip.right() + 1.0;
-        if !on_screen || (span.locked && grip != Grip::Body) || !rect.is_positive() {
+        if !on_screen || (still && grip != Grip::Body) || !rect.is_positive() {
             continue;
         }
-        let sense = if span.locked { Sense::click() } else { Sense::click_and_drag() };
+        // A drag of a locked span is taken and comes to nothing: below it a new span would be drawn.
+        let rect = if span.locked && !span.still { rect.expand2(egui::vec2(EDGE_REACH, 0.0)) } else { rect };
+        let sense = if span.still { Sense::click() } else { Sense::click_and_drag() };
         let part = id.with((span.id, grip));
         let response = ui.interact(rect, part, sense).on_hover_cursor(match grip {
-            Grip::Body if span.locked => CursorIcon::PointingHand,
+            Grip::Body if still => CursorIcon::PointingHand,
             Grip::Body => CursorIcon::Grab,
             Grip::Start | Grip::End => CursorIcon::ResizeHorizontal,
         });
@@ -197,8 +210,25 @@ fn catch(ui: &mut Ui, id: Id, lane: &Lane<'_>, clip: Rect, shown: Rect, span: &S
         if response.clicked() {
             event = Some(SpanEvent::Selected(span.id));
         }
-        event = drag(ui, &response, part, lane, grip, span).or(event);
+        if grip == Grip::Body {
+            event = lock_menu(&response, span).or(event);
+        }
+        if !still {
+            event = drag(ui, &response, part, lane, grip, span).or(event);
+        }
     }
+    event
+}
+
+/// The menu of a span: locks its edges or frees them.
+fn lock_menu(response: &egui::Response, span: &SpanItem<'_>) -> Option<SpanEvent> {
+    let mut event = None;
+    response.context_menu(|ui| {
+        if ui.button(if span.locked { "Unlock edges" } else { "Lock edges" }).clicked() {
+            event = Some(SpanEvent::Lock { id: span.id, locked: !span.locked });
+            ui.close();
+        }
+    });
     event
 }
 

@@ -8,11 +8,11 @@ use doublet_core::series::Window;
 use doublet_engine::session::{Edit, WindowEdit};
 use egui::accesskit::Role;
 use egui::{Modifiers, Pos2, pos2};
-use egui_kittest::kittest::Queryable;
+use egui_kittest::kittest::{NodeT, Queryable};
 
 use crate::recording::STEP_S;
 use crate::workbench::Bench;
-use crate::{drag, hold, picture};
+use crate::{drag, hold, picture, secondary_click};
 
 /// Elevator doublet: its first sample, its change of side and the first sample at rest again, s.
 const DOUBLET_S: [f64; 3] = [44.0, 45.0, 46.0];
@@ -179,4 +179,46 @@ fn note_typed_in_the_table_shows_over_the_band_and_in_the_results_and_changes_no
     assert!(rows[0].ends_with(",note") && rows[1].ends_with(",rough air from 20 s"), "{table}");
     bench.request(UiCommand::Edit(EditCommand::Undo));
     assert_eq!(bench.session().window("first").expect("it is there").note, "");
+}
+
+#[test]
+fn locked_edges_stay_where_they_are_when_dragged_and_go_where_they_are_typed() {
+    let mut bench = bench();
+    bench.show(Pane::Manoeuvres);
+    let was = bench.first();
+    let [end, body, free] = [25.0, 15.0, 28.0].map(|at_s| bench.at_s(at_s));
+    let edge_in_plot = end + egui::vec2(0.0, 60.0);
+    bench.click("lock of first");
+    assert!(bench.session().window("first").expect("it is there").locked);
+    for (from, by) in [(end, 40.0), (body, 40.0), (edge_in_plot, 40.0)] {
+        let range = bench.harness.state().state.time.range();
+        drag(&mut bench.harness, from, from + egui::vec2(by, 0.0), 6);
+        bench.settle();
+        assert_eq!(bench.first(), was, "a drag from {from:?}");
+        assert_eq!(bench.session().windows.len(), 1, "and none is drawn over it from {from:?}");
+        bench.harness.state_mut().state.time.zoom_to(range);
+        bench.settle();
+    }
+    picture(&mut bench.harness, "locked");
+    let field = |node: &egui_kittest::Node<'_>| node.accesskit_node().role() != Role::Button;
+    let at = bench.harness.get_all_by_label("first end").find(field).expect("there is a field").rect().center();
+    drag(&mut bench.harness, at, at + egui::vec2(40.0, 0.0), 6);
+    bench.settle();
+    assert_eq!(bench.first(), was, "the number in the table is not dragged either");
+    bench.enter("first end", "27.5");
+    assert_eq!(bench.first(), Window { end_s: 27.5, ..was });
+    bench.request(UiCommand::Edit(EditCommand::Undo));
+    bench.request(UiCommand::Edit(EditCommand::Undo));
+    assert!(!bench.session().window("first").expect("it is there").locked, "no drag left a step of undo");
+    secondary_click(&mut bench.harness, body);
+    bench.harness.get_by_label("Lock edges").click();
+    bench.settle();
+    assert!(bench.session().window("first").expect("it is there").locked);
+    secondary_click(&mut bench.harness, body);
+    bench.harness.get_by_label("Unlock edges").click();
+    bench.settle();
+    assert!(!bench.session().window("first").expect("it is there").locked);
+    drag(&mut bench.harness, end, free, 6);
+    bench.settle();
+    assert!((bench.first().end_s - 28.0).abs() < 2.0 * STEP_S, "free again: {:?}", bench.first());
 }

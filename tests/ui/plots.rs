@@ -82,6 +82,7 @@ impl Bench {
             label,
             note: "",
             color,
+            still: false,
             locked: false,
             selected,
         });

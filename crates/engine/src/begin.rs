@@ -208,6 +208,7 @@ pub fn whole_window(flight: &str, probes: &[Probe]) -> Option<Manoeuvre> {
         surface: None,
         kind: String::new(),
         note: String::new(),
+        locked: false,
     })
 }
 

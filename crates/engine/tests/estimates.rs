@@ -52,6 +52,7 @@ fn windows() -> Vec<(Manoeuvre, Arc<WindowAero>)> {
             surface: None,
             kind: String::new(),
             note: String::new(),
+            locked: false,
         };
         (manoeuvre, Arc::new(WindowAero::formed(data, settings.clone(), Vec::new()).unwrap()))
     };

@@ -26,6 +26,7 @@ fn example() -> Session {
         surface: Some(Surface::Elevator),
         kind: "doublet".to_owned(),
         note: String::new(),
+        locked: false,
     };
     Session {
         title: "example".to_owned(),
@@ -92,6 +93,7 @@ fn session_roundtrips() {
     session.filter.random_walk[15] = 0.05;
     session.windows[1].surface = None;
     session.windows[1].note = "gust at 62 s, \"kept\"".to_owned();
+    session.windows[0].locked = true;
     session.preparation.differentiation_half_width_s = None;
     let text = session::print(&session).unwrap();
     assert_eq!(session::parse(&text).unwrap(), session);
@@ -403,4 +405,23 @@ fn note_on_a_window_is_one_step_of_undo_and_left_out_of_the_file_where_there_is_
     assert_eq!(session::print(history.present()).unwrap(), before);
     let nowhere = Edit::Window(WindowEdit::Note { name: "e9".to_owned(), note: String::new() });
     assert_eq!(nowhere.apply(&example()), Err(EditError::NoWindow("e9".to_owned())));
+}
+
+#[test]
+fn lock_of_a_window_is_saved_only_where_there_is_one_and_does_not_refuse_a_typed_edge() {
+    let mut history = History::new(example());
+    let before = session::print(history.present()).unwrap();
+    assert!(!before.contains("locked"), "a session without locks reads as it always did");
+    let lock = |locked| Edit::Window(WindowEdit::Lock { name: "e1".to_owned(), locked });
+    history.apply(&lock(true)).unwrap();
+    assert_eq!(history.undo_label(), Some("lock window e1"));
+    let text = session::print(history.present()).unwrap();
+    assert_eq!(text.matches("locked = true\n").count(), 1, "{text}");
+    let window = Window { start_s: 11.0, end_s: 29.0 };
+    history.apply(&Edit::Window(WindowEdit::Place { name: "e1".to_owned(), window })).unwrap();
+    assert_eq!(history.present().windows[0].window, window);
+    history.undo();
+    history.apply(&lock(false)).unwrap();
+    assert_eq!(history.undo_label(), Some("unlock window e1"));
+    assert_eq!(session::print(history.present()).unwrap(), before);
 }

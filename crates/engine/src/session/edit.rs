@@ -86,6 +86,13 @@ pub enum WindowEdit {
         /// New note; empty for none.
         note: String,
     },
+    /// Locks the edges of a window against dragging, or frees them.
+    Lock {
+        /// Name of the window.
+        name: String,
+        /// Whether they are locked.
+        locked: bool,
+    },
 }
 
 /// A change of the filter settings.
@@ -256,6 +263,7 @@ impl WindowEdit {
                 format!("set surface of window {name} to {}", surface.map_or("any", Surface::name))
             }
             Self::Note { name, .. } => format!("change note on window {name}"),
+            Self::Lock { name, locked } => format!("{} window {name}", if *locked { "lock" } else { "unlock" }),
         }
     }
 
@@ -280,6 +288,7 @@ impl WindowEdit {
             Self::Role { name, role } => find(session, name)?.role = *role,
             Self::Surface { name, surface } => find(session, name)?.surface = *surface,
             Self::Note { name, note } => find(session, name)?.note.clone_from(note),
+            Self::Lock { name, locked } => find(session, name)?.locked = *locked,
         }
         Ok(())
     }

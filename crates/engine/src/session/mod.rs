@@ -191,6 +191,8 @@ pub struct Manoeuvre {
     pub kind: String,
     /// What there is to say about it; no result follows from it.
     pub note: String,
+    /// Its edges are not dragged; they may still be typed.
+    pub locked: bool,
 }
 
 /// The path the coefficients are formed from.
@@ -245,7 +247,7 @@ impl WindowRole {
 impl Manoeuvre {
     /// All that results follow from.
     pub(crate) fn settings(&self) -> impl std::fmt::Debug + '_ {
-        let Self { name, flight, window, role, surface, kind, note: _ } = self;
+        let Self { name, flight, window, role, surface, kind, note: _, locked: _ } = self;
         (name, flight, window, role, surface, kind)
     }
 }

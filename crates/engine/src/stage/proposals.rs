@@ -149,6 +149,7 @@ fn window_proposal(flight: &str, index: usize, found: Found) -> WindowProposal {
             surface: Some(surface),
             kind: kind.to_owned(),
             note: String::new(),
+            locked: false,
         },
         confidence: found.confidence,
         onset_s: found.onset_s,

@@ -103,6 +103,7 @@ fn windows(scenario: &Scenario) -> Vec<Manoeuvre> {
         }),
         kind: flown.kind.name().to_owned(),
         note: String::new(),
+        locked: false,
     };
     scenario.manoeuvres.iter().filter(|manoeuvre| !manoeuvre.spoilt).enumerate().map(window).collect()
 }

@@ -134,6 +134,8 @@ struct WindowTable {
     kind: String,
     #[serde(default, skip_serializing_if = "String::is_empty")]
     note: String,
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    locked: bool,
 }
 
 fn identification() -> String {
@@ -273,6 +275,7 @@ fn window_from(table: WindowTable) -> Result<Manoeuvre, SessionError> {
         window: Window { start_s: table.start_s, end_s: table.end_s },
         kind: table.kind,
         note: table.note,
+        locked: table.locked,
     })
 }
 
@@ -383,6 +386,7 @@ fn window_table(window: &Manoeuvre) -> WindowTable {
         surface: window.surface.map(|surface| surface.name().to_owned()),
         kind: window.kind.clone(),
         note: window.note.clone(),
+        locked: window.locked,
     }
 }
 
