@@ -46,7 +46,7 @@ impl Bench {
             Scope { session: &session, folder: Path::new(""), first: None, studies: &[], cause: "test", generation: 1 };
         let snapshot = run(&scope, &Snapshot::default(), &self.cache, &Control::default(), &|_| {});
         let found = snapshot.windows.values().next().unwrap();
-        Arc::clone(found.aero.ready().unwrap_or_else(|| panic!("{:?}", found.aero.error())))
+        Arc::clone(found.aero.ready().unwrap())
     }
 }
 
