@@ -24,10 +24,11 @@ fn dense_smoother(data: &FilterData, settings: &FilterSettings, start: X) -> Vec
         kept.push((before, told.phi, told.predicted));
     }
     let mut smoothed = vec![(x, p)];
+    let (mut xs, mut ps) = (x, p);
     for ((x, p), phi, (predicted, prior)) in kept.into_iter().rev() {
-        let gain = prior.cholesky().unwrap().solve(&(phi * p)).transpose();
-        let (xs, ps) = smoothed.last().copied().unwrap();
-        smoothed.push((x + gain * (xs - predicted), p + gain * (ps - prior) * gain.transpose()));
+        let gain = prior.try_inverse().map_or_else(P::zeros, |inverse| p * phi.transpose() * inverse);
+        (xs, ps) = (x + gain * (xs - predicted), p + gain * (ps - prior) * gain.transpose());
+        smoothed.push((xs, ps));
     }
     smoothed.reverse();
     smoothed

@@ -1,6 +1,7 @@
 //! Runs the stages: at once for the command line, in the background for the workbench.
 
 mod autosaver;
+mod board;
 mod control;
 mod coordinator;
 mod details;

@@ -1,7 +1,7 @@
 //! From a session to everything that follows from it, in the order of the stages.
 
 use std::path::Path;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use doublet_core::airframe::LoadedState;
@@ -9,6 +9,7 @@ use doublet_core::model::Structure;
 use doublet_core::reconstruct::{FilterData, lane_groups};
 use rayon::prelude::*;
 
+use super::board::Board;
 use super::control::{Cancelled, Control};
 use super::files::files_key;
 use super::proof;
@@ -22,11 +23,6 @@ use crate::stage::{
 };
 use crate::study::{Study, StudyWindow, Subject};
 
-/// Shortest time between two published snapshots of one run.
-const PUBLISH_INTERVAL: Duration = Duration::from_millis(8);
-/// A run that is over sooner replaces what is shown at once: greying it for a moment would flicker, and drawing takes the cores the
-/// run needs.
-const CALM: Duration = Duration::from_millis(100);
 /// How many lines the log keeps.
 const LOG_LINES: usize = 500;
 
@@ -45,64 +41,6 @@ pub struct Scope<'a> {
     pub cause: &'a str,
     /// Number of the request.
     pub generation: u64,
-}
-
-/// The snapshot under construction, published as it grows.
-pub(super) struct Board<'a> {
-    snapshot: Mutex<Snapshot>,
-    /// When the next snapshot may be published.
-    due: Mutex<Instant>,
-    publish: &'a (dyn Fn(Snapshot) + Sync),
-    pub(super) control: &'a Control,
-    steps: usize,
-    done: Mutex<usize>,
-}
-
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-impl Board<'_> {
-    /// Changes the snapshot and publishes it when the last time is long enough ago. A cancelled run changes nothing more.
-    pub(super) fn update(&self, change: impl FnOnce(&mut Snapshot)) -> Result<(), Cancelled> {
-        self.control.checkpoint()?;
-        let mut snapshot = lock(&self.snapshot);
-        change(&mut snapshot);
-        // Whoever holds the clock is publishing: waiting for it with the snapshot locked would stop every other stage.
-        if let Ok(mut due) = self.due.try_lock()
-            && Instant::now() >= *due
-        {
-            *due = Instant::now() + PUBLISH_INTERVAL;
-            let copy = snapshot.clone();
-            drop(snapshot);
-            (self.publish)(copy);
-        }
-        Ok(())
-    }
-
-    /// Publishes what there is, whenever the last time was.
-    fn show(&self) {
-        *lock(&self.due) = Instant::now() + PUBLISH_INTERVAL;
-        let copy = lock(&self.snapshot).clone();
-        (self.publish)(copy);
-    }
-
-    /// What the snapshot under construction says.
-    pub(super) fn read<T>(&self, look: impl FnOnce(&Snapshot) -> T) -> T {
-        look(&lock(&self.snapshot))
-    }
-
-    /// Like [`Board::update`], and counts one step of the run as done.
-    pub(super) fn step(&self, change: impl FnOnce(&mut Snapshot)) -> Result<(), Cancelled> {
-        let mut done = lock(&self.done);
-        *done += 1;
-        let part = *done as f32 / self.steps.max(1) as f32;
-        drop(done);
-        self.update(|snapshot| {
-            snapshot.progress = part.min(1.0);
-            change(snapshot);
-        })
-    }
 }
 
 /// A window with what its stages need and the key of its flight.
@@ -131,16 +69,11 @@ pub fn run(
 ) -> Snapshot {
     let started = Instant::now();
     let windows = active_windows(scope.session);
-    let board = Board {
-        snapshot: Mutex::new(first_snapshot(scope, previous, &windows)),
-        due: Mutex::new(started + CALM),
-        publish,
-        control,
-        steps: 2 + 3 * scope.session.flights.len() + 3 * windows.len() + scope.studies.len(),
-        done: Mutex::new(0),
-    };
+    let steps = 2 + 3 * scope.session.flights.len() + 3 * windows.len() + scope.studies.len();
+    let board =
+        Board::new(first_snapshot(scope, previous, &windows), previous.generation == 0, steps, publish, control);
     let cancelled = stages(scope, &windows, cache, &board).is_err();
-    let mut snapshot = lock(&board.snapshot).clone();
+    let mut snapshot = board.read(Snapshot::clone);
     snapshot.busy = false;
     snapshot.progress = 1.0;
     let text = if cancelled {
@@ -158,7 +91,7 @@ pub fn run(
     };
     note(text, started.elapsed());
     if !cancelled {
-        let failures = lock(&board.snapshot).failures();
+        let failures = board.read(Snapshot::failures);
         failures.into_iter().for_each(|(place, error)| note(format!("{place}: {error}"), Duration::ZERO));
         let warning = session::path_warning(scope.session);
         // Said once, not by every run.

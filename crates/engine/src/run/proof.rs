@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
+use super::board::Board;
 use super::control::Cancelled;
-use super::pipeline::Board;
 use crate::graph::{Cache, Key, KeyBuilder};
 use crate::session::WindowRole;
 use crate::stage::{ProofOfMatch, ReplayWindow, Tolerances, WindowReplay, model_of_window, replay};

@@ -1,7 +1,7 @@
 //! Studies of a run: each on request, kept while what it follows from stays the same.
 
+use super::board::Board;
 use super::control::Cancelled;
-use super::pipeline::Board;
 use super::snapshot::{Slot, Studies};
 use crate::graph::{Cache, Footprint, Key, KeyBuilder};
 use crate::study::{self, MonteCarloStudy, Study, StudyError, Subject, Watch};
