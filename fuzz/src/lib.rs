@@ -5,13 +5,14 @@ use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
 use doublet_core::load::{ChannelMap, aircraft, datcom, inspect, instruments, plan, propulsion_maps, read};
+use doublet_core::prep::Expression;
 use doublet_engine::session;
 
 /// A function that takes whatever bytes there are.
 pub type Target = fn(&[u8]);
 
 /// Every function by its name.
-pub const TARGETS: [(&str, Target); 10] = [
+pub const TARGETS: [(&str, Target); 11] = [
     ("hdf5", hdf5),
     ("mat", mat),
     ("csv", csv),
@@ -22,6 +23,7 @@ pub const TARGETS: [(&str, Target); 10] = [
     ("instruments", instruments),
     ("channel_map", channel_map),
     ("propulsion_maps", propulsion_maps),
+    ("expression", expression),
 ];
 
 /// The channel maps that every recording is read by.
@@ -85,6 +87,13 @@ pub fn propulsion_maps(data: &[u8]) {
     let text = String::from_utf8_lossy(data);
     let _ = propulsion_maps::parse_engine_chart(&text, Path::new("chart.toml"));
     let _ = propulsion_maps::parse_propeller_map(&text, Path::new("propeller.toml"));
+}
+
+/// Channels by expression; one that is understood has a value.
+pub fn expression(data: &[u8]) {
+    if let Ok(expression) = Expression::parse(&String::from_utf8_lossy(data)) {
+        let _ = expression.value(|index| index as f64, &mut Vec::new());
+    }
 }
 
 /// Lists, inspects and reads a recording: `data` as it is where it has the `magic` of its format, else behind it.

@@ -3,9 +3,11 @@
 use doublet_core::quantity::Role;
 use doublet_core::series::{Channel, Recording, Window};
 use doublet_engine::begin;
-use doublet_engine::session::{Edit, WindowEdit};
-use eframe::egui::{self, DragAndDrop, Id, Panel as Bar, RichText, ScrollArea, TextEdit, Ui, vec2};
+use doublet_engine::session::{EXPRESSION_SOURCE, Edit, WindowEdit};
+use doublet_engine::stage::LoadedFlight;
+use eframe::egui::{self, DragAndDrop, Id, Panel as Bar, Response, RichText, ScrollArea, TextEdit, Ui, vec2};
 
+use super::expressions::{self, Draft};
 use super::{Panel, PanelContext, View, awaiting, empty, role_color, trouble};
 use crate::command::dispatch::new_window;
 use crate::notation::{self, Units};
@@ -33,6 +35,7 @@ struct Carried(String);
 pub struct Flight {
     cache: PlotCache,
     filter: String,
+    draft: Option<Draft>,
 }
 
 /// Name by which plots remember a channel: its role, or its source and name.
@@ -77,6 +80,9 @@ impl Panel for Flight {
         let Some(loaded) = slot.latest() else {
             if slot.error().is_none() {
                 awaiting(ctx, ui, "the recording", "The recording was not read.");
+            } else if let Some(flight) = ctx.selection().flight.clone() {
+                expressions::mend(ctx, ui, &flight, &mut self.draft);
+                expressions::dialog(ctx, ui, None, &mut self.draft, &mut Vec::new());
             }
             return;
         };
@@ -84,11 +90,12 @@ impl Panel for Flight {
         let mut plots = ctx.state.flight_plots.clone().unwrap_or_else(|| usual(recording));
         let before = plots.clone();
         Bar::left("channels").default_size(172.0).size_range(120.0..=260.0).show(ui, |ui| {
-            self.channels(ctx, ui, recording, &mut plots);
+            self.channels(ctx, ui, loaded, &mut plots);
         });
         egui::CentralPanel::default()
             .frame(egui::Frame::new().inner_margin(egui::Margin { left: 6, ..Default::default() }))
             .show(ui, |ui| self.plots(ctx, ui, recording, &mut plots));
+        expressions::dialog(ctx, ui, Some(loaded), &mut self.draft, &mut plots);
         plots.retain(|plot| !plot.is_empty());
         if plots != before {
             ctx.state.flight_plots = Some(plots);
@@ -102,10 +109,15 @@ impl Flight {
         &mut self,
         ctx: &mut PanelContext<'_>,
         ui: &mut Ui,
-        recording: &Recording,
+        loaded: &LoadedFlight,
         plots: &mut Vec<Vec<String>>,
     ) {
+        let recording = &loaded.recording;
         flight_choice(ctx, ui);
+        let flight = ctx.selection().flight.clone().unwrap_or_default();
+        if ui.small_button("New channel by expression…").clicked() {
+            self.draft = Some(Draft::new(&flight));
+        }
         let field =
             ui.add(TextEdit::singleline(&mut self.filter).hint_text("Filter channels").desired_width(f32::INFINITY));
         ui.ctx().accesskit_node_builder(field.id, |node| node.set_label("Filter channels"));
@@ -116,7 +128,7 @@ impl Flight {
             for (title, rows) in tree(recording, &wanted) {
                 let count = rows.len();
                 // Channels with a meaning are at hand, the rest of each recorder when asked for.
-                let open = title == MEANT;
+                let open = title == MEANT || title == EXPRESSION_SOURCE;
                 egui::CollapsingHeader::new(format!("{title} ({count})"))
                     .id_salt(title)
                     .default_open(open)
@@ -125,7 +137,10 @@ impl Flight {
                         for (index, key, role) in rows {
                             let channel = &recording.channels[index];
                             let label = role.map_or(channel.name.as_str(), |role| notation::role(role));
-                            channel_row(ui, (index, channel), role, label, key, plots);
+                            let row = channel_row(ui, (index, channel), role, label, key, plots);
+                            if let Some(made) = loaded.expressions.iter().find(|made| made.channel == index) {
+                                expressions::menu(ctx, &row, &flight, &made.setting, &mut self.draft);
+                            }
                         }
                     });
             }
@@ -272,7 +287,7 @@ fn flight_choice(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
     ui.ctx().accesskit_node_builder(combo.response.id, |node| node.set_label("flight shown"));
 }
 
-/// One channel of the list.
+/// One channel of the list; its tick and its name, as one.
 fn channel_row(
     ui: &mut Ui,
     (index, channel): (usize, &Channel),
@@ -280,10 +295,10 @@ fn channel_row(
     label: &str,
     key: String,
     plots: &mut Vec<Vec<String>>,
-) {
+) -> Response {
     let was = plots.iter().any(|plot| plot.contains(&key));
     let mut on = was;
-    ui.horizontal(|ui| {
+    let row = ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 2.0;
         let tick = ui.checkbox(&mut on, "");
         ui.ctx().accesskit_node_builder(tick.id, |node| node.set_label(format!("plot {key}")));
@@ -292,18 +307,20 @@ fn channel_row(
             ui.add(egui::Label::new(text).truncate().selectable(false))
         });
         let about = role.map_or("not mapped to a role", Role::description);
-        name.response.on_hover_text(format!(
+        let name = name.response.interact(egui::Sense::click()).on_hover_text(format!(
             "{about}\n{} · {} · {} samples",
             channel.source,
             channel.name,
             channel.series.values.len()
         ));
+        tick | name
     });
     if on && !was {
         plots.push(vec![key]);
     } else if was && !on {
         plots.iter_mut().for_each(|plot| plot.retain(|other| *other != key));
     }
+    row.inner
 }
 
 /// Roles the recording does not have, with what they block.

@@ -7,6 +7,7 @@ mod constraints;
 mod correlation;
 mod cross_plot;
 mod derivatives;
+mod expressions;
 mod filter_settings;
 mod fits;
 mod flight;

@@ -3,7 +3,9 @@
 use doublet_core::prep::{Interpolation, Resampling, Spectrum};
 use doublet_core::quantity::Role;
 use doublet_core::series::Window;
-use doublet_engine::session::{Edit, NoiseEdit, SignalEdit, SignalPreset, SignalRule, SignalSetting, SteadyWindow};
+use doublet_engine::session::{
+    EXPRESSION_SOURCE, Edit, NoiseEdit, SignalEdit, SignalPreset, SignalRule, SignalSetting, SteadyWindow,
+};
 use doublet_engine::stage::{FlightProposals, LoadedFlight, SignalSpectrum, UsedClock};
 use eframe::egui::{self, CollapsingHeader, ComboBox, Grid, RichText, ScrollArea, Ui};
 
@@ -252,6 +254,9 @@ fn sources(loaded: &LoadedFlight) -> Vec<String> {
     let roles = loaded.recording.roles.values().filter(|_| treated.is_empty());
     for &index in roles.chain(&treated) {
         let source = &loaded.recording.channels[index].source;
+        if source == EXPRESSION_SOURCE {
+            continue;
+        }
         let known = names.iter().any(|name| match name.strip_suffix('*') {
             Some(beginning) => source.starts_with(beginning),
             None => name == source,

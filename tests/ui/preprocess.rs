@@ -14,7 +14,7 @@ use egui_kittest::kittest::Queryable;
 
 use crate::recording::STEP_S;
 use crate::workbench::Bench;
-use crate::{builder, drag, picture};
+use crate::{builder, drag, picture, secondary_click};
 
 fn series(bench: &Bench<'_>, role: Role) -> doublet_core::series::Series {
     let loaded = bench.snapshot().flights["flight"].ready().expect("the flight is read").clone();
@@ -174,4 +174,64 @@ fn proposed_manoeuvres_are_accepted_one_by_one_or_all_at_once() {
     harness.state_mut().request(UiCommand::Edit(EditCommand::Undo));
     settle(&mut harness);
     assert_eq!(session(&harness).windows.len(), 1, "all of them are one step");
+}
+
+#[test]
+fn a_typed_expression_becomes_a_channel_is_plotted_changed_and_removed() {
+    let mut bench = Bench::open();
+    bench.show(Pane::Flight);
+    let (north, down) = (series(&bench, Role::VelocityNorth), series(&bench, Role::VelocityDown));
+    bench.click("New channel by expression…");
+    bench.enter("channel name", "path speed");
+    bench.enter("channel unit", "m/s");
+    let typed = |bench: &mut Bench<'_>, text: &str| {
+        bench.harness.get_by_label("channel expression").click();
+        bench.harness.run_steps(2);
+        bench.harness.key_press_modifiers(egui::Modifiers::COMMAND, egui::Key::A);
+        bench.harness.run_steps(1);
+        bench.harness.get_by_label("channel expression").type_text(text);
+        bench.harness.run_steps(3);
+    };
+    typed(&mut bench, "sqrt(v_nort^2 + v_down^2)");
+    bench.harness.get_by_label_contains("at character 6: no role is called 'v_nort': did you mean v_north");
+    picture(&mut bench.harness, "expression_wrong");
+    assert!(bench.session().flights[0].expressions.is_empty());
+    typed(&mut bench, "sqrt(v_north^2 + v_down^2)");
+    let first = north.values[0].hypot(down.values[0]);
+    bench.harness.get_by_label(&format!("first value {} m/s", doublet::notation::number(first)));
+    picture(&mut bench.harness, "expression");
+    bench.click("Add channel");
+    let made = |bench: &Bench<'_>| {
+        let loaded = bench.snapshot().flights["flight"].ready().expect("the flight is read").clone();
+        loaded.expressions.first().map(|made| loaded.recording.channels[made.channel].clone())
+    };
+    let channel = made(&bench).expect("it is computed");
+    assert_eq!((channel.source.as_str(), channel.unit.as_str()), ("expression", "m/s"));
+    assert_eq!((channel.series.values.len(), &channel.series.time_s), (north.values.len(), &north.time_s));
+    for ((found, north), down) in channel.series.values.iter().zip(&*north.values).zip(&*down.values) {
+        assert!((found - north.hypot(*down)).abs() < 1e-12, "{found}");
+    }
+    let plots = bench.harness.state().state.flight_plots.clone().expect("plots were chosen");
+    assert_eq!(plots.last().map(Vec::as_slice), Some(&["expression/path speed".to_owned()][..]));
+    picture(&mut bench.harness, "expression_plotted");
+    let menu = |bench: &mut Bench<'_>, choice: &str| {
+        bench.harness.get_by_label("plot expression/path speed").scroll_to_me();
+        bench.harness.run_steps(3);
+        let row = bench.harness.get_by_label("plot expression/path speed").rect();
+        secondary_click(&mut bench.harness, row.center());
+        bench.harness.get_by_label(choice).click();
+        bench.harness.run_steps(3);
+    };
+    menu(&mut bench, "Edit path speed…");
+    typed(&mut bench, "2 * v_north");
+    bench.click("Change channel");
+    let doubled = made(&bench).expect("it is computed");
+    assert!(doubled.series.values.iter().zip(&*north.values).all(|(found, north)| *found == 2.0 * north));
+    menu(&mut bench, "Remove path speed");
+    bench.settle();
+    assert!(made(&bench).is_none() && bench.session().flights[0].expressions.is_empty());
+    bench.request(UiCommand::Edit(EditCommand::Undo));
+    assert_eq!(made(&bench).expect("it is back").series.values, doubled.series.values);
+    let text = doublet_engine::session::print(bench.session()).expect("it has a saved form");
+    assert!(text.contains("[[flight.expression]]") && text.contains("expression = \"2 * v_north\""), "{text}");
 }

@@ -83,7 +83,14 @@ pub fn new(arguments: &NewArguments) -> Result<(), String> {
             .collect::<Result<Vec<_>, _>>()?;
         session.windows.extend(whole_window(&name, &probes));
         let signals = SignalSetting::default();
-        session.flights.push(Flight { name, recordings, clocks: Vec::new(), instruments: None, signals });
+        session.flights.push(Flight {
+            name,
+            recordings,
+            clocks: Vec::new(),
+            instruments: None,
+            signals,
+            expressions: Vec::new(),
+        });
     }
     session::save(&session, &arguments.output).map_err(|error| error.to_string())?;
     let missing: Vec<_> = begin::unmeasured(&measured).into_iter().map(Measurement::name).collect();

@@ -150,9 +150,16 @@ pub fn begin(
     let mut session = empty_session(&order.name, &order.aircraft);
     let signals = SignalSetting::default();
     let name = order.name.clone();
-    session.flights.push(Flight { name, recordings, clocks: Vec::new(), instruments: None, signals });
-    let loaded =
-        LoadedFlight { recording, hashes: Vec::new(), clocks: Vec::new(), treated: Vec::new(), utc_start_s: None };
+    session.flights.push(Flight {
+        name,
+        recordings,
+        clocks: Vec::new(),
+        instruments: None,
+        signals,
+        expressions: Vec::new(),
+    });
+    let (hashes, clocks, treated, expressions) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    let loaded = LoadedFlight { recording, hashes, clocks, treated, expressions, utc_start_s: None };
     session.windows = open_windows(&session, &proposals(&order.name, &loaded));
     if session.windows.is_empty() {
         session.windows.extend(whole_window(&order.name, &inspected.probes));

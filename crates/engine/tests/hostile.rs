@@ -80,6 +80,7 @@ fn flight_of(path: &str, map: &str) -> Flight {
         clocks: Vec::new(),
         instruments: None,
         signals: SignalSetting::default(),
+        expressions: Vec::new(),
     }
 }
 

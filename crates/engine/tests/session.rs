@@ -9,13 +9,17 @@ use doublet_core::series::Window;
 use doublet_engine::begin;
 use doublet_engine::run::Control;
 use doublet_engine::session::{
-    self, ClockPairSetting, ClockSetting, Edit, EditError, Estimation, FilterEdit, Flight, InstrumentSetting,
-    LevelFlight, Manoeuvre, MapRef, ModelEdit, Preparation, RecordingRef, Session, SignalPreset, SignalSetting,
-    SteadyWindow, Surface, WindowEdit, WindowRole,
+    self, ClockPairSetting, ClockSetting, Edit, EditError, Estimation, ExpressionEdit, ExpressionSetting, FilterEdit,
+    Flight, InstrumentSetting, LevelFlight, Manoeuvre, MapRef, ModelEdit, Preparation, RecordingRef, Session,
+    SignalPreset, SignalSetting, SteadyWindow, Surface, WindowEdit, WindowRole,
 };
 use doublet_engine::stage;
 use doublet_engine::undo::History;
 use proptest::prelude::*;
+
+fn expression(name: &str, unit: &str, expression: &str) -> ExpressionSetting {
+    ExpressionSetting { name: name.into(), unit: unit.into(), expression: expression.into(), role: None }
+}
 
 fn example() -> Session {
     let window = |name: &str, start_s: f64| Manoeuvre {
@@ -70,6 +74,13 @@ fn example() -> Session {
                 rules: SignalPreset::Thesis.rules()[..2].to_vec(),
                 position_from_velocity: true,
             },
+            expressions: vec![
+                expression("ground speed", "m/s", "sqrt(v_north^2 + v_east^2)"),
+                ExpressionSetting {
+                    role: Some(Role::AngleOfAttack),
+                    ..expression("corrected", "deg", "1.05 * {pod/alpha} - \"expression/ground speed\" / 100")
+                },
+            ],
         }],
         windows: vec![window("e1", 10.0), window("e2", 50.0)],
         steady: vec![SteadyWindow {
@@ -296,6 +307,63 @@ fn constraints_that_cannot_be_are_named_in_one_line() {
         problem("coefficient = \"Cm\"\nterm = \"alpha^2\"\nfixed = 1.0\n"),
         "estimation.constraint of Cm_alpha2: Cm has no term 'alpha^2': add the term or remove the constraint"
     );
+}
+
+#[test]
+fn expressions_are_added_changed_and_removed_in_steps_that_can_be_undone() {
+    let step = |from: Option<&str>, to: Option<ExpressionSetting>| {
+        Edit::Expression(ExpressionEdit { flight: "one".to_owned(), from: from.map(str::to_owned), to })
+    };
+    let mut history = History::new(example());
+    let names = |history: &History| {
+        history.present().flights[0].expressions.iter().map(|made| made.name.clone()).collect::<Vec<_>>()
+    };
+    history.apply(&step(None, Some(expression("load factor", "-", "-az / g0")))).unwrap();
+    assert_eq!(names(&history), ["ground speed", "corrected", "load factor"]);
+    history.apply(&step(Some("load factor"), Some(expression("n_z", "-", "-az / g0")))).unwrap();
+    assert_eq!(names(&history), ["ground speed", "corrected", "n_z"]);
+    let refused = |edit: &Edit| edit.apply(history.present()).unwrap_err().to_string();
+    assert_eq!(
+        refused(&step(Some("ground speed"), None)),
+        "expression 'corrected': at character 22: no expression above it is called 'ground speed': only those can be named"
+    );
+    assert_eq!(refused(&step(Some("n"), None)), "no expression is called 'n'");
+    assert!(refused(&step(None, Some(expression("n_z", "-", "q")))).ends_with("the name is used twice: rename one"));
+    history.apply(&step(Some("n_z"), None)).unwrap();
+    assert_eq!(names(&history), ["ground speed", "corrected"]);
+    assert!(history.undo() && history.undo() && history.undo());
+    assert_eq!(**history.present(), example());
+}
+
+#[test]
+fn check_names_what_is_wrong_with_an_expression() {
+    let problem = |made: ExpressionSetting| {
+        let mut session = example();
+        session.flights[0].expressions = vec![made];
+        let found = session::check(&session);
+        let found: Vec<String> =
+            found.iter().map(ToString::to_string).filter(|line| line.starts_with("expression")).collect();
+        let [line] = &found[..] else { panic!("{found:?}") };
+        assert!(!line.contains('\n'), "{line}");
+        line.strip_prefix("expression 'a' of flight 'one': ").unwrap_or(line).to_owned()
+    };
+    let role = |role| ExpressionSetting { role: Some(role), ..expression("a", "m", "q") };
+    for (made, expected) in [
+        (expression("a", "", "q"), "it has no unit"),
+        (expression("a", "furlong", "q"), "unknown unit 'furlong'"),
+        (expression("a", "m", "qq"), "at character 1: no role is called 'qq': did you mean q"),
+        (expression("a", "m", "q + \"expression/a\""), "at character 5: it names itself"),
+        (expression("a", "m", "{expression/b}"), "at character 1: no expression above it is called 'b'"),
+        (role(Role::PitchRate), "q cannot be in m: give a unit like rad/s"),
+        (expression("a/b", "m", "q"), "expression 'a/b' of flight 'one': the name is \"a/b\""),
+        (expression("a", "m", &"(".repeat(1 << 20)), "the expression has 1048576 bytes"),
+    ] {
+        let found = problem(made);
+        assert!(found.starts_with(expected), "{found}");
+    }
+    let mut many = example();
+    many.flights[0].expressions = (0..101).map(|k| expression(&format!("n{k}"), "-", "q")).collect();
+    assert!(session::check(&many).iter().any(|found| found.message.contains("the flight has 101: leave it at 100")));
 }
 
 proptest! {

@@ -9,10 +9,10 @@ use std::sync::OnceLock;
 use doublet_core::prep::{Interpolation, Smoothing, resample, smooth};
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::{Input, Measurement};
-use doublet_core::series::Window;
+use doublet_core::series::{Series, Window};
 use doublet_engine::session::{
-    self, Edit, EditError, LevelFlight, NoiseChannel, NoiseEdit, NoiseEntry, Opened, SignalEdit, SignalPreset,
-    SignalSetting, SteadyWindow, Surface, WindowEdit,
+    self, Edit, EditError, ExpressionSetting, LevelFlight, NoiseChannel, NoiseEdit, NoiseEntry, Opened, SignalEdit,
+    SignalPreset, SignalSetting, SteadyWindow, Surface, WindowEdit,
 };
 use doublet_engine::stage::{self, FlightProposals, LoadedFlight};
 
@@ -381,4 +381,111 @@ fn marked_windows_and_reasons_come_before_what_is_found() {
     let alpha = Measurement::AngleOfAttack;
     assert_eq!(taken.filter.measurement_noise[alpha as usize], demo().session.filter.measurement_noise[alpha as usize]);
     assert_eq!(proposals().windows[0].manoeuvre.surface, Some(Surface::Aileron));
+}
+
+fn expression(name: &str, unit: &str, text: &str, role: Option<Role>) -> ExpressionSetting {
+    ExpressionSetting { name: name.to_owned(), unit: unit.to_owned(), expression: text.to_owned(), role }
+}
+
+/// The last channel that these expressions make of the shipped flight.
+fn made_of(expressions: &[ExpressionSetting]) -> Result<(LoadedFlight, Series), String> {
+    let flight = stage::expressed(&bus(SignalSetting::default(), 0.0), expressions)?;
+    let last = flight.expressions.last().map(|made| flight.recording.channels[made.channel].series.clone());
+    Ok((flight, last.unwrap()))
+}
+
+#[test]
+fn expressions_are_evaluated_sample_by_sample_on_the_stamps_of_the_first_channel() {
+    let plain = bus(SignalSetting::default(), 0.0);
+    let of = |role| plain.recording.role(role).unwrap().series.clone();
+    // One time base: the two components of the velocity.
+    let speed = expression("ground speed", "m/s", "sqrt(v_north^2 + v_east^2)", None);
+    let (flight, found) = made_of(std::slice::from_ref(&speed)).unwrap();
+    let (north, east) = (of(Role::VelocityNorth), of(Role::VelocityEast));
+    assert_eq!(north.time_s, east.time_s);
+    assert_eq!(found.time_s, north.time_s);
+    for ((found, north), east) in found.values.iter().zip(&*north.values).zip(&*east.values) {
+        assert!((found - north.hypot(*east)).abs() < 1e-12, "{found}");
+    }
+    let channel = flight.recording.channels.last().unwrap();
+    assert_eq!(
+        (channel.source.as_str(), channel.name.as_str(), channel.unit.as_str()),
+        ("expression", "ground speed", "m/s")
+    );
+    // Two time bases: the airspeed enters at the stamps of the roll rate by straight lines, one expression in another.
+    let (rate, airspeed) = (of(Role::RollRate), of(Role::TrueAirspeed));
+    assert_ne!(rate.time_s, airspeed.time_s);
+    let lifted = expression("rate", "deg/s", "180 / pi * p", None);
+    let both = expression("both", "-", "\"expression/rate\" * 0 + airspeed", None);
+    let (_, found) = made_of(&[speed, lifted, both]).unwrap();
+    assert_eq!(found.time_s, rate.time_s);
+    let inside = Window { start_s: 1055.0, end_s: 1070.0 }.indices(&rate.time_s);
+    let expected =
+        resample(&airspeed.time_s, &airspeed.values, &rate.time_s[inside.clone()], Interpolation::Linear).unwrap();
+    assert!(expected.len() > 700);
+    for (found, expected) in found.values[inside].iter().zip(expected) {
+        assert!((found - expected).abs() < 1e-12, "{found} for {expected}");
+    }
+}
+
+#[test]
+fn an_expression_has_no_values_in_the_gaps_of_what_it_names() {
+    let mut plain = bus(SignalSetting::default(), 0.0);
+    // Five seconds without an airspeed.
+    let place = plain.recording.roles[&Role::TrueAirspeed];
+    let airspeed = &mut plain.recording.channels[place].series;
+    let kept = |t: &f64| !(1060.0..1065.0).contains(t);
+    let pairs = airspeed.time_s.iter().zip(&*airspeed.values).filter(|(t, _)| kept(t));
+    let (time, values): (Vec<f64>, Vec<f64>) = pairs.map(|(t, value)| (*t, *value)).unzip();
+    let before = time[time.partition_point(|t| *t < 1060.0) - 1];
+    let after = time[time.partition_point(|t| *t < 1065.0)];
+    *airspeed = Series { time_s: time.into(), values: values.into() };
+    let torn = stage::expressed(&plain, &[expression("torn", "-", "q * 0 + airspeed", None)]).unwrap();
+    let found = torn.recording.channels.last().unwrap().series.clone();
+    let near = Window { start_s: 1055.0, end_s: 1070.0 }.indices(&found.time_s);
+    let (mut inside, mut outside) = (0, 0);
+    for (t, value) in found.time_s[near.clone()].iter().zip(&found.values[near]) {
+        let gap = *t > before && *t < after;
+        assert_eq!(value.is_nan(), gap, "{value} at {t}");
+        *(if gap { &mut inside } else { &mut outside }) += 1;
+    }
+    assert!(inside > 240 && outside > 480, "{inside} {outside}");
+}
+
+#[test]
+fn an_expression_takes_its_role_in_si_and_its_preview_is_of_what_was_there_before() {
+    let plain = bus(SignalSetting::default(), 0.0);
+    let recorded = plain.recording.role(Role::TrueAirspeed).unwrap().clone();
+    let corrected = expression("corrected", "km/h", "1.05 * 3.6 * airspeed + 1", Some(Role::TrueAirspeed));
+    let (flight, found) = made_of(std::slice::from_ref(&corrected)).unwrap();
+    let playing = flight.recording.role(Role::TrueAirspeed).unwrap();
+    assert_eq!((playing.source.as_str(), playing.unit.as_str()), ("expression", "m/s"));
+    assert!(
+        flight.recording.warnings.iter().any(|line| line.starts_with("airspeed is the expression 'corrected', not "))
+    );
+    for (found, recorded) in found.values.iter().zip(&*recorded.series.values) {
+        assert!((found - 1.05 * recorded - 1.0 / 3.6).abs() < 1e-12, "{found} for {recorded}");
+    }
+    let first = recorded.series.values.iter().find(|value| value.is_finite()).unwrap();
+    let shown = stage::expression_preview(&flight, Some("corrected"), &corrected).unwrap().unwrap();
+    assert!((shown - (1.05 * 3.6 * first + 1.0)).abs() < 1e-10, "{shown}: not corrected twice");
+    let beside = stage::expression_preview(&flight, None, &expression("x", "m/s", "airspeed", None)).unwrap().unwrap();
+    assert!((beside - (1.05 * first + 1.0 / 3.6)).abs() < 1e-12);
+}
+
+#[test]
+fn an_expression_that_names_what_is_not_there_says_what_is_near() {
+    let line = |text: &str| made_of(&[expression("a", "-", text, None)]).unwrap_err();
+    assert!(
+        line("q + {navigaton/v_n}").starts_with("expression 'a': at character 5: no channel is called 'navigaton/v_n'")
+    );
+    assert!(line("mach").starts_with("expression 'a': at character 1: mach is not recorded"));
+    assert!(line("{expression/a}").contains("no channel is called 'expression/a'"), "it cannot hang on itself");
+    let name = &bus(SignalSetting::default(), 0.0).recording.role(Role::PitchRate).unwrap().clone();
+    let full = format!("{{{}/{}}}", name.source, name.name);
+    assert_eq!(made_of(&[expression("a", "rad/s", &full, None)]).unwrap().1, name.series);
+    assert!(
+        line(&format!("{{{}/{}x}}", name.source, name.name))
+            .contains(&format!("did you mean {}/{}", name.source, name.name))
+    );
 }

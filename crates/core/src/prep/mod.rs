@@ -1,10 +1,11 @@
 //! Signal preparation: smoothing, differentiation, integration, resampling, lags, sensor positions; control surfaces, air
-//! data and fuel from raw sensors; noise statistics; manoeuvres.
+//! data and fuel from raw sensors; channels by expression; noise statistics; manoeuvres.
 
 mod air_data;
 mod control_sensors;
 mod control_surfaces;
 mod differentiate;
+mod expression;
 mod fuel;
 mod integrate;
 mod lag;
@@ -36,6 +37,9 @@ pub use control_surfaces::{
     rudder_deflection, rudder_history,
 };
 pub use differentiate::{Differentiation, differentiate};
+pub use expression::{
+    Expression, ExpressionError, LONGEST as LONGEST_EXPRESSION, Operand, between_samples, nearest_names,
+};
 pub use fuel::{BlindZone, FuelHistory, FuelReading, FuelSettings, fuel_from_flow, fuel_history, fuel_reading};
 pub use integrate::{cumulative_trapezoid, stretches};
 pub use lag::{delay, first_order_lag};

@@ -2,17 +2,17 @@
 
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::{AirState, Method, State};
-use doublet_core::series::Recording;
+use doublet_core::series::{Recording, Window};
 
 use super::results::{
-    ChannelRow, ClockRow, DerivativeRow, DroppedRow, FORMAT, FitRow, FlightRow, InnovationRow, PredictionRow,
-    RecordingRow, Results, StateRow, VERSION, WindowRow,
+    ChannelRow, ClockRow, DerivativeRow, DroppedRow, ExpressionRow, FORMAT, FitRow, FlightRow, InnovationRow,
+    PredictionRow, RecordingRow, Results, StateRow, VERSION, WindowRow,
 };
 use super::{setup, signals, summary};
 use crate::date;
 use crate::run::Snapshot;
 use crate::session::{Manoeuvre, Session, Surface, WindowRole, path_warning};
-use crate::stage::{self, CoefficientFit, UsedClock, WindowPath};
+use crate::stage::{self, CoefficientFit, ExpressedChannel, UsedClock, WindowPath};
 
 /// Collects everything a snapshot says about a session.
 pub fn build(session: &Session, snapshot: &Snapshot) -> Results {
@@ -96,6 +96,7 @@ fn flights(session: &Session, snapshot: &Snapshot) -> Vec<FlightRow> {
             clocks: loaded.clocks.iter().map(clock_row).collect(),
             max_gap_s: loaded.recording.max_gap_s,
             signals: signals::signal_rows(loaded),
+            expressions: loaded.expressions.iter().map(|made| expression_row(&loaded.recording, made)).collect(),
             noise,
             proposals,
             warnings: loaded.recording.warnings.clone(),
@@ -119,6 +120,21 @@ fn channels(recording: &Recording) -> Vec<ChannelRow> {
         }
     });
     rows.collect()
+}
+
+fn expression_row(recording: &Recording, made: &ExpressedChannel) -> ExpressionRow {
+    let channel = &recording.channels[made.channel];
+    let all = Window { start_s: f64::NEG_INFINITY, end_s: f64::INFINITY };
+    let found = channel.series.statistics(all);
+    ExpressionRow {
+        name: channel.name.clone(),
+        unit: channel.unit.clone(),
+        expression: made.setting.expression.clone(),
+        role: made.setting.role.map(Role::name),
+        samples: channel.series.values.len(),
+        values: found.map_or(0, |found| found.samples),
+        min_mean_max: found.map(|found| [found.min, found.mean, found.max]),
+    }
 }
 
 fn clock_row(clock: &UsedClock) -> ClockRow {

@@ -26,8 +26,8 @@ pub use proof::{BandRow, ProofRow, ReplayRow, TestRow, TheilRow, rows as proof_r
 pub use reference::{Reference, reference};
 pub use results::{
     AgreementRow, ChannelRow, ClockRow, CorrelationRow, DerivativeRow, DerivativeSummaryRow, DroppedRow, EngineRow,
-    FORMAT, FitRow, FlightRow, InnovationRow, InnovationSummaryRow, ItemRow, MassRow, MonitorRow, PhaseRow,
-    PredictionRow, RecordingRow, ReferenceRow, ResidualSummaryRow, Results, SpreadRow, StateRow, VERSION,
+    ExpressionRow, FORMAT, FitRow, FlightRow, InnovationRow, InnovationSummaryRow, ItemRow, MassRow, MonitorRow,
+    PhaseRow, PredictionRow, RecordingRow, ReferenceRow, ResidualSummaryRow, Results, SpreadRow, StateRow, VERSION,
     ValidationRow, WindowRow,
 };
 pub use signals::{NoiseRow, ProposalRow, SignalRow};

@@ -257,12 +257,36 @@ pub struct FlightRow {
     pub max_gap_s: Option<f64>,
     /// Signals that were smoothed or resampled; the others were used as recorded.
     pub signals: Vec<SignalRow>,
+    /// Channels by expression.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub expressions: Vec<ExpressionRow>,
     /// Noise over steady windows beside what the filter used.
     pub noise: Vec<NoiseRow>,
     /// Manoeuvres found in the control deflections.
     pub proposals: Vec<ProposalRow>,
     /// Findings.
     pub warnings: Vec<String>,
+}
+
+/// A channel by expression.
+#[derive(Clone, Debug, Serialize)]
+pub struct ExpressionRow {
+    /// Name.
+    pub name: String,
+    /// Unit of the numbers below: SI with a role, as the session states otherwise.
+    pub unit: String,
+    /// Expression.
+    pub expression: String,
+    /// Role it plays.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub role: Option<&'static str>,
+    /// Samples.
+    pub samples: usize,
+    /// Samples that have a value.
+    pub values: usize,
+    /// Smallest value, mean and largest value, where there is any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub min_mean_max: Option<[f64; 3]>,
 }
 
 /// A channel that plays a role.

@@ -247,7 +247,8 @@ fn load_flights<'a>(scope: &Scope<'a>, cache: &Cache, board: &Board<'_>) -> Resu
         let instruments = flight.instruments.as_ref().map(|used| stage::text(scope.folder, &used.file, "aircraft"));
         let settings = (&flight.clocks, &flight.instruments, instruments, &flight.signals);
         let key = KeyBuilder::new("aligned", 2).key(files_key).parameters(&settings).finish();
-        let result = load_flight(scope.folder, flight, files_key, key, cache);
+        let aligned = load_flight(scope.folder, flight, files_key, key, cache);
+        let (result, key) = with_expressions(aligned, &flight.expressions, key, cache);
         let loaded = result.as_ref().ok().cloned();
         board.step(|snapshot| {
             if let Some(slot) = snapshot.flights.get_mut(&flight.name) {
@@ -296,7 +297,25 @@ fn load_flight(
         Some(read) => read,
         None => cache.insert(files_key, stage::flight(folder, flight)?),
     };
-    Ok(cache.insert(key, stage::aligned(folder, &read, flight)?))
+    Ok(cache.insert(key, stage::prepared(folder, &read, flight)?))
+}
+
+/// A flight with its channels by expression, and its key: changing one fits no clock again.
+fn with_expressions(
+    aligned: Result<Arc<LoadedFlight>, String>,
+    expressions: &[session::ExpressionSetting],
+    key: Key,
+    cache: &Cache,
+) -> (Result<Arc<LoadedFlight>, String>, Key) {
+    if expressions.is_empty() {
+        return (aligned, key);
+    }
+    let key = KeyBuilder::new("expressions", 1).key(key).parameters(&expressions).finish();
+    let result = aligned.and_then(|aligned| match cache.get(key) {
+        Some(known) => Ok(known),
+        None => Ok(cache.insert(key, stage::expressed(&aligned, expressions)?)),
+    });
+    (result, key)
 }
 
 /// Engines over each flight. They hang on the recording and the aircraft's file alone, and nothing hangs on them: they come last.

@@ -2,7 +2,7 @@
 
 use doublet_core::series::Window;
 
-use super::{Session, constraint, preparation};
+use super::{Session, constraint, expression, preparation};
 
 /// A finding, bound to the field it concerns.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -40,6 +40,9 @@ pub fn check(session: &Session) -> Vec<Problem> {
     for flight in &session.flights {
         for problem in flight.signals.problems() {
             report(format!("signals of flight '{}'", flight.name), problem);
+        }
+        for (name, problem) in expression::problems(&flight.expressions) {
+            report(format!("expression '{name}' of flight '{}'", flight.name), problem);
         }
         for clock in flight.clocks.iter().filter(|clock| !clock.shift_s.is_finite()) {
             report(format!("clock of '{}'", clock.source), format!("shift_s is {}: give a number", clock.shift_s));

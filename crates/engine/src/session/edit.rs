@@ -8,8 +8,8 @@ use doublet_core::series::Window;
 use thiserror::Error;
 
 use super::{
-    Manoeuvre, NoiseEdit, PathSource, PooledConstants, Preparation, Session, SignalEdit, Surface, TermConstraint,
-    WindowRole,
+    ExpressionEdit, Manoeuvre, NoiseEdit, PathSource, PooledConstants, Preparation, Session, SignalEdit, Surface,
+    TermConstraint, WindowRole,
 };
 
 /// A change of the session, grouped by area.
@@ -23,6 +23,8 @@ pub enum Edit {
     Window(WindowEdit),
     /// Clocks, smoothing and resampling.
     Signal(SignalEdit),
+    /// Channels by expression.
+    Expression(ExpressionEdit),
     /// Steady windows and the noise entries that follow from them.
     Noise(NoiseEdit),
     /// Flight path reconstruction.
@@ -180,6 +182,9 @@ pub enum EditError {
     /// Smoothing or resampling that cannot be done.
     #[error("{0}")]
     Signals(String),
+    /// A channel by expression that cannot be.
+    #[error("{0}")]
+    Expression(String),
     /// A value that is not a usable number.
     #[error("{field} cannot be {value}: {allowed}")]
     Value {
@@ -200,6 +205,7 @@ impl Edit {
             Self::Loading(edit) => edit.label(),
             Self::Window(edit) => edit.label(),
             Self::Signal(edit) => edit.label(),
+            Self::Expression(edit) => edit.label(),
             Self::Noise(edit) => edit.label(),
             Self::Filter(edit) => edit.label(),
             Self::Estimation(edit) => edit.label(),
@@ -218,6 +224,7 @@ impl Edit {
             Self::Loading(edit) => edit.apply(&mut next)?,
             Self::Window(edit) => edit.apply(&mut next)?,
             Self::Signal(edit) => edit.apply(&mut next)?,
+            Self::Expression(edit) => edit.apply(&mut next)?,
             Self::Noise(edit) => edit.apply(&mut next)?,
             Self::Filter(edit) => edit.apply(&mut next)?,
             Self::Estimation(edit) => edit.apply(&mut next)?,

@@ -3,6 +3,7 @@
 mod check;
 mod constraint;
 mod edit;
+mod expression;
 mod file;
 mod map_ref;
 mod noise;
@@ -22,6 +23,7 @@ use doublet_core::series::Window;
 pub use check::{Problem, check};
 pub use constraint::TermConstraint;
 pub use edit::{Edit, EditError, EstimationEdit, FilterEdit, LoadingEdit, ModelEdit, WindowEdit};
+pub use expression::{EXPRESSION_SOURCE, ExpressionEdit, ExpressionSetting};
 pub use file::{Opened, content_hash, open, rebased, save};
 pub use map_ref::MapRef;
 pub use noise::{NoiseChannel, NoiseEdit, NoiseEntry, SteadyWindow};
@@ -72,6 +74,8 @@ pub struct Flight {
     pub instruments: Option<InstrumentSetting>,
     /// Smoothing and resampling of signals before they are used.
     pub signals: SignalSetting,
+    /// Channels computed from others, in their order: one may name those before it.
+    pub expressions: Vec<ExpressionSetting>,
 }
 
 /// Instruments whose raw signals become deflections, flow angles and fuel mass.

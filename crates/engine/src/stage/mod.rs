@@ -9,6 +9,7 @@ mod aircraft;
 mod align;
 mod detail;
 mod engines;
+mod expressions;
 mod fit;
 mod flight_engines;
 mod instruments;
@@ -32,6 +33,7 @@ pub use detail::{
     BIAS_STATES, BiasTable, CoefficientStudy, Contributions, KindSummary, ResidualStudy, bias_table, contributions,
     kind_summaries, model_study, residual_studies, track_from_velocity,
 };
+pub use expressions::{ExpressedChannel, expressed, expression_preview};
 pub use fit::{
     AeroWindow, CoefficientFit, DroppedTerm, PooledFits, Prediction, Regression, WindowFits, errors, held, pooled_fits,
     pooled_regressions, significance, window_fits,
@@ -41,7 +43,7 @@ pub use instruments::tank_channel;
 pub use noise::{FlightNoise, NoiseRow, noise, open_entries};
 pub use path::{PathSeries, Samples, SmoothedSeries, Untold, WindowPath, paths, reconstructions, samples};
 pub use proposals::{FlightProposals, SignalSpectrum, WindowProposal, open_windows, proposals};
-pub use recording::{LoadedFlight, aligned, files, flight, locate, text};
+pub use recording::{LoadedFlight, aligned, files, flight, locate, prepared, text};
 pub use replay::{ProofOfMatch, ReplaySeries, ReplayWindow, WindowReplay, bands, model_of_window, replay};
 pub use signals::TreatedSignal;
 pub use surroundings::Surroundings;

@@ -8,6 +8,7 @@ use doublet_core::quantity::Role;
 use doublet_core::series::Recording;
 
 use super::align::{UsedClock, align};
+use super::expressions::{ExpressedChannel, expressed};
 use super::instruments::derive;
 use super::signals::{TreatedSignal, treat_signals};
 use crate::builtin;
@@ -25,6 +26,8 @@ pub struct LoadedFlight {
     pub clocks: Vec<UsedClock>,
     /// Signals that were smoothed or resampled.
     pub treated: Vec<TreatedSignal>,
+    /// Channels that expressions gave, in the order of the session.
+    pub expressions: Vec<ExpressedChannel>,
     /// UTC of the first sample, s since 1970-01-01, where a recorder's clock says.
     pub utc_start_s: Option<f64>,
 }
@@ -107,20 +110,30 @@ pub fn flight(folder: &Path, flight: &Flight) -> Result<LoadedFlight, String> {
     }
     let mut said = BTreeSet::new();
     merged.warnings.retain(|warning| said.insert(warning.clone()));
-    Ok(LoadedFlight { recording: merged, hashes, clocks: Vec::new(), treated: Vec::new(), utc_start_s })
+    let (clocks, treated, expressions) = (Vec::new(), Vec::new(), Vec::new());
+    Ok(LoadedFlight { recording: merged, hashes, clocks, treated, expressions, utc_start_s })
+}
+
+/// Puts a flight as read on its time line with all that the session makes of it: [`prepared`], then [`expressed`].
+///
+/// # Errors
+/// One line that names the clock, the instrument's channel, the signal or the expression and the cure.
+pub fn aligned(folder: &Path, read: &LoadedFlight, flight: &Flight) -> Result<LoadedFlight, String> {
+    expressed(&prepared(folder, read, flight)?, &flight.expressions)
 }
 
 /// Puts a flight as read on its time line, adds what its instruments give, and smooths and resamples what the session says.
 ///
 /// # Errors
 /// One line that names the clock, the instrument's channel or the signal and the cure.
-pub fn aligned(folder: &Path, read: &LoadedFlight, flight: &Flight) -> Result<LoadedFlight, String> {
+pub fn prepared(folder: &Path, read: &LoadedFlight, flight: &Flight) -> Result<LoadedFlight, String> {
     let (mut recording, clocks) = align(&read.recording, &flight.clocks)?;
     if let Some(setting) = &flight.instruments {
         derive(&mut recording, folder, setting)?;
     }
     let treated = treat_signals(&mut recording, &flight.signals)?;
-    Ok(LoadedFlight { recording, hashes: read.hashes.clone(), clocks, treated, utc_start_s: read.utc_start_s })
+    let (hashes, utc_start_s) = (read.hashes.clone(), read.utc_start_s);
+    Ok(LoadedFlight { recording, hashes, clocks, treated, expressions: Vec::new(), utc_start_s })
 }
 
 /// UTC of the first sample of a recording on its own clocks, s since 1970-01-01.

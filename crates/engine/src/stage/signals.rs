@@ -149,8 +149,13 @@ fn treatment(rule: &SignalRule, role: Role, max_gap_s: Option<f64>) -> Treatment
         smoothing: average.into_iter().chain(polynomial).collect(),
         resampling: rule.resampling,
         max_gap_s,
-        wraps: matches!(role, Role::BankAngle | Role::HeadingAngle | Role::Longitude),
+        wraps: wraps(role),
     }
+}
+
+/// Whether a role is an angle that jumps by whole turns.
+pub fn wraps(role: Role) -> bool {
+    matches!(role, Role::BankAngle | Role::HeadingAngle | Role::Longitude)
 }
 
 /// The steps of a rule in words.

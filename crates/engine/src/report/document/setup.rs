@@ -6,6 +6,7 @@ use super::cover;
 use super::figure::{dashed, line};
 use super::{Axis, Block, Contents, Figure, Mark, Panel, Plot, paragraph, table_or};
 use crate::notation;
+use crate::report::ExpressionRow;
 use crate::report::table::{Cell, Column, Table, significant};
 use crate::report::tables;
 use crate::session::WindowRole;
@@ -106,6 +107,16 @@ pub fn channels(contents: &Contents<'_>) -> Vec<Block> {
             blocks.push(Block::Paragraph(format!(
                 "Raw sensors of flight {} are calibrated by {}.",
                 flight.name, instruments.file
+            )));
+        }
+    }
+    for flight in &results.flights {
+        for made in &flight.expressions {
+            let ExpressionRow { name, unit, expression, .. } = made;
+            let role = made.role.map_or_else(String::new, |role| format!(" plays {role} and"));
+            blocks.push(paragraph(&format!(
+                "The channel '{name}' of flight {}{role} is {expression}, in {unit}.",
+                flight.name
             )));
         }
     }

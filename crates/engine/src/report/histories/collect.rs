@@ -149,7 +149,10 @@ fn flight_channels<'a>(group: &str, loaded: &'a LoadedFlight) -> Vec<History<'a>
             histories.len() - 1
         });
         let role = loaded.recording.roles.iter().find(|(_, played)| **played == index);
-        let description = role.map_or_else(|| "recorded".to_owned(), |(role, _)| format!("recorded, {}", role.name()));
+        let made = loaded.expressions.iter().find(|made| made.channel == index);
+        let origin =
+            made.map_or_else(|| "recorded".to_owned(), |made| format!("expression {}", made.setting.expression));
+        let description = role.map_or_else(|| origin.clone(), |(role, _)| format!("{origin}, {}", role.name()));
         let (.., names, history) = &mut histories[place];
         let folder = history.time_paths[0].trim_end_matches("time");
         history.columns.push(HistoryColumn {

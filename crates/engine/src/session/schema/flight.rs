@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use doublet_core::quantity::Role;
 use serde::{Deserialize, Serialize};
 
+use super::expression::{ExpressionTable, expression_from, expression_table};
 use super::signals::{SignalsTable, signals_from, signals_table};
 use super::{SessionError, unknown};
 use crate::session::{ClockPairSetting, ClockSetting, Flight, InstrumentSetting, LevelFlight, MapRef, RecordingRef};
@@ -22,6 +23,8 @@ pub struct FlightTable {
     instruments: Option<InstrumentTable>,
     #[serde(default, skip_serializing_if = "SignalsTable::is_empty")]
     signals: SignalsTable,
+    #[serde(default, rename = "expression", skip_serializing_if = "Vec::is_empty")]
+    expressions: Vec<ExpressionTable>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -124,6 +127,7 @@ pub fn flight_from(table: FlightTable) -> Result<Flight, SessionError> {
             fuel: table.fuel,
         }),
         signals: signals_from(table.signals)?,
+        expressions: table.expressions.into_iter().map(expression_from).collect::<Result<_, _>>()?,
     })
 }
 
@@ -184,6 +188,7 @@ pub fn flight_table(flight: &Flight) -> FlightTable {
             }),
         }),
         signals: signals_table(&flight.signals),
+        expressions: flight.expressions.iter().map(expression_table).collect(),
     }
 }
 

@@ -1,6 +1,7 @@
 //! The saved form of a session: readable TOML with a version header, unknown keys refused with their line.
 
 mod constraint;
+mod expression;
 mod flight;
 mod loading;
 mod migrate;
