@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use super::board::Board;
 use super::control::{Cancelled, Control};
-use super::files::files_key;
+use super::files::keyed_flight;
 use super::proof;
 use super::snapshot::{LogEntry, Slot, Snapshot, WindowResults};
 use super::studies;
@@ -243,12 +243,7 @@ struct KeyedFlight<'a> {
 
 fn load_flights<'a>(scope: &Scope<'a>, cache: &Cache, board: &Board<'_>) -> Result<Vec<KeyedFlight<'a>>, Cancelled> {
     let one = |flight: &'a session::Flight| {
-        let files_key = files_key(scope.folder, flight);
-        let instruments = flight.instruments.as_ref().map(|used| stage::text(scope.folder, &used.file, "aircraft"));
-        let settings = (&flight.clocks, &flight.instruments, instruments, &flight.signals);
-        let key = KeyBuilder::new("aligned", 2).key(files_key).parameters(&settings).finish();
-        let aligned = load_flight(scope.folder, flight, files_key, key, cache);
-        let (result, key) = with_expressions(aligned, &flight.expressions, key, cache);
+        let (result, key) = keyed_flight(scope.folder, flight, cache);
         let loaded = result.as_ref().ok().cloned();
         board.step(|snapshot| {
             if let Some(slot) = snapshot.flights.get_mut(&flight.name) {
@@ -280,42 +275,6 @@ fn tasks<'a>(
         board.step(|snapshot| fail_window(snapshot, &manoeuvre.name, &error))?;
     }
     Ok(tasks)
-}
-
-/// A flight as read, then on its time line: moving a clock reads nothing again.
-fn load_flight(
-    folder: &Path,
-    flight: &session::Flight,
-    files_key: Key,
-    key: Key,
-    cache: &Cache,
-) -> Result<Arc<LoadedFlight>, String> {
-    if let Some(aligned) = cache.get(key) {
-        return Ok(aligned);
-    }
-    let read = match cache.get::<LoadedFlight>(files_key) {
-        Some(read) => read,
-        None => cache.insert(files_key, stage::flight(folder, flight)?),
-    };
-    Ok(cache.insert(key, stage::prepared(folder, &read, flight)?))
-}
-
-/// A flight with its channels by expression, and its key: changing one fits no clock again.
-fn with_expressions(
-    aligned: Result<Arc<LoadedFlight>, String>,
-    expressions: &[session::ExpressionSetting],
-    key: Key,
-    cache: &Cache,
-) -> (Result<Arc<LoadedFlight>, String>, Key) {
-    if expressions.is_empty() {
-        return (aligned, key);
-    }
-    let key = KeyBuilder::new("expressions", 1).key(key).parameters(&expressions).finish();
-    let result = aligned.and_then(|aligned| match cache.get(key) {
-        Some(known) => Ok(known),
-        None => Ok(cache.insert(key, stage::expressed(&aligned, expressions)?)),
-    });
-    (result, key)
 }
 
 /// Engines over each flight. They hang on the recording and the aircraft's file alone, and nothing hangs on them: they come last.
