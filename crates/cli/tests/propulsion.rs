@@ -211,7 +211,7 @@ fn engine_says_what_leaves_its_charts_and_refuses_nonsense() {
         arguments
     };
     let text = printed(&with(5, "5"));
-    assert!(text.contains("manifold pressure 16931.9 Pa") && text.contains("extrapolated"), "{text}");
+    assert!(text.contains("manifold pressure 169.3 hPa") && text.contains("extrapolated"), "{text}");
     assert!(refused(&with(3, "-5")).contains("--rpm is -5: allowed is 0 to"));
     assert!(refused(&with(3, "NaN")).contains("--rpm is NaN"));
     assert!(refused(&with(7, "90000")).contains("--altitude-ft is 90000: allowed is"));
