@@ -81,7 +81,7 @@ impl Panel for Manoeuvres {
             .column(Column::exact(24.0))
             .column(Column::exact(118.0))
             .column(Column::exact(92.0))
-            .column(Column::remainder().at_least(70.0).clip(true))
+            .column(Column::exact(76.0).clip(true))
             .header(20.0, |mut header| {
                 let flight: &[&str] = if several { &["Flight"] } else { &[] };
                 for title in
