@@ -1,7 +1,7 @@
 //! Axes, reference point, thrust and rotors of the coefficients, and what controls do between their recording and the air.
 
 use doublet_core::model::{Axes, Gyroscopic, Lag, ThrustTreatment};
-use doublet_engine::session::{Edit, EstimationEdit, MomentReference, Preparation, Surface};
+use doublet_engine::session::{AngularAcceleration, Edit, EstimationEdit, MomentReference, Preparation, Surface};
 use eframe::egui::{Grid, Ui};
 
 use super::{PanelContext, choices};
@@ -41,6 +41,12 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         let all =
             [(Gyroscopic::Signed, "Own sense"), (Gyroscopic::Summed, "All alike"), (Gyroscopic::Ignored, "Left out")];
         ui.horizontal(|ui| choices(ui, &mut next.gyroscopic, &all));
+        ui.end_row();
+        ui.weak("Angular acceleration")
+            .on_hover_text("By differentiation of the rates, or as a state of a smoother over them");
+        let all =
+            [(AngularAcceleration::Differentiated, "Differentiated"), (AngularAcceleration::Smoother, "Smoother")];
+        ui.horizontal(|ui| choices(ui, &mut next.angular_acceleration, &all));
         ui.end_row();
     });
     if next != *now {

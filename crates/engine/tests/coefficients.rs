@@ -6,11 +6,12 @@ use std::path::Path;
 use std::sync::Arc;
 
 use doublet_core::model::{Axes, Coefficient, Gyroscopic, Lag, ThrustTreatment, Variable};
+use doublet_core::prep::{Differentiation, differentiate, smoothed_rate};
 use doublet_core::quantity::Role;
 use doublet_engine::builtin;
 use doublet_engine::graph::Cache;
 use doublet_engine::run::{Control, Scope, Snapshot, run};
-use doublet_engine::session::{self, ControlLags, MomentReference, Preparation, Session, Surface};
+use doublet_engine::session::{self, AngularAcceleration, ControlLags, MomentReference, Preparation, Session, Surface};
 use doublet_engine::stage::WindowAero;
 
 /// Rounding of a few sums of order one.
@@ -127,6 +128,27 @@ fn settings_of_the_session_transform_the_coefficients_of_every_sample() {
 }
 
 #[test]
+fn angular_acceleration_is_that_of_the_smoother_over_the_rates() {
+    let bench = Bench::new();
+    let smoother = bench.with(|preparation| {
+        (preparation.angular_acceleration, preparation.matched_smoothing) = (AngularAcceleration::Smoother, true);
+    });
+    assert!(!smoother.settings.matched, "nothing else is smoothed");
+    let time_s = &smoother.data.time_s;
+    for axis in 0..3 {
+        let own = smoothed_rate(time_s, &smoother.data.rates_rad_s[axis]).unwrap();
+        assert_eq!(smoother.coefficients.angular_acceleration_rad_s2[axis], own.slope);
+    }
+    // Another way to the roll acceleration of this aileron doublet: the same motion, but for what 0.1 s to either side smooth away.
+    let quadratic = Differentiation::LocalPolynomial { degree: 2, half_width: 5 };
+    let other = differentiate(time_s, &smoother.data.rates_rad_s[0], quadratic).unwrap();
+    let size = other.iter().map(|v| v * v).sum::<f64>().sqrt();
+    let found = &smoother.coefficients.angular_acceleration_rad_s2[0];
+    let off = other.iter().zip(found).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
+    assert!(off < 0.2 * size, "{off} of {size}");
+}
+
+#[test]
 fn each_control_has_its_own_lag() {
     let bench = Bench::new();
     let plain = bench.with(|_| {});
@@ -158,7 +180,7 @@ fn each_control_has_its_own_lag() {
 fn preparation_is_saved_as_it_reads_and_older_forms_mean_what_they_meant() {
     let plain = shipped();
     let text = session::print(&plain).unwrap();
-    for absent in ["axes", "moment_reference", "gyroscopic", "control_lag"] {
+    for absent in ["axes", "moment_reference", "gyroscopic", "control_lag", "angular_acceleration"] {
         assert!(!text.contains(absent), "{absent} is as it always was and is not written");
     }
     let old = text.replace("actuator_lag_s = 0.0", "actuator_lag_s = 0.08");
@@ -172,11 +194,13 @@ fn preparation_is_saved_as_it_reads_and_older_forms_mean_what_they_meant() {
     session.preparation.thrust = ThrustTreatment::ForceRemoved;
     session.preparation.axes = Axes::Stability;
     session.preparation.gyroscopic = Gyroscopic::Summed;
+    session.preparation.angular_acceleration = AngularAcceleration::Smoother;
     let text = session::print(&session).unwrap();
     for line in [
         "remove_thrust = \"force\"",
         "axes = \"stability\"",
         "gyroscopic = \"summed\"",
+        "angular_acceleration = \"smoother\"",
         "[preparation.control_lag.elevator]\nlag_s = 0.05\ndelay_s = 0.01",
         "[preparation.control_lag.rudder]\nlag_s = 0.08\ndelay_s = 0.0",
     ] {

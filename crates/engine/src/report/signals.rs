@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use crate::run::Snapshot;
-use crate::session::{Preparation, Session};
+use crate::session::{AngularAcceleration, Preparation, Session};
 use crate::stage::{FlightNoise, FlightProposals, LoadedFlight, TreatedSignal};
 
 /// A signal that was smoothed or resampled.
@@ -75,6 +75,9 @@ pub struct ProposalRow {
 
 /// The differentiation of rates in words.
 pub fn differentiation(preparation: &Preparation) -> String {
+    if preparation.angular_acceleration == AngularAcceleration::Smoother {
+        return "a smoother with the angular acceleration as a state".to_owned();
+    }
     preparation.differentiation_half_width_s.map_or_else(
         || "central difference of order four".to_owned(),
         |half| format!("slope of a local quadratic over {half} s to either side"),

@@ -28,7 +28,7 @@ pub use file::{Opened, content_hash, open, rebased, save};
 pub use map_ref::MapRef;
 pub use noise::{NoiseChannel, NoiseEdit, NoiseEntry, SteadyWindow};
 pub use paths::{leads_out, path_warning};
-pub use preparation::{ControlLags, MomentReference, Preparation};
+pub use preparation::{AngularAcceleration, ControlLags, MomentReference, Preparation};
 pub use schema::{FORMAT, SessionError, VERSION, parse, print};
 pub use signals::{SignalEdit, SignalPreset, SignalRule, SignalSetting};
 

@@ -35,6 +35,17 @@ pub struct Preparation {
     pub moment_reference: MomentReference,
     /// Gyroscopic moment of the propellers, where the speed of all of them is known.
     pub gyroscopic: Gyroscopic,
+    /// Where the angular acceleration comes from.
+    pub angular_acceleration: AngularAcceleration,
+}
+
+/// Where the angular acceleration comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AngularAcceleration {
+    /// The rates are differentiated, and the rest smoothed alike where asked.
+    Differentiated,
+    /// It is a state of a smoother over each rate, whose bandwidth the likelihood chooses; nothing else is smoothed.
+    Smoother,
 }
 
 /// Point the moments are about.
@@ -134,6 +145,7 @@ impl Default for Preparation {
             axes: Axes::Body,
             moment_reference: MomentReference::Aircraft,
             gyroscopic: Gyroscopic::Signed,
+            angular_acceleration: AngularAcceleration::Differentiated,
         }
     }
 }

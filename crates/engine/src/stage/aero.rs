@@ -8,7 +8,7 @@ use doublet_core::model::{
     AeroData, Coefficient, CoefficientSettings, Coefficients, Gyroscopic, Position, ThrustTreatment, Variables,
     coefficients, variables,
 };
-use doublet_core::prep::MatchedSmoothing;
+use doublet_core::prep::{MatchedSmoothing, smoothed_rate};
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::{FilterData, INPUTS, Input, Reconstruction, STATES, State};
 use doublet_core::series::Series;
@@ -18,7 +18,7 @@ use super::engines::{Air, engines};
 use super::path::{WindowPath, differentiation};
 use super::surroundings::Surroundings;
 use crate::graph::Footprint;
-use crate::session::{PathSource, Preparation, Surface};
+use crate::session::{AngularAcceleration, PathSource, Preparation, Surface};
 
 /// Coefficients and variables over one window.
 #[derive(Clone, Debug)]
@@ -87,7 +87,16 @@ pub fn aero_along(
     let specific_force_m_s2 =
         [moved(x, Input::SpecificForceX), moved(y, Input::SpecificForceY), moved(z, Input::SpecificForceZ)];
     let rates_rad_s = [moved(p, Input::RollRate), moved(q, Input::PitchRate), moved(r, Input::YawRate)];
-    let data = AeroData { airspeed_m_s, alpha_rad, beta_rad, rates_rad_s, specific_force_m_s2, ..aero.data.clone() };
+    let angular_acceleration_rad_s2 = angular_acceleration(&aero.data.time_s, &rates_rad_s, preparation)?;
+    let data = AeroData {
+        airspeed_m_s,
+        alpha_rad,
+        beta_rad,
+        rates_rad_s,
+        specific_force_m_s2,
+        angular_acceleration_rad_s2,
+        ..aero.data.clone()
+    };
     WindowAero::formed(data, aero.settings.clone(), Vec::new())
 }
 
@@ -105,6 +114,7 @@ pub fn aero(
     let data = aero_data(around, path, aircraft, preparation, &mut warnings)?;
     let differentiation = differentiation(preparation, &data.time_s);
     let matched = preparation.matched_smoothing
+        && data.angular_acceleration_rad_s2.is_none()
         && MatchedSmoothing::new(&data.time_s, differentiation)
             .inspect_err(|error| {
                 warnings.push(format!("regressors are not smoothed as the angular acceleration is: {error}"))
@@ -131,6 +141,22 @@ fn rotors_known(data: &AeroData) -> bool {
     !data.engines.is_empty() && data.engines.iter().all(|engine| !engine.speed_rad_s.is_empty())
 }
 
+/// The slopes of a smoother over the rates, where the session asks for them.
+fn angular_acceleration(
+    time_s: &[f64],
+    rates_rad_s: &[Vec<f64>; 3],
+    preparation: &Preparation,
+) -> Result<Option<[Vec<f64>; 3]>, String> {
+    if preparation.angular_acceleration == AngularAcceleration::Differentiated {
+        return Ok(None);
+    }
+    let mut slopes = [const { Vec::new() }; 3];
+    for (slope, (name, rate)) in slopes.iter_mut().zip(["p", "q", "r"].into_iter().zip(rates_rad_s)) {
+        *slope = smoothed_rate(time_s, rate).map_err(|error| format!("{name}: {error}"))?.slope;
+    }
+    Ok(Some(slopes))
+}
+
 fn aero_data(
     around: &Surroundings,
     path: &Reconstruction,
@@ -144,6 +170,7 @@ fn aero_data(
     // centre of gravity of each sample and the differentiation of the coefficients.
     let accelerometer = aircraft.accelerometer.filter(|_| preparation.correct_accelerometer);
     let [ax, ay, az, p, q, r] = unbiased_inputs(around, &biases)?;
+    let rates_rad_s = [p, q, r];
     let altitude_m: Vec<_> = match around.recorded(Role::Altitude)? {
         Some(altitude) => altitude,
         None => down_m.iter().map(|down| preparation.origin_altitude_m - down).collect(),
@@ -171,10 +198,10 @@ fn aero_data(
         alpha_rad,
         beta_rad,
         airspeed_m_s,
-        rates_rad_s: [p, q, r],
+        angular_acceleration_rad_s2: angular_acceleration(&time_s, &rates_rad_s, preparation)?,
+        rates_rad_s,
         specific_force_m_s2: [ax, ay, az],
         accelerometer,
-        angular_acceleration_rad_s2: None,
         density_kg_m3,
         controls,
         inertia: around.inertia.clone()?,

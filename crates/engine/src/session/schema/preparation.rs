@@ -6,7 +6,7 @@ use doublet_core::model::{Axes, Gyroscopic, Lag, ThrustTreatment};
 use serde::{Deserialize, Serialize};
 use toml::Value;
 
-use super::super::{ControlLags, MomentReference, PathSource, Preparation, Surface};
+use super::super::{AngularAcceleration, ControlLags, MomentReference, PathSource, Preparation, Surface};
 use super::{SessionError, choose, name_of, unknown};
 
 #[derive(Serialize, Deserialize)]
@@ -31,6 +31,8 @@ pub(super) struct PreparationTable {
     moment_reference: Option<Value>,
     #[serde(skip_serializing_if = "is_usual")]
     gyroscopic: Option<String>,
+    #[serde(skip_serializing_if = "is_usual")]
+    angular_acceleration: Option<String>,
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     control_lag: BTreeMap<String, LagTable>,
 }
@@ -53,6 +55,8 @@ const DIFFERENTIATIONS: [&str; 2] = ["local_quadratic", "central"];
 const AXES: [(&str, Axes); 2] = [("body", Axes::Body), ("stability", Axes::Stability)];
 const GYROSCOPIC: [(&str, Gyroscopic); 3] =
     [("signed", Gyroscopic::Signed), ("summed", Gyroscopic::Summed), ("ignored", Gyroscopic::Ignored)];
+const ANGULAR: [(&str, AngularAcceleration); 2] =
+    [("differentiated", AngularAcceleration::Differentiated), ("smoother", AngularAcceleration::Smoother)];
 /// Value of `remove_thrust` that leaves its moment in.
 const FORCE: &str = "force";
 /// Names of the moment references that are no point.
@@ -105,6 +109,9 @@ pub(super) fn preparation_from(table: &PreparationTable) -> Result<Preparation, 
             .gyroscopic
             .as_deref()
             .map_or(Ok(usual.gyroscopic), |name| choose(&GYROSCOPIC, "preparation.gyroscopic", name))?,
+        angular_acceleration: table.angular_acceleration.as_deref().map_or(Ok(usual.angular_acceleration), |name| {
+            choose(&ANGULAR, "preparation.angular_acceleration", name)
+        })?,
     })
 }
 
@@ -167,5 +174,7 @@ pub(super) fn preparation_table(preparation: &Preparation) -> PreparationTable {
             MomentReference::Datum(point) => Some(Value::Array(point.map(Value::Float).to_vec())),
         },
         gyroscopic: (preparation.gyroscopic != usual.gyroscopic).then(|| name_of(&GYROSCOPIC, preparation.gyroscopic)),
+        angular_acceleration: (preparation.angular_acceleration != usual.angular_acceleration)
+            .then(|| name_of(&ANGULAR, preparation.angular_acceleration)),
     }
 }
