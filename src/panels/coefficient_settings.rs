@@ -27,7 +27,7 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
             (MomentReference::CentreOfGravity, "CG"),
             (MomentReference::Datum(point), "Point"),
         ];
-        ui.horizontal(|ui| choices(ui, &mut next.moment_reference, &all));
+        choices(ui, &mut next.moment_reference, &all);
         ui.end_row();
         ui.weak("Thrust").on_hover_text("What of it is in the coefficients; the engines or a record must tell it");
         let all = [
@@ -35,18 +35,18 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
             (ThrustTreatment::ForceRemoved, "Force out"),
             (ThrustTreatment::Removed, "Out of CX and Cm"),
         ];
-        ui.horizontal(|ui| choices(ui, &mut next.thrust, &all));
+        choices(ui, &mut next.thrust, &all);
         ui.end_row();
         ui.weak("Propellers").on_hover_text("Their gyroscopic moment, where the speeds are known");
         let all =
             [(Gyroscopic::Signed, "Own sense"), (Gyroscopic::Summed, "All alike"), (Gyroscopic::Ignored, "Left out")];
-        ui.horizontal(|ui| choices(ui, &mut next.gyroscopic, &all));
+        choices(ui, &mut next.gyroscopic, &all);
         ui.end_row();
         ui.weak("Angular acceleration")
             .on_hover_text("By differentiation of the rates, or as a state of a smoother over them");
         let all =
             [(AngularAcceleration::Differentiated, "Differentiated"), (AngularAcceleration::Smoother, "Smoother")];
-        ui.horizontal(|ui| choices(ui, &mut next.angular_acceleration, &all));
+        choices(ui, &mut next.angular_acceleration, &all);
         ui.end_row();
     });
     if next != *now {

@@ -5,7 +5,7 @@ use doublet_core::series::{Recording, Series, Window};
 use eframe::egui::{ComboBox, Ui};
 
 use super::flight::{key, resolve};
-use super::{Panel, PanelContext, awaiting, empty, role_color, trouble};
+use super::{Panel, PanelContext, chosen_flight, empty, role_color};
 use crate::notation;
 use crate::theme;
 use crate::widgets::chart::{Chart, ChartCurve, ChartStyle};
@@ -25,12 +25,7 @@ pub struct CrossPlot {
 
 impl Panel for CrossPlot {
     fn show(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
-        let slot = ctx.selection().flight.as_deref().and_then(|name| ctx.snapshot.flights.get(name));
-        let Some(slot) = slot else { return empty(ui, "The session has no flight.") };
-        trouble(ui, slot.error());
-        let Some(loaded) = slot.latest() else {
-            return awaiting(ctx, ui, "the recording", "The recording was not read.");
-        };
+        let Some(loaded) = chosen_flight(ctx, ui) else { return };
         let recording = &loaded.recording;
         let Some(mut chosen) = self.chosen.clone().or_else(|| usual(recording)) else {
             return empty(ui, "The recording has no two channels with a role.");

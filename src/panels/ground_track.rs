@@ -4,7 +4,7 @@ use doublet_core::quantity::{Dimension, Role};
 use doublet_core::series::{Recording, Series, Window};
 use eframe::egui::Ui;
 
-use super::{Panel, PanelContext, awaiting, empty, role_color, trouble};
+use super::{Panel, PanelContext, chosen_flight, empty, role_color};
 use crate::theme;
 use crate::widgets::chart::{Chart, ChartCurve, ChartStyle};
 use crate::widgets::decimate::{gap_threshold_s, value_at};
@@ -29,12 +29,7 @@ struct Track<'a> {
 
 impl Panel for GroundTrack {
     fn show(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
-        let slot = ctx.selection().flight.as_deref().and_then(|name| ctx.snapshot.flights.get(name));
-        let Some(slot) = slot else { return empty(ui, "The session has no flight.") };
-        trouble(ui, slot.error());
-        let Some(loaded) = slot.latest() else {
-            return awaiting(ctx, ui, "the recording", "The recording was not read.");
-        };
+        let Some(loaded) = chosen_flight(ctx, ui) else { return };
         if let Some(track) = track(ctx, &loaded.recording) {
             return draw(ctx, ui, &track);
         }

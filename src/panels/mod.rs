@@ -37,6 +37,7 @@ use doublet_core::reconstruct::consistency::ChannelConsistency;
 use doublet_engine::report::Reference;
 use doublet_engine::run::{Snapshot, Wanted, WindowDetails, WindowResults};
 use doublet_engine::session::{Edit, Manoeuvre, Session, WindowRole};
+use doublet_engine::stage::LoadedFlight;
 use eframe::egui::{self, Color32, Id, RichText, Ui};
 use serde::{Deserialize, Serialize};
 
@@ -323,6 +324,20 @@ fn role_color(palette: &Palette, role: WindowRole) -> Color32 {
         WindowRole::Validation => palette.validation,
         WindowRole::Ignored => palette.ignored,
     }
+}
+
+/// The chosen flight as last read; fills the panel with what is the matter where there is none.
+fn chosen_flight<'a>(ctx: &PanelContext<'a>, ui: &mut Ui) -> Option<&'a LoadedFlight> {
+    let Some(slot) = ctx.selection().flight.as_deref().and_then(|name| ctx.snapshot.flights.get(name)) else {
+        empty(ui, "The session has no flight.");
+        return None;
+    };
+    trouble(ui, slot.error());
+    let loaded = slot.latest();
+    if loaded.is_none() {
+        awaiting(ctx, ui, "the recording", "The recording was not read.");
+    }
+    loaded.map(AsRef::as_ref)
 }
 
 /// Fills a panel that has nothing to show yet: what is awaited and how far the run is, or why there is nothing.

@@ -85,11 +85,8 @@ pub fn thumbnails(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
 
 /// Control and rate a manoeuvre shows most in.
 fn roles(surface: Option<Surface>) -> [Role; 2] {
-    match surface {
-        Some(Surface::Aileron) => [Role::Aileron, Role::RollRate],
-        Some(Surface::Rudder) => [Role::Rudder, Role::YawRate],
-        _ => [Role::Elevator, Role::PitchRate],
-    }
+    let surface = surface.unwrap_or(Surface::Elevator);
+    [surface.role(), surface.rate()]
 }
 
 fn thumbnail(ctx: &mut PanelContext<'_>, ui: &mut Ui, window: &Manoeuvre) {

@@ -8,7 +8,7 @@ use doublet_core::model::Structure;
 use doublet_core::reconstruct::Measurement;
 use doublet_engine::begin::{self, empty_session, fitting_maps, name_of, whole_window};
 use doublet_engine::builtin;
-use doublet_engine::session::{self, Flight, MapRef, SignalSetting};
+use doublet_engine::session::{self, Flight, MapRef};
 
 use crate::arguments::{NewArguments, StructureName};
 use crate::text;
@@ -82,15 +82,7 @@ pub fn new(arguments: &NewArguments) -> Result<(), String> {
             .map(|&index| begin::reference(&arguments.recordings[index], MapRef::File(reference.clone())))
             .collect::<Result<Vec<_>, _>>()?;
         session.windows.extend(whole_window(&name, &probes));
-        let signals = SignalSetting::default();
-        session.flights.push(Flight {
-            name,
-            recordings,
-            clocks: Vec::new(),
-            instruments: None,
-            signals,
-            expressions: Vec::new(),
-        });
+        session.flights.push(Flight::new(name, recordings));
     }
     session::save(&session, &arguments.output).map_err(|error| error.to_string())?;
     let missing: Vec<_> = begin::unmeasured(&measured).into_iter().map(Measurement::name).collect();

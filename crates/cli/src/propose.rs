@@ -97,22 +97,21 @@ fn onsets(flight: &str, loaded: &LoadedFlight, proposals: &FlightProposals) {
     let series = |role: Role| loaded.recording.role(role).map(|channel| &channel.series);
     let motion = [Role::RollRate, Role::PitchRate, Role::YawRate, Role::BankAngle, Role::PitchAngle];
     let method = Differentiation::LocalPolynomial { degree: 2, half_width: 2 };
+    let answers = Surface::ALL.map(|surface| {
+        let (control, rate) = (series(surface.role())?, series(surface.rate())?);
+        let slope = differentiate(&rate.time_s, &rate.values, method).map_err(|error| error.to_string());
+        let response = slope.map(|slope| Series { time_s: rate.time_s.clone(), values: slope.into() });
+        Some((surface, control, response))
+    });
     let (mut rows, mut sum, mut weights) = (Vec::new(), 0.0, 0.0);
     for proposal in &proposals.windows {
-        let (control, rate) = match proposal.manoeuvre.surface {
-            Some(Surface::Aileron) => (Role::Aileron, Role::RollRate),
-            Some(Surface::Elevator) => (Role::Elevator, Role::PitchRate),
-            Some(Surface::Rudder) => (Role::Rudder, Role::YawRate),
-            None => continue,
-        };
-        let (Some(control), Some(rate)) = (series(control), series(rate)) else { continue };
+        let moved = |(surface, ..): &&(Surface, &Series, _)| Some(*surface) == proposal.manoeuvre.surface;
+        let Some((_, control, response)) = answers.iter().flatten().find(moved) else { continue };
         let window = Window { start_s: proposal.onset_s - AROUND_S[0], end_s: proposal.onset_s + AROUND_S[1] };
-        let found = differentiate(&rate.time_s, &rate.values, method).map_err(|error| error.to_string());
-        let found = found.and_then(|slope| {
-            let response = Series { time_s: rate.time_s.clone(), values: slope.into() };
+        let found = response.as_ref().map_err(Clone::clone).and_then(|response| {
             let companions: Vec<&Series> =
                 motion.into_iter().filter_map(series).filter(|other| other.time_s == response.time_s).collect();
-            onset_alignment(control, &response, &companions, window, &OnsetSettings::default())
+            onset_alignment(control, response, &companions, window, &OnsetSettings::default())
                 .map_err(|error| error.to_string())
         });
         let said = match found {

@@ -1,12 +1,11 @@
 //! `doublet structure`: terms the data ask for, found stepwise or by orthogonal functions, with every step; nothing is changed.
 
 use std::path::PathBuf;
-use std::sync::Arc;
 
 use clap::{Args, ValueEnum};
 use doublet_core::estimate::{OrthogonalSettings, Stacked, StepwiseSettings, orthogonal, stacked, stepwise};
 use doublet_core::model::{Coefficient, Structure, Term};
-use doublet_engine::stage::{AeroWindow, pooled_regressions};
+use doublet_engine::stage::pooled_regressions;
 
 use crate::run::computed;
 use crate::text;
@@ -47,11 +46,7 @@ fn term(text: &str) -> Result<Term, String> {
 /// One line: what is wrong with the session, its windows or the search.
 pub fn structure(arguments: &StructureArguments) -> Result<(), String> {
     let (session, snapshot) = computed(&arguments.session, &[])?;
-    let formed = session
-        .windows
-        .iter()
-        .filter_map(|window| Some((window, Arc::clone(snapshot.windows.get(&window.name)?.aero.ready()?))));
-    let windows: Vec<AeroWindow<'_>> = formed.collect();
+    let windows = snapshot.aero(&session);
     for (coefficient, own) in &session.structure.models {
         let asymmetric = matches!(coefficient, Coefficient::CY | Coefficient::Cl | Coefficient::Cn);
         let usual = if asymmetric { ASYMMETRIC } else { SYMMETRIC };

@@ -1,14 +1,13 @@
 //! `doublet variants`: the pooled derivatives by other forms of least squares beside the ordinary one; nothing is changed.
 
 use std::path::PathBuf;
-use std::sync::Arc;
 
 use clap::Args;
 use doublet_core::estimate::{
     Constraint, Fit, Stacked, constrained_least_squares, errors_in_variables, generalised_least_squares, stacked,
     total_least_squares, weighted_least_squares,
 };
-use doublet_engine::stage::{AeroWindow, pooled_regressions};
+use doublet_engine::stage::pooled_regressions;
 use nalgebra::{DMatrix, DVector};
 
 use crate::run::computed;
@@ -56,11 +55,7 @@ fn deviation(text: &str) -> Result<(String, f64), String> {
 /// One line: what is wrong with the session, its windows or what is known.
 pub fn variants(arguments: &VariantArguments) -> Result<(), String> {
     let (session, snapshot) = computed(&arguments.session, &[])?;
-    let formed = session
-        .windows
-        .iter()
-        .filter_map(|window| Some((window, Arc::clone(snapshot.windows.get(&window.name)?.aero.ready()?))));
-    let windows: Vec<AeroWindow<'_>> = formed.collect();
+    let windows = snapshot.aero(&session);
     let asked = arguments.know.iter().map(|(name, _)| name).chain(arguments.noise.iter().map(|(name, _)| name));
     let mut unknown: Vec<&String> = asked.collect();
     for regression in pooled_regressions(&windows, &session.structure, &session.estimation) {

@@ -12,7 +12,7 @@ use doublet_core::series::Window;
 use crate::builtin;
 use crate::run::Control;
 use crate::session::{
-    Estimation, Flight, Manoeuvre, MapRef, Preparation, RecordingRef, Session, SignalSetting, WindowRole, content_hash,
+    Estimation, Flight, Manoeuvre, MapRef, Preparation, RecordingRef, Session, WindowRole, content_hash,
 };
 use crate::stage::{LoadedFlight, open_windows, proposals};
 
@@ -148,16 +148,7 @@ pub fn begin(
     progress(0.6);
     go_on(control)?;
     let mut session = empty_session(&order.name, &order.aircraft);
-    let signals = SignalSetting::default();
-    let name = order.name.clone();
-    session.flights.push(Flight {
-        name,
-        recordings,
-        clocks: Vec::new(),
-        instruments: None,
-        signals,
-        expressions: Vec::new(),
-    });
+    session.flights.push(Flight::new(order.name.clone(), recordings));
     let (hashes, clocks, treated, expressions) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     let loaded = LoadedFlight { recording, hashes, clocks, treated, expressions, utc_start_s: None };
     session.windows = open_windows(&session, &proposals(&order.name, &loaded));

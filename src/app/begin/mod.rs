@@ -64,22 +64,6 @@ enum Step {
 #[derive(Default)]
 pub struct Beginning {
     step: Option<Step>,
-    /// Work that was given up and has not ended yet: waiting for it would freeze the window.
-    given_up: Vec<GivenUp>,
-}
-
-enum GivenUp {
-    Looking(Job<Inspected>),
-    Making(Job<Session>),
-}
-
-impl GivenUp {
-    fn is_finished(&self) -> bool {
-        match self {
-            Self::Looking(job) => job.is_finished(),
-            Self::Making(job) => job.is_finished(),
-        }
-    }
 }
 
 impl Choosing {
@@ -173,23 +157,15 @@ impl Workbench {
     }
 
     fn give_up_beginning(&mut self) {
-        let beginning = &mut self.beginning;
-        match beginning.step.take() {
-            Some(Step::Looking(_, job)) => beginning.given_up.push(GivenUp::Looking(job)),
-            Some(Step::Making(_, job)) => beginning.given_up.push(GivenUp::Making(job)),
+        match self.beginning.step.take() {
+            Some(Step::Looking(_, job)) => job.abandon(),
+            Some(Step::Making(_, job)) => job.abandon(),
             Some(Step::Choosing(_)) | None => {}
-        }
-        for job in &beginning.given_up {
-            match job {
-                GivenUp::Looking(job) => job.cancel(),
-                GivenUp::Making(job) => job.cancel(),
-            }
         }
     }
 
     /// Takes in what the background came to.
     pub(super) fn take_beginning(&mut self) {
-        self.beginning.given_up.retain(|job| !job.is_finished());
         match self.beginning.step.take() {
             Some(Step::Looking(path, job)) if job.is_finished() => match job.finish() {
                 Ok(inspected) => self.beginning.step = Some(Step::Choosing(Box::new(Choosing::new(inspected)))),

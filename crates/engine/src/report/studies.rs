@@ -409,7 +409,7 @@ fn check_rows(snapshot: &Snapshot, checks: &WindowChecks) -> Vec<CheckRow> {
 
 fn lag_rows(lag: &ControlLag) -> Vec<LagRow> {
     let row = |coefficient: &'static str, value_s: f64, standard_error_s: f64, error: Option<String>| LagRow {
-        control: lag.control.name(),
+        control: lag.surface.variable().name(),
         kind: lag.kind.name(),
         coefficient,
         value_s,

@@ -11,6 +11,7 @@ const PUBLISH_INTERVAL: Duration = Duration::from_millis(8);
 /// A run that is over sooner replaces what is shown at once: greying it for a moment would flicker, and drawing takes the cores the
 /// run needs.
 const CALM: Duration = Duration::from_millis(100);
+
 /// The snapshot under construction, published as it grows.
 pub(super) struct Board<'a> {
     snapshot: Mutex<Snapshot>,

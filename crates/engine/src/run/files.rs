@@ -29,14 +29,10 @@ fn load_flight(
     key: Key,
     cache: &Cache,
 ) -> Result<Arc<LoadedFlight>, String> {
-    if let Some(aligned) = cache.get(key) {
-        return Ok(aligned);
-    }
-    let read = match cache.get::<LoadedFlight>(files_key) {
-        Some(read) => read,
-        None => cache.insert(files_key, stage::flight(folder, flight)?),
-    };
-    Ok(cache.insert(key, stage::prepared(folder, &read, flight)?))
+    cache.get_or_try(key, || {
+        let read = cache.get_or_try(files_key, || stage::flight(folder, flight))?;
+        stage::prepared(folder, &read, flight)
+    })
 }
 
 /// A flight with its channels by expression, and its key: changing one fits no clock again.
@@ -50,10 +46,7 @@ fn with_expressions(
         return (aligned, key);
     }
     let key = KeyBuilder::new("expressions", 1).key(key).parameters(&expressions).finish();
-    let result = aligned.and_then(|aligned| match cache.get(key) {
-        Some(known) => Ok(known),
-        None => Ok(cache.insert(key, stage::expressed(&aligned, expressions)?)),
-    });
+    let result = aligned.and_then(|aligned| cache.get_or_try(key, || stage::expressed(&aligned, expressions)));
     (result, key)
 }
 

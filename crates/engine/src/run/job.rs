@@ -51,6 +51,12 @@ impl<T: Send + 'static> Job<T> {
         self.control.cancel();
     }
 
+    /// Asks it to stop and does not wait for the end: for work that leaves nothing behind.
+    pub fn abandon(mut self) {
+        self.cancel();
+        self.thread = None;
+    }
+
     /// Whether nothing is left to do, or it has failed.
     pub fn is_finished(&self) -> bool {
         self.thread.as_ref().is_none_or(JoinHandle::is_finished)

@@ -212,10 +212,7 @@ fn load_aircraft(scope: &Scope<'_>, cache: &Cache, board: &Board<'_>) -> Result<
     let read = || -> Result<(Arc<LoadedAircraft>, KeyedAircraft), String> {
         let text = stage::text(scope.folder, path, "aircraft")?;
         let key = KeyBuilder::new("aircraft", 1).text(path).text(&text).finish();
-        let loaded = match cache.get(key) {
-            Some(loaded) => loaded,
-            None => cache.insert(key, stage::load_aircraft(scope.folder, path)?),
-        };
+        let loaded = cache.get_or_try(key, || stage::load_aircraft(scope.folder, path))?;
         let data = stage::aircraft_data(Arc::clone(&loaded), loading).map_err(|error| format!("{path}: {error}"))?;
         let loaded_key = KeyBuilder::new("loading", 1).key(key).parameters(&loading).finish();
         Ok((loaded, KeyedAircraft { data, file_key: key, loaded_key }))
@@ -356,7 +353,7 @@ fn reconstruct_all<'a>(
         let key = samples_key("samples", task, aircraft_key, session);
         let samples = || stage::samples(&task.flight.recording, window, aircraft, &session.preparation);
         match cache.get_or_try(key, samples) {
-            Ok(samples) => Ok(Some(Prepared { task, key: path_key(&samples.data, session), samples })),
+            Ok(samples) => Ok(Some(Prepared { task, key: path_key(samples.content, session), samples })),
             Err(error) => {
                 board.step(|snapshot| fail_window(snapshot, &task.manoeuvre.name, &error))?;
                 Ok(None)
@@ -427,15 +424,8 @@ fn samples_key(stage: &'static str, task: &Task<'_>, aircraft_key: Key, session:
 }
 
 /// What the path depends on: the samples the filter gets and its settings.
-fn path_key(data: &FilterData, session: &Session) -> Key {
-    let mut key = KeyBuilder::new("path", 1).column(&data.inputs.time_s);
-    for column in &data.inputs.columns {
-        key = key.column(column);
-    }
-    for series in &data.measurements {
-        key = key.column(&series.time_s).column(&series.values);
-    }
-    key.parameters(&session.filter).parameters(&session.preparation.path).finish()
+fn path_key(content: Key, session: &Session) -> Key {
+    KeyBuilder::new("path", 2).key(content).parameters(&session.filter).parameters(&session.preparation.path).finish()
 }
 
 fn form_coefficients<'a>(

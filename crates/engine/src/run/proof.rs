@@ -16,10 +16,7 @@ use crate::study::{StudyWindow, Subject};
 pub fn prove(subject: &Subject<'_>, key: Key, cache: &Cache, board: &Board<'_>) -> Result<(), Cancelled> {
     let gravity_m_s2 = subject.session.filter.gravity_m_s2;
     let key = KeyBuilder::new("match", 1).key(key).parameters(&gravity_m_s2).finish();
-    let result = match cache.get(key) {
-        Some(proof) => Ok(proof),
-        None => fly(subject).map(|proof| cache.insert(key, proof)),
-    };
+    let result = cache.get_or_try(key, || fly(subject));
     board.update(|snapshot| snapshot.proof.finish(result))
 }
 

@@ -7,9 +7,10 @@ use std::time::Duration;
 use doublet_core::airframe::LoadedState;
 
 use super::details::Details;
+use crate::session::{Manoeuvre, Session};
 use crate::stage::{
-    FlightEngines, FlightNoise, FlightProposals, LoadedAircraft, LoadedFlight, PooledFits, ProofOfMatch, WindowAero,
-    WindowFits, WindowPath,
+    AeroWindow, FlightEngines, FlightNoise, FlightProposals, LoadedAircraft, LoadedFlight, PooledFits, ProofOfMatch,
+    WindowAero, WindowFits, WindowPath,
 };
 use crate::study::{CheckStudy, LagStudy, ManoeuvreStudy, MonteCarloStudy, SensitivityStudy, Study};
 
@@ -181,6 +182,12 @@ pub struct Studies {
 }
 
 impl Snapshot {
+    /// The windows of `session` whose coefficients are up to date, in its order.
+    pub fn aero<'a>(&self, session: &'a Session) -> Vec<AeroWindow<'a>> {
+        let formed = |window: &'a Manoeuvre| Some((window, Arc::clone(self.windows.get(&window.name)?.aero.ready()?)));
+        session.windows.iter().filter_map(formed).collect()
+    }
+
     /// Every stage that failed, with its place: `(place, error)`.
     pub fn failures(&self) -> Vec<(String, String)> {
         let mut failures = Vec::new();

@@ -15,7 +15,7 @@ mod signals;
 use std::collections::BTreeMap;
 
 use doublet_core::airframe::Loading;
-use doublet_core::model::Structure;
+use doublet_core::model::{Structure, Variable};
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::FilterSettings;
 use doublet_core::series::Window;
@@ -76,6 +76,14 @@ pub struct Flight {
     pub signals: SignalSetting,
     /// Channels computed from others, in their order: one may name those before it.
     pub expressions: Vec<ExpressionSetting>,
+}
+
+impl Flight {
+    /// A flight of these recordings, taken as they are.
+    pub fn new(name: String, recordings: Vec<RecordingRef>) -> Self {
+        let signals = SignalSetting::default();
+        Self { name, recordings, clocks: Vec::new(), instruments: None, signals, expressions: Vec::new() }
+    }
 }
 
 /// Instruments whose raw signals become deflections, flow angles and fuel mass.
@@ -266,6 +274,33 @@ impl Surface {
             Self::Elevator => "elevator",
             Self::Aileron => "aileron",
             Self::Rudder => "rudder",
+        }
+    }
+
+    /// Role of its deflection.
+    pub fn role(self) -> Role {
+        match self {
+            Self::Elevator => Role::Elevator,
+            Self::Aileron => Role::Aileron,
+            Self::Rudder => Role::Rudder,
+        }
+    }
+
+    /// Its deflection in terms.
+    pub fn variable(self) -> Variable {
+        match self {
+            Self::Elevator => Variable::Elevator,
+            Self::Aileron => Variable::Aileron,
+            Self::Rudder => Variable::Rudder,
+        }
+    }
+
+    /// Role of the rate it answers for first.
+    pub fn rate(self) -> Role {
+        match self {
+            Self::Elevator => Role::PitchRate,
+            Self::Aileron => Role::RollRate,
+            Self::Rudder => Role::YawRate,
         }
     }
 }

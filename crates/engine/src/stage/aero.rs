@@ -44,8 +44,7 @@ impl Footprint for WindowAero {
 }
 
 /// Control surfaces that may appear in terms.
-pub(super) const CONTROLS: [(Role, Surface); 3] =
-    [(Role::Aileron, Surface::Aileron), (Role::Elevator, Surface::Elevator), (Role::Rudder, Surface::Rudder)];
+pub const CONTROLS: [Surface; 3] = [Surface::Aileron, Surface::Elevator, Surface::Rudder];
 
 impl WindowAero {
     /// The same window with other columns or settings.
@@ -131,7 +130,7 @@ pub fn aero(
         gyroscopic: if rotors_known(&data) { preparation.gyroscopic } else { Gyroscopic::Ignored },
         differentiation,
         matched,
-        control_lags: CONTROLS.map(|(role, surface)| (role, preparation.control_lags.of(surface))).into(),
+        control_lags: CONTROLS.map(|surface| (surface.role(), preparation.control_lags.of(surface))).into(),
     };
     WindowAero::formed(data, settings, warnings)
 }
@@ -176,7 +175,7 @@ fn aero_data(
         None => down_m.iter().map(|down| preparation.origin_altitude_m - down).collect(),
     };
     let mut controls = BTreeMap::new();
-    for (role, _) in CONTROLS {
+    for role in CONTROLS.map(Surface::role) {
         if let Some(values) = around.recorded(role)? {
             controls.insert(role, values);
         }

@@ -106,13 +106,8 @@ pub fn window_terms(
     surface: Option<Surface>,
     estimation: &Estimation,
 ) -> (Vec<Term>, Vec<DroppedTerm>) {
-    let moving = match surface {
-        Some(Surface::Elevator) => Variable::Elevator,
-        Some(Surface::Aileron) => Variable::Aileron,
-        Some(Surface::Rudder) => Variable::Rudder,
-        None => return (terms.to_vec(), Vec::new()),
-    };
-    let controls = [Variable::Elevator, Variable::Aileron, Variable::Rudder];
+    let Some(moving) = surface.map(Surface::variable) else { return (terms.to_vec(), Vec::new()) };
+    let controls = Surface::ALL.map(Surface::variable);
     let rests = |term: &&Term| {
         let known = estimation.known(coefficient, term);
         estimation.by_surface

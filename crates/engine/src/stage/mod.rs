@@ -26,7 +26,7 @@ mod surroundings;
 mod tolerances;
 mod truth;
 
-pub use aero::{WindowAero, aero, aero_along};
+pub use aero::{CONTROLS, WindowAero, aero, aero_along};
 pub use aircraft::{AircraftData, LoadedAircraft, aircraft_data, load_aircraft, loading_on_board};
 pub use align::{UsedClock, is_stamped_by};
 pub use detail::{

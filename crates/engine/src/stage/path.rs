@@ -20,7 +20,7 @@ use super::aircraft::AircraftData;
 use super::placement::{move_accelerometer, move_antenna, move_vanes};
 use super::samples::{finite_samples, gaps, values_at};
 use super::truth::{TruthError, truth_errors};
-use crate::graph::Footprint;
+use crate::graph::{Footprint, Key, KeyBuilder};
 use crate::run::Control;
 use crate::session::{PathSource, Preparation, Session};
 
@@ -134,6 +134,8 @@ pub struct SmoothedSeries {
 pub struct Samples {
     /// Inertial samples and measurements.
     pub data: Arc<FilterData>,
+    /// Identity of these, by every number.
+    pub content: Key,
     /// Truth of each state over the window, where the recording carries it.
     truth: Arc<[Option<Series>; STATES]>,
     /// Findings on the way.
@@ -184,7 +186,20 @@ pub fn samples(
         Series { time_s: truth.time_s[range.clone()].into(), values: truth.values[range].into() }
     };
     let truth = State::ALL.map(|state| recording.truth.get(state.name()).map(within)).into();
-    Ok(Samples { data: FilterData { inputs, measurements }.into(), truth, warnings })
+    let data = FilterData { inputs, measurements };
+    Ok(Samples { content: content(&data), data: data.into(), truth, warnings })
+}
+
+/// Identity of the samples of a window: what changes none of them leaves its path as it is.
+fn content(data: &FilterData) -> Key {
+    let mut key = KeyBuilder::new("samples of a window", 1).column(&data.inputs.time_s);
+    for column in &data.inputs.columns {
+        key = key.column(column);
+    }
+    for series in &data.measurements {
+        key = key.column(&series.time_s).column(&series.values);
+    }
+    key.finish()
 }
 
 fn input_series(recording: &Recording, window: Window, warnings: &mut Vec<String>) -> Result<InputSeries, String> {
@@ -319,7 +334,7 @@ pub fn reconstructions(
 }
 
 fn window_path(samples: &Samples, reconstruction: Reconstruction, filter: &FilterSettings) -> WindowPath {
-    let Samples { data, truth, warnings } = samples;
+    let Samples { data, truth, warnings, .. } = samples;
     let mut warnings = warnings.clone();
     warnings.extend(reconstruction.warnings.iter().cloned());
     let untold = untold(data, &reconstruction, filter);

@@ -1,6 +1,6 @@
 //! Samples of a role over a window, on another time base where needed, with their gaps stated.
 
-use doublet_core::prep::{Interpolation, longest_interval_s, resample};
+use doublet_core::prep::{Interpolation, between_samples, longest_interval_s, resample};
 use doublet_core::quantity::Role;
 use doublet_core::series::{Channel, Recording, Window};
 
@@ -65,24 +65,9 @@ pub fn channel_at(recording: &Recording, channel: &Channel, what: &str, time_s: 
 /// Values of `role` at the increasing `time_s` by straight lines between its own samples, not a number before the first, behind
 /// the last and inside a gap; `None` when the recording has no such role or no finite sample of it.
 pub fn values_where_recorded(recording: &Recording, role: Role, time_s: &[f64]) -> Option<Vec<f64>> {
-    let everything = Window { start_s: f64::NEG_INFINITY, end_s: f64::INFINITY };
-    let (own_time, own_values) = finite_samples(recording.role(role)?, everything, 0.0);
-    let longest = longest_interval_s(&own_time, recording.max_gap_s);
-    let mut right = 0;
-    let mut value_at = |time: f64| {
-        while own_time.get(right).is_some_and(|&sample| sample < time) {
-            right += 1;
-        }
-        match (right.checked_sub(1), own_time.get(right)) {
-            (_, Some(&sample)) if sample == time => own_values[right],
-            (Some(left), Some(&sample)) if sample - own_time[left] <= longest => {
-                let fraction = (time - own_time[left]) / (sample - own_time[left]);
-                own_values[left] + fraction * (own_values[right] - own_values[left])
-            }
-            _ => f64::NAN,
-        }
-    };
-    (!own_time.is_empty()).then(|| time_s.iter().map(|&time| value_at(time)).collect())
+    let series = &recording.role(role)?.series;
+    let is_recorded = series.values.iter().any(|value| value.is_finite());
+    is_recorded.then(|| between_samples(series, time_s, recording.max_gap_s, false))
 }
 
 #[cfg(test)]

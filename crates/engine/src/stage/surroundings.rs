@@ -12,7 +12,7 @@ use super::aircraft::AircraftData;
 use super::engines::ENGINES;
 use super::samples::values_at;
 use crate::graph::Footprint;
-use crate::session::Preparation;
+use crate::session::{Preparation, Surface};
 
 /// Channels of the air that the coefficients may need.
 const AIR: [Role; 6] =
@@ -58,7 +58,7 @@ impl Surroundings {
         let time_s = times[first..].to_vec();
         let engines = ENGINES.iter().flat_map(|engine| [engine.thrust, engine.speed, engine.manifold_pressure]);
         let roles =
-            Input::ALL.into_iter().map(Input::role).chain(CONTROLS.map(|(role, _)| role)).chain(AIR).chain(engines);
+            Input::ALL.into_iter().map(Input::role).chain(CONTROLS.map(Surface::role)).chain(AIR).chain(engines);
         let values = |role: Role| Some((role, values_at(recording, role, &time_s).transpose()?));
         Ok(Self {
             first,

@@ -3,14 +3,13 @@
 use std::sync::Arc;
 
 use doublet_core::estimate::{NonlinearSearch, PooledRegression, search_nonlinear};
-use doublet_core::model::{Coefficient, Lag, Variable};
-use doublet_core::quantity::Role;
+use doublet_core::model::{Coefficient, Lag};
 use rayon::prelude::*;
 
 use super::{StudyError, Subject, Watch};
 use crate::graph::Footprint;
 use crate::session::Surface;
-use crate::stage::{self, AeroWindow, WindowAero};
+use crate::stage::{self, AeroWindow, CONTROLS, WindowAero};
 
 /// What a control may do between its recording and the air.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,8 +25,6 @@ pub enum LagKind {
 pub struct ControlLag {
     /// Control.
     pub surface: Surface,
-    /// Its variable in terms.
-    pub control: Variable,
     /// What was looked for.
     pub kind: LagKind,
     /// Coefficients it was looked for in: those with a term of the control.
@@ -82,13 +79,6 @@ fn search_bytes(search: &NonlinearSearch) -> usize {
     search.fits.iter().map(|fit| fit.fit.residuals.len() * 16 + 4096).sum()
 }
 
-/// Controls with the role of their recording.
-const CONTROLS: [(Surface, Variable, Role); 3] = [
-    (Surface::Aileron, Variable::Aileron, Role::Aileron),
-    (Surface::Elevator, Variable::Elevator, Role::Elevator),
-    (Surface::Rudder, Variable::Rudder, Role::Rudder),
-];
-
 /// Finds the delay and the first-order lag of every control by the fit of the coefficients that have a term of it, one at a time,
 /// the others as the session has them.
 ///
@@ -96,10 +86,10 @@ const CONTROLS: [(Surface, Variable, Role); 3] = [
 /// That it was stopped.
 pub fn lags(subject: &Subject<'_>, watch: &Watch<'_>) -> Result<LagStudy, StudyError> {
     let windows = subject.aero();
-    let cases: Vec<_> = CONTROLS.into_iter().flat_map(|control| LagKind::ALL.map(|kind| (control, kind))).collect();
+    let cases: Vec<_> = CONTROLS.into_iter().flat_map(|surface| LagKind::ALL.map(|kind| (surface, kind))).collect();
     let watch = watch.parts(cases.len());
-    let one = |(control, kind): ((Surface, Variable, Role), LagKind)| {
-        let found = control_lag(subject, &windows, control, kind, &watch);
+    let one = |(surface, kind): (Surface, LagKind)| {
+        let found = control_lag(subject, &windows, surface, kind, &watch);
         watch.checkpoint()?;
         watch.step();
         Ok(found)
@@ -112,10 +102,11 @@ pub fn lags(subject: &Subject<'_>, watch: &Watch<'_>) -> Result<LagStudy, StudyE
 fn control_lag<'a>(
     subject: &Subject<'a>,
     windows: &[AeroWindow<'a>],
-    (surface, control, role): (Surface, Variable, Role),
+    surface: Surface,
     kind: LagKind,
     watch: &Watch<'_>,
 ) -> Option<ControlLag> {
+    let (control, role) = (surface.variable(), surface.role());
     let mut structure = subject.session.structure.clone();
     structure
         .models
@@ -138,7 +129,7 @@ fn control_lag<'a>(
     };
     let [lower, upper] = kind.range_s();
     let result = search_nonlinear(lower, upper, regressions_at).map_err(|SearchError(error)| error);
-    Some(ControlLag { surface, control, kind, coefficients, result })
+    Some(ControlLag { surface, kind, coefficients, result })
 }
 
 /// One line: why a lag could not be tried.
