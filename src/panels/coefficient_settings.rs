@@ -1,10 +1,13 @@
 //! Axes, reference point, thrust and rotors of the coefficients, and what controls do between their recording and the air.
 
-use doublet_core::model::{Axes, Gyroscopic, Lag, ThrustTreatment};
+use doublet_core::model::{Axes, Gyroscopic, ThrustTreatment};
+use doublet_engine::run::Slot;
 use doublet_engine::session::{AngularAcceleration, Edit, EstimationEdit, MomentReference, Preparation, Surface};
-use eframe::egui::{Grid, Ui};
+use doublet_engine::study::{ControlLag, LagKind, Study};
+use eframe::egui::{Button, Grid, ProgressBar, Ui};
 
-use super::{PanelContext, choices};
+use super::{PanelContext, choices, trouble};
+use crate::command::{RunCommand, UiCommand};
 use crate::widgets::quantity_edit::QuantityEdit;
 
 /// Names of the axes of a point.
@@ -78,25 +81,62 @@ fn reference_point(ctx: &mut PanelContext<'_>, ui: &mut Ui, point: [f64; 3]) {
     });
 }
 
-/// Lag and delay of each control.
+/// Lag and delay of each control, beside what the fit finds for them.
 fn lags(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
-    Grid::new("lags").num_columns(3).spacing([10.0, 3.0]).show(ui, |ui| {
+    let slot = &ctx.snapshot.studies.lags;
+    Grid::new("lags").num_columns(5).spacing([10.0, 3.0]).show(ui, |ui| {
         ui.weak("Control");
         ui.weak("First-order lag").on_hover_text("Time constant between the recorded deflection and the one that acts");
+        ui.weak("");
         ui.weak("Delay").on_hover_text("Negative where the deflection was recorded late");
         ui.end_row();
         for surface in Surface::ALL {
             let lag = ctx.session.preparation.control_lags.of(surface);
             ui.label(surface.name());
-            let mut field = |what: &str, value: f64, lowest: f64, with: &dyn Fn(f64) -> Lag| {
+            let parts =
+                [(LagKind::FirstOrder, "lag", lag.time_constant_s, 0.0), (LagKind::Delay, "delay", lag.delay_s, -2.0)];
+            for (kind, what, value, lowest) in parts {
+                let edit = |value| Edit::Estimation(EstimationEdit::ControlLag(surface, kind.set(lag, value)));
                 let name = format!("{} {what}", surface.name());
                 let field = QuantityEdit::new(&name, value).unit("ms", 1e3).per_point(1.0).allowed(lowest..=2.0);
                 let edited = field.show(ui);
-                ctx.edit_quantity(edited, |value| Edit::Estimation(EstimationEdit::ControlLag(surface, with(value))));
-            };
-            field("lag", lag.time_constant_s, 0.0, &|time_constant_s| Lag { time_constant_s, ..lag });
-            field("delay", lag.delay_s, -2.0, &|delay_s| Lag { delay_s, ..lag });
+                ctx.edit_quantity(edited, edit);
+                if let Some(value) = take(ui, slot.latest().and_then(|study| study.of(surface, kind)), slot.is_stale())
+                {
+                    ctx.edit(edit(value));
+                }
+            }
             ui.end_row();
         }
     });
+    ui.horizontal(|ui| {
+        let running = matches!(slot, Slot::Running { .. });
+        let hint = "The lag and the delay of each control that fit all its coefficients best, one at a time";
+        if ui.add_enabled(!running, Button::new("Find lags of the controls")).on_hover_text(hint).clicked() {
+            ctx.commands.push(UiCommand::Run(RunCommand::Study(Study::Lags)));
+        }
+        if let Slot::Running { progress, .. } = slot {
+            ui.add(ProgressBar::new(*progress).desired_width(140.0).desired_height(8.0));
+        }
+    });
+    trouble(ui, slot.error());
+}
+
+/// What the fit found, to be taken by a click: the value, s.
+fn take(ui: &mut Ui, found: Option<&ControlLag>, is_stale: bool) -> Option<f64> {
+    let Some(found) = found else {
+        ui.weak("");
+        return None;
+    };
+    match found.found_s() {
+        Ok((value, error)) => {
+            let text = format!("{:.1} ± {:.1} ms", 1e3 * value, 1e3 * error);
+            let button = ui.add_enabled(!is_stale, Button::new(text).small()).on_hover_text("Take what the fit finds");
+            button.on_disabled_hover_text("The session has changed since: find again").clicked().then_some(value)
+        }
+        Err(error) => {
+            ui.weak("none").on_hover_text(error);
+            None
+        }
+    }
 }

@@ -1,6 +1,6 @@
 //! Panels on the small flight and the shipped one: the numbers behind what is drawn.
 
-use doublet::command::UiCommand;
+use doublet::command::{EditCommand, UiCommand};
 use doublet::panels::Pane;
 use doublet::ui_state::Scope;
 use doublet_core::estimate::Origin;
@@ -9,7 +9,8 @@ use doublet_core::quantity::Role;
 use doublet_core::reconstruct::consistency::WORTH_CHANGING;
 use doublet_core::reconstruct::{Method, State};
 use doublet_engine::run::{Control, Scope as RunScope, Snapshot, run};
-use doublet_engine::session::{self, Edit, FilterEdit, ModelEdit};
+use doublet_engine::session::{self, Edit, FilterEdit, ModelEdit, Surface};
+use doublet_engine::study::LagKind;
 use egui_kittest::kittest::Queryable;
 
 use crate::workbench::Bench;
@@ -242,6 +243,30 @@ fn sensitivity_to_inertia_is_that_of_the_moment_itself() {
         assert!((partial.relative_percent.abs() - 5.0).abs() < 1e-6, "{partial:?}");
     }
     assert!(bench.harness.query_by_label("tornado of sensitivity").is_some());
+}
+
+#[test]
+fn delay_the_fit_finds_is_taken_by_a_click_and_undone() {
+    let mut bench = Bench::open();
+    bench.show(Pane::Model);
+    bench.harness.get_by_label("Axes, reference, thrust and lags").click();
+    bench.harness.run_steps(20);
+    // The deflection was recorded when it acted: a delay is wrong, and the fit finds it back.
+    bench.enter("elevator delay", "40");
+    bench.settle();
+    bench.harness.get_by_role_and_label(egui::accesskit::Role::Button, "Find lags of the controls").click();
+    bench.settle();
+    picture(&mut bench.harness, "model_lags");
+    let lags = bench.snapshot().studies.lags.ready().expect("they were asked for").clone();
+    let (found, error) = lags.of(Surface::Elevator, LagKind::Delay).unwrap().found_s().unwrap();
+    assert!(found.abs() < 1e-3 && error < 1e-3, "{found} {error}");
+    // A first-order lag on top of the delay only makes it worse: it ends at zero, which is no value to take.
+    assert!(lags.of(Surface::Elevator, LagKind::FirstOrder).unwrap().found_s().is_err());
+    bench.harness.get_by_label(&format!("{:.1} ± {:.1} ms", 1e3 * found, 1e3 * error)).click();
+    bench.settle();
+    assert_eq!(bench.session().preparation.control_lags.of(Surface::Elevator).delay_s, found);
+    bench.request(UiCommand::Edit(EditCommand::Undo));
+    assert_eq!(bench.session().preparation.control_lags.of(Surface::Elevator).delay_s, 0.04);
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use doublet_engine::report::StudyResults;
 use doublet_engine::session::{self, Edit, EstimationEdit, Surface};
-use doublet_engine::study::{LagKind, LagStudy, Study};
+use doublet_engine::study::{LagKind, Study};
 
 use crate::arguments::LagArguments;
 use crate::run::computed;
@@ -36,7 +36,9 @@ pub fn lags(arguments: &LagArguments) -> Result<(), String> {
     let found = snapshot.studies.lags.ready().ok_or("the lags were not found")?;
     let mut next = session;
     for &(surface, kind) in &arguments.take {
-        let value_s = value(found, surface, kind)?;
+        let name = format!("{} of the {}", kind.name(), surface.name());
+        let row = found.of(surface, kind).ok_or_else(|| format!("{name}: no coefficient has a term of it"))?;
+        let (value_s, _) = row.found_s().map_err(|error| format!("{name}: {error}"))?;
         let lag = kind.set(next.preparation.control_lags.of(surface), value_s);
         let edit = Edit::Estimation(EstimationEdit::ControlLag(surface, lag));
         next = edit.apply(&next).map_err(|error| error.to_string())?;
@@ -48,18 +50,6 @@ pub fn lags(arguments: &LagArguments) -> Result<(), String> {
         next.preparation.control_lags.words()
     ));
     Ok(())
-}
-
-/// What was found for a control, s, to a tenth of a millisecond; refused at an end of the range searched.
-fn value(found: &LagStudy, surface: Surface, kind: LagKind) -> Result<f64, String> {
-    let name = format!("{} of the {}", kind.name(), surface.name());
-    let row = found.lags.iter().find(|row| row.surface == surface && row.kind == kind);
-    let row = row.ok_or_else(|| format!("{name}: no coefficient has a term of it"))?;
-    let result = row.result.as_ref().map_err(|error| format!("{name}: {error}"))?;
-    if !result.standard_error.is_finite() {
-        return Err(format!("{name}: the best value lies at or beyond an end of the range searched, it is not taken"));
-    }
-    Ok((1e4 * result.value).round() / 1e4)
 }
 
 /// Prints what was found.

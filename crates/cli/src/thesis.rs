@@ -38,12 +38,12 @@ const ROLL_AND_AILERON: f64 = -0.92;
 const CONCLUSION: &str = "\
 What shows here as in the thesis: single manoeuvres do not tell CY_p, Cn_p or CX_q, whose estimates change their sign from one to the
 next; the lateral derivatives scatter by five to fifteen times their standard error for white residuals; and manoeuvres of the rudder
-understate the roll damping by up to a quarter.
+understate the roll damping by up to a tenth.
 
 What does not show: a roll damping of zero, an R2 of Cl of 0.46, a pitch damping of either sign, a correlation of roll rate and aileron
 of -0.92. Every aileron manoeuvre of this flight gives Cl_p and Cl_delta_a within two per cent; smoothed inputs, splined flow angles
 and single manoeuvres, which are all in the first run, do not bring the weaknesses about. A wrong clock of the control sensors brings
-most of their signs: stamped a fifth of a second early, Cl_delta_a loses two fifths, the roll damping a third more, Cm_q turns positive,
+most of their signs: stamped a fifth of a second early, Cl_delta_a loses two fifths, the roll damping a third, Cm_q turns positive,
 and R2 falls for the moments of the moved surface, not for the forces. The thesis aligned these sensors by hand, up to 1.5 s, and reports a
 delay between fitted and observed Cl that it could not explain (section 4.4.3); that this was the reason there is likely, not shown. The
 shipped session fits this clock to what both recorders see and finds it to some milliseconds.";

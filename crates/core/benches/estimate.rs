@@ -69,7 +69,7 @@ fn pooled_57500_samples_28_parameters(bencher: divan::Bencher) {
 fn coloured_covariance_69_fits_250_lags(bencher: divan::Bencher) {
     let windows = windows();
     let fits = fits(&windows);
-    let settings = Coloured { max_lag: Some(LAGS), taper: Taper::Triangular };
+    let settings = Coloured { max_lag: Some(LAGS), taper: Taper::Parzen };
     let mut transforms = Transforms::default();
     bencher.bench_local(|| {
         let of_window = |(fit, window): (&Fit, &PooledWindow)| {
@@ -86,7 +86,7 @@ fn coloured_covariance_69_fits_250_lags(bencher: divan::Bencher) {
 fn coloured_covariance_69_single_fits_250_lags(bencher: divan::Bencher) {
     let windows = windows();
     let fits = fits(&windows);
-    let settings = Coloured { max_lag: Some(LAGS), taper: Taper::Triangular };
+    let settings = Coloured { max_lag: Some(LAGS), taper: Taper::Parzen };
     bencher.bench(|| {
         (0..3)
             .flat_map(|_| fits.iter().zip(&windows))

@@ -10,6 +10,8 @@ use doublet_core::series::Window;
 use doublet_engine::session::{Estimation, Manoeuvre, Surface, TermConstraint, WindowRole};
 use doublet_engine::stage::{AeroWindow, CoefficientFit, PooledFits, WindowAero, errors, pooled_fits, window_fits};
 use proptest::prelude::*;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 
 #[path = "../../core/tests/common/flight.rs"]
 mod flight;
@@ -29,9 +31,9 @@ fn windows() -> Vec<(Manoeuvre, Arc<WindowAero>)> {
         begin.rates_rad_s[0] = 0.02 * index as f64;
         begin.air_velocity_body_m_s[1] = 0.5 * index as f64 - 1.0;
         let flown = replay.fly(&flight::truth(), &begin).unwrap();
-        let noise = |k: usize| ((k * 7919 + index * 104_729) % 1009) as f64 / 504.5 - 1.0;
-        let shaken = |column: &Vec<f64>, by: f64| -> Vec<f64> {
-            column.iter().enumerate().map(|(k, value)| value + by * noise(k)).collect()
+        let mut rng = ChaCha8Rng::seed_from_u64(index as u64);
+        let mut shaken = |column: &Vec<f64>, by: f64| -> Vec<f64> {
+            column.iter().map(|value| value + by * rng.random_range(-1.0..1.0)).collect()
         };
         let data = AeroData {
             airspeed_m_s: flown.airspeed_m_s.clone(),
@@ -94,8 +96,8 @@ proptest! {
                 prop_assert!((s_a - s_b).abs() <= REORDERING * s_a, "{}: {} {}", name, s_a, s_b);
                 let place = again.names.iter().position(|other| other == name).unwrap();
                 let (c_a, c_b) = (plain.corrected_errors[index], other.corrected_errors[place]);
-                // Two transforms and a quadratic form: a few more roundings.
-                prop_assert!((c_a - c_b).abs() <= 100.0 * REORDERING * c_a, "{}: {} {}", name, c_a, c_b);
+                // Transforms, a ratio of spectra and a quadratic form between two inverses: more roundings, a hundred times larger.
+                prop_assert!((c_a - c_b).abs() <= 1000.0 * REORDERING * c_a, "{}: {} {}", name, c_a, c_b);
             }
         }
     }

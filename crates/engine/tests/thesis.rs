@@ -42,7 +42,7 @@ fn the_shipped_flight_treated_as_in_the_thesis_shows_some_of_its_weaknesses_and_
     let found = results(&session);
     // Truth: Cl_p -0.45, Cl_delta_a -0.172, Cm_q -5.15, CY_p -0.08, Cn_p -0.1.
     let [damping, least, greatest] = estimates(&found, "Cl_p");
-    assert!((-0.43..-0.38).contains(&damping) && least > -0.46 && greatest < -0.30);
+    assert!((-0.446..-0.42).contains(&damping) && least > -0.48 && greatest > -0.42);
     let [aileron, ..] = estimates(&found, "Cl_delta_a");
     assert!((aileron / -0.172 - 1.0).abs() < 0.03, "{aileron}");
     let [pitch, ..] = estimates(&found, "Cm_q");

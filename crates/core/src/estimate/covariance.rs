@@ -1,6 +1,8 @@
 //! Covariance of least-squares estimates whose residuals are coloured.
 
 use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 
 use nalgebra::{Complex, DMatrix, DVector};
 use rustfft::FftPlanner;
@@ -22,8 +24,23 @@ pub struct Coloured {
 pub enum Taper {
     /// One, as published (Morelli and Klein, J. Aircraft 34(2), 1997): a variance can come out negative.
     None,
-    /// `1 - k / (K + 1)`: no variance can come out negative.
-    Triangular,
+    /// With `x = k / (K + 1)`: `1 - 6 x^2 (1 - x)` up to a half, `2 (1 - x)^3` beyond. No variance can come out negative, and short
+    /// lags keep their weight (Parzen, Technometrics 3(2), 1961).
+    Parzen,
+}
+
+impl Taper {
+    /// Weights of the lags `0..=max_lag`.
+    fn weights(self, max_lag: usize) -> impl Iterator<Item = f64> {
+        (0..=max_lag).map(move |lag| {
+            let x = lag as f64 / (max_lag + 1) as f64;
+            match self {
+                Self::None => 1.0,
+                Self::Parzen if x <= 0.5 => 1.0 - 6.0 * x * x * (1.0 - x),
+                Self::Parzen => 2.0 * (1.0 - x).powi(3),
+            }
+        })
+    }
 }
 
 /// A window as the covariance sees it: regressors, the parameter of each, the residuals of each fit.
@@ -32,6 +49,17 @@ pub(super) struct Block<'a> {
     pub(super) columns: &'a [usize],
     pub(super) residuals: Vec<&'a [f64]>,
 }
+
+/// Spectra of the regressors of one window; those of real columns are mirrored, half of them says all.
+struct Spectra<'a> {
+    columns: &'a [usize],
+    length: usize,
+    /// Real parts of all frequencies above the imaginary ones.
+    parts: DMatrix<f64>,
+}
+
+/// Part of the noise at some frequency below which the residual says nothing of it.
+const LEAST_LEFT: f64 = 1e-3;
 
 /// A fit as the covariance sees it.
 #[derive(Clone, Copy)]
@@ -51,21 +79,22 @@ impl<'a> Unit<'a> {
     }
 }
 
-/// Covariance `c D M D` with `D = (X'X)^-1` and
-/// `M = R(0) sum x_i x_i' + sum_{k=1..K} w_k R(k) sum_i (x_i x_{i+k}' + x_{i+k} x_i')`, where
+/// Covariance `D M D` with `D = (X'X)^-1` and `M = sum_{i,j} S(|i - j|) x_i x_j'`, where `S(k) = w_k R(k)` and
 /// `R(k) = (1/N) sum_i v_i v_{i+k}` is the autocorrelation of the residual (Morelli and Klein 1997; Klein and Morelli,
 /// "Aircraft System Identification", 5.2).
 ///
-/// The residual has lost what the fit took: `E[v'v] = tr(S) - tr(D X'S X)` for noise of covariance `S`, so that residuals understate
-/// the noise by `1 / c = 1 - tr(D M) / v'v`. For white residuals `tr(D M) / v'v = p / N`, and the covariance is the conventional one
-/// with its `N - p`; coloured ones lose more. The published form has `c = 1`.
+/// The residual has lost what the fit took of the noise, and the fit takes most where its regressors have their power: with
+/// `H(k) = (1/N) sum_i (X D X')_{i, i+k}`, white noise of variance `s^2` leaves `E R(k) = s^2 (delta_k - H(k))`. With a taper, the
+/// spectrum of `w_k R(k)` is therefore divided by one less that of `w_k H(k)`: exact in the mean for white noise, whose covariance is
+/// then the conventional one with its `N - p`, and right for noise whose spectrum changes little over the width of the taper's. The
+/// published form, without a taper, makes no such allowance.
 ///
 /// `x` are the regressors of `fit`, samples by parameters. The sums are formed in the frequency domain: with the spectrum
-/// `S` of `w_k R(k)`, `M = (1/L) sum_f S(f) Re(conj(X(f)) X(f)')` over a length `L` that leaves no room to wrap around.
+/// `S(f)`, `M = (1/L) sum_f S(f) Re(conj(X(f)) X(f)')` over a length `L` that leaves `K` lags no room to wrap around.
 ///
 /// # Errors
-/// Sizes that differ, a lag beyond the shortest window, and a variance that comes out negative (use the triangular taper or
-/// fewer lags).
+/// Sizes that differ, a lag beyond the shortest window, and a variance that comes out negative (use a taper or fewer
+/// lags).
 pub fn coloured_covariance(fit: &Fit, x: &DMatrix<f64>, settings: &Coloured) -> Result<DMatrix<f64>, EstimateError> {
     with_transforms(|transforms| coloured_covariances(&[fit], x, settings, transforms)).and_then(only)
 }
@@ -126,63 +155,53 @@ pub(super) fn coloured_covariances_of(
         let found = transforms.autocorrelations(records(pair).zip(records(pair + 1)), max_lag);
         correlations.extend(found.into_iter().take(units.len() - pair));
     }
-    if settings.taper == Taper::Triangular {
-        for (lag, value) in correlations.iter_mut().flat_map(|correlation| correlation.iter_mut().enumerate()) {
-            *value *= 1.0 - lag as f64 / (max_lag + 1) as f64;
-        }
+    let windows: Vec<Spectra<'_>> = blocks.iter().map(|block| transforms.spectra(block, max_lag)).collect();
+    let mut leverages: Vec<Vec<f64>> = Vec::with_capacity(units.len());
+    for (index, unit) in units.iter().enumerate() {
+        let known = index.checked_sub(1).filter(|before| units[*before].covariance == unit.covariance);
+        leverages.push(match known {
+            _ if settings.taper == Taper::None => vec![0.0; max_lag + 1],
+            Some(before) => leverages[before].clone(),
+            None => transforms.leverage(unit.covariance, &windows, max_lag)?,
+        });
     }
-    let mut middles: Vec<DMatrix<f64>> =
-        units.iter().map(|unit| DMatrix::zeros(unit.covariance.nrows(), unit.covariance.ncols())).collect();
-    for Block { x, columns, .. } in blocks {
-        let parts = transforms.weighted_products(x, &correlations);
-        for (middle, part) in middles.iter_mut().zip(parts) {
-            for (i, &row) in columns.iter().enumerate() {
-                for (j, &column) in columns.iter().enumerate() {
-                    middle[(row, column)] += part[(i, j)];
-                }
-            }
-        }
+    leverages.iter_mut().flatten().for_each(|sum| *sum /= all as f64);
+    for values in correlations.iter_mut().chain(&mut leverages) {
+        values.iter_mut().zip(settings.taper.weights(max_lag)).for_each(|(value, weight)| *value *= weight);
     }
-    let square = |fit: usize| blocks.iter().flat_map(|block| block.residuals[fit]).map(|v| v * v).sum();
-    let fits = units.iter().zip(middles).enumerate();
-    fits.map(|(fit, (unit, middle))| sandwich(unit, middle, square(fit))).collect()
+    let fits = units.iter().zip(correlations.iter().zip(&leverages));
+    fits.map(|(unit, (correlation, leverage))| {
+        let mut middle = DMatrix::zeros(unit.covariance.nrows(), unit.covariance.ncols());
+        let mut noises: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
+        for window in &windows {
+            let noise = match noises.entry(window.length) {
+                Entry::Occupied(known) => known.into_mut(),
+                Entry::Vacant(open) => open.insert(transforms.noise(window.length, correlation, leverage)?),
+            };
+            add_products(window, noise, &mut middle);
+        }
+        sandwich(unit, middle)
+    })
+    .collect()
 }
 
-/// `c D M D` for residuals of a given sum of squares, symmetric, without negative variances.
+/// `D M D`, symmetric, without negative variances.
 ///
-/// A prior is one more row of weight `w = s / deviation` whose error has the variance `s^2`, so that `D = (X'X + W)^-1` with
-/// `W = diag(w^2)` and `M` grows by `s^2 W`. The residual has then lost `tr(D M) - s^2 tr(D W) + tr(W D (M + s^2 W) D)` of the
-/// expected `tr(S)`, which for white residuals is `s^2 (p - tr(D W))`.
+/// A prior is one more row of weight `s / deviation` whose error has the variance `s^2`, so that `D = (X'X + W)^-1` with
+/// `W = diag(s^2 / deviation^2)`, and `M` grows by `s^2 W`. What white noise leaves of the residual stays `s^2 (1 - X D X')`.
 fn sandwich(
     &Unit { covariance: unit_covariance, prior_information, variance }: &Unit<'_>,
     mut middle: DMatrix<f64>,
-    residual_square: f64,
 ) -> Result<DMatrix<f64>, EstimateError> {
-    let mut lost = unit_covariance.component_mul(&middle).sum();
-    if prior_information.iter().any(|information| *information > 0.0) {
-        let told: f64 = unit_covariance.diagonal().iter().zip(prior_information).map(|(d, w)| d * w).sum();
-        for (index, information) in prior_information.iter().enumerate() {
-            middle[(index, index)] += variance * information;
-        }
-        let spread = unit_covariance * &middle * unit_covariance;
-        let pulled: f64 = spread.diagonal().iter().zip(prior_information).map(|(d, w)| d * w).sum();
-        lost += pulled - variance * told;
+    for (index, information) in prior_information.iter().enumerate() {
+        middle[(index, index)] += variance * information;
     }
-    let middle = &middle;
-    let understated = if residual_square > 0.0 { 1.0 - lost / residual_square } else { 1.0 };
-    if understated <= 0.0 {
-        return Err(EstimateError::Setting {
-            setting: "residual left by the coloured covariance".to_owned(),
-            value: understated,
-            allowed: "above zero: fewer parameters or longer windows are needed",
-        });
-    }
-    let covariance = unit_covariance * middle * unit_covariance / understated;
+    let covariance = unit_covariance * middle * unit_covariance;
     match covariance.diagonal().iter().position(|&variance| variance < 0.0) {
         Some(index) => Err(EstimateError::Setting {
             setting: format!("coloured variance of parameter {index}"),
             value: covariance[(index, index)],
-            allowed: "not negative: use the triangular taper or fewer lags",
+            allowed: "not negative: use a taper or fewer lags",
         }),
         None => Ok(0.5 * (&covariance + covariance.transpose())),
     }
@@ -249,20 +268,30 @@ impl Transforms {
         records: impl Iterator<Item = (&'a [f64], &'a [f64])>,
         max_lag: usize,
     ) -> [Vec<f64>; 2] {
-        let mut sums = [vec![0.0; max_lag + 1], vec![0.0; max_lag + 1]];
+        let mut powers = Powers::new();
         let mut samples = 0;
         for (first, second) in records {
             samples += first.len();
             let length = transform_length(first.len() + max_lag);
             self.load(length, first.iter().copied(), second.iter().copied());
             self.transform();
-            let half = length / 2;
-            let powers: Vec<Complex<f64>> =
-                (0..=half).map(|f| self.pair(f)).map(|(a, b)| Complex::new(a.norm_sqr(), b.norm_sqr())).collect();
-            self.buffer[..=half].copy_from_slice(&powers);
-            for f in half + 1..length {
-                self.buffer[f] = powers[length - f];
+            for (f, power) in power_of(&mut powers, length).iter_mut().enumerate() {
+                let (a, b) = self.pair(f);
+                *power += Complex::new(a.norm_sqr(), b.norm_sqr());
             }
+        }
+        let mut sums = self.lags(&powers, max_lag);
+        sums.iter_mut().flatten().for_each(|sum| *sum /= samples as f64);
+        sums
+    }
+
+    /// Sums over all lengths of what two power spectra are the transforms of, for the lags `0..=max_lag`.
+    fn lags(&mut self, powers: &Powers, max_lag: usize) -> [Vec<f64>; 2] {
+        let mut sums = [vec![0.0; max_lag + 1], vec![0.0; max_lag + 1]];
+        for (&length, power) in powers {
+            let mirrored = (length / 2 + 1..length).map(|f| power[length - f]);
+            self.buffer.clear();
+            self.buffer.extend(power.iter().copied().chain(mirrored));
             // A power spectrum is real and even: its inverse transform is its forward transform over the length.
             self.transform();
             for (lag, value) in self.buffer.iter().take(max_lag + 1).enumerate() {
@@ -270,70 +299,111 @@ impl Transforms {
                 sums[1][lag] += value.im / length as f64;
             }
         }
-        sums.iter_mut().flatten().for_each(|sum| *sum /= samples as f64);
         sums
     }
 
-    /// `sum_{i,j} R(|i - j|) x_i x_j'` over one window for each correlation `R`, zero beyond its last lag; all have one length.
-    fn weighted_products(&mut self, x: &DMatrix<f64>, correlations: &[Vec<f64>]) -> Vec<DMatrix<f64>> {
-        let lags = correlations.first().map_or(1, Vec::len);
-        let length = transform_length(x.nrows() + lags - 1);
+    /// Spectra of the regressors of a window, with room for `max_lag`.
+    fn spectra<'a>(&mut self, &Block { x, columns, .. }: &Block<'a>, max_lag: usize) -> Spectra<'a> {
+        let length = transform_length(x.nrows() + max_lag);
         let half = length / 2;
-        // Two real columns go through one complex transform; of real columns half the spectrum says all. Real parts stand above
-        // the imaginary ones.
-        let mut spectra = DMatrix::zeros(2 * (half + 1), x.ncols() + x.ncols() % 2);
+        let mut parts = DMatrix::zeros(2 * (half + 1), x.ncols() + x.ncols() % 2);
+        // Two real columns go through one complex transform.
         for first in (0..x.ncols()).step_by(2) {
             let second = x.columns(first + 1, usize::from(first + 1 < x.ncols()));
             self.load(length, x.column(first).iter().copied(), second.iter().copied());
             self.transform();
             for f in 0..=half {
                 let (a, b) = self.pair(f);
-                spectra[(f, first)] = a.re;
-                spectra[(half + 1 + f, first)] = a.im;
-                spectra[(f, first + 1)] = b.re;
-                spectra[(half + 1 + f, first + 1)] = b.im;
+                parts[(f, first)] = a.re;
+                parts[(half + 1 + f, first)] = a.im;
+                parts[(f, first + 1)] = b.re;
+                parts[(half + 1 + f, first + 1)] = b.im;
             }
         }
-        let mut products = Vec::with_capacity(correlations.len());
-        for pair in correlations.chunks(2) {
-            let (first, second) = (pair[0].as_slice(), pair.get(1).map_or(&[][..], Vec::as_slice));
-            self.load(length, first.iter().copied(), second.iter().copied());
-            for lag in 1..lags {
-                self.buffer[length - lag] = self.buffer[lag];
-            }
-            // Real and even records have real spectra: those of two stand side by side.
-            self.transform();
-            let weights = self.buffer.iter().take(half + 1).enumerate().map(|(f, value)| {
-                let both_sides = if f == 0 || 2 * f == length { 1.0 } else { 2.0 };
-                value * (both_sides / length as f64)
-            });
-            let weights: Vec<Complex<f64>> = weights.collect();
-            products.push(weighted(&spectra, x.ncols(), weights.iter().map(|weight| weight.re)));
-            if pair.len() > 1 {
-                products.push(weighted(&spectra, x.ncols(), weights.iter().map(|weight| weight.im)));
+        Spectra { columns, length, parts }
+    }
+
+    /// `sum_i (X D X')_{i, i+k}` over all windows for the lags `k = 0..=max_lag`: with `D = L L'` of the parameters of a window that
+    /// have an error, the autocorrelations of the columns of `X L`.
+    fn leverage(
+        &mut self,
+        covariance: &DMatrix<f64>,
+        windows: &[Spectra<'_>],
+        max_lag: usize,
+    ) -> Result<Vec<f64>, EstimateError> {
+        let mut powers = Powers::new();
+        for &Spectra { columns, length, ref parts } in windows {
+            let free: Vec<usize> = (0..columns.len()).filter(|&i| covariance[(columns[i], columns[i])] > 0.0).collect();
+            let own = DMatrix::from_fn(free.len(), free.len(), |i, j| covariance[(columns[free[i]], columns[free[j]])]);
+            let factor = own.cholesky().ok_or_else(|| EstimateError::Setting {
+                setting: "covariance of the fit".to_owned(),
+                value: 0.0,
+                allowed: "positive definite: leave out terms that depend on others",
+            })?;
+            let power = power_of(&mut powers, length);
+            let mut mixed = DVector::zeros(parts.nrows());
+            for (j, weights) in factor.l().column_iter().enumerate() {
+                mixed.fill(0.0);
+                for (&column, &weight) in free.iter().zip(weights.iter()).skip(j) {
+                    mixed.axpy(weight, &parts.column(column), 1.0);
+                }
+                let (real, imaginary) = mixed.as_slice().split_at(power.len());
+                power.iter_mut().zip(real.iter().zip(imaginary)).for_each(|(sum, (a, b))| sum.re += a * a + b * b);
             }
         }
-        products
+        let [sums, _] = self.lags(&powers, max_lag);
+        Ok(sums)
+    }
+
+    /// The noise's spectrum `S(f) / L` at the frequencies of `length`, twice for those that stand for two.
+    fn noise(&mut self, length: usize, correlation: &[f64], leverage: &[f64]) -> Result<Vec<f64>, EstimateError> {
+        let half = length / 2;
+        // Real and even records have real spectra: those of two stand side by side.
+        self.load(length, correlation.iter().copied(), leverage.iter().copied());
+        for lag in 1..correlation.len() {
+            self.buffer[length - lag] = self.buffer[lag];
+        }
+        self.transform();
+        let mut weights = Vec::with_capacity(half + 1);
+        for (f, value) in self.buffer.iter().take(half + 1).enumerate() {
+            let left = 1.0 - value.im;
+            if left < LEAST_LEFT {
+                return Err(EstimateError::Setting {
+                    setting: "part of the noise that the fit leaves in the residual".to_owned(),
+                    value: left,
+                    allowed: "above a thousandth: fewer parameters or longer windows are needed",
+                });
+            }
+            let both_sides = if f == 0 || 2 * f == length { 1.0 } else { 2.0 };
+            weights.push(value.re / left * both_sides / length as f64);
+        }
+        Ok(weights)
     }
 }
 
-/// `sum_f w(f) Re(conj(X_i(f)) X_j(f))` of all pairs of the first `count` spectra, real parts above imaginary ones.
-fn weighted(spectra: &DMatrix<f64>, count: usize, weights: impl Iterator<Item = f64> + Clone) -> DMatrix<f64> {
-    let mut products = DMatrix::zeros(count, count);
-    let mut weighted = DVector::zeros(spectra.nrows());
-    for i in 0..count {
-        let entries = spectra.column(i);
-        let both_parts = weights.clone().chain(weights.clone());
-        weighted
-            .iter_mut()
-            .zip(entries.iter().zip(both_parts))
-            .for_each(|(value, (entry, weight))| *value = entry * weight);
-        for j in 0..=i {
-            products[(i, j)] = weighted.dot(&spectra.column(j));
-            products[(j, i)] = products[(i, j)];
+/// Power spectra of two records at a time, summed over the windows of each transform length.
+type Powers = BTreeMap<usize, Vec<Complex<f64>>>;
+
+/// That of `length`.
+fn power_of(powers: &mut Powers, length: usize) -> &mut Vec<Complex<f64>> {
+    powers.entry(length).or_insert_with(|| vec![Complex::new(0.0, 0.0); length / 2 + 1])
+}
+
+/// Adds `sum_f noise(f) Re(conj(X(f)) X(f)')` of one window to `middle`.
+fn add_products(&Spectra { columns, ref parts, .. }: &Spectra<'_>, noise: &[f64], middle: &mut DMatrix<f64>) {
+    let mut weighted = DVector::zeros(parts.nrows());
+    for (i, &row) in columns.iter().enumerate() {
+        let entries = parts.column(i);
+        let products = weighted.iter_mut().zip(entries.iter().zip(noise.iter().chain(noise)));
+        products.for_each(|(value, (entry, noise))| *value = entry * noise);
+        for (j, &column) in columns.iter().enumerate().take(i + 1) {
+            let product = weighted.dot(&parts.column(j));
+            middle[(row, column)] += product;
+            if i != j {
+                middle[(column, row)] += product;
+            }
         }
     }
-    products
 }
 
 /// Smallest length not below `samples` whose only prime factors are 2 and 3.
@@ -370,7 +440,7 @@ mod tests {
         let residuals: Vec<f64> = (0..90).map(|k| (f64::from(k) * 0.9).sin() + 0.2).collect();
         let (first, second) = (x.rows(0, 50).into_owned(), x.rows(50, 40).into_owned());
         let unit = (x.transpose() * &x).try_inverse().unwrap();
-        let settings = Coloured { max_lag: Some(7), taper: Taper::Triangular };
+        let settings = Coloured { max_lag: Some(7), taper: Taper::Parzen };
         let columns = [0, 1];
         // Three fits of the same regressors: residuals go in pairs, and one is left over.
         let others: [Vec<f64>; 2] = [0.4, 1.7].map(|f| (0..90).map(|k| (f64::from(k) * f).cos()).collect());
@@ -385,21 +455,36 @@ mod tests {
         let found =
             coloured_covariances_of(&[Unit::without_priors(&unit); 3], &blocks, &settings, &mut transforms).unwrap();
 
-        let same_window = |i: usize, j: usize| (i < 50) == (j < 50);
-        let pairs =
-            || (0..90).flat_map(|i: usize| (0..90).map(move |j: usize| (i, j))).filter(|&(i, j)| same_window(i, j));
+        let ranges = [0..50, 50..90];
+        let weight = |lag: usize| {
+            let x = lag as f64 / 8.0;
+            if lag <= 4 { 1.0 - 6.0 * x * x + 6.0 * x * x * x } else { 2.0 * (1.0 - x).powi(3) }
+        };
+        let hat = &x * &unit * x.transpose();
         for (found, residuals) in found.iter().zip(all) {
-            let mut correlation = [0.0; 8];
-            for (i, j) in pairs().filter(|&(i, j)| j >= i && j - i <= 7) {
-                correlation[j - i] += residuals[i] * residuals[j] / 90.0;
-            }
+            let lagged = |product: &dyn Fn(usize, usize) -> f64| -> [f64; 8] {
+                std::array::from_fn(|lag| {
+                    let pairs = ranges.iter().flat_map(|range| (range.start..range.end - lag).map(|i| (i, i + lag)));
+                    weight(lag) / 90.0 * pairs.map(|(i, j)| product(i, j)).sum::<f64>()
+                })
+            };
+            let correlation = lagged(&|i, j| residuals[i] * residuals[j]);
+            let leverage = lagged(&|i, j| hat[(i, j)]);
             let mut middle = DMatrix::zeros(2, 2);
-            for (i, j) in pairs().filter(|&(i, j)| i.abs_diff(j) <= 7) {
-                let lag = i.abs_diff(j);
-                middle += x.row(i).transpose() * x.row(j) * (correlation[lag] * (1.0 - lag as f64 / 8.0));
+            for range in &ranges {
+                let length = transform_length(range.len() + 7);
+                let angle = |f: usize, lag: usize| (std::f64::consts::TAU * (f * lag) as f64 / length as f64).cos();
+                let spectrum =
+                    |values: &[f64; 8], f| values[0] + 2.0 * (1..8).map(|lag| values[lag] * angle(f, lag)).sum::<f64>();
+                let ratio: Vec<f64> =
+                    (0..length).map(|f| spectrum(&correlation, f) / (1.0 - spectrum(&leverage, f))).collect();
+                for (i, j) in range.clone().flat_map(|i| range.clone().map(move |j| (i, j))) {
+                    let noise: f64 =
+                        (0..length).map(|f| ratio[f] * angle(f, i.abs_diff(j))).sum::<f64>() / length as f64;
+                    middle += x.row(i).transpose() * x.row(j) * noise;
+                }
             }
-            let square: f64 = residuals.iter().map(|v| v * v).sum();
-            let expected = &unit * &middle * &unit / (1.0 - (&unit * &middle).trace() / square);
+            let expected = &unit * middle * &unit;
             assert!((found - &expected).amax() < ROUNDING * expected.amax());
         }
     }

@@ -98,8 +98,7 @@ fn wanted_change(
         augmented.constraints.push(Constraint::Free);
     }
     let fit = augmented.fit()?;
-    let covariance =
-        fit.coloured_covariance(&augmented.windows, &Coloured { max_lag: None, taper: Taper::Triangular })?;
+    let covariance = fit.coloured_covariance(&augmented.windows, &Coloured { max_lag: None, taper: Taper::Parzen })?;
     let place = augmented.shared().position(|name| name == CHANGE).ok_or(EstimateError::NoParameters)?;
     Ok((fit.fit.estimates[place], covariance[(place, place)].sqrt()))
 }

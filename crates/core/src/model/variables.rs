@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::ops::Range;
+use std::sync::OnceLock;
 
 use nalgebra::DMatrix;
 
@@ -15,8 +16,21 @@ use crate::quantity::Role;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Variables {
     samples: usize,
-    columns: BTreeMap<Variable, Vec<f64>>,
+    columns: BTreeMap<Variable, Column>,
     smoothing: Option<MatchedSmoothing>,
+}
+
+/// Values of one variable and, once a term asked for them, the same smoothed: coefficients and fits share them.
+#[derive(Clone, Debug)]
+struct Column {
+    values: Vec<f64>,
+    smoothed: OnceLock<Vec<f64>>,
+}
+
+impl PartialEq for Column {
+    fn eq(&self, other: &Self) -> bool {
+        self.values == other.values
+    }
 }
 
 impl Variables {
@@ -31,9 +45,18 @@ impl Variables {
         self.columns.keys().copied()
     }
 
+    /// The column of a factor of `term`.
+    fn of(&self, term: &Term, variable: Variable) -> Result<&Column, ModelError> {
+        self.columns.get(&variable).ok_or_else(|| ModelError::MissingVariable {
+            term: term.to_string(),
+            variable: variable.name(),
+            available: self.known().map(Variable::name).collect(),
+        })
+    }
+
     /// Column of `variable` at those rows, not smoothed, if the window has it.
     pub fn get(&self, variable: Variable) -> Option<&[f64]> {
-        self.columns.get(&variable).map(|column| &column[self.rows()])
+        self.columns.get(&variable).map(|column| &column.values[self.rows()])
     }
 }
 
@@ -91,7 +114,9 @@ pub fn variables(data: &AeroData, settings: &CoefficientSettings) -> Result<Vari
     if !data.engines.is_empty() {
         columns.insert(Variable::ThrustCoefficient, thrust_coefficient(data, reference.area_m2));
     }
-    Ok(Variables { samples: data.time_s.len(), columns, smoothing })
+    let columns =
+        columns.into_iter().map(|(variable, values)| (variable, Column { values, smoothed: OnceLock::new() }));
+    Ok(Variables { samples: data.time_s.len(), columns: columns.collect(), smoothing })
 }
 
 /// Regressor matrix: one row per sample of [`Variables::rows`], one column per term, in the order of `terms`; with matched
@@ -101,22 +126,26 @@ pub fn variables(data: &AeroData, settings: &CoefficientSettings) -> Result<Vari
 /// [`ModelError::MissingVariable`] for a term that needs a variable the window does not have.
 pub fn regressors(terms: &[Term], variables: &Variables) -> Result<DMatrix<f64>, ModelError> {
     let mut matrix = DMatrix::from_element(variables.rows().len(), terms.len(), 1.0);
-    for (term, mut column) in terms.iter().zip(matrix.column_iter_mut()) {
+    for (term, mut regressor) in terms.iter().zip(matrix.column_iter_mut()) {
+        if let [(variable, 1)] = *term.factors() {
+            let column = variables.of(term, variable)?;
+            match &variables.smoothing {
+                Some(smoothing) => {
+                    regressor.copy_from_slice(column.smoothed.get_or_init(|| smoothing.apply(&column.values)));
+                }
+                None => regressor.copy_from_slice(&column.values),
+            }
+            continue;
+        }
         let mut products = vec![1.0; variables.samples];
         for &(variable, power) in term.factors() {
-            let values = variables.columns.get(&variable).ok_or_else(|| ModelError::MissingVariable {
-                term: term.to_string(),
-                variable: variable.name(),
-                available: variables.known().map(Variable::name).collect(),
-            })?;
-            for (product, value) in products.iter_mut().zip(values) {
-                *product *= if power == 1 { *value } else { value.powi(power) };
-            }
+            let values = &variables.of(term, variable)?.values;
+            products.iter_mut().zip(values).for_each(|(product, value)| *product *= value.powi(power));
         }
         match &variables.smoothing {
             Some(_) if term.is_constant() => {}
-            Some(smoothing) => column.copy_from_slice(&smoothing.apply(&products)),
-            None => column.copy_from_slice(&products),
+            Some(smoothing) => regressor.copy_from_slice(&smoothing.apply(&products)),
+            None => regressor.copy_from_slice(&products),
         }
     }
     Ok(matrix)

@@ -232,8 +232,12 @@ fn at_levels(levels: &[(f64, f64)], transition_s: f64, time_s: f64) -> f64 {
     if elapsed >= transition_s {
         return target;
     }
-    let blend = 0.5 * (1.0 - libm::cos(std::f64::consts::PI * elapsed / transition_s));
-    from + (target - from) * blend
+    from + (target - from) * half_cosine(elapsed / transition_s)
+}
+
+/// Part of the way after `part` of the time, both 0 to 1, along a half cosine.
+pub(super) fn half_cosine(part: f64) -> f64 {
+    0.5 * (1.0 - libm::cos(std::f64::consts::PI * part))
 }
 
 /// `sum_k w_k sin(2 pi k x)`.

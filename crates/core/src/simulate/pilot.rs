@@ -1,5 +1,6 @@
 //! A simple pilot: holds attitude, speed, altitude and heading; lets go for the manoeuvres.
 
+use super::inputs::half_cosine;
 use super::plan::{Flown, Power, Segment, Task};
 use super::vehicle::{Controls, Loads, Surface, Vehicle};
 use crate::motion::State;
@@ -48,6 +49,10 @@ pub struct Pilot {
     /// Manifold pressure that holds the airspeed, Pa.
     manifold_pa: f64,
     last: Option<Command>,
+    /// Whether the controls were held for a manoeuvre at the last command.
+    held: bool,
+    /// Controls from which the hands move to others, and the time since they left them, s.
+    leaving: Option<(Controls, f64)>,
     /// Prepares a manoeuvre: wings level instead of a heading, and this vertical speed (m/s) beside the task's, as a pilot
     /// never holds it perfectly.
     pub preparing: Option<f64>,
@@ -57,6 +62,8 @@ pub struct Pilot {
 const REFERENCE_PRESSURE_PA: f64 = 1150.0;
 /// Time constant over which the held controls are averaged, s.
 const QUIET_S: f64 = 2.0;
+/// Time in which the hands move from the controls of the pilot to those of a manoeuvre and back, along a half cosine, s.
+const TAKE_OVER_S: f64 = 0.5;
 /// Steepest bank the pilot flies, rad.
 const MAX_BANK_RAD: f64 = 0.35;
 
@@ -70,6 +77,8 @@ impl Pilot {
             quiet: Controls::default(),
             manifold_pa: 60_000.0,
             last: None,
+            held: false,
+            leaving: None,
             preparing: None,
         }
     }
@@ -96,7 +105,8 @@ impl Pilot {
             for surface in Surface::ALL {
                 *controls.get_mut(surface) += flown.signal(surface).at(view.time_s - flown.manoeuvre.onset_s);
             }
-            let command = Command { controls: vehicle.stops.limit(controls), ..last };
+            let controls = self.moved(vehicle.stops.limit(controls), true);
+            let command = Command { controls, ..last };
             self.last = Some(command);
             return command;
         }
@@ -113,9 +123,26 @@ impl Pilot {
         ] {
             *quiet = now + (*quiet - now) * keep;
         }
+        let controls = self.moved(controls, false);
         let command = Command { controls, engines, brake, steering_rad };
         self.last = Some(command);
         command
+    }
+
+    /// The controls on the way to `wanted`: letting go for a manoeuvre and taking over after it, hands need their time.
+    fn moved(&mut self, wanted: Controls, held: bool) -> Controls {
+        if let (Some(last), true) = (self.last, held != self.held) {
+            self.leaving = Some((last.controls, 0.0));
+        }
+        self.held = held;
+        let Some((from, elapsed_s)) = self.leaving.as_mut() else { return wanted };
+        *elapsed_s += self.step_s;
+        let part = *elapsed_s / TAKE_OVER_S;
+        if part >= 1.0 {
+            self.leaving = None;
+            return wanted;
+        }
+        from.toward(&wanted, half_cosine(part))
     }
 
     /// Engine inputs of the task.

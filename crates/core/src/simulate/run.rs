@@ -84,6 +84,7 @@ struct Flying<'a> {
     engines: [[FirstOrderLag; 2]; 2],
     engine_inputs: [EngineInput; 2],
     cables: [FirstOrderLag; 3],
+    controls_before: Controls,
     gusts: Dryden,
     gust_rng: ChaCha8Rng,
     heading_unwrapped: f64,
@@ -141,6 +142,7 @@ impl<'a> Flying<'a> {
             pilot,
             engines: inputs.map(|input| [lag(input.speed_rad_s), lag(input.manifold_pressure_pa)]),
             engine_inputs: inputs,
+            controls_before: controls,
             cables: [cable(controls.aileron), cable(controls.elevator), cable(controls.rudder)],
             gusts: Dryden::new(scenario.gust_m_s),
             gust_rng: generator(seed, 2),
@@ -195,11 +197,11 @@ impl<'a> Flying<'a> {
             heading_unwrapped_rad: self.heading_unwrapped,
         };
         self.record(step, &instant);
-        // The controls of the next instant follow from the motion up to now; on the way there they move along a straight line, as
-        // whoever reads the recording between its samples takes them to.
+        // The controls of the next instant follow from the motion up to now.
         let controls = self.environment.controls;
         self.act(time_s + scenario.step_s, static_pressure_pa, &loads);
         self.advance(&loads, &controls);
+        self.controls_before = controls;
         Ok(())
     }
 
@@ -319,13 +321,15 @@ impl<'a> Flying<'a> {
         0.2 * self.start_delays_s.get(self.manoeuvre).copied().unwrap_or(0.0)
     }
 
-    /// One step of the integration from loads already known, the controls moving from `start` to those of the environment.
+    /// One step of the integration from loads already known, the controls moving from `start` to those of the environment along a
+    /// parabola: a straight line would put a corner at every step, which no control has.
     fn advance(&mut self, loads: &Loads, start: &Controls) {
         let (vehicle, body) = (&self.scenario.vehicle, &self.body);
         let (end, mut environment) = (self.environment.controls, self.environment);
+        let half_way = start.half_way(&self.controls_before, &end);
         let before = self.heading_unwrapped;
         self.state = runge_kutta_from(&self.state, &loads.rate(&self.state), self.scenario.step_s, |part, state| {
-            environment.controls = start.toward(&end, part);
+            environment.controls = if part < 1.0 { half_way } else { end };
             vehicle.loads(body, state, &environment).rate(state)
         });
         self.heading_unwrapped = before + wrap(self.state.euler_rad()[2] - before);

@@ -59,6 +59,16 @@ impl Controls {
         }
     }
 
+    /// Deflections half way from here to `end` along the parabola through `before`, as long before as `end` is after.
+    pub fn half_way(&self, before: &Self, end: &Self) -> Self {
+        let between = |before: f64, here: f64, end: f64| (3.0 * end + 6.0 * here - before) / 8.0;
+        Self {
+            aileron: between(before.aileron, self.aileron, end.aileron),
+            elevator: between(before.elevator, self.elevator, end.elevator),
+            rudder: between(before.rudder, self.rudder, end.rudder),
+        }
+    }
+
     /// Deflection of one surface, rad.
     pub fn get(&self, surface: Surface) -> f64 {
         match surface {

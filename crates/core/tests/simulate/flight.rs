@@ -326,6 +326,28 @@ fn every_shape_and_the_multisine_fly_and_return() {
 }
 
 #[test]
+fn hands_let_go_of_controls_and_take_them_over_in_their_own_time() {
+    /// Twice the fastest of a half cosine over 0.1 rad in 0.5 s; a jump within one step of 0.01 s is ten times that.
+    const FASTEST_RAD_S: f64 = 0.6;
+    let flight = fly(&scenario::build("coverage").unwrap(), 1);
+    let mut corrected: f64 = 0.0;
+    for flown in &flight.manoeuvres {
+        let moves = [flown.manoeuvre.held_from_s(), flown.manoeuvre.held_to_s()];
+        for (name, moment) in ["delta_a", "delta_e", "delta_r"].into_iter().flat_map(|name| moves.map(|at| (name, at)))
+        {
+            for k in -10..45 {
+                let time_s = moment + 0.01 * f64::from(k);
+                let moved = truth_at(&flight, name, time_s + 0.01) - truth_at(&flight, name, time_s);
+                assert!(moved.abs() < 0.01 * FASTEST_RAD_S, "{name} moves by {moved} rad at {time_s} s");
+            }
+            corrected = corrected.max((truth_at(&flight, name, moment + 0.5) - truth_at(&flight, name, moment)).abs());
+        }
+    }
+    // There is something to correct.
+    assert!(corrected > 0.03, "{corrected} rad");
+}
+
+#[test]
 fn pod_falls_back_to_one_sample_a_second_when_asked() {
     let mut scenario = scenario::build("test-point-1hz").unwrap();
     scenario.duration_s = 20.0;

@@ -39,7 +39,7 @@ pub struct WindowAero {
 
 impl Footprint for WindowAero {
     fn bytes(&self) -> usize {
-        self.data.time_s.len() * 55 * 8
+        self.data.time_s.len() * 65 * 8
     }
 }
 

@@ -241,7 +241,7 @@ fn stacked_fit(
 ) -> Result<(Fit, Vec<f64>), String> {
     let regression = Regression::new(coefficient, terms, used, estimation)?.pooled;
     let pooled = regression.fit().map_err(|error| error.to_string())?;
-    let settings = Coloured { max_lag: None, taper: Taper::Triangular };
+    let settings = Coloured { max_lag: None, taper: Taper::Parzen };
     let coloured = pooled.coloured_covariance(&regression.windows, &settings).map_err(|error| error.to_string())?;
     Ok((pooled.fit, coloured.diagonal().iter().map(|variance| variance.sqrt()).collect()))
 }

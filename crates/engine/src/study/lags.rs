@@ -69,6 +69,27 @@ impl LagKind {
     }
 }
 
+impl ControlLag {
+    /// Value to take, to a tenth of a millisecond, and its standard error, s.
+    ///
+    /// # Errors
+    /// One line: why none was found; that it lies at an end of the range searched.
+    pub fn found_s(&self) -> Result<(f64, f64), String> {
+        let search = self.result.as_ref().map_err(Clone::clone)?;
+        if !search.standard_error.is_finite() {
+            return Err("the best value lies at or beyond an end of the range searched, it is not taken".to_owned());
+        }
+        Ok(((1e4 * search.value).round() / 1e4, search.standard_error))
+    }
+}
+
+impl LagStudy {
+    /// What was found of one control; `None` where no coefficient has a term of it.
+    pub fn of(&self, surface: Surface, kind: LagKind) -> Option<&ControlLag> {
+        self.lags.iter().find(|lag| lag.surface == surface && lag.kind == kind)
+    }
+}
+
 impl Footprint for LagStudy {
     fn bytes(&self) -> usize {
         self.lags.iter().filter_map(|lag| lag.result.as_ref().ok()).map(search_bytes).sum::<usize>() + 64
