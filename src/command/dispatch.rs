@@ -1,7 +1,7 @@
 //! Carries out commands.
 
 use doublet_core::series::Window;
-use doublet_engine::session::{Edit, Manoeuvre, WindowEdit, WindowRole};
+use doublet_engine::session::{Edit, Manoeuvre, WindowEdit};
 use eframe::egui;
 
 use super::ui_command::{EditCommand, FileCommand, HelpCommand, RunCommand, UiCommand, ViewCommand};
@@ -107,16 +107,7 @@ fn add_window(app: &mut Workbench) {
 pub fn new_window(session: &doublet_engine::session::Session, flight: String, stretch: Stretch) -> Manoeuvre {
     let names = (1..).map(|number| format!("manoeuvre {number}"));
     let name = names.into_iter().find(|name| session.window(name).is_none()).unwrap_or_default();
-    Manoeuvre {
-        name,
-        flight,
-        window: Window { start_s: stretch.start_s, end_s: stretch.end_s },
-        role: WindowRole::Identification,
-        surface: None,
-        kind: String::new(),
-        note: String::new(),
-        locked: false,
-    }
+    Manoeuvre::new(name, flight, Window { start_s: stretch.start_s, end_s: stretch.end_s })
 }
 
 /// Changes what is on screen.

@@ -1,13 +1,11 @@
 //! Axes, reference point, thrust and rotors of the coefficients, and what controls do between their recording and the air.
 
 use doublet_core::model::{Axes, Gyroscopic, ThrustTreatment};
-use doublet_engine::run::Slot;
 use doublet_engine::session::{AngularAcceleration, Edit, EstimationEdit, MomentReference, Preparation, Surface};
 use doublet_engine::study::{ControlLag, LagKind, Study};
-use eframe::egui::{Button, Grid, ProgressBar, Ui};
+use eframe::egui::{Button, Grid, Ui};
 
-use super::{PanelContext, choices, trouble};
-use crate::command::{RunCommand, UiCommand};
+use super::{PanelContext, choices, study_button, trouble};
 use crate::widgets::quantity_edit::QuantityEdit;
 
 /// Names of the axes of a point.
@@ -110,14 +108,8 @@ fn lags(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         }
     });
     ui.horizontal(|ui| {
-        let running = matches!(slot, Slot::Running { .. });
         let hint = "The lag and the delay of each control that fit all its coefficients best, one at a time";
-        if ui.add_enabled(!running, Button::new("Find lags of the controls")).on_hover_text(hint).clicked() {
-            ctx.commands.push(UiCommand::Run(RunCommand::Study(Study::Lags)));
-        }
-        if let Slot::Running { progress, .. } = slot {
-            ui.add(ProgressBar::new(*progress).desired_width(140.0).desired_height(8.0));
-        }
+        study_button(ctx, ui, (Study::Lags, slot), "Find lags of the controls", hint);
     });
     trouble(ui, slot.error());
 }

@@ -42,7 +42,7 @@ pub struct Flight {
 pub(super) fn key(recording: &Recording, index: usize) -> String {
     match recording.roles.iter().find(|(_, at)| **at == index) {
         Some((role, _)) => role.name().to_owned(),
-        None => format!("{}/{}", recording.channels[index].source, recording.channels[index].name),
+        None => recording.channels[index].full_name(),
     }
 }
 

@@ -35,13 +35,14 @@ mod term_effects;
 use doublet_core::quantity::Dimension;
 use doublet_core::reconstruct::consistency::ChannelConsistency;
 use doublet_engine::report::Reference;
-use doublet_engine::run::{Snapshot, Wanted, WindowDetails, WindowResults};
+use doublet_engine::run::{Slot, Snapshot, Wanted, WindowDetails, WindowResults};
 use doublet_engine::session::{Edit, Manoeuvre, Session, WindowRole};
 use doublet_engine::stage::LoadedFlight;
+use doublet_engine::study::Study;
 use eframe::egui::{self, Color32, Id, RichText, Ui};
 use serde::{Deserialize, Serialize};
 
-use crate::command::{CommandInfo, UiCommand};
+use crate::command::{CommandInfo, RunCommand, UiCommand};
 use crate::theme::{self, Palette};
 use crate::ui_state::{Selection, UiState};
 use crate::widgets::EditPhase;
@@ -369,6 +370,17 @@ fn trouble(ui: &mut Ui, error: Option<&str>) {
     if let Some(error) = error {
         let color = theme::palette(ui).error;
         ui.add(egui::Label::new(RichText::new(format!("⚠ {error}")).color(color)).wrap());
+    }
+}
+
+/// A button that computes `study`, and how far it is.
+fn study_button<T>(ctx: &mut PanelContext<'_>, ui: &mut Ui, (study, slot): (Study, &Slot<T>), name: &str, hint: &str) {
+    let running = matches!(slot, Slot::Running { .. });
+    if ui.add_enabled(!running, egui::Button::new(name)).on_hover_text(hint).clicked() {
+        ctx.commands.push(UiCommand::Run(RunCommand::Study(study)));
+    }
+    if let Slot::Running { progress, .. } = slot {
+        ui.add(egui::ProgressBar::new(*progress).desired_width(140.0).desired_height(8.0));
     }
 }
 

@@ -1,13 +1,11 @@
 //! How much each derivative changes with what it was computed with (thesis 7.2): tornado chart and tables, on request.
 
 use doublet_core::sensitivity::TornadoBar;
-use doublet_engine::run::Slot;
 use doublet_engine::study::{STEP_FRACTION, SensitivityStudy, Study};
 use eframe::egui::{self, ComboBox, RichText, ScrollArea, Ui};
 use egui_extras::{Column, TableBuilder};
 
-use super::{Panel, PanelContext, choices, empty, trouble};
-use crate::command::{RunCommand, UiCommand};
+use super::{Panel, PanelContext, choices, empty, study_button, trouble};
 use crate::notation;
 use crate::theme;
 use crate::widgets::chart::{Chart, ChartCurve, ChartStyle};
@@ -26,17 +24,10 @@ pub struct Sensitivity {
 impl Panel for Sensitivity {
     fn show(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         let slot = &ctx.snapshot.studies.sensitivity;
-        let running = matches!(slot, Slot::Running { .. });
         let mut copied = false;
         ui.horizontal_wrapped(|ui| {
             let hint = "Both steps again with every quantity a little lower and higher: takes some seconds";
-            let compute = ui.add_enabled(!running, egui::Button::new("Compute sensitivity")).on_hover_text(hint);
-            if compute.clicked() {
-                ctx.commands.push(UiCommand::Run(RunCommand::Study(Study::Sensitivity)));
-            }
-            if let Slot::Running { progress, .. } = slot {
-                ui.add(egui::ProgressBar::new(*progress).desired_width(140.0).desired_height(8.0));
-            }
+            study_button(ctx, ui, (Study::Sensitivity, slot), "Compute sensitivity", hint);
             choices(ui, &mut self.table, &[(false, "Tornado"), (true, "Table")]);
             copied = ui.button("Copy as CSV").clicked();
         });

@@ -11,9 +11,7 @@ use doublet_core::series::Window;
 
 use crate::builtin;
 use crate::run::Control;
-use crate::session::{
-    Estimation, Flight, Manoeuvre, MapRef, Preparation, RecordingRef, Session, WindowRole, content_hash,
-};
+use crate::session::{Estimation, Flight, Manoeuvre, MapRef, Preparation, RecordingRef, Session, content_hash};
 use crate::stage::{LoadedFlight, open_windows, proposals};
 
 /// A channel map that comes with the program and what it makes of some recordings.
@@ -149,8 +147,7 @@ pub fn begin(
     go_on(control)?;
     let mut session = empty_session(&order.name, &order.aircraft);
     session.flights.push(Flight::new(order.name.clone(), recordings));
-    let (hashes, clocks, treated, expressions) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-    let loaded = LoadedFlight { recording, hashes, clocks, treated, expressions, utc_start_s: None };
+    let loaded = LoadedFlight { recording, ..LoadedFlight::default() };
     session.windows = open_windows(&session, &proposals(&order.name, &loaded));
     if session.windows.is_empty() {
         session.windows.extend(whole_window(&order.name, &inspected.probes));
@@ -198,16 +195,8 @@ pub fn whole_window(flight: &str, probes: &[Probe]) -> Option<Manoeuvre> {
         clocks.filter(|clock| clock.samples > 1).fold((f64::INFINITY, f64::NEG_INFINITY), |(start, end), clock| {
             (start.min(clock.start_s), end.max(clock.end_s))
         });
-    (start_s < end_s).then(|| Manoeuvre {
-        name: flight.to_owned(),
-        flight: flight.to_owned(),
-        window: Window { start_s, end_s },
-        role: WindowRole::Identification,
-        surface: None,
-        kind: String::new(),
-        note: String::new(),
-        locked: false,
-    })
+    let window = Window { start_s, end_s };
+    (start_s < end_s).then(|| Manoeuvre::new(flight.to_owned(), flight.to_owned(), window))
 }
 
 /// The measurements of the filter that none of `roles` feeds.

@@ -19,6 +19,13 @@ pub struct Coloured {
     pub taper: Taper,
 }
 
+/// What error bars are stated with.
+impl Default for Coloured {
+    fn default() -> Self {
+        Self { max_lag: None, taper: Taper::Parzen }
+    }
+}
+
 /// Weight of the autocorrelation at lag `k` of `K`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Taper {

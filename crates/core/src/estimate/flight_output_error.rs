@@ -353,7 +353,7 @@ fn corrected_errors(
     measured: &DMatrix<f64>,
     samples: &[Range<usize>],
 ) -> Result<Vec<f64>, EstimateError> {
-    let settings = Coloured { max_lag: None, taper: super::Taper::Parzen };
+    let settings = Coloured::default();
     let columns: Vec<usize> = (0..fit.names.len()).collect();
     let mut variance = DVector::zeros(fit.names.len());
     let mut transforms = Transforms::default();

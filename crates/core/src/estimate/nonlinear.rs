@@ -3,7 +3,7 @@
 use nalgebra::DVector;
 
 use super::search::minimise;
-use super::{Coloured, Constraint, EstimateError, PooledFit, PooledRegression, PooledWindow, Taper};
+use super::{Coloured, Constraint, EstimateError, PooledFit, PooledRegression, PooledWindow};
 
 /// Result of a search.
 #[derive(Clone, Debug, PartialEq)]
@@ -98,7 +98,7 @@ fn wanted_change(
         augmented.constraints.push(Constraint::Free);
     }
     let fit = augmented.fit()?;
-    let covariance = fit.coloured_covariance(&augmented.windows, &Coloured { max_lag: None, taper: Taper::Parzen })?;
+    let covariance = fit.coloured_covariance(&augmented.windows, &Coloured::default())?;
     let place = augmented.shared().position(|name| name == CHANGE).ok_or(EstimateError::NoParameters)?;
     Ok((fit.fit.estimates[place], covariance[(place, place)].sqrt()))
 }

@@ -210,7 +210,7 @@ pub fn between_samples(series: &Series, at_s: &[f64], max_gap_s: Option<f64>, wr
 }
 
 /// The names nearest to `name`, for the end of an error: at most three, none where all are quite different.
-pub fn nearest_names<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
+fn nearest_names<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
     let wanted: Vec<char> = name.to_lowercase().chars().take(100).collect();
     let likely = wanted.len() / 2 + 1;
     // What was cut short counts as near.
@@ -396,7 +396,7 @@ impl Parser {
             return Ok(());
         }
         let known = CONSTANTS.iter().map(|(known, _)| *known).chain(Role::ALL.iter().map(|role| role.name()));
-        let hint = hint(&nearest_names(&name, known), "a recorded channel stands in quotes, as in \"source/name\"");
+        let hint = did_you_mean(&name, known, "a recorded channel stands in quotes, as in \"source/name\"");
         Err(ExpressionError::Unknown { position, kind: "role", name, hint })
     }
 
@@ -409,7 +409,7 @@ impl Parser {
             _ => {
                 let known = || UNARY.iter().map(|(known, _)| *known).chain(BINARY.iter().map(|(known, _)| *known));
                 let all = format!("use one of {}", known().collect::<Vec<_>>().join(", "));
-                let hint = hint(&nearest_names(name, known()), &all);
+                let hint = did_you_mean(name, known(), &all);
                 return Err(ExpressionError::Unknown { position, kind: "function", name: name.to_owned(), hint });
             }
         };
@@ -430,8 +430,9 @@ impl Parser {
     }
 }
 
-/// "did you mean" the nearest names, or what to do where none is near.
-fn hint(nearest: &[&str], otherwise: &str) -> String {
+/// The end of an error about a name that is not known: the nearest names there are, or what to do `otherwise`.
+pub fn did_you_mean<'a>(name: &str, known: impl Iterator<Item = &'a str>, otherwise: &str) -> String {
+    let nearest = nearest_names(name, known);
     if nearest.is_empty() { otherwise.to_owned() } else { format!("did you mean {}?", nearest.join(", ")) }
 }
 

@@ -39,7 +39,7 @@ pub use control_surfaces::{
 };
 pub use differentiate::{Differentiation, differentiate};
 pub use expression::{
-    Expression, ExpressionError, LONGEST as LONGEST_EXPRESSION, Operand, between_samples, nearest_names,
+    Expression, ExpressionError, LONGEST as LONGEST_EXPRESSION, Operand, between_samples, did_you_mean,
 };
 pub use fuel::{BlindZone, FuelHistory, FuelReading, FuelSettings, fuel_from_flow, fuel_history, fuel_reading};
 pub use integrate::{cumulative_trapezoid, stretches};

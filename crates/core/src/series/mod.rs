@@ -66,6 +66,13 @@ pub struct Channel {
     pub series: Series,
 }
 
+impl Channel {
+    /// `source/name`.
+    pub fn full_name(&self) -> String {
+        format!("{}/{}", self.source, self.name)
+    }
+}
+
 /// Everything read from the files of one flight.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Recording {

@@ -49,24 +49,19 @@ impl Surface {
 }
 
 impl Controls {
+    /// The deflection that `of` gives each surface, rad.
+    pub fn each(of: impl Fn(Surface) -> f64) -> Self {
+        Self { aileron: of(Surface::Aileron), elevator: of(Surface::Elevator), rudder: of(Surface::Rudder) }
+    }
+
     /// Deflections at a fraction of the way in a straight line to `end`.
     pub fn toward(&self, end: &Self, fraction: f64) -> Self {
-        let between = |from: f64, to: f64| from + fraction * (to - from);
-        Self {
-            aileron: between(self.aileron, end.aileron),
-            elevator: between(self.elevator, end.elevator),
-            rudder: between(self.rudder, end.rudder),
-        }
+        Self::each(|surface| self.get(surface) + fraction * (end.get(surface) - self.get(surface)))
     }
 
     /// Deflections half way from here to `end` along the parabola through `before`, as long before as `end` is after.
     pub fn half_way(&self, before: &Self, end: &Self) -> Self {
-        let between = |before: f64, here: f64, end: f64| (3.0 * end + 6.0 * here - before) / 8.0;
-        Self {
-            aileron: between(before.aileron, self.aileron, end.aileron),
-            elevator: between(before.elevator, self.elevator, end.elevator),
-            rudder: between(before.rudder, self.rudder, end.rudder),
-        }
+        Self::each(|surface| (3.0 * end.get(surface) + 6.0 * self.get(surface) - before.get(surface)) / 8.0)
     }
 
     /// Deflection of one surface, rad.
@@ -111,12 +106,10 @@ impl Stops {
 
     /// Deflections held within the stops.
     pub fn limit(&self, controls: Controls) -> Controls {
-        let within = |value: f64, (low, high): (f64, f64)| value.clamp(low, high);
-        Controls {
-            aileron: within(controls.aileron, self.aileron),
-            elevator: within(controls.elevator, self.elevator),
-            rudder: within(controls.rudder, self.rudder),
-        }
+        Controls::each(|surface| {
+            let (low, high) = self.get(surface);
+            controls.get(surface).clamp(low, high)
+        })
     }
 
     /// Refuses a deflection past the stops.

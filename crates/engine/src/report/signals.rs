@@ -90,7 +90,7 @@ pub fn signal_rows(loaded: &LoadedFlight) -> Vec<SignalRow> {
         let recorded = loaded.recording.channels.get(signal.recorded)?;
         Some(SignalRow {
             role: signal.role.name(),
-            recorded: format!("{}/{}", recorded.source, recorded.name),
+            recorded: recorded.full_name(),
             steps: signal.steps.clone(),
             samples_recorded: signal.samples[0],
             samples: signal.samples[1],

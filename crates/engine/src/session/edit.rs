@@ -8,8 +8,8 @@ use doublet_core::series::Window;
 use thiserror::Error;
 
 use super::{
-    ExpressionEdit, Manoeuvre, NoiseEdit, PathSource, PooledConstants, Preparation, Session, SignalEdit, Surface,
-    TermConstraint, WindowRole,
+    ExpressionEdit, Flight, Manoeuvre, NoiseEdit, PathSource, PooledConstants, Preparation, Session, SignalEdit,
+    Surface, TermConstraint, WindowRole,
 };
 
 /// A change of the session, grouped by area.
@@ -299,6 +299,12 @@ impl WindowEdit {
         }
         Ok(())
     }
+}
+
+/// The flight called `name`, to change it.
+pub(super) fn flight_mut<'a>(session: &'a mut Session, name: &str) -> Result<&'a mut Flight, EditError> {
+    let found = session.flights.iter_mut().find(|flight| flight.name == name);
+    found.ok_or_else(|| EditError::NoFlight(name.to_owned()))
 }
 
 fn add(session: &mut Session, window: &Manoeuvre) -> Result<(), EditError> {

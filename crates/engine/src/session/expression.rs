@@ -3,6 +3,7 @@
 use doublet_core::prep::{Expression, Operand};
 use doublet_core::quantity::{Role, Unit};
 
+use super::edit::flight_mut;
 use super::{EditError, Session};
 
 /// Source of channels by expression in the list of channels.
@@ -122,11 +123,7 @@ impl ExpressionEdit {
     }
 
     pub(super) fn apply(&self, session: &mut Session) -> Result<(), EditError> {
-        let flight = session
-            .flights
-            .iter_mut()
-            .find(|flight| flight.name == self.flight)
-            .ok_or_else(|| EditError::NoFlight(self.flight.clone()))?;
+        let flight = flight_mut(session, &self.flight)?;
         let mut next = flight.expressions.clone();
         let place = match &self.from {
             None => next.len(),

@@ -257,6 +257,12 @@ impl WindowRole {
 }
 
 impl Manoeuvre {
+    /// A window to identify with, of which nothing more is known.
+    pub fn new(name: String, flight: String, window: Window) -> Self {
+        let (kind, note) = (String::new(), String::new());
+        Self { name, flight, window, role: WindowRole::Identification, surface: None, kind, note, locked: false }
+    }
+
     /// All that results follow from.
     pub(crate) fn settings(&self) -> impl std::fmt::Debug + '_ {
         let Self { name, flight, window, role, surface, kind, note: _, locked: _ } = self;

@@ -4,6 +4,7 @@ use doublet_core::prep::{Interpolation, Resampling};
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::{Input, Measurement};
 
+use super::edit::flight_mut;
 use super::{ClockSetting, EditError, Session};
 
 /// Smoothing and resampling of a flight's signals. The default leaves every signal as recorded.
@@ -193,11 +194,7 @@ impl SignalEdit {
 
     pub(super) fn apply(&self, session: &mut Session) -> Result<(), EditError> {
         let (Self::Setting { flight: name, .. } | Self::Shift { flight: name, .. }) = self;
-        let flight = session
-            .flights
-            .iter_mut()
-            .find(|flight| flight.name == *name)
-            .ok_or_else(|| EditError::NoFlight(name.clone()))?;
+        let flight = flight_mut(session, name)?;
         match self {
             Self::Setting { setting, .. } => match setting.problems().into_iter().next() {
                 Some(problem) => return Err(EditError::Signals(problem)),

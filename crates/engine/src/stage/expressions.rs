@@ -2,12 +2,15 @@
 
 use std::sync::Arc;
 
-use doublet_core::prep::{Operand, between_samples, nearest_names};
+use doublet_core::prep::{Operand, between_samples, did_you_mean};
 use doublet_core::series::{Channel, Recording, Series};
 
 use super::recording::LoadedFlight;
 use super::signals::wraps;
 use crate::session::{EXPRESSION_SOURCE, ExpressionSetting};
+
+/// What to do where no name is near.
+const LIST: &str = "list what there is with `doublet inspect`";
 
 /// A channel that was made by an expression.
 #[derive(Clone, Debug, PartialEq)]
@@ -108,15 +111,14 @@ fn operand_channel<'a>(recording: &'a Recording, operand: &Operand) -> Result<(&
     let name = match operand {
         Operand::Role(role) => {
             let known = recording.roles.keys().map(|role| role.name());
-            return recording.role(*role).map(|channel| (channel, wraps(*role))).ok_or_else(|| {
-                let hint = nearest(&nearest_names(role.name(), known));
-                format!("{} is not recorded{hint}", role.name())
-            });
+            return recording
+                .role(*role)
+                .map(|channel| (channel, wraps(*role)))
+                .ok_or_else(|| format!("{} is not recorded: {}", role.name(), did_you_mean(role.name(), known, LIST)));
         }
         Operand::Channel(name) => name,
     };
-    let full = |channel: &Channel| format!("{}/{}", channel.source, channel.name);
-    let exact = recording.channels.iter().position(|channel| full(channel) == *name);
+    let exact = recording.channels.iter().position(|channel| channel.full_name() == *name);
     let called: Vec<usize> =
         (0..recording.channels.len()).filter(|index| recording.channels[*index].name == *name).collect();
     match (exact, &called[..]) {
@@ -126,15 +128,13 @@ fn operand_channel<'a>(recording: &'a Recording, operand: &Operand) -> Result<(&
         }
         (None, []) => {
             let known: Vec<String> =
-                recording.channels.iter().flat_map(|channel| [full(channel), channel.name.clone()]).collect();
-            Err(format!(
-                "no channel is called '{name}'{}",
-                nearest(&nearest_names(name, known.iter().map(String::as_str)))
-            ))
+                recording.channels.iter().flat_map(|channel| [channel.full_name(), channel.name.clone()]).collect();
+            let hint = did_you_mean(name, known.iter().map(String::as_str), LIST);
+            Err(format!("no channel is called '{name}': {hint}"))
         }
         (None, several) => {
             let all: Vec<_> =
-                several.iter().take(4).map(|index| format!("\"{}\"", full(&recording.channels[*index]))).collect();
+                several.iter().take(4).map(|index| format!("\"{}\"", recording.channels[*index].full_name())).collect();
             Err(format!(
                 "{} channels are called '{name}': name one with its source, as {}",
                 several.len(),
@@ -142,11 +142,4 @@ fn operand_channel<'a>(recording: &'a Recording, operand: &Operand) -> Result<(&
             ))
         }
     }
-}
-
-fn nearest(names: &[&str]) -> String {
-    if names.is_empty() {
-        return ": list what there is with `doublet inspect`".to_owned();
-    }
-    format!(": did you mean {}?", names.join(", "))
 }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use doublet_core::estimate::{Coloured, Constraint, Fit, FitQuality, Origin, PooledRegression, PooledWindow, Taper};
+use doublet_core::estimate::{Coloured, Constraint, Fit, FitQuality, Origin, PooledRegression, PooledWindow};
 use doublet_core::model::{Coefficient, Structure, Term, Variable, regressors};
 use doublet_core::series::Series;
 use rayon::prelude::*;
@@ -241,8 +241,8 @@ fn stacked_fit(
 ) -> Result<(Fit, Vec<f64>), String> {
     let regression = Regression::new(coefficient, terms, used, estimation)?.pooled;
     let pooled = regression.fit().map_err(|error| error.to_string())?;
-    let settings = Coloured { max_lag: None, taper: Taper::Parzen };
-    let coloured = pooled.coloured_covariance(&regression.windows, &settings).map_err(|error| error.to_string())?;
+    let coloured =
+        pooled.coloured_covariance(&regression.windows, &Coloured::default()).map_err(|error| error.to_string())?;
     Ok((pooled.fit, coloured.diagonal().iter().map(|variance| variance.sqrt()).collect()))
 }
 

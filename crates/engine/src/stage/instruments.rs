@@ -72,8 +72,7 @@ pub fn derive(recording: &mut Recording, folder: &Path, setting: &InstrumentSett
 
 /// Samples of a channel in SI, whatever unit it was recorded in.
 fn si(channel: &Channel) -> Result<Series, String> {
-    let place = || format!("{}/{}", channel.source, channel.name);
-    let unit = Unit::parse(&channel.unit).map_err(|error| format!("{}: {error}", place()))?;
+    let unit = Unit::parse(&channel.unit).map_err(|error| format!("{}: {error}", channel.full_name()))?;
     let values = channel.series.values.iter().map(|&value| unit.to_si(value)).collect();
     Ok(Series { time_s: Arc::clone(&channel.series.time_s), values })
 }

@@ -9,7 +9,7 @@ use doublet_core::series::{Recording, Series, Window};
 
 use super::LoadedFlight;
 use crate::graph::Footprint;
-use crate::session::{Manoeuvre, Session, SteadyWindow, Surface, WindowRole};
+use crate::session::{Manoeuvre, Session, SteadyWindow, Surface};
 
 /// What a flight shows and proposes.
 #[derive(Clone, Debug, Default)]
@@ -142,14 +142,9 @@ fn window_proposal(flight: &str, index: usize, found: Found) -> WindowProposal {
     let window = Window { start_s: round(found.window.start_s), end_s: round(found.window.end_s) };
     WindowProposal {
         manoeuvre: Manoeuvre {
-            name: format!("{:02} {} {kind}", index + 1, surface.name()),
-            flight: flight.to_owned(),
-            window,
-            role: WindowRole::Identification,
             surface: Some(surface),
             kind: kind.to_owned(),
-            note: String::new(),
-            locked: false,
+            ..Manoeuvre::new(format!("{:02} {} {kind}", index + 1, surface.name()), flight.to_owned(), window)
         },
         confidence: found.confidence,
         onset_s: found.onset_s,

@@ -16,7 +16,7 @@ use crate::graph::Footprint;
 use crate::session::{Flight, MapRef, RecordingRef, content_hash};
 
 /// A flight as read.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct LoadedFlight {
     /// Channels and roles of all its recordings.
     pub recording: Recording,
@@ -110,8 +110,7 @@ pub fn flight(folder: &Path, flight: &Flight) -> Result<LoadedFlight, String> {
     }
     let mut said = BTreeSet::new();
     merged.warnings.retain(|warning| said.insert(warning.clone()));
-    let (clocks, treated, expressions) = (Vec::new(), Vec::new(), Vec::new());
-    Ok(LoadedFlight { recording: merged, hashes, clocks, treated, expressions, utc_start_s })
+    Ok(LoadedFlight { recording: merged, hashes, utc_start_s, ..LoadedFlight::default() })
 }
 
 /// Puts a flight as read on its time line with all that the session makes of it: [`prepared`], then [`expressed`].

@@ -9,7 +9,7 @@ use doublet_core::simulate::{self, Flight, Scenario, Surface as Control};
 use rayon::prelude::*;
 
 use super::{StudyError, Watch};
-use crate::session::{Manoeuvre, Session, Surface, WindowRole};
+use crate::session::{Manoeuvre, Session, Surface};
 use crate::stage::{self, AeroWindow, AircraftData, Surroundings, tank_channel};
 
 /// Half width of a 95 % interval in standard errors, normal distribution.
@@ -91,19 +91,18 @@ pub fn coverage(
 
 /// Windows over the manoeuvres of a scenario.
 fn windows(scenario: &Scenario) -> Vec<Manoeuvre> {
-    let window = |(number, flown): (usize, &simulate::Manoeuvre)| Manoeuvre {
-        name: format!("{:02} {} {}", number + 1, flown.surface.name(), flown.kind.name()),
-        flight: scenario.name.to_owned(),
-        window: Window { start_s: flown.held_from_s() - MARGIN_S, end_s: flown.held_to_s() + MARGIN_S },
-        role: WindowRole::Identification,
-        surface: Some(match flown.surface {
-            Control::Aileron => Surface::Aileron,
-            Control::Elevator => Surface::Elevator,
-            Control::Rudder => Surface::Rudder,
-        }),
-        kind: flown.kind.name().to_owned(),
-        note: String::new(),
-        locked: false,
+    let window = |(number, flown): (usize, &simulate::Manoeuvre)| {
+        let name = format!("{:02} {} {}", number + 1, flown.surface.name(), flown.kind.name());
+        let held = Window { start_s: flown.held_from_s() - MARGIN_S, end_s: flown.held_to_s() + MARGIN_S };
+        Manoeuvre {
+            surface: Some(match flown.surface {
+                Control::Aileron => Surface::Aileron,
+                Control::Elevator => Surface::Elevator,
+                Control::Rudder => Surface::Rudder,
+            }),
+            kind: flown.kind.name().to_owned(),
+            ..Manoeuvre::new(name, scenario.name.to_owned(), held)
+        }
     };
     scenario.manoeuvres.iter().filter(|manoeuvre| !manoeuvre.spoilt).enumerate().map(window).collect()
 }
