@@ -20,3 +20,4 @@ pub mod session;
 pub mod stage;
 pub mod study;
 pub mod undo;
+pub mod verdict;

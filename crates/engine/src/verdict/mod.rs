@@ -1,0 +1,148 @@
+//! What may be believed, and why: levels, findings and the verdicts made of them.
+//!
+//! Everything that looks for faults, of a recording, a session or its results, says what it found as a [`Finding`]. A [`Verdict`]
+//! is the worst of the findings about one thing.
+
+use serde::Serialize;
+
+/// How far something may be believed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Level {
+    /// Nothing speaks against it.
+    #[default]
+    Good,
+    /// It may be used by someone who knows the reason given.
+    Caution,
+    /// It must not be used.
+    Bad,
+}
+
+impl Level {
+    /// Name as in the results.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Good => "good",
+            Self::Caution => "caution",
+            Self::Bad => "bad",
+        }
+    }
+}
+
+/// Something found in a session, its recordings or its results: what, where, by how much, and what to do.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Finding {
+    /// How bad it is.
+    pub level: Level,
+    /// Kind, for example `nis` or `held-samples`; findings of one kind are folded into one line.
+    pub code: &'static str,
+    /// What it is about, for example `window '03 elevator'`, `flight 'demo', az` or `Cm_q (pooled)`.
+    #[serde(rename = "where")]
+    pub place: String,
+    /// One sentence: what was found, with its figure.
+    pub text: String,
+    /// The number that was judged.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub figure: Option<f64>,
+    /// The limit it passed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub limit: Option<f64>,
+    /// What to do, one sentence; empty where nothing can be done.
+    pub cure: String,
+    /// Panel of the workbench where it is done.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub panel: Option<&'static str>,
+    /// Dotted key of the session's setting that cures it, for example `filter.measurement_noise.alpha`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub setting: Option<String>,
+}
+
+impl Finding {
+    /// A finding without figure and cure.
+    pub fn new(level: Level, code: &'static str, place: impl Into<String>, text: impl Into<String>) -> Self {
+        Self {
+            level,
+            code,
+            place: place.into(),
+            text: text.into(),
+            figure: None,
+            limit: None,
+            cure: String::new(),
+            panel: None,
+            setting: None,
+        }
+    }
+
+    /// The same with the number that was judged and the limit it passed.
+    #[must_use]
+    pub fn with_figure(mut self, figure: f64, limit: f64) -> Self {
+        self.figure = figure.is_finite().then_some(figure);
+        self.limit = limit.is_finite().then_some(limit);
+        self
+    }
+
+    /// The same with what to do.
+    #[must_use]
+    pub fn with_cure(mut self, cure: impl Into<String>) -> Self {
+        self.cure = cure.into();
+        self
+    }
+
+    /// The same with the panel of the workbench and the key of the setting that cure it.
+    #[must_use]
+    pub fn with_setting(mut self, panel: &'static str, setting: impl Into<String>) -> Self {
+        self.panel = Some(panel);
+        self.setting = Some(setting.into()).filter(|key: &String| !key.is_empty());
+        self
+    }
+}
+
+/// Whether something may be believed, and why not.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Verdict {
+    /// The worst level of its reasons; good without any.
+    pub level: Level,
+    /// What speaks against it, worst first.
+    pub reasons: Vec<Finding>,
+}
+
+impl Verdict {
+    /// The verdict that follows from findings: its level is that of the worst, good ones are no reason.
+    pub fn of(findings: impl IntoIterator<Item = Finding>) -> Self {
+        let mut reasons: Vec<_> = findings.into_iter().filter(|finding| finding.level > Level::Good).collect();
+        reasons.sort_by_key(|finding| std::cmp::Reverse(finding.level));
+        Self { level: reasons.first().map_or(Level::Good, |worst| worst.level), reasons }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Finding, Level, Verdict};
+
+    #[test]
+    fn verdict_is_the_worst_of_its_findings_and_names_it_first() {
+        let finding = |level, text| Finding::new(level, "nis", "window 'a'", text);
+        let verdict = Verdict::of([
+            finding(Level::Good, "fine"),
+            finding(Level::Caution, "high"),
+            finding(Level::Bad, "far too high"),
+            finding(Level::Caution, "low"),
+        ]);
+        assert_eq!(verdict.level, Level::Bad);
+        let texts: Vec<_> = verdict.reasons.iter().map(|reason| reason.text.as_str()).collect();
+        assert_eq!(texts, ["far too high", "high", "low"]);
+        assert_eq!(Verdict::of([finding(Level::Good, "fine")]), Verdict::default());
+    }
+
+    #[test]
+    fn finding_serialises_by_the_documented_keys() {
+        let finding = Finding::new(Level::Bad, "nis", "window 'a'", "mean NIS 40")
+            .with_figure(40.0, f64::INFINITY)
+            .with_cure("raise the noise of alpha")
+            .with_setting("Noise", "filter.measurement_noise.alpha");
+        let text = serde_json::to_string(&finding).unwrap();
+        let expected = "{\"level\":\"bad\",\"code\":\"nis\",\"where\":\"window 'a'\",\"text\":\"mean NIS 40\",\"figure\":40.0,\
+                        \"cure\":\"raise the noise of alpha\",\"panel\":\"Noise\",\"setting\":\"filter.measurement_noise.alpha\"}";
+        assert_eq!(text, expected);
+    }
+}
