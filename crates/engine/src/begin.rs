@@ -171,6 +171,7 @@ pub fn empty_session(title: &str, aircraft: &str) -> Session {
         estimation: Estimation::default(),
         structure: Structure::thesis(),
         second_structure: None,
+        plausible: Default::default(),
     }
 }
 

@@ -15,6 +15,7 @@ use doublet_engine::session::{
 };
 use doublet_engine::stage;
 use doublet_engine::undo::History;
+use doublet_engine::verdict::PlausibleRange;
 use proptest::prelude::*;
 
 fn expression(name: &str, unit: &str, expression: &str) -> ExpressionSetting {
@@ -94,6 +95,7 @@ fn example() -> Session {
         estimation: Estimation::default(),
         structure: Structure::thesis(),
         second_structure: None,
+        plausible: [("Cm_q".to_owned(), PlausibleRange { low: -60.0, high: -1.0, sign_certain: true })].into(),
     }
 }
 

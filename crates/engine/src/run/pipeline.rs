@@ -22,6 +22,7 @@ use crate::stage::{
     WindowPath,
 };
 use crate::study::{Study, StudyWindow, Subject};
+use crate::verdict;
 
 /// How many lines the log keeps.
 const LOG_LINES: usize = 500;
@@ -80,6 +81,8 @@ pub fn run(
         cancel_running(&mut snapshot);
         "cancelled".to_owned()
     } else {
+        let verdicts = verdict::judge(scope.session, &snapshot);
+        snapshot.verdicts.finish(Ok(Arc::new(verdicts)));
         match snapshot.failures().len() {
             0 => format!("up to date: {} in use", plural(windows.len(), "window")),
             failures => format!("{} in use, {}", plural(windows.len(), "window"), plural(failures, "failure")),
@@ -143,6 +146,7 @@ fn first_snapshot(scope: &Scope<'_>, previous: &Snapshot, windows: &[&Manoeuvre]
     snapshot.loaded.begin();
     snapshot.pooled.begin();
     snapshot.proof.begin();
+    snapshot.verdicts.begin();
     studies::begin(&mut snapshot.studies, scope.studies);
     if scope.session.second_structure.is_some() {
         snapshot.second.begin();
@@ -167,6 +171,7 @@ fn cancel_running(snapshot: &mut Snapshot) {
     }
     snapshot.pooled.cancel();
     snapshot.proof.cancel();
+    snapshot.verdicts.cancel();
     studies::cancel(&mut snapshot.studies);
     snapshot.second.cancel();
 }

@@ -13,6 +13,7 @@ use crate::stage::{
     WindowAero, WindowFits, WindowPath,
 };
 use crate::study::{CheckStudy, LagStudy, ManoeuvreStudy, MonteCarloStudy, SensitivityStudy, Study};
+use crate::verdict::Verdicts;
 
 /// State of one stage's output. What was there before stays visible until it is replaced.
 #[derive(Clone, Debug, Default)]
@@ -162,6 +163,8 @@ pub struct Snapshot {
     pub details: Slot<Details>,
     /// Validation windows flown again by the pooled model.
     pub proof: Slot<ProofOfMatch>,
+    /// What of all this may be believed; computed last.
+    pub verdicts: Slot<Verdicts>,
     /// Newest last.
     pub log: Vec<LogEntry>,
 }

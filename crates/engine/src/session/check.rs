@@ -74,6 +74,12 @@ pub fn check(session: &Session) -> Vec<Problem> {
             report(field, format!("from {start} s to {end} s it is empty: let it end after it starts"));
         }
     }
+    for (name, range) in &session.plausible {
+        if range.low.is_nan() || range.high.is_nan() || range.low >= range.high {
+            let message = format!("from {} to {} it is empty: let high be above low", range.low, range.high);
+            report(format!("verdict.plausible.{name}"), message);
+        }
+    }
     if let Err(errors) = session.filter.check() {
         for error in errors {
             report(format!("filter.{}", error.field), format!("{} is outside {}", error.value, error.allowed));

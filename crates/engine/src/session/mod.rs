@@ -20,6 +20,8 @@ use doublet_core::quantity::Role;
 use doublet_core::reconstruct::FilterSettings;
 use doublet_core::series::Window;
 
+use crate::verdict::PlausibleRange;
+
 pub use check::{Problem, check};
 pub use constraint::TermConstraint;
 pub use edit::{Edit, EditError, EstimationEdit, FilterEdit, LoadingEdit, ModelEdit, WindowEdit};
@@ -59,6 +61,9 @@ pub struct Session {
     pub structure: Structure,
     /// A second structure, estimated beside the first to compare the two.
     pub second_structure: Option<Structure>,
+    /// What derivatives of this aircraft may be, by name, in the form they have here; others are judged by the ranges of a
+    /// conventional aeroplane.
+    pub plausible: BTreeMap<String, PlausibleRange>,
 }
 
 /// Recordings that share one time line.

@@ -3,7 +3,18 @@
 //! Everything that looks for faults, of a recording, a session or its results, says what it found as a [`Finding`]. A [`Verdict`]
 //! is the worst of the findings about one thing.
 
+mod derivative;
+mod fit;
+mod judge;
+mod plausible;
+mod session;
+mod studies;
+mod window;
+
 use serde::Serialize;
+
+pub use judge::{DerivativeVerdict, FitVerdict, Verdicts, WindowVerdict, judge};
+pub use plausible::PlausibleRange;
 
 /// How far something may be believed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
@@ -139,7 +150,7 @@ mod tests {
         let finding = Finding::new(Level::Bad, "nis", "window 'a'", "mean NIS 40")
             .with_figure(40.0, f64::INFINITY)
             .with_cure("raise the noise of alpha")
-            .with_setting("Noise", "filter.measurement_noise.alpha");
+            .with_setting("Noise and filter", "filter.measurement_noise.alpha");
         let text = serde_json::to_string(&finding).unwrap();
         let expected = "{\"level\":\"bad\",\"code\":\"nis\",\"where\":\"window 'a'\",\"text\":\"mean NIS 40\",\"figure\":40.0,\
                         \"cure\":\"raise the noise of alpha\",\"panel\":\"Noise\",\"setting\":\"filter.measurement_noise.alpha\"}";

@@ -26,6 +26,7 @@ use self::noise::{NoiseTable, SteadyTable, steady_from, steady_table};
 use self::preparation::{PreparationTable, preparation_from, preparation_table};
 use super::edit::set_term;
 use super::{Estimation, Manoeuvre, PooledConstants, Session, Surface, WindowRole};
+use crate::verdict::PlausibleRange;
 
 /// Value of the header's `format` key.
 pub const FORMAT: &str = "doublet session";
@@ -106,6 +107,8 @@ struct File {
     preparation: PreparationTable,
     #[serde(default)]
     estimation: EstimationTable,
+    #[serde(default, skip_serializing_if = "VerdictTable::is_empty")]
+    verdict: VerdictTable,
     #[serde(default)]
     model: BTreeMap<String, Vec<String>>,
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
@@ -137,6 +140,18 @@ struct WindowTable {
     note: String,
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     locked: bool,
+}
+
+#[derive(Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct VerdictTable {
+    plausible: BTreeMap<String, PlausibleRange>,
+}
+
+impl VerdictTable {
+    fn is_empty(&self) -> bool {
+        self.plausible.is_empty()
+    }
 }
 
 fn identification() -> String {
@@ -261,6 +276,7 @@ pub fn parse(text: &str) -> Result<Session, SessionError> {
             true => None,
             false => Some(structure_from("second_model", &file.second_model)?),
         },
+        plausible: file.verdict.plausible,
     })
 }
 
@@ -358,6 +374,7 @@ pub fn print(session: &Session) -> Result<String, SessionError> {
         filter: filter_table(&session.filter),
         preparation: preparation_table(&session.preparation),
         estimation: estimation_table(&session.estimation),
+        verdict: VerdictTable { plausible: session.plausible.clone() },
         model: model_table(&session.structure),
         second_model: session.second_structure.as_ref().map(model_table).unwrap_or_default(),
         flights: session.flights.iter().map(flight_table).collect(),

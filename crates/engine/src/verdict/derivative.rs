@@ -1,0 +1,141 @@
+//! Findings about one derivative: whether it is determined, plausible and the same in every window.
+
+use super::judge::{Evidence, place};
+use super::plausible::{Outside, Range};
+use super::{Finding, Level};
+use crate::session::WindowRole;
+use crate::stage::{CoefficientFit, significance};
+
+/// Code of a derivative that the samples do not tell: it lowers the derivative alone, not its fit.
+pub(super) const DETERMINED: &str = "determined";
+
+/// Corrected relative error, per cent.
+const RELATIVE_ERROR: f64 = 50.0;
+/// Distance beyond the plausible range, corrected errors.
+const PLAUSIBLE_CAUTION: f64 = 3.0;
+const PLAUSIBLE_BAD: f64 = 5.0;
+/// Distance beyond the plausible range in its own widths: bad where it is significant, bad whatever its error.
+const WIDTHS_BAD: f64 = 1.0;
+const WIDTHS_ABSURD: f64 = 5.0;
+/// Scatter of the single windows: weighted sum of squares over its degrees of freedom, and the relative error of the pooled estimate
+/// once raised by its root, per cent. Both must be exceeded: corrected errors know nothing of what is common to a window, so that
+/// very sharp estimates always scatter by more than they say.
+const SCATTER_CAUTION: (f64, f64) = (3.0, 25.0);
+const SCATTER_BAD: (f64, f64) = (10.0, 50.0);
+
+/// What speaks against the parameter `index` of a fit; `window` is none for the pooled one.
+pub(super) fn findings(
+    evidence: Evidence<'_>,
+    window: Option<&str>,
+    fit: &CoefficientFit,
+    index: usize,
+) -> Vec<Finding> {
+    let Ok(estimate) = &fit.fit else { return Vec::new() };
+    let (name, value) = (&estimate.names[index], estimate.estimates[index]);
+    let error = fit.corrected_errors.get(index).copied().filter(|_| estimate.origins[index].is_estimated());
+    let is_constant = name.ends_with("_0") || name.ends_with(']');
+    let at = place(name, window);
+    let mut findings = Vec::new();
+    if !is_constant {
+        findings.extend(determined(&at, fit, index));
+        if window.is_none() {
+            findings.extend(scatter(evidence, &at, fit, index));
+        }
+    }
+    if let Some(range) = evidence.plausible.range(name, fit, evidence) {
+        findings.extend(implausible(&at, name, (value, error), &range));
+    }
+    findings
+}
+
+fn determined(at: &str, fit: &CoefficientFit, index: usize) -> Option<Finding> {
+    let estimate = fit.fit.as_ref().ok()?;
+    let (relative, _) = significance(estimate, &fit.corrected_errors, index);
+    if relative.is_nan() || relative <= RELATIVE_ERROR {
+        return None;
+    }
+    let text = format!("known to {relative:.0} % of its value only (limit {RELATIVE_ERROR:.0} %)");
+    let finding = Finding::new(Level::Caution, DETERMINED, at, text).with_figure(relative, RELATIVE_ERROR);
+    let cure = "fix it at a known value, leave the term out, or add manoeuvres that tell of it";
+    Some(finding.with_cure(cure).with_setting("Model", "estimation.constraint"))
+}
+
+fn implausible(at: &str, name: &str, (value, error): (f64, Option<f64>), range: &Range) -> Option<Finding> {
+    let Outside { beyond, widths, wrong_sign } = range.outside(value)?;
+    let t = error.map_or(f64::INFINITY, |error| beyond / error);
+    let level = if widths > WIDTHS_ABSURD || (t > PLAUSIBLE_BAD && (widths > WIDTHS_BAD || wrong_sign)) {
+        Level::Bad
+    } else if t > PLAUSIBLE_CAUTION {
+        Level::Caution
+    } else {
+        return None;
+    };
+    let said = if wrong_sign { "has the wrong sign" } else { "is outside its plausible range" };
+    let error = error.map_or(String::new(), |error| format!(" ± {error:.2}"));
+    let text = format!("{value:.4}{error} {said}, {:.3} to {:.3} ({})", range.low, range.high, range.source);
+    let limit = if value > range.high { range.high } else { range.low };
+    let finding = Finding::new(level, "plausible", at, text).with_figure(value, limit);
+    let cure = "look for the sign and the unit of the control, the flow angle or the rate, for mass and inertia, and for terms that do \
+                the same; or state what is plausible for this aircraft";
+    Some(finding.with_cure(cure).with_setting("Derivatives", format!("verdict.plausible.{name}")))
+}
+
+/// An estimate of one window.
+struct Single<'a> {
+    window: &'a str,
+    estimate: f64,
+    error: f64,
+}
+
+/// Whether the estimates of single windows contradict each other: `Q = sum (x_i - x)^2 / s_i^2` about their weighted mean, over n - 1.
+fn scatter(evidence: Evidence<'_>, at: &str, fit: &CoefficientFit, index: usize) -> Option<Finding> {
+    let estimate = fit.fit.as_ref().ok()?;
+    let name = &estimate.names[index];
+    let (relative, _) = significance(estimate, &fit.corrected_errors, index);
+    let singles: Vec<Single<'_>> =
+        fit.windows.iter().filter_map(|(window, _)| single(evidence, window, fit, name)).collect();
+    if singles.len() < 2 || relative.is_nan() {
+        return None;
+    }
+    let weight: f64 = singles.iter().map(|single| single.error.powi(-2)).sum();
+    let mean = singles.iter().map(|single| single.estimate * single.error.powi(-2)).sum::<f64>() / weight;
+    let square = |single: &Single<'_>| ((single.estimate - mean) / single.error).powi(2);
+    let q = singles.iter().map(square).sum::<f64>() / (singles.len() - 1) as f64;
+    let raised = relative * q.sqrt();
+    let (level, (limit, _)) = if q > SCATTER_BAD.0 && raised > SCATTER_BAD.1 {
+        (Level::Bad, SCATTER_BAD)
+    } else if q > SCATTER_CAUTION.0 && raised > SCATTER_CAUTION.1 {
+        (Level::Caution, SCATTER_CAUTION)
+    } else {
+        return None;
+    };
+    // The window furthest from the pooled estimate by its own error: what it says is what the pooled estimate hides.
+    let pooled = estimate.estimates[index];
+    let apart = |single: &Single<'_>| ((single.estimate - pooled) / single.error).abs();
+    let worst = singles.iter().max_by(|a, b| apart(a).total_cmp(&apart(b)))?;
+    let text = format!(
+        "the windows contradict each other: '{}' alone says {:.4} ± {:.2}, pooled {pooled:.4} ± {:.2}; their scatter is {q:.1} times what \
+         their errors explain (limit {limit:.0})",
+        worst.window,
+        worst.estimate,
+        worst.error,
+        fit.corrected_errors.get(index).copied().unwrap_or(f64::NAN)
+    );
+    let finding = Finding::new(level, "scatter", at, text).with_figure(q, limit);
+    let cure = format!(
+        "look at '{}' and at the windows that hardly move this regressor; use for it only those that do",
+        worst.window
+    );
+    Some(finding.with_cure(cure).with_setting("Derivatives", format!("window.{}.role", worst.window)))
+}
+
+/// The estimate of `name` by an identification window alone.
+fn single<'a>(evidence: Evidence<'a>, window: &'a str, fit: &CoefficientFit, name: &str) -> Option<Single<'a>> {
+    evidence.session.window(window).filter(|window| window.role == WindowRole::Identification)?;
+    let fits = evidence.snapshot.windows.get(window)?.fits.ready()?;
+    let own = fits.fits.iter().find(|own| own.coefficient == fit.coefficient)?;
+    let estimate = own.fit.as_ref().ok()?;
+    let index = estimate.names.iter().position(|other| other == name)?;
+    let error = *own.corrected_errors.get(index).filter(|error| **error > 0.0)?;
+    Some(Single { window, estimate: estimate.estimates[index], error })
+}

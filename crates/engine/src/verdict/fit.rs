@@ -1,0 +1,260 @@
+//! Findings about the fit of one coefficient: excitation, condition and what it predicts.
+
+use doublet_core::estimate::Fit;
+use doublet_core::model::{Term, Variable, regressors};
+use doublet_core::reconstruct::{Input, State};
+use doublet_core::series::Window;
+use nalgebra::DMatrix;
+
+use super::judge::{Evidence, place};
+use super::{Finding, Level};
+use crate::session::{Manoeuvre, Surface, WindowRole};
+use crate::stage::{CoefficientFit, Prediction, WindowAero};
+
+/// How many times its noise a regressor must vary.
+const EXCITATION: f64 = 3.0;
+/// Condition number of the scaled regressors.
+const CONDITION: f64 = 100.0;
+/// Variance inflation factor (Klein and Morelli 5.5).
+const INFLATION: f64 = 10.0;
+/// Coefficient of determination of a prediction.
+const R2_CAUTION: f64 = 0.8;
+const R2_BAD: f64 = 0.5;
+/// Variation of a coefficient over the residual of the window's own fit, from which a failed prediction is bad: below, the manoeuvre
+/// hardly tells of the coefficient.
+const TOLD: f64 = 10.0;
+/// Coefficient of determination of the fit itself.
+const R2_FIT: f64 = 0.5;
+
+/// A window of a fit with what it is made from.
+struct Used<'a> {
+    manoeuvre: &'a Manoeuvre,
+    aero: &'a WindowAero,
+}
+
+/// What speaks against a fit; `window` is none for the pooled one.
+pub(super) fn findings(evidence: Evidence<'_>, window: Option<&str>, fit: &CoefficientFit) -> Vec<Finding> {
+    let name = fit.coefficient.name();
+    let at = place(name, window);
+    let estimate = match &fit.fit {
+        Ok(estimate) => estimate,
+        Err(error) => {
+            let finding = Finding::new(Level::Bad, "rank", at, format!("no estimate: {error}"));
+            let cure = "leave a term out, or use a manoeuvre that moves the regressors apart";
+            return vec![finding.with_cure(cure).with_setting("Model", format!("model.{name}"))];
+        }
+    };
+    let used: Vec<Used<'_>> = fit
+        .windows
+        .iter()
+        .filter_map(|(name, _)| {
+            let manoeuvre = evidence.session.window(name)?;
+            let aero = evidence.snapshot.windows.get(name)?.aero.ready()?;
+            Some(Used { manoeuvre, aero })
+        })
+        .collect();
+    let terms = evidence.session.structure.terms(fit.coefficient).unwrap_or_default();
+    let terms: Vec<Term> = terms
+        .iter()
+        .filter(|term| !term.is_constant() && estimate.names.contains(&term.derivative_name(fit.coefficient)))
+        .cloned()
+        .collect();
+    let mut findings = Vec::new();
+    if terms.is_empty() {
+        let text = "no regressor moves: nothing but the constant is estimated";
+        let finding = Finding::new(Level::Bad, "excitation", &at, text);
+        findings.push(finding.with_cure("use a manoeuvre that moves them").with_setting("Flight", "window"));
+    }
+    findings.extend(unmoved(evidence, &at, &terms, &used));
+    findings.extend(condition(&at, name, estimate));
+    findings.extend(inflated(&at, fit, estimate, &terms, &used));
+    findings.extend(match window {
+        None => prediction(evidence, &at, fit),
+        Some(_) => None,
+    });
+    if window.is_none() && estimate.quality.r_squared < R2_FIT {
+        let r2 = estimate.quality.r_squared;
+        let text = format!(
+            "the fit explains {:.0} % of the coefficient's variation (limit {:.0} %)",
+            100.0 * r2,
+            100.0 * R2_FIT
+        );
+        let finding = Finding::new(Level::Caution, "r2", &at, text).with_figure(r2, R2_FIT);
+        let cure = "look at the residual of the windows, for a term that is missing or a window that does not belong";
+        findings.push(finding.with_cure(cure).with_setting("Model", format!("model.{name}")));
+    }
+    findings
+}
+
+/// Variation of a regressor about its mean in each window: root mean square over all samples; and the columns less these means.
+fn centred(term: &Term, used: &[Used<'_>]) -> Option<(f64, Vec<f64>)> {
+    let mut all = Vec::new();
+    for Used { aero, .. } in used {
+        let column: DMatrix<f64> = regressors(std::slice::from_ref(term), &aero.variables).ok()?;
+        let mean = column.mean();
+        all.extend(column.iter().map(|value| value - mean));
+    }
+    let square: f64 = all.iter().map(|value| value * value).sum();
+    Some(((square / all.len().max(1) as f64).sqrt(), all))
+}
+
+/// Regressors of a single variable that move no more than what is unknown of them.
+fn unmoved(evidence: Evidence<'_>, at: &str, terms: &[Term], used: &[Used<'_>]) -> Option<Finding> {
+    let told = |term: &Term| {
+        let [(variable, 1)] = *term.factors() else { return None };
+        let (variation, _) = centred(term, used)?;
+        let noises: Vec<f64> = used.iter().filter_map(|window| noise(evidence, window, variable)).collect();
+        let square = noises.iter().map(|noise| noise * noise).sum::<f64>() / noises.len() as f64;
+        (square > 0.0).then(|| (term.to_string(), variation / square.sqrt()))
+    };
+    let weak: Vec<(String, f64)> = terms.iter().filter_map(told).filter(|(_, times)| *times < EXCITATION).collect();
+    let least = weak.iter().map(|(_, times)| *times).reduce(f64::min)?;
+    let names: Vec<&str> = weak.iter().map(|(name, _)| name.as_str()).collect();
+    let text = format!(
+        "{} hardly {}: {least:.1} times the noise (limit {EXCITATION})",
+        names.join(", "),
+        if names.len() == 1 { "moves" } else { "move" }
+    );
+    let finding = Finding::new(Level::Caution, "excitation", at, text).with_figure(least, EXCITATION);
+    Some(finding.with_cure("leave the term out, or use a manoeuvre that moves it").with_setting("Model", "model"))
+}
+
+/// What is unknown of a variable in a window, in its own unit: the noise of a recorded deflection, the deviation of a flow angle, the
+/// noise the filter is told of a rate. None where nothing is known of it.
+fn noise(evidence: Evidence<'_>, used: &Used<'_>, variable: Variable) -> Option<f64> {
+    let aero = used.aero;
+    let speed = aero.data.airspeed_m_s.iter().sum::<f64>() / aero.data.airspeed_m_s.len() as f64;
+    let reference = &aero.settings.reference;
+    let rate = |input: Input, factor: f64| Some(evidence.session.filter.process_noise[input as usize] * factor);
+    let flow = |state: State| {
+        let run = &evidence.snapshot.windows.get(&used.manoeuvre.name)?.path.ready()?.reconstruction;
+        let deviations = run.smoothed.as_ref().map_or(&run.deviations, |smoothed| &smoothed.deviations);
+        Some(deviations[state as usize].get(run.time_s.len() / 2)? / speed)
+    };
+    match variable {
+        Variable::Alpha => flow(State::VelocityW),
+        Variable::Beta => flow(State::VelocityV),
+        Variable::RollRate => rate(Input::RollRate, reference.lateral_rates.factor(reference.span_m, speed)),
+        Variable::PitchRate => rate(Input::PitchRate, reference.pitch_rate.factor(reference.chord_m, speed)),
+        Variable::HalfPitchRate => rate(Input::PitchRate, reference.chord_m / (2.0 * speed)),
+        Variable::YawRate => rate(Input::YawRate, reference.lateral_rates.factor(reference.span_m, speed)),
+        Variable::Aileron | Variable::Elevator | Variable::Rudder => {
+            let surface = Surface::ALL.into_iter().find(|surface| surface.variable() == variable)?;
+            let flight = evidence.snapshot.flights.get(&used.manoeuvre.flight)?.ready()?;
+            recorded_noise(&flight.recording.role(surface.role())?.series, used.manoeuvre.window)
+        }
+        _ => None,
+    }
+}
+
+/// White noise of a recorded signal from its second differences, whose variance is six times the noise's where the signal is smooth
+/// against its own rate; the median keeps the edges of a doublet out.
+fn recorded_noise(series: &doublet_core::series::Series, window: Window) -> Option<f64> {
+    /// Median of the absolute value of a normal variable of unit deviation.
+    const MEDIAN_OF_NORMAL: f64 = 0.674_489_75;
+    let values = &series.values[window.indices(&series.time_s)];
+    let mut differences: Vec<f64> = values.windows(3).map(|v| (v[0] - 2.0 * v[1] + v[2]).abs()).collect();
+    differences.retain(|difference| difference.is_finite());
+    differences.sort_by(f64::total_cmp);
+    let median = differences.get(differences.len() / 2)?;
+    Some(median / MEDIAN_OF_NORMAL / 6.0_f64.sqrt())
+}
+
+fn condition(at: &str, name: &str, estimate: &Fit) -> Option<Finding> {
+    let found = estimate.condition_number;
+    if found <= CONDITION {
+        return None;
+    }
+    let text =
+        format!("condition number {found:.0} of the scaled regressors (limit {CONDITION:.0}): some do nearly the same");
+    let finding = Finding::new(Level::Caution, "condition", at, text).with_figure(found, CONDITION);
+    Some(
+        finding
+            .with_cure("leave a term out, or add manoeuvres that tell them apart")
+            .with_setting("Model", format!("model.{name}")),
+    )
+}
+
+/// The derivative whose variance the other regressors inflate most: `(X'X)^-1_jj` times the sum of squares of its regressor about the
+/// constants of the fit.
+fn inflated(at: &str, fit: &CoefficientFit, estimate: &Fit, terms: &[Term], used: &[Used<'_>]) -> Option<Finding> {
+    let factor = |term: &Term| {
+        let name = term.derivative_name(fit.coefficient);
+        let index = estimate.names.iter().position(|other| *other == name)?;
+        let (_, column) = centred(term, used)?;
+        let square: f64 = column.iter().map(|value| value * value).sum();
+        Some((name, estimate.unit_covariance[(index, index)] * square))
+    };
+    let (name, factor) = terms.iter().filter_map(factor).max_by(|a, b| a.1.total_cmp(&b.1))?;
+    if factor <= INFLATION {
+        return None;
+    }
+    let partner = partner(estimate, &name);
+    let text = format!(
+        "the variance of {name} is {factor:.0} times that of a regressor by itself (limit {INFLATION:.0}): it can hardly be told from {partner}"
+    );
+    let finding = Finding::new(Level::Caution, "vif", at, text).with_figure(factor, INFLATION);
+    let setting = format!("model.{}", fit.coefficient.name());
+    Some(
+        finding
+            .with_cure("leave one of the two out, or add manoeuvres that tell them apart")
+            .with_setting("Correlation", setting),
+    )
+}
+
+/// The derivative most correlated with `name`.
+fn partner(estimate: &Fit, name: &str) -> String {
+    let Some(index) = estimate.names.iter().position(|other| other == name) else { return String::new() };
+    let others = (0..estimate.parameters()).filter(|&other| other != index);
+    let largest = others
+        .max_by(|&a, &b| estimate.correlation[(index, a)].abs().total_cmp(&estimate.correlation[(index, b)].abs()));
+    largest.map(|other| estimate.names[other].clone()).unwrap_or_default()
+}
+
+/// The validation window predicted worst.
+fn prediction(evidence: Evidence<'_>, at: &str, fit: &CoefficientFit) -> Option<Finding> {
+    let pooled = evidence.snapshot.pooled.ready()?;
+    let of_fit = |prediction: &&Prediction| {
+        prediction.coefficient == fit.coefficient && prediction.role == WindowRole::Validation
+    };
+    let judged = pooled.predictions.iter().filter(of_fit).filter_map(|prediction| {
+        let r2 = prediction.quality.r_squared;
+        let told = told(evidence, prediction);
+        let level = match r2 {
+            _ if r2 >= R2_CAUTION => return None,
+            _ if r2 < R2_BAD && told > TOLD => Level::Bad,
+            _ => Level::Caution,
+        };
+        Some((level, r2, told, prediction))
+    });
+    let (level, r2, told, prediction) = judged.max_by(|a, b| a.0.cmp(&b.0).then(b.1.total_cmp(&a.1)))?;
+    let limit = if level == Level::Bad { R2_BAD } else { R2_CAUTION };
+    let name = fit.coefficient.name();
+    let why = if told > TOLD {
+        String::new()
+    } else {
+        format!(
+            "; its variation there is {told:.1} times what any fit leaves over, so the manoeuvres hardly tell of it"
+        )
+    };
+    let text = format!("R2 {r2:.2} of the prediction of '{}' (limit {limit}){why}", prediction.window);
+    let finding = Finding::new(level, "r2", at, text).with_figure(r2, limit);
+    let cure =
+        "look at the prediction of the validation windows; add manoeuvres that vary what the coefficient depends on";
+    Some(finding.with_cure(cure).with_setting("Fits and residuals", format!("model.{name}")))
+}
+
+/// Standard deviation of a coefficient in a window over the residual deviation of the window's own fit.
+fn told(evidence: Evidence<'_>, prediction: &Prediction) -> f64 {
+    let results = evidence.snapshot.windows.get(&prediction.window);
+    let own = results.and_then(|results| results.fits.ready()).and_then(|fits| {
+        let fit = fits.fits.iter().find(|fit| fit.coefficient == prediction.coefficient)?;
+        fit.fit.as_ref().ok().map(|fit| fit.residual_std)
+    });
+    let observed: Vec<f64> =
+        prediction.predicted.values.iter().zip(prediction.residual.values.iter()).map(|(y, v)| y + v).collect();
+    let count = observed.len() as f64;
+    let mean = observed.iter().sum::<f64>() / count;
+    let deviation = (observed.iter().map(|z| (z - mean).powi(2)).sum::<f64>() / count).sqrt();
+    deviation / own.unwrap_or(prediction.quality.rms)
+}

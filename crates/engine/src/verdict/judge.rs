@@ -1,0 +1,164 @@
+//! The verdict on a finished run: every window, fit and derivative, and the session as a whole.
+
+use std::collections::BTreeMap;
+
+use doublet_core::model::Coefficient;
+
+use super::plausible::Plausible;
+use super::{Finding, Level, Verdict, derivative, fit, session, studies, window};
+use crate::graph::Footprint;
+use crate::run::Snapshot;
+use crate::session::{Manoeuvre, Session, WindowRole};
+use crate::stage::CoefficientFit;
+
+/// Verdicts on everything a run computed.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Verdicts {
+    /// The whole session: its settings, its flights, the flight paths of its windows, its pooled fits (those of single windows
+    /// where nothing is pooled) and its studies.
+    pub session: Verdict,
+    /// Windows not ignored, by name.
+    pub windows: BTreeMap<String, WindowVerdict>,
+    /// Fits over all identification windows, in the order of the structure.
+    pub pooled: Vec<FitVerdict>,
+}
+
+/// Verdict on one window.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct WindowVerdict {
+    /// Its samples, flight path and loading: whether anything may be computed from them.
+    pub verdict: Verdict,
+    /// Fits from this window alone.
+    pub fits: Vec<FitVerdict>,
+}
+
+/// Verdict on one fit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FitVerdict {
+    /// Coefficient.
+    pub coefficient: Coefficient,
+    /// The fit: the worst of its own reasons and of its derivatives', except that a derivative nobody can tell leaves it as it is.
+    pub verdict: Verdict,
+    /// Its parameters, in their order.
+    pub derivatives: Vec<DerivativeVerdict>,
+}
+
+/// Verdict on one derivative.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DerivativeVerdict {
+    /// Name, for example `Cm_q`.
+    pub name: String,
+    /// Verdict.
+    pub verdict: Verdict,
+}
+
+impl Footprint for Verdicts {
+    fn bytes(&self) -> usize {
+        let fits = self.windows.values().flat_map(|window| &window.fits).chain(&self.pooled);
+        fits.map(|fit| 128 + 64 * fit.derivatives.len()).sum::<usize>() + 512 * self.session.reasons.len()
+    }
+}
+
+impl Verdicts {
+    /// Verdict on the fit of `coefficient`, pooled or of one window.
+    pub fn fit(&self, window: Option<&str>, coefficient: Coefficient) -> Option<&FitVerdict> {
+        let fits = match window {
+            None => &self.pooled,
+            Some(name) => &self.windows.get(name)?.fits,
+        };
+        fits.iter().find(|fit| fit.coefficient == coefficient)
+    }
+}
+
+impl FitVerdict {
+    /// Verdict on the derivative called `name`.
+    pub fn derivative(&self, name: &str) -> Option<&Verdict> {
+        self.derivatives.iter().find(|derivative| derivative.name == name).map(|derivative| &derivative.verdict)
+    }
+}
+
+/// What is judged: a session and everything computed from it.
+#[derive(Clone, Copy)]
+pub(super) struct Evidence<'a> {
+    pub(super) session: &'a Session,
+    pub(super) snapshot: &'a Snapshot,
+    pub(super) plausible: &'a Plausible,
+}
+
+impl<'a> Evidence<'a> {
+    /// Windows not ignored, in the order of the session.
+    pub(super) fn windows(self) -> impl Iterator<Item = &'a Manoeuvre> {
+        self.session.windows.iter().filter(|window| window.role != WindowRole::Ignored)
+    }
+}
+
+/// Judges everything a run computed from `session`. What is missing in `snapshot` is judged as not computed.
+pub fn judge(session: &Session, snapshot: &Snapshot) -> Verdicts {
+    let plausible = Plausible::of(session, snapshot);
+    let evidence = Evidence { session, snapshot, plausible: &plausible };
+    let study = studies::findings(evidence);
+    let windows: BTreeMap<String, WindowVerdict> =
+        evidence.windows().map(|window| (window.name.clone(), window_verdict(evidence, window, &study))).collect();
+    let fits = snapshot.pooled.ready().map(|pooled| pooled.fits.as_slice()).unwrap_or_default();
+    let pooled: Vec<FitVerdict> = fits.iter().map(|fit| fit_verdict(evidence, None, fit, &study)).collect();
+    let mut findings = session::findings(evidence);
+    findings.extend(study.session.iter().cloned());
+    findings.extend(windows.values().flat_map(|window| window.verdict.reasons.iter().cloned()));
+    let single = windows.values().flat_map(|window| &window.fits);
+    let fits: Vec<&FitVerdict> = if pooled.is_empty() { single.collect() } else { pooled.iter().collect() };
+    findings.extend(fits.iter().flat_map(|fit| fit.verdict.reasons.iter().cloned()));
+    Verdicts { session: Verdict::of(findings), windows, pooled }
+}
+
+fn window_verdict(evidence: Evidence<'_>, manoeuvre: &Manoeuvre, study: &studies::StudyFindings) -> WindowVerdict {
+    let fits = evidence.snapshot.windows.get(&manoeuvre.name).and_then(|results| results.fits.ready());
+    let fits = fits.map(|fits| fits.fits.as_slice()).unwrap_or_default();
+    let mut findings = window::findings(evidence, manoeuvre);
+    findings.extend(study.of_window(&manoeuvre.name));
+    WindowVerdict {
+        verdict: Verdict::of(findings),
+        fits: fits.iter().map(|fit| fit_verdict(evidence, Some(&manoeuvre.name), fit, study)).collect(),
+    }
+}
+
+fn fit_verdict(
+    evidence: Evidence<'_>,
+    window: Option<&str>,
+    fit: &CoefficientFit,
+    study: &studies::StudyFindings,
+) -> FitVerdict {
+    let mut findings = fit::findings(evidence, window, fit);
+    let names = fit.fit.as_ref().map(|fit| fit.names.as_slice()).unwrap_or_default();
+    let mut derivatives = Vec::with_capacity(names.len());
+    for (index, name) in names.iter().enumerate() {
+        let mut found = derivative::findings(evidence, window, fit, index);
+        found.extend(study.of_derivative(window, name));
+        findings.extend(found.iter().filter(|finding| finding.code != derivative::DETERMINED).cloned());
+        derivatives.push(DerivativeVerdict { name: name.clone(), verdict: Verdict::of(found) });
+    }
+    FitVerdict { coefficient: fit.coefficient, verdict: Verdict::of(findings), derivatives }
+}
+
+/// Place of a coefficient or derivative: `Cm_q (pooled)` or `Cm_q (window '03 elevator')`.
+pub(super) fn place(name: &str, window: Option<&str>) -> String {
+    match window {
+        None => format!("{name} (pooled)"),
+        Some(window) => format!("{name} (window '{window}')"),
+    }
+}
+
+/// A finding of the level its figure has: none up to `caution`, caution up to `bad`, bad beyond.
+pub(super) fn level_above(figure: f64, caution: f64, bad: f64) -> Option<(Level, f64)> {
+    if figure > bad {
+        Some((Level::Bad, bad))
+    } else if figure > caution {
+        Some((Level::Caution, caution))
+    } else {
+        None
+    }
+}
+
+/// A finding about something that could not be computed.
+pub(super) fn not_computed(level: Level, place: String, error: &str) -> Finding {
+    Finding::new(level, "failed", place, format!("not computed: {error}"))
+}

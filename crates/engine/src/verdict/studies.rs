@@ -1,0 +1,153 @@
+//! Findings of what was computed beside the derivatives: twins by other methods, timing of the controls, proof of match.
+
+use std::collections::BTreeMap;
+
+use super::judge::{Evidence, level_above, place};
+use super::{Finding, Level};
+use crate::stage::{WindowFits, WindowReplay};
+use crate::study::{CheckedDerivative, LagKind};
+
+/// Difference to a twin in joint errors, and the part of the estimate it must be as well: two methods differ by what neither's error
+/// knows of.
+const TWIN_CAUTION: f64 = 3.0;
+const TWIN_BAD: f64 = 8.0;
+const TWIN_PART: f64 = 0.1;
+/// Delay of a control: samples of the recording and t for a caution, s for bad.
+const DELAY_SAMPLES: f64 = 1.5;
+const DELAY_T: f64 = 4.0;
+const DELAY_BAD_S: f64 = 0.3;
+
+/// Findings of the studies, by what they are about.
+#[derive(Default)]
+pub(super) struct StudyFindings {
+    /// About no window and no derivative.
+    pub(super) session: Vec<Finding>,
+    windows: BTreeMap<String, Vec<Finding>>,
+    derivatives: BTreeMap<(String, String), Vec<Finding>>,
+}
+
+impl StudyFindings {
+    /// Findings about a window.
+    pub(super) fn of_window(&self, window: &str) -> Vec<Finding> {
+        self.windows.get(window).cloned().unwrap_or_default()
+    }
+
+    /// Findings about a derivative of a window's own fit; the pooled one has no twin.
+    pub(super) fn of_derivative(&self, window: Option<&str>, name: &str) -> Vec<Finding> {
+        let key = window.map(|window| (window.to_owned(), name.to_owned()));
+        key.and_then(|key| self.derivatives.get(&key)).cloned().unwrap_or_default()
+    }
+}
+
+/// What the studies that were computed say.
+pub(super) fn findings(evidence: Evidence<'_>) -> StudyFindings {
+    let mut found = StudyFindings::default();
+    twins(evidence, &mut found);
+    timing(evidence, &mut found);
+    proof(evidence, &mut found);
+    found
+}
+
+fn twins(evidence: Evidence<'_>, found: &mut StudyFindings) {
+    let Some(checks) = evidence.snapshot.studies.checks.ready() else { return };
+    for window in &checks.windows {
+        let fits = evidence.snapshot.windows.get(&window.window).and_then(|results| results.fits.ready());
+        let Some(fits) = fits else { continue };
+        let frequency = window.frequency.iter().filter_map(|(_, rows)| rows.as_ref().ok()).flatten();
+        let followed = window.output_error.iter().filter_map(|(_, flight)| flight.as_ref().ok());
+        let twins = frequency
+            .map(|row| ("frequency domain", row))
+            .chain(followed.flat_map(|flight| flight.derivatives.iter().map(|row| ("output error", row))));
+        for (method, twin) in twins {
+            if let Some(finding) = apart(&window.window, fits, method, twin) {
+                let key = (window.window.clone(), twin.name.clone());
+                found.derivatives.entry(key).or_default().push(finding);
+            }
+        }
+    }
+}
+
+/// A derivative of a window's own fit against the same by another method.
+fn apart(window: &str, fits: &WindowFits, method: &str, twin: &CheckedDerivative) -> Option<Finding> {
+    let (estimate, error) = fits.fits.iter().find_map(|fit| {
+        let estimate = fit.fit.as_ref().ok()?;
+        let index = estimate.names.iter().position(|name| *name == twin.name)?;
+        Some((estimate.estimates[index], *fit.corrected_errors.get(index)?))
+    })?;
+    let difference = (estimate - twin.estimate).abs();
+    if difference < TWIN_PART * estimate.abs() {
+        return None;
+    }
+    let times = difference / error.hypot(twin.standard_error);
+    let (level, limit) = level_above(times, TWIN_CAUTION, TWIN_BAD)?;
+    let text = format!(
+        "{estimate:.4} ± {error:.2} by equation error, {:.4} ± {:.2} by {method}: {times:.1} joint errors apart (limit {limit})",
+        twin.estimate, twin.standard_error
+    );
+    let finding = Finding::new(level, "twin", place(&twin.name, Some(window)), text).with_figure(times, limit);
+    let cure = "look at the outputs that output error follows, at delays, and at the band of frequencies";
+    Some(finding.with_cure(cure).with_setting("Derivatives", "model"))
+}
+
+fn timing(evidence: Evidence<'_>, found: &mut StudyFindings) {
+    let Some(lags) = evidence.snapshot.studies.lags.ready() else { return };
+    for lag in lags.lags.iter().filter(|lag| lag.kind == LagKind::Delay) {
+        let Ok((delay_s, error_s)) = lag.found_s() else { continue };
+        let stated_s = evidence.session.preparation.control_lags.of(lag.surface).delay_s;
+        let (left_s, step_s) = (delay_s - stated_s, sample_interval_s(evidence).unwrap_or(f64::NAN));
+        let level = match left_s.abs() {
+            left if left > DELAY_BAD_S => Level::Bad,
+            left if left > DELAY_SAMPLES * step_s && left > DELAY_T * error_s => Level::Caution,
+            _ => continue,
+        };
+        let limit_s = if level == Level::Bad { DELAY_BAD_S } else { DELAY_SAMPLES * step_s };
+        let name = lag.surface.name();
+        let text = format!(
+            "the {name} acts {left_s:+.3} s ± {error_s:.3} after its recording, besides the delay stated (limit {limit_s:.3} s)"
+        );
+        let finding = Finding::new(level, "timing", name, text).with_figure(left_s, limit_s);
+        let cure = format!("take the delay that was found, or look at the clock of the {name}");
+        found.session.push(finding.with_cure(cure).with_setting("Model", format!("preparation.control_lag.{name}")));
+    }
+}
+
+/// Interval of the inertial samples, s.
+fn sample_interval_s(evidence: Evidence<'_>) -> Option<f64> {
+    let path = evidence.windows().find_map(|window| evidence.snapshot.windows.get(&window.name)?.path.ready())?;
+    let time_s = &path.reconstruction.time_s;
+    Some((time_s.last()? - time_s.first()?) / (time_s.len().max(2) - 1) as f64)
+}
+
+fn proof(evidence: Evidence<'_>, found: &mut StudyFindings) {
+    let Some(proof) = evidence.snapshot.proof.ready() else { return };
+    for (window, replay) in &proof.windows {
+        let Ok(replay) = replay else { continue };
+        if let Some(finding) = missed(window, replay, &proof.tolerances) {
+            found.windows.entry(window.clone()).or_default().push(finding);
+        }
+    }
+}
+
+/// The test a window fails by most.
+fn missed(window: &str, replay: &WindowReplay, tolerances: &str) -> Option<Finding> {
+    let failed = replay.tests.iter().filter(|test| !test.passed()).flat_map(|test| {
+        let missed = test.requirements.iter().filter(|bands| !bands.iter().any(|band| band.passed()));
+        // One band of a requirement is enough: the nearest is what is missed.
+        missed
+            .filter_map(move |bands| Some((test, bands.iter().min_by(|a, b| a.worst_ratio.total_cmp(&b.worst_ratio))?)))
+    });
+    let (test, band) = failed.max_by(|a, b| a.1.worst_ratio.total_cmp(&b.1.worst_ratio))?;
+    let text = format!(
+        "flown again by the model, {} leaves its band of test {} by {:.2} times its half width ({tolerances}, limit 1)",
+        band.tolerance.signal.name(),
+        test.id,
+        band.worst_ratio
+    );
+    let finding = Finding::new(Level::Caution, "match", format!("window '{window}'"), text);
+    let finding = finding.with_figure(band.worst_ratio, 1.0);
+    Some(
+        finding
+            .with_cure("look at the proof of match and at the derivatives that move this output")
+            .with_setting("Match", "model"),
+    )
+}

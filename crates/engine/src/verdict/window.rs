@@ -1,0 +1,268 @@
+//! Findings about the flight path of one window.
+
+use doublet_core::model::{Inertia, InertiaHistory};
+use doublet_core::reconstruct::consistency::{ChannelConsistency, Consistency};
+use doublet_core::reconstruct::{Reconstruction, State};
+
+use super::judge::{Evidence, level_above, not_computed};
+use super::{Finding, Level};
+use crate::session::Manoeuvre;
+use crate::stage::{WindowAero, WindowPath};
+
+/// Mean NIS over its expectation: outside its 95 % band and beyond these it is a caution, beyond the outer ones bad. Noise stated
+/// too large leaves the path less exact than it could be, noise stated too small leaves it wrong: the band is not symmetric.
+const NIS_CAUTION: [f64; 2] = [1.0 / 3.0, 1.5];
+const NIS_BAD: [f64; 2] = [0.1, 3.0];
+/// Mean innovation in predicted deviations.
+const OFFSET_CAUTION: f64 = 0.5;
+const OFFSET_BAD: f64 = 5.0;
+/// Correlation of neighbouring innovations, and how much larger than predicted they are, before they show something no noise explains:
+/// small innovations are correlated in every recording of a sensor slower than its recorder.
+const LAG_ONE: f64 = 0.3;
+const LARGER_THAN_PREDICTED: f64 = 1.3;
+/// Part of the samples at which filter and smoother may differ by more than three deviations, and the deviations that are bad where
+/// they last.
+const SMOOTHER_OUTSIDE: f64 = 0.1;
+const SMOOTHER_BAND: f64 = 3.0;
+const SMOOTHER_BAD: f64 = 20.0;
+const SMOOTHER_BAD_S: f64 = 0.5;
+/// Dynamic pressure over the median of the session's windows.
+const PRESSURE_CAUTION: f64 = 0.5;
+const PRESSURE_BAD: f64 = 0.1;
+/// Lift coefficient beyond which no wing carries the aircraft: it is on the ground, or its airspeed, mass or area is wrong.
+const LARGEST_LIFT: f64 = 3.5;
+
+/// By how much a moment of inertia may be larger than the sum of the others: the rounding of a flat body's.
+const TRIANGLE: f64 = 0.01;
+
+/// States the coefficients are formed from, whose filtered and smoothed paths are compared.
+const COMPARED: [State; 5] =
+    [State::VelocityU, State::VelocityV, State::VelocityW, State::BankAngle, State::PitchAngle];
+
+/// What speaks against the samples, the flight path and the loading of a window.
+pub(super) fn findings(evidence: Evidence<'_>, manoeuvre: &Manoeuvre) -> Vec<Finding> {
+    let place = format!("window '{}'", manoeuvre.name);
+    let Some(results) = evidence.snapshot.windows.get(&manoeuvre.name) else { return Vec::new() };
+    if let Some(error) = results.path.error().or(results.aero.error()) {
+        return vec![not_computed(Level::Bad, place, error).with_setting("Flight", "")];
+    }
+    let mut findings = Vec::new();
+    if let Some(path) = results.path.ready() {
+        findings.extend(path.consistency.iter().flat_map(|consistency| innovations(&place, consistency)));
+        findings.extend(smoother(&place, path));
+    }
+    if let Some(aero) = results.aero.ready() {
+        findings.extend(dynamic_pressure(&place, evidence, aero));
+        findings.extend(mass_properties(&place, aero));
+    }
+    findings
+}
+
+fn innovations(place: &str, consistency: &Consistency) -> Vec<Finding> {
+    let mut found: Vec<Finding> = nis(place, consistency).into_iter().collect();
+    found.extend(consistency.channels.iter().filter_map(|channel| offset(place, channel)));
+    found.extend(consistency.channels.iter().filter_map(|channel| correlated(place, channel)));
+    found
+}
+
+fn nis(place: &str, consistency: &Consistency) -> Option<Finding> {
+    let (ratio, [low, high]) = (consistency.nis_ratio, consistency.nis_band_correlated);
+    if (low..=high).contains(&consistency.nis_mean) {
+        return None;
+    }
+    let (level, limit) = if !(NIS_BAD[0]..=NIS_BAD[1]).contains(&ratio) {
+        (Level::Bad, if ratio > 1.0 { NIS_BAD[1] } else { NIS_BAD[0] })
+    } else if !(NIS_CAUTION[0]..=NIS_CAUTION[1]).contains(&ratio) {
+        (Level::Caution, if ratio > 1.0 { NIS_CAUTION[1] } else { NIS_CAUTION[0] })
+    } else {
+        return None;
+    };
+    let loudest = consistency.channels.iter().max_by(|a, b| a.deviation_ratio.total_cmp(&b.deviation_ratio));
+    let loudest = loudest.map(|channel| (channel.measurement.name(), channel.deviation_ratio));
+    let (said, cure) = if ratio > 1.0 {
+        let (name, times) = loudest.unwrap_or(("a measurement", f64::NAN));
+        (
+            format!(
+                "the innovations are larger than the noise explains, most those of {name} ({times:.1} times their prediction)"
+            ),
+            format!("look for a wrong sign, unit or clock of {name}, then take its noise from steady windows"),
+        )
+    } else {
+        (
+            "the noise stated is larger than what was recorded".to_owned(),
+            "take the noise from steady windows".to_owned(),
+        )
+    };
+    let (mean, expected) = (consistency.nis_mean, consistency.nis_mean / ratio);
+    let text =
+        format!("mean NIS {mean:.3} where {expected:.3} is expected (ratio {ratio:.2}, limit {limit:.2}): {said}");
+    let setting = loudest
+        .filter(|_| ratio > 1.0)
+        .map_or("filter.measurement_noise".to_owned(), |(name, _)| format!("filter.measurement_noise.{name}"));
+    let finding = Finding::new(level, "nis", place, text).with_figure(ratio, limit);
+    Some(finding.with_cure(cure).with_setting("Noise and filter", setting))
+}
+
+fn offset(place: &str, channel: &ChannelConsistency) -> Option<Finding> {
+    let (level, limit) = level_above(channel.mean.abs(), OFFSET_CAUTION, OFFSET_BAD)?;
+    let name = channel.measurement.name();
+    if !channel.has_offset() {
+        return None;
+    }
+    let text = format!("the mean innovation of {name} is {:+.2} predicted deviations (limit {limit})", channel.mean);
+    let cure = format!("look for an offset, a wrong sign or a wrong clock of {name}");
+    let finding = Finding::new(level, "innovation", format!("{place}, {name}"), text).with_figure(channel.mean, limit);
+    Some(finding.with_cure(cure).with_setting("Innovations", format!("filter.measurement_noise.{name}")))
+}
+
+fn correlated(place: &str, channel: &ChannelConsistency) -> Option<Finding> {
+    let (lag_one, ratio) = (channel.lag_one(), channel.deviation_ratio);
+    if lag_one <= LAG_ONE || channel.is_white || ratio <= LARGER_THAN_PREDICTED {
+        return None;
+    }
+    let name = channel.measurement.name();
+    let text = format!(
+        "the innovations of {name} are {ratio:.2} times their prediction and correlated ({lag_one:.2} from sample to sample, limit {LAG_ONE})"
+    );
+    let cure = format!("look for a delay, a filter or repeated samples of {name}, then for its noise");
+    let finding = Finding::new(Level::Caution, "innovation", format!("{place}, {name}"), text);
+    let finding = finding.with_figure(lag_one, LAG_ONE).with_cure(cure);
+    Some(finding.with_setting("Innovations", format!("filter.measurement_delay_s.{name}")))
+}
+
+/// Filter against smoother: the worst state.
+fn smoother(place: &str, path: &WindowPath) -> Option<Finding> {
+    let run = &path.reconstruction;
+    let apart: Vec<(State, Apart)> =
+        COMPARED.into_iter().filter_map(|state| Some((state, Apart::of(run, state)?))).collect();
+    let lasting =
+        apart.iter().max_by(|a, b| a.1.bad_s.total_cmp(&b.1.bad_s)).filter(|(_, it)| it.bad_s > SMOOTHER_BAD_S);
+    let outside = apart.iter().max_by(|a, b| a.1.outside.total_cmp(&b.1.outside));
+    let (state, level, text, figure, limit) = match (lasting, outside) {
+        (Some((state, it)), _) => {
+            let text = format!(
+                "filter and smoother differ by up to {:.0} deviations in {} (limit {SMOOTHER_BAD} for {SMOOTHER_BAD_S} s)",
+                it.largest,
+                state.name()
+            );
+            (state, Level::Bad, text, it.largest, SMOOTHER_BAD)
+        }
+        (None, Some((state, it))) if it.outside > SMOOTHER_OUTSIDE => {
+            let text = format!(
+                "filter and smoother differ by more than {SMOOTHER_BAND} deviations in {} at {:.0} % of the samples (limit {:.0} %)",
+                state.name(),
+                100.0 * it.outside,
+                100.0 * SMOOTHER_OUTSIDE
+            );
+            (state, Level::Caution, text, it.outside, SMOOTHER_OUTSIDE)
+        }
+        _ => return None,
+    };
+    let cure = "look at process noise and random walks, and for an effect of the sensors the filter does not describe";
+    let finding = Finding::new(level, "smoother", place, text).with_figure(figure, limit).with_cure(cure);
+    Some(finding.with_setting("Noise and filter", format!("filter.random_walk.{}", state.name())))
+}
+
+/// How far the filtered and the smoothed path of a state are apart.
+struct Apart {
+    /// Part of the samples beyond [`SMOOTHER_BAND`] deviations of their difference.
+    outside: f64,
+    /// Largest difference, deviations.
+    largest: f64,
+    /// Longest time beyond [`SMOOTHER_BAD`] deviations, s.
+    bad_s: f64,
+}
+
+impl Apart {
+    /// `|x_f - x_s|` over the deviation of the difference, whose variance is the difference of the variances (Bierman); of the filtered
+    /// deviation a tenth at least, so that rounding where the two are equal counts for nothing.
+    fn of(run: &Reconstruction, state: State) -> Option<Self> {
+        let smoothed = run.smoothed.as_ref()?;
+        let k = state as usize;
+        let (mut outside, mut largest, mut bad_s, mut since) = (0_usize, 0.0_f64, 0.0_f64, None);
+        for (index, &time_s) in run.time_s.iter().enumerate() {
+            let (before, after) = (run.deviations[k][index], smoothed.deviations[k][index]);
+            let deviation = (before * before - after * after).max((0.1 * before).powi(2)).sqrt();
+            let apart = (run.states[k][index] - smoothed.states[k][index]).abs() / deviation;
+            outside += usize::from(apart > SMOOTHER_BAND);
+            largest = if apart.is_finite() { largest.max(apart) } else { largest };
+            since = if apart > SMOOTHER_BAD { since.or(Some(time_s)) } else { None };
+            bad_s = since.map_or(bad_s, |start| bad_s.max(time_s - start));
+        }
+        Some(Self { outside: outside as f64 / run.time_s.len().max(1) as f64, largest, bad_s })
+    }
+}
+
+/// Mean dynamic pressure `rho V^2 / 2` of a window, Pa.
+fn mean_pressure(aero: &WindowAero) -> f64 {
+    let samples = aero.data.density_kg_m3.iter().zip(&aero.data.airspeed_m_s);
+    samples.map(|(density, speed)| 0.5 * density * speed * speed).sum::<f64>() / aero.data.time_s.len() as f64
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+/// Median of the mean dynamic pressures of the windows not ignored, Pa.
+fn median_pressure(evidence: Evidence<'_>) -> Option<f64> {
+    let of = |window: &Manoeuvre| Some(mean_pressure(evidence.snapshot.windows.get(&window.name)?.aero.ready()?));
+    let mut pressures: Vec<f64> = evidence.windows().filter_map(of).collect();
+    pressures.sort_by(f64::total_cmp);
+    pressures.get(pressures.len() / 2).copied()
+}
+
+fn dynamic_pressure(place: &str, evidence: Evidence<'_>, aero: &WindowAero) -> Option<Finding> {
+    let pressure = mean_pressure(aero);
+    let weight = mean(&aero.data.specific_force_m_s2[2]).abs() * inertia_at_start(aero)?.mass_kg;
+    let lift = weight / (pressure * aero.settings.reference.area_m2);
+    let airspeed = mean(&aero.data.airspeed_m_s);
+    let cure = "leave the window out, or look at the airspeed: its unit, its zero, the wheels on the ground";
+    if lift.is_nan() || lift > LARGEST_LIFT {
+        let text = format!(
+            "dynamic pressure {pressure:.1} Pa (airspeed {airspeed:.1} m/s): to fly, the wing would need a normal-force coefficient of \
+             {lift:.1} (limit {LARGEST_LIFT})"
+        );
+        let finding = Finding::new(Level::Bad, "dynamic-pressure", place, text).with_figure(lift, LARGEST_LIFT);
+        return Some(finding.with_cure(cure).with_setting("Flight", "window.role"));
+    }
+    let median = median_pressure(evidence)?;
+    let part = pressure / median;
+    let (level, limit) = match part {
+        part if part < PRESSURE_BAD => (Level::Bad, PRESSURE_BAD),
+        part if part < PRESSURE_CAUTION => (Level::Caution, PRESSURE_CAUTION),
+        _ => return None,
+    };
+    let text = format!(
+        "dynamic pressure {pressure:.0} Pa (airspeed {airspeed:.1} m/s) is {part:.2} times the median of the windows, {median:.0} Pa \
+         (limit {limit})"
+    );
+    let finding = Finding::new(level, "dynamic-pressure", place, text).with_figure(part, limit);
+    Some(finding.with_cure(cure).with_setting("Flight", "window.role"))
+}
+
+fn inertia_at_start(aero: &WindowAero) -> Option<Inertia> {
+    match &aero.data.inertia {
+        InertiaHistory::Constant(inertia) => Some(*inertia),
+        InertiaHistory::PerSample(all) => all.first().copied(),
+    }
+}
+
+/// Whether mass and inertia are those of a body: positive, and no moment of inertia larger than the sum of the two others.
+fn mass_properties(place: &str, aero: &WindowAero) -> Option<Finding> {
+    let inertia = inertia_at_start(aero)?;
+    let Inertia { mass_kg, ixx_kg_m2: xx, iyy_kg_m2: yy, izz_kg_m2: zz, ixz_kg_m2: xz, .. } = inertia;
+    let largest_ratio = [xx / (yy + zz), yy / (xx + zz), zz / (xx + yy)].into_iter().fold(0.0, f64::max);
+    let text = if mass_kg.is_nan() || mass_kg <= 0.0 {
+        format!("the mass is {mass_kg:.1} kg")
+    } else if !(xx > 0.0 && yy > 0.0 && zz > 0.0 && xx * zz > xz * xz) {
+        format!("the inertia is not positive definite: Ixx {xx:.0}, Iyy {yy:.0}, Izz {zz:.0}, Ixz {xz:.0} kg m2")
+    } else if largest_ratio > 1.0 + TRIANGLE {
+        format!(
+            "no body has these moments of inertia: Ixx {xx:.0}, Iyy {yy:.0}, Izz {zz:.0} kg m2; one is {largest_ratio:.2} times the sum of the others (limit 1)"
+        )
+    } else {
+        return None;
+    };
+    let finding = Finding::new(Level::Bad, "loading", place, text).with_figure(largest_ratio, 1.0);
+    Some(finding.with_cure("look at the aircraft file and the loading").with_setting("Loading", "aircraft"))
+}
