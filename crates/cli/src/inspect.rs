@@ -39,6 +39,7 @@ fn print_source(source: &Source) {
             text::number(clock.start_s, 9),
             text::number(clock.end_s, 9)
         ));
+        clock.question.iter().for_each(|question| text::line(&format!("  question: time {question}")));
         print_gaps(&clock.gaps);
         clock.faults.iter().for_each(|fault| text::line(&format!("  time {fault}")));
     }

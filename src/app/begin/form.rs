@@ -159,6 +159,7 @@ fn summary(source: &Source) -> String {
 fn findings(probe: &Probe) -> Vec<String> {
     let mut lines = probe.warnings.clone();
     for source in &probe.sources {
+        lines.extend(source.clocks.iter().filter_map(|clock| Some(format!("time {}", clock.question.as_ref()?))));
         for clock in source.clocks.iter().filter(|clock| !clock.gaps.is_empty()) {
             let longest = clock.gaps.iter().map(|gap| gap.end_s - gap.start_s).fold(0.0, f64::max);
             let (count, name) = (clock.gaps.len(), &source.name);

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::contents::Source;
+use super::contents::{ChannelInfo, Source};
 use crate::quantity::{Dimension, Unit};
 
 /// An interval counts as a gap when it is longer than this many median intervals, so when a sample is missing.
@@ -78,6 +78,10 @@ pub struct Clock {
     pub faults: Vec<TimeFault>,
     /// How many such samples there are.
     pub fault_count: usize,
+    /// Whether file, name or map state the unit; otherwise it is the one that makes a recording of flight.
+    pub is_unit_stated: bool,
+    /// What is to be asked about it, with the cure, in one line; `None` where nothing is.
+    pub question: Option<String>,
     /// Index of the channel in its source; `None` for a computed clock.
     pub(super) index: Option<usize>,
 }
@@ -116,9 +120,11 @@ impl Clock {
             .map(|pair| Gap { start_s: pair[0], end_s: pair[1] })
             .collect();
         let rate_hz = if median > 0.0 { 1.0 / median } else { 0.0 };
-        let channel = channel.to_owned();
+        let repeated = faults.iter().all(|fault| matches!(fault, TimeFault::Repeated { .. }));
+        let question = (repeated && 2 * fault_count > time_s.len())
+            .then(|| coarse(channel, earliest, rate_hz, kept.len(), time_s.len()));
         Self {
-            channel,
+            channel: channel.to_owned(),
             unit,
             samples: time_s.len(),
             rate_hz,
@@ -127,9 +133,26 @@ impl Clock {
             gaps,
             faults,
             fault_count,
+            is_unit_stated: true,
+            question,
             index: Some(index),
         }
     }
+
+    /// Median interval, s; zero with fewer than two stamps.
+    pub(super) fn interval_s(&self) -> f64 {
+        if self.rate_hz > 0.0 { 1.0 / self.rate_hz } else { 0.0 }
+    }
+}
+
+/// What to do with stamps that are coarser than the samples: `stamps` different ones of `samples`, at `rate_hz`.
+fn coarse(channel: &str, start_s: f64, rate_hz: f64, stamps: usize, samples: usize) -> String {
+    let each = samples as f64 / stamps as f64;
+    let rate_hz = (rate_hz * each).round();
+    format!(
+        "'{channel}' repeats each stamp {each:.0} times: it is coarser than the samples; give start_time = \
+         {start_s} and sample_rate = {rate_hz} in the map's [[time]] (repair = \"drop\" would keep {stamps} of {samples} samples)"
+    )
 }
 
 /// What is wrong with stamp `time` after `latest`, if anything.
@@ -154,46 +177,58 @@ fn median(values: &mut [f64]) -> f64 {
     *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
-/// Names a time vector goes by, best first, with the unit a name implies.
-const TIME_NAMES: &[(&str, &str)] = &[
-    ("t", "s"),
-    ("time", "s"),
-    ("tt", "s"),
-    ("time_s", "s"),
-    ("t_s", "s"),
-    ("times", "s"),
-    ("time_vector", "s"),
-    ("timestamps", "s"),
-    ("elapsed", "s"),
-    ("elapsed_time", "s"),
-    ("time_ms", "ms"),
-    ("t_ms", "ms"),
-    ("time_us", "us"),
-    ("t_us", "us"),
-    ("timestamp_us", "us"),
-    ("time_ns", "ns"),
-    ("timestamp", "s"),
-    ("sec", "s"),
-    ("seconds", "s"),
+/// Names a time vector goes by, best first, in small letters, with the unit at their end taken off.
+const TIME_NAMES: &[&str] = &[
+    "t",
+    "time",
+    "tt",
+    "times",
+    "time_vector",
+    "timestamps",
+    "elapsed",
+    "elapsed_time",
+    "timestamp",
+    "time_since_boot",
+    "utc",
+    "utc_time",
+    "gps_time",
+    "gps_tow",
+    "tow",
+    "local_time",
+    "lcl_time",
+    "time_of_day",
 ];
+/// Names that are a unit by themselves.
+const UNIT_NAMES: &[&str] = &["sec", "seconds", "ms", "milliseconds"];
+/// Ends of names that state the unit of time.
+const UNIT_ENDINGS: &[(&str, &str)] =
+    &[("_ms", "ms"), ("_us", "us"), ("_ns", "ns"), ("_s", "s"), ("_sec", "s"), ("_usec", "us"), ("_msec", "ms")];
+
+/// Rank of a name among those of time vectors, the best 0, and the unit it states.
+fn time_name(name: &str) -> Option<(usize, Option<Unit>)> {
+    let plain = name.trim().to_lowercase().replace([' ', '-', '.'], "_");
+    let (stem, unit) = UNIT_ENDINGS
+        .iter()
+        .find_map(|(ending, unit)| Some((plain.strip_suffix(ending)?, Unit::parse(unit).ok())))
+        .unwrap_or((&plain, None));
+    let known = TIME_NAMES.iter().position(|known| *known == stem).map(|rank| (rank, unit));
+    let is_unit = || UNIT_NAMES.contains(&plain.as_str()).then(|| (TIME_NAMES.len(), Unit::parse(&plain).ok()));
+    known.or_else(is_unit)
+}
 
 /// Finds the time vectors of `source` by name and gives every channel the one of its length.
 ///
 /// Without such a name the first column of a table counts when it increases strictly. Values still in the file are
 /// fetched through `fetch`; a channel that cannot be fetched is no clock.
 pub(super) fn find_clocks(source: &mut Source, mut fetch: impl FnMut(&mut Source, usize)) {
-    let mut candidates: Vec<(usize, usize, Unit)> = Vec::new();
+    let mut candidates: Vec<(usize, usize, Option<Unit>)> = Vec::new();
     for (index, channel) in source.channels.iter().enumerate() {
-        let name = channel.name.to_lowercase();
-        let Some(rank) = TIME_NAMES.iter().position(|(known, _)| *known == name) else { continue };
-        let recorded = channel.unit.as_deref().map(Unit::parse);
-        let unit = match recorded {
-            Some(Ok(unit)) if unit.dimension == Dimension::Time => Some(unit),
-            Some(_) => None,
-            None => Unit::parse(TIME_NAMES[rank].1).ok(),
-        };
-        if let (Some(unit), true) = (unit, channel.samples > 1) {
-            candidates.push((rank, index, unit));
+        let rank = time_name(&channel.name).map(|(rank, _)| rank).or(channel.is_time_of_day.then_some(usize::MAX));
+        let Some(rank) = rank.filter(|_| channel.samples > 1) else { continue };
+        match channel.unit.as_deref().map(Unit::parse) {
+            Some(Ok(unit)) if unit.dimension == Dimension::Time => candidates.push((rank, index, Some(unit))),
+            Some(_) => {}
+            None => candidates.push((rank, index, None)),
         }
     }
     candidates.sort_by_key(|&(rank, index, _)| (rank, index));
@@ -210,7 +245,14 @@ pub(super) fn find_clocks(source: &mut Source, mut fetch: impl FnMut(&mut Source
         if let Some(index) = first {
             fetch(source, index);
             if increases(source.channels[index].values()) {
-                add_clock(source, index, Unit::si(Dimension::Time));
+                add_clock(source, index, None);
+                let guessed = |clock: &mut Clock| {
+                    clock.question = Some(format!(
+                        "'{}' is taken for it, as the first column, which increases; name the right one in the map's [[time]]",
+                        clock.channel
+                    ));
+                };
+                source.clocks.iter_mut().for_each(guessed);
             }
         }
     }
@@ -220,14 +262,22 @@ pub(super) fn find_clocks(source: &mut Source, mut fetch: impl FnMut(&mut Source
     assign_clocks(source);
 }
 
-fn add_clock(source: &mut Source, index: usize, unit: Unit) {
+/// Adds the clock of a channel in the unit stated, otherwise in seconds until [`super::time_unit::settle_units`] has looked at it.
+fn add_clock(source: &mut Source, index: usize, unit: Option<Unit>) {
     let channel = &mut source.channels[index];
     if channel.values().is_empty() {
         return;
     }
-    let time_s: Vec<f64> = channel.values().iter().map(|&value| unit.to_si(value)).collect();
     channel.is_time = true;
-    source.clocks.push(Clock::examine(&channel.name, index, unit, &time_s));
+    source.clocks.push(clock_of(channel, index, unit));
+}
+
+/// The clock of the channel at `index` in a unit stated by file or map, or by its name; otherwise in seconds.
+pub(super) fn clock_of(channel: &ChannelInfo, index: usize, stated: Option<Unit>) -> Clock {
+    let stated = stated.or_else(|| time_name(&channel.name)?.1);
+    let unit = stated.unwrap_or(Unit::si(Dimension::Time));
+    let time_s: Vec<f64> = channel.values().iter().map(|&value| unit.to_si(value)).collect();
+    Clock { is_unit_stated: stated.is_some(), ..Clock::examine(&channel.name, index, unit, &time_s) }
 }
 
 /// Adds a computed clock for every length of channel that has none.
@@ -245,6 +295,8 @@ pub(super) fn add_even_clocks(source: &mut Source, start_s: f64, rate_hz: f64) {
                 gaps: Vec::new(),
                 faults: Vec::new(),
                 fault_count: 0,
+                is_unit_stated: true,
+                question: None,
                 index: None,
             });
         }

@@ -85,6 +85,8 @@ pub struct ChannelInfo {
     pub clock: Option<usize>,
     /// Whether it is a time vector itself.
     pub is_time: bool,
+    /// Whether it was written as times of day.
+    pub(super) is_time_of_day: bool,
     /// The samples, or where they are.
     pub(super) data: Data,
 }
@@ -114,7 +116,8 @@ impl ChannelInfo {
     /// A channel whose samples are still in the file.
     pub(super) fn stored(name: impl Into<String>, unit: Option<String>, samples: usize, stored: Stored) -> Self {
         let name = one_line(&name.into());
-        Self { name, unit, samples, non_finite: None, clock: None, is_time: false, data: Data::Stored(stored) }
+        let (is_time, is_time_of_day) = (false, false);
+        Self { name, unit, samples, non_finite: None, clock: None, is_time, is_time_of_day, data: Data::Stored(stored) }
     }
 
     /// Puts the samples in.

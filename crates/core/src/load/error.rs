@@ -70,7 +70,7 @@ pub enum LoadError {
         cure: &'static str,
     },
     /// The time vector of a source is not strictly increasing.
-    #[error("{}: time channel '{channel}' of source '{source_name}' {fault}; {TIME_CURE}", path.display())]
+    #[error("{}: time channel '{channel}' of source '{source_name}' {fault}; {cure}", path.display())]
     Time {
         /// File.
         path: PathBuf,
@@ -80,6 +80,8 @@ pub enum LoadError {
         channel: String,
         /// What is wrong, with index and time.
         fault: TimeFault,
+        /// What to do.
+        cure: String,
     },
     /// A channel map could not be understood.
     #[error("channel map{}, line {line}: {what}", path.as_ref().map(|path| format!(" {}", path.display())).unwrap_or_default())]
@@ -98,10 +100,6 @@ pub enum LoadError {
         problems: Vec<Problem>,
     },
 }
-
-/// What to do about a time vector that does not increase.
-const TIME_CURE: &str =
-    "set repair = \"drop\" in the map's [[time]] entry to leave such samples out, or give start_time and sample_rate";
 
 fn join(problems: &[Problem]) -> String {
     let errors: Vec<String> = problems.iter().filter(|problem| problem.is_error).map(ToString::to_string).collect();

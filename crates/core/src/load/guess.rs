@@ -55,6 +55,7 @@ const NAMES: &[(Role, &[&str])] = &[
     (Role::ManifoldPressure2, &["manifoldpressure2", "map2", "mp2"]),
     (Role::Power1, &["power1", "power"]),
     (Role::Power2, &["power2"]),
+    (Role::WeightOnWheels, &["weightonwheels", "wow", "squatswitch", "onground"]),
 ];
 
 /// Ends of names that tell a unit, in small letters, longest first.

@@ -24,6 +24,7 @@ mod read;
 mod recognise;
 mod text;
 mod text_layout;
+mod time_unit;
 mod ulog;
 mod utc;
 

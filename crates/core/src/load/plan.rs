@@ -1,11 +1,12 @@
 //! The plan: which channel will play which role, and every problem, before anything is read.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
-use super::clock::{Clock, assign_clocks};
+use super::clock::{assign_clocks, clock_of};
 use super::contents::{ChannelInfo, Probe, Source};
 use super::map::{ChannelMap, Entry, FlatEarth, Term, TimeEntry, TimeOrigin, matches};
+use super::time_unit::{contradiction, settle_units};
 use crate::quantity::{Dimension, Role, Unit};
 
 /// Something that stands between a recording and its roles.
@@ -106,6 +107,7 @@ pub fn plan_all(probes: &[Probe], map: &ChannelMap) -> Plan {
         }
     }
     planner.check_derived(&roles);
+    planner.question_clocks(&roles);
     Plan {
         roles,
         truth,
@@ -183,6 +185,7 @@ impl Planner<'_> {
                 }
                 self.time.insert((probe_index, source_index), entry.clone());
             }
+            settle_units(&mut probe.sources);
         }
         // A map for several recorders need not fit the time of a source that plays no role: a warning, not an error.
         problems.into_iter().for_each(|problem| self.warn(problem));
@@ -408,6 +411,22 @@ impl Planner<'_> {
         first.map(|&(at, _)| (at.probe, at.source, self.channel(at).clock)).collect()
     }
 
+    /// Asks about the time of what plays a role, once for each clock.
+    fn question_clocks(&mut self, roles: &BTreeMap<Role, Assignment>) {
+        let mut asked = BTreeSet::new();
+        for (role, assignment) in roles {
+            for (probe, source, clock) in self.clocks(assignment) {
+                let Some(clock) = clock else { continue };
+                let (path, source) = (self.probes[probe].path.display(), &self.probes[probe].sources[source]);
+                let clock = &source.clocks[clock];
+                // What is no motion may come as slowly as it likes.
+                let odd = || contradiction(source, clock).filter(|_| *role <= Role::Rudder);
+                asked.extend(clock.question.clone().or_else(odd).map(|question| format!("{path}: time {question}")));
+            }
+        }
+        asked.into_iter().for_each(|question| self.warn(question));
+    }
+
     fn check_derived(&mut self, roles: &BTreeMap<Role, Assignment>) {
         let Some(derive) = &self.map.derive else { return };
         let wanted = [Some(Role::Latitude), Some(Role::Longitude), derive.altitude];
@@ -482,13 +501,9 @@ fn set_clock(source: &mut Source, entry: &TimeEntry) -> Result<(), String> {
             };
             let recorded = source.channels[index].unit.as_deref().and_then(|name| Unit::parse(name).ok());
             let recorded = recorded.filter(|unit| unit.dimension == Dimension::Time);
-            let unit = unit.or(recorded).unwrap_or(Unit::si(Dimension::Time));
             source.channels.iter_mut().for_each(|channel| channel.is_time = false);
-            let channel = &mut source.channels[index];
-            channel.is_time = true;
-            let time_s: Vec<f64> = channel.values().iter().map(|&value| unit.to_si(value)).collect();
-            source.clocks =
-                vec![Clock { samples: channel.samples, ..Clock::examine(&channel.name, index, unit, &time_s) }];
+            source.channels[index].is_time = true;
+            source.clocks = vec![clock_of(&source.channels[index], index, unit.or(recorded))];
         }
     }
     assign_clocks(source);

@@ -67,6 +67,10 @@ pub fn read_all<P: AsRef<Path>>(paths: &[P], map: &ChannelMap) -> Result<Recordi
     read(&plan_all(&probes, map))
 }
 
+/// What to do about a time vector that does not increase.
+const TIME_CURE: &str =
+    "set repair = \"drop\" in the map's [[time]] entry to leave such samples out, or give start_time and sample_rate";
+
 /// A clock's place: probe, source, clock.
 type ClockAt = (usize, usize, usize);
 
@@ -142,8 +146,10 @@ impl Reader<'_> {
     fn time_error(&self, at: ClockAt, fault: TimeFault) -> LoadError {
         let probe = &self.probes[at.0];
         let source = &probe.sources[at.1];
-        let channel = source.clocks[at.2].channel.clone();
-        LoadError::Time { path: probe.path.clone(), source_name: source.name.clone(), channel, fault }
+        let clock = &source.clocks[at.2];
+        let cure = clock.question.clone().unwrap_or_else(|| TIME_CURE.to_owned());
+        let (path, source_name, channel) = (probe.path.clone(), source.name.clone(), clock.channel.clone());
+        LoadError::Time { path, source_name, channel, fault, cure }
     }
 
     /// Shifts the sources of a recording in parts so that each starts after the one before.

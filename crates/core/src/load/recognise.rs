@@ -5,6 +5,7 @@ use std::path::Path;
 
 use super::clock::find_clocks;
 use super::contents::{Format, Probe, Source};
+use super::time_unit::settle_units;
 use super::{LoadError, hdf5, mat_contents, text, ulog};
 
 /// First bytes of a level 5 MAT-file, at offset 124: version 1.0, then the mark of the byte order.
@@ -93,8 +94,12 @@ pub(super) fn finish(mut probe: Probe) -> Result<Probe, LoadError> {
         let what = "no numeric channel was found";
         return Err(LoadError::Empty { path: probe.path, what });
     }
+    settle_units(&mut probe.sources);
     for source in &probe.sources {
         for clock in &source.clocks {
+            if clock.question.is_some() && clock.fault_count > 0 {
+                continue;
+            }
             probe.warnings.extend(
                 clock
                     .faults
@@ -109,11 +114,26 @@ pub(super) fn finish(mut probe: Probe) -> Result<Probe, LoadError> {
             }
         }
         if source.clocks.is_empty() && source.channels.iter().any(|channel| channel.samples > 1) {
-            let cure = "name it in the map's [[time]] entry or give sample_rate there";
+            let cure = match stated_rate(source) {
+                Some((line, rate)) => {
+                    format!("{line} says {rate} Hz: give sample_rate = {rate} in the map's [[time]] entry")
+                }
+                None => "name it in the map's [[time]] entry or give sample_rate there".to_owned(),
+            };
             probe.warnings.push(format!("source '{}': no time channel recognised; {cure}", source.name));
         }
     }
     Ok(probe)
+}
+
+/// A rate that a line of text in the file states (`25 Hz`), and where.
+fn stated_rate(source: &Source) -> Option<(&str, f64)> {
+    source.notes.iter().find_map(|(line, text)| {
+        let lower = text.to_lowercase();
+        let number =
+            lower[..lower.find("hz")?].trim_end().rsplit(|letter: char| !(letter.is_ascii_digit() || letter == '.'));
+        Some((line.as_str(), number.into_iter().next()?.parse().ok()?))
+    })
 }
 
 fn head(path: &Path) -> std::io::Result<Vec<u8>> {

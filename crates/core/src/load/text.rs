@@ -102,6 +102,8 @@ struct Column {
     filled: usize,
     words: usize,
     first_word: Option<(usize, String)>,
+    /// Cells that are times of day.
+    times_of_day: usize,
 }
 
 impl<'l> Table<'l> {
@@ -214,8 +216,17 @@ impl<'l> Table<'l> {
                 warnings.push(format!("two columns are called '{name}'; the later one is listed as '{unique}'"));
                 name = unique;
             }
-            let unit = self.layout.units.get(index).cloned().flatten();
-            source.channels.push(ChannelInfo::new(name, unit, column.values));
+            let mut unit = self.layout.units.get(index).cloned().flatten();
+            let is_time_of_day = column.times_of_day > 0 && column.times_of_day + column.words == column.filled;
+            let mut values = column.values;
+            if is_time_of_day {
+                unit = Some("s".to_owned());
+                let midnights = pass_midnight(&mut values);
+                if midnights > 0 {
+                    warnings.push(format!("'{name}' passes midnight: a day is added to the times after it"));
+                }
+            }
+            source.channels.push(ChannelInfo { is_time_of_day, ..ChannelInfo::new(name, unit, values) });
         }
     }
 }
@@ -227,6 +238,7 @@ impl Column {
             return;
         }
         self.filled += 1;
+        self.times_of_day += usize::from(cell.contains(&b':'));
         let value = number(cell, decimal_comma).unwrap_or_else(|| {
             self.words += 1;
             self.first_word.get_or_insert_with(|| (line, String::from_utf8_lossy(cell).chars().take(40).collect()));
@@ -234,6 +246,20 @@ impl Column {
         });
         self.values.push(value);
     }
+}
+
+/// Lets times of day (s) increase past midnight; how often it is passed.
+fn pass_midnight(values: &mut [f64]) -> usize {
+    const DAY_S: f64 = 86_400.0;
+    let (mut midnights, mut before) = (0, f64::NAN);
+    for value in values {
+        midnights += usize::from(before - *value > 0.5 * DAY_S);
+        if value.is_finite() {
+            before = *value;
+        }
+        *value += DAY_S * midnights as f64;
+    }
+    midnights
 }
 
 fn memchr_quote(data: &[u8]) -> bool {

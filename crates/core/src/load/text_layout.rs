@@ -186,7 +186,7 @@ fn bare(unit: &str) -> String {
     unit.trim_start_matches(['[', '(']).trim_end_matches([']', ')']).trim().to_owned()
 }
 
-/// Name and unit of a header cell `alpha [deg]`, `alpha (deg)` or `alpha`. Round brackets that hold no unit stay in the name.
+/// Name and unit of a header cell `alpha [deg]`, `alpha (deg)`, `alpha, deg` or `alpha`. What is no unit stays in the name.
 fn split_unit(cell: &str) -> (String, Option<String>) {
     for (open, close) in [('[', ']'), ('(', ')')] {
         let Some((name, unit)) = cell.strip_suffix(close).and_then(|cell| cell.rsplit_once(open)) else { continue };
@@ -194,6 +194,12 @@ fn split_unit(cell: &str) -> (String, Option<String>) {
         if !name.is_empty() && !is_index && (open == '[' || Unit::parse(unit).is_ok()) {
             return (name.trim().to_owned(), Some(unit.trim().to_owned()));
         }
+    }
+    if let Some((name, unit)) = cell.rsplit_once(',').map(|(name, unit)| (name.trim(), unit.trim()))
+        && !name.is_empty()
+        && Unit::parse(unit).is_ok_and(|unit| unit.symbol != "-")
+    {
+        return (name.to_owned(), Some(unit.to_owned()));
     }
     (cell.to_owned(), None)
 }

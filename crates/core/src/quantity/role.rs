@@ -74,6 +74,7 @@ roles! {
     ManifoldPressure2, "manifold_pressure_2", Pressure, "manifold pressure of engine 2 (right or rear)";
     Power1, "power_1", Power, "power of engine 1 (left or front) as its monitor reports it";
     Power2, "power_2", Power, "power of engine 2 (right or rear) as its monitor reports it";
+    WeightOnWheels, "weight_on_wheels", Dimensionless, "above one half while the weight is on the wheels";
 }
 
 impl Role {

@@ -151,6 +151,7 @@ const UNITS: &[Row] = &[
     Row("ns", &["nsec", "nanosecond", "nanoseconds"], D::Time, 1e-9, 0.0),
     Row("min", &["minute", "minutes"], D::Time, 60.0, 0.0),
     Row("h", &["hr", "hour", "hours"], D::Time, 3600.0, 0.0),
+    Row("d", &["day", "days"], D::Time, 86_400.0, 0.0),
     Row("kg", &["kgs", "kilogram", "kilograms"], D::Mass, 1.0, 0.0),
     Row("t", &["tonne", "tonnes"], D::Mass, 1e3, 0.0),
     Row("lb", &["lbs", "lbm", "pound", "pounds"], D::Mass, POUND_KG, 0.0),
