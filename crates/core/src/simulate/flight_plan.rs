@@ -31,6 +31,9 @@ const IN_HG: f64 = 3386.389;
 const FT: f64 = 0.3048;
 /// Speed of a knot, m/s.
 const KT: f64 = 1852.0 / 3600.0;
+/// Engine speed of level flight, rev/min: that of the test points of thesis Table 6.11, 2350, is below the propeller map, which begins
+/// at 2400.
+const LEVEL_RPM: f64 = 2420.0;
 /// Sea-level temperature of the day (thesis Table 7.14), K.
 const SEA_LEVEL_K: f64 = 296.65;
 
@@ -160,7 +163,7 @@ const SPOILT: usize = 9;
 /// A flight from trim at the main test point.
 fn from_trim(listed: Listed, duration_s: f64, manoeuvres: Vec<Manoeuvre>) -> Result<Scenario, SimulateError> {
     let mut scenario = common(listed)?;
-    let (altitude_m, airspeed_m_s, speed_rad_s) = (4000.0 * FT, 90.0 * KT, 2350.0 * RPM);
+    let (altitude_m, airspeed_m_s, speed_rad_s) = (4000.0 * FT, 90.0 * KT, LEVEL_RPM * RPM);
     scenario.start = Start::Trimmed(TrimCondition {
         airspeed_m_s,
         altitude_m,
@@ -250,15 +253,15 @@ pub fn shorten(scenario: &mut Scenario) {
     scenario.duration_s = earlier(scenario.duration_s);
 }
 
-/// Segments of the whole flight; engine settings of thesis Table 6.11.
+/// Segments of the whole flight; engine settings of thesis Table 6.11 but for level flight.
 fn segments() -> Vec<Segment> {
     let heading = 25f64.to_radians();
     let idle = engines([1100.0, 1080.0], [17.1, 17.0]);
     let climb = engines([2509.0, 2510.0], [24.8, 24.6]);
-    let level = |altitude_ft: f64, airspeed_kt: f64, rpm: f64| Task::Level {
+    let level = |altitude_ft: f64, airspeed_kt: f64| Task::Level {
         altitude_m: altitude_ft * FT,
         rate_m_s: 4.0,
-        power: Power::Airspeed { airspeed_m_s: airspeed_kt * KT, speed_rad_s: rpm * RPM },
+        power: Power::Airspeed { airspeed_m_s: airspeed_kt * KT, speed_rad_s: LEVEL_RPM * RPM },
     };
     let fixed = |altitude_ft: f64, rate_m_s: f64, engines: [EngineInput; 2]| Task::Level {
         altitude_m: altitude_ft * FT,
@@ -280,16 +283,16 @@ fn segments() -> Vec<Segment> {
         (320.0, "idle", stand, 0.0),
         (690.0, "take-off", take_off, 0.0),
         (740.0, "climb", climb_to(4000.0), 25.0),
-        (1040.0, "transit", level(4000.0, 110.0, 2350.0), 205.0),
-        (1540.0, "pod calibration", level(4000.0, 86.0, 2330.0), 205.0),
-        (1680.0, "testing", level(4000.0, 90.0, 2350.0), 205.0),
+        (1040.0, "transit", level(4000.0, 110.0), 205.0),
+        (1540.0, "pod calibration", level(4000.0, 86.0), 205.0),
+        (1680.0, "testing", level(4000.0, 90.0), 205.0),
         (3120.0, "climb", climb_to(6500.0), 25.0),
-        (3320.0, "testing", level(6500.0, 117.0, 2350.0), 25.0),
-        (3680.0, "transit", level(2500.0, 110.0, 2350.0), 25.0),
-        (3990.0, "testing", level(2500.0, 101.0, 2350.0), 25.0),
+        (3320.0, "testing", level(6500.0, 117.0), 25.0),
+        (3680.0, "transit", level(2500.0, 110.0), 25.0),
+        (3990.0, "testing", level(2500.0, 101.0), 25.0),
         (4310.0, "cruise", cruise, 25.0),
         (4600.0, "descent", descent, 25.0),
-        (4790.0, "approach", level(1000.0, 92.0, 2300.0), 0.0),
+        (4790.0, "approach", level(1000.0, 92.0), 0.0),
         (4910.0, "landing", landing, 0.0),
         (5110.0, "taxi", taxi, 0.0),
         (5290.0, "idle", stand, 0.0),
