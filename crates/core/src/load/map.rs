@@ -41,6 +41,8 @@ pub struct ChannelMap {
     pub truth: BTreeMap<String, Entry>,
     /// Roles worked out of other roles.
     pub derive: Option<FlatEarth>,
+    /// Aircraft its recordings are of: the name of one that comes with the program, or a file beside the map.
+    pub aircraft: Option<String>,
 }
 
 /// Time of the sources that match a pattern.
@@ -90,6 +92,10 @@ pub struct Entry {
     pub offset: f64,
     /// A recording without the channel is no error.
     pub optional: bool,
+    /// Range of the median of the values in recordings this map is for, in its unit, with sign, scale and offset.
+    pub median: Option<[f64; 2]>,
+    /// The same of the magnitude that one value in a hundred passes.
+    pub largest: Option<[f64; 2]>,
     /// Line in the map, from 1.
     pub line: usize,
 }
@@ -123,6 +129,7 @@ struct Header {
     name: String,
     #[serde(default)]
     description: String,
+    aircraft: Option<String>,
     #[serde(default = "any")]
     source: String,
     #[serde(default)]
@@ -172,6 +179,8 @@ struct EntryTable {
     offset: f64,
     #[serde(default)]
     optional: bool,
+    median: Option<[f64; 2]>,
+    largest: Option<[f64; 2]>,
 }
 
 #[derive(Deserialize)]
@@ -267,6 +276,7 @@ impl ChannelMap {
             roles,
             truth,
             derive: header.derive.position.map(|table| source.position(table)).transpose()?,
+            aircraft: header.aircraft,
         })
     }
 
@@ -350,7 +360,12 @@ impl Text<'_> {
         if let Some(number) = numbers.into_iter().find(|number| !number.is_finite()) {
             return Err(self.fault(at, format!("scale, offset and weights must be finite, not {number}")));
         }
-        Ok(Entry { terms, unit, factor, offset: table.offset, optional: table.optional, line: self.line(at) })
+        let ranges = [("median", table.median), ("largest", table.largest)];
+        if let Some((name, _)) = ranges.iter().find(|(_, range)| range.is_some_and(|[low, high]| !(low < high))) {
+            return Err(self.fault(at, format!("{name} is a range: give its lower end, then its upper")));
+        }
+        let EntryTable { offset, optional, median, largest, .. } = table;
+        Ok(Entry { terms, unit, factor, offset, optional, median, largest, line: self.line(at) })
     }
 
     fn time(&self, table: Spanned<TimeTable>) -> Result<TimeEntry, LoadError> {
