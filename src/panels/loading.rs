@@ -41,7 +41,11 @@ impl Panel for LoadingPanel {
         let snapshot = ctx.snapshot;
         trouble(ui, snapshot.aircraft.error());
         let (Some(read), Some(loaded)) = (snapshot.aircraft.latest(), snapshot.loaded.latest()) else {
-            return awaiting(ctx, ui, "the aircraft", "The aircraft could not be read.");
+            let why = match ctx.session.aircraft {
+                Some(_) => "The aircraft could not be read.",
+                None => "No aircraft is chosen: only flight paths are computed.",
+            };
+            return awaiting(ctx, ui, "the aircraft", why);
         };
         let aircraft = &read.aircraft;
         self.remember(ctx);

@@ -101,9 +101,32 @@ pub struct NewArguments {
     /// Channel map (file or name); without it the shipped map that fits best is taken.
     #[arg(long)]
     pub map: Option<String>,
-    /// Aircraft (file or name).
-    #[arg(long, default_value = "c337f")]
-    pub aircraft: String,
+    /// Aircraft (file or name); without it the one the channel map names. Without any only flight paths are computed.
+    #[arg(long)]
+    pub aircraft: Option<String>,
+    /// Reference area, m2, of an aircraft described by its numbers, which is written beside the session.
+    #[arg(
+        long,
+        value_name = "M2",
+        conflicts_with = "aircraft",
+        requires = "span",
+        requires = "chord",
+        requires = "mass",
+        requires = "inertia"
+    )]
+    pub area: Option<f64>,
+    /// Its span, m.
+    #[arg(long, value_name = "M", requires = "area")]
+    pub span: Option<f64>,
+    /// Its mean chord, m.
+    #[arg(long, value_name = "M", requires = "area")]
+    pub chord: Option<f64>,
+    /// Its mass, kg.
+    #[arg(long, value_name = "KG", requires = "area")]
+    pub mass: Option<f64>,
+    /// Its moments of inertia and product about the centre of gravity, kg m2.
+    #[arg(long, value_name = "IXX,IYY,IZZ[,IXZ]", requires = "area", value_parser = crate::new::inertia)]
+    pub inertia: Option<[f64; 4]>,
     /// Put all recordings into one flight, on one time line.
     #[arg(long)]
     pub merge: bool,
@@ -130,6 +153,9 @@ pub enum StructureName {
 pub struct CheckArguments {
     /// Session or aircraft file.
     pub file: PathBuf,
+    /// Print JSON: findings and relations between channels.
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// Arguments of `run`.

@@ -1,64 +1,50 @@
-//! `doublet check`: a session or an aircraft file, without running anything.
+//! `doublet check`: a session or an aircraft file, without writing results.
 
-use doublet_core::airframe::summary;
-use doublet_core::load::aircraft as aircraft_file;
-use doublet_engine::session::{self, FORMAT};
-use doublet_engine::stage;
+use doublet_engine::verdict::{Checked, Level, check_file};
 
 use crate::arguments::CheckArguments;
+use crate::outcome::Outcome;
 use crate::text;
 
-/// Checks a session or an aircraft file and prints what it says.
+/// Checks a session or an aircraft file and prints what it says: bad where anything found is.
 ///
 /// # Errors
-/// One line per problem.
-pub fn check(arguments: &CheckArguments) -> Result<(), String> {
-    let path = &arguments.file;
-    let content = std::fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))?;
-    if content.trim().is_empty() {
-        let line =
-            "there is nothing in it: an empty session or aircraft file; open another file, or its .bak beside it";
-        return Err(format!("{}: {line}", path.display()));
+/// One line when it has no form as JSON.
+pub fn check(arguments: &CheckArguments) -> Result<Outcome, String> {
+    let checked = check_file(&arguments.file);
+    if arguments.json {
+        text::line(&serde_json::to_string_pretty(&checked).map_err(|error| error.to_string())?);
+    } else {
+        print(&checked);
     }
-    let is_session = content.lines().any(|line| line.trim_start().starts_with("format") && line.contains(FORMAT));
-    let result = if is_session { check_session(arguments) } else { check_aircraft(&content) };
-    result.map_err(|error| format!("{}: {error}", path.display()))
+    Ok(checked.level().into())
 }
 
-fn check_session(arguments: &CheckArguments) -> Result<(), String> {
-    let opened = session::open(&arguments.file).map_err(|error| error.to_string())?;
-    let mut problems: Vec<String> = session::check(&opened.session).iter().map(ToString::to_string).collect();
-    session::path_warning(&opened.session).iter().for_each(|line| text::line(line));
-    if let Err(error) = stage::load_aircraft(&opened.folder, &opened.session.aircraft) {
-        problems.push(format!("aircraft: {error}"));
+fn print(checked: &Checked) {
+    if !checked.subject.is_empty() {
+        text::line(&checked.subject);
     }
-    for flight in &opened.session.flights {
-        match stage::flight(&opened.folder, flight).and_then(|read| stage::aligned(&opened.folder, &read, flight)) {
-            Ok(loaded) => {
-                loaded.recording.warnings.iter().for_each(|line| text::line(&format!("{}: {line}", flight.name)));
-            }
-            Err(error) => problems.push(format!("flight '{}': {error}", flight.name)),
-        }
+    for finding in &checked.findings {
+        let level = if finding.level == Level::Good { "note" } else { finding.level.name() };
+        text::line(&format!("{level}: {finding}"));
     }
-    if !problems.is_empty() {
-        return Err(problems.join("\nerror: "));
+    for row in checked.physics.iter().filter(|row| row.level > Level::Good) {
+        text::line(&format!("{}: {}: {} ({})", row.level.name(), row.channel, row.hypothesis, row.evidence));
     }
-    let session = &opened.session;
-    text::line(&format!(
-        "{}: {} flights, {} windows, {} coefficients: nothing is wrong",
-        if session.title.is_empty() { "session" } else { &session.title },
-        session.flights.len(),
-        session.windows.len(),
-        session.structure.models.len()
-    ));
-    Ok(())
+    text::line(&ending(checked));
 }
 
-fn check_aircraft(content: &str) -> Result<(), String> {
-    let aircraft = aircraft_file::parse(content).map_err(|error| error.to_string())?;
-    if let Err(errors) = aircraft.check() {
-        return Err(errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("\nerror: "));
+/// How many findings there are, and of which level.
+fn ending(checked: &Checked) -> String {
+    let against = checked.physics.iter().map(|row| row.level).filter(|level| *level > Level::Good);
+    let levels: Vec<Level> = checked.findings.iter().map(|finding| finding.level).chain(against).collect();
+    let count = |level: Level| levels.iter().filter(|other| **other == level).count();
+    let parts = [(count(Level::Bad), "bad"), (count(Level::Caution), "caution"), (count(Level::Good), "notes")];
+    let parts: Vec<_> =
+        parts.iter().filter(|(count, _)| *count > 0).map(|(count, of)| format!("{count} {of}")).collect();
+    match levels.len() {
+        0 => "no findings".to_owned(),
+        1 => format!("1 finding: {}", parts.join(", ").replace("notes", "note")),
+        many => format!("{many} findings: {}", parts.join(", ")),
     }
-    text::line(summary(&aircraft).to_string().trim_end());
-    Ok(())
 }

@@ -13,6 +13,7 @@ mod inspect;
 mod lags;
 mod match_command;
 mod new;
+mod outcome;
 mod progress;
 mod propose;
 mod report;
@@ -31,6 +32,7 @@ use std::process::ExitCode;
 use arguments::{Arguments, Command};
 use clap::Parser;
 use doublet_engine::study::Study;
+use outcome::Outcome;
 
 /// What the arguments ask for.
 #[derive(Debug)]
@@ -65,12 +67,19 @@ pub fn fail(message: impl std::fmt::Display) -> ExitCode {
 }
 
 fn execute(command: Command) -> ExitCode {
-    let result = match command {
+    match outcome(command) {
+        Ok(outcome) => outcome.into(),
+        Err(message) => fail(message),
+    }
+}
+
+fn outcome(command: Command) -> Result<Outcome, String> {
+    let done = match command {
+        Command::Check(arguments) => return check::check(&arguments),
+        Command::Run(arguments) => return run::run(&arguments),
+        Command::Report(arguments) => return report::report(&arguments),
         Command::Inspect(arguments) => inspect::inspect(&arguments),
         Command::New(arguments) => new::new(&arguments),
-        Command::Check(arguments) => check::check(&arguments),
-        Command::Run(arguments) => run::run(&arguments),
-        Command::Report(arguments) => report::report(&arguments),
         Command::Sensitivity(arguments) => study::study(Study::Sensitivity, &arguments),
         Command::Manoeuvres(arguments) => study::study(Study::Manoeuvres, &arguments),
         Command::Checks(arguments) => study::study(Study::Checks, &arguments),
@@ -93,8 +102,5 @@ fn execute(command: Command) -> ExitCode {
         Command::Datcom(arguments) => datcom::datcom(&arguments),
         Command::Tune(arguments) => tune::tune(&arguments),
     };
-    match result {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(message) => fail(message),
-    }
+    done.map(|()| Outcome::Done)
 }

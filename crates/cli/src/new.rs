@@ -1,14 +1,16 @@
 //! `doublet new`: a session for recordings.
 
 use std::collections::BTreeSet;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use doublet_core::load::{ChannelMap, Probe, inspect, plan_all};
+use doublet_core::load::{ChannelMap, plan_all};
 use doublet_core::model::Structure;
 use doublet_core::reconstruct::Measurement;
-use doublet_engine::begin::{self, empty_session, fitting_maps, name_of, whole_window};
+use doublet_engine::begin::{self, Inspected, PlainAircraft, add_flight, empty_session, name_of, whole_window};
 use doublet_engine::builtin;
-use doublet_engine::session::{self, Flight, MapRef};
+use doublet_engine::run::Control;
+use doublet_engine::session::{self, Flight, MapRef, Session};
+use doublet_engine::stage::NO_AIRCRAFT;
 
 use crate::arguments::{NewArguments, StructureName};
 use crate::text;
@@ -36,10 +38,11 @@ fn absolute(path: &Path) -> Result<String, String> {
     Ok(full.display().to_string())
 }
 
-/// Writes a session for the recordings: one flight each, or one for all, and one window over the whole of each.
+/// Writes a session for the recordings: one flight each, or one for all, with the manoeuvres found in it, or one window over the whole
+/// of it where none is.
 ///
 /// # Errors
-/// One line when a recording cannot be read or no channel map fits.
+/// One line: a recording or map that cannot be used, an aircraft that cannot be, a session that exists already or cannot be written.
 pub fn new(arguments: &NewArguments) -> Result<(), String> {
     if arguments.output.exists() {
         return Err(format!(
@@ -47,17 +50,12 @@ pub fn new(arguments: &NewArguments) -> Result<(), String> {
             arguments.output.display()
         ));
     }
-    let probes = arguments
-        .recordings
-        .iter()
-        .map(|path| inspect(path).map_err(|error| error.to_string()))
-        .collect::<Result<Vec<_>, _>>()?;
-    let groups: Vec<(String, Vec<usize>)> = if arguments.merge {
-        vec![("flight".to_owned(), (0..probes.len()).collect())]
+    let groups: Vec<(String, Vec<PathBuf>)> = if arguments.merge {
+        vec![("flight".to_owned(), arguments.recordings.clone())]
     } else {
-        (0..probes.len()).map(|index| (name_of(&arguments.recordings[index]), vec![index])).collect()
+        arguments.recordings.iter().map(|path| (name_of(path), vec![path.clone()])).collect()
     };
-    let mut session = empty_session(&name_of(&arguments.output), &aircraft_reference(&arguments.aircraft)?);
+    let mut session = empty_session(&name_of(&arguments.output), None);
     session.structure = match arguments.structure {
         StructureName::Thesis => Structure::thesis(),
         StructureName::Alternative => Structure::alternative(),
@@ -65,32 +63,91 @@ pub fn new(arguments: &NewArguments) -> Result<(), String> {
         StructureName::WithPower => Structure::with_power(),
     };
     let mut measured = BTreeSet::new();
-    for (name, members) in groups {
-        let probes: Vec<Probe> = members.iter().map(|&index| probes[index].clone()).collect();
+    let mut of_maps = None;
+    for (name, paths) in groups {
+        let inspected = begin::inspect(&paths, &Control::default(), &|_| {})?;
         let (reference, map) = match &arguments.map {
             Some(name) => channel_map(name)?,
-            None => best_map(&probes)?,
+            None => best_map(&inspected)?,
         };
-        let plan = plan_all(&probes, &map);
-        measured.extend(plan.roles.keys().copied());
-        text::line(&format!("{name}: channel map {reference}, {} roles", plan.roles.len()));
-        for problem in &plan.problems {
-            text::line(&format!("  {}", problem.text));
-        }
-        let recordings = members
-            .iter()
-            .map(|&index| begin::reference(&arguments.recordings[index], MapRef::File(reference.clone())))
-            .collect::<Result<Vec<_>, _>>()?;
-        session.windows.extend(whole_window(&name, &probes));
-        session.flights.push(Flight::new(name, recordings));
+        measured.extend(flight(&mut session, &name, &inspected, (&reference, &map))?);
+        of_maps = of_maps.or(aircraft_of_map(&reference, &map)?);
     }
+    session.aircraft = aircraft(arguments)?.or(of_maps);
+    let folder = arguments.output.parent().unwrap_or(Path::new(""));
+    let session = session::relative_to(&session, folder);
     session::save(&session, &arguments.output).map_err(|error| error.to_string())?;
     let missing: Vec<_> = begin::unmeasured(&measured).into_iter().map(Measurement::name).collect();
     if !missing.is_empty() {
         text::line(&format!("not measured: {}", missing.join(", ")));
     }
+    text::line(&match &session.aircraft {
+        Some(aircraft) => format!("aircraft: {aircraft}"),
+        None => format!("{NO_AIRCRAFT}, or give --aircraft, or --area --span --chord --mass --inertia"),
+    });
     text::line(&format!("{}: set windows, noise and terms, then `doublet run`", arguments.output.display()));
     Ok(())
+}
+
+/// Adds one flight, says what was made of it, and returns the roles it has.
+fn flight(
+    session: &mut Session,
+    name: &str,
+    inspected: &Inspected,
+    (reference, map): (&str, &ChannelMap),
+) -> Result<Vec<doublet_core::quantity::Role>, String> {
+    let plan = plan_all(&inspected.probes, map);
+    text::line(&format!("{name}: channel map {reference}, {} roles", plan.roles.len()));
+    let against = doublet_core::load::mismatches(&plan, map);
+    plan.problems.iter().map(|problem| &problem.text).chain(&against).for_each(|line| text::line(&format!("  {line}")));
+    let map = MapRef::File(reference.to_owned());
+    let before = session.windows.len();
+    match add_flight(session, (name, &map), inspected, &plan, &Control::default(), &|_| {}) {
+        Ok(found) if found.windows.is_empty() => {
+            found.findings.iter().for_each(|line| text::line(&format!("  {line}")));
+            text::line("  no manoeuvre was found: one window holds the whole recording");
+        }
+        Ok(_) => text::line(&format!("  manoeuvres found as windows: {}", session.windows.len() - before)),
+        // The session says what is wrong with it in `doublet check`, and can be mended.
+        Err(error) => {
+            text::line(&format!("  {error}"));
+            let recordings = inspected.paths.iter().map(|path| begin::reference(path, map.clone()));
+            session.flights.push(Flight::new(name.to_owned(), recordings.collect::<Result<_, _>>()?));
+            session.windows.extend(whole_window(name, &inspected.probes));
+        }
+    }
+    Ok(plan.roles.keys().copied().collect())
+}
+
+/// The aircraft the arguments name, or the one they describe, written beside the session.
+fn aircraft(arguments: &NewArguments) -> Result<Option<String>, String> {
+    if let Some(name) = &arguments.aircraft {
+        return aircraft_reference(name).map(Some);
+    }
+    let (Some(area_m2), Some(span_m), Some(chord_m), Some(mass_kg), Some(inertia)) =
+        (arguments.area, arguments.span, arguments.chord, arguments.mass, arguments.inertia)
+    else {
+        return Ok(None);
+    };
+    let name = name_of(&arguments.output);
+    let [xx, yy, zz, xz_kg_m2] = inertia;
+    let plain =
+        PlainAircraft { name: name.clone(), area_m2, span_m, chord_m, mass_kg, moments_kg_m2: [xx, yy, zz], xz_kg_m2 };
+    let path = arguments.output.with_file_name(format!("{name}_aircraft.toml"));
+    if path.exists() {
+        return Err(format!("{} exists: name it with --aircraft, or choose another name", path.display()));
+    }
+    std::fs::write(&path, plain.text()?).map_err(|error| format!("{}: {error}", path.display()))?;
+    absolute(&path).map(Some)
+}
+
+/// The aircraft a channel map names: one that comes with the program, or a file beside the map.
+fn aircraft_of_map(reference: &str, map: &ChannelMap) -> Result<Option<String>, String> {
+    let Some(name) = &map.aircraft else { return Ok(None) };
+    if builtin::text("aircraft", name).is_some() {
+        return Ok(Some(format!("{}{name}", builtin::PREFIX)));
+    }
+    absolute(&Path::new(reference).with_file_name(name)).map(Some)
 }
 
 /// How a session refers to an aircraft given by file or by the name of one that comes with the program.
@@ -108,11 +165,34 @@ pub fn aircraft_reference(name: &str) -> Result<String, String> {
 }
 
 /// The shipped map that gives these recordings the most roles without an error.
-fn best_map(probes: &[Probe]) -> Result<(String, ChannelMap), String> {
-    let best = fitting_maps(probes).into_iter().next().ok_or_else(|| {
-        "no shipped channel map fits these channels: write one and name it with --map (see `doublet inspect`), or map \
-         them by hand in the window"
-            .to_owned()
-    })?;
-    channel_map(best.name)
+fn best_map(inspected: &Inspected) -> Result<(String, ChannelMap), String> {
+    if let Some(best) = inspected.fitting.first() {
+        return channel_map(best.name);
+    }
+    let against: Vec<String> = inspected
+        .refused
+        .iter()
+        .filter_map(|(name, against)| Some(format!("{name} has the names, but {}", against.first()?)))
+        .collect();
+    let against = if against.is_empty() { String::new() } else { format!(" ({})", against.join("; ")) };
+    Err(format!(
+        "no shipped channel map fits these channels{against}: write one and name it with --map (see `doublet inspect`), or \
+         map them by hand in the window"
+    ))
+}
+
+/// Reads `IXX,IYY,IZZ` or `IXX,IYY,IZZ,IXZ`, kg m².
+///
+/// # Errors
+/// One line when it is neither.
+pub fn inertia(text: &str) -> Result<[f64; 4], String> {
+    let numbers: Vec<f64> = text
+        .split(',')
+        .map(|number| number.trim().parse().map_err(|_| format!("'{number}' is no number")))
+        .collect::<Result<_, _>>()?;
+    match numbers[..] {
+        [xx, yy, zz] => Ok([xx, yy, zz, 0.0]),
+        [xx, yy, zz, xz] => Ok([xx, yy, zz, xz]),
+        _ => Err("give IXX,IYY,IZZ or IXX,IYY,IZZ,IXZ in kg m2".to_owned()),
+    }
 }

@@ -6,18 +6,19 @@ use doublet_engine::study::Study;
 use doublet_report::{Order, ReportFormat};
 
 use crate::arguments::ReportArguments;
+use crate::outcome::Outcome;
 use crate::progress::Progress;
-use crate::run::{check_fits, compute, named};
+use crate::run::{compute, named, outcome};
 use crate::text;
 
 /// Part of the bar that computing takes; writing takes the rest.
 const COMPUTING: f32 = 0.3;
 
-/// Runs the session and writes the report.
+/// Runs the session and writes the report: bad where a window or a coefficient failed.
 ///
 /// # Errors
-/// One line per thing that is wrong; nothing is written then.
-pub fn report(arguments: &ReportArguments) -> Result<(), String> {
+/// One line per thing because of which nothing can be computed or written; nothing is written then.
+pub fn report(arguments: &ReportArguments) -> Result<Outcome, String> {
     let sections = if arguments.sections.is_empty() {
         SectionKind::ALL.to_vec()
     } else {
@@ -26,7 +27,6 @@ pub fn report(arguments: &ReportArguments) -> Result<(), String> {
     let studies: Vec<Study> = sections.iter().filter_map(|section| section.study()).collect();
     let progress = Progress::new();
     let (session, snapshot) = compute(&arguments.session, &studies, &progress, COMPUTING)?;
-    check_fits(&snapshot)?;
     let order = Order {
         folder: arguments.out.clone(),
         name: arguments.session.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
@@ -37,5 +37,5 @@ pub fn report(arguments: &ReportArguments) -> Result<(), String> {
     let written = doublet_report::write(&session, &snapshot, &order, &Control::default(), &show);
     progress.finish();
     written?.iter().for_each(|path| text::line(&format!("report in {}", path.display())));
-    Ok(())
+    Ok(outcome(&snapshot))
 }

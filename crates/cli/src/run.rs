@@ -9,21 +9,23 @@ use doublet_engine::session::{self, Session};
 use doublet_engine::study::Study;
 
 use crate::arguments::{RunArguments, StudyName};
+use crate::outcome::Outcome;
 use crate::progress::Progress;
 use crate::text;
 
 /// Memory for intermediate results of one run.
 const CACHE_BYTES: usize = 2 << 30;
 
-/// Opens the session, checks it and computes everything it asks for; the bar goes up to `share` of its length.
+/// Opens the session and computes everything it asks for; the bar goes up to `share` of its length. What fails leaves its error in
+/// its place and does not take the rest with it.
 ///
 /// # Errors
-/// One line per thing that is wrong with the session, and per stage that failed.
+/// One line per thing because of which nothing can be computed.
 pub fn compute(path: &Path, studies: &[Study], progress: &Progress, share: f32) -> Result<(Session, Snapshot), String> {
     let opened = session::open(path).map_err(|error| format!("{}: {error}", path.display()))?;
-    let problems = session::check(&opened.session);
-    if !problems.is_empty() {
-        return Err(lines(problems.iter().map(|problem| format!("{}: {problem}", path.display()))));
+    let stopped: Vec<_> = session::check(&opened.session).into_iter().filter(session::stops_run).collect();
+    if !stopped.is_empty() {
+        return Err(lines(stopped.iter().map(|finding| format!("{}: {finding}", path.display()))));
     }
     let snapshot = compute_session(&opened.session, &opened.folder, studies, progress, share)?;
     Ok((opened.session, snapshot))
@@ -32,7 +34,7 @@ pub fn compute(path: &Path, studies: &[Study], progress: &Progress, share: f32) 
 /// Computes a session whose relative paths start from `folder`.
 ///
 /// # Errors
-/// One line per stage that failed.
+/// As [`compute`].
 pub fn compute_session(
     session: &Session,
     folder: &Path,
@@ -44,44 +46,68 @@ pub fn compute_session(
     let scope = Scope { session, folder, first: None, studies, cause: "run", generation: 1 };
     let snapshot = run_stages(&scope, &Snapshot::default(), &Cache::new(CACHE_BYTES), &Control::default(), &publish);
     let failures = snapshot.failures();
-    if !failures.is_empty() {
-        return Err(lines(failures.iter().map(|(place, error)| format!("{place}: {error}"))));
+    let computed = snapshot.windows.values().any(|window| window.path.ready().is_some());
+    if !(computed || failures.is_empty()) {
+        return Err(lines(failures.iter().map(line_of)));
     }
     Ok(snapshot)
 }
 
-/// A session and everything that follows from it, studies included.
+/// A session and everything that follows from it, studies included. Windows and coefficients that failed are said and left out.
 ///
 /// # Errors
-/// As [`compute`].
+/// As [`compute`]; one line for a study that has no result.
 pub fn computed(path: &Path, studies: &[Study]) -> Result<(Session, Snapshot), String> {
     let progress = Progress::new();
     let result = compute(path, studies, &progress, 1.0);
     progress.finish();
-    result
+    let (session, snapshot) = result?;
+    let is_study = |(place, _): &(String, String)| studies.iter().any(|study| study.name() == place);
+    let (without, failed): (Vec<_>, Vec<_>) = failed(&snapshot).into_iter().partition(is_study);
+    failed.iter().for_each(|failure| say(&line_of(failure)));
+    if without.is_empty() { Ok((session, snapshot)) } else { Err(lines(without.iter().map(line_of))) }
 }
 
-/// One line per coefficient that has no estimate.
-///
-/// # Errors
-/// These lines, when there are any.
-pub fn check_fits(snapshot: &Snapshot) -> Result<(), String> {
-    let failed = snapshot.failed_fits();
-    if failed.is_empty() { Ok(()) } else { Err(lines(failed.iter().map(|(place, error)| format!("{place}: {error}")))) }
+/// Everything that failed, with its place: stages, then coefficients.
+fn failed(snapshot: &Snapshot) -> Vec<(String, String)> {
+    snapshot.failures().into_iter().chain(snapshot.failed_fits()).collect()
 }
 
-/// Runs the session and writes the results.
+fn line_of((place, error): &(String, String)) -> String {
+    format!("{place}: {error}")
+}
+
+/// Says what could not be computed beside what could.
+pub fn say(error: &str) {
+    text::error_line(&format!("error: {error}"));
+}
+
+/// How a command ends that does the same for every coefficient and did it for `done` of them.
 ///
 /// # Errors
-/// One line per thing that is wrong; nothing is written then.
-pub fn run(arguments: &RunArguments) -> Result<(), String> {
+/// One line where it did it for none.
+pub fn some_done(done: usize) -> Result<(), String> {
+    if done > 0 { Ok(()) } else { Err("no coefficient has data to fit: mark a window as identification".to_owned()) }
+}
+
+/// Says what failed, a line each, and how the command ends by it.
+pub fn outcome(snapshot: &Snapshot) -> Outcome {
+    let failed = failed(snapshot);
+    failed.iter().for_each(|failure| say(&line_of(failure)));
+    if failed.is_empty() { Outcome::Done } else { Outcome::Bad }
+}
+
+/// Runs the session and writes the results: bad where a window or a coefficient failed.
+///
+/// # Errors
+/// One line per thing because of which nothing can be computed or written; nothing is written then.
+pub fn run(arguments: &RunArguments) -> Result<Outcome, String> {
     /// Part of the bar that computing takes; writing takes the rest.
     const COMPUTING: f32 = 0.8;
     report::check_target(&arguments.out).map_err(|error| error.to_string())?;
     let progress = Progress::new();
     let studies: Vec<Study> = arguments.with.iter().map(|&name| study_of(name)).collect();
     let (session, snapshot) = compute(&arguments.session, &studies, &progress, COMPUTING)?;
-    check_fits(&snapshot)?;
     let outputs = Outputs {
         tables: named(&TableFormat::ALL, &arguments.tables, |format| format.name()),
         histories: named(&HistoryFormat::ALL, &arguments.histories, |format| format.name()),
@@ -93,8 +119,9 @@ pub fn run(arguments: &RunArguments) -> Result<(), String> {
     let folder = written.map_err(|error| error.to_string())?;
     session::path_warning(&session).iter().for_each(|line| text::line(line));
     summary(&report::build(&session, &snapshot));
+    let outcome = outcome(&snapshot);
     text::line(&format!("results in {}", folder.display()));
-    Ok(())
+    Ok(outcome)
 }
 
 fn study_of(name: StudyName) -> Study {
@@ -131,7 +158,7 @@ fn summary(results: &report::Results) {
         flight.warnings.iter().for_each(|warning| text::line(&format!("{}: {warning}", flight.name)));
     }
     results.engines.iter().for_each(engine_summary);
-    for window in &results.windows {
+    for window in results.windows.iter().filter(|window| window.samples > 0) {
         text::line(&format!(
             "{}: {} samples, mean NIS {} (expected {})",
             window.name,
@@ -144,7 +171,7 @@ fn summary(results: &report::Results) {
         }
         window.warnings.iter().for_each(|warning| text::line(&format!("  {warning}")));
     }
-    for fit in &results.pooled {
+    for fit in results.pooled.iter().filter(|fit| fit.error.is_none()) {
         text::line("");
         text::line(&format!(
             "{} from {}: R2 {}, RMS {} %",

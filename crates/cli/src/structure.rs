@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use doublet_core::estimate::{OrthogonalSettings, Stacked, StepwiseSettings, orthogonal, stacked, stepwise};
 use doublet_core::model::{Coefficient, Structure, Term};
-use doublet_engine::stage::pooled_regressions;
+use doublet_engine::stage::{Regression, pooled_regressions};
 
-use crate::run::computed;
+use crate::run::{self, computed};
 use crate::text;
 
 /// Candidates of the symmetric and of the asymmetric coefficients, beside the terms of the session.
@@ -47,6 +47,7 @@ fn term(text: &str) -> Result<Term, String> {
 pub fn structure(arguments: &StructureArguments) -> Result<(), String> {
     let (session, snapshot) = computed(&arguments.session, &[])?;
     let windows = snapshot.aero(&session);
+    let mut done = 0;
     for (coefficient, own) in &session.structure.models {
         let asymmetric = matches!(coefficient, Coefficient::CY | Coefficient::Cl | Coefficient::Cn);
         let usual = if asymmetric { ASYMMETRIC } else { SYMMETRIC };
@@ -62,7 +63,8 @@ pub fn structure(arguments: &StructureArguments) -> Result<(), String> {
         }
         let only = Structure { models: vec![(*coefficient, candidates.clone())] };
         for regression in pooled_regressions(&windows, &only, &session.estimation) {
-            let pooled = regression?.pooled;
+            let Ok(Regression { pooled, .. }) = regression.inspect_err(|error| run::say(error)) else { continue };
+            done += 1;
             let all = stacked(&pooled.names, &pooled.per_window, &pooled.windows).map_err(|error| error.to_string())?;
             text::line(&format!("{} over {} windows", coefficient.name(), pooled.windows.len()));
             let selected = search(arguments.method, *coefficient, &all)?;
@@ -71,7 +73,7 @@ pub fn structure(arguments: &StructureArguments) -> Result<(), String> {
             text::line(&format!("{} = [{}]\n", coefficient.name(), kept.join(", ")));
         }
     }
-    Ok(())
+    run::some_done(done)
 }
 
 /// Searches, prints the steps and gives the names of the chosen parameters; constants are always in the model.

@@ -7,10 +7,10 @@ use doublet_core::estimate::{
     Constraint, Fit, Stacked, constrained_least_squares, errors_in_variables, generalised_least_squares, stacked,
     total_least_squares, weighted_least_squares,
 };
-use doublet_engine::stage::pooled_regressions;
+use doublet_engine::stage::{Regression, pooled_regressions};
 use nalgebra::{DMatrix, DVector};
 
-use crate::run::computed;
+use crate::run::{self, computed};
 use crate::text;
 
 /// Arguments of `variants`.
@@ -58,10 +58,15 @@ pub fn variants(arguments: &VariantArguments) -> Result<(), String> {
     let windows = snapshot.aero(&session);
     let asked = arguments.know.iter().map(|(name, _)| name).chain(arguments.noise.iter().map(|(name, _)| name));
     let mut unknown: Vec<&String> = asked.collect();
+    let mut done = 0;
     for regression in pooled_regressions(&windows, &session.structure, &session.estimation) {
-        let mut pooled = regression?.pooled;
+        let Ok(Regression { coefficient, mut pooled }) = regression.inspect_err(|error| run::say(error)) else {
+            continue;
+        };
         let known = std::mem::take(&mut pooled.constraints);
-        let ordinary = pooled.fit().map_err(|error| error.to_string())?;
+        let fitted = pooled.fit().inspect_err(|error| run::say(&format!("{}: {error}", coefficient.name())));
+        let Ok(ordinary) = fitted else { continue };
+        done += 1;
         let all = stacked(&pooled.names, &pooled.per_window, &pooled.windows).map_err(|error| error.to_string())?;
         let shared = pooled.shared().count();
         unknown.retain(|name| !all.names[..shared].contains(name));
@@ -93,7 +98,7 @@ pub fn variants(arguments: &VariantArguments) -> Result<(), String> {
     }
     match unknown.first() {
         Some(name) => Err(format!("no pooled derivative is called '{name}'")),
-        None => Ok(()),
+        None => run::some_done(done),
     }
 }
 

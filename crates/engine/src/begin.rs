@@ -7,12 +7,12 @@ use doublet_core::load::{self, ChannelMap, HandMap, Plan, Probe, plan_all};
 use doublet_core::model::Structure;
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::{FilterSettings, Input, Measurement};
-use doublet_core::series::Window;
+use doublet_core::series::{Channel, Recording, Window};
 
 use crate::builtin;
 use crate::run::Control;
 use crate::session::{Estimation, Flight, Manoeuvre, MapRef, Preparation, RecordingRef, Session, content_hash};
-use crate::stage::{LoadedFlight, open_windows, proposals};
+use crate::stage::{FlightProposals, LoadedFlight, open_windows, proposals};
 
 /// A channel map that comes with the program and what it makes of some recordings.
 #[derive(Clone, Debug)]
@@ -21,6 +21,8 @@ pub struct FittingMap {
     pub name: &'static str,
     /// One line on the recordings it is for.
     pub description: String,
+    /// Aircraft its recordings are of, as a session refers to it, where the map says.
+    pub aircraft: Option<String>,
     /// What reading by it will do.
     pub plan: Plan,
 }
@@ -39,8 +41,10 @@ pub struct Inspected {
     pub paths: Vec<PathBuf>,
     /// What each holds.
     pub probes: Vec<Probe>,
-    /// Shipped maps that give roles without an error, the one with most roles first.
+    /// Shipped maps that give roles without an error and whose ranges the values keep to, the one with most roles first.
     pub fitting: Vec<FittingMap>,
+    /// Shipped maps whose names fit and whose ranges the values do not keep to, with what speaks against each.
+    pub refused: Vec<(&'static str, Vec<String>)>,
     /// A map guessed from names, units and values.
     pub guess: HandMap,
 }
@@ -50,8 +54,8 @@ pub struct Inspected {
 pub struct Order {
     /// Title of the session and name of its flight.
     pub name: String,
-    /// Aircraft: a file, or `builtin:` and a name.
-    pub aircraft: String,
+    /// Aircraft: a file, or `builtin:` and a name; without one only flight paths are computed.
+    pub aircraft: Option<String>,
     /// Channel map.
     pub map: MapRef,
 }
@@ -81,17 +85,28 @@ pub fn missing(has: impl Fn(Role) -> bool) -> Vec<Missing> {
     all.into_iter().filter(|missing| !missing.roles.is_empty()).collect()
 }
 
-/// The shipped maps that give these recordings roles without an error, the one with most roles first.
-pub fn fitting_maps(probes: &[Probe]) -> Vec<FittingMap> {
-    let maps = builtin::names("channel_maps").into_iter().filter_map(|name| {
-        let map = ChannelMap::parse(builtin::text("channel_maps", name)?).ok()?;
+/// The shipped maps that give these recordings roles without an error, the one with most roles first, and those of them whose ranges
+/// the values do not keep to, with what speaks against each.
+pub fn fitting_maps(probes: &[Probe]) -> (Vec<FittingMap>, Vec<(&'static str, Vec<String>)>) {
+    let (mut fitting, mut refused) = (Vec::new(), Vec::new());
+    for name in builtin::names("channel_maps") {
+        let Some(map) = builtin::text("channel_maps", name).and_then(|text| ChannelMap::parse(text).ok()) else {
+            continue;
+        };
         let plan = plan_all(probes, &map);
-        let fits = !plan.has_errors() && !plan.roles.is_empty();
-        fits.then_some(FittingMap { name, description: map.description, plan })
-    });
-    let mut maps: Vec<_> = maps.collect();
-    maps.sort_by_key(|map| std::cmp::Reverse(map.plan.roles.len()));
-    maps
+        if plan.has_errors() || plan.roles.is_empty() {
+            continue;
+        }
+        let against = load::mismatches(&plan, &map);
+        if against.is_empty() {
+            let aircraft = map.aircraft.as_ref().map(|aircraft| format!("{}{aircraft}", builtin::PREFIX));
+            fitting.push(FittingMap { name, description: map.description, aircraft, plan });
+        } else {
+            refused.push((name, against));
+        }
+    }
+    fitting.sort_by_key(|map| std::cmp::Reverse(map.plan.roles.len()));
+    (fitting, refused)
 }
 
 /// Name a recording gives to its flight: that of the file without its extension.
@@ -110,9 +125,9 @@ pub fn inspect(paths: &[PathBuf], control: &Control, progress: &dyn Fn(f32)) -> 
         probes.push(load::inspect(path).map_err(|error| error.to_string())?);
         progress(0.8 * (index + 1) as f32 / paths.len() as f32);
     }
-    let fitting = fitting_maps(&probes);
+    let (fitting, refused) = fitting_maps(&probes);
     let guess = load::guess(&probes);
-    Ok(Inspected { paths: paths.to_vec(), probes, fitting, guess })
+    Ok(Inspected { paths: paths.to_vec(), probes, fitting, refused, guess })
 }
 
 /// What reading by a map made by hand will do.
@@ -136,31 +151,51 @@ pub fn begin(
     control: &Control,
     progress: &dyn Fn(f32),
 ) -> Result<Session, String> {
+    let mut session = empty_session(&order.name, order.aircraft.as_deref());
+    add_flight(&mut session, (&order.name, &order.map), inspected, plan, control, progress)?;
+    Ok(session)
+}
+
+/// Adds a flight of `inspected` recordings, read by `plan`, to a session, with the manoeuvres its controls show as windows, or all of
+/// it as one window; returns what the search for manoeuvres found.
+///
+/// # Errors
+/// As [`begin`].
+pub fn add_flight(
+    session: &mut Session,
+    (name, map): (&str, &MapRef),
+    inspected: &Inspected,
+    plan: &Plan,
+    control: &Control,
+    progress: &dyn Fn(f32),
+) -> Result<FlightProposals, String> {
     let references = inspected.paths.iter().map(|path| {
         go_on(control)?;
-        reference(path, order.map.clone())
+        reference(path, map.clone())
     });
     let recordings = references.collect::<Result<Vec<_>, _>>()?;
     progress(0.3);
     let recording = load::read(plan).map_err(|error| error.to_string())?;
     progress(0.6);
     go_on(control)?;
-    let mut session = empty_session(&order.name, &order.aircraft);
-    session.flights.push(Flight::new(order.name.clone(), recordings));
     let loaded = LoadedFlight { recording, ..LoadedFlight::default() };
-    session.windows = open_windows(&session, &proposals(&order.name, &loaded));
-    if session.windows.is_empty() {
-        session.windows.extend(whole_window(&order.name, &inspected.probes));
+    let found = proposals(name, &loaded);
+    session.flights.push(Flight::new(name.to_owned(), recordings));
+    let windows = open_windows(session, &found);
+    if windows.is_empty() {
+        let whole = covered(&loaded.recording).map(|window| Manoeuvre::new(name.to_owned(), name.to_owned(), window));
+        session.windows.extend(whole.or_else(|| whole_window(name, &inspected.probes)));
     }
+    session.windows.extend(windows);
     progress(1.0);
-    Ok(session)
+    Ok(found)
 }
 
-/// A session with an aircraft and nothing flown, every setting as it is by default.
-pub fn empty_session(title: &str, aircraft: &str) -> Session {
+/// A session with nothing flown, every setting as it is by default.
+pub fn empty_session(title: &str, aircraft: Option<&str>) -> Session {
     Session {
         title: title.to_owned(),
-        aircraft: aircraft.to_owned(),
+        aircraft: aircraft.map(str::to_owned),
         loading: None,
         flights: Vec::new(),
         windows: Vec::new(),
@@ -198,6 +233,22 @@ pub fn whole_window(flight: &str, probes: &[Probe]) -> Option<Manoeuvre> {
         });
     let window = Window { start_s, end_s };
     (start_s < end_s).then(|| Manoeuvre::new(flight.to_owned(), flight.to_owned(), window))
+}
+
+/// The longest span over which everything that plays a role is recorded; that of the roll rate where other roles leave less than half
+/// of it.
+fn covered(recording: &Recording) -> Option<Window> {
+    let span = |channel: &Channel| {
+        let time_s = &channel.series.time_s;
+        let known = |k: &usize| channel.series.values[*k].is_finite();
+        let (first, last) = ((0..time_s.len()).find(known)?, (0..time_s.len()).rev().find(known)?);
+        Some(Window { start_s: time_s[first], end_s: time_s[last] })
+    };
+    let base = recording.role(Role::RollRate).and_then(span)?;
+    let all = recording.roles.keys().filter_map(|&role| recording.role(role)).filter_map(span);
+    let shared = all.fold(base, |a, b| Window { start_s: a.start_s.max(b.start_s), end_s: a.end_s.min(b.end_s) });
+    let length = |window: Window| window.end_s - window.start_s;
+    Some(if length(shared) > 0.5 * length(base) { shared } else { base })
 }
 
 /// The measurements of the filter that none of `roles` feeds.

@@ -48,13 +48,13 @@ fn paths_that_leave_the_folder_of_the_session_are_named() {
 fn a_session_that_reads_outside_its_folder_says_so_once() {
     let mut session = session::parse(doublet_engine::builtin::session("demo").unwrap()).unwrap();
     assert_eq!(path_warning(&session), None);
-    session.aircraft = "../plane.toml".to_owned();
+    session.aircraft = Some("../plane.toml".to_owned());
     assert_eq!(
         path_warning(&session).unwrap(),
         "../plane.toml lies outside the session's folder: see that this is meant"
     );
     // Many files in one place, over two flights, some of them twice: one line.
-    session.aircraft = "builtin:c337f".to_owned();
+    session.aircraft = Some("builtin:c337f".to_owned());
     for (index, recording) in session.flights[0].recordings.iter_mut().enumerate() {
         recording.path = format!("../../data/day{}/{index}.csv", index % 2);
     }
@@ -66,7 +66,7 @@ fn a_session_that_reads_outside_its_folder_says_so_once() {
         format!("{files} files under ../../data lie outside the session's folder: see that this is meant")
     );
     // Nothing in common but the way up: the first is named.
-    session.aircraft = "../plane.toml".to_owned();
+    session.aircraft = Some("../plane.toml".to_owned());
     session.flights[1].recordings[0].channel_map = MapRef::File("/etc/passwd".to_owned());
     let said = path_warning(&session).unwrap();
     assert!(said.starts_with(&format!("{} files, ../../data/day0/0.csv the first, lie", files + 2)), "{said}");
@@ -120,7 +120,7 @@ fn files_without_an_end_and_commands_are_not_read() {
         refused(&command, "builtin:demo_flight");
         let mut hostile = session.clone();
         hostile.title.clone_from(&command);
-        hostile.aircraft.clone_from(&command);
+        hostile.aircraft = Some(command.clone());
         assert_eq!(session::parse(&session::print(&hostile).unwrap()).unwrap(), hostile);
         assert!(stage::load_aircraft(Path::new("/"), &command).is_err());
     }

@@ -35,7 +35,7 @@ fn example() -> Session {
     };
     Session {
         title: "example".to_owned(),
-        aircraft: "builtin:c337f".to_owned(),
+        aircraft: Some("builtin:c337f".to_owned()),
         loading: None,
         flights: vec![Flight {
             name: "one".to_owned(),
@@ -197,7 +197,7 @@ fn check_names_the_field_of_every_problem() {
     session.windows[0].flight = "two".to_owned();
     session.filter.measurement_noise[Measurement::AngleOfAttack as usize] = -1.0;
     session.preparation.settle_s = f64::NAN;
-    let fields: Vec<_> = session::check(&session).into_iter().map(|problem| problem.field).collect();
+    let fields: Vec<_> = session::check(&session).into_iter().map(|finding| finding.place).collect();
     assert_eq!(fields, ["window 'e1'", "window 'e1'", "filter.measurement_noise.alpha", "preparation.settle_s"]);
 }
 
@@ -303,7 +303,7 @@ fn constraints_that_cannot_be_are_named_in_one_line() {
     let problem = |constraint: &str| session::check(&with(constraint).unwrap()).last().unwrap().to_string();
     assert_eq!(
         problem("coefficient = \"Cm\"\nterm = \"alpha\"\nlower = 2.0\nupper = 1.0\n"),
-        "estimation.constraint of Cm_alpha: 2 is not usable, allowed is a lower bound below the upper one"
+        "estimation.constraint of Cm_alpha: 2 is not usable, allowed is a lower bound below the upper one: correct it"
     );
     assert_eq!(
         problem("coefficient = \"Cm\"\nterm = \"alpha^2\"\nfixed = 1.0\n"),
@@ -365,7 +365,7 @@ fn check_names_what_is_wrong_with_an_expression() {
     }
     let mut many = example();
     many.flights[0].expressions = (0..101).map(|k| expression(&format!("n{k}"), "-", "q")).collect();
-    assert!(session::check(&many).iter().any(|found| found.message.contains("the flight has 101: leave it at 100")));
+    assert!(session::check(&many).iter().any(|found| found.text.contains("the flight has 101: leave it at 100")));
 }
 
 proptest! {
@@ -405,13 +405,14 @@ fn map_made_by_hand_is_kept_in_the_session_and_reads_the_recording_again() {
     inspected.guess.set(Role::PitchRate, Some(HandRow::new(from, Unit::parse("deg/s").ok())));
     let plan = begin::plan_by_hand(&inspected.probes, &inspected.guess).unwrap();
     let map = MapRef::Own(inspected.guess.text().unwrap().into());
-    let order = begin::Order { name: "mine".to_owned(), aircraft: "builtin:c337f".to_owned(), map };
+    let order = begin::Order { name: "mine".to_owned(), aircraft: Some("builtin:c337f".to_owned()), map };
     let made = begin::begin(&order, &inspected, &plan, &Control::default(), &quiet).unwrap();
     assert_eq!((made.windows.len(), made.windows[0].window), (1, Window { start_s: 0.0, end_s: 0.2 }));
     let file = folder.path().join("s.toml");
     session::save(&made, &file).unwrap();
     let opened = session::open(&file).unwrap();
-    assert_eq!(opened.session, made);
+    assert_eq!(opened.session, session::relative_to(&made, folder.path()));
+    assert_eq!(opened.session.flights[0].recordings[0].path, "mine.csv");
     let loaded = stage::flight(&opened.folder, &opened.session.flights[0]).unwrap();
     let values = &loaded.recording.role(Role::PitchRate).unwrap().series.values;
     assert!((values[2] - 30.0_f64.to_radians()).abs() < 1e-15);

@@ -194,16 +194,18 @@ fn channels(probe: &Probe, ui: &mut Ui) {
 fn aircraft(choosing: &mut Choosing, ui: &mut Ui) -> Answer {
     let mut answer = Answer::Open;
     ui.label("Aircraft");
-    let shown = choosing.aircraft.strip_prefix(builtin::PREFIX).unwrap_or(&choosing.aircraft).to_owned();
+    let chosen = choosing.aircraft.clone().unwrap_or_else(|| "none: flight path only".to_owned());
+    let shown = chosen.strip_prefix(builtin::PREFIX).unwrap_or(&chosen).to_owned();
     let combo = ComboBox::from_id_salt("aircraft").selected_text(&shown).width(220.0).truncate();
     let combo = combo.show_ui(ui, |ui| {
+        ui.selectable_value(&mut choosing.aircraft, None, "none: flight path only");
         for name in builtin::aircraft() {
             let reference = format!("{}{name}", builtin::PREFIX);
-            ui.selectable_value(&mut choosing.aircraft, reference, name);
+            ui.selectable_value(&mut choosing.aircraft, Some(reference), name);
         }
     });
     ui.ctx().accesskit_node_builder(combo.response.id, |node| node.set_label("aircraft"));
-    combo.response.on_hover_text(&choosing.aircraft);
+    combo.response.on_hover_text(&chosen);
     if ui.button("Aircraft file…").on_hover_text("An aircraft file of your own (TOML)").clicked() {
         answer = Answer::AskAircraft;
     }

@@ -9,7 +9,6 @@ use std::sync::Arc;
 
 use doublet_core::load::Plan;
 use doublet_engine::begin::{self, Inspected, Order};
-use doublet_engine::builtin;
 use doublet_engine::run::{Control, Job};
 use doublet_engine::session::{MapRef, Session};
 use eframe::egui;
@@ -18,18 +17,8 @@ use super::{Asked, Document, Workbench};
 use aircraft::AircraftForm;
 use form::Answer;
 
-/// Aircraft proposed when no map that fits tells of another.
-const USUAL_AIRCRAFT: &str = "c337f";
 /// Roles from which a shipped map that fits is taken to be the recorder's own.
 const LEAST_ROLES: usize = 10;
-/// Shipped maps whose recordings are of one shipped aircraft.
-const AIRCRAFT_OF_MAPS: [(&str, &str); 5] = [
-    ("attas", "attas_vfw614"),
-    ("citation_simulated_clean", "citation_550_simulated"),
-    ("citation_simulated_truth", "citation_550_simulated"),
-    ("phlab_citation", "citation_phlab"),
-    ("demo_flight", "c337f"),
-];
 
 /// Which channel map is used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,7 +33,7 @@ enum Choice {
 struct Choosing {
     inspected: Arc<Inspected>,
     name: String,
-    aircraft: String,
+    aircraft: Option<String>,
     choice: Choice,
     hand: doublet_core::load::HandMap,
     /// What reading by the map made by hand would do; kept until that changes.
@@ -75,12 +64,10 @@ impl Choosing {
             _ => Choice::ByHand,
         };
         let hand = inspected.guess.clone();
-        let of_map = best
-            .filter(|_| choice == Choice::Shipped(0))
-            .and_then(|map| AIRCRAFT_OF_MAPS.iter().find(|(name, _)| *name == map.name).map(|(_, aircraft)| *aircraft));
+        let of_map = best.filter(|_| choice == Choice::Shipped(0)).and_then(|map| map.aircraft.clone());
         Self {
             name: inspected.paths.first().map(|path| begin::name_of(path)).unwrap_or_default(),
-            aircraft: format!("{}{}", builtin::PREFIX, of_map.unwrap_or(USUAL_AIRCRAFT)),
+            aircraft: of_map,
             choice,
             hand_plan: begin::plan_by_hand(&inspected.probes, &hand),
             hand,
@@ -136,7 +123,7 @@ impl Workbench {
     pub(super) fn begin_with_aircraft(&mut self, path: &Path) {
         if let Some(Step::Choosing(choosing)) = &mut self.beginning.step {
             let full = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
-            choosing.aircraft = full.display().to_string();
+            choosing.aircraft = Some(full.display().to_string());
         }
     }
 

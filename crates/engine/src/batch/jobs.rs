@@ -93,11 +93,5 @@ impl Job {
 
 /// Every path a session names, built-ins left out: they change with the program.
 fn files(session: &Session) -> impl Iterator<Item = &str> {
-    let flights = session.flights.iter().flat_map(|flight| {
-        let maps = flight.recordings.iter().filter_map(|entry| entry.channel_map.file());
-        let recordings = flight.recordings.iter().map(|entry| entry.path.as_str());
-        recordings.chain(maps).chain(flight.instruments.iter().map(|setting| setting.file.as_str()))
-    });
-    let all = std::iter::once(session.aircraft.as_str()).chain(flights);
-    all.filter(|path| !path.starts_with(crate::builtin::PREFIX))
+    session::paths(session).filter(|path| !path.starts_with(crate::builtin::PREFIX))
 }

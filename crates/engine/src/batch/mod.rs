@@ -63,26 +63,24 @@ pub fn compute(jobs: &[Job], store: &Store, progress: &(dyn Fn(usize, &str) + Sy
     jobs.par_iter().map(one).try_reduce(Tally::default, |a, b| Ok(add(a, b)))
 }
 
-/// What one run finds, or its error.
+/// What one run finds, and what failed in it.
 fn finish(job: &Job, cache: &Cache) -> Finished {
-    let estimates = job.session.as_ref().map_err(Clone::clone).and_then(|session| {
+    let finished = job.session.as_ref().map_err(Clone::clone).and_then(|session| {
         let attempt = std::panic::AssertUnwindSafe(|| estimates(session, job, cache));
         std::panic::catch_unwind(attempt).unwrap_or_else(|_| Err("the run ended unexpectedly".to_owned()))
     });
-    match estimates {
-        Ok(estimates) => Finished { error: None, estimates },
-        Err(error) => Finished { error: Some(error), estimates: Vec::new() },
-    }
+    finished.unwrap_or_else(|error| Finished { error: Some(error), estimates: Vec::new() })
 }
 
-fn estimates(session: &Session, job: &Job, cache: &Cache) -> Result<Vec<Estimate>, String> {
-    let lines = |lines: Vec<String>| if lines.is_empty() { Ok(()) } else { Err(lines.join("; ")) };
-    let named = |(place, error)| format!("{place}: {error}");
-    lines(session::check(session).iter().map(ToString::to_string).collect())?;
+fn estimates(session: &Session, job: &Job, cache: &Cache) -> Result<Finished, String> {
+    let stopped: Vec<_> = session::check(session).into_iter().filter(session::stops_run).collect();
+    if !stopped.is_empty() {
+        return Err(stopped.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "));
+    }
     let scope = Scope { session, folder: &job.folder, first: None, studies: &[], cause: "batch", generation: 1 };
     let snapshot = run_stages(&scope, &Snapshot::default(), cache, &Control::default(), &|_| {});
-    lines(snapshot.failures().into_iter().map(named).collect())?;
-    lines(snapshot.failed_fits().into_iter().map(named).collect())?;
+    let failed = snapshot.failures().into_iter().chain(snapshot.failed_fits());
+    let failed: Vec<_> = failed.map(|(place, error)| format!("{place}: {error}")).collect();
     let results = report::build(session, &snapshot);
     let finite = |value: f64| value.is_finite().then_some(value);
     let rows = results.pooled.iter().flat_map(|fit| {
@@ -96,5 +94,5 @@ fn estimates(session: &Session, job: &Job, cache: &Cache) -> Result<Vec<Estimate
             samples: fit.samples as u64,
         })
     });
-    Ok(rows.collect())
+    Ok(Finished { error: (!failed.is_empty()).then(|| failed.join("; ")), estimates: rows.collect() })
 }

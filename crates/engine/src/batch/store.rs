@@ -10,7 +10,7 @@ use crate::keep::replace;
 /// What a run found.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Finished {
-    /// Why it found nothing.
+    /// What failed in it, or why it found nothing.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub error: Option<String>,
     /// Pooled estimates.

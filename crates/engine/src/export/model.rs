@@ -85,6 +85,9 @@ impl IdentifiedModel {
     /// [`ExportError::NoModel`] with what is missing or failed.
     pub fn new(session: &Session, snapshot: &Snapshot) -> Result<Self, ExportError> {
         let refuse = |reason: String| ExportError::NoModel(reason);
+        if session.aircraft.is_none() {
+            return Err(refuse(crate::stage::NO_AIRCRAFT.to_owned()));
+        }
         let pooled = snapshot.pooled.ready().filter(|pooled| !pooled.fits.is_empty());
         let pooled = pooled.ok_or_else(|| {
             refuse("there is no pooled estimate to export: mark at least one window as identification".into())

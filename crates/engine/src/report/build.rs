@@ -42,7 +42,7 @@ pub fn build(session: &Session, snapshot: &Snapshot) -> Results {
             Method::Iekf { .. } => "iterated extended",
             Method::Ukf { .. } => "unscented",
         },
-        warnings: path_warning(session).into_iter().collect(),
+        warnings: warnings(session),
         recordings: recordings(session, snapshot),
         flights: flights(session, snapshot),
         engines: super::engines::rows(session, snapshot),
@@ -70,6 +70,14 @@ pub fn build(session: &Session, snapshot: &Snapshot) -> Results {
     };
     summary::complete(&mut results);
     results
+}
+
+/// What there is to say of the session itself.
+fn warnings(session: &Session) -> Vec<String> {
+    let none = session.aircraft.is_none().then(|| stage::NO_AIRCRAFT.to_owned());
+    let problems = crate::session::check(session);
+    let beside = problems.iter().filter(|finding| finding.place == "steady").map(ToString::to_string);
+    none.into_iter().chain(path_warning(session)).chain(beside).collect()
 }
 
 fn recordings(session: &Session, snapshot: &Snapshot) -> Vec<RecordingRow> {
@@ -150,9 +158,10 @@ fn clock_row(clock: &UsedClock) -> ClockRow {
 
 fn window_row(window: &Manoeuvre, snapshot: &Snapshot) -> Option<WindowRow> {
     let results = snapshot.windows.get(&window.name)?;
-    let path = results.path.ready()?;
-    let mut warnings = path.warnings.clone();
+    let path = results.path.ready();
+    let mut warnings: Vec<_> = path.iter().flat_map(|path| path.warnings.iter().cloned()).collect();
     warnings.extend(results.aero.ready().iter().flat_map(|aero| aero.warnings.iter().cloned()));
+    let consistency = path.and_then(|path| path.consistency.as_ref());
     Some(WindowRow {
         name: window.name.clone(),
         flight: window.flight.clone(),
@@ -162,17 +171,22 @@ fn window_row(window: &Manoeuvre, snapshot: &Snapshot) -> Option<WindowRow> {
         surface: window.surface.map(Surface::name),
         kind: window.kind.clone(),
         note: window.note.clone(),
-        samples: path.reconstruction.time_s.len(),
-        mean_nis: path.consistency.as_ref().map_or(f64::NAN, |c| c.nis_mean),
-        expected_nis: path.consistency.as_ref().map_or(f64::NAN, |c| c.nis_mean / c.nis_ratio),
-        nis_band: path.consistency.as_ref().map_or([f64::NAN; 2], |c| c.nis_band),
-        nis_band_correlated: path.consistency.as_ref().map_or([f64::NAN; 2], |c| c.nis_band_correlated),
-        missing_measurements: path.missing.iter().map(|measurement| measurement.name()).collect(),
-        states: State::ALL.into_iter().filter_map(|state| state_row(state, path)).chain(air_data_rows(path)).collect(),
-        innovations: innovation_rows(path),
+        error: results.error().map(str::to_owned),
+        samples: path.map_or(0, |path| path.reconstruction.time_s.len()),
+        mean_nis: consistency.map_or(f64::NAN, |c| c.nis_mean),
+        expected_nis: consistency.map_or(f64::NAN, |c| c.nis_mean / c.nis_ratio),
+        nis_band: consistency.map_or([f64::NAN; 2], |c| c.nis_band),
+        nis_band_correlated: consistency.map_or([f64::NAN; 2], |c| c.nis_band_correlated),
+        missing_measurements: path.iter().flat_map(|path| &path.missing).map(|m| m.name()).collect(),
+        states: path.map(|path| state_rows(path)).unwrap_or_default(),
+        innovations: path.map(|path| innovation_rows(path)).unwrap_or_default(),
         fits: results.fits.ready().iter().flat_map(|fits| fits.fits.iter().map(fit_row)).collect(),
         warnings,
     })
+}
+
+fn state_rows(path: &WindowPath) -> Vec<StateRow> {
+    State::ALL.into_iter().filter_map(|state| state_row(state, path)).chain(air_data_rows(path)).collect()
 }
 
 fn state_row(state: State, path: &WindowPath) -> Option<StateRow> {

@@ -415,6 +415,9 @@ pub struct WindowRow {
     /// What there is to say about it.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub note: String,
+    /// Why its path or its coefficients could not be computed; what could be is in the other keys.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub error: Option<String>,
     /// Inertial samples.
     pub samples: usize,
     /// Mean normalised innovation squared.

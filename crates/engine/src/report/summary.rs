@@ -40,7 +40,7 @@ pub fn complete(results: &mut Results) {
 }
 
 fn wind_and_bias(windows: &[WindowRow]) -> Vec<SpreadRow> {
-    let Some(first) = windows.first() else { return Vec::new() };
+    let Some(first) = windows.iter().find(|window| !window.states.is_empty()) else { return Vec::new() };
     let named = |prefix: &'static str| first.states.iter().filter(move |row| row.state.starts_with(prefix));
     let of_state = |state: &'static str| {
         windows.iter().filter_map(move |window| window.states.iter().find(|row| row.state == state))

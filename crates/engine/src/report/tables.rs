@@ -319,9 +319,10 @@ pub fn validation(results: &Results) -> Table {
     table("validation", "Fit statistics averaged over the validation windows.", columns, rows)
 }
 
-/// The windows, with their notes where there are any.
+/// The windows, with their notes and with why they failed where there are any.
 pub fn windows(results: &Results) -> Table {
     let noted = results.windows.iter().any(|row| !row.note.is_empty());
+    let failed = results.windows.iter().any(|row| row.error.is_some());
     let rows = results.windows.iter().map(|row| {
         let mut cells = vec![
             Cell::text(&row.name),
@@ -338,6 +339,7 @@ pub fn windows(results: &Results) -> Table {
             Cell::Number(row.nis_band_correlated[1]),
         ];
         cells.extend(noted.then(|| Cell::text(&row.note)));
+        cells.extend(failed.then(|| Cell::text(row.error.as_deref().unwrap_or_default())));
         cells
     });
     let mut columns = vec![
@@ -355,6 +357,7 @@ pub fn windows(results: &Results) -> Table {
         number("nis_band_correlated_high", "to", ""),
     ];
     columns.extend(noted.then(|| text("note", "Note")));
+    columns.extend(failed.then(|| text("error", "Why it failed")));
     table("windows", "Manoeuvre windows.", columns, rows)
 }
 

@@ -98,9 +98,11 @@ fn by_every_filter(session: &Session, snapshot: &Snapshot, name: &str) -> Result
     let manoeuvre = session.window(name).ok_or("the window is gone")?;
     let flight =
         snapshot.flights.get(&manoeuvre.flight).and_then(|slot| slot.latest()).ok_or("its flight is not read")?;
-    let aircraft = snapshot.aircraft.latest().ok_or("the aircraft is not read")?;
-    let aircraft = stage::aircraft_data(Arc::clone(aircraft), session.loading.as_ref())?;
-    let samples = Arc::new(stage::samples(&flight.recording, manoeuvre.window, &aircraft, &session.preparation)?);
+    let aircraft = snapshot.aircraft.latest();
+    let aircraft = aircraft.map(|aircraft| stage::aircraft_data(Arc::clone(aircraft), session.loading.as_ref()));
+    let aircraft = aircraft.transpose()?;
+    let samples = stage::samples(&flight.recording, manoeuvre.window, aircraft.as_ref(), &session.preparation)?;
+    let samples = Arc::new(samples);
     let iterated = if matches!(session.filter.method, Method::Iekf { .. }) { session.filter.method } else { ITERATED };
     let by = |method: Method| {
         let mut other = session.clone();

@@ -180,20 +180,12 @@ fn stages(scope: &Scope<'_>, windows: &[&Manoeuvre], cache: &Cache, board: &Boar
     let aircraft = load_aircraft(scope, cache, board)?;
     let flights = load_flights(scope, cache, board)?;
     let tasks = tasks(windows, &flights, board)?;
-    let Some(KeyedAircraft { data: aircraft, file_key, loaded_key }) = aircraft else {
-        board.update(|snapshot| snapshot.engines.clear())?;
-        for window in windows {
-            board.step(|s| fail_window(s, &window.name, "the aircraft could not be read"))?;
-        }
-        board.update(|s| s.second = Slot::NotRequested)?;
-        propose(scope, &flights, cache, board)?;
-        return board.step(|s| {
-            s.pooled.finish(Err("the aircraft could not be read".to_owned()));
-            s.proof = Slot::NotRequested;
-            studies::cancel(&mut s.studies);
-        });
+    let known = aircraft.as_ref().ok().map(|keyed| (&keyed.data, keyed.loaded_key));
+    let paths = reconstruct_all(scope, &tasks, known, cache, board)?;
+    let KeyedAircraft { data: aircraft, file_key, loaded_key } = match aircraft {
+        Ok(keyed) => keyed,
+        Err(reason) => return without_aircraft(scope, &flights, &paths, &reason, cache, board),
     };
-    let paths = reconstruct_all(scope, &tasks, (&aircraft, loaded_key), cache, board)?;
     let windows = form_coefficients(scope, &paths, (&aircraft, loaded_key), cache, board)?;
     let (pooled, key) = pool(scope, &windows, cache, board)?;
     let windows: Vec<_> = windows.into_iter().map(|(window, _)| window).collect();
@@ -204,6 +196,51 @@ fn stages(scope: &Scope<'_>, windows: &[&Manoeuvre], cache: &Cache, board: &Boar
     studies::Runner { subject, key, wanted: scope.studies, cache, board }.run()
 }
 
+/// Why there is no aircraft.
+enum NoAircraft {
+    /// The session names none: nothing that needs one is asked for.
+    NotChosen,
+    /// It could not be read.
+    Failed,
+}
+
+impl NoAircraft {
+    /// What becomes of an output that needs the aircraft.
+    fn settle<T>(&self, slot: &mut Slot<T>) {
+        match self {
+            Self::NotChosen => *slot = Slot::NotRequested,
+            Self::Failed => slot.finish(Err("the aircraft could not be read".to_owned())),
+        }
+    }
+}
+
+/// What is left of a run without an aircraft: flight paths and proposals.
+fn without_aircraft(
+    scope: &Scope<'_>,
+    flights: &[KeyedFlight<'_>],
+    paths: &[Reconstructed<'_>],
+    reason: &NoAircraft,
+    cache: &Cache,
+    board: &Board<'_>,
+) -> Result<(), Cancelled> {
+    for path in paths {
+        board.step(|snapshot| {
+            if let Some(results) = snapshot.windows.get_mut(&path.task.manoeuvre.name) {
+                reason.settle(&mut results.aero);
+                reason.settle(&mut results.fits);
+            }
+        })?;
+    }
+    board.step(|snapshot| {
+        snapshot.engines.clear();
+        reason.settle(&mut snapshot.pooled);
+        snapshot.second = Slot::NotRequested;
+        snapshot.proof = Slot::NotRequested;
+        studies::cancel(&mut snapshot.studies);
+    })?;
+    propose(scope, flights, cache, board)
+}
+
 /// The aircraft with the keys of its file and of the file with the session's loading.
 struct KeyedAircraft {
     data: AircraftData,
@@ -211,8 +248,18 @@ struct KeyedAircraft {
     loaded_key: Key,
 }
 
-fn load_aircraft(scope: &Scope<'_>, cache: &Cache, board: &Board<'_>) -> Result<Option<KeyedAircraft>, Cancelled> {
-    let path = &scope.session.aircraft;
+fn load_aircraft(
+    scope: &Scope<'_>,
+    cache: &Cache,
+    board: &Board<'_>,
+) -> Result<Result<KeyedAircraft, NoAircraft>, Cancelled> {
+    let Some(path) = &scope.session.aircraft else {
+        board.step(|snapshot| {
+            snapshot.aircraft = Slot::NotRequested;
+            snapshot.loaded = Slot::NotRequested;
+        })?;
+        return Ok(Err(NoAircraft::NotChosen));
+    };
     let loading = scope.session.loading.as_ref();
     let read = || -> Result<(Arc<LoadedAircraft>, KeyedAircraft), String> {
         let text = stage::text(scope.folder, path, "aircraft")?;
@@ -225,9 +272,9 @@ fn load_aircraft(scope: &Scope<'_>, cache: &Cache, board: &Board<'_>) -> Result<
     let (result, state, data) = match read() {
         Ok((loaded, keyed)) => {
             let state = LoadedState::new("on board", &loaded.aircraft, &keyed.data.loading);
-            (Ok(loaded), Ok(Arc::new(state)), Some(keyed))
+            (Ok(loaded), Ok(Arc::new(state)), Ok(keyed))
         }
-        Err(error) => (Err(error.clone()), Err(error), None),
+        Err(error) => (Err(error.clone()), Err(error), Err(NoAircraft::Failed)),
     };
     board.step(|snapshot| {
         snapshot.aircraft.finish(result);
@@ -348,11 +395,15 @@ struct Prepared<'a> {
 fn reconstruct_all<'a>(
     scope: &Scope<'a>,
     tasks: &'a [Task<'a>],
-    (aircraft, aircraft_key): (&AircraftData, Key),
+    aircraft: Option<(&AircraftData, Key)>,
     cache: &Cache,
     board: &Board<'_>,
 ) -> Result<Vec<Reconstructed<'a>>, Cancelled> {
     let session = scope.session;
+    let (aircraft, aircraft_key) = match aircraft {
+        Some((aircraft, key)) => (Some(aircraft), key),
+        None => (None, KeyBuilder::new("no aircraft", 1).finish()),
+    };
     let prepare = |task: &'a Task<'a>| -> Result<Option<Prepared<'a>>, Cancelled> {
         let window = task.manoeuvre.window;
         let key = samples_key("samples", task, aircraft_key, session);

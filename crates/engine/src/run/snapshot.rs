@@ -115,6 +115,13 @@ pub struct WindowResults {
     pub fits: Slot<WindowFits>,
 }
 
+impl WindowResults {
+    /// Why the window has no path, no coefficients or no fits.
+    pub fn error(&self) -> Option<&str> {
+        [self.path.error(), self.aero.error(), self.fits.error()].into_iter().flatten().next()
+    }
+}
+
 /// A line of the log: what was computed, why, how long it took.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LogEntry {
@@ -207,8 +214,7 @@ impl Snapshot {
             note(format!("engines of flight '{name}'"), slot.error());
         }
         for (name, results) in &self.windows {
-            let errors = [results.path.error(), results.aero.error(), results.fits.error()];
-            note(format!("window '{name}'"), errors.into_iter().flatten().next());
+            note(format!("window '{name}'"), results.error());
         }
         note("pooled estimate".to_owned(), self.pooled.error());
         note(Study::Manoeuvres.name().to_owned(), self.studies.manoeuvres.error());

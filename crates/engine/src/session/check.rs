@@ -1,91 +1,116 @@
 //! What is wrong with a session before anything is computed.
 
+use std::collections::BTreeSet;
+
 use doublet_core::series::Window;
 
 use super::{Session, constraint, expression, preparation};
+use crate::verdict::{Finding, Level};
 
-/// A finding, bound to the field it concerns.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Problem {
-    /// Dotted name of the field, for example `window 'e1'` or `filter.measurement_noise.alpha`.
-    pub field: String,
-    /// What is wrong and what to do, one line.
-    pub message: String,
+/// Code of what makes the session contradict itself: nothing can be computed from it.
+const CONTRADICTION: &str = "session";
+/// Code of what is wrong with one flight.
+const FLIGHT: &str = "flight";
+/// Code of what is wrong with one window.
+const WINDOW: &str = "window";
+/// Longest name, in characters: names are parts of paths in the files of results.
+const LONGEST_NAME: usize = 200;
+
+/// A finding that stops the whole run.
+pub(super) fn contradiction(place: String, text: impl Into<String>, cure: &str) -> Finding {
+    Finding::new(Level::Bad, CONTRADICTION, place, text).with_cure(cure)
 }
 
-impl std::fmt::Display for Problem {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}: {}", self.field, self.message)
-    }
+/// Whether a finding of [`check`] leaves nothing to compute; the others cost the run the window or flight they name.
+pub fn stops_run(finding: &Finding) -> bool {
+    finding.code == CONTRADICTION
 }
 
-/// Everything in the session that would stop a run, found without reading a recording.
-pub fn check(session: &Session) -> Vec<Problem> {
-    let mut problems = Vec::new();
-    let mut report = |field: String, message: String| problems.push(Problem { field, message });
+/// Everything wrong in the session that can be found without reading a recording.
+pub fn check(session: &Session) -> Vec<Finding> {
+    let mut found = Vec::new();
     if session.flights.is_empty() {
-        report(
-            "flight".to_owned(),
-            "the session has no recording: add a [[flight]] with a [[flight.recording]]".into(),
-        );
+        let cure = "add a [[flight]] with a [[flight.recording]]";
+        found.push(contradiction("flight".to_owned(), "the session has no recording", cure));
     }
-    for (index, flight) in session.flights.iter().enumerate() {
-        if session.flights[..index].iter().any(|other| other.name == flight.name) {
-            report(format!("flight '{}'", flight.name), "the name is used twice: rename one".into());
-        }
-        if flight.recordings.is_empty() {
-            report(format!("flight '{}'", flight.name), "it has no recording: add a [[flight.recording]]".into());
-        }
+    names("flight", session.flights.iter().map(|flight| flight.name.as_str()), &mut found);
+    names("window", session.windows.iter().map(|window| window.name.as_str()), &mut found);
+    if session.title.chars().count() > LONGEST_NAME {
+        found.push(too_long("title".to_owned(), &session.title));
     }
-    for flight in &session.flights {
-        for problem in flight.signals.problems() {
-            report(format!("signals of flight '{}'", flight.name), problem);
-        }
-        for (name, problem) in expression::problems(&flight.expressions) {
-            report(format!("expression '{name}' of flight '{}'", flight.name), problem);
-        }
-        for clock in flight.clocks.iter().filter(|clock| !clock.shift_s.is_finite()) {
-            report(format!("clock of '{}'", clock.source), format!("shift_s is {}: give a number", clock.shift_s));
-        }
-    }
-    for steady in &session.steady {
-        let Window { start_s, end_s } = steady.window;
-        if session.flight(&steady.flight).is_none() {
-            let message = format!("it lies in flight '{}', which the session does not have", steady.flight);
-            report("steady".to_owned(), message);
-        }
-        if !(start_s.is_finite() && end_s.is_finite() && end_s > start_s) {
-            report(
-                "steady".to_owned(),
-                format!("from {start_s} s to {end_s} s it is empty: let it end after it starts"),
-            );
-        }
-    }
-    for (index, window) in session.windows.iter().enumerate() {
-        let field = format!("window '{}'", window.name);
-        if session.windows[..index].iter().any(|other| other.name == window.name) {
-            report(field.clone(), "the name is used twice: rename one".into());
-        }
-        if session.flight(&window.flight).is_none() {
-            report(field.clone(), format!("it lies in flight '{}', which the session does not have", window.flight));
-        }
-        let (start, end) = (window.window.start_s, window.window.end_s);
-        if !(start.is_finite() && end.is_finite() && end > start) {
-            report(field, format!("from {start} s to {end} s it is empty: let it end after it starts"));
-        }
-    }
+    flights(session, &mut found);
+    windows(session, &mut found);
     for (name, range) in &session.plausible {
         if range.low.is_nan() || range.high.is_nan() || range.low >= range.high {
-            let message = format!("from {} to {} it is empty: let high be above low", range.low, range.high);
-            report(format!("verdict.plausible.{name}"), message);
+            let text = format!("from {} to {} it is empty", range.low, range.high);
+            found.push(contradiction(format!("verdict.plausible.{name}"), text, "let high be above low"));
         }
     }
-    if let Err(errors) = session.filter.check() {
-        for error in errors {
-            report(format!("filter.{}", error.field), format!("{} is outside {}", error.value, error.allowed));
+    for error in session.filter.check().err().into_iter().flatten() {
+        let field = format!("filter.{}", error.field);
+        let text = format!("{} is outside {}", error.value, error.allowed);
+        found.push(contradiction(field.clone(), text, "give a number inside").with_setting("Noise and filter", field));
+    }
+    found.extend(preparation::findings(&session.preparation));
+    found.extend(constraint::findings(session));
+    found
+}
+
+/// Names that are empty, too long or used twice.
+fn names<'a>(kind: &str, all: impl Iterator<Item = &'a str>, found: &mut Vec<Finding>) {
+    let mut seen = BTreeSet::new();
+    for name in all {
+        let place = format!("{kind} '{name}'");
+        if name.trim().is_empty() {
+            found.push(contradiction(place, "the name is empty", "give it one"));
+        } else if name.chars().count() > LONGEST_NAME {
+            found.push(too_long(kind.to_owned(), name));
+        } else if !seen.insert(name) {
+            found.push(contradiction(place, "the name is used twice", "rename one"));
         }
     }
-    problems.extend(preparation::problems(&session.preparation));
-    problems.extend(constraint::problems(session));
-    problems
+}
+
+fn too_long(place: String, name: &str) -> Finding {
+    let beginning: String = name.chars().take(40).collect();
+    let text = format!("'{beginning}...' has {} characters", name.chars().count());
+    contradiction(place, text, &format!("leave it at {LONGEST_NAME}"))
+}
+
+fn flights(session: &Session, found: &mut Vec<Finding>) {
+    for flight in &session.flights {
+        let name = &flight.name;
+        let mut report = |place: String, text: &str| found.push(Finding::new(Level::Bad, FLIGHT, place, text));
+        if flight.recordings.is_empty() {
+            report(format!("flight '{name}'"), "it has no recording: add a [[flight.recording]]");
+        }
+        for problem in flight.signals.problems() {
+            report(format!("signals of flight '{name}'"), &problem);
+        }
+        for (expression, problem) in expression::problems(&flight.expressions) {
+            report(format!("expression '{expression}' of flight '{name}'"), &problem);
+        }
+        for clock in flight.clocks.iter().filter(|clock| !clock.shift_s.is_finite()) {
+            let text = format!("shift_s is {}: give a number", clock.shift_s);
+            report(format!("clock of '{}'", clock.source), &text);
+        }
+    }
+}
+
+fn windows(session: &Session, found: &mut Vec<Finding>) {
+    let steady = session.steady.iter().map(|steady| ("steady".to_owned(), &steady.flight, steady.window));
+    let windows =
+        session.windows.iter().map(|window| (format!("window '{}'", window.name), &window.flight, window.window));
+    for (place, flight, Window { start_s, end_s }) in steady.chain(windows) {
+        if session.flight(flight).is_none() {
+            let text = format!("it lies in flight '{flight}', which the session does not have");
+            let cure = "name one of the session's flights";
+            found.push(Finding::new(Level::Bad, WINDOW, place.clone(), text).with_cure(cure));
+        }
+        if !(start_s.is_finite() && end_s.is_finite() && end_s > start_s) {
+            let text = format!("from {start_s} s to {end_s} s it is empty");
+            let finding = Finding::new(Level::Bad, WINDOW, place, text).with_cure("let it end after it starts");
+            found.push(finding.with_setting("Manoeuvres", ""));
+        }
+    }
 }

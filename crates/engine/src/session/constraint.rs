@@ -3,8 +3,10 @@
 use doublet_core::estimate::Constraint;
 use doublet_core::model::{Coefficient, Term};
 
+use super::check::contradiction;
 use super::edit::EditError;
-use super::{Estimation, Problem, Session};
+use super::{Estimation, Session};
+use crate::verdict::Finding;
 
 /// What is known of one derivative before the fit.
 #[derive(Clone, Debug, PartialEq)]
@@ -89,21 +91,22 @@ fn fault(known: Constraint) -> Option<(f64, &'static str)> {
 }
 
 /// What is wrong with the constraints of a session.
-pub(super) fn problems(session: &Session) -> Vec<Problem> {
+pub(super) fn findings(session: &Session) -> Vec<Finding> {
     let constraints = &session.estimation.constraints;
     let one = |(index, known): (usize, &TermConstraint)| {
         let name = known.derivative();
         let again = |other: &&TermConstraint| other.coefficient == known.coefficient && other.term == known.term;
-        let message = if let Some((value, allowed)) = fault(known.known) {
-            format!("{value} is not usable, allowed is {allowed}")
+        let (text, cure) = if let Some((value, allowed)) = fault(known.known) {
+            (format!("{value} is not usable, allowed is {allowed}"), "correct it")
         } else if !session.has_term(known.coefficient, &known.term) {
-            format!("{} has no term '{}': add the term or remove the constraint", known.coefficient.name(), known.term)
+            let text = format!("{} has no term '{}'", known.coefficient.name(), known.term);
+            (text, "add the term or remove the constraint")
         } else if constraints[..index].iter().any(|other| again(&other)) {
-            "it is stated twice: keep one".to_owned()
+            ("it is stated twice".to_owned(), "keep one")
         } else {
             return None;
         };
-        Some(Problem { field: format!("estimation.constraint of {name}"), message })
+        Some(contradiction(format!("estimation.constraint of {name}"), text, cure).with_setting("Model", ""))
     };
     constraints.iter().enumerate().filter_map(one).collect()
 }

@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
 
+use super::Session;
+use super::paths::{paths_mut, relative_to};
 use super::schema::{SessionError, parse, print};
-use super::{MapRef, Session};
 use crate::keep::replace_keeping_previous;
 
 /// A session and where its relative paths start.
@@ -25,14 +26,14 @@ fn file_error(path: &Path) -> impl FnOnce(std::io::Error) -> SessionError {
     move |source| SessionError::File { path, source }
 }
 
-/// Opens a session file.
+/// Opens a session file. What lies in its folder is named from there, however the file names it.
 ///
 /// # Errors
 /// [`SessionError`] when the file cannot be read or is not a session this program understands.
 pub fn open(path: &Path) -> Result<Opened, SessionError> {
     let text = text_of(path).map_err(file_error(path))?;
     let folder = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
-    Ok(Opened { session: parse(&text)?, path: path.to_path_buf(), folder })
+    Ok(Opened { session: relative_to(&parse(&text)?, &folder), path: path.to_path_buf(), folder })
 }
 
 /// The text of a session file; an empty file and one that is no text are said to be what they are.
@@ -58,17 +59,12 @@ pub fn save(session: &Session, path: &Path) -> Result<(), SessionError> {
 
 /// The session with every relative path, which starts from `old`, written so that it means the same file from `new`.
 ///
-/// Both folders are absolute. Paths between folders with a common beginning stay relative; built-ins and absolute paths stay.
+/// Both folders are absolute. Paths between folders with a common beginning stay relative; built-ins stay, absolute paths too unless
+/// they lie in `new`.
 pub fn rebased(session: &Session, old: &Path, new: &Path) -> Session {
     let mut session = session.clone();
-    rebase(&mut session.aircraft, old, new);
-    for recording in session.flights.iter_mut().flat_map(|flight| &mut flight.recordings) {
-        rebase(&mut recording.path, old, new);
-        if let MapRef::File(path) = &mut recording.channel_map {
-            rebase(path, old, new);
-        }
-    }
-    session
+    paths_mut(&mut session).for_each(|path| rebase(path, old, new));
+    relative_to(&session, new)
 }
 
 fn rebase(path: &mut String, old: &Path, new: &Path) {

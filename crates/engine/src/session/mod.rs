@@ -22,14 +22,14 @@ use doublet_core::series::Window;
 
 use crate::verdict::PlausibleRange;
 
-pub use check::{Problem, check};
+pub use check::{check, stops_run};
 pub use constraint::TermConstraint;
 pub use edit::{Edit, EditError, EstimationEdit, FilterEdit, LoadingEdit, ModelEdit, WindowEdit};
 pub use expression::{EXPRESSION_SOURCE, ExpressionEdit, ExpressionSetting};
 pub use file::{Opened, content_hash, open, rebased, save};
 pub use map_ref::MapRef;
 pub use noise::{NoiseChannel, NoiseEdit, NoiseEntry, SteadyWindow};
-pub use paths::{leads_out, path_warning};
+pub use paths::{leads_out, path_warning, paths, relative_to};
 pub use preparation::{AngularAcceleration, ControlLags, MomentReference, Preparation};
 pub use schema::{FORMAT, SessionError, VERSION, parse, print};
 pub use signals::{SignalEdit, SignalPreset, SignalRule, SignalSetting};
@@ -39,8 +39,8 @@ pub use signals::{SignalEdit, SignalPreset, SignalRule, SignalSetting};
 pub struct Session {
     /// Title of the report.
     pub title: String,
-    /// Aircraft file, relative to the session file, or `builtin:` and a name.
-    pub aircraft: String,
+    /// Aircraft file, relative to the session file, or `builtin:` and a name; without one only flight paths are computed.
+    pub aircraft: Option<String>,
     /// What is on board; `None` for the aircraft's standard loading. Without any fuel it states all but the fuel.
     pub loading: Option<Loading>,
     /// Flights with their recordings.

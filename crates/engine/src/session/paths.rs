@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::{Component, Path, PathBuf};
 
-use super::Session;
+use super::{MapRef, Session};
 use crate::builtin;
 
 /// Whether a path is not below the session's folder: a session from elsewhere could point at any file of this machine. What comes with
@@ -24,15 +24,47 @@ pub fn leads_out(path: &str) -> bool {
     })
 }
 
-/// What to say of a session that reads files outside its folder: one line, however many they are. `None` for one that does not.
-pub fn path_warning(session: &Session) -> Option<String> {
+/// Every path a session names.
+pub fn paths(session: &Session) -> impl Iterator<Item = &str> {
     let of_flights = session.flights.iter().flat_map(|flight| {
         let recordings = flight.recordings.iter();
         let files = recordings.flat_map(|entry| [Some(entry.path.as_str()), entry.channel_map.file()]);
         files.flatten().chain(flight.instruments.iter().map(|setting| setting.file.as_str()))
     });
-    let all = std::iter::once(session.aircraft.as_str()).chain(of_flights);
-    let outside: BTreeSet<&str> = all.filter(|path| leads_out(path)).collect();
+    session.aircraft.as_deref().into_iter().chain(of_flights)
+}
+
+/// Every path a session names, to be changed.
+pub(super) fn paths_mut(session: &mut Session) -> impl Iterator<Item = &mut String> {
+    let of_flights = session.flights.iter_mut().flat_map(|flight| {
+        let recordings = flight.recordings.iter_mut();
+        let files = recordings.flat_map(|entry| match &mut entry.channel_map {
+            MapRef::File(map) => [Some(&mut entry.path), Some(map)],
+            MapRef::Own(_) => [Some(&mut entry.path), None],
+        });
+        files.flatten().chain(flight.instruments.iter_mut().map(|setting| &mut setting.file))
+    });
+    session.aircraft.iter_mut().chain(of_flights)
+}
+
+/// The session with paths to what lies in `folder` written as they are from there, whatever way round they went.
+pub fn relative_to(session: &Session, folder: &Path) -> Session {
+    let mut session = session.clone();
+    let here = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    let Ok(full) = here.canonicalize() else { return session };
+    for path in paths_mut(&mut session).filter(|path| leads_out(path)) {
+        let target = here.join(path.as_str()).canonicalize();
+        let inside = target.ok().and_then(|target| Some(target.strip_prefix(&full).ok()?.to_path_buf()));
+        if let Some(inside) = inside.filter(|inside| !inside.as_os_str().is_empty()) {
+            *path = inside.to_string_lossy().into_owned();
+        }
+    }
+    session
+}
+
+/// What to say of a session that reads files outside its folder: one line, however many they are. `None` for one that does not.
+pub fn path_warning(session: &Session) -> Option<String> {
+    let outside: BTreeSet<&str> = paths(session).filter(|path| leads_out(path)).collect();
     let first = outside.first()?;
     let what = match outside.len() {
         1 => format!("{first} lies"),

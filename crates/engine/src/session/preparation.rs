@@ -2,7 +2,9 @@
 
 use doublet_core::model::{Axes, Gyroscopic, Lag, ThrustTreatment};
 
-use super::{PathSource, Problem, Surface};
+use super::check::contradiction;
+use super::{PathSource, Surface};
+use crate::verdict::Finding;
 
 /// How coefficients are formed from the reconstructed path.
 #[derive(Clone, Debug, PartialEq)]
@@ -151,16 +153,18 @@ impl Default for Preparation {
 }
 
 /// What is wrong with a preparation.
-pub(super) fn problems(preparation: &Preparation) -> Vec<Problem> {
+pub(super) fn findings(preparation: &Preparation) -> Vec<Finding> {
     /// Longest delay of a control that makes sense, s.
     const LONGEST_S: f64 = 10.0;
-    let mut problems = Vec::new();
+    let mut found = Vec::new();
     let lags = &preparation.control_lags;
     let mut usable = |field: String, value: f64, [lowest, highest]: [f64; 2]| {
         if !(value.is_finite() && (lowest..=highest).contains(&value)) {
             let upper = if highest.is_finite() { format!("to {highest}") } else { "up".to_owned() };
-            let message = format!("{value} is not usable: give a number from {lowest} {upper}");
-            problems.push(Problem { field: format!("preparation.{field}"), message });
+            let field = format!("preparation.{field}");
+            let cure = format!("give a number from {lowest} {upper}");
+            let finding = contradiction(field.clone(), format!("{value} is not usable"), &cure);
+            found.push(finding.with_setting("Noise and filter", field));
         }
     };
     match lags.shared_s() {
@@ -180,5 +184,5 @@ pub(super) fn problems(preparation: &Preparation) -> Vec<Problem> {
     if let MomentReference::Datum(point) = preparation.moment_reference {
         point.iter().for_each(|&value| usable("moment_reference".to_owned(), value, [f64::MIN, f64::MAX]));
     }
-    problems
+    found
 }

@@ -33,6 +33,9 @@ impl Footprint for LoadedAircraft {
     }
 }
 
+/// What to say where there is no aircraft to form coefficients with.
+pub const NO_AIRCRAFT: &str = "no aircraft is chosen, so only flight paths are computed: name one in the session (aircraft = \"FILE\" or \"builtin:NAME\")";
+
 /// Reads the aircraft a session names.
 ///
 /// # Errors

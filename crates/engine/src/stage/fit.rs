@@ -296,7 +296,8 @@ pub fn pooled_regressions(
     let models = structure.models.iter();
     let one = |(coefficient, terms): &(Coefficient, Vec<Term>)| {
         let used = identification(*coefficient, terms, windows, estimation);
-        (!used.is_empty()).then(|| Regression::new(*coefficient, terms, &used, estimation))
+        let named = |error: String| format!("{}: {error}", coefficient.name());
+        (!used.is_empty()).then(|| Regression::new(*coefficient, terms, &used, estimation).map_err(named))
     };
     models.filter_map(one).collect()
 }

@@ -27,7 +27,7 @@ mod tolerances;
 mod truth;
 
 pub use aero::{CONTROLS, WindowAero, aero, aero_along};
-pub use aircraft::{AircraftData, LoadedAircraft, aircraft_data, load_aircraft, loading_on_board};
+pub use aircraft::{AircraftData, LoadedAircraft, NO_AIRCRAFT, aircraft_data, load_aircraft, loading_on_board};
 pub use align::{UsedClock, is_stamped_by};
 pub use detail::{
     BIAS_STATES, BiasTable, CoefficientStudy, Contributions, KindSummary, ResidualStudy, bias_table, contributions,
@@ -41,9 +41,11 @@ pub use fit::{
 pub use flight_engines::{EngineOverFlight, FlightEngines, PowerAgreement, flight_engines};
 pub use instruments::tank_channel;
 pub use noise::{FlightNoise, NoiseRow, noise, open_entries};
-pub use path::{PathSeries, Samples, SmoothedSeries, Untold, WindowPath, paths, reconstructions, samples};
+pub use path::{
+    PathSeries, Samples, SmoothedSeries, Untold, WindowPath, partly_outside, paths, reconstructions, samples,
+};
 pub use proposals::{FlightProposals, SignalSpectrum, WindowProposal, open_windows, proposals};
-pub use recording::{LoadedFlight, aligned, files, flight, locate, prepared, text};
+pub use recording::{LoadedFlight, aligned, changed, files, flight, locate, prepared, text};
 pub use replay::{ProofOfMatch, ReplaySeries, ReplayWindow, WindowReplay, bands, model_of_window, replay};
 pub use signals::TreatedSignal;
 pub use surroundings::Surroundings;

@@ -151,34 +151,22 @@ impl Footprint for Samples {
 /// Shortest window the filter is run on, samples.
 const MIN_SAMPLES: usize = 10;
 
-/// Takes the samples of one window for the filter.
+/// Takes the samples of one window for the filter. Without an aircraft every sensor is taken to be at the centre of gravity.
 ///
 /// # Errors
 /// One line: a missing inertial channel, a window without samples, a gap that cannot be bridged.
 pub fn samples(
     recording: &Recording,
     window: Window,
-    aircraft: &AircraftData,
+    aircraft: Option<&AircraftData>,
     preparation: &Preparation,
 ) -> Result<Samples, String> {
-    let mut warnings = Vec::new();
+    let mut warnings: Vec<_> = partly_outside(recording, window).into_iter().collect();
     let mut inputs = input_series(recording, window, &mut warnings)?;
     let mut measurements = measurement_series(recording, window, &mut warnings);
-    if preparation.correct_accelerometer
-        && let Some(sensor) = aircraft.accelerometer
-    {
-        move_accelerometer(&mut inputs, sensor.body_from_cg_m(aircraft.inertia.cg_datum_m), preparation)?;
-    }
-    if preparation.correct_vanes
-        && let Some(vanes) = aircraft.vanes
-    {
-        let arms = vanes.map(|vane| vane.body_from_cg_m(aircraft.inertia.cg_datum_m));
-        warnings.extend(move_vanes(&mut measurements, &inputs, arms));
-    }
-    if preparation.correct_antenna
-        && let Some(antenna) = aircraft.antenna
-    {
-        warnings.extend(move_antenna(&mut measurements, &inputs, antenna.body_from_cg_m(aircraft.inertia.cg_datum_m)));
+    if let Some(aircraft) = aircraft {
+        let moved = move_sensors(&mut inputs, &mut measurements, aircraft, preparation)?;
+        warnings.extend(moved);
     }
     let (start_s, end_s) = span(&inputs.time_s);
     let within = |truth: &Series| {
@@ -188,6 +176,46 @@ pub fn samples(
     let truth = State::ALL.map(|state| recording.truth.get(state.name()).map(within)).into();
     let data = FilterData { inputs, measurements };
     Ok(Samples { content: content(&data), data: data.into(), truth, warnings })
+}
+
+/// Longest part of a window that may lie outside the inertial samples without a word, s: recorders of one flight start and end apart.
+const OUTSIDE_S: f64 = 0.5;
+
+/// What to say of a window of which a part lies outside the inertial samples.
+pub fn partly_outside(recording: &Recording, window: Window) -> Option<String> {
+    let (first, last) = span(&recording.role(Input::RollRate.role())?.series.time_s);
+    let Window { start_s, end_s } = window;
+    let outside_s = (first - start_s).max(end_s - last);
+    (outside_s > OUTSIDE_S).then(|| {
+        format!("the window goes from {start_s} s to {end_s} s, the inertial samples from {first:.2} s to {last:.2} s: the rest of it is left out")
+    })
+}
+
+/// Moves inertial samples and measurements to the centre of gravity, as far as the session asks for it; what could not be moved is said.
+fn move_sensors(
+    inputs: &mut InputSeries,
+    measurements: &mut [MeasurementSeries; MEASUREMENTS],
+    aircraft: &AircraftData,
+    preparation: &Preparation,
+) -> Result<Vec<String>, String> {
+    let mut warnings = Vec::new();
+    let cg_datum_m = aircraft.inertia.cg_datum_m;
+    if preparation.correct_accelerometer
+        && let Some(sensor) = aircraft.accelerometer
+    {
+        move_accelerometer(inputs, sensor.body_from_cg_m(cg_datum_m), preparation)?;
+    }
+    if preparation.correct_vanes
+        && let Some(vanes) = aircraft.vanes
+    {
+        warnings.extend(move_vanes(measurements, inputs, vanes.map(|vane| vane.body_from_cg_m(cg_datum_m))));
+    }
+    if preparation.correct_antenna
+        && let Some(antenna) = aircraft.antenna
+    {
+        warnings.extend(move_antenna(measurements, inputs, antenna.body_from_cg_m(cg_datum_m)));
+    }
+    Ok(warnings)
 }
 
 /// Identity of the samples of a window: what changes none of them leaves its path as it is.

@@ -87,14 +87,7 @@ pub fn flight(folder: &Path, flight: &Flight) -> Result<LoadedFlight, String> {
     for entry in &flight.recordings {
         let place = locate(folder, &entry.path).map_err(|line| missing(&line, entry))?;
         let hash = content_hash(&place).map_err(|error| error.to_string())?;
-        if let Some(known) = &entry.sha256
-            && *known != hash
-        {
-            merged.warnings.push(format!(
-                "{} has changed since it was added: its SHA-256 was {known}, now it is {hash}",
-                entry.path
-            ));
-        }
+        merged.warnings.extend(changed(entry, &hash));
         hashes.push(hash);
     }
     for Group { map, only, entries } in groups(&flight.recordings) {
@@ -111,6 +104,12 @@ pub fn flight(folder: &Path, flight: &Flight) -> Result<LoadedFlight, String> {
     let mut said = BTreeSet::new();
     merged.warnings.retain(|warning| said.insert(warning.clone()));
     Ok(LoadedFlight { recording: merged, hashes, utc_start_s, ..LoadedFlight::default() })
+}
+
+/// What to say of a recording whose content is not what it was when it was added.
+pub fn changed(entry: &RecordingRef, hash: &str) -> Option<String> {
+    let known = entry.sha256.as_ref().filter(|known| *known != hash)?;
+    Some(format!("{} has changed since it was added: its SHA-256 was {known}, now it is {hash}", entry.path))
 }
 
 /// Puts a flight as read on its time line with all that the session makes of it: [`prepared`], then [`expressed`].

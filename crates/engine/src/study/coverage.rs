@@ -69,7 +69,8 @@ pub fn coverage(
     watch: &Watch<'_>,
 ) -> Result<Coverage, StudyError> {
     let loading = Loading { fuel_kg: Default::default(), ..scenario.loading.clone() };
-    let loaded = Arc::new(stage::load_aircraft(folder, &session.aircraft)?);
+    let aircraft = session.aircraft.as_deref().ok_or_else(|| stage::NO_AIRCRAFT.to_owned())?;
+    let loaded = Arc::new(stage::load_aircraft(folder, aircraft)?);
     let aircraft = stage::aircraft_data(loaded, Some(&loading))?;
     let windows = windows(scenario);
     let watch = watch.parts(realisations);
@@ -122,7 +123,7 @@ fn realisation(
     let recording = measured(&fly.map_err(|error| named(error.to_string()))?, session, aircraft, seed);
     let data = windows
         .iter()
-        .map(|window| Ok(stage::samples(&recording, window.window, aircraft, &session.preparation)?.data))
+        .map(|window| Ok(stage::samples(&recording, window.window, Some(aircraft), &session.preparation)?.data))
         .collect::<Result<Vec<_>, String>>()
         .map_err(named)?;
     let paths = stage::reconstructions(&data.iter().map(|data| &**data).collect::<Vec<_>>(), session, watch.control())

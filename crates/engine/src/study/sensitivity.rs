@@ -100,7 +100,7 @@ fn again<'a>(
     let mut changed = Vec::new();
     for window in subject.windows {
         let recording = &window.flight.recording;
-        let samples = stage::samples(recording, window.manoeuvre.window, aircraft, &session.preparation)?;
+        let samples = stage::samples(recording, window.manoeuvre.window, Some(aircraft), &session.preparation)?;
         if samples.data != window.path.data {
             changed.push((window.manoeuvre.name.as_str(), samples.data));
         }

@@ -3,6 +3,7 @@
 //! Everything that looks for faults, of a recording, a session or its results, says what it found as a [`Finding`]. A [`Verdict`]
 //! is the worst of the findings about one thing.
 
+mod check;
 mod derivative;
 mod fit;
 mod judge;
@@ -13,6 +14,7 @@ mod window;
 
 use serde::Serialize;
 
+pub use check::{Checked, PhysicsRow, check_file, check_session};
 pub use judge::{DerivativeVerdict, FitVerdict, Verdicts, WindowVerdict, judge};
 pub use plausible::PlausibleRange;
 
@@ -105,6 +107,14 @@ impl Finding {
         self.panel = Some(panel);
         self.setting = Some(setting.into()).filter(|key: &String| !key.is_empty());
         self
+    }
+}
+
+impl std::fmt::Display for Finding {
+    /// Where, what and what to do, in one line.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}: {}", self.place, self.text)?;
+        if self.cure.is_empty() { Ok(()) } else { write!(f, ": {}", self.cure) }
     }
 }
 

@@ -98,7 +98,8 @@ struct File {
     app: String,
     #[serde(default)]
     title: String,
-    aircraft: String,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    aircraft: Option<String>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     loading: Option<LoadingTable>,
     #[serde(default)]

@@ -1,0 +1,189 @@
+//! What stands against a session before its results are judged: what a run would refuse, and channels that contradict each other.
+
+use std::path::Path;
+
+use doublet_core::airframe::summary;
+use doublet_core::load::aircraft::{self as aircraft_file, AircraftFileError};
+use serde::Serialize;
+
+use super::{Finding, Level};
+use crate::graph::Cache;
+use crate::run::{Control, Scope, Snapshot, run};
+use crate::session::{self, Session, WindowRole};
+use crate::stage;
+
+/// Memory for intermediate results of a check.
+const CACHE_BYTES: usize = 1 << 30;
+
+/// What a check of a session or an aircraft file found.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Checked {
+    /// What was checked, for a reader: the content of a session in one line, of an aircraft in a table.
+    #[serde(skip)]
+    pub subject: String,
+    /// Everything found, worst first.
+    pub findings: Vec<Finding>,
+    /// Channels against what the others say they should be.
+    pub physics: Vec<PhysicsRow>,
+}
+
+/// A channel against what the others say it should be.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PhysicsRow {
+    /// Role of the channel.
+    pub channel: String,
+    /// Whether it fits.
+    pub level: Level,
+    /// What would make it fit, for example `sign reversed`; empty where it fits or nothing was found.
+    pub hypothesis: String,
+    /// Factor that makes it fit, for example -1.
+    pub factor: Option<f64>,
+    /// Figures it rests on.
+    pub evidence: String,
+}
+
+impl Checked {
+    /// The worst of everything found.
+    pub fn level(&self) -> Level {
+        let findings = self.findings.iter().map(|finding| finding.level);
+        findings.chain(self.physics.iter().map(|row| row.level)).max().unwrap_or_default()
+    }
+
+    /// A check that ended with one thing.
+    fn refused(finding: Finding) -> Self {
+        Self { findings: vec![finding], ..Self::default() }
+    }
+
+    fn sorted(mut self) -> Self {
+        self.findings.sort_by_key(|finding| std::cmp::Reverse(finding.level));
+        self
+    }
+}
+
+/// Checks a session or an aircraft file. A file that cannot be used is a finding as well.
+pub fn check_file(path: &Path) -> Checked {
+    let refused = |code, text: String, cure: &str| {
+        Checked::refused(Finding::new(Level::Bad, code, path.display().to_string(), text).with_cure(cure))
+    };
+    let text = match std::fs::read(path).map(String::from_utf8) {
+        Err(error) => return refused("file", error.to_string(), "name a session or an aircraft file"),
+        Ok(Err(_)) => {
+            return refused(
+                "file",
+                "it is binary data, no session and no aircraft file".to_owned(),
+                "for a recording make a session with `doublet new`",
+            );
+        }
+        Ok(Ok(text)) => text,
+    };
+    let text = text.trim_start_matches('\u{feff}');
+    if text.trim().is_empty() {
+        let cure = "open another file, or its .bak beside it";
+        return refused("file", "there is nothing in it: an empty session or aircraft file".to_owned(), cure);
+    }
+    if has_format(text, aircraft_file::FORMAT) {
+        return check_aircraft(path, text);
+    }
+    match session::parse(text) {
+        Ok(session) => check_session(&session, path.parent().unwrap_or(Path::new(""))),
+        Err(error) => refused("file", error.to_string(), "correct it"),
+    }
+}
+
+fn has_format(text: &str, format: &str) -> bool {
+    text.lines().any(|line| line.trim_start().starts_with("format") && line.contains(format))
+}
+
+/// Everything found in a session whose relative paths start from `folder`: what [`session::check`] says, what its recordings say,
+/// and, because nothing less finds all that a run would refuse, what fails in a run of it.
+pub fn check_session(session: &Session, folder: &Path) -> Checked {
+    let mut findings = session::check(session);
+    if let Some(text) = session::path_warning(session) {
+        findings.push(Finding::new(Level::Caution, "outside-folder", "session", text));
+    }
+    if session.aircraft.is_none() {
+        findings.push(Finding::new(Level::Caution, "no-aircraft", "session", stage::NO_AIRCRAFT));
+    }
+    if !findings.iter().any(session::stops_run) {
+        let scope = Scope { session, folder, first: None, studies: &[], cause: "check", generation: 1 };
+        let cache = Cache::new(CACHE_BYTES);
+        let snapshot = run(&scope, &Snapshot::default(), &cache, &Control::default(), &|_| {});
+        findings.extend(of_recordings(session, &snapshot));
+        // What the session itself says of a window or a flight is why it fails.
+        let known: Vec<String> = findings.iter().map(|finding| finding.place.clone()).collect();
+        findings.extend(failures(&snapshot).into_iter().filter(|failure| !known.contains(&failure.place)));
+    }
+    Checked { subject: in_one_line(session), findings, physics: Vec::new() }.sorted()
+}
+
+/// What was found when the recordings were read.
+fn of_recordings(session: &Session, snapshot: &Snapshot) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    for flight in &session.flights {
+        let Some(loaded) = snapshot.flights.get(&flight.name).and_then(|slot| slot.ready()) else { continue };
+        let place = format!("flight '{}'", flight.name);
+        let changed: Vec<_> = flight
+            .recordings
+            .iter()
+            .zip(&loaded.hashes)
+            .filter_map(|(entry, hash)| stage::changed(entry, hash))
+            .collect();
+        for text in &loaded.recording.warnings {
+            let level = if changed.contains(text) { Level::Caution } else { Level::Good };
+            let code = if changed.contains(text) { "changed" } else { "recording" };
+            findings.push(Finding::new(level, code, place.clone(), text.clone()));
+        }
+    }
+    for window in session.windows.iter().filter(|window| window.role != WindowRole::Ignored) {
+        let loaded = snapshot.flights.get(&window.flight).and_then(|slot| slot.ready());
+        let text = loaded.and_then(|loaded| stage::partly_outside(&loaded.recording, window.window));
+        let place = format!("window '{}'", window.name);
+        findings.extend(text.map(|text| {
+            Finding::new(Level::Caution, "window", place, text)
+                .with_cure("move its edges")
+                .with_setting("Manoeuvres", "")
+        }));
+    }
+    findings
+}
+
+/// What failed in a run.
+fn failures(snapshot: &Snapshot) -> Vec<Finding> {
+    let stages = snapshot.failures().into_iter().map(|(place, text)| Finding::new(Level::Bad, "run", place, text));
+    let fits = snapshot.failed_fits().into_iter().map(|(place, text)| Finding::new(Level::Bad, "fit", place, text));
+    stages.chain(fits).collect()
+}
+
+fn in_one_line(session: &Session) -> String {
+    let count = |count: usize, noun: &str| format!("{count} {noun}{}", if count == 1 { "" } else { "s" });
+    format!(
+        "{}: {}, {}, {}",
+        if session.title.is_empty() { "session" } else { &session.title },
+        count(session.flights.len(), "flight"),
+        count(session.windows.len(), "window"),
+        count(session.structure.models.len(), "coefficient")
+    )
+}
+
+fn check_aircraft(path: &Path, text: &str) -> Checked {
+    let place = path.display().to_string();
+    let bad = |text: String| Finding::new(Level::Bad, "aircraft", place.clone(), text).with_cure("correct it");
+    match aircraft_file::parse(text) {
+        Err(AircraftFileError::Impossible { errors }) => {
+            Checked { findings: errors.iter().map(|error| bad(error.to_string())).collect(), ..Checked::default() }
+        }
+        Err(error) => Checked::refused(bad(error.to_string())),
+        Ok(aircraft) => {
+            let name = path.file_name().unwrap_or_default().to_string_lossy();
+            let engines = stage::load_aircraft(path.parent().unwrap_or(Path::new("")), &name).err();
+            let cure = "put the files its [propulsion] section names beside it";
+            let engines =
+                engines.map(|text| Finding::new(Level::Caution, "engines", place.clone(), text).with_cure(cure));
+            Checked {
+                subject: summary(&aircraft).to_string().trim_end().to_owned(),
+                findings: engines.into_iter().collect(),
+                physics: Vec::new(),
+            }
+        }
+    }
+}

@@ -1,0 +1,175 @@
+//! Which shipped channel map a recording is taken for: by names, units and ranges, never by the number of columns alone.
+
+#![allow(clippy::panic, clippy::print_stdout, clippy::unwrap_used, reason = "helpers of tests are not marked as tests")]
+
+use std::path::{Path, PathBuf};
+
+use doublet_engine::begin::{self, Inspected};
+use doublet_engine::run::Control;
+
+/// A shared recording beside the project; says so where it is not, and fails where it must be.
+fn shared(relative: &str) -> Option<PathBuf> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data").join(relative);
+    if path.exists() {
+        return Some(path);
+    }
+    assert!(std::env::var_os("CI").is_none_or(|ci| ci != "true"), "{} is not here", path.display());
+    println!("skipped: {} is not here", path.display());
+    None
+}
+
+fn inspected(path: &Path) -> Inspected {
+    begin::inspect(&[path.to_path_buf()], &Control::default(), &|_| {}).unwrap()
+}
+
+/// Columns of a matrix as a text file without names, looked at.
+fn matrix(columns: &[Vec<f64>]) -> Inspected {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("m.csv");
+    let row = |k: usize| columns.iter().map(|column| column[k].to_string()).collect::<Vec<_>>().join(",");
+    let text: String = (0..columns[0].len()).map(|k| row(k) + "\n").collect();
+    std::fs::write(&path, text).unwrap();
+    inspected(&path)
+}
+
+/// Mean and amplitude of the 44 columns behind time, in the order and units of the reference recordings.
+const COLUMNS: [(f64, f64); 44] = [
+    (0.35, 0.5),
+    (0.0, 0.2),
+    (-9.8, 2.0),
+    (0.0, 0.2),
+    (-9.8, 2.0),
+    (0.0, 5.0),
+    (0.2, 5.0),
+    (0.1, 3.0),
+    (0.0, 10.0),
+    (2.0, 4.0),
+    (15.0, 3.0),
+    (2.2, 1.5),
+    (-0.3, 1.0),
+    (130.0, 2.0),
+    (16000.0, 50.0),
+    (0.0, 10.0),
+    (0.0, 10.0),
+    (0.0, 5.0),
+    (2517.0, 0.0),
+    (196.0, 2.0),
+    (2.0, 2.0),
+    (-0.4, 0.1),
+    (83.0, 0.2),
+    (83.0, 0.2),
+    (-0.72, 0.02),
+    (-0.92, 0.02),
+    (-0.2, -4.0),
+    (0.5, 4.0),
+    (0.5, 3.0),
+    (0.4, 0.01),
+    (263.0, 0.2),
+    (550.0, 2.0),
+    (0.73, 0.001),
+    (53.0, 0.01),
+    (10.7, 0.01),
+    (9200.0, 50.0),
+    (9200.0, 50.0),
+    (503.0, 5.0),
+    (0.0, 1.0),
+    (0.0, 0.0),
+    (2514.0, 0.0),
+    (1.0, 0.0),
+    (0.02, 0.01),
+    (0.17, 0.01),
+];
+
+/// 20 s at 25 Hz of a matrix like the reference recordings.
+fn like_attas() -> Vec<Vec<f64>> {
+    let time = |k: i32| 0.04 * f64::from(k);
+    let column = |&(mean, amplitude): &(f64, f64)| (0..500).map(|k| mean + amplitude * time(k).sin()).collect();
+    std::iter::once((0..500).map(time).collect()).chain(COLUMNS.iter().map(column)).collect()
+}
+
+fn is_taken_for_attas(found: &Inspected) -> bool {
+    found.fitting.iter().any(|map| map.name == "attas")
+}
+
+/// What speaks against the map of ATTAS.
+fn against(found: &Inspected) -> String {
+    assert!(!is_taken_for_attas(found));
+    found.refused.iter().find(|(name, _)| *name == "attas").map(|(_, lines)| lines.join("\n")).unwrap_or_default()
+}
+
+/// The columns with those of these numbers multiplied.
+fn scaled(columns: &[Vec<f64>], which: &[usize], factor: f64) -> Vec<Vec<f64>> {
+    let mut columns = columns.to_vec();
+    which.iter().for_each(|&index| columns[index].iter_mut().for_each(|value| *value *= factor));
+    columns
+}
+
+/// Refuses what is not a recording of ATTAS in its units, given the columns of one that is.
+fn refuses_other_matrices(columns: &[Vec<f64>]) {
+    assert!(is_taken_for_attas(&matrix(columns)), "{}", against(&matrix(columns)));
+    let mut shifted = columns.to_vec();
+    shifted[1..].rotate_right(1);
+    assert!(against(&matrix(&shifted)).contains("the map is for"));
+    let degrees = [6, 7, 8, 9, 10, 11, 12, 13, 21, 22, 28, 29, 30];
+    let radians = against(&matrix(&scaled(columns, &degrees, 1.0_f64.to_radians())));
+    assert!(radians.contains("alpha") && radians.contains("deg"), "{radians}");
+    let metres = against(&matrix(&scaled(columns, &[15], 0.3048)));
+    assert!(metres.lines().count() == 1 && metres.starts_with("altitude (") && metres.contains("ft"), "{metres}");
+    let reversed = against(&matrix(&scaled(columns, &[3], -1.0)));
+    assert!(reversed.starts_with("az (") && reversed.contains("-14 to -7 m/s"), "{reversed}");
+}
+
+#[test]
+fn matrix_of_45_columns_is_attas_only_with_its_values() {
+    let columns = like_attas();
+    refuses_other_matrices(&columns);
+    let random: Vec<Vec<f64>> = (0..45)
+        .map(|column| {
+            (0..500)
+                .map(|k| {
+                    if column == 0 {
+                        f64::from(k)
+                    } else {
+                        f64::from((k * 7919 + column * 104_729) % 1000) / 500.0 - 1.0
+                    }
+                })
+                .collect()
+        })
+        .collect();
+    assert!(against(&matrix(&random)).lines().count() > 10);
+}
+
+#[test]
+fn recordings_of_attas_are_taken_for_it_and_for_nothing_else() {
+    let Some(folder) = shared("attas") else { return };
+    for name in ["fAttasElv1.mat", "fAttasAil1.mat", "fAttasRud1.mat"] {
+        let found = inspected(&folder.join(name));
+        assert_eq!(found.fitting[0].name, "attas", "{:?}", found.refused);
+        assert_eq!(found.fitting[0].aircraft.as_deref(), Some("builtin:attas_vfw614"));
+        let channels = &found.probes[0].sources[0].channels;
+        let columns: Vec<Vec<f64>> = channels.iter().map(|channel| channel.values().to_vec()).collect();
+        assert_eq!(columns.len(), 45);
+        refuses_other_matrices(&columns);
+    }
+}
+
+#[test]
+fn every_reference_recording_keeps_its_map() {
+    for (path, map, aircraft) in [
+        ("citation_simulated/da3211_1.mat", "citation_simulated_clean", Some("builtin:citation_550_simulated")),
+        ("citation_simulated/de3211_1.mat", "citation_simulated_clean", Some("builtin:citation_550_simulated")),
+        ("citation_simulated/dr3211_1.mat", "citation_simulated_clean", Some("builtin:citation_550_simulated")),
+        (
+            "citation_simulated/da3211_1_noisy_with_truth.mat",
+            "citation_simulated_truth",
+            Some("builtin:citation_550_simulated"),
+        ),
+        ("phlab_citation", "phlab_citation", Some("builtin:citation_phlab")),
+        ("uav_oat/ProcessedData_2022_05_07_11_13_57.mat", "uav_oat", None),
+    ] {
+        let Some(path) = shared(path) else { return };
+        let found = inspected(&path);
+        let best = found.fitting.first().unwrap_or_else(|| panic!("{}: {:?}", path.display(), found.refused));
+        assert_eq!((best.name, best.aircraft.as_deref()), (map, aircraft), "{}", path.display());
+    }
+}
