@@ -15,7 +15,7 @@ for crate in doublet-core doublet-engine doublet-report doublet-cli; do
 done
 
 # 2. Inside core data flow one way: a module uses only modules to its left, and those that serve all of them.
-order=(load align prep reconstruct model replay estimate validate sensitivity)
+order=(load align prep compatibility reconstruct model replay estimate validate sensitivity)
 core=crates/core/src
 for i in "${!order[@]}"; do
     for later in "${order[@]:i+1}" simulate; do

@@ -1,12 +1,13 @@
 //! Headless numerics of doublet: from recordings to stability and control derivatives.
 //!
-//! Data flow one way, `load -> align -> prep -> reconstruct -> model -> replay -> estimate -> validate -> sensitivity`; a module uses
+//! Data flow one way, `load -> align -> prep -> compatibility -> reconstruct -> model -> replay -> estimate -> validate -> sensitivity`; a module uses
 //! only modules to its left, plus [`quantity`], [`series`], [`airframe`], [`propulsion`], [`atmos`] and [`motion`]. SI units and radians
 //! throughout; axes, signs and normalisations are fixed in `docs/conventions.md`.
 
 pub mod airframe;
 pub mod align;
 pub mod atmos;
+pub mod compatibility;
 pub mod estimate;
 pub mod load;
 pub mod model;

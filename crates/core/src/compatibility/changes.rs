@@ -1,0 +1,278 @@
+//! Mistakes of a channel map that are tried as explanations, and what each does to the channels.
+
+use super::air::true_of_calibrated;
+use super::motion::{Motion, is_signed};
+use crate::atmos::STANDARD_GRAVITY_M_S2;
+use crate::quantity::Role::{self, *};
+use crate::quantity::{Dimension, Unit};
+
+/// What removes a contradiction, for one channel.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Cure {
+    /// SI values become `factor * value + offset`; `unit` is the unit the recorded numbers are in, where that is what was wrong, and
+    /// `was` the one they were taken for.
+    Scale {
+        /// Role of the channel.
+        role: Role,
+        /// Factor, negative where the sign is turned.
+        factor: f64,
+        /// Added after the factor, SI.
+        offset: f64,
+        /// Unit the numbers are in and the one they were taken for.
+        units: Option<(&'static str, &'static str)>,
+    },
+    /// The channels of two roles are exchanged.
+    Swap {
+        /// One.
+        one: Role,
+        /// The other.
+        other: Role,
+    },
+    /// The channel plays another role.
+    Reassign {
+        /// Role it was given.
+        from: Role,
+        /// Role it plays.
+        to: Role,
+    },
+    /// Time stamps are multiplied by a factor: they are in `unit`, where there is one of that size.
+    Clock {
+        /// Factor on the seconds as read.
+        factor: f64,
+        /// Unit of the numbers that were read as seconds.
+        unit: Option<&'static str>,
+    },
+}
+
+impl Cure {
+    /// Roles whose channels it changes; none for the clock.
+    pub fn roles(&self) -> Vec<Role> {
+        match self {
+            Self::Scale { role, .. } => vec![*role],
+            Self::Swap { one, other } => vec![*one, *other],
+            Self::Reassign { from, .. } => vec![*from],
+            Self::Clock { .. } => Vec::new(),
+        }
+    }
+
+    /// What is wrong, in words, for example `sign reversed` or `degrees per second, not radians`.
+    pub fn hypothesis(&self) -> String {
+        match self {
+            Self::Scale { factor, offset, units, role } => {
+                let mut words = Vec::new();
+                if *factor < 0.0 {
+                    words.push("sign reversed".to_owned());
+                }
+                words.extend(units.map(unit_words));
+                if *offset != 0.0 {
+                    let what = if *role == SpecificForceZ { "gravity removed" } else { "degrees Celsius, not kelvin" };
+                    words.push(what.to_owned());
+                }
+                words.join(" and ")
+            }
+            Self::Swap { one, other } => format!("swapped with {}", if *one < *other { other } else { one }.name()),
+            Self::Reassign { to: CalibratedAirspeed, .. } => "calibrated, not true airspeed".to_owned(),
+            Self::Reassign { to, .. } => format!("plays {}", to.name()),
+            Self::Clock { unit: Some("s"), factor } => {
+                let taken = if *factor < 1e4 {
+                    "ms"
+                } else if *factor < 1e7 {
+                    "us"
+                } else {
+                    "ns"
+                };
+                format!("seconds, not {}", long_name(taken))
+            }
+            Self::Clock { unit: Some(unit), .. } => long_name(unit).to_owned(),
+            Self::Clock { factor, unit: None } => {
+                let percent = 100.0 * (1.0 / factor - 1.0);
+                format!("runs {:.1} % {}", percent.abs(), if percent > 0.0 { "fast" } else { "slow" })
+            }
+        }
+    }
+
+    /// Whether it says that the numbers are in `unit`.
+    fn is_in(&self, unit: &str) -> bool {
+        matches!(self, Self::Scale { units: Some((is, _)), .. } if *is == unit)
+    }
+
+    /// The motion after the cure; the clock is not part of it.
+    pub(super) fn applied(&self, motion: Motion) -> Motion {
+        match *self {
+            Self::Scale { role, factor, offset, .. } => motion.changed(role, |value| factor * value + offset),
+            Self::Swap { one, other } => motion.swapped(one, other),
+            Self::Reassign { .. } => {
+                let speed = motion.column(TrueAirspeed).map(<[f64]>::to_vec).unwrap_or_default();
+                let turned: Vec<f64> =
+                    speed.iter().enumerate().map(|(k, value)| true_of_calibrated(&motion, k, *value)).collect();
+                motion.with(TrueAirspeed, turned)
+            }
+            Self::Clock { .. } => motion,
+        }
+    }
+}
+
+/// Name of a unit written out.
+fn long_name(symbol: &str) -> &str {
+    const NAMES: [(&str, &str); 22] = [
+        ("deg", "degrees"),
+        ("rad", "radians"),
+        ("deg/s", "degrees per second"),
+        ("rad/s", "radians per second"),
+        ("kt", "knots"),
+        ("km/h", "kilometres per hour"),
+        ("mph", "miles per hour"),
+        ("ft/s", "feet per second"),
+        ("ft/min", "feet per minute"),
+        ("m/s", "metres per second"),
+        ("ft", "feet"),
+        ("m", "metres"),
+        ("g", "in g"),
+        ("ft/s^2", "feet per second squared"),
+        ("m/s^2", "metres per second squared"),
+        ("ms", "milliseconds"),
+        ("us", "microseconds"),
+        ("ns", "nanoseconds"),
+        ("min", "minutes"),
+        ("h", "hours"),
+        ("d", "days"),
+        ("s", "seconds"),
+    ];
+    NAMES.iter().find(|(name, _)| *name == symbol).map_or(symbol, |(_, long)| long)
+}
+
+/// `degrees per second, not radians`; `knots` where the numbers were taken for SI.
+fn unit_words((is, was): (&'static str, &'static str)) -> String {
+    match (is, was) {
+        ("deg" | "deg/s" | "deg/s^2", _) => format!("{}, not radians", long_name(is)),
+        ("rad" | "rad/s" | "rad/s^2", _) => format!("{}, not degrees", long_name(is)),
+        (_, "m/s" | "m/s^2" | "m" | "Pa" | "K") => long_name(is).to_owned(),
+        _ => format!("{}, not {}", long_name(is), long_name(was)),
+    }
+}
+
+/// Units that numbers are in when they were taken for SI, or were taken for when they are in SI.
+fn confused_units(role: Role) -> &'static [&'static str] {
+    match role.dimension() {
+        Dimension::Angle => &["deg"],
+        Dimension::AngularRate => &["deg/s"],
+        Dimension::Acceleration => &["g", "ft/s^2"],
+        Dimension::Speed if role == VelocityDown => &["kt", "km/h", "mph", "ft/s", "ft/min"],
+        Dimension::Speed => &["kt", "km/h", "mph", "ft/s"],
+        Dimension::Length => &["ft"],
+        Dimension::Pressure => &["hPa", "inHg", "kPa"],
+        _ => &[],
+    }
+}
+
+/// One or several changes that are made together, and how far-fetched that is.
+#[derive(Clone, Debug)]
+pub(super) struct Candidate {
+    /// What is changed.
+    pub cures: Vec<Cure>,
+    /// One for a single mistake of one channel; more for mistakes that need more to be wrong.
+    pub cost: f64,
+}
+
+/// Cures of the sign and the unit of one channel.
+fn of_role(role: Role) -> Vec<(Cure, f64)> {
+    let scale = |factor, offset, units| Cure::Scale { role, factor, offset, units };
+    let si = role.dimension().si_symbol();
+    let mut cures = Vec::new();
+    for sign in [1.0, -1.0] {
+        let turned = sign < 0.0;
+        if turned && !is_signed(role) {
+            continue;
+        }
+        let dearer = if turned { 0.6 } else { 0.0 };
+        if turned {
+            cures.push((scale(-1.0, 0.0, None), 1.0));
+        }
+        for symbol in confused_units(role) {
+            let Ok(unit) = Unit::parse(symbol) else { continue };
+            cures.push((scale(sign * unit.scale, 0.0, Some((unit.symbol, si))), 1.1 + dearer));
+            cures.push((scale(sign / unit.scale, 0.0, Some((si, unit.symbol))), 1.2 + dearer));
+        }
+    }
+    if role == SpecificForceZ {
+        let g = STANDARD_GRAVITY_M_S2;
+        cures.push((scale(1.0, -g, None), 1.5));
+        cures.push((scale(-1.0, -g, None), 1.6));
+        cures.push((scale(g, -g, Some(("g", si))), 1.7));
+        cures.push((scale(-g, -g, Some(("g", si))), 1.8));
+    }
+    if role == AirTemperature {
+        cures.push((scale(1.0, 273.15, None), 1.0));
+    }
+    cures
+}
+
+/// Channels that are exchanged by mistake.
+const SWAPS: [(Role, Role); 15] = [
+    (BankAngle, PitchAngle),
+    (BankAngle, HeadingAngle),
+    (PitchAngle, HeadingAngle),
+    (AngleOfAttack, Sideslip),
+    (RollRate, YawRate),
+    (RollRate, PitchRate),
+    (PitchRate, YawRate),
+    (SpecificForceX, SpecificForceZ),
+    (SpecificForceX, SpecificForceY),
+    (SpecificForceY, SpecificForceZ),
+    (VelocityNorth, VelocityEast),
+    (PositionNorth, PositionEast),
+    (Aileron, Elevator),
+    (Aileron, Rudder),
+    (Elevator, Rudder),
+];
+
+/// Channels that come from one box and are in one unit.
+const GROUPS: [&[Role]; 7] = [
+    &[RollRate, PitchRate, YawRate],
+    &[BankAngle, PitchAngle, HeadingAngle],
+    &[AngleOfAttack, Sideslip],
+    &[SpecificForceX, SpecificForceY, SpecificForceZ],
+    &[VelocityNorth, VelocityEast, VelocityDown],
+    &[PositionNorth, PositionEast, PositionDown],
+    &[Aileron, Elevator, Rudder],
+];
+
+/// Candidates that change at least one of the channels `suspects`, all of them recorded.
+pub(super) fn candidates(motion: &Motion, suspects: &[Role]) -> Vec<Candidate> {
+    let mut found = Vec::new();
+    for &role in suspects.iter().filter(|role| motion.has(**role)) {
+        found.extend(of_role(role).into_iter().map(|(cure, cost)| Candidate { cures: vec![cure], cost }));
+    }
+    for (one, other) in SWAPS {
+        if motion.has(one) && motion.has(other) && (suspects.contains(&one) || suspects.contains(&other)) {
+            found.push(Candidate { cures: vec![Cure::Swap { one, other }], cost: 1.3 });
+        }
+    }
+    for group in GROUPS {
+        let there: Vec<Role> = group.iter().copied().filter(|role| motion.has(*role)).collect();
+        if there.len() < 2 || !there.iter().any(|role| suspects.contains(role)) {
+            continue;
+        }
+        for index in 0..of_role(there[0]).iter().filter(|(cure, _)| is_of_units(cure)).count() {
+            let cures = there
+                .iter()
+                .filter_map(|role| of_role(*role).into_iter().map(|(cure, _)| cure).filter(is_of_units).nth(index));
+            found.push(Candidate { cures: cures.collect(), cost: 1.4 });
+        }
+    }
+    if motion.has(TrueAirspeed) && motion.has(Altitude) && suspects.contains(&Altitude) {
+        // An air-data computer in knots and feet, of which a map without units makes SI.
+        let of = |role: Role, unit: &str| of_role(role).into_iter().map(|(cure, _)| cure).find(|cure| cure.is_in(unit));
+        let cures = of(TrueAirspeed, "kt").into_iter().chain(of(Altitude, "ft"));
+        found.push(Candidate { cures: cures.collect(), cost: 1.6 });
+    }
+    if motion.has(TrueAirspeed) && suspects.contains(&TrueAirspeed) && !motion.has(CalibratedAirspeed) {
+        found.push(Candidate { cures: vec![Cure::Reassign { from: TrueAirspeed, to: CalibratedAirspeed }], cost: 1.1 });
+    }
+    found
+}
+
+/// Whether a cure changes the unit of a channel and nothing else.
+fn is_of_units(cure: &Cure) -> bool {
+    matches!(cure, Cure::Scale { factor, offset, units: Some(_), .. } if *factor > 0.0 && *offset == 0.0)
+}

@@ -1,0 +1,36 @@
+//! Data compatibility: whether the channels of a recording fit each other, before any statistics.
+//!
+//! Rates are compared with attitudes, specific forces with gravity and the turning of the path, velocities with positions and altitudes,
+//! airspeed with the ground velocity and the other air data, flow angles with attitude and path, deflections with what follows from
+//! them, and the clock with all of them (`docs/conventions.md`). Where a relation does not hold, the mistake of a
+//! channel map is looked for that makes it hold: a sign, a unit, exchanged channels, ticks of another length.
+
+mod air;
+mod changes;
+mod clock;
+mod controls;
+mod gravity;
+mod line;
+mod motion;
+mod outcome;
+mod relations;
+mod rows;
+mod search;
+mod sizes;
+
+use crate::series::Recording;
+
+pub use changes::Cure;
+pub use gravity::{GravityExplanation, gravity_explains};
+pub use rows::{Agreement, Compatibility, CompatibilityRow};
+
+/// Compares the channels of `recording` that play a role with each other, in flight and in SI as the channel map made them.
+pub fn check(recording: &Recording) -> Compatibility {
+    let relations = outcome::relations();
+    let clocked = clock::judge(recording, &relations);
+    let mut rows = clocked.rows;
+    if let Some(motion) = clocked.motion {
+        rows.extend(rows::rows(&search::search(motion, &relations)));
+    }
+    Compatibility { rows }
+}

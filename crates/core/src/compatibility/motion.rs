@@ -1,0 +1,316 @@
+//! Channels of a recording in flight on even steps, cut into segments.
+
+use std::f64::consts::TAU;
+use std::ops::Range;
+use std::sync::Arc;
+
+use super::line::median;
+use crate::prep::{between_samples, longest_interval_s, stretches};
+use crate::quantity::{Dimension, Role};
+use crate::series::{Recording, Series};
+
+/// Longest segment, s.
+const LONGEST_SEGMENT_S: f64 = 40.0;
+/// Shortest segment, s: cut manoeuvres of small aircraft are hardly longer.
+const SHORTEST_SEGMENT_S: f64 = 2.0;
+/// Finest step, s: manoeuvres take tenths of a second.
+const FINEST_STEP_S: f64 = 0.04;
+/// Segments kept of each channel: those in which it moves most.
+const KEPT_PER_CHANNEL: usize = 3;
+/// An aircraft flies where its speed is above this part of what it has most of the time.
+const FLYING: f64 = 0.5;
+
+/// Roles whose channels are compared; the others play no part in any relation.
+pub(super) const COMPARED: [Role; 28] = [
+    Role::SpecificForceX,
+    Role::SpecificForceY,
+    Role::SpecificForceZ,
+    Role::RollRate,
+    Role::PitchRate,
+    Role::YawRate,
+    Role::BankAngle,
+    Role::PitchAngle,
+    Role::HeadingAngle,
+    Role::VelocityNorth,
+    Role::VelocityEast,
+    Role::VelocityDown,
+    Role::PositionNorth,
+    Role::PositionEast,
+    Role::PositionDown,
+    Role::TrueAirspeed,
+    Role::AngleOfAttack,
+    Role::Sideslip,
+    Role::Aileron,
+    Role::Elevator,
+    Role::Rudder,
+    Role::Altitude,
+    Role::GpsAltitude,
+    Role::CalibratedAirspeed,
+    Role::Mach,
+    Role::StaticPressure,
+    Role::AirTemperature,
+    Role::AirDensity,
+];
+
+/// Roles whose samples set the step, those that move fastest first.
+const FAST: [Role; 15] = [
+    Role::RollRate,
+    Role::PitchRate,
+    Role::YawRate,
+    Role::SpecificForceX,
+    Role::SpecificForceY,
+    Role::SpecificForceZ,
+    Role::BankAngle,
+    Role::PitchAngle,
+    Role::HeadingAngle,
+    Role::Elevator,
+    Role::Aileron,
+    Role::TrueAirspeed,
+    Role::VelocityNorth,
+    Role::Altitude,
+    Role::AngleOfAttack,
+];
+
+/// Compared channels on even steps, segment after segment.
+#[derive(Clone, Debug)]
+pub(super) struct Motion {
+    /// Step, s.
+    pub step_s: f64,
+    /// Steps of each segment.
+    pub segments: Vec<Range<usize>>,
+    /// Columns by role, not a number where nothing was recorded; headings and bank angles run on past a turn.
+    columns: Vec<Option<Arc<[f64]>>>,
+}
+
+/// Rate and length of the clock everything is compared on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Pace {
+    /// Samples per second of the fastest channel that matters.
+    pub rate_hz: f64,
+    /// From its first to its last sample, s.
+    pub span_s: f64,
+}
+
+/// The channel whose stamps set the step.
+fn reference(recording: &Recording) -> Option<&Series> {
+    let present = FAST.iter().chain(&COMPARED).filter_map(|role| recording.role(*role));
+    present.map(|channel| &channel.series).find(|series| series.time_s.len() > 1)
+}
+
+fn median_step_s(time_s: &[f64]) -> Option<f64> {
+    median(&mut time_s.windows(2).map(|pair| pair[1] - pair[0]).collect::<Vec<_>>()).filter(|step| *step > 0.0)
+}
+
+/// Rate and span of a recording's clock; `None` without a channel of two samples.
+pub(super) fn pace(recording: &Recording) -> Option<Pace> {
+    let time_s = &reference(recording)?.time_s;
+    let span_s = time_s[time_s.len() - 1] - time_s[0];
+    Some(Pace { rate_hz: 1.0 / median_step_s(time_s)?, span_s })
+}
+
+impl Motion {
+    /// The channels of `recording` in flight, every stamp multiplied by `time_factor`; `None` where nothing is long enough.
+    pub(super) fn new(recording: &Recording, time_factor: f64) -> Option<Self> {
+        let scaled = |series: &Series| Series {
+            time_s: if time_factor == 1.0 {
+                Arc::clone(&series.time_s)
+            } else {
+                series.time_s.iter().map(|t| t * time_factor).collect()
+            },
+            values: Arc::clone(&series.values),
+        };
+        let stamps = scaled(reference(recording)?).time_s;
+        let step_s = median_step_s(&stamps)?.max(FINEST_STEP_S);
+        let starts = segments(&stamps, step_s, |role| recording.role(role).map(|channel| scaled(&channel.series)));
+        let mut at_s = Vec::new();
+        let mut ranges = Vec::new();
+        for (start_s, steps) in starts {
+            ranges.push(at_s.len()..at_s.len() + steps);
+            at_s.extend((0..steps).map(|k| start_s + step_s * k as f64));
+        }
+        if ranges.is_empty() {
+            return None;
+        }
+        let mut columns = vec![None; Role::ALL.len()];
+        for role in COMPARED {
+            let Some(channel) = recording.role(role) else { continue };
+            let mut series = scaled(&channel.series);
+            if matches!(role, Role::BankAngle | Role::HeadingAngle) {
+                series.values = unwrapped(&series.values).into();
+            }
+            let column = between_samples(&series, &at_s, recording.max_gap_s, false);
+            if column.iter().any(|value| value.is_finite()) {
+                columns[role as usize] = Some(column.into());
+            }
+        }
+        let moving = most_moving(&columns, &ranges);
+        Some(Self { step_s, segments: if moving.is_empty() { ranges } else { moving }, columns })
+    }
+
+    /// Whether `role` is recorded.
+    pub(super) fn has(&self, role: Role) -> bool {
+        self.columns[role as usize].is_some()
+    }
+
+    /// Column of `role`.
+    pub(super) fn column(&self, role: Role) -> Option<&[f64]> {
+        self.columns[role as usize].as_deref()
+    }
+
+    /// Value of `role` at a step; zero where the recording lacks the role.
+    pub(super) fn at(&self, role: Role, step: usize) -> f64 {
+        self.columns[role as usize].as_ref().map_or(0.0, |column| column[step])
+    }
+
+    /// The same with the column of `role` put through `change`.
+    pub(super) fn changed(mut self, role: Role, change: impl Fn(f64) -> f64) -> Self {
+        if let Some(column) = &mut self.columns[role as usize] {
+            *column = column.iter().map(|value| change(*value)).collect();
+        }
+        self
+    }
+
+    /// The same with another column for `role`.
+    pub(super) fn with(mut self, role: Role, column: Vec<f64>) -> Self {
+        self.columns[role as usize] = Some(column.into());
+        self
+    }
+
+    /// The same with the columns of two roles exchanged.
+    pub(super) fn swapped(mut self, one: Role, other: Role) -> Self {
+        self.columns.swap(one as usize, other as usize);
+        self
+    }
+}
+
+/// Starts and numbers of steps of the segments of a flight.
+fn segments(stamps: &[f64], step_s: f64, series: impl Fn(Role) -> Option<Series>) -> Vec<(f64, usize)> {
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "positive and far below the limits")]
+    let steps_of = |length_s: f64| (length_s / step_s).floor() as usize;
+    let (longest, shortest) = (steps_of(LONGEST_SEGMENT_S).max(200), steps_of(SHORTEST_SEGMENT_S).max(50));
+    let speed = [Role::TrueAirspeed, Role::CalibratedAirspeed].into_iter().find_map(&series);
+    let mut found = Vec::new();
+    for stretch in stretches(stamps, longest_interval_s(stamps, None).max(4.0 * step_s)) {
+        let (start_s, end_s) = (stamps[stretch.start], stamps[stretch.end - 1]);
+        let steps = steps_of(end_s - start_s) + 1;
+        let parts = steps.div_ceil(longest).max(1);
+        let length = steps / parts;
+        if length >= shortest {
+            found.extend((0..parts).map(|part| (start_s + step_s * (part * length) as f64, length)));
+        }
+    }
+    if let Some(speed) = speed {
+        flying_only(&mut found, step_s, &speed);
+    }
+    found
+}
+
+/// Segments in which some channel moves as much as in hardly any other one.
+fn most_moving(columns: &[Option<Arc<[f64]>>], segments: &[Range<usize>]) -> Vec<Range<usize>> {
+    let mut kept = vec![false; segments.len()];
+    for column in columns.iter().flatten() {
+        let spread = |segment: &Range<usize>| {
+            let mut values: Vec<f64> = column[segment.clone()].iter().copied().filter(|v| v.is_finite()).collect();
+            if values.len() * 2 < segment.len() {
+                return 0.0;
+            }
+            let (low, high) = (values.len() / 20, values.len() * 19 / 20);
+            let lowest = *values.select_nth_unstable_by(low, f64::total_cmp).1;
+            *values.select_nth_unstable_by(high, f64::total_cmp).1 - lowest
+        };
+        let mut ranked: Vec<(f64, usize)> =
+            segments.iter().enumerate().map(|(index, segment)| (spread(segment), index)).collect();
+        ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let moving = ranked.iter().filter(|(spread, _)| *spread > 0.0);
+        moving.take(KEPT_PER_CHANNEL).for_each(|(_, index)| kept[*index] = true);
+    }
+    segments.iter().zip(&kept).filter(|(_, kept)| **kept).map(|(segment, _)| segment.clone()).collect()
+}
+
+/// Leaves out the segments in which the aircraft stands or rolls; all stay where that would leave none.
+fn flying_only(found: &mut Vec<(f64, usize)>, step_s: f64, speed: &Series) {
+    let mut sizes: Vec<f64> = speed.values.iter().filter(|value| value.is_finite()).map(|value| value.abs()).collect();
+    if sizes.is_empty() {
+        return;
+    }
+    let most = sizes.len() * 9 / 10;
+    let level = FLYING * *sizes.select_nth_unstable_by(most, f64::total_cmp).1;
+    let flies = |(start_s, steps): &(f64, usize)| {
+        let first = speed.time_s.partition_point(|t| t < start_s);
+        let end = speed.time_s.partition_point(|t| *t <= start_s + step_s * *steps as f64);
+        let inside = speed.values[first..end].iter().filter(|value| value.is_finite());
+        let (above, all) =
+            inside.fold((0, 0), |(above, all), value| (above + usize::from(value.abs() > level), all + 1));
+        all == 0 || above * 10 >= all * 9
+    };
+    if found.iter().any(flies) {
+        found.retain(flies);
+    }
+}
+
+/// An angle that runs on where it is recorded within one turn, whichever unit its turn is in.
+fn unwrapped(values: &[f64]) -> Vec<f64> {
+    let finite = || values.iter().copied().filter(|value| value.is_finite());
+    let range = finite().fold(f64::NEG_INFINITY, f64::max) - finite().fold(f64::INFINITY, f64::min);
+    let turns = [TAU.to_radians(), TAU, 360.0];
+    let Some(turn) = turns.into_iter().find(|turn| range > 0.9 * turn && range < 1.02 * turn) else {
+        return values.to_vec();
+    };
+    let (mut added, mut last) = (0.0, f64::NAN);
+    let mut run_on = |value: f64| {
+        if value.is_finite() {
+            if (value - last).abs() > 0.5 * turn {
+                added -= turn.copysign(value - last);
+            }
+            last = value;
+        }
+        value + added
+    };
+    values.iter().map(|value| run_on(*value)).collect()
+}
+
+/// Velocity relative to the air in body axes at a step: `u, v, w` of airspeed, angle of attack and sideslip, m/s.
+pub(super) fn air_velocity(motion: &Motion, step: usize) -> [f64; 3] {
+    let speed = motion.at(Role::TrueAirspeed, step);
+    let (alpha, beta) = (motion.at(Role::AngleOfAttack, step), motion.at(Role::Sideslip, step));
+    [speed * alpha.cos() * beta.cos(), speed * beta.sin(), speed * alpha.sin() * beta.cos()]
+}
+
+/// A vector of body axes in north, east and down at a step.
+pub(super) fn in_north_east_down(motion: &Motion, step: usize, [x, y, z]: [f64; 3]) -> [f64; 3] {
+    let (sin_phi, cos_phi) = motion.at(Role::BankAngle, step).sin_cos();
+    let (sin_theta, cos_theta) = motion.at(Role::PitchAngle, step).sin_cos();
+    let (sin_psi, cos_psi) = motion.at(Role::HeadingAngle, step).sin_cos();
+    let (across, below) = (y * cos_phi - z * sin_phi, y * sin_phi + z * cos_phi);
+    let ahead = x * cos_theta + below * sin_theta;
+    [ahead * cos_psi - across * sin_psi, ahead * sin_psi + across * cos_psi, below * cos_theta - x * sin_theta]
+}
+
+/// Whether a role's sign can be turned at all: speeds, pressures and temperatures are never below zero.
+pub(super) fn is_signed(role: Role) -> bool {
+    match role {
+        Role::TrueAirspeed | Role::CalibratedAirspeed | Role::Altitude | Role::GpsAltitude => false,
+        _ => matches!(
+            role.dimension(),
+            Dimension::Angle | Dimension::AngularRate | Dimension::Acceleration | Dimension::Speed | Dimension::Length
+        ),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn heading_runs_on_past_north_in_radians_and_in_degrees() {
+        for turn in [TAU, 360.0] {
+            let true_heading: Vec<f64> = (0..400).map(|k| turn * (0.9 + f64::from(k) * 0.005)).collect();
+            let recorded: Vec<f64> = true_heading.iter().map(|value| value.rem_euclid(turn)).collect();
+            let found = unwrapped(&recorded);
+            for (found, truth) in found.iter().zip(&true_heading) {
+                approx::assert_relative_eq!(*found, *truth, epsilon = 1e-9 * turn);
+            }
+        }
+        assert_eq!(unwrapped(&[0.1, -0.7, 0.3]), [0.1, -0.7, 0.3], "less than a turn is left alone");
+    }
+}

@@ -1,0 +1,470 @@
+//! Kinematics: what one channel should be by what others say, over short lags.
+//!
+//! Every relation compares means over a lag `T`: `y = mean(f_y) + (g_y(t + T) - g_y(t)) / T` with the same of `x`. A rate is so
+//! compared with the change of its angle without differentiating or integrating over longer than `T`: biases become an offset, noise
+//! stays small. Equations are those of a rigid body over a flat Earth, `docs/conventions.md`.
+
+use super::line::{Figures, Line};
+use super::motion::{Motion, air_velocity, in_north_east_down};
+use crate::atmos::STANDARD_GRAVITY_M_S2 as GRAVITY_M_S2;
+use crate::quantity::Role::{self, *};
+
+/// Value of a quantity at a step.
+type Value = fn(&Motion, usize) -> f64;
+
+/// One side of a relation: the mean of the first over the lag and the change of the second by the lag.
+type Side = (Value, Value);
+
+/// What a clock that runs `k` times too fast does to the slope.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum ClockEffect {
+    /// The prediction is a slope in time: the slope of the line is multiplied by `k`.
+    Multiplies,
+    /// The compared channel is a slope in time: it is divided by `k`.
+    Divides,
+    /// Time enters in no such way.
+    None,
+}
+
+/// A relation between channels by kinematics.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Kinematic {
+    /// The channel that is compared.
+    pub compared: Role,
+    /// With what, in words.
+    pub with: &'static str,
+    /// Roles without which there is no relation.
+    pub needs: &'static [Role],
+    /// Roles that enter where they are recorded; zero where not.
+    pub uses: &'static [Role],
+    /// Lag, s.
+    lag_s: f64,
+    /// Standard deviation of a comparison in flight with ordinary sensors, unit of the channel or of its mean slope.
+    noise: f64,
+    /// Whether the offset is zero, too.
+    origin: bool,
+    /// Whether neither wind nor gusts nor the place of a sensor enter.
+    pub exact: bool,
+    /// Effect of a wrong clock.
+    pub clock: ClockEffect,
+    y: Side,
+    x: Side,
+}
+
+fn nothing(_: &Motion, _: usize) -> f64 {
+    0.0
+}
+
+fn turns(m: &Motion, k: usize) -> (f64, f64, f64) {
+    (m.at(RollRate, k), m.at(PitchRate, k), m.at(YawRate, k))
+}
+
+/// Gravity in body axes at a step, m/s².
+fn gravity(m: &Motion, k: usize) -> [f64; 3] {
+    let (sin_theta, cos_theta) = m.at(PitchAngle, k).sin_cos();
+    let (sin_phi, cos_phi) = m.at(BankAngle, k).sin_cos();
+    [-GRAVITY_M_S2 * sin_theta, GRAVITY_M_S2 * cos_theta * sin_phi, GRAVITY_M_S2 * cos_theta * cos_phi]
+}
+
+/// `w x v` at a step, of the velocity relative to the air, m/s².
+fn centripetal(m: &Motion, k: usize) -> [f64; 3] {
+    let ((p, q, r), [u, v, w]) = (turns(m, k), air_velocity(m, k));
+    [q * w - r * v, r * u - p * w, p * v - q * u]
+}
+
+/// Acceleration over the ground in north, east and down, m/s².
+fn acceleration(m: &Motion, k: usize) -> [f64; 3] {
+    let force = [m.at(SpecificForceX, k), m.at(SpecificForceY, k), m.at(SpecificForceZ, k)];
+    let [north, east, down] = in_north_east_down(m, k, force);
+    [north, east, down + GRAVITY_M_S2]
+}
+
+/// Velocity relative to the air in north, east and down, m/s.
+fn air_over_ground(m: &Motion, k: usize) -> [f64; 3] {
+    in_north_east_down(m, k, air_velocity(m, k))
+}
+
+/// A value in wings-level flight, not a number in banks above 15 degrees.
+fn level(m: &Motion, k: usize, value: f64) -> f64 {
+    if m.at(BankAngle, k).abs() < 0.26 { value } else { f64::NAN }
+}
+
+/// Relation whose lag is a second and whose offset is free, of channels that no wind touches.
+const EXACT: Kinematic = Kinematic {
+    compared: RollRate,
+    with: "",
+    needs: &[],
+    uses: &[],
+    lag_s: 1.0,
+    noise: 0.01,
+    origin: false,
+    exact: true,
+    clock: ClockEffect::None,
+    y: (nothing, nothing),
+    x: (nothing, nothing),
+};
+
+/// The same of motion relative to the air, into which gusts and upwash enter.
+const IN_AIR: Kinematic = Kinematic { exact: false, noise: 0.3, ..EXACT };
+
+/// Every relation; the first that fails is looked at first.
+pub(super) const RELATIONS: &[Kinematic] = &[
+    // p = phi' - tan(theta) (q sin(phi) + r cos(phi))
+    Kinematic {
+        compared: RollRate,
+        with: "the slope of phi",
+        needs: &[RollRate, BankAngle],
+        uses: &[PitchAngle, PitchRate, YawRate],
+        clock: ClockEffect::Multiplies,
+        y: (|m, k| m.at(RollRate, k), nothing),
+        x: (
+            |m, k| {
+                let (sin_phi, cos_phi) = m.at(BankAngle, k).sin_cos();
+                -m.at(PitchAngle, k).tan() * (m.at(PitchRate, k) * sin_phi + m.at(YawRate, k) * cos_phi)
+            },
+            |m, k| m.at(BankAngle, k),
+        ),
+        ..EXACT
+    },
+    // q cos(phi) = theta' + r sin(phi)
+    Kinematic {
+        compared: PitchRate,
+        with: "the slope of theta",
+        needs: &[PitchRate, PitchAngle],
+        uses: &[BankAngle, YawRate],
+        clock: ClockEffect::Multiplies,
+        y: (|m, k| m.at(PitchRate, k) * m.at(BankAngle, k).cos(), nothing),
+        x: (|m, k| m.at(YawRate, k) * m.at(BankAngle, k).sin(), |m, k| m.at(PitchAngle, k)),
+        ..EXACT
+    },
+    // r cos(phi) / cos(theta) = psi' - q sin(phi) / cos(theta)
+    Kinematic {
+        compared: YawRate,
+        with: "the slope of psi",
+        needs: &[YawRate, HeadingAngle],
+        uses: &[BankAngle, PitchAngle, PitchRate],
+        clock: ClockEffect::Multiplies,
+        y: (|m, k| m.at(YawRate, k) * m.at(BankAngle, k).cos() / m.at(PitchAngle, k).cos(), nothing),
+        x: (
+            |m, k| -m.at(PitchRate, k) * m.at(BankAngle, k).sin() / m.at(PitchAngle, k).cos(),
+            |m, k| m.at(HeadingAngle, k),
+        ),
+        ..EXACT
+    },
+    // v_north', v_east', v_down' = C f + g
+    Kinematic {
+        compared: VelocityNorth,
+        with: "specific force and attitude",
+        needs: &[VelocityNorth, SpecificForceX, SpecificForceY, SpecificForceZ, BankAngle, PitchAngle, HeadingAngle],
+        clock: ClockEffect::Divides,
+        noise: 0.15,
+        y: (nothing, |m, k| m.at(VelocityNorth, k)),
+        x: (|m, k| acceleration(m, k)[0], nothing),
+        ..EXACT
+    },
+    Kinematic {
+        compared: VelocityEast,
+        with: "specific force and attitude",
+        needs: &[VelocityEast, SpecificForceX, SpecificForceY, SpecificForceZ, BankAngle, PitchAngle, HeadingAngle],
+        clock: ClockEffect::Divides,
+        noise: 0.15,
+        y: (nothing, |m, k| m.at(VelocityEast, k)),
+        x: (|m, k| acceleration(m, k)[1], nothing),
+        ..EXACT
+    },
+    Kinematic {
+        compared: VelocityDown,
+        with: "specific force and attitude",
+        needs: &[VelocityDown, SpecificForceX, SpecificForceY, SpecificForceZ, BankAngle, PitchAngle],
+        clock: ClockEffect::Divides,
+        noise: 0.15,
+        y: (nothing, |m, k| m.at(VelocityDown, k)),
+        x: (|m, k| acceleration(m, k)[2], nothing),
+        ..EXACT
+    },
+    // v_down = -h', z'
+    Kinematic {
+        compared: VelocityDown,
+        with: "the slope of z",
+        needs: &[VelocityDown, PositionDown],
+        clock: ClockEffect::Multiplies,
+        lag_s: 3.0,
+        noise: 0.3,
+        y: (|m, k| m.at(VelocityDown, k), nothing),
+        x: (nothing, |m, k| m.at(PositionDown, k)),
+        ..EXACT
+    },
+    Kinematic {
+        compared: VelocityDown,
+        with: "the slope of altitude",
+        needs: &[VelocityDown, Altitude],
+        clock: ClockEffect::Multiplies,
+        lag_s: 4.0,
+        noise: 0.3,
+        y: (|m, k| m.at(VelocityDown, k), nothing),
+        x: (nothing, |m, k| -m.at(Altitude, k)),
+        ..EXACT
+    },
+    Kinematic {
+        compared: VelocityDown,
+        with: "the slope of gps_altitude",
+        needs: &[VelocityDown, GpsAltitude],
+        clock: ClockEffect::Multiplies,
+        lag_s: 4.0,
+        noise: 0.3,
+        y: (|m, k| m.at(VelocityDown, k), nothing),
+        x: (nothing, |m, k| -m.at(GpsAltitude, k)),
+        ..EXACT
+    },
+    Kinematic {
+        compared: PositionDown,
+        with: "altitude",
+        needs: &[PositionDown, Altitude],
+        lag_s: 4.0,
+        noise: 0.3,
+        y: (nothing, |m, k| m.at(PositionDown, k)),
+        x: (nothing, |m, k| -m.at(Altitude, k)),
+        ..EXACT
+    },
+    Kinematic {
+        compared: Altitude,
+        with: "gps_altitude",
+        needs: &[Altitude, GpsAltitude],
+        lag_s: 4.0,
+        noise: 0.3,
+        y: (nothing, |m, k| m.at(Altitude, k)),
+        x: (nothing, |m, k| m.at(GpsAltitude, k)),
+        ..EXACT
+    },
+    // x' = v_north, y' = v_east
+    Kinematic {
+        compared: PositionNorth,
+        with: "v_north",
+        needs: &[PositionNorth, VelocityNorth],
+        clock: ClockEffect::Divides,
+        lag_s: 2.0,
+        noise: 0.5,
+        y: (nothing, |m, k| m.at(PositionNorth, k)),
+        x: (|m, k| m.at(VelocityNorth, k), nothing),
+        ..EXACT
+    },
+    Kinematic {
+        compared: PositionEast,
+        with: "v_east",
+        needs: &[PositionEast, VelocityEast],
+        clock: ClockEffect::Divides,
+        lag_s: 2.0,
+        noise: 0.5,
+        y: (nothing, |m, k| m.at(PositionEast, k)),
+        x: (|m, k| m.at(VelocityEast, k), nothing),
+        ..EXACT
+    },
+    // az = w' + p v - q u - g cos(theta) cos(phi)
+    Kinematic {
+        compared: SpecificForceZ,
+        with: "gravity and the turning of the path",
+        needs: &[SpecificForceZ],
+        uses: &[BankAngle, PitchAngle, TrueAirspeed, AngleOfAttack, Sideslip, RollRate, PitchRate],
+        origin: true,
+        noise: 1.0,
+        y: (|m, k| m.at(SpecificForceZ, k), nothing),
+        x: (|m, k| centripetal(m, k)[2] - gravity(m, k)[2], |m, k| air_velocity(m, k)[2]),
+        ..EXACT
+    },
+    // ax = u' + q w - r v + g sin(theta)
+    Kinematic {
+        compared: SpecificForceX,
+        with: "gravity and the change of airspeed",
+        needs: &[SpecificForceX, PitchAngle, TrueAirspeed],
+        uses: &[AngleOfAttack, Sideslip, PitchRate, YawRate],
+        noise: 0.15,
+        y: (|m, k| m.at(SpecificForceX, k), nothing),
+        x: (|m, k| centripetal(m, k)[0] - gravity(m, k)[0], |m, k| air_velocity(m, k)[0]),
+        ..IN_AIR
+    },
+    // ay = v' + r u - p w - g cos(theta) sin(phi)
+    Kinematic {
+        compared: SpecificForceY,
+        with: "gravity and the turning of the path",
+        needs: &[SpecificForceY, BankAngle, YawRate, TrueAirspeed, Sideslip],
+        uses: &[PitchAngle, AngleOfAttack, RollRate],
+        y: (|m, k| m.at(SpecificForceY, k), nothing),
+        x: (|m, k| centripetal(m, k)[1] - gravity(m, k)[1], |m, k| air_velocity(m, k)[1]),
+        ..IN_AIR
+    },
+    // r u - p w = ay + g cos(theta) sin(phi) - v': a turn
+    Kinematic {
+        compared: YawRate,
+        with: "bank and airspeed in turns",
+        needs: &[YawRate, BankAngle, TrueAirspeed],
+        uses: &[SpecificForceY, PitchAngle, RollRate, AngleOfAttack, Sideslip],
+        y: (|m, k| centripetal(m, k)[1], nothing),
+        x: (|m, k| m.at(SpecificForceY, k) + gravity(m, k)[1], |m, k| -air_velocity(m, k)[1]),
+        ..IN_AIR
+    },
+    // w' - q u + p v = az + g cos(theta) cos(phi)
+    Kinematic {
+        compared: TrueAirspeed,
+        with: "az and pitch rate",
+        needs: &[TrueAirspeed, PitchRate, SpecificForceZ, AngleOfAttack],
+        uses: &[BankAngle, PitchAngle, RollRate, Sideslip],
+        y: (|m, k| centripetal(m, k)[2], |m, k| air_velocity(m, k)[2]),
+        x: (|m, k| m.at(SpecificForceZ, k) + gravity(m, k)[2], nothing),
+        ..IN_AIR
+    },
+    // w' = az + g cos(theta) cos(phi) + q u - p v
+    Kinematic {
+        compared: AngleOfAttack,
+        with: "az and pitch rate",
+        needs: &[AngleOfAttack, TrueAirspeed, PitchRate, SpecificForceZ],
+        uses: &[BankAngle, PitchAngle, RollRate, Sideslip],
+        noise: 0.5,
+        y: (nothing, |m, k| air_velocity(m, k)[2]),
+        x: (|m, k| m.at(SpecificForceZ, k) + gravity(m, k)[2] - centripetal(m, k)[2], nothing),
+        ..IN_AIR
+    },
+    // v' = ay + g cos(theta) sin(phi) - r u + p w
+    Kinematic {
+        compared: Sideslip,
+        with: "ay, bank and yaw rate",
+        needs: &[Sideslip, TrueAirspeed, YawRate, BankAngle, SpecificForceY],
+        uses: &[PitchAngle, RollRate, AngleOfAttack],
+        noise: 0.5,
+        y: (nothing, |m, k| air_velocity(m, k)[1]),
+        x: (|m, k| m.at(SpecificForceY, k) + gravity(m, k)[1] - centripetal(m, k)[1], nothing),
+        ..IN_AIR
+    },
+    // V alpha = V theta + v_down, V theta - h' with wings level and small angles
+    Kinematic {
+        compared: AngleOfAttack,
+        with: "theta less the flight-path angle by v_down",
+        needs: &[AngleOfAttack, PitchAngle, TrueAirspeed, VelocityDown, BankAngle],
+        noise: 0.5,
+        y: (|m, k| level(m, k, m.at(TrueAirspeed, k) * m.at(AngleOfAttack, k)), nothing),
+        x: (|m, k| m.at(TrueAirspeed, k) * m.at(PitchAngle, k) + m.at(VelocityDown, k), nothing),
+        ..IN_AIR
+    },
+    Kinematic {
+        compared: AngleOfAttack,
+        with: "theta less the flight-path angle by altitude",
+        needs: &[AngleOfAttack, PitchAngle, TrueAirspeed, Altitude, BankAngle],
+        lag_s: 3.0,
+        noise: 0.5,
+        y: (|m, k| level(m, k, m.at(TrueAirspeed, k) * m.at(AngleOfAttack, k)), nothing),
+        x: (|m, k| m.at(TrueAirspeed, k) * m.at(PitchAngle, k), |m, k| -m.at(Altitude, k)),
+        ..IN_AIR
+    },
+    // -v_down, h' = u sin(theta) - v sin(phi) cos(theta) - w cos(phi) cos(theta)
+    Kinematic {
+        compared: VelocityDown,
+        with: "airspeed, theta and alpha",
+        needs: &[VelocityDown, TrueAirspeed, PitchAngle, AngleOfAttack],
+        uses: &[BankAngle, Sideslip],
+        lag_s: 2.0,
+        noise: 0.7,
+        y: (|m, k| m.at(VelocityDown, k), nothing),
+        x: (|m, k| air_over_ground(m, k)[2], nothing),
+        ..IN_AIR
+    },
+    Kinematic {
+        compared: Altitude,
+        with: "airspeed, theta and alpha",
+        needs: &[Altitude, TrueAirspeed, PitchAngle, AngleOfAttack],
+        uses: &[BankAngle, Sideslip],
+        clock: ClockEffect::Divides,
+        lag_s: 4.0,
+        noise: 0.7,
+        y: (nothing, |m, k| m.at(Altitude, k)),
+        x: (|m, k| -air_over_ground(m, k)[2], nothing),
+        ..IN_AIR
+    },
+    // velocity over the ground less that relative to the air is the wind
+    Kinematic {
+        compared: TrueAirspeed,
+        with: "v_north over turns",
+        needs: &[TrueAirspeed, VelocityNorth, HeadingAngle],
+        uses: &[PitchAngle, BankAngle, AngleOfAttack, Sideslip],
+        lag_s: 2.0,
+        noise: 2.0,
+        y: (|m, k| air_over_ground(m, k)[0], nothing),
+        x: (|m, k| m.at(VelocityNorth, k), nothing),
+        ..IN_AIR
+    },
+    Kinematic {
+        compared: TrueAirspeed,
+        with: "v_east over turns",
+        needs: &[TrueAirspeed, VelocityEast, HeadingAngle],
+        uses: &[PitchAngle, BankAngle, AngleOfAttack, Sideslip],
+        lag_s: 2.0,
+        noise: 2.0,
+        y: (|m, k| air_over_ground(m, k)[1], nothing),
+        x: (|m, k| m.at(VelocityEast, k), nothing),
+        ..IN_AIR
+    },
+];
+
+/// Pairs of a segment, if it has as many steps.
+const FEWEST_STARTS: usize = 12;
+/// The prediction varies enough to tell anything when it does by this many deviations of the noise.
+const TELLS: f64 = 3.0;
+/// A line with this squared correlation tells as well: what is left about it is a third of what it explains.
+const CLEAR_R2: f64 = 0.9;
+/// Such a line varies by this part of the noise at least: slow drifts alone correlate by chance.
+const CLEAR: f64 = 0.2;
+
+impl Kinematic {
+    /// Whether every channel it needs is there.
+    pub(super) fn applies(&self, motion: &Motion) -> bool {
+        self.needs.iter().all(|role| motion.has(*role))
+    }
+
+    /// Whether the channel of `role` enters.
+    pub(super) fn involves(&self, role: Role) -> bool {
+        self.needs.contains(&role) || self.uses.contains(&role)
+    }
+
+    /// Pairs of one segment, half a lag apart, nearer in a short one.
+    pub(super) fn pairs(&self, motion: &Motion, segment: &std::ops::Range<usize>) -> Vec<(f64, f64)> {
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a lag of seconds over steps of more than 0.01 s"
+        )]
+        let lag = ((self.lag_s / motion.step_s).round() as usize).max(2);
+        if segment.len() <= lag {
+            return Vec::new();
+        }
+        let length_s = motion.step_s * lag as f64;
+        let one = |(mean, change): Side, first: usize| {
+            let ends = 0.5 * (mean(motion, first) + mean(motion, first + lag));
+            let inside: f64 = (first + 1..first + lag).map(|k| mean(motion, k)).sum();
+            (ends + inside) / lag as f64 + (change(motion, first + lag) - change(motion, first)) / length_s
+        };
+        let free = segment.len() - lag;
+        let starts = (segment.start..segment.end - lag).step_by((lag / 2).min(free / FEWEST_STARTS).max(1));
+        let pairs = starts.map(|first| (one(self.x, first), one(self.y, first)));
+        pairs.filter(|(x, y)| x.is_finite() && y.is_finite()).collect()
+    }
+
+    /// Compares over all segments; `None` where none tells.
+    pub(super) fn compare(&self, motion: &Motion) -> Option<Figures> {
+        let segments = motion.segments.iter();
+        let lines: Vec<Line> =
+            segments.filter_map(|one| Line::through(&self.pairs(motion, one), self.origin)).collect();
+        let moves = |line: &&Line| line.spread_x > TELLS * self.noise;
+        let predicted = lines.iter().any(|line| moves(&line));
+        let is_clear = |line: &&Line| line.r2 > CLEAR_R2 && line.spread_x.max(line.spread_y) > CLEAR * self.noise;
+        let mut told: Vec<&Line> = lines.iter().filter(|line| moves(line) || is_clear(line)).collect();
+        if told.is_empty() {
+            told = lines.iter().filter(|line| line.spread_y > TELLS * self.noise).collect();
+        }
+        let of = |of: fn(&Line) -> f64| super::line::median(&mut told.iter().map(|line| of(line)).collect::<Vec<_>>());
+        Some(Figures {
+            slope: of(|line| line.slope)?,
+            r2: of(|line| line.r2)?,
+            disagreement: of(|line| line.disagreement)?,
+            segments: told.len(),
+            predicted,
+        })
+    }
+}

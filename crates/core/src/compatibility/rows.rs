@@ -1,0 +1,198 @@
+//! What was found, one row per relation and mistake.
+
+use super::changes::Cure;
+use super::line::Figures;
+use super::outcome::{Outcome, Relation};
+use super::search::{Found, Mistake};
+use crate::quantity::Role;
+
+/// How a channel stands to the others.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Agreement {
+    /// It fits.
+    Fits,
+    /// The recording does not tell.
+    Untold,
+    /// It does not fit, and the cause was not found or must be asked for.
+    Doubtful,
+    /// It does not fit, and one mistake of the channel map explains it.
+    Contradicts,
+}
+
+/// One channel against the others.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CompatibilityRow {
+    /// Name of the channel's role, or `time`.
+    pub channel: String,
+    /// How it stands.
+    pub agreement: Agreement,
+    /// What is wrong, for example `sign reversed`; empty where nothing is or the cause was not found.
+    pub hypothesis: String,
+    /// What its values in SI, or the seconds as read, are to be multiplied by.
+    pub factor: Option<f64>,
+    /// Slope on what the others say; the effect of a deflection, the largest value where the size was judged.
+    pub slope: Option<f64>,
+    /// Squared correlation.
+    pub r2: Option<f64>,
+    /// Segments of the flight that tell.
+    pub segments: usize,
+    /// One sentence with the figures.
+    pub evidence: String,
+    /// What removes the contradiction.
+    pub cure: Option<Cure>,
+}
+
+/// What the channels of a recording say of each other.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Compatibility {
+    /// The clock first, then mistakes, then every relation.
+    pub rows: Vec<CompatibilityRow>,
+}
+
+impl CompatibilityRow {
+    /// A row about the clock.
+    pub(super) fn of_clock(
+        agreement: Agreement,
+        cure: Option<Cure>,
+        evidence: String,
+        slope: Option<f64>,
+        segments: usize,
+    ) -> Self {
+        let factor = match cure {
+            Some(Cure::Clock { factor, .. }) => Some(factor),
+            _ => None,
+        };
+        let hypothesis = cure.as_ref().map(Cure::hypothesis).unwrap_or_default();
+        Self { channel: "time".to_owned(), agreement, hypothesis, factor, slope, r2: None, segments, evidence, cure }
+    }
+
+    /// `az: sign reversed (correlation -0.999)`: what is wrong in a few words.
+    pub fn headline(&self) -> String {
+        let what = if self.hypothesis.is_empty() { "does not fit, cause not found" } else { &self.hypothesis };
+        let figure = match (&self.cure, self.slope, self.r2) {
+            (Some(Cure::Scale { factor, offset: 0.0, units: None, .. }), Some(slope), Some(r2)) if *factor < 0.0 => {
+                format!(" (correlation {:.3})", r2.sqrt().copysign(slope))
+            }
+            (Some(Cure::Swap { .. } | Cure::Reassign { .. }), ..) | (_, None, _) => String::new(),
+            (_, Some(slope), _) => format!(" (slope {})", significant(slope)),
+        };
+        format!("{}: {what}{figure}", self.channel)
+    }
+}
+
+impl Compatibility {
+    /// Rows that say something is wrong or must be asked, the worst first.
+    pub fn contradictions(&self) -> impl Iterator<Item = &CompatibilityRow> {
+        let of = |agreement| self.rows.iter().filter(move |row| row.agreement == agreement);
+        of(Agreement::Contradicts).chain(of(Agreement::Doubtful))
+    }
+}
+
+/// A number to three significant digits.
+fn significant(value: f64) -> String {
+    match value.abs() {
+        size if size >= 100.0 => format!("{value:.0}"),
+        size if size >= 10.0 => format!("{value:.1}"),
+        size if size >= 1.0 => format!("{value:.2}"),
+        size if size >= 0.01 => format!("{value:.4}"),
+        _ => format!("{value:.2e}"),
+    }
+}
+
+fn plural(segments: usize) -> String {
+    format!("{segments} segment{}", if segments == 1 { "" } else { "s" })
+}
+
+/// A relation in words with its figures.
+fn sentence(relation: &Relation, figures: &Figures) -> String {
+    let (channel, with, slope) = (relation.compared().name(), relation.with(), significant(figures.slope));
+    let segments = plural(figures.segments);
+    match relation {
+        Relation::Kinematic(_) | Relation::Air(_) => {
+            format!("{channel} against {with}: slope {slope}, R2 {:.3} over {segments}", figures.r2)
+        }
+        Relation::Response(_) => {
+            format!("{channel} against {with}: effect {slope}, {:.0} % explained, {segments}", 100.0 * figures.r2)
+        }
+        Relation::Size(_) => format!("{channel} reaches {slope} against {with}"),
+    }
+}
+
+/// Rows of what a search found.
+pub(super) fn rows(found: &Found) -> Vec<CompatibilityRow> {
+    let mistakes = found.mistakes.iter().flat_map(of_mistake);
+    mistakes.chain(found.outcomes.iter().filter_map(|(relation, outcome)| of_outcome(relation, outcome))).collect()
+}
+
+fn of_mistake(mistake: &Mistake) -> Vec<CompatibilityRow> {
+    let row = |cure: &Cure| {
+        let roles = cure.roles();
+        let own = mistake.repaired.iter().find(|(relation, ..)| roles.contains(&relation.compared()));
+        let (relation, before, after) = own.or(mistake.repaired.first())?;
+        let others: Vec<String> = mistake
+            .repaired
+            .iter()
+            .filter(|(other, ..)| (other.compared(), other.with()) != (relation.compared(), relation.with()))
+            .map(|(other, ..)| format!("{} against {}", other.compared().name(), other.with()))
+            .collect();
+        let mut evidence = sentence(relation, before);
+        if matches!(relation, Relation::Kinematic(_) | Relation::Air(_)) {
+            evidence += &format!("; after the cure slope {}, R2 {:.3}", significant(after.slope), after.r2);
+        }
+        if !others.is_empty() {
+            evidence += &format!("; it mends also {}", others.join(", "));
+        }
+        let rivals: Vec<String> = mistake.rivals.iter().map(headline_of).collect();
+        if !rivals.is_empty() {
+            evidence += &format!("; as likely: {}", rivals.join(", "));
+        }
+        let factor = if let Cure::Scale { factor, .. } = cure { Some(*factor) } else { None };
+        Some(CompatibilityRow {
+            channel: roles.first()?.name().to_owned(),
+            agreement: Agreement::Contradicts,
+            hypothesis: cure.hypothesis(),
+            factor,
+            slope: Some(before.slope),
+            r2: Some(before.r2),
+            segments: before.segments,
+            evidence,
+            cure: Some(cure.clone()),
+        })
+    };
+    mistake.cures.iter().filter_map(row).collect()
+}
+
+fn headline_of(cure: &Cure) -> String {
+    format!("{}: {}", cure.roles().first().map_or("time", |role| Role::name(*role)), cure.hypothesis())
+}
+
+fn of_outcome(relation: &Relation, outcome: &Outcome) -> Option<CompatibilityRow> {
+    let channel = relation.compared().name();
+    let (agreement, figures, evidence) = match outcome {
+        Outcome::Absent => return None,
+        Outcome::Untold => {
+            let evidence = format!("{channel} against {}: not told, nothing varies enough in flight", relation.with());
+            (Agreement::Untold, None, evidence)
+        }
+        Outcome::Fits(_) if matches!(relation, Relation::Size(_)) => return None,
+        Outcome::Fits(figures) => (Agreement::Fits, Some(figures), sentence(relation, figures)),
+        Outcome::Differs(figures) if relation.is_exact() && figures.predicted => {
+            (Agreement::Doubtful, Some(figures), sentence(relation, figures))
+        }
+        Outcome::Differs(figures) => {
+            let evidence = format!("{}: not told, gusts and sensors hide it", sentence(relation, figures));
+            (Agreement::Untold, Some(figures), evidence)
+        }
+    };
+    Some(CompatibilityRow {
+        channel: channel.to_owned(),
+        agreement,
+        hypothesis: String::new(),
+        factor: None,
+        slope: figures.map(|figures| figures.slope),
+        r2: figures.map(|figures| figures.r2),
+        segments: figures.map_or(0, |figures| figures.segments),
+        evidence,
+        cure: None,
+    })
+}
