@@ -29,7 +29,10 @@ fn print(checked: &Checked) {
         text::line(&format!("{level}: {finding}"));
     }
     for row in checked.physics.iter().filter(|row| row.level > Level::Good) {
-        text::line(&format!("{}: {}: {} ({})", row.level.name(), row.channel, row.hypothesis, row.evidence));
+        text::line(&format!("{}: {}: {}", row.level.name(), row.headline, row.evidence));
+        if !row.cure.is_empty() {
+            text::line(&format!("  {}", row.cure));
+        }
     }
     text::line(&ending(checked));
 }

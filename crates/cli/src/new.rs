@@ -3,14 +3,14 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use doublet_core::load::{ChannelMap, plan_all};
+use doublet_core::load::{ChannelMap, Plan, plan_all, read};
 use doublet_core::model::Structure;
 use doublet_core::reconstruct::Measurement;
 use doublet_engine::begin::{self, Inspected, PlainAircraft, add_flight, empty_session, name_of, whole_window};
 use doublet_engine::builtin;
 use doublet_engine::run::Control;
 use doublet_engine::session::{self, Flight, MapRef, Session};
-use doublet_engine::stage::NO_AIRCRAFT;
+use doublet_engine::stage::{self, NO_AIRCRAFT};
 
 use crate::arguments::{NewArguments, StructureName};
 use crate::text;
@@ -100,6 +100,7 @@ fn flight(
     text::line(&format!("{name}: channel map {reference}, {} roles", plan.roles.len()));
     let against = doublet_core::load::mismatches(&plan, map);
     plan.problems.iter().map(|problem| &problem.text).chain(&against).for_each(|line| text::line(&format!("  {line}")));
+    print_contradictions(&plan, reference);
     let map = MapRef::File(reference.to_owned());
     let before = session.windows.len();
     match add_flight(session, (name, &map), inspected, &plan, &Control::default(), &|_| {}) {
@@ -117,6 +118,18 @@ fn flight(
         }
     }
     Ok(plan.roles.keys().copied().collect())
+}
+
+/// Says which channels contradict each other when they are read by `plan`, and what to change in the map called `map`.
+fn print_contradictions(plan: &Plan, map: &str) {
+    // What cannot be read is said by what needs it.
+    let Ok(recording) = read(plan) else { return };
+    for row in stage::physics_of(&recording, map).contradictions() {
+        text::line(&format!("  {}: {}: {}", row.level.name(), row.headline, row.evidence));
+        if !row.cure.is_empty() {
+            text::line(&format!("    {}", row.cure));
+        }
+    }
 }
 
 /// The aircraft the arguments name, or the one they describe, written beside the session.

@@ -3,9 +3,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use doublet_core::load::{self, ChannelMap, HandMap, Plan, Probe, plan_all};
+use doublet_core::compatibility::Cure;
+use doublet_core::load::{self, ChannelMap, HandMap, HandTime, Plan, Probe, plan_all};
 use doublet_core::model::Structure;
-use doublet_core::quantity::Role;
+use doublet_core::quantity::{Dimension, Role, Unit};
 use doublet_core::reconstruct::{FilterSettings, Input, Measurement};
 use doublet_core::series::{Channel, Recording, Window};
 
@@ -137,6 +138,57 @@ pub fn inspect(paths: &[PathBuf], control: &Control, progress: &dyn Fn(f32)) -> 
 pub fn plan_by_hand(probes: &[Probe], map: &HandMap) -> Result<Plan, String> {
     let text = map.text().map_err(|error| error.to_string())?;
     Ok(plan_all(probes, &ChannelMap::parse(&text).map_err(|error| error.to_string())?))
+}
+
+/// A map made by hand after the cure of a contradiction; `probes` tell where time comes from that the map does not name.
+pub fn cured(map: &HandMap, cure: &Cure, probes: &[Probe]) -> HandMap {
+    let mut map = map.clone();
+    match cure {
+        Cure::Scale { role, factor, offset, units } => {
+            let Some(mut row) = map.row(*role).cloned() else { return map };
+            let found = units.and_then(|(is, was)| {
+                let taken = row.unit.is_none_or(|unit| unit.symbol == was || unit == Unit::si(role.dimension()));
+                Unit::parse(is).ok().filter(|_| taken)
+            });
+            row.turned ^= *factor < 0.0;
+            match found {
+                Some(unit) => row.unit = Some(unit),
+                None => row.scale *= factor.abs(),
+            }
+            let unit = row.unit.unwrap_or(Unit::si(role.dimension()));
+            let sign = if row.turned { -1.0 } else { 1.0 };
+            row.offset += offset / (sign * row.scale * unit.scale);
+            map.set(*role, Some(row));
+        }
+        Cure::Swap { one, other } => {
+            let (first, second) = (map.row(*one).cloned(), map.row(*other).cloned());
+            map.set(*one, second);
+            map.set(*other, first);
+        }
+        Cure::Reassign { from, to } => {
+            let row = map.row(*from).cloned();
+            map.set(*from, None);
+            map.set(*to, row);
+        }
+        Cure::Clock { factor, .. } => cure_clocks(&mut map, *factor, probes),
+    }
+    map
+}
+
+/// Gives the clocks of a map the unit that is `factor` times theirs, where there is one.
+fn cure_clocks(map: &mut HandMap, factor: f64, probes: &[Probe]) {
+    for source in probes.iter().flat_map(|probe| &probe.sources) {
+        let stated = map.time.iter().find(|(name, _)| *name == source.name).map(|(_, time)| time.clone());
+        let (channel, unit) = match (stated, source.clocks.first()) {
+            (Some(HandTime::Channel(channel, unit)), _) => (channel, unit),
+            (None, Some(clock)) => (clock.channel.clone(), clock.unit),
+            _ => continue,
+        };
+        let near = |other: &Unit| (other.scale / (unit.scale * factor) - 1.0).abs() < 1e-6;
+        let Some(other) = Unit::all().filter(|unit| unit.dimension == Dimension::Time).find(near) else { continue };
+        map.time.retain(|(name, _)| *name != source.name);
+        map.time.push((source.name.clone(), HandTime::Channel(channel, other)));
+    }
 }
 
 /// The session for `inspected` recordings read by `plan`: one flight, the manoeuvres its controls show as windows, or all of it as one

@@ -96,6 +96,7 @@ fn flights(session: &Session, snapshot: &Snapshot) -> Vec<FlightRow> {
         session.flights.iter().filter_map(|flight| Some((flight, snapshot.flights.get(&flight.name)?.ready()?)));
     let rows = loaded.map(|(flight, loaded)| {
         let (noise, proposals) = signals::rows(session, snapshot, &flight.name);
+        let physics = snapshot.physics.get(&flight.name).and_then(|slot| slot.ready());
         FlightRow {
             name: flight.name.clone(),
             date: loaded.utc_start_s.and_then(date::of_instant),
@@ -107,6 +108,7 @@ fn flights(session: &Session, snapshot: &Snapshot) -> Vec<FlightRow> {
             expressions: loaded.expressions.iter().map(|made| expression_row(&loaded.recording, made)).collect(),
             noise,
             proposals,
+            physics: physics.map(|physics| physics.rows.clone()).unwrap_or_default(),
             warnings: loaded.recording.warnings.clone(),
         }
     });

@@ -5,6 +5,7 @@ use serde::Serialize;
 use super::proof::ProofRow;
 use super::signals::{NoiseRow, ProposalRow, SignalRow};
 use super::studies::StudyResults;
+use crate::stage::PhysicsRow;
 
 /// Value of the `format` key.
 pub const FORMAT: &str = "doublet results";
@@ -264,6 +265,8 @@ pub struct FlightRow {
     pub noise: Vec<NoiseRow>,
     /// Manoeuvres found in the control deflections.
     pub proposals: Vec<ProposalRow>,
+    /// Channels against each other.
+    pub physics: Vec<PhysicsRow>,
     /// Findings.
     pub warnings: Vec<String>,
 }

@@ -7,6 +7,7 @@ mod coordinator;
 mod details;
 mod files;
 mod job;
+mod physics;
 mod pipeline;
 mod proof;
 mod snapshot;

@@ -12,6 +12,7 @@ use rayon::prelude::*;
 use super::board::Board;
 use super::control::{Cancelled, Control};
 use super::files::keyed_flight;
+use super::physics;
 use super::proof;
 use super::snapshot::{LogEntry, Slot, Snapshot, WindowResults};
 use super::studies;
@@ -70,7 +71,7 @@ pub fn run(
 ) -> Snapshot {
     let started = Instant::now();
     let windows = active_windows(scope.session);
-    let steps = 2 + 3 * scope.session.flights.len() + 3 * windows.len() + scope.studies.len();
+    let steps = 2 + 4 * scope.session.flights.len() + 3 * windows.len() + scope.studies.len();
     let board =
         Board::new(first_snapshot(scope, previous, &windows), previous.generation == 0, steps, publish, control);
     let cancelled = stages(scope, &windows, cache, &board).is_err();
@@ -127,6 +128,7 @@ fn first_snapshot(scope: &Scope<'_>, previous: &Snapshot, windows: &[&Manoeuvre]
     };
     snapshot.flights.retain(|name, _| scope.session.flight(name).is_some());
     snapshot.engines.retain(|name, _| scope.session.flight(name).is_some());
+    snapshot.physics.retain(|name, _| scope.session.flight(name).is_some());
     snapshot.proposals.retain(|name, _| scope.session.flight(name).is_some());
     snapshot.noise.retain(|name, _| scope.session.flight(name).is_some());
     snapshot.windows.retain(|name, _| windows.iter().any(|window| window.name == *name));
@@ -139,6 +141,7 @@ fn first_snapshot(scope: &Scope<'_>, previous: &Snapshot, windows: &[&Manoeuvre]
     for flight in &scope.session.flights {
         snapshot.flights.entry(flight.name.clone()).or_default().begin();
         snapshot.engines.entry(flight.name.clone()).or_default().begin();
+        snapshot.physics.entry(flight.name.clone()).or_default().begin();
         snapshot.proposals.entry(flight.name.clone()).or_default().begin();
         snapshot.noise.entry(flight.name.clone()).or_default().begin();
     }
@@ -162,6 +165,7 @@ fn cancel_running(snapshot: &mut Snapshot) {
     snapshot.loaded.cancel();
     snapshot.flights.values_mut().for_each(Slot::cancel);
     snapshot.engines.values_mut().for_each(Slot::cancel);
+    snapshot.physics.values_mut().for_each(Slot::cancel);
     snapshot.proposals.values_mut().for_each(Slot::cancel);
     snapshot.noise.values_mut().for_each(Slot::cancel);
     for results in snapshot.windows.values_mut() {
@@ -192,6 +196,7 @@ fn stages(scope: &Scope<'_>, windows: &[&Manoeuvre], cache: &Cache, board: &Boar
     let subject = Subject { session: scope.session, aircraft: &aircraft, windows: &windows, pooled: &pooled };
     proof::prove(&subject, key, cache, board)?;
     model_engines(&flights, (&aircraft.loaded, file_key), cache, board)?;
+    physics::compare(scope.session, &flights, cache, board)?;
     propose(scope, &flights, cache, board)?;
     studies::Runner { subject, key, wanted: scope.studies, cache, board }.run()
 }
@@ -238,6 +243,7 @@ fn without_aircraft(
         snapshot.proof = Slot::NotRequested;
         studies::cancel(&mut snapshot.studies);
     })?;
+    physics::compare(scope.session, flights, cache, board)?;
     propose(scope, flights, cache, board)
 }
 
@@ -284,10 +290,10 @@ fn load_aircraft(
 }
 
 /// A flight of the session, its content where it could be read, and its key.
-struct KeyedFlight<'a> {
-    name: &'a str,
-    loaded: Option<Arc<LoadedFlight>>,
-    key: Key,
+pub(super) struct KeyedFlight<'a> {
+    pub(super) name: &'a str,
+    pub(super) loaded: Option<Arc<LoadedFlight>>,
+    pub(super) key: Key,
 }
 
 fn load_flights<'a>(scope: &Scope<'a>, cache: &Cache, board: &Board<'_>) -> Result<Vec<KeyedFlight<'a>>, Cancelled> {

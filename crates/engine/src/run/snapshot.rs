@@ -9,8 +9,8 @@ use doublet_core::airframe::LoadedState;
 use super::details::Details;
 use crate::session::{Manoeuvre, Session};
 use crate::stage::{
-    AeroWindow, FlightEngines, FlightNoise, FlightProposals, LoadedAircraft, LoadedFlight, PooledFits, ProofOfMatch,
-    WindowAero, WindowFits, WindowPath,
+    AeroWindow, FlightEngines, FlightNoise, FlightPhysics, FlightProposals, LoadedAircraft, LoadedFlight, PooledFits,
+    ProofOfMatch, WindowAero, WindowFits, WindowPath,
 };
 use crate::study::{CheckStudy, LagStudy, ManoeuvreStudy, MonteCarloStudy, SensitivityStudy, Study};
 use crate::verdict::Verdicts;
@@ -154,6 +154,8 @@ pub struct Snapshot {
     pub flights: BTreeMap<String, Slot<LoadedFlight>>,
     /// Engines over each flight; not requested where the recording or the aircraft lacks what their model needs.
     pub engines: BTreeMap<String, Slot<FlightEngines>>,
+    /// Channels of each flight against each other.
+    pub physics: BTreeMap<String, Slot<FlightPhysics>>,
     /// Windows each flight proposes.
     pub proposals: BTreeMap<String, Slot<FlightProposals>>,
     /// Noise of each flight over its steady windows, and what it proposes.

@@ -16,6 +16,7 @@ mod instruments;
 mod noise;
 mod path;
 mod phases;
+mod physics;
 mod placement;
 mod proposals;
 mod recording;
@@ -44,6 +45,7 @@ pub use noise::{FlightNoise, NoiseRow, noise, open_entries};
 pub use path::{
     PathSeries, Samples, SmoothedSeries, Untold, WindowPath, partly_outside, paths, reconstructions, samples,
 };
+pub use physics::{FlightPhysics, PhysicsRow, physics, physics_of};
 pub use proposals::{FlightProposals, SignalSpectrum, WindowProposal, open_windows, proposals};
 pub use recording::{LoadedFlight, aligned, changed, files, flight, locate, prepared, text};
 pub use replay::{ProofOfMatch, ReplaySeries, ReplayWindow, WindowReplay, bands, model_of_window, replay};

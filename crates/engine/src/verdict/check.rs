@@ -10,7 +10,7 @@ use super::{Finding, Level};
 use crate::graph::Cache;
 use crate::run::{Control, Scope, Snapshot, run};
 use crate::session::{self, Session, WindowRole};
-use crate::stage;
+use crate::stage::{self, PhysicsRow};
 
 /// Memory for intermediate results of a check.
 const CACHE_BYTES: usize = 1 << 30;
@@ -25,21 +25,6 @@ pub struct Checked {
     pub findings: Vec<Finding>,
     /// Channels against what the others say they should be.
     pub physics: Vec<PhysicsRow>,
-}
-
-/// A channel against what the others say it should be.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct PhysicsRow {
-    /// Role of the channel.
-    pub channel: String,
-    /// Whether it fits.
-    pub level: Level,
-    /// What would make it fit, for example `sign reversed`; empty where it fits or nothing was found.
-    pub hypothesis: String,
-    /// Factor that makes it fit, for example -1.
-    pub factor: Option<f64>,
-    /// Figures it rests on.
-    pub evidence: String,
 }
 
 impl Checked {
@@ -104,16 +89,19 @@ pub fn check_session(session: &Session, folder: &Path) -> Checked {
     if session.aircraft.is_none() {
         findings.push(Finding::new(Level::Caution, "no-aircraft", "session", stage::NO_AIRCRAFT));
     }
+    let mut physics = Vec::new();
     if !findings.iter().any(session::stops_run) {
         let scope = Scope { session, folder, first: None, studies: &[], cause: "check", generation: 1 };
         let cache = Cache::new(CACHE_BYTES);
         let snapshot = run(&scope, &Snapshot::default(), &cache, &Control::default(), &|_| {});
         findings.extend(of_recordings(session, &snapshot));
+        let compared = snapshot.physics.values().filter_map(|slot| slot.ready());
+        physics.extend(compared.flat_map(|compared| compared.rows.iter().cloned()));
         // What the session itself says of a window or a flight is why it fails.
         let known: Vec<String> = findings.iter().map(|finding| finding.place.clone()).collect();
         findings.extend(failures(&snapshot).into_iter().filter(|failure| !known.contains(&failure.place)));
     }
-    Checked { subject: in_one_line(session), findings, physics: Vec::new() }.sorted()
+    Checked { subject: in_one_line(session), findings, physics }.sorted()
 }
 
 /// What was found when the recordings were read.

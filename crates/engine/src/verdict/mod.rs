@@ -14,7 +14,7 @@ mod window;
 
 use serde::Serialize;
 
-pub use check::{Checked, PhysicsRow, check_file, check_session};
+pub use check::{Checked, check_file, check_session};
 pub use judge::{DerivativeVerdict, FitVerdict, Verdicts, WindowVerdict, judge};
 pub use plausible::PlausibleRange;
 

@@ -1,4 +1,4 @@
-//! Findings about the session as a whole: what could not be computed.
+//! Findings about the session as a whole: channels that contradict each other, what could not be computed.
 
 use super::judge::{Evidence, not_computed};
 use super::{Finding, Level};
@@ -6,7 +6,8 @@ use super::{Finding, Level};
 /// What speaks against the session besides its windows, fits and studies.
 pub(super) fn findings(evidence: Evidence<'_>) -> Vec<Finding> {
     let snapshot = evidence.snapshot;
-    let mut found = Vec::new();
+    let physics = snapshot.physics.iter().filter_map(|(name, slot)| Some((name, slot.ready()?)));
+    let mut found: Vec<Finding> = physics.flat_map(|(name, physics)| physics.findings(name)).collect();
     let mut note = |level: Level, place: String, error: Option<&str>| {
         found.extend(error.map(|error| not_computed(level, place, error)));
     };

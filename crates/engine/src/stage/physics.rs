@@ -1,0 +1,175 @@
+//! Channels of a flight against each other, before any statistics; what is wrong and which key of its channel map mends it.
+
+use doublet_core::compatibility::{Agreement, CompatibilityRow, Cure, check};
+use doublet_core::quantity::Role;
+use doublet_core::series::Recording;
+use serde::Serialize;
+
+use super::LoadedFlight;
+use crate::graph::Footprint;
+use crate::session::Flight;
+use crate::verdict::{Finding, Level};
+
+/// What the channels of a flight say of each other.
+#[derive(Clone, Debug, Default)]
+pub struct FlightPhysics {
+    /// The clock, then mistakes of the channel map, then every relation.
+    pub rows: Vec<PhysicsRow>,
+}
+
+/// One channel against the others, as `results.json` and `check --json` show it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PhysicsRow {
+    /// Role of the channel, or `time`.
+    pub channel: String,
+    /// Bad where a mistake explains what does not fit, caution where its cause was not found or must be asked for.
+    pub level: Level,
+    /// What is wrong, for example `sign reversed`; empty where nothing is.
+    pub hypothesis: String,
+    /// What the channel's SI values, or the seconds as read, are to be multiplied by.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub factor: Option<f64>,
+    /// Slope of the channel on what the others say it is.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub slope: Option<f64>,
+    /// Squared correlation.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub r2: Option<f64>,
+    /// Segments of the flight that tell; none where the recording does not tell.
+    pub segments: usize,
+    /// One sentence with the figures.
+    pub evidence: String,
+    /// What to change, one sentence; empty where nothing is wrong or nothing is known to help.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub cure: String,
+    /// `az: sign reversed (correlation -0.999)`.
+    #[serde(skip)]
+    pub headline: String,
+    /// The same for [`crate::begin::cured`].
+    #[serde(skip)]
+    pub change: Option<Cure>,
+}
+
+impl Footprint for FlightPhysics {
+    fn bytes(&self) -> usize {
+        self.rows.len() * 400
+    }
+}
+
+impl FlightPhysics {
+    /// Rows that say something is wrong or must be asked.
+    pub fn contradictions(&self) -> impl Iterator<Item = &PhysicsRow> {
+        self.rows.iter().filter(|row| row.level > Level::Good)
+    }
+
+    /// The same as findings about `flight`.
+    pub fn findings(&self, flight: &str) -> Vec<Finding> {
+        let finding = |row: &PhysicsRow| {
+            let place = format!("flight '{flight}', {}", row.channel);
+            let text = format!("{}: {}", row.headline, row.evidence);
+            let finding = Finding::new(row.level, "physics", place, text).with_cure(row.cure.clone());
+            match row.slope {
+                Some(slope) if row.hypothesis.is_empty() => finding.with_figure(slope, f64::NAN),
+                _ => finding,
+            }
+        };
+        self.contradictions().map(finding).collect()
+    }
+}
+
+/// Compares the channels of a flight on its time line.
+pub fn physics(flight: &Flight, loaded: &LoadedFlight) -> FlightPhysics {
+    let map = |role: Option<Role>| map_of(flight, &loaded.recording, role);
+    FlightPhysics { rows: rows(&loaded.recording, map) }
+}
+
+/// Compares the channels of a recording whose channel map is called `map`.
+pub fn physics_of(recording: &Recording, map: &str) -> FlightPhysics {
+    FlightPhysics { rows: rows(recording, |_| map.to_owned()) }
+}
+
+fn rows(recording: &Recording, map: impl Fn(Option<Role>) -> String) -> Vec<PhysicsRow> {
+    let row = |found: CompatibilityRow| PhysicsRow {
+        level: match found.agreement {
+            Agreement::Fits | Agreement::Untold => Level::Good,
+            Agreement::Doubtful => Level::Caution,
+            Agreement::Contradicts => Level::Bad,
+        },
+        cure: found.cure.as_ref().map(|cure| sentence(cure, &map(cure.roles().first().copied()))).unwrap_or_default(),
+        headline: found.headline(),
+        channel: found.channel,
+        hypothesis: found.hypothesis,
+        factor: found.factor,
+        slope: found.slope,
+        r2: found.r2,
+        segments: found.segments,
+        evidence: found.evidence,
+        change: found.cure,
+    };
+    check(recording).rows.into_iter().map(row).collect()
+}
+
+/// Name of the channel map a role, or the first clock, came by: that of its recording where the flight has several.
+fn map_of(flight: &Flight, recording: &Recording, role: Option<Role>) -> String {
+    let source = role.and_then(|role| recording.role(role)).map(|channel| channel.source.as_str()).unwrap_or_default();
+    let of_source = |path: &str| {
+        let stem = path.rsplit(['/', '\\']).next().unwrap_or(path);
+        let stem = stem.split('.').next().unwrap_or(stem);
+        !stem.is_empty() && source.starts_with(stem)
+    };
+    let entry = flight.recordings.iter().find(|entry| of_source(&entry.path)).or(flight.recordings.first());
+    entry.map_or_else(String::new, |entry| entry.channel_map.name().to_owned())
+}
+
+/// What to change in a channel map, one sentence.
+fn sentence(cure: &Cure, map: &str) -> String {
+    let of = format!("of the channel map {map}");
+    match cure {
+        Cure::Scale { role, factor, offset, units } => {
+            let mut parts = Vec::new();
+            if *factor < 0.0 {
+                parts.push("turn sign (sign = -1, or take it away)".to_owned());
+            }
+            match units {
+                Some((is, was)) => parts.push(format!("set unit = \"{is}\" instead of \"{was}\"")),
+                None if factor.abs() != 1.0 => parts.push(format!("set scale = {factor}")),
+                None => {}
+            }
+            if *offset != 0.0 && *role == Role::AirTemperature {
+                parts.push("set unit = \"degC\"".to_owned());
+            } else if *offset != 0.0 {
+                parts.push("let offset give back the 1 g that was taken off".to_owned());
+            }
+            format!("under [roles.{}] {of} {}", role.name(), parts.join(" and "))
+        }
+        Cure::Swap { one, other } => {
+            format!("exchange the channels of [roles.{}] and [roles.{}] {of}", one.name(), other.name())
+        }
+        Cure::Reassign { from, to } => format!("rename [roles.{}] {of} to [roles.{}]", from.name(), to.name()),
+        Cure::Clock { factor: _, unit: Some(unit) } => format!("set unit = \"{unit}\" under [[time]] {of}"),
+        Cure::Clock { factor, unit: None } => {
+            format!(
+                "check the rate of the recorder; under [[flight.clock]] a drift of {:.4} would mend it",
+                factor - 1.0
+            )
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cure_names_the_key_and_the_value() {
+        let degrees =
+            Cure::Scale { role: Role::RollRate, factor: -0.0174, offset: 0.0, units: Some(("deg/s", "rad/s")) };
+        assert_eq!(
+            sentence(&degrees, "mine.toml"),
+            "under [roles.p] of the channel map mine.toml turn sign (sign = -1, or take it away) and set unit = \"deg/s\" \
+             instead of \"rad/s\""
+        );
+        let ticks = Cure::Clock { factor: 1e-3, unit: Some("ms") };
+        assert_eq!(sentence(&ticks, "mine.toml"), "set unit = \"ms\" under [[time]] of the channel map mine.toml");
+    }
+}
