@@ -178,6 +178,12 @@ pub struct RunArguments {
     /// Put every recorded channel into the time histories too.
     #[arg(long)]
     pub recordings: bool,
+    /// Exit with 3 where the verdict is caution as well, not only where it is bad.
+    #[arg(long)]
+    pub strict: bool,
+    /// Print every window, every table and every finding.
+    #[arg(long)]
+    pub verbose: bool,
 }
 
 /// Arguments of `report`.
@@ -317,6 +323,9 @@ pub struct CoverageArguments {
     /// Seed of the first flight; each following one has the next.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
+    /// Print instead how the flights are judged: nothing is wrong with them.
+    #[arg(long)]
+    pub verdict: bool,
 }
 
 /// Arguments of `fidelity`.

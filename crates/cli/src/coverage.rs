@@ -2,11 +2,12 @@
 
 use std::path::Path;
 
-use doublet_core::simulate::scenario;
+use doublet_core::simulate::{Scenario, scenario};
 use doublet_engine::builtin;
 use doublet_engine::run::Control;
-use doublet_engine::session;
-use doublet_engine::study::{self, Coverage, StudyError, Watch};
+use doublet_engine::session::{self, Session};
+use doublet_engine::study::{self, Coverage, JudgedFlights, StudyError, Watch};
+use doublet_engine::verdict::Level;
 
 use crate::arguments::CoverageArguments;
 use crate::progress::Progress;
@@ -20,6 +21,10 @@ pub const SCENARIO: &str = "coverage";
 /// # Errors
 /// One line: a session, scenario or flight that cannot be used.
 pub fn coverage(arguments: &CoverageArguments) -> Result<(), String> {
+    if arguments.verdict {
+        print_judged(arguments, &studied(arguments, study::judged_flights)?);
+        return Ok(());
+    }
     let found = computed(arguments)?;
     text::line(&format!(
         "{} flights of scenario '{}', {} manoeuvres each: part of the 95 % intervals that hold the truth",
@@ -53,11 +58,37 @@ pub fn coverage(arguments: &CoverageArguments) -> Result<(), String> {
     Ok(())
 }
 
-/// The study the arguments ask for.
+/// How often flights with which nothing is wrong are judged to be less than good, and why.
+fn print_judged(arguments: &CoverageArguments, found: &JudgedFlights) {
+    let part = |count: usize| format!("{:.1} %", 100.0 * count as f64 / found.flights as f64);
+    let [good, caution, bad] = found.sessions.map(part);
+    text::line(&format!(
+        "{} flights of scenario '{}', {} manoeuvres each: session good {good}, caution {caution}, bad {bad}; a bad anywhere {}",
+        found.flights,
+        arguments.scenario,
+        found.manoeuvres,
+        part(found.bad_anywhere)
+    ));
+    let row = |((level, code), count): (&(Level, &'static str), &usize)| {
+        let example = found.examples.get(&(*level, *code));
+        let example = example.map_or(String::new(), |(seed, finding)| format!("seed {seed}: {finding}"));
+        vec![format!("{} {code}", level.name()), format!("{}  {example}", part(*count))]
+    };
+    text::list(&found.codes.iter().rev().map(row).collect::<Vec<_>>());
+}
+
+/// The study of coverage the arguments ask for.
 ///
 /// # Errors
 /// As for [`coverage`].
 pub fn computed(arguments: &CoverageArguments) -> Result<Coverage, String> {
+    studied(arguments, study::coverage)
+}
+
+/// A study of many flights of a scenario.
+type FlightStudy<T> = fn(&Session, &Path, &Scenario, (usize, u64), &Watch<'_>) -> Result<T, StudyError>;
+
+fn studied<T>(arguments: &CoverageArguments, study: FlightStudy<T>) -> Result<T, String> {
     let (session, folder) = match &arguments.session {
         Some(path) => {
             let opened = session::open(path).map_err(|error| format!("{}: {error}", path.display()))?;
@@ -76,7 +107,7 @@ pub fn computed(arguments: &CoverageArguments) -> Result<Coverage, String> {
     let progress = Progress::new();
     let control = Control::default();
     let show = |part: f32| progress.show(part, "flying and identifying");
-    let found = study::coverage(&session, &folder, &scenario, (count, arguments.seed), &Watch::new(&control, &show));
+    let found = study(&session, &folder, &scenario, (count, arguments.seed), &Watch::new(&control, &show));
     progress.finish();
     found.map_err(|error| match error {
         StudyError::Cancelled => "stopped".to_owned(),

@@ -38,6 +38,7 @@ pub fn fidelity(arguments: &FidelityArguments) -> Result<(), String> {
         gusts: None,
         realisations: arguments.realisations,
         seed: 1,
+        verdict: false,
     };
     covered(&mut tables, &coverage::computed(&study)?).map_err(|error| error.to_string())?;
     let treated = run("demo_thesis", Session::clone)?;

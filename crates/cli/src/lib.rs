@@ -21,6 +21,7 @@ mod run;
 mod simulate;
 mod structure;
 mod study;
+mod summary;
 mod text;
 mod thesis;
 mod tune;

@@ -14,7 +14,7 @@ use crate::text;
 /// Part of the bar that computing takes; writing takes the rest.
 const COMPUTING: f32 = 0.3;
 
-/// Runs the session and writes the report: bad where a window or a coefficient failed.
+/// Runs the session and writes the report: bad where the verdict is.
 ///
 /// # Errors
 /// One line per thing because of which nothing can be computed or written; nothing is written then.
@@ -37,5 +37,5 @@ pub fn report(arguments: &ReportArguments) -> Result<Outcome, String> {
     let written = doublet_report::write(&session, &snapshot, &order, &Control::default(), &show);
     progress.finish();
     written?.iter().for_each(|path| text::line(&format!("report in {}", path.display())));
-    Ok(outcome(&snapshot))
+    Ok(outcome(&snapshot, false))
 }

@@ -7,11 +7,12 @@ use doublet_engine::report::{self, HistoryFormat, Outputs, TableFormat};
 use doublet_engine::run::{Control, Scope, Snapshot, run as run_stages};
 use doublet_engine::session::{self, Session};
 use doublet_engine::study::Study;
+use doublet_engine::verdict::Level;
 
 use crate::arguments::{RunArguments, StudyName};
 use crate::outcome::Outcome;
 use crate::progress::Progress;
-use crate::text;
+use crate::{summary, text};
 
 /// Memory for intermediate results of one run.
 const CACHE_BYTES: usize = 2 << 30;
@@ -90,14 +91,17 @@ pub fn some_done(done: usize) -> Result<(), String> {
     if done > 0 { Ok(()) } else { Err("no coefficient has data to fit: mark a window as identification".to_owned()) }
 }
 
-/// Says what failed, a line each, and how the command ends by it.
-pub fn outcome(snapshot: &Snapshot) -> Outcome {
-    let failed = failed(snapshot);
-    failed.iter().for_each(|failure| say(&line_of(failure)));
-    if failed.is_empty() { Outcome::Done } else { Outcome::Bad }
+/// Says what failed, a line each, and how the command ends by the verdict; `strict` takes a caution for bad.
+pub fn outcome(snapshot: &Snapshot, strict: bool) -> Outcome {
+    failed(snapshot).iter().for_each(|failure| say(&line_of(failure)));
+    match snapshot.verdicts.ready().map(|verdicts| verdicts.session.level) {
+        Some(Level::Caution) if strict => Outcome::Bad,
+        Some(level) => level.into(),
+        None => Outcome::Bad,
+    }
 }
 
-/// Runs the session and writes the results: bad where a window or a coefficient failed.
+/// Runs the session and writes the results: bad where the verdict is, and with `--strict` where it is a caution.
 ///
 /// # Errors
 /// One line per thing because of which nothing can be computed or written; nothing is written then.
@@ -117,9 +121,8 @@ pub fn run(arguments: &RunArguments) -> Result<Outcome, String> {
     let written = report::write(&session, &snapshot, &arguments.out, &outputs, &Control::default(), &show);
     progress.finish();
     let folder = written.map_err(|error| error.to_string())?;
-    session::path_warning(&session).iter().for_each(|line| text::line(line));
-    summary(&report::build(&session, &snapshot));
-    let outcome = outcome(&snapshot);
+    summary::print(&session, &snapshot, arguments.verbose);
+    let outcome = outcome(&snapshot, arguments.strict);
     text::line(&format!("results in {}", folder.display()));
     Ok(outcome)
 }
@@ -142,76 +145,4 @@ pub fn named<T: Copy>(all: &[T], names: &[String], name: impl Fn(T) -> &'static 
 /// Several messages as one error, a line each.
 fn lines(messages: impl Iterator<Item = String>) -> String {
     messages.collect::<Vec<_>>().join("\nerror: ")
-}
-
-fn summary(results: &report::Results) {
-    for flight in &results.flights {
-        for clock in &flight.clocks {
-            text::line(&format!(
-                "{}: clock of {} starts at {} s and gains {} s per s",
-                flight.name,
-                clock.source,
-                text::number(clock.offset_s, 7),
-                text::number(clock.drift, 3)
-            ));
-        }
-        flight.warnings.iter().for_each(|warning| text::line(&format!("{}: {warning}", flight.name)));
-    }
-    results.engines.iter().for_each(engine_summary);
-    for window in results.windows.iter().filter(|window| window.samples > 0) {
-        text::line(&format!(
-            "{}: {} samples, mean NIS {} (expected {})",
-            window.name,
-            window.samples,
-            text::number(window.mean_nis, 4),
-            text::number(window.expected_nis, 4)
-        ));
-        if !window.missing_measurements.is_empty() {
-            text::line(&format!("  not measured: {}", window.missing_measurements.join(", ")));
-        }
-        window.warnings.iter().for_each(|warning| text::line(&format!("  {warning}")));
-    }
-    for fit in results.pooled.iter().filter(|fit| fit.error.is_none()) {
-        text::line("");
-        text::line(&format!(
-            "{} from {}: R2 {}, RMS {} %",
-            fit.coefficient,
-            windows(&fit.windows),
-            text::number(fit.r_squared, 4),
-            text::number(fit.rms_relative_percent, 3)
-        ));
-        // Constants of single windows are trim, not derivatives; the tables have them.
-        let shared = fit.derivatives.iter().filter(|row| !row.name.ends_with(']'));
-        let rows = shared.map(|row| {
-            vec![
-                row.name.clone(),
-                text::number(row.estimate, 6),
-                text::number(row.standard_error, 3),
-                text::number(row.corrected_standard_error, 3),
-                text::number(row.relative_error_percent, 3),
-                row.held.unwrap_or_default().to_owned(),
-            ]
-        });
-        text::table(&["derivative", "estimate", "std error", "corrected", "rel %", ""], &rows.collect::<Vec<_>>());
-    }
-}
-
-fn engine_summary(engine: &report::EngineRow) {
-    let kilowatts = |watts: f64, digits| text::number(watts / 1000.0, digits);
-    let place = format!("{}: engine '{}'", engine.flight, engine.engine);
-    text::line(&match &engine.monitor {
-        Some(monitor) => format!(
-            "{place}: power r2 {} (squared correlation), RMS {} kW against its monitor over {} samples",
-            text::number(monitor.whole.r_squared, 4),
-            kilowatts(monitor.whole.rms_w, 3),
-            monitor.whole.samples
-        ),
-        None => format!("{place}: mean power {} kW over {} samples", kilowatts(engine.mean_power_w, 4), engine.samples),
-    });
-    engine.warnings.iter().for_each(|warning| text::line(&format!("  {warning}")));
-}
-
-/// Names of the windows, or how many there are.
-fn windows(names: &[String]) -> String {
-    if names.len() > 3 { format!("{} windows", names.len()) } else { names.join(", ") }
 }

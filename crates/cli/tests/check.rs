@@ -262,7 +262,11 @@ fn one_manoeuvre_of_one_surface_runs_to_the_end_by_defaults() {
         assert!(window["samples"].as_u64() > Some(100) && window["error"].is_null(), "{file}: {window}");
         let fits = window["fits"].as_array().unwrap();
         assert!(fits.len() == 3 && fits.iter().all(|fit| fit["error"].is_null()), "{file}: {fits:?}");
-        assert_eq!(results["pooled"].as_array().unwrap().len(), 3, "{file}");
+        let pooled = results["pooled"].as_array().unwrap();
+        assert!(pooled.len() == 3 && pooled.iter().all(|fit| fit["error"].is_null()), "{file}: {pooled:?}");
+        let rests = if file.starts_with("da") { "CY_delta_r" } else { "CY_delta_a" };
+        let side = pooled.iter().find(|fit| fit["coefficient"] == "CY").unwrap();
+        assert_eq!(side["dropped"][0]["name"], rests, "{file}: {side}");
     }
 }
 

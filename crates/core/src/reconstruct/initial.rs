@@ -6,12 +6,14 @@ use super::{FilterData, MeasurementSeries};
 
 /// Initial state: what the settings give, the rest from the first value of each measurement. Attitude that was not
 /// measured is level and along the ground track; flow angles that were not measured are zero; airspeed that was not
-/// measured is ground speed. Biases and wind start at zero. One line for every state that was neither given nor measured.
+/// measured is ground speed. Biases and wind start at zero. One line for the states that were neither given nor measured, except the
+/// horizontal position, on which nothing depends.
 pub fn initial_state(data: &FilterData, settings: &FilterSettings, warnings: &mut Vec<String>) -> [f64; STATES] {
     let first = |measurement: Measurement| first_value(&data.measurements[measurement as usize]);
     let mut assumed: Vec<&str> = Vec::new();
     let mut or_assume = |value: Option<f64>, otherwise: f64, state: State| {
-        if value.is_none() && settings.initial_state[state as usize].is_none() {
+        let matters = !matches!(state, State::PositionNorth | State::PositionEast);
+        if matters && value.is_none() && settings.initial_state[state as usize].is_none() {
             assumed.push(state.name());
         }
         value.unwrap_or(otherwise)

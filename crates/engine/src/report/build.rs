@@ -13,6 +13,7 @@ use crate::date;
 use crate::run::Snapshot;
 use crate::session::{Manoeuvre, Session, Surface, WindowRole, path_warning};
 use crate::stage::{self, CoefficientFit, ExpressedChannel, UsedClock, WindowPath};
+use crate::verdict::FitVerdict;
 
 /// Collects everything a snapshot says about a session.
 pub fn build(session: &Session, snapshot: &Snapshot) -> Results {
@@ -24,6 +25,8 @@ pub fn build(session: &Session, snapshot: &Snapshot) -> Results {
     });
     let active = session.windows.iter().filter(|window| window.role != WindowRole::Ignored);
     let pooled = snapshot.pooled.ready();
+    let verdicts = snapshot.verdicts.ready();
+    let pooled_row = |fit: &CoefficientFit| fit_row(fit, verdicts.and_then(|found| found.fit(None, fit.coefficient)));
     let mut results = Results {
         format: FORMAT,
         version: VERSION,
@@ -42,13 +45,19 @@ pub fn build(session: &Session, snapshot: &Snapshot) -> Results {
             Method::Iekf { .. } => "iterated extended",
             Method::Ukf { .. } => "unscented",
         },
+        verdict: verdicts.map(|found| found.session.clone()),
         warnings: warnings(session),
         recordings: recordings(session, snapshot),
         flights: flights(session, snapshot),
         engines: super::engines::rows(session, snapshot),
         windows: active.filter_map(|window| window_row(window, snapshot)).collect(),
-        pooled: pooled.iter().flat_map(|pooled| pooled.fits.iter().map(fit_row)).collect(),
-        pooled_second: snapshot.second.ready().iter().flat_map(|second| second.fits.iter().map(fit_row)).collect(),
+        pooled: pooled.iter().flat_map(|pooled| pooled.fits.iter().map(pooled_row)).collect(),
+        pooled_second: snapshot
+            .second
+            .ready()
+            .iter()
+            .flat_map(|second| second.fits.iter().map(|fit| fit_row(fit, None)))
+            .collect(),
         predictions: pooled
             .iter()
             .flat_map(|pooled| &pooled.predictions)
@@ -164,6 +173,10 @@ fn window_row(window: &Manoeuvre, snapshot: &Snapshot) -> Option<WindowRow> {
     let mut warnings: Vec<_> = path.iter().flat_map(|path| path.warnings.iter().cloned()).collect();
     warnings.extend(results.aero.ready().iter().flat_map(|aero| aero.warnings.iter().cloned()));
     let consistency = path.and_then(|path| path.consistency.as_ref());
+    let verdicts = snapshot.verdicts.ready();
+    let own_row = |fit: &CoefficientFit| {
+        fit_row(fit, verdicts.and_then(|found| found.fit(Some(window.name.as_str()), fit.coefficient)))
+    };
     Some(WindowRow {
         name: window.name.clone(),
         flight: window.flight.clone(),
@@ -173,6 +186,7 @@ fn window_row(window: &Manoeuvre, snapshot: &Snapshot) -> Option<WindowRow> {
         surface: window.surface.map(Surface::name),
         kind: window.kind.clone(),
         note: window.note.clone(),
+        verdict: verdicts.and_then(|found| Some(found.windows.get(&window.name)?.verdict.clone())),
         error: results.error().map(str::to_owned),
         samples: path.map_or(0, |path| path.reconstruction.time_s.len()),
         mean_nis: consistency.map_or(f64::NAN, |c| c.nis_mean),
@@ -182,7 +196,7 @@ fn window_row(window: &Manoeuvre, snapshot: &Snapshot) -> Option<WindowRow> {
         missing_measurements: path.iter().flat_map(|path| &path.missing).map(|m| m.name()).collect(),
         states: path.map(|path| state_rows(path)).unwrap_or_default(),
         innovations: path.map(|path| innovation_rows(path)).unwrap_or_default(),
-        fits: results.fits.ready().iter().flat_map(|fits| fits.fits.iter().map(fit_row)).collect(),
+        fits: results.fits.ready().iter().flat_map(|fits| fits.fits.iter().map(own_row)).collect(),
         warnings,
     })
 }
@@ -248,12 +262,13 @@ fn innovation_rows(path: &WindowPath) -> Vec<InnovationRow> {
     rows.collect()
 }
 
-fn fit_row(fit: &CoefficientFit) -> FitRow {
+fn fit_row(fit: &CoefficientFit, judged: Option<&FitVerdict>) -> FitRow {
     let dropped =
         fit.dropped.iter().map(|term| DroppedRow { name: term.derivative.clone(), reason: term.reason.clone() });
     let mut row = FitRow {
         coefficient: fit.coefficient.name(),
         windows: fit.windows.iter().map(|(name, _)| name.clone()).collect(),
+        verdict: judged.map(|judged| judged.verdict.clone()),
         error: None,
         samples: fit.windows.iter().map(|(_, samples)| samples).sum(),
         r_squared: f64::NAN,
@@ -280,6 +295,7 @@ fn fit_row(fit: &CoefficientFit) -> FitRow {
                 })
                 .map(|(index, (relative_error_percent, t), (standard_error, corrected_standard_error))| DerivativeRow {
                     name: estimate.names[index].clone(),
+                    verdict: judged.and_then(|judged| judged.derivative(&estimate.names[index]).cloned()),
                     estimate: estimate.estimates[index],
                     held: stage::held(estimate.origins[index]),
                     standard_error,

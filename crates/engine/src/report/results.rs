@@ -6,6 +6,7 @@ use super::proof::ProofRow;
 use super::signals::{NoiseRow, ProposalRow, SignalRow};
 use super::studies::StudyResults;
 use crate::stage::PhysicsRow;
+use crate::verdict::Verdict;
 
 /// Value of the `format` key.
 pub const FORMAT: &str = "doublet results";
@@ -43,6 +44,9 @@ pub struct Results {
     pub gravity_m_s2: f64,
     /// How body rates were differentiated.
     pub differentiation: String,
+    /// What of all this may be believed, and why not; none where the run was stopped.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub verdict: Option<Verdict>,
     /// Findings about the session itself.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<String>,
@@ -418,6 +422,9 @@ pub struct WindowRow {
     /// What there is to say about it.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub note: String,
+    /// Whether its samples, its flight path and its loading may be believed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub verdict: Option<Verdict>,
     /// Why its path or its coefficients could not be computed; what could be is in the other keys.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<String>,
@@ -488,6 +495,9 @@ pub struct FitRow {
     pub coefficient: &'static str,
     /// Windows whose samples it used.
     pub windows: Vec<String>,
+    /// Whether the fit may be believed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub verdict: Option<Verdict>,
     /// Why there is no fit.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<String>,
@@ -514,6 +524,9 @@ pub struct FitRow {
 pub struct DerivativeRow {
     /// Name, for example `Cm_q`.
     pub name: String,
+    /// Whether it may be believed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub verdict: Option<Verdict>,
     /// Estimate; per radian where the variable is an angle.
     pub estimate: f64,
     /// What it rests on beside the samples: `fixed`, `at bound`, `prior`.

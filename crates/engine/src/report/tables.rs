@@ -2,6 +2,7 @@
 
 use super::results::{AgreementRow, EngineRow, FitRow, Results};
 use super::table::{Cell, Column, Table};
+use crate::verdict::Verdict;
 
 /// Every table of the results that leaves the program as a file, in the order of `docs/results.md`.
 pub fn all(results: &Results) -> Vec<Table> {
@@ -46,6 +47,10 @@ fn optional(text: Option<&str>) -> Cell {
     text.map_or(Cell::Empty, Cell::text)
 }
 
+fn level(verdict: Option<&Verdict>) -> Cell {
+    optional(verdict.map(|verdict| verdict.level.name()))
+}
+
 /// Pooled fits, then those of each window.
 fn all_fits(results: &Results) -> impl Iterator<Item = (&str, &FitRow)> {
     let pooled = results.pooled.iter().map(|fit| ("pooled", fit));
@@ -67,6 +72,7 @@ pub fn derivatives(results: &Results) -> Table {
                 Cell::Number(row.corrected_standard_error),
                 Cell::Number(row.relative_error_percent),
                 Cell::Number(row.t),
+                level(row.verdict.as_ref()),
             ];
             cells.extend(any_held.then(|| optional(row.held)));
             cells
@@ -81,6 +87,7 @@ pub fn derivatives(results: &Results) -> Table {
         number("corrected_standard_error", "Corrected", ""),
         Column::number("relative_error_percent", "Relative", "%", 3),
         number("t", "t", ""),
+        text("verdict", "Verdict"),
     ];
     columns.extend(any_held.then(|| text("held", "Held")));
     table("derivatives", "Aerodynamic and control derivatives, per radian.", columns, rows)
@@ -134,6 +141,7 @@ pub fn fits(results: &Results) -> Table {
             Cell::Number(fit.rms_relative_percent),
             Cell::Number(fit.residual_deviation),
             Cell::Number(fit.condition_number),
+            level(fit.verdict.as_ref()),
             optional(fit.error.as_deref()),
         ]
     });
@@ -145,6 +153,7 @@ pub fn fits(results: &Results) -> Table {
         Column::number("rms_relative_percent", "RMS rel", "%", 3),
         Column::number("residual_deviation", "Residual std", "", 3),
         Column::number("condition_number", "Condition", "", 3),
+        text("verdict", "Verdict"),
         text("error", "Remark"),
     ];
     table("fits", "Quality of the fits.", columns, rows)

@@ -122,6 +122,54 @@ pub fn window_terms(
     (terms.iter().filter(|term| !rests(term)).cloned().collect(), dropped)
 }
 
+/// Terms whose regressor moves in some window of a fit, and those that nothing can be told of: zero in all of them, or constant where
+/// the fit has constants that do the same. What is known beforehand stays.
+///
+/// Regressors that move but depend on each other are left to the fit, whose error names them.
+fn moving_terms(
+    coefficient: Coefficient,
+    terms: &[Term],
+    used: &[&AeroWindow<'_>],
+    estimation: &Estimation,
+) -> (Vec<Term>, Vec<DroppedTerm>) {
+    let has_constant = terms.iter().any(Term::is_constant);
+    let own_constants = has_constant && estimation.constants == PooledConstants::PerWindow;
+    let rests = |term: &&Term| {
+        let known = estimation.known(coefficient, term);
+        if term.is_constant() || matches!(known, Constraint::Fixed(_) | Constraint::Prior { .. }) {
+            return false;
+        }
+        let mut ends: Vec<(f64, f64)> = Vec::with_capacity(used.len());
+        for (_, aero) in used {
+            // A window that lacks the variable says so in the fit.
+            let Ok(column) = regressors(std::slice::from_ref(*term), &aero.variables) else { return false };
+            ends.push(
+                column.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &v| (low.min(v), high.max(v))),
+            );
+        }
+        let all = ends.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |all, own| (all.0.min(own.0), all.1.max(own.1)));
+        let is_zero = is_constant(all) && all.0.abs().max(all.1.abs()) <= SMALLEST_MOTION;
+        is_zero || (has_constant && is_constant(all)) || (own_constants && ends.iter().all(|&own| is_constant(own)))
+    };
+    let reason = if used.len() == 1 { "it does not move in this window" } else { "it moves in none of the windows" };
+    let dropped = terms
+        .iter()
+        .filter(rests)
+        .map(|term| DroppedTerm { derivative: term.derivative_name(coefficient), reason: reason.to_owned() });
+    let dropped: Vec<_> = dropped.collect();
+    let stays = |term: &&Term| !dropped.iter().any(|dropped| dropped.derivative == term.derivative_name(coefficient));
+    (terms.iter().filter(stays).cloned().collect(), dropped)
+}
+
+/// Largest part of a constant regressor that is rounding, and the variation below which any regressor rests.
+const ROUNDING: f64 = 1e-12;
+const SMALLEST_MOTION: f64 = 1e-12;
+
+/// Whether a column between these values varies by no more than rounding.
+fn is_constant((low, high): (f64, f64)) -> bool {
+    high - low <= (ROUNDING * low.abs().max(high.abs())).max(SMALLEST_MOTION)
+}
+
 /// Fits every coefficient that applies to one window.
 pub fn window_fits(
     manoeuvre: &Manoeuvre,
@@ -217,9 +265,16 @@ fn coefficient_fit(
     terms: &[Term],
     used: &[&AeroWindow<'_>],
     estimation: &Estimation,
-    dropped: Vec<DroppedTerm>,
+    mut dropped: Vec<DroppedTerm>,
 ) -> CoefficientFit {
-    let (fit, corrected_errors) = match stacked_fit(coefficient, terms, used, estimation) {
+    let (terms, resting) = moving_terms(coefficient, terms, used, estimation);
+    dropped.extend(resting);
+    if terms.is_empty() {
+        let fit = Err("no term of the model moves in the windows: add one that does, or a constant".to_owned());
+        let windows = used.iter().map(|(window, aero)| (window.name.clone(), aero.coefficients.time_s.len())).collect();
+        return CoefficientFit { coefficient, windows, series: Vec::new(), corrected_errors: Vec::new(), fit, dropped };
+    }
+    let (fit, corrected_errors) = match stacked_fit(coefficient, &terms, used, estimation) {
         Ok((fit, errors)) => (Ok(fit), errors),
         Err(error) => (Err(error), Vec::new()),
     };
@@ -296,8 +351,9 @@ pub fn pooled_regressions(
     let models = structure.models.iter();
     let one = |(coefficient, terms): &(Coefficient, Vec<Term>)| {
         let used = identification(*coefficient, terms, windows, estimation);
+        let (terms, _) = moving_terms(*coefficient, terms, &used, estimation);
         let named = |error: String| format!("{}: {error}", coefficient.name());
-        (!used.is_empty()).then(|| Regression::new(*coefficient, terms, &used, estimation).map_err(named))
+        (!used.is_empty()).then(|| Regression::new(*coefficient, &terms, &used, estimation).map_err(named))
     };
     models.filter_map(one).collect()
 }

@@ -61,9 +61,10 @@ pub struct Untold {
 }
 
 impl Untold {
-    /// What is worth a finding, one line each.
+    /// What is worth a finding, one line each. Nothing depends on the horizontal position.
     fn lines(&self) -> Vec<String> {
-        let names: Vec<_> = self.hidden.iter().map(|state| state.name()).collect();
+        let matters = |state: &&State| !matches!(state, State::PositionNorth | State::PositionEast);
+        let names: Vec<_> = self.hidden.iter().filter(matters).map(|state| state.name()).collect();
         let hidden = (!names.is_empty()).then(|| {
             let (rank, open, names) = (self.rank, self.open, names.join(", "));
             format!("observability rank {rank} of {open}: not told by what is measured: {names}")

@@ -91,7 +91,7 @@ pub fn coverage(
 }
 
 /// Windows over the manoeuvres of a scenario.
-fn windows(scenario: &Scenario) -> Vec<Manoeuvre> {
+pub(super) fn windows(scenario: &Scenario) -> Vec<Manoeuvre> {
     let window = |(number, flown): (usize, &simulate::Manoeuvre)| {
         let name = format!("{:02} {} {}", number + 1, flown.surface.name(), flown.kind.name());
         let held = Window { start_s: flown.held_from_s() - MARGIN_S, end_s: flown.held_to_s() + MARGIN_S };
@@ -151,7 +151,8 @@ fn realisation(
     Ok(estimates)
 }
 
-fn measured(flight: &Flight, session: &Session, aircraft: &AircraftData, seed: u64) -> Recording {
+/// The recording of a flight by instruments that are as the session's filter describes them.
+pub(super) fn measured(flight: &Flight, session: &Session, aircraft: &AircraftData, seed: u64) -> Recording {
     let sensors = aircraft.loaded.aircraft.sensors;
     let cg = flight.truth.loading_cg_at_start();
     flight.measured(&session.filter, sensors.accelerometer_from_datum_m.unwrap_or(cg), tank_channel, seed)

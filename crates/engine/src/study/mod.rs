@@ -2,6 +2,7 @@
 
 mod checks;
 mod coverage;
+mod judged_flights;
 mod lags;
 mod manoeuvres;
 mod monte_carlo;
@@ -12,6 +13,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 pub use checks::{CheckStudy, CheckedDerivative, FollowedFlight, FollowedOutput, WindowChecks, checks};
 pub use coverage::{Coverage, DerivativeCoverage, coverage};
+pub use judged_flights::{JudgedFlights, flown, judged_flights};
 pub use lags::{ControlLag, LagKind, LagStudy, lags};
 pub use manoeuvres::{
     CoefficientLeftOut, ConditionRegression, KindComparison, ManoeuvreStudy, TermContribution, WindowContributions,

@@ -191,7 +191,7 @@ fn inflated(at: &str, fit: &CoefficientFit, estimate: &Fit, terms: &[Term], used
     }
     let partner = partner(estimate, &name);
     let text = format!(
-        "the variance of {name} is {factor:.0} times that of a regressor by itself (limit {INFLATION:.0}): it can hardly be told from {partner}"
+        "the variance of {name} is {factor:.0} times that of a regressor by itself (limit {INFLATION:.0}): it can hardly be told from the others, {partner} above all"
     );
     let finding = Finding::new(Level::Caution, "vif", at, text).with_figure(factor, INFLATION);
     let setting = format!("model.{}", fit.coefficient.name());
@@ -205,7 +205,8 @@ fn inflated(at: &str, fit: &CoefficientFit, estimate: &Fit, terms: &[Term], used
 /// The derivative most correlated with `name`.
 fn partner(estimate: &Fit, name: &str) -> String {
     let Some(index) = estimate.names.iter().position(|other| other == name) else { return String::new() };
-    let others = (0..estimate.parameters()).filter(|&other| other != index);
+    let is_constant = |name: &str| name.ends_with("_0") || name.ends_with(']');
+    let others = (0..estimate.parameters()).filter(|&other| other != index && !is_constant(&estimate.names[other]));
     let largest = others
         .max_by(|&a, &b| estimate.correlation[(index, a)].abs().total_cmp(&estimate.correlation[(index, b)].abs()));
     largest.map(|other| estimate.names[other].clone()).unwrap_or_default()

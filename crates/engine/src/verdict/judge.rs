@@ -70,6 +70,22 @@ impl Verdicts {
     }
 }
 
+impl Verdicts {
+    /// The verdict in one line: its level, how many windows are good, and the coefficients that are not.
+    pub fn headline(&self) -> String {
+        let good = self.windows.values().filter(|window| window.verdict.level == Level::Good).count();
+        let windows = format!("{good} of {} windows good", self.windows.len());
+        let of = |level: Level| -> Option<String> {
+            let fits = self.pooled.iter().filter(|fit| fit.verdict.level == level);
+            let names: Vec<&str> = fits.map(|fit| fit.coefficient.name()).collect();
+            (!names.is_empty()).then(|| format!("{} {}", names.join(", "), level.name()))
+        };
+        let fits = [Level::Good, Level::Caution, Level::Bad].into_iter().filter_map(of);
+        let parts: Vec<String> = std::iter::once(windows).chain(fits).collect();
+        format!("{}: {}", self.session.level.name(), parts.join("; "))
+    }
+}
+
 impl FitVerdict {
     /// Verdict on the derivative called `name`.
     pub fn derivative(&self, name: &str) -> Option<&Verdict> {

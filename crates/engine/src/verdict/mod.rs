@@ -5,7 +5,9 @@
 
 mod check;
 mod derivative;
+mod findings;
 mod fit;
+mod fold;
 mod judge;
 mod plausible;
 mod session;
@@ -15,6 +17,8 @@ mod window;
 use serde::Serialize;
 
 pub use check::{Checked, check_file, check_session};
+pub use findings::{findings, folded};
+pub use fold::{Folded, fold};
 pub use judge::{DerivativeVerdict, FitVerdict, Verdicts, WindowVerdict, judge};
 pub use plausible::PlausibleRange;
 

@@ -7,18 +7,21 @@ use super::{Finding, Level};
 pub(super) fn findings(evidence: Evidence<'_>) -> Vec<Finding> {
     let snapshot = evidence.snapshot;
     let physics = snapshot.physics.iter().filter_map(|(name, slot)| Some((name, slot.ready()?)));
-    let mut found: Vec<Finding> = physics.flat_map(|(name, physics)| physics.findings(name)).collect();
-    let mut note = |level: Level, place: String, error: Option<&str>| {
-        found.extend(error.map(|error| not_computed(level, place, error)));
-    };
-    note(Level::Bad, "aircraft".to_owned(), snapshot.aircraft.error());
-    for (name, slot) in &snapshot.flights {
-        note(Level::Bad, format!("flight '{name}'"), slot.error());
-    }
-    for (name, slot) in &snapshot.engines {
-        note(Level::Caution, format!("engines of flight '{name}'"), slot.error());
-    }
-    note(Level::Bad, "pooled estimate".to_owned(), snapshot.pooled.error());
-    note(Level::Caution, "proof of match".to_owned(), snapshot.proof.error());
-    found
+    let physics = physics.flat_map(|(name, physics)| physics.findings(name));
+    let unnamed = evidence.session.aircraft.is_none().then(|| {
+        let text = "no aircraft is named: flight paths were computed, coefficients and derivatives were not";
+        let cure = "name one: `doublet new --aircraft`, or `aircraft` in the session";
+        Finding::new(Level::Caution, "aircraft", "session", text).with_cure(cure).with_setting("Loading", "aircraft")
+    });
+    let failures = snapshot.failures().into_iter();
+    // Failures of windows are theirs.
+    let others = failures.filter(|(place, _)| !place.starts_with("window '"));
+    let failed = others.map(|(place, error)| not_computed(weight(&place), place, &error));
+    physics.chain(unnamed).chain(failed).collect()
+}
+
+/// Whether derivatives hang on a stage.
+fn weight(place: &str) -> Level {
+    let needed = place == "aircraft" || place == "pooled estimate" || place.starts_with("flight '");
+    if needed { Level::Bad } else { Level::Caution }
 }

@@ -53,7 +53,7 @@ pub(super) fn findings(evidence: Evidence<'_>, manoeuvre: &Manoeuvre) -> Vec<Fin
     }
     if let Some(aero) = results.aero.ready() {
         findings.extend(dynamic_pressure(&place, evidence, aero));
-        findings.extend(mass_properties(&place, aero));
+        findings.extend(mass_properties(&place, aero).or_else(|| envelope(&place, evidence, aero)));
     }
     findings
 }
@@ -245,6 +245,28 @@ fn inertia_at_start(aero: &WindowAero) -> Option<Inertia> {
         InertiaHistory::Constant(inertia) => Some(*inertia),
         InertiaHistory::PerSample(all) => all.first().copied(),
     }
+}
+
+/// Whether the loading flown lies in the envelope, where the aircraft has one.
+fn envelope(place: &str, evidence: Evidence<'_>, aero: &WindowAero) -> Option<Finding> {
+    let aircraft = evidence.snapshot.aircraft.ready()?;
+    let inertia = inertia_at_start(aero)?;
+    let (mass_kg, x_m) = (inertia.mass_kg, inertia.cg_datum_m[0]);
+    let margin = aircraft.aircraft.envelope.as_ref()?.margin(mass_kg, x_m)?;
+    if margin.inside() {
+        return None;
+    }
+    let (text, figure) = if margin.nearest_m() < 0.0 {
+        let beyond_m = -margin.nearest_m();
+        (
+            format!("the centre of gravity lies {beyond_m:.3} m beyond the {} limit of the envelope", margin.side),
+            beyond_m,
+        )
+    } else {
+        (format!("the mass of {mass_kg:.0} kg lies outside the envelope"), mass_kg)
+    };
+    let finding = Finding::new(Level::Caution, "loading", place, text).with_figure(figure, 0.0);
+    Some(finding.with_cure("look at the loading: seats, luggage, fuel").with_setting("Loading", "loading"))
 }
 
 /// Whether mass and inertia are those of a body: positive, and no moment of inertia larger than the sum of the two others.

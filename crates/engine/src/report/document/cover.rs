@@ -7,9 +7,13 @@ use crate::report::results::{DerivativeRow, FitRow, WindowRow};
 use crate::report::table::{Cell, Column, Table, significant};
 use crate::report::tables;
 use crate::session::WindowRole;
+use crate::verdict::{self, Level};
 
 /// Recordings there is room for.
 const RECORDINGS: usize = 14;
+
+/// Reasons of the verdict there is room for.
+const REASONS: usize = 5;
 
 /// Facts, recordings and summary.
 pub fn cover(contents: &Contents<'_>) -> Vec<Block> {
@@ -39,10 +43,11 @@ pub fn cover(contents: &Contents<'_>) -> Vec<Block> {
         used(WindowRole::Ignored)
     );
     let mut summary = vec![
+        ("Verdict", verdict_line(contents)),
         ("Windows", windows),
         ("Filter", consistency(&results.windows)),
         ("Proof of match", proof(contents)),
-        ("Findings", format!("{}, listed at the end", findings::lines(contents).len())),
+        ("Findings", format!("{}, listed at the end", findings::counted(contents))),
     ];
     let failed = contents.snapshot.failures().len() + contents.snapshot.failed_fits().len();
     if failed > 0 {
@@ -52,6 +57,7 @@ pub fn cover(contents: &Contents<'_>) -> Vec<Block> {
         ));
     }
     blocks.push(facts_of(summary));
+    blocks.extend(reasons(contents));
     let table = coefficients(contents);
     blocks.extend((!table.rows.is_empty()).then_some(Block::Table(table)));
     blocks
@@ -66,6 +72,19 @@ pub fn recordings(contents: &Contents<'_>, first_page: bool) -> Option<Block> {
 
 fn facts_of(facts: Vec<(&str, String)>) -> Block {
     Block::Facts(facts.into_iter().map(|(name, text)| (name.to_owned(), text)).collect())
+}
+
+/// The verdict in one line.
+fn verdict_line(contents: &Contents<'_>) -> String {
+    contents.snapshot.verdicts.ready().map_or("not judged".to_owned(), |verdicts| verdicts.headline())
+}
+
+/// What the verdict rests on, the worst lines.
+fn reasons(contents: &Contents<'_>) -> Option<Block> {
+    let found = verdict::folded(contents.session, contents.snapshot);
+    let against = found.iter().filter(|line| line.level > Level::Good).take(REASONS);
+    let lines: Vec<String> = against.map(|line| format!("{}: {line}", line.level.name())).collect();
+    (!lines.is_empty()).then_some(Block::List(lines))
 }
 
 /// Whether the innovations are as large as the filter says.

@@ -1,0 +1,168 @@
+//! What a run says on the terminal: the verdict, the fits with their derivatives and what to look at first, or everything.
+
+use doublet_engine::report::{self, DerivativeRow, EngineRow, FitRow, Results};
+use doublet_engine::run::Snapshot;
+use doublet_engine::session::Session;
+use doublet_engine::verdict::{self, Folded, Level};
+
+use crate::text;
+
+/// Things to look at that are named; the others are counted.
+const NAMED: usize = 3;
+/// Width of a line of derivatives.
+const WIDTH: usize = 110;
+
+/// Prints the verdict, every coefficient and what to look at; with `verbose` everything that was found.
+pub fn print(session: &Session, snapshot: &Snapshot, verbose: bool) {
+    let results = report::build(session, snapshot);
+    let found = verdict::folded(session, snapshot);
+    if verbose {
+        print_all(&results);
+        text::line("");
+        found.iter().for_each(|line| text::line(&format!("{}: {line}", name(line.level))));
+        text::line("");
+    }
+    if let Some(verdicts) = snapshot.verdicts.ready() {
+        text::line(&format!("verdict {}", verdicts.headline()));
+    }
+    if !verbose {
+        results.pooled.iter().for_each(|fit| print_fit(fit, &results));
+        print_first(&found);
+    }
+}
+
+fn name(level: Level) -> &'static str {
+    if level == Level::Good { "note" } else { level.name() }
+}
+
+/// One coefficient: its verdict, how well it fits and predicts, and its derivatives with their corrected errors.
+fn print_fit(fit: &FitRow, results: &Results) {
+    let level = fit.verdict.as_ref().map_or("-", |verdict| verdict.level.name());
+    let head = format!("{} {level}", fit.coefficient);
+    if let Some(error) = &fit.error {
+        text::line(&format!("{head}: no estimate, {error}"));
+        return;
+    }
+    let validation = results.validation.iter().find(|row| row.coefficient == fit.coefficient);
+    let validation = validation.map(|row| format!(", validation {}", text::number(row.r_squared, 3)));
+    let dropped: Vec<&str> = fit.dropped.iter().map(|term| term.name.as_str()).collect();
+    let dropped = if dropped.is_empty() { String::new() } else { format!("; dropped {}", dropped.join(", ")) };
+    text::line(&format!(
+        "{head}: R2 {}{} from {}{dropped}",
+        text::number(fit.r_squared, 4),
+        validation.unwrap_or_default(),
+        windows(&fit.windows)
+    ));
+    // Constants are trim, not derivatives; the tables have them.
+    let shared = fit.derivatives.iter().filter(|row| !row.name.ends_with(']') && !row.name.ends_with("_0"));
+    let mut line = String::from(" ");
+    for cell in shared.map(derivative) {
+        if line.chars().count() + cell.chars().count() > WIDTH {
+            text::line(&line);
+            line = String::from(" ");
+        }
+        line.push_str(&format!(" {cell}"));
+    }
+    if line.len() > 1 {
+        text::line(&line);
+    }
+}
+
+fn derivative(row: &DerivativeRow) -> String {
+    let error = match row.held {
+        Some(held) if row.corrected_standard_error.is_nan() => format!("({held})"),
+        _ => format!("± {}", text::number(row.corrected_standard_error, 2)),
+    };
+    let mark = match row.verdict.as_ref().map(|verdict| verdict.level) {
+        Some(Level::Bad) => " !!",
+        Some(Level::Caution) => " !",
+        _ => "",
+    };
+    format!("{} {} {error}{mark} ", row.name, text::number(row.estimate, 4))
+}
+
+/// What speaks against the results, the worst first, and what the innovations advise most often.
+fn print_first(found: &[Folded]) {
+    let against: Vec<&Folded> = found.iter().filter(|line| line.level > Level::Good).collect();
+    let advice = found.iter().find(|line| line.code == "innovation-advice");
+    let shown: Vec<&Folded> = against.iter().copied().take(NAMED).chain(advice).take(NAMED + 1).collect();
+    if shown.is_empty() {
+        return;
+    }
+    text::line("look at");
+    shown.iter().for_each(|line| text::line(&format!("  {}: {line}", name(line.level))));
+    let others = found.len() - shown.len();
+    if others > 0 {
+        text::line(&format!("  and {others} more with --verbose"));
+    }
+}
+
+/// Clocks, engines, windows and derivatives, and every finding.
+fn print_all(results: &Results) {
+    for flight in &results.flights {
+        for clock in &flight.clocks {
+            text::line(&format!(
+                "{}: clock of {} starts at {} s and gains {} s per s",
+                flight.name,
+                clock.source,
+                text::number(clock.offset_s, 7),
+                text::number(clock.drift, 3)
+            ));
+        }
+    }
+    results.engines.iter().for_each(engine_summary);
+    for window in results.windows.iter().filter(|window| window.samples > 0) {
+        text::line(&format!(
+            "{}: {} samples, mean NIS {} (expected {})",
+            window.name,
+            window.samples,
+            text::number(window.mean_nis, 4),
+            text::number(window.expected_nis, 4)
+        ));
+        if !window.missing_measurements.is_empty() {
+            text::line(&format!("  not measured: {}", window.missing_measurements.join(", ")));
+        }
+    }
+    for fit in results.pooled.iter().filter(|fit| fit.error.is_none()) {
+        text::line("");
+        text::line(&format!(
+            "{} from {}: R2 {}, RMS {} %",
+            fit.coefficient,
+            windows(&fit.windows),
+            text::number(fit.r_squared, 4),
+            text::number(fit.rms_relative_percent, 3)
+        ));
+        // Constants of single windows are trim, not derivatives; the tables have them.
+        let shared = fit.derivatives.iter().filter(|row| !row.name.ends_with(']'));
+        let rows = shared.map(|row| {
+            vec![
+                row.name.clone(),
+                text::number(row.estimate, 6),
+                text::number(row.standard_error, 3),
+                text::number(row.corrected_standard_error, 3),
+                text::number(row.relative_error_percent, 3),
+                row.held.unwrap_or_default().to_owned(),
+            ]
+        });
+        text::table(&["derivative", "estimate", "std error", "corrected", "rel %", ""], &rows.collect::<Vec<_>>());
+    }
+}
+
+fn engine_summary(engine: &EngineRow) {
+    let kilowatts = |watts: f64, digits| text::number(watts / 1000.0, digits);
+    let place = format!("{}: engine '{}'", engine.flight, engine.engine);
+    text::line(&match &engine.monitor {
+        Some(monitor) => format!(
+            "{place}: power r2 {} (squared correlation), RMS {} kW against its monitor over {} samples",
+            text::number(monitor.whole.r_squared, 4),
+            kilowatts(monitor.whole.rms_w, 3),
+            monitor.whole.samples
+        ),
+        None => format!("{place}: mean power {} kW over {} samples", kilowatts(engine.mean_power_w, 4), engine.samples),
+    });
+}
+
+/// Names of the windows, or how many there are.
+fn windows(names: &[String]) -> String {
+    if names.len() > 3 { format!("{} windows", names.len()) } else { names.join(", ") }
+}

@@ -1,0 +1,151 @@
+//! Whether the verdict can be believed: simulated flights through both steps, judged as a session is.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+use std::sync::Arc;
+
+use doublet_core::airframe::Loading;
+use doublet_core::series::Recording;
+use doublet_core::simulate::{self, Scenario};
+use rayon::prelude::*;
+
+use super::coverage::{measured, windows};
+use super::{StudyError, Watch};
+use crate::run::{Slot, Snapshot};
+use crate::session::{Session, WindowRole};
+use crate::stage::{self, AeroWindow, LoadedFlight, Samples, Surroundings};
+use crate::verdict::{Finding, Level, Verdict, Verdicts, judge};
+
+/// Verdicts on flights whose every sensor is as stated.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct JudgedFlights {
+    /// Flights flown and judged.
+    pub flights: usize,
+    /// Manoeuvres of each.
+    pub manoeuvres: usize,
+    /// Flights by the level of the session: good, caution, bad.
+    pub sessions: [usize; 3],
+    /// Flights with a bad anywhere: the session, a window, a fit or a derivative, of single windows too.
+    pub bad_anywhere: usize,
+    /// Flights in which a kind of finding fired, by level and code.
+    pub codes: BTreeMap<(Level, &'static str), usize>,
+    /// Of each kind the first finding there was, with the seed of its flight.
+    pub examples: BTreeMap<(Level, &'static str), (u64, Finding)>,
+}
+
+/// Flies `scenario` once for each seed from `first_seed` on, records it by instruments that are as the filter of `session` describes them
+/// ([`simulate::Flight::measured`]) and judges what both steps make of it. Of a manoeuvre flown more than once the last repetitions
+/// are validation windows.
+///
+/// # Errors
+/// One line: an aircraft that cannot be read, a flight that cannot be flown; or that it was stopped.
+pub fn judged_flights(
+    session: &Session,
+    folder: &Path,
+    scenario: &Scenario,
+    (flights, first_seed): (usize, u64),
+    watch: &Watch<'_>,
+) -> Result<JudgedFlights, StudyError> {
+    let watch = watch.parts(flights);
+    let one = |index: usize| -> Result<(u64, Vec<Finding>, Level), StudyError> {
+        watch.checkpoint()?;
+        let seed = first_seed + index as u64;
+        let (_, snapshot) = flown(session, folder, scenario, seed, &|_| (), &watch)?;
+        watch.step();
+        let Some(verdicts) = snapshot.verdicts.ready() else { return Ok((seed, Vec::new(), Level::Good)) };
+        Ok((seed, everywhere(verdicts), verdicts.session.level))
+    };
+    let found = (0..flights).into_par_iter().map(one).collect::<Result<Vec<_>, _>>()?;
+    let mut judged = JudgedFlights { flights, manoeuvres: windows(scenario).len(), ..JudgedFlights::default() };
+    for (seed, findings, level) in found {
+        judged.sessions[level as usize] += 1;
+        judged.bad_anywhere += usize::from(findings.iter().any(|finding| finding.level == Level::Bad));
+        let kinds: BTreeSet<_> = findings.iter().map(|finding| (finding.level, finding.code)).collect();
+        kinds.into_iter().for_each(|kind| *judged.codes.entry(kind).or_default() += 1);
+        for finding in findings {
+            judged.examples.entry((finding.level, finding.code)).or_insert((seed, finding));
+        }
+    }
+    Ok(judged)
+}
+
+/// Reasons of the session, of every window, fit and derivative.
+fn everywhere(verdicts: &Verdicts) -> Vec<Finding> {
+    let fits = || verdicts.windows.values().flat_map(|window| &window.fits).chain(&verdicts.pooled);
+    let derivatives = fits().flat_map(|fit| fit.derivatives.iter().map(|derivative| &derivative.verdict));
+    let all = std::iter::once(&verdicts.session)
+        .chain(verdicts.windows.values().map(|window| &window.verdict))
+        .chain(fits().map(|fit| &fit.verdict))
+        .chain(derivatives);
+    all.flat_map(|verdict: &Verdict| verdict.reasons.iter().cloned()).collect()
+}
+
+/// One flight of `scenario` through both steps, with the session that was identified and the snapshot of its results. `spoil` changes the
+/// recording first: the flight of a faulty instrument.
+///
+/// # Errors
+/// One line: an aircraft that cannot be read, a flight that cannot be flown; or that it was stopped.
+pub fn flown(
+    session: &Session,
+    folder: &Path,
+    scenario: &Scenario,
+    seed: u64,
+    spoil: &(dyn Fn(&mut Recording) + Sync),
+    watch: &Watch<'_>,
+) -> Result<(Session, Snapshot), StudyError> {
+    let named = |error: String| StudyError::Failed(format!("seed {seed}: {error}"));
+    let loading = Loading { fuel_kg: Default::default(), ..scenario.loading.clone() };
+    let path = session.aircraft.as_ref().ok_or("the session names no aircraft: name one in it".to_owned())?;
+    let loaded = Arc::new(stage::load_aircraft(folder, path)?);
+    let aircraft = stage::aircraft_data(Arc::clone(&loaded), Some(&loading))?;
+    let fly = simulate::run(scenario, seed, &mut |_| !watch.control().is_cancelled());
+    watch.checkpoint()?;
+    let mut recording = measured(&fly.map_err(|error| named(error.to_string()))?, session, &aircraft, seed);
+    spoil(&mut recording);
+
+    let mut session = Session { loading: Some(loading), windows: windows(scenario), ..session.clone() };
+    let (surfaces, kinds): (Vec<_>, Vec<_>) =
+        session.windows.iter().map(|window| (window.surface, window.kind.clone())).unzip();
+    for (index, window) in session.windows.iter_mut().enumerate() {
+        let same = |other: &usize| surfaces[*other] == window.surface && kinds[*other] == window.kind;
+        if (0..index).any(|other| same(&other)) {
+            window.role = WindowRole::Validation;
+        }
+    }
+    let mut snapshot = Snapshot::default();
+    snapshot.aircraft = Slot::Ready(loaded);
+    let samples = |window: &crate::session::Manoeuvre| {
+        stage::samples(&recording, window.window, Some(&aircraft), &session.preparation).map(Arc::new)
+    };
+    let samples: Vec<Arc<Samples>> = session.windows.iter().map(samples).collect::<Result<_, _>>().map_err(named)?;
+    let paths = stage::paths(&samples, &session, watch.control());
+    let mut formed: Vec<AeroWindow<'_>> = Vec::with_capacity(samples.len());
+    for ((window, samples), path) in session.windows.iter().zip(&samples).zip(paths) {
+        watch.checkpoint()?;
+        let results = snapshot.windows.entry(window.name.clone()).or_default();
+        let aero = path.and_then(|path| {
+            let around = Surroundings::new(&recording, &samples.data, &aircraft, &session.preparation)?;
+            let aero = stage::aero(&around, &path.reconstruction, &aircraft, &session.preparation);
+            results.path = Slot::Ready(Arc::new(path));
+            aero.map(Arc::new)
+        });
+        match aero {
+            Err(error) => results.path.finish(Err(error)),
+            Ok(aero) => {
+                let fits = stage::window_fits(window, &aero, &session.structure, &session.estimation);
+                results.aero = Slot::Ready(Arc::clone(&aero));
+                results.fits = Slot::Ready(Arc::new(fits));
+                formed.push((window, aero));
+            }
+        }
+    }
+    let pooled = stage::pooled_fits(&formed, &session.structure, &session.estimation);
+    snapshot.pooled = Slot::Ready(Arc::new(pooled));
+    let physics = stage::physics_of(&recording, "as flown");
+    snapshot.physics.insert(scenario.name.to_owned(), Slot::Ready(Arc::new(physics)));
+    let flight = LoadedFlight { recording, ..LoadedFlight::default() };
+    snapshot.flights.insert(scenario.name.to_owned(), Slot::Ready(Arc::new(flight)));
+    drop(formed);
+    snapshot.verdicts = Slot::Ready(Arc::new(judge(&session, &snapshot)));
+    Ok((session, snapshot))
+}

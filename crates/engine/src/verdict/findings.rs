@@ -1,0 +1,68 @@
+//! Everything found on the way to the results: what the verdict rests on, then what was merely noted.
+
+use doublet_core::reconstruct::consistency::WORTH_CHANGING;
+
+use super::fold::{Folded, fold};
+use super::{Finding, Level};
+use crate::run::Snapshot;
+use crate::session::{Session, path_warning};
+
+/// Reasons of the verdict, derivatives that are not determined, and notes of recordings, engines and windows with the advice of their
+/// innovations.
+pub fn findings(session: &Session, snapshot: &Snapshot) -> Vec<Finding> {
+    let mut found = Vec::new();
+    if let Some(verdicts) = snapshot.verdicts.ready() {
+        found.extend(verdicts.session.reasons.iter().cloned());
+        let derivatives = verdicts.pooled.iter().flat_map(|fit| &fit.derivatives);
+        let only_theirs = derivatives.flat_map(|derivative| &derivative.verdict.reasons);
+        found.extend(only_theirs.filter(|reason| !verdicts.session.reasons.contains(reason)).cloned());
+    }
+    let mut note = |place: &str, text: &str| found.push(Finding::new(Level::Good, "note", place, text));
+    path_warning(session).iter().for_each(|text| note("session", text));
+    for flight in &session.flights {
+        let place = format!("flight '{}'", flight.name);
+        let loaded = snapshot.flights.get(&flight.name).and_then(|slot| slot.ready());
+        loaded.iter().flat_map(|loaded| &loaded.recording.warnings).for_each(|text| note(&place, text));
+        let engines = snapshot.engines.get(&flight.name).and_then(|slot| slot.ready());
+        engines.iter().flat_map(|engines| &engines.warnings).for_each(|text| note(&place, text));
+    }
+    for window in &session.windows {
+        let Some(results) = snapshot.windows.get(&window.name) else { continue };
+        let place = format!("window '{}'", window.name);
+        let path = results.path.ready();
+        path.iter().flat_map(|path| &path.warnings).for_each(|text| note(&place, text));
+        results.aero.ready().iter().flat_map(|aero| &aero.warnings).for_each(|text| note(&place, text));
+    }
+    found.extend(advice(session, snapshot));
+    found
+}
+
+/// What the innovations of every window advise, where their size is not as predicted.
+fn advice(session: &Session, snapshot: &Snapshot) -> Vec<Finding> {
+    let mut found = Vec::new();
+    for window in &session.windows {
+        let path = snapshot.windows.get(&window.name).and_then(|results| results.path.ready());
+        let channels = path.iter().filter_map(|path| path.consistency.as_ref()).flat_map(|found| &found.channels);
+        for channel in channels {
+            let name = channel.measurement.name();
+            let ratio = channel.deviation_ratio;
+            let (said, cure) = match ratio {
+                ratio if ratio > WORTH_CHANGING => ("above", "raise its noise, or look for what disturbs it"),
+                ratio if ratio < 1.0 / WORTH_CHANGING => ("below", "lower its noise"),
+                _ => continue,
+            };
+            let text = format!("innovations of {name} are {ratio:.2} times their prediction, {said} 1");
+            let finding = Finding::new(Level::Good, "innovation-advice", format!("window '{}'", window.name), text);
+            let setting = format!("filter.measurement_noise.{name}");
+            found.push(finding.with_figure(ratio, 1.0).with_cure(cure).with_setting("Noise and filter", setting));
+        }
+    }
+    found
+}
+
+/// [`findings`] with those of one kind in one line, the worst first.
+pub fn folded(session: &Session, snapshot: &Snapshot) -> Vec<Folded> {
+    let recordings = session.flights.iter().flat_map(|flight| &flight.recordings);
+    let paths: Vec<&str> = recordings.map(|recording| recording.path.as_str()).collect();
+    fold(&findings(session, snapshot), &paths)
+}

@@ -1,0 +1,299 @@
+//! Findings of one kind in one line: what differs only in its numbers, in the names it quotes or in its place is said once.
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use super::{Finding, Level};
+
+/// Names a line says before it only counts the others.
+const NAMED: usize = 3;
+
+/// Findings of one kind.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Folded {
+    /// Their level.
+    pub level: Level,
+    /// Their kind.
+    pub code: &'static str,
+    /// Where: the place, or how many there are.
+    pub place: String,
+    /// What was found, numbers from the least to the greatest.
+    pub text: String,
+    /// What to do.
+    pub cure: String,
+    /// How many findings it stands for.
+    pub count: usize,
+}
+
+impl std::fmt::Display for Folded {
+    /// Where, what and what to do, in one line.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}: {}", self.place, self.text)?;
+        if self.cure.is_empty() { Ok(()) } else { write!(f, ": {}", self.cure) }
+    }
+}
+
+/// Folds findings by level, kind and what they say; the worst first, of one level those found most often first. `paths` are the
+/// recordings of the session: a message that begins with the place one was read from calls it as the session does.
+pub fn fold(findings: &[Finding], paths: &[&str]) -> Vec<Folded> {
+    let mut groups = Groups::default();
+    findings.iter().for_each(|finding| groups.note(finding, split(paths, &finding.text)));
+    let mut folded: Vec<Folded> = groups.list.iter().map(Group::folded).collect();
+    folded.sort_by_key(|line| std::cmp::Reverse((line.level, line.count)));
+    folded
+}
+
+/// A part of a message that may differ between messages of one kind.
+#[derive(Clone, Debug, PartialEq)]
+enum Part {
+    Number(f64, String),
+    Name(String),
+}
+
+/// A message: what is said between its parts, and the parts.
+#[derive(Clone, Debug, PartialEq)]
+struct Message {
+    between: Vec<String>,
+    parts: Vec<Part>,
+}
+
+/// Cuts a message at its numbers, at what it quotes and at the recording it begins with, which is called as in the session and not by
+/// the place it was read from.
+fn split(paths: &[&str], text: &str) -> Message {
+    let mut message = Message { between: Vec::new(), parts: Vec::new() };
+    let mut said = String::new();
+    let mut rest = text;
+    if let Some((place, behind)) = text.split_once(": ") {
+        let tail = |path: &str| path.trim_start_matches("builtin:").trim_start_matches(['.', '/']).to_owned();
+        let found = paths.iter().filter(|path| Path::new(place).ends_with(tail(path)));
+        if let Some(path) = found.max_by_key(|path| path.len()) {
+            message.between.push(String::new());
+            message.parts.push(Part::Name((*path).to_owned()));
+            (said, rest) = (": ".to_owned(), behind);
+        }
+    }
+    while let Some(first) = rest.chars().next() {
+        let at_start = said.is_empty() || said.ends_with([' ', '(']);
+        match part(rest).filter(|_| at_start) {
+            Some((part, length)) => {
+                message.between.push(std::mem::take(&mut said));
+                message.parts.push(part);
+                rest = &rest[length..];
+            }
+            None => {
+                said.push(first);
+                rest = &rest[first.len_utf8()..];
+            }
+        }
+    }
+    message.between.push(said);
+    message
+}
+
+/// The number or quoted name a text begins with, and its length in bytes.
+fn part(text: &str) -> Option<(Part, usize)> {
+    let ends = |length: usize| {
+        !text[length..].starts_with(|c: char| c.is_alphanumeric() || matches!(c, '-' | '_' | '/' | '.'))
+    };
+    if let Some(quoted) = text.strip_prefix('\'') {
+        let name = &quoted[..quoted.find('\'')?];
+        return Some((Part::Name(format!("'{name}'")), name.len() + 2));
+    }
+    let length = text.find(|c: char| !(c.is_ascii_digit() || matches!(c, '.' | '-'))).unwrap_or(text.len());
+    let number = text[..length].trim_end_matches('.');
+    let value = number.parse().ok().filter(|_| ends(number.len()) || text[number.len()..].starts_with(". "))?;
+    Some((Part::Number(value, number.to_owned()), number.len()))
+}
+
+/// Messages of one kind.
+struct Group<'a> {
+    first: &'a Finding,
+    between: Vec<String>,
+    /// Of each part, every one there was.
+    parts: Vec<Vec<Part>>,
+    /// Of each message.
+    places: Vec<&'a str>,
+}
+
+/// What findings that are folded have in common: level, kind and what is said between their numbers and names.
+type Kind = (Level, &'static str, Vec<String>);
+
+#[derive(Default)]
+struct Groups<'a> {
+    list: Vec<Group<'a>>,
+    known: HashMap<Kind, usize>,
+}
+
+impl<'a> Groups<'a> {
+    fn note(&mut self, finding: &'a Finding, message: Message) {
+        let same = |parts: &[Vec<Part>]| {
+            let kind = |part: &Part| matches!(part, Part::Number(..));
+            parts.iter().zip(&message.parts).all(|(all, part)| kind(&all[0]) == kind(part))
+        };
+        let kind = (finding.level, finding.code, message.between.clone());
+        let index = self.known.get(&kind).copied().filter(|&index| same(&self.list[index].parts));
+        let index = index.unwrap_or_else(|| {
+            let parts = vec![Vec::new(); message.parts.len()];
+            self.known.insert(kind, self.list.len());
+            self.list.push(Group { first: finding, between: message.between.clone(), parts, places: Vec::new() });
+            self.list.len() - 1
+        });
+        let group = &mut self.list[index];
+        group.parts.iter_mut().zip(message.parts).for_each(|(all, part)| all.push(part));
+        group.places.push(&finding.place);
+    }
+}
+
+impl Group<'_> {
+    fn folded(&self) -> Folded {
+        let mut text = self.between[0].clone();
+        for (parts, between) in self.parts.iter().zip(&self.between[1..]) {
+            text.push_str(&together(parts));
+            text.push_str(between);
+        }
+        let mut places: Vec<&str> = Vec::new();
+        self.places.iter().for_each(|place| {
+            if !places.contains(place) {
+                places.push(place);
+            }
+        });
+        if self.places.len() > places.len() {
+            text.push_str(&format!(" ({} times)", self.places.len()));
+        }
+        Folded {
+            level: self.first.level,
+            code: self.first.code,
+            place: in_words(&places),
+            text,
+            cure: self.first.cure.clone(),
+            count: self.places.len(),
+        }
+    }
+}
+
+/// Places in words: one or two by their names, more by their number and what they have in common.
+fn in_words(places: &[&str]) -> String {
+    let windows: Vec<&str> = places
+        .iter()
+        .filter_map(|place| place.strip_prefix("window '")?.split_once('\'').map(|(name, _)| name))
+        .collect();
+    // `window 'a', alpha` and `window 'b', alpha`: the channel is the same, or it is left to the text.
+    let tails: Vec<&str> = places.iter().filter_map(|place| Some(place.rsplit_once("', ")?.1)).collect();
+    let tail = match tails.first() {
+        Some(first) if tails.len() == places.len() && tails.iter().all(|tail| tail == first) => format!(", {first}"),
+        _ => String::new(),
+    };
+    match places {
+        [] => String::new(),
+        [place] => (*place).to_owned(),
+        [first, second] => format!("{first} and {second}"),
+        [first, .., last] if windows.len() < places.len() => format!("{first} to {last} ({} places)", places.len()),
+        _ => format!("in {} windows{tail}", windows.len()),
+    }
+}
+
+/// The parts at one place of all messages: a number, the least and the greatest, or the names there are.
+fn together(parts: &[Part]) -> String {
+    let mut names: Vec<&str> = Vec::new();
+    let mut ends: Option<[(f64, &str); 2]> = None;
+    for part in parts {
+        match part {
+            Part::Name(name) if names.contains(&name.as_str()) => {}
+            Part::Name(name) => names.push(name),
+            Part::Number(value, text) => {
+                let own = (*value, text.as_str());
+                let [least, most] = ends.unwrap_or([own; 2]);
+                ends = Some([if own.0 < least.0 { own } else { least }, if own.0 > most.0 { own } else { most }]);
+            }
+        }
+    }
+    match ends {
+        Some([(least, text), (most, _)]) if least == most => text.to_owned(),
+        Some([(_, least), (_, most)]) => format!("{least}–{most}"),
+        None if names.len() > NAMED + 1 => format!("{} and {} more", names[..NAMED].join(", "), names.len() - NAMED),
+        None => names.join(", "),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn said(messages: &[(&str, &str)]) -> Vec<String> {
+        let findings: Vec<Finding> =
+            messages.iter().map(|(place, text)| Finding::new(Level::Good, "note", *place, *text)).collect();
+        fold(&findings, &["builtin:flights/a.h5", "../b.csv"]).iter().map(ToString::to_string).collect()
+    }
+
+    #[test]
+    fn messages_that_differ_in_numbers_and_quoted_names_are_one_line() {
+        let engine = |name: &str, speed: &str, by: &str| {
+            format!(
+                "engine '{name}': speed {speed} rpm is {by} rpm below the range 2400 to 2800 rpm: extrapolated, 648 samples"
+            )
+        };
+        let found = said(&[
+            ("window '01 a'", &engine("front", "2344.5", "55.5")),
+            ("window '01 a'", &engine("rear", "2350", "50")),
+            ("window '02 b'", &engine("front", "2340.0", "60.0")),
+            ("window '03 c'", &engine("front", "2340.0", "60.0")),
+            ("window '02 b'", "alpha pauses for 0.80 s at 2141.05 s; nothing was put in its place"),
+        ]);
+        assert_eq!(
+            found,
+            [
+                "in 3 windows: engine 'front', 'rear': speed 2340.0–2350 rpm is 50–60.0 rpm below the range 2400 to 2800 \
+                 rpm: extrapolated, 648 samples (4 times)",
+                "window '02 b': alpha pauses for 0.80 s at 2141.05 s; nothing was put in its place",
+            ]
+        );
+    }
+
+    #[test]
+    fn recordings_are_called_as_in_the_session_and_words_with_digits_are_no_numbers() {
+        let found = said(&[
+            ("F", "/tmp/x/flights/a.h5: source 'm': 3 gaps"),
+            ("F", "/tmp/y/b.csv: source 'n': 4 gaps"),
+            ("F", "phi1 is in a_2 and 3-2-1-1"),
+            ("F", "phi2 is in a_2 and 3-2-1-1"),
+            ("F", "flights/other.h5: source 'm': 3 gaps. 2 more."),
+        ]);
+        assert_eq!(
+            found,
+            [
+                "F: builtin:flights/a.h5, ../b.csv: source 'm', 'n': 3–4 gaps (2 times)",
+                "F: phi1 is in a_2 and 3-2-1-1",
+                "F: phi2 is in a_2 and 3-2-1-1",
+                "F: flights/other.h5: source 'm': 3 gaps. 2 more.",
+            ]
+        );
+        let many: Vec<(&str, String)> = (0..6).map(|k| ("F", format!("no '{k}'"))).collect();
+        let many: Vec<(&str, &str)> = many.iter().map(|(place, text)| (*place, text.as_str())).collect();
+        assert_eq!(said(&many), ["F: no '0', '1', '2' and 3 more (6 times)"]);
+    }
+
+    #[test]
+    fn the_worst_come_first_then_those_found_most_often_and_levels_are_not_mixed() {
+        let finding = |level, place: &str, text: &str| Finding::new(level, "nis", format!("window '{place}'"), text);
+        let found = fold(
+            &[
+                finding(Level::Good, "a", "ratio 1.1"),
+                finding(Level::Caution, "a", "alone"),
+                finding(Level::Caution, "b", "ratio 2.5").with_cure("look at the noise"),
+                finding(Level::Bad, "c", "ratio 9.0"),
+                finding(Level::Caution, "d", "ratio 1.6"),
+            ],
+            &[],
+        );
+        let said: Vec<_> = found.iter().map(|line| (line.level, line.count, line.to_string())).collect();
+        assert_eq!(
+            said,
+            [
+                (Level::Bad, 1, "window 'c': ratio 9.0".to_owned()),
+                (Level::Caution, 2, "window 'b' and window 'd': ratio 1.6–2.5: look at the noise".to_owned()),
+                (Level::Caution, 1, "window 'a': alone".to_owned()),
+                (Level::Good, 1, "window 'a': ratio 1.1".to_owned()),
+            ]
+        );
+    }
+}

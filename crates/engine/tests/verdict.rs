@@ -1,0 +1,376 @@
+//! The verdict: good on flights with which nothing is wrong, with the right cause on others.
+
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "helpers of tests are not marked as tests")]
+
+use std::path::Path;
+use std::sync::Arc;
+
+use doublet_core::model::{Coefficient, Inertia, InertiaHistory, Term};
+use doublet_core::quantity::Role;
+use doublet_core::reconstruct::{Input, State};
+use doublet_core::series::{Recording, Series};
+use doublet_core::simulate::scenario;
+use doublet_engine::graph::Cache;
+use doublet_engine::run::{Control, Scope, Slot, Snapshot, WindowResults, run};
+use doublet_engine::session::{self, Session, Surface};
+use doublet_engine::stage::{self, AeroWindow, CoefficientFit, PooledFits};
+use doublet_engine::study::{self, Watch};
+use doublet_engine::verdict::{Finding, Level, PlausibleRange, Verdicts, judge};
+
+fn builtin(name: &str) -> Session {
+    session::parse(doublet_engine::builtin::session(name).unwrap()).unwrap()
+}
+
+fn computed(session: &Session) -> Snapshot {
+    let folder = Path::new(".");
+    let scope = Scope { session, folder, first: None, studies: &[], cause: "test", generation: 1 };
+    run(&scope, &Snapshot::default(), &Cache::new(1 << 30), &Control::default(), &|_| {})
+}
+
+fn show(verdicts: &Verdicts) {
+    println!("{}", verdicts.headline());
+    verdicts.session.reasons.iter().for_each(|reason| println!("{} {}: {reason}", reason.level.name(), reason.code));
+}
+
+/// Verdicts on the six manoeuvres of a test point with a recording that `spoil` changed, and a session that `change` did.
+fn judged(seed: u64, spoil: &(dyn Fn(&mut Recording) + Sync), change: impl Fn(&mut Session)) -> Arc<Verdicts> {
+    let mut session = builtin("demo");
+    change(&mut session);
+    let scenario = scenario::build("test-point").unwrap();
+    let control = Control::default();
+    let show_nothing = |_: f32| ();
+    let watch = Watch::new(&control, &show_nothing);
+    let (_, snapshot) = study::flown(&session, Path::new("."), &scenario, seed, spoil, &watch).unwrap();
+    let verdicts = Arc::clone(snapshot.verdicts.ready().unwrap());
+    show(&verdicts);
+    verdicts
+}
+
+/// A flight with which nothing is wrong, to change one thing of.
+struct Sound {
+    session: Session,
+    snapshot: Snapshot,
+}
+
+impl Sound {
+    fn new() -> Self {
+        let scenario = scenario::build("test-point").unwrap();
+        let control = Control::default();
+        let watch = Watch::new(&control, &|_: f32| ());
+        let (session, snapshot) =
+            study::flown(&builtin("demo"), Path::new("."), &scenario, 1, &|_| (), &watch).unwrap();
+        Self { session, snapshot }
+    }
+
+    /// Level and number of the reasons with `code`, anywhere, once `change` is made.
+    fn fires(&self, code: &str, change: impl Fn(&mut Session, &mut Snapshot)) -> Option<Finding> {
+        let (mut session, mut snapshot) = (self.session.clone(), self.snapshot.clone());
+        change(&mut session, &mut snapshot);
+        let verdicts = judge(&session, &snapshot);
+        let derivatives = verdicts.pooled.iter().flat_map(|fit| &fit.derivatives).map(|derivative| &derivative.verdict);
+        let mut all: Vec<Finding> = verdicts.session.reasons.clone();
+        all.extend(derivatives.flat_map(|verdict| verdict.reasons.iter().cloned()));
+        all.sort_by_key(|finding| std::cmp::Reverse(finding.level));
+        all.into_iter().find(|finding| finding.code == code)
+    }
+
+    /// Asserts that `code` fires with each level for the figures beside it.
+    fn expect<T: Copy>(
+        &self,
+        code: &str,
+        cases: &[(T, Option<Level>)],
+        change: impl Fn(&mut Session, &mut Snapshot, T),
+    ) {
+        for (index, &(figure, level)) in cases.iter().enumerate() {
+            let found = self.fires(code, |session, snapshot| change(session, snapshot, figure));
+            println!("{code} {index}: {found:?}");
+            assert_eq!(found.as_ref().map(|finding| finding.level), level, "{code}, case {index}: {found:?}");
+            let said =
+                found.is_none_or(|finding| code == "failed" || (!finding.cure.is_empty() && finding.panel.is_some()));
+            assert!(said, "{code} says what to do and where");
+        }
+    }
+}
+
+/// The content of a slot, changed.
+fn changed<T: Clone>(slot: &mut Slot<T>, change: impl FnOnce(&mut T)) {
+    let mut content = T::clone(slot.ready().unwrap());
+    change(&mut content);
+    *slot = Slot::Ready(Arc::new(content));
+}
+
+/// The window that moves the elevator first.
+fn elevator<'a>(session: &Session, snapshot: &'a mut Snapshot) -> &'a mut WindowResults {
+    let window = session.windows.iter().find(|window| window.surface == Some(Surface::Elevator)).unwrap();
+    snapshot.windows.get_mut(&window.name).unwrap()
+}
+
+fn pooled<'a>(fits: &'a mut PooledFits, coefficient: Coefficient) -> &'a mut CoefficientFit {
+    fits.fits.iter_mut().find(|fit| fit.coefficient == coefficient).unwrap()
+}
+
+fn index_of(fit: &CoefficientFit, name: &str) -> usize {
+    fit.fit.as_ref().unwrap().names.iter().position(|other| other == name).unwrap()
+}
+
+const NONE: Option<Level> = None;
+const CAUTION: Option<Level> = Some(Level::Caution);
+const BAD: Option<Level> = Some(Level::Bad);
+
+#[test]
+fn reasons_about_the_flight_path_fire_beyond_their_limits_only() {
+    let sound = Sound::new();
+    sound.expect(
+        "nis",
+        &[(1.2, NONE), (0.5, NONE), (1.7, CAUTION), (0.2, CAUTION), (3.5, BAD), (0.05, BAD)],
+        |s, snapshot, ratio| {
+            changed(&mut elevator(s, snapshot).path, |path| {
+                let consistency = path.consistency.as_mut().unwrap();
+                let expected = consistency.nis_mean / consistency.nis_ratio;
+                (consistency.nis_ratio, consistency.nis_mean) = (ratio, ratio * expected);
+            });
+        },
+    );
+    sound.expect("innovation", &[(0.4, NONE), (-0.9, CAUTION), (6.0, BAD)], |s, snapshot, mean| {
+        changed(&mut elevator(s, snapshot).path, |path| path.consistency.as_mut().unwrap().channels[0].mean = mean);
+    });
+    sound.expect(
+        "innovation",
+        &[((0.9, 0.8), NONE), ((1.4, 0.2), NONE), ((1.4, 0.8), CAUTION)],
+        |s, snapshot, (ratio, lag_one)| {
+            changed(&mut elevator(s, snapshot).path, |path| {
+                let channel = &mut path.consistency.as_mut().unwrap().channels[0];
+                (channel.deviation_ratio, channel.autocorrelation[0], channel.is_white) = (ratio, lag_one, false);
+            });
+        },
+    );
+    sound.expect(
+        "smoother",
+        &[((4.0, 10), NONE), ((4.0, 100), CAUTION), ((30.0, 10), NONE), ((30.0, 40), BAD)],
+        |s, snapshot, (by, samples)| {
+            changed(&mut elevator(s, snapshot).path, |path| {
+                let run = &mut path.reconstruction;
+                let k = State::VelocityW as usize;
+                let smoothed = run.smoothed.as_mut().unwrap();
+                for index in 200..200 + samples {
+                    smoothed.states[k][index] = run.states[k][index] + by * run.deviations[k][index];
+                }
+            });
+        },
+    );
+    sound.expect("dynamic-pressure", &[(0.8, NONE), (0.4, CAUTION), (0.05, BAD)], |s, snapshot, part| {
+        changed(&mut elevator(s, snapshot).aero, |aero| {
+            aero.data.density_kg_m3.iter_mut().for_each(|rho| *rho *= part)
+        });
+    });
+    let with_inertia = |s: &Session, snapshot: &mut Snapshot, change: &dyn Fn(&mut Inertia)| {
+        changed(&mut elevator(s, snapshot).aero, |aero| {
+            if let InertiaHistory::PerSample(all) = &mut aero.data.inertia {
+                all.iter_mut().for_each(change);
+            }
+        });
+    };
+    sound.expect("loading", &[(0.0, NONE), (1.0, CAUTION)], |s, snapshot, aft_m| {
+        with_inertia(s, snapshot, &|inertia| inertia.cg_datum_m[0] += aft_m);
+    });
+    sound.expect("loading", &[(1.0, NONE), (-1.0, BAD), (9.0, BAD)], |s, snapshot, times| {
+        with_inertia(s, snapshot, &|inertia| inertia.iyy_kg_m2 *= times);
+    });
+    sound.expect("failed", &[((), BAD)], |s, snapshot, ()| {
+        elevator(s, snapshot).path = Slot::Failed { error: "the filter failed".to_owned(), last: None };
+    });
+}
+
+#[test]
+fn reasons_about_fits_and_derivatives_fire_beyond_their_limits_only() {
+    let sound = Sound::new();
+    sound.expect("rank", &[(false, NONE), (true, BAD)], |_, snapshot, fails| {
+        changed(&mut snapshot.pooled, |fits| {
+            if fails {
+                pooled(fits, Coefficient::Cm).fit = Err("rank 3 of 4".to_owned());
+            }
+        });
+    });
+    let cm = |snapshot: &mut Snapshot, change: &dyn Fn(&mut CoefficientFit)| {
+        changed(&mut snapshot.pooled, |fits| change(pooled(fits, Coefficient::Cm)));
+    };
+    let cm_alone = |session: &mut Session, snapshot: &mut Snapshot| {
+        changed(&mut snapshot.pooled, |fits| fits.fits.retain(|fit| fit.coefficient == Coefficient::Cm));
+        session.structure.models.retain(|(coefficient, _)| *coefficient == Coefficient::Cm);
+    };
+    sound.expect("condition", &[(90.0, NONE), (150.0, CAUTION)], |session, snapshot, number| {
+        cm_alone(session, snapshot);
+        cm(snapshot, &|fit| fit.fit.as_mut().unwrap().condition_number = number);
+    });
+    sound.expect("vif", &[(1.0, NONE), (1e4, CAUTION)], |session, snapshot, times| {
+        cm_alone(session, snapshot);
+        cm(snapshot, &|fit| fit.fit.as_mut().unwrap().unit_covariance *= times);
+    });
+    sound.expect("excitation", &[(1e-3, NONE), (1.0, CAUTION)], |session, snapshot, noise| {
+        cm_alone(session, snapshot);
+        session.filter.process_noise[Input::PitchRate as usize] = noise;
+    });
+    sound.expect("excitation", &[((), BAD)], |session, snapshot, ()| {
+        cm_alone(session, snapshot);
+        session.structure.models[0].1.retain(Term::is_constant);
+    });
+    sound.expect("determined", &[(0.3, NONE), (0.6, CAUTION)], |session, snapshot, part| {
+        cm_alone(session, snapshot);
+        cm(snapshot, &|fit| {
+            let index = index_of(fit, "Cm_q");
+            fit.corrected_errors[index] = part * fit.fit.as_ref().unwrap().estimates[index].abs();
+        });
+    });
+    // Outside by more than three errors; beyond by more than a width; of the wrong sign.
+    let plausible = [
+        ((-30.0, 0.1), NONE),
+        ((-41.0, 0.5), NONE),
+        ((-41.0, 0.2), CAUTION),
+        ((-90.0, 1.0), BAD),
+        ((2.0, 0.1), BAD),
+        ((-900.0, 1e4), BAD),
+    ];
+    let with_damping = |snapshot: &mut Snapshot, (value, error): (f64, f64)| {
+        cm(snapshot, &|fit| {
+            let index = index_of(fit, "Cm_q");
+            fit.corrected_errors[index] = error;
+            fit.fit.as_mut().unwrap().estimates[index] = value;
+        });
+    };
+    sound.expect("plausible", &plausible, |_, snapshot, figures| with_damping(snapshot, figures));
+    sound.expect("plausible", &[((-90.0, 1.0), NONE)], |session, snapshot, figures| {
+        session.plausible.insert("Cm_q".to_owned(), PlausibleRange { low: -100.0, high: 0.0, sign_certain: true });
+        with_damping(snapshot, figures);
+    });
+}
+
+#[test]
+fn windows_that_contradict_each_other_are_named() {
+    let sound = Sound::new();
+    let contradicting = |apart: f64| {
+        sound.fires("scatter", |session, snapshot| {
+            // As in the ATTAS recordings: one window is certain of what the others deny.
+            let windows: Vec<String> = snapshot.windows.keys().cloned().collect();
+            let mut first = true;
+            for name in windows.iter().filter(|name| name.contains("elevator")) {
+                changed(&mut snapshot.windows.get_mut(name).unwrap().fits, |fits| {
+                    let fit = fits.fits.iter_mut().find(|fit| fit.coefficient == Coefficient::Cm).unwrap();
+                    let index = index_of(fit, "Cm_q");
+                    fit.fit.as_mut().unwrap().estimates[index] = if first { -5.0 - apart } else { -5.0 };
+                    fit.corrected_errors[index] = if first { 0.4 } else { 2.0 };
+                });
+                first = false;
+            }
+            changed(&mut snapshot.pooled, |fits| {
+                let fit = pooled(fits, Coefficient::Cm);
+                let index = index_of(fit, "Cm_q");
+                fit.fit.as_mut().unwrap().estimates[index] = -5.5;
+                fit.corrected_errors[index] = 1.5;
+            });
+            let _ = session;
+        })
+    };
+    assert_eq!(contradicting(1.0), None);
+    let found = contradicting(6.0).unwrap();
+    assert_eq!(found.level, Level::Caution, "{found:?}");
+    assert!(found.place.contains("Cm_q") && found.text.contains("03 elevator"), "{found:?}");
+    assert_eq!(contradicting(9.0).unwrap().level, Level::Bad);
+}
+
+#[test]
+fn terms_that_rest_in_every_window_are_dropped_and_dependent_ones_are_the_error_of_their_fit() {
+    let sound = Sound::new();
+    let Sound { session, snapshot } = &sound;
+    let rests = |surface: Surface| {
+        let rudder_only: Vec<_> = session.windows.iter().filter(|window| window.surface == Some(surface)).collect();
+        let windows: Vec<AeroWindow<'_>> = rudder_only
+            .into_iter()
+            .map(|window| {
+                let mut aero = stage::WindowAero::clone(snapshot.windows[&window.name].aero.ready().unwrap());
+                aero.data.controls.get_mut(&Role::Aileron).unwrap().fill(0.01);
+                let aero = stage::WindowAero::formed(aero.data, aero.settings, Vec::new()).unwrap();
+                (window, Arc::new(aero))
+            })
+            .collect();
+        stage::pooled_fits(&windows, &session.structure, &session.estimation)
+    };
+    let fits = rests(Surface::Rudder);
+    let side = fits.fits.iter().find(|fit| fit.coefficient == Coefficient::CY).unwrap();
+    assert!(side.fit.is_ok(), "{:?}", side.fit);
+    let dropped: Vec<&str> = side.dropped.iter().map(|term| term.derivative.as_str()).collect();
+    assert_eq!(dropped, ["CY_delta_a"]);
+    assert!(!side.fit.as_ref().unwrap().names.iter().any(|name| name == "CY_delta_a"));
+
+    // Regressors that move together are not dropped: that fit fails, the others do not.
+    let windows: Vec<AeroWindow<'_>> = session
+        .windows
+        .iter()
+        .map(|window| (window, Arc::clone(snapshot.windows[&window.name].aero.ready().unwrap())))
+        .collect();
+    let mut structure = session.structure.clone();
+    let twice = Term::parse("qc/2V").unwrap();
+    structure.models.iter_mut().filter(|(c, _)| *c == Coefficient::Cm).for_each(|(_, terms)| terms.push(twice.clone()));
+    let fits = stage::pooled_fits(&windows, &structure, &session.estimation);
+    for fit in &fits.fits {
+        assert_eq!(fit.fit.is_err(), fit.coefficient == Coefficient::Cm, "{}", fit.coefficient.name());
+    }
+}
+
+fn reasons<'a>(verdicts: &'a Verdicts, code: &str) -> Vec<&'a Finding> {
+    verdicts.session.reasons.iter().filter(|reason| reason.code == code).collect()
+}
+
+/// The recording with the values of a role changed.
+fn with_values(recording: &mut Recording, role: Role, change: impl Fn(f64) -> f64) {
+    let channel = &mut recording.channels[recording.roles[&role]];
+    let values = channel.series.values.iter().map(|&value| change(value)).collect();
+    channel.series = Series { time_s: Arc::clone(&channel.series.time_s), values };
+}
+
+/// The recording with the clock of a role changed.
+fn with_times(recording: &mut Recording, role: Role, change: impl Fn(f64) -> f64) {
+    let channel = &mut recording.channels[recording.roles[&role]];
+    let time_s = channel.series.time_s.iter().map(|&time| change(time)).collect();
+    channel.series = Series { time_s, values: Arc::clone(&channel.series.values) };
+}
+
+#[test]
+fn the_shipped_flight_is_good_but_for_the_axial_force() {
+    let session = builtin("demo");
+    let snapshot = computed(&session);
+    let verdicts = snapshot.verdicts.ready().unwrap();
+    show(verdicts);
+    for fit in &verdicts.pooled {
+        println!("{} {}", fit.coefficient.name(), fit.verdict.level.name());
+        let expected = if fit.coefficient.name() == "CX" { Level::Caution } else { Level::Good };
+        assert_eq!(fit.verdict.level, expected, "{:?}", fit.verdict.reasons);
+    }
+    for (name, window) in &verdicts.windows {
+        assert_eq!(window.verdict.level, Level::Good, "{name}: {:?}", window.verdict.reasons);
+        assert!(window.fits.iter().all(|fit| fit.verdict.level < Level::Bad), "{name}");
+    }
+    assert_eq!(verdicts.session.level, Level::Caution);
+}
+
+#[test]
+fn a_consistent_flight_has_no_bad_reason_and_each_fault_has_its_cause() {
+    let sound = judged(1, &|_| (), |_| ());
+    assert!(sound.session.level < Level::Bad);
+
+    let turned = judged(1, &|recording| with_values(recording, Role::AngleOfAttack, |value| -value), |_| ());
+    assert_eq!(turned.session.level, Level::Bad);
+    assert!(reasons(&turned, "nis").iter().any(|reason| reason.text.contains("alpha")), "alpha turned");
+
+    let turned = judged(1, &|recording| with_values(recording, Role::PitchRate, |value| -value), |_| ());
+    assert_eq!(turned.session.level, Level::Bad);
+
+    let turned = judged(1, &|recording| with_values(recording, Role::Elevator, |value| -value), |_| ());
+    assert_eq!(turned.session.level, Level::Bad);
+    assert!(reasons(&turned, "plausible").iter().any(|reason| reason.place.contains("Cm_delta_e")), "elevator turned");
+
+    let clock = judged(1, &|recording| with_times(recording, Role::AngleOfAttack, |time| 1.02 * time), |_| ());
+    assert!(clock.session.level > Level::Good);
+
+    let gravity = judged(1, &|_| (), |session| session.filter.gravity_m_s2 += 0.05);
+    assert!(gravity.session.level > Level::Good);
+}
