@@ -19,6 +19,8 @@ const LONGEST_S: f64 = 86_400.0;
 const SHORTEST_S: f64 = 1.0;
 /// Farthest slope from one under the right unit.
 const RIGHT_SLOPE: f64 = 0.15;
+/// Squared correlation of a slope that counts.
+const CLEAR_R2: f64 = 0.8;
 /// Error of a clock that is worth a word.
 const WORTH_SAYING: f64 = 0.01;
 /// Errors that turning and moving show lie within this of each other, and each is this large.
@@ -54,11 +56,13 @@ pub(super) struct Clocked {
 fn votes(motion: &Motion, relations: &[Relation]) -> (usize, usize) {
     let timed = relations.iter().filter(|relation| relation.clock() != ClockEffect::None);
     let figures = timed.filter_map(|relation| match relation.judge(motion) {
-        Outcome::Fits(figures) => Some(((figures.slope - 1.0).abs() <= RIGHT_SLOPE, figures)),
-        Outcome::Differs(figures) => Some((false, figures)),
+        // A turned sign is not the clock's.
+        Outcome::Fits(figures) | Outcome::Differs(figures) => {
+            Some((figures.slope.abs() - 1.0).abs() <= RIGHT_SLOPE && figures.r2 > CLEAR_R2)
+        }
         Outcome::Absent | Outcome::Untold => None,
     });
-    figures.fold((0, 0), |(told, hold), (holds, _)| (told + 1, hold + usize::from(holds)))
+    figures.fold((0, 0), |(told, hold), holds| (told + 1, hold + usize::from(holds)))
 }
 
 fn is_plausible(pace: &Pace, factor: f64) -> bool {
@@ -89,7 +93,9 @@ pub(super) fn judge(recording: &Recording, relations: &[Relation]) -> Clocked {
             return Clocked { rows: vec![in_unit(&pace, factor, unit, votes)], motion: Some(motion) };
         }
         if !plausible {
-            return Clocked { rows: vec![asked(&pace, &possible)], motion };
+            // Under stamps that make no recording of flight nothing else could be told.
+            let likely = possible.first().and_then(|(factor, _)| Motion::new(recording, *factor));
+            return Clocked { rows: vec![asked(&pace, &possible)], motion: likely.or(motion) };
         }
     }
     let rows = motion.as_ref().and_then(|motion| common_error(motion, relations)).into_iter().collect();
@@ -118,7 +124,12 @@ fn asked(pace: &Pace, possible: &[(f64, &'static str)]) -> CompatibilityRow {
             let cure = Cure::Clock { factor, unit: Some(unit) };
             let words = cure.hypothesis();
             let then = pace_in_words(pace, factor);
-            (Some(cure), format!("as read there are {as_read}; as {words} there would be {then}: say which it is"))
+            (
+                Some(cure),
+                format!(
+                    "as read there are {as_read}; as {words}, by which the rest is judged, there would be {then}: say which it is"
+                ),
+            )
         }
         None => (None, format!("as read there are {as_read}: say what unit the stamps are in")),
     };
