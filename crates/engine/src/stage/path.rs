@@ -187,7 +187,8 @@ pub fn partly_outside(recording: &Recording, window: Window) -> Option<String> {
     let (first, last) = span(&recording.role(Input::RollRate.role())?.series.time_s);
     let Window { start_s, end_s } = window;
     let outside_s = (first - start_s).max(end_s - last);
-    (outside_s > OUTSIDE_S).then(|| {
+    let overlaps = start_s < last && end_s > first;
+    (overlaps && outside_s > OUTSIDE_S).then(|| {
         format!("the window goes from {start_s} s to {end_s} s, the inertial samples from {first:.2} s to {last:.2} s: the rest of it is left out")
     })
 }

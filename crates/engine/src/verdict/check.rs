@@ -70,7 +70,10 @@ pub fn check_file(path: &Path) -> Checked {
         return check_aircraft(path, text);
     }
     match session::parse(text) {
-        Ok(session) => check_session(&session, path.parent().unwrap_or(Path::new(""))),
+        Ok(session) => {
+            let folder = path.parent().unwrap_or(Path::new(""));
+            check_session(&session::relative_to(&session, folder), folder)
+        }
         Err(error) => refused("file", error.to_string(), "correct it"),
     }
 }
@@ -98,7 +101,8 @@ pub fn check_session(session: &Session, folder: &Path) -> Checked {
         let compared = snapshot.physics.values().filter_map(|slot| slot.ready());
         physics.extend(compared.flat_map(|compared| compared.rows.iter().cloned()));
         // What the session itself says of a window or a flight is why it fails.
-        let known: Vec<String> = findings.iter().map(|finding| finding.place.clone()).collect();
+        let bad = findings.iter().filter(|finding| finding.level == Level::Bad);
+        let known: Vec<String> = bad.map(|finding| finding.place.clone()).collect();
         findings.extend(failures(&snapshot).into_iter().filter(|failure| !known.contains(&failure.place)));
     }
     Checked { subject: in_one_line(session), findings, physics }.sorted()
