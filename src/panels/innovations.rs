@@ -77,7 +77,10 @@ const TITLES: [(&str, &str); 6] = [
     ("Updates", "Innovations in the window"),
     ("Mean [σ]", "Mean innovation in predicted deviations: an offset where it is far from zero"),
     ("RMS [σ]", "Size of the innovations in predicted deviations: 1 is consistent"),
-    ("White", "Whether the innovations are uncorrelated in time: 95 of 100 lags inside the band of a white sequence"),
+    (
+        "White",
+        "Whether the innovations are uncorrelated in time: Ljung and Box at 5 %, so that one white sequence in twenty is not",
+    ),
     ("What to change", "The most useful step; point at it to read all of it"),
 ];
 

@@ -23,8 +23,9 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, chosen: &mut Coefficient) {
         *chosen = shown;
     }
     let study = of(shown);
-    let inside = notation::fixed(100.0 * study.whiteness.share_inside, 0);
-    ui.weak(format!("{inside} % of the lags lie inside the band; white noise has 95 %"));
+    let (probability, said) =
+        (study.whiteness.probability, if study.whiteness.is_white() { "white" } else { "not white" });
+    ui.weak(format!("{said}: white noise is as correlated in {} % of cases", notation::fixed(100.0 * probability, 1)));
     let height = 0.5 * ui.available_height() - 6.0;
     let correlation = correlation(study, ui);
     ctx.chart(ui, &correlation, height);

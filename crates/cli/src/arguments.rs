@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use doublet_core::replay::MotionAxis;
 use doublet_engine::report::document::SectionKind;
 use doublet_engine::report::{HistoryFormat, TableFormat};
 use doublet_engine::session::Surface;
@@ -46,7 +47,7 @@ pub enum Command {
     /// Compare manoeuvres: each left out in turn, kinds of input, derivatives over the flight condition.
     Manoeuvres(StudyArguments),
     /// Estimate every window again in the frequency domain and by output error.
-    Checks(StudyArguments),
+    Checks(CheckStudyArguments),
     /// Find lag and delay of every control by the fit.
     Lags(LagArguments),
     /// Search for the terms the data ask for, stepwise or by orthogonal functions, and print every step.
@@ -225,6 +226,23 @@ pub struct StudyArguments {
     /// Folder for all results, those of the study among them.
     #[arg(long)]
     pub out: Option<PathBuf>,
+}
+
+/// Arguments of `checks`.
+#[derive(Debug, Args)]
+pub struct CheckStudyArguments {
+    /// What every study takes.
+    #[command(flatten)]
+    pub study: StudyArguments,
+    /// Motion that output error follows, the other as reconstructed: longitudinal, lateral or both; without it that which each
+    /// window's surface moves.
+    #[arg(long, value_name = "AXIS", value_parser = axis)]
+    pub axis: Option<MotionAxis>,
+}
+
+fn axis(text: &str) -> Result<MotionAxis, String> {
+    let found = MotionAxis::ALL.into_iter().find(|axis| axis.name() == text);
+    found.ok_or_else(|| format!("'{text}' is no motion: use longitudinal, lateral or both"))
 }
 
 /// Arguments of `lags`.

@@ -61,8 +61,9 @@ pub fn print(results: &StudyResults) {
             if row.coefficient.is_empty() { "all" } else { row.coefficient }.to_owned(),
             milliseconds(row.value_s, 3),
             milliseconds(row.standard_error_s, 2),
+            text::number(row.r_squared, 6),
             row.error.clone().unwrap_or_default(),
         ]
     });
-    text::table(&["", "from", "ms", "std error", ""], &cells.collect::<Vec<_>>());
+    text::table(&["", "from", "ms", "std error", "R2", ""], &cells.collect::<Vec<_>>());
 }

@@ -83,7 +83,7 @@ fn outcome(command: Command) -> Result<Outcome, String> {
         Command::New(arguments) => new::new(&arguments),
         Command::Sensitivity(arguments) => study::study(Study::Sensitivity, &arguments),
         Command::Manoeuvres(arguments) => study::study(Study::Manoeuvres, &arguments),
-        Command::Checks(arguments) => study::study(Study::Checks, &arguments),
+        Command::Checks(arguments) => study::study(Study::Checks { axis: arguments.axis }, &arguments.study),
         Command::Structure(arguments) => structure::structure(&arguments),
         Command::Variants(arguments) => variants::variants(&arguments),
         Command::Lags(arguments) => lags::lags(&arguments),

@@ -131,7 +131,7 @@ fn study_of(name: StudyName) -> Study {
     match name {
         StudyName::Sensitivity => Study::Sensitivity,
         StudyName::Manoeuvres => Study::Manoeuvres,
-        StudyName::Checks => Study::Checks,
+        StudyName::Checks => Study::Checks { axis: None },
         StudyName::Lags => Study::Lags,
         StudyName::MonteCarlo => Study::MonteCarlo { realisations: 200, seed: 1 },
     }

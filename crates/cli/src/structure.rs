@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use doublet_core::estimate::{OrthogonalSettings, Stacked, StepwiseSettings, orthogonal, stacked, stepwise};
-use doublet_core::model::{Coefficient, Structure, Term};
+use doublet_core::model::{Coefficient, Structure, Term, Variable};
 use doublet_engine::stage::{Regression, pooled_regressions};
 
 use crate::run::{self, computed};
@@ -52,15 +52,12 @@ pub fn structure(arguments: &StructureArguments) -> Result<(), String> {
         let asymmetric = matches!(coefficient, Coefficient::CY | Coefficient::Cl | Coefficient::Cn);
         let usual = if asymmetric { ASYMMETRIC } else { SYMMETRIC };
         let usual = usual.into_iter().filter_map(|text| Term::parse(text).ok());
-        let offered = if arguments.terms.is_empty() { usual.collect() } else { arguments.terms.clone() };
-        let mut candidates = own.clone();
-        for term in offered {
-            let variables = || term.factors().iter().map(|(variable, _)| *variable);
-            let known = windows.iter().all(|(_, aero)| variables().all(|v| aero.variables.get(v).is_some()));
-            if known && !candidates.contains(&term) {
-                candidates.push(term);
-            }
-        }
+        let offered: Vec<Term> = if arguments.terms.is_empty() { usual.collect() } else { arguments.terms.clone() };
+        let variables = |term: &Term| term.factors().iter().map(|(variable, _)| *variable).collect::<Vec<_>>();
+        let known = |term: &Term| {
+            windows.iter().all(|(_, aero)| variables(term).iter().all(|&v| aero.variables.get(v).is_some()))
+        };
+        let candidates = candidates(own, offered.into_iter().filter(known));
         let only = Structure { models: vec![(*coefficient, candidates.clone())] };
         for regression in pooled_regressions(&windows, &only, &session.estimation) {
             let Ok(Regression { pooled, .. }) = regression.inspect_err(|error| run::say(error)) else { continue };
@@ -74,6 +71,22 @@ pub fn structure(arguments: &StructureArguments) -> Result<(), String> {
         }
     }
     run::some_done(done)
+}
+
+/// The session's own terms and those offered that are another variable: the session's form of a term, `qc/2V` or `qc/V`, stands
+/// for both.
+fn candidates(own: &[Term], offered: impl Iterator<Item = Term>) -> Vec<Term> {
+    let plain = |term: &Term| {
+        let half = |variable| if variable == Variable::HalfPitchRate { Variable::PitchRate } else { variable };
+        term.factors().iter().map(|&(variable, power)| (half(variable), power)).collect::<Vec<_>>()
+    };
+    let mut candidates = own.to_vec();
+    for term in offered {
+        if candidates.iter().all(|other| plain(other) != plain(&term)) {
+            candidates.push(term);
+        }
+    }
+    candidates
 }
 
 /// Searches, prints the steps and gives the names of the chosen parameters; constants are always in the model.
@@ -108,4 +121,17 @@ fn search(method: Search, coefficient: Coefficient, all: &Stacked) -> Result<Vec
         }
     };
     Ok(selected.into_iter().map(|index| all.names[index].clone()).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn session_keeps_its_own_form_of_a_term() {
+        let terms = |names: &[&str]| -> Vec<Term> { names.iter().filter_map(|name| Term::parse(name).ok()).collect() };
+        let (own, offered) = (terms(&["1", "alpha", "qc/2V"]), terms(&["alpha", "qc/V", "delta_e"]));
+        let found = candidates(&own, offered.into_iter());
+        assert_eq!(found, terms(&["1", "alpha", "qc/2V", "delta_e"]));
+    }
 }

@@ -31,7 +31,7 @@ pub fn shown(study: Study, session: &Session, snapshot: &Snapshot, arguments: &S
     match study {
         Study::Sensitivity => sensitivity(&results.studies),
         Study::Manoeuvres => manoeuvres(&results.studies),
-        Study::Checks => checks(&results.studies),
+        Study::Checks { .. } => checks(&results.studies),
         Study::Lags => lags::print(&results.studies),
         Study::MonteCarlo { .. } => monte_carlo(&results),
     }
@@ -181,7 +181,8 @@ fn monte_carlo(results: &report::Results) {
 }
 
 fn checks(results: &report::StudyResults) {
-    let cells = results.checks.iter().map(|row| {
+    let is_output = |row: &&report::CheckRow| row.largest_deviation.is_finite();
+    let cells = results.checks.iter().filter(|row| !is_output(row)).map(|row| {
         let pair = |value: f64, error: f64| {
             if value.is_finite() {
                 format!("{} +- {}", text::number(value, 4), text::number(error, 2))
@@ -191,7 +192,7 @@ fn checks(results: &report::StudyResults) {
         };
         vec![
             row.window.clone(),
-            row.method.to_owned(),
+            method(row),
             row.derivative.clone(),
             pair(row.estimate, row.standard_error),
             pair(row.equation_error, row.equation_standard_error),
@@ -199,4 +200,22 @@ fn checks(results: &report::StudyResults) {
         ]
     });
     text::table(&["window", "method", "", "estimate", "equation error", ""], &cells.collect::<Vec<_>>());
+    let outputs: Vec<_> = results.checks.iter().filter(is_output).collect();
+    if !outputs.is_empty() {
+        text::line("");
+        text::line("outputs followed by output error");
+        let cells = outputs.into_iter().map(|row| {
+            let numbers = [text::number(row.r_squared, 3), text::number(row.largest_deviation, 3)];
+            [row.window.clone(), method(row), row.derivative.clone()].into_iter().chain(numbers).collect()
+        });
+        text::table(&["window", "method", "", "R2", "largest deviation"], &cells.collect::<Vec<_>>());
+    }
+    for finding in &results.check_findings {
+        text::line(&format!("{}: {}: {}", finding.level.name(), finding.place, finding.text));
+    }
+}
+
+/// Method of a check, with the axis that output error followed.
+fn method(row: &report::CheckRow) -> String {
+    if row.axis.is_empty() { row.method.to_owned() } else { format!("{}, {}", row.method, row.axis) }
 }

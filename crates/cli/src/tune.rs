@@ -117,14 +117,13 @@ fn choose_windows(session: &mut Session, names: &[String]) -> Result<(), String>
 
 fn print(found: &NoiseProposal, windows: usize) {
     let row = |name: &str, unit: &str, proposed: &ProposedDeviation| {
-        let factor = proposed.log_standard_error.map(f64::exp);
-        vec![
-            name.to_owned(),
-            unit.to_owned(),
-            text::number(proposed.present, 4),
-            text::number(proposed.proposed, 4),
-            factor.map_or("not told".to_owned(), |factor| format!("x/ {}", text::number(factor, 3))),
-        ]
+        let told = match proposed.log_standard_error.map(f64::exp) {
+            _ if proposed.at_bound => "not told: the likelihood has no maximum here, keep what is set".to_owned(),
+            Some(factor) => format!("x/ {}", text::number(factor, 3)),
+            None => "not told".to_owned(),
+        };
+        let value = if proposed.at_bound { "-".to_owned() } else { text::number(proposed.proposed, 4) };
+        vec![name.to_owned(), unit.to_owned(), text::number(proposed.present, 4), value, told]
     };
     let inputs = Input::ALL.into_iter().filter_map(|input| {
         Some(row(input.name(), input.dimension().si_symbol(), found.process[input as usize].as_ref()?))

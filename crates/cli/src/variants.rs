@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 use doublet_core::estimate::{
-    Constraint, Fit, Stacked, constrained_least_squares, errors_in_variables, generalised_least_squares, stacked,
-    total_least_squares, weighted_least_squares,
+    Coloured, Constraint, EstimateError, Fit, PooledFit, PooledRegression, Stacked, errors_in_variables,
+    generalised_least_squares, stacked, total_least_squares, weighted_coloured_covariance, weighted_least_squares,
 };
 use doublet_engine::stage::{Regression, pooled_regressions};
 use nalgebra::{DMatrix, DVector};
@@ -76,22 +76,17 @@ pub fn variants(arguments: &VariantArguments) -> Result<(), String> {
             let variance = residuals.iter().map(|v| v * v).sum::<f64>() / residuals.len() as f64;
             weights[range.clone()].fill(variance.recip());
         }
-        let mut fits = vec![("ordinary", Ok(ordinary.fit.clone()))];
-        let said = |error: doublet_core::estimate::EstimateError| error.to_string();
-        fits.push(("weighted", weighted_least_squares(&all.names, &all.x, &all.z, &weights).map_err(said)));
-        let whitened = generalised_least_squares(&all.names, &all.x, &all.z, &ordinary.samples, arguments.order);
-        fits.push(("generalised", whitened.map(|found| found.fit).map_err(said)));
-        let mut constraints = vec![Constraint::Free; all.names.len()];
-        for columns in &ordinary.parameters {
-            columns.iter().zip(&known).for_each(|(&column, &known)| constraints[column] = known);
-        }
+        let mut fits = vec![Form::of("ordinary", corrected(&pooled, Ok(ordinary.clone())))];
+        fits.push(Form::of("weighted", weighted(&all, &weights, &ordinary)));
+        fits.push(Form::of("generalised", whitened(&all, arguments.order, &ordinary)));
+        pooled.constraints = known;
+        pooled.constraints.resize(pooled.names.len(), Constraint::Free);
         for (name, known) in &arguments.know {
-            let place = all.names.iter().position(|other| other == name);
-            place.into_iter().for_each(|place| constraints[place] = *known);
+            let place = pooled.names.iter().position(|other| other == name);
+            place.into_iter().for_each(|place| pooled.constraints[place] = *known);
         }
-        if constraints.iter().any(|constraint| *constraint != Constraint::Free) {
-            let found = constrained_least_squares(&all.names, &all.x, &all.z, &constraints);
-            fits.push(("constrained", found.map_err(said)));
+        if pooled.constraints.iter().any(|constraint| *constraint != Constraint::Free) {
+            fits.push(Form::of("constrained", corrected(&pooled, pooled.fit())));
         }
         fits.extend(with_noise(&all, &arguments.noise, ordinary.fit.residual_std));
         print(&all.names[..shared], &fits);
@@ -102,8 +97,45 @@ pub fn variants(arguments: &VariantArguments) -> Result<(), String> {
     }
 }
 
-/// Corrected for the noise of the regressors, and total least squares, where any noise is stated.
-fn with_noise(all: &Stacked, noise: &[(String, f64)], measurement: f64) -> Vec<(&'static str, Result<Fit, String>)> {
+/// A form of least squares: its fit with the corrected standard errors of its parameters, none where there is no such correction.
+struct Form {
+    name: &'static str,
+    found: Result<(Fit, Vec<f64>), String>,
+}
+
+impl Form {
+    fn of(name: &'static str, found: Result<(Fit, DMatrix<f64>), EstimateError>) -> Self {
+        let errors = |covariance: &DMatrix<f64>| covariance.diagonal().iter().map(|variance| variance.sqrt()).collect();
+        let found = found.map(|(fit, covariance)| (fit, errors(&covariance))).map_err(|error| error.to_string());
+        Self { name, found }
+    }
+}
+
+/// A pooled fit with its covariance for coloured residuals.
+fn corrected(
+    pooled: &PooledRegression,
+    fit: Result<PooledFit, EstimateError>,
+) -> Result<(Fit, DMatrix<f64>), EstimateError> {
+    let fit = fit?;
+    let covariance = fit.coloured_covariance(&pooled.windows, &Coloured::default())?;
+    Ok((fit.fit, covariance))
+}
+
+fn weighted(all: &Stacked, weights: &[f64], ordinary: &PooledFit) -> Result<(Fit, DMatrix<f64>), EstimateError> {
+    let fit = weighted_least_squares(&all.names, &all.x, &all.z, weights)?;
+    let covariance = weighted_coloured_covariance(&fit, &all.x, weights, &ordinary.samples, &Coloured::default())?;
+    Ok((fit, covariance))
+}
+
+fn whitened(all: &Stacked, order: usize, ordinary: &PooledFit) -> Result<(Fit, DMatrix<f64>), EstimateError> {
+    let found = generalised_least_squares(&all.names, &all.x, &all.z, &ordinary.samples, order)?;
+    let covariance = found.coloured_covariance(&all.x, &ordinary.samples, &Coloured::default())?;
+    Ok((found.fit, covariance))
+}
+
+/// Corrected for the noise of the regressors, and total least squares, where any noise is stated; their errors have no correction
+/// for coloured residuals.
+fn with_noise(all: &Stacked, noise: &[(String, f64)], measurement: f64) -> Vec<Form> {
     let of = |name: &String| noise.iter().find(|(other, _)| other == name).map_or(0.0, |(_, deviation)| *deviation);
     let deviations: Vec<f64> = all.names.iter().map(of).collect();
     if deviations.iter().all(|deviation| *deviation == 0.0) {
@@ -113,22 +145,29 @@ fn with_noise(all: &Stacked, noise: &[(String, f64)], measurement: f64) -> Vec<(
     let covariance = DMatrix::from_diagonal(&DVector::from_vec(variances));
     let corrected = errors_in_variables(&all.names, &all.x, &all.z, &covariance);
     let total = total_least_squares(&all.names, &all.x, &all.z, &deviations, measurement);
-    vec![("noise taken out", corrected.map_err(|e| e.to_string())), ("total", total.map_err(|e| e.to_string()))]
+    let form = |name, fit: Result<Fit, EstimateError>| Form {
+        name,
+        found: fit.map(|fit| (fit, Vec::new())).map_err(|error| error.to_string()),
+    };
+    vec![form("noise taken out", corrected), form("total", total)]
 }
 
-fn print(names: &[String], fits: &[(&'static str, Result<Fit, String>)]) {
-    for (form, error) in fits.iter().filter_map(|(form, fit)| Some((form, fit.as_ref().err()?))) {
+fn print(names: &[String], fits: &[Form]) {
+    for (form, error) in fits.iter().filter_map(|form| Some((form.name, form.found.as_ref().err()?))) {
         text::line(&format!("{form}: {error}"));
     }
-    let found: Vec<_> = fits.iter().filter_map(|(form, fit)| Some((*form, fit.as_ref().ok()?))).collect();
+    let found: Vec<_> = fits.iter().filter_map(|form| Some((form.name, form.found.as_ref().ok()?))).collect();
     let header: Vec<&str> = std::iter::once("derivative").chain(found.iter().map(|(form, _)| *form)).collect();
-    let cell = |fit: &Fit, name: &String| {
+    let cell = |(fit, corrected): &(Fit, Vec<f64>), name: &String| {
         let (estimate, error) = fit.parameter(name).unwrap_or((f64::NAN, f64::NAN));
-        format!("{} ({})", text::number(estimate, 5), text::number(error, 2))
+        let place = fit.names.iter().position(|other| other == name);
+        let corrected = place.and_then(|place| corrected.get(place)).copied().unwrap_or(f64::NAN);
+        format!("{} ({}; {})", text::number(estimate, 5), text::number(error, 2), text::number(corrected, 2))
     };
     let row = |name: &String| {
         std::iter::once(name.clone()).chain(found.iter().map(|(_, fit)| cell(fit, name))).collect::<Vec<_>>()
     };
     text::table(&header, &names.iter().map(row).collect::<Vec<_>>());
+    text::line("(conventional standard error; corrected for coloured residuals)");
     text::line("");
 }

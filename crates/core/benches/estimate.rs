@@ -3,9 +3,10 @@
 use std::hint::black_box;
 
 use doublet_core::estimate::{
-    Coloured, Fit, FlightFreedom, FlightOutput, FlightWindow, MotionAxis, OutputErrorSettings, PooledFit, PooledWindow,
-    Taper, Transforms, coloured_covariance, coloured_covariances, flight_output_error, least_squares, pooled,
+    Coloured, Fit, FlightFreedom, FlightOutput, FlightWindow, OutputErrorSettings, PooledFit, PooledWindow, Taper,
+    Transforms, coloured_covariance, coloured_covariances, flight_output_error, least_squares, pooled,
 };
+use doublet_core::replay::{Motion, MotionAxis};
 use nalgebra::DMatrix;
 
 #[path = "../tests/common/flight.rs"]
@@ -119,7 +120,8 @@ fn output_error_2500_samples_20_parameters(bencher: divan::Bencher) {
         noisy(&flown.euler_rad[0], 1e-3),
         noisy(&flown.specific_force_m_s2[1], 0.05),
     ];
-    let window = FlightWindow { label: "w".to_owned(), replay: &replay, start, model, measured };
+    let motion = Motion::from(&flown);
+    let window = FlightWindow { label: "w".to_owned(), replay: &replay, start, motion: &motion, model, measured };
     let biases = vec![FlightOutput::SpecificForceY, FlightOutput::Beta];
     let freedom = FlightFreedom { shared: entries, own: Vec::new(), biases };
     let windows = [window];

@@ -10,9 +10,14 @@ use doublet_core::prep::{Differentiation, differentiate, smoothed_rate};
 use doublet_core::quantity::Role;
 use doublet_engine::builtin;
 use doublet_engine::graph::Cache;
+use doublet_engine::report::{self, HistoryFormat, Outputs};
 use doublet_engine::run::{Control, Scope, Snapshot, run};
 use doublet_engine::session::{self, AngularAcceleration, ControlLags, MomentReference, Preparation, Session, Surface};
-use doublet_engine::stage::WindowAero;
+use doublet_engine::stage::{AirDensity, WindowAero};
+use doublet_engine::verdict::{Level, judge};
+
+#[path = "../../core/tests/common/shared.rs"]
+mod shared;
 
 /// Rounding of a few sums of order one.
 const ROUNDING: f64 = 1e-12;
@@ -215,4 +220,36 @@ fn preparation_is_saved_as_it_reads_and_older_forms_mean_what_they_meant() {
     session.preparation.control_lags.rudder.delay_s = f64::NAN;
     let problems: Vec<String> = session::check(&session).iter().map(ToString::to_string).collect();
     assert_eq!(problems, ["preparation.control_lag.rudder.delay_s: NaN is not usable: give a number from -10 to 10"]);
+}
+
+#[test]
+fn assumed_density_is_called_so_and_smoothed_states_are_written_with_their_deviations() {
+    if shared::shared("data/citation_simulated").is_none() {
+        return;
+    }
+    // Neither altitude nor pressure is recorded: the session puts the origin at 1,000 m.
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../sessions/citation_aileron.toml");
+    let opened = session::open(&path).unwrap();
+    let (session, folder) = (&opened.session, opened.folder.as_path());
+    let scope = Scope { session, folder, first: None, studies: &[], cause: "test", generation: 1 };
+    let snapshot = run(&scope, &Snapshot::default(), &Cache::new(1 << 30), &Control::default(), &|_| {});
+    let aero = snapshot.windows.values().next().unwrap().aero.ready().unwrap();
+    assert_eq!(aero.air_density, AirDensity::AssumedAltitude(1000.0));
+    assert!(aero.warnings.iter().any(|line| line.contains("air density is assumed")), "{:?}", aero.warnings);
+    let reasons = judge(session, &snapshot).session.reasons;
+    let found = reasons.iter().find(|finding| finding.code == "assumed").unwrap();
+    assert!(found.level == Level::Caution && found.text.contains("1000 m above the sea"), "{found:?}");
+    let folder = tempfile::tempdir().unwrap();
+    let outputs = Outputs { tables: Vec::new(), histories: vec![HistoryFormat::Csv], recordings: false };
+    let out = folder.path().join("out");
+    report::write(session, &snapshot, &out, &outputs, &Control::default(), &|_| ()).unwrap();
+    let results: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string(out.join("results.json")).unwrap()).unwrap();
+    assert_eq!(results["windows"][0]["air_density"], "standard atmosphere at an assumed altitude");
+    let files = std::fs::read_dir(out.join("histories_csv")).unwrap().map(|file| file.unwrap().path());
+    let heads: Vec<String> = files
+        .map(|file| std::fs::read_to_string(file).unwrap().lines().next().unwrap_or_default().to_owned())
+        .collect();
+    let of = |folder: &str| heads.iter().map(|head| head.matches(&format!("path/{folder}/")).count()).sum::<usize>();
+    assert_eq!((of("smoothed"), of("smoothed_deviations")), (18, 18));
 }

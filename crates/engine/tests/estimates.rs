@@ -8,7 +8,9 @@ use doublet_core::estimate::{Constraint, Origin};
 use doublet_core::model::{AeroData, Coefficient, Structure, Term};
 use doublet_core::series::Window;
 use doublet_engine::session::{Estimation, Manoeuvre, Surface, TermConstraint, WindowRole};
-use doublet_engine::stage::{AeroWindow, CoefficientFit, PooledFits, WindowAero, errors, pooled_fits, window_fits};
+use doublet_engine::stage::{
+    AeroWindow, AirDensity, CoefficientFit, PooledFits, WindowAero, errors, pooled_fits, window_fits,
+};
 use proptest::prelude::*;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -56,7 +58,7 @@ fn windows() -> Vec<(Manoeuvre, Arc<WindowAero>)> {
             note: String::new(),
             locked: false,
         };
-        (manoeuvre, Arc::new(WindowAero::formed(data, settings.clone(), Vec::new()).unwrap()))
+        (manoeuvre, Arc::new(WindowAero::formed(data, settings.clone(), AirDensity::Recorded).unwrap()))
     };
     (0..WINDOWS).map(window).collect()
 }

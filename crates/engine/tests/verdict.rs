@@ -288,7 +288,7 @@ fn terms_that_rest_in_every_window_are_dropped_and_dependent_ones_are_the_error_
             .map(|window| {
                 let mut aero = stage::WindowAero::clone(snapshot.windows[&window.name].aero.ready().unwrap());
                 aero.data.controls.get_mut(&Role::Aileron).unwrap().fill(0.01);
-                let aero = stage::WindowAero::formed(aero.data, aero.settings, Vec::new()).unwrap();
+                let aero = stage::WindowAero::formed(aero.data, aero.settings, aero.air_density).unwrap();
                 (window, Arc::new(aero))
             })
             .collect();

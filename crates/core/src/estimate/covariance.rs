@@ -3,6 +3,7 @@
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
+use std::ops::Range;
 
 use nalgebra::{Complex, DMatrix, DVector};
 use rustfft::FftPlanner;
@@ -121,6 +122,23 @@ pub fn coloured_covariances(
     let residuals = fits.iter().map(|fit| fit.residuals.as_slice()).collect();
     let units: Vec<Unit<'_>> = fits.iter().map(|fit| Unit::without_priors(&fit.unit_covariance)).collect();
     coloured_covariances_of(&units, &[Block { x, columns: &columns, residuals }], settings, transforms)
+}
+
+/// [`coloured_covariance`] of a fit of transformed rows whose products are taken inside each of `windows` only.
+pub(super) fn coloured_covariance_within(
+    fit: &Fit,
+    (x, residuals): (&DMatrix<f64>, &[f64]),
+    windows: &[Range<usize>],
+    settings: &Coloured,
+) -> Result<DMatrix<f64>, EstimateError> {
+    let columns: Vec<usize> = (0..x.ncols()).collect();
+    let parts: Vec<DMatrix<f64>> =
+        windows.iter().map(|window| x.rows(window.start, window.len()).into_owned()).collect();
+    let blocks = parts.iter().zip(windows);
+    let blocks: Vec<_> =
+        blocks.map(|(x, window)| Block { x, columns: &columns, residuals: vec![&residuals[window.clone()]] }).collect();
+    let unit = Unit::without_priors(&fit.unit_covariance);
+    with_transforms(|transforms| coloured_covariances_of(&[unit], &blocks, settings, transforms)).and_then(only)
 }
 
 /// The only one of a list made from one.

@@ -8,16 +8,7 @@ use thiserror::Error;
 use super::covariance::{Block, Coloured, Transforms, Unit, coloured_covariances_of, only};
 use super::{EstimateError, OutputErrorFit, OutputErrorSettings, OutputParameter, output_error};
 use crate::model::Derivatives;
-use crate::replay::{Replay, ReplayError, Response, Start};
-
-/// Motion that is compared and whose initial states are free.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum MotionAxis {
-    /// Airspeed, angle of attack, pitch rate, pitch angle and the forces in the plane of symmetry.
-    Longitudinal,
-    /// Sideslip, roll and yaw rate, bank angle and side force.
-    Lateral,
-}
+use crate::replay::{Motion, MotionAxis, Replay, ReplayError, Response, Start};
 
 /// An output of the flight.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -64,6 +55,16 @@ impl FlightOutput {
         }
     }
 
+    /// Unit of its values.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Airspeed => "m/s",
+            Self::Alpha | Self::Beta | Self::BankAngle | Self::PitchAngle => "rad",
+            Self::RollRate | Self::PitchRate | Self::YawRate => "rad/s",
+            Self::SpecificForceX | Self::SpecificForceY | Self::SpecificForceZ => "m/s²",
+        }
+    }
+
     /// Column of a simulated flight.
     fn of(self, response: &Response) -> &[f64] {
         match self {
@@ -93,7 +94,7 @@ impl FlightOutput {
 
 /// An initial state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Initial {
+pub enum InitialState {
     /// Velocity relative to the air along a body axis, m/s.
     Velocity(usize),
     /// Rate about a body axis, rad/s.
@@ -102,12 +103,22 @@ enum Initial {
     Euler(usize),
 }
 
-impl Initial {
-    fn name(self) -> &'static str {
+impl InitialState {
+    /// Name in tables.
+    pub fn name(self) -> &'static str {
         match self {
             Self::Velocity(axis) => ["u start", "v start", "w start"][axis],
             Self::Rate(axis) => ["p start", "q start", "r start"][axis],
             Self::Euler(axis) => ["phi start", "theta start", "psi start"][axis],
+        }
+    }
+
+    /// Unit of its value.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Velocity(_) => "m/s",
+            Self::Rate(_) => "rad/s",
+            Self::Euler(_) => "rad",
         }
     }
 
@@ -128,14 +139,6 @@ impl Initial {
 }
 
 impl MotionAxis {
-    /// Name in tables.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Longitudinal => "longitudinal",
-            Self::Lateral => "lateral",
-        }
-    }
-
     /// Outputs compared.
     pub fn outputs(self) -> &'static [FlightOutput] {
         use FlightOutput::{
@@ -145,13 +148,36 @@ impl MotionAxis {
         match self {
             Self::Longitudinal => &[Airspeed, Alpha, PitchRate, PitchAngle, SpecificForceX, SpecificForceZ],
             Self::Lateral => &[Beta, RollRate, YawRate, BankAngle, SpecificForceY],
+            Self::Both => &[
+                Airspeed,
+                Alpha,
+                PitchRate,
+                PitchAngle,
+                SpecificForceX,
+                SpecificForceZ,
+                Beta,
+                RollRate,
+                YawRate,
+                BankAngle,
+                SpecificForceY,
+            ],
         }
     }
 
-    fn initial(self) -> &'static [Initial] {
+    /// Outputs recorded with a bias that the flight is free to have: the specific forces.
+    pub fn biased(self) -> Vec<FlightOutput> {
+        use FlightOutput::{SpecificForceX, SpecificForceY, SpecificForceZ};
+        let is_force = |output: &FlightOutput| matches!(output, SpecificForceX | SpecificForceY | SpecificForceZ);
+        self.outputs().iter().copied().filter(is_force).collect()
+    }
+
+    /// Initial states that are free.
+    pub fn initial(self) -> &'static [InitialState] {
+        use InitialState::{Euler, Rate, Velocity};
         match self {
-            Self::Longitudinal => &[Initial::Velocity(0), Initial::Velocity(2), Initial::Rate(1), Initial::Euler(1)],
-            Self::Lateral => &[Initial::Velocity(1), Initial::Rate(0), Initial::Rate(2), Initial::Euler(0)],
+            Self::Longitudinal => &[Velocity(0), Velocity(2), Rate(1), Euler(1)],
+            Self::Lateral => &[Velocity(1), Rate(0), Rate(2), Euler(0)],
+            Self::Both => &[Velocity(0), Velocity(2), Rate(1), Euler(1), Velocity(1), Rate(0), Rate(2), Euler(0)],
         }
     }
 }
@@ -165,6 +191,8 @@ pub struct FlightWindow<'a> {
     pub replay: &'a Replay,
     /// Where it starts, to begin with.
     pub start: Start,
+    /// Motion as recorded, of which the axis that is not flown has its states.
+    pub motion: &'a Motion,
     /// Derivatives to begin with, constants of this window among them; entry by entry the same terms in every window.
     pub model: Derivatives,
     /// One recorded column per output, in the order of [`MotionAxis::outputs`]; not finite where nothing was recorded.
@@ -208,14 +236,14 @@ pub struct FlightOutputFit {
     pub samples: Vec<Range<usize>>,
 }
 
-/// Output error in the time domain with six degrees of freedom (methods as in [`output_error`]): flies the recorded controls
-/// from free initial states with free derivatives until the outputs of `axis` follow the recorded ones, all windows with one
-/// set of shared derivatives. The other axis flies along with the derivatives it was given.
+/// Output error in the time domain (methods as in [`output_error`]): flies the recorded controls from free initial states with
+/// free derivatives until the outputs of `axis` follow the recorded ones, all windows with one set of shared derivatives. The
+/// other axis moves as recorded ([`Replay::fly_axis`]), so that nothing need be known of its derivatives.
 ///
 /// `go_on` is asked before every simulated flight.
 ///
 /// # Errors
-/// As for [`output_error`], [`Replay::fly`] at the start, and [`FlightFitError::Stopped`].
+/// As for [`output_error`], [`Replay::fly_axis`] at the start, and [`FlightFitError::Stopped`].
 pub fn flight_output_error(
     axis: MotionAxis,
     windows: &[FlightWindow<'_>],
@@ -332,7 +360,7 @@ impl Problem<'_> {
         for &initial in self.axis.initial() {
             values.by_ref().take(1).for_each(|value| *initial.of(&mut start) = value);
         }
-        let response = window.replay.fly(&model, &start)?;
+        let response = window.replay.fly_axis(self.axis, &model, &start, window.motion)?;
         let outputs = self.axis.outputs();
         let mut all = DMatrix::zeros(response.time_s.len(), outputs.len());
         for (mut column, output) in all.column_iter_mut().zip(outputs) {

@@ -29,7 +29,7 @@ pub use error::{Dependence, EstimateError};
 pub use errors_in_variables::{errors_in_variables, total_least_squares};
 pub use fit::{Fit, FitQuality, Origin};
 pub use flight_output_error::{
-    FlightFitError, FlightFreedom, FlightOutput, FlightOutputFit, FlightWindow, MotionAxis, flight_output_error,
+    FlightFitError, FlightFreedom, FlightOutput, FlightOutputFit, FlightWindow, InitialState, flight_output_error,
 };
 pub use frequency::{Detrend, FrequencySettings, FrequencyWindow, finite_fourier_transform, frequency_equation_error};
 pub use input_kinds::{KindDifference, compare_kinds};
@@ -42,4 +42,4 @@ pub use search::{ScalarSearch, search_scalar};
 pub use stepwise::{Selection, StepAction, StepRecord, StepwiseSettings, stepwise};
 pub use summary::{ParameterSummary, summarise};
 pub use term_study::{TermEffect, TermStudy, term_study};
-pub use weighted::{GeneralisedFit, generalised_least_squares, weighted_least_squares};
+pub use weighted::{GeneralisedFit, generalised_least_squares, weighted_coloured_covariance, weighted_least_squares};

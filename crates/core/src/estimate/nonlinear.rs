@@ -1,6 +1,7 @@
 //! A parameter that changes the regressors of several coefficients at once, such as the delay of a control.
 
 use nalgebra::DVector;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::search::minimise;
 use super::{Coloured, Constraint, EstimateError, PooledFit, PooledRegression, PooledWindow};
@@ -20,6 +21,22 @@ pub struct NonlinearSearch {
     pub profile: Vec<(f64, f64)>,
     /// Fits at the value.
     pub fits: Vec<PooledFit>,
+}
+
+impl NonlinearSearch {
+    /// Probability of values of the regressions as far apart as these, or further, where they all have the same: of the sum of
+    /// squares of their distances from their weighted mean, in standard errors (chi-squared, one degree of freedom fewer than
+    /// regressions); one for a single regression.
+    pub fn agreement(&self) -> f64 {
+        let weight = |error: f64| error.powi(-2);
+        let sum = |part: &dyn Fn(f64, f64) -> f64| -> f64 {
+            self.by_regression.iter().map(|&(value, error)| part(value, weight(error))).sum()
+        };
+        let mean = sum(&|value, weight| weight * value) / sum(&|_, weight| weight);
+        let squares = sum(&|value, weight| weight * (value - mean).powi(2));
+        let degrees = self.by_regression.len().saturating_sub(1) as f64;
+        ChiSquared::new(degrees).map_or(1.0, |chi| chi.sf(squares))
+    }
 }
 
 /// Fraction of the range over which regressors are differentiated.
@@ -149,6 +166,22 @@ mod tests {
         // few per cent a coloured error is too small for white residuals.
         assert!((0.45..1.65).contains(&(squares / 60.0)), "{}", squares / 60.0);
         assert!((0.6..1.5).contains(&(single / 120.0)), "{}", single / 120.0);
+    }
+
+    #[test]
+    fn regressions_agree_when_one_delay_is_theirs_and_disagree_when_it_is_not() {
+        let mut refused = 0;
+        for seed in 0..300 {
+            let found = search_nonlinear(0.0, 0.2, regressions(seed, 0.08)).unwrap();
+            refused += usize::from(found.agreement() < 0.05);
+        }
+        // 300 at 5 %: 15 +- 11 (three standard deviations), more by the few per cent a coloured error is too small.
+        assert!((4..32).contains(&refused), "{refused} of 300");
+        // The second regression's input acts 60 ms later than the first's.
+        let (mut first, mut second) = (regressions(1, 0.05), regressions(1, 0.11));
+        let apart = |value| Ok::<_, EstimateError>(vec![first(value)?.remove(0), second(value)?.remove(1)]);
+        let found = search_nonlinear(0.0, 0.2, apart).unwrap();
+        assert!(found.agreement() < 1e-6, "{:?}", found.by_regression);
     }
 
     #[test]

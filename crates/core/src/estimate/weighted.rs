@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::covariance::autocorrelation_of_windows;
+use super::covariance::{Coloured, autocorrelation_of_windows, coloured_covariance_within};
 use super::least_squares::{check, least_squares};
 use super::triangle::Triangle;
 use super::{EstimateError, Fit};
@@ -46,6 +46,26 @@ pub fn weighted_least_squares(
     transformed(names, x, z, &scaled, &scaled_z)
 }
 
+/// Covariance of a weighted fit for coloured residuals, whose products are taken inside each of `windows` only: that of
+/// [`super::coloured_covariance`] with rows and residuals times the roots of their weights.
+///
+/// # Errors
+/// As for [`super::coloured_covariance`].
+pub fn weighted_coloured_covariance(
+    fit: &Fit,
+    x: &DMatrix<f64>,
+    weights: &[f64],
+    windows: &[Range<usize>],
+    settings: &Coloured,
+) -> Result<DMatrix<f64>, EstimateError> {
+    let mut scaled = x.clone();
+    for (mut row, weight) in scaled.row_iter_mut().zip(weights) {
+        row *= weight.sqrt();
+    }
+    let residuals: Vec<f64> = fit.residuals.iter().zip(weights).map(|(v, weight)| v * weight.sqrt()).collect();
+    coloured_covariance_within(fit, (&scaled, &residuals), windows, settings)
+}
+
 /// A generalised fit and the residual model it used.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GeneralisedFit {
@@ -53,6 +73,30 @@ pub struct GeneralisedFit {
     pub fit: Fit,
     /// Coefficients `a_k` of `v_i = a_1 v_{i-1} + ... + a_m v_{i-m} + e_i`.
     pub autoregression: Vec<f64>,
+}
+
+impl GeneralisedFit {
+    /// Covariance for the colour that the autoregression leaves in the residuals: that of [`super::coloured_covariance`] with rows
+    /// and residuals whitened by it.
+    ///
+    /// # Errors
+    /// As for [`super::coloured_covariance`].
+    pub fn coloured_covariance(
+        &self,
+        x: &DMatrix<f64>,
+        windows: &[Range<usize>],
+        settings: &Coloured,
+    ) -> Result<DMatrix<f64>, EstimateError> {
+        let (scaled, residuals) = whitened(x, &self.fit.residuals, windows, &self.autoregression);
+        let order = self.autoregression.len();
+        let mut end = 0;
+        let shorter = windows.iter().map(|window| {
+            let start = end;
+            end += window.len() - order;
+            start..end
+        });
+        coloured_covariance_within(&self.fit, (&scaled, &residuals), &shorter.collect::<Vec<_>>(), settings)
+    }
 }
 
 /// Generalised least squares for residuals that follow an autoregression of the given `order`: regressors and measurement

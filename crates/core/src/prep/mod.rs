@@ -22,6 +22,7 @@ mod smooth;
 mod spectrum;
 mod steady;
 mod treatment;
+mod whiteness;
 
 use thiserror::Error;
 
@@ -55,6 +56,7 @@ pub use smooth::{Smoothing, smooth};
 pub use spectrum::{Spectrum, spectrum};
 pub use steady::{SteadySettings, SteadyStretch, find_steady};
 pub use treatment::{Resampling, Treated, Treatment, longest_interval_s, treat};
+pub use whiteness::{WHITE_LEVEL, white_noise_probability, whiteness_lags, whiteness_probability};
 
 /// What can be wrong with a signal or the way it is to be treated.
 #[derive(Clone, Debug, PartialEq, Error)]

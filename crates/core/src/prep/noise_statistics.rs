@@ -3,9 +3,8 @@
 use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector};
-use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use super::{PrepError, check};
+use super::{PrepError, check, whiteness_lags, whiteness_probability};
 use crate::quantity::Role;
 use crate::series::{Series, Window};
 
@@ -25,12 +24,12 @@ pub struct NoiseStatistics {
     pub windows: usize,
     /// Correlation of successive residuals: near zero for white noise.
     pub lag_one: f64,
-    /// Probability that white noise looks less white (Ljung and Box, Biometrika 65, 1978, over up to 20 lags).
+    /// Probability that white noise looks less white (Ljung and Box, Biometrika 65, 1978, over up to 20 lags, what the trends take off allowed for).
     pub whiteness: f64,
 }
 
-/// Lags of the test of whiteness, and samples per lag it needs.
-const LAGS: (usize, usize) = (20, 5);
+/// Lags of the test of whiteness.
+const LAGS: usize = 20;
 
 /// Noise of a channel over marked steady windows, each with its own polynomial trend of `degree` taken off.
 ///
@@ -46,7 +45,8 @@ pub fn noise_statistics(series: &Series, windows: &[Window], degree: usize) -> R
     let mut most = 0;
     let (mut squares, mut free, mut samples, mut used) = (0.0, 0, 0, 0);
     let (mut differences, mut pairs, mut resolution) = (0.0, 0usize, f64::INFINITY);
-    let mut products = [0.0; LAGS.0 + 1];
+    let mut products = [0.0; LAGS + 1];
+    let (mut all_pairs, mut lost) = ([0usize; LAGS + 1], [0.0; LAGS + 1]);
     for window in windows {
         let inside = window.indices(&series.time_s);
         let (time, values): (Vec<f64>, Vec<f64>) = series.time_s[inside.clone()]
@@ -65,6 +65,10 @@ pub fn noise_statistics(series: &Series, windows: &[Window], degree: usize) -> R
         squares += residual.iter().map(|r| r * r).sum::<f64>();
         for (lag, product) in products.iter_mut().enumerate() {
             *product += residual.iter().zip(residual.iter().skip(lag)).map(|(a, b)| a * b).sum::<f64>();
+            let apart = residual.len().saturating_sub(lag);
+            all_pairs[lag] += apart;
+            // The trend takes one part in n of the sum of squares for each of its unknowns, and as much off every product.
+            lost[lag] += (degree + 1) as f64 * apart as f64 / residual.len() as f64;
         }
         for pair in residual.windows(2) {
             differences += (pair[1] - pair[0]).powi(2);
@@ -76,11 +80,10 @@ pub fn noise_statistics(series: &Series, windows: &[Window], degree: usize) -> R
     if used == 0 {
         return Err(PrepError::TooFewSamples { method: "noise statistics in one window", needed, found: most });
     }
-    let lags = LAGS.0.min(samples / LAGS.1);
+    let lags = whiteness_lags(samples, LAGS);
     let correlation = |lag: usize| if products[0] > 0.0 { products[lag] / products[0] } else { 0.0 };
-    let n = samples as f64;
-    let statistic = n * (n + 2.0) * (1..=lags).map(|lag| correlation(lag).powi(2) / (n - lag as f64)).sum::<f64>();
-    let whiteness = ChiSquared::new(lags as f64).map_or(f64::NAN, |chi| 1.0 - chi.cdf(statistic));
+    let untrended = |lag: usize| correlation(lag) + lost[lag] / samples as f64;
+    let whiteness = whiteness_probability(samples, (1..=lags).map(|lag| (untrended(lag), all_pairs[lag])));
     Ok(NoiseStatistics {
         std: (squares / free as f64).sqrt(),
         difference_std: (0.5 * differences / pairs as f64).sqrt(),

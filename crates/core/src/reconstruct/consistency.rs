@@ -5,6 +5,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::Reconstruction;
 use super::layout::{Measurement, STATES, State};
+use crate::prep::{WHITE_LEVEL, white_noise_probability};
 
 /// Longest lag of the autocorrelation, samples.
 pub const LAGS: usize = 40;
@@ -12,8 +13,6 @@ pub const LAGS: usize = 40;
 const NORMAL_95: f64 = 1.959_963_984_540_054;
 /// Probability on either side of a 95 % region.
 const TAIL: f64 = 0.025;
-/// Part of the lags that must lie inside the band for innovations to count as white.
-const WHITE_PART: f64 = 0.95;
 /// Ratio of found to predicted deviation beyond which a setting is worth changing.
 pub const WORTH_CHANGING: f64 = 1.15;
 /// Correlation of neighbouring innovations beyond which something is left in them that no noise explains.
@@ -55,7 +54,9 @@ pub struct ChannelConsistency {
     pub autocorrelation: Vec<f64>,
     /// 95 % limit of the autocorrelation of a white sequence, `1.96 / sqrt(K)`.
     pub autocorrelation_limit: f64,
-    /// Whether at least 95 % of the lags lie inside the limit.
+    /// Probability that white innovations are as correlated (Ljung and Box).
+    pub whiteness: f64,
+    /// Whether that probability is at least 5 %: one white sequence in twenty is not taken for white.
     pub is_white: bool,
     /// What to do, in one sentence.
     pub advice: String,
@@ -121,8 +122,7 @@ fn channel(run: &Reconstruction, measurement: Measurement, first: usize) -> Opti
     let deviation_ratio = (normalised.iter().map(|v| v * v).sum::<f64>() / count).sqrt();
     let limit = NORMAL_95 / count.sqrt();
     let autocorrelation = autocorrelation(&normalised, LAGS.min(normalised.len() / 2));
-    let inside = autocorrelation.iter().filter(|rho| rho.abs() <= limit).count() as f64;
-    let is_white = inside >= WHITE_PART * autocorrelation.len() as f64;
+    let whiteness = white_noise_probability(&autocorrelation, normalised.len(), LAGS);
     let mut verdict = ChannelConsistency {
         measurement,
         samples: normalised.len(),
@@ -131,7 +131,8 @@ fn channel(run: &Reconstruction, measurement: Measurement, first: usize) -> Opti
         deviation_ratio,
         autocorrelation,
         autocorrelation_limit: limit,
-        is_white,
+        whiteness,
+        is_white: whiteness >= WHITE_LEVEL,
         advice: String::new(),
     };
     verdict.advice = advice(&verdict);
@@ -221,7 +222,61 @@ pub fn mean_band(runs: usize, degrees: usize) -> [f64; 2] {
 
 #[cfg(test)]
 mod tests {
-    use super::band;
+    use rand::SeedableRng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    use super::super::Reconstruction;
+    use super::super::layout::{MEASUREMENTS, Measurement, STATES};
+    use super::{band, consistency};
+
+    /// A run whose airspeed innovations are an autoregression of first order, all others absent.
+    fn innovations(seed: u64, samples: usize, keep: f64) -> Reconstruction {
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
+        let mut value: f64 = StandardNormal.sample(&mut rng);
+        let sequence = (0..samples).map(|_| {
+            let draw: f64 = StandardNormal.sample(&mut rng);
+            value = keep * value + (1.0 - keep * keep).sqrt() * draw;
+            value
+        });
+        let time_s: Vec<f64> = (0..samples).map(|k| 0.01 * k as f64).collect();
+        let mut innovations: [Vec<f64>; MEASUREMENTS] = std::array::from_fn(|_| vec![f64::NAN; samples]);
+        innovations[Measurement::Airspeed as usize] = sequence.collect();
+        Reconstruction {
+            states: std::array::from_fn(|_| Vec::new()),
+            deviations: std::array::from_fn(|_| Vec::new()),
+            update_time_s: time_s.clone(),
+            innovations,
+            innovation_deviations: std::array::from_fn(|_| vec![1.0; samples]),
+            nis: vec![1.0; samples],
+            nis_degrees: vec![1; samples],
+            final_covariance: nalgebra::SMatrix::<f64, STATES, STATES>::identity(),
+            log_likelihood: 0.0,
+            air_data: None,
+            smoothed: None,
+            time_s,
+        }
+    }
+
+    /// Share of sequences that do not count as white.
+    fn refused(samples: usize, keep: f64, sequences: u64) -> f64 {
+        let white = |seed| consistency(&innovations(seed, samples, keep), 0.0).unwrap().channels[0].is_white;
+        (0..sequences).filter(|&seed| !white(seed)).count() as f64 / sequences as f64
+    }
+
+    #[test]
+    fn one_white_sequence_in_twenty_is_refused_and_a_correlated_one_is_seen() {
+        // 2,000 sequences at 5 %: a share of 3.5 to 6.5 % is three standard deviations either way.
+        for samples in [50, 200, 1000, 3000] {
+            let share = refused(samples, 0.0, 2000);
+            println!("{samples} white samples: {:.2} % refused", 100.0 * share);
+            assert!((0.035..0.065).contains(&share), "{samples}: {share}");
+        }
+        for (samples, keep, least) in [(200, 0.3, 0.6), (1000, 0.2, 0.9), (3000, 0.1, 0.8)] {
+            let share = refused(samples, keep, 200);
+            println!("{samples} samples correlated by {keep}: {:.0} % seen", 100.0 * share);
+            assert!(share > least, "{samples} {keep}: {share}");
+        }
+    }
 
     /// Half of the last printed digit.
     const PRINTED: f64 = 5e-4;

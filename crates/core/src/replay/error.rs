@@ -24,6 +24,14 @@ pub enum ReplayError {
         /// Samples found.
         found: usize,
     },
+    /// The recorded motion has another length than the time vector.
+    #[error("the recorded motion has {found} samples, time has {expected}")]
+    MotionLength {
+        /// Samples of the time vector.
+        expected: usize,
+        /// Samples found.
+        found: usize,
+    },
     /// The inertia tensor cannot be solved with.
     #[error("the inertia tensor at {time_s} s is not positive definite: check Ixz against Ixx and Izz")]
     Inertia {
@@ -31,10 +39,12 @@ pub enum ReplayError {
         time_s: f64,
     },
     /// Coefficients without derivatives.
-    #[error("the model has no derivatives of {}: six degrees of freedom need CX (or CD and CL), CY, CZ, Cl, Cm and Cn", missing.join(", "))]
+    #[error("the model has no derivatives of {}: {needed}", missing.join(", "))]
     NoCoefficient {
         /// Names of the coefficients.
         missing: Vec<&'static str>,
+        /// What the flight needs, in words.
+        needed: &'static str,
     },
     /// A term needs a variable the window does not have.
     #[error("term '{term}' needs {variable}, which this window does not have")]

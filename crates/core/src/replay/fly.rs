@@ -1,6 +1,6 @@
 //! Integration of the motion.
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 use super::sample::Sample;
 use super::{Replay, ReplayError, Start};
@@ -43,13 +43,25 @@ pub struct Response {
     pub coefficients: [Vec<f64>; 6],
 }
 
-/// What acts in one state.
-struct Loads {
-    air: Airflow,
-    coefficients: [f64; 6],
-    specific_force_m_s2: Vector3<f64>,
-    acceleration_ned_m_s2: Vector3<f64>,
-    angular_acceleration_rad_s2: Vector3<f64>,
+/// Motion at one instant, as far as forces and moments hang on it.
+pub(super) struct Instant {
+    /// Velocity relative to the air in body axes, m/s.
+    pub velocity_body_m_s: Vector3<f64>,
+    /// Roll, pitch and yaw rate, rad/s.
+    pub rates_rad_s: Vector3<f64>,
+    /// Rotation from local Earth to body axes.
+    pub body_from_ned: Matrix3<f64>,
+    /// Altitude, m.
+    pub altitude_m: f64,
+}
+
+/// What acts at one instant.
+pub(super) struct Loads {
+    pub air: Airflow,
+    pub coefficients: [f64; 6],
+    pub specific_force_m_s2: Vector3<f64>,
+    /// About the centre of gravity in body axes, N m.
+    pub moment_n_m: Vector3<f64>,
 }
 
 impl Replay {
@@ -66,30 +78,33 @@ impl Replay {
         self.check(model)?;
         let mut response = Response::with_capacity(self.time_s.len());
         let mut state = self.state(start);
-        let down_at_start_m = state.position_ned_m.z;
-        let unsteady = model.term_of(Variable::AlphaDot).is_some() || model.term_of(Variable::BetaDot).is_some();
-        let flight = Flight { replay: self, model, down_at_start_m, unsteady };
+        let flight = Flight::new(self, model, state.position_ned_m.z);
         for (k, sample) in self.samples.iter().enumerate() {
-            let loads = flight.loads(&state, sample);
-            ended(&state, &loads.air)
-                .map_or(Ok(()), |what| Err(ReplayError::Ended { time_s: self.time_s[k], what }))?;
-            response.push(self.time_s[k], &state, &loads);
+            let (loads, acceleration) = flight.free(&state, sample);
+            self.go_on(k, &loads.air, &state.rates_rad_s)?;
+            let (position, euler, rates) = (&state.position_ned_m, state.euler_rad(), &state.rates_rad_s);
+            response.push(self.time_s[k], position, euler, rates, &loads, acceleration.angular_rad_s2);
             let Some(next) = self.samples.get(k + 1) else { break };
             let step_s = self.time_s[k + 1] - self.time_s[k];
-            let first = state.rate(loads.acceleration_ned_m_s2, loads.angular_acceleration_rad_s2);
+            let first = state.rate(acceleration.ned_m_s2, acceleration.angular_rad_s2);
             let middle = sample.towards(next, 0.5);
             state = runge_kutta_from(&state, &first, step_s, |fraction, state| {
-                let loads = flight.loads(state, if fraction < 0.75 { &middle } else { next });
-                state.rate(loads.acceleration_ned_m_s2, loads.angular_acceleration_rad_s2)
+                let (_, acceleration) = flight.free(state, if fraction < 0.75 { &middle } else { next });
+                state.rate(acceleration.ned_m_s2, acceleration.angular_rad_s2)
             });
         }
         Ok(response)
     }
+
+    /// Refuses a motion at sample `k` that cannot be followed further.
+    pub(super) fn go_on(&self, k: usize, air: &Airflow, rates_rad_s: &Vector3<f64>) -> Result<(), ReplayError> {
+        ended(air, rates_rad_s).map_or(Ok(()), |what| Err(ReplayError::Ended { time_s: self.time_s[k], what }))
+    }
 }
 
 /// Why the motion cannot be followed further, if it cannot.
-fn ended(state: &State, air: &Airflow) -> Option<&'static str> {
-    let rate = state.rates_rad_s.amax();
+fn ended(air: &Airflow, rates_rad_s: &Vector3<f64>) -> Option<&'static str> {
+    let rate = rates_rad_s.amax();
     if !(air.airspeed_m_s.is_finite() && rate.is_finite()) {
         Some("the motion diverges")
     } else if air.airspeed_m_s < SLOWEST_M_S {
@@ -101,26 +116,61 @@ fn ended(state: &State, air: &Airflow) -> Option<&'static str> {
     }
 }
 
+/// Accelerations of a flight whose every state is free.
+struct Acceleration {
+    ned_m_s2: Vector3<f64>,
+    angular_rad_s2: Vector3<f64>,
+}
+
 /// One flight of one model.
-struct Flight<'a> {
+pub(super) struct Flight<'a> {
     replay: &'a Replay,
     model: &'a Derivatives,
     down_at_start_m: f64,
     unsteady: bool,
 }
 
-impl Flight<'_> {
-    fn loads(&self, state: &State, sample: &Sample) -> Loads {
+impl<'a> Flight<'a> {
+    pub fn new(replay: &'a Replay, model: &'a Derivatives, down_at_start_m: f64) -> Self {
+        let unsteady = model.term_of(Variable::AlphaDot).is_some() || model.term_of(Variable::BetaDot).is_some();
+        Self { replay, model, down_at_start_m, unsteady }
+    }
+
+    /// Altitude of a position, m.
+    pub fn altitude_m(&self, down_m: f64) -> f64 {
+        let climbed_m = self.down_at_start_m - down_m;
+        self.replay.altitude_at_start_m + climbed_m
+    }
+
+    /// Loads and accelerations with six degrees of freedom.
+    fn free(&self, state: &State, sample: &Sample) -> (Loads, Acceleration) {
         let body_from_ned = state.body_from_ned();
-        let velocity = body_from_ned * (state.velocity_ned_m_s - sample.wind_ned_m_s);
+        let instant = Instant {
+            velocity_body_m_s: body_from_ned * (state.velocity_ned_m_s - sample.wind_ned_m_s),
+            rates_rad_s: state.rates_rad_s,
+            body_from_ned,
+            altitude_m: self.altitude_m(state.position_ned_m.z),
+        };
+        let loads = self.loads(&instant, sample, [None; 3]);
+        let mut ned_m_s2 = body_from_ned.tr_mul(&loads.specific_force_m_s2);
+        ned_m_s2.z += self.replay.gravity_m_s2;
+        let rotors = sample.rotor_momentum_n_m_s;
+        let angular_rad_s2 = sample.inertia.angular_acceleration(loads.moment_n_m, state.rates_rad_s, rotors);
+        (loads, Acceleration { ned_m_s2, angular_rad_s2 })
+    }
+
+    /// Forces and moments of the model; `recorded_m_s2` has the specific force along the axes the model is not asked about.
+    pub fn loads(&self, instant: &Instant, sample: &Sample, recorded_m_s2: [Option<f64>; 3]) -> Loads {
+        let velocity = instant.velocity_body_m_s;
         let air = Airflow::new(velocity, sample.density_kg_m3);
-        let mut values = self.variables(state, &air, sample);
-        let gravity_body = body_from_ned.column(2) * self.replay.gravity_m_s2;
+        let mut values = self.variables(instant, &air, sample);
         let mut coefficients = self.model.body_coefficients(&values);
         if self.unsteady {
+            let gravity_body = instant.body_from_ned.column(2) * self.replay.gravity_m_s2;
             for _ in 0..MAX_PASSES {
-                let force = self.specific_force(&coefficients, &air, sample);
-                let acceleration = force + gravity_body - state.rates_rad_s.cross(&velocity);
+                let aerodynamic = self.aerodynamic_force(&coefficients, &air, sample, recorded_m_s2);
+                let force = (aerodynamic + sample.thrust_force_n) / sample.mass_kg;
+                let acceleration = force + gravity_body - instant.rates_rad_s.cross(&velocity);
                 let before = [values[Variable::AlphaDot as usize], values[Variable::BetaDot as usize]];
                 self.set_flow_rates(&mut values, &air, &acceleration);
                 let change = (values[Variable::AlphaDot as usize] - before[0])
@@ -132,34 +182,40 @@ impl Flight<'_> {
                 }
             }
         }
-        let specific_force_m_s2 = self.specific_force(&coefficients, &air, sample);
-        let moment = self.moment(&coefficients, &air, sample);
-        let mut acceleration_ned_m_s2 = body_from_ned.tr_mul(&specific_force_m_s2);
-        acceleration_ned_m_s2.z += self.replay.gravity_m_s2;
+        let aerodynamic_n = self.aerodynamic_force(&coefficients, &air, sample, recorded_m_s2);
         Loads {
             air,
             coefficients,
-            specific_force_m_s2,
-            acceleration_ned_m_s2,
-            angular_acceleration_rad_s2: sample.inertia.angular_acceleration(
-                moment,
-                state.rates_rad_s,
-                sample.rotor_momentum_n_m_s,
-            ),
+            specific_force_m_s2: (aerodynamic_n + sample.thrust_force_n) / sample.mass_kg,
+            moment_n_m: self.moment(&coefficients, &aerodynamic_n, &air, sample),
         }
     }
 
-    /// Force of the coefficients, N.
-    fn aerodynamic_force(&self, [cx, cy, cz, ..]: &[f64; 6], air: &Airflow) -> Vector3<f64> {
-        Vector3::new(*cx, *cy, *cz) * (air.dynamic_pressure_pa * self.replay.reference.area_m2)
-    }
-
-    fn specific_force(&self, coefficients: &[f64; 6], air: &Airflow, sample: &Sample) -> Vector3<f64> {
-        (self.aerodynamic_force(coefficients, air) + sample.thrust_force_n) / sample.mass_kg
+    /// Force of the coefficients, or what the recorded specific force leaves for it, N.
+    fn aerodynamic_force(
+        &self,
+        [cx, cy, cz, ..]: &[f64; 6],
+        air: &Airflow,
+        sample: &Sample,
+        recorded_m_s2: [Option<f64>; 3],
+    ) -> Vector3<f64> {
+        let mut force = Vector3::new(*cx, *cy, *cz) * (air.dynamic_pressure_pa * self.replay.reference.area_m2);
+        for (axis, recorded) in recorded_m_s2.into_iter().enumerate() {
+            if let Some(specific) = recorded {
+                force[axis] = specific * sample.mass_kg - sample.thrust_force_n[axis];
+            }
+        }
+        force
     }
 
     /// Moment about the centre of gravity in body axes, N m.
-    fn moment(&self, coefficients: &[f64; 6], air: &Airflow, sample: &Sample) -> Vector3<f64> {
+    fn moment(
+        &self,
+        coefficients: &[f64; 6],
+        aerodynamic_n: &Vector3<f64>,
+        air: &Airflow,
+        sample: &Sample,
+    ) -> Vector3<f64> {
         let reference = &self.replay.reference;
         let [.., cl, cm, cn] = *coefficients;
         let scale = air.dynamic_pressure_pa * reference.area_m2;
@@ -171,15 +227,15 @@ impl Flight<'_> {
                 Vector3::new(l * cos - n * sin, m, l * sin + n * cos)
             }
         };
-        let transfer = sample.reference_arm_m.cross(&self.aerodynamic_force(coefficients, air));
+        let transfer = sample.reference_arm_m.cross(aerodynamic_n);
         about_reference + transfer + sample.thrust_moment_n_m
     }
 
     /// All variables but the rates of the flow angles, which stay zero.
-    fn variables(&self, state: &State, air: &Airflow, sample: &Sample) -> VariableValues {
+    fn variables(&self, instant: &Instant, air: &Airflow, sample: &Sample) -> VariableValues {
         let reference = &self.replay.reference;
         let airspeed = air.airspeed_m_s;
-        let [mut p, q, mut r] = <[f64; 3]>::from(state.rates_rad_s);
+        let [mut p, q, mut r] = <[f64; 3]>::from(instant.rates_rad_s);
         if self.replay.axes == Axes::Stability {
             let (sin, cos) = libm::sincos(air.alpha_rad);
             (p, r) = (p * cos + r * sin, r * cos - p * sin);
@@ -200,8 +256,7 @@ impl Flight<'_> {
         set(Variable::PropellerPressure, sample.pressure_rise_pa / air.dynamic_pressure_pa);
         set(Variable::ThrustCoefficient, sample.thrust_n / (air.dynamic_pressure_pa * reference.area_m2));
         set(Variable::Airspeed, airspeed);
-        let climbed_m = self.down_at_start_m - state.position_ned_m.z;
-        set(Variable::Altitude, self.replay.altitude_at_start_m + climbed_m);
+        set(Variable::Altitude, instant.altitude_m);
         set(Variable::Mach, airspeed / sample.speed_of_sound_m_s);
         values
     }
@@ -221,7 +276,7 @@ impl Flight<'_> {
 }
 
 impl Response {
-    fn with_capacity(samples: usize) -> Self {
+    pub(super) fn with_capacity(samples: usize) -> Self {
         let column = || Vec::with_capacity(samples);
         let three = || std::array::from_fn(|_| column());
         Self {
@@ -239,24 +294,32 @@ impl Response {
         }
     }
 
-    fn push(&mut self, time_s: f64, state: &State, loads: &Loads) {
+    /// Appends one instant; the heading goes on without a jump.
+    pub(super) fn push(
+        &mut self,
+        time_s: f64,
+        position_ned_m: &Vector3<f64>,
+        [phi, theta, mut psi]: [f64; 3],
+        rates_rad_s: &Vector3<f64>,
+        loads: &Loads,
+        angular_acceleration_rad_s2: Vector3<f64>,
+    ) {
         fn append<const N: usize>(columns: &mut [Vec<f64>; N], values: [f64; N]) {
             columns.iter_mut().zip(values).for_each(|(column, value)| column.push(value));
         }
-        let mut euler = state.euler_rad();
         if let Some(before) = self.euler_rad[2].last() {
-            euler[2] += ((before - euler[2]) / std::f64::consts::TAU).round() * std::f64::consts::TAU;
+            psi += ((before - psi) / std::f64::consts::TAU).round() * std::f64::consts::TAU;
         }
         self.time_s.push(time_s);
-        append(&mut self.position_ned_m, state.position_ned_m.into());
+        append(&mut self.position_ned_m, (*position_ned_m).into());
         append(&mut self.air_velocity_body_m_s, loads.air.velocity_body_m_s.into());
-        append(&mut self.euler_rad, euler);
-        append(&mut self.rates_rad_s, state.rates_rad_s.into());
+        append(&mut self.euler_rad, [phi, theta, psi]);
+        append(&mut self.rates_rad_s, (*rates_rad_s).into());
         self.airspeed_m_s.push(loads.air.airspeed_m_s);
         self.alpha_rad.push(loads.air.alpha_rad);
         self.beta_rad.push(loads.air.beta_rad);
         append(&mut self.specific_force_m_s2, loads.specific_force_m_s2.into());
-        append(&mut self.angular_acceleration_rad_s2, loads.angular_acceleration_rad_s2.into());
+        append(&mut self.angular_acceleration_rad_s2, angular_acceleration_rad_s2.into());
         append(&mut self.coefficients, loads.coefficients);
     }
 }

@@ -1,12 +1,15 @@
 //! Flight of a model from recorded controls: six degrees of freedom in the air, engines, wind and loading of one window.
 //!
 //! A [`Replay`] holds what does not depend on the model; [`Replay::fly`] integrates the motion that a set of derivatives gives
-//! from a start. It is the simulation of output error and of the proof of match.
+//! from a start, [`Replay::fly_axis`] that of one axis with the other as recorded. It is the simulation of output error and of
+//! the proof of match.
 
+mod axis;
 mod error;
 mod fly;
 mod sample;
 
+pub use axis::{Motion, MotionAxis};
 pub use error::ReplayError;
 pub use fly::Response;
 
@@ -93,9 +96,15 @@ impl Replay {
     /// # Errors
     /// [`ReplayError::NoCoefficient`] and [`ReplayError::MissingVariable`] with names.
     pub fn check(&self, model: &Derivatives) -> Result<(), ReplayError> {
-        let missing = model.missing();
+        self.check_axis(MotionAxis::Both, model)
+    }
+
+    /// [`Replay::check`] for a model that flies one axis.
+    fn check_axis(&self, axis: MotionAxis, model: &Derivatives) -> Result<(), ReplayError> {
+        let missing = model.missing().into_iter().filter(|&coefficient| axis.has(coefficient));
+        let missing: Vec<_> = missing.map(|coefficient| coefficient.name()).collect();
         if !missing.is_empty() {
-            return Err(ReplayError::NoCoefficient { missing: missing.iter().map(|c| c.name()).collect() });
+            return Err(ReplayError::NoCoefficient { missing, needed: axis.needs() });
         }
         let lacking = Variable::ALL.iter().filter(|variable| !self.available.contains(variable));
         for &variable in lacking {

@@ -1,6 +1,7 @@
 //! Tests of residuals.
 
 use crate::estimate::autocorrelation;
+use crate::prep::{WHITE_LEVEL, white_noise_probability};
 
 /// Lags a whiteness test looks at unless told otherwise.
 pub(super) const DEFAULT_LAGS: usize = 25;
@@ -14,8 +15,15 @@ pub struct Whiteness {
     pub autocorrelation: Vec<f64>,
     /// Half width of the 95 % band of white noise, `1.96 / sqrt(N)`.
     pub band: f64,
-    /// Share of the lags from 1 on inside the band; 0.95 or more is what white noise shows.
-    pub share_inside: f64,
+    /// Probability that a white residual is as correlated (Ljung and Box).
+    pub probability: f64,
+}
+
+impl Whiteness {
+    /// Whether the residual counts as white: one that is white does in 95 % of cases.
+    pub fn is_white(&self) -> bool {
+        self.probability >= WHITE_LEVEL
+    }
 }
 
 /// Normalised autocorrelation of a residual up to `max_lag` samples, with its mean removed, and the 95 % band.
@@ -25,8 +33,8 @@ pub fn whiteness(residuals: &[f64], max_lag: usize) -> Whiteness {
     let correlation = autocorrelation(&centred, max_lag);
     let autocorrelation: Vec<f64> = correlation.iter().map(|value| value / correlation[0]).collect();
     let band = NORMAL_95 / (residuals.len() as f64).sqrt();
-    let inside = autocorrelation[1..].iter().filter(|value| value.abs() <= band).count();
-    Whiteness { share_inside: inside as f64 / max_lag.max(1) as f64, autocorrelation, band }
+    let probability = white_noise_probability(&autocorrelation[1..], residuals.len(), max_lag);
+    Whiteness { autocorrelation, band, probability }
 }
 
 /// How often residuals of each size occur.
@@ -88,12 +96,13 @@ mod tests {
         let noise: Vec<f64> = (0..4000).map(|_| rng.random::<f64>() - 0.5).collect();
         let white = whiteness(&noise, 100);
         approx::assert_relative_eq!(white.band, 1.96 / 4000.0_f64.sqrt(), max_relative = 1e-4);
+        let inside = white.autocorrelation[1..].iter().filter(|value| value.abs() <= white.band).count();
         // 100 lags at 95 %: fewer than 88 inside has a probability below 1 in 500.
-        assert!(white.share_inside >= 0.88, "{}", white.share_inside);
+        assert!(inside >= 88 && white.is_white(), "{inside} inside, {}", white.probability);
         let summed: Vec<f64> = noise.windows(10).map(|window| window.iter().sum()).collect();
         let coloured = whiteness(&summed, 25);
         approx::assert_relative_eq!(coloured.autocorrelation[5], 0.5, epsilon = 0.06);
-        assert!(coloured.share_inside < 0.8);
+        assert!(coloured.probability < 1e-6);
     }
 
     #[test]

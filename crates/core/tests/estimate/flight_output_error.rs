@@ -1,11 +1,11 @@
 //! Output error with the equations of motion on flights whose every derivative is known.
 
 use doublet_core::estimate::{
-    FlightFitError, FlightFreedom, FlightOutput, FlightOutputFit, FlightWindow, MotionAxis, OutputErrorSettings,
+    FlightFitError, FlightFreedom, FlightOutput, FlightOutputFit, FlightWindow, OutputErrorSettings,
     flight_output_error,
 };
 use doublet_core::model::{Coefficient, Derivatives};
-use doublet_core::replay::{Response, Start};
+use doublet_core::replay::{Motion, MotionAxis, Response, Start};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 
@@ -59,44 +59,44 @@ const BIAS: f64 = 0.1;
 
 /// Entries of the truth that belong to an axis.
 fn entries(axis: MotionAxis) -> Vec<usize> {
-    let lateral = [Coefficient::CY, Coefficient::Cl, Coefficient::Cn];
-    let belongs = |index: &usize| lateral.contains(&TRUTH[*index].0) == (axis == MotionAxis::Lateral);
-    (0..TRUTH.len()).filter(belongs).collect()
+    (0..TRUTH.len()).filter(|&index| axis.has(TRUTH[index].0)).collect()
 }
 
-/// Derivatives of the axis a tenth off, the others true: the other axis flies along as it was.
+/// Derivatives of the axis a tenth off, the others three times what they are: they must not matter.
 fn off(axis: MotionAxis) -> Derivatives {
     let mut model = truth();
-    entries(axis).into_iter().for_each(|index| model.set(index, 1.1 * TRUTH[index].2));
+    let own = entries(axis);
+    for (index, (.., value)) in TRUTH.iter().enumerate() {
+        model.set(index, if own.contains(&index) { 1.1 * value } else { 3.0 * value });
+    }
     model
 }
 
-fn follow(axis: MotionAxis, seed: u64, biases: Vec<FlightOutput>) -> Result<FlightOutputFit, FlightFitError> {
+fn follow(axis: MotionAxis, seed: u64) -> Result<FlightOutputFit, FlightFitError> {
     let (replay, start) = replay(SAMPLES).unwrap();
     let flown = replay.fly(&truth(), &start).unwrap();
     let mut begin: Start = start;
     match axis {
-        MotionAxis::Longitudinal => begin.euler_rad[1] += 0.004,
+        MotionAxis::Longitudinal | MotionAxis::Both => begin.euler_rad[1] += 0.004,
         MotionAxis::Lateral => begin.air_velocity_body_m_s[1] += 0.2,
     }
+    let motion = Motion::from(&flown);
     let window = FlightWindow {
         label: "w".to_owned(),
         replay: &replay,
         start: begin,
+        motion: &motion,
         model: off(axis),
         measured: recorded(axis, &flown, seed),
     };
-    let freedom = FlightFreedom { shared: entries(axis), own: Vec::new(), biases };
+    let freedom = FlightFreedom { shared: entries(axis), own: Vec::new(), biases: axis.biased() };
     flight_output_error(axis, &[window], &freedom, &OutputErrorSettings::default(), &|| true)
 }
 
 #[test]
 fn output_error_of_a_flight_recovers_every_derivative_within_its_errors() {
-    for (axis, biases) in [
-        (MotionAxis::Longitudinal, vec![FlightOutput::SpecificForceX, FlightOutput::SpecificForceZ]),
-        (MotionAxis::Lateral, vec![FlightOutput::SpecificForceY]),
-    ] {
-        let found = follow(axis, 11, biases).unwrap();
+    for axis in MotionAxis::ALL {
+        let found = follow(axis, 11).unwrap();
         let (fit, entries) = (&found.fit, entries(axis));
         let mut squares = 0.0;
         for (place, &entry) in entries.iter().enumerate() {
@@ -131,10 +131,12 @@ fn windows_share_derivatives_and_keep_their_own_starts() {
     let axis = MotionAxis::Lateral;
     let (replay, start) = replay(SAMPLES).unwrap();
     let flown = replay.fly(&truth(), &start).unwrap();
+    let motion = Motion::from(&flown);
     let window = |label: &str, seed: u64| FlightWindow {
         label: label.to_owned(),
         replay: &replay,
         start,
+        motion: &motion,
         model: off(axis),
         measured: recorded(axis, &flown, seed),
     };
@@ -156,10 +158,12 @@ fn windows_share_derivatives_and_keep_their_own_starts() {
 fn flight_that_is_stopped_or_does_not_fit_says_so() {
     let (replay, start) = replay(SAMPLES).unwrap();
     let flown = replay.fly(&truth(), &start).unwrap();
+    let motion = Motion::from(&flown);
     let window = FlightWindow {
         label: "w".to_owned(),
         replay: &replay,
         start,
+        motion: &motion,
         model: truth(),
         measured: recorded(MotionAxis::Lateral, &flown, 1),
     };

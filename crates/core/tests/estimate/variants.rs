@@ -1,8 +1,9 @@
 //! Weights, residual models, constraints, noisy regressors and nonlinear lags.
 
 use doublet_core::estimate::{
-    Constraint, EstimateError, Fit, Origin, constrained_least_squares, errors_in_variables, generalised_least_squares,
-    least_squares, search_scalar, summarise, total_least_squares, weighted_least_squares,
+    Coloured, Constraint, EstimateError, Fit, Origin, constrained_least_squares, errors_in_variables,
+    generalised_least_squares, least_squares, search_scalar, summarise, total_least_squares,
+    weighted_coloured_covariance, weighted_least_squares,
 };
 use doublet_core::prep::first_order_lag;
 use nalgebra::DMatrix;
@@ -77,6 +78,42 @@ fn generalised_fit_recovers_the_autoregression_and_its_own_scatter() {
     assert!(generalised < ordinary, "{generalised} {ordinary}");
     // The scatter of 60 realisations is known within 1 / sqrt(120) = 9 per cent; three of these.
     assert!(((stated / generalised).sqrt() - 1.0).abs() < 0.27, "{}", (stated / generalised).sqrt());
+}
+
+#[test]
+fn corrected_errors_of_every_form_are_the_scatter_of_its_estimates() {
+    /// Ratio of stated to found deviation over 200 fits: five standard errors of a deviation, and what few lags leave out.
+    const RATIO: std::ops::Range<f64> = 0.7..1.3;
+    const FITS: usize = 200;
+    let x = regressors(1500);
+    let windows = [0..900, 900..1500];
+    let weights: Vec<f64> = (0..1500).map(|k| if k < 900 { 4.0 } else { 1.0 }).collect();
+    let settings = Coloured::default();
+    // Of each form: squared errors of the second parameter, and squared errors stated conventionally and corrected.
+    let mut sums = [[0.0; 3]; 2];
+    for seed in 0..FITS {
+        let mut noise = normal(seed as u64, 1500);
+        for k in 1..1500 {
+            noise[k] += 0.9 * noise[k - 1];
+        }
+        noise.iter_mut().zip(&weights).for_each(|(value, weight)| *value /= weight.sqrt());
+        let z = measurement(&x, &noise);
+        let weighted = weighted_least_squares(&names(), &x, &z, &weights).unwrap();
+        let covariance = weighted_coloured_covariance(&weighted, &x, &weights, &windows, &settings).unwrap();
+        let whitened = generalised_least_squares(&names(), &x, &z, &windows, 1).unwrap();
+        let other = whitened.coloured_covariance(&x, &windows, &settings).unwrap();
+        for (sums, (fit, covariance)) in sums.iter_mut().zip([(&weighted, covariance), (&whitened.fit, other)]) {
+            sums[0] += (fit.estimates[1] - 2.0).powi(2);
+            sums[1] += fit.standard_errors[1].powi(2);
+            sums[2] += covariance[(1, 1)];
+        }
+    }
+    for (form, [found, conventional, corrected]) in ["weighted", "generalised"].into_iter().zip(sums) {
+        let ratio = |stated: f64| (stated / found).sqrt();
+        println!("{form}: conventional {:.2}, corrected {:.2} of the scatter", ratio(conventional), ratio(corrected));
+        assert!(RATIO.contains(&ratio(corrected)), "{form}: {}", ratio(corrected));
+    }
+    assert!(sums[0][1] < 0.2 * sums[0][0], "the conventional error of the weighted fit is too small");
 }
 
 #[test]

@@ -73,8 +73,7 @@ fn quasi_newton_recovers_the_noises_of_the_recording() {
         }
         let error = error.unwrap();
         assert!((1.0 / factor..factor).contains(&ratio), "{name} {ratio}");
-        // the outlier gate takes less than one in a hundred off a deviation
-        assert!(ratio.ln().abs() < ERRORS * error + 0.01, "{name} {ratio} {error}");
+        assert!(!proposed.at_bound && ratio.ln().abs() < ERRORS * error, "{name} {ratio} {error}");
     }
 }
 
@@ -96,6 +95,18 @@ fn expectation_maximisation_never_falls_and_goes_the_same_way() {
     for (proposed, truth) in found.process.iter().flatten().zip(&truth.process_noise) {
         assert!((proposed.proposed / truth).ln().abs() < (proposed.present / truth).ln().abs() + 0.01);
     }
+}
+
+#[test]
+fn good_samples_are_not_taken_for_outliers() {
+    let Some(citation) = citation::load() else { return };
+    let (data, outliers) = without_outliers(&citation.data, &run(&citation.data, &settings()), &settings());
+    println!("{outliers:?}");
+    // Twelve measurements, each of which loses a sample once in twenty recordings: more than three once in four hundred. At 3.29
+    // deviations it were 72 of 72,000, and the deviations 0.6 % too small.
+    assert!(outliers.iter().sum::<usize>() <= 3, "{outliers:?}");
+    let lost = data.measurements.iter().flat_map(|series| &series.values).filter(|value| value.is_nan()).count();
+    assert_eq!(lost, outliers.iter().sum::<usize>());
 }
 
 #[test]

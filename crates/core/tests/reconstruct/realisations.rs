@@ -2,6 +2,7 @@
 
 use doublet_core::prep::cumulative_trapezoid;
 use doublet_core::reconstruct::consistency::{final_nees, mean_band};
+use doublet_core::reconstruct::noise::{FURTHEST, NoiseProposalSettings, likelihood, propose_noise};
 use doublet_core::reconstruct::{
     FilterData, FilterSettings, InputSeries, MeasurementSeries, State, filter_smoother_disagreement, reconstruct_many,
 };
@@ -110,6 +111,38 @@ fn normalised_errors_of_fifty_realisations_lie_inside_their_band() {
     let (mean, band) = (total / (4 * RUNS) as f64, mean_band(4 * RUNS, 18));
     println!("all: {mean:.2} in {band:.2?}");
     assert!((band[0]..band[1]).contains(&mean), "{mean} {band:?}");
+}
+
+#[test]
+fn likelihood_without_a_maximum_ends_at_a_bound_that_is_said() {
+    let Some(clean) = clean("de3211_1") else { return };
+    // Neither inputs nor measurements have any noise: the smaller every deviation, the more likely.
+    let rows = ..1_000;
+    let cut = |values: &[f64]| values[rows].to_vec();
+    let (time_s, ground) = (cut(&clean.time_s), [0, 1, 2].map(|i| cut(&clean.measured[i])));
+    let position = ground.each_ref().map(|speed| cumulative_trapezoid(&time_s, speed).unwrap());
+    let values = position.into_iter().chain(clean.measured.each_ref().map(|values| cut(values)));
+    let series = values.map(|values| MeasurementSeries { time_s: time_s.clone(), values }).collect::<Vec<_>>();
+    let inputs = InputSeries { time_s, columns: clean.inputs.each_ref().map(|values| cut(values)) };
+    let data = FilterData { inputs, measurements: series.try_into().unwrap() };
+    let settings = FilterSettings { gravity_m_s2: TRUE_GRAVITY, ..citation::settings() };
+    let found = propose_noise(
+        &settings,
+        &NoiseProposalSettings::default(),
+        [0; 12],
+        &mut |settings| likelihood(&[&data], settings, &mut |_| std::ops::ControlFlow::Continue(())),
+        &mut |_| std::ops::ControlFlow::Continue(()),
+    )
+    .unwrap();
+    let proposed: Vec<_> = found.process.iter().chain(&found.measurement).flatten().collect();
+    let at_bound = proposed.iter().filter(|proposed| proposed.at_bound).count();
+    println!("{at_bound} of {} at a bound, {:?}", proposed.len(), found.log_likelihood.last());
+    assert!(at_bound > 0);
+    for proposed in proposed {
+        let factor = proposed.proposed / proposed.present;
+        assert!((0.99 / FURTHEST..=1.01 * FURTHEST).contains(&factor), "{factor}");
+        assert!(!(proposed.at_bound && proposed.log_standard_error.is_some()));
+    }
 }
 
 /// Findings of the filter-smoother agreement over realisations of one manoeuvre, by state.

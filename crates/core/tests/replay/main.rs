@@ -10,7 +10,7 @@ use doublet_core::model::{
 };
 use doublet_core::motion::{Airflow, State, runge_kutta};
 use doublet_core::quantity::Role;
-use doublet_core::replay::{Replay, ReplayError, Response, Start};
+use doublet_core::replay::{Motion, MotionAxis, Replay, ReplayError, Response, Start};
 use doublet_core::simulate::{Body, Controls, Environment, Thrust, TrimCondition, Vehicle, c337f, trim};
 use nalgebra::Vector3;
 
@@ -184,6 +184,50 @@ fn replay_of_the_truth_follows_the_simulator() {
     let wrong = Vehicle { aero: changed.unwrap(), ..flown.vehicle.clone() };
     let error = largest_error(&flown, &replay.fly(&truth(&wrong), &flown.start).unwrap());
     assert!(error > 0.05, "{error}");
+}
+
+/// Largest difference of the flown states of two responses.
+fn largest_difference(first: &Response, second: &Response) -> f64 {
+    let columns = |response: &Response| -> Vec<Vec<f64>> {
+        let groups = [&response.air_velocity_body_m_s, &response.euler_rad, &response.rates_rad_s];
+        groups.into_iter().flatten().chain(&response.specific_force_m_s2).cloned().collect()
+    };
+    let pairs = columns(first).concat().into_iter().zip(columns(second).concat());
+    pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}
+
+#[test]
+fn one_axis_flies_as_all_six_degrees_of_freedom_do_when_the_other_moves_as_it_did() {
+    /// What the recorded axis, linear between samples of 20 ms, costs: its curvature over a step.
+    const LINEAR: f64 = 2e-3;
+    let flown = flown(20.0);
+    let [x, y, z] = flown.body.properties.cg_from_datum_m;
+    for axes in [Axes::Body, Axes::Stability] {
+        let mut settings = settings(&flown.vehicle);
+        (settings.axes, settings.moment_reference) = (axes, Some(Position::Datum([x - 0.2, y + 0.1, z + 0.3])));
+        let replay = Replay::new(&flown.data, &settings, &wind(flown.data.time_s.len()), 9.80665).unwrap();
+        let model = truth(&flown.vehicle);
+        let whole = replay.fly(&model, &flown.start).unwrap();
+        let motion = Motion::from(&whole);
+        for axis in [MotionAxis::Longitudinal, MotionAxis::Lateral] {
+            // The other axis' derivatives are not there at all.
+            let own = model.entries().iter().filter(|entry| axis.has(entry.coefficient));
+            let own: Derivatives = own.map(|entry| (entry.coefficient, entry.term.clone(), entry.value)).collect();
+            let alone = replay.fly_axis(axis, &own, &flown.start, &motion).unwrap();
+            let error = largest_difference(&whole, &alone);
+            println!("{} {axes:?}: {error:.1e}", axis.name());
+            assert!(error < LINEAR, "{} {axes:?}: {error}", axis.name());
+            // It is flown: a wrong start shows.
+            let mut start = flown.start;
+            start.air_velocity_body_m_s = start.air_velocity_body_m_s.map(|component| component + 0.5);
+            let error = largest_difference(&whole, &replay.fly_axis(axis, &own, &start, &motion).unwrap());
+            assert!(error > 0.1, "{} {axes:?}: {error}", axis.name());
+        }
+        assert_eq!(replay.fly_axis(MotionAxis::Both, &model, &flown.start, &motion).unwrap(), whole);
+        let short = Motion { rates_rad_s: [vec![0.0], vec![0.0], vec![0.0]], ..motion.clone() };
+        let refused = replay.fly_axis(MotionAxis::Lateral, &model, &flown.start, &short).unwrap_err();
+        assert!(matches!(refused, ReplayError::MotionLength { found: 1, .. }), "{refused}");
+    }
 }
 
 /// The recording of a response: what `coefficients` gets of a flown window.

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use doublet_core::prep::{NoiseOrigin, PrepError, noise_proposals, noise_statistics};
+use doublet_core::prep::{NoiseOrigin, PrepError, WHITE_LEVEL, noise_proposals, noise_statistics};
 use doublet_core::quantity::Role;
 use doublet_core::series::{Series, Window};
 use rand::{RngExt, SeedableRng};
@@ -45,6 +45,23 @@ fn noise_statistics_recover_truth_deviation_of_white_noise_on_a_trend() {
     }
     // 95 % of white noises pass at 5 %: 38 of 40, three standard deviations of 1.4 below.
     assert!(white >= 33, "{white} of 40");
+}
+
+#[test]
+fn one_white_noise_in_twenty_is_called_coloured_however_many_windows_it_is_in() {
+    let short = |count: usize, length_s: f64| -> Vec<Window> {
+        let start = |k: usize| 3.0 * k as f64;
+        (0..count).map(|k| Window { start_s: start(k), end_s: start(k) + length_s }).collect()
+    };
+    // One long window, three, twenty of 75 samples, each with its own line taken off.
+    let cases = [vec![Window { start_s: 0.0, end_s: 60.0 }], WINDOWS.to_vec(), short(20, 1.5)];
+    for windows in cases {
+        let white = |seed| noise_statistics(&gyro(0.0, 0.0, seed), &windows, 1).unwrap().whiteness >= WHITE_LEVEL;
+        let share = (0..2000).filter(|&seed| !white(seed)).count() as f64 / 2000.0;
+        println!("{} windows: {:.2} % called coloured", windows.len(), 100.0 * share);
+        // 2,000 sequences at 5 %: three standard deviations either way.
+        assert!((0.035..0.065).contains(&share), "{} windows: {share}", windows.len());
+    }
 }
 
 #[test]

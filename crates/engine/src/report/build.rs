@@ -189,6 +189,7 @@ fn window_row(window: &Manoeuvre, snapshot: &Snapshot) -> Option<WindowRow> {
         verdict: verdicts.and_then(|found| Some(found.windows.get(&window.name)?.verdict.clone())),
         error: results.error().map(str::to_owned),
         samples: path.map_or(0, |path| path.reconstruction.time_s.len()),
+        air_density: results.aero.ready().map(|aero| aero.air_density.name()),
         mean_nis: consistency.map_or(f64::NAN, |c| c.nis_mean),
         expected_nis: consistency.map_or(f64::NAN, |c| c.nis_mean / c.nis_ratio),
         nis_band: consistency.map_or([f64::NAN; 2], |c| c.nis_band),

@@ -430,6 +430,9 @@ pub struct WindowRow {
     pub error: Option<String>,
     /// Inertial samples.
     pub samples: usize,
+    /// Where the air density comes from; none where no coefficients were formed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub air_density: Option<&'static str>,
     /// Mean normalised innovation squared.
     pub mean_nis: f64,
     /// Its expectation: the mean number of measurements per update.
@@ -482,7 +485,7 @@ pub struct InnovationRow {
     pub mean: f64,
     /// Root mean square, in predicted deviations: one when consistent, above when the filter is over-confident.
     pub ratio: f64,
-    /// Whether the autocorrelation stays inside its 95 % limit.
+    /// Whether they count as white: Ljung and Box at 5 %.
     pub is_white: bool,
     /// One sentence on what to change, if anything.
     pub advice: String,

@@ -8,6 +8,7 @@ use crate::run::Snapshot;
 use crate::study::{
     CheckedDerivative, ConditionRegression, ControlLag, ManoeuvreStudy, MonteCarloStudy, SensitivityStudy, WindowChecks,
 };
+use crate::verdict::Finding;
 
 /// Results of the studies that were asked for; what was not is absent.
 #[derive(Clone, Debug, Default, Serialize)]
@@ -33,6 +34,9 @@ pub struct StudyResults {
     /// Derivatives of every window by other methods.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub checks: Vec<CheckRow>,
+    /// Output errors that do not follow their recordings.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub check_findings: Vec<Finding>,
     /// Lag and delay of every control.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub lags: Vec<LagRow>,
@@ -48,7 +52,9 @@ pub struct CheckRow {
     pub window: String,
     /// `frequency domain` or `output error`.
     pub method: &'static str,
-    /// Derivative; initial states and biases of output error among them.
+    /// Motion that output error followed; empty for the frequency domain.
+    pub axis: &'static str,
+    /// Derivative; initial states, biases and outputs of output error among them.
     pub derivative: String,
     /// Estimate by this method.
     #[serde(serialize_with = "where_finite")]
@@ -62,6 +68,15 @@ pub struct CheckRow {
     /// Its corrected standard error.
     #[serde(serialize_with = "where_finite")]
     pub equation_standard_error: f64,
+    /// Of an output: coefficient of determination of the flown one.
+    #[serde(serialize_with = "where_finite")]
+    pub r_squared: f64,
+    /// Of an output: largest magnitude of recorded less flown, SI.
+    #[serde(serialize_with = "where_finite")]
+    pub largest_deviation: f64,
+    /// Of an initial state: its distance from the path in joint standard deviations.
+    #[serde(serialize_with = "where_finite")]
+    pub distance: f64,
     /// Why there is no estimate.
     pub error: Option<String>,
 }
@@ -103,9 +118,12 @@ pub struct LagRow {
     /// Value, s.
     #[serde(serialize_with = "where_finite")]
     pub value_s: f64,
-    /// Standard error corrected for coloured residuals, s; none at an end of the range searched.
+    /// Standard error corrected for coloured residuals, s.
     #[serde(serialize_with = "where_finite")]
     pub standard_error_s: f64,
+    /// Coefficient of determination of the fit with the lag or delay found from all coefficients.
+    #[serde(serialize_with = "where_finite")]
+    pub r_squared: f64,
     /// Why there is no value.
     pub error: Option<String>,
 }
@@ -262,6 +280,7 @@ pub fn build(snapshot: &Snapshot) -> StudyResults {
     }
     if let Some(study) = snapshot.studies.checks.ready() {
         results.checks.extend(study.windows.iter().flat_map(|window| check_rows(snapshot, window)));
+        results.check_findings = study.findings();
     }
     if let Some(study) = snapshot.studies.lags.ready() {
         results.lags.extend(study.lags.iter().flat_map(lag_rows));
@@ -365,65 +384,73 @@ fn check_rows(snapshot: &Snapshot, checks: &WindowChecks) -> Vec<CheckRow> {
         });
         found.unwrap_or((f64::NAN, f64::NAN))
     };
-    let row = |method: &'static str, derivative: &CheckedDerivative| {
-        let (estimate, error) = equation_error(&derivative.name);
-        CheckRow {
-            window: checks.window.clone(),
-            method,
-            derivative: derivative.name.clone(),
-            estimate: derivative.estimate,
-            standard_error: derivative.standard_error,
-            equation_error: estimate,
-            equation_standard_error: error,
-            error: None,
-        }
-    };
-    let failed = |method: &'static str, place: &str, error: &str| CheckRow {
+    let blank = |method: &'static str, axis: &'static str, name: &str| CheckRow {
         window: checks.window.clone(),
         method,
-        derivative: place.to_owned(),
+        axis,
+        derivative: name.to_owned(),
         estimate: f64::NAN,
         standard_error: f64::NAN,
         equation_error: f64::NAN,
         equation_standard_error: f64::NAN,
-        error: Some(error.to_owned()),
+        r_squared: f64::NAN,
+        largest_deviation: f64::NAN,
+        distance: f64::NAN,
+        error: None,
     };
+    let row = |blank: CheckRow, derivative: &CheckedDerivative| {
+        let (equation_error, equation_standard_error) = equation_error(&derivative.name);
+        let (estimate, standard_error) = (derivative.estimate, derivative.standard_error);
+        CheckRow { estimate, standard_error, equation_error, equation_standard_error, ..blank }
+    };
+    let failed = |blank: CheckRow, error: &str| CheckRow { error: Some(error.to_owned()), ..blank };
     let mut rows = Vec::new();
     for (coefficient, found) in &checks.frequency {
+        let blank = |name: &str| blank("frequency domain", "", name);
         match found {
-            Ok(derivatives) => rows.extend(derivatives.iter().map(|derivative| row("frequency domain", derivative))),
-            Err(error) => rows.push(failed("frequency domain", coefficient.name(), error)),
+            Ok(derivatives) => rows.extend(derivatives.iter().map(|found| row(blank(&found.name), found))),
+            Err(error) => rows.push(failed(blank(coefficient.name()), error)),
         }
     }
     for (axis, found) in &checks.output_error {
-        match found {
-            Ok(flight) => {
-                let all = flight.derivatives.iter().chain(&flight.others);
-                rows.extend(all.map(|derivative| row("output error", derivative)));
+        let blank = |name: &str| blank("output error", axis.name(), name);
+        let flight = match found {
+            Ok(flight) => flight,
+            Err(error) => {
+                rows.push(failed(blank(axis.name()), error));
+                continue;
             }
-            Err(error) => rows.push(failed("output error", axis.name(), error)),
-        }
+        };
+        rows.extend(flight.derivatives.iter().map(|found| row(blank(&found.name), found)));
+        let distances = flight.starts.iter().map(|start| start.distance).chain(std::iter::repeat(f64::NAN));
+        let others = flight.others.iter().zip(distances);
+        rows.extend(others.map(|(found, distance)| CheckRow { distance, ..row(blank(&found.name), found) }));
+        rows.extend(flight.outputs.iter().map(|output| CheckRow {
+            r_squared: output.r_squared,
+            largest_deviation: output.largest_deviation,
+            ..blank(output.output.name())
+        }));
     }
     rows
 }
 
 fn lag_rows(lag: &ControlLag) -> Vec<LagRow> {
-    let row = |coefficient: &'static str, value_s: f64, standard_error_s: f64, error: Option<String>| LagRow {
-        control: lag.surface.variable().name(),
-        kind: lag.kind.name(),
-        coefficient,
-        value_s,
-        standard_error_s,
-        error,
-    };
-    match &lag.result {
-        Err(error) => vec![row("", f64::NAN, f64::NAN, Some(error.clone()))],
-        Ok(found) => {
-            let single = lag.coefficients.iter().zip(&found.by_regression);
-            let single = single.map(|(coefficient, (value, error))| row(coefficient.name(), *value, *error, None));
-            std::iter::once(row("", found.value, found.standard_error, None)).chain(single).collect()
+    let row = |coefficient: &'static str, found: Result<(f64, f64), String>, r_squared: Option<f64>| {
+        let (value_s, standard_error_s) = found.as_ref().copied().unwrap_or((f64::NAN, f64::NAN));
+        LagRow {
+            control: lag.surface.variable().name(),
+            kind: lag.kind.name(),
+            coefficient,
+            value_s,
+            standard_error_s,
+            r_squared: r_squared.unwrap_or(f64::NAN),
+            error: found.err(),
         }
-    }
+    };
+    let fits = lag.result.iter().flat_map(|search| &search.fits).map(|fit| fit.fit.quality.r_squared);
+    let single = lag.by_coefficient().into_iter().zip(fits);
+    let single = single.map(|((coefficient, found), r_squared)| row(coefficient.name(), found, Some(r_squared)));
+    std::iter::once(row("", lag.found_s(), lag.r_squared())).chain(single).collect()
 }
 
 fn condition_rows(found: &ConditionRegression) -> Vec<ConditionRow> {

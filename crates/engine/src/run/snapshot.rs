@@ -222,7 +222,7 @@ impl Snapshot {
         note(Study::Manoeuvres.name().to_owned(), self.studies.manoeuvres.error());
         note(Study::Sensitivity.name().to_owned(), self.studies.sensitivity.error());
         note("proof of match".to_owned(), self.proof.error());
-        note(Study::Checks.name().to_owned(), self.studies.checks.error());
+        note(Study::Checks { axis: None }.name().to_owned(), self.studies.checks.error());
         note(Study::Lags.name().to_owned(), self.studies.lags.error());
         note("Monte Carlo".to_owned(), self.studies.monte_carlo.error());
         failures

@@ -10,7 +10,7 @@ use crate::study::{self, MonteCarloStudy, Study, StudyError, Subject, Watch};
 pub fn begin(studies: &mut Studies, wanted: &[Study]) {
     start(&mut studies.manoeuvres, wanted.contains(&Study::Manoeuvres));
     start(&mut studies.sensitivity, wanted.contains(&Study::Sensitivity));
-    start(&mut studies.checks, wanted.contains(&Study::Checks));
+    start(&mut studies.checks, wanted.iter().any(is_checks));
     start(&mut studies.lags, wanted.contains(&Study::Lags));
     start(&mut studies.monte_carlo, wanted.iter().any(is_monte_carlo));
 }
@@ -21,6 +21,10 @@ fn start<T>(slot: &mut Slot<T>, is_wanted: bool) {
 
 fn is_monte_carlo(study: &Study) -> bool {
     matches!(study, Study::MonteCarlo { .. })
+}
+
+fn is_checks(study: &Study) -> bool {
+    matches!(study, Study::Checks { .. })
 }
 
 /// The Monte Carlo study that is shown.
@@ -57,7 +61,7 @@ impl Runner<'_> {
     pub fn run(&self) -> Result<(), Cancelled> {
         self.one(Study::Manoeuvres, |studies| &mut studies.manoeuvres, study::manoeuvres)?;
         self.one(Study::Sensitivity, |studies| &mut studies.sensitivity, study::sensitivity)?;
-        self.one(Study::Checks, |studies| &mut studies.checks, study::checks)?;
+        self.checks()?;
         self.one(Study::Lags, |studies| &mut studies.lags, study::lags)?;
         let wanted = self.wanted.iter().copied().find(is_monte_carlo);
         let Some(study) = wanted.or_else(|| self.board.read(|snapshot| known(&snapshot.studies))) else {
@@ -66,6 +70,18 @@ impl Runner<'_> {
         let Study::MonteCarlo { realisations, seed } = study else { return Ok(()) };
         let compute = |subject: &Subject<'_>, watch: &Watch<'_>| study::monte_carlo(subject, realisations, seed, watch);
         self.one(study, |studies| &mut studies.monte_carlo, compute)
+    }
+
+    /// The checks asked for, or those shown.
+    fn checks(&self) -> Result<(), Cancelled> {
+        let shown = || self.board.read(|snapshot| Some(snapshot.studies.checks.latest()?.axis));
+        let asked = self.wanted.iter().find_map(|study| match study {
+            Study::Checks { axis } => Some(*axis),
+            _ => None,
+        });
+        let Some(axis) = asked.or_else(shown) else { return Ok(()) };
+        let compute = |subject: &Subject<'_>, watch: &Watch<'_>| study::checks(subject, axis, watch);
+        self.one(Study::Checks { axis }, |studies| &mut studies.checks, compute)
     }
 
     fn one<T: Footprint>(

@@ -19,6 +19,7 @@ use super::path::{WindowPath, differentiation};
 use super::surroundings::Surroundings;
 use crate::graph::Footprint;
 use crate::session::{AngularAcceleration, PathSource, Preparation, Surface};
+use crate::verdict::{Finding, Level};
 
 /// Coefficients and variables over one window.
 #[derive(Clone, Debug)]
@@ -35,6 +36,46 @@ pub struct WindowAero {
     pub series: [Series; 8],
     /// Findings, one line each.
     pub warnings: Vec<String>,
+    /// Where the air density comes from.
+    pub air_density: AirDensity,
+}
+
+/// Where the air density of a window comes from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum AirDensity {
+    /// Recorded itself.
+    Recorded,
+    /// Recorded static pressure and air temperature.
+    PressureAndTemperature,
+    /// The standard atmosphere at the recorded altitude.
+    RecordedAltitude,
+    /// The standard atmosphere at an altitude that nothing recorded: that of the origin which the session assumes, m, and the
+    /// climb of the path.
+    AssumedAltitude(f64),
+}
+
+impl AirDensity {
+    /// Name in results.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Recorded => "recorded",
+            Self::PressureAndTemperature => "recorded pressure and temperature",
+            Self::RecordedAltitude => "standard atmosphere at the recorded altitude",
+            Self::AssumedAltitude(_) => "standard atmosphere at an assumed altitude",
+        }
+    }
+
+    /// That it is only assumed (`assumed`), where it is.
+    pub fn finding(self) -> Option<Finding> {
+        let Self::AssumedAltitude(origin_m) = self else { return None };
+        let text = format!(
+            "assumed: standard atmosphere {origin_m:.0} m above the sea and the climb of the path, since neither altitude, \
+             pressure nor density is recorded; every derivative is inversely proportional to it"
+        );
+        let finding = Finding::new(Level::Caution, "assumed", "air density", text);
+        let cure = "map the pressure altitude, or set the altitude at which the flight began";
+        Some(finding.with_cure(cure).with_setting("Model", "preparation.origin_altitude_m"))
+    }
 }
 
 impl Footprint for WindowAero {
@@ -51,13 +92,13 @@ impl WindowAero {
     ///
     /// # Errors
     /// One line: what the model refuses.
-    pub fn formed(data: AeroData, settings: CoefficientSettings, warnings: Vec<String>) -> Result<Self, String> {
+    pub fn formed(data: AeroData, settings: CoefficientSettings, air_density: AirDensity) -> Result<Self, String> {
         let coefficients = coefficients(&data, &settings).map_err(|error| error.to_string())?;
         let variables = variables(&data, &settings).map_err(|error| error.to_string())?;
         let time_s: Arc<[f64]> = coefficients.time_s.as_slice().into();
         let series =
             Coefficient::ALL.map(|c| Series { time_s: Arc::clone(&time_s), values: coefficients.get(c).into() });
-        Ok(Self { data, settings, coefficients, variables, series, warnings })
+        Ok(Self { data, settings, coefficients, variables, series, warnings: Vec::new(), air_density })
     }
 }
 
@@ -96,7 +137,7 @@ pub fn aero_along(
         angular_acceleration_rad_s2,
         ..aero.data.clone()
     };
-    WindowAero::formed(data, aero.settings.clone(), Vec::new())
+    WindowAero::formed(data, aero.settings.clone(), aero.air_density)
 }
 
 /// Forms the coefficients of one window from its path.
@@ -110,7 +151,7 @@ pub fn aero(
     preparation: &Preparation,
 ) -> Result<WindowAero, String> {
     let mut warnings = Vec::new();
-    let data = aero_data(around, path, aircraft, preparation, &mut warnings)?;
+    let (data, air_density) = aero_data(around, path, aircraft, preparation, &mut warnings)?;
     let differentiation = differentiation(preparation, &data.time_s);
     let matched = preparation.matched_smoothing
         && data.angular_acceleration_rad_s2.is_none()
@@ -132,7 +173,7 @@ pub fn aero(
         matched,
         control_lags: CONTROLS.map(|surface| (surface.role(), preparation.control_lags.of(surface))).into(),
     };
-    WindowAero::formed(data, settings, warnings)
+    Ok(WindowAero { warnings, ..WindowAero::formed(data, settings, air_density)? })
 }
 
 /// The rotors' momentum counts where every engine's speed is known.
@@ -162,7 +203,7 @@ fn aero_data(
     aircraft: &AircraftData,
     preparation: &Preparation,
     warnings: &mut Vec<String>,
-) -> Result<AeroData, String> {
+) -> Result<(AeroData, AirDensity), String> {
     let Motion { airspeed_m_s, alpha_rad, beta_rad, biases, down_m } = motion(around.first, path, preparation)?;
     let time_s = around.time_s.clone();
     // The filter has the specific force moved to the centre of gravity; here it is wanted as measured, to be moved with the
@@ -170,9 +211,10 @@ fn aero_data(
     let accelerometer = aircraft.accelerometer.filter(|_| preparation.correct_accelerometer);
     let [ax, ay, az, p, q, r] = unbiased_inputs(around, &biases)?;
     let rates_rad_s = [p, q, r];
-    let altitude_m: Vec<_> = match around.recorded(Role::Altitude)? {
-        Some(altitude) => altitude,
-        None => down_m.iter().map(|down| preparation.origin_altitude_m - down).collect(),
+    let origin_m = preparation.origin_altitude_m;
+    let (altitude_m, standard): (Vec<f64>, _) = match around.recorded(Role::Altitude)? {
+        Some(altitude) => (altitude, AirDensity::RecordedAltitude),
+        None => (down_m.iter().map(|down| origin_m - down).collect(), AirDensity::AssumedAltitude(origin_m)),
     };
     let mut controls = BTreeMap::new();
     for role in CONTROLS.map(Surface::role) {
@@ -180,7 +222,16 @@ fn aero_data(
             controls.insert(role, values);
         }
     }
-    let density_kg_m3 = air_density(around, &altitude_m, warnings)?;
+    let (density_kg_m3, air_density) = air_density(around, &altitude_m, standard)?;
+    match air_density {
+        AirDensity::RecordedAltitude => {
+            warnings.push("air density comes from the standard atmosphere at the recorded altitude".to_owned());
+        }
+        AirDensity::AssumedAltitude(origin_m) => warnings.push(format!(
+            "air density is assumed: standard atmosphere at an assumed altitude, {origin_m:.0} m and the climb of the path"
+        )),
+        AirDensity::Recorded | AirDensity::PressureAndTemperature => {}
+    }
     let air = Air {
         time_s: &time_s,
         airspeed_m_s: &airspeed_m_s,
@@ -193,7 +244,7 @@ fn aero_data(
         return Err("thrust cannot be taken out: neither is it recorded nor does it follow from the aircraft's engines; set preparation.remove_thrust to false".into());
     }
     warnings.extend(engines.warnings);
-    Ok(AeroData {
+    let data = AeroData {
         alpha_rad,
         beta_rad,
         airspeed_m_s,
@@ -209,7 +260,8 @@ fn aero_data(
         mach: around.recorded(Role::Mach)?,
         altitude_m: Some(altitude_m),
         time_s,
-    })
+    };
+    Ok((data, air_density))
 }
 
 /// What the path says of the motion from some sample on.
@@ -266,17 +318,22 @@ fn air_temperature(around: &Surroundings, altitude_m: &[f64]) -> Result<Vec<f64>
     altitude_m.iter().map(standard).collect()
 }
 
-fn air_density(around: &Surroundings, altitude_m: &[f64], warnings: &mut Vec<String>) -> Result<Vec<f64>, String> {
+/// Air density, and where it comes from: `standard` where nothing but an altitude is known.
+fn air_density(
+    around: &Surroundings,
+    altitude_m: &[f64],
+    standard: AirDensity,
+) -> Result<(Vec<f64>, AirDensity), String> {
     if let Some(density) = around.recorded(Role::AirDensity)? {
-        return Ok(density);
+        return Ok((density, AirDensity::Recorded));
     }
     let pressure = around.recorded(Role::StaticPressure)?;
     let temperature = around.recorded(Role::AirTemperature)?;
     if let (Some(pressure), Some(temperature)) = (pressure, temperature) {
         let pairs = pressure.iter().zip(&temperature);
-        return pairs.map(|(&p, &t)| density_kg_m3(p, t).map_err(|error| error.to_string())).collect();
+        let density = pairs.map(|(&p, &t)| density_kg_m3(p, t).map_err(|error| error.to_string()));
+        return Ok((density.collect::<Result<_, _>>()?, AirDensity::PressureAndTemperature));
     }
-    warnings.push("air density comes from the standard atmosphere at the recorded altitude".to_owned());
-    let standard = |&altitude: &f64| Atmosphere::STANDARD.density_kg_m3(altitude).map_err(|error| error.to_string());
-    altitude_m.iter().map(standard).collect()
+    let at = |&altitude: &f64| Atmosphere::STANDARD.density_kg_m3(altitude).map_err(|error| error.to_string());
+    Ok((altitude_m.iter().map(at).collect::<Result<_, _>>()?, standard))
 }

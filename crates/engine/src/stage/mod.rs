@@ -27,7 +27,7 @@ mod surroundings;
 mod tolerances;
 mod truth;
 
-pub use aero::{CONTROLS, WindowAero, aero, aero_along};
+pub use aero::{AirDensity, CONTROLS, WindowAero, aero, aero_along};
 pub use aircraft::{AircraftData, LoadedAircraft, NO_AIRCRAFT, aircraft_data, load_aircraft, loading_on_board};
 pub use align::{UsedClock, is_stamped_by};
 pub use detail::{
@@ -48,7 +48,9 @@ pub use path::{
 pub use physics::{FlightPhysics, PhysicsRow, physics, physics_of};
 pub use proposals::{FlightProposals, SignalSpectrum, WindowProposal, open_windows, proposals};
 pub use recording::{LoadedFlight, aligned, changed, files, flight, locate, prepared, text};
-pub use replay::{ProofOfMatch, ReplaySeries, ReplayWindow, WindowReplay, bands, model_of_window, replay};
+pub use replay::{
+    ProofOfMatch, ReplaySeries, ReplayWindow, WindowFlight, WindowReplay, bands, model_of_window, replay, window_flight,
+};
 pub use signals::TreatedSignal;
 pub use surroundings::Surroundings;
 pub use tolerances::Tolerances;

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use doublet_core::model::{Coefficient, Derivatives, Structure, Term, regressors, specific_force_at_cg};
-use doublet_core::reconstruct::{STATES, State};
-use doublet_core::replay::{Replay, Response, Start};
+use doublet_core::reconstruct::{Reconstruction, STATES, State};
+use doublet_core::replay::{Motion, Replay, Response, Start};
 use doublet_core::series::Series;
 use doublet_core::validate::{Histories, Signal, TestResult, Theil, judge, theil};
 
@@ -146,8 +146,7 @@ fn mean_residual<'a>(
     Ok(sum / observed.len() as f64)
 }
 
-/// Flies a window with `model` from its reconstructed start, in its reconstructed wind, with its recorded controls, thrust and
-/// loading, and judges it.
+/// Flies a window with `model` from its reconstructed start as [`window_flight`] has it, and judges it.
 ///
 /// # Errors
 /// One line: a path that was not smoothed, a model that cannot fly, a motion that diverges.
@@ -159,16 +158,9 @@ pub fn replay(
     tolerances: &Tolerances,
 ) -> Result<WindowReplay, String> {
     let ReplayWindow { manoeuvre, path, aero } = window;
-    let states = states_of(&path.reconstruction, preparation.path)?;
-    // Coefficients begin where the filter has settled.
-    let begins_s = aero.data.time_s.first().copied().unwrap_or(f64::NAN);
-    let first = path.data.inputs.time_s.partition_point(|&time| time < begins_s);
-    let column = |state: State| states[state as usize][first..].to_vec();
-    let wind = [State::WindNorth, State::WindEast, State::WindDown].map(column);
-    let replay = Replay::new(&aero.data, &aero.settings, &wind, gravity_m_s2).map_err(|error| error.to_string())?;
-    let start = start(states, first, aero);
-    let response = replay.fly(model, &start).map_err(|error| error.to_string())?;
-    let measured = measured(states, first, aero)?;
+    let flight = window_flight(&path.reconstruction, aero, preparation, gravity_m_s2)?;
+    let response = flight.replay.fly(model, &flight.start).map_err(|error| error.to_string())?;
+    let measured = measured(&flight.motion, aero);
     let simulated = simulated(&response);
     let tests = tolerances.tests(manoeuvre).into_iter();
     let tests: Vec<_> = tests.map(|test| judge(test, &measured, &simulated)).collect();
@@ -194,6 +186,46 @@ fn series(measured: &Histories, simulated: &Histories, tests: &[TestResult]) -> 
     Signal::ALL.map(one).into()
 }
 
+/// A window made ready to be flown, and the motion it was recorded with.
+pub struct WindowFlight {
+    /// Controls, air, engines and loading.
+    pub replay: Replay,
+    /// Where the recorded motion starts.
+    pub start: Start,
+    /// Motion as reconstructed.
+    pub motion: Motion,
+    /// Sample of the path at which the coefficients begin: where the filter has settled.
+    pub first: usize,
+}
+
+/// Makes a window ready to be flown in its reconstructed wind, with its recorded controls, thrust and loading.
+///
+/// # Errors
+/// One line: a path that was not smoothed, and what [`Replay::new`] refuses.
+pub fn window_flight(
+    path: &Reconstruction,
+    aero: &WindowAero,
+    preparation: &Preparation,
+    gravity_m_s2: f64,
+) -> Result<WindowFlight, String> {
+    let states = states_of(path, preparation.path)?;
+    let begins_s = aero.data.time_s.first().copied().unwrap_or(f64::NAN);
+    let first = path.time_s.partition_point(|&time| time < begins_s);
+    let column = |state: State| states[state as usize][first..].to_vec();
+    let wind = [State::WindNorth, State::WindEast, State::WindDown].map(column);
+    let replay = Replay::new(&aero.data, &aero.settings, &wind, gravity_m_s2).map_err(|error| error.to_string())?;
+    let start = start(states, first, aero);
+    let mut motion = Motion {
+        position_ned_m: [State::PositionNorth, State::PositionEast, State::PositionDown].map(column),
+        air_velocity_body_m_s: [State::VelocityU, State::VelocityV, State::VelocityW].map(column),
+        euler_rad: [State::BankAngle, State::PitchAngle, State::HeadingAngle].map(column),
+        rates_rad_s: aero.data.rates_rad_s.clone(),
+        specific_force_m_s2: specific_force_at_cg(&aero.data, &aero.settings).map_err(|error| error.to_string())?,
+    };
+    unwrap(&mut motion.euler_rad[2]);
+    Ok(WindowFlight { replay, start, motion, first })
+}
+
 fn start(states: &[Vec<f64>; STATES], first: usize, aero: &WindowAero) -> Start {
     let at = |state: State| states[state as usize][first];
     Start {
@@ -205,29 +237,26 @@ fn start(states: &[Vec<f64>; STATES], first: usize, aero: &WindowAero) -> Start 
 }
 
 /// The reconstructed motion.
-fn measured(states: &[Vec<f64>; STATES], first: usize, aero: &WindowAero) -> Result<Histories, String> {
-    let state = |state: State| states[state as usize][first..].to_vec();
+fn measured(motion: &Motion, aero: &WindowAero) -> Histories {
     let negated = |values: &[f64]| values.iter().map(|value| -value).collect::<Vec<_>>();
     let data = &aero.data;
-    let [ax, ay, az] = specific_force_at_cg(data, &aero.settings).map_err(|error| error.to_string())?;
+    let ([ax, ay, az], [phi, theta, psi]) = (&motion.specific_force_m_s2, &motion.euler_rad);
     let column = |signal: Signal| match signal {
         Signal::Airspeed => data.airspeed_m_s.clone(),
-        Signal::Altitude => negated(&state(State::PositionDown)),
+        Signal::Altitude => negated(&motion.position_ned_m[2]),
         Signal::AngleOfAttack => data.alpha_rad.clone(),
         Signal::Sideslip => data.beta_rad.clone(),
-        Signal::BankAngle => state(State::BankAngle),
-        Signal::PitchAngle => state(State::PitchAngle),
-        Signal::HeadingAngle => state(State::HeadingAngle),
+        Signal::BankAngle => phi.clone(),
+        Signal::PitchAngle => theta.clone(),
+        Signal::HeadingAngle => psi.clone(),
         Signal::RollRate => data.rates_rad_s[0].clone(),
         Signal::PitchRate => data.rates_rad_s[1].clone(),
         Signal::YawRate => data.rates_rad_s[2].clone(),
         Signal::SpecificForceX => ax.clone(),
         Signal::SpecificForceY => ay.clone(),
-        Signal::NormalAcceleration => negated(&az),
+        Signal::NormalAcceleration => negated(az),
     };
-    let mut histories = Histories { time_s: data.time_s.clone(), columns: Signal::ALL.map(column) };
-    unwrap(&mut histories.columns[Signal::HeadingAngle as usize]);
-    Ok(histories)
+    Histories { time_s: data.time_s.clone(), columns: Signal::ALL.map(column) }
 }
 
 /// The motion of the model, its heading on the same turn as the measured one, since both start alike.

@@ -53,7 +53,7 @@ impl LagKind {
     }
 
     /// Range searched, s.
-    fn range_s(self) -> [f64; 2] {
+    pub fn range_s(self) -> [f64; 2] {
         match self {
             Self::Delay => [-0.1, 0.2],
             Self::FirstOrder => [0.0, 0.3],
@@ -73,15 +73,53 @@ impl ControlLag {
     /// Value to take, to a tenth of a millisecond, and its standard error, s.
     ///
     /// # Errors
-    /// One line: why none was found; that it lies at an end of the range searched.
+    /// One line: why none was found; that coefficients disagree about it; that it lies at an end of the range searched.
     pub fn found_s(&self) -> Result<(f64, f64), String> {
         let search = self.result.as_ref().map_err(Clone::clone)?;
+        if let Some(disagreement) = self.disagreement() {
+            return Err(disagreement);
+        }
         if !search.standard_error.is_finite() {
             return Err("the best value lies at or beyond an end of the range searched, it is not taken".to_owned());
         }
         Ok(((1e4 * search.value).round() / 1e4, search.standard_error))
     }
+
+    /// Value of each coefficient alone and its standard error, s, in the order of the coefficients; in few words where beyond the
+    /// range searched it lies.
+    pub fn by_coefficient(&self) -> Vec<(Coefficient, Result<(f64, f64), String>)> {
+        let [lower, upper] = self.kind.range_s();
+        let inside = |&(value, error): &(f64, f64)| match value {
+            value if value < lower => Err(format!("below {:.0} ms", 1e3 * lower)),
+            value if value > upper => Err(format!("above {:.0} ms", 1e3 * upper)),
+            _ => Ok((value, error)),
+        };
+        let single = self.result.iter().flat_map(|search| &search.by_regression).map(inside);
+        self.coefficients.iter().copied().zip(single).collect()
+    }
+
+    /// One line where the coefficients want different values: no one value is the control's then.
+    pub fn disagreement(&self) -> Option<String> {
+        let agreement = self.result.as_ref().ok()?.agreement();
+        let said = |(coefficient, found): (Coefficient, Result<(f64, f64), String>)| match found {
+            Ok((value, error)) => format!("{} says {:.0} +- {:.0} ms", coefficient.name(), 1e3 * value, 1e3 * error),
+            Err(beyond) => format!("{} says {beyond}", coefficient.name()),
+        };
+        let words: Vec<String> = self.by_coefficient().into_iter().map(said).collect();
+        (agreement < DISAGREE).then(|| format!("coefficients disagree: {}", words.join(", ")))
+    }
+
+    /// Coefficient of determination of the fits at the value found: the part of the coefficients' variance that they explain, each
+    /// coefficient's over its own.
+    pub fn r_squared(&self) -> Option<f64> {
+        let fits = &self.result.as_ref().ok()?.fits;
+        let samples: f64 = fits.iter().map(|fit| fit.fit.samples() as f64).sum();
+        Some(fits.iter().map(|fit| fit.fit.samples() as f64 * fit.fit.quality.r_squared).sum::<f64>() / samples)
+    }
 }
+
+/// Probability of the scatter of the coefficients' values below which they disagree.
+const DISAGREE: f64 = 0.01;
 
 impl LagStudy {
     /// What was found of one control; `None` where no coefficient has a term of it.
@@ -142,7 +180,7 @@ fn control_lag<'a>(
             let mut settings = aero.settings.clone();
             let lag = settings.control_lags.get(&role).copied().unwrap_or_default();
             settings.control_lags.insert(role, kind.set(lag, value_s));
-            Ok((*manoeuvre, Arc::new(WindowAero::formed(aero.data.clone(), settings, Vec::new())?)))
+            Ok((*manoeuvre, Arc::new(WindowAero::formed(aero.data.clone(), settings, aero.air_density)?)))
         };
         let windows = windows.iter().map(late).collect::<Result<Vec<_>, _>>().map_err(SearchError)?;
         let found = stage::pooled_regressions(&windows, &structure, &subject.session.estimation);
@@ -159,5 +197,37 @@ struct SearchError(String);
 impl From<doublet_core::estimate::EstimateError> for SearchError {
     fn from(error: doublet_core::estimate::EstimateError) -> Self {
         Self(error.to_string())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lag(kind: LagKind, value: f64, by_regression: Vec<(f64, f64)>) -> ControlLag {
+        let search =
+            NonlinearSearch { value, standard_error: 0.001, by_regression, profile: Vec::new(), fits: Vec::new() };
+        let coefficients = vec![Coefficient::CY, Coefficient::Cl, Coefficient::Cn];
+        ControlLag { surface: Surface::Aileron, kind, coefficients, result: Ok(search) }
+    }
+
+    #[test]
+    fn coefficients_that_disagree_give_no_delay_and_are_named() {
+        // Of the simulated Citation's aileron 3-2-1-1: seven times its standard error, from Cl alone.
+        let found = lag(LagKind::Delay, 0.008, vec![(0.099, 0.0087), (0.0074, 0.0007), (0.171, 0.015)]);
+        let said = found.found_s().unwrap_err();
+        assert_eq!(said, "coefficients disagree: CY says 99 +- 9 ms, Cl says 7 +- 1 ms, Cn says 171 +- 15 ms");
+        // Of the shipped flight's ailerons.
+        let found = lag(LagKind::Delay, -0.0006, vec![(0.0128, 0.0071), (-0.00065, 0.00036), (0.00487, 0.0043)]);
+        assert_eq!(found.found_s().unwrap(), (-0.0006, 0.001));
+    }
+
+    #[test]
+    fn no_value_lies_outside_the_range_searched() {
+        let found = lag(LagKind::FirstOrder, 0.29, vec![(0.29, 0.01), (0.478, 0.11), (-0.0244, 0.143)]);
+        let single = found.by_coefficient();
+        assert_eq!(single[0].1, Ok((0.29, 0.01)));
+        assert_eq!(single[1].1, Err("above 300 ms".to_owned()));
+        assert_eq!(single[2].1, Err("below 0 ms".to_owned()));
     }
 }

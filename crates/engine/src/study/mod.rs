@@ -2,6 +2,7 @@
 
 mod checks;
 mod coverage;
+mod followed;
 mod judged_flights;
 mod lags;
 mod manoeuvres;
@@ -11,8 +12,9 @@ mod sensitivity;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-pub use checks::{CheckStudy, CheckedDerivative, FollowedFlight, FollowedOutput, WindowChecks, checks};
+pub use checks::{CheckStudy, CheckedDerivative, WindowChecks, checks};
 pub use coverage::{Coverage, DerivativeCoverage, coverage};
+pub use followed::{FollowedFlight, FollowedOutput, FollowedStart};
 pub use judged_flights::{JudgedFlights, flown, judged_flights};
 pub use lags::{ControlLag, LagKind, LagStudy, lags};
 pub use manoeuvres::{
@@ -21,6 +23,8 @@ pub use manoeuvres::{
 };
 pub use monte_carlo::{MonteCarloStudy, monte_carlo};
 pub use sensitivity::{STEP_FRACTION, SensitivityStudy, sensitivity};
+
+use doublet_core::replay::MotionAxis;
 
 use crate::run::{Cancelled, Control};
 use crate::session::{Manoeuvre, Session};
@@ -35,7 +39,10 @@ pub enum Study {
     /// Derivatives against what they were computed with (thesis 7.2.1).
     Sensitivity,
     /// Every window again in the frequency domain and by output error.
-    Checks,
+    Checks {
+        /// Motion that output error follows; none: that of each window's surface.
+        axis: Option<MotionAxis>,
+    },
     /// Lag and delay of every control, found by the fit.
     Lags,
     /// Derivatives under fresh noise of the recording.
@@ -53,7 +60,7 @@ impl Study {
         match self {
             Self::Manoeuvres => "comparison of manoeuvres",
             Self::Sensitivity => "sensitivity",
-            Self::Checks => "independent checks",
+            Self::Checks { .. } => "independent checks",
             Self::Lags => "lags of the controls",
             Self::MonteCarlo { .. } => "Monte Carlo",
         }

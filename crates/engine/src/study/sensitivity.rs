@@ -83,7 +83,7 @@ fn changed<'a>(
             .iter()
             .map(|window| {
                 let data = quantity.scaled(&window.aero.data, change);
-                let aero = WindowAero::formed(data, window.aero.settings.clone(), Vec::new())?;
+                let aero = WindowAero::formed(data, window.aero.settings.clone(), window.aero.air_density)?;
                 Ok((window.manoeuvre, aero.into()))
             })
             .collect(),

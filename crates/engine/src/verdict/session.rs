@@ -1,4 +1,4 @@
-//! Findings about the session as a whole: channels that contradict each other, what could not be computed.
+//! Findings about the session as a whole: channels that contradict each other, what could not be computed, what is only assumed.
 
 use super::judge::{Evidence, not_computed};
 use super::{Finding, Level};
@@ -17,7 +17,10 @@ pub(super) fn findings(evidence: Evidence<'_>) -> Vec<Finding> {
     // Failures of windows are theirs.
     let others = failures.filter(|(place, _)| !place.starts_with("window '"));
     let failed = others.map(|(place, error)| not_computed(weight(&place), place, &error));
-    physics.chain(unnamed).chain(failed).collect()
+    let densities = evidence.windows().filter_map(|window| snapshot.windows.get(&window.name)?.aero.ready());
+    // Windows of one session share what it assumes.
+    let assumed = densities.filter_map(|aero| aero.air_density.finding()).take(1);
+    physics.chain(unnamed).chain(failed).chain(assumed).collect()
 }
 
 /// Whether derivatives hang on a stage.

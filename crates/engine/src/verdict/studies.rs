@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::judge::{Evidence, level_above, place};
 use super::{Finding, Level};
 use crate::stage::{WindowFits, WindowReplay};
-use crate::study::{CheckedDerivative, LagKind};
+use crate::study::{CheckedDerivative, FollowedFlight, LagKind};
 
 /// Difference to a twin in joint errors, and the part of the estimate it must be as well: two methods differ by what neither's error
 /// knows of.
@@ -51,10 +51,13 @@ pub(super) fn findings(evidence: Evidence<'_>) -> StudyFindings {
 fn twins(evidence: Evidence<'_>, found: &mut StudyFindings) {
     let Some(checks) = evidence.snapshot.studies.checks.ready() else { return };
     for window in &checks.windows {
+        found.windows.entry(window.window.clone()).or_default().extend(window.findings());
         let fits = evidence.snapshot.windows.get(&window.window).and_then(|results| results.fits.ready());
         let Some(fits) = fits else { continue };
         let frequency = window.frequency.iter().filter_map(|(_, rows)| rows.as_ref().ok()).flatten();
-        let followed = window.output_error.iter().filter_map(|(_, flight)| flight.as_ref().ok());
+        // A flight that does not follow its recording says nothing against the derivatives of another method.
+        let follows = |flight: &&FollowedFlight| flight.findings(&window.window).iter().all(|f| f.level < Level::Bad);
+        let followed = window.output_error.iter().filter_map(|(_, flight)| flight.as_ref().ok()).filter(follows);
         let twins = frequency
             .map(|row| ("frequency domain", row))
             .chain(followed.flat_map(|flight| flight.derivatives.iter().map(|row| ("output error", row))));

@@ -1,5 +1,6 @@
 //! The contents of a report as data: sections of paragraphs, tables and figures, the same for every form it is written in.
 
+mod checks;
 mod cover;
 mod derivatives;
 mod display;
@@ -91,6 +92,8 @@ pub enum SectionKind {
     Validation,
     /// Validation windows flown again by the model.
     Match,
+    /// Windows again by output error.
+    Checks,
     /// Derivatives against what they were computed with.
     Sensitivity,
     /// Modelled engines against their monitors.
@@ -101,7 +104,7 @@ pub enum SectionKind {
 
 impl SectionKind {
     /// All of them, in their order.
-    pub const ALL: [Self; 15] = [
+    pub const ALL: [Self; 16] = [
         Self::Overview,
         Self::Aircraft,
         Self::Channels,
@@ -114,6 +117,7 @@ impl SectionKind {
         Self::Fits,
         Self::Validation,
         Self::Match,
+        Self::Checks,
         Self::Sensitivity,
         Self::Engines,
         Self::Warnings,
@@ -134,6 +138,7 @@ impl SectionKind {
             Self::Fits => "fits",
             Self::Validation => "validation",
             Self::Match => "match",
+            Self::Checks => "checks",
             Self::Sensitivity => "sensitivity",
             Self::Engines => "engines",
             Self::Warnings => "warnings",
@@ -142,7 +147,11 @@ impl SectionKind {
 
     /// The study it shows, which takes longer than the rest and has to be asked for.
     pub fn study(self) -> Option<Study> {
-        (self == Self::Sensitivity).then_some(Study::Sensitivity)
+        match self {
+            Self::Checks => Some(Study::Checks { axis: None }),
+            Self::Sensitivity => Some(Study::Sensitivity),
+            _ => None,
+        }
     }
 
     /// Heading.
@@ -160,6 +169,7 @@ impl SectionKind {
             Self::Fits => "Fits and residuals",
             Self::Validation => "Validation",
             Self::Match => "Proof of match",
+            Self::Checks => "Independent checks",
             Self::Sensitivity => "Sensitivity",
             Self::Engines => "Engines",
             Self::Warnings => "Findings",
@@ -185,6 +195,7 @@ pub fn build(session: &Session, snapshot: &Snapshot, results: &Results, sections
             SectionKind::Fits => fits::fits(&contents),
             SectionKind::Validation => fits::validation(&contents),
             SectionKind::Match => proof::proof_of_match(&contents),
+            SectionKind::Checks => checks::checks(&contents),
             SectionKind::Sensitivity => sensitivity::sensitivity(&contents),
             SectionKind::Engines => setup::engines(&contents),
             SectionKind::Warnings => findings::warnings(&contents),

@@ -2,7 +2,6 @@
 
 use std::borrow::Cow;
 
-use doublet_core::estimate::MotionAxis;
 use doublet_core::model::{Coefficient, Variable};
 use doublet_core::reconstruct::{INPUTS, Input, Measurement, State};
 use doublet_core::validate::Signal;
@@ -86,10 +85,7 @@ fn replayed(group: String, replay: &WindowReplay) -> History<'_> {
 
 /// Outputs of a window as its output-error estimate flies them.
 fn output_error(group: String, flight: &FollowedFlight) -> Option<History<'_>> {
-    let axis = match flight.axis {
-        MotionAxis::Longitudinal => "longitudinal",
-        MotionAxis::Lateral => "lateral",
-    };
+    let axis = flight.axis.name();
     let columns = flight.outputs.iter().map(|output| {
         let description = "flown by the output-error estimate";
         HistoryColumn::new(format!("output_error/{}", output.output.name()), "SI", description, &output.flown.values)
@@ -239,6 +235,8 @@ fn path_histories<'a>(histories: &mut Vec<History<'a>>, group: &str, path: &'a W
         columns.push(HistoryColumn::new(at("deviations"), unit, "standard deviation of the state", deviations));
         if let Some(smoothed) = &reconstruction.smoothed {
             columns.push(HistoryColumn::new(at("smoothed"), unit, "smoothed state", &smoothed.states[index]));
+            let (at, said) = (at("smoothed_deviations"), "standard deviation of the smoothed state");
+            columns.push(HistoryColumn::new(at, unit, said, &smoothed.deviations[index]));
         }
     }
     let history = |kind: &str, time: &str, time_s: &'a [f64], columns| History {

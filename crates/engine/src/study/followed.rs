@@ -1,0 +1,312 @@
+//! Output error over one window: the flight of the estimated derivatives, and whether it follows the recorded one.
+
+use std::sync::Arc;
+
+use doublet_core::estimate::{
+    FlightFitError, FlightFreedom, FlightOutput, FlightOutputFit, FlightWindow, InitialState, OutputErrorSettings,
+    flight_output_error,
+};
+use doublet_core::model::{Coefficient, Derivatives, Term, Variable, VariableValues};
+use doublet_core::reconstruct::{Reconstruction, State};
+use doublet_core::replay::MotionAxis;
+use doublet_core::series::Series;
+
+use super::checks::CheckedDerivative;
+use super::{StudyWindow, Subject, Watch};
+use crate::session::{PathSource, Session};
+use crate::stage::{self, WindowAero, WindowFlight};
+use crate::verdict::{Finding, Level};
+
+/// Coefficient of determination of an output below which a flight follows it poorly, and below which it does not.
+const POORLY: f64 = 0.7;
+const NOT: f64 = 0.3;
+/// Residual, in deviations of what is compared with, up to which an output is followed whatever its coefficient of
+/// determination: it hardly moves.
+const WITHIN: f64 = 3.0;
+/// Distance of a start from the path, in joint deviations, beyond which the flight is another one.
+const AWAY: f64 = 5.0;
+
+/// One output of the followed flight.
+#[derive(Clone, Debug)]
+pub struct FollowedOutput {
+    /// Output.
+    pub output: FlightOutput,
+    /// As reconstructed.
+    pub measured: Series,
+    /// As flown by the estimated derivatives, recorded bias included.
+    pub flown: Series,
+    /// Coefficient of determination.
+    pub r_squared: f64,
+    /// Largest magnitude of the difference, SI.
+    pub largest_deviation: f64,
+    /// Root mean square of the difference, SI.
+    pub rms: f64,
+    /// Standard deviation of what it is compared with, SI: of the path for velocity and attitude, of a sample for rates and
+    /// forces.
+    pub deviation: f64,
+}
+
+/// One state the followed flight starts from, beside the path.
+#[derive(Clone, Copy, Debug)]
+pub struct FollowedStart {
+    /// State.
+    pub state: InitialState,
+    /// Estimate, SI.
+    pub estimate: f64,
+    /// Of the path, SI.
+    pub path: f64,
+    /// Difference in joint deviations of both.
+    pub distance: f64,
+}
+
+/// Output error over one window.
+#[derive(Clone, Debug)]
+pub struct FollowedFlight {
+    /// Motion that was followed.
+    pub axis: MotionAxis,
+    /// Derivatives that were free.
+    pub derivatives: Vec<CheckedDerivative>,
+    /// Initial states and biases.
+    pub others: Vec<CheckedDerivative>,
+    /// Outputs.
+    pub outputs: Vec<FollowedOutput>,
+    /// Initial states against the path.
+    pub starts: Vec<FollowedStart>,
+    /// Steps it took.
+    pub iterations: usize,
+}
+
+impl FollowedFlight {
+    /// Outputs it does not follow and starts away from the path (`follows`): its derivatives are then those of another flight.
+    pub fn findings(&self, window: &str) -> Vec<Finding> {
+        let place = format!("window '{window}', output error ({})", self.axis.name());
+        let cure = "Do not use these derivatives; look for a term, a gust or a control the model does not have, or cut the window.";
+        let mut found = Vec::new();
+        for output in self.outputs.iter().filter(|output| output.rms > WITHIN * output.deviation) {
+            let (level, limit) = match output.r_squared {
+                r_squared if r_squared < NOT => (Level::Bad, NOT),
+                r_squared if r_squared < POORLY => (Level::Caution, POORLY),
+                _ => continue,
+            };
+            let (name, unit) = (output.output.name(), output.output.unit());
+            let text = format!(
+                "the flight does not follow {name}: R2 {:.2}, largest deviation {:.3e} {unit}",
+                output.r_squared, output.largest_deviation
+            );
+            found.push(
+                Finding::new(level, "follows", &place, text).with_figure(output.r_squared, limit).with_cure(cure),
+            );
+        }
+        for start in self.starts.iter().filter(|start| start.distance.abs() > AWAY) {
+            let text = format!(
+                "{} {:.5} {} leaves the path, {:.5}, by {:.0} deviations",
+                start.state.name(),
+                start.estimate,
+                start.state.unit(),
+                start.path,
+                start.distance.abs()
+            );
+            let finding = Finding::new(Level::Bad, "follows", &place, text);
+            found.push(finding.with_figure(start.distance.abs(), AWAY).with_cure(cure));
+        }
+        found
+    }
+}
+
+/// Output error over one window: derivatives of `axis` that its own fit has are free, those it cannot tell about stay as pooled;
+/// the other axis moves as reconstructed.
+pub(super) fn followed(
+    subject: &Subject<'_>,
+    window: &StudyWindow<'_>,
+    axis: MotionAxis,
+    watch: &Watch<'_>,
+) -> Result<FollowedFlight, String> {
+    let session = subject.session;
+    let (aero, path) = (&window.aero, &window.path.reconstruction);
+    let ready = stage::window_flight(path, aero, &session.preparation, session.filter.gravity_m_s2)?;
+    let (model, shared) = model(subject, window, axis);
+    if shared.is_empty() {
+        return Err("the window has no fit of this axis to start from".to_owned());
+    }
+    let compared = Compared { axis, session, aero, path, flight: &ready };
+    let windows = [FlightWindow {
+        label: window.manoeuvre.name.clone(),
+        replay: &ready.replay,
+        start: ready.start,
+        motion: &ready.motion,
+        model,
+        measured: compared.measured(),
+    }];
+    let freedom = FlightFreedom { shared, own: Vec::new(), biases: axis.biased() };
+    let go_on = || !watch.control().is_cancelled();
+    let found = flight_output_error(axis, &windows, &freedom, &OutputErrorSettings::default(), &go_on);
+    found.map(|found| compared.flight(&windows[0].measured, &freedom, &found)).map_err(|error| match error {
+        FlightFitError::Stopped => "stopped".to_owned(),
+        error => error.to_string(),
+    })
+}
+
+/// What a flight is compared with.
+struct Compared<'a> {
+    axis: MotionAxis,
+    session: &'a Session,
+    aero: &'a WindowAero,
+    path: &'a Reconstruction,
+    flight: &'a WindowFlight,
+}
+
+impl Compared<'_> {
+    /// Recorded outputs of the axis, a column each.
+    fn measured(&self) -> Vec<Vec<f64>> {
+        let (data, motion) = (&self.aero.data, &self.flight.motion);
+        let column = |output: &FlightOutput| -> &[f64] {
+            match output {
+                FlightOutput::Airspeed => &data.airspeed_m_s,
+                FlightOutput::Alpha => &data.alpha_rad,
+                FlightOutput::Beta => &data.beta_rad,
+                FlightOutput::RollRate => &motion.rates_rad_s[0],
+                FlightOutput::PitchRate => &motion.rates_rad_s[1],
+                FlightOutput::YawRate => &motion.rates_rad_s[2],
+                FlightOutput::BankAngle => &motion.euler_rad[0],
+                FlightOutput::PitchAngle => &motion.euler_rad[1],
+                FlightOutput::SpecificForceX => &motion.specific_force_m_s2[0],
+                FlightOutput::SpecificForceY => &motion.specific_force_m_s2[1],
+                FlightOutput::SpecificForceZ => &motion.specific_force_m_s2[2],
+            }
+        };
+        self.axis.outputs().iter().map(|output| column(output).to_vec()).collect()
+    }
+
+    /// Standard deviation of a state of the path where the flight begins.
+    fn path_deviation(&self, state: State) -> f64 {
+        let deviations = match (self.session.preparation.path, &self.path.smoothed) {
+            (PathSource::Smoothed, Some(smoothed)) => &smoothed.deviations,
+            _ => &self.path.deviations,
+        };
+        deviations[state as usize].get(self.flight.first).copied().unwrap_or(0.0)
+    }
+
+    /// Standard deviation of what an output is compared with.
+    fn deviation(&self, output: FlightOutput) -> f64 {
+        let airspeed = self.aero.data.airspeed_m_s.first().copied().unwrap_or(f64::INFINITY);
+        let sample = |input: usize| self.session.filter.process_noise[input];
+        match output {
+            FlightOutput::Airspeed => self.path_deviation(State::VelocityU),
+            FlightOutput::Alpha => self.path_deviation(State::VelocityW) / airspeed,
+            FlightOutput::Beta => self.path_deviation(State::VelocityV) / airspeed,
+            FlightOutput::RollRate => sample(3),
+            FlightOutput::PitchRate => sample(4),
+            FlightOutput::YawRate => sample(5),
+            FlightOutput::BankAngle => self.path_deviation(State::BankAngle),
+            FlightOutput::PitchAngle => self.path_deviation(State::PitchAngle),
+            FlightOutput::SpecificForceX => sample(0),
+            FlightOutput::SpecificForceY => sample(1),
+            FlightOutput::SpecificForceZ => sample(2),
+        }
+    }
+
+    /// Value and standard deviation of an initial state on the path; a rate is that of one sample.
+    fn start(&self, state: InitialState) -> (f64, f64) {
+        let start = &self.flight.start;
+        match state {
+            InitialState::Velocity(axis) => {
+                let states = [State::VelocityU, State::VelocityV, State::VelocityW];
+                (start.air_velocity_body_m_s[axis], self.path_deviation(states[axis]))
+            }
+            InitialState::Rate(axis) => (start.rates_rad_s[axis], self.session.filter.process_noise[3 + axis]),
+            InitialState::Euler(axis) => {
+                let states = [State::BankAngle, State::PitchAngle, State::HeadingAngle];
+                (start.euler_rad[axis], self.path_deviation(states[axis]))
+            }
+        }
+    }
+
+    fn flight(&self, measured: &[Vec<f64>], freedom: &FlightFreedom, found: &FlightOutputFit) -> FollowedFlight {
+        let fit = &found.fit;
+        let rows = fit.names.iter().zip(&fit.estimates).zip(&found.corrected_errors);
+        let mut derivatives: Vec<_> = rows
+            .map(|((name, &estimate), &standard_error)| CheckedDerivative {
+                name: name.clone(),
+                estimate,
+                standard_error,
+            })
+            .collect();
+        let others = derivatives.split_off(freedom.shared.len());
+        let starts = self.axis.initial().iter().zip(&others).map(|(&state, found)| {
+            let (path, deviation) = self.start(state);
+            let distance = (found.estimate - path) / deviation.hypot(found.standard_error);
+            FollowedStart { state, estimate: found.estimate, path, distance }
+        });
+        let starts = starts.collect();
+        let time_s: Arc<[f64]> = self.aero.data.time_s.as_slice().into();
+        let series = |values: Arc<[f64]>| Series { time_s: Arc::clone(&time_s), values };
+        let outputs = self.axis.outputs().iter().enumerate().map(|(index, &output)| {
+            let flown = fit.outputs.column(index);
+            let differences = measured[index].iter().zip(flown.iter()).map(|(z, y)| (z - y).abs());
+            FollowedOutput {
+                output,
+                measured: series(measured[index].as_slice().into()),
+                flown: series(flown.iter().copied().collect()),
+                r_squared: fit.quality[index].r_squared,
+                largest_deviation: differences.fold(0.0, f64::max),
+                rms: fit.noise[index],
+                deviation: self.deviation(output),
+            }
+        });
+        let (outputs, iterations) = (outputs.collect(), fit.cost.len() - 1);
+        FollowedFlight { axis: self.axis, derivatives, others, outputs, starts, iterations }
+    }
+}
+
+/// The pooled model of `axis` with constants of this window, and its entries that the window's own fit has.
+fn model(subject: &Subject<'_>, window: &StudyWindow<'_>, axis: MotionAxis) -> (Derivatives, Vec<usize>) {
+    let mut entries: Vec<(Coefficient, Term, f64)> = Vec::new();
+    let mut free = Vec::new();
+    for (coefficient, terms) in
+        subject.session.structure.models.iter().filter(|(coefficient, _)| axis.has(*coefficient))
+    {
+        let own = window.fits.fits.iter().find(|fit| fit.coefficient == *coefficient);
+        let own = own.and_then(|fit| fit.fit.as_ref().ok());
+        let pooled = subject.pooled.fits.iter().find(|fit| fit.coefficient == *coefficient);
+        let pooled = pooled.and_then(|fit| fit.fit.as_ref().ok());
+        for term in terms.iter().filter(|term| !term.is_constant()) {
+            let name = term.derivative_name(*coefficient);
+            let value =
+                pooled.and_then(|fit| fit.parameter(&name)).or_else(|| own.and_then(|fit| fit.parameter(&name)));
+            let is_fitted = own.is_some_and(|fit| fit.parameter(&name).is_some());
+            if is_fitted {
+                free.push(entries.len());
+            }
+            entries.push((*coefficient, term.clone(), value.map_or(0.0, |(value, _)| value)));
+        }
+        // The constant that goes with the pooled derivatives here: without it the flight would not be in trim.
+        if terms.iter().any(Term::is_constant) {
+            if own.is_some() {
+                free.push(entries.len());
+            }
+            entries.push((*coefficient, Term::constant(), 0.0));
+            let value = mean_offset(window, *coefficient, &entries);
+            if let Some(entry) = entries.last_mut() {
+                entry.2 = value;
+            }
+        }
+    }
+    (entries.into_iter().collect(), free)
+}
+
+/// Mean of the observed coefficient less what the entries of it give.
+fn mean_offset(window: &StudyWindow<'_>, coefficient: Coefficient, entries: &[(Coefficient, Term, f64)]) -> f64 {
+    let model: Derivatives = entries.iter().filter(|(other, ..)| *other == coefficient).cloned().collect();
+    let aero = &window.aero;
+    let observed = aero.coefficients.get(coefficient);
+    let known: Vec<_> = aero.variables.known().filter_map(|v| Some((v, aero.variables.get(v)?))).collect();
+    let mut sum = 0.0;
+    for (k, value) in observed.iter().enumerate() {
+        let mut values: VariableValues = [0.0; Variable::ALL.len()];
+        for (variable, column) in &known {
+            values[*variable as usize] = column[k];
+        }
+        sum += value - model.sums(&values)[coefficient as usize];
+    }
+    sum / observed.len() as f64
+}
