@@ -8,6 +8,7 @@ mod derivative;
 mod findings;
 mod fit;
 mod fold;
+mod gravity;
 mod judge;
 mod plausible;
 mod session;

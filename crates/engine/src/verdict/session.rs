@@ -1,7 +1,7 @@
 //! Findings about the session as a whole: channels that contradict each other, what could not be computed, what is only assumed.
 
 use super::judge::{Evidence, not_computed};
-use super::{Finding, Level};
+use super::{Finding, Level, gravity};
 
 /// What speaks against the session besides its windows, fits and studies.
 pub(super) fn findings(evidence: Evidence<'_>) -> Vec<Finding> {
@@ -20,7 +20,8 @@ pub(super) fn findings(evidence: Evidence<'_>) -> Vec<Finding> {
     let densities = evidence.windows().filter_map(|window| snapshot.windows.get(&window.name)?.aero.ready());
     // Windows of one session share what it assumes.
     let assumed = densities.filter_map(|aero| aero.air_density.finding()).take(1);
-    physics.chain(unnamed).chain(failed).chain(assumed).collect()
+    let gravity = gravity::findings(evidence, evidence.session.filter.gravity_m_s2);
+    physics.chain(gravity).chain(unnamed).chain(failed).chain(assumed).collect()
 }
 
 /// Whether derivatives hang on a stage.

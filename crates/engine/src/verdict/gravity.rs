@@ -1,0 +1,113 @@
+//! A bias of az that a wrong gravity explains.
+
+use doublet_core::compatibility::gravity_explains;
+use doublet_core::quantity::Role;
+use doublet_core::reconstruct::State;
+use doublet_core::series::{Recording, Window};
+
+use super::judge::Evidence;
+use super::{Finding, Level};
+use crate::stage::{BIAS_STATES, bias_table};
+
+/// Least difference of gravity that is worth a word, m/s².
+const WORTH_SAYING_M_S2: f64 = 0.005;
+/// Gravity from the equator at 6 km to the poles at sea level, m/s² (WGS 84).
+const ON_EARTH_M_S2: [f64; 2] = [9.76, 9.833];
+
+/// What speaks against the gravity used: where the place is recorded, a bias of az that the gravity of the place explains; where it
+/// is not, a gravity that no place has.
+pub(super) fn findings(evidence: Evidence<'_>, used_m_s2: f64) -> Vec<Finding> {
+    let flights = evidence.snapshot.flights.iter().filter_map(|(name, slot)| Some((name, slot.ready()?)));
+    let findings = flights.filter_map(|(name, flight)| {
+        let paths = evidence.windows().filter(|window| window.flight == *name).filter_map(|window| {
+            let results = evidence.snapshot.windows.get(&window.name)?;
+            Some((window.name.as_str(), &**results.path.ready()?))
+        });
+        let at = BIAS_STATES.iter().position(|state| *state == State::BiasAz)?;
+        let bias = bias_table(paths).summary[0][at];
+        let found = of_flight(&flight.recording, bias, used_m_s2)?;
+        let finding = Finding::new(Level::Caution, "gravity", format!("flight '{name}', bias_az"), found.text);
+        let finding = finding.with_figure(found.off_m_s2, WORTH_SAYING_M_S2).with_cure(found.cure);
+        Some(finding.with_setting("Noise and filter", "filter.gravity_m_s2"))
+    });
+    findings.collect()
+}
+
+/// What is wrong with a gravity.
+struct Found {
+    text: String,
+    off_m_s2: f64,
+    cure: String,
+}
+
+fn of_flight(recording: &Recording, bias: f64, used_m_s2: f64) -> Option<Found> {
+    let all = Window { start_s: f64::NEG_INFINITY, end_s: f64::INFINITY };
+    let mean = |role: Role| Some(recording.role(role)?.series.statistics(all)?.mean);
+    let altitude_m = mean(Role::GpsAltitude).or(mean(Role::Altitude)).unwrap_or_default();
+    if let Some(latitude) = mean(Role::Latitude) {
+        let found = gravity_explains(bias, used_m_s2, latitude, altitude_m)?;
+        let text = format!(
+            "the mean bias of az is {bias:+.4} m/s2, and the gravity used, {used_m_s2:.5}, is {:+.4} m/s2 off that of the place: \
+             that explains it",
+            found.difference_m_s2
+        );
+        let cure = format!("use {:.5} m/s2, the gravity by latitude and altitude", found.gravity_m_s2);
+        return Some(Found { text, off_m_s2: found.difference_m_s2, cure });
+    }
+    let [least, most] = ON_EARTH_M_S2;
+    let off_m_s2 = (used_m_s2 - most).max(least - used_m_s2);
+    if off_m_s2 <= WORTH_SAYING_M_S2 {
+        return None;
+    }
+    let text = format!(
+        "the gravity used, {used_m_s2:.5} m/s2, is that of no place ({least} to {most}); the mean bias of az is {bias:+.4} m/s2, \
+         which a gravity of {:.4} would take away",
+        used_m_s2 - bias
+    );
+    Some(Found { text, off_m_s2, cure: "state the gravity of the place, or its latitude".to_owned() })
+}
+
+#[cfg(test)]
+mod tests {
+    use doublet_core::series::{Channel, Series};
+
+    use super::*;
+
+    fn at(place: &[(Role, f64)]) -> Recording {
+        let channel = |value: f64| Channel {
+            source: String::new(),
+            name: String::new(),
+            unit: String::new(),
+            series: Series { time_s: [0.0, 1.0].into(), values: [value, value].into() },
+        };
+        Recording {
+            channels: place.iter().map(|(_, value)| channel(*value)).collect(),
+            roles: place.iter().enumerate().map(|(index, (role, _))| (*role, index)).collect(),
+            ..Recording::default()
+        }
+    }
+
+    #[test]
+    fn gravity_of_the_place_explains_the_bias_it_makes() {
+        // Somigliana at 52 deg: 9.81248 m/s2, less 3.086e-6 a metre.
+        let right = 9.812_48 - 3.086e-6 * 3000.0;
+        let delft = at(&[(Role::Latitude, 52f64.to_radians()), (Role::Altitude, 3000.0)]);
+        let found = of_flight(&delft, 0.048, right + 0.05).unwrap();
+        assert!(
+            (found.off_m_s2 - 0.05).abs() < 3e-5 && found.cure.contains("9.8032"),
+            "{} {}",
+            found.off_m_s2,
+            found.cure
+        );
+        assert!(of_flight(&delft, -0.048, right + 0.05).is_none(), "a bias the other way is the sensor's");
+        assert!(of_flight(&delft, 0.03, right).is_none());
+    }
+
+    #[test]
+    fn gravity_of_no_place_is_told_without_a_latitude() {
+        let found = of_flight(&at(&[]), 0.05, 9.856_65).unwrap();
+        assert!(found.text.contains("a gravity of 9.8066"), "{}", found.text);
+        assert!(of_flight(&at(&[]), -0.05, 9.756_65 - 0.005).is_some());
+        assert!(of_flight(&at(&[]), 0.05, 9.806_65).is_none());
+    }
+}
