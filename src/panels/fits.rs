@@ -76,7 +76,10 @@ impl Panel for Fits {
                 Aspect::Prediction => {
                     let predictions = pooled.into_iter().flat_map(|pooled| &pooled.predictions);
                     let of_this = predictions.filter(|p| p.window == window.name && p.coefficient == fit.coefficient);
-                    let predicted = of_this.map(|p| line("predicted from all windows", &p.predicted));
+                    let predicted = of_this.flat_map(|p| {
+                        let identified = Trace { stale, ..Trace::new("identified constant", &p.identified, colors[2]) };
+                        [line("own constant", &p.own_constant), identified]
+                    });
                     [observed].into_iter().chain(predicted).collect()
                 }
                 Aspect::Residual => fit.series.iter().map(|(_, residual)| line("residual", residual)).collect(),
@@ -129,7 +132,7 @@ fn said(fit: &CoefficientFit, ui: &mut Ui) {
     }
 }
 
-/// How well every window is predicted from all identification windows.
+/// How well every window is predicted from all identification windows, with their constants and with its own.
 fn table(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
     let palette = theme::palette(ui);
     let figures = theme::figures(ui);
@@ -145,12 +148,17 @@ fn table(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         .column(Column::remainder().at_least(120.0).clip(true))
         .column(Column::exact(100.0))
         .column(Column::exact(84.0))
-        .columns(Column::exact(86.0), 2)
-        .column(Column::exact(112.0))
+        .columns(Column::exact(98.0), 4)
         .header(20.0, |mut header| {
-            for title in ["Window", "Use", "Coefficient", "R²", "RMS", "RMS [% of max]"] {
+            let identified = "With derivatives and constant of the identification; constants that each window has to itself by their mean";
+            let own = "With the derivatives of the identification and the constant fitted to this window: it tests derivatives, not trim";
+            let titles = [("R² identified", identified), ("RMS [%]", identified), ("R² own const.", own), ("RMS [%]", own)];
+            for (title, hint) in [("Window", ""), ("Use", ""), ("Coefficient", "")].into_iter().chain(titles) {
                 header.col(|ui| {
-                    ui.weak(title);
+                    let label = ui.weak(title);
+                    if !hint.is_empty() {
+                        label.on_hover_text(hint);
+                    }
                 });
             }
         })
@@ -167,15 +175,14 @@ fn table(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
                 row.col(|ui| {
                     ui.label(notation::derivative_job(ui, &format!("{}_", prediction.coefficient.name())));
                 });
-                let quality = &prediction.quality;
-                for text in [
-                    notation::fixed(quality.r_squared, 4),
-                    notation::number(quality.rms),
-                    notation::fixed(quality.rms_relative_percent, 2),
-                ] {
-                    row.col(|ui| {
-                        ui.label(RichText::new(text).font(figures.clone()));
-                    });
+                for quality in [&prediction.quality_identified, &prediction.quality_own_constant] {
+                    for text in
+                        [notation::fixed(quality.r_squared, 4), notation::fixed(quality.rms_relative_percent, 2)]
+                    {
+                        row.col(|ui| {
+                            ui.label(RichText::new(text).font(figures.clone()));
+                        });
+                    }
                 }
             });
         });

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use doublet_core::airframe::{Aircraft, LoadedState, Loading};
 use doublet_core::quantity::Dimension;
 use doublet_engine::session::{Edit, LoadingEdit, WindowRole};
-use doublet_engine::stage::{PooledFits, loading_on_board};
+use doublet_engine::stage::{FlownMass, PooledFits, loading_on_board};
 use eframe::egui::{self, Grid, RichText, ScrollArea, Slider, Ui};
 use egui_extras::{Column, TableBuilder};
 
@@ -69,7 +69,7 @@ impl Panel for LoadingPanel {
             if snapshot.loaded.is_stale() {
                 ui.multiply_opacity(0.45);
             }
-            numbers(ui, loaded);
+            numbers(ctx, ui, loaded);
             choices(ui, &mut self.changes, &[(false, "Envelope"), (true, "Change of derivatives")]);
             match self.changes {
                 true => self.changes(ctx, ui),
@@ -167,7 +167,12 @@ fn own_loading(ctx: &PanelContext<'_>, aircraft: &Aircraft) -> Loading {
 
 fn places(ctx: &mut PanelContext<'_>, ui: &mut Ui, aircraft: &Aircraft) {
     let own = own_loading(ctx, aircraft);
-    let on_board = loading_on_board(aircraft, Some(&own));
+    // Fuel left to the record shows what the record starts with, so that a moved tank shifts its own record and no other's.
+    let recorded = flown(ctx).filter(|_| own.fuel_kg.is_empty()).map(|flown| flown.start.loading.fuel_kg.clone());
+    let on_board = match recorded {
+        Some(fuel_kg) => Loading { fuel_kg, ..own.clone() },
+        None => loading_on_board(aircraft, Some(&own)),
+    };
     let tanks = aircraft.tanks.iter().map(|tank| (tank.name.as_str(), Some(tank.capacity_kg))).collect::<Vec<_>>();
     let seats = aircraft.seats.iter().map(|seat| (seat.name.as_str(), seat.capacity_kg)).collect::<Vec<_>>();
     let bays = aircraft.luggage.iter().map(|bay| (bay.name.as_str(), bay.capacity_kg)).collect::<Vec<_>>();
@@ -183,8 +188,10 @@ fn places(ctx: &mut PanelContext<'_>, ui: &mut Ui, aircraft: &Aircraft) {
         caption(ui, title);
         // A moved seat leaves the fuel to the recording; a moved tank states all tanks as they are shown.
         let loading = if title == FUEL { &on_board } else { &own };
-        if title == FUEL && own.fuel_kg.is_empty() {
-            ui.weak("Shown is the standard fuel. Where fuel was recorded the windows use the record.");
+        if title == FUEL {
+            let (short, long) = fuel_in_words(ctx, &own);
+            // One line whatever it says: below it nothing moves under the pointer.
+            ui.add(egui::Label::new(RichText::new(short).weak()).truncate()).on_hover_text(long);
         }
         Grid::new(title).num_columns(2).spacing([8.0, 3.0]).show(ui, |ui| {
             for (name, capacity) in places {
@@ -225,40 +232,68 @@ fn place(
     }
 }
 
-/// Mass, centre of gravity, inertia and what is wrong with them.
-fn numbers(ui: &mut Ui, loaded: &LoadedState) {
-    let properties = &loaded.properties;
-    let [x, y, z] = properties.cg_from_datum_m;
-    let inertia = &properties.inertia;
-    let mut rows = vec![
-        ("Mass", format!("{} kg", notation::fixed(properties.mass_kg, 1))),
-        (
-            "CG aft, right, up",
-            format!("{}, {}, {} m", notation::fixed(x, 3), notation::fixed(y, 3), notation::fixed(z, 3)),
-        ),
-        (
-            "Ixx, Iyy, Izz",
-            format!(
-                "{}, {}, {} kg m²",
-                notation::fixed(inertia.xx, 0),
-                notation::fixed(inertia.yy, 0),
-                notation::fixed(inertia.zz, 0)
-            ),
-        ),
-        ("Ixz", format!("{} kg m²", notation::fixed(inertia.xz, 0))),
-    ];
-    if let Some(fraction) = loaded.mean_chord_fraction {
-        rows.insert(2, ("CG on the chord", format!("{} % MAC", notation::fixed(100.0 * fraction, 1))));
+/// Mass properties over the flight of the chosen window, or of the first one that has them.
+fn flown<'a>(ctx: &PanelContext<'a>) -> Option<&'a FlownMass> {
+    let of = |flight: &str| ctx.snapshot.flown.get(flight)?.latest().map(|flown| &**flown);
+    ctx.window()
+        .and_then(|window| of(&window.flight))
+        .or_else(|| ctx.session.flights.iter().find_map(|flight| of(&flight.name)))
+}
+
+/// Where the fuel comes from, in short and at length.
+fn fuel_in_words(ctx: &PanelContext<'_>, own: &Loading) -> (&'static str, String) {
+    let short = match (own.fuel_kg.is_empty(), flown(ctx)) {
+        (false, _) => "stated by hand, at the first record",
+        (true, Some(_)) => "at the first record",
+        (true, None) => "standard fuel",
+    };
+    let basis = flown(ctx).map_or("no flight is read", |flown| flown.fuel.as_str());
+    let long = format!(
+        "{basis}. A moved tank states the fuel of the first record by hand: what is recorded is shifted by the difference and tells the burn."
+    );
+    (short, long)
+}
+
+/// Mass, centre of gravity and inertia at the start, in the chosen window and at the end, and what is wrong with them.
+fn numbers(ctx: &PanelContext<'_>, ui: &mut Ui, loaded: &LoadedState) {
+    let flown = flown(ctx);
+    let window = flown.zip(ctx.window()).and_then(|(flown, window)| {
+        flown.windows.iter().find(|(name, _)| *name == window.name).map(|(_, state)| &state.state)
+    });
+    let mut columns = vec![("Loading", loaded)];
+    if let Some(flown) = flown {
+        columns = vec![("Start", &flown.start.state)];
+        columns.extend(window.map(|state| ("Window", state)));
+        columns.push(("End", &flown.end.state));
     }
-    Grid::new("loaded").num_columns(2).spacing([10.0, 3.0]).show(ui, |ui| {
-        for (name, value) in rows {
+    type Figure = fn(&LoadedState) -> String;
+    let rows: [(&str, Figure); 9] = [
+        ("Mass [kg]", |of| notation::fixed(of.properties.mass_kg, 1)),
+        ("CG aft [m]", |of| notation::fixed(of.properties.cg_from_datum_m[0], 3)),
+        ("CG right [m]", |of| notation::fixed(of.properties.cg_from_datum_m[1], 3)),
+        ("CG up [m]", |of| notation::fixed(of.properties.cg_from_datum_m[2], 3)),
+        ("CG [% MAC]", |of| of.mean_chord_fraction.map_or_else(String::new, |x| notation::fixed(100.0 * x, 1))),
+        ("Ixx [kg m²]", |of| notation::fixed(of.properties.inertia.xx, 0)),
+        ("Iyy [kg m²]", |of| notation::fixed(of.properties.inertia.yy, 0)),
+        ("Izz [kg m²]", |of| notation::fixed(of.properties.inertia.zz, 0)),
+        ("Ixz [kg m²]", |of| notation::fixed(of.properties.inertia.xz, 0)),
+    ];
+    Grid::new("loaded").num_columns(4).spacing([14.0, 3.0]).show(ui, |ui| {
+        ui.label("");
+        columns.iter().for_each(|(title, _)| {
+            ui.weak(*title);
+        });
+        ui.end_row();
+        for (name, figure) in rows {
             ui.weak(name);
-            ui.label(RichText::new(value).font(theme::figures(ui)));
+            for (_, state) in &columns {
+                ui.label(RichText::new(figure(state)).font(theme::figures(ui)));
+            }
             ui.end_row();
         }
     });
     let palette = theme::palette(ui);
-    for warning in &properties.warnings {
+    for warning in &columns[0].1.properties.warnings {
         ui.add(egui::Label::new(RichText::new(format!("⚠ {warning}")).color(palette.warning)).wrap());
     }
 }
@@ -287,10 +322,11 @@ fn envelope(ctx: &mut PanelContext<'_>, ui: &mut Ui, aircraft: &Aircraft, loaded
             chart.curves.push(ChartCurve::new(role.name(), color, ChartStyle::Dots(3.0), points));
         }
     }
-    let inside = loaded.envelope.is_none_or(|margin| margin.inside());
+    let start = flown(ctx).map_or(loaded, |flown| &flown.start.state);
+    let inside = start.envelope.is_none_or(|margin| margin.inside());
     let color = if inside { palette.good } else { palette.error };
-    let here = vec![[scale * loaded.properties.cg_from_datum_m[0], loaded.properties.mass_kg]];
-    chart.curves.push(ChartCurve::new("on board", color, ChartStyle::Dots(5.0), here));
+    let here = vec![[scale * start.properties.cg_from_datum_m[0], start.properties.mass_kg]];
+    chart.curves.push(ChartCurve::new("at the start", color, ChartStyle::Dots(5.0), here));
     let height = ui.available_height();
     ctx.chart(ui, &chart, height);
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use doublet_core::estimate::{Constraint, TermEffect};
 use doublet_core::model::{Coefficient, Structure, Term, Variable};
-use doublet_engine::session::{Edit, EstimationEdit, ModelEdit, PooledConstants};
+use doublet_engine::session::{Edit, EstimationEdit, ModelEdit, PooledConstants, PredictionParameters};
 use eframe::egui::{self, CollapsingHeader, Grid, Key, RichText, ScrollArea, TextEdit, Ui};
 
 use super::{Pane, Panel, PanelContext, choices, coefficient_settings, constraints, term_effects};
@@ -70,6 +70,15 @@ impl Panel for Model {
             let all = [(PooledConstants::PerWindow, "per window"), (PooledConstants::Common, "common")];
             if choices(ui, &mut constants, &all) {
                 ctx.edit(Edit::Estimation(EstimationEdit::Constants(constants)));
+            }
+            ui.weak("Predictions by");
+            let mut predict_with = ctx.session.estimation.predict_with;
+            let all = [
+                (PredictionParameters::Pooled, "pooled estimate"),
+                (PredictionParameters::WindowMeans, "means of single windows"),
+            ];
+            if choices(ui, &mut predict_with, &all) {
+                ctx.edit(Edit::Estimation(EstimationEdit::PredictWith(predict_with)));
             }
             let mut by_surface = ctx.session.estimation.by_surface;
             let hint = "Symmetric coefficients from elevator windows, asymmetric ones from aileron and rudder windows";

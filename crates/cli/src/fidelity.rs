@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::Path;
 
-use doublet_engine::report::{self, FitRow, Results};
+use doublet_engine::report::{self, FitRow, PredictionAgreement, Results};
 use doublet_engine::session::Session;
 use doublet_engine::study::Coverage;
 use doublet_engine::{builtin, session};
@@ -16,8 +16,10 @@ use crate::run::compute_session;
 use crate::text::{self, number};
 use crate::thesis::{self, Run};
 
-/// What comes before the part this command writes; everything behind it is replaced.
+/// What comes before the part this command writes; everything behind it is replaced, up to [`END`] where there is one.
 const MARKER: &str = "<!-- doublet fidelity writes all that follows -->\n";
+/// What comes behind it.
+const END: &str = "<!-- end of what doublet fidelity writes -->\n";
 
 /// Identifies the shipped flight both ways, flies the coverage study, and writes the tables behind the marker of the document.
 ///
@@ -29,6 +31,7 @@ pub fn fidelity(arguments: &FidelityArguments) -> Result<(), String> {
     let kept = document.find(MARKER).map(|start| &document[..start + MARKER.len()]);
     let kept =
         kept.ok_or_else(|| format!("{place} has no line '{}': put it where the tables belong", MARKER.trim()))?;
+    let after = document.find(END).map(|end| format!("\n{}", &document[end..])).unwrap_or_default();
     let truth = truth()?;
     let mut tables = String::new();
     pooled(&mut tables, &run("demo", Session::clone)?.results, &truth).map_err(|error| error.to_string())?;
@@ -45,7 +48,7 @@ pub fn fidelity(arguments: &FidelityArguments) -> Result<(), String> {
     let early = run("demo_thesis", thesis::early_sensors)?;
     by_manoeuvre(&mut tables, &treated.results, &truth).map_err(|error| error.to_string())?;
     thesis::weaknesses(&mut tables, &treated, &early).map_err(|error| error.to_string())?;
-    std::fs::write(&arguments.out, format!("{kept}\n{tables}")).map_err(|error| format!("{place}: {error}"))?;
+    std::fs::write(&arguments.out, format!("{kept}\n{tables}{after}")).map_err(|error| format!("{place}: {error}"))?;
     text::line(&format!("tables in {place}"));
     Ok(())
 }
@@ -89,10 +92,19 @@ fn pooled(out: &mut String, results: &Results, truth: &BTreeMap<String, f64>) ->
         out,
         "Validation manoeuvres: R2 of the prediction against the observed coefficient, both smoothed alike by the"
     )?;
-    writeln!(out, "differentiation of the rates (`preparation.differentiation_half_width_s`).\n")?;
-    writeln!(out, "| window | coefficient | R2 |\n|---|---|---|")?;
+    writeln!(
+        out,
+        "differentiation of the rates (`preparation.differentiation_half_width_s`): with the constants of the"
+    )?;
+    writeln!(
+        out,
+        "identification (their mean over its windows), and with the constant fitted to the window predicted.\n"
+    )?;
+    writeln!(out, "| window | coefficient | R2, identified constants | R2, own constant |\n|---|---|---|---|")?;
     for row in results.predictions.iter().filter(|row| row.role == "validation") {
-        writeln!(out, "| {} | {} | {:.4} |", row.window, row.coefficient, row.r_squared)?;
+        let PredictionAgreement { r_squared_identified_constants: identified, r_squared_own_constant: own, .. } =
+            row.agreement;
+        writeln!(out, "| {} | {} | {identified:.4} | {own:.4} |", row.window, row.coefficient)?;
     }
     Ok(())
 }

@@ -124,10 +124,12 @@ fn manoeuvres(results: &report::StudyResults) {
             let shift = largest.map_or_else(String::new, |row| {
                 format!("{} by {}", row.derivative, text::number(row.shift_in_errors, 2))
             });
-            cells.push(vec![row.coefficient.to_owned(), row.window.clone(), text::number(row.r_squared, 3), shift]);
+            let [identified, own] =
+                [row.r_squared_identified_constants, row.r_squared_own_constant].map(|value| text::number(value, 3));
+            cells.push(vec![row.coefficient.to_owned(), row.window.clone(), identified, own, shift]);
         }
     }
-    text::table(&["", "window", "R2", "largest shift, std errors"], &cells);
+    text::table(&["", "window", "R2, others' constants", "R2, own constant", "largest shift, std errors"], &cells);
     text::line("");
     text::line("kinds of input: mean and scatter over the windows");
     let cells = results.input_kinds.iter().map(|row| {

@@ -44,7 +44,8 @@ fn print_fit(fit: &FitRow, results: &Results) {
         return;
     }
     let validation = results.validation.iter().find(|row| row.coefficient == fit.coefficient);
-    let validation = validation.map(|row| format!(", validation {}", text::number(row.r_squared, 3)));
+    let validation =
+        validation.map(|row| format!(", validation {}", text::number(row.agreement.r_squared_identified_constants, 3)));
     let dropped: Vec<&str> = fit.dropped.iter().map(|term| term.name.as_str()).collect();
     let dropped = if dropped.is_empty() { String::new() } else { format!("; dropped {}", dropped.join(", ")) };
     text::line(&format!(

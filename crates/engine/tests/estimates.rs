@@ -5,12 +5,15 @@
 use std::sync::Arc;
 
 use doublet_core::estimate::{Constraint, Origin};
-use doublet_core::model::{AeroData, Coefficient, Structure, Term};
+use doublet_core::model::{AeroData, Coefficient, Structure, Term, regressors};
 use doublet_core::series::Window;
-use doublet_engine::session::{Estimation, Manoeuvre, Surface, TermConstraint, WindowRole};
-use doublet_engine::stage::{
-    AeroWindow, AirDensity, CoefficientFit, PooledFits, WindowAero, errors, pooled_fits, window_fits,
+use doublet_engine::session::{
+    Estimation, Manoeuvre, PooledConstants, PredictionParameters, Surface, TermConstraint, WindowRole,
 };
+use doublet_engine::stage::{
+    AeroWindow, AirDensity, CoefficientFit, PooledFits, Prediction, WindowAero, errors, pooled_fits, window_fits,
+};
+use nalgebra::DVector;
 use proptest::prelude::*;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -213,4 +216,68 @@ fn derivative_by_half_the_pitch_rate_is_exactly_twice_the_other() {
     assert_eq!(2.0 * a.standard_errors[1], b.standard_errors[1]);
     assert!((2.0 * whole.corrected_errors[1] / half.corrected_errors[1] - 1.0).abs() < REORDERING);
     assert_eq!((a.estimates[0], &a.residuals), (b.estimates[0], &b.residuals));
+}
+
+/// R2 of the prediction of a window by these values of the terms of the thesis.
+fn r_squared(aero: &WindowAero, coefficient: Coefficient, values: &[f64]) -> f64 {
+    let structure = Structure::thesis();
+    let x = regressors(structure.terms(coefficient).unwrap(), &aero.variables).unwrap();
+    let z = DVector::from_column_slice(aero.coefficients.get(coefficient));
+    let left = &z - x * DVector::from_column_slice(values);
+    1.0 - left.norm_squared() / z.add_scalar(-z.mean()).norm_squared()
+}
+
+#[test]
+fn constants_of_the_identification_and_the_windows_own_are_told_apart() {
+    const CM: Coefficient = Coefficient::Cm;
+    let mut all = windows();
+    let (validation, aero) = all.last_mut().unwrap();
+    validation.role = WindowRole::Validation;
+    // Another trim than the windows that are identified with.
+    let mut other = WindowAero::clone(aero);
+    other.coefficients.columns[CM as usize].iter_mut().for_each(|value| *value += 0.004);
+    *aero = Arc::new(other);
+    let aero = Arc::clone(aero);
+    let used: Vec<AeroWindow<'_>> = all.iter().map(|(manoeuvre, aero)| (manoeuvre, Arc::clone(aero))).collect();
+    let structure = Structure::thesis();
+    let names: Vec<String> = structure.derivative_names(CM);
+    let last = used.len() - 1;
+    let predicted = |estimation: &Estimation| {
+        let found = pooled_fits(&used, &structure, estimation);
+        let prediction = found.predictions.iter().filter(|p| p.coefficient == CM).nth(last).unwrap().clone();
+        (of(&found.fits, CM).fit.as_ref().unwrap().clone(), prediction)
+    };
+    let check = |what: &str, prediction: &Prediction, values: &[f64]| {
+        let identified = r_squared(&aero, CM, values);
+        // The constant that leaves no mean residual.
+        let x = regressors(structure.terms(CM).unwrap(), &aero.variables).unwrap();
+        let left = DVector::from_column_slice(aero.coefficients.get(CM)) - x * DVector::from_column_slice(values);
+        let mut moved = values.to_vec();
+        moved[0] += left.mean();
+        let own = r_squared(&aero, CM, &moved);
+        println!("{what}: R2 {identified:.4}, with the window's own constant {own:.4}");
+        assert!((prediction.quality_identified.r_squared - identified).abs() < 1e-10, "{what}: {identified}");
+        assert!((prediction.quality_own_constant.r_squared - own).abs() < 1e-10, "{what}: {own}");
+        assert!(own - identified > 0.1, "{what}: another trim must show");
+    };
+    let per_window = Estimation { by_surface: false, ..Estimation::default() };
+    let (fit, prediction) = predicted(&per_window);
+    let constants: Vec<f64> =
+        used[..last].iter().map(|(window, _)| fit.parameter(&format!("Cm_0[{}]", window.name)).unwrap().0).collect();
+    let shared = |name: &String| fit.parameter(name).unwrap().0;
+    let mean = constants.iter().sum::<f64>() / constants.len() as f64;
+    check("per window", &prediction, &[&[mean], &names[1..].iter().map(shared).collect::<Vec<_>>()[..]].concat());
+
+    let (fit, prediction) = predicted(&Estimation { constants: PooledConstants::Common, ..per_window.clone() });
+    check("common", &prediction, &names.iter().map(|name| fit.parameter(name).unwrap().0).collect::<Vec<_>>());
+
+    let means = Estimation { predict_with: PredictionParameters::WindowMeans, ..per_window.clone() };
+    let singles: Vec<_> =
+        used[..last].iter().map(|(window, aero)| window_fits(window, aero, &structure, &per_window)).collect();
+    let mean = |name: &String| {
+        let values = singles.iter().map(|fits| of(&fits.fits, CM).fit.as_ref().unwrap().parameter(name).unwrap().0);
+        values.sum::<f64>() / singles.len() as f64
+    };
+    let (_, prediction) = predicted(&means);
+    check("means of single windows", &prediction, &names.iter().map(mean).collect::<Vec<_>>());
 }

@@ -10,6 +10,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::Command;
 
+use doublet_core::airframe::InertiaTensor;
 use doublet_core::model::{
     Axes, Coefficient, Derivatives, Gyroscopic, RateNormalisation, ReferenceGeometry, Term, ThrustTreatment, Variable,
 };
@@ -74,7 +75,7 @@ fn model(coefficients: Vec<IdentifiedCoefficient>) -> IdentifiedModel {
         datum: "the nose".into(),
         mass_kg: 1850.0,
         cg_datum_m: [3.33, -0.01, 1.25],
-        inertia_kg_m2: [5400.0, 5300.0, 9600.0, 296.16],
+        inertia: InertiaTensor { xx: 5400.0, yy: 5300.0, zz: 9600.0, xz: 296.16, xy: 240.0, yz: -170.0 },
         thrust: ThrustTreatment::Removed,
         gyroscopic: Gyroscopic::Signed,
         control_lags: ControlLags::default(),
@@ -249,8 +250,12 @@ fn jsbsim() -> bool {
 }
 
 const FT: f64 = 0.3048;
+/// Moment of inertia of a slug square foot, kg m².
+const SLUG_FT2: f64 = 1.355_817_948_331_400_4;
+/// Rate of the Earth, which JSBSim turns with, rad/s.
+const EARTH_RATE: f64 = 7.292e-5;
 /// Properties read back at every point.
-const READ: [&str; 22] = [
+const READ: [&str; 27] = [
     "aero/alpha-rad",
     "aero/beta-rad",
     "velocities/vt-fps",
@@ -271,8 +276,13 @@ const READ: [&str; 22] = [
     "inertia/ixx-slugs_ft2",
     "inertia/iyy-slugs_ft2",
     "inertia/izz-slugs_ft2",
-    "inertia/ixz-slugs_ft2",
     "inertia/weight-lbs",
+    "velocities/p-rad_sec",
+    "velocities/q-rad_sec",
+    "velocities/r-rad_sec",
+    "accelerations/pdot-rad_sec2",
+    "accelerations/qdot-rad_sec2",
+    "accelerations/rdot-rad_sec2",
 ];
 
 /// Flies `model` in JSBSim through random points inside its ranges and compares forces and moments about the centre of gravity
@@ -362,12 +372,19 @@ fn difference(
     let found_force = Vector3::new(read[11], read[12], read[13]) / force_scale;
     let found_moment = Vector3::new(read[14], read[15], read[16]) / (force_scale / FT);
     let moment_error = (found_moment - moment).component_div(&Vector3::new(b, c, b));
-    // Mass and inertia arrive with their signs: 1 slug ft² is 1.35582 kg m².
-    let [ixx, iyy, izz, ixz] = model.inertia_kg_m2;
-    for (found, stated) in read[17..21].iter().zip([ixx, iyy, izz, ixz]) {
-        assert!((found * 1.355_817_948_331_400_4 - stated).abs() < 1e-6 * ixx, "inertia {found}, stated {stated}");
+    // Mass and moments of inertia arrive: 1 slug ft² is 1.35582 kg m².
+    let InertiaTensor { xx, yy, zz, .. } = model.inertia;
+    for (found, stated) in read[17..20].iter().zip([xx, yy, zz]) {
+        assert!((found * SLUG_FT2 - stated).abs() < 1e-6 * xx, "inertia {found}, stated {stated}");
     }
-    assert!((read[21] * 0.453_592_37 - model.mass_kg).abs() < 1e-6 * model.mass_kg);
+    assert!((read[20] * 0.453_592_37 - model.mass_kg).abs() < 1e-6 * model.mass_kg);
+    // The products arrive with their signs: the aircraft turns as Euler's equation has it.
+    let [rates, acceleration] = [21, 24].map(|first| Vector3::new(read[first], read[first + 1], read[first + 2]));
+    let tensor = model.inertia.matrix() / SLUG_FT2;
+    let moment = Vector3::new(read[14], read[15], read[16]);
+    let turning = tensor.try_inverse().unwrap() * (moment - rates.cross(&(tensor * rates)));
+    let error = (turning - acceleration).amax();
+    assert!(error < EARTH_RATE * rates.norm() * 3.0, "angular acceleration {acceleration}, by Euler {turning}");
     (found_force - force).amax().max(moment_error.amax())
 }
 

@@ -2,6 +2,7 @@
 
 use super::data::{AeroData, Axes, CoefficientSettings, Engine, Gyroscopic, Inertia, ThrustTreatment};
 use super::{Coefficient, ModelError};
+use crate::airframe::InertiaTensor;
 use crate::prep::{MatchedSmoothing, acceleration_at_cg, differentiate};
 
 /// Columns of all eight coefficients over one window; all of one length.
@@ -25,8 +26,10 @@ impl Coefficients {
 /// Dimensionless forces and moments (thesis Eq. 3.23-3.24, A.13).
 ///
 /// With `q_dyn = rho V^2 / 2`: `[CX CY CZ] = (m a - T) / (q_dyn S)`; moments about the centre of gravity
-/// `L = Ixx p' - Ixz (r' + p q) + (Izz - Iyy) q r`, `M = Iyy q' + (Ixx - Izz) p r + Ixz (p^2 - r^2) + h r`,
-/// `N = Izz r' + (Iyy - Ixx) p q + Ixz (q r - p') - h q`, less the moment of the thrust, moved to the moment reference
+/// `L = Ixx p' - Ixz (r' + p q) + (Izz - Iyy) q r - Ixy (q' - p r) - Iyz (q^2 - r^2)`,
+/// `M = Iyy q' + (Ixx - Izz) p r + Ixz (p^2 - r^2) - Ixy (p' + q r) - Iyz (r' - p q) + h r`,
+/// `N = Izz r' + (Iyy - Ixx) p q + Ixz (q r - p') - Ixy (p^2 - q^2) - Iyz (q' + p r) - h q` (thesis Eq. A.11; Eq. 3.24 has
+/// `Ixy = Iyz = 0`), less the moment of the thrust, moved to the moment reference
 /// at `d` from the centre of gravity by `- d x F`; then `Cl = L / (q_dyn S b)`, `Cm = M / (q_dyn S c)`,
 /// `Cn = N / (q_dyn S b)`. `CL = -CZ cos(alpha) + CX sin(alpha)`, `CD = -CX cos(alpha) - CZ sin(alpha)`. Thrust and `h`
 /// enter as the settings say; `F` is the force that stays in the coefficients, so that a thrust left in keeps its own
@@ -165,13 +168,14 @@ fn sample(
     ]
 }
 
-/// Moment about the centre of gravity that the motion of a rigid, symmetric aircraft requires (thesis Eq. A.13), N m.
+/// Moment about the centre of gravity that the motion of a rigid body requires, `I w' + w x I w` (thesis Eq. A.11), N m; for a
+/// symmetric loading, `Ixy = Iyz = 0`, thesis Eq. A.13.
 fn inertial_moment(inertia: &Inertia, [p, q, r]: [f64; 3], [p_dot, q_dot, r_dot]: [f64; 3]) -> [f64; 3] {
-    let Inertia { ixx_kg_m2: ixx, iyy_kg_m2: iyy, izz_kg_m2: izz, ixz_kg_m2: ixz, .. } = *inertia;
+    let InertiaTensor { xx, yy, zz, xz, xy, yz } = inertia.tensor;
     [
-        ixx * p_dot - ixz * (r_dot + p * q) + (izz - iyy) * q * r,
-        iyy * q_dot + (ixx - izz) * p * r + ixz * (p * p - r * r),
-        izz * r_dot + (iyy - ixx) * p * q + ixz * (q * r - p_dot),
+        xx * p_dot - xz * (r_dot + p * q) + (zz - yy) * q * r - xy * (q_dot - p * r) - yz * (q * q - r * r),
+        yy * q_dot + (xx - zz) * p * r + xz * (p * p - r * r) - xy * (p_dot + q * r) - yz * (r_dot - p * q),
+        zz * r_dot + (yy - xx) * p * q + xz * (q * r - p_dot) - xy * (p * p - q * q) - yz * (q_dot + p * r),
     ]
 }
 
@@ -276,9 +280,9 @@ impl AeroData {
             let inertia = self.inertia.at(k);
             for (quantity, value) in [
                 ("mass", inertia.mass_kg),
-                ("Ixx", inertia.ixx_kg_m2),
-                ("Iyy", inertia.iyy_kg_m2),
-                ("Izz", inertia.izz_kg_m2),
+                ("Ixx", inertia.tensor.xx),
+                ("Iyy", inertia.tensor.yy),
+                ("Izz", inertia.tensor.zz),
             ] {
                 if !(value > 0.0 && value.is_finite()) {
                     return Err(ModelError::NotPositive { quantity, time_s, value });

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::airframe::MassProperties;
+use crate::airframe::{InertiaTensor, MassProperties};
 use crate::prep::Differentiation;
 use crate::quantity::Role;
 
@@ -30,14 +30,8 @@ impl Position {
 pub struct Inertia {
     /// Mass, kg.
     pub mass_kg: f64,
-    /// Moment of inertia about body x, kg m².
-    pub ixx_kg_m2: f64,
-    /// Moment of inertia about body y, kg m².
-    pub iyy_kg_m2: f64,
-    /// Moment of inertia about body z, kg m².
-    pub izz_kg_m2: f64,
-    /// Product of inertia, integral of x z dm, kg m².
-    pub ixz_kg_m2: f64,
+    /// Inertia about the centre of gravity in body axes.
+    pub tensor: InertiaTensor,
     /// Centre of gravity in datum axes, m; used only with positions given in datum axes.
     pub cg_datum_m: [f64; 3],
 }
@@ -48,10 +42,7 @@ impl Inertia {
     pub fn plus(&self, other: &Self) -> Self {
         Self {
             mass_kg: self.mass_kg + other.mass_kg,
-            ixx_kg_m2: self.ixx_kg_m2 + other.ixx_kg_m2,
-            iyy_kg_m2: self.iyy_kg_m2 + other.iyy_kg_m2,
-            izz_kg_m2: self.izz_kg_m2 + other.izz_kg_m2,
-            ixz_kg_m2: self.ixz_kg_m2 + other.ixz_kg_m2,
+            tensor: self.tensor + other.tensor,
             cg_datum_m: std::array::from_fn(|axis| self.cg_datum_m[axis] + other.cg_datum_m[axis]),
         }
     }
@@ -61,10 +52,7 @@ impl Inertia {
     pub fn scaled(&self, factor: f64) -> Self {
         Self {
             mass_kg: factor * self.mass_kg,
-            ixx_kg_m2: factor * self.ixx_kg_m2,
-            iyy_kg_m2: factor * self.iyy_kg_m2,
-            izz_kg_m2: factor * self.izz_kg_m2,
-            ixz_kg_m2: factor * self.ixz_kg_m2,
+            tensor: self.tensor.scaled(factor),
             cg_datum_m: self.cg_datum_m.map(|position| factor * position),
         }
     }
@@ -72,14 +60,7 @@ impl Inertia {
 
 impl From<&MassProperties> for Inertia {
     fn from(loaded: &MassProperties) -> Self {
-        Self {
-            mass_kg: loaded.mass_kg,
-            ixx_kg_m2: loaded.inertia.xx,
-            iyy_kg_m2: loaded.inertia.yy,
-            izz_kg_m2: loaded.inertia.zz,
-            ixz_kg_m2: loaded.inertia.xz,
-            cg_datum_m: loaded.cg_from_datum_m,
-        }
+        Self { mass_kg: loaded.mass_kg, tensor: loaded.inertia, cg_datum_m: loaded.cg_from_datum_m }
     }
 }
 

@@ -1,6 +1,6 @@
 //! What acts on the aircraft at one sample, whatever its motion.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
 use super::ReplayError;
 use crate::model::{AeroData, CoefficientSettings, Gyroscopic, ThrustTreatment, Variable, Variables};
@@ -67,8 +67,6 @@ impl Sample {
             Gyroscopic::Ignored => 0.0,
             Gyroscopic::Signed | Gyroscopic::Summed => data.engines.iter().map(momentum).sum(),
         };
-        let (ixx, iyy, izz, ixz) = (loaded.ixx_kg_m2, loaded.iyy_kg_m2, loaded.izz_kg_m2, loaded.ixz_kg_m2);
-        let tensor = Matrix3::new(ixx, 0.0, -ixz, 0.0, iyy, 0.0, -ixz, 0.0, izz);
         let arm = settings.moment_reference.map_or([0.0; 3], |point| point.body_from_cg_m(loaded.cg_datum_m));
         let mach = data.mach.as_ref().map_or(0.0, |mach| mach[k]);
         let pressure_over_q = data.propeller_pressure.as_ref().map_or(0.0, |rise| rise[k]);
@@ -84,7 +82,7 @@ impl Sample {
             rotor_momentum_n_m_s: Vector3::new(rotors, 0.0, 0.0),
             reference_arm_m: Vector3::from(arm),
             mass_kg: loaded.mass_kg,
-            inertia: Inertia::new(tensor).ok_or(ReplayError::Inertia { time_s: data.time_s[k] })?,
+            inertia: Inertia::new(loaded.tensor.matrix()).ok_or(ReplayError::Inertia { time_s: data.time_s[k] })?,
         })
     }
 

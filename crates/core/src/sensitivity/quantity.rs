@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::airframe::{Aircraft, Loading};
+use crate::airframe::{Aircraft, InertiaTensor, Loading};
 use crate::model::{AeroData, Inertia};
 use crate::quantity::Role;
 
@@ -120,37 +120,24 @@ impl Quantity {
     /// A centre of gravity that lies elsewhere moves the point the inertia is about while every part stays in its place, as in
     /// the thesis; fuel changes mass, centre of gravity and inertia together.
     pub fn mass_change(&self, aircraft: &Aircraft, loading: &Loading, change: f64) -> Option<Inertia> {
-        let nothing = Inertia {
-            mass_kg: 0.0,
-            ixx_kg_m2: 0.0,
-            iyy_kg_m2: 0.0,
-            izz_kg_m2: 0.0,
-            ixz_kg_m2: 0.0,
-            cg_datum_m: [0.0; 3],
-        };
+        let nothing = Inertia { mass_kg: 0.0, tensor: InertiaTensor::default(), cg_datum_m: [0.0; 3] };
+        let of_tensor = |tensor| Inertia { tensor, ..nothing };
         let shifted = |axis: usize| {
             let properties = loading.mass_properties(aircraft);
             let mut shift = [0.0; 3];
             shift[axis] = change / 100.0 * aircraft.reference.chord_m;
             let point = std::array::from_fn(|axis| properties.cg_from_datum_m[axis] + shift[axis]);
             let (there, here) = (loading.inertia_about(aircraft, point), properties.inertia);
-            Inertia {
-                ixx_kg_m2: there.xx - here.xx,
-                iyy_kg_m2: there.yy - here.yy,
-                izz_kg_m2: there.zz - here.zz,
-                ixz_kg_m2: there.xz - here.xz,
-                cg_datum_m: shift,
-                ..nothing
-            }
+            Inertia { tensor: there + here.scaled(-1.0), cg_datum_m: shift, ..nothing }
         };
         Some(match self {
             Self::CgX => shifted(0),
             Self::CgY => shifted(1),
             Self::CgZ => shifted(2),
-            Self::Ixx => Inertia { ixx_kg_m2: change, ..nothing },
-            Self::Iyy => Inertia { iyy_kg_m2: change, ..nothing },
-            Self::Izz => Inertia { izz_kg_m2: change, ..nothing },
-            Self::Ixz => Inertia { ixz_kg_m2: change, ..nothing },
+            Self::Ixx => of_tensor(InertiaTensor { xx: change, ..nothing.tensor }),
+            Self::Iyy => of_tensor(InertiaTensor { yy: change, ..nothing.tensor }),
+            Self::Izz => of_tensor(InertiaTensor { zz: change, ..nothing.tensor }),
+            Self::Ixz => of_tensor(InertiaTensor { xz: change, ..nothing.tensor }),
             Self::Fuel(tanks) => {
                 let mut changed = loading.clone();
                 let total = fuel_of(loading, tanks);

@@ -1,5 +1,7 @@
 //! Leave one manoeuvre out: how much each manoeuvre carries, and how well the others predict it.
 
+use nalgebra::DVector;
+
 use super::validate;
 use crate::estimate::{EstimateError, FitQuality, Origin, PooledFit, PooledRegression};
 
@@ -12,8 +14,10 @@ pub struct LeftOut {
     pub estimates: Vec<f64>,
     /// Change of each against the full fit, in standard errors of the full fit; zero for one that is fixed.
     pub shift_in_errors: Vec<f64>,
-    /// Prediction of the window by the others; a constant of its own is set so that the mean residual is zero.
-    pub quality: FitQuality,
+    /// Prediction of the window by the others; a constant that each has to itself counts with its mean over them.
+    pub quality_identified: FitQuality,
+    /// Likewise, but a constant of its own is set so that the mean residual is zero.
+    pub quality_own_constant: FitQuality,
 }
 
 /// Fits all windows but one, for each in turn, and predicts that one (thesis 7.1 with every manoeuvre as validation once).
@@ -31,7 +35,7 @@ pub fn leave_one_out(regression: &PooledRegression, full: &PooledFit) -> Result<
     let mut results = Vec::with_capacity(windows.len());
     for index in 0..windows.len() {
         let left = rest.windows.remove(index);
-        let fit = rest.fit()?.fit;
+        let PooledFit { fit, parameters, .. } = rest.fit()?;
         let estimates: Vec<f64> = fit.estimates[..shared.len()].to_vec();
         let shift = |(parameter, estimate): (usize, &f64)| {
             let change = estimate - full.fit.estimates[parameter];
@@ -43,11 +47,18 @@ pub fn leave_one_out(regression: &PooledRegression, full: &PooledFit) -> Result<
         };
         let columns: Vec<usize> = (0..shared.len()).collect();
         let prediction = validate(&fit, Some(&columns), &left.x.select_columns(&shared), &left.z)?;
+        let mean = |term: usize| {
+            let values = parameters.iter().map(|columns| fit.estimates[columns[term]]);
+            values.sum::<f64>() / parameters.len() as f64
+        };
+        let values = DVector::from_fn(names.len(), |term, _| mean(term));
+        let identified: Vec<f64> = (&left.x * values).iter().copied().collect();
         let has_own = shared.len() < names.len();
         results.push(LeftOut {
             label: left.label.clone(),
             shift_in_errors: estimates.iter().enumerate().map(shift).collect(),
-            quality: if has_own { prediction.quality_without_offset } else { prediction.quality },
+            quality_identified: FitQuality::of(&left.z, &identified),
+            quality_own_constant: if has_own { prediction.quality_without_offset } else { prediction.quality },
             estimates,
         });
         rest.windows.insert(index, left);
@@ -90,7 +101,12 @@ mod tests {
             approx::assert_relative_eq!(left.shift_in_errors[0], shift, epsilon = 1e-6);
         }
         // Predicting slope 5 by 2 leaves 3/5 of the signal: R2 = 1 - 0.36; constants of their own do not count.
-        approx::assert_relative_eq!(found[2].quality.r_squared, 1.0 - 0.36, epsilon = ROUNDING);
+        approx::assert_relative_eq!(found[2].quality_own_constant.r_squared, 1.0 - 0.36, epsilon = ROUNDING);
+        // With the mean of the constants 1 and -3 the prediction is off by one more than that.
+        let mean = |of: &dyn Fn(f64) -> f64| (0..100).map(|row| of((f64::from(row) * 0.1).sin())).sum::<f64>() / 100.0;
+        let (first, second) = (mean(&|sine| sine), mean(&|sine| sine * sine));
+        let expected = 1.0 - mean(&|sine| (3.0 * sine + 1.0).powi(2)) / (25.0 * (second - first * first));
+        approx::assert_relative_eq!(found[2].quality_identified.r_squared, expected, epsilon = ROUNDING);
         regression.windows.truncate(1);
         assert!(leave_one_out(&regression, &full).is_err());
     }

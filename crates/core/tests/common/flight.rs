@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use doublet_core::airframe::InertiaTensor;
 use doublet_core::model::{
     AeroData, Coefficient, CoefficientSettings, Derivatives, Inertia, InertiaHistory, ReferenceGeometry, Term,
 };
@@ -84,10 +85,7 @@ pub fn window(samples: usize) -> (AeroData, CoefficientSettings, Start) {
         ]),
         inertia: InertiaHistory::Constant(Inertia {
             mass_kg: 2010.0,
-            ixx_kg_m2: 5493.0,
-            iyy_kg_m2: 5411.0,
-            izz_kg_m2: 9689.0,
-            ixz_kg_m2: 311.0,
+            tensor: InertiaTensor { xz: 311.0, ..InertiaTensor::diagonal(5493.0, 5411.0, 9689.0) },
             cg_datum_m: [3.53, 0.0, 1.68],
         }),
         engines: Vec::new(),

@@ -7,6 +7,7 @@
 
 use std::collections::BTreeMap;
 
+use doublet_core::airframe::InertiaTensor;
 use doublet_core::estimate::{PooledFit, PooledWindow, pooled};
 use doublet_core::load::read_all;
 use doublet_core::model::{
@@ -159,10 +160,7 @@ fn aero_data(recording: &Recording, treatment: Treatment) -> AeroData {
             .collect(),
         inertia: InertiaHistory::Constant(Inertia {
             mass_kg: 17_631.0,
-            ixx_kg_m2: 133_367.0,
-            iyy_kg_m2: 252_687.0,
-            izz_kg_m2: 359_593.0,
-            ixz_kg_m2: 11_442.0,
+            tensor: InertiaTensor { xz: 11_442.0, ..InertiaTensor::diagonal(133_367.0, 252_687.0, 359_593.0) },
             cg_datum_m: [0.0; 3],
         }),
         engines: vec![engine(Role::Thrust1, 1.0), engine(Role::Thrust2, -1.0)],

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use doublet_core::airframe::InertiaTensor;
 use doublet_core::atmos::Atmosphere;
 use doublet_core::estimate::{EstimateError, PooledWindow, least_squares, pooled};
 use doublet_core::load::read_all;
@@ -52,10 +53,7 @@ fn aero_data(name: &str) -> Option<AeroData> {
         controls: [Role::Aileron, Role::Elevator, Role::Rudder].into_iter().map(|role| (role, column(role))).collect(),
         inertia: InertiaHistory::Constant(Inertia {
             mass_kg: 5000.0,
-            ixx_kg_m2: 15_351.0,
-            iyy_kg_m2: 22_965.0,
-            izz_kg_m2: 36_220.0,
-            ixz_kg_m2: 1908.0,
+            tensor: InertiaTensor { xz: 1908.0, ..InertiaTensor::diagonal(15_351.0, 22_965.0, 36_220.0) },
             cg_datum_m: [0.0; 3],
         }),
         engines: Vec::new(),

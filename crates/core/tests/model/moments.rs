@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use doublet_core::airframe::InertiaTensor;
 use doublet_core::model::{
     AeroData, Axes, Coefficient, CoefficientSettings, Engine, Gyroscopic, Inertia, InertiaHistory, ModelError,
     Position, ReferenceGeometry, ThrustTreatment, coefficients,
@@ -42,14 +43,7 @@ fn data() -> AeroData {
         angular_acceleration_rad_s2: Some([0, 1, 2].map(|axis| constant(ANGULAR[axis]))),
         density_kg_m3: constant(DENSITY),
         controls: BTreeMap::new(),
-        inertia: InertiaHistory::Constant(Inertia {
-            mass_kg: 2000.0,
-            ixx_kg_m2: 3500.0,
-            iyy_kg_m2: 3200.0,
-            izz_kg_m2: 6100.0,
-            ixz_kg_m2: 296.0,
-            cg_datum_m: CG_DATUM,
-        }),
+        inertia: InertiaHistory::Constant(Inertia { mass_kg: 2000.0, tensor: TENSOR, cg_datum_m: CG_DATUM }),
         engines: vec![
             engine(0, Position::Datum([0.6, 0.1, 1.9])),
             engine(1, Position::BodyFromCg([-2.1, -0.05, -0.3])),
@@ -60,6 +54,9 @@ fn data() -> AeroData {
     }
 }
 
+/// Inertia of a lopsided loading, kg m².
+const TENSOR: InertiaTensor = InertiaTensor { xx: 3500.0, yy: 3200.0, zz: 6100.0, xz: 296.0, xy: 41.0, yz: -23.0 };
+
 /// Reference geometry of the example.
 fn settings() -> CoefficientSettings {
     CoefficientSettings::new(ReferenceGeometry::new(18.7, 11.68, 1.68))
@@ -67,7 +64,7 @@ fn settings() -> CoefficientSettings {
 
 /// Body-axes force and moment the motion requires, N and N m, from the tensor.
 fn required() -> (Vector3<f64>, Vector3<f64>) {
-    let tensor = Matrix3::new(3500.0, 0.0, -296.0, 0.0, 3200.0, 0.0, -296.0, 0.0, 6100.0);
+    let tensor = Matrix3::new(3500.0, -41.0, -296.0, -41.0, 3200.0, 23.0, -296.0, 23.0, 6100.0);
     (FORCE * 2000.0, tensor * ANGULAR + RATES.cross(&(tensor * RATES)))
 }
 

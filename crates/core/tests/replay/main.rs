@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 
+use doublet_core::airframe::{FixedItem, InertiaTensor, Loading};
 use doublet_core::atmos::Atmosphere;
 use doublet_core::model::{
     AeroData, Axes, Coefficient, CoefficientSettings, Derivatives, Engine, Gyroscopic, Inertia, InertiaHistory,
@@ -11,7 +12,7 @@ use doublet_core::model::{
 use doublet_core::motion::{Airflow, State, runge_kutta};
 use doublet_core::quantity::Role;
 use doublet_core::replay::{Motion, MotionAxis, Replay, ReplayError, Response, Start};
-use doublet_core::simulate::{Body, Controls, Environment, Thrust, TrimCondition, Vehicle, c337f, trim};
+use doublet_core::simulate::{Body, Controls, Environment, Loads, Thrust, TrimCondition, Vehicle, c337f, trim};
 use nalgebra::Vector3;
 
 /// Step of the flights, s.
@@ -42,6 +43,8 @@ struct Flown {
     body: Body,
     data: AeroData,
     states: Vec<State>,
+    /// Forces, moments and coefficients at each state.
+    loads: Vec<Loads>,
     start: Start,
 }
 
@@ -56,9 +59,21 @@ fn engine(vehicle: &Vehicle, index: usize, thrust_n: f64, samples: usize) -> Eng
     }
 }
 
-/// Flies the C337F through its inputs in constant air with constant thrust; controls linear between samples.
+/// [`flown_with`] the loading of the simulated flights.
 fn flown(seconds: f64) -> Flown {
-    let (vehicle, loading) = c337f().unwrap();
+    flown_with(seconds, |_| {})
+}
+
+/// A loading with products of inertia in all three planes: fuel on the right, a load high on the left.
+fn lopsided(loading: &mut Loading) {
+    loading.fuel_kg.insert("main left".to_owned(), 40.0);
+    loading.added_items.push(FixedItem { name: "load".to_owned(), mass_kg: 60.0, cg_from_datum_m: [2.4, -0.5, 2.1] });
+}
+
+/// Flies the C337F through its inputs in constant air with constant thrust; controls linear between samples.
+fn flown_with(seconds: f64, load: impl Fn(&mut Loading)) -> Flown {
+    let (vehicle, mut loading) = c337f().unwrap();
+    load(&mut loading);
     let body = vehicle.body(&loading).unwrap();
     let condition = TrimCondition {
         airspeed_m_s: 50.0,
@@ -78,7 +93,7 @@ fn flown(seconds: f64) -> Flown {
     let momentum: f64 = engines.iter().map(|engine| engine.rotor_inertia_kg_m2 * engine.speed_rad_s[0]).sum();
     environment.rotor_momentum_n_m_s = Vector3::new(momentum, 0.0, 0.0);
     let mut state = trim.state;
-    let mut states = Vec::new();
+    let (mut states, mut loads) = (Vec::new(), Vec::new());
     let mut controls: [Vec<f64>; 3] = Default::default();
     for k in 0..steps {
         let (now, next) = (
@@ -86,6 +101,7 @@ fn flown(seconds: f64) -> Flown {
             inputs(trim.environment.controls, (k + 1) as f64 * STEP_S),
         );
         states.push(state);
+        loads.push(vehicle.loads(&body, &state, &Environment { controls: now, ..environment }));
         controls[0].push(now.aileron);
         controls[1].push(now.elevator);
         controls[2].push(now.rudder);
@@ -130,7 +146,7 @@ fn flown(seconds: f64) -> Flown {
         altitude_m: None,
         mach: None,
     };
-    Flown { vehicle, body, data, states, start }
+    Flown { vehicle, body, data, states, loads, start }
 }
 
 fn settings(vehicle: &Vehicle) -> CoefficientSettings {
@@ -167,6 +183,48 @@ fn largest_error(flown: &Flown, response: &Response) -> f64 {
         }
     }
     largest
+}
+
+#[test]
+fn lopsided_loading_gives_back_the_moments_it_was_flown_with() {
+    let flown = flown_with(20.0, lopsided);
+    let tensor = flown.body.properties.inertia;
+    assert!(tensor.xy.abs() > 50.0 && tensor.yz.abs() > 20.0, "{tensor:?}");
+    let of = |vector: &dyn Fn(&Loads) -> Vector3<f64>| {
+        [0, 1, 2].map(|axis| flown.loads.iter().map(|loads| vector(loads)[axis]).collect::<Vec<_>>())
+    };
+    let data = AeroData {
+        specific_force_m_s2: of(&|loads| loads.specific_force_m_s2),
+        angular_acceleration_rad_s2: Some(of(&|loads| loads.angular_acceleration_rad_s2)),
+        ..flown.data.clone()
+    };
+    let largest_error = |data: &AeroData| {
+        let formed = coefficients(data, &settings(&flown.vehicle)).unwrap();
+        [Coefficient::CX, Coefficient::CY, Coefficient::CZ, Coefficient::Cl, Coefficient::Cm, Coefficient::Cn].map(
+            |c| {
+                let pairs = formed.get(c).iter().zip(&flown.loads);
+                pairs.map(|(formed, loads)| (formed - loads.coefficients[c as usize]).abs()).fold(0.0, f64::max)
+            },
+        )
+    };
+    let errors = largest_error(&data);
+    println!("largest errors of CX CY CZ Cl Cm Cn: {errors:?}");
+    assert!(errors.iter().all(|error| *error < ROUND_OFF), "{errors:?}");
+    // Without its products Ixy and Iyz the same motion gives other moments.
+    let symmetric =
+        Inertia { tensor: InertiaTensor { xy: 0.0, yz: 0.0, ..tensor }, ..Inertia::from(&flown.body.properties) };
+    let errors = largest_error(&AeroData { inertia: InertiaHistory::Constant(symmetric), ..data });
+    println!("without Ixy and Iyz: {errors:?}");
+    assert!(errors[3..].iter().all(|error| *error > 1e-4), "{errors:?}");
+}
+
+#[test]
+fn replay_of_a_lopsided_loading_follows_the_simulator() {
+    let flown = flown_with(20.0, lopsided);
+    let settings = settings(&flown.vehicle);
+    let replay = Replay::new(&flown.data, &settings, &wind(flown.data.time_s.len()), 9.80665).unwrap();
+    let error = largest_error(&flown, &replay.fly(&truth(&flown.vehicle), &flown.start).unwrap());
+    assert!(error < ROUND_OFF, "{error}");
 }
 
 #[test]

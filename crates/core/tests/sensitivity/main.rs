@@ -9,7 +9,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use doublet_core::airframe::Aircraft;
+use doublet_core::airframe::{Aircraft, InertiaTensor};
 use doublet_core::estimate::least_squares;
 use doublet_core::load::aircraft;
 use doublet_core::model::{
@@ -39,7 +39,7 @@ fn pitching(inertia: Inertia) -> AeroData {
     let moment = |k: usize| {
         TRUTH[0] + TRUTH[1] * alpha[k] + TRUTH[2] * q[k] * GEOMETRY.chord_m / airspeed + TRUTH[3] * elevator[k]
     };
-    let q_dot: Vec<f64> = (0..time_s.len()).map(|k| moment(k) * scale / inertia.iyy_kg_m2).collect();
+    let q_dot: Vec<f64> = (0..time_s.len()).map(|k| moment(k) * scale / inertia.tensor.yy).collect();
     AeroData {
         airspeed_m_s: vec![airspeed; time_s.len()],
         beta_rad: still(),
@@ -74,10 +74,7 @@ const GEOMETRY: ReferenceGeometry = ReferenceGeometry {
 /// Mass and inertia of thesis section 7.2.1.
 const NOMINAL: Inertia = Inertia {
     mass_kg: 2010.0,
-    ixx_kg_m2: 5493.0,
-    iyy_kg_m2: 5411.0,
-    izz_kg_m2: 9689.0,
-    ixz_kg_m2: 311.0,
+    tensor: InertiaTensor { xx: 5493.0, yy: 5411.0, zz: 9689.0, xz: 311.0, xy: 0.0, yz: 0.0 },
     cg_datum_m: [3.53, 0.0, 1.68],
 };
 
@@ -131,13 +128,13 @@ fn pitching_moment_is_proportional_to_its_inertia() {
         let by = quantity.mass_change(&aircraft, &aircraft.standard_loading, change).unwrap();
         AeroData { inertia: InertiaHistory::Constant(NOMINAL.plus(&by)), ..data.clone() }
     };
-    let iyy = table(Quantity::Iyy, NOMINAL.iyy_kg_m2, changed);
+    let iyy = table(Quantity::Iyy, NOMINAL.tensor.yy, changed);
     for (name, truth) in [("Cm_alpha", TRUTH[1]), ("Cm_q", TRUTH[2]), ("Cm_delta_e", TRUTH[3])] {
-        approx::assert_relative_eq!(partial(&iyy, name), truth / NOMINAL.iyy_kg_m2, max_relative = EXACT);
+        approx::assert_relative_eq!(partial(&iyy, name), truth / NOMINAL.tensor.yy, max_relative = EXACT);
     }
     // Table 7.3 averages over manoeuvres whose inertia falls by 6 of 5411 kg m2 and whose mean estimate is rounded.
     approx::assert_relative_eq!(partial(&iyy, "Cm_alpha"), -1.54e-4, max_relative = 0.02);
-    let ixx = table(Quantity::Ixx, NOMINAL.ixx_kg_m2, |quantity, change| changed(quantity, change));
+    let ixx = table(Quantity::Ixx, NOMINAL.tensor.xx, |quantity, change| changed(quantity, change));
     assert!(partial(&ixx, "Cm_alpha").abs() < EXACT, "roll inertia does not enter pure pitching");
 }
 
@@ -150,14 +147,14 @@ fn centre_of_gravity_moves_the_inertia_as_thesis_table_7_3_says() {
         [(Quantity::CgX, 6.23e-4 / -1.54e-4, 0.15), (Quantity::CgZ, -2.33e-3 / -1.54e-4, 0.05)]
     {
         let change = |by: f64| quantity.mass_change(&aircraft, &aircraft.standard_loading, by).unwrap();
-        let found = (change(5.0).iyy_kg_m2 - change(-5.0).iyy_kg_m2) / 10.0;
+        let found = (change(5.0).tensor.yy - change(-5.0).tensor.yy) / 10.0;
         println!("{}: {found:.3} kg m2 per % MAC, printed {printed:.3}", quantity.name());
         approx::assert_relative_eq!(found, printed, max_relative = tolerance);
         // Moving the point by s both ways adds 2 m s^2 together, wherever the parts are (parallel-axis theorem).
         let s = 0.05 * aircraft.reference.chord_m;
         let mass = aircraft.standard_loading.mass_properties(&aircraft).mass_kg;
         // The component groups of the empty aircraft weigh more than the aircraft by their printed rounding.
-        let sum = change(5.0).iyy_kg_m2 + change(-5.0).iyy_kg_m2;
+        let sum = change(5.0).tensor.yy + change(-5.0).tensor.yy;
         approx::assert_relative_eq!(sum, 2.0 * mass * s * s, max_relative = 0.01);
     }
 }

@@ -1,5 +1,6 @@
 //! JSBSim: the model as an `aerodynamics` file, and a minimal aircraft around it.
 
+use doublet_core::airframe::InertiaTensor;
 use doublet_core::model::{Coefficient, RateNormalisation, Term, Variable};
 
 use super::checks::{normalisation, normalised_name};
@@ -271,7 +272,7 @@ fn body_from_lift(d: &mut Document, coefficient: Coefficient) -> Result<(), Expo
     })
 }
 
-/// A minimal aircraft: metrics, mass and inertia of the session's loading, the aerodynamics. Engines, gear and controls are left
+/// A minimal aircraft: metrics, mass and inertia as flown at the start, the aerodynamics. Engines, gear and controls are left
 /// to whoever flies it.
 pub fn aircraft(model: &IdentifiedModel, date: &str) -> Result<String, ExportError> {
     let mut document = Document::new()?;
@@ -317,9 +318,10 @@ fn location(d: &mut Document, name: &str, [x, y, z]: [f64; 3]) -> Result<(), Exp
 
 fn mass_balance(d: &mut Document, model: &IdentifiedModel) -> Result<(), ExportError> {
     let slug_ft2 = N_PER_LBF * M_PER_FT; // 1 slug ft² = 1 lbf ft s²
-    let [ixx, iyy, izz, ixz] = model.inertia_kg_m2;
-    d.element("mass_balance", &[("negated_crossproduct_inertia", "true")], |d| {
-        for (name, value) in [("ixx", ixx), ("iyy", iyy), ("izz", izz), ("ixz", ixz)] {
+    let InertiaTensor { xx, yy, zz, xz, xy, yz } = model.inertia;
+    // Not negated: the products themselves, not the elements of the tensor; in structural axes, whose x and z point the other way.
+    d.element("mass_balance", &[("negated_crossproduct_inertia", "false")], |d| {
+        for (name, value) in [("ixx", xx), ("iyy", yy), ("izz", zz), ("ixy", -xy), ("ixz", xz), ("iyz", -yz)] {
             d.text(name, &[("unit", "SLUG*FT2")], &number(value / slug_ft2))?;
         }
         d.text("emptywt", &[("unit", "LBS")], &number(model.mass_kg / KG_PER_LB))?;

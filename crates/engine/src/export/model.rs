@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use doublet_core::airframe::InertiaTensor;
 use doublet_core::model::{
     Axes, Coefficient, Derivatives, Gyroscopic, RateNormalisation, ReferenceGeometry, Term, ThrustTreatment, Variable,
 };
@@ -57,12 +58,12 @@ pub struct IdentifiedModel {
     pub about_centre_of_gravity: bool,
     /// Where the datum axes begin, in words.
     pub datum: String,
-    /// Mass, kg, centre of gravity in datum axes, m, and `Ixx Iyy Izz Ixz`, kg m², of the session's loading.
+    /// Mass, kg, centre of gravity in datum axes, m, and inertia, as flown at the start of the first flight.
     pub mass_kg: f64,
     /// Centre of gravity.
     pub cg_datum_m: [f64; 3],
-    /// Moments `Ixx Iyy Izz` and product `Ixz`, kg m².
-    pub inertia_kg_m2: [f64; 4],
+    /// Moments and products of inertia about the centre of gravity in body axes.
+    pub inertia: InertiaTensor,
     /// What of the thrust is inside the coefficients.
     pub thrust: ThrustTreatment,
     /// Gyroscopic moment of the propellers the coefficients were formed with.
@@ -99,6 +100,8 @@ impl IdentifiedModel {
             .iter()
             .map(|fit| identified(fit, session.structure.terms(fit.coefficient).unwrap_or_default(), &data.reference))
             .collect::<Result<Vec<_>, _>>()?;
+        let on_board = snapshot.on_board(session).ok_or_else(|| refuse("the aircraft could not be read".into()))?;
+        let mass = &on_board.0.properties;
         let (ranges, mean_cg) = conditions(&coefficients, snapshot);
         let Preparation { thrust, gyroscopic, control_lags, axes, moment_reference, .. } = session.preparation;
         if axes != Axes::Body {
@@ -112,17 +115,12 @@ impl IdentifiedModel {
             aircraft: loaded.aircraft.name.clone(),
             title: session.title.clone(),
             reference: data.reference,
-            moment_reference_datum_m: stated.or(mean_cg).unwrap_or(data.inertia.cg_datum_m),
+            moment_reference_datum_m: stated.or(mean_cg).unwrap_or(mass.cg_from_datum_m),
             about_centre_of_gravity: stated.is_none(),
             datum: loaded.aircraft.datum.clone(),
-            mass_kg: data.inertia.mass_kg,
-            cg_datum_m: data.inertia.cg_datum_m,
-            inertia_kg_m2: [
-                data.inertia.ixx_kg_m2,
-                data.inertia.iyy_kg_m2,
-                data.inertia.izz_kg_m2,
-                data.inertia.ixz_kg_m2,
-            ],
+            mass_kg: mass.mass_kg,
+            cg_datum_m: mass.cg_from_datum_m,
+            inertia: mass.inertia,
             thrust,
             gyroscopic,
             control_lags,

@@ -4,13 +4,14 @@ use doublet_core::quantity::Role;
 use doublet_core::reconstruct::{AirState, Method, State};
 use doublet_core::series::{Recording, Window};
 
+use super::prediction::{PredictionAgreement, PredictionRow};
 use super::results::{
     ChannelRow, ClockRow, DerivativeRow, DroppedRow, ExpressionRow, FORMAT, FitRow, FlightRow, InnovationRow,
-    PredictionRow, RecordingRow, Results, StateRow, VERSION, WindowRow,
+    RecordingRow, Results, StateRow, VERSION, WindowRow,
 };
-use super::{setup, signals, summary};
+use super::{mass, setup, signals, summary};
 use crate::date;
-use crate::run::Snapshot;
+use crate::run::{Slot, Snapshot};
 use crate::session::{Manoeuvre, Session, Surface, WindowRole, path_warning};
 use crate::stage::{self, CoefficientFit, ExpressedChannel, UsedClock, WindowPath};
 use crate::verdict::FitVerdict;
@@ -19,10 +20,7 @@ use crate::verdict::FitVerdict;
 pub fn build(session: &Session, snapshot: &Snapshot) -> Results {
     let aircraft = snapshot.aircraft.ready();
     let aircraft = aircraft.map(|loaded| &loaded.aircraft);
-    let mass = aircraft.map(|aircraft| {
-        let loading = session.loading.as_ref().unwrap_or(&aircraft.standard_loading);
-        loading.mass_properties(aircraft).mass_kg
-    });
+    let at_start = mass::mass_properties(session, snapshot);
     let active = session.windows.iter().filter(|window| window.role != WindowRole::Ignored);
     let pooled = snapshot.pooled.ready();
     let verdicts = snapshot.verdicts.ready();
@@ -35,8 +33,8 @@ pub fn build(session: &Session, snapshot: &Snapshot) -> Results {
         session_sha256: setup::session_sha256(session),
         aircraft: aircraft.map(|aircraft| aircraft.name.clone()).unwrap_or_default(),
         rate_normalisation: aircraft.map(|aircraft| aircraft.reference.rate_normalisation()).unwrap_or_default(),
-        mass_kg: mass.unwrap_or(f64::NAN),
-        mass_properties: setup::mass_properties(session, snapshot),
+        mass_kg: at_start.as_ref().map_or(f64::NAN, |mass| mass.mass_kg),
+        mass_properties: at_start,
         reference: aircraft.map(|aircraft| setup::reference(aircraft, &session.preparation)),
         gravity_m_s2: session.filter.gravity_m_s2,
         differentiation: signals::differentiation(&session.preparation),
@@ -65,8 +63,7 @@ pub fn build(session: &Session, snapshot: &Snapshot) -> Results {
                 window: prediction.window.clone(),
                 role: prediction.role.name(),
                 coefficient: prediction.coefficient.name(),
-                r_squared: prediction.quality.r_squared,
-                rms_relative_percent: prediction.quality.rms_relative_percent,
+                agreement: PredictionAgreement::of(&prediction.quality_identified, &prediction.quality_own_constant),
             })
             .collect(),
         wind_and_bias: Vec::new(),
@@ -112,6 +109,11 @@ fn flights(session: &Session, snapshot: &Snapshot) -> Vec<FlightRow> {
             roles: loaded.recording.roles.keys().map(|role| role.name().to_owned()).collect(),
             channels: channels(&loaded.recording),
             clocks: loaded.clocks.iter().map(clock_row).collect(),
+            mass_properties: snapshot
+                .flown
+                .get(&flight.name)
+                .and_then(Slot::ready)
+                .map(|flown| mass::flown_masses(flown)),
             max_gap_s: loaded.recording.max_gap_s,
             signals: signals::signal_rows(loaded),
             expressions: loaded.expressions.iter().map(|made| expression_row(&loaded.recording, made)).collect(),
@@ -186,6 +188,7 @@ fn window_row(window: &Manoeuvre, snapshot: &Snapshot) -> Option<WindowRow> {
         surface: window.surface.map(Surface::name),
         kind: window.kind.clone(),
         note: window.note.clone(),
+        mass_properties: mass::window_mass(window, snapshot),
         verdict: verdicts.and_then(|found| Some(found.windows.get(&window.name)?.verdict.clone())),
         error: results.error().map(str::to_owned),
         samples: path.map_or(0, |path| path.reconstruction.time_s.len()),

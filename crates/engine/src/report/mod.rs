@@ -5,6 +5,8 @@ pub mod document;
 mod engines;
 mod formats;
 mod histories;
+mod mass;
+mod prediction;
 mod proof;
 mod reference;
 mod results;
@@ -22,13 +24,14 @@ use thiserror::Error;
 pub use build::build;
 pub use formats::{TableFormat, alignments, csv, latex, markdown};
 pub use histories::{History, HistoryColumn, HistoryFormat};
+pub use mass::{FlownMassRow, ItemRow, MassRow};
+pub use prediction::{PredictionAgreement, PredictionRow, ValidationRow};
 pub use proof::{BandRow, ProofRow, ReplayRow, TestRow, TheilRow, rows as proof_rows};
 pub use reference::{Reference, reference};
 pub use results::{
     AgreementRow, ChannelRow, ClockRow, CorrelationRow, DerivativeRow, DerivativeSummaryRow, DroppedRow, EngineRow,
-    ExpressionRow, FORMAT, FitRow, FlightRow, InnovationRow, InnovationSummaryRow, ItemRow, MassRow, MonitorRow,
-    PhaseRow, PredictionRow, RecordingRow, ReferenceRow, ResidualSummaryRow, Results, SpreadRow, StateRow, VERSION,
-    ValidationRow, WindowRow,
+    ExpressionRow, FORMAT, FitRow, FlightRow, InnovationRow, InnovationSummaryRow, MonitorRow, PhaseRow, RecordingRow,
+    ReferenceRow, ResidualSummaryRow, Results, SpreadRow, StateRow, VERSION, WindowRow,
 };
 pub use signals::{NoiseRow, ProposalRow, SignalRow};
 pub use studies::{

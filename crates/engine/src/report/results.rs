@@ -2,6 +2,8 @@
 
 use serde::Serialize;
 
+use super::mass::{FlownMassRow, MassRow};
+use super::prediction::{PredictionRow, ValidationRow};
 use super::proof::ProofRow;
 use super::signals::{NoiseRow, ProposalRow, SignalRow};
 use super::studies::StudyResults;
@@ -11,7 +13,7 @@ use crate::verdict::Verdict;
 /// Value of the `format` key.
 pub const FORMAT: &str = "doublet results";
 /// Version of the layout; raised when a key changes its name or meaning.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
 
 /// Everything a run found, numbers only; time histories are in the HDF5 file beside it.
 #[derive(Clone, Debug, Serialize)]
@@ -30,11 +32,11 @@ pub struct Results {
     pub aircraft: String,
     /// How roll, pitch and yaw rate are made dimensionless.
     pub rate_normalisation: String,
-    /// Mass, kg.
+    /// Mass at the start, kg: that of `mass_properties`.
     pub mass_kg: f64,
     /// Kalman filter used.
     pub filter: &'static str,
-    /// Mass properties with the session's loading on board.
+    /// Mass properties as flown at the start of the first flight.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mass_properties: Option<MassRow>,
     /// Reference geometry of the coefficients.
@@ -79,40 +81,6 @@ pub struct Results {
     pub derivative_summary: Vec<DerivativeSummaryRow>,
     /// Prediction of the validation windows (thesis Table 7.1).
     pub validation: Vec<ValidationRow>,
-}
-
-/// Mass properties in datum axes (x aft, y right, z up) and inertia about the centre of gravity in body axes.
-#[derive(Clone, Debug, Serialize)]
-pub struct MassRow {
-    /// Mass, kg.
-    pub mass_kg: f64,
-    /// Centre of gravity from the datum, m.
-    pub cg_from_datum_m: [f64; 3],
-    /// Centre of gravity as a part of the mean aerodynamic chord.
-    pub mean_chord_fraction: Option<f64>,
-    /// Distance of the centre of gravity to the nearer limit of the envelope, m; negative outside.
-    pub envelope_margin_m: Option<f64>,
-    /// Moment of inertia about x, kg m².
-    pub ixx_kg_m2: f64,
-    /// Moment of inertia about y, kg m².
-    pub iyy_kg_m2: f64,
-    /// Moment of inertia about z, kg m².
-    pub izz_kg_m2: f64,
-    /// Product of inertia, integral of x z dm, kg m².
-    pub ixz_kg_m2: f64,
-    /// What is on board besides the empty aircraft.
-    pub items: Vec<ItemRow>,
-}
-
-/// Something on board.
-#[derive(Clone, Debug, Serialize)]
-pub struct ItemRow {
-    /// Kind: fuel, seat, luggage or item.
-    pub kind: &'static str,
-    /// Place.
-    pub place: String,
-    /// Mass, kg.
-    pub mass_kg: f64,
 }
 
 /// Lengths and area the coefficients refer to.
@@ -219,19 +187,6 @@ pub struct DerivativeSummaryRow {
     pub maximum_variance: f64,
 }
 
-/// Prediction of one coefficient over the validation windows.
-#[derive(Clone, Debug, Serialize)]
-pub struct ValidationRow {
-    /// Coefficient.
-    pub coefficient: &'static str,
-    /// Validation windows.
-    pub windows: usize,
-    /// Mean of the relative root mean square, per cent.
-    pub rms_relative_percent: f64,
-    /// Mean of the coefficients of determination.
-    pub r_squared: f64,
-}
-
 /// A recording that was read.
 #[derive(Clone, Debug, Serialize)]
 pub struct RecordingRow {
@@ -257,6 +212,9 @@ pub struct FlightRow {
     pub channels: Vec<ChannelRow>,
     /// Clocks of its recorders.
     pub clocks: Vec<ClockRow>,
+    /// Mass properties at its start and its end.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mass_properties: Option<FlownMassRow>,
     /// Longest interval between samples that was interpolated over, s, where the session states one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_gap_s: Option<f64>,
@@ -428,6 +386,9 @@ pub struct WindowRow {
     /// Why its path or its coefficients could not be computed; what could be is in the other keys.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<String>,
+    /// Mass properties in its middle.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mass_properties: Option<MassRow>,
     /// Inertial samples.
     pub samples: usize,
     /// Where the air density comes from; none where no coefficients were formed.
@@ -552,19 +513,4 @@ pub struct DroppedRow {
     pub name: String,
     /// Reason.
     pub reason: String,
-}
-
-/// Prediction of one coefficient over one window.
-#[derive(Clone, Debug, Serialize)]
-pub struct PredictionRow {
-    /// Window.
-    pub window: String,
-    /// Use of the window.
-    pub role: &'static str,
-    /// Coefficient.
-    pub coefficient: &'static str,
-    /// Coefficient of determination.
-    pub r_squared: f64,
-    /// Root mean square of the residual relative to the range of the observation, per cent.
-    pub rms_relative_percent: f64,
 }

@@ -185,12 +185,19 @@ pub struct LeftOutRow {
     pub estimate: f64,
     /// Its change in standard errors of the full fit.
     pub shift_in_errors: f64,
-    /// Coefficient of determination of the coefficient predicted over the window.
+    /// Coefficient of determination of the coefficient predicted over the window with the constants of the others, by their mean
+    /// where each has its own.
     #[serde(serialize_with = "where_finite")]
-    pub r_squared: f64,
+    pub r_squared_identified_constants: f64,
     /// Root mean square of the residual there over the largest observation, per cent.
     #[serde(serialize_with = "where_finite")]
-    pub rms_relative_percent: f64,
+    pub rms_relative_percent_identified_constants: f64,
+    /// The first with the constant fitted to the window itself.
+    #[serde(serialize_with = "where_finite")]
+    pub r_squared_own_constant: f64,
+    /// The second likewise.
+    #[serde(serialize_with = "where_finite")]
+    pub rms_relative_percent_own_constant: f64,
 }
 
 /// One derivative from manoeuvres of two kinds of input.
@@ -328,8 +335,10 @@ fn add_manoeuvres(results: &mut StudyResults, study: &ManoeuvreStudy) {
                 derivative: derivative.clone(),
                 estimate: *estimate,
                 shift_in_errors: *shift,
-                r_squared: left.quality.r_squared,
-                rms_relative_percent: left.quality.rms_relative_percent,
+                r_squared_identified_constants: left.quality_identified.r_squared,
+                rms_relative_percent_identified_constants: left.quality_identified.rms_relative_percent,
+                r_squared_own_constant: left.quality_own_constant.r_squared,
+                rms_relative_percent_own_constant: left.quality_own_constant.rms_relative_percent,
             }));
         }
     }

@@ -1,8 +1,8 @@
 //! Statistics over the windows, in the form of the thesis' tables.
 
+use super::prediction::{PredictionAgreement, ValidationRow};
 use super::results::{
-    DerivativeSummaryRow, FitRow, InnovationSummaryRow, ResidualSummaryRow, Results, SpreadRow, ValidationRow,
-    WindowRow,
+    DerivativeSummaryRow, FitRow, InnovationSummaryRow, ResidualSummaryRow, Results, SpreadRow, WindowRow,
 };
 use crate::session::WindowRole;
 
@@ -161,12 +161,16 @@ fn validation(results: &Results) -> Vec<ValidationRow> {
             let role = WindowRole::Validation.name();
             results.predictions.iter().filter(move |row| row.role == role && row.coefficient == coefficient)
         };
-        let rms = spread(tested().map(|row| row.rms_relative_percent));
+        let mean = |of: &dyn Fn(&PredictionAgreement) -> f64| spread(tested().map(|row| of(&row.agreement))).mean;
         ValidationRow {
             coefficient,
-            windows: rms.count,
-            rms_relative_percent: rms.mean,
-            r_squared: spread(tested().map(|row| row.r_squared)).mean,
+            windows: tested().count(),
+            agreement: PredictionAgreement {
+                r_squared_identified_constants: mean(&|row| row.r_squared_identified_constants),
+                rms_relative_percent_identified_constants: mean(&|row| row.rms_relative_percent_identified_constants),
+                r_squared_own_constant: mean(&|row| row.r_squared_own_constant),
+                rms_relative_percent_own_constant: mean(&|row| row.rms_relative_percent_own_constant),
+            },
         }
     });
     rows.filter(|row| row.windows > 0).collect()

@@ -1,5 +1,7 @@
 //! The results as tables.
 
+pub use super::mass::table as mass_properties;
+use super::prediction::PredictionAgreement;
 use super::results::{AgreementRow, EngineRow, FitRow, Results};
 use super::table::{Cell, Column, Table};
 use crate::verdict::Verdict;
@@ -19,6 +21,7 @@ pub fn all(results: &Results) -> Vec<Table> {
         validation(results),
         engines(results),
         windows(results),
+        mass_properties(results),
         channels(results),
         clocks(results),
         recordings(results),
@@ -291,41 +294,51 @@ pub fn innovation_summary(results: &Results) -> Table {
 /// Prediction of every window by the pooled derivatives.
 pub fn predictions(results: &Results) -> Table {
     let rows = results.predictions.iter().map(|row| {
-        vec![
-            Cell::text(&row.window),
-            Cell::text(row.role),
-            Cell::Symbol(row.coefficient.to_owned()),
-            Cell::Number(row.r_squared),
-            Cell::Number(row.rms_relative_percent),
-        ]
+        vec![Cell::text(&row.window), Cell::text(row.role), Cell::Symbol(row.coefficient.to_owned())]
+            .into_iter()
+            .chain(agreement(&row.agreement))
+            .collect()
     });
-    let columns = vec![
-        text("window", "Window"),
-        text("role", "Use"),
-        text("coefficient", "Coefficient"),
-        number("r_squared", "R²", ""),
-        Column::number("rms_relative_percent", "RMS rel", "%", 3),
-    ];
-    table("predictions", "Prediction of each window by the pooled derivatives.", columns, rows)
+    let mut columns = vec![text("window", "Window"), text("role", "Use"), text("coefficient", "Coefficient")];
+    columns.extend(agreement_columns());
+    table("predictions", &format!("Prediction of each window. {CONSTANTS}"), columns, rows)
+}
+
+/// What the two agreements of a prediction are.
+pub(super) const CONSTANTS: &str = "Identified: with derivatives and constants of the identification, constants that each window has to                                     itself by their mean; own: with the constant fitted to the window predicted.";
+
+/// Columns of the agreement of predictions.
+fn agreement_columns() -> [Column; 4] {
+    [
+        Column::number("r_squared_identified_constants", "R² identified", "", 4),
+        Column::number("rms_relative_percent_identified_constants", "RMS rel identified", "%", 3),
+        Column::number("r_squared_own_constant", "R² own", "", 4),
+        Column::number("rms_relative_percent_own_constant", "RMS rel own", "%", 3),
+    ]
+}
+
+/// Cells of [`agreement_columns`].
+fn agreement(of: &PredictionAgreement) -> [Cell; 4] {
+    [
+        of.r_squared_identified_constants,
+        of.rms_relative_percent_identified_constants,
+        of.r_squared_own_constant,
+        of.rms_relative_percent_own_constant,
+    ]
+    .map(Cell::Number)
 }
 
 /// Prediction of the validation windows (thesis Table 7.1).
 pub fn validation(results: &Results) -> Table {
     let rows = results.validation.iter().map(|row| {
-        vec![
-            Cell::Symbol(row.coefficient.to_owned()),
-            Cell::Count(row.windows),
-            Cell::Number(row.rms_relative_percent),
-            Cell::Number(row.r_squared),
-        ]
+        vec![Cell::Symbol(row.coefficient.to_owned()), Cell::Count(row.windows)]
+            .into_iter()
+            .chain(agreement(&row.agreement))
+            .collect()
     });
-    let columns = vec![
-        text("coefficient", "Coefficient"),
-        text("windows", "Windows"),
-        Column::number("rms_relative_percent", "RMS rel", "%", 3),
-        Column::number("r_squared", "R²", "", 3),
-    ];
-    table("validation", "Fit statistics averaged over the validation windows.", columns, rows)
+    let mut columns = vec![text("coefficient", "Coefficient"), text("windows", "Windows")];
+    columns.extend(agreement_columns());
+    table("validation", &format!("Predictions averaged over the validation windows. {CONSTANTS}"), columns, rows)
 }
 
 /// The windows, with their notes and with why they failed where there are any.

@@ -127,6 +127,7 @@ fn first_snapshot(scope: &Scope<'_>, previous: &Snapshot, windows: &[&Manoeuvre]
         ..previous.clone()
     };
     snapshot.flights.retain(|name, _| scope.session.flight(name).is_some());
+    snapshot.flown.retain(|name, _| scope.session.flight(name).is_some());
     snapshot.engines.retain(|name, _| scope.session.flight(name).is_some());
     snapshot.physics.retain(|name, _| scope.session.flight(name).is_some());
     snapshot.proposals.retain(|name, _| scope.session.flight(name).is_some());
@@ -140,6 +141,7 @@ fn first_snapshot(scope: &Scope<'_>, previous: &Snapshot, windows: &[&Manoeuvre]
     }
     for flight in &scope.session.flights {
         snapshot.flights.entry(flight.name.clone()).or_default().begin();
+        snapshot.flown.entry(flight.name.clone()).or_default().begin();
         snapshot.engines.entry(flight.name.clone()).or_default().begin();
         snapshot.physics.entry(flight.name.clone()).or_default().begin();
         snapshot.proposals.entry(flight.name.clone()).or_default().begin();
@@ -164,6 +166,7 @@ fn cancel_running(snapshot: &mut Snapshot) {
     snapshot.aircraft.cancel();
     snapshot.loaded.cancel();
     snapshot.flights.values_mut().for_each(Slot::cancel);
+    snapshot.flown.values_mut().for_each(Slot::cancel);
     snapshot.engines.values_mut().for_each(Slot::cancel);
     snapshot.physics.values_mut().for_each(Slot::cancel);
     snapshot.proposals.values_mut().for_each(Slot::cancel);
@@ -190,6 +193,7 @@ fn stages(scope: &Scope<'_>, windows: &[&Manoeuvre], cache: &Cache, board: &Boar
         Ok(keyed) => keyed,
         Err(reason) => return without_aircraft(scope, &flights, &paths, &reason, cache, board),
     };
+    weigh(&flights, windows, &aircraft, board)?;
     let windows = form_coefficients(scope, &paths, (&aircraft, loaded_key), cache, board)?;
     let (pooled, key) = pool(scope, &windows, cache, board)?;
     let windows: Vec<_> = windows.into_iter().map(|(window, _)| window).collect();
@@ -238,6 +242,7 @@ fn without_aircraft(
     }
     board.step(|snapshot| {
         snapshot.engines.clear();
+        snapshot.flown.clear();
         reason.settle(&mut snapshot.pooled);
         snapshot.second = Slot::NotRequested;
         snapshot.proof = Slot::NotRequested;
@@ -308,6 +313,24 @@ fn load_flights<'a>(scope: &Scope<'a>, cache: &Cache, board: &Board<'_>) -> Resu
         Ok(KeyedFlight { name: &flight.name, loaded, key })
     };
     scope.session.flights.par_iter().map(one).collect()
+}
+
+/// Mass properties over every flight that was read.
+fn weigh(
+    flights: &[KeyedFlight<'_>],
+    windows: &[&Manoeuvre],
+    aircraft: &AircraftData,
+    board: &Board<'_>,
+) -> Result<(), Cancelled> {
+    for flight in flights {
+        let of_flight: Vec<_> = windows.iter().copied().filter(|window| window.flight == flight.name).collect();
+        let flown = match &flight.loaded {
+            Some(loaded) => stage::flown(aircraft, &loaded.recording, &of_flight).map(Arc::new),
+            None => Err("the flight could not be read".to_owned()),
+        };
+        board.update(|snapshot| snapshot.flown.entry(flight.name.to_owned()).or_default().finish(flown))?;
+    }
+    Ok(())
 }
 
 /// The windows whose flight was read; the others fail.

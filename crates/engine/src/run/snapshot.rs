@@ -9,8 +9,8 @@ use doublet_core::airframe::LoadedState;
 use super::details::Details;
 use crate::session::{Manoeuvre, Session};
 use crate::stage::{
-    AeroWindow, FlightEngines, FlightNoise, FlightPhysics, FlightProposals, LoadedAircraft, LoadedFlight, PooledFits,
-    ProofOfMatch, WindowAero, WindowFits, WindowPath,
+    AeroWindow, FlightEngines, FlightNoise, FlightPhysics, FlightProposals, FlownMass, LoadedAircraft, LoadedFlight,
+    PooledFits, ProofOfMatch, WindowAero, WindowFits, WindowPath,
 };
 use crate::study::{CheckStudy, LagStudy, ManoeuvreStudy, MonteCarloStudy, SensitivityStudy, Study};
 use crate::verdict::Verdicts;
@@ -150,6 +150,8 @@ pub struct Snapshot {
     pub aircraft: Slot<LoadedAircraft>,
     /// Mass properties of the aircraft with the session's loading on board, and where they lie in the envelope.
     pub loaded: Slot<LoadedState>,
+    /// Mass properties as flown, by flight.
+    pub flown: BTreeMap<String, Slot<FlownMass>>,
     /// Recordings by flight.
     pub flights: BTreeMap<String, Slot<LoadedFlight>>,
     /// Engines over each flight; not requested where the recording or the aircraft lacks what their model needs.
@@ -194,6 +196,16 @@ pub struct Studies {
 }
 
 impl Snapshot {
+    /// Mass properties as flown at the start of the first flight of `session` that has them, and what they rest on; before they are
+    /// known, those of the loading alone.
+    pub fn on_board(&self, session: &Session) -> Option<(&LoadedState, &str)> {
+        let flown = session.flights.iter().find_map(|flight| self.flown.get(&flight.name)?.latest());
+        match flown {
+            Some(flown) => Some((&flown.start.state, flown.fuel.as_str())),
+            None => Some((self.loaded.latest()?.as_ref(), "fuel of the loading: no flight is read")),
+        }
+    }
+
     /// The windows of `session` whose coefficients are up to date, in its order.
     pub fn aero<'a>(&self, session: &'a Session) -> Vec<AeroWindow<'a>> {
         let formed = |window: &'a Manoeuvre| Some((window, Arc::clone(self.windows.get(&window.name)?.aero.ready()?)));

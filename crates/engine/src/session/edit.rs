@@ -8,8 +8,8 @@ use doublet_core::series::Window;
 use thiserror::Error;
 
 use super::{
-    ExpressionEdit, Flight, Manoeuvre, NoiseEdit, PathSource, PooledConstants, Preparation, Session, SignalEdit,
-    Surface, TermConstraint, WindowRole,
+    ExpressionEdit, Flight, Manoeuvre, NoiseEdit, PathSource, PooledConstants, PredictionParameters, Preparation,
+    Session, SignalEdit, Surface, TermConstraint, WindowRole,
 };
 
 /// A change of the session, grouped by area.
@@ -133,6 +133,8 @@ pub enum EstimationEdit {
     BySurface(bool),
     /// Constants of the pooled estimate.
     Constants(PooledConstants),
+    /// What windows are predicted with.
+    PredictWith(PredictionParameters),
     /// Lag and delay of a control.
     ControlLag(Surface, Lag),
     /// What is known of a derivative beforehand.
@@ -405,6 +407,7 @@ impl EstimationEdit {
             Self::Preparation(_) => "change preparation of coefficients".to_owned(),
             Self::BySurface(_) => "change assignment of coefficients to manoeuvres".to_owned(),
             Self::Constants(_) => "change constants of the pooled estimate".to_owned(),
+            Self::PredictWith(_) => "change what windows are predicted with".to_owned(),
             Self::ControlLag(surface, _) => format!("change lag of the {}", surface.name()),
             Self::Constrain(constraint) => match constraint.known {
                 Constraint::Free => format!("free {}", constraint.derivative()),
@@ -420,6 +423,7 @@ impl EstimationEdit {
             Self::Preparation(preparation) => session.preparation = preparation.clone(),
             Self::BySurface(value) => estimation.by_surface = *value,
             Self::Constants(value) => estimation.constants = *value,
+            Self::PredictWith(value) => estimation.predict_with = *value,
             Self::ControlLag(surface, lag) => {
                 not_negative("lag of the", surface.name(), lag.time_constant_s)?;
                 if !lag.delay_s.is_finite() {

@@ -230,6 +230,15 @@ pub enum PooledConstants {
     Common,
 }
 
+/// What windows are predicted with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PredictionParameters {
+    /// The pooled estimate.
+    Pooled,
+    /// Means of the estimates of single identification windows, constants included (thesis 7.1).
+    WindowMeans,
+}
+
 /// How derivatives are estimated.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Estimation {
@@ -237,13 +246,20 @@ pub struct Estimation {
     pub by_surface: bool,
     /// Constants of the pooled estimate.
     pub constants: PooledConstants,
+    /// What windows are predicted with.
+    pub predict_with: PredictionParameters,
     /// What is known of derivatives beforehand, by coefficient and term; others are free.
     pub constraints: Vec<TermConstraint>,
 }
 
 impl Default for Estimation {
     fn default() -> Self {
-        Self { by_surface: true, constants: PooledConstants::PerWindow, constraints: Vec::new() }
+        Self {
+            by_surface: true,
+            constants: PooledConstants::PerWindow,
+            predict_with: PredictionParameters::Pooled,
+            constraints: Vec::new(),
+        }
     }
 }
 
@@ -266,6 +282,11 @@ impl Manoeuvre {
     pub fn new(name: String, flight: String, window: Window) -> Self {
         let (kind, note) = (String::new(), String::new());
         Self { name, flight, window, role: WindowRole::Identification, surface: None, kind, note, locked: false }
+    }
+
+    /// Time half way through, s.
+    pub fn middle_s(&self) -> f64 {
+        0.5 * (self.window.start_s + self.window.end_s)
     }
 
     /// All that results follow from.

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use doublet_core::airframe::{self, Aircraft, FuelSplit, Loading, MassHistory};
+use doublet_core::airframe::{self, Aircraft, FuelSplit, Loading, MassHistory, Tank};
 use doublet_core::load::aircraft as aircraft_file;
 use doublet_core::load::propulsion_maps::read_propulsion_section;
 use doublet_core::model::{Inertia, InertiaHistory, Position, RateNormalisation, ReferenceGeometry};
@@ -105,7 +105,7 @@ pub fn aircraft_data(loaded: Arc<LoadedAircraft>, loading: Option<&Loading>) -> 
     let (alpha_vane, beta_vane) = (sensors.alpha_vane_from_datum_m, sensors.beta_vane_from_datum_m);
     Ok(AircraftData {
         reference: reference(&aircraft.reference)?,
-        inertia: inertia(mass.mass_kg, mass.cg_from_datum_m, mass.inertia),
+        inertia: Inertia::from(&mass),
         mass_change: None,
         accelerometer: sensors.accelerometer_from_datum_m.map(Position::Datum),
         vanes: alpha_vane
@@ -120,17 +120,6 @@ pub fn aircraft_data(loaded: Arc<LoadedAircraft>, loading: Option<&Loading>) -> 
     })
 }
 
-fn inertia(mass_kg: f64, cg_datum_m: [f64; 3], tensor: airframe::InertiaTensor) -> Inertia {
-    Inertia {
-        mass_kg,
-        ixx_kg_m2: tensor.xx,
-        iyy_kg_m2: tensor.yy,
-        izz_kg_m2: tensor.zz,
-        ixz_kg_m2: tensor.xz,
-        cg_datum_m,
-    }
-}
-
 impl AircraftData {
     /// The aircraft with `change` added to its mass properties.
     #[must_use]
@@ -138,45 +127,76 @@ impl AircraftData {
         Self { inertia: self.inertia.plus(&change), mass_change: Some(change), ..self.clone() }
     }
 
-    /// Mass properties over a window. Where the session states no fuel, the recorded fuel of each tank tells it, or the recorded
-    /// fuel in all, shared among the tanks as in the loading; where it does, that is what was on board at the first record
-    /// of the flight, and the recorded fuel tells the burn. Without recorded fuel the fuel flow since the first record does. Without
-    /// either, or without fuel in the loading, they are constant.
+    /// Mass properties over a window, with the fuel of [`Self::fuel`].
     ///
     /// # Errors
     /// One line when the recorded fuel does not cover the window or does not fit the tanks.
     pub fn inertia_history(&self, recording: &Recording, time_s: &[f64]) -> Result<InertiaHistory, String> {
-        let stated_kg = self.loading.fuel_kg.values().sum::<f64>();
-        let flow = recording.role(Role::FuelFlow).filter(|_| stated_kg > 0.0);
-        let mass = recording.role(Role::FuelMass).filter(|_| stated_kg > 0.0);
         let aircraft = &self.loaded.aircraft;
-        let tanks = if self.fuel_is_stated { Vec::new() } else { self.recorded_tanks(recording, time_s)? };
-        let history = if let (None, Some(flow)) = (mass, flow) {
-            let fuel_kg = self.fuel_by_flow(&flow.series, stated_kg, time_s)?;
-            MassHistory::from_total_fuel(aircraft, &self.loading, time_s, &fuel_kg, &FuelSplit::Proportional)
-        } else if let (Some(channel), true) = (mass, tanks.is_empty()) {
-            let mut fuel_kg = channel_at(recording, channel, Role::FuelMass.name(), time_s)?;
-            if self.fuel_is_stated {
-                let at_start_kg = channel.series.values.iter().copied().find(|fuel| fuel.is_finite()).unwrap_or(0.0);
-                fuel_kg.iter_mut().for_each(|fuel| *fuel = (stated_kg - (at_start_kg - *fuel)).clamp(0.0, stated_kg));
+        let history = match self.fuel(recording, time_s)? {
+            Fuel::Constant => return Ok(InertiaHistory::Constant(self.inertia)),
+            Fuel::Total(fuel_kg) => {
+                MassHistory::from_total_fuel(aircraft, &self.loading, time_s, &fuel_kg, &FuelSplit::Proportional)
             }
-            MassHistory::from_total_fuel(aircraft, &self.loading, time_s, &fuel_kg, &FuelSplit::Proportional)
-        } else if mass.is_none() {
-            return Ok(InertiaHistory::Constant(self.inertia));
-        } else {
-            let columns: Vec<_> = tanks.iter().map(|(name, fuel)| (name.clone(), fuel.as_slice())).collect();
-            MassHistory::from_tanks(aircraft, &self.loading, time_s, &columns)
+            Fuel::Tanks(tanks) => {
+                let columns: Vec<_> = tanks.iter().map(|(name, fuel)| (name.clone(), fuel.as_slice())).collect();
+                MassHistory::from_tanks(aircraft, &self.loading, time_s, &columns)
+            }
         };
         let history = history.map_err(|error| error.to_string())?;
         let samples = history.mass_kg.iter().zip(&history.cg_from_datum_m).zip(&history.inertia);
+        let inertia = samples.map(|((&mass_kg, &cg_datum_m), &tensor)| Inertia { mass_kg, tensor, cg_datum_m });
         let changed = |inertia: Inertia| self.mass_change.as_ref().map_or(inertia, |change| inertia.plus(change));
-        Ok(InertiaHistory::PerSample(
-            samples.map(|((&mass, &cg), &tensor)| changed(inertia(mass, cg, tensor))).collect(),
-        ))
+        Ok(InertiaHistory::PerSample(inertia.map(changed).collect()))
     }
-}
 
-impl AircraftData {
+    /// What was on board at one time of a flight.
+    ///
+    /// # Errors
+    /// As for [`Self::inertia_history`].
+    pub fn loading_at(&self, recording: &Recording, time_s: f64) -> Result<Loading, String> {
+        let mut loading = self.loading.clone();
+        match self.fuel(recording, &[time_s])? {
+            Fuel::Constant => {}
+            Fuel::Total(fuel_kg) => {
+                let part = fuel_kg[0] / self.stated_kg();
+                loading.fuel_kg.values_mut().for_each(|fuel| *fuel *= part);
+            }
+            Fuel::Tanks(tanks) => loading.fuel_kg.extend(tanks.into_iter().map(|(name, fuel)| (name, fuel[0]))),
+        }
+        Ok(loading)
+    }
+
+    /// Fuel of the loading, kg.
+    fn stated_kg(&self) -> f64 {
+        self.loading.fuel_kg.values().sum()
+    }
+
+    /// Fuel on board. Recorded fuel of each tank tells it, or else the recorded fuel in all, shared among the tanks as in the
+    /// loading. Where the session states the fuel, that is what was on board at the first record of the flight: what is recorded is
+    /// shifted by the difference, tank by tank or in all, and so tells the burn. Without recorded fuel the fuel flow since the first
+    /// record does. Without either, or without fuel in the loading, it is constant.
+    fn fuel(&self, recording: &Recording, time_s: &[f64]) -> Result<Fuel, String> {
+        let stated_kg = self.stated_kg();
+        let channel = |role| recording.role(role).filter(|_| stated_kg > 0.0);
+        let Some(channel) = channel(Role::FuelMass) else {
+            let flow = channel(Role::FuelFlow);
+            return flow.map_or(Ok(Fuel::Constant), |flow| {
+                Ok(Fuel::Total(self.fuel_by_flow(&flow.series, stated_kg, time_s)?))
+            });
+        };
+        let tanks = self.recorded_tanks(recording, time_s)?;
+        if !tanks.is_empty() {
+            return Ok(Fuel::Tanks(tanks));
+        }
+        let mut fuel_kg = channel_at(recording, channel, Role::FuelMass.name(), time_s)?;
+        if self.fuel_is_stated {
+            let at_start_kg = first_finite(&channel.series);
+            fuel_kg.iter_mut().for_each(|fuel| *fuel = (stated_kg - (at_start_kg - *fuel)).clamp(0.0, stated_kg));
+        }
+        Ok(Fuel::Total(fuel_kg))
+    }
+
     /// Fuel on board from the fuel flow, kg: what the loading has at the first record of the flight, less what was burnt since. A
     /// sample that is not finite burns nothing of its own.
     fn fuel_by_flow(&self, flow: &Series, stated_kg: f64, time_s: &[f64]) -> Result<Vec<f64>, String> {
@@ -192,18 +212,82 @@ impl AircraftData {
         Ok(left_kg.into_iter().map(|fuel| fuel.clamp(0.0, stated_kg)).collect())
     }
 
-    /// Recorded fuel of every tank there is a record of, not above its capacity, kg.
+    /// Fuel of every tank there is a record of, between none and its capacity, kg; shifted to what the session states.
     fn recorded_tanks(&self, recording: &Recording, time_s: &[f64]) -> Result<Vec<(String, Vec<f64>)>, String> {
         let mut tanks = Vec::new();
         for tank in &self.loaded.aircraft.tanks {
             let name = tank_channel(&tank.name);
             let Some(channel) = recording.channels.iter().find(|channel| channel.name == name) else { continue };
             let mut fuel_kg = channel_at(recording, channel, &name, time_s)?;
-            fuel_kg.iter_mut().for_each(|fuel| *fuel = fuel.min(tank.capacity_kg));
+            let shift_kg = self.tank_shift_kg(tank, &channel.series);
+            fuel_kg.iter_mut().for_each(|fuel| {
+                *fuel = fuel.min(tank.capacity_kg);
+                if let Some(shift_kg) = shift_kg {
+                    *fuel = (*fuel + shift_kg).clamp(0.0, tank.capacity_kg);
+                }
+            });
             tanks.push((tank.name.clone(), fuel_kg));
         }
         Ok(tanks)
     }
+
+    /// What is added to the recorded fuel of a tank, kg; none where the session states no fuel.
+    fn tank_shift_kg(&self, tank: &Tank, recorded: &Series) -> Option<f64> {
+        let stated_kg = || self.loading.fuel_kg.get(&tank.name).copied().unwrap_or(0.0);
+        self.fuel_is_stated.then(|| stated_kg() - first_finite(recorded).min(tank.capacity_kg))
+    }
+
+    /// Where the fuel of a flight comes from, in words.
+    pub(super) fn fuel_in_words(&self, recording: &Recording) -> String {
+        let has_role = |role| self.stated_kg() > 0.0 && recording.role(role).is_some();
+        let recorded = |tank: &Tank| recording.channels.iter().any(|channel| channel.name == tank_channel(&tank.name));
+        let by_tank = self.loaded.aircraft.tanks.iter().any(recorded);
+        match (has_role(Role::FuelMass), has_role(Role::FuelFlow), self.fuel_is_stated) {
+            (true, _, false) if by_tank => "fuel as recorded in each tank",
+            (true, _, true) if by_tank => {
+                "fuel as recorded in each tank, shifted to what the session states at the first record"
+            }
+            (true, _, false) => "fuel as recorded in all, shared among the tanks as in the loading",
+            (true, _, true) => "fuel of the session at the first record, less the recorded burn",
+            (false, true, _) => "fuel of the loading at the first record, less the recorded flow",
+            (false, false, _) => "fuel of the loading, constant",
+        }
+        .to_owned()
+    }
+
+    /// First and last time at which the fuel is known, of the inertial samples where it is constant.
+    pub(super) fn fuel_span_s(&self, recording: &Recording) -> Option<(f64, f64)> {
+        let tanks = self.loaded.aircraft.tanks.iter().map(|tank| tank_channel(&tank.name));
+        let tanks = tanks.filter_map(|name| recording.channels.iter().find(|channel| channel.name == name));
+        let mut spans: Vec<_> = tanks.filter_map(|channel| finite_span(&channel.series)).collect();
+        let others = [Role::FuelMass, Role::FuelFlow, Role::SpecificForceX].into_iter();
+        if spans.is_empty() {
+            spans.extend(others.filter_map(|role| finite_span(&recording.role(role)?.series)).next());
+        }
+        spans.into_iter().reduce(|all, one| (all.0.max(one.0), all.1.min(one.1)))
+    }
+}
+
+/// Fuel on board over time, kg.
+enum Fuel {
+    /// That of the loading.
+    Constant,
+    /// In all tanks together.
+    Total(Vec<f64>),
+    /// Of the tanks there is a record of.
+    Tanks(Vec<(String, Vec<f64>)>),
+}
+
+/// First value of a record; zero where it has none.
+fn first_finite(series: &Series) -> f64 {
+    series.values.iter().copied().find(|value| value.is_finite()).unwrap_or(0.0)
+}
+
+/// Times of the first and the last value of a record.
+fn finite_span(series: &Series) -> Option<(f64, f64)> {
+    let mut known = series.time_s.iter().zip(series.values.iter()).filter(|(_, value)| value.is_finite());
+    let first = known.next()?.0;
+    Some((*first, *known.next_back().map_or(first, |last| last.0)))
 }
 
 /// Largest relative difference of two lengths that count as one: the rounding of printed lengths.

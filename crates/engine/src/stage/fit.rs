@@ -2,12 +2,13 @@
 
 use std::sync::Arc;
 
-use doublet_core::estimate::{Coloured, Constraint, Fit, FitQuality, Origin, PooledRegression, PooledWindow};
+use doublet_core::estimate::{Coloured, Constraint, Fit, Origin, PooledRegression, PooledWindow};
 use doublet_core::model::{Coefficient, Structure, Term, Variable, regressors};
 use doublet_core::series::Series;
 use rayon::prelude::*;
 
 use super::aero::WindowAero;
+use super::prediction::{Parameters, Prediction, predict};
 use crate::graph::Footprint;
 use crate::session::{Estimation, Manoeuvre, PooledConstants, Surface, WindowRole};
 
@@ -45,29 +46,12 @@ pub struct WindowFits {
     pub fits: Vec<CoefficientFit>,
 }
 
-/// How well the pooled derivatives predict one coefficient over one window.
-#[derive(Clone, Debug)]
-pub struct Prediction {
-    /// Window.
-    pub window: String,
-    /// Use of the window.
-    pub role: WindowRole,
-    /// Coefficient.
-    pub coefficient: Coefficient,
-    /// Agreement with the observation.
-    pub quality: FitQuality,
-    /// Predicted coefficient.
-    pub predicted: Series,
-    /// Observation less prediction.
-    pub residual: Series,
-}
-
 /// Derivatives from all identification windows together.
 #[derive(Clone, Debug, Default)]
 pub struct PooledFits {
     /// One fit per coefficient of the structure.
     pub fits: Vec<CoefficientFit>,
-    /// Prediction of every window that is not ignored.
+    /// Prediction of every window that is not ignored, by the parameters the session predicts with.
     pub predictions: Vec<Prediction>,
 }
 
@@ -79,7 +63,8 @@ impl Footprint for WindowFits {
 
 impl Footprint for PooledFits {
     fn bytes(&self) -> usize {
-        let predicted: usize = self.predictions.iter().map(|prediction| prediction.predicted.values.len() * 16).sum();
+        let predicted: usize =
+            self.predictions.iter().map(|prediction| prediction.own_constant.values.len() * 24).sum();
         self.fits.iter().map(fit_bytes).sum::<usize>() + predicted + 64
     }
 }
@@ -200,7 +185,11 @@ pub fn pooled_fits(windows: &[AeroWindow<'_>], structure: &Structure, estimation
         let fit = coefficient_fit(*coefficient, terms, &used, estimation, Vec::new());
         let predictions: Vec<_> = match &fit.fit {
             Ok(estimate) => {
-                applying.filter_map(|(window, aero)| predict(*coefficient, terms, estimate, window, aero)).collect()
+                let parameters = Parameters::chosen(*coefficient, terms, estimate, &used, estimation);
+                let predicted = |(window, aero): &AeroWindow<'_>| {
+                    predict(*coefficient, terms, &parameters, (window, aero), estimation)
+                };
+                applying.filter_map(predicted).collect()
             }
             Err(_) => Vec::new(),
         };
@@ -374,40 +363,4 @@ fn identification<'w, 's>(
     let known = |(_, aero): &&&AeroWindow<'_>| variables.iter().all(|&variable| aero.variables.get(variable).is_some());
     let complete: Vec<_> = used.iter().filter(known).copied().collect();
     if complete.is_empty() { used } else { complete }
-}
-
-/// Predicts a window; where the fit gave each window its own constant, one that it did not see takes the constant that fits best,
-/// so that the prediction tests derivatives, not trim.
-fn predict(
-    coefficient: Coefficient,
-    terms: &[Term],
-    fit: &Fit,
-    window: &Manoeuvre,
-    aero: &WindowAero,
-) -> Option<Prediction> {
-    let observed = aero.coefficients.get(coefficient);
-    let mut predicted = vec![0.0; observed.len()];
-    let mut has_constant = false;
-    for term in terms {
-        let name = term.derivative_name(coefficient);
-        let own = term.is_constant().then(|| constant_name(&name, &window.name));
-        let Some((estimate, _)) = fit.parameter(&name).or_else(|| fit.parameter(own.as_deref()?)) else { continue };
-        has_constant |= term.is_constant();
-        let column = regressors(std::slice::from_ref(term), &aero.variables).ok()?;
-        predicted.iter_mut().zip(column.iter()).for_each(|(sum, value)| *sum += estimate * value);
-    }
-    if !has_constant && terms.iter().any(Term::is_constant) {
-        let offset = observed.iter().zip(&predicted).map(|(z, y)| z - y).sum::<f64>() / observed.len() as f64;
-        predicted.iter_mut().for_each(|value| *value += offset);
-    }
-    let time_s = &aero.series[coefficient as usize].time_s;
-    let share = |values: Arc<[f64]>| Series { time_s: Arc::clone(time_s), values };
-    Some(Prediction {
-        window: window.name.clone(),
-        role: window.role,
-        coefficient,
-        quality: FitQuality::of(observed, &predicted),
-        residual: share(observed.iter().zip(&predicted).map(|(z, y)| z - y).collect()),
-        predicted: share(predicted.into()),
-    })
 }

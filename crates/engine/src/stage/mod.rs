@@ -12,12 +12,14 @@ mod engines;
 mod expressions;
 mod fit;
 mod flight_engines;
+mod flown;
 mod instruments;
 mod noise;
 mod path;
 mod phases;
 mod physics;
 mod placement;
+mod prediction;
 mod proposals;
 mod recording;
 mod replay;
@@ -36,16 +38,18 @@ pub use detail::{
 };
 pub use expressions::{ExpressedChannel, expressed, expression_preview};
 pub use fit::{
-    AeroWindow, CoefficientFit, DroppedTerm, PooledFits, Prediction, Regression, WindowFits, errors, held, pooled_fits,
+    AeroWindow, CoefficientFit, DroppedTerm, PooledFits, Regression, WindowFits, errors, held, pooled_fits,
     pooled_regressions, significance, window_fits,
 };
 pub use flight_engines::{EngineOverFlight, FlightEngines, PowerAgreement, flight_engines};
+pub use flown::{FlownMass, FlownState, flown};
 pub use instruments::tank_channel;
 pub use noise::{FlightNoise, NoiseRow, noise, open_entries};
 pub use path::{
     PathSeries, Samples, SmoothedSeries, Untold, WindowPath, partly_outside, paths, reconstructions, samples,
 };
 pub use physics::{FlightPhysics, PhysicsRow, physics, physics_of};
+pub use prediction::Prediction;
 pub use proposals::{FlightProposals, SignalSpectrum, WindowProposal, open_windows, proposals};
 pub use recording::{LoadedFlight, aligned, changed, files, flight, locate, prepared, text};
 pub use replay::{

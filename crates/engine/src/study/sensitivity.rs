@@ -1,12 +1,13 @@
 //! Derivatives against what they were computed with: both steps again with each quantity a little lower and higher.
 
-use doublet_core::airframe::Aircraft;
+use doublet_core::airframe::{Aircraft, Loading};
 use doublet_core::estimate::Fit;
 use doublet_core::sensitivity::{Estimate, Quantity, SensitivityTable, Step, TornadoBar, central, quantities, tornado};
 use rayon::prelude::*;
 
-use super::{StudyError, Subject, Watch};
+use super::{StudyError, StudyWindow, Subject, Watch};
 use crate::graph::Footprint;
+use crate::session::WindowRole;
 use crate::stage::{self, AeroWindow, AircraftData, Surroundings, WindowAero};
 
 /// Step of the central differences as a fraction of each quantity, of the reference chord for the centre of gravity (thesis 7.2).
@@ -34,7 +35,8 @@ impl Footprint for SensitivityStudy {
 /// One line when no derivative can be estimated with a quantity changed, or that it was stopped.
 pub fn sensitivity(subject: &Subject<'_>, watch: &Watch<'_>) -> Result<SensitivityStudy, StudyError> {
     let aircraft: &Aircraft = &subject.aircraft.loaded.aircraft;
-    let steps = quantities(aircraft, &subject.aircraft.loading, STEP_FRACTION);
+    let loading = mean_loading(subject)?;
+    let steps = quantities(aircraft, &loading, STEP_FRACTION);
     let nominal: Vec<Estimate> = subject
         .pooled
         .fits
@@ -45,8 +47,8 @@ pub fn sensitivity(subject: &Subject<'_>, watch: &Watch<'_>) -> Result<Sensitivi
     let watch = watch.parts(2 * steps.len());
     let side = |step: &Step, change: f64| -> Result<Vec<Estimate>, StudyError> {
         watch.checkpoint()?;
-        let windows =
-            changed(subject, &step.quantity, change, &watch).map_err(|error| named(error, &step.quantity, change))?;
+        let windows = changed(subject, (&step.quantity, &loading), change, &watch)
+            .map_err(|error| named(error, &step.quantity, change))?;
         let estimates = estimates(subject, &windows).map_err(|error| named(error, &step.quantity, change))?;
         watch.step();
         Ok(estimates)
@@ -68,15 +70,29 @@ fn named(error: StudyError, quantity: &Quantity, change: f64) -> StudyError {
     }
 }
 
-/// All windows with one quantity changed.
+/// What was on board on the average of the identification windows' middles: the loading a quantity's value and its step are of.
+fn mean_loading(subject: &Subject<'_>) -> Result<Loading, StudyError> {
+    let windows = subject.windows.iter().filter(|window| window.manoeuvre.role == WindowRole::Identification);
+    let at_middle =
+        |window: &StudyWindow<'_>| subject.aircraft.loading_at(&window.flight.recording, window.manoeuvre.middle_s());
+    let loadings = windows.map(at_middle).collect::<Result<Vec<_>, _>>()?;
+    let mut mean = subject.aircraft.loading.clone();
+    for (tank, fuel_kg) in mean.fuel_kg.iter_mut().filter(|_| !loadings.is_empty()) {
+        let held = loadings.iter().filter_map(|loading| loading.fuel_kg.get(tank));
+        *fuel_kg = held.sum::<f64>() / loadings.len() as f64;
+    }
+    Ok(mean)
+}
+
+/// All windows with one quantity changed, the change of mass properties being that of `loading`.
 fn changed<'a>(
     subject: &Subject<'a>,
-    quantity: &Quantity,
+    (quantity, loading): (&Quantity, &Loading),
     change: f64,
     watch: &Watch<'_>,
 ) -> Result<Vec<AeroWindow<'a>>, StudyError> {
     let aircraft = subject.aircraft;
-    match quantity.mass_change(&aircraft.loaded.aircraft, &aircraft.loading, change) {
+    match quantity.mass_change(&aircraft.loaded.aircraft, loading, change) {
         Some(mass) => again(subject, &aircraft.with_mass_change(mass), watch),
         None => subject
             .windows

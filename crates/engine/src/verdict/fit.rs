@@ -219,7 +219,7 @@ fn prediction(evidence: Evidence<'_>, at: &str, fit: &CoefficientFit) -> Option<
         prediction.coefficient == fit.coefficient && prediction.role == WindowRole::Validation
     };
     let judged = pooled.predictions.iter().filter(of_fit).filter_map(|prediction| {
-        let r2 = prediction.quality.r_squared;
+        let r2 = prediction.quality_identified.r_squared;
         let told = told(evidence, prediction);
         let level = match r2 {
             _ if r2 >= R2_CAUTION => return None,
@@ -238,7 +238,10 @@ fn prediction(evidence: Evidence<'_>, at: &str, fit: &CoefficientFit) -> Option<
             "; its variation there is {told:.1} times what any fit leaves over, so the manoeuvres hardly tell of it"
         )
     };
-    let text = format!("R2 {r2:.2} of the prediction of '{}' (limit {limit}){why}", prediction.window);
+    let text = format!(
+        "R2 {r2:.2} of the prediction of '{}' with the constant of the identification (limit {limit}){why}",
+        prediction.window
+    );
     let finding = Finding::new(level, "r2", at, text).with_figure(r2, limit);
     let cure =
         "look at the prediction of the validation windows; add manoeuvres that vary what the coefficient depends on";
@@ -253,9 +256,9 @@ fn told(evidence: Evidence<'_>, prediction: &Prediction) -> f64 {
         fit.fit.as_ref().ok().map(|fit| fit.residual_std)
     });
     let observed: Vec<f64> =
-        prediction.predicted.values.iter().zip(prediction.residual.values.iter()).map(|(y, v)| y + v).collect();
+        prediction.own_constant.values.iter().zip(prediction.residual.values.iter()).map(|(y, v)| y + v).collect();
     let count = observed.len() as f64;
     let mean = observed.iter().sum::<f64>() / count;
     let deviation = (observed.iter().map(|z| (z - mean).powi(2)).sum::<f64>() / count).sqrt();
-    deviation / own.unwrap_or(prediction.quality.rms)
+    deviation / own.unwrap_or(prediction.quality_own_constant.rms)
 }

@@ -1,5 +1,6 @@
 //! Findings about the flight path of one window.
 
+use doublet_core::airframe::InertiaTensor;
 use doublet_core::model::{Inertia, InertiaHistory};
 use doublet_core::reconstruct::consistency::{ChannelConsistency, Consistency};
 use doublet_core::reconstruct::{Reconstruction, State};
@@ -271,8 +272,7 @@ fn envelope(place: &str, evidence: Evidence<'_>, aero: &WindowAero) -> Option<Fi
 
 /// Whether mass and inertia are those of a body: positive, and no moment of inertia larger than the sum of the two others.
 fn mass_properties(place: &str, aero: &WindowAero) -> Option<Finding> {
-    let inertia = inertia_at_start(aero)?;
-    let Inertia { mass_kg, ixx_kg_m2: xx, iyy_kg_m2: yy, izz_kg_m2: zz, ixz_kg_m2: xz, .. } = inertia;
+    let Inertia { mass_kg, tensor: InertiaTensor { xx, yy, zz, xz, .. }, .. } = inertia_at_start(aero)?;
     let largest_ratio = [xx / (yy + zz), yy / (xx + zz), zz / (xx + yy)].into_iter().fold(0.0, f64::max);
     let text = if mass_kg.is_nan() || mass_kg <= 0.0 {
         format!("the mass is {mass_kg:.1} kg")

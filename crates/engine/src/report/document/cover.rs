@@ -131,12 +131,13 @@ fn proof(contents: &Contents<'_>) -> String {
 fn coefficients(contents: &Contents<'_>) -> Table {
     let results = contents.results;
     let rows = results.pooled.iter().filter(|fit| fit.error.is_none()).map(|fit| {
-        let mean = results.validation.iter().find(|row| row.coefficient == fit.coefficient).map(|row| row.r_squared);
+        let validation = results.validation.iter().find(|row| row.coefficient == fit.coefficient);
+        let validation = validation.map(|row| row.agreement);
         let predicted = results
             .predictions
             .iter()
             .filter(|row| row.coefficient == fit.coefficient && row.role == WindowRole::Validation.name());
-        let least = predicted.map(|row| row.r_squared).reduce(f64::min);
+        let least = predicted.map(|row| row.agreement.r_squared_identified_constants).reduce(f64::min);
         let (count, weakest) = weakest(fit);
         let number = |value: &dyn Fn(&DerivativeRow) -> f64| Cell::maybe(weakest.map(value));
         vec![
@@ -144,8 +145,9 @@ fn coefficients(contents: &Contents<'_>) -> Table {
             Cell::Count(fit.windows.len()),
             Cell::Count(count),
             Cell::Number(fit.r_squared),
-            Cell::maybe(mean),
+            Cell::maybe(validation.map(|agreement| agreement.r_squared_identified_constants)),
             Cell::maybe(least),
+            Cell::maybe(validation.map(|agreement| agreement.r_squared_own_constant)),
             weakest.map_or(Cell::Empty, |row| Cell::Symbol(row.name.clone())),
             number(&|row| row.estimate),
             number(&|row| row.corrected_standard_error),
@@ -155,8 +157,9 @@ fn coefficients(contents: &Contents<'_>) -> Table {
     let r_squared = |key: &str, heading: &str| Column::number(key, heading, "", 4);
     Table {
         name: "summary".to_owned(),
-        caption: "The pooled estimate of each coefficient, its prediction of the validation windows, and the derivative with the \
-                  largest relative error (corrected for coloured residuals; derivatives are per radian)."
+        caption: "The pooled estimate of each coefficient, its prediction of the validation windows (mean and least with the constants \
+                  of the identification, mean with each window's own constant), and the derivative with the largest relative error \
+                  (corrected for coloured residuals; derivatives are per radian)."
             .to_owned(),
         columns: vec![
             Column::new("coefficient", "Coefficient"),
@@ -165,6 +168,7 @@ fn coefficients(contents: &Contents<'_>) -> Table {
             r_squared("r_squared", "R² fit"),
             r_squared("validation_mean", "R² validation"),
             r_squared("validation_least", "least"),
+            r_squared("validation_own", "own constant"),
             Column::new("derivative", "Known least"),
             Column::number("estimate", "Estimate", "", 4),
             Column::number("error", "Std error", "", 2),

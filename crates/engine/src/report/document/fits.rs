@@ -6,7 +6,7 @@ use super::figure::line;
 use super::{Axis, Block, Contents, Figure, Mark, Panel, Plot, table_or};
 use crate::report::table::Cell;
 use crate::report::tables;
-use crate::session::{Manoeuvre, WindowRole};
+use crate::session::{Manoeuvre, PredictionParameters, WindowRole};
 
 /// Fit and residual of every coefficient of every window.
 pub fn fits(contents: &Contents<'_>) -> Vec<Block> {
@@ -29,10 +29,10 @@ pub fn fits(contents: &Contents<'_>) -> Vec<Block> {
         let (Some(aero), Some(fits)) = (found.aero.ready(), found.fits.ready()) else { continue };
         let rows = fits.fits.iter().filter_map(|fit| {
             let (fitted, residual) = fit.series.first()?;
-            Some((fit.coefficient.name(), &aero.series[fit.coefficient as usize], fitted, residual))
+            Some((fit.coefficient.name(), &aero.series[fit.coefficient as usize], vec![("fit", fitted)], residual))
         });
         let caption = format!("{}: observed coefficients, fits of this window alone, residuals.", described(window));
-        blocks.extend(pairs(format!("fits {}", window.name), caption, "fit", rows));
+        blocks.extend(pairs(format!("fits {}", window.name), caption, rows));
     }
     blocks
 }
@@ -41,13 +41,24 @@ pub fn fits(contents: &Contents<'_>) -> Vec<Block> {
 pub fn validation(contents: &Contents<'_>) -> Vec<Block> {
     let results = contents.results;
     let mut blocks = vec![table_or(tables::validation(results), "No window is kept for validation.")];
-    let rows = tables::predictions(results)
-        .only("role", |cell| *cell == Cell::text(WindowRole::Validation.name()))
-        .select(&["window", "coefficient", "r_squared", "rms_relative_percent"]);
+    let rows =
+        tables::predictions(results).only("role", |cell| *cell == Cell::text(WindowRole::Validation.name())).select(&[
+            "window",
+            "coefficient",
+            "r_squared_identified_constants",
+            "rms_relative_percent_identified_constants",
+            "r_squared_own_constant",
+            "rms_relative_percent_own_constant",
+        ]);
     if rows.rows.is_empty() {
         return blocks;
     }
-    blocks.push(Block::Table(rows.captioned("Prediction of each validation window by the pooled derivatives.")));
+    let by = match contents.session.estimation.predict_with {
+        PredictionParameters::Pooled => "the pooled estimate",
+        PredictionParameters::WindowMeans => "the means over the estimates of single windows",
+    };
+    let caption = format!("Prediction of each validation window by {by}. {}", tables::CONSTANTS);
+    blocks.push(Block::Table(rows.captioned(caption)));
     let Some(pooled) = contents.snapshot.pooled.ready() else { return blocks };
     for window in contents.session.windows.iter().filter(|window| window.role == WindowRole::Validation) {
         let Some(aero) = contents.snapshot.windows.get(&window.name).and_then(|found| found.aero.ready()) else {
@@ -55,10 +66,16 @@ pub fn validation(contents: &Contents<'_>) -> Vec<Block> {
         };
         let rows = pooled.predictions.iter().filter(|prediction| prediction.window == window.name).map(|prediction| {
             let observed = &aero.series[prediction.coefficient as usize];
-            (prediction.coefficient.name(), observed, &prediction.predicted, &prediction.residual)
+            let name = prediction.coefficient.name();
+            let lines = [("own constant", &prediction.own_constant), ("identified", &prediction.identified)];
+            (name, observed, lines.to_vec(), &prediction.residual)
         });
-        let caption = format!("{}: observed coefficients, predictions by the pooled derivatives.", described(window));
-        blocks.extend(pairs(format!("validation {}", window.name), caption, "prediction", rows));
+        let caption = format!(
+            "{}: observed coefficients, predictions with the window's own constant and with that of the identification, residuals with \
+             the own one.",
+            described(window)
+        );
+        blocks.extend(pairs(format!("validation {}", window.name), caption, rows));
     }
     blocks
 }
@@ -76,15 +93,19 @@ fn described(window: &Manoeuvre) -> String {
 fn pairs<'a>(
     name: String,
     caption: String,
-    model: &'static str,
-    rows: impl Iterator<Item = (&'static str, &'a Series, &'a Series, &'a Series)>,
+    rows: impl Iterator<Item = (&'static str, &'a Series, Vec<(&'static str, &'a Series)>, &'a Series)>,
 ) -> Option<Block> {
     let panels: Vec<Panel> = rows
         .flat_map(|(coefficient, observed, modelled, residual)| {
+            let modelled =
+                modelled.into_iter().zip([0, 2]).map(|((name, series), color)| line(name, color, series, 1.0));
             let panel =
                 |label: String, marks: Vec<Mark>| Panel::Plot(Plot { x: Axis::time(), y: Axis::new(label, ""), marks });
             [
-                panel(coefficient.to_owned(), vec![line("observed", 1, observed, 1.0), line(model, 0, modelled, 1.0)]),
+                panel(
+                    coefficient.to_owned(),
+                    [line("observed", 1, observed, 1.0)].into_iter().chain(modelled).collect(),
+                ),
                 panel(format!("Δ{coefficient}"), vec![line("residual", 7, residual, 1.0)]),
             ]
         })

@@ -53,27 +53,12 @@ pub fn aircraft(contents: &Contents<'_>) -> Vec<Block> {
         blocks.push(paragraph("The mass properties are not known."));
         return blocks;
     };
-    let inertia = |value: f64| format!("{} kg m²", significant(value, 5));
-    let mut facts = vec![
-        ("Mass".to_owned(), format!("{} kg", significant(mass.mass_kg, 5))),
-        ("Centre of gravity from the datum (aft, right, up)".to_owned(), place(mass.cg_from_datum_m)),
-    ];
-    if let Some(fraction) = mass.mean_chord_fraction {
-        facts.push((
-            "Centre of gravity on the mean aerodynamic chord".to_owned(),
-            format!("{} %", significant(100.0 * fraction, 4)),
-        ));
-    }
-    if let Some(margin) = mass.envelope_margin_m {
-        facts.push(("Margin to the nearer limit of the envelope".to_owned(), length(margin)));
-    }
-    for (name, value) in
-        [("Ixx", mass.ixx_kg_m2), ("Iyy", mass.iyy_kg_m2), ("Izz", mass.izz_kg_m2), ("Ixz", mass.ixz_kg_m2)]
-    {
-        facts.push((name.to_owned(), inertia(value)));
-    }
-    blocks.push(Block::Heading("Mass properties at the start".to_owned()));
-    blocks.push(Block::Facts(facts));
+    let fuel = results.flights.iter().find_map(|flight| Some(flight.mass_properties.as_ref()?.fuel.clone()));
+    blocks.push(Block::Heading("Mass properties as flown".to_owned()));
+    blocks.extend(fuel.map(|fuel| {
+        paragraph(&format!("At the start and the end of each flight and in the middle of each window: {fuel}."))
+    }));
+    blocks.push(Block::Table(tables::mass_properties(results)));
     if !mass.items.is_empty() {
         let rows = mass
             .items
@@ -81,7 +66,7 @@ pub fn aircraft(contents: &Contents<'_>) -> Vec<Block> {
             .map(|item| vec![Cell::text(item.kind), Cell::text(&item.place), Cell::Number(item.mass_kg)]);
         blocks.push(Block::Table(Table {
             name: "loading".to_owned(),
-            caption: "On board besides the empty aircraft.".to_owned(),
+            caption: "On board besides the empty aircraft, at the start of the first flight.".to_owned(),
             columns: vec![
                 Column::new("kind", "Kind"),
                 Column::new("place", "Place"),

@@ -25,7 +25,7 @@ use self::loading::{LoadingTable, loading_from, loading_table};
 use self::noise::{NoiseTable, SteadyTable, steady_from, steady_table};
 use self::preparation::{PreparationTable, preparation_from, preparation_table};
 use super::edit::set_term;
-use super::{Estimation, Manoeuvre, PooledConstants, Session, Surface, WindowRole};
+use super::{Estimation, Manoeuvre, PooledConstants, PredictionParameters, Session, Surface, WindowRole};
 use crate::verdict::PlausibleRange;
 
 /// Value of the header's `format` key.
@@ -204,8 +204,14 @@ impl Default for FilterTable {
 struct EstimationTable {
     by_surface: bool,
     constants: String,
+    #[serde(skip_serializing_if = "is_pooled")]
+    predict_with: String,
     #[serde(rename = "constraint", skip_serializing_if = "Vec::is_empty")]
     constraints: Vec<ConstraintTable>,
+}
+
+fn is_pooled(predict_with: &str) -> bool {
+    predict_with == PREDICTIONS[0].0
 }
 
 impl Default for EstimationTable {
@@ -221,6 +227,8 @@ const LINEARISATIONS: [(&str, Linearisation); 2] =
     [("prior", Linearisation::Prior), ("predicted", Linearisation::Predicted)];
 const CONSTANTS: [(&str, PooledConstants); 2] =
     [("per_window", PooledConstants::PerWindow), ("common", PooledConstants::Common)];
+const PREDICTIONS: [(&str, PredictionParameters); 2] =
+    [("pooled", PredictionParameters::Pooled), ("window_means", PredictionParameters::WindowMeans)];
 fn name_of<T: PartialEq + Copy>(choices: &[(&'static str, T)], value: T) -> String {
     choices.iter().find(|(_, choice)| *choice == value).map_or(String::new(), |(name, _)| (*name).to_owned())
 }
@@ -270,6 +278,7 @@ pub fn parse(text: &str) -> Result<Session, SessionError> {
         estimation: Estimation {
             by_surface: file.estimation.by_surface,
             constants: choose(&CONSTANTS, "estimation.constants", &file.estimation.constants)?,
+            predict_with: choose(&PREDICTIONS, "estimation.predict_with", &file.estimation.predict_with)?,
             constraints: file.estimation.constraints.into_iter().map(constraint_from).collect::<Result<_, _>>()?,
         },
         structure: if file.model.is_empty() { Structure::thesis() } else { structure_from("model", &file.model)? },
@@ -457,6 +466,7 @@ fn estimation_table(estimation: &Estimation) -> EstimationTable {
     EstimationTable {
         by_surface: estimation.by_surface,
         constants: name_of(&CONSTANTS, estimation.constants),
+        predict_with: name_of(&PREDICTIONS, estimation.predict_with),
         constraints: estimation.constraints.iter().map(constraint_table).collect(),
     }
 }

@@ -1,0 +1,63 @@
+//! What was on board when it was flown: at the start and the end of each flight, and in the middle of its windows.
+
+use doublet_core::airframe::{LoadedState, Loading};
+use doublet_core::series::Recording;
+
+use super::aircraft::AircraftData;
+use crate::graph::Footprint;
+use crate::session::Manoeuvre;
+
+/// The aircraft at one time of a flight.
+#[derive(Clone, Debug)]
+pub struct FlownState {
+    /// Time, s.
+    pub time_s: f64,
+    /// What was on board.
+    pub loading: Loading,
+    /// Mass properties, and where they lie in the envelope.
+    pub state: LoadedState,
+}
+
+/// The aircraft over one flight.
+#[derive(Clone, Debug)]
+pub struct FlownMass {
+    /// Where the fuel comes from, in words.
+    pub fuel: String,
+    /// At the first record.
+    pub start: FlownState,
+    /// In the middle of each window that is not ignored, by its name.
+    pub windows: Vec<(String, FlownState)>,
+    /// At the last record.
+    pub end: FlownState,
+}
+
+impl Footprint for FlownMass {
+    fn bytes(&self) -> usize {
+        (self.windows.len() + 2) * 2048
+    }
+}
+
+/// Mass properties over a flight with the fuel the analysis takes; `windows` are those of this flight.
+///
+/// # Errors
+/// One line when the flight has no record or the recorded fuel does not fit the tanks.
+pub fn flown(aircraft: &AircraftData, recording: &Recording, windows: &[&Manoeuvre]) -> Result<FlownMass, String> {
+    let span = aircraft.fuel_span_s(recording);
+    let (first, last) = span.ok_or("neither fuel nor specific force is recorded: its mass over time is not known")?;
+    let at = |name: &str, time_s: f64| -> Result<FlownState, String> {
+        let loading = aircraft.loading_at(recording, time_s)?;
+        let state = LoadedState::new(name, &aircraft.loaded.aircraft, &loading);
+        Ok(FlownState { time_s, loading, state })
+    };
+    // A window whose fuel has a gap says so itself.
+    let windows = windows.iter().filter_map(|manoeuvre| {
+        let state = at(&manoeuvre.name, manoeuvre.middle_s()).ok()?;
+        Some((manoeuvre.name.clone(), state))
+    });
+    Ok(FlownMass {
+        fuel: aircraft.fuel_in_words(recording),
+        start: at("start", first)?,
+        windows: windows.collect(),
+        end: at("end", last)?,
+    })
+}

@@ -1,0 +1,107 @@
+//! Mass properties shown are those flown: against the truth of the shipped flight, and after a tank is touched.
+
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "helpers of tests are not marked as tests")]
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use doublet_core::airframe::Loading;
+use doublet_engine::graph::Cache;
+use doublet_engine::report::{self, MassRow, Results};
+use doublet_engine::run::{Control, Scope, Snapshot, run};
+use doublet_engine::session::{self, Session, WindowRole};
+
+/// The shipped flight with three windows of the elevator only.
+fn demo() -> Session {
+    let mut session = session::parse(doublet_engine::builtin::session("demo").unwrap()).unwrap();
+    for (at, window) in session.windows.iter_mut().enumerate() {
+        window.role = if matches!(at, 2 | 3 | 18) { WindowRole::Identification } else { WindowRole::Ignored };
+    }
+    session
+}
+
+fn computed(session: &Session) -> (Snapshot, Results) {
+    let folder = Path::new(".");
+    let scope = Scope { session, folder, first: None, studies: &[], cause: "test", generation: 1 };
+    let snapshot = run(&scope, &Snapshot::default(), &Cache::new(1 << 30), &Control::default(), &|_| {});
+    let results = report::build(session, &snapshot);
+    (snapshot, results)
+}
+
+/// A true quantity of the loading at a time.
+fn truth(snapshot: &Snapshot, name: &str, time_s: f64) -> f64 {
+    let flight = snapshot.flights["FT1"].ready().unwrap();
+    let channel = flight.recording.channels.iter().find(|channel| channel.name == name).unwrap();
+    let series = &channel.series;
+    series.values[series.time_s.partition_point(|&t| t < time_s).min(series.values.len() - 1)]
+}
+
+#[test]
+fn mass_properties_are_those_flown_at_the_start_in_each_window_and_at_the_end() {
+    /// Probes with blind zones tell four tanks to some pounds each, kg.
+    const MASS_KG: f64 = 10.0;
+    /// The same of the moment of inertia about x, to which the fuel in the wings adds most, kg m².
+    const IXX_KG_M2: f64 = 80.0;
+    let (snapshot, results) = computed(&demo());
+    let flown = results.flights[0].mass_properties.as_ref().unwrap();
+    let check = |what: &str, time_s: f64, mass: &MassRow| {
+        let (true_mass, true_ixx) = (truth(&snapshot, "mass", time_s), truth(&snapshot, "Ixx", time_s));
+        println!("{what}: {:.1} kg for {true_mass:.1}, Ixx {:.0} for {true_ixx:.0}", mass.mass_kg, mass.ixx_kg_m2);
+        assert!((mass.mass_kg - true_mass).abs() < MASS_KG, "{what}");
+        assert!((mass.ixx_kg_m2 - true_ixx).abs() < IXX_KG_M2, "{what}");
+    };
+    check("start", flown.start_s, &flown.start);
+    check("end", flown.end_s, &flown.end);
+    /// Fuel of one sample to the next, as the probes step, kg.
+    const SAMPLE_KG: f64 = 0.01;
+    assert_eq!(results.windows.len(), 3);
+    for window in &results.windows {
+        let mass = window.mass_properties.as_ref().unwrap();
+        check(&window.name, 0.5 * (window.start_s + window.end_s), mass);
+        // What the coefficients were formed with.
+        let aero = snapshot.windows[&window.name].aero.ready().unwrap();
+        let middle = aero.data.time_s.partition_point(|&t| t < 0.5 * (window.start_s + window.end_s));
+        let used = aero.data.inertia.at(middle);
+        assert!((used.mass_kg - mass.mass_kg).abs() < SAMPLE_KG, "{} {}", used.mass_kg, mass.mass_kg);
+        assert!((used.tensor.xx - mass.ixx_kg_m2).abs() < 0.1 && (used.tensor.xy - mass.ixy_kg_m2).abs() < 0.1);
+    }
+    assert!(flown.start.mass_kg > flown.end.mass_kg + 40.0, "fuel is burnt");
+    assert_eq!(results.mass_kg, flown.start.mass_kg);
+    assert_eq!(results.mass_properties.unwrap().mass_kg, flown.start.mass_kg);
+}
+
+#[test]
+fn touched_tank_shifts_its_own_record_and_no_others() {
+    const LESS_KG: f64 = 20.0;
+    let plain = demo();
+    let (before, _) = computed(&plain);
+    let flown = before.flown["FT1"].ready().unwrap();
+    let recorded: BTreeMap<String, f64> = flown.start.loading.fuel_kg.clone();
+    let stating = |fuel_kg: BTreeMap<String, f64>| {
+        let loading = Some(Loading { fuel_kg, ..plain.loading.clone().unwrap() });
+        computed(&Session { loading, ..plain.clone() }).0
+    };
+    let windows = |snapshot: &Snapshot| -> Vec<(f64, BTreeMap<String, f64>)> {
+        let flown = snapshot.flown["FT1"].ready().unwrap();
+        let states = flown.windows.iter().map(|(_, state)| state);
+        states.map(|state| (state.state.properties.mass_kg, state.loading.fuel_kg.clone())).collect()
+    };
+    // What was recorded, stated by hand, changes nothing.
+    let same = windows(&stating(recorded.clone()));
+    assert_eq!(same, windows(&before));
+    let mut less = recorded.clone();
+    *less.get_mut("main right").unwrap() -= LESS_KG;
+    let touched = stating(less);
+    for ((mass, fuel), (own_mass, own_fuel)) in windows(&touched).iter().zip(&same) {
+        assert!((own_mass - mass - LESS_KG).abs() < 1e-9, "{own_mass} {mass}");
+        for (tank, kg) in fuel {
+            let shift = if tank == "main right" { LESS_KG } else { 0.0 };
+            assert!((own_fuel[tank] - kg - shift).abs() < 1e-9, "{tank}");
+        }
+    }
+    assert!(touched.flown["FT1"].ready().unwrap().fuel.contains("shifted to what the session states"));
+    // The coefficients see it.
+    let used =
+        |snapshot: &Snapshot| snapshot.windows["03 elevator doublet"].aero.ready().unwrap().data.inertia.at(0).mass_kg;
+    assert!((used(&before) - used(&touched) - LESS_KG).abs() < 1e-9);
+}
