@@ -253,6 +253,8 @@ mod tests {
             log_likelihood: 0.0,
             air_data: None,
             smoothed: None,
+            max_iterations_used: 0,
+            warnings: Vec::new(),
             time_s,
         }
     }
