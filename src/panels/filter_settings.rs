@@ -1,7 +1,7 @@
 //! How the filter works, and how coefficients are formed from its path.
 
 use doublet_core::reconstruct::{InputHold, Method};
-use doublet_engine::session::{Edit, EstimationEdit, FilterEdit, PathSource, Preparation};
+use doublet_engine::session::{Edit, EstimationEdit, FilterEdit, GravitySource, PathSource, Preparation};
 use eframe::egui::{CollapsingHeader, Grid, Id, Ui};
 
 use super::{PanelContext, choices};
@@ -42,9 +42,14 @@ fn filter(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         if choices(ui, &mut path, &[(PathSource::Filtered, "Filtered"), (PathSource::Smoothed, "Smoothed")]) {
             ctx.edit(Edit::Estimation(EstimationEdit::Path(path)));
         }
-        ui.weak("Gravity");
-        let gravity =
-            QuantityEdit::new("gravity", filter.gravity_m_s2).unit("m/s²", 1.0).per_point(1e-4).allowed(9.7..=9.9);
+        let used = ctx.snapshot.gravity.as_ref();
+        ui.weak("Gravity")
+            .on_hover_text(used.map_or("Until it is set, by latitude and altitude", |used| used.origin.as_str()));
+        let gravity_m_s2 = match ctx.session.gravity {
+            GravitySource::Stated => filter.gravity_m_s2,
+            GravitySource::Position => used.map_or(filter.gravity_m_s2, |used| used.m_s2),
+        };
+        let gravity = QuantityEdit::new("gravity", gravity_m_s2).unit("m/s²", 1.0).per_point(1e-4).allowed(9.7..=9.9);
         let edited = gravity.show(ui);
         ctx.edit_quantity(edited, |value| Edit::Filter(FilterEdit::Gravity(value)));
         ui.end_row();

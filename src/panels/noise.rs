@@ -237,13 +237,13 @@ fn sensors(ctx: &mut PanelContext<'_>, ui: &mut Ui, usual: &FilterSettings) {
 /// What the recording of the chosen flight says about an entry.
 fn recorded<'a>(ctx: &PanelContext<'a>, channel: NoiseChannel) -> Option<&'a NoiseRow> {
     let noise = ctx.snapshot.noise.get(ctx.selection().flight.as_deref()?)?.latest()?;
-    noise.rows.iter().find(|row| row.channel == channel && row.statistics.is_some())
+    noise.rows.iter().find(|row| row.channel == channel && row.statistics.is_some() && row.choice.is_ok())
 }
 
 /// The recorded deviation as a button that takes it, and the reason for another value.
 fn take_recorded(ctx: &mut PanelContext<'_>, ui: &mut Ui, name: &str, row: &NoiseRow, (unit, scale): (&str, f64)) {
     let now = row.channel.std(ctx.session);
-    let proposed = row.choice.proposed;
+    let Some(proposed) = row.proposed() else { return };
     let measured = row.statistics.map_or(f64::NAN, |found| found.std);
     let apart = |a: f64, b: f64| a > FAR * b || b > FAR * a;
     let (is_far, is_unlike) = (apart(proposed, measured), apart(proposed, now));

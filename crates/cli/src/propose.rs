@@ -9,7 +9,7 @@ use doublet_core::quantity::Role;
 use doublet_core::series::{Series, Window};
 use doublet_engine::keep::Lock;
 use doublet_engine::session::{self, Edit, NoiseChannel, NoiseEdit, Opened, Session, Surface, WindowEdit};
-use doublet_engine::stage::{self, FlightNoise, FlightProposals, LoadedFlight};
+use doublet_engine::stage::{self, FlightNoise, FlightProposals, LoadedFlight, NoiseFlight};
 
 use crate::text;
 
@@ -42,6 +42,9 @@ pub struct Target {
     /// Write the proposals into the session file; the file before stays beside it as *.bak.
     #[arg(long)]
     pub apply: bool,
+    /// No manoeuvre is proposed below this share of the flight's median dynamic pressure.
+    #[arg(long, value_name = "SHARE", default_value_t = stage::LEAST_PRESSURE_SHARE)]
+    pub least_dynamic_pressure: f64,
 }
 
 /// Prints proposals and, where asked, puts them into the session.
@@ -53,10 +56,11 @@ pub fn propose(arguments: &ProposeArguments) -> Result<(), String> {
     let _lock = if target.apply { Lock::hold(&target.session)? } else { None };
     let opened = session::open(&target.session).map_err(|e| format!("{}: {e}", target.session.display()))?;
     let mut changed = opened.session.clone();
+    let mut read = Vec::with_capacity(opened.session.flights.len());
     for flight in &opened.session.flights {
-        let name = &flight.name;
+        let name = flight.name.as_str();
         let loaded = load(&opened, flight)?;
-        let proposals = stage::proposals(name, &loaded);
+        let proposals = stage::proposals_above(name, &loaded, target.least_dynamic_pressure);
         proposals.findings.iter().for_each(|finding| text::line(&format!("{name}: {finding}")));
         let edit = match &arguments.what {
             What::Windows(_) => windows(&changed, name, &proposals),
@@ -66,11 +70,22 @@ pub fn propose(arguments: &ProposeArguments) -> Result<(), String> {
                 continue;
             }
             What::Noise(_) => {
-                let noise = stage::noise(name, &loaded.recording, &opened.session.steady, &proposals.steady);
-                noise_table(&changed, name, &noise)
+                read.push((name, loaded, proposals));
+                continue;
             }
         };
         changed = edit.apply(&changed).map_err(|error| error.to_string())?;
+    }
+    if let What::Noise(_) = &arguments.what {
+        let flights = read.iter().map(|(name, loaded, proposals)| NoiseFlight { name, loaded, proposals });
+        let found = stage::noise(&flights.collect::<Vec<_>>(), &opened.session.steady);
+        for ((name, ..), noise) in read.iter().zip(&found) {
+            let how = if noise.marked { "marked" } else { "found" };
+            text::line(&format!("{name}: {} steady windows {how}", noise.windows.len()));
+        }
+        if let Some(noise) = found.first() {
+            changed = noise_table(&changed, noise).apply(&changed).map_err(|error| error.to_string())?;
+        }
     }
     if !target.apply {
         return Ok(());
@@ -171,9 +186,8 @@ fn steady(flight: &str, proposals: &FlightProposals) -> Edit {
     Edit::Noise(NoiseEdit::Steady { flight: flight.to_owned(), windows: proposals.steady.clone() })
 }
 
-fn noise_table(session: &Session, flight: &str, noise: &FlightNoise) -> Edit {
-    let how = if noise.marked { "marked" } else { "found" };
-    text::line(&format!("{flight}: noise over {} steady windows {how}", noise.windows.len()));
+fn noise_table(session: &Session, noise: &FlightNoise) -> Edit {
+    text::line("noise over the steady windows of all flights");
     let rows = noise.rows.iter().map(|row| {
         let statistics = |value: &dyn Fn(&doublet_core::prep::NoiseStatistics) -> String| {
             row.statistics.as_ref().map_or_else(|| "-".to_owned(), value)
@@ -181,7 +195,7 @@ fn noise_table(session: &Session, flight: &str, noise: &FlightNoise) -> Edit {
         vec![
             format!("  {}", row.channel.name()),
             text::number(row.channel.std(session), 3),
-            text::number(row.choice.proposed, 3),
+            row.proposed().map_or_else(|| "-".to_owned(), |proposed| text::number(proposed, 3)),
             statistics(&|found| text::number(found.std, 3)),
             statistics(&|found| text::number(found.difference_std, 3)),
             statistics(&|found| text::number(found.resolution, 3)),

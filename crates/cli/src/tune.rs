@@ -8,7 +8,7 @@ use doublet_core::reconstruct::{Input, Measurement};
 use doublet_engine::graph::Cache;
 use doublet_engine::run::{Control, Scope, Snapshot, run, tune_delay, tune_noise};
 use doublet_engine::session::{self, Session};
-use doublet_engine::stage::WindowPath;
+use doublet_engine::stage::{self, WindowPath};
 
 use crate::progress::Progress;
 use crate::text;
@@ -78,6 +78,8 @@ pub fn tune(arguments: &TuneArguments) -> Result<(), String> {
             (None, error) => return Err(format!("window '{name}': {}", error.unwrap_or("was not reconstructed"))),
         }
     }
+    // The gravity its paths were made with.
+    let session = snapshot.gravity.as_ref().map_or_else(|| session.clone(), |used| stage::with_gravity(&session, used));
     if !arguments.delay.is_empty() {
         progress.finish();
         let found = tune_delay(&paths, &session.filter, &arguments.delay, arguments.range, &control)?;

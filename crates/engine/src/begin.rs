@@ -12,7 +12,9 @@ use doublet_core::series::{Channel, Recording, Window};
 
 use crate::builtin;
 use crate::run::Control;
-use crate::session::{Estimation, Flight, Manoeuvre, MapRef, Preparation, RecordingRef, Session, content_hash};
+use crate::session::{
+    Estimation, Flight, GravitySource, Manoeuvre, MapRef, Preparation, RecordingRef, Session, content_hash,
+};
 use crate::stage::{FlightProposals, LoadedFlight, open_windows, proposals};
 
 /// A channel map that comes with the program and what it makes of some recordings.
@@ -254,6 +256,7 @@ pub fn empty_session(title: &str, aircraft: Option<&str>) -> Session {
         steady: Vec::new(),
         noise_reasons: BTreeMap::new(),
         filter: FilterSettings::default(),
+        gravity: GravitySource::Position,
         preparation: Preparation::default(),
         estimation: Estimation::default(),
         structure: Structure::thesis(),

@@ -10,8 +10,8 @@ use doublet_engine::begin;
 use doublet_engine::run::Control;
 use doublet_engine::session::{
     self, ClockPairSetting, ClockSetting, Edit, EditError, Estimation, ExpressionEdit, ExpressionSetting, FilterEdit,
-    Flight, InstrumentSetting, LevelFlight, Manoeuvre, MapRef, ModelEdit, Preparation, RecordingRef, Session,
-    SignalPreset, SignalSetting, SteadyWindow, Surface, WindowEdit, WindowRole,
+    Flight, GravitySource, HeldSampleUse, InstrumentSetting, LevelFlight, Manoeuvre, MapRef, ModelEdit, Preparation,
+    RecordingRef, Session, SignalPreset, SignalSetting, SteadyWindow, Surface, WindowEdit, WindowRole,
 };
 use doublet_engine::stage;
 use doublet_engine::undo::History;
@@ -71,6 +71,7 @@ fn example() -> Session {
                 fuel: [("main left".to_owned(), "engine_monitor/m_f_ML".to_owned())].into(),
             }),
             signals: SignalSetting {
+                held_samples: HeldSampleUse::Every,
                 max_gap_s: Some(0.5),
                 rules: SignalPreset::Thesis.rules()[..2].to_vec(),
                 position_from_velocity: true,
@@ -90,6 +91,7 @@ fn example() -> Session {
             roles: vec![Role::PitchRate],
         }],
         noise_reasons: [("alpha".to_owned(), "the pod is slow".to_owned())].into(),
+        gravity: GravitySource::Stated,
         filter: FilterSettings::default(),
         preparation: Preparation::default(),
         estimation: Estimation::default(),
@@ -141,6 +143,13 @@ fn opens_session_v1_as_it_was_meant() {
         assert_eq!((session.flights.len(), session.windows.len()), (flights, windows), "{name}");
         assert!(session::print(&session).unwrap().contains(&format!("version = {}", session::VERSION)));
     }
+    // Version 2 meant the standard gravity where it named none; one of today asks the flight's place.
+    let text = "format = \"doublet session\"\nversion = 2\ntitle = \"t\"\naircraft = \"a\"\n";
+    let second = session::parse(text).unwrap();
+    assert_eq!((second.gravity, second.filter.gravity_m_s2), (GravitySource::Stated, 9.806_65));
+    let present = session::parse(&text.replace("version = 2", &format!("version = {}", session::VERSION))).unwrap();
+    assert_eq!(present.gravity, GravitySource::Position);
+    assert_eq!(session::parse(&session::print(&present).unwrap()).unwrap(), present);
     // Nothing but a flight: every setting is what was usual when version 1 was.
     let bare = open("bare.toml");
     assert_eq!(bare.preparation.differentiation_half_width_s, Some(0.1));

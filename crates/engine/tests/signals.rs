@@ -14,7 +14,7 @@ use doublet_engine::session::{
     self, Edit, EditError, ExpressionSetting, LevelFlight, NoiseChannel, NoiseEdit, NoiseEntry, Opened, SignalEdit,
     SignalPreset, SignalSetting, SteadyWindow, Surface, WindowEdit,
 };
-use doublet_engine::stage::{self, FlightProposals, LoadedFlight};
+use doublet_engine::stage::{self, FlightNoise, FlightProposals, LoadedFlight, NoiseFlight};
 
 fn demo() -> &'static Opened {
     static DEMO: OnceLock<Opened> = OnceLock::new();
@@ -38,6 +38,12 @@ fn recorded() -> &'static LoadedFlight {
 fn proposals() -> &'static FlightProposals {
     static PROPOSALS: OnceLock<FlightProposals> = OnceLock::new();
     PROPOSALS.get_or_init(|| stage::proposals("FT1", recorded()))
+}
+
+/// Its noise over marked windows, or those found.
+fn noise_of(marked: &[SteadyWindow]) -> FlightNoise {
+    let flight = NoiseFlight { name: "FT1", loaded: recorded(), proposals: proposals() };
+    stage::noise(&[flight], marked).remove(0)
 }
 
 /// The bus with nothing on other clocks, so that no clock is fitted.
@@ -321,7 +327,7 @@ fn every_manoeuvre_is_proposed_with_its_surface_and_shape() {
 
 #[test]
 fn noise_over_found_windows_is_that_of_the_instruments() {
-    let noise = stage::noise("FT1", &recorded().recording, &[], &proposals().steady);
+    let noise = noise_of(&[]);
     assert!(!noise.marked && noise.windows.len() >= 20);
     let row = |name: &str| noise.rows.iter().find(|row| row.channel.name() == name).unwrap();
     // What the simulated instruments add: thesis Tables 4.15-4.16 (yaw rate 6.15e-4) and the recorder's step over the root of 12.
@@ -360,7 +366,7 @@ fn marked_windows_and_reasons_come_before_what_is_found() {
     };
     let edit = NoiseEdit::Steady { flight: "FT1".into(), windows: vec![steady] };
     let session = Edit::Noise(edit).apply(&demo().session).unwrap();
-    let noise = stage::noise("FT1", &recorded().recording, &session.steady, &proposals().steady);
+    let noise = noise_of(&session.steady);
     assert!(noise.marked);
     let measured: Vec<_> = noise.rows.iter().filter(|row| row.statistics.is_some()).collect();
     assert_eq!(measured.len(), 1);
@@ -376,7 +382,7 @@ fn marked_windows_and_reasons_come_before_what_is_found() {
     assert_eq!(back, set);
     let open = stage::open_entries(&session, &noise);
     let taken = Edit::Noise(NoiseEdit::Take(open)).apply(&set).unwrap();
-    assert_eq!(pitch.std(&taken), measured[0].choice.proposed);
+    assert_eq!(Some(pitch.std(&taken)), measured[0].proposed());
     assert!(taken.noise_reasons.is_empty());
     let alpha = Measurement::AngleOfAttack;
     assert_eq!(taken.filter.measurement_noise[alpha as usize], demo().session.filter.measurement_noise[alpha as usize]);

@@ -3,10 +3,13 @@
 //! TOML with `format = "doublet instruments"` and `version = 1`, in the units the calibrations were made in; everything behind
 //! this file is SI. Unknown keys are refused with their line. Applied by `prep::control_surfaces`, `prep::air_data`, `prep::fuel`.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 use thiserror::Error;
+
+use crate::quantity::Role;
 
 const FORMAT: &str = "doublet instruments";
 const VERSION: u32 = 1;
@@ -52,6 +55,14 @@ pub enum InstrumentError {
         /// Range in words.
         allowed: &'static str,
     },
+    /// Noise of a role that does not exist.
+    #[error("noise '{source_name}': there is no role '{role}', use the names of a channel map")]
+    Role {
+        /// Source of the entry.
+        source_name: String,
+        /// Name found.
+        role: String,
+    },
     /// Two columns of a table differ in length.
     #[error(
         "fuel_probe '{tank}': {actual} values of actual_lb, {displayed} of displayed_lb: give one for one, at least 2"
@@ -79,6 +90,19 @@ pub struct Instruments {
     pub air_data: AirDataCalibration,
     /// Fuel probes.
     pub fuel_probes: Vec<FuelProbe>,
+    /// Noise that signals of this installation are known to have.
+    pub noise: BTreeMap<Role, StatedNoise>,
+}
+
+/// A standard deviation that a signal is known to have.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StatedNoise {
+    /// Standard deviation of one sample, SI of the role.
+    pub std: f64,
+    /// Where it is from.
+    pub source: String,
+    /// It counts whatever steady windows show; otherwise only where they show nothing.
+    pub always: bool,
 }
 
 /// From the attitudes of sensors on yoke and pulleys to deflections (thesis section 4.1).
@@ -207,7 +231,7 @@ pub fn parse(text: &str) -> Result<Instruments, InstrumentError> {
         return Err(InstrumentError::Format { format: header.format, version: header.version });
     }
     let file: File = toml::from_str(text).map_err(|error| syntax(text, &error))?;
-    let instruments = file.into_si();
+    let instruments = file.into_si()?;
     check(&instruments)?;
     Ok(instruments)
 }
@@ -220,7 +244,6 @@ fn syntax(text: &str, error: &toml::de::Error) -> InstrumentError {
 
 /// Refuses what no installation can have.
 fn check(instruments: &Instruments) -> Result<(), InstrumentError> {
-    const POSITIVE: &str = "finite and above zero";
     let control = &instruments.control;
     let positive = [
         ("control.drum_radius_mm", control.drum_radius_m),
@@ -283,7 +306,37 @@ struct File {
     air_data: AirDataTable,
     #[serde(default)]
     fuel_probe: Vec<ProbeTable>,
+    #[serde(default)]
+    noise: Vec<NoiseTable>,
 }
+
+/// Standard deviations by role from one source, SI.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct NoiseTable {
+    source: String,
+    #[serde(default)]
+    always: bool,
+    std: BTreeMap<String, f64>,
+}
+
+impl NoiseTable {
+    fn into_roles(self, noise: &mut BTreeMap<Role, StatedNoise>) -> Result<(), InstrumentError> {
+        let Self { source, always, std } = self;
+        for (name, std) in std {
+            let role = Role::from_name(&name)
+                .ok_or_else(|| InstrumentError::Role { source_name: source.clone(), role: name.clone() })?;
+            if !(std > 0.0 && std.is_finite()) {
+                return Err(InstrumentError::Value { key: format!("noise {name}"), value: std, allowed: POSITIVE });
+            }
+            noise.insert(role, StatedNoise { std, source: source.clone(), always });
+        }
+        Ok(())
+    }
+}
+
+/// Range of what cannot be zero.
+const POSITIVE: &str = "finite and above zero";
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -370,20 +423,23 @@ struct ProbeTable {
 }
 
 impl File {
-    fn into_si(self) -> Instruments {
+    fn into_si(self) -> Result<Instruments, InstrumentError> {
+        let mut noise = BTreeMap::new();
+        self.noise.into_iter().try_for_each(|table| table.into_roles(&mut noise))?;
         let pounds = |values: Vec<f64>| values.into_iter().map(|lb| lb * POUND_KG).collect();
         let probe = |table: ProbeTable| FuelProbe {
             tank: table.tank,
             actual_kg: pounds(table.actual_lb),
             displayed_kg: pounds(table.displayed_lb),
         };
-        Instruments {
+        Ok(Instruments {
             name: self.name,
             notes: self.notes,
             control: self.control.into_si(),
             air_data: self.air_data.into_si(),
             fuel_probes: self.fuel_probe.into_iter().map(probe).collect(),
-        }
+            noise,
+        })
     }
 }
 

@@ -49,8 +49,8 @@ pub struct Pulse {
 /// A manoeuvre.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Manoeuvre {
-    /// Surface: aileron, elevator or rudder.
-    pub surface: Role,
+    /// Surfaces that make the input: of aileron, elevator and rudder one, or those that move alike at one time.
+    pub surfaces: Vec<Role>,
     /// Shape.
     pub shape: ManoeuvreShape,
     /// From the lead-in to the end of the free response, s.
@@ -69,6 +69,46 @@ pub struct Manoeuvre {
     pub confidence: f64,
 }
 
+/// Why an input is no manoeuvre.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum PassedOver {
+    /// It stays below the least amplitude.
+    Small,
+    /// The control did not rest before it.
+    NotRested,
+    /// The recording ends before the control rests.
+    Unfinished,
+    /// The dynamic pressure is too low, or the weight is on the wheels.
+    OnGround,
+    /// Its shape is too far from any, or another control moves too much.
+    Unlike,
+    /// Another input at the same time is more like a manoeuvre.
+    Overlapped,
+}
+
+impl PassedOver {
+    /// The reason in words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Small => "too small",
+            Self::NotRested => "without rest before",
+            Self::Unfinished => "not finished when the recording ends",
+            Self::OnGround => "at too low a dynamic pressure or on the ground",
+            Self::Unlike => "of no shape, or with another control",
+            Self::Overlapped => "under another input",
+        }
+    }
+}
+
+/// Manoeuvres found, and what became of the other inputs.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ManoeuvreSearch {
+    /// Manoeuvres, in order of time.
+    pub found: Vec<Manoeuvre>,
+    /// Inputs that are none: surface, first movement (s), greatest deflection (rad) and the reason.
+    pub passed_over: Vec<(Role, f64, f64, PassedOver)>,
+}
+
 /// How manoeuvres are looked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ManoeuvreSettings {
@@ -78,7 +118,8 @@ pub struct ManoeuvreSettings {
     pub resting_s: f64,
     /// Longest pause between pulses of one input, s.
     pub join_s: f64,
-    /// The control must rest this long before the input, and be recorded this long after it, s.
+    /// The control must rest this long before the input, unless the recording begins there, and be recorded this long after it, unless
+    /// the recording is a cut of less than twice the moving median, s.
     pub rest_s: f64,
     /// A single pulse from this length on is a step, s.
     pub step_s: f64,
@@ -119,27 +160,40 @@ struct Activity<'a> {
     time: &'a [f64],
     deviation: Vec<f64>,
     stretches: Vec<Range<usize>>,
+    /// Noise of each stretch, rad.
+    noise: Vec<f64>,
     excursions: Vec<Excursion>,
 }
 
-/// Manoeuvres in the deflections of aileron, elevator and rudder (rad), in order of time.
+/// An input of one surface.
+struct Candidate {
+    manoeuvre: Manoeuvre,
+    /// Greatest deflection of a pulse, rad.
+    highest: f64,
+}
+
+/// Manoeuvres in the deflections of aileron, elevator and rudder (rad).
 ///
 /// Each control's deviation from its own resting place (a moving median, so that trim and drift do not matter) is cut into
 /// excursions beyond half the least amplitude; excursions that follow each other closely after a rest are one input. Its
 /// pulses, bounded where they pass half their height, are compared with the ideal lengths of each shape:
 /// `e = rms(d_i / (T p_i) - 1)` with the base time `T` of least squares. The confidence is
 /// `1 / (1 + (e / 0.4)^2) / (1 + (s / 0.6)^2) / (1 + (o / 0.5)^2)` with the relative spread `s` of the amplitudes and the greatest
-/// deviation `o` of another surface relative to this one's. Of inputs that overlap, the most confident is kept. `responses` are
+/// deviation `o` of another surface relative to this one's. Inputs of several surfaces that overlap and are at least half as high as
+/// the highest are one manoeuvre; of others that overlap, the most confident is kept. A cut in which none is found but a control moves is
+/// one irregular manoeuvre. `responses` are
 /// the body rates (rad/s) that tell the end of the free response: roll for aileron, pitch for elevator, yaw for rudder; without
-/// one it lasts until a control moves, or the longest allowed.
+/// one it lasts until a control moves, or the longest allowed. `airborne` are the spans in which a manoeuvre may lie from its lead-in
+/// to its onset.
 ///
 /// # Errors
 /// Lengths that differ, time that does not increase, a least amplitude that is not above zero, a resting time below 1 s.
 pub fn find_manoeuvres(
     controls: &[(Role, &Series)],
     responses: &[(Role, &Series)],
+    airborne: &[Window],
     settings: &ManoeuvreSettings,
-) -> Result<Vec<Manoeuvre>, PrepError> {
+) -> Result<ManoeuvreSearch, PrepError> {
     /// Shortest moving median, s.
     const SHORTEST_S: f64 = 1.0;
     let (least, resting) = (settings.least_amplitude_rad, settings.resting_s);
@@ -155,35 +209,171 @@ pub fn find_manoeuvres(
         check(&series.time_s, &series.values, "the search for manoeuvres", 1)?;
         activities.push(activity(*surface, series, settings));
     }
-    let mut found = Vec::new();
-    for (index, activity) in activities.iter().enumerate() {
-        for input in inputs(activity, settings) {
-            let others = activities.iter().enumerate().filter(|(other, _)| *other != index).map(|(_, other)| other);
-            found.extend(manoeuvre(activity, input, others, settings));
+    let mut search = ManoeuvreSearch::default();
+    let mut candidates: Vec<Candidate> = Vec::new();
+    for activity in &activities {
+        for (input, rested) in inputs(activity, settings) {
+            let highest = input.iter().map(|excursion| excursion.amplitude.abs()).fold(0.0, f64::max);
+            match candidate(activity, input, rested, highest, settings) {
+                Ok(candidate) => candidates.push(candidate),
+                Err(why) => {
+                    search.passed_over.push((activity.surface, activity.time[input[0].samples.start], highest, why));
+                }
+            }
         }
     }
-    found.sort_by(|a, b| b.confidence.total_cmp(&a.confidence));
-    let mut kept: Vec<Manoeuvre> = Vec::new();
-    for candidate in found {
-        let apart = |other: &Manoeuvre| candidate.input_end_s < other.onset_s || other.input_end_s < candidate.onset_s;
-        if kept.iter().all(apart) {
+    let (mut kept, mut passed): (Vec<Candidate>, Vec<(Candidate, PassedOver)>) = (Vec::new(), Vec::new());
+    let mut ranked: Vec<Candidate> = joined(candidates)
+        .into_iter()
+        .map(|mut candidate| {
+            candidate.manoeuvre.confidence *= stillness(&candidate, &activities);
+            candidate
+        })
+        .collect();
+    ranked.sort_by(|a, b| b.manoeuvre.confidence.total_cmp(&a.manoeuvre.confidence));
+    for candidate in ranked {
+        let found = &candidate.manoeuvre;
+        let overlaps = |other: &Candidate| overlap(&other.manoeuvre, found);
+        if !airborne.iter().any(|span| lies_within(span, found, &activities, settings)) {
+            passed.push((candidate, PassedOver::OnGround));
+        } else if found.confidence < settings.min_confidence {
+            passed.push((candidate, PassedOver::Unlike));
+        } else if kept.iter().any(overlaps) {
+            passed.push((candidate, PassedOver::Overlapped));
+        } else {
             kept.push(candidate);
         }
     }
-    kept.sort_by(|a, b| a.onset_s.total_cmp(&b.onset_s));
-    for k in 0..kept.len() {
-        let next = kept.get(k + 1).map_or(f64::INFINITY, |next| next.onset_s);
-        let window = window(&kept[k], next, &activities, responses, settings);
-        kept[k].window = window;
+    for cut in whole_cuts(&activities, settings) {
+        let found = &cut.manoeuvre;
+        let flies = airborne.iter().any(|span| lies_within(span, found, &activities, settings));
+        if flies && !kept.iter().any(|other| in_one_stretch(&activities, &other.manoeuvre, found)) {
+            kept.push(cut);
+        }
     }
-    Ok(kept)
+    let passed = passed.into_iter().map(|(it, why)| (it.manoeuvre.surfaces[0], it.manoeuvre.onset_s, it.highest, why));
+    search.passed_over.extend(passed);
+    search.passed_over.sort_by(|a, b| a.1.total_cmp(&b.1));
+    search.found = kept.into_iter().map(|candidate| candidate.manoeuvre).collect();
+    search.found.sort_by(|a, b| a.onset_s.total_cmp(&b.onset_s));
+    for k in 0..search.found.len() {
+        let next = search.found.get(k + 1).map_or(f64::INFINITY, |next| next.onset_s);
+        let window = window(&search.found[k], next, &activities, responses, settings);
+        search.found[k].window = window;
+    }
+    Ok(search)
+}
+
+/// Whether the lead-in of a manoeuvre and its onset lie within a span. The lead-in is shorter where the recording begins.
+fn lies_within(span: &Window, found: &Manoeuvre, activities: &[Activity<'_>], settings: &ManoeuvreSettings) -> bool {
+    let moved = activities.iter().filter(|activity| found.surfaces.contains(&activity.surface));
+    let starts = moved.flat_map(|activity| activity.stretches.iter().map(|range| activity.time[range.start]));
+    let begins = starts.filter(|start| *start <= found.onset_s).fold(f64::NEG_INFINITY, f64::max);
+    // Air data may begin a little later than the deflections.
+    let lead_in = (found.onset_s - settings.lead_in_s).max(begins + settings.max_gap_s).min(found.onset_s);
+    span.start_s <= lead_in && found.onset_s <= span.end_s
+}
+
+/// The inputs of every cut (a stretch shorter than twice the moving median) as one irregular manoeuvre each: someone cut it out for what
+/// its controls do.
+fn whole_cuts(activities: &[Activity<'_>], settings: &ManoeuvreSettings) -> Vec<Candidate> {
+    let cuts = activities.first().into_iter().flat_map(|activity| {
+        activity
+            .stretches
+            .iter()
+            .map(|range| Window { start_s: activity.time[range.start], end_s: activity.time[range.end - 1] })
+    });
+    let cuts = cuts.filter(|cut| cut.end_s - cut.start_s < 2.0 * settings.resting_s);
+    cuts.filter_map(|cut| {
+        let mut moved: Vec<(f64, &Activity<'_>)> =
+            activities.iter().map(|activity| (activity.greatest(cut.start_s, cut.end_s), activity)).collect();
+        moved.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let highest = moved.first().map_or(0.0, |(highest, _)| *highest);
+        moved.retain(|(greatest, _)| *greatest >= (ALIKE * highest).max(settings.least_amplitude_rad));
+        let inside = |at: f64| (cut.start_s..=cut.end_s).contains(&at);
+        let inputs = moved.iter().flat_map(|(_, activity)| {
+            let times = |e: &Excursion| (activity.time[e.samples.start], activity.time[e.samples.end - 1]);
+            activity.excursions.iter().map(times).filter(|(start, _)| inside(*start))
+        });
+        let (onset_s, input_end_s) = inputs.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))?;
+        let manoeuvre = Manoeuvre {
+            surfaces: moved.iter().map(|(_, activity)| activity.surface).collect(),
+            shape: ManoeuvreShape::Irregular,
+            window: cut,
+            onset_s,
+            input_end_s,
+            base_time_s: input_end_s - onset_s,
+            amplitude_rad: highest,
+            pulses: Vec::new(),
+            confidence: settings.min_confidence,
+        };
+        Some(Candidate { manoeuvre, highest })
+    })
+    .collect()
+}
+
+/// Whether two manoeuvres begin in one stretch of the recording.
+fn in_one_stretch(activities: &[Activity<'_>], a: &Manoeuvre, b: &Manoeuvre) -> bool {
+    let place = |found: &Manoeuvre| {
+        let Some(activity) = activities.first() else { return 0 };
+        activity.stretches.partition_point(|range| activity.time[range.end - 1] < found.onset_s)
+    };
+    place(a) == place(b)
+}
+
+fn overlap(a: &Manoeuvre, b: &Manoeuvre) -> bool {
+    a.onset_s <= b.input_end_s && b.onset_s <= a.input_end_s
+}
+
+/// Share of the highest deflection from which on a surface is one of those that make the input.
+const ALIKE: f64 = 0.5;
+
+/// Inputs of several surfaces at one time as one manoeuvre, the others as they are.
+fn joined(candidates: Vec<Candidate>) -> Vec<Candidate> {
+    let mut sorted = candidates;
+    sorted.sort_by(|a, b| b.highest.total_cmp(&a.highest));
+    let mut groups: Vec<Candidate> = Vec::new();
+    for candidate in sorted {
+        let own = candidate.manoeuvre.surfaces[0];
+        let with = |group: &&mut Candidate| {
+            !group.manoeuvre.surfaces.contains(&own)
+                && candidate.highest >= ALIKE * group.highest
+                && overlap(&group.manoeuvre, &candidate.manoeuvre)
+        };
+        let Some(Candidate { manoeuvre: group, .. }) = groups.iter_mut().find(with) else {
+            groups.push(candidate);
+            continue;
+        };
+        let other = candidate.manoeuvre;
+        group.surfaces.push(own);
+        group.onset_s = group.onset_s.min(other.onset_s);
+        group.input_end_s = group.input_end_s.max(other.input_end_s);
+        group.confidence = group.confidence.min(other.confidence);
+        if group.shape != other.shape {
+            group.shape = ManoeuvreShape::Irregular;
+        }
+    }
+    groups
+}
+
+/// From 0 to 1: how still the surfaces were that make no part of an input.
+fn stillness(candidate: &Candidate, activities: &[Activity<'_>]) -> f64 {
+    let found = &candidate.manoeuvre;
+    let others = activities.iter().filter(|other| !found.surfaces.contains(&other.surface));
+    let other = others.map(|other| other.greatest(found.onset_s, found.input_end_s)).fold(0.0, f64::max);
+    share(other / candidate.highest, 0.5)
+}
+
+/// `1 / (1 + (value / scale)^2)`.
+fn share(value: f64, scale: f64) -> f64 {
+    1.0 / (1.0 + (value / scale).powi(2))
 }
 
 fn activity<'a>(surface: Role, series: &'a Series, settings: &ManoeuvreSettings) -> Activity<'a> {
     let time = &series.time_s[..];
     let stretches = stretches(time, settings.max_gap_s);
     let mut deviation = vec![0.0; time.len()];
-    let mut found = Vec::new();
+    let (mut found, mut noise) = (Vec::new(), Vec::new());
     for range in &stretches {
         let values = &series.values[range.clone()];
         let resting = resting_place(&time[range.clone()], values, settings.resting_s);
@@ -191,8 +381,16 @@ fn activity<'a>(surface: Role, series: &'a Series, settings: &ManoeuvreSettings)
             *slot = if value.is_finite() { value - rest } else { 0.0 };
         }
         found.extend(excursions(&deviation, range.clone(), 0.5 * settings.least_amplitude_rad));
+        noise.push(median_step(&deviation[range.clone()]));
     }
-    Activity { surface, time, deviation, stretches, excursions: found }
+    Activity { surface, time, deviation, stretches, noise, excursions: found }
+}
+
+/// Median step from sample to sample: 0.95 of the standard deviation of white noise.
+fn median_step(deviation: &[f64]) -> f64 {
+    let mut steps: Vec<f64> = deviation.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
+    let middle = steps.len() / 2;
+    if steps.is_empty() { 0.0 } else { *steps.select_nth_unstable_by(middle, f64::total_cmp).1 }
 }
 
 /// Moving median, worked out every twentieth of its length and joined by straight lines; one median where the stretch is not
@@ -225,8 +423,9 @@ fn resting_place(time: &[f64], values: &[f64], length_s: f64) -> Vec<f64> {
         .collect()
 }
 
-/// Excursions of one input: consecutive ones without a pause, after a rest and within one stretch.
-fn inputs<'a>(activity: &'a Activity<'_>, settings: &ManoeuvreSettings) -> Vec<&'a [Excursion]> {
+/// Excursions of one input, consecutive ones without a pause within one stretch, and whether the control rested before them. What
+/// came before a stretch is not known: its first input counts as rested.
+fn inputs<'a>(activity: &'a Activity<'_>, settings: &ManoeuvreSettings) -> Vec<(&'a [Excursion], bool)> {
     let (time, all) = (activity.time, &activity.excursions[..]);
     let mut found = Vec::new();
     let mut from = 0;
@@ -238,37 +437,38 @@ fn inputs<'a>(activity: &'a Activity<'_>, settings: &ManoeuvreSettings) -> Vec<&
             continue;
         }
         let group = &all[from..k];
-        let start = time[group[0].samples.start];
-        let rested_since = match all[..from].last() {
-            Some(before) if before.stretch == group[0].stretch => time[before.samples.end - 1],
-            _ => time[group[0].stretch.0],
-        };
-        if start - rested_since >= settings.rest_s {
-            found.push(group);
-        }
+        let before = all[..from].last().filter(|before| before.stretch == group[0].stretch);
+        let pause = before.map(|before| time[group[0].samples.start] - time[before.samples.end - 1]);
+        found.push((group, pause.is_none_or(|pause| pause >= settings.rest_s)));
         from = k;
     }
     found
 }
 
-/// The manoeuvre an input is, if it is large and like enough.
-fn manoeuvre<'a>(
+/// The manoeuvre an input is, if it is large, rested before and finished.
+fn candidate(
     activity: &Activity<'_>,
     input: &[Excursion],
-    others: impl Iterator<Item = &'a Activity<'a>>,
+    rested: bool,
+    highest: f64,
     settings: &ManoeuvreSettings,
-) -> Option<Manoeuvre> {
+) -> Result<Candidate, PassedOver> {
     /// Pulses lower than this share of the highest are the hand's overshoot.
     const OVERSHOOT: f64 = 0.35;
-    let highest = input.iter().map(|excursion| excursion.amplitude.abs()).fold(0.0, f64::max);
     if highest < settings.least_amplitude_rad {
-        return None;
+        return Err(PassedOver::Small);
+    }
+    if !rested {
+        return Err(PassedOver::NotRested);
     }
     let main: Vec<&Excursion> = input.iter().filter(|e| e.amplitude.abs() >= OVERSHOOT * highest).collect();
-    let (first, last) = (main.first()?, main.last()?);
+    let (Some(first), Some(last)) = (main.first(), main.last()) else { return Err(PassedOver::Small) };
     let (time, deviation) = (activity.time, &activity.deviation[..]);
-    // The hand that takes over again at the end of a recording is no input.
-    let unfinished = time[last.stretch.1 - 1] - time[last.samples.end - 1] < settings.rest_s;
+    // The hand that takes over again at the end of a recording is no input; a cut ends when its maker likes.
+    let (stretch_start, stretch_end) = (time[last.stretch.0], time[last.stretch.1 - 1]);
+    let is_cut = stretch_end - stretch_start < 2.0 * settings.resting_s;
+    let after_s = stretch_end - time[last.samples.end - 1];
+    let unfinished = after_s < if is_cut { settings.max_gap_s } else { settings.rest_s };
     let mut bounds = vec![half_crossing(time, deviation, first, true)];
     bounds.extend(main.windows(2).map(|pair| 0.5 * (time[pair[0].samples.end - 1] + time[pair[1].samples.start])));
     bounds.push(half_crossing(time, deviation, last, false));
@@ -279,17 +479,14 @@ fn manoeuvre<'a>(
         .collect();
     let (shape, base_time_s, error) = shape(&pulses, settings.step_s);
     if unfinished && shape != ManoeuvreShape::Step {
-        return None;
+        return Err(PassedOver::Unfinished);
     }
     let (onset_s, input_end_s) = ends(activity, first, last, highest);
     let mean = pulses.iter().map(|pulse| pulse.amplitude_rad.abs()).sum::<f64>() / pulses.len() as f64;
     let variance =
         pulses.iter().map(|pulse| (pulse.amplitude_rad.abs() - mean).powi(2)).sum::<f64>() / pulses.len() as f64;
-    let other = others.map(|other| other.greatest(onset_s, input_end_s)).fold(0.0, f64::max) / highest;
-    let factor = |value: f64, scale: f64| 1.0 / (1.0 + (value / scale).powi(2));
-    let confidence = factor(error, 0.4) * factor(variance.sqrt() / mean, 0.6) * factor(other, 0.5);
     let manoeuvre = Manoeuvre {
-        surface: activity.surface,
+        surfaces: vec![activity.surface],
         shape,
         window: Window { start_s: onset_s, end_s: input_end_s },
         onset_s,
@@ -297,9 +494,9 @@ fn manoeuvre<'a>(
         base_time_s,
         amplitude_rad: mean.copysign(first.amplitude),
         pulses,
-        confidence,
+        confidence: share(error, 0.4) * share(variance.sqrt() / mean, 0.6),
     };
-    (confidence >= settings.min_confidence).then_some(manoeuvre)
+    Ok(Candidate { manoeuvre, highest })
 }
 
 /// Shape whose ideal lengths are nearest, its base time (s) and the relative error of the lengths.
@@ -330,10 +527,8 @@ fn shape(pulses: &[Pulse], step_s: f64) -> (ManoeuvreShape, f64, f64) {
 /// highest deflection or four times its noise.
 fn ends(activity: &Activity<'_>, first: &Excursion, last: &Excursion, highest: f64) -> (f64, f64) {
     let (start, end) = first.stretch;
-    let mut steps: Vec<f64> = activity.deviation[start..end].windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
-    let middle = steps.len() / 2;
-    // The median step of white noise is 0.95 of its standard deviation.
-    let noise = if steps.is_empty() { 0.0 } else { *steps.select_nth_unstable_by(middle, f64::total_cmp).1 };
+    let stretch = activity.stretches.partition_point(|range| range.end < end);
+    let noise = activity.noise.get(stretch).copied().unwrap_or(0.0);
     let rest = (0.05 * highest).max(4.0 * noise);
     let resting = |&k: &usize| activity.deviation[k].abs() <= rest;
     let before = (start..first.samples.start).rev().find(resting).unwrap_or(first.samples.start);
@@ -360,9 +555,10 @@ fn window(
     let mut limit = (found.input_end_s + settings.max_free_s).min(next_onset_s);
     let mut start_s = found.onset_s - settings.lead_in_s;
     for activity in activities {
-        let moved = activity.excursions.iter().map(|e| activity.time[e.samples.start]);
-        limit = moved.filter(|&t| t > found.input_end_s).fold(limit, f64::min);
-        if activity.surface == found.surface {
+        let moves = |e: &Excursion| activity.time[e.samples.start];
+        let next = activity.excursions.partition_point(|e| moves(e) <= found.input_end_s);
+        limit = activity.excursions.get(next).map_or(limit, |e| limit.min(moves(e)));
+        if found.surfaces.contains(&activity.surface) {
             let within = |range: &&Range<usize>| activity.time[range.end - 1] >= found.onset_s;
             if let Some(range) = activity.stretches.iter().find(within) {
                 start_s = start_s.max(activity.time[range.start]);
@@ -370,13 +566,18 @@ fn window(
             }
         }
     }
-    let rate = match found.surface {
+    let rate = |surface: &Role| match surface {
         Role::Aileron => Role::RollRate,
         Role::Elevator => Role::PitchRate,
         _ => Role::YawRate,
     };
-    let response = responses.iter().find(|(role, _)| *role == rate).map(|(_, series)| *series);
-    let settled = response.and_then(|response| settled(response, start_s, found, limit, settings.settled_share));
+    let response =
+        |surface: &Role| responses.iter().find(|(role, _)| *role == rate(surface)).map(|(_, series)| *series);
+    let ends = found.surfaces.iter().map(|surface| {
+        response(surface).and_then(|response| settled(response, start_s, found, limit, settings.settled_share))
+    });
+    // Of several surfaces the motion that lasts longest; without a response of one of them the longest allowed.
+    let settled = ends.reduce(|a, b| a.zip(b).map(|(a, b)| a.max(b))).flatten();
     Window { start_s, end_s: settled.unwrap_or(limit).max(found.input_end_s).min(limit.max(found.input_end_s)) }
 }
 

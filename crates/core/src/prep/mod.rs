@@ -2,11 +2,13 @@
 //! data and fuel from raw sensors; channels by expression; noise statistics; manoeuvres.
 
 mod air_data;
+mod airborne;
 mod control_sensors;
 mod control_surfaces;
 mod differentiate;
 mod expression;
 mod fuel;
+mod held;
 mod integrate;
 mod lag;
 mod local_polynomial;
@@ -30,6 +32,7 @@ pub use air_data::{
     PodDefinition, PodHistory, level_flight_angle_of_attack, pod_angle_of_attack, pod_calibration, pod_history,
     pod_working_range, sideslip,
 };
+pub use airborne::{Airborne, airborne};
 pub use control_sensors::{
     SensorAttitude, SensorReference, attitude_turn, central4_noise, integrated_turn, integrated_turn_noise,
     sensor_rate_noise, sensor_rates,
@@ -43,18 +46,21 @@ pub use expression::{
     Expression, ExpressionError, LONGEST as LONGEST_EXPRESSION, Operand, between_samples, did_you_mean,
 };
 pub use fuel::{BlindZone, FuelHistory, FuelReading, FuelSettings, fuel_from_flow, fuel_history, fuel_reading};
+pub use held::{HeldSamples, held_samples};
 pub use integrate::{cumulative_trapezoid, stretches};
 pub use lag::{delay, first_order_lag};
-pub use manoeuvres::{Manoeuvre, ManoeuvreSettings, ManoeuvreShape, Pulse, find_manoeuvres};
+pub use manoeuvres::{
+    Manoeuvre, ManoeuvreSearch, ManoeuvreSettings, ManoeuvreShape, PassedOver, Pulse, find_manoeuvres,
+};
 pub use matched::MatchedSmoothing;
 pub use navigation::{position_from_velocity, satellite_fix_at_cg};
-pub use noise_statistics::{NoiseChoice, NoiseOrigin, NoiseStatistics, noise_proposals, noise_statistics};
+pub use noise_statistics::{NoiseChoice, NoiseOrigin, NoiseStatistics, NoiseSums, noise_proposal, noise_statistics};
 pub use position::{FlowVane, acceleration_at_cg, accelerometer_at, flow_angles_at_cg, flow_angles_at_vanes};
 pub use rate_smoother::{SmoothedRate, smoothed_rate};
 pub use resample::{Interpolation, resample};
 pub use smooth::{Smoothing, smooth};
 pub use spectrum::{Spectrum, spectrum};
-pub use steady::{SteadySettings, SteadyStretch, find_steady};
+pub use steady::{SteadySearch, SteadySettings, SteadySignal, SteadyStretch, find_steady, intersect};
 pub use treatment::{Resampling, Treated, Treatment, longest_interval_s, treat};
 pub use whiteness::{WHITE_LEVEL, white_noise_probability, whiteness_lags, whiteness_probability};
 

@@ -1,11 +1,10 @@
-//! Noise of channels over steady windows, and what it proposes for Q and R (thesis section 4.4.3, Tables 4.15-4.16).
-
-use std::collections::BTreeMap;
+//! Noise of channels over steady windows, and what it proposes for Q and R (thesis section 4.4.3).
 
 use nalgebra::{DMatrix, DVector};
 
+use super::steady::MAX_LAG_ONE;
 use super::{PrepError, check, whiteness_lags, whiteness_probability};
-use crate::quantity::Role;
+use crate::load::instruments::StatedNoise;
 use crate::series::{Series, Window};
 
 /// Noise of one channel over its steady windows.
@@ -31,68 +30,127 @@ pub struct NoiseStatistics {
 /// Lags of the test of whiteness.
 const LAGS: usize = 20;
 
-/// Noise of a channel over marked steady windows, each with its own polynomial trend of `degree` taken off.
+/// Noise of a channel over marked steady windows of one or more recordings, each window with its own polynomial trend taken off.
 ///
 /// `s^2 = sum r^2 / sum(n - degree - 1)` over the residuals of all windows; samples that are not finite are left out.
-///
-/// # Errors
-/// Lengths that differ, time that does not increase, [`PrepError::TooFewSamples`] when no window holds `degree + 8` samples.
-pub fn noise_statistics(series: &Series, windows: &[Window], degree: usize) -> Result<NoiseStatistics, PrepError> {
-    check(&series.time_s, &series.values, "noise statistics", 1)?;
-    /// Samples beyond the trend's own unknowns that a window needs.
-    const BEYOND: usize = 7;
-    let needed = degree + 1 + BEYOND;
-    let mut most = 0;
-    let (mut squares, mut free, mut samples, mut used) = (0.0, 0, 0, 0);
-    let (mut differences, mut pairs, mut resolution) = (0.0, 0usize, f64::INFINITY);
-    let mut products = [0.0; LAGS + 1];
-    let (mut all_pairs, mut lost) = ([0usize; LAGS + 1], [0.0; LAGS + 1]);
-    for window in windows {
-        let inside = window.indices(&series.time_s);
-        let (time, values): (Vec<f64>, Vec<f64>) = series.time_s[inside.clone()]
-            .iter()
-            .zip(&series.values[inside])
-            .filter(|(_, value)| value.is_finite())
-            .unzip();
-        most = most.max(values.len());
-        if values.len() < needed {
-            continue;
+#[derive(Clone, Debug, PartialEq)]
+pub struct NoiseSums {
+    degree: usize,
+    squares: f64,
+    free: usize,
+    samples: usize,
+    windows: usize,
+    differences: f64,
+    pairs: usize,
+    resolution: f64,
+    products: [f64; LAGS + 1],
+    /// Pairs of residuals at each lag, and what the trends took off their products.
+    all_pairs: [usize; LAGS + 1],
+    lost: [f64; LAGS + 1],
+    /// Samples of the fullest window, used or not.
+    most: usize,
+}
+
+/// Samples beyond the trend's own unknowns that a window needs.
+const BEYOND: usize = 7;
+
+impl NoiseSums {
+    /// Nothing yet, trends of `degree`.
+    pub fn new(degree: usize) -> Self {
+        let products = [0.0; LAGS + 1];
+        Self {
+            degree,
+            squares: 0.0,
+            free: 0,
+            samples: 0,
+            windows: 0,
+            differences: 0.0,
+            pairs: 0,
+            resolution: f64::INFINITY,
+            products,
+            all_pairs: [0; LAGS + 1],
+            lost: [0.0; LAGS + 1],
+            most: 0,
         }
-        let residual = detrended(&time, &values, degree);
-        used += 1;
-        samples += residual.len();
-        free += residual.len() - degree - 1;
-        squares += residual.iter().map(|r| r * r).sum::<f64>();
-        for (lag, product) in products.iter_mut().enumerate() {
+    }
+
+    /// Adds the windows of a recording.
+    ///
+    /// # Errors
+    /// Lengths that differ, time that does not increase.
+    pub fn add(&mut self, series: &Series, windows: &[Window]) -> Result<(), PrepError> {
+        check(&series.time_s, &series.values, "noise statistics", 1)?;
+        for window in windows {
+            let inside = window.indices(&series.time_s);
+            let (time, values): (Vec<f64>, Vec<f64>) = series.time_s[inside.clone()]
+                .iter()
+                .zip(&series.values[inside])
+                .filter(|(_, value)| value.is_finite())
+                .unzip();
+            self.most = self.most.max(values.len());
+            if values.len() > self.degree + BEYOND {
+                self.add_window(&time, &values);
+            }
+        }
+        Ok(())
+    }
+
+    fn add_window(&mut self, time: &[f64], values: &[f64]) {
+        let residual = detrended(time, values, self.degree);
+        self.windows += 1;
+        self.samples += residual.len();
+        self.free += residual.len() - self.degree - 1;
+        self.squares += residual.iter().map(|r| r * r).sum::<f64>();
+        for (lag, product) in self.products.iter_mut().enumerate() {
             *product += residual.iter().zip(residual.iter().skip(lag)).map(|(a, b)| a * b).sum::<f64>();
             let apart = residual.len().saturating_sub(lag);
-            all_pairs[lag] += apart;
+            self.all_pairs[lag] += apart;
             // The trend takes one part in n of the sum of squares for each of its unknowns, and as much off every product.
-            lost[lag] += (degree + 1) as f64 * apart as f64 / residual.len() as f64;
+            self.lost[lag] += (self.degree + 1) as f64 * apart as f64 / residual.len() as f64;
         }
         for pair in residual.windows(2) {
-            differences += (pair[1] - pair[0]).powi(2);
-            pairs += 1;
+            self.differences += (pair[1] - pair[0]).powi(2);
+            self.pairs += 1;
         }
         let steps = values.windows(2).map(|pair| (pair[1] - pair[0]).abs());
-        resolution = steps.filter(|&step| step > 0.0).fold(resolution, f64::min);
+        self.resolution = steps.filter(|&step| step > 0.0).fold(self.resolution, f64::min);
     }
-    if used == 0 {
-        return Err(PrepError::TooFewSamples { method: "noise statistics in one window", needed, found: most });
+
+    /// What all windows show together.
+    ///
+    /// # Errors
+    /// [`PrepError::TooFewSamples`] when no window holds `degree + 8` samples.
+    pub fn statistics(&self) -> Result<NoiseStatistics, PrepError> {
+        if self.windows == 0 {
+            let (needed, found) = (self.degree + 1 + BEYOND, self.most);
+            return Err(PrepError::TooFewSamples { method: "noise statistics in one window", needed, found });
+        }
+        let lags = whiteness_lags(self.samples, LAGS);
+        let products = &self.products;
+        let correlation = |lag: usize| if products[0] > 0.0 { products[lag] / products[0] } else { 0.0 };
+        let untrended = |lag: usize| correlation(lag) + self.lost[lag] / self.samples as f64;
+        let whiteness =
+            whiteness_probability(self.samples, (1..=lags).map(|lag| (untrended(lag), self.all_pairs[lag])));
+        Ok(NoiseStatistics {
+            std: (self.squares / self.free as f64).sqrt(),
+            difference_std: (0.5 * self.differences / self.pairs as f64).sqrt(),
+            resolution: if self.resolution.is_finite() { self.resolution } else { 0.0 },
+            samples: self.samples,
+            windows: self.windows,
+            lag_one: correlation(1),
+            whiteness,
+        })
     }
-    let lags = whiteness_lags(samples, LAGS);
-    let correlation = |lag: usize| if products[0] > 0.0 { products[lag] / products[0] } else { 0.0 };
-    let untrended = |lag: usize| correlation(lag) + lost[lag] / samples as f64;
-    let whiteness = whiteness_probability(samples, (1..=lags).map(|lag| (untrended(lag), all_pairs[lag])));
-    Ok(NoiseStatistics {
-        std: (squares / free as f64).sqrt(),
-        difference_std: (0.5 * differences / pairs as f64).sqrt(),
-        resolution: if resolution.is_finite() { resolution } else { 0.0 },
-        samples,
-        windows: used,
-        lag_one: correlation(1),
-        whiteness,
-    })
+}
+
+/// Noise of one channel over marked steady windows, see [`NoiseSums`].
+///
+/// # Errors
+/// As [`NoiseSums::add`] and [`NoiseSums::statistics`].
+pub fn noise_statistics(series: &Series, windows: &[Window], degree: usize) -> Result<NoiseStatistics, PrepError> {
+    let mut sums = NoiseSums::new(degree);
+    sums.add(series, windows)?;
+    sums.statistics()
 }
 
 /// What a polynomial of `degree` in time leaves of the values.
@@ -108,74 +166,54 @@ fn detrended(time: &[f64], values: &[f64], degree: usize) -> Vec<f64> {
 }
 
 /// Where a proposed standard deviation comes from.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum NoiseOrigin {
-    /// Steady windows of this recording.
+    /// Steady windows of the recordings.
     Windows(NoiseStatistics),
     /// The recorder's resolution over the root of twelve, since the windows show less.
     Resolution(NoiseStatistics),
-    /// Thesis Table 4.15 (raw input; yaw rate 6.15e-4 rad/s, its printed 6.15e-2 being a misprint) or 4.16.
-    Published,
-    /// Thesis section 4.4.3: flow angles at a low rate deserve less trust than their scatter suggests.
-    Judged,
+    /// Stated for the instruments, from the source given.
+    Stated(String),
 }
 
-/// A standard deviation proposed for one channel, and what was put in its place.
+/// A standard deviation proposed for one channel. Its square stands on the diagonal of Q (inertial samples) or R (measurements).
 #[derive(Clone, Debug, PartialEq)]
 pub struct NoiseChoice {
-    /// Proposed standard deviation, SI of the role.
+    /// Standard deviation, SI of the role.
     pub proposed: f64,
     /// Where it comes from.
     pub origin: NoiseOrigin,
-    /// Standard deviation chosen instead, with the reason.
-    pub instead: Option<(f64, String)>,
 }
 
-impl NoiseChoice {
-    /// The standard deviation to use: what was chosen instead, or the proposal. Its square stands on the diagonal of Q (inertial
-    /// samples) or R (measurements).
-    pub fn std(&self) -> f64 {
-        self.instead.as_ref().map_or(self.proposed, |(std, _)| *std)
+/// The standard deviation proposed for a channel: what is stated for its instrument to count always, otherwise what the windows show,
+/// never less than the recorder's resolution over the root of twelve, otherwise what is stated. Nothing else is made up.
+///
+/// # Errors
+/// One line with the reason where the windows tell nothing and nothing is stated: no samples, or what a trend leaves of them is not
+/// white, so that it is motion, or filtered.
+pub fn noise_proposal(
+    measured: Result<&NoiseStatistics, String>,
+    stated: Option<&StatedNoise>,
+) -> Result<NoiseChoice, String> {
+    let by =
+        |stated: &StatedNoise| NoiseChoice { proposed: stated.std, origin: NoiseOrigin::Stated(stated.source.clone()) };
+    if let Some(stated) = stated.filter(|stated| stated.always) {
+        return Ok(by(stated));
     }
-}
-
-/// Published standard deviations, SI: thesis Tables 4.15 (raw) and 4.16.
-const PUBLISHED: [(Role, f64); 16] = [
-    (Role::SpecificForceX, 3.07e-2),
-    (Role::SpecificForceY, 5.61e-3),
-    (Role::SpecificForceZ, 1.46e-2),
-    (Role::RollRate, 6.22e-4),
-    (Role::PitchRate, 1.20e-3),
-    (Role::YawRate, 6.15e-4),
-    (Role::PositionNorth, 1.63e-1),
-    (Role::PositionEast, 8.74e-2),
-    (Role::PositionDown, 8.65e-2),
-    (Role::VelocityNorth, 1.86e-2),
-    (Role::VelocityEast, 1.70e-2),
-    (Role::VelocityDown, 5.82e-3),
-    (Role::BankAngle, 6.25e-4),
-    (Role::PitchAngle, 3.52e-4),
-    (Role::HeadingAngle, 2.32e-4),
-    (Role::TrueAirspeed, 5.14e-2),
-];
-/// Standard deviations the thesis gave the flow angles, rad.
-const JUDGED: [(Role, f64); 2] = [(Role::AngleOfAttack, 1.0e-2), (Role::Sideslip, 5.0e-3)];
-
-/// Standard deviations proposed for every input and measurement of the flight-path reconstruction, by role: what the windows
-/// show, never less than the recorder's resolution over the root of twelve; published ones where nothing was measured; the
-/// judged ones for the flow angles.
-pub fn noise_proposals(measured: &BTreeMap<Role, NoiseStatistics>) -> BTreeMap<Role, NoiseChoice> {
-    let choice = |proposed: f64, origin: NoiseOrigin| NoiseChoice { proposed, origin, instead: None };
-    let published = PUBLISHED.iter().map(|&(role, std)| {
-        let proposal = match measured.get(&role) {
-            Some(statistics) if statistics.std >= statistics.resolution / 12f64.sqrt() => {
-                choice(statistics.std, NoiseOrigin::Windows(*statistics))
-            }
-            Some(statistics) => choice(statistics.resolution / 12f64.sqrt(), NoiseOrigin::Resolution(*statistics)),
-            None => choice(std, NoiseOrigin::Published),
-        };
-        (role, proposal)
-    });
-    let judged = JUDGED.iter().map(|&(role, std)| (role, choice(std, NoiseOrigin::Judged)));
-    published.chain(judged).collect()
+    let measured = match measured {
+        Err(reason) => Err(reason),
+        Ok(found) if found.lag_one > MAX_LAG_ONE => Err(format!(
+            "what a trend leaves in the steady windows is motion, or filtered: its correlation from sample to sample is {:.2}, that \
+             of noise below {MAX_LAG_ONE}",
+            found.lag_one
+        )),
+        Ok(found) if found.std >= found.resolution / 12f64.sqrt() => {
+            Ok(NoiseChoice { proposed: found.std, origin: NoiseOrigin::Windows(*found) })
+        }
+        Ok(found) => {
+            let proposed = found.resolution / 12f64.sqrt();
+            Ok(NoiseChoice { proposed, origin: NoiseOrigin::Resolution(*found) })
+        }
+    };
+    measured.or_else(|reason| stated.map(by).ok_or(reason))
 }

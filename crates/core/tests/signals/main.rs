@@ -11,6 +11,8 @@ mod air_data;
 mod control_surfaces;
 mod demo;
 mod fuel;
+mod held;
 mod manoeuvres;
 mod noise;
+mod steady;
 mod support;

@@ -1,13 +1,14 @@
 //! Manoeuvres found in hand-flown, drifting, noisy controls.
 
-use doublet_core::prep::{Manoeuvre, ManoeuvreSettings, ManoeuvreShape, PrepError, find_manoeuvres};
+use doublet_core::prep::{Manoeuvre, ManoeuvreSettings, ManoeuvreShape, PassedOver, PrepError, find_manoeuvres};
 use doublet_core::quantity::Role;
-use doublet_core::series::Series;
+use doublet_core::series::{Series, Window};
 use doublet_core::simulate::{Hand, InputKind, InputSignal};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
+const ALWAYS: [Window; 1] = [Window { start_s: f64::NEG_INFINITY, end_s: f64::INFINITY }];
 const SURFACES: [Role; 3] = [Role::Aileron, Role::Elevator, Role::Rudder];
 /// Time from one input to the next, s.
 const EVERY_S: f64 = 40.0;
@@ -47,7 +48,7 @@ fn flown(count: usize, hand: Hand, kinds: &[InputKind], seed: u64) -> Flown {
 
 fn find(flown: &Flown, settings: &ManoeuvreSettings) -> Vec<Manoeuvre> {
     let controls: Vec<(Role, &Series)> = SURFACES.into_iter().zip(&flown.controls).collect();
-    find_manoeuvres(&controls, &[], settings).unwrap()
+    find_manoeuvres(&controls, &[], &ALWAYS, settings).unwrap().found
 }
 
 fn shape_of(kind: InputKind) -> ManoeuvreShape {
@@ -70,7 +71,7 @@ fn hand_flown_manoeuvres_are_found_with_surface_shape_and_onset() {
         let found = find(&flown, &ManoeuvreSettings::default());
         assert_eq!(found.len(), flown.inputs.len(), "seed {seed}");
         for (manoeuvre, (surface, kind, onset, amplitude)) in found.iter().zip(&flown.inputs) {
-            assert_eq!(manoeuvre.surface, SURFACES[*surface]);
+            assert_eq!(manoeuvre.surfaces, [SURFACES[*surface]]);
             assert!((manoeuvre.onset_s - onset).abs() < ONSET_S, "{} for {onset}", manoeuvre.onset_s);
             assert!((manoeuvre.amplitude_rad / amplitude - 1.0).abs() < 0.25, "{manoeuvre:?} {amplitude}");
             assert!(manoeuvre.window.start_s < manoeuvre.onset_s && manoeuvre.input_end_s < manoeuvre.window.end_s);
@@ -113,8 +114,9 @@ fn step_is_told_from_pulse_and_coupled_inputs_lose_confidence() {
     let step = series(&|t| if t > 12.0 { 0.03 } else { 0.0 });
     let still = series(&|_| 0.0);
     let settings = ManoeuvreSettings::default();
-    let found = find_manoeuvres(&[(Role::Elevator, &step), (Role::Rudder, &still)], &[], &settings).unwrap();
-    assert_eq!((found.len(), found[0].shape, found[0].surface), (1, ManoeuvreShape::Step, Role::Elevator));
+    let found =
+        find_manoeuvres(&[(Role::Elevator, &step), (Role::Rudder, &still)], &[], &ALWAYS, &settings).unwrap().found;
+    assert_eq!((found.len(), found[0].shape, found[0].surfaces[0]), (1, ManoeuvreShape::Step, Role::Elevator));
     let doublet = |t: f64, size: f64| {
         if (8.0..9.0).contains(&t) {
             size
@@ -125,8 +127,9 @@ fn step_is_told_from_pulse_and_coupled_inputs_lose_confidence() {
         }
     };
     let (large, small) = (series(&|t| doublet(t, 0.05)), series(&|t| doublet(t, 0.02)));
-    let found = find_manoeuvres(&[(Role::Aileron, &large), (Role::Rudder, &small)], &[], &settings).unwrap();
-    assert_eq!((found.len(), found[0].surface, found[0].shape), (1, Role::Aileron, ManoeuvreShape::Doublet));
+    let found =
+        find_manoeuvres(&[(Role::Aileron, &large), (Role::Rudder, &small)], &[], &ALWAYS, &settings).unwrap().found;
+    assert_eq!((found.len(), found[0].surfaces[0], found[0].shape), (1, Role::Aileron, ManoeuvreShape::Doublet));
     // 0.02 of 0.05 on the other surface: 1 / (1 + (0.4/0.5)^2).
     assert!((found[0].confidence - 0.61).abs() < 0.02, "{}", found[0].confidence);
 }
@@ -149,13 +152,83 @@ fn free_response_ends_where_the_rate_has_died_down() {
         |f: &dyn Fn(f64) -> f64| Series { values: time.iter().map(|&t| f(t)).collect(), time_s: time.clone().into() };
     let (control, response) = (make(&doublet), make(&rate));
     let settings = ManoeuvreSettings::default();
-    let found = find_manoeuvres(&[(Role::Elevator, &control)], &[(Role::PitchRate, &response)], &settings).unwrap();
+    let found = find_manoeuvres(&[(Role::Elevator, &control)], &[(Role::PitchRate, &response)], &ALWAYS, &settings)
+        .unwrap()
+        .found;
     assert!((found[0].window.end_s - (10.0 + 10f64.ln() / 0.5)).abs() < 0.03, "{:?}", found[0].window);
     assert!((found[0].window.start_s - 5.0).abs() < 0.03);
-    let without = find_manoeuvres(&[(Role::Elevator, &control)], &[], &settings).unwrap();
+    let without = find_manoeuvres(&[(Role::Elevator, &control)], &[], &ALWAYS, &settings).unwrap().found;
     assert!((without[0].window.end_s - 20.0).abs() < 0.05);
     let bad = ManoeuvreSettings { resting_s: 0.0, ..settings };
-    assert!(matches!(find_manoeuvres(&[], &[], &bad), Err(PrepError::Setting { setting: "resting_s", .. })));
+    assert!(matches!(find_manoeuvres(&[], &[], &ALWAYS, &bad), Err(PrepError::Setting { setting: "resting_s", .. })));
     let uneven = Series { time_s: [1.0, 0.0].into(), values: [0.0, 0.0].into() };
-    assert!(find_manoeuvres(&[(Role::Elevator, &uneven)], &[], &settings).is_err());
+    assert!(find_manoeuvres(&[(Role::Elevator, &uneven)], &[], &ALWAYS, &settings).is_err());
+}
+
+/// A doublet of 2 x 1 s from `onset` on, rad.
+fn doublet(t: f64, onset: f64, amplitude: f64) -> f64 {
+    match t - onset {
+        t if (0.0..1.0).contains(&t) => amplitude,
+        t if (1.0..2.0).contains(&t) => -amplitude,
+        _ => 0.0,
+    }
+}
+
+/// A deflection at 50 Hz from 0 to `end` s.
+fn deflection(end: f64, value: impl Fn(f64) -> f64) -> Series {
+    let time: Vec<f64> = (0..=(50.0 * end) as usize).map(|k| k as f64 / 50.0).collect();
+    Series { values: time.iter().map(|t| value(*t)).collect(), time_s: time.into() }
+}
+
+#[test]
+fn a_cut_that_begins_and_ends_close_to_the_manoeuvre_is_found() {
+    // 0.3 s before, 0.8 s after: 3.1 s in all.
+    let control = deflection(3.1, |t| doublet(t, 0.3, 0.35));
+    let found = find_manoeuvres(&[(Role::Elevator, &control)], &[], &ALWAYS, &ManoeuvreSettings::default()).unwrap();
+    assert_eq!(found.passed_over, []);
+    assert_eq!((found.found.len(), found.found[0].shape), (1, ManoeuvreShape::Doublet));
+    let Window { start_s, end_s } = found.found[0].window;
+    assert!(start_s == 0.0 && end_s <= 3.1, "{:?}", found.found[0].window);
+    // Cuts laid end to end give a window each, none over the pause.
+    let pause = |t: &f64| !(3.1..13.1).contains(t);
+    let two = deflection(16.2, |t| doublet(t, 0.3, 0.35) + doublet(t, 13.4, -0.35));
+    let pairs = two.time_s.iter().zip(&*two.values).filter(|(t, _)| pause(t));
+    let (time, values): (Vec<f64>, Vec<f64>) = pairs.map(|(t, value)| (*t, *value)).unzip();
+    let two = Series { time_s: time.into(), values: values.into() };
+    let found = find_manoeuvres(&[(Role::Elevator, &two)], &[], &ALWAYS, &ManoeuvreSettings::default()).unwrap().found;
+    assert_eq!(found.len(), 2);
+    assert!(
+        found[0].window.end_s <= 3.1 && found[1].window.start_s >= 13.1,
+        "{:?} {:?}",
+        found[0].window,
+        found[1].window
+    );
+}
+
+#[test]
+fn two_surfaces_at_one_time_are_one_manoeuvre() {
+    let aileron = deflection(100.0, |t| doublet(t, 50.0, 0.05));
+    let rudder = deflection(100.0, |t| doublet(t, 50.5, -0.06));
+    let controls = [(Role::Aileron, &aileron), (Role::Rudder, &rudder)];
+    let found = find_manoeuvres(&controls, &[], &ALWAYS, &ManoeuvreSettings::default()).unwrap();
+    assert_eq!((found.found.len(), found.passed_over.len()), (1, 0));
+    let one = &found.found[0];
+    assert_eq!(one.surfaces, [Role::Rudder, Role::Aileron]);
+    assert!(
+        (one.onset_s - 50.0).abs() < 0.05 && (one.input_end_s - 52.5).abs() < 0.05 && one.confidence > 0.9,
+        "{one:?}"
+    );
+}
+
+#[test]
+fn inputs_that_are_no_manoeuvre_are_told_with_their_reason() {
+    let input =
+        |t: f64| doublet(t, 20.0, 0.05) + doublet(t, 60.0, 0.006) + doublet(t, 100.0, 0.05) + doublet(t, 102.7, 0.05);
+    let control = deflection(200.0, input);
+    let flown = [Window { start_s: 40.0, end_s: 200.0 }];
+    let found = find_manoeuvres(&[(Role::Elevator, &control)], &[], &flown, &ManoeuvreSettings::default()).unwrap();
+    let told: Vec<(i64, PassedOver)> =
+        found.passed_over.iter().map(|(_, at, _, why)| (at.round() as i64, *why)).collect();
+    assert_eq!(told, [(20, PassedOver::OnGround), (60, PassedOver::Small), (103, PassedOver::NotRested)]);
+    assert_eq!(found.found.iter().map(|one| one.onset_s.round() as i64).collect::<Vec<_>>(), [100]);
 }

@@ -1,9 +1,7 @@
 //! Noise of channels over steady windows.
 
-use std::collections::BTreeMap;
-
-use doublet_core::prep::{NoiseOrigin, PrepError, WHITE_LEVEL, noise_proposals, noise_statistics};
-use doublet_core::quantity::Role;
+use doublet_core::load::instruments::StatedNoise;
+use doublet_core::prep::{NoiseOrigin, NoiseSums, PrepError, WHITE_LEVEL, noise_proposal, noise_statistics};
 use doublet_core::series::{Series, Window};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -48,6 +46,13 @@ fn noise_statistics_recover_truth_deviation_of_white_noise_on_a_trend() {
 }
 
 #[test]
+fn coloured_noise_is_told_from_white() {
+    let found = noise_statistics(&gyro(0.8, 0.0, 3), &WINDOWS, 1).unwrap();
+    assert!((found.lag_one - 0.8).abs() < 0.08, "{}", found.lag_one);
+    assert!(found.whiteness < 1e-6 && found.difference_std < 0.55 * found.std);
+}
+
+#[test]
 fn one_white_noise_in_twenty_is_called_coloured_however_many_windows_it_is_in() {
     let short = |count: usize, length_s: f64| -> Vec<Window> {
         let start = |k: usize| 3.0 * k as f64;
@@ -65,33 +70,49 @@ fn one_white_noise_in_twenty_is_called_coloured_however_many_windows_it_is_in() 
 }
 
 #[test]
-fn coloured_noise_is_told_from_white() {
-    let found = noise_statistics(&gyro(0.8, 0.0, 3), &WINDOWS, 1).unwrap();
-    assert!((found.lag_one - 0.8).abs() < 0.08, "{}", found.lag_one);
-    assert!(found.whiteness < 1e-6 && found.difference_std < 0.55 * found.std);
-}
-
-#[test]
-fn proposals_come_from_windows_resolution_or_the_thesis_and_can_be_overridden() {
-    let mut measured = BTreeMap::new();
-    measured.insert(Role::PitchRate, noise_statistics(&gyro(0.0, 0.0, 1), &WINDOWS, 1).unwrap());
+fn proposals_are_what_was_measured_or_stated_and_nothing_else() {
+    let stated = StatedNoise { std: 1e-2, source: "bench".to_owned(), always: false };
+    let judged = StatedNoise { always: true, ..stated.clone() };
+    // 1,000 white samples of 0.0018 give 0.0018, whatever was stated for want of them.
+    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    let time: Vec<f64> = (0..1000).map(|k| 0.02 * f64::from(k)).collect();
+    let values = time.iter().map(|_| 0.0018 * rng.sample::<f64, _>(StandardNormal)).collect();
+    let whole = [Window { start_s: 0.0, end_s: 20.0 }];
+    let white = noise_statistics(&Series { time_s: time.into(), values }, &whole, 2).unwrap();
+    for stated in [None, Some(&stated)] {
+        let choice = noise_proposal(Ok(&white), stated).unwrap();
+        // Four standard errors of a standard deviation over 1,000 samples.
+        assert!((choice.proposed / 0.0018 - 1.0).abs() < 0.09, "{choice:?}");
+        assert!(matches!(choice.origin, NoiseOrigin::Windows(_)));
+    }
+    assert_eq!(noise_proposal(Ok(&white), Some(&judged)).unwrap().proposed, 1e-2);
     // A recorder much coarser than its noise shows steps, here of a still channel that flickers once.
     let mut still = vec![0.25; 600];
     still[300] = 0.26;
     let coarse = Series { time_s: (0..600).map(|k| 0.02 * f64::from(k)).collect(), values: still.into() };
-    let whole = [Window { start_s: 0.0, end_s: 12.0 }];
-    measured.insert(Role::BankAngle, noise_statistics(&coarse, &whole, 0).unwrap());
-    let mut proposals = noise_proposals(&measured);
-    assert_eq!(proposals.len(), 18);
-    assert!((proposals[&Role::PitchRate].std() / SIGMA - 1.0).abs() < 0.1);
-    assert!(matches!(proposals[&Role::BankAngle].origin, NoiseOrigin::Resolution(_)));
-    assert!((proposals[&Role::BankAngle].std() - 0.01 / 12f64.sqrt()).abs() < 1e-9);
-    // The raw yaw rate is printed as 6.15e-2 rad/s.
-    assert_eq!(proposals[&Role::YawRate].std(), 6.15e-4);
-    assert_eq!((proposals[&Role::AngleOfAttack].std(), proposals[&Role::Sideslip].std()), (1e-2, 5e-3));
-    let choice = proposals.get_mut(&Role::YawRate).unwrap();
-    choice.instead = Some((1e-3, "vibration at this power".to_owned()));
-    assert_eq!((choice.std(), choice.proposed), (1e-3, 6.15e-4));
+    let coarse = noise_statistics(&coarse, &[Window { start_s: 0.0, end_s: 12.0 }], 0).unwrap();
+    let choice = noise_proposal(Ok(&coarse), None).unwrap();
+    assert!(matches!(choice.origin, NoiseOrigin::Resolution(_)));
+    assert!((choice.proposed - 0.01 / 12f64.sqrt()).abs() < 1e-9);
+    // What is no noise, or was not recorded, gives the reason or what is stated.
+    let coloured = noise_statistics(&gyro(0.9, 0.0, 2), &WINDOWS, 1).unwrap();
+    let reason = noise_proposal(Ok(&coloured), None).unwrap_err();
+    assert!(reason.contains("correlation from sample to sample is 0.9") && reason.contains("below 0.5"), "{reason}");
+    assert_eq!(noise_proposal(Ok(&coloured), Some(&stated)).unwrap().origin, NoiseOrigin::Stated("bench".to_owned()));
+    assert_eq!(noise_proposal(Err("it is not recorded".to_owned()), None).unwrap_err(), "it is not recorded");
+}
+
+#[test]
+fn noise_of_several_recordings_is_pooled_by_their_samples() {
+    let [one, other] = [gyro(0.0, 0.0, 7), gyro(0.0, 0.0, 8)];
+    let loud = Series { values: other.values.iter().map(|value| 3.0 * value).collect(), ..other };
+    let mut sums = NoiseSums::new(1);
+    sums.add(&one, &WINDOWS).unwrap();
+    sums.add(&loud, &WINDOWS[..1]).unwrap();
+    let found = sums.statistics().unwrap();
+    assert_eq!((found.samples, found.windows), (4 * 501, 4));
+    // Three windows of variance 1 and one of 9: 3 on the mean.
+    assert!((found.std / SIGMA / 3f64.sqrt() - 1.0).abs() < 0.1, "{}", found.std / SIGMA);
 }
 
 #[test]

@@ -36,7 +36,8 @@ pub fn build(session: &Session, snapshot: &Snapshot) -> Results {
         mass_kg: at_start.as_ref().map_or(f64::NAN, |mass| mass.mass_kg),
         mass_properties: at_start,
         reference: aircraft.map(|aircraft| setup::reference(aircraft, &session.preparation)),
-        gravity_m_s2: session.filter.gravity_m_s2,
+        gravity_m_s2: snapshot.gravity.as_ref().map_or(session.filter.gravity_m_s2, |used| used.m_s2),
+        gravity_origin: snapshot.gravity.as_ref().map(|used| used.origin.clone()).unwrap_or_default(),
         differentiation: signals::differentiation(&session.preparation),
         filter: match session.filter.method {
             Method::Ekf => "extended",

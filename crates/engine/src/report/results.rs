@@ -44,6 +44,8 @@ pub struct Results {
     pub reference: Option<ReferenceRow>,
     /// Gravity used by the filter, m/s².
     pub gravity_m_s2: f64,
+    /// Where it comes from.
+    pub gravity_origin: String,
     /// How body rates were differentiated.
     pub differentiation: String,
     /// What of all this may be believed, and why not; none where the run was stopped.

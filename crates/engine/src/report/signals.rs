@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use crate::run::Snapshot;
-use crate::session::{AngularAcceleration, Preparation, Session};
+use crate::session::{AngularAcceleration, Preparation, Session, Surface};
 use crate::stage::{FlightNoise, FlightProposals, LoadedFlight, TreatedSignal};
 
 /// A signal that was smoothed or resampled.
@@ -32,9 +32,10 @@ pub struct NoiseRow {
     pub unit: &'static str,
     /// Standard deviation the filter used, SI.
     pub used: f64,
-    /// Standard deviation proposed, SI.
-    pub proposed: f64,
-    /// Where the proposal comes from.
+    /// Standard deviation proposed, SI; absent where nothing tells it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub proposed: Option<f64>,
+    /// Where the proposal comes from, or why there is none.
     pub origin: String,
     /// Why the filter used what it used, where the session says.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -62,7 +63,7 @@ pub struct ProposalRow {
     pub start_s: f64,
     /// Last instant, s.
     pub end_s: f64,
-    /// Surface moved.
+    /// Surface moved, `several` for more than one.
     pub surface: &'static str,
     /// Shape of the input.
     pub kind: String,
@@ -106,7 +107,7 @@ fn noise_rows(session: &Session, noise: &FlightNoise) -> Vec<NoiseRow> {
         entry: row.channel.name(),
         unit: row.channel.role().dimension().si_symbol(),
         used: row.channel.std(session),
-        proposed: row.choice.proposed,
+        proposed: row.proposed(),
         origin: row.origin(),
         reason: session.noise_reasons.get(row.channel.name()).cloned(),
         deviation: row.statistics.map(|found| found.std),
@@ -119,16 +120,14 @@ fn noise_rows(session: &Session, noise: &FlightNoise) -> Vec<NoiseRow> {
 
 /// One row per manoeuvre found.
 fn proposal_rows(session: &Session, proposals: &FlightProposals) -> Vec<ProposalRow> {
-    let rows = proposals.windows.iter().filter_map(|proposal| {
-        Some(ProposalRow {
-            name: proposal.manoeuvre.name.clone(),
-            start_s: proposal.manoeuvre.window.start_s,
-            end_s: proposal.manoeuvre.window.end_s,
-            surface: proposal.manoeuvre.surface?.name(),
-            kind: proposal.manoeuvre.kind.clone(),
-            confidence: proposal.confidence,
-            window: proposal.taken(session).map(|window| window.name.clone()),
-        })
+    let rows = proposals.windows.iter().map(|proposal| ProposalRow {
+        name: proposal.manoeuvre.name.clone(),
+        start_s: proposal.manoeuvre.window.start_s,
+        end_s: proposal.manoeuvre.window.end_s,
+        surface: proposal.manoeuvre.surface.map_or("several", Surface::name),
+        kind: proposal.manoeuvre.kind.clone(),
+        confidence: proposal.confidence,
+        window: proposal.taken(session).map(|window| window.name.clone()),
     });
     rows.collect()
 }

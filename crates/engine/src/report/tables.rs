@@ -454,7 +454,7 @@ pub fn noise(results: &Results) -> Table {
                 Cell::text(row.entry),
                 Cell::text(row.unit),
                 Cell::Number(row.used),
-                Cell::Number(row.proposed),
+                Cell::maybe(row.proposed),
                 Cell::text(&row.origin),
                 Cell::maybe(row.deviation),
                 row.samples.map_or(Cell::Empty, Cell::Count),

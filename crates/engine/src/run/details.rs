@@ -105,7 +105,8 @@ fn by_every_filter(session: &Session, snapshot: &Snapshot, name: &str) -> Result
     let samples = Arc::new(samples);
     let iterated = if matches!(session.filter.method, Method::Iekf { .. }) { session.filter.method } else { ITERATED };
     let by = |method: Method| {
-        let mut other = session.clone();
+        let mut other =
+            snapshot.gravity.as_ref().map_or_else(|| session.clone(), |used| stage::with_gravity(session, used));
         other.filter.method = method;
         other.preparation = Preparation { path: PathSource::Smoothed, ..session.preparation.clone() };
         let path = stage::paths(std::slice::from_ref(&samples), &other, &Control::default()).into_iter().next();

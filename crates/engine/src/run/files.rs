@@ -16,7 +16,7 @@ pub fn keyed_flight(
     let files_key = files_key(folder, flight);
     let instruments = flight.instruments.as_ref().map(|used| stage::text(folder, &used.file, "aircraft"));
     let settings = (&flight.clocks, &flight.instruments, instruments, &flight.signals);
-    let key = KeyBuilder::new("aligned", 2).key(files_key).parameters(&settings).finish();
+    let key = KeyBuilder::new("aligned", 3).key(files_key).parameters(&settings).finish();
     let aligned = load_flight(folder, flight, files_key, key, cache);
     with_expressions(aligned, &flight.expressions, key, cache)
 }

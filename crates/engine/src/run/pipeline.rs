@@ -19,8 +19,8 @@ use super::studies;
 use crate::graph::{Cache, Key, KeyBuilder};
 use crate::session::{self, Manoeuvre, Session, WindowRole};
 use crate::stage::{
-    self, AeroWindow, AircraftData, FlightEngines, LoadedAircraft, LoadedFlight, PooledFits, Samples, Surroundings,
-    WindowPath,
+    self, AeroWindow, AircraftData, FlightEngines, LoadedAircraft, LoadedFlight, NoiseFlight, PooledFits, Samples,
+    Surroundings, WindowPath,
 };
 use crate::study::{Study, StudyWindow, Subject};
 use crate::verdict;
@@ -186,6 +186,11 @@ fn cancel_running(snapshot: &mut Snapshot) {
 fn stages(scope: &Scope<'_>, windows: &[&Manoeuvre], cache: &Cache, board: &Board<'_>) -> Result<(), Cancelled> {
     let aircraft = load_aircraft(scope, cache, board)?;
     let flights = load_flights(scope, cache, board)?;
+    let recording = |name: &str| Some(&flights.iter().find(|flight| flight.name == name)?.loaded.as_ref()?.recording);
+    let gravity = stage::gravity(scope.session, recording);
+    let session = stage::with_gravity(scope.session, &gravity);
+    let scope = &Scope { session: &session, ..*scope };
+    board.update(|snapshot| snapshot.gravity = Some(gravity))?;
     let tasks = tasks(windows, &flights, board)?;
     let known = aircraft.as_ref().ok().map(|keyed| (&keyed.data, keyed.loaded_key));
     let paths = reconstruct_all(scope, &tasks, known, cache, board)?;
@@ -383,27 +388,44 @@ fn model_engines(
 }
 
 /// Windows each flight proposes, and its noise. Nothing hangs on them, so they come last.
-fn propose(scope: &Scope<'_>, flights: &[KeyedFlight<'_>], cache: &Cache, board: &Board<'_>) -> Result<(), Cancelled> {
-    let one = |flight: &KeyedFlight<'_>| {
+fn propose<'f>(
+    scope: &Scope<'_>,
+    flights: &'f [KeyedFlight<'f>],
+    cache: &Cache,
+    board: &Board<'_>,
+) -> Result<(), Cancelled> {
+    let one = |flight: &'f KeyedFlight<'f>| -> Result<Option<_>, Cancelled> {
         let name = flight.name;
         let Some(loaded) = &flight.loaded else {
-            return board.step(|snapshot| {
+            board.step(|snapshot| {
                 snapshot.proposals.insert(name.to_owned(), Slot::NotRequested);
                 snapshot.noise.insert(name.to_owned(), Slot::NotRequested);
-            });
+            })?;
+            return Ok(None);
         };
-        let key = KeyBuilder::new("proposals", 1).key(flight.key).text(name).finish();
+        let key = KeyBuilder::new("proposals", 2).key(flight.key).text(name).finish();
         let proposals = cache.get(key).unwrap_or_else(|| cache.insert(key, stage::proposals(name, loaded)));
-        let steady = &scope.session.steady;
-        let key = KeyBuilder::new("noise", 1).key(key).parameters(steady).finish();
-        let noise = || stage::noise(name, &loaded.recording, steady, &proposals.steady);
-        let noise = cache.get(key).unwrap_or_else(|| cache.insert(key, noise()));
         board.step(|snapshot| {
-            snapshot.proposals.entry(name.to_owned()).or_default().finish(Ok(proposals));
-            snapshot.noise.entry(name.to_owned()).or_default().finish(Ok(noise));
-        })
+            snapshot.proposals.entry(name.to_owned()).or_default().finish(Ok(Arc::clone(&proposals)));
+        })?;
+        Ok(Some((name, key, Arc::clone(loaded), proposals)))
     };
-    flights.par_iter().try_for_each(one)
+    let known: Vec<_> = flights.par_iter().map(one).collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect();
+    let steady = &scope.session.steady;
+    let key =
+        known.iter().fold(KeyBuilder::new("noise", 2).parameters(steady), |key, (_, own, ..)| key.key(*own)).finish();
+    let own_key = |name: &str| KeyBuilder::new("noise of a flight", 1).key(key).text(name).finish();
+    let cached = || known.iter().map(|(name, ..)| cache.get(own_key(name))).collect::<Option<Vec<_>>>();
+    let noise = cached().unwrap_or_else(|| {
+        let flights = known.iter().map(|(name, _, loaded, proposals)| NoiseFlight { name, loaded, proposals });
+        let found = stage::noise(&flights.collect::<Vec<_>>(), steady);
+        known.iter().zip(found).map(|((name, ..), noise)| cache.insert(own_key(name), noise)).collect()
+    });
+    board.update(|snapshot| {
+        for ((name, ..), noise) in known.iter().zip(noise) {
+            snapshot.noise.entry((*name).to_owned()).or_default().finish(Ok(noise));
+        }
+    })
 }
 
 fn fail_window(snapshot: &mut Snapshot, window: &str, error: &str) {

@@ -9,8 +9,8 @@ use doublet_core::airframe::LoadedState;
 use super::details::Details;
 use crate::session::{Manoeuvre, Session};
 use crate::stage::{
-    AeroWindow, FlightEngines, FlightNoise, FlightPhysics, FlightProposals, FlownMass, LoadedAircraft, LoadedFlight,
-    PooledFits, ProofOfMatch, WindowAero, WindowFits, WindowPath,
+    AeroWindow, FlightEngines, FlightNoise, FlightPhysics, FlightProposals, FlownMass, Gravity, LoadedAircraft,
+    LoadedFlight, PooledFits, ProofOfMatch, WindowAero, WindowFits, WindowPath,
 };
 use crate::study::{CheckStudy, LagStudy, ManoeuvreStudy, MonteCarloStudy, SensitivityStudy, Study};
 use crate::verdict::Verdicts;
@@ -154,6 +154,8 @@ pub struct Snapshot {
     pub flown: BTreeMap<String, Slot<FlownMass>>,
     /// Recordings by flight.
     pub flights: BTreeMap<String, Slot<LoadedFlight>>,
+    /// Gravity in use; `None` before the flights were read.
+    pub gravity: Option<Gravity>,
     /// Engines over each flight; not requested where the recording or the aircraft lacks what their model needs.
     pub engines: BTreeMap<String, Slot<FlightEngines>>,
     /// Channels of each flight against each other.

@@ -8,8 +8,8 @@ use doublet_core::series::Window;
 use thiserror::Error;
 
 use super::{
-    ExpressionEdit, Flight, Manoeuvre, NoiseEdit, PathSource, PooledConstants, PredictionParameters, Preparation,
-    Session, SignalEdit, Surface, TermConstraint, WindowRole,
+    ExpressionEdit, Flight, GravitySource, Manoeuvre, NoiseEdit, PathSource, PooledConstants, PredictionParameters,
+    Preparation, Session, SignalEdit, Surface, TermConstraint, WindowRole,
 };
 
 /// A change of the session, grouped by area.
@@ -368,7 +368,10 @@ impl FilterEdit {
             }
             Self::Method(method) => filter.method = method,
             Self::Hold(hold) => filter.hold = hold,
-            Self::Gravity(value) => filter.gravity_m_s2 = positive("gravity", "", value)?,
+            Self::Gravity(value) => {
+                filter.gravity_m_s2 = positive("gravity", "", value)?;
+                session.gravity = GravitySource::Stated;
+            }
             Self::AirDataDeviation(state, value) => {
                 filter.air_data_deviation[state as usize] = not_negative("initial deviation", state.name(), value)?;
             }

@@ -32,7 +32,7 @@ pub use noise::{NoiseChannel, NoiseEdit, NoiseEntry, SteadyWindow};
 pub use paths::{leads_out, path_warning, paths, relative_to};
 pub use preparation::{AngularAcceleration, ControlLags, MomentReference, Preparation};
 pub use schema::{FORMAT, SessionError, VERSION, parse, print};
-pub use signals::{SignalEdit, SignalPreset, SignalRule, SignalSetting};
+pub use signals::{HeldSampleUse, SignalEdit, SignalPreset, SignalRule, SignalSetting};
 
 /// Everything an analysis is made from.
 #[derive(Clone, Debug, PartialEq)]
@@ -51,8 +51,10 @@ pub struct Session {
     pub steady: Vec<SteadyWindow>,
     /// Why an entry of the noise is what it is, by the name of the input or measurement.
     pub noise_reasons: BTreeMap<String, String>,
-    /// Settings of the flight path reconstruction.
+    /// Settings of the flight path reconstruction. Its gravity counts where [`Session::gravity`] says so.
     pub filter: FilterSettings,
+    /// Where the acceleration of gravity comes from.
+    pub gravity: GravitySource,
     /// How coefficients are formed from the reconstructed path.
     pub preparation: Preparation,
     /// How derivatives are estimated.
@@ -64,6 +66,16 @@ pub struct Session {
     /// What derivatives of this aircraft may be, by name, in the form they have here; others are judged by the ranges of a
     /// conventional aeroplane.
     pub plausible: BTreeMap<String, PlausibleRange>,
+}
+
+/// Where the acceleration of gravity comes from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum GravitySource {
+    /// The filter's settings state it.
+    Stated,
+    /// Latitude and altitude of the flights, where they are recorded; otherwise it is the standard one.
+    #[default]
+    Position,
 }
 
 /// Recordings that share one time line.

@@ -17,6 +17,18 @@ pub struct SignalSetting {
     /// Whether the ground velocity, as the rules leave it, gives the position north and east by the trapezoidal rule where none is
     /// recorded (thesis section 4.4.3).
     pub position_from_velocity: bool,
+    /// What becomes of values that a recorder repeats because the sensor is slower than it.
+    pub held_samples: HeldSampleUse,
+}
+
+/// What becomes of values that a recorder repeats because the sensor is slower than it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum HeldSampleUse {
+    /// The first of each counts.
+    #[default]
+    Once,
+    /// Every one counts as a measurement of its own.
+    Every,
 }
 
 /// What is done to some roles: averaging, then the polynomial, then new samples.

@@ -1,10 +1,13 @@
 //! Roles that no recorder gives: deflections from sensors on the controls, flow angles from the pod, fuel from its probes.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
 use doublet_core::atmos::{Atmosphere, STANDARD_GRAVITY_M_S2};
-use doublet_core::load::instruments::{self as file, AirDataCalibration, ControlLinkage, Instruments, PodCalibration};
+use doublet_core::load::instruments::{
+    self as file, AirDataCalibration, ControlLinkage, Instruments, PodCalibration, StatedNoise,
+};
 use doublet_core::prep::{
     ColumnFormula, DeflectionSettings, Differentiation, FuelSettings, Interpolation, SensorAttitude, SensorReference,
     aileron_deflection, attitude_turn, deflection_noise, elevator_deflection, fuel_history, integrated_turn,
@@ -26,11 +29,16 @@ const POD_MARGIN: f64 = 1.0;
 const YOKE: &str = "yoke";
 const COLUMN: &str = "column";
 
-/// Adds every role the instruments give to a recording on the flight's time line. A role the recording has is kept, and said.
+/// Adds every role the instruments give to a recording on the flight's time line, and returns the noise their file states. A role the
+/// recording has is kept, and said.
 ///
 /// # Errors
 /// One line: a file or a channel that is not there, or signals that cannot be used.
-pub fn derive(recording: &mut Recording, folder: &Path, setting: &InstrumentSetting) -> Result<(), String> {
+pub fn derive(
+    recording: &mut Recording,
+    folder: &Path,
+    setting: &InstrumentSetting,
+) -> Result<BTreeMap<Role, StatedNoise>, String> {
     let content = text(folder, &setting.file, "aircraft")?;
     let instruments = file::parse(&content).map_err(|error| format!("{}: {error}", setting.file))?;
     let mut derived = Vec::new();
@@ -67,7 +75,7 @@ pub fn derive(recording: &mut Recording, folder: &Path, setting: &InstrumentSett
         });
     }
     recording.warnings.extend(warnings);
-    Ok(())
+    Ok(instruments.noise)
 }
 
 /// Samples of a channel in SI, whatever unit it was recorded in.

@@ -13,6 +13,8 @@ mod expressions;
 mod fit;
 mod flight_engines;
 mod flown;
+mod gravity;
+mod held;
 mod instruments;
 mod noise;
 mod path;
@@ -43,14 +45,17 @@ pub use fit::{
 };
 pub use flight_engines::{EngineOverFlight, FlightEngines, PowerAgreement, flight_engines};
 pub use flown::{FlownMass, FlownState, flown};
+pub use gravity::{Gravity, gravity, with_gravity};
 pub use instruments::tank_channel;
-pub use noise::{FlightNoise, NoiseRow, noise, open_entries};
+pub use noise::{FlightNoise, NoiseFlight, NoiseRow, noise, open_entries};
 pub use path::{
     PathSeries, Samples, SmoothedSeries, Untold, WindowPath, partly_outside, paths, reconstructions, samples,
 };
 pub use physics::{FlightPhysics, PhysicsRow, physics, physics_of};
 pub use prediction::Prediction;
-pub use proposals::{FlightProposals, SignalSpectrum, WindowProposal, open_windows, proposals};
+pub use proposals::{
+    FlightProposals, LEAST_PRESSURE_SHARE, SignalSpectrum, WindowProposal, open_windows, proposals, proposals_above,
+};
 pub use recording::{LoadedFlight, aligned, changed, files, flight, locate, prepared, text};
 pub use replay::{
     ProofOfMatch, ReplaySeries, ReplayWindow, WindowFlight, WindowReplay, bands, model_of_window, replay, window_flight,

@@ -2,24 +2,26 @@
 
 use std::collections::BTreeMap;
 
-use doublet_core::prep::{NoiseChoice, NoiseOrigin, NoiseStatistics, noise_proposals, noise_statistics};
+use doublet_core::load::instruments::StatedNoise;
+use doublet_core::prep::{NoiseChoice, NoiseOrigin, NoiseStatistics, NoiseSums, noise_proposal};
 use doublet_core::quantity::Role;
 use doublet_core::series::{Recording, Window};
 
+use super::{FlightProposals, LoadedFlight};
 use crate::graph::Footprint;
 use crate::session::{NoiseChannel, NoiseEntry, Session, SteadyWindow};
 
 /// Degree of the trend taken off every window: a steady aircraft still drifts.
 const TREND_DEGREE: usize = 2;
 
-/// Noise of a flight.
+/// Noise of a session's flights, shown beside one of them.
 #[derive(Clone, Debug, Default)]
 pub struct FlightNoise {
-    /// Windows used.
+    /// Windows of this flight.
     pub windows: Vec<SteadyWindow>,
     /// Whether they were marked by hand; otherwise they were found.
     pub marked: bool,
-    /// One row per input and measurement of the filter.
+    /// One row per input and measurement of the filter, over the windows of all flights.
     pub rows: Vec<NoiseRow>,
 }
 
@@ -34,61 +36,103 @@ impl Footprint for FlightNoise {
 pub struct NoiseRow {
     /// Entry of Q or R.
     pub channel: NoiseChannel,
-    /// What its windows show; `None` where nothing was recorded in them.
+    /// What the windows show; `None` where nothing was recorded in them.
     pub statistics: Option<NoiseStatistics>,
-    /// What is proposed.
-    pub choice: NoiseChoice,
+    /// What is proposed, or why nothing is.
+    pub choice: Result<NoiseChoice, String>,
 }
 
 impl NoiseRow {
-    /// Where the proposal comes from, in words.
+    /// The standard deviation proposed, SI, where one is.
+    pub fn proposed(&self) -> Option<f64> {
+        self.choice.as_ref().ok().map(|choice| choice.proposed)
+    }
+
+    /// Where the proposal comes from, or why there is none, in words.
     pub fn origin(&self) -> String {
-        match &self.choice.origin {
-            NoiseOrigin::Windows(found) => {
+        match self.choice.as_ref().map(|choice| &choice.origin) {
+            Ok(NoiseOrigin::Windows(found)) => {
                 format!("{} samples of the {} steady windows that speak for it", found.samples, found.windows)
             }
-            NoiseOrigin::Resolution(_) => "resolution of the recorder over the root of 12".to_owned(),
-            NoiseOrigin::Published => "thesis Tables 4.15-4.16: no steady samples".to_owned(),
-            NoiseOrigin::Judged => "thesis 4.4.3: judged, low rate".to_owned(),
+            Ok(NoiseOrigin::Resolution(_)) => "resolution of the recorder over the root of 12".to_owned(),
+            Ok(NoiseOrigin::Stated(source)) => source.clone(),
+            Err(reason) => format!("none: {reason}"),
         }
     }
 
-    /// Whether the recording itself says so.
+    /// Whether the recordings themselves say so.
     pub fn is_measured(&self) -> bool {
-        matches!(self.choice.origin, NoiseOrigin::Windows(_) | NoiseOrigin::Resolution(_))
+        matches!(self.choice.as_ref().map(|it| &it.origin), Ok(NoiseOrigin::Windows(_) | NoiseOrigin::Resolution(_)))
     }
 }
 
-/// Noise over the windows marked in the session for this flight, or over those found.
-pub fn noise(flight: &str, recording: &Recording, marked: &[SteadyWindow], found: &[SteadyWindow]) -> FlightNoise {
-    let own: Vec<SteadyWindow> = marked.iter().filter(|steady| steady.flight == flight).cloned().collect();
-    let marked = !own.is_empty();
-    let windows = if marked { own } else { found.to_vec() };
-    let mut measured = BTreeMap::new();
-    for channel in NoiseChannel::all() {
+/// A flight whose noise is taken.
+#[derive(Clone, Copy, Debug)]
+pub struct NoiseFlight<'a> {
+    /// Its name.
+    pub name: &'a str,
+    /// Its content.
+    pub loaded: &'a LoadedFlight,
+    /// Steady windows found in it, and why there are none.
+    pub proposals: &'a FlightProposals,
+}
+
+/// Noise of all flights together, each over the windows marked in the session for it, or over those found; one result per flight with
+/// its own windows and the rows they share.
+pub fn noise(flights: &[NoiseFlight<'_>], marked: &[SteadyWindow]) -> Vec<FlightNoise> {
+    let own = |flight: &NoiseFlight<'_>| {
+        let own: Vec<SteadyWindow> = marked.iter().filter(|steady| steady.flight == flight.name).cloned().collect();
+        let marked = !own.is_empty();
+        let windows = if marked { own } else { flight.proposals.steady.clone() };
+        FlightNoise { windows, marked, rows: Vec::new() }
+    };
+    let mut found: Vec<FlightNoise> = flights.iter().map(own).collect();
+    // Of several flights that state a role's noise the first counts.
+    let stated = flights.iter().rev().flat_map(|flight| &flight.loaded.stated_noise);
+    let stated: BTreeMap<Role, &StatedNoise> = stated.map(|(role, noise)| (*role, noise)).collect();
+    let row = |channel: NoiseChannel| {
         let role = channel.role();
-        // Without a satellite position the pressure altitude tells the height.
-        let recorded = match role {
-            Role::PositionDown => recording.role(role).or_else(|| recording.role(Role::Altitude)),
-            _ => recording.role(role),
-        };
-        let speaks = |steady: &&SteadyWindow| steady.roles.is_empty() || steady.roles.contains(&role);
-        let own: Vec<Window> = windows.iter().filter(speaks).map(|steady| steady.window).collect();
-        let statistics = recorded.and_then(|channel| noise_statistics(&channel.series, &own, TREND_DEGREE).ok());
-        measured.extend(statistics.map(|found| (role, found)));
-    }
-    let mut proposals = noise_proposals(&measured);
-    let rows = NoiseChannel::all().filter_map(|channel| {
-        let choice = proposals.remove(&channel.role())?;
-        Some(NoiseRow { channel, statistics: measured.get(&channel.role()).copied(), choice })
-    });
-    FlightNoise { rows: rows.collect(), windows, marked }
+        let measured = measured(role, flights, &found);
+        let choice = noise_proposal(measured.as_ref().map_err(Clone::clone), stated.get(&role).copied());
+        NoiseRow { channel, statistics: measured.ok(), choice }
+    };
+    let rows: Vec<NoiseRow> = NoiseChannel::all().map(row).collect();
+    found.iter_mut().for_each(|noise| noise.rows.clone_from(&rows));
+    found
 }
 
-/// The entries of a flight's noise whose channel was recorded in the windows and that the session has not set for a reason of its
-/// own.
+/// What the windows of all flights that speak for a role show of it.
+fn measured(role: Role, flights: &[NoiseFlight<'_>], found: &[FlightNoise]) -> Result<NoiseStatistics, String> {
+    let mut sums = NoiseSums::new(TREND_DEGREE);
+    let (mut is_recorded, mut has_windows) = (false, false);
+    for (flight, noise) in flights.iter().zip(found) {
+        let Some(channel) = recorded(&flight.loaded.recording, role) else { continue };
+        is_recorded = true;
+        let speaks = |steady: &&SteadyWindow| steady.roles.is_empty() || steady.roles.contains(&role);
+        let own: Vec<Window> = noise.windows.iter().filter(speaks).map(|steady| steady.window).collect();
+        has_windows |= !own.is_empty();
+        sums.add(&channel.series, &own).map_err(|error| error.to_string())?;
+    }
+    let refused = || flights.iter().find_map(|flight| flight.proposals.no_steady.clone());
+    match (is_recorded, has_windows) {
+        (false, _) => Err("it is not recorded".to_owned()),
+        (true, false) => Err(refused().unwrap_or_else(|| "no steady window speaks for it".to_owned())),
+        (true, true) => sums.statistics().map_err(|error| error.to_string()),
+    }
+}
+
+/// The channel of a role. Without a satellite position the pressure altitude tells the height.
+fn recorded(recording: &Recording, role: Role) -> Option<&doublet_core::series::Channel> {
+    match role {
+        Role::PositionDown => recording.role(role).or_else(|| recording.role(Role::Altitude)),
+        _ => recording.role(role),
+    }
+}
+
+/// The entries whose channel was recorded in the windows, for which something is proposed and that the session has not set for a
+/// reason of its own.
 pub fn open_entries(session: &Session, noise: &FlightNoise) -> Vec<NoiseEntry> {
     let recorded = noise.rows.iter().filter(|row| row.statistics.is_some());
     let open = recorded.filter(|row| !session.noise_reasons.contains_key(row.channel.name()));
-    open.map(|row| NoiseEntry { channel: row.channel, std: row.choice.proposed }).collect()
+    open.filter_map(|row| Some(NoiseEntry { channel: row.channel, std: row.proposed()? })).collect()
 }

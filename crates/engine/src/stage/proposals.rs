@@ -1,7 +1,10 @@
 //! What a flight itself shows: manoeuvre windows, steady windows, spectra of its signals.
 
+use std::collections::BTreeMap;
+
 use doublet_core::prep::{
-    Manoeuvre as Found, ManoeuvreSettings, Spectrum, SteadySettings, find_manoeuvres, find_steady, spectrum,
+    Manoeuvre as Found, ManoeuvreSearch, ManoeuvreSettings, PassedOver, Spectrum, SteadySearch, SteadySettings,
+    SteadySignal, airborne, find_manoeuvres, find_steady, intersect, spectrum,
 };
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::{Input, Measurement};
@@ -20,8 +23,10 @@ pub struct FlightProposals {
     pub steady: Vec<SteadyWindow>,
     /// Spectra of everything that enters the filter and of the control deflections.
     pub spectra: Vec<SignalSpectrum>,
-    /// Why something could not be looked for, one line each.
+    /// Why something could not be looked for or was not found, one line each.
     pub findings: Vec<String>,
+    /// Why there is no steady window, where there is none.
+    pub no_steady: Option<String>,
 }
 
 impl Footprint for FlightProposals {
@@ -87,28 +92,78 @@ pub fn open_windows(session: &Session, proposals: &FlightProposals) -> Vec<Manoe
     .collect()
 }
 
+/// Share of the median dynamic pressure in flight below which no manoeuvre is proposed: half of the airspeed.
+pub const LEAST_PRESSURE_SHARE: f64 = 0.25;
+
 /// Looks through a flight on its time line.
 pub fn proposals(flight: &str, loaded: &LoadedFlight) -> FlightProposals {
+    proposals_above(flight, loaded, LEAST_PRESSURE_SHARE)
+}
+
+/// Looks through a flight on its time line; manoeuvres are proposed above a share of the median dynamic pressure in flight.
+pub fn proposals_above(flight: &str, loaded: &LoadedFlight, least_pressure_share: f64) -> FlightProposals {
     let recording = &loaded.recording;
     let mut found = FlightProposals::default();
-    let controls = series(recording, &[Role::Aileron, Role::Elevator, Role::Rudder]);
-    if controls.is_empty() {
-        found.findings.push("no manoeuvres are looked for: the recording has no control deflections".to_owned());
-    }
-    let rates = series(recording, &[Role::RollRate, Role::PitchRate, Role::YawRate]);
-    match find_manoeuvres(&controls, &rates, &ManoeuvreSettings::default()) {
-        Ok(manoeuvres) => {
-            found.windows =
-                manoeuvres.into_iter().enumerate().map(|(index, one)| window_proposal(flight, index, one)).collect();
+    match manoeuvres(recording, least_pressure_share) {
+        Ok((search, least_airspeed_m_s)) => {
+            found.findings.extend(none_found(&search, least_airspeed_m_s));
+            let moved = search.found.into_iter().enumerate();
+            found.windows = moved.map(|(index, one)| window_proposal(flight, index, one)).collect();
         }
-        Err(error) => found.findings.push(format!("manoeuvres: {error}")),
+        Err(reason) => found.findings.push(reason),
     }
-    match steady(flight, recording) {
-        Ok(steady) => found.steady = steady,
-        Err(error) => found.findings.push(format!("steady windows: {error}")),
+    let inputs: Vec<Window> = found.windows.iter().map(|proposal| proposal.manoeuvre.window).collect();
+    match steady(flight, recording, &inputs) {
+        Ok((steady, reason)) => (found.steady, found.no_steady) = (steady, reason),
+        Err(error) => found.no_steady = Some(format!("steady windows: {error}")),
     }
+    found.findings.extend(found.no_steady.clone());
     found.spectra = spectra(loaded);
     found
+}
+
+/// Manoeuvres of the deflections, and the least airspeed at which they were looked for, where one is recorded.
+fn manoeuvres(recording: &Recording, least_pressure_share: f64) -> Result<(ManoeuvreSearch, Option<f64>), String> {
+    let controls = series(recording, &[Role::Aileron, Role::Elevator, Role::Rudder]);
+    if controls.is_empty() {
+        return Err("no manoeuvres are looked for: the recording has no control deflections".to_owned());
+    }
+    let rates = series(recording, &[Role::RollRate, Role::PitchRate, Role::YawRate]);
+    let role = |role: Role| recording.role(role).map(|channel| &channel.series);
+    let airspeed = role(Role::CalibratedAirspeed).or(role(Role::TrueAirspeed));
+    let flown = airspeed.and_then(|airspeed| airborne(airspeed, role(Role::WeightOnWheels), least_pressure_share));
+    let always = [Window { start_s: f64::NEG_INFINITY, end_s: f64::INFINITY }];
+    let spans = flown.as_ref().map_or(&always[..], |flown| &flown.spans);
+    let found = find_manoeuvres(&controls, &rates, spans, &ManoeuvreSettings::default());
+    let found = found.map_err(|error| format!("manoeuvres: {error}"))?;
+    Ok((found, flown.map(|flown| flown.least_airspeed_m_s)))
+}
+
+/// Why no manoeuvre was found, where none was.
+fn none_found(search: &ManoeuvreSearch, least_airspeed_m_s: Option<f64>) -> Option<String> {
+    if !search.found.is_empty() {
+        return None;
+    }
+    let mut reasons: BTreeMap<PassedOver, (usize, f64)> = BTreeMap::new();
+    for (_, _, highest, why) in &search.passed_over {
+        let (count, most) = reasons.entry(*why).or_default();
+        (*count, *most) = (*count + 1, most.max(*highest));
+    }
+    let least = ManoeuvreSettings::default().least_amplitude_rad.to_degrees();
+    let part = |(why, (count, most)): (&PassedOver, &(usize, f64))| {
+        let more = match (why, least_airspeed_m_s) {
+            (PassedOver::Small, _) => format!(" (up to {:.2} deg, {least} deg are wanted)", most.to_degrees()),
+            (PassedOver::OnGround, Some(least)) => format!(" (below {least:.0} m/s)"),
+            _ => String::new(),
+        };
+        format!("{count} {}{more}", why.words())
+    };
+    let parts: Vec<String> = reasons.iter().map(part).collect();
+    let why = match parts.is_empty() {
+        true => format!("no control leaves its resting place by {:.2} deg", 0.5 * least),
+        false => format!("of the inputs are {}", parts.join(", ")),
+    };
+    Some(format!("no manoeuvre was found: {why}; mark windows by hand"))
 }
 
 fn spectra(loaded: &LoadedFlight) -> Vec<SignalSpectrum> {
@@ -131,20 +186,22 @@ fn series<'a>(recording: &'a Recording, roles: &[Role]) -> Vec<(Role, &'a Series
 }
 
 fn window_proposal(flight: &str, index: usize, found: Found) -> WindowProposal {
-    let surface = match found.surface {
-        Role::Elevator => Surface::Elevator,
-        Role::Aileron => Surface::Aileron,
-        _ => Surface::Rudder,
+    let surface = match found.surfaces[..] {
+        [Role::Elevator] => Some(Surface::Elevator),
+        [Role::Aileron] => Some(Surface::Aileron),
+        [Role::Rudder] => Some(Surface::Rudder),
+        _ => None,
     };
+    let moved = surface.map_or("several", Surface::name);
     let kind = found.shape.name();
     // Tenths of a second are what an eye would set.
     let round = |time: f64| (time * 10.0).round() / 10.0;
     let window = Window { start_s: round(found.window.start_s), end_s: round(found.window.end_s) };
     WindowProposal {
         manoeuvre: Manoeuvre {
-            surface: Some(surface),
+            surface,
             kind: kind.to_owned(),
-            ..Manoeuvre::new(format!("{:02} {} {kind}", index + 1, surface.name()), flight.to_owned(), window)
+            ..Manoeuvre::new(format!("{:02} {moved} {kind}", index + 1), flight.to_owned(), window)
         },
         confidence: found.confidence,
         onset_s: found.onset_s,
@@ -159,31 +216,93 @@ fn is_ground_role(measurement: Measurement) -> bool {
     !matches!(measurement, Measurement::Airspeed | Measurement::AngleOfAttack | Measurement::Sideslip)
 }
 
-/// Steady windows in flight and, where the flight has time on the ground, there.
-fn steady(flight: &str, recording: &Recording) -> Result<Vec<SteadyWindow>, String> {
+/// How far a signal may move in a steady window: the deviation of its means over half a second, and its drift.
+const STILL: [(Role, f64, f64); 8] = [
+    (Role::RollRate, 0.02, 0.05),
+    (Role::PitchRate, 0.02, 0.05),
+    (Role::YawRate, 0.02, 0.05),
+    (Role::SpecificForceZ, 0.5, 1.0),
+    (Role::BankAngle, f64::INFINITY, 0.1),
+    (Role::PitchAngle, f64::INFINITY, 0.1),
+    (Role::VelocityNorth, 0.5, 1.0),
+    (Role::VelocityEast, 0.5, 1.0),
+];
+
+/// Steady windows in flight, apart from manoeuvres, and, where the flight has time on the ground, there; and why there are none.
+fn steady(
+    flight: &str,
+    recording: &Recording,
+    inputs: &[Window],
+) -> Result<(Vec<SteadyWindow>, Option<String>), String> {
     let [flying, parked] = spans(recording);
     let settings = SteadySettings::default();
     let look = |roles: &[Role], within: &[Window]| {
-        let signals: Vec<&Series> = series(recording, roles).into_iter().map(|(_, series)| series).collect();
-        if signals.is_empty() {
-            return Ok(Vec::new());
+        let still = STILL.iter().filter(|(role, ..)| roles.contains(role));
+        let signals: Vec<SteadySignal<'_>> = still
+            .filter_map(|&(role, max_deviation, max_drift)| {
+                Some(SteadySignal { series: &recording.role(role)?.series, max_deviation, max_drift })
+            })
+            .collect();
+        // Bank and pitch alone tell no motion.
+        if signals.iter().all(|signal| signal.max_deviation.is_infinite()) {
+            return Ok(SteadySearch::default());
         }
         find_steady(&signals, within, &settings).map_err(|error| error.to_string())
     };
     let rates = [Role::RollRate, Role::PitchRate, Role::YawRate];
-    let in_flight = look(&[rates[0], rates[1], rates[2], Role::SpecificForceZ], &flying)?;
-    let on_ground = look(&[rates[0], rates[1], rates[2], Role::VelocityNorth, Role::VelocityEast], &parked)?;
+    let [airborne, ground] = [
+        [Role::SpecificForceZ, Role::BankAngle, Role::PitchAngle].as_slice(),
+        [Role::VelocityNorth, Role::VelocityEast].as_slice(),
+    ]
+    .map(|others| [&rates[..], others].concat());
+    let in_flight = look(&airborne, &intersect(&flying, &between(inputs)))?;
+    let on_ground = look(&ground, &parked)?;
+    let reason = (in_flight.found.is_empty() && on_ground.found.is_empty()).then(|| no_steady(&in_flight, &settings));
     let of = |measurements: bool| -> Vec<Role> {
         let wanted = Measurement::ALL.into_iter().filter(|m| is_ground_role(*m) == measurements);
         let inputs = Input::ALL.into_iter().filter(|_| !measurements).map(Input::role);
         inputs.chain(wanted.map(Measurement::role)).collect()
     };
-    let whole = on_ground.is_empty();
+    let whole = on_ground.found.is_empty();
     let window = |window: Window, roles: Vec<Role>| SteadyWindow { flight: flight.to_owned(), window, roles };
-    let mut found: Vec<SteadyWindow> = on_ground.into_iter().map(|stretch| window(stretch.window, of(true))).collect();
-    found.extend(in_flight.into_iter().map(|s| window(s.window, if whole { Vec::new() } else { of(false) })));
+    let mut found: Vec<SteadyWindow> = on_ground.found.iter().map(|stretch| window(stretch.window, of(true))).collect();
+    found.extend(in_flight.found.iter().map(|s| window(s.window, if whole { Vec::new() } else { of(false) })));
     found.sort_by(|a, b| a.window.start_s.total_cmp(&b.window.start_s));
-    Ok(found)
+    Ok((found, reason))
+}
+
+/// Why no window is steady.
+fn no_steady(search: &SteadySearch, settings: &SteadySettings) -> String {
+    let length_s = settings.length_s;
+    let why = match search {
+        SteadySearch { looked_at: 0, .. } => {
+            format!("nowhere in flight outside manoeuvres are all inertial signals recorded for {length_s} s")
+        }
+        SteadySearch { quiet: 0, .. } => {
+            let limits: Vec<String> = STILL[..4]
+                .iter()
+                .map(|(role, most, _)| format!("{} {most} {}", role.name(), role.dimension().si_symbol()))
+                .collect();
+            format!("in every {length_s} s the aircraft moves (limits: {}; attitude 0.1 rad)", limits.join(", "))
+        }
+        _ => {
+            "where the aircraft is still, its signals are not white: they are filtered, interpolated or held".to_owned()
+        }
+    };
+    format!("no steady window: {why}; mark one by hand or state the noise")
+}
+
+/// The time before, between and after windows in order of time.
+fn between(windows: &[Window]) -> Vec<Window> {
+    let mut start_s = f64::NEG_INFINITY;
+    let mut free = Vec::new();
+    for window in windows {
+        free.push(Window { start_s, end_s: window.start_s });
+        start_s = window.end_s.max(start_s);
+    }
+    free.push(Window { start_s, end_s: f64::INFINITY });
+    free.retain(|window| window.start_s < window.end_s);
+    free
 }
 
 /// Spans in flight and on the ground by true airspeed: above and below half of what nine tenths of the samples stay below. All of

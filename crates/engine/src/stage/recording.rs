@@ -3,17 +3,20 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
+use doublet_core::load::instruments::StatedNoise;
 use doublet_core::load::{ChannelMap, read_all};
 use doublet_core::quantity::Role;
 use doublet_core::series::Recording;
 
 use super::align::{UsedClock, align};
 use super::expressions::{ExpressedChannel, expressed};
+use super::held::use_held_once;
 use super::instruments::derive;
 use super::signals::{TreatedSignal, treat_signals};
 use crate::builtin;
 use crate::graph::Footprint;
-use crate::session::{Flight, MapRef, RecordingRef, content_hash};
+use crate::session::{Flight, HeldSampleUse, MapRef, RecordingRef, content_hash};
+use crate::verdict::Finding;
 
 /// A flight as read.
 #[derive(Clone, Debug, Default)]
@@ -30,6 +33,10 @@ pub struct LoadedFlight {
     pub expressions: Vec<ExpressedChannel>,
     /// UTC of the first sample, s since 1970-01-01, where a recorder's clock says.
     pub utc_start_s: Option<f64>,
+    /// Noise that the instruments file states.
+    pub stated_noise: BTreeMap<Role, StatedNoise>,
+    /// What was found in its signals and what was done about it.
+    pub findings: Vec<Finding>,
 }
 
 impl Footprint for LoadedFlight {
@@ -126,12 +133,42 @@ pub fn aligned(folder: &Path, read: &LoadedFlight, flight: &Flight) -> Result<Lo
 /// One line that names the clock, the instrument's channel or the signal and the cure.
 pub fn prepared(folder: &Path, read: &LoadedFlight, flight: &Flight) -> Result<LoadedFlight, String> {
     let (mut recording, clocks) = align(&read.recording, &flight.clocks)?;
-    if let Some(setting) = &flight.instruments {
-        derive(&mut recording, folder, setting)?;
-    }
-    let treated = treat_signals(&mut recording, &flight.signals)?;
+    let stated_noise = match &flight.instruments {
+        Some(setting) => derive(&mut recording, folder, setting)?,
+        None => BTreeMap::new(),
+    };
+    let (held, findings) = match flight.signals.held_samples {
+        HeldSampleUse::Once => use_held_once(&mut recording, &flight.name),
+        HeldSampleUse::Every => Default::default(),
+    };
+    let treated = after_each_other(held, treat_signals(&mut recording, &flight.signals)?);
     let (hashes, utc_start_s) = (read.hashes.clone(), read.utc_start_s);
-    Ok(LoadedFlight { recording, hashes, clocks, treated, expressions: Vec::new(), utc_start_s })
+    Ok(LoadedFlight {
+        recording,
+        hashes,
+        clocks,
+        treated,
+        expressions: Vec::new(),
+        utc_start_s,
+        stated_noise,
+        findings,
+    })
+}
+
+/// What was done to signals by two steps, one row per role that begins at its recorded channel.
+fn after_each_other(first: Vec<TreatedSignal>, then: Vec<TreatedSignal>) -> Vec<TreatedSignal> {
+    let mut all = first;
+    for next in then {
+        match all.iter_mut().find(|before| before.role == next.role) {
+            Some(before) => {
+                before.steps.extend(next.steps);
+                before.samples[1] = next.samples[1];
+                (before.stretches, before.max_gap_s) = (next.stretches, next.max_gap_s);
+            }
+            None => all.push(next),
+        }
+    }
+    all
 }
 
 /// UTC of the first sample of a recording on its own clocks, s since 1970-01-01.

@@ -11,7 +11,7 @@ use doublet_core::series::{Channel, Recording, Series};
 use crate::session::{SignalRule, SignalSetting};
 
 /// Source of treated signals in the list of channels.
-const SOURCE: &str = "prepared";
+pub const SOURCE: &str = "prepared";
 
 /// What was done to the signal of one role.
 #[derive(Clone, Debug, PartialEq)]

@@ -17,7 +17,7 @@ pub fn overview(contents: &Contents<'_>) -> Vec<Block> {
     let facts = [
         ("Session", session.title.clone()),
         ("Flights", session.flights.iter().map(|flight| flight.name.as_str()).collect::<Vec<_>>().join(", ")),
-        ("Gravity", format!("{} m/s²", significant(results.gravity_m_s2, 6))),
+        ("Gravity", format!("{} m/s², {}", significant(results.gravity_m_s2, 6), results.gravity_origin)),
     ];
     let mut blocks = vec![
         Block::Facts(facts.into_iter().map(|(name, text)| (name.to_owned(), text)).collect()),

@@ -1,6 +1,7 @@
 //! Sessions of older versions, brought to the present one step at a time. Each step is a file of its own.
 
 mod v1;
+mod v2;
 
 use toml::Table;
 
@@ -8,7 +9,7 @@ use toml::Table;
 type Step = fn(&mut Table);
 
 /// The step that leaves each version, the first from version 1.
-const STEPS: [Step; 1] = [v1::to_v2];
+const STEPS: [Step; 2] = [v1::to_v2, v2::to_v3];
 
 /// Version this program writes: one more than the last step leaves.
 pub const VERSION: u32 = STEPS.len() as u32 + 1;

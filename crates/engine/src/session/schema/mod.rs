@@ -11,6 +11,7 @@ mod signals;
 
 use std::collections::BTreeMap;
 
+use doublet_core::atmos::STANDARD_GRAVITY_M_S2;
 use doublet_core::model::{Coefficient, Structure, Term};
 use doublet_core::reconstruct::{
     AirState, FilterSettings, INPUTS, Input, InputHold, Linearisation, MEASUREMENTS, Measurement, Method, STATES, State,
@@ -25,7 +26,9 @@ use self::loading::{LoadingTable, loading_from, loading_table};
 use self::noise::{NoiseTable, SteadyTable, steady_from, steady_table};
 use self::preparation::{PreparationTable, preparation_from, preparation_table};
 use super::edit::set_term;
-use super::{Estimation, Manoeuvre, PooledConstants, PredictionParameters, Session, Surface, WindowRole};
+use super::{
+    Estimation, GravitySource, Manoeuvre, PooledConstants, PredictionParameters, Session, Surface, WindowRole,
+};
 use crate::verdict::PlausibleRange;
 
 /// Value of the header's `format` key.
@@ -167,7 +170,8 @@ struct FilterTable {
     tolerance: f64,
     hold: String,
     linearisation: String,
-    gravity_m_s2: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    gravity_m_s2: Option<f64>,
     process_noise: BTreeMap<String, f64>,
     measurement_noise: BTreeMap<String, f64>,
     initial_deviation: BTreeMap<String, f64>,
@@ -273,6 +277,7 @@ pub fn parse(text: &str) -> Result<Session, SessionError> {
         windows: file.windows.into_iter().map(window_from).collect::<Result<_, _>>()?,
         steady: file.steady.into_iter().map(steady_from).collect::<Result<_, _>>()?,
         noise_reasons: file.noise.reasons()?,
+        gravity: if file.filter.gravity_m_s2.is_some() { GravitySource::Stated } else { GravitySource::Position },
         filter: filter_from(&file.filter)?,
         preparation: preparation_from(&file.preparation)?,
         estimation: Estimation {
@@ -317,7 +322,7 @@ fn filter_from(table: &FilterTable) -> Result<FilterSettings, SessionError> {
         method,
         hold: choose(&HOLDS, "filter.hold", &table.hold)?,
         linearisation: choose(&LINEARISATIONS, "filter.linearisation", &table.linearisation)?,
-        gravity_m_s2: table.gravity_m_s2,
+        gravity_m_s2: table.gravity_m_s2.unwrap_or(STANDARD_GRAVITY_M_S2),
         smoother_passes: table.smoother_passes,
         ..FilterSettings::default()
     };
@@ -381,7 +386,10 @@ pub fn print(session: &Session) -> Result<String, SessionError> {
         title: session.title.clone(),
         aircraft: session.aircraft.clone(),
         loading: session.loading.as_ref().map(loading_table),
-        filter: filter_table(&session.filter),
+        filter: FilterTable {
+            gravity_m_s2: (session.gravity == GravitySource::Stated).then_some(session.filter.gravity_m_s2),
+            ..filter_table(&session.filter)
+        },
         preparation: preparation_table(&session.preparation),
         estimation: estimation_table(&session.estimation),
         verdict: VerdictTable { plausible: session.plausible.clone() },
@@ -436,7 +444,7 @@ fn filter_table(settings: &FilterSettings) -> FilterTable {
         tolerance,
         hold: name_of(&HOLDS, settings.hold),
         linearisation: name_of(&LINEARISATIONS, settings.linearisation),
-        gravity_m_s2: settings.gravity_m_s2,
+        gravity_m_s2: None,
         process_noise: inputs(&settings.process_noise),
         measurement_noise: measurements(&settings.measurement_noise),
         initial_deviation: states(&settings.initial_deviation),

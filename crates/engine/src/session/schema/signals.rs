@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::flight::{role_names, roles_from};
 use super::{SessionError, choose, name_of, unknown};
-use crate::session::{SignalPreset, SignalRule, SignalSetting};
+use crate::session::{HeldSampleUse, SignalPreset, SignalRule, SignalSetting};
 
 /// What is done to a flight's signals: a preset, or rules.
 #[derive(Default, Serialize, Deserialize)]
@@ -17,6 +17,8 @@ pub struct SignalsTable {
     max_gap_s: Option<f64>,
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     position_from_velocity: bool,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    held_samples: Option<String>,
     #[serde(default, rename = "rule", skip_serializing_if = "Vec::is_empty")]
     rules: Vec<RuleTable>,
 }
@@ -24,7 +26,9 @@ pub struct SignalsTable {
 impl SignalsTable {
     /// Whether there is nothing to write.
     pub fn is_empty(&self) -> bool {
-        self.preset.is_none() && self.max_gap_s.is_none() && !self.position_from_velocity && self.rules.is_empty()
+        let Self { preset, max_gap_s, position_from_velocity, held_samples, rules } = self;
+        let none_stated = preset.is_none() && max_gap_s.is_none() && held_samples.is_none();
+        none_stated && !position_from_velocity && rules.is_empty()
     }
 }
 
@@ -57,6 +61,8 @@ struct ResampleTable {
 const INTERPOLATIONS: [(&str, Interpolation); 2] =
     [("linear", Interpolation::Linear), ("quadratic_spline", Interpolation::QuadraticSpline)];
 
+const HELD_SAMPLES: [(&str, HeldSampleUse); 2] = [("once", HeldSampleUse::Once), ("keep", HeldSampleUse::Every)];
+
 /// The setting a table states: the rules of its preset, then its own.
 ///
 /// # Errors
@@ -71,7 +77,14 @@ pub fn signals_from(table: SignalsTable) -> Result<SignalSetting, SessionError> 
     for rule in table.rules {
         rules.push(rule_from(rule)?);
     }
-    Ok(SignalSetting { max_gap_s: table.max_gap_s, rules, position_from_velocity: table.position_from_velocity })
+    let held_samples = table.held_samples.map(|name| choose(&HELD_SAMPLES, "flight.signals.held_samples", &name));
+    let (max_gap_s, position_from_velocity) = (table.max_gap_s, table.position_from_velocity);
+    Ok(SignalSetting {
+        max_gap_s,
+        rules,
+        position_from_velocity,
+        held_samples: held_samples.transpose()?.unwrap_or_default(),
+    })
 }
 
 fn rule_from(table: RuleTable) -> Result<SignalRule, SessionError> {
@@ -95,6 +108,8 @@ pub fn signals_table(setting: &SignalSetting) -> SignalsTable {
         preset: preset.filter(|preset| *preset != SignalPreset::AsRecorded).map(|preset| preset.name().to_owned()),
         max_gap_s: setting.max_gap_s,
         position_from_velocity: setting.position_from_velocity,
+        held_samples: (setting.held_samples != HeldSampleUse::default())
+            .then(|| name_of(&HELD_SAMPLES, setting.held_samples)),
         rules: rules.iter().map(rule_table).collect(),
     }
 }
