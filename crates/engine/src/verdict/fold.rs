@@ -33,13 +33,19 @@ impl std::fmt::Display for Folded {
     }
 }
 
-/// Folds findings by level, kind and what they say; the worst first, of one level those found most often first. `paths` are the
+/// Kinds in the order in which one explains the next: what is wrong with channels and settings shows in windows, then in fits.
+const CAUSES: [&str; 8] =
+    ["physics", "gravity", "dynamic-pressure", "loading", "failed", "nis", "innovation", "smoother"];
+
+/// Folds findings by level, kind and what they say; the worst first, of one level causes before what follows from them, then those found
+/// most often. `paths` are the
 /// recordings of the session: a message that begins with the place one was read from calls it as the session does.
 pub fn fold(findings: &[Finding], paths: &[&str]) -> Vec<Folded> {
     let mut groups = Groups::default();
     findings.iter().for_each(|finding| groups.note(finding, split(paths, &finding.text)));
     let mut folded: Vec<Folded> = groups.list.iter().map(Group::folded).collect();
-    folded.sort_by_key(|line| std::cmp::Reverse((line.level, line.count)));
+    let cause = |code: &str| CAUSES.iter().position(|cause| *cause == code).unwrap_or(CAUSES.len());
+    folded.sort_by_key(|line| (std::cmp::Reverse(line.level), cause(line.code), std::cmp::Reverse(line.count)));
     folded
 }
 
