@@ -44,6 +44,9 @@ const UNITS: [(f64, &str); 9] = [
     (1e9, "s"),
 ];
 
+/// A unit of the ticks with its factor to seconds, the relations it tells and those that hold, and the motion it makes.
+type Candidate = ((f64, &'static str), (usize, usize), Motion);
+
 /// The clock judged, and the motion by it.
 pub(super) struct Clocked {
     /// What there is to say of it.
@@ -78,7 +81,7 @@ pub(super) fn judge(recording: &Recording, relations: &[Relation]) -> Clocked {
     let plausible = is_plausible(&pace, 1.0);
     if hold == 0 && (told > 0 || !plausible) {
         let others = UNITS.into_iter().filter(|(factor, _)| is_plausible(&pace, *factor));
-        let mut best: Option<((f64, &'static str), (usize, usize), Motion)> = None;
+        let mut best: Option<Candidate> = None;
         let mut possible = Vec::new();
         for (factor, unit) in others {
             possible.push((factor, unit));

@@ -81,7 +81,7 @@ pub enum LoadError {
         /// What is wrong, with index and time.
         fault: TimeFault,
         /// What to do.
-        cure: String,
+        cure: Box<str>,
     },
     /// A channel map could not be understood.
     #[error("channel map{}, line {line}: {what}", path.as_ref().map(|path| format!(" {}", path.display())).unwrap_or_default())]

@@ -361,7 +361,10 @@ impl Text<'_> {
             return Err(self.fault(at, format!("scale, offset and weights must be finite, not {number}")));
         }
         let ranges = [("median", table.median), ("largest", table.largest)];
-        if let Some((name, _)) = ranges.iter().find(|(_, range)| range.is_some_and(|[low, high]| !(low < high))) {
+        if let Some((name, _)) = ranges
+            .iter()
+            .find(|(_, range)| range.is_some_and(|[low, high]| low.is_nan() || high.is_nan() || low >= high))
+        {
             return Err(self.fault(at, format!("{name} is a range: give its lower end, then its upper")));
         }
         let EntryTable { offset, optional, median, largest, .. } = table;

@@ -147,7 +147,7 @@ impl Reader<'_> {
         let probe = &self.probes[at.0];
         let source = &probe.sources[at.1];
         let clock = &source.clocks[at.2];
-        let cure = clock.question.clone().unwrap_or_else(|| TIME_CURE.to_owned());
+        let cure = clock.question.as_deref().unwrap_or(TIME_CURE).into();
         let (path, source_name, channel) = (probe.path.clone(), source.name.clone(), clock.channel.clone());
         LoadError::Time { path, source_name, channel, fault, cure }
     }

@@ -4,6 +4,9 @@ use super::clock::Clock;
 use super::contents::Source;
 use crate::quantity::Unit;
 
+/// A unit of time and its name in words.
+type NamedUnit = (Unit, &'static str);
+
 /// Rates of recordings of flight, Hz: slower ones tell no motion, faster ones are not recorded for minutes.
 const RATES_HZ: [f64; 2] = [0.5, 5000.0];
 /// Rate that decides where two units are possible, Hz.
@@ -82,7 +85,7 @@ impl Ticks {
     }
 
     /// The fitting unit whose rate is nearest to the usual one, seconds before others; and the other units that fit.
-    fn decide(&self) -> (Option<(Unit, &'static str)>, Vec<(Unit, &'static str)>) {
+    fn decide(&self) -> (Option<NamedUnit>, Vec<NamedUnit>) {
         let known = UNITS.iter().filter_map(|&(symbol, word)| Some((Unit::parse(symbol).ok()?, word)));
         let mut fitting: Vec<_> = known.filter(|(unit, _)| self.fit(*unit)).collect();
         let far = |unit: &Unit| (self.read_in(*unit).0 / USUAL_HZ).ln().abs();

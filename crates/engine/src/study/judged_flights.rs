@@ -112,8 +112,7 @@ pub fn flown(
             window.role = WindowRole::Validation;
         }
     }
-    let mut snapshot = Snapshot::default();
-    snapshot.aircraft = Slot::Ready(loaded);
+    let mut snapshot = Snapshot { aircraft: Slot::Ready(loaded), ..Snapshot::default() };
     let samples = |window: &crate::session::Manoeuvre| {
         stage::samples(&recording, window.window, Some(&aircraft), &session.preparation).map(Arc::new)
     };

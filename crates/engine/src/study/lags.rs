@@ -40,6 +40,9 @@ pub struct LagStudy {
     pub lags: Vec<ControlLag>,
 }
 
+/// Value and standard error of one coefficient alone, s; or in few words where beyond the range searched it lies.
+pub type LagAlone = Result<(f64, f64), String>;
+
 impl LagKind {
     /// Both.
     pub const ALL: [Self; 2] = [Self::Delay, Self::FirstOrder];
@@ -87,7 +90,7 @@ impl ControlLag {
 
     /// Value of each coefficient alone and its standard error, s, in the order of the coefficients; in few words where beyond the
     /// range searched it lies.
-    pub fn by_coefficient(&self) -> Vec<(Coefficient, Result<(f64, f64), String>)> {
+    pub fn by_coefficient(&self) -> Vec<(Coefficient, LagAlone)> {
         let [lower, upper] = self.kind.range_s();
         let inside = |&(value, error): &(f64, f64)| match value {
             value if value < lower => Err(format!("below {:.0} ms", 1e3 * lower)),
@@ -101,7 +104,7 @@ impl ControlLag {
     /// One line where the coefficients want different values: no one value is the control's then.
     pub fn disagreement(&self) -> Option<String> {
         let agreement = self.result.as_ref().ok()?.agreement();
-        let said = |(coefficient, found): (Coefficient, Result<(f64, f64), String>)| match found {
+        let said = |(coefficient, found): (Coefficient, LagAlone)| match found {
             Ok((value, error)) => format!("{} says {:.0} +- {:.0} ms", coefficient.name(), 1e3 * value, 1e3 * error),
             Err(beyond) => format!("{} says {beyond}", coefficient.name()),
         };
