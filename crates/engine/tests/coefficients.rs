@@ -16,6 +16,7 @@ use doublet_engine::session::{self, AngularAcceleration, ControlLags, MomentRefe
 use doublet_engine::stage::{AirDensity, WindowAero};
 use doublet_engine::verdict::{Level, judge};
 
+#[expect(clippy::print_stdout, reason = "says why a test is skipped")]
 #[path = "../../core/tests/common/shared.rs"]
 mod shared;
 

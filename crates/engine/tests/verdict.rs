@@ -174,7 +174,7 @@ fn reasons_about_the_flight_path_fire_beyond_their_limits_only() {
         with_inertia(s, snapshot, &|inertia| inertia.cg_datum_m[0] += aft_m);
     });
     sound.expect("loading", &[(1.0, NONE), (-1.0, BAD), (9.0, BAD)], |s, snapshot, times| {
-        with_inertia(s, snapshot, &|inertia| inertia.iyy_kg_m2 *= times);
+        with_inertia(s, snapshot, &|inertia| inertia.tensor.yy *= times);
     });
     sound.expect("failed", &[((), BAD)], |s, snapshot, ()| {
         elevator(s, snapshot).path = Slot::Failed { error: "the filter failed".to_owned(), last: None };
