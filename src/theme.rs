@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use doublet_engine::verdict::Level;
 use eframe::egui::{
     self, Color32, CornerRadius, FontData, FontDefinitions, FontFamily, FontId, Margin, Stroke, TextStyle, Theme, Vec2,
 };
@@ -97,6 +98,17 @@ pub static LIGHT: Palette = Palette {
     plot_background: rgb(0xFFFFFF),
     grid: rgb(0xDFE5EC),
 };
+
+impl Palette {
+    /// Colour of a level; a shape always goes with it.
+    pub fn of_level(&self, level: Level) -> Color32 {
+        match level {
+            Level::Good => self.good,
+            Level::Caution => self.warning,
+            Level::Bad => self.error,
+        }
+    }
+}
 
 /// The palette that fits what `ui` is drawn with.
 pub fn palette(ui: &egui::Ui) -> &'static Palette {

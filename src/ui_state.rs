@@ -78,12 +78,17 @@ pub struct UiState {
     pub layout: Tree<Pane>,
     /// Stretch of the flight on screen.
     pub time: TimeView,
+    /// Session that stretch is of; `None` for one without a file.
+    pub session: Option<PathBuf>,
     /// Stretch of the chosen window on screen.
     #[serde(skip)]
     pub window_time: TimeView,
     /// What the user looks at.
     #[serde(skip)]
     pub selection: Selection,
+    /// Window whose name the table of windows shall let be typed.
+    #[serde(skip)]
+    pub renaming: Option<String>,
     /// What a report is to hold.
     #[serde(skip)]
     pub report: ReportChoice,
@@ -103,8 +108,10 @@ impl Default for UiState {
             version: VERSION,
             layout: default_layout(),
             time: TimeView::default(),
+            session: None,
             window_time: TimeView::default(),
             selection: Selection::default(),
+            renaming: None,
             report: ReportChoice::default(),
             flight_plots: None,
             recent: Vec::new(),

@@ -6,7 +6,7 @@ use doublet_engine::run::Wanted;
 use eframe::egui::{
     self, Align, Button, Frame, Layout, Margin, MenuBar, Panel as Bar, ProgressBar, RichText, Ui, WidgetText,
 };
-use egui_tiles::{SimplificationOptions, TileId, Tiles, Tree, UiResponse};
+use egui_tiles::{SimplificationOptions, Tile, TileId, Tiles, Tree, UiResponse};
 
 use super::Workbench;
 use crate::command::{EditCommand, FileCommand, Menu, RunCommand, UiCommand};
@@ -52,6 +52,7 @@ pub fn draw(app: &mut Workbench, ui: &mut Ui) {
     app.guard(ui.ctx());
     app.take_figures(ui.ctx());
     app.offer_work(ui.ctx());
+    app.typing = ui.ctx().egui_wants_keyboard_input();
     let moved = app.hovered_s != app.state.time.cursor_s;
     if moved || !app.commands.is_empty() || !app.edits.is_empty() {
         ui.ctx().request_repaint();
@@ -161,6 +162,15 @@ fn running(app: &mut Workbench, ui: &mut Ui) {
     }
 }
 
+/// Titles of the panels in a tile, from the first to the last.
+fn titles(tiles: &Tiles<Pane>, tile: TileId) -> Vec<&'static str> {
+    match tiles.get(tile) {
+        Some(Tile::Pane(pane)) => vec![pane.title()],
+        Some(Tile::Container(container)) => container.children().flat_map(|&child| titles(tiles, child)).collect(),
+        None => Vec::new(),
+    }
+}
+
 /// Draws panels into tiles.
 struct Docking<'a> {
     panels: &'a mut BTreeMap<Pane, Box<dyn Panel>>,
@@ -180,6 +190,15 @@ impl egui_tiles::Behavior<Pane> for Docking<'_> {
 
     fn tab_title_for_pane(&mut self, pane: &Pane) -> WidgetText {
         pane.title().into()
+    }
+
+    fn tab_title_for_tile(&mut self, tiles: &Tiles<Pane>, tile: TileId) -> WidgetText {
+        match titles(tiles, tile).as_slice() {
+            [] => "empty".into(),
+            [one] => (*one).into(),
+            [first, second] => format!("{first} · {second}").into(),
+            [first, second, more @ ..] => format!("{first} · {second} + {}", more.len()).into(),
+        }
     }
 
     fn is_tab_closable(&self, _tiles: &Tiles<Pane>, _tile: TileId) -> bool {

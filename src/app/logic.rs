@@ -70,7 +70,9 @@ fn take_shortcuts(app: &mut Workbench, ctx: &egui::Context) {
     let asking = app.guarded.is_some() || app.files.is_asking() || app.is_offering_work() || app.is_beginning();
     // Escape closes an open menu before it clears anything.
     let menu = egui::Popup::is_any_open(ctx);
-    let busy = ctx.egui_wants_keyboard_input() || app.palette.is_open() || ctx.dragged_id().is_some() || menu;
+    // Escape takes the keyboard from a field before this is called, and still belongs to the field.
+    let typing = app.typing || ctx.egui_wants_keyboard_input();
+    let busy = typing || app.palette.is_open() || ctx.dragged_id().is_some() || menu;
     let mut pressed: Vec<UiCommand> = Vec::new();
     if asking {
         return;

@@ -58,6 +58,8 @@ pub struct Workbench {
     engine: Engine,
     snapshot: Arc<Snapshot>,
     requested: Option<Arc<Session>>,
+    /// Whether the next run is the first of a document.
+    fresh: bool,
     cause: String,
     /// What the next run computes beside the derivatives.
     studies: Vec<Study>,
@@ -67,6 +69,8 @@ pub struct Workbench {
     recovery: Recovery,
     beginning: Beginning,
     leaving: bool,
+    /// Whether a field had the keyboard at the end of the last frame.
+    typing: bool,
     title: String,
     hovered_s: Option<f64>,
     panels: BTreeMap<Pane, Box<dyn Panel>>,
@@ -97,6 +101,7 @@ impl Workbench {
             engine: Engine::start(move || ctx.request_repaint())?,
             snapshot: Arc::default(),
             requested: None,
+            fresh: true,
             cause: "open".to_owned(),
             studies: Vec::new(),
             asked: None,
@@ -105,6 +110,7 @@ impl Workbench {
             recovery: Recovery::default(),
             beginning: Beginning::default(),
             leaving: false,
+            typing: false,
             title: String::new(),
             hovered_s: None,
             panels: Pane::ALL.iter().map(|&pane| (pane, pane.build())).collect(),
@@ -114,7 +120,12 @@ impl Workbench {
             figures: Vec::new(),
             figure: None,
         };
+        // The zoom is kept over a restart on the same session.
+        let shown = std::mem::take(&mut app.state.time);
         app.enter();
+        if app.state.session == app.document.path {
+            app.state.time = shown;
+        }
         Ok(app)
     }
 
@@ -160,11 +171,13 @@ impl Workbench {
         self.message = Some(Message { text: text.into(), is_error: true });
     }
 
-    /// Shows a document that was just opened.
+    /// Shows a document that was just opened: all of it, with nothing of the one before.
     fn enter(&mut self) {
         self.state.selection = Default::default();
+        self.state.time = Default::default();
         self.state.window_time = Default::default();
         self.requested = None;
+        self.fresh = true;
         "open".clone_into(&mut self.cause);
         if let Some(path) = self.document.path.clone() {
             self.state.remember(&path);
@@ -187,6 +200,7 @@ impl Workbench {
             first: self.state.selection.window.clone(),
             studies: std::mem::take(&mut self.studies),
             cause: self.cause.clone(),
+            fresh: std::mem::take(&mut self.fresh),
         });
     }
 }
@@ -201,6 +215,7 @@ impl eframe::App for Workbench {
     }
 
     fn save(&mut self, storage: &mut dyn eframe::Storage) {
+        self.state.session.clone_from(&self.document.path);
         self.state.save(storage);
     }
 }

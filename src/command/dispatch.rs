@@ -67,6 +67,10 @@ fn edit(app: &mut Workbench, command: EditCommand) {
                 app.apply(&Edit::Window(WindowEdit::Remove(name)));
             }
         }
+        EditCommand::RenameWindow => {
+            app.state.renaming = app.state.selection.window.clone();
+            ui_state::bring_to_front(&mut app.state.layout, Pane::Manoeuvres);
+        }
         EditCommand::NextWindow => step(app, 1),
         EditCommand::PreviousWindow => step(app, -1),
     }

@@ -63,6 +63,8 @@ pub enum EditCommand {
     AddWindow,
     /// Remove the chosen window.
     RemoveWindow,
+    /// Let the name of the chosen window be typed.
+    RenameWindow,
     /// Choose the next window.
     NextWindow,
     /// Choose the previous window.
@@ -208,6 +210,7 @@ pub fn table() -> Vec<CommandInfo> {
         edit("Redo", EditCommand::Redo, ctrl_shift(Key::Z)),
         edit("Add window", EditCommand::AddWindow, plain(Key::Insert)),
         edit("Remove window", EditCommand::RemoveWindow, plain(Key::Delete)),
+        edit("Rename window", EditCommand::RenameWindow, plain(Key::F2)),
         edit("Next window", EditCommand::NextWindow, plain(Key::N)),
         edit("Previous window", EditCommand::PreviousWindow, plain(Key::B)),
         run("Compute again", RunCommand::Again, plain(Key::F5)),

@@ -5,6 +5,7 @@ use doublet_core::series::{Channel, Recording, Window};
 use doublet_engine::begin;
 use doublet_engine::session::{EXPRESSION_SOURCE, Edit, WindowEdit};
 use doublet_engine::stage::LoadedFlight;
+use doublet_engine::verdict::Level;
 use eframe::egui::{self, DragAndDrop, Id, Panel as Bar, Response, RichText, ScrollArea, TextEdit, Ui, vec2};
 
 use super::expressions::{self, Draft};
@@ -209,7 +210,8 @@ impl Flight {
         if seen.hovered_plot.is_some() {
             step_markers(ui, &mut ctx.state.time, samples_s);
         }
-        drop_on(ui, area, &seen.frames, plots);
+        let unit = |key: &str| resolve(recording, key, ctx.state.units).map(|(_, _, unit, _)| unit);
+        drop_on(ui, area, &seen.frames, plots, unit);
         if plots.is_empty() {
             empty(ui, "Tick channels on the left to plot them.");
         }
@@ -313,7 +315,8 @@ fn channel_row(
             channel.name,
             channel.series.values.len()
         ));
-        tick | name
+        // What is carried is drawn on a layer of its own.
+        if tick.layer_id == name.layer_id { tick | name } else { tick }
     });
     if on && !was {
         plots.push(vec![key]);
@@ -323,13 +326,15 @@ fn channel_row(
     row.inner
 }
 
-/// Roles the recording does not have, with what they block.
+/// Roles the recording does not have, with what that means.
 fn missing(ui: &mut Ui, recording: &Recording) {
-    let palette = theme::palette(ui);
     for lack in begin::missing(|role| recording.role(role).is_some()) {
-        let color = if lack.is_fatal { palette.error } else { palette.warning };
-        let text = format!("missing – {}", lack.blocks);
-        ui.add(egui::Label::new(RichText::new(text).size(11.0).color(color)).wrap());
+        let text = RichText::new(lack.means).size(11.0);
+        let text = match lack.level {
+            Level::Good => text.weak(),
+            level => text.color(theme::palette(ui).of_level(level)),
+        };
+        ui.add(egui::Label::new(text).wrap());
         let names: Vec<_> = lack.roles.into_iter().map(notation::role).collect();
         ui.add(egui::Label::new(RichText::new(names.join("  ")).size(11.5)).wrap());
         ui.add_space(4.0);
@@ -357,6 +362,7 @@ fn take(ctx: &mut PanelContext<'_>, flight: &str, event: SpanEvent) {
                 ctx.edit(Edit::Window(WindowEdit::Lock { name: window.name.clone(), locked }));
             }
         }
+        SpanEvent::Zoomed(stretch) => ctx.state.time.zoom_to(stretch),
         SpanEvent::Drawn(stretch) => {
             let window = new_window(session, flight.to_owned(), stretch);
             ctx.state.selection.window = Some(window.name.clone());
@@ -365,8 +371,15 @@ fn take(ctx: &mut PanelContext<'_>, flight: &str, event: SpanEvent) {
     }
 }
 
-/// Puts a channel that was let go over a plot into it; below the last plot it gets one of its own.
-fn drop_on(ui: &Ui, area: egui::Rect, frames: &[egui::Rect], plots: &mut Vec<Vec<String>>) {
+/// Puts a channel that was let go over a plot into it; over a plot of another unit it gets one of its own below that, and below the
+/// last plot one at the end.
+fn drop_on<'a>(
+    ui: &Ui,
+    area: egui::Rect,
+    frames: &[egui::Rect],
+    plots: &mut Vec<Vec<String>>,
+    unit: impl Fn(&str) -> Option<&'a str>,
+) {
     let Some(carried) = DragAndDrop::payload::<Carried>(ui.ctx()) else { return };
     let Some(at) = ui.input(|i| i.pointer.interact_pos()) else { return };
     if !area.contains(at) {
@@ -374,17 +387,33 @@ fn drop_on(ui: &Ui, area: egui::Rect, frames: &[egui::Rect], plots: &mut Vec<Vec
     }
     let row = frames.iter().position(|frame| frame.contains(at));
     let below = frames.last().map_or(area, |last| egui::Rect::from_min_max(last.left_bottom(), area.max));
+    let own = unit(&carried.0);
+    let fits = row.is_some_and(|row| plots[row].iter().all(|key| unit(key) == own));
     let target = match row {
-        Some(row) => frames[row],
+        Some(row) if fits => frames[row],
+        Some(row) => {
+            egui::Rect::from_x_y_ranges(frames[row].x_range(), frames[row].bottom() - 3.0..=frames[row].bottom())
+        }
         None if below.contains(at) => below,
         None => return,
     };
+    if row.is_some() && !fits {
+        let text = format!("[{}] is another unit: a plot of its own", own.unwrap_or_default());
+        egui::Tooltip::always_open(
+            ui.ctx().clone(),
+            ui.layer_id(),
+            Id::unique("another unit"),
+            egui::PopupAnchor::Pointer,
+        )
+        .show(|ui| ui.label(text));
+    }
     let accent = theme::palette(ui).accent;
     ui.painter().rect_stroke(target, 3.0, egui::Stroke::new(2.0, accent), egui::StrokeKind::Inside);
     if ui.input(|i| i.pointer.any_released()) {
         plots.iter_mut().for_each(|plot| plot.retain(|key| *key != carried.0));
         match row {
-            Some(row) => plots[row].push(carried.0.clone()),
+            Some(row) if fits => plots[row].push(carried.0.clone()),
+            Some(row) => plots.insert(row + 1, vec![carried.0.clone()]),
             None => plots.push(vec![carried.0.clone()]),
         }
         DragAndDrop::clear_payload(ui.ctx());

@@ -7,7 +7,7 @@ use doublet_core::airframe::{Aircraft, LoadedState, Loading};
 use doublet_core::quantity::Dimension;
 use doublet_engine::session::{Edit, LoadingEdit, WindowRole};
 use doublet_engine::stage::{FlownMass, PooledFits, loading_on_board};
-use eframe::egui::{self, Grid, RichText, ScrollArea, Slider, Ui};
+use eframe::egui::{self, Grid, Id, RichText, ScrollArea, Slider, Ui, UiBuilder};
 use egui_extras::{Column, TableBuilder};
 
 use super::intervals::estimate;
@@ -219,7 +219,9 @@ fn place(
     let mass = masses(&mut changed).entry(name.to_owned()).or_insert(0.0);
     let slider = Slider::new(mass, 0.0..=capacity.unwrap_or(USUAL_CAPACITY_KG)).suffix(" kg").fixed_decimals(1);
     ui.spacing_mut().slider_width = 120.0;
-    let response = ui.add(slider);
+    // Its identity is its own: text that comes or goes above it does not end a drag.
+    let steady = UiBuilder::new().scope_id(Id::unique(("loading", title, name)));
+    let response = ui.scope_builder(steady, |ui| ui.add(slider)).inner;
     ui.ctx().accesskit_node_builder(response.id, |node| node.set_label(format!("{title} {name}")));
     if response.drag_started() {
         ctx.edits.push(EditRequest::Begin(format!("change {} {name}", title.to_lowercase())));

@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use doublet_core::series::Window;
 use doublet_engine::session::{Edit, Manoeuvre, Surface, WindowEdit, WindowRole};
-use eframe::egui::{self, ComboBox, FontId, Galley, RichText, TextEdit, Ui};
+use eframe::egui::text::{CCursor, CCursorRange};
+use eframe::egui::{self, ComboBox, FontId, Galley, Id, Label, Response, RichText, TextEdit, Ui};
 use egui_extras::{Column, TableBuilder, TableRow};
 
 use super::proposals::{proposals, thumbnails};
@@ -25,11 +26,32 @@ const MARK: f32 = 18.0;
 /// Room at the right end of that line for the scroll bar.
 const RIGHT_ROOM: f32 = 16.0;
 
+/// A text being typed.
+struct Typing {
+    /// The field.
+    field: String,
+    /// What it shall hold.
+    text: String,
+    /// Whether the keyboard was asked for.
+    focused: bool,
+}
+
+/// A text of a window as its cell shows it.
+struct Shown<'a> {
+    /// The field.
+    field: String,
+    /// What it holds.
+    present: &'a str,
+    /// What stands there where it holds nothing.
+    nothing: &'a str,
+    /// What hovering says about it.
+    hint: &'a str,
+}
+
 /// The panel.
 #[derive(Default)]
 pub struct Manoeuvres {
-    /// Text being typed: the field, and what it shall hold.
-    typing: Option<(String, String)>,
+    typing: Option<Typing>,
     /// Row that was last brought into view.
     in_view: Option<usize>,
 }
@@ -54,6 +76,9 @@ impl Panel for Manoeuvres {
         thumbnails(ctx, ui);
         ui.add_space(2.0);
         let session = ctx.session;
+        if let Some(window) = ctx.state.renaming.take().and_then(|name| session.window(&name)) {
+            self.typing = Some(Typing::over(name_field(window), &window.name));
+        }
         let several = session.flights.len() > 1;
         let reason_width = (ui.available_width() - MARK - RIGHT_ROOM).max(60.0);
         let reasons: Vec<_> = session.windows.iter().map(|window| reason(ctx, ui, window, reason_width)).collect();
@@ -108,7 +133,7 @@ impl Manoeuvres {
     fn row(&mut self, ctx: &mut PanelContext<'_>, mut row: TableRow<'_, '_>, window: &Manoeuvre, several: bool) {
         row.set_selected(ctx.selection().window.as_deref() == Some(window.name.as_str()));
         row.col(|ui| state(ctx, ui, window));
-        row.col(|ui| self.name(ctx, ui, window));
+        self.name(ctx, &mut row, window);
         if several {
             row.col(|ui| {
                 ui.weak(&window.flight);
@@ -130,68 +155,105 @@ impl Manoeuvres {
         row.col(|ui| lock(ctx, ui, window));
         row.col(|ui| use_of(ctx, ui, window));
         row.col(|ui| surface_of(ctx, ui, window));
-        row.col(|ui| self.note(ctx, ui, window));
+        self.note(ctx, &mut row, window);
         if row.response().clicked() {
             ctx.choose(&window.name);
         }
     }
 
-    /// The name, typed in place.
-    fn name(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui, window: &Manoeuvre) {
-        let hint = if window.kind.is_empty() { "Click to choose and rename" } else { window.kind.as_str() };
-        let field = format!("name of {}", window.name);
-        let Some(to) = self.text(ctx, ui, window, (field, &window.name, hint)).filter(|to| !to.is_empty()) else {
-            return;
-        };
+    /// The name: a click chooses the window, a double click or F2 lets it be typed.
+    fn name(&mut self, ctx: &mut PanelContext<'_>, row: &mut TableRow<'_, '_>, window: &Manoeuvre) {
+        let hint = if window.kind.is_empty() { "Double click or F2 renames" } else { window.kind.as_str() };
+        let shown = Shown { field: name_field(window), present: &window.name, nothing: "", hint };
+        let Some(to) = self.text(ctx, row, window, &shown).filter(|to| !to.is_empty()) else { return };
         if ctx.selection().window.as_deref() == Some(window.name.as_str()) && ctx.session.window(&to).is_none() {
             ctx.state.selection.window = Some(to.clone());
         }
         ctx.edit(Edit::Window(WindowEdit::Rename { from: window.name.clone(), to }));
     }
 
-    /// The note, typed in place.
-    fn note(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui, window: &Manoeuvre) {
-        let hint = if window.note.is_empty() { "Click to write a note" } else { window.note.as_str() };
+    /// The note, in the same way.
+    fn note(&mut self, ctx: &mut PanelContext<'_>, row: &mut TableRow<'_, '_>, window: &Manoeuvre) {
+        let hint = if window.note.is_empty() { "Double click to write a note" } else { window.note.as_str() };
         let field = format!("note of {}", window.name);
-        if let Some(note) = self.text(ctx, ui, window, (field, &window.note, hint)) {
+        let shown = Shown { field, present: &window.note, nothing: "–", hint };
+        if let Some(note) = self.text(ctx, row, window, &shown) {
             ctx.edit(Edit::Window(WindowEdit::Note { name: window.name.clone(), note }));
         }
     }
 
-    /// A text of `window` in the field called `field`, typed in place; what it is to be once the field was left and differs.
+    /// A text of `window` that a double click lets be typed in place; what it is to be once the field was left and differs.
     fn text(
         &mut self,
         ctx: &mut PanelContext<'_>,
-        ui: &mut Ui,
+        row: &mut TableRow<'_, '_>,
         window: &Manoeuvre,
-        (field, present, hint): (String, &str, &str),
+        shown: &Shown<'_>,
     ) -> Option<String> {
-        let typed = self.typing.as_ref().filter(|(typing, _)| *typing == field).map(|(_, text)| text.clone());
-        let typing = typed.is_some();
-        let mut text = typed.unwrap_or_else(|| present.to_owned());
-        let shown = ui
-            .add(
-                TextEdit::singleline(&mut text)
-                    .desired_width(ui.available_width())
-                    .align(egui::Align2::LEFT_CENTER)
-                    .min_size(egui::vec2(0.0, ROW - 2.0))
-                    .frame(egui::Frame::new()),
-            )
-            .on_hover_text(hint);
-        ui.ctx().accesskit_node_builder(shown.id, |node| node.set_label(field.as_str()));
-        if shown.gained_focus() {
+        let mut typed = None;
+        let (_, cell) = row.col(|ui| match self.typing.as_mut().filter(|typing| typing.field == shown.field) {
+            Some(typing) => typed = typing.show(ui).then(|| ui.input(|i| i.key_pressed(egui::Key::Escape))),
+            None => {
+                let text = if shown.present.is_empty() {
+                    RichText::new(shown.nothing).weak()
+                } else {
+                    RichText::new(shown.present)
+                };
+                let label = ui.add(Label::new(text).truncate());
+                ui.ctx().accesskit_node_builder(label.id, |node| {
+                    node.set_role(egui::accesskit::Role::Button);
+                    node.set_label(shown.field.as_str());
+                    node.set_value(shown.present);
+                });
+            }
+        });
+        if let Some(given_up) = typed {
+            let text = self.typing.take().map(|typing| typing.text.trim().to_owned());
+            return text.filter(|text| !given_up && text != shown.present);
+        }
+        let cell = cell.on_hover_text(shown.hint);
+        if cell.clicked() {
             ctx.choose(&window.name);
         }
-        if shown.changed() {
-            self.typing = Some((field, text.clone()));
+        if cell.double_clicked() {
+            self.typing = Some(Typing::over(shown.field.clone(), shown.present));
         }
-        if !(shown.lost_focus() && typing) {
-            return None;
+        None
+    }
+}
+
+/// The field of a window's name.
+fn name_field(window: &Manoeuvre) -> String {
+    format!("name of {}", window.name)
+}
+
+impl Typing {
+    /// Typing over `present` in `field`.
+    fn over(field: String, present: &str) -> Self {
+        Self { field, text: present.to_owned(), focused: false }
+    }
+
+    /// Draws the field; whether it was left.
+    fn show(&mut self, ui: &mut Ui) -> bool {
+        let id = Id::unique(("typed in place", &self.field));
+        let field = TextEdit::singleline(&mut self.text)
+            .id(id)
+            .desired_width(ui.available_width())
+            .align(egui::Align2::LEFT_CENTER)
+            .min_size(egui::vec2(0.0, ROW - 4.0))
+            .margin(egui::Margin::symmetric(2, 0));
+        let output = field.show(ui);
+        let response: Response = output.response.response;
+        ui.ctx().accesskit_node_builder(response.id, |node| node.set_label(self.field.as_str()));
+        if !self.focused {
+            self.focused = true;
+            response.request_focus();
+            let (mut state, length) = (output.state, self.text.chars().count());
+            state.cursor.set_char_range(Some(CCursorRange::two(CCursor::new(0), CCursor::new(length))));
+            state.store(ui.ctx(), id);
+            return false;
         }
-        self.typing = None;
-        let given_up = ui.input(|i| i.key_pressed(egui::Key::Escape));
-        let text = text.trim();
-        (!given_up && text != present).then(|| text.to_owned())
+        response.lost_focus()
     }
 }
 

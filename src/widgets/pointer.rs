@@ -66,7 +66,9 @@ pub(super) fn interact(
             view.pan(-by * s_per_point, now_s);
         }
     }
-    box_zoom(ui, response, frame, view);
+    if let Some(stretch) = box_stretch(ui, response, frame, view.range()) {
+        view.zoom_to(stretch);
+    }
     let pointer = response.hover_pos().filter(|at| frame.contains(*at))?;
     let here_s = time_at(frame, range, pointer.x);
     let (wheel, pinch) = ui.input_mut(|i| (std::mem::take(&mut i.smooth_scroll_delta), i.zoom_delta()));
@@ -91,29 +93,27 @@ pub(super) fn interact(
     Some(here_s)
 }
 
-/// A drag with the secondary button zooms to the stretch it covers.
-fn box_zoom(ui: &Ui, response: &egui::Response, frame: Rect, view: &mut TimeView) {
+/// Draws the box of a drag with the secondary button over `frame`, which shows `range`; the stretch it covered, once it ends.
+pub(super) fn box_stretch(ui: &Ui, response: &egui::Response, frame: Rect, range: Stretch) -> Option<Stretch> {
     let dragged = response.dragged_by(PointerButton::Secondary);
     let stopped = response.drag_stopped_by(PointerButton::Secondary);
     if !dragged && !stopped {
-        return;
+        return None;
     }
     let id = response.id.with("box");
-    let Some(at) = response.interact_pointer_pos() else { return };
+    let at = response.interact_pointer_pos()?;
     let pressed = ui.input(|i| i.pointer.press_origin()).unwrap_or(at);
     let origin = ui.data_mut(|data| *data.get_temp_mut_or_insert_with(id, || pressed));
     let rect = Rect::from_x_y_ranges(origin.x.min(at.x)..=origin.x.max(at.x), frame.y_range()).intersect(frame);
     if stopped {
         ui.data_mut(|data| data.remove::<egui::Pos2>(id));
-        if rect.width() > LEAST_BOX {
-            let edge = |x: f32| time_at(frame, view.range(), x);
-            view.zoom_to(Stretch::new(edge(rect.left()), edge(rect.right())));
-        }
-        return;
+        let edge = |x: f32| time_at(frame, range, x);
+        return (rect.width() > LEAST_BOX).then(|| Stretch::new(edge(rect.left()), edge(rect.right())));
     }
     let accent = theme::palette(ui).accent;
     ui.painter().rect_filled(rect, 0.0, accent.gamma_multiply(0.2));
     ui.painter().rect_stroke(rect, 0.0, Stroke::new(1.0, accent), egui::StrokeKind::Inside);
+    None
 }
 
 /// Moves marker A with the arrow keys (with Shift: B) to the next or previous sample of `time_s`.

@@ -3,7 +3,7 @@
 use std::cell::Cell;
 use std::ops::RangeInclusive;
 
-use eframe::egui::{self, DragValue, Key, Stroke, Ui, vec2};
+use eframe::egui::{self, DragValue, Id, Key, Stroke, Ui, UiBuilder, vec2};
 
 use super::EditPhase;
 use super::time_plot::readable;
@@ -47,7 +47,8 @@ struct Held {
 }
 
 impl<'a> QuantityEdit<'a> {
-    /// A field called `name` (for tests and screen readers) for `value` in SI.
+    /// A field for `value` in SI called `name`, for tests and screen readers. The name is also its identity, whatever is drawn
+    /// before it: text that comes or goes above a field does not end its drag. No two fields on screen share one.
     pub fn new(name: &'a str, value: f64) -> Self {
         Self {
             name,
@@ -152,8 +153,9 @@ impl<'a> QuantityEdit<'a> {
             typed.set(value.is_finite().then_some(value));
             Some(before + 1.0).filter(|_| value.is_finite())
         });
+        let steady = UiBuilder::new().scope_id(Id::unique(("quantity", self.name)));
         let response = ui
-            .scope(|ui| {
+            .scope_builder(steady, |ui| {
                 if wrong {
                     let stroke = Stroke::new(1.5, theme::palette(ui).error);
                     ui.visuals_mut().widgets.inactive.bg_stroke = stroke;
@@ -178,7 +180,17 @@ impl<'a> QuantityEdit<'a> {
     ) -> Option<QuantityEdited> {
         let report = |phase, value| Some(QuantityEdited { phase, value });
         let id = response.id.with("held");
+        // egui takes the text in the frame after the one in which Escape gave it up.
+        let given_up = response.id.with("given up");
+        if response.lost_focus() && ui.input(|i| i.key_pressed(Key::Escape)) {
+            ui.data_mut(|data| data.insert_temp(given_up, ()));
+            return None;
+        }
+        let was_given_up = ui.data_mut(|data| data.remove_temp::<()>(given_up)).is_some();
         if let Some(typed) = typed {
+            if was_given_up {
+                return None;
+            }
             let value = typed / self.scale;
             return if value == self.value { None } else { report(EditPhase::Commit, value) };
         }

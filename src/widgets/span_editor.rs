@@ -2,11 +2,12 @@
 //! else to samples.
 
 use eframe::egui::{
-    self, Align2, Color32, CornerRadius, CursorIcon, Id, Key, Rect, Role, Sense, Stroke, StrokeKind, Ui, WidgetInfo,
-    pos2,
+    self, Align2, Color32, CornerRadius, CursorIcon, Id, Key, PointerButton, Rect, Role, Sense, Stroke, StrokeKind, Ui,
+    WidgetInfo, pos2,
 };
 
 use super::EditPhase;
+use super::pointer::box_stretch;
 use super::snap::{SNAP_REACH, SnapPoint, to_point};
 use super::time_plot::{time_at, x_at};
 use super::time_view::Stretch;
@@ -15,8 +16,8 @@ use super::time_view::Stretch;
 pub const LANE_HEIGHT: f32 = 24.0;
 /// Half the width in which an edge can be caught.
 const EDGE_REACH: f32 = 5.0;
-/// A span narrower than this gives up its body to its edges no further.
-const LEAST_BODY: f32 = 4.0;
+/// A span narrower than this can be selected but neither moved nor resized: a drag would do more than it seems.
+const LEAST_WIDTH: f32 = 12.0;
 
 /// A span as the lane shows it.
 #[derive(Clone, Copy, Debug)]
@@ -62,6 +63,8 @@ pub enum SpanEvent {
     },
     /// A new span was drawn in the empty lane.
     Drawn(Stretch),
+    /// This stretch was covered with the secondary button: to be zoomed to, as everywhere in the plots.
+    Zoomed(Stretch),
 }
 
 /// The part of a span that is held.
@@ -182,13 +185,17 @@ fn catch(ui: &mut Ui, id: Id, lane: &Lane<'_>, clip: Rect, shown: Rect, span: &S
         let bottom = if span.selected { lane.reach_bottom } else { clip.bottom() };
         Rect::from_x_y_ranges(x - inner..=x + outer, clip.top()..=bottom)
     };
-    let inside = EDGE_REACH.min(((shown.width() - LEAST_BODY) / 2.0).max(0.0));
+    let inside = EDGE_REACH.min(shown.width() / 3.0);
     let parts = [
         (Grip::Body, shown.intersect(clip), ""),
         (Grip::Start, grab(shown.left(), EDGE_REACH, inside), " start"),
         (Grip::End, grab(shown.right(), inside, EDGE_REACH), " end"),
     ];
-    let still = span.still || span.locked;
+    let of = |grip: Grip| id.with((span.id, grip));
+    let is_held = |grip| ui.data(|data| data.get_temp::<Held>(of(grip)).is_some());
+    let held = [Grip::Body, Grip::Start, Grip::End].into_iter().any(is_held);
+    // A drag under way goes on however narrow it makes the span.
+    let still = span.still || span.locked || (shown.width() < LEAST_WIDTH && !held);
     let mut event = None;
     for (grip, rect, suffix) in parts {
         let on_screen = rect.center().x >= clip.left() - 1.0 && rect.center().x <= clip.right() + 1.0;
@@ -198,7 +205,7 @@ fn catch(ui: &mut Ui, id: Id, lane: &Lane<'_>, clip: Rect, shown: Rect, span: &S
         // A drag of a locked span is taken and comes to nothing: below it a new span would be drawn.
         let rect = if span.locked && !span.still { rect.expand2(egui::vec2(EDGE_REACH, 0.0)) } else { rect };
         let sense = if span.still { Sense::click() } else { Sense::click_and_drag() };
-        let part = id.with((span.id, grip));
+        let part = of(grip);
         let response = ui.interact(rect, part, sense).on_hover_cursor(match grip {
             Grip::Body if still => CursorIcon::PointingHand,
             Grip::Body => CursorIcon::Grab,
@@ -213,11 +220,18 @@ fn catch(ui: &mut Ui, id: Id, lane: &Lane<'_>, clip: Rect, shown: Rect, span: &S
         if grip == Grip::Body {
             event = lock_menu(&response, span).or(event);
         }
+        event = zoom(ui, &response, lane).or(event);
         if !still {
             event = drag(ui, &response, part, lane, grip, span).or(event);
         }
     }
     event
+}
+
+/// A drag with the secondary button zooms, here as in the plots.
+fn zoom(ui: &Ui, response: &egui::Response, lane: &Lane<'_>) -> Option<SpanEvent> {
+    let area = Rect::from_x_y_ranges(lane.frame.x_range(), lane.rect.top()..=lane.reach_bottom);
+    box_stretch(ui, response, area, lane.range).map(SpanEvent::Zoomed)
 }
 
 /// The menu of a span: locks its edges or frees them.
@@ -243,7 +257,7 @@ fn drag(
 ) -> Option<SpanEvent> {
     let report = |phase, stretch| Some(SpanEvent::Dragged { id: span.id, phase, stretch });
     let pointer = response.interact_pointer_pos();
-    if response.drag_started() {
+    if response.drag_started_by(PointerButton::Primary) {
         let pressed = ui.input(|i| i.pointer.press_origin()).or(pointer)?;
         let pressed_s = time_at(lane.frame, lane.range, pressed.x);
         let held = Held { origin: span.stretch, pressed_s, now: span.stretch };
@@ -306,7 +320,10 @@ fn draw_point(ui: &mut Ui, lane: &Lane<'_>, point: SnapPoint) {
 fn draw_new(ui: &Ui, id: Id, lane: &Lane<'_>, clip: Rect) -> Option<SpanEvent> {
     let response = ui.interact(clip, id, Sense::drag()).on_hover_cursor(CursorIcon::Crosshair);
     response.widget_info(|| WidgetInfo::labeled(Role::Canvas, true, "Draw a new span"));
-    if response.drag_started() {
+    if let Some(event) = zoom(ui, &response, lane) {
+        return Some(event);
+    }
+    if response.drag_started_by(PointerButton::Primary) {
         let from = ui.input(|i| i.pointer.press_origin())?;
         ui.data_mut(|data| data.insert_temp(id, from.x));
     }

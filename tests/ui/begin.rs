@@ -112,7 +112,7 @@ fn dropped_recording_becomes_a_session_whose_numbers_are_in_si_and_come_back() {
     bench.drop_file(path);
     bench.wait_for("Create session");
     assert!(
-        bench.harness.query_by_label_contains("no reconstruction without q").is_some(),
+        bench.harness.query_by_label_contains("no reconstruction without: q").is_some(),
         "the pitch rate is missing"
     );
     bench.choose_entry("channel of q", "channel 17");

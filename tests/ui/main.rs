@@ -14,6 +14,7 @@ mod rasteriser;
 mod recording;
 mod recovery;
 mod speed;
+mod traps;
 mod widgets;
 mod workbench;
 
@@ -68,6 +69,18 @@ fn secondary_click<State>(harness: &mut Harness<'_, State>, pos: egui::Pos2) {
     harness.run_steps(3);
 }
 
+/// Clicks twice, fast enough for a double click.
+fn double_click<State>(harness: &mut Harness<'_, State>, pos: egui::Pos2) {
+    harness.hover_at(pos);
+    harness.step();
+    for pressed in [true, false, true, false] {
+        let (button, modifiers) = (egui::PointerButton::Primary, egui::Modifiers::NONE);
+        harness.event(egui::Event::PointerButton { pos, button, pressed, modifiers });
+        harness.step();
+    }
+    harness.run_steps(3);
+}
+
 /// Text put into the clipboard in the last frame.
 fn copied<State>(harness: &Harness<'_, State>) -> Option<String> {
     harness.output().platform_output.commands.iter().find_map(|command| match command {
@@ -80,6 +93,24 @@ fn copied<State>(harness: &Harness<'_, State>) -> Option<String> {
 fn drag<State>(harness: &mut Harness<'_, State>, from: egui::Pos2, to: egui::Pos2, steps: usize) {
     hold(harness, from, to, steps);
     harness.drop_at(to);
+    harness.run_steps(2);
+}
+
+/// Drags with the secondary button, in eight frames.
+fn secondary_drag<State>(harness: &mut Harness<'_, State>, from: egui::Pos2, to: egui::Pos2) {
+    let button = |pos, pressed| {
+        let (button, modifiers) = (egui::PointerButton::Secondary, egui::Modifiers::NONE);
+        egui::Event::PointerButton { pos, button, pressed, modifiers }
+    };
+    harness.hover_at(from);
+    harness.step();
+    harness.event(button(from, true));
+    harness.step();
+    for step in 1..=8 {
+        harness.hover_at(from + (to - from) * (step as f32 / 8.0));
+        harness.step();
+    }
+    harness.event(button(to, false));
     harness.run_steps(2);
 }
 

@@ -7,7 +7,7 @@ use doublet::panels::Pane;
 use doublet_core::series::Window;
 use doublet_engine::session::{Edit, WindowEdit};
 use egui::accesskit::Role;
-use egui::{Modifiers, Pos2, pos2};
+use egui::{Key, Modifiers, Pos2, pos2};
 use egui_kittest::kittest::{NodeT, Queryable};
 
 use crate::recording::STEP_S;
@@ -160,11 +160,13 @@ fn note_typed_in_the_table_shows_over_the_band_and_in_the_results_and_changes_no
     let mut bench = bench();
     bench.show(Pane::Manoeuvres);
     let estimate = bench.snapshot().pooled.ready().expect("the estimate is up to date").clone();
-    bench.enter("note of first", "  rough air from 20 s ");
+    bench.retype("note of first", "  rough air from 20 s ", Key::Enter);
     assert_eq!(bench.session().window("first").expect("it is there").note, "rough air from 20 s");
     let after = bench.snapshot().pooled.ready().expect("the estimate is up to date").clone();
     assert!(std::sync::Arc::ptr_eq(&estimate, &after), "nothing is estimated anew for a note");
     let shown = |bench: &Bench<'_>| bench.harness.query_all_by_label_contains("rough air from 20 s").count();
+    bench.harness.hover_at(pos2(2.0, 2.0));
+    bench.harness.run_steps(5);
     assert_eq!(shown(&bench), 0);
     let at = bench.at_s(15.0);
     bench.harness.hover_at(at);

@@ -151,6 +151,21 @@ fn leaving_a_field_as_it_was_or_typing_no_number_changes_nothing() {
 }
 
 #[test]
+fn escape_in_a_typed_number_brings_the_value_back() {
+    let mut harness = field(0.5, false);
+    let name = "Standard deviation of q";
+    harness.get_by_label(name).click();
+    harness.run_steps(2);
+    harness.key_press_modifiers(egui::Modifiers::COMMAND, Key::A);
+    harness.run_steps(1);
+    harness.get_by_label(name).type_text("9");
+    harness.run_steps(1);
+    harness.key_press(Key::Escape);
+    harness.run_steps(3);
+    assert_eq!((harness.state().value, harness.state().seen.as_slice()), (0.5, [].as_slice()));
+}
+
+#[test]
 fn a_logarithmic_drag_multiplies_and_is_one_edit() {
     let mut harness = field(0.01, true);
     let at = harness.get_by_label("Standard deviation of q").rect().center();

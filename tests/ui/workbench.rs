@@ -21,7 +21,7 @@ use egui_kittest::kittest::{NodeT, Queryable};
 use tempfile::TempDir;
 
 use crate::recording::{self, CM, STEP_S};
-use crate::{builder, drag, picture};
+use crate::{builder, double_click, drag, picture};
 
 /// Longest wait for results.
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -122,6 +122,18 @@ impl Bench<'_> {
         self.harness.get_by_label(label).scroll_to_me();
         self.harness.run_steps(3);
         self.harness.get_by_label(label).click();
+        self.settle();
+    }
+
+    /// Double clicks a text that is typed in place, types over it, and ends that by `key`.
+    pub fn retype(&mut self, name: &str, text: &str, key: Key) {
+        self.harness.get_by_label(name).scroll_to_me();
+        self.harness.run_steps(3);
+        let at = self.harness.get_by_label(name).rect().center();
+        double_click(&mut self.harness, at);
+        self.harness.get_by_label(name).type_text(text);
+        self.harness.run_steps(1);
+        self.harness.key_press(key);
         self.settle();
     }
 

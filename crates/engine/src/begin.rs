@@ -15,7 +15,8 @@ use crate::run::Control;
 use crate::session::{
     Estimation, Flight, GravitySource, Manoeuvre, MapRef, Preparation, RecordingRef, Session, content_hash,
 };
-use crate::stage::{FlightProposals, LoadedFlight, open_windows, proposals};
+use crate::stage::{FlightProposals, LoadedFlight, measured_by, open_windows, proposals};
+use crate::verdict::Level;
 
 /// A channel map that comes with the program and what it makes of some recordings.
 #[derive(Clone, Debug)]
@@ -63,15 +64,15 @@ pub struct Order {
     pub map: MapRef,
 }
 
-/// Roles a recording lacks and what that blocks.
+/// Roles a recording lacks and what that means.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Missing {
     /// The roles.
     pub roles: Vec<Role>,
-    /// What there is not without them.
-    pub blocks: &'static str,
-    /// Nothing can be reconstructed.
-    pub is_fatal: bool,
+    /// What follows, before the names of the roles.
+    pub means: &'static str,
+    /// Bad where nothing can be reconstructed, good where the filter does without.
+    pub level: Level,
 }
 
 /// What is missing of the roles that `has` does not have, worst first.
@@ -79,11 +80,13 @@ pub fn missing(has: impl Fn(Role) -> bool) -> Vec<Missing> {
     let absent = |roles: Vec<Role>| roles.into_iter().filter(|role| !has(*role)).collect::<Vec<_>>();
     let inputs = absent(Input::ALL.into_iter().map(Input::role).collect());
     let controls = absent(vec![Role::Elevator, Role::Aileron, Role::Rudder]);
-    let measured = absent(Measurement::ALL.into_iter().map(Measurement::role).collect());
+    let recorded = |role| has(role).then_some(());
+    let unmeasured = Measurement::ALL.into_iter().filter(|measurement| measured_by(*measurement, recorded).is_none());
+    let unmeasured = unmeasured.map(Measurement::role).collect();
     let all = [
-        Missing { roles: inputs, blocks: "no reconstruction without", is_fatal: true },
-        Missing { roles: controls, blocks: "no control derivatives of", is_fatal: false },
-        Missing { roles: measured, blocks: "the filter goes without", is_fatal: false },
+        Missing { roles: inputs, means: "missing, no reconstruction without:", level: Level::Bad },
+        Missing { roles: controls, means: "missing, no control derivatives of:", level: Level::Caution },
+        Missing { roles: unmeasured, means: "not measured, the filter does without:", level: Level::Good },
     ];
     all.into_iter().filter(|missing| !missing.roles.is_empty()).collect()
 }
@@ -308,7 +311,8 @@ fn covered(recording: &Recording) -> Option<Window> {
 
 /// The measurements of the filter that none of `roles` feeds.
 pub fn unmeasured(roles: &BTreeSet<Role>) -> Vec<Measurement> {
-    Measurement::ALL.into_iter().filter(|measurement| !roles.contains(&measurement.role())).collect()
+    let recorded = |role| roles.get(&role);
+    Measurement::ALL.into_iter().filter(|measurement| measured_by(*measurement, recorded).is_none()).collect()
 }
 
 /// An aircraft in the numbers that derivatives need, with its mass constant and everything about the centre of gravity.
@@ -354,4 +358,24 @@ impl PlainAircraft {
 
 fn go_on(control: &Control) -> Result<(), String> {
     control.checkpoint().map_err(|_| "stopped".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Level, Measurement, Role, missing, unmeasured};
+
+    #[test]
+    fn height_is_measured_where_an_altitude_tells_it() {
+        let lacks_height = |has: &[Role]| {
+            let roles = has.iter().copied().collect();
+            let filter = missing(|role| has.contains(&role)).into_iter().find(|lack| lack.level == Level::Good);
+            let told = filter.is_some_and(|lack| lack.roles.contains(&Role::PositionDown));
+            assert_eq!(told, unmeasured(&roles).contains(&Measurement::PositionDown), "{has:?}");
+            told
+        };
+        assert!(lacks_height(&[Role::AngleOfAttack]));
+        for role in [Role::PositionDown, Role::GpsAltitude, Role::Altitude] {
+            assert!(!lacks_height(&[role]), "{}", role.name());
+        }
+    }
 }

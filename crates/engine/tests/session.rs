@@ -15,7 +15,7 @@ use doublet_engine::session::{
 };
 use doublet_engine::stage;
 use doublet_engine::undo::History;
-use doublet_engine::verdict::PlausibleRange;
+use doublet_engine::verdict::{Level, PlausibleRange};
 use proptest::prelude::*;
 
 fn expression(name: &str, unit: &str, expression: &str) -> ExpressionSetting {
@@ -428,7 +428,7 @@ fn map_made_by_hand_is_kept_in_the_session_and_reads_the_recording_again() {
     let force = &loaded.recording.role(Role::SpecificForceZ).unwrap().series.values;
     assert!((force[1] + 1.1 * 9.806_65).abs() < 1e-12, "nz is upwards: its sign is turned");
     let missing = begin::missing(|role| loaded.recording.role(role).is_some());
-    assert!(missing[0].is_fatal && missing[0].roles.len() == 4, "ax, ay, p and r: {missing:?}");
+    assert!(missing[0].level == Level::Bad && missing[0].roles.len() == 4, "ax, ay, p and r: {missing:?}");
     let bad = made.flights[0].recordings[0].clone();
     let bad = session::RecordingRef { channel_map: MapRef::Own("format = 1".into()), ..bad };
     let line = stage::flight(&opened.folder, &Flight { recordings: vec![bad], ..made.flights[0].clone() }).unwrap_err();

@@ -3,6 +3,7 @@
 use doublet_core::load::{Probe, Source};
 use doublet_engine::begin::missing;
 use doublet_engine::builtin;
+use doublet_engine::verdict::Level;
 use eframe::egui::{
     self, Align, Button, CollapsingHeader, ComboBox, Grid, Key, Label, Layout, ProgressBar, RichText, ScrollArea,
     TextEdit, Ui, vec2,
@@ -244,10 +245,13 @@ fn lacking(choosing: &Choosing, ui: &mut Ui) {
     let position = doublet_core::reconstruct::Measurement::ALL[..3].iter().map(|measurement| measurement.role());
     let position: Vec<_> = position.collect();
     for lack in missing(|role| plan.roles.contains_key(&role) || (derived && position.contains(&role))) {
-        let color = if lack.is_fatal { palette.error } else { palette.warning };
         let names: Vec<_> = lack.roles.iter().map(|role| notation::role(*role)).collect();
-        let text = format!("missing – {} {}", lack.blocks, names.join("  "));
-        ui.add(Label::new(RichText::new(text).color(color)).wrap());
+        let text = RichText::new(format!("{} {}", lack.means, names.join("  ")));
+        let text = match lack.level {
+            Level::Good => text.weak(),
+            level => text.color(palette.of_level(level)),
+        };
+        ui.add(Label::new(text).wrap());
     }
     if !plan.problems.is_empty() {
         ScrollArea::vertical().id_salt("problems").max_height(60.0).auto_shrink([false, true]).show(ui, |ui| {

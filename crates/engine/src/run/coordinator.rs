@@ -28,6 +28,8 @@ pub struct Request {
     pub studies: Vec<Study>,
     /// What asked for it, for the log.
     pub cause: String,
+    /// The first of a session just opened: neither results nor log of the one before stay visible.
+    pub fresh: bool,
 }
 
 #[derive(Default)]
@@ -80,8 +82,9 @@ impl Engine {
     }
 
     /// Asks for a run; a run under way is cancelled, a request not yet begun is forgotten. Returns the new generation.
-    pub fn request(&self, request: Request) -> u64 {
+    pub fn request(&self, mut request: Request) -> u64 {
         let mut inbox = lock(&self.shared.inbox);
+        request.fresh |= inbox.pending.as_ref().is_some_and(|(_, forgotten)| forgotten.fresh);
         inbox.generation += 1;
         let generation = inbox.generation;
         inbox.pending = Some((generation, request));
@@ -173,6 +176,7 @@ fn coordinate(shared: &Shared) {
                     cause: &request.cause,
                     generation,
                 };
+                let previous = if request.fresh { Arc::default() } else { previous };
                 run(&scope, &previous, &cache, &control, &publish);
                 session = Some(Arc::clone(&request.session));
                 let mut inbox = lock(&shared.inbox);

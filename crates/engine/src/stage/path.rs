@@ -1,11 +1,12 @@
 //! Step 1: the flight path of one window.
 
 use std::collections::BTreeMap;
+use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 use std::sync::{Arc, OnceLock};
 
 use doublet_core::prep::Differentiation;
-use doublet_core::quantity::Role;
+use doublet_core::quantity::{Dimension, Role};
 use doublet_core::reconstruct::consistency::{Consistency, consistency};
 use doublet_core::reconstruct::observability::{WeakState, observability, weak_states};
 use doublet_core::reconstruct::{
@@ -277,23 +278,22 @@ fn span(time_s: &[f64]) -> (f64, f64) {
     (time_s.first().copied().unwrap_or(f64::NAN), time_s.last().copied().unwrap_or(f64::NAN))
 }
 
+/// What tells a measurement of the filter, found by its role, and the sign its values get. Without a position the altitude tells the
+/// height: that of the satellites before that of the pressure, whose scale is right in the standard atmosphere only.
+pub fn measured_by<T>(measurement: Measurement, by_role: impl Fn(Role) -> Option<T>) -> Option<(T, f64)> {
+    let own = by_role(measurement.role()).map(|found| (found, 1.0));
+    let height = || Some((by_role(Role::GpsAltitude).or_else(|| by_role(Role::Altitude))?, -1.0));
+    if measurement == Measurement::PositionDown { own.or_else(height) } else { own }
+}
+
 fn measurement_series(
     recording: &Recording,
     window: Window,
     warnings: &mut Vec<String>,
 ) -> [MeasurementSeries; MEASUREMENTS] {
     Measurement::ALL.map(|measurement| {
-        let (channel, sign) = match (recording.role(measurement.role()), measurement) {
-            (Some(channel), _) => (channel, 1.0),
-            // Without a position the altitude tells the height: that of the satellites before that of the pressure, whose scale is
-            // right in the standard atmosphere only.
-            (None, Measurement::PositionDown) => {
-                match recording.role(Role::GpsAltitude).or(recording.role(Role::Altitude)) {
-                    Some(channel) => (channel, -1.0),
-                    None => return MeasurementSeries::default(),
-                }
-            }
-            (None, _) => return MeasurementSeries::default(),
+        let Some((channel, sign)) = measured_by(measurement, |role| recording.role(role)) else {
+            return MeasurementSeries::default();
         };
         let (time_s, values) = finite_samples(channel, window, 0.0);
         for (at, length) in gaps(recording, &time_s) {
@@ -430,24 +430,41 @@ fn path_series(known: &[Option<Series>; STATES], data: &FilterData, reconstructi
     let update_time_s: Arc<[f64]> = reconstruction.update_time_s.as_slice().into();
     let updates = |column: &Vec<f64>| Series { time_s: Arc::clone(&update_time_s), values: shared(column) };
     let states = reconstruction.states.each_ref().map(series);
+    let reconstructed = reconstructed(&states);
     PathSeries {
-        reconstructed: reconstructed(&states),
-        states,
         deviations: reconstruction.deviations.each_ref().map(shared),
         smoothed: reconstruction.smoothed.as_ref().map(|smoothed| SmoothedSeries {
             states: smoothed.states.each_ref().map(series),
             deviations: smoothed.deviations.each_ref().map(shared),
         }),
-        truth: known.clone(),
-        measured: data.measurements.each_ref().map(|measurement| Series {
-            time_s: measurement.time_s.as_slice().into(),
-            values: measurement.values.as_slice().into(),
+        truth: std::array::from_fn(|at| {
+            known[at].as_ref().map(|truth| on_turn_of(&states[at], State::ALL[at].dimension(), truth))
+        }),
+        measured: std::array::from_fn(|at| {
+            let MeasurementSeries { time_s, values } = &data.measurements[at];
+            let measured = Series { time_s: time_s.as_slice().into(), values: values.as_slice().into() };
+            on_turn_of(&reconstructed[at], Measurement::ALL[at].dimension(), &measured)
         }),
         innovations: reconstruction.innovations.each_ref().map(updates),
         innovation_deviations: reconstruction.innovation_deviations.each_ref().map(|column| held(column)),
         innovation_zero: updates(&vec![0.0; update_time_s.len()]),
         nis: updates(&reconstruction.nis),
+        reconstructed,
+        states,
     }
+}
+
+/// Angles as they are, each moved by whole turns to where it is nearest to `reference`: the same direction, drawn in the same place.
+/// What is no angle stays.
+fn on_turn_of(reference: &Series, dimension: Dimension, series: &Series) -> Series {
+    if dimension != Dimension::Angle || reference.values.is_empty() {
+        return series.clone();
+    }
+    let nearest = |(&time_s, &value): (&f64, &f64)| {
+        let after = reference.time_s.partition_point(|&t| t < time_s).min(reference.values.len() - 1);
+        value + TAU * ((reference.values[after] - value) / TAU).round()
+    };
+    Series { values: series.time_s.iter().zip(series.values.iter()).map(nearest).collect(), ..series.clone() }
 }
 
 /// `column` with the last finite value in place of what is not a number; before the first finite value that one.
@@ -511,4 +528,27 @@ fn ground_velocity(x: impl Fn(State) -> f64) -> [f64; 3] {
         level * sin_psi + across * cos_psi + x(State::WindEast),
         lift * cos_theta - u * sin_theta + x(State::WindDown),
     ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Dimension, Series, TAU, on_turn_of};
+
+    fn series(time_s: &[f64], values: &[f64]) -> Series {
+        Series { time_s: time_s.into(), values: values.into() }
+    }
+
+    #[test]
+    fn angles_are_drawn_on_the_turn_of_the_reference_sample_by_sample() {
+        // Turning right through north: the reference goes on past 360 degrees, the record starts again at -180 and at 0.
+        let reference = series(&[0.0, 1.0, 2.0, 3.0], &[3.0, 3.4, 6.1, 6.5]);
+        let record = series(&[0.5, 2.0, 3.0, 9.0], &[3.3 - TAU, 6.0 - TAU, 6.4 - TAU, 0.3]);
+        let drawn = on_turn_of(&reference, Dimension::Angle, &record);
+        for (value, expected) in drawn.values.iter().zip([3.3, 6.0, 6.4, 0.3 + TAU]) {
+            assert!((value - expected).abs() < 1e-12, "{value}, {expected}");
+        }
+        assert_eq!(drawn.time_s, record.time_s);
+        let lengths = on_turn_of(&reference, Dimension::Length, &record);
+        assert_eq!(lengths.values, record.values, "what is no angle stays");
+    }
 }
