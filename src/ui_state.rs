@@ -16,7 +16,7 @@ use crate::widgets::time_view::TimeView;
 /// Where it lies in the application's storage.
 const STORAGE_KEY: &str = "doublet_ui";
 /// Version of the stored form; another one is left alone and the first layout shown.
-const VERSION: u32 = 3;
+const VERSION: u32 = 4;
 /// How many sessions are remembered.
 const RECENT: usize = 8;
 
@@ -152,8 +152,15 @@ pub fn default_layout() -> Tree<Pane> {
     let flight = tabs(&[Pane::Flight, Pane::GroundTrack, Pane::CrossPlot]);
     let plots = tabs(&[Pane::Reconstruction, Pane::Innovations, Pane::Fits, Pane::Match, Pane::Propulsion]);
     let settings = tabs(&[Pane::Manoeuvres, Pane::Preprocess, Pane::Noise, Pane::Model, Pane::Loading]);
-    let results =
-        tabs(&[Pane::Derivatives, Pane::Correlation, Pane::Sensitivity, Pane::Report, Pane::Log, Pane::Shortcuts]);
+    let results = tabs(&[
+        Pane::Summary,
+        Pane::Derivatives,
+        Pane::Correlation,
+        Pane::Sensitivity,
+        Pane::Report,
+        Pane::Log,
+        Pane::Shortcuts,
+    ]);
     let left = Linear::new_binary(LinearDir::Vertical, [flight, plots], 0.5);
     let left = tiles.insert_container(left);
     let right = Linear::new_binary(LinearDir::Vertical, [settings, results], 0.48);

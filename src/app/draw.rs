@@ -1,16 +1,20 @@
 //! Draws the menu, the panels in their layout, the status line, and what lies over them.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use doublet_engine::run::Wanted;
+use doublet_engine::verdict::Level;
 use eframe::egui::{
-    self, Align, Button, Frame, Layout, Margin, MenuBar, Panel as Bar, ProgressBar, RichText, Ui, WidgetText,
+    self, Align, Button, Frame, Layout, Margin, MenuBar, Panel as Bar, ProgressBar, RichText, Role, Sense, Spinner, Ui,
+    WidgetInfo, WidgetText, vec2,
 };
 use egui_tiles::{SimplificationOptions, Tile, TileId, Tiles, Tree, UiResponse};
 
 use super::Workbench;
-use crate::command::{EditCommand, FileCommand, Menu, RunCommand, UiCommand};
+use crate::command::{EditCommand, FileCommand, Menu, RunCommand, UiCommand, ViewCommand};
 use crate::panels::{Pane, Panel, PanelContext};
+use crate::widgets::level_mark;
 use crate::{notation, theme};
 
 /// Space between panels.
@@ -132,10 +136,11 @@ fn status(app: &mut Workbench, ui: &mut Ui) {
     });
 }
 
-/// What is being written and computed, or how the last run ended.
+/// The lamp with what it means; what is being written and computed, or how long the last run took.
 fn running(app: &mut Workbench, ui: &mut Ui) {
-    let palette = theme::palette(ui);
-    let snapshot = &app.snapshot;
+    let snapshot = Arc::clone(&app.snapshot);
+    let busy = app.engine.is_busy();
+    lamp(app, ui, busy);
     if let Some(export) = &app.exporting {
         ui.add(ProgressBar::new(export.progress()).desired_width(160.0).desired_height(10.0));
         ui.label("Writing");
@@ -145,20 +150,43 @@ fn running(app: &mut Workbench, ui: &mut Ui) {
         // The thread ends a moment after its last step wakes this one.
         ui.ctx().request_repaint_after(std::time::Duration::from_millis(50));
     }
-    if app.engine.is_busy() {
+    if busy {
         ui.add(ProgressBar::new(snapshot.progress).desired_width(160.0).desired_height(10.0));
         ui.label(format!("Computing: {}", snapshot.cause));
         if ui.small_button("Cancel").clicked() {
             app.commands.push(UiCommand::Run(RunCommand::Cancel));
         }
-    } else if let Some(last) = snapshot.log.iter().rev().find(|line| !line.duration.is_zero()) {
-        let failures = snapshot.failures();
-        let color = if failures.is_empty() { palette.good } else { palette.error };
-        ui.label(RichText::new("●").color(color));
-        ui.label(format!("{} – {}, after: {}", last.text, notation::duration(last.duration), last.cause));
-        if let Some((place, error)) = failures.first() {
-            ui.add(egui::Label::new(RichText::new(format!("{place}: {error}")).color(palette.error)).truncate());
-        }
+        return;
+    }
+    let Some(last) = snapshot.log.iter().rev().find(|line| !line.duration.is_zero()) else { return };
+    ui.weak(format!("{} in {}", last.cause, notation::duration(last.duration))).on_hover_text(&last.text);
+    if let Some((place, error)) = snapshot.failures().first() {
+        let text = RichText::new(format!("{place}: {error}")).color(theme::palette(ui).error);
+        ui.add(egui::Label::new(text).truncate());
+    }
+}
+
+/// The verdict's shape and colour with its sentence; a ring turns about it while something is computed. A click shows the reasons.
+fn lamp(app: &mut Workbench, ui: &mut Ui, busy: bool) {
+    let verdicts = app.snapshot.verdicts.latest();
+    let level = verdicts.map(|verdicts| verdicts.session.level);
+    let (rect, lamp) = ui.allocate_exact_size(vec2(22.0, 22.0), Sense::click());
+    let color = level_mark::color(ui, level);
+    let color = if app.snapshot.verdicts.is_stale() { color.gamma_multiply(0.55) } else { color };
+    level_mark::paint(ui.painter(), rect.center(), 5.0, level, color);
+    if busy {
+        Spinner::new().color(ui.visuals().text_color()).paint_at(ui, rect.shrink(1.0));
+    }
+    let name = format!("verdict: {}{}", level.map_or("none yet", Level::name), if busy { ", computing" } else { "" });
+    lamp.widget_info(|| WidgetInfo::labeled(Role::Button, true, &name));
+    let mut clicked = lamp.on_hover_text("What may be believed, and why").clicked();
+    if let Some(verdicts) = verdicts {
+        let text = RichText::new(verdicts.headline());
+        let text = if app.snapshot.verdicts.is_stale() { text.weak() } else { text };
+        clicked |= ui.add(egui::Label::new(text).sense(Sense::click())).clicked();
+    }
+    if clicked {
+        app.commands.push(UiCommand::View(ViewCommand::Show(Pane::Summary)));
     }
 }
 

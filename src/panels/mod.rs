@@ -30,6 +30,7 @@ mod residuals;
 mod sensitivity;
 mod shortcuts;
 mod structures;
+mod summary;
 mod term_effects;
 
 use doublet_core::quantity::Dimension;
@@ -55,6 +56,8 @@ use crate::widgets::time_view::{Stretch, TimeView};
 /// The panels there are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Pane {
+    /// What may be believed.
+    Summary,
     /// The whole recording with its windows.
     Flight,
     /// The track over ground.
@@ -98,6 +101,7 @@ pub enum Pane {
 impl Pane {
     /// Every panel, in the order menus show them.
     pub const ALL: &'static [Self] = &[
+        Self::Summary,
         Self::Flight,
         Self::GroundTrack,
         Self::CrossPlot,
@@ -122,6 +126,7 @@ impl Pane {
     /// Its title.
     pub fn title(self) -> &'static str {
         match self {
+            Self::Summary => "Summary",
             Self::Flight => "Flight",
             Self::GroundTrack => "Ground track",
             Self::CrossPlot => "Cross plot",
@@ -144,9 +149,15 @@ impl Pane {
         }
     }
 
+    /// The panel with this title.
+    pub fn from_title(title: &str) -> Option<Self> {
+        Self::ALL.iter().copied().find(|pane| pane.title() == title)
+    }
+
     /// Makes the panel.
     pub fn build(self) -> Box<dyn Panel> {
         match self {
+            Self::Summary => Box::new(summary::Summary::default()),
             Self::Flight => Box::new(flight::Flight::default()),
             Self::GroundTrack => Box::new(ground_track::GroundTrack),
             Self::CrossPlot => Box::new(cross_plot::CrossPlot::default()),

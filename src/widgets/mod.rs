@@ -5,6 +5,7 @@ pub mod decimate;
 pub mod drawing;
 pub mod figure;
 pub mod figure_view;
+pub mod level_mark;
 pub mod matrix_view;
 mod plot_cache;
 mod pointer;

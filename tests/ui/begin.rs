@@ -14,7 +14,7 @@ use crate::recording::{LENGTH_S, STEP_S};
 use crate::workbench::Bench;
 
 /// Longest wait for a recording to be read.
-const PATIENCE: Duration = Duration::from_secs(30);
+const PATIENCE: Duration = Duration::from_secs(120);
 
 /// A file let go over the window.
 #[derive(Debug)]
@@ -115,6 +115,13 @@ fn dropped_recording_becomes_a_session_whose_numbers_are_in_si_and_come_back() {
         bench.harness.query_by_label_contains("no reconstruction without: q").is_some(),
         "the pitch rate is missing"
     );
+    let create = |bench: &Bench<'_>| {
+        let button = bench.harness.get_by_label("Create session");
+        !button.accesskit_node().is_disabled()
+    };
+    assert!(!create(&bench), "no aircraft is assumed");
+    assert!(bench.harness.query_by_label_contains("First: choose the aircraft").is_some(), "which is said");
+    picture(&mut bench.harness, "new_session_open");
     bench.choose_entry("channel of q", "channel 17");
     bench.choose_entry("unit of q", "deg/s");
     assert!(bench.harness.query_by_label_contains("no reconstruction").is_none());
@@ -126,6 +133,7 @@ fn dropped_recording_becomes_a_session_whose_numbers_are_in_si_and_come_back() {
     bench.harness.run_steps(2);
     bench.harness.key_press(egui::Key::Enter);
     bench.harness.run_steps(4);
+    assert!(create(&bench), "nothing is open any more");
     picture(&mut bench.harness, "new_session");
     bench.harness.get_by_label("Create session").click();
     bench.wait_until_made();
@@ -140,6 +148,25 @@ fn dropped_recording_becomes_a_session_whose_numbers_are_in_si_and_come_back() {
     bench.drop_file(file);
     bench.settle();
     check(&bench);
+}
+
+#[test]
+fn recording_without_an_aircraft_gives_its_flight_path() {
+    let mut bench = Bench::open();
+    let path = foreign(bench.folder.path());
+    bench.drop_file(path);
+    bench.wait_for("Create session");
+    bench.choose_entry("channel of q", "channel 17");
+    bench.choose_entry("unit of q", "deg/s");
+    // q = 0.04 * 1.3 + 0.02 * 2.4 rad/s at the start, in the unit of the channel.
+    assert!(bench.harness.query_all_by_label("5.73").next().is_some(), "the first value is in degrees per second");
+    bench.choose_entry("aircraft", "none: flight path only");
+    bench.harness.get_by_label("Create session").click();
+    bench.wait_until_made();
+    assert_eq!(bench.session().aircraft, None);
+    let window = &bench.snapshot().windows[&bench.session().windows[0].name];
+    assert!(window.path.ready().is_some(), "{:?}", bench.snapshot().failures());
+    assert!(bench.snapshot().pooled.ready().is_none_or(|pooled| pooled.fits.is_empty()));
 }
 
 /// What the recording must have become.

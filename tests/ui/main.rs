@@ -14,6 +14,7 @@ mod rasteriser;
 mod recording;
 mod recovery;
 mod speed;
+mod summary;
 mod traps;
 mod widgets;
 mod workbench;

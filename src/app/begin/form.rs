@@ -10,12 +10,14 @@ use eframe::egui::{
 };
 
 use super::aircraft::AircraftForm;
-use super::{Choice, Choosing, Step, roles};
+use super::{AircraftChoice, Choice, Choosing, Step, roles};
 use crate::notation;
 use crate::theme;
 
 /// Gaps and findings listed.
 const LISTED: usize = 6;
+/// The choice of no aircraft.
+const WITHOUT: &str = "none: flight path only";
 /// Channels listed of one source.
 const MOST_CHANNELS: usize = 400;
 
@@ -99,17 +101,20 @@ fn choose(choosing: &mut Choosing, ui: &mut Ui, height: f32) -> Answer {
         ui.add(Label::new(RichText::new(line).color(theme::palette(ui).error)).wrap());
     }
     ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-        let usable = choosing.plan().is_ok_and(|plan| !plan.has_errors() && !plan.roles.is_empty());
-        let named = !choosing.name.trim().is_empty();
-        let button = ui.add_enabled(usable && named, Button::new("Create session").min_size(vec2(120.0, 26.0)));
-        if button.on_disabled_hover_text("Give a name, and roles without an error").clicked() {
+        let lacks = choosing.lacks();
+        let button = ui.add_enabled(lacks.is_none(), Button::new("Create session").min_size(vec2(120.0, 26.0)));
+        if button.on_disabled_hover_text(lacks.unwrap_or_default()).clicked() {
             answer = Answer::Make;
         }
         if ui.add(Button::new("Cancel").min_size(vec2(80.0, 26.0))).clicked() {
             answer = Answer::GivenUp;
         }
         let about = "Nothing of the recording is changed or copied; the session is not saved until you save it.";
-        ui.add(Label::new(RichText::new(about).weak()).truncate());
+        let text = match lacks {
+            Some(lacks) => RichText::new(format!("First: {lacks}")).color(theme::palette(ui).warning),
+            None => RichText::new(about).weak(),
+        };
+        ui.add(Label::new(text).truncate());
     });
     answer
 }
@@ -195,18 +200,28 @@ fn channels(probe: &Probe, ui: &mut Ui) {
 fn aircraft(choosing: &mut Choosing, ui: &mut Ui) -> Answer {
     let mut answer = Answer::Open;
     ui.label("Aircraft");
-    let chosen = choosing.aircraft.clone().unwrap_or_else(|| "none: flight path only".to_owned());
-    let shown = chosen.strip_prefix(builtin::PREFIX).unwrap_or(&chosen).to_owned();
-    let combo = ComboBox::from_id_salt("aircraft").selected_text(&shown).width(220.0).truncate();
+    let (shown, about) = match &choosing.aircraft {
+        AircraftChoice::Open => (
+            RichText::new("choose…").color(theme::palette(ui).warning),
+            "Whose recording it is: mass, inertia and reference area come from it".to_owned(),
+        ),
+        AircraftChoice::Without => {
+            (RichText::new(WITHOUT), "No coefficients and no derivatives are computed".to_owned())
+        }
+        AircraftChoice::Of(reference) => {
+            (RichText::new(reference.strip_prefix(builtin::PREFIX).unwrap_or(reference)), reference.clone())
+        }
+    };
+    let combo = ComboBox::from_id_salt("aircraft").selected_text(shown).width(220.0).truncate();
     let combo = combo.show_ui(ui, |ui| {
-        ui.selectable_value(&mut choosing.aircraft, None, "none: flight path only");
+        ui.selectable_value(&mut choosing.aircraft, AircraftChoice::Without, WITHOUT);
         for name in builtin::aircraft() {
-            let reference = format!("{}{name}", builtin::PREFIX);
-            ui.selectable_value(&mut choosing.aircraft, Some(reference), name);
+            let of = AircraftChoice::Of(format!("{}{name}", builtin::PREFIX));
+            ui.selectable_value(&mut choosing.aircraft, of, name);
         }
     });
     ui.ctx().accesskit_node_builder(combo.response.id, |node| node.set_label("aircraft"));
-    combo.response.on_hover_text(&chosen);
+    combo.response.on_hover_text(about);
     if ui.button("Aircraft file…").on_hover_text("An aircraft file of your own (TOML)").clicked() {
         answer = Answer::AskAircraft;
     }

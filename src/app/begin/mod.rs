@@ -4,10 +4,12 @@ mod aircraft;
 mod form;
 mod roles;
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use doublet_core::load::Plan;
+use doublet_core::load::{HandRow, Plan, RowValues};
+use doublet_core::quantity::Role;
 use doublet_engine::begin::{self, Inspected, Order};
 use doublet_engine::run::{Control, Job};
 use doublet_engine::session::{MapRef, Session};
@@ -29,15 +31,28 @@ enum Choice {
     ByHand,
 }
 
+/// Whose recording it is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum AircraftChoice {
+    /// Not chosen yet: nothing tells of it but a map that names one.
+    Open,
+    /// Of none: the flight path alone is wanted.
+    Without,
+    /// Of this one: a file, or one that comes with the program.
+    Of(String),
+}
+
 /// What the user has chosen so far.
 struct Choosing {
     inspected: Arc<Inspected>,
     name: String,
-    aircraft: Option<String>,
+    aircraft: AircraftChoice,
     choice: Choice,
     hand: doublet_core::load::HandMap,
     /// What reading by the map made by hand would do; kept until that changes.
     hand_plan: Result<Plan, String>,
+    /// What the rows of that map read.
+    values: BTreeMap<Role, (HandRow, Option<RowValues>)>,
     aircraft_form: Option<AircraftForm>,
     complaint: Option<String>,
 }
@@ -67,10 +82,11 @@ impl Choosing {
         let of_map = best.filter(|_| choice == Choice::Shipped(0)).and_then(|map| map.aircraft.clone());
         Self {
             name: inspected.paths.first().map(|path| begin::name_of(path)).unwrap_or_default(),
-            aircraft: of_map,
+            aircraft: of_map.map_or(AircraftChoice::Open, AircraftChoice::Of),
             choice,
             hand_plan: begin::plan_by_hand(&inspected.probes, &hand),
             hand,
+            values: BTreeMap::new(),
             aircraft_form: None,
             complaint: None,
             inspected: Arc::new(inspected),
@@ -82,6 +98,20 @@ impl Choosing {
         match self.choice {
             Choice::Shipped(index) => self.inspected.fitting.get(index).map(|map| &map.plan).ok_or("choose a map"),
             Choice::ByHand => self.hand_plan.as_ref().map_err(String::as_str),
+        }
+    }
+
+    /// What is still to be done before the session can be made.
+    fn lacks(&self) -> Option<&'static str> {
+        match self.plan() {
+            _ if self.name.trim().is_empty() => Some("give the session a name"),
+            _ if self.aircraft == AircraftChoice::Open => {
+                Some("choose the aircraft: mass, inertia and reference area come from it")
+            }
+            Err(_) => Some("choose a channel map"),
+            Ok(plan) if plan.roles.is_empty() => Some("give a role to a channel"),
+            Ok(plan) if plan.has_errors() => Some("mend the roles marked as wrong"),
+            Ok(_) => None,
         }
     }
 
@@ -123,7 +153,7 @@ impl Workbench {
     pub(super) fn begin_with_aircraft(&mut self, path: &Path) {
         if let Some(Step::Choosing(choosing)) = &mut self.beginning.step {
             let full = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
-            choosing.aircraft = Some(full.display().to_string());
+            choosing.aircraft = AircraftChoice::Of(full.display().to_string());
         }
     }
 
@@ -211,7 +241,12 @@ impl Workbench {
         let Some(Step::Choosing(mut choosing)) = self.beginning.step.take() else { return };
         let started = choosing.map().and_then(|map| {
             let plan = choosing.plan().map_err(str::to_owned)?.clone();
-            let order = Order { name: choosing.name.trim().to_owned(), aircraft: choosing.aircraft.clone(), map };
+            let aircraft = match &choosing.aircraft {
+                AircraftChoice::Open => return Err("choose the aircraft".to_owned()),
+                AircraftChoice::Without => None,
+                AircraftChoice::Of(reference) => Some(reference.clone()),
+            };
+            let order = Order { name: choosing.name.trim().to_owned(), aircraft, map };
             let (inspected, wake) = (Arc::clone(&choosing.inspected), ctx.clone());
             let work = move |control: &Control, progress: &dyn Fn(f32)| {
                 begin::begin(&order, &inspected, &plan, control, progress)

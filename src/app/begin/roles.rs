@@ -1,12 +1,12 @@
 //! The table of roles in the dialog of a new session.
 
-use doublet_core::load::{ChannelName, HandRow, HandTime, guess_row};
+use doublet_core::load::{ChannelName, HandRow, HandTime, RowValues, guess_row};
 use doublet_core::quantity::{Dimension, Role, Unit};
 use doublet_core::reconstruct::{Input, Measurement};
 use eframe::egui::{self, CollapsingHeader, ComboBox, DragValue, Grid, RichText, ScrollArea, Ui};
 
 use super::{Choice, Choosing};
-use crate::notation;
+use crate::{notation, theme};
 
 /// Rate offered first for a source without time, Hz.
 const USUAL_RATE_HZ: f64 = 50.0;
@@ -24,6 +24,15 @@ const AIR: [Role; 6] = [
 ];
 
 impl Choosing {
+    /// What the row of `role` reads, looked through again only when it changed.
+    fn values(&mut self, role: Role, row: &HandRow) -> Option<RowValues> {
+        if self.values.get(&role).is_none_or(|(of, _)| of != row) {
+            let values = row.values(&self.inspected.probes);
+            self.values.insert(role, (row.clone(), values));
+        }
+        self.values.get(&role).and_then(|(_, values)| *values)
+    }
+
     /// Whether position comes from latitude and longitude.
     pub(super) fn derives_position(&self) -> bool {
         match self.choice {
@@ -111,8 +120,8 @@ fn channels(choosing: &Choosing) -> Vec<ChannelName> {
 
 fn table(choosing: &mut Choosing, names: &[ChannelName], roles: &[Role], ui: &mut Ui) {
     let single = choosing.inspected.probes.iter().map(|probe| probe.sources.len()).sum::<usize>() == 1;
-    Grid::new(("by hand", roles.first())).num_columns(8).striped(true).spacing([10.0, 2.0]).show(ui, |ui| {
-        header(ui, &["role", "what it is", "channel", "unit", "sign", "scale", "added", "first value"]);
+    Grid::new(("by hand", roles.first())).num_columns(10).striped(true).spacing([10.0, 2.0]).show(ui, |ui| {
+        header(ui, &["role", "what it is", "channel", "unit", "sign", "scale", "added", "first", "least", "greatest"]);
         for &role in roles {
             ui.label(notation::role(role));
             ui.add(egui::Label::new(RichText::new(role.description()).weak()));
@@ -161,12 +170,17 @@ fn row(choosing: &mut Choosing, names: &[ChannelName], (role, single): (Role, bo
         ui.ctx().accesskit_node_builder(field.id, |node| node.set_label(format!("{name} of {key}")));
         field.on_hover_text(about);
     }
-    let first = row.first_si(&choosing.inspected.probes);
-    let text = first.map_or_else(
-        || "–".to_owned(),
-        |value| format!("{} {}", notation::number(value), role.dimension().si_symbol()),
-    );
-    ui.label(text).on_hover_text("The first recorded value in SI, as it will be read");
+    if let Some(RowValues { unit, first, least, greatest }) = choosing.values(role, &row) {
+        for value in [first, least, greatest] {
+            let shown = ui.label(RichText::new(notation::number(value)).font(theme::figures(ui)));
+            let si = format!("{} {}", notation::number(unit.to_si(value)), role.dimension().si_symbol());
+            shown.on_hover_text(format!(
+                "{} {}, with sign, scale and what is added: {si}",
+                notation::number(value),
+                unit.symbol
+            ));
+        }
+    }
     if choosing.hand.row(role) != Some(&row) {
         choosing.hand.set(role, Some(row));
     }

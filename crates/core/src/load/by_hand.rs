@@ -44,14 +44,31 @@ impl HandRow {
         Self { from, unit, turned: false, scale: 1.0, offset: 0.0 }
     }
 
-    /// The row's first finite value in SI; `None` where the channel is unknown or holds none, or has no unit.
-    pub fn first_si(&self, probes: &[Probe]) -> Option<f64> {
+    /// What the row will read; `None` where the channel is unknown or holds nothing finite, or has no unit.
+    pub fn values(&self, probes: &[Probe]) -> Option<RowValues> {
         let channel = self.from.find(probes)?;
         let unit = self.unit.or_else(|| Unit::parse(channel.unit.as_deref()?).ok())?;
-        let raw = channel.values().iter().find(|value| value.is_finite())?;
         let sign = if self.turned { -1.0 } else { 1.0 };
-        Some(sign * self.scale * unit.to_si(raw + self.offset))
+        let read = |raw: &f64| unit.from_si(sign * self.scale * unit.to_si(raw + self.offset));
+        let mut finite = channel.values().iter().filter(|value| value.is_finite()).map(read);
+        let first = finite.next()?;
+        let (least, greatest) =
+            finite.fold((first, first), |(least, greatest), value| (least.min(value), greatest.max(value)));
+        Some(RowValues { unit, first, least, greatest })
     }
+}
+
+/// Values of a row with its sign, scale and offset, in the unit of its channel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RowValues {
+    /// The unit.
+    pub unit: Unit,
+    /// First finite value.
+    pub first: f64,
+    /// Least.
+    pub least: f64,
+    /// Greatest.
+    pub greatest: f64,
 }
 
 /// Where the time of a source comes from that has no time vector of a known name.

@@ -336,7 +336,8 @@ mod tests {
             let value = first(role).unwrap_or(f64::NAN);
             assert!((value - wanted).abs() < 1e-9, "{}: {value}, not {wanted}", role.name());
             if let Some(row) = map.row(role) {
-                assert!((row.first_si(std::slice::from_ref(&probe)).unwrap() - wanted).abs() < 1e-9);
+                let read = row.values(std::slice::from_ref(&probe)).unwrap();
+                assert!((read.unit.to_si(read.first) - wanted).abs() < 1e-9);
             }
         }
         assert_eq!(recording.role(Role::RollRate).unwrap().series.time_s[..], [0.0, 0.02, 0.04]);
@@ -358,8 +359,9 @@ mod tests {
     fn altitude_without_fixes_is_position_down_turned() {
         let probe = probe_of("t,alt,p\n0,100,0\n1,110,0\n2,120,0\n");
         let map = guess(std::slice::from_ref(&probe));
-        assert_eq!(map.row(Role::PositionDown).unwrap().first_si(std::slice::from_ref(&probe)), Some(-100.0));
-        assert_eq!(map.row(Role::Altitude).unwrap().first_si(std::slice::from_ref(&probe)), Some(100.0));
+        let first = |role| map.row(role).unwrap().values(std::slice::from_ref(&probe)).unwrap().first;
+        assert_eq!(first(Role::PositionDown), -100.0);
+        assert_eq!(first(Role::Altitude), 100.0);
     }
 
     #[test]

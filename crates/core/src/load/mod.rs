@@ -29,7 +29,7 @@ mod time_unit;
 mod ulog;
 mod utc;
 
-pub use by_hand::{ChannelName, HandMap, HandRow, HandTime};
+pub use by_hand::{ChannelName, HandMap, HandRow, HandTime, RowValues};
 pub use clock::{Clock, Gap, TimeFault};
 pub use contents::{ChannelInfo, Format, Probe, Source};
 pub use error::LoadError;

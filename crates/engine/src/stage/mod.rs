@@ -49,7 +49,8 @@ pub use gravity::{Gravity, gravity, with_gravity};
 pub use instruments::tank_channel;
 pub use noise::{FlightNoise, NoiseFlight, NoiseRow, noise, open_entries};
 pub use path::{
-    PathSeries, Samples, SmoothedSeries, Untold, WindowPath, measured_by, partly_outside, paths, reconstructions, samples,
+    PathSeries, Samples, SmoothedSeries, Untold, WindowPath, measured_by, partly_outside, paths, reconstructions,
+    samples,
 };
 pub use physics::{FlightPhysics, PhysicsRow, physics, physics_of};
 pub use prediction::Prediction;

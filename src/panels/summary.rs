@@ -1,0 +1,282 @@
+//! What may be believed: the verdict in a sentence, its levels window by window and coefficient by coefficient, and the reasons with
+//! what cures them. Every word of a reason is the engine's.
+
+use doublet_core::model::Coefficient;
+use doublet_engine::verdict::{Finding, Level, Verdicts};
+use eframe::egui::{
+    self, CollapsingHeader, CornerRadius, Label, Panel as Bar, RichText, Role, ScrollArea, Sense, TextStyle, Ui,
+    WidgetInfo, vec2,
+};
+use egui_extras::{Column, TableBuilder, TableRow};
+
+use super::{Pane, Panel, PanelContext, awaiting};
+use crate::command::{UiCommand, ViewCommand};
+use crate::notation;
+use crate::ui_state::Scope;
+use crate::widgets::level_mark::{self, level_mark};
+
+/// Height of a row.
+const ROW: f32 = 21.0;
+/// Width of a cell.
+const CELL: f32 = 40.0;
+/// From this width on the reasons stand beside the grid, below it else.
+const WIDE: f32 = 720.0;
+/// Reasons said at once; the rest is asked for.
+const WORST: usize = 3;
+
+/// What a cell of the grid is about.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Place {
+    /// One window; all together without one.
+    window: Option<String>,
+    /// One fit; without one the flight path of the window, or the whole session.
+    fit: Option<Coefficient>,
+}
+
+impl Place {
+    fn new(window: Option<&str>, fit: Option<Coefficient>) -> Self {
+        Self { window: window.map(str::to_owned), fit }
+    }
+
+    /// What it is called.
+    fn title(&self) -> String {
+        let of = self.fit.map_or("Flight path", Coefficient::name);
+        match (&self.window, self.fit) {
+            (None, None) => "Session".to_owned(),
+            (None, Some(_)) => format!("{of}, all windows"),
+            (Some(window), _) => format!("{of}, {window}"),
+        }
+    }
+
+    /// Its level and its reasons, the worst first; none where it was not computed.
+    fn judged<'a>(&self, verdicts: &'a Verdicts) -> Option<(Level, Vec<&'a Finding>)> {
+        let verdict = match (&self.window, self.fit) {
+            (None, None) => &verdicts.session,
+            (Some(window), None) => &verdicts.windows.get(window)?.verdict,
+            (window, Some(coefficient)) => {
+                let fit = verdicts.fit(window.as_deref(), coefficient)?;
+                let mut reasons: Vec<&Finding> = fit.verdict.reasons.iter().collect();
+                // What leaves the fit as it is and still speaks against a derivative.
+                let own = fit.derivatives.iter().flat_map(|derivative| &derivative.verdict.reasons);
+                own.for_each(|reason| {
+                    if !reasons.contains(&reason) {
+                        reasons.push(reason);
+                    }
+                });
+                return Some((fit.verdict.level, reasons));
+            }
+        };
+        Some((verdict.level, verdict.reasons.iter().collect()))
+    }
+}
+
+/// The panel.
+#[derive(Default)]
+pub struct Summary {
+    chosen: Place,
+}
+
+impl Panel for Summary {
+    fn show(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
+        let Some(verdicts) = ctx.snapshot.verdicts.latest().cloned() else {
+            return awaiting(ctx, ui, "the verdict", "Nothing was judged yet: compute again (F5).");
+        };
+        if self.chosen.judged(&verdicts).is_none() {
+            self.chosen = Place::default();
+        }
+        ui.horizontal(|ui| {
+            level_mark(ui, Some(verdicts.session.level));
+            let text = RichText::new(verdicts.headline()).text_style(TextStyle::Heading).size(14.0);
+            ui.add(Label::new(text.strong()).wrap());
+        });
+        ui.add_space(2.0);
+        if ctx.snapshot.verdicts.is_stale() {
+            ui.multiply_opacity(0.6);
+        }
+        let room = ui.available_size();
+        if room.x >= WIDE {
+            let bar = Bar::right("reasons").default_size(0.45 * room.x).size_range(260.0..=0.6 * room.x);
+            bar.show(ui, |ui| self.reasons(ctx, ui, &verdicts));
+        } else {
+            let bar = Bar::bottom("reasons").default_size(0.48 * room.y).size_range(90.0..=0.7 * room.y);
+            bar.show(ui, |ui| self.reasons(ctx, ui, &verdicts));
+        }
+        let ground = egui::Frame::new().inner_margin(egui::Margin { right: 6, ..Default::default() });
+        egui::CentralPanel::default().frame(ground).show(ui, |ui| self.grid(ctx, ui, &verdicts));
+    }
+}
+
+impl Summary {
+    /// Windows down, coefficients across; all windows together first.
+    fn grid(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui, verdicts: &Verdicts) {
+        let fits: Vec<Coefficient> = ctx.session.structure.models.iter().map(|(coefficient, _)| *coefficient).collect();
+        let windows: Vec<Option<&str>> = std::iter::once(None)
+            .chain(ctx.session.windows.iter().map(|window| Some(window.name.as_str())))
+            .filter(|window| window.is_none_or(|name| verdicts.windows.contains_key(name)))
+            .collect();
+        ui.spacing_mut().item_spacing.x = 2.0;
+        TableBuilder::new(ui)
+            .id_salt("verdicts")
+            .striped(true)
+            .auto_shrink(false)
+            .cell_layout(egui::Layout::left_to_right(egui::Align::Center))
+            .column(Column::remainder().at_least(110.0).clip(true))
+            .columns(Column::exact(CELL), fits.len() + 1)
+            .header(20.0, |mut header| {
+                header.col(|_| {});
+                header.col(|ui| {
+                    ui.weak("path").on_hover_text("Flight path: samples, filter, loading");
+                });
+                for coefficient in &fits {
+                    header.col(|ui| {
+                        ui.centered_and_justified(|ui| {
+                            ui.label(notation::derivative_job(ui, &format!("{}_", coefficient.name())));
+                        });
+                    });
+                }
+            })
+            .body(|body| {
+                body.rows(ROW, windows.len(), |mut row| {
+                    let window = windows[row.index()];
+                    self.row(ctx, &mut row, verdicts, window, &fits);
+                });
+            });
+    }
+
+    fn row(
+        &mut self,
+        ctx: &mut PanelContext<'_>,
+        row: &mut TableRow<'_, '_>,
+        verdicts: &Verdicts,
+        window: Option<&str>,
+        fits: &[Coefficient],
+    ) {
+        row.set_selected(window.is_some() && ctx.selection().window.as_deref() == window);
+        row.col(|ui| {
+            let text = window.map_or_else(|| RichText::new("All windows").strong(), RichText::new);
+            let name = ui.add(Label::new(text).truncate().sense(Sense::click()));
+            if name.clicked() {
+                self.choose(ctx, Place::new(window, None));
+            }
+        });
+        for fit in [None].into_iter().chain(fits.iter().copied().map(Some)) {
+            row.col(|ui| {
+                if fit.is_some() || window.is_some() {
+                    self.cell(ctx, ui, verdicts, Place::new(window, fit));
+                }
+            });
+        }
+    }
+
+    /// The mark of one verdict; a click shows its reasons.
+    fn cell(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui, verdicts: &Verdicts, place: Place) {
+        let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), ROW - 2.0), Sense::click());
+        let visuals = ui.visuals();
+        let ground = match (place == self.chosen, response.hovered()) {
+            (true, _) => Some(visuals.selection.bg_fill),
+            (false, true) => Some(visuals.widgets.hovered.weak_bg_fill),
+            (false, false) => None,
+        };
+        if let Some(color) = ground {
+            ui.painter().rect_filled(rect, CornerRadius::same(3), color);
+        }
+        let judged = place.judged(verdicts);
+        let word = judged.as_ref().map_or("not computed", |(level, _)| level.name());
+        response.widget_info(|| WidgetInfo::labeled(Role::Button, true, format!("{}: {word}", place.title())));
+        let Some((level, reasons)) = judged else {
+            let font = TextStyle::Small.resolve(ui.style());
+            ui.painter().text(rect.center(), egui::Align2::CENTER_CENTER, "–", font, visuals.weak_text_color());
+            return;
+        };
+        level_mark::paint(ui.painter(), rect.center(), 5.0, Some(level), level_mark::color(ui, Some(level)));
+        let response = response.on_hover_ui(|ui| {
+            ui.strong(format!("{}: {word}", place.title()));
+            reasons.iter().take(WORST).for_each(|reason| drop(ui.label(&reason.text)));
+        });
+        if response.clicked() {
+            self.choose(ctx, place);
+        }
+    }
+
+    /// Shows the reasons of `place`; those of the session where it was shown.
+    fn choose(&mut self, ctx: &mut PanelContext<'_>, place: Place) {
+        if let Some(window) = &place.window {
+            ctx.choose(window);
+        }
+        self.chosen = if place == self.chosen { Place::default() } else { place };
+    }
+
+    /// Why the chosen cell is what it is.
+    fn reasons(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui, verdicts: &Verdicts) {
+        let Some((level, reasons)) = self.chosen.judged(verdicts) else { return };
+        ui.add_space(4.0);
+        ui.horizontal(|ui| {
+            level_mark(ui, Some(level));
+            ui.strong(format!("{}: {}", self.chosen.title(), level.name()));
+            if self.chosen != Place::default() && ui.small_button("Session").clicked() {
+                self.chosen = Place::default();
+            }
+        });
+        ScrollArea::vertical().id_salt("reasons").auto_shrink(false).show(ui, |ui| {
+            let kinds = kinds(&reasons);
+            if kinds.is_empty() {
+                ui.weak("Nothing speaks against it.");
+            }
+            let (worst, more) = kinds.split_at(WORST.min(kinds.len()));
+            worst.iter().for_each(|(reason, alike)| show(ctx, ui, reason, *alike));
+            if !more.is_empty() {
+                CollapsingHeader::new(format!("{} more", more.len())).id_salt(self.chosen.title()).show(ui, |ui| {
+                    more.iter().for_each(|(reason, alike)| show(ctx, ui, reason, *alike));
+                });
+            }
+        });
+    }
+}
+
+/// The first reason of every kind and level with how many there are of it, the worst first.
+fn kinds<'a>(reasons: &[&'a Finding]) -> Vec<(&'a Finding, usize)> {
+    let mut kinds: Vec<(&Finding, usize)> = Vec::new();
+    for reason in reasons {
+        match kinds.iter_mut().find(|(first, _)| (first.code, first.level) == (reason.code, reason.level)) {
+            Some((_, alike)) => *alike += 1,
+            None => kinds.push((reason, 1)),
+        }
+    }
+    kinds
+}
+
+/// One reason: what was found, where, what to do, and the way there.
+fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, reason: &Finding, alike: usize) {
+    ui.add_space(2.0);
+    ui.horizontal_top(|ui| {
+        level_mark(ui, Some(reason.level));
+        ui.vertical(|ui| {
+            ui.spacing_mut().item_spacing.y = 1.0;
+            let more = if alike > 1 { format!("   {} × {alike}", reason.code) } else { String::new() };
+            ui.add(Label::new(RichText::new(format!("{}{more}", reason.place)).size(11.0).weak()).wrap());
+            ui.add(Label::new(&reason.text).wrap());
+            if !reason.cure.is_empty() {
+                ui.add(Label::new(RichText::new(&reason.cure).size(11.5).weak()).wrap());
+            }
+            if let Some(pane) = reason.panel.and_then(Pane::from_title)
+                && ui.link(RichText::new(format!("{} ▸", pane.title())).size(11.5)).clicked()
+            {
+                open(ctx, reason, pane);
+            }
+        });
+    });
+}
+
+/// Brings the panel that cures `reason` to the front, with what it is about chosen.
+fn open(ctx: &mut PanelContext<'_>, reason: &Finding, pane: Pane) {
+    let window = ctx.session.windows.iter().find(|window| reason.place.contains(&format!("'{}'", window.name)));
+    if let Some(window) = window {
+        ctx.choose(&window.name);
+    }
+    let name = reason.place.split(' ').next().unwrap_or_default();
+    if name.contains('_') && Coefficient::ALL.iter().any(|coefficient| name.starts_with(coefficient.name())) {
+        ctx.state.selection.derivative = Some(name.to_owned());
+        ctx.state.selection.scope = if window.is_some() { Scope::Chosen } else { Scope::All };
+    }
+    ctx.commands.push(UiCommand::View(ViewCommand::Show(pane)));
+}

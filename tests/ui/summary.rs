@@ -1,0 +1,126 @@
+//! The verdict on screen: its sentence, its grid, its reasons with the way to their cure, and the lamp.
+
+use std::path::Path;
+
+use doublet::app::Workbench;
+use doublet::command::{UiCommand, ViewCommand};
+use doublet::panels::Pane;
+use doublet_core::model::{Coefficient, Term};
+use doublet_engine::session::{Edit, ModelEdit};
+use doublet_engine::verdict::{Finding, Level, Verdicts};
+use egui::accesskit::Role;
+use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable;
+
+use crate::picture;
+use crate::workbench::Bench;
+
+impl Bench<'_> {
+    fn verdicts(&self) -> Verdicts {
+        Verdicts::clone(self.snapshot().verdicts.ready().expect("the run was judged"))
+    }
+
+    /// Whether a button is called so.
+    fn has_button(&self, label: &str) -> bool {
+        self.harness.query_by_role_and_label(Role::Button, label).is_some()
+    }
+}
+
+/// Every finding of a session.
+fn findings(verdicts: &Verdicts) -> Vec<Finding> {
+    let fits = verdicts.windows.values().flat_map(|window| &window.fits).chain(&verdicts.pooled);
+    let of_fits = fits.flat_map(|fit| {
+        let derivatives = fit.derivatives.iter().flat_map(|derivative| &derivative.verdict.reasons);
+        fit.verdict.reasons.iter().chain(derivatives).cloned().collect::<Vec<_>>()
+    });
+    verdicts.session.reasons.iter().cloned().chain(of_fits).collect()
+}
+
+#[test]
+fn first_tab_and_lamp_show_the_verdict_of_the_run() {
+    let mut bench = Bench::open();
+    let verdicts = bench.verdicts();
+    assert!(bench.harness.query_all_by_label(&verdicts.headline()).count() >= 2, "in the panel and beside the lamp");
+    let level = verdicts.session.level.name();
+    assert!(bench.has_button(&format!("verdict: {level}")));
+    let pooled = verdicts.fit(None, Coefficient::Cm).expect("Cm is estimated").verdict.level.name();
+    assert!(bench.has_button(&format!("Cm, all windows: {pooled}")));
+    let path = verdicts.windows["first"].verdict.level.name();
+    assert!(bench.has_button(&format!("Flight path, first: {path}")));
+    for finding in findings(&verdicts) {
+        assert!(finding.panel.is_none_or(|panel| Pane::from_title(panel).is_some()), "{finding:?}");
+    }
+    picture(&mut bench.harness, "summary");
+}
+
+/// Keeps the elevator of the small flight at rest.
+fn rest_elevator(folder: &Path) {
+    let path = folder.join("flight.csv");
+    let text = std::fs::read_to_string(&path).expect("the recording is there");
+    let rest = |line: &str| {
+        let kept = line.rsplit_once(',').filter(|(_, last)| last.parse::<f64>().is_ok()).map(|(kept, _)| kept);
+        kept.map_or_else(|| line.to_owned(), |kept| format!("{kept},0")) + "\n"
+    };
+    std::fs::write(&path, text.lines().map(rest).collect::<String>()).expect("the recording can be written");
+}
+
+#[test]
+fn reason_of_a_cell_leads_to_the_panel_that_cures_it() {
+    let mut bench = Bench::open_changed(rest_elevator);
+    let verdicts = bench.verdicts();
+    let fit = verdicts.fit(None, Coefficient::Cm).expect("Cm is asked for");
+    let reason = fit.verdict.reasons.first().expect("an elevator at rest tells nothing").clone();
+    let panel = Pane::from_title(reason.panel.expect("it has a cure")).expect("the panel is there");
+    bench
+        .harness
+        .get_by_role_and_label(Role::Button, &format!("Cm, all windows: {}", fit.verdict.level.name()))
+        .click();
+    bench.settle();
+    assert!(bench.harness.query_by_label(&reason.text).is_some(), "{reason:?}");
+    picture(&mut bench.harness, "summary_reasons");
+    let shown = |harness: &Harness<'_, Workbench>| {
+        let layout = &harness.state().state.layout;
+        layout.tiles.find_pane(&panel).is_some_and(|tile| layout.is_visible_in_layout(tile))
+    };
+    let link = format!("{} ▸", panel.title());
+    bench.harness.get_all_by_label(&link).next().expect("the reason leads there").click();
+    bench.settle();
+    assert!(shown(&bench.harness), "{} is in front", panel.title());
+}
+
+#[test]
+fn failed_coefficient_turns_the_lamp_red_and_computing_is_another_sign() {
+    let mut bench = Bench::open();
+    let term = Term::parse("beta").expect("it is a term");
+    // Sideslip is zero all the time: no fit can tell its effect on the normal force.
+    let edit = Edit::Model(ModelEdit::SetTerm { coefficient: Coefficient::CZ, term, on: true });
+    bench.harness.state_mut().apply(&edit);
+    bench.harness.step();
+    let computing = |bench: &Bench<'_>| bench.harness.query_all_by_label_contains(", computing").next().is_some();
+    assert!(computing(&bench), "the ring turns about the last verdict");
+    bench.settle();
+    assert!(!computing(&bench));
+    let verdicts = bench.verdicts();
+    let fit = verdicts.fit(None, Coefficient::CZ).expect("CZ is asked for");
+    assert_eq!((fit.verdict.level, verdicts.session.level), (Level::Bad, Level::Bad), "{:?}", fit.verdict.reasons);
+    assert!(bench.has_button("verdict: bad"));
+    bench.show(Pane::Log);
+    bench.harness.get_by_role_and_label(Role::Button, "verdict: bad").click();
+    bench.settle();
+    assert!(bench.has_button("CZ, all windows: bad"), "a click on the lamp shows why");
+}
+
+#[test]
+fn verdict_of_the_shipped_flight_is_drawn_in_every_size_and_theme() {
+    for (width, height) in [(1366.0, 768.0), (1920.0, 1080.0)] {
+        let mut bench = Bench::shipped_in(width, height);
+        let good = bench.verdicts().windows.values().filter(|window| window.verdict.level == Level::Good).count();
+        assert!(good > 0, "{}", bench.verdicts().headline());
+        for theme in [egui::ThemePreference::Dark, egui::ThemePreference::Light] {
+            bench.request(UiCommand::View(ViewCommand::Appearance(theme)));
+            bench.harness.hover_at(egui::pos2(2.0, 2.0));
+            bench.harness.run_steps(3);
+            picture(&mut bench.harness, &format!("summary_{width}_{theme:?}"));
+        }
+    }
+}
