@@ -169,6 +169,30 @@ fn recording_without_an_aircraft_gives_its_flight_path() {
     assert!(bench.snapshot().pooled.ready().is_none_or(|pooled| pooled.fits.is_empty()));
 }
 
+#[test]
+fn contradiction_of_a_channel_is_named_and_cured_by_one_click() {
+    let mut bench = Bench::open();
+    let path = foreign(bench.folder.path());
+    bench.drop_file(path);
+    bench.wait_for("Create session");
+    bench.choose_entry("channel of q", "channel 17");
+    bench.choose_entry("unit of q", "deg/s");
+    bench.harness.get_by_label("sign of az").scroll_to_me();
+    bench.harness.run_steps(3);
+    bench.harness.get_by_label("sign of az").click();
+    bench.wait_for("apply cure of az");
+    picture(&mut bench.harness, "new_session_contradiction");
+    bench.harness.get_by_label("apply cure of az").click();
+    bench.harness.run_steps(3);
+    let started = Instant::now();
+    while bench.harness.query_all_by_label("apply cure of az").next().is_some() {
+        assert!(started.elapsed() < PATIENCE, "the contradiction is gone");
+        std::thread::sleep(Duration::from_millis(5));
+        bench.harness.step();
+    }
+    assert!(bench.harness.query_by_label_contains("az: sign reversed").is_none());
+}
+
 /// What the recording must have become.
 fn check(bench: &Bench<'_>) {
     let flight = bench.snapshot().flights["foreign"].ready().expect("the recording is read").clone();

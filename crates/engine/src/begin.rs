@@ -15,7 +15,7 @@ use crate::run::Control;
 use crate::session::{
     Estimation, Flight, GravitySource, Manoeuvre, MapRef, Preparation, RecordingRef, Session, content_hash,
 };
-use crate::stage::{FlightProposals, LoadedFlight, measured_by, open_windows, proposals};
+use crate::stage::{FlightPhysics, FlightProposals, LoadedFlight, measured_by, open_windows, physics_of, proposals};
 use crate::verdict::Level;
 
 /// A channel map that comes with the program and what it makes of some recordings.
@@ -143,6 +143,15 @@ pub fn inspect(paths: &[PathBuf], control: &Control, progress: &dyn Fn(f32)) -> 
 pub fn plan_by_hand(probes: &[Probe], map: &HandMap) -> Result<Plan, String> {
     let text = map.text().map_err(|error| error.to_string())?;
     Ok(plan_all(probes, &ChannelMap::parse(&text).map_err(|error| error.to_string())?))
+}
+
+/// The channels that `plan` reads, against each other.
+///
+/// # Errors
+/// One line when they cannot be read.
+pub fn compared(plan: &Plan) -> Result<FlightPhysics, String> {
+    let recording = load::read(plan).map_err(|error| error.to_string())?;
+    Ok(physics_of(&recording, "the map"))
 }
 
 /// A map made by hand after the cure of a contradiction; `probes` tell where time comes from that the map does not name.

@@ -10,7 +10,7 @@ use eframe::egui::{
 };
 
 use super::aircraft::AircraftForm;
-use super::{AircraftChoice, Choice, Choosing, Step, roles};
+use super::{AircraftChoice, Choice, Choosing, Step, physics, roles};
 use crate::notation;
 use crate::theme;
 
@@ -93,9 +93,10 @@ fn choose(choosing: &mut Choosing, ui: &mut Ui, height: f32) -> Answer {
     }
     maps(choosing, ui);
     ui.add_space(4.0);
-    let room = (height - ui.min_rect().height() - 110.0).max(150.0);
+    let room = (height - ui.min_rect().height() - 190.0).max(150.0);
     roles::show(choosing, ui, room);
     ui.separator();
+    physics::show(choosing, ui);
     lacking(choosing, ui);
     if let Some(line) = &choosing.complaint {
         ui.add(Label::new(RichText::new(line).color(theme::palette(ui).error)).wrap());

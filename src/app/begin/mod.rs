@@ -2,6 +2,7 @@
 
 mod aircraft;
 mod form;
+mod physics;
 mod roles;
 
 use std::collections::BTreeMap;
@@ -18,6 +19,7 @@ use eframe::egui;
 use super::{Asked, Document, Workbench};
 use aircraft::AircraftForm;
 use form::Answer;
+use physics::Comparison;
 
 /// Roles from which a shipped map that fits is taken to be the recorder's own.
 const LEAST_ROLES: usize = 10;
@@ -53,6 +55,7 @@ struct Choosing {
     hand_plan: Result<Plan, String>,
     /// What the rows of that map read.
     values: BTreeMap<Role, (HandRow, Option<RowValues>)>,
+    comparison: Comparison,
     aircraft_form: Option<AircraftForm>,
     complaint: Option<String>,
 }
@@ -87,6 +90,7 @@ impl Choosing {
             hand_plan: begin::plan_by_hand(&inspected.probes, &hand),
             hand,
             values: BTreeMap::new(),
+            comparison: Comparison::default(),
             aircraft_form: None,
             complaint: None,
             inspected: Arc::new(inspected),

@@ -1,0 +1,102 @@
+//! Channels against each other as the chosen map reads them: what contradicts, and its cure as one click.
+
+use doublet_core::load::{HandMap, Plan};
+use doublet_engine::begin;
+use doublet_engine::run::{Control, Job};
+use doublet_engine::stage::FlightPhysics;
+use eframe::egui::{self, Label, RichText, ScrollArea, Spinner, Ui};
+
+use super::{Choice, Choosing};
+use crate::widgets::level_mark::level_mark;
+
+/// Height of the list at most.
+const ROOM: f32 = 104.0;
+
+/// What the channels say of each other by the map as it is, compared in the background.
+#[derive(Default)]
+pub struct Comparison {
+    of: Option<(Choice, HandMap)>,
+    job: Option<Job<FlightPhysics>>,
+    found: FlightPhysics,
+}
+
+impl Comparison {
+    /// Takes in what was found, and compares again where the map has changed.
+    fn follow(&mut self, choice: Choice, hand: &HandMap, plan: Option<&Plan>, ctx: &egui::Context) {
+        if let Some(job) = self.job.take_if(|job| job.is_finished()) {
+            self.found = job.finish().unwrap_or_default();
+        }
+        let is_same = self.of.as_ref().is_some_and(|(of, map)| *of == choice && map == hand);
+        // A value being dragged is compared once it is let go.
+        if is_same || ctx.input(|input| input.pointer.any_down()) {
+            return;
+        }
+        self.of = Some((choice, hand.clone()));
+        self.stop();
+        let Some(plan) = plan.filter(|plan| !plan.has_errors() && !plan.roles.is_empty()).cloned() else {
+            self.found = FlightPhysics::default();
+            return;
+        };
+        let wake = ctx.clone();
+        let work = move |_: &Control, _: &dyn Fn(f32)| begin::compared(&plan);
+        self.job = Job::start("doublet-compare", move || wake.request_repaint(), work).ok();
+    }
+
+    fn stop(&mut self) {
+        if let Some(job) = self.job.take() {
+            job.abandon();
+        }
+    }
+}
+
+impl Drop for Comparison {
+    fn drop(&mut self) {
+        self.stop();
+    }
+}
+
+/// Lists what contradicts; a click applies the cure to the map made by hand.
+pub fn show(choosing: &mut Choosing, ui: &mut Ui) {
+    let mut comparison = std::mem::take(&mut choosing.comparison);
+    comparison.follow(choosing.choice, &choosing.hand, choosing.plan().ok(), ui.ctx());
+    let mut applied = None;
+    if comparison.job.is_some() {
+        ui.horizontal(|ui| {
+            ui.add(Spinner::new().size(12.0));
+            ui.weak("Comparing the channels with each other");
+        });
+        ui.ctx().request_repaint_after(std::time::Duration::from_millis(50));
+    }
+    ScrollArea::vertical().id_salt("physics").max_height(ROOM).auto_shrink([false, true]).show(ui, |ui| {
+        for row in comparison.found.contradictions() {
+            ui.horizontal_top(|ui| {
+                level_mark(ui, Some(row.level));
+                let cure = row.change.as_ref().filter(|_| choosing.choice == Choice::ByHand);
+                if let Some(cure) = cure {
+                    let button = ui.small_button("Apply").on_hover_text(&row.cure);
+                    ui.ctx().accesskit_node_builder(button.id, |node| {
+                        node.set_label(format!("apply cure of {}", row.channel));
+                    });
+                    if button.clicked() {
+                        applied = Some(cure.clone());
+                    }
+                }
+                ui.vertical(|ui| {
+                    ui.spacing_mut().item_spacing.y = 1.0;
+                    ui.add(Label::new(RichText::new(&row.headline).strong()).wrap());
+                    let more = if row.cure.is_empty() {
+                        row.evidence.clone()
+                    } else {
+                        format!("{}; {}", row.evidence, row.cure)
+                    };
+                    ui.add(Label::new(RichText::new(more).size(11.0).weak()).wrap());
+                });
+            });
+        }
+    });
+    choosing.comparison = comparison;
+    if let Some(cure) = applied {
+        choosing.hand = begin::cured(&choosing.hand, &cure, &choosing.inspected.probes);
+        choosing.plan_again();
+    }
+}
