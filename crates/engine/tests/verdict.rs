@@ -105,7 +105,7 @@ fn elevator<'a>(session: &Session, snapshot: &'a mut Snapshot) -> &'a mut Window
     snapshot.windows.get_mut(&window.name).unwrap()
 }
 
-fn pooled<'a>(fits: &'a mut PooledFits, coefficient: Coefficient) -> &'a mut CoefficientFit {
+fn pooled(fits: &mut PooledFits, coefficient: Coefficient) -> &mut CoefficientFit {
     fits.fits.iter_mut().find(|fit| fit.coefficient == coefficient).unwrap()
 }
 
