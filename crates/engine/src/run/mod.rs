@@ -6,6 +6,7 @@ mod control;
 mod coordinator;
 mod details;
 mod files;
+mod flights;
 mod job;
 mod physics;
 mod pipeline;

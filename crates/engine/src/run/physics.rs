@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::board::Board;
 use super::control::Cancelled;
-use super::pipeline::KeyedFlight;
+use super::flights::KeyedFlight;
 use super::snapshot::Slot;
 use crate::graph::{Cache, KeyBuilder};
 use crate::session::{Flight, Session};
