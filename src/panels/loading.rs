@@ -15,6 +15,7 @@ use super::{EditRequest, Panel, PanelContext, awaiting, caption, choices, is_win
 use crate::notation;
 use crate::theme;
 use crate::widgets::chart::{Chart, ChartCurve, ChartStyle};
+use crate::widgets::quantity_edit;
 
 /// Largest mass of a place that states none, kg.
 const USUAL_CAPACITY_KG: f64 = 150.0;
@@ -217,7 +218,11 @@ fn place(
 ) {
     let mut changed = loading.clone();
     let mass = masses(&mut changed).entry(name.to_owned()).or_insert(0.0);
-    let slider = Slider::new(mass, 0.0..=capacity.unwrap_or(USUAL_CAPACITY_KG)).suffix(" kg").fixed_decimals(1);
+    // As the slider rounds and bounds it: what it does to a recorded mass by itself is no change of the loading.
+    let most = capacity.unwrap_or(USUAL_CAPACITY_KG);
+    let before = quantity_edit::to_decimals(*mass, 1).clamp(0.0, most);
+    let mut now = before;
+    let slider = Slider::new(&mut now, 0.0..=most).suffix(" kg").fixed_decimals(1);
     ui.spacing_mut().slider_width = 120.0;
     // Its identity is its own: text that comes or goes above it does not end a drag.
     let steady = UiBuilder::new().scope_id(Id::unique(("loading", title, name)));
@@ -226,7 +231,8 @@ fn place(
     if response.drag_started() {
         ctx.edits.push(EditRequest::Begin(format!("change {} {name}", title.to_lowercase())));
     }
-    if response.changed() {
+    if now != before {
+        *mass = now;
         ctx.edit(Edit::Loading(LoadingEdit::All(changed)));
     }
     if response.drag_stopped() {

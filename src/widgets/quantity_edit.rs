@@ -216,7 +216,7 @@ impl<'a> QuantityEdit<'a> {
         }
         let moved = if logarithmic { 10f64.powf(after) } else { after };
         let now = match self.decimals {
-            Some(decimals) => fixed(moved, decimals).parse().unwrap_or(moved),
+            Some(decimals) => to_decimals(moved, decimals),
             None => rounded(moved, DRAG_DIGITS),
         } / self.scale;
         match held {
@@ -236,6 +236,11 @@ pub fn rounded(value: f64, digits: i32) -> f64 {
     }
     let text = format!("{value:.*e}", (digits - 1).max(0) as usize);
     text.parse().unwrap_or(value)
+}
+
+/// `value` to `decimals`.
+pub fn to_decimals(value: f64, decimals: usize) -> f64 {
+    fixed(value, decimals).parse().unwrap_or(value)
 }
 
 /// `value` with as many decimals as its neighbours in a column.
