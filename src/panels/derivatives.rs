@@ -143,10 +143,12 @@ fn heading(mut row: egui_extras::TableRow<'_, '_>, fit: &CoefficientFit) {
 fn quality(ui: &mut Ui, line: egui::Rect, fit: &CoefficientFit) {
     let palette = theme::palette(ui);
     let name = fit.coefficient.name();
+    let dropped: Vec<&str> = fit.dropped.iter().map(|term| term.derivative.as_str()).collect();
+    let without = if dropped.is_empty() { String::new() } else { format!("   dropped {}", dropped.join(", ")) };
     let (text, color) = match &fit.fit {
         Ok(estimate) => (
             format!(
-                "{name}   R² {}   residual {}   condition {}",
+                "{name}   R² {}   residual {}   condition {}{without}",
                 notation::fixed(estimate.quality.r_squared, 4),
                 notation::number(estimate.residual_std),
                 notation::number(estimate.condition_number)
@@ -159,8 +161,15 @@ fn quality(ui: &mut Ui, line: egui::Rect, fit: &CoefficientFit) {
     ui.painter().text(at, egui::Align2::LEFT_CENTER, &text, egui::FontId::proportional(11.5), color);
     let response = ui.interact(line, ui.scope_id().with("quality"), egui::Sense::hover());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Label, true, &text));
-    if let Err(error) = &fit.fit {
-        response.on_hover_text(error);
+    match &fit.fit {
+        Err(error) => {
+            response.on_hover_text(error);
+        }
+        Ok(_) if !fit.dropped.is_empty() => {
+            let reasons = fit.dropped.iter().map(|term| format!("{}: {}", term.derivative, term.reason));
+            response.on_hover_text(reasons.collect::<Vec<_>>().join("\n"));
+        }
+        Ok(_) => {}
     }
 }
 

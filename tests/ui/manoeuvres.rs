@@ -130,7 +130,7 @@ fn a_band_snaps_by_either_edge_to_a_marker_or_another_window_with_its_length_kep
     let mut bench = bench();
     let other = doublet_engine::session::Manoeuvre {
         name: "other".to_owned(),
-        window: Window { start_s: 47.123, end_s: 58.0 },
+        window: Window { start_s: 53.123, end_s: 58.0 },
         ..bench.session().windows[0].clone()
     };
     bench.harness.state_mut().apply(&Edit::Window(WindowEdit::Add(other)));
@@ -149,9 +149,9 @@ fn a_band_snaps_by_either_edge_to_a_marker_or_another_window_with_its_length_kep
     assert!((bench.first().end_s - 29.877).abs() < ROUNDING_S);
     // The end 5 points before the other window's start.
     let from_s = 20.0;
-    bench.drag_s(from_s, from_s + 47.123 - 29.877, -5.0);
-    assert_eq!(bench.first().end_s, 47.123);
-    assert!((bench.first().start_s - 27.123).abs() < ROUNDING_S);
+    bench.drag_s(from_s, from_s + 53.123 - 29.877, -5.0);
+    assert_eq!(bench.first().end_s, 53.123);
+    assert!((bench.first().start_s - 33.123).abs() < ROUNDING_S);
     bench.request(UiCommand::View(ViewCommand::ClearMarkers));
 }
 

@@ -90,7 +90,7 @@ fn a_recording_outside_the_folder_is_read_with_a_warning() {
     let inner = folder.path().join("sessions");
     std::fs::create_dir(&inner).unwrap();
     std::fs::write(folder.path().join("log.csv"), "t,q\n0,1\n1,2\n2,3\n").unwrap();
-    let map = "format = \"doublet channel map\"\nversion = 1\nname = \"x\"\n[roles]\nq = { channel = \"q\", unit = \"deg/s\" }\n";
+    let map = "format = \"doublet channel map\"\nversion = 1\nname = \"x\"\n[[time]]\nsource = \"*\"\nchannel = \"t\"\nunit = \"s\"\n[roles]\nq = { channel = \"q\", unit = \"deg/s\" }\n";
     std::fs::write(inner.join("map.toml"), map).unwrap();
     let read = stage::flight(&inner, &flight_of("../log.csv", "map.toml")).unwrap();
     assert!(read.recording.warnings.is_empty(), "{:?}", read.recording.warnings);

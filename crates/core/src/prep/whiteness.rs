@@ -5,7 +5,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 /// Probability below which a sequence does not count as white: one white sequence in twenty is refused.
 pub const WHITE_LEVEL: f64 = 0.05;
 /// Samples each lag of the test needs, so that its statistic has the distribution it is compared with.
-const SAMPLES_PER_LAG: usize = 10;
+const SAMPLES_PER_LAG: usize = 40;
 
 /// Lags a test of whiteness takes of a sequence, up to `most`: one for every ten samples.
 pub fn whiteness_lags(samples: usize, most: usize) -> usize {

@@ -12,6 +12,9 @@ use crate::stage::{self, FlownMass, FlownState};
 /// Mass properties in datum axes (x aft, y right, z up) and inertia about the centre of gravity in body axes.
 #[derive(Clone, Debug, Serialize)]
 pub struct MassRow {
+    /// Instant they are of, s; none where they are those of the loading alone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub time_s: Option<f64>,
     /// Mass, kg.
     pub mass_kg: f64,
     /// Centre of gravity from the datum, m.
@@ -91,12 +94,13 @@ pub fn window_mass(window: &Manoeuvre, snapshot: &Snapshot) -> Option<MassRow> {
 }
 
 fn flown_row(flown: &FlownState) -> MassRow {
-    mass_row(&flown.state, &flown.loading)
+    MassRow { time_s: Some(flown.time_s), ..mass_row(&flown.state, &flown.loading) }
 }
 
 fn mass_row(loaded: &LoadedState, loading: &Loading) -> MassRow {
     let properties = &loaded.properties;
     MassRow {
+        time_s: None,
         mass_kg: properties.mass_kg,
         cg_from_datum_m: properties.cg_from_datum_m,
         mean_chord_fraction: loaded.mean_chord_fraction,
@@ -126,7 +130,7 @@ fn items(loading: &Loading) -> Vec<ItemRow> {
 
 /// Mass properties at the start and the end of every flight and in the middle of its windows; of the loading where no flight tells.
 pub fn table(results: &Results) -> Table {
-    let row = |flight: &str, at: &str, time_s: Option<f64>, mass: &MassRow| {
+    let row = |flight: &str, at: &str, mass: &MassRow| {
         let [x, y, z] = mass.cg_from_datum_m;
         let numbers = [
             mass.mass_kg,
@@ -140,23 +144,22 @@ pub fn table(results: &Results) -> Table {
             mass.ixy_kg_m2,
             mass.iyz_kg_m2,
         ];
-        let named = [Cell::text(flight), Cell::text(at), Cell::maybe(time_s)];
-        let part = mass.mean_chord_fraction.map(|fraction| 100.0 * fraction);
-        let placed = [Cell::maybe(part), Cell::maybe(mass.envelope_margin_m)];
+        let named = [Cell::text(flight), Cell::text(at), Cell::maybe(mass.time_s)];
+        let placed = [Cell::maybe(mass.mean_chord_fraction), Cell::maybe(mass.envelope_margin_m)];
         named.into_iter().chain(numbers.map(Cell::Number)).chain(placed).collect::<Vec<_>>()
     };
     let mut rows = Vec::new();
     for flight in &results.flights {
         let Some(flown) = &flight.mass_properties else { continue };
-        rows.push(row(&flight.name, "start", Some(flown.start_s), &flown.start));
+        rows.push(row(&flight.name, "start", &flown.start));
         for window in results.windows.iter().filter(|window| window.flight == flight.name) {
             let Some(mass) = &window.mass_properties else { continue };
-            rows.push(row(&flight.name, &window.name, Some(0.5 * (window.start_s + window.end_s)), mass));
+            rows.push(row(&flight.name, &window.name, mass));
         }
-        rows.push(row(&flight.name, "end", Some(flown.end_s), &flown.end));
+        rows.push(row(&flight.name, "end", &flown.end));
     }
     if rows.is_empty() {
-        rows.extend(results.mass_properties.iter().map(|mass| row("", "loading", None, mass)));
+        rows.extend(results.mass_properties.iter().map(|mass| row("", "loading", mass)));
     }
     let inertia = |key, heading| Column::number(key, heading, "kg m²", 5);
     Table {
@@ -176,7 +179,7 @@ pub fn table(results: &Results) -> Table {
             Column::number("ixz_kg_m2", "Ixz", "kg m²", 4),
             Column::number("ixy_kg_m2", "Ixy", "kg m²", 3),
             Column::number("iyz_kg_m2", "Iyz", "kg m²", 3),
-            Column::number("mean_chord_percent", "On the chord", "%", 4),
+            Column::number("mean_chord_fraction", "On the chord", "", 4),
             Column::number("envelope_margin_m", "Margin", "m", 3),
         ],
         rows,

@@ -168,7 +168,7 @@ mod tests {
             .with_setting("Noise and filter", "filter.measurement_noise.alpha");
         let text = serde_json::to_string(&finding).unwrap();
         let expected = "{\"level\":\"bad\",\"code\":\"nis\",\"where\":\"window 'a'\",\"text\":\"mean NIS 40\",\"figure\":40.0,\
-                        \"cure\":\"raise the noise of alpha\",\"panel\":\"Noise\",\"setting\":\"filter.measurement_noise.alpha\"}";
+                        \"cure\":\"raise the noise of alpha\",\"panel\":\"Noise and filter\",\"setting\":\"filter.measurement_noise.alpha\"}";
         assert_eq!(text, expected);
     }
 }
