@@ -243,6 +243,8 @@ impl Workbench {
     /// Starts making the session.
     fn make(&mut self, ctx: &egui::Context) {
         let Some(Step::Choosing(mut choosing)) = self.beginning.step.take() else { return };
+        // What was still being compared is not waited for.
+        choosing.comparison = Comparison::default();
         let started = choosing.map().and_then(|map| {
             let plan = choosing.plan().map_err(str::to_owned)?.clone();
             let aircraft = match &choosing.aircraft {

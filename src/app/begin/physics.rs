@@ -9,8 +9,8 @@ use eframe::egui::{self, Label, RichText, ScrollArea, Spinner, Ui};
 use super::{Choice, Choosing};
 use crate::widgets::level_mark::level_mark;
 
-/// Height of the list at most.
-const ROOM: f32 = 104.0;
+/// Height of the list.
+const ROOM: f32 = 84.0;
 
 /// What the channels say of each other by the map as it is, compared in the background.
 #[derive(Default)]
@@ -60,14 +60,18 @@ pub fn show(choosing: &mut Choosing, ui: &mut Ui) {
     let mut comparison = std::mem::take(&mut choosing.comparison);
     comparison.follow(choosing.choice, &choosing.hand, choosing.plan().ok(), ui.ctx());
     let mut applied = None;
-    if comparison.job.is_some() {
-        ui.horizontal(|ui| {
-            ui.add(Spinner::new().size(12.0));
-            ui.weak("Comparing the channels with each other");
-        });
-        ui.ctx().request_repaint_after(std::time::Duration::from_millis(50));
-    }
-    ScrollArea::vertical().id_salt("physics").max_height(ROOM).auto_shrink([false, true]).show(ui, |ui| {
+    // Of one height whatever it says: the buttons below do not move under the pointer.
+    let list = ScrollArea::vertical().id_salt("physics").max_height(ROOM).min_scrolled_height(ROOM).auto_shrink(false);
+    list.show(ui, |ui| {
+        if comparison.job.is_some() {
+            ui.horizontal(|ui| {
+                ui.add(Spinner::new().size(12.0));
+                ui.weak("Comparing the channels with each other");
+            });
+            ui.ctx().request_repaint_after(std::time::Duration::from_millis(50));
+        } else if comparison.found.contradictions().next().is_none() {
+            ui.weak("No channel contradicts another.");
+        }
         for row in comparison.found.contradictions() {
             ui.horizontal_top(|ui| {
                 level_mark(ui, Some(row.level));
