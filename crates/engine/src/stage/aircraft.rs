@@ -127,7 +127,7 @@ impl AircraftData {
         Self { inertia: self.inertia.plus(&change), mass_change: Some(change), ..self.clone() }
     }
 
-    /// Mass properties over a window, with the fuel of [`Self::fuel`].
+    /// Mass properties over a window, with the fuel of the flight.
     ///
     /// # Errors
     /// One line when the recorded fuel does not cover the window or does not fit the tanks.
