@@ -4,9 +4,10 @@ use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 use std::ops::Range;
+use std::sync::Arc;
 
 use nalgebra::{Complex, DMatrix, DVector};
-use rustfft::FftPlanner;
+use rustfft::{Fft, FftPlanner};
 
 use super::{EstimateError, Fit};
 
@@ -253,16 +254,13 @@ pub(super) fn with_transforms<R>(work: impl FnOnce(&mut Transforms) -> R) -> R {
 }
 
 /// Fourier transforms with what they need set up once: kept from fit to fit, they cost half.
+#[derive(Default)]
 pub struct Transforms {
-    planner: FftPlanner<f64>,
+    /// By length. Each is planned by itself: one planner would build a plan from those it made before, so that the last bits of a
+    /// result would depend on what the thread computed earlier.
+    plans: BTreeMap<usize, Arc<dyn Fft<f64>>>,
     buffer: Vec<Complex<f64>>,
     scratch: Vec<Complex<f64>>,
-}
-
-impl Default for Transforms {
-    fn default() -> Self {
-        Self { planner: FftPlanner::new(), buffer: Vec::new(), scratch: Vec::new() }
-    }
 }
 
 impl Transforms {
@@ -276,7 +274,8 @@ impl Transforms {
 
     /// Transforms the buffer in place.
     fn transform(&mut self) {
-        let forward = self.planner.plan_fft_forward(self.buffer.len());
+        let length = self.buffer.len();
+        let forward = self.plans.entry(length).or_insert_with(|| FftPlanner::new().plan_fft_forward(length));
         self.scratch.resize(forward.get_inplace_scratch_len(), Complex::new(0.0, 0.0));
         forward.process_with_scratch(&mut self.buffer, &mut self.scratch);
     }
