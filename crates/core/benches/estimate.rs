@@ -121,7 +121,15 @@ fn output_error_2500_samples_20_parameters(bencher: divan::Bencher) {
         noisy(&flown.specific_force_m_s2[1], 0.05),
     ];
     let motion = Motion::from(&flown);
-    let window = FlightWindow { label: "w".to_owned(), replay: &replay, start, motion: &motion, model, measured };
+    let window = FlightWindow {
+        label: "w".to_owned(),
+        replay: &replay,
+        start,
+        motion: &motion,
+        model,
+        measured,
+        accelerometer_from_cg_m: None,
+    };
     let biases = vec![FlightOutput::SpecificForceY, FlightOutput::Beta];
     let freedom = FlightFreedom { shared: entries, own: Vec::new(), biases };
     let windows = [window];

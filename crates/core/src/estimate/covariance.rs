@@ -40,7 +40,7 @@ pub enum Taper {
 
 impl Taper {
     /// Weights of the lags `0..=max_lag`.
-    fn weights(self, max_lag: usize) -> impl Iterator<Item = f64> {
+    pub(super) fn weights(self, max_lag: usize) -> impl Iterator<Item = f64> {
         (0..=max_lag).map(move |lag| {
             let x = lag as f64 / (max_lag + 1) as f64;
             match self {
@@ -60,11 +60,11 @@ pub(super) struct Block<'a> {
 }
 
 /// Spectra of the regressors of one window; those of real columns are mirrored, half of them says all.
-struct Spectra<'a> {
-    columns: &'a [usize],
-    length: usize,
+pub(super) struct Spectra<'a> {
+    pub(super) columns: &'a [usize],
+    pub(super) length: usize,
     /// Real parts of all frequencies above the imaginary ones.
-    parts: DMatrix<f64>,
+    pub(super) parts: DMatrix<f64>,
 }
 
 /// Part of the noise at some frequency below which the residual says nothing of it.
@@ -215,7 +215,7 @@ pub(super) fn coloured_covariances_of(
 ///
 /// A prior is one more row of weight `s / deviation` whose error has the variance `s^2`, so that `D = (X'X + W)^-1` with
 /// `W = diag(s^2 / deviation^2)`, and `M` grows by `s^2 W`. What white noise leaves of the residual stays `s^2 (1 - X D X')`.
-fn sandwich(
+pub(super) fn sandwich(
     &Unit { covariance: unit_covariance, prior_information, variance }: &Unit<'_>,
     mut middle: DMatrix<f64>,
 ) -> Result<DMatrix<f64>, EstimateError> {
@@ -265,15 +265,25 @@ pub struct Transforms {
 
 impl Transforms {
     /// Fills the buffer of `length` with zeros but for two real records, one in each part.
-    fn load(&mut self, length: usize, real: impl Iterator<Item = f64>, imaginary: impl Iterator<Item = f64>) {
+    pub(super) fn load(
+        &mut self,
+        length: usize,
+        real: impl Iterator<Item = f64>,
+        imaginary: impl Iterator<Item = f64>,
+    ) {
         self.buffer.clear();
         self.buffer.resize(length, Complex::new(0.0, 0.0));
         self.buffer.iter_mut().zip(real).for_each(|(value, real)| value.re = real);
         self.buffer.iter_mut().zip(imaginary).for_each(|(value, imaginary)| value.im = imaginary);
     }
 
+    /// What was loaded or transformed last.
+    pub(super) fn buffer(&self) -> &[Complex<f64>] {
+        &self.buffer
+    }
+
     /// Transforms the buffer in place.
-    fn transform(&mut self) {
+    pub(super) fn transform(&mut self) {
         let length = self.buffer.len();
         let forward = self.plans.entry(length).or_insert_with(|| FftPlanner::new().plan_fft_forward(length));
         self.scratch.resize(forward.get_inplace_scratch_len(), Complex::new(0.0, 0.0));
@@ -327,7 +337,7 @@ impl Transforms {
     }
 
     /// Spectra of the regressors of a window, with room for `max_lag`.
-    fn spectra<'a>(&mut self, &Block { x, columns, .. }: &Block<'a>, max_lag: usize) -> Spectra<'a> {
+    pub(super) fn spectra<'a>(&mut self, &Block { x, columns, .. }: &Block<'a>, max_lag: usize) -> Spectra<'a> {
         let length = transform_length(x.nrows() + max_lag);
         let half = length / 2;
         let mut parts = DMatrix::zeros(2 * (half + 1), x.ncols() + x.ncols() % 2);
@@ -349,7 +359,7 @@ impl Transforms {
 
     /// `sum_i (X D X')_{i, i+k}` over all windows for the lags `k = 0..=max_lag`: with `D = L L'` of the parameters of a window that
     /// have an error, the autocorrelations of the columns of `X L`.
-    fn leverage(
+    pub(super) fn leverage(
         &mut self,
         covariance: &DMatrix<f64>,
         windows: &[Spectra<'_>],
@@ -431,7 +441,7 @@ fn add_products(&Spectra { columns, ref parts, .. }: &Spectra<'_>, noise: &[f64]
 }
 
 /// Smallest length not below `samples` whose only prime factors are 2 and 3.
-fn transform_length(samples: usize) -> usize {
+pub(super) fn transform_length(samples: usize) -> usize {
     let mut best = samples.next_power_of_two();
     let mut threes = 3;
     while threes < best {

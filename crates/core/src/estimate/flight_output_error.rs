@@ -2,12 +2,13 @@
 
 use std::ops::Range;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 use thiserror::Error;
 
-use super::covariance::{Block, Coloured, Transforms, Unit, coloured_covariances_of, only};
+use super::output_covariance::{Output, covariance_of_outputs};
 use super::{EstimateError, OutputErrorFit, OutputErrorSettings, OutputParameter, output_error};
 use crate::model::Derivatives;
+use crate::prep::accelerometer_at;
 use crate::replay::{Motion, MotionAxis, Replay, ReplayError, Response, Start};
 
 /// An output of the flight.
@@ -197,6 +198,9 @@ pub struct FlightWindow<'a> {
     pub model: Derivatives,
     /// One recorded column per output, in the order of [`MotionAxis::outputs`]; not finite where nothing was recorded.
     pub measured: Vec<Vec<f64>>,
+    /// Where the specific forces were recorded: accelerometers from the centre of gravity in body axes at each sample, m; `None`
+    /// for the centre of gravity itself.
+    pub accelerometer_from_cg_m: Option<Vec<[f64; 3]>>,
 }
 
 /// What is free beside the initial states.
@@ -229,8 +233,8 @@ pub enum FlightFitError {
 pub struct FlightOutputFit {
     /// Estimates: shared derivatives, then for each window its own derivatives, initial states and biases, named `name[label]`.
     pub fit: OutputErrorFit,
-    /// Standard errors corrected for coloured residuals, one per estimate (Morelli and Klein 1997 with `S_i' R^-1` in place of
-    /// the regressors).
+    /// Standard errors corrected for residuals that are coloured and hang together from output to output, one per estimate
+    /// (Morelli and Klein 1997 with `S_i' R^-1` in place of the regressors).
     pub corrected_errors: Vec<f64>,
     /// Samples of each window in `fit.outputs`.
     pub samples: Vec<Range<usize>>,
@@ -256,10 +260,15 @@ pub fn flight_output_error(
     let parameters = problem.parameters(first);
     let outputs = axis.outputs().len();
     for window in windows {
+        let length = window.replay.time_s().len();
         let lengths = window.measured.iter().map(Vec::len);
-        if window.measured.len() != outputs || lengths.clone().any(|length| length != window.replay.time_s().len()) {
-            let (expected, found) = (outputs * window.replay.time_s().len(), lengths.sum());
+        if window.measured.len() != outputs || lengths.clone().any(|found| found != length) {
+            let (expected, found) = (outputs * length, lengths.sum());
             return Err(EstimateError::Size { quantity: "recorded outputs", expected, found }.into());
+        }
+        if let Some(arms) = window.accelerometer_from_cg_m.as_ref().filter(|arms| arms.len() != length) {
+            let (expected, found) = (length, arms.len());
+            return Err(EstimateError::Size { quantity: "places of the accelerometers", expected, found }.into());
         }
     }
     let total = windows.iter().map(|window| window.replay.time_s().len()).sum();
@@ -301,10 +310,11 @@ pub fn flight_output_error(
     Ok(FlightOutputFit { fit, corrected_errors, samples })
 }
 
-struct Problem<'a> {
-    axis: MotionAxis,
-    windows: &'a [FlightWindow<'a>],
-    freedom: &'a FlightFreedom,
+/// Flights with what is free in them.
+pub(super) struct Problem<'a> {
+    pub(super) axis: MotionAxis,
+    pub(super) windows: &'a [FlightWindow<'a>],
+    pub(super) freedom: &'a FlightFreedom,
 }
 
 impl Problem<'_> {
@@ -342,7 +352,7 @@ impl Problem<'_> {
     }
 
     /// Shared parameters and those of window `index`.
-    fn of_window(&self, index: usize, theta: &[f64]) -> Vec<f64> {
+    pub(super) fn of_window(&self, index: usize, theta: &[f64]) -> Vec<f64> {
         let (shared, rest) = theta.split_at(self.freedom.shared.len());
         let own = &rest[index * self.own_count()..(index + 1) * self.own_count()];
         [shared, own].concat()
@@ -350,6 +360,11 @@ impl Problem<'_> {
 
     /// Outputs of window `index` with its parameters.
     fn fly(&self, index: usize, theta: &[f64]) -> Result<DMatrix<f64>, ReplayError> {
+        self.fly_in(self.windows[index].replay, index, theta)
+    }
+
+    /// [`Problem::fly`] in other air.
+    pub(super) fn fly_in(&self, replay: &Replay, index: usize, theta: &[f64]) -> Result<DMatrix<f64>, ReplayError> {
         let window = &self.windows[index];
         let mut model = window.model.clone();
         let mut start = window.start;
@@ -360,7 +375,10 @@ impl Problem<'_> {
         for &initial in self.axis.initial() {
             values.by_ref().take(1).for_each(|value| *initial.of(&mut start) = value);
         }
-        let response = window.replay.fly_axis(self.axis, &model, &start, window.motion)?;
+        let mut response = replay.fly_axis(self.axis, &model, &start, window.motion)?;
+        if let Some(arms) = &window.accelerometer_from_cg_m {
+            move_to_accelerometer(&mut response, arms);
+        }
         let outputs = self.axis.outputs();
         let mut all = DMatrix::zeros(response.time_s.len(), outputs.len());
         for (mut column, output) in all.column_iter_mut().zip(outputs) {
@@ -375,42 +393,41 @@ impl Problem<'_> {
     }
 }
 
-/// `D M D` with the information of [`output_error`], output by output, whose noises are taken as independent.
+/// Moves the specific forces of a flight to the accelerometers, `arms` from the centre of gravity, with the flight's own angular
+/// acceleration ([`accelerometer_at`]): no slope of a recorded rate, whose smoothing rounds off what follows a fast control.
+fn move_to_accelerometer(response: &mut Response, arms: &[[f64; 3]]) {
+    for (k, &arm) in arms.iter().enumerate() {
+        let at = |columns: &[Vec<f64>; 3]| columns.each_ref().map(|column| column[k]);
+        let (force, rates) = (at(&response.specific_force_m_s2), at(&response.rates_rad_s));
+        let moved = accelerometer_at(arm, force, rates, at(&response.angular_acceleration_rad_s2));
+        response.specific_force_m_s2.iter_mut().zip(moved).for_each(|(column, value)| column[k] = value);
+    }
+}
+
+/// Standard errors by [`covariance_of_outputs`] with the information of [`output_error`].
 fn corrected_errors(
     fit: &OutputErrorFit,
     measured: &DMatrix<f64>,
     samples: &[Range<usize>],
 ) -> Result<Vec<f64>, EstimateError> {
-    let settings = Coloured::default();
-    let columns: Vec<usize> = (0..fit.names.len()).collect();
-    let mut variance = DVector::zeros(fit.names.len());
-    let mut transforms = Transforms::default();
-    for output in 0..measured.ncols() {
-        // Both in deviations of the noise: the information is then that of plain least squares.
-        let weight = fit.noise[output].recip();
-        let residuals: Vec<f64> = measured
-            .column(output)
-            .iter()
-            .zip(fit.outputs.column(output).iter())
-            .map(|(z, y)| if z.is_finite() { weight * (z - y) } else { 0.0 })
-            .collect();
-        let regressors: Vec<DMatrix<f64>> = samples
-            .iter()
-            .map(|range| {
-                DMatrix::from_fn(range.len(), fit.names.len(), |row, parameter| {
-                    weight * fit.sensitivities[parameter][(range.start + row, output)]
-                })
-            })
-            .collect();
-        let blocks: Vec<Block<'_>> = regressors
-            .iter()
-            .zip(samples)
-            .map(|(x, range)| Block { x, columns: &columns, residuals: vec![&residuals[range.clone()]] })
-            .collect();
-        let covariance =
-            coloured_covariances_of(&[Unit::without_priors(&fit.covariance)], &blocks, &settings, &mut transforms)
-                .and_then(only)?;
-        variance += covariance.diagonal();
-    }
-    Ok(variance.iter().map(|variance| variance.sqrt()).collect())
+    let outputs: Vec<Output> = (0..measured.ncols())
+        .map(|output| {
+            // Both in deviations of the noise: the information is then that of plain least squares.
+            let weight = fit.noise[output].recip();
+            let residual = |(z, y): (&f64, &f64)| if z.is_finite() { weight * (z - y) } else { 0.0 };
+            Output {
+                residuals: measured
+                    .column(output)
+                    .iter()
+                    .zip(fit.outputs.column(output).iter())
+                    .map(residual)
+                    .collect(),
+                sensitivities: DMatrix::from_fn(measured.nrows(), fit.names.len(), |row, parameter| {
+                    weight * fit.sensitivities[parameter][(row, output)]
+                }),
+            }
+        })
+        .collect();
+    let covariance = covariance_of_outputs(&fit.covariance, &outputs, samples)?;
+    Ok(covariance.diagonal().iter().map(|variance| variance.sqrt()).collect())
 }

@@ -164,7 +164,7 @@ impl<'a> Flight<'a> {
         let velocity = instant.velocity_body_m_s;
         let air = Airflow::new(velocity, sample.density_kg_m3);
         let mut values = self.variables(instant, &air, sample);
-        let mut coefficients = self.model.body_coefficients(&values);
+        let mut coefficients = self.coefficients(&values, sample);
         if self.unsteady {
             let gravity_body = instant.body_from_ned.column(2) * self.replay.gravity_m_s2;
             for _ in 0..MAX_PASSES {
@@ -176,7 +176,7 @@ impl<'a> Flight<'a> {
                 let change = (values[Variable::AlphaDot as usize] - before[0])
                     .abs()
                     .max((values[Variable::BetaDot as usize] - before[1]).abs());
-                coefficients = self.model.body_coefficients(&values);
+                coefficients = self.coefficients(&values, sample);
                 if change < RATE_TOLERANCE {
                     break;
                 }
@@ -189,6 +189,12 @@ impl<'a> Flight<'a> {
             specific_force_m_s2: (aerodynamic_n + sample.thrust_force_n) / sample.mass_kg,
             moment_n_m: self.moment(&coefficients, &aerodynamic_n, &air, sample),
         }
+    }
+
+    /// Coefficients of the model and what disturbs them.
+    fn coefficients(&self, values: &VariableValues, sample: &Sample) -> [f64; 6] {
+        let modelled = self.model.body_coefficients(values);
+        std::array::from_fn(|i| modelled[i] + sample.disturbance[i])
     }
 
     /// Force of the coefficients, or what the recorded specific force leaves for it, N.

@@ -14,7 +14,7 @@ pub use error::ReplayError;
 pub use fly::Response;
 
 use crate::model::{
-    AeroData, Axes, CoefficientSettings, Derivatives, ReferenceGeometry, Variable, Variables, variables,
+    AeroData, Axes, Coefficient, CoefficientSettings, Derivatives, ReferenceGeometry, Variable, Variables, variables,
 };
 use crate::motion::State;
 use nalgebra::Vector3;
@@ -84,6 +84,16 @@ impl Replay {
             altitude_at_start_m: data.altitude_m.as_ref().map_or(0.0, |altitude| altitude[0]),
             available: available(&variables),
         })
+    }
+
+    /// Adds `values`, one per sample, to what every model gives for `coefficient`, one of `CX CY CZ Cl Cm Cn`; replaces what was
+    /// added before. Values that are left out are zero.
+    pub fn disturb(&mut self, coefficient: Coefficient, values: impl Iterator<Item = f64>) {
+        let index = coefficient as usize;
+        let values = values.chain(std::iter::repeat(0.0));
+        self.samples.iter_mut().zip(values).for_each(|(sample, value)| {
+            sample.disturbance.get_mut(index).into_iter().for_each(|entry| *entry = value);
+        });
     }
 
     /// Time of each sample, s.

@@ -33,6 +33,8 @@ pub(super) struct Sample {
     pub mass_kg: f64,
     /// Inertia about the centre of gravity.
     pub inertia: Inertia,
+    /// Added to the coefficients `CX CY CZ Cl Cm Cn` of the model.
+    pub disturbance: [f64; 6],
 }
 
 impl Sample {
@@ -83,6 +85,7 @@ impl Sample {
             reference_arm_m: Vector3::from(arm),
             mass_kg: loaded.mass_kg,
             inertia: Inertia::new(loaded.tensor.matrix()).ok_or(ReplayError::Inertia { time_s: data.time_s[k] })?,
+            disturbance: [0.0; 6],
         })
     }
 
@@ -106,6 +109,7 @@ impl Sample {
             reference_arm_m: self.reference_arm_m.lerp(&next.reference_arm_m, fraction),
             mass_kg: between(self.mass_kg, next.mass_kg),
             inertia: self.inertia,
+            disturbance: std::array::from_fn(|i| between(self.disturbance[i], next.disturbance[i])),
         }
     }
 }

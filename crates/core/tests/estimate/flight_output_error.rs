@@ -2,7 +2,7 @@
 
 use doublet_core::estimate::{
     FlightFitError, FlightFreedom, FlightOutput, FlightOutputFit, FlightWindow, OutputErrorSettings,
-    flight_output_error,
+    disturbance_variance, flight_output_error,
 };
 use doublet_core::model::{Coefficient, Derivatives};
 use doublet_core::replay::{Motion, MotionAxis, Response, Start};
@@ -88,6 +88,7 @@ fn follow(axis: MotionAxis, seed: u64) -> Result<FlightOutputFit, FlightFitError
         motion: &motion,
         model: off(axis),
         measured: recorded(axis, &flown, seed),
+        accelerometer_from_cg_m: None,
     };
     let freedom = FlightFreedom { shared: entries(axis), own: Vec::new(), biases: axis.biased() };
     flight_output_error(axis, &[window], &freedom, &OutputErrorSettings::default(), &|| true)
@@ -126,6 +127,65 @@ fn output_error_of_a_flight_recovers_every_derivative_within_its_errors() {
     }
 }
 
+/// Estimates of a flight that coloured disturbances of its coefficients moved, and their variances: of the noise and with the
+/// disturbances, which are known.
+fn follow_disturbed(seed: u64) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
+    const AXIS: MotionAxis = MotionAxis::Lateral;
+    /// Deviation, and share of a disturbance that is left a sample later: half a second at 50 Hz.
+    const SIZE: f64 = 4e-4;
+    const LEFT: f64 = 0.96;
+    let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(1000 + seed);
+    let (quiet, start) = replay(SAMPLES).unwrap();
+    let mut disturbed = quiet.clone();
+    let unexplained = [Coefficient::CY, Coefficient::Cl, Coefficient::Cn].map(|coefficient| {
+        let mut last = 0.0;
+        let values: Vec<f64> = (0..SAMPLES)
+            .map(|_| {
+                let draw: f64 = StandardNormal.sample(&mut rng);
+                last = LEFT * last + SIZE * (1.0 - LEFT * LEFT).sqrt() * draw;
+                last
+            })
+            .collect();
+        disturbed.disturb(coefficient, values.iter().copied());
+        (coefficient, values)
+    });
+    let flown = disturbed.fly(&truth(), &start).unwrap();
+    let motion = Motion::from(&flown);
+    let windows = [FlightWindow {
+        label: "w".to_owned(),
+        replay: &quiet,
+        start,
+        motion: &motion,
+        model: truth(),
+        measured: recorded(AXIS, &flown, seed),
+        accelerometer_from_cg_m: None,
+    }];
+    let freedom = FlightFreedom { shared: entries(AXIS), own: Vec::new(), biases: AXIS.biased() };
+    let found = flight_output_error(AXIS, &windows, &freedom, &OutputErrorSettings::default(), &|| true).unwrap();
+    let variances = disturbance_variance(AXIS, (&windows, &freedom), &found, &[unexplained.into()], &|| true).unwrap();
+    (found.fit.estimates, found.corrected_errors, variances)
+}
+
+#[test]
+fn scatter_of_disturbed_flights_is_that_of_the_variance_stated() {
+    let own: Vec<f64> = entries(MotionAxis::Lateral).iter().map(|&entry| TRUTH[entry].2).collect();
+    let (mut alone, mut with) = (0.0, 0.0);
+    const FLIGHTS: u64 = 16;
+    for seed in 0..FLIGHTS {
+        let (estimates, errors, variances) = follow_disturbed(seed);
+        for (place, truth) in own.iter().enumerate() {
+            let square = (estimates[place] - truth).powi(2);
+            alone += square / errors[place].powi(2);
+            with += square / (errors[place].powi(2) + variances[place]);
+        }
+    }
+    let count = FLIGHTS as f64 * own.len() as f64;
+    let [alone, with] = [alone, with].map(|sum| (sum / count).sqrt());
+    println!("normalised errors: {alone:.2} by the residuals alone, {with:.2} with the disturbances");
+    // Some two hundred estimates, a dozen of each flight hanging together; what residuals show is counted twice.
+    assert!(alone > 1.3 && (0.65..1.2).contains(&with), "{alone} {with}");
+}
+
 #[test]
 fn windows_share_derivatives_and_keep_their_own_starts() {
     let axis = MotionAxis::Lateral;
@@ -139,6 +199,7 @@ fn windows_share_derivatives_and_keep_their_own_starts() {
         motion: &motion,
         model: off(axis),
         measured: recorded(axis, &flown, seed),
+        accelerometer_from_cg_m: None,
     };
     let freedom = FlightFreedom { shared: entries(axis), own: Vec::new(), biases: vec![FlightOutput::SpecificForceY] };
     let settings = OutputErrorSettings::default();
@@ -166,6 +227,7 @@ fn flight_that_is_stopped_or_does_not_fit_says_so() {
         motion: &motion,
         model: truth(),
         measured: recorded(MotionAxis::Lateral, &flown, 1),
+        accelerometer_from_cg_m: None,
     };
     let freedom = FlightFreedom { shared: entries(MotionAxis::Lateral), ..FlightFreedom::default() };
     let settings = OutputErrorSettings::default();

@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use doublet_core::estimate::{
     FlightFitError, FlightFreedom, FlightOutput, FlightOutputFit, FlightWindow, InitialState, OutputErrorSettings,
-    flight_output_error,
+    Unexplained, disturbance_variance, flight_output_error,
 };
-use doublet_core::model::{Coefficient, Derivatives, Term, Variable, VariableValues};
+use doublet_core::model::{Coefficient, CoefficientSettings, Derivatives, Term, Variable, VariableValues};
 use doublet_core::reconstruct::{Reconstruction, State};
 use doublet_core::replay::MotionAxis;
 use doublet_core::series::Series;
@@ -136,14 +136,23 @@ pub(super) fn followed(
         motion: &ready.motion,
         model,
         measured: compared.measured(),
+        accelerometer_from_cg_m: aero.data.accelerometer.map(|place| {
+            (0..aero.data.time_s.len()).map(|k| place.body_from_cg_m(aero.data.inertia.at(k).cg_datum_m)).collect()
+        }),
     }];
     let freedom = FlightFreedom { shared, own: Vec::new(), biases: axis.biased() };
     let go_on = || !watch.control().is_cancelled();
-    let found = flight_output_error(axis, &windows, &freedom, &OutputErrorSettings::default(), &go_on);
-    found.map(|found| compared.flight(&windows[0].measured, &freedom, &found)).map_err(|error| match error {
+    let in_words = |error: FlightFitError| match error {
         FlightFitError::Stopped => "stopped".to_owned(),
         error => error.to_string(),
-    })
+    };
+    let mut found =
+        flight_output_error(axis, &windows, &freedom, &OutputErrorSettings::default(), &go_on).map_err(in_words)?;
+    let unexplained = [compared.unexplained(&windows[0].model, &freedom, &found)?];
+    let disturbed = disturbance_variance(axis, (&windows, &freedom), &found, &unexplained, &go_on).map_err(in_words)?;
+    let errors = found.corrected_errors.iter_mut().zip(disturbed);
+    errors.for_each(|(error, variance)| *error = error.hypot(variance.max(0.0).sqrt()));
+    Ok(compared.flight(&windows[0].measured, &freedom, &found))
 }
 
 /// What a flight is compared with.
@@ -156,7 +165,7 @@ struct Compared<'a> {
 }
 
 impl Compared<'_> {
-    /// Recorded outputs of the axis, a column each.
+    /// Recorded outputs of the axis, a column each; specific forces where the accelerometers are.
     fn measured(&self) -> Vec<Vec<f64>> {
         let (data, motion) = (&self.aero.data, &self.flight.motion);
         let column = |output: &FlightOutput| -> &[f64] {
@@ -169,12 +178,35 @@ impl Compared<'_> {
                 FlightOutput::YawRate => &motion.rates_rad_s[2],
                 FlightOutput::BankAngle => &motion.euler_rad[0],
                 FlightOutput::PitchAngle => &motion.euler_rad[1],
-                FlightOutput::SpecificForceX => &motion.specific_force_m_s2[0],
-                FlightOutput::SpecificForceY => &motion.specific_force_m_s2[1],
-                FlightOutput::SpecificForceZ => &motion.specific_force_m_s2[2],
+                FlightOutput::SpecificForceX => &data.specific_force_m_s2[0],
+                FlightOutput::SpecificForceY => &data.specific_force_m_s2[1],
+                FlightOutput::SpecificForceZ => &data.specific_force_m_s2[2],
             }
         };
         self.axis.outputs().iter().map(|output| column(output).to_vec()).collect()
+    }
+
+    /// What the estimated derivatives leave of the coefficients along the path, every sample as it is, without its mean, which is
+    /// a constant's.
+    fn unexplained(
+        &self,
+        model: &Derivatives,
+        freedom: &FlightFreedom,
+        found: &FlightOutputFit,
+    ) -> Result<Vec<Unexplained>, String> {
+        let settings = CoefficientSettings { matched: false, ..self.aero.settings.clone() };
+        let aero = WindowAero::formed(self.aero.data.clone(), settings, self.aero.air_density)?;
+        let mut model = model.clone();
+        freedom.shared.iter().zip(&found.fit.estimates).for_each(|(&entry, &value)| model.set(entry, value));
+        let modelled: Vec<[f64; 6]> = values_along(&aero).iter().map(|v| model.body_coefficients(v)).collect();
+        let moves = Coefficient::ALL[..6].iter().copied().filter(|&coefficient| self.axis.has(coefficient));
+        let rest = |coefficient: Coefficient| {
+            let observed = aero.coefficients.get(coefficient).iter();
+            let rest: Vec<f64> = observed.zip(&modelled).map(|(z, y)| z - y[coefficient as usize]).collect();
+            let mean = rest.iter().sum::<f64>() / rest.len() as f64;
+            (coefficient, rest.into_iter().map(|value| value - mean).collect())
+        };
+        Ok(moves.map(rest).collect())
     }
 
     /// Standard deviation of a state of the path where the flight begins.
@@ -299,14 +331,18 @@ fn mean_offset(window: &StudyWindow<'_>, coefficient: Coefficient, entries: &[(C
     let model: Derivatives = entries.iter().filter(|(other, ..)| *other == coefficient).cloned().collect();
     let aero = &window.aero;
     let observed = aero.coefficients.get(coefficient);
+    let modelled = values_along(aero);
+    let rest = observed.iter().zip(&modelled).map(|(value, v)| value - model.sums(v)[coefficient as usize]);
+    rest.sum::<f64>() / observed.len() as f64
+}
+
+/// Variables of every sample of a window.
+fn values_along(aero: &WindowAero) -> Vec<VariableValues> {
     let known: Vec<_> = aero.variables.known().filter_map(|v| Some((v, aero.variables.get(v)?))).collect();
-    let mut sum = 0.0;
-    for (k, value) in observed.iter().enumerate() {
+    let at = |k: usize| {
         let mut values: VariableValues = [0.0; Variable::ALL.len()];
-        for (variable, column) in &known {
-            values[*variable as usize] = column[k];
-        }
-        sum += value - model.sums(&values)[coefficient as usize];
-    }
-    sum / observed.len() as f64
+        known.iter().for_each(|(variable, column)| values[*variable as usize] = column[k]);
+        values
+    };
+    (0..aero.coefficients.time_s.len()).map(at).collect()
 }
