@@ -139,7 +139,7 @@ fn status(app: &mut Workbench, ui: &mut Ui) {
 /// The lamp with what it means; what is being written and computed, or how long the last run took.
 fn running(app: &mut Workbench, ui: &mut Ui) {
     let snapshot = Arc::clone(&app.snapshot);
-    let busy = app.engine.is_busy();
+    let busy = app.is_busy();
     lamp(app, ui, busy);
     if let Some(export) = &app.exporting {
         ui.add(ProgressBar::new(export.progress()).desired_width(160.0).desired_height(10.0));

@@ -202,5 +202,6 @@ impl Workbench {
     /// Stops the run under way.
     pub fn cancel(&mut self) {
         self.engine.cancel();
+        self.awaited = self.snapshot.generation;
     }
 }

@@ -58,6 +58,8 @@ pub struct Workbench {
     engine: Engine,
     snapshot: Arc<Snapshot>,
     requested: Option<Arc<Session>>,
+    /// Generation of the run that was requested last, unless it was cancelled.
+    awaited: u64,
     /// Whether the next run is the first of a document.
     fresh: bool,
     cause: String,
@@ -101,6 +103,7 @@ impl Workbench {
             engine: Engine::start(move || ctx.request_repaint())?,
             snapshot: Arc::default(),
             requested: None,
+            awaited: 0,
             fresh: true,
             cause: "open".to_owned(),
             studies: Vec::new(),
@@ -143,6 +146,7 @@ impl Workbench {
     pub fn is_busy(&self) -> bool {
         self.engine.is_busy()
             || self.snapshot.busy
+            || self.snapshot.generation < self.awaited
             || !self.requested.as_ref().is_some_and(|requested| Arc::ptr_eq(requested, self.document.history.present()))
     }
 
@@ -194,7 +198,7 @@ impl Workbench {
     fn compute(&mut self) {
         let session = Arc::clone(self.document.history.present());
         self.requested = Some(Arc::clone(&session));
-        self.engine.request(Request {
+        self.awaited = self.engine.request(Request {
             session,
             folder: self.document.folder.clone(),
             first: self.state.selection.window.clone(),

@@ -255,7 +255,7 @@ fn fuel_in_words(ctx: &PanelContext<'_>, own: &Loading) -> (&'static str, String
         (true, Some(_)) => "at the first record",
         (true, None) => "standard fuel",
     };
-    let basis = flown(ctx).map_or("no flight is read", |flown| flown.fuel.as_str());
+    let basis = flown(ctx).map_or("no flight is read", |flown| flown.fuel.words());
     let long = format!(
         "{basis}. A moved tank states the fuel of the first record by hand: what is recorded is shifted by the difference and tells the burn."
     );

@@ -63,6 +63,17 @@ fn foreign(folder: &Path) -> PathBuf {
 }
 
 impl Bench<'_> {
+    /// The dialog of a new session on the foreign recording, its pitch rate mapped by hand.
+    fn with_mapped_recording() -> Self {
+        let mut bench = Self::open();
+        let path = foreign(bench.folder.path());
+        bench.drop_file(path);
+        bench.wait_for("Create session");
+        bench.choose_entry("channel of q", "channel 17");
+        bench.choose_entry("unit of q", "deg/s");
+        bench
+    }
+
     fn drop_file(&mut self, path: PathBuf) {
         self.harness.input_mut().dropped_files.push(std::sync::Arc::new(Dropped(path)));
         self.harness.run_steps(2);
@@ -152,12 +163,7 @@ fn dropped_recording_becomes_a_session_whose_numbers_are_in_si_and_come_back() {
 
 #[test]
 fn recording_without_an_aircraft_gives_its_flight_path() {
-    let mut bench = Bench::open();
-    let path = foreign(bench.folder.path());
-    bench.drop_file(path);
-    bench.wait_for("Create session");
-    bench.choose_entry("channel of q", "channel 17");
-    bench.choose_entry("unit of q", "deg/s");
+    let mut bench = Bench::with_mapped_recording();
     // q = 0.04 * 1.3 + 0.02 * 2.4 rad/s at the start, in the unit of the channel.
     assert!(bench.harness.query_all_by_label("5.73").next().is_some(), "the first value is in degrees per second");
     bench.choose_entry("aircraft", "none: flight path only");
@@ -171,12 +177,7 @@ fn recording_without_an_aircraft_gives_its_flight_path() {
 
 #[test]
 fn contradiction_of_a_channel_is_named_and_cured_by_one_click() {
-    let mut bench = Bench::open();
-    let path = foreign(bench.folder.path());
-    bench.drop_file(path);
-    bench.wait_for("Create session");
-    bench.choose_entry("channel of q", "channel 17");
-    bench.choose_entry("unit of q", "deg/s");
+    let mut bench = Bench::with_mapped_recording();
     bench.harness.get_by_label("sign of az").scroll_to_me();
     bench.harness.run_steps(3);
     bench.harness.get_by_label("sign of az").click();

@@ -91,9 +91,9 @@ fn reason_of_a_cell_leads_to_the_panel_that_cures_it() {
 #[test]
 fn failed_coefficient_turns_the_lamp_red_and_computing_is_another_sign() {
     let mut bench = Bench::open();
-    let term = Term::parse("beta").expect("it is a term");
-    // Sideslip is zero all the time: no fit can tell its effect on the normal force.
-    let edit = Edit::Model(ModelEdit::SetTerm { coefficient: Coefficient::CZ, term, on: true });
+    // The pitch rate a second time, made dimensionless in another way: no fit tells the two apart.
+    let term = Term::parse("qc/2V").expect("it is a term");
+    let edit = Edit::Model(ModelEdit::SetTerm { coefficient: Coefficient::Cm, term, on: true });
     bench.harness.state_mut().apply(&edit);
     bench.harness.step();
     let computing = |bench: &Bench<'_>| bench.harness.query_all_by_label_contains(", computing").next().is_some();
@@ -101,13 +101,14 @@ fn failed_coefficient_turns_the_lamp_red_and_computing_is_another_sign() {
     bench.settle();
     assert!(!computing(&bench));
     let verdicts = bench.verdicts();
-    let fit = verdicts.fit(None, Coefficient::CZ).expect("CZ is asked for");
+    let fit = verdicts.fit(None, Coefficient::Cm).expect("Cm is modelled");
     assert_eq!((fit.verdict.level, verdicts.session.level), (Level::Bad, Level::Bad), "{:?}", fit.verdict.reasons);
+    assert!(fit.verdict.reasons.iter().any(|reason| reason.code == "rank"), "{:?}", fit.verdict.reasons);
     assert!(bench.has_button("verdict: bad"));
     bench.show(Pane::Log);
     bench.harness.get_by_role_and_label(Role::Button, "verdict: bad").click();
     bench.settle();
-    assert!(bench.has_button("CZ, all windows: bad"), "a click on the lamp shows why");
+    assert!(bench.has_button("Cm, all windows: bad"), "a click on the lamp shows why");
 }
 
 #[test]

@@ -11,6 +11,8 @@ use crate::text;
 const NAMED: usize = 3;
 /// Width of a line of derivatives.
 const WIDTH: usize = 110;
+/// Width of a finding.
+const FINDING_WIDTH: usize = 150;
 
 /// Prints the verdict, every coefficient and what to look at; with `verbose` everything that was found.
 pub fn print(session: &Session, snapshot: &Snapshot, verbose: bool) {
@@ -19,7 +21,10 @@ pub fn print(session: &Session, snapshot: &Snapshot, verbose: bool) {
     if verbose {
         print_all(&results);
         text::line("");
-        found.iter().for_each(|line| text::line(&format!("{}: {line}", name(line.level))));
+        for line in &found {
+            let lines = text::wrapped(&format!("{}: {line}", name(line.level)), FINDING_WIDTH);
+            lines.iter().for_each(|line| text::line(line));
+        }
         text::line("");
     }
     if let Some(verdicts) = snapshot.verdicts.ready() {
@@ -91,11 +96,21 @@ fn print_first(found: &[Folded]) {
         return;
     }
     text::line("look at");
-    shown.iter().for_each(|line| text::line(&format!("  {}: {line}", name(line.level))));
+    shown.iter().flat_map(|line| in_brief(line)).for_each(|line| text::line(&line));
     let others = found.len() - shown.len();
     if others > 0 {
         text::line(&format!("  and {others} more with --verbose"));
     }
+}
+
+/// A finding and what to do about it, in one line where they fit, else in one line each.
+fn in_brief(finding: &Folded) -> Vec<String> {
+    let whole = format!("  {}: {finding}", name(finding.level));
+    if finding.cure.is_empty() || whole.chars().count() <= FINDING_WIDTH {
+        return vec![text::shortened(&whole, FINDING_WIDTH)];
+    }
+    let found = format!("  {}: {}: {}", name(finding.level), finding.place, finding.text);
+    [found, format!("    {}", finding.cure)].map(|line| text::shortened(&line, FINDING_WIDTH)).into()
 }
 
 /// Clocks, engines, windows and derivatives, and every finding.

@@ -52,6 +52,33 @@ pub fn list(rows: &[Vec<String>]) {
     }
 }
 
+/// The text in one line of at most `width` characters: cut behind a word, which three dots show.
+pub fn shortened(text: &str, width: usize) -> String {
+    if text.chars().count() <= width {
+        return text.to_owned();
+    }
+    let kept: String = text.chars().take(width.saturating_sub(1)).collect();
+    let end = kept.rfind(' ').unwrap_or(kept.len());
+    format!("{}…", kept[..end].trim_end_matches([' ', ',', ';', ':']))
+}
+
+/// The text in lines of at most `width` characters, broken between words, all but the first indented.
+pub fn wrapped(text: &str, width: usize) -> Vec<String> {
+    const INDENT: &str = "    ";
+    let mut lines = vec![String::new()];
+    for word in text.split_whitespace() {
+        let Some(last) = lines.last_mut() else { break };
+        let is_empty = last.trim().is_empty();
+        if !is_empty && last.chars().count() + 1 + word.chars().count() > width {
+            lines.push(format!("{INDENT}{word}"));
+        } else {
+            last.push_str(if is_empty { "" } else { " " });
+            last.push_str(word);
+        }
+    }
+    lines
+}
+
 /// A number with `digits` significant digits, without needless zeros or exponents.
 pub fn number(value: f64, digits: usize) -> String {
     if !value.is_finite() {
@@ -71,7 +98,18 @@ pub fn number(value: f64, digits: usize) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::number;
+    use super::{number, shortened, wrapped};
+
+    #[test]
+    fn long_lines_are_cut_behind_a_word_or_broken_between_words() {
+        let text = "window 'a': the airspeed, 40 m/s, is too low";
+        assert_eq!(shortened(text, 80), text);
+        assert_eq!(shortened(text, 26), "window 'a': the…");
+        assert_eq!(wrapped(text, 80), [text]);
+        assert_eq!(wrapped(text, 26), ["window 'a': the airspeed,", "    40 m/s, is too low"]);
+        assert_eq!(shortened("ä".repeat(9).as_str(), 4), "äää…");
+        assert_eq!(wrapped("", 4), [""]);
+    }
 
     #[test]
     fn numbers_keep_their_significant_digits() {

@@ -56,8 +56,8 @@ fn deviation(text: &str) -> Result<(String, f64), String> {
 pub fn variants(arguments: &VariantArguments) -> Result<(), String> {
     let (session, snapshot) = computed(&arguments.session, &[])?;
     let windows = snapshot.aero(&session);
-    let asked = arguments.know.iter().map(|(name, _)| name).chain(arguments.noise.iter().map(|(name, _)| name));
-    let mut unknown: Vec<&String> = asked.collect();
+    let named = arguments.know.iter().map(|(name, _)| name).chain(arguments.noise.iter().map(|(name, _)| name));
+    let mut unknown: Vec<&String> = named.collect();
     let mut done = 0;
     for regression in pooled_regressions(&windows, &session.structure, &session.estimation) {
         let Ok(Regression { coefficient, mut pooled }) = regression.inspect_err(|error| run::say(error)) else {

@@ -8,29 +8,16 @@
     reason = "helpers of tests are not marked as tests"
 )]
 
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::path::Path;
 
 use serde_json::Value;
 
-fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
-}
+#[path = "../../core/tests/common/shared.rs"]
+mod shared;
+use shared::shared;
 
-/// A shared recording beside the project; says so where it is not, and fails where it must be.
-fn shared(relative: &str) -> Option<PathBuf> {
-    let path = root().join("../shared/data").join(relative);
-    if path.exists() {
-        return path.canonicalize().ok();
-    }
-    assert!(std::env::var_os("CI").is_none_or(|ci| ci != "true"), "{} is not here", path.display());
-    println!("skipped: {} is not here", path.display());
-    None
-}
-
-fn doublet(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_doublet-cli")).args(arguments).current_dir(folder).output().expect("it starts")
-}
+mod common;
+use common::{doublet, root};
 
 /// The one JSON document of `check --json`, with its exit code.
 fn checked(folder: &Path, file: &str) -> (Value, Option<i32>) {
@@ -68,6 +55,24 @@ fn shipped_session_has_no_bad_finding_and_the_count_is_the_last_line() {
     let count = found["findings"].as_array().unwrap().len();
     assert!(printed.lines().last().unwrap().starts_with(&format!("{count} findings")), "{printed}");
     assert!(!printed.contains("nothing is wrong"));
+}
+
+#[test]
+fn run_of_the_shipped_flight_fits_one_screen_and_its_results_say_everything() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let output = doublet(&root(), &["run", "sessions/demo.toml", "--out", out.to_str().unwrap()]);
+    let printed = String::from_utf8(output.stdout).unwrap();
+    let widest = printed.lines().map(|line| line.chars().count()).max().unwrap();
+    assert!(printed.lines().count() <= 25 && widest <= 160, "{widest}: {printed}");
+    assert!(printed.contains("caution: CX (pooled)") && printed.contains('…'), "{printed}");
+    let results: Value = serde_json::from_str(&std::fs::read_to_string(out.join("results.json")).unwrap()).unwrap();
+    let reasons = results["verdict"]["reasons"].as_array().unwrap();
+    let contradiction = reasons.iter().find(|reason| reason["code"] == "scatter").unwrap();
+    assert!(
+        contradiction["text"].as_str().unwrap().ends_with("what their errors explain (limit 3)"),
+        "{contradiction}"
+    );
 }
 
 #[test]
@@ -258,7 +263,7 @@ fn made_and_run(recordings: &[&str]) -> (Option<i32>, Value, String) {
 #[test]
 fn one_manoeuvre_of_one_surface_runs_to_the_end_by_defaults() {
     for file in ["dr3211_1.mat", "da3211_1.mat"] {
-        let Some(path) = shared(&format!("citation_simulated/{file}")) else { return };
+        let Some(path) = shared(&format!("data/citation_simulated/{file}")) else { return };
         let (code, results, said) = made_and_run(&[path.to_str().unwrap()]);
         assert!(matches!(code, Some(0 | 3)), "{file}: {said}");
         assert_eq!(results["aircraft"], "Cessna Citation 550, simulated", "{}", results["aircraft"]);
@@ -276,7 +281,7 @@ fn one_manoeuvre_of_one_surface_runs_to_the_end_by_defaults() {
 
 #[test]
 fn recording_without_controls_gives_the_flight_path_and_the_errors_of_its_fits() {
-    let Some(path) = shared("citation_simulated/da3211_1_noisy_with_truth.mat") else { return };
+    let Some(path) = shared("data/citation_simulated/da3211_1_noisy_with_truth.mat") else { return };
     let (code, results, said) = made_and_run(&[path.to_str().unwrap()]);
     assert_eq!(code, Some(3), "{said}");
     let window = &results["windows"][0];

@@ -8,27 +8,25 @@
     reason = "helpers of tests are not marked as tests"
 )]
 
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::path::Path;
+use std::process::Output;
 
 use serde_json::Value;
 
-/// Root of the project.
-fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
-}
+#[path = "../../core/tests/common/shared.rs"]
+mod shared;
+use shared::shared;
 
-/// Whether the shared recordings are beside the project; says so where they are not.
+mod common;
+use common::root;
+
+/// Whether the shared recordings are beside the project.
 fn has_shared(relative: &str) -> bool {
-    let path = root().join("../shared/data").join(relative);
-    if !path.exists() {
-        println!("skipped: {} is not here", path.display());
-    }
-    path.exists()
+    shared(&format!("data/{relative}")).is_some()
 }
 
 fn doublet(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_doublet-cli")).args(arguments).current_dir(root()).output().expect("it starts")
+    common::doublet(&root(), arguments)
 }
 
 /// Runs a shipped session and reads its results.

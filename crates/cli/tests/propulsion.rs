@@ -9,28 +9,25 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Output;
 
 use doublet_core::load::{ChannelMap, read_all};
 use doublet_core::series::{Recording, Series};
 use serde_json::Value;
 
+#[path = "../../core/tests/common/shared.rs"]
+mod shared;
+use shared::shared;
+
+mod common;
+use common::root;
+
 /// Watts of a horsepower.
 const HP_W: f64 = 745.699_871_582;
 
-/// Root of the project.
-fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
-}
-
 /// A file of the shared reference; `None`, said, where it is absent.
 fn reference(name: &str) -> Option<PathBuf> {
-    let path = root().join("../shared/reference").join(name);
-    if !path.exists() {
-        println!("skipped: {} is not here", path.display());
-        return None;
-    }
-    path.canonicalize().ok()
+    shared(&format!("reference/{name}"))
 }
 
 fn toml_reference(name: &str) -> Option<toml::Table> {
@@ -38,7 +35,7 @@ fn toml_reference(name: &str) -> Option<toml::Table> {
 }
 
 fn doublet(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_doublet-cli")).args(arguments).current_dir(root()).output().expect("it starts")
+    common::doublet(&root(), arguments)
 }
 
 /// What a command that must succeed prints.

@@ -10,6 +10,7 @@ use doublet_engine::graph::Cache;
 use doublet_engine::report::{self, MassRow, Results};
 use doublet_engine::run::{Control, Scope, Snapshot, run};
 use doublet_engine::session::{self, Session, WindowRole};
+use doublet_engine::verdict::Finding;
 
 /// The shipped flight with three windows of the elevator only.
 fn demo() -> Session {
@@ -99,9 +100,44 @@ fn touched_tank_shifts_its_own_record_and_no_others() {
             assert!((own_fuel[tank] - kg - shift).abs() < 1e-9, "{tank}");
         }
     }
-    assert!(touched.flown["FT1"].ready().unwrap().fuel.contains("shifted to what the session states"));
+    assert!(touched.flown["FT1"].ready().unwrap().fuel.words().contains("shifted to what the session states"));
     // The coefficients see it.
     let used =
         |snapshot: &Snapshot| snapshot.windows["03 elevator doublet"].aero.ready().unwrap().data.inertia.at(0).mass_kg;
     assert!((used(&before) - used(&touched) - LESS_KG).abs() < 1e-9);
+    // And so does the verdict: of every window, with the tank and what was changed.
+    let loading = |snapshot: &Snapshot| -> Vec<Finding> {
+        let verdicts = snapshot.verdicts.ready().unwrap();
+        let reasons = verdicts.windows.values().flat_map(|window| window.verdict.reasons.clone());
+        reasons.filter(|reason| reason.code == "loading").collect()
+    };
+    assert_eq!(loading(&before), []);
+    let told = loading(&touched);
+    assert_eq!(told.len(), 3);
+    assert!(told.iter().all(|finding| finding.text.contains("'main right' by -20.0 kg")), "{told:?}");
+    assert!(told.iter().all(|finding| (finding.figure.unwrap() + LESS_KG).abs() < 1e-9));
+}
+
+#[test]
+fn mass_that_nobody_stated_and_nothing_recorded_is_called_assumed() {
+    let assumed = |session: &Session| -> Vec<String> {
+        let (snapshot, _) = computed(session);
+        let reasons = &snapshot.verdicts.ready().unwrap().session.reasons;
+        let told = reasons.iter().filter(|reason| reason.code == "loading" && reason.place == "flight 'FT1'");
+        told.map(|reason| reason.text.clone()).collect()
+    };
+    let plain = demo();
+    assert_eq!(assumed(&plain), Vec::<String>::new());
+    // Four seats of 74.7 kg and 45.9 kg of luggage.
+    let standard = Session { loading: None, ..plain.clone() };
+    let told = assumed(&standard);
+    assert!(told.len() == 1 && told[0].contains("the standard 345 kg in seats and luggage"), "{told:?}");
+    assert!(!told[0].contains("fuel"), "the probes tell it: {told:?}");
+    let mut without_probes = plain;
+    without_probes.flights[0].instruments.as_mut().unwrap().fuel.clear();
+    let told = assumed(&without_probes);
+    assert!(told.len() == 1 && told[0].contains("the standard 373 kg of fuel, all tanks full"), "{told:?}");
+    without_probes.loading.as_mut().unwrap().fuel_kg.insert("main right".to_owned(), 100.0);
+    let told = assumed(&without_probes);
+    assert!(told.len() == 1 && told[0].contains("100 kg of fuel at all times, since no burn is recorded"), "{told:?}");
 }

@@ -5,16 +5,20 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use doublet_core::model::{Coefficient, Inertia, InertiaHistory, Term};
+use doublet_core::airframe::Stall;
+use doublet_core::estimate::NonlinearSearch;
+use doublet_core::model::{Coefficient, Inertia, InertiaHistory, Term, ThrustTreatment};
+use doublet_core::propulsion::{MapVariable, OffRange};
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::{Input, State};
-use doublet_core::series::{Recording, Series};
+use doublet_core::series::{Channel, Recording, Series};
 use doublet_core::simulate::scenario;
+use doublet_core::validate::{BandResult, Histories, Signal, TestResult, Tolerance};
 use doublet_engine::graph::Cache;
 use doublet_engine::run::{Control, Scope, Slot, Snapshot, WindowResults, run};
-use doublet_engine::session::{self, Session, Surface};
-use doublet_engine::stage::{self, AeroWindow, CoefficientFit, PooledFits};
-use doublet_engine::study::{self, Watch};
+use doublet_engine::session::{self, Session, Surface, WindowRole};
+use doublet_engine::stage::{self, AeroWindow, CoefficientFit, ExtrapolatedThrust, PooledFits};
+use doublet_engine::study::{self, CheckStudy, CheckedDerivative, ControlLag, LagKind, LagStudy, Watch, WindowChecks};
 use doublet_engine::verdict::{Finding, Level, PlausibleRange, Verdicts, judge};
 
 fn builtin(name: &str) -> Session {
@@ -176,8 +180,177 @@ fn reasons_about_the_flight_path_fire_beyond_their_limits_only() {
     sound.expect("loading", &[(1.0, NONE), (-1.0, BAD), (9.0, BAD)], |s, snapshot, times| {
         with_inertia(s, snapshot, &|inertia| inertia.tensor.yy *= times);
     });
+    sound.expect("turn", &[(30.0_f64, NONE), (90.0, CAUTION)], |s, snapshot, degrees| {
+        changed(&mut elevator(s, snapshot).path, |path| {
+            let heading = &mut path.reconstruction.smoothed.as_mut().unwrap().states[State::HeadingAngle as usize];
+            let step = degrees.to_radians() / heading.len() as f64;
+            heading.iter_mut().enumerate().for_each(|(k, angle)| *angle += step * k as f64);
+        });
+    });
     sound.expect("failed", &[((), BAD)], |s, snapshot, ()| {
         elevator(s, snapshot).path = Slot::Failed { error: "the filter failed".to_owned(), last: None };
+    });
+}
+
+#[test]
+fn flight_too_slow_for_the_wing_and_weight_on_the_wheels_are_told() {
+    let sound = Sound::new();
+    // The test point is flown at 43.6 m/s calibrated.
+    sound.expect("dynamic-pressure", &[(35.0, NONE), (41.5, CAUTION), (50.0, BAD)], |s, snapshot, stall_m_s| {
+        let mass_kg = match &elevator(s, snapshot).aero.ready().unwrap().data.inertia {
+            InertiaHistory::Constant(inertia) => inertia.mass_kg,
+            InertiaHistory::PerSample(all) => all[0].mass_kg,
+        };
+        let stall = Stall { calibrated_airspeed_m_s: stall_m_s, mass_kg };
+        changed(&mut snapshot.aircraft, |loaded| loaded.aircraft.stall = Some(stall));
+    });
+    // The whole flight is slow, and all windows with it.
+    sound.expect("dynamic-pressure", &[(1.5, NONE), (2.5, CAUTION), (4.0, BAD)], |_, snapshot, times| {
+        changed(snapshot.flights.values_mut().next().unwrap(), |flight| {
+            with_values(&mut flight.recording, Role::TrueAirspeed, |value| times * value);
+        });
+    });
+    sound.expect("dynamic-pressure", &[(0.0, NONE), (0.05, CAUTION), (0.5, BAD)], |s, snapshot, part| {
+        let window = s.windows[0].window;
+        changed(snapshot.flights.values_mut().next().unwrap(), |flight| {
+            let time_s: Vec<f64> =
+                (0..1000).map(|k| window.start_s + 0.001 * f64::from(k) * (window.end_s - window.start_s)).collect();
+            let values = (0..1000).map(|k| f64::from(u8::from(f64::from(k) < 1000.0 * part))).collect();
+            let recording = &mut flight.recording;
+            recording.roles.insert(Role::WeightOnWheels, recording.channels.len());
+            recording.channels.push(Channel {
+                source: String::new(),
+                name: "wheels".to_owned(),
+                unit: String::new(),
+                series: Series { time_s: time_s.into(), values },
+            });
+        });
+    });
+}
+
+#[test]
+fn thrust_extrapolated_or_not_known_is_told_where_it_enters() {
+    let sound = Sound::new();
+    let along = |snapshot: &mut Snapshot, change: &dyn Fn(&mut stage::WindowAero)| {
+        snapshot.windows.values_mut().for_each(|window| changed(&mut window.aero, change));
+    };
+    // By a residual of CX of some thousandths, 46 kPa m2: 1 N is nothing, 1 kN is.
+    sound.expect("propulsion", &[(0.0, NONE), (1.0, NONE), (1000.0, CAUTION)], |_, snapshot, added_n| {
+        along(snapshot, &|aero| {
+            let off_range = OffRange { variable: MapVariable::AdvanceRatio, value: 1.5, low: 0.2, high: 1.2 };
+            aero.extrapolated_thrust = vec![ExtrapolatedThrust {
+                engine: "front".to_owned(),
+                off_range: vec![(off_range, 9)],
+                added_n: vec![added_n; aero.data.time_s.len()],
+            }];
+        });
+    });
+    sound.expect("propulsion", &[((), BAD)], |_, snapshot, ()| {
+        along(snapshot, &|aero| aero.unknown_thrust = vec!["rear".to_owned()]);
+    });
+    let included = [((ThrustTreatment::Included, false), NONE), ((ThrustTreatment::Included, true), CAUTION)];
+    sound.expect("propulsion", &included, |_, snapshot, (thrust, unknown)| {
+        along(snapshot, &|aero| {
+            aero.settings.thrust = thrust;
+            if unknown {
+                aero.data.engines.clear();
+            }
+        });
+    });
+}
+
+#[test]
+fn coefficient_that_no_window_is_used_for_has_a_verdict() {
+    let sound = Sound::new();
+    sound.expect("failed", &[(false, NONE), (true, CAUTION)], |_, snapshot, unused| {
+        changed(&mut snapshot.pooled, |fits| fits.fits.retain(|fit| !unused || fit.coefficient != Coefficient::CY));
+    });
+}
+
+#[test]
+fn predictions_that_fail_are_told_and_bad_only_where_the_manoeuvre_tells() {
+    let sound = Sound::new();
+    let of_cm = |snapshot: &mut Snapshot, r_squared: f64, residual: f64| {
+        let mut window = String::new();
+        changed(&mut snapshot.pooled, |fits| {
+            let predicted = fits.predictions.iter_mut().find(|one| one.coefficient == Coefficient::Cm).unwrap();
+            predicted.role = WindowRole::Validation;
+            predicted.quality_identified.r_squared = r_squared;
+            window.clone_from(&predicted.window);
+        });
+        changed(&mut snapshot.windows.get_mut(&window).unwrap().fits, |fits| {
+            let own = fits.fits.iter_mut().find(|fit| fit.coefficient == Coefficient::Cm).unwrap();
+            own.fit.as_mut().unwrap().residual_std *= residual;
+        });
+    };
+    let cases = [((0.9, 1.0), NONE), ((0.7, 1.0), CAUTION), ((0.4, 1.0), BAD), ((0.4, 100.0), CAUTION)];
+    sound.expect("r2", &cases, |_, snapshot, (r_squared, residual)| of_cm(snapshot, r_squared, residual));
+    sound.expect("r2", &[(0.6, NONE), (0.4, CAUTION)], |_, snapshot, r_squared| {
+        changed(&mut snapshot.pooled, |fits| {
+            pooled(fits, Coefficient::Cm).fit.as_mut().unwrap().quality.r_squared = r_squared;
+        });
+    });
+}
+
+#[test]
+fn twins_apart_late_controls_and_missed_bands_are_told() {
+    let sound = Sound::new();
+    let window = sound.session.windows.iter().find(|window| window.surface == Some(Surface::Elevator)).unwrap();
+    let name = window.name.clone();
+    // Apart by joint errors, and by a part of the estimate.
+    for (apart, level) in [(2.0, NONE), (5.0, CAUTION), (10.0, BAD)] {
+        let mut snapshot = sound.snapshot.clone();
+        changed(&mut snapshot.windows.get_mut(&name).unwrap().fits, |fits| {
+            let fit = fits.fits.iter_mut().find(|fit| fit.coefficient == Coefficient::Cm).unwrap();
+            let index = index_of(fit, "Cm_q");
+            fit.fit.as_mut().unwrap().estimates[index] = -5.0;
+            fit.corrected_errors[index] = 0.3;
+        });
+        let twin = CheckedDerivative { name: "Cm_q".to_owned(), estimate: -5.0 - 0.5 * apart, standard_error: 0.4 };
+        let frequency = vec![(Coefficient::Cm, Ok(vec![twin]))];
+        let windows = vec![WindowChecks { window: name.clone(), frequency, output_error: Vec::new() }];
+        snapshot.studies.checks = Slot::Ready(Arc::new(CheckStudy { axis: None, windows }));
+        let verdicts = judge(&sound.session, &snapshot);
+        let derivative = verdicts.fit(Some(&name), Coefficient::Cm).unwrap().derivative("Cm_q").unwrap();
+        let found = derivative.reasons.iter().find(|reason| reason.code == "twin");
+        assert_eq!(found.map(|reason| reason.level), level, "{apart}: {found:?}");
+    }
+    // Delay and its error: within 1.5 samples of 0.02 s; not significant; late; far too late.
+    let cases = [((0.02, 0.001), NONE), ((0.1, 0.05), NONE), ((0.1, 0.01), CAUTION), ((0.4, 0.01), BAD)];
+    sound.expect("timing", &cases, |_, snapshot, (value, standard_error)| {
+        let search = NonlinearSearch {
+            value,
+            standard_error,
+            by_regression: vec![(value, standard_error)],
+            profile: Vec::new(),
+            fits: Vec::new(),
+        };
+        let coefficients = vec![Coefficient::Cm];
+        let lag = ControlLag { surface: Surface::Elevator, kind: LagKind::Delay, coefficients, result: Ok(search) };
+        snapshot.studies.lags = Slot::Ready(Arc::new(LagStudy { lags: vec![lag] }));
+    });
+    sound.expect("match", &[(0.9, NONE), (1.4, CAUTION)], |_, snapshot, ratio| {
+        let tolerance = Tolerance { signal: Signal::ALL[0], absolute: 1.0, of_value: 0.0, of_peak: 0.0 };
+        let band = BandResult {
+            tolerance,
+            half_width: Vec::new(),
+            worst_ratio: ratio,
+            worst_error: ratio,
+            worst_time_s: 0.0,
+            share_inside: 0.5,
+        };
+        let test = TestResult { id: "2.c.10".to_owned(), name: String::new(), requirements: vec![vec![band]] };
+        let histories = Histories { time_s: Vec::new(), columns: Default::default() };
+        let replay = stage::WindowReplay {
+            measured: histories.clone(),
+            simulated: histories,
+            series: Vec::new(),
+            theil: Vec::new(),
+            tests: vec![test],
+        };
+        let proof =
+            stage::ProofOfMatch { tolerances: "t".to_owned(), windows: vec![(name.clone(), Ok(Arc::new(replay)))] };
+        snapshot.proof = Slot::Ready(Arc::new(proof));
     });
 }
 
@@ -350,6 +523,29 @@ fn the_shipped_flight_is_good_but_for_the_axial_force() {
         assert!(window.fits.iter().all(|fit| fit.verdict.level < Level::Bad), "{name}");
     }
     assert_eq!(verdicts.session.level, Level::Caution);
+}
+
+#[test]
+fn window_of_the_shipped_flight_across_a_turn_is_told() {
+    let mut session = builtin("demo");
+    for window in &mut session.windows {
+        window.role = WindowRole::Ignored;
+        if window.name == "23 rudder 3-2-1-1" {
+            // The climb after the test point turns the flight about, from 2420 s on.
+            window.role = WindowRole::Identification;
+            window.window.end_s = 2470.0;
+        }
+    }
+    let snapshot = computed(&session);
+    let verdicts = snapshot.verdicts.ready().unwrap();
+    show(verdicts);
+    let window = &verdicts.windows["23 rudder 3-2-1-1"].verdict;
+    let turn = window.reasons.iter().find(|reason| reason.code == "turn").unwrap();
+    assert!(turn.level == Level::Caution && (60.0..200.0).contains(&turn.figure.unwrap()), "{turn:?}");
+    // Nothing is said of the symmetric coefficients but that they were not estimated.
+    let unused = verdicts.fit(None, Coefficient::CZ).unwrap();
+    assert_eq!(unused.verdict.level, Level::Caution);
+    assert!(unused.verdict.reasons[0].text.contains("no window is used for it"), "{unused:?}");
 }
 
 #[test]

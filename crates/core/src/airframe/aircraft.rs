@@ -29,6 +29,8 @@ pub struct Aircraft {
     pub fixed_items: Vec<FixedItem>,
     /// Limits on mass.
     pub limits: MassLimits,
+    /// Stall without flaps and power, where it is known.
+    pub stall: Option<Stall>,
     /// Fuel tanks.
     pub tanks: Vec<Tank>,
     /// What a tank's mass means.
@@ -122,6 +124,26 @@ pub struct MassLimits {
     pub max_takeoff_kg: Option<f64>,
     /// Maximum landing mass, kg.
     pub max_landing_kg: Option<f64>,
+}
+
+/// Stall without flaps and power, unaccelerated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stall {
+    /// Calibrated airspeed, m/s.
+    pub calibrated_airspeed_m_s: f64,
+    /// Mass it is stated for, kg.
+    pub mass_kg: f64,
+}
+
+impl Stall {
+    /// Lift coefficient there, `2 m g / (rho_0 V^2 S)`, with standard gravity and the density of the standard atmosphere at sea level.
+    pub fn max_lift_coefficient(&self, area_m2: f64) -> f64 {
+        /// Standard gravity, m/s².
+        const GRAVITY_M_S2: f64 = 9.806_65;
+        /// Density of the standard atmosphere at sea level, kg/m³.
+        const DENSITY_KG_M3: f64 = 1.225;
+        2.0 * self.mass_kg * GRAVITY_M_S2 / (DENSITY_KG_M3 * self.calibrated_airspeed_m_s.powi(2) * area_m2)
+    }
 }
 
 /// A fuel tank.

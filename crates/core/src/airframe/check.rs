@@ -209,6 +209,11 @@ impl Aircraft {
             }
         }
         self.check_limits(findings);
+        if let Some(stall) = self.stall {
+            findings.mass("stall.mass_kg", stall.mass_kg);
+            let (speed, ok) = (stall.calibrated_airspeed_m_s, 1.0..=150.0);
+            findings.require(ok.contains(&speed), "stall.airspeed_m_s", speed, "1 to 150 m/s");
+        }
     }
 
     fn check_limits(&self, findings: &mut Findings) {

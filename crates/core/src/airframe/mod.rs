@@ -14,8 +14,8 @@ mod tensor;
 pub mod weighing;
 
 pub use aircraft::{
-    Aircraft, EngineStation, FixedItem, FuelBookkeeping, MassLimits, ReferenceGeometry, SensorStations, Station, Tank,
-    WheelStations,
+    Aircraft, EngineStation, FixedItem, FuelBookkeeping, MassLimits, ReferenceGeometry, SensorStations, Stall, Station,
+    Tank, WheelStations,
 };
 pub use check::AircraftError;
 pub use envelope::{Envelope, EnvelopeMargin, EnvelopeRow, EnvelopeSide};

@@ -9,6 +9,7 @@
 //! | `[reference]` | `area_m2`, `span_m`, `chord_m`, (`lateral_moment_length_m`: span, `lateral_rate_length_m`: span / 2, `pitch_rate_length_m`: chord) |
 //! | `[mass]` | `mass_kg`, `cg_datum_m` of the empty aircraft, (`max_takeoff_kg`, `max_landing_kg`, `fuel`: "add_all" or "add_usable") |
 //! | `[inertia]` | `moments_kg_m2` and (`products_kg_m2`) of the empty aircraft, or `[[inertia.group]]`: `name`, `mass_kg`, `centroid_datum_m`, (`inertia`), with (`products_kg_m2`) the sum of the groups' own products |
+//! | `[stall]` | `airspeed_m_s` calibrated, `mass_kg`: without flaps and power |
 //! | `[[tank]]` | `name`, `capacity_kg`, `cg_datum_m`, (`unusable_kg`, `inertia`) |
 //! | `[[seat]]`, `[[luggage]]` | `name`, `cg_datum_m`, (`capacity_kg`, `inertia`) |
 //! | `[[fixed_item]]` | `name`, `mass_kg`, `cg_datum_m` |
@@ -30,7 +31,7 @@ use thiserror::Error;
 use crate::airframe::{
     Aircraft, AircraftError, Axis, ComponentFraction, EngineStation, Envelope, EnvelopeRow, FixedItem, FuelBookkeeping,
     GyrationRadii, InertiaGroup, InertiaModel, InertiaTensor, Loading, MassLimits, MeanChord, OwnInertia,
-    ReferenceGeometry, SensorStations, Station, Tank, WheelStations, WingPanel,
+    ReferenceGeometry, SensorStations, Stall, Station, Tank, WheelStations, WingPanel,
 };
 
 /// First line of every aircraft file.
@@ -136,6 +137,7 @@ struct RawAircraft {
     #[serde(default)]
     wing_panel: Vec<RawPanel>,
     mass: RawMass,
+    stall: Option<RawStall>,
     #[serde(default)]
     fixed_item: Vec<RawItem>,
     #[serde(default)]
@@ -210,6 +212,13 @@ struct RawMass {
     max_landing_kg: Option<f64>,
     #[serde(default)]
     fuel: RawBookkeeping,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawStall {
+    airspeed_m_s: f64,
+    mass_kg: f64,
 }
 
 #[derive(Default, Deserialize)]
@@ -539,6 +548,9 @@ impl RawAircraft {
             },
             fixed_items: self.fixed_item.into_iter().map(RawItem::into_item).collect(),
             limits: MassLimits { max_takeoff_kg: self.mass.max_takeoff_kg, max_landing_kg: self.mass.max_landing_kg },
+            stall: self
+                .stall
+                .map(|RawStall { airspeed_m_s, mass_kg }| Stall { calibrated_airspeed_m_s: airspeed_m_s, mass_kg }),
             tanks: self.tank.into_iter().map(RawTank::into_tank).collect::<Result<_, _>>()?,
             fuel_bookkeeping: match self.mass.fuel {
                 RawBookkeeping::AddAll => FuelBookkeeping::AddAll,

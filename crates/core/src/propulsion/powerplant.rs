@@ -114,6 +114,8 @@ pub struct EngineHistory {
     pub power_w: Vec<f64>,
     /// Thrust, N.
     pub thrust_n: Vec<f64>,
+    /// Thrust with every input beyond the chart or the map held at its edge, N; `thrust_n` where none is.
+    pub thrust_at_edge_n: Vec<f64>,
     /// Propeller efficiency.
     pub efficiency: Vec<f64>,
     /// Total-pressure rise over dynamic pressure; not a number where the airspeed is not above zero.
@@ -180,13 +182,45 @@ impl EngineModel {
         let point = self.propeller.lookup(advance_ratio, power_coefficient, speed_rad_s, ambient.pressure_altitude_m);
         EngineState {
             power_w,
-            thrust_n: point.thrust_coefficient * density * revolutions_s.powi(2) * diameter.powi(4),
+            thrust_n: self.thrust_n(point.thrust_coefficient, speed_rad_s, density),
             efficiency: point.efficiency,
             total_pressure_rise: rise_at(point.efficiency),
             advance_ratio,
             power_coefficient,
             off_range: point.off_range,
         }
+    }
+
+    /// Thrust with every input held at the edge of the chart or map that it left, N: what is known without extrapolation. `state` is that
+    /// of the same input.
+    fn thrust_at_edge_n(&self, input: EngineInput, ambient: &Ambient, state: &EngineState) -> f64 {
+        if state.off_range.is_empty() || input.speed_rad_s <= 0.0 {
+            return state.thrust_n;
+        }
+        let held = |ranges: &OffRanges, variable: MapVariable, value: f64| {
+            ranges.get(variable).map_or(value, |range| value.max(range.low).min(range.high))
+        };
+        let power = self.chart.power_w(
+            held(&state.off_range, MapVariable::EngineSpeed, input.speed_rad_s),
+            held(&state.off_range, MapVariable::ManifoldPressure, input.manifold_pressure_pa),
+            held(&state.off_range, MapVariable::PressureAltitude, ambient.pressure_altitude_m),
+            ambient.air_temperature_k,
+        );
+        let inside = self.state_at_power(power.value_w, input.speed_rad_s, ambient);
+        let ranges = &inside.off_range;
+        let point = self.propeller.lookup(
+            held(ranges, MapVariable::AdvanceRatio, inside.advance_ratio),
+            held(ranges, MapVariable::PowerCoefficient, inside.power_coefficient),
+            held(ranges, MapVariable::PropellerSpeed, input.speed_rad_s),
+            held(ranges, MapVariable::FlightLevel, ambient.pressure_altitude_m),
+        );
+        self.thrust_n(point.thrust_coefficient, input.speed_rad_s, ambient.density_kg_m3)
+    }
+
+    /// `T = C_T rho n^2 D^4`, N.
+    fn thrust_n(&self, thrust_coefficient: f64, speed_rad_s: f64, density_kg_m3: f64) -> f64 {
+        let revolutions_s = speed_rad_s / std::f64::consts::TAU;
+        thrust_coefficient * density_kg_m3 * revolutions_s.powi(2) * self.propeller.diameter_m().powi(4)
     }
 
     /// The engine over all samples of a flight.
@@ -198,6 +232,7 @@ impl EngineModel {
         let mut history = EngineHistory {
             power_w: Vec::with_capacity(samples),
             thrust_n: Vec::with_capacity(samples),
+            thrust_at_edge_n: Vec::with_capacity(samples),
             efficiency: Vec::with_capacity(samples),
             total_pressure_rise: Vec::with_capacity(samples),
             off_range: Vec::new(),
@@ -209,17 +244,16 @@ impl EngineModel {
                 speed_rad_s: columns.speed_rad_s[k],
                 manifold_pressure_pa: columns.manifold_pressure_pa[k],
             };
-            let state = self.state(
-                input,
-                &Ambient {
-                    airspeed_m_s: columns.airspeed_m_s[k],
-                    pressure_altitude_m: columns.pressure_altitude_m[k],
-                    air_temperature_k: columns.air_temperature_k[k],
-                    density_kg_m3: columns.density_kg_m3[k],
-                },
-            );
+            let ambient = Ambient {
+                airspeed_m_s: columns.airspeed_m_s[k],
+                pressure_altitude_m: columns.pressure_altitude_m[k],
+                air_temperature_k: columns.air_temperature_k[k],
+                density_kg_m3: columns.density_kg_m3[k],
+            };
+            let state = self.state(input, &ambient);
             history.power_w.push(state.power_w);
             history.thrust_n.push(state.thrust_n);
+            history.thrust_at_edge_n.push(self.thrust_at_edge_n(input, &ambient, &state));
             history.efficiency.push(state.efficiency);
             history.total_pressure_rise.push(state.total_pressure_rise);
             worst.merge(&state.off_range);

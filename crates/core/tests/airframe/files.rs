@@ -54,6 +54,17 @@ fn minimal_aircraft_has_its_constant_mass_and_inertia() {
 }
 
 #[test]
+fn stall_tells_the_greatest_lift_coefficient() {
+    let with = |stall: &str| aircraft::parse(&MINIMAL.replace("[inertia]", &format!("[stall]\n{stall}\n[inertia]")));
+    let stall = with("airspeed_m_s = 30.0\nmass_kg = 1100.0").unwrap().stall.unwrap();
+    // 10787 N over 551.25 Pa and 20 m2.
+    assert!((stall.max_lift_coefficient(20.0) - 0.978_44).abs() < 1e-5, "{}", stall.max_lift_coefficient(20.0));
+    let refused = with("airspeed_m_s = 0.0\nmass_kg = 1100.0").unwrap_err().to_string();
+    assert!(refused.contains("stall.airspeed_m_s") && refused.contains("1 to 150 m/s"), "{refused}");
+    assert_eq!(aircraft::parse(MINIMAL).unwrap().stall, None);
+}
+
+#[test]
 fn simulated_citation_has_the_constants_of_its_model() {
     let aircraft = shipped("citation_550_simulated.toml");
     let reference = &aircraft.reference;

@@ -192,6 +192,31 @@ fn history_equals_its_samples_and_counts_excursions() {
     );
 }
 
+#[test]
+fn thrust_at_the_edge_is_that_of_the_last_advance_ratio_of_the_map() {
+    let model = model();
+    let (input, altitude_m) = (EngineInput { speed_rad_s: 250.0, manifold_pressure_pa: 8e4 }, 800.0);
+    let fast = model.state(input, &ambient(150.0, altitude_m));
+    let range = *fast.off_range.get(MapVariable::AdvanceRatio).unwrap();
+    assert_eq!(fast.off_range.iter().count(), 1);
+    // Power does not hang on the airspeed: neither does the power coefficient.
+    let edge_m_s = range.high * 250.0 / std::f64::consts::TAU * model.propeller.diameter_m();
+    let edge = model.state(input, &ambient(edge_m_s, altitude_m));
+    let columns = EngineColumns {
+        speed_rad_s: &[250.0; 2],
+        manifold_pressure_pa: &[8e4; 2],
+        airspeed_m_s: &[150.0, 50.0],
+        pressure_altitude_m: &[altitude_m; 2],
+        air_temperature_k: &[285.0; 2],
+        density_kg_m3: &[1.1; 2],
+    };
+    let history = model.history(&columns).unwrap();
+    let at_edge = &history.thrust_at_edge_n;
+    assert!((at_edge[0] / edge.thrust_n - 1.0).abs() < 1e-9, "{} {}", at_edge[0], edge.thrust_n);
+    assert!((fast.thrust_n - at_edge[0]).abs() > 1.0, "it is extrapolated");
+    assert_eq!(at_edge[1], history.thrust_n[1]);
+}
+
 proptest! {
     /// Any numbers in: never a panic, and findings exactly where an input leaves its range.
     #[test]

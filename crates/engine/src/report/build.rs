@@ -14,7 +14,7 @@ use crate::date;
 use crate::run::{Slot, Snapshot};
 use crate::session::{Manoeuvre, Session, Surface, WindowRole, path_warning};
 use crate::stage::{self, CoefficientFit, ExpressedChannel, UsedClock, WindowPath};
-use crate::verdict::FitVerdict;
+use crate::verdict::{FitVerdict, NO_WINDOW};
 
 /// Collects everything a snapshot says about a session.
 pub fn build(session: &Session, snapshot: &Snapshot) -> Results {
@@ -50,7 +50,11 @@ pub fn build(session: &Session, snapshot: &Snapshot) -> Results {
         flights: flights(session, snapshot),
         engines: super::engines::rows(session, snapshot),
         windows: active.filter_map(|window| window_row(window, snapshot)).collect(),
-        pooled: pooled.iter().flat_map(|pooled| pooled.fits.iter().map(pooled_row)).collect(),
+        pooled: pooled
+            .iter()
+            .flat_map(|pooled| pooled.fits.iter().map(pooled_row))
+            .chain(verdicts.into_iter().flat_map(|found| found.unused().map(unused_row)))
+            .collect(),
         pooled_second: snapshot
             .second
             .ready()
@@ -265,6 +269,19 @@ fn innovation_rows(path: &WindowPath) -> Vec<InnovationRow> {
         advice: channel.advice.clone(),
     });
     rows.collect()
+}
+
+/// A coefficient of the model that no window is used for.
+fn unused_row(judged: &FitVerdict) -> FitRow {
+    let fit = CoefficientFit {
+        coefficient: judged.coefficient,
+        windows: Vec::new(),
+        fit: Err(NO_WINDOW.to_owned()),
+        corrected_errors: Vec::new(),
+        series: Vec::new(),
+        dropped: Vec::new(),
+    };
+    fit_row(&fit, Some(judged))
 }
 
 fn fit_row(fit: &CoefficientFit, judged: Option<&FitVerdict>) -> FitRow {

@@ -79,7 +79,7 @@ pub fn mass_properties(session: &Session, snapshot: &Snapshot) -> Option<MassRow
 /// Mass properties over one flight.
 pub fn flown_masses(flown: &FlownMass) -> FlownMassRow {
     FlownMassRow {
-        fuel: flown.fuel.clone(),
+        fuel: flown.fuel.words().to_owned(),
         start_s: flown.start.time_s,
         start: flown_row(&flown.start),
         end_s: flown.end.time_s,
@@ -162,26 +162,23 @@ pub fn table(results: &Results) -> Table {
         rows.extend(results.mass_properties.iter().map(|mass| row("", "loading", mass)));
     }
     let inertia = |key, heading| Column::number(key, heading, "kg m²", 5);
-    Table {
-        name: "mass_properties".to_owned(),
-        caption: "Mass, centre of gravity from the datum (aft, right, up) and inertia about it.".to_owned(),
-        columns: vec![
-            Column::new("flight", "Flight"),
-            Column::new("at", "At"),
-            Column::number("time_s", "Time", "s", 6),
-            Column::number("mass_kg", "Mass", "kg", 5),
-            Column::number("cg_x_m", "x CG", "m", 4),
-            Column::number("cg_y_m", "y CG", "m", 3),
-            Column::number("cg_z_m", "z CG", "m", 4),
-            inertia("ixx_kg_m2", "Ixx"),
-            inertia("iyy_kg_m2", "Iyy"),
-            inertia("izz_kg_m2", "Izz"),
-            Column::number("ixz_kg_m2", "Ixz", "kg m²", 4),
-            Column::number("ixy_kg_m2", "Ixy", "kg m²", 3),
-            Column::number("iyz_kg_m2", "Iyz", "kg m²", 3),
-            Column::number("mean_chord_fraction", "On the chord", "", 4),
-            Column::number("envelope_margin_m", "Margin", "m", 3),
-        ],
-        rows,
-    }
+    let columns = vec![
+        Column::new("flight", "Flight"),
+        Column::new("at", "At"),
+        Column::number("time_s", "Time", "s", 6),
+        Column::number("mass_kg", "Mass", "kg", 5),
+        Column::number("cg_x_m", "x CG", "m", 4),
+        Column::number("cg_y_m", "y CG", "m", 3),
+        Column::number("cg_z_m", "z CG", "m", 4),
+        inertia("ixx_kg_m2", "Ixx"),
+        inertia("iyy_kg_m2", "Iyy"),
+        inertia("izz_kg_m2", "Izz"),
+        Column::number("ixz_kg_m2", "Ixz", "kg m²", 4),
+        Column::number("ixy_kg_m2", "Ixy", "kg m²", 3),
+        Column::number("iyz_kg_m2", "Iyz", "kg m²", 3),
+        Column::number("mean_chord_fraction", "On the chord", "", 4),
+        Column::number("envelope_margin_m", "Margin", "m", 3),
+    ];
+    let caption = "Mass, centre of gravity from the datum (aft, right, up) and inertia about it.";
+    super::tables::table("mass_properties", caption, columns, rows)
 }

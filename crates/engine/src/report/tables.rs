@@ -34,7 +34,12 @@ pub fn all(results: &Results) -> Vec<Table> {
 }
 
 /// A table of `name`.
-fn table(name: &str, caption: &str, columns: Vec<Column>, rows: impl IntoIterator<Item = Vec<Cell>>) -> Table {
+pub(super) fn table(
+    name: &str,
+    caption: &str,
+    columns: Vec<Column>,
+    rows: impl IntoIterator<Item = Vec<Cell>>,
+) -> Table {
     Table { name: name.to_owned(), caption: caption.to_owned(), columns, rows: rows.into_iter().collect() }
 }
 

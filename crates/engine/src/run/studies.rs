@@ -75,11 +75,11 @@ impl Runner<'_> {
     /// The checks asked for, or those shown.
     fn checks(&self) -> Result<(), Cancelled> {
         let shown = || self.board.read(|snapshot| Some(snapshot.studies.checks.latest()?.axis));
-        let asked = self.wanted.iter().find_map(|study| match study {
+        let wanted = self.wanted.iter().find_map(|study| match study {
             Study::Checks { axis } => Some(*axis),
             _ => None,
         });
-        let Some(axis) = asked.or_else(shown) else { return Ok(()) };
+        let Some(axis) = wanted.or_else(shown) else { return Ok(()) };
         let compute = |subject: &Subject<'_>, watch: &Watch<'_>| study::checks(subject, axis, watch);
         self.one(Study::Checks { axis }, |studies| &mut studies.checks, compute)
     }

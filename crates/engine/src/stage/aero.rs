@@ -14,7 +14,7 @@ use doublet_core::reconstruct::{FilterData, INPUTS, Input, Reconstruction, STATE
 use doublet_core::series::Series;
 
 use super::aircraft::AircraftData;
-use super::engines::{Air, engines};
+use super::engines::{Air, ExtrapolatedThrust, engines};
 use super::path::{WindowPath, differentiation};
 use super::surroundings::Surroundings;
 use crate::graph::Footprint;
@@ -38,6 +38,10 @@ pub struct WindowAero {
     pub warnings: Vec<String>,
     /// Where the air density comes from.
     pub air_density: AirDensity,
+    /// Engines of the aircraft whose thrust is neither recorded nor follows from their map.
+    pub unknown_thrust: Vec<String>,
+    /// Engines whose thrust a chart or map extrapolates.
+    pub extrapolated_thrust: Vec<ExtrapolatedThrust>,
 }
 
 /// Where the air density of a window comes from.
@@ -98,7 +102,17 @@ impl WindowAero {
         let time_s: Arc<[f64]> = coefficients.time_s.as_slice().into();
         let series =
             Coefficient::ALL.map(|c| Series { time_s: Arc::clone(&time_s), values: coefficients.get(c).into() });
-        Ok(Self { data, settings, coefficients, variables, series, warnings: Vec::new(), air_density })
+        Ok(Self {
+            data,
+            settings,
+            coefficients,
+            variables,
+            series,
+            warnings: Vec::new(),
+            air_density,
+            unknown_thrust: Vec::new(),
+            extrapolated_thrust: Vec::new(),
+        })
     }
 }
 
@@ -150,8 +164,8 @@ pub fn aero(
     aircraft: &AircraftData,
     preparation: &Preparation,
 ) -> Result<WindowAero, String> {
-    let mut warnings = Vec::new();
-    let (data, air_density) = aero_data(around, path, aircraft, preparation, &mut warnings)?;
+    let Formed { data, air_density, unknown_thrust, extrapolated_thrust, mut warnings } =
+        aero_data(around, path, aircraft, preparation)?;
     let differentiation = differentiation(preparation, &data.time_s);
     let matched = preparation.matched_smoothing
         && data.angular_acceleration_rad_s2.is_none()
@@ -173,7 +187,8 @@ pub fn aero(
         matched,
         control_lags: CONTROLS.map(|surface| (surface.role(), preparation.control_lags.of(surface))).into(),
     };
-    Ok(WindowAero { warnings, ..WindowAero::formed(data, settings, air_density)? })
+    let formed = WindowAero::formed(data, settings, air_density)?;
+    Ok(WindowAero { warnings, unknown_thrust, extrapolated_thrust, ..formed })
 }
 
 /// The rotors' momentum counts where every engine's speed is known.
@@ -197,13 +212,22 @@ fn angular_acceleration(
     Ok(Some(slopes))
 }
 
+/// Columns of a window, and what is to be known of them.
+struct Formed {
+    data: AeroData,
+    air_density: AirDensity,
+    unknown_thrust: Vec<String>,
+    extrapolated_thrust: Vec<ExtrapolatedThrust>,
+    warnings: Vec<String>,
+}
+
 fn aero_data(
     around: &Surroundings,
     path: &Reconstruction,
     aircraft: &AircraftData,
     preparation: &Preparation,
-    warnings: &mut Vec<String>,
-) -> Result<(AeroData, AirDensity), String> {
+) -> Result<Formed, String> {
+    let mut warnings = Vec::new();
     let Motion { airspeed_m_s, alpha_rad, beta_rad, biases, down_m } = motion(around.first, path, preparation)?;
     let time_s = around.time_s.clone();
     // The filter has the specific force moved to the centre of gravity; here it is wanted as measured, to be moved with the
@@ -261,7 +285,8 @@ fn aero_data(
         altitude_m: Some(altitude_m),
         time_s,
     };
-    Ok((data, air_density))
+    let (unknown_thrust, extrapolated_thrust) = (engines.unknown, engines.extrapolated);
+    Ok(Formed { data, air_density, unknown_thrust, extrapolated_thrust, warnings })
 }
 
 /// What the path says of the motion from some sample on.

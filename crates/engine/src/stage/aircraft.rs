@@ -12,6 +12,7 @@ use doublet_core::propulsion::Powerplant;
 use doublet_core::quantity::Role;
 use doublet_core::series::{Recording, Series};
 
+use super::flown::{FuelRecord, FuelSource};
 use super::instruments::tank_channel;
 use super::recording::locate;
 use super::samples::channel_at;
@@ -237,22 +238,32 @@ impl AircraftData {
         self.fuel_is_stated.then(|| stated_kg() - first_finite(recorded).min(tank.capacity_kg))
     }
 
-    /// Where the fuel of a flight comes from, in words.
-    pub(super) fn fuel_in_words(&self, recording: &Recording) -> String {
-        let has_role = |role| self.stated_kg() > 0.0 && recording.role(role).is_some();
-        let recorded = |tank: &Tank| recording.channels.iter().any(|channel| channel.name == tank_channel(&tank.name));
-        let by_tank = self.loaded.aircraft.tanks.iter().any(recorded);
-        match (has_role(Role::FuelMass), has_role(Role::FuelFlow), self.fuel_is_stated) {
-            (true, _, false) if by_tank => "fuel as recorded in each tank",
-            (true, _, true) if by_tank => {
-                "fuel as recorded in each tank, shifted to what the session states at the first record"
+    /// Where the fuel of a flight comes from.
+    pub(super) fn fuel_source(&self, recording: &Recording) -> FuelSource {
+        let has = |role| self.stated_kg() > 0.0 && recording.role(role).is_some();
+        let record_of =
+            |tank: &Tank| recording.channels.iter().find(|channel| channel.name == tank_channel(&tank.name));
+        let by_tank: Vec<_> =
+            self.loaded.aircraft.tanks.iter().filter_map(|tank| Some((tank, &record_of(tank)?.series))).collect();
+        let record = match (has(Role::FuelMass), has(Role::FuelFlow)) {
+            (true, _) if !by_tank.is_empty() => FuelRecord::Tanks,
+            (true, _) => FuelRecord::Total,
+            (false, true) => FuelRecord::Flow,
+            (false, false) => FuelRecord::None,
+        };
+        let shifts: Vec<(Option<String>, f64)> = match record {
+            FuelRecord::Tanks => by_tank
+                .into_iter()
+                .filter_map(|(tank, series)| Some((Some(tank.name.clone()), self.tank_shift_kg(tank, series)?)))
+                .collect(),
+            FuelRecord::Total if self.fuel_is_stated => {
+                let recorded = recording.role(Role::FuelMass).map(|channel| first_finite(&channel.series));
+                recorded.map(|recorded_kg| (None, self.stated_kg() - recorded_kg)).into_iter().collect()
             }
-            (true, _, false) => "fuel as recorded in all, shared among the tanks as in the loading",
-            (true, _, true) => "fuel of the session at the first record, less the recorded burn",
-            (false, true, _) => "fuel of the loading at the first record, less the recorded flow",
-            (false, false, _) => "fuel of the loading, constant",
-        }
-        .to_owned()
+            _ => Vec::new(),
+        };
+        let shifts_kg = shifts.into_iter().filter(|(_, shift_kg)| shift_kg.abs() > SMALLEST_SHIFT_KG).collect();
+        FuelSource { record, is_stated: self.fuel_is_stated, shifts_kg }
     }
 
     /// First and last time at which the fuel is known, of the inertial samples where it is constant.
@@ -267,6 +278,9 @@ impl AircraftData {
         spans.into_iter().reduce(|all, one| (all.0.max(one.0), all.1.min(one.1)))
     }
 }
+
+/// Difference of stated and recorded fuel that is rounding, kg.
+const SMALLEST_SHIFT_KG: f64 = 1e-3;
 
 /// Fuel on board over time, kg.
 enum Fuel {

@@ -1,7 +1,7 @@
 //! Thrust, rotor momentum and total-pressure rise of the engines over one window.
 
 use doublet_core::model::{Engine, Position};
-use doublet_core::propulsion::EngineColumns;
+use doublet_core::propulsion::{EngineColumns, OffRange};
 use doublet_core::quantity::Role;
 
 use super::aircraft::AircraftData;
@@ -52,8 +52,23 @@ pub struct Engines {
     pub engines: Vec<Engine>,
     /// Total-pressure rise through all propellers over dynamic pressure (thesis Eq. 3.25), mean of the engines.
     pub propeller_pressure: Option<Vec<f64>>,
+    /// Engines of the aircraft whose thrust is neither recorded nor follows from their map, where it is of others.
+    pub unknown: Vec<String>,
+    /// Engines whose thrust a chart or map extrapolates.
+    pub extrapolated: Vec<ExtrapolatedThrust>,
     /// Findings, one line each.
     pub warnings: Vec<String>,
+}
+
+/// Thrust beyond the range of an engine chart or propeller map.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ExtrapolatedThrust {
+    /// Engine.
+    pub engine: String,
+    /// Each input that left the range with its furthest excursion, and the number of its samples outside.
+    pub off_range: Vec<(OffRange, usize)>,
+    /// What the extrapolation adds to the thrust of the inputs held at the edge of the range, N, one value per sample.
+    pub added_n: Vec<f64>,
 }
 
 /// Recorded thrust where there is one, else thrust from engine chart and propeller map.
@@ -81,9 +96,20 @@ pub fn engines(around: &Surroundings, aircraft: &AircraftData, air: &Air<'_>) ->
                 result.warnings.push(format!("engine '{}': {finding}, {samples} samples", engine.station.name));
             }
             rises.push(history.total_pressure_rise);
+            if thrust.is_none() && !history.off_range.is_empty() {
+                let pairs = history.thrust_n.iter().zip(&history.thrust_at_edge_n);
+                result.extrapolated.push(ExtrapolatedThrust {
+                    engine: engine.station.name.clone(),
+                    off_range: history.off_range,
+                    added_n: pairs.map(|(thrust, at_edge)| thrust - at_edge).collect(),
+                });
+            }
             thrust = thrust.or(Some(history.thrust_n));
         }
-        let Some(thrust_n) = thrust else { continue };
+        let Some(thrust_n) = thrust else {
+            result.unknown.push(engine.station.name.clone());
+            continue;
+        };
         result.engines.push(Engine {
             thrust_n,
             position: Position::Datum(engine.station.position_from_datum_m),
@@ -96,6 +122,7 @@ pub fn engines(around: &Surroundings, aircraft: &AircraftData, air: &Air<'_>) ->
         && let Some(coefficient) = around.recorded(Role::ThrustCoefficient)?
     {
         result.engines.push(engine_of_coefficient(&coefficient, aircraft, air));
+        result.unknown.clear();
     }
     if !rises.is_empty() {
         let count = rises.len() as f64;

@@ -18,11 +18,51 @@ pub struct FlownState {
     pub state: LoadedState,
 }
 
+/// What a recording tells of the fuel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FuelRecord {
+    /// Fuel of each tank.
+    Tanks,
+    /// Fuel in all.
+    Total,
+    /// Fuel flow.
+    Flow,
+    /// Nothing.
+    None,
+}
+
+/// Where the fuel of a flight comes from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FuelSource {
+    /// What is recorded and used; nothing where the loading has no fuel.
+    pub record: FuelRecord,
+    /// Whether the session states what was on board at the first record.
+    pub is_stated: bool,
+    /// What the session's statement adds to the recorded fuel, tank by tank or, without a tank, in all, kg; those that it changes.
+    pub shifts_kg: Vec<(Option<String>, f64)>,
+}
+
+impl FuelSource {
+    /// In words.
+    pub fn words(&self) -> &'static str {
+        match (self.record, self.is_stated) {
+            (FuelRecord::Tanks, false) => "fuel as recorded in each tank",
+            (FuelRecord::Tanks, true) => {
+                "fuel as recorded in each tank, shifted to what the session states at the first record"
+            }
+            (FuelRecord::Total, false) => "fuel as recorded in all, shared among the tanks as in the loading",
+            (FuelRecord::Total, true) => "fuel of the session at the first record, less the recorded burn",
+            (FuelRecord::Flow, _) => "fuel of the loading at the first record, less the recorded flow",
+            (FuelRecord::None, _) => "fuel of the loading, constant",
+        }
+    }
+}
+
 /// The aircraft over one flight.
 #[derive(Clone, Debug)]
 pub struct FlownMass {
-    /// Where the fuel comes from, in words.
-    pub fuel: String,
+    /// Where the fuel comes from.
+    pub fuel: FuelSource,
     /// At the first record.
     pub start: FlownState,
     /// In the middle of each window that is not ignored, by its name.
@@ -55,7 +95,7 @@ pub fn flown(aircraft: &AircraftData, recording: &Recording, windows: &[&Manoeuv
         Some((manoeuvre.name.clone(), state))
     });
     Ok(FlownMass {
-        fuel: aircraft.fuel_in_words(recording),
+        fuel: aircraft.fuel_source(recording),
         start: at("start", first)?,
         windows: windows.collect(),
         end: at("end", last)?,

@@ -38,13 +38,14 @@ pub use detail::{
     BIAS_STATES, BiasTable, CoefficientStudy, Contributions, KindSummary, ResidualStudy, bias_table, contributions,
     kind_summaries, model_study, residual_studies, track_from_velocity,
 };
+pub use engines::ExtrapolatedThrust;
 pub use expressions::{ExpressedChannel, expressed, expression_preview};
 pub use fit::{
     AeroWindow, CoefficientFit, DroppedTerm, PooledFits, Regression, WindowFits, errors, held, pooled_fits,
     pooled_regressions, significance, window_fits,
 };
 pub use flight_engines::{EngineOverFlight, FlightEngines, PowerAgreement, flight_engines};
-pub use flown::{FlownMass, FlownState, flown};
+pub use flown::{FlownMass, FlownState, FuelRecord, FuelSource, flown};
 pub use gravity::{Gravity, gravity, with_gravity};
 pub use instruments::tank_channel;
 pub use noise::{FlightNoise, NoiseFlight, NoiseRow, noise, open_entries};

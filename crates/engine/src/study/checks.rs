@@ -84,8 +84,8 @@ pub fn checks(subject: &Subject<'_>, axis: Option<MotionAxis>, watch: &Watch<'_>
         let frequency = own.map(|(coefficient, fit)| (coefficient, in_frequency(subject, window, coefficient, fit)));
         let frequency = frequency.collect();
         let follow = |&axis: &MotionAxis| (axis, followed(subject, window, axis, &watch));
-        let asked = axis.as_ref().map_or_else(|| axes(window.manoeuvre.surface), std::slice::from_ref);
-        let output_error = asked.iter().map(follow).collect();
+        let motions = axis.as_ref().map_or_else(|| axes(window.manoeuvre.surface), std::slice::from_ref);
+        let output_error = motions.iter().map(follow).collect();
         watch.checkpoint()?;
         watch.step();
         Ok(WindowChecks { window: window.manoeuvre.name.clone(), frequency, output_error })

@@ -7,7 +7,7 @@ use doublet_core::series::Window;
 use nalgebra::DMatrix;
 
 use super::judge::{Evidence, place};
-use super::{Finding, Level};
+use super::{Finding, Level, propulsion};
 use crate::session::{Manoeuvre, Surface, WindowRole};
 use crate::stage::{CoefficientFit, Prediction, WindowAero};
 
@@ -65,6 +65,8 @@ pub(super) fn findings(evidence: Evidence<'_>, window: Option<&str>, fit: &Coeff
         let finding = Finding::new(Level::Bad, "excitation", &at, text);
         findings.push(finding.with_cure("use a manoeuvre that moves them").with_setting("Flight", "window"));
     }
+    let formed: Vec<&WindowAero> = used.iter().map(|used| used.aero).collect();
+    findings.extend(propulsion::unknown(&at, fit, &formed));
     findings.extend(unmoved(evidence, &at, &terms, &used));
     findings.extend(condition(&at, name, estimate));
     findings.extend(inflated(&at, fit, estimate, &terms, &used));

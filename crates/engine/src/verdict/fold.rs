@@ -34,8 +34,18 @@ impl std::fmt::Display for Folded {
 }
 
 /// Kinds in the order in which one explains the next: what is wrong with channels and settings shows in windows, then in fits.
-const CAUSES: [&str; 8] =
-    ["physics", "gravity", "dynamic-pressure", "loading", "failed", "nis", "innovation", "smoother"];
+const CAUSES: [&str; 10] = [
+    "physics",
+    "gravity",
+    "dynamic-pressure",
+    "turn",
+    "loading",
+    "propulsion",
+    "failed",
+    "nis",
+    "innovation",
+    "smoother",
+];
 
 /// Folds findings by level, kind and what they say; the worst first, of one level causes before what follows from them, then those found
 /// most often. `paths` are the

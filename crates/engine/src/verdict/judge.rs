@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use doublet_core::model::Coefficient;
 
 use super::plausible::Plausible;
-use super::{Finding, Level, Verdict, derivative, fit, session, studies, window};
+use super::{Finding, Level, Verdict, derivative, fit, flight, session, studies, window};
 use crate::graph::Footprint;
 use crate::run::Snapshot;
 use crate::session::{Manoeuvre, Session, WindowRole};
@@ -19,7 +19,7 @@ pub struct Verdicts {
     pub session: Verdict,
     /// Windows not ignored, by name.
     pub windows: BTreeMap<String, WindowVerdict>,
-    /// Fits over all identification windows, in the order of the structure.
+    /// Fits over all identification windows, in the order of the structure, and the coefficients that no window is used for.
     pub pooled: Vec<FitVerdict>,
 }
 
@@ -41,6 +41,8 @@ pub struct FitVerdict {
     pub verdict: Verdict,
     /// Its parameters, in their order.
     pub derivatives: Vec<DerivativeVerdict>,
+    /// Whether no window is used for it, so that there is no fit.
+    pub is_unused: bool,
 }
 
 /// Verdict on one derivative.
@@ -51,6 +53,9 @@ pub struct DerivativeVerdict {
     /// Verdict.
     pub verdict: Verdict,
 }
+
+/// Why a coefficient of the model has no fit.
+pub(crate) const NO_WINDOW: &str = "no window is used for it";
 
 impl Footprint for Verdicts {
     fn bytes(&self) -> usize {
@@ -67,6 +72,11 @@ impl Verdicts {
             Some(name) => &self.windows.get(name)?.fits,
         };
         fits.iter().find(|fit| fit.coefficient == coefficient)
+    }
+
+    /// Coefficients of the model that no window is used for.
+    pub fn unused(&self) -> impl Iterator<Item = &FitVerdict> {
+        self.pooled.iter().filter(|fit| fit.is_unused)
     }
 }
 
@@ -99,6 +109,8 @@ pub(super) struct Evidence<'a> {
     pub(super) session: &'a Session,
     pub(super) snapshot: &'a Snapshot,
     pub(super) plausible: &'a Plausible,
+    /// Median true airspeed of each flight while it flies, m/s.
+    pub(super) airspeeds_m_s: &'a BTreeMap<String, f64>,
 }
 
 impl<'a> Evidence<'a> {
@@ -111,19 +123,41 @@ impl<'a> Evidence<'a> {
 /// Judges everything a run computed from `session`. What is missing in `snapshot` is judged as not computed.
 pub fn judge(session: &Session, snapshot: &Snapshot) -> Verdicts {
     let plausible = Plausible::of(session, snapshot);
-    let evidence = Evidence { session, snapshot, plausible: &plausible };
+    let airspeeds_m_s = flight::median_airspeeds(snapshot);
+    let evidence = Evidence { session, snapshot, plausible: &plausible, airspeeds_m_s: &airspeeds_m_s };
     let study = studies::findings(evidence);
     let windows: BTreeMap<String, WindowVerdict> =
         evidence.windows().map(|window| (window.name.clone(), window_verdict(evidence, window, &study))).collect();
     let fits = snapshot.pooled.ready().map(|pooled| pooled.fits.as_slice()).unwrap_or_default();
     let pooled: Vec<FitVerdict> = fits.iter().map(|fit| fit_verdict(evidence, None, fit, &study)).collect();
+    let single = windows.values().flat_map(|window| &window.fits);
+    let used: Vec<&FitVerdict> = if pooled.is_empty() { single.collect() } else { pooled.iter().collect() };
+    let of_fits: Vec<Finding> = used.iter().flat_map(|fit| fit.verdict.reasons.iter().cloned()).collect();
+    let pooled = with_unused(evidence, pooled);
     let mut findings = session::findings(evidence);
     findings.extend(study.session.iter().cloned());
     findings.extend(windows.values().flat_map(|window| window.verdict.reasons.iter().cloned()));
-    let single = windows.values().flat_map(|window| &window.fits);
-    let fits: Vec<&FitVerdict> = if pooled.is_empty() { single.collect() } else { pooled.iter().collect() };
-    findings.extend(fits.iter().flat_map(|fit| fit.verdict.reasons.iter().cloned()));
+    findings.extend(of_fits);
+    findings.extend(pooled.iter().filter(|fit| fit.is_unused).flat_map(|fit| fit.verdict.reasons.iter().cloned()));
     Verdicts { session: Verdict::of(findings), windows, pooled }
+}
+
+/// The verdicts in the order of the structure, with one on each coefficient that the session models and no window is used for.
+fn with_unused(evidence: Evidence<'_>, mut pooled: Vec<FitVerdict>) -> Vec<FitVerdict> {
+    if evidence.session.aircraft.is_none() || evidence.snapshot.pooled.ready().is_none() {
+        return pooled;
+    }
+    let coefficients = evidence.session.structure.models.iter().map(|(coefficient, _)| *coefficient);
+    let mut one = |coefficient: Coefficient| {
+        let known = pooled.iter().position(|fit| fit.coefficient == coefficient).map(|index| pooled.remove(index));
+        known.unwrap_or_else(|| {
+            let finding = not_computed(Level::Caution, place(coefficient.name(), None), NO_WINDOW);
+            let cure = "use a window for identification that tells about it, or leave the coefficient out of the model";
+            let finding = finding.with_cure(cure).with_setting("Manoeuvres", "window.role");
+            FitVerdict { coefficient, verdict: Verdict::of([finding]), derivatives: Vec::new(), is_unused: true }
+        })
+    };
+    coefficients.map(&mut one).collect()
 }
 
 fn window_verdict(evidence: Evidence<'_>, manoeuvre: &Manoeuvre, study: &studies::StudyFindings) -> WindowVerdict {
@@ -152,7 +186,7 @@ fn fit_verdict(
         findings.extend(found.iter().filter(|finding| finding.code != derivative::DETERMINED).cloned());
         derivatives.push(DerivativeVerdict { name: name.clone(), verdict: Verdict::of(found) });
     }
-    FitVerdict { coefficient: fit.coefficient, verdict: Verdict::of(findings), derivatives }
+    FitVerdict { coefficient: fit.coefficient, verdict: Verdict::of(findings), derivatives, is_unused: false }
 }
 
 /// Place of a coefficient or derivative: `Cm_q (pooled)` or `Cm_q (window '03 elevator')`.

@@ -1,7 +1,7 @@
 //! Findings about the session as a whole: channels that contradict each other, what could not be computed, what is only assumed.
 
 use super::judge::{Evidence, not_computed};
-use super::{Finding, Level, gravity};
+use super::{Finding, Level, gravity, loading};
 
 /// What speaks against the session besides its windows, fits and studies.
 pub(super) fn findings(evidence: Evidence<'_>) -> Vec<Finding> {
@@ -24,7 +24,8 @@ pub(super) fn findings(evidence: Evidence<'_>) -> Vec<Finding> {
     let gravity = gravity::findings(evidence, used);
     let flights = snapshot.flights.values().filter_map(|slot| slot.ready());
     let signals = flights.flat_map(|loaded| loaded.findings.iter().cloned());
-    physics.chain(signals).chain(gravity).chain(unnamed).chain(failed).chain(assumed).collect()
+    let mass = loading::assumed(evidence);
+    physics.chain(signals).chain(gravity).chain(mass).chain(unnamed).chain(failed).chain(assumed).collect()
 }
 
 /// Whether derivatives hang on a stage.

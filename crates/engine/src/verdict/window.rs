@@ -1,14 +1,12 @@
 //! Findings about the flight path of one window.
 
-use doublet_core::airframe::InertiaTensor;
-use doublet_core::model::{Inertia, InertiaHistory};
 use doublet_core::reconstruct::consistency::{ChannelConsistency, Consistency};
 use doublet_core::reconstruct::{Reconstruction, State};
 
 use super::judge::{Evidence, level_above, not_computed};
-use super::{Finding, Level};
+use super::{Finding, Level, flight, loading, propulsion};
 use crate::session::Manoeuvre;
-use crate::stage::{WindowAero, WindowPath};
+use crate::stage::WindowPath;
 
 /// Mean NIS over its expectation: outside its 95 % band and beyond these it is a caution, beyond the outer ones bad. Noise stated
 /// too large leaves the path less exact than it could be, noise stated too small leaves it wrong: the band is not symmetric.
@@ -27,15 +25,6 @@ const SMOOTHER_OUTSIDE: f64 = 0.1;
 const SMOOTHER_BAND: f64 = 3.0;
 const SMOOTHER_BAD: f64 = 20.0;
 const SMOOTHER_BAD_S: f64 = 0.5;
-/// Dynamic pressure over the median of the session's windows.
-const PRESSURE_CAUTION: f64 = 0.5;
-const PRESSURE_BAD: f64 = 0.1;
-/// Lift coefficient beyond which no wing carries the aircraft: it is on the ground, or its airspeed, mass or area is wrong.
-const LARGEST_LIFT: f64 = 3.5;
-
-/// By how much a moment of inertia may be larger than the sum of the others: the rounding of a flat body's.
-const TRIANGLE: f64 = 0.01;
-
 /// States the coefficients are formed from, whose filtered and smoothed paths are compared.
 const COMPARED: [State; 5] =
     [State::VelocityU, State::VelocityV, State::VelocityW, State::BankAngle, State::PitchAngle];
@@ -51,10 +40,12 @@ pub(super) fn findings(evidence: Evidence<'_>, manoeuvre: &Manoeuvre) -> Vec<Fin
     if let Some(path) = results.path.ready() {
         findings.extend(path.consistency.iter().flat_map(|consistency| innovations(&place, consistency)));
         findings.extend(smoother(&place, path));
+        findings.extend(flight::turn(&place, path));
     }
     if let Some(aero) = results.aero.ready() {
-        findings.extend(dynamic_pressure(&place, evidence, aero));
-        findings.extend(mass_properties(&place, aero).or_else(|| envelope(&place, evidence, aero)));
+        findings.extend(flight::dynamic_pressure(&place, evidence, manoeuvre, aero));
+        findings.extend(loading::of_window(&place, evidence, manoeuvre, aero));
+        findings.extend(propulsion::extrapolated(&place, evidence, manoeuvre, aero));
     }
     findings
 }
@@ -192,99 +183,4 @@ impl Apart {
         }
         Some(Self { outside: outside as f64 / run.time_s.len().max(1) as f64, largest, bad_s })
     }
-}
-
-/// Mean dynamic pressure `rho V^2 / 2` of a window, Pa.
-fn mean_pressure(aero: &WindowAero) -> f64 {
-    let samples = aero.data.density_kg_m3.iter().zip(&aero.data.airspeed_m_s);
-    samples.map(|(density, speed)| 0.5 * density * speed * speed).sum::<f64>() / aero.data.time_s.len() as f64
-}
-
-fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len() as f64
-}
-
-/// Median of the mean dynamic pressures of the windows not ignored, Pa.
-fn median_pressure(evidence: Evidence<'_>) -> Option<f64> {
-    let of = |window: &Manoeuvre| Some(mean_pressure(evidence.snapshot.windows.get(&window.name)?.aero.ready()?));
-    let mut pressures: Vec<f64> = evidence.windows().filter_map(of).collect();
-    pressures.sort_by(f64::total_cmp);
-    pressures.get(pressures.len() / 2).copied()
-}
-
-fn dynamic_pressure(place: &str, evidence: Evidence<'_>, aero: &WindowAero) -> Option<Finding> {
-    let pressure = mean_pressure(aero);
-    let weight = mean(&aero.data.specific_force_m_s2[2]).abs() * inertia_at_start(aero)?.mass_kg;
-    let lift = weight / (pressure * aero.settings.reference.area_m2);
-    let airspeed = mean(&aero.data.airspeed_m_s);
-    let cure = "leave the window out, or look at the airspeed: its unit, its zero, the wheels on the ground";
-    if lift.is_nan() || lift > LARGEST_LIFT {
-        let text = format!(
-            "dynamic pressure {pressure:.1} Pa (airspeed {airspeed:.1} m/s): to fly, the wing would need a normal-force coefficient of \
-             {lift:.1} (limit {LARGEST_LIFT})"
-        );
-        let finding = Finding::new(Level::Bad, "dynamic-pressure", place, text).with_figure(lift, LARGEST_LIFT);
-        return Some(finding.with_cure(cure).with_setting("Flight", "window.role"));
-    }
-    let median = median_pressure(evidence)?;
-    let part = pressure / median;
-    let (level, limit) = match part {
-        part if part < PRESSURE_BAD => (Level::Bad, PRESSURE_BAD),
-        part if part < PRESSURE_CAUTION => (Level::Caution, PRESSURE_CAUTION),
-        _ => return None,
-    };
-    let text = format!(
-        "dynamic pressure {pressure:.0} Pa (airspeed {airspeed:.1} m/s) is {part:.2} times the median of the windows, {median:.0} Pa \
-         (limit {limit})"
-    );
-    let finding = Finding::new(level, "dynamic-pressure", place, text).with_figure(part, limit);
-    Some(finding.with_cure(cure).with_setting("Flight", "window.role"))
-}
-
-fn inertia_at_start(aero: &WindowAero) -> Option<Inertia> {
-    match &aero.data.inertia {
-        InertiaHistory::Constant(inertia) => Some(*inertia),
-        InertiaHistory::PerSample(all) => all.first().copied(),
-    }
-}
-
-/// Whether the loading flown lies in the envelope, where the aircraft has one.
-fn envelope(place: &str, evidence: Evidence<'_>, aero: &WindowAero) -> Option<Finding> {
-    let aircraft = evidence.snapshot.aircraft.ready()?;
-    let inertia = inertia_at_start(aero)?;
-    let (mass_kg, x_m) = (inertia.mass_kg, inertia.cg_datum_m[0]);
-    let margin = aircraft.aircraft.envelope.as_ref()?.margin(mass_kg, x_m)?;
-    if margin.inside() {
-        return None;
-    }
-    let (text, figure) = if margin.nearest_m() < 0.0 {
-        let beyond_m = -margin.nearest_m();
-        (
-            format!("the centre of gravity lies {beyond_m:.3} m beyond the {} limit of the envelope", margin.side),
-            beyond_m,
-        )
-    } else {
-        (format!("the mass of {mass_kg:.0} kg lies outside the envelope"), mass_kg)
-    };
-    let finding = Finding::new(Level::Caution, "loading", place, text).with_figure(figure, 0.0);
-    Some(finding.with_cure("look at the loading: seats, luggage, fuel").with_setting("Loading", "loading"))
-}
-
-/// Whether mass and inertia are those of a body: positive, and no moment of inertia larger than the sum of the two others.
-fn mass_properties(place: &str, aero: &WindowAero) -> Option<Finding> {
-    let Inertia { mass_kg, tensor: InertiaTensor { xx, yy, zz, xz, .. }, .. } = inertia_at_start(aero)?;
-    let largest_ratio = [xx / (yy + zz), yy / (xx + zz), zz / (xx + yy)].into_iter().fold(0.0, f64::max);
-    let text = if mass_kg.is_nan() || mass_kg <= 0.0 {
-        format!("the mass is {mass_kg:.1} kg")
-    } else if !(xx > 0.0 && yy > 0.0 && zz > 0.0 && xx * zz > xz * xz) {
-        format!("the inertia is not positive definite: Ixx {xx:.0}, Iyy {yy:.0}, Izz {zz:.0}, Ixz {xz:.0} kg m2")
-    } else if largest_ratio > 1.0 + TRIANGLE {
-        format!(
-            "no body has these moments of inertia: Ixx {xx:.0}, Iyy {yy:.0}, Izz {zz:.0} kg m2; one is {largest_ratio:.2} times the sum of the others (limit 1)"
-        )
-    } else {
-        return None;
-    };
-    let finding = Finding::new(Level::Bad, "loading", place, text).with_figure(largest_ratio, 1.0);
-    Some(finding.with_cure("look at the aircraft file and the loading").with_setting("Loading", "aircraft"))
 }

@@ -1,0 +1,173 @@
+//! Findings about how a window is flown: on its wheels, too slow for its wing, across a turn.
+
+use std::collections::BTreeMap;
+
+use doublet_core::prep::airborne;
+use doublet_core::quantity::Role;
+use doublet_core::reconstruct::State;
+use doublet_core::series::Recording;
+
+use super::judge::{Evidence, level_above};
+use super::loading::inertia_at_start;
+use super::{Finding, Level};
+use crate::run::Snapshot;
+use crate::session::Manoeuvre;
+use crate::stage::{LEAST_PRESSURE_SHARE, WindowAero, WindowPath};
+
+/// Part of the samples with weight on the wheels.
+const WHEELS_CAUTION: f64 = 0.0;
+const WHEELS_BAD: f64 = 0.1;
+/// Dynamic pressure over the median of the session's windows.
+const PRESSURE_CAUTION: f64 = 0.5;
+const PRESSURE_BAD: f64 = 0.1;
+/// Lift coefficient beyond which no wing carries the aircraft: it is on the ground, or its airspeed, mass or area is wrong.
+const LARGEST_LIFT: f64 = 3.5;
+/// Airspeed over the stall's at the same load factor.
+const STALL_CAUTION: f64 = 1.1;
+const STALL_BAD: f64 = 0.9;
+/// Change of the heading within a window, deg.
+const TURN_DEG: f64 = 45.0;
+
+const CURE: &str = "leave the window out, or look at the airspeed: its unit, its zero, the wheels on the ground";
+
+/// Weight on the wheels; an airspeed at which the wing does not carry the aircraft, or that is far below that of the other windows or
+/// of the flight. The first that holds.
+pub(super) fn dynamic_pressure(
+    place: &str,
+    evidence: Evidence<'_>,
+    manoeuvre: &Manoeuvre,
+    aero: &WindowAero,
+) -> Option<Finding> {
+    let flight = evidence.snapshot.flights.get(&manoeuvre.flight).and_then(|slot| slot.ready());
+    let found = flight
+        .and_then(|flight| on_wheels(place, &flight.recording, manoeuvre))
+        .or_else(|| too_slow_to_fly(place, evidence, aero))
+        .or_else(|| below_other_windows(place, evidence, aero))
+        .or_else(|| below_flight(place, *evidence.airspeeds_m_s.get(&manoeuvre.flight)?, aero));
+    found.map(|finding| finding.with_cure(CURE).with_setting("Flight", "window.role"))
+}
+
+fn on_wheels(place: &str, recording: &Recording, manoeuvre: &Manoeuvre) -> Option<Finding> {
+    let weight = &recording.role(Role::WeightOnWheels)?.series;
+    let values = &weight.values[manoeuvre.window.indices(&weight.time_s)];
+    let part = values.iter().filter(|value| **value > 0.5).count() as f64 / values.len().max(1) as f64;
+    let (level, limit) = level_above(part, WHEELS_CAUTION, WHEELS_BAD)?;
+    let text = format!(
+        "dynamic pressure carries only a part of the aircraft: weight is on the wheels in {:.0} % of the samples (limit {:.0} %)",
+        100.0 * part,
+        100.0 * limit
+    );
+    Some(Finding::new(level, "dynamic-pressure", place, text).with_figure(part, limit))
+}
+
+/// By the stall of the aircraft where its file states one: `V / V_s = (CL_max / CN)^(1/2)` at the same load factor.
+fn too_slow_to_fly(place: &str, evidence: Evidence<'_>, aero: &WindowAero) -> Option<Finding> {
+    let (pressure, airspeed) = (mean_pressure(aero), mean(&aero.data.airspeed_m_s));
+    let weight = mean(&aero.data.specific_force_m_s2[2]).abs() * inertia_at_start(aero)?.mass_kg;
+    let area_m2 = aero.settings.reference.area_m2;
+    let lift = weight / (pressure * area_m2);
+    let stall = evidence.snapshot.aircraft.ready().and_then(|loaded| loaded.aircraft.stall);
+    let Some(stall) = stall else {
+        if lift <= LARGEST_LIFT {
+            return None;
+        }
+        let text = format!(
+            "dynamic pressure {pressure:.1} Pa (airspeed {airspeed:.1} m/s): to fly, the wing would need a normal-force coefficient of \
+             {lift:.1} (limit {LARGEST_LIFT})"
+        );
+        return Some(Finding::new(Level::Bad, "dynamic-pressure", place, text).with_figure(lift, LARGEST_LIFT));
+    };
+    let part = (stall.max_lift_coefficient(area_m2) / lift).sqrt();
+    let (level, limit) = match part {
+        part if part >= STALL_CAUTION => return None,
+        part if part >= STALL_BAD => (Level::Caution, STALL_CAUTION),
+        _ => (Level::Bad, STALL_BAD),
+    };
+    let text = format!(
+        "dynamic pressure {pressure:.0} Pa: the airspeed of {airspeed:.1} m/s is {part:.2} times that of the stall at this weight and load \
+         factor (limit {limit})"
+    );
+    Some(Finding::new(level, "dynamic-pressure", place, text).with_figure(part, limit))
+}
+
+fn below_other_windows(place: &str, evidence: Evidence<'_>, aero: &WindowAero) -> Option<Finding> {
+    let (pressure, airspeed) = (mean_pressure(aero), mean(&aero.data.airspeed_m_s));
+    let median = median_pressure(evidence)?;
+    let part = pressure / median;
+    let (level, limit) = level_below(part, PRESSURE_CAUTION)?;
+    let text = format!(
+        "dynamic pressure {pressure:.0} Pa (airspeed {airspeed:.1} m/s) is {part:.2} times the median of the windows, {median:.0} Pa \
+         (limit {limit})"
+    );
+    Some(Finding::new(level, "dynamic-pressure", place, text).with_figure(part, limit))
+}
+
+/// Against the median airspeed of the whole flight: all windows may be on the ground.
+fn below_flight(place: &str, median_m_s: f64, aero: &WindowAero) -> Option<Finding> {
+    let airspeed = mean(&aero.data.airspeed_m_s);
+    let part = (airspeed / median_m_s).powi(2);
+    let (level, limit) = level_below(part, LEAST_PRESSURE_SHARE)?;
+    let text = format!(
+        "dynamic pressure is {part:.2} times that of the flight: airspeed {airspeed:.1} m/s, its median in flight {median_m_s:.1} m/s \
+         (limit {limit})"
+    );
+    Some(Finding::new(level, "dynamic-pressure", place, text).with_figure(part, limit))
+}
+
+/// Median true airspeed of each flight while it flies, m/s.
+pub(super) fn median_airspeeds(snapshot: &Snapshot) -> BTreeMap<String, f64> {
+    let of = |recording: &Recording| {
+        let role = |role: Role| recording.role(role).map(|channel| &channel.series);
+        Some(airborne(role(Role::TrueAirspeed)?, role(Role::WeightOnWheels), 1.0)?.least_airspeed_m_s)
+    };
+    let flights = snapshot.flights.iter().filter_map(|(name, slot)| Some((name, slot.ready()?)));
+    flights.filter_map(|(name, flight)| Some((name.clone(), of(&flight.recording)?))).collect()
+}
+
+/// Level of a dynamic pressure that is this part of what it is compared with.
+fn level_below(part: f64, caution: f64) -> Option<(Level, f64)> {
+    match part {
+        part if part < PRESSURE_BAD => Some((Level::Bad, PRESSURE_BAD)),
+        part if part < caution => Some((Level::Caution, caution)),
+        _ => None,
+    }
+}
+
+/// Whether the heading changes as in a turn: the coefficients are then not those of small motion about straight flight.
+pub(super) fn turn(place: &str, path: &WindowPath) -> Option<Finding> {
+    let run = &path.reconstruction;
+    let states = run.smoothed.as_ref().map_or(&run.states, |smoothed| &smoothed.states);
+    let (mut change, mut low, mut high) = (0.0_f64, 0.0_f64, 0.0_f64);
+    for pair in states[State::HeadingAngle as usize].windows(2) {
+        let step = pair[1] - pair[0];
+        change += step.sin().atan2(step.cos());
+        (low, high) = (low.min(change), high.max(change));
+    }
+    let turned = (high - low).to_degrees();
+    if turned <= TURN_DEG {
+        return None;
+    }
+    let text =
+        format!("the window lies across a turn: the heading changes by {turned:.0} deg (limit {TURN_DEG:.0} deg)");
+    let finding = Finding::new(Level::Caution, "turn", place, text).with_figure(turned, TURN_DEG);
+    let cure = "let the window end before the turn, or begin behind it";
+    Some(finding.with_cure(cure).with_setting("Manoeuvres", "window.end_s"))
+}
+
+/// Mean dynamic pressure `rho V^2 / 2` of a window, Pa.
+fn mean_pressure(aero: &WindowAero) -> f64 {
+    let samples = aero.data.density_kg_m3.iter().zip(&aero.data.airspeed_m_s);
+    samples.map(|(density, speed)| 0.5 * density * speed * speed).sum::<f64>() / aero.data.time_s.len() as f64
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+/// Median of the mean dynamic pressures of the windows not ignored, Pa.
+fn median_pressure(evidence: Evidence<'_>) -> Option<f64> {
+    let of = |window: &Manoeuvre| Some(mean_pressure(evidence.snapshot.windows.get(&window.name)?.aero.ready()?));
+    let mut pressures: Vec<f64> = evidence.windows().filter_map(of).collect();
+    pressures.sort_by(f64::total_cmp);
+    pressures.get(pressures.len() / 2).copied()
+}

@@ -1,0 +1,122 @@
+//! Findings about what was on board: outside the envelope, impossible, changed by hand, or only assumed.
+
+use doublet_core::airframe::Aircraft;
+use doublet_core::model::{Inertia, InertiaHistory};
+
+use super::judge::Evidence;
+use super::{Finding, Level};
+use crate::session::{Manoeuvre, Session};
+use crate::stage::{FlownMass, FuelRecord, FuelSource, WindowAero};
+
+/// What speaks against the mass properties of a window.
+pub(super) fn of_window(place: &str, evidence: Evidence<'_>, manoeuvre: &Manoeuvre, aero: &WindowAero) -> Vec<Finding> {
+    let flown = evidence.snapshot.flown.get(&manoeuvre.flight).and_then(|slot| slot.ready());
+    let shifted = flown.and_then(|flown| shifted(place, &flown.fuel));
+    let possible = impossible(place, aero).or_else(|| envelope(place, evidence, aero));
+    possible.into_iter().chain(shifted).collect()
+}
+
+pub(super) fn inertia_at_start(aero: &WindowAero) -> Option<Inertia> {
+    match &aero.data.inertia {
+        InertiaHistory::Constant(inertia) => Some(*inertia),
+        InertiaHistory::PerSample(all) => all.first().copied(),
+    }
+}
+
+/// Whether the loading flown lies in the envelope, where the aircraft has one.
+fn envelope(place: &str, evidence: Evidence<'_>, aero: &WindowAero) -> Option<Finding> {
+    let aircraft = evidence.snapshot.aircraft.ready()?;
+    let inertia = inertia_at_start(aero)?;
+    let (mass_kg, x_m) = (inertia.mass_kg, inertia.cg_datum_m[0]);
+    let margin = aircraft.aircraft.envelope.as_ref()?.margin(mass_kg, x_m)?;
+    if margin.inside() {
+        return None;
+    }
+    let (text, figure) = if margin.nearest_m() < 0.0 {
+        let beyond_m = -margin.nearest_m();
+        (
+            format!("the centre of gravity lies {beyond_m:.3} m beyond the {} limit of the envelope", margin.side),
+            beyond_m,
+        )
+    } else {
+        (format!("the mass of {mass_kg:.0} kg lies outside the envelope"), mass_kg)
+    };
+    let finding = Finding::new(Level::Caution, "loading", place, text).with_figure(figure, 0.0);
+    Some(finding.with_cure("look at the loading: seats, luggage, fuel").with_setting("Loading", "loading"))
+}
+
+/// Whether mass and inertia are those of no body.
+fn impossible(place: &str, aero: &WindowAero) -> Option<Finding> {
+    let Inertia { mass_kg, tensor, .. } = inertia_at_start(aero)?;
+    let text = if mass_kg.is_nan() || mass_kg <= 0.0 {
+        format!("the mass is {mass_kg:.1} kg")
+    } else {
+        format!("no body has this inertia: {}", tensor.check().err()?)
+    };
+    let finding = Finding::new(Level::Bad, "loading", place, text);
+    Some(finding.with_cure("look at the aircraft file and the loading").with_setting("Loading", "aircraft"))
+}
+
+/// Whether the session changes the fuel that was recorded.
+fn shifted(place: &str, fuel: &FuelSource) -> Option<Finding> {
+    let (_, most_kg) = fuel.shifts_kg.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
+    let one = |(tank, shift_kg): &(Option<String>, f64)| match tank {
+        Some(tank) => format!("'{tank}' by {shift_kg:+.1} kg"),
+        None => format!("all of it by {shift_kg:+.1} kg"),
+    };
+    let all: Vec<String> = fuel.shifts_kg.iter().map(one).collect();
+    let text = format!("its mass is not the one recorded: the session shifts the recorded fuel, {}", all.join(", "));
+    let finding = Finding::new(Level::Caution, "loading", place, text).with_figure(*most_kg, 0.0);
+    let cure = "keep it where the fuel was measured otherwise, else take the recorded fuel";
+    Some(finding.with_cure(cure).with_setting("Loading", "loading.fuel_kg"))
+}
+
+/// Flights whose mass, or a part of it, nobody stated and nothing recorded.
+pub(super) fn assumed(evidence: Evidence<'_>) -> Vec<Finding> {
+    let Some(loaded) = evidence.snapshot.aircraft.ready() else { return Vec::new() };
+    let flown = evidence.session.flights.iter().filter_map(|flight| {
+        let flown = evidence.snapshot.flown.get(&flight.name)?.ready()?;
+        assumed_in(&flight.name, evidence.session, &loaded.aircraft, flown)
+    });
+    flown.collect()
+}
+
+fn assumed_in(flight: &str, session: &Session, aircraft: &Aircraft, flown: &FlownMass) -> Option<Finding> {
+    let standard = &aircraft.standard_loading;
+    let sum = |masses: &std::collections::BTreeMap<String, f64>| masses.values().sum::<f64>();
+    let on_board_kg = sum(&standard.seats_kg) + sum(&standard.luggage_kg);
+    let fuel_kg = sum(&flown.start.loading.fuel_kg);
+    let full_kg: f64 = aircraft.tanks.iter().map(|tank| tank.capacity_kg).sum();
+    let full = if fuel_kg >= full_kg { ", all tanks full" } else { "" };
+    let mut parts = Vec::new();
+    if session.loading.is_none() && on_board_kg > 0.0 {
+        parts.push(format!(
+            "the standard {on_board_kg:.0} kg in seats and luggage, since the session states no loading"
+        ));
+    }
+    match (flown.fuel.record, flown.fuel.is_stated) {
+        _ if fuel_kg <= 0.0 => {}
+        (FuelRecord::None, false) => {
+            parts.push(format!(
+                "the standard {fuel_kg:.0} kg of fuel{full} at all times, since neither fuel nor flow is recorded"
+            ));
+        }
+        (FuelRecord::None, true) => {
+            parts.push(format!("{fuel_kg:.0} kg of fuel at all times, since no burn is recorded"));
+        }
+        (FuelRecord::Flow, false) => {
+            parts.push(format!(
+                "the standard {fuel_kg:.0} kg of fuel{full} at the start, since only its flow is recorded"
+            ));
+        }
+        (FuelRecord::Flow, true) | (FuelRecord::Tanks | FuelRecord::Total, _) => {}
+    }
+    if parts.is_empty() {
+        return None;
+    }
+    let mass_kg = flown.start.state.properties.mass_kg;
+    let text = format!("the mass of {mass_kg:.0} kg at the start is assumed: {}", parts.join("; "));
+    let finding = Finding::new(Level::Caution, "loading", format!("flight '{flight}'"), text);
+    let cure = "state who and what was on board, and the fuel at the start; map a record of the fuel";
+    Some(finding.with_cure(cure).with_setting("Loading", "loading"))
+}

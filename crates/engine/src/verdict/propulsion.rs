@@ -1,0 +1,89 @@
+//! Findings about the thrust that coefficients are freed of: extrapolated, or not known.
+
+use doublet_core::model::{Coefficient, ThrustTreatment};
+
+use super::judge::Evidence;
+use super::{Finding, Level};
+use crate::session::Manoeuvre;
+use crate::stage::{CoefficientFit, WindowAero};
+
+/// Coefficients that the thrust enters as it is.
+const ALONG_THRUST: [Coefficient; 2] = [Coefficient::CX, Coefficient::CD];
+
+/// Whether what a map extrapolates changes the axial force of a window by more than its fit leaves over.
+pub(super) fn extrapolated(
+    place: &str,
+    evidence: Evidence<'_>,
+    manoeuvre: &Manoeuvre,
+    aero: &WindowAero,
+) -> Option<Finding> {
+    if aero.settings.thrust == ThrustTreatment::Included {
+        return None;
+    }
+    let fits = evidence.snapshot.windows.get(&manoeuvre.name)?.fits.ready()?;
+    let residual = fits.fits.iter().find_map(|fit| {
+        let fit = fit.fit.as_ref().ok().filter(|_| ALONG_THRUST.contains(&fit.coefficient))?;
+        Some(fit.residual_std)
+    })?;
+    let furthest = aero.extrapolated_thrust.iter().find_map(|thrust| Some((thrust, thrust.off_range.first()?)))?;
+    let change = change_of_axial_force(aero);
+    if change <= residual {
+        return None;
+    }
+    let (thrust, (off_range, _)) = furthest;
+    let text = format!(
+        "the thrust of engine '{}' is extrapolated, which changes CX by {change:.4}, more than its fit leaves over, {residual:.4}: {off_range}",
+        thrust.engine
+    );
+    let finding = Finding::new(Level::Caution, "propulsion", place, text).with_figure(change, residual);
+    let cure = "fly within the engine chart and the propeller map, extend them, or record the thrust";
+    Some(finding.with_cure(cure).with_setting("Propulsion", "aircraft"))
+}
+
+/// Root mean square over the window of what the extrapolation of all engines adds to the thrust, over dynamic pressure and area.
+fn change_of_axial_force(aero: &WindowAero) -> f64 {
+    let data = &aero.data;
+    let square = |k: usize| {
+        let added_n: f64 = aero.extrapolated_thrust.iter().map(|thrust| thrust.added_n[k]).sum();
+        let pressure = 0.5 * data.density_kg_m3[k] * data.airspeed_m_s[k].powi(2);
+        (added_n / (pressure * aero.settings.reference.area_m2)).powi(2)
+    };
+    let samples = data.time_s.len();
+    ((0..samples).map(square).sum::<f64>() / samples.max(1) as f64).sqrt()
+}
+
+/// Whether the thrust is not known in a window of a fit along it.
+pub(super) fn unknown(at: &str, fit: &CoefficientFit, used: &[&WindowAero]) -> Option<Finding> {
+    if !ALONG_THRUST.contains(&fit.coefficient) {
+        return None;
+    }
+    let name = fit.coefficient.name();
+    let cure =
+        "record the thrust, or what the aircraft's engine chart and propeller map need: speed and manifold pressure";
+    let said = |level: Level, text: String| {
+        Some(
+            Finding::new(level, "propulsion", at, text)
+                .with_cure(cure)
+                .with_setting("Propulsion", "preparation.remove_thrust"),
+        )
+    };
+    let taken_out = |aero: &&&WindowAero| aero.settings.thrust != ThrustTreatment::Included;
+    let partly = used.iter().filter(taken_out).find_map(|aero| aero.unknown_thrust.first());
+    if let Some(engine) = partly {
+        return said(
+            Level::Bad,
+            format!(
+                "{name} is freed of the thrust of the other engines only: that of engine '{engine}' is neither recorded nor modelled"
+            ),
+        );
+    }
+    let with_thrust = used.iter().all(|aero| aero.settings.thrust == ThrustTreatment::Included);
+    let none_known = !used.is_empty() && used.iter().all(|aero| aero.data.engines.is_empty());
+    if !(with_thrust && none_known) {
+        return None;
+    }
+    said(
+        Level::Caution,
+        format!("the thrust is not known: {name} contains it, and its changes with airspeed count as those of {name}"),
+    )
+}
