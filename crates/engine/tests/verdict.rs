@@ -526,29 +526,6 @@ fn the_shipped_flight_is_good_but_for_the_axial_force() {
 }
 
 #[test]
-fn window_of_the_shipped_flight_across_a_turn_is_told() {
-    let mut session = builtin("demo");
-    for window in &mut session.windows {
-        window.role = WindowRole::Ignored;
-        if window.name == "23 rudder 3-2-1-1" {
-            // The climb after the test point turns the flight about, from 2420 s on.
-            window.role = WindowRole::Identification;
-            window.window.end_s = 2470.0;
-        }
-    }
-    let snapshot = computed(&session);
-    let verdicts = snapshot.verdicts.ready().unwrap();
-    show(verdicts);
-    let window = &verdicts.windows["23 rudder 3-2-1-1"].verdict;
-    let turn = window.reasons.iter().find(|reason| reason.code == "turn").unwrap();
-    assert!(turn.level == Level::Caution && (60.0..200.0).contains(&turn.figure.unwrap()), "{turn:?}");
-    // Nothing is said of the symmetric coefficients but that they were not estimated.
-    let unused = verdicts.fit(None, Coefficient::CZ).unwrap();
-    assert_eq!(unused.verdict.level, Level::Caution);
-    assert!(unused.verdict.reasons[0].text.contains("no window is used for it"), "{unused:?}");
-}
-
-#[test]
 fn consistent_flights_get_no_bad_reason_anywhere() {
     let scenario = scenario::build("test-point").unwrap();
     let control = Control::default();

@@ -87,7 +87,8 @@ fn assumed_in(flight: &str, session: &Session, aircraft: &Aircraft, flown: &Flow
     let on_board_kg = sum(&standard.seats_kg) + sum(&standard.luggage_kg);
     let fuel_kg = sum(&flown.start.loading.fuel_kg);
     let full_kg: f64 = aircraft.tanks.iter().map(|tank| tank.capacity_kg).sum();
-    let full = if fuel_kg >= full_kg { ", all tanks full" } else { "" };
+    // Sums in another order differ by their rounding.
+    let full = if fuel_kg >= full_kg * (1.0 - 1e-9) { ", all tanks full" } else { "" };
     let mut parts = Vec::new();
     if session.loading.is_none() && on_board_kg > 0.0 {
         parts.push(format!(
