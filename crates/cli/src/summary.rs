@@ -95,12 +95,12 @@ fn print_first(found: &[Folded]) {
     if shown.is_empty() {
         return;
     }
-    text::line("look at");
+    let others = match found.len() - shown.len() {
+        0 => String::new(),
+        others => format!(" ({others} more with --verbose)"),
+    };
+    text::line(&format!("look at{others}"));
     shown.iter().flat_map(|line| in_brief(line)).for_each(|line| text::line(&line));
-    let others = found.len() - shown.len();
-    if others > 0 {
-        text::line(&format!("  and {others} more with --verbose"));
-    }
 }
 
 /// A finding and what to do about it, in one line where they fit, else in one line each.
