@@ -276,22 +276,25 @@ fn rule(ctx: &mut PanelContext<'_>, ui: &mut Ui, flight: &str, role: Role, setti
     if ui.checkbox(&mut average, "moving average").changed() {
         next.moving_average = average.then_some(AVERAGE);
     }
+    let mut fields = Vec::new();
+    let mut field = |ui: &mut Ui, name: &str, value: egui::DragValue<'_>| {
+        let response = ui.add(value);
+        ui.ctx().accesskit_node_builder(response.id, |node| node.set_label(name));
+        fields.push(response);
+    };
     if let Some(width) = &mut next.moving_average {
-        ui.add(egui::DragValue::new(width).range(1..=200).suffix(" samples"));
+        field(ui, "width of the average", egui::DragValue::new(width).range(1..=200).suffix(" samples"));
     }
     let mut polynomial = next.polynomial.is_some();
     if ui.checkbox(&mut polynomial, "polynomial").on_hover_text("Savitzky-Golay").changed() {
         next.polynomial = polynomial.then_some(POLYNOMIAL);
     }
     if let Some((degree, width)) = &mut next.polynomial {
-        ui.add(egui::DragValue::new(degree).range(0..=6).prefix("degree "));
+        field(ui, "degree of the polynomial", egui::DragValue::new(degree).range(0..=6).prefix("degree "));
         let mut half = *width / 2;
         let least = *degree / 2 + 1;
-        ui.add(
-            egui::DragValue::new(&mut half)
-                .range(least..=100)
-                .custom_formatter(|half, _| format!("{} samples", 2.0 * half + 1.0)),
-        );
+        let shown = egui::DragValue::new(&mut half).range(least..=100);
+        field(ui, "width of the polynomial", shown.custom_formatter(|half, _| format!("{} samples", 2.0 * half + 1.0)));
         *width = 2 * half.max(least) + 1;
     }
     let mut interpolation = next.resampling.map(|resampling| resampling.interpolation);
@@ -309,11 +312,22 @@ fn rule(ctx: &mut PanelContext<'_>, ui: &mut Ui, flight: &str, role: Role, setti
     ui.ctx().accesskit_node_builder(combo.response.id, |node| node.set_label("resampling"));
     let mut rate_hz = next.resampling.map_or(RATE_HZ, |resampling| resampling.rate_hz);
     if interpolation.is_some() {
-        ui.add(egui::DragValue::new(&mut rate_hz).range(1.0..=1000.0).suffix(" Hz"));
+        field(ui, "rate", egui::DragValue::new(&mut rate_hz).range(1.0..=1000.0).suffix(" Hz"));
     }
     next.resampling = interpolation.map(|interpolation| Resampling { rate_hz, interpolation });
-    if (next.moving_average, next.polynomial, next.resampling) != (now.moving_average, now.polynomial, now.resampling) {
-        set(ctx, flight, setting.with(role, &next));
+    let edit = |rule: &SignalRule| {
+        Edit::Signal(SignalEdit::Setting { flight: flight.to_owned(), setting: setting.with(role, rule) })
+    };
+    // The edits of a drag are one step of undo.
+    if fields.iter().any(egui::Response::drag_started) {
+        ctx.edit_phase(EditPhase::Begin, edit(&next));
+    }
+    let changed =
+        (next.moving_average, next.polynomial, next.resampling) != (now.moving_average, now.polynomial, now.resampling);
+    if fields.iter().any(egui::Response::drag_stopped) {
+        ctx.edit_phase(EditPhase::Commit, edit(&next));
+    } else if changed {
+        ctx.edit(edit(&next));
     }
 }
 

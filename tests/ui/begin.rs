@@ -182,6 +182,16 @@ fn contradiction_of_a_channel_is_named_and_cured_by_one_click() {
     bench.harness.run_steps(3);
     bench.harness.get_by_label("sign of az").click();
     bench.wait_for("apply cure of az");
+    for when in ["as read", "with the cure"] {
+        let name = format!("curves of az {when}");
+        let curves = bench.harness.get_by_label(&name).rect();
+        let button = bench.harness.get_by_label("apply cure of az").rect();
+        assert!(curves.width() > 100.0 && curves.height() > 40.0, "{name}: {curves:?}");
+        assert!(
+            curves.top() < button.bottom() && curves.left() > button.right(),
+            "beside the button: {curves:?} {button:?}"
+        );
+    }
     picture(&mut bench.harness, "new_session_contradiction");
     bench.harness.get_by_label("apply cure of az").click();
     bench.harness.run_steps(3);

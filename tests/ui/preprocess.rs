@@ -41,6 +41,31 @@ fn a_ticked_moving_average_smooths_the_signal_the_filter_gets_and_undo_gives_it_
 }
 
 #[test]
+fn a_dragged_width_is_one_step_of_undo() {
+    let mut bench = Bench::open();
+    bench.show(Pane::Preprocess);
+    bench.harness.get_by_label("moving average").click();
+    bench.settle();
+    let width = |bench: &Bench<'_>| {
+        let rule = bench.session().flights[0].signals.rule(Role::SpecificForceX).cloned();
+        rule.and_then(|rule| rule.moving_average)
+    };
+    assert_eq!(width(&bench), Some(4));
+    let from = bench.harness.get_by_label("width of the average").rect().center();
+    drag(&mut bench.harness, from, from + egui::vec2(40.0, 0.0), 8);
+    bench.settle();
+    let wider = width(&bench).expect("it is still smoothed");
+    assert!(wider > 8, "the drag goes through many widths: {wider}");
+    bench.request(UiCommand::Edit(EditCommand::Undo));
+    assert_eq!(width(&bench), Some(4), "the drag is one step");
+    bench.request(UiCommand::Edit(EditCommand::Undo));
+    assert_eq!(width(&bench), None, "the tick is the one before");
+    bench.request(UiCommand::Edit(EditCommand::Redo));
+    bench.request(UiCommand::Edit(EditCommand::Redo));
+    assert_eq!(width(&bench), Some(wider));
+}
+
+#[test]
 fn the_thesis_preset_brings_every_signal_to_100_hz() {
     let mut bench = Bench::open();
     bench.show(Pane::Preprocess);

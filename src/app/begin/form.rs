@@ -93,7 +93,7 @@ fn choose(choosing: &mut Choosing, ui: &mut Ui, height: f32) -> Answer {
     }
     maps(choosing, ui);
     ui.add_space(4.0);
-    let room = (height - ui.min_rect().height() - 190.0).max(150.0);
+    let room = (height - ui.min_rect().height() - 230.0).max(150.0);
     roles::show(choosing, ui, room);
     ui.separator();
     physics::show(choosing, ui);

@@ -1,6 +1,7 @@
 //! A new session from a recording: looked at in the background, its channels given roles, an aircraft chosen, then made.
 
 mod aircraft;
+mod curves;
 mod form;
 mod physics;
 mod roles;

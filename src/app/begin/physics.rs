@@ -3,14 +3,16 @@
 use doublet_core::load::{HandMap, Plan};
 use doublet_engine::begin;
 use doublet_engine::run::{Control, Job};
-use doublet_engine::stage::FlightPhysics;
+use doublet_engine::stage::{FlightPhysics, PhysicsRow};
 use eframe::egui::{self, Label, RichText, ScrollArea, Spinner, Ui};
 
-use super::{Choice, Choosing};
+use super::{Choice, Choosing, curves};
 use crate::widgets::level_mark::level_mark;
 
 /// Height of the list.
-const ROOM: f32 = 84.0;
+const ROOM: f32 = 124.0;
+/// Least width left to the words beside the curves.
+const WORDS: f32 = 220.0;
 
 /// What the channels say of each other by the map as it is, compared in the background.
 #[derive(Default)]
@@ -75,7 +77,8 @@ pub fn show(choosing: &mut Choosing, ui: &mut Ui) {
         for row in comparison.found.contradictions() {
             ui.horizontal_top(|ui| {
                 level_mark(ui, Some(row.level));
-                let cure = row.change.as_ref().filter(|_| choosing.choice == Choice::ByHand);
+                let by_hand = choosing.choice == Choice::ByHand;
+                let cure = row.change.as_ref().filter(|cure| by_hand && cure.is_of_map());
                 if let Some(cure) = cure {
                     let button = ui.small_button("Apply").on_hover_text(&row.cure);
                     ui.ctx().accesskit_node_builder(button.id, |node| {
@@ -85,16 +88,14 @@ pub fn show(choosing: &mut Choosing, ui: &mut Ui) {
                         applied = Some(cure.clone());
                     }
                 }
+                let curves = row.curves.as_ref().filter(|_| ui.available_width() > WORDS + curves::WIDTH);
                 ui.vertical(|ui| {
-                    ui.spacing_mut().item_spacing.y = 1.0;
-                    ui.add(Label::new(RichText::new(&row.headline).strong()).wrap());
-                    let more = if row.cure.is_empty() {
-                        row.evidence.clone()
-                    } else {
-                        format!("{}; {}", row.evidence, row.cure)
-                    };
-                    ui.add(Label::new(RichText::new(more).size(11.0).weak()).wrap());
+                    ui.set_width(ui.available_width() - curves.map_or(0.0, |_| curves::WIDTH));
+                    words(ui, row);
                 });
+                if let Some(curves) = curves {
+                    curves::show(ui, &row.channel, curves);
+                }
             });
         }
     });
@@ -103,4 +104,12 @@ pub fn show(choosing: &mut Choosing, ui: &mut Ui) {
         choosing.hand = begin::cured(&choosing.hand, &cure, &choosing.inspected.probes);
         choosing.plan_again();
     }
+}
+
+/// What is wrong in a few words, with its figures and its cure.
+fn words(ui: &mut Ui, row: &PhysicsRow) {
+    ui.spacing_mut().item_spacing.y = 1.0;
+    ui.add(Label::new(RichText::new(&row.headline).strong()).wrap());
+    let more = if row.cure.is_empty() { row.evidence.clone() } else { format!("{}; {}", row.evidence, row.cure) };
+    ui.add(Label::new(RichText::new(more).size(11.0).weak()).wrap());
 }

@@ -2,6 +2,7 @@
 
 use super::line::{Figures, Line};
 use super::motion::Motion;
+use super::traces::{Trace, most_telling};
 use crate::atmos::{
     Atmosphere, GAS_CONSTANT_AIR_J_KG_K, HEAT_CAPACITY_RATIO_AIR, STANDARD_GRAVITY_M_S2, density_kg_m3,
 };
@@ -140,6 +141,13 @@ impl AirRelation {
     /// Whether the channel of `role` enters.
     pub(super) fn involves(&self, role: Role) -> bool {
         self.needs.contains(&role) || self.one_of.contains(&role) || self.uses.contains(&role)
+    }
+
+    /// The channel and what the others say it is, over the longest segment.
+    pub(super) fn trace(&self, motion: &Motion) -> Option<Trace> {
+        let column = motion.column(self.compared)?;
+        let segment = most_telling(motion, |segment| segment.len() as f64)?;
+        Some(Trace::of(segment.map(|k| (motion.time_s[k], column[k], (self.prediction)(motion, k)))))
     }
 
     /// Compares over all segments together; `None` where no sample can be compared.

@@ -2,6 +2,8 @@
 
 use super::air::true_of_calibrated;
 use super::motion::{Motion, is_signed};
+use super::offsets::offset_of;
+use super::travels::{TravelForm, travel_form};
 use crate::atmos::STANDARD_GRAVITY_M_S2;
 use crate::quantity::Role::{self, *};
 use crate::quantity::{Dimension, Unit};
@@ -42,17 +44,38 @@ pub enum Cure {
         /// Unit of the numbers that were read as seconds.
         unit: Option<&'static str>,
     },
+    /// The stamps of one source are shifted against those of the others.
+    Shift {
+        /// The source.
+        source: String,
+        /// Its stamps are late by this, s.
+        late_s: f64,
+    },
+    /// A deflection is recorded as a part of the full travel: the angle at full travel must be stated.
+    Travel {
+        /// Role of the channel.
+        role: Role,
+        /// How its numbers are written.
+        form: TravelForm,
+        /// Factor that makes angles of about the right size.
+        likely_factor: f64,
+    },
 }
 
 impl Cure {
     /// Roles whose channels it changes; none for the clock.
     pub fn roles(&self) -> Vec<Role> {
         match self {
-            Self::Scale { role, .. } => vec![*role],
+            Self::Scale { role, .. } | Self::Travel { role, .. } => vec![*role],
             Self::Swap { one, other } => vec![*one, *other],
             Self::Reassign { from, .. } => vec![*from],
-            Self::Clock { .. } => Vec::new(),
+            Self::Clock { .. } | Self::Shift { .. } => Vec::new(),
         }
+    }
+
+    /// Whether a channel map can hold it as it is: a shift belongs to the clocks of a flight, a travel needs an angle nobody recorded.
+    pub fn is_of_map(&self) -> bool {
+        !matches!(self, Self::Shift { .. } | Self::Travel { .. } | Self::Clock { unit: None, .. })
     }
 
     /// What is wrong, in words, for example `sign reversed` or `degrees per second, not radians`.
@@ -65,8 +88,11 @@ impl Cure {
                 }
                 words.extend(units.map(unit_words));
                 if *offset != 0.0 {
-                    let what = if *role == SpecificForceZ { "gravity removed" } else { "degrees Celsius, not kelvin" };
-                    words.push(what.to_owned());
+                    words.push(match role {
+                        SpecificForceZ => "gravity removed".to_owned(),
+                        AirTemperature => "degrees Celsius, not kelvin".to_owned(),
+                        _ => format!("offset {:+.1} deg", -offset.to_degrees()),
+                    });
                 }
                 words.join(" and ")
             }
@@ -88,6 +114,10 @@ impl Cure {
                 let percent = 100.0 * (1.0 / factor - 1.0);
                 format!("runs {:.1} % {}", percent.abs(), if percent > 0.0 { "fast" } else { "slow" })
             }
+            Self::Shift { source, late_s } => {
+                format!("source {source} is {:.2} s {}", late_s.abs(), if *late_s > 0.0 { "late" } else { "early" })
+            }
+            Self::Travel { form, .. } => form.hypothesis(),
         }
     }
 
@@ -107,7 +137,8 @@ impl Cure {
                     speed.iter().enumerate().map(|(k, value)| true_of_calibrated(&motion, k, *value)).collect();
                 motion.with(TrueAirspeed, turned)
             }
-            Self::Clock { .. } => motion,
+            Self::Travel { role, likely_factor, .. } => motion.changed(role, |value| likely_factor * value),
+            Self::Clock { .. } | Self::Shift { .. } => motion,
         }
     }
 }
@@ -241,7 +272,19 @@ const GROUPS: [&[Role]; 7] = [
 pub(super) fn candidates(motion: &Motion, suspects: &[Role]) -> Vec<Candidate> {
     let mut found = Vec::new();
     for &role in suspects.iter().filter(|role| motion.has(**role)) {
-        found.extend(of_role(role).into_iter().map(|(cure, cost)| Candidate { cures: vec![cure], cost }));
+        // Another unit makes a part of full travel as small as an angle.
+        let is_part = travel_form(role, motion).is_some();
+        let own = of_role(role)
+            .into_iter()
+            .filter(|(cure, _)| !is_part || !matches!(cure, Cure::Scale { units: Some(_), .. }));
+        found.extend(own.map(|(cure, cost)| Candidate { cures: vec![cure], cost }));
+        if let Some(offset) = offset_of(role, motion) {
+            let cure = Cure::Scale { role, factor: 1.0, offset: -offset, units: None };
+            found.push(Candidate { cures: vec![cure], cost: 1.3 });
+        }
+        if let Some((form, likely_factor)) = travel_form(role, motion) {
+            found.push(Candidate { cures: vec![Cure::Travel { role, form, likely_factor }], cost: 1.3 });
+        }
     }
     for (one, other) in SWAPS {
         if motion.has(one) && motion.has(other) && (suspects.contains(&one) || suspects.contains(&other)) {
@@ -250,7 +293,8 @@ pub(super) fn candidates(motion: &Motion, suspects: &[Role]) -> Vec<Candidate> {
     }
     for group in GROUPS {
         let there: Vec<Role> = group.iter().copied().filter(|role| motion.has(*role)).collect();
-        if there.len() < 2 || !there.iter().any(|role| suspects.contains(role)) {
+        let is_part = there.iter().any(|role| travel_form(*role, motion).is_some());
+        if there.len() < 2 || is_part || !there.iter().any(|role| suspects.contains(role)) {
             continue;
         }
         for index in 0..of_role(there[0]).iter().filter(|(cure, _)| is_of_units(cure)).count() {

@@ -53,6 +53,8 @@ pub(super) struct Clocked {
     pub rows: Vec<CompatibilityRow>,
     /// The motion on the clock as cured; none where no stretch is long enough.
     pub motion: Option<Motion>,
+    /// What the stamps are multiplied by in it.
+    pub factor: f64,
 }
 
 /// What the relations in which time enters say: how many tell, and how many hold.
@@ -75,7 +77,7 @@ fn is_plausible(pace: &Pace, factor: f64) -> bool {
 
 /// Judges the clock of a recording: the unit of its ticks, and whether it runs as fast as the motion.
 pub(super) fn judge(recording: &Recording, relations: &[Relation]) -> Clocked {
-    let Some(pace) = pace(recording) else { return Clocked { rows: Vec::new(), motion: None } };
+    let Some(pace) = pace(recording) else { return Clocked { rows: Vec::new(), motion: None, factor: 1.0 } };
     let motion = Motion::new(recording, 1.0);
     let (told, hold) = motion.as_ref().map_or((0, 0), |motion| votes(motion, relations));
     let plausible = is_plausible(&pace, 1.0);
@@ -93,16 +95,21 @@ pub(super) fn judge(recording: &Recording, relations: &[Relation]) -> Clocked {
             }
         }
         if let Some(((factor, unit), votes, motion)) = best {
-            return Clocked { rows: vec![in_unit(&pace, factor, unit, votes)], motion: Some(motion) };
+            return Clocked { rows: vec![in_unit(&pace, factor, unit, votes)], motion: Some(motion), factor };
         }
         if !plausible {
             // Under stamps that make no recording of flight nothing else could be told.
-            let likely = possible.first().and_then(|(factor, _)| Motion::new(recording, *factor));
-            return Clocked { rows: vec![asked(&pace, &possible)], motion: likely.or(motion) };
+            let likely = possible.first().and_then(|(factor, _)| Some((Motion::new(recording, *factor)?, *factor)));
+            let rows = vec![asked(&pace, &possible)];
+            let (motion, factor) = match likely {
+                Some((motion, factor)) => (Some(motion), factor),
+                None => (motion, 1.0),
+            };
+            return Clocked { rows, motion, factor };
         }
     }
     let rows = motion.as_ref().and_then(|motion| common_error(motion, relations)).into_iter().collect();
-    Clocked { rows, motion }
+    Clocked { rows, motion, factor: 1.0 }
 }
 
 fn pace_in_words(pace: &Pace, factor: f64) -> String {

@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::motion::Motion;
+use super::traces::{Trace, most_telling};
 use crate::quantity::Role::{self, *};
 
 /// Half the interval over which a rate is differentiated, s.
@@ -131,21 +132,44 @@ impl Response {
         })
     }
 
+    /// The effect, and what of it the cause has by the sign of the conventions, over the segment in which the cause moves most.
+    pub(super) fn trace(&self, motion: &Motion) -> Option<Trace> {
+        let half = self.half(motion);
+        let gain = -self.compare(motion)?.gain.abs();
+        let segment = most_telling(motion, |segment| deviation(motion, self.cause, segment).unwrap_or(f64::NAN))?;
+        if segment.len() < 4 * half {
+            return None;
+        }
+        let steps = segment.start + half..segment.end - half;
+        let point = |k: usize| {
+            (motion.time_s[k], self.effect_at(motion, self.effect, k, half), gain * motion.at(self.cause, k))
+        };
+        Some(Trace::of(steps.map(point)).without_means())
+    }
+
+    /// Steps of half the interval over which a rate is differentiated.
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a tenth of a second over steps")]
+    fn half(&self, motion: &Motion) -> usize {
+        ((HALF_INTERVAL_S / motion.step_s).round() as usize).max(1)
+    }
+
+    /// A rate differentiated, or the effect itself.
+    fn effect_at(&self, motion: &Motion, of: Role, k: usize, half: usize) -> f64 {
+        if self.is_rate {
+            (motion.at(of, k + half) - motion.at(of, k - half)) / (2.0 * motion.step_s * half as f64)
+        } else {
+            motion.at(of, k)
+        }
+    }
+
     /// Gain, share and whether another surface is the one that acts.
     fn in_segment(&self, motion: &Motion, segment: std::ops::Range<usize>) -> Option<(f64, f64, bool)> {
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a tenth of a second over steps")]
-        let half = ((HALF_INTERVAL_S / motion.step_s).round() as usize).max(1);
+        let half = self.half(motion);
         if segment.len() < 20 * half {
             return None;
         }
         let steps = segment.start + half..segment.end - half;
-        let effect = |of: Role, k: usize| {
-            if self.is_rate {
-                (motion.at(of, k + half) - motion.at(of, k - half)) / (2.0 * motion.step_s * half as f64)
-            } else {
-                motion.at(of, k)
-            }
-        };
+        let effect = |of: Role, k: usize| self.effect_at(motion, of, k, half);
         let least = if self.cause == Sideslip { SLIPPED_RAD } else { MOVED_RAD };
         if deviation(motion, self.cause, &steps)? < least {
             return None;

@@ -31,6 +31,16 @@ pub(super) struct Line {
 }
 
 impl Line {
+    /// `y` at `x = 0`.
+    pub(super) fn intercept(&self) -> f64 {
+        self.centre.1 - self.slope * self.centre.0
+    }
+
+    /// The line through pairs by ordinary least squares, every pair alike; `None` as for [`Line::through`].
+    pub(super) fn of_all(pairs: &[(f64, f64)]) -> Option<Self> {
+        if pairs.len() < FEWEST_PAIRS { None } else { Self::weighted(pairs, &vec![1.0; pairs.len()], false) }
+    }
+
     /// The line through pairs `(x, y)`; `None` for fewer than [`FEWEST_PAIRS`] or an `x` that does not move at all.
     pub(super) fn through(pairs: &[(f64, f64)], origin: bool) -> Option<Self> {
         if pairs.len() < FEWEST_PAIRS {

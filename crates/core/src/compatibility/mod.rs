@@ -2,8 +2,9 @@
 //!
 //! Rates are compared with attitudes, specific forces with gravity and the turning of the path, velocities with positions and altitudes,
 //! airspeed with the ground velocity and the other air data, flow angles with attitude and path, deflections with what follows from
-//! them, and the clock with all of them (`docs/conventions.md`). Where a relation does not hold, the mistake of a
-//! channel map is looked for that makes it hold: a sign, a unit, exchanged channels, ticks of another length.
+//! them, the clock with all of them, and the clocks of several recorders with each other (`docs/conventions.md`). Where a relation does
+//! not hold, the mistake of a channel map is looked for that makes it hold: a sign, a unit, an offset, exchanged channels, percent for
+//! an angle, ticks of another length, stamps that are late.
 
 mod air;
 mod changes;
@@ -12,17 +13,23 @@ mod controls;
 mod gravity;
 mod line;
 mod motion;
+mod offsets;
 mod outcome;
 mod relations;
 mod rows;
 mod search;
+mod shift;
 mod sizes;
+mod traces;
+mod travels;
 
 use crate::series::Recording;
 
 pub use changes::Cure;
 pub use gravity::{GravityExplanation, gravity_explains};
 pub use rows::{Agreement, Compatibility, CompatibilityRow};
+pub use traces::{Curves, Trace};
+pub use travels::TravelForm;
 
 /// Compares the channels of `recording` that play a role with each other, in flight and in SI as the channel map made them.
 pub fn check(recording: &Recording) -> Compatibility {
@@ -30,6 +37,8 @@ pub fn check(recording: &Recording) -> Compatibility {
     let clocked = clock::judge(recording, &relations);
     let mut rows = clocked.rows;
     if let Some(motion) = clocked.motion {
+        let (shifts, motion) = shift::find(recording, clocked.factor, motion, &relations);
+        rows.extend(shifts);
         rows.extend(rows::rows(&search::search(motion, &relations)));
     }
     Compatibility { rows }

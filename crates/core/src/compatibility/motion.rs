@@ -7,7 +7,7 @@ use std::sync::Arc;
 use super::line::median;
 use crate::prep::{between_samples, longest_interval_s, stretches};
 use crate::quantity::{Dimension, Role};
-use crate::series::{Recording, Series};
+use crate::series::{Channel, Recording, Series};
 
 /// Longest segment, s.
 const LONGEST_SEGMENT_S: f64 = 40.0;
@@ -78,6 +78,8 @@ pub(super) struct Motion {
     pub step_s: f64,
     /// Steps of each segment.
     pub segments: Vec<Range<usize>>,
+    /// Time of every step, s.
+    pub time_s: Arc<[f64]>,
     /// Columns by role, not a number where nothing was recorded; headings and bank angles run on past a turn.
     columns: Vec<Option<Arc<[f64]>>>,
 }
@@ -92,9 +94,9 @@ pub(super) struct Pace {
 }
 
 /// The channel whose stamps set the step.
-fn reference(recording: &Recording) -> Option<&Series> {
-    let present = FAST.iter().chain(&COMPARED).filter_map(|role| recording.role(*role));
-    present.map(|channel| &channel.series).find(|series| series.time_s.len() > 1)
+pub(super) fn reference(recording: &Recording) -> Option<&Channel> {
+    let mut present = FAST.iter().chain(&COMPARED).filter_map(|role| recording.role(*role));
+    present.find(|channel| channel.series.time_s.len() > 1)
 }
 
 fn median_step_s(time_s: &[f64]) -> Option<f64> {
@@ -103,7 +105,7 @@ fn median_step_s(time_s: &[f64]) -> Option<f64> {
 
 /// Rate and span of a recording's clock; `None` without a channel of two samples.
 pub(super) fn pace(recording: &Recording) -> Option<Pace> {
-    let time_s = &reference(recording)?.time_s;
+    let time_s = &reference(recording)?.series.time_s;
     let span_s = time_s[time_s.len() - 1] - time_s[0];
     Some(Pace { rate_hz: 1.0 / median_step_s(time_s)?, span_s })
 }
@@ -119,7 +121,7 @@ impl Motion {
             },
             values: Arc::clone(&series.values),
         };
-        let stamps = scaled(reference(recording)?).time_s;
+        let stamps = scaled(&reference(recording)?.series).time_s;
         let step_s = median_step_s(&stamps)?.max(FINEST_STEP_S);
         let starts = segments(&stamps, step_s, |role| recording.role(role).map(|channel| scaled(&channel.series)));
         let mut at_s = Vec::new();
@@ -144,7 +146,7 @@ impl Motion {
             }
         }
         let moving = most_moving(&columns, &ranges);
-        Some(Self { step_s, segments: if moving.is_empty() { ranges } else { moving }, columns })
+        Some(Self { step_s, segments: if moving.is_empty() { ranges } else { moving }, time_s: at_s.into(), columns })
     }
 
     /// Whether `role` is recorded.
@@ -173,6 +175,25 @@ impl Motion {
     /// The same with another column for `role`.
     pub(super) fn with(mut self, role: Role, column: Vec<f64>) -> Self {
         self.columns[role as usize] = Some(column.into());
+        self
+    }
+
+    /// The same with the samples of some roles taken `steps` later, so that stamps too late by as much are right again; as it was where
+    /// that lies outside.
+    pub(super) fn earlier(mut self, roles: &[Role], steps: f64) -> Self {
+        let whole = steps.floor();
+        let part = steps - whole;
+        #[expect(clippy::cast_possible_truncation, reason = "a few seconds over steps of more than 0.01 s")]
+        let whole = whole as isize;
+        for role in roles {
+            let Some(column) = &mut self.columns[*role as usize] else { continue };
+            let at = |k: usize, by: isize| k.checked_add_signed(by).and_then(|k| column.get(k)).copied();
+            let between = |k: usize| {
+                let first = at(k, whole)?;
+                if part == 0.0 { Some(first) } else { Some(first + part * (at(k, whole + 1)? - first)) }
+            };
+            *column = (0..column.len()).map(|k| between(k).unwrap_or(f64::NAN)).collect();
+        }
         self
     }
 

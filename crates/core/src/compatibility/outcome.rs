@@ -4,8 +4,11 @@ use super::air::{AIR_RELATIONS, AirRelation};
 use super::controls::{RESPONSES, Response};
 use super::line::Figures;
 use super::motion::Motion;
+use super::offsets::{OFFSETS, Offset};
 use super::relations::{ClockEffect, Kinematic, RELATIONS};
 use super::sizes::{SIZES, Size};
+use super::traces::{Curves, Trace};
+use super::travels::{self, TRAVELS, Travel};
 use crate::quantity::Role;
 
 /// Slopes of channels that fit.
@@ -28,6 +31,10 @@ pub(super) enum Relation {
     Response(&'static Response),
     /// By the size a quantity can have.
     Size(&'static Size),
+    /// By the mean of a flow angle.
+    Offset(&'static Offset),
+    /// By the deflection a surface can have.
+    Travel(&'static Travel),
 }
 
 /// What a relation says.
@@ -48,7 +55,8 @@ pub(super) fn relations() -> Vec<Relation> {
     let kinematic = RELATIONS.iter().map(Relation::Kinematic);
     let air = AIR_RELATIONS.iter().map(Relation::Air);
     let responses = RESPONSES.iter().map(Relation::Response);
-    kinematic.chain(air).chain(responses).chain(SIZES.iter().map(Relation::Size)).collect()
+    let others = OFFSETS.iter().map(Relation::Offset).chain(TRAVELS.iter().map(Relation::Travel));
+    kinematic.chain(air).chain(responses).chain(SIZES.iter().map(Relation::Size)).chain(others).collect()
 }
 
 impl Relation {
@@ -59,6 +67,8 @@ impl Relation {
             Self::Air(one) => one.compared,
             Self::Response(one) => one.cause,
             Self::Size(one) => one.role,
+            Self::Offset(one) => one.role,
+            Self::Travel(one) => one.role,
         }
     }
 
@@ -69,6 +79,8 @@ impl Relation {
             Self::Air(one) => one.with,
             Self::Response(one) => one.with,
             Self::Size(one) => one.limits,
+            Self::Offset(one) => one.with,
+            Self::Travel(_) => travels::WITH,
         }
     }
 
@@ -79,6 +91,8 @@ impl Relation {
             Self::Air(one) => one.involves(role),
             Self::Response(one) => one.involves(role),
             Self::Size(one) => one.role == role,
+            Self::Offset(one) => one.involves(role),
+            Self::Travel(one) => one.role == role,
         }
     }
 
@@ -86,9 +100,14 @@ impl Relation {
     pub(super) fn is_exact(&self) -> bool {
         match self {
             Self::Kinematic(one) => one.exact,
-            Self::Air(_) | Self::Response(_) => false,
+            Self::Air(_) | Self::Response(_) | Self::Offset(_) | Self::Travel(_) => false,
             Self::Size(_) => true,
         }
+    }
+
+    /// Whether it judges the values of one channel alone or their mean: nothing is said of it where it holds.
+    pub(super) fn is_of_values(&self) -> bool {
+        matches!(self, Self::Size(_) | Self::Offset(_) | Self::Travel(_))
     }
 
     /// What a wrong clock does to it.
@@ -103,14 +122,33 @@ impl Relation {
             Self::Air(one) => judge_air(one, motion),
             Self::Response(one) => judge_response(one, motion),
             Self::Size(one) => one.judge(motion),
+            Self::Offset(one) => one.judge(motion),
+            Self::Travel(one) => one.judge(motion),
         }
+    }
+
+    /// The channel and what the others say it is, as curves.
+    pub(super) fn trace(&self, motion: &Motion) -> Option<Trace> {
+        match self {
+            Self::Kinematic(one) => one.trace(motion),
+            Self::Air(one) => one.trace(motion),
+            Self::Response(one) => one.trace(motion),
+            Self::Size(one) => one.trace(motion),
+            Self::Offset(one) => one.trace(motion),
+            Self::Travel(one) => one.trace(motion),
+        }
+    }
+
+    /// The curves before and after a cure.
+    pub(super) fn curves(&self, before: &Motion, after: &Motion) -> Option<Curves> {
+        Some(Curves { before: self.trace(before)?, after: self.trace(after)? })
     }
 
     /// Whether it differed before a hypothesis and holds well after it.
     pub(super) fn is_repaired(&self, before: &Outcome, after: &Outcome) -> bool {
         let (Outcome::Differs(before), Outcome::Fits(after)) = (before, after) else { return false };
         match self {
-            Self::Response(_) | Self::Size(_) => true,
+            Self::Response(_) | Self::Size(_) | Self::Offset(_) | Self::Travel(_) => true,
             Self::Kinematic(_) | Self::Air(_) => {
                 after.r2 > HYPOTHESIS_R2 && after.disagreement <= HYPOTHESIS_GAIN * before.disagreement
             }

@@ -6,6 +6,7 @@
 
 use super::line::{Figures, Line};
 use super::motion::{Motion, air_velocity, in_north_east_down};
+use super::traces::{Trace, most_telling};
 use crate::atmos::STANDARD_GRAVITY_M_S2 as GRAVITY_M_S2;
 use crate::quantity::Role::{self, *};
 
@@ -425,6 +426,31 @@ impl Kinematic {
 
     /// Pairs of one segment, half a lag apart, nearer in a short one.
     pub(super) fn pairs(&self, motion: &Motion, segment: &std::ops::Range<usize>) -> Vec<(f64, f64)> {
+        self.timed_pairs(motion, segment).into_iter().map(|(_, x, y)| (x, y)).collect()
+    }
+
+    /// What the channel is and what the others say over the segment in which they vary most; means taken off unless there is an origin.
+    pub(super) fn trace(&self, motion: &Motion) -> Option<Trace> {
+        if !self.applies(motion) {
+            return None;
+        }
+        let segment = most_telling(motion, |segment| {
+            Line::of_all(&self.pairs(motion, segment)).map_or(f64::NAN, |line| line.spread_x.max(line.spread_y))
+        })?;
+        let pairs = self.timed_pairs(motion, &segment).into_iter();
+        let trace = Trace::of(pairs.map(|(time_s, x, y)| (time_s, y, x)));
+        Some(if self.origin { trace } else { trace.without_means() })
+    }
+
+    /// Whether a segment varies enough to tell anything, whatever the fit, and by how much it does.
+    pub(super) fn variation(&self, motion: &Motion, segment: &std::ops::Range<usize>) -> Option<f64> {
+        let line = Line::of_all(&self.pairs(motion, segment))?;
+        let variation = line.spread_x.max(line.spread_y) / self.noise;
+        (variation > TELLS).then_some(variation)
+    }
+
+    /// Pairs of one segment with the time of their middle.
+    fn timed_pairs(&self, motion: &Motion, segment: &std::ops::Range<usize>) -> Vec<(f64, f64, f64)> {
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
@@ -442,8 +468,8 @@ impl Kinematic {
         };
         let free = segment.len() - lag;
         let starts = (segment.start..segment.end - lag).step_by((lag / 2).min(free / FEWEST_STARTS).max(1));
-        let pairs = starts.map(|first| (one(self.x, first), one(self.y, first)));
-        pairs.filter(|(x, y)| x.is_finite() && y.is_finite()).collect()
+        let pairs = starts.map(|first| (motion.time_s[first] + 0.5 * length_s, one(self.x, first), one(self.y, first)));
+        pairs.filter(|(_, x, y)| x.is_finite() && y.is_finite()).collect()
     }
 
     /// Compares over all segments; `None` where none tells.

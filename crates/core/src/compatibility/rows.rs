@@ -4,6 +4,7 @@ use super::changes::Cure;
 use super::line::Figures;
 use super::outcome::{Outcome, Relation};
 use super::search::{Found, Mistake};
+use super::traces::Curves;
 use crate::quantity::Role;
 
 /// How a channel stands to the others.
@@ -40,6 +41,8 @@ pub struct CompatibilityRow {
     pub evidence: String,
     /// What removes the contradiction.
     pub cure: Option<Cure>,
+    /// What contradicts, as curves before and after the cure.
+    pub curves: Option<Curves>,
 }
 
 /// What the channels of a recording say of each other.
@@ -63,7 +66,18 @@ impl CompatibilityRow {
             _ => None,
         };
         let hypothesis = cure.as_ref().map(Cure::hypothesis).unwrap_or_default();
-        Self { channel: "time".to_owned(), agreement, hypothesis, factor, slope, r2: None, segments, evidence, cure }
+        Self {
+            channel: "time".to_owned(),
+            agreement,
+            hypothesis,
+            factor,
+            slope,
+            r2: None,
+            segments,
+            evidence,
+            cure,
+            curves: None,
+        }
     }
 
     /// `az: sign reversed (correlation -0.999)`: what is wrong in a few words.
@@ -73,7 +87,8 @@ impl CompatibilityRow {
             (Some(Cure::Scale { factor, offset: 0.0, units: None, .. }), Some(slope), Some(r2)) if *factor < 0.0 => {
                 format!(" (correlation {:.3})", r2.sqrt().copysign(slope))
             }
-            (Some(Cure::Swap { .. } | Cure::Reassign { .. }), ..) | (_, None, _) => String::new(),
+            (Some(Cure::Swap { .. } | Cure::Reassign { .. } | Cure::Travel { .. }), ..) | (_, None, _) => String::new(),
+            (Some(Cure::Scale { role: Role::AngleOfAttack | Role::Sideslip, factor: 1.0, .. }), ..) => String::new(),
             (_, Some(slope), _) => format!(" (slope {})", significant(slope)),
         };
         format!("{}: {what}{figure}", self.channel)
@@ -115,6 +130,13 @@ fn sentence(relation: &Relation, figures: &Figures) -> String {
             format!("{channel} against {with}: effect {slope}, {:.0} % explained, {segments}", 100.0 * figures.r2)
         }
         Relation::Size(_) => format!("{channel} reaches {slope} against {with}"),
+        Relation::Offset(_) => {
+            format!("{channel} is {:+.1} deg off {with}, over {segments}", figures.slope.to_degrees())
+        }
+        Relation::Travel(_) => {
+            let degrees = figures.slope.to_degrees();
+            format!("{channel} reaches {slope} rad ({} deg) against {with}", significant(degrees))
+        }
     }
 }
 
@@ -157,6 +179,7 @@ fn of_mistake(mistake: &Mistake) -> Vec<CompatibilityRow> {
             segments: before.segments,
             evidence,
             cure: Some(cure.clone()),
+            curves: relation.curves(&mistake.motions[0], &mistake.motions[1]),
         })
     };
     mistake.cures.iter().filter_map(row).collect()
@@ -170,11 +193,11 @@ fn of_outcome(relation: &Relation, outcome: &Outcome) -> Option<CompatibilityRow
     let channel = relation.compared().name();
     let (agreement, figures, evidence) = match outcome {
         Outcome::Absent => return None,
+        Outcome::Fits(_) | Outcome::Untold if relation.is_of_values() => return None,
         Outcome::Untold => {
             let evidence = format!("{channel} against {}: not told, nothing varies enough in flight", relation.with());
             (Agreement::Untold, None, evidence)
         }
-        Outcome::Fits(_) if matches!(relation, Relation::Size(_)) => return None,
         Outcome::Fits(figures) => (Agreement::Fits, Some(figures), sentence(relation, figures)),
         Outcome::Differs(figures) if relation.is_exact() && figures.predicted => {
             (Agreement::Doubtful, Some(figures), sentence(relation, figures))
@@ -194,5 +217,6 @@ fn of_outcome(relation: &Relation, outcome: &Outcome) -> Option<CompatibilityRow
         segments: figures.map_or(0, |figures| figures.segments),
         evidence,
         cure: None,
+        curves: None,
     })
 }

@@ -26,6 +26,8 @@ pub(super) struct Mistake {
     pub repaired: Vec<(Relation, Figures, Figures)>,
     /// Other cures that would do as well.
     pub rivals: Vec<Cure>,
+    /// The motion before and after.
+    pub motions: [Motion; 2],
 }
 
 /// What was found in the end.
@@ -67,9 +69,10 @@ pub(super) fn search(mut motion: Motion, relations: &[Relation]) -> Found {
                 && mends(other) == mends(&best)
         });
         let rivals = as_good.flat_map(|other| other.candidate.cures).collect();
-        motion = best.motion;
+        let before = std::mem::replace(&mut motion, best.motion);
+        let motions = [before, motion.clone()];
         outcomes = relations.iter().map(|relation| (*relation, relation.judge(&motion))).collect();
-        mistakes.push(Mistake { cures: best.candidate.cures, repaired: best.repaired, rivals });
+        mistakes.push(Mistake { cures: best.candidate.cures, repaired: best.repaired, rivals, motions });
     }
     Found { mistakes, outcomes }
 }

@@ -3,6 +3,7 @@
 use super::line::Figures;
 use super::motion::Motion;
 use super::outcome::Outcome;
+use super::traces::{Trace, most_telling};
 use crate::quantity::Role::{self, *};
 
 /// Part of the samples that may lie beyond the limits: spikes.
@@ -37,6 +38,14 @@ pub(super) const SIZES: &[Size] = &[
 ];
 
 impl Size {
+    /// The channel, and the nearest value it can have.
+    pub(super) fn trace(&self, motion: &Motion) -> Option<Trace> {
+        let column = motion.column(self.role)?;
+        let segment = most_telling(motion, |segment| segment.len() as f64)?;
+        let point = |k: usize| (motion.time_s[k], column[k], column[k].clamp(self.range.0, self.range.1));
+        Some(Trace::of(segment.map(point)))
+    }
+
     /// Whether the samples of all segments lie inside.
     pub(super) fn judge(&self, motion: &Motion) -> Outcome {
         let Some(column) = motion.column(self.role) else { return Outcome::Absent };

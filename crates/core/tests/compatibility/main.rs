@@ -1,6 +1,6 @@
 //! Data compatibility on a motion whose every channel is known: each relation has the slope one, each mistake is named.
 
-#![expect(clippy::panic, reason = "a test helper that fails is a failed test")]
+#![expect(clippy::panic, clippy::print_stdout, reason = "a test helper that fails is a failed test; figures are shown")]
 
 use std::collections::BTreeMap;
 
@@ -8,6 +8,8 @@ use doublet_core::compatibility::{Agreement, Compatibility, check};
 use doublet_core::quantity::Role::{self, *};
 use doublet_core::series::{Channel, Recording, Series};
 use nalgebra::{Rotation3, Vector3};
+
+mod recorders;
 
 /// Samples per second.
 const RATE_HZ: f64 = 25.0;

@@ -1,6 +1,6 @@
 //! Channels of a flight against each other, before any statistics; what is wrong and which key of its channel map mends it.
 
-use doublet_core::compatibility::{Agreement, CompatibilityRow, Cure, check};
+use doublet_core::compatibility::{Agreement, CompatibilityRow, Cure, Curves, Trace, check};
 use doublet_core::quantity::Role;
 use doublet_core::series::Recording;
 use serde::Serialize;
@@ -29,6 +29,9 @@ pub struct PhysicsRow {
     /// What the channel's SI values, or the seconds as read, are to be multiplied by.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub factor: Option<f64>,
+    /// What is to be added to the stamps of a source, s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shift_s: Option<f64>,
     /// Slope of the channel on what the others say it is.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub slope: Option<f64>,
@@ -48,11 +51,16 @@ pub struct PhysicsRow {
     /// The same for [`crate::begin::cured`].
     #[serde(skip)]
     pub change: Option<Cure>,
+    /// The channel over what the others say it is, before and after the cure.
+    #[serde(skip)]
+    pub curves: Option<Curves>,
 }
 
 impl Footprint for FlightPhysics {
     fn bytes(&self) -> usize {
-        self.rows.len() * 400
+        let points = |trace: &Trace| 3 * trace.time_s.len() * size_of::<f64>();
+        let curves = self.rows.iter().filter_map(|row| row.curves.as_ref());
+        self.rows.len() * 400 + curves.map(|curves| points(&curves.before) + points(&curves.after)).sum::<usize>()
     }
 }
 
@@ -80,7 +88,16 @@ impl FlightPhysics {
 /// Compares the channels of a flight on its time line.
 pub fn physics(flight: &Flight, loaded: &LoadedFlight) -> FlightPhysics {
     let map = |role: Option<Role>| map_of(flight, &loaded.recording, role);
-    FlightPhysics { rows: rows(&loaded.recording, map) }
+    // What was treated keeps the recorder it came from.
+    let mut recording = loaded.recording.clone();
+    for signal in &loaded.treated {
+        let source = recording.channels.get(signal.recorded).map(|channel| channel.source.clone());
+        let used = recording.roles.get(&signal.role).and_then(|index| recording.channels.get_mut(*index));
+        if let (Some(source), Some(used)) = (source, used) {
+            used.source = source;
+        }
+    }
+    FlightPhysics { rows: rows(&recording, map) }
 }
 
 /// Compares the channels of a recording whose channel map is called `map`.
@@ -100,11 +117,16 @@ fn rows(recording: &Recording, map: impl Fn(Option<Role>) -> String) -> Vec<Phys
         channel: found.channel,
         hypothesis: found.hypothesis,
         factor: found.factor,
+        shift_s: match found.cure {
+            Some(Cure::Shift { late_s, .. }) => Some(-late_s),
+            _ => None,
+        },
         slope: found.slope,
         r2: found.r2,
         segments: found.segments,
         evidence: found.evidence,
         change: found.cure,
+        curves: found.curves,
     };
     check(recording).rows.into_iter().map(row).collect()
 }
@@ -135,10 +157,14 @@ fn sentence(cure: &Cure, map: &str) -> String {
                 None if factor.abs() != 1.0 => parts.push(format!("set scale = {factor}")),
                 None => {}
             }
-            if *offset != 0.0 && *role == Role::AirTemperature {
-                parts.push("set unit = \"degC\"".to_owned());
-            } else if *offset != 0.0 {
-                parts.push("let offset give back the 1 g that was taken off".to_owned());
+            match role {
+                _ if *offset == 0.0 => {}
+                Role::AirTemperature => parts.push("set unit = \"degC\"".to_owned()),
+                Role::SpecificForceZ => parts.push("let offset give back the 1 g that was taken off".to_owned()),
+                _ => parts.push(format!(
+                    "set offset = {:.1}, of numbers in degrees, or {offset:.4} of radians",
+                    offset.to_degrees()
+                )),
             }
             format!("under [roles.{}] {of} {}", role.name(), parts.join(" and "))
         }
@@ -153,6 +179,16 @@ fn sentence(cure: &Cure, map: &str) -> String {
                 factor - 1.0
             )
         }
+        Cure::Shift { source, late_s } => format!(
+            "set the offset of source {source}: under [[flight.clock]] of the session source = \"{source}\", offset_s = {:.2}, added to \
+             what stands there, or drag it in the Preprocess panel",
+            -late_s
+        ),
+        Cure::Travel { role, form, .. } => format!(
+            "under [roles.{}] {of} set unit = \"deg\" and scale = the deflection at full travel in degrees, divided by {}",
+            role.name(),
+            form.full()
+        ),
     }
 }
 
