@@ -174,7 +174,9 @@ fn agrees(told: &[Told], motion: &Motion, [sooner, now, later]: [&[f64]; 3]) -> 
     let weights: Vec<f64> = (0..told.len()).map(weight).collect();
     let sum = |left: &[f64]| left.iter().zip(&weights).map(|(left, weight)| left * weight).sum::<f64>();
     let apart_s = COARSE_S * vertex(sum(sooner), sum(now), sum(later));
-    weights.iter().any(|weight| *weight > 0.0) && apart_s.abs() < AGREEMENT_S
+    // A relation that no wind touches and that does not hold wants an explanation.
+    let hold = told.iter().zip(now).all(|(one, left)| !one.relation.exact || *left < TELLS);
+    hold && weights.iter().any(|weight| *weight > 0.0) && apart_s.abs() < AGREEMENT_S
 }
 
 /// Relations between the roles of a source and other channels, each with the segments it varies most in, their ends left free.
