@@ -196,10 +196,6 @@ fn confused_units(role: Role) -> &'static [&'static str] {
     }
 }
 
-/// Channels whose signs turn together in an inertial unit whose axes point up and to the left.
-const AXES: [&[Role]; 2] =
-    [&[PitchRate, YawRate, SpecificForceZ], &[PitchRate, YawRate, SpecificForceY, SpecificForceZ]];
-
 /// One or several changes that are made together, and how far-fetched that is.
 #[derive(Clone, Debug)]
 pub(super) struct Candidate {
@@ -306,12 +302,6 @@ pub(super) fn candidates(motion: &Motion, suspects: &[Role]) -> Vec<Candidate> {
                 .iter()
                 .filter_map(|role| of_role(*role).into_iter().map(|(cure, _)| cure).filter(is_of_units).nth(index));
             found.push(Candidate { cures: cures.collect(), cost: 1.4 });
-        }
-    }
-    for group in AXES {
-        if group.iter().all(|role| motion.has(*role) && suspects.contains(role)) {
-            let turned = |role: &Role| Cure::Scale { role: *role, factor: -1.0, offset: 0.0, units: None };
-            found.push(Candidate { cures: group.iter().map(turned).collect(), cost: 1.5 });
         }
     }
     if motion.has(TrueAirspeed) && motion.has(Altitude) && suspects.contains(&Altitude) {

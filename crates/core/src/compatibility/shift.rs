@@ -130,9 +130,6 @@ fn shift_of(source: &str, roles: &[Role], motion: &Motion, relations: &[Relation
         told.iter().map(|one| one.unexplained(&moved)).collect()
     };
     let now = left(0.0);
-    if agrees(&told, motion, [&left(-COARSE_S), &now, &left(COARSE_S)]) {
-        return None;
-    }
     #[expect(clippy::cast_possible_truncation, reason = "a few seconds over tenths")]
     let count = (farthest_s / COARSE_S).floor() as i32;
     let grid: Vec<(f64, Vec<f64>)> =
@@ -166,17 +163,6 @@ fn shift_of(source: &str, roles: &[Role], motion: &Motion, relations: &[Relation
     }
     let is_found = late_s.abs() >= LEAST_S && !agreeing.is_empty() && gain > 0.0 && against < MOST_AGAINST * gain;
     is_found.then(|| Shifted { source: source.to_owned(), late_s, gain, agreeing })
-}
-
-/// Whether relations hold as they are and none better nearby: nothing is to be looked for farther away.
-fn agrees(told: &[Told], motion: &Motion, [sooner, now, later]: [&[f64]; 3]) -> bool {
-    let weight = |index: usize| if now[index] < TELLS { told[index].weight(motion) / now[index] } else { 0.0 };
-    let weights: Vec<f64> = (0..told.len()).map(weight).collect();
-    let sum = |left: &[f64]| left.iter().zip(&weights).map(|(left, weight)| left * weight).sum::<f64>();
-    let apart_s = COARSE_S * vertex(sum(sooner), sum(now), sum(later));
-    // A relation that no wind touches and that does not hold wants an explanation.
-    let hold = told.iter().zip(now).all(|(one, left)| !one.relation.exact || *left < TELLS);
-    hold && weights.iter().any(|weight| *weight > 0.0) && apart_s.abs() < AGREEMENT_S
 }
 
 /// Relations between the roles of a source and other channels, each with the segments it varies most in, their ends left free.
