@@ -22,7 +22,7 @@ enum Wrong {
     Unit(&'static str, &'static str),
     Swap(&'static str, &'static str),
     Ticks(f64),
-    /// The stamps of a source are late by seconds; a recording of one source is taken for one of four recorders.
+    /// The stamps of a source are late by seconds.
     Late(&'static str, f64),
     None,
 }
@@ -107,12 +107,6 @@ fn read(recording: &str, wrong: &Wrong) -> Option<(Flight, LoadedFlight)> {
         }
     }
     if let Late(source, by_s) = wrong {
-        if recording != "demo" {
-            loaded.treated.clear();
-            for (role, index) in loaded.recording.roles.clone() {
-                one_of_four(role).clone_into(&mut loaded.recording.channels[index].source);
-            }
-        }
         for channel in loaded.recording.channels.iter_mut().filter(|channel| channel.source == *source) {
             channel.series.time_s = channel.series.time_s.iter().map(|time| time + by_s).collect();
         }
@@ -205,31 +199,8 @@ fn wrong_maps_are_named_by_channel_and_hypothesis() {
     assert!(named * 24 >= tried * 22, "{missed:#?}");
 }
 
-/// The recorder a channel could have come from.
-fn one_of_four(role: Role) -> &'static str {
-    match role.name() {
-        "phi" | "theta" | "psi" => "attitude",
-        "v_north" | "v_east" | "v_down" | "x" | "y" | "z" => "navigation",
-        "airspeed" | "alpha" | "beta" | "altitude" | "mach" | "calibrated_airspeed" => "air",
-        _ => "inertial",
-    }
-}
-
-/// Recordings with a source that is late by seconds; air data lag of their own accord, by 0.17 s in PH-LAB.
-const LATE: [(&str, &str, f64); 19] = [
-    ("attas", "", 0.0),
-    ("attas elevator", "", 0.0),
-    ("attas aileron", "", 0.0),
-    ("attas rudder", "", 0.0),
-    ("citation noisy", "", 0.0),
-    ("phlab", "", 0.0),
-    ("uav", "", 0.0),
-    ("attas", "attitude", 0.3),
-    ("citation noisy", "navigation", 0.3),
-    ("phlab", "attitude", -0.3),
-    ("phlab", "attitude", 1.0),
-    ("uav", "attitude", 0.3),
-    ("uav", "navigation", 1.0),
+/// Recordings with a source that is late by seconds.
+const LATE: [(&str, &str, f64); 6] = [
     ("demo", "", 0.0),
     ("demo", "adahrs/heading_altitude", 0.3),
     ("demo", "adahrs/inertial", -1.0),
