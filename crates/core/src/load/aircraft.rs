@@ -83,8 +83,8 @@ pub enum AircraftFileError {
 /// # Errors
 /// [`AircraftFileError`]: unreadable, not an aircraft file, an unknown or missing key with its line, or impossible data.
 pub fn read(path: &Path) -> Result<Aircraft, AircraftFileError> {
-    let text = std::fs::read_to_string(path)
-        .map_err(|source| AircraftFileError::Unreadable { path: path.to_owned(), source })?;
+    let text =
+        super::read_text(path).map_err(|source| AircraftFileError::Unreadable { path: path.to_owned(), source })?;
     parse(&text)
 }
 

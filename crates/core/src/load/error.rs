@@ -59,6 +59,18 @@ pub enum LoadError {
         /// What is wrong and where.
         what: String,
     },
+    /// The content is valid and needs more memory than a recording may take.
+    #[error("{}: {format} file too large when unpacked: {what}, and a recording may take {budget_mb} MB; export fewer channels or a shorter part, or set DOUBLET_UNPACK_MB to more", path.display())]
+    TooLarge {
+        /// File.
+        path: PathBuf,
+        /// Its format.
+        format: Format,
+        /// What would take more.
+        what: String,
+        /// What it may take, in megabytes.
+        budget_mb: u64,
+    },
     /// The content is valid but of a kind that is not read.
     #[error("{}: {what} is not read; {cure}", path.display())]
     Unsupported {

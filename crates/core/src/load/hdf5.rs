@@ -7,6 +7,7 @@ use hdf5_reader::group::Group;
 use hdf5_reader::{Attribute, Dataset, Datatype, Hdf5File, OpenOptions};
 
 use super::LoadError;
+use super::budget::Budget;
 use super::clock::{Clock, assign_clocks, find_clocks};
 use super::contents::{ChannelInfo, Data, Format, Probe, Source, one_line};
 use super::hdf5_decode::{Column, Layout, layout, read};
@@ -14,9 +15,11 @@ use super::recognise::{finish, stem};
 
 /// Deepest nesting of groups that is followed.
 const MAX_DEPTH: usize = 32;
-/// Most that deflate can expand data (zlib technical note: 1032:1), with room for headers; data sets that together claim more
-/// than the file could hold are refused.
+/// Most that deflate can expand data (zlib technical note: 1032:1), with room for headers. What claims more than the file could hold
+/// was not written, or not all of it.
 const MAX_EXPANSION: u64 = 1100;
+/// Most chunks of a data set that is looked into while the file is listed.
+const MAX_CHUNKS_LISTED: u64 = 1_000_000;
 /// Decoded chunks kept while a file is open, bytes.
 const CHUNK_CACHE_BYTES: usize = 8 << 20;
 /// Longest text kept as a note, characters.
@@ -54,9 +57,10 @@ pub(super) fn probe(path: &Path, format: Format) -> Result<Probe, LoadError> {
     let Walk { mut sources, warnings, .. } = walk;
     sources.retain(|source| !source.channels.is_empty() || !source.notes.is_empty());
     let mut failed = None;
+    let budget = Budget::of(path, format);
     for source in &mut sources {
         find_clocks(source, |source, index| {
-            if let Err(error) = fetch(&file, path, format, source, index) {
+            if let Err(error) = fetch(&file, &budget, path, format, source, index) {
                 failed.get_or_insert(error);
             }
         });
@@ -87,15 +91,16 @@ pub(super) fn complete(probe: &mut Probe) -> Result<(), LoadError> {
     }
     let (path, format) = (probe.path.clone(), probe.format);
     let file = open(&path)?;
+    let budget = Budget::of(&path, format);
     for (object, places) in wanted {
-        let columns = load(&file, &path, format, &object)?;
+        let columns = load(&file, &budget, &path, format, &object)?;
         for (source, channel, column) in places {
             let channel = &mut probe.sources[source].channels[channel];
             match columns.get(column) {
                 Some(values) if values.len() == channel.samples => channel.set(values.as_slice().into()),
                 _ => {
                     let what = format!("data set '{object}' is not what its header said");
-                    return Err(LoadError::Damaged { path, format, what });
+                    return Err(LoadError::Damaged { path: path.clone(), format, what });
                 }
             }
         }
@@ -109,7 +114,8 @@ fn limit(path: &Path) -> u64 {
 }
 
 fn open(path: &Path) -> Result<Hdf5File, LoadError> {
-    let limit = usize::try_from(limit(path)).unwrap_or(usize::MAX);
+    let limit = limit(path).min(Budget::of(path, Format::Hdf5).all());
+    let limit = usize::try_from(limit).unwrap_or(usize::MAX);
     let options = OpenOptions::default()
         .with_chunk_cache_bytes(CHUNK_CACHE_BYTES)
         .with_max_read_bytes(limit)
@@ -117,25 +123,81 @@ fn open(path: &Path) -> Result<Hdf5File, LoadError> {
     Hdf5File::open_with_options(path, options).map_err(|error| damaged(path, Format::Hdf5, &error))
 }
 
+/// What an error of the reader means for the file.
 fn damaged(path: &Path, format: Format, error: &hdf5_reader::error::Error) -> LoadError {
-    let what = one_line(&error.to_string());
-    LoadError::Damaged { path: path.to_owned(), format, what }
+    let (path, what) = (path.to_owned(), one_line(&error.to_string()));
+    if matches!(root_cause(error), hdf5_reader::error::Error::ResourceLimit(_)) {
+        let budget_mb = Budget::of(&path, format).all() / 1_000_000;
+        LoadError::TooLarge { path, format, what, budget_mb }
+    } else if is_unsupported(error) {
+        LoadError::Unsupported {
+            path,
+            what,
+            cure: "store a virtual data set as a plain one, others with gzip or without compression",
+        }
+    } else {
+        LoadError::Damaged { path, format, what }
+    }
 }
 
-/// Reads one data set, whose size was checked when it was listed, into columns.
-fn load(file: &Hdf5File, path: &Path, format: Format, object: &str) -> Result<Vec<Vec<f64>>, LoadError> {
+fn root_cause(error: &hdf5_reader::error::Error) -> &hdf5_reader::error::Error {
+    match error {
+        hdf5_reader::error::Error::Context { source, .. } => root_cause(source),
+        other => other,
+    }
+}
+
+/// Whether the content is valid HDF5 of a kind that is not read.
+fn is_unsupported(error: &hdf5_reader::error::Error) -> bool {
+    use hdf5_reader::error::Error;
+    matches!(
+        root_cause(error),
+        Error::UnsupportedLayoutClass(_)
+            | Error::UnsupportedLayoutVersion(_)
+            | Error::UnsupportedDatatypeClass(_)
+            | Error::UnsupportedFilterPipelineVersion(_)
+            | Error::UnsupportedFilter(_)
+            | Error::UnsupportedEncoding(_)
+            | Error::UnsupportedLinkType(_)
+    )
+}
+
+/// Reads one data set, whose size was checked when it was listed, into columns. While it is read it takes its stored form twice, as a
+/// chunk and as a whole, beside its columns.
+fn load(
+    file: &Hdf5File,
+    budget: &Budget<'_>,
+    path: &Path,
+    format: Format,
+    object: &str,
+) -> Result<Vec<Vec<f64>>, LoadError> {
     let fail = |error: hdf5_reader::error::Error| damaged(path, format, &error);
     let dataset = file.dataset(object).map_err(fail)?;
     match layout(&dataset, format == Format::MatV73) {
-        Layout::Columns(samples, columns) => read(&dataset, samples, &columns).map_err(fail),
+        Layout::Columns(samples, columns) => {
+            let kept = (samples as u64).saturating_mul(columns.len() as u64).saturating_mul(size_of::<f64>() as u64);
+            let for_a_moment = stored_bytes(&dataset).max(chunk_bytes(&dataset)).saturating_mul(2);
+            let what = || format!("data set '{}' has {samples} samples of {} columns", one_line(object), columns.len());
+            budget.take(kept.saturating_add(for_a_moment), what)?;
+            let read = read(&dataset, samples, &columns).map_err(fail)?;
+            budget.give_back(for_a_moment);
+            Ok(read)
+        }
         _ => Ok(Vec::new()),
     }
 }
 
 /// Reads the channel `index` of `source` and its neighbours of the same data set.
-fn fetch(file: &Hdf5File, path: &Path, format: Format, source: &mut Source, index: usize) -> Result<(), LoadError> {
+fn fetch(
+    file: &Hdf5File,
+    budget: &Budget<'_>,
+    path: &Path,
+    format: Format,
+    source: &mut Source,
+    index: usize,
+) -> Result<(), LoadError> {
     let Data::Stored(stored) = source.channels[index].data.clone() else { return Ok(()) };
-    let columns = load(file, path, format, &stored.object)?;
+    let columns = load(file, budget, path, format, &stored.object)?;
     for channel in &mut source.channels {
         let Data::Stored(other) = &channel.data else { continue };
         if let Some(values) = columns.get(other.column).filter(|_| other.object == stored.object) {
@@ -203,21 +265,58 @@ impl Walk<'_> {
         }
         for child in groups.iter().filter(|child| !child.name().starts_with('#')) {
             let name = child.name();
-            let path = if path.is_empty() { name.to_owned() } else { format!("{path}/{name}") };
+            let path = joined(path, name);
             self.group(child, &path, depth + 1)?;
         }
         Ok(())
     }
 
+    fn left_out(&mut self, object: &str, error: &hdf5_reader::error::Error) {
+        let reason = one_line(&root_cause(error).to_string());
+        self.warnings.push(format!("'{}' is not read ({reason}) and is left out", one_line(object)));
+    }
+
+    /// Whether a data set can be read; if not, it is named.
+    fn is_readable(&mut self, dataset: &Dataset, object: &str) -> Result<bool, LoadError> {
+        if dataset.shape().is_empty() && dataset.num_elements().is_ok_and(|count| count == 0) {
+            self.warnings.push(format!("'{object}' is empty and is left out"));
+            return Ok(false);
+        }
+        let Some(chunk) = dataset.chunks() else { return Ok(true) };
+        let chunks = dataset
+            .shape()
+            .iter()
+            .zip(&chunk)
+            .try_fold(1_u64, |count, (&side, &chunk)| count.checked_mul(side.div_ceil(u64::from(chunk).max(1))));
+        if chunks.is_none_or(|chunks| chunks == 0 || chunks > MAX_CHUNKS_LISTED) {
+            return Ok(true);
+        }
+        let first = dataset.iter_chunks().and_then(|mut chunks| chunks.next().transpose());
+        match first {
+            Ok(Some(_)) => Ok(true),
+            Ok(None) => {
+                self.warnings.push(format!("'{object}' was never written and is left out"));
+                Ok(false)
+            }
+            Err(error) if is_unsupported(&error) => {
+                self.left_out(object, &error);
+                Ok(false)
+            }
+            Err(error) => Err(damaged(self.path, self.format, &error)),
+        }
+    }
+
     fn dataset(&mut self, at: usize, path: &str, dataset: &Dataset) -> Result<(), LoadError> {
         let name = dataset.name().rsplit('/').next().unwrap_or_default().to_owned();
-        let object = if path.is_empty() { name.clone() } else { format!("{path}/{name}") };
+        let object = joined(path, &name);
         let attributes = dataset.attributes();
         let class = find(&attributes, &["MATLAB_class"]).and_then(|attribute| attribute.read_string().ok());
         if find(&attributes, &["MATLAB_empty"]).is_some() {
             return Ok(());
         }
-        self.budget(dataset, &object)?;
+        if !self.may_be_held(dataset, &object) || !self.is_readable(dataset, &object)? {
+            return Ok(());
+        }
         match class.as_deref() {
             Some("char") => return self.characters(at, &name, dataset),
             Some("cell") => return self.cells(at, path, &name, dataset),
@@ -252,28 +351,32 @@ impl Walk<'_> {
         Ok(())
     }
 
-    /// Takes what a data set would decode to from what all of them together may.
-    fn budget(&mut self, dataset: &Dataset, object: &str) -> Result<(), LoadError> {
-        let element = dataset.raw_element_size().unwrap_or(1).max(1) as u64;
-        let elements = dataset.shape().iter().try_fold(1_u64, |count, &side| count.checked_mul(side));
+    /// Takes what a data set would decode to from what all of them together may; one that claims more is named and left out.
+    fn may_be_held(&mut self, dataset: &Dataset, object: &str) -> bool {
         let decoded = match layout(dataset, self.format == Format::MatV73) {
             // Fields of a compound may claim to lie one over the other.
-            Layout::Columns(samples, columns) => {
-                columns.iter().map(Column::size).sum::<usize>().checked_mul(samples).map(|bytes| bytes as u64)
+            Layout::Columns(samples, columns) => columns
+                .iter()
+                .map(Column::size)
+                .sum::<usize>()
+                .checked_mul(samples)
+                .map_or(u64::MAX, |bytes| bytes as u64),
+            _ => 0,
+        };
+        match self.left.checked_sub(stored_bytes(dataset).max(decoded)) {
+            Some(left) => {
+                self.left = left;
+                true
             }
-            _ => Some(0),
-        };
-        let stored = elements.and_then(|count| count.checked_mul(element));
-        let claimed = stored.zip(decoded).map(|(stored, decoded)| stored.max(decoded));
-        let Some(left) = claimed.and_then(|claimed| self.left.checked_sub(claimed)) else {
-            let (shape, object) = (dataset.shape(), one_line(object));
-            let what = format!(
-                "data set '{object}' claims {shape:?} elements of {element} bytes, more than the file can hold"
-            );
-            return Err(LoadError::Damaged { path: self.path.to_owned(), format: self.format, what });
-        };
-        self.left = left;
-        Ok(())
+            None => {
+                self.warnings.push(format!(
+                    "'{}' claims {:?} elements, more than the file can hold: most of it was never written, it is left out",
+                    one_line(object),
+                    dataset.shape()
+                ));
+                false
+            }
+        }
     }
 
     /// A table of compounds is a source of its own.
@@ -337,6 +440,22 @@ impl Walk<'_> {
         }
         Ok(())
     }
+}
+
+/// Bytes of all elements of a data set as its header has them.
+fn stored_bytes(dataset: &Dataset) -> u64 {
+    let element = dataset.raw_element_size().unwrap_or(1).max(1) as u64;
+    dataset.shape().iter().fold(element, |bytes, &side| bytes.saturating_mul(side))
+}
+
+/// Bytes of one chunk.
+fn chunk_bytes(dataset: &Dataset) -> u64 {
+    let element = dataset.raw_element_size().unwrap_or(1).max(1) as u64;
+    dataset.chunks().into_iter().flatten().fold(element, |bytes, side| bytes.saturating_mul(u64::from(side)))
+}
+
+fn joined(path: &str, name: &str) -> String {
+    if path.is_empty() { name.to_owned() } else { format!("{path}/{name}") }
 }
 
 fn find<'a>(attributes: &'a [Attribute], names: &[&str]) -> Option<&'a Attribute> {

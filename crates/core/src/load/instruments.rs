@@ -218,7 +218,7 @@ pub struct FuelProbe {
 /// [`InstrumentError`]: unreadable, of another format, a key with its line, a value out of range.
 pub fn read(path: &Path) -> Result<Instruments, InstrumentError> {
     let unreadable = |source| InstrumentError::Unreadable { path: path.to_owned(), source };
-    parse(&std::fs::read_to_string(path).map_err(unreadable)?)
+    parse(&super::read_text(path).map_err(unreadable)?)
 }
 
 /// Reads the text of an instrument file.

@@ -220,7 +220,7 @@ impl ChannelMap {
     /// # Errors
     /// [`LoadError::Open`], or [`LoadError::Map`] with the line.
     pub fn read(path: &Path) -> Result<Self, LoadError> {
-        let text = std::fs::read_to_string(path).map_err(|cause| LoadError::Open { path: path.to_owned(), cause })?;
+        let text = super::read_text(path).map_err(|cause| LoadError::Open { path: path.to_owned(), cause })?;
         Self::parse(&text).map_err(|error| match error {
             LoadError::Map { line, what, .. } => LoadError::Map { path: Some(path.to_owned()), line, what },
             other => other,

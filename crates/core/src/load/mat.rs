@@ -6,6 +6,7 @@ use std::io::Read;
 use std::path::Path;
 use std::sync::Arc;
 
+use super::budget::Budget;
 use super::contents::one_line;
 use super::{Format, LoadError};
 
@@ -44,18 +45,20 @@ pub(super) enum Value {
 /// Reads all variables of the file.
 pub(super) fn variables(path: &Path, contents: &[u8]) -> Result<Vec<Variable>, LoadError> {
     let big = contents.get(126..128) == Some(b"MI");
-    let mut file = Cursor { path, bytes: contents, at: HEADER_BYTES, big };
+    let budget = Budget::of(path, Format::MatV5);
+    let mut file = Cursor { path, bytes: contents, at: HEADER_BYTES, big, budget: &budget };
     let mut variables = Vec::new();
     while file.at < contents.len() {
         let element = file.element("a variable")?;
         match element.kind {
             MI_COMPRESSED => {
-                let plain = inflate(path, element.data)?;
-                let mut inner = Cursor { path, bytes: &plain, at: 0, big };
+                let plain = inflate(path, element.data, &budget)?;
+                let mut inner = Cursor { path, bytes: &plain, at: 0, big, budget: &budget };
                 let element = inner.element("a compressed variable")?;
                 if element.kind == MI_MATRIX {
                     variables.extend(file.within(element.data).matrix(0)?);
                 }
+                budget.give_back(plain.len() as u64);
             }
             MI_MATRIX => variables.extend(file.within(element.data).matrix(0)?),
             kind => return Err(file.damaged(format!("element of type {kind} at byte {} is no variable", file.at))),
@@ -64,15 +67,23 @@ pub(super) fn variables(path: &Path, contents: &[u8]) -> Result<Vec<Variable>, L
     Ok(variables)
 }
 
-/// Decompresses one variable; its size grows with what is really there.
-fn inflate(path: &Path, data: &[u8]) -> Result<Vec<u8>, LoadError> {
+/// Bytes decompressed between two looks at the budget.
+const BLOCK: u64 = 1 << 20;
+
+/// Decompresses one variable; its size grows with what is really there, and is taken from the budget.
+fn inflate(path: &Path, data: &[u8], budget: &Budget<'_>) -> Result<Vec<u8>, LoadError> {
     let mut plain = Vec::new();
-    let limit = u64::from(u32::MAX) + 8;
-    flate2::read::ZlibDecoder::new(data).take(limit).read_to_end(&mut plain).map_err(|cause| {
-        let what = format!("a compressed variable does not decompress ({cause})");
-        LoadError::Damaged { path: path.to_owned(), format: Format::MatV5, what }
-    })?;
-    Ok(plain)
+    let mut decoder = flate2::read::ZlibDecoder::new(data);
+    loop {
+        let read = decoder.by_ref().take(BLOCK).read_to_end(&mut plain).map_err(|cause| {
+            let what = format!("a compressed variable does not decompress ({cause})");
+            LoadError::Damaged { path: path.to_owned(), format: Format::MatV5, what }
+        })?;
+        if read == 0 {
+            return Ok(plain);
+        }
+        budget.take(read as u64, || format!("a compressed variable has over {} MB", plain.len() / 1_000_000))?;
+    }
 }
 
 /// A tagged piece of data.
@@ -87,6 +98,7 @@ struct Cursor<'a> {
     bytes: &'a [u8],
     at: usize,
     big: bool,
+    budget: &'a Budget<'a>,
 }
 
 impl<'a> Cursor<'a> {
@@ -98,7 +110,7 @@ impl<'a> Cursor<'a> {
     where
         'a: 'b,
     {
-        Cursor { path: self.path, bytes, at: 0, big: self.big }
+        Cursor { path: self.path, bytes, at: 0, big: self.big, budget: self.budget }
     }
 
     fn take(&mut self, count: usize, what: &'static str) -> Result<&'a [u8], LoadError> {
@@ -153,7 +165,7 @@ impl<'a> Cursor<'a> {
         let name = word_of(name.data);
         let count = dims.iter().try_fold(1_usize, |product, &dim| product.checked_mul(dim as usize));
         let Some(count) = count.filter(|_| dims.len() >= 2 && dims.iter().all(|dim| *dim >= 0.0)) else {
-            return Err(self.damaged(format!("variable '{name}' has impossible dimensions {dims:?}")));
+            return Err(self.damaged(format!("variable '{name}' has impossible dimensions {}", shown(&dims))));
         };
         let rows = dims[0] as usize;
         let value = match flags & 0xff {
@@ -175,6 +187,9 @@ impl<'a> Cursor<'a> {
 
     fn values(&mut self, name: &str, count: usize) -> Result<Vec<f64>, LoadError> {
         let data = self.element("numbers")?;
+        // Numbers of a byte become numbers of eight.
+        let bytes = (data.data.len() as u64).min(count as u64).saturating_mul(size_of::<f64>() as u64);
+        self.budget.take(bytes, || format!("variable '{name}' has {count} numbers"))?;
         let values = numbers(&data, self.big)
             .ok_or_else(|| self.damaged(format!("variable '{name}' has numbers of unknown type {}", data.kind)))?;
         if values.len() != count {
@@ -242,6 +257,14 @@ impl<'a> Cursor<'a> {
         self.check_children(name, count.saturating_mul(fields.len()))?;
         (0..count).map(|_| fields.iter().map(|field| Ok((field.clone(), self.child(depth)?))).collect()).collect()
     }
+}
+
+/// The first of some dimensions.
+fn shown(dims: &[f64]) -> String {
+    const MOST: usize = 8;
+    let more = if dims.len() > MOST { format!(" and {} more", dims.len() - MOST) } else { String::new() };
+    let first: Vec<_> = dims.iter().take(MOST).map(|dim| format!("{dim:.0}")).collect();
+    format!("{}{more}", first.join(" x "))
 }
 
 /// A name, up to its end or the first NUL.

@@ -6,12 +6,14 @@
 //! that a file merely claims.
 
 pub mod aircraft;
+mod budget;
 mod by_hand;
 mod clock;
 mod contents;
 pub mod datcom;
 mod error;
 mod expected;
+mod file;
 mod guess;
 mod hdf5;
 mod hdf5_decode;
@@ -29,11 +31,13 @@ mod time_unit;
 mod ulog;
 mod utc;
 
+pub use budget::{BUDGET_VARIABLE, memory};
 pub use by_hand::{ChannelName, HandMap, HandRow, HandTime, RowValues};
 pub use clock::{Clock, Gap, TimeFault};
 pub use contents::{ChannelInfo, Format, Probe, Source};
 pub use error::LoadError;
 pub use expected::mismatches;
+pub use file::{MOST_BYTES, read_bytes, read_text};
 pub use guess::{guess, guess_row};
 pub use map::{ChannelMap, Entry, FlatEarth, Term, TimeEntry, TimeOrigin};
 pub use plan::{Assignment, Plan, Problem, plan, plan_all};

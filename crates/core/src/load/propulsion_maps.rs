@@ -389,7 +389,7 @@ fn once<'a, T>(
 
 /// The text of `path`.
 fn read_text(path: &Path) -> Result<String, MapError> {
-    std::fs::read_to_string(path).map_err(|source| MapError::Read { path: path.to_owned(), source })
+    super::read_text(path).map_err(|source| MapError::Read { path: path.to_owned(), source })
 }
 
 /// Checks format and version, then reads the rest.

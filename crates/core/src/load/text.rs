@@ -1,12 +1,13 @@
 //! Text recordings: delimited or in columns, one table per file, or a folder with one file per channel.
 
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 use super::LoadError;
 use super::clock::find_clocks;
 use super::contents::{ChannelInfo, Format, Probe, Source};
 use super::recognise::{finish, stem};
-use super::text_layout::{Separator, TextLayout, number};
+use super::text_layout::{Separator, TextLayout, number, opens_quote};
 
 /// Part of the filled cells of a column that must be numbers for it to be a channel.
 const NUMERIC_SHARE: f64 = 0.5;
@@ -28,6 +29,7 @@ pub(super) fn sources(path: &Path, contents: &[u8]) -> Result<Contents, LoadErro
     if contents.iter().take(TEXT_BYTES).any(|&byte| byte == 0) {
         return Err(reason("binary data of an unknown kind"));
     }
+    let contents = &*with_line_feeds(contents);
     let layout = TextLayout::find(contents).ok_or_else(|| reason("text without a table of numbers"))?;
     let mut table = Table::new(path, &layout);
     table.read(&contents[layout.data_at..])?;
@@ -37,6 +39,14 @@ pub(super) fn sources(path: &Path, contents: &[u8]) -> Result<Contents, LoadErro
         layout.notes.iter().enumerate().map(|(line, text)| (format!("line {}", line + 1), text.clone())).collect();
     table.into_channels(&mut source, &mut warnings);
     Ok((layout.format(), vec![source], warnings))
+}
+
+/// Lines that end in a carriage return alone are lines too.
+fn with_line_feeds(contents: &[u8]) -> Cow<'_, [u8]> {
+    if contents.contains(&b'\n') || !contents.contains(&b'\r') {
+        return Cow::Borrowed(contents);
+    }
+    Cow::Owned(contents.iter().map(|&byte| if byte == b'\r' { b'\n' } else { byte }).collect())
 }
 
 /// A folder of one file per channel: one source named after the folder, channels named after the files.
@@ -133,6 +143,13 @@ impl<'l> Table<'l> {
 
     /// Quoted cells may hold separators.
     fn read_quoted(&mut self, data: &[u8], separator: u8) -> Result<(), LoadError> {
+        // A recording may have been cut off inside its last line.
+        let mut lines = data.trim_ascii_end().split(|&letter| letter == b'\n');
+        let open = lines.position(opens_quote).filter(|_| opens_quote(data) && lines.next().is_some());
+        if let Some(at) = open {
+            let what = format!("line {} has a quote that is not closed", self.line + at);
+            return Err(LoadError::Damaged { path: self.path.to_owned(), format: Format::DelimitedText, what });
+        }
         let mut reader =
             csv::ReaderBuilder::new().delimiter(separator).has_headers(false).flexible(true).from_reader(data);
         let mut record = csv::ByteRecord::new();

@@ -10,6 +10,9 @@ const SAMPLE_BYTES: usize = 64 * 1024;
 /// Part of the filled cells of a line that must be numbers for it to count as data.
 const NUMERIC_SHARE: f64 = 0.5;
 
+/// Most line ends of a quoted cell in a header.
+const MAX_CELL_LINES: usize = 8;
+
 /// How the cells of a line are told apart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Separator {
@@ -56,18 +59,38 @@ impl TextLayout {
         let (separator, decimal_comma, columns) = decide(deciding)?;
         let mut at = 0;
         let mut before: Vec<Vec<String>> = Vec::new();
-        for (index, line) in lines.iter().enumerate() {
-            let cells = cells(line, separator);
+        let mut index = 0;
+        while let Some(line) = lines.get(index) {
+            let joined = quoted_lines(&lines[index..], separator);
+            let cells = match joined {
+                1 => cells(line, separator),
+                _ => cells(&lines[index..index + joined].join(&b' '), separator),
+            };
             if cells.len() == columns && is_data(&cells, decimal_comma) {
                 let (names, units, notes) = header(&before, separator, columns);
                 let data_line = index + 1;
                 return Some(Self { separator, decimal_comma, names, units, columns, data_at: at, data_line, notes });
             }
             before.push(cells);
-            at += line.len() + 1;
+            at += lines[index..index + joined].iter().map(|line| line.len() + 1).sum::<usize>();
+            index += joined;
         }
         None
     }
+}
+
+/// How many of the first `lines` are one row because a quoted cell of the first has line ends.
+fn quoted_lines(lines: &[&[u8]], separator: Separator) -> usize {
+    if matches!(separator, Separator::Blanks) || !lines.first().is_some_and(|line| opens_quote(line)) {
+        return 1;
+    }
+    let closing = lines.iter().skip(1).take(MAX_CELL_LINES).position(|line| opens_quote(line));
+    closing.map_or(1, |after| after + 2)
+}
+
+/// Whether a quote of the line is still open at its end, or it closes one of a line before.
+pub(super) fn opens_quote(line: &[u8]) -> bool {
+    line.iter().filter(|&&byte| byte == b'"').count() % 2 == 1
 }
 
 /// Separator, decimal comma and number of columns that make the most of `lines`.
@@ -117,9 +140,11 @@ fn cells(line: &[u8], separator: Separator) -> Vec<String> {
         Separator::Byte(byte) => {
             let mut cells = vec![String::new()];
             let mut quoted = false;
+            // A quote that nothing closes is a letter.
+            let quotes = !opens_quote(line.as_bytes());
             for letter in line.trim_end_matches('\r').chars() {
                 match letter {
-                    '"' => quoted = !quoted,
+                    '"' if quotes => quoted = !quoted,
                     letter if letter == char::from(byte) && !quoted => cells.push(String::new()),
                     letter => {
                         if let Some(cell) = cells.last_mut() {

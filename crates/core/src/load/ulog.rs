@@ -17,6 +17,15 @@ const MAX_FIELDS: usize = 65_536;
 /// Longest name of a field with those it is nested in; PX4 has names of up to some 40 characters.
 const MAX_NAME: usize = 255;
 
+/// Kinds of messages: definitions, parameters, subscriptions, text, synchronisation, dropouts, data.
+const KINDS: &[u8] = b"BFIMPQARLCSOD";
+/// Messages in a row that make a place in a damaged log one to read on from.
+const IN_A_ROW: usize = 4;
+/// Most bytes of padding behind the last number of a message.
+const MAX_PADDING: usize = 64;
+/// Body of a synchronisation message.
+const SYNC: [u8; 8] = [0x2f, 0x73, 0x13, 0x20, 0x25, 0x0c, 0xbb, 0x12];
+
 /// A field of a message format: type, number of elements, name.
 struct Field {
     kind: String,
@@ -100,21 +109,40 @@ pub(super) fn sources(path: &Path, contents: &[u8]) -> Result<(Vec<Source>, Vec<
     let mut log = Log { fields_left: contents.len() + MAX_FIELDS, ..Log::default() };
     let mut at = HEADER_BYTES;
     while at < contents.len() {
-        let left = contents.len() - at;
-        let size = contents.get(at..at + 2).map(|bytes| usize::from(u16::from_le_bytes([bytes[0], bytes[1]])));
-        let whole = size.filter(|size| at + 3 + size <= contents.len());
-        let Some(size) = whole else {
-            // A log ends where the power went off: what is complete counts.
-            log.warnings
-                .push(format!("the log is cut off at byte {at}, {left} bytes of an incomplete message are left out"));
-            break;
+        // A kind that a later version of the format may have is known by what follows it.
+        let message = message_at(contents, at).filter(|(kind, body)| {
+            log.latest.is_none() || KINDS.contains(kind) || log.is_in_order(contents, at + 3 + body.len())
+        });
+        let failed = match message.map(|(kind, body)| (log.message(kind, body), body.len())) {
+            Some((Ok(()), size)) => {
+                at += 3 + size;
+                continue;
+            }
+            Some((Err(what), _)) => Some(what),
+            None => None,
         };
-        let body = &contents[at + 3..at + 3 + size];
-        log.message(contents[at + 2], body).map_err(|what| {
-            let what = format!("message at byte {at}: {what}");
-            LoadError::Damaged { path: path.to_owned(), format: Format::ULog, what }
-        })?;
-        at += 3 + size;
+        // Damage in the middle of the data costs what it covers.
+        let on = log.latest.and_then(|_| log.next_in_order(contents, at + 1));
+        let left = on.unwrap_or(contents.len()) - at;
+        match (on, failed) {
+            (Some(on), _) => {
+                log.forget_latest();
+                log.warnings
+                    .push(format!("damage at byte {at}: {left} bytes are left out, reading goes on at byte {on}"));
+                at = on;
+            }
+            (None, Some(what)) if log.latest.is_none() => {
+                let what = format!("message at byte {at}: {what}");
+                return Err(LoadError::Damaged { path: path.to_owned(), format: Format::ULog, what });
+            }
+            (None, _) => {
+                // A log ends where the power went off: what is complete counts.
+                log.warnings.push(format!(
+                    "the log is cut off at byte {at}, {left} bytes of an incomplete message are left out"
+                ));
+                break;
+            }
+        }
     }
     if contents.len() < HEADER_BYTES {
         let (format, what) = (Format::ULog, "the header");
@@ -122,6 +150,13 @@ pub(super) fn sources(path: &Path, contents: &[u8]) -> Result<(Vec<Source>, Vec<
         return Err(LoadError::Truncated { path: path.to_owned(), format, at: 0, what, needed, left });
     }
     Ok(log.into_sources())
+}
+
+/// Kind and body of the message at a place; `None` where the file ends before it does.
+fn message_at(contents: &[u8], at: usize) -> Option<(u8, &[u8])> {
+    let (size, rest) = contents.get(at..)?.split_first_chunk()?;
+    let (kind, rest) = rest.split_first()?;
+    Some((*kind, rest.get(..usize::from(u16::from_le_bytes(*size)))?))
 }
 
 /// What a format comes to: its numbers, the bytes up to the end of the last, and how many fields were looked at.
@@ -142,9 +177,45 @@ struct Log {
     dropout_ms: u64,
     unknown: usize,
     fields_left: usize,
+    /// Topic of the latest data; `None` while the log is still defining what it holds.
+    latest: Option<u16>,
 }
 
 impl Log {
+    /// The first place from `at` on where messages follow each other.
+    fn next_in_order(&self, contents: &[u8], at: usize) -> Option<usize> {
+        (at..contents.len()).find(|&place| self.is_in_order(contents, place))
+    }
+
+    /// Whether messages follow each other from a place on.
+    fn is_in_order(&self, contents: &[u8], mut place: usize) -> bool {
+        (0..IN_A_ROW).all(|_| {
+            let next = message_at(contents, place).filter(|(kind, body)| self.is_plausible(*kind, body));
+            place += next.map_or(0, |(_, body)| 3 + body.len());
+            next.is_some()
+        })
+    }
+
+    /// Whether a message is one that a logger would write at this place.
+    fn is_plausible(&self, kind: u8, body: &[u8]) -> bool {
+        match kind {
+            b'D' => {
+                let topic = body.first_chunk().and_then(|id| self.topics.get(&u16::from_le_bytes(*id)));
+                topic.is_some_and(|topic| (topic.bytes..=topic.bytes + MAX_PADDING).contains(&(body.len() - 2)))
+            }
+            b'S' => body == SYNC,
+            b'O' => body.len() == 2,
+            _ => false,
+        }
+    }
+
+    /// Takes the latest data back: its message may reach into the damage.
+    fn forget_latest(&mut self) {
+        if let Some(topic) = self.latest.and_then(|id| self.topics.get_mut(&id)) {
+            topic.values.iter_mut().for_each(|values| _ = values.pop());
+        }
+    }
+
     fn message(&mut self, kind: u8, body: &[u8]) -> Result<(), String> {
         match kind {
             b'F' => self.format(body),
@@ -255,6 +326,7 @@ impl Log {
             topic.short += 1;
             return;
         }
+        self.latest = id;
         for (number, values) in topic.numbers.iter().zip(&mut topic.values) {
             values.push(number.kind.read(body.get(number.offset..).unwrap_or(&[])));
         }

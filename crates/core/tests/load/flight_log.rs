@@ -76,3 +76,36 @@ fn ulog_formats_that_multiply_are_refused() {
     let line = inspect(&path).unwrap_err().to_string();
     assert!(line.contains("bomb.ulg") && line.contains("more than 65536 fields"), "{line}");
 }
+
+/// Bytes that look like nothing in particular.
+fn garbage(count: usize) -> Vec<u8> {
+    let mut state = 7_u32;
+    let mut next = || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 24) as u8
+    };
+    (0..count).map(|_| next()).collect()
+}
+
+#[test]
+fn ulog_goes_on_after_damage_in_its_middle() {
+    let whole = log();
+    let data = whole.len() - 5 - 40 * 28;
+    for (count, replaced) in [(777, 0), (100, 100), (1, 0), (31, 31), (60, 3)] {
+        // In the middle of the tenth pair of messages.
+        let at = data + 18 * 28 + 11;
+        let damaged = [&whole[..at], &garbage(count), &whole[at + replaced..]].concat();
+        let (_folder, path) = written("flight.ulg", damaged);
+        let probe = inspect(&path).unwrap();
+        assert!(probe.warnings.iter().any(|line| line.contains("damage at byte")), "{count}: {:?}", probe.warnings);
+        let lost = replaced.div_ceil(56) + 1;
+        for (source, scale) in [("air_data", 1.0), ("air_data.1", 2.0)] {
+            let values = channel(&probe, source, "q[0]").values();
+            assert!(values.len() >= 20 - lost, "{count}: {} of 20 samples", values.len());
+            assert_eq!(values[..9], super::made(9, |i, _| i * scale), "before the damage");
+            let after: Vec<f64> = (11 + lost..20).map(|i| i as f64 * scale).collect();
+            assert!(values.ends_with(&after), "{count}: after the damage {values:?}");
+        }
+        assert!(probe.warnings.iter().all(|line| !line.contains("increas")), "{:?}", probe.warnings);
+    }
+}

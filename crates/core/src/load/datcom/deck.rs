@@ -257,7 +257,7 @@ impl DatcomSection {
             datcom: Option<DatcomSection>,
         }
         let path = || aircraft.to_owned();
-        let text = std::fs::read_to_string(aircraft).map_err(|source| DatcomError::Read { path: path(), source })?;
+        let text = crate::load::read_text(aircraft).map_err(|source| DatcomError::Read { path: path(), source })?;
         let file: AircraftFile = toml::from_str(&text).map_err(|error| DatcomError::Section {
             path: path(),
             line: error.span().map_or(1, |span| 1 + text[..span.start.min(text.len())].matches('\n').count()),

@@ -242,7 +242,8 @@ impl DatcomListing {
     /// # Errors
     /// [`DatcomError`] with file, line and reason.
     pub fn read(path: &Path) -> Result<Self, DatcomError> {
-        let bytes = std::fs::read(path).map_err(|source| DatcomError::Read { path: path.to_owned(), source })?;
+        let bytes =
+            crate::load::read_bytes(path).map_err(|source| DatcomError::Read { path: path.to_owned(), source })?;
         Self::parse(&String::from_utf8_lossy(&bytes))
             .map_err(|source| DatcomError::Listing { path: path.to_owned(), source })
     }

@@ -96,6 +96,31 @@ def hdf5_claim_together():
             file.create_dataset(f"q{k}", shape=(100_000,), dtype="f8")
 
 
+def hdf5_odd():
+    with h5py.File("odd.h5", "w", libver="latest") as file:
+        file["time"] = t
+        file["q"] = i
+        file.create_dataset("lzf", data=t, compression="lzf", chunks=(len(t),))
+        file["nothing"] = h5py.Empty("f8")
+        file.create_dataset("unwritten", shape=(1000, 5000), dtype="f8")
+        file.create_dataset("unwritten_chunks", shape=(10**9,), dtype="f8", chunks=(1024,))
+
+
+def hdf5_virtual():
+    with h5py.File("virtual.h5", "w", libver="latest") as file:
+        file["time"] = t
+        source = h5py.VirtualSource("elsewhere.h5", "q", shape=(len(t),))
+        virtual = h5py.VirtualLayout(shape=(len(t),), dtype="f8")
+        virtual[:] = source
+        file.create_virtual_dataset("virtual", virtual)
+
+
+def hdf5_expands():
+    with h5py.File("expands.h5", "w") as file:
+        file["time"] = t
+        file.create_dataset("zeros", shape=(4_000_000,), dtype="f8", chunks=(4_000_000,), compression=9)[:] = 0.0
+
+
 def mat_v73():
     with h5py.File("v73.mat", "w", userblock_size=512) as file:
 
@@ -128,4 +153,7 @@ mat_v5_big_endian()
 hdf5_layouts()
 hdf5_claim()
 hdf5_claim_together()
+hdf5_odd()
+hdf5_virtual()
+hdf5_expands()
 mat_v73()

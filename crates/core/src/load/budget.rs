@@ -1,0 +1,104 @@
+//! How much memory a recording may take when it is unpacked.
+
+use std::cell::Cell;
+use std::path::Path;
+use std::sync::LazyLock;
+
+use super::{Format, LoadError};
+
+/// Environment variable that sets the budget, in megabytes (1e6 bytes).
+pub const BUDGET_VARIABLE: &str = "DOUBLET_UNPACK_MB";
+/// Part of the machine's memory that is the budget where none is set.
+const PART_OF_MEMORY: u64 = 4;
+/// Budget where nothing is known of the machine, bytes.
+const UNKNOWN_MACHINE: u64 = 1 << 30;
+const MEGABYTE: u64 = 1_000_000;
+
+/// The budget of this program, bytes: what the environment says, or a quarter of the memory it may use.
+static BUDGET: LazyLock<u64> = LazyLock::new(|| {
+    let set = std::env::var(BUDGET_VARIABLE).ok().and_then(|text| text.trim().parse::<u64>().ok());
+    set.map(|megabytes| megabytes.saturating_mul(MEGABYTE))
+        .or_else(|| memory().map(|bytes| bytes / PART_OF_MEMORY))
+        .unwrap_or(UNKNOWN_MACHINE)
+});
+
+/// Memory that this program may use, bytes: the least of the machine's, its control group's and its own limit; `None` where the
+/// system does not say.
+pub fn memory() -> Option<u64> {
+    let read = |path: &str| std::fs::read_to_string(path).ok();
+    let machine = read("/proc/meminfo").and_then(|text| total(&text));
+    let group = read("/sys/fs/cgroup/memory.max").and_then(|text| text.trim().parse().ok());
+    let own = read("/proc/self/limits").and_then(|text| address_space(&text));
+    [machine, group, own].into_iter().flatten().min()
+}
+
+/// `MemTotal` of `/proc/meminfo`, in bytes.
+fn total(text: &str) -> Option<u64> {
+    let line = text.lines().find_map(|line| line.strip_prefix("MemTotal:"))?;
+    Some(line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()?.saturating_mul(1024))
+}
+
+/// The soft limit of the address space in `/proc/self/limits`, in bytes.
+fn address_space(text: &str) -> Option<u64> {
+    let line = text.lines().find_map(|line| line.strip_prefix("Max address space"))?;
+    line.split_whitespace().next()?.parse().ok()
+}
+
+/// What is left of the budget of one file.
+pub(super) struct Budget<'p> {
+    path: &'p Path,
+    format: Format,
+    all: u64,
+    left: Cell<u64>,
+}
+
+impl<'p> Budget<'p> {
+    /// The budget of `path`. What takes no more than the file itself is not unpacked, so there is always that much.
+    pub fn of(path: &'p Path, format: Format) -> Self {
+        let stored = std::fs::metadata(path).map_or(0, |about| about.len());
+        let all = (*BUDGET).max(stored);
+        Self { path, format, all, left: Cell::new(all) }
+    }
+
+    /// All of it, bytes.
+    pub fn all(&self) -> u64 {
+        self.all
+    }
+
+    /// Takes `bytes` for `what`.
+    ///
+    /// # Errors
+    /// [`LoadError::TooLarge`] when that is more than is left.
+    pub fn take(&self, bytes: u64, what: impl FnOnce() -> String) -> Result<(), LoadError> {
+        match self.left.get().checked_sub(bytes) {
+            Some(left) => {
+                self.left.set(left);
+                Ok(())
+            }
+            None => Err(LoadError::TooLarge {
+                path: self.path.to_owned(),
+                format: self.format,
+                what: what(),
+                budget_mb: self.all / MEGABYTE,
+            }),
+        }
+    }
+
+    /// Gives back what was taken for a moment.
+    pub fn give_back(&self, bytes: u64) {
+        self.left.set(self.left.get().saturating_add(bytes).min(self.all));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{address_space, total};
+
+    #[test]
+    fn memory_is_read_as_the_system_writes_it() {
+        assert_eq!(total("MemTotal:       24680124 kB\nMemFree: 1 kB\n"), Some(24_680_124 * 1024));
+        let limits = "Max open files            1024    4096    files\nMax address space         4294967296    unlimited  bytes\n";
+        assert_eq!(address_space(limits), Some(4_294_967_296));
+        assert_eq!(address_space("Max address space         unlimited    unlimited  bytes\n"), None);
+    }
+}

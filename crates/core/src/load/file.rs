@@ -1,0 +1,44 @@
+//! Files that are read whole: sessions, aircraft, maps, listings, tables of earlier results.
+
+use std::io::{self, Read};
+use std::path::Path;
+
+/// Most bytes of a file that is read whole; such files have kilobytes.
+pub const MOST_BYTES: u64 = 64 << 20;
+
+/// The bytes of a file that people write: neither a pipe nor a device, whose reading may never end, nor one that fills the memory.
+///
+/// # Errors
+/// When it is none or cannot be read; the message does not name it.
+pub fn read_bytes(path: &Path) -> io::Result<Vec<u8>> {
+    let refused = |text: String| Err(io::Error::new(io::ErrorKind::InvalidInput, text));
+    let about = path.metadata()?;
+    if about.is_dir() {
+        return refused("it is a folder: name a file".to_owned());
+    }
+    if !about.is_file() {
+        return refused("it is a pipe or a device: name a file".to_owned());
+    }
+    let too_large = |bytes: u64| {
+        let (megabytes, most) = (bytes / 1_000_000, MOST_BYTES / 1_000_000);
+        refused(format!(
+            "it has over {megabytes} MB, and a file that people write at most {most} MB: name another file"
+        ))
+    };
+    if about.len() > MOST_BYTES {
+        return too_large(about.len());
+    }
+    let mut bytes = Vec::new();
+    // Some files of the system have more to read than they say.
+    std::fs::File::open(path)?.take(MOST_BYTES + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > MOST_BYTES { too_large(bytes.len() as u64) } else { Ok(bytes) }
+}
+
+/// The text of a file that people write, as [`read_bytes`].
+///
+/// # Errors
+/// As [`read_bytes`], and when it is no text.
+pub fn read_text(path: &Path) -> io::Result<String> {
+    String::from_utf8(read_bytes(path)?)
+        .map_err(|_| io::Error::new(io::ErrorKind::InvalidData, "it is binary data, not text: name another file"))
+}
