@@ -158,6 +158,9 @@ impl Workbench {
 
     fn save_to(&mut self, path: &Path, after: Option<Pending>, ctx: &egui::Context) {
         let path = if path.extension().is_some() { path.to_path_buf() } else { path.with_extension("toml") };
+        if self.document.path.as_deref() == Some(&path) && self.ask_about_change(after.clone()) {
+            return;
+        }
         match self.document.save(&path) {
             Ok(()) => {
                 self.state.remember(&path);
@@ -179,6 +182,7 @@ impl Workbench {
         let folder = folder.to_path_buf();
         let work = move |control: &Control, progress: &dyn Fn(f32)| {
             report::write(&session, &snapshot, &folder, &Outputs::default(), control, progress)
+                .map(|put| put.folder)
                 .map_err(|error| error.to_string())
         };
         self.start("doublet-export", work, ctx);
@@ -196,7 +200,7 @@ impl Workbench {
             sections: SectionKind::ALL.into_iter().filter(|kind| !choice.left_out.contains(kind)).collect(),
         };
         let work = move |control: &Control, progress: &dyn Fn(f32)| {
-            doublet_report::write(&session, &snapshot, &order, control, progress).map(|_| order.folder)
+            doublet_report::write(&session, &snapshot, &order, control, progress).map(|put| put.folder)
         };
         self.start("doublet-report", work, ctx);
     }

@@ -36,6 +36,8 @@ pub fn report(arguments: &ReportArguments) -> Result<Outcome, String> {
     let show = |part| progress.show(COMPUTING + (1.0 - COMPUTING) * part, "writing the report");
     let written = doublet_report::write(&session, &snapshot, &order, &Control::default(), &show);
     progress.finish();
-    written?.iter().for_each(|path| text::line(&format!("report in {}", path.display())));
+    let put = written?;
+    put.notes().for_each(|note| text::line(&note));
+    put.files.iter().for_each(|path| text::line(&format!("report in {}", path.display())));
     Ok(outcome(&snapshot, false))
 }

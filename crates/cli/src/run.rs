@@ -120,10 +120,11 @@ pub fn run(arguments: &RunArguments) -> Result<Outcome, String> {
     let show = |part| progress.show(COMPUTING + (1.0 - COMPUTING) * part, "writing");
     let written = report::write(&session, &snapshot, &arguments.out, &outputs, &Control::default(), &show);
     progress.finish();
-    let folder = written.map_err(|error| error.to_string())?;
+    let put = written.map_err(|error| error.to_string())?;
     summary::print(&session, &snapshot, arguments.verbose);
     let outcome = outcome(&snapshot, arguments.strict);
-    text::line(&format!("results in {}", folder.display()));
+    put.notes().for_each(|note| text::line(&note));
+    text::line(&format!("results in {}", put.folder.display()));
     Ok(outcome)
 }
 

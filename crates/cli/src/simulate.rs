@@ -4,6 +4,7 @@ use std::path::Path;
 
 use doublet_core::simulate::scenario::Start;
 use doublet_core::simulate::{self, InputKind, Scenario, SimulateError, scenario};
+use doublet_engine::keep::Staging;
 
 use crate::arguments::SimulateArguments;
 use crate::progress::Progress;
@@ -37,8 +38,7 @@ pub fn simulate(arguments: &SimulateArguments) -> Result<(), String> {
     progress.finish();
     let flight = flown.map_err(|error: SimulateError| error.to_string())?;
     let files = flight.files().map_err(|error| error.to_string())?;
-    write(folder, files.iter().map(|file| (file.path.as_ref(), file.bytes.as_slice())))
-        .map_err(|error| format!("{}: {error}", folder.display()))?;
+    write(folder, files.iter().map(|file| (file.path.as_ref(), file.bytes.as_slice())))?;
     for file in &files {
         text::line(&format!("{}  {} kB", AsRef::<Path>::as_ref(&file.path).display(), file.bytes.len().div_ceil(1000)));
     }
@@ -79,20 +79,15 @@ fn adjust(scenario: &mut Scenario, arguments: &SimulateArguments) -> Result<(), 
 }
 
 /// Writes all files into `folder`, which appears complete or not at all.
-fn write<'a>(folder: &Path, files: impl Iterator<Item = (&'a Path, &'a [u8])>) -> std::io::Result<()> {
-    let parent = folder.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    std::fs::create_dir_all(parent)?;
-    let staging = tempfile::Builder::new().prefix(".doublet-").tempdir_in(parent)?;
+fn write<'a>(folder: &Path, files: impl Iterator<Item = (&'a Path, &'a [u8])>) -> Result<(), String> {
+    let staging = Staging::new(folder).map_err(|error| error.to_string())?;
     for (path, bytes) in files {
         let place = staging.path().join(path);
-        std::fs::create_dir_all(place.parent().unwrap_or(parent))?;
-        std::fs::write(place, bytes)?;
+        let written =
+            place.parent().map_or(Ok(()), std::fs::create_dir_all).and_then(|()| std::fs::write(&place, bytes));
+        written.map_err(|error| format!("{}: {error}", folder.join(path).display()))?;
     }
-    let staged = staging.keep();
-    std::fs::rename(&staged, folder).inspect_err(|_| {
-        // The finished files cannot be put in place: leave nothing half done behind.
-        let _ = std::fs::remove_dir_all(&staged);
-    })
+    staging.put_new().map_err(|error| error.to_string())
 }
 
 fn list() {

@@ -36,9 +36,10 @@ pub fn shown(study: Study, session: &Session, snapshot: &Snapshot, arguments: &S
         Study::MonteCarlo { .. } => monte_carlo(&results),
     }
     if let Some(out) = &arguments.out {
-        let folder = report::write(session, snapshot, out, &Outputs::default(), &Control::default(), &|_| {})
+        let put = report::write(session, snapshot, out, &Outputs::default(), &Control::default(), &|_| {})
             .map_err(|error| error.to_string())?;
-        text::line(&format!("results in {}", folder.display()));
+        put.notes().for_each(|note| text::line(&note));
+        text::line(&format!("results in {}", put.folder.display()));
     }
     Ok(())
 }

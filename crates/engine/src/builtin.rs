@@ -5,11 +5,13 @@
 use std::collections::HashMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::sync::{LazyLock, Mutex, PoisonError};
+use std::sync::{LazyLock, Mutex, OnceLock, PoisonError};
 
 use doublet_core::load::aircraft;
 use include_dir::{Dir, DirEntry, include_dir};
 use sha2::{Digest, Sha256};
+
+use crate::keep::PrivateFolder;
 
 static ASSETS: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/../../assets");
 static SESSIONS: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/../../sessions");
@@ -46,12 +48,13 @@ pub fn session(name: &str) -> Option<&'static str> {
     SESSIONS.get_file(format!("{name}.toml"))?.contents_utf8()
 }
 
-/// Place on disk of a built-in file or folder, written there on first use.
+/// Place on disk of a built-in file or folder, written there on first use: in the cache folder of the user, or in a folder of this
+/// program alone where that cannot be written.
 ///
 /// The folder's name carries the content's hash, so versions of the program do not disturb each other.
 ///
 /// # Errors
-/// One line when nothing is called so or the files cannot be written.
+/// One line when nothing is called so or the files can be written nowhere.
 pub fn on_disk(name: &str) -> Result<PathBuf, String> {
     // Hashing and comparing megabytes once per program is enough; a file that left the disk since is written again.
     static PLACES: LazyLock<Mutex<HashMap<String, PathBuf>>> = LazyLock::new(Mutex::default);
@@ -74,11 +77,48 @@ fn write_entry(name: &str) -> Result<PathBuf, String> {
         hasher.update(contents);
     }
     let hash: String = hasher.finalize()[..8].iter().map(|byte| format!("{byte:02x}")).collect();
-    let root = cache_folder().join(hash);
-    for (path, contents) in files {
-        write_once(&root.join(path), contents).map_err(|error| format!("{}: {error}", root.join(path).display()))?;
-    }
+    let put = |root: &Path| {
+        files.iter().try_for_each(|(path, contents)| {
+            let place = root.join(path);
+            write_once(&place, contents).map_err(|error| format!("{}: {error}", place.display()))
+        })
+    };
+    let refused = match cache_folder().map(|folder| folder.join(&hash)) {
+        Some(root) => match put(&root) {
+            Ok(()) => return Ok(root.join(name)),
+            Err(line) => line,
+        },
+        None => "neither XDG_CACHE_HOME nor HOME is set".to_owned(),
+    };
+    let root = own_folder().map_err(|error| {
+        format!("{refused}; {error}: set XDG_CACHE_HOME or TMPDIR to a folder that can be written, for what comes with doublet")
+    })?;
+    put(root)?;
     Ok(root.join(name))
+}
+
+/// A folder of this program alone. It outlives the program and is removed by the next that needs one.
+fn own_folder() -> Result<&'static Path, String> {
+    static FOLDER: OnceLock<Result<PrivateFolder, String>> = OnceLock::new();
+    let made = FOLDER.get_or_init(|| {
+        let homes =
+            [Some(std::env::temp_dir()), std::env::var_os("XDG_RUNTIME_DIR").map(PathBuf::from), shared_memory()];
+        let mut refused = Vec::new();
+        for home in homes.into_iter().flatten() {
+            match PrivateFolder::new(&home) {
+                Ok(folder) => return Ok(folder),
+                Err(error) => refused.push(format!("{}: {error}", home.display())),
+            }
+        }
+        Err(refused.join("; "))
+    });
+    made.as_ref().map(PrivateFolder::path).map_err(Clone::clone)
+}
+
+/// Where Linux keeps files in memory.
+fn shared_memory() -> Option<PathBuf> {
+    let place = PathBuf::from("/dev/shm");
+    place.is_dir().then_some(place)
 }
 
 fn collect(entry: &'static DirEntry<'static>, files: &mut Vec<(&'static Path, &'static [u8])>) {
@@ -88,10 +128,10 @@ fn collect(entry: &'static DirEntry<'static>, files: &mut Vec<(&'static Path, &'
     }
 }
 
-fn cache_folder() -> PathBuf {
+fn cache_folder() -> Option<PathBuf> {
     let home = || std::env::var_os("HOME").map(|home| Path::new(&home).join(".cache"));
-    let base = std::env::var_os("XDG_CACHE_HOME").map(PathBuf::from).or_else(home);
-    base.unwrap_or_else(std::env::temp_dir).join("doublet")
+    let base = std::env::var_os("XDG_CACHE_HOME").map(PathBuf::from).or_else(home)?;
+    Some(base.join("doublet"))
 }
 
 /// Writes the file unless it is there in full, so that two programs may do so at once.

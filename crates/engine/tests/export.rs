@@ -16,6 +16,7 @@ use doublet_core::model::{
 };
 use doublet_engine::export::{DaveMl, ExportError, Format, IdentifiedCoefficient, IdentifiedModel, Parameter, write};
 use doublet_engine::graph::Cache;
+use doublet_engine::keep::PutError;
 use doublet_engine::run::{Control, Scope, Snapshot, run};
 use doublet_engine::session::{self, ControlLags, Session};
 use nalgebra::{DMatrix, Vector3};
@@ -233,7 +234,10 @@ fn a_foreign_file_is_never_replaced() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("test_aircraft.dml");
     std::fs::write(&path, "mine").unwrap();
-    assert!(matches!(write(&body_axes(), &[Format::DaveMl], folder.path()), Err(ExportError::Occupied(_))));
+    assert!(matches!(
+        write(&body_axes(), &[Format::DaveMl], folder.path()),
+        Err(ExportError::Put(PutError::Foreign(_)))
+    ));
     assert_eq!(std::fs::read_to_string(&path).unwrap(), "mine");
     std::fs::remove_file(&path).unwrap();
     write(&body_axes(), &[Format::DaveMl], folder.path()).unwrap();
@@ -420,9 +424,10 @@ fn the_demo_leaves_as_a_model_that_flies() {
     let (session, snapshot) = demo();
     let model = IdentifiedModel::new(&session, &snapshot).unwrap();
     let folder = tempfile::tempdir().unwrap();
-    let files = write(&model, &Format::ALL, folder.path()).unwrap();
+    let files = write(&model, &Format::ALL, folder.path()).unwrap().files;
     assert_eq!(files.len(), 4);
-    assert!(check_daveml(&files[2]) >= 6 * 41);
+    let daveml = files.iter().find(|file| file.extension().is_some_and(|ending| ending == "dml")).unwrap();
+    assert!(check_daveml(daveml) >= 6 * 41);
     // Derivatives are those of the results; the constant is the mean of those of the windows.
     let pooled = snapshot.pooled.ready().unwrap();
     let fit = pooled.fits.iter().find(|fit| fit.coefficient == Coefficient::Cm).unwrap();

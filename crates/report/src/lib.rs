@@ -6,9 +6,9 @@ mod html;
 mod pdf;
 pub mod svg;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use doublet_engine::keep::replace;
+use doublet_engine::keep::{Earlier, Put, Staging};
 use doublet_engine::report::document::{self, Block, Document, Figure, SectionKind};
 use doublet_engine::report::{self as results};
 use doublet_engine::run::{Control, Snapshot};
@@ -52,7 +52,7 @@ pub struct Order {
     pub sections: Vec<SectionKind>,
 }
 
-/// Writes the report on a run; each file appears complete or not at all. `progress` is told the part done, 0 to 1.
+/// Writes the report on a run, all forms of it in one step; what else the folder holds stays. `progress` is told the part done, 0 to 1.
 ///
 /// # Errors
 /// One line: what could not be written, or that it was cancelled.
@@ -62,13 +62,13 @@ pub fn write(
     order: &Order,
     control: &Control,
     progress: &dyn Fn(f32),
-) -> Result<Vec<PathBuf>, String> {
+) -> Result<Put, String> {
     let checkpoint = || control.checkpoint().map_err(|_| "cancelled: no report was written".to_owned());
     let found = results::build(session, snapshot);
     let document = document::build(session, snapshot, &found, &order.sections);
     progress(0.1);
     checkpoint()?;
-    let mut written = Vec::new();
+    let staging = Staging::new(&order.folder).map_err(|error| error.to_string())?;
     for (index, &format) in order.formats.iter().enumerate() {
         let share = 0.9 / order.formats.len() as f32;
         let inner = |part: f32| progress(0.1 + share * (index as f32 + part));
@@ -77,15 +77,23 @@ pub fn write(
             ReportFormat::Pdf => pdf(&document, control, &inner)?,
         };
         checkpoint()?;
-        let path = order.folder.join(format!("{}.{}", order.name, format.name()));
-        std::fs::create_dir_all(&order.folder)
-            .and_then(|()| replace(&path, &contents))
-            .map_err(|error| format!("{}: {error}", path.display()))?;
-        written.push(path);
+        let name = format!("{}.{}", order.name, format.name());
+        std::fs::write(staging.path().join(&name), &contents)
+            .map_err(|error| format!("{}: {error}", order.folder.join(name).display()))?;
         inner(1.0);
     }
-    Ok(written)
+    let set = format!("report {}", order.name);
+    staging.put(&set, Earlier::Kept, &is_report).map_err(|error| error.to_string())
 }
+
+/// Whether a file is a report of a version that kept no list of its files: it names the program that made it.
+fn is_report(path: &Path) -> bool {
+    let contains = |bytes: Vec<u8>| bytes.windows(MAKER.len()).any(|part| part == MAKER);
+    std::fs::read(path).is_ok_and(contains)
+}
+
+/// Start of the name of the program in the forms' own data.
+const MAKER: &[u8] = b"doublet ";
 
 /// Figures of a document in their order.
 fn figures(document: &Document) -> impl Iterator<Item = &Figure> {

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::Job;
-use crate::keep::replace;
+use crate::keep::{replace, sweep};
 
 /// What a run found.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -41,7 +41,7 @@ pub struct Estimate {
 pub struct Store(PathBuf);
 
 impl Store {
-    /// The store that belongs to the table `out`: `NAME.runs` beside it, made where it is missing.
+    /// The store that belongs to the table `out`: `NAME.runs` beside it, made where it is missing. Leftovers of batches that died are removed.
     ///
     /// # Errors
     /// One line when it cannot be made.
@@ -49,6 +49,7 @@ impl Store {
         let name = out.file_name().ok_or_else(|| format!("{} is no file name", out.display()))?;
         let folder = out.with_file_name(format!("{}.runs", name.to_string_lossy()));
         std::fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+        sweep(&folder);
         Ok(Self(folder))
     }
 

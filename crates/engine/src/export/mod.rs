@@ -7,12 +7,12 @@ mod jsbsim;
 mod model;
 mod xml;
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
 use crate::date;
+use crate::keep::{Earlier, Put, PutError, Staging};
 
 pub use daveml_reader::{CheckResult, DaveMl, DaveMlError};
 pub use model::{IdentifiedCoefficient, IdentifiedModel, Parameter, Ranges};
@@ -62,9 +62,9 @@ pub enum ExportError {
         /// Why, and what to do.
         reason: &'static str,
     },
-    /// A file exists that doublet did not write.
-    #[error("{0} exists and was not written by doublet: choose another folder for --out")]
-    Occupied(String),
+    /// The files could not be put in place.
+    #[error(transparent)]
+    Put(#[from] PutError),
     /// A file could not be written.
     #[error("{path}: {source}")]
     File {
@@ -93,41 +93,40 @@ const CHECK_TOLERANCE: f64 = 1e-12;
 
 /// Writes `model` into `folder` in the given formats and returns the files: `NAME/NAME.xml` and
 /// `NAME/NAME_aerodynamics.xml` for JSBSim (`folder` is then an aircraft path of JSBSim), `NAME.dml` for DAVE-ML, and
-/// `NAME_check_points.csv` beside them. A DAVE-ML file is read back and must give its own check cases before anything is
-/// written. Files of an earlier export are replaced; others never are.
+/// `NAME_check_points.csv` beside them, all in one step. A DAVE-ML file is read back and must give its own check cases before anything
+/// is written. Files of an earlier export are replaced; others never are.
 ///
 /// # Errors
 /// [`ExportError`]; nothing is written when a format refuses a term.
-pub fn write(model: &IdentifiedModel, formats: &[Format], folder: &Path) -> Result<Vec<PathBuf>, ExportError> {
+pub fn write(model: &IdentifiedModel, formats: &[Format], folder: &Path) -> Result<Put, ExportError> {
     let name = &model.name;
     let date = date::today();
     let mut files: Vec<(PathBuf, String)> = Vec::new();
     for format in formats {
         match format {
             Format::JsbSim => {
-                let aircraft = folder.join(name);
+                let aircraft = PathBuf::from(name);
                 files.push((aircraft.join(format!("{name}_aerodynamics.xml")), jsbsim::aerodynamics(model)?));
                 files.push((aircraft.join(format!("{name}.xml")), jsbsim::aircraft(model, &date)?));
             }
             Format::DaveMl => {
-                let path = folder.join(format!("{name}.dml"));
+                let path = format!("{name}.dml");
                 let text = daveml::write(model, &date)?;
-                verify(&path, &text)?;
-                files.push((path, text));
+                verify(&folder.join(&path), &text)?;
+                files.push((path.into(), text));
             }
         }
     }
-    files.push((folder.join(format!("{name}_check_points.csv")), checks::table(model)));
-    for (path, _) in &files {
-        let foreign = std::fs::read_to_string(path).map_or(path.exists(), |text| !text.contains(MARK));
-        if foreign {
-            return Err(ExportError::Occupied(path.display().to_string()));
-        }
+    files.push((format!("{name}_check_points.csv").into(), checks::table(model)));
+    let staging = Staging::new(folder)?;
+    for (name, text) in &files {
+        let path = staging.path().join(name);
+        let written = path.parent().map_or(Ok(()), std::fs::create_dir_all).and_then(|()| std::fs::write(&path, text));
+        written.map_err(|source| ExportError::File { path: folder.join(name).display().to_string(), source })?;
     }
-    for (path, text) in &files {
-        put(path, text).map_err(|source| ExportError::File { path: path.display().to_string(), source })?;
-    }
-    Ok(files.into_iter().map(|(path, _)| path).collect())
+    // Files of a version that kept no list of them are known by their mark.
+    let is_marked = |path: &Path| std::fs::read_to_string(path).is_ok_and(|text| text.contains(MARK));
+    Ok(staging.put(&format!("model {name}"), Earlier::Kept, &is_marked)?)
 }
 
 /// Reads a DAVE-ML file back and evaluates its check cases.
@@ -143,14 +142,4 @@ fn verify(path: &Path, text: &str) -> Result<(), ExportError> {
         None if results.is_empty() => Err(wrong("it has no check cases".to_owned())),
         None => Ok(()),
     }
-}
-
-/// Writes a file whole or not at all.
-fn put(path: &Path, text: &str) -> std::io::Result<()> {
-    let parent = path.parent().unwrap_or(Path::new("."));
-    std::fs::create_dir_all(parent)?;
-    let mut file = tempfile::NamedTempFile::new_in(parent)?;
-    file.write_all(text.as_bytes())?;
-    file.as_file().sync_all()?;
-    file.persist(path).map(drop).map_err(|error| error.error)
 }

@@ -1,11 +1,12 @@
 //! Files replaced in one step: written beside, synced, renamed.
 
 use std::ffi::OsString;
+use std::fs::TryLockError;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-/// End of the names of files being written.
-const PART: &str = ".part";
+use super::sweep::{PART, sweep};
+
 /// What the previous version of a file has added to its name.
 const PREVIOUS: &str = ".bak";
 
@@ -21,7 +22,7 @@ pub fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(&prefix).suffix(PART);
     readable_by_others(&mut builder);
-    let mut file = builder.tempfile_in(folder)?;
+    let mut file = begun(&builder, folder)?;
     file.write_all(bytes)?;
     if let Ok(present) = path.metadata() {
         file.as_file().set_permissions(present.permissions())?;
@@ -31,7 +32,21 @@ pub fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
     sync_folder(folder)
 }
 
-/// Like [`replace`]; what the file held before is then in `*.bak`, which is replaced in one step too.
+/// A new file that is locked while it is written, so that nobody takes it for what a dead writer left.
+fn begun(builder: &tempfile::Builder<'_, '_>, folder: &Path) -> io::Result<tempfile::NamedTempFile> {
+    loop {
+        let file = builder.tempfile_in(folder)?;
+        match file.as_file().try_lock() {
+            Ok(()) if file.path().exists() => return Ok(file),
+            // It was swept away between its making and its locking.
+            Ok(()) | Err(TryLockError::WouldBlock) => {}
+            Err(TryLockError::Error(_)) => return Ok(file),
+        }
+    }
+}
+
+/// Like [`replace`]; what the file held before is then in `*.bak`, which is replaced in one step too. Leftovers of writers that died
+/// in its folder are removed.
 ///
 /// # Errors
 /// As [`replace`].
@@ -41,22 +56,13 @@ pub fn replace_keeping_previous(path: &Path, bytes: &[u8]) -> io::Result<()> {
         Err(error) if error.kind() == io::ErrorKind::NotFound => {}
         Err(error) => return Err(error),
     }
+    remove_leftovers(path);
     replace(path, bytes)
 }
 
-/// Removes what writers of `path` that were killed have left beside it. Only the owner of `path` may do so.
+/// Removes what writers that were killed have left beside `path`.
 pub fn remove_leftovers(path: &Path) {
-    let path = target(path);
-    let prefix = part_prefix(&path);
-    let entries = std::fs::read_dir(folder_of(&path)).into_iter().flatten().flatten();
-    for entry in entries {
-        let name = entry.file_name();
-        let name = name.as_encoded_bytes();
-        if name.starts_with(prefix.as_encoded_bytes()) && name.ends_with(PART.as_bytes()) {
-            // One that cannot be removed does no harm.
-            let _ = std::fs::remove_file(entry.path());
-        }
-    }
+    sweep(folder_of(&target(path)));
 }
 
 /// Where the previous version of `path` is kept.
@@ -71,7 +77,8 @@ fn target(path: &Path) -> PathBuf {
     path.canonicalize().unwrap_or_else(|_| path.to_path_buf())
 }
 
-fn folder_of(path: &Path) -> &Path {
+/// The folder a file lies in.
+pub(super) fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
@@ -94,11 +101,11 @@ fn readable_by_others(_: &mut tempfile::Builder<'_, '_>) {}
 
 /// Makes a rename last. Systems that cannot open a folder sync it on their own.
 #[cfg(unix)]
-fn sync_folder(folder: &Path) -> io::Result<()> {
+pub(super) fn sync_folder(folder: &Path) -> io::Result<()> {
     std::fs::File::open(folder)?.sync_all()
 }
 
 #[cfg(not(unix))]
-fn sync_folder(_: &Path) -> io::Result<()> {
+pub(super) fn sync_folder(_: &Path) -> io::Result<()> {
     Ok(())
 }

@@ -98,6 +98,14 @@ impl Lock {
         Err(io::Error::other(format!("{} comes and goes", path.display())))
     }
 
+    /// Takes hold of what a dead program left; `None` where its owner may live or no lock can be written.
+    pub(super) fn claim_dead(target: &Path) -> Option<Self> {
+        match Self::claim(target) {
+            Ok(Claim::Ours(lock)) => Some(lock),
+            Ok(Claim::Theirs(_)) | Err(_) => None,
+        }
+    }
+
     /// Takes hold of a session file to write it; `None` where no lock can be written, which writing says better.
     ///
     /// # Errors

@@ -2,9 +2,17 @@
 
 mod autosave;
 mod durable;
+mod folder;
 mod lock;
+mod manifest;
+mod sweep;
 
 pub use autosave::{Draft, Orphan, Slot, orphans, state_folder};
 pub use durable::{remove_leftovers, replace, replace_keeping_previous};
+pub(crate) use folder::PrivateFolder;
+pub use folder::{Earlier, Put, PutError, Staging};
 pub(crate) use lock::named;
 pub use lock::{Claim, Lock, Owner};
+pub use manifest::{MANIFEST, has_manifest};
+pub(crate) use manifest::{hash_bytes, hash_file};
+pub use sweep::sweep;

@@ -17,7 +17,8 @@ mod summary;
 mod table;
 pub mod tables;
 
-use std::path::{Path, PathBuf};
+use std::io::Read;
+use std::path::Path;
 
 use thiserror::Error;
 
@@ -40,6 +41,7 @@ pub use studies::{
 };
 pub use table::{Cell, Column, Table, significant};
 
+use crate::keep::{Earlier, Put, PutError, Staging, has_manifest};
 use crate::run::{Control, Snapshot};
 use crate::session::Session;
 
@@ -74,6 +76,9 @@ pub enum ReportError {
     /// The folder holds something else.
     #[error("{0} is not empty and was not written by doublet: choose another folder for --out")]
     Occupied(String),
+    /// The results could not be put in place.
+    #[error(transparent)]
+    Put(#[from] PutError),
     /// A table could not be formed.
     #[error("{what}: {reason}")]
     Form {
@@ -97,8 +102,8 @@ fn file_error(path: &Path) -> impl FnOnce(std::io::Error) -> ReportError {
     move |source| ReportError::File { path, source }
 }
 
-/// Writes all results of a run into `folder`, which appears complete or not at all. A folder of earlier results is replaced.
-/// `progress` is told the part that is written, 0 to 1, after every step.
+/// Writes all results of a run into `folder`, in one step. Results of an earlier run there are replaced; what else the folder holds
+/// stays. `progress` is told the part that is written, 0 to 1, after every step.
 ///
 /// # Errors
 /// [`ReportError`]; nothing of the new results is left behind then.
@@ -109,11 +114,9 @@ pub fn write(
     outputs: &Outputs,
     control: &Control,
     progress: &dyn Fn(f32),
-) -> Result<PathBuf, ReportError> {
+) -> Result<Put, ReportError> {
     check_target(folder)?;
-    let parent = folder.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    std::fs::create_dir_all(parent).map_err(file_error(parent))?;
-    let staging = tempfile::Builder::new().prefix(".doublet-").tempdir_in(parent).map_err(file_error(parent))?;
+    let staging = Staging::new(folder)?;
     let steps = (1 + outputs.tables.len() + outputs.histories.len()) as f32;
     let mut done = 0.0;
     let mut step = || {
@@ -145,20 +148,22 @@ pub fn write(
         histories::write(&collected, &session.title, format, staging.path(), control)?;
         step()?;
     }
-    if folder.exists() {
-        std::fs::remove_dir_all(folder).map_err(file_error(folder))?;
-    }
-    let staged = staging.keep();
-    std::fs::rename(&staged, folder).map_err(|error| {
-        // The finished results cannot be put in place: leave nothing half done behind.
-        let _ = std::fs::remove_dir_all(&staged);
-        file_error(folder)(error)
-    })?;
+    // Results of a version that kept no list of its files are known by their own mark.
+    let unlisted = !has_manifest(folder) && is_results(&folder.join(RESULTS));
+    let put = staging.put("results", Earlier::Removed, &|_| unlisted)?;
     progress(1.0);
-    Ok(folder.to_path_buf())
+    Ok(put)
 }
 
-/// Refuses a folder that holds anything but earlier results.
+/// Whether a file is the `results.json` of a run.
+fn is_results(path: &Path) -> bool {
+    const MARK_WITHIN: u64 = 200;
+    let mut start = Vec::new();
+    let read = std::fs::File::open(path).and_then(|file| file.take(MARK_WITHIN).read_to_end(&mut start));
+    read.is_ok() && String::from_utf8_lossy(&start).contains(FORMAT)
+}
+
+/// Refuses a folder that holds files of which doublet wrote none.
 ///
 /// # Errors
 /// [`ReportError::Occupied`].
@@ -166,7 +171,7 @@ pub fn check_target(folder: &Path) -> Result<(), ReportError> {
     let occupied = || ReportError::Occupied(folder.display().to_string());
     match std::fs::read_dir(folder) {
         Ok(mut entries) => {
-            if entries.next().is_some() && !folder.join(RESULTS).is_file() {
+            if entries.next().is_some() && !has_manifest(folder) && !is_results(&folder.join(RESULTS)) {
                 return Err(occupied());
             }
             Ok(())

@@ -28,7 +28,7 @@ impl Reference {
 /// One line: the file and why it holds no derivatives.
 pub fn reference(path: &Path) -> Result<Reference, String> {
     let place = path.display();
-    let bytes = std::fs::read(path).map_err(|error| format!("{place}: {error}"))?;
+    let bytes = doublet_core::load::read_bytes(path).map_err(|error| format!("{place}: {error}"))?;
     let text = String::from_utf8_lossy(&bytes);
     let found = if text.trim_start().starts_with('{') {
         of_results(&text)

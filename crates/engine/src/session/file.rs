@@ -1,6 +1,5 @@
 //! Session files: opened with their folder, saved so that a crash never leaves half a file.
 
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
@@ -8,7 +7,7 @@ use sha2::{Digest, Sha256};
 use super::Session;
 use super::paths::{paths_mut, relative_to};
 use super::schema::{SessionError, parse, print};
-use crate::keep::replace_keeping_previous;
+use crate::keep::{hash_bytes, hash_file, replace, replace_keeping_previous};
 
 /// A session and where its relative paths start.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,6 +18,8 @@ pub struct Opened {
     pub path: PathBuf,
     /// Folder its relative paths start from.
     pub folder: PathBuf,
+    /// SHA-256 of the file as it was read, in hexadecimal.
+    pub sha256: String,
 }
 
 fn file_error(path: &Path) -> impl FnOnce(std::io::Error) -> SessionError {
@@ -33,18 +34,27 @@ fn file_error(path: &Path) -> impl FnOnce(std::io::Error) -> SessionError {
 pub fn open(path: &Path) -> Result<Opened, SessionError> {
     let text = text_of(path).map_err(file_error(path))?;
     let folder = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
-    Ok(Opened { session: relative_to(&parse(&text)?, &folder), path: path.to_path_buf(), folder })
+    let sha256 = hash_bytes(text.as_bytes());
+    Ok(Opened { session: relative_to(&parse(&text)?, &folder), path: path.to_path_buf(), folder, sha256 })
 }
 
 /// The text of a session file; an empty file and one that is no text are said to be what they are.
 fn text_of(path: &Path) -> std::io::Result<String> {
     let refuse = |text: &str| Err(std::io::Error::new(std::io::ErrorKind::InvalidData, text.to_owned()));
-    let bytes = std::fs::read(path)?;
+    let bytes = doublet_core::load::read_bytes(path)?;
     if bytes.is_empty() {
         return refuse("there is nothing in it (0 bytes): open another file, or its .bak beside it");
     }
     String::from_utf8(bytes)
         .or_else(|_| refuse("it is no session but binary data: make a session from a recording with `doublet new`"))
+}
+
+/// Like [`save`], and what `*.bak` holds stays.
+///
+/// # Errors
+/// As [`save`].
+pub fn save_without_backup(session: &Session, path: &Path) -> Result<(), SessionError> {
+    replace(path, print(session)?.as_bytes()).map_err(file_error(path))
 }
 
 /// Saves a session in one step: a reader finds the old file or the new one, whenever the program ends. The previous file is kept
@@ -102,22 +112,10 @@ pub fn content_hash(path: &Path) -> Result<String, SessionError> {
         files.sort();
         for file in &files {
             hasher.update(file.file_name().unwrap_or_default().as_encoded_bytes());
-            hash_file(file, &mut hasher)?;
+            hash_file(file, &mut hasher).map_err(file_error(file))?;
         }
     } else {
-        hash_file(path, &mut hasher)?;
+        hash_file(path, &mut hasher).map_err(file_error(path))?;
     }
     Ok(hasher.finalize().iter().map(|byte| format!("{byte:02x}")).collect())
-}
-
-fn hash_file(path: &Path, hasher: &mut Sha256) -> Result<(), SessionError> {
-    let mut file = std::fs::File::open(path).map_err(file_error(path))?;
-    let mut block = vec![0_u8; 1 << 16];
-    loop {
-        let read = file.read(&mut block).map_err(file_error(path))?;
-        if read == 0 {
-            return Ok(());
-        }
-        hasher.update(&block[..read]);
-    }
 }

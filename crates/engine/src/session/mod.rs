@@ -26,7 +26,7 @@ pub use check::{check, stops_run};
 pub use constraint::TermConstraint;
 pub use edit::{Edit, EditError, EstimationEdit, FilterEdit, LoadingEdit, ModelEdit, WindowEdit};
 pub use expression::{EXPRESSION_SOURCE, ExpressionEdit, ExpressionSetting};
-pub use file::{Opened, content_hash, open, rebased, save};
+pub use file::{Opened, content_hash, open, rebased, save, save_without_backup};
 pub use map_ref::MapRef;
 pub use noise::{NoiseChannel, NoiseEdit, NoiseEntry, SteadyWindow};
 pub use paths::{leads_out, path_warning, paths, relative_to};

@@ -19,7 +19,7 @@ pub fn write(histories: &[History<'_>], title: &str, path: &Path) -> Result<(), 
             .attribute(AttributeBuilder::fixed_string("units", unit))
             .attribute(AttributeBuilder::fixed_string("description", description));
         builder = std::mem::take(&mut builder).dataset(data_set);
-        Ok(())
+        Ok::<(), ReportError>(())
     };
     for history in histories {
         for time in &history.time_paths {
