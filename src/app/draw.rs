@@ -56,6 +56,7 @@ pub fn draw(app: &mut Workbench, ui: &mut Ui) {
     app.guard(ui.ctx());
     app.take_figures(ui.ctx());
     app.offer_work(ui.ctx());
+    app.draw_change(ui.ctx());
     app.typing = ui.ctx().egui_wants_keyboard_input();
     let moved = app.hovered_s != app.state.time.cursor_s;
     if moved || !app.commands.is_empty() || !app.edits.is_empty() {
@@ -117,6 +118,10 @@ fn recent(paths: &[std::path::PathBuf], commands: &mut Vec<UiCommand>, ui: &mut 
 fn status(app: &mut Workbench, ui: &mut Ui) {
     let palette = theme::palette(ui);
     let mut closed = false;
+    if let Some(error) = app.document.autosave_error() {
+        let text = format!("Unsaved work is not kept ({error}): save often");
+        ui.add(egui::Label::new(RichText::new(text).color(palette.error)).wrap());
+    }
     if let Some(message) = &app.message {
         ui.horizontal(|ui| {
             closed = ui.small_button("✖").on_hover_text("Close").clicked();

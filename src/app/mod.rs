@@ -1,6 +1,7 @@
 //! The application: owns the state; `logic` changes it, `draw` shows it.
 
 mod begin;
+mod changed;
 mod draw;
 pub mod files;
 mod logic;
@@ -67,6 +68,7 @@ pub struct Workbench {
     studies: Vec<Study>,
     asked: Option<Asked>,
     guarded: Option<Pending>,
+    changed: Option<changed::Question>,
     exporting: Option<Job>,
     recovery: Recovery,
     beginning: Beginning,
@@ -109,6 +111,7 @@ impl Workbench {
             studies: Vec::new(),
             asked: None,
             guarded: None,
+            changed: None,
             exporting: None,
             recovery: Recovery::default(),
             beginning: Beginning::default(),

@@ -20,7 +20,6 @@ pub struct Recovery {
     folder: Option<PathBuf>,
     found: Vec<Found>,
     asking: bool,
-    said: Option<String>,
 }
 
 /// Work that was found.
@@ -55,26 +54,17 @@ impl Workbench {
     /// Takes hold of the file of the session just opened.
     pub(super) fn keep_document(&mut self) {
         let Some(folder) = self.recovery.folder.clone() else { return };
-        self.recovery.said = None;
-        if let Err(error) = self.document.keep_in(&folder) {
-            self.complain(format!("{}: {error}: unsaved work is not kept, save often", folder.display()));
-        }
+        // Where it cannot be kept the document says so from now on.
+        let _ = self.document.keep_in(&folder);
         if let (Some(path), Some(owner)) = (&self.document.path, self.document.held_by()) {
             let line = format!("{} is open in {owner}: save changes under another name", path.display());
             self.complain(line);
         }
     }
 
-    /// Hands new work to the background writer, and says once when it cannot be kept.
+    /// Hands new work to the background writer.
     pub(super) fn keep_work(&mut self) {
         self.document.autosave();
-        let error = self.document.autosave_error();
-        if error != self.recovery.said {
-            if let Some(error) = &error {
-                self.complain(format!("unsaved work cannot be kept ({error}): save the session"));
-            }
-            self.recovery.said = error;
-        }
     }
 
     /// Offers the work of the session just opened.

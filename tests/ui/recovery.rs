@@ -135,3 +135,41 @@ fn a_session_open_elsewhere_is_said_to_be_and_not_overwritten() {
     assert!(second.state().files.is_asking(), "for another name");
     assert_eq!(session::open(&desk.session).unwrap().session.title, "as saved");
 }
+
+#[test]
+fn a_session_changed_on_disk_is_asked_about_and_theirs_can_be_taken() {
+    let desk = Desk::new();
+    let mut harness = desk.workbench(Some(&desk.session));
+    harness.state_mut().apply(&Edit::Title("mine".to_owned()));
+    let text = std::fs::read_to_string(&desk.session).unwrap();
+    std::fs::write(&desk.session, text.replace("as saved", "by an editor")).unwrap();
+    harness.state_mut().request(UiCommand::File(FileCommand::Save));
+    harness.run_steps(3);
+    assert!(harness.state().is_asking_about_change());
+    harness.get_by_label("Show").click();
+    harness.run_steps(3);
+    harness.get_by_label("title: mine here, by an editor on disk");
+    picture(&mut harness, "changed_on_disk");
+    harness.get_by_label("Take theirs").click();
+    harness.run_steps(3);
+    assert!(!harness.state().is_asking_about_change());
+    assert_eq!(harness.state().document.session().title, "by an editor");
+    assert_eq!(session::open(&desk.session).unwrap().session.title, "by an editor");
+}
+
+#[test]
+fn a_window_that_cannot_keep_work_says_so_until_it_can() {
+    let desk = Desk::new();
+    std::fs::write(&desk.autosaves, "in the way").unwrap();
+    let mut harness = desk.workbench(Some(&desk.session));
+    for title in ["one", "two"] {
+        harness.get_by_label_contains("Unsaved work is not kept");
+        harness.state_mut().apply(&Edit::Title(title.to_owned()));
+        harness.run_steps(3);
+    }
+    harness.get_by_label_contains("Unsaved work is not kept");
+    std::fs::remove_file(&desk.autosaves).unwrap();
+    std::thread::sleep(std::time::Duration::from_secs(3));
+    harness.run_steps(3);
+    assert!(harness.query_by_label_contains("Unsaved work is not kept").is_none());
+}

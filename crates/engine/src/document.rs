@@ -3,13 +3,17 @@
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 use crate::builtin;
-use crate::keep::{Claim, Draft, Lock, Orphan, Slot, named, remove_leftovers};
+use crate::compare;
+use crate::keep::{Claim, Draft, Lock, Orphan, Slot, hash_bytes, named, remove_leftovers};
 use crate::run::Autosaver;
 use crate::session::{self, Session, rebased};
 use crate::undo::History;
 
+/// Time between two attempts to keep unsaved work where that could not be.
+const RETRY: Duration = Duration::from_secs(2);
 /// The session that opens by default.
 const SHIPPED: &str = "demo";
 
@@ -22,11 +26,41 @@ pub struct Document {
     /// Folder its relative paths start from.
     pub folder: PathBuf,
     keeping: Option<Keeping>,
+    on_disk: OnDisk,
+}
+
+/// What is known of the session's file.
+#[derive(Debug, Default)]
+struct OnDisk {
+    /// SHA-256 of its content when it was read or written here last.
+    sha256: Option<String>,
+    /// Whether that content is of somebody else's hand.
+    is_theirs: bool,
+    /// Whether `*.bak` holds a version that somebody else wrote, which no save may push out.
+    backup_is_theirs: bool,
+}
+
+/// A session's file that somebody else has changed since it was read or written here.
+#[derive(Clone, Debug)]
+pub struct Changed {
+    /// What differs, a line each: setting, here, there.
+    pub differences: Vec<String>,
+    /// What the file holds now; `None` where that is no session.
+    theirs: Option<session::Opened>,
+}
+
+impl Changed {
+    /// Whether the file's version can be taken.
+    pub fn can_be_taken(&self) -> bool {
+        self.theirs.is_some()
+    }
 }
 
 /// What keeps a document from being lost.
 struct Keeping {
-    autosaver: Autosaver,
+    folder: PathBuf,
+    /// The writer, or why there is none and when that was tried.
+    autosaver: Result<Autosaver, (String, Instant)>,
     kept: Option<Arc<Session>>,
     lock: Option<Lock>,
     held_by: Option<String>,
@@ -34,7 +68,7 @@ struct Keeping {
 
 impl Document {
     fn new(history: History, path: Option<PathBuf>, folder: PathBuf) -> Self {
-        Self { history, path, folder, keeping: None }
+        Self { history, path, folder, keeping: None, on_disk: OnDisk::default() }
     }
 
     /// Opens a session file.
@@ -43,7 +77,12 @@ impl Document {
     /// One line: the file, what is wrong with it, and where the version before it is.
     pub fn open(path: &Path) -> Result<Self, String> {
         let opened = session::open(path).map_err(|error| in_one_line(path, &error.to_string()))?;
-        Ok(Self::new(History::new(opened.session), Some(opened.path), opened.folder))
+        Ok(Self::of(History::new(opened.session), opened.path, opened.folder, opened.sha256))
+    }
+
+    fn of(history: History, path: PathBuf, folder: PathBuf, sha256: String) -> Self {
+        let on_disk = OnDisk { sha256: Some(sha256), ..OnDisk::default() };
+        Self { on_disk, ..Self::new(history, Some(path), folder) }
     }
 
     /// The session that comes with the program.
@@ -70,7 +109,7 @@ impl Document {
             Some(opened) => {
                 let mut history = History::new(opened.session);
                 history.step("recover unsaved work", session);
-                Self::new(history, Some(opened.path), opened.folder)
+                Self::of(history, opened.path, opened.folder, opened.sha256)
             }
             None => Self::new(History::unsaved(session), None, draft.folder.clone()),
         }
@@ -85,7 +124,8 @@ impl Document {
     /// has open can be looked at and changed, and saved under another name.
     ///
     /// # Errors
-    /// When the folder cannot be written or the operating system refuses a thread: unsaved work is then not kept.
+    /// When the folder cannot be written or the operating system refuses a thread: unsaved work is then not kept, which
+    /// [`Document::autosave_error`] says until it is.
     pub fn keep_in(&mut self, autosaves: &Path) -> io::Result<()> {
         self.keeping = None;
         let (mut lock, mut held_by) = (None, None);
@@ -100,11 +140,17 @@ impl Document {
                 Err(_) => {}
             }
         }
-        let slot = Slot::new(autosaves, self.path.as_deref())?;
-        let kept = self.history.saved().cloned();
-        let autosaver = Autosaver::start(slot)?;
-        self.keeping = Some(Keeping { autosaver, kept, lock, held_by });
-        Ok(())
+        let started = start(autosaves, self.path.as_deref());
+        let (outcome, autosaver) = match started {
+            Ok(autosaver) => (Ok(()), Ok(autosaver)),
+            Err(error) => {
+                let line = format!("{}: {error}", autosaves.display());
+                (Err(error), Err((line, Instant::now())))
+            }
+        };
+        let (folder, kept) = (autosaves.to_path_buf(), self.history.saved().cloned());
+        self.keeping = Some(Keeping { folder, autosaver, kept, lock, held_by });
+        outcome
     }
 
     /// Hands unsaved work to the background writer where it is new; made to be called after every edit, or once a frame.
@@ -112,12 +158,14 @@ impl Document {
         let present = self.history.present();
         let is_new = |keeping: &&mut Keeping| !keeping.kept.as_ref().is_some_and(|kept| Arc::ptr_eq(kept, present));
         let Some(keeping) = self.keeping.as_mut().filter(is_new) else { return };
+        keeping.try_again(self.path.as_deref());
+        let Ok(autosaver) = &keeping.autosaver else { return };
         keeping.kept = Some(Arc::clone(present));
         if self.history.is_modified() {
             let (of, folder) = (self.path.as_deref().map(absolute), absolute(&self.folder));
-            keeping.autosaver.keep(Draft { of, folder, session: Arc::clone(present) });
+            autosaver.keep(Draft { of, folder, session: Arc::clone(present) });
         } else {
-            keeping.autosaver.clear();
+            autosaver.clear();
         }
     }
 
@@ -127,13 +175,17 @@ impl Document {
     /// One line when it could not be written.
     pub fn autosave_now(&mut self) -> Result<(), String> {
         self.autosave();
-        self.keeping.as_ref().map_or(Ok(()), |keeping| keeping.autosaver.settle())
+        match self.keeping.as_ref().map(|keeping| &keeping.autosaver) {
+            Some(Ok(autosaver)) => autosaver.settle(),
+            Some(Err((line, _))) => Err(line.clone()),
+            None => Ok(()),
+        }
     }
 
     /// Gives up unsaved work.
     pub fn give_up(&mut self) {
-        if let Some(keeping) = &self.keeping {
-            keeping.autosaver.clear();
+        if let Some(Ok(autosaver)) = self.keeping.as_ref().map(|keeping| &keeping.autosaver) {
+            autosaver.clear();
         }
     }
 
@@ -151,7 +203,10 @@ impl Document {
 
     /// Why unsaved work is not kept at the moment.
     pub fn autosave_error(&self) -> Option<String> {
-        self.keeping.as_ref()?.autosaver.error()
+        match &self.keeping.as_ref()?.autosaver {
+            Ok(autosaver) => autosaver.error(),
+            Err((line, _)) => Some(line.clone()),
+        }
     }
 
     /// The program that has the session's file open, where that is another.
@@ -159,31 +214,80 @@ impl Document {
         self.keeping.as_ref()?.held_by.as_deref()
     }
 
+    /// What somebody else changed in the session's file since it was read or written here; `None` where its content is the same, or
+    /// it is gone.
+    pub fn changed_on_disk(&self) -> Option<Changed> {
+        let path = self.path.as_deref()?;
+        let bytes = doublet_core::load::read_bytes(path).ok()?;
+        if Some(hash_bytes(&bytes)) == self.on_disk.sha256 || self.on_disk.sha256.is_none() {
+            return None;
+        }
+        let (differences, theirs) = match session::open(path) {
+            Err(error) => (vec![format!("it cannot be read now: {error}")], None),
+            Ok(opened) => {
+                let found = compare::settings(self.session(), &opened.session);
+                let mut lines: Vec<_> =
+                    found.unwrap_or_default().iter().map(compare::SettingDifference::line).collect();
+                if lines.is_empty() {
+                    lines.push("no setting differs: comments or the order of the text do".to_owned());
+                }
+                (lines, Some(opened))
+            }
+        };
+        Some(Changed { differences, theirs })
+    }
+
+    /// Takes the version that the file has, as a step that can be undone.
+    pub fn take_theirs(&mut self, changed: Changed) {
+        let Some(theirs) = changed.theirs else { return };
+        self.history.step("take the version on disk", Arc::new(theirs.session));
+        self.history.mark_saved();
+        self.on_disk = OnDisk { sha256: Some(theirs.sha256), is_theirs: true, backup_is_theirs: false };
+    }
+
     /// Saves to `path`, which becomes the session's file. Relative paths of recordings, aircraft and channel maps keep
-    /// meaning the same files. Unsaved work is kept aside until the file is written in full.
+    /// meaning the same files. Unsaved work is kept aside until the file is written in full. What somebody else wrote into another
+    /// file that is replaced stays in its `*.bak`, however often this is saved.
     ///
     /// # Errors
-    /// One line when the file cannot be written, or another program has it open.
+    /// One line when the file cannot be written, another program has it open, or somebody else has changed it.
     pub fn save(&mut self, path: &Path) -> Result<(), String> {
+        let is_own = self.path.as_deref().is_some_and(|own| absolute(own) == absolute(path));
+        if is_own && let Some(changed) = self.changed_on_disk() {
+            let count = changed.differences.len();
+            return Err(format!(
+                "{} was changed on disk since it was opened ({count} differences): save under another name, or take that version",
+                path.display()
+            ));
+        }
         let claimed = self.claim_other(path)?;
+        // A file chosen by its name may be anybody's.
+        let replaces_other = !is_own && path.exists();
+        let keeps_theirs = is_own && self.on_disk.backup_is_theirs;
+        let save = if keeps_theirs { session::save_without_backup } else { session::save };
         // The file is written whether or not this lasts.
         let _ = self.autosave_now();
         let folder = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
         let (old, new) = (absolute(&self.folder), absolute(&folder));
         let failed = |error: session::SessionError| in_one_line(path, &error.to_string());
         if old == new {
-            session::save(self.session(), path).map_err(failed)?;
+            save(self.session(), path).map_err(failed)?;
         } else {
-            session::save(&rebased(self.session(), &old, &new), path).map_err(failed)?;
+            save(&rebased(self.session(), &old, &new), path).map_err(failed)?;
             self.history.replace_all(|session| rebased(session, &old, &new));
         }
         self.history.mark_saved();
         self.path = Some(path.to_path_buf());
         self.folder = folder;
+        let written = session::print(self.session()).ok().map(|text| hash_bytes(text.as_bytes()));
+        let backup_is_theirs = keeps_theirs || replaces_other || self.on_disk.is_theirs;
+        self.on_disk = OnDisk { sha256: written, is_theirs: false, backup_is_theirs };
         let present = Arc::clone(self.history.present());
         if let Some(keeping) = &mut self.keeping {
             keeping.kept = Some(present);
-            keeping.autosaver.clear();
+            if let Ok(autosaver) = &keeping.autosaver {
+                autosaver.clear();
+            }
             if let Some(lock) = claimed {
                 keeping.lock = Some(lock);
                 keeping.held_by = None;
@@ -201,6 +305,20 @@ impl Document {
         }
         Lock::hold(path).map_err(|line| format!("{line}: choose another name"))
     }
+}
+
+impl Keeping {
+    /// Starts the writer where it could not be started and some time has passed.
+    fn try_again(&mut self, path: Option<&Path>) {
+        if self.autosaver.as_ref().is_err_and(|(_, tried)| tried.elapsed() >= RETRY) {
+            self.autosaver = start(&self.folder, path)
+                .map_err(|error| (format!("{}: {error}", self.folder.display()), Instant::now()));
+        }
+    }
+}
+
+fn start(autosaves: &Path, path: Option<&Path>) -> io::Result<Autosaver> {
+    Autosaver::start(Slot::new(autosaves, path)?)
 }
 
 /// `message` with its file named once, without line breaks, and the version before it where there is one.

@@ -356,3 +356,107 @@ fn a_changed_or_missing_recording_is_named_with_its_hashes_and_the_rest_goes_on(
     let error = snapshot.flights["lost"].error().unwrap();
     assert!(error.contains("lost.csv") && error.contains(&was), "{error}");
 }
+
+#[test]
+fn a_session_changed_on_disk_is_not_overwritten_and_both_versions_stay() {
+    let desk = Desk::new();
+    let other = |title: &str| {
+        let text = std::fs::read_to_string(&desk.session).unwrap();
+        let line = text.lines().find(|line| line.starts_with("title")).unwrap().to_owned();
+        std::fs::write(
+            &desk.session,
+            format!("# by an editor\n{}", text.replace(&line, &format!("title = \"{title}\""))),
+        )
+        .unwrap();
+    };
+    let held = || {
+        [&desk.session, &desk.session.with_file_name("flight.toml.bak")]
+            .map(|path| session::open(path).unwrap().session.title)
+    };
+    let mut document = desk.open();
+    assert!(document.changed_on_disk().is_none());
+    other("theirs");
+    document.history.apply(&titled("mine")).unwrap();
+    let refused = document.save(&desk.session).unwrap_err();
+    assert!(refused.contains("flight.toml was changed on disk") && refused.contains("another name"), "{refused}");
+    let changed = document.changed_on_disk().unwrap();
+    assert_eq!(changed.differences, ["title: mine here, theirs on disk"]);
+    // Mine under another name: theirs stays as it is.
+    document.save(&desk.session.with_file_name("mine.toml")).unwrap();
+    assert_eq!(session::open(&desk.session).unwrap().session.title, "theirs");
+    drop(document);
+    // Theirs taken, undone and saved many times: theirs stays beside it.
+    let mut document = desk.open();
+    document.history.apply(&titled("mine again")).unwrap();
+    other("theirs again");
+    document.take_theirs(document.changed_on_disk().unwrap());
+    assert_eq!((document.session().title.as_str(), document.history.is_modified()), ("theirs again", false));
+    assert!(document.history.undo());
+    for title in ["one", "two", "three"] {
+        document.history.apply(&titled(title)).unwrap();
+        document.save(&desk.session).unwrap();
+        assert_eq!(held(), [title, "theirs again"]);
+    }
+    // What differs in nothing that counts is said to be that, and what is no session cannot be taken.
+    let text = std::fs::read_to_string(&desk.session).unwrap();
+    std::fs::write(&desk.session, format!("# a remark\n{text}")).unwrap();
+    assert!(document.changed_on_disk().unwrap().differences[0].contains("comments"));
+    std::fs::write(&desk.session, "half").unwrap();
+    assert!(!document.changed_on_disk().unwrap().can_be_taken());
+    // The same content with another time is no change.
+    std::fs::write(&desk.session, text).unwrap();
+    assert!(document.changed_on_disk().is_none());
+}
+
+#[test]
+fn a_file_saved_over_stays_beside_however_often_this_is_saved() {
+    let desk = Desk::new();
+    let theirs = desk.session.with_file_name("theirs.toml");
+    session::save(&titled("theirs").apply(&demo()).unwrap(), &theirs).unwrap();
+    let mut document = desk.open();
+    for title in ["one", "two", "three"] {
+        document.history.apply(&titled(title)).unwrap();
+        document.save(&theirs).unwrap();
+    }
+    assert_eq!(session::open(&theirs.with_file_name("theirs.toml.bak")).unwrap().session.title, "theirs");
+}
+
+#[test]
+fn a_state_folder_that_cannot_be_written_is_said_until_it_can() {
+    let desk = Desk::new();
+    let state = desk.autosaves.parent().unwrap();
+    std::fs::write(state, "in the way").unwrap();
+    let mut document = Document::open(&desk.session).unwrap();
+    assert!(document.keep_in(&desk.autosaves).is_err());
+    for title in ["a", "b"] {
+        document.history.apply(&titled(title)).unwrap();
+        document.autosave();
+        let said = document.autosave_error().unwrap();
+        assert!(said.contains("autosave"), "{said}");
+    }
+    assert_eq!(document.held_by(), None, "the file is held all the same");
+    assert!(matches!(Lock::claim(&desk.session).unwrap(), Claim::Theirs(_)));
+    std::fs::remove_file(state).unwrap();
+    let begun = Instant::now();
+    while document.autosave_error().is_some() {
+        assert!(begun.elapsed() < Duration::from_secs(20));
+        std::thread::sleep(Duration::from_millis(50));
+        document.autosave();
+    }
+    document.autosave_now().unwrap();
+    Desk::crash(document);
+    assert_eq!(orphans(&desk.autosaves).0[0].draft.session.title, "b");
+}
+
+#[test]
+fn a_name_that_results_cannot_have_is_refused_where_it_is_typed() {
+    use doublet_engine::session::WindowEdit;
+    let session = demo();
+    let from = session.windows[0].name.clone();
+    let renamed = |to: &str| Edit::Window(WindowEdit::Rename { from: from.clone(), to: to.to_owned() }).apply(&session);
+    assert!(renamed(" ").unwrap_err().to_string().contains("empty"));
+    let long = renamed(&"long ".repeat(50)).unwrap_err().to_string();
+    assert!(long.contains("250 characters") && long.contains("long long"), "{long}");
+    assert!(renamed("short").is_ok());
+    assert!(titled("t".repeat(300)).apply(&session).unwrap_err().to_string().contains("300 characters"));
+}

@@ -84,7 +84,7 @@ pub fn estimates_of(results: &Results) -> Result<Estimates, String> {
 pub fn read_estimates(path: &Path) -> Result<Estimates, String> {
     let path = if path.is_dir() { path.join("results.json") } else { path.to_path_buf() };
     let place = path.display();
-    let text = std::fs::read_to_string(&path).map_err(|error| format!("{place}: {error}"))?;
+    let text = doublet_core::load::read_text(&path).map_err(|error| format!("{place}: {error}"))?;
     let found: Estimates = serde_json::from_str(&text).map_err(|error| format!("{place}: {error}"))?;
     if found.format != FORMAT || found.version > VERSION {
         return Err(format!("{place}: '{}' version {} is not understood", found.format, found.version));

@@ -29,6 +29,18 @@ pub struct SettingDifference {
     pub second: Option<String>,
 }
 
+impl SettingDifference {
+    /// Setting, first and second value in one line.
+    pub fn line(&self) -> String {
+        let value = |value: &Option<String>| match value {
+            Some(value) if self.unit.is_empty() => value.clone(),
+            Some(value) => format!("{value} {}", self.unit),
+            None => "not set".to_owned(),
+        };
+        format!("{}: {} here, {} on disk", self.setting, value(&self.first), value(&self.second))
+    }
+}
+
 /// Every setting that differs between two sessions, in the order of their names.
 ///
 /// # Errors

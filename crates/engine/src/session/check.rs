@@ -16,6 +16,9 @@ const WINDOW: &str = "window";
 /// Longest name, in characters: names are parts of paths in the files of results.
 const LONGEST_NAME: usize = 200;
 
+/// Most windows of one session: more are a slip of a script, and their results would fill the memory.
+pub const MOST_WINDOWS: usize = 10_000;
+
 /// A finding that stops the whole run.
 pub(super) fn contradiction(place: String, text: impl Into<String>, cure: &str) -> Finding {
     Finding::new(Level::Bad, CONTRADICTION, place, text).with_cure(cure)
@@ -32,6 +35,12 @@ pub fn check(session: &Session) -> Vec<Finding> {
     if session.flights.is_empty() {
         let cure = "add a [[flight]] with a [[flight.recording]]";
         found.push(contradiction("flight".to_owned(), "the session has no recording", cure));
+    }
+    if session.windows.len() > MOST_WINDOWS {
+        let text =
+            format!("the session has {} windows, at most {MOST_WINDOWS} are computed together", session.windows.len());
+        found.push(contradiction("window".to_owned(), text, "split it: `doublet batch` runs a folder of sessions"));
+        return found;
     }
     names("flight", session.flights.iter().map(|flight| flight.name.as_str()), &mut found);
     names("window", session.windows.iter().map(|window| window.name.as_str()), &mut found);
@@ -69,6 +78,18 @@ fn names<'a>(kind: &str, all: impl Iterator<Item = &'a str>, found: &mut Vec<Fin
             found.push(contradiction(place, "the name is used twice", "rename one"));
         }
     }
+}
+
+/// Whether a name is short enough for the files of results.
+///
+/// # Errors
+/// One line with its beginning and what to do.
+pub(super) fn name_fits(kind: &str, name: &str) -> Result<(), String> {
+    if name.chars().count() <= LONGEST_NAME {
+        return Ok(());
+    }
+    let finding = too_long(kind.to_owned(), name);
+    Err(finding.to_string())
 }
 
 fn too_long(place: String, name: &str) -> Finding {

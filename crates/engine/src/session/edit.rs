@@ -170,6 +170,9 @@ pub enum EditError {
     /// The name is taken.
     #[error("a window called '{0}' exists already: choose another name")]
     WindowExists(String),
+    /// A name that no file of results can have.
+    #[error("{0}")]
+    Name(String),
     /// The window's flight is not in the session.
     #[error("no flight is called '{0}'")]
     NoFlight(String),
@@ -222,7 +225,10 @@ impl Edit {
     pub fn apply(&self, session: &Session) -> Result<Session, EditError> {
         let mut next = session.clone();
         match self {
-            Self::Title(title) => next.title.clone_from(title),
+            Self::Title(title) => {
+                super::check::name_fits("title", title).map_err(EditError::Name)?;
+                next.title.clone_from(title);
+            }
             Self::Loading(edit) => edit.apply(&mut next)?,
             Self::Window(edit) => edit.apply(&mut next)?,
             Self::Signal(edit) => edit.apply(&mut next)?,
@@ -288,6 +294,9 @@ impl WindowEdit {
                 if from != to && session.window(to).is_some() {
                     return Err(EditError::WindowExists(to.clone()));
                 }
+                if from != to {
+                    usable("window", to)?;
+                }
                 find(session, from)?.name.clone_from(to);
             }
             Self::Place { name, window } => {
@@ -309,10 +318,19 @@ pub(super) fn flight_mut<'a>(session: &'a mut Session, name: &str) -> Result<&'a
     found.ok_or_else(|| EditError::NoFlight(name.to_owned()))
 }
 
+/// Refuses a name that is empty or too long.
+fn usable(kind: &str, name: &str) -> Result<(), EditError> {
+    if name.trim().is_empty() {
+        return Err(EditError::Name(format!("the name of a {kind} cannot be empty: give it one")));
+    }
+    super::check::name_fits(kind, name).map_err(EditError::Name)
+}
+
 fn add(session: &mut Session, window: &Manoeuvre) -> Result<(), EditError> {
     if session.window(&window.name).is_some() {
         return Err(EditError::WindowExists(window.name.clone()));
     }
+    usable("window", &window.name)?;
     if session.flight(&window.flight).is_none() {
         return Err(EditError::NoFlight(window.flight.clone()));
     }
