@@ -159,7 +159,7 @@ fn print_table(predicted: &[PredictedDerivative], identified: Option<&[Identifie
 /// The pooled derivatives of a run.
 fn identified(path: &Path) -> Result<Vec<Identified>, String> {
     let refuse = |reason: &str| format!("{}: {reason}", path.display());
-    let content = std::fs::read_to_string(path).map_err(|error| refuse(&error.to_string()))?;
+    let content = doublet_core::load::read_text(path).map_err(|error| refuse(&error.to_string()))?;
     let results: Value = serde_json::from_str(&content).map_err(|error| refuse(&error.to_string()))?;
     if results["format"] != report::FORMAT {
         return Err(refuse("these are no results: give the results.json of a `doublet run`"));

@@ -27,7 +27,7 @@ const END: &str = "<!-- end of what doublet fidelity writes -->\n";
 /// One line: a study that fails, or a file without the marker.
 pub fn fidelity(arguments: &FidelityArguments) -> Result<(), String> {
     let place = arguments.out.display();
-    let document = std::fs::read_to_string(&arguments.out).map_err(|error| format!("{place}: {error}"))?;
+    let document = doublet_core::load::read_text(&arguments.out).map_err(|error| format!("{place}: {error}"))?;
     let kept = document.find(MARKER).map(|start| &document[..start + MARKER.len()]);
     let kept =
         kept.ok_or_else(|| format!("{place} has no line '{}': put it where the tables belong", MARKER.trim()))?;

@@ -1,5 +1,6 @@
 //! From a session to everything that follows from it, in the order of the stages.
 
+use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -496,7 +497,9 @@ fn form_coefficients<'a>(
     let aero: Vec<_> = paths.par_iter().map(one).collect::<Result<_, _>>()?;
     let mut aero: Vec<_> = aero.into_iter().flatten().collect();
     // The order of the session, whatever was computed first: the estimate does not depend on what the user looks at.
-    aero.sort_by_key(|(window, _)| scope.session.windows.iter().position(|other| other.name == window.manoeuvre.name));
+    let order: HashMap<&str, usize> =
+        scope.session.windows.iter().enumerate().map(|(index, window)| (window.name.as_str(), index)).collect();
+    aero.sort_by_key(|(window, _)| order.get(window.manoeuvre.name.as_str()).copied());
     Ok(aero)
 }
 

@@ -80,7 +80,7 @@ pub fn text(folder: &Path, path: &str, kind: &str) -> Result<String, String> {
         });
     }
     let place = locate(folder, path)?;
-    std::fs::read_to_string(&place).map_err(|error| format!("{}: {error}", place.display()))
+    doublet_core::load::read_text(&place).map_err(|error| format!("{}: {error}", place.display()))
 }
 
 /// Reads a flight, every recorder on its own clock.

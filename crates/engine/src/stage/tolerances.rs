@@ -82,7 +82,7 @@ impl Tolerances {
     /// One line that names the file and what is wrong in it.
     pub fn read(path: &Path) -> Result<Self, String> {
         let named = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
-        let text = std::fs::read_to_string(path).map_err(|error| named(&error))?;
+        let text = doublet_core::load::read_text(path).map_err(|error| named(&error))?;
         Self::parse(&text).map_err(|error| named(&error))
     }
 

@@ -50,7 +50,7 @@ pub fn check_file(path: &Path) -> Checked {
     let refused = |code, text: String, cure: &str| {
         Checked::refused(Finding::new(Level::Bad, code, path.display().to_string(), text).with_cure(cure))
     };
-    let text = match std::fs::read(path).map(String::from_utf8) {
+    let text = match doublet_core::load::read_bytes(path).map(String::from_utf8) {
         Err(error) => return refused("file", error.to_string(), "name a session or an aircraft file"),
         Ok(Err(_)) => {
             return refused(
