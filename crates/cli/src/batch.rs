@@ -9,7 +9,7 @@ use crate::text;
 /// Computes what is not finished and writes the table.
 ///
 /// # Errors
-/// One line when there is nothing to run or the results cannot be written. Runs that fail are rows of the table.
+/// One line when there is nothing to run, the results cannot be written, or every run failed. Runs that fail are rows of the table.
 pub fn batch(arguments: &BatchArguments) -> Result<(), String> {
     let all = jobs(&arguments.sessions)?;
     let store = Store::beside(&arguments.out)?;
@@ -31,6 +31,10 @@ pub fn batch(arguments: &BatchArguments) -> Result<(), String> {
     if arguments.task.is_none() {
         let rows = write(&all, &store, &arguments.out)?;
         text::line(&format!("{rows} rows in {}", arguments.out.display()));
+    }
+    if !mine.is_empty() && tally.failed == mine.len() {
+        let first = mine.first().and_then(|job| store.get(job)).and_then(|finished| finished.error).unwrap_or_default();
+        return Err(format!("every run failed, the first with: {first}"));
     }
     Ok(())
 }

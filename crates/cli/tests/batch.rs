@@ -98,3 +98,28 @@ fn diff_of_a_session_and_its_sweep_names_the_setting_and_judges_the_derivatives(
     assert_eq!(same["settings"].as_array().unwrap().len(), 0);
     assert!(same["derivatives"].as_array().unwrap().iter().all(|row| row["z"] == 0.0), "{same}");
 }
+
+#[test]
+fn a_batch_that_can_only_fail_says_so_before_it_starts_or_at_its_end() {
+    let folder = tempfile::tempdir().unwrap();
+    campaign(folder.path());
+    let run = |name: &str, out: &str| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_doublet-cli"));
+        let output = command.args(["batch", name, "--out", out]).current_dir(folder.path()).output().unwrap();
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    let sweep = std::fs::read_to_string(folder.path().join("noise.toml")).unwrap();
+    let unknown = sweep.replace("filter.measurement_noise.alpha", "filter.nope");
+    std::fs::write(folder.path().join("unknown.toml"), unknown).unwrap();
+    let (code, said) = run("unknown.toml", "unknown.csv");
+    assert!(code == Some(1) && said.contains("filter.nope") && said.contains("unknown.toml"), "{code:?} {said}");
+    assert!(!folder.path().join("unknown.csv").exists(), "before the first run");
+    // Every run of a session whose recording is gone fails.
+    let session = std::fs::read_to_string(folder.path().join("base/flight.toml")).unwrap();
+    let lost = session.replace("builtin:flights", "builtin:lost");
+    assert_ne!(lost, session);
+    std::fs::write(folder.path().join("lost.toml"), lost).unwrap();
+    let (code, said) = run("lost.toml", "lost.csv");
+    assert!(code == Some(1) && said.contains("every run failed"), "{code:?} {said}");
+    assert!(folder.path().join("lost.csv").exists(), "the table says why");
+}

@@ -34,7 +34,8 @@ struct Header {
 /// The runs of `path`: a session, a sweep, or a folder of both, in the order of their names.
 ///
 /// # Errors
-/// One line when nothing is there, or a sweep cannot be understood. A session that cannot be read is a run that fails.
+/// One line when nothing is there, a sweep cannot be understood, or it varies what the session cannot have. A session that cannot be
+/// read is a run that fails.
 pub fn jobs(path: &Path) -> Result<Vec<Job>, String> {
     let named = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
     let mut files = vec![path.to_path_buf()];
@@ -47,7 +48,7 @@ pub fn jobs(path: &Path) -> Result<Vec<Job>, String> {
     }
     let mut jobs = Vec::new();
     for file in files {
-        let text = std::fs::read_to_string(&file).map_err(|error| format!("{}: {error}", file.display()))?;
+        let text = doublet_core::load::read_text(&file).map_err(|error| format!("{}: {error}", file.display()))?;
         let format = toml::from_str::<Header>(&text).map_or_else(|_| String::new(), |header| header.format);
         let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
         if format == sweep::FORMAT {
@@ -55,6 +56,7 @@ pub fn jobs(path: &Path) -> Result<Vec<Job>, String> {
             let folder = file.parent().unwrap_or(Path::new("")).to_path_buf();
             let opened = session::open(&folder.join(&sweep.session))
                 .map_err(|error| format!("{}: {}: {error}", file.display(), sweep.session))?;
+            sweep.check(&opened.session).map_err(|error| format!("{}: {error}", file.display()))?;
             for (settings, session) in sweep.sessions(&opened.session) {
                 jobs.push(Job::new(name.clone(), settings, session, opened.folder.clone()));
             }

@@ -64,6 +64,23 @@ impl Sweep {
         }
     }
 
+    /// Refuses a setting that the session cannot have with any of its values.
+    ///
+    /// # Errors
+    /// One line that names the setting.
+    pub fn check(&self, base: &Session) -> Result<(), String> {
+        for varied in &self.varied {
+            let mut tried =
+                varied.values.iter().map(|value| changed(base, [(varied.setting.as_str(), value)].into_iter()));
+            if let Some(Err(error)) = tried.next()
+                && tried.all(|other| other.is_err())
+            {
+                return Err(format!("setting '{}': {}", varied.setting, error.trim_end().replace('\n', " ")));
+            }
+        }
+        Ok(())
+    }
+
     /// Every combination: the settings it has, and the session with them or why there is none. The last setting varies fastest.
     pub fn sessions(&self, base: &Session) -> Vec<Combination> {
         let mut combinations: Vec<Vec<&Value>> = vec![Vec::new()];
