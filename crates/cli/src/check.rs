@@ -13,7 +13,7 @@ use crate::text;
 pub fn check(arguments: &CheckArguments) -> Result<Outcome, String> {
     let checked = check_file(&arguments.file);
     if arguments.json {
-        text::line(&serde_json::to_string_pretty(&checked).map_err(|error| error.to_string())?);
+        text::document(&serde_json::to_string_pretty(&checked).map_err(|error| error.to_string())?);
     } else {
         print(&checked);
     }

@@ -38,7 +38,7 @@ pub fn diff(arguments: &DiffArguments) -> Result<(), String> {
     };
     if arguments.json {
         let all = serde_json::json!({ "settings": differing, "derivatives": derivatives, "note": CAVEAT });
-        text::line(&serde_json::to_string_pretty(&all).map_err(|error| error.to_string())?);
+        text::document(&serde_json::to_string_pretty(&all).map_err(|error| error.to_string())?);
     } else if arguments.csv {
         csv(differing.as_deref().unwrap_or_default(), derivatives.as_deref().unwrap_or_default());
     } else {
@@ -102,7 +102,8 @@ fn csv(differing: &[SettingDifference], derivatives: &[DerivativeDifference]) {
     let quoted = |cell: &str| {
         if cell.contains([',', '"', '\n']) { format!("\"{}\"", cell.replace('"', "\"\"")) } else { cell.to_owned() }
     };
-    let print = |cells: Vec<String>| text::line(&cells.iter().map(|cell| quoted(cell)).collect::<Vec<_>>().join(","));
+    let print =
+        |cells: Vec<String>| text::document(&cells.iter().map(|cell| quoted(cell)).collect::<Vec<_>>().join(","));
     let header =
         ["kind", "name", "unit", "first", "first_low", "first_high", "second", "second_low", "second_high", "z", "p"];
     print(header.map(str::to_owned).to_vec());

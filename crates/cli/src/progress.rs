@@ -2,6 +2,8 @@
 
 use indicatif::{ProgressBar, ProgressStyle};
 
+use crate::text::harmless;
+
 /// A bar from 0 to 1 with what is being done.
 pub struct Progress(ProgressBar);
 
@@ -19,7 +21,7 @@ impl Progress {
     pub fn show(&self, part: f32, work: &str) {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to 0..=1000")]
         self.0.set_position((part.clamp(0.0, 1.0) * 1000.0) as u64);
-        self.0.set_message(work.to_owned());
+        self.0.set_message(harmless(work).into_owned());
     }
 
     /// Removes the bar.

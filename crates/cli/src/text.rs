@@ -1,15 +1,46 @@
 //! Lines on the terminal and tables in monospace.
 
+use std::borrow::Cow;
 use std::io::Write;
+
+/// Longest line of a message, in characters: what a file holds may be quoted in it.
+const LONGEST_LINE: usize = 2000;
 
 /// Writes a line to standard output; a closed pipe ends the program's interest in it, not the program.
 pub fn line(text: &str) {
+    let _ = writeln!(std::io::stdout(), "{}", harmless(text));
+}
+
+/// Writes a document, such as JSON or CSV, as it is.
+pub fn document(text: &str) {
     let _ = writeln!(std::io::stdout(), "{text}");
 }
 
-/// Writes a line to standard error.
+/// Writes a line to standard error, or several; long ones are cut.
 pub fn error_line(text: &str) {
-    let _ = writeln!(std::io::stderr(), "{text}");
+    for line in text.lines() {
+        let _ = writeln!(std::io::stderr(), "{}", cut(&harmless(line)));
+    }
+}
+
+/// Text without what a terminal obeys: control characters, and marks that turn the direction of writing.
+pub fn harmless(text: &str) -> Cow<'_, str> {
+    let obeyed = |letter: char| {
+        (letter.is_control() && !matches!(letter, '\n' | '\t'))
+            || matches!(letter, '\u{061c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+    };
+    if text.contains(obeyed) { Cow::Owned(text.replace(obeyed, "\u{fffd}")) } else { Cow::Borrowed(text) }
+}
+
+/// The beginning and the end of a line that is too long.
+fn cut(line: &str) -> Cow<'_, str> {
+    let count = line.chars().count();
+    if count <= LONGEST_LINE {
+        return Cow::Borrowed(line);
+    }
+    let start: String = line.chars().take(LONGEST_LINE / 2).collect();
+    let end: String = line.chars().skip(count - LONGEST_LINE / 2).collect();
+    Cow::Owned(format!("{start} [{} characters] {end}", count - LONGEST_LINE))
 }
 
 /// Prints rows under a header in columns as wide as their widest entry, the first column to the left, the others to the right.
@@ -98,7 +129,7 @@ pub fn number(value: f64, digits: usize) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{number, shortened, wrapped};
+    use super::{LONGEST_LINE, cut, harmless, number, shortened, wrapped};
 
     #[test]
     fn long_lines_are_cut_behind_a_word_or_broken_between_words() {
@@ -109,6 +140,15 @@ mod tests {
         assert_eq!(wrapped(text, 26), ["window 'a': the airspeed,", "    40 m/s, is too low"]);
         assert_eq!(shortened("ä".repeat(9).as_str(), 4), "äää…");
         assert_eq!(wrapped("", 4), [""]);
+    }
+
+    #[test]
+    fn nothing_of_a_file_reaches_the_terminal_as_a_command() {
+        assert_eq!(harmless("a\u{1b}[31mred\u{9b}2J\u{202e}gnp.exe\r\n\tb"), "a�[31mred�2J�gnp.exe�\n\tb");
+        assert_eq!(harmless("ψ = 3°, α\n"), "ψ = 3°, α\n");
+        let long = format!("file.mat: {}; copy it again", "0.0, ".repeat(10_000));
+        let shown = cut(&long);
+        assert!(shown.chars().count() < LONGEST_LINE + 40 && shown.starts_with("file.mat") && shown.ends_with("again"));
     }
 
     #[test]
