@@ -1,5 +1,7 @@
 //! One function per kind of file that doublet reads: whatever the bytes, it returns.
 
+mod whole_path;
+
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
@@ -8,11 +10,13 @@ use doublet_core::load::{ChannelMap, aircraft, datcom, inspect, instruments, pla
 use doublet_core::prep::Expression;
 use doublet_engine::session;
 
+pub use whole_path::whole_path;
+
 /// A function that takes whatever bytes there are.
 pub type Target = fn(&[u8]);
 
 /// Every function by its name.
-pub const TARGETS: [(&str, Target); 11] = [
+pub const TARGETS: [(&str, Target); 12] = [
     ("hdf5", hdf5),
     ("mat", mat),
     ("csv", csv),
@@ -24,6 +28,7 @@ pub const TARGETS: [(&str, Target); 11] = [
     ("channel_map", channel_map),
     ("propulsion_maps", propulsion_maps),
     ("expression", expression),
+    ("whole_path", whole_path),
 ];
 
 /// The channel maps that every recording is read by.

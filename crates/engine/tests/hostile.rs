@@ -127,3 +127,19 @@ fn files_without_an_end_and_commands_are_not_read() {
     assert!(!marker.exists(), "a path was run");
     assert!(begun.elapsed() < PATIENCE);
 }
+
+/// Runs of the test below: enough to meet every setting; the script of the soak asks for more.
+const CHANGED_SESSIONS: u64 = 60;
+
+#[test]
+fn sessions_with_settings_changed_at_random_run_to_results() {
+    use rand::{RngExt, SeedableRng};
+    let runs = std::env::var("DOUBLET_SOAK_RUNS").ok().and_then(|text| text.parse().ok()).unwrap_or(CHANGED_SESSIONS);
+    let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(17);
+    for run in 0..runs {
+        let data: Vec<u8> = (0..48).map(|_| random.random()).collect();
+        let begun = Instant::now();
+        targets::whole_path(&data);
+        assert!(begun.elapsed() < 10 * PATIENCE, "run {run} took {:?}: {data:?}", begun.elapsed());
+    }
+}
