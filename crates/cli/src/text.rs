@@ -6,9 +6,11 @@ use std::io::Write;
 /// Longest line of a message, in characters: what a file holds may be quoted in it.
 const LONGEST_LINE: usize = 2000;
 
-/// Writes a line to standard output; a closed pipe ends the program's interest in it, not the program.
+/// Writes a line to standard output, or several; long ones are cut. A closed pipe ends the program's interest in it, not the program.
 pub fn line(text: &str) {
-    let _ = writeln!(std::io::stdout(), "{}", harmless(text));
+    for line in text.split('\n') {
+        let _ = writeln!(std::io::stdout(), "{}", cut(&harmless(line)));
+    }
 }
 
 /// Writes a document, such as JSON or CSV, as it is.
