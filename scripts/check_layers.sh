@@ -43,5 +43,29 @@ while read -r lines file; do
     [[ $file != total && $lines -gt 600 ]] && breach "$file has $lines lines"
 done < <(find src crates -name '*.rs' -not -path '*/target/*' -exec wc -l {} +)
 
+# 7. Inside reconstruct a file imports from the file that defines, by its full path, and only what stands below its folder here;
+# packed knows of filter only what a step is given and yields. No circle between files.
+declare -A uses=([numeric]='' [error]='' [model]='numeric' [settings]='model' [data]='model' [filter]='data settings model numeric'
+    [events]='filter/step data error settings model' [smoother]='filter data error settings model'
+    [packed]='filter/backend filter/parameters filter/step settings model numeric' [collect]='filter/step events data error settings model'
+    [pass]='collect events filter/backend filter/parameters filter/step numeric'
+    [run]='packed smoother filter pass collect events data error settings model'
+    [consistency]='data model numeric' [tuning]='run pass collect data error settings model')
+room=$core/reconstruct
+imports=$(while read -r file; do
+    name=${file#"$room"/}
+    sed '/^#\[cfg(test)\]$/q' "$file" | grep -oE '(crate::reconstruct::[A-Za-z_0-9{]+(::[a-z_0-9]+)?|super::[A-Za-z_])' | sort -u | while read -r path; do
+        path=${path#crate::reconstruct::}
+        if [[ -f $room/${path/:://}.rs ]]; then echo "${name%.rs} ${path/:://}"; else echo "${name%.rs} ${path%%::*}"; fi
+    done || true
+done < <(find "$room" -name '*.rs' -not -name mod.rs))
+while read -r file target; do
+    folder=${file%%/*}
+    [[ -f $room/$target.rs ]] || { breach "reconstruct/$file.rs imports from $target, not from the file that defines"; continue; }
+    [[ ${target%%/*} == "$folder" || " ${uses[$folder]-} " == *" $target "* || " ${uses[$folder]-} " == *" ${target%%/*} "* ]] ||
+        breach "reconstruct/$file.rs imports from $target"
+done <<<"$imports"
+while read -r hit; do breach "circle of imports in reconstruct: $hit"; done < <(tsort <<<"$imports" 2>&1 >/dev/null || true)
+
 [[ $breaches -eq 0 ]] && echo "layer check: clean"
 exit $breaches

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use doublet_core::reconstruct::noise::{NoiseMethod, NoiseProposal, NoiseProposalSettings, ProposedDeviation};
+use doublet_core::reconstruct::tuning::noise::{NoiseMethod, NoiseProposal, NoiseProposalSettings, ProposedDeviation};
 use doublet_core::reconstruct::{Input, Measurement};
 use doublet_engine::graph::Cache;
 use doublet_engine::run::{Control, Scope, Snapshot, run, tune_delay, tune_noise};

@@ -20,7 +20,7 @@ use std::fmt::Write as _;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
-use doublet_core::reconstruct::noise::likelihood;
+use doublet_core::reconstruct::tuning::noise::likelihood;
 use doublet_core::reconstruct::{
     FilterData, FilterSettings, Method, Reconstruction, State, ValidSettings, Width, lanes, reconstruct_with,
 };
@@ -156,8 +156,8 @@ fn other_paths(table: &mut Table, settings: &FilterSettings, windows: &[(&str, &
     let smoothed = FilterSettings { smooth: true, ..settings.clone() }.check().unwrap();
     match likelihood(&[&shortest.data], &smoothed, &mut |_| ControlFlow::Continue(())) {
         Ok(found) => {
-            table.numbers(&format!("window '{name}' process noise:"), &found.seen.process);
-            table.numbers(&format!("window '{name}' measurement noise:"), &found.seen.measurement);
+            table.numbers(&format!("window '{name}' process noise:"), &found.moments.process);
+            table.numbers(&format!("window '{name}' measurement noise:"), &found.moments.measurement);
         }
         Err(error) => writeln!(table.0, "window '{name}' noise: {error}").unwrap(),
     }

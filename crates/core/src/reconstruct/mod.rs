@@ -1,124 +1,30 @@
 //! Flight path reconstruction: kinematics; extended, iterated extended and unscented Kalman filter; smoothers; consistency.
+//!
+//! `run` chooses the form and calls `packed`, or `filter` and `smoother`; these use `model`, and `model` uses `numeric`. Nothing
+//! imports what stands to its left (`scripts/check_layers.sh`).
 
-mod agreement;
-mod blocks;
+mod collect;
 pub mod consistency;
-mod covariance;
-pub mod delay;
-mod dense;
+mod data;
 mod error;
-mod form;
-mod full;
-mod initial;
-mod joseph;
-mod kernel;
-mod kinematics;
-mod lanes;
-mod layout;
-mod march;
-pub mod noise;
-pub mod observability;
-mod real;
+mod events;
+mod filter;
+mod model;
+mod numeric;
+mod packed;
+mod pass;
 mod run;
-mod schedule;
 mod settings;
 mod smoother;
-mod transition;
-mod unscented;
-mod window;
+pub mod tuning;
 
-pub use agreement::{Disagreement, filter_smoother_disagreement};
+pub use data::{AirData, FilterData, InputSeries, MeasurementSeries, Reconstruction, Smoothed};
 pub use error::ReconstructError;
+pub use model::layout::{AIR_STATES, AirState, INPUTS, Input, MEASUREMENTS, Measurement, STATES, State};
 #[doc(hidden)]
-pub use lanes::Width;
-pub use layout::{AIR_STATES, AirState, INPUTS, Input, MEASUREMENTS, Measurement, STATES, State};
+pub use packed::dispatch::Width;
+pub use pass::Watch;
 #[doc(hidden)]
 pub use run::reconstruct_with;
-pub use run::{Watch, lane_groups, lanes, reconstruct, reconstruct_many};
+pub use run::{lane_groups, lanes, reconstruct, reconstruct_many};
 pub use settings::{FilterSettings, InputHold, Linearisation, Method, SMOOTHER_TOLERANCE, SettingError, ValidSettings};
-
-/// Inertial samples that drive the filter. All columns have the length of `time_s`.
-#[derive(Clone, Debug, PartialEq)]
-pub struct InputSeries {
-    /// Time, s, strictly increasing.
-    pub time_s: Vec<f64>,
-    /// One column per [`Input`], SI.
-    pub columns: [Vec<f64>; INPUTS],
-}
-
-/// Samples of one measurement at its own times.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct MeasurementSeries {
-    /// Time, s, strictly increasing.
-    pub time_s: Vec<f64>,
-    /// Value, SI; a value that is not finite is skipped.
-    pub values: Vec<f64>,
-}
-
-/// What one window offers to the filter.
-#[derive(Clone, Debug, PartialEq)]
-pub struct FilterData {
-    /// Inertial samples.
-    pub inputs: InputSeries,
-    /// One series per [`Measurement`]; an empty one is a measurement the recording does not have.
-    pub measurements: [MeasurementSeries; MEASUREMENTS],
-}
-
-/// Result of a reconstruction. State columns have the length of `time_s`, those of innovations that of `update_time_s`.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Reconstruction {
-    /// Time of the inertial samples, s.
-    pub time_s: Vec<f64>,
-    /// Filtered estimate of each state, SI.
-    pub states: [Vec<f64>; STATES],
-    /// Standard deviation of each state, SI.
-    pub deviations: [Vec<f64>; STATES],
-    /// Times of the inertial samples and of the measurements between them, s: equal to `time_s` where every measurement
-    /// was taken at an inertial sample.
-    pub update_time_s: Vec<f64>,
-    /// Innovation of each measurement at each time; NaN where there was none. SI.
-    pub innovations: [Vec<f64>; MEASUREMENTS],
-    /// Predicted standard deviation of each innovation, the square root of the diagonal of `H P H' + R`; NaN
-    /// where there was none. SI.
-    pub innovation_deviations: [Vec<f64>; MEASUREMENTS],
-    /// Normalised innovation squared of each time; NaN where nothing was measured.
-    pub nis: Vec<f64>,
-    /// Number of measurements at each time: the degrees of freedom of `nis`.
-    pub nis_degrees: Vec<u8>,
-    /// Logarithm of the likelihood of the measurements, `-1/2 sum (ln |S| + nu' S^-1 nu + m ln 2 pi)`.
-    pub log_likelihood: f64,
-    /// Air-data states, where the settings ask for any.
-    pub air_data: Option<AirData>,
-    /// Covariance of the final state, SI.
-    pub final_covariance: nalgebra::SMatrix<f64, STATES, STATES>,
-    /// Smoothed path, where the settings ask for it.
-    pub smoothed: Option<Smoothed>,
-    /// Largest number of iterations any update took.
-    pub max_iterations_used: usize,
-    /// Findings, one line each.
-    pub warnings: Vec<String>,
-}
-
-/// Path smoothed by the whole window; every column has the length of the inertial time.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Smoothed {
-    /// Smoothed estimate of each state, SI.
-    pub states: [Vec<f64>; STATES],
-    /// Its standard deviation, SI.
-    pub deviations: [Vec<f64>; STATES],
-    /// Air-data states, where the settings ask for any.
-    pub air_data: Option<AirData>,
-    /// What the iterated smoother minimises, after each of its passes; empty where it did not run. Sum of squares of the
-    /// initial error, the process noise and the measurement noise, each over its variance; not a number where an input is
-    /// said to be free of noise.
-    pub costs: Vec<f64>,
-}
-
-/// Estimates of the air-data states; those the settings leave out stay at zero.
-#[derive(Clone, Debug, PartialEq)]
-pub struct AirData {
-    /// Estimate, one column per [`AirState`].
-    pub states: [Vec<f64>; AIR_STATES],
-    /// Its standard deviation.
-    pub deviations: [Vec<f64>; AIR_STATES],
-}

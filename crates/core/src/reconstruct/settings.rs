@@ -2,7 +2,9 @@
 
 use thiserror::Error;
 
-use super::layout::{AIR_STATES, AirState, INPUTS, Input, MEASUREMENTS, Measurement, STATES, State};
+use crate::reconstruct::model::layout::{
+    AIR_STATES, AirState, INPUTS, Input, MEASUREMENTS, Measurement, STATES, State,
+};
 
 /// How the measurement update treats its nonlinearity.
 #[derive(Clone, Copy, Debug, PartialEq)]

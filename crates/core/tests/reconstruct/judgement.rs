@@ -1,7 +1,6 @@
 //! Consistency and observability on recordings whose answer is known.
 
-use doublet_core::reconstruct::consistency::consistency;
-use doublet_core::reconstruct::observability::{observability, weak_states};
+use doublet_core::reconstruct::consistency::{consistency, observability, weak_states};
 use doublet_core::reconstruct::{FilterData, FilterSettings, InputSeries, Measurement, MeasurementSeries, State};
 
 use crate::citation::{self, TRUE_GRAVITY};

@@ -9,6 +9,8 @@ mod citation;
 #[cfg(test)]
 mod dense;
 #[cfg(test)]
+mod equality;
+#[cfg(test)]
 mod iterated;
 #[cfg(test)]
 mod judgement;

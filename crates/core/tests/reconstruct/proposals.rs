@@ -2,8 +2,8 @@
 
 use std::ops::ControlFlow;
 
-use doublet_core::reconstruct::delay::{comparable, refine_delay};
-use doublet_core::reconstruct::noise::{
+use doublet_core::reconstruct::tuning::delay::{comparable, refine_delay};
+use doublet_core::reconstruct::tuning::noise::{
     NoiseMethod, NoiseProposal, NoiseProposalSettings, likelihood, propose_noise, without_outliers,
 };
 use doublet_core::reconstruct::{FilterData, FilterSettings, Input, Measurement, reconstruct};
@@ -142,7 +142,7 @@ fn expected_squares_match_the_textbook_form_with_the_lag_one_covariance() {
         ControlFlow::Continue(())
     })
     .unwrap()
-    .seen;
+    .moments;
     let filter = dense(&settings, Discretisation::ThirdOrder);
     let mut x = X::from_fn(|i, _| settings.initial_state[i].unwrap());
     let mut p = P::from_diagonal(&X::from(settings.initial_deviation.map(|s| s * s)));

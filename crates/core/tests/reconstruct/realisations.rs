@@ -1,11 +1,9 @@
 //! The filter over many realisations of the noise: whether its covariance means what it says.
 
 use doublet_core::prep::cumulative_trapezoid;
-use doublet_core::reconstruct::consistency::{final_nees, mean_band};
-use doublet_core::reconstruct::noise::{FURTHEST, NoiseProposalSettings, likelihood, propose_noise};
-use doublet_core::reconstruct::{
-    FilterData, FilterSettings, InputSeries, MeasurementSeries, State, filter_smoother_disagreement, reconstruct_many,
-};
+use doublet_core::reconstruct::consistency::{filter_smoother_disagreement, final_nees, mean_band};
+use doublet_core::reconstruct::tuning::noise::{FURTHEST, NoiseProposalSettings, likelihood, propose_noise};
+use doublet_core::reconstruct::{FilterData, FilterSettings, InputSeries, MeasurementSeries, State, reconstruct_many};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 

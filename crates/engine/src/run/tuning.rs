@@ -2,8 +2,8 @@
 
 use std::ops::ControlFlow;
 
-use doublet_core::reconstruct::delay::{DelayEstimate, comparable, refine_delay};
-use doublet_core::reconstruct::noise::{
+use doublet_core::reconstruct::tuning::delay::{DelayEstimate, comparable, refine_delay};
+use doublet_core::reconstruct::tuning::noise::{
     Likelihood, NoiseProgress, NoiseProposal, NoiseProposalError, NoiseProposalSettings, likelihood, propose_noise,
     without_outliers,
 };

@@ -8,11 +8,12 @@ use std::sync::{Arc, LazyLock, OnceLock};
 use doublet_core::load::memory;
 use doublet_core::prep::Differentiation;
 use doublet_core::quantity::{Dimension, Role};
-use doublet_core::reconstruct::consistency::{Consistency, consistency};
-use doublet_core::reconstruct::observability::{WeakState, observability, weak_states};
+use doublet_core::reconstruct::consistency::{
+    Consistency, Disagreement, WeakState, consistency, filter_smoother_disagreement, observability, weak_states,
+};
 use doublet_core::reconstruct::{
-    Disagreement, FilterData, FilterSettings, INPUTS, Input, InputSeries, MEASUREMENTS, Measurement, MeasurementSeries,
-    Reconstruction, STATES, State, filter_smoother_disagreement, reconstruct_many,
+    FilterData, FilterSettings, INPUTS, Input, InputSeries, MEASUREMENTS, Measurement, MeasurementSeries,
+    Reconstruction, STATES, State, reconstruct_many,
 };
 use doublet_core::series::{Recording, Series, Window};
 use rayon::prelude::*;

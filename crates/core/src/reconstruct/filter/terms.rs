@@ -1,0 +1,109 @@
+//! The terms of the filter's equations over the augmented state: what one step and the parameters make of them.
+
+use nalgebra::{Cholesky, Const, SMatrix, SVector};
+
+use crate::reconstruct::filter::parameters::FilterParameters;
+use crate::reconstruct::filter::step::{StepInputs, Update};
+use crate::reconstruct::model::augmented::{
+    AugmentedMatrix, AugmentedState, MeasurementMatrix, MeasurementVector, advance, augmented, observe,
+};
+use crate::reconstruct::model::layout::{ACC, INPUTS, MEASUREMENTS, STATES, TRIPLES};
+use crate::reconstruct::model::measurement;
+use crate::reconstruct::model::transition::Transition;
+
+/// The process over one step, linearised at a point c.
+pub struct Process {
+    /// `f(c)`, n.
+    pub image: AugmentedState,
+    /// Transition `Phi`, n x n.
+    pub phi: AugmentedMatrix,
+    /// Covariance of the process noise, `N = Gamma Q Gamma' + W dt` with the random walks W, n x n.
+    pub noise: AugmentedMatrix,
+}
+
+/// The process over `step`, linearised at `point`. Noise enters where the biases of its sensors do: `Gamma` is their columns of
+/// `Phi` in the rows of the states that move.
+pub fn process(point: &AugmentedState, step: &StepInputs<f64>, parameters: &FilterParameters<f64>) -> Process {
+    let (image, transition) = image(point, step, parameters);
+    let phi = augmented(&transition.dense());
+    let variances = SVector::<f64, INPUTS>::from_fn(|i, _| parameters.noise.process[i / 3][i % 3] * step.noise_scale);
+    let mut gamma = phi.fixed_columns::<INPUTS>(3 * ACC).into_owned();
+    gamma.fixed_rows_mut::<INPUTS>(3 * ACC).fill(0.0);
+    let mut noise = gamma * SMatrix::from_diagonal(&variances) * gamma.transpose();
+    noise += AugmentedMatrix::from_diagonal(&(random_walk(parameters) * step.dt));
+    Process { image, phi, noise }
+}
+
+/// The state `f(point)` after a step, and the transition.
+pub fn image(
+    point: &AugmentedState,
+    step: &StepInputs<f64>,
+    parameters: &FilterParameters<f64>,
+) -> (AugmentedState, Transition<f64>) {
+    advance(point, &step.inputs, step.dt, parameters.gravity, parameters.at_prediction)
+}
+
+/// Variance rate W of the random walk of each state; sensor errors have none.
+pub fn random_walk(parameters: &FilterParameters<f64>) -> AugmentedState {
+    let walks = &parameters.noise.random_walk;
+    AugmentedState::from_fn(|k, _| if k < STATES { walks[k / 3][k % 3] } else { 0.0 })
+}
+
+/// Expected measurements `h(x)`, and H with zeros in the rows of what is absent.
+pub fn expected(x: &AugmentedState, step: &StepInputs<f64>) -> (MeasurementVector, MeasurementMatrix) {
+    let (expected, mut h) = observe(x);
+    for m in 0..MEASUREMENTS {
+        h.row_mut(m).scale_mut(step.present[m / 3][m % 3]);
+    }
+    (expected, h)
+}
+
+/// Measured less expected, angles within half a turn, zero for what is absent.
+pub fn residual(step: &StepInputs<f64>, expected: &MeasurementVector) -> MeasurementVector {
+    difference(&MeasurementVector::from_fn(|m, _| step.measured[m / 3][m % 3]), step, expected)
+}
+
+/// `z` less expected, angles within half a turn, zero for what `step` lacks.
+pub fn difference(z: &MeasurementVector, step: &StepInputs<f64>, expected: &MeasurementVector) -> MeasurementVector {
+    MeasurementVector::from_fn(|m, _| {
+        let (triple, i) = (m / 3, m % 3);
+        measurement::residual(triple, i, z[m], expected[m]) * step.present[triple][i]
+    })
+}
+
+/// Diagonal of R, one for what is absent.
+pub fn measurement_noise(step: &StepInputs<f64>, parameters: &FilterParameters<f64>) -> MeasurementVector {
+    let variances = &parameters.noise.measurement;
+    MeasurementVector::from_fn(|m, _| if step.present[m / 3][m % 3] > 0.0 { variances[m / 3][m % 3] } else { 1.0 })
+}
+
+impl Update<f64> {
+    /// Of the innovation, its covariance S, the Cholesky factor of S, and the diagonal of R.
+    pub fn new(
+        innovation: &MeasurementVector,
+        s: &SMatrix<f64, MEASUREMENTS, MEASUREMENTS>,
+        factor: &Cholesky<f64, Const<MEASUREMENTS>>,
+        noise: &MeasurementVector,
+    ) -> Self {
+        let nis = innovation.dot(&factor.solve(innovation));
+        let mut update = Self { nis, smallest_pivot: f64::INFINITY, ..Self::failed(&[[0.0; 3]; TRIPLES]) };
+        for m in 0..MEASUREMENTS {
+            update.innovation[m / 3][m % 3] = innovation[m];
+            update.innovation_variance[m / 3][m % 3] = s[(m, m)];
+            update.det_ratio *= noise[m] / factor.l_dirty()[(m, m)].powi(2);
+        }
+        update
+    }
+
+    /// Of an innovation covariance without a factor.
+    pub fn failed(variances: &[[f64; 3]; TRIPLES]) -> Self {
+        Self {
+            innovation: [[0.0; 3]; TRIPLES],
+            innovation_variance: *variances,
+            nis: 0.0,
+            det_ratio: 1.0,
+            iterations: 1.0,
+            smallest_pivot: -1.0,
+        }
+    }
+}
