@@ -7,7 +7,7 @@ use crate::reconstruct::model::layout::{AIR_STATES, INPUTS, MEASUREMENTS, STATES
 pub struct InputSeries {
     /// Time, s, strictly increasing.
     pub time_s: Vec<f64>,
-    /// One column per [`Input`], SI.
+    /// One column per [`Input`](crate::reconstruct::model::layout::Input), SI.
     pub columns: [Vec<f64>; INPUTS],
 }
 
@@ -25,7 +25,7 @@ pub struct MeasurementSeries {
 pub struct FilterData {
     /// Inertial samples.
     pub inputs: InputSeries,
-    /// One series per [`Measurement`]; an empty one is a measurement the recording does not have.
+    /// One series per [`Measurement`](crate::reconstruct::model::layout::Measurement); an empty one is a measurement the recording does not have.
     pub measurements: [MeasurementSeries; MEASUREMENTS],
 }
 
@@ -82,7 +82,7 @@ pub struct Smoothed {
 /// Estimates of the air-data states; those the settings leave out stay at zero.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AirData {
-    /// Estimate, one column per [`AirState`].
+    /// Estimate, one column per [`AirState`](crate::reconstruct::model::layout::AirState).
     pub states: [Vec<f64>; AIR_STATES],
     /// Its standard deviation.
     pub deviations: [Vec<f64>; AIR_STATES],
