@@ -15,7 +15,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 pub use doublet_engine::document::Document;
-use doublet_engine::keep;
+use doublet_engine::keep::{self, Put};
 use doublet_engine::report::Reference;
 use doublet_engine::run::{Engine, Job, Request, Snapshot};
 use doublet_engine::session::Session;
@@ -69,7 +69,7 @@ pub struct Workbench {
     asked: Option<Asked>,
     guarded: Option<Pending>,
     changed: Option<changed::Question>,
-    exporting: Option<Job>,
+    exporting: Option<Job<Put>>,
     recovery: Recovery,
     beginning: Beginning,
     leaving: bool,

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use doublet_engine::export::{self, Format, IdentifiedModel};
+use doublet_engine::keep::Put;
 use doublet_engine::report::document::SectionKind;
 use doublet_engine::report::{self, Outputs};
 use doublet_engine::run::{Control, Job};
@@ -182,7 +183,6 @@ impl Workbench {
         let folder = folder.to_path_buf();
         let work = move |control: &Control, progress: &dyn Fn(f32)| {
             report::write(&session, &snapshot, &folder, &Outputs::default(), control, progress)
-                .map(|put| put.folder)
                 .map_err(|error| error.to_string())
         };
         self.start("doublet-export", work, ctx);
@@ -200,7 +200,7 @@ impl Workbench {
             sections: SectionKind::ALL.into_iter().filter(|kind| !choice.left_out.contains(kind)).collect(),
         };
         let work = move |control: &Control, progress: &dyn Fn(f32)| {
-            doublet_report::write(&session, &snapshot, &order, control, progress).map(|put| put.folder)
+            doublet_report::write(&session, &snapshot, &order, control, progress)
         };
         self.start("doublet-report", work, ctx);
     }
@@ -209,7 +209,7 @@ impl Workbench {
     fn start(
         &mut self,
         name: &str,
-        work: impl FnOnce(&Control, &dyn Fn(f32)) -> Result<PathBuf, String> + Send + 'static,
+        work: impl FnOnce(&Control, &dyn Fn(f32)) -> Result<Put, String> + Send + 'static,
         ctx: &egui::Context,
     ) {
         let ctx = ctx.clone();
@@ -225,8 +225,7 @@ impl Workbench {
         let folder = folder.to_path_buf();
         let work = move |_: &Control, _: &dyn Fn(f32)| {
             let model = IdentifiedModel::new(&session, &snapshot).map_err(|error| error.to_string())?;
-            export::write(&model, &Format::ALL, &folder).map_err(|error| error.to_string())?;
-            Ok(folder)
+            export::write(&model, &Format::ALL, &folder).map_err(|error| error.to_string())
         };
         self.start("doublet-model", work, ctx);
     }
@@ -265,7 +264,10 @@ impl Workbench {
     pub(super) fn take_export(&mut self) {
         let Some(export) = self.exporting.take_if(|export| export.is_finished()) else { return };
         match export.finish() {
-            Ok(folder) => self.say(format!("Written to {}", folder.display())),
+            Ok(put) => {
+                let notes: String = put.notes().map(|note| format!("; {note}")).collect();
+                self.say(format!("Written to {}{notes}", put.folder.display()));
+            }
             Err(line) => self.complain(line),
         }
     }

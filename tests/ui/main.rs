@@ -13,6 +13,7 @@ mod preprocess;
 mod rasteriser;
 mod recording;
 mod recovery;
+mod soak;
 mod speed;
 mod summary;
 mod traps;

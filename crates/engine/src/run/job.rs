@@ -1,6 +1,5 @@
 //! Files written and looked at in the background, so that the window goes on drawing meanwhile.
 
-use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::thread::JoinHandle;
@@ -9,7 +8,7 @@ use super::control::Control;
 
 /// Results or a report on their way to disk, or a recording being looked at. Dropping it waits for the end: nothing half-written is left
 /// behind.
-pub struct Job<T = PathBuf> {
+pub struct Job<T> {
     progress: Arc<AtomicU32>,
     control: Control,
     thread: Option<JoinHandle<Result<T, String>>>,

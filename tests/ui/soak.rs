@@ -1,0 +1,53 @@
+//! Many edits over one window: the memory that the program holds stays what it is once its cache is full.
+
+#![allow(
+    clippy::print_stdout,
+    clippy::unwrap_used,
+    reason = "helpers of tests are not marked as tests; the figures are what it is for"
+)]
+
+use doublet::app::{Document, Workbench};
+use doublet_core::series::Window;
+use doublet_engine::session::{Edit, WindowEdit};
+
+use crate::builder;
+
+/// Edits, unless `DOUBLET_SOAK_EDITS` says otherwise.
+const EDITS: usize = 10_000;
+/// Part of all edits after which the cache is full.
+const FULL_AFTER: f64 = 0.5;
+/// Part by which the memory may grow from then on.
+const GROWTH: f64 = 0.05;
+
+/// Resident memory of this program, kB; `None` where the system does not say.
+fn resident_kb() -> Option<f64> {
+    let text = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
+    line.trim().strip_suffix("kB")?.trim().parse().ok()
+}
+
+#[test]
+#[ignore = "takes long: tests/soak/edits.sh"]
+fn memory_is_flat_over_many_edits() {
+    let edits = std::env::var("DOUBLET_SOAK_EDITS").ok().and_then(|text| text.parse().ok()).unwrap_or(EDITS);
+    let folder = tempfile::tempdir().unwrap();
+    let autosaves = folder.path().join("autosave");
+    let mut harness = builder(1280.0, 800.0)
+        .build_eframe(move |cc| Workbench::new(cc, Document::shipped().unwrap()).unwrap().keeping_work_in(autosaves));
+    harness.run_steps(3);
+    let first = harness.state().document.session().windows[0].clone();
+    let mut full = None;
+    for edit in 0..edits {
+        // Every edit is another window, so that nothing of it was computed before.
+        let shift_s = 1e-4 * edit as f64;
+        let window = Window { start_s: first.window.start_s + shift_s, end_s: first.window.end_s + shift_s };
+        harness.state_mut().apply(&Edit::Window(WindowEdit::Place { name: first.name.clone(), window }));
+        harness.run_steps(2);
+        if edit as f64 >= FULL_AFTER * edits as f64 && full.is_none() {
+            full = resident_kb();
+        }
+    }
+    let (Some(full), Some(end)) = (full, resident_kb()) else { return };
+    println!("{edits} edits: {:.0} MB with a full cache, {:.0} MB at the end", full / 1e3, end / 1e3);
+    assert!(end <= (1.0 + GROWTH) * full, "{full} kB with a full cache, {end} kB after {edits} edits");
+}
