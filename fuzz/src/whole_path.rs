@@ -170,7 +170,7 @@ fn change(value: &mut Value, bytes: &mut Bytes<'_>) {
         leaf => {
             *leaf = match bytes.next() % 8 {
                 0 => Value::Integer(bytes.number() as i64),
-                1 => Value::Boolean(bytes.next() % 2 == 0),
+                1 => Value::Boolean(bytes.next().is_multiple_of(2)),
                 2 => Value::String(char::from(bytes.next()).to_string()),
                 3 => Value::String(
                     ["alpha", "beta*q", "smoothed", "filtered", "ekf", "ukf", "e1"][usize::from(bytes.next()) % 7]
