@@ -31,7 +31,7 @@ impl Default for Coloured {
 /// Weight of the autocorrelation at lag `k` of `K`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Taper {
-    /// One, as published (Morelli and Klein, J. Aircraft 34(2), 1997): a variance can come out negative.
+    /// One, as published (Morelli and Klein, J. Guidance 20(1), 1997): a variance can come out negative.
     None,
     /// With `x = k / (K + 1)`: `1 - 6 x^2 (1 - x)` up to a half, `2 (1 - x)^3` beyond. No variance can come out negative, and short
     /// lags keep their weight (Parzen, Technometrics 3(2), 1961).

@@ -18,7 +18,7 @@ pub(super) struct Output {
 const LEAST_LEFT: f64 = 1e-3;
 
 /// Covariance `D M D` with `D` the inverse information and `M = sum_{a,b} sum_{i,j} S_a(i)' R_ab(j - i) S_b(j)` over outputs
-/// `a, b` and samples `i, j` (Morelli and Klein, J. Aircraft 34(2), 1997, with the cross-correlation of the outputs' residuals
+/// `a, b` and samples `i, j` (Morelli and Klein, J. Guidance 20(1), 1997, with the cross-correlation of the outputs' residuals
 /// `R_ab(k) = (1/N) sum_i v_a(i) v_b(i + k)`: a gust moves every output of an axis at once).
 ///
 /// As [`super::coloured_covariance`] has it for one output, lags are tapered by [`Taper::Parzen`], which leaves the matrix of the
