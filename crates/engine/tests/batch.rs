@@ -3,9 +3,12 @@
 #![allow(clippy::panic, clippy::unwrap_used, reason = "helpers of tests are not marked as tests")]
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use doublet_engine::batch::{Store, Tally, compute, jobs, write};
+use doublet_engine::graph::Cache;
+use doublet_engine::run::{Control, Scope, Snapshot, run};
 use doublet_engine::session::{self, Session};
 
 /// A part of the shipped flight that takes little time: one window, two coefficients.
@@ -142,6 +145,55 @@ fn a_batch_split_into_tasks_is_gathered_without_computing() {
     let names: Vec<String> = rows[0].iter().map(str::to_owned).collect();
     assert!(names.contains(&"corrected_standard_error".to_owned()));
     assert_eq!(read, rows);
+}
+
+/// The shipped aircraft with its charts in a folder, where they can be edited.
+fn put_aircraft(folder: &Path) {
+    for (kind, name) in [
+        ("aircraft", "aircraft/c337f.toml"),
+        ("propulsion", "propulsion/io360_chart.toml"),
+        ("propulsion", "propulsion/mtv12_propeller.toml"),
+    ] {
+        let text = doublet_engine::builtin::text(kind, name).unwrap();
+        std::fs::write(folder.join(Path::new(name).file_name().unwrap()), text).unwrap();
+    }
+}
+
+/// The propeller of [`put_aircraft`] with another area: less thrust goes through it.
+fn edit_propeller(folder: &Path) {
+    let place = folder.join("mtv12_propeller.toml");
+    let text = std::fs::read_to_string(&place).unwrap();
+    let edited = text.replace("diameter_m = 1.92", "diameter_m = 1.72");
+    assert_ne!(text, edited);
+    std::fs::write(&place, edited).unwrap();
+}
+
+#[test]
+fn a_propeller_map_changed_on_disk_is_read_again_by_the_window_and_by_a_batch() {
+    let folder = tempfile::tempdir().unwrap();
+    put_aircraft(folder.path());
+    let mut session = small();
+    session.aircraft = Some("c337f.toml".to_owned());
+    session.structure.models.retain(|(coefficient, _)| coefficient.name() == "CZ");
+    let file = folder.path().join("one.toml");
+    session::save(&session, &file).unwrap();
+    let cache = Cache::new(1 << 30);
+    let thrust = |previous: &Snapshot| {
+        let scope =
+            Scope { session: &session, folder: folder.path(), first: None, studies: &[], cause: "test", generation: 1 };
+        let snapshot = run(&scope, previous, &cache, &Control::default(), &|_| ());
+        let aero = Arc::clone(snapshot.windows["e.1"].aero.ready().unwrap());
+        (aero.data.engines[0].thrust_n[0], snapshot)
+    };
+    let out = folder.path().join("results.csv");
+    let store = Store::beside(&out).unwrap();
+    let of_batch = || compute(&jobs(&file).unwrap(), &store, &|_, _| {}).unwrap();
+    let (before, snapshot) = thrust(&Snapshot::default());
+    assert_eq!((of_batch().computed, of_batch().found), (1, 1));
+    edit_propeller(folder.path());
+    let (after, _) = thrust(&snapshot);
+    assert!((after / before - 1.0).abs() > 0.01, "{before} N, {after} N");
+    assert_eq!(of_batch(), Tally { computed: 1, found: 0, failed: 0 });
 }
 
 fn cell(field: &parquet::record::Field) -> String {

@@ -3,7 +3,7 @@
 //! Charts and maps are TOML in the units their manufacturers print (rpm, inHg, ft, hp); everything behind this file is
 //! SI. Each file starts with its `format` and `version`; unknown keys are refused with their line.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -305,6 +305,11 @@ pub fn parse_propeller_map(text: &str, path: &Path) -> Result<PropellerMap, MapE
 }
 
 impl PropulsionSection {
+    /// Names of the charts and maps its engines are read from, each once.
+    pub fn files(&self) -> BTreeSet<&str> {
+        self.engine.iter().flat_map(|entry| [&entry.chart, &entry.propeller]).flatten().map(String::as_str).collect()
+    }
+
     /// The powerplant of an aircraft with these engine stations, one engine per station in their order; charts and
     /// maps are read from `folder`, each file once.
     ///

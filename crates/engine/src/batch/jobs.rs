@@ -20,7 +20,7 @@ pub struct Job {
     pub session: Result<Session, String>,
     /// Folder its relative paths start from.
     pub folder: PathBuf,
-    /// Identity by content: the session, the size and time of every file it reads, the program's version.
+    /// Identity by content: the session, the size and time of every file it reads, the program.
     pub(super) key: Key,
 }
 
@@ -74,17 +74,18 @@ pub fn jobs(path: &Path) -> Result<Vec<Job>, String> {
 
 impl Job {
     fn new(name: String, settings: Vec<(String, String)>, session: Result<Session, String>, folder: PathBuf) -> Self {
-        let mut key = KeyBuilder::new("batch", 1).text(env!("CARGO_PKG_VERSION")).text(&name).parameters(&settings);
+        let mut key = KeyBuilder::new("batch", 2).program().text(&name).parameters(&settings);
         key = key.parameters(&folder.canonicalize().unwrap_or_else(|_| folder.clone()));
         match &session {
             Ok(session) => {
                 key = key.parameters(session);
                 for file in files(session).filter_map(|path| stage::locate(&folder, path).ok()) {
                     for file in stage::files(&file) {
-                        let about = std::fs::metadata(&file).ok();
-                        let changed = about.as_ref().and_then(|about| about.modified().ok());
-                        key = key.parameters(&(file, about.map(|about| about.len()), changed));
+                        key = key.file(&file);
                     }
+                }
+                if let Some(aircraft) = &session.aircraft {
+                    key = stage::aircraft_files(&folder, aircraft).iter().fold(key, |key, file| key.file(file));
                 }
             }
             Err(error) => key = key.text(error),

@@ -1,6 +1,9 @@
 //! Content keys: equal inputs give equal keys, whatever computed them.
 
-use xxhash_rust::xxh3::Xxh3;
+use std::path::Path;
+use std::sync::LazyLock;
+
+use xxhash_rust::xxh3::{Xxh3, xxh3_128};
 
 /// Identity of a stage's input or output by content (128 bits of a non-cryptographic hash; chance collisions are beyond reach).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -58,6 +61,24 @@ impl KeyBuilder {
             self.0.update(&bytes[..8 * chunk.len()]);
         }
         self
+    }
+
+    /// Adds a file by path, size and time of change: reading recordings again to hash them would cost more than it saves.
+    #[must_use]
+    pub fn file(self, path: &Path) -> Self {
+        let about = std::fs::metadata(path).ok();
+        let changed = about.as_ref().and_then(|about| about.modified().ok());
+        self.parameters(&(path, about.map(|about| about.len()), changed))
+    }
+
+    /// Adds the running program, by every byte: another build may give other results under the same version.
+    #[must_use]
+    pub fn program(self) -> Self {
+        static PROGRAM: LazyLock<Option<u128>> = LazyLock::new(|| {
+            let program = std::fs::read(std::env::current_exe().ok()?).ok()?;
+            Some(xxh3_128(&program))
+        });
+        self.parameters(&(env!("CARGO_PKG_VERSION"), *PROGRAM))
     }
 
     /// The key.

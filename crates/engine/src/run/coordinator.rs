@@ -38,10 +38,17 @@ struct Inbox {
     /// What is looked at, and whether a look at it is due or under way.
     wanted: Wanted,
     look_due: bool,
-    looking: bool,
+    looking: Option<Control>,
     generation: u64,
     running: Option<Control>,
     closed: bool,
+}
+
+impl Inbox {
+    /// Stops the run and the look under way, if any.
+    fn stop(&self) {
+        self.running.iter().chain(&self.looking).for_each(Control::cancel);
+    }
 }
 
 struct Shared {
@@ -88,9 +95,7 @@ impl Engine {
         inbox.generation += 1;
         let generation = inbox.generation;
         inbox.pending = Some((generation, request));
-        if let Some(running) = &inbox.running {
-            running.cancel();
-        }
+        inbox.stop();
         self.shared.arrived.notify_one();
         generation
     }
@@ -101,6 +106,7 @@ impl Engine {
         if inbox.wanted != *wanted {
             inbox.wanted = wanted.clone();
             inbox.look_due = true;
+            inbox.looking.iter().for_each(Control::cancel);
             self.shared.arrived.notify_one();
         }
     }
@@ -108,16 +114,14 @@ impl Engine {
     /// Whether a closer look is due or under way.
     pub fn is_looking(&self) -> bool {
         let inbox = lock(&self.shared.inbox);
-        inbox.look_due || inbox.looking
+        inbox.look_due || inbox.looking.is_some()
     }
 
     /// Stops the run under way, if any.
     pub fn cancel(&self) {
         let mut inbox = lock(&self.shared.inbox);
         inbox.pending = None;
-        if let Some(running) = &inbox.running {
-            running.cancel();
-        }
+        inbox.running.iter().for_each(Control::cancel);
     }
 
     /// The newest snapshot; cheap, made to be called once a frame.
@@ -137,9 +141,7 @@ impl Drop for Engine {
         let mut inbox = lock(&self.shared.inbox);
         inbox.closed = true;
         inbox.pending = None;
-        if let Some(running) = &inbox.running {
-            running.cancel();
-        }
+        inbox.stop();
         drop(inbox);
         self.shared.arrived.notify_one();
         if let Some(thread) = self.thread.take() {
@@ -152,7 +154,7 @@ impl Drop for Engine {
 /// What is to be done next.
 enum Job {
     Run(u64, Request, Control),
-    Look(Wanted),
+    Look(Wanted, Control),
 }
 
 /// Waits for a request, runs it, publishes what comes; looks closer when nothing is to be run.
@@ -183,13 +185,12 @@ fn coordinate(shared: &Shared) {
                 inbox.running = None;
                 inbox.look_due = true;
             }
-            Job::Look(wanted) => {
-                if let Some(session) = &session {
-                    let mut snapshot = Snapshot::clone(&previous);
-                    snapshot.details = Slot::Ready(Arc::new(details(session, &snapshot, &wanted)));
-                    publish(snapshot);
+            Job::Look(wanted, control) => {
+                let found = session.as_ref().map(|session| details(session, &previous, &wanted, &control));
+                if let Some(Ok(found)) = found {
+                    publish(Snapshot { details: Slot::Ready(Arc::new(found)), ..Snapshot::clone(&previous) });
                 }
-                lock(&shared.inbox).looking = false;
+                lock(&shared.inbox).looking = None;
             }
         }
         (shared.wake)();
@@ -208,8 +209,9 @@ fn next(shared: &Shared) -> Option<Job> {
             return Some(Job::Run(generation, request, control));
         }
         if std::mem::take(&mut inbox.look_due) {
-            inbox.looking = true;
-            return Some(Job::Look(inbox.wanted.clone()));
+            let control = Control::default();
+            inbox.looking = Some(control.clone());
+            return Some(Job::Look(inbox.wanted.clone(), control));
         }
         inbox = shared.arrived.wait(inbox).unwrap_or_else(PoisonError::into_inner);
     }

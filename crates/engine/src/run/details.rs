@@ -6,7 +6,7 @@ use doublet_core::model::Term;
 use doublet_core::reconstruct::Method;
 use doublet_core::series::Series;
 
-use super::control::Control;
+use super::control::{Cancelled, Control};
 use super::snapshot::Snapshot;
 use crate::session::{PathSource, Preparation, Session};
 use crate::stage::{self, BiasTable, CoefficientStudy, Contributions, KindSummary, ResidualStudy, WindowPath};
@@ -56,28 +56,46 @@ pub struct WindowDetails {
 }
 
 /// Looks closer at the results of `snapshot`.
-pub fn details(session: &Session, snapshot: &Snapshot, wanted: &Wanted) -> Details {
+///
+/// # Errors
+/// [`Cancelled`] once `control` says so: between its parts, and inside the filter.
+pub fn details(
+    session: &Session,
+    snapshot: &Snapshot,
+    wanted: &Wanted,
+    control: &Control,
+) -> Result<Details, Cancelled> {
     let results = |name: &str| snapshot.windows.get(name);
     let aero =
         session.windows.iter().filter_map(|window| Some((window, Arc::clone(results(&window.name)?.aero.latest()?))));
     let aero: Vec<_> = aero.collect();
     let paths = session.windows.iter().filter_map(|window| Some((window, results(&window.name)?.path.latest()?)));
     let fits = session.windows.iter().filter_map(|window| Some((window, results(&window.name)?.fits.latest()?)));
+    let window = wanted.window.as_deref().and_then(|name| window(session, snapshot, (name, wanted.filters), control));
+    control.checkpoint()?;
     let model =
         wanted.terms.as_ref().map(|terms| stage::model_study(&aero, &session.structure, terms, &session.estimation));
-    Details {
-        window: wanted.window.as_deref().and_then(|name| window(session, snapshot, (name, wanted.filters))),
+    control.checkpoint()?;
+    let track = wanted
+        .track
+        .as_ref()
+        .and_then(|name| stage::track_from_velocity(&snapshot.flights.get(name)?.latest()?.recording));
+    control.checkpoint()?;
+    Ok(Details {
+        window,
         model: model.unwrap_or_default(),
-        track: wanted
-            .track
-            .as_ref()
-            .and_then(|name| stage::track_from_velocity(&snapshot.flights.get(name)?.latest()?.recording)),
+        track,
         biases: stage::bias_table(paths.map(|(window, path)| (window.name.as_str(), path.as_ref()))),
         kinds: stage::kind_summaries(fits.map(|(window, fits)| (window, fits.as_ref()))),
-    }
+    })
 }
 
-fn window(session: &Session, snapshot: &Snapshot, (name, filters): (&str, bool)) -> Option<WindowDetails> {
+fn window(
+    session: &Session,
+    snapshot: &Snapshot,
+    (name, filters): (&str, bool),
+    control: &Control,
+) -> Option<WindowDetails> {
     let (manoeuvre, results) = (session.window(name)?, snapshot.windows.get(name)?);
     let fits = results.fits.latest();
     let parts = results
@@ -89,12 +107,17 @@ fn window(session: &Session, snapshot: &Snapshot, (name, filters): (&str, bool))
         name: name.to_owned(),
         residuals: fits.map(|fits| stage::residual_studies(fits)).unwrap_or_default(),
         contributions: parts.unwrap_or_default(),
-        filters: filters.then(|| by_every_filter(session, snapshot, name)),
+        filters: filters.then(|| by_every_filter(session, snapshot, name, control)),
     })
 }
 
 /// The path of one window by the plain and by the iterated filter, from the samples the session's own filter gets.
-fn by_every_filter(session: &Session, snapshot: &Snapshot, name: &str) -> Result<[Arc<WindowPath>; 2], String> {
+fn by_every_filter(
+    session: &Session,
+    snapshot: &Snapshot,
+    name: &str,
+    control: &Control,
+) -> Result<[Arc<WindowPath>; 2], String> {
     let manoeuvre = session.window(name).ok_or("the window is gone")?;
     let flight =
         snapshot.flights.get(&manoeuvre.flight).and_then(|slot| slot.latest()).ok_or("its flight is not read")?;
@@ -109,8 +132,24 @@ fn by_every_filter(session: &Session, snapshot: &Snapshot, name: &str) -> Result
             snapshot.gravity.as_ref().map_or_else(|| session.clone(), |used| stage::with_gravity(session, used));
         other.filter.method = method;
         other.preparation = Preparation { path: PathSource::Smoothed, ..session.preparation.clone() };
-        let path = stage::paths(std::slice::from_ref(&samples), &other, &Control::default()).into_iter().next();
+        let path = stage::paths(std::slice::from_ref(&samples), &other, control).into_iter().next();
         path.unwrap_or_else(|| Err("the filter gave nothing".to_owned())).map(Arc::new)
     };
     Ok([by(Method::Ekf)?, by(iterated)?])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{builtin, session};
+
+    #[test]
+    fn a_look_that_nobody_wants_any_more_ends() {
+        let session = session::parse(builtin::session("demo").unwrap()).unwrap();
+        let (snapshot, wanted) = (Snapshot::default(), Wanted::default());
+        let control = Control::default();
+        assert!(details(&session, &snapshot, &wanted, &control).is_ok());
+        control.cancel();
+        assert_eq!(details(&session, &snapshot, &wanted, &control).err(), Some(Cancelled));
+    }
 }

@@ -279,7 +279,9 @@ fn load_aircraft(
     let loading = scope.session.loading.as_ref();
     let read = || -> Result<(Arc<LoadedAircraft>, KeyedAircraft), String> {
         let text = stage::text(scope.folder, path, "aircraft")?;
-        let key = KeyBuilder::new("aircraft", 1).text(path).text(&text).finish();
+        let files = stage::aircraft_files(scope.folder, path);
+        let key = files.iter().fold(KeyBuilder::new("aircraft", 2).text(path).text(&text), |key, file| key.file(file));
+        let key = key.finish();
         let loaded = cache.get_or_try(key, || stage::load_aircraft(scope.folder, path))?;
         let data = stage::aircraft_data(Arc::clone(&loaded), loading).map_err(|error| format!("{path}: {error}"))?;
         let loaded_key = KeyBuilder::new("loading", 1).key(key).parameters(&loading).finish();

@@ -1,6 +1,6 @@
 //! The aircraft as the analysis uses it: reference geometry, mass properties, places of sensors, engines.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use doublet_core::airframe::{self, Aircraft, FuelSplit, Loading, MassHistory, Tank};
@@ -37,21 +37,31 @@ impl Footprint for LoadedAircraft {
 /// What to say where there is no aircraft to form coefficients with.
 pub const NO_AIRCRAFT: &str = "no aircraft is chosen, so only flight paths are computed: name one in the session (aircraft = \"FILE\" or \"builtin:NAME\")";
 
+/// Place of an aircraft's file, and the folder of its charts and maps.
+fn places(folder: &Path, path: &str) -> Result<(PathBuf, PathBuf), String> {
+    if let Some(name) = path.strip_prefix(builtin::PREFIX) {
+        return Ok((builtin::on_disk(&format!("aircraft/{name}.toml"))?, builtin::on_disk("propulsion")?));
+    }
+    let file = locate(folder, path)?;
+    let maps = file.parent().unwrap_or(Path::new(".")).to_path_buf();
+    Ok((file, maps))
+}
+
+/// Every file that [`load_aircraft`] reads: the aircraft's own, then charts and maps; none that cannot be found or understood.
+pub fn aircraft_files(folder: &Path, path: &str) -> Vec<PathBuf> {
+    let Ok((file, maps)) = places(folder, path) else { return Vec::new() };
+    let section = read_propulsion_section(&file).unwrap_or_default();
+    let maps = section.files().into_iter().map(|name| maps.join(name));
+    std::iter::once(file.clone()).chain(maps).collect()
+}
+
 /// Reads the aircraft a session names.
 ///
 /// # Errors
 /// One line that names the file and the cure.
 pub fn load_aircraft(folder: &Path, path: &str) -> Result<LoadedAircraft, String> {
     let named = |error: &dyn std::fmt::Display| format!("{path}: {error}");
-    let builtin_name = path.strip_prefix(builtin::PREFIX);
-    let (file, maps) = match builtin_name {
-        Some(name) => (builtin::on_disk(&format!("aircraft/{name}.toml"))?, builtin::on_disk("propulsion")?),
-        None => {
-            let file = locate(folder, path)?;
-            let maps = file.parent().unwrap_or(Path::new(".")).to_path_buf();
-            (file, maps)
-        }
-    };
+    let (file, maps) = places(folder, path)?;
     let aircraft = aircraft_file::read(&file).map_err(|error| named(&error))?;
     let section = read_propulsion_section(&file).map_err(|error| named(&error))?;
     let powerplant = section.powerplant(&aircraft.engines, &maps).map_err(|error| named(&error))?;

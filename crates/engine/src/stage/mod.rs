@@ -32,7 +32,9 @@ mod tolerances;
 mod truth;
 
 pub use aero::{AirDensity, CONTROLS, WindowAero, aero, aero_along};
-pub use aircraft::{AircraftData, LoadedAircraft, NO_AIRCRAFT, aircraft_data, load_aircraft, loading_on_board};
+pub use aircraft::{
+    AircraftData, LoadedAircraft, NO_AIRCRAFT, aircraft_data, aircraft_files, load_aircraft, loading_on_board,
+};
 pub use align::{UsedClock, is_stamped_by};
 pub use detail::{
     BIAS_STATES, BiasTable, CoefficientStudy, Contributions, KindSummary, ResidualStudy, bias_table, contributions,

@@ -138,7 +138,7 @@ pub struct SmoothedSeries {
 pub struct Samples {
     /// Inertial samples and measurements.
     pub data: Arc<FilterData>,
-    /// Identity of these, by every number.
+    /// Identity of these and of what is carried along, by every number.
     pub content: Key,
     /// Truth of each state over the window, where the recording carries it.
     truth: Arc<[Option<Series>; STATES]>,
@@ -197,9 +197,10 @@ pub fn samples(
         let range = Window { start_s, end_s }.indices(&truth.time_s);
         Series { time_s: truth.time_s[range.clone()].into(), values: truth.values[range].into() }
     };
-    let truth = State::ALL.map(|state| recording.truth.get(state.name()).map(within)).into();
+    let truth: Arc<[Option<Series>; STATES]> =
+        State::ALL.map(|state| recording.truth.get(state.name()).map(within)).into();
     let data = FilterData { inputs, measurements };
-    Ok(Samples { content: content(&data), data: data.into(), truth, warnings })
+    Ok(Samples { content: content(&data, &truth, &warnings), data: data.into(), truth, warnings })
 }
 
 /// Longest part of a window that may lie outside the inertial samples without a word, s: recorders of one flight start and end apart.
@@ -243,16 +244,22 @@ fn move_sensors(
     Ok(warnings)
 }
 
-/// Identity of the samples of a window: what changes none of them leaves its path as it is.
-fn content(data: &FilterData) -> Key {
-    let mut key = KeyBuilder::new("samples of a window", 1).column(&data.inputs.time_s);
+/// Identity of the samples of a window and of what its path carries with them: what changes none of it leaves the path as it is.
+fn content(data: &FilterData, truth: &[Option<Series>; STATES], warnings: &[String]) -> Key {
+    let mut key = KeyBuilder::new("samples of a window", 2).column(&data.inputs.time_s);
     for column in &data.inputs.columns {
         key = key.column(column);
     }
     for series in &data.measurements {
         key = key.column(&series.time_s).column(&series.values);
     }
-    key.finish()
+    for series in truth {
+        key = match series {
+            Some(series) => key.column(&series.time_s).column(&series.values),
+            None => key.text("no truth"),
+        };
+    }
+    key.parameters(&warnings).finish()
 }
 
 fn input_series(recording: &Recording, window: Window, warnings: &mut Vec<String>) -> Result<InputSeries, String> {
@@ -554,7 +561,7 @@ fn ground_velocity(x: impl Fn(State) -> f64) -> [f64; 3] {
 
 #[cfg(test)]
 mod tests {
-    use super::{Dimension, Series, TAU, fits_in_memory, on_turn_of};
+    use super::{Dimension, FilterData, InputSeries, STATES, Series, TAU, content, fits_in_memory, on_turn_of};
 
     fn series(time_s: &[f64], values: &[f64]) -> Series {
         Series { time_s: time_s.into(), values: values.into() }
@@ -580,5 +587,20 @@ mod tests {
         assert_eq!(fits_in_memory(1_000_000, None), Ok(()));
         let said = fits_in_memory(1_000_000, Some(4_000_000_000)).unwrap_err();
         assert!(said.contains("1000000 samples") && said.contains("5.0 GB") && said.contains("4.0 GB"), "{said}");
+    }
+
+    #[test]
+    fn truth_and_warnings_of_a_window_are_part_of_its_identity() {
+        let data = FilterData {
+            inputs: InputSeries { time_s: Vec::new(), columns: Default::default() },
+            measurements: Default::default(),
+        };
+        let none = [const { None }; STATES];
+        let mut known = none.clone();
+        known[3] = Some(series(&[0.0, 1.0], &[2.0, 3.0]));
+        let alone = content(&data, &none, &[]);
+        assert_eq!(alone, content(&data, &none, &[]));
+        assert_ne!(alone, content(&data, &known, &[]));
+        assert_ne!(alone, content(&data, &none, &["another source".to_owned()]));
     }
 }
