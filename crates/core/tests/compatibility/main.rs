@@ -1,6 +1,6 @@
 //! Data compatibility on a motion whose every channel is known: each relation has the slope one, each mistake is named.
 
-#![expect(clippy::panic, clippy::print_stdout, reason = "a test helper that fails is a failed test; figures are shown")]
+#![allow(clippy::panic, clippy::print_stdout, reason = "a test helper that fails is a failed test; figures are shown")]
 
 use std::collections::BTreeMap;
 

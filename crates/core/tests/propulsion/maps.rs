@@ -195,15 +195,15 @@ fn history_equals_its_samples_and_counts_excursions() {
 #[test]
 fn thrust_at_the_edge_is_that_of_the_last_advance_ratio_of_the_map() {
     let model = model();
-    let (input, altitude_m) = (EngineInput { speed_rad_s: 250.0, manifold_pressure_pa: 8e4 }, 800.0);
+    let (input, altitude_m) = (EngineInput { speed_rad_s: 260.0, manifold_pressure_pa: 8e4 }, 800.0);
     let fast = model.state(input, &ambient(150.0, altitude_m));
     let range = *fast.off_range.get(MapVariable::AdvanceRatio).unwrap();
     assert_eq!(fast.off_range.iter().count(), 1);
     // Power does not hang on the airspeed: neither does the power coefficient.
-    let edge_m_s = range.high * 250.0 / std::f64::consts::TAU * model.propeller.diameter_m();
+    let edge_m_s = range.high * 260.0 / std::f64::consts::TAU * model.propeller.diameter_m();
     let edge = model.state(input, &ambient(edge_m_s, altitude_m));
     let columns = EngineColumns {
-        speed_rad_s: &[250.0; 2],
+        speed_rad_s: &[260.0; 2],
         manifold_pressure_pa: &[8e4; 2],
         airspeed_m_s: &[150.0, 50.0],
         pressure_altitude_m: &[altitude_m; 2],

@@ -3,9 +3,8 @@
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
-use std::sync::{Arc, LazyLock, OnceLock};
+use std::sync::{Arc, OnceLock};
 
-use doublet_core::load::memory;
 use doublet_core::prep::Differentiation;
 use doublet_core::quantity::{Dimension, Role};
 use doublet_core::reconstruct::consistency::{
@@ -21,7 +20,7 @@ use rayon::prelude::*;
 use super::aircraft::AircraftData;
 
 use super::placement::{move_accelerometer, move_antenna, move_vanes};
-use super::samples::{finite_samples, gaps, values_at};
+use super::samples::{MEMORY, finite_samples, fits_in_memory, gaps, values_at};
 use super::truth::{TruthError, truth_errors};
 use crate::graph::{Footprint, Key, KeyBuilder};
 use crate::run::Control;
@@ -154,25 +153,6 @@ impl Footprint for Samples {
 
 /// Shortest window the filter is run on, samples.
 const MIN_SAMPLES: usize = 10;
-
-/// Memory that a sample of a window takes at most while filter and smoother run, bytes: 5.0 kB measured over a window of a million.
-const BYTES_PER_SAMPLE: u64 = 5_000;
-
-/// Memory of the machine, or what this program may use of it.
-static MEMORY: LazyLock<Option<u64>> = LazyLock::new(memory);
-
-/// Refuses a window that the memory cannot hold while it is computed.
-fn fits_in_memory(samples: usize, memory: Option<u64>) -> Result<(), String> {
-    let needed = (samples as u64).saturating_mul(BYTES_PER_SAMPLE);
-    match memory.filter(|memory| needed > *memory) {
-        None => Ok(()),
-        Some(memory) => Err(format!(
-            "its {samples} samples take about {:.1} GB while they are filtered, of {:.1} GB that there are: shorten the window or resample the recording (flight.signals)",
-            needed as f64 / 1e9,
-            memory as f64 / 1e9
-        )),
-    }
-}
 
 /// Takes the samples of one window for the filter. Without an aircraft every sensor is taken to be at the centre of gravity.
 ///
@@ -561,7 +541,7 @@ fn ground_velocity(x: impl Fn(State) -> f64) -> [f64; 3] {
 
 #[cfg(test)]
 mod tests {
-    use super::{Dimension, FilterData, InputSeries, STATES, Series, TAU, content, fits_in_memory, on_turn_of};
+    use super::{Dimension, FilterData, InputSeries, STATES, Series, TAU, content, on_turn_of};
 
     fn series(time_s: &[f64], values: &[f64]) -> Series {
         Series { time_s: time_s.into(), values: values.into() }
@@ -579,14 +559,6 @@ mod tests {
         assert_eq!(drawn.time_s, record.time_s);
         let lengths = on_turn_of(&reference, Dimension::Length, &record);
         assert_eq!(lengths.values, record.values, "what is no angle stays");
-    }
-
-    #[test]
-    fn a_window_beyond_the_memory_is_refused_before_it_is_computed() {
-        assert_eq!(fits_in_memory(60_000, Some(4_000_000_000)), Ok(()));
-        assert_eq!(fits_in_memory(1_000_000, None), Ok(()));
-        let said = fits_in_memory(1_000_000, Some(4_000_000_000)).unwrap_err();
-        assert!(said.contains("1000000 samples") && said.contains("5.0 GB") && said.contains("4.0 GB"), "{said}");
     }
 
     #[test]

@@ -1,5 +1,8 @@
 //! Samples of a role over a window, on another time base where needed, with their gaps stated.
 
+use std::sync::LazyLock;
+
+use doublet_core::load::memory;
 use doublet_core::prep::{Interpolation, between_samples, longest_interval_s, resample};
 use doublet_core::quantity::Role;
 use doublet_core::series::{Channel, Recording, Window};
@@ -70,6 +73,25 @@ pub fn values_where_recorded(recording: &Recording, role: Role, time_s: &[f64]) 
     is_recorded.then(|| between_samples(series, time_s, recording.max_gap_s, false))
 }
 
+/// Memory that a sample of a window takes at most while filter and smoother run, bytes: 5.0 kB measured over a window of a million.
+const BYTES_PER_SAMPLE: u64 = 5_000;
+
+/// Memory of the machine, or what this program may use of it.
+pub(super) static MEMORY: LazyLock<Option<u64>> = LazyLock::new(memory);
+
+/// Refuses a window that the memory cannot hold while it is computed.
+pub(super) fn fits_in_memory(samples: usize, memory: Option<u64>) -> Result<(), String> {
+    let needed = (samples as u64).saturating_mul(BYTES_PER_SAMPLE);
+    match memory.filter(|memory| needed > *memory) {
+        None => Ok(()),
+        Some(memory) => Err(format!(
+            "its {samples} samples take about {:.1} GB while they are filtered, of {:.1} GB that there are: shorten the window or resample the recording (flight.signals)",
+            needed as f64 / 1e9,
+            memory as f64 / 1e9
+        )),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use doublet_core::series::Series;
@@ -95,5 +117,13 @@ mod tests {
         let expected = [nan, 0.0, 5.0, 20.0, 35.0, 40.0, nan, nan, 140.0, 152.5, 160.0, nan];
         assert_eq!(format!("{found:?}"), format!("{expected:?}"));
         assert!(values_where_recorded(&recording, Role::Power2, &at).is_none());
+    }
+
+    #[test]
+    fn a_window_beyond_the_memory_is_refused_before_it_is_computed() {
+        assert_eq!(fits_in_memory(60_000, Some(4_000_000_000)), Ok(()));
+        assert_eq!(fits_in_memory(1_000_000, None), Ok(()));
+        let said = fits_in_memory(1_000_000, Some(4_000_000_000)).unwrap_err();
+        assert!(said.contains("1000000 samples") && said.contains("5.0 GB") && said.contains("4.0 GB"), "{said}");
     }
 }
