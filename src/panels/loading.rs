@@ -20,6 +20,12 @@ use crate::widgets::quantity_edit;
 /// Largest mass of a place that states none, kg.
 const USUAL_CAPACITY_KG: f64 = 150.0;
 
+/// Room for the name of a place and its mass beside a slider, points.
+const BESIDE_SLIDER: f32 = 205.0;
+
+/// Shortest and longest slider, points.
+const SLIDER_WIDTHS: (f32, f32) = (36.0, 120.0);
+
 /// The panel.
 #[derive(Default)]
 pub struct LoadingPanel {
@@ -159,13 +165,13 @@ fn changes<'a>(before: &'a PooledFits, now: &PooledFits) -> Vec<(&'a String, f64
     names.filter_map(|(name, was)| Some((name, *was, estimate(&now.fits, name)?.0))).collect()
 }
 
-/// A slider for every tank, seat and bay.
 /// The loading the session would have with nothing but what was stated by hand: without fuel the recording tells it.
 fn own_loading(ctx: &PanelContext<'_>, aircraft: &Aircraft) -> Loading {
     let standard = || Loading { fuel_kg: BTreeMap::new(), ..aircraft.standard_loading.clone() };
     ctx.session.loading.clone().unwrap_or_else(standard)
 }
 
+/// A slider for every tank, seat and bay.
 fn places(ctx: &mut PanelContext<'_>, ui: &mut Ui, aircraft: &Aircraft) {
     let own = own_loading(ctx, aircraft);
     // Fuel left to the record shows what the record starts with, so that a moved tank shifts its own record and no other's.
@@ -182,6 +188,8 @@ fn places(ctx: &mut PanelContext<'_>, ui: &mut Ui, aircraft: &Aircraft) {
         ("Seats", seats, |loading| &mut loading.seats_kg),
         ("Luggage", bays, |loading| &mut loading.luggage_kg),
     ];
+    let slider_width = (ui.available_width() - BESIDE_SLIDER).clamp(SLIDER_WIDTHS.0, SLIDER_WIDTHS.1);
+    ui.spacing_mut().slider_width = slider_width;
     for (title, places, masses) in groups {
         if places.is_empty() {
             continue;
@@ -223,7 +231,6 @@ fn place(
     let before = quantity_edit::to_decimals(*mass, 1).clamp(0.0, most);
     let mut now = before;
     let slider = Slider::new(&mut now, 0.0..=most).suffix(" kg").fixed_decimals(1);
-    ui.spacing_mut().slider_width = 120.0;
     // Its identity is its own: text that comes or goes above it does not end a drag.
     let steady = UiBuilder::new().scope_id(Id::unique(("loading", title, name)));
     let response = ui.scope_builder(steady, |ui| ui.add(slider)).inner;
@@ -302,7 +309,8 @@ fn numbers(ctx: &PanelContext<'_>, ui: &mut Ui, loaded: &LoadedState) {
     });
     let palette = theme::palette(ui);
     for warning in &columns[0].1.properties.warnings {
-        ui.add(egui::Label::new(RichText::new(format!("⚠ {warning}")).color(palette.warning)).wrap());
+        // In a column every line would be stretched to its width.
+        ui.horizontal_wrapped(|ui| ui.colored_label(palette.warning, format!("⚠ {warning}")));
     }
 }
 
