@@ -219,14 +219,18 @@ fn sweeps_say_what_is_wrong_with_them() {
     let many: String =
         (0..7).map(|i| format!("[[vary]]\nsetting = \"a{i}\"\nvalues = [{}]\n", "1, ".repeat(10))).collect();
     assert!(refused(&format!("{SWEEP}{many}")).contains("combinations"));
-    // What only the session can know becomes the error of each run.
+    // A setting that the session cannot have with any value is refused before the first run.
     for (from, to, part) in [
         ("measurement_noise.alpha", "measurement_noise.alfa", "alfa"),
         ("'e.1'", "'e.2'", "no setting 'window 'e.2'.role'"),
         ("[0.002, 0.004]", "[\"much\"]", "much"),
     ] {
-        let campaign = Campaign::new(&SWEEP.replace(from, to));
-        let all = jobs(campaign.path()).unwrap();
-        assert!(all.iter().all(|job| job.session.as_ref().is_err_and(|error| error.contains(part))), "{part}: {all:?}");
+        let said = refused(&SWEEP.replace(from, to));
+        assert!(said.contains(part) && said.contains("sweep.toml"), "{part}: {said}");
     }
+    // A value it cannot have becomes the error of its runs.
+    let campaign = Campaign::new(&SWEEP.replace("[0.002, 0.004]", "[0.002, \"much\"]"));
+    let all = jobs(campaign.path()).unwrap();
+    let failed = all.iter().filter(|job| job.session.as_ref().is_err_and(|error| error.contains("much")));
+    assert_eq!((all.len(), failed.count()), (4, 2));
 }
