@@ -149,25 +149,14 @@ fn run_width(width: Width, flight: &[FilterData], settings: &FilterSettings) -> 
     results.iter().map(|result| result.as_ref().map_or(0, |result| result.time_s.len())).sum()
 }
 
-/// Time this thread spent on a processor where the system tells, else time passed, s.
-fn processor_seconds(start: &Instant) -> f64 {
-    let spent = std::fs::read_to_string("/proc/thread-self/schedstat").ok();
-    let spent = spent.and_then(|text| text.split_whitespace().next()?.parse::<f64>().ok());
-    spent.map_or_else(|| start.elapsed().as_secs_f64(), |nanoseconds| nanoseconds * 1e-9)
-}
-
-/// Median processor time of `runs` runs, s.
-fn median(runs: usize, mut run: impl FnMut()) -> f64 {
-    let clock = Instant::now();
-    let mut times: Vec<f64> = (0..runs)
-        .map(|_| {
-            let start = processor_seconds(&clock);
-            run();
-            processor_seconds(&clock) - start
-        })
-        .collect();
-    times.sort_by(f64::total_cmp);
-    times[runs / 2]
+/// Time of the quickest of `runs` runs, s: what else the machine does only adds.
+fn quickest(runs: usize, mut run: impl FnMut()) -> f64 {
+    let timed = |_| {
+        let start = Instant::now();
+        run();
+        start.elapsed().as_secs_f64()
+    };
+    (0..runs).map(timed).fold(f64::INFINITY, f64::min)
 }
 
 /// Ratios within one run, which is what the times of a shared machine are good for.
@@ -183,22 +172,22 @@ fn compare() {
         let settings = settings(method);
         let smoothing = FilterSettings { smooth: true, ..settings.clone() };
         let filter = dense_filter(&settings);
-        let plain = median(3, || {
+        let plain = quickest(3, || {
             for data in &flight_data {
                 divan::black_box(run_dense(&filter, data, &settings));
             }
         });
         println!("{name}: dense {:.2} us/step", per_step(plain));
         for &width in &widths {
-            let side_by_side = median(9, || {
+            let side_by_side = quickest(9, || {
                 divan::black_box(run_width(width, &flight_data, &settings));
             });
-            let one_by_one = median(5, || {
+            let one_by_one = quickest(5, || {
                 for data in &flight_data {
                     divan::black_box(run_width(width, std::slice::from_ref(data), &settings));
                 }
             });
-            let smoothed = median(5, || {
+            let smoothed = quickest(5, || {
                 divan::black_box(run_width(width, &flight_data, &smoothing));
             });
             println!(
