@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use doublet_engine::run::Wanted;
+use doublet_engine::run::DetailRequest;
 use doublet_engine::verdict::Level;
 use eframe::egui::{
     self, Align, Button, Frame, Layout, Margin, MenuBar, Panel as Bar, ProgressBar, RichText, Role, Sense, Spinner, Ui,
@@ -28,7 +28,7 @@ pub fn draw(app: &mut Workbench, ui: &mut Ui) {
         ui,
         |ui| {
             let mut layout = std::mem::replace(&mut app.state.layout, Tree::empty(egui::Id::unique("workbench")));
-            let mut wanted = Wanted { window: app.state.selection.window.clone(), ..Wanted::default() };
+            let mut wanted = DetailRequest { window: app.state.selection.window.clone(), ..DetailRequest::default() };
             let context = PanelContext {
                 session: app.document.history.present(),
                 snapshot: &app.snapshot,

@@ -36,7 +36,7 @@ mod term_effects;
 use doublet_core::quantity::Dimension;
 use doublet_core::reconstruct::consistency::ChannelConsistency;
 use doublet_engine::report::Reference;
-use doublet_engine::run::{Slot, Snapshot, Wanted, WindowDetails, WindowResults};
+use doublet_engine::run::{DetailRequest, Slot, Snapshot, WindowDetails, WindowResults};
 use doublet_engine::session::{Edit, Manoeuvre, Session, WindowRole};
 use doublet_engine::stage::LoadedFlight;
 use doublet_engine::study::Study;
@@ -213,7 +213,7 @@ pub struct PanelContext<'a> {
     /// Derivatives from elsewhere, marked beside the estimates.
     pub references: &'a [Reference],
     /// What the panels on screen look at more closely.
-    pub wanted: &'a mut Wanted,
+    pub wanted: &'a mut DetailRequest,
     /// Figures to take away.
     pub figures: &'a mut Vec<FigureRequest>,
 }

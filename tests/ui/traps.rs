@@ -49,7 +49,10 @@ fn first_drag_of_a_fuel_slider_follows_the_pointer_and_is_one_step_of_undo() {
     drag(&mut bench.harness, at, at + to_the_left, 6);
     bench.settle();
     let second_kg = bench.session().loading.as_ref().expect("it is stated again").fuel_kg[&tank.name];
-    assert!((second_kg - fuel_kg).abs() < SLIDER_SHARE * tank.capacity_kg, "the second drag does what the first did: {second_kg}, {fuel_kg}");
+    assert!(
+        (second_kg - fuel_kg).abs() < SLIDER_SHARE * tank.capacity_kg,
+        "the second drag does what the first did: {second_kg}, {fuel_kg}"
+    );
 }
 
 #[test]

@@ -4,10 +4,12 @@ use std::path::Path;
 
 use doublet_core::simulate::{Scenario, scenario};
 use doublet_engine::builtin;
+use doublet_engine::graph::{Context, StageError};
 use doublet_engine::run::Control;
 use doublet_engine::session::{self, Session};
-use doublet_engine::study::{self, Coverage, JudgedFlights, StudyError, Watch};
+use doublet_engine::study::{self, Coverage};
 use doublet_engine::verdict::Level;
+use doublet_engine::verdict::{self, JudgedFlights};
 
 use crate::arguments::CoverageArguments;
 use crate::progress::Progress;
@@ -22,7 +24,7 @@ pub const SCENARIO: &str = "coverage";
 /// One line: a session, scenario or flight that cannot be used.
 pub fn coverage(arguments: &CoverageArguments) -> Result<(), String> {
     if arguments.verdict {
-        print_judged(arguments, &studied(arguments, study::judged_flights)?);
+        print_judged(arguments, &studied(arguments, verdict::judged_flights)?);
         return Ok(());
     }
     let found = computed(arguments)?;
@@ -86,7 +88,7 @@ pub fn computed(arguments: &CoverageArguments) -> Result<Coverage, String> {
 }
 
 /// A study of many flights of a scenario.
-type FlightStudy<T> = fn(&Session, &Path, &Scenario, (usize, u64), &Watch<'_>) -> Result<T, StudyError>;
+type FlightStudy<T> = fn(&Session, &Scenario, (usize, u64), &Context<'_>) -> Result<T, StageError>;
 
 fn studied<T>(arguments: &CoverageArguments, study: FlightStudy<T>) -> Result<T, String> {
     let (session, folder) = match &arguments.session {
@@ -107,10 +109,11 @@ fn studied<T>(arguments: &CoverageArguments, study: FlightStudy<T>) -> Result<T,
     let progress = Progress::new();
     let control = Control::default();
     let show = |part: f32| progress.show(part, "flying and identifying");
-    let found = study(&session, &folder, &scenario, (count, arguments.seed), &Watch::new(&control, &show));
+    let context = Context::new(&folder).with_control(&control, &show);
+    let found = study(&session, &scenario, (count, arguments.seed), &context);
     progress.finish();
     found.map_err(|error| match error {
-        StudyError::Cancelled => "stopped".to_owned(),
-        StudyError::Failed(line) => line,
+        StageError::Cancelled => "stopped".to_owned(),
+        error => error.to_string(),
     })
 }

@@ -9,6 +9,7 @@ use doublet_core::load::datcom::{
     PredictedDerivative, PredictionOptions, beside,
 };
 use doublet_core::model::RateNormalisation;
+use doublet_engine::graph::Context;
 use doublet_engine::stage::{self, AircraftData};
 use doublet_engine::{builtin, report};
 use serde_json::Value;
@@ -61,8 +62,8 @@ fn print_listing(path: &Path, arguments: &DatcomArguments) -> Result<(), String>
 }
 
 fn aircraft_data(name: &str) -> Result<AircraftData, String> {
-    let loaded = stage::load_aircraft(Path::new("."), &new::aircraft_reference(name)?)?;
-    stage::aircraft_data(Arc::new(loaded), None).map_err(|error| format!("{name}: {error}"))
+    let loaded = stage::load_aircraft(&Context::new(Path::new(".")), &new::aircraft_reference(name)?)?;
+    stage::aircraft_data(Arc::clone(loaded.shared()), None).map_err(|error| format!("{name}: {error}"))
 }
 
 /// Derivatives of the listing with the aircraft's normalisation of rates: body axes, with lift and drag beside.

@@ -8,6 +8,7 @@ use doublet_core::propulsion::{
     engine_sensitivities,
 };
 use doublet_core::quantity::Unit;
+use doublet_engine::graph::Context;
 use doublet_engine::stage;
 
 use crate::arguments::EngineArguments;
@@ -24,7 +25,7 @@ const OUTPUT_UNITS: [&str; 3] = ["hp", "N", "-"];
 /// One line: an aircraft without engine models, or a condition that makes no sense.
 pub fn engine(arguments: &EngineArguments) -> Result<(), String> {
     let reference = new::aircraft_reference(&arguments.aircraft)?;
-    let loaded = stage::load_aircraft(Path::new("."), &reference)?;
+    let loaded = stage::load_aircraft(&Context::new(Path::new(".")), &reference)?;
     let point = point(arguments)?;
     let steps = match arguments.step_percent {
         None => Steps::READING_RESOLUTION,

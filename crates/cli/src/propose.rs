@@ -7,6 +7,7 @@ use doublet_core::align::{OnsetSettings, onset_alignment};
 use doublet_core::prep::{Differentiation, differentiate};
 use doublet_core::quantity::Role;
 use doublet_core::series::{Series, Window};
+use doublet_engine::graph::{Context, Keyed};
 use doublet_engine::keep::Lock;
 use doublet_engine::session::{self, Edit, NoiseChannel, NoiseEdit, Opened, Session, Surface, WindowEdit};
 use doublet_engine::stage::{self, FlightNoise, FlightProposals, LoadedFlight, NoiseFlight};
@@ -99,9 +100,8 @@ pub fn propose(arguments: &ProposeArguments) -> Result<(), String> {
     Ok(())
 }
 
-fn load(opened: &Opened, flight: &session::Flight) -> Result<LoadedFlight, String> {
-    stage::flight(&opened.folder, flight)
-        .and_then(|read| stage::aligned(&opened.folder, &read, flight))
+fn load(opened: &Opened, flight: &session::Flight) -> Result<Keyed<LoadedFlight>, String> {
+    stage::load_flight(&Context::new(&opened.folder), flight)
         .map_err(|error| format!("flight '{}': {error}", flight.name))
 }
 

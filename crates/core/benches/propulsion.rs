@@ -4,7 +4,8 @@ use std::hint::black_box;
 use std::path::PathBuf;
 
 use doublet_core::load::aircraft;
-use doublet_core::load::propulsion_maps::read_propulsion_section;
+use doublet_core::load::propulsion_maps::parse_propulsion_section;
+use doublet_core::load::read_text;
 use doublet_core::propulsion::{EngineColumns, Powerplant};
 
 fn main() {
@@ -19,8 +20,8 @@ fn powerplant() -> Powerplant {
     let assets = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../assets");
     let file = assets.join("aircraft/c337f.toml");
     let stations = aircraft::read(&file).map(|aircraft| aircraft.engines).unwrap_or_default();
-    let section = read_propulsion_section(&file).unwrap_or_default();
-    section.powerplant(&stations, &assets.join("propulsion")).unwrap_or_default()
+    let section = parse_propulsion_section(&read_text(&file).unwrap_or_default(), &file).unwrap_or_default();
+    section.powerplant(&stations, &assets.join("propulsion"), read_text).unwrap_or_default()
 }
 
 /// `middle` with a slow swing of `amplitude` over the flight.

@@ -8,7 +8,7 @@ mod targets;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use doublet_engine::graph::Cache;
+use doublet_engine::graph::{Cache, Context};
 use doublet_engine::run::{Control, Scope, Snapshot, run};
 use doublet_engine::session::{self, Flight, MapRef, RecordingRef, SignalSetting, leads_out, path_warning};
 use doublet_engine::stage;
@@ -92,7 +92,7 @@ fn a_recording_outside_the_folder_is_read_with_a_warning() {
     std::fs::write(folder.path().join("log.csv"), "t,q\n0,1\n1,2\n2,3\n").unwrap();
     let map = "format = \"doublet channel map\"\nversion = 1\nname = \"x\"\n[[time]]\nsource = \"*\"\nchannel = \"t\"\nunit = \"s\"\n[roles]\nq = { channel = \"q\", unit = \"deg/s\" }\n";
     std::fs::write(inner.join("map.toml"), map).unwrap();
-    let read = stage::flight(&inner, &flight_of("../log.csv", "map.toml")).unwrap();
+    let read = stage::read_flight(&Context::new(&inner), &flight_of("../log.csv", "map.toml").recordings).unwrap();
     assert!(read.recording.warnings.is_empty(), "{:?}", read.recording.warnings);
     let mut session = session::parse(doublet_engine::builtin::session("demo").unwrap()).unwrap();
     session.flights = vec![flight_of("../log.csv", "map.toml")];
@@ -109,11 +109,13 @@ fn a_recording_outside_the_folder_is_read_with_a_warning() {
 #[test]
 fn files_without_an_end_and_commands_are_not_read() {
     let begun = Instant::now();
-    let refused = |path: &str, map: &str| stage::flight(Path::new("/"), &flight_of(path, map)).unwrap_err();
+    let refused = |path: &str, map: &str| {
+        stage::read_flight(&Context::new(Path::new("/")), &flight_of(path, map).recordings).unwrap_err().to_string()
+    };
     assert!(refused("/dev/zero", "builtin:demo_flight").contains("neither a file nor a folder"));
     assert!(refused("builtin:flights/demo/pod.csv", "/dev/zero").contains("neither a file nor a folder"));
     let session = session::parse(doublet_engine::builtin::session("demo").unwrap()).unwrap();
-    assert!(stage::load_aircraft(Path::new("/"), "/dev/zero").is_err());
+    assert!(stage::load_aircraft(&Context::new(Path::new("/")), "/dev/zero").is_err());
     let marker = std::env::temp_dir().join(format!("doublet-command-{}", std::process::id()));
     for command in ["$(touch M)", "`touch M`", "|touch M", "; touch M", "builtin:$(touch M)"] {
         let command = command.replace('M', marker.to_str().unwrap());
@@ -122,7 +124,7 @@ fn files_without_an_end_and_commands_are_not_read() {
         hostile.title.clone_from(&command);
         hostile.aircraft = Some(command.clone());
         assert_eq!(session::parse(&session::print(&hostile).unwrap()).unwrap(), hostile);
-        assert!(stage::load_aircraft(Path::new("/"), &command).is_err());
+        assert!(stage::load_aircraft(&Context::new(Path::new("/")), &command).is_err());
     }
     assert!(!marker.exists(), "a path was run");
     assert!(begun.elapsed() < PATIENCE);

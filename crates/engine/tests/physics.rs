@@ -12,6 +12,7 @@ use doublet_core::load::{self, ChannelMap, HandMap, HandRow, HandTime, plan_all}
 use doublet_core::quantity::{Role, Unit};
 use doublet_engine::begin::cured;
 use doublet_engine::builtin;
+use doublet_engine::graph::Context;
 use doublet_engine::session::{self, Flight, MapRef, RecordingRef};
 use doublet_engine::stage::{self, FlightPhysics, LoadedFlight};
 use doublet_engine::verdict::Level;
@@ -75,7 +76,7 @@ fn map_text(map: &str, wrong: &Wrong) -> String {
 /// What is found in a recording read by its map with a mistake; `None` where it is not here.
 fn physics(recording: &str, wrong: &Wrong) -> Option<FlightPhysics> {
     let (flight, loaded) = read(recording, wrong)?;
-    Some(stage::physics(&flight, &loaded))
+    Some(stage::physics(&flight.recordings, &loaded))
 }
 
 /// A recording read by its map with a mistake, on the time line of its flight.
@@ -99,8 +100,8 @@ fn read(recording: &str, wrong: &Wrong) -> Option<(Flight, LoadedFlight)> {
         };
         (PathBuf::from("."), Flight::new("one".to_owned(), paths?.into_iter().map(reference).collect()))
     };
-    let read = stage::flight(&folder, &flight).unwrap();
-    let mut loaded = stage::aligned(&folder, &read, &flight).unwrap();
+    let loaded = stage::load_flight(&Context::new(&folder), &flight).unwrap();
+    let mut loaded = LoadedFlight::clone(&loaded);
     if let Ticks(per_second) = wrong {
         for channel in &mut loaded.recording.channels {
             channel.series.time_s = channel.series.time_s.iter().map(|time| time * per_second).collect();

@@ -7,6 +7,7 @@ use doublet_core::quantity::{Role, Unit};
 use doublet_core::reconstruct::{AirState, FilterSettings, Input, Measurement, Method};
 use doublet_core::series::Window;
 use doublet_engine::begin;
+use doublet_engine::graph::Context;
 use doublet_engine::run::Control;
 use doublet_engine::session::{
     self, ClockPairSetting, ClockSetting, Edit, EditError, Estimation, ExpressionEdit, ExpressionSetting, FilterEdit,
@@ -422,7 +423,7 @@ fn map_made_by_hand_is_kept_in_the_session_and_reads_the_recording_again() {
     let opened = session::open(&file).unwrap();
     assert_eq!(opened.session, session::relative_to(&made, folder.path()));
     assert_eq!(opened.session.flights[0].recordings[0].path, "mine.csv");
-    let loaded = stage::flight(&opened.folder, &opened.session.flights[0]).unwrap();
+    let loaded = stage::read_flight(&Context::new(&opened.folder), &opened.session.flights[0].recordings).unwrap();
     let values = &loaded.recording.role(Role::PitchRate).unwrap().series.values;
     assert!((values[2] - 30.0_f64.to_radians()).abs() < 1e-15);
     let force = &loaded.recording.role(Role::SpecificForceZ).unwrap().series.values;
@@ -431,7 +432,7 @@ fn map_made_by_hand_is_kept_in_the_session_and_reads_the_recording_again() {
     assert!(missing[0].level == Level::Bad && missing[0].roles.len() == 4, "ax, ay, p and r: {missing:?}");
     let bad = made.flights[0].recordings[0].clone();
     let bad = session::RecordingRef { channel_map: MapRef::Own("format = 1".into()), ..bad };
-    let line = stage::flight(&opened.folder, &Flight { recordings: vec![bad], ..made.flights[0].clone() }).unwrap_err();
+    let line = stage::read_flight(&Context::new(&opened.folder), &[bad]).unwrap_err().to_string();
     assert!(line.contains("channel map of the session"), "{line}");
 }
 
@@ -440,7 +441,7 @@ fn aircraft_that_come_with_the_program_all_load() {
     let names = doublet_engine::builtin::aircraft();
     assert!(names.contains(&"c337f") && !names.contains(&"c337f_truth") && !names.contains(&"c337f_instruments"));
     for name in names {
-        stage::load_aircraft(std::path::Path::new("."), &format!("builtin:{name}")).unwrap();
+        stage::load_aircraft(&Context::new(std::path::Path::new(".")), &format!("builtin:{name}")).unwrap();
     }
 }
 
@@ -457,7 +458,7 @@ fn plain_aircraft_is_an_aircraft_file_and_one_that_cannot_be_is_refused() {
     };
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("a.toml"), plain.text().unwrap()).unwrap();
-    let loaded = stage::load_aircraft(folder.path(), "a.toml").unwrap();
+    let loaded = stage::load_aircraft(&Context::new(folder.path()), "a.toml").unwrap();
     assert_eq!(loaded.aircraft.name, plain.name);
     assert_eq!((loaded.aircraft.reference.area_m2, loaded.aircraft.reference.span_m), (10.5, 15.0));
     let refused = |change: fn(&mut begin::PlainAircraft)| {

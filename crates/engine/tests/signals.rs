@@ -10,6 +10,7 @@ use doublet_core::prep::{Interpolation, Smoothing, resample, smooth};
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::{Input, Measurement};
 use doublet_core::series::{Series, Window};
+use doublet_engine::graph::{Context, StageError};
 use doublet_engine::session::{
     self, Edit, EditError, ExpressionSetting, LevelFlight, NoiseChannel, NoiseEdit, NoiseEntry, Opened, SignalEdit,
     SignalPreset, SignalSetting, SteadyWindow, Surface, WindowEdit,
@@ -26,13 +27,21 @@ fn demo() -> &'static Opened {
 
 fn read() -> &'static LoadedFlight {
     static READ: OnceLock<LoadedFlight> = OnceLock::new();
-    READ.get_or_init(|| stage::flight(&demo().folder, &demo().session.flights[0]).unwrap())
+    READ.get_or_init(|| {
+        stage::read_flight(&Context::new(&demo().folder), &demo().session.flights[0].recordings).unwrap()
+    })
+}
+
+/// The shipped recording with all that `flight` makes of it.
+fn aligned(flight: &session::Flight) -> Result<LoadedFlight, StageError> {
+    let aligned = stage::align_flight(&Context::new(&demo().folder), read(), flight.sources())?;
+    Ok(stage::expressed(&aligned, &flight.expressions)?)
 }
 
 /// The flight on its time line, nothing smoothed.
 fn recorded() -> &'static LoadedFlight {
     static RECORDED: OnceLock<LoadedFlight> = OnceLock::new();
-    RECORDED.get_or_init(|| stage::aligned(&demo().folder, read(), &demo().session.flights[0]).unwrap())
+    RECORDED.get_or_init(|| aligned(&demo().session.flights[0]).unwrap())
 }
 
 fn proposals() -> &'static FlightProposals {
@@ -55,7 +64,7 @@ fn bus(setting: SignalSetting, shift_s: f64) -> LoadedFlight {
     let session = session::Session { flights: vec![flight], ..demo().session.clone() };
     let shift = SignalEdit::Shift { flight: "FT1".into(), source: "navigation".into(), shift_s };
     let shifted = Edit::Signal(shift).apply(&session).unwrap();
-    stage::aligned(&demo().folder, read(), &shifted.flights[0]).unwrap()
+    aligned(&shifted.flights[0]).unwrap()
 }
 
 #[test]
@@ -175,7 +184,7 @@ fn level_flight_calibrates_the_pod_by_the_lift_curve() {
         density_kg_m3: None,
     };
     instruments.level_flight = Some(level.clone());
-    let refused = stage::aligned(&demo().folder, read(), &flight).unwrap_err();
+    let refused = aligned(&flight).unwrap_err().to_string();
     assert!(refused.contains("leave one out"), "{refused}");
     let with = |level: LevelFlight| {
         let mut flight = flight.clone();
@@ -183,7 +192,7 @@ fn level_flight_calibrates_the_pod_by_the_lift_curve() {
         (instruments.pod_calibration, instruments.level_flight) = (String::new(), Some(level));
         let session = session::Session { flights: vec![flight], ..demo().session.clone() };
         let session = session::parse(&session::print(&session).unwrap()).unwrap();
-        stage::aligned(&demo().folder, read(), &session.flights[0])
+        aligned(&session.flights[0])
     };
     let alpha = |flight: &LoadedFlight| flight.recording.role(Role::AngleOfAttack).unwrap().series.clone();
     let (made, table) = (alpha(&with(level.clone()).unwrap()), alpha(recorded()));
@@ -207,7 +216,7 @@ fn level_flight_calibrates_the_pod_by_the_lift_curve() {
         (LevelFlight { mass_kg: -1.0, ..level }, "above zero"),
     ] {
         let refused = with(wrong).unwrap_err();
-        assert!(refused.contains(said), "{refused}");
+        assert!(refused.to_string().contains(said), "{refused}");
     }
 }
 
@@ -229,7 +238,7 @@ fn control_sensors_that_record_quaternions_give_the_same_deflections() {
     let fitted = recorded().clocks.iter().find(|clock| clock.source == "sensor_*").unwrap();
     (clock.offset_s, clock.drift) = (fitted.model.offset_s, fitted.model.drift);
     clock.fit.clear();
-    let found = stage::aligned(folder.path(), &stage::flight(folder.path(), &flight).unwrap(), &flight).unwrap();
+    let found = stage::load_flight(&Context::new(folder.path()), &flight).unwrap();
     for role in [Role::Aileron, Role::Elevator, Role::Rudder] {
         let of = |flight: &LoadedFlight| flight.recording.role(role).unwrap().series.values.clone();
         let (expected, found) = (of(recorded()), of(&found));
@@ -238,7 +247,7 @@ fn control_sensors_that_record_quaternions_give_the_same_deflections() {
     }
     // The rates the thesis integrates come from quaternions as well.
     flight.instruments.as_mut().unwrap().thesis_controls = true;
-    let thesis = stage::aligned(folder.path(), &stage::flight(folder.path(), &flight).unwrap(), &flight).unwrap();
+    let thesis = stage::load_flight(&Context::new(folder.path()), &flight).unwrap();
     assert!(thesis.recording.role(Role::Rudder).unwrap().series.values.iter().all(|value| value.is_finite()));
 }
 

@@ -14,12 +14,12 @@ use doublet_core::reconstruct::{Input, State};
 use doublet_core::series::{Channel, Recording, Series, Window};
 use doublet_core::simulate::scenario;
 use doublet_core::validate::{BandResult, Histories, Signal, TestResult, Tolerance};
-use doublet_engine::graph::Cache;
+use doublet_engine::graph::{Cache, Context};
 use doublet_engine::run::{Control, Scope, Slot, Snapshot, WindowResults, run};
 use doublet_engine::session::{self, Session, Surface, WindowRole};
 use doublet_engine::stage::{self, AeroWindow, CoefficientFit, ExtrapolatedThrust, PooledFits};
-use doublet_engine::study::{self, CheckStudy, CheckedDerivative, ControlLag, LagKind, LagStudy, Watch, WindowChecks};
-use doublet_engine::verdict::{Finding, Level, PlausibleRange, Verdicts, judge};
+use doublet_engine::study::{CheckStudy, CheckedDerivative, ControlLag, LagKind, LagStudy, WindowChecks};
+use doublet_engine::verdict::{Finding, Level, PlausibleRange, Verdicts, flown, judge, judged_flights};
 
 fn builtin(name: &str) -> Session {
     session::parse(doublet_engine::builtin::session(name).unwrap()).unwrap()
@@ -41,10 +41,7 @@ fn judged(seed: u64, spoil: &(dyn Fn(&mut Recording) + Sync), change: impl Fn(&m
     let mut session = builtin("demo");
     change(&mut session);
     let scenario = scenario::build("test-point").unwrap();
-    let control = Control::default();
-    let show_nothing = |_: f32| ();
-    let watch = Watch::new(&control, &show_nothing);
-    let (_, snapshot) = study::flown(&session, Path::new("."), &scenario, seed, spoil, &watch).unwrap();
+    let (_, snapshot) = flown(&session, &scenario, seed, spoil, &Context::new(Path::new("."))).unwrap();
     let verdicts = Arc::clone(snapshot.verdicts.ready().unwrap());
     show(&verdicts);
     verdicts
@@ -59,10 +56,8 @@ struct Sound {
 impl Sound {
     fn new() -> Self {
         let scenario = scenario::build("test-point").unwrap();
-        let control = Control::default();
-        let watch = Watch::new(&control, &|_: f32| ());
-        let (session, snapshot) =
-            study::flown(&builtin("demo"), Path::new("."), &scenario, 1, &|_| (), &watch).unwrap();
+        let context = Context::new(Path::new("."));
+        let (session, snapshot) = flown(&builtin("demo"), &scenario, 1, &|_| (), &context).unwrap();
         Self { session, snapshot }
     }
 
@@ -100,7 +95,7 @@ impl Sound {
 fn changed<T: Clone>(slot: &mut Slot<T>, change: impl FnOnce(&mut T)) {
     let mut content = T::clone(slot.ready().unwrap());
     change(&mut content);
-    *slot = Slot::Ready(Arc::new(content));
+    *slot = content.into();
 }
 
 /// The window that moves the elevator first.
@@ -309,7 +304,7 @@ fn twins_apart_late_controls_and_missed_bands_are_told() {
         let twin = CheckedDerivative { name: "Cm_q".to_owned(), estimate: -5.0 - 0.5 * apart, standard_error: 0.4 };
         let frequency = vec![(Coefficient::Cm, Ok(vec![twin]))];
         let windows = vec![WindowChecks { window: name.clone(), frequency, output_error: Vec::new() }];
-        snapshot.studies.checks = Slot::Ready(Arc::new(CheckStudy { axis: None, windows }));
+        snapshot.studies.checks = CheckStudy { axis: None, windows }.into();
         let verdicts = judge(&sound.session, &snapshot);
         let derivative = verdicts.fit(Some(&name), Coefficient::Cm).unwrap().derivative("Cm_q").unwrap();
         let found = derivative.reasons.iter().find(|reason| reason.code == "twin");
@@ -327,7 +322,7 @@ fn twins_apart_late_controls_and_missed_bands_are_told() {
         };
         let coefficients = vec![Coefficient::Cm];
         let lag = ControlLag { surface: Surface::Elevator, kind: LagKind::Delay, coefficients, result: Ok(search) };
-        snapshot.studies.lags = Slot::Ready(Arc::new(LagStudy { lags: vec![lag] }));
+        snapshot.studies.lags = LagStudy { lags: vec![lag] }.into();
     });
     sound.expect("match", &[(0.9, NONE), (1.4, CAUTION)], |_, snapshot, ratio| {
         let tolerance = Tolerance { signal: Signal::ALL[0], absolute: 1.0, of_value: 0.0, of_peak: 0.0 };
@@ -350,7 +345,7 @@ fn twins_apart_late_controls_and_missed_bands_are_told() {
         };
         let proof =
             stage::ProofOfMatch { tolerances: "t".to_owned(), windows: vec![(name.clone(), Ok(Arc::new(replay)))] };
-        snapshot.proof = Slot::Ready(Arc::new(proof));
+        snapshot.proof = proof.into();
     });
 }
 
@@ -528,9 +523,8 @@ fn the_shipped_flight_is_good_but_for_the_axial_force() {
 #[test]
 fn consistent_flights_get_no_bad_reason_anywhere() {
     let scenario = scenario::build("test-point").unwrap();
-    let control = Control::default();
-    let watch = Watch::new(&control, &|_: f32| ());
-    let found = study::judged_flights(&builtin("demo"), Path::new("."), &scenario, (6, 11), &watch).unwrap();
+    let context = Context::new(Path::new("."));
+    let found = judged_flights(&builtin("demo"), &scenario, (6, 11), &context).unwrap();
     println!("{:?}", found.examples);
     assert_eq!((found.flights, found.bad_anywhere, found.sessions[2]), (6, 0, 0));
 }

@@ -117,6 +117,8 @@ pub struct FixedItem {
     pub cg_from_datum_m: [f64; 3],
 }
 
+crate::hash_fields!(FixedItem { name; mass_kg, cg_from_datum_m });
+
 /// Limits on the mass of the aircraft, kg.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MassLimits {

@@ -24,6 +24,8 @@ pub struct Loading {
     pub added_items: Vec<FixedItem>,
 }
 
+crate::hash_fields!(Loading { added_items; fuel_kg, seats_kg, luggage_kg });
+
 /// Something wrong with a loading, bound to the field it shows beside.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum LoadingIssue {

@@ -1,10 +1,13 @@
 //! Least squares with fixed values, bounds and prior knowledge.
 
+use std::hash::{Hash, Hasher};
+
 use nalgebra::{DMatrix, DVector};
 
 use super::least_squares::check_values;
 use super::triangle::{Solution, Triangle};
 use super::{EstimateError, Fit, Origin};
+use crate::quantity::HashBits;
 
 /// What is known of a parameter before the fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,6 +40,18 @@ const RELEASE_TOLERANCE: f64 = 1e-13;
 const PRIOR_ROUNDS: usize = 30;
 /// Relative change of the residual variance that ends them.
 const PRIOR_TOLERANCE: f64 = 1e-12;
+
+impl Hash for Constraint {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        std::mem::discriminant(self).hash(state);
+        match *self {
+            Self::Free => {}
+            Self::Fixed(value) => value.hash_bits(state),
+            Self::Bounds { lower, upper } => [lower, upper].hash_bits(state),
+            Self::Prior { mean, deviation } => [mean, deviation].hash_bits(state),
+        }
+    }
+}
 
 impl Constraint {
     /// What is wrong with it: a number of it and what is allowed there.

@@ -3,7 +3,7 @@
 //! Charts and maps are TOML in the units their manufacturers print (rpm, inHg, ft, hp); everything behind this file is
 //! SI. Each file starts with its `format` and `version`; unknown keys are refused with their line.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -228,34 +228,17 @@ pub enum RotationName {
     CounterClockwise,
 }
 
-/// Reads an engine chart from `path`.
+/// The `[propulsion]` section of the text of an aircraft file, empty where it has none; `path` serves messages only.
 ///
 /// # Errors
-/// [`MapError`] naming the file and, for syntax, the line.
-pub fn read_engine_chart(path: &Path) -> Result<EngineChart, MapError> {
-    parse_engine_chart(&read_text(path)?, path)
-}
-
-/// Reads a propeller map from `path`.
-///
-/// # Errors
-/// [`MapError`] naming the file and, for syntax, the line.
-pub fn read_propeller_map(path: &Path) -> Result<PropellerMap, MapError> {
-    parse_propeller_map(&read_text(path)?, path)
-}
-
-/// Reads the `[propulsion]` section of an aircraft file, empty where it has none.
-///
-/// # Errors
-/// [`MapError`] naming the file and, for syntax, the line.
-pub fn read_propulsion_section(aircraft: &Path) -> Result<PropulsionSection, MapError> {
+/// [`MapError`] naming `path` and, for syntax, the line.
+pub fn parse_propulsion_section(text: &str, path: &Path) -> Result<PropulsionSection, MapError> {
     #[derive(Deserialize)]
     struct AircraftFile {
         #[serde(default)]
         propulsion: PropulsionSection,
     }
-    let text = read_text(aircraft)?;
-    let file: AircraftFile = toml::from_str(&text).map_err(|error| syntax(&text, aircraft, &error))?;
+    let file: AircraftFile = toml::from_str(text).map_err(|error| syntax(text, path, &error))?;
     Ok(file.propulsion)
 }
 
@@ -305,19 +288,20 @@ pub fn parse_propeller_map(text: &str, path: &Path) -> Result<PropellerMap, MapE
 }
 
 impl PropulsionSection {
-    /// Names of the charts and maps its engines are read from, each once.
-    pub fn files(&self) -> BTreeSet<&str> {
-        self.engine.iter().flat_map(|entry| [&entry.chart, &entry.propeller]).flatten().map(String::as_str).collect()
-    }
-
     /// The powerplant of an aircraft with these engine stations, one engine per station in their order; charts and
-    /// maps are read from `folder`, each file once.
+    /// maps lie in `folder` and are read by `read`, each file once.
     ///
     /// # Errors
     /// [`MapError`] for an entry without a station, an inertia outside its range, an engine with only one of chart and
     /// propeller, or a bad file.
-    pub fn powerplant(&self, stations: &[EngineStation], folder: &Path) -> Result<Powerplant, MapError> {
+    pub fn powerplant(
+        &self,
+        stations: &[EngineStation],
+        folder: &Path,
+        read: impl Fn(&Path) -> std::io::Result<String>,
+    ) -> Result<Powerplant, MapError> {
         self.check(stations)?;
+        let text = |path: &Path| read(path).map_err(|source| MapError::Read { path: path.to_owned(), source });
         let mut charts: BTreeMap<&str, Arc<EngineChart>> = BTreeMap::new();
         let mut propellers: BTreeMap<&str, Arc<PropellerMap>> = BTreeMap::new();
         let mut engines = Vec::with_capacity(stations.len());
@@ -335,9 +319,12 @@ impl PropulsionSection {
                     RotationName::CounterClockwise => Rotation::CounterClockwise,
                 };
                 if let (Some(chart), Some(propeller)) = (&entry.chart, &entry.propeller) {
+                    let (chart_file, propeller_file) = (folder.join(chart), folder.join(propeller));
+                    let read_chart = || parse_engine_chart(&text(&chart_file)?, &chart_file);
+                    let read_propeller = || parse_propeller_map(&text(&propeller_file)?, &propeller_file);
                     engine.model = Some(EngineModel {
-                        chart: once(&mut charts, chart, |file| read_engine_chart(&folder.join(file)))?,
-                        propeller: once(&mut propellers, propeller, |file| read_propeller_map(&folder.join(file)))?,
+                        chart: once(&mut charts, chart, read_chart)?,
+                        propeller: once(&mut propellers, propeller, read_propeller)?,
                     });
                 }
             }
@@ -382,19 +369,14 @@ impl PropulsionSection {
 fn once<'a, T>(
     known: &mut BTreeMap<&'a str, Arc<T>>,
     key: &'a str,
-    read: impl FnOnce(&str) -> Result<T, MapError>,
+    read: impl FnOnce() -> Result<T, MapError>,
 ) -> Result<Arc<T>, MapError> {
     if let Some(value) = known.get(key) {
         return Ok(Arc::clone(value));
     }
-    let value = Arc::new(read(key)?);
+    let value = Arc::new(read()?);
     known.insert(key, Arc::clone(&value));
     Ok(value)
-}
-
-/// The text of `path`.
-fn read_text(path: &Path) -> Result<String, MapError> {
-    super::read_text(path).map_err(|source| MapError::Read { path: path.to_owned(), source })
 }
 
 /// Checks format and version, then reads the rest.

@@ -190,7 +190,7 @@ impl ReferenceGeometry {
 }
 
 /// Axes of the moment coefficients and of the rates among the variables.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Axes {
     /// Body axes.
     Body,
@@ -199,7 +199,7 @@ pub enum Axes {
 }
 
 /// Whether thrust belongs to the coefficients.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ThrustTreatment {
     /// Force and moment of the thrust stay inside the coefficients (thesis Eq. 3.23-3.24).
     Included,
@@ -210,7 +210,7 @@ pub enum ThrustTreatment {
 }
 
 /// Gyroscopic moment of the propellers, `M = r sum(h)`, `N = -q sum(h)` with `h = I_p omega` along body x.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Gyroscopic {
     /// Not accounted for.
     Ignored,
@@ -228,6 +228,8 @@ pub struct Lag {
     /// Pure delay, s; zero for none, negative where the deflection was recorded late.
     pub delay_s: f64,
 }
+
+crate::hash_fields!(Lag { ; time_constant_s, delay_s });
 
 /// How coefficients and variables are formed.
 #[derive(Clone, Debug, PartialEq)]

@@ -3,7 +3,7 @@
 use super::{Coefficient, ModelError, Term, Variable};
 
 /// Model structure: each coefficient as a sum of terms, `C = sum over terms of derivative * term`.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Hash)]
 pub struct Structure {
     /// Coefficients with their terms, in the order tables show them.
     pub models: Vec<(Coefficient, Vec<Term>)>,

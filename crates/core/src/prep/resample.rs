@@ -3,7 +3,7 @@
 use super::{PrepError, check};
 
 /// What a signal does between its samples.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Interpolation {
     /// Straight lines.
     Linear,

@@ -37,6 +37,8 @@ pub struct Resampling {
     pub interpolation: Interpolation,
 }
 
+crate::hash_fields!(Resampling { interpolation; rate_hz });
+
 /// What is done to a signal. The default leaves it as it is.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Treatment {

@@ -1,7 +1,11 @@
 //! Settings of the reconstruction and their check.
 
+use std::hash::{Hash, Hasher};
+
 use thiserror::Error;
 
+use crate::hash_fields;
+use crate::quantity::HashBits;
 use crate::reconstruct::model::layout::{
     AIR_STATES, AirState, INPUTS, Input, MEASUREMENTS, Measurement, STATES, State,
 };
@@ -27,6 +31,20 @@ pub enum Method {
     },
 }
 
+impl Hash for Method {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        std::mem::discriminant(self).hash(state);
+        match self {
+            Self::Ekf => {}
+            Self::Iekf { max_iterations, tolerance } => {
+                max_iterations.hash(state);
+                tolerance.hash_bits(state);
+            }
+            Self::Ukf { spread } => spread.hash_bits(state),
+        }
+    }
+}
+
 impl Method {
     /// Iterated filter as it usually is.
     pub const USUAL_IEKF: Self = Self::Iekf { max_iterations: 10, tolerance: 1e-3 };
@@ -35,7 +53,7 @@ impl Method {
 }
 
 /// What the inertial measurement does between two samples.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum InputHold {
     /// Linear between samples: right for sampled continuous signals, the default.
     FirstOrder,
@@ -44,7 +62,7 @@ pub enum InputHold {
 }
 
 /// Where the transition matrix is linearised.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Linearisation {
     /// At the state before the step, the derivative of the integration itself.
     Prior,
@@ -85,6 +103,11 @@ pub struct FilterSettings {
     /// that moves by less than [`SMOOTHER_TOLERANCE`]. 1 for none.
     pub smoother_passes: usize,
 }
+
+hash_fields!(FilterSettings {
+    method, hold, linearisation, smooth, smoother_passes;
+    gravity_m_s2, process_noise, measurement_noise, initial_deviation, initial_state, random_walk, air_data_deviation, measurement_delay_s
+});
 
 /// Movement of a smoothed path, in its standard deviations, below which the iterated smoother has converged.
 pub const SMOOTHER_TOLERANCE: f64 = 1e-3;

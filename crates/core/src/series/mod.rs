@@ -106,6 +106,8 @@ pub struct Window {
     pub end_s: f64,
 }
 
+crate::hash_fields!(Window { ; start_s, end_s });
+
 impl Window {
     /// Indices `first..end` of the samples of an increasing time vector that lie inside the window.
     pub fn indices(&self, time_s: &[f64]) -> std::ops::Range<usize> {

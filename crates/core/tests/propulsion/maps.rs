@@ -4,6 +4,7 @@ use std::path::Path;
 
 use doublet_core::airframe::EngineStation;
 use doublet_core::load::propulsion_maps::{PropulsionSection, parse_engine_chart, parse_propeller_map};
+use doublet_core::load::read_text;
 use doublet_core::propulsion::{Ambient, EngineColumns, EngineInput, EngineModel, EngineState, MapVariable, RotorSum};
 use proptest::prelude::*;
 
@@ -116,7 +117,8 @@ fn propeller_map_asks_for_every_pair_of_level_and_speed_once() {
 fn propulsion_section_names_the_engine_that_is_wrong() {
     let stations =
         [EngineStation { name: "e".to_owned(), position_from_datum_m: [8.0, -1.4, 2.0], incidence_rad: 0.0 }];
-    let section = |text: &str| toml::from_str::<PropulsionSection>(text).unwrap().powerplant(&stations, &folder());
+    let section =
+        |text: &str| toml::from_str::<PropulsionSection>(text).unwrap().powerplant(&stations, &folder(), read_text);
     let engine = "[[engine]]\nname = \"e\"\n";
     let half = format!("{engine}chart = \"io360_chart.toml\"\n");
     assert_eq!(

@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 
 use doublet_core::load::aircraft;
-use doublet_core::load::propulsion_maps::read_propulsion_section;
+use doublet_core::load::propulsion_maps::parse_propulsion_section;
+use doublet_core::load::read_text;
 use doublet_core::propulsion::{DensityRule, EngineModel, EnginePoint, Powerplant};
 
 /// Horsepower, W.
@@ -22,7 +23,8 @@ pub fn folder() -> PathBuf {
 pub fn c337f() -> Powerplant {
     let path = folder().join("../aircraft/c337f.toml");
     let stations = aircraft::read(&path).unwrap().engines;
-    read_propulsion_section(&path).unwrap().powerplant(&stations, &folder()).unwrap()
+    let section = parse_propulsion_section(&read_text(&path).unwrap(), &path).unwrap();
+    section.powerplant(&stations, &folder(), read_text).unwrap()
 }
 
 /// Chart and propeller map of the front engine.

@@ -7,7 +7,6 @@ use serde::Deserialize;
 use super::sweep::{self, Sweep};
 use crate::graph::{Key, KeyBuilder};
 use crate::session::{self, Session};
-use crate::stage;
 
 /// One run.
 #[derive(Clone, Debug)]
@@ -20,7 +19,7 @@ pub struct Job {
     pub session: Result<Session, String>,
     /// Folder its relative paths start from.
     pub folder: PathBuf,
-    /// Identity by content: the session, the size and time of every file it reads, the program.
+    /// Identity by content: the session and the program. The files it reads are known once it ran, see [`super::Finished`].
     pub(super) key: Key,
 }
 
@@ -74,27 +73,9 @@ pub fn jobs(path: &Path) -> Result<Vec<Job>, String> {
 
 impl Job {
     fn new(name: String, settings: Vec<(String, String)>, session: Result<Session, String>, folder: PathBuf) -> Self {
-        let mut key = KeyBuilder::new("batch", 2).program().text(&name).parameters(&settings);
-        key = key.parameters(&folder.canonicalize().unwrap_or_else(|_| folder.clone()));
-        match &session {
-            Ok(session) => {
-                key = key.parameters(session);
-                for file in files(session).filter_map(|path| stage::locate(&folder, path).ok()) {
-                    for file in stage::files(&file) {
-                        key = key.file(&file);
-                    }
-                }
-                if let Some(aircraft) = &session.aircraft {
-                    key = stage::aircraft_files(&folder, aircraft).iter().fold(key, |key, file| key.file(file));
-                }
-            }
-            Err(error) => key = key.text(error),
-        }
-        Self { name, settings, session, folder, key: key.finish() }
+        let place = folder.canonicalize().unwrap_or_else(|_| folder.clone());
+        let text = session.as_ref().map(|session| session::print(session).map_err(|error| error.to_string()));
+        let key = KeyBuilder::new("batch").program().add(&name).add(&settings).add(&place).add(&text).finish();
+        Self { name, settings, session, folder, key }
     }
-}
-
-/// Every path a session names, built-ins left out: they change with the program.
-fn files(session: &Session) -> impl Iterator<Item = &str> {
-    session::paths(session).filter(|path| !path.starts_with(crate::builtin::PREFIX))
 }

@@ -69,7 +69,7 @@ fn finish(job: &Job, cache: &Cache) -> Finished {
         let attempt = std::panic::AssertUnwindSafe(|| estimates(session, job, cache));
         std::panic::catch_unwind(attempt).unwrap_or_else(|_| Err("the run ended unexpectedly".to_owned()))
     });
-    finished.unwrap_or_else(|error| Finished { error: Some(error), estimates: Vec::new() })
+    finished.unwrap_or_else(|error| Finished { error: Some(error), ..Finished::default() })
 }
 
 fn estimates(session: &Session, job: &Job, cache: &Cache) -> Result<Finished, String> {
@@ -94,5 +94,6 @@ fn estimates(session: &Session, job: &Job, cache: &Cache) -> Result<Finished, St
             samples: fit.samples as u64,
         })
     });
-    Ok(Finished { error: (!failed.is_empty()).then(|| failed.join("; ")), estimates: rows.collect() })
+    let error = (!failed.is_empty()).then(|| failed.join("; "));
+    Ok(Finished { error, estimates: rows.collect(), files: snapshot.files })
 }

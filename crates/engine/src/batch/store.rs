@@ -1,20 +1,24 @@
 //! What finished runs found: one file each, so that many programs may work on one batch.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
 use super::Job;
+use crate::graph::FileStamp;
 use crate::keep::{replace, sweep};
 
 /// What a run found.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Finished {
     /// What failed in it, or why it found nothing.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub error: Option<String>,
     /// Pooled estimates.
     pub estimates: Vec<Estimate>,
+    /// Every file and folder it read, as they were then.
+    pub files: BTreeMap<PathBuf, FileStamp>,
 }
 
 /// One derivative of a run; numbers that do not exist are left out.
@@ -57,9 +61,11 @@ impl Store {
         self.0.join(format!("{}.json", job.key))
     }
 
-    /// What a run found earlier; `None` where it is not finished, or its file cannot be read.
+    /// What a run found earlier; `None` where it is not finished, its file cannot be read, or one it read has changed since.
     pub fn get(&self, job: &Job) -> Option<Finished> {
-        serde_json::from_str(&std::fs::read_to_string(self.place(job)).ok()?).ok()
+        let finished: Finished = serde_json::from_str(&std::fs::read_to_string(self.place(job)).ok()?).ok()?;
+        let is_unchanged = finished.files.iter().all(|(place, stamp)| FileStamp::of(place) == *stamp);
+        is_unchanged.then_some(finished)
     }
 
     /// Keeps what a run found; it lasts once this returns.

@@ -2,7 +2,8 @@
 
 use std::any::Any;
 use std::collections::HashMap;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use super::Key;
 
@@ -10,6 +11,11 @@ use super::Key;
 pub trait Footprint: Any + Send + Sync {
     /// Bytes held, to within a small factor.
     fn bytes(&self) -> usize;
+
+    /// Identity of its content, where outputs that came about otherwise may be equal: what follows from them is then the same.
+    fn content(&self) -> Option<Key> {
+        None
+    }
 }
 
 struct Entry {
@@ -21,6 +27,7 @@ struct Entry {
 #[derive(Default)]
 struct Store {
     entries: HashMap<Key, Entry>,
+    places: HashMap<Key, Vec<PathBuf>>,
     bytes: usize,
     clock: u64,
 }
@@ -39,7 +46,7 @@ impl Cache {
 
     /// The output stored under `key`, if it is there and of type `T`.
     pub fn get<T: Footprint>(&self, key: Key) -> Option<Arc<T>> {
-        let mut store = self.store.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut store = self.lock();
         store.clock += 1;
         let now = store.clock;
         let entry = store.entries.get_mut(&key)?;
@@ -47,22 +54,25 @@ impl Cache {
         Arc::clone(&entry.value).downcast().ok()
     }
 
-    /// The output stored under `key`, or else what `make` gives, stored.
-    ///
-    /// # Errors
-    /// That of `make`.
-    pub fn get_or_try<T: Footprint, E>(&self, key: Key, make: impl FnOnce() -> Result<T, E>) -> Result<Arc<T>, E> {
-        match self.get(key) {
-            Some(value) => Ok(value),
-            None => Ok(self.insert(key, make()?)),
-        }
+    /// Files and folders a stage read when it last ran.
+    pub(super) fn places(&self, stage: Key) -> Vec<PathBuf> {
+        self.lock().places.get(&stage).cloned().unwrap_or_default()
+    }
+
+    /// States what a stage read.
+    pub(super) fn set_places(&self, stage: Key, places: Vec<PathBuf>) {
+        self.lock().places.insert(stage, places);
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Store> {
+        self.store.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Stores an output and returns it shared.
     pub fn insert<T: Footprint>(&self, key: Key, value: T) -> Arc<T> {
         let bytes = value.bytes();
         let value = Arc::new(value);
-        let mut store = self.store.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut store = self.lock();
         store.clock += 1;
         let entry = Entry { value: Arc::clone(&value) as Arc<dyn Any + Send + Sync>, bytes, used: store.clock };
         store.bytes += bytes;
@@ -98,7 +108,7 @@ mod tests {
     #[test]
     fn least_recently_used_leaves_first() {
         let cache = Cache::new(250);
-        let keys = [1, 2, 3].map(|index| KeyBuilder::new("test", index).finish());
+        let keys = [1, 2, 3].map(|index| KeyBuilder::new("test").add(&index).finish());
         cache.insert(keys[0], vec![0_u8; 100]);
         cache.insert(keys[1], vec![1_u8; 100]);
         assert!(cache.get::<Vec<u8>>(keys[0]).is_some());

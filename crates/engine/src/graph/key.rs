@@ -1,7 +1,8 @@
 //! Content keys: equal inputs give equal keys, whatever computed them.
 
-use std::path::Path;
+use std::hash::Hash;
 use std::sync::LazyLock;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use xxhash_rust::xxh3::{Xxh3, xxh3_128};
 
@@ -15,38 +16,28 @@ impl std::fmt::Display for Key {
     }
 }
 
-/// Builds a [`Key`] from labelled content.
+impl Key {
+    /// A key that no other equals.
+    pub fn unique() -> Self {
+        static NEXT: AtomicU64 = AtomicU64::new(0);
+        KeyBuilder::new("unique").add(&NEXT.fetch_add(1, Ordering::Relaxed)).finish()
+    }
+}
+
+/// Builds a [`Key`] from content.
 pub struct KeyBuilder(Xxh3);
 
 impl KeyBuilder {
-    /// Starts the key of `stage` in its `version`: raise the version when the same inputs give other results.
-    pub fn new(stage: &str, version: u32) -> Self {
-        let mut hasher = Xxh3::new();
-        hasher.update(stage.as_bytes());
-        hasher.update(&version.to_le_bytes());
-        Self(hasher)
+    /// Starts a key of this name.
+    pub fn new(name: &str) -> Self {
+        Self(Xxh3::new()).add(name)
     }
 
-    /// Adds another key.
+    /// Adds a value, field by field.
     #[must_use]
-    pub fn key(mut self, key: Key) -> Self {
-        self.0.update(&key.0.to_le_bytes());
+    pub fn add(mut self, value: &(impl Hash + ?Sized)) -> Self {
+        value.hash(&mut self.0);
         self
-    }
-
-    /// Adds text, delimited by its length.
-    #[must_use]
-    pub fn text(mut self, text: &str) -> Self {
-        self.0.update(&(text.len() as u64).to_le_bytes());
-        self.0.update(text.as_bytes());
-        self
-    }
-
-    /// Adds a value by its debug form, which for plain parameter structs is canonical: field order is fixed and floats print
-    /// so that they parse back to the same bits.
-    #[must_use]
-    pub fn parameters(self, value: &impl std::fmt::Debug) -> Self {
-        self.text(&format!("{value:?}"))
     }
 
     /// Adds the bits of a column.
@@ -63,14 +54,6 @@ impl KeyBuilder {
         self
     }
 
-    /// Adds a file by path, size and time of change: reading recordings again to hash them would cost more than it saves.
-    #[must_use]
-    pub fn file(self, path: &Path) -> Self {
-        let about = std::fs::metadata(path).ok();
-        let changed = about.as_ref().and_then(|about| about.modified().ok());
-        self.parameters(&(path, about.map(|about| about.len()), changed))
-    }
-
     /// Adds the running program, by every byte: another build may give other results under the same version.
     #[must_use]
     pub fn program(self) -> Self {
@@ -78,7 +61,7 @@ impl KeyBuilder {
             let program = std::fs::read(std::env::current_exe().ok()?).ok()?;
             Some(xxh3_128(&program))
         });
-        self.parameters(&(env!("CARGO_PKG_VERSION"), *PROGRAM))
+        self.add(&(env!("CARGO_PKG_VERSION"), *PROGRAM))
     }
 
     /// The key.
@@ -94,7 +77,7 @@ mod tests {
     use super::*;
 
     fn key(column: &[f64], text: &str) -> Key {
-        KeyBuilder::new("test", 1).column(column).text(text).finish()
+        KeyBuilder::new("test").column(column).add(text).finish()
     }
 
     proptest! {
@@ -113,8 +96,8 @@ mod tests {
 
     #[test]
     fn content_does_not_leak_across_its_delimiters() {
-        let one = KeyBuilder::new("test", 1).text("ab").text("c").finish();
-        let other = KeyBuilder::new("test", 1).text("a").text("bc").finish();
+        let one = KeyBuilder::new("test").add("ab").add("c").finish();
+        let other = KeyBuilder::new("test").add("a").add("bc").finish();
         assert_ne!(one, other);
     }
 }

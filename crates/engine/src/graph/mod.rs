@@ -1,7 +1,13 @@
-//! Keys of content and the cache of what stages computed.
+//! What every stage is made of: its declaration, its context, the key of its content, and the cache of what was computed.
 
 mod cache;
+mod context;
+mod control;
 mod key;
+mod stage;
 
 pub use cache::{Cache, Footprint};
+pub use context::{Context, FileStamp};
+pub use control::{Cancelled, Control};
 pub use key::{Key, KeyBuilder};
+pub use stage::{Keyed, Stage, StageError};

@@ -4,11 +4,10 @@ use std::path::PathBuf;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 
-use super::control::Control;
-use super::details::{Wanted, details};
+use super::details::{DetailRequest, details};
 use super::pipeline::{Scope, run};
 use super::snapshot::{Slot, Snapshot};
-use crate::graph::Cache;
+use crate::graph::{Cache, Context, Control};
 use crate::session::Session;
 use crate::study::Study;
 
@@ -32,22 +31,43 @@ pub struct Request {
     pub fresh: bool,
 }
 
+/// What is to be done next, a run before a closer look.
+enum Job {
+    Run(u64, Request),
+    Detail(DetailRequest),
+}
+
 #[derive(Default)]
 struct Inbox {
+    /// The run to do next.
     pending: Option<(u64, Request)>,
-    /// What is looked at, and whether a look at it is due or under way.
-    wanted: Wanted,
-    look_due: bool,
-    looking: Option<Control>,
+    /// What is looked at closer, and whether that is due.
+    details: DetailRequest,
+    details_due: bool,
     generation: u64,
-    running: Option<Control>,
+    /// Handle on the job under way, and whether it is a run.
+    running: Option<(Control, bool)>,
     closed: bool,
 }
 
 impl Inbox {
-    /// Stops the run and the look under way, if any.
-    fn stop(&self) {
-        self.running.iter().chain(&self.looking).for_each(Control::cancel);
+    /// Stops the job under way if it is a run, or if it is a closer look, as asked.
+    fn stop(&self, runs: bool, details: bool) {
+        let stopped = self.running.iter().filter(|(_, is_run)| if *is_run { runs } else { details });
+        stopped.for_each(|(control, _)| control.cancel());
+    }
+
+    /// The next job with a handle on it.
+    fn next(&mut self) -> Option<(Job, Control)> {
+        let due = std::mem::take(&mut self.details_due);
+        let job = match self.pending.take() {
+            Some((generation, request)) => Job::Run(generation, request),
+            None if due => Job::Detail(self.details.clone()),
+            None => return None,
+        };
+        let control = Control::default();
+        self.running = Some((control.clone(), matches!(job, Job::Run(..))));
+        Some((job, control))
     }
 }
 
@@ -95,18 +115,18 @@ impl Engine {
         inbox.generation += 1;
         let generation = inbox.generation;
         inbox.pending = Some((generation, request));
-        inbox.stop();
+        inbox.stop(true, true);
         self.shared.arrived.notify_one();
         generation
     }
 
     /// States what is looked at: [`Snapshot::details`] follows, now and after every run. Cheap while it stays the same.
-    pub fn look_at(&self, wanted: &Wanted) {
+    pub fn look_at(&self, request: &DetailRequest) {
         let mut inbox = lock(&self.shared.inbox);
-        if inbox.wanted != *wanted {
-            inbox.wanted = wanted.clone();
-            inbox.look_due = true;
-            inbox.looking.iter().for_each(Control::cancel);
+        if inbox.details != *request {
+            inbox.details = request.clone();
+            inbox.details_due = true;
+            inbox.stop(false, true);
             self.shared.arrived.notify_one();
         }
     }
@@ -114,14 +134,14 @@ impl Engine {
     /// Whether a closer look is due or under way.
     pub fn is_looking(&self) -> bool {
         let inbox = lock(&self.shared.inbox);
-        inbox.look_due || inbox.looking.is_some()
+        inbox.details_due || matches!(inbox.running, Some((_, false)))
     }
 
     /// Stops the run under way, if any.
     pub fn cancel(&self) {
         let mut inbox = lock(&self.shared.inbox);
         inbox.pending = None;
-        inbox.running.iter().for_each(Control::cancel);
+        inbox.stop(true, false);
     }
 
     /// The newest snapshot; cheap, made to be called once a frame.
@@ -132,7 +152,7 @@ impl Engine {
     /// Whether a run is under way or waiting.
     pub fn is_busy(&self) -> bool {
         let inbox = lock(&self.shared.inbox);
-        inbox.running.is_some() || inbox.pending.is_some()
+        inbox.pending.is_some() || matches!(inbox.running, Some((_, true)))
     }
 }
 
@@ -141,7 +161,7 @@ impl Drop for Engine {
         let mut inbox = lock(&self.shared.inbox);
         inbox.closed = true;
         inbox.pending = None;
-        inbox.stop();
+        inbox.stop(true, true);
         drop(inbox);
         self.shared.arrived.notify_one();
         if let Some(thread) = self.thread.take() {
@@ -151,25 +171,20 @@ impl Drop for Engine {
     }
 }
 
-/// What is to be done next.
-enum Job {
-    Run(u64, Request, Control),
-    Look(Wanted, Control),
-}
-
-/// Waits for a request, runs it, publishes what comes; looks closer when nothing is to be run.
+/// Waits for a job, does it, publishes what comes.
 fn coordinate(shared: &Shared) {
     let cache = Cache::new(CACHE_BYTES);
-    let mut session: Option<Arc<Session>> = None;
-    while let Some(job) = next(shared) {
+    let mut done: Option<Request> = None;
+    while let Some((job, control)) = next(shared) {
         let previous = Arc::clone(&lock(&shared.snapshot));
         let publish = |snapshot: Snapshot| {
             // An older generation never overwrites a newer one: requests are run one at a time, in order.
             *lock(&shared.snapshot) = Arc::new(snapshot);
             (shared.wake)();
         };
-        match job {
-            Job::Run(generation, request, control) => {
+        let is_run = matches!(job, Job::Run(..));
+        match (job, &done) {
+            (Job::Run(generation, request), _) => {
                 let scope = Scope {
                     session: &request.session,
                     folder: &request.folder,
@@ -180,39 +195,32 @@ fn coordinate(shared: &Shared) {
                 };
                 let previous = if request.fresh { Arc::default() } else { previous };
                 run(&scope, &previous, &cache, &control, &publish);
-                session = Some(Arc::clone(&request.session));
-                let mut inbox = lock(&shared.inbox);
-                inbox.running = None;
-                inbox.look_due = true;
+                done = Some(request);
             }
-            Job::Look(wanted, control) => {
-                let found = session.as_ref().map(|session| details(session, &previous, &wanted, &control));
-                if let Some(Ok(found)) = found {
-                    publish(Snapshot { details: Slot::Ready(Arc::new(found)), ..Snapshot::clone(&previous) });
+            (Job::Detail(wanted), Some(Request { session, folder, .. })) => {
+                let context = Context::new(folder).with_cache(&cache).with_control(&control, &|_| ());
+                if let Ok(found) = details(session, &previous, &wanted, &context) {
+                    publish(Snapshot { details: Slot::Ready(found), ..Snapshot::clone(&previous) });
                 }
-                lock(&shared.inbox).looking = None;
             }
+            (Job::Detail(_), None) => {}
         }
+        let mut inbox = lock(&shared.inbox);
+        inbox.running = None;
+        inbox.details_due |= is_run;
+        drop(inbox);
         (shared.wake)();
     }
 }
 
-fn next(shared: &Shared) -> Option<Job> {
+/// The next job, once there is one; `None` when the engine is gone.
+fn next(shared: &Shared) -> Option<(Job, Control)> {
     let mut inbox = lock(&shared.inbox);
-    loop {
-        if inbox.closed {
-            return None;
-        }
-        if let Some((generation, request)) = inbox.pending.take() {
-            let control = Control::default();
-            inbox.running = Some(control.clone());
-            return Some(Job::Run(generation, request, control));
-        }
-        if std::mem::take(&mut inbox.look_due) {
-            let control = Control::default();
-            inbox.looking = Some(control.clone());
-            return Some(Job::Look(inbox.wanted.clone(), control));
+    while !inbox.closed {
+        if let Some(job) = inbox.next() {
+            return Some(job);
         }
         inbox = shared.arrived.wait(inbox).unwrap_or_else(PoisonError::into_inner);
     }
+    None
 }

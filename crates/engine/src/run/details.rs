@@ -2,21 +2,25 @@
 
 use std::sync::Arc;
 
+use doublet_core::airframe::Loading;
 use doublet_core::model::Term;
-use doublet_core::reconstruct::Method;
+use doublet_core::reconstruct::{FilterSettings, Method};
 use doublet_core::series::Series;
 
-use super::control::{Cancelled, Control};
-use super::snapshot::Snapshot;
-use crate::session::{PathSource, Preparation, Session};
-use crate::stage::{self, BiasTable, CoefficientStudy, Contributions, KindSummary, ResidualStudy, WindowPath};
+use super::snapshot::{Snapshot, WindowResults};
+use crate::graph::{Context, Footprint, Keyed, Stage, StageError};
+use crate::session::{Manoeuvre, PathSource, Session, Settings};
+use crate::stage::{
+    self, AircraftData, BiasTable, CoefficientStudy, Contributions, KindSummary, LoadedAircraft, LoadedFlight,
+    ResidualStudy, Samples, WindowAero, WindowFits, WindowPath,
+};
 
 /// Iterations and tolerance of the iterated filter where the session does not use it.
 const ITERATED: Method = Method::Iekf { max_iterations: 10, tolerance: 1e-3 };
 
 /// What a front end looks at.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Wanted {
+#[derive(Clone, Debug, Default, PartialEq, Hash)]
+pub struct DetailRequest {
     /// Window looked at.
     pub window: Option<String>,
     /// Flight whose track over ground is drawn from its velocity.
@@ -55,101 +59,151 @@ pub struct WindowDetails {
     pub filters: Option<Result<[Arc<WindowPath>; 2], String>>,
 }
 
+/// What a closer look depends on.
+#[derive(Clone, Copy, Hash)]
+pub struct DetailParams<'a> {
+    request: &'a DetailRequest,
+    settings: Settings<'a>,
+    loading: Option<&'a Loading>,
+}
+
+/// A window with the newest results there are of it.
+#[derive(Hash)]
+struct KnownWindow<'a> {
+    manoeuvre: &'a Manoeuvre,
+    path: Option<&'a Keyed<WindowPath>>,
+    aero: Option<&'a Keyed<WindowAero>>,
+    fits: Option<&'a Keyed<WindowFits>>,
+}
+
+/// The results that are looked at.
+#[derive(Hash)]
+pub struct DetailInputs<'a> {
+    windows: Vec<KnownWindow<'a>>,
+    /// Flight of the window looked at.
+    flight: Option<&'a Keyed<LoadedFlight>>,
+    /// Flight whose track is drawn.
+    track: Option<&'a Keyed<LoadedFlight>>,
+    aircraft: Option<&'a Keyed<LoadedAircraft>>,
+}
+
 /// Looks closer at the results of `snapshot`.
 ///
 /// # Errors
-/// [`Cancelled`] once `control` says so: between its parts, and inside the filter.
-pub fn details(
+/// That it was stopped: between its parts, and inside the filter.
+pub(super) fn details(
     session: &Session,
     snapshot: &Snapshot,
-    wanted: &Wanted,
-    control: &Control,
-) -> Result<Details, Cancelled> {
-    let results = |name: &str| snapshot.windows.get(name);
-    let aero =
-        session.windows.iter().filter_map(|window| Some((window, Arc::clone(results(&window.name)?.aero.latest()?))));
-    let aero: Vec<_> = aero.collect();
-    let paths = session.windows.iter().filter_map(|window| Some((window, results(&window.name)?.path.latest()?)));
-    let fits = session.windows.iter().filter_map(|window| Some((window, results(&window.name)?.fits.latest()?)));
-    let window = wanted.window.as_deref().and_then(|name| window(session, snapshot, (name, wanted.filters), control));
-    control.checkpoint()?;
-    let model =
-        wanted.terms.as_ref().map(|terms| stage::model_study(&aero, &session.structure, terms, &session.estimation));
-    control.checkpoint()?;
-    let track = wanted
-        .track
-        .as_ref()
-        .and_then(|name| stage::track_from_velocity(&snapshot.flights.get(name)?.latest()?.recording));
-    control.checkpoint()?;
-    Ok(Details {
-        window,
-        model: model.unwrap_or_default(),
-        track,
-        biases: stage::bias_table(paths.map(|(window, path)| (window.name.as_str(), path.as_ref()))),
-        kinds: stage::kind_summaries(fits.map(|(window, fits)| (window, fits.as_ref()))),
-    })
+    request: &DetailRequest,
+    context: &Context<'_>,
+) -> Result<Keyed<Details>, StageError> {
+    let used = snapshot.gravity.as_ref().map_or_else(|| session.clone(), |used| stage::with_gravity(session, used));
+    let windows = session.windows.iter().filter_map(|manoeuvre| {
+        let WindowResults { path, aero, fits } = snapshot.windows.get(&manoeuvre.name)?;
+        Some(KnownWindow { manoeuvre, path: path.keyed(), aero: aero.keyed(), fits: fits.keyed() })
+    });
+    let flight = |name: &String| snapshot.flights.get(name)?.keyed();
+    let window = request.window.as_deref().and_then(|name| session.window(name));
+    let inputs = DetailInputs {
+        windows: windows.collect(),
+        flight: window.and_then(|window| flight(&window.flight)),
+        track: request.track.as_ref().and_then(flight),
+        aircraft: snapshot.aircraft.keyed(),
+    };
+    let params = DetailParams { request, settings: used.settings(), loading: session.loading.as_ref() };
+    context.get::<Details>(params, &inputs)
 }
 
-fn window(
-    session: &Session,
-    snapshot: &Snapshot,
-    (name, filters): (&str, bool),
-    control: &Control,
-) -> Option<WindowDetails> {
-    let (manoeuvre, results) = (session.window(name)?, snapshot.windows.get(name)?);
-    let fits = results.fits.latest();
-    let parts = results
-        .aero
-        .latest()
-        .zip(fits)
-        .map(|(aero, fits)| stage::contributions(manoeuvre, aero, fits, &session.structure, &session.estimation));
-    Some(WindowDetails {
-        name: name.to_owned(),
+impl Footprint for Details {
+    fn bytes(&self) -> usize {
+        let filters = self.window.iter().filter_map(|window| window.filters.as_ref()?.as_ref().ok()).flatten();
+        filters.map(|path| path.bytes()).sum::<usize>() + (1 << 20)
+    }
+}
+
+impl Stage for Details {
+    type Params<'a> = DetailParams<'a>;
+    type Inputs<'a> = &'a DetailInputs<'a>;
+    type Output = Self;
+    const NAME: &'static str = "closer look";
+
+    fn run(params: DetailParams<'_>, inputs: &DetailInputs<'_>, context: &Context<'_>) -> Result<Self, StageError> {
+        let DetailParams { request, settings, .. } = params;
+        context.checkpoint()?;
+        let known = || inputs.windows.iter();
+        let looked_at = known().find(|window| Some(&window.manoeuvre.name) == request.window.as_ref());
+        let window = looked_at.map(|window| window_details(window, params, inputs, context)).transpose()?;
+        context.checkpoint()?;
+        let aero: Vec<_> = known().filter_map(|w| Some((w.manoeuvre, Arc::clone(w.aero?.shared())))).collect();
+        let model = request.terms.as_ref();
+        let model = model.map(|terms| stage::model_study(&aero, settings.structure, terms, settings.estimation));
+        context.checkpoint()?;
+        let paths = known().filter_map(|w| Some((w.manoeuvre.name.as_str(), &**w.path?)));
+        Ok(Self {
+            window,
+            model: model.unwrap_or_default(),
+            track: inputs.track.and_then(|flight| stage::track_from_velocity(&flight.recording)),
+            biases: stage::bias_table(paths),
+            kinds: stage::kind_summaries(known().filter_map(|w| Some((w.manoeuvre, &**w.fits?)))),
+        })
+    }
+}
+
+fn window_details(
+    KnownWindow { manoeuvre, aero, fits, .. }: &KnownWindow<'_>,
+    params: DetailParams<'_>,
+    inputs: &DetailInputs<'_>,
+    context: &Context<'_>,
+) -> Result<WindowDetails, StageError> {
+    let Settings { structure, estimation, .. } = params.settings;
+    let parts = aero.zip(*fits).map(|(aero, fits)| stage::contributions(manoeuvre, aero, fits, structure, estimation));
+    let filters = params.request.filters.then(|| by_every_filter(manoeuvre, params, inputs, context));
+    Ok(WindowDetails {
+        name: manoeuvre.name.clone(),
         residuals: fits.map(|fits| stage::residual_studies(fits)).unwrap_or_default(),
         contributions: parts.unwrap_or_default(),
-        filters: filters.then(|| by_every_filter(session, snapshot, name, control)),
+        filters: match filters {
+            Some(Err(StageError::Cancelled)) => return Err(StageError::Cancelled),
+            found => found.map(|found| found.map_err(|error| error.to_string())),
+        },
     })
 }
 
 /// The path of one window by the plain and by the iterated filter, from the samples the session's own filter gets.
 fn by_every_filter(
-    session: &Session,
-    snapshot: &Snapshot,
-    name: &str,
-    control: &Control,
-) -> Result<[Arc<WindowPath>; 2], String> {
-    let manoeuvre = session.window(name).ok_or("the window is gone")?;
-    let flight =
-        snapshot.flights.get(&manoeuvre.flight).and_then(|slot| slot.latest()).ok_or("its flight is not read")?;
-    let aircraft = snapshot.aircraft.latest();
-    let aircraft = aircraft.map(|aircraft| stage::aircraft_data(Arc::clone(aircraft), session.loading.as_ref()));
-    let aircraft = aircraft.transpose()?;
-    let samples = stage::samples(&flight.recording, manoeuvre.window, aircraft.as_ref(), &session.preparation)?;
-    let samples = Arc::new(samples);
-    let iterated = if matches!(session.filter.method, Method::Iekf { .. }) { session.filter.method } else { ITERATED };
+    manoeuvre: &Manoeuvre,
+    DetailParams { settings: Settings { filter, preparation, .. }, loading, .. }: DetailParams<'_>,
+    inputs: &DetailInputs<'_>,
+    context: &Context<'_>,
+) -> Result<[Arc<WindowPath>; 2], StageError> {
+    let flight = inputs.flight.ok_or("its flight is not read")?;
+    let aircraft = inputs.aircraft.map(|aircraft| context.get::<AircraftData>(loading, aircraft)).transpose()?;
+    let samples = context.get::<Samples>((manoeuvre.window, preparation), (flight, aircraft.as_ref()))?;
+    let iterated = if matches!(filter.method, Method::Iekf { .. }) { filter.method } else { ITERATED };
     let by = |method: Method| {
-        let mut other =
-            snapshot.gravity.as_ref().map_or_else(|| session.clone(), |used| stage::with_gravity(session, used));
-        other.filter.method = method;
-        other.preparation = Preparation { path: PathSource::Smoothed, ..session.preparation.clone() };
-        let path = stage::paths(std::slice::from_ref(&samples), &other, control).into_iter().next();
-        path.unwrap_or_else(|| Err("the filter gave nothing".to_owned())).map(Arc::new)
+        let filter = FilterSettings { method, ..filter.clone() };
+        let path = context.get::<WindowPath>((&filter, PathSource::Smoothed), &samples)?;
+        Ok::<_, StageError>(Arc::clone(path.shared()))
     };
     Ok([by(Method::Ekf)?, by(iterated)?])
 }
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use super::*;
+    use crate::graph::Control;
     use crate::{builtin, session};
 
     #[test]
     fn a_look_that_nobody_wants_any_more_ends() {
         let session = session::parse(builtin::session("demo").unwrap()).unwrap();
-        let (snapshot, wanted) = (Snapshot::default(), Wanted::default());
+        let (snapshot, request) = (Snapshot::default(), DetailRequest::default());
         let control = Control::default();
-        assert!(details(&session, &snapshot, &wanted, &control).is_ok());
+        let context = Context::new(Path::new("")).with_control(&control, &|_| ());
+        assert!(details(&session, &snapshot, &request, &context).is_ok());
         control.cancel();
-        assert_eq!(details(&session, &snapshot, &wanted, &control).err(), Some(Cancelled));
+        assert_eq!(details(&session, &snapshot, &request, &context).err(), Some(StageError::Cancelled));
     }
 }

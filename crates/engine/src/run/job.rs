@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::thread::JoinHandle;
 
-use super::control::Control;
+use crate::graph::Control;
 
 /// Results or a report on their way to disk, or a recording being looked at. Dropping it waits for the end: nothing half-written is left
 /// behind.

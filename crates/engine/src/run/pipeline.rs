@@ -1,28 +1,25 @@
 //! From a session to everything that follows from it, in the order of the stages.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use doublet_core::airframe::LoadedState;
 use doublet_core::model::Structure;
-use doublet_core::reconstruct::{FilterData, lane_groups};
+use doublet_core::reconstruct::lane_groups;
 use rayon::prelude::*;
 
-use super::board::Board;
-use super::control::{Cancelled, Control};
-use super::flights::{KeyedFlight, load_flights, model_engines, propose};
-use super::physics;
-use super::proof;
-use super::snapshot::{LogEntry, Slot, Snapshot, WindowResults};
+use super::snapshot::{AnySlot, LogEntry, Slot, SlotGroup, Snapshot, WindowResults};
+use super::snapshot_builder::SnapshotBuilder;
 use super::studies;
-use crate::graph::{Cache, Key, KeyBuilder};
-use crate::session::{self, Manoeuvre, Session, WindowRole};
+use crate::graph::{Cache, Cancelled, Context, Control, Key, Keyed, Stage, StageError};
+use crate::session::{self, Flight, Manoeuvre, Session, WindowRole};
 use crate::stage::{
-    self, AeroWindow, AircraftData, LoadedAircraft, LoadedFlight, PooledFits, Samples, Surroundings, WindowPath,
+    self, AircraftData, FlightEngines, FlightPhysics, FlightProposals, FlownMass, LoadedAircraft, LoadedFlight,
+    PooledFits, ProofOfMatch, Samples, SessionNoise, StudyWindow, WindowAero, WindowFits, WindowPath,
 };
-use crate::study::{Study, StudyWindow, Subject};
+use crate::study::{Study, StudyInput};
 use crate::verdict;
 
 /// How many lines the log keeps.
@@ -45,20 +42,6 @@ pub struct Scope<'a> {
     pub generation: u64,
 }
 
-/// A window with what its stages need and the key of its flight.
-struct Task<'a> {
-    manoeuvre: &'a Manoeuvre,
-    flight: Arc<LoadedFlight>,
-    flight_key: Key,
-}
-
-/// A window whose path is known.
-struct Reconstructed<'a> {
-    task: &'a Task<'a>,
-    path: Arc<WindowPath>,
-    key: Key,
-}
-
 /// Computes everything the session asks for, publishing snapshots on the way; returns the last one.
 ///
 /// Outputs found in `cache` are not computed again. A stage that fails leaves its error in its slot and does not stop the others.
@@ -71,19 +54,19 @@ pub fn run(
 ) -> Snapshot {
     let started = Instant::now();
     let windows = active_windows(scope.session);
-    let steps = 2 + 4 * scope.session.flights.len() + 3 * windows.len() + scope.studies.len();
-    let board =
-        Board::new(first_snapshot(scope, previous, &windows), previous.generation == 0, steps, publish, control);
-    let cancelled = stages(scope, &windows, cache, &board).is_err();
-    let mut snapshot = board.read(Snapshot::clone);
+    let (first, steps) = first_snapshot(scope, previous, &windows);
+    let builder = SnapshotBuilder::new(first, previous.generation == 0, steps, publish, control);
+    let context = Context::new(scope.folder).with_cache(cache).with_control(control, &|_| ());
+    let cancelled = Run { scope, windows: &windows, context: &context, builder: &builder }.stages().is_err();
+    let mut snapshot = builder.read(Snapshot::clone);
     snapshot.busy = false;
     snapshot.progress = 1.0;
+    snapshot.files = context.files();
     let text = if cancelled {
-        cancel_running(&mut snapshot);
+        snapshot.each_mut("", &mut |_, slot| slot.cancel());
         "cancelled".to_owned()
     } else {
-        let verdicts = verdict::judge(scope.session, &snapshot);
-        snapshot.verdicts.finish(Ok(Arc::new(verdicts)));
+        snapshot.verdicts = verdict::judge(scope.session, &snapshot).into();
         match snapshot.failures().len() {
             0 => format!("up to date: {} in use", plural(windows.len(), "window")),
             failures => format!("{} in use, {}", plural(windows.len(), "window"), plural(failures, "failure")),
@@ -95,7 +78,7 @@ pub fn run(
     };
     note(text, started.elapsed());
     if !cancelled {
-        let failures = board.read(Snapshot::failures);
+        let failures = builder.read(Snapshot::failures);
         failures.into_iter().for_each(|(place, error)| note(format!("{place}: {error}"), Duration::ZERO));
         let warning = session::path_warning(scope.session);
         // Said once, not by every run.
@@ -117,8 +100,8 @@ fn active_windows(session: &Session) -> Vec<&Manoeuvre> {
     session.windows.iter().filter(|window| window.role != WindowRole::Ignored).collect()
 }
 
-/// The previous snapshot without what left the session, everything else marked as running.
-fn first_snapshot(scope: &Scope<'_>, previous: &Snapshot, windows: &[&Manoeuvre]) -> Snapshot {
+/// The previous snapshot without what left the session, everything else marked as running; and the number of its slots.
+fn first_snapshot(scope: &Scope<'_>, previous: &Snapshot, windows: &[&Manoeuvre]) -> (Snapshot, usize) {
     let mut snapshot = Snapshot {
         generation: scope.generation,
         cause: scope.cause.to_owned(),
@@ -126,410 +109,314 @@ fn first_snapshot(scope: &Scope<'_>, previous: &Snapshot, windows: &[&Manoeuvre]
         progress: 0.0,
         ..previous.clone()
     };
-    snapshot.flights.retain(|name, _| scope.session.flight(name).is_some());
-    snapshot.flown.retain(|name, _| scope.session.flight(name).is_some());
-    snapshot.engines.retain(|name, _| scope.session.flight(name).is_some());
-    snapshot.physics.retain(|name, _| scope.session.flight(name).is_some());
-    snapshot.proposals.retain(|name, _| scope.session.flight(name).is_some());
-    snapshot.noise.retain(|name, _| scope.session.flight(name).is_some());
-    snapshot.windows.retain(|name, _| windows.iter().any(|window| window.name == *name));
-    for window in windows {
-        let results = snapshot.windows.entry(window.name.clone()).or_default();
-        results.path.begin();
-        results.aero.begin();
-        results.fits.begin();
+    let flights: Vec<&str> = scope.session.flights.iter().map(|flight| flight.name.as_str()).collect();
+    let windows: Vec<&str> = windows.iter().map(|window| window.name.as_str()).collect();
+    snapshot.follow(&flights, &windows);
+    let Snapshot { second, details, mut studies, .. } = snapshot.clone();
+    let mut slots = 0;
+    snapshot.each_mut("", &mut |_, slot| {
+        slot.begin();
+        slots += 1;
+    });
+    studies.each_mut("", &mut |name, slot| {
+        if scope.studies.iter().any(|study| study.name() == name) { slot.begin() } else { slot.expire() }
+    });
+    snapshot.studies = studies;
+    if scope.session.second_structure.is_none() {
+        snapshot.second = second;
     }
-    for flight in &scope.session.flights {
-        snapshot.flights.entry(flight.name.clone()).or_default().begin();
-        snapshot.flown.entry(flight.name.clone()).or_default().begin();
-        snapshot.engines.entry(flight.name.clone()).or_default().begin();
-        snapshot.physics.entry(flight.name.clone()).or_default().begin();
-        snapshot.proposals.entry(flight.name.clone()).or_default().begin();
-        snapshot.noise.entry(flight.name.clone()).or_default().begin();
+    if details.latest().is_none() {
+        snapshot.details = details;
     }
-    snapshot.aircraft.begin();
-    snapshot.loaded.begin();
-    snapshot.pooled.begin();
-    snapshot.proof.begin();
-    snapshot.verdicts.begin();
-    studies::begin(&mut snapshot.studies, scope.studies);
-    if scope.session.second_structure.is_some() {
-        snapshot.second.begin();
-    }
-    if snapshot.details.latest().is_some() {
-        snapshot.details.begin();
-    }
-    snapshot
+    (snapshot, slots)
 }
 
-fn cancel_running(snapshot: &mut Snapshot) {
-    snapshot.aircraft.cancel();
-    snapshot.loaded.cancel();
-    snapshot.flights.values_mut().for_each(Slot::cancel);
-    snapshot.flown.values_mut().for_each(Slot::cancel);
-    snapshot.engines.values_mut().for_each(Slot::cancel);
-    snapshot.physics.values_mut().for_each(Slot::cancel);
-    snapshot.proposals.values_mut().for_each(Slot::cancel);
-    snapshot.noise.values_mut().for_each(Slot::cancel);
-    for results in snapshot.windows.values_mut() {
-        results.path.cancel();
-        results.aero.cancel();
-        results.fits.cancel();
+/// One run: what is asked for, in which context, and where it is shown.
+pub(super) struct Run<'a> {
+    pub(super) scope: &'a Scope<'a>,
+    windows: &'a [&'a Manoeuvre],
+    pub(super) context: &'a Context<'a>,
+    pub(super) builder: &'a SnapshotBuilder<'a>,
+}
+
+/// A flight that was read.
+type ReadFlight<'a> = (&'a Flight, Keyed<LoadedFlight>);
+
+/// A window on its way through the filter.
+struct Task<'a> {
+    manoeuvre: &'a Manoeuvre,
+    flight: Keyed<LoadedFlight>,
+    samples: Keyed<Samples>,
+    /// Its path where it is known, or the key it is to be kept under.
+    path: Result<Keyed<WindowPath>, Key>,
+}
+
+fn of_window<'s>(snapshot: &'s mut Snapshot, name: &str) -> &'s mut WindowResults {
+    snapshot.windows.entry(name.to_owned()).or_default()
+}
+
+fn of_flight<'s, T>(slots: &'s mut BTreeMap<String, Slot<T>>, flight: &Flight) -> &'s mut Slot<T> {
+    slots.entry(flight.name.clone()).or_default()
+}
+
+impl<'a> Run<'a> {
+    /// Shows what a stage came to in its slot; hands on the output, where there is one.
+    fn show<T>(
+        &self,
+        result: Result<Keyed<T>, StageError>,
+        slot: impl FnOnce(&mut Snapshot) -> &mut Slot<T>,
+    ) -> Result<Option<Keyed<T>>, Cancelled> {
+        if matches!(result, Err(StageError::Cancelled)) {
+            return Err(Cancelled);
+        }
+        let known = result.as_ref().ok().cloned();
+        self.builder.step(|snapshot| slot(snapshot).finish(result))?;
+        Ok(known)
     }
-    snapshot.pooled.cancel();
-    snapshot.proof.cancel();
-    snapshot.verdicts.cancel();
-    studies::cancel(&mut snapshot.studies);
-    snapshot.second.cancel();
-}
 
-fn stages(scope: &Scope<'_>, windows: &[&Manoeuvre], cache: &Cache, board: &Board<'_>) -> Result<(), Cancelled> {
-    let aircraft = load_aircraft(scope, cache, board)?;
-    let flights = load_flights(scope, cache, board)?;
-    let recording = |name: &str| Some(&flights.iter().find(|flight| flight.name == name)?.loaded.as_ref()?.recording);
-    let gravity = stage::gravity(scope.session, recording);
-    let session = stage::with_gravity(scope.session, &gravity);
-    let scope = &Scope { session: &session, ..*scope };
-    board.update(|snapshot| snapshot.gravity = Some(gravity))?;
-    let tasks = tasks(windows, &flights, board)?;
-    let known = aircraft.as_ref().ok().map(|keyed| (&keyed.data, keyed.loaded_key));
-    let paths = reconstruct_all(scope, &tasks, known, cache, board)?;
-    let KeyedAircraft { data: aircraft, file_key, loaded_key } = match aircraft {
-        Ok(keyed) => keyed,
-        Err(reason) => return without_aircraft(scope, &flights, &paths, &reason, cache, board),
-    };
-    weigh(&flights, windows, &aircraft, board)?;
-    let windows = form_coefficients(scope, &paths, (&aircraft, loaded_key), cache, board)?;
-    let (pooled, key) = pool(scope, &windows, cache, board)?;
-    let windows: Vec<_> = windows.into_iter().map(|(window, _)| window).collect();
-    let subject = Subject { session: scope.session, aircraft: &aircraft, windows: &windows, pooled: &pooled };
-    proof::prove(&subject, key, cache, board)?;
-    model_engines(&flights, (&aircraft.loaded, file_key), cache, board)?;
-    physics::compare(scope.session, &flights, cache, board)?;
-    propose(scope, &flights, cache, board)?;
-    studies::Runner { subject, key, wanted: scope.studies, cache, board }.run()
-}
+    /// Computes a stage and shows it.
+    fn compute<S: Stage>(
+        &self,
+        params: S::Params<'_>,
+        inputs: S::Inputs<'_>,
+        slot: impl FnOnce(&mut Snapshot) -> &mut Slot<S::Output>,
+    ) -> Result<Option<Keyed<S::Output>>, Cancelled> {
+        self.show(self.context.get::<S>(params, inputs), slot)
+    }
 
-/// Why there is no aircraft.
-enum NoAircraft {
-    /// The session names none: nothing that needs one is asked for.
-    NotChosen,
-    /// It could not be read.
-    Failed,
-}
-
-impl NoAircraft {
-    /// What becomes of an output that needs the aircraft.
-    fn settle<T>(&self, slot: &mut Slot<T>) {
-        match self {
-            Self::NotChosen => *slot = Slot::NotRequested,
-            Self::Failed => slot.finish(Err("the aircraft could not be read".to_owned())),
+    fn stages(&self) -> Result<(), Cancelled> {
+        let session = self.scope.session;
+        let aircraft = self.load_aircraft()?;
+        let flights = self.load_flights()?;
+        let recording = |name: &str| Some(&flights.iter().find(|(flight, _)| flight.name == name)?.1.recording);
+        let gravity = stage::gravity(session, recording);
+        let session = stage::with_gravity(session, &gravity);
+        self.builder.update(|snapshot| snapshot.gravity = Some(gravity))?;
+        let loaded = aircraft.as_ref().map(|(_, loaded)| loaded);
+        let tasks = self.reconstruct_windows(&session, &flights, loaded)?;
+        if let Some((aircraft, loaded)) = &aircraft {
+            self.weigh(&flights, loaded)?;
+            let windows = self.form_coefficients(&session, tasks, loaded)?;
+            let pooled = self.pool(&session, &windows)?;
+            let input =
+                StudyInput { settings: session.settings(), aircraft: loaded, windows: &windows, pooled: &pooled };
+            self.compute::<ProofOfMatch>(input.settings, (&windows, &pooled), |snapshot| &mut snapshot.proof)?;
+            let engines = |(flight, loaded): &ReadFlight<'_>| {
+                let inputs = (loaded, aircraft);
+                self.compute::<FlightEngines>((), inputs, |snapshot| of_flight(&mut snapshot.engines, flight))
+                    .map(|_| ())
+            };
+            flights.par_iter().try_for_each(engines)?;
+            self.examine_flights(&flights)?;
+            studies::run(self, &input)
+        } else {
+            self.skip_aircraft()?;
+            self.examine_flights(&flights)
         }
     }
-}
 
-/// What is left of a run without an aircraft: flight paths and proposals.
-fn without_aircraft(
-    scope: &Scope<'_>,
-    flights: &[KeyedFlight<'_>],
-    paths: &[Reconstructed<'_>],
-    reason: &NoAircraft,
-    cache: &Cache,
-    board: &Board<'_>,
-) -> Result<(), Cancelled> {
-    for path in paths {
-        board.step(|snapshot| {
-            if let Some(results) = snapshot.windows.get_mut(&path.task.manoeuvre.name) {
-                reason.settle(&mut results.aero);
-                reason.settle(&mut results.fits);
-            }
-        })?;
+    /// The aircraft, as its file says and with the session's loading on board.
+    fn load_aircraft(&self) -> Result<Option<(Keyed<LoadedAircraft>, Keyed<AircraftData>)>, Cancelled> {
+        let Session { aircraft, loading, .. } = self.scope.session;
+        let path = aircraft.as_deref().ok_or(StageError::NotApplicable);
+        let aircraft = path.and_then(|path| stage::load_aircraft(self.context, path));
+        let load = |aircraft: &Keyed<LoadedAircraft>| self.context.get::<AircraftData>(loading.as_ref(), aircraft);
+        let loaded = aircraft.as_ref().map_err(Clone::clone).and_then(load);
+        let state = loaded.as_ref().map(|loaded| {
+            let state = LoadedState::new("on board", &loaded.loaded.aircraft, &loaded.loading);
+            Keyed::new(state.into(), loaded.key())
+        });
+        self.show(state.map_err(Clone::clone), |snapshot| &mut snapshot.loaded)?;
+        Ok(self.show(aircraft, |snapshot| &mut snapshot.aircraft)?.zip(loaded.ok()))
     }
-    board.step(|snapshot| {
-        snapshot.engines.clear();
-        snapshot.flown.clear();
-        reason.settle(&mut snapshot.pooled);
-        snapshot.second = Slot::NotRequested;
-        snapshot.proof = Slot::NotRequested;
-        studies::cancel(&mut snapshot.studies);
-    })?;
-    physics::compare(scope.session, flights, cache, board)?;
-    propose(scope, flights, cache, board)
-}
 
-/// The aircraft with the keys of its file and of the file with the session's loading.
-struct KeyedAircraft {
-    data: AircraftData,
-    file_key: Key,
-    loaded_key: Key,
-}
-
-fn load_aircraft(
-    scope: &Scope<'_>,
-    cache: &Cache,
-    board: &Board<'_>,
-) -> Result<Result<KeyedAircraft, NoAircraft>, Cancelled> {
-    let Some(path) = &scope.session.aircraft else {
-        board.step(|snapshot| {
-            snapshot.aircraft = Slot::NotRequested;
-            snapshot.loaded = Slot::NotRequested;
-        })?;
-        return Ok(Err(NoAircraft::NotChosen));
-    };
-    let loading = scope.session.loading.as_ref();
-    let read = || -> Result<(Arc<LoadedAircraft>, KeyedAircraft), String> {
-        let text = stage::text(scope.folder, path, "aircraft")?;
-        let files = stage::aircraft_files(scope.folder, path);
-        let key = files.iter().fold(KeyBuilder::new("aircraft", 2).text(path).text(&text), |key, file| key.file(file));
-        let key = key.finish();
-        let loaded = cache.get_or_try(key, || stage::load_aircraft(scope.folder, path))?;
-        let data = stage::aircraft_data(Arc::clone(&loaded), loading).map_err(|error| format!("{path}: {error}"))?;
-        let loaded_key = KeyBuilder::new("loading", 1).key(key).parameters(&loading).finish();
-        Ok((loaded, KeyedAircraft { data, file_key: key, loaded_key }))
-    };
-    let (result, state, data) = match read() {
-        Ok((loaded, keyed)) => {
-            let state = LoadedState::new("on board", &loaded.aircraft, &keyed.data.loading);
-            (Ok(loaded), Ok(Arc::new(state)), Ok(keyed))
-        }
-        Err(error) => (Err(error.clone()), Err(error), Err(NoAircraft::Failed)),
-    };
-    board.step(|snapshot| {
-        snapshot.aircraft.finish(result);
-        snapshot.loaded.finish(state);
-    })?;
-    Ok(data)
-}
-
-/// Mass properties over every flight that was read.
-fn weigh(
-    flights: &[KeyedFlight<'_>],
-    windows: &[&Manoeuvre],
-    aircraft: &AircraftData,
-    board: &Board<'_>,
-) -> Result<(), Cancelled> {
-    for flight in flights {
-        let of_flight: Vec<_> = windows.iter().copied().filter(|window| window.flight == flight.name).collect();
-        let flown = match &flight.loaded {
-            Some(loaded) => stage::flown(aircraft, &loaded.recording, &of_flight).map(Arc::new),
-            None => Err("the flight could not be read".to_owned()),
+    /// What is left where there is no aircraft.
+    fn skip_aircraft(&self) -> Result<(), Cancelled> {
+        let error = match self.scope.session.aircraft {
+            Some(_) => StageError::from("the aircraft could not be read"),
+            None => StageError::NotApplicable,
         };
-        board.update(|snapshot| snapshot.flown.entry(flight.name.to_owned()).or_default().finish(flown))?;
+        self.builder.update(|snapshot| {
+            for results in snapshot.windows.values_mut().filter(|results| results.path.error().is_none()) {
+                results.aero.fail(&error);
+                results.fits.fail(&error);
+            }
+            snapshot.engines.clear();
+            snapshot.flown.clear();
+            snapshot.pooled.fail(&error);
+            snapshot.second = Slot::NotRequested;
+            snapshot.proof = Slot::NotRequested;
+            snapshot.studies.each_mut("", &mut |_, slot| slot.cancel());
+        })
     }
-    Ok(())
-}
 
-/// The windows whose flight was read; the others fail.
-fn tasks<'a>(
-    windows: &[&'a Manoeuvre],
-    flights: &[KeyedFlight<'a>],
-    board: &Board<'_>,
-) -> Result<Vec<Task<'a>>, Cancelled> {
-    let mut tasks = Vec::new();
-    for &manoeuvre in windows {
+    /// The flights that could be read.
+    fn load_flights(&self) -> Result<Vec<ReadFlight<'a>>, Cancelled> {
+        let one = |flight: &'a Flight| -> Result<Option<ReadFlight<'a>>, Cancelled> {
+            let loaded = stage::load_flight(self.context, flight);
+            let loaded = self.show(loaded, |snapshot| of_flight(&mut snapshot.flights, flight))?;
+            if loaded.is_none() {
+                self.builder.update(|snapshot| {
+                    of_flight(&mut snapshot.flown, flight).fail(&"the flight could not be read".into());
+                    *of_flight(&mut snapshot.engines, flight) = Slot::NotRequested;
+                    *of_flight(&mut snapshot.physics, flight) = Slot::NotRequested;
+                    *of_flight(&mut snapshot.proposals, flight) = Slot::NotRequested;
+                    *of_flight(&mut snapshot.noise, flight) = Slot::NotRequested;
+                })?;
+            }
+            Ok(loaded.map(|loaded| (flight, loaded)))
+        };
+        let flights: Vec<_> = self.scope.session.flights.par_iter().map(one).collect::<Result<_, _>>()?;
+        Ok(flights.into_iter().flatten().collect())
+    }
+
+    /// Mass properties over every flight that was read.
+    fn weigh(&self, flights: &[ReadFlight<'_>], aircraft: &Keyed<AircraftData>) -> Result<(), Cancelled> {
+        for (flight, loaded) in flights {
+            let windows: Vec<_> = self.windows.iter().copied().filter(|window| window.flight == flight.name).collect();
+            let inputs = (aircraft, loaded);
+            self.compute::<FlownMass>(&windows, inputs, |snapshot| of_flight(&mut snapshot.flown, flight))?;
+        }
+        Ok(())
+    }
+
+    fn fail_window(&self, manoeuvre: &Manoeuvre, error: &StageError) -> Result<(), Cancelled> {
+        if *error == StageError::Cancelled {
+            return Err(Cancelled);
+        }
+        self.builder.step(|snapshot| {
+            of_window(snapshot, &manoeuvre.name).each_mut("", &mut |_, slot| slot.fail(error));
+        })
+    }
+
+    /// A window with its samples and, where it is known, its path; the window fails where it has none.
+    fn prepare(
+        &self,
+        session: &Session,
+        manoeuvre: &'a Manoeuvre,
+        flights: &[ReadFlight<'_>],
+        aircraft: Option<&Keyed<AircraftData>>,
+    ) -> Result<Option<Task<'a>>, Cancelled> {
         let name = &manoeuvre.flight;
-        let error = match flights.iter().find(|flight| flight.name == name) {
-            Some(KeyedFlight { loaded: Some(loaded), key, .. }) => {
-                tasks.push(Task { manoeuvre, flight: Arc::clone(loaded), flight_key: *key });
-                continue;
+        let flight = flights.iter().find(|(flight, _)| flight.name == *name).map(|(_, loaded)| loaded);
+        let flight = flight.ok_or_else(|| match session.flight(name) {
+            Some(_) => StageError::Failed(format!("flight '{name}' could not be read")),
+            None => StageError::Failed(format!("the session has no flight '{name}'")),
+        });
+        let prepared = flight.and_then(|flight| {
+            let samples = self.context.get::<Samples>((manoeuvre.window, &session.preparation), (flight, aircraft))?;
+            let path = self.context.find::<WindowPath>(&(&session.filter, session.preparation.path), &&samples);
+            Ok(Task { manoeuvre, flight: flight.clone(), samples, path })
+        });
+        prepared.map(Some).or_else(|error| self.fail_window(manoeuvre, &error).map(|()| None))
+    }
+
+    /// The windows that have a path, those the session looks at first.
+    fn reconstruct_windows(
+        &self,
+        session: &Session,
+        flights: &[ReadFlight<'_>],
+        aircraft: Option<&Keyed<AircraftData>>,
+    ) -> Result<Vec<Task<'a>>, Cancelled> {
+        let tasks = self.windows.par_iter().map(|window| self.prepare(session, window, flights, aircraft));
+        let tasks: Vec<_> = tasks.collect::<Result<_, _>>()?;
+        let (mut known, missing): (Vec<_>, Vec<_>) = tasks.into_iter().flatten().partition(|task| task.path.is_ok());
+        for task in &known {
+            let path = task.path.clone().map_err(|_| StageError::NotApplicable);
+            self.show(path, |snapshot| &mut of_window(snapshot, &task.manoeuvre.name).path)?;
+        }
+        let data: Vec<_> = missing.iter().map(|task| &*task.samples.data).collect();
+        let groups = lane_groups(&data, rayon::current_num_threads());
+        let mut missing: Vec<_> = missing.into_iter().map(Some).collect();
+        let mut batches: Vec<Vec<Task<'a>>> =
+            groups.iter().map(|group| group.iter().filter_map(|&index| missing[index].take()).collect()).collect();
+        let first = |task: &Task<'_>| self.scope.first == Some(task.manoeuvre.name.as_str());
+        batches.sort_by_key(|batch| !batch.iter().any(first));
+        // One after the other to whoever is free: halves dealt out beforehand would leave the large groups to one core.
+        let computed = batches.into_iter().par_bridge().map(|batch| self.reconstruct_batch(session, batch));
+        known.extend(computed.collect::<Result<Vec<_>, _>>()?.into_iter().flatten());
+        Ok(known)
+    }
+
+    /// Runs windows side by side in the lanes of one core.
+    fn reconstruct_batch(&self, session: &Session, batch: Vec<Task<'a>>) -> Result<Vec<Task<'a>>, Cancelled> {
+        let samples: Vec<&Samples> = batch.iter().map(|task| &*task.samples).collect();
+        let by = (&session.filter, session.preparation.path);
+        let found = stage::paths(&samples, by, self.context.control());
+        let mut reconstructed = Vec::new();
+        for (task, found) in batch.into_iter().zip(found) {
+            match (found, task.path) {
+                (Err(error), _) => self.fail_window(task.manoeuvre, &error)?,
+                (Ok(_), Ok(_)) => {}
+                (Ok(path), Err(key)) => {
+                    let path = self.context.store::<WindowPath>(key, path);
+                    let name = &task.manoeuvre.name;
+                    let path = self.show(Ok(path), |snapshot| &mut of_window(snapshot, name).path)?.ok_or(key);
+                    reconstructed.push(Task { path, ..task });
+                }
             }
-            Some(_) => format!("flight '{name}' could not be read"),
-            None => format!("the session has no flight '{name}'"),
+        }
+        Ok(reconstructed)
+    }
+
+    fn form_coefficients(
+        &self,
+        session: &Session,
+        tasks: Vec<Task<'a>>,
+        aircraft: &Keyed<AircraftData>,
+    ) -> Result<Vec<StudyWindow<'a>>, Cancelled> {
+        let one = |Task { manoeuvre, flight, samples, path }: Task<'a>| -> Result<Option<StudyWindow<'a>>, Cancelled> {
+            let Ok(path) = path else { return Ok(None) };
+            let aero = self.context.get::<WindowAero>(&session.preparation, (&flight, &samples, &path, aircraft));
+            let fit = |aero: &Keyed<WindowAero>| {
+                self.context.get::<WindowFits>((manoeuvre, &session.structure, &session.estimation), aero)
+            };
+            let fits = aero.as_ref().map_err(Clone::clone).and_then(fit);
+            let aero = self.show(aero, |snapshot| &mut of_window(snapshot, &manoeuvre.name).aero)?;
+            let fits = self.show(fits, |snapshot| &mut of_window(snapshot, &manoeuvre.name).fits)?;
+            Ok(aero.zip(fits).map(|(aero, fits)| StudyWindow { manoeuvre, flight, path, aero, fits }))
         };
-        board.step(|snapshot| fail_window(snapshot, &manoeuvre.name, &error))?;
+        let windows: Vec<_> = tasks.into_par_iter().map(one).collect::<Result<_, _>>()?;
+        let mut windows: Vec<_> = windows.into_iter().flatten().collect();
+        // The order of the session, whatever was computed first: the estimate does not depend on what the user looks at.
+        let order: HashMap<&str, usize> =
+            session.windows.iter().enumerate().map(|(index, window)| (window.name.as_str(), index)).collect();
+        windows.sort_by_key(|window| order.get(window.manoeuvre.name.as_str()).copied());
+        Ok(windows)
     }
-    Ok(tasks)
-}
 
-fn fail_window(snapshot: &mut Snapshot, window: &str, error: &str) {
-    if let Some(WindowResults { path, aero, fits }) = snapshot.windows.get_mut(window) {
-        path.finish(Err(error.to_owned()));
-        aero.finish(Err(error.to_owned()));
-        fits.finish(Err(error.to_owned()));
+    /// Derivatives of all windows together by the session's structure; those by its second one are shown beside them.
+    fn pool(&self, session: &Session, windows: &[StudyWindow<'_>]) -> Result<Keyed<PooledFits>, Cancelled> {
+        let aero: Vec<_> = windows.iter().map(|window| (window.manoeuvre, &window.aero)).collect();
+        let by = |structure: &Structure| self.context.get::<PooledFits>((structure, &session.estimation), &aero);
+        let pooled = by(&session.structure);
+        let pooled = self.show(pooled, |snapshot| &mut snapshot.pooled)?.ok_or(Cancelled)?;
+        let second = session.second_structure.as_ref().ok_or(StageError::NotApplicable).and_then(by);
+        self.show(second, |snapshot| &mut snapshot.second)?;
+        self.builder.show();
+        Ok(pooled)
     }
-}
 
-/// Samples of a window, ready for the filter.
-struct Prepared<'a> {
-    task: &'a Task<'a>,
-    samples: Arc<Samples>,
-    key: Key,
-}
-
-fn reconstruct_all<'a>(
-    scope: &Scope<'a>,
-    tasks: &'a [Task<'a>],
-    aircraft: Option<(&AircraftData, Key)>,
-    cache: &Cache,
-    board: &Board<'_>,
-) -> Result<Vec<Reconstructed<'a>>, Cancelled> {
-    let session = scope.session;
-    let (aircraft, aircraft_key) = match aircraft {
-        Some((aircraft, key)) => (Some(aircraft), key),
-        None => (None, KeyBuilder::new("no aircraft", 1).finish()),
-    };
-    let prepare = |task: &'a Task<'a>| -> Result<Option<Prepared<'a>>, Cancelled> {
-        let window = task.manoeuvre.window;
-        let key = samples_key("samples", task, aircraft_key, session);
-        let samples = || stage::samples(&task.flight.recording, window, aircraft, &session.preparation);
-        match cache.get_or_try(key, samples) {
-            Ok(samples) => Ok(Some(Prepared { task, key: path_key(samples.content, session), samples })),
-            Err(error) => {
-                board.step(|snapshot| fail_window(snapshot, &task.manoeuvre.name, &error))?;
-                Ok(None)
+    /// Channels of each flight against each other, windows it proposes, and its noise. Nothing but the verdict hangs on them.
+    fn examine_flights(&self, flights: &[ReadFlight<'_>]) -> Result<(), Cancelled> {
+        let one = |(flight, loaded): &ReadFlight<'_>| -> Result<Option<Keyed<FlightProposals>>, Cancelled> {
+            let Flight { name, recordings, .. } = flight;
+            self.compute::<FlightPhysics>(recordings, loaded, |snapshot| of_flight(&mut snapshot.physics, flight))?;
+            self.compute::<FlightProposals>(name, loaded, |snapshot| of_flight(&mut snapshot.proposals, flight))
+        };
+        let proposals: Vec<_> = flights.par_iter().map(one).collect::<Result<_, _>>()?;
+        let known = flights.iter().zip(&proposals);
+        let known: Vec<_> = known
+            .filter_map(|((flight, loaded), proposals)| Some((flight.name.as_str(), loaded, proposals.as_ref()?)))
+            .collect();
+        let Ok(noise) = self.context.get::<SessionNoise>(&self.scope.session.steady, &known) else {
+            return Err(Cancelled);
+        };
+        self.builder.update(|snapshot| {
+            for ((name, ..), found) in known.iter().zip(&noise.0) {
+                let found = Keyed::new(Arc::clone(found), noise.key());
+                snapshot.noise.insert((*name).to_owned(), Slot::Ready(found));
             }
-        }
-    };
-    let prepared: Vec<_> = tasks.par_iter().map(prepare).collect::<Result<_, _>>()?;
-    let mut known = Vec::new();
-    let mut missing = Vec::new();
-    for item in prepared.into_iter().flatten() {
-        match cache.get::<WindowPath>(item.key) {
-            Some(path) => {
-                show_path(board, &item.task.manoeuvre.name, Ok(Arc::clone(&path)))?;
-                known.push(Reconstructed { task: item.task, path, key: item.key });
-            }
-            None => missing.push(item),
-        }
+        })
     }
-    let data: Vec<_> = missing.iter().map(|item| &*item.samples.data).collect();
-    let groups = lane_groups(&data, rayon::current_num_threads());
-    let mut missing: Vec<_> = missing.into_iter().map(Some).collect();
-    let mut batches: Vec<Vec<Prepared<'a>>> =
-        groups.iter().map(|group| group.iter().filter_map(|&index| missing[index].take()).collect()).collect();
-    batches.sort_by_key(|batch| !batch.iter().any(|item| scope.first == Some(item.task.manoeuvre.name.as_str())));
-    // One after the other to whoever is free: halves dealt out beforehand would leave the large groups to one core.
-    let computed = batches.into_iter().par_bridge().map(|batch| reconstruct_batch(session, batch, cache, board));
-    known.extend(computed.collect::<Result<Vec<_>, _>>()?.into_iter().flatten());
-    Ok(known)
-}
-
-/// Runs windows side by side in the lanes of one core.
-fn reconstruct_batch<'a>(
-    session: &Session,
-    batch: Vec<Prepared<'a>>,
-    cache: &Cache,
-    board: &Board<'_>,
-) -> Result<Vec<Reconstructed<'a>>, Cancelled> {
-    board.control.checkpoint()?;
-    let (tasks, samples): (Vec<_>, Vec<_>) =
-        batch.into_iter().map(|item| ((item.task, item.key), item.samples)).unzip();
-    let mut reconstructed = Vec::new();
-    for ((task, key), result) in tasks.into_iter().zip(stage::paths(&samples, session, board.control)) {
-        board.control.checkpoint()?;
-        let result = result.map(|path| cache.insert(key, path));
-        if let Ok(path) = &result {
-            reconstructed.push(Reconstructed { task, path: Arc::clone(path), key });
-        }
-        show_path(board, &task.manoeuvre.name, result)?;
-    }
-    Ok(reconstructed)
-}
-
-fn show_path(board: &Board<'_>, window: &str, result: Result<Arc<WindowPath>, String>) -> Result<(), Cancelled> {
-    board.step(|snapshot| match result {
-        Err(error) => fail_window(snapshot, window, &error),
-        Ok(path) => {
-            if let Some(slots) = snapshot.windows.get_mut(window) {
-                slots.path.finish(Ok(path));
-            }
-        }
-    })
-}
-
-/// What the samples of a window depend on, and what was recorded around them.
-fn samples_key(stage: &'static str, task: &Task<'_>, aircraft_key: Key, session: &Session) -> Key {
-    let key = KeyBuilder::new(stage, 1).key(task.flight_key).key(aircraft_key);
-    key.parameters(&task.manoeuvre.window).parameters(&session.preparation).finish()
-}
-
-/// What the path depends on: the samples the filter gets and its settings.
-fn path_key(content: Key, session: &Session) -> Key {
-    KeyBuilder::new("path", 2).key(content).parameters(&session.filter).parameters(&session.preparation.path).finish()
-}
-
-fn form_coefficients<'a>(
-    scope: &Scope<'a>,
-    paths: &[Reconstructed<'a>],
-    (aircraft, aircraft_key): (&AircraftData, Key),
-    cache: &Cache,
-    board: &Board<'_>,
-) -> Result<Vec<(StudyWindow<'a>, Key)>, Cancelled> {
-    let session = scope.session;
-    let surroundings = |task: &Task<'_>, data: &FilterData| {
-        let key = samples_key("surroundings", task, aircraft_key, session);
-        cache.get_or_try(key, || Surroundings::new(&task.flight.recording, data, aircraft, &session.preparation))
-    };
-    let one = |item: &Reconstructed<'a>| -> Result<Option<(StudyWindow<'a>, Key)>, Cancelled> {
-        let Reconstructed { task, path, key } = item;
-        let key = KeyBuilder::new("aero", 1)
-            .key(*key)
-            .key(task.flight_key)
-            .key(aircraft_key)
-            .parameters(&session.preparation)
-            .finish();
-        let result = cache.get_or_try(key, || {
-            let around = surroundings(task, &path.data)?;
-            stage::aero(&around, &path.reconstruction, aircraft, &session.preparation)
-        });
-        let aero = result.as_ref().ok().cloned();
-        let manoeuvre = task.manoeuvre;
-        let fits = aero.as_ref().map(|aero| {
-            let key = KeyBuilder::new("fits", 1)
-                .key(key)
-                .parameters(&manoeuvre.settings())
-                .parameters(&session.structure)
-                .parameters(&session.estimation)
-                .finish();
-            cache.get(key).unwrap_or_else(|| {
-                cache.insert(key, stage::window_fits(manoeuvre, aero, &session.structure, &session.estimation))
-            })
-        });
-        let error = result.as_ref().err().cloned();
-        board.step(|snapshot| {
-            if let Some(slots) = snapshot.windows.get_mut(&manoeuvre.name) {
-                slots.aero.finish(result);
-                slots.fits.finish(fits.clone().ok_or_else(|| error.unwrap_or_default()));
-            }
-        })?;
-        let (flight, path) = (Arc::clone(&task.flight), Arc::clone(path));
-        let known = aero.zip(fits);
-        Ok(known.map(|(aero, fits)| (StudyWindow { manoeuvre, flight, path, aero, fits }, key)))
-    };
-    let aero: Vec<_> = paths.par_iter().map(one).collect::<Result<_, _>>()?;
-    let mut aero: Vec<_> = aero.into_iter().flatten().collect();
-    // The order of the session, whatever was computed first: the estimate does not depend on what the user looks at.
-    let order: HashMap<&str, usize> =
-        scope.session.windows.iter().enumerate().map(|(index, window)| (window.name.as_str(), index)).collect();
-    aero.sort_by_key(|(window, _)| order.get(window.manoeuvre.name.as_str()).copied());
-    Ok(aero)
-}
-
-fn pool(
-    scope: &Scope<'_>,
-    windows: &[(StudyWindow<'_>, Key)],
-    cache: &Cache,
-    board: &Board<'_>,
-) -> Result<(Arc<PooledFits>, Key), Cancelled> {
-    let session = scope.session;
-    let aero: Vec<AeroWindow<'_>> =
-        windows.iter().map(|(window, _)| (window.manoeuvre, Arc::clone(&window.aero))).collect();
-    let by = |structure: &Structure| {
-        let mut key = KeyBuilder::new("pooled", 1).parameters(structure).parameters(&session.estimation);
-        for (window, aero_key) in windows {
-            key = key.key(*aero_key).parameters(&window.manoeuvre.settings());
-        }
-        let key = key.finish();
-        let pooled = cache.get(key);
-        (pooled.unwrap_or_else(|| cache.insert(key, stage::pooled_fits(&aero, structure, &session.estimation))), key)
-    };
-    let (pooled, key) = by(&session.structure);
-    board.step(|snapshot| snapshot.pooled.finish(Ok(Arc::clone(&pooled))))?;
-    let second = session.second_structure.as_ref().map(by);
-    board.update(|snapshot| match second {
-        Some((second, _)) => snapshot.second.finish(Ok(second)),
-        None => snapshot.second = Slot::NotRequested,
-    })?;
-    board.show();
-    Ok((pooled, key))
 }

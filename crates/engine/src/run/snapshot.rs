@@ -1,18 +1,20 @@
 //! Snapshots: everything there is to draw, immutable once published.
 
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
 use doublet_core::airframe::LoadedState;
 
 use super::details::Details;
+use crate::graph::{FileStamp, Keyed, StageError};
 use crate::session::{Manoeuvre, Session};
 use crate::stage::{
     AeroWindow, FlightEngines, FlightNoise, FlightPhysics, FlightProposals, FlownMass, Gravity, LoadedAircraft,
     LoadedFlight, PooledFits, ProofOfMatch, WindowAero, WindowFits, WindowPath,
 };
-use crate::study::{CheckStudy, LagStudy, ManoeuvreStudy, MonteCarloStudy, SensitivityStudy, Study};
+use crate::study::{CheckStudy, LagStudy, ManoeuvreStudy, MonteCarloStudy, SensitivityStudy};
 use crate::verdict::Verdicts;
 
 /// State of one stage's output. What was there before stays visible until it is replaced.
@@ -26,27 +28,32 @@ pub enum Slot<T> {
         /// Part done, 0 to 1.
         progress: f32,
         /// The output before.
-        last: Option<Arc<T>>,
+        last: Option<Keyed<T>>,
     },
     /// Up to date.
-    Ready(Arc<T>),
+    Ready(Keyed<T>),
     /// Could not be computed.
     Failed {
         /// One line: what, where, what to do.
         error: String,
         /// The output before.
-        last: Option<Arc<T>>,
+        last: Option<Keyed<T>>,
     },
     /// Its run was stopped, or what it follows from has changed since and nothing asked for it again.
     Cancelled {
         /// The output before.
-        last: Option<Arc<T>>,
+        last: Option<Keyed<T>>,
     },
 }
 
 impl<T> Slot<T> {
     /// The newest output there is, up to date or not.
     pub fn latest(&self) -> Option<&Arc<T>> {
+        self.keyed().map(Keyed::shared)
+    }
+
+    /// The same with its key.
+    pub fn keyed(&self) -> Option<&Keyed<T>> {
         match self {
             Self::NotRequested => None,
             Self::Ready(value) => Some(value),
@@ -56,7 +63,7 @@ impl<T> Slot<T> {
 
     /// The output, if it is up to date.
     pub fn ready(&self) -> Option<&Arc<T>> {
-        if let Self::Ready(value) = self { Some(value) } else { None }
+        if let Self::Ready(value) = self { Some(value.shared()) } else { None }
     }
 
     /// Why there is no up-to-date output.
@@ -69,18 +76,6 @@ impl<T> Slot<T> {
         !matches!(self, Self::Ready(_) | Self::NotRequested)
     }
 
-    /// Marks the slot as being computed, keeping what it held.
-    pub(crate) fn begin(&mut self) {
-        *self = Self::Running { progress: 0.0, last: self.latest().cloned() };
-    }
-
-    /// Notes that the run ended without an output.
-    pub(crate) fn cancel(&mut self) {
-        if matches!(self, Self::Running { .. }) {
-            *self = Self::Cancelled { last: self.latest().cloned() };
-        }
-    }
-
     /// Notes the part done of a running stage.
     pub(crate) fn advance(&mut self, part: f32) {
         if let Self::Running { progress, .. } = self {
@@ -88,31 +83,165 @@ impl<T> Slot<T> {
         }
     }
 
-    /// Marks an output as out of date without anything computing it.
-    pub(crate) fn expire(&mut self) {
-        if !matches!(self, Self::NotRequested) {
-            *self = Self::Cancelled { last: self.latest().cloned() };
-        }
-    }
-
     /// Takes the result of the stage.
-    pub(crate) fn finish(&mut self, result: Result<Arc<T>, String>) {
-        *self = match result {
-            Ok(value) => Self::Ready(value),
-            Err(error) => Self::Failed { error, last: self.latest().cloned() },
-        };
+    pub(crate) fn finish(&mut self, result: Result<Keyed<T>, StageError>) {
+        match result {
+            Ok(value) => *self = Self::Ready(value),
+            Err(error) => self.fail(&error),
+        }
     }
 }
 
-/// Results of one manoeuvre window.
-#[derive(Clone, Debug, Default)]
-pub struct WindowResults {
-    /// Reconstructed flight path.
-    pub path: Slot<WindowPath>,
-    /// Coefficients and the variables they depend on.
-    pub aero: Slot<WindowAero>,
-    /// Derivatives from this window alone.
-    pub fits: Slot<WindowFits>,
+impl<T> From<T> for Slot<T> {
+    fn from(value: T) -> Self {
+        Self::Ready(value.into())
+    }
+}
+
+/// What a run does to a slot, whatever it holds.
+pub(crate) trait AnySlot {
+    /// Marks it as being computed, keeping what it held.
+    fn begin(&mut self);
+    /// Notes that the run ended without an output.
+    fn cancel(&mut self);
+    /// Marks it as out of date without anything computing it.
+    fn expire(&mut self);
+    /// Notes that its stage failed, was stopped or does not apply.
+    fn fail(&mut self, error: &StageError);
+    /// Why there is no up-to-date output.
+    fn failure(&self) -> Option<&str>;
+}
+
+impl<T> AnySlot for Slot<T> {
+    fn begin(&mut self) {
+        *self = Self::Running { progress: 0.0, last: self.keyed().cloned() };
+    }
+
+    fn cancel(&mut self) {
+        if matches!(self, Self::Running { .. }) {
+            self.expire();
+        }
+    }
+
+    fn expire(&mut self) {
+        if !matches!(self, Self::NotRequested) {
+            *self = Self::Cancelled { last: self.keyed().cloned() };
+        }
+    }
+
+    fn fail(&mut self, error: &StageError) {
+        match error {
+            StageError::NotApplicable => *self = Self::NotRequested,
+            StageError::Cancelled => self.expire(),
+            StageError::Failed(line) => *self = Self::Failed { error: line.clone(), last: self.keyed().cloned() },
+        }
+    }
+
+    fn failure(&self) -> Option<&str> {
+        self.error()
+    }
+}
+
+/// Slots that are made, begun, cancelled and failed together.
+pub(crate) trait SlotGroup {
+    /// Makes room for the flights and windows of a session and forgets all others.
+    fn follow(&mut self, _flights: &[&str], _windows: &[&str]) {}
+    /// Every slot with what it is.
+    fn each_mut(&mut self, what: &str, visit: &mut dyn FnMut(&str, &mut dyn AnySlot));
+    /// Every slot with its place, such as `engines of flight 'a'`: what, then the name of the flight or window.
+    fn each(&self, what: &str, visit: &mut dyn FnMut(String, &dyn AnySlot));
+}
+
+impl<T> SlotGroup for Slot<T> {
+    fn each_mut(&mut self, what: &str, visit: &mut dyn FnMut(&str, &mut dyn AnySlot)) {
+        visit(what, self);
+    }
+
+    fn each(&self, what: &str, visit: &mut dyn FnMut(String, &dyn AnySlot)) {
+        visit(what.to_owned(), self);
+    }
+}
+
+/// By flight.
+impl<T> SlotGroup for BTreeMap<String, Slot<T>> {
+    fn follow(&mut self, flights: &[&str], _: &[&str]) {
+        follow(self, flights);
+    }
+
+    fn each_mut(&mut self, what: &str, visit: &mut dyn FnMut(&str, &mut dyn AnySlot)) {
+        self.values_mut().for_each(|slot| visit(what, slot));
+    }
+
+    fn each(&self, what: &str, visit: &mut dyn FnMut(String, &dyn AnySlot)) {
+        self.iter().for_each(|(name, slot)| visit(format!("{what} '{name}'"), slot));
+    }
+}
+
+/// By window.
+impl SlotGroup for BTreeMap<String, WindowResults> {
+    fn follow(&mut self, _: &[&str], windows: &[&str]) {
+        follow(self, windows);
+    }
+
+    fn each_mut(&mut self, what: &str, visit: &mut dyn FnMut(&str, &mut dyn AnySlot)) {
+        self.values_mut().for_each(|results| results.each_mut(what, visit));
+    }
+
+    fn each(&self, what: &str, visit: &mut dyn FnMut(String, &dyn AnySlot)) {
+        self.iter().for_each(|(name, results)| results.each(&format!("{what} '{name}'"), visit));
+    }
+}
+
+fn follow<T: Default>(slots: &mut BTreeMap<String, T>, names: &[&str]) {
+    slots.retain(|name, _| names.contains(&name.as_str()));
+    names.iter().for_each(|name| {
+        slots.entry((*name).to_owned()).or_default();
+    });
+}
+
+/// Declares slots once: the fields of a struct, and with them everything a run does to all of its slots. With a text behind it a
+/// failure of a slot is told as one of the run, at that place.
+macro_rules! slots {
+    (
+        $(#[$about:meta])* pub struct $name:ident {
+            $($(#[$plain_doc:meta])* pub $plain:ident: $plain_type:ty,)*
+        }
+        slots { $($(#[$doc:meta])* $slot:ident: $type:ty $(=> $place:literal)?,)* }
+    ) => {
+        $(#[$about])*
+        #[derive(Clone, Debug, Default)]
+        pub struct $name {
+            $($(#[$plain_doc])* pub $plain: $plain_type,)*
+            $($(#[$doc])* pub $slot: $type,)*
+        }
+
+        impl SlotGroup for $name {
+            fn follow(&mut self, flights: &[&str], windows: &[&str]) {
+                $(self.$slot.follow(flights, windows);)*
+            }
+
+            fn each_mut(&mut self, _: &str, visit: &mut dyn FnMut(&str, &mut dyn AnySlot)) {
+                $(self.$slot.each_mut(concat!("" $(, $place)?), visit);)*
+            }
+
+            fn each(&self, what: &str, visit: &mut dyn FnMut(String, &dyn AnySlot)) {
+                $($(self.$slot.each(&format!("{what}{}", $place), visit);)?)*
+            }
+        }
+    };
+}
+
+slots! {
+    /// Results of one manoeuvre window.
+    pub struct WindowResults {}
+    slots {
+        /// Reconstructed flight path.
+        path: Slot<WindowPath> => "",
+        /// Coefficients and the variables they depend on.
+        aero: Slot<WindowAero> => "",
+        /// Derivatives from this window alone.
+        fits: Slot<WindowFits> => "",
+    }
 }
 
 impl WindowResults {
@@ -135,66 +264,73 @@ pub struct LogEntry {
     pub duration: Duration,
 }
 
-/// Everything a front end can show.
-#[derive(Clone, Debug, Default)]
-pub struct Snapshot {
-    /// Rises with every request.
-    pub generation: u64,
-    /// What asked for the newest run.
-    pub cause: String,
-    /// Whether a run is under way.
-    pub busy: bool,
-    /// Part of the run that is done, 0 to 1.
-    pub progress: f32,
-    /// The aircraft.
-    pub aircraft: Slot<LoadedAircraft>,
-    /// Mass properties of the aircraft with the session's loading on board, and where they lie in the envelope.
-    pub loaded: Slot<LoadedState>,
-    /// Mass properties as flown, by flight.
-    pub flown: BTreeMap<String, Slot<FlownMass>>,
-    /// Recordings by flight.
-    pub flights: BTreeMap<String, Slot<LoadedFlight>>,
-    /// Gravity in use; `None` before the flights were read.
-    pub gravity: Option<Gravity>,
-    /// Engines over each flight; not requested where the recording or the aircraft lacks what their model needs.
-    pub engines: BTreeMap<String, Slot<FlightEngines>>,
-    /// Channels of each flight against each other.
-    pub physics: BTreeMap<String, Slot<FlightPhysics>>,
-    /// Windows each flight proposes.
-    pub proposals: BTreeMap<String, Slot<FlightProposals>>,
-    /// Noise of each flight over its steady windows, and what it proposes.
-    pub noise: BTreeMap<String, Slot<FlightNoise>>,
-    /// Results by window.
-    pub windows: BTreeMap<String, WindowResults>,
-    /// Derivatives from all identification windows together, and how well they predict the validation windows.
-    pub pooled: Slot<PooledFits>,
-    /// What was asked for beside the derivatives.
-    pub studies: Studies,
-    /// The same by the session's second structure; not requested without one.
-    pub second: Slot<PooledFits>,
-    /// A closer look at these results; only the background worker computes it, after the run and for what is looked at.
-    pub details: Slot<Details>,
-    /// Validation windows flown again by the pooled model.
-    pub proof: Slot<ProofOfMatch>,
-    /// What of all this may be believed; computed last.
-    pub verdicts: Slot<Verdicts>,
-    /// Newest last.
-    pub log: Vec<LogEntry>,
+slots! {
+    /// Everything a front end can show.
+    pub struct Snapshot {
+        /// Rises with every request.
+        pub generation: u64,
+        /// What asked for the newest run.
+        pub cause: String,
+        /// Whether a run is under way.
+        pub busy: bool,
+        /// Part of the run that is done, 0 to 1.
+        pub progress: f32,
+        /// Gravity in use; `None` before the flights were read.
+        pub gravity: Option<Gravity>,
+        /// Files and folders the run read, as they were then.
+        pub files: BTreeMap<PathBuf, FileStamp>,
+        /// Newest last.
+        pub log: Vec<LogEntry>,
+    }
+    slots {
+        /// The aircraft.
+        aircraft: Slot<LoadedAircraft> => "aircraft",
+        /// Mass properties of the aircraft with the session's loading on board, and where they lie in the envelope.
+        loaded: Slot<LoadedState>,
+        /// Mass properties as flown, by flight.
+        flown: BTreeMap<String, Slot<FlownMass>>,
+        /// Recordings by flight.
+        flights: BTreeMap<String, Slot<LoadedFlight>> => "flight",
+        /// Engines over each flight; not requested where the recording or the aircraft lacks what their model needs.
+        engines: BTreeMap<String, Slot<FlightEngines>> => "engines of flight",
+        /// Channels of each flight against each other.
+        physics: BTreeMap<String, Slot<FlightPhysics>>,
+        /// Windows each flight proposes.
+        proposals: BTreeMap<String, Slot<FlightProposals>>,
+        /// Noise of each flight over its steady windows, and what it proposes.
+        noise: BTreeMap<String, Slot<FlightNoise>>,
+        /// Results by window.
+        windows: BTreeMap<String, WindowResults> => "window",
+        /// Derivatives from all identification windows together, and how well they predict the validation windows.
+        pooled: Slot<PooledFits> => "pooled estimate",
+        /// The same by the session's second structure; not requested without one.
+        second: Slot<PooledFits>,
+        /// Validation windows flown again by the pooled model.
+        proof: Slot<ProofOfMatch> => "proof of match",
+        /// What was asked for beside the derivatives.
+        studies: Studies => "",
+        /// A closer look at these results; only the background worker computes it, after the run and for what is looked at.
+        details: Slot<Details>,
+        /// What of all this may be believed; computed last.
+        verdicts: Slot<Verdicts>,
+    }
 }
 
-/// Results of studies; each is computed when a request asks for it and goes out of date when what it follows from changes.
-#[derive(Clone, Debug, Default)]
-pub struct Studies {
-    /// Manoeuvre against manoeuvre.
-    pub manoeuvres: Slot<ManoeuvreStudy>,
-    /// Derivatives against what they were computed with.
-    pub sensitivity: Slot<SensitivityStudy>,
-    /// Every window again in the frequency domain and by output error.
-    pub checks: Slot<CheckStudy>,
-    /// Lag and delay of every control.
-    pub lags: Slot<LagStudy>,
-    /// Derivatives under fresh noise of the recording.
-    pub monte_carlo: Slot<MonteCarloStudy>,
+slots! {
+    /// Results of studies; each is computed when a request asks for it and goes out of date when what it follows from changes.
+    pub struct Studies {}
+    slots {
+        /// Manoeuvre against manoeuvre.
+        manoeuvres: Slot<ManoeuvreStudy> => "comparison of manoeuvres",
+        /// Derivatives against what they were computed with.
+        sensitivity: Slot<SensitivityStudy> => "sensitivity",
+        /// Every window again in the frequency domain and by output error.
+        checks: Slot<CheckStudy> => "independent checks",
+        /// Lag and delay of every control.
+        lags: Slot<LagStudy> => "lags of the controls",
+        /// Derivatives under fresh noise of the recording.
+        monte_carlo: Slot<MonteCarloStudy> => "Monte Carlo",
+    }
 }
 
 impl Snapshot {
@@ -217,28 +353,9 @@ impl Snapshot {
     /// Every stage that failed, with its place: `(place, error)`.
     pub fn failures(&self) -> Vec<(String, String)> {
         let mut failures = Vec::new();
-        let mut note = |place: String, error: Option<&str>| {
-            if let Some(error) = error {
-                failures.push((place, error.to_owned()));
-            }
-        };
-        note("aircraft".to_owned(), self.aircraft.error());
-        for (name, slot) in &self.flights {
-            note(format!("flight '{name}'"), slot.error());
-        }
-        for (name, slot) in &self.engines {
-            note(format!("engines of flight '{name}'"), slot.error());
-        }
-        for (name, results) in &self.windows {
-            note(format!("window '{name}'"), results.error());
-        }
-        note("pooled estimate".to_owned(), self.pooled.error());
-        note(Study::Manoeuvres.name().to_owned(), self.studies.manoeuvres.error());
-        note(Study::Sensitivity.name().to_owned(), self.studies.sensitivity.error());
-        note("proof of match".to_owned(), self.proof.error());
-        note(Study::Checks { axis: None }.name().to_owned(), self.studies.checks.error());
-        note(Study::Lags.name().to_owned(), self.studies.lags.error());
-        note("Monte Carlo".to_owned(), self.studies.monte_carlo.error());
+        self.each("", &mut |place, slot| failures.extend(slot.failure().map(|error| (place, error.to_owned()))));
+        // The stages of a window fail with the first of them.
+        failures.dedup_by(|later, earlier| later.0 == earlier.0);
         failures
     }
 

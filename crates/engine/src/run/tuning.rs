@@ -13,7 +13,7 @@ use doublet_core::reconstruct::{
 };
 use rayon::prelude::*;
 
-use super::Control;
+use crate::graph::Control;
 use crate::stage::WindowPath;
 
 /// Noise settings that make the measurements of these windows most likely; `progress` hears of every step.

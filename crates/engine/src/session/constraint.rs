@@ -9,7 +9,7 @@ use super::{Estimation, Session};
 use crate::verdict::Finding;
 
 /// What is known of one derivative before the fit.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Hash)]
 pub struct TermConstraint {
     /// Coefficient.
     pub coefficient: Coefficient,

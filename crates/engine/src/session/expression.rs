@@ -14,7 +14,7 @@ const MOST: usize = 100;
 const LONGEST_NAME: usize = 80;
 
 /// A channel computed from others, sample by sample, after clocks and the treatment of signals.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Hash)]
 pub struct ExpressionSetting {
     /// Name in the list of channels; others name it `"expression/NAME"`.
     pub name: String,

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 /// The channel map of a recording.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum MapRef {
     /// A file, relative to the session file, or `builtin:` and a name.
     File(String),

@@ -13,8 +13,10 @@ mod schema;
 mod signals;
 
 use std::collections::BTreeMap;
+use std::hash::{Hash, Hasher};
 
 use doublet_core::airframe::Loading;
+use doublet_core::hash_fields;
 use doublet_core::model::{Structure, Variable};
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::FilterSettings;
@@ -95,7 +97,28 @@ pub struct Flight {
     pub expressions: Vec<ExpressionSetting>,
 }
 
+/// What of a flight its content on the flight's time line follows from, all but its expressions.
+#[derive(Clone, Copy, Debug, Hash)]
+pub struct Sources<'a> {
+    /// Name of the flight.
+    pub name: &'a str,
+    /// Its recordings.
+    pub recordings: &'a [RecordingRef],
+    /// Clocks of recorders that do not run on the flight's time line.
+    pub clocks: &'a [ClockSetting],
+    /// Instruments whose raw signals become roles.
+    pub instruments: Option<&'a InstrumentSetting>,
+    /// Smoothing and resampling of signals before they are used.
+    pub signals: &'a SignalSetting,
+}
+
 impl Flight {
+    /// Everything but the expressions.
+    pub fn sources(&self) -> Sources<'_> {
+        let Self { name, recordings, clocks, instruments, signals, expressions: _ } = self;
+        Sources { name, recordings, clocks, instruments: instruments.as_ref(), signals }
+    }
+
     /// A flight of these recordings, taken as they are.
     pub fn new(name: String, recordings: Vec<RecordingRef>) -> Self {
         let signals = SignalSetting::default();
@@ -104,7 +127,7 @@ impl Flight {
 }
 
 /// Instruments whose raw signals become deflections, flow angles and fuel mass.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Hash)]
 pub struct InstrumentSetting {
     /// Instruments file, relative to the session file, or `builtin:` and a name.
     pub file: String,
@@ -135,6 +158,8 @@ pub struct LevelFlight {
     pub density_kg_m3: Option<f64>,
 }
 
+hash_fields!(LevelFlight { ; mass_kg, airspeed_m_s, altitude_m, density_kg_m3 });
+
 /// A recorder's clock: `t = offset + (1 + drift) t_own` (thesis Table 4.14).
 #[derive(Clone, Debug, PartialEq)]
 pub struct ClockSetting {
@@ -150,6 +175,8 @@ pub struct ClockSetting {
     pub shift_s: f64,
 }
 
+hash_fields!(ClockSetting { source, fit; offset_s, drift, shift_s });
+
 impl ClockSetting {
     /// The clock of a source that runs on the flight's time line.
     pub fn of(source: &str) -> Self {
@@ -158,7 +185,7 @@ impl ClockSetting {
 }
 
 /// A quantity two recorders have.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Hash)]
 pub struct ClockPairSetting {
     /// Channel on the flight's time line, `source/name`.
     pub reference: String,
@@ -169,7 +196,7 @@ pub struct ClockPairSetting {
 }
 
 /// A recording by path, content and meaning of its channels.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Hash)]
 pub struct RecordingRef {
     /// File or folder, relative to the session file, or `builtin:` and a name.
     pub path: String,
@@ -182,7 +209,7 @@ pub struct RecordingRef {
 }
 
 /// What a window is used for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum WindowRole {
     /// Its data enter the estimate.
     Identification,
@@ -193,7 +220,7 @@ pub enum WindowRole {
 }
 
 /// The control surface a manoeuvre moves.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Surface {
     /// Elevator: symmetric motion.
     Elevator,
@@ -225,7 +252,7 @@ pub struct Manoeuvre {
 }
 
 /// The path the coefficients are formed from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum PathSource {
     /// Filtered states, biases at their final estimates.
     Filtered,
@@ -234,7 +261,7 @@ pub enum PathSource {
 }
 
 /// Constants of the pooled estimate.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum PooledConstants {
     /// Every window has its own constant term.
     PerWindow,
@@ -243,7 +270,7 @@ pub enum PooledConstants {
 }
 
 /// What windows are predicted with.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum PredictionParameters {
     /// The pooled estimate.
     Pooled,
@@ -251,8 +278,21 @@ pub enum PredictionParameters {
     WindowMeans,
 }
 
+/// What of a session the estimates of its windows follow from.
+#[derive(Clone, Copy, Debug, Hash)]
+pub struct Settings<'a> {
+    /// Settings of the flight path reconstruction.
+    pub filter: &'a FilterSettings,
+    /// How coefficients are formed.
+    pub preparation: &'a Preparation,
+    /// Terms of each coefficient.
+    pub structure: &'a Structure,
+    /// How derivatives are estimated.
+    pub estimation: &'a Estimation,
+}
+
 /// How derivatives are estimated.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Hash)]
 pub struct Estimation {
     /// Symmetric coefficients from elevator windows, asymmetric ones from aileron and rudder windows.
     pub by_surface: bool,
@@ -300,11 +340,13 @@ impl Manoeuvre {
     pub fn middle_s(&self) -> f64 {
         0.5 * (self.window.start_s + self.window.end_s)
     }
+}
 
-    /// All that results follow from.
-    pub(crate) fn settings(&self) -> impl std::fmt::Debug + '_ {
+/// By all that results follow from.
+impl Hash for Manoeuvre {
+    fn hash<H: Hasher>(&self, state: &mut H) {
         let Self { name, flight, window, role, surface, kind, note: _, locked: _ } = self;
-        (name, flight, window, role, surface, kind)
+        (name, flight, window, role, surface, kind).hash(state);
     }
 }
 
@@ -350,6 +392,12 @@ impl Surface {
 }
 
 impl Session {
+    /// What the estimates of its windows follow from.
+    pub fn settings(&self) -> Settings<'_> {
+        let Self { filter, preparation, structure, estimation, .. } = self;
+        Settings { filter, preparation, structure, estimation }
+    }
+
     /// The flight called `name`.
     pub fn flight(&self, name: &str) -> Option<&Flight> {
         self.flights.iter().find(|flight| flight.name == name)

@@ -8,7 +8,7 @@ use super::edit::{check_interval, positive};
 use super::{EditError, Session};
 
 /// A stretch in which what the channels still do is noise.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Hash)]
 pub struct SteadyWindow {
     /// Flight it lies in.
     pub flight: String,

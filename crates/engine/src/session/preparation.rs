@@ -1,6 +1,10 @@
 //! How coefficients are formed from the reconstructed path.
 
+use std::hash::{Hash, Hasher};
+
+use doublet_core::hash_fields;
 use doublet_core::model::{Axes, Gyroscopic, Lag, ThrustTreatment};
+use doublet_core::quantity::HashBits;
 
 use super::check::contradiction;
 use super::{PathSource, Surface};
@@ -41,8 +45,14 @@ pub struct Preparation {
     pub angular_acceleration: AngularAcceleration,
 }
 
+hash_fields!(Preparation {
+    path, matched_smoothing, control_lags, correct_accelerometer, correct_vanes, correct_antenna, thrust, axes, moment_reference,
+    gyroscopic, angular_acceleration;
+    differentiation_half_width_s, settle_s, origin_altitude_m
+});
+
 /// Where the angular acceleration comes from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum AngularAcceleration {
     /// The rates are differentiated, and the rest smoothed alike where asked.
     Differentiated,
@@ -61,6 +71,15 @@ pub enum MomentReference {
     Datum([f64; 3]),
 }
 
+impl Hash for MomentReference {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        std::mem::discriminant(self).hash(state);
+        if let Self::Datum(point) = self {
+            point.hash_bits(state);
+        }
+    }
+}
+
 impl MomentReference {
     /// The point in datum axes, m, for an aircraft whose file states `stated`; `None` for the centre of gravity.
     pub fn from_datum_m(self, stated: Option<[f64; 3]>) -> Option<[f64; 3]> {
@@ -73,7 +92,7 @@ impl MomentReference {
 }
 
 /// Lag and delay of each control, s.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Hash)]
 pub struct ControlLags {
     /// Of the elevator.
     pub elevator: Lag,

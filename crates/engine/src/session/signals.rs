@@ -1,5 +1,6 @@
 //! What is done to signals before they are used.
 
+use doublet_core::hash_fields;
 use doublet_core::prep::{Interpolation, Resampling};
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::{Input, Measurement};
@@ -21,8 +22,10 @@ pub struct SignalSetting {
     pub held_samples: HeldSampleUse,
 }
 
+hash_fields!(SignalSetting { rules, position_from_velocity, held_samples; max_gap_s });
+
 /// What becomes of values that a recorder repeats because the sensor is slower than it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum HeldSampleUse {
     /// The first of each counts.
     #[default]
@@ -32,7 +35,7 @@ pub enum HeldSampleUse {
 }
 
 /// What is done to some roles: averaging, then the polynomial, then new samples.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Hash)]
 pub struct SignalRule {
     /// Roles; those a recording lacks are passed over.
     pub roles: Vec<Role>,

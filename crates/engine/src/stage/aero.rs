@@ -15,9 +15,10 @@ use doublet_core::series::Series;
 
 use super::aircraft::AircraftData;
 use super::engines::{Air, ExtrapolatedThrust, engines};
-use super::path::{WindowPath, differentiation};
-use super::surroundings::Surroundings;
-use crate::graph::Footprint;
+use super::path::{Samples, WindowPath, differentiation};
+use super::recording::LoadedFlight;
+use super::window_context::WindowContext;
+use crate::graph::{Context, Footprint, Keyed, Stage, StageError};
 use crate::session::{AngularAcceleration, PathSource, Preparation, Surface};
 use crate::verdict::{Finding, Level};
 
@@ -85,6 +86,22 @@ impl AirDensity {
 impl Footprint for WindowAero {
     fn bytes(&self) -> usize {
         self.data.time_s.len() * 65 * 8
+    }
+}
+
+impl Stage for WindowAero {
+    type Params<'a> = &'a Preparation;
+    type Inputs<'a> = (&'a Keyed<LoadedFlight>, &'a Keyed<Samples>, &'a Keyed<WindowPath>, &'a Keyed<AircraftData>);
+    type Output = Self;
+    const NAME: &'static str = "coefficients";
+
+    fn run(
+        preparation: &Preparation,
+        (flight, samples, path, aircraft): Self::Inputs<'_>,
+        context: &Context<'_>,
+    ) -> Result<Self, StageError> {
+        let around = context.get::<WindowContext>(preparation, (flight, samples, aircraft))?;
+        Ok(aero(&around, &path.reconstruction, aircraft, preparation)?)
     }
 }
 
@@ -159,7 +176,7 @@ pub fn aero_along(
 /// # Errors
 /// One line: a control with a gap, or what the model refuses.
 pub fn aero(
-    around: &Surroundings,
+    around: &WindowContext,
     path: &Reconstruction,
     aircraft: &AircraftData,
     preparation: &Preparation,
@@ -222,7 +239,7 @@ struct Formed {
 }
 
 fn aero_data(
-    around: &Surroundings,
+    around: &WindowContext,
     path: &Reconstruction,
     aircraft: &AircraftData,
     preparation: &Preparation,
@@ -326,7 +343,7 @@ pub(super) fn states_of(path: &Reconstruction, source: PathSource) -> Result<&[V
 }
 
 /// Inertial samples as recorded, less their biases.
-fn unbiased_inputs(around: &Surroundings, biases: &[f64; INPUTS]) -> Result<[Vec<f64>; INPUTS], String> {
+fn unbiased_inputs(around: &WindowContext, biases: &[f64; INPUTS]) -> Result<[Vec<f64>; INPUTS], String> {
     let mut columns: [Vec<f64>; INPUTS] = Default::default();
     for (input, bias) in Input::ALL.into_iter().zip(biases) {
         let Some(recorded) = around.recorded(input.role())? else { continue };
@@ -335,7 +352,7 @@ fn unbiased_inputs(around: &Surroundings, biases: &[f64; INPUTS]) -> Result<[Vec
     Ok(columns)
 }
 
-fn air_temperature(around: &Surroundings, altitude_m: &[f64]) -> Result<Vec<f64>, String> {
+fn air_temperature(around: &WindowContext, altitude_m: &[f64]) -> Result<Vec<f64>, String> {
     if let Some(temperature) = around.recorded(Role::AirTemperature)? {
         return Ok(temperature);
     }
@@ -345,7 +362,7 @@ fn air_temperature(around: &Surroundings, altitude_m: &[f64]) -> Result<Vec<f64>
 
 /// Air density, and where it comes from: `standard` where nothing but an altitude is known.
 fn air_density(
-    around: &Surroundings,
+    around: &WindowContext,
     altitude_m: &[f64],
     standard: AirDensity,
 ) -> Result<(Vec<f64>, AirDensity), String> {

@@ -5,19 +5,18 @@ use std::sync::Arc;
 
 use doublet_core::airframe::{self, Aircraft, FuelSplit, Loading, MassHistory, Tank};
 use doublet_core::load::aircraft as aircraft_file;
-use doublet_core::load::propulsion_maps::read_propulsion_section;
+use doublet_core::load::propulsion_maps::parse_propulsion_section;
 use doublet_core::model::{Inertia, InertiaHistory, Position, RateNormalisation, ReferenceGeometry};
 use doublet_core::prep::{Interpolation, fuel_from_flow, resample};
 use doublet_core::propulsion::Powerplant;
 use doublet_core::quantity::Role;
 use doublet_core::series::{Recording, Series};
 
-use super::flown::{FuelRecord, FuelSource};
 use super::instruments::tank_channel;
-use super::recording::locate;
+use super::mass::{FuelRecord, FuelSource};
 use super::samples::channel_at;
 use crate::builtin;
-use crate::graph::Footprint;
+use crate::graph::{Context, Footprint, Keyed, Stage, StageError};
 
 /// An aircraft file as read.
 #[derive(Clone, Debug)]
@@ -37,35 +36,54 @@ impl Footprint for LoadedAircraft {
 /// What to say where there is no aircraft to form coefficients with.
 pub const NO_AIRCRAFT: &str = "no aircraft is chosen, so only flight paths are computed: name one in the session (aircraft = \"FILE\" or \"builtin:NAME\")";
 
-/// Place of an aircraft's file, and the folder of its charts and maps.
-fn places(folder: &Path, path: &str) -> Result<(PathBuf, PathBuf), String> {
-    if let Some(name) = path.strip_prefix(builtin::PREFIX) {
-        return Ok((builtin::on_disk(&format!("aircraft/{name}.toml"))?, builtin::on_disk("propulsion")?));
-    }
-    let file = locate(folder, path)?;
-    let maps = file.parent().unwrap_or(Path::new(".")).to_path_buf();
-    Ok((file, maps))
-}
-
-/// Every file that [`load_aircraft`] reads: the aircraft's own, then charts and maps; none that cannot be found or understood.
-pub fn aircraft_files(folder: &Path, path: &str) -> Vec<PathBuf> {
-    let Ok((file, maps)) = places(folder, path) else { return Vec::new() };
-    let section = read_propulsion_section(&file).unwrap_or_default();
-    let maps = section.files().into_iter().map(|name| maps.join(name));
-    std::iter::once(file.clone()).chain(maps).collect()
-}
-
 /// Reads the aircraft a session names.
 ///
 /// # Errors
 /// One line that names the file and the cure.
-pub fn load_aircraft(folder: &Path, path: &str) -> Result<LoadedAircraft, String> {
-    let named = |error: &dyn std::fmt::Display| format!("{path}: {error}");
-    let (file, maps) = places(folder, path)?;
-    let aircraft = aircraft_file::read(&file).map_err(|error| named(&error))?;
-    let section = read_propulsion_section(&file).map_err(|error| named(&error))?;
-    let powerplant = section.powerplant(&aircraft.engines, &maps).map_err(|error| named(&error))?;
-    Ok(LoadedAircraft { aircraft, powerplant })
+pub fn load_aircraft(context: &Context<'_>, path: &str) -> Result<Keyed<LoadedAircraft>, StageError> {
+    context.get::<LoadedAircraft>(path, ())
+}
+
+impl Stage for LoadedAircraft {
+    type Params<'a> = &'a str;
+    type Inputs<'a> = ();
+    type Output = Self;
+    const NAME: &'static str = "aircraft";
+
+    fn run(path: &str, (): (), context: &Context<'_>) -> Result<Self, StageError> {
+        let named = |error: &dyn std::fmt::Display| format!("{path}: {error}");
+        let text = context.text(path, "aircraft")?;
+        let (file, maps) = match path.strip_prefix(builtin::PREFIX) {
+            Some(_) => (PathBuf::from(path), builtin::on_disk("propulsion")?),
+            None => {
+                let file = context.locate(path)?;
+                let maps = file.parent().unwrap_or(Path::new(".")).to_path_buf();
+                (file, maps)
+            }
+        };
+        let aircraft = aircraft_file::parse(&text).map_err(|error| named(&error))?;
+        let section = parse_propulsion_section(&text, &file).map_err(|error| named(&error))?;
+        let powerplant = section.powerplant(&aircraft.engines, &maps, |map| context.read_text(map));
+        reference(&aircraft.reference).map_err(|error| named(&error))?;
+        Ok(Self { powerplant: powerplant.map_err(|error| named(&error))?, aircraft })
+    }
+}
+
+impl Stage for AircraftData {
+    type Params<'a> = Option<&'a Loading>;
+    type Inputs<'a> = &'a Keyed<LoadedAircraft>;
+    type Output = Self;
+    const NAME: &'static str = "aircraft as loaded";
+
+    fn run(loading: Option<&Loading>, aircraft: &Keyed<LoadedAircraft>, _: &Context<'_>) -> Result<Self, StageError> {
+        Ok(aircraft_data(Arc::clone(aircraft.shared()), loading)?)
+    }
+}
+
+impl Footprint for AircraftData {
+    fn bytes(&self) -> usize {
+        1 << 12
+    }
 }
 
 /// What the later stages need of an aircraft and its loading.

@@ -5,7 +5,7 @@ use doublet_core::propulsion::{EngineColumns, OffRange};
 use doublet_core::quantity::Role;
 
 use super::aircraft::AircraftData;
-use super::surroundings::Surroundings;
+use super::window_context::WindowContext;
 
 /// Roles of one engine.
 pub(super) struct EngineRoles {
@@ -75,7 +75,7 @@ pub struct ExtrapolatedThrust {
 ///
 /// # Errors
 /// One line: a gap in an engine channel.
-pub fn engines(around: &Surroundings, aircraft: &AircraftData, air: &Air<'_>) -> Result<Engines, String> {
+pub fn engines(around: &WindowContext, aircraft: &AircraftData, air: &Air<'_>) -> Result<Engines, String> {
     let mut result = Engines::default();
     let mut rises: Vec<Vec<f64>> = Vec::new();
     for (engine, roles) in aircraft.loaded.powerplant.engines.iter().zip(ENGINES) {

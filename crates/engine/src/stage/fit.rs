@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::aero::WindowAero;
 use super::prediction::{Parameters, Prediction, predict};
-use crate::graph::Footprint;
+use crate::graph::{Context, Footprint, Keyed, Stage, StageError};
 use crate::session::{Estimation, Manoeuvre, PooledConstants, Surface, WindowRole};
 
 /// A term the structure has but a fit leaves out, and why.
@@ -66,6 +66,38 @@ impl Footprint for PooledFits {
         let predicted: usize =
             self.predictions.iter().map(|prediction| prediction.own_constant.values.len() * 24).sum();
         self.fits.iter().map(fit_bytes).sum::<usize>() + predicted + 64
+    }
+}
+
+impl Stage for WindowFits {
+    type Params<'a> = (&'a Manoeuvre, &'a Structure, &'a Estimation);
+    type Inputs<'a> = &'a Keyed<WindowAero>;
+    type Output = Self;
+    const NAME: &'static str = "fits of a window";
+
+    fn run(
+        (manoeuvre, structure, estimation): Self::Params<'_>,
+        aero: &Keyed<WindowAero>,
+        _: &Context<'_>,
+    ) -> Result<Self, StageError> {
+        Ok(window_fits(manoeuvre, aero.shared(), structure, estimation))
+    }
+}
+
+impl Stage for PooledFits {
+    type Params<'a> = (&'a Structure, &'a Estimation);
+    type Inputs<'a> = &'a [(&'a Manoeuvre, &'a Keyed<WindowAero>)];
+    type Output = Self;
+    const NAME: &'static str = "pooled fits";
+
+    fn run(
+        (structure, estimation): Self::Params<'_>,
+        windows: Self::Inputs<'_>,
+        _: &Context<'_>,
+    ) -> Result<Self, StageError> {
+        let windows: Vec<AeroWindow<'_>> =
+            windows.iter().map(|(manoeuvre, aero)| (*manoeuvre, Arc::clone(aero.shared()))).collect();
+        Ok(pooled_fits(&windows, structure, estimation))
     }
 }
 

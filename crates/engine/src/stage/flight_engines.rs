@@ -10,10 +10,12 @@ use doublet_core::propulsion::{
 use doublet_core::quantity::Role;
 use doublet_core::series::{Recording, Series, Window};
 
+use super::aircraft::LoadedAircraft;
 use super::engines::{ENGINES, EngineRoles};
 use super::phases::{GROUND_AIRSPEED_M_S, phases};
+use super::recording::LoadedFlight;
 use super::samples::values_where_recorded;
-use crate::graph::Footprint;
+use crate::graph::{Context, Footprint, Keyed, Stage, StageError};
 
 /// Interval of the grid the engines are modelled on, s.
 const STEP_S: f64 = 0.5;
@@ -68,6 +70,18 @@ pub struct PowerAgreement {
 impl Footprint for FlightEngines {
     fn bytes(&self) -> usize {
         self.engines.iter().map(|engine| 8 * 8 * engine.power_w.values.len() + 1024).sum()
+    }
+}
+
+/// Not applicable where nothing models the engines of this recording.
+impl Stage for FlightEngines {
+    type Params<'a> = ();
+    type Inputs<'a> = (&'a Keyed<LoadedFlight>, &'a Keyed<LoadedAircraft>);
+    type Output = Self;
+    const NAME: &'static str = "engines of a flight";
+
+    fn run((): (), (flight, aircraft): Self::Inputs<'_>, _: &Context<'_>) -> Result<Self, StageError> {
+        flight_engines(&flight.recording, &aircraft.powerplant)?.ok_or(StageError::NotApplicable)
     }
 }
 

@@ -1,7 +1,6 @@
 //! Roles that no recorder gives: deflections from sensors on the controls, flow angles from the pod, fuel from its probes.
 
 use std::collections::BTreeMap;
-use std::path::Path;
 use std::sync::Arc;
 
 use doublet_core::atmos::{Atmosphere, STANDARD_GRAVITY_M_S2};
@@ -18,7 +17,7 @@ use doublet_core::quantity::{Role, Unit};
 use doublet_core::series::{Channel, Recording, Series};
 
 use super::align::channel;
-use super::recording::text;
+use crate::graph::{Context, StageError};
 use crate::session::InstrumentSetting;
 
 /// A pause between samples of a control sensor that ends a stretch, s: it records around each manoeuvre only.
@@ -36,10 +35,10 @@ const COLUMN: &str = "column";
 /// One line: a file or a channel that is not there, or signals that cannot be used.
 pub fn derive(
     recording: &mut Recording,
-    folder: &Path,
+    context: &Context<'_>,
     setting: &InstrumentSetting,
-) -> Result<BTreeMap<Role, StatedNoise>, String> {
-    let content = text(folder, &setting.file, "aircraft")?;
+) -> Result<BTreeMap<Role, StatedNoise>, StageError> {
+    let content = context.text(&setting.file, "aircraft")?;
     let instruments = file::parse(&content).map_err(|error| format!("{}: {error}", setting.file))?;
     let mut derived = Vec::new();
     let mut warnings = Vec::new();

@@ -12,10 +12,10 @@ mod engines;
 mod expressions;
 mod fit;
 mod flight_engines;
-mod flown;
 mod gravity;
-mod held;
+mod held_samples;
 mod instruments;
+mod mass;
 mod noise;
 mod path;
 mod phases;
@@ -27,14 +27,12 @@ mod recording;
 mod replay;
 mod samples;
 mod signals;
-mod surroundings;
 mod tolerances;
 mod truth;
+mod window_context;
 
 pub use aero::{AirDensity, CONTROLS, WindowAero, aero, aero_along};
-pub use aircraft::{
-    AircraftData, LoadedAircraft, NO_AIRCRAFT, aircraft_data, aircraft_files, load_aircraft, loading_on_board,
-};
+pub use aircraft::{AircraftData, LoadedAircraft, NO_AIRCRAFT, aircraft_data, load_aircraft, loading_on_board};
 pub use align::{UsedClock, is_stamped_by};
 pub use detail::{
     BIAS_STATES, BiasTable, CoefficientStudy, Contributions, KindSummary, ResidualStudy, bias_table, contributions,
@@ -47,10 +45,10 @@ pub use fit::{
     pooled_regressions, significance, window_fits,
 };
 pub use flight_engines::{EngineOverFlight, FlightEngines, PowerAgreement, flight_engines};
-pub use flown::{FlownMass, FlownState, FuelRecord, FuelSource, flown};
 pub use gravity::{Gravity, gravity, with_gravity};
 pub use instruments::tank_channel;
-pub use noise::{FlightNoise, NoiseFlight, NoiseRow, noise, open_entries};
+pub use mass::{FlownMass, FlownState, FuelRecord, FuelSource, flown};
+pub use noise::{FlightNoise, NoiseFlight, NoiseRow, SessionNoise, noise, open_entries};
 pub use path::{
     PathSeries, Samples, SmoothedSeries, Untold, WindowPath, measured_by, partly_outside, paths, reconstructions,
     samples,
@@ -60,11 +58,12 @@ pub use prediction::Prediction;
 pub use proposals::{
     FlightProposals, LEAST_PRESSURE_SHARE, SignalSpectrum, WindowProposal, open_windows, proposals, proposals_above,
 };
-pub use recording::{LoadedFlight, aligned, changed, files, flight, locate, prepared, text};
+pub use recording::{LoadedFlight, align_flight, changed, load_flight, read_flight};
 pub use replay::{
-    ProofOfMatch, ReplaySeries, ReplayWindow, WindowFlight, WindowReplay, bands, model_of_window, replay, window_flight,
+    ProofOfMatch, ReplaySeries, ReplayWindow, StudyWindow, WindowFlight, WindowReplay, bands, model_of_window, replay,
+    window_flight,
 };
 pub use signals::TreatedSignal;
-pub use surroundings::Surroundings;
 pub use tolerances::Tolerances;
 pub use truth::TruthError;
+pub use window_context::WindowContext;

@@ -1,6 +1,7 @@
 //! Noise of every input and measurement over steady windows, and what it proposes for Q and R.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use doublet_core::load::instruments::StatedNoise;
 use doublet_core::prep::{NoiseChoice, NoiseOrigin, NoiseStatistics, NoiseSums, noise_proposal};
@@ -8,7 +9,7 @@ use doublet_core::quantity::Role;
 use doublet_core::series::{Recording, Window};
 
 use super::{FlightProposals, LoadedFlight};
-use crate::graph::Footprint;
+use crate::graph::{Context, Footprint, Keyed, Stage, StageError};
 use crate::session::{NoiseChannel, NoiseEntry, Session, SteadyWindow};
 
 /// Degree of the trend taken off every window: a steady aircraft still drifts.
@@ -28,6 +29,28 @@ pub struct FlightNoise {
 impl Footprint for FlightNoise {
     fn bytes(&self) -> usize {
         300 * (self.windows.len() + self.rows.len())
+    }
+}
+
+/// Noise of a session's flights, in their order.
+#[derive(Debug)]
+pub struct SessionNoise(pub Vec<Arc<FlightNoise>>);
+
+impl Footprint for SessionNoise {
+    fn bytes(&self) -> usize {
+        self.0.iter().map(|noise| noise.bytes()).sum()
+    }
+}
+
+impl Stage for SessionNoise {
+    type Params<'a> = &'a [SteadyWindow];
+    type Inputs<'a> = &'a [(&'a str, &'a Keyed<LoadedFlight>, &'a Keyed<FlightProposals>)];
+    type Output = Self;
+    const NAME: &'static str = "noise";
+
+    fn run(marked: &[SteadyWindow], flights: Self::Inputs<'_>, _: &Context<'_>) -> Result<Self, StageError> {
+        let flights = flights.iter().map(|&(name, loaded, proposals)| NoiseFlight { name, loaded, proposals });
+        Ok(Self(noise(&flights.collect::<Vec<_>>(), marked).into_iter().map(Arc::new).collect()))
     }
 }
 

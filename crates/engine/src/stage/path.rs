@@ -12,19 +12,18 @@ use doublet_core::reconstruct::consistency::{
 };
 use doublet_core::reconstruct::{
     FilterData, FilterSettings, INPUTS, Input, InputSeries, MEASUREMENTS, Measurement, MeasurementSeries,
-    Reconstruction, STATES, State, reconstruct_many,
+    ReconstructError, Reconstruction, STATES, State, reconstruct_many,
 };
 use doublet_core::series::{Recording, Series, Window};
 use rayon::prelude::*;
 
 use super::aircraft::AircraftData;
-
 use super::placement::{move_accelerometer, move_antenna, move_vanes};
+use super::recording::LoadedFlight;
 use super::samples::{MEMORY, finite_samples, fits_in_memory, gaps, values_at};
 use super::truth::{TruthError, truth_errors};
-use crate::graph::{Footprint, Key, KeyBuilder};
-use crate::run::Control;
-use crate::session::{PathSource, Preparation, Session};
+use crate::graph::{Context, Control, Footprint, Key, KeyBuilder, Keyed, Stage, StageError};
+use crate::session::{PathSource, Preparation};
 
 /// What the filter was given and what it made of it.
 #[derive(Clone, Debug)]
@@ -149,6 +148,38 @@ impl Footprint for Samples {
     fn bytes(&self) -> usize {
         self.data.inputs.time_s.len() * (1 + INPUTS + 2 * MEASUREMENTS) * 8
     }
+
+    fn content(&self) -> Option<Key> {
+        Some(self.content)
+    }
+}
+
+impl Stage for Samples {
+    type Params<'a> = (Window, &'a Preparation);
+    type Inputs<'a> = (&'a Keyed<LoadedFlight>, Option<&'a Keyed<AircraftData>>);
+    type Output = Self;
+    const NAME: &'static str = "samples";
+
+    fn run(
+        (window, preparation): Self::Params<'_>,
+        (flight, aircraft): Self::Inputs<'_>,
+        _: &Context<'_>,
+    ) -> Result<Self, StageError> {
+        Ok(samples(&flight.recording, window, aircraft.map(|aircraft| &**aircraft), preparation)?)
+    }
+}
+
+/// Of one window; many run side by side by [`paths`].
+impl Stage for WindowPath {
+    type Params<'a> = (&'a FilterSettings, PathSource);
+    type Inputs<'a> = &'a Keyed<Samples>;
+    type Output = Self;
+    const NAME: &'static str = "path";
+
+    fn run(settings: Self::Params<'_>, samples: &Keyed<Samples>, context: &Context<'_>) -> Result<Self, StageError> {
+        let found = paths(&[samples], settings, context.control());
+        found.into_iter().next().unwrap_or(Err(StageError::NotApplicable))
+    }
 }
 
 /// Shortest window the filter is run on, samples.
@@ -226,7 +257,7 @@ fn move_sensors(
 
 /// Identity of the samples of a window and of what its path carries with them: what changes none of it leaves the path as it is.
 fn content(data: &FilterData, truth: &[Option<Series>; STATES], warnings: &[String]) -> Key {
-    let mut key = KeyBuilder::new("samples of a window", 2).column(&data.inputs.time_s);
+    let mut key = KeyBuilder::new("samples of a window").column(&data.inputs.time_s);
     for column in &data.inputs.columns {
         key = key.column(column);
     }
@@ -236,10 +267,10 @@ fn content(data: &FilterData, truth: &[Option<Series>; STATES], warnings: &[Stri
     for series in truth {
         key = match series {
             Some(series) => key.column(&series.time_s).column(&series.values),
-            None => key.text("no truth"),
+            None => key.add("no truth"),
         };
     }
-    key.parameters(&warnings).finish()
+    key.add(warnings).finish()
 }
 
 fn input_series(recording: &Recording, window: Window, warnings: &mut Vec<String>) -> Result<InputSeries, String> {
@@ -342,34 +373,41 @@ fn local_quadratic(half_width_s: Option<f64>, time_s: &[f64]) -> Differentiation
 
 /// Reconstructs the flight paths of windows, side by side.
 ///
-/// The error of a window is one line: where and how the filter failed, or that it was cancelled.
-pub fn paths(samples: &[Arc<Samples>], session: &Session, control: &Control) -> Vec<Result<WindowPath, String>> {
+/// The error of a window is one line: where and how the filter failed; or that it was cancelled.
+pub fn paths(
+    samples: &[&Samples],
+    (filter, source): (&FilterSettings, PathSource),
+    control: &Control,
+) -> Vec<Result<WindowPath, StageError>> {
     let data: Vec<_> = samples.iter().map(|samples| &*samples.data).collect();
-    match reconstructions(&data, session, control) {
+    match reconstructions(&data, (filter, source), control) {
         Err(error) => samples.iter().map(|_| Err(error.clone())).collect(),
         Ok(found) => {
             let windows = samples.par_iter().zip(found);
-            windows.map(|(samples, result)| Ok(window_path(samples, result?, &session.filter))).collect()
+            windows.map(|(samples, result)| Ok(window_path(samples, result?, filter))).collect()
         }
     }
 }
 
-/// Reconstructs windows side by side with the session's filter.
+/// Reconstructs windows side by side, smoothed where `source` is the smoothed path.
 ///
 /// # Errors
 /// One line for settings outside their range; of each window where and how the filter failed, or that it was cancelled.
 pub fn reconstructions(
     data: &[&FilterData],
-    session: &Session,
+    (filter, source): (&FilterSettings, PathSource),
     control: &Control,
-) -> Result<Vec<Result<Reconstruction, String>>, String> {
-    let smooth = session.preparation.path == PathSource::Smoothed;
-    let settings = (FilterSettings { smooth, ..session.filter.clone() })
+) -> Result<Vec<Result<Reconstruction, StageError>>, StageError> {
+    let smooth = source == PathSource::Smoothed;
+    let settings = (FilterSettings { smooth, ..filter.clone() })
         .check()
         .map_err(|errors| errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))?;
     let mut watch = |_| if control.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
-    let found = reconstruct_many(data, &settings, &mut watch);
-    Ok(found.into_iter().map(|result| result.map_err(|error| error.to_string())).collect())
+    let failed = |error: ReconstructError| match error {
+        ReconstructError::Cancelled => StageError::Cancelled,
+        error => StageError::Failed(error.to_string()),
+    };
+    Ok(reconstruct_many(data, &settings, &mut watch).into_iter().map(|found| found.map_err(failed)).collect())
 }
 
 fn window_path(samples: &Samples, reconstruction: Reconstruction, filter: &FilterSettings) -> WindowPath {

@@ -6,8 +6,8 @@ use doublet_core::series::Recording;
 use serde::Serialize;
 
 use super::LoadedFlight;
-use crate::graph::Footprint;
-use crate::session::Flight;
+use crate::graph::{Context, Footprint, Keyed, Stage, StageError};
+use crate::session::RecordingRef;
 use crate::verdict::{Finding, Level};
 
 /// What the channels of a flight say of each other.
@@ -85,9 +85,20 @@ impl FlightPhysics {
     }
 }
 
-/// Compares the channels of a flight on its time line.
-pub fn physics(flight: &Flight, loaded: &LoadedFlight) -> FlightPhysics {
-    let map = |role: Option<Role>| map_of(flight, &loaded.recording, role);
+impl Stage for FlightPhysics {
+    type Params<'a> = &'a [RecordingRef];
+    type Inputs<'a> = &'a Keyed<LoadedFlight>;
+    type Output = Self;
+    const NAME: &'static str = "channels against each other";
+
+    fn run(recordings: &[RecordingRef], flight: &Keyed<LoadedFlight>, _: &Context<'_>) -> Result<Self, StageError> {
+        Ok(physics(recordings, flight))
+    }
+}
+
+/// Compares the channels of a flight of these recordings on its time line.
+pub fn physics(recordings: &[RecordingRef], loaded: &LoadedFlight) -> FlightPhysics {
+    let map = |role: Option<Role>| map_of(recordings, &loaded.recording, role);
     // What was treated keeps the recorder it came from.
     let mut recording = loaded.recording.clone();
     for signal in &loaded.treated {
@@ -132,14 +143,14 @@ fn rows(recording: &Recording, map: impl Fn(Option<Role>) -> String) -> Vec<Phys
 }
 
 /// Name of the channel map a role, or the first clock, came by: that of its recording where the flight has several.
-fn map_of(flight: &Flight, recording: &Recording, role: Option<Role>) -> String {
+fn map_of(recordings: &[RecordingRef], recording: &Recording, role: Option<Role>) -> String {
     let source = role.and_then(|role| recording.role(role)).map(|channel| channel.source.as_str()).unwrap_or_default();
     let of_source = |path: &str| {
         let stem = path.rsplit(['/', '\\']).next().unwrap_or(path);
         let stem = stem.split('.').next().unwrap_or(stem);
         !stem.is_empty() && source.starts_with(stem)
     };
-    let entry = flight.recordings.iter().find(|entry| of_source(&entry.path)).or(flight.recordings.first());
+    let entry = recordings.iter().find(|entry| of_source(&entry.path)).or(recordings.first());
     entry.map_or_else(String::new, |entry| entry.channel_map.name().to_owned())
 }
 

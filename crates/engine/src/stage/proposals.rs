@@ -11,7 +11,7 @@ use doublet_core::reconstruct::{Input, Measurement};
 use doublet_core::series::{Recording, Series, Window};
 
 use super::LoadedFlight;
-use crate::graph::Footprint;
+use crate::graph::{Context, Footprint, Keyed, Stage, StageError};
 use crate::session::{Manoeuvre, Session, SteadyWindow, Surface};
 
 /// What a flight shows and proposes.
@@ -32,6 +32,17 @@ pub struct FlightProposals {
 impl Footprint for FlightProposals {
     fn bytes(&self) -> usize {
         1000 * (self.windows.len() + self.steady.len()) + 16_000 * self.spectra.len()
+    }
+}
+
+impl Stage for FlightProposals {
+    type Params<'a> = &'a str;
+    type Inputs<'a> = &'a Keyed<LoadedFlight>;
+    type Output = Self;
+    const NAME: &'static str = "proposals";
+
+    fn run(name: &str, flight: &Keyed<LoadedFlight>, _: &Context<'_>) -> Result<Self, StageError> {
+        Ok(proposals(name, flight))
     }
 }
 

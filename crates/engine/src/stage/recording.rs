@@ -1,7 +1,6 @@
 //! Reads the recordings of one flight and merges them on its time line.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::{Path, PathBuf};
 
 use doublet_core::load::instruments::StatedNoise;
 use doublet_core::load::{ChannelMap, read_all};
@@ -10,12 +9,11 @@ use doublet_core::series::Recording;
 
 use super::align::{UsedClock, align};
 use super::expressions::{ExpressedChannel, expressed};
-use super::held::use_held_once;
+use super::held_samples::use_held_once;
 use super::instruments::derive;
 use super::signals::{TreatedSignal, treat_signals};
-use crate::builtin;
-use crate::graph::Footprint;
-use crate::session::{Flight, HeldSampleUse, MapRef, RecordingRef, content_hash};
+use crate::graph::{Context, Footprint, Keyed, Stage, StageError};
+use crate::session::{ExpressionSetting, Flight, HeldSampleUse, MapRef, RecordingRef, Sources, content_hash};
 use crate::verdict::Finding;
 
 /// A flight as read.
@@ -45,65 +43,85 @@ impl Footprint for LoadedFlight {
     }
 }
 
-/// Place on disk of a path written in a session: relative to its folder, or what comes with the program.
+/// A flight on its time line with all that the session makes of it; its files are identified by path, size and time of change.
 ///
 /// # Errors
-/// One line when a built-in does not exist, or nothing that can be read to an end is at the path.
-pub fn locate(folder: &Path, path: &str) -> Result<PathBuf, String> {
-    if let Some(name) = path.strip_prefix(builtin::PREFIX) {
-        return builtin::on_disk(name);
+/// One line that names the file, the channel, the clock, the instrument, the signal or the expression and the cure.
+pub fn load_flight(context: &Context<'_>, flight: &Flight) -> Result<Keyed<LoadedFlight>, StageError> {
+    let aligned = context.get::<AlignedFlight>(flight.sources(), ())?;
+    if flight.expressions.is_empty() {
+        return Ok(aligned);
     }
-    let place = folder.join(path);
-    match place.metadata() {
-        Ok(about) if about.is_file() || about.is_dir() => Ok(place),
-        Ok(_) => Err(format!("{} is neither a file nor a folder", place.display())),
-        Err(_) => Err(format!("{}: there is no such file or folder", place.display())),
+    context.get::<ExpressedFlight>(&flight.expressions, &aligned)
+}
+
+/// A flight as read: moving a clock reads nothing again.
+struct ReadFlight;
+
+impl Stage for ReadFlight {
+    type Params<'a> = &'a [RecordingRef];
+    type Inputs<'a> = ();
+    type Output = LoadedFlight;
+    const NAME: &'static str = "flight as read";
+
+    fn run(recordings: &[RecordingRef], (): (), context: &Context<'_>) -> Result<LoadedFlight, StageError> {
+        read_flight(context, recordings)
     }
 }
 
-/// The files of a folder in order of their names, or the file itself.
-pub fn files(place: &Path) -> Vec<PathBuf> {
-    let Ok(entries) = std::fs::read_dir(place) else { return vec![place.to_path_buf()] };
-    let mut files: Vec<_> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
-    files.sort();
-    files
+/// A flight on its time line.
+struct AlignedFlight;
+
+impl Stage for AlignedFlight {
+    type Params<'a> = Sources<'a>;
+    type Inputs<'a> = ();
+    type Output = LoadedFlight;
+    const NAME: &'static str = "flight on its time line";
+
+    fn run(sources: Sources<'_>, (): (), context: &Context<'_>) -> Result<LoadedFlight, StageError> {
+        align_flight(context, &*context.get::<ReadFlight>(sources.recordings, ())?, sources)
+    }
 }
 
-/// Text of a file written in a session, or of what comes with the program in `kind`.
-///
-/// # Errors
-/// One line with the names there are, or why the file cannot be read.
-pub fn text(folder: &Path, path: &str, kind: &str) -> Result<String, String> {
-    if let Some(name) = path.strip_prefix(builtin::PREFIX) {
-        return builtin::text(kind, name).map(str::to_owned).ok_or_else(|| {
-            format!("no built-in in {kind} is called '{name}': use one of {}", builtin::names(kind).join(", "))
-        });
+/// A flight with its channels by expression: changing one fits no clock again.
+struct ExpressedFlight;
+
+impl Stage for ExpressedFlight {
+    type Params<'a> = &'a [ExpressionSetting];
+    type Inputs<'a> = &'a Keyed<LoadedFlight>;
+    type Output = LoadedFlight;
+    const NAME: &'static str = "channels by expression";
+
+    fn run(
+        settings: &[ExpressionSetting],
+        flight: &Keyed<LoadedFlight>,
+        _: &Context<'_>,
+    ) -> Result<LoadedFlight, StageError> {
+        Ok(expressed(flight, settings)?)
     }
-    let place = locate(folder, path)?;
-    doublet_core::load::read_text(&place).map_err(|error| format!("{}: {error}", place.display()))
 }
 
 /// Reads a flight, every recorder on its own clock.
 ///
 /// # Errors
 /// One line that names the file, the channel and the cure.
-pub fn flight(folder: &Path, flight: &Flight) -> Result<LoadedFlight, String> {
+pub fn read_flight(context: &Context<'_>, recordings: &[RecordingRef]) -> Result<LoadedFlight, StageError> {
     let mut hashes = Vec::new();
     let mut merged = Recording::default();
     let mut utc_start_s: Option<f64> = None;
-    for entry in &flight.recordings {
-        let place = locate(folder, &entry.path).map_err(|line| missing(&line, entry))?;
+    for entry in recordings {
+        let place = context.locate(&entry.path).map_err(|line| missing(&line, entry))?;
         let hash = content_hash(&place).map_err(|error| error.to_string())?;
         merged.warnings.extend(changed(entry, &hash));
         hashes.push(hash);
     }
-    for Group { map, only, entries } in groups(&flight.recordings) {
+    for Group { map, only, entries } in groups(recordings) {
         let text = match map {
-            MapRef::File(path) => text(folder, path, "channel_maps")?,
+            MapRef::File(path) => context.text(path, "channel_maps")?,
             MapRef::Own(text) => text.to_string(),
         };
         let map = ChannelMap::parse(&text).map_err(|error| format!("channel map {}: {error}", map.name()))?;
-        let places = entries.iter().map(|entry| locate(folder, &entry.path)).collect::<Result<Vec<_>, _>>()?;
+        let places = entries.iter().map(|entry| context.locate(&entry.path)).collect::<Result<Vec<_>, _>>()?;
         let recording = read_all(&places, &map).map_err(|error| error.to_string())?;
         utc_start_s = utc_start_s.into_iter().chain(first_utc_s(&recording)).reduce(f64::min);
         merge(&mut merged, recording, only);
@@ -119,29 +137,25 @@ pub fn changed(entry: &RecordingRef, hash: &str) -> Option<String> {
     Some(format!("{} has changed since it was added: its SHA-256 was {known}, now it is {hash}", entry.path))
 }
 
-/// Puts a flight as read on its time line with all that the session makes of it: [`prepared`], then [`expressed`].
-///
-/// # Errors
-/// One line that names the clock, the instrument's channel, the signal or the expression and the cure.
-pub fn aligned(folder: &Path, read: &LoadedFlight, flight: &Flight) -> Result<LoadedFlight, String> {
-    expressed(&prepared(folder, read, flight)?, &flight.expressions)
-}
-
 /// Puts a flight as read on its time line, adds what its instruments give, and smooths and resamples what the session says.
 ///
 /// # Errors
 /// One line that names the clock, the instrument's channel or the signal and the cure.
-pub fn prepared(folder: &Path, read: &LoadedFlight, flight: &Flight) -> Result<LoadedFlight, String> {
-    let (mut recording, clocks) = align(&read.recording, &flight.clocks)?;
-    let stated_noise = match &flight.instruments {
-        Some(setting) => derive(&mut recording, folder, setting)?,
+pub fn align_flight(
+    context: &Context<'_>,
+    read: &LoadedFlight,
+    sources: Sources<'_>,
+) -> Result<LoadedFlight, StageError> {
+    let (mut recording, clocks) = align(&read.recording, sources.clocks)?;
+    let stated_noise = match sources.instruments {
+        Some(setting) => derive(&mut recording, context, setting)?,
         None => BTreeMap::new(),
     };
-    let (held, findings) = match flight.signals.held_samples {
-        HeldSampleUse::Once => use_held_once(&mut recording, &flight.name),
+    let (held, findings) = match sources.signals.held_samples {
+        HeldSampleUse::Once => use_held_once(&mut recording, sources.name),
         HeldSampleUse::Every => Default::default(),
     };
-    let treated = after_each_other(held, treat_signals(&mut recording, &flight.signals)?);
+    let treated = after_each_other(held, treat_signals(&mut recording, sources.signals)?);
     let (hashes, utc_start_s) = (read.hashes.clone(), read.utc_start_s);
     Ok(LoadedFlight {
         recording,
@@ -181,7 +195,7 @@ fn first_utc_s(recording: &Recording) -> Option<f64> {
 }
 
 /// What to look for where a recording is missing.
-fn missing(line: &str, entry: &RecordingRef) -> String {
+fn missing(line: &StageError, entry: &RecordingRef) -> String {
     match &entry.sha256 {
         Some(hash) => format!("{line}: put back the recording with SHA-256 {hash}, or change its path in the session"),
         None => format!("{line}: put the recording back, or change its path in the session"),

@@ -8,13 +8,15 @@ use doublet_core::reconstruct::{Reconstruction, STATES, State};
 use doublet_core::replay::{Motion, Replay, Response, Start};
 use doublet_core::series::Series;
 use doublet_core::validate::{Histories, Signal, TestResult, Theil, judge, theil};
+use rayon::prelude::*;
 
 use super::aero::{WindowAero, states_of};
-use super::fit::{PooledFits, constant_name};
+use super::fit::{PooledFits, WindowFits, constant_name};
 use super::path::WindowPath;
+use super::recording::LoadedFlight;
 use super::tolerances::Tolerances;
-use crate::graph::Footprint;
-use crate::session::{Manoeuvre, Preparation, Session};
+use crate::graph::{Context, Footprint, Keyed, Stage, StageError};
+use crate::session::{Manoeuvre, Preparation, Session, Settings, WindowRole};
 
 /// One window flown again.
 #[derive(Clone, Debug)]
@@ -52,6 +54,48 @@ pub struct ProofOfMatch {
     pub tolerances: String,
     /// Window and replay, in the order of the session.
     pub windows: Vec<(String, Result<Arc<WindowReplay>, String>)>,
+}
+
+/// A window with everything computed from it.
+#[derive(Clone, Debug, Hash)]
+pub struct StudyWindow<'a> {
+    /// Window.
+    pub manoeuvre: &'a Manoeuvre,
+    /// Flight it lies in.
+    pub flight: Keyed<LoadedFlight>,
+    /// Path.
+    pub path: Keyed<WindowPath>,
+    /// Coefficients and variables.
+    pub aero: Keyed<WindowAero>,
+    /// Derivatives from it alone.
+    pub fits: Keyed<WindowFits>,
+}
+
+/// Flies every validation window with the pooled model.
+impl Stage for ProofOfMatch {
+    type Params<'a> = Settings<'a>;
+    type Inputs<'a> = (&'a [StudyWindow<'a>], &'a Keyed<PooledFits>);
+    type Output = Self;
+    const NAME: &'static str = "proof of match";
+
+    fn run(
+        settings: Settings<'_>,
+        (windows, pooled): Self::Inputs<'_>,
+        context: &Context<'_>,
+    ) -> Result<Self, StageError> {
+        let tolerances = Tolerances::builtin()?;
+        let one = |window: &StudyWindow<'_>| -> Result<Arc<WindowReplay>, String> {
+            let window = ReplayWindow { manoeuvre: window.manoeuvre, path: &window.path, aero: &window.aero };
+            let model = model_of_window(pooled, settings.structure, &window)?;
+            replay(&window, &model, settings.preparation, settings.filter.gravity_m_s2, &tolerances).map(Arc::new)
+        };
+        let fly = |window: &StudyWindow<'_>| {
+            context.checkpoint()?;
+            Ok((window.manoeuvre.name.clone(), one(window)))
+        };
+        let validation = windows.par_iter().filter(|window| window.manoeuvre.role == WindowRole::Validation);
+        Ok(Self { windows: validation.map(fly).collect::<Result<_, StageError>>()?, tolerances: tolerances.name })
+    }
 }
 
 impl Footprint for ProofOfMatch {

@@ -5,10 +5,11 @@ use doublet_core::model::{Coefficient, Term, regressors};
 use doublet_core::replay::MotionAxis;
 use rayon::prelude::*;
 
+use super::StudyInput;
 use super::followed::{FollowedFlight, followed};
-use super::{StudyError, StudyWindow, Subject, Watch};
-use crate::graph::Footprint;
+use crate::graph::{Context, Footprint, Stage, StageError};
 use crate::session::Surface;
+use crate::stage::StudyWindow;
 use crate::verdict::{Finding, Level};
 
 /// A derivative by one method.
@@ -73,24 +74,28 @@ impl Footprint for CheckStudy {
 
 /// Estimates every window again in the frequency domain and by output error with the equations of motion: of `axis`, or of the
 /// motion its surface moves.
-///
-/// # Errors
-/// That it was stopped.
-pub fn checks(subject: &Subject<'_>, axis: Option<MotionAxis>, watch: &Watch<'_>) -> Result<CheckStudy, StudyError> {
-    let watch = watch.parts(subject.windows.len());
-    let one = |window: &StudyWindow<'_>| {
-        watch.checkpoint()?;
-        let own = window.fits.fits.iter().filter_map(|fit| Some((fit.coefficient, fit.fit.as_ref().ok()?)));
-        let frequency = own.map(|(coefficient, fit)| (coefficient, in_frequency(subject, window, coefficient, fit)));
-        let frequency = frequency.collect();
-        let follow = |&axis: &MotionAxis| (axis, followed(subject, window, axis, &watch));
-        let motions = axis.as_ref().map_or_else(|| axes(window.manoeuvre.surface), std::slice::from_ref);
-        let output_error = motions.iter().map(follow).collect();
-        watch.checkpoint()?;
-        watch.step();
-        Ok(WindowChecks { window: window.manoeuvre.name.clone(), frequency, output_error })
-    };
-    Ok(CheckStudy { axis, windows: subject.windows.par_iter().map(one).collect::<Result<_, StudyError>>()? })
+impl Stage for CheckStudy {
+    type Params<'a> = Option<MotionAxis>;
+    type Inputs<'a> = &'a StudyInput<'a>;
+    type Output = Self;
+    const NAME: &'static str = "independent checks";
+
+    fn run(axis: Option<MotionAxis>, input: &StudyInput<'_>, context: &Context<'_>) -> Result<Self, StageError> {
+        let context = context.parts(input.windows.len());
+        let one = |window: &StudyWindow<'_>| {
+            context.checkpoint()?;
+            let own = window.fits.fits.iter().filter_map(|fit| Some((fit.coefficient, fit.fit.as_ref().ok()?)));
+            let frequency = own.map(|(coefficient, fit)| (coefficient, in_frequency(input, window, coefficient, fit)));
+            let frequency = frequency.collect();
+            let follow = |&axis: &MotionAxis| (axis, followed(input, window, axis, &context));
+            let motions = axis.as_ref().map_or_else(|| axes(window.manoeuvre.surface), std::slice::from_ref);
+            let output_error = motions.iter().map(follow).collect();
+            context.checkpoint()?;
+            context.step();
+            Ok(WindowChecks { window: window.manoeuvre.name.clone(), frequency, output_error })
+        };
+        Ok(CheckStudy { axis, windows: input.windows.par_iter().map(one).collect::<Result<_, StageError>>()? })
+    }
 }
 
 /// Motion a manoeuvre of `surface` tells about.
@@ -103,22 +108,22 @@ fn axes(surface: Option<Surface>) -> &'static [MotionAxis] {
 }
 
 /// Terms of the structure that the window's own fit has.
-fn fitted_terms(subject: &Subject<'_>, coefficient: Coefficient, fit: &Fit) -> Vec<Term> {
-    let terms = subject.session.structure.terms(coefficient).unwrap_or_default();
+fn fitted_terms(input: &StudyInput<'_>, coefficient: Coefficient, fit: &Fit) -> Vec<Term> {
+    let terms = input.settings.structure.terms(coefficient).unwrap_or_default();
     terms.iter().filter(|term| fit.names.contains(&term.derivative_name(coefficient))).cloned().collect()
 }
 
 /// Equation error in the frequency domain from twice the lowest frequency the window resolves, at the frequencies it resolves:
 /// each adds information of its own, so that the standard errors need no correction.
 fn in_frequency(
-    subject: &Subject<'_>,
+    input: &StudyInput<'_>,
     window: &StudyWindow<'_>,
     coefficient: Coefficient,
     fit: &Fit,
 ) -> Result<Vec<CheckedDerivative>, String> {
     let aero = &window.aero;
     let terms: Vec<Term> =
-        fitted_terms(subject, coefficient, fit).into_iter().filter(|term| !term.is_constant()).collect();
+        fitted_terms(input, coefficient, fit).into_iter().filter(|term| !term.is_constant()).collect();
     let names: Vec<String> = terms.iter().map(|term| term.derivative_name(coefficient)).collect();
     let x = regressors(&terms, &aero.variables).map_err(|error| error.to_string())?;
     let time_s = &aero.coefficients.time_s;

@@ -1,6 +1,5 @@
 //! Whether intervals hold the truth as often as they say: many flights of one scenario, each through both steps.
 
-use std::path::Path;
 use std::sync::Arc;
 
 use doublet_core::airframe::Loading;
@@ -8,9 +7,9 @@ use doublet_core::series::{Recording, Window};
 use doublet_core::simulate::{self, Flight, Scenario, Surface as Control};
 use rayon::prelude::*;
 
-use super::{StudyError, Watch};
+use crate::graph::{Context, StageError};
 use crate::session::{Manoeuvre, Session, Surface};
-use crate::stage::{self, AeroWindow, AircraftData, Surroundings, tank_channel};
+use crate::stage::{self, AeroWindow, AircraftData, WindowContext, tank_channel};
 
 /// Half width of a 95 % interval in standard errors, normal distribution.
 const HALF_WIDTH: f64 = 1.959_964;
@@ -63,21 +62,19 @@ type Estimate = (String, f64, f64, f64);
 /// One line: an aircraft that cannot be read, a flight that cannot be flown, a fit that fails; or that it was stopped.
 pub fn coverage(
     session: &Session,
-    folder: &Path,
     scenario: &Scenario,
     (realisations, first_seed): (usize, u64),
-    watch: &Watch<'_>,
-) -> Result<Coverage, StudyError> {
+    context: &Context<'_>,
+) -> Result<Coverage, StageError> {
     let loading = Loading { fuel_kg: Default::default(), ..scenario.loading.clone() };
     let aircraft = session.aircraft.as_deref().ok_or_else(|| stage::NO_AIRCRAFT.to_owned())?;
-    let loaded = Arc::new(stage::load_aircraft(folder, aircraft)?);
-    let aircraft = stage::aircraft_data(loaded, Some(&loading))?;
+    let aircraft = context.get::<AircraftData>(Some(&loading), &stage::load_aircraft(context, aircraft)?)?;
     let windows = windows(scenario);
-    let watch = watch.parts(realisations);
-    let one = |index: usize| -> Result<Vec<Estimate>, StudyError> {
-        watch.checkpoint()?;
-        let found = realisation(session, scenario, &aircraft, &windows, first_seed + index as u64, &watch)?;
-        watch.step();
+    let context = context.parts(realisations);
+    let one = |index: usize| -> Result<Vec<Estimate>, StageError> {
+        context.checkpoint()?;
+        let found = realisation(session, scenario, &aircraft, &windows, first_seed + index as u64, &context)?;
+        context.step();
         Ok(found)
     };
     let found = (0..realisations).into_par_iter().map(one).collect::<Result<Vec<_>, _>>()?;
@@ -91,7 +88,7 @@ pub fn coverage(
 }
 
 /// Windows over the manoeuvres of a scenario.
-pub(super) fn windows(scenario: &Scenario) -> Vec<Manoeuvre> {
+pub(crate) fn windows(scenario: &Scenario) -> Vec<Manoeuvre> {
     let window = |(number, flown): (usize, &simulate::Manoeuvre)| {
         let name = format!("{:02} {} {}", number + 1, flown.surface.name(), flown.kind.name());
         let held = Window { start_s: flown.held_from_s() - MARGIN_S, end_s: flown.held_to_s() + MARGIN_S };
@@ -115,30 +112,36 @@ fn realisation(
     aircraft: &AircraftData,
     windows: &[Manoeuvre],
     seed: u64,
-    watch: &Watch<'_>,
-) -> Result<Vec<Estimate>, StudyError> {
-    let named = |error: String| StudyError::Failed(format!("seed {seed}: {error}"));
-    let fly = simulate::run(scenario, seed, &mut |_| !watch.control().is_cancelled());
-    watch.checkpoint()?;
-    let recording = measured(&fly.map_err(|error| named(error.to_string()))?, session, aircraft, seed);
+    context: &Context<'_>,
+) -> Result<Vec<Estimate>, StageError> {
+    let named = |error: StageError| error.at(format!("seed {seed}"));
+    let fly = simulate::run(scenario, seed, &mut |_| !context.control().is_cancelled());
+    context.checkpoint()?;
+    let recording = measured(&fly.map_err(|error| named(error.to_string().into()))?, session, aircraft, seed);
     let data = windows
         .iter()
         .map(|window| Ok(stage::samples(&recording, window.window, Some(aircraft), &session.preparation)?.data))
-        .collect::<Result<Vec<_>, String>>()
+        .collect::<Result<Vec<_>, StageError>>()
         .map_err(named)?;
-    let paths = stage::reconstructions(&data.iter().map(|data| &**data).collect::<Vec<_>>(), session, watch.control())
-        .map_err(named)?;
+    let paths = stage::reconstructions(
+        &data.iter().map(|data| &**data).collect::<Vec<_>>(),
+        (&session.filter, session.preparation.path),
+        context.control(),
+    )
+    .map_err(named)?;
     let mut aero: Vec<AeroWindow<'_>> = Vec::with_capacity(windows.len());
     for ((window, data), path) in windows.iter().zip(&data).zip(paths) {
-        watch.checkpoint()?;
+        context.checkpoint()?;
         let path = path.map_err(named)?;
-        let around = Surroundings::new(&recording, data, aircraft, &session.preparation).map_err(named)?;
-        let formed = stage::aero(&around, &path, aircraft, &session.preparation).map_err(named)?;
+        let around = WindowContext::new(&recording, data, aircraft, &session.preparation)
+            .map_err(|error| named(error.into()))?;
+        let formed =
+            stage::aero(&around, &path, aircraft, &session.preparation).map_err(|error| named(error.into()))?;
         aero.push((window, Arc::new(formed)));
     }
     let mut estimates = Vec::new();
     for fit in stage::pooled_fits(&aero, &session.structure, &session.estimation).fits {
-        let found = fit.fit.map_err(named)?;
+        let found = fit.fit.map_err(|error| named(error.into()))?;
         for (index, name) in found.names.iter().enumerate().filter(|(_, name)| !name.ends_with(']')) {
             estimates.push((
                 name.clone(),
@@ -152,7 +155,7 @@ fn realisation(
 }
 
 /// The recording of a flight by instruments that are as the session's filter describes them.
-pub(super) fn measured(flight: &Flight, session: &Session, aircraft: &AircraftData, seed: u64) -> Recording {
+pub(crate) fn measured(flight: &Flight, session: &Session, aircraft: &AircraftData, seed: u64) -> Recording {
     let sensors = aircraft.loaded.aircraft.sensors;
     let cg = flight.truth.loading_cg_at_start();
     flight.measured(&session.filter, sensors.accelerometer_from_datum_m.unwrap_or(cg), tank_channel, seed)

@@ -11,10 +11,11 @@ use doublet_core::reconstruct::{Reconstruction, State};
 use doublet_core::replay::MotionAxis;
 use doublet_core::series::Series;
 
+use super::StudyInput;
 use super::checks::CheckedDerivative;
-use super::{StudyWindow, Subject, Watch};
-use crate::session::{PathSource, Session};
-use crate::stage::{self, WindowAero, WindowFlight};
+use crate::graph::Context;
+use crate::session::{PathSource, Settings};
+use crate::stage::{self, StudyWindow, WindowAero, WindowFlight};
 use crate::verdict::{Finding, Level};
 
 /// Coefficient of determination of an output below which a flight follows it poorly, and below which it does not.
@@ -116,19 +117,19 @@ impl FollowedFlight {
 /// Output error over one window: derivatives of `axis` that its own fit has are free, those it cannot tell about stay as pooled;
 /// the other axis moves as reconstructed.
 pub(super) fn followed(
-    subject: &Subject<'_>,
+    input: &StudyInput<'_>,
     window: &StudyWindow<'_>,
     axis: MotionAxis,
-    watch: &Watch<'_>,
+    context: &Context<'_>,
 ) -> Result<FollowedFlight, String> {
-    let session = subject.session;
+    let settings = input.settings;
     let (aero, path) = (&window.aero, &window.path.reconstruction);
-    let ready = stage::window_flight(path, aero, &session.preparation, session.filter.gravity_m_s2)?;
-    let (model, shared) = model(subject, window, axis);
+    let ready = stage::window_flight(path, aero, settings.preparation, settings.filter.gravity_m_s2)?;
+    let (model, shared) = model(input, window, axis);
     if shared.is_empty() {
         return Err("the window has no fit of this axis to start from".to_owned());
     }
-    let compared = Compared { axis, session, aero, path, flight: &ready };
+    let compared = Compared { axis, settings, aero, path, flight: &ready };
     let windows = [FlightWindow {
         label: window.manoeuvre.name.clone(),
         replay: &ready.replay,
@@ -141,7 +142,7 @@ pub(super) fn followed(
         }),
     }];
     let freedom = FlightFreedom { shared, own: Vec::new(), biases: axis.biased() };
-    let go_on = || !watch.control().is_cancelled();
+    let go_on = || !context.control().is_cancelled();
     let in_words = |error: FlightFitError| match error {
         FlightFitError::Stopped => "stopped".to_owned(),
         error => error.to_string(),
@@ -158,7 +159,7 @@ pub(super) fn followed(
 /// What a flight is compared with.
 struct Compared<'a> {
     axis: MotionAxis,
-    session: &'a Session,
+    settings: Settings<'a>,
     aero: &'a WindowAero,
     path: &'a Reconstruction,
     flight: &'a WindowFlight,
@@ -211,7 +212,7 @@ impl Compared<'_> {
 
     /// Standard deviation of a state of the path where the flight begins.
     fn path_deviation(&self, state: State) -> f64 {
-        let deviations = match (self.session.preparation.path, &self.path.smoothed) {
+        let deviations = match (self.settings.preparation.path, &self.path.smoothed) {
             (PathSource::Smoothed, Some(smoothed)) => &smoothed.deviations,
             _ => &self.path.deviations,
         };
@@ -221,7 +222,7 @@ impl Compared<'_> {
     /// Standard deviation of what an output is compared with.
     fn deviation(&self, output: FlightOutput) -> f64 {
         let airspeed = self.aero.data.airspeed_m_s.first().copied().unwrap_or(f64::INFINITY);
-        let sample = |input: usize| self.session.filter.process_noise[input];
+        let sample = |input: usize| self.settings.filter.process_noise[input];
         match output {
             FlightOutput::Airspeed => self.path_deviation(State::VelocityU),
             FlightOutput::Alpha => self.path_deviation(State::VelocityW) / airspeed,
@@ -245,7 +246,7 @@ impl Compared<'_> {
                 let states = [State::VelocityU, State::VelocityV, State::VelocityW];
                 (start.air_velocity_body_m_s[axis], self.path_deviation(states[axis]))
             }
-            InitialState::Rate(axis) => (start.rates_rad_s[axis], self.session.filter.process_noise[3 + axis]),
+            InitialState::Rate(axis) => (start.rates_rad_s[axis], self.settings.filter.process_noise[3 + axis]),
             InitialState::Euler(axis) => {
                 let states = [State::BankAngle, State::PitchAngle, State::HeadingAngle];
                 (start.euler_rad[axis], self.path_deviation(states[axis]))
@@ -291,15 +292,14 @@ impl Compared<'_> {
 }
 
 /// The pooled model of `axis` with constants of this window, and its entries that the window's own fit has.
-fn model(subject: &Subject<'_>, window: &StudyWindow<'_>, axis: MotionAxis) -> (Derivatives, Vec<usize>) {
+fn model(input: &StudyInput<'_>, window: &StudyWindow<'_>, axis: MotionAxis) -> (Derivatives, Vec<usize>) {
     let mut entries: Vec<(Coefficient, Term, f64)> = Vec::new();
     let mut free = Vec::new();
-    for (coefficient, terms) in
-        subject.session.structure.models.iter().filter(|(coefficient, _)| axis.has(*coefficient))
+    for (coefficient, terms) in input.settings.structure.models.iter().filter(|(coefficient, _)| axis.has(*coefficient))
     {
         let own = window.fits.fits.iter().find(|fit| fit.coefficient == *coefficient);
         let own = own.and_then(|fit| fit.fit.as_ref().ok());
-        let pooled = subject.pooled.fits.iter().find(|fit| fit.coefficient == *coefficient);
+        let pooled = input.pooled.fits.iter().find(|fit| fit.coefficient == *coefficient);
         let pooled = pooled.and_then(|fit| fit.fit.as_ref().ok());
         for term in terms.iter().filter(|term| !term.is_constant()) {
             let name = term.derivative_name(*coefficient);

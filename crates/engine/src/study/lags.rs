@@ -6,8 +6,8 @@ use doublet_core::estimate::{NonlinearSearch, PooledRegression, search_nonlinear
 use doublet_core::model::{Coefficient, Lag};
 use rayon::prelude::*;
 
-use super::{StudyError, Subject, Watch};
-use crate::graph::Footprint;
+use super::StudyInput;
+use crate::graph::{Context, Footprint, Stage, StageError};
 use crate::session::Surface;
 use crate::stage::{self, AeroWindow, CONTROLS, WindowAero};
 
@@ -143,33 +143,37 @@ fn search_bytes(search: &NonlinearSearch) -> usize {
 
 /// Finds the delay and the first-order lag of every control by the fit of the coefficients that have a term of it, one at a time,
 /// the others as the session has them.
-///
-/// # Errors
-/// That it was stopped.
-pub fn lags(subject: &Subject<'_>, watch: &Watch<'_>) -> Result<LagStudy, StudyError> {
-    let windows = subject.aero();
-    let cases: Vec<_> = CONTROLS.into_iter().flat_map(|surface| LagKind::ALL.map(|kind| (surface, kind))).collect();
-    let watch = watch.parts(cases.len());
-    let one = |(surface, kind): (Surface, LagKind)| {
-        let found = control_lag(subject, &windows, surface, kind, &watch);
-        watch.checkpoint()?;
-        watch.step();
-        Ok(found)
-    };
-    let found = cases.into_par_iter().map(one).collect::<Result<Vec<_>, StudyError>>()?;
-    Ok(LagStudy { lags: found.into_iter().flatten().collect() })
+impl Stage for LagStudy {
+    type Params<'a> = ();
+    type Inputs<'a> = &'a StudyInput<'a>;
+    type Output = Self;
+    const NAME: &'static str = "lags of the controls";
+
+    fn run((): (), input: &StudyInput<'_>, context: &Context<'_>) -> Result<Self, StageError> {
+        let windows = input.aero();
+        let cases: Vec<_> = CONTROLS.into_iter().flat_map(|surface| LagKind::ALL.map(|kind| (surface, kind))).collect();
+        let context = context.parts(cases.len());
+        let one = |(surface, kind): (Surface, LagKind)| {
+            let found = control_lag(input, &windows, surface, kind, &context);
+            context.checkpoint()?;
+            context.step();
+            Ok(found)
+        };
+        let found = cases.into_par_iter().map(one).collect::<Result<Vec<_>, StageError>>()?;
+        Ok(LagStudy { lags: found.into_iter().flatten().collect() })
+    }
 }
 
 /// `None` where no coefficient has a term of the control.
 fn control_lag<'a>(
-    subject: &Subject<'a>,
+    input: &StudyInput<'a>,
     windows: &[AeroWindow<'a>],
     surface: Surface,
     kind: LagKind,
-    watch: &Watch<'_>,
+    context: &Context<'_>,
 ) -> Option<ControlLag> {
     let (control, role) = (surface.variable(), surface.role());
-    let mut structure = subject.session.structure.clone();
+    let mut structure = input.settings.structure.clone();
     structure
         .models
         .retain(|(_, terms)| terms.iter().any(|term| term.factors().iter().any(|&(variable, _)| variable == control)));
@@ -178,7 +182,7 @@ fn control_lag<'a>(
         return None;
     }
     let regressions_at = |value_s: f64| -> Result<Vec<PooledRegression>, SearchError> {
-        watch.checkpoint().map_err(|_| SearchError("stopped".to_owned()))?;
+        context.checkpoint().map_err(|_| SearchError("stopped".to_owned()))?;
         let late = |(manoeuvre, aero): &AeroWindow<'a>| -> Result<AeroWindow<'a>, String> {
             let mut settings = aero.settings.clone();
             let lag = settings.control_lags.get(&role).copied().unwrap_or_default();
@@ -186,7 +190,7 @@ fn control_lag<'a>(
             Ok((*manoeuvre, Arc::new(WindowAero::formed(aero.data.clone(), settings, aero.air_density)?)))
         };
         let windows = windows.iter().map(late).collect::<Result<Vec<_>, _>>().map_err(SearchError)?;
-        let found = stage::pooled_regressions(&windows, &structure, &subject.session.estimation);
+        let found = stage::pooled_regressions(&windows, &structure, input.settings.estimation);
         found.into_iter().map(|regression| Ok(regression.map_err(SearchError)?.pooled)).collect()
     };
     let [lower, upper] = kind.range_s();

@@ -7,10 +7,10 @@ use doublet_core::model::{Coefficient, Term, Variable, regressors};
 use doublet_core::series::Series;
 use doublet_core::validate::{LeftOut, contributions, leave_one_out};
 
-use super::{StudyError, StudyWindow, Subject, Watch};
-use crate::graph::Footprint;
+use super::StudyInput;
+use crate::graph::{Context, Footprint, Stage, StageError};
 use crate::session::WindowRole;
-use crate::stage::{self, CoefficientFit};
+use crate::stage::{self, CoefficientFit, StudyWindow};
 
 /// The pooled estimate of one coefficient without each of its windows.
 #[derive(Clone, Debug)]
@@ -98,31 +98,35 @@ const CONDITIONS: [&[(&str, Variable)]; 2] = [
 ];
 
 /// Compares the manoeuvres of a session.
-///
-/// # Errors
-/// One line when a regression cannot be formed, or that it was stopped.
-pub fn manoeuvres(subject: &Subject<'_>, watch: &Watch<'_>) -> Result<ManoeuvreStudy, StudyError> {
-    let watch = watch.parts(4);
-    let done = || {
-        watch.step();
-        watch.checkpoint()
-    };
-    let left_out = left_out(subject, &watch)?;
-    done()?;
-    let kinds = kinds(subject);
-    done()?;
-    let contributions = term_contributions(subject);
-    done()?;
-    let conditions = conditions(subject);
-    done()?;
-    Ok(ManoeuvreStudy { left_out, kinds, contributions, conditions })
+impl Stage for ManoeuvreStudy {
+    type Params<'a> = ();
+    type Inputs<'a> = &'a StudyInput<'a>;
+    type Output = Self;
+    const NAME: &'static str = "comparison of manoeuvres";
+
+    fn run((): (), input: &StudyInput<'_>, context: &Context<'_>) -> Result<Self, StageError> {
+        let context = context.parts(4);
+        let done = || {
+            context.step();
+            context.checkpoint()
+        };
+        let left_out = left_out(input, &context)?;
+        done()?;
+        let kinds = kinds(input);
+        done()?;
+        let contributions = term_contributions(input);
+        done()?;
+        let conditions = conditions(input);
+        done()?;
+        Ok(ManoeuvreStudy { left_out, kinds, contributions, conditions })
+    }
 }
 
-fn left_out(subject: &Subject<'_>, watch: &Watch<'_>) -> Result<Vec<CoefficientLeftOut>, StudyError> {
-    let session = subject.session;
+fn left_out(input: &StudyInput<'_>, context: &Context<'_>) -> Result<Vec<CoefficientLeftOut>, StageError> {
+    let settings = input.settings;
     let mut found = Vec::new();
-    for regression in stage::pooled_regressions(&subject.aero(), &session.structure, &session.estimation) {
-        watch.checkpoint()?;
+    for regression in stage::pooled_regressions(&input.aero(), settings.structure, settings.estimation) {
+        context.checkpoint()?;
         let regression = regression?;
         let Ok(full) = regression.pooled.fit() else { continue };
         // Without one of its windows a derivative may have no estimate left: there is nothing to compare then.
@@ -139,18 +143,18 @@ fn own_fit<'s>(window: &'s StudyWindow<'_>, coefficient: Coefficient) -> Option<
     Some((fit, fit.fit.as_ref().ok()?))
 }
 
-fn kinds(subject: &Subject<'_>) -> Vec<KindComparison> {
+fn kinds(input: &StudyInput<'_>) -> Vec<KindComparison> {
     let mut names: Vec<&str> = Vec::new();
-    for window in subject.windows {
+    for window in input.windows {
         let kind = window.manoeuvre.kind.as_str();
         if !kind.is_empty() && !names.contains(&kind) {
             names.push(kind);
         }
     }
     let mut found = Vec::new();
-    for (coefficient, _) in &subject.session.structure.models {
+    for (coefficient, _) in &input.settings.structure.models {
         let of_kind = |kind: &str| -> Vec<&Fit> {
-            let windows = subject.windows.iter().filter(|window| window.manoeuvre.kind == kind);
+            let windows = input.windows.iter().filter(|window| window.manoeuvre.kind == kind);
             windows.filter_map(|window| Some(own_fit(window, *coefficient)?.1)).collect()
         };
         for (index, first) in names.iter().enumerate() {
@@ -166,12 +170,12 @@ fn kinds(subject: &Subject<'_>) -> Vec<KindComparison> {
     found
 }
 
-fn term_contributions(subject: &Subject<'_>) -> Vec<WindowContributions> {
+fn term_contributions(input: &StudyInput<'_>) -> Vec<WindowContributions> {
     let mut found = Vec::new();
-    for window in subject.windows {
-        for (coefficient, terms) in &subject.session.structure.models {
+    for window in input.windows {
+        for (coefficient, terms) in &input.settings.structure.models {
             if own_fit(window, *coefficient).is_some()
-                && let Some(terms) = of_window(subject, window, *coefficient, terms)
+                && let Some(terms) = of_window(input, window, *coefficient, terms)
             {
                 let window = window.manoeuvre.name.clone();
                 found.push(WindowContributions { window, coefficient: *coefficient, terms });
@@ -183,12 +187,12 @@ fn term_contributions(subject: &Subject<'_>) -> Vec<WindowContributions> {
 
 /// Contributions of the terms of one coefficient by the pooled estimate; `None` without one.
 fn of_window(
-    subject: &Subject<'_>,
+    input: &StudyInput<'_>,
     window: &StudyWindow<'_>,
     coefficient: Coefficient,
     terms: &[Term],
 ) -> Option<Vec<TermContribution>> {
-    let pooled = subject.pooled.fits.iter().find(|fit| fit.coefficient == coefficient)?.fit.as_ref().ok()?;
+    let pooled = input.pooled.fits.iter().find(|fit| fit.coefficient == coefficient)?.fit.as_ref().ok()?;
     let names: Vec<String> = terms.iter().map(|term| term.derivative_name(coefficient)).collect();
     let estimate = |name: &String| {
         let own = format!("{name}[{}]", window.manoeuvre.name);
@@ -206,12 +210,12 @@ fn of_window(
     Some(names.into_iter().zip(found).map(term).collect())
 }
 
-fn conditions(subject: &Subject<'_>) -> Vec<ConditionRegression> {
+fn conditions(input: &StudyInput<'_>) -> Vec<ConditionRegression> {
     let mut found = Vec::new();
-    for (coefficient, terms) in &subject.session.structure.models {
+    for (coefficient, terms) in &input.settings.structure.models {
         for name in terms.iter().filter(|term| !term.is_constant()).map(|term| term.derivative_name(*coefficient)) {
             for variables in CONDITIONS {
-                let points: Vec<_> = subject
+                let points: Vec<_> = input
                     .windows
                     .iter()
                     .filter(|window| window.manoeuvre.role == WindowRole::Identification)

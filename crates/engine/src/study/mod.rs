@@ -3,32 +3,29 @@
 mod checks;
 mod coverage;
 mod followed;
-mod judged_flights;
 mod lags;
 mod manoeuvres;
 mod monte_carlo;
 mod sensitivity;
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
-pub use checks::{CheckStudy, CheckedDerivative, WindowChecks, checks};
+pub use checks::{CheckStudy, CheckedDerivative, WindowChecks};
 pub use coverage::{Coverage, DerivativeCoverage, coverage};
+pub(crate) use coverage::{measured, windows};
 pub use followed::{FollowedFlight, FollowedOutput, FollowedStart};
-pub use judged_flights::{JudgedFlights, flown, judged_flights};
-pub use lags::{ControlLag, LagKind, LagStudy, lags};
+pub use lags::{ControlLag, LagKind, LagStudy};
 pub use manoeuvres::{
     CoefficientLeftOut, ConditionRegression, KindComparison, ManoeuvreStudy, TermContribution, WindowContributions,
-    manoeuvres,
 };
-pub use monte_carlo::{MonteCarloStudy, monte_carlo};
-pub use sensitivity::{STEP_FRACTION, SensitivityStudy, sensitivity};
+pub use monte_carlo::MonteCarloStudy;
+pub use sensitivity::{STEP_FRACTION, SensitivityStudy};
 
 use doublet_core::replay::MotionAxis;
 
-use crate::run::{Cancelled, Control};
-use crate::session::{Manoeuvre, Session};
-use crate::stage::{AeroWindow, AircraftData, LoadedFlight, PooledFits, WindowAero, WindowFits, WindowPath};
+use crate::graph::Keyed;
+use crate::session::Settings;
+use crate::stage::{AeroWindow, AircraftData, PooledFits, StudyWindow};
 
 /// Something to study beside the derivatives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -67,38 +64,23 @@ impl Study {
     }
 }
 
-/// A window with everything computed from it.
-#[derive(Clone, Debug)]
-pub struct StudyWindow<'a> {
-    /// Window.
-    pub manoeuvre: &'a Manoeuvre,
-    /// Flight it lies in.
-    pub flight: Arc<LoadedFlight>,
-    /// Path.
-    pub path: Arc<WindowPath>,
-    /// Coefficients and variables.
-    pub aero: Arc<WindowAero>,
-    /// Derivatives from it alone.
-    pub fits: Arc<WindowFits>,
-}
-
-/// What a study looks at: the session and all that was computed from it.
-#[derive(Clone, Copy, Debug)]
-pub struct Subject<'a> {
-    /// Session.
-    pub session: &'a Session,
+/// What a study looks at: settings of the session and all that was computed from it.
+#[derive(Clone, Copy, Debug, Hash)]
+pub struct StudyInput<'a> {
+    /// Settings of the session.
+    pub settings: Settings<'a>,
     /// Aircraft and loading.
-    pub aircraft: &'a AircraftData,
+    pub aircraft: &'a Keyed<AircraftData>,
     /// Windows not ignored, in the order of the session.
     pub windows: &'a [StudyWindow<'a>],
     /// Derivatives from all identification windows together.
-    pub pooled: &'a PooledFits,
+    pub pooled: &'a Keyed<PooledFits>,
 }
 
-impl<'a> Subject<'a> {
+impl<'a> StudyInput<'a> {
     /// Windows with their coefficients.
     pub fn aero(&self) -> Vec<AeroWindow<'a>> {
-        self.windows.iter().map(|window| (window.manoeuvre, Arc::clone(&window.aero))).collect()
+        self.windows.iter().map(|window| (window.manoeuvre, Arc::clone(window.aero.shared()))).collect()
     }
 
     /// Pooled derivatives all windows share: name, estimate and corrected standard error.
@@ -111,66 +93,5 @@ impl<'a> Subject<'a> {
             found.extend(shared.map(|((name, value), error)| (name.clone(), *value, *error)));
         }
         found
-    }
-}
-
-/// Why a study has no result.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum StudyError {
-    /// It was stopped.
-    Cancelled,
-    /// One line: what, where, what to do.
-    Failed(String),
-}
-
-impl From<Cancelled> for StudyError {
-    fn from(_: Cancelled) -> Self {
-        Self::Cancelled
-    }
-}
-
-impl From<String> for StudyError {
-    fn from(error: String) -> Self {
-        Self::Failed(error)
-    }
-}
-
-/// Cancellation and progress of one study.
-pub struct Watch<'a> {
-    control: &'a Control,
-    progress: &'a (dyn Fn(f32) + Sync),
-    done: AtomicUsize,
-    total: usize,
-}
-
-impl<'a> Watch<'a> {
-    /// A study of `total` parts; `progress` is told the part done, 0 to 1, after each.
-    pub fn new(control: &'a Control, progress: &'a (dyn Fn(f32) + Sync)) -> Self {
-        Self { control, progress, done: AtomicUsize::new(0), total: 1 }
-    }
-
-    /// The same for a study of `total` parts.
-    #[must_use]
-    pub fn parts(&self, total: usize) -> Watch<'a> {
-        Watch { control: self.control, progress: self.progress, done: AtomicUsize::new(0), total }
-    }
-
-    /// Goes on, or ends the study.
-    ///
-    /// # Errors
-    /// [`StudyError::Cancelled`] once it was asked to stop.
-    pub fn checkpoint(&self) -> Result<(), StudyError> {
-        Ok(self.control.checkpoint()?)
-    }
-
-    /// Handle on the run.
-    pub fn control(&self) -> &'a Control {
-        self.control
-    }
-
-    /// Counts one part as done.
-    pub fn step(&self) {
-        let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
-        (self.progress)(done as f32 / self.total.max(1) as f32);
     }
 }

@@ -4,10 +4,10 @@ use doublet_core::reconstruct::FilterData;
 use doublet_core::sensitivity::{NoiseEffect, noise_effects, with_noise};
 use rayon::prelude::*;
 
-use super::{StudyError, StudyWindow, Subject, Watch};
-use crate::graph::Footprint;
+use super::StudyInput;
+use crate::graph::{Context, Footprint, Stage, StageError};
 use crate::session::WindowRole;
-use crate::stage::{self, AeroWindow};
+use crate::stage::{self, AeroWindow, StudyWindow};
 
 /// What noise of the recording does to the pooled derivatives.
 #[derive(Clone, Debug, Default)]
@@ -32,60 +32,69 @@ impl Footprint for MonteCarloStudy {
 /// states, and watches the pooled derivatives: their scatter is the error the noise causes, regressors included, and their
 /// shift the pull of noisy regressors. Deflections, engines, air and loading are taken as they are: the session states no
 /// deviation for them.
-///
-/// # Errors
-/// That it was stopped, or one line when not one realisation could be estimated.
-pub fn monte_carlo(
-    subject: &Subject<'_>,
-    realisations: usize,
-    seed: u64,
-    watch: &Watch<'_>,
-) -> Result<MonteCarloStudy, StudyError> {
-    let nominal: Vec<(String, f64)> = subject.derivatives().into_iter().map(|(name, value, _)| (name, value)).collect();
-    let used: Vec<_> =
-        subject.windows.iter().filter(|window| window.manoeuvre.role == WindowRole::Identification).collect();
-    let watch = watch.parts(realisations);
-    let one = |realisation: usize| -> Result<Result<Vec<f64>, String>, StudyError> {
-        watch.checkpoint()?;
-        let found = estimates(subject, &used, &nominal, (seed, realisation), &watch);
-        // A filter that was stopped fails: that is not the realisation's fault.
-        watch.checkpoint()?;
-        watch.step();
-        Ok(found)
-    };
-    let found = (0..realisations).into_par_iter().map(one).collect::<Result<Vec<_>, StudyError>>()?;
-    let (values, errors): (Vec<_>, Vec<_>) = found.into_iter().partition(Result::is_ok);
-    let values: Vec<Vec<f64>> = values.into_iter().flatten().collect();
-    if values.is_empty()
-        && let Some(error) = errors.iter().find_map(|error| error.as_ref().err())
-    {
-        return Err(StudyError::Failed(format!("no realisation could be estimated: {error}")));
+impl Stage for MonteCarloStudy {
+    type Params<'a> = (usize, u64);
+    type Inputs<'a> = &'a StudyInput<'a>;
+    type Output = Self;
+    const NAME: &'static str = "Monte Carlo";
+
+    fn run(
+        (realisations, seed): (usize, u64),
+        input: &StudyInput<'_>,
+        context: &Context<'_>,
+    ) -> Result<Self, StageError> {
+        let nominal: Vec<(String, f64)> =
+            input.derivatives().into_iter().map(|(name, value, _)| (name, value)).collect();
+        let used: Vec<_> =
+            input.windows.iter().filter(|window| window.manoeuvre.role == WindowRole::Identification).collect();
+        let context = context.parts(realisations);
+        let one = |realisation: usize| -> Result<Result<Vec<f64>, StageError>, StageError> {
+            context.checkpoint()?;
+            let found = estimates(input, &used, &nominal, (seed, realisation), &context);
+            // A filter that was stopped fails: that is not the realisation's fault.
+            context.checkpoint()?;
+            context.step();
+            Ok(found)
+        };
+        let found = (0..realisations).into_par_iter().map(one).collect::<Result<Vec<_>, StageError>>()?;
+        let (values, errors): (Vec<_>, Vec<_>) = found.into_iter().partition(Result::is_ok);
+        let values: Vec<Vec<f64>> = values.into_iter().flatten().collect();
+        if values.is_empty()
+            && let Some(error) = errors.iter().find_map(|error| error.as_ref().err())
+        {
+            return Err(StageError::Failed(format!("no realisation could be estimated: {error}")));
+        }
+        Ok(MonteCarloStudy { realisations, seed, failed: errors.len(), effects: noise_effects(&nominal, &values) })
     }
-    Ok(MonteCarloStudy { realisations, seed, failed: errors.len(), effects: noise_effects(&nominal, &values) })
 }
 
 /// Pooled estimates of one realisation, in the order of `nominal`.
 fn estimates<'a>(
-    subject: &Subject<'a>,
+    input: &StudyInput<'a>,
     used: &[&StudyWindow<'a>],
     nominal: &[(String, f64)],
     (seed, realisation): (u64, usize),
-    watch: &Watch<'_>,
-) -> Result<Vec<f64>, String> {
-    let session = subject.session;
+    context: &Context<'_>,
+) -> Result<Vec<f64>, StageError> {
+    let settings = input.settings;
     let noisy = |(index, window): (usize, &&StudyWindow<'_>)| {
-        with_noise(&window.path.data, &session.filter, seed, (realisation * used.len() + index) as u64)
+        with_noise(&window.path.data, settings.filter, seed, (realisation * used.len() + index) as u64)
     };
     let data: Vec<FilterData> = used.iter().enumerate().map(noisy).collect();
-    let paths = stage::reconstructions(&data.iter().collect::<Vec<_>>(), session, watch.control())?;
-    let aero = |((window, data), path): ((&&StudyWindow<'a>, &FilterData), Result<_, String>)| {
+    let paths = stage::reconstructions(
+        &data.iter().collect::<Vec<_>>(),
+        (settings.filter, settings.preparation.path),
+        context.control(),
+    )?;
+    let aero = |((window, data), path): ((&&StudyWindow<'a>, &FilterData), Result<_, StageError>)| {
         let path = path?;
-        let aero = stage::aero_along(&window.aero, &window.path, (data, &path), &session.preparation)?;
+        let aero = stage::aero_along(&window.aero, &window.path, (data, &path), settings.preparation)?;
         Ok((window.manoeuvre, aero.into()))
     };
-    let windows: Vec<AeroWindow<'_>> = used.iter().zip(&data).zip(paths).map(aero).collect::<Result<_, String>>()?;
+    let windows: Vec<AeroWindow<'_>> =
+        used.iter().zip(&data).zip(paths).map(aero).collect::<Result<_, StageError>>()?;
     let mut found = Vec::with_capacity(nominal.len());
-    for regression in stage::pooled_regressions(&windows, &session.structure, &session.estimation) {
+    for regression in stage::pooled_regressions(&windows, settings.structure, settings.estimation) {
         let regression = regression?.pooled;
         if !regression.shared().any(|name| nominal.iter().any(|(other, _)| other == name)) {
             continue;
@@ -95,7 +104,7 @@ fn estimates<'a>(
     }
     let value = |(name, _): &(String, f64)| {
         let value = found.iter().find(|(other, _)| other == name).map(|(_, value)| *value);
-        value.ok_or_else(|| format!("{name} has no estimate"))
+        value.ok_or_else(|| format!("{name} has no estimate").into())
     };
     nominal.iter().map(value).collect()
 }

@@ -5,10 +5,10 @@ use doublet_core::estimate::Fit;
 use doublet_core::sensitivity::{Estimate, Quantity, SensitivityTable, Step, TornadoBar, central, quantities, tornado};
 use rayon::prelude::*;
 
-use super::{StudyError, StudyWindow, Subject, Watch};
-use crate::graph::Footprint;
+use super::StudyInput;
+use crate::graph::{Context, Footprint, Stage, StageError};
 use crate::session::WindowRole;
-use crate::stage::{self, AeroWindow, AircraftData, Surroundings, WindowAero};
+use crate::stage::{self, AeroWindow, AircraftData, StudyWindow, WindowAero, WindowContext};
 
 /// Step of the central differences as a fraction of each quantity, of the reference chord for the centre of gravity (thesis 7.2).
 pub const STEP_FRACTION: f64 = 0.05;
@@ -30,53 +30,50 @@ impl Footprint for SensitivityStudy {
 
 /// Central differences of every pooled derivative over every quantity (thesis 7.2.1). Mass, centre of gravity and inertia go
 /// through both steps: they move sensors, engines and moments. Deflections and air angles are scaled where they enter the model.
-///
-/// # Errors
-/// One line when no derivative can be estimated with a quantity changed, or that it was stopped.
-pub fn sensitivity(subject: &Subject<'_>, watch: &Watch<'_>) -> Result<SensitivityStudy, StudyError> {
-    let aircraft: &Aircraft = &subject.aircraft.loaded.aircraft;
-    let loading = mean_loading(subject)?;
-    let steps = quantities(aircraft, &loading, STEP_FRACTION);
-    let nominal: Vec<Estimate> = subject
-        .pooled
-        .fits
-        .iter()
-        .filter_map(|fit| Some(with_constant(fit.fit.as_ref().ok()?, &fit.corrected_errors)))
-        .flatten()
-        .collect();
-    let watch = watch.parts(2 * steps.len());
-    let side = |step: &Step, change: f64| -> Result<Vec<Estimate>, StudyError> {
-        watch.checkpoint()?;
-        let windows = changed(subject, (&step.quantity, &loading), change, &watch)
-            .map_err(|error| named(error, &step.quantity, change))?;
-        let estimates = estimates(subject, &windows).map_err(|error| named(error, &step.quantity, change))?;
-        watch.step();
-        Ok(estimates)
-    };
-    let table = |step: Step| {
-        let (low, high) = (side(&step, -step.half_width)?, side(&step, step.half_width)?);
-        Ok(central(step, &nominal, &low, &high))
-    };
-    let tables = steps.into_par_iter().map(table).collect::<Result<Vec<_>, StudyError>>()?;
-    Ok(SensitivityStudy { tornado: tornado(&tables), tables })
-}
+impl Stage for SensitivityStudy {
+    type Params<'a> = ();
+    type Inputs<'a> = &'a StudyInput<'a>;
+    type Output = Self;
+    const NAME: &'static str = "sensitivity";
 
-fn named(error: StudyError, quantity: &Quantity, change: f64) -> StudyError {
-    match error {
-        StudyError::Cancelled => StudyError::Cancelled,
-        StudyError::Failed(error) => {
-            StudyError::Failed(format!("with {} changed by {change:.4} {}: {error}", quantity.name(), quantity.unit()))
-        }
+    fn run((): (), input: &StudyInput<'_>, context: &Context<'_>) -> Result<Self, StageError> {
+        let aircraft: &Aircraft = &input.aircraft.loaded.aircraft;
+        let loading = mean_loading(input)?;
+        let steps = quantities(aircraft, &loading, STEP_FRACTION);
+        let nominal: Vec<Estimate> = input
+            .pooled
+            .fits
+            .iter()
+            .filter_map(|fit| Some(with_constant(fit.fit.as_ref().ok()?, &fit.corrected_errors)))
+            .flatten()
+            .collect();
+        let context = context.parts(2 * steps.len());
+        let side = |step: &Step, change: f64| -> Result<Vec<Estimate>, StageError> {
+            context.checkpoint()?;
+            let windows = changed(input, (&step.quantity, &loading), change, &context);
+            let found = windows.and_then(|windows| estimates(input, &windows)).map_err(|error| {
+                let Step { quantity, .. } = step;
+                error.at(format!("with {} changed by {change:.4} {}", quantity.name(), quantity.unit()))
+            })?;
+            context.step();
+            Ok(found)
+        };
+        let table = |step: Step| {
+            let (low, high) = (side(&step, -step.half_width)?, side(&step, step.half_width)?);
+            Ok(central(step, &nominal, &low, &high))
+        };
+        let tables = steps.into_par_iter().map(table).collect::<Result<Vec<_>, StageError>>()?;
+        Ok(SensitivityStudy { tornado: tornado(&tables), tables })
     }
 }
 
 /// What was on board on the average of the identification windows' middles: the loading a quantity's value and its step are of.
-fn mean_loading(subject: &Subject<'_>) -> Result<Loading, StudyError> {
-    let windows = subject.windows.iter().filter(|window| window.manoeuvre.role == WindowRole::Identification);
+fn mean_loading(input: &StudyInput<'_>) -> Result<Loading, StageError> {
+    let windows = input.windows.iter().filter(|window| window.manoeuvre.role == WindowRole::Identification);
     let at_middle =
-        |window: &StudyWindow<'_>| subject.aircraft.loading_at(&window.flight.recording, window.manoeuvre.middle_s());
+        |window: &StudyWindow<'_>| input.aircraft.loading_at(&window.flight.recording, window.manoeuvre.middle_s());
     let loadings = windows.map(at_middle).collect::<Result<Vec<_>, _>>()?;
-    let mut mean = subject.aircraft.loading.clone();
+    let mut mean = input.aircraft.loading.clone();
     for (tank, fuel_kg) in mean.fuel_kg.iter_mut().filter(|_| !loadings.is_empty()) {
         let held = loadings.iter().filter_map(|loading| loading.fuel_kg.get(tank));
         *fuel_kg = held.sum::<f64>() / loadings.len() as f64;
@@ -86,15 +83,15 @@ fn mean_loading(subject: &Subject<'_>) -> Result<Loading, StudyError> {
 
 /// All windows with one quantity changed, the change of mass properties being that of `loading`.
 fn changed<'a>(
-    subject: &Subject<'a>,
+    input: &StudyInput<'a>,
     (quantity, loading): (&Quantity, &Loading),
     change: f64,
-    watch: &Watch<'_>,
-) -> Result<Vec<AeroWindow<'a>>, StudyError> {
-    let aircraft = subject.aircraft;
+    context: &Context<'_>,
+) -> Result<Vec<AeroWindow<'a>>, StageError> {
+    let aircraft = input.aircraft;
     match quantity.mass_change(&aircraft.loaded.aircraft, loading, change) {
-        Some(mass) => again(subject, &aircraft.with_mass_change(mass), watch),
-        None => subject
+        Some(mass) => again(input, &aircraft.with_mass_change(mass), context),
+        None => input
             .windows
             .iter()
             .map(|window| {
@@ -108,43 +105,47 @@ fn changed<'a>(
 
 /// Both steps of all windows with another aircraft. A path that does not change is not reconstructed again.
 fn again<'a>(
-    subject: &Subject<'a>,
+    input: &StudyInput<'a>,
     aircraft: &AircraftData,
-    watch: &Watch<'_>,
-) -> Result<Vec<AeroWindow<'a>>, StudyError> {
-    let session = subject.session;
+    context: &Context<'_>,
+) -> Result<Vec<AeroWindow<'a>>, StageError> {
+    let settings = input.settings;
     let mut changed = Vec::new();
-    for window in subject.windows {
+    for window in input.windows {
         let recording = &window.flight.recording;
-        let samples = stage::samples(recording, window.manoeuvre.window, Some(aircraft), &session.preparation)?;
+        let samples = stage::samples(recording, window.manoeuvre.window, Some(aircraft), settings.preparation)?;
         if samples.data != window.path.data {
             changed.push((window.manoeuvre.name.as_str(), samples.data));
         }
     }
     let data: Vec<_> = changed.iter().map(|(_, data)| &**data).collect();
-    let reconstructions = stage::reconstructions(&data, session, watch.control())?;
-    let formed = subject.windows.iter().map(|window| {
-        watch.checkpoint()?;
+    let reconstructions =
+        stage::reconstructions(&data, (settings.filter, settings.preparation.path), context.control())?;
+    let formed = input.windows.iter().map(|window| {
+        context.checkpoint()?;
         let place = changed.iter().position(|(name, _)| *name == window.manoeuvre.name);
         let path = match place {
             None => (&window.path.data, &window.path.reconstruction),
             Some(index) => {
                 let found = reconstructions[index].as_ref();
-                (&changed[index].1, found.map_err(|error| format!("window '{}': {error}", window.manoeuvre.name))?)
+                (
+                    &changed[index].1,
+                    found.map_err(|error| error.clone().at(format!("window '{}'", window.manoeuvre.name)))?,
+                )
             }
         };
-        let around = Surroundings::new(&window.flight.recording, path.0, aircraft, &session.preparation)?;
-        let aero = stage::aero(&around, path.1, aircraft, &session.preparation)?;
+        let around = WindowContext::new(&window.flight.recording, path.0, aircraft, settings.preparation)?;
+        let aero = stage::aero(&around, path.1, aircraft, settings.preparation)?;
         Ok((window.manoeuvre, aero.into()))
     });
     formed.collect()
 }
 
 /// Pooled estimates of the derivatives all windows share.
-fn estimates(subject: &Subject<'_>, windows: &[AeroWindow<'_>]) -> Result<Vec<Estimate>, StudyError> {
-    let session = subject.session;
+fn estimates(input: &StudyInput<'_>, windows: &[AeroWindow<'_>]) -> Result<Vec<Estimate>, StageError> {
+    let settings = input.settings;
     let mut found = Vec::new();
-    for regression in stage::pooled_regressions(windows, &session.structure, &session.estimation) {
+    for regression in stage::pooled_regressions(windows, settings.structure, settings.estimation) {
         let regression = regression?.pooled;
         // A coefficient that has no pooled estimate has none here either.
         let Ok(pooled) = regression.fit() else { continue };

@@ -7,7 +7,7 @@ use doublet_core::load::aircraft::{self as aircraft_file, AircraftFileError};
 use serde::Serialize;
 
 use super::{Finding, Level};
-use crate::graph::Cache;
+use crate::graph::{Cache, Context};
 use crate::run::{Control, Scope, Snapshot, run};
 use crate::session::{self, Session, WindowRole};
 use crate::stage::{self, PhysicsRow};
@@ -167,10 +167,11 @@ fn check_aircraft(path: &Path, text: &str) -> Checked {
         Err(error) => Checked::refused(bad(error.to_string())),
         Ok(aircraft) => {
             let name = path.file_name().unwrap_or_default().to_string_lossy();
-            let engines = stage::load_aircraft(path.parent().unwrap_or(Path::new("")), &name).err();
+            let context = Context::new(path.parent().unwrap_or(Path::new("")));
+            let engines = stage::load_aircraft(&context, &name).err();
             let cure = "put the files its [propulsion] section names beside it";
             let engines =
-                engines.map(|text| Finding::new(Level::Caution, "engines", place.clone(), text).with_cure(cure));
+                engines.map(|e| Finding::new(Level::Caution, "engines", place.clone(), e.to_string()).with_cure(cure));
             Checked {
                 subject: summary(&aircraft).to_string().trim_end().to_owned(),
                 findings: engines.into_iter().collect(),

@@ -11,6 +11,7 @@ mod flight;
 mod fold;
 mod gravity;
 mod judge;
+mod judged_flights;
 mod loading;
 mod plausible;
 mod propulsion;
@@ -25,6 +26,7 @@ pub use findings::{findings, folded};
 pub use fold::{Folded, fold};
 pub(crate) use judge::NO_WINDOW;
 pub use judge::{DerivativeVerdict, FitVerdict, Verdicts, WindowVerdict, judge};
+pub use judged_flights::{JudgedFlights, flown, judged_flights};
 pub use plausible::PlausibleRange;
 
 /// How far something may be believed.

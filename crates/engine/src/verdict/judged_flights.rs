@@ -1,7 +1,6 @@
 //! Whether the verdict can be believed: simulated flights through both steps, judged as a session is.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::Path;
 use std::sync::Arc;
 
 use doublet_core::airframe::Loading;
@@ -9,12 +8,12 @@ use doublet_core::series::Recording;
 use doublet_core::simulate::{self, Scenario};
 use rayon::prelude::*;
 
-use super::coverage::{measured, windows};
-use super::{StudyError, Watch};
+use super::{Finding, Level, Verdict, Verdicts, judge};
+use crate::graph::{Context, Keyed, StageError};
 use crate::run::{Slot, Snapshot};
-use crate::session::{Session, WindowRole};
-use crate::stage::{self, AeroWindow, LoadedFlight, Samples, Surroundings};
-use crate::verdict::{Finding, Level, Verdict, Verdicts, judge};
+use crate::session::{Manoeuvre, Session, WindowRole};
+use crate::stage::{self, AeroWindow, AircraftData, LoadedFlight, Samples, WindowContext};
+use crate::study::{measured, windows};
 
 /// Verdicts on flights whose every sensor is as stated.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -41,17 +40,16 @@ pub struct JudgedFlights {
 /// One line: an aircraft that cannot be read, a flight that cannot be flown; or that it was stopped.
 pub fn judged_flights(
     session: &Session,
-    folder: &Path,
     scenario: &Scenario,
     (flights, first_seed): (usize, u64),
-    watch: &Watch<'_>,
-) -> Result<JudgedFlights, StudyError> {
-    let watch = watch.parts(flights);
-    let one = |index: usize| -> Result<(u64, Vec<Finding>, Level), StudyError> {
-        watch.checkpoint()?;
+    context: &Context<'_>,
+) -> Result<JudgedFlights, StageError> {
+    let context = context.parts(flights);
+    let one = |index: usize| -> Result<(u64, Vec<Finding>, Level), StageError> {
+        context.checkpoint()?;
         let seed = first_seed + index as u64;
-        let (_, snapshot) = flown(session, folder, scenario, seed, &|_| (), &watch)?;
-        watch.step();
+        let (_, snapshot) = flown(session, scenario, seed, &|_| (), &context)?;
+        context.step();
         let Some(verdicts) = snapshot.verdicts.ready() else { return Ok((seed, Vec::new(), Level::Good)) };
         Ok((seed, everywhere(verdicts), verdicts.session.level))
     };
@@ -87,20 +85,19 @@ fn everywhere(verdicts: &Verdicts) -> Vec<Finding> {
 /// One line: an aircraft that cannot be read, a flight that cannot be flown; or that it was stopped.
 pub fn flown(
     session: &Session,
-    folder: &Path,
     scenario: &Scenario,
     seed: u64,
     spoil: &(dyn Fn(&mut Recording) + Sync),
-    watch: &Watch<'_>,
-) -> Result<(Session, Snapshot), StudyError> {
-    let named = |error: String| StudyError::Failed(format!("seed {seed}: {error}"));
+    context: &Context<'_>,
+) -> Result<(Session, Snapshot), StageError> {
+    let named = |error: StageError| error.at(format!("seed {seed}"));
     let loading = Loading { fuel_kg: Default::default(), ..scenario.loading.clone() };
-    let path = session.aircraft.as_ref().ok_or("the session names no aircraft: name one in it".to_owned())?;
-    let loaded = Arc::new(stage::load_aircraft(folder, path)?);
-    let aircraft = stage::aircraft_data(Arc::clone(&loaded), Some(&loading))?;
-    let fly = simulate::run(scenario, seed, &mut |_| !watch.control().is_cancelled());
-    watch.checkpoint()?;
-    let mut recording = measured(&fly.map_err(|error| named(error.to_string()))?, session, &aircraft, seed);
+    let path = session.aircraft.as_ref().ok_or("the session names no aircraft: name one in it")?;
+    let loaded = stage::load_aircraft(context, path)?;
+    let aircraft = context.get::<AircraftData>(Some(&loading), &loaded)?;
+    let fly = simulate::run(scenario, seed, &mut |_| !context.control().is_cancelled());
+    context.checkpoint()?;
+    let mut recording = measured(&fly.map_err(|error| named(error.to_string().into()))?, session, &aircraft, seed);
     spoil(&mut recording);
 
     let mut session = Session { loading: Some(loading), windows: windows(scenario), ..session.clone() };
@@ -113,38 +110,40 @@ pub fn flown(
         }
     }
     let mut snapshot = Snapshot { aircraft: Slot::Ready(loaded), ..Snapshot::default() };
-    let samples = |window: &crate::session::Manoeuvre| {
-        stage::samples(&recording, window.window, Some(&aircraft), &session.preparation).map(Arc::new)
+    let samples = |window: &Manoeuvre| {
+        stage::samples(&recording, window.window, Some(&aircraft), &session.preparation)
+            .map_err(|error| named(error.into()))
     };
-    let samples: Vec<Arc<Samples>> = session.windows.iter().map(samples).collect::<Result<_, _>>().map_err(named)?;
-    let paths = stage::paths(&samples, &session, watch.control());
+    let samples: Vec<Samples> = session.windows.iter().map(samples).collect::<Result<_, _>>()?;
+    let by = (&session.filter, session.preparation.path);
+    let paths = stage::paths(&samples.iter().collect::<Vec<_>>(), by, context.control());
     let mut formed: Vec<AeroWindow<'_>> = Vec::with_capacity(samples.len());
     for ((window, samples), path) in session.windows.iter().zip(&samples).zip(paths) {
-        watch.checkpoint()?;
+        context.checkpoint()?;
         let results = snapshot.windows.entry(window.name.clone()).or_default();
         let aero = path.and_then(|path| {
-            let around = Surroundings::new(&recording, &samples.data, &aircraft, &session.preparation)?;
+            let around = WindowContext::new(&recording, &samples.data, &aircraft, &session.preparation)?;
             let aero = stage::aero(&around, &path.reconstruction, &aircraft, &session.preparation);
-            results.path = Slot::Ready(Arc::new(path));
-            aero.map(Arc::new)
+            results.path = path.into();
+            Ok(Keyed::from(aero?))
         });
         match aero {
             Err(error) => results.path.finish(Err(error)),
             Ok(aero) => {
-                let fits = stage::window_fits(window, &aero, &session.structure, &session.estimation);
-                results.aero = Slot::Ready(Arc::clone(&aero));
-                results.fits = Slot::Ready(Arc::new(fits));
-                formed.push((window, aero));
+                formed.push((window, Arc::clone(aero.shared())));
+                results.fits =
+                    stage::window_fits(window, aero.shared(), &session.structure, &session.estimation).into();
+                results.aero = Slot::Ready(aero);
             }
         }
     }
     let pooled = stage::pooled_fits(&formed, &session.structure, &session.estimation);
-    snapshot.pooled = Slot::Ready(Arc::new(pooled));
+    snapshot.pooled = pooled.into();
     let physics = stage::physics_of(&recording, "as flown");
-    snapshot.physics.insert(scenario.name.to_owned(), Slot::Ready(Arc::new(physics)));
+    snapshot.physics.insert(scenario.name.to_owned(), physics.into());
     let flight = LoadedFlight { recording, ..LoadedFlight::default() };
-    snapshot.flights.insert(scenario.name.to_owned(), Slot::Ready(Arc::new(flight)));
+    snapshot.flights.insert(scenario.name.to_owned(), flight.into());
     drop(formed);
-    snapshot.verdicts = Slot::Ready(Arc::new(judge(&session, &snapshot)));
+    snapshot.verdicts = judge(&session, &snapshot).into();
     Ok((session, snapshot))
 }

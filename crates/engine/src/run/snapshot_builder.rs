@@ -3,8 +3,8 @@
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use super::control::{Cancelled, Control};
 use super::snapshot::Snapshot;
+use crate::graph::{Cancelled, Control};
 
 /// Shortest time between two published snapshots of one run.
 const PUBLISH_INTERVAL: Duration = Duration::from_millis(8);
@@ -13,12 +13,12 @@ const PUBLISH_INTERVAL: Duration = Duration::from_millis(8);
 const CALM: Duration = Duration::from_millis(100);
 
 /// The snapshot under construction, published as it grows.
-pub(super) struct Board<'a> {
+pub(super) struct SnapshotBuilder<'a> {
     snapshot: Mutex<Snapshot>,
     /// When the next snapshot may be published.
     due: Mutex<Instant>,
     publish: &'a (dyn Fn(Snapshot) + Sync),
-    pub(super) control: &'a Control,
+    control: &'a Control,
     steps: usize,
     done: Mutex<usize>,
 }
@@ -27,8 +27,8 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-impl<'a> Board<'a> {
-    /// A board for a run of `steps` steps, which begins now. The first run of all has nothing to replace and shows at once what it does.
+impl<'a> SnapshotBuilder<'a> {
+    /// A builder for a run of `steps` steps, which begins now. The first run of all has nothing to replace and shows at once what it does.
     pub(super) fn new(
         snapshot: Snapshot,
         is_first: bool,
@@ -38,11 +38,11 @@ impl<'a> Board<'a> {
     ) -> Self {
         let calm = if is_first { Duration::ZERO } else { CALM };
         let due = Mutex::new(Instant::now() + calm);
-        let board = Self { snapshot: Mutex::new(snapshot), due, publish, control, steps, done: Mutex::new(0) };
+        let builder = Self { snapshot: Mutex::new(snapshot), due, publish, control, steps, done: Mutex::new(0) };
         if is_first {
-            board.show();
+            builder.show();
         }
-        board
+        builder
     }
 
     /// Changes the snapshot and publishes it when the last time is long enough ago. A cancelled run changes nothing more.
@@ -74,7 +74,7 @@ impl<'a> Board<'a> {
         look(&lock(&self.snapshot))
     }
 
-    /// Like [`Board::update`], and counts one step of the run as done.
+    /// Like [`SnapshotBuilder::update`], and counts one step of the run as done.
     pub(super) fn step(&self, change: impl FnOnce(&mut Snapshot)) -> Result<(), Cancelled> {
         let mut done = lock(&self.done);
         *done += 1;

@@ -4,7 +4,8 @@ use doublet_core::airframe::{LoadedState, Loading};
 use doublet_core::series::Recording;
 
 use super::aircraft::AircraftData;
-use crate::graph::Footprint;
+use super::recording::LoadedFlight;
+use crate::graph::{Context, Footprint, Keyed, Stage, StageError};
 use crate::session::Manoeuvre;
 
 /// The aircraft at one time of a flight.
@@ -74,6 +75,21 @@ pub struct FlownMass {
 impl Footprint for FlownMass {
     fn bytes(&self) -> usize {
         (self.windows.len() + 2) * 2048
+    }
+}
+
+impl Stage for FlownMass {
+    type Params<'a> = &'a [&'a Manoeuvre];
+    type Inputs<'a> = (&'a Keyed<AircraftData>, &'a Keyed<LoadedFlight>);
+    type Output = Self;
+    const NAME: &'static str = "mass over a flight";
+
+    fn run(
+        windows: Self::Params<'_>,
+        (aircraft, flight): Self::Inputs<'_>,
+        _: &Context<'_>,
+    ) -> Result<Self, StageError> {
+        Ok(flown(aircraft, &flight.recording, windows)?)
     }
 }
 

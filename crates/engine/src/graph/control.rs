@@ -1,4 +1,4 @@
-//! Cancellation and progress of a run.
+//! Cancellation of a run.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -10,8 +10,10 @@ use doublet_core::series::Recording;
 use super::aero::CONTROLS;
 use super::aircraft::AircraftData;
 use super::engines::ENGINES;
+use super::path::Samples;
+use super::recording::LoadedFlight;
 use super::samples::values_at;
-use crate::graph::Footprint;
+use crate::graph::{Context, Footprint, Keyed, Stage, StageError};
 use crate::session::{Preparation, Surface};
 
 /// Channels of the air that the coefficients may need.
@@ -20,7 +22,7 @@ const AIR: [Role; 6] =
 
 /// Recorded channels and mass properties over a window: no filter setting changes them.
 #[derive(Clone, Debug)]
-pub struct Surroundings {
+pub struct WindowContext {
     /// First sample of the filter behind the settling.
     pub first: usize,
     /// Times of the samples from there on, s.
@@ -30,14 +32,29 @@ pub struct Surroundings {
     channels: BTreeMap<Role, Result<Vec<f64>, String>>,
 }
 
-impl Footprint for Surroundings {
+impl Footprint for WindowContext {
     fn bytes(&self) -> usize {
         let inertia = if matches!(self.inertia, Ok(InertiaHistory::PerSample(_))) { 9 } else { 0 };
         self.time_s.len() * (1 + self.channels.len() + inertia) * 8
     }
 }
 
-impl Surroundings {
+impl Stage for WindowContext {
+    type Params<'a> = &'a Preparation;
+    type Inputs<'a> = (&'a Keyed<LoadedFlight>, &'a Keyed<Samples>, &'a Keyed<AircraftData>);
+    type Output = Self;
+    const NAME: &'static str = "window context";
+
+    fn run(
+        preparation: &Preparation,
+        (flight, samples, aircraft): Self::Inputs<'_>,
+        _: &Context<'_>,
+    ) -> Result<Self, StageError> {
+        Ok(Self::new(&flight.recording, &samples.data, aircraft, preparation)?)
+    }
+}
+
+impl WindowContext {
     /// What was recorded around the samples `data` of a window.
     ///
     /// # Errors

@@ -1,0 +1,133 @@
+//! A stage says what it is; its key, its place in the cache, its cancellation and its failure follow from that.
+
+use std::hash::{Hash, Hasher};
+use std::ops::Deref;
+use std::sync::Arc;
+
+use thiserror::Error;
+
+use super::{Cancelled, Context, Footprint, Key};
+
+/// A step of the analysis: a pure function of parameters, of earlier outputs and of the files it reads through its context.
+///
+/// Run by [`Context::get`], which keeps the output under a key of all three.
+pub trait Stage {
+    /// What of the session it depends on, hashed field by field.
+    type Params<'a>: Hash;
+    /// Earlier outputs: [`Keyed`], hashed by their keys.
+    type Inputs<'a>: Hash;
+    /// What it gives.
+    type Output: Footprint;
+    /// Name, part of the key: no two stages share one.
+    const NAME: &'static str;
+
+    /// Computes the output.
+    ///
+    /// # Errors
+    /// [`StageError`]: one line, or that it was stopped.
+    fn run(
+        params: Self::Params<'_>,
+        inputs: Self::Inputs<'_>,
+        context: &Context<'_>,
+    ) -> Result<Self::Output, StageError>;
+}
+
+/// Why a stage has no output.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum StageError {
+    /// It was stopped.
+    #[error("cancelled")]
+    Cancelled,
+    /// Its inputs have nothing for it to work on.
+    #[error("not applicable")]
+    NotApplicable,
+    /// One line: what, where, what to do.
+    #[error("{0}")]
+    Failed(String),
+}
+
+impl StageError {
+    /// The same with the place in front of a failure: `place: line`.
+    #[must_use]
+    pub fn at(self, place: impl std::fmt::Display) -> Self {
+        match self {
+            Self::Failed(line) => Self::Failed(format!("{place}: {line}")),
+            other => other,
+        }
+    }
+}
+
+impl From<Cancelled> for StageError {
+    fn from(_: Cancelled) -> Self {
+        Self::Cancelled
+    }
+}
+
+impl From<String> for StageError {
+    fn from(line: String) -> Self {
+        Self::Failed(line)
+    }
+}
+
+impl From<&str> for StageError {
+    fn from(line: &str) -> Self {
+        Self::Failed(line.to_owned())
+    }
+}
+
+impl From<StageError> for String {
+    fn from(error: StageError) -> Self {
+        error.to_string()
+    }
+}
+
+/// An output with the key of everything it follows from.
+#[derive(Debug)]
+pub struct Keyed<T> {
+    value: Arc<T>,
+    key: Key,
+}
+
+impl<T> Keyed<T> {
+    /// An output under a key of its own.
+    pub fn new(value: Arc<T>, key: Key) -> Self {
+        Self { value, key }
+    }
+
+    /// Identity of what it follows from.
+    pub fn key(&self) -> Key {
+        self.key
+    }
+
+    /// The output, shared.
+    pub fn shared(&self) -> &Arc<T> {
+        &self.value
+    }
+}
+
+impl<T> Clone for Keyed<T> {
+    fn clone(&self) -> Self {
+        Self { value: Arc::clone(&self.value), key: self.key }
+    }
+}
+
+impl<T> Deref for Keyed<T> {
+    type Target = T;
+
+    fn deref(&self) -> &T {
+        &self.value
+    }
+}
+
+impl<T> Hash for Keyed<T> {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        self.key.hash(state);
+    }
+}
+
+impl<T> From<T> for Keyed<T> {
+    /// A value that no stage computed, under a key that nothing else has.
+    fn from(value: T) -> Self {
+        Self { value: Arc::new(value), key: Key::unique() }
+    }
+}
