@@ -38,6 +38,19 @@ while read -r hit; do breach "thread started outside engine/run: $hit"; done \
 while read -r hit; do breach "the app computes: $hit"; done \
     < <(grep -rnE 'doublet_core::(estimate|reconstruct|model|prep)::(reconstruct|least_squares|coefficients|variables|regressors)\b' src || true)
 
+# 8. Inside the engine a stage knows nothing of what runs it, a study nothing of runs; both reach files through their context alone.
+engine=crates/engine/src
+declare -A above_room=([graph]='stage study run batch report verdict' [stage]='study run batch report' [study]='run batch report' [run]='batch report')
+for place in graph stage study run; do
+    for later in ${above_room[$place]}; do
+        while read -r hit; do breach "engine/$place uses $later: $hit"; done < <(grep -rnE "crate::(\{[^}]*\b)?$later\b" "$engine/$place" || true)
+    done
+done
+while read -r hit; do breach "a stage reads a file past its context: $hit"; done \
+    < <(grep -rnE 'std::fs|File::open|load::(read_text|read_bytes)|\bread_(text|bytes)\(' "$engine/stage" "$engine/study" | grep -v 'context\.read_text' || true)
+while read -r hit; do breach "an error of the engine is text: $hit"; done \
+    < <(grep -rnE -- '-> Result<.*, String>' "$engine/graph" "$engine/stage" "$engine/study" "$engine/run" || true)
+
 # 6. A file over 600 lines is a room that wants a wall.
 while read -r lines file; do
     [[ $file != total && $lines -gt 600 ]] && breach "$file has $lines lines"

@@ -234,7 +234,7 @@ impl eframe::App for Workbench {
 pub fn run(session: Option<&Path>) -> Result<(), String> {
     let document = match session {
         Some(path) => Document::open(path)?,
-        None => Document::shipped()?,
+        None => Document::open_demo()?,
     };
     let started = Arc::new(AtomicBool::new(false));
     let usual = std::panic::take_hook();

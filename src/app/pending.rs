@@ -76,7 +76,7 @@ impl Workbench {
         match pending {
             Pending::AskOpen => self.ask(Asked::Open, ctx),
             Pending::Open(path) => self.enter_document(Document::open(&path)),
-            Pending::Shipped => self.enter_document(Document::shipped()),
+            Pending::Shipped => self.enter_document(Document::open_demo()),
             Pending::AskRecording => self.ask(Asked::Recording(Purpose::Open), ctx),
             Pending::AskFolder => self.ask(Asked::Recording(Purpose::Folder), ctx),
             Pending::Begin(paths) => self.begin_with(paths, ctx),
@@ -263,7 +263,7 @@ impl Workbench {
     /// Says how writing results ended, once it has.
     pub(super) fn take_export(&mut self) {
         let Some(export) = self.exporting.take_if(|export| export.is_finished()) else { return };
-        match export.finish() {
+        match export.finish().map_err(String::from) {
             Ok(put) => {
                 let notes: String = put.notes().map(|note| format!("; {note}")).collect();
                 self.say(format!("Written to {}{notes}", put.folder.display()));

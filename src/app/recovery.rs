@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use doublet_engine::compare::{self, SettingDifference};
 use doublet_engine::document::Document;
-use doublet_engine::keep::{Orphan, orphans};
+use doublet_engine::keep::{AbandonedAutosave, abandoned_autosaves};
 use doublet_engine::session;
 use eframe::egui::{self, Grid, RichText, ScrollArea, Ui};
 
@@ -24,7 +24,7 @@ pub struct Recovery {
 
 /// Work that was found.
 struct Found {
-    orphan: Orphan,
+    abandoned: AbandonedAutosave,
     name: String,
     since: Option<String>,
     differing: Option<Result<Vec<SettingDifference>, String>>,
@@ -70,13 +70,13 @@ impl Workbench {
     /// Offers the work of the session just opened.
     pub(super) fn look_for_its_work(&mut self) {
         if let Some(path) = self.document.path.as_deref().and_then(|path| path.canonicalize().ok()) {
-            self.look_for_work(|orphan| orphan.draft.of.as_ref() == Some(&path));
+            self.look_for_work(|abandoned| abandoned.autosave.of.as_ref() == Some(&path));
         }
     }
 
-    fn look_for_work(&mut self, wanted: impl Fn(&Orphan) -> bool) {
+    fn look_for_work(&mut self, wanted: impl Fn(&AbandonedAutosave) -> bool) {
         let Some(folder) = &self.recovery.folder else { return };
-        let (mut found, unreadable) = orphans(folder);
+        let (mut found, unreadable) = abandoned_autosaves(folder);
         found.retain(wanted);
         self.recovery.found = found.into_iter().map(Found::new).collect();
         self.recovery.asking = !self.recovery.found.is_empty();
@@ -112,7 +112,7 @@ impl Workbench {
         match answer {
             Some((at, Answer::Recover)) => self.recover(at),
             Some((at, Answer::Discard)) => {
-                if let Err(error) = self.recovery.found.remove(at).orphan.discard() {
+                if let Err(error) = self.recovery.found.remove(at).abandoned.discard() {
                     self.complain(error.to_string());
                 }
                 self.recovery.asking = !self.recovery.found.is_empty();
@@ -127,10 +127,10 @@ impl Workbench {
         let found = self.recovery.found.remove(at);
         self.recovery.asking = false;
         self.recovery.found.clear();
-        self.document = Document::recovered(&found.orphan.draft);
+        self.document = Document::recover(&found.abandoned.autosave);
         self.message = None;
         self.enter();
-        match self.document.adopt(found.orphan) {
+        match self.document.adopt(found.abandoned) {
             Ok(()) if self.message.is_some() => {}
             Ok(()) if self.document.path.is_some() => {
                 self.say("Recovered unsaved work: undo returns to the saved file");
@@ -143,34 +143,34 @@ impl Workbench {
 }
 
 impl Found {
-    fn new(orphan: Orphan) -> Self {
-        let draft = &orphan.draft;
-        let name = draft.of.as_ref().map(|of| of.display().to_string());
+    fn new(abandoned: AbandonedAutosave) -> Self {
+        let autosave = &abandoned.autosave;
+        let name = autosave.of.as_ref().map(|of| of.display().to_string());
         let age = |time: std::time::SystemTime| time.elapsed().ok().map(ago);
         Self {
-            name: name.unwrap_or_else(|| format!("{} (never saved)", draft.session.title)),
-            since: age(orphan.kept),
-            orphan,
+            name: name.unwrap_or_else(|| format!("{} (never saved)", autosave.session.title)),
+            since: age(abandoned.kept),
+            abandoned,
             differing: None,
         }
     }
 
     fn compare(&mut self) {
-        let draft = &self.orphan.draft;
-        let Some(of) = &draft.of else { return };
-        let rows = session::open(of).and_then(|opened| compare::settings(&opened.session, &draft.session));
+        let autosave = &self.abandoned.autosave;
+        let Some(of) = &autosave.of else { return };
+        let rows = session::open(of).and_then(|opened| compare::settings(&opened.session, &autosave.session));
         self.differing = Some(rows.map_err(|error| error.to_string()));
     }
 
     fn show(&self, ui: &mut Ui) -> Option<Answer> {
         let mut answer = None;
         ui.label(RichText::new(&self.name).strong());
-        let windows = self.orphan.draft.session.windows.len();
+        let windows = self.abandoned.autosave.session.windows.len();
         let since = self.since.as_deref().map_or(String::new(), |since| format!("kept {since}, "));
         ui.weak(format!("{since}{windows} windows"));
         ui.horizontal(|ui| {
             // What was never saved has nothing to be compared with.
-            let show = self.orphan.draft.of.is_some().then_some(("Show what differs", Answer::Show));
+            let show = self.abandoned.autosave.of.is_some().then_some(("Show what differs", Answer::Show));
             for (name, choice) in [("Recover", Answer::Recover), ("Discard", Answer::Discard)].into_iter().chain(show) {
                 if ui.button(name).clicked() {
                     answer = Some(choice);

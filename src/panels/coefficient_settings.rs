@@ -127,7 +127,7 @@ fn take(ui: &mut Ui, found: Option<&ControlLag>, is_stale: bool) -> Option<f64> 
             button.on_disabled_hover_text("The session has changed since: find again").clicked().then_some(value)
         }
         Err(error) => {
-            ui.weak("none").on_hover_text(error);
+            ui.weak("none").on_hover_text(error.to_string());
             None
         }
     }

@@ -43,7 +43,7 @@ impl Panel for Correlation {
         });
         let fit = match &fits[self.chosen].fit {
             Ok(fit) => fit,
-            Err(error) => return trouble(ui, Some(error)),
+            Err(error) => return trouble(ui, Some(&error.to_string())),
         };
         let shown: Vec<usize> = (0..fit.names.len())
             .filter(|&at| ctx.selection().constants || !is_window_constant(&fit.names[at]))

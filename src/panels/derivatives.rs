@@ -1,7 +1,7 @@
 //! Derivatives with their uncertainty: of all identification windows, of the chosen one, or window by window.
 
 use doublet_core::estimate::Fit;
-use doublet_engine::stage::{CoefficientFit, errors, held, significance};
+use doublet_engine::stage::{CoefficientFit, describe_origin, errors, significance};
 use eframe::egui::{self, RichText, ScrollArea, Ui};
 use egui_extras::{Column, TableBuilder};
 
@@ -163,7 +163,7 @@ fn quality(ui: &mut Ui, line: egui::Rect, fit: &CoefficientFit) {
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Label, true, &text));
     match &fit.fit {
         Err(error) => {
-            response.on_hover_text(error);
+            response.on_hover_text(error.to_string());
         }
         Ok(_) if !fit.dropped.is_empty() => {
             let reasons = fit.dropped.iter().map(|term| format!("{}: {}", term.derivative, term.reason));
@@ -197,7 +197,7 @@ fn derivative(
     let (conventional, coloured) = errors(fit, corrected, at);
     let cells = [
         notation::number(fit.estimates[at]),
-        held(fit.origins[at])
+        describe_origin(fit.origins[at])
             .filter(|_| conventional.is_nan())
             .map_or_else(|| notation::number(conventional), str::to_owned),
         notation::number(coloured),

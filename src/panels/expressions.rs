@@ -41,7 +41,7 @@ impl Draft {
     /// Whether the session would take it, and its first value in what is loaded.
     fn look(&self, ctx: &PanelContext<'_>, loaded: Option<&LoadedFlight>) -> Result<Option<f64>, String> {
         self.edit().apply(ctx.session).map_err(|error| error.to_string())?;
-        loaded.map_or(Ok(None), |loaded| expression_preview(loaded, self.from.as_deref(), &self.setting))
+        loaded.map_or(Ok(None), |loaded| Ok(expression_preview(loaded, self.from.as_deref(), &self.setting)?))
     }
 }
 

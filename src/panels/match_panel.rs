@@ -45,7 +45,7 @@ impl Panel for Match {
         }
         let replay = match ctx.window().and_then(|window| proof.window(&window.name)) {
             None => return offer(ctx, proof, ui),
-            Some(Err(error)) => return trouble(ui, Some(error)),
+            Some(Err(error)) => return trouble(ui, Some(&error.to_string())),
             Some(Ok(replay)) => replay.clone(),
         };
         for test in &replay.tests {
@@ -168,12 +168,12 @@ fn theil(replay: &WindowReplay, stale: bool, ui: &mut Ui) {
 fn tests(ctx: &mut PanelContext<'_>, proof: &ProofOfMatch, stale: bool, ui: &mut Ui) {
     let palette = theme::palette(ui);
     ui.weak(&proof.tolerances);
-    let rows: Vec<(&str, Option<&TestResult>, Option<&str>)> = proof
+    let rows: Vec<(&str, Option<&TestResult>, Option<String>)> = proof
         .windows
         .iter()
         .flat_map(|(window, replay)| match replay {
             Ok(replay) => replay.tests.iter().map(|test| (window.as_str(), Some(test), None)).collect(),
-            Err(error) => vec![(window.as_str(), None, Some(error.as_str()))],
+            Err(error) => vec![(window.as_str(), None, Some(error.to_string()))],
         })
         .collect();
     if rows.is_empty() {
@@ -200,9 +200,9 @@ fn tests(ctx: &mut PanelContext<'_>, proof: &ProofOfMatch, stale: bool, ui: &mut
         })
         .body(|body| {
             body.rows(20.0, rows.len(), |mut row| {
-                let (window, test, error) = rows[row.index()];
+                let (window, test, error) = &rows[row.index()];
                 row.col(|ui| {
-                    if ui.add(egui::Label::new(window).truncate().sense(egui::Sense::click())).clicked() {
+                    if ui.add(egui::Label::new(*window).truncate().sense(egui::Sense::click())).clicked() {
                         ctx.choose(window);
                     }
                 });
@@ -217,7 +217,7 @@ fn tests(ctx: &mut PanelContext<'_>, proof: &ProofOfMatch, stale: bool, ui: &mut
                 row.col(|ui| {
                     let used =
                         |test: &TestResult| test.requirements.iter().flatten().map(used).collect::<Vec<_>>().join("  ");
-                    let text = error.map_or_else(|| test.map(used).unwrap_or_default(), str::to_owned);
+                    let text = error.clone().unwrap_or_else(|| test.map(used).unwrap_or_default());
                     ui.label(text);
                 });
             });

@@ -91,19 +91,19 @@ fn header(ui: &mut Ui, measured: bool) {
 fn observability(ctx: &PanelContext<'_>, ui: &mut Ui) {
     let (Some(window), Some(results)) = (ctx.window(), ctx.results()) else { return };
     let Some(path) = results.path.latest() else { return };
-    let (untold, palette) = (&path.untold, theme::palette(ui));
+    let (observability, palette) = (&path.observability, theme::palette(ui));
     ui.horizontal_wrapped(|ui| {
-        let color = if untold.hidden.is_empty() { palette.good } else { palette.warning };
-        let text = format!("{}: observability rank {} of {}", window.name, untold.rank.min(untold.open), untold.open);
+        let color = if observability.hidden.is_empty() { palette.good } else { palette.warning };
+        let text = format!("{}: observability rank {} of {}", window.name, observability.rank.min(observability.open), observability.open);
         ui.label(RichText::new(text).color(color)).on_hover_text(
             "How many of the states that are not known beforehand the measurements tell, in the middle of the chosen window",
         );
-        if !untold.hidden.is_empty() {
-            let names: Vec<_> = untold.hidden.iter().map(|state| notation::state(*state)).collect();
+        if !observability.hidden.is_empty() {
+            let names: Vec<_> = observability.hidden.iter().map(|state| notation::state(*state)).collect();
             let label = ui.label(RichText::new(format!("not told: {}", names.join(" "))).color(palette.warning));
             label.on_hover_text("No measurement of this window sees these states: they stay where they start");
         }
-        for weak in &untold.weak {
+        for weak in &observability.weak {
             let text = format!("weak: {} {:.0} %", notation::state(weak.state), 100.0 * weak.remaining);
             ui.label(RichText::new(text).color(palette.warning)).on_hover_text(format!(
                 "{:.0} % of the first deviation of {} is left at the end; it moves with {} (correlation {})",

@@ -40,7 +40,7 @@ pub fn proposals(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         }
         ScrollArea::vertical().id_salt("proposed").max_height(170.0).show(ui, |ui| {
             Grid::new("proposed").num_columns(4).striped(true).spacing([12.0, 2.0]).show(ui, |ui| {
-                let missing = found.windows.iter().filter(|proposal| proposal.taken(ctx.session).is_none());
+                let missing = found.windows.iter().filter(|proposal| proposal.covering_window(ctx.session).is_none());
                 for (window, proposal) in open.iter().zip(missing) {
                     if ui.link(&window.name).on_hover_text("Show it").clicked() {
                         let stretch = Stretch::new(window.window.start_s, window.window.end_s);

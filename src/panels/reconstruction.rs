@@ -108,7 +108,7 @@ impl Reconstruction {
         ctx.wanted.filters = true;
         let [plain, iterated] = match ctx.details().and_then(|details| details.filters.as_ref()) {
             Some(Ok(both)) => both,
-            Some(Err(error)) => return trouble(ui, Some(error)),
+            Some(Err(error)) => return trouble(ui, Some(&error.to_string())),
             None => return awaiting(ctx, ui, "both filters", "Both filters are running."),
         };
         let colors = theme::palette(ui).series;

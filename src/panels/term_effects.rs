@@ -62,7 +62,7 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, coefficient: Coefficient) {
     };
     let of = match &study.study {
         Ok(of) => of,
-        Err(error) => return super::trouble(ui, Some(error)),
+        Err(error) => return super::trouble(ui, Some(&error.to_string())),
     };
     ui.weak(format!(
         "R² {}   predicted squared error {}   ΔR², ΔPSE: when the tick is changed",

@@ -12,7 +12,7 @@ use crate::{builder, picture, widget_harness};
 
 fn workbench<'a>() -> Harness<'a, Workbench> {
     let mut harness = builder(1280.0, 800.0).build_eframe(|cc| {
-        Workbench::new(cc, Document::shipped().expect("a session is shipped")).expect("a thread starts")
+        Workbench::new(cc, Document::open_demo().expect("a session is shipped")).expect("a thread starts")
     });
     harness.run_steps(3);
     harness

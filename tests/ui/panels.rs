@@ -335,7 +335,7 @@ fn window_times_are_shown_and_typed_to_the_millisecond() {
 #[test]
 fn panels_say_what_they_wait_for_while_the_first_run_computes() {
     let mut harness = crate::builder(1280.0, 720.0).build_eframe(|cc| {
-        let document = doublet::app::Document::shipped().expect("a session is shipped");
+        let document = doublet::app::Document::open_demo().expect("a session is shipped");
         doublet::app::Workbench::new(cc, document).expect("a thread starts")
     });
     harness.run_steps(3);
@@ -357,11 +357,11 @@ fn noise_panel_tells_what_the_window_does_not_and_marks_what_differs_from_the_pr
     let mut bench = Bench::open();
     bench.show(Pane::Noise);
     let path = bench.snapshot().windows["first"].path.ready().expect("the path is there").clone();
-    let text = format!("first: observability rank {} of {}", path.untold.rank, path.untold.open);
+    let text = format!("first: observability rank {} of {}", path.observability.rank, path.observability.open);
     assert!(bench.harness.query_by_label(&text).is_some(), "{text}");
     // Wind is known beforehand in this session: 15 of the 18 states are open.
-    assert_eq!(path.untold.open, 15);
-    let hidden = path.untold.hidden.iter().any(|state| State::ALL[15..].contains(state));
+    assert_eq!(path.observability.open, 15);
+    let hidden = path.observability.hidden.iter().any(|state| State::ALL[15..].contains(state));
     assert!(!hidden, "what is known is not called hidden");
     let consistency = path.consistency.as_ref().expect("innovations are there");
     for channel in &consistency.channels {

@@ -40,7 +40,7 @@ impl Desk {
     fn workbench<'a>(&self, path: Option<&Path>) -> Harness<'a, Workbench> {
         let (path, autosaves) = (path.map(Path::to_path_buf), self.autosaves.clone());
         let mut harness = builder(1280.0, 800.0).build_eframe(move |cc| {
-            let document = path.as_deref().map_or_else(Document::shipped, Document::open).expect("the session opens");
+            let document = path.as_deref().map_or_else(Document::open_demo, Document::open).expect("the session opens");
             Workbench::new(cc, document).expect("a thread starts").keeping_work_in(autosaves)
         });
         harness.run_steps(3);

@@ -33,7 +33,7 @@ fn memory_is_flat_over_many_edits() {
     let folder = tempfile::tempdir().unwrap();
     let autosaves = folder.path().join("autosave");
     let mut harness = builder(1280.0, 800.0)
-        .build_eframe(move |cc| Workbench::new(cc, Document::shipped().unwrap()).unwrap().keeping_work_in(autosaves));
+        .build_eframe(move |cc| Workbench::new(cc, Document::open_demo().unwrap()).unwrap().keeping_work_in(autosaves));
     harness.run_steps(3);
     let first = harness.state().document.session().windows[0].clone();
     let mut full = None;

@@ -76,7 +76,7 @@ fn speed_of_the_workbench() {
     let mut harness = builder(1600.0, 1000.0).with_accessibility_check(false).build_eframe(|cc| {
         let document = match &session {
             Some(path) => Document::open(path.as_ref()).expect("the session opens"),
-            None => Document::shipped().expect("a session is shipped"),
+            None => Document::open_demo().expect("a session is shipped"),
         };
         Workbench::new(cc, document).expect("a thread starts")
     });

@@ -103,7 +103,7 @@ impl Bench<'_> {
     pub fn shipped_in(width: f32, height: f32) -> Self {
         let mut harness = builder(width, height).build_eframe(|cc| {
             let mut app =
-                Workbench::new(cc, Document::shipped().expect("a session is shipped")).expect("a thread starts");
+                Workbench::new(cc, Document::open_demo().expect("a session is shipped")).expect("a thread starts");
             app.files = Files::without_system();
             app
         });

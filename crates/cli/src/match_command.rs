@@ -1,5 +1,8 @@
 //! `doublet match`: validation manoeuvres flown again by the identified model, against tolerances.
 
+use std::path::Path;
+
+use doublet_core::load::read_text;
 use doublet_engine::report::{ProofRow, ReplayRow, proof_rows};
 use doublet_engine::stage::Tolerances;
 
@@ -12,11 +15,15 @@ use crate::text;
 /// # Errors
 /// One line per thing that is wrong, and how many tests fail.
 pub fn match_command(arguments: &MatchArguments) -> Result<(), String> {
-    let tolerances = arguments.tolerances.as_deref().map(Tolerances::read).transpose()?;
+    let read = |path: &Path| {
+        let text = read_text(path).map_err(|error| format!("{}: {error}", path.display()))?;
+        Tolerances::parse(&text).map_err(|error| format!("{}: {error}", path.display()))
+    };
+    let tolerances = arguments.tolerances.as_deref().map(read).transpose()?;
     let (session, snapshot) = computed(&arguments.session, &[])?;
     let proof = snapshot.proof.ready().ok_or("nothing was flown again")?;
     let rows = match &tolerances {
-        Some(tolerances) => proof_rows(&proof.judged_by(&session, tolerances)),
+        Some(tolerances) => proof_rows(&proof.judge_by(&session, tolerances)),
         None => proof_rows(proof),
     };
     if rows.windows.is_empty() {

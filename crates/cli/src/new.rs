@@ -77,7 +77,7 @@ pub fn new(arguments: &NewArguments) -> Result<(), String> {
     let folder = arguments.output.parent().unwrap_or(Path::new(""));
     let session = session::relative_to(&session, folder);
     session::save(&session, &arguments.output).map_err(|error| error.to_string())?;
-    let missing: Vec<_> = begin::unmeasured(&measured).into_iter().map(Measurement::name).collect();
+    let missing: Vec<_> = begin::missing_measurements(&measured).into_iter().map(Measurement::name).collect();
     if !missing.is_empty() {
         text::line(&format!("not measured: {}", missing.join(", ")));
     }

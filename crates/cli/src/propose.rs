@@ -54,7 +54,7 @@ pub struct Target {
 /// One line when the session or a recording cannot be read, or the session cannot be written.
 pub fn propose(arguments: &ProposeArguments) -> Result<(), String> {
     let (What::Windows(target) | What::Steady(target) | What::Onsets(target) | What::Noise(target)) = &arguments.what;
-    let _lock = if target.apply { Lock::hold(&target.session)? } else { None };
+    let _lock = if target.apply { Lock::lock_for_writing(&target.session)? } else { None };
     let opened = session::open(&target.session).map_err(|e| format!("{}: {e}", target.session.display()))?;
     let mut changed = opened.session.clone();
     let mut read = Vec::with_capacity(opened.session.flights.len());
@@ -164,7 +164,7 @@ fn windows(session: &Session, flight: &str, proposals: &FlightProposals) -> Edit
             text::number(proposal.amplitude_rad.to_degrees(), 3),
             text::number(proposal.base_time_s, 3),
             format!("{:.2}", proposal.confidence),
-            proposal.taken(session).map_or_else(|| "-".to_owned(), |window| window.name.clone()),
+            proposal.covering_window(session).map_or_else(|| "-".to_owned(), |window| window.name.clone()),
         ]
     });
     let header = ["  manoeuvre", "from s", "to s", "onset s", "deg", "base s", "confidence", "in the session as"];

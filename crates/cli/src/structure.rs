@@ -60,7 +60,9 @@ pub fn structure(arguments: &StructureArguments) -> Result<(), String> {
         let candidates = candidates(own, offered.into_iter().filter(known));
         let only = Structure { models: vec![(*coefficient, candidates.clone())] };
         for regression in pooled_regressions(&windows, &only, &session.estimation) {
-            let Ok(Regression { pooled, .. }) = regression.inspect_err(|error| run::say(error)) else { continue };
+            let Ok(Regression { pooled, .. }) = regression.inspect_err(|error| run::say(&error.to_string())) else {
+                continue;
+            };
             done += 1;
             let all = stacked(&pooled.names, &pooled.per_window, &pooled.windows).map_err(|error| error.to_string())?;
             text::line(&format!("{} over {} windows", coefficient.name(), pooled.windows.len()));

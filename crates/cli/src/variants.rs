@@ -60,7 +60,8 @@ pub fn variants(arguments: &VariantArguments) -> Result<(), String> {
     let mut unknown: Vec<&String> = named.collect();
     let mut done = 0;
     for regression in pooled_regressions(&windows, &session.structure, &session.estimation) {
-        let Ok(Regression { coefficient, mut pooled }) = regression.inspect_err(|error| run::say(error)) else {
+        let Ok(Regression { coefficient, mut pooled }) = regression.inspect_err(|error| run::say(&error.to_string()))
+        else {
             continue;
         };
         let known = std::mem::take(&mut pooled.constraints);

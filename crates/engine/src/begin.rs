@@ -149,13 +149,13 @@ pub fn plan_by_hand(probes: &[Probe], map: &HandMap) -> Result<Plan, String> {
 ///
 /// # Errors
 /// One line when they cannot be read.
-pub fn compared(plan: &Plan) -> Result<FlightPhysics, String> {
+pub fn compare(plan: &Plan) -> Result<FlightPhysics, String> {
     let recording = load::read(plan).map_err(|error| error.to_string())?;
     Ok(physics_of(&recording, "the map"))
 }
 
 /// A map made by hand after the cure of a contradiction; `probes` tell where time comes from that the map does not name.
-pub fn cured(map: &HandMap, cure: &Cure, probes: &[Probe]) -> HandMap {
+pub fn cure(map: &HandMap, cure: &Cure, probes: &[Probe]) -> HandMap {
     let mut map = map.clone();
     match cure {
         Cure::Scale { role, factor, offset, units } => {
@@ -250,7 +250,8 @@ pub fn add_flight(
     session.flights.push(Flight::new(name.to_owned(), recordings));
     let windows = open_windows(session, &found);
     if windows.is_empty() {
-        let whole = covered(&loaded.recording).map(|window| Manoeuvre::new(name.to_owned(), name.to_owned(), window));
+        let whole =
+            recorded_span(&loaded.recording).map(|window| Manoeuvre::new(name.to_owned(), name.to_owned(), window));
         session.windows.extend(whole.or_else(|| whole_window(name, &inspected.probes)));
     }
     session.windows.extend(windows);
@@ -305,7 +306,7 @@ pub fn whole_window(flight: &str, probes: &[Probe]) -> Option<Manoeuvre> {
 
 /// The longest span over which everything that plays a role is recorded; that of the roll rate where other roles leave less than half
 /// of it.
-fn covered(recording: &Recording) -> Option<Window> {
+fn recorded_span(recording: &Recording) -> Option<Window> {
     let span = |channel: &Channel| {
         let time_s = &channel.series.time_s;
         let known = |k: &usize| channel.series.values[*k].is_finite();
@@ -320,7 +321,7 @@ fn covered(recording: &Recording) -> Option<Window> {
 }
 
 /// The measurements of the filter that none of `roles` feeds.
-pub fn unmeasured(roles: &BTreeSet<Role>) -> Vec<Measurement> {
+pub fn missing_measurements(roles: &BTreeSet<Role>) -> Vec<Measurement> {
     let recorded = |role| roles.get(&role);
     Measurement::ALL.into_iter().filter(|measurement| measured_by(*measurement, recorded).is_none()).collect()
 }
@@ -372,7 +373,7 @@ fn go_on(control: &Control) -> Result<(), String> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Level, Measurement, Role, missing, unmeasured};
+    use super::{Level, Measurement, Role, missing, missing_measurements};
 
     #[test]
     fn height_is_measured_where_an_altitude_tells_it() {
@@ -380,7 +381,7 @@ mod tests {
             let roles = has.iter().copied().collect();
             let filter = missing(|role| has.contains(&role)).into_iter().find(|lack| lack.level == Level::Good);
             let told = filter.is_some_and(|lack| lack.roles.contains(&Role::PositionDown));
-            assert_eq!(told, unmeasured(&roles).contains(&Measurement::PositionDown), "{has:?}");
+            assert_eq!(told, missing_measurements(&roles).contains(&Measurement::PositionDown), "{has:?}");
             told
         };
         assert!(lacks_height(&[Role::AngleOfAttack]));

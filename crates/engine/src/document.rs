@@ -7,7 +7,9 @@ use std::time::{Duration, Instant};
 
 use crate::builtin;
 use crate::compare;
-use crate::keep::{Claim, Draft, Lock, Orphan, Slot, hash_bytes, named, remove_leftovers};
+use crate::keep::{
+    AbandonedAutosave, Autosave, AutosaveFile, Lock, LockResult, describe_owner, hash_bytes, remove_leftovers,
+};
 use crate::run::Autosaver;
 use crate::session::{self, Session, rebased};
 use crate::undo::History;
@@ -89,29 +91,29 @@ impl Document {
     ///
     /// # Errors
     /// One line, should it not be readable.
-    pub fn shipped() -> Result<Self, String> {
+    pub fn open_demo() -> Result<Self, String> {
         let text = builtin::session(SHIPPED).ok_or("no session comes with this program")?;
         let session = session::parse(text).map_err(|error| error.to_string())?;
         Ok(Self::new(History::new(session), None, std::env::current_dir().unwrap_or_default()))
     }
 
     /// A session just made, which no file has yet. Its relative paths start from the present folder.
-    pub fn begun(session: Session) -> Self {
-        Self::new(History::unsaved(Arc::new(session)), None, std::env::current_dir().unwrap_or_default())
+    pub fn start(session: Session) -> Self {
+        Self::new(History::new_unsaved(Arc::new(session)), None, std::env::current_dir().unwrap_or_default())
     }
 
     /// Unsaved work of a program that ended: one undo away from what its file holds, or without a file where that cannot be
     /// read.
-    pub fn recovered(draft: &Draft) -> Self {
-        let base = draft.of.as_deref().and_then(|of| session::open(of).ok());
-        let session = Arc::clone(&draft.session);
+    pub fn recover(autosave: &Autosave) -> Self {
+        let base = autosave.of.as_deref().and_then(|of| session::open(of).ok());
+        let session = Arc::clone(&autosave.session);
         match base {
             Some(opened) => {
                 let mut history = History::new(opened.session);
                 history.step("recover unsaved work", session);
                 Self::of(history, opened.path, opened.folder, opened.sha256)
             }
-            None => Self::new(History::unsaved(session), None, draft.folder.clone()),
+            None => Self::new(History::new_unsaved(session), None, autosave.folder.clone()),
         }
     }
 
@@ -130,12 +132,12 @@ impl Document {
         self.keeping = None;
         let (mut lock, mut held_by) = (None, None);
         if let Some(path) = &self.path {
-            match Lock::claim(path) {
-                Ok(Claim::Ours(claimed)) => {
+            match Lock::try_lock(path) {
+                Ok(LockResult::Acquired(claimed)) => {
                     remove_leftovers(path);
                     lock = Some(claimed);
                 }
-                Ok(Claim::Theirs(owner)) => held_by = Some(named(owner.as_ref())),
+                Ok(LockResult::Held(owner)) => held_by = Some(describe_owner(owner.as_ref())),
                 // Where no lock can be written no session can be saved either.
                 Err(_) => {}
             }
@@ -163,7 +165,7 @@ impl Document {
         keeping.kept = Some(Arc::clone(present));
         if self.history.is_modified() {
             let (of, folder) = (self.path.as_deref().map(absolute), absolute(&self.folder));
-            autosaver.keep(Draft { of, folder, session: Arc::clone(present) });
+            autosaver.keep(Autosave { of, folder, session: Arc::clone(present) });
         } else {
             autosaver.clear();
         }
@@ -176,7 +178,7 @@ impl Document {
     pub fn autosave_now(&mut self) -> Result<(), String> {
         self.autosave();
         match self.keeping.as_ref().map(|keeping| &keeping.autosaver) {
-            Some(Ok(autosaver)) => autosaver.settle(),
+            Some(Ok(autosaver)) => autosaver.settle().map_err(String::from),
             Some(Err((line, _))) => Err(line.clone()),
             None => Ok(()),
         }
@@ -193,10 +195,10 @@ impl Document {
     ///
     /// # Errors
     /// One line when it cannot be kept here, or not be forgotten there; it is then found again next time.
-    pub fn adopt(&mut self, orphan: Orphan) -> Result<(), String> {
+    pub fn adopt(&mut self, abandoned: AbandonedAutosave) -> Result<(), String> {
         self.autosave_now()?;
         match &self.keeping {
-            Some(_) => orphan.discard().map_err(|error| error.to_string()),
+            Some(_) => abandoned.discard().map_err(|error| error.to_string()),
             None => Ok(()),
         }
     }
@@ -303,7 +305,7 @@ impl Document {
         if is_ours && keeping.lock.is_some() {
             return Ok(None);
         }
-        Lock::hold(path).map_err(|line| format!("{line}: choose another name"))
+        Lock::lock_for_writing(path).map_err(|line| format!("{line}: choose another name"))
     }
 }
 
@@ -318,7 +320,7 @@ impl Keeping {
 }
 
 fn start(autosaves: &Path, path: Option<&Path>) -> io::Result<Autosaver> {
-    Autosaver::start(Slot::new(autosaves, path)?)
+    Autosaver::start(AutosaveFile::new(autosaves, path)?)
 }
 
 /// `message` with its file named once, without line breaks, and the version before it where there is one.

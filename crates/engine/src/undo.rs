@@ -34,7 +34,7 @@ impl History {
     }
 
     /// A history that starts at `session`, which no file has.
-    pub fn unsaved(session: Arc<Session>) -> Self {
+    pub fn new_unsaved(session: Arc<Session>) -> Self {
         Self { present: session, past: Vec::new(), future: Vec::new(), open: None, saved: None }
     }
 

@@ -61,7 +61,7 @@ fn windows() -> Vec<(Manoeuvre, Arc<WindowAero>)> {
             note: String::new(),
             locked: false,
         };
-        (manoeuvre, Arc::new(WindowAero::formed(data, settings.clone(), AirDensity::Recorded).unwrap()))
+        (manoeuvre, Arc::new(WindowAero::form(data, settings.clone(), AirDensity::Recorded).unwrap()))
     };
     (0..WINDOWS).map(window).collect()
 }

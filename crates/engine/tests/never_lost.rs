@@ -16,7 +16,7 @@ use std::time::{Duration, Instant};
 
 use doublet_engine::document::Document;
 use doublet_engine::graph::Cache;
-use doublet_engine::keep::{Claim, Lock, Slot, orphans};
+use doublet_engine::keep::{AutosaveFile, Lock, LockResult, abandoned_autosaves};
 use doublet_engine::run::{Control, Scope, Snapshot, run};
 use doublet_engine::session::{self, Edit, Session};
 use rand::{RngExt, SeedableRng};
@@ -90,16 +90,16 @@ impl Desk {
 fn child_that_edits_and_saves() {
     let Some(root) = std::env::var_os(CHILD).map(PathBuf::from) else { return };
     let (path, autosaves) = (root.join("flight.toml"), root.join("state/autosave"));
-    let (mut left, unreadable) = orphans(&autosaves);
+    let (mut left, unreadable) = abandoned_autosaves(&autosaves);
     assert_eq!(unreadable, [""; 0]);
     let mut document = match left.first() {
-        Some(orphan) => Document::recovered(&orphan.draft),
+        Some(abandoned) => Document::recover(&abandoned.autosave),
         None => Document::open(&path).unwrap(),
     };
     document.keep_in(&autosaves).unwrap();
     assert_eq!(document.held_by(), None);
-    for orphan in left.drain(..) {
-        document.adopt(orphan).unwrap();
+    for abandoned in left.drain(..) {
+        document.adopt(abandoned).unwrap();
     }
     let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(number(document.session()));
     println!("LASTS {}", number(document.session()));
@@ -152,10 +152,10 @@ fn never_lost_by_kills_at_random_moments() {
         let promised = kill_child(root, after);
         let file = session::open(&desk.session).unwrap_or_else(|error| panic!("kill {kill}: {error}"));
         let in_file = number(&file.session);
-        let (left, unreadable) = orphans(&desk.autosaves);
+        let (left, unreadable) = abandoned_autosaves(&desk.autosaves);
         assert_eq!(unreadable, [""; 0], "kill {kill}");
-        let in_autosaves = left.iter().map(|orphan| number(&orphan.draft.session)).max().unwrap_or(0);
-        assert!(left.iter().all(|orphan| orphan.draft.of.as_ref() == Some(&desk.session)));
+        let in_autosaves = left.iter().map(|abandoned| number(&abandoned.autosave.session)).max().unwrap_or(0);
+        assert!(left.iter().all(|abandoned| abandoned.autosave.of.as_ref() == Some(&desk.session)));
         newest = in_file.max(in_autosaves);
         assert!(newest >= promised, "kill {kill}: edit {promised} was kept, {newest} was found");
         recovered_later += usize::from(in_autosaves > in_file);
@@ -191,27 +191,27 @@ fn an_edit_lasts_within_the_stated_time() {
 fn unsaved_work_comes_back_one_undo_from_the_file() {
     let desk = Desk::new();
     Desk::crash(desk.edited("afternoon of marking"));
-    let (mut left, _) = orphans(&desk.autosaves);
-    let orphan = left.pop().unwrap();
-    let mut document = Document::recovered(&orphan.draft);
+    let (mut left, _) = abandoned_autosaves(&desk.autosaves);
+    let abandoned = left.pop().unwrap();
+    let mut document = Document::recover(&abandoned.autosave);
     document.keep_in(&desk.autosaves).unwrap();
-    document.adopt(orphan).unwrap();
+    document.adopt(abandoned).unwrap();
     assert_eq!(document.session().title, "afternoon of marking");
     assert!(document.history.is_modified());
     assert_eq!(document.history.undo_label(), Some("recover unsaved work"));
-    assert_eq!(orphans(&desk.autosaves).0.len(), 0, "a living program owns it");
+    assert_eq!(abandoned_autosaves(&desk.autosaves).0.len(), 0, "a living program owns it");
     Desk::crash(document);
-    let (left, _) = orphans(&desk.autosaves);
-    assert_eq!(left[0].draft.session.title, "afternoon of marking", "a second crash loses nothing either");
+    let (left, _) = abandoned_autosaves(&desk.autosaves);
+    assert_eq!(left[0].autosave.session.title, "afternoon of marking", "a second crash loses nothing either");
     drop(left);
     let mut document = desk.open();
-    orphans(&desk.autosaves).0.into_iter().for_each(|orphan| orphan.discard().unwrap());
+    abandoned_autosaves(&desk.autosaves).0.into_iter().for_each(|abandoned| abandoned.discard().unwrap());
     document.history.apply(&titled("another")).unwrap();
     document.autosave_now().unwrap();
     assert!(document.history.undo());
     document.autosave_now().unwrap();
     Desk::crash(document);
-    assert_eq!(orphans(&desk.autosaves).0.len(), 0, "work undone is no work");
+    assert_eq!(abandoned_autosaves(&desk.autosaves).0.len(), 0, "work undone is no work");
 }
 
 #[test]
@@ -219,8 +219,8 @@ fn unsaved_work_outlives_its_file() {
     let desk = Desk::new();
     Desk::crash(desk.edited("homeless"));
     std::fs::remove_file(&desk.session).unwrap();
-    let (left, _) = orphans(&desk.autosaves);
-    let document = Document::recovered(&left[0].draft);
+    let (left, _) = abandoned_autosaves(&desk.autosaves);
+    let document = Document::recover(&left[0].autosave);
     assert_eq!((document.session().title.as_str(), &document.path), ("homeless", &None));
     assert!(document.history.is_modified(), "no file has it");
     assert_eq!(document.folder, desk.session.parent().unwrap(), "its paths mean what they meant");
@@ -232,18 +232,18 @@ fn work_given_up_or_saved_is_not_offered() {
     let mut document = desk.edited("given up");
     document.give_up();
     drop(document);
-    assert_eq!(orphans(&desk.autosaves).0.len(), 0);
+    assert_eq!(abandoned_autosaves(&desk.autosaves).0.len(), 0);
     let mut document = desk.edited("saved");
     document.save(&desk.session).unwrap();
     drop(document);
-    assert_eq!(orphans(&desk.autosaves).0.len(), 0);
+    assert_eq!(abandoned_autosaves(&desk.autosaves).0.len(), 0);
     // A kill between the save and the end of the autosave leaves both with one content.
-    let slot = Slot::new(&desk.autosaves, Some(&desk.session)).unwrap();
+    let slot = AutosaveFile::new(&desk.autosaves, Some(&desk.session)).unwrap();
     let session = Arc::new(session::open(&desk.session).unwrap().session);
     let folder = desk.session.parent().unwrap().to_path_buf();
-    slot.write(&doublet_engine::keep::Draft { of: Some(desk.session.clone()), folder, session }).unwrap();
+    slot.write(&doublet_engine::keep::Autosave { of: Some(desk.session.clone()), folder, session }).unwrap();
     drop(slot);
-    assert_eq!(orphans(&desk.autosaves).0.len(), 0);
+    assert_eq!(abandoned_autosaves(&desk.autosaves).0.len(), 0);
     assert_eq!(std::fs::read_dir(&desk.autosaves).unwrap().count(), 0);
 }
 
@@ -271,8 +271,8 @@ fn a_lock_a_dead_program_left_is_taken_over() {
     let desk = Desk::new();
     let left = desk.session.with_file_name(".flight.toml.lock");
     std::fs::write(&left, "pid = 1\nhost = \"elsewhere\"\nsince_ns = 0\n").unwrap();
-    let Claim::Ours(lock) = Lock::claim(&desk.session).unwrap() else { panic!("nobody holds it") };
-    let Claim::Theirs(Some(owner)) = Lock::claim(&desk.session).unwrap() else { panic!("we hold it") };
+    let LockResult::Acquired(lock) = Lock::try_lock(&desk.session).unwrap() else { panic!("nobody holds it") };
+    let LockResult::Held(Some(owner)) = Lock::try_lock(&desk.session).unwrap() else { panic!("we hold it") };
     assert_eq!(owner.pid, std::process::id());
     assert!(owner.since().elapsed().unwrap() < Duration::from_secs(3600));
     drop(lock);
@@ -286,7 +286,7 @@ fn an_unreadable_autosave_is_said_and_left() {
     let newer = "format = \"doublet autosave\"\nversion = 99\nfolder = \"/\"\nsession = \"\"\n";
     std::fs::write(desk.autosaves.join("a.toml"), newer).unwrap();
     std::fs::write(desk.autosaves.join("b.toml"), [0xff, 0x00]).unwrap();
-    let (found, unreadable) = orphans(&desk.autosaves);
+    let (found, unreadable) = abandoned_autosaves(&desk.autosaves);
     assert_eq!((found.len(), unreadable.len()), (0, 2));
     assert!(unreadable.iter().any(|line| line.contains("version 99") && line.contains("a.toml")), "{unreadable:?}");
     assert!(desk.autosaves.join("a.toml").exists());
@@ -435,7 +435,7 @@ fn a_state_folder_that_cannot_be_written_is_said_until_it_can() {
         assert!(said.contains("autosave"), "{said}");
     }
     assert_eq!(document.held_by(), None, "the file is held all the same");
-    assert!(matches!(Lock::claim(&desk.session).unwrap(), Claim::Theirs(_)));
+    assert!(matches!(Lock::try_lock(&desk.session).unwrap(), LockResult::Held(_)));
     std::fs::remove_file(state).unwrap();
     let begun = Instant::now();
     while document.autosave_error().is_some() {
@@ -445,7 +445,7 @@ fn a_state_folder_that_cannot_be_written_is_said_until_it_can() {
     }
     document.autosave_now().unwrap();
     Desk::crash(document);
-    assert_eq!(orphans(&desk.autosaves).0[0].draft.session.title, "b");
+    assert_eq!(abandoned_autosaves(&desk.autosaves).0[0].autosave.session.title, "b");
 }
 
 #[test]

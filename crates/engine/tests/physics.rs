@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use doublet_core::compatibility::Cure;
 use doublet_core::load::{self, ChannelMap, HandMap, HandRow, HandTime, plan_all};
 use doublet_core::quantity::{Role, Unit};
-use doublet_engine::begin::cured;
+use doublet_engine::begin;
 use doublet_engine::builtin;
 use doublet_engine::graph::Context;
 use doublet_engine::session::{self, Flight, MapRef, RecordingRef};
@@ -294,7 +294,7 @@ fn a_cure_applied_to_a_map_made_by_hand_undoes_the_mistake() {
         let rows: Vec<_> = found.contradictions().collect();
         let [row] = rows[..] else { panic!("{:?}", rows.iter().map(|row| &row.headline).collect::<Vec<_>>()) };
         let cure: &Cure = row.change.as_ref().unwrap();
-        let back = cured(&map, cure, &probes);
+        let back = begin::cure(&map, cure, &probes);
         assert_eq!(check(&back).contradictions().count(), 0, "{} is not undone by {}", row.headline, row.cure);
     }
 }

@@ -123,7 +123,7 @@ fn the_run_flies_every_validation_window_with_the_identified_model() {
     // The same flights by narrower bands fail: the tolerances decide, not the program.
     let narrow = "name = \"narrow\"\n[[test]]\nid = \"n\"\nname = \"narrow\"\nsurface = \"elevator\"\n\
                   require = [{ any = [{ signal = \"theta\", absolute = 0.0001, unit = \"deg\" }] }]\n";
-    let judged = proof.judged_by(&demo.session, &Tolerances::parse(narrow).unwrap());
+    let judged = proof.judge_by(&demo.session, &Tolerances::parse(narrow).unwrap());
     let elevator = |name: &str| demo.session.window(name).unwrap().surface == Some(Surface::Elevator);
     for (name, replay) in &judged.windows {
         let tests = &replay.as_ref().unwrap().tests;
@@ -150,5 +150,5 @@ fn a_model_without_a_coefficient_says_so_in_its_window() {
     let snapshot = run(&scope, &Snapshot::default(), &Cache::new(1 << 30), &Control::default(), &|_| ());
     let proof = snapshot.proof.ready().unwrap();
     let error = proof.window("16 rudder doublet").unwrap().as_ref().unwrap_err();
-    assert!(error.contains("no derivatives of Cn") && !error.contains('\n'), "{error}");
+    assert!(error.to_string().contains("no derivatives of Cn") && !error.to_string().contains('\n'), "{error}");
 }

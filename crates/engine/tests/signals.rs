@@ -35,7 +35,7 @@ fn read() -> &'static LoadedFlight {
 /// The shipped recording with all that `flight` makes of it.
 fn aligned(flight: &session::Flight) -> Result<LoadedFlight, StageError> {
     let aligned = stage::align_flight(&Context::new(&demo().folder), read(), flight.sources())?;
-    Ok(stage::expressed(&aligned, &flight.expressions)?)
+    Ok(stage::add_expressions(&aligned, &flight.expressions)?)
 }
 
 /// The flight on its time line, nothing smoothed.
@@ -312,7 +312,7 @@ fn every_manoeuvre_is_proposed_with_its_surface_and_shape() {
     // The shipped session was made from what was flown; window 10 is the spoilt one.
     assert_eq!(proposals.windows.len(), session.windows.len());
     for (proposal, flown) in proposals.windows.iter().zip(&session.windows) {
-        assert_eq!(proposal.taken(session).map(|window| &window.name), Some(&flown.name));
+        assert_eq!(proposal.covering_window(session).map(|window| &window.name), Some(&flown.name));
         assert_eq!(proposal.manoeuvre.surface, flown.surface);
         if !flown.name.starts_with("10 ") {
             assert_eq!(proposal.manoeuvre.kind, flown.kind, "{}", flown.name);
@@ -404,7 +404,7 @@ fn expression(name: &str, unit: &str, text: &str, role: Option<Role>) -> Express
 
 /// The last channel that these expressions make of the shipped flight.
 fn made_of(expressions: &[ExpressionSetting]) -> Result<(LoadedFlight, Series), String> {
-    let flight = stage::expressed(&bus(SignalSetting::default(), 0.0), expressions)?;
+    let flight = stage::add_expressions(&bus(SignalSetting::default(), 0.0), expressions)?;
     let last = flight.expressions.last().map(|made| flight.recording.channels[made.channel].series.clone());
     Ok((flight, last.unwrap()))
 }
@@ -455,7 +455,7 @@ fn an_expression_has_no_values_in_the_gaps_of_what_it_names() {
     let before = time[time.partition_point(|t| *t < 1060.0) - 1];
     let after = time[time.partition_point(|t| *t < 1065.0)];
     *airspeed = Series { time_s: time.into(), values: values.into() };
-    let torn = stage::expressed(&plain, &[expression("torn", "-", "q * 0 + airspeed", None)]).unwrap();
+    let torn = stage::add_expressions(&plain, &[expression("torn", "-", "q * 0 + airspeed", None)]).unwrap();
     let found = torn.recording.channels.last().unwrap().series.clone();
     let near = Window { start_s: 1055.0, end_s: 1070.0 }.indices(&found.time_s);
     let (mut inside, mut outside) = (0, 0);

@@ -19,7 +19,7 @@ use doublet_engine::run::{Control, Scope, Slot, Snapshot, WindowResults, run};
 use doublet_engine::session::{self, Session, Surface, WindowRole};
 use doublet_engine::stage::{self, AeroWindow, CoefficientFit, ExtrapolatedThrust, PooledFits};
 use doublet_engine::study::{CheckStudy, CheckedDerivative, ControlLag, LagKind, LagStudy, WindowChecks};
-use doublet_engine::verdict::{Finding, Level, PlausibleRange, Verdicts, flown, judge, judged_flights};
+use doublet_engine::verdict::{Finding, Level, PlausibleRange, Verdicts, fly_and_judge, judge, judged_flights};
 
 fn builtin(name: &str) -> Session {
     session::parse(doublet_engine::builtin::session(name).unwrap()).unwrap()
@@ -41,7 +41,7 @@ fn judged(seed: u64, spoil: &(dyn Fn(&mut Recording) + Sync), change: impl Fn(&m
     let mut session = builtin("demo");
     change(&mut session);
     let scenario = scenario::build("test-point").unwrap();
-    let (_, snapshot) = flown(&session, &scenario, seed, spoil, &Context::new(Path::new("."))).unwrap();
+    let (_, snapshot) = fly_and_judge(&session, &scenario, seed, spoil, &Context::new(Path::new("."))).unwrap();
     let verdicts = Arc::clone(snapshot.verdicts.ready().unwrap());
     show(&verdicts);
     verdicts
@@ -57,7 +57,7 @@ impl Sound {
     fn new() -> Self {
         let scenario = scenario::build("test-point").unwrap();
         let context = Context::new(Path::new("."));
-        let (session, snapshot) = flown(&builtin("demo"), &scenario, 1, &|_| (), &context).unwrap();
+        let (session, snapshot) = fly_and_judge(&builtin("demo"), &scenario, 1, &|_| (), &context).unwrap();
         Self { session, snapshot }
     }
 
@@ -355,7 +355,7 @@ fn reasons_about_fits_and_derivatives_fire_beyond_their_limits_only() {
     sound.expect("rank", &[(false, NONE), (true, BAD)], |_, snapshot, fails| {
         changed(&mut snapshot.pooled, |fits| {
             if fails {
-                pooled(fits, Coefficient::Cm).fit = Err("rank 3 of 4".to_owned());
+                pooled(fits, Coefficient::Cm).fit = Err("rank 3 of 4".into());
             }
         });
     });
@@ -456,7 +456,7 @@ fn terms_that_rest_in_every_window_are_dropped_and_dependent_ones_are_the_error_
             .map(|window| {
                 let mut aero = stage::WindowAero::clone(snapshot.windows[&window.name].aero.ready().unwrap());
                 aero.data.controls.get_mut(&Role::Aileron).unwrap().fill(0.01);
-                let aero = stage::WindowAero::formed(aero.data, aero.settings, aero.air_density).unwrap();
+                let aero = stage::WindowAero::form(aero.data, aero.settings, aero.air_density).unwrap();
                 (window, Arc::new(aero))
             })
             .collect();

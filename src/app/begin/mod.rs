@@ -189,14 +189,14 @@ impl Workbench {
     /// Takes in what the background came to.
     pub(super) fn take_beginning(&mut self) {
         match self.beginning.step.take() {
-            Some(Step::Looking(path, job)) if job.is_finished() => match job.finish() {
+            Some(Step::Looking(path, job)) if job.is_finished() => match job.finish().map_err(String::from) {
                 Ok(inspected) => self.beginning.step = Some(Step::Choosing(Box::new(Choosing::new(inspected)))),
                 Err(line) => {
                     let place = path.display().to_string();
                     self.complain(if line.contains(&place) { line } else { format!("{place}: {line}") });
                 }
             },
-            Some(Step::Making(mut choosing, job)) if job.is_finished() => match job.finish() {
+            Some(Step::Making(mut choosing, job)) if job.is_finished() => match job.finish().map_err(String::from) {
                 Ok(session) => self.enter_begun(session),
                 Err(line) => {
                     choosing.complaint = Some(line);
@@ -211,7 +211,7 @@ impl Workbench {
     fn enter_begun(&mut self, session: Session) {
         let windows = session.windows.len();
         let found = session.windows.iter().any(|window| window.surface.is_some());
-        self.enter_document(Ok(Document::begun(session)));
+        self.enter_document(Ok(Document::start(session)));
         // Plots chosen for another recording name channels this one does not have.
         self.state.flight_plots = None;
         self.say(if found {

@@ -40,7 +40,7 @@ impl Comparison {
             return;
         };
         let wake = ctx.clone();
-        let work = move |_: &Control, _: &dyn Fn(f32)| begin::compared(&plan);
+        let work = move |_: &Control, _: &dyn Fn(f32)| begin::compare(&plan);
         self.job = Job::start("doublet-compare", move || wake.request_repaint(), work).ok();
     }
 
@@ -101,7 +101,7 @@ pub fn show(choosing: &mut Choosing, ui: &mut Ui) {
     });
     choosing.comparison = comparison;
     if let Some(cure) = applied {
-        choosing.hand = begin::cured(&choosing.hand, &cure, &choosing.inspected.probes);
+        choosing.hand = begin::cure(&choosing.hand, &cure, &choosing.inspected.probes);
         choosing.plan_again();
     }
 }

@@ -9,6 +9,7 @@ use doublet_core::model::{
 use nalgebra::DMatrix;
 
 use super::ExportError;
+use crate::graph::StageError;
 use crate::run::Snapshot;
 use crate::session::{ControlLags, Preparation, Session};
 use crate::stage::CoefficientFit;
@@ -94,7 +95,8 @@ impl IdentifiedModel {
             refuse("there is no pooled estimate to export: mark at least one window as identification".into())
         })?;
         let loaded = snapshot.aircraft.ready().ok_or_else(|| refuse("the aircraft could not be read".into()))?;
-        let data = crate::stage::aircraft_data(loaded.clone(), session.loading.as_ref()).map_err(refuse)?;
+        let data = crate::stage::aircraft_data(loaded.clone(), session.loading.as_ref())
+            .map_err(|error| refuse(error.into()))?;
         let coefficients = pooled
             .fits
             .iter()
@@ -164,7 +166,7 @@ fn identified(
     reference: &ReferenceGeometry,
 ) -> Result<IdentifiedCoefficient, ExportError> {
     let name = fit.coefficient.name();
-    let refuse = |error: &String| ExportError::NoModel(format!("{name} has no estimate: {error}"));
+    let refuse = |error: &StageError| ExportError::NoModel(format!("{name} has no estimate: {error}"));
     let estimate = fit.fit.as_ref().map_err(refuse)?;
     let total: usize = fit.windows.iter().map(|(_, samples)| samples).sum();
     let constant = Term::constant().derivative_name(fit.coefficient);

@@ -9,7 +9,7 @@ use std::time::SystemTime;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Cache, Control, Footprint, Key, KeyBuilder, Keyed, Stage, StageError};
+use super::{Cache, Control, Footprint, Key, KeyBuilder, Keyed, Stage, StageResult};
 use crate::builtin;
 
 /// State of a file or a folder when it was read: size and time of change of it and of what it holds. Reading recordings again to
@@ -86,7 +86,7 @@ impl<'a> Context<'a> {
     ///
     /// # Errors
     /// [`StageError::Cancelled`] once it was asked to stop.
-    pub fn checkpoint(&self) -> Result<(), StageError> {
+    pub fn checkpoint(&self) -> StageResult<()> {
         Ok(self.control.checkpoint()?)
     }
 
@@ -94,7 +94,7 @@ impl<'a> Context<'a> {
     ///
     /// # Errors
     /// Those of the stage; they are not kept.
-    pub fn get<S: Stage>(&self, params: S::Params<'_>, inputs: S::Inputs<'_>) -> Result<Keyed<S::Output>, StageError> {
+    pub fn get<S: Stage>(&self, params: S::Params<'_>, inputs: S::Inputs<'_>) -> StageResult<Keyed<S::Output>> {
         self.get_watched::<S>(params, inputs, self.progress)
     }
 
@@ -107,7 +107,7 @@ impl<'a> Context<'a> {
         params: S::Params<'_>,
         inputs: S::Inputs<'_>,
         progress: &(dyn Fn(f32) + Sync),
-    ) -> Result<Keyed<S::Output>, StageError> {
+    ) -> StageResult<Keyed<S::Output>> {
         let own = match self.find::<S>(&params, &inputs) {
             Ok(known) => return Ok(known),
             Err(own) => own,
@@ -172,7 +172,7 @@ impl<'a> Context<'a> {
     ///
     /// # Errors
     /// One line when a built-in does not exist, or nothing that can be read to an end is at the path.
-    pub fn locate(&self, path: &str) -> Result<PathBuf, StageError> {
+    pub fn locate(&self, path: &str) -> StageResult<PathBuf> {
         if let Some(name) = path.strip_prefix(builtin::PREFIX) {
             return Ok(builtin::on_disk(name)?);
         }
@@ -198,7 +198,7 @@ impl<'a> Context<'a> {
     ///
     /// # Errors
     /// One line with the names there are, or why the file cannot be read.
-    pub fn text(&self, path: &str, kind: &str) -> Result<String, StageError> {
+    pub fn text(&self, path: &str, kind: &str) -> StageResult<String> {
         if let Some(name) = path.strip_prefix(builtin::PREFIX) {
             let text = builtin::text(kind, name).map(str::to_owned);
             let known = || builtin::names(kind).join(", ");

@@ -10,4 +10,4 @@ pub use cache::{Cache, Footprint};
 pub use context::{Context, FileStamp};
 pub use control::{Cancelled, Control};
 pub use key::{Key, KeyBuilder};
-pub use stage::{Keyed, Stage, StageError};
+pub use stage::{Keyed, Stage, StageError, StageResult};

@@ -4,6 +4,18 @@ use std::hash::{Hash, Hasher};
 use std::ops::Deref;
 use std::sync::Arc;
 
+use doublet_core::airframe::HistoryError;
+use doublet_core::align::AlignError;
+use doublet_core::atmos::AtmosphereError;
+use doublet_core::estimate::EstimateError;
+use doublet_core::model::ModelError;
+use doublet_core::prep::PrepError;
+use doublet_core::quantity::UnknownUnit;
+use doublet_core::reconstruct::ReconstructError;
+use doublet_core::reconstruct::tuning::delay::DelayError;
+use doublet_core::reconstruct::tuning::noise::NoiseProposalError;
+use doublet_core::replay::ReplayError;
+use doublet_core::simulate::SimulateError;
 use thiserror::Error;
 
 use super::{Cancelled, Context, Footprint, Key};
@@ -25,15 +37,14 @@ pub trait Stage {
     ///
     /// # Errors
     /// [`StageError`]: one line, or that it was stopped.
-    fn run(
-        params: Self::Params<'_>,
-        inputs: Self::Inputs<'_>,
-        context: &Context<'_>,
-    ) -> Result<Self::Output, StageError>;
+    fn run(params: Self::Params<'_>, inputs: Self::Inputs<'_>, context: &Context<'_>) -> StageResult<Self::Output>;
 }
 
+/// Result of a stage or of a part of one.
+pub type StageResult<T> = Result<T, StageError>;
+
 /// Why a stage has no output.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[derive(Clone, Debug, PartialEq, Error)]
 pub enum StageError {
     /// It was stopped.
     #[error("cancelled")]
@@ -41,18 +52,54 @@ pub enum StageError {
     /// Its inputs have nothing for it to work on.
     #[error("not applicable")]
     NotApplicable,
-    /// One line: what, where, what to do.
+    /// The session, a recording or a file does not allow it: what, where, what to do, in one line.
     #[error("{0}")]
     Failed(String),
+    /// A clock cannot be fitted.
+    #[error(transparent)]
+    Align(#[from] AlignError),
+    /// A signal cannot be prepared.
+    #[error(transparent)]
+    Prep(#[from] PrepError),
+    /// A unit is not known.
+    #[error(transparent)]
+    Unit(#[from] UnknownUnit),
+    /// The air has no such state.
+    #[error(transparent)]
+    Atmosphere(#[from] AtmosphereError),
+    /// The recorded fuel does not fit the aircraft.
+    #[error(transparent)]
+    Fuel(#[from] HistoryError),
+    /// The filter failed.
+    #[error(transparent)]
+    Filter(ReconstructError),
+    /// Coefficients cannot be formed.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// Derivatives cannot be estimated.
+    #[error(transparent)]
+    Estimate(#[from] EstimateError),
+    /// No noise can be proposed.
+    #[error(transparent)]
+    Noise(#[from] NoiseProposalError),
+    /// No delay can be found.
+    #[error(transparent)]
+    Delay(#[from] DelayError),
+    /// A flight cannot be simulated.
+    #[error(transparent)]
+    Simulate(#[from] SimulateError),
+    /// The model cannot be flown.
+    #[error(transparent)]
+    Replay(#[from] ReplayError),
 }
 
 impl StageError {
-    /// The same with the place in front of a failure: `place: line`.
+    /// The same with the place in front of the line: `place: line`.
     #[must_use]
     pub fn at(self, place: impl std::fmt::Display) -> Self {
         match self {
-            Self::Failed(line) => Self::Failed(format!("{place}: {line}")),
-            other => other,
+            Self::Cancelled | Self::NotApplicable => self,
+            failed => Self::Failed(format!("{place}: {failed}")),
         }
     }
 }
@@ -60,6 +107,12 @@ impl StageError {
 impl From<Cancelled> for StageError {
     fn from(_: Cancelled) -> Self {
         Self::Cancelled
+    }
+}
+
+impl From<ReconstructError> for StageError {
+    fn from(error: ReconstructError) -> Self {
+        if error == ReconstructError::Cancelled { Self::Cancelled } else { Self::Filter(error) }
     }
 }
 

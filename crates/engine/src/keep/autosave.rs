@@ -12,7 +12,7 @@ use std::time::SystemTime;
 use serde::{Deserialize, Serialize};
 
 use super::durable::{remove_leftovers, replace};
-use super::lock::{Claim, Lock};
+use super::lock::{Lock, LockResult};
 use crate::session::{self, Session};
 
 const FORMAT: &str = "doublet autosave";
@@ -35,7 +35,7 @@ struct File {
 
 /// Work to keep: a session and where it belongs.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Draft {
+pub struct Autosave {
     /// Its file; `None` where it was never saved.
     pub of: Option<PathBuf>,
     /// Folder its relative paths start from.
@@ -46,7 +46,7 @@ pub struct Draft {
 
 /// A file for unsaved work that is ours alone.
 #[derive(Debug)]
-pub struct Slot {
+pub struct AutosaveFile {
     path: PathBuf,
     _lock: Lock,
 }
@@ -58,7 +58,7 @@ pub fn state_folder() -> PathBuf {
     base.or_else(home).unwrap_or_else(std::env::temp_dir).join("doublet").join("autosave")
 }
 
-impl Slot {
+impl AutosaveFile {
     /// A slot in `folder`, which is made where it is missing, named after the session file `of`.
     ///
     /// # Errors
@@ -71,8 +71,8 @@ impl Slot {
             if path.exists() {
                 continue;
             }
-            if let Claim::Ours(lock) = Lock::claim(&path)? {
-                // It may have been written and orphaned since we looked.
+            if let LockResult::Acquired(lock) = Lock::try_lock(&path)? {
+                // It may have been written and abandoned since we looked.
                 if !path.exists() {
                     return Ok(Self { path, _lock: lock });
                 }
@@ -81,17 +81,17 @@ impl Slot {
         Err(io::Error::other(format!("{} is full: recover or discard what is there", folder.display())))
     }
 
-    /// Keeps a draft; it lasts once this returns.
+    /// Keeps a autosave; it lasts once this returns.
     ///
     /// # Errors
     /// When it cannot be written; what was kept before is then untouched.
-    pub fn write(&self, draft: &Draft) -> io::Result<()> {
+    pub fn write(&self, autosave: &Autosave) -> io::Result<()> {
         let file = File {
             format: FORMAT.to_owned(),
             version: VERSION,
-            session_file: draft.of.clone(),
-            folder: draft.folder.clone(),
-            session: session::print(&draft.session).map_err(io::Error::other)?,
+            session_file: autosave.of.clone(),
+            folder: autosave.folder.clone(),
+            session: session::print(&autosave.session).map_err(io::Error::other)?,
         };
         replace(&self.path, toml::to_string_pretty(&file).map_err(io::Error::other)?.as_bytes())
     }
@@ -110,15 +110,15 @@ impl Slot {
 
 /// Unsaved work of a program that ended without saving it.
 #[derive(Debug)]
-pub struct Orphan {
+pub struct AbandonedAutosave {
     /// The work.
-    pub draft: Draft,
+    pub autosave: Autosave,
     /// When it was kept.
     pub kept: SystemTime,
-    slot: Slot,
+    slot: AutosaveFile,
 }
 
-impl Orphan {
+impl AbandonedAutosave {
     /// Forgets it for good.
     ///
     /// # Errors
@@ -130,7 +130,7 @@ impl Orphan {
 
 /// Unsaved work in `folder` that no running program owns, newest first, and one line for every file that cannot be read. Work
 /// that its session file holds too was saved after all and is removed.
-pub fn orphans(folder: &Path) -> (Vec<Orphan>, Vec<String>) {
+pub fn abandoned_autosaves(folder: &Path) -> (Vec<AbandonedAutosave>, Vec<String>) {
     let (mut found, mut unreadable) = (Vec::new(), Vec::new());
     for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
         let path = entry.path();
@@ -138,29 +138,29 @@ pub fn orphans(folder: &Path) -> (Vec<Orphan>, Vec<String>) {
         if hidden || path.extension().is_none_or(|ending| ending != "toml") {
             continue;
         }
-        let Ok(Claim::Ours(lock)) = Lock::claim(&path) else { continue };
-        let slot = Slot { path, _lock: lock };
+        let Ok(LockResult::Acquired(lock)) = Lock::try_lock(&path) else { continue };
+        let slot = AutosaveFile { path, _lock: lock };
         remove_leftovers(&slot.path);
         match read(&slot.path) {
             Ok(None) => {}
-            Ok(Some((draft, kept))) => {
-                let saved = draft.of.as_deref().and_then(|of| session::open(of).ok());
-                if saved.is_some_and(|saved| saved.session == *draft.session) {
+            Ok(Some((autosave, kept))) => {
+                let saved = autosave.of.as_deref().and_then(|of| session::open(of).ok());
+                if saved.is_some_and(|saved| saved.session == *autosave.session) {
                     // One that stays behind is found again next time.
                     let _ = slot.clear();
                 } else {
-                    found.push(Orphan { draft, kept, slot });
+                    found.push(AbandonedAutosave { autosave, kept, slot });
                 }
             }
             Err(line) => unreadable.push(format!("{}: {line}", slot.path.display())),
         }
     }
-    found.sort_by_key(|orphan| std::cmp::Reverse(orphan.kept));
+    found.sort_by_key(|abandoned| std::cmp::Reverse(abandoned.kept));
     (found, unreadable)
 }
 
 /// What a file keeps and since when; `None` once it is gone.
-fn read(path: &Path) -> Result<Option<(Draft, SystemTime)>, String> {
+fn read(path: &Path) -> Result<Option<(Autosave, SystemTime)>, String> {
     let text = match std::fs::read_to_string(path) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
         text => text.map_err(|error| error.to_string())?,
@@ -171,5 +171,5 @@ fn read(path: &Path) -> Result<Option<(Draft, SystemTime)>, String> {
         return Err(format!("{} version {} is not understood: update doublet", file.format, file.version));
     }
     let session = Arc::new(session::parse(&file.session).map_err(|error| error.to_string())?);
-    Ok(Some((Draft { of: file.session_file, folder: file.folder, session }, kept)))
+    Ok(Some((Autosave { of: file.session_file, folder: file.folder, session }, kept)))
 }

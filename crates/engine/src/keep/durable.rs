@@ -22,7 +22,7 @@ pub fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(&prefix).suffix(PART);
     readable_by_others(&mut builder);
-    let mut file = begun(&builder, folder)?;
+    let mut file = begin(&builder, folder)?;
     file.write_all(bytes)?;
     if let Ok(present) = path.metadata() {
         file.as_file().set_permissions(present.permissions())?;
@@ -33,7 +33,7 @@ pub fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
 }
 
 /// A new file that is locked while it is written, so that nobody takes it for what a dead writer left.
-fn begun(builder: &tempfile::Builder<'_, '_>, folder: &Path) -> io::Result<tempfile::NamedTempFile> {
+fn begin(builder: &tempfile::Builder<'_, '_>, folder: &Path) -> io::Result<tempfile::NamedTempFile> {
     loop {
         let file = builder.tempfile_in(folder)?;
         match file.as_file().try_lock() {

@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 use thiserror::Error;
 
 use super::durable::{folder_of, sync_folder};
-use super::lock::{Claim, Lock, named};
+use super::lock::{Lock, LockResult, describe_owner};
 use super::manifest::{self, MANIFEST, Manifest};
 use super::sweep::{STAGING, sweep};
 
@@ -92,7 +92,9 @@ impl PrivateFolder {
         sweep(home);
         // The lock comes before the folder, so that nobody takes the folder for that of a dead program.
         let make = |place: &Path| {
-            let Claim::Ours(lock) = Lock::claim(place)? else { return Err(io::ErrorKind::AlreadyExists.into()) };
+            let LockResult::Acquired(lock) = Lock::try_lock(place)? else {
+                return Err(io::ErrorKind::AlreadyExists.into());
+            };
             std::fs::create_dir(place).map(|()| lock)
         };
         let made = tempfile::Builder::new().prefix(STAGING).make_in(home, make)?;
@@ -132,7 +134,7 @@ impl Staging {
     /// When neither the folder nor the one above it can be written.
     pub fn new(folder: &Path) -> Result<Self, PutError> {
         let failed = file_error(folder);
-        let target = resolved(folder).map_err(&failed)?;
+        let target = resolve(folder).map_err(&failed)?;
         let parent = folder_of(&target).to_path_buf();
         std::fs::create_dir_all(&parent).map_err(&failed)?;
         if !target.is_dir() {
@@ -197,16 +199,16 @@ impl Staging {
     fn turn(&self) -> Result<Option<Lock>, PutError> {
         let begun = Instant::now();
         loop {
-            match Lock::claim(&self.target) {
-                Ok(Claim::Ours(lock)) => return Ok(Some(lock)),
+            match Lock::try_lock(&self.target) {
+                Ok(LockResult::Acquired(lock)) => return Ok(Some(lock)),
                 Err(_) => return Ok(None),
-                Ok(Claim::Theirs(owner)) if begun.elapsed() > PATIENCE => {
+                Ok(LockResult::Held(owner)) if begun.elapsed() > PATIENCE => {
                     return Err(PutError::Busy {
                         folder: self.named.display().to_string(),
-                        owner: named(owner.as_ref()),
+                        owner: describe_owner(owner.as_ref()),
                     });
                 }
-                Ok(Claim::Theirs(_)) => std::thread::sleep(PAUSE),
+                Ok(LockResult::Held(_)) => std::thread::sleep(PAUSE),
             }
         }
     }
@@ -433,7 +435,7 @@ fn free_name(folder: &Path, name: &str) -> String {
 }
 
 /// The folder itself where the path is a link to it, also to one that does not exist yet.
-fn resolved(folder: &Path) -> io::Result<PathBuf> {
+fn resolve(folder: &Path) -> io::Result<PathBuf> {
     if let Ok(place) = folder.canonicalize() {
         return Ok(place);
     }

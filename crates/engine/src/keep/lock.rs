@@ -57,11 +57,11 @@ pub struct Lock {
 
 /// What came of asking for a file.
 #[derive(Debug)]
-pub enum Claim {
+pub enum LockResult {
     /// It is ours.
-    Ours(Lock),
+    Acquired(Lock),
     /// Another program has it; `None` where it cannot be said which.
-    Theirs(Option<Owner>),
+    Held(Option<Owner>),
 }
 
 impl Lock {
@@ -71,16 +71,16 @@ impl Lock {
     ///
     /// # Errors
     /// When the folder cannot be written.
-    pub fn claim(target: &Path) -> io::Result<Claim> {
+    pub fn try_lock(target: &Path) -> io::Result<LockResult> {
         let path = lock_path(target);
         for _ in 0..TRIES {
             let mut file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&path)?;
             match file.try_lock() {
                 Ok(()) => {}
-                Err(TryLockError::WouldBlock) => return Ok(Claim::Theirs(read_owner(&mut file))),
+                Err(TryLockError::WouldBlock) => return Ok(LockResult::Held(read_owner(&mut file))),
                 Err(TryLockError::Error(_)) => {
                     if let Some(owner) = read_owner(&mut file).filter(Owner::may_live) {
-                        return Ok(Claim::Theirs(Some(owner)));
+                        return Ok(LockResult::Held(Some(owner)));
                     }
                 }
             }
@@ -92,17 +92,17 @@ impl Lock {
             // The holder before may have removed the file between our opening and our locking it: then ours is nobody's. Windows
             // removes no open file, and lets nobody read a locked one.
             if cfg!(windows) || std::fs::read_to_string(&path).is_ok_and(|present| present == text) {
-                return Ok(Claim::Ours(Self { path, _file: file }));
+                return Ok(LockResult::Acquired(Self { path, _file: file }));
             }
         }
         Err(io::Error::other(format!("{} comes and goes", path.display())))
     }
 
     /// Takes hold of what a dead program left; `None` where its owner may live or no lock can be written.
-    pub(super) fn claim_dead(target: &Path) -> Option<Self> {
-        match Self::claim(target) {
-            Ok(Claim::Ours(lock)) => Some(lock),
-            Ok(Claim::Theirs(_)) | Err(_) => None,
+    pub(super) fn try_lock_abandoned(target: &Path) -> Option<Self> {
+        match Self::try_lock(target) {
+            Ok(LockResult::Acquired(lock)) => Some(lock),
+            Ok(LockResult::Held(_)) | Err(_) => None,
         }
     }
 
@@ -110,10 +110,12 @@ impl Lock {
     ///
     /// # Errors
     /// One line that names the program which has it open.
-    pub fn hold(target: &Path) -> Result<Option<Self>, String> {
-        match Self::claim(target) {
-            Ok(Claim::Ours(lock)) => Ok(Some(lock)),
-            Ok(Claim::Theirs(owner)) => Err(format!("{} is open in {}", target.display(), named(owner.as_ref()))),
+    pub fn lock_for_writing(target: &Path) -> Result<Option<Self>, String> {
+        match Self::try_lock(target) {
+            Ok(LockResult::Acquired(lock)) => Ok(Some(lock)),
+            Ok(LockResult::Held(owner)) => {
+                Err(format!("{} is open in {}", target.display(), describe_owner(owner.as_ref())))
+            }
             Err(_) => Ok(None),
         }
     }
@@ -127,7 +129,7 @@ impl Drop for Lock {
 }
 
 /// A program in words.
-pub(crate) fn named(owner: Option<&Owner>) -> String {
+pub(crate) fn describe_owner(owner: Option<&Owner>) -> String {
     owner.map_or("another program".to_owned(), |owner| format!("another doublet, {owner}"))
 }
 

@@ -7,12 +7,12 @@ mod lock;
 mod manifest;
 mod sweep;
 
-pub use autosave::{Draft, Orphan, Slot, orphans, state_folder};
+pub use autosave::{AbandonedAutosave, Autosave, AutosaveFile, abandoned_autosaves, state_folder};
 pub use durable::{remove_leftovers, replace, replace_keeping_previous};
 pub(crate) use folder::PrivateFolder;
 pub use folder::{Earlier, Put, PutError, Staging};
-pub(crate) use lock::named;
-pub use lock::{Claim, Lock, Owner};
+pub(crate) use lock::describe_owner;
+pub use lock::{Lock, LockResult, Owner};
 pub use manifest::{MANIFEST, has_manifest};
 pub(crate) use manifest::{hash_bytes, hash_file};
 pub use sweep::sweep;

@@ -27,7 +27,7 @@ pub fn sweep(folder: &Path) {
         let is_folder = entry.file_type().is_ok_and(|kind| kind.is_dir());
         let is_file = entry.file_type().is_ok_and(|kind| kind.is_file());
         if is_folder && is_staging(name) {
-            _ = Lock::claim_dead(&path).map(|_lock| remove_staging(&path));
+            _ = Lock::try_lock_abandoned(&path).map(|_lock| remove_staging(&path));
         } else if is_file && name.starts_with('.') && name.ends_with(PART) {
             _ = remove_part(&path);
         } else if let Some(staging) = name.strip_prefix('.').and_then(|name| name.strip_suffix(".lock"))
@@ -35,7 +35,7 @@ pub fn sweep(folder: &Path) {
             && is_staging(staging)
         {
             // Removed with the lock.
-            _ = Lock::claim(&folder.join(staging));
+            _ = Lock::try_lock(&folder.join(staging));
         }
     }
 }

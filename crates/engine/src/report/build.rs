@@ -276,7 +276,7 @@ fn unused_row(judged: &FitVerdict) -> FitRow {
     let fit = CoefficientFit {
         coefficient: judged.coefficient,
         windows: Vec::new(),
-        fit: Err(NO_WINDOW.to_owned()),
+        fit: Err(NO_WINDOW.into()),
         corrected_errors: Vec::new(),
         series: Vec::new(),
         dropped: Vec::new(),
@@ -302,7 +302,7 @@ fn fit_row(fit: &CoefficientFit, judged: Option<&FitVerdict>) -> FitRow {
         dropped: dropped.collect(),
     };
     match &fit.fit {
-        Err(error) => row.error = Some(error.clone()),
+        Err(error) => row.error = Some(error.to_string()),
         Ok(estimate) => {
             row.r_squared = estimate.quality.r_squared;
             row.rms_relative_percent = estimate.quality.rms_relative_percent;
@@ -319,7 +319,7 @@ fn fit_row(fit: &CoefficientFit, judged: Option<&FitVerdict>) -> FitRow {
                     name: estimate.names[index].clone(),
                     verdict: judged.and_then(|judged| judged.derivative(&estimate.names[index]).cloned()),
                     estimate: estimate.estimates[index],
-                    held: stage::held(estimate.origins[index]),
+                    held: stage::describe_origin(estimate.origins[index]),
                     standard_error,
                     corrected_standard_error,
                     relative_error_percent,

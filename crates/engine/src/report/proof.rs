@@ -4,6 +4,7 @@ use doublet_core::validate::{BandResult, TestResult};
 use serde::Serialize;
 
 use super::table::{Cell, Column, Table};
+use crate::graph::StageResult;
 use crate::stage::{ProofOfMatch, WindowReplay};
 
 /// Validation windows flown again.
@@ -80,12 +81,12 @@ pub struct TheilRow {
 
 /// Rows of a proof of match.
 pub fn rows(proof: &ProofOfMatch) -> ProofRow {
-    let one = |(window, replay): &(String, Result<std::sync::Arc<WindowReplay>, String>)| {
+    let one = |(window, replay): &(String, StageResult<std::sync::Arc<WindowReplay>>)| {
         let (tests, theil) = match replay {
             Ok(replay) => (replay.tests.iter().map(test_row).collect(), theil_rows(replay)),
             Err(_) => Default::default(),
         };
-        ReplayRow { window: window.clone(), error: replay.as_ref().err().cloned(), tests, theil }
+        ReplayRow { window: window.clone(), error: replay.as_ref().err().map(ToString::to_string), tests, theil }
     };
     ProofRow { tolerances: proof.tolerances.clone(), windows: proof.windows.iter().map(one).collect() }
 }

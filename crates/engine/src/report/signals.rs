@@ -127,7 +127,7 @@ fn proposal_rows(session: &Session, proposals: &FlightProposals) -> Vec<Proposal
         surface: proposal.manoeuvre.surface.map_or("several", Surface::name),
         kind: proposal.manoeuvre.kind.clone(),
         confidence: proposal.confidence,
-        window: proposal.taken(session).map(|window| window.name.clone()),
+        window: proposal.covering_window(session).map(|window| window.name.clone()),
     });
     rows.collect()
 }

@@ -4,6 +4,7 @@ use doublet_core::sensitivity::NoiseEffect;
 use serde::{Serialize, Serializer};
 
 use super::table::{Cell, Column, Table};
+use crate::graph::{StageError, StageResult};
 use crate::run::Snapshot;
 use crate::study::{
     CheckedDerivative, ConditionRegression, ControlLag, ManoeuvreStudy, MonteCarloStudy, SensitivityStudy, WindowChecks,
@@ -412,7 +413,7 @@ fn check_rows(snapshot: &Snapshot, checks: &WindowChecks) -> Vec<CheckRow> {
         let (estimate, standard_error) = (derivative.estimate, derivative.standard_error);
         CheckRow { estimate, standard_error, equation_error, equation_standard_error, ..blank }
     };
-    let failed = |blank: CheckRow, error: &str| CheckRow { error: Some(error.to_owned()), ..blank };
+    let failed = |blank: CheckRow, error: &StageError| CheckRow { error: Some(error.to_string()), ..blank };
     let mut rows = Vec::new();
     for (coefficient, found) in &checks.frequency {
         let blank = |name: &str| blank("frequency domain", "", name);
@@ -444,8 +445,8 @@ fn check_rows(snapshot: &Snapshot, checks: &WindowChecks) -> Vec<CheckRow> {
 }
 
 fn lag_rows(lag: &ControlLag) -> Vec<LagRow> {
-    let row = |coefficient: &'static str, found: Result<(f64, f64), String>, r_squared: Option<f64>| {
-        let (value_s, standard_error_s) = found.as_ref().copied().unwrap_or((f64::NAN, f64::NAN));
+    let row = |coefficient: &'static str, found: StageResult<(f64, f64)>, r_squared: Option<f64>| {
+        let (value_s, standard_error_s) = *found.as_ref().unwrap_or(&(f64::NAN, f64::NAN));
         LagRow {
             control: lag.surface.variable().name(),
             kind: lag.kind.name(),
@@ -453,7 +454,7 @@ fn lag_rows(lag: &ControlLag) -> Vec<LagRow> {
             value_s,
             standard_error_s,
             r_squared: r_squared.unwrap_or(f64::NAN),
-            error: found.err(),
+            error: found.err().map(String::from),
         }
     };
     let fits = lag.result.iter().flat_map(|search| &search.fits).map(|fit| fit.fit.quality.r_squared);
@@ -475,7 +476,7 @@ fn condition_rows(found: &ConditionRegression) -> Vec<ConditionRow> {
         error,
     };
     match &found.result {
-        Err(error) => vec![row("value", [f64::NAN; 4], Some(error.clone()))],
+        Err(error) => vec![row("value", [f64::NAN; 4], Some(error.to_string()))],
         Ok(result) => {
             let means = std::iter::once(&f64::NAN).chain(&result.mean);
             let fit = &result.fit;

@@ -4,14 +4,15 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use crate::keep::{Draft, Slot};
+use crate::graph::StageResult;
+use crate::keep::{Autosave, AutosaveFile};
 
 /// Shortest time between two writes: a drag does not wear the disk out.
 const INTERVAL: Duration = Duration::from_millis(200);
 
 /// What is to be done next.
 enum Job {
-    Write(Draft),
+    Write(Autosave),
     Clear,
 }
 
@@ -30,7 +31,7 @@ struct Shared {
     changed: Condvar,
 }
 
-/// Writes the newest draft to its slot. An edit handed over is on the disk a fifth of a second and one write later.
+/// Writes the newest autosave to its slot. An edit handed over is on the disk a fifth of a second and one write later.
 pub struct Autosaver {
     shared: Arc<Shared>,
     thread: Option<JoinHandle<()>>,
@@ -45,7 +46,7 @@ impl Autosaver {
     ///
     /// # Errors
     /// When the operating system refuses a thread.
-    pub fn start(slot: Slot) -> std::io::Result<Self> {
+    pub fn start(slot: AutosaveFile) -> std::io::Result<Self> {
         let shared = Arc::<Shared>::default();
         let for_thread = Arc::clone(&shared);
         let thread = std::thread::Builder::new()
@@ -54,9 +55,9 @@ impl Autosaver {
         Ok(Self { shared, thread: Some(thread) })
     }
 
-    /// Keeps `draft` in place of any before.
-    pub fn keep(&self, draft: Draft) {
-        lock(&self.shared).pending = Some(Job::Write(draft));
+    /// Keeps `autosave` in place of any before.
+    pub fn keep(&self, autosave: Autosave) {
+        lock(&self.shared).pending = Some(Job::Write(autosave));
         self.shared.changed.notify_all();
     }
 
@@ -70,7 +71,7 @@ impl Autosaver {
     ///
     /// # Errors
     /// One line when the last write failed.
-    pub fn settle(&self) -> Result<(), String> {
+    pub fn settle(&self) -> StageResult<()> {
         let mut inbox = lock(&self.shared);
         inbox.hurry = true;
         self.shared.changed.notify_all();
@@ -78,7 +79,7 @@ impl Autosaver {
             inbox = self.shared.changed.wait(inbox).unwrap_or_else(PoisonError::into_inner);
         }
         inbox.hurry = false;
-        inbox.error.clone().map_or(Ok(()), Err)
+        inbox.error.clone().map_or(Ok(()), |line| Err(line.into()))
     }
 
     /// Why the last write failed, if it did.
@@ -99,7 +100,7 @@ impl Drop for Autosaver {
 }
 
 /// Waits for one job and does it; `false` once there is none and never will be.
-fn step(shared: &Shared, slot: &Slot) -> bool {
+fn step(shared: &Shared, slot: &AutosaveFile) -> bool {
     let mut inbox = lock(shared);
     let job = loop {
         if let Some(job) = inbox.pending.take() {
@@ -114,7 +115,7 @@ fn step(shared: &Shared, slot: &Slot) -> bool {
     drop(inbox);
     let begun = Instant::now();
     let outcome = match &job {
-        Job::Write(draft) => slot.write(draft),
+        Job::Write(autosave) => slot.write(autosave),
         Job::Clear => slot.clear(),
     };
     let mut inbox = lock(shared);

@@ -8,7 +8,7 @@ use doublet_core::reconstruct::{FilterSettings, Method};
 use doublet_core::series::Series;
 
 use super::snapshot::{Snapshot, WindowResults};
-use crate::graph::{Context, Footprint, Keyed, Stage, StageError};
+use crate::graph::{Context, Footprint, Keyed, Stage, StageError, StageResult};
 use crate::session::{Manoeuvre, PathSource, Session, Settings};
 use crate::stage::{
     self, AircraftData, BiasTable, CoefficientStudy, Contributions, KindSummary, LoadedAircraft, LoadedFlight,
@@ -56,7 +56,7 @@ pub struct WindowDetails {
     /// Parts of its fitted coefficients.
     pub contributions: Vec<Contributions>,
     /// Its path by the plain and by the iterated filter, both smoothed, or why it has none; `None` where it was not wanted.
-    pub filters: Option<Result<[Arc<WindowPath>; 2], String>>,
+    pub filters: Option<StageResult<[Arc<WindowPath>; 2]>>,
 }
 
 /// What a closer look depends on.
@@ -96,7 +96,7 @@ pub(super) fn details(
     snapshot: &Snapshot,
     request: &DetailRequest,
     context: &Context<'_>,
-) -> Result<Keyed<Details>, StageError> {
+) -> StageResult<Keyed<Details>> {
     let used = snapshot.gravity.as_ref().map_or_else(|| session.clone(), |used| stage::with_gravity(session, used));
     let windows = session.windows.iter().filter_map(|manoeuvre| {
         let WindowResults { path, aero, fits } = snapshot.windows.get(&manoeuvre.name)?;
@@ -127,7 +127,7 @@ impl Stage for Details {
     type Output = Self;
     const NAME: &'static str = "closer look";
 
-    fn run(params: DetailParams<'_>, inputs: &DetailInputs<'_>, context: &Context<'_>) -> Result<Self, StageError> {
+    fn run(params: DetailParams<'_>, inputs: &DetailInputs<'_>, context: &Context<'_>) -> StageResult<Self> {
         let DetailParams { request, settings, .. } = params;
         context.checkpoint()?;
         let known = || inputs.windows.iter();
@@ -154,7 +154,7 @@ fn window_details(
     params: DetailParams<'_>,
     inputs: &DetailInputs<'_>,
     context: &Context<'_>,
-) -> Result<WindowDetails, StageError> {
+) -> StageResult<WindowDetails> {
     let Settings { structure, estimation, .. } = params.settings;
     let parts = aero.zip(*fits).map(|(aero, fits)| stage::contributions(manoeuvre, aero, fits, structure, estimation));
     let filters = params.request.filters.then(|| by_every_filter(manoeuvre, params, inputs, context));
@@ -164,7 +164,7 @@ fn window_details(
         contributions: parts.unwrap_or_default(),
         filters: match filters {
             Some(Err(StageError::Cancelled)) => return Err(StageError::Cancelled),
-            found => found.map(|found| found.map_err(|error| error.to_string())),
+            found => found,
         },
     })
 }

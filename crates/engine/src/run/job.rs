@@ -4,14 +4,14 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::thread::JoinHandle;
 
-use crate::graph::Control;
+use crate::graph::{Control, StageError, StageResult};
 
 /// Results or a report on their way to disk, or a recording being looked at. Dropping it waits for the end: nothing half-written is left
 /// behind.
 pub struct Job<T> {
     progress: Arc<AtomicU32>,
     control: Control,
-    thread: Option<JoinHandle<Result<T, String>>>,
+    thread: Option<JoinHandle<StageResult<T>>>,
 }
 
 impl<T: Send + 'static> Job<T> {
@@ -20,10 +20,10 @@ impl<T: Send + 'static> Job<T> {
     ///
     /// # Errors
     /// When the operating system refuses a thread.
-    pub fn start(
+    pub fn start<E: Into<StageError>>(
         name: &str,
         wake: impl Fn() + Send + 'static,
-        work: impl FnOnce(&Control, &dyn Fn(f32)) -> Result<T, String> + Send + 'static,
+        work: impl FnOnce(&Control, &dyn Fn(f32)) -> Result<T, E> + Send + 'static,
     ) -> std::io::Result<Self> {
         let progress = Arc::new(AtomicU32::new(0.0_f32.to_bits()));
         let control = Control::default();
@@ -34,7 +34,7 @@ impl<T: Send + 'static> Job<T> {
                 wake();
             });
             wake();
-            result
+            result.map_err(Into::into)
         };
         let thread = std::thread::Builder::new().name(name.to_owned()).spawn(run)?;
         Ok(Self { progress, control, thread: Some(thread) })
@@ -65,10 +65,10 @@ impl<T: Send + 'static> Job<T> {
     ///
     /// # Errors
     /// The line of the work.
-    pub fn finish(mut self) -> Result<T, String> {
+    pub fn finish(mut self) -> StageResult<T> {
         match self.thread.take().map(JoinHandle::join) {
             Some(Ok(result)) => result,
-            Some(Err(_)) | None => Err("the work ended unexpectedly: try it again".to_owned()),
+            Some(Err(_)) | None => Err("the work ended unexpectedly: try it again".into()),
         }
     }
 }

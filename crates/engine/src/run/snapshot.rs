@@ -133,7 +133,7 @@ impl<T> AnySlot for Slot<T> {
         match error {
             StageError::NotApplicable => *self = Self::NotRequested,
             StageError::Cancelled => self.expire(),
-            StageError::Failed(line) => *self = Self::Failed { error: line.clone(), last: self.keyed().cloned() },
+            error => *self = Self::Failed { error: error.to_string(), last: self.keyed().cloned() },
         }
     }
 
@@ -379,7 +379,7 @@ impl Snapshot {
         };
         let failed = fits.into_iter().filter_map(|(place, fit)| {
             let error = fit.fit.as_ref().err()?;
-            Some((format!("{} ({place})", fit.coefficient.name()), error.clone()))
+            Some((format!("{} ({place})", fit.coefficient.name()), error.to_string()))
         });
         failed.collect()
     }

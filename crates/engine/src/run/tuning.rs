@@ -13,7 +13,7 @@ use doublet_core::reconstruct::{
 };
 use rayon::prelude::*;
 
-use crate::graph::Control;
+use crate::graph::{Control, StageResult};
 use crate::stage::WindowPath;
 
 /// Noise settings that make the measurements of these windows most likely; `progress` hears of every step.
@@ -26,9 +26,9 @@ pub fn tune_noise(
     search: &NoiseProposalSettings,
     control: &Control,
     progress: &(dyn Fn(NoiseProgress) + Sync),
-) -> Result<NoiseProposal, String> {
+) -> StageResult<NoiseProposal> {
     if paths.is_empty() {
-        return Err("no window to tell the noise from: choose windows that the filter can run on".to_owned());
+        return Err("no window to tell the noise from: choose windows that the filter can run on".into());
     }
     let mut outliers = [0; MEASUREMENTS];
     let mut clean = Vec::new();
@@ -37,9 +37,9 @@ pub fn tune_noise(
         clean.push(data);
         outliers.iter_mut().zip(found).for_each(|(sum, count)| *sum += count);
     }
-    let groups = grouped(&clean);
+    let groups = group(&clean);
     let mut evaluate = |settings: &ValidSettings| {
-        let of_group = |group: &Vec<&FilterData>| likelihood(group, settings, &mut |_| verdict(control));
+        let of_group = |group: &Vec<&FilterData>| likelihood(group, settings, &mut |_| go_on(control));
         let parts = groups.par_iter().map(of_group).collect::<Result<Vec<_>, NoiseProposalError>>()?;
         let mut sum = Likelihood::default();
         parts.iter().for_each(|part| sum.add(part));
@@ -47,9 +47,9 @@ pub fn tune_noise(
     };
     let mut step = |at| {
         progress(at);
-        verdict(control)
+        go_on(control)
     };
-    propose_noise(settings, search, outliers, &mut evaluate, &mut step).map_err(|error| error.to_string())
+    Ok(propose_noise(settings, search, outliers, &mut evaluate, &mut step)?)
 }
 
 /// The common delay of some measurements that makes all measurements of these windows most likely, searched within `range_s`
@@ -63,31 +63,31 @@ pub fn tune_delay(
     measurements: &[Measurement],
     range_s: f64,
     control: &Control,
-) -> Result<DelayEstimate, String> {
+) -> StageResult<DelayEstimate> {
     let is_measured = |m: &Measurement| paths.iter().any(|path| !path.missing.contains(m));
     if let Some(missing) = measurements.iter().find(|m| !is_measured(m)) {
-        return Err(format!("{} is not measured in any window: its delay cannot be told", missing.name()));
+        return Err(format!("{} is not measured in any window: its delay cannot be told", missing.name()).into());
     }
     let settings = FilterSettings { smooth: false, ..settings.clone() };
     let whole: Vec<FilterData> =
         paths.iter().map(|path| comparable(&path.data, measurements, &settings, range_s)).collect();
-    let groups = grouped(&whole);
+    let groups = group(&whole);
     let mut evaluate = |settings: &ValidSettings| {
         let of_group = |group: &Vec<&FilterData>| -> Result<f64, ReconstructError> {
-            let results = reconstruct_many(group, settings, &mut |_| verdict(control));
+            let results = reconstruct_many(group, settings, &mut |_| go_on(control));
             results.into_iter().map(|result| Ok(result?.log_likelihood)).sum()
         };
         Ok(groups.par_iter().map(of_group).collect::<Result<Vec<_>, _>>()?.iter().sum())
     };
-    refine_delay(&settings, measurements, range_s, &mut evaluate).map_err(|error| error.to_string())
+    Ok(refine_delay(&settings, measurements, range_s, &mut evaluate)?)
 }
 
-fn verdict(control: &Control) -> ControlFlow<()> {
+fn go_on(control: &Control) -> ControlFlow<()> {
     if control.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
 }
 
 /// Windows in groups that run side by side.
-fn grouped(data: &[FilterData]) -> Vec<Vec<&FilterData>> {
+fn group(data: &[FilterData]) -> Vec<Vec<&FilterData>> {
     let all: Vec<&FilterData> = data.iter().collect();
     lane_groups(&all, rayon::current_num_threads())
         .into_iter()

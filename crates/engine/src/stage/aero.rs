@@ -18,7 +18,7 @@ use super::engines::{Air, ExtrapolatedThrust, engines};
 use super::path::{Samples, WindowPath, differentiation};
 use super::recording::LoadedFlight;
 use super::window_context::WindowContext;
-use crate::graph::{Context, Footprint, Keyed, Stage, StageError};
+use crate::graph::{Context, Footprint, Keyed, Stage, StageResult};
 use crate::session::{AngularAcceleration, PathSource, Preparation, Surface};
 use crate::verdict::{Finding, Level};
 
@@ -99,9 +99,9 @@ impl Stage for WindowAero {
         preparation: &Preparation,
         (flight, samples, path, aircraft): Self::Inputs<'_>,
         context: &Context<'_>,
-    ) -> Result<Self, StageError> {
-        let around = context.get::<WindowContext>(preparation, (flight, samples, aircraft))?;
-        Ok(aero(&around, &path.reconstruction, aircraft, preparation)?)
+    ) -> StageResult<Self> {
+        let window = context.get::<WindowContext>(preparation, (flight, samples, aircraft))?;
+        Ok(aero(&window, &path.reconstruction, aircraft, preparation)?)
     }
 }
 
@@ -113,9 +113,9 @@ impl WindowAero {
     ///
     /// # Errors
     /// One line: what the model refuses.
-    pub fn formed(data: AeroData, settings: CoefficientSettings, air_density: AirDensity) -> Result<Self, String> {
-        let coefficients = coefficients(&data, &settings).map_err(|error| error.to_string())?;
-        let variables = variables(&data, &settings).map_err(|error| error.to_string())?;
+    pub fn form(data: AeroData, settings: CoefficientSettings, air_density: AirDensity) -> StageResult<Self> {
+        let coefficients = coefficients(&data, &settings)?;
+        let variables = variables(&data, &settings)?;
         let time_s: Arc<[f64]> = coefficients.time_s.as_slice().into();
         let series =
             Coefficient::ALL.map(|c| Series { time_s: Arc::clone(&time_s), values: coefficients.get(c).into() });
@@ -143,7 +143,7 @@ pub fn aero_along(
     nominal: &WindowPath,
     (data, path): (&FilterData, &Reconstruction),
     preparation: &Preparation,
-) -> Result<WindowAero, String> {
+) -> StageResult<WindowAero> {
     let first = nominal.data.inputs.time_s.len() - aero.data.time_s.len();
     let known = motion(first, &nominal.reconstruction, preparation)?;
     let Motion { airspeed_m_s, alpha_rad, beta_rad, biases, .. } = motion(first, path, preparation)?;
@@ -168,7 +168,7 @@ pub fn aero_along(
         angular_acceleration_rad_s2,
         ..aero.data.clone()
     };
-    WindowAero::formed(data, aero.settings.clone(), aero.air_density)
+    WindowAero::form(data, aero.settings.clone(), aero.air_density)
 }
 
 /// Forms the coefficients of one window from its path.
@@ -176,13 +176,13 @@ pub fn aero_along(
 /// # Errors
 /// One line: a control with a gap, or what the model refuses.
 pub fn aero(
-    around: &WindowContext,
+    window: &WindowContext,
     path: &Reconstruction,
     aircraft: &AircraftData,
     preparation: &Preparation,
-) -> Result<WindowAero, String> {
+) -> StageResult<WindowAero> {
     let Formed { data, air_density, unknown_thrust, extrapolated_thrust, mut warnings } =
-        aero_data(around, path, aircraft, preparation)?;
+        aero_data(window, path, aircraft, preparation)?;
     let differentiation = differentiation(preparation, &data.time_s);
     let matched = preparation.matched_smoothing
         && data.angular_acceleration_rad_s2.is_none()
@@ -204,7 +204,7 @@ pub fn aero(
         matched,
         control_lags: CONTROLS.map(|surface| (surface.role(), preparation.control_lags.of(surface))).into(),
     };
-    let formed = WindowAero::formed(data, settings, air_density)?;
+    let formed = WindowAero::form(data, settings, air_density)?;
     Ok(WindowAero { warnings, unknown_thrust, extrapolated_thrust, ..formed })
 }
 
@@ -218,7 +218,7 @@ fn angular_acceleration(
     time_s: &[f64],
     rates_rad_s: &[Vec<f64>; 3],
     preparation: &Preparation,
-) -> Result<Option<[Vec<f64>; 3]>, String> {
+) -> StageResult<Option<[Vec<f64>; 3]>> {
     if preparation.angular_acceleration == AngularAcceleration::Differentiated {
         return Ok(None);
     }
@@ -239,31 +239,31 @@ struct Formed {
 }
 
 fn aero_data(
-    around: &WindowContext,
+    window: &WindowContext,
     path: &Reconstruction,
     aircraft: &AircraftData,
     preparation: &Preparation,
-) -> Result<Formed, String> {
+) -> StageResult<Formed> {
     let mut warnings = Vec::new();
-    let Motion { airspeed_m_s, alpha_rad, beta_rad, biases, down_m } = motion(around.first, path, preparation)?;
-    let time_s = around.time_s.clone();
+    let Motion { airspeed_m_s, alpha_rad, beta_rad, biases, down_m } = motion(window.first, path, preparation)?;
+    let time_s = window.time_s.clone();
     // The filter has the specific force moved to the centre of gravity; here it is wanted as measured, to be moved with the
     // centre of gravity of each sample and the differentiation of the coefficients.
     let accelerometer = aircraft.accelerometer.filter(|_| preparation.correct_accelerometer);
-    let [ax, ay, az, p, q, r] = unbiased_inputs(around, &biases)?;
+    let [ax, ay, az, p, q, r] = unbiased_inputs(window, &biases)?;
     let rates_rad_s = [p, q, r];
     let origin_m = preparation.origin_altitude_m;
-    let (altitude_m, standard): (Vec<f64>, _) = match around.recorded(Role::Altitude)? {
+    let (altitude_m, standard): (Vec<f64>, _) = match window.values(Role::Altitude)? {
         Some(altitude) => (altitude, AirDensity::RecordedAltitude),
         None => (down_m.iter().map(|down| origin_m - down).collect(), AirDensity::AssumedAltitude(origin_m)),
     };
     let mut controls = BTreeMap::new();
     for role in CONTROLS.map(Surface::role) {
-        if let Some(values) = around.recorded(role)? {
+        if let Some(values) = window.values(role)? {
             controls.insert(role, values);
         }
     }
-    let (density_kg_m3, air_density) = air_density(around, &altitude_m, standard)?;
+    let (density_kg_m3, air_density) = air_density(window, &altitude_m, standard)?;
     match air_density {
         AirDensity::RecordedAltitude => {
             warnings.push("air density comes from the standard atmosphere at the recorded altitude".to_owned());
@@ -277,10 +277,10 @@ fn aero_data(
         time_s: &time_s,
         airspeed_m_s: &airspeed_m_s,
         altitude_m: &altitude_m,
-        temperature_k: &air_temperature(around, &altitude_m)?,
+        temperature_k: &air_temperature(window, &altitude_m)?,
         density_kg_m3: &density_kg_m3,
     };
-    let engines = engines(around, aircraft, &air)?;
+    let engines = engines(window, aircraft, &air)?;
     if preparation.thrust != ThrustTreatment::Included && engines.engines.is_empty() {
         return Err("thrust cannot be taken out: neither is it recorded nor does it follow from the aircraft's engines; set preparation.remove_thrust to false".into());
     }
@@ -295,10 +295,10 @@ fn aero_data(
         accelerometer,
         density_kg_m3,
         controls,
-        inertia: around.inertia.clone()?,
+        inertia: window.inertia.clone()?,
         engines: engines.engines,
         propeller_pressure: engines.propeller_pressure,
-        mach: around.recorded(Role::Mach)?,
+        mach: window.values(Role::Mach)?,
         altitude_m: Some(altitude_m),
         time_s,
     };
@@ -316,7 +316,7 @@ struct Motion {
     down_m: Vec<f64>,
 }
 
-fn motion(first: usize, path: &Reconstruction, preparation: &Preparation) -> Result<Motion, String> {
+fn motion(first: usize, path: &Reconstruction, preparation: &Preparation) -> StageResult<Motion> {
     let states = states_of(path, preparation.path)?;
     let state = |state: State| &states[state as usize][first..];
     let (u, v, w) = (state(State::VelocityU), state(State::VelocityV), state(State::VelocityW));
@@ -331,51 +331,51 @@ fn motion(first: usize, path: &Reconstruction, preparation: &Preparation) -> Res
     })
 }
 
-pub(super) fn states_of(path: &Reconstruction, source: PathSource) -> Result<&[Vec<f64>; STATES], String> {
+pub(super) fn states_of(path: &Reconstruction, source: PathSource) -> StageResult<&[Vec<f64>; STATES]> {
     match source {
         PathSource::Filtered => Ok(&path.states),
         PathSource::Smoothed => path
             .smoothed
             .as_ref()
             .map(|smoothed| &smoothed.states)
-            .ok_or_else(|| "the path was not smoothed: set preparation.path to 'filtered'".to_owned()),
+            .ok_or("the path was not smoothed: set preparation.path to 'filtered'".into()),
     }
 }
 
 /// Inertial samples as recorded, less their biases.
-fn unbiased_inputs(around: &WindowContext, biases: &[f64; INPUTS]) -> Result<[Vec<f64>; INPUTS], String> {
+fn unbiased_inputs(window: &WindowContext, biases: &[f64; INPUTS]) -> StageResult<[Vec<f64>; INPUTS]> {
     let mut columns: [Vec<f64>; INPUTS] = Default::default();
     for (input, bias) in Input::ALL.into_iter().zip(biases) {
-        let Some(recorded) = around.recorded(input.role())? else { continue };
+        let Some(recorded) = window.values(input.role())? else { continue };
         columns[input as usize] = recorded.into_iter().map(|value| value - bias).collect();
     }
     Ok(columns)
 }
 
-fn air_temperature(around: &WindowContext, altitude_m: &[f64]) -> Result<Vec<f64>, String> {
-    if let Some(temperature) = around.recorded(Role::AirTemperature)? {
+fn air_temperature(window: &WindowContext, altitude_m: &[f64]) -> StageResult<Vec<f64>> {
+    if let Some(temperature) = window.values(Role::AirTemperature)? {
         return Ok(temperature);
     }
-    let standard = |&altitude: &f64| Atmosphere::STANDARD.temperature_k(altitude).map_err(|error| error.to_string());
+    let standard = |&altitude: &f64| Ok(Atmosphere::STANDARD.temperature_k(altitude)?);
     altitude_m.iter().map(standard).collect()
 }
 
 /// Air density, and where it comes from: `standard` where nothing but an altitude is known.
 fn air_density(
-    around: &WindowContext,
+    window: &WindowContext,
     altitude_m: &[f64],
     standard: AirDensity,
-) -> Result<(Vec<f64>, AirDensity), String> {
-    if let Some(density) = around.recorded(Role::AirDensity)? {
+) -> StageResult<(Vec<f64>, AirDensity)> {
+    if let Some(density) = window.values(Role::AirDensity)? {
         return Ok((density, AirDensity::Recorded));
     }
-    let pressure = around.recorded(Role::StaticPressure)?;
-    let temperature = around.recorded(Role::AirTemperature)?;
+    let pressure = window.values(Role::StaticPressure)?;
+    let temperature = window.values(Role::AirTemperature)?;
     if let (Some(pressure), Some(temperature)) = (pressure, temperature) {
         let pairs = pressure.iter().zip(&temperature);
-        let density = pairs.map(|(&p, &t)| density_kg_m3(p, t).map_err(|error| error.to_string()));
+        let density = pairs.map(|(&p, &t)| density_kg_m3(p, t));
         return Ok((density.collect::<Result<_, _>>()?, AirDensity::PressureAndTemperature));
     }
-    let at = |&altitude: &f64| Atmosphere::STANDARD.density_kg_m3(altitude).map_err(|error| error.to_string());
+    let at = |&altitude: &f64| Atmosphere::STANDARD.density_kg_m3(altitude);
     Ok((altitude_m.iter().map(at).collect::<Result<_, _>>()?, standard))
 }

@@ -16,7 +16,7 @@ use super::instruments::tank_channel;
 use super::mass::{FuelRecord, FuelSource};
 use super::samples::channel_at;
 use crate::builtin;
-use crate::graph::{Context, Footprint, Keyed, Stage, StageError};
+use crate::graph::{Context, Footprint, Keyed, Stage, StageResult};
 
 /// An aircraft file as read.
 #[derive(Clone, Debug)]
@@ -40,7 +40,7 @@ pub const NO_AIRCRAFT: &str = "no aircraft is chosen, so only flight paths are c
 ///
 /// # Errors
 /// One line that names the file and the cure.
-pub fn load_aircraft(context: &Context<'_>, path: &str) -> Result<Keyed<LoadedAircraft>, StageError> {
+pub fn load_aircraft(context: &Context<'_>, path: &str) -> StageResult<Keyed<LoadedAircraft>> {
     context.get::<LoadedAircraft>(path, ())
 }
 
@@ -50,7 +50,7 @@ impl Stage for LoadedAircraft {
     type Output = Self;
     const NAME: &'static str = "aircraft";
 
-    fn run(path: &str, (): (), context: &Context<'_>) -> Result<Self, StageError> {
+    fn run(path: &str, (): (), context: &Context<'_>) -> StageResult<Self> {
         let named = |error: &dyn std::fmt::Display| format!("{path}: {error}");
         let text = context.text(path, "aircraft")?;
         let (file, maps) = match path.strip_prefix(builtin::PREFIX) {
@@ -75,7 +75,7 @@ impl Stage for AircraftData {
     type Output = Self;
     const NAME: &'static str = "aircraft as loaded";
 
-    fn run(loading: Option<&Loading>, aircraft: &Keyed<LoadedAircraft>, _: &Context<'_>) -> Result<Self, StageError> {
+    fn run(loading: Option<&Loading>, aircraft: &Keyed<LoadedAircraft>, _: &Context<'_>) -> StageResult<Self> {
         Ok(aircraft_data(Arc::clone(aircraft.shared()), loading)?)
     }
 }
@@ -125,7 +125,7 @@ pub fn loading_on_board(aircraft: &Aircraft, stated: Option<&Loading>) -> Loadin
 ///
 /// # Errors
 /// One line when a reference length has no counterpart in the model's normalisation.
-pub fn aircraft_data(loaded: Arc<LoadedAircraft>, loading: Option<&Loading>) -> Result<AircraftData, String> {
+pub fn aircraft_data(loaded: Arc<LoadedAircraft>, loading: Option<&Loading>) -> StageResult<AircraftData> {
     let aircraft = &loaded.aircraft;
     let fuel_is_stated = loading.is_some_and(|loading| !loading.fuel_kg.is_empty());
     let loading = loading_on_board(aircraft, loading);
@@ -160,7 +160,7 @@ impl AircraftData {
     ///
     /// # Errors
     /// One line when the recorded fuel does not cover the window or does not fit the tanks.
-    pub fn inertia_history(&self, recording: &Recording, time_s: &[f64]) -> Result<InertiaHistory, String> {
+    pub fn inertia_history(&self, recording: &Recording, time_s: &[f64]) -> StageResult<InertiaHistory> {
         let aircraft = &self.loaded.aircraft;
         let history = match self.fuel(recording, time_s)? {
             Fuel::Constant => return Ok(InertiaHistory::Constant(self.inertia)),
@@ -172,7 +172,7 @@ impl AircraftData {
                 MassHistory::from_tanks(aircraft, &self.loading, time_s, &columns)
             }
         };
-        let history = history.map_err(|error| error.to_string())?;
+        let history = history?;
         let samples = history.mass_kg.iter().zip(&history.cg_from_datum_m).zip(&history.inertia);
         let inertia = samples.map(|((&mass_kg, &cg_datum_m), &tensor)| Inertia { mass_kg, tensor, cg_datum_m });
         let changed = |inertia: Inertia| self.mass_change.as_ref().map_or(inertia, |change| inertia.plus(change));
@@ -183,7 +183,7 @@ impl AircraftData {
     ///
     /// # Errors
     /// As for [`Self::inertia_history`].
-    pub fn loading_at(&self, recording: &Recording, time_s: f64) -> Result<Loading, String> {
+    pub fn loading_at(&self, recording: &Recording, time_s: f64) -> StageResult<Loading> {
         let mut loading = self.loading.clone();
         match self.fuel(recording, &[time_s])? {
             Fuel::Constant => {}
@@ -205,7 +205,7 @@ impl AircraftData {
     /// loading. Where the session states the fuel, that is what was on board at the first record of the flight: what is recorded is
     /// shifted by the difference, tank by tank or in all, and so tells the burn. Without recorded fuel the fuel flow since the first
     /// record does. Without either, or without fuel in the loading, it is constant.
-    fn fuel(&self, recording: &Recording, time_s: &[f64]) -> Result<Fuel, String> {
+    fn fuel(&self, recording: &Recording, time_s: &[f64]) -> StageResult<Fuel> {
         let stated_kg = self.stated_kg();
         let channel = |role| recording.role(role).filter(|_| stated_kg > 0.0);
         let Some(channel) = channel(Role::FuelMass) else {
@@ -228,7 +228,7 @@ impl AircraftData {
 
     /// Fuel on board from the fuel flow, kg: what the loading has at the first record of the flight, less what was burnt since. A
     /// sample that is not finite burns nothing of its own.
-    fn fuel_by_flow(&self, flow: &Series, stated_kg: f64, time_s: &[f64]) -> Result<Vec<f64>, String> {
+    fn fuel_by_flow(&self, flow: &Series, stated_kg: f64, time_s: &[f64]) -> StageResult<Vec<f64>> {
         let said = |error: doublet_core::prep::PrepError| format!("{}: {error}", Role::FuelFlow.name());
         let (own_s, rate): (Vec<f64>, Vec<f64>) =
             flow.time_s.iter().zip(flow.values.iter()).filter(|(_, rate)| rate.is_finite()).unzip();
@@ -242,7 +242,7 @@ impl AircraftData {
     }
 
     /// Fuel of every tank there is a record of, between none and its capacity, kg; shifted to what the session states.
-    fn recorded_tanks(&self, recording: &Recording, time_s: &[f64]) -> Result<Vec<(String, Vec<f64>)>, String> {
+    fn recorded_tanks(&self, recording: &Recording, time_s: &[f64]) -> StageResult<Vec<(String, Vec<f64>)>> {
         let mut tanks = Vec::new();
         for tank in &self.loaded.aircraft.tanks {
             let name = tank_channel(&tank.name);
@@ -335,9 +335,9 @@ fn finite_span(series: &Series) -> Option<(f64, f64)> {
 /// Largest relative difference of two lengths that count as one: the rounding of printed lengths.
 const SAME_LENGTH: f64 = 1e-6;
 
-fn reference(stated: &airframe::ReferenceGeometry) -> Result<ReferenceGeometry, String> {
+fn reference(stated: &airframe::ReferenceGeometry) -> StageResult<ReferenceGeometry> {
     let same = |a: f64, b: f64| (a - b).abs() <= SAME_LENGTH * b.abs();
-    let normalisation = |rate: &str, stated: f64, moment: f64| {
+    let normalisation = |rate: &str, stated: f64, moment: f64| -> StageResult<RateNormalisation> {
         if same(2.0 * stated, moment) {
             Ok(RateNormalisation::LengthOver2V)
         } else if same(stated, moment) {
@@ -345,7 +345,8 @@ fn reference(stated: &airframe::ReferenceGeometry) -> Result<ReferenceGeometry, 
         } else {
             Err(format!(
                 "reference length {stated} m of {rate}: it must be {moment} m or half of it, as in the moments"
-            ))
+            )
+            .into())
         }
     };
     let lateral = stated.lateral_moment_length_m;

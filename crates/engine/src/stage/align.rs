@@ -6,6 +6,7 @@ use std::sync::Arc;
 use doublet_core::align::{ClockEstimate, ClockFitSettings, ClockModel, ClockPair, ClockSearch, clock_fit_pairs};
 use doublet_core::series::{Channel, Recording};
 
+use crate::graph::StageResult;
 use crate::session::ClockSetting;
 
 /// A recorder's clock as used.
@@ -25,7 +26,7 @@ pub struct UsedClock {
 ///
 /// # Errors
 /// One line: a channel that is not there, or channels that do not agree on a clock.
-pub fn align(recording: &Recording, settings: &[ClockSetting]) -> Result<(Recording, Vec<UsedClock>), String> {
+pub fn align(recording: &Recording, settings: &[ClockSetting]) -> StageResult<(Recording, Vec<UsedClock>)> {
     let mut clocks: Vec<UsedClock> = Vec::new();
     for setting in settings {
         let mut clock = clock(recording, setting).map_err(|error| format!("clock of {}: {error}", setting.source))?;
@@ -55,7 +56,7 @@ pub fn is_stamped_by(pattern: &str, source: &str) -> bool {
 ///
 /// # Errors
 /// One line with the channels that have this name, or the names of the source.
-pub fn channel<'a>(recording: &'a Recording, path: &str) -> Result<&'a Channel, String> {
+pub fn channel<'a>(recording: &'a Recording, path: &str) -> StageResult<&'a Channel> {
     let found = recording.channels.iter().find(|channel| {
         path.strip_prefix(channel.source.as_str()).and_then(|rest| rest.strip_prefix('/')) == Some(&channel.name)
     });
@@ -72,12 +73,12 @@ pub fn channel<'a>(recording: &'a Recording, path: &str) -> Result<&'a Channel, 
         } else {
             format!("there is {}", same.join(", "))
         };
-        format!("no channel '{path}'; {hint}")
+        format!("no channel '{path}'; {hint}").into()
     })
 }
 
-fn clock(recording: &Recording, setting: &ClockSetting) -> Result<UsedClock, String> {
-    let given = ClockModel::new(setting.offset_s, setting.drift).map_err(|error| error.to_string())?;
+fn clock(recording: &Recording, setting: &ClockSetting) -> StageResult<UsedClock> {
+    let given = ClockModel::new(setting.offset_s, setting.drift)?;
     if setting.fit.is_empty() {
         return Ok(UsedClock { source: setting.source.clone(), model: given, shift_s: 0.0, estimate: None });
     }
@@ -93,6 +94,6 @@ fn clock(recording: &Recording, setting: &ClockSetting) -> Result<UsedClock, Str
     let about = given != ClockModel::REFERENCE;
     let search = if about { ClockSearch::About(given) } else { ClockSearch::Everywhere };
     let settings = ClockFitSettings { search, ..ClockFitSettings::default() };
-    let estimate = clock_fit_pairs(&pairs, &settings).map_err(|error| error.to_string())?;
+    let estimate = clock_fit_pairs(&pairs, &settings)?;
     Ok(UsedClock { source: setting.source.clone(), model: estimate.model, shift_s: 0.0, estimate: Some(estimate) })
 }

@@ -14,6 +14,7 @@ use doublet_core::validate::{Histogram, Whiteness, histogram, whiteness};
 use super::aero::WindowAero;
 use super::fit::{AeroWindow, CoefficientFit, WindowFits, applies, window_terms};
 use super::path::WindowPath;
+use crate::graph::StageResult;
 use crate::session::{Estimation, Manoeuvre, PooledConstants, WindowRole};
 
 /// Longest lag of a residual's autocorrelation, as a part of its samples and in samples.
@@ -52,7 +53,7 @@ pub struct CoefficientStudy {
     /// Coefficient.
     pub coefficient: Coefficient,
     /// What each tells, or one line why that is not known.
-    pub study: Result<TermStudy, String>,
+    pub study: StageResult<TermStudy>,
     /// The terms studied, in the order of its entries; those left out need a variable that is not recorded.
     pub terms: Vec<Term>,
 }
@@ -177,9 +178,9 @@ fn study_terms(
     (terms, own): (&[Term], usize),
     used: &[&AeroWindow<'_>],
     estimation: &Estimation,
-) -> Result<TermStudy, String> {
+) -> StageResult<TermStudy> {
     if used.is_empty() {
-        return Err("no window is used for this coefficient".to_owned());
+        return Err("no window is used for this coefficient".into());
     }
     let fixed: Vec<Option<f64>> = terms.iter().map(|term| fixed_value(estimation.known(coefficient, term))).collect();
     let window = |(window, aero): &&AeroWindow<'_>| {
@@ -190,12 +191,12 @@ fn study_terms(
         }
         Ok(PooledWindow { label: window.name.clone(), x, z })
     };
-    let windows = used.iter().map(window).collect::<Result<Vec<_>, String>>()?;
+    let windows = used.iter().map(window).collect::<StageResult<Vec<_>>>()?;
     let names: Vec<_> = terms.iter().map(|term| term.derivative_name(coefficient)).collect();
     let in_model: Vec<_> = (0..terms.len()).map(|at| at < own && fixed[at].is_none()).collect();
     let is_constant: Vec<_> = terms.iter().map(Term::is_constant).collect();
     let own_constants = estimation.constants == PooledConstants::PerWindow && windows.len() > 1;
-    term_study(&names, &in_model, &is_constant, own_constants, &windows).map_err(|error| error.to_string())
+    Ok(term_study(&names, &in_model, &is_constant, own_constants, &windows)?)
 }
 
 fn fixed_value(known: Constraint) -> Option<f64> {

@@ -6,6 +6,7 @@ use doublet_core::quantity::Role;
 
 use super::aircraft::AircraftData;
 use super::window_context::WindowContext;
+use crate::graph::StageResult;
 
 /// Roles of one engine.
 pub(super) struct EngineRoles {
@@ -75,13 +76,13 @@ pub struct ExtrapolatedThrust {
 ///
 /// # Errors
 /// One line: a gap in an engine channel.
-pub fn engines(around: &WindowContext, aircraft: &AircraftData, air: &Air<'_>) -> Result<Engines, String> {
+pub fn engines(window: &WindowContext, aircraft: &AircraftData, air: &Air<'_>) -> StageResult<Engines> {
     let mut result = Engines::default();
     let mut rises: Vec<Vec<f64>> = Vec::new();
     for (engine, roles) in aircraft.loaded.powerplant.engines.iter().zip(ENGINES) {
-        let speed_rad_s = around.recorded(roles.speed)?.unwrap_or_default();
-        let mut thrust = around.recorded(roles.thrust)?;
-        let pressure = around.recorded(roles.manifold_pressure)?;
+        let speed_rad_s = window.values(roles.speed)?.unwrap_or_default();
+        let mut thrust = window.values(roles.thrust)?;
+        let pressure = window.values(roles.manifold_pressure)?;
         if let (Some(model), Some(pressure), false) = (&engine.model, pressure, speed_rad_s.is_empty()) {
             let columns = EngineColumns {
                 speed_rad_s: &speed_rad_s,
@@ -119,7 +120,7 @@ pub fn engines(around: &WindowContext, aircraft: &AircraftData, air: &Air<'_>) -
         });
     }
     if result.engines.is_empty()
-        && let Some(coefficient) = around.recorded(Role::ThrustCoefficient)?
+        && let Some(coefficient) = window.values(Role::ThrustCoefficient)?
     {
         result.engines.push(engine_of_coefficient(&coefficient, aircraft, air));
         result.unknown.clear();

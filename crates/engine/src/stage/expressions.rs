@@ -7,6 +7,7 @@ use doublet_core::series::{Channel, Recording, Series};
 
 use super::recording::LoadedFlight;
 use super::signals::wraps;
+use crate::graph::StageResult;
 use crate::session::{EXPRESSION_SOURCE, ExpressionSetting};
 
 /// What to do where no name is near.
@@ -27,7 +28,7 @@ pub struct ExpressedChannel {
 ///
 /// # Errors
 /// One line with the expression, the position in it, and the cure.
-pub fn expressed(flight: &LoadedFlight, settings: &[ExpressionSetting]) -> Result<LoadedFlight, String> {
+pub fn add_expressions(flight: &LoadedFlight, settings: &[ExpressionSetting]) -> StageResult<LoadedFlight> {
     let mut flight = flight.clone();
     for setting in settings {
         let LoadedFlight { recording, expressions, .. } = &mut flight;
@@ -54,12 +55,12 @@ pub fn expressed(flight: &LoadedFlight, settings: &[ExpressionSetting]) -> Resul
 /// where no sample has one.
 ///
 /// # Errors
-/// As [`expressed`].
+/// As [`add_expressions`].
 pub fn expression_preview(
     flight: &LoadedFlight,
     instead: Option<&str>,
     setting: &ExpressionSetting,
-) -> Result<Option<f64>, String> {
+) -> StageResult<Option<f64>> {
     let mut recording = flight.recording.clone();
     let place = flight.expressions.iter().position(|made| Some(made.setting.name.as_str()) == instead);
     for made in flight.expressions[place.unwrap_or(flight.expressions.len())..].iter().rev() {
@@ -78,7 +79,7 @@ pub fn expression_preview(
 
 /// The channel an expression gives: on the stamps of the first channel it names. Channels with the same stamps enter sample by sample,
 /// others by straight lines between their own samples. In SI with a role, in the unit the session states otherwise.
-fn channel(recording: &Recording, setting: &ExpressionSetting) -> Result<Channel, String> {
+fn channel(recording: &Recording, setting: &ExpressionSetting) -> StageResult<Channel> {
     let (expression, unit) = setting.parse()?;
     let mut columns: Vec<Arc<[f64]>> = Vec::new();
     let mut base: Option<Arc<[f64]>> = None;
@@ -107,14 +108,13 @@ fn channel(recording: &Recording, setting: &ExpressionSetting) -> Result<Channel
 }
 
 /// The channel an operand names, and whether it is an angle that jumps by whole turns.
-fn operand_channel<'a>(recording: &'a Recording, operand: &Operand) -> Result<(&'a Channel, bool), String> {
+fn operand_channel<'a>(recording: &'a Recording, operand: &Operand) -> StageResult<(&'a Channel, bool)> {
     let name = match operand {
         Operand::Role(role) => {
             let known = recording.roles.keys().map(|role| role.name());
-            return recording
-                .role(*role)
-                .map(|channel| (channel, wraps(*role)))
-                .ok_or_else(|| format!("{} is not recorded: {}", role.name(), did_you_mean(role.name(), known, LIST)));
+            return recording.role(*role).map(|channel| (channel, wraps(*role))).ok_or_else(|| {
+                format!("{} is not recorded: {}", role.name(), did_you_mean(role.name(), known, LIST)).into()
+            });
         }
         Operand::Channel(name) => name,
     };
@@ -130,7 +130,7 @@ fn operand_channel<'a>(recording: &'a Recording, operand: &Operand) -> Result<(&
             let known: Vec<String> =
                 recording.channels.iter().flat_map(|channel| [channel.full_name(), channel.name.clone()]).collect();
             let hint = did_you_mean(name, known.iter().map(String::as_str), LIST);
-            Err(format!("no channel is called '{name}': {hint}"))
+            Err(format!("no channel is called '{name}': {hint}").into())
         }
         (None, several) => {
             let all: Vec<_> =
@@ -139,7 +139,8 @@ fn operand_channel<'a>(recording: &'a Recording, operand: &Operand) -> Result<(&
                 "{} channels are called '{name}': name one with its source, as {}",
                 several.len(),
                 all.join(" or ")
-            ))
+            )
+            .into())
         }
     }
 }

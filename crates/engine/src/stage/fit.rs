@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::aero::WindowAero;
 use super::prediction::{Parameters, Prediction, predict};
-use crate::graph::{Context, Footprint, Keyed, Stage, StageError};
+use crate::graph::{Context, Footprint, Keyed, Stage, StageResult};
 use crate::session::{Estimation, Manoeuvre, PooledConstants, Surface, WindowRole};
 
 /// A term the structure has but a fit leaves out, and why.
@@ -29,7 +29,7 @@ pub struct CoefficientFit {
     /// Windows whose samples it used, in the order they were stacked, with their number of samples.
     pub windows: Vec<(String, usize)>,
     /// Estimates and statistics, or one line that says why there are none.
-    pub fit: Result<Fit, String>,
+    pub fit: StageResult<Fit>,
     /// Standard errors corrected for the correlation of the residuals in time (Morelli and Klein 1997), one per estimate; empty
     /// where there is no fit.
     pub corrected_errors: Vec<f64>,
@@ -79,7 +79,7 @@ impl Stage for WindowFits {
         (manoeuvre, structure, estimation): Self::Params<'_>,
         aero: &Keyed<WindowAero>,
         _: &Context<'_>,
-    ) -> Result<Self, StageError> {
+    ) -> StageResult<Self> {
         Ok(window_fits(manoeuvre, aero.shared(), structure, estimation))
     }
 }
@@ -90,11 +90,7 @@ impl Stage for PooledFits {
     type Output = Self;
     const NAME: &'static str = "pooled fits";
 
-    fn run(
-        (structure, estimation): Self::Params<'_>,
-        windows: Self::Inputs<'_>,
-        _: &Context<'_>,
-    ) -> Result<Self, StageError> {
+    fn run((structure, estimation): Self::Params<'_>, windows: Self::Inputs<'_>, _: &Context<'_>) -> StageResult<Self> {
         let windows: Vec<AeroWindow<'_>> =
             windows.iter().map(|(manoeuvre, aero)| (*manoeuvre, Arc::clone(aero.shared()))).collect();
         Ok(pooled_fits(&windows, structure, estimation))
@@ -217,7 +213,7 @@ pub fn pooled_fits(windows: &[AeroWindow<'_>], structure: &Structure, estimation
         let fit = coefficient_fit(*coefficient, terms, &used, estimation, Vec::new());
         let predictions: Vec<_> = match &fit.fit {
             Ok(estimate) => {
-                let parameters = Parameters::chosen(*coefficient, terms, estimate, &used, estimation);
+                let parameters = Parameters::choose(*coefficient, terms, estimate, &used, estimation);
                 let predicted = |(window, aero): &AeroWindow<'_>| {
                     predict(*coefficient, terms, &parameters, (window, aero), estimation)
                 };
@@ -242,7 +238,7 @@ pub fn errors(fit: &Fit, corrected_errors: &[f64], at: usize) -> (f64, f64) {
 }
 
 /// What a reader should know of an estimate that does not rest on the samples alone: `fixed`, `at bound` or `prior`.
-pub fn held(origin: Origin) -> Option<&'static str> {
+pub fn describe_origin(origin: Origin) -> Option<&'static str> {
     match origin {
         Origin::Data => None,
         Origin::DataAndPrior => Some("prior"),
@@ -291,7 +287,7 @@ fn coefficient_fit(
     let (terms, resting) = moving_terms(coefficient, terms, used, estimation);
     dropped.extend(resting);
     if terms.is_empty() {
-        let fit = Err("no term of the model moves in the windows: add one that does, or a constant".to_owned());
+        let fit = Err("no term of the model moves in the windows: add one that does, or a constant".into());
         let windows = used.iter().map(|(window, aero)| (window.name.clone(), aero.coefficients.time_s.len())).collect();
         return CoefficientFit { coefficient, windows, series: Vec::new(), corrected_errors: Vec::new(), fit, dropped };
     }
@@ -314,11 +310,10 @@ fn stacked_fit(
     terms: &[Term],
     used: &[&AeroWindow<'_>],
     estimation: &Estimation,
-) -> Result<(Fit, Vec<f64>), String> {
+) -> StageResult<(Fit, Vec<f64>)> {
     let regression = Regression::new(coefficient, terms, used, estimation)?.pooled;
-    let pooled = regression.fit().map_err(|error| error.to_string())?;
-    let coloured =
-        pooled.coloured_covariance(&regression.windows, &Coloured::default()).map_err(|error| error.to_string())?;
+    let pooled = regression.fit()?;
+    let coloured = pooled.coloured_covariance(&regression.windows, &Coloured::default())?;
     Ok((pooled.fit, coloured.diagonal().iter().map(|variance| variance.sqrt()).collect()))
 }
 
@@ -341,10 +336,10 @@ impl Regression {
         terms: &[Term],
         used: &[&AeroWindow<'_>],
         estimation: &Estimation,
-    ) -> Result<Self, String> {
+    ) -> StageResult<Self> {
         let own_constants = estimation.constants == PooledConstants::PerWindow && used.len() > 1;
         let constraints: Vec<_> = terms.iter().map(|term| estimation.known(coefficient, term)).collect();
-        let window = |(window, aero): &&AeroWindow<'_>| -> Result<PooledWindow, String> {
+        let window = |(window, aero): &&AeroWindow<'_>| -> StageResult<PooledWindow> {
             let x = regressors(terms, &aero.variables).map_err(|error| format!("window '{}': {error}", window.name))?;
             Ok(PooledWindow { label: window.name.clone(), x, z: aero.coefficients.get(coefficient).to_vec() })
         };
@@ -368,13 +363,13 @@ pub fn pooled_regressions(
     windows: &[AeroWindow<'_>],
     structure: &Structure,
     estimation: &Estimation,
-) -> Vec<Result<Regression, String>> {
+) -> Vec<StageResult<Regression>> {
     let models = structure.models.iter();
     let one = |(coefficient, terms): &(Coefficient, Vec<Term>)| {
         let used = identification(*coefficient, terms, windows, estimation);
         let (terms, _) = moving_terms(*coefficient, terms, &used, estimation);
-        let named = |error: String| format!("{}: {error}", coefficient.name());
-        (!used.is_empty()).then(|| Regression::new(*coefficient, &terms, &used, estimation).map_err(named))
+        let regression = || Regression::new(*coefficient, &terms, &used, estimation);
+        (!used.is_empty()).then(|| regression().map_err(|error| error.at(coefficient.name())))
     };
     models.filter_map(one).collect()
 }

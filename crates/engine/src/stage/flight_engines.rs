@@ -15,7 +15,7 @@ use super::engines::{ENGINES, EngineRoles};
 use super::phases::{GROUND_AIRSPEED_M_S, phases};
 use super::recording::LoadedFlight;
 use super::samples::values_where_recorded;
-use crate::graph::{Context, Footprint, Keyed, Stage, StageError};
+use crate::graph::{Context, Footprint, Keyed, Stage, StageError, StageResult};
 
 /// Interval of the grid the engines are modelled on, s.
 const STEP_S: f64 = 0.5;
@@ -80,7 +80,7 @@ impl Stage for FlightEngines {
     type Output = Self;
     const NAME: &'static str = "engines of a flight";
 
-    fn run((): (), (flight, aircraft): Self::Inputs<'_>, _: &Context<'_>) -> Result<Self, StageError> {
+    fn run((): (), (flight, aircraft): Self::Inputs<'_>, _: &Context<'_>) -> StageResult<Self> {
         flight_engines(&flight.recording, &aircraft.powerplant)?.ok_or(StageError::NotApplicable)
     }
 }
@@ -104,7 +104,7 @@ struct FlightAir {
 ///
 /// # Errors
 /// One line when the recording spans more than two days.
-pub fn flight_engines(recording: &Recording, powerplant: &Powerplant) -> Result<Option<FlightEngines>, String> {
+pub fn flight_engines(recording: &Recording, powerplant: &Powerplant) -> StageResult<Option<FlightEngines>> {
     let has = |role: Role| recording.role(role).is_some();
     let known: Vec<_> = powerplant
         .engines
@@ -130,7 +130,7 @@ pub fn flight_engines(recording: &Recording, powerplant: &Powerplant) -> Result<
 }
 
 /// Multiples of the step from the first to the last sample of any of `roles`.
-fn grid(recording: &Recording, roles: impl Iterator<Item = Role>) -> Result<Arc<[f64]>, String> {
+fn grid(recording: &Recording, roles: impl Iterator<Item = Role>) -> StageResult<Arc<[f64]>> {
     let mut span = Window { start_s: f64::INFINITY, end_s: f64::NEG_INFINITY };
     for channel in roles.filter_map(|role| recording.role(role)) {
         if let [first, .., last] = *channel.series.time_s {
@@ -141,7 +141,8 @@ fn grid(recording: &Recording, roles: impl Iterator<Item = Role>) -> Result<Arc<
         return Err(format!(
             "the engine channels span {:.0} s to {:.0} s, more than two days: correct their clock in the channel map",
             span.start_s, span.end_s
-        ));
+        )
+        .into());
     }
     let first = (span.start_s / STEP_S).ceil();
     let steps = ((span.end_s / STEP_S).floor() - first).max(-1.0);
@@ -187,7 +188,7 @@ fn over_flight(
     air: &FlightAir,
     phases: &[PhaseOfFlight],
     warnings: &mut Vec<String>,
-) -> Result<Option<EngineOverFlight>, String> {
+) -> StageResult<Option<EngineOverFlight>> {
     let name = &engine.station.name;
     let recorded = |role: Role| values_where_recorded(recording, role, &air.time_s);
     let (Some(speed), Some(pressure)) = (recorded(roles.speed), recorded(roles.manifold_pressure)) else {

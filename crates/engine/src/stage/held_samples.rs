@@ -20,7 +20,7 @@ pub fn use_held_once(recording: &mut Recording, flight: &str) -> (Vec<TreatedSig
         let drives = Input::ALL.into_iter().any(|input| input.role() == role);
         let series = if drives { held.joined(&channel.series.time_s) } else { held.own.clone() };
         let (name, unit) = (role.name().to_owned(), channel.unit.clone());
-        let (text, finding) = said(flight, role, channel, &held, drives);
+        let (text, finding) = describe(flight, role, channel, &held, drives);
         let samples = [channel.series.values.len(), series.values.len()];
         treated.push(TreatedSignal {
             role,
@@ -39,7 +39,7 @@ pub fn use_held_once(recording: &mut Recording, flight: &str) -> (Vec<TreatedSig
 }
 
 /// What was found of a channel and done about it.
-fn said(flight: &str, role: Role, channel: &Channel, held: &HeldSamples, drives: bool) -> (String, Finding) {
+fn describe(flight: &str, role: Role, channel: &Channel, held: &HeldSamples, drives: bool) -> (String, Finding) {
     let (own, all) = (held.own.values.len(), held.samples);
     let (percent, rate_hz) = (100.0 * (1.0 - own as f64 / all as f64), held.rate_hz());
     let done = if drives { "joined by straight lines" } else { "used once" };

@@ -17,7 +17,7 @@ use doublet_core::quantity::{Role, Unit};
 use doublet_core::series::{Channel, Recording, Series};
 
 use super::align::channel;
-use crate::graph::{Context, StageError};
+use crate::graph::{Context, StageResult};
 use crate::session::InstrumentSetting;
 
 /// A pause between samples of a control sensor that ends a stretch, s: it records around each manoeuvre only.
@@ -37,7 +37,7 @@ pub fn derive(
     recording: &mut Recording,
     context: &Context<'_>,
     setting: &InstrumentSetting,
-) -> Result<BTreeMap<Role, StatedNoise>, StageError> {
+) -> StageResult<BTreeMap<Role, StatedNoise>> {
     let content = context.text(&setting.file, "aircraft")?;
     let instruments = file::parse(&content).map_err(|error| format!("{}: {error}", setting.file))?;
     let mut derived = Vec::new();
@@ -78,7 +78,7 @@ pub fn derive(
 }
 
 /// Samples of a channel in SI, whatever unit it was recorded in.
-fn si(channel: &Channel) -> Result<Series, String> {
+fn si(channel: &Channel) -> StageResult<Series> {
     let unit = Unit::parse(&channel.unit).map_err(|error| format!("{}: {error}", channel.full_name()))?;
     let values = channel.series.values.iter().map(|&value| unit.to_si(value)).collect();
     Ok(Series { time_s: Arc::clone(&channel.series.time_s), values })
@@ -99,7 +99,7 @@ const COLUMNS: [&[&str]; 4] = [
 ];
 
 impl Attitude {
-    fn of(recording: &Recording, source: &str) -> Result<Self, String> {
+    fn of(recording: &Recording, source: &str) -> StageResult<Self> {
         let read = |name: &&str| channel(recording, &format!("{source}/{name}"));
         let there = COLUMNS.into_iter().find(|names| names.iter().all(|name| read(name).is_ok()));
         // Without any, the message is that of the angles.
@@ -109,10 +109,10 @@ impl Attitude {
             let channel = read(name)?;
             if is_angle { si(channel) } else { Ok(channel.series.clone()) }
         });
-        let columns = columns.collect::<Result<Vec<Series>, String>>()?;
+        let columns = columns.collect::<StageResult<Vec<Series>>>()?;
         let time_s = Arc::clone(&columns[0].time_s);
         if columns.iter().any(|column| column.time_s != time_s) {
-            return Err(format!("{source}: its attitude is not on one time base"));
+            return Err(format!("{source}: its attitude is not on one time base").into());
         }
         Ok(Self { time_s, columns: columns.into_iter().map(|column| column.values).collect() })
     }
@@ -132,7 +132,7 @@ fn deflections(
     thesis: bool,
     linkage: &ControlLinkage,
     warnings: &mut Vec<String>,
-) -> Result<Vec<(Role, Series)>, String> {
+) -> StageResult<Vec<(Role, Series)>> {
     let source = |sensor: &str| pattern.replace('*', sensor);
     let panel = Attitude::of(recording, &source(&linkage.reference_sensor))?;
     let turn = |sensor: &str| turn(&Attitude::of(recording, &source(sensor))?, &panel, linkage, sensor, thesis);
@@ -183,10 +183,10 @@ fn turn(
     linkage: &ControlLinkage,
     name: &str,
     thesis: bool,
-) -> Result<Series, String> {
+) -> StageResult<Series> {
     let mount = linkage.mount(name).ok_or_else(|| format!("the instruments file has no mount of sensor '{name}'"))?;
     if sensor.time_s != panel.time_s {
-        return Err(format!("sensor '{name}' and '{}' are not on one time base", linkage.reference_sensor));
+        return Err(format!("sensor '{name}' and '{}' are not on one time base", linkage.reference_sensor).into());
     }
     let mut values = Vec::with_capacity(sensor.time_s.len());
     for range in stretches(&sensor.time_s, PAUSE_S) {
@@ -213,7 +213,7 @@ fn flow_angles(
     setting: &InstrumentSetting,
     instruments: &Instruments,
     warnings: &mut Vec<String>,
-) -> Result<Vec<(Role, Series)>, String> {
+) -> StageResult<Vec<(Role, Series)>> {
     let air_data = &instruments.air_data;
     let calibration = &calibration(air_data, setting)?;
     let number = channel(recording, &format!("{pod}/AOA"))?;
@@ -227,19 +227,20 @@ fn flow_angles(
 }
 
 /// The calibration of the pod: one of the file's, or a new one from level flight.
-fn calibration(air_data: &AirDataCalibration, setting: &InstrumentSetting) -> Result<PodCalibration, String> {
+fn calibration(air_data: &AirDataCalibration, setting: &InstrumentSetting) -> StageResult<PodCalibration> {
     let Some(flight) = &setting.level_flight else {
         let found = air_data.pods.iter().find(|pod| pod.flight == setting.pod_calibration);
         return found.cloned().ok_or_else(|| {
             let known: Vec<_> = air_data.pods.iter().map(|pod| pod.flight.as_str()).collect();
-            format!("no pod calibration '{}': use one of {}", setting.pod_calibration, known.join(", "))
+            format!("no pod calibration '{}': use one of {}", setting.pod_calibration, known.join(", ")).into()
         });
     };
     if !setting.pod_calibration.is_empty() {
         return Err(format!(
             "level_flight and pod_calibration '{}' both say what the pod's number means: leave one out",
             setting.pod_calibration
-        ));
+        )
+        .into());
     }
     let curve = &air_data.lift_curve;
     let area_m2 = curve
@@ -250,20 +251,21 @@ fn calibration(air_data: &AirDataCalibration, setting: &InstrumentSetting) -> Re
         (None, Some(altitude)) => {
             Atmosphere::STANDARD.density_kg_m3(altitude).map_err(|error| format!("level_flight.altitude_m: {error}"))?
         }
-        _ => return Err("level_flight needs either altitude_m or density_kg_m3".to_owned()),
+        _ => return Err("level_flight needs either altitude_m or density_kg_m3".into()),
     };
     let [zero, middle, stall] = flight.airspeed_m_s;
     let usable = [flight.mass_kg, density_kg_m3, stall].iter().all(|value| *value > 0.0 && value.is_finite());
     if !(usable && stall < middle && middle < zero && zero.is_finite()) {
         return Err(
             "level_flight: give mass and density above zero, and airspeeds that fall from the number 0 over 85 to 100"
-                .to_owned(),
+                .into(),
         );
     }
     let alpha = |speed| {
         level_flight_angle_of_attack(curve, flight.mass_kg, STANDARD_GRAVITY_M_S2, speed, density_kg_m3, area_m2)
     };
-    pod_calibration("level flight", flight.airspeed_m_s.map(alpha)).map_err(|error| format!("level_flight: {error}"))
+    pod_calibration("level flight", flight.airspeed_m_s.map(alpha))
+        .map_err(|error| format!("level_flight: {error}").into())
 }
 
 /// Name of the channel that holds the fuel mass of one tank.
@@ -282,7 +284,7 @@ fn fuel(
     setting: &InstrumentSetting,
     instruments: &Instruments,
     warnings: &mut Vec<String>,
-) -> Result<Fuel, String> {
+) -> StageResult<Fuel> {
     let mut shown = Vec::new();
     for (tank, path) in &setting.fuel {
         let probe = instruments
@@ -293,7 +295,7 @@ fn fuel(
         shown.push((probe, si(channel(recording, path)?)?));
     }
     let Some(time_s) = shown.first().map(|(_, series)| Arc::clone(&series.time_s)) else {
-        return Err("no fuel probe is named".to_owned());
+        return Err("no fuel probe is named".into());
     };
     // Every tank by its own stamps; the sum at those of the first.
     let mut total = vec![0.0; time_s.len()];

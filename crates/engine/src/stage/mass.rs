@@ -5,7 +5,7 @@ use doublet_core::series::Recording;
 
 use super::aircraft::AircraftData;
 use super::recording::LoadedFlight;
-use crate::graph::{Context, Footprint, Keyed, Stage, StageError};
+use crate::graph::{Context, Footprint, Keyed, Stage, StageResult};
 use crate::session::Manoeuvre;
 
 /// The aircraft at one time of a flight.
@@ -84,12 +84,8 @@ impl Stage for FlownMass {
     type Output = Self;
     const NAME: &'static str = "mass over a flight";
 
-    fn run(
-        windows: Self::Params<'_>,
-        (aircraft, flight): Self::Inputs<'_>,
-        _: &Context<'_>,
-    ) -> Result<Self, StageError> {
-        Ok(flown(aircraft, &flight.recording, windows)?)
+    fn run(windows: Self::Params<'_>, (aircraft, flight): Self::Inputs<'_>, _: &Context<'_>) -> StageResult<Self> {
+        Ok(weigh_flight(aircraft, &flight.recording, windows)?)
     }
 }
 
@@ -97,10 +93,10 @@ impl Stage for FlownMass {
 ///
 /// # Errors
 /// One line when the flight has no record or the recorded fuel does not fit the tanks.
-pub fn flown(aircraft: &AircraftData, recording: &Recording, windows: &[&Manoeuvre]) -> Result<FlownMass, String> {
+pub fn weigh_flight(aircraft: &AircraftData, recording: &Recording, windows: &[&Manoeuvre]) -> StageResult<FlownMass> {
     let span = aircraft.fuel_span_s(recording);
     let (first, last) = span.ok_or("neither fuel nor specific force is recorded: its mass over time is not known")?;
-    let at = |name: &str, time_s: f64| -> Result<FlownState, String> {
+    let at = |name: &str, time_s: f64| -> StageResult<FlownState> {
         let loading = aircraft.loading_at(recording, time_s)?;
         let state = LoadedState::new(name, &aircraft.loaded.aircraft, &loading);
         Ok(FlownState { time_s, loading, state })

@@ -17,6 +17,7 @@ mod held_samples;
 mod instruments;
 mod mass;
 mod noise;
+mod observability;
 mod path;
 mod phases;
 mod physics;
@@ -39,26 +40,26 @@ pub use detail::{
     kind_summaries, model_study, residual_studies, track_from_velocity,
 };
 pub use engines::ExtrapolatedThrust;
-pub use expressions::{ExpressedChannel, expressed, expression_preview};
+pub use expressions::{ExpressedChannel, add_expressions, expression_preview};
 pub use fit::{
-    AeroWindow, CoefficientFit, DroppedTerm, PooledFits, Regression, WindowFits, errors, held, pooled_fits,
+    AeroWindow, CoefficientFit, DroppedTerm, PooledFits, Regression, WindowFits, describe_origin, errors, pooled_fits,
     pooled_regressions, significance, window_fits,
 };
 pub use flight_engines::{EngineOverFlight, FlightEngines, PowerAgreement, flight_engines};
 pub use gravity::{Gravity, gravity, with_gravity};
 pub use instruments::tank_channel;
-pub use mass::{FlownMass, FlownState, FuelRecord, FuelSource, flown};
+pub use mass::{FlownMass, FlownState, FuelRecord, FuelSource, weigh_flight};
 pub use noise::{FlightNoise, NoiseFlight, NoiseRow, SessionNoise, noise, open_entries};
+pub use observability::Observability;
 pub use path::{
-    PathSeries, Samples, SmoothedSeries, Untold, WindowPath, measured_by, partly_outside, paths, reconstructions,
-    samples,
+    PathSeries, Samples, SmoothedSeries, WindowPath, measured_by, partly_outside, paths, reconstructions, samples,
 };
 pub use physics::{FlightPhysics, PhysicsRow, physics, physics_of};
 pub use prediction::Prediction;
 pub use proposals::{
     FlightProposals, LEAST_PRESSURE_SHARE, SignalSpectrum, WindowProposal, open_windows, proposals, proposals_above,
 };
-pub use recording::{LoadedFlight, align_flight, changed, load_flight, read_flight};
+pub use recording::{LoadedFlight, align_flight, describe_change, load_flight, read_flight};
 pub use replay::{
     ProofOfMatch, ReplaySeries, ReplayWindow, StudyWindow, WindowFlight, WindowReplay, bands, model_of_window, replay,
     window_flight,

@@ -9,7 +9,7 @@ use doublet_core::quantity::Role;
 use doublet_core::series::{Recording, Window};
 
 use super::{FlightProposals, LoadedFlight};
-use crate::graph::{Context, Footprint, Keyed, Stage, StageError};
+use crate::graph::{Context, Footprint, Keyed, Stage, StageResult};
 use crate::session::{NoiseChannel, NoiseEntry, Session, SteadyWindow};
 
 /// Degree of the trend taken off every window: a steady aircraft still drifts.
@@ -48,7 +48,7 @@ impl Stage for SessionNoise {
     type Output = Self;
     const NAME: &'static str = "noise";
 
-    fn run(marked: &[SteadyWindow], flights: Self::Inputs<'_>, _: &Context<'_>) -> Result<Self, StageError> {
+    fn run(marked: &[SteadyWindow], flights: Self::Inputs<'_>, _: &Context<'_>) -> StageResult<Self> {
         let flights = flights.iter().map(|&(name, loaded, proposals)| NoiseFlight { name, loaded, proposals });
         Ok(Self(noise(&flights.collect::<Vec<_>>(), marked).into_iter().map(Arc::new).collect()))
     }
@@ -115,8 +115,8 @@ pub fn noise(flights: &[NoiseFlight<'_>], marked: &[SteadyWindow]) -> Vec<Flight
     let stated: BTreeMap<Role, &StatedNoise> = stated.map(|(role, noise)| (*role, noise)).collect();
     let row = |channel: NoiseChannel| {
         let role = channel.role();
-        let measured = measured(role, flights, &found);
-        let choice = noise_proposal(measured.as_ref().map_err(Clone::clone), stated.get(&role).copied());
+        let measured = measure(role, flights, &found);
+        let choice = noise_proposal(measured.as_ref().map_err(ToString::to_string), stated.get(&role).copied());
         NoiseRow { channel, statistics: measured.ok(), choice }
     };
     let rows: Vec<NoiseRow> = NoiseChannel::all().map(row).collect();
@@ -125,27 +125,27 @@ pub fn noise(flights: &[NoiseFlight<'_>], marked: &[SteadyWindow]) -> Vec<Flight
 }
 
 /// What the windows of all flights that speak for a role show of it.
-fn measured(role: Role, flights: &[NoiseFlight<'_>], found: &[FlightNoise]) -> Result<NoiseStatistics, String> {
+fn measure(role: Role, flights: &[NoiseFlight<'_>], found: &[FlightNoise]) -> StageResult<NoiseStatistics> {
     let mut sums = NoiseSums::new(TREND_DEGREE);
     let (mut is_recorded, mut has_windows) = (false, false);
     for (flight, noise) in flights.iter().zip(found) {
-        let Some(channel) = recorded(&flight.loaded.recording, role) else { continue };
+        let Some(channel) = channel_of(&flight.loaded.recording, role) else { continue };
         is_recorded = true;
         let speaks = |steady: &&SteadyWindow| steady.roles.is_empty() || steady.roles.contains(&role);
         let own: Vec<Window> = noise.windows.iter().filter(speaks).map(|steady| steady.window).collect();
         has_windows |= !own.is_empty();
-        sums.add(&channel.series, &own).map_err(|error| error.to_string())?;
+        sums.add(&channel.series, &own)?;
     }
     let refused = || flights.iter().find_map(|flight| flight.proposals.no_steady.clone());
     match (is_recorded, has_windows) {
-        (false, _) => Err("it is not recorded".to_owned()),
-        (true, false) => Err(refused().unwrap_or_else(|| "no steady window speaks for it".to_owned())),
-        (true, true) => sums.statistics().map_err(|error| error.to_string()),
+        (false, _) => Err("it is not recorded".into()),
+        (true, false) => Err(refused().unwrap_or_else(|| "no steady window speaks for it".to_owned()).into()),
+        (true, true) => Ok(sums.statistics()?),
     }
 }
 
 /// The channel of a role. Without a satellite position the pressure altitude tells the height.
-fn recorded(recording: &Recording, role: Role) -> Option<&doublet_core::series::Channel> {
+fn channel_of(recording: &Recording, role: Role) -> Option<&doublet_core::series::Channel> {
     match role {
         Role::PositionDown => recording.role(role).or_else(|| recording.role(Role::Altitude)),
         _ => recording.role(role),

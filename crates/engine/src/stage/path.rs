@@ -7,22 +7,21 @@ use std::sync::{Arc, OnceLock};
 
 use doublet_core::prep::Differentiation;
 use doublet_core::quantity::{Dimension, Role};
-use doublet_core::reconstruct::consistency::{
-    Consistency, Disagreement, WeakState, consistency, filter_smoother_disagreement, observability, weak_states,
-};
+use doublet_core::reconstruct::consistency::{Consistency, Disagreement, consistency, filter_smoother_disagreement};
 use doublet_core::reconstruct::{
     FilterData, FilterSettings, INPUTS, Input, InputSeries, MEASUREMENTS, Measurement, MeasurementSeries,
-    ReconstructError, Reconstruction, STATES, State, reconstruct_many,
+    Reconstruction, STATES, State, reconstruct_many,
 };
 use doublet_core::series::{Recording, Series, Window};
 use rayon::prelude::*;
 
 use super::aircraft::AircraftData;
+use super::observability::{Observability, assess_observability};
 use super::placement::{move_accelerometer, move_antenna, move_vanes};
 use super::recording::LoadedFlight;
 use super::samples::{MEMORY, finite_samples, fits_in_memory, gaps, values_at};
 use super::truth::{TruthError, truth_errors};
-use crate::graph::{Context, Control, Footprint, Key, KeyBuilder, Keyed, Stage, StageError};
+use crate::graph::{Context, Control, Footprint, Key, KeyBuilder, Keyed, Stage, StageError, StageResult};
 use crate::session::{PathSource, Preparation};
 
 /// What the filter was given and what it made of it.
@@ -43,44 +42,9 @@ pub struct WindowPath {
     /// Measurements the recording does not have in this window.
     pub missing: Vec<Measurement>,
     /// States the window tells nothing or little of.
-    pub untold: Untold,
+    pub observability: Observability,
     /// Findings, one line each: gaps, resampled channels, the filter's own.
     pub warnings: Vec<String>,
-}
-
-/// What a window cannot tell of the states that are not known beforehand.
-#[derive(Clone, Debug)]
-pub struct Untold {
-    /// Rank of the Lie derivatives in the middle of the window (thesis 3.1.5).
-    pub rank: usize,
-    /// States that are not known beforehand: the rank at which all are told.
-    pub open: usize,
-    /// States that no measurement sees.
-    pub hidden: Vec<State>,
-    /// States of whose first deviation much is left.
-    pub weak: Vec<WeakState>,
-}
-
-impl Untold {
-    /// What is worth a finding, one line each. Nothing depends on the horizontal position.
-    fn lines(&self) -> Vec<String> {
-        let matters = |state: &&State| !matches!(state, State::PositionNorth | State::PositionEast);
-        let names: Vec<_> = self.hidden.iter().filter(matters).map(|state| state.name()).collect();
-        let hidden = (!names.is_empty()).then(|| {
-            let (rank, open, names) = (self.rank, self.open, names.join(", "));
-            format!("observability rank {rank} of {open}: not told by what is measured: {names}")
-        });
-        let weak = self.weak.iter().map(|weak| {
-            format!(
-                "the window tells little of {}: {:.0} % of its first deviation is left, and it moves with {} (correlation {:.2})",
-                weak.state.name(),
-                100.0 * weak.remaining,
-                weak.partner.name(),
-                weak.correlation
-            )
-        });
-        hidden.into_iter().chain(weak).collect()
-    }
 }
 
 impl Footprint for WindowPath {
@@ -164,7 +128,7 @@ impl Stage for Samples {
         (window, preparation): Self::Params<'_>,
         (flight, aircraft): Self::Inputs<'_>,
         _: &Context<'_>,
-    ) -> Result<Self, StageError> {
+    ) -> StageResult<Self> {
         Ok(samples(&flight.recording, window, aircraft.map(|aircraft| &**aircraft), preparation)?)
     }
 }
@@ -176,7 +140,7 @@ impl Stage for WindowPath {
     type Output = Self;
     const NAME: &'static str = "path";
 
-    fn run(settings: Self::Params<'_>, samples: &Keyed<Samples>, context: &Context<'_>) -> Result<Self, StageError> {
+    fn run(settings: Self::Params<'_>, samples: &Keyed<Samples>, context: &Context<'_>) -> StageResult<Self> {
         let found = paths(&[samples], settings, context.control());
         found.into_iter().next().unwrap_or(Err(StageError::NotApplicable))
     }
@@ -194,7 +158,7 @@ pub fn samples(
     window: Window,
     aircraft: Option<&AircraftData>,
     preparation: &Preparation,
-) -> Result<Samples, String> {
+) -> StageResult<Samples> {
     let mut warnings: Vec<_> = partly_outside(recording, window).into_iter().collect();
     let mut inputs = input_series(recording, window, &mut warnings)?;
     fits_in_memory(inputs.time_s.len(), *MEMORY)?;
@@ -234,7 +198,7 @@ fn move_sensors(
     measurements: &mut [MeasurementSeries; MEASUREMENTS],
     aircraft: &AircraftData,
     preparation: &Preparation,
-) -> Result<Vec<String>, String> {
+) -> StageResult<Vec<String>> {
     let mut warnings = Vec::new();
     let cg_datum_m = aircraft.inertia.cg_datum_m;
     if preparation.correct_accelerometer
@@ -273,16 +237,17 @@ fn content(data: &FilterData, truth: &[Option<Series>; STATES], warnings: &[Stri
     key.add(warnings).finish()
 }
 
-fn input_series(recording: &Recording, window: Window, warnings: &mut Vec<String>) -> Result<InputSeries, String> {
+fn input_series(recording: &Recording, window: Window, warnings: &mut Vec<String>) -> StageResult<InputSeries> {
     let missing: Vec<_> =
         Input::ALL.into_iter().filter(|input| recording.role(input.role()).is_none()).map(Input::name).collect();
     if !missing.is_empty() {
         return Err(format!(
             "the recording has no {}: name the channels in the channel map, the filter is driven by them",
             missing.join(", ")
-        ));
+        )
+        .into());
     }
-    let Some(base) = recording.role(Input::RollRate.role()) else { return Err("the recording has no p".to_owned()) };
+    let Some(base) = recording.role(Input::RollRate.role()) else { return Err("the recording has no p".into()) };
     let (time_s, _) = finite_samples(base, window, 0.0);
     if time_s.len() < MIN_SAMPLES {
         let (first, last) = span(&base.series.time_s);
@@ -291,10 +256,12 @@ fn input_series(recording: &Recording, window: Window, warnings: &mut Vec<String
             time_s.len(),
             window.start_s,
             window.end_s
-        ));
+        ).into());
     }
     if let Some((at, length)) = gaps(recording, &time_s).into_iter().next() {
-        return Err(format!("the inertial samples pause for {length:.2} s at {at:.2} s: end the window before it"));
+        return Err(
+            format!("the inertial samples pause for {length:.2} s at {at:.2} s: end the window before it").into()
+        );
     }
     let mut columns: [Vec<f64>; INPUTS] = Default::default();
     for input in Input::ALL {
@@ -397,25 +364,21 @@ pub fn reconstructions(
     data: &[&FilterData],
     (filter, source): (&FilterSettings, PathSource),
     control: &Control,
-) -> Result<Vec<Result<Reconstruction, StageError>>, StageError> {
+) -> StageResult<Vec<Result<Reconstruction, StageError>>> {
     let smooth = source == PathSource::Smoothed;
     let settings = (FilterSettings { smooth, ..filter.clone() })
         .check()
         .map_err(|errors| errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))?;
     let mut watch = |_| if control.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
-    let failed = |error: ReconstructError| match error {
-        ReconstructError::Cancelled => StageError::Cancelled,
-        error => StageError::Failed(error.to_string()),
-    };
-    Ok(reconstruct_many(data, &settings, &mut watch).into_iter().map(|found| found.map_err(failed)).collect())
+    Ok(reconstruct_many(data, &settings, &mut watch).into_iter().map(|found| Ok(found?)).collect())
 }
 
 fn window_path(samples: &Samples, reconstruction: Reconstruction, filter: &FilterSettings) -> WindowPath {
     let Samples { data, truth, warnings, .. } = samples;
     let mut warnings = warnings.clone();
     warnings.extend(reconstruction.warnings.iter().cloned());
-    let untold = untold(data, &reconstruction, filter);
-    warnings.extend(untold.lines());
+    let observability = assess_observability(data, &reconstruction, filter);
+    warnings.extend(observability.lines());
     warnings.extend(contradiction(&reconstruction));
     let is_missing = |measurement: &Measurement| data.measurements[*measurement as usize].time_s.is_empty();
     WindowPath {
@@ -426,7 +389,7 @@ fn window_path(samples: &Samples, reconstruction: Reconstruction, filter: &Filte
         known: Arc::clone(truth),
         data: Arc::clone(data),
         reconstruction,
-        untold,
+        observability,
         warnings,
     }
 }
@@ -451,25 +414,6 @@ fn contradiction(reconstruction: &Reconstruction) -> Option<String> {
     })
 }
 
-/// States the measurements of the window cannot tell, by the rank of the Lie derivatives in its middle (thesis 3.1.5), and those
-/// they told little about, by what is left of the initial deviation. A state that was known at the start is neither.
-fn untold(data: &FilterData, reconstruction: &Reconstruction, filter: &FilterSettings) -> Untold {
-    /// Part of its initial deviation a weak state keeps.
-    const WEAK: f64 = 0.5;
-    let middle = reconstruction.time_s.len() / 2;
-    let x = reconstruction.states.each_ref().map(|column| column[middle]);
-    let input = data.inputs.columns.each_ref().map(|column| column[middle]);
-    let measured = data.measurements.each_ref().map(|measurement| !measurement.time_s.is_empty());
-    let found = observability(&x, &input, &measured, &filter.initial_deviation, filter.gravity_m_s2);
-    let is_open = |state: &State| filter.initial_deviation[*state as usize] > 0.0;
-    let open = State::ALL.iter().filter(|state| is_open(state)).count();
-    let hidden: Vec<State> = found.unobservable.into_iter().filter(is_open).collect();
-    // A random walk makes a state as uncertain as it is, whatever the window tells.
-    let steady = |state: State| filter.random_walk[state as usize] == 0.0 && !hidden.contains(&state);
-    let weak = weak_states(reconstruction, WEAK).into_iter().filter(|weak| steady(weak.state)).collect();
-    Untold { rank: found.rank, open, hidden, weak }
-}
-
 fn path_series(known: &[Option<Series>; STATES], data: &FilterData, reconstruction: &Reconstruction) -> PathSeries {
     let time_s: Arc<[f64]> = reconstruction.time_s.as_slice().into();
     let shared = |column: &Vec<f64>| Arc::<[f64]>::from(column.as_slice());
@@ -477,7 +421,7 @@ fn path_series(known: &[Option<Series>; STATES], data: &FilterData, reconstructi
     let update_time_s: Arc<[f64]> = reconstruction.update_time_s.as_slice().into();
     let updates = |column: &Vec<f64>| Series { time_s: Arc::clone(&update_time_s), values: shared(column) };
     let states = reconstruction.states.each_ref().map(series);
-    let reconstructed = reconstructed(&states);
+    let reconstructed = measurements_of(&states);
     PathSeries {
         deviations: reconstruction.deviations.each_ref().map(shared),
         smoothed: reconstruction.smoothed.as_ref().map(|smoothed| SmoothedSeries {
@@ -493,7 +437,7 @@ fn path_series(known: &[Option<Series>; STATES], data: &FilterData, reconstructi
             on_turn_of(&reconstructed[at], Measurement::ALL[at].dimension(), &measured)
         }),
         innovations: reconstruction.innovations.each_ref().map(updates),
-        innovation_deviations: reconstruction.innovation_deviations.each_ref().map(|column| held(column)),
+        innovation_deviations: reconstruction.innovation_deviations.each_ref().map(|column| hold_last(column)),
         innovation_zero: updates(&vec![0.0; update_time_s.len()]),
         nis: updates(&reconstruction.nis),
         reconstructed,
@@ -515,7 +459,7 @@ fn on_turn_of(reference: &Series, dimension: Dimension, series: &Series) -> Seri
 }
 
 /// `column` with the last finite value in place of what is not a number; before the first finite value that one.
-fn held(column: &[f64]) -> Arc<[f64]> {
+fn hold_last(column: &[f64]) -> Arc<[f64]> {
     let mut last = column.iter().copied().find(|value| value.is_finite()).unwrap_or(f64::NAN);
     let hold = |&value: &f64| {
         if value.is_finite() {
@@ -528,7 +472,7 @@ fn held(column: &[f64]) -> Arc<[f64]> {
 
 /// Measurements of the filtered states (thesis Eq. 3.8): positions and angles are states, ground velocity is airspeed turned to
 /// the local frame plus wind, airspeed and flow angles follow from the body components.
-fn reconstructed(states: &[Series; STATES]) -> [Series; MEASUREMENTS] {
+fn measurements_of(states: &[Series; STATES]) -> [Series; MEASUREMENTS] {
     let time_s = &states[0].time_s;
     let at = |state: State, k: usize| states[state as usize].values[k];
     let body = |k: usize| [State::VelocityU, State::VelocityV, State::VelocityW].map(|state| at(state, k));

@@ -6,7 +6,7 @@ use doublet_core::series::Recording;
 use serde::Serialize;
 
 use super::LoadedFlight;
-use crate::graph::{Context, Footprint, Keyed, Stage, StageError};
+use crate::graph::{Context, Footprint, Keyed, Stage, StageResult};
 use crate::session::RecordingRef;
 use crate::verdict::{Finding, Level};
 
@@ -48,7 +48,7 @@ pub struct PhysicsRow {
     /// `az: sign reversed (correlation -0.999)`.
     #[serde(skip)]
     pub headline: String,
-    /// The same for [`crate::begin::cured`].
+    /// The same for [`crate::begin::cure`].
     #[serde(skip)]
     pub change: Option<Cure>,
     /// The channel over what the others say it is, before and after the cure.
@@ -91,7 +91,7 @@ impl Stage for FlightPhysics {
     type Output = Self;
     const NAME: &'static str = "channels against each other";
 
-    fn run(recordings: &[RecordingRef], flight: &Keyed<LoadedFlight>, _: &Context<'_>) -> Result<Self, StageError> {
+    fn run(recordings: &[RecordingRef], flight: &Keyed<LoadedFlight>, _: &Context<'_>) -> StageResult<Self> {
         Ok(physics(recordings, flight))
     }
 }

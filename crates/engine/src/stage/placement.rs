@@ -6,6 +6,7 @@ use doublet_core::prep::{
 use doublet_core::reconstruct::{Input, InputSeries, MEASUREMENTS, Measurement, MeasurementSeries};
 
 use super::path::short_differentiation;
+use crate::graph::StageResult;
 use crate::session::Preparation;
 
 /// The measurements of one window.
@@ -22,7 +23,7 @@ pub fn move_accelerometer(
     inputs: &mut InputSeries,
     position_m: [f64; 3],
     preparation: &Preparation,
-) -> Result<(), String> {
+) -> StageResult<()> {
     let method = short_differentiation(preparation, &inputs.time_s);
     let mut angular: [Vec<f64>; 3] = Default::default();
     for (column, rate) in angular.iter_mut().zip(RATES) {

@@ -85,7 +85,7 @@ impl Parameters {
     }
 
     /// Those the session predicts with.
-    pub(super) fn chosen(
+    pub(super) fn choose(
         coefficient: Coefficient,
         terms: &[Term],
         fit: &Fit,

@@ -11,7 +11,7 @@ use doublet_core::reconstruct::{Input, Measurement};
 use doublet_core::series::{Recording, Series, Window};
 
 use super::LoadedFlight;
-use crate::graph::{Context, Footprint, Keyed, Stage, StageError};
+use crate::graph::{Context, Footprint, Keyed, Stage, StageResult};
 use crate::session::{Manoeuvre, Session, SteadyWindow, Surface};
 
 /// What a flight shows and proposes.
@@ -41,7 +41,7 @@ impl Stage for FlightProposals {
     type Output = Self;
     const NAME: &'static str = "proposals";
 
-    fn run(name: &str, flight: &Keyed<LoadedFlight>, _: &Context<'_>) -> Result<Self, StageError> {
+    fn run(name: &str, flight: &Keyed<LoadedFlight>, _: &Context<'_>) -> StageResult<Self> {
         Ok(proposals(name, flight))
     }
 }
@@ -76,7 +76,7 @@ pub struct WindowProposal {
 
 impl WindowProposal {
     /// The session's window that covers the input of this one already.
-    pub fn taken<'a>(&self, session: &'a Session) -> Option<&'a Manoeuvre> {
+    pub fn covering_window<'a>(&self, session: &'a Session) -> Option<&'a Manoeuvre> {
         session.windows.iter().find(|window| {
             window.flight == self.manoeuvre.flight
                 && window.window.start_s < self.input_end_s
@@ -88,7 +88,7 @@ impl WindowProposal {
 /// The proposed windows a session lacks, with names it does not have yet.
 pub fn open_windows(session: &Session, proposals: &FlightProposals) -> Vec<Manoeuvre> {
     let mut named: Vec<String> = session.windows.iter().map(|window| window.name.clone()).collect();
-    let open = proposals.windows.iter().filter(|proposal| proposal.taken(session).is_none());
+    let open = proposals.windows.iter().filter(|proposal| proposal.covering_window(session).is_none());
     open.map(|proposal| {
         let mut window = proposal.manoeuvre.clone();
         let base = window.name.clone();
@@ -121,7 +121,7 @@ pub fn proposals_above(flight: &str, loaded: &LoadedFlight, least_pressure_share
             let moved = search.found.into_iter().enumerate();
             found.windows = moved.map(|(index, one)| window_proposal(flight, index, one)).collect();
         }
-        Err(reason) => found.findings.push(reason),
+        Err(reason) => found.findings.push(reason.to_string()),
     }
     let inputs: Vec<Window> = found.windows.iter().map(|proposal| proposal.manoeuvre.window).collect();
     match steady(flight, recording, &inputs) {
@@ -134,10 +134,10 @@ pub fn proposals_above(flight: &str, loaded: &LoadedFlight, least_pressure_share
 }
 
 /// Manoeuvres of the deflections, and the least airspeed at which they were looked for, where one is recorded.
-fn manoeuvres(recording: &Recording, least_pressure_share: f64) -> Result<(ManoeuvreSearch, Option<f64>), String> {
+fn manoeuvres(recording: &Recording, least_pressure_share: f64) -> StageResult<(ManoeuvreSearch, Option<f64>)> {
     let controls = series(recording, &[Role::Aileron, Role::Elevator, Role::Rudder]);
     if controls.is_empty() {
-        return Err("no manoeuvres are looked for: the recording has no control deflections".to_owned());
+        return Err("no manoeuvres are looked for: the recording has no control deflections".into());
     }
     let rates = series(recording, &[Role::RollRate, Role::PitchRate, Role::YawRate]);
     let role = |role: Role| recording.role(role).map(|channel| &channel.series);
@@ -240,11 +240,7 @@ const STILL: [(Role, f64, f64); 8] = [
 ];
 
 /// Steady windows in flight, apart from manoeuvres, and, where the flight has time on the ground, there; and why there are none.
-fn steady(
-    flight: &str,
-    recording: &Recording,
-    inputs: &[Window],
-) -> Result<(Vec<SteadyWindow>, Option<String>), String> {
+fn steady(flight: &str, recording: &Recording, inputs: &[Window]) -> StageResult<(Vec<SteadyWindow>, Option<String>)> {
     let [flying, parked] = spans(recording);
     let settings = SteadySettings::default();
     let look = |roles: &[Role], within: &[Window]| {
@@ -258,7 +254,7 @@ fn steady(
         if signals.iter().all(|signal| signal.max_deviation.is_infinite()) {
             return Ok(SteadySearch::default());
         }
-        find_steady(&signals, within, &settings).map_err(|error| error.to_string())
+        find_steady(&signals, within, &settings)
     };
     let rates = [Role::RollRate, Role::PitchRate, Role::YawRate];
     let [airborne, ground] = [

@@ -8,11 +8,11 @@ use doublet_core::quantity::Role;
 use doublet_core::series::Recording;
 
 use super::align::{UsedClock, align};
-use super::expressions::{ExpressedChannel, expressed};
+use super::expressions::{ExpressedChannel, add_expressions};
 use super::held_samples::use_held_once;
 use super::instruments::derive;
 use super::signals::{TreatedSignal, treat_signals};
-use crate::graph::{Context, Footprint, Keyed, Stage, StageError};
+use crate::graph::{Context, Footprint, Keyed, Stage, StageError, StageResult};
 use crate::session::{ExpressionSetting, Flight, HeldSampleUse, MapRef, RecordingRef, Sources, content_hash};
 use crate::verdict::Finding;
 
@@ -47,7 +47,7 @@ impl Footprint for LoadedFlight {
 ///
 /// # Errors
 /// One line that names the file, the channel, the clock, the instrument, the signal or the expression and the cure.
-pub fn load_flight(context: &Context<'_>, flight: &Flight) -> Result<Keyed<LoadedFlight>, StageError> {
+pub fn load_flight(context: &Context<'_>, flight: &Flight) -> StageResult<Keyed<LoadedFlight>> {
     let aligned = context.get::<AlignedFlight>(flight.sources(), ())?;
     if flight.expressions.is_empty() {
         return Ok(aligned);
@@ -64,7 +64,7 @@ impl Stage for ReadFlight {
     type Output = LoadedFlight;
     const NAME: &'static str = "flight as read";
 
-    fn run(recordings: &[RecordingRef], (): (), context: &Context<'_>) -> Result<LoadedFlight, StageError> {
+    fn run(recordings: &[RecordingRef], (): (), context: &Context<'_>) -> StageResult<LoadedFlight> {
         read_flight(context, recordings)
     }
 }
@@ -78,7 +78,7 @@ impl Stage for AlignedFlight {
     type Output = LoadedFlight;
     const NAME: &'static str = "flight on its time line";
 
-    fn run(sources: Sources<'_>, (): (), context: &Context<'_>) -> Result<LoadedFlight, StageError> {
+    fn run(sources: Sources<'_>, (): (), context: &Context<'_>) -> StageResult<LoadedFlight> {
         align_flight(context, &*context.get::<ReadFlight>(sources.recordings, ())?, sources)
     }
 }
@@ -92,12 +92,8 @@ impl Stage for ExpressedFlight {
     type Output = LoadedFlight;
     const NAME: &'static str = "channels by expression";
 
-    fn run(
-        settings: &[ExpressionSetting],
-        flight: &Keyed<LoadedFlight>,
-        _: &Context<'_>,
-    ) -> Result<LoadedFlight, StageError> {
-        Ok(expressed(flight, settings)?)
+    fn run(settings: &[ExpressionSetting], flight: &Keyed<LoadedFlight>, _: &Context<'_>) -> StageResult<LoadedFlight> {
+        Ok(add_expressions(flight, settings)?)
     }
 }
 
@@ -105,14 +101,14 @@ impl Stage for ExpressedFlight {
 ///
 /// # Errors
 /// One line that names the file, the channel and the cure.
-pub fn read_flight(context: &Context<'_>, recordings: &[RecordingRef]) -> Result<LoadedFlight, StageError> {
+pub fn read_flight(context: &Context<'_>, recordings: &[RecordingRef]) -> StageResult<LoadedFlight> {
     let mut hashes = Vec::new();
     let mut merged = Recording::default();
     let mut utc_start_s: Option<f64> = None;
     for entry in recordings {
-        let place = context.locate(&entry.path).map_err(|line| missing(&line, entry))?;
+        let place = context.locate(&entry.path).map_err(|line| describe_missing(&line, entry))?;
         let hash = content_hash(&place).map_err(|error| error.to_string())?;
-        merged.warnings.extend(changed(entry, &hash));
+        merged.warnings.extend(describe_change(entry, &hash));
         hashes.push(hash);
     }
     for Group { map, only, entries } in groups(recordings) {
@@ -132,7 +128,7 @@ pub fn read_flight(context: &Context<'_>, recordings: &[RecordingRef]) -> Result
 }
 
 /// What to say of a recording whose content is not what it was when it was added.
-pub fn changed(entry: &RecordingRef, hash: &str) -> Option<String> {
+pub fn describe_change(entry: &RecordingRef, hash: &str) -> Option<String> {
     let known = entry.sha256.as_ref().filter(|known| *known != hash)?;
     Some(format!("{} has changed since it was added: its SHA-256 was {known}, now it is {hash}", entry.path))
 }
@@ -141,11 +137,7 @@ pub fn changed(entry: &RecordingRef, hash: &str) -> Option<String> {
 ///
 /// # Errors
 /// One line that names the clock, the instrument's channel or the signal and the cure.
-pub fn align_flight(
-    context: &Context<'_>,
-    read: &LoadedFlight,
-    sources: Sources<'_>,
-) -> Result<LoadedFlight, StageError> {
+pub fn align_flight(context: &Context<'_>, read: &LoadedFlight, sources: Sources<'_>) -> StageResult<LoadedFlight> {
     let (mut recording, clocks) = align(&read.recording, sources.clocks)?;
     let stated_noise = match sources.instruments {
         Some(setting) => derive(&mut recording, context, setting)?,
@@ -155,7 +147,7 @@ pub fn align_flight(
         HeldSampleUse::Once => use_held_once(&mut recording, sources.name),
         HeldSampleUse::Every => Default::default(),
     };
-    let treated = after_each_other(held, treat_signals(&mut recording, sources.signals)?);
+    let treated = join_treatments(held, treat_signals(&mut recording, sources.signals)?);
     let (hashes, utc_start_s) = (read.hashes.clone(), read.utc_start_s);
     Ok(LoadedFlight {
         recording,
@@ -170,7 +162,7 @@ pub fn align_flight(
 }
 
 /// What was done to signals by two steps, one row per role that begins at its recorded channel.
-fn after_each_other(first: Vec<TreatedSignal>, then: Vec<TreatedSignal>) -> Vec<TreatedSignal> {
+fn join_treatments(first: Vec<TreatedSignal>, then: Vec<TreatedSignal>) -> Vec<TreatedSignal> {
     let mut all = first;
     for next in then {
         match all.iter_mut().find(|before| before.role == next.role) {
@@ -195,7 +187,7 @@ fn first_utc_s(recording: &Recording) -> Option<f64> {
 }
 
 /// What to look for where a recording is missing.
-fn missing(line: &StageError, entry: &RecordingRef) -> String {
+fn describe_missing(line: &StageError, entry: &RecordingRef) -> String {
     match &entry.sha256 {
         Some(hash) => format!("{line}: put back the recording with SHA-256 {hash}, or change its path in the session"),
         None => format!("{line}: put the recording back, or change its path in the session"),

@@ -15,7 +15,7 @@ use super::fit::{PooledFits, WindowFits, constant_name};
 use super::path::WindowPath;
 use super::recording::LoadedFlight;
 use super::tolerances::Tolerances;
-use crate::graph::{Context, Footprint, Keyed, Stage, StageError};
+use crate::graph::{Context, Footprint, Keyed, Stage, StageResult};
 use crate::session::{Manoeuvre, Preparation, Session, Settings, WindowRole};
 
 /// One window flown again.
@@ -53,7 +53,7 @@ pub struct ProofOfMatch {
     /// Name of the tolerances.
     pub tolerances: String,
     /// Window and replay, in the order of the session.
-    pub windows: Vec<(String, Result<Arc<WindowReplay>, String>)>,
+    pub windows: Vec<(String, StageResult<Arc<WindowReplay>>)>,
 }
 
 /// A window with everything computed from it.
@@ -78,13 +78,9 @@ impl Stage for ProofOfMatch {
     type Output = Self;
     const NAME: &'static str = "proof of match";
 
-    fn run(
-        settings: Settings<'_>,
-        (windows, pooled): Self::Inputs<'_>,
-        context: &Context<'_>,
-    ) -> Result<Self, StageError> {
+    fn run(settings: Settings<'_>, (windows, pooled): Self::Inputs<'_>, context: &Context<'_>) -> StageResult<Self> {
         let tolerances = Tolerances::builtin()?;
-        let one = |window: &StudyWindow<'_>| -> Result<Arc<WindowReplay>, String> {
+        let one = |window: &StudyWindow<'_>| -> StageResult<Arc<WindowReplay>> {
             let window = ReplayWindow { manoeuvre: window.manoeuvre, path: &window.path, aero: &window.aero };
             let model = model_of_window(pooled, settings.structure, &window)?;
             replay(&window, &model, settings.preparation, settings.filter.gravity_m_s2, &tolerances).map(Arc::new)
@@ -94,7 +90,7 @@ impl Stage for ProofOfMatch {
             Ok((window.manoeuvre.name.clone(), one(window)))
         };
         let validation = windows.par_iter().filter(|window| window.manoeuvre.role == WindowRole::Validation);
-        Ok(Self { windows: validation.map(fly).collect::<Result<_, StageError>>()?, tolerances: tolerances.name })
+        Ok(Self { windows: validation.map(fly).collect::<StageResult<_>>()?, tolerances: tolerances.name })
     }
 }
 
@@ -108,8 +104,8 @@ impl Footprint for ProofOfMatch {
 impl ProofOfMatch {
     /// The same flights judged by other tolerances.
     #[must_use]
-    pub fn judged_by(&self, session: &Session, tolerances: &Tolerances) -> Self {
-        let one = |(name, replay): &(String, Result<Arc<WindowReplay>, String>)| {
+    pub fn judge_by(&self, session: &Session, tolerances: &Tolerances) -> Self {
+        let one = |(name, replay): &(String, StageResult<Arc<WindowReplay>>)| {
             let judged = |replay: &Arc<WindowReplay>| {
                 let tests = session.window(name).map(|window| tolerances.tests(window)).unwrap_or_default();
                 let (measured, simulated) = (&replay.measured, &replay.simulated);
@@ -123,7 +119,7 @@ impl ProofOfMatch {
     }
 
     /// The replay of a window.
-    pub fn window(&self, name: &str) -> Option<&Result<Arc<WindowReplay>, String>> {
+    pub fn window(&self, name: &str) -> Option<&StageResult<Arc<WindowReplay>>> {
         self.windows.iter().find(|(window, _)| window == name).map(|(_, replay)| replay)
     }
 }
@@ -148,7 +144,7 @@ pub fn model_of_window(
     pooled: &PooledFits,
     structure: &Structure,
     window: &ReplayWindow<'_>,
-) -> Result<Derivatives, String> {
+) -> StageResult<Derivatives> {
     let mut entries = Vec::new();
     for (coefficient, terms) in &structure.models {
         let name = coefficient.name();
@@ -163,7 +159,7 @@ pub fn model_of_window(
             match estimate.parameter(&derivative).or_else(|| estimate.parameter(&own)) {
                 Some((value, _)) => entries.push((*coefficient, term.clone(), value)),
                 None if term.is_constant() => unexplained = Some(0.0),
-                None => return Err(format!("{derivative} has no estimate")),
+                None => return Err(format!("{derivative} has no estimate").into()),
             }
         }
         if unexplained.is_some() {
@@ -180,11 +176,11 @@ fn mean_residual<'a>(
     coefficient: Coefficient,
     known: impl Iterator<Item = (&'a Term, f64)>,
     aero: &WindowAero,
-) -> Result<f64, String> {
+) -> StageResult<f64> {
     let observed = aero.coefficients.get(coefficient);
     let mut sum: f64 = observed.iter().sum();
     for (term, value) in known {
-        let column = regressors(std::slice::from_ref(term), &aero.variables).map_err(|error| error.to_string())?;
+        let column = regressors(std::slice::from_ref(term), &aero.variables)?;
         sum -= value * column.sum();
     }
     Ok(sum / observed.len() as f64)
@@ -200,12 +196,12 @@ pub fn replay(
     preparation: &Preparation,
     gravity_m_s2: f64,
     tolerances: &Tolerances,
-) -> Result<WindowReplay, String> {
+) -> StageResult<WindowReplay> {
     let ReplayWindow { manoeuvre, path, aero } = window;
     let flight = window_flight(&path.reconstruction, aero, preparation, gravity_m_s2)?;
-    let response = flight.replay.fly(model, &flight.start).map_err(|error| error.to_string())?;
-    let measured = measured(&flight.motion, aero);
-    let simulated = simulated(&response);
+    let response = flight.replay.fly(model, &flight.start)?;
+    let measured = measured_histories(&flight.motion, aero);
+    let simulated = simulated_histories(&response);
     let tests = tolerances.tests(manoeuvre).into_iter();
     let tests: Vec<_> = tests.map(|test| judge(test, &measured, &simulated)).collect();
     let theil = Signal::ALL.map(|signal| {
@@ -251,20 +247,20 @@ pub fn window_flight(
     aero: &WindowAero,
     preparation: &Preparation,
     gravity_m_s2: f64,
-) -> Result<WindowFlight, String> {
+) -> StageResult<WindowFlight> {
     let states = states_of(path, preparation.path)?;
     let begins_s = aero.data.time_s.first().copied().unwrap_or(f64::NAN);
     let first = path.time_s.partition_point(|&time| time < begins_s);
     let column = |state: State| states[state as usize][first..].to_vec();
     let wind = [State::WindNorth, State::WindEast, State::WindDown].map(column);
-    let replay = Replay::new(&aero.data, &aero.settings, &wind, gravity_m_s2).map_err(|error| error.to_string())?;
+    let replay = Replay::new(&aero.data, &aero.settings, &wind, gravity_m_s2)?;
     let start = start(states, first, aero);
     let mut motion = Motion {
         position_ned_m: [State::PositionNorth, State::PositionEast, State::PositionDown].map(column),
         air_velocity_body_m_s: [State::VelocityU, State::VelocityV, State::VelocityW].map(column),
         euler_rad: [State::BankAngle, State::PitchAngle, State::HeadingAngle].map(column),
         rates_rad_s: aero.data.rates_rad_s.clone(),
-        specific_force_m_s2: specific_force_at_cg(&aero.data, &aero.settings).map_err(|error| error.to_string())?,
+        specific_force_m_s2: specific_force_at_cg(&aero.data, &aero.settings)?,
     };
     unwrap(&mut motion.euler_rad[2]);
     Ok(WindowFlight { replay, start, motion, first })
@@ -281,7 +277,7 @@ fn start(states: &[Vec<f64>; STATES], first: usize, aero: &WindowAero) -> Start 
 }
 
 /// The reconstructed motion.
-fn measured(motion: &Motion, aero: &WindowAero) -> Histories {
+fn measured_histories(motion: &Motion, aero: &WindowAero) -> Histories {
     let negated = |values: &[f64]| values.iter().map(|value| -value).collect::<Vec<_>>();
     let data = &aero.data;
     let ([ax, ay, az], [phi, theta, psi]) = (&motion.specific_force_m_s2, &motion.euler_rad);
@@ -304,7 +300,7 @@ fn measured(motion: &Motion, aero: &WindowAero) -> Histories {
 }
 
 /// The motion of the model, its heading on the same turn as the measured one, since both start alike.
-fn simulated(response: &Response) -> Histories {
+fn simulated_histories(response: &Response) -> Histories {
     let negated = |values: &[f64]| values.iter().map(|value| -value).collect::<Vec<_>>();
     let [ax, ay, az] = &response.specific_force_m_s2;
     let [phi, theta, psi] = &response.euler_rad;

@@ -2,6 +2,7 @@
 
 use std::sync::LazyLock;
 
+use crate::graph::StageResult;
 use doublet_core::load::memory;
 use doublet_core::prep::{Interpolation, between_samples, longest_interval_s, resample};
 use doublet_core::quantity::Role;
@@ -25,7 +26,7 @@ pub fn gaps(recording: &Recording, time_s: &[f64]) -> Vec<(f64, f64)> {
 ///
 /// # Errors
 /// One line when the samples do not reach over `time_s` or pause too long to be bridged.
-pub fn values_at(recording: &Recording, role: Role, time_s: &[f64]) -> Result<Option<Vec<f64>>, String> {
+pub fn values_at(recording: &Recording, role: Role, time_s: &[f64]) -> StageResult<Option<Vec<f64>>> {
     recording.role(role).map(|channel| channel_at(recording, channel, role.name(), time_s)).transpose()
 }
 
@@ -33,7 +34,7 @@ pub fn values_at(recording: &Recording, role: Role, time_s: &[f64]) -> Result<Op
 ///
 /// # Errors
 /// As for [`values_at`].
-pub fn channel_at(recording: &Recording, channel: &Channel, what: &str, time_s: &[f64]) -> Result<Vec<f64>, String> {
+pub fn channel_at(recording: &Recording, channel: &Channel, what: &str, time_s: &[f64]) -> StageResult<Vec<f64>> {
     let (Some(&first), Some(&last)) = (time_s.first(), time_s.last()) else { return Ok(Vec::new()) };
     let step = (last - first) / (time_s.len().max(2) - 1) as f64;
     let window = Window { start_s: first, end_s: last };
@@ -45,24 +46,26 @@ pub fn channel_at(recording: &Recording, channel: &Channel, what: &str, time_s: 
     let (Some(&start), Some(&end)) = (own_time.first(), own_time.last()) else {
         return Err(format!(
             "{place} has no samples over {first:.2} s to {last:.2} s: choose a window where it was recorded"
-        ));
+        )
+        .into());
     };
     // Its first and last sample hold for one of its own intervals beyond them, no longer.
     let interval = (end - start) / (own_time.len().max(2) - 1) as f64;
     if start > first + interval || end < last - interval {
         return Err(format!(
             "{place} was recorded from {start:.2} s to {end:.2} s here: let the window lie inside, not from {first:.2} s to {last:.2} s"
-        ));
+        ).into());
     }
     if let Some((at, length)) =
         gaps(recording, &own_time).into_iter().find(|(at, length)| *at < last && at + length > first)
     {
         return Err(format!(
             "{place} has a gap of {length:.2} s at {at:.2} s: end the window before it or start after"
-        ));
+        )
+        .into());
     }
     let wanted: Vec<_> = time_s.iter().map(|time| time.clamp(start, end)).collect();
-    resample(&own_time, &own_values, &wanted, Interpolation::Linear).map_err(|error| format!("{place}: {error}"))
+    resample(&own_time, &own_values, &wanted, Interpolation::Linear).map_err(|error| format!("{place}: {error}").into())
 }
 
 /// Values of `role` at the increasing `time_s` by straight lines between its own samples, not a number before the first, behind
@@ -80,7 +83,7 @@ const BYTES_PER_SAMPLE: u64 = 5_000;
 pub(super) static MEMORY: LazyLock<Option<u64>> = LazyLock::new(memory);
 
 /// Refuses a window that the memory cannot hold while it is computed.
-pub(super) fn fits_in_memory(samples: usize, memory: Option<u64>) -> Result<(), String> {
+pub(super) fn fits_in_memory(samples: usize, memory: Option<u64>) -> StageResult<()> {
     let needed = (samples as u64).saturating_mul(BYTES_PER_SAMPLE);
     match memory.filter(|memory| needed > *memory) {
         None => Ok(()),
@@ -88,7 +91,7 @@ pub(super) fn fits_in_memory(samples: usize, memory: Option<u64>) -> Result<(), 
             "its {samples} samples take about {:.1} GB while they are filtered, of {:.1} GB that there are: shorten the window or resample the recording (flight.signals)",
             needed as f64 / 1e9,
             memory as f64 / 1e9
-        )),
+        ).into()),
     }
 }
 
@@ -123,7 +126,7 @@ mod tests {
     fn a_window_beyond_the_memory_is_refused_before_it_is_computed() {
         assert_eq!(fits_in_memory(60_000, Some(4_000_000_000)), Ok(()));
         assert_eq!(fits_in_memory(1_000_000, None), Ok(()));
-        let said = fits_in_memory(1_000_000, Some(4_000_000_000)).unwrap_err();
+        let said = fits_in_memory(1_000_000, Some(4_000_000_000)).unwrap_err().to_string();
         assert!(said.contains("1000000 samples") && said.contains("5.0 GB") && said.contains("4.0 GB"), "{said}");
     }
 }

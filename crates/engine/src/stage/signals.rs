@@ -8,6 +8,7 @@ use doublet_core::prep::{
 use doublet_core::quantity::Role;
 use doublet_core::series::{Channel, Recording, Series};
 
+use crate::graph::StageResult;
 use crate::session::{SignalRule, SignalSetting};
 
 /// Source of treated signals in the list of channels.
@@ -34,7 +35,7 @@ pub struct TreatedSignal {
 ///
 /// # Errors
 /// One line with the role and what cannot be done.
-pub fn treat_signals(recording: &mut Recording, setting: &SignalSetting) -> Result<Vec<TreatedSignal>, String> {
+pub fn treat_signals(recording: &mut Recording, setting: &SignalSetting) -> StageResult<Vec<TreatedSignal>> {
     recording.max_gap_s = setting.max_gap_s;
     let mut done = Vec::new();
     let mut clocks: Vec<Arc<[f64]>> = Vec::new();
@@ -80,7 +81,7 @@ pub fn treat_signals(recording: &mut Recording, setting: &SignalSetting) -> Resu
 
 /// Adds the position north and east of the first sample as the trapezoids of the ground velocity (thesis section 4.4.3); it begins
 /// anew after every gap. A position that is recorded is kept, and said.
-fn position(recording: &mut Recording, max_gap_s: Option<f64>) -> Result<Vec<TreatedSignal>, String> {
+fn position(recording: &mut Recording, max_gap_s: Option<f64>) -> StageResult<Vec<TreatedSignal>> {
     let axes = [(Role::PositionNorth, Role::VelocityNorth), (Role::PositionEast, Role::VelocityEast)];
     if let Some((role, channel)) = axes.iter().find_map(|(role, _)| Some((role, recording.role(*role)?))) {
         let kept =
@@ -98,7 +99,7 @@ fn position(recording: &mut Recording, max_gap_s: Option<f64>) -> Result<Vec<Tre
     if north.time_s != east.time_s {
         return Err(
             "position_from_velocity: v_north and v_east have stamps of their own: bring both to one rate by a rule"
-                .to_owned(),
+                .into(),
         );
     }
     // A sample that is no number is no sample: the trapezoid spans from its neighbour to the next, up to the longest gap.

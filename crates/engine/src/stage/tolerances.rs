@@ -1,12 +1,11 @@
 //! Tolerance files: which test applies to which window, and how far a simulation may be off.
 
-use std::path::Path;
-
 use doublet_core::quantity::Unit;
 use doublet_core::validate::{Signal, Tolerance, ToleranceTest};
 use serde::Deserialize;
 
 use crate::builtin;
+use crate::graph::{StageError, StageResult};
 use crate::session::{Manoeuvre, Surface};
 
 /// The tolerances that come with the program.
@@ -70,27 +69,17 @@ impl Tolerances {
     ///
     /// # Errors
     /// One line; never for a program as built.
-    pub fn builtin() -> Result<Self, String> {
+    pub fn builtin() -> StageResult<Self> {
         let text =
             builtin::text("tolerances", BUILTIN).ok_or_else(|| format!("no tolerances are called '{BUILTIN}'"))?;
         Self::parse(text)
-    }
-
-    /// Reads a file.
-    ///
-    /// # Errors
-    /// One line that names the file and what is wrong in it.
-    pub fn read(path: &Path) -> Result<Self, String> {
-        let named = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
-        let text = doublet_core::load::read_text(path).map_err(|error| named(&error))?;
-        Self::parse(&text).map_err(|error| named(&error))
     }
 
     /// Reads the text of a file.
     ///
     /// # Errors
     /// One line that names the test and what is wrong with it.
-    pub fn parse(text: &str) -> Result<Self, String> {
+    pub fn parse(text: &str) -> StageResult<Self> {
         let file: FileTable = toml::from_str(text).map_err(|error| error.to_string().replace('\n', " "))?;
         let tests = file.test.into_iter().map(applicable).collect::<Result<Vec<_>, _>>()?;
         Ok(Self { name: file.name, tests })
@@ -107,18 +96,18 @@ impl Tolerances {
     }
 }
 
-fn applicable(table: TestTable) -> Result<Applicable, String> {
+fn applicable(table: TestTable) -> StageResult<Applicable> {
     let id = table.id.clone();
-    let wrong = |what: String| format!("test '{id}': {what}");
+    let wrong = |what: StageError| what.at(format!("test '{id}'"));
     let surface = |name: &String| {
         let found = Surface::ALL.into_iter().find(|surface| surface.name() == name);
-        found.ok_or_else(|| wrong(format!("'{name}' is not a surface: elevator, aileron or rudder")))
+        found.ok_or_else(|| wrong(format!("'{name}' is not a surface: elevator, aileron or rudder").into()))
     };
     if table.surface.is_none() && table.kinds.is_empty() {
-        return Err(wrong("it applies to nothing: give a surface or kinds".to_owned()));
+        return Err(wrong("it applies to nothing: give a surface or kinds".into()));
     }
     if table.require.is_empty() || table.require.iter().any(|require| require.any.is_empty()) {
-        return Err(wrong("a requirement has no tolerance".to_owned()));
+        return Err(wrong("a requirement has no tolerance".into()));
     }
     let requirement = |require: &RequireTable| require.any.iter().map(|t| tolerance(t).map_err(&wrong)).collect();
     Ok(Applicable {
@@ -132,24 +121,24 @@ fn applicable(table: TestTable) -> Result<Applicable, String> {
     })
 }
 
-fn tolerance(table: &ToleranceTable) -> Result<Tolerance, String> {
+fn tolerance(table: &ToleranceTable) -> StageResult<Tolerance> {
     let names = || Signal::ALL.map(Signal::name).join(", ");
     let signal = Signal::from_name(&table.signal)
         .ok_or_else(|| format!("'{}' is not a signal: one of {}", table.signal, names()))?;
     let absolute = match &table.unit {
         Some(unit) => {
-            let unit = Unit::parse(unit).map_err(|error| error.to_string())?;
+            let unit = Unit::parse(unit)?;
             if unit.dimension != signal.dimension() {
-                return Err(format!("'{}' is not a unit of {}", unit.symbol, table.signal));
+                return Err(format!("'{}' is not a unit of {}", unit.symbol, table.signal).into());
             }
             unit.to_si(table.absolute)
         }
         None if table.absolute == 0.0 => 0.0,
-        None => return Err(format!("the absolute tolerance of {} has no unit", table.signal)),
+        None => return Err(format!("the absolute tolerance of {} has no unit", table.signal).into()),
     };
     let parts = [absolute, table.percent / 100.0, table.percent_of_peak / 100.0];
     if parts.iter().any(|part| !(*part >= 0.0 && part.is_finite())) || parts.iter().all(|part| *part == 0.0) {
-        return Err(format!("the tolerance of {} must be positive", table.signal));
+        return Err(format!("the tolerance of {} must be positive", table.signal).into());
     }
     let [absolute, of_value, of_peak] = parts;
     Ok(Tolerance { signal, absolute, of_value, of_peak })
@@ -184,7 +173,7 @@ mod tests {
             ("surface = \"rudder\"\nrequire = [{ any = [{ signal = \"p\", absolute = 1.0, unit = \"kt\" }] }]", "kt"),
             ("surface = \"rudder\"\nrequire = [{ any = [{ signal = \"p\", percent = -1.0 }] }]", "positive"),
         ] {
-            let message = Tolerances::parse(&file(inside)).unwrap_err();
+            let message = Tolerances::parse(&file(inside)).unwrap_err().to_string();
             assert!(message.contains("'1'") && message.contains(part) && !message.contains('\n'), "{message}");
         }
     }

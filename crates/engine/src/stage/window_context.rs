@@ -13,7 +13,7 @@ use super::engines::ENGINES;
 use super::path::Samples;
 use super::recording::LoadedFlight;
 use super::samples::values_at;
-use crate::graph::{Context, Footprint, Keyed, Stage, StageError};
+use crate::graph::{Context, Footprint, Keyed, Stage, StageResult};
 use crate::session::{Preparation, Surface};
 
 /// Channels of the air that the coefficients may need.
@@ -28,8 +28,8 @@ pub struct WindowContext {
     /// Times of the samples from there on, s.
     pub time_s: Vec<f64>,
     /// Mass properties at these times, or why there are none.
-    pub inertia: Result<InertiaHistory, String>,
-    channels: BTreeMap<Role, Result<Vec<f64>, String>>,
+    pub inertia: StageResult<InertiaHistory>,
+    channels: BTreeMap<Role, StageResult<Vec<f64>>>,
 }
 
 impl Footprint for WindowContext {
@@ -49,7 +49,7 @@ impl Stage for WindowContext {
         preparation: &Preparation,
         (flight, samples, aircraft): Self::Inputs<'_>,
         _: &Context<'_>,
-    ) -> Result<Self, StageError> {
+    ) -> StageResult<Self> {
         Ok(Self::new(&flight.recording, &samples.data, aircraft, preparation)?)
     }
 }
@@ -64,13 +64,13 @@ impl WindowContext {
         data: &FilterData,
         aircraft: &AircraftData,
         preparation: &Preparation,
-    ) -> Result<Self, String> {
+    ) -> StageResult<Self> {
         let times = &data.inputs.time_s;
         let start = times.first().copied().unwrap_or(0.0) + preparation.settle_s;
         let first = times.partition_point(|&time| time < start);
         if first >= times.len() {
             let settle_s = preparation.settle_s;
-            return Err(format!("nothing is left after {settle_s} s of settling: shorten preparation.settle_s"));
+            return Err(format!("nothing is left after {settle_s} s of settling: shorten preparation.settle_s").into());
         }
         let time_s = times[first..].to_vec();
         let engines = ENGINES.iter().flat_map(|engine| [engine.thrust, engine.speed, engine.manifold_pressure]);
@@ -89,7 +89,7 @@ impl WindowContext {
     ///
     /// # Errors
     /// One line when its record does not reach over the window or pauses in it.
-    pub fn recorded(&self, role: Role) -> Result<Option<Vec<f64>>, String> {
+    pub fn values(&self, role: Role) -> StageResult<Option<Vec<f64>>> {
         self.channels.get(&role).cloned().transpose()
     }
 }

@@ -6,8 +6,8 @@ use doublet_core::replay::MotionAxis;
 use rayon::prelude::*;
 
 use super::StudyInput;
-use super::followed::{FollowedFlight, followed};
-use crate::graph::{Context, Footprint, Stage, StageError};
+use super::followed::{FollowedFlight, follow};
+use crate::graph::{Context, Footprint, Stage, StageResult};
 use crate::session::Surface;
 use crate::stage::StudyWindow;
 use crate::verdict::{Finding, Level};
@@ -29,9 +29,9 @@ pub struct WindowChecks {
     /// Window.
     pub window: String,
     /// Equation error in the frequency domain, coefficient by coefficient, or one line why there is none.
-    pub frequency: Vec<(Coefficient, Result<Vec<CheckedDerivative>, String>)>,
+    pub frequency: Vec<(Coefficient, StageResult<Vec<CheckedDerivative>>)>,
     /// Output error in the time domain, or one line why there is none; one per axis the window tells about.
-    pub output_error: Vec<(MotionAxis, Result<FollowedFlight, String>)>,
+    pub output_error: Vec<(MotionAxis, StageResult<FollowedFlight>)>,
 }
 
 /// Checks of all windows.
@@ -53,7 +53,7 @@ impl CheckStudy {
 impl WindowChecks {
     /// Output errors of this window that do not follow its recording (`follows`), or that there is none.
     pub fn findings(&self) -> Vec<Finding> {
-        let of_axis = |(axis, found): &(MotionAxis, Result<FollowedFlight, String>)| match found {
+        let of_axis = |(axis, found): &(MotionAxis, StageResult<FollowedFlight>)| match found {
             Ok(flight) => flight.findings(&self.window),
             Err(error) => {
                 let place = format!("window '{}', output error ({})", self.window, axis.name());
@@ -80,21 +80,21 @@ impl Stage for CheckStudy {
     type Output = Self;
     const NAME: &'static str = "independent checks";
 
-    fn run(axis: Option<MotionAxis>, input: &StudyInput<'_>, context: &Context<'_>) -> Result<Self, StageError> {
+    fn run(axis: Option<MotionAxis>, input: &StudyInput<'_>, context: &Context<'_>) -> StageResult<Self> {
         let context = context.parts(input.windows.len());
         let one = |window: &StudyWindow<'_>| {
             context.checkpoint()?;
             let own = window.fits.fits.iter().filter_map(|fit| Some((fit.coefficient, fit.fit.as_ref().ok()?)));
             let frequency = own.map(|(coefficient, fit)| (coefficient, in_frequency(input, window, coefficient, fit)));
             let frequency = frequency.collect();
-            let follow = |&axis: &MotionAxis| (axis, followed(input, window, axis, &context));
+            let follow = |&axis: &MotionAxis| (axis, follow(input, window, axis, &context));
             let motions = axis.as_ref().map_or_else(|| axes(window.manoeuvre.surface), std::slice::from_ref);
             let output_error = motions.iter().map(follow).collect();
             context.checkpoint()?;
             context.step();
             Ok(WindowChecks { window: window.manoeuvre.name.clone(), frequency, output_error })
         };
-        Ok(CheckStudy { axis, windows: input.windows.par_iter().map(one).collect::<Result<_, StageError>>()? })
+        Ok(CheckStudy { axis, windows: input.windows.par_iter().map(one).collect::<StageResult<_>>()? })
     }
 }
 
@@ -120,12 +120,12 @@ fn in_frequency(
     window: &StudyWindow<'_>,
     coefficient: Coefficient,
     fit: &Fit,
-) -> Result<Vec<CheckedDerivative>, String> {
+) -> StageResult<Vec<CheckedDerivative>> {
     let aero = &window.aero;
     let terms: Vec<Term> =
         fitted_terms(input, coefficient, fit).into_iter().filter(|term| !term.is_constant()).collect();
     let names: Vec<String> = terms.iter().map(|term| term.derivative_name(coefficient)).collect();
-    let x = regressors(&terms, &aero.variables).map_err(|error| error.to_string())?;
+    let x = regressors(&terms, &aero.variables)?;
     let time_s = &aero.coefficients.time_s;
     let duration_s = time_s[time_s.len() - 1] - time_s[0];
     let step_s = duration_s / (time_s.len() - 1) as f64;
@@ -136,7 +136,7 @@ fn in_frequency(
         ..defaults
     };
     let window = FrequencyWindow { step_s, x, z: aero.coefficients.get(coefficient).to_vec() };
-    let found = frequency_equation_error(&names, &[window], &settings).map_err(|error| error.to_string())?;
+    let found = frequency_equation_error(&names, &[window], &settings)?;
     let rows = found.names.iter().zip(&found.estimates).zip(&found.standard_errors);
     Ok(rows
         .map(|((name, &estimate), &standard_error)| CheckedDerivative { name: name.clone(), estimate, standard_error })

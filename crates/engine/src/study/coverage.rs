@@ -7,7 +7,7 @@ use doublet_core::series::{Recording, Window};
 use doublet_core::simulate::{self, Flight, Scenario, Surface as Control};
 use rayon::prelude::*;
 
-use crate::graph::{Context, StageError};
+use crate::graph::{Context, StageError, StageResult};
 use crate::session::{Manoeuvre, Session, Surface};
 use crate::stage::{self, AeroWindow, AircraftData, WindowContext, tank_channel};
 
@@ -65,13 +65,13 @@ pub fn coverage(
     scenario: &Scenario,
     (realisations, first_seed): (usize, u64),
     context: &Context<'_>,
-) -> Result<Coverage, StageError> {
+) -> StageResult<Coverage> {
     let loading = Loading { fuel_kg: Default::default(), ..scenario.loading.clone() };
     let aircraft = session.aircraft.as_deref().ok_or_else(|| stage::NO_AIRCRAFT.to_owned())?;
     let aircraft = context.get::<AircraftData>(Some(&loading), &stage::load_aircraft(context, aircraft)?)?;
     let windows = windows(scenario);
     let context = context.parts(realisations);
-    let one = |index: usize| -> Result<Vec<Estimate>, StageError> {
+    let one = |index: usize| -> StageResult<Vec<Estimate>> {
         context.checkpoint()?;
         let found = realisation(session, scenario, &aircraft, &windows, first_seed + index as u64, &context)?;
         context.step();
@@ -113,15 +113,15 @@ fn realisation(
     windows: &[Manoeuvre],
     seed: u64,
     context: &Context<'_>,
-) -> Result<Vec<Estimate>, StageError> {
+) -> StageResult<Vec<Estimate>> {
     let named = |error: StageError| error.at(format!("seed {seed}"));
     let fly = simulate::run(scenario, seed, &mut |_| !context.control().is_cancelled());
     context.checkpoint()?;
-    let recording = measured(&fly.map_err(|error| named(error.to_string().into()))?, session, aircraft, seed);
+    let recording = record_flight(&fly.map_err(|error| named(error.into()))?, session, aircraft, seed);
     let data = windows
         .iter()
         .map(|window| Ok(stage::samples(&recording, window.window, Some(aircraft), &session.preparation)?.data))
-        .collect::<Result<Vec<_>, StageError>>()
+        .collect::<StageResult<Vec<_>>>()
         .map_err(named)?;
     let paths = stage::reconstructions(
         &data.iter().map(|data| &**data).collect::<Vec<_>>(),
@@ -155,7 +155,7 @@ fn realisation(
 }
 
 /// The recording of a flight by instruments that are as the session's filter describes them.
-pub(crate) fn measured(flight: &Flight, session: &Session, aircraft: &AircraftData, seed: u64) -> Recording {
+pub(crate) fn record_flight(flight: &Flight, session: &Session, aircraft: &AircraftData, seed: u64) -> Recording {
     let sensors = aircraft.loaded.aircraft.sensors;
     let cg = flight.truth.loading_cg_at_start();
     flight.measured(&session.filter, sensors.accelerometer_from_datum_m.unwrap_or(cg), tank_channel, seed)

@@ -13,7 +13,7 @@ use doublet_core::series::Series;
 
 use super::StudyInput;
 use super::checks::CheckedDerivative;
-use crate::graph::Context;
+use crate::graph::{Context, StageResult};
 use crate::session::{PathSource, Settings};
 use crate::stage::{self, StudyWindow, WindowAero, WindowFlight};
 use crate::verdict::{Finding, Level};
@@ -116,18 +116,18 @@ impl FollowedFlight {
 
 /// Output error over one window: derivatives of `axis` that its own fit has are free, those it cannot tell about stay as pooled;
 /// the other axis moves as reconstructed.
-pub(super) fn followed(
+pub(super) fn follow(
     input: &StudyInput<'_>,
     window: &StudyWindow<'_>,
     axis: MotionAxis,
     context: &Context<'_>,
-) -> Result<FollowedFlight, String> {
+) -> StageResult<FollowedFlight> {
     let settings = input.settings;
     let (aero, path) = (&window.aero, &window.path.reconstruction);
     let ready = stage::window_flight(path, aero, settings.preparation, settings.filter.gravity_m_s2)?;
     let (model, shared) = model(input, window, axis);
     if shared.is_empty() {
-        return Err("the window has no fit of this axis to start from".to_owned());
+        return Err("the window has no fit of this axis to start from".into());
     }
     let compared = Compared { axis, settings, aero, path, flight: &ready };
     let windows = [FlightWindow {
@@ -136,7 +136,7 @@ pub(super) fn followed(
         start: ready.start,
         motion: &ready.motion,
         model,
-        measured: compared.measured(),
+        measured: compared.measurements(),
         accelerometer_from_cg_m: aero.data.accelerometer.map(|place| {
             (0..aero.data.time_s.len()).map(|k| place.body_from_cg_m(aero.data.inertia.at(k).cg_datum_m)).collect()
         }),
@@ -167,7 +167,7 @@ struct Compared<'a> {
 
 impl Compared<'_> {
     /// Recorded outputs of the axis, a column each; specific forces where the accelerometers are.
-    fn measured(&self) -> Vec<Vec<f64>> {
+    fn measurements(&self) -> Vec<Vec<f64>> {
         let (data, motion) = (&self.aero.data, &self.flight.motion);
         let column = |output: &FlightOutput| -> &[f64] {
             match output {
@@ -194,9 +194,9 @@ impl Compared<'_> {
         model: &Derivatives,
         freedom: &FlightFreedom,
         found: &FlightOutputFit,
-    ) -> Result<Vec<Unexplained>, String> {
+    ) -> StageResult<Vec<Unexplained>> {
         let settings = CoefficientSettings { matched: false, ..self.aero.settings.clone() };
-        let aero = WindowAero::formed(self.aero.data.clone(), settings, self.aero.air_density)?;
+        let aero = WindowAero::form(self.aero.data.clone(), settings, self.aero.air_density)?;
         let mut model = model.clone();
         freedom.shared.iter().zip(&found.fit.estimates).for_each(|(&entry, &value)| model.set(entry, value));
         let modelled: Vec<[f64; 6]> = values_along(&aero).iter().map(|v| model.body_coefficients(v)).collect();

@@ -7,7 +7,7 @@ use doublet_core::model::{Coefficient, Lag};
 use rayon::prelude::*;
 
 use super::StudyInput;
-use crate::graph::{Context, Footprint, Stage, StageError};
+use crate::graph::{Context, Footprint, Stage, StageResult};
 use crate::session::Surface;
 use crate::stage::{self, AeroWindow, CONTROLS, WindowAero};
 
@@ -30,7 +30,7 @@ pub struct ControlLag {
     /// Coefficients it was looked for in: those with a term of the control.
     pub coefficients: Vec<Coefficient>,
     /// Result, s, beside the lag the session has; or one line why there is none.
-    pub result: Result<NonlinearSearch, String>,
+    pub result: StageResult<NonlinearSearch>,
 }
 
 /// Lags and delays of all controls of the structure.
@@ -41,7 +41,7 @@ pub struct LagStudy {
 }
 
 /// Value and standard error of one coefficient alone, s; or in few words where beyond the range searched it lies.
-pub type LagAlone = Result<(f64, f64), String>;
+pub type LagAlone = StageResult<(f64, f64)>;
 
 impl LagKind {
     /// Both.
@@ -77,13 +77,13 @@ impl ControlLag {
     ///
     /// # Errors
     /// One line: why none was found; that coefficients disagree about it; that it lies at an end of the range searched.
-    pub fn found_s(&self) -> Result<(f64, f64), String> {
+    pub fn found_s(&self) -> StageResult<(f64, f64)> {
         let search = self.result.as_ref().map_err(Clone::clone)?;
         if let Some(disagreement) = self.disagreement() {
-            return Err(disagreement);
+            return Err(disagreement.into());
         }
         if !search.standard_error.is_finite() {
-            return Err("the best value lies at or beyond an end of the range searched, it is not taken".to_owned());
+            return Err("the best value lies at or beyond an end of the range searched, it is not taken".into());
         }
         Ok(((1e4 * search.value).round() / 1e4, search.standard_error))
     }
@@ -93,8 +93,8 @@ impl ControlLag {
     pub fn by_coefficient(&self) -> Vec<(Coefficient, LagAlone)> {
         let [lower, upper] = self.kind.range_s();
         let inside = |&(value, error): &(f64, f64)| match value {
-            value if value < lower => Err(format!("below {:.0} ms", 1e3 * lower)),
-            value if value > upper => Err(format!("above {:.0} ms", 1e3 * upper)),
+            value if value < lower => Err(format!("below {:.0} ms", 1e3 * lower).into()),
+            value if value > upper => Err(format!("above {:.0} ms", 1e3 * upper).into()),
             _ => Ok((value, error)),
         };
         let single = self.result.iter().flat_map(|search| &search.by_regression).map(inside);
@@ -149,7 +149,7 @@ impl Stage for LagStudy {
     type Output = Self;
     const NAME: &'static str = "lags of the controls";
 
-    fn run((): (), input: &StudyInput<'_>, context: &Context<'_>) -> Result<Self, StageError> {
+    fn run((): (), input: &StudyInput<'_>, context: &Context<'_>) -> StageResult<Self> {
         let windows = input.aero();
         let cases: Vec<_> = CONTROLS.into_iter().flat_map(|surface| LagKind::ALL.map(|kind| (surface, kind))).collect();
         let context = context.parts(cases.len());
@@ -159,7 +159,7 @@ impl Stage for LagStudy {
             context.step();
             Ok(found)
         };
-        let found = cases.into_par_iter().map(one).collect::<Result<Vec<_>, StageError>>()?;
+        let found = cases.into_par_iter().map(one).collect::<StageResult<Vec<_>>>()?;
         Ok(LagStudy { lags: found.into_iter().flatten().collect() })
     }
 }
@@ -181,30 +181,21 @@ fn control_lag<'a>(
     if coefficients.is_empty() {
         return None;
     }
-    let regressions_at = |value_s: f64| -> Result<Vec<PooledRegression>, SearchError> {
-        context.checkpoint().map_err(|_| SearchError("stopped".to_owned()))?;
-        let late = |(manoeuvre, aero): &AeroWindow<'a>| -> Result<AeroWindow<'a>, String> {
+    let regressions_at = |value_s: f64| -> StageResult<Vec<PooledRegression>> {
+        context.checkpoint()?;
+        let late = |(manoeuvre, aero): &AeroWindow<'a>| -> StageResult<AeroWindow<'a>> {
             let mut settings = aero.settings.clone();
             let lag = settings.control_lags.get(&role).copied().unwrap_or_default();
             settings.control_lags.insert(role, kind.set(lag, value_s));
-            Ok((*manoeuvre, Arc::new(WindowAero::formed(aero.data.clone(), settings, aero.air_density)?)))
+            Ok((*manoeuvre, Arc::new(WindowAero::form(aero.data.clone(), settings, aero.air_density)?)))
         };
-        let windows = windows.iter().map(late).collect::<Result<Vec<_>, _>>().map_err(SearchError)?;
+        let windows = windows.iter().map(late).collect::<StageResult<Vec<_>>>()?;
         let found = stage::pooled_regressions(&windows, &structure, input.settings.estimation);
-        found.into_iter().map(|regression| Ok(regression.map_err(SearchError)?.pooled)).collect()
+        found.into_iter().map(|regression| Ok(regression?.pooled)).collect()
     };
     let [lower, upper] = kind.range_s();
-    let result = search_nonlinear(lower, upper, regressions_at).map_err(|SearchError(error)| error);
+    let result = search_nonlinear(lower, upper, regressions_at);
     Some(ControlLag { surface, kind, coefficients, result })
-}
-
-/// One line: why a lag could not be tried.
-struct SearchError(String);
-
-impl From<doublet_core::estimate::EstimateError> for SearchError {
-    fn from(error: doublet_core::estimate::EstimateError) -> Self {
-        Self(error.to_string())
-    }
 }
 
 #[cfg(test)]
@@ -222,7 +213,7 @@ mod tests {
     fn coefficients_that_disagree_give_no_delay_and_are_named() {
         // Of the simulated Citation's aileron 3-2-1-1: seven times its standard error, from Cl alone.
         let found = lag(LagKind::Delay, 0.008, vec![(0.099, 0.0087), (0.0074, 0.0007), (0.171, 0.015)]);
-        let said = found.found_s().unwrap_err();
+        let said = found.found_s().unwrap_err().to_string();
         assert_eq!(said, "coefficients disagree: CY says 99 +- 9 ms, Cl says 7 +- 1 ms, Cn says 171 +- 15 ms");
         // Of the shipped flight's ailerons.
         let found = lag(LagKind::Delay, -0.0006, vec![(0.0128, 0.0071), (-0.00065, 0.00036), (0.00487, 0.0043)]);
@@ -234,7 +225,7 @@ mod tests {
         let found = lag(LagKind::FirstOrder, 0.29, vec![(0.29, 0.01), (0.478, 0.11), (-0.0244, 0.143)]);
         let single = found.by_coefficient();
         assert_eq!(single[0].1, Ok((0.29, 0.01)));
-        assert_eq!(single[1].1, Err("above 300 ms".to_owned()));
-        assert_eq!(single[2].1, Err("below 0 ms".to_owned()));
+        assert_eq!(single[1].1, Err("above 300 ms".into()));
+        assert_eq!(single[2].1, Err("below 0 ms".into()));
     }
 }

@@ -8,7 +8,7 @@ use doublet_core::series::Series;
 use doublet_core::validate::{LeftOut, contributions, leave_one_out};
 
 use super::StudyInput;
-use crate::graph::{Context, Footprint, Stage, StageError};
+use crate::graph::{Context, Footprint, Stage, StageResult};
 use crate::session::WindowRole;
 use crate::stage::{self, CoefficientFit, StudyWindow};
 
@@ -66,7 +66,7 @@ pub struct ConditionRegression {
     /// Windows it was found over, with the derivative, its corrected error and the condition.
     pub points: Vec<(String, ConditionPoint)>,
     /// The regression, or one line why there is none.
-    pub result: Result<ConditionFit, String>,
+    pub result: StageResult<ConditionFit>,
 }
 
 /// Manoeuvre against manoeuvre.
@@ -104,13 +104,13 @@ impl Stage for ManoeuvreStudy {
     type Output = Self;
     const NAME: &'static str = "comparison of manoeuvres";
 
-    fn run((): (), input: &StudyInput<'_>, context: &Context<'_>) -> Result<Self, StageError> {
+    fn run((): (), input: &StudyInput<'_>, context: &Context<'_>) -> StageResult<Self> {
         let context = context.parts(4);
         let done = || {
             context.step();
             context.checkpoint()
         };
-        let left_out = left_out(input, &context)?;
+        let left_out = leave_out(input, &context)?;
         done()?;
         let kinds = kinds(input);
         done()?;
@@ -122,7 +122,7 @@ impl Stage for ManoeuvreStudy {
     }
 }
 
-fn left_out(input: &StudyInput<'_>, context: &Context<'_>) -> Result<Vec<CoefficientLeftOut>, StageError> {
+fn leave_out(input: &StudyInput<'_>, context: &Context<'_>) -> StageResult<Vec<CoefficientLeftOut>> {
     let settings = input.settings;
     let mut found = Vec::new();
     for regression in stage::pooled_regressions(&input.aero(), settings.structure, settings.estimation) {
@@ -228,7 +228,7 @@ fn conditions(input: &StudyInput<'_>) -> Vec<ConditionRegression> {
                 let labels: Vec<&'static str> = variables.iter().map(|(label, _)| *label).collect();
                 found.push(ConditionRegression {
                     derivative: name.clone(),
-                    result: condition_regression(&labels, &values).map_err(|error| error.to_string()),
+                    result: condition_regression(&labels, &values).map_err(Into::into),
                     variables: labels,
                     points,
                 });

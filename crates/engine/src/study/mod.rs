@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 pub use checks::{CheckStudy, CheckedDerivative, WindowChecks};
 pub use coverage::{Coverage, DerivativeCoverage, coverage};
-pub(crate) use coverage::{measured, windows};
+pub(crate) use coverage::{record_flight, windows};
 pub use followed::{FollowedFlight, FollowedOutput, FollowedStart};
 pub use lags::{ControlLag, LagKind, LagStudy};
 pub use manoeuvres::{

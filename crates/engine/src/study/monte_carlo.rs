@@ -5,7 +5,7 @@ use doublet_core::sensitivity::{NoiseEffect, noise_effects, with_noise};
 use rayon::prelude::*;
 
 use super::StudyInput;
-use crate::graph::{Context, Footprint, Stage, StageError};
+use crate::graph::{Context, Footprint, Stage, StageError, StageResult};
 use crate::session::WindowRole;
 use crate::stage::{self, AeroWindow, StudyWindow};
 
@@ -38,17 +38,13 @@ impl Stage for MonteCarloStudy {
     type Output = Self;
     const NAME: &'static str = "Monte Carlo";
 
-    fn run(
-        (realisations, seed): (usize, u64),
-        input: &StudyInput<'_>,
-        context: &Context<'_>,
-    ) -> Result<Self, StageError> {
+    fn run((realisations, seed): (usize, u64), input: &StudyInput<'_>, context: &Context<'_>) -> StageResult<Self> {
         let nominal: Vec<(String, f64)> =
             input.derivatives().into_iter().map(|(name, value, _)| (name, value)).collect();
         let used: Vec<_> =
             input.windows.iter().filter(|window| window.manoeuvre.role == WindowRole::Identification).collect();
         let context = context.parts(realisations);
-        let one = |realisation: usize| -> Result<Result<Vec<f64>, StageError>, StageError> {
+        let one = |realisation: usize| -> StageResult<Result<Vec<f64>, StageError>> {
             context.checkpoint()?;
             let found = estimates(input, &used, &nominal, (seed, realisation), &context);
             // A filter that was stopped fails: that is not the realisation's fault.
@@ -56,7 +52,7 @@ impl Stage for MonteCarloStudy {
             context.step();
             Ok(found)
         };
-        let found = (0..realisations).into_par_iter().map(one).collect::<Result<Vec<_>, StageError>>()?;
+        let found = (0..realisations).into_par_iter().map(one).collect::<StageResult<Vec<_>>>()?;
         let (values, errors): (Vec<_>, Vec<_>) = found.into_iter().partition(Result::is_ok);
         let values: Vec<Vec<f64>> = values.into_iter().flatten().collect();
         if values.is_empty()
@@ -75,7 +71,7 @@ fn estimates<'a>(
     nominal: &[(String, f64)],
     (seed, realisation): (u64, usize),
     context: &Context<'_>,
-) -> Result<Vec<f64>, StageError> {
+) -> StageResult<Vec<f64>> {
     let settings = input.settings;
     let noisy = |(index, window): (usize, &&StudyWindow<'_>)| {
         with_noise(&window.path.data, settings.filter, seed, (realisation * used.len() + index) as u64)
@@ -91,15 +87,14 @@ fn estimates<'a>(
         let aero = stage::aero_along(&window.aero, &window.path, (data, &path), settings.preparation)?;
         Ok((window.manoeuvre, aero.into()))
     };
-    let windows: Vec<AeroWindow<'_>> =
-        used.iter().zip(&data).zip(paths).map(aero).collect::<Result<_, StageError>>()?;
+    let windows: Vec<AeroWindow<'_>> = used.iter().zip(&data).zip(paths).map(aero).collect::<StageResult<_>>()?;
     let mut found = Vec::with_capacity(nominal.len());
     for regression in stage::pooled_regressions(&windows, settings.structure, settings.estimation) {
         let regression = regression?.pooled;
         if !regression.shared().any(|name| nominal.iter().any(|(other, _)| other == name)) {
             continue;
         }
-        let fit = regression.fit().map_err(|error| error.to_string())?.fit;
+        let fit = regression.fit()?.fit;
         found.extend(regression.shared().cloned().zip(fit.estimates));
     }
     let value = |(name, _): &(String, f64)| {

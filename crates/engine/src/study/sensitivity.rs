@@ -6,7 +6,7 @@ use doublet_core::sensitivity::{Estimate, Quantity, SensitivityTable, Step, Torn
 use rayon::prelude::*;
 
 use super::StudyInput;
-use crate::graph::{Context, Footprint, Stage, StageError};
+use crate::graph::{Context, Footprint, Stage, StageResult};
 use crate::session::WindowRole;
 use crate::stage::{self, AeroWindow, AircraftData, StudyWindow, WindowAero, WindowContext};
 
@@ -36,7 +36,7 @@ impl Stage for SensitivityStudy {
     type Output = Self;
     const NAME: &'static str = "sensitivity";
 
-    fn run((): (), input: &StudyInput<'_>, context: &Context<'_>) -> Result<Self, StageError> {
+    fn run((): (), input: &StudyInput<'_>, context: &Context<'_>) -> StageResult<Self> {
         let aircraft: &Aircraft = &input.aircraft.loaded.aircraft;
         let loading = mean_loading(input)?;
         let steps = quantities(aircraft, &loading, STEP_FRACTION);
@@ -48,9 +48,9 @@ impl Stage for SensitivityStudy {
             .flatten()
             .collect();
         let context = context.parts(2 * steps.len());
-        let side = |step: &Step, change: f64| -> Result<Vec<Estimate>, StageError> {
+        let side = |step: &Step, change: f64| -> StageResult<Vec<Estimate>> {
             context.checkpoint()?;
-            let windows = changed(input, (&step.quantity, &loading), change, &context);
+            let windows = perturb(input, (&step.quantity, &loading), change, &context);
             let found = windows.and_then(|windows| estimates(input, &windows)).map_err(|error| {
                 let Step { quantity, .. } = step;
                 error.at(format!("with {} changed by {change:.4} {}", quantity.name(), quantity.unit()))
@@ -62,13 +62,13 @@ impl Stage for SensitivityStudy {
             let (low, high) = (side(&step, -step.half_width)?, side(&step, step.half_width)?);
             Ok(central(step, &nominal, &low, &high))
         };
-        let tables = steps.into_par_iter().map(table).collect::<Result<Vec<_>, StageError>>()?;
+        let tables = steps.into_par_iter().map(table).collect::<StageResult<Vec<_>>>()?;
         Ok(SensitivityStudy { tornado: tornado(&tables), tables })
     }
 }
 
 /// What was on board on the average of the identification windows' middles: the loading a quantity's value and its step are of.
-fn mean_loading(input: &StudyInput<'_>) -> Result<Loading, StageError> {
+fn mean_loading(input: &StudyInput<'_>) -> StageResult<Loading> {
     let windows = input.windows.iter().filter(|window| window.manoeuvre.role == WindowRole::Identification);
     let at_middle =
         |window: &StudyWindow<'_>| input.aircraft.loading_at(&window.flight.recording, window.manoeuvre.middle_s());
@@ -82,21 +82,21 @@ fn mean_loading(input: &StudyInput<'_>) -> Result<Loading, StageError> {
 }
 
 /// All windows with one quantity changed, the change of mass properties being that of `loading`.
-fn changed<'a>(
+fn perturb<'a>(
     input: &StudyInput<'a>,
     (quantity, loading): (&Quantity, &Loading),
     change: f64,
     context: &Context<'_>,
-) -> Result<Vec<AeroWindow<'a>>, StageError> {
+) -> StageResult<Vec<AeroWindow<'a>>> {
     let aircraft = input.aircraft;
     match quantity.mass_change(&aircraft.loaded.aircraft, loading, change) {
-        Some(mass) => again(input, &aircraft.with_mass_change(mass), context),
+        Some(mass) => recompute(input, &aircraft.with_mass_change(mass), context),
         None => input
             .windows
             .iter()
             .map(|window| {
                 let data = quantity.scaled(&window.aero.data, change);
-                let aero = WindowAero::formed(data, window.aero.settings.clone(), window.aero.air_density)?;
+                let aero = WindowAero::form(data, window.aero.settings.clone(), window.aero.air_density)?;
                 Ok((window.manoeuvre, aero.into()))
             })
             .collect(),
@@ -104,11 +104,11 @@ fn changed<'a>(
 }
 
 /// Both steps of all windows with another aircraft. A path that does not change is not reconstructed again.
-fn again<'a>(
+fn recompute<'a>(
     input: &StudyInput<'a>,
     aircraft: &AircraftData,
     context: &Context<'_>,
-) -> Result<Vec<AeroWindow<'a>>, StageError> {
+) -> StageResult<Vec<AeroWindow<'a>>> {
     let settings = input.settings;
     let mut changed = Vec::new();
     for window in input.windows {
@@ -142,7 +142,7 @@ fn again<'a>(
 }
 
 /// Pooled estimates of the derivatives all windows share.
-fn estimates(input: &StudyInput<'_>, windows: &[AeroWindow<'_>]) -> Result<Vec<Estimate>, StageError> {
+fn estimates(input: &StudyInput<'_>, windows: &[AeroWindow<'_>]) -> StageResult<Vec<Estimate>> {
     let settings = input.settings;
     let mut found = Vec::new();
     for regression in stage::pooled_regressions(windows, settings.structure, settings.estimation) {

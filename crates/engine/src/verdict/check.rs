@@ -118,7 +118,7 @@ fn of_recordings(session: &Session, snapshot: &Snapshot) -> Vec<Finding> {
             .recordings
             .iter()
             .zip(&loaded.hashes)
-            .filter_map(|(entry, hash)| stage::changed(entry, hash))
+            .filter_map(|(entry, hash)| stage::describe_change(entry, hash))
             .collect();
         for text in &loaded.recording.warnings {
             let level = if changed.contains(text) { Level::Caution } else { Level::Good };

@@ -9,11 +9,11 @@ use doublet_core::simulate::{self, Scenario};
 use rayon::prelude::*;
 
 use super::{Finding, Level, Verdict, Verdicts, judge};
-use crate::graph::{Context, Keyed, StageError};
+use crate::graph::{Context, Keyed, StageError, StageResult};
 use crate::run::{Slot, Snapshot};
 use crate::session::{Manoeuvre, Session, WindowRole};
 use crate::stage::{self, AeroWindow, AircraftData, LoadedFlight, Samples, WindowContext};
-use crate::study::{measured, windows};
+use crate::study::{record_flight, windows};
 
 /// Verdicts on flights whose every sensor is as stated.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -43,12 +43,12 @@ pub fn judged_flights(
     scenario: &Scenario,
     (flights, first_seed): (usize, u64),
     context: &Context<'_>,
-) -> Result<JudgedFlights, StageError> {
+) -> StageResult<JudgedFlights> {
     let context = context.parts(flights);
-    let one = |index: usize| -> Result<(u64, Vec<Finding>, Level), StageError> {
+    let one = |index: usize| -> StageResult<(u64, Vec<Finding>, Level)> {
         context.checkpoint()?;
         let seed = first_seed + index as u64;
-        let (_, snapshot) = flown(session, scenario, seed, &|_| (), &context)?;
+        let (_, snapshot) = fly_and_judge(session, scenario, seed, &|_| (), &context)?;
         context.step();
         let Some(verdicts) = snapshot.verdicts.ready() else { return Ok((seed, Vec::new(), Level::Good)) };
         Ok((seed, everywhere(verdicts), verdicts.session.level))
@@ -83,13 +83,13 @@ fn everywhere(verdicts: &Verdicts) -> Vec<Finding> {
 ///
 /// # Errors
 /// One line: an aircraft that cannot be read, a flight that cannot be flown; or that it was stopped.
-pub fn flown(
+pub fn fly_and_judge(
     session: &Session,
     scenario: &Scenario,
     seed: u64,
     spoil: &(dyn Fn(&mut Recording) + Sync),
     context: &Context<'_>,
-) -> Result<(Session, Snapshot), StageError> {
+) -> StageResult<(Session, Snapshot)> {
     let named = |error: StageError| error.at(format!("seed {seed}"));
     let loading = Loading { fuel_kg: Default::default(), ..scenario.loading.clone() };
     let path = session.aircraft.as_ref().ok_or("the session names no aircraft: name one in it")?;
@@ -97,7 +97,7 @@ pub fn flown(
     let aircraft = context.get::<AircraftData>(Some(&loading), &loaded)?;
     let fly = simulate::run(scenario, seed, &mut |_| !context.control().is_cancelled());
     context.checkpoint()?;
-    let mut recording = measured(&fly.map_err(|error| named(error.to_string().into()))?, session, &aircraft, seed);
+    let mut recording = record_flight(&fly.map_err(|error| named(error.into()))?, session, &aircraft, seed);
     spoil(&mut recording);
 
     let mut session = Session { loading: Some(loading), windows: windows(scenario), ..session.clone() };

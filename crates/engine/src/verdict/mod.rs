@@ -26,7 +26,7 @@ pub use findings::{findings, folded};
 pub use fold::{Folded, fold};
 pub(crate) use judge::NO_WINDOW;
 pub use judge::{DerivativeVerdict, FitVerdict, Verdicts, WindowVerdict, judge};
-pub use judged_flights::{JudgedFlights, flown, judged_flights};
+pub use judged_flights::{JudgedFlights, fly_and_judge, judged_flights};
 pub use plausible::PlausibleRange;
 
 /// How far something may be believed.
