@@ -101,7 +101,8 @@ pub fn propose(arguments: &ProposeArguments) -> Result<(), String> {
 }
 
 fn load(opened: &Opened, flight: &session::Flight) -> Result<Keyed<LoadedFlight>, String> {
-    stage::load_flight(&Context::new(&opened.folder), flight)
+    Context::new(&opened.folder)
+        .get::<LoadedFlight>(flight, ())
         .map_err(|error| format!("flight '{}': {error}", flight.name))
 }
 

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use doublet_core::compatibility::Cure;
-use doublet_core::load::{self, ChannelMap, HandMap, HandTime, Plan, Probe, plan_all};
+use doublet_core::load::{self, ChannelMap, ManualChannelMap, ManualTime, Plan, Probe, plan_all};
 use doublet_core::model::Structure;
 use doublet_core::quantity::{Dimension, Role, Unit};
 use doublet_core::reconstruct::{FilterSettings, Input, Measurement};
@@ -50,7 +50,7 @@ pub struct Inspected {
     /// Shipped maps whose names fit and whose ranges the values do not keep to, with what speaks against each.
     pub refused: Vec<(&'static str, Vec<String>)>,
     /// A map guessed from names, units and values.
-    pub guess: HandMap,
+    pub guess: ManualChannelMap,
 }
 
 /// A session to be made.
@@ -140,7 +140,7 @@ pub fn inspect(paths: &[PathBuf], control: &Control, progress: &dyn Fn(f32)) -> 
 ///
 /// # Errors
 /// One line when it is no map.
-pub fn plan_by_hand(probes: &[Probe], map: &HandMap) -> Result<Plan, String> {
+pub fn plan_by_hand(probes: &[Probe], map: &ManualChannelMap) -> Result<Plan, String> {
     let text = map.text().map_err(|error| error.to_string())?;
     Ok(plan_all(probes, &ChannelMap::parse(&text).map_err(|error| error.to_string())?))
 }
@@ -155,7 +155,7 @@ pub fn compare(plan: &Plan) -> Result<FlightPhysics, String> {
 }
 
 /// A map made by hand after the cure of a contradiction; `probes` tell where time comes from that the map does not name.
-pub fn cure(map: &HandMap, cure: &Cure, probes: &[Probe]) -> HandMap {
+pub fn cure(map: &ManualChannelMap, cure: &Cure, probes: &[Probe]) -> ManualChannelMap {
     let mut map = map.clone();
     match cure {
         Cure::Scale { role, factor, offset, units } => {
@@ -191,18 +191,18 @@ pub fn cure(map: &HandMap, cure: &Cure, probes: &[Probe]) -> HandMap {
 }
 
 /// Gives the clocks of a map the unit that is `factor` times theirs, where there is one.
-fn cure_clocks(map: &mut HandMap, factor: f64, probes: &[Probe]) {
+fn cure_clocks(map: &mut ManualChannelMap, factor: f64, probes: &[Probe]) {
     for source in probes.iter().flat_map(|probe| &probe.sources) {
         let stated = map.time.iter().find(|(name, _)| *name == source.name).map(|(_, time)| time.clone());
         let (channel, unit) = match (stated, source.clocks.first()) {
-            (Some(HandTime::Channel(channel, unit)), _) => (channel, unit),
+            (Some(ManualTime::Channel(channel, unit)), _) => (channel, unit),
             (None, Some(clock)) => (clock.channel.clone(), clock.unit),
             _ => continue,
         };
         let near = |other: &Unit| (other.scale / (unit.scale * factor) - 1.0).abs() < 1e-6;
         let Some(other) = Unit::all().filter(|unit| unit.dimension == Dimension::Time).find(near) else { continue };
         map.time.retain(|(name, _)| *name != source.name);
-        map.time.push((source.name.clone(), HandTime::Channel(channel, other)));
+        map.time.push((source.name.clone(), ManualTime::Channel(channel, other)));
     }
 }
 

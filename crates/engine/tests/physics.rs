@@ -8,11 +8,11 @@ mod shared;
 use std::path::{Path, PathBuf};
 
 use doublet_core::compatibility::Cure;
-use doublet_core::load::{self, ChannelMap, HandMap, HandRow, HandTime, plan_all};
+use doublet_core::load::{self, ChannelMap, ManualChannel, ManualChannelMap, ManualTime, plan_all};
 use doublet_core::quantity::{Role, Unit};
 use doublet_engine::begin;
 use doublet_engine::builtin;
-use doublet_engine::graph::Context;
+use doublet_engine::graph::{Context, Keyed};
 use doublet_engine::session::{self, Flight, MapRef, RecordingRef};
 use doublet_engine::stage::{self, FlightPhysics, LoadedFlight};
 use doublet_engine::verdict::Level;
@@ -76,7 +76,9 @@ fn map_text(map: &str, wrong: &Wrong) -> String {
 /// What is found in a recording read by its map with a mistake; `None` where it is not here.
 fn physics(recording: &str, wrong: &Wrong) -> Option<FlightPhysics> {
     let (flight, loaded) = read(recording, wrong)?;
-    Some(stage::physics(&flight.recordings, &loaded))
+    let context = Context::new(Path::new("."));
+    let found = context.get::<FlightPhysics>(&flight.recordings, &Keyed::from(loaded)).unwrap();
+    Some(FlightPhysics::clone(&found))
 }
 
 /// A recording read by its map with a mistake, on the time line of its flight.
@@ -100,7 +102,7 @@ fn read(recording: &str, wrong: &Wrong) -> Option<(Flight, LoadedFlight)> {
         };
         (PathBuf::from("."), Flight::new("one".to_owned(), paths?.into_iter().map(reference).collect()))
     };
-    let loaded = stage::load_flight(&Context::new(&folder), &flight).unwrap();
+    let loaded = Context::new(&folder).get::<LoadedFlight>(&flight, ()).unwrap();
     let mut loaded = LoadedFlight::clone(&loaded);
     if let Ticks(per_second) = wrong {
         for channel in &mut loaded.recording.channels {
@@ -234,11 +236,11 @@ fn stamps_of_a_recorder_that_are_late_are_named_with_the_shift() {
 }
 
 /// A map made by hand for a recording, one row per role of the shipped map whose raw value is one channel.
-fn by_hand(path: &Path, map: &str) -> (HandMap, Vec<load::Probe>) {
+fn by_hand(path: &Path, map: &str) -> (ManualChannelMap, Vec<load::Probe>) {
     let probes = vec![load::inspect(path).unwrap()];
     let map = ChannelMap::parse(builtin::text("channel_maps", map).unwrap()).unwrap();
     let plan = plan_all(&probes, &map);
-    let mut made = HandMap { name: "made".to_owned(), ..HandMap::default() };
+    let mut made = ManualChannelMap { name: "made".to_owned(), ..ManualChannelMap::default() };
     for (role, entry) in
         map.roles.iter().filter(|(role, entry)| plan.roles.contains_key(role) && entry.terms.len() == 1)
     {
@@ -250,7 +252,7 @@ fn by_hand(path: &Path, map: &str) -> (HandMap, Vec<load::Probe>) {
         }) else {
             continue;
         };
-        let mut row = HandRow::new(load::ChannelName { source, channel }, entry.unit);
+        let mut row = ManualChannel::new(load::ChannelName { source, channel }, entry.unit);
         (row.turned, row.scale, row.offset) = (entry.factor < 0.0, entry.factor.abs(), entry.offset);
         made.set(*role, Some(row));
     }
@@ -261,12 +263,12 @@ fn by_hand(path: &Path, map: &str) -> (HandMap, Vec<load::Probe>) {
 fn a_cure_applied_to_a_map_made_by_hand_undoes_the_mistake() {
     let Some(path) = shared::shared("data/citation_simulated/de3211_1.mat") else { return };
     let (right, probes) = by_hand(&path, "citation_simulated_clean");
-    let check = |map: &HandMap| {
+    let check = |map: &ManualChannelMap| {
         let plan = plan_all(&probes, &ChannelMap::parse(&map.text().unwrap()).unwrap());
         stage::physics_of(&load::read(&plan).unwrap(), "made")
     };
     assert_eq!(check(&right).contradictions().count(), 0);
-    let changed = |role: Role, change: &dyn Fn(&mut HandRow)| {
+    let changed = |role: Role, change: &dyn Fn(&mut ManualChannel)| {
         let mut map = right.clone();
         let mut row = right.row(role).unwrap().clone();
         change(&mut row);
@@ -279,7 +281,7 @@ fn a_cure_applied_to_a_map_made_by_hand_undoes_the_mistake() {
     let mut ticks = right.clone();
     let clock = &probes[0].sources[0].clocks[0];
     let milliseconds = Unit::parse("ms").unwrap();
-    ticks.time = vec![(probes[0].sources[0].name.clone(), HandTime::Channel(clock.channel.clone(), milliseconds))];
+    ticks.time = vec![(probes[0].sources[0].name.clone(), ManualTime::Channel(clock.channel.clone(), milliseconds))];
     let wrong = [
         changed(Role::SpecificForceZ, &|row| row.turned = true),
         changed(Role::TrueAirspeed, &|row| row.unit = Unit::parse("kt").ok()),

@@ -1,7 +1,7 @@
 //! Sessions: saved form, edits, undo.
 
 use doublet_core::estimate::Constraint;
-use doublet_core::load::{ChannelName, HandRow};
+use doublet_core::load::{ChannelName, ManualChannel};
 use doublet_core::model::{Coefficient, Structure, Term, Variable};
 use doublet_core::quantity::{Role, Unit};
 use doublet_core::reconstruct::{AirState, FilterSettings, Input, Measurement, Method};
@@ -412,7 +412,7 @@ fn map_made_by_hand_is_kept_in_the_session_and_reads_the_recording_again() {
     let mut inspected = begin::inspect(&[path], &Control::default(), &quiet).unwrap();
     assert!(inspected.fitting.is_empty() && inspected.guess.row(Role::PitchRate).is_none());
     let from = ChannelName { source: "mine".to_owned(), channel: "rate".to_owned() };
-    inspected.guess.set(Role::PitchRate, Some(HandRow::new(from, Unit::parse("deg/s").ok())));
+    inspected.guess.set(Role::PitchRate, Some(ManualChannel::new(from, Unit::parse("deg/s").ok())));
     let plan = begin::plan_by_hand(&inspected.probes, &inspected.guess).unwrap();
     let map = MapRef::Own(inspected.guess.text().unwrap().into());
     let order = begin::Order { name: "mine".to_owned(), aircraft: Some("builtin:c337f".to_owned()), map };

@@ -34,7 +34,7 @@ fn read() -> &'static LoadedFlight {
 
 /// The shipped recording with all that `flight` makes of it.
 fn aligned(flight: &session::Flight) -> Result<LoadedFlight, StageError> {
-    let aligned = stage::align_flight(&Context::new(&demo().folder), read(), flight.sources())?;
+    let aligned = stage::align_flight(&Context::new(&demo().folder), read(), flight)?;
     Ok(stage::add_expressions(&aligned, &flight.expressions)?)
 }
 
@@ -238,7 +238,7 @@ fn control_sensors_that_record_quaternions_give_the_same_deflections() {
     let fitted = recorded().clocks.iter().find(|clock| clock.source == "sensor_*").unwrap();
     (clock.offset_s, clock.drift) = (fitted.model.offset_s, fitted.model.drift);
     clock.fit.clear();
-    let found = stage::load_flight(&Context::new(folder.path()), &flight).unwrap();
+    let found = Context::new(folder.path()).get::<LoadedFlight>(&flight, ()).unwrap();
     for role in [Role::Aileron, Role::Elevator, Role::Rudder] {
         let of = |flight: &LoadedFlight| flight.recording.role(role).unwrap().series.values.clone();
         let (expected, found) = (of(recorded()), of(&found));
@@ -247,7 +247,7 @@ fn control_sensors_that_record_quaternions_give_the_same_deflections() {
     }
     // The rates the thesis integrates come from quaternions as well.
     flight.instruments.as_mut().unwrap().thesis_controls = true;
-    let thesis = stage::load_flight(&Context::new(folder.path()), &flight).unwrap();
+    let thesis = Context::new(folder.path()).get::<LoadedFlight>(&flight, ()).unwrap();
     assert!(thesis.recording.role(Role::Rudder).unwrap().series.values.iter().all(|value| value.is_finite()));
 }
 

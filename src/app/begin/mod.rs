@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use doublet_core::load::{HandRow, Plan, RowValues};
+use doublet_core::load::{ManualChannel, Plan, RowValues};
 use doublet_core::quantity::Role;
 use doublet_engine::begin::{self, Inspected, Order};
 use doublet_engine::run::{Control, Job};
@@ -51,11 +51,11 @@ struct Choosing {
     name: String,
     aircraft: AircraftChoice,
     choice: Choice,
-    hand: doublet_core::load::HandMap,
+    hand: doublet_core::load::ManualChannelMap,
     /// What reading by the map made by hand would do; kept until that changes.
     hand_plan: Result<Plan, String>,
     /// What the rows of that map read.
-    values: BTreeMap<Role, (HandRow, Option<RowValues>)>,
+    values: BTreeMap<Role, (ManualChannel, Option<RowValues>)>,
     comparison: Comparison,
     aircraft_form: Option<AircraftForm>,
     complaint: Option<String>,

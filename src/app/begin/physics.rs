@@ -1,6 +1,6 @@
 //! Channels against each other as the chosen map reads them: what contradicts, and its cure as one click.
 
-use doublet_core::load::{HandMap, Plan};
+use doublet_core::load::{ManualChannelMap, Plan};
 use doublet_engine::begin;
 use doublet_engine::run::{Control, Job};
 use doublet_engine::stage::{FlightPhysics, PhysicsRow};
@@ -17,14 +17,14 @@ const WORDS: f32 = 220.0;
 /// What the channels say of each other by the map as it is, compared in the background.
 #[derive(Default)]
 pub struct Comparison {
-    of: Option<(Choice, HandMap)>,
+    of: Option<(Choice, ManualChannelMap)>,
     job: Option<Job<FlightPhysics>>,
     found: FlightPhysics,
 }
 
 impl Comparison {
     /// Takes in what was found, and compares again where the map has changed.
-    fn follow(&mut self, choice: Choice, hand: &HandMap, plan: Option<&Plan>, ctx: &egui::Context) {
+    fn follow(&mut self, choice: Choice, hand: &ManualChannelMap, plan: Option<&Plan>, ctx: &egui::Context) {
         if let Some(job) = self.job.take_if(|job| job.is_finished()) {
             self.found = job.finish().unwrap_or_default();
         }

@@ -1,6 +1,6 @@
 //! The table of roles in the dialog of a new session.
 
-use doublet_core::load::{ChannelName, HandRow, HandTime, RowValues, guess_row};
+use doublet_core::load::{ChannelName, ManualChannel, ManualTime, RowValues, guess_row};
 use doublet_core::quantity::{Dimension, Role, Unit};
 use doublet_core::reconstruct::{Input, Measurement};
 use eframe::egui::{self, CollapsingHeader, ComboBox, DragValue, Grid, RichText, ScrollArea, Ui};
@@ -25,7 +25,7 @@ const AIR: [Role; 6] = [
 
 impl Choosing {
     /// What the row of `role` reads, looked through again only when it changed.
-    fn values(&mut self, role: Role, row: &HandRow) -> Option<RowValues> {
+    fn values(&mut self, role: Role, row: &ManualChannel) -> Option<RowValues> {
         if self.values.get(&role).is_none_or(|(of, _)| of != row) {
             let values = row.values(&self.inspected.probes);
             self.values.insert(role, (row.clone(), values));
@@ -186,7 +186,7 @@ fn row(choosing: &mut Choosing, names: &[ChannelName], (role, single): (Role, bo
     }
 }
 
-fn unit(row: &mut HandRow, role: Role, ui: &mut Ui) {
+fn unit(row: &mut ManualChannel, role: Role, ui: &mut Ui) {
     let symbol = row.unit.map_or("–", |unit| unit.symbol);
     let combo = ComboBox::from_id_salt(("unit", role.name())).selected_text(symbol).width(64.0);
     let combo = combo.show_ui(ui, |ui| {
@@ -208,26 +208,26 @@ fn times(choosing: &mut Choosing, ui: &mut Ui) {
             ui.label(format!("Time of {}", source.name));
             let text = match &time {
                 None => "none: choose it".to_owned(),
-                Some(HandTime::Channel(name, _)) => name.clone(),
-                Some(HandTime::Rate(_)) => "evenly spaced".to_owned(),
+                Some(ManualTime::Channel(name, _)) => name.clone(),
+                Some(ManualTime::Rate(_)) => "evenly spaced".to_owned(),
             };
             let combo = ComboBox::from_id_salt(("time", &source.name)).selected_text(text).width(190.0);
             let combo = combo.show_ui(ui, |ui| {
-                ui.selectable_value(&mut time, Some(HandTime::Rate(USUAL_RATE_HZ)), "evenly spaced");
+                ui.selectable_value(&mut time, Some(ManualTime::Rate(USUAL_RATE_HZ)), "evenly spaced");
                 for channel in &source.channels {
-                    let value = HandTime::Channel(channel.name.clone(), Unit::si(Dimension::Time));
+                    let value = ManualTime::Channel(channel.name.clone(), Unit::si(Dimension::Time));
                     ui.selectable_value(&mut time, Some(value), &channel.name);
                 }
             });
             let label = format!("time of {}", source.name);
             ui.ctx().accesskit_node_builder(combo.response.id, |node| node.set_label(label.as_str()));
             match &mut time {
-                Some(HandTime::Rate(rate_hz)) => {
+                Some(ManualTime::Rate(rate_hz)) => {
                     let field = ui.add(DragValue::new(rate_hz).range(1e-3..=1e6).suffix(" Hz"));
                     ui.ctx()
                         .accesskit_node_builder(field.id, |node| node.set_label(format!("rate of {}", source.name)));
                 }
-                Some(HandTime::Channel(_, unit)) => {
+                Some(ManualTime::Channel(_, unit)) => {
                     ComboBox::from_id_salt(("time unit", &source.name)).selected_text(unit.symbol).width(60.0).show_ui(
                         ui,
                         |ui| {

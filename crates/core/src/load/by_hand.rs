@@ -25,7 +25,7 @@ impl ChannelName {
 
 /// How one role is made of one channel: `SI value = sign * scale * to_si(raw + offset)`.
 #[derive(Clone, Debug, PartialEq)]
-pub struct HandRow {
+pub struct ManualChannel {
     /// Its channel.
     pub from: ChannelName,
     /// Unit of the channel; as recorded where none is given.
@@ -38,7 +38,7 @@ pub struct HandRow {
     pub offset: f64,
 }
 
-impl HandRow {
+impl ManualChannel {
     /// A channel as it is, in `unit`.
     pub fn new(from: ChannelName, unit: Option<Unit>) -> Self {
         Self { from, unit, turned: false, scale: 1.0, offset: 0.0 }
@@ -73,7 +73,7 @@ pub struct RowValues {
 
 /// Where the time of a source comes from that has no time vector of a known name.
 #[derive(Clone, Debug, PartialEq)]
-pub enum HandTime {
+pub enum ManualTime {
     /// One of its channels, in a unit of time.
     Channel(String, Unit),
     /// Evenly spaced at this rate, Hz.
@@ -82,25 +82,25 @@ pub enum HandTime {
 
 /// A map in the making.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct HandMap {
+pub struct ManualChannelMap {
     /// Name of the map.
     pub name: String,
     /// Time of sources, by name; what the file itself gives for the others.
-    pub time: Vec<(String, HandTime)>,
+    pub time: Vec<(String, ManualTime)>,
     /// Roles with their channels, in the order of [`Role::ALL`].
-    pub rows: Vec<(Role, HandRow)>,
+    pub rows: Vec<(Role, ManualChannel)>,
     /// Position comes from latitude, longitude and the altitude of satellite navigation, or else the pressure altitude.
     pub position_from_fixes: bool,
 }
 
-impl HandMap {
+impl ManualChannelMap {
     /// The row of `role`.
-    pub fn row(&self, role: Role) -> Option<&HandRow> {
+    pub fn row(&self, role: Role) -> Option<&ManualChannel> {
         self.rows.iter().find(|(other, _)| *other == role).map(|(_, row)| row)
     }
 
     /// Gives `role` a row, or takes it away.
-    pub fn set(&mut self, role: Role, row: Option<HandRow>) {
+    pub fn set(&mut self, role: Role, row: Option<ManualChannel>) {
         self.rows.retain(|(other, _)| *other != role);
         if let Some(row) = row {
             self.rows.push((role, row));
@@ -140,21 +140,21 @@ impl HandMap {
     }
 }
 
-fn time_table(source: &str, time: &HandTime) -> Table {
+fn time_table(source: &str, time: &ManualTime) -> Table {
     let mut table = Table::from_iter([("source".to_owned(), Value::from(source))]);
     match time {
-        HandTime::Channel(channel, unit) => {
+        ManualTime::Channel(channel, unit) => {
             table.insert("channel".to_owned(), channel.as_str().into());
             table.insert("unit".to_owned(), unit.symbol.into());
         }
-        HandTime::Rate(rate_hz) => {
+        ManualTime::Rate(rate_hz) => {
             table.insert("sample_rate".to_owned(), (*rate_hz).into());
         }
     }
     table
 }
 
-fn row_table(row: &HandRow) -> Table {
+fn row_table(row: &ManualChannel) -> Table {
     let mut table = Table::new();
     if !row.from.source.is_empty() {
         table.insert("source".to_owned(), row.from.source.as_str().into());

@@ -2,7 +2,7 @@
 //!
 //! A guess is where a user starts, never an answer: nothing is read by it before it was looked at.
 
-use super::by_hand::{ChannelName, HandMap, HandRow};
+use super::by_hand::{ChannelName, ManualChannel, ManualChannelMap};
 use super::{ChannelInfo, Probe};
 use crate::quantity::{Dimension, Role, Unit};
 
@@ -116,11 +116,11 @@ struct Candidate<'p> {
 /// What the channels of `probes` look like: roles by name, units as recorded, as the name ends or as large as the values are, signs
 /// where the values tell them (specific force along z is about -g in level flight). A channel without time of its own, or one that
 /// time itself is, plays no role.
-pub fn guess(probes: &[Probe]) -> HandMap {
+pub fn guess(probes: &[Probe]) -> ManualChannelMap {
     let candidates = candidates(probes);
-    let mut map = HandMap {
+    let mut map = ManualChannelMap {
         name: probes.first().map(|probe| super::recognise::stem(&probe.path)).unwrap_or_default(),
-        ..HandMap::default()
+        ..ManualChannelMap::default()
     };
     let mut taken: Vec<usize> = Vec::new();
     // Names that are a role's own first: `z` of one recorder does not take the `az` of another.
@@ -143,9 +143,9 @@ pub fn guess(probes: &[Probe]) -> HandMap {
 }
 
 /// What a row for `role` of the channel `from` starts as: the unit it was recorded in, its name ends in or its values look like.
-pub fn guess_row(probes: &[Probe], role: Role, from: &ChannelName) -> HandRow {
+pub fn guess_row(probes: &[Probe], role: Role, from: &ChannelName) -> ManualChannel {
     let candidate = candidates(probes).into_iter().find(|candidate| candidate.from == *from);
-    candidate.map_or_else(|| HandRow::new(from.clone(), None), |candidate| row(&candidate, role))
+    candidate.map_or_else(|| ManualChannel::new(from.clone(), None), |candidate| row(&candidate, role))
 }
 
 fn candidates(probes: &[Probe]) -> Vec<Candidate<'_>> {
@@ -184,10 +184,12 @@ fn is_count(unit: Unit) -> bool {
     unit.dimension == Dimension::Dimensionless && unit.scale == 1.0
 }
 
-fn row(candidate: &Candidate<'_>, role: Role) -> HandRow {
+fn row(candidate: &Candidate<'_>, role: Role) -> ManualChannel {
     let known = candidate.unit.filter(|unit| unit.dimension == role.dimension());
-    let mut row =
-        HandRow::new(candidate.from.clone(), Some(known.unwrap_or_else(|| unit_by_size(candidate.channel, role))));
+    let mut row = ManualChannel::new(
+        candidate.from.clone(),
+        Some(known.unwrap_or_else(|| unit_by_size(candidate.channel, role))),
+    );
     // Altitude is up, position down.
     row.turned = role == Role::PositionDown && ["alt", "h"].iter().any(|up| candidate.plain.contains(up));
     row
@@ -220,14 +222,14 @@ const GROUPS: [&[Role]; 4] = [
 ];
 
 /// Gives the members of a group without a unit of their own the degrees that another member's size tells.
-fn agree_on_degrees(map: &mut HandMap, probes: &[Probe]) {
+fn agree_on_degrees(map: &mut ManualChannelMap, probes: &[Probe]) {
     let candidates = candidates(probes);
-    let is_open = |row: &HandRow| {
+    let is_open = |row: &ManualChannel| {
         let of = candidates.iter().find(|candidate| candidate.from == row.from);
         of.is_some_and(|candidate| candidate.unit.is_none_or(is_count))
     };
     for group in GROUPS {
-        let in_degrees = |row: &HandRow| row.unit.filter(|unit| unit.symbol.starts_with("deg"));
+        let in_degrees = |row: &ManualChannel| row.unit.filter(|unit| unit.symbol.starts_with("deg"));
         let open = group.iter().filter_map(|role| map.row(*role)).filter(|row| is_open(row));
         let Some(degrees) = open.filter_map(in_degrees).next() else { continue };
         for (role, row) in &mut map.rows {
@@ -240,7 +242,7 @@ fn agree_on_degrees(map: &mut HandMap, probes: &[Probe]) {
 
 /// Specific force along z is about -g on the mean: its size tells g from m/s² where no unit is known, its sign the axis, and a mean
 /// near zero in g that 1 g was taken off.
-fn refine_forces(map: &mut HandMap, probes: &[Probe]) {
+fn refine_forces(map: &mut ManualChannelMap, probes: &[Probe]) {
     let axes = [Role::SpecificForceX, Role::SpecificForceY, Role::SpecificForceZ];
     let Some(row) = map.row(Role::SpecificForceZ) else { return };
     let Some(channel) = row.from.find(probes) else { return };
@@ -274,7 +276,7 @@ fn refine_forces(map: &mut HandMap, probes: &[Probe]) {
 }
 
 /// Position down of an altitude where nothing else gives it; of fixes where there are latitude and longitude and no position.
-fn add_position(map: &mut HandMap) {
+fn add_position(map: &mut ManualChannelMap) {
     let has = |role: Role| map.row(role).is_some();
     let fixes = has(Role::Latitude) && has(Role::Longitude);
     if fixes && !has(Role::PositionNorth) && !has(Role::PositionEast) && !has(Role::PositionDown) {
@@ -283,13 +285,13 @@ fn add_position(map: &mut HandMap) {
     }
     let altitude = map.row(Role::GpsAltitude).or_else(|| map.row(Role::Altitude)).cloned();
     if let Some(row) = altitude.filter(|_| !has(Role::PositionDown)) {
-        map.set(Role::PositionDown, Some(HandRow { turned: !row.turned, ..row }));
+        map.set(Role::PositionDown, Some(ManualChannel { turned: !row.turned, ..row }));
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::{ChannelMap, HandTime, inspect, plan, read};
+    use super::super::{ChannelMap, ManualTime, inspect, plan, read};
     use super::*;
 
     /// Level flight at 60 m/s in the units of a hobbyist's recorder.
@@ -368,7 +370,7 @@ mod tests {
     fn source_without_time_gets_the_rate_given() {
         let probe = probe_of("p,q\n5,1\n4,2\n6,3\n");
         let mut map = guess(std::slice::from_ref(&probe));
-        map.time.push(("mine".to_owned(), HandTime::Rate(50.0)));
+        map.time.push(("mine".to_owned(), ManualTime::Rate(50.0)));
         let parsed = ChannelMap::parse(&map.text().unwrap()).unwrap();
         let recording = read(&plan(&probe, &parsed)).unwrap();
         assert_eq!(recording.role(Role::PitchRate).unwrap().series.time_s[..], [0.0, 0.02, 0.04]);

@@ -32,7 +32,7 @@ mod ulog;
 mod utc;
 
 pub use budget::{BUDGET_VARIABLE, memory};
-pub use by_hand::{ChannelName, HandMap, HandRow, HandTime, RowValues};
+pub use by_hand::{ChannelName, ManualChannel, ManualChannelMap, ManualTime, RowValues};
 pub use clock::{Clock, Gap, TimeFault};
 pub use contents::{ChannelInfo, Format, Probe, Source};
 pub use error::LoadError;

@@ -59,13 +59,8 @@ pub struct WindowDetails {
     pub filters: Option<StageResult<[Arc<WindowPath>; 2]>>,
 }
 
-/// What a closer look depends on.
-#[derive(Clone, Copy, Hash)]
-pub struct DetailParams<'a> {
-    request: &'a DetailRequest,
-    settings: Settings<'a>,
-    loading: Option<&'a Loading>,
-}
+/// What a closer look depends on: what is asked, settings and loading of the session.
+type DetailParams<'a> = (&'a DetailRequest, Settings<'a>, Option<&'a Loading>);
 
 /// A window with the newest results there are of it.
 #[derive(Hash)]
@@ -110,8 +105,7 @@ pub(super) fn details(
         track: request.track.as_ref().and_then(flight),
         aircraft: snapshot.aircraft.keyed(),
     };
-    let params = DetailParams { request, settings: used.settings(), loading: session.loading.as_ref() };
-    context.get::<Details>(params, &inputs)
+    context.get::<Details>((request, used.settings(), session.loading.as_ref()), &inputs)
 }
 
 impl Footprint for Details {
@@ -128,7 +122,7 @@ impl Stage for Details {
     const NAME: &'static str = "closer look";
 
     fn run(params: DetailParams<'_>, inputs: &DetailInputs<'_>, context: &Context<'_>) -> StageResult<Self> {
-        let DetailParams { request, settings, .. } = params;
+        let (request, settings, _) = params;
         context.checkpoint()?;
         let known = || inputs.windows.iter();
         let looked_at = known().find(|window| Some(&window.manoeuvre.name) == request.window.as_ref());
@@ -155,9 +149,9 @@ fn window_details(
     inputs: &DetailInputs<'_>,
     context: &Context<'_>,
 ) -> StageResult<WindowDetails> {
-    let Settings { structure, estimation, .. } = params.settings;
+    let (request, Settings { structure, estimation, .. }, _) = params;
     let parts = aero.zip(*fits).map(|(aero, fits)| stage::contributions(manoeuvre, aero, fits, structure, estimation));
-    let filters = params.request.filters.then(|| by_every_filter(manoeuvre, params, inputs, context));
+    let filters = request.filters.then(|| by_every_filter(manoeuvre, params, inputs, context));
     Ok(WindowDetails {
         name: manoeuvre.name.clone(),
         residuals: fits.map(|fits| stage::residual_studies(fits)).unwrap_or_default(),
@@ -172,7 +166,7 @@ fn window_details(
 /// The path of one window by the plain and by the iterated filter, from the samples the session's own filter gets.
 fn by_every_filter(
     manoeuvre: &Manoeuvre,
-    DetailParams { settings: Settings { filter, preparation, .. }, loading, .. }: DetailParams<'_>,
+    (_, Settings { filter, preparation, .. }, loading): DetailParams<'_>,
     inputs: &DetailInputs<'_>,
     context: &Context<'_>,
 ) -> Result<[Arc<WindowPath>; 2], StageError> {

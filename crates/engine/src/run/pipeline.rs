@@ -253,7 +253,7 @@ impl<'a> Run<'a> {
     /// The flights that could be read.
     fn load_flights(&self) -> Result<Vec<ReadFlight<'a>>, Cancelled> {
         let one = |flight: &'a Flight| -> Result<Option<ReadFlight<'a>>, Cancelled> {
-            let loaded = stage::load_flight(self.context, flight);
+            let loaded = self.context.get::<LoadedFlight>(flight, ());
             let loaded = self.show(loaded, |snapshot| of_flight(&mut snapshot.flights, flight))?;
             if loaded.is_none() {
                 self.builder.update(|snapshot| {

@@ -81,7 +81,7 @@ pub enum GravitySource {
 }
 
 /// Recordings that share one time line.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Hash)]
 pub struct Flight {
     /// Name windows refer to.
     pub name: String,
@@ -97,28 +97,7 @@ pub struct Flight {
     pub expressions: Vec<ExpressionSetting>,
 }
 
-/// What of a flight its content on the flight's time line follows from, all but its expressions.
-#[derive(Clone, Copy, Debug, Hash)]
-pub struct Sources<'a> {
-    /// Name of the flight.
-    pub name: &'a str,
-    /// Its recordings.
-    pub recordings: &'a [RecordingRef],
-    /// Clocks of recorders that do not run on the flight's time line.
-    pub clocks: &'a [ClockSetting],
-    /// Instruments whose raw signals become roles.
-    pub instruments: Option<&'a InstrumentSetting>,
-    /// Smoothing and resampling of signals before they are used.
-    pub signals: &'a SignalSetting,
-}
-
 impl Flight {
-    /// Everything but the expressions.
-    pub fn sources(&self) -> Sources<'_> {
-        let Self { name, recordings, clocks, instruments, signals, expressions: _ } = self;
-        Sources { name, recordings, clocks, instruments: instruments.as_ref(), signals }
-    }
-
     /// A flight of these recordings, taken as they are.
     pub fn new(name: String, recordings: Vec<RecordingRef>) -> Self {
         let signals = SignalSetting::default();

@@ -11,7 +11,7 @@ use doublet_core::model::{
 use doublet_core::prep::{MatchedSmoothing, smoothed_rate};
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::{FilterData, INPUTS, Input, Reconstruction, STATES, State};
-use doublet_core::series::Series;
+use doublet_core::series::{Recording, Series};
 
 use super::aircraft::AircraftData;
 use super::engines::{Air, ExtrapolatedThrust, engines};
@@ -95,13 +95,10 @@ impl Stage for WindowAero {
     type Output = Self;
     const NAME: &'static str = "coefficients";
 
-    fn run(
-        preparation: &Preparation,
-        (flight, samples, path, aircraft): Self::Inputs<'_>,
-        context: &Context<'_>,
-    ) -> StageResult<Self> {
+    fn run(preparation: &Preparation, inputs: Self::Inputs<'_>, context: &Context<'_>) -> StageResult<Self> {
+        let (flight, samples, path, aircraft) = inputs;
         let window = context.get::<WindowContext>(preparation, (flight, samples, aircraft))?;
-        Ok(aero(&window, &path.reconstruction, aircraft, preparation)?)
+        aero_in(&window, &path.reconstruction, aircraft, preparation)
     }
 }
 
@@ -171,11 +168,20 @@ pub fn aero_along(
     WindowAero::form(data, aero.settings.clone(), aero.air_density)
 }
 
-/// Forms the coefficients of one window from its path.
+/// Forms the coefficients of one window from the samples its filter got and the path it found.
 ///
 /// # Errors
-/// One line: a control with a gap, or what the model refuses.
+/// One line: nothing left of the window after settling, a control with a gap, or what the model refuses.
 pub fn aero(
+    recording: &Recording,
+    (data, path): (&FilterData, &Reconstruction),
+    aircraft: &AircraftData,
+    preparation: &Preparation,
+) -> StageResult<WindowAero> {
+    aero_in(&WindowContext::new(recording, data, aircraft, preparation)?, path, aircraft, preparation)
+}
+
+fn aero_in(
     window: &WindowContext,
     path: &Reconstruction,
     aircraft: &AircraftData,

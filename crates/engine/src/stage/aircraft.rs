@@ -76,7 +76,7 @@ impl Stage for AircraftData {
     const NAME: &'static str = "aircraft as loaded";
 
     fn run(loading: Option<&Loading>, aircraft: &Keyed<LoadedAircraft>, _: &Context<'_>) -> StageResult<Self> {
-        Ok(aircraft_data(Arc::clone(aircraft.shared()), loading)?)
+        aircraft_data(Arc::clone(aircraft.shared()), loading)
     }
 }
 

@@ -75,11 +75,8 @@ impl Stage for WindowFits {
     type Output = Self;
     const NAME: &'static str = "fits of a window";
 
-    fn run(
-        (manoeuvre, structure, estimation): Self::Params<'_>,
-        aero: &Keyed<WindowAero>,
-        _: &Context<'_>,
-    ) -> StageResult<Self> {
+    fn run(params: Self::Params<'_>, aero: &Keyed<WindowAero>, _: &Context<'_>) -> StageResult<Self> {
+        let (manoeuvre, structure, estimation) = params;
         Ok(window_fits(manoeuvre, aero.shared(), structure, estimation))
     }
 }

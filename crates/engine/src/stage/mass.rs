@@ -1,7 +1,6 @@
 //! What was on board when it was flown: at the start and the end of each flight, and in the middle of its windows.
 
 use doublet_core::airframe::{LoadedState, Loading};
-use doublet_core::series::Recording;
 
 use super::aircraft::AircraftData;
 use super::recording::LoadedFlight;
@@ -78,38 +77,33 @@ impl Footprint for FlownMass {
     }
 }
 
+/// Over a flight with the fuel the analysis takes, and in the middle of its windows.
 impl Stage for FlownMass {
     type Params<'a> = &'a [&'a Manoeuvre];
     type Inputs<'a> = (&'a Keyed<AircraftData>, &'a Keyed<LoadedFlight>);
     type Output = Self;
     const NAME: &'static str = "mass over a flight";
 
-    fn run(windows: Self::Params<'_>, (aircraft, flight): Self::Inputs<'_>, _: &Context<'_>) -> StageResult<Self> {
-        Ok(weigh_flight(aircraft, &flight.recording, windows)?)
+    fn run(windows: Self::Params<'_>, inputs: Self::Inputs<'_>, _: &Context<'_>) -> StageResult<Self> {
+        let (aircraft, LoadedFlight { recording, .. }) = (inputs.0, &**inputs.1);
+        let span = aircraft.fuel_span_s(recording);
+        let (first, last) =
+            span.ok_or("neither fuel nor specific force is recorded: its mass over time is not known")?;
+        let at = |name: &str, time_s: f64| -> StageResult<FlownState> {
+            let loading = aircraft.loading_at(recording, time_s)?;
+            let state = LoadedState::new(name, &aircraft.loaded.aircraft, &loading);
+            Ok(FlownState { time_s, loading, state })
+        };
+        // A window whose fuel has a gap says so itself.
+        let windows = windows.iter().filter_map(|manoeuvre| {
+            let state = at(&manoeuvre.name, manoeuvre.middle_s()).ok()?;
+            Some((manoeuvre.name.clone(), state))
+        });
+        Ok(FlownMass {
+            fuel: aircraft.fuel_source(recording),
+            start: at("start", first)?,
+            windows: windows.collect(),
+            end: at("end", last)?,
+        })
     }
-}
-
-/// Mass properties over a flight with the fuel the analysis takes; `windows` are those of this flight.
-///
-/// # Errors
-/// One line when the flight has no record or the recorded fuel does not fit the tanks.
-pub fn weigh_flight(aircraft: &AircraftData, recording: &Recording, windows: &[&Manoeuvre]) -> StageResult<FlownMass> {
-    let span = aircraft.fuel_span_s(recording);
-    let (first, last) = span.ok_or("neither fuel nor specific force is recorded: its mass over time is not known")?;
-    let at = |name: &str, time_s: f64| -> StageResult<FlownState> {
-        let loading = aircraft.loading_at(recording, time_s)?;
-        let state = LoadedState::new(name, &aircraft.loaded.aircraft, &loading);
-        Ok(FlownState { time_s, loading, state })
-    };
-    // A window whose fuel has a gap says so itself.
-    let windows = windows.iter().filter_map(|manoeuvre| {
-        let state = at(&manoeuvre.name, manoeuvre.middle_s()).ok()?;
-        Some((manoeuvre.name.clone(), state))
-    });
-    Ok(FlownMass {
-        fuel: aircraft.fuel_source(recording),
-        start: at("start", first)?,
-        windows: windows.collect(),
-        end: at("end", last)?,
-    })
 }

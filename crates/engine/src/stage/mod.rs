@@ -48,18 +48,18 @@ pub use fit::{
 pub use flight_engines::{EngineOverFlight, FlightEngines, PowerAgreement, flight_engines};
 pub use gravity::{Gravity, gravity, with_gravity};
 pub use instruments::tank_channel;
-pub use mass::{FlownMass, FlownState, FuelRecord, FuelSource, weigh_flight};
+pub use mass::{FlownMass, FlownState, FuelRecord, FuelSource};
 pub use noise::{FlightNoise, NoiseFlight, NoiseRow, SessionNoise, noise, open_entries};
 pub use observability::Observability;
 pub use path::{
     PathSeries, Samples, SmoothedSeries, WindowPath, measured_by, partly_outside, paths, reconstructions, samples,
 };
-pub use physics::{FlightPhysics, PhysicsRow, physics, physics_of};
+pub use physics::{FlightPhysics, PhysicsRow, physics_of};
 pub use prediction::Prediction;
 pub use proposals::{
     FlightProposals, LEAST_PRESSURE_SHARE, SignalSpectrum, WindowProposal, open_windows, proposals, proposals_above,
 };
-pub use recording::{LoadedFlight, align_flight, describe_change, load_flight, read_flight};
+pub use recording::{LoadedFlight, align_flight, describe_change, read_flight};
 pub use replay::{
     ProofOfMatch, ReplaySeries, ReplayWindow, StudyWindow, WindowFlight, WindowReplay, bands, model_of_window, replay,
     window_flight,

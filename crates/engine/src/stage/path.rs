@@ -124,12 +124,9 @@ impl Stage for Samples {
     type Output = Self;
     const NAME: &'static str = "samples";
 
-    fn run(
-        (window, preparation): Self::Params<'_>,
-        (flight, aircraft): Self::Inputs<'_>,
-        _: &Context<'_>,
-    ) -> StageResult<Self> {
-        Ok(samples(&flight.recording, window, aircraft.map(|aircraft| &**aircraft), preparation)?)
+    fn run((window, preparation): Self::Params<'_>, inputs: Self::Inputs<'_>, _: &Context<'_>) -> StageResult<Self> {
+        let (flight, aircraft) = inputs;
+        samples(&flight.recording, window, aircraft.map(|aircraft| &**aircraft), preparation)
     }
 }
 

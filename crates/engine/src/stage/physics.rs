@@ -85,30 +85,26 @@ impl FlightPhysics {
     }
 }
 
+/// Of a flight of these recordings, on its time line.
 impl Stage for FlightPhysics {
     type Params<'a> = &'a [RecordingRef];
     type Inputs<'a> = &'a Keyed<LoadedFlight>;
     type Output = Self;
     const NAME: &'static str = "channels against each other";
 
-    fn run(recordings: &[RecordingRef], flight: &Keyed<LoadedFlight>, _: &Context<'_>) -> StageResult<Self> {
-        Ok(physics(recordings, flight))
-    }
-}
-
-/// Compares the channels of a flight of these recordings on its time line.
-pub fn physics(recordings: &[RecordingRef], loaded: &LoadedFlight) -> FlightPhysics {
-    let map = |role: Option<Role>| map_of(recordings, &loaded.recording, role);
-    // What was treated keeps the recorder it came from.
-    let mut recording = loaded.recording.clone();
-    for signal in &loaded.treated {
-        let source = recording.channels.get(signal.recorded).map(|channel| channel.source.clone());
-        let used = recording.roles.get(&signal.role).and_then(|index| recording.channels.get_mut(*index));
-        if let (Some(source), Some(used)) = (source, used) {
-            used.source = source;
+    fn run(recordings: &[RecordingRef], loaded: &Keyed<LoadedFlight>, _: &Context<'_>) -> StageResult<Self> {
+        let map = |role: Option<Role>| map_of(recordings, &loaded.recording, role);
+        // What was treated keeps the recorder it came from.
+        let mut recording = loaded.recording.clone();
+        for signal in &loaded.treated {
+            let source = recording.channels.get(signal.recorded).map(|channel| channel.source.clone());
+            let used = recording.roles.get(&signal.role).and_then(|index| recording.channels.get_mut(*index));
+            if let (Some(source), Some(used)) = (source, used) {
+                used.source = source;
+            }
         }
+        Ok(Self { rows: rows(&recording, map) })
     }
-    FlightPhysics { rows: rows(&recording, map) }
 }
 
 /// Compares the channels of a recording whose channel map is called `map`.

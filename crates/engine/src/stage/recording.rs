@@ -12,8 +12,8 @@ use super::expressions::{ExpressedChannel, add_expressions};
 use super::held_samples::use_held_once;
 use super::instruments::derive;
 use super::signals::{TreatedSignal, treat_signals};
-use crate::graph::{Context, Footprint, Keyed, Stage, StageError, StageResult};
-use crate::session::{ExpressionSetting, Flight, HeldSampleUse, MapRef, RecordingRef, Sources, content_hash};
+use crate::graph::{Context, Footprint, Stage, StageError, StageResult};
+use crate::session::{Flight, HeldSampleUse, MapRef, RecordingRef, content_hash};
 use crate::verdict::Finding;
 
 /// A flight as read.
@@ -43,18 +43,6 @@ impl Footprint for LoadedFlight {
     }
 }
 
-/// A flight on its time line with all that the session makes of it; its files are identified by path, size and time of change.
-///
-/// # Errors
-/// One line that names the file, the channel, the clock, the instrument, the signal or the expression and the cure.
-pub fn load_flight(context: &Context<'_>, flight: &Flight) -> StageResult<Keyed<LoadedFlight>> {
-    let aligned = context.get::<AlignedFlight>(flight.sources(), ())?;
-    if flight.expressions.is_empty() {
-        return Ok(aligned);
-    }
-    context.get::<ExpressedFlight>(&flight.expressions, &aligned)
-}
-
 /// A flight as read: moving a clock reads nothing again.
 struct ReadFlight;
 
@@ -69,31 +57,19 @@ impl Stage for ReadFlight {
     }
 }
 
-/// A flight on its time line.
-struct AlignedFlight;
-
-impl Stage for AlignedFlight {
-    type Params<'a> = Sources<'a>;
+/// A flight on its time line with all that the session makes of it. Changing an expression fits no clock again.
+impl Stage for LoadedFlight {
+    type Params<'a> = &'a Flight;
     type Inputs<'a> = ();
-    type Output = LoadedFlight;
-    const NAME: &'static str = "flight on its time line";
+    type Output = Self;
+    const NAME: &'static str = "flight";
 
-    fn run(sources: Sources<'_>, (): (), context: &Context<'_>) -> StageResult<LoadedFlight> {
-        align_flight(context, &*context.get::<ReadFlight>(sources.recordings, ())?, sources)
-    }
-}
-
-/// A flight with its channels by expression: changing one fits no clock again.
-struct ExpressedFlight;
-
-impl Stage for ExpressedFlight {
-    type Params<'a> = &'a [ExpressionSetting];
-    type Inputs<'a> = &'a Keyed<LoadedFlight>;
-    type Output = LoadedFlight;
-    const NAME: &'static str = "channels by expression";
-
-    fn run(settings: &[ExpressionSetting], flight: &Keyed<LoadedFlight>, _: &Context<'_>) -> StageResult<LoadedFlight> {
-        Ok(add_expressions(flight, settings)?)
+    fn run(flight: &Flight, (): (), context: &Context<'_>) -> StageResult<Self> {
+        if flight.expressions.is_empty() {
+            return align_flight(context, &*context.get::<ReadFlight>(&flight.recordings, ())?, flight);
+        }
+        let without = Flight { expressions: Vec::new(), ..flight.clone() };
+        add_expressions(&*context.get::<Self>(&without, ())?, &flight.expressions)
     }
 }
 
@@ -137,17 +113,17 @@ pub fn describe_change(entry: &RecordingRef, hash: &str) -> Option<String> {
 ///
 /// # Errors
 /// One line that names the clock, the instrument's channel or the signal and the cure.
-pub fn align_flight(context: &Context<'_>, read: &LoadedFlight, sources: Sources<'_>) -> StageResult<LoadedFlight> {
-    let (mut recording, clocks) = align(&read.recording, sources.clocks)?;
-    let stated_noise = match sources.instruments {
+pub fn align_flight(context: &Context<'_>, read: &LoadedFlight, flight: &Flight) -> StageResult<LoadedFlight> {
+    let (mut recording, clocks) = align(&read.recording, &flight.clocks)?;
+    let stated_noise = match &flight.instruments {
         Some(setting) => derive(&mut recording, context, setting)?,
         None => BTreeMap::new(),
     };
-    let (held, findings) = match sources.signals.held_samples {
-        HeldSampleUse::Once => use_held_once(&mut recording, sources.name),
+    let (held, findings) = match flight.signals.held_samples {
+        HeldSampleUse::Once => use_held_once(&mut recording, &flight.name),
         HeldSampleUse::Every => Default::default(),
     };
-    let treated = join_treatments(held, treat_signals(&mut recording, sources.signals)?);
+    let treated = join_treatments(held, treat_signals(&mut recording, &flight.signals)?);
     let (hashes, utc_start_s) = (read.hashes.clone(), read.utc_start_s);
     Ok(LoadedFlight {
         recording,

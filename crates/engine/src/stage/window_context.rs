@@ -45,12 +45,9 @@ impl Stage for WindowContext {
     type Output = Self;
     const NAME: &'static str = "window context";
 
-    fn run(
-        preparation: &Preparation,
-        (flight, samples, aircraft): Self::Inputs<'_>,
-        _: &Context<'_>,
-    ) -> StageResult<Self> {
-        Ok(Self::new(&flight.recording, &samples.data, aircraft, preparation)?)
+    fn run(preparation: &Preparation, inputs: Self::Inputs<'_>, _: &Context<'_>) -> StageResult<Self> {
+        let (flight, samples, aircraft) = inputs;
+        Self::new(&flight.recording, &samples.data, aircraft, preparation)
     }
 }
 

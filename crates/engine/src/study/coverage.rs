@@ -7,9 +7,9 @@ use doublet_core::series::{Recording, Window};
 use doublet_core::simulate::{self, Flight, Scenario, Surface as Control};
 use rayon::prelude::*;
 
-use crate::graph::{Context, StageError, StageResult};
+use crate::graph::{Context, StageResult};
 use crate::session::{Manoeuvre, Session, Surface};
-use crate::stage::{self, AeroWindow, AircraftData, WindowContext, tank_channel};
+use crate::stage::{self, AeroWindow, AircraftData, tank_channel};
 
 /// Half width of a 95 % interval in standard errors, normal distribution.
 const HALF_WIDTH: f64 = 1.959_964;
@@ -73,7 +73,9 @@ pub fn coverage(
     let context = context.parts(realisations);
     let one = |index: usize| -> StageResult<Vec<Estimate>> {
         context.checkpoint()?;
-        let found = realisation(session, scenario, &aircraft, &windows, first_seed + index as u64, &context)?;
+        let seed = first_seed + index as u64;
+        let found = realisation(session, scenario, &aircraft, &windows, seed, &context);
+        let found = found.map_err(|error| error.at(format!("seed {seed}")))?;
         context.step();
         Ok(found)
     };
@@ -114,34 +116,24 @@ fn realisation(
     seed: u64,
     context: &Context<'_>,
 ) -> StageResult<Vec<Estimate>> {
-    let named = |error: StageError| error.at(format!("seed {seed}"));
     let fly = simulate::run(scenario, seed, &mut |_| !context.control().is_cancelled());
     context.checkpoint()?;
-    let recording = record_flight(&fly.map_err(|error| named(error.into()))?, session, aircraft, seed);
+    let recording = record_flight(&fly?, session, aircraft, seed);
     let data = windows
         .iter()
         .map(|window| Ok(stage::samples(&recording, window.window, Some(aircraft), &session.preparation)?.data))
-        .collect::<StageResult<Vec<_>>>()
-        .map_err(named)?;
-    let paths = stage::reconstructions(
-        &data.iter().map(|data| &**data).collect::<Vec<_>>(),
-        (&session.filter, session.preparation.path),
-        context.control(),
-    )
-    .map_err(named)?;
+        .collect::<StageResult<Vec<_>>>()?;
+    let samples: Vec<_> = data.iter().map(|data| &**data).collect();
+    let by = (&session.filter, session.preparation.path);
+    let paths = stage::reconstructions(&samples, by, context.control())?;
     let mut aero: Vec<AeroWindow<'_>> = Vec::with_capacity(windows.len());
     for ((window, data), path) in windows.iter().zip(&data).zip(paths) {
         context.checkpoint()?;
-        let path = path.map_err(named)?;
-        let around = WindowContext::new(&recording, data, aircraft, &session.preparation)
-            .map_err(|error| named(error.into()))?;
-        let formed =
-            stage::aero(&around, &path, aircraft, &session.preparation).map_err(|error| named(error.into()))?;
-        aero.push((window, Arc::new(formed)));
+        aero.push((window, Arc::new(stage::aero(&recording, (data, &path?), aircraft, &session.preparation)?)));
     }
     let mut estimates = Vec::new();
     for fit in stage::pooled_fits(&aero, &session.structure, &session.estimation).fits {
-        let found = fit.fit.map_err(|error| named(error.into()))?;
+        let found = fit.fit?;
         for (index, name) in found.names.iter().enumerate().filter(|(_, name)| !name.ends_with(']')) {
             estimates.push((
                 name.clone(),

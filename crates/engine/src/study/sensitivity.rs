@@ -6,9 +6,9 @@ use doublet_core::sensitivity::{Estimate, Quantity, SensitivityTable, Step, Torn
 use rayon::prelude::*;
 
 use super::StudyInput;
-use crate::graph::{Context, Footprint, Stage, StageResult};
+use crate::graph::{Context, Footprint, Stage, StageError, StageResult};
 use crate::session::WindowRole;
-use crate::stage::{self, AeroWindow, AircraftData, StudyWindow, WindowAero, WindowContext};
+use crate::stage::{self, AeroWindow, AircraftData, StudyWindow, WindowAero};
 
 /// Step of the central differences as a fraction of each quantity, of the reference chord for the centre of gravity (thesis 7.2).
 pub const STEP_FRACTION: f64 = 0.05;
@@ -121,24 +121,17 @@ fn recompute<'a>(
     let data: Vec<_> = changed.iter().map(|(_, data)| &**data).collect();
     let reconstructions =
         stage::reconstructions(&data, (settings.filter, settings.preparation.path), context.control())?;
-    let formed = input.windows.iter().map(|window| {
-        context.checkpoint()?;
+    let named =
+        |error: &StageError, window: &StudyWindow<'_>| error.clone().at(format!("window '{}'", window.manoeuvre.name));
+    let form = |window: &StudyWindow<'a>| -> StageResult<AeroWindow<'a>> {
         let place = changed.iter().position(|(name, _)| *name == window.manoeuvre.name);
         let path = match place {
-            None => (&window.path.data, &window.path.reconstruction),
-            Some(index) => {
-                let found = reconstructions[index].as_ref();
-                (
-                    &changed[index].1,
-                    found.map_err(|error| error.clone().at(format!("window '{}'", window.manoeuvre.name)))?,
-                )
-            }
+            None => (&*window.path.data, &window.path.reconstruction),
+            Some(index) => (&*changed[index].1, reconstructions[index].as_ref().map_err(|error| named(error, window))?),
         };
-        let around = WindowContext::new(&window.flight.recording, path.0, aircraft, settings.preparation)?;
-        let aero = stage::aero(&around, path.1, aircraft, settings.preparation)?;
-        Ok((window.manoeuvre, aero.into()))
-    });
-    formed.collect()
+        Ok((window.manoeuvre, stage::aero(&window.flight.recording, path, aircraft, settings.preparation)?.into()))
+    };
+    input.windows.iter().map(|window| context.checkpoint().and_then(|()| form(window))).collect()
 }
 
 /// Pooled estimates of the derivatives all windows share.

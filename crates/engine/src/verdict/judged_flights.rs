@@ -12,7 +12,7 @@ use super::{Finding, Level, Verdict, Verdicts, judge};
 use crate::graph::{Context, Keyed, StageError, StageResult};
 use crate::run::{Slot, Snapshot};
 use crate::session::{Manoeuvre, Session, WindowRole};
-use crate::stage::{self, AeroWindow, AircraftData, LoadedFlight, Samples, WindowContext};
+use crate::stage::{self, AeroWindow, AircraftData, LoadedFlight, Samples};
 use crate::study::{record_flight, windows};
 
 /// Verdicts on flights whose every sensor is as stated.
@@ -111,8 +111,7 @@ pub fn fly_and_judge(
     }
     let mut snapshot = Snapshot { aircraft: Slot::Ready(loaded), ..Snapshot::default() };
     let samples = |window: &Manoeuvre| {
-        stage::samples(&recording, window.window, Some(&aircraft), &session.preparation)
-            .map_err(|error| named(error.into()))
+        stage::samples(&recording, window.window, Some(&aircraft), &session.preparation).map_err(named)
     };
     let samples: Vec<Samples> = session.windows.iter().map(samples).collect::<Result<_, _>>()?;
     let by = (&session.filter, session.preparation.path);
@@ -122,8 +121,8 @@ pub fn fly_and_judge(
         context.checkpoint()?;
         let results = snapshot.windows.entry(window.name.clone()).or_default();
         let aero = path.and_then(|path| {
-            let around = WindowContext::new(&recording, &samples.data, &aircraft, &session.preparation)?;
-            let aero = stage::aero(&around, &path.reconstruction, &aircraft, &session.preparation);
+            let found = (&*samples.data, &path.reconstruction);
+            let aero = stage::aero(&recording, found, &aircraft, &session.preparation);
             results.path = path.into();
             Ok(Keyed::from(aero?))
         });
