@@ -43,7 +43,7 @@ pub fn draw(app: &mut Workbench, ui: &mut Ui) {
             };
             layout.ui(&mut Docking { panels: &mut app.panels, context }, ui);
             app.state.layout = layout;
-            app.engine.look_at(&wanted);
+            app.engine.request_details(&wanted);
         },
     );
     if let Some(command) = app.palette.show(ui.ctx(), &app.table) {

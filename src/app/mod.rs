@@ -155,7 +155,7 @@ impl Workbench {
 
     /// Whether a closer look at the results is still to come.
     pub fn is_looking(&self) -> bool {
-        self.engine.is_looking()
+        self.engine.has_details_due()
     }
 
     /// Whether results are being written.

@@ -133,9 +133,9 @@ impl Document {
         let (mut lock, mut held_by) = (None, None);
         if let Some(path) = &self.path {
             match Lock::try_lock(path) {
-                Ok(LockResult::Acquired(claimed)) => {
+                Ok(LockResult::Acquired(acquired)) => {
                     remove_leftovers(path);
-                    lock = Some(claimed);
+                    lock = Some(acquired);
                 }
                 Ok(LockResult::Held(owner)) => held_by = Some(describe_owner(owner.as_ref())),
                 // Where no lock can be written no session can be saved either.
@@ -262,7 +262,7 @@ impl Document {
                 path.display()
             ));
         }
-        let claimed = self.claim_other(path)?;
+        let acquired = self.lock_other(path)?;
         // A file chosen by its name may be anybody's.
         let replaces_other = !is_own && path.exists();
         let keeps_theirs = is_own && self.on_disk.backup_is_theirs;
@@ -290,7 +290,7 @@ impl Document {
             if let Ok(autosaver) = &keeping.autosaver {
                 autosaver.clear();
             }
-            if let Some(lock) = claimed {
+            if let Some(lock) = acquired {
                 keeping.lock = Some(lock);
                 keeping.held_by = None;
             }
@@ -299,7 +299,7 @@ impl Document {
     }
 
     /// Takes hold of `path` where it is not ours yet.
-    fn claim_other(&self, path: &Path) -> Result<Option<Lock>, String> {
+    fn lock_other(&self, path: &Path) -> Result<Option<Lock>, String> {
         let Some(keeping) = &self.keeping else { return Ok(None) };
         let is_ours = self.path.as_deref().is_some_and(|own| absolute(own) == absolute(path));
         if is_ours && keeping.lock.is_some() {

@@ -8,6 +8,7 @@ mod store;
 mod sweep;
 mod table;
 
+use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
@@ -95,5 +96,5 @@ fn estimates(session: &Session, job: &Job, cache: &Cache) -> Result<Finished, St
         })
     });
     let error = (!failed.is_empty()).then(|| failed.join("; "));
-    Ok(Finished { error, estimates: rows.collect(), files: snapshot.files })
+    Ok(Finished { error, estimates: rows.collect(), files: BTreeMap::clone(&snapshot.files) })
 }

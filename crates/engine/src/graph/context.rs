@@ -125,7 +125,7 @@ impl<'a> Context<'a> {
         params: &S::Params<'_>,
         inputs: &S::Inputs<'_>,
     ) -> Result<Keyed<S::Output>, Key> {
-        let own = KeyBuilder::new(S::NAME).add(params).add(inputs).finish();
+        let own = KeyBuilder::new(S::NAME).add(std::any::type_name::<S>()).add(params).add(inputs).finish();
         let Some(cache) = self.cache else { return Err(own) };
         let places = cache.places(self.trace(own));
         let read = places.into_iter().map(|place| (place.clone(), FileStamp::of(&place))).collect();
@@ -218,77 +218,4 @@ fn keyed<T: Footprint>(value: Arc<T>, key: Key) -> Keyed<T> {
 /// The key of a stage that read these files: without any its own.
 fn key_with_files(own: Key, read: &BTreeMap<PathBuf, FileStamp>) -> Key {
     if read.is_empty() { own } else { KeyBuilder::new("read").add(&own).add(read).finish() }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    struct Number(u64);
-
-    impl Footprint for Number {
-        fn bytes(&self) -> usize {
-            8
-        }
-    }
-
-    static RUNS: AtomicUsize = AtomicUsize::new(0);
-
-    /// The sum of the numbers in the files that a file lists.
-    struct Sum;
-
-    impl Stage for Sum {
-        type Params<'a> = &'a str;
-        type Inputs<'a> = ();
-        type Output = Number;
-        const NAME: &'static str = "sum";
-
-        fn run(list: &str, (): (), context: &Context<'_>) -> StageResult<Number> {
-            RUNS.fetch_add(1, Ordering::Relaxed);
-            let numbers = context.text(list, "")?;
-            let number = |file: &str| Ok(context.text(file, "")?.trim().parse().unwrap_or(0));
-            Ok(Number(numbers.split_whitespace().map(number).sum::<StageResult<u64>>()?))
-        }
-    }
-
-    /// Twice that, by another stage.
-    struct Double;
-
-    impl Stage for Double {
-        type Params<'a> = &'a str;
-        type Inputs<'a> = ();
-        type Output = Number;
-        const NAME: &'static str = "double";
-
-        fn run(list: &str, (): (), context: &Context<'_>) -> StageResult<Number> {
-            Ok(Number(2 * context.get::<Sum>(list, ())?.0))
-        }
-    }
-
-    #[test]
-    fn a_stage_runs_again_when_a_file_that_it_or_its_inputs_read_changes_and_only_then() {
-        let folder = tempfile::tempdir().unwrap();
-        let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
-        let cache = Cache::new(1 << 20);
-        let expect = |value: u64, runs: usize, files: usize| {
-            let context = Context::new(folder.path()).with_cache(&cache);
-            assert_eq!(context.get::<Double>("list", ()).unwrap().0, value);
-            assert_eq!((RUNS.load(Ordering::Relaxed), context.files().len()), (runs, files));
-        };
-        write("list", "a b");
-        write("a", "1");
-        write("b", "2");
-        expect(6, 1, 3);
-        expect(6, 1, 3);
-        write("b", "20");
-        expect(42, 2, 3);
-        write("list", "a");
-        expect(2, 3, 2);
-        write("b", "200");
-        expect(2, 3, 2);
-        std::fs::remove_file(folder.path().join("a")).unwrap();
-        let context = Context::new(folder.path()).with_cache(&cache);
-        let error = context.get::<Double>("list", ()).err().unwrap();
-        assert!(error.to_string().ends_with("there is no such file or folder"), "{error}");
-    }
 }

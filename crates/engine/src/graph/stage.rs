@@ -30,7 +30,7 @@ pub trait Stage {
     type Inputs<'a>: Hash;
     /// What it gives.
     type Output: Footprint;
-    /// Name, part of the key: no two stages share one.
+    /// Name, also of the place of its failures.
     const NAME: &'static str;
 
     /// Computes the output.

@@ -121,7 +121,7 @@ impl Engine {
     }
 
     /// States what is looked at: [`Snapshot::details`] follows, now and after every run. Cheap while it stays the same.
-    pub fn look_at(&self, request: &DetailRequest) {
+    pub fn request_details(&self, request: &DetailRequest) {
         let mut inbox = lock(&self.shared.inbox);
         if inbox.details != *request {
             inbox.details = request.clone();
@@ -132,7 +132,7 @@ impl Engine {
     }
 
     /// Whether a closer look is due or under way.
-    pub fn is_looking(&self) -> bool {
+    pub fn has_details_due(&self) -> bool {
         let inbox = lock(&self.shared.inbox);
         inbox.details_due || matches!(inbox.running, Some((_, false)))
     }

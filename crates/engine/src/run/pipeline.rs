@@ -61,7 +61,7 @@ pub fn run(
     let mut snapshot = builder.read(Snapshot::clone);
     snapshot.busy = false;
     snapshot.progress = 1.0;
-    snapshot.files = context.files();
+    snapshot.files = context.files().into();
     let text = if cancelled {
         snapshot.each_mut("", &mut |_, slot| slot.cancel());
         "cancelled".to_owned()

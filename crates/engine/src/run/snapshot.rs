@@ -8,7 +8,7 @@ use std::time::Duration;
 use doublet_core::airframe::LoadedState;
 
 use super::details::Details;
-use crate::graph::{FileStamp, Keyed, StageError};
+use crate::graph::{FileStamp, Keyed, Stage, StageError};
 use crate::session::{Manoeuvre, Session};
 use crate::stage::{
     AeroWindow, FlightEngines, FlightNoise, FlightPhysics, FlightProposals, FlownMass, Gravity, LoadedAircraft,
@@ -199,14 +199,16 @@ fn follow<T: Default>(slots: &mut BTreeMap<String, T>, names: &[&str]) {
     });
 }
 
-/// Declares slots once: the fields of a struct, and with them everything a run does to all of its slots. With a text behind it a
-/// failure of a slot is told as one of the run, at that place.
+/// Declares slots once: the fields of a struct, and with them everything a run does to all of its slots. With the name of its stage
+/// behind it a failure of a slot is told as one of the run, at that place.
 macro_rules! slots {
+    (@place) => { "" };
+    (@place $place:expr) => { $place };
     (
         $(#[$about:meta])* pub struct $name:ident {
             $($(#[$plain_doc:meta])* pub $plain:ident: $plain_type:ty,)*
         }
-        slots { $($(#[$doc:meta])* $slot:ident: $type:ty $(=> $place:literal)?,)* }
+        slots { $($(#[$doc:meta])* $slot:ident: $type:ty $(=> $place:expr)?,)* }
     ) => {
         $(#[$about])*
         #[derive(Clone, Debug, Default)]
@@ -221,7 +223,7 @@ macro_rules! slots {
             }
 
             fn each_mut(&mut self, _: &str, visit: &mut dyn FnMut(&str, &mut dyn AnySlot)) {
-                $(self.$slot.each_mut(concat!("" $(, $place)?), visit);)*
+                $(self.$slot.each_mut(slots!(@place $($place)?), visit);)*
             }
 
             fn each(&self, what: &str, visit: &mut dyn FnMut(String, &dyn AnySlot)) {
@@ -278,21 +280,21 @@ slots! {
         /// Gravity in use; `None` before the flights were read.
         pub gravity: Option<Gravity>,
         /// Files and folders the run read, as they were then.
-        pub files: BTreeMap<PathBuf, FileStamp>,
+        pub files: Arc<BTreeMap<PathBuf, FileStamp>>,
         /// Newest last.
         pub log: Vec<LogEntry>,
     }
     slots {
         /// The aircraft.
-        aircraft: Slot<LoadedAircraft> => "aircraft",
+        aircraft: Slot<LoadedAircraft> => LoadedAircraft::NAME,
         /// Mass properties of the aircraft with the session's loading on board, and where they lie in the envelope.
         loaded: Slot<LoadedState>,
         /// Mass properties as flown, by flight.
         flown: BTreeMap<String, Slot<FlownMass>>,
         /// Recordings by flight.
-        flights: BTreeMap<String, Slot<LoadedFlight>> => "flight",
+        flights: BTreeMap<String, Slot<LoadedFlight>> => LoadedFlight::NAME,
         /// Engines over each flight; not requested where the recording or the aircraft lacks what their model needs.
-        engines: BTreeMap<String, Slot<FlightEngines>> => "engines of flight",
+        engines: BTreeMap<String, Slot<FlightEngines>> => FlightEngines::NAME,
         /// Channels of each flight against each other.
         physics: BTreeMap<String, Slot<FlightPhysics>>,
         /// Windows each flight proposes.
@@ -302,11 +304,11 @@ slots! {
         /// Results by window.
         windows: BTreeMap<String, WindowResults> => "window",
         /// Derivatives from all identification windows together, and how well they predict the validation windows.
-        pooled: Slot<PooledFits> => "pooled estimate",
+        pooled: Slot<PooledFits> => PooledFits::NAME,
         /// The same by the session's second structure; not requested without one.
         second: Slot<PooledFits>,
         /// Validation windows flown again by the pooled model.
-        proof: Slot<ProofOfMatch> => "proof of match",
+        proof: Slot<ProofOfMatch> => ProofOfMatch::NAME,
         /// What was asked for beside the derivatives.
         studies: Studies => "",
         /// A closer look at these results; only the background worker computes it, after the run and for what is looked at.
@@ -321,15 +323,15 @@ slots! {
     pub struct Studies {}
     slots {
         /// Manoeuvre against manoeuvre.
-        manoeuvres: Slot<ManoeuvreStudy> => "comparison of manoeuvres",
+        manoeuvres: Slot<ManoeuvreStudy> => ManoeuvreStudy::NAME,
         /// Derivatives against what they were computed with.
-        sensitivity: Slot<SensitivityStudy> => "sensitivity",
+        sensitivity: Slot<SensitivityStudy> => SensitivityStudy::NAME,
         /// Every window again in the frequency domain and by output error.
-        checks: Slot<CheckStudy> => "independent checks",
+        checks: Slot<CheckStudy> => CheckStudy::NAME,
         /// Lag and delay of every control.
-        lags: Slot<LagStudy> => "lags of the controls",
+        lags: Slot<LagStudy> => LagStudy::NAME,
         /// Derivatives under fresh noise of the recording.
-        monte_carlo: Slot<MonteCarloStudy> => "Monte Carlo",
+        monte_carlo: Slot<MonteCarloStudy> => MonteCarloStudy::NAME,
     }
 }
 

@@ -85,7 +85,7 @@ impl Stage for PooledFits {
     type Params<'a> = (&'a Structure, &'a Estimation);
     type Inputs<'a> = &'a [(&'a Manoeuvre, &'a Keyed<WindowAero>)];
     type Output = Self;
-    const NAME: &'static str = "pooled fits";
+    const NAME: &'static str = "pooled estimate";
 
     fn run((structure, estimation): Self::Params<'_>, windows: Self::Inputs<'_>, _: &Context<'_>) -> StageResult<Self> {
         let windows: Vec<AeroWindow<'_>> =

@@ -78,7 +78,7 @@ impl Stage for FlightEngines {
     type Params<'a> = ();
     type Inputs<'a> = (&'a Keyed<LoadedFlight>, &'a Keyed<LoadedAircraft>);
     type Output = Self;
-    const NAME: &'static str = "engines of a flight";
+    const NAME: &'static str = "engines of flight";
 
     fn run((): (), (flight, aircraft): Self::Inputs<'_>, _: &Context<'_>) -> StageResult<Self> {
         flight_engines(&flight.recording, &aircraft.powerplant)?.ok_or(StageError::NotApplicable)

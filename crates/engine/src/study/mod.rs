@@ -23,7 +23,7 @@ pub use sensitivity::{STEP_FRACTION, SensitivityStudy};
 
 use doublet_core::replay::MotionAxis;
 
-use crate::graph::Keyed;
+use crate::graph::{Keyed, Stage};
 use crate::session::Settings;
 use crate::stage::{AeroWindow, AircraftData, PooledFits, StudyWindow};
 
@@ -55,11 +55,11 @@ impl Study {
     /// Name in messages.
     pub fn name(self) -> &'static str {
         match self {
-            Self::Manoeuvres => "comparison of manoeuvres",
-            Self::Sensitivity => "sensitivity",
-            Self::Checks { .. } => "independent checks",
-            Self::Lags => "lags of the controls",
-            Self::MonteCarlo { .. } => "Monte Carlo",
+            Self::Manoeuvres => ManoeuvreStudy::NAME,
+            Self::Sensitivity => SensitivityStudy::NAME,
+            Self::Checks { .. } => CheckStudy::NAME,
+            Self::Lags => LagStudy::NAME,
+            Self::MonteCarlo { .. } => MonteCarloStudy::NAME,
         }
     }
 }
