@@ -2,9 +2,14 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests are not marked as tests")]
 
+use std::path::PathBuf;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
 
 use doublet_engine::graph::{Cache, Context, Control, Footprint, Stage, StageError, StageResult};
+use doublet_engine::run::{DetailRequest, Details, Engine, Request};
+use doublet_engine::session;
 
 struct Number(u64);
 
@@ -97,4 +102,43 @@ impl Stage for Patient {
         context.checkpoint()?;
         Ok(Number(1))
     }
+}
+
+/// The closer look that `request` asks for, once it is there.
+fn look(engine: &Engine, request: &DetailRequest) -> Arc<Details> {
+    engine.request_details(request);
+    let begun = Instant::now();
+    while engine.is_busy() || engine.has_details_due() {
+        assert!(begun.elapsed() < Duration::from_secs(300), "it ends");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    Arc::clone(engine.snapshot().details.ready().unwrap())
+}
+
+#[test]
+fn a_closer_look_follows_the_newest_request_and_comes_back_from_the_cache() {
+    let mut session = session::parse(doublet_engine::builtin::session("demo").unwrap()).unwrap();
+    session.windows.truncate(1);
+    let name = session.windows[0].name.clone();
+    let engine = Engine::start(|| ()).unwrap();
+    engine.request(Request {
+        session: Arc::new(session),
+        folder: PathBuf::from("."),
+        first: None,
+        studies: Vec::new(),
+        cause: "test".to_owned(),
+        fresh: true,
+    });
+    let filters = DetailRequest { window: Some(name.clone()), filters: true, ..DetailRequest::default() };
+    let plain = DetailRequest { filters: false, ..filters.clone() };
+    let first = look(&engine, &filters);
+    let window = first.window.as_ref().unwrap();
+    let [linear, iterated] = window.filters.as_ref().unwrap().as_ref().unwrap();
+    assert_eq!(window.name, name);
+    assert!(!window.residuals.is_empty() && !window.contributions.is_empty());
+    assert_ne!(linear.reconstruction.states, iterated.reconstruction.states);
+    // The newer request counts, whatever became of the older one.
+    engine.request_details(&DetailRequest::default());
+    assert!(look(&engine, &plain).window.as_ref().unwrap().filters.is_none());
+    assert!(Arc::ptr_eq(&first, &look(&engine, &filters)), "it is not computed again");
 }
