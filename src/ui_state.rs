@@ -66,7 +66,11 @@ pub struct ReportChoice {
 
 impl Default for ReportChoice {
     fn default() -> Self {
-        Self { left_out: BTreeSet::new(), formats: ReportFormat::ALL.to_vec(), shown: SectionKind::Overview }
+        Self {
+            left_out: BTreeSet::new(),
+            formats: ReportFormat::ALL.into_iter().filter(|format| format.is_in_this_build()).collect(),
+            shown: SectionKind::Overview,
+        }
     }
 }
 
@@ -76,11 +80,11 @@ pub struct UiState {
     version: u32,
     /// Where the panels are.
     pub layout: Tree<Pane>,
-    /// Stretch of the flight on screen.
+    /// Part of the flight on screen.
     pub time: TimeView,
     /// Session that stretch is of; `None` for one without a file.
     pub session: Option<PathBuf>,
-    /// Stretch of the chosen window on screen.
+    /// Part of the chosen window on screen.
     #[serde(skip)]
     pub window_time: TimeView,
     /// What the user looks at.
@@ -189,7 +193,7 @@ mod tests {
     use eframe::Storage;
 
     use super::*;
-    use crate::widgets::time_view::Stretch;
+    use crate::widgets::time_view::TimeRange;
 
     /// Storage in memory.
     #[derive(Default)]
@@ -213,8 +217,8 @@ mod tests {
 
     #[test]
     fn stored_looks_come_back_and_those_of_another_version_do_not() {
-        let mut time = TimeView::new(Stretch::new(0.0, 5400.0));
-        time.zoom_to(Stretch::new(100.0, 160.0));
+        let mut time = TimeView::new(TimeRange::new(0.0, 5400.0));
+        time.zoom_to(TimeRange::new(100.0, 160.0));
         time.markers_s = [Some(120.0), None];
         let mut state = UiState { time, appearance: ThemePreference::Light, ..UiState::default() };
         let mut memory = Memory::default();

@@ -11,7 +11,7 @@ use super::{Document, Pending, Workbench};
 use crate::command::{UiCommand, dispatch};
 use crate::panels::{self, EditRequest};
 use crate::ui_state::UiState;
-use crate::widgets::time_view::Stretch;
+use crate::widgets::time_view::TimeRange;
 
 /// One step.
 pub fn run(app: &mut Workbench, ctx: &egui::Context) {
@@ -126,7 +126,7 @@ fn keep_selection(app: &mut Workbench) {
             if chosen.is_none() {
                 panels::choose(state, &session, &window.name);
             }
-            state.window_time.set_full(Stretch::new(window.window.start_s, window.window.end_s));
+            state.window_time.set_full(TimeRange::new(window.window.start_s, window.window.end_s));
         }
         None => state.selection.window = None,
     }
@@ -138,14 +138,14 @@ fn keep_selection(app: &mut Workbench) {
 }
 
 /// First and last instant of the mapped channels of the chosen flight.
-fn flight_extent(state: &UiState, snapshot: &Snapshot) -> Option<Stretch> {
+fn flight_extent(state: &UiState, snapshot: &Snapshot) -> Option<TimeRange> {
     let recording = &snapshot.flights.get(state.selection.flight.as_deref()?)?.latest()?.recording;
     let ends = recording.roles.values().filter_map(|&index| {
         let time_s = &recording.channels[index].series.time_s;
         Some((*time_s.first()?, *time_s.last()?))
     });
     let (start_s, end_s) = ends.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))?;
-    Some(Stretch { start_s, end_s })
+    Some(TimeRange { start_s, end_s })
 }
 
 /// Asks for a run when the session has changed. While something is dragged a run under way is let finish, so that results

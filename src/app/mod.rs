@@ -28,7 +28,7 @@ use crate::command::{CommandInfo, CommandPalette, UiCommand, ui_command};
 use crate::panels::{EditRequest, Pane, Panel};
 use crate::theme;
 use crate::ui_state::UiState;
-use crate::widgets::figure::{Figure, FigureRequest};
+use crate::widgets::figure::FigureRequest;
 use begin::Beginning;
 use files::Files;
 use recovery::Recovery;
@@ -82,7 +82,7 @@ pub struct Workbench {
     commands: Vec<UiCommand>,
     edits: Vec<EditRequest>,
     figures: Vec<FigureRequest>,
-    figure: Option<Figure>,
+    figure: Option<doublet_engine::report::document::Figure>,
 }
 
 impl Workbench {

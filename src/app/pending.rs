@@ -14,8 +14,7 @@ use eframe::egui::{self, ViewportCommand, vec2};
 
 use super::files::{FileQuestion, Purpose};
 use super::{Document, Workbench};
-use crate::widgets::drawing;
-use crate::widgets::figure::{FigureForm, FigureRequest};
+use crate::widgets::figure::{self, FigureForm, FigureRequest};
 
 /// A step that leaves the present session.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -235,7 +234,7 @@ impl Workbench {
         let (copied, saved): (Vec<_>, Vec<_>) =
             std::mem::take(&mut self.figures).into_iter().partition(|request| request.form == FigureForm::Copy);
         if let Some(request) = copied.last() {
-            ctx.copy_text(request.figure.csv());
+            ctx.copy_text(figure::csv(&request.figure));
             self.say("The data of the plot are in the clipboard");
         }
         if let Some(FigureRequest { figure, form }) = saved.into_iter().next_back() {
@@ -246,12 +245,12 @@ impl Workbench {
 
     /// Writes the figure that waits.
     fn save_figure(&mut self, form: FigureForm, path: &Path) {
-        let Some(figure) = self.figure.take() else { return };
+        let Some(asked) = self.figure.take() else { return };
         let path = if path.extension().is_some() { path.to_path_buf() } else { path.with_extension(form.extension()) };
         let bytes = match form {
-            FigureForm::Png => drawing::png(&figure),
-            FigureForm::Svg => Ok(drawing::svg(&figure).into_bytes()),
-            FigureForm::Csv | FigureForm::Copy => Ok(figure.csv().into_bytes()),
+            FigureForm::Png => figure::png(&asked),
+            FigureForm::Svg => Ok(doublet_report::svg::svg(&asked, "p").into_bytes()),
+            FigureForm::Csv | FigureForm::Copy => Ok(figure::csv(&asked).into_bytes()),
         };
         let place = path.display();
         match bytes.and_then(|bytes| std::fs::write(&path, bytes).map_err(|error| format!("{place}: {error}"))) {

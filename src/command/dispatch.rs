@@ -1,6 +1,6 @@
 //! Carries out commands.
 
-use doublet_core::series::Window;
+use doublet_core::series::TimeRange;
 use doublet_engine::session::{Edit, Manoeuvre, WindowEdit};
 use eframe::egui;
 
@@ -8,7 +8,6 @@ use super::ui_command::{EditCommand, FileCommand, HelpCommand, RunCommand, UiCom
 use crate::app::{Asked, Pending, Workbench};
 use crate::panels::{self, Pane};
 use crate::ui_state;
-use crate::widgets::time_view::Stretch;
 
 /// Room shown on both sides of a window, as a part of its length.
 const WINDOW_ROOM: f64 = 0.25;
@@ -93,11 +92,11 @@ fn step(app: &mut Workbench, by: isize) {
 fn add_window(app: &mut Workbench) {
     let Some(flight) = app.state.selection.flight.clone() else { return };
     let stretch = match app.state.time.markers_s {
-        [Some(a), Some(b)] if a != b => Stretch::new(a, b),
+        [Some(a), Some(b)] if a != b => TimeRange::new(a, b),
         _ => {
             let range = app.state.time.range();
             let quarter = 0.25 * range.length_s();
-            Stretch::new(range.start_s + quarter, range.end_s - quarter)
+            TimeRange::new(range.start_s + quarter, range.end_s - quarter)
         }
     };
     let window = new_window(app.document.session(), flight, stretch);
@@ -108,10 +107,10 @@ fn add_window(app: &mut Workbench) {
 }
 
 /// A window of `stretch` with a name nobody has.
-pub fn new_window(session: &doublet_engine::session::Session, flight: String, stretch: Stretch) -> Manoeuvre {
+pub fn new_window(session: &doublet_engine::session::Session, flight: String, stretch: TimeRange) -> Manoeuvre {
     let names = (1..).map(|number| format!("manoeuvre {number}"));
     let name = names.into_iter().find(|name| session.window(name).is_none()).unwrap_or_default();
-    Manoeuvre::new(name, flight, Window { start_s: stretch.start_s, end_s: stretch.end_s })
+    Manoeuvre::new(name, flight, stretch)
 }
 
 /// Changes what is on screen.
@@ -131,14 +130,14 @@ fn view(app: &mut Workbench, command: ViewCommand, ctx: &egui::Context) {
             time.go_forward();
         }
         ViewCommand::ZoomToWindow => {
-            if let Some(Window { start_s, end_s }) = window {
+            if let Some(TimeRange { start_s, end_s }) = window {
                 let room = WINDOW_ROOM * (end_s - start_s);
-                time.zoom_to(Stretch::new(start_s - room, end_s + room));
+                time.zoom_to(TimeRange::new(start_s - room, end_s + room));
             }
         }
         ViewCommand::ZoomToMarkers => {
             if let [Some(a), Some(b)] = time.markers_s {
-                time.zoom_to(Stretch::new(a, b));
+                time.zoom_to(TimeRange::new(a, b));
             }
         }
         ViewCommand::ClearMarkers => {

@@ -1,7 +1,7 @@
 //! One channel against another over the chosen window, or between the markers.
 
 use doublet_core::quantity::Role;
-use doublet_core::series::{Recording, Series, Window};
+use doublet_core::series::{Recording, Series, TimeRange, gap_threshold_s, value_at};
 use eframe::egui::{ComboBox, Ui};
 
 use super::flight::{key, resolve};
@@ -9,7 +9,6 @@ use super::{Panel, PanelContext, chosen_flight, empty, role_color};
 use crate::notation;
 use crate::theme;
 use crate::widgets::chart::{Chart, ChartCurve, ChartStyle};
-use crate::widgets::decimate::{gap_threshold_s, value_at};
 
 /// Points drawn at most.
 const MOST: usize = 4000;
@@ -95,20 +94,20 @@ fn channel_choice(ui: &mut Ui, recording: &Recording, name: &str, chosen: &mut S
 }
 
 /// Between the markers where both are set, else the chosen window, else what is on screen.
-fn stretch(ctx: &PanelContext<'_>) -> Window {
+fn stretch(ctx: &PanelContext<'_>) -> TimeRange {
     let between = |markers: [Option<f64>; 2]| match markers {
-        [Some(a), Some(b)] if a != b => Some(Window { start_s: a.min(b), end_s: a.max(b) }),
+        [Some(a), Some(b)] if a != b => Some(TimeRange { start_s: a.min(b), end_s: a.max(b) }),
         _ => None,
     };
     let marked = between(ctx.state.window_time.markers_s).or(between(ctx.state.time.markers_s));
     marked.or(ctx.window().map(|window| window.window)).unwrap_or_else(|| {
         let range = ctx.state.time.range();
-        Window { start_s: range.start_s, end_s: range.end_s }
+        range
     })
 }
 
 /// Both channels at the samples of the first inside `window`, every so many of them that [`MOST`] remain.
-fn pairs(x: &Series, y: &Series, window: Window, [x_scale, y_scale]: [f64; 2]) -> Vec<[f64; 2]> {
+fn pairs(x: &Series, y: &Series, window: TimeRange, [x_scale, y_scale]: [f64; 2]) -> Vec<[f64; 2]> {
     let inside = window.indices(&x.time_s);
     let other = window.indices(&y.time_s);
     // One more on either side, so that the ends have neighbours.
@@ -135,7 +134,7 @@ mod tests {
             Series { time_s: time.into(), values: values.into() }
         };
         let (x, y) = (series(0.1, 2.0), series(0.25, -3.0));
-        let found = pairs(&x, &y, Window { start_s: 1.0, end_s: 2.05 }, [10.0, 1.0]);
+        let found = pairs(&x, &y, TimeRange { start_s: 1.0, end_s: 2.05 }, [10.0, 1.0]);
         assert_eq!(found.len(), 11);
         for ([along, up], k) in found.iter().zip(10..) {
             let time_s = f64::from(k) * 0.1;

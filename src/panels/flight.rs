@@ -1,7 +1,7 @@
 //! The whole recording: any channels in stacked plots, the windows as bands, what is missing.
 
 use doublet_core::quantity::Role;
-use doublet_core::series::{Channel, Recording, Window};
+use doublet_core::series::{Channel, Recording, TimeRange};
 use doublet_engine::begin;
 use doublet_engine::session::{EXPRESSION_SOURCE, Edit, WindowEdit};
 use doublet_engine::stage::LoadedFlight;
@@ -16,7 +16,6 @@ use crate::theme;
 use crate::widgets::snap::{SnapPoint, gap_edges};
 use crate::widgets::span_editor::{LANE_HEIGHT, Lane, SpanEvent, SpanItem, span_lane};
 use crate::widgets::time_plot::{PlotCache, SpanMark, TimePlot, Trace, step_markers};
-use crate::widgets::time_view::Stretch;
 
 /// Roles of the usual plots; of each inner list the first role the recording has is taken, all of them where `true`.
 const USUAL: [(&[Role], bool); 6] = [
@@ -176,7 +175,7 @@ impl Flight {
             .iter()
             .map(|(at, window)| SpanItem {
                 id: *at as u64,
-                stretch: Stretch::new(window.window.start_s, window.window.end_s),
+                stretch: TimeRange::new(window.window.start_s, window.window.end_s),
                 label: &window.name,
                 note: &window.note,
                 color: role_color(palette, window.role),
@@ -353,7 +352,7 @@ fn take(ctx: &mut PanelContext<'_>, flight: &str, event: SpanEvent) {
         SpanEvent::Dragged { id, phase, stretch } => {
             if let Some(window) = session.windows.get(id as usize) {
                 ctx.choose(&window.name);
-                let place = Window { start_s: stretch.start_s, end_s: stretch.end_s };
+                let place = stretch;
                 ctx.edit_phase(phase, Edit::Window(WindowEdit::Place { name: window.name.clone(), window: place }));
             }
         }

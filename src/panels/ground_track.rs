@@ -1,13 +1,12 @@
 //! The track over ground, windows in their colours, the cursor where the aircraft was.
 
 use doublet_core::quantity::{Dimension, Role};
-use doublet_core::series::{Recording, Series, Window};
+use doublet_core::series::{Recording, Series, TimeRange, gap_threshold_s, value_at};
 use eframe::egui::Ui;
 
 use super::{Panel, PanelContext, chosen_flight, empty, role_color};
 use crate::theme;
 use crate::widgets::chart::{Chart, ChartCurve, ChartStyle};
-use crate::widgets::decimate::{gap_threshold_s, value_at};
 
 /// Points of the whole track, and of one window, that are drawn at most.
 const TRACK_POINTS: usize = 4000;
@@ -60,7 +59,7 @@ fn track<'a>(ctx: &PanelContext<'_>, recording: &'a Recording) -> Option<Track<'
 
 impl Track<'_> {
     /// East and north at the samples of `window`, every so many of them that `most` remain.
-    fn points(&self, window: Window, most: usize) -> Vec<[f64; 2]> {
+    fn points(&self, window: TimeRange, most: usize) -> Vec<[f64; 2]> {
         let inside = window.indices(&self.north.time_s);
         let step = inside.len().div_ceil(most).max(1);
         let gap_s = self.gap_s();
@@ -91,12 +90,12 @@ fn draw(ctx: &mut PanelContext<'_>, ui: &mut Ui, track: &Track<'_>) {
     let [across, up] = labels.map(|label| format!("{label} [{}]", track.unit));
     let aspect = Some(track.aspect());
     let mut chart = Chart { aspect, legend: false, ..Chart::new("ground track", across, up) };
-    let all = Window { start_s: f64::NEG_INFINITY, end_s: f64::INFINITY };
+    let all = TimeRange { start_s: f64::NEG_INFINITY, end_s: f64::INFINITY };
     let mut add = |name: &str, color, style, points| chart.curves.push(ChartCurve::new(name, color, style, points));
     add("track", palette.ignored.gamma_multiply(0.7), ChartStyle::Line, track.points(all, TRACK_POINTS));
     let range = ctx.state.time.range();
     if range != ctx.state.time.full() {
-        let shown = Window { start_s: range.start_s, end_s: range.end_s };
+        let shown = range;
         add("on screen", palette.cursor, ChartStyle::Line, track.points(shown, TRACK_POINTS));
     }
     let flight = ctx.selection().flight.clone();

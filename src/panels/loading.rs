@@ -308,7 +308,7 @@ fn numbers(ctx: &PanelContext<'_>, ui: &mut Ui, loaded: &LoadedState) {
         }
     });
     let palette = theme::palette(ui);
-    for warning in &columns[0].1.properties.warnings {
+    for warning in &columns[0].1.warnings {
         // In a column every line would be stretched to its width.
         ui.horizontal_wrapped(|ui| ui.colored_label(palette.warning, format!("⚠ {warning}")));
     }
@@ -329,8 +329,8 @@ fn envelope(ctx: &mut PanelContext<'_>, ui: &mut Ui, aircraft: &Aircraft, loaded
         let windows = ctx.session.windows.iter().filter(|window| window.role == role);
         let middle = windows.filter_map(|window| {
             let aero = ctx.snapshot.windows.get(&window.name)?.aero.latest()?;
-            let inertia = aero.data.inertia.at(aero.data.time_s.len() / 2);
-            Some([scale * inertia.cg_datum_m[0], inertia.mass_kg])
+            let mass = aero.data.mass.at(aero.data.time_s.len() / 2);
+            Some([scale * mass.cg_from_datum_m[0], mass.mass_kg])
         });
         let points: Vec<[f64; 2]> = middle.collect();
         if !points.is_empty() {

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use doublet_core::series::Window;
+use doublet_core::series::TimeRange;
 use doublet_engine::session::{Edit, Manoeuvre, Surface, WindowEdit, WindowRole};
 use eframe::egui::text::{CCursor, CCursorRange};
 use eframe::egui::{self, ComboBox, FontId, Galley, Id, Label, Response, RichText, TextEdit, Ui};
@@ -139,7 +139,7 @@ impl Manoeuvres {
                 ui.weak(&window.flight);
             });
         }
-        let Window { start_s, end_s } = window.window;
+        let TimeRange { start_s, end_s } = window.window;
         let per_point = if window.locked { 0.0 } else { DRAG_S };
         for (what, value, other) in [("start", start_s, end_s), ("end", end_s, start_s)] {
             row.col(|ui| {
@@ -147,7 +147,7 @@ impl Manoeuvres {
                 let edited = QuantityEdit::new(&name, value).per_point(per_point).decimals(3).show(ui);
                 ctx.edit_quantity(edited, |value| {
                     let window_s = if what == "start" { (value, other) } else { (other, value) };
-                    let placed = Window { start_s: window_s.0, end_s: window_s.1 };
+                    let placed = TimeRange { start_s: window_s.0, end_s: window_s.1 };
                     Edit::Window(WindowEdit::Place { name: window.name.clone(), window: placed })
                 });
             });

@@ -51,7 +51,7 @@ use crate::widgets::chart::Chart;
 use crate::widgets::figure::FigureRequest;
 use crate::widgets::quantity_edit::QuantityEdited;
 use crate::widgets::time_plot::{PlotCache, SpanMark, StackResponse, TimePlot, time_stack};
-use crate::widgets::time_view::{Stretch, TimeView};
+use crate::widgets::time_view::{TimeRange, TimeView};
 
 /// The panels there are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -320,7 +320,7 @@ pub fn choose(state: &mut UiState, session: &Session, name: &str) {
     let Some(window) = session.window(name) else { return };
     state.selection.window = Some(window.name.clone());
     state.selection.flight = Some(window.flight.clone());
-    state.window_time.set_full(Stretch::new(window.window.start_s, window.window.end_s));
+    state.window_time.set_full(TimeRange::new(window.window.start_s, window.window.end_s));
 }
 
 /// One panel.

@@ -132,7 +132,7 @@ fn inputs(ctx: &mut PanelContext<'_>, ui: &mut Ui, usual: &FilterSettings) {
                 mark: None,
                 recorded: recorded(ctx, NoiseChannel::Input(input)),
             };
-            row.show(ctx, ui, |value| FilterEdit::ProcessNoise(input, value));
+            row.show(ctx, ui, |value| Edit::noise(NoiseChannel::Input(input), value));
         }
     });
 }
@@ -157,7 +157,7 @@ fn measurements(ctx: &mut PanelContext<'_>, ui: &mut Ui, usual: &FilterSettings)
                 mark: channel,
                 recorded: recorded(ctx, NoiseChannel::Measurement(measurement)),
             };
-            row.show(ctx, ui, |value| FilterEdit::MeasurementNoise(measurement, value));
+            row.show(ctx, ui, |value| Edit::noise(NoiseChannel::Measurement(measurement), value));
         }
     });
 }
@@ -177,7 +177,7 @@ fn initial(ctx: &mut PanelContext<'_>, ui: &mut Ui, usual: &FilterSettings) {
                     mark: None,
                     recorded: None,
                 };
-                row.show(ctx, ui, |value| FilterEdit::InitialDeviation(state, value));
+                row.show(ctx, ui, |value| Edit::Filter(FilterEdit::InitialDeviation(state, value)));
             }
         });
     });
@@ -194,7 +194,7 @@ fn initial(ctx: &mut PanelContext<'_>, ui: &mut Ui, usual: &FilterSettings) {
                     mark: None,
                     recorded: None,
                 };
-                row.show(ctx, ui, |value| FilterEdit::RandomWalk(*state, value));
+                row.show(ctx, ui, |value| Edit::Filter(FilterEdit::RandomWalk(*state, value)));
             }
         });
     });
@@ -216,7 +216,7 @@ fn sensors(ctx: &mut PanelContext<'_>, ui: &mut Ui, usual: &FilterSettings) {
                     mark: None,
                     recorded: None,
                 };
-                row.show(ctx, ui, |value| FilterEdit::AirDataDeviation(state, value));
+                row.show(ctx, ui, |value| Edit::Filter(FilterEdit::AirDataDeviation(state, value)));
             }
         });
     });
@@ -269,7 +269,7 @@ fn take_recorded(ctx: &mut PanelContext<'_>, ui: &mut Ui, name: &str, row: &Nois
     let take = take.on_hover_text(&why).on_disabled_hover_text(why);
     ui.ctx().accesskit_node_builder(take.id, |node| node.set_label(format!("take recorded {name}")));
     if take.clicked() {
-        ctx.edit(Edit::Noise(NoiseEdit::Take(vec![NoiseEntry { channel: row.channel, std: proposed }])));
+        ctx.edit(Edit::noise(row.channel, proposed));
     }
     let kept = ctx.session.noise_reasons.get(row.channel.name());
     let mark = RichText::new(if kept.is_some() { "✎●" } else { "✎" }).size(11.0);
@@ -287,7 +287,7 @@ fn take_recorded(ctx: &mut PanelContext<'_>, ui: &mut Ui, name: &str, row: &Nois
         }
         if ui.button("Keep").clicked() || (field.lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter))) {
             let entry = NoiseEntry { channel: row.channel, std: now };
-            ctx.edit(Edit::Noise(NoiseEdit::Override { entry, reason }));
+            ctx.edit(Edit::Noise(NoiseEdit::Set { entries: vec![entry], reason }));
             ui.data_mut(|data| data.remove::<String>(id));
             ui.close();
         }
@@ -298,17 +298,17 @@ fn take_recorded(ctx: &mut PanelContext<'_>, ui: &mut Ui, name: &str, row: &Nois
 
 impl Row<'_> {
     /// Symbol, field, reset, and a mark of consistency.
-    fn show(self, ctx: &mut PanelContext<'_>, ui: &mut Ui, edit: impl Fn(f64) -> FilterEdit) {
+    fn show(self, ctx: &mut PanelContext<'_>, ui: &mut Ui, edit: impl Fn(f64) -> Edit) {
         let (unit, scale) = ctx.unit(self.dimension);
         ui.label(self.symbol).on_hover_text(self.about);
         let edited = QuantityEdit::new(&self.name, self.value).unit(unit, scale).logarithmic().show(ui);
-        ctx.edit_quantity(edited, |value| Edit::Filter(edit(value)));
+        ctx.edit_quantity(edited, &edit);
         let reset = ui
             .add_enabled(self.value != self.usual, egui::Button::new(RichText::new("↺").size(12.0)).frame(false))
             .on_hover_text(format!("Back to {} {unit}", notation::number(scale * self.usual)));
         ui.ctx().accesskit_node_builder(reset.id, |node| node.set_label(format!("reset {}", self.name)));
         if reset.clicked() {
-            ctx.edit(Edit::Filter(edit(self.usual)));
+            ctx.edit(edit(self.usual));
         }
         if let Some(recorded) = self.recorded {
             take_recorded(ctx, ui, &self.name, recorded, (unit, scale));

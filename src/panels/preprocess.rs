@@ -2,7 +2,7 @@
 
 use doublet_core::prep::{Interpolation, Resampling, Spectrum};
 use doublet_core::quantity::Role;
-use doublet_core::series::Window;
+use doublet_core::series::TimeRange;
 use doublet_engine::session::{
     EXPRESSION_SOURCE, Edit, NoiseEdit, SignalEdit, SignalPreset, SignalRule, SignalSetting, SteadyWindow,
 };
@@ -16,7 +16,6 @@ use crate::widgets::EditPhase;
 use crate::widgets::chart::{Chart, ChartCurve, ChartStyle};
 use crate::widgets::quantity_edit::QuantityEdit;
 use crate::widgets::time_plot::{PlotCache, SpanMark, TimePlot, Trace, TraceStyle};
-use crate::widgets::time_view::Stretch;
 
 /// Height of the plots of spectrum and clock, points.
 const PLOT_HEIGHT: f32 = 150.0;
@@ -149,7 +148,7 @@ impl Preprocess {
         let steady = ctx.session.steady.iter().filter(|steady| steady.flight == flight);
         let marks: Vec<SpanMark> = steady
             .map(|steady| SpanMark {
-                stretch: Stretch::new(steady.window.start_s, steady.window.end_s),
+                stretch: TimeRange::new(steady.window.start_s, steady.window.end_s),
                 color: palette.good,
                 selected: false,
             })
@@ -375,10 +374,10 @@ fn steady(ctx: &mut PanelContext<'_>, ui: &mut Ui, flight: &str, proposals: Opti
         if ui.button("Mark what is on screen").on_hover_text("Or the stretch between the markers A and B").clicked() {
             let view = ctx.view(View::Flight);
             let stretch = match view.markers_s {
-                [Some(a), Some(b)] => Stretch::new(a, b),
+                [Some(a), Some(b)] => TimeRange::new(a, b),
                 _ => view.range(),
             };
-            let window = Window { start_s: stretch.start_s, end_s: stretch.end_s };
+            let window = stretch;
             let added = SteadyWindow { flight: flight.to_owned(), window, roles: Vec::new() };
             set(ctx, own.iter().cloned().chain([added]).collect());
         }
@@ -399,10 +398,10 @@ fn steady(ctx: &mut PanelContext<'_>, ui: &mut Ui, flight: &str, proposals: Opti
     });
     for (index, steady) in own.iter().enumerate() {
         ui.horizontal(|ui| {
-            let Window { start_s, end_s } = steady.window;
+            let TimeRange { start_s, end_s } = steady.window;
             let text = format!("{} s to {} s", notation::fixed(start_s, 2), notation::fixed(end_s, 2));
             if ui.link(text).on_hover_text("Show it").clicked() {
-                ctx.view(View::Flight).zoom_to(Stretch::new(start_s - 10.0, end_s + 10.0));
+                ctx.view(View::Flight).zoom_to(TimeRange::new(start_s - 10.0, end_s + 10.0));
             }
             let roles: Vec<_> = steady.roles.iter().map(|role| notation::role(*role)).collect();
             ui.weak(if roles.is_empty() { "all signals".to_owned() } else { roles.join(" ") });

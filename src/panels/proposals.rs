@@ -9,7 +9,7 @@ use eframe::egui::{self, CollapsingHeader, Grid, RichText, ScrollArea, Sense, St
 use super::{PanelContext, View, role_color};
 use crate::notation;
 use crate::theme;
-use crate::widgets::time_view::Stretch;
+use crate::widgets::time_view::TimeRange;
 
 /// Size of a thumbnail, points.
 const SIZE: egui::Vec2 = vec2(132.0, 66.0);
@@ -43,7 +43,7 @@ pub fn proposals(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
                 let missing = found.windows.iter().filter(|proposal| proposal.covering_window(ctx.session).is_none());
                 for (window, proposal) in open.iter().zip(missing) {
                     if ui.link(&window.name).on_hover_text("Show it").clicked() {
-                        let stretch = Stretch::new(window.window.start_s, window.window.end_s);
+                        let stretch = TimeRange::new(window.window.start_s, window.window.end_s);
                         ctx.view(View::Flight).zoom_to(stretch);
                     }
                     let (start, end) = (window.window.start_s, window.window.end_s);

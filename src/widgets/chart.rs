@@ -1,9 +1,11 @@
 //! A plot of one quantity against another, or against words: tracks, envelopes, intervals, histograms.
 
+use doublet_engine::report::document::{Axis, Figure, LineStyle as Style, Mark, Panel};
 use eframe::egui::{self, Color32, Id, Stroke, Ui};
 use egui_plot::{Bar, BarChart, Line, LineStyle, Plot, PlotPoint, PlotPoints, Points, Polygon};
 
-use super::figure::{Figure, FigureCurve, FigureData, FigureForm, FigurePlot, FigureRequest};
+use super::figure::{FigureForm, FigureRequest, printed};
+use super::stack_figure::WIDTH_MM;
 use super::ticks::{tick, ticks};
 use super::time_plot::readable;
 use crate::theme;
@@ -174,41 +176,33 @@ impl Chart {
 
     /// What is on screen, from the lower left to the upper right corner.
     fn figure(&self, size: egui::Vec2, (low, high): ([f64; 2], [f64; 2])) -> Figure {
-        let curves = self.curves.iter().map(|curve| {
-            let lines = curve.segments().map(<[_]>::to_vec);
-            let mut drawn = FigureCurve {
-                name: curve.name.clone(),
-                color: curve.color,
-                dashed: curve.style == ChartStyle::Dashed,
-                data: FigureData::Points(curve.points.clone()),
-                ..Default::default()
+        let curve = |curve: &ChartCurve| {
+            let (label, colour) = (curve.name.clone().into(), printed(curve.color));
+            let style = match curve.style {
+                ChartStyle::Bars(width) => return Mark::Bars { label, colour, width, bars: curve.points.clone() },
+                ChartStyle::Dots(_) => Style::Dots,
+                ChartStyle::Dashed => Style::Dashed,
+                ChartStyle::Line | ChartStyle::Area => Style::Solid,
             };
-            match curve.style {
-                ChartStyle::Dots(_) => drawn.dots = curve.points.clone(),
-                ChartStyle::Bars(width) => {
-                    drawn.bars = curve.points.iter().map(|[x, y]| [x - 0.5 * width, x + 0.5 * width, *y]).collect();
-                }
-                ChartStyle::Line | ChartStyle::Dashed | ChartStyle::Area => drawn.lines = lines.collect(),
-            }
-            drawn.lines.extend(curve.intervals().map(Vec::from));
-            drawn
-        });
-        let plot = FigurePlot {
-            label: self.labels[1].clone(),
-            height: f64::from(size.y),
-            range: (low[1], high[1]),
-            levels: self.levels.iter().map(|(level, _)| *level).collect(),
-            spans: Vec::new(),
-            curves: curves.collect(),
-            places: self.places.clone(),
+            let spread = curve.spread.iter().copied().chain(std::iter::repeat(f64::NAN));
+            let points = curve.points.iter().zip(spread).map(|(&[x, y], spread)| [x, y, spread]).collect();
+            Mark::Points { label, colour, style, points }
         };
+        let level = |&(value, color): &(f64, Color32)| Mark::Level {
+            label: "".into(),
+            colour: printed(color),
+            value,
+            band: [value; 2],
+        };
+        let axis = |axis: usize| Axis { range: Some([low[axis], high[axis]]), ..Axis::new(&self.labels[axis], "") };
+        let (x, marks) = (axis(0), self.levels.iter().map(level).chain(self.curves.iter().map(curve)).collect());
+        let x = Axis { places: self.places.clone(), ..x };
         Figure {
             name: self.name.replace(' ', "_"),
-            width: f64::from(size.x) + 96.0,
-            label: self.labels[0].clone(),
-            range: (low[0], high[0]),
-            plots: vec![plot],
-            matrix: None,
+            caption: self.name.clone(),
+            columns: 1,
+            panel_height_mm: WIDTH_MM * f64::from(size.y / size.x.max(1.0)),
+            panels: vec![Panel::Plot(doublet_engine::report::document::Plot { x, y: axis(1), marks })],
         }
     }
 }

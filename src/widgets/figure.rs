@@ -1,92 +1,19 @@
 //! A picture of plots that leaves the window: as drawing, as pixels, as numbers.
 
 use std::fmt::Write;
+use std::sync::Arc;
 
-use doublet_core::series::{Series, Window};
+use doublet_core::series::TimeRange;
+use doublet_engine::report::document::{Colour, Figure, Mark, Matrix, Panel};
+use doublet_report::svg::svg;
 use eframe::egui::Color32;
+use resvg::tiny_skia::{Color, Pixmap, Transform};
+use resvg::usvg::{Options, Tree, fontdb::Database};
 
-/// A curve of a figure.
-#[derive(Clone, Debug, Default)]
-pub struct FigureCurve {
-    /// Name in the legend and at the head of its column, with its unit where it has one.
-    pub name: String,
-    /// Colour.
-    pub color: Color32,
-    /// Drawn dashed.
-    pub dashed: bool,
-    /// Unbroken lines, in the units of the axes.
-    pub lines: Vec<Vec<[f64; 2]>>,
-    /// Single points.
-    pub dots: Vec<[f64; 2]>,
-    /// Filled stretches between a lower and an upper edge: `[x, low, high]`.
-    pub bands: Vec<Vec<[f64; 3]>>,
-    /// Filled from zero: `[left, right, height]`.
-    pub bars: Vec<[f64; 3]>,
-    /// The numbers behind it.
-    pub data: FigureData,
-}
+use crate::theme;
 
-/// The numbers behind a curve.
-#[derive(Clone, Debug)]
-pub enum FigureData {
-    /// Samples in SI and the factor to the unit of the axis; all samples inside the range of the figure are written.
-    Samples(Series, f64),
-    /// Points as drawn.
-    Points(Vec<[f64; 2]>),
-}
-
-impl Default for FigureData {
-    fn default() -> Self {
-        Self::Points(Vec::new())
-    }
-}
-
-/// One plot of a figure.
-#[derive(Clone, Debug, Default)]
-pub struct FigurePlot {
-    /// Label of the upright axis, with its unit.
-    pub label: String,
-    /// Height in points.
-    pub height: f64,
-    /// Ends of the upright axis.
-    pub range: (f64, f64),
-    /// Level lines.
-    pub levels: Vec<f64>,
-    /// Coloured stretches of the level axis.
-    pub spans: Vec<(f64, f64, Color32)>,
-    /// Curves, first drawn first.
-    pub curves: Vec<FigureCurve>,
-    /// Words at places of the level axis instead of numbers.
-    pub places: Vec<(f64, String)>,
-}
-
-/// A matrix as coloured cells.
-#[derive(Clone, Debug, Default)]
-pub struct FigureMatrix {
-    /// Names of rows and columns.
-    pub labels: Vec<String>,
-    /// Values by rows.
-    pub values: Vec<f64>,
-    /// Colours by rows.
-    pub colors: Vec<Color32>,
-}
-
-/// Plots under one another over one axis, or a matrix.
-#[derive(Clone, Debug, Default)]
-pub struct Figure {
-    /// Name proposed for its file.
-    pub name: String,
-    /// Width in points.
-    pub width: f64,
-    /// Label of the level axis, with its unit.
-    pub label: String,
-    /// Ends of the level axis.
-    pub range: (f64, f64),
-    /// Plots from top to bottom.
-    pub plots: Vec<FigurePlot>,
-    /// A matrix in place of plots.
-    pub matrix: Option<FigureMatrix>,
-}
+/// Pixels per 96th of an inch: 170 mm then are 1,928 pixels wide.
+const PIXELS: f32 = 3.0;
 
 /// What a figure is wanted as.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -129,49 +56,80 @@ pub struct FigureRequest {
     pub form: FigureForm,
 }
 
-impl Figure {
-    /// The figure with the plot `row` alone.
-    #[must_use]
-    pub fn only(mut self, row: usize) -> Self {
-        self.plots = self.plots.into_iter().skip(row).take(1).collect();
-        self
-    }
+/// A colour of the window as it is printed on white.
+pub(super) fn printed(color: Color32) -> Colour {
+    let [red, green, blue, _] = theme::printed(color).to_array();
+    Colour([red, green, blue])
+}
 
-    /// The numbers behind the figure: one column for the level axis, one per curve, every row one place on it. Samples of
-    /// different clocks keep their own rows.
-    pub fn csv(&self) -> String {
-        if let Some(matrix) = &self.matrix {
-            return matrix.csv();
+/// The figure as PNG on white.
+///
+/// # Errors
+/// One line when it cannot be drawn, for example because it is too large.
+pub fn png(figure: &Figure) -> Result<Vec<u8>, String> {
+    let mut fonts = Database::new();
+    fonts.load_font_data(theme::FONT.to_vec());
+    let options = Options { fontdb: Arc::new(fonts), font_family: "DejaVu Sans".to_owned(), ..Options::default() };
+    let tree = Tree::from_str(&svg(figure, "p"), &options).map_err(|error| format!("the figure: {error}"))?;
+    let size = tree.size().to_int_size().scale_by(PIXELS).ok_or("the figure has no size")?;
+    let mut pixels = Pixmap::new(size.width(), size.height()).ok_or("the figure is too large for a picture")?;
+    pixels.fill(Color::WHITE);
+    resvg::render(&tree, Transform::from_scale(PIXELS, PIXELS), &mut pixels.as_mut());
+    pixels.encode_png().map_err(|error| format!("the figure: {error}"))
+}
+
+/// The numbers behind a figure: one column for the level axis, one per curve, every row one place on it. Samples of different
+/// clocks keep their own rows.
+pub fn csv(figure: &Figure) -> String {
+    let mut plots = Vec::new();
+    for panel in &figure.panels {
+        match panel {
+            Panel::Plot(plot) => plots.push(plot),
+            Panel::Matrix(matrix) => return matrix_csv(matrix),
         }
-        let curves: Vec<&FigureCurve> = self.plots.iter().flat_map(|plot| &plot.curves).collect();
-        let columns: Vec<Vec<[f64; 2]>> = curves.iter().map(|curve| curve.data.rows(self.range)).collect();
-        let mut text = quoted(&self.label);
-        for curve in &curves {
+    }
+    let marks = plots.iter().flat_map(|plot| plot.marks.iter().filter_map(|mark| rows(mark, plot.x.range)));
+    let (names, columns): (Vec<&str>, Vec<Vec<[f64; 2]>>) = marks.unzip();
+    let mut text = quoted(&plots.first().map_or_else(String::new, |plot| plot.x.title()));
+    for name in names {
+        text.push(',');
+        text.push_str(&quoted(name));
+    }
+    text.push('\n');
+    let ordered = columns.iter().all(|rows| rows.is_sorted_by(|a, b| a[0] <= b[0]));
+    if !ordered {
+        return text + &one_by_one(&columns);
+    }
+    let mut at = vec![0; columns.len()];
+    loop {
+        let heads = columns.iter().zip(&at).filter_map(|(rows, &at)| rows.get(at)).map(|row| row[0]);
+        let Some(x) = heads.reduce(f64::min) else { break };
+        let _ = write!(text, "{x}");
+        for (rows, at) in columns.iter().zip(&mut at) {
             text.push(',');
-            text.push_str(&quoted(&curve.name));
+            if let Some(row) = rows.get(*at).filter(|row| row[0] == x) {
+                if row[1].is_finite() {
+                    let _ = write!(text, "{}", row[1]);
+                }
+                *at += 1;
+            }
         }
         text.push('\n');
-        let ordered = columns.iter().all(|rows| rows.is_sorted_by(|a, b| a[0] <= b[0]));
-        if !ordered {
-            return text + &one_by_one(&columns);
+    }
+    text
+}
+
+/// Name and numbers of a curve inside `range` of the level axis, in the units of the axes; none of what only surrounds curves.
+fn rows(mark: &Mark, range: Option<[f64; 2]>) -> Option<(&str, Vec<[f64; 2]>)> {
+    match mark {
+        Mark::Line { label, series, scale, .. } => {
+            let [start_s, end_s] = range.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
+            let inside = TimeRange { start_s, end_s }.indices(&series.time_s);
+            Some((label, inside.map(|at| [series.time_s[at], scale * series.values[at]]).collect()))
         }
-        let mut at = vec![0; columns.len()];
-        loop {
-            let heads = columns.iter().zip(&at).filter_map(|(rows, &at)| rows.get(at)).map(|row| row[0]);
-            let Some(x) = heads.reduce(f64::min) else { break };
-            let _ = write!(text, "{x}");
-            for (rows, at) in columns.iter().zip(&mut at) {
-                text.push(',');
-                if let Some(row) = rows.get(*at).filter(|row| row[0] == x) {
-                    if row[1].is_finite() {
-                        let _ = write!(text, "{}", row[1]);
-                    }
-                    *at += 1;
-                }
-            }
-            text.push('\n');
-        }
-        text
+        Mark::Points { label, points, .. } => Some((label, points.iter().map(|&[x, y, _]| [x, y]).collect())),
+        Mark::Bars { label, bars, .. } => Some((label, bars.clone())),
+        Mark::Band { .. } | Mark::Level { .. } | Mark::Span { .. } => None,
     }
 }
 
@@ -191,67 +149,72 @@ fn quoted(text: &str) -> String {
     if text.contains([',', '"', '\n']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.to_owned() }
 }
 
-impl FigureData {
-    /// Every number inside `range` of the level axis, in the units of the axes.
-    fn rows(&self, range: (f64, f64)) -> Vec<[f64; 2]> {
-        match self {
-            Self::Points(points) => points.clone(),
-            Self::Samples(series, scale) => {
-                let inside = Window { start_s: range.0, end_s: range.1 }.indices(&series.time_s);
-                inside.map(|at| [series.time_s[at], scale * series.values[at]]).collect()
-            }
-        }
-    }
-}
-
-impl FigureMatrix {
-    fn csv(&self) -> String {
-        let size = self.labels.len();
-        let mut text = String::new();
-        for label in &self.labels {
-            text.push(',');
-            text.push_str(&quoted(label));
+fn matrix_csv(matrix: &Matrix) -> String {
+    let names = matrix.names.iter().map(|name| quoted(name));
+    let mut text = names.clone().fold(String::new(), |head, name| head + "," + &name) + "\n";
+    for (name, values) in names.zip(&matrix.values) {
+        text += &name;
+        for value in values {
+            let _ = write!(text, ",{value}");
         }
         text.push('\n');
-        for (row, label) in self.labels.iter().enumerate() {
-            text.push_str(&quoted(label));
-            for value in &self.values[row * size..(row + 1) * size] {
-                let _ = write!(text, ",{value}");
-            }
-            text.push('\n');
-        }
-        text
     }
+    text
 }
 
 #[cfg(test)]
 mod tests {
+    use doublet_core::series::Series;
+    use doublet_engine::report::document::{Axis, LineStyle, Plot};
+
     use super::*;
 
-    fn samples(step_s: f64, count: usize) -> FigureCurve {
+    fn samples(step_s: f64, count: usize) -> Mark {
         let time_s = (0..count).map(|k| k as f64 * step_s).collect();
         let values = (0..count).map(|k| if k == 2 { f64::NAN } else { k as f64 }).collect();
-        let data = FigureData::Samples(Series { time_s, values }, 10.0);
-        FigureCurve { name: format!("every {step_s} s, all"), data, ..Default::default() }
+        let label = format!("every {step_s} s, all").into();
+        let colour = printed(theme::DARK.series[1]);
+        Mark::Line { label, colour, style: LineStyle::Solid, series: Series { time_s, values }, scale: 10.0 }
+    }
+
+    fn figure(panel: Panel) -> Figure {
+        Figure { name: "f".into(), caption: "f".into(), columns: 1, panel_height_mm: 50.0, panels: vec![panel] }
+    }
+
+    fn plot(range: [f64; 2], marks: Vec<Mark>) -> Figure {
+        let x = Axis { range: Some(range), ..Axis::time() };
+        let y = Axis { range: Some([-1.0, 1.0]), ..Axis::new("q", "deg/s") };
+        figure(Panel::Plot(Plot { x, y, marks }))
     }
 
     #[test]
     fn numbers_of_curves_with_different_clocks_share_the_rows_they_have_in_common() {
-        let plot = FigurePlot { curves: vec![samples(1.0, 5), samples(1.5, 3)], ..Default::default() };
-        let label = "time [s]".to_owned();
-        let figure = Figure { label, range: (0.5, 3.5), plots: vec![plot], ..Default::default() };
         let expected = "time [s],\"every 1 s, all\",\"every 1.5 s, all\"\n1,10,\n1.5,,10\n2,,\n3,30,\n";
-        assert_eq!(figure.csv(), expected);
+        assert_eq!(csv(&plot([0.5, 3.5], vec![samples(1.0, 5), samples(1.5, 3)])), expected);
     }
 
     #[test]
     fn a_matrix_keeps_its_names_on_both_sides() {
-        let matrix = FigureMatrix {
-            labels: vec!["a".to_owned(), "b".to_owned()],
-            values: vec![1.0, -0.5, -0.5, 1.0],
-            colors: vec![Color32::BLACK; 4],
-        };
-        let figure = Figure { matrix: Some(matrix), ..Default::default() };
-        assert_eq!(figure.csv(), ",a,b\na,1,-0.5\nb,-0.5,1\n");
+        let (names, values) = (vec!["a".to_owned(), "b".to_owned()], vec![vec![1.0, -0.5], vec![-0.5, 1.0]]);
+        let matrix = Matrix { title: "m".into(), names, values, full_scale: 1.0 };
+        assert_eq!(csv(&figure(Panel::Matrix(matrix))), ",a,b\na,1,-0.5\nb,-0.5,1\n");
+    }
+
+    #[test]
+    fn a_dark_colour_is_printed_for_white_in_drawing_and_picture_alike() {
+        let label = "q & r".into();
+        let colour = printed(theme::DARK.series[1]);
+        // A bar over the whole plot.
+        let bars = Mark::Bars { label, colour, width: 10.0, bars: vec![[5.0, 1.0], [5.0, -1.0]] };
+        let figure = plot([0.0, 10.0], vec![bars]);
+        let drawing = svg(&figure, "p");
+        assert!(drawing.contains("q &amp; r") && drawing.contains("#d55e00") && !drawing.contains("#ffa64d"));
+        let picture = Pixmap::decode_png(&png(&figure).expect("it can be drawn")).expect("it is a picture");
+        assert_eq!(picture.width(), 1928);
+        let pixel = picture.pixel(964, picture.height() / 2 + 7).expect("it lies inside");
+        // 0.6 of the colour on white.
+        let blended = [0xd5, 0x5e, 0x00].map(|part: i32| 255 - (3 * (255 - part)) / 5);
+        let found = [pixel.red(), pixel.green(), pixel.blue()].map(i32::from);
+        assert!(found.iter().zip(blended).all(|(a, b)| (a - b).abs() <= 2), "{found:?}, not {blended:?}");
     }
 }

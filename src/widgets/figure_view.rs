@@ -1,9 +1,10 @@
 //! Figures of a report on screen, from the same data and the same axes as on paper.
 
-use doublet_engine::report::document::{Figure, Mark, Matrix, Panel, Plot as Axes};
-use doublet_report::svg::{Range, decimate, range};
+use doublet_core::series::{Band, Decimated, Pyramid, decimate, decimate_band};
+use doublet_engine::report::document::{Colour, Figure, LineStyle as Style, Mark, Matrix, Panel, Plot as Axes};
+use doublet_report::svg::{Range, range};
 use eframe::egui::{self, Color32, Id, RichText, Stroke, Ui};
-use egui_plot::{FilledArea, HLine, Line, LineStyle, Plot, PlotPoints, PlotUi, Points, Polygon};
+use egui_plot::{Bar, BarChart, FilledArea, HLine, Line, LineStyle, Plot, PlotPoints, PlotUi, Points, Polygon};
 
 use super::matrix_view::MatrixView;
 use crate::theme;
@@ -38,7 +39,7 @@ fn heat_map(ui: &mut Ui, matrix: &Matrix) {
         name: &matrix.title,
         labels: &labels,
         values: &values,
-        full_scale: 1.0,
+        full_scale: matrix.full_scale,
         notable: 0.9,
         stale: false,
     };
@@ -80,42 +81,59 @@ fn rectangle([left, right]: [f64; 2], [bottom, top]: [f64; 2], color: Color32) -
 }
 
 fn draw(chart: &mut PlotUi<'_>, mark: &Mark, range: &Range, colors: &[Color32; 8]) {
-    let color = |index: usize| colors[index % colors.len()];
-    let line = |points: Vec<[f64; 2]>, index: usize| {
-        Line::new("", PlotPoints::from(points)).color(color(index)).allow_hover(false)
+    // A colour of the palette as the theme has it.
+    let color = |colour: &Colour| {
+        let Colour([red, green, blue]) = *colour;
+        let place = Colour::PALETTE.iter().position(|of| of == colour);
+        place.map_or(Color32::from_rgb(red, green, blue), |place| colors[place])
+    };
+    let (from, to) = (range.x[0], range.x[1]);
+    let line = |points: Vec<[f64; 2]>, colour: &Colour, style: Style| {
+        let style = if style == Style::Dashed { LineStyle::dashed_loose() } else { LineStyle::Solid };
+        Line::new("", PlotPoints::from(points)).color(color(colour)).style(style).allow_hover(false)
+    };
+    let dots = |places: Vec<[f64; 2]>, colour: &Colour| {
+        Points::new("", places).radius(2.5).color(color(colour)).allow_hover(false)
     };
     match mark {
-        Mark::Line { colour, dashed, series, scale, .. } => {
-            for points in decimate(&series.time_s, &series.values, range.x, COLUMNS) {
-                let points = points.into_iter().map(|(x, y)| [x, y * scale]).collect();
-                let style = if *dashed { LineStyle::dashed_loose() } else { LineStyle::Solid };
-                chart.line(line(points, *colour).style(style));
+        Mark::Line { colour, style, series, scale, .. } => {
+            let (time, values) = (&series.time_s, &series.values);
+            let mut drawn = Decimated::<[f64; 2]>::default();
+            decimate(&Pyramid::new(time, values), time, values, *scale, (from, to), COLUMNS, &mut drawn);
+            match style {
+                Style::Dots => chart.points(dots(drawn.points, colour)),
+                _ => drawn.lines().for_each(|points| chart.line(line(points.to_vec(), colour, *style))),
             }
         }
         Mark::Band { colour, centre, half_width, scale, .. } => {
-            // The edges of a band are smooth: a part of the samples tells them.
-            let samples = centre.time_s.iter().zip(centre.values.iter()).zip(half_width.iter());
-            let finite: Vec<_> = samples.filter(|((_, value), half)| value.is_finite() && half.is_finite()).collect();
-            let shown = || finite.iter().step_by((finite.len() / COLUMNS).max(1));
-            let x: Vec<f64> = shown().map(|((time, _), _)| **time).collect();
-            let edge = |sign: f64| -> Vec<f64> {
-                shown().map(|((_, value), half)| scale * (**value + sign * **half)).collect()
-            };
-            let area = FilledArea::new("", &x, &edge(-1.0), &edge(1.0));
-            chart.add(area.fill_color(color(*colour).gamma_multiply(0.25)).allow_hover(false));
-        }
-        Mark::Points { colour, points, .. } => {
-            let finite = || points.iter().filter(|point| point[0].is_finite() && point[1].is_finite());
-            let places: Vec<[f64; 2]> = finite().map(|&[x, y, _]| [x, y]).collect();
-            for &[x, y, bar] in finite().filter(|point| point[2].is_finite()) {
-                chart.line(line(vec![[x, y - bar], [x, y + bar]], *colour).width(1.0));
+            let mut band = Band::default();
+            let samples: (&[f64], &[f64], &[f64]) = (&centre.time_s, &centre.values, half_width);
+            decimate_band(samples, *scale, 1.0, (from, to), COLUMNS, &mut band);
+            for part in band.segments {
+                let area = FilledArea::new("", &band.time_s[part.clone()], &band.low[part.clone()], &band.high[part]);
+                chart.add(area.fill_color(color(colour).gamma_multiply(0.25)).allow_hover(false));
             }
-            chart.points(Points::new("", places).radius(2.5).color(color(*colour)).allow_hover(false));
+        }
+        Mark::Points { colour, style, points, .. } => {
+            for &[x, y, bar] in points.iter().filter(|point| point.iter().all(|value| value.is_finite())) {
+                chart.line(line(vec![[x, y - bar], [x, y + bar]], colour, Style::Solid).width(1.0));
+            }
+            for part in points.split(|point| !(point[0].is_finite() && point[1].is_finite())) {
+                let places = part.iter().map(|&[x, y, _]| [x, y]).collect();
+                match style {
+                    Style::Dots => chart.points(dots(places, colour)),
+                    _ => chart.line(line(places, colour, *style)),
+                }
+            }
+        }
+        Mark::Bars { colour, width, bars, .. } => {
+            let bars = bars.iter().map(|&[x, y]| Bar::new(x, y).width(*width)).collect();
+            chart.bar_chart(BarChart::new("", bars).color(color(colour).gamma_multiply(0.6)).allow_hover(false));
         }
         Mark::Level { colour, value, band, .. } => {
-            chart.polygon(rectangle(range.x, *band, color(*colour)));
-            chart.hline(HLine::new("", *value).color(color(*colour)).allow_hover(false));
+            chart.polygon(rectangle(range.x, *band, color(colour)));
+            chart.hline(HLine::new("", *value).color(color(colour)).allow_hover(false));
         }
-        Mark::Span { colour, ends, .. } => chart.polygon(rectangle(*ends, range.y, color(*colour))),
+        Mark::Span { colour, ends, .. } => chart.polygon(rectangle(*ends, range.y, color(colour))),
     }
 }

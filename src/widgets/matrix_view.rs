@@ -1,12 +1,14 @@
 //! A matrix as a heat map between -1 and +1, with names along its sides and the value under the pointer.
 
+use doublet_engine::report::document::{Figure, Matrix, Panel};
 use eframe::egui::{
     self, Align2, Color32, CornerRadius, FontId, Mesh, Pos2, Rect, Role, Sense, Shape, Stroke, StrokeKind, Ui, Vec2,
     WidgetInfo, epaint::TextShape, pos2, vec2,
 };
 
 use super::chart::figure_menu;
-use super::figure::{Figure, FigureMatrix, FigureRequest};
+use super::figure::FigureRequest;
+use super::stack_figure::WIDTH_MM;
 use crate::notation;
 use crate::theme::{self, Palette};
 
@@ -116,15 +118,24 @@ impl MatrixView<'_> {
         response.on_hover_text_at_pointer(format!("{} × {}:  {value}", self.labels[row], self.labels[column]));
     }
 
-    /// The matrix with the colours it has on white.
+    /// The matrix for a page.
     fn figure(&self) -> Figure {
-        let cell = |value: &f64| intensity(*value, self.full_scale).map_or(Color32::WHITE, |i| color(&theme::LIGHT, i));
-        let matrix = FigureMatrix {
-            labels: self.labels.iter().map(|label| (*label).to_owned()).collect(),
-            values: self.values.to_vec(),
-            colors: self.values.iter().map(cell).collect(),
+        /// Height of a row, mm.
+        const ROW_MM: f64 = 12.0;
+        let size = self.labels.len();
+        let matrix = Matrix {
+            title: self.name.to_owned(),
+            names: self.labels.iter().map(|label| (*label).to_owned()).collect(),
+            values: self.values.chunks(size.max(1)).map(<[f64]>::to_vec).collect(),
+            full_scale: self.full_scale,
         };
-        Figure { name: self.name.replace(' ', "_"), matrix: Some(matrix), ..Figure::default() }
+        Figure {
+            name: self.name.replace(' ', "_"),
+            caption: self.name.to_owned(),
+            columns: 1,
+            panel_height_mm: (ROW_MM * size as f64).min(WIDTH_MM),
+            panels: vec![Panel::Matrix(matrix)],
+        }
     }
 
     /// Coloured cells, with their values where there is room.

@@ -1,8 +1,6 @@
 //! Widgets drawn by hand: they show what they are given and report what the user did.
 
 pub mod chart;
-pub mod decimate;
-pub mod drawing;
 pub mod figure;
 pub mod figure_view;
 pub mod level_mark;

@@ -3,12 +3,12 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use doublet_core::series::{Series, Statistics, Window};
+use doublet_core::series::{Band, Decimated, Pyramid, Series, Statistics, TimeRange, decimate, decimate_band};
+use doublet_core::statistics;
 use eframe::egui::Id;
+use egui_plot::PlotPoint;
 
-use super::decimate::{Band, Decimated, Pyramid, decimate, decimate_band};
 use super::time_plot::Trace;
-use super::time_view::Stretch;
 
 /// Part of a band's points that does not count for the value range.
 const BAND_LEFT_OUT: f64 = 0.15;
@@ -18,12 +18,12 @@ pub(super) struct Drawn {
     pub(super) series: Series,
     pub(super) sigma: Option<Arc<[f64]>>,
     pub(super) pyramid: Pyramid,
-    key: Option<(Stretch, usize, f64)>,
-    pub(super) line: Decimated,
+    key: Option<(TimeRange, usize, f64)>,
+    pub(super) line: Decimated<PlotPoint>,
     pub(super) band: Band,
     pub(super) band_extent: Option<(f64, f64)>,
     pub(super) frame: u64,
-    between: Option<(Stretch, Option<Statistics>)>,
+    between: Option<(TimeRange, Option<Statistics>)>,
 }
 
 /// Decimated traces kept from frame to frame: nothing is computed again while range, width and samples stay.
@@ -44,7 +44,7 @@ impl PlotCache {
         &mut self,
         at: (Id, usize, usize),
         trace: &Trace<'_>,
-        range: Stretch,
+        range: TimeRange,
         columns: usize,
         frame: u64,
     ) {
@@ -88,13 +88,13 @@ impl PlotCache {
 
 impl Drawn {
     /// Statistics of the samples of `stretch`, in SI; read once while the stretch stays.
-    pub(super) fn statistics(&mut self, stretch: Stretch) -> Option<Statistics> {
+    pub(super) fn statistics(&mut self, stretch: TimeRange) -> Option<Statistics> {
         if let Some((of, found)) = self.between
             && of == stretch
         {
             return found;
         }
-        let found = self.series.statistics(Window { start_s: stretch.start_s, end_s: stretch.end_s });
+        let found = self.series.statistics(stretch);
         self.between = Some((stretch, found));
         found
     }
@@ -105,7 +105,7 @@ fn usual_extent(band: &Band) -> Option<(f64, f64)> {
     let edge = |values: &[f64], part: f64| {
         let mut values = values.to_vec();
         let at = (part * values.len().checked_sub(1)? as f64).round() as usize;
-        Some(*values.select_nth_unstable_by(at, f64::total_cmp).1)
+        statistics::ranked(&mut values, at)
     };
     edge(&band.low, BAND_LEFT_OUT).zip(edge(&band.high, 1.0 - BAND_LEFT_OUT))
 }

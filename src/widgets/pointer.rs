@@ -1,11 +1,12 @@
 //! What the pointer and the arrow keys do in a stack of time plots.
 
+use doublet_engine::report::document::{Figure, Mark, Panel};
 use eframe::egui::{self, Key, PointerButton, Rect, Stroke, Ui};
 
-use super::figure::{Figure, FigureForm, FigurePlot};
+use super::figure::FigureForm;
 use super::stack_figure::file_word;
 use super::time_plot::{StackResponse, time_at};
-use super::time_view::{Stretch, TimeView};
+use super::time_view::{TimeRange, TimeView};
 use crate::theme;
 
 /// Magnification per point of wheel travel.
@@ -31,21 +32,24 @@ impl FigureOf {
         match self {
             Self::Stack => figure,
             Self::Plot => {
-                let name = figure.plots.get(row).map_or_else(String::new, |plot| file_word(&quantity(plot)));
-                Figure { name, ..figure.only(row) }
+                let panels: Vec<Panel> = figure.panels.into_iter().skip(row).take(1).collect();
+                let name = panels.first().map_or_else(String::new, |panel| file_word(&quantity(panel)));
+                Figure { name, panels, ..figure }
             }
         }
     }
 }
 
 /// What a plot shows: its label without the unit, or its curves where it has no label.
-fn quantity(plot: &FigurePlot) -> String {
+fn quantity(panel: &Panel) -> String {
     let bare = |text: &str| text.split('[').next().unwrap_or_default().trim().to_owned();
-    let label = bare(&plot.label);
+    let Panel::Plot(plot) = panel else { return String::new() };
+    let label = bare(&plot.y.label);
     if !label.is_empty() {
         return label;
     }
-    plot.curves.iter().map(|curve| bare(&curve.name)).collect::<Vec<_>>().join(" ")
+    let name = |mark: &Mark| if let Mark::Line { label, .. } = mark { Some(bare(label)) } else { None };
+    plot.marks.iter().filter_map(name).collect::<Vec<_>>().join(" ")
 }
 
 /// Lets the pointer over one plot move the view; the time under the pointer.
@@ -94,7 +98,7 @@ pub(super) fn interact(
 }
 
 /// Draws the box of a drag with the secondary button over `frame`, which shows `range`; the stretch it covered, once it ends.
-pub(super) fn box_stretch(ui: &Ui, response: &egui::Response, frame: Rect, range: Stretch) -> Option<Stretch> {
+pub(super) fn box_stretch(ui: &Ui, response: &egui::Response, frame: Rect, range: TimeRange) -> Option<TimeRange> {
     let dragged = response.dragged_by(PointerButton::Secondary);
     let stopped = response.drag_stopped_by(PointerButton::Secondary);
     if !dragged && !stopped {
@@ -108,7 +112,7 @@ pub(super) fn box_stretch(ui: &Ui, response: &egui::Response, frame: Rect, range
     if stopped {
         ui.data_mut(|data| data.remove::<egui::Pos2>(id));
         let edge = |x: f32| time_at(frame, range, x);
-        return (rect.width() > LEAST_BOX).then(|| Stretch::new(edge(rect.left()), edge(rect.right())));
+        return (rect.width() > LEAST_BOX).then(|| TimeRange::new(edge(rect.left()), edge(rect.right())));
     }
     let accent = theme::palette(ui).accent;
     ui.painter().rect_filled(rect, 0.0, accent.gamma_multiply(0.2));

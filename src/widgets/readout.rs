@@ -1,12 +1,12 @@
 //! What lies between the markers A and B: values at both, their difference and slope, statistics.
 
+use doublet_core::series::{Statistics, value_at};
 use eframe::egui::{self, Id, RichText, ScrollArea, Ui};
 use egui_extras::{Column, TableBuilder};
 
-use super::decimate::value_at;
 use super::plot_cache::PlotCache;
 use super::time_plot::{TimePlot, readable};
-use super::time_view::{Stretch, TimeView};
+use super::time_view::{TimeRange, TimeView};
 use crate::theme;
 
 /// Height of a row, and of the lines above the rows.
@@ -99,8 +99,8 @@ fn rows(id: Id, (a, b): (f64, f64), cache: &mut PlotCache, plots: &[TimePlot<'_>
             let gap_s = drawn.pyramid.gap_s();
             let at = |time_s| value_at(&series.time_s, &series.values, gap_s, time_s).unwrap_or(f64::NAN);
             let (first, second) = (at(a), at(b));
-            let found = drawn.statistics(Stretch::new(a, b));
-            let of = |value: fn(&doublet_core::series::Statistics) -> f64| found.as_ref().map_or(f64::NAN, value);
+            let found = drawn.statistics(TimeRange::new(a, b));
+            let of = |value: fn(&Statistics) -> f64| found.as_ref().map_or(f64::NAN, value);
             let values = [
                 first,
                 second,

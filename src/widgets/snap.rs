@@ -1,8 +1,9 @@
 //! Moments an edge of a span is drawn to while it is dragged.
 
-use super::decimate::gap_threshold_s;
+use doublet_core::series::gap_threshold_s;
+
 use super::span_editor::Grip;
-use super::time_view::Stretch;
+use super::time_view::TimeRange;
 
 /// How near an edge must come to a moment to be drawn to it, points.
 pub const SNAP_REACH: f32 = 8.0;
@@ -20,25 +21,25 @@ pub struct SnapPoint {
 /// nearest one, the first where two are as near. The span is never empty and stays within `limits`; its length is kept when the
 /// whole span moves. `None` where no point is near.
 pub fn to_point(
-    origin: Stretch,
+    origin: TimeRange,
     grip: Grip,
     by_s: f64,
     points: &[SnapPoint],
-    (reach_s, limits): (f64, Stretch),
-) -> Option<(Stretch, SnapPoint)> {
-    let Stretch { start_s, end_s } = origin;
+    (reach_s, limits): (f64, TimeRange),
+) -> Option<(TimeRange, SnapPoint)> {
+    let TimeRange { start_s, end_s } = origin;
     let length_s = origin.length_s();
     let of_start = |point: &SnapPoint| {
         let end_s = if grip == Grip::Body { point.time_s + length_s } else { end_s };
-        (point.time_s - start_s - by_s, Stretch { start_s: point.time_s, end_s }, *point)
+        (point.time_s - start_s - by_s, TimeRange { start_s: point.time_s, end_s }, *point)
     };
     let of_end = |point: &SnapPoint| {
         let start_s = if grip == Grip::Body { point.time_s - length_s } else { start_s };
-        (point.time_s - end_s - by_s, Stretch { start_s, end_s: point.time_s }, *point)
+        (point.time_s - end_s - by_s, TimeRange { start_s, end_s: point.time_s }, *point)
     };
     let starts = points.iter().filter(|_| grip != Grip::End).map(of_start);
     let ends = points.iter().filter(|_| grip != Grip::Start).map(of_end);
-    let possible = |stretch: &Stretch| {
+    let possible = |stretch: &TimeRange| {
         let inside = stretch.start_s >= limits.start_s && stretch.end_s <= limits.end_s;
         stretch.end_s > stretch.start_s && inside
     };
@@ -48,7 +49,7 @@ pub fn to_point(
 
 /// Edges of the gaps of a signal that lie in `range`: its last sample before each and its first after it. Samples without a value
 /// count as missing.
-pub fn gap_edges(time_s: &[f64], values: &[f64], range: Stretch) -> Vec<SnapPoint> {
+pub fn gap_edges(time_s: &[f64], values: &[f64], range: TimeRange) -> Vec<SnapPoint> {
     let longest_s = gap_threshold_s(time_s);
     let first = time_s.partition_point(|&t| t < range.start_s).saturating_sub(1);
     let end = (time_s.partition_point(|&t| t <= range.end_s) + 1).min(time_s.len());
@@ -69,19 +70,19 @@ mod tests {
 
     const POINTS: [SnapPoint; 2] =
         [SnapPoint { time_s: 12.3, word: "onset" }, SnapPoint { time_s: 33.0, word: "marker A" }];
-    const LIMITS: Stretch = Stretch { start_s: 0.0, end_s: 100.0 };
+    const LIMITS: TimeRange = TimeRange { start_s: 0.0, end_s: 100.0 };
 
-    fn moved(grip: Grip, by_s: f64) -> Option<(Stretch, SnapPoint)> {
-        to_point(Stretch { start_s: 10.0, end_s: 30.0 }, grip, by_s, &POINTS, (0.5, LIMITS))
+    fn moved(grip: Grip, by_s: f64) -> Option<(TimeRange, SnapPoint)> {
+        to_point(TimeRange { start_s: 10.0, end_s: 30.0 }, grip, by_s, &POINTS, (0.5, LIMITS))
     }
 
     #[test]
     fn an_edge_within_reach_lands_on_the_point_and_the_other_stays() {
-        let onset = Stretch { start_s: 12.3, end_s: 30.0 };
+        let onset = TimeRange { start_s: 12.3, end_s: 30.0 };
         assert_eq!(moved(Grip::Start, 2.0), Some((onset, POINTS[0])));
         assert_eq!(moved(Grip::Start, 2.75), Some((onset, POINTS[0])));
         assert_eq!(moved(Grip::Start, 2.85), None);
-        assert_eq!(moved(Grip::End, 2.6), Some((Stretch { start_s: 10.0, end_s: 33.0 }, POINTS[1])));
+        assert_eq!(moved(Grip::End, 2.6), Some((TimeRange { start_s: 10.0, end_s: 33.0 }, POINTS[1])));
     }
 
     #[test]
@@ -99,7 +100,7 @@ mod tests {
     fn no_point_makes_a_span_empty_or_leads_it_out_of_the_flight() {
         assert_eq!(moved(Grip::Start, 23.0), None, "the marker lies behind the end");
         let early = [SnapPoint { time_s: -1.0, word: "marker A" }];
-        let origin = Stretch { start_s: 0.0, end_s: 5.0 };
+        let origin = TimeRange { start_s: 0.0, end_s: 5.0 };
         assert_eq!(to_point(origin, Grip::Start, -1.0, &early, (0.5, LIMITS)), None);
     }
 
@@ -109,8 +110,8 @@ mod tests {
             (0..400).map(|k| if k < 200 { 0.1 * f64::from(k) } else { 5.0 + 0.1 * f64::from(k) }).collect();
         let values: Vec<f64> = (0..400).map(|k| if (50..80).contains(&k) { f64::NAN } else { 1.0 }).collect();
         let times = |range| gap_edges(&time_s, &values, range).iter().map(|edge| edge.time_s).collect::<Vec<_>>();
-        assert_eq!(times(Stretch::new(0.0, 50.0)), [time_s[49], time_s[80], time_s[199], time_s[200]]);
-        assert_eq!(times(Stretch::new(18.0, 22.0)), [time_s[199], time_s[200]]);
-        assert!(times(Stretch::new(10.0, 15.0)).is_empty());
+        assert_eq!(times(TimeRange::new(0.0, 50.0)), [time_s[49], time_s[80], time_s[199], time_s[200]]);
+        assert_eq!(times(TimeRange::new(18.0, 22.0)), [time_s[199], time_s[200]]);
+        assert!(times(TimeRange::new(10.0, 15.0)).is_empty());
     }
 }

@@ -10,7 +10,7 @@ use super::EditPhase;
 use super::pointer::box_stretch;
 use super::snap::{SNAP_REACH, SnapPoint, to_point};
 use super::time_plot::{time_at, x_at};
-use super::time_view::Stretch;
+use super::time_view::TimeRange;
 
 /// Height of the lane the spans lie in.
 pub const LANE_HEIGHT: f32 = 24.0;
@@ -25,7 +25,7 @@ pub struct SpanItem<'a> {
     /// Identity that survives edits.
     pub id: u64,
     /// Where it is.
-    pub stretch: Stretch,
+    pub stretch: TimeRange,
     /// Text in the lane.
     pub label: &'a str,
     /// What hovering says about it; may be empty.
@@ -52,7 +52,7 @@ pub enum SpanEvent {
         /// Where the drag stands.
         phase: EditPhase,
         /// Where the span is.
-        stretch: Stretch,
+        stretch: TimeRange,
     },
     /// The edges of a span shall be locked or freed.
     Lock {
@@ -62,9 +62,9 @@ pub enum SpanEvent {
         locked: bool,
     },
     /// A new span was drawn in the empty lane.
-    Drawn(Stretch),
+    Drawn(TimeRange),
     /// This stretch was covered with the secondary button: to be zoomed to, as everywhere in the plots.
-    Zoomed(Stretch),
+    Zoomed(TimeRange),
 }
 
 /// The part of a span that is held.
@@ -88,7 +88,7 @@ pub struct Lane<'a> {
     /// Down to here the edges of the selected span can be caught.
     pub reach_bottom: f32,
     /// The stretch on screen.
-    pub range: Stretch,
+    pub range: TimeRange,
     /// Times of the samples, increasing, s; empty snaps to nothing.
     pub samples_s: &'a [f64],
     /// Moments the edges are drawn to, unless Alt is held.
@@ -98,9 +98,9 @@ pub struct Lane<'a> {
 /// What is held.
 #[derive(Clone, Copy)]
 struct Held {
-    origin: Stretch,
+    origin: TimeRange,
     pressed_s: f64,
-    now: Stretch,
+    now: TimeRange,
 }
 
 /// The sample nearest to `time_s`; `time_s` itself when there are no samples.
@@ -121,23 +121,23 @@ pub fn snapped(samples_s: &[f64], time_s: f64) -> f64 {
 
 /// Where a span that was at `origin` is after `grip` moved by `by_s`: on samples, never empty, and with its count of
 /// samples kept when the whole span moves.
-pub fn dragged(origin: Stretch, grip: Grip, by_s: f64, samples_s: &[f64]) -> Stretch {
+pub fn dragged(origin: TimeRange, grip: Grip, by_s: f64, samples_s: &[f64]) -> TimeRange {
     let index = |time_s: f64| samples_s.partition_point(|&t| t < time_s);
-    let Stretch { start_s, end_s } = origin;
+    let TimeRange { start_s, end_s } = origin;
     match grip {
-        Grip::Body if samples_s.is_empty() => Stretch { start_s: start_s + by_s, end_s: end_s + by_s },
+        Grip::Body if samples_s.is_empty() => TimeRange { start_s: start_s + by_s, end_s: end_s + by_s },
         Grip::Body => {
             let (first, last) = (index(snapped(samples_s, start_s)), index(snapped(samples_s, end_s)));
             let moved = index(snapped(samples_s, start_s + by_s)).min(samples_s.len() - 1 - (last - first));
-            Stretch { start_s: samples_s[moved], end_s: samples_s[moved + last - first] }
+            TimeRange { start_s: samples_s[moved], end_s: samples_s[moved + last - first] }
         }
         Grip::Start => {
             let latest = samples_s[..index(end_s)].last().copied().unwrap_or(end_s);
-            Stretch { start_s: snapped(samples_s, start_s + by_s).min(latest), end_s }
+            TimeRange { start_s: snapped(samples_s, start_s + by_s).min(latest), end_s }
         }
         Grip::End => {
             let earliest = samples_s.get(samples_s.partition_point(|&t| t <= start_s)).copied().unwrap_or(start_s);
-            Stretch { start_s, end_s: snapped(samples_s, end_s + by_s).max(earliest) }
+            TimeRange { start_s, end_s: snapped(samples_s, end_s + by_s).max(earliest) }
         }
     }
 }
@@ -292,13 +292,18 @@ fn drag(
 }
 
 /// Where the moment the drag is drawn to puts the span, unless Alt is held.
-fn near_point(ui: &Ui, lane: &Lane<'_>, grip: Grip, (origin, by_s): (Stretch, f64)) -> Option<(Stretch, SnapPoint)> {
+fn near_point(
+    ui: &Ui,
+    lane: &Lane<'_>,
+    grip: Grip,
+    (origin, by_s): (TimeRange, f64),
+) -> Option<(TimeRange, SnapPoint)> {
     if ui.input(|i| i.modifiers.alt) {
         return None;
     }
     let [first, .., last] = *lane.samples_s else { return None };
     let reach_s = f64::from(SNAP_REACH / lane.frame.width()) * lane.range.length_s();
-    to_point(origin, grip, by_s, lane.points, (reach_s, Stretch { start_s: first, end_s: last }))
+    to_point(origin, grip, by_s, lane.points, (reach_s, TimeRange { start_s: first, end_s: last }))
 }
 
 /// A thin line at the moment a drag is drawn to, with its word at the top of the plots.
@@ -337,7 +342,7 @@ fn draw_new(ui: &Ui, id: Id, lane: &Lane<'_>, clip: Rect) -> Option<SpanEvent> {
     if response.drag_stopped() {
         ui.data_mut(|data| data.remove::<f32>(id));
         let edge = |x: f32| snapped(lane.samples_s, time_at(lane.frame, lane.range, x));
-        let drawn = Stretch::new(edge(from), edge(to));
+        let drawn = TimeRange::new(edge(from), edge(to));
         return (drawn.length_s() > 0.0 && (to - from).abs() > EDGE_REACH).then_some(SpanEvent::Drawn(drawn));
     }
     let rect = Rect::from_two_pos(pos2(from, clip.top() + 2.0), pos2(to, clip.bottom() - 2.0));
@@ -366,20 +371,20 @@ mod tests {
     #[test]
     fn edges_move_to_samples_and_never_cross() {
         let samples = samples();
-        let origin = Stretch { start_s: samples[100], end_s: samples[200] };
-        assert_eq!(dragged(origin, Grip::Start, 1.234, &samples), Stretch { start_s: samples[112], ..origin });
-        assert_eq!(dragged(origin, Grip::Start, 500.0, &samples), Stretch { start_s: samples[199], ..origin });
-        assert_eq!(dragged(origin, Grip::End, -500.0, &samples), Stretch { end_s: samples[101], ..origin });
-        assert_eq!(dragged(origin, Grip::End, 500.0, &samples), Stretch { end_s: samples[1000], ..origin });
+        let origin = TimeRange { start_s: samples[100], end_s: samples[200] };
+        assert_eq!(dragged(origin, Grip::Start, 1.234, &samples), TimeRange { start_s: samples[112], ..origin });
+        assert_eq!(dragged(origin, Grip::Start, 500.0, &samples), TimeRange { start_s: samples[199], ..origin });
+        assert_eq!(dragged(origin, Grip::End, -500.0, &samples), TimeRange { end_s: samples[101], ..origin });
+        assert_eq!(dragged(origin, Grip::End, 500.0, &samples), TimeRange { end_s: samples[1000], ..origin });
     }
 
     #[test]
     fn moving_keeps_the_number_of_samples_up_to_the_ends() {
         let samples = samples();
-        let origin = Stretch { start_s: samples[100], end_s: samples[200] };
+        let origin = TimeRange { start_s: samples[100], end_s: samples[200] };
         for (by_s, first) in [(0.26, 103), (-0.26, 97), (1e6, 900), (-1e6, 0)] {
             let moved = dragged(origin, Grip::Body, by_s, &samples);
-            assert_eq!(moved, Stretch { start_s: samples[first], end_s: samples[first + 100] }, "by {by_s} s");
+            assert_eq!(moved, TimeRange { start_s: samples[first], end_s: samples[first + 100] }, "by {by_s} s");
         }
         assert_eq!(dragged(origin, Grip::Body, 0.123, &[]).start_s, samples[100] + 0.123);
     }

@@ -1,42 +1,46 @@
 //! A stack of time plots as a figure.
 
+use doublet_engine::report::document::{Axis, Colour, Figure, LineStyle, Mark, Panel, Plot};
 use eframe::egui::{Id, Rect};
 
-use super::decimate::{Band, Decimated};
-use super::figure::{Figure, FigureCurve, FigureData, FigurePlot};
-use super::plot_cache::{Drawn, PlotCache};
+use super::figure::printed;
+use super::plot_cache::PlotCache;
 use super::time_plot::{SpanMark, TimePlot, Trace, TraceStyle, value_range};
-use super::time_view::Stretch;
+use super::time_view::TimeRange;
+
+/// Width of figures, mm.
+pub(super) const WIDTH_MM: f64 = 170.0;
 
 /// What the stack `id` shows.
 pub(super) fn stack_figure(
     id: Id,
     (cache, plots, spans): (&PlotCache, &[TimePlot<'_>], &[SpanMark]),
-    range: Stretch,
+    range: TimeRange,
     frames: &[Rect],
 ) -> Figure {
-    let one = |(row, (plot, frame)): (usize, (&TimePlot<'_>, &Rect))| {
-        let drawn = |column: usize| cache.drawn.get(&(id, row, column));
-        let present = (0..plot.traces.len()).filter_map(drawn);
-        let curves =
-            plot.traces.iter().enumerate().filter_map(|(column, trace)| Some(curve(plot, trace, drawn(column)?)));
-        FigurePlot {
-            label: plot.axis_label(),
-            height: f64::from(frame.height()),
-            range: value_range(plot, present),
-            levels: plot.levels.clone(),
-            spans: spans.iter().map(|span| (span.stretch.start_s, span.stretch.end_s, span.color)).collect(),
-            curves: curves.collect(),
-            places: Vec::new(),
-        }
+    let x = Axis { range: Some([range.start_s, range.end_s]), ..Axis::time() };
+    let span = |span: &SpanMark| Mark::Span {
+        label: "".into(),
+        colour: printed(span.color),
+        ends: [span.stretch.start_s, span.stretch.end_s],
     };
+    let level =
+        |&value: &f64| Mark::Level { label: "".into(), colour: Colour([0x80, 0x88, 0x90]), value, band: [value; 2] };
+    let one = |(row, plot): (usize, &TimePlot<'_>)| {
+        let drawn = (0..plot.traces.len()).filter_map(|column| cache.drawn.get(&(id, row, column)));
+        let (low, high) = value_range(plot, drawn);
+        let y = Axis { range: Some([low, high]), ..Axis::new(plot.axis_label(), "") };
+        let around = spans.iter().map(span).chain(plot.levels.iter().map(level));
+        let marks = around.chain(plot.traces.iter().flat_map(|trace| marks(plot, trace))).collect();
+        Panel::Plot(Plot { x: x.clone(), y, marks })
+    };
+    let shape = |frame: &Rect| f64::from(frame.height() / frame.width().max(1.0));
     Figure {
         name: "all".to_owned(),
-        width: frames.first().map_or(600.0, |frame| f64::from(frame.width())) + 96.0,
-        label: "time [s]".to_owned(),
-        range: (range.start_s, range.end_s),
-        plots: plots.iter().zip(frames).enumerate().map(one).collect(),
-        matrix: None,
+        caption: "time histories".to_owned(),
+        columns: 1,
+        panel_height_mm: WIDTH_MM * frames.iter().map(shape).sum::<f64>() / frames.len().max(1) as f64,
+        panels: plots.iter().take(frames.len()).enumerate().map(one).collect(),
     }
 }
 
@@ -61,36 +65,25 @@ pub(super) fn file_word(label: &str) -> String {
     word.trim_end_matches('_').to_owned()
 }
 
-/// A trace as it is drawn, with all its samples.
-fn curve(plot: &TimePlot<'_>, trace: &Trace<'_>, drawn: &Drawn) -> FigureCurve {
-    let lines = lines(&drawn.line);
-    let (lines, dots) = match trace.style {
-        TraceStyle::Dots => (Vec::new(), lines.into_iter().flatten().collect()),
-        TraceStyle::Line | TraceStyle::Dashed => (lines, Vec::new()),
-    };
+/// A trace with its band.
+fn marks(plot: &TimePlot<'_>, trace: &Trace<'_>) -> impl Iterator<Item = Mark> {
     let unit = if plot.unit.is_empty() { String::new() } else { format!(" [{}]", plot.unit) };
-    FigureCurve {
-        name: format!("{}{unit}", trace.name),
-        color: trace.color,
-        dashed: trace.style == TraceStyle::Dashed,
-        lines,
-        dots,
-        bands: bands(&drawn.band),
-        bars: Vec::new(),
-        data: FigureData::Samples(trace.series.clone(), trace.scale),
-    }
-}
-
-fn lines(line: &Decimated) -> Vec<Vec<[f64; 2]>> {
-    let points = |segment: &std::ops::Range<usize>| line.points[segment.clone()].iter().map(|p| [p.x, p.y]).collect();
-    line.segments.iter().map(points).collect()
-}
-
-fn bands(band: &Band) -> Vec<Vec<[f64; 3]>> {
-    let edges = |segment: &std::ops::Range<usize>| {
-        segment.clone().map(|at| [band.time_s[at], band.low[at], band.high[at]]).collect()
+    let (series, scale, colour) = (trace.series, trace.scale, printed(trace.color));
+    let band = trace.sigma.map(|sigma| Mark::Band {
+        label: "".into(),
+        colour,
+        centre: series.clone(),
+        half_width: sigma.iter().map(|sigma| 2.0 * sigma).collect(),
+        scale,
+    });
+    let style = match trace.style {
+        TraceStyle::Dots => LineStyle::Dots,
+        TraceStyle::Line => LineStyle::Solid,
+        TraceStyle::Dashed => LineStyle::Dashed,
     };
-    band.segments.iter().map(edges).collect()
+    let line =
+        Mark::Line { label: format!("{}{unit}", trace.name).into(), colour, style, series: series.clone(), scale };
+    band.into_iter().chain([line])
 }
 
 #[cfg(test)]

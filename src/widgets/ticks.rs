@@ -1,26 +1,26 @@
 //! Ticks of plot axes and their labels.
 
+use doublet_report::svg::axis::{ROUND, multiples, step_of, tick_label};
 use eframe::egui::{Align2, FontId, Rect, TextStyle, Ui, pos2};
 
 use super::time_plot::x_at;
-use super::time_view::Stretch;
+use super::time_view::TimeRange;
 
 /// Least distance of a label of the value axis from the ends of its plot.
 const TICK_ROOM: f32 = 7.0;
 
 /// Ticks at least `spacing` points apart, a power of ten times 1, 2 or 5.
 pub(super) fn ticks(input: egui_plot::GridInput, spacing: f32) -> Vec<egui_plot::GridMark> {
-    multiples(&input, round_step(input.base_step_size * f64::from(spacing / 8.0)))
+    marks(&input, step_of(&ROUND, input.base_step_size * f64::from(spacing / 8.0)))
 }
 
-fn multiples(input: &egui_plot::GridInput, step_size: f64) -> Vec<egui_plot::GridMark> {
-    let (first, last) = ((input.bounds.0 / step_size).ceil(), (input.bounds.1 / step_size).floor());
-    let count = (last - first).clamp(-1.0, 1000.0) as i64 + 1;
-    (0..count).map(|k| egui_plot::GridMark { value: (first + k as f64) * step_size, step_size }).collect()
+fn marks(input: &egui_plot::GridInput, step_size: f64) -> Vec<egui_plot::GridMark> {
+    let (low, high) = input.bounds;
+    multiples([low, high], step_size).into_iter().map(|value| egui_plot::GridMark { value, step_size }).collect()
 }
 
 /// Draws the time axis of `range` into `area`, which is as wide as the frames above it.
-pub(super) fn draw_time_axis(ui: &Ui, area: Rect, range: Stretch, spacing: f32) {
+pub(super) fn draw_time_axis(ui: &Ui, area: Rect, range: TimeRange, spacing: f32) {
     let ink = ui.visuals().weak_text_color();
     let base_step_size = 8.0 * range.length_s() / f64::from(area.width().max(1.0));
     let marks = ticks(egui_plot::GridInput { bounds: (range.start_s, range.end_s), base_step_size }, spacing);
@@ -41,38 +41,21 @@ pub(super) fn inner_ticks(input: egui_plot::GridInput, spacing: f32) -> Vec<egui
     let (low, high) = input.bounds;
     let least = input.base_step_size * f64::from(spacing / 8.0);
     let inside = |step| {
-        let mut marks = multiples(&input, step);
+        let mut marks = marks(&input, step);
         marks.retain(|mark| mark.value - low > room && high - mark.value > room);
         marks
     };
-    let round = inside(round_step(least));
+    let round = inside(step_of(&ROUND, least));
     if round.len() > 1 { round } else { Some(inside(step_of(&DIGITS, least))).filter(|m| m.len() > 1).unwrap_or(round) }
 }
 
 /// First digits of a step of whole digits.
 const DIGITS: [f64; 9] = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0];
 
-/// The smallest of 1, 2, 5 times a power of ten that is not less than `least`.
-pub(super) fn round_step(least: f64) -> f64 {
-    step_of(&[1.0, 2.0, 5.0, 10.0], least)
-}
-
-/// The smallest of `digits` times a power of ten that is not less than `least`.
-fn step_of(digits: &[f64], least: f64) -> f64 {
-    let decade = 10f64.powf(least.log10().floor());
-    digits.iter().map(|m| m * decade).find(|step| *step >= least * (1.0 - 1e-9)).unwrap_or(least)
-}
-
-/// Text of a tick: as many decimals as its step needs.
+/// Text of a tick: as many decimals as its step needs, powers of ten where these would be too many.
 pub(super) fn tick(value: f64, step: f64) -> String {
-    if value == 0.0 {
-        return "0".to_owned();
-    }
-    if !(1e-4..1e6).contains(&value.abs().max(step)) {
-        return format!("{value:.1e}");
-    }
-    let decimals = (-step.abs().max(1e-9).log10().floor()).clamp(0.0, 8.0) as usize;
-    format!("{value:.decimals$}")
+    let is_plain = value == 0.0 || (1e-4..1e6).contains(&value.abs().max(step));
+    if is_plain { tick_label(value, step.abs().max(1e-9)) } else { format!("{value:.1e}") }
 }
 
 #[cfg(test)]
@@ -87,7 +70,7 @@ mod tests {
             assert!((4..=11).contains(&marks.len()), "{} ticks from {low} to {high}", marks.len());
             let digits = marks[0].step_size / 10f64.powf(marks[0].step_size.log10().floor());
             assert!([1.0, 2.0, 5.0].iter().any(|m| (digits - m).abs() < 1e-6), "step {}", marks[0].step_size);
-            assert!(marks.iter().all(|mark| mark.value >= low && mark.value <= high));
+            assert!(marks.iter().all(|mark| (low - 1e-9..=high + 1e-9).contains(&mark.value)));
         }
     }
 

@@ -2,12 +2,11 @@
 
 use std::sync::Arc;
 
-use doublet_core::series::Series;
+use doublet_core::series::{Series, value_at};
 use eframe::egui::{self, Align2, Color32, CornerRadius, Id, Rect, Stroke, Ui, pos2, vec2};
 use egui_plot::{FilledArea, Line, LineStyle, Plot, PlotPoint, PlotPoints, Points};
 
 use super::chart::{LEGEND_HEIGHT, legend_entry};
-use super::decimate::value_at;
 use super::figure::FigureRequest;
 use super::plot_cache::Drawn;
 pub use super::plot_cache::PlotCache;
@@ -16,7 +15,7 @@ use super::pointer::{interact, plot_menu};
 use super::readout;
 use super::stack_figure::stack_figure;
 use super::ticks::{draw_time_axis, inner_ticks, tick, ticks};
-use super::time_view::{Stretch, TimeView};
+use super::time_view::{TimeRange, TimeView};
 use crate::theme;
 
 /// Width of the value axis of every plot of a stack, so that their time axes line up.
@@ -126,7 +125,7 @@ impl<'a> TimePlot<'a> {
 #[derive(Clone, Copy, Debug)]
 pub struct SpanMark {
     /// Where.
-    pub stretch: Stretch,
+    pub stretch: TimeRange,
     /// Colour, drawn faintly.
     pub color: Color32,
     /// Drawn a little stronger, with edges.
@@ -277,7 +276,7 @@ fn draw_plot<'a>(
     (id, height, legend): (Id, f32, Legend),
     plot: &'a TimePlot<'a>,
     look: &dyn Fn(usize) -> Option<&'a Drawn>,
-    range: Stretch,
+    range: TimeRange,
     spans: &'a [SpanMark],
 ) -> egui_plot::PlotResponse<()> {
     let palette = theme::palette(ui);
@@ -368,12 +367,12 @@ fn draw_trace<'a>(chart: &mut egui_plot::PlotUi<'a>, trace: &Trace<'_>, drawn: &
 const LABELS: egui::Rangef = egui::Rangef { min: 8.0, max: 12.0 };
 
 /// Screen position of `time_s` in a frame that shows `range`.
-pub fn x_at(frame: Rect, range: Stretch, time_s: f64) -> f32 {
+pub fn x_at(frame: Rect, range: TimeRange, time_s: f64) -> f32 {
     frame.left() + (f64::from(frame.width()) * (time_s - range.start_s) / range.length_s()) as f32
 }
 
 /// Time at the screen position `x` of a frame that shows `range`, s.
-pub fn time_at(frame: Rect, range: Stretch, x: f32) -> f64 {
+pub fn time_at(frame: Rect, range: TimeRange, x: f32) -> f64 {
     range.start_s + range.length_s() * f64::from((x - frame.left()) / frame.width())
 }
 
@@ -410,7 +409,7 @@ fn shared_names<'p, 'a>(plots: &'p [TimePlot<'a>]) -> Option<&'p TimePlot<'a>> {
 }
 
 /// The time of the cursor on the time axis.
-fn draw_cursor_time(ui: &Ui, axis: Rect, range: Stretch, time_s: f64) {
+fn draw_cursor_time(ui: &Ui, axis: Rect, range: TimeRange, time_s: f64) {
     let palette = theme::palette(ui);
     let ink = ui.visuals().strong_text_color();
     let text = format!("{time_s:.2} s");
@@ -425,7 +424,7 @@ fn draw_cursor_time(ui: &Ui, axis: Rect, range: Stretch, time_s: f64) {
 /// Cursor, markers and the legend with values under the cursor (or at marker A, with the difference to B).
 fn draw_cursors<'a>(
     ui: &Ui,
-    (frame, range): (Rect, Stretch),
+    (frame, range): (Rect, TimeRange),
     view: &TimeView,
     (plot, legend): (&TimePlot<'_>, Legend),
     look: &dyn Fn(usize) -> Option<&'a Drawn>,
@@ -499,7 +498,7 @@ mod tests {
     #[test]
     fn screen_and_time_are_inverse_to_each_other() {
         let frame = Rect::from_min_size(pos2(70.0, 0.0), vec2(500.0, 100.0));
-        let range = Stretch::new(100.0, 200.0);
+        let range = TimeRange::new(100.0, 200.0);
         assert_eq!(x_at(frame, range, 150.0), 320.0);
         assert!((time_at(frame, range, 320.0) - 150.0).abs() < 1e-9);
     }

@@ -1,5 +1,6 @@
 //! The stretch of time on screen, shared by everything that has a time axis.
 
+pub use doublet_core::series::TimeRange;
 use serde::{Deserialize, Serialize};
 
 /// Steps of zoom kept to go back to.
@@ -9,41 +10,15 @@ const GESTURE_PAUSE_S: f64 = 0.4;
 /// Shortest stretch that can be shown, s.
 const SHORTEST_S: f64 = 1e-4;
 
-/// A stretch of time, s.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Stretch {
-    /// First instant, s.
-    pub start_s: f64,
-    /// Last instant, s.
-    pub end_s: f64,
-}
-
-impl Stretch {
-    /// From `start_s` to `end_s`, in whichever order they come.
-    pub fn new(start_s: f64, end_s: f64) -> Self {
-        Self { start_s: start_s.min(end_s), end_s: start_s.max(end_s) }
-    }
-
-    /// Length, s.
-    pub fn length_s(&self) -> f64 {
-        self.end_s - self.start_s
-    }
-
-    /// Whether `time_s` lies inside.
-    pub fn contains(&self, time_s: f64) -> bool {
-        (self.start_s..=self.end_s).contains(&time_s)
-    }
-}
-
 /// What is on screen: range with its history, the linked cursor and the markers A and B.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TimeView {
-    full: Stretch,
-    range: Stretch,
+    full: TimeRange,
+    range: TimeRange,
     #[serde(skip)]
-    back: Vec<Stretch>,
+    back: Vec<TimeRange>,
     #[serde(skip)]
-    forward: Vec<Stretch>,
+    forward: Vec<TimeRange>,
     #[serde(skip)]
     gesture_at_s: Option<f64>,
     /// Time under the pointer in whichever plot it is, s.
@@ -55,14 +30,14 @@ pub struct TimeView {
 
 impl Default for TimeView {
     fn default() -> Self {
-        Self::new(Stretch { start_s: 0.0, end_s: 1.0 })
+        Self::new(TimeRange { start_s: 0.0, end_s: 1.0 })
     }
 }
 
 impl TimeView {
     /// Shows all of `full`.
-    pub fn new(full: Stretch) -> Self {
-        let full = Stretch::new(full.start_s, full.end_s.max(full.start_s + SHORTEST_S));
+    pub fn new(full: TimeRange) -> Self {
+        let full = TimeRange::new(full.start_s, full.end_s.max(full.start_s + SHORTEST_S));
         Self {
             full,
             range: full,
@@ -75,17 +50,17 @@ impl TimeView {
     }
 
     /// The stretch on screen.
-    pub fn range(&self) -> Stretch {
+    pub fn range(&self) -> TimeRange {
         self.range
     }
 
     /// The whole stretch there is.
-    pub fn full(&self) -> Stretch {
+    pub fn full(&self) -> TimeRange {
         self.full
     }
 
     /// Takes the extent of another recording; what is on screen stays where it still lies inside it.
-    pub fn set_full(&mut self, full: Stretch) {
+    pub fn set_full(&mut self, full: TimeRange) {
         if full == self.full {
             return;
         }
@@ -97,7 +72,7 @@ impl TimeView {
     }
 
     /// Shows `range`; the stretch before can be come back to.
-    pub fn zoom_to(&mut self, range: Stretch) {
+    pub fn zoom_to(&mut self, range: TimeRange) {
         self.gesture_at_s = None;
         self.remember();
         self.range = self.limited(range);
@@ -113,14 +88,14 @@ impl TimeView {
         self.gesture(now_s);
         let (length, full) = (self.range.length_s(), self.full);
         let start = (self.range.start_s + by_s).min(full.end_s - length).max(full.start_s.min(full.end_s - length));
-        self.range = Stretch { start_s: start, end_s: start + length };
+        self.range = TimeRange { start_s: start, end_s: start + length };
     }
 
     /// Magnifies by `factor` (above 1 shows less) about `about_s`; without a pause it is one step of history.
     pub fn zoom(&mut self, factor: f64, about_s: f64, now_s: f64) {
         self.gesture(now_s);
         let at = |edge: f64| about_s + (edge - about_s) / factor;
-        self.range = self.limited(Stretch::new(at(self.range.start_s), at(self.range.end_s)));
+        self.range = self.limited(TimeRange::new(at(self.range.start_s), at(self.range.end_s)));
     }
 
     /// Shows what was shown before; `false` when there is nothing to go back to.
@@ -136,10 +111,10 @@ impl TimeView {
     }
 
     /// Keeps `range` inside what there is, at least [`SHORTEST_S`] long.
-    fn limited(&self, range: Stretch) -> Stretch {
+    fn limited(&self, range: TimeRange) -> TimeRange {
         let start_s = range.start_s.max(self.full.start_s).min(self.full.end_s - SHORTEST_S);
         let end_s = range.end_s.min(self.full.end_s).max(start_s + SHORTEST_S);
-        Stretch { start_s, end_s }
+        TimeRange { start_s, end_s }
     }
 
     /// Remembers where a gesture began.
@@ -167,14 +142,14 @@ mod tests {
     use super::*;
 
     fn view() -> TimeView {
-        TimeView::new(Stretch::new(0.0, 100.0))
+        TimeView::new(TimeRange::new(0.0, 100.0))
     }
 
     #[test]
     fn zoom_keeps_the_time_under_the_pointer_and_stays_inside() {
         let mut view = view();
         view.zoom(2.0, 25.0, 0.0);
-        assert_eq!(view.range(), Stretch { start_s: 12.5, end_s: 62.5 });
+        assert_eq!(view.range(), TimeRange { start_s: 12.5, end_s: 62.5 });
         view.zoom(1e-9, 25.0, 0.1);
         assert_eq!(view.range(), view.full());
         view.zoom(1e12, 100.0, 0.2);
@@ -184,38 +159,38 @@ mod tests {
     #[test]
     fn a_gesture_is_one_step_back_and_can_be_gone_forward_again() {
         let mut view = view();
-        view.zoom_to(Stretch::new(10.0, 20.0));
+        view.zoom_to(TimeRange::new(10.0, 20.0));
         for k in 0..10 {
             view.pan(1.0, f64::from(k) * 0.05);
         }
-        assert_eq!(view.range(), Stretch::new(20.0, 30.0));
+        assert_eq!(view.range(), TimeRange::new(20.0, 30.0));
         assert!(view.go_back());
-        assert_eq!(view.range(), Stretch::new(10.0, 20.0));
+        assert_eq!(view.range(), TimeRange::new(10.0, 20.0));
         assert!(view.go_back());
         assert_eq!(view.range(), view.full());
         assert!(!view.go_back());
         assert!(view.go_forward() && view.go_forward());
-        assert_eq!(view.range(), Stretch::new(20.0, 30.0));
+        assert_eq!(view.range(), TimeRange::new(20.0, 30.0));
         assert!(!view.go_forward());
     }
 
     #[test]
     fn pan_stops_at_the_ends_with_its_length_kept() {
         let mut view = view();
-        view.zoom_to(Stretch::new(10.0, 20.0));
+        view.zoom_to(TimeRange::new(10.0, 20.0));
         view.pan(1e6, 0.0);
-        assert_eq!(view.range(), Stretch::new(90.0, 100.0));
+        assert_eq!(view.range(), TimeRange::new(90.0, 100.0));
         view.pan(-1e6, 0.1);
-        assert_eq!(view.range(), Stretch::new(0.0, 10.0));
+        assert_eq!(view.range(), TimeRange::new(0.0, 10.0));
     }
 
     #[test]
     fn another_recording_keeps_the_range_only_where_it_overlaps() {
         let mut view = view();
-        view.zoom_to(Stretch::new(10.0, 20.0));
-        view.set_full(Stretch::new(0.0, 50.0));
-        assert_eq!(view.range(), Stretch::new(10.0, 20.0));
-        view.set_full(Stretch::new(500.0, 600.0));
-        assert_eq!(view.range(), Stretch::new(500.0, 600.0));
+        view.zoom_to(TimeRange::new(10.0, 20.0));
+        view.set_full(TimeRange::new(0.0, 50.0));
+        assert_eq!(view.range(), TimeRange::new(10.0, 20.0));
+        view.set_full(TimeRange::new(500.0, 600.0));
+        assert_eq!(view.range(), TimeRange::new(500.0, 600.0));
     }
 }

@@ -1,9 +1,8 @@
 //! What can be taken away from plots: pictures, drawings, numbers, and what lies between two markers.
 
 use doublet::command::{UiCommand, ViewCommand};
-use doublet::widgets::drawing;
-use doublet::widgets::figure::FigureForm;
-use doublet::widgets::time_view::Stretch;
+use doublet::widgets::figure::{FigureForm, csv};
+use doublet::widgets::time_view::TimeRange;
 use egui_kittest::kittest::Queryable;
 
 use crate::plots::{harness, middle};
@@ -53,7 +52,7 @@ fn table_between_the_markers_holds_differences_slope_and_statistics() {
 #[test]
 fn menu_of_a_plot_copies_every_sample_on_screen_and_nothing_else() {
     let mut harness = harness(5000, true);
-    harness.state_mut().view.zoom_to(Stretch::new(10.0, 12.0));
+    harness.state_mut().view.zoom_to(TimeRange::new(10.0, 12.0));
     harness.run_steps(2);
     let at = middle(&harness);
     secondary_click(&mut harness, at);
@@ -63,8 +62,8 @@ fn menu_of_a_plot_copies_every_sample_on_screen_and_nothing_else() {
     harness.get_by_label("Copy data").click();
     harness.run_steps(2);
     let request = harness.state_mut().figures.pop().expect("a figure was asked for");
-    assert_eq!((request.form, request.figure.plots.len()), (FigureForm::Copy, 1));
-    let text = request.figure.csv();
+    assert_eq!((request.form, request.figure.panels.len()), (FigureForm::Copy, 1));
+    let text = csv(&request.figure);
     let mut lines = text.lines();
     assert_eq!(lines.next(), Some("time [s],q measured [rad/s],q̂ [rad/s]"));
     let rows: Vec<Vec<f64>> = lines.map(numbers).collect();
@@ -74,8 +73,8 @@ fn menu_of_a_plot_copies_every_sample_on_screen_and_nothing_else() {
         assert!((row[0] - 0.01 * f64::from(k)).abs() < 1e-9 && (row[2] - wave(f64::from(k))).abs() < 1e-12, "{row:?}");
     }
     // The drawing shows the same stretch: its last number is the right end of the frame.
-    let svg = drawing::svg(&request.figure);
-    assert!(svg.contains("stroke-dasharray=\"6 4\"") && svg.contains("time [s]"));
+    let svg = doublet_report::svg::svg(&request.figure, "p");
+    assert!(svg.contains("stroke-dasharray=\"4 2.5\"") && svg.contains("time [s]"));
 }
 
 #[test]
@@ -96,10 +95,7 @@ fn plots_of_the_flight_are_saved_as_drawing_picture_and_numbers() {
         assert!(std::fs::metadata(&path).is_ok_and(|file| file.len() > 1000), "{name} is written");
     }
     let svg = std::fs::read_to_string(bench.folder.path().join("plots.svg")).expect("it can be read");
-    assert!(
-        svg.contains("<polyline") && svg.contains("h [m]") | svg.contains("V [m/s]"),
-        "traces and labels are drawn"
-    );
+    assert!(svg.contains("<path") && svg.contains("h [m]") | svg.contains("V [m/s]"), "traces and labels are drawn");
     let picture = image::open(bench.folder.path().join("plots.png")).expect("it is a picture");
     assert!(picture.width() > 600);
     let csv = std::fs::read_to_string(bench.folder.path().join("plots.csv")).expect("it can be read");

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use doublet::command::{EditCommand, FileCommand, UiCommand, ViewCommand};
 use doublet::panels::Pane;
-use doublet_core::series::Window;
+use doublet_core::series::TimeRange;
 use doublet_engine::session::{Edit, WindowEdit};
 use egui::accesskit::Role;
 use egui::{Key, Modifiers, Pos2, pos2};
@@ -57,7 +57,7 @@ impl Bench<'_> {
     fn at_s(&self, time_s: f64) -> Pos2 {
         let place = |name: &str| self.harness.get_by_role_and_label(Role::Button, name).rect().center();
         let (start, end) = (place("first start"), place("first end"));
-        let Window { start_s, end_s } = self.first();
+        let TimeRange { start_s, end_s } = self.first();
         let share = ((time_s - start_s) / (end_s - start_s)) as f32;
         pos2(
             start.x + share * (end.x - start.x),
@@ -66,12 +66,12 @@ impl Bench<'_> {
     }
 
     /// The window that is dragged.
-    fn first(&self) -> Window {
+    fn first(&self) -> TimeRange {
         self.session().window("first").expect("it is in the session").window
     }
 
     fn place_first(&mut self, start_s: f64, end_s: f64) {
-        let place = WindowEdit::Place { name: "first".to_owned(), window: Window { start_s, end_s } };
+        let place = WindowEdit::Place { name: "first".to_owned(), window: TimeRange { start_s, end_s } };
         self.harness.state_mut().apply(&Edit::Window(place));
         self.settle();
     }
@@ -130,7 +130,7 @@ fn a_band_snaps_by_either_edge_to_a_marker_or_another_window_with_its_length_kep
     let mut bench = bench();
     let other = doublet_engine::session::Manoeuvre {
         name: "other".to_owned(),
-        window: Window { start_s: 53.123, end_s: 58.0 },
+        window: TimeRange { start_s: 53.123, end_s: 58.0 },
         ..bench.session().windows[0].clone()
     };
     bench.harness.state_mut().apply(&Edit::Window(WindowEdit::Add(other)));
@@ -208,7 +208,7 @@ fn locked_edges_stay_where_they_are_when_dragged_and_go_where_they_are_typed() {
     bench.settle();
     assert_eq!(bench.first(), was, "the number in the table is not dragged either");
     bench.enter("first end", "27.5");
-    assert_eq!(bench.first(), Window { end_s: 27.5, ..was });
+    assert_eq!(bench.first(), TimeRange { end_s: 27.5, ..was });
     bench.request(UiCommand::Edit(EditCommand::Undo));
     bench.request(UiCommand::Edit(EditCommand::Undo));
     assert!(!bench.session().window("first").expect("it is there").locked, "no drag left a step of undo");

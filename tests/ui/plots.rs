@@ -8,7 +8,7 @@ use doublet::widgets::span_editor::{LANE_HEIGHT, Lane, SpanEvent, SpanItem, span
 use doublet::widgets::time_plot::{
     PlotCache, SpanMark, StackResponse, TimePlot, Trace, TraceStyle, step_markers, time_at, time_stack, x_at,
 };
-use doublet::widgets::time_view::{Stretch, TimeView};
+use doublet::widgets::time_view::{TimeRange, TimeView};
 use doublet_core::series::Series;
 use egui::{Id, Modifiers, PointerButton, Pos2, pos2};
 use egui_kittest::Harness;
@@ -47,7 +47,7 @@ impl Bench {
         let smooth: Arc<[f64]> = (0..count).map(|k| 30.0 * wave(k + 90)).collect();
         let series = |values| Series { time_s: time_s.clone(), values };
         Self {
-            view: TimeView::new(Stretch::new(0.0, (count - 1) as f64 * 0.01)),
+            view: TimeView::new(TimeRange::new(0.0, (count - 1) as f64 * 0.01)),
             cache: PlotCache::default(),
             seen: StackResponse::default(),
             events: Vec::new(),
@@ -72,8 +72,8 @@ impl Bench {
         let length = bench.view.full().length_s();
         let palette = theme::palette(ui);
         let spans = [
-            (1, Stretch::new(0.10 * length, 0.25 * length), "3-2-1-1 δₑ", palette.identification, true),
-            (2, Stretch::new(0.40 * length, 0.52 * length), "doublet δₐ", palette.validation, false),
+            (1, TimeRange::new(0.10 * length, 0.25 * length), "3-2-1-1 δₑ", palette.identification, true),
+            (2, TimeRange::new(0.40 * length, 0.52 * length), "doublet δₐ", palette.validation, false),
         ];
         let marks = spans.map(|(_, stretch, _, color, selected)| SpanMark { stretch, color, selected });
         let items = spans.map(|(id, stretch, label, color, selected)| SpanItem {
@@ -221,7 +221,7 @@ fn right_drag_shows_exactly_the_stretch_it_covered_and_double_click_everything()
 #[test]
 fn zoomed_in_every_sample_is_a_point_of_its_own() {
     let mut harness = harness(1_000_000, true);
-    harness.state_mut().view.zoom_to(Stretch::new(5000.0, 5000.5));
+    harness.state_mut().view.zoom_to(TimeRange::new(5000.0, 5000.5));
     harness.run_steps(2);
     picture(&mut harness, "plots_exact");
     let frame = harness.state().seen.frames[0];
@@ -236,7 +236,7 @@ fn nothing_is_decimated_again_while_nothing_changes() {
     let before = harness.state().cache.refreshed();
     harness.run_steps(10);
     assert_eq!(harness.state().cache.refreshed(), before);
-    harness.state_mut().view.zoom_to(Stretch::new(10.0, 900.0));
+    harness.state_mut().view.zoom_to(TimeRange::new(10.0, 900.0));
     harness.run_steps(3);
     assert_eq!(harness.state().cache.refreshed(), before + 3, "three traces, once each");
 }
@@ -248,7 +248,7 @@ fn a_frame_of_a_million_samples_asks_for_no_more_memory_than_one_of_ten_thousand
         let length = harness.state().view.full().length_s();
         harness.run_steps(5);
         let pan = |harness: &mut Harness<'_, Bench>, share: f64| {
-            harness.state_mut().view.zoom_to(Stretch::new(share * length, (share + 0.7) * length));
+            harness.state_mut().view.zoom_to(TimeRange::new(share * length, (share + 0.7) * length));
             harness.step();
         };
         pan(&mut harness, 0.0);
@@ -271,14 +271,14 @@ fn frame_time_12_plots_540000_samples() {
     let time_s: Arc<[f64]> = (0..FLIGHT_SAMPLES).map(|k| k as f64 * 0.01).collect();
     let wave = |plot: usize| (0..FLIGHT_SAMPLES).map(|k| (k as f64 * 0.001 * (plot + 1) as f64).sin()).collect();
     let series: Vec<Series> = (0..12).map(|plot| Series { time_s: time_s.clone(), values: wave(plot) }).collect();
-    let full = Stretch::new(0.0, time_s[FLIGHT_SAMPLES - 1]);
+    let full = TimeRange::new(0.0, time_s[FLIGHT_SAMPLES - 1]);
     let ctx = egui::Context::default();
     theme::install(&ctx);
     let (mut view, mut cache) = (TimeView::new(full), PlotCache::default());
     let mut times_ms: Vec<f64> = (0..FRAMES + 5)
         .map(|frame| {
             let shift = 5.0 * frame as f64;
-            view.zoom_to(Stretch::new(shift, shift + 0.75 * full.end_s));
+            view.zoom_to(TimeRange::new(shift, shift + 0.75 * full.end_s));
             let input = egui::RawInput {
                 screen_rect: Some(egui::Rect::from_min_size(Pos2::ZERO, egui::vec2(1400.0, 1200.0))),
                 ..Default::default()

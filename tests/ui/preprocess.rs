@@ -7,7 +7,7 @@ use doublet::panels::Pane;
 use doublet_core::prep::{Interpolation, Smoothing, noise_statistics, smooth};
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::Input;
-use doublet_core::series::Window;
+use doublet_core::series::TimeRange;
 use doublet_engine::session::{Edit, SignalPreset, SteadyWindow, WindowEdit};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
@@ -33,7 +33,7 @@ fn a_ticked_moving_average_smooths_the_signal_the_filter_gets_and_undo_gives_it_
     let expected = smooth(&raw.time_s, &raw.values, Smoothing::MovingAverage { width: 4 }).expect("it can be smoothed");
     assert_eq!(smoothed.values[..], expected[..]);
     let path = bench.snapshot().windows["first"].path.ready().expect("the path is up to date").clone();
-    let inside = Window { start_s: 5.0, end_s: 25.0 }.indices(&raw.time_s);
+    let inside = TimeRange { start_s: 5.0, end_s: 25.0 }.indices(&raw.time_s);
     assert_eq!(path.data.inputs.columns[Input::SpecificForceX as usize], expected[inside]);
     picture(&mut bench.harness, "preprocess");
     bench.request(UiCommand::Edit(EditCommand::Undo));

@@ -7,7 +7,7 @@
 )]
 
 use doublet::app::{Document, Workbench};
-use doublet_core::series::Window;
+use doublet_core::series::TimeRange;
 use doublet_engine::session::{Edit, WindowEdit};
 
 use crate::builder;
@@ -40,7 +40,7 @@ fn memory_is_flat_over_many_edits() {
     for edit in 0..edits {
         // Every edit is another window, so that nothing of it was computed before.
         let shift_s = 1e-4 * edit as f64;
-        let window = Window { start_s: first.window.start_s + shift_s, end_s: first.window.end_s + shift_s };
+        let window = TimeRange { start_s: first.window.start_s + shift_s, end_s: first.window.end_s + shift_s };
         harness.state_mut().apply(&Edit::Window(WindowEdit::Place { name: first.name.clone(), window }));
         harness.run_steps(2);
         if edit as f64 >= FULL_AFTER * edits as f64 && full.is_none() {

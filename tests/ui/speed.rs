@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use doublet::app::{Document, Workbench};
 use doublet_core::reconstruct::Input;
-use doublet_engine::session::{Edit, FilterEdit};
+use doublet_engine::session::{Edit, NoiseChannel};
 use egui_kittest::Harness;
 
 use crate::builder;
@@ -110,7 +110,7 @@ fn speed_of_the_workbench() {
         .map(|k| {
             let noise = 1e-4 * (1.0 + 0.1 * k as f64);
             let (at, old) = (Instant::now(), harness.state().snapshot().generation);
-            harness.state_mut().apply(&Edit::Filter(FilterEdit::ProcessNoise(Input::PitchRate, noise)));
+            harness.state_mut().apply(&Edit::noise(NoiseChannel::Input(Input::PitchRate), noise));
             harness.step();
             settle_derivatives(&mut harness, old);
             let shown = at.elapsed();

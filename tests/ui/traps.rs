@@ -5,8 +5,7 @@ use doublet::panels::Pane;
 use doublet::widgets::EditPhase;
 use doublet::widgets::quantity_edit::{QuantityEdit, QuantityEdited};
 use doublet::widgets::span_editor::SpanEvent;
-use doublet::widgets::time_view::Stretch;
-use doublet_core::series::Window;
+use doublet_core::series::TimeRange;
 use doublet_engine::session::{Edit, WindowEdit};
 use egui::accesskit::Role;
 use egui::{Key, Pos2, vec2};
@@ -144,8 +143,8 @@ fn number_typed_and_given_up_by_escape_is_what_it_was() {
 
 impl Bench<'_> {
     /// Makes the window `first` half a second long: a few points on screen.
-    fn narrow(&mut self) -> Window {
-        let window = Window { start_s: 20.0, end_s: 20.5 };
+    fn narrow(&mut self) -> TimeRange {
+        let window = TimeRange { start_s: 20.0, end_s: 20.5 };
         let place = WindowEdit::Place { name: "first".to_owned(), window };
         self.harness.state_mut().apply(&Edit::Window(place));
         self.settle();
@@ -232,7 +231,7 @@ fn drag_with_the_secondary_button_zooms_wherever_it_begins_and_edits_nothing() {
 #[test]
 fn another_session_shows_all_of_its_recording_and_none_of_what_was_before() {
     let mut bench = Bench::open();
-    bench.harness.state_mut().state.time.zoom_to(Stretch::new(10.0, 20.0));
+    bench.harness.state_mut().state.time.zoom_to(TimeRange::new(10.0, 20.0));
     bench.harness.state_mut().state.time.markers_s = [Some(12.0), Some(14.0)];
     bench.request(UiCommand::Run(doublet::command::RunCommand::Again));
     assert!(bench.snapshot().log.iter().any(|line| line.cause == "compute again"));

@@ -5,7 +5,7 @@ use doublet::widgets::matrix_view::MatrixView;
 use doublet::widgets::quantity_edit::{QuantityEdit, QuantityEdited};
 use doublet::widgets::span_editor::SpanEvent;
 use doublet::widgets::time_plot::time_at;
-use doublet::widgets::time_view::Stretch;
+use doublet::widgets::time_view::TimeRange;
 use egui::{Key, pos2, vec2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
@@ -26,7 +26,7 @@ fn bench<'a>() -> Harness<'a, Bench> {
 }
 
 /// Phases of the drags of span `wanted`, and where it was last.
-fn drags(events: &[SpanEvent], wanted: u64) -> (Vec<EditPhase>, Stretch) {
+fn drags(events: &[SpanEvent], wanted: u64) -> (Vec<EditPhase>, TimeRange) {
     let of = |event: &SpanEvent| match *event {
         SpanEvent::Dragged { id, phase, stretch } if id == wanted => Some((phase, stretch)),
         _ => None,

@@ -10,7 +10,7 @@ use doublet::panels::Pane;
 use doublet_core::estimate::Fit;
 use doublet_core::model::Coefficient;
 use doublet_core::reconstruct::{Input, State};
-use doublet_core::series::Window;
+use doublet_core::series::TimeRange;
 use doublet_engine::graph::Cache;
 use doublet_engine::report::document::SectionKind;
 use doublet_engine::run::{Control, Scope, Snapshot, run};
@@ -257,7 +257,7 @@ fn window_without_recorded_controls_says_so_in_its_row_and_the_others_keep_their
     let alone = bench.cm();
     let second = session::Manoeuvre {
         name: "without elevator".to_owned(),
-        window: Window { start_s: 46.0, end_s: 58.0 },
+        window: TimeRange { start_s: 46.0, end_s: 58.0 },
         ..bench.session().windows[0].clone()
     };
     bench.harness.state_mut().apply(&session::Edit::Window(session::WindowEdit::Add(second)));
@@ -440,7 +440,7 @@ fn cancelled_run_leaves_the_last_results_and_computes_again_when_asked() {
     let mut bench = Bench::open();
     let estimates = bench.cm().estimates;
     bench.show(Pane::Noise);
-    let noise = session::Edit::Filter(session::FilterEdit::ProcessNoise(Input::PitchRate, 0.01));
+    let noise = session::Edit::noise(session::NoiseChannel::Input(Input::PitchRate), 0.01);
     bench.harness.state_mut().apply(&noise);
     bench.harness.step();
     bench.request(UiCommand::Run(doublet::command::RunCommand::Cancel));

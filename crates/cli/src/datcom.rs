@@ -5,10 +5,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use doublet_core::load::datcom::{
-    DatcomAxes, DatcomDeck, DatcomListing, DatcomSection, DeckCondition, DeckReference, PitchRateForm,
-    PredictedDerivative, PredictionOptions, beside,
+    DatcomAxes, DatcomDeck, DatcomListing, DatcomSection, DeckCondition, DeckReference, PredictedDerivative,
+    PredictionOptions, beside,
 };
-use doublet_core::model::RateNormalisation;
 use doublet_engine::graph::Context;
 use doublet_engine::stage::{self, AircraftData};
 use doublet_engine::{builtin, report};
@@ -63,7 +62,7 @@ fn print_listing(path: &Path, arguments: &DatcomArguments) -> Result<(), String>
 
 fn aircraft_data(name: &str) -> Result<AircraftData, String> {
     let loaded = stage::load_aircraft(&Context::new(Path::new(".")), &new::aircraft_reference(name)?)?;
-    stage::aircraft_data(Arc::clone(loaded.shared()), None).map_err(|error| format!("{name}: {error}"))
+    Ok(stage::aircraft_data(Arc::clone(loaded.shared()), None))
 }
 
 /// Derivatives of the listing with the aircraft's normalisation of rates: body axes, with lift and drag beside.
@@ -72,27 +71,18 @@ fn predicted(
     alpha_rad: f64,
     aircraft: Option<&AircraftData>,
 ) -> Result<Vec<PredictedDerivative>, String> {
-    let (pitch, lateral) = aircraft
-        .map_or((RateNormalisation::LengthOverV, RateNormalisation::LengthOver2V), |aircraft| {
-            (aircraft.reference.pitch_rate, aircraft.reference.lateral_rates)
-        });
-    let pitch_rate = match pitch {
-        RateNormalisation::LengthOverV => PitchRateForm::OverV,
-        RateNormalisation::LengthOver2V => PitchRateForm::OverTwoV,
-        RateNormalisation::Dimensional => return Err("its rates have no dimensionless form".to_owned()),
-    };
+    let own = aircraft.map(|aircraft| aircraft.loaded.aircraft.reference);
+    let options = own.map_or_else(PredictionOptions::default, |own| PredictionOptions {
+        pitch_rate_chords: own.pitch_rate_length_m / own.chord_m,
+        lateral_rate_spans: own.lateral_rate_length_m / own.lateral_moment_length_m,
+        ..PredictionOptions::default()
+    });
     let of = |axes| {
-        let options = PredictionOptions { axes, pitch_rate, ..PredictionOptions::default() };
-        listing.derivatives(alpha_rad, &options).map_err(|error| error.to_string())
+        listing.derivatives(alpha_rad, &PredictionOptions { axes, ..options }).map_err(|error| error.to_string())
     };
     let mut found = of(DatcomAxes::Body)?;
     let lift_and_drag = |derivative: &PredictedDerivative| matches!(derivative.name.get(..2), Some("CL" | "CD"));
     found.extend(of(DatcomAxes::Stability)?.into_iter().filter(lift_and_drag));
-    if lateral == RateNormalisation::LengthOverV {
-        // Listed against p b/(2 V): a derivative against a variable twice as large is half as large.
-        let rates = |derivative: &&mut PredictedDerivative| matches!(derivative.name.get(2..), Some("_p" | "_r"));
-        found.iter_mut().filter(rates).for_each(|derivative| derivative.value *= 0.5);
-    }
     Ok(found)
 }
 
@@ -124,7 +114,7 @@ fn print_head(listing: &DatcomListing, aircraft: Option<&AircraftData>) {
             text::line(&format!("warning: the listing's {name} is {listed}, the aircraft's {own}: not converted"));
         }
     }
-    let cg_x_m = aircraft.inertia.cg_datum_m[0];
+    let cg_x_m = aircraft.mass.cg_from_datum_m[0];
     if (c.reference_x_m - cg_x_m).abs() > SAME_REFERENCE * reference.chord_m {
         text::line(&format!(
             "warning: the listing's moments are about x = {} m, the centre of gravity is at {} m: not moved",

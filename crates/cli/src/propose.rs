@@ -6,7 +6,7 @@ use clap::{Args, Subcommand};
 use doublet_core::align::{OnsetSettings, onset_alignment};
 use doublet_core::prep::{Differentiation, differentiate};
 use doublet_core::quantity::Role;
-use doublet_core::series::{Series, Window};
+use doublet_core::series::{Series, TimeRange};
 use doublet_engine::graph::{Context, Keyed};
 use doublet_engine::keep::Lock;
 use doublet_engine::session::{self, Edit, NoiseChannel, NoiseEdit, Opened, Session, Surface, WindowEdit};
@@ -123,7 +123,7 @@ fn onsets(flight: &str, loaded: &LoadedFlight, proposals: &FlightProposals) {
     for proposal in &proposals.windows {
         let moved = |(surface, ..): &&(Surface, &Series, _)| Some(*surface) == proposal.manoeuvre.surface;
         let Some((_, control, response)) = answers.iter().flatten().find(moved) else { continue };
-        let window = Window { start_s: proposal.onset_s - AROUND_S[0], end_s: proposal.onset_s + AROUND_S[1] };
+        let window = TimeRange { start_s: proposal.onset_s - AROUND_S[0], end_s: proposal.onset_s + AROUND_S[1] };
         let found = response.as_ref().map_err(Clone::clone).and_then(|response| {
             let companions: Vec<&Series> =
                 motion.into_iter().filter_map(series).filter(|other| other.time_s == response.time_s).collect();
@@ -219,7 +219,7 @@ fn noise_table(session: &Session, noise: &FlightNoise) -> Edit {
         "from",
     ];
     text::table(&header, &rows.collect::<Vec<_>>());
-    Edit::Noise(NoiseEdit::Take(stage::open_entries(session, noise)))
+    Edit::Noise(NoiseEdit::Set { entries: stage::open_entries(session, noise), reason: String::new() })
 }
 
 fn origin(session: &Session, channel: NoiseChannel) -> Option<String> {

@@ -10,7 +10,7 @@ use doublet_core::reconstruct::Input;
 use doublet_engine::builtin;
 use doublet_engine::graph::Cache;
 use doublet_engine::run::{Control, Scope, Snapshot, run};
-use doublet_engine::session::{Edit, FilterEdit, parse};
+use doublet_engine::session::{Edit, NoiseChannel, parse};
 
 /// Changes timed.
 const CHANGES: usize = 15;
@@ -22,7 +22,7 @@ fn main() {
     let mut times = Vec::new();
     for change in 0..=CHANGES {
         let noise = 4e-4 * (1.0 + 0.01 * change as f64);
-        let Ok(edited) = Edit::Filter(FilterEdit::ProcessNoise(Input::RollRate, noise)).apply(&session) else { return };
+        let Ok(edited) = Edit::noise(NoiseChannel::Input(Input::RollRate), noise).apply(&session) else { return };
         session = edited;
         let scope = Scope {
             session: &session,

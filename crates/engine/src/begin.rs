@@ -8,7 +8,7 @@ use doublet_core::load::{self, ChannelMap, ManualChannelMap, ManualTime, Plan, P
 use doublet_core::model::Structure;
 use doublet_core::quantity::{Dimension, Role, Unit};
 use doublet_core::reconstruct::{FilterSettings, Input, Measurement};
-use doublet_core::series::{Channel, Recording, Window};
+use doublet_core::series::{Channel, Recording, TimeRange};
 
 use crate::builtin;
 use crate::run::Control;
@@ -300,23 +300,23 @@ pub fn whole_window(flight: &str, probes: &[Probe]) -> Option<Manoeuvre> {
         clocks.filter(|clock| clock.samples > 1).fold((f64::INFINITY, f64::NEG_INFINITY), |(start, end), clock| {
             (start.min(clock.start_s), end.max(clock.end_s))
         });
-    let window = Window { start_s, end_s };
+    let window = TimeRange { start_s, end_s };
     (start_s < end_s).then(|| Manoeuvre::new(flight.to_owned(), flight.to_owned(), window))
 }
 
 /// The longest span over which everything that plays a role is recorded; that of the roll rate where other roles leave less than half
 /// of it.
-fn recorded_span(recording: &Recording) -> Option<Window> {
+fn recorded_span(recording: &Recording) -> Option<TimeRange> {
     let span = |channel: &Channel| {
         let time_s = &channel.series.time_s;
         let known = |k: &usize| channel.series.values[*k].is_finite();
         let (first, last) = ((0..time_s.len()).find(known)?, (0..time_s.len()).rev().find(known)?);
-        Some(Window { start_s: time_s[first], end_s: time_s[last] })
+        Some(TimeRange { start_s: time_s[first], end_s: time_s[last] })
     };
     let base = recording.role(Role::RollRate).and_then(span)?;
     let all = recording.roles.keys().filter_map(|&role| recording.role(role)).filter_map(span);
-    let shared = all.fold(base, |a, b| Window { start_s: a.start_s.max(b.start_s), end_s: a.end_s.min(b.end_s) });
-    let length = |window: Window| window.end_s - window.start_s;
+    let shared = all.fold(base, |a, b| TimeRange { start_s: a.start_s.max(b.start_s), end_s: a.end_s.min(b.end_s) });
+    let length = |window: TimeRange| window.end_s - window.start_s;
     Some(if length(shared) > 0.5 * length(base) { shared } else { base })
 }
 

@@ -11,7 +11,7 @@ use doublet_core::load::aircraft;
 use include_dir::{Dir, DirEntry, include_dir};
 use sha2::{Digest, Sha256};
 
-use crate::keep::PrivateFolder;
+use crate::keep::{PrivateFolder, hex};
 
 static ASSETS: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/../../assets");
 static SESSIONS: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/../../sessions");
@@ -76,7 +76,7 @@ fn write_entry(name: &str) -> Result<PathBuf, String> {
         hasher.update(path.to_string_lossy().as_bytes());
         hasher.update(contents);
     }
-    let hash: String = hasher.finalize()[..8].iter().map(|byte| format!("{byte:02x}")).collect();
+    let hash = hex(&hasher.finalize()[..8]);
     let put = |root: &Path| {
         files.iter().try_for_each(|(path, contents)| {
             let place = root.join(path);

@@ -90,7 +90,7 @@ fn settings_of_the_session_transform_the_coefficients_of_every_sample() {
     let about = bench.with(|preparation| preparation.moment_reference = MomentReference::Datum(point));
     let cg = bench.with(|preparation| preparation.moment_reference = MomentReference::CentreOfGravity);
     for k in 0..samples {
-        let at = body.data.inertia.at(k).cg_datum_m;
+        let at = body.data.mass.at(k).cg_from_datum_m;
         let d = [at[0] - point[0], point[1] - at[1], at[2] - point[2]];
         let [x, y, z] = [Coefficient::CX, Coefficient::CY, Coefficient::CZ].map(|c| column(&cg, c, k));
         let (span, chord) = (reference.span_m, reference.chord_m);

@@ -3,9 +3,9 @@
 #![allow(clippy::panic, clippy::unwrap_used, reason = "helpers of tests are not marked as tests")]
 
 use doublet_core::reconstruct::{Input, Measurement, State};
-use doublet_core::series::Window;
+use doublet_core::series::TimeRange;
 use doublet_engine::compare::{Estimates, differences, read_estimates, settings};
-use doublet_engine::session::{self, Edit, FilterEdit, Session, WindowEdit};
+use doublet_engine::session::{self, Edit, FilterEdit, NoiseChannel, Session, WindowEdit};
 
 /// Rounding of a difference of doubles.
 const ROUNDING: f64 = 1e-12;
@@ -20,10 +20,10 @@ fn demo() -> Session {
 fn settings_that_differ_are_named_with_their_units() {
     let first = demo();
     let name = first.windows[2].name.clone();
-    let window = Window { start_s: 1.5, end_s: 2.5 };
+    let window = TimeRange { start_s: 1.5, end_s: 2.5 };
     let edits = [
-        Edit::Filter(FilterEdit::ProcessNoise(Input::RollRate, 0.25)),
-        Edit::Filter(FilterEdit::MeasurementNoise(Measurement::Airspeed, 0.5)),
+        Edit::noise(NoiseChannel::Input(Input::RollRate), 0.25),
+        Edit::noise(NoiseChannel::Measurement(Measurement::Airspeed), 0.5),
         Edit::Filter(FilterEdit::RandomWalk(State::BiasQ, 0.125)),
         Edit::Window(WindowEdit::Place { name: name.clone(), window }),
         Edit::Window(WindowEdit::Remove(first.windows[0].name.clone())),

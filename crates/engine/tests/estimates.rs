@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use doublet_core::estimate::{Constraint, Origin};
 use doublet_core::model::{AeroData, Coefficient, Structure, Term, regressors};
-use doublet_core::series::Window;
+use doublet_core::series::TimeRange;
 use doublet_engine::session::{
     Estimation, Manoeuvre, PooledConstants, PredictionParameters, Surface, TermConstraint, WindowRole,
 };
@@ -54,7 +54,7 @@ fn windows() -> Vec<(Manoeuvre, Arc<WindowAero>)> {
         let manoeuvre = Manoeuvre {
             name: format!("w{index}"),
             flight: "f".to_owned(),
-            window: Window { start_s: 0.0, end_s: 8.0 },
+            window: TimeRange { start_s: 0.0, end_s: 8.0 },
             role: WindowRole::Identification,
             surface: None,
             kind: String::new(),

@@ -10,10 +10,8 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::Command;
 
-use doublet_core::airframe::InertiaTensor;
-use doublet_core::model::{
-    Axes, Coefficient, Derivatives, Gyroscopic, RateNormalisation, ReferenceGeometry, Term, ThrustTreatment, Variable,
-};
+use doublet_core::airframe::{InertiaTensor, MassProperties, ReferenceGeometry};
+use doublet_core::model::{Axes, Coefficient, Derivatives, Gyroscopic, Term, ThrustTreatment, Variable};
 use doublet_engine::export::{DaveMl, ExportError, Format, IdentifiedCoefficient, IdentifiedModel, Parameter, write};
 use doublet_engine::graph::Cache;
 use doublet_engine::keep::PutError;
@@ -64,19 +62,19 @@ fn model(coefficients: Vec<IdentifiedCoefficient>) -> IdentifiedModel {
         (Variable::Altitude, (900.0, 2100.0)),
         (Variable::Mach, (0.11, 0.21)),
     ];
-    let mut reference = ReferenceGeometry::new(18.6, 11.63, 1.55);
-    reference.lateral_rates = RateNormalisation::LengthOver2V;
     IdentifiedModel {
         name: "test_aircraft".into(),
         aircraft: "Test aircraft".into(),
         title: "Everything a term can hold".into(),
-        reference,
+        reference: ReferenceGeometry::conventional(18.6, 11.63, 1.55),
         moment_reference_datum_m: [3.1, 0.02, 1.4],
         about_centre_of_gravity: false,
         datum: "the nose".into(),
-        mass_kg: 1850.0,
-        cg_datum_m: [3.33, -0.01, 1.25],
-        inertia: InertiaTensor { xx: 5400.0, yy: 5300.0, zz: 9600.0, xz: 296.16, xy: 240.0, yz: -170.0 },
+        mass: MassProperties {
+            mass_kg: 1850.0,
+            cg_from_datum_m: [3.33, -0.01, 1.25],
+            inertia: InertiaTensor { xx: 5400.0, yy: 5300.0, zz: 9600.0, xz: 296.16, xy: 240.0, yz: -170.0 },
+        },
         thrust: ThrustTreatment::Removed,
         gyroscopic: Gyroscopic::Signed,
         control_lags: ControlLags::default(),
@@ -109,9 +107,8 @@ fn body_axes() -> IdentifiedModel {
 fn lift_and_drag() -> IdentifiedModel {
     let mut model = body_axes();
     model.name = "lift_and_drag".into();
-    model.reference.pitch_rate = RateNormalisation::LengthOver2V;
-    model.reference.lateral_rates = RateNormalisation::LengthOverV;
-    model.reference.alpha_dot = RateNormalisation::LengthOver2V;
+    model.reference.pitch_rate_length_m = model.reference.chord_m / 2.0;
+    model.reference.lateral_rate_length_m = model.reference.span_m / 1.25;
     model.coefficients.retain(|c| !matches!(c.coefficient, Coefficient::CX | Coefficient::CZ));
     model.coefficients.push(coefficient(Coefficient::CD, &[("1", 0.03), ("alpha^2", 1.9)]));
     model
@@ -353,11 +350,11 @@ fn difference(
         (Variable::Alpha, alpha),
         (Variable::Beta, beta),
         (Variable::Airspeed, speed),
-        (Variable::RollRate, p * reference.lateral_rates.factor(b, speed)),
-        (Variable::PitchRate, q * reference.pitch_rate.factor(c, speed)),
-        (Variable::YawRate, r * reference.lateral_rates.factor(b, speed)),
-        (Variable::AlphaDot, alpha_dot * reference.alpha_dot.factor(c, speed)),
-        (Variable::BetaDot, beta_dot * reference.beta_dot.factor(b, speed)),
+        (Variable::RollRate, p * (reference.lateral_rate_length_m / speed)),
+        (Variable::PitchRate, q * (reference.pitch_rate_length_m / speed)),
+        (Variable::YawRate, r * (reference.lateral_rate_length_m / speed)),
+        (Variable::AlphaDot, alpha_dot * (reference.pitch_rate_length_m / speed)),
+        (Variable::BetaDot, beta_dot * (reference.lateral_rate_length_m / speed)),
         (Variable::Aileron, controls[0]),
         (Variable::Elevator, controls[1]),
         (Variable::Rudder, controls[2]),
@@ -369,7 +366,7 @@ fn difference(
     // Thesis Eq. 3.24 and the transfer M_cg = M_ref + d x F, in coefficients: d in body axes from the centre of gravity.
     let [cx, cy, cz, cl, cm, cn] = derivatives.body_coefficients(&values);
     let force = Vector3::new(cx, cy, cz);
-    let (point, cg) = (model.moment_reference_datum_m, model.cg_datum_m);
+    let (point, cg) = (model.moment_reference_datum_m, model.mass.cg_from_datum_m);
     let arm = Vector3::new(cg[0] - point[0], point[1] - cg[1], cg[2] - point[2]);
     let moment = Vector3::new(cl * b, cm * c, cn * b) + arm.cross(&force);
     let force_scale = qbar_psf * reference.area_m2 / (FT * FT);
@@ -377,14 +374,14 @@ fn difference(
     let found_moment = Vector3::new(read[14], read[15], read[16]) / (force_scale / FT);
     let moment_error = (found_moment - moment).component_div(&Vector3::new(b, c, b));
     // Mass and moments of inertia arrive: 1 slug ft² is 1.35582 kg m².
-    let InertiaTensor { xx, yy, zz, .. } = model.inertia;
+    let InertiaTensor { xx, yy, zz, .. } = model.mass.inertia;
     for (found, stated) in read[17..20].iter().zip([xx, yy, zz]) {
         assert!((found * SLUG_FT2 - stated).abs() < 1e-6 * xx, "inertia {found}, stated {stated}");
     }
-    assert!((read[20] * 0.453_592_37 - model.mass_kg).abs() < 1e-6 * model.mass_kg);
+    assert!((read[20] * 0.453_592_37 - model.mass.mass_kg).abs() < 1e-6 * model.mass.mass_kg);
     // The products arrive with their signs: the aircraft turns as Euler's equation has it.
     let [rates, acceleration] = [21, 24].map(|first| Vector3::new(read[first], read[first + 1], read[first + 2]));
-    let tensor = model.inertia.matrix() / SLUG_FT2;
+    let tensor = model.mass.inertia.matrix() / SLUG_FT2;
     let moment = Vector3::new(read[14], read[15], read[16]);
     let turning = tensor.try_inverse().unwrap() * (moment - rates.cross(&(tensor * rates)));
     let error = (turning - acceleration).amax();

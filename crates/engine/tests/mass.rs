@@ -47,9 +47,12 @@ fn mass_properties_are_those_flown_at_the_start_in_each_window_and_at_the_end() 
     let flown = results.flights[0].mass_properties.as_ref().unwrap();
     let check = |what: &str, time_s: f64, mass: &MassRow| {
         let (true_mass, true_ixx) = (truth(&snapshot, "mass", time_s), truth(&snapshot, "Ixx", time_s));
-        println!("{what}: {:.1} kg for {true_mass:.1}, Ixx {:.0} for {true_ixx:.0}", mass.mass_kg, mass.ixx_kg_m2);
-        assert!((mass.mass_kg - true_mass).abs() < MASS_KG, "{what}");
-        assert!((mass.ixx_kg_m2 - true_ixx).abs() < IXX_KG_M2, "{what}");
+        println!(
+            "{what}: {:.1} kg for {true_mass:.1}, Ixx {:.0} for {true_ixx:.0}",
+            mass.properties.mass_kg, mass.properties.inertia.xx
+        );
+        assert!((mass.properties.mass_kg - true_mass).abs() < MASS_KG, "{what}");
+        assert!((mass.properties.inertia.xx - true_ixx).abs() < IXX_KG_M2, "{what}");
     };
     check("start", flown.start_s, &flown.start);
     check("end", flown.end_s, &flown.end);
@@ -62,13 +65,21 @@ fn mass_properties_are_those_flown_at_the_start_in_each_window_and_at_the_end() 
         // What the coefficients were formed with.
         let aero = snapshot.windows[&window.name].aero.ready().unwrap();
         let middle = aero.data.time_s.partition_point(|&t| t < 0.5 * (window.start_s + window.end_s));
-        let used = aero.data.inertia.at(middle);
-        assert!((used.mass_kg - mass.mass_kg).abs() < SAMPLE_KG, "{} {}", used.mass_kg, mass.mass_kg);
-        assert!((used.tensor.xx - mass.ixx_kg_m2).abs() < 0.1 && (used.tensor.xy - mass.ixy_kg_m2).abs() < 0.1);
+        let used = aero.data.mass.at(middle);
+        assert!(
+            (used.mass_kg - mass.properties.mass_kg).abs() < SAMPLE_KG,
+            "{} {}",
+            used.mass_kg,
+            mass.properties.mass_kg
+        );
+        assert!(
+            (used.inertia.xx - mass.properties.inertia.xx).abs() < 0.1
+                && (used.inertia.xy - mass.properties.inertia.xy).abs() < 0.1
+        );
     }
-    assert!(flown.start.mass_kg > flown.end.mass_kg + 40.0, "fuel is burnt");
-    assert_eq!(results.mass_kg, flown.start.mass_kg);
-    assert_eq!(results.mass_properties.unwrap().mass_kg, flown.start.mass_kg);
+    assert!(flown.start.properties.mass_kg > flown.end.properties.mass_kg + 40.0, "fuel is burnt");
+    assert_eq!(results.mass_kg, flown.start.properties.mass_kg);
+    assert_eq!(results.mass_properties.unwrap().properties, flown.start.properties);
 }
 
 #[test]
@@ -103,7 +114,7 @@ fn touched_tank_shifts_its_own_record_and_no_others() {
     assert!(touched.flown["FT1"].ready().unwrap().fuel.words().contains("shifted to what the session states"));
     // The coefficients see it.
     let used =
-        |snapshot: &Snapshot| snapshot.windows["03 elevator doublet"].aero.ready().unwrap().data.inertia.at(0).mass_kg;
+        |snapshot: &Snapshot| snapshot.windows["03 elevator doublet"].aero.ready().unwrap().data.mass.at(0).mass_kg;
     assert!((used(&before) - used(&touched) - LESS_KG).abs() < 1e-9);
     // And so does the verdict: of every window, with the tank and what was changed.
     let loading = |snapshot: &Snapshot| -> Vec<Finding> {

@@ -5,14 +5,14 @@ use doublet_core::load::{ChannelName, ManualChannel};
 use doublet_core::model::{Coefficient, Structure, Term, Variable};
 use doublet_core::quantity::{Role, Unit};
 use doublet_core::reconstruct::{AirState, FilterSettings, Input, Measurement, Method};
-use doublet_core::series::Window;
+use doublet_core::series::TimeRange;
 use doublet_engine::begin;
 use doublet_engine::graph::Context;
 use doublet_engine::run::Control;
 use doublet_engine::session::{
     self, ClockPairSetting, ClockSetting, Edit, EditError, Estimation, ExpressionEdit, ExpressionSetting, FilterEdit,
-    Flight, GravitySource, HeldSampleUse, InstrumentSetting, LevelFlight, Manoeuvre, MapRef, ModelEdit, Preparation,
-    RecordingRef, Session, SignalPreset, SignalSetting, SteadyWindow, Surface, WindowEdit, WindowRole,
+    Flight, GravitySource, HeldSampleUse, InstrumentSetting, LevelFlight, Manoeuvre, MapRef, ModelEdit, NoiseChannel,
+    Preparation, RecordingRef, Session, SignalPreset, SignalSetting, SteadyWindow, Surface, WindowEdit, WindowRole,
 };
 use doublet_engine::stage;
 use doublet_engine::undo::History;
@@ -27,7 +27,7 @@ fn example() -> Session {
     let window = |name: &str, start_s: f64| Manoeuvre {
         name: name.to_owned(),
         flight: "one".to_owned(),
-        window: Window { start_s, end_s: start_s + 20.0 },
+        window: TimeRange { start_s, end_s: start_s + 20.0 },
         role: WindowRole::Identification,
         surface: Some(Surface::Elevator),
         kind: "doublet".to_owned(),
@@ -88,7 +88,7 @@ fn example() -> Session {
         windows: vec![window("e1", 10.0), window("e2", 50.0)],
         steady: vec![SteadyWindow {
             flight: "one".to_owned(),
-            window: Window { start_s: 1.0, end_s: 11.0 },
+            window: TimeRange { start_s: 1.0, end_s: 11.0 },
             roles: vec![Role::PitchRate],
         }],
         noise_reasons: [("alpha".to_owned(), "the pod is slow".to_owned())].into(),
@@ -216,9 +216,9 @@ fn edits_refuse_what_cannot_be() {
     let session = example();
     let refuse = |edit: Edit| edit.apply(&session).unwrap_err();
     assert_eq!(refuse(Edit::Window(WindowEdit::Remove("x".into()))), EditError::NoWindow("x".into()));
-    let noise = Edit::Filter(FilterEdit::ProcessNoise(Input::RollRate, f64::NAN));
+    let noise = Edit::noise(NoiseChannel::Input(Input::RollRate), f64::NAN);
     assert!(matches!(refuse(noise), EditError::Value { .. }));
-    let empty = WindowEdit::Place { name: "e1".into(), window: Window { start_s: 5.0, end_s: 5.0 } };
+    let empty = WindowEdit::Place { name: "e1".into(), window: TimeRange { start_s: 5.0, end_s: 5.0 } };
     assert!(matches!(refuse(Edit::Window(empty)), EditError::EmptyWindow { .. }));
     let taken = WindowEdit::Rename { from: "e1".into(), to: "e2".into() };
     assert_eq!(refuse(Edit::Window(taken)), EditError::WindowExists("e2".into()));
@@ -228,7 +228,7 @@ fn edits_refuse_what_cannot_be() {
 fn a_drag_is_one_step_and_an_empty_one_is_none() {
     let mut history = History::new(example());
     let place =
-        |start_s| Edit::Window(WindowEdit::Place { name: "e1".into(), window: Window { start_s, end_s: 40.0 } });
+        |start_s| Edit::Window(WindowEdit::Place { name: "e1".into(), window: TimeRange { start_s, end_s: 40.0 } });
     history.begin("move window e1");
     (11..20).for_each(|start| history.apply(&place(f64::from(start))).unwrap());
     history.commit();
@@ -251,7 +251,7 @@ fn any_edit() -> impl Strategy<Value = Edit> {
     let term = prop::sample::select([terms.as_slice(), &[Term::constant()]].concat());
     prop_oneof![
         ".{0,8}".prop_map(Edit::Title),
-        (0..6_usize, -1.0..1.0_f64).prop_map(|(i, v)| Edit::Filter(FilterEdit::ProcessNoise(Input::ALL[i], v))),
+        (0..6_usize, -1.0..1.0_f64).prop_map(|(i, v)| Edit::noise(NoiseChannel::Input(Input::ALL[i]), v)),
         Just(Edit::Filter(FilterEdit::Method(Method::Ekf))),
         (0.1..3.0_f64).prop_map(|spread| Edit::Filter(FilterEdit::Method(Method::Ukf { spread }))),
         (0..4_usize, -0.1..1.0_f64).prop_map(|(i, v)| Edit::Filter(FilterEdit::AirDataDeviation(AirState::ALL[i], v))),
@@ -259,7 +259,7 @@ fn any_edit() -> impl Strategy<Value = Edit> {
             .prop_map(|(i, v)| Edit::Filter(FilterEdit::MeasurementDelay(Measurement::ALL[i], v))),
         (0..9_usize).prop_map(|passes| Edit::Filter(FilterEdit::SmootherPasses(passes))),
         (name.clone(), -10.0..50.0_f64).prop_map(|(name, start_s)| {
-            Edit::Window(WindowEdit::Place { name: name.into(), window: Window { start_s, end_s: 40.0 } })
+            Edit::Window(WindowEdit::Place { name: name.into(), window: TimeRange { start_s, end_s: 40.0 } })
         }),
         (name.clone(), name)
             .prop_map(|(from, to)| { Edit::Window(WindowEdit::Rename { from: from.into(), to: to.into() }) }),
@@ -417,7 +417,7 @@ fn map_made_by_hand_is_kept_in_the_session_and_reads_the_recording_again() {
     let map = MapRef::Own(inspected.guess.text().unwrap().into());
     let order = begin::Order { name: "mine".to_owned(), aircraft: Some("builtin:c337f".to_owned()), map };
     let made = begin::begin(&order, &inspected, &plan, &Control::default(), &quiet).unwrap();
-    assert_eq!((made.windows.len(), made.windows[0].window), (1, Window { start_s: 0.0, end_s: 0.2 }));
+    assert_eq!((made.windows.len(), made.windows[0].window), (1, TimeRange { start_s: 0.0, end_s: 0.2 }));
     let file = folder.path().join("s.toml");
     session::save(&made, &file).unwrap();
     let opened = session::open(&file).unwrap();
@@ -498,7 +498,7 @@ fn lock_of_a_window_is_saved_only_where_there_is_one_and_does_not_refuse_a_typed
     assert_eq!(history.undo_label(), Some("lock window e1"));
     let text = session::print(history.present()).unwrap();
     assert_eq!(text.matches("locked = true\n").count(), 1, "{text}");
-    let window = Window { start_s: 11.0, end_s: 29.0 };
+    let window = TimeRange { start_s: 11.0, end_s: 29.0 };
     history.apply(&Edit::Window(WindowEdit::Place { name: "e1".to_owned(), window })).unwrap();
     assert_eq!(history.present().windows[0].window, window);
     history.undo();

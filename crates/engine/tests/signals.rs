@@ -9,7 +9,7 @@ use std::sync::OnceLock;
 use doublet_core::prep::{Interpolation, Smoothing, resample, smooth};
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::{Input, Measurement};
-use doublet_core::series::{Series, Window};
+use doublet_core::series::{Series, TimeRange};
 use doublet_engine::graph::{Context, StageError};
 use doublet_engine::session::{
     self, Edit, EditError, ExpressionSetting, LevelFlight, NoiseChannel, NoiseEdit, NoiseEntry, Opened, SignalEdit,
@@ -75,12 +75,12 @@ fn the_thesis_preset_is_moving_average_polynomial_and_spline_to_100_hz() {
     let roll = &treated.recording.role(Role::RollRate).unwrap().series;
     let raw = &bus(SignalSetting::default(), 0.0).recording.role(Role::RollRate).unwrap().series.clone();
     // Independently, over a stretch away from its ends: the thesis's three steps one by one.
-    let range = Window { start_s: 1050.0, end_s: 1075.0 }.indices(&raw.time_s);
+    let range = TimeRange { start_s: 1050.0, end_s: 1075.0 }.indices(&raw.time_s);
     let (time, values) = (&raw.time_s[range.clone()], &raw.values[range]);
     let averaged = smooth(time, values, Smoothing::MovingAverage { width: 4 }).unwrap();
     let polynomial = Smoothing::LocalPolynomial { degree: 2, half_width: 5 };
     let smoothed = smooth(time, &averaged, polynomial).unwrap();
-    let inside = Window { start_s: 1055.0, end_s: 1070.0 }.indices(&roll.time_s);
+    let inside = TimeRange { start_s: 1055.0, end_s: 1070.0 }.indices(&roll.time_s);
     let at = &roll.time_s[inside.clone()];
     assert_eq!(at.len(), 1501);
     let expected = resample(time, &smoothed, at, Interpolation::QuadraticSpline).unwrap();
@@ -97,7 +97,7 @@ fn the_thesis_preset_is_moving_average_polynomial_and_spline_to_100_hz() {
     assert_eq!(row.samples[0], raw.values.len());
     // Straight lines for the rest, which share the stamps of the inertial samples.
     let bank = &treated.recording.role(Role::BankAngle).unwrap().series;
-    let inside = Window { start_s: 1055.0, end_s: 1070.0 }.indices(&bank.time_s);
+    let inside = TimeRange { start_s: 1055.0, end_s: 1070.0 }.indices(&bank.time_s);
     assert_eq!(bank.time_s[inside], *at);
 }
 
@@ -136,7 +136,7 @@ fn the_position_is_the_integral_of_the_velocity_and_begins_anew_after_a_gap() {
     let (velocity, position) = (of(&flight, Role::VelocityNorth), of(&flight, Role::PositionNorth));
     assert_eq!(velocity.time_s, position.time_s);
     // Between two instants: the area under straight lines, summed backwards and by rectangles about the middles.
-    let range = Window { start_s: 1050.0, end_s: 1075.0 }.indices(&velocity.time_s);
+    let range = TimeRange { start_s: 1050.0, end_s: 1075.0 }.indices(&velocity.time_s);
     let (time, value) = (&velocity.time_s[range.clone()], &velocity.values[range.clone()]);
     let area: f64 =
         (1..time.len()).rev().map(|k| (value[k - 1] + (value[k] - value[k - 1]) / 2.0) * (time[k] - time[k - 1])).sum();
@@ -145,7 +145,7 @@ fn the_position_is_the_integral_of_the_velocity_and_begins_anew_after_a_gap() {
     // And what the aircraft truly flew: a velocity of 0.02 m/s noise, 5 times a second over 25 s, is good for some centimetres.
     let truth = &flight.recording.truth["x"];
     let at = |time: f64| resample(&truth.time_s, &truth.values, &[time], Interpolation::Linear).unwrap()[0];
-    let window = Window { start_s: 1058.0, end_s: 1069.0 }.indices(&velocity.time_s);
+    let window = TimeRange { start_s: 1058.0, end_s: 1069.0 }.indices(&velocity.time_s);
     let (first, last) = (window.start, window.end - 1);
     let flown = at(velocity.time_s[last]) - at(velocity.time_s[first]);
     let found = position.values[last] - position.values[first];
@@ -370,7 +370,7 @@ fn noise_over_found_windows_is_that_of_the_instruments() {
 fn marked_windows_and_reasons_come_before_what_is_found() {
     let steady = SteadyWindow {
         flight: "FT1".into(),
-        window: Window { start_s: 928.0, end_s: 938.0 },
+        window: TimeRange { start_s: 928.0, end_s: 938.0 },
         roles: vec![Role::PitchRate],
     };
     let edit = NoiseEdit::Steady { flight: "FT1".into(), windows: vec![steady] };
@@ -384,13 +384,13 @@ fn marked_windows_and_reasons_come_before_what_is_found() {
     let pitch = NoiseChannel::Input(Input::PitchRate);
     let entry = NoiseEntry { channel: pitch, std: 4e-3 };
     let reason = "engine vibration".to_owned();
-    let set = Edit::Noise(NoiseEdit::Override { entry, reason }).apply(&session).unwrap();
+    let set = Edit::Noise(NoiseEdit::Set { entries: vec![entry], reason }).apply(&session).unwrap();
     assert_eq!((pitch.std(&set), set.noise_reasons["q"].as_str()), (4e-3, "engine vibration"));
     assert!(stage::open_entries(&set, &noise).is_empty());
     let back = session::parse(&session::print(&set).unwrap()).unwrap();
     assert_eq!(back, set);
     let open = stage::open_entries(&session, &noise);
-    let taken = Edit::Noise(NoiseEdit::Take(open)).apply(&set).unwrap();
+    let taken = Edit::Noise(NoiseEdit::Set { entries: open, reason: String::new() }).apply(&set).unwrap();
     assert_eq!(Some(pitch.std(&taken)), measured[0].proposed());
     assert!(taken.noise_reasons.is_empty());
     let alpha = Measurement::AngleOfAttack;
@@ -434,7 +434,7 @@ fn expressions_are_evaluated_sample_by_sample_on_the_stamps_of_the_first_channel
     let both = expression("both", "-", "\"expression/rate\" * 0 + airspeed", None);
     let (_, found) = made_of(&[speed, lifted, both]).unwrap();
     assert_eq!(found.time_s, rate.time_s);
-    let inside = Window { start_s: 1055.0, end_s: 1070.0 }.indices(&rate.time_s);
+    let inside = TimeRange { start_s: 1055.0, end_s: 1070.0 }.indices(&rate.time_s);
     let expected =
         resample(&airspeed.time_s, &airspeed.values, &rate.time_s[inside.clone()], Interpolation::Linear).unwrap();
     assert!(expected.len() > 700);
@@ -457,7 +457,7 @@ fn an_expression_has_no_values_in_the_gaps_of_what_it_names() {
     *airspeed = Series { time_s: time.into(), values: values.into() };
     let torn = stage::add_expressions(&plain, &[expression("torn", "-", "q * 0 + airspeed", None)]).unwrap();
     let found = torn.recording.channels.last().unwrap().series.clone();
-    let near = Window { start_s: 1055.0, end_s: 1070.0 }.indices(&found.time_s);
+    let near = TimeRange { start_s: 1055.0, end_s: 1070.0 }.indices(&found.time_s);
     let (mut inside, mut outside) = (0, 0);
     for (t, value) in found.time_s[near.clone()].iter().zip(&found.values[near]) {
         let gap = *t > before && *t < after;

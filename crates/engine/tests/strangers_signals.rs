@@ -8,7 +8,7 @@ use doublet_core::load::{ChannelMap, read_all};
 use doublet_core::model::Coefficient;
 use doublet_core::prep::held_samples;
 use doublet_core::quantity::Role;
-use doublet_core::series::{Recording, Window};
+use doublet_core::series::{Recording, TimeRange};
 use doublet_engine::graph::Cache;
 use doublet_engine::run::{Control, Scope, Snapshot, run};
 use doublet_engine::session;
@@ -55,7 +55,7 @@ fn no_manoeuvre_is_proposed_on_the_ground_of_a_flight_from_gate_to_gate() {
     let Some(recording) = phlab() else { return };
     let (loaded, proposals) = proposed(recording);
     let airspeed = &loaded.recording.role(Role::TrueAirspeed).unwrap().series;
-    let slowest = |window: Window| airspeed.statistics(window).unwrap().min;
+    let slowest = |window: TimeRange| airspeed.statistics(window).unwrap().min;
     let lowest = proposals.windows.iter().map(|one| slowest(one.manoeuvre.window)).fold(f64::INFINITY, f64::min);
     println!("PH-LAB: {} windows, the slowest sample {lowest:.1} m/s", proposals.windows.len());
     assert!(proposals.windows.len() > 20 && lowest > 40.0, "{lowest}");
@@ -102,7 +102,7 @@ fn noise_of_a_simulated_recording_is_what_was_put_in() {
     let Some(recording) = citation() else { return };
     // The aileron moves all the time: the steady windows are marked by hand, before it and after.
     let (loaded, proposals) = proposed(recording);
-    let window = Window { start_s: 0.0, end_s: 10.0 };
+    let window = TimeRange { start_s: 0.0, end_s: 10.0 };
     let steady = session::SteadyWindow { flight: "f".to_owned(), window, roles: Vec::new() };
     let noise = stage::noise(&[NoiseFlight { name: "f", loaded: &loaded, proposals: &proposals }], &[steady]).remove(0);
     let degree = std::f64::consts::PI / 180.0;

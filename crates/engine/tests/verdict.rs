@@ -6,12 +6,13 @@ use std::path::Path;
 use std::sync::Arc;
 
 use doublet_core::airframe::Stall;
+use doublet_core::airframe::{MassHistory, MassProperties};
 use doublet_core::estimate::NonlinearSearch;
-use doublet_core::model::{Coefficient, Inertia, InertiaHistory, Term, ThrustTreatment};
+use doublet_core::model::{Coefficient, Term, ThrustTreatment};
 use doublet_core::propulsion::{MapVariable, OffRange};
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::{Input, State};
-use doublet_core::series::{Channel, Recording, Series, Window};
+use doublet_core::series::{Channel, Recording, Series, TimeRange};
 use doublet_core::simulate::scenario;
 use doublet_core::validate::{BandResult, Histories, Signal, TestResult, Tolerance};
 use doublet_engine::graph::{Cache, Context};
@@ -162,18 +163,18 @@ fn reasons_about_the_flight_path_fire_beyond_their_limits_only() {
             aero.data.density_kg_m3.iter_mut().for_each(|rho| *rho *= part)
         });
     });
-    let with_inertia = |s: &Session, snapshot: &mut Snapshot, change: &dyn Fn(&mut Inertia)| {
+    let with_mass = |s: &Session, snapshot: &mut Snapshot, change: &dyn Fn(&mut MassProperties)| {
         changed(&mut elevator(s, snapshot).aero, |aero| {
-            if let InertiaHistory::PerSample(all) = &mut aero.data.inertia {
+            if let MassHistory::PerSample(all) = &mut aero.data.mass {
                 all.iter_mut().for_each(change);
             }
         });
     };
     sound.expect("loading", &[(0.0, NONE), (1.0, CAUTION)], |s, snapshot, aft_m| {
-        with_inertia(s, snapshot, &|inertia| inertia.cg_datum_m[0] += aft_m);
+        with_mass(s, snapshot, &|mass| mass.cg_from_datum_m[0] += aft_m);
     });
     sound.expect("loading", &[(1.0, NONE), (-1.0, BAD), (9.0, BAD)], |s, snapshot, times| {
-        with_inertia(s, snapshot, &|inertia| inertia.tensor.yy *= times);
+        with_mass(s, snapshot, &|mass| mass.inertia.yy *= times);
     });
     sound.expect("turn", &[(30.0_f64, NONE), (90.0, CAUTION)], |s, snapshot, degrees| {
         changed(&mut elevator(s, snapshot).path, |path| {
@@ -192,10 +193,7 @@ fn flight_too_slow_for_the_wing_and_weight_on_the_wheels_are_told() {
     let sound = Sound::new();
     // The test point is flown at 43.6 m/s calibrated.
     sound.expect("dynamic-pressure", &[(35.0, NONE), (41.5, CAUTION), (50.0, BAD)], |s, snapshot, stall_m_s| {
-        let mass_kg = match &elevator(s, snapshot).aero.ready().unwrap().data.inertia {
-            InertiaHistory::Constant(inertia) => inertia.mass_kg,
-            InertiaHistory::PerSample(all) => all[0].mass_kg,
-        };
+        let mass_kg = elevator(s, snapshot).aero.ready().unwrap().data.mass.at(0).mass_kg;
         let stall = Stall { calibrated_airspeed_m_s: stall_m_s, mass_kg };
         changed(&mut snapshot.aircraft, |loaded| loaded.aircraft.stall = Some(stall));
     });
@@ -536,7 +534,7 @@ fn window_across_a_turn_of_the_shipped_flight_says_so() {
     session.aircraft = None;
     let mut across = session.windows[0].clone();
     "across".clone_into(&mut across.name);
-    across.window = Window { start_s: 2400.0, end_s: 2520.0 };
+    across.window = TimeRange { start_s: 2400.0, end_s: 2520.0 };
     let straight = session.windows[0].clone();
     session.windows = vec![across, straight];
     let snapshot = computed(&session);

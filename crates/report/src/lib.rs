@@ -3,6 +3,7 @@
 //! A crate of its own, because the typesetter takes longer to build than everything else.
 
 mod html;
+#[cfg(feature = "pdf")]
 mod pdf;
 pub mod svg;
 
@@ -15,7 +16,17 @@ use doublet_engine::run::{Control, Snapshot};
 use doublet_engine::session::Session;
 
 pub use html::html;
+#[cfg(feature = "pdf")]
 pub use pdf::pdf;
+
+/// Says that this build has no typesetter.
+///
+/// # Errors
+/// Always.
+#[cfg(not(feature = "pdf"))]
+pub fn pdf(_: &Document, _: &Control, _: &dyn Fn(f32)) -> Result<Vec<u8>, String> {
+    Err("this build of doublet has no typesetter: build it with the feature pdf, or take html".to_owned())
+}
 
 /// A form of reports.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,6 +40,11 @@ pub enum ReportFormat {
 impl ReportFormat {
     /// All of them.
     pub const ALL: [Self; 2] = [Self::Html, Self::Pdf];
+
+    /// Whether this build of the program writes it.
+    pub fn is_in_this_build(self) -> bool {
+        self == Self::Html || cfg!(feature = "pdf")
+    }
 
     /// Name on the command line, and the ending of the file.
     pub fn name(self) -> &'static str {

@@ -1,5 +1,7 @@
 //! The aircraft as data: everything its file states.
 
+use serde::{Deserialize, Serialize};
+
 use super::envelope::Envelope;
 use super::geometry::{MeanChord, WingPanel};
 use super::inertia::{InertiaModel, OwnInertia};
@@ -60,7 +62,7 @@ pub struct Aircraft {
 }
 
 /// Reference geometry of the coefficients and of the rates without dimension.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ReferenceGeometry {
     /// Reference area S, m².
     pub area_m2: f64,
@@ -70,9 +72,9 @@ pub struct ReferenceGeometry {
     pub chord_m: f64,
     /// Length in `Cl` and `Cn`, m: the span unless the file says otherwise.
     pub lateral_moment_length_m: f64,
-    /// Length L in the roll and yaw rates `p L / V`, m: half the span, hence `p b / (2 V)`, unless the file says otherwise.
+    /// Length L in `p L / V`, `r L / V` and `beta_dot L / V`, m: half the span, hence `p b / (2 V)`, unless the file says otherwise.
     pub lateral_rate_length_m: f64,
-    /// Length L in the pitch rate `q L / V`, m: the chord unless the file says otherwise.
+    /// Length L in `q L / V` and `alpha_dot L / V`, m: the chord unless the file says otherwise.
     pub pitch_rate_length_m: f64,
 }
 
@@ -91,13 +93,21 @@ impl ReferenceGeometry {
 
     /// How roll, pitch and yaw rate are made dimensionless, in words: `p b/2V, q c/V, r b/2V` unless the file says otherwise.
     pub fn rate_normalisation(&self) -> String {
-        let form = |length_m: f64, reference_m: f64, symbol: char| {
-            // Printed lengths leave their rounding in the quotient.
-            let share = (1e3 * reference_m / length_m).round() / 1e3;
+        let form = |symbol: char, share: f64| {
             if share == 1.0 { format!("{symbol}/V") } else { format!("{symbol}/{share}V") }
         };
-        let lateral = form(self.lateral_rate_length_m, self.lateral_moment_length_m, 'b');
-        format!("p {lateral}, q {}, r {lateral}", form(self.pitch_rate_length_m, self.chord_m, 'c'))
+        let lateral = form('b', self.lateral_rate_divisor());
+        format!("p {lateral}, q {}, r {lateral}", form('c', self.pitch_rate_divisor()))
+    }
+
+    /// The n of `p b / (n V)`, b being the length in `Cl` and `Cn`; printed lengths leave their rounding in the quotient.
+    pub fn lateral_rate_divisor(&self) -> f64 {
+        (1e3 * self.lateral_moment_length_m / self.lateral_rate_length_m).round() / 1e3
+    }
+
+    /// The n of `q c / (n V)`; printed lengths leave their rounding in the quotient.
+    pub fn pitch_rate_divisor(&self) -> f64 {
+        (1e3 * self.chord_m / self.pitch_rate_length_m).round() / 1e3
     }
 
     /// Aspect ratio `b^2 / S`.
@@ -107,7 +117,8 @@ impl ReferenceGeometry {
 }
 
 /// A mass at a place.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct FixedItem {
     /// Name.
     pub name: String,

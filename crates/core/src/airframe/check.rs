@@ -334,7 +334,11 @@ impl Aircraft {
                 findings.0.push(AircraftError::Inertia { field: field.to_owned(), reason });
             }
             findings.0.extend(
-                properties.warnings.into_iter().filter(LoadingIssue::is_impossible).map(AircraftError::Loading),
+                loading
+                    .issues(self, &properties)
+                    .into_iter()
+                    .filter(LoadingIssue::is_impossible)
+                    .map(AircraftError::Loading),
             );
         }
     }

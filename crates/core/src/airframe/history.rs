@@ -5,19 +5,14 @@ use thiserror::Error;
 use super::MassProperties;
 use super::aircraft::Aircraft;
 use super::loading::Loading;
-use super::tensor::InertiaTensor;
 
-/// Mass properties over time. All columns have the length of `time_s`.
+/// Mass properties over the samples of a window.
 #[derive(Clone, Debug, PartialEq)]
-pub struct MassHistory {
-    /// Time, s, strictly increasing.
-    pub time_s: Vec<f64>,
-    /// Mass, kg.
-    pub mass_kg: Vec<f64>,
-    /// Centre of gravity in datum axes, m.
-    pub cg_from_datum_m: Vec<[f64; 3]>,
-    /// Inertia about the centre of gravity of that instant, body axes.
-    pub inertia: Vec<InertiaTensor>,
+pub enum MassHistory {
+    /// The same at every sample.
+    Constant(MassProperties),
+    /// One per sample.
+    PerSample(Vec<MassProperties>),
 }
 
 /// How a total fuel mass divides among the tanks.
@@ -78,13 +73,31 @@ pub enum HistoryError {
 const CAPACITY_SLACK_KG: f64 = 0.5;
 
 impl MassHistory {
-    /// One constant state over `time_s`.
-    pub fn constant(time_s: &[f64], properties: &MassProperties) -> Self {
-        Self {
-            time_s: time_s.to_vec(),
-            mass_kg: vec![properties.mass_kg; time_s.len()],
-            cg_from_datum_m: vec![properties.cg_from_datum_m; time_s.len()],
-            inertia: vec![properties.inertia; time_s.len()],
+    /// Mass properties at `sample`.
+    ///
+    /// # Panics
+    /// Where the history has a value for each sample and `sample` is beyond the last.
+    pub fn at(&self, sample: usize) -> &MassProperties {
+        match self {
+            Self::Constant(properties) => properties,
+            Self::PerSample(history) => &history[sample],
+        }
+    }
+
+    /// Mass properties at the first sample; `None` for a window without samples.
+    pub fn first(&self) -> Option<&MassProperties> {
+        match self {
+            Self::Constant(properties) => Some(properties),
+            Self::PerSample(history) => history.first(),
+        }
+    }
+
+    /// The history with `change` added at every sample.
+    #[must_use]
+    pub fn plus(self, change: &MassProperties) -> Self {
+        match self {
+            Self::Constant(properties) => Self::Constant(properties.plus(change)),
+            Self::PerSample(history) => Self::PerSample(history.iter().map(|each| each.plus(change)).collect()),
         }
     }
 
@@ -185,35 +198,11 @@ impl MassHistory {
         for tank in &aircraft.tanks {
             state.fuel_kg.entry(tank.name.clone()).or_insert(0.0);
         }
-        let mut history = Self {
-            time_s: time_s.to_vec(),
-            mass_kg: Vec::with_capacity(time_s.len()),
-            cg_from_datum_m: Vec::with_capacity(time_s.len()),
-            inertia: Vec::with_capacity(time_s.len()),
-        };
-        for sample in 0..time_s.len() {
+        let at = |sample| {
             edit(sample, &mut state);
-            let (mass_kg, cg_from_datum_m, inertia) = state.mass_state(aircraft);
-            history.mass_kg.push(mass_kg);
-            history.cg_from_datum_m.push(cg_from_datum_m);
-            history.inertia.push(inertia);
-        }
-        history
-    }
-
-    /// Mass (kg), centre of gravity (m, datum axes) and inertia at `time_s`, straight between samples and held beyond the
-    /// ends; `None` for an empty history.
-    pub fn at(&self, time_s: f64) -> Option<(f64, [f64; 3], InertiaTensor)> {
-        let sample = |index: usize| (self.mass_kg[index], self.cg_from_datum_m[index], self.inertia[index]);
-        let last = self.time_s.len().checked_sub(1)?;
-        let upper = self.time_s.partition_point(|&t| t < time_s);
-        if upper == 0 || upper > last {
-            return Some(sample(upper.min(last)));
-        }
-        let t = (time_s - self.time_s[upper - 1]) / (self.time_s[upper] - self.time_s[upper - 1]);
-        let ((m0, cg0, i0), (m1, cg1, i1)) = (sample(upper - 1), sample(upper));
-        let cg = std::array::from_fn(|axis| cg0[axis] + t * (cg1[axis] - cg0[axis]));
-        Some((m0 + t * (m1 - m0), cg, i0.scaled(1.0 - t) + i1.scaled(t)))
+            state.mass_properties(aircraft)
+        };
+        Self::PerSample((0..time_s.len()).map(at).collect())
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::MassProperties;
@@ -12,7 +13,8 @@ use super::inertia::OwnInertia;
 use super::tensor::InertiaTensor;
 
 /// What is on board. Masses in kg by the name of their place; what is not named is empty.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
 pub struct Loading {
     /// Fuel of each tank.
     pub fuel_kg: BTreeMap<String, f64>,
@@ -21,6 +23,7 @@ pub struct Loading {
     /// Load of each luggage bay.
     pub luggage_kg: BTreeMap<String, f64>,
     /// Anything else, as point masses.
+    #[serde(rename = "item", skip_serializing_if = "Vec::is_empty")]
     pub added_items: Vec<FixedItem>,
 }
 
@@ -139,20 +142,13 @@ impl Loading {
         }
     }
 
-    /// Mass, centre of gravity and inertia of `aircraft` with this on board, and what is wrong with it.
+    /// Mass, centre of gravity and inertia of `aircraft` with this on board; [`Self::issues`] tells what is wrong with it.
     ///
     /// `m = sum m_i`, `r_cg = sum m_i r_i / m` (thesis Eq. 5.3); each part's inertia about its own centroid moved to the
     /// centre of gravity (Eq. 5.8-5.9). The empty aircraft's component groups are moved to the centre of gravity of the mass
-    /// model, as the thesis does, also where their own centroid differs from the weighed one. Takes about a microsecond.
+    /// model, as the thesis does, also where their own centroid differs from the weighed one. Takes about a microsecond and does not
+    /// allocate.
     pub fn mass_properties(&self, aircraft: &Aircraft) -> MassProperties {
-        let (mass_kg, cg_from_datum_m, inertia) = self.mass_state(aircraft);
-        let mut warnings = self.place_issues(aircraft);
-        limit_issues(aircraft, mass_kg, cg_from_datum_m[0], &mut warnings);
-        MassProperties { mass_kg, cg_from_datum_m, inertia, warnings }
-    }
-
-    /// Mass (kg), centre of gravity (m, datum axes) and inertia about it, without allocating.
-    pub(super) fn mass_state(&self, aircraft: &Aircraft) -> (f64, [f64; 3], InertiaTensor) {
         let empty = &aircraft.empty;
         let mut mass_kg = empty.mass_kg;
         let mut moment = empty.cg_from_datum_m.map(|x| x * empty.mass_kg);
@@ -163,7 +159,14 @@ impl Loading {
             }
         });
         let cg_from_datum_m = moment.map(|sum| sum / mass_kg);
-        (mass_kg, cg_from_datum_m, self.inertia_about(aircraft, cg_from_datum_m))
+        MassProperties { mass_kg, cg_from_datum_m, inertia: self.inertia_about(aircraft, cg_from_datum_m) }
+    }
+
+    /// What is wrong with this on board of `aircraft`, whose mass properties it makes `loaded`; each bound to its field.
+    pub fn issues(&self, aircraft: &Aircraft, loaded: &MassProperties) -> Vec<LoadingIssue> {
+        let mut issues = self.place_issues(aircraft);
+        limit_issues(aircraft, loaded.mass_kg, loaded.cg_from_datum_m[0], &mut issues);
+        issues
     }
 
     /// Inertia of `aircraft` with this on board about any point (m, datum axes), body axes: that of the centre of gravity if it

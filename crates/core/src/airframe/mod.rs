@@ -7,7 +7,9 @@ pub mod frames;
 mod geometry;
 mod history;
 mod inertia;
+pub mod instruments;
 mod loading;
+mod mass;
 mod statistics;
 mod summary;
 mod tensor;
@@ -23,19 +25,7 @@ pub use geometry::{MeanChord, WingPanel, mean_aerodynamic_chord};
 pub use history::{FuelSplit, HistoryError, MassHistory};
 pub use inertia::{Axis, InertiaGroup, InertiaModel, OwnInertia};
 pub use loading::{Loading, LoadingIssue};
+pub use mass::MassProperties;
 pub use statistics::{ComponentFraction, GyrationRadii};
 pub use summary::{AircraftSummary, ComponentComparison, LoadedState, summary};
 pub use tensor::{InertiaError, InertiaTensor, PrincipalAxes};
-
-/// Mass, centre of gravity and inertia of an aircraft as loaded.
-#[derive(Clone, Debug, PartialEq)]
-pub struct MassProperties {
-    /// Mass, kg.
-    pub mass_kg: f64,
-    /// Centre of gravity in datum axes (x aft, y right, z up), m.
-    pub cg_from_datum_m: [f64; 3],
-    /// Inertia about the centre of gravity in body axes.
-    pub inertia: InertiaTensor,
-    /// What is wrong with the loading, each bound to its field.
-    pub warnings: Vec<LoadingIssue>,
-}

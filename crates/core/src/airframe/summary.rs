@@ -7,7 +7,7 @@ use super::aircraft::{Aircraft, ReferenceGeometry};
 use super::envelope::EnvelopeMargin;
 use super::geometry::MeanChord;
 use super::inertia::InertiaModel;
-use super::loading::Loading;
+use super::loading::{Loading, LoadingIssue};
 use super::statistics::ComponentFraction;
 use super::tensor::{InertiaTensor, PrincipalAxes};
 
@@ -46,8 +46,10 @@ pub struct ComponentComparison {
 pub struct LoadedState {
     /// Name of the loading.
     pub name: String,
-    /// Mass, centre of gravity, inertia, warnings.
+    /// Mass, centre of gravity, inertia.
     pub properties: MassProperties,
+    /// What is wrong with the loading, each bound to its field.
+    pub warnings: Vec<LoadingIssue>,
     /// Centre of gravity as a fraction of the mean aerodynamic chord.
     pub mean_chord_fraction: Option<f64>,
     /// Margins in the envelope.
@@ -69,6 +71,7 @@ impl LoadedState {
             envelope: aircraft.envelope.as_ref().and_then(|envelope| envelope.margin(mass_kg, x_m)),
             principal: properties.inertia.principal_axes(),
             class_one: aircraft.gyration_radii.map(|radii| radii.inertia(mass_kg, aircraft.reference.span_m)),
+            warnings: loading.issues(aircraft, &properties),
             properties,
         }
     }
@@ -175,7 +178,7 @@ impl fmt::Display for ComponentComparison {
 
 impl fmt::Display for LoadedState {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let MassProperties { mass_kg, cg_from_datum_m: [x, y, z], inertia, warnings } = &self.properties;
+        let MassProperties { mass_kg, cg_from_datum_m: [x, y, z], inertia } = &self.properties;
         writeln!(f, "{}", self.name)?;
         writeln!(f, "  mass              {mass_kg:.1} kg")?;
         write!(f, "  centre of gravity x {x:.3} m, y {y:.3} m, z {z:.3} m from the datum")?;
@@ -225,7 +228,7 @@ impl fmt::Display for LoadedState {
                 ratio(inertia.zz, estimate.zz)
             )?;
         }
-        for warning in warnings {
+        for warning in &self.warnings {
             writeln!(f, "  warning           {warning}")?;
         }
         Ok(())

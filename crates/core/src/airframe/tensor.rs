@@ -1,25 +1,32 @@
 //! Inertia tensor: parallel axis, plausibility, principal axes.
 
 use nalgebra::{Matrix3, SymmetricEigen, U3};
+use serde::Serialize;
 use thiserror::Error;
 
 /// Moments and products of inertia in body axes, kg m².
 ///
 /// Products carry their positive sign, `xz = integral of x z dm`, so the matrix holds `-xz` off its diagonal
 /// (thesis Eq. 5.7; `docs/conventions.md`).
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct InertiaTensor {
     /// Moment about x, kg m².
+    #[serde(rename = "ixx_kg_m2")]
     pub xx: f64,
     /// Moment about y, kg m².
+    #[serde(rename = "iyy_kg_m2")]
     pub yy: f64,
     /// Moment about z, kg m².
+    #[serde(rename = "izz_kg_m2")]
     pub zz: f64,
     /// Product of inertia, integral of x z dm, kg m².
+    #[serde(rename = "ixz_kg_m2")]
     pub xz: f64,
     /// Product of inertia, integral of x y dm, kg m²; zero for a symmetric aircraft.
+    #[serde(rename = "ixy_kg_m2")]
     pub xy: f64,
     /// Product of inertia, integral of y z dm, kg m²; zero for a symmetric aircraft.
+    #[serde(rename = "iyz_kg_m2")]
     pub yz: f64,
 }
 

@@ -5,6 +5,7 @@ use super::line::{LEAST_SD_S, Line, Point, agreeing, weighted_line};
 use super::peak::{Peak, peak, whole_correlation};
 use super::{AlignError, ClockModel};
 use crate::series::Series;
+use crate::statistics::median_step;
 
 /// One quantity that both recorders have: load factor, airspeed, bank or pitch (thesis section 4.4.3).
 #[derive(Clone, Copy, Debug)]
@@ -187,13 +188,8 @@ fn bands(pairs: &[ClockPair<'_>], settings: &ClockFitSettings) -> Result<Vec<Ban
     if pairs.is_empty() {
         return Err(AlignError::Setting { setting: "pairs of channels", value: 0.0, allowed: "at least 1" });
     }
-    let median_step = |series: &Series| {
-        let mut steps: Vec<f64> = series.time_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        let middle = steps.len() / 2;
-        if steps.is_empty() { 0.0 } else { *steps.select_nth_unstable_by(middle, f64::total_cmp).1 }
-    };
     let series = pairs.iter().flat_map(|pair| [pair.reference, pair.other]);
-    let slowest = series.map(median_step).fold(SMOOTHING_S, f64::max);
+    let slowest = series.map(|series| median_step(&series.time_s).unwrap_or(0.0)).fold(SMOOTHING_S, f64::max);
     let band = |smoothing_s: f64, times: f64| Band {
         step_s: times * settings.step_s,
         smoothing_s: times * smoothing_s,

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::AlignError;
 use super::derivative::usable;
-use crate::series::{Series, Window};
+use crate::series::{Series, TimeRange};
 
 /// Widest search, s: clocks further apart are aligned by shared channels first.
 const MOST_RANGE_S: f64 = 10.0;
@@ -55,7 +55,7 @@ pub fn onset_alignment(
     control: &Series,
     response: &Series,
     companions: &[&Series],
-    window: Window,
+    window: TimeRange,
     settings: &OnsetSettings,
 ) -> Result<OnsetAlignment, AlignError> {
     let range = settings.range_s;
@@ -74,12 +74,12 @@ pub fn onset_alignment(
         && control_time.last().is_some_and(|&end| end >= window.end_s + range);
     let found = if covered { inside.len() } else { 0 };
     if found < 2 * terms {
-        let Window { start_s, end_s } = window;
+        let TimeRange { start_s, end_s } = window;
         return Err(AlignError::OnsetSamples { found, needed: 2 * terms, start_s, end_s });
     }
     let time = &response_time[inside.clone()];
     let y = DVector::from_column_slice(&response_values[inside]);
-    let stamps = Window { start_s: time[0], end_s: time[time.len() - 1] }.indices(&response.time_s);
+    let stamps = TimeRange { start_s: time[0], end_s: time[time.len() - 1] }.indices(&response.time_s);
     let moved: Vec<&[f64]> = companions.iter().map(|other| &other.values[stamps.clone()]).collect();
     if moved.iter().any(|values| values.len() != time.len() || values.iter().any(|value| !value.is_finite())) {
         let reason = "a sample in the window is not finite".to_owned();

@@ -1,13 +1,13 @@
 //! The clock itself: slopes in time against what is a slope in time.
 
 use super::changes::Cure;
-use super::line::median;
 use super::motion::{Motion, Pace, pace};
 use super::outcome::{Outcome, Relation};
 use super::relations::ClockEffect;
 use super::rows::{Agreement, CompatibilityRow};
 use crate::quantity::Role;
 use crate::series::Recording;
+use crate::statistics::median;
 
 /// Slowest rate that is not asked about, Hz.
 const SLOWEST_HZ: f64 = 0.5;

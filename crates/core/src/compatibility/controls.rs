@@ -119,7 +119,7 @@ impl Response {
         let found: Vec<(f64, f64, bool)> =
             motion.segments.iter().filter_map(|segment| self.in_segment(motion, segment.clone())).collect();
         let median =
-            |of: fn(&(f64, f64, bool)) -> f64| super::line::median(&mut found.iter().map(of).collect::<Vec<_>>());
+            |of: fn(&(f64, f64, bool)) -> f64| crate::statistics::median(&mut found.iter().map(of).collect::<Vec<_>>());
         let gain = median(|one| one.0)?;
         let count = |holds: &dyn Fn(&(f64, f64, bool)) -> bool| found.iter().filter(|one| holds(one)).count() as f64;
         let all = found.len() as f64;

@@ -1,5 +1,7 @@
 //! A straight line between two noisy channels, robust against odd samples.
 
+use crate::statistics::median;
+
 /// Residuals beyond this many robust deviations count less (Huber).
 const HUBER: f64 = 1.5;
 /// Residuals beyond this many do not count at all.
@@ -103,15 +105,6 @@ pub(super) struct Figures {
     pub segments: usize,
     /// Whether the prediction itself varies enough.
     pub predicted: bool,
-}
-
-/// Median of values, which are reordered; `None` of none.
-pub(super) fn median(values: &mut [f64]) -> Option<f64> {
-    if values.is_empty() {
-        return None;
-    }
-    let middle = values.len() / 2;
-    Some(*values.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
 
 #[cfg(test)]

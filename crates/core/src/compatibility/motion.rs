@@ -4,10 +4,10 @@ use std::f64::consts::TAU;
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::line::median;
-use crate::prep::{between_samples, longest_interval_s, stretches};
+use crate::prep::{between_samples, stretches};
 use crate::quantity::{Dimension, Role};
-use crate::series::{Channel, Recording, Series};
+use crate::series::{Channel, Recording, Series, gap_threshold_s};
+use crate::statistics::{median_step, ranked};
 
 /// Longest segment, s.
 const LONGEST_SEGMENT_S: f64 = 40.0;
@@ -100,7 +100,7 @@ pub(super) fn reference(recording: &Recording) -> Option<&Channel> {
 }
 
 fn median_step_s(time_s: &[f64]) -> Option<f64> {
-    median(&mut time_s.windows(2).map(|pair| pair[1] - pair[0]).collect::<Vec<_>>()).filter(|step| *step > 0.0)
+    median_step(time_s).filter(|step| *step > 0.0)
 }
 
 /// Rate and span of a recording's clock; `None` without a channel of two samples.
@@ -211,7 +211,7 @@ fn segments(stamps: &[f64], step_s: f64, series: impl Fn(Role) -> Option<Series>
     let (longest, shortest) = (steps_of(LONGEST_SEGMENT_S).max(200), steps_of(SHORTEST_SEGMENT_S).max(50));
     let speed = [Role::TrueAirspeed, Role::CalibratedAirspeed].into_iter().find_map(&series);
     let mut found = Vec::new();
-    for stretch in stretches(stamps, longest_interval_s(stamps, None).max(4.0 * step_s)) {
+    for stretch in stretches(stamps, gap_threshold_s(stamps).max(4.0 * step_s)) {
         let (start_s, end_s) = (stamps[stretch.start], stamps[stretch.end - 1]);
         let steps = steps_of(end_s - start_s) + 1;
         let parts = steps.div_ceil(longest).max(1);
@@ -236,8 +236,9 @@ fn most_moving(columns: &[Option<Arc<[f64]>>], segments: &[Range<usize>]) -> Vec
                 return 0.0;
             }
             let (low, high) = (values.len() / 20, values.len() * 19 / 20);
-            let lowest = *values.select_nth_unstable_by(low, f64::total_cmp).1;
-            *values.select_nth_unstable_by(high, f64::total_cmp).1 - lowest
+            let mut at = |rank| ranked(&mut values, rank).unwrap_or(0.0);
+            let lowest = at(low);
+            at(high) - lowest
         };
         let mut ranked: Vec<(f64, usize)> =
             segments.iter().enumerate().map(|(index, segment)| (spread(segment), index)).collect();
@@ -251,11 +252,9 @@ fn most_moving(columns: &[Option<Arc<[f64]>>], segments: &[Range<usize>]) -> Vec
 /// Leaves out the segments in which the aircraft stands or rolls; all stay where that would leave none.
 fn flying_only(found: &mut Vec<(f64, usize)>, step_s: f64, speed: &Series) {
     let mut sizes: Vec<f64> = speed.values.iter().filter(|value| value.is_finite()).map(|value| value.abs()).collect();
-    if sizes.is_empty() {
-        return;
-    }
     let most = sizes.len() * 9 / 10;
-    let level = FLYING * *sizes.select_nth_unstable_by(most, f64::total_cmp).1;
+    let Some(usual) = ranked(&mut sizes, most) else { return };
+    let level = FLYING * usual;
     let flies = |(start_s, steps): &(f64, usize)| {
         let first = speed.time_s.partition_point(|t| t < start_s);
         let end = speed.time_s.partition_point(|t| *t <= start_s + step_s * *steps as f64);

@@ -1,10 +1,11 @@
 //! Flow angles that are off by a constant: an angle of attack against attitude and path, a sideslip without side force.
 
-use super::line::{Figures, Line, median};
+use super::line::{Figures, Line};
 use super::motion::Motion;
 use super::outcome::Outcome;
 use super::traces::{Trace, most_telling};
 use crate::quantity::Role::{self, *};
+use crate::statistics::median;
 
 /// Least offset that is named, rad: 5 deg. Upwash, position error and a mounting stay below.
 const LEAST_RAD: f64 = 0.0873;

@@ -484,7 +484,8 @@ impl Kinematic {
         if told.is_empty() {
             told = lines.iter().filter(|line| line.spread_y > TELLS * self.noise).collect();
         }
-        let of = |of: fn(&Line) -> f64| super::line::median(&mut told.iter().map(|line| of(line)).collect::<Vec<_>>());
+        let of =
+            |of: fn(&Line) -> f64| crate::statistics::median(&mut told.iter().map(|line| of(line)).collect::<Vec<_>>());
         Some(Figures {
             slope: of(|line| line.slope)?,
             r2: of(|line| line.r2)?,

@@ -167,7 +167,7 @@ pub(super) fn coloured_covariances_of(
     }
     let shortest = blocks.iter().map(|block| block.x.nrows()).min().unwrap_or(0);
     let all: usize = blocks.iter().map(|block| block.x.nrows()).sum();
-    let max_lag = settings.max_lag.unwrap_or((shortest / 2).min(all / 5));
+    let max_lag = settings.max_lag.unwrap_or_else(|| longest_lag(shortest, all));
     if max_lag >= shortest {
         return Err(EstimateError::Setting {
             setting: "max_lag".to_owned(),
@@ -400,19 +400,30 @@ impl Transforms {
         self.transform();
         let mut weights = Vec::with_capacity(half + 1);
         for (f, value) in self.buffer.iter().take(half + 1).enumerate() {
-            let left = 1.0 - value.im;
-            if left < LEAST_LEFT {
-                return Err(EstimateError::Setting {
-                    setting: "part of the noise that the fit leaves in the residual".to_owned(),
-                    value: left,
-                    allowed: "above a thousandth: fewer parameters or longer windows are needed",
-                });
-            }
+            let left = left_of_noise(value.im)?;
             let both_sides = if f == 0 || 2 * f == length { 1.0 } else { 2.0 };
             weights.push(value.re / left * both_sides / length as f64);
         }
         Ok(weights)
     }
+}
+
+/// Longest lag of the correlations unless one is stated: half the shortest window, a fifth of all samples at most.
+pub(super) fn longest_lag(shortest: usize, all: usize) -> usize {
+    (shortest / 2).min(all / 5)
+}
+
+/// Part of the noise at one frequency that the fit left in the residual, of the part it took.
+pub(super) fn left_of_noise(taken: f64) -> Result<f64, EstimateError> {
+    let left = 1.0 - taken;
+    if left < LEAST_LEFT {
+        return Err(EstimateError::Setting {
+            setting: "part of the noise that the fit leaves in the residual".to_owned(),
+            value: left,
+            allowed: "above a thousandth: fewer parameters or longer windows are needed",
+        });
+    }
+    Ok(left)
 }
 
 /// Power spectra of two records at a time, summed over the windows of each transform length.

@@ -5,7 +5,9 @@ use std::ops::Range;
 use nalgebra::{Complex, DMatrix};
 
 use super::EstimateError;
-use super::covariance::{Block, Spectra, Taper, Transforms, Unit, sandwich, transform_length};
+use super::covariance::{
+    Block, Spectra, Taper, Transforms, Unit, left_of_noise, longest_lag, sandwich, transform_length,
+};
 
 /// One output as the covariance sees it: residuals and sensitivities of all samples in deviations of the noise, samples by
 /// parameters.
@@ -13,9 +15,6 @@ pub(super) struct Output {
     pub(super) residuals: Vec<f64>,
     pub(super) sensitivities: DMatrix<f64>,
 }
-
-/// Part of the noise at some frequency below which the residual says nothing of it.
-const LEAST_LEFT: f64 = 1e-3;
 
 /// Covariance `D M D` with `D` the inverse information and `M = sum_{a,b} sum_{i,j} S_a(i)' R_ab(j - i) S_b(j)` over outputs
 /// `a, b` and samples `i, j` (Morelli and Klein, J. Guidance 20(1), 1997, with the cross-correlation of the outputs' residuals
@@ -37,7 +36,7 @@ pub(super) fn covariance_of_outputs(
     if shortest == 0 {
         return Err(EstimateError::NoParameters);
     }
-    let max_lag = (shortest / 2).min(all / 5);
+    let max_lag = longest_lag(shortest, all);
     let columns: Vec<usize> = (0..covariance.nrows()).collect();
     let mut transforms = Transforms::default();
     let parts: Vec<Vec<DMatrix<f64>>> = outputs
@@ -167,19 +166,6 @@ impl Transforms {
     fn left(&mut self, length: usize, leverage: &[f64]) -> Result<Vec<f64>, EstimateError> {
         let both_sides: Vec<f64> = leverage.iter().skip(1).rev().chain(leverage).copied().collect();
         let taken = self.cross_spectrum(length, &both_sides);
-        taken
-            .into_iter()
-            .map(|taken| {
-                let left = 1.0 - taken.re;
-                if left < LEAST_LEFT {
-                    return Err(EstimateError::Setting {
-                        setting: "part of the noise that the fit leaves in the residual".to_owned(),
-                        value: left,
-                        allowed: "above a thousandth: fewer parameters or longer windows are needed",
-                    });
-                }
-                Ok(left)
-            })
-            .collect()
+        taken.into_iter().map(|taken| left_of_noise(taken.re)).collect()
     }
 }

@@ -1,6 +1,7 @@
 //! One parameter that enters nonlinearly, such as the lag of an actuator.
 
 use super::{EstimateError, Fit};
+use crate::optimise;
 
 /// Result of a search.
 #[derive(Clone, Debug, PartialEq)]
@@ -13,15 +14,8 @@ pub struct ScalarSearch {
     pub fit: Fit,
 }
 
-/// Values tried before the best is refined, so that a second valley is not missed.
-const COARSE: usize = 21;
-/// Fraction of the range at which the refinement stops.
-const RESOLUTION: f64 = 1e-6;
 /// Fraction of the range over which the curvature is taken.
 const CURVATURE: f64 = 1e-3;
-/// Ratio of the golden section, `(sqrt(5) - 1) / 2`.
-const GOLDEN: f64 = 0.618_033_988_749_894_8;
-
 /// Minimises the residual sum of squares of `fit_at(value)` over `lower..=upper`: all other parameters are linear and solved
 /// for inside (variable projection). The range is scanned coarsely, then refined by golden section about the best value.
 ///
@@ -46,7 +40,7 @@ pub fn search_scalar<E: From<EstimateError>>(
     Ok(ScalarSearch { value, standard_error, fit })
 }
 
-/// Value of the smallest cost in `lower..=upper`, and the costs of the coarse scan.
+/// [`optimise::minimise`] over a range that is one.
 pub(super) fn minimise<E: From<EstimateError>>(
     lower: f64,
     upper: f64,
@@ -56,37 +50,7 @@ pub(super) fn minimise<E: From<EstimateError>>(
         let allowed = "a finite lower end below the upper one";
         return Err(EstimateError::Setting { setting: "range of the search".to_owned(), value: lower, allowed }.into());
     }
-    let range = upper - lower;
-    let step = range / (COARSE - 1) as f64;
-    let mut scan = Vec::with_capacity(COARSE);
-    for index in 0..COARSE {
-        let value = lower + step * index as f64;
-        scan.push((value, cost(value)?));
-    }
-    let best =
-        scan.iter().copied().fold((lower, f64::INFINITY), |best, next| if next.1 < best.1 { next } else { best });
-    let (mut left, mut right) = ((best.0 - step).max(lower), (best.0 + step).min(upper));
-    let (mut low, mut high) = (right - GOLDEN * (right - left), left + GOLDEN * (right - left));
-    let (mut cost_low, mut cost_high) = (cost(low)?, cost(high)?);
-    while right - left > RESOLUTION * range {
-        if cost_low <= cost_high {
-            (right, high, cost_high) = (high, low, cost_low);
-            low = right - GOLDEN * (right - left);
-            cost_low = cost(low)?;
-        } else {
-            (left, low, cost_low) = (low, high, cost_high);
-            high = left + GOLDEN * (right - left);
-            cost_high = cost(high)?;
-        }
-    }
-    // An end of the range is not approached by bisection: take it where it is better.
-    let mut value = 0.5 * (left + right);
-    for end in [lower, upper] {
-        if cost(end)? < cost(value)? {
-            value = end;
-        }
-    }
-    Ok((value, scan))
+    optimise::minimise(lower, upper, cost)
 }
 
 /// Residual sum of squares.

@@ -4,8 +4,10 @@ use std::fmt;
 
 use super::contents::{ChannelInfo, Source};
 use crate::quantity::{Dimension, Unit};
+use crate::statistics::median;
 
-/// An interval counts as a gap when it is longer than this many median intervals, so when a sample is missing.
+/// An interval counts as one in which samples are missing when it is longer than this many median intervals: what a recorder lost. What is
+/// bridged is decided by [`crate::series::gap_threshold_s`].
 const GAP_INTERVALS: f64 = 1.5;
 /// Most faults of one time vector that are listed one by one.
 const LISTED_FAULTS: usize = 5;
@@ -113,7 +115,7 @@ impl Clock {
                 }
             }
         }
-        let median = median(&mut intervals);
+        let median = median(&mut intervals).unwrap_or(0.0);
         let gaps = kept
             .windows(2)
             .filter(|pair| pair[1] - pair[0] > GAP_INTERVALS * median)
@@ -166,15 +168,6 @@ pub(super) fn fault_at(index: usize, time_s: f64, latest_s: f64) -> Option<TimeF
     } else {
         None
     }
-}
-
-/// Median of `values` (upper one of an even number), which are reordered; zero if there are none.
-fn median(values: &mut [f64]) -> f64 {
-    if values.is_empty() {
-        return 0.0;
-    }
-    let middle = values.len() / 2;
-    *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
 /// Names a time vector goes by, best first, in small letters, with the unit at their end taken off.

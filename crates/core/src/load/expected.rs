@@ -4,6 +4,7 @@
 
 use super::map::ChannelMap;
 use super::plan::{Assignment, Plan};
+use crate::statistics::{median, ranked};
 
 /// Per cent of the magnitudes below the one that counts as the largest: single wild points say nothing of the unit.
 const LARGEST_PERCENT: usize = 99;
@@ -15,14 +16,10 @@ pub fn mismatches(plan: &Plan, map: &ChannelMap) -> Vec<String> {
     for (role, assignment) in &plan.roles {
         let Some(entry) = map.roles.get(role) else { continue };
         let mut values = in_unit_of_map(plan, assignment);
-        if values.is_empty() {
-            continue;
-        }
-        let middle = values.len() / 2;
-        let median = *values.select_nth_unstable_by(middle, f64::total_cmp).1;
+        let Some(median) = median(&mut values) else { continue };
         values.iter_mut().for_each(|value| *value = value.abs());
         let last = (values.len() - 1) * LARGEST_PERCENT / 100;
-        let largest = *values.select_nth_unstable_by(last, f64::total_cmp).1;
+        let Some(largest) = ranked(&mut values, last) else { continue };
         let judged = [("median", median, entry.median), ("largest magnitude", largest, entry.largest)];
         for (name, value, range) in judged {
             let Some([low, high]) = range.filter(|[low, high]| !(*low..=*high).contains(&value)) else { continue };

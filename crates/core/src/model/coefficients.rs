@@ -1,8 +1,8 @@
 //! Coefficients from forces and moments.
 
-use super::data::{AeroData, Axes, CoefficientSettings, Engine, Gyroscopic, Inertia, ThrustTreatment};
+use super::data::{AeroData, Axes, CoefficientSettings, Engine, Gyroscopic, ThrustTreatment};
 use super::{Coefficient, ModelError};
-use crate::airframe::InertiaTensor;
+use crate::airframe::{InertiaTensor, MassHistory};
 use crate::prep::{MatchedSmoothing, acceleration_at_cg, differentiate};
 
 /// Columns of all eight coefficients over one window; all of one length.
@@ -110,7 +110,7 @@ fn specific_force(data: &AeroData, k: usize, rates: [f64; 3], acceleration: [f64
     let measured = data.specific_force_m_s2.each_ref().map(|column| column[k]);
     match data.accelerometer {
         Some(place) => {
-            let arm = place.body_from_cg_m(data.inertia.at(k).cg_datum_m);
+            let arm = place.body_from_cg_m(data.mass.at(k).cg_from_datum_m);
             acceleration_at_cg(arm, measured, rates, acceleration)
         }
         None => measured,
@@ -125,14 +125,14 @@ fn sample(
     rates: [f64; 3],
     acceleration: [f64; 3],
 ) -> [f64; 8] {
-    let inertia = data.inertia.at(k);
+    let loaded = data.mass.at(k);
     let reference = &settings.reference;
     let alpha = data.alpha_rad[k];
     let (sin, cos) = alpha.sin_cos();
 
     let specific_force = specific_force(data, k, rates, acceleration);
-    let mut force = specific_force.map(|component| inertia.mass_kg * component);
-    let mut moment = inertial_moment(inertia, rates, acceleration);
+    let mut force = specific_force.map(|component| loaded.mass_kg * component);
+    let mut moment = inertial_moment(&loaded.inertia, rates, acceleration);
     let h = angular_momentum(&data.engines, settings.gyroscopic, k);
     moment[1] += h * rates[2];
     moment[2] -= h * rates[1];
@@ -141,13 +141,13 @@ fn sample(
             let thrust = engine.direction_body.map(|component| component * engine.thrust_n[k]);
             force = subtract(force, thrust);
             if settings.thrust == ThrustTreatment::Removed {
-                let arm = engine.position.body_from_cg_m(inertia.cg_datum_m);
+                let arm = engine.position.body_from_cg_m(loaded.cg_from_datum_m);
                 moment = subtract(moment, cross(arm, thrust));
             }
         }
     }
     if let Some(point) = settings.moment_reference {
-        moment = subtract(moment, cross(point.body_from_cg_m(inertia.cg_datum_m), force));
+        moment = subtract(moment, cross(point.body_from_cg_m(loaded.cg_from_datum_m), force));
     }
     if settings.axes == Axes::Stability {
         moment = [moment[0] * cos + moment[2] * sin, moment[1], moment[2] * cos - moment[0] * sin];
@@ -155,7 +155,7 @@ fn sample(
 
     let force_scale = 0.5 * data.density_kg_m3[k] * data.airspeed_m_s[k].powi(2) * reference.area_m2;
     let [cx, cy, cz] = force.map(|component| component / force_scale);
-    let span_scale = force_scale * reference.span_m;
+    let span_scale = force_scale * reference.lateral_moment_length_m;
     [
         cx,
         cy,
@@ -170,8 +170,8 @@ fn sample(
 
 /// Moment about the centre of gravity that the motion of a rigid body requires, `I w' + w x I w` (thesis Eq. A.11), N m; for a
 /// symmetric loading, `Ixy = Iyz = 0`, thesis Eq. A.13.
-fn inertial_moment(inertia: &Inertia, [p, q, r]: [f64; 3], [p_dot, q_dot, r_dot]: [f64; 3]) -> [f64; 3] {
-    let InertiaTensor { xx, yy, zz, xz, xy, yz } = inertia.tensor;
+fn inertial_moment(inertia: &InertiaTensor, [p, q, r]: [f64; 3], [p_dot, q_dot, r_dot]: [f64; 3]) -> [f64; 3] {
+    let InertiaTensor { xx, yy, zz, xz, xy, yz } = *inertia;
     [
         xx * p_dot - xz * (r_dot + p * q) + (zz - yy) * q * r - xy * (q_dot - p * r) - yz * (q * q - r * r),
         yy * q_dot + (xx - zz) * p * r + xz * (p * p - r * r) - xy * (p_dot + q * r) - yz * (r_dot - p * q),
@@ -206,9 +206,11 @@ fn angular_acceleration(data: &AeroData, settings: &CoefficientSettings) -> Resu
 fn check_settings(data: &AeroData, settings: &CoefficientSettings) -> Result<(), ModelError> {
     let reference = &settings.reference;
     let start = data.time_s.first().copied().unwrap_or(0.0);
-    for (quantity, value) in
-        [("reference area", reference.area_m2), ("reference span", reference.span_m), ("chord", reference.chord_m)]
-    {
+    for (quantity, value) in [
+        ("reference area", reference.area_m2),
+        ("length of Cl and Cn", reference.lateral_moment_length_m),
+        ("chord", reference.chord_m),
+    ] {
         if !(value > 0.0 && value.is_finite()) {
             return Err(ModelError::NotPositive { quantity, time_s: start, value });
         }
@@ -267,7 +269,7 @@ impl AeroData {
                 return Err(ModelError::NotPositive { quantity, time_s: self.time_s[k], value: column[k] });
             }
         }
-        if let super::InertiaHistory::PerSample(history) = &self.inertia
+        if let MassHistory::PerSample(history) = &self.mass
             && history.len() != self.time_s.len()
         {
             return Err(ModelError::ColumnLength {
@@ -277,12 +279,12 @@ impl AeroData {
             });
         }
         for (k, &time_s) in self.time_s.iter().enumerate() {
-            let inertia = self.inertia.at(k);
+            let loaded = self.mass.at(k);
             for (quantity, value) in [
-                ("mass", inertia.mass_kg),
-                ("Ixx", inertia.tensor.xx),
-                ("Iyy", inertia.tensor.yy),
-                ("Izz", inertia.tensor.zz),
+                ("mass", loaded.mass_kg),
+                ("Ixx", loaded.inertia.xx),
+                ("Iyy", loaded.inertia.yy),
+                ("Izz", loaded.inertia.zz),
             ] {
                 if !(value > 0.0 && value.is_finite()) {
                     return Err(ModelError::NotPositive { quantity, time_s, value });

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::airframe::{InertiaTensor, MassProperties};
+use crate::airframe::{MassHistory, ReferenceGeometry};
 use crate::prep::Differentiation;
 use crate::quantity::Role;
 
@@ -16,69 +16,11 @@ pub enum Position {
 }
 
 impl Position {
-    /// Body axes from the centre of gravity `cg_datum_m`, m: `x = -(x - x_cg)`, `y = y - y_cg`, `z = -(z - z_cg)`.
-    pub fn body_from_cg_m(self, cg_datum_m: [f64; 3]) -> [f64; 3] {
+    /// Body axes from the centre of gravity `cg_from_datum_m`, m: `x = -(x - x_cg)`, `y = y - y_cg`, `z = -(z - z_cg)`.
+    pub fn body_from_cg_m(self, cg_from_datum_m: [f64; 3]) -> [f64; 3] {
         match self {
             Self::BodyFromCg(position) => position,
-            Self::Datum([x, y, z]) => [cg_datum_m[0] - x, y - cg_datum_m[1], cg_datum_m[2] - z],
-        }
-    }
-}
-
-/// Mass, inertia about the centre of gravity in body axes, and the centre of gravity itself.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Inertia {
-    /// Mass, kg.
-    pub mass_kg: f64,
-    /// Inertia about the centre of gravity in body axes.
-    pub tensor: InertiaTensor,
-    /// Centre of gravity in datum axes, m; used only with positions given in datum axes.
-    pub cg_datum_m: [f64; 3],
-}
-
-impl Inertia {
-    /// Sum of two, entry by entry: a nominal value and a change.
-    #[must_use]
-    pub fn plus(&self, other: &Self) -> Self {
-        Self {
-            mass_kg: self.mass_kg + other.mass_kg,
-            tensor: self.tensor + other.tensor,
-            cg_datum_m: std::array::from_fn(|axis| self.cg_datum_m[axis] + other.cg_datum_m[axis]),
-        }
-    }
-
-    /// Every entry times `factor`.
-    #[must_use]
-    pub fn scaled(&self, factor: f64) -> Self {
-        Self {
-            mass_kg: factor * self.mass_kg,
-            tensor: self.tensor.scaled(factor),
-            cg_datum_m: self.cg_datum_m.map(|position| factor * position),
-        }
-    }
-}
-
-impl From<&MassProperties> for Inertia {
-    fn from(loaded: &MassProperties) -> Self {
-        Self { mass_kg: loaded.mass_kg, tensor: loaded.inertia, cg_datum_m: loaded.cg_from_datum_m }
-    }
-}
-
-/// Mass properties over a window.
-#[derive(Clone, Debug, PartialEq)]
-pub enum InertiaHistory {
-    /// The same at every sample.
-    Constant(Inertia),
-    /// One per sample.
-    PerSample(Vec<Inertia>),
-}
-
-impl InertiaHistory {
-    /// Mass properties at `sample`.
-    pub fn at(&self, sample: usize) -> &Inertia {
-        match self {
-            Self::Constant(inertia) => inertia,
-            Self::PerSample(history) => &history[sample],
+            Self::Datum([x, y, z]) => [cg_from_datum_m[0] - x, y - cg_from_datum_m[1], cg_from_datum_m[2] - z],
         }
     }
 }
@@ -122,7 +64,7 @@ pub struct AeroData {
     /// Deflections by role, rad.
     pub controls: BTreeMap<Role, Vec<f64>>,
     /// Mass properties.
-    pub inertia: InertiaHistory,
+    pub mass: MassHistory,
     /// Engines; empty where thrust is unknown.
     pub engines: Vec<Engine>,
     /// Total-pressure rise through the propellers over dynamic pressure.
@@ -131,62 +73,6 @@ pub struct AeroData {
     pub altitude_m: Option<Vec<f64>>,
     /// Mach number.
     pub mach: Option<Vec<f64>>,
-}
-
-/// How a rate is made dimensionless with its reference length.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum RateNormalisation {
-    /// Rate times length over twice the airspeed.
-    LengthOver2V,
-    /// Rate times length over the airspeed.
-    LengthOverV,
-    /// The rate itself, rad/s.
-    Dimensional,
-}
-
-impl RateNormalisation {
-    /// Factor from the rate to the variable, with the length in m and the airspeed in m/s.
-    pub fn factor(self, length_m: f64, airspeed_m_s: f64) -> f64 {
-        match self {
-            Self::LengthOver2V => length_m / (2.0 * airspeed_m_s),
-            Self::LengthOverV => length_m / airspeed_m_s,
-            Self::Dimensional => 1.0,
-        }
-    }
-}
-
-/// Reference lengths and area, and the normalisation of rates that goes with them.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ReferenceGeometry {
-    /// Wing area, m².
-    pub area_m2: f64,
-    /// Reference length of `Cl`, `Cn` and of roll and yaw rate, m: the span, or the semispan where a source uses it.
-    pub span_m: f64,
-    /// Reference length of `Cm` and pitch rate, m.
-    pub chord_m: f64,
-    /// Normalisation of roll and yaw rate with `span_m`.
-    pub lateral_rates: RateNormalisation,
-    /// Normalisation of pitch rate with `chord_m`.
-    pub pitch_rate: RateNormalisation,
-    /// Normalisation of the rate of angle of attack with `chord_m`.
-    pub alpha_dot: RateNormalisation,
-    /// Normalisation of the rate of sideslip with `span_m`.
-    pub beta_dot: RateNormalisation,
-}
-
-impl ReferenceGeometry {
-    /// Reference geometry with the default normalisations `p b/2V`, `q c/V`, `r b/2V`, `alpha_dot c/V`, `beta_dot b/2V`.
-    pub fn new(area_m2: f64, span_m: f64, chord_m: f64) -> Self {
-        Self {
-            area_m2,
-            span_m,
-            chord_m,
-            lateral_rates: RateNormalisation::LengthOver2V,
-            pitch_rate: RateNormalisation::LengthOverV,
-            alpha_dot: RateNormalisation::LengthOverV,
-            beta_dot: RateNormalisation::LengthOver2V,
-        }
-    }
 }
 
 /// Axes of the moment coefficients and of the rates among the variables.

@@ -10,10 +10,7 @@ mod term;
 mod variables;
 
 pub use coefficients::{Coefficients, coefficients, specific_force_at_cg};
-pub use data::{
-    AeroData, Axes, CoefficientSettings, Engine, Gyroscopic, Inertia, InertiaHistory, Lag, Position, RateNormalisation,
-    ReferenceGeometry, ThrustTreatment,
-};
+pub use data::{AeroData, Axes, CoefficientSettings, Engine, Gyroscopic, Lag, Position, ThrustTreatment};
 pub use derivatives::{Derivative, Derivatives, VariableValues};
 pub use error::ModelError;
 pub use names::{Coefficient, Variable};

@@ -71,8 +71,8 @@ pub fn variables(data: &AeroData, settings: &CoefficientSettings) -> Result<Vari
     let reference = &settings.reference;
     let airspeed = &data.airspeed_m_s;
     let mut columns = BTreeMap::new();
-    let scaled = |rate: &[f64], normalisation: super::RateNormalisation, length_m: f64| -> Vec<f64> {
-        rate.iter().zip(airspeed).map(|(rate, &speed)| rate * normalisation.factor(length_m, speed)).collect()
+    let scaled = |rate: &[f64], length_m: f64| -> Vec<f64> {
+        rate.iter().zip(airspeed).map(|(rate, &speed)| rate * (length_m / speed)).collect()
     };
     let smoothing = matched_smoothing(data, settings)?;
     // What is smoothed later need not be smoothed by its differentiation.
@@ -85,15 +85,14 @@ pub fn variables(data: &AeroData, settings: &CoefficientSettings) -> Result<Vari
     columns.insert(Variable::Alpha, data.alpha_rad.clone());
     columns.insert(Variable::Beta, data.beta_rad.clone());
     let alpha_dot = derived(&data.alpha_rad, "alpha")?;
-    columns.insert(Variable::AlphaDot, scaled(&alpha_dot, reference.alpha_dot, reference.chord_m));
+    columns.insert(Variable::AlphaDot, scaled(&alpha_dot, reference.pitch_rate_length_m));
     let beta_dot = derived(&data.beta_rad, "beta")?;
-    columns.insert(Variable::BetaDot, scaled(&beta_dot, reference.beta_dot, reference.span_m));
+    columns.insert(Variable::BetaDot, scaled(&beta_dot, reference.lateral_rate_length_m));
     let (roll, yaw) = roll_and_yaw(data, settings.axes);
-    columns.insert(Variable::RollRate, scaled(&roll, reference.lateral_rates, reference.span_m));
-    columns.insert(Variable::PitchRate, scaled(&data.rates_rad_s[1], reference.pitch_rate, reference.chord_m));
-    let half = super::RateNormalisation::LengthOver2V;
-    columns.insert(Variable::HalfPitchRate, scaled(&data.rates_rad_s[1], half, reference.chord_m));
-    columns.insert(Variable::YawRate, scaled(&yaw, reference.lateral_rates, reference.span_m));
+    columns.insert(Variable::RollRate, scaled(&roll, reference.lateral_rate_length_m));
+    columns.insert(Variable::PitchRate, scaled(&data.rates_rad_s[1], reference.pitch_rate_length_m));
+    columns.insert(Variable::HalfPitchRate, scaled(&data.rates_rad_s[1], reference.chord_m / 2.0));
+    columns.insert(Variable::YawRate, scaled(&yaw, reference.lateral_rate_length_m));
     for (variable, role) in
         [(Variable::Aileron, Role::Aileron), (Variable::Elevator, Role::Elevator), (Variable::Rudder, Role::Rudder)]
     {

@@ -4,6 +4,8 @@ mod airflow;
 
 use nalgebra::{Matrix3, Vector3};
 
+use crate::airframe::InertiaTensor;
+
 pub use airflow::Airflow;
 
 /// Position, velocity, attitude and rates of a rigid body.
@@ -106,15 +108,15 @@ fn quaternion([phi, theta, psi]: [f64; 3]) -> [f64; 4] {
 
 /// Inertia tensor (kg m²) with its factor, so that Euler's equation is solved without an inverse.
 #[derive(Clone, Copy, Debug)]
-pub struct Inertia {
+pub struct FactoredInertia {
     tensor: Matrix3<f64>,
     factor: Matrix3<f64>,
 }
 
-impl Inertia {
-    /// Factors a tensor `[[Ixx, -Ixy, -Ixz], ..]` in body axes about the centre of gravity; `None` unless it is
-    /// positive definite.
-    pub fn new(tensor: Matrix3<f64>) -> Option<Self> {
+impl FactoredInertia {
+    /// Factors a tensor in body axes about the centre of gravity; `None` unless it is positive definite.
+    pub fn new(tensor: &InertiaTensor) -> Option<Self> {
+        let tensor = tensor.matrix();
         let factor = tensor.cholesky()?.l();
         Some(Self { tensor, factor })
     }
@@ -189,6 +191,6 @@ mod tests {
 
     #[test]
     fn inertia_rejects_a_tensor_that_is_not_positive() {
-        assert!(Inertia::new(Matrix3::new(1.0, 0.0, 2.0, 0.0, 1.0, 0.0, 2.0, 0.0, 1.0)).is_none());
+        assert!(FactoredInertia::new(&InertiaTensor { xz: -2.0, ..InertiaTensor::diagonal(1.0, 1.0, 1.0) }).is_none());
     }
 }

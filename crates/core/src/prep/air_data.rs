@@ -2,7 +2,7 @@
 
 use super::PrepError;
 use super::control_surfaces::polynomial;
-use crate::load::instruments::{LiftCurve, PodCalibration};
+use crate::airframe::instruments::{LiftCurve, PodCalibration};
 
 /// Lowest and highest number the pod shows; at either it may mean anything beyond.
 const POD_NUMBERS: [f64; 2] = [0.0, 100.0];

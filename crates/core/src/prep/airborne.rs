@@ -1,13 +1,13 @@
 //! When an aircraft flies: by its dynamic pressure and the switch of its wheels.
 
-use super::{longest_interval_s, stretches};
-use crate::series::{Series, Window};
+use super::stretches;
+use crate::series::{Series, TimeRange, gap_threshold_s};
 
 /// Spans of flight, in order of time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Airborne {
     /// Spans in which the dynamic pressure is above the share asked for and no weight is on the wheels.
-    pub spans: Vec<Window>,
+    pub spans: Vec<TimeRange>,
     /// Airspeed at that dynamic pressure, m/s.
     pub least_airspeed_m_s: f64,
 }
@@ -35,27 +35,27 @@ fn quantile(mut values: Vec<f64>, share: f64) -> Option<f64> {
     let last = values.len().checked_sub(1)?;
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of a length")]
     let place = (last as f64 * share) as usize;
-    Some(*values.select_nth_unstable_by(place, f64::total_cmp).1)
+    crate::statistics::ranked(&mut values, place)
 }
 
 /// Spans whose finite samples all satisfy `holds`, none across a pause; each reaches to the sample that ends it.
-fn spans_where(series: &Series, holds: impl Fn(f64) -> bool) -> Vec<Window> {
+fn spans_where(series: &Series, holds: impl Fn(f64) -> bool) -> Vec<TimeRange> {
     let pairs = series.time_s.iter().zip(&*series.values).filter(|(_, value)| value.is_finite());
     let (time, values): (Vec<f64>, Vec<f64>) = pairs.map(|(time, value)| (*time, *value)).unzip();
     let mut spans = Vec::new();
-    for range in stretches(&time, longest_interval_s(&time, None)) {
+    for range in stretches(&time, gap_threshold_s(&time)) {
         let mut open: Option<f64> = None;
         for k in range.clone() {
             match (open, holds(values[k])) {
                 (None, true) => open = Some(time[k]),
                 (Some(start_s), false) => {
-                    spans.push(Window { start_s, end_s: time[k] });
+                    spans.push(TimeRange { start_s, end_s: time[k] });
                     open = None;
                 }
                 _ => {}
             }
         }
-        spans.extend(open.map(|start_s| Window { start_s, end_s: time[range.end - 1] }));
+        spans.extend(open.map(|start_s| TimeRange { start_s, end_s: time[range.end - 1] }));
     }
     spans
 }

@@ -1,6 +1,6 @@
 //! Deflections from the turns of yoke and pulleys (thesis section 4.1.3). Signs: `docs/conventions.md`.
 
-use crate::load::instruments::{ControlLinkage, PedalCurve};
+use crate::airframe::instruments::{ControlLinkage, PedalCurve};
 
 /// How the column's travel follows from its string.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]

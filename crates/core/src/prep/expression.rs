@@ -7,10 +7,10 @@ use std::f64::consts::{PI, TAU};
 
 use thiserror::Error;
 
-use super::{longest_interval_s, stretches};
+use super::stretches;
 use crate::atmos::STANDARD_GRAVITY_M_S2;
 use crate::quantity::Role;
-use crate::series::Series;
+use crate::series::{Series, gap_threshold_s};
 
 /// Longest text of an expression, bytes.
 pub const LONGEST: usize = 1000;
@@ -185,7 +185,7 @@ pub fn between_samples(series: &Series, at_s: &[f64], max_gap_s: Option<f64>, wr
     let (time, values): (Vec<f64>, Vec<f64>) = pairs.unzip();
     let lowest = if values.iter().all(|value| *value >= 0.0) { 0.0 } else { -PI };
     let mut found = vec![f64::NAN; at_s.len()];
-    for range in stretches(&time, longest_interval_s(&time, max_gap_s)) {
+    for range in stretches(&time, max_gap_s.unwrap_or_else(|| gap_threshold_s(&time))) {
         let (own, values) = (&time[range.clone()], &values[range]);
         let (Some(&start_s), Some(&end_s)) = (own.first(), own.last()) else { continue };
         let first = at_s.partition_point(|&t| t < start_s);
@@ -211,32 +211,18 @@ pub fn between_samples(series: &Series, at_s: &[f64], max_gap_s: Option<f64>, wr
 
 /// The names nearest to `name`, for the end of an error: at most three, none where all are quite different.
 fn nearest_names<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
-    let wanted: Vec<char> = name.to_lowercase().chars().take(100).collect();
-    let likely = wanted.len() / 2 + 1;
+    let wanted: String = name.to_lowercase().chars().take(100).collect();
+    let letters = wanted.chars().count();
+    let likely = letters / 2 + 1;
     // What was cut short counts as near.
-    let begins =
-        |other: &str| wanted.len() > 1 && other.chars().zip(&wanted).filter(|(a, b)| a == *b).count() == wanted.len();
-    let rate = |other: &str| if begins(other) { 1 } else { changes(&wanted, other) };
+    let rate = |other: &str| {
+        if letters > 1 && other.starts_with(&wanted) { 1 } else { strsim::levenshtein(&wanted, other) }
+    };
     let mut rated: Vec<(usize, &str)> = known.map(|other| (rate(&other.to_lowercase()), other)).collect();
     rated.retain(|(count, _)| *count <= likely);
     rated.sort_by_key(|(count, _)| *count);
     rated.dedup_by(|a, b| a.1 == b.1);
     rated.into_iter().take(3).map(|(_, other)| other).collect()
-}
-
-/// Letters to add, drop or exchange between two names (Levenshtein).
-fn changes(a: &[char], b: &str) -> usize {
-    let mut row: Vec<usize> = (0..=a.len()).collect();
-    for letter in b.chars() {
-        let mut corner = row[0];
-        row[0] += 1;
-        for k in 0..a.len() {
-            let through = corner + usize::from(a[k] != letter);
-            corner = row[k + 1];
-            row[k + 1] = through.min(corner + 1).min(row[k] + 1);
-        }
-    }
-    row[a.len()]
 }
 
 /// Left and right strength of an operator, and what it does. A right strength below the left one groups from the right.

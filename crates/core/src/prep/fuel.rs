@@ -1,8 +1,8 @@
 //! Fuel mass from probes that see only part of it, and from fuel flow (thesis section 4.2).
 
 use super::{PrepError, check, cumulative_trapezoid};
-use crate::load::instruments::FuelProbe;
-use crate::series::Window;
+use crate::airframe::instruments::FuelProbe;
+use crate::series::TimeRange;
 
 /// How indications are read.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -79,7 +79,7 @@ pub struct BlindZone {
     /// Tank.
     pub tank: String,
     /// When.
-    pub window: Window,
+    pub window: TimeRange,
     /// Least fuel it may have been, kg.
     pub least_kg: f64,
     /// Most fuel it may have been, kg.
@@ -164,7 +164,7 @@ fn blind_zones(tank: &str, time_s: &[f64], readings: &[FuelReading]) -> Vec<Blin
             }
             _ if reading.blind => zones.push(BlindZone {
                 tank: tank.to_owned(),
-                window: Window { start_s: time, end_s: time },
+                window: TimeRange { start_s: time, end_s: time },
                 least_kg: reading.least_kg,
                 most_kg: reading.most_kg,
             }),

@@ -77,9 +77,7 @@ fn period(changes: &[usize]) -> Option<f64> {
     if lengths.len() < LEAST_RUNS {
         return None;
     }
-    let mut sorted = lengths.clone();
-    let middle = sorted.len() / 2;
-    let (_, &mut median, _) = sorted.select_nth_unstable_by(middle, f64::total_cmp);
+    let median = crate::statistics::median(&mut lengths.clone())?;
     let usual = || lengths.iter().filter(|length| **length <= 2.5 * median);
     let period = usual().sum::<f64>() / usual().count() as f64;
     let share = |holds: &dyn Fn(f64) -> bool| {

@@ -5,7 +5,8 @@ use std::ops::Range;
 use super::pulses::{Excursion, excursions, half_crossing};
 use super::{PrepError, check, stretches};
 use crate::quantity::Role;
-use crate::series::{Series, Window};
+use crate::series::{Series, TimeRange};
+use crate::statistics;
 
 /// Shape of a control input.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -54,7 +55,7 @@ pub struct Manoeuvre {
     /// Shape.
     pub shape: ManoeuvreShape,
     /// From the lead-in to the end of the free response, s.
-    pub window: Window,
+    pub window: TimeRange,
     /// First movement of the control, s.
     pub onset_s: f64,
     /// Return of the control, s.
@@ -191,7 +192,7 @@ struct Candidate {
 pub fn find_manoeuvres(
     controls: &[(Role, &Series)],
     responses: &[(Role, &Series)],
-    airborne: &[Window],
+    airborne: &[TimeRange],
     settings: &ManoeuvreSettings,
 ) -> Result<ManoeuvreSearch, PrepError> {
     /// Shortest moving median, s.
@@ -265,7 +266,7 @@ pub fn find_manoeuvres(
 }
 
 /// Whether the lead-in of a manoeuvre and its onset lie within a span. The lead-in is shorter where the recording begins.
-fn lies_within(span: &Window, found: &Manoeuvre, activities: &[Activity<'_>], settings: &ManoeuvreSettings) -> bool {
+fn lies_within(span: &TimeRange, found: &Manoeuvre, activities: &[Activity<'_>], settings: &ManoeuvreSettings) -> bool {
     let moved = activities.iter().filter(|activity| found.surfaces.contains(&activity.surface));
     let starts = moved.flat_map(|activity| activity.stretches.iter().map(|range| activity.time[range.start]));
     let begins = starts.filter(|start| *start <= found.onset_s).fold(f64::NEG_INFINITY, f64::max);
@@ -281,7 +282,7 @@ fn whole_cuts(activities: &[Activity<'_>], settings: &ManoeuvreSettings) -> Vec<
         activity
             .stretches
             .iter()
-            .map(|range| Window { start_s: activity.time[range.start], end_s: activity.time[range.end - 1] })
+            .map(|range| TimeRange { start_s: activity.time[range.start], end_s: activity.time[range.end - 1] })
     });
     let cuts = cuts.filter(|cut| cut.end_s - cut.start_s < 2.0 * settings.resting_s);
     cuts.filter_map(|cut| {
@@ -389,8 +390,7 @@ fn activity<'a>(surface: Role, series: &'a Series, settings: &ManoeuvreSettings)
 /// Median step from sample to sample: 0.95 of the standard deviation of white noise.
 fn median_step(deviation: &[f64]) -> f64 {
     let mut steps: Vec<f64> = deviation.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
-    let middle = steps.len() / 2;
-    if steps.is_empty() { 0.0 } else { *steps.select_nth_unstable_by(middle, f64::total_cmp).1 }
+    statistics::median(&mut steps).unwrap_or(0.0)
 }
 
 /// Moving median, worked out every twentieth of its length and joined by straight lines; one median where the stretch is not
@@ -398,8 +398,7 @@ fn median_step(deviation: &[f64]) -> f64 {
 fn resting_place(time: &[f64], values: &[f64], length_s: f64) -> Vec<f64> {
     let median = |range: Range<usize>| {
         let mut inside: Vec<f64> = values[range].iter().copied().filter(|value| value.is_finite()).collect();
-        let middle = inside.len() / 2;
-        if inside.is_empty() { 0.0 } else { *inside.select_nth_unstable_by(middle, f64::total_cmp).1 }
+        statistics::median(&mut inside).unwrap_or(0.0)
     };
     let (start, end) = (time[0], time[time.len() - 1]);
     if end - start < 2.0 * length_s {
@@ -411,7 +410,7 @@ fn resting_place(time: &[f64], values: &[f64], length_s: f64) -> Vec<f64> {
         .map(|k| {
             // The whole length everywhere: near the ends the nearest one.
             let from = (start + k as f64 * step - 0.5 * length_s).clamp(start, end - length_s);
-            median(Window { start_s: from, end_s: from + length_s }.indices(time))
+            median(TimeRange { start_s: from, end_s: from + length_s }.indices(time))
         })
         .collect();
     time.iter()
@@ -488,7 +487,7 @@ fn candidate(
     let manoeuvre = Manoeuvre {
         surfaces: vec![activity.surface],
         shape,
-        window: Window { start_s: onset_s, end_s: input_end_s },
+        window: TimeRange { start_s: onset_s, end_s: input_end_s },
         onset_s,
         input_end_s,
         base_time_s,
@@ -539,7 +538,7 @@ fn ends(activity: &Activity<'_>, first: &Excursion, last: &Excursion, highest: f
 impl Activity<'_> {
     /// Greatest deviation between two times, rad.
     fn greatest(&self, start_s: f64, end_s: f64) -> f64 {
-        let inside = Window { start_s, end_s }.indices(self.time);
+        let inside = TimeRange { start_s, end_s }.indices(self.time);
         self.deviation[inside].iter().map(|value| value.abs()).fold(0.0, f64::max)
     }
 }
@@ -551,7 +550,7 @@ fn window(
     activities: &[Activity<'_>],
     responses: &[(Role, &Series)],
     settings: &ManoeuvreSettings,
-) -> Window {
+) -> TimeRange {
     let mut limit = (found.input_end_s + settings.max_free_s).min(next_onset_s);
     let mut start_s = found.onset_s - settings.lead_in_s;
     for activity in activities {
@@ -578,15 +577,15 @@ fn window(
     });
     // Of several surfaces the motion that lasts longest; without a response of one of them the longest allowed.
     let settled = ends.reduce(|a, b| a.zip(b).map(|(a, b)| a.max(b))).flatten();
-    Window { start_s, end_s: settled.unwrap_or(limit).max(found.input_end_s).min(limit.max(found.input_end_s)) }
+    TimeRange { start_s, end_s: settled.unwrap_or(limit).max(found.input_end_s).min(limit.max(found.input_end_s)) }
 }
 
 /// Time from which a rate stays within a share of its greatest, about its mean before the onset.
 fn settled(response: &Series, start_s: f64, found: &Manoeuvre, limit: f64, share: f64) -> Option<f64> {
-    let before = Window { start_s, end_s: found.onset_s }.indices(&response.time_s);
+    let before = TimeRange { start_s, end_s: found.onset_s }.indices(&response.time_s);
     let resting = response.values.get(before.clone()).filter(|values| !values.is_empty())?;
     let mean = resting.iter().sum::<f64>() / resting.len() as f64;
-    let inside = Window { start_s: found.onset_s, end_s: limit }.indices(&response.time_s);
+    let inside = TimeRange { start_s: found.onset_s, end_s: limit }.indices(&response.time_s);
     let deviation = |k: usize| (response.values[k] - mean).abs();
     let greatest = inside.clone().map(deviation).fold(0.0, f64::max);
     let last = inside.clone().rev().find(|&k| deviation(k) > share * greatest)?;

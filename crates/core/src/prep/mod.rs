@@ -61,7 +61,7 @@ pub use resample::{Interpolation, resample};
 pub use smooth::{Smoothing, smooth};
 pub use spectrum::{Spectrum, spectrum};
 pub use steady::{SteadySearch, SteadySettings, SteadySignal, SteadyStretch, find_steady, intersect};
-pub use treatment::{Resampling, Treated, Treatment, longest_interval_s, treat};
+pub use treatment::{Resampling, Treated, Treatment, treat};
 pub use whiteness::{WHITE_LEVEL, white_noise_probability, whiteness_lags, whiteness_probability};
 
 /// What can be wrong with a signal or the way it is to be treated.

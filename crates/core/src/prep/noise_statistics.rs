@@ -4,8 +4,8 @@ use nalgebra::{DMatrix, DVector};
 
 use super::steady::MAX_LAG_ONE;
 use super::{PrepError, check, whiteness_lags, whiteness_probability};
-use crate::load::instruments::StatedNoise;
-use crate::series::{Series, Window};
+use crate::airframe::instruments::StatedNoise;
+use crate::series::{Series, TimeRange};
 
 /// Noise of one channel over its steady windows.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -78,7 +78,7 @@ impl NoiseSums {
     ///
     /// # Errors
     /// Lengths that differ, time that does not increase.
-    pub fn add(&mut self, series: &Series, windows: &[Window]) -> Result<(), PrepError> {
+    pub fn add(&mut self, series: &Series, windows: &[TimeRange]) -> Result<(), PrepError> {
         check(&series.time_s, &series.values, "noise statistics", 1)?;
         for window in windows {
             let inside = window.indices(&series.time_s);
@@ -147,7 +147,7 @@ impl NoiseSums {
 ///
 /// # Errors
 /// As [`NoiseSums::add`] and [`NoiseSums::statistics`].
-pub fn noise_statistics(series: &Series, windows: &[Window], degree: usize) -> Result<NoiseStatistics, PrepError> {
+pub fn noise_statistics(series: &Series, windows: &[TimeRange], degree: usize) -> Result<NoiseStatistics, PrepError> {
     let mut sums = NoiseSums::new(degree);
     sums.add(series, windows)?;
     sums.statistics()

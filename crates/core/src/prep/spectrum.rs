@@ -27,9 +27,7 @@ const UNEVEN: f64 = 1.5;
 pub fn spectrum(series: &Series) -> Option<Spectrum> {
     let pairs = series.time_s.iter().zip(&*series.values).filter(|(_, value)| value.is_finite());
     let (time, values): (Vec<f64>, Vec<f64>) = pairs.unzip();
-    let mut steps: Vec<f64> = time.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    let middle = steps.len() / 2;
-    let step_s = if steps.is_empty() { 0.0 } else { *steps.select_nth_unstable_by(middle, f64::total_cmp).1 };
+    let step_s = crate::statistics::median_step(&time).unwrap_or(0.0);
     let ranges = stretches(&time, UNEVEN * step_s);
     let longest = ranges.iter().map(std::ops::Range::len).max().unwrap_or(0);
     if longest < SHORTEST || step_s.is_nan() || step_s <= 0.0 {

@@ -1,8 +1,8 @@
 //! Steady stretches of a flight, where what a channel still does is its noise.
 
 use super::noise_statistics::noise_statistics;
-use super::{PrepError, check, longest_interval_s, stretches};
-use crate::series::{Series, Window};
+use super::{PrepError, check, stretches};
+use crate::series::{Series, TimeRange, gap_threshold_s};
 
 /// How steady stretches are looked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,7 +46,7 @@ pub struct SteadySignal<'a> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SteadyStretch {
     /// When.
-    pub window: Window,
+    pub window: TimeRange,
     /// Its motion relative to the quietest tenth of the flight, of the signal that moved most.
     pub motion: f64,
 }
@@ -76,7 +76,7 @@ pub struct SteadySearch {
 /// Lengths that differ, time that does not increase, a block that is not above zero or longer than a quarter of the window.
 pub fn find_steady(
     signals: &[SteadySignal<'_>],
-    within: &[Window],
+    within: &[TimeRange],
     settings: &SteadySettings,
 ) -> Result<SteadySearch, PrepError> {
     let SteadySettings { length_s, block_s, .. } = *settings;
@@ -124,7 +124,7 @@ pub fn find_steady(
         if search.found.len() >= settings.most || !search.found.iter().all(apart) {
             continue;
         }
-        let window = Window { start_s, end_s: start_s + length_s };
+        let window = TimeRange { start_s, end_s: start_s + length_s };
         let white = |&index: &usize| is_white(signals[index].series, window, settings.max_lag_one);
         if compared.iter().all(white) {
             search.found.push(SteadyStretch { window, motion });
@@ -140,24 +140,24 @@ pub fn find_steady(
 type Candidate = (f64, Vec<f64>);
 
 /// Whether successive residuals about a parabola correlate less than `max_lag_one`.
-fn is_white(series: &Series, window: Window, max_lag_one: f64) -> bool {
+fn is_white(series: &Series, window: TimeRange, max_lag_one: f64) -> bool {
     noise_statistics(series, &[window], 2).is_ok_and(|noise| noise.lag_one <= max_lag_one)
 }
 
 /// Spans in which a signal has samples, without a pause longer than a few of its intervals.
-fn recorded(series: &Series) -> Vec<Window> {
+fn recorded(series: &Series) -> Vec<TimeRange> {
     let pairs = series.time_s.iter().zip(&*series.values).filter(|(_, value)| value.is_finite());
     let time: Vec<f64> = pairs.map(|(time, _)| *time).collect();
-    let ranges = stretches(&time, longest_interval_s(&time, None));
-    ranges.into_iter().map(|range| Window { start_s: time[range.start], end_s: time[range.end - 1] }).collect()
+    let ranges = stretches(&time, gap_threshold_s(&time));
+    ranges.into_iter().map(|range| TimeRange { start_s: time[range.start], end_s: time[range.end - 1] }).collect()
 }
 
 /// What two lists of spans in order of time have in common.
-pub fn intersect(a: &[Window], b: &[Window]) -> Vec<Window> {
+pub fn intersect(a: &[TimeRange], b: &[TimeRange]) -> Vec<TimeRange> {
     let (mut i, mut k) = (0, 0);
     let mut common = Vec::new();
     while let (Some(one), Some(other)) = (a.get(i), b.get(k)) {
-        let window = Window { start_s: one.start_s.max(other.start_s), end_s: one.end_s.min(other.end_s) };
+        let window = TimeRange { start_s: one.start_s.max(other.start_s), end_s: one.end_s.min(other.end_s) };
         if window.start_s < window.end_s {
             common.push(window);
         }
@@ -171,7 +171,7 @@ pub fn intersect(a: &[Window], b: &[Window]) -> Vec<Window> {
 }
 
 /// Mean of each block of a span; not a number where a block has no finite sample.
-fn block_means(series: &Series, span: Window, block_s: f64) -> Vec<f64> {
+fn block_means(series: &Series, span: TimeRange, block_s: f64) -> Vec<f64> {
     let inside = span.indices(&series.time_s);
     let mut sums: Vec<(f64, f64)> = Vec::new();
     for (time, value) in series.time_s[inside.clone()].iter().zip(&series.values[inside]) {
@@ -210,9 +210,6 @@ fn about_line(values: &[f64]) -> (f64, f64) {
 /// Deviation of one signal that a tenth of the windows stay below.
 fn lowest_tenth(candidates: &[Candidate], index: usize) -> f64 {
     let mut all: Vec<f64> = candidates.iter().map(|(_, moved)| moved[index]).collect();
-    if all.is_empty() {
-        return 0.0;
-    }
-    let place = all.len() / 10;
-    *all.select_nth_unstable_by(place, f64::total_cmp).1
+    let rank = all.len() / 10;
+    crate::statistics::ranked(&mut all, rank).unwrap_or(0.0)
 }

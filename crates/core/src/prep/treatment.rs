@@ -5,28 +5,10 @@ use std::sync::Arc;
 
 use super::control_sensors::unwrapped;
 use super::{Interpolation, PrepError, Smoothing, check, resample, smooth, stretches};
-use crate::series::Series;
+use crate::series::{Series, gap_threshold_s};
 
-/// A pause between samples counts as a gap when it is longer than this many sampling intervals and [`GAP_S`].
-const GAP_INTERVALS: f64 = 3.5;
-/// Shortest pause that counts as a gap where nothing is stated, s.
-const GAP_S: f64 = 0.25;
 /// Most samples a resampled signal may have: 14 hours at 1 kHz.
 const MOST_SAMPLES: f64 = 5e7;
-
-/// Longest interval of `time_s` that is not a gap, s: as stated, otherwise a few of its own median interval.
-pub fn longest_interval_s(time_s: &[f64], stated_s: Option<f64>) -> f64 {
-    if let Some(stated) = stated_s {
-        return stated;
-    }
-    let mut steps: Vec<f64> = time_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    if steps.is_empty() {
-        return GAP_S;
-    }
-    let middle = steps.len() / 2;
-    let (_, &mut typical, _) = steps.select_nth_unstable_by(middle, f64::total_cmp);
-    (GAP_INTERVALS * typical).max(GAP_S)
-}
 
 /// New samples at a constant rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -85,7 +67,7 @@ pub fn treat(series: &Series, treatment: &Treatment) -> Result<Treated, PrepErro
         }
     }
     let all_positive = values.iter().all(|&value| value >= 0.0);
-    let longest = longest_interval_s(&time, treatment.max_gap_s);
+    let longest = treatment.max_gap_s.unwrap_or_else(|| gap_threshold_s(&time));
     let ranges = stretches(&time, longest);
     let (mut short, mut new_time, mut new_values) = (0, Vec::new(), Vec::new());
     for range in &ranges {

@@ -1,6 +1,6 @@
 //! Modelled power beside the power an engine monitor reports (thesis 6.3).
 
-use crate::series::Window;
+use crate::series::TimeRange;
 
 /// How well two powers agree.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,7 +32,7 @@ pub struct PhaseOfFlight {
     /// Name, for example `Climb`.
     pub name: String,
     /// Its time, s.
-    pub window: Window,
+    pub window: TimeRange,
 }
 
 /// One phase of flight and the agreement of the powers in it.

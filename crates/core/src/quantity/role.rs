@@ -1,31 +1,10 @@
 //! Roles: what a recorded channel means to the analysis.
 
-use super::Dimension;
+use super::named_quantities;
 
-/// Declares [`Role`] with its file name, dimension and one-line description from one table.
-macro_rules! roles {
-    ($($variant:ident, $name:literal, $dimension:ident, $text:literal;)*) => {
-        /// What a channel means to the analysis. Axes, signs and references are those of `docs/conventions.md`.
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-        pub enum Role { $(#[doc = $text] $variant,)* }
-
-        impl Role {
-            /// Every role, in the order channel lists show them.
-            pub const ALL: &'static [Self] = &[$(Self::$variant,)*];
-
-            /// Name in channel maps, tables and files.
-            pub fn name(self) -> &'static str { match self { $(Self::$variant => $name,)* } }
-
-            /// Dimension of the values, hence their SI unit.
-            pub fn dimension(self) -> Dimension { match self { $(Self::$variant => Dimension::$dimension,)* } }
-
-            /// One-line description.
-            pub fn description(self) -> &'static str { match self { $(Self::$variant => $text,)* } }
-        }
-    };
-}
-
-roles! {
+named_quantities! {
+    /// What a channel means to the analysis. Axes, signs and references are those of `docs/conventions.md`.
+    Role;
     SpecificForceX, "ax", Acceleration, "specific force along body x (forward), measured";
     SpecificForceY, "ay", Acceleration, "specific force along body y (right), measured";
     SpecificForceZ, "az", Acceleration, "specific force along body z (down), measured";
@@ -77,20 +56,13 @@ roles! {
     WeightOnWheels, "weight_on_wheels", Dimensionless, "above one half while the weight is on the wheels";
 }
 
-impl Role {
-    /// The role called `name` in channel maps and tables.
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.iter().copied().find(|role| role.name() == name)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn every_role_is_found_again_by_its_name() {
-        for &role in Role::ALL {
+        for role in Role::ALL {
             assert_eq!(Role::from_name(role.name()), Some(role));
         }
     }

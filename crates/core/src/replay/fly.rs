@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::sample::Sample;
 use super::{Replay, ReplayError, Start};
-use crate::model::{Axes, Derivatives, RateNormalisation, Variable, VariableValues};
+use crate::model::{Axes, Derivatives, Variable, VariableValues};
 use crate::motion::{Airflow, State, runge_kutta_from};
 
 /// Airspeed below which the flight counts as ended, m/s.
@@ -225,7 +225,8 @@ impl<'a> Flight<'a> {
         let reference = &self.replay.reference;
         let [.., cl, cm, cn] = *coefficients;
         let scale = air.dynamic_pressure_pa * reference.area_m2;
-        let (l, m, n) = (scale * reference.span_m * cl, scale * reference.chord_m * cm, scale * reference.span_m * cn);
+        let lateral = scale * reference.lateral_moment_length_m;
+        let (l, m, n) = (lateral * cl, scale * reference.chord_m * cm, lateral * cn);
         let about_reference = match self.replay.axes {
             Axes::Body => Vector3::new(l, m, n),
             Axes::Stability => {
@@ -246,14 +247,14 @@ impl<'a> Flight<'a> {
             let (sin, cos) = libm::sincos(air.alpha_rad);
             (p, r) = (p * cos + r * sin, r * cos - p * sin);
         }
-        let lateral = reference.lateral_rates.factor(reference.span_m, airspeed);
+        let lateral = reference.lateral_rate_length_m / airspeed;
         let mut values = [0.0; Variable::ALL.len()];
         let mut set = |variable: Variable, value: f64| values[variable as usize] = value;
         set(Variable::Alpha, air.alpha_rad);
         set(Variable::Beta, air.beta_rad);
         set(Variable::RollRate, p * lateral);
-        set(Variable::PitchRate, q * reference.pitch_rate.factor(reference.chord_m, airspeed));
-        set(Variable::HalfPitchRate, q * RateNormalisation::LengthOver2V.factor(reference.chord_m, airspeed));
+        set(Variable::PitchRate, q * (reference.pitch_rate_length_m / airspeed));
+        set(Variable::HalfPitchRate, q * (reference.chord_m / 2.0 / airspeed));
         set(Variable::YawRate, r * lateral);
         let [aileron, elevator, rudder] = sample.controls_rad;
         set(Variable::Aileron, aileron);
@@ -276,8 +277,8 @@ impl<'a> Flight<'a> {
         let alpha_rate = (velocity.x * acceleration.z - velocity.z * acceleration.x) / in_plane;
         let airspeed_rate = velocity.dot(acceleration) / airspeed;
         let beta_rate = (acceleration.y * airspeed - velocity.y * airspeed_rate) / (airspeed * in_plane.sqrt());
-        values[Variable::AlphaDot as usize] = alpha_rate * reference.alpha_dot.factor(reference.chord_m, airspeed);
-        values[Variable::BetaDot as usize] = beta_rate * reference.beta_dot.factor(reference.span_m, airspeed);
+        values[Variable::AlphaDot as usize] = alpha_rate * (reference.pitch_rate_length_m / airspeed);
+        values[Variable::BetaDot as usize] = beta_rate * (reference.lateral_rate_length_m / airspeed);
     }
 }
 

@@ -13,9 +13,8 @@ pub use axis::{Motion, MotionAxis};
 pub use error::ReplayError;
 pub use fly::Response;
 
-use crate::model::{
-    AeroData, Axes, Coefficient, CoefficientSettings, Derivatives, ReferenceGeometry, Variable, Variables, variables,
-};
+use crate::airframe::ReferenceGeometry;
+use crate::model::{AeroData, Axes, Coefficient, CoefficientSettings, Derivatives, Variable, Variables, variables};
 use crate::motion::State;
 use nalgebra::Vector3;
 use sample::Sample;

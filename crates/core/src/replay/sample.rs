@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::ReplayError;
 use crate::model::{AeroData, CoefficientSettings, Gyroscopic, ThrustTreatment, Variable, Variables};
-use crate::motion::Inertia;
+use crate::motion::FactoredInertia;
 
 /// Controls, air, engines and loading at one instant.
 #[derive(Clone, Copy, Debug)]
@@ -32,7 +32,7 @@ pub(super) struct Sample {
     /// Mass, kg.
     pub mass_kg: f64,
     /// Inertia about the centre of gravity.
-    pub inertia: Inertia,
+    pub inertia: FactoredInertia,
     /// Added to the coefficients `CX CY CZ Cl Cm Cn` of the model.
     pub disturbance: [f64; 6],
 }
@@ -46,14 +46,14 @@ impl Sample {
         wind_ned_m_s: &[Vec<f64>; 3],
         k: usize,
     ) -> Result<Self, ReplayError> {
-        let loaded = data.inertia.at(k);
+        let loaded = data.mass.at(k);
         let (airspeed, density) = (data.airspeed_m_s[k], data.density_kg_m3[k]);
         let control = |variable| variables.get(variable).map_or(0.0, |column| column[k]);
         let (mut thrust_force_n, mut thrust_moment_n_m) = (Vector3::zeros(), Vector3::zeros());
         for engine in &data.engines {
             let force = Vector3::from(engine.direction_body) * engine.thrust_n[k];
             thrust_force_n += force;
-            let arm = Vector3::from(engine.position.body_from_cg_m(loaded.cg_datum_m));
+            let arm = Vector3::from(engine.position.body_from_cg_m(loaded.cg_from_datum_m));
             thrust_moment_n_m += arm.cross(&force);
         }
         match settings.thrust {
@@ -69,7 +69,7 @@ impl Sample {
             Gyroscopic::Ignored => 0.0,
             Gyroscopic::Signed | Gyroscopic::Summed => data.engines.iter().map(momentum).sum(),
         };
-        let arm = settings.moment_reference.map_or([0.0; 3], |point| point.body_from_cg_m(loaded.cg_datum_m));
+        let arm = settings.moment_reference.map_or([0.0; 3], |point| point.body_from_cg_m(loaded.cg_from_datum_m));
         let mach = data.mach.as_ref().map_or(0.0, |mach| mach[k]);
         let pressure_over_q = data.propeller_pressure.as_ref().map_or(0.0, |rise| rise[k]);
         Ok(Self {
@@ -84,7 +84,7 @@ impl Sample {
             rotor_momentum_n_m_s: Vector3::new(rotors, 0.0, 0.0),
             reference_arm_m: Vector3::from(arm),
             mass_kg: loaded.mass_kg,
-            inertia: Inertia::new(loaded.tensor.matrix()).ok_or(ReplayError::Inertia { time_s: data.time_s[k] })?,
+            inertia: FactoredInertia::new(&loaded.inertia).ok_or(ReplayError::Inertia { time_s: data.time_s[k] })?,
             disturbance: [0.0; 6],
         })
     }

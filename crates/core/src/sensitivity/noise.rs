@@ -5,6 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use crate::reconstruct::{FilterData, FilterSettings};
+use crate::statistics::quantile;
 
 /// `data` with fresh Gaussian noise on every sample, of the deviations the filter takes for its inputs and measurements.
 ///
@@ -77,15 +78,6 @@ pub fn noise_effects(nominal: &[(String, f64)], realisations: &[Vec<f64>]) -> Ve
         }
     };
     nominal.iter().enumerate().map(effect).collect()
-}
-
-/// Quantile of sorted values, straight between them.
-fn quantile(sorted: &[f64], share: f64) -> f64 {
-    let place = share * (sorted.len() - 1) as f64;
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of a length")]
-    let below = place.floor() as usize;
-    let above = (below + 1).min(sorted.len() - 1);
-    sorted[below] + (place - below as f64) * (sorted[above] - sorted[below])
 }
 
 #[cfg(test)]

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use crate::airframe::{Aircraft, InertiaTensor, Loading};
-use crate::model::{AeroData, Inertia};
+use crate::airframe::{Aircraft, InertiaTensor, Loading, MassProperties};
+use crate::model::AeroData;
 use crate::quantity::Role;
 
 /// A quantity the derivatives are computed with.
@@ -119,25 +119,25 @@ impl Quantity {
     ///
     /// A centre of gravity that lies elsewhere moves the point the inertia is about while every part stays in its place, as in
     /// the thesis; fuel changes mass, centre of gravity and inertia together.
-    pub fn mass_change(&self, aircraft: &Aircraft, loading: &Loading, change: f64) -> Option<Inertia> {
-        let nothing = Inertia { mass_kg: 0.0, tensor: InertiaTensor::default(), cg_datum_m: [0.0; 3] };
-        let of_tensor = |tensor| Inertia { tensor, ..nothing };
+    pub fn mass_change(&self, aircraft: &Aircraft, loading: &Loading, change: f64) -> Option<MassProperties> {
+        let nothing = MassProperties::default();
+        let of_tensor = |inertia| MassProperties { inertia, ..nothing };
         let shifted = |axis: usize| {
             let properties = loading.mass_properties(aircraft);
             let mut shift = [0.0; 3];
             shift[axis] = change / 100.0 * aircraft.reference.chord_m;
             let point = std::array::from_fn(|axis| properties.cg_from_datum_m[axis] + shift[axis]);
             let (there, here) = (loading.inertia_about(aircraft, point), properties.inertia);
-            Inertia { tensor: there + here.scaled(-1.0), cg_datum_m: shift, ..nothing }
+            MassProperties { inertia: there + here.scaled(-1.0), cg_from_datum_m: shift, ..nothing }
         };
         Some(match self {
             Self::CgX => shifted(0),
             Self::CgY => shifted(1),
             Self::CgZ => shifted(2),
-            Self::Ixx => of_tensor(InertiaTensor { xx: change, ..nothing.tensor }),
-            Self::Iyy => of_tensor(InertiaTensor { yy: change, ..nothing.tensor }),
-            Self::Izz => of_tensor(InertiaTensor { zz: change, ..nothing.tensor }),
-            Self::Ixz => of_tensor(InertiaTensor { xz: change, ..nothing.tensor }),
+            Self::Ixx => of_tensor(InertiaTensor { xx: change, ..nothing.inertia }),
+            Self::Iyy => of_tensor(InertiaTensor { yy: change, ..nothing.inertia }),
+            Self::Izz => of_tensor(InertiaTensor { zz: change, ..nothing.inertia }),
+            Self::Ixz => of_tensor(InertiaTensor { xz: change, ..nothing.inertia }),
             Self::Fuel(tanks) => {
                 let mut changed = loading.clone();
                 let total = fuel_of(loading, tanks);
@@ -146,9 +146,7 @@ impl Quantity {
                         *fuel *= 1.0 + change / total;
                     }
                 }
-                let (after, before) = (changed.mass_properties(aircraft), loading.mass_properties(aircraft));
-                let (after, before) = (Inertia::from(&after), Inertia::from(&before));
-                after.plus(&before.scaled(-1.0))
+                changed.mass_properties(aircraft).minus(&loading.mass_properties(aircraft))
             }
             _ => return None,
         })

@@ -1,9 +1,17 @@
-//! Time bases, signals, recordings and windows.
+//! Time bases, signals, recordings and windows; gaps, and few points that draw like many.
+
+mod decimate;
+mod gap;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
+
 use crate::quantity::Role;
+
+pub use decimate::{Band, Decimated, Pyramid, decimate, decimate_band};
+pub use gap::{gap_threshold_s, value_at};
 
 /// Samples of one quantity against its own time. Both slices have one length; time increases strictly.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,23 +40,23 @@ pub struct Statistics {
 }
 
 impl Series {
-    /// Statistics of the finite samples inside `window`, both ends included; `None` where there are none.
-    pub fn statistics(&self, window: Window) -> Option<Statistics> {
-        let range = window.indices(&self.time_s);
-        let inside = || self.values[range.clone()].iter().copied().filter(|value| value.is_finite());
-        let samples = inside().count();
+    /// Statistics of the finite samples inside `range`, both ends included; `None` where there are none.
+    pub fn statistics(&self, range: TimeRange) -> Option<Statistics> {
+        let inside = range.indices(&self.time_s);
+        let values = || self.values[inside.clone()].iter().copied().filter(|value| value.is_finite());
+        let samples = values().count();
         if samples == 0 {
             return None;
         }
         let count = samples as f64;
-        let mean = inside().sum::<f64>() / count;
+        let mean = values().sum::<f64>() / count;
         Some(Statistics {
             samples,
-            min: inside().fold(f64::INFINITY, f64::min),
-            max: inside().fold(f64::NEG_INFINITY, f64::max),
+            min: values().fold(f64::INFINITY, f64::min),
+            max: values().fold(f64::NEG_INFINITY, f64::max),
             mean,
-            rms: (inside().map(|value| value * value).sum::<f64>() / count).sqrt(),
-            deviation: (inside().map(|value| (value - mean).powi(2)).sum::<f64>() / count).sqrt(),
+            rms: (values().map(|value| value * value).sum::<f64>() / count).sqrt(),
+            deviation: (values().map(|value| (value - mean).powi(2)).sum::<f64>() / count).sqrt(),
         })
     }
 }
@@ -98,18 +106,33 @@ impl Recording {
 }
 
 /// A closed interval of time, s.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Window {
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TimeRange {
     /// First instant, s.
     pub start_s: f64,
     /// Last instant, s.
     pub end_s: f64,
 }
 
-crate::hash_fields!(Window { ; start_s, end_s });
+crate::hash_fields!(TimeRange { ; start_s, end_s });
 
-impl Window {
-    /// Indices `first..end` of the samples of an increasing time vector that lie inside the window.
+impl TimeRange {
+    /// From one instant to another, in whichever order they come.
+    pub fn new(one_s: f64, other_s: f64) -> Self {
+        Self { start_s: one_s.min(other_s), end_s: one_s.max(other_s) }
+    }
+
+    /// Length, s.
+    pub fn length_s(&self) -> f64 {
+        self.end_s - self.start_s
+    }
+
+    /// Whether `time_s` lies inside.
+    pub fn contains(&self, time_s: f64) -> bool {
+        (self.start_s..=self.end_s).contains(&time_s)
+    }
+
+    /// Indices `first..end` of the samples of an increasing time vector that lie inside.
     pub fn indices(&self, time_s: &[f64]) -> std::ops::Range<usize> {
         let first = time_s.partition_point(|&t| t < self.start_s);
         let end = time_s.partition_point(|&t| t <= self.end_s);
@@ -125,17 +148,17 @@ mod tests {
     fn statistics_of_a_stretch_leave_out_what_is_not_finite() {
         let series =
             Series { time_s: (0..6).map(f64::from).collect(), values: [9.0, 1.0, f64::NAN, -2.0, 4.0, 9.0].into() };
-        let found = series.statistics(Window { start_s: 1.0, end_s: 4.0 }).expect("three samples lie inside");
+        let found = series.statistics(TimeRange { start_s: 1.0, end_s: 4.0 }).expect("three samples lie inside");
         assert_eq!((found.samples, found.min, found.max, found.mean), (3, -2.0, 4.0, 1.0));
         approx::assert_relative_eq!(found.rms, 7.0_f64.sqrt());
         approx::assert_relative_eq!(found.deviation, 6.0_f64.sqrt());
-        assert_eq!(series.statistics(Window { start_s: 1.5, end_s: 2.5 }), None);
+        assert_eq!(series.statistics(TimeRange { start_s: 1.5, end_s: 2.5 }), None);
     }
 
     #[test]
     fn window_takes_both_its_ends() {
         let time = [0.0, 1.0, 2.0, 3.0];
-        assert_eq!(Window { start_s: 1.0, end_s: 2.0 }.indices(&time), 1..3);
-        assert_eq!(Window { start_s: 5.0, end_s: 2.0 }.indices(&time), 4..4);
+        assert_eq!(TimeRange { start_s: 1.0, end_s: 2.0 }.indices(&time), 1..3);
+        assert_eq!(TimeRange { start_s: 5.0, end_s: 2.0 }.indices(&time), 4..4);
     }
 }

@@ -9,20 +9,10 @@ use crate::airframe::frames;
 use crate::motion::State;
 use crate::propulsion::EngineInput;
 
-/// Declares the quantities and their number.
-macro_rules! quantities {
-    ($($name:ident),* $(,)?) => {
-        /// A quantity the instruments read, in SI.
-        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-        #[allow(missing_docs, reason = "each name is the quantity")]
-        pub enum Quantity { $($name,)* }
-
-        /// Number of quantities.
-        pub const QUANTITIES: usize = [$(Quantity::$name,)*].len();
-    };
-}
-
-quantities!(
+/// A quantity the instruments read, in SI.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs, reason = "each name is the quantity")]
+pub enum Quantity {
     SensorForceX,
     SensorForceY,
     SensorForceZ,
@@ -61,7 +51,10 @@ quantities!(
     RightPedalDrum,
     LeftPedalDrum,
     None,
-);
+}
+
+/// Number of quantities.
+pub const QUANTITIES: usize = Quantity::None as usize + 1;
 
 /// Values of all quantities at one instant.
 pub type Quantities = [f64; QUANTITIES];

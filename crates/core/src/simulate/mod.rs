@@ -26,7 +26,7 @@ mod truth;
 mod turbulence;
 mod vehicle;
 
-pub use crate::motion::{Airflow, Inertia, Rate, State, runge_kutta, runge_kutta_from};
+pub use crate::motion::{Airflow, FactoredInertia, Rate, State, runge_kutta, runge_kutta_from};
 pub use aero::{AeroModel, Derivative, DerivativeEntry};
 pub use error::SimulateError;
 pub use files::RecordedFile;

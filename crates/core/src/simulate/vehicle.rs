@@ -9,7 +9,7 @@ use super::gear::{Gear, GearData};
 use crate::airframe::{Aircraft, Loading, MassProperties, ReferenceGeometry, frames};
 use crate::atmos::Atmosphere;
 use crate::model::{Variable, VariableValues};
-use crate::motion::{Airflow, Inertia, Rate, State};
+use crate::motion::{Airflow, FactoredInertia, Rate, State};
 use crate::propulsion::{Ambient, EngineInput, Powerplant, RotorSum};
 
 /// Deflections of the three controls, rad, signs of `docs/conventions.md`.
@@ -221,12 +221,13 @@ impl Vehicle {
     /// [`SimulateError::Aircraft`] when the loading is impossible.
     pub fn body(&self, loading: &Loading) -> Result<Body, SimulateError> {
         let properties = loading.mass_properties(&self.aircraft);
-        let impossible = properties.warnings.iter().find(|issue| issue.is_impossible()).map(ToString::to_string);
+        let impossible = loading.issues(&self.aircraft, &properties);
+        let impossible = impossible.iter().find(|issue| issue.is_impossible()).map(ToString::to_string);
         let refuse = |reason| SimulateError::Aircraft { name: self.aircraft.name.clone(), reason };
         if let Some(reason) = impossible {
             return Err(refuse(reason));
         }
-        let inertia = Inertia::new(properties.inertia.matrix())
+        let inertia = FactoredInertia::new(&properties.inertia)
             .ok_or_else(|| refuse("its inertia tensor is not positive definite".into()))?;
         let cg = properties.cg_from_datum_m;
         let hubs = [0, 1].map(|engine| {
@@ -337,7 +338,7 @@ pub struct Body {
     /// Mass, centre of gravity and inertia.
     pub properties: MassProperties,
     /// Factored inertia.
-    pub inertia: Inertia,
+    pub inertia: FactoredInertia,
     hubs: [Vector3<f64>; 2],
     wheels: [Vector3<f64>; 3],
 }

@@ -1,34 +1,10 @@
 //! Simulated motion against measured motion inside tolerance bands, as simulators are qualified.
 
-use crate::quantity::Dimension;
+use crate::quantity::named_quantities;
 
-/// Declares the quantities compared.
-macro_rules! signals {
-    ($($variant:ident, $name:literal, $dimension:ident, $text:literal;)*) => {
-        /// A quantity of the motion that is compared.
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-        pub enum Signal { $(#[doc = $text] $variant,)* }
-
-        impl Signal {
-            /// All of them.
-            pub const ALL: [Self; [$($name,)*].len()] = [$(Self::$variant,)*];
-
-            /// Name in tables and files.
-            pub fn name(self) -> &'static str { match self { $(Self::$variant => $name,)* } }
-
-            /// Dimension, hence SI unit.
-            pub fn dimension(self) -> Dimension { match self { $(Self::$variant => Dimension::$dimension,)* } }
-
-            /// One-line description.
-            pub fn description(self) -> &'static str { match self { $(Self::$variant => $text,)* } }
-
-            /// The one called `name`.
-            pub fn from_name(name: &str) -> Option<Self> { Self::ALL.into_iter().find(|signal| signal.name() == name) }
-        }
-    };
-}
-
-signals! {
+named_quantities! {
+    /// A quantity of the motion that is compared.
+    Signal;
     Airspeed, "airspeed", Speed, "true airspeed";
     Altitude, "altitude", Length, "altitude above the local origin";
     AngleOfAttack, "alpha", Angle, "angle of attack";

@@ -49,7 +49,7 @@ fn minimal_aircraft_has_its_constant_mass_and_inertia() {
     assert_eq!((properties.mass_kg, properties.cg_from_datum_m), (1000.0, [2.0, 0.0, 1.0]));
     let expected = InertiaTensor { xz: 50.0, ..InertiaTensor::diagonal(1000.0, 1500.0, 2200.0) };
     assert_eq!(properties.inertia, expected);
-    assert_eq!(properties.warnings, []);
+    assert_eq!(Loading::default().issues(&aircraft, &properties), []);
     assert_eq!(aircraft.mean_chord(), None);
 }
 

@@ -1,7 +1,7 @@
 //! A control sensor aligned by the aircraft's first response.
 
 use doublet_core::align::{AlignError, OnsetSettings, onset_alignment};
-use doublet_core::series::{Series, Window};
+use doublet_core::series::{Series, TimeRange};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
@@ -45,7 +45,7 @@ fn recorded(late_s: f64, seed: u64) -> (Series, Series, [Series; 2]) {
 fn onset_alignment_recovers_truth_shift_within_two_milliseconds() {
     /// What the thesis reached by hand, s.
     const PRECISION_S: f64 = 2e-3;
-    let window = Window { start_s: ONSET_S - 1.0, end_s: ONSET_S + 1.2 };
+    let window = TimeRange { start_s: ONSET_S - 1.0, end_s: ONSET_S + 1.2 };
     for (late_s, seed) in [(0.030, 1), (-0.120, 2), (0.217, 3), (0.0, 4), (0.030, 5)] {
         let (control, response, [rate, pitch]) = recorded(late_s, seed);
         let found = onset_alignment(&control, &response, &[&rate, &pitch], window, &OnsetSettings::default()).unwrap();
@@ -61,7 +61,7 @@ fn onset_alignment_is_consistent_with_its_standard_error() {
     /// three of them to either side, and wider above, since the control's own noise is not in the standard error.
     const RECORDINGS: u64 = 40;
     const BAND: std::ops::Range<f64> = 0.33..2.0;
-    let window = Window { start_s: ONSET_S - 1.0, end_s: ONSET_S + 1.2 };
+    let window = TimeRange { start_s: ONSET_S - 1.0, end_s: ONSET_S + 1.2 };
     let mut squares = 0.0;
     for seed in 100..100 + RECORDINGS {
         let (control, response, [rate, pitch]) = recorded(0.03, seed);
@@ -77,10 +77,10 @@ fn onset_alignment_is_consistent_with_its_standard_error() {
 fn onset_alignment_rejects_noise_and_windows_without_samples() {
     let (control, response, [rate, pitch]) = recorded(0.0, 9);
     let settings = OnsetSettings::default();
-    let quiet = Window { start_s: 1.0, end_s: 3.0 };
+    let quiet = TimeRange { start_s: 1.0, end_s: 3.0 };
     let refused = onset_alignment(&control, &response, &[&rate, &pitch], quiet, &settings);
     assert!(matches!(refused, Err(AlignError::NoResponse { .. } | AlignError::ShiftAtEnd { .. })), "{refused:?}");
-    let outside = Window { start_s: 7.5, end_s: 9.5 };
+    let outside = TimeRange { start_s: 7.5, end_s: 9.5 };
     let refused = onset_alignment(&control, &response, &[&rate, &pitch], outside, &settings);
     assert!(matches!(refused, Err(AlignError::OnsetSamples { found: 0, .. })), "{refused:?}");
     let other = Series { time_s: control.time_s.clone(), values: control.values.clone() };
@@ -91,7 +91,7 @@ fn onset_alignment_rejects_noise_and_windows_without_samples() {
     assert!(matches!(refused, Err(AlignError::Setting { setting: "range_s", .. })), "{refused:?}");
     let far = OnsetSettings { range_s: 0.05, ..settings };
     let (late, response, [rate, pitch]) = recorded(0.3, 9);
-    let window = Window { start_s: ONSET_S - 1.0, end_s: ONSET_S + 1.2 };
+    let window = TimeRange { start_s: ONSET_S - 1.0, end_s: ONSET_S + 1.2 };
     assert!(matches!(
         onset_alignment(&late, &response, &[&rate, &pitch], window, &far),
         Err(AlignError::ShiftAtEnd { .. })

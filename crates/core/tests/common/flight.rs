@@ -2,10 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use doublet_core::airframe::InertiaTensor;
-use doublet_core::model::{
-    AeroData, Coefficient, CoefficientSettings, Derivatives, Inertia, InertiaHistory, ReferenceGeometry, Term,
-};
+use doublet_core::airframe::{InertiaTensor, MassHistory, MassProperties, ReferenceGeometry};
+use doublet_core::model::{AeroData, Coefficient, CoefficientSettings, Derivatives, Term};
 use doublet_core::quantity::Role;
 use doublet_core::replay::{Replay, Start};
 
@@ -83,10 +81,10 @@ pub fn window(samples: usize) -> (AeroData, CoefficientSettings, Start) {
             (Role::Aileron, control(0.5, 0.0, 0.05)),
             (Role::Rudder, control(5.0, 0.0, 0.05)),
         ]),
-        inertia: InertiaHistory::Constant(Inertia {
+        mass: MassHistory::Constant(MassProperties {
             mass_kg: 2010.0,
-            tensor: InertiaTensor { xz: 311.0, ..InertiaTensor::diagonal(5493.0, 5411.0, 9689.0) },
-            cg_datum_m: [3.53, 0.0, 1.68],
+            inertia: InertiaTensor { xz: 311.0, ..InertiaTensor::diagonal(5493.0, 5411.0, 9689.0) },
+            cg_from_datum_m: [3.53, 0.0, 1.68],
         }),
         engines: Vec::new(),
         propeller_pressure: None,
@@ -94,7 +92,7 @@ pub fn window(samples: usize) -> (AeroData, CoefficientSettings, Start) {
         mach: None,
         time_s,
     };
-    let settings = CoefficientSettings::new(ReferenceGeometry::new(18.7, 11.68, 1.68));
+    let settings = CoefficientSettings::new(ReferenceGeometry::conventional(18.7, 11.68, 1.68));
     let start = Start {
         position_ned_m: [0.0, 0.0, -1219.0],
         air_velocity_body_m_s: [airspeed * alpha.cos(), 0.0, airspeed * alpha.sin()],

@@ -29,7 +29,7 @@ fn series(recording: &Recording, role: Role) -> &Series {
 /// Values of `role` between two times.
 fn window(recording: &Recording, role: Role, start_s: f64, end_s: f64) -> Vec<f64> {
     let series = series(recording, role);
-    let range = doublet_core::series::Window { start_s, end_s }.indices(&series.time_s);
+    let range = doublet_core::series::TimeRange { start_s, end_s }.indices(&series.time_s);
     series.values[range].to_vec()
 }
 

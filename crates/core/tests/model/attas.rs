@@ -7,13 +7,12 @@
 
 use std::collections::BTreeMap;
 
-use doublet_core::airframe::InertiaTensor;
+use doublet_core::airframe::{InertiaTensor, MassHistory, MassProperties, ReferenceGeometry};
 use doublet_core::estimate::{PooledFit, PooledWindow, pooled};
 use doublet_core::load::read_all;
 use doublet_core::model::{
-    AeroData, Coefficient, CoefficientSettings, Coefficients, Engine, Inertia, InertiaHistory, Position,
-    RateNormalisation, ReferenceGeometry, Structure, Term, ThrustTreatment, Variable, Variables, coefficients,
-    regressors, variables,
+    AeroData, Coefficient, CoefficientSettings, Coefficients, Engine, Position, Structure, Term, ThrustTreatment,
+    Variable, Variables, coefficients, regressors, variables,
 };
 use doublet_core::prep::{
     Differentiation, FlowVane, Smoothing, acceleration_at_cg, differentiate, flow_angles_at_cg, smooth,
@@ -158,10 +157,10 @@ fn aero_data(recording: &Recording, treatment: Treatment) -> AeroData {
             .into_iter()
             .map(|role| (role, column(recording, role)))
             .collect(),
-        inertia: InertiaHistory::Constant(Inertia {
+        mass: MassHistory::Constant(MassProperties {
             mass_kg: 17_631.0,
-            tensor: InertiaTensor { xz: 11_442.0, ..InertiaTensor::diagonal(133_367.0, 252_687.0, 359_593.0) },
-            cg_datum_m: [0.0; 3],
+            inertia: InertiaTensor { xz: 11_442.0, ..InertiaTensor::diagonal(133_367.0, 252_687.0, 359_593.0) },
+            cg_from_datum_m: [0.0; 3],
         }),
         engines: vec![engine(Role::Thrust1, 1.0), engine(Role::Thrust2, -1.0)],
         propeller_pressure: None,
@@ -173,10 +172,8 @@ fn aero_data(recording: &Recording, treatment: Treatment) -> AeroData {
 
 /// Settings of the published regression: semispan as the reference length of roll and yaw, `p* = p b / V`.
 fn settings() -> CoefficientSettings {
-    let reference = ReferenceGeometry {
-        lateral_rates: RateNormalisation::LengthOverV,
-        ..ReferenceGeometry::new(64.0, 10.75, 3.159)
-    };
+    let reference =
+        ReferenceGeometry { lateral_rate_length_m: 10.75, ..ReferenceGeometry::conventional(64.0, 10.75, 3.159) };
     CoefficientSettings {
         moment_reference: Some(Position::BodyFromCg(AERODYNAMIC_CENTRE)),
         thrust: ThrustTreatment::Removed,

@@ -2,13 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use doublet_core::airframe::InertiaTensor;
+use doublet_core::airframe::{InertiaTensor, MassHistory, MassProperties, ReferenceGeometry};
 use doublet_core::atmos::Atmosphere;
 use doublet_core::estimate::{EstimateError, PooledWindow, least_squares, pooled};
 use doublet_core::load::read_all;
 use doublet_core::model::{
-    AeroData, Coefficient, CoefficientSettings, Engine, Inertia, InertiaHistory, Lag, Position, ReferenceGeometry,
-    Structure, Term, Variable, coefficients, regressors, variables,
+    AeroData, Coefficient, CoefficientSettings, Engine, Lag, Position, Structure, Term, Variable, coefficients,
+    regressors, variables,
 };
 use doublet_core::quantity::Role;
 
@@ -51,10 +51,10 @@ fn aero_data(name: &str) -> Option<AeroData> {
         angular_acceleration_rad_s2: None,
         density_kg_m3,
         controls: [Role::Aileron, Role::Elevator, Role::Rudder].into_iter().map(|role| (role, column(role))).collect(),
-        inertia: InertiaHistory::Constant(Inertia {
+        mass: MassHistory::Constant(MassProperties {
             mass_kg: 5000.0,
-            tensor: InertiaTensor { xz: 1908.0, ..InertiaTensor::diagonal(15_351.0, 22_965.0, 36_220.0) },
-            cg_datum_m: [0.0; 3],
+            inertia: InertiaTensor { xz: 1908.0, ..InertiaTensor::diagonal(15_351.0, 22_965.0, 36_220.0) },
+            cg_from_datum_m: [0.0; 3],
         }),
         engines: Vec::new(),
         propeller_pressure: None,
@@ -69,7 +69,7 @@ fn settings(lag_s: f64) -> CoefficientSettings {
     let lag = Lag { time_constant_s: lag_s, delay_s: 0.0 };
     CoefficientSettings {
         control_lags: [Role::Aileron, Role::Elevator, Role::Rudder].map(|role| (role, lag)).into(),
-        ..CoefficientSettings::new(ReferenceGeometry::new(24.99, 13.325, 1.991))
+        ..CoefficientSettings::new(ReferenceGeometry::conventional(24.99, 13.325, 1.991))
     }
 }
 

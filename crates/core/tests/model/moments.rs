@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use doublet_core::airframe::InertiaTensor;
+use doublet_core::airframe::{InertiaTensor, MassHistory, MassProperties, ReferenceGeometry};
 use doublet_core::model::{
-    AeroData, Axes, Coefficient, CoefficientSettings, Engine, Gyroscopic, Inertia, InertiaHistory, ModelError,
-    Position, ReferenceGeometry, ThrustTreatment, coefficients,
+    AeroData, Axes, Coefficient, CoefficientSettings, Engine, Gyroscopic, ModelError, Position, ThrustTreatment,
+    coefficients,
 };
 use nalgebra::{Matrix3, Vector3};
 
@@ -43,7 +43,7 @@ fn data() -> AeroData {
         angular_acceleration_rad_s2: Some([0, 1, 2].map(|axis| constant(ANGULAR[axis]))),
         density_kg_m3: constant(DENSITY),
         controls: BTreeMap::new(),
-        inertia: InertiaHistory::Constant(Inertia { mass_kg: 2000.0, tensor: TENSOR, cg_datum_m: CG_DATUM }),
+        mass: MassHistory::Constant(MassProperties { mass_kg: 2000.0, inertia: TENSOR, cg_from_datum_m: CG_DATUM }),
         engines: vec![
             engine(0, Position::Datum([0.6, 0.1, 1.9])),
             engine(1, Position::BodyFromCg([-2.1, -0.05, -0.3])),
@@ -59,7 +59,7 @@ const TENSOR: InertiaTensor = InertiaTensor { xx: 3500.0, yy: 3200.0, zz: 6100.0
 
 /// Reference geometry of the example.
 fn settings() -> CoefficientSettings {
-    CoefficientSettings::new(ReferenceGeometry::new(18.7, 11.68, 1.68))
+    CoefficientSettings::new(ReferenceGeometry::conventional(18.7, 11.68, 1.68))
 }
 
 /// Body-axes force and moment the motion requires, N and N m, from the tensor.

@@ -1,7 +1,7 @@
 //! Engine comparison of thesis 6.3: on signals with known answers and on the ten instants of Table 6.11.
 
 use doublet_core::propulsion::{PhaseOfFlight, compare_power, difference_correlation, phase_table};
-use doublet_core::series::Window;
+use doublet_core::series::TimeRange;
 
 use crate::support::{HP, numbers, reference};
 
@@ -50,7 +50,8 @@ fn phases_compare_only_their_own_samples() {
     let time = [0.0, 1.0, 2.0, 3.0, 4.0];
     let modelled = [10.0, 10.0, 20.0, 20.0, 30.0];
     let monitor = [9.0, 11.0, 22.0, 18.0, 30.0];
-    let phase = |name: &str, start_s, end_s| PhaseOfFlight { name: name.to_owned(), window: Window { start_s, end_s } };
+    let phase =
+        |name: &str, start_s, end_s| PhaseOfFlight { name: name.to_owned(), window: TimeRange { start_s, end_s } };
     let rows = phase_table(
         &time,
         &modelled,

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use doublet_core::load::aircraft;
 use doublet_core::load::datcom::{
     AileronMeasure, DatcomAxes, DatcomDeck, DatcomListing, DatcomSection, DeckCondition, DeckReference, ListingError,
-    PitchRateForm, PredictedDerivative, PredictionOptions, beside,
+    PredictedDerivative, PredictionOptions, beside,
 };
 use proptest::prelude::*;
 
@@ -34,7 +34,8 @@ fn named(derivatives: &[PredictedDerivative], name: &str) -> f64 {
 /// As listed: stability axes, rates against 2 V.
 const AS_LISTED: PredictionOptions = PredictionOptions {
     axes: DatcomAxes::Stability,
-    pitch_rate: PitchRateForm::OverTwoV,
+    pitch_rate_chords: 0.5,
+    lateral_rate_spans: 0.5,
     aileron: AileronMeasure::DownGoing,
 };
 

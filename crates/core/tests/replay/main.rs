@@ -3,11 +3,11 @@
 
 use std::collections::BTreeMap;
 
-use doublet_core::airframe::{FixedItem, InertiaTensor, Loading};
+use doublet_core::airframe::{FixedItem, InertiaTensor, Loading, MassHistory, MassProperties};
 use doublet_core::atmos::Atmosphere;
 use doublet_core::model::{
-    AeroData, Axes, Coefficient, CoefficientSettings, Derivatives, Engine, Gyroscopic, Inertia, InertiaHistory,
-    Position, ReferenceGeometry, Term, ThrustTreatment, Variable, coefficients, variables,
+    AeroData, Axes, Coefficient, CoefficientSettings, Derivatives, Engine, Gyroscopic, Position, Term, ThrustTreatment,
+    Variable, coefficients, variables,
 };
 use doublet_core::motion::{Airflow, State, runge_kutta};
 use doublet_core::quantity::Role;
@@ -140,7 +140,7 @@ fn flown_with(seconds: f64, load: impl Fn(&mut Loading)) -> Flown {
         angular_acceleration_rad_s2: None,
         density_kg_m3: vec![environment.density_kg_m3; steps],
         controls: BTreeMap::from([(Role::Aileron, aileron), (Role::Elevator, elevator), (Role::Rudder, rudder)]),
-        inertia: InertiaHistory::Constant(Inertia::from(&body.properties)),
+        mass: MassHistory::Constant(body.properties),
         engines,
         propeller_pressure: None,
         altitude_m: None,
@@ -150,12 +150,7 @@ fn flown_with(seconds: f64, load: impl Fn(&mut Loading)) -> Flown {
 }
 
 fn settings(vehicle: &Vehicle) -> CoefficientSettings {
-    let stated = vehicle.reference();
-    let mut settings = CoefficientSettings::new(ReferenceGeometry::new(
-        stated.area_m2,
-        stated.lateral_moment_length_m,
-        stated.chord_m,
-    ));
+    let mut settings = CoefficientSettings::new(*vehicle.reference());
     settings.thrust = ThrustTreatment::Removed;
     settings.gyroscopic = Gyroscopic::Signed;
     settings
@@ -211,9 +206,8 @@ fn lopsided_loading_gives_back_the_moments_it_was_flown_with() {
     println!("largest errors of CX CY CZ Cl Cm Cn: {errors:?}");
     assert!(errors.iter().all(|error| *error < ROUND_OFF), "{errors:?}");
     // Without its products Ixy and Iyz the same motion gives other moments.
-    let symmetric =
-        Inertia { tensor: InertiaTensor { xy: 0.0, yz: 0.0, ..tensor }, ..Inertia::from(&flown.body.properties) };
-    let errors = largest_error(&AeroData { inertia: InertiaHistory::Constant(symmetric), ..data });
+    let symmetric = MassProperties { inertia: InertiaTensor { xy: 0.0, yz: 0.0, ..tensor }, ..flown.body.properties };
+    let errors = largest_error(&AeroData { mass: MassHistory::Constant(symmetric), ..data });
     println!("without Ixy and Iyz: {errors:?}");
     assert!(errors[3..].iter().all(|error| *error > 1e-4), "{errors:?}");
 }

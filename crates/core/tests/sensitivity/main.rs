@@ -9,12 +9,11 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use doublet_core::airframe::{Aircraft, InertiaTensor};
+use doublet_core::airframe::{Aircraft, InertiaTensor, MassHistory, MassProperties, ReferenceGeometry};
 use doublet_core::estimate::least_squares;
 use doublet_core::load::aircraft;
 use doublet_core::model::{
-    AeroData, Coefficient, CoefficientSettings, Coefficients, Inertia, InertiaHistory, ReferenceGeometry, Structure,
-    coefficients, regressors, variables,
+    AeroData, Coefficient, CoefficientSettings, Coefficients, Structure, coefficients, regressors, variables,
 };
 use doublet_core::quantity::Role;
 use doublet_core::sensitivity::{Quantity, SensitivityTable, Step, central, quantities};
@@ -27,7 +26,7 @@ fn c337f() -> Aircraft {
 }
 
 /// Pitching in level flight: elevator motion, its response and the angular acceleration that goes with `TRUTH`.
-fn pitching(inertia: Inertia) -> AeroData {
+fn pitching(mass: MassProperties) -> AeroData {
     let time_s: Vec<f64> = (0..600).map(|k| 0.02 * f64::from(k)).collect();
     let column = |f: &dyn Fn(f64) -> f64| time_s.iter().map(|&t| f(t)).collect::<Vec<f64>>();
     let still = || vec![0.0; time_s.len()];
@@ -39,7 +38,7 @@ fn pitching(inertia: Inertia) -> AeroData {
     let moment = |k: usize| {
         TRUTH[0] + TRUTH[1] * alpha[k] + TRUTH[2] * q[k] * GEOMETRY.chord_m / airspeed + TRUTH[3] * elevator[k]
     };
-    let q_dot: Vec<f64> = (0..time_s.len()).map(|k| moment(k) * scale / inertia.tensor.yy).collect();
+    let q_dot: Vec<f64> = (0..time_s.len()).map(|k| moment(k) * scale / mass.inertia.yy).collect();
     AeroData {
         airspeed_m_s: vec![airspeed; time_s.len()],
         beta_rad: still(),
@@ -49,7 +48,7 @@ fn pitching(inertia: Inertia) -> AeroData {
         angular_acceleration_rad_s2: Some([still(), q_dot, still()]),
         density_kg_m3: vec![density; time_s.len()],
         controls: BTreeMap::from([(Role::Elevator, elevator), (Role::Aileron, still()), (Role::Rudder, still())]),
-        inertia: InertiaHistory::Constant(inertia),
+        mass: MassHistory::Constant(mass),
         engines: Vec::new(),
         propeller_pressure: None,
         altitude_m: None,
@@ -62,20 +61,12 @@ fn pitching(inertia: Inertia) -> AeroData {
 /// Pitching moment of the thesis (Table 6.8): constant, alpha, q c/V, elevator. The published partials reproduce its digits.
 const TRUTH: [f64; 4] = [0.08, -0.8429, -0.95, -0.4239];
 /// Wing area and mean chord of the Cessna 337F.
-const GEOMETRY: ReferenceGeometry = ReferenceGeometry {
-    area_m2: 18.7,
-    span_m: 11.68,
-    chord_m: 1.68,
-    lateral_rates: doublet_core::model::RateNormalisation::LengthOver2V,
-    pitch_rate: doublet_core::model::RateNormalisation::LengthOverV,
-    alpha_dot: doublet_core::model::RateNormalisation::LengthOverV,
-    beta_dot: doublet_core::model::RateNormalisation::LengthOver2V,
-};
+const GEOMETRY: ReferenceGeometry = ReferenceGeometry::conventional(18.7, 11.68, 1.68);
 /// Mass and inertia of thesis section 7.2.1.
-const NOMINAL: Inertia = Inertia {
+const NOMINAL: MassProperties = MassProperties {
     mass_kg: 2010.0,
-    tensor: InertiaTensor { xx: 5493.0, yy: 5411.0, zz: 9689.0, xz: 311.0, xy: 0.0, yz: 0.0 },
-    cg_datum_m: [3.53, 0.0, 1.68],
+    inertia: InertiaTensor { xx: 5493.0, yy: 5411.0, zz: 9689.0, xz: 311.0, xy: 0.0, yz: 0.0 },
+    cg_from_datum_m: [3.53, 0.0, 1.68],
 };
 
 /// Derivatives of one coefficient: name, estimate, standard error.
@@ -126,15 +117,15 @@ fn pitching_moment_is_proportional_to_its_inertia() {
     let aircraft = c337f();
     let changed = |quantity: &Quantity, change: f64| {
         let by = quantity.mass_change(&aircraft, &aircraft.standard_loading, change).unwrap();
-        AeroData { inertia: InertiaHistory::Constant(NOMINAL.plus(&by)), ..data.clone() }
+        AeroData { mass: MassHistory::Constant(NOMINAL.plus(&by)), ..data.clone() }
     };
-    let iyy = table(Quantity::Iyy, NOMINAL.tensor.yy, changed);
+    let iyy = table(Quantity::Iyy, NOMINAL.inertia.yy, changed);
     for (name, truth) in [("Cm_alpha", TRUTH[1]), ("Cm_q", TRUTH[2]), ("Cm_delta_e", TRUTH[3])] {
-        approx::assert_relative_eq!(partial(&iyy, name), truth / NOMINAL.tensor.yy, max_relative = EXACT);
+        approx::assert_relative_eq!(partial(&iyy, name), truth / NOMINAL.inertia.yy, max_relative = EXACT);
     }
     // Table 7.3 averages over manoeuvres whose inertia falls by 6 of 5411 kg m2 and whose mean estimate is rounded.
     approx::assert_relative_eq!(partial(&iyy, "Cm_alpha"), -1.54e-4, max_relative = 0.02);
-    let ixx = table(Quantity::Ixx, NOMINAL.tensor.xx, |quantity, change| changed(quantity, change));
+    let ixx = table(Quantity::Ixx, NOMINAL.inertia.xx, |quantity, change| changed(quantity, change));
     assert!(partial(&ixx, "Cm_alpha").abs() < EXACT, "roll inertia does not enter pure pitching");
 }
 
@@ -147,14 +138,14 @@ fn centre_of_gravity_moves_the_inertia_as_thesis_table_7_3_says() {
         [(Quantity::CgX, 6.23e-4 / -1.54e-4, 0.15), (Quantity::CgZ, -2.33e-3 / -1.54e-4, 0.05)]
     {
         let change = |by: f64| quantity.mass_change(&aircraft, &aircraft.standard_loading, by).unwrap();
-        let found = (change(5.0).tensor.yy - change(-5.0).tensor.yy) / 10.0;
+        let found = (change(5.0).inertia.yy - change(-5.0).inertia.yy) / 10.0;
         println!("{}: {found:.3} kg m2 per % MAC, printed {printed:.3}", quantity.name());
         approx::assert_relative_eq!(found, printed, max_relative = tolerance);
         // Moving the point by s both ways adds 2 m s^2 together, wherever the parts are (parallel-axis theorem).
         let s = 0.05 * aircraft.reference.chord_m;
         let mass = aircraft.standard_loading.mass_properties(&aircraft).mass_kg;
         // The component groups of the empty aircraft weigh more than the aircraft by their printed rounding.
-        let sum = change(5.0).tensor.yy + change(-5.0).tensor.yy;
+        let sum = change(5.0).inertia.yy + change(-5.0).inertia.yy;
         approx::assert_relative_eq!(sum, 2.0 * mass * s * s, max_relative = 0.01);
     }
 }
@@ -175,6 +166,6 @@ fn fuel_changes_mass_and_moves_the_centre_of_gravity_towards_its_tanks() {
         // The new centre of gravity divides the distance to the tanks as the masses do.
         let share = change.mass_kg / (before.mass_kg + change.mass_kg);
         let towards = share * (tank.cg_from_datum_m[0] - before.cg_from_datum_m[0]);
-        approx::assert_relative_eq!(change.cg_datum_m[0], towards, max_relative = EXACT);
+        approx::assert_relative_eq!(change.cg_from_datum_m[0], towards, max_relative = EXACT);
     }
 }

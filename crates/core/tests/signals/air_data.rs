@@ -1,7 +1,7 @@
 //! Angle of attack of the pod: thesis section 4.3.
 
+use doublet_core::airframe::instruments::PodCalibration;
 use doublet_core::atmos::{Atmosphere, STANDARD_GRAVITY_M_S2};
-use doublet_core::load::instruments::PodCalibration;
 use doublet_core::prep::{
     PodDefinition, PrepError, level_flight_angle_of_attack, pod_angle_of_attack, pod_calibration, pod_history,
     pod_working_range, sideslip,

@@ -13,7 +13,7 @@ use doublet_core::prep::{
     find_manoeuvres, fuel_history, integrated_turn, noise_statistics, pod_history, rudder_history, stretches,
 };
 use doublet_core::quantity::Role;
-use doublet_core::series::{Recording, Series, Window};
+use doublet_core::series::{Recording, Series, TimeRange};
 
 use super::support::{asset, c337f};
 
@@ -99,9 +99,9 @@ fn flown(key: &str) -> Vec<toml::Value> {
     demo().truth["manoeuvre"].as_array().unwrap().iter().map(|table| table[key].clone()).collect()
 }
 
-fn windows() -> Vec<Window> {
+fn windows() -> Vec<TimeRange> {
     let bound = |key| flown(key).into_iter().map(|value| value.as_float().unwrap()).collect::<Vec<f64>>();
-    bound("start_s").into_iter().zip(bound("end_s")).map(|(start_s, end_s)| Window { start_s, end_s }).collect()
+    bound("start_s").into_iter().zip(bound("end_s")).map(|(start_s, end_s)| TimeRange { start_s, end_s }).collect()
 }
 
 fn true_clock(name: &str) -> ClockModel {
@@ -304,7 +304,7 @@ fn every_manoeuvre_is_found_none_invented_and_named_rightly() {
     let deflections = deflections(0);
     let controls: Vec<(Role, &Series)> = SURFACES.iter().map(|(role, _)| *role).zip(&deflections).collect();
     let rates = [Role::RollRate, Role::PitchRate, Role::YawRate].map(|rate| (rate, role(bus, rate)));
-    let always = [Window { start_s: f64::NEG_INFINITY, end_s: f64::INFINITY }];
+    let always = [TimeRange { start_s: f64::NEG_INFINITY, end_s: f64::INFINITY }];
     let found = find_manoeuvres(&controls, &rates, &always, &ManoeuvreSettings::default()).unwrap().found;
     let truth = demo().truth["manoeuvre"].as_array().unwrap();
     let near = |onset: f64| found.iter().filter(|m| (m.onset_s - onset).abs() < 0.15).count();
@@ -350,7 +350,7 @@ fn first_response_places_the_control_sensors_to_two_milliseconds() {
         let axis = SURFACES.iter().position(|(_, name)| Some(*name) == flown["surface"].as_str()).unwrap();
         // The recording is taken to have started 0.2 s later than it did, as a phone's command may say.
         let late = ClockModel::REFERENCE.shifted(0.2).align(&deflections[axis]);
-        let window = Window { start_s: onset - 1.0, end_s: onset + 2.5 };
+        let window = TimeRange { start_s: onset - 1.0, end_s: onset + 2.5 };
         let found = onset_alignment(&late, &responses[axis], &motion, window, &OnsetSettings::default()).unwrap();
         let weight = found.shift_sd_s.powi(-2);
         (sum, weights, count) = (sum + weight * (found.shift_s + 0.2), weights + weight, count + 1);
@@ -366,8 +366,8 @@ fn first_response_places_the_control_sensors_to_two_milliseconds() {
 
 #[test]
 fn noise_of_the_gyros_is_found_in_the_steady_seconds_before_the_manoeuvres() {
-    let steady: Vec<Window> =
-        windows().iter().map(|w| Window { start_s: w.start_s + 1.0, end_s: w.start_s + 3.0 }).collect();
+    let steady: Vec<TimeRange> =
+        windows().iter().map(|w| TimeRange { start_s: w.start_s + 1.0, end_s: w.start_s + 3.0 }).collect();
     // Noise of thesis Table 4.15 and the resolution of 1/32 deg/s over the root of twelve.
     for (rate, sigma) in [(Role::RollRate, 6.22e-4), (Role::PitchRate, 1.20e-3), (Role::YawRate, 6.15e-4)] {
         let resolution = (1.0f64 / 32.0).to_radians();

@@ -1,6 +1,6 @@
 //! Fuel from probes and flow: thesis section 4.2.
 
-use doublet_core::load::instruments::FuelProbe;
+use doublet_core::airframe::instruments::FuelProbe;
 use doublet_core::prep::{FuelSettings, PrepError, fuel_from_flow, fuel_history, fuel_reading};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -2,13 +2,13 @@
 
 use doublet_core::prep::{Manoeuvre, ManoeuvreSettings, ManoeuvreShape, PassedOver, PrepError, find_manoeuvres};
 use doublet_core::quantity::Role;
-use doublet_core::series::{Series, Window};
+use doublet_core::series::{Series, TimeRange};
 use doublet_core::simulate::{Hand, InputKind, InputSignal};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
-const ALWAYS: [Window; 1] = [Window { start_s: f64::NEG_INFINITY, end_s: f64::INFINITY }];
+const ALWAYS: [TimeRange; 1] = [TimeRange { start_s: f64::NEG_INFINITY, end_s: f64::INFINITY }];
 const SURFACES: [Role; 3] = [Role::Aileron, Role::Elevator, Role::Rudder];
 /// Time from one input to the next, s.
 const EVERY_S: f64 = 40.0;
@@ -187,7 +187,7 @@ fn a_cut_that_begins_and_ends_close_to_the_manoeuvre_is_found() {
     let found = find_manoeuvres(&[(Role::Elevator, &control)], &[], &ALWAYS, &ManoeuvreSettings::default()).unwrap();
     assert_eq!(found.passed_over, []);
     assert_eq!((found.found.len(), found.found[0].shape), (1, ManoeuvreShape::Doublet));
-    let Window { start_s, end_s } = found.found[0].window;
+    let TimeRange { start_s, end_s } = found.found[0].window;
     assert!(start_s == 0.0 && end_s <= 3.1, "{:?}", found.found[0].window);
     // Cuts laid end to end give a window each, none over the pause.
     let pause = |t: &f64| !(3.1..13.1).contains(t);
@@ -225,7 +225,7 @@ fn inputs_that_are_no_manoeuvre_are_told_with_their_reason() {
     let input =
         |t: f64| doublet(t, 20.0, 0.05) + doublet(t, 60.0, 0.006) + doublet(t, 100.0, 0.05) + doublet(t, 102.7, 0.05);
     let control = deflection(200.0, input);
-    let flown = [Window { start_s: 40.0, end_s: 200.0 }];
+    let flown = [TimeRange { start_s: 40.0, end_s: 200.0 }];
     let found = find_manoeuvres(&[(Role::Elevator, &control)], &[], &flown, &ManoeuvreSettings::default()).unwrap();
     let told: Vec<(i64, PassedOver)> =
         found.passed_over.iter().map(|(_, at, _, why)| (at.round() as i64, *why)).collect();

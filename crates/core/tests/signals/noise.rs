@@ -1,8 +1,8 @@
 //! Noise of channels over steady windows.
 
-use doublet_core::load::instruments::StatedNoise;
+use doublet_core::airframe::instruments::StatedNoise;
 use doublet_core::prep::{NoiseOrigin, NoiseSums, PrepError, WHITE_LEVEL, noise_proposal, noise_statistics};
-use doublet_core::series::{Series, Window};
+use doublet_core::series::{Series, TimeRange};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
@@ -23,10 +23,10 @@ fn gyro(keep: f64, resolution: f64, seed: u64) -> Series {
     Series { values: values.collect(), time_s: time.into() }
 }
 
-const WINDOWS: [Window; 3] = [
-    Window { start_s: 2.0, end_s: 12.0 },
-    Window { start_s: 20.0, end_s: 30.0 },
-    Window { start_s: 41.0, end_s: 51.0 },
+const WINDOWS: [TimeRange; 3] = [
+    TimeRange { start_s: 2.0, end_s: 12.0 },
+    TimeRange { start_s: 20.0, end_s: 30.0 },
+    TimeRange { start_s: 41.0, end_s: 51.0 },
 ];
 
 #[test]
@@ -54,12 +54,12 @@ fn coloured_noise_is_told_from_white() {
 
 #[test]
 fn one_white_noise_in_twenty_is_called_coloured_however_many_windows_it_is_in() {
-    let short = |count: usize, length_s: f64| -> Vec<Window> {
+    let short = |count: usize, length_s: f64| -> Vec<TimeRange> {
         let start = |k: usize| 3.0 * k as f64;
-        (0..count).map(|k| Window { start_s: start(k), end_s: start(k) + length_s }).collect()
+        (0..count).map(|k| TimeRange { start_s: start(k), end_s: start(k) + length_s }).collect()
     };
     // One long window, three, twenty of 75 samples, each with its own line taken off.
-    let cases = [vec![Window { start_s: 0.0, end_s: 60.0 }], WINDOWS.to_vec(), short(20, 1.5)];
+    let cases = [vec![TimeRange { start_s: 0.0, end_s: 60.0 }], WINDOWS.to_vec(), short(20, 1.5)];
     for windows in cases {
         let white = |seed| noise_statistics(&gyro(0.0, 0.0, seed), &windows, 1).unwrap().whiteness >= WHITE_LEVEL;
         let share = (0..2000).filter(|&seed| !white(seed)).count() as f64 / 2000.0;
@@ -77,7 +77,7 @@ fn proposals_are_what_was_measured_or_stated_and_nothing_else() {
     let mut rng = ChaCha8Rng::seed_from_u64(5);
     let time: Vec<f64> = (0..1000).map(|k| 0.02 * f64::from(k)).collect();
     let values = time.iter().map(|_| 0.0018 * rng.sample::<f64, _>(StandardNormal)).collect();
-    let whole = [Window { start_s: 0.0, end_s: 20.0 }];
+    let whole = [TimeRange { start_s: 0.0, end_s: 20.0 }];
     let white = noise_statistics(&Series { time_s: time.into(), values }, &whole, 2).unwrap();
     for stated in [None, Some(&stated)] {
         let choice = noise_proposal(Ok(&white), stated).unwrap();
@@ -90,7 +90,7 @@ fn proposals_are_what_was_measured_or_stated_and_nothing_else() {
     let mut still = vec![0.25; 600];
     still[300] = 0.26;
     let coarse = Series { time_s: (0..600).map(|k| 0.02 * f64::from(k)).collect(), values: still.into() };
-    let coarse = noise_statistics(&coarse, &[Window { start_s: 0.0, end_s: 12.0 }], 0).unwrap();
+    let coarse = noise_statistics(&coarse, &[TimeRange { start_s: 0.0, end_s: 12.0 }], 0).unwrap();
     let choice = noise_proposal(Ok(&coarse), None).unwrap();
     assert!(matches!(choice.origin, NoiseOrigin::Resolution(_)));
     assert!((choice.proposed - 0.01 / 12f64.sqrt()).abs() < 1e-9);
@@ -117,7 +117,7 @@ fn noise_of_several_recordings_is_pooled_by_their_samples() {
 
 #[test]
 fn noise_statistics_reject_windows_without_samples() {
-    let refused = noise_statistics(&gyro(0.0, 0.0, 1), &[Window { start_s: 100.0, end_s: 110.0 }], 1);
+    let refused = noise_statistics(&gyro(0.0, 0.0, 1), &[TimeRange { start_s: 100.0, end_s: 110.0 }], 1);
     assert!(matches!(refused, Err(PrepError::TooFewSamples { needed: 9, found: 0, .. })), "{refused:?}");
     assert!(noise_statistics(&gyro(0.0, 0.0, 1), &[], 1).is_err());
 }

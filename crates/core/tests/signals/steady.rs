@@ -1,12 +1,12 @@
 //! Steady windows: where there are data, little motion and white noise.
 
 use doublet_core::prep::{SteadySearch, SteadySettings, SteadySignal, find_steady};
-use doublet_core::series::{Series, Window};
+use doublet_core::series::{Series, TimeRange};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
-const WHOLE: [Window; 1] = [Window { start_s: 0.0, end_s: 200.0 }];
+const WHOLE: [TimeRange; 1] = [TimeRange { start_s: 0.0, end_s: 200.0 }];
 
 /// A rate at 50 Hz over 200 s: white noise of 1e-3 rad/s on a motion.
 fn rate(motion: impl Fn(f64) -> f64) -> Series {
@@ -41,7 +41,7 @@ fn steady_windows_lie_outside_gaps_and_manoeuvres_and_drift_little() {
     let found = find(&Series { time_s: time.into(), values: values.into() }, 0.05).found;
     assert!(found.len() >= 8, "{found:?}");
     for stretch in &found {
-        let Window { start_s, end_s } = stretch.window;
+        let TimeRange { start_s, end_s } = stretch.window;
         let apart = |from: f64, to: f64| end_s <= from + 0.5 || start_s >= to - 0.5;
         assert!(apart(60.0, 80.0) && apart(120.0, 140.0) && apart(165.0, 200.0), "{stretch:?}");
     }

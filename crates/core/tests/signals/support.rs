@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use doublet_core::load::instruments::{self, Instruments};
+use doublet_core::airframe::instruments::Instruments;
+use doublet_core::load::instruments;
 
 /// A file of the shipped assets.
 pub fn asset(path: &str) -> PathBuf {

@@ -4,6 +4,8 @@
 //! files says what is finished, to this program later and to others working on the same folder at the same time.
 
 mod jobs;
+#[cfg(feature = "parquet")]
+mod parquet;
 mod store;
 mod sweep;
 mod table;
@@ -12,6 +14,16 @@ use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
+
+#[cfg(not(feature = "parquet"))]
+mod parquet {
+    /// Says that this build has no writer.
+    pub(super) fn parquet(_: &[(String, super::table::Column)]) -> Result<Vec<u8>, &'static str> {
+        Err(
+            "this build of doublet writes no Parquet: build it with the feature parquet, or give the table the ending .csv",
+        )
+    }
+}
 
 pub use jobs::{Job, jobs};
 pub use store::{Estimate, Finished, Store};

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use doublet_core::model::{RateNormalisation, Variable};
+use doublet_core::model::Variable;
 
 use super::model::{IdentifiedCoefficient, IdentifiedModel};
 use super::{CHECK_TOLERANCE, MARK};
@@ -73,30 +73,37 @@ fn input(variable: Variable) -> Input {
     Input { variable, name, signal, unit, description }
 }
 
-/// Normalisation and reference length, m, of a variable that is a rate made dimensionless; `None` for all others.
-pub fn normalisation(model: &IdentifiedModel, variable: Variable) -> Option<(RateNormalisation, f64)> {
+/// How a rate is made dimensionless: rate times `length_m` over the airspeed, written as rate times `symbol` over n airspeeds.
+pub struct Normalisation {
+    /// Length, m.
+    pub length_m: f64,
+    /// The reference length it is a part of: `b`, that of `Cl` and `Cn`, or `c`.
+    pub symbol: &'static str,
+    /// How often it goes into that length.
+    pub divisor: f64,
+}
+
+/// Normalisation of a variable that is a rate made dimensionless; `None` for all others.
+pub fn normalisation(model: &IdentifiedModel, variable: Variable) -> Option<Normalisation> {
     let reference = &model.reference;
-    Some(match variable {
-        Variable::RollRate | Variable::YawRate => (reference.lateral_rates, reference.span_m),
-        Variable::PitchRate => (reference.pitch_rate, reference.chord_m),
-        Variable::HalfPitchRate => (RateNormalisation::LengthOver2V, reference.chord_m),
-        Variable::AlphaDot => (reference.alpha_dot, reference.chord_m),
-        Variable::BetaDot => (reference.beta_dot, reference.span_m),
+    let (length_m, symbol, divisor) = match variable {
+        Variable::RollRate | Variable::YawRate | Variable::BetaDot => {
+            (reference.lateral_rate_length_m, "b", reference.lateral_rate_divisor())
+        }
+        Variable::PitchRate | Variable::AlphaDot => {
+            (reference.pitch_rate_length_m, "c", reference.pitch_rate_divisor())
+        }
+        Variable::HalfPitchRate => (reference.chord_m / 2.0, "c", 2.0),
         _ => return None,
-    })
+    };
+    Some(Normalisation { length_m, symbol, divisor })
 }
 
 /// How a variable reads with the model's normalisation, for example `q c/V`.
 pub fn normalised_name(model: &IdentifiedModel, variable: Variable) -> Option<String> {
-    let (normalisation, _) = normalisation(model, variable)?;
-    let length =
-        if matches!(variable, Variable::PitchRate | Variable::HalfPitchRate | Variable::AlphaDot) { "c" } else { "b" };
+    let Normalisation { symbol, divisor, .. } = normalisation(model, variable)?;
     let rate = input(variable).name;
-    Some(match normalisation {
-        RateNormalisation::LengthOver2V => format!("{rate} {length}/(2 V)"),
-        RateNormalisation::LengthOverV => format!("{rate} {length}/V"),
-        RateNormalisation::Dimensional => format!("{rate}, rad/s"),
-    })
+    Some(if divisor == 1.0 { format!("{rate} {symbol}/V") } else { format!("{rate} {symbol}/({divisor} V)") })
 }
 
 /// The middle of all ranges, then points spread evenly over them (Halton).
@@ -117,8 +124,8 @@ pub fn point(model: &IdentifiedModel, fraction: impl Fn(usize) -> f64) -> CheckP
         .into_iter()
         .map(|input| {
             let value = &mut values[input.variable as usize];
-            let Some((normalisation, length_m)) = normalisation(model, input.variable) else { return (input, *value) };
-            let factor = normalisation.factor(length_m, airspeed);
+            let Some(normalisation) = normalisation(model, input.variable) else { return (input, *value) };
+            let factor = normalisation.length_m / airspeed;
             let rate = *value / factor;
             *value = rate * factor;
             (input, rate)

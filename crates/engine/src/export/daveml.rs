@@ -1,8 +1,8 @@
 //! DAVE-ML 2.0: the model as variable definitions with MathML, uncertainties and check cases.
 
-use doublet_core::model::{Coefficient, Gyroscopic, RateNormalisation, Term, ThrustTreatment, Variable};
+use doublet_core::model::{Coefficient, Gyroscopic, Term, ThrustTreatment, Variable};
 
-use super::checks::{Input, inputs, normalisation, normalised_name, points};
+use super::checks::{Input, Normalisation, inputs, normalisation, normalised_name, points};
 use super::model::{IdentifiedCoefficient, IdentifiedModel};
 use super::xml::{Document, number};
 use super::{ExportError, MARK};
@@ -21,8 +21,8 @@ pub fn write(model: &IdentifiedModel, date: &str) -> Result<String, ExportError>
         }
         reference_lengths(d, model)?;
         for variable in model.variables() {
-            if let Some((normalisation, _)) = normalisation(model, variable) {
-                rate_definition(d, model, variable, normalisation)?;
+            if let Some(normalisation) = normalisation(model, variable) {
+                rate_definition(d, model, variable, &normalisation)?;
             }
         }
         for coefficient in &model.coefficients {
@@ -106,7 +106,13 @@ fn reference_lengths(d: &mut Document, model: &IdentifiedModel) -> Result<(), Ex
     let [x, y, z] = model.moment_reference_datum_m;
     for (name, id, unit, value, description) in [
         ("referenceWingArea", "S", "m2", reference.area_m2, "reference area"),
-        ("referenceWingSpan", "b", "m", reference.span_m, "reference length of Cl, Cn, roll and yaw rate"),
+        (
+            "referenceWingSpan",
+            "b",
+            "m",
+            reference.lateral_moment_length_m,
+            "reference length of Cl, Cn, roll and yaw rate",
+        ),
         ("referenceWingChord", "c", "m", reference.chord_m, "reference length of Cm and pitch rate"),
         ("momentReference_X", "x_ref", "m", x, "moment reference, datum axes, positive aft"),
         ("momentReference_Y", "y_ref", "m", y, "moment reference, datum axes, positive right"),
@@ -130,30 +136,25 @@ fn rate_definition(
     d: &mut Document,
     model: &IdentifiedModel,
     variable: Variable,
-    normalisation: RateNormalisation,
+    normalisation: &Normalisation,
 ) -> Result<(), ExportError> {
     let id = identifier(model, variable);
     let rate = id.trim_end_matches("_hat").to_owned();
     let written = normalised_name(model, variable).unwrap_or_default();
-    let length =
-        if matches!(variable, Variable::PitchRate | Variable::HalfPitchRate | Variable::AlphaDot) { "c" } else { "b" };
     let attributes = [("name", id.as_str()), ("varID", id.as_str()), ("units", "nd")];
     d.element("variableDef", &attributes, |d| {
         d.text("description", &[], &format!("{written}{}", range(model, variable)))?;
         calculation(d, |d| {
-            if normalisation == RateNormalisation::Dimensional {
-                return d.text("ci", &[], &rate);
-            }
             apply(d, "divide", |d| {
                 apply(d, "times", |d| {
                     d.text("ci", &[], &rate)?;
-                    d.text("ci", &[], length)
+                    d.text("ci", &[], normalisation.symbol)
                 })?;
-                if normalisation == RateNormalisation::LengthOverV {
+                if normalisation.divisor == 1.0 {
                     return d.text("ci", &[], "V");
                 }
                 apply(d, "times", |d| {
-                    d.number("cn", 2.0)?;
+                    d.number("cn", normalisation.divisor)?;
                     d.text("ci", &[], "V")
                 })
             })

@@ -1,7 +1,7 @@
 //! JSBSim: the model as an `aerodynamics` file, and a minimal aircraft around it.
 
 use doublet_core::airframe::InertiaTensor;
-use doublet_core::model::{Coefficient, RateNormalisation, Term, Variable};
+use doublet_core::model::{Coefficient, Term, Variable};
 
 use super::checks::{normalisation, normalised_name};
 use super::daveml::statement;
@@ -34,9 +34,9 @@ pub fn aerodynamics(model: &IdentifiedModel) -> Result<String, ExportError> {
     ))?;
     document.element("aerodynamics", &[], |d| {
         for variable in model.variables() {
-            if let Some((normalisation, length_m)) = normalisation(model, variable) {
+            if let Some(normalisation) = normalisation(model, variable) {
                 let description = normalised_name(model, variable).unwrap_or_default();
-                rate_function(d, variable, normalisation, length_m, &description)?;
+                rate_function(d, variable, normalisation.length_m, &description)?;
             }
         }
         for coefficient in &model.coefficients {
@@ -103,13 +103,7 @@ fn property(variable: Variable) -> Result<(String, f64), &'static str> {
     Ok((name.to_owned(), factor))
 }
 
-fn rate_function(
-    d: &mut Document,
-    variable: Variable,
-    normalisation: RateNormalisation,
-    length_m: f64,
-    description: &str,
-) -> Result<(), ExportError> {
+fn rate_function(d: &mut Document, variable: Variable, length_m: f64, description: &str) -> Result<(), ExportError> {
     let rate = match variable {
         Variable::RollRate => "velocities/p-aero-rad_sec",
         Variable::PitchRate | Variable::HalfPitchRate => "velocities/q-aero-rad_sec",
@@ -117,28 +111,16 @@ fn rate_function(
         Variable::AlphaDot => "aero/alphadot-rad_sec",
         _ => "aero/betadot-rad_sec",
     };
-    let length_ft = length_m / M_PER_FT;
     let name = format!("{FOLDER}/{}-hat", variable.suffix());
     d.element("function", &[("name", &name)], |d| {
         d.text("description", &[], description)?;
-        match normalisation {
-            RateNormalisation::Dimensional => product(d, |d| {
+        d.element("quotient", &[], |d| {
+            product(d, |d| {
                 d.text("property", &[], rate)?;
-                d.number("value", 1.0)
-            }),
-            RateNormalisation::LengthOver2V => over_airspeed(d, rate, 0.5 * length_ft),
-            RateNormalisation::LengthOverV => over_airspeed(d, rate, length_ft),
-        }
-    })
-}
-
-fn over_airspeed(d: &mut Document, rate: &str, length_ft: f64) -> Result<(), ExportError> {
-    d.element("quotient", &[], |d| {
-        product(d, |d| {
-            d.text("property", &[], rate)?;
-            d.number("value", length_ft)
-        })?;
-        d.text("property", &[], "velocities/vt-fps")
+                d.number("value", length_m / M_PER_FT)
+            })?;
+            d.text("property", &[], "velocities/vt-fps")
+        })
     })
 }
 
@@ -218,7 +200,7 @@ fn term(d: &mut Document, value: f64, term: &Term) -> Result<(), ExportError> {
 fn axes(d: &mut Document, model: &IdentifiedModel) -> Result<(), ExportError> {
     let has = |coefficient| model.coefficients.iter().any(|c| c.coefficient == coefficient);
     let area_ft2 = model.reference.area_m2 / (M_PER_FT * M_PER_FT);
-    let (span_ft, chord_ft) = (model.reference.span_m / M_PER_FT, model.reference.chord_m / M_PER_FT);
+    let (span_ft, chord_ft) = (model.reference.lateral_moment_length_m / M_PER_FT, model.reference.chord_m / M_PER_FT);
     let lift = !has(Coefficient::CX) && has(Coefficient::CL);
     for (axis, coefficient, length_ft) in [
         ("X", Coefficient::CX, 1.0),
@@ -299,11 +281,11 @@ fn metrics(d: &mut Document, model: &IdentifiedModel) -> Result<(), ExportError>
     let reference = &model.reference;
     d.element("metrics", &[], |d| {
         d.text("wingarea", &[("unit", "FT2")], &number(reference.area_m2 / (M_PER_FT * M_PER_FT)))?;
-        d.text("wingspan", &[("unit", "FT")], &number(reference.span_m / M_PER_FT))?;
+        d.text("wingspan", &[("unit", "FT")], &number(reference.lateral_moment_length_m / M_PER_FT))?;
         d.text("chord", &[("unit", "FT")], &number(reference.chord_m / M_PER_FT))?;
         location(d, "AERORP", model.moment_reference_datum_m)?;
-        location(d, "EYEPOINT", model.cg_datum_m)?;
-        location(d, "VRP", model.cg_datum_m)
+        location(d, "EYEPOINT", model.mass.cg_from_datum_m)?;
+        location(d, "VRP", model.mass.cg_from_datum_m)
     })
 }
 
@@ -318,13 +300,13 @@ fn location(d: &mut Document, name: &str, [x, y, z]: [f64; 3]) -> Result<(), Exp
 
 fn mass_balance(d: &mut Document, model: &IdentifiedModel) -> Result<(), ExportError> {
     let slug_ft2 = N_PER_LBF * M_PER_FT; // 1 slug ft² = 1 lbf ft s²
-    let InertiaTensor { xx, yy, zz, xz, xy, yz } = model.inertia;
+    let InertiaTensor { xx, yy, zz, xz, xy, yz } = model.mass.inertia;
     // Not negated: the products themselves, not the elements of the tensor; in structural axes, whose x and z point the other way.
     d.element("mass_balance", &[("negated_crossproduct_inertia", "false")], |d| {
         for (name, value) in [("ixx", xx), ("iyy", yy), ("izz", zz), ("ixy", -xy), ("ixz", xz), ("iyz", -yz)] {
             d.text(name, &[("unit", "SLUG*FT2")], &number(value / slug_ft2))?;
         }
-        d.text("emptywt", &[("unit", "LBS")], &number(model.mass_kg / KG_PER_LB))?;
-        location(d, "CG", model.cg_datum_m)
+        d.text("emptywt", &[("unit", "LBS")], &number(model.mass.mass_kg / KG_PER_LB))?;
+        location(d, "CG", model.mass.cg_from_datum_m)
     })
 }

@@ -2,10 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use doublet_core::airframe::InertiaTensor;
-use doublet_core::model::{
-    Axes, Coefficient, Derivatives, Gyroscopic, RateNormalisation, ReferenceGeometry, Term, ThrustTreatment, Variable,
-};
+use doublet_core::airframe::{MassProperties, ReferenceGeometry};
+use doublet_core::model::{Axes, Coefficient, Derivatives, Gyroscopic, Term, ThrustTreatment, Variable};
 use nalgebra::DMatrix;
 
 use super::ExportError;
@@ -59,12 +57,8 @@ pub struct IdentifiedModel {
     pub about_centre_of_gravity: bool,
     /// Where the datum axes begin, in words.
     pub datum: String,
-    /// Mass, kg, centre of gravity in datum axes, m, and inertia, as flown at the start of the first flight.
-    pub mass_kg: f64,
-    /// Centre of gravity.
-    pub cg_datum_m: [f64; 3],
-    /// Moments and products of inertia about the centre of gravity in body axes.
-    pub inertia: InertiaTensor,
+    /// Mass properties as flown at the start of the first flight.
+    pub mass: MassProperties,
     /// What of the thrust is inside the coefficients.
     pub thrust: ThrustTreatment,
     /// Gyroscopic moment of the propellers the coefficients were formed with.
@@ -95,15 +89,14 @@ impl IdentifiedModel {
             refuse("there is no pooled estimate to export: mark at least one window as identification".into())
         })?;
         let loaded = snapshot.aircraft.ready().ok_or_else(|| refuse("the aircraft could not be read".into()))?;
-        let data = crate::stage::aircraft_data(loaded.clone(), session.loading.as_ref())
-            .map_err(|error| refuse(error.into()))?;
+        let reference = loaded.aircraft.reference;
         let coefficients = pooled
             .fits
             .iter()
-            .map(|fit| identified(fit, session.structure.terms(fit.coefficient).unwrap_or_default(), &data.reference))
+            .map(|fit| identified(fit, session.structure.terms(fit.coefficient).unwrap_or_default(), &reference))
             .collect::<Result<Vec<_>, _>>()?;
         let on_board = snapshot.on_board(session).ok_or_else(|| refuse("the aircraft could not be read".into()))?;
-        let mass = &on_board.0.properties;
+        let mass = on_board.0.properties;
         let (ranges, mean_cg) = conditions(&coefficients, snapshot);
         let Preparation { thrust, gyroscopic, control_lags, axes, moment_reference, .. } = session.preparation;
         if axes != Axes::Body {
@@ -116,13 +109,11 @@ impl IdentifiedModel {
             name: file_name(&loaded.aircraft.name),
             aircraft: loaded.aircraft.name.clone(),
             title: session.title.clone(),
-            reference: data.reference,
+            reference,
             moment_reference_datum_m: stated.or(mean_cg).unwrap_or(mass.cg_from_datum_m),
             about_centre_of_gravity: stated.is_none(),
             datum: loaded.aircraft.datum.clone(),
-            mass_kg: mass.mass_kg,
-            cg_datum_m: mass.cg_from_datum_m,
-            inertia: mass.inertia,
+            mass,
             thrust,
             gyroscopic,
             control_lags,
@@ -223,14 +214,9 @@ fn identified(
 /// A term with `q c/2V` as one of the pitch rate of the other terms, and the factor from its derivative to that of the new term.
 fn with_one_pitch_rate(term: &Term, reference: &ReferenceGeometry) -> (Term, f64) {
     let power = term.factors().iter().find(|(variable, _)| *variable == Variable::HalfPitchRate).map_or(0, |&(_, p)| p);
-    let (factor, airspeed) = match reference.pitch_rate {
-        RateNormalisation::LengthOver2V => (1.0, 0),
-        RateNormalisation::LengthOverV => (0.5, 0),
-        RateNormalisation::Dimensional => (0.5 * reference.chord_m, -1),
-    };
     let others = term.factors().iter().copied().filter(|(variable, _)| *variable != Variable::HalfPitchRate);
-    let rate = [(Variable::PitchRate, power), (Variable::Airspeed, airspeed * power)];
-    (Term::product(others.chain(rate)), f64::powi(factor, power))
+    let factor = 0.5 * reference.chord_m / reference.pitch_rate_length_m;
+    (Term::product(others.chain([(Variable::PitchRate, power)])), factor.powi(power))
 }
 
 /// Ranges of the variables over the windows each coefficient was identified from, and the mean centre of gravity there.
@@ -252,7 +238,7 @@ fn conditions(coefficients: &[IdentifiedCoefficient], snapshot: &Snapshot) -> (R
             }
             let samples = aero.data.time_s.len();
             let (sum, count) = (0..samples).fold(([0.0; 3], 0), |(sum, count), k| {
-                let cg = aero.data.inertia.at(k).cg_datum_m;
+                let cg = aero.data.mass.at(k).cg_from_datum_m;
                 (std::array::from_fn(|i| sum[i] + cg[i]), count + 1)
             });
             seen.insert(window, (sum, count));
@@ -302,14 +288,13 @@ mod tests {
             series: Vec::new(),
             dropped: Vec::new(),
         };
-        let mut reference = ReferenceGeometry::new(18.0, 11.0, 1.6);
+        let mut reference = ReferenceGeometry::conventional(18.0, 11.0, 1.6);
         let found = identified(&fit, &terms, &reference).unwrap().parameters;
         assert_eq!(found.iter().map(|p| p.name.as_str()).collect::<Vec<_>>(), ["Cm_0", "Cm_q", "Cm_alpha_q2"]);
         assert_eq!([found[1].value, found[2].value], [0.5 * values[1], 0.25 * values[2]]);
         assert!((found[1].standard_error - 0.1).abs() < 1e-15 && (found[2].standard_error - 0.075).abs() < 1e-15);
-        reference.pitch_rate = RateNormalisation::Dimensional;
+        reference.pitch_rate_length_m = 0.4;
         let found = identified(&fit, &terms, &reference).unwrap().parameters;
-        assert_eq!(found[2].term.to_string(), "alpha*qc/V^2*V^-2");
-        assert!((found[2].value - values[2] * 0.64).abs() < 1e-15);
+        assert!((found[1].value - values[1] * 2.0).abs() < 1e-15 && (found[2].value - values[2] * 4.0).abs() < 1e-15);
     }
 }

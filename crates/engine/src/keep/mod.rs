@@ -14,5 +14,5 @@ pub use folder::{Earlier, Put, PutError, Staging};
 pub(crate) use lock::describe_owner;
 pub use lock::{Lock, LockResult, Owner};
 pub use manifest::{MANIFEST, has_manifest};
-pub(crate) use manifest::{hash_bytes, hash_file};
+pub(crate) use manifest::{hash_bytes, hash_file, hex};
 pub use sweep::sweep;

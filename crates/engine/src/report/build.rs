@@ -2,7 +2,7 @@
 
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::{AirState, Method, State};
-use doublet_core::series::{Recording, Window};
+use doublet_core::series::{Recording, TimeRange};
 
 use super::prediction::{PredictionAgreement, PredictionRow};
 use super::results::{
@@ -33,7 +33,7 @@ pub fn build(session: &Session, snapshot: &Snapshot) -> Results {
         session_sha256: setup::session_sha256(session),
         aircraft: aircraft.map(|aircraft| aircraft.name.clone()).unwrap_or_default(),
         rate_normalisation: aircraft.map(|aircraft| aircraft.reference.rate_normalisation()).unwrap_or_default(),
-        mass_kg: at_start.as_ref().map_or(f64::NAN, |mass| mass.mass_kg),
+        mass_kg: at_start.as_ref().map_or(f64::NAN, |mass| mass.properties.mass_kg),
         mass_properties: at_start,
         reference: aircraft.map(|aircraft| setup::reference(aircraft, &session.preparation)),
         gravity_m_s2: snapshot.gravity.as_ref().map_or(session.filter.gravity_m_s2, |used| used.m_s2),
@@ -150,7 +150,7 @@ fn channels(recording: &Recording) -> Vec<ChannelRow> {
 
 fn expression_row(recording: &Recording, made: &ExpressedChannel) -> ExpressionRow {
     let channel = &recording.channels[made.channel];
-    let all = Window { start_s: f64::NEG_INFINITY, end_s: f64::INFINITY };
+    let all = TimeRange { start_s: f64::NEG_INFINITY, end_s: f64::INFINITY };
     let found = channel.series.statistics(all);
     ExpressionRow {
         name: channel.name.clone(),

@@ -3,7 +3,7 @@
 use doublet_core::validate::{BandResult, TestResult};
 use serde::Serialize;
 
-use super::table::{Cell, Column, Table};
+use super::table::{Cell, Column, Table, TableOf};
 use crate::graph::StageResult;
 use crate::stage::{ProofOfMatch, WindowReplay};
 
@@ -129,73 +129,35 @@ pub fn tables(proof: &ProofRow) -> [Table; 2] {
 
 /// Every band of every test.
 pub fn bands(proof: &ProofRow) -> Table {
-    let rows = proof.windows.iter().flat_map(|window| {
-        window.tests.iter().flat_map(move |test| {
-            test.bands.iter().map(move |band| {
-                vec![
-                    Cell::text(&window.window),
-                    Cell::text(&test.id),
-                    Cell::text(&test.name),
-                    Cell::Flag(test.passed),
-                    Cell::Count(band.requirement),
-                    Cell::text(band.signal),
-                    Cell::text(band.unit),
-                    Cell::Flag(band.passed),
-                    Cell::Number(band.worst_ratio),
-                    Cell::Number(band.worst_error),
-                    Cell::Number(band.worst_time_s),
-                    Cell::Number(band.share_inside),
-                ]
-            })
-        })
-    });
-    Table {
-        name: "match".to_owned(),
-        caption: "Bands of every test: the largest difference, simulated less measured, and where it is.".to_owned(),
-        columns: vec![
-            Column::new("window", "Window"),
-            Column::new("test", "Test"),
-            Column::new("name", "Name"),
-            Column::new("test_passed", "Test passed"),
-            Column::new("requirement", "Requirement"),
-            Column::new("signal", "Signal"),
-            Column::new("unit", "Unit"),
-            Column::new("band_passed", "Inside"),
-            Column::number("worst_ratio", "Over half width", "", 3),
-            Column::number("worst_error", "Difference", "", 3),
-            Column::number("worst_time_s", "At", "s", 5),
-            Column::number("share_inside", "Share inside", "", 3),
-        ],
-        rows: rows.collect(),
-    }
+    let tests = proof.windows.iter().flat_map(|window| window.tests.iter().map(move |test| (window, test)));
+    let rows = tests.flat_map(|(window, test)| test.bands.iter().map(move |band| (window, test, band)));
+    let caption = "Bands of every test: the largest difference, simulated less measured, and where it is.";
+    TableOf::new("match", caption, rows)
+        .text("window", "Window", |(window, ..)| &window.window)
+        .text("test", "Test", |(_, test, _)| &test.id)
+        .text("name", "Name", |(_, test, _)| &test.name)
+        .column(Column::new("test_passed", "Test passed"), |(_, test, _)| Cell::Flag(test.passed))
+        .count("requirement", "Requirement", |(.., band)| band.requirement)
+        .text("signal", "Signal", |(.., band)| band.signal)
+        .text("unit", "Unit", |(.., band)| band.unit)
+        .column(Column::new("band_passed", "Inside"), |(.., band)| Cell::Flag(band.passed))
+        .number("worst_ratio", "Over half width", "", 3, |(.., band)| band.worst_ratio)
+        .number("worst_error", "Difference", "", 3, |(.., band)| band.worst_error)
+        .number("worst_time_s", "At", "s", 5, |(.., band)| band.worst_time_s)
+        .number("share_inside", "Share inside", "", 3, |(.., band)| band.share_inside)
+        .done()
 }
 
 /// Theil's coefficient of each signal of each window.
 pub fn theil(proof: &ProofRow) -> Table {
-    let rows = proof.windows.iter().flat_map(|window| {
-        window.theil.iter().map(move |row| {
-            vec![
-                Cell::text(&window.window),
-                Cell::text(row.signal),
-                Cell::Number(row.coefficient),
-                Cell::Number(row.bias),
-                Cell::Number(row.variance),
-                Cell::Number(row.covariance),
-            ]
-        })
-    });
-    Table {
-        name: "match_theil".to_owned(),
-        caption: "Theil's inequality coefficient, 0 perfect and 1 none, and the shares of the mean square error."
-            .to_owned(),
-        columns: vec![
-            Column::new("window", "Window"),
-            Column::new("signal", "Signal"),
-            Column::number("theil", "Theil", "", 3),
-            Column::number("bias", "Bias", "", 3),
-            Column::number("variance", "Variance", "", 3),
-            Column::number("covariance", "Covariance", "", 3),
-        ],
-        rows: rows.collect(),
-    }
+    let rows = proof.windows.iter().flat_map(|window| window.theil.iter().map(move |row| (window, row)));
+    let caption = "Theil's inequality coefficient, 0 perfect and 1 none, and the shares of the mean square error.";
+    TableOf::new("match_theil", caption, rows)
+        .text("window", "Window", |(window, _)| &window.window)
+        .text("signal", "Signal", |(_, row)| row.signal)
+        .number("theil", "Theil", "", 3, |(_, row)| row.coefficient)
+        .number("bias", "Bias", "", 3, |(_, row)| row.bias)
+        .number("variance", "Variance", "", 3, |(_, row)| row.variance)
+        .number("covariance", "Covariance", "", 3, |(_, row)| row.covariance)
+        .done()
 }

@@ -1,5 +1,6 @@
 //! The results as they leave the program: `results.json`, documented in `docs/results.md`.
 
+use doublet_core::airframe::ReferenceGeometry;
 use serde::Serialize;
 
 use super::mass::{FlownMassRow, MassRow};
@@ -88,18 +89,9 @@ pub struct Results {
 /// Lengths and area the coefficients refer to.
 #[derive(Clone, Debug, Serialize)]
 pub struct ReferenceRow {
-    /// Wing area, m².
-    pub area_m2: f64,
-    /// Span, m.
-    pub span_m: f64,
-    /// Mean aerodynamic chord, m.
-    pub chord_m: f64,
-    /// Length that makes the rolling and the yawing moment dimensionless, m.
-    pub lateral_moment_length_m: f64,
-    /// Length that makes roll and yaw rate dimensionless, m.
-    pub lateral_rate_length_m: f64,
-    /// Length that makes the pitch rate dimensionless, m.
-    pub pitch_rate_length_m: f64,
+    /// Lengths and area.
+    #[serde(flatten)]
+    pub geometry: ReferenceGeometry,
     /// Point the moment coefficients are about, from the datum, m; the centre of gravity where there is none.
     pub moment_reference_from_datum_m: Option<[f64; 3]>,
 }

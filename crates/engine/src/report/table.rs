@@ -143,6 +143,75 @@ pub fn significant(value: f64, digits: usize) -> String {
     text.replace('-', "\u{2212}")
 }
 
+/// A table of one row per item of a list, made column by column: what heads a column and what stands in it are one thing.
+pub struct TableOf<R> {
+    table: Table,
+    items: Vec<R>,
+}
+
+impl<R> TableOf<R> {
+    /// A table without columns.
+    pub fn new(name: &str, caption: impl Into<String>, items: impl IntoIterator<Item = R>) -> Self {
+        let items: Vec<R> = items.into_iter().collect();
+        let rows = vec![Vec::new(); items.len()];
+        Self { table: Table { name: name.to_owned(), caption: caption.into(), columns: Vec::new(), rows }, items }
+    }
+
+    /// The finished table.
+    pub fn done(self) -> Table {
+        self.table
+    }
+
+    /// The table, further columns only if `holds`.
+    pub fn when(self, holds: bool, further: impl FnOnce(Self) -> Self) -> Self {
+        if holds { further(self) } else { self }
+    }
+
+    /// Adds a column.
+    pub fn column(mut self, column: Column, cell: impl Fn(&R) -> Cell) -> Self {
+        self.table.columns.push(column);
+        self.table.rows.iter_mut().zip(&self.items).for_each(|(row, item)| row.push(cell(item)));
+        self
+    }
+
+    /// Adds a column of text.
+    pub fn text(self, key: &str, heading: &str, text: impl Fn(&R) -> &str) -> Self {
+        self.column(Column::new(key, heading), |item| Cell::text(text(item)))
+    }
+
+    /// Adds a column of text that some items have.
+    pub fn optional(self, key: &str, heading: &str, text: impl Fn(&R) -> Option<&str>) -> Self {
+        self.column(Column::new(key, heading), |item| text(item).map_or(Cell::Empty, Cell::text))
+    }
+
+    /// Adds a column of symbols.
+    pub fn symbol(self, key: &str, heading: &str, symbol: impl Fn(&R) -> &str) -> Self {
+        self.column(Column::new(key, heading), |item| Cell::Symbol(symbol(item).to_owned()))
+    }
+
+    /// Adds a column of counts.
+    pub fn count(self, key: &str, heading: &str, count: impl Fn(&R) -> usize) -> Self {
+        self.column(Column::new(key, heading), |item| Cell::Count(count(item)))
+    }
+
+    /// Adds a column of numbers in `unit`, with `digits` significant digits on paper.
+    pub fn number(self, key: &str, heading: &str, unit: &'static str, digits: usize, of: impl Fn(&R) -> f64) -> Self {
+        self.column(Column::number(key, heading, unit, digits), |item| Cell::Number(of(item)))
+    }
+
+    /// As [`Self::number`], of items that may have none.
+    pub fn maybe(
+        self,
+        key: &str,
+        heading: &str,
+        unit: &'static str,
+        digits: usize,
+        of: impl Fn(&R) -> Option<f64>,
+    ) -> Self {
+        self.column(Column::number(key, heading, unit, digits), |item| Cell::maybe(of(item)))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use doublet_core::series::Window;
+use doublet_core::series::TimeRange;
 
 use super::{Session, constraint, expression, preparation};
 use crate::verdict::{Finding, Level};
@@ -122,7 +122,7 @@ fn windows(session: &Session, found: &mut Vec<Finding>) {
     let steady = session.steady.iter().map(|steady| ("steady".to_owned(), &steady.flight, steady.window));
     let windows =
         session.windows.iter().map(|window| (format!("window '{}'", window.name), &window.flight, window.window));
-    for (place, flight, Window { start_s, end_s }) in steady.chain(windows) {
+    for (place, flight, TimeRange { start_s, end_s }) in steady.chain(windows) {
         if session.flight(flight).is_none() {
             let text = format!("it lies in flight '{flight}', which the session does not have");
             let cure = "name one of the session's flights";

@@ -3,8 +3,8 @@
 use doublet_core::airframe::Loading;
 use doublet_core::estimate::Constraint;
 use doublet_core::model::{Coefficient, Lag, Structure, Term};
-use doublet_core::reconstruct::{AirState, Input, InputHold, Measurement, Method, State};
-use doublet_core::series::Window;
+use doublet_core::reconstruct::{AirState, InputHold, Measurement, Method, State};
+use doublet_core::series::TimeRange;
 use thiserror::Error;
 
 use super::{
@@ -65,7 +65,7 @@ pub enum WindowEdit {
         /// Name of the window.
         name: String,
         /// New interval.
-        window: Window,
+        window: TimeRange,
     },
     /// Changes the use of a window.
     Role {
@@ -100,10 +100,6 @@ pub enum WindowEdit {
 /// A change of the filter settings.
 #[derive(Clone, Debug, PartialEq)]
 pub enum FilterEdit {
-    /// Standard deviation of an input, SI.
-    ProcessNoise(Input, f64),
-    /// Standard deviation of a measurement, SI.
-    MeasurementNoise(Measurement, f64),
     /// Initial standard deviation of a state, SI.
     InitialDeviation(State, f64),
     /// Random walk of a state, SI per square root of a second.
@@ -343,8 +339,8 @@ fn find<'a>(session: &'a mut Session, name: &str) -> Result<&'a mut Manoeuvre, E
     session.windows.iter_mut().find(|window| window.name == name).ok_or_else(|| EditError::NoWindow(name.to_owned()))
 }
 
-pub(super) fn check_interval(window: Window) -> Result<(), EditError> {
-    let Window { start_s, end_s } = window;
+pub(super) fn check_interval(window: TimeRange) -> Result<(), EditError> {
+    let TimeRange { start_s, end_s } = window;
     if start_s.is_finite() && end_s.is_finite() && end_s > start_s {
         Ok(())
     } else {
@@ -355,8 +351,6 @@ pub(super) fn check_interval(window: Window) -> Result<(), EditError> {
 impl FilterEdit {
     fn label(&self) -> String {
         match self {
-            Self::ProcessNoise(input, _) => format!("change process noise of {}", input.name()),
-            Self::MeasurementNoise(measurement, _) => format!("change measurement noise of {}", measurement.name()),
             Self::InitialDeviation(state, _) => format!("change initial deviation of {}", state.name()),
             Self::RandomWalk(state, _) => format!("change random walk of {}", state.name()),
             Self::Method(_) => "change filter".to_owned(),
@@ -371,13 +365,6 @@ impl FilterEdit {
     fn apply(&self, session: &mut Session) -> Result<(), EditError> {
         let filter = &mut session.filter;
         match *self {
-            Self::ProcessNoise(input, value) => {
-                filter.process_noise[input as usize] = positive("process noise", input.name(), value)?;
-            }
-            Self::MeasurementNoise(measurement, value) => {
-                filter.measurement_noise[measurement as usize] =
-                    positive("measurement noise", measurement.name(), value)?;
-            }
             Self::InitialDeviation(state, value) => {
                 filter.initial_deviation[state as usize] = not_negative("initial deviation", state.name(), value)?;
             }

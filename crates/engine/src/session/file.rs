@@ -7,7 +7,7 @@ use sha2::{Digest, Sha256};
 use super::Session;
 use super::paths::{paths_mut, relative_to};
 use super::schema::{SessionError, parse, print};
-use crate::keep::{hash_bytes, hash_file, replace, replace_keeping_previous};
+use crate::keep::{hash_bytes, hash_file, hex, replace, replace_keeping_previous};
 
 /// A session and where its relative paths start.
 #[derive(Clone, Debug, PartialEq)]
@@ -117,5 +117,5 @@ pub fn content_hash(path: &Path) -> Result<String, SessionError> {
     } else {
         hash_file(path, &mut hasher).map_err(file_error(path))?;
     }
-    Ok(hasher.finalize().iter().map(|byte| format!("{byte:02x}")).collect())
+    Ok(hex(&hasher.finalize()))
 }

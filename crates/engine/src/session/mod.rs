@@ -20,7 +20,7 @@ use doublet_core::hash_fields;
 use doublet_core::model::{Structure, Variable};
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::FilterSettings;
-use doublet_core::series::Window;
+use doublet_core::series::TimeRange;
 
 use crate::verdict::PlausibleRange;
 
@@ -217,7 +217,7 @@ pub struct Manoeuvre {
     /// Name of the flight it lies in.
     pub flight: String,
     /// First and last instant on the flight's time line.
-    pub window: Window,
+    pub window: TimeRange,
     /// Use.
     pub role: WindowRole,
     /// Surface moved; `None` when more than one or unknown.
@@ -310,7 +310,7 @@ impl WindowRole {
 
 impl Manoeuvre {
     /// A window to identify with, of which nothing more is known.
-    pub fn new(name: String, flight: String, window: Window) -> Self {
+    pub fn new(name: String, flight: String, window: TimeRange) -> Self {
         let (kind, note) = (String::new(), String::new());
         Self { name, flight, window, role: WindowRole::Identification, surface: None, kind, note, locked: false }
     }

@@ -2,10 +2,10 @@
 
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::{Input, Measurement};
-use doublet_core::series::Window;
+use doublet_core::series::TimeRange;
 
 use super::edit::{check_interval, positive};
-use super::{EditError, Session};
+use super::{Edit, EditError, Session};
 
 /// A stretch in which what the channels still do is noise.
 #[derive(Clone, Debug, PartialEq, Hash)]
@@ -13,7 +13,7 @@ pub struct SteadyWindow {
     /// Flight it lies in.
     pub flight: String,
     /// First and last instant on the flight's time line.
-    pub window: Window,
+    pub window: TimeRange,
     /// Roles it speaks for; empty for all.
     pub roles: Vec<Role>,
 }
@@ -82,26 +82,30 @@ pub enum NoiseEdit {
         /// Its windows.
         windows: Vec<SteadyWindow>,
     },
-    /// Sets entries to what the recording says; their reasons to differ go.
-    Take(Vec<NoiseEntry>),
-    /// Sets one entry to something else than the recording says, and why.
-    Override {
-        /// Entry and its standard deviation.
-        entry: NoiseEntry,
-        /// Why.
+    /// Sets entries, and why they are not what the recording says; a reason given earlier goes.
+    Set {
+        /// Entries and their standard deviations.
+        entries: Vec<NoiseEntry>,
+        /// Why they differ from the recording; empty where they do not or nobody says.
         reason: String,
     },
+}
+
+impl Edit {
+    /// Sets one entry without a reason.
+    pub fn noise(channel: NoiseChannel, std: f64) -> Self {
+        Self::Noise(NoiseEdit::Set { entries: vec![NoiseEntry { channel, std }], reason: String::new() })
+    }
 }
 
 impl NoiseEdit {
     pub(super) fn label(&self) -> String {
         match self {
             Self::Steady { flight, .. } => format!("mark steady windows of {flight}"),
-            Self::Take(entries) => match entries[..] {
-                [entry] => format!("take recorded noise of {}", entry.channel.name()),
+            Self::Set { entries, .. } => match entries[..] {
+                [entry] => format!("set noise of {}", entry.channel.name()),
                 _ => "take recorded noise".to_owned(),
             },
-            Self::Override { entry, .. } => format!("set noise of {}", entry.channel.name()),
         }
     }
 
@@ -115,19 +119,14 @@ impl NoiseEdit {
                 session.steady.retain(|steady| steady.flight != *flight);
                 session.steady.extend(windows.iter().cloned());
             }
-            Self::Take(entries) => {
+            Self::Set { entries, reason } => {
                 for entry in entries {
                     set(session, *entry)?;
-                    session.noise_reasons.remove(entry.channel.name());
-                }
-            }
-            Self::Override { entry, reason } => {
-                set(session, *entry)?;
-                let reason = reason.trim();
-                if reason.is_empty() {
-                    session.noise_reasons.remove(entry.channel.name());
-                } else {
-                    session.noise_reasons.insert(entry.channel.name().to_owned(), reason.to_owned());
+                    let (name, reason) = (entry.channel.name(), reason.trim());
+                    session.noise_reasons.remove(name);
+                    if !reason.is_empty() {
+                        session.noise_reasons.insert(name.to_owned(), reason.to_owned());
+                    }
                 }
             }
         }

@@ -198,7 +198,7 @@ fn aero_in(
             })
             .is_ok();
     let settings = CoefficientSettings {
-        reference: aircraft.reference,
+        reference: aircraft.loaded.aircraft.reference,
         moment_reference: preparation
             .moment_reference
             .from_datum_m(aircraft.moment_reference_from_datum_m)
@@ -301,7 +301,7 @@ fn aero_data(
         accelerometer,
         density_kg_m3,
         controls,
-        inertia: window.inertia.clone()?,
+        mass: window.mass.clone()?,
         engines: engines.engines,
         propeller_pressure: engines.propeller_pressure,
         mach: window.values(Role::Mach)?,

@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use doublet_core::airframe::{self, Aircraft, FuelSplit, Loading, MassHistory, Tank};
+use doublet_core::airframe::{Aircraft, FuelSplit, Loading, MassHistory, MassProperties, Tank};
 use doublet_core::load::aircraft as aircraft_file;
 use doublet_core::load::propulsion_maps::parse_propulsion_section;
-use doublet_core::model::{Inertia, InertiaHistory, Position, RateNormalisation, ReferenceGeometry};
+use doublet_core::model::Position;
 use doublet_core::prep::{Interpolation, fuel_from_flow, resample};
 use doublet_core::propulsion::Powerplant;
 use doublet_core::quantity::Role;
@@ -64,7 +64,6 @@ impl Stage for LoadedAircraft {
         let aircraft = aircraft_file::parse(&text).map_err(|error| named(&error))?;
         let section = parse_propulsion_section(&text, &file).map_err(|error| named(&error))?;
         let powerplant = section.powerplant(&aircraft.engines, &maps, |map| context.read_text(map));
-        reference(&aircraft.reference).map_err(|error| named(&error))?;
         Ok(Self { powerplant: powerplant.map_err(|error| named(&error))?, aircraft })
     }
 }
@@ -76,7 +75,7 @@ impl Stage for AircraftData {
     const NAME: &'static str = "aircraft as loaded";
 
     fn run(loading: Option<&Loading>, aircraft: &Keyed<LoadedAircraft>, _: &Context<'_>) -> StageResult<Self> {
-        aircraft_data(Arc::clone(aircraft.shared()), loading)
+        Ok(aircraft_data(Arc::clone(aircraft.shared()), loading))
     }
 }
 
@@ -95,12 +94,10 @@ pub struct AircraftData {
     pub loading: Loading,
     /// Whether the session states the fuel: what is recorded then tells the burn only, not how much there was.
     pub fuel_is_stated: bool,
-    /// Reference area, lengths and normalisation of rates.
-    pub reference: ReferenceGeometry,
     /// Mass properties of the loading.
-    pub inertia: Inertia,
-    /// What to add to the mass properties at every instant; part of `inertia` already.
-    pub mass_change: Option<Inertia>,
+    pub mass: MassProperties,
+    /// What to add to the mass properties at every instant; part of `mass` already.
+    pub mass_change: Option<MassProperties>,
     /// Place of the accelerometers.
     pub accelerometer: Option<Position>,
     /// Places of the vanes of angle of attack and sideslip; one stands for both where only one is stated.
@@ -122,19 +119,14 @@ pub fn loading_on_board(aircraft: &Aircraft, stated: Option<&Loading>) -> Loadin
 
 /// What the analysis uses of an aircraft with `loading` on board; its standard loading when there is none, its standard fuel when
 /// the loading states none.
-///
-/// # Errors
-/// One line when a reference length has no counterpart in the model's normalisation.
-pub fn aircraft_data(loaded: Arc<LoadedAircraft>, loading: Option<&Loading>) -> StageResult<AircraftData> {
+pub fn aircraft_data(loaded: Arc<LoadedAircraft>, loading: Option<&Loading>) -> AircraftData {
     let aircraft = &loaded.aircraft;
     let fuel_is_stated = loading.is_some_and(|loading| !loading.fuel_kg.is_empty());
     let loading = loading_on_board(aircraft, loading);
-    let mass = loading.mass_properties(aircraft);
     let sensors = aircraft.sensors;
     let (alpha_vane, beta_vane) = (sensors.alpha_vane_from_datum_m, sensors.beta_vane_from_datum_m);
-    Ok(AircraftData {
-        reference: reference(&aircraft.reference)?,
-        inertia: Inertia::from(&mass),
+    AircraftData {
+        mass: loading.mass_properties(aircraft),
         mass_change: None,
         accelerometer: sensors.accelerometer_from_datum_m.map(Position::Datum),
         vanes: alpha_vane
@@ -146,24 +138,24 @@ pub fn aircraft_data(loaded: Arc<LoadedAircraft>, loading: Option<&Loading>) -> 
         loading,
         fuel_is_stated,
         loaded,
-    })
+    }
 }
 
 impl AircraftData {
     /// The aircraft with `change` added to its mass properties.
     #[must_use]
-    pub fn with_mass_change(&self, change: Inertia) -> Self {
-        Self { inertia: self.inertia.plus(&change), mass_change: Some(change), ..self.clone() }
+    pub fn with_mass_change(&self, change: MassProperties) -> Self {
+        Self { mass: self.mass.plus(&change), mass_change: Some(change), ..self.clone() }
     }
 
     /// Mass properties over a window, with the fuel of the flight.
     ///
     /// # Errors
     /// One line when the recorded fuel does not cover the window or does not fit the tanks.
-    pub fn inertia_history(&self, recording: &Recording, time_s: &[f64]) -> StageResult<InertiaHistory> {
+    pub fn mass_history(&self, recording: &Recording, time_s: &[f64]) -> StageResult<MassHistory> {
         let aircraft = &self.loaded.aircraft;
         let history = match self.fuel(recording, time_s)? {
-            Fuel::Constant => return Ok(InertiaHistory::Constant(self.inertia)),
+            Fuel::Constant => return Ok(MassHistory::Constant(self.mass)),
             Fuel::Total(fuel_kg) => {
                 MassHistory::from_total_fuel(aircraft, &self.loading, time_s, &fuel_kg, &FuelSplit::Proportional)
             }
@@ -173,16 +165,16 @@ impl AircraftData {
             }
         };
         let history = history?;
-        let samples = history.mass_kg.iter().zip(&history.cg_from_datum_m).zip(&history.inertia);
-        let inertia = samples.map(|((&mass_kg, &cg_datum_m), &tensor)| Inertia { mass_kg, tensor, cg_datum_m });
-        let changed = |inertia: Inertia| self.mass_change.as_ref().map_or(inertia, |change| inertia.plus(change));
-        Ok(InertiaHistory::PerSample(inertia.map(changed).collect()))
+        Ok(match &self.mass_change {
+            Some(change) => history.plus(change),
+            None => history,
+        })
     }
 
     /// What was on board at one time of a flight.
     ///
     /// # Errors
-    /// As for [`Self::inertia_history`].
+    /// As for [`Self::mass_history`].
     pub fn loading_at(&self, recording: &Recording, time_s: f64) -> StageResult<Loading> {
         let mut loading = self.loading.clone();
         match self.fuel(recording, &[time_s])? {
@@ -330,30 +322,4 @@ fn finite_span(series: &Series) -> Option<(f64, f64)> {
     let mut known = series.time_s.iter().zip(series.values.iter()).filter(|(_, value)| value.is_finite());
     let first = known.next()?.0;
     Some((*first, *known.next_back().map_or(first, |last| last.0)))
-}
-
-/// Largest relative difference of two lengths that count as one: the rounding of printed lengths.
-const SAME_LENGTH: f64 = 1e-6;
-
-fn reference(stated: &airframe::ReferenceGeometry) -> StageResult<ReferenceGeometry> {
-    let same = |a: f64, b: f64| (a - b).abs() <= SAME_LENGTH * b.abs();
-    let normalisation = |rate: &str, stated: f64, moment: f64| -> StageResult<RateNormalisation> {
-        if same(2.0 * stated, moment) {
-            Ok(RateNormalisation::LengthOver2V)
-        } else if same(stated, moment) {
-            Ok(RateNormalisation::LengthOverV)
-        } else {
-            Err(format!(
-                "reference length {stated} m of {rate}: it must be {moment} m or half of it, as in the moments"
-            )
-            .into())
-        }
-    };
-    let lateral = stated.lateral_moment_length_m;
-    let mut reference = ReferenceGeometry::new(stated.area_m2, lateral, stated.chord_m);
-    reference.lateral_rates = normalisation("roll and yaw rate", stated.lateral_rate_length_m, lateral)?;
-    reference.beta_dot = reference.lateral_rates;
-    reference.pitch_rate = normalisation("pitch rate", stated.pitch_rate_length_m, stated.chord_m)?;
-    reference.alpha_dot = reference.pitch_rate;
-    Ok(reference)
 }

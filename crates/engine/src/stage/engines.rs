@@ -135,7 +135,7 @@ pub fn engines(window: &WindowContext, aircraft: &AircraftData, air: &Air<'_>) -
 
 /// All engines as one thrust along body x through the centre of gravity: a coefficient says neither place nor direction.
 fn engine_of_coefficient(coefficient: &[f64], aircraft: &AircraftData, air: &Air<'_>) -> Engine {
-    let area_m2 = aircraft.reference.area_m2;
+    let area_m2 = aircraft.loaded.aircraft.reference.area_m2;
     let thrust = |(k, tc): (usize, &f64)| tc * 0.5 * air.density_kg_m3[k] * air.airspeed_m_s[k].powi(2) * area_m2;
     Engine {
         thrust_n: coefficient.iter().enumerate().map(thrust).collect(),

@@ -8,7 +8,7 @@ use doublet_core::propulsion::{
     compare_power, difference_correlation, phase_table,
 };
 use doublet_core::quantity::Role;
-use doublet_core::series::{Recording, Series, Window};
+use doublet_core::series::{Recording, Series, TimeRange};
 
 use super::aircraft::LoadedAircraft;
 use super::engines::{ENGINES, EngineRoles};
@@ -131,10 +131,10 @@ pub fn flight_engines(recording: &Recording, powerplant: &Powerplant) -> StageRe
 
 /// Multiples of the step from the first to the last sample of any of `roles`.
 fn grid(recording: &Recording, roles: impl Iterator<Item = Role>) -> StageResult<Arc<[f64]>> {
-    let mut span = Window { start_s: f64::INFINITY, end_s: f64::NEG_INFINITY };
+    let mut span = TimeRange { start_s: f64::INFINITY, end_s: f64::NEG_INFINITY };
     for channel in roles.filter_map(|role| recording.role(role)) {
         if let [first, .., last] = *channel.series.time_s {
-            span = Window { start_s: span.start_s.min(first), end_s: span.end_s.max(last) };
+            span = TimeRange { start_s: span.start_s.min(first), end_s: span.end_s.max(last) };
         }
     }
     if span.end_s - span.start_s > LONGEST_S {

@@ -54,7 +54,7 @@ pub fn with_gravity(session: &Session, gravity: &Gravity) -> Session {
 
 #[cfg(test)]
 mod tests {
-    use doublet_core::series::{Channel, Series, Window};
+    use doublet_core::series::{Channel, Series, TimeRange};
 
     use super::*;
     use crate::begin::empty_session;
@@ -63,7 +63,7 @@ mod tests {
     #[test]
     fn gravity_is_stated_or_that_of_the_place_or_standard() {
         let mut session = empty_session("t", Some("a"));
-        session.windows.push(Manoeuvre::new("w".to_owned(), "f".to_owned(), Window { start_s: 1.0, end_s: 2.0 }));
+        session.windows.push(Manoeuvre::new("w".to_owned(), "f".to_owned(), TimeRange { start_s: 1.0, end_s: 2.0 }));
         let channel = |value: f64| Channel {
             source: String::new(),
             name: String::new(),

@@ -3,10 +3,11 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use doublet_core::atmos::{Atmosphere, STANDARD_GRAVITY_M_S2};
-use doublet_core::load::instruments::{
-    self as file, AirDataCalibration, ControlLinkage, Instruments, PodCalibration, StatedNoise,
+use doublet_core::airframe::instruments::{
+    AirDataCalibration, ControlLinkage, Instruments, PodCalibration, StatedNoise,
 };
+use doublet_core::atmos::{Atmosphere, STANDARD_GRAVITY_M_S2};
+use doublet_core::load::instruments as file;
 use doublet_core::prep::{
     ColumnFormula, DeflectionSettings, Differentiation, FuelSettings, Interpolation, SensorAttitude, SensorReference,
     aileron_deflection, attitude_turn, deflection_noise, elevator_deflection, fuel_history, integrated_turn,

@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use doublet_core::load::instruments::StatedNoise;
+use doublet_core::airframe::instruments::StatedNoise;
 use doublet_core::prep::{NoiseChoice, NoiseOrigin, NoiseStatistics, NoiseSums, noise_proposal};
 use doublet_core::quantity::Role;
-use doublet_core::series::{Recording, Window};
+use doublet_core::series::{Recording, TimeRange};
 
 use super::{FlightProposals, LoadedFlight};
 use crate::graph::{Context, Footprint, Keyed, Stage, StageResult};
@@ -132,7 +132,7 @@ fn measure(role: Role, flights: &[NoiseFlight<'_>], found: &[FlightNoise]) -> St
         let Some(channel) = channel_of(&flight.loaded.recording, role) else { continue };
         is_recorded = true;
         let speaks = |steady: &&SteadyWindow| steady.roles.is_empty() || steady.roles.contains(&role);
-        let own: Vec<Window> = noise.windows.iter().filter(speaks).map(|steady| steady.window).collect();
+        let own: Vec<TimeRange> = noise.windows.iter().filter(speaks).map(|steady| steady.window).collect();
         has_windows |= !own.is_empty();
         sums.add(&channel.series, &own)?;
     }

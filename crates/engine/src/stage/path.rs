@@ -12,7 +12,7 @@ use doublet_core::reconstruct::{
     FilterData, FilterSettings, INPUTS, Input, InputSeries, MEASUREMENTS, Measurement, MeasurementSeries,
     Reconstruction, STATES, State, reconstruct_many,
 };
-use doublet_core::series::{Recording, Series, Window};
+use doublet_core::series::{Recording, Series, TimeRange};
 use rayon::prelude::*;
 
 use super::aircraft::AircraftData;
@@ -119,7 +119,7 @@ impl Footprint for Samples {
 }
 
 impl Stage for Samples {
-    type Params<'a> = (Window, &'a Preparation);
+    type Params<'a> = (TimeRange, &'a Preparation);
     type Inputs<'a> = (&'a Keyed<LoadedFlight>, Option<&'a Keyed<AircraftData>>);
     type Output = Self;
     const NAME: &'static str = "samples";
@@ -152,7 +152,7 @@ const MIN_SAMPLES: usize = 10;
 /// One line: a missing inertial channel, a window without samples, a gap that cannot be bridged.
 pub fn samples(
     recording: &Recording,
-    window: Window,
+    window: TimeRange,
     aircraft: Option<&AircraftData>,
     preparation: &Preparation,
 ) -> StageResult<Samples> {
@@ -166,7 +166,7 @@ pub fn samples(
     }
     let (start_s, end_s) = span(&inputs.time_s);
     let within = |truth: &Series| {
-        let range = Window { start_s, end_s }.indices(&truth.time_s);
+        let range = TimeRange { start_s, end_s }.indices(&truth.time_s);
         Series { time_s: truth.time_s[range.clone()].into(), values: truth.values[range].into() }
     };
     let truth: Arc<[Option<Series>; STATES]> =
@@ -179,9 +179,9 @@ pub fn samples(
 const OUTSIDE_S: f64 = 0.5;
 
 /// What to say of a window of which a part lies outside the inertial samples.
-pub fn partly_outside(recording: &Recording, window: Window) -> Option<String> {
+pub fn partly_outside(recording: &Recording, window: TimeRange) -> Option<String> {
     let (first, last) = span(&recording.role(Input::RollRate.role())?.series.time_s);
-    let Window { start_s, end_s } = window;
+    let TimeRange { start_s, end_s } = window;
     let outside_s = (first - start_s).max(end_s - last);
     let overlaps = start_s < last && end_s > first;
     (overlaps && outside_s > OUTSIDE_S).then(|| {
@@ -197,21 +197,21 @@ fn move_sensors(
     preparation: &Preparation,
 ) -> StageResult<Vec<String>> {
     let mut warnings = Vec::new();
-    let cg_datum_m = aircraft.inertia.cg_datum_m;
+    let cg_from_datum_m = aircraft.mass.cg_from_datum_m;
     if preparation.correct_accelerometer
         && let Some(sensor) = aircraft.accelerometer
     {
-        move_accelerometer(inputs, sensor.body_from_cg_m(cg_datum_m), preparation)?;
+        move_accelerometer(inputs, sensor.body_from_cg_m(cg_from_datum_m), preparation)?;
     }
     if preparation.correct_vanes
         && let Some(vanes) = aircraft.vanes
     {
-        warnings.extend(move_vanes(measurements, inputs, vanes.map(|vane| vane.body_from_cg_m(cg_datum_m))));
+        warnings.extend(move_vanes(measurements, inputs, vanes.map(|vane| vane.body_from_cg_m(cg_from_datum_m))));
     }
     if preparation.correct_antenna
         && let Some(antenna) = aircraft.antenna
     {
-        warnings.extend(move_antenna(measurements, inputs, antenna.body_from_cg_m(cg_datum_m)));
+        warnings.extend(move_antenna(measurements, inputs, antenna.body_from_cg_m(cg_from_datum_m)));
     }
     Ok(warnings)
 }
@@ -234,7 +234,7 @@ fn content(data: &FilterData, truth: &[Option<Series>; STATES], warnings: &[Stri
     key.add(warnings).finish()
 }
 
-fn input_series(recording: &Recording, window: Window, warnings: &mut Vec<String>) -> StageResult<InputSeries> {
+fn input_series(recording: &Recording, window: TimeRange, warnings: &mut Vec<String>) -> StageResult<InputSeries> {
     let missing: Vec<_> =
         Input::ALL.into_iter().filter(|input| recording.role(input.role()).is_none()).map(Input::name).collect();
     if !missing.is_empty() {
@@ -292,7 +292,7 @@ pub fn measured_by<T>(measurement: Measurement, by_role: impl Fn(Role) -> Option
 
 fn measurement_series(
     recording: &Recording,
-    window: Window,
+    window: TimeRange,
     warnings: &mut Vec<String>,
 ) -> [MeasurementSeries; MEASUREMENTS] {
     Measurement::ALL.map(|measurement| {

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use doublet_core::propulsion::PhaseOfFlight;
-use doublet_core::series::Window;
+use doublet_core::series::TimeRange;
 
 /// True airspeed below which an aircraft with engine models is taken to be on the ground, m/s (40 kt).
 pub const GROUND_AIRSPEED_M_S: f64 = 20.6;
@@ -47,7 +47,7 @@ pub fn phases(time_s: &[f64], altitude_m: &[f64], airspeed_m_s: &[f64]) -> Vec<P
     runs.into_iter()
         .map(|(name, range)| PhaseOfFlight {
             name: name.to_owned(),
-            window: Window { start_s: time_s[range.start], end_s: time_s[range.end - 1] },
+            window: TimeRange { start_s: time_s[range.start], end_s: time_s[range.end - 1] },
         })
         .collect()
 }

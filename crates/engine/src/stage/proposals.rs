@@ -8,7 +8,8 @@ use doublet_core::prep::{
 };
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::{Input, Measurement};
-use doublet_core::series::{Recording, Series, Window};
+use doublet_core::series::{Recording, Series, TimeRange};
+use doublet_core::statistics;
 
 use super::LoadedFlight;
 use crate::graph::{Context, Footprint, Keyed, Stage, StageResult};
@@ -123,7 +124,7 @@ pub fn proposals_above(flight: &str, loaded: &LoadedFlight, least_pressure_share
         }
         Err(reason) => found.findings.push(reason.to_string()),
     }
-    let inputs: Vec<Window> = found.windows.iter().map(|proposal| proposal.manoeuvre.window).collect();
+    let inputs: Vec<TimeRange> = found.windows.iter().map(|proposal| proposal.manoeuvre.window).collect();
     match steady(flight, recording, &inputs) {
         Ok((steady, reason)) => (found.steady, found.no_steady) = (steady, reason),
         Err(error) => found.no_steady = Some(format!("steady windows: {error}")),
@@ -143,7 +144,7 @@ fn manoeuvres(recording: &Recording, least_pressure_share: f64) -> StageResult<(
     let role = |role: Role| recording.role(role).map(|channel| &channel.series);
     let airspeed = role(Role::CalibratedAirspeed).or(role(Role::TrueAirspeed));
     let flown = airspeed.and_then(|airspeed| airborne(airspeed, role(Role::WeightOnWheels), least_pressure_share));
-    let always = [Window { start_s: f64::NEG_INFINITY, end_s: f64::INFINITY }];
+    let always = [TimeRange { start_s: f64::NEG_INFINITY, end_s: f64::INFINITY }];
     let spans = flown.as_ref().map_or(&always[..], |flown| &flown.spans);
     let found = find_manoeuvres(&controls, &rates, spans, &ManoeuvreSettings::default());
     let found = found.map_err(|error| format!("manoeuvres: {error}"))?;
@@ -207,7 +208,7 @@ fn window_proposal(flight: &str, index: usize, found: Found) -> WindowProposal {
     let kind = found.shape.name();
     // Tenths of a second are what an eye would set.
     let round = |time: f64| (time * 10.0).round() / 10.0;
-    let window = Window { start_s: round(found.window.start_s), end_s: round(found.window.end_s) };
+    let window = TimeRange { start_s: round(found.window.start_s), end_s: round(found.window.end_s) };
     WindowProposal {
         manoeuvre: Manoeuvre {
             surface,
@@ -240,10 +241,14 @@ const STILL: [(Role, f64, f64); 8] = [
 ];
 
 /// Steady windows in flight, apart from manoeuvres, and, where the flight has time on the ground, there; and why there are none.
-fn steady(flight: &str, recording: &Recording, inputs: &[Window]) -> StageResult<(Vec<SteadyWindow>, Option<String>)> {
+fn steady(
+    flight: &str,
+    recording: &Recording,
+    inputs: &[TimeRange],
+) -> StageResult<(Vec<SteadyWindow>, Option<String>)> {
     let [flying, parked] = spans(recording);
     let settings = SteadySettings::default();
-    let look = |roles: &[Role], within: &[Window]| {
+    let look = |roles: &[Role], within: &[TimeRange]| {
         let still = STILL.iter().filter(|(role, ..)| roles.contains(role));
         let signals: Vec<SteadySignal<'_>> = still
             .filter_map(|&(role, max_deviation, max_drift)| {
@@ -271,7 +276,7 @@ fn steady(flight: &str, recording: &Recording, inputs: &[Window]) -> StageResult
         inputs.chain(wanted.map(Measurement::role)).collect()
     };
     let whole = on_ground.found.is_empty();
-    let window = |window: Window, roles: Vec<Role>| SteadyWindow { flight: flight.to_owned(), window, roles };
+    let window = |window: TimeRange, roles: Vec<Role>| SteadyWindow { flight: flight.to_owned(), window, roles };
     let mut found: Vec<SteadyWindow> = on_ground.found.iter().map(|stretch| window(stretch.window, of(true))).collect();
     found.extend(in_flight.found.iter().map(|s| window(s.window, if whole { Vec::new() } else { of(false) })));
     found.sort_by(|a, b| a.window.start_s.total_cmp(&b.window.start_s));
@@ -300,21 +305,21 @@ fn no_steady(search: &SteadySearch, settings: &SteadySettings) -> String {
 }
 
 /// The time before, between and after windows in order of time.
-fn between(windows: &[Window]) -> Vec<Window> {
+fn between(windows: &[TimeRange]) -> Vec<TimeRange> {
     let mut start_s = f64::NEG_INFINITY;
     let mut free = Vec::new();
     for window in windows {
-        free.push(Window { start_s, end_s: window.start_s });
+        free.push(TimeRange { start_s, end_s: window.start_s });
         start_s = window.end_s.max(start_s);
     }
-    free.push(Window { start_s, end_s: f64::INFINITY });
+    free.push(TimeRange { start_s, end_s: f64::INFINITY });
     free.retain(|window| window.start_s < window.end_s);
     free
 }
 
 /// Spans in flight and on the ground by true airspeed: above and below half of what nine tenths of the samples stay below. All of
 /// it counts as flight where no airspeed is recorded.
-fn spans(recording: &Recording) -> [Vec<Window>; 2] {
+fn spans(recording: &Recording) -> [Vec<TimeRange>; 2] {
     /// Spans shorter than this are no phase of a flight, s.
     const LEAST_S: f64 = 20.0;
     let base = recording.role(Role::RollRate).map(|channel| &channel.series.time_s);
@@ -322,15 +327,15 @@ fn spans(recording: &Recording) -> [Vec<Window>; 2] {
         return [Vec::new(), Vec::new()];
     };
     let Some(airspeed) = recording.role(Role::TrueAirspeed).map(|channel| &channel.series) else {
-        return [vec![Window { start_s, end_s }], Vec::new()];
+        return [vec![TimeRange { start_s, end_s }], Vec::new()];
     };
     let mut sorted: Vec<f64> = airspeed.values.iter().copied().filter(|value| value.is_finite()).collect();
-    if sorted.is_empty() {
-        return [vec![Window { start_s, end_s }], Vec::new()];
-    }
-    let place = (sorted.len() - 1) * 9 / 10;
-    let limit = 0.5 * *sorted.select_nth_unstable_by(place, f64::total_cmp).1;
-    let mut spans: [Vec<Window>; 2] = Default::default();
+    let rank = sorted.len().saturating_sub(1) * 9 / 10;
+    let Some(fast) = statistics::ranked(&mut sorted, rank) else {
+        return [vec![TimeRange { start_s, end_s }], Vec::new()];
+    };
+    let limit = 0.5 * fast;
+    let mut spans: [Vec<TimeRange>; 2] = Default::default();
     let mut open: Option<(bool, f64)> = None;
     let mut last = start_s;
     for (&time, &value) in airspeed.time_s.iter().zip(&*airspeed.values).filter(|(_, value)| value.is_finite()) {
@@ -348,10 +353,10 @@ fn spans(recording: &Recording) -> [Vec<Window>; 2] {
     spans
 }
 
-fn close(spans: &mut [Vec<Window>; 2], open: Option<(bool, f64)>, end_s: f64, least_s: f64) {
+fn close(spans: &mut [Vec<TimeRange>; 2], open: Option<(bool, f64)>, end_s: f64, least_s: f64) {
     if let Some((flying, start_s)) = open
         && end_s - start_s >= least_s
     {
-        spans[usize::from(!flying)].push(Window { start_s, end_s });
+        spans[usize::from(!flying)].push(TimeRange { start_s, end_s });
     }
 }

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use doublet_core::load::instruments::StatedNoise;
+use doublet_core::airframe::instruments::StatedNoise;
 use doublet_core::load::{ChannelMap, read_all};
 use doublet_core::quantity::Role;
 use doublet_core::series::Recording;

@@ -4,13 +4,13 @@ use std::sync::LazyLock;
 
 use crate::graph::StageResult;
 use doublet_core::load::memory;
-use doublet_core::prep::{Interpolation, between_samples, longest_interval_s, resample};
+use doublet_core::prep::{Interpolation, between_samples, resample};
 use doublet_core::quantity::Role;
-use doublet_core::series::{Channel, Recording, Window};
+use doublet_core::series::{Channel, Recording, TimeRange, gap_threshold_s};
 
 /// Finite samples of `channel` inside `window` widened by `margin_s` on both sides.
-pub fn finite_samples(channel: &Channel, window: Window, margin_s: f64) -> (Vec<f64>, Vec<f64>) {
-    let wide = Window { start_s: window.start_s - margin_s, end_s: window.end_s + margin_s };
+pub fn finite_samples(channel: &Channel, window: TimeRange, margin_s: f64) -> (Vec<f64>, Vec<f64>) {
+    let wide = TimeRange { start_s: window.start_s - margin_s, end_s: window.end_s + margin_s };
     let range = wide.indices(&channel.series.time_s);
     let pairs = channel.series.time_s[range.clone()].iter().zip(&channel.series.values[range]);
     pairs.filter(|(_, value)| value.is_finite()).map(|(&time, &value)| (time, value)).unzip()
@@ -18,7 +18,7 @@ pub fn finite_samples(channel: &Channel, window: Window, margin_s: f64) -> (Vec<
 
 /// Where `time_s` pauses: start and length of each pause that interpolation may not bridge.
 pub fn gaps(recording: &Recording, time_s: &[f64]) -> Vec<(f64, f64)> {
-    let longest = longest_interval_s(time_s, recording.max_gap_s);
+    let longest = recording.max_gap_s.unwrap_or_else(|| gap_threshold_s(time_s));
     time_s.windows(2).filter(|pair| pair[1] - pair[0] > longest).map(|pair| (pair[0], pair[1] - pair[0])).collect()
 }
 
@@ -37,7 +37,7 @@ pub fn values_at(recording: &Recording, role: Role, time_s: &[f64]) -> StageResu
 pub fn channel_at(recording: &Recording, channel: &Channel, what: &str, time_s: &[f64]) -> StageResult<Vec<f64>> {
     let (Some(&first), Some(&last)) = (time_s.first(), time_s.last()) else { return Ok(Vec::new()) };
     let step = (last - first) / (time_s.len().max(2) - 1) as f64;
-    let window = Window { start_s: first, end_s: last };
+    let window = TimeRange { start_s: first, end_s: last };
     let (own_time, own_values) = finite_samples(channel, window, 5.0_f64.max(2.0 * step));
     if own_time == time_s {
         return Ok(own_values);

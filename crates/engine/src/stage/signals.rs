@@ -2,11 +2,9 @@
 
 use std::sync::Arc;
 
-use doublet_core::prep::{
-    Interpolation, Resampling, Smoothing, Treatment, longest_interval_s, position_from_velocity, stretches, treat,
-};
+use doublet_core::prep::{Interpolation, Resampling, Smoothing, Treatment, position_from_velocity, stretches, treat};
 use doublet_core::quantity::Role;
-use doublet_core::series::{Channel, Recording, Series};
+use doublet_core::series::{Channel, Recording, Series, gap_threshold_s};
 
 use crate::graph::StageResult;
 use crate::session::{SignalRule, SignalSetting};
@@ -106,7 +104,7 @@ fn position(recording: &mut Recording, max_gap_s: Option<f64>) -> StageResult<Ve
     let known = |k: &usize| north.values[*k].is_finite() && east.values[*k].is_finite();
     let column = |values: &[f64]| (0..values.len()).filter(known).map(|k| values[k]).collect::<Vec<f64>>();
     let (time_s, north, east) = (column(&north.time_s), column(&north.values), column(&east.values));
-    let ranges = stretches(&time_s, longest_interval_s(&time_s, max_gap_s));
+    let ranges = stretches(&time_s, max_gap_s.unwrap_or_else(|| gap_threshold_s(&time_s)));
     let mut columns: [Vec<f64>; 2] = Default::default();
     for range in &ranges {
         let piece = position_from_velocity(&time_s[range.clone()], &north[range.clone()], &east[range.clone()])

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use doublet_core::model::InertiaHistory;
+use doublet_core::airframe::MassHistory;
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::{FilterData, Input};
 use doublet_core::series::Recording;
@@ -28,14 +28,14 @@ pub struct WindowContext {
     /// Times of the samples from there on, s.
     pub time_s: Vec<f64>,
     /// Mass properties at these times, or why there are none.
-    pub inertia: StageResult<InertiaHistory>,
+    pub mass: StageResult<MassHistory>,
     channels: BTreeMap<Role, StageResult<Vec<f64>>>,
 }
 
 impl Footprint for WindowContext {
     fn bytes(&self) -> usize {
-        let inertia = if matches!(self.inertia, Ok(InertiaHistory::PerSample(_))) { 9 } else { 0 };
-        self.time_s.len() * (1 + self.channels.len() + inertia) * 8
+        let mass = if matches!(self.mass, Ok(MassHistory::PerSample(_))) { 10 } else { 0 };
+        self.time_s.len() * (1 + self.channels.len() + mass) * 8
     }
 }
 
@@ -77,7 +77,7 @@ impl WindowContext {
         Ok(Self {
             first,
             channels: roles.filter_map(values).collect(),
-            inertia: aircraft.inertia_history(recording, &time_s),
+            mass: aircraft.mass_history(recording, &time_s),
             time_s,
         })
     }

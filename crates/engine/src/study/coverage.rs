@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use doublet_core::airframe::Loading;
-use doublet_core::series::{Recording, Window};
+use doublet_core::series::{Recording, TimeRange};
 use doublet_core::simulate::{self, Flight, Scenario, Surface as Control};
 use rayon::prelude::*;
 
@@ -93,7 +93,7 @@ pub fn coverage(
 pub(crate) fn windows(scenario: &Scenario) -> Vec<Manoeuvre> {
     let window = |(number, flown): (usize, &simulate::Manoeuvre)| {
         let name = format!("{:02} {} {}", number + 1, flown.surface.name(), flown.kind.name());
-        let held = Window { start_s: flown.held_from_s() - MARGIN_S, end_s: flown.held_to_s() + MARGIN_S };
+        let held = TimeRange { start_s: flown.held_from_s() - MARGIN_S, end_s: flown.held_to_s() + MARGIN_S };
         Manoeuvre {
             surface: Some(match flown.surface {
                 Control::Aileron => Surface::Aileron,

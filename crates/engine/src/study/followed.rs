@@ -138,7 +138,7 @@ pub(super) fn follow(
         model,
         measured: compared.measurements(),
         accelerometer_from_cg_m: aero.data.accelerometer.map(|place| {
-            (0..aero.data.time_s.len()).map(|k| place.body_from_cg_m(aero.data.inertia.at(k).cg_datum_m)).collect()
+            (0..aero.data.time_s.len()).map(|k| place.body_from_cg_m(aero.data.mass.at(k).cg_from_datum_m)).collect()
         }),
     }];
     let freedom = FlightFreedom { shared, own: Vec::new(), biases: axis.biased() };

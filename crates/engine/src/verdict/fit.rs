@@ -3,7 +3,7 @@
 use doublet_core::estimate::Fit;
 use doublet_core::model::{Term, Variable, regressors};
 use doublet_core::reconstruct::{Input, State};
-use doublet_core::series::Window;
+use doublet_core::series::TimeRange;
 use nalgebra::DMatrix;
 
 use super::judge::{Evidence, place};
@@ -136,10 +136,10 @@ fn noise(evidence: Evidence<'_>, used: &Used<'_>, variable: Variable) -> Option<
     match variable {
         Variable::Alpha => flow(State::VelocityW),
         Variable::Beta => flow(State::VelocityV),
-        Variable::RollRate => rate(Input::RollRate, reference.lateral_rates.factor(reference.span_m, speed)),
-        Variable::PitchRate => rate(Input::PitchRate, reference.pitch_rate.factor(reference.chord_m, speed)),
+        Variable::RollRate => rate(Input::RollRate, reference.lateral_rate_length_m / speed),
+        Variable::PitchRate => rate(Input::PitchRate, reference.pitch_rate_length_m / speed),
         Variable::HalfPitchRate => rate(Input::PitchRate, reference.chord_m / (2.0 * speed)),
-        Variable::YawRate => rate(Input::YawRate, reference.lateral_rates.factor(reference.span_m, speed)),
+        Variable::YawRate => rate(Input::YawRate, reference.lateral_rate_length_m / speed),
         Variable::Aileron | Variable::Elevator | Variable::Rudder => {
             let surface = Surface::ALL.into_iter().find(|surface| surface.variable() == variable)?;
             let flight = evidence.snapshot.flights.get(&used.manoeuvre.flight)?.ready()?;
@@ -151,7 +151,7 @@ fn noise(evidence: Evidence<'_>, used: &Used<'_>, variable: Variable) -> Option<
 
 /// White noise of a recorded signal from its second differences, whose variance is six times the noise's where the signal is smooth
 /// against its own rate; the median keeps the edges of a doublet out.
-fn recorded_noise(series: &doublet_core::series::Series, window: Window) -> Option<f64> {
+fn recorded_noise(series: &doublet_core::series::Series, window: TimeRange) -> Option<f64> {
     /// Median of the absolute value of a normal variable of unit deviation.
     const MEDIAN_OF_NORMAL: f64 = 0.674_489_75;
     let values = &series.values[window.indices(&series.time_s)];

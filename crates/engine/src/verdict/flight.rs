@@ -6,9 +6,9 @@ use doublet_core::prep::airborne;
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::State;
 use doublet_core::series::Recording;
+use doublet_core::statistics;
 
 use super::judge::{Evidence, level_above};
-use super::loading::inertia_at_start;
 use super::{Finding, Level};
 use crate::run::Snapshot;
 use crate::session::Manoeuvre;
@@ -63,7 +63,7 @@ fn on_wheels(place: &str, recording: &Recording, manoeuvre: &Manoeuvre) -> Optio
 /// By the stall of the aircraft where its file states one: `V / V_s = (CL_max / CN)^(1/2)` at the same load factor.
 fn too_slow_to_fly(place: &str, evidence: Evidence<'_>, aero: &WindowAero) -> Option<Finding> {
     let (pressure, airspeed) = (mean_pressure(aero), mean(&aero.data.airspeed_m_s));
-    let weight = mean(&aero.data.specific_force_m_s2[2]).abs() * inertia_at_start(aero)?.mass_kg;
+    let weight = mean(&aero.data.specific_force_m_s2[2]).abs() * aero.data.mass.first()?.mass_kg;
     let area_m2 = aero.settings.reference.area_m2;
     let lift = weight / (pressure * area_m2);
     let stall = evidence.snapshot.aircraft.ready().and_then(|loaded| loaded.aircraft.stall);
@@ -168,6 +168,5 @@ fn mean(values: &[f64]) -> f64 {
 fn median_pressure(evidence: Evidence<'_>) -> Option<f64> {
     let of = |window: &Manoeuvre| Some(mean_pressure(evidence.snapshot.windows.get(&window.name)?.aero.ready()?));
     let mut pressures: Vec<f64> = evidence.windows().filter_map(of).collect();
-    pressures.sort_by(f64::total_cmp);
-    pressures.get(pressures.len() / 2).copied()
+    statistics::median(&mut pressures)
 }

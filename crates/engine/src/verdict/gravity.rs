@@ -3,7 +3,7 @@
 use doublet_core::compatibility::gravity_explains;
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::State;
-use doublet_core::series::{Recording, Window};
+use doublet_core::series::{Recording, TimeRange};
 
 use super::judge::Evidence;
 use super::{Finding, Level};
@@ -41,7 +41,7 @@ struct Found {
 }
 
 fn of_flight(recording: &Recording, bias: f64, used_m_s2: f64) -> Option<Found> {
-    let all = Window { start_s: f64::NEG_INFINITY, end_s: f64::INFINITY };
+    let all = TimeRange { start_s: f64::NEG_INFINITY, end_s: f64::INFINITY };
     let mean = |role: Role| Some(recording.role(role)?.series.statistics(all)?.mean);
     let altitude_m = mean(Role::GpsAltitude).or(mean(Role::Altitude)).unwrap_or_default();
     if let Some(latitude) = mean(Role::Latitude) {

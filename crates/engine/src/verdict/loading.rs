@@ -1,7 +1,7 @@
 //! Findings about what was on board: outside the envelope, impossible, changed by hand, or only assumed.
 
 use doublet_core::airframe::Aircraft;
-use doublet_core::model::{Inertia, InertiaHistory};
+use doublet_core::airframe::MassProperties;
 
 use super::judge::Evidence;
 use super::{Finding, Level};
@@ -16,18 +16,10 @@ pub(super) fn of_window(place: &str, evidence: Evidence<'_>, manoeuvre: &Manoeuv
     possible.into_iter().chain(shifted).collect()
 }
 
-pub(super) fn inertia_at_start(aero: &WindowAero) -> Option<Inertia> {
-    match &aero.data.inertia {
-        InertiaHistory::Constant(inertia) => Some(*inertia),
-        InertiaHistory::PerSample(all) => all.first().copied(),
-    }
-}
-
 /// Whether the loading flown lies in the envelope, where the aircraft has one.
 fn envelope(place: &str, evidence: Evidence<'_>, aero: &WindowAero) -> Option<Finding> {
     let aircraft = evidence.snapshot.aircraft.ready()?;
-    let inertia = inertia_at_start(aero)?;
-    let (mass_kg, x_m) = (inertia.mass_kg, inertia.cg_datum_m[0]);
+    let MassProperties { mass_kg, cg_from_datum_m: [x_m, ..], .. } = *aero.data.mass.first()?;
     let margin = aircraft.aircraft.envelope.as_ref()?.margin(mass_kg, x_m)?;
     if margin.inside() {
         return None;
@@ -47,11 +39,11 @@ fn envelope(place: &str, evidence: Evidence<'_>, aero: &WindowAero) -> Option<Fi
 
 /// Whether mass and inertia are those of no body.
 fn impossible(place: &str, aero: &WindowAero) -> Option<Finding> {
-    let Inertia { mass_kg, tensor, .. } = inertia_at_start(aero)?;
+    let MassProperties { mass_kg, inertia, .. } = *aero.data.mass.first()?;
     let text = if mass_kg.is_nan() || mass_kg <= 0.0 {
         format!("the mass is {mass_kg:.1} kg")
     } else {
-        format!("no body has this inertia: {}", tensor.check().err()?)
+        format!("no body has this inertia: {}", inertia.check().err()?)
     };
     let finding = Finding::new(Level::Bad, "loading", place, text);
     Some(finding.with_cure("look at the aircraft file and the loading").with_setting("Loading", "aircraft"))

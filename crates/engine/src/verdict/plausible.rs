@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
 use doublet_core::airframe::ReferenceGeometry;
-use doublet_core::model::{Axes, Coefficient, InertiaHistory, Term, Variable};
+use doublet_core::model::{Axes, Coefficient, Term, Variable};
 use serde::{Deserialize, Serialize};
 
 use super::judge::Evidence;
@@ -213,11 +213,7 @@ impl Form<'_> {
     /// The moment reference from the centre of gravity in body axes, m; none where it is the centre of gravity.
     fn reference_from_cg_m(&self) -> Option<[f64; 3]> {
         let position = self.aero.settings.moment_reference.as_ref()?;
-        let inertia = match &self.aero.data.inertia {
-            InertiaHistory::Constant(inertia) => *inertia,
-            InertiaHistory::PerSample(all) => *all.first()?,
-        };
-        Some(position.body_from_cg_m(inertia.cg_datum_m))
+        Some(position.body_from_cg_m(self.aero.data.mass.first()?.cg_from_datum_m))
     }
 }
 

@@ -16,24 +16,38 @@ pub struct Ticks {
     pub exponent: i32,
 }
 
-/// The smallest of 1, 2, 5 times a power of ten that is not less than `least`.
-fn round_step(least: f64) -> f64 {
+/// First digits of round steps.
+pub const ROUND: [f64; 4] = [1.0, 2.0, 5.0, 10.0];
+
+/// The smallest of `digits` times a power of ten that is not less than `least`.
+pub fn step_of(digits: &[f64], least: f64) -> f64 {
     let decade = 10f64.powf(least.log10().floor());
-    [1.0, 2.0, 5.0, 10.0].into_iter().map(|m| m * decade).find(|step| *step >= least * (1.0 - 1e-9)).unwrap_or(least)
+    digits.iter().map(|m| m * decade).find(|step| *step >= least * (1.0 - 1e-9)).unwrap_or(least)
+}
+
+/// The multiples of `step` from `low` to `high`, a thousand at most.
+pub fn multiples([low, high]: [f64; 2], step: f64) -> Vec<f64> {
+    let (first, last) = ((low / step - 1e-9).ceil(), (high / step + 1e-9).floor());
+    let count = (last - first).clamp(-1.0, 1000.0) as i64 + 1;
+    (0..count).map(|k| (first + k as f64) * step).collect()
+}
+
+/// Text of a tick: as many decimals as ticks `step` apart need.
+pub fn tick_label(value: f64, step: f64) -> String {
+    let decimals = (-(step.log10() + 1e-9).floor()).clamp(0.0, 9.0) as usize;
+    let text = format!("{value:.decimals$}");
+    let is_zero = text.bytes().all(|byte| matches!(byte, b'-' | b'0' | b'.'));
+    let text = if is_zero { text.replace('-', "") } else { text };
+    text.replace('-', "\u{2212}")
 }
 
 /// About `most` ticks from `low` to `high`, powers of ten times 1, 2 or 5 apart; two at least, for one tells no scale.
 pub fn ticks([low, high]: [f64; 2], most: usize) -> Ticks {
-    let with_step = |step: f64| -> Vec<f64> {
-        let (first, last) = ((low / step - 1e-9).ceil(), (high / step + 1e-9).floor());
-        let count = (last - first).clamp(-1.0, 100.0) as i64 + 1;
-        (0..count).map(|k| (first + k as f64) * step).collect()
-    };
-    let mut step = round_step((high - low) / most.max(1) as f64);
-    let mut values = with_step(step);
+    let mut step = step_of(&ROUND, (high - low) / most.max(1) as f64);
+    let mut values = multiples([low, high], step);
     if values.len() < 2 {
-        step = round_step(0.4 * step);
-        values = with_step(step);
+        step = step_of(&ROUND, 0.4 * step);
+        values = multiples([low, high], step);
     }
     let largest = low.abs().max(high.abs());
     let exponent = if (1e-2..1e5).contains(&largest) { 0 } else { 3 * (largest.log10() / 3.0).floor() as i32 };
@@ -41,14 +55,10 @@ pub fn ticks([low, high]: [f64; 2], most: usize) -> Ticks {
 }
 
 impl Ticks {
-    /// Text of a tick: as many decimals as the step needs.
+    /// Text of a tick, over the power of ten.
     pub fn label(&self, value: f64) -> String {
         let scale = 10f64.powi(self.exponent);
-        let decimals = (-((self.step / scale).log10() + 1e-9).floor()).clamp(0.0, 9.0) as usize;
-        let text = format!("{:.decimals$}", value / scale);
-        let is_zero = text.bytes().all(|byte| matches!(byte, b'-' | b'0' | b'.'));
-        let text = if is_zero { text.replace('-', "") } else { text };
-        text.replace('-', "\u{2212}")
+        tick_label(value / scale, self.step / scale)
     }
 
     /// What the labels are to be multiplied by, to put behind the name of the axis; empty for one.

@@ -1,19 +1,15 @@
-//! Figures as SVG, one unit a point: the only plot writer, for HTML, PDF and tests alike.
+//! Figures as SVG, one unit a point: the only plot writer, for HTML, PDF and what leaves the window alike.
 
-mod axis;
-mod decimate;
+pub mod axis;
 mod plot;
 
 use std::fmt::Write;
 
-use doublet_engine::report::document::{Figure, Mark, Matrix, Panel};
+use doublet_engine::report::document::{Colour, Figure, LineStyle, Mark, Matrix, Panel};
 use doublet_engine::report::significant;
 
-pub use decimate::decimate;
 pub use plot::{Range, range};
 
-/// Colours that stay apart for the common colour-vision deficiencies.
-pub const PALETTE: [&str; 8] = ["#0068b4", "#d55e00", "#00876c", "#b5478f", "#a87b00", "#8c2d19", "#5a4fcf", "#56606b"];
 /// Width of every figure: 170 mm.
 pub const WIDTH: f64 = 170.0 * MM;
 /// Points in a millimetre.
@@ -48,9 +44,9 @@ struct Area {
     height: f64,
 }
 
-/// The colour at a place of the palette.
-fn colour(index: usize) -> &'static str {
-    PALETTE[index % PALETTE.len()]
+/// A colour as SVG writes it.
+fn ink(Colour([red, green, blue]): Colour) -> String {
+    format!("#{red:02x}{green:02x}{blue:02x}")
 }
 
 /// Characters with a meaning in SVG and HTML as entities; those no XML may hold are left out.
@@ -95,12 +91,16 @@ impl Svg<'_> {
 pub fn svg(figure: &Figure, prefix: &str) -> String {
     let columns = figure.columns.max(1).min(figure.panels.len().max(1));
     let rows = figure.panels.len().div_ceil(columns);
-    let legend = legend(figure);
-    let top = if legend.is_empty() { 0.0 } else { LEGEND };
+    let legend = legend_rows(legend(figure));
+    let top = legend.len() as f64 * LEGEND;
     let body = figure.panel_height_mm * MM;
     let under = axis::UNDER;
-    let last_under =
-        if figure.panels.iter().any(|panel| matches!(panel, Panel::Plot(_))) { axis::TITLE_UNDER } else { 0.0 };
+    let last_under = figure.panels.iter().map(|panel| match panel {
+        Panel::Plot(_) => axis::TITLE_UNDER,
+        Panel::Matrix(matrix) if columns == 1 => longest(&matrix.names) * CAPITAL,
+        Panel::Matrix(_) => 0.0,
+    });
+    let last_under = last_under.fold(0.0, f64::max);
     let row_height = TITLE + body + under + GAP / 2.0;
     let height = top + rows as f64 * row_height + last_under;
     let mut svg = Svg { out: String::new(), prefix, clips: 0 };
@@ -133,7 +133,7 @@ pub fn svg(figure: &Figure, prefix: &str) -> String {
         let is_last = index + columns >= figure.panels.len();
         match panel {
             Panel::Plot(plot) => plot::draw(&mut svg, plot, range, area, is_last),
-            Panel::Matrix(matrix) => draw_matrix(&mut svg, matrix, area),
+            Panel::Matrix(matrix) => draw_matrix(&mut svg, matrix, area, columns == 1),
         }
     }
     svg.out.push_str("</svg>");
@@ -152,20 +152,27 @@ enum Sample {
     Point,
 }
 
+/// Label, colour and sample of a mark.
+type LegendEntry<'a> = (&'a str, Colour, Sample);
+
 /// Every label once, in the order it is drawn first.
-fn legend(figure: &Figure) -> Vec<(&'static str, usize, Sample)> {
-    let mut entries: Vec<(&'static str, usize, Sample)> = Vec::new();
+fn legend(figure: &Figure) -> Vec<LegendEntry<'_>> {
+    let mut entries: Vec<LegendEntry<'_>> = Vec::new();
     for panel in &figure.panels {
         let Panel::Plot(plot) = panel else { continue };
         for mark in &plot.marks {
-            let entry = match *mark {
-                Mark::Line { label, colour, dashed, .. } => (label, colour, Sample::Line { dashed }),
+            let entry = match mark {
+                Mark::Line { label, colour, style, .. } | Mark::Points { label, colour, style, .. } => {
+                    let dots = *style == LineStyle::Dots;
+                    let dashed = *style == LineStyle::Dashed;
+                    (label.as_ref(), *colour, if dots { Sample::Point } else { Sample::Line { dashed } })
+                }
                 Mark::Band { label, colour, .. }
+                | Mark::Bars { label, colour, .. }
                 | Mark::Level { label, colour, .. }
-                | Mark::Span { label, colour, .. } => (label, colour, Sample::Area),
-                Mark::Points { label, colour, .. } => (label, colour, Sample::Point),
+                | Mark::Span { label, colour, .. } => (label.as_ref(), *colour, Sample::Area),
             };
-            if !entries.iter().any(|(label, ..)| *label == entry.0) {
+            if !entry.0.is_empty() && !entries.iter().any(|(label, ..)| *label == entry.0) {
                 entries.push(entry);
             }
         }
@@ -173,42 +180,73 @@ fn legend(figure: &Figure) -> Vec<(&'static str, usize, Sample)> {
     entries
 }
 
-fn draw_legend(svg: &mut Svg<'_>, entries: &[(&'static str, usize, Sample)]) {
-    let mut x = 2.0;
-    let y = LEGEND / 2.0;
-    for &(label, index, sample) in entries {
-        let ink = colour(index);
-        match sample {
-            Sample::Line { dashed } => {
-                let dash = if dashed { " stroke-dasharray=\"4 2.5\"" } else { "" };
-                svg.rule((x, y), (x + 14.0, y), &format!("stroke=\"{ink}\" stroke-width=\"1.2\"{dash}"));
-            }
-            Sample::Area => svg.put(format_args!(
-                "<rect x=\"{x:.1}\" y=\"{:.1}\" width=\"14\" height=\"6\" fill=\"{ink}\" fill-opacity=\"0.25\"/>",
-                y - 3.0
-            )),
-            Sample::Point => {
-                svg.put(format_args!("<circle cx=\"{:.1}\" cy=\"{y:.1}\" r=\"1.7\" fill=\"{ink}\"/>", x + 7.0));
+/// Room an entry of a legend takes.
+fn entry_width(label: &str) -> f64 {
+    18.0 + label.chars().count() as f64 * CHARACTER + 14.0
+}
+
+/// The entries line by line, none wider than the figure unless it is alone.
+fn legend_rows(entries: Vec<LegendEntry<'_>>) -> Vec<Vec<LegendEntry<'_>>> {
+    let mut rows: Vec<Vec<LegendEntry<'_>>> = Vec::new();
+    let mut right = f64::INFINITY;
+    for entry in entries {
+        right += entry_width(entry.0);
+        match rows.last_mut() {
+            Some(row) if right <= WIDTH => row.push(entry),
+            _ => {
+                right = entry_width(entry.0);
+                rows.push(vec![entry]);
             }
         }
-        svg.text(x + 18.0, y + 0.36 * TEXT, "start", label);
-        x += 18.0 + label.chars().count() as f64 * CHARACTER + 14.0;
+    }
+    rows
+}
+
+fn draw_legend(svg: &mut Svg<'_>, rows: &[Vec<LegendEntry<'_>>]) {
+    for (row, entries) in rows.iter().enumerate() {
+        let mut x = 2.0;
+        let y = (row as f64 + 0.5) * LEGEND;
+        for &(label, colour, sample) in entries {
+            let ink = ink(colour);
+            match sample {
+                Sample::Line { dashed } => {
+                    let dash = if dashed { plot::DASHES } else { "" };
+                    svg.rule((x, y), (x + 14.0, y), &format!("stroke=\"{ink}\" stroke-width=\"1.2\"{dash}"));
+                }
+                Sample::Area => svg.put(format_args!(
+                    "<rect x=\"{x:.1}\" y=\"{:.1}\" width=\"14\" height=\"6\" fill=\"{ink}\" fill-opacity=\"0.25\"/>",
+                    y - 3.0
+                )),
+                Sample::Point => {
+                    svg.put(format_args!("<circle cx=\"{:.1}\" cy=\"{y:.1}\" r=\"1.7\" fill=\"{ink}\"/>", x + 7.0));
+                }
+            }
+            svg.text(x + 18.0, y + 0.36 * TEXT, "start", label);
+            x += entry_width(label);
+        }
     }
 }
 
-/// Squares coloured from -1 to 1, with their numbers.
-fn draw_matrix(svg: &mut Svg<'_>, matrix: &Matrix, area: Area) {
+/// Squares coloured by sign and size, with their numbers; the names also under the columns where there is room.
+fn draw_matrix(svg: &mut Svg<'_>, matrix: &Matrix, area: Area, names_under: bool) {
     let count = matrix.names.len().max(1);
     let size = (area.width.min(area.height)) / count as f64;
     svg.text(area.x, area.y - 4.0, "start", &matrix.title);
     let small = (0.34 * size).min(TEXT - 1.0);
+    for (column, name) in matrix.names.iter().enumerate().filter(|_| names_under) {
+        let (x, y) = (area.x + (column as f64 + 0.5) * size + 0.36 * TEXT, area.y + count as f64 * size + 3.0);
+        let name = escape(name);
+        svg.put(format_args!(
+            "<text transform=\"translate({x:.1},{y:.1}) rotate(-90)\" text-anchor=\"end\">{name}</text>"
+        ));
+    }
     for (row, values) in matrix.values.iter().enumerate() {
         let y = area.y + row as f64 * size;
         svg.text(area.x - 3.0, y + size / 2.0 + 0.36 * TEXT, "end", &matrix.names[row]);
         for (column, &value) in values.iter().enumerate() {
             let x = area.x + column as f64 * size;
             let (ink, strength) = if value.is_finite() {
-                (if value < 0.0 { "#2166ac" } else { "#b2442c" }, value.abs())
+                (if value < 0.0 { "#2166ac" } else { "#b2442c" }, (value / matrix.full_scale).abs().min(1.0))
             } else {
                 ("#808080", 0.0)
             };

@@ -1,10 +1,11 @@
 //! One set of axes with its marks.
 
-use doublet_engine::report::document::{Mark, Panel, Plot};
+use doublet_core::series::{Band, Decimated, Pyramid, Series, decimate, decimate_band};
+use doublet_core::statistics;
+use doublet_engine::report::document::{LineStyle, Mark, Panel, Plot};
 
 use super::axis::{TITLE_UNDER, Ticks, UNDER, ticks};
-use super::decimate::decimate;
-use super::{Area, CHARACTER, Svg, TEXT, colour};
+use super::{Area, CHARACTER, Svg, TEXT, ink};
 
 /// Room above and below the data, as a part of their extent.
 const ROOM: f64 = 0.06;
@@ -14,6 +15,9 @@ const TICK_HEIGHT: f64 = 11.0;
 const TICK_WIDTH: f64 = 24.0;
 /// Width of a column of which only the extremes are drawn, points.
 const COLUMN: f64 = 1.0;
+
+/// What makes a stroke dashed.
+pub(super) const DASHES: &str = " stroke-dasharray=\"4 2.5\"";
 
 /// Extent of both axes.
 #[derive(Clone, Debug, PartialEq)]
@@ -76,6 +80,10 @@ pub fn range(panel: &Panel) -> Range {
                     y.take([value - bar, value + bar]);
                 }
             }
+            Mark::Bars { width, bars, .. } => {
+                x.take(bars.iter().flat_map(|[at, _]| [at - 0.5 * width, at + 0.5 * width]));
+                y.take(bars.iter().map(|bar| bar[1]).chain([0.0]));
+            }
             Mark::Level { value, band, .. } => y.take([*value, band[0], band[1]]),
             Mark::Span { .. } => {}
         }
@@ -85,7 +93,8 @@ pub fn range(panel: &Panel) -> Range {
             plot.marks.iter().filter_map(|mark| if let Mark::Span { ends, .. } = mark { Some(*ends) } else { None });
         spans.for_each(|span| x.take(span));
     }
-    Range { x: x.with_room(0.0), y: y.with_room(ROOM) }
+    let stated = |range: Option<[f64; 2]>, found: [f64; 2]| range.filter(|[low, high]| low < high).unwrap_or(found);
+    Range { x: stated(plot.x.range, x.with_room(0.0)), y: stated(plot.y.range, y.with_room(ROOM)) }
 }
 
 /// Time from which a band is no wider than a few times its usual width: what a filter shows before it has settled would flatten the
@@ -105,9 +114,7 @@ fn ends(values: &[f64]) -> impl IntoIterator<Item = f64> {
 }
 
 fn median(values: impl Iterator<Item = f64>) -> f64 {
-    let mut values: Vec<f64> = values.filter(|value| value.is_finite()).collect();
-    let middle = values.len() / 2;
-    if values.is_empty() { 0.0 } else { *values.select_nth_unstable_by(middle, f64::total_cmp).1 }
+    statistics::median(&mut values.filter(|value| value.is_finite()).collect::<Vec<_>>()).unwrap_or(0.0)
 }
 
 fn y_ticks(range: &Range, height: f64) -> Ticks {
@@ -152,7 +159,7 @@ pub fn draw(svg: &mut Svg<'_>, plot: &Plot, range: &Range, area: Area, is_last: 
     let vertical = y_ticks(range, area.height);
     let most = (area.width / TICK_WIDTH) as usize;
     // Points lie at whole numbers.
-    let is_counted = plot.marks.iter().any(|mark| matches!(mark, Mark::Points { .. }));
+    let is_counted = plot.x.range.is_none() && plot.marks.iter().any(|mark| matches!(mark, Mark::Points { .. }));
     let most = if is_counted { most.min((range.x[1] - range.x[0]) as usize) } else { most };
     let horizontal = ticks(range.x, most);
     let grid = "stroke=\"#dfe5ec\" stroke-width=\"0.5\"";
@@ -161,11 +168,12 @@ pub fn draw(svg: &mut Svg<'_>, plot: &Plot, range: &Range, area: Area, is_last: 
         svg.rule((area.x, y), (area.x + area.width, y), grid);
         svg.text(area.x - 3.0, y + 0.36 * TEXT, "end", &vertical.label(value));
     }
-    for &value in &horizontal.values {
+    let numbers = || horizontal.values.iter().map(|&value| (value, horizontal.label(value))).collect();
+    let places = if plot.x.places.is_empty() { numbers() } else { plot.x.places.clone() };
+    for (value, label) in places {
         let x = frame.x(value);
         svg.rule((x, area.y), (x, bottom), grid);
         // A label at the very end would run into the next panel.
-        let label = horizontal.label(value);
         let half = 0.5 * label.chars().count() as f64 * CHARACTER;
         let x = x.min(area.x + area.width + 4.0 - half);
         svg.text(x, bottom + UNDER - 1.5, "middle", &label);
@@ -191,48 +199,94 @@ pub fn draw(svg: &mut Svg<'_>, plot: &Plot, range: &Range, area: Area, is_last: 
     }
 }
 
+/// Draws a path of `lines`, each a list of points on the page.
+fn draw_lines(svg: &mut Svg<'_>, path: &str, ink: &str, style: LineStyle) {
+    let dash = if style == LineStyle::Dashed { DASHES } else { "" };
+    svg.put(format_args!(
+        "<path d=\"{path}\" fill=\"none\" stroke=\"{ink}\" stroke-width=\"0.8\" stroke-linejoin=\"round\"{dash}/>"
+    ));
+}
+
+fn draw_dot(svg: &mut Svg<'_>, (x, y): (f64, f64), ink: &str) {
+    svg.put(format_args!("<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"1.5\" fill=\"{ink}\"/>"));
+}
+
+fn draw_series(svg: &mut Svg<'_>, series: &Series, scale: f64, (ink, style): (&str, LineStyle), frame: &Frame<'_>) {
+    let (time_s, values, [from, to]) = (&series.time_s, &series.values, frame.range.x);
+    let mut drawn = Decimated::<[f64; 2]>::default();
+    decimate(&Pyramid::new(time_s, values), time_s, values, scale, (from, to), frame.columns(), &mut drawn);
+    if style == LineStyle::Dots {
+        drawn.points.iter().for_each(|&[x, y]| draw_dot(svg, (frame.x(x), frame.y(y)), ink));
+        return;
+    }
+    let mut path = String::new();
+    for line in drawn.lines() {
+        add_line(&mut path, line.iter().map(|&[x, y]| (frame.x(x), frame.y(y))));
+    }
+    draw_lines(svg, &path, ink, style);
+}
+
+fn draw_band(svg: &mut Svg<'_>, centre: &Series, half_width: &[f64], scale: f64, ink: &str, frame: &Frame<'_>) {
+    let mut band = Band::default();
+    let [from, to] = frame.range.x;
+    // Half the columns: an edge of a band is smooth.
+    decimate_band((&centre.time_s, &centre.values, half_width), scale, 1.0, (from, to), frame.columns() / 2, &mut band);
+    let mut path = String::new();
+    for segment in &band.segments {
+        let edge = |at: usize, edge: &[f64]| (frame.x(band.time_s[at]), frame.y(edge[at]));
+        let upper = segment.clone().map(|at| edge(at, &band.high));
+        let lower = segment.clone().rev().map(|at| edge(at, &band.low));
+        add_line(&mut path, upper.chain(lower));
+        path.push('Z');
+    }
+    svg.put(format_args!("<path d=\"{path}\" fill=\"{ink}\" fill-opacity=\"0.25\"/>"));
+}
+
+fn draw_points(svg: &mut Svg<'_>, points: &[[f64; 3]], (ink, style): (&str, LineStyle), frame: &Frame<'_>) {
+    for &[at, value, bar] in points.iter().filter(|point| point.iter().all(|value| value.is_finite())) {
+        let x = frame.x(at);
+        let style = format!("stroke=\"{ink}\" stroke-width=\"0.7\"");
+        svg.rule((x, frame.y(value - bar)), (x, frame.y(value + bar)), &style);
+    }
+    let is_drawn = |[x, y, _]: &[f64; 3]| x.is_finite() && y.is_finite();
+    if style == LineStyle::Dots {
+        points
+            .iter()
+            .filter(|point| is_drawn(point))
+            .for_each(|&[x, y, _]| draw_dot(svg, (frame.x(x), frame.y(y)), ink));
+        return;
+    }
+    let mut path = String::new();
+    for line in points.split(|point| !is_drawn(point)) {
+        add_line(&mut path, line.iter().map(|&[x, y, _]| (frame.x(x), frame.y(y))));
+    }
+    draw_lines(svg, &path, ink, style);
+}
+
 fn draw_mark(svg: &mut Svg<'_>, mark: &Mark, frame: &Frame<'_>) {
     match mark {
-        Mark::Line { colour: index, dashed, series, scale, .. } => {
-            let mut path = String::new();
-            for line in decimate(&series.time_s, &series.values, frame.range.x, frame.columns()) {
-                add_line(&mut path, line.iter().map(|&(x, y)| (frame.x(x), frame.y(y * scale))));
-            }
-            let dash = if *dashed { " stroke-dasharray=\"4 2.5\"" } else { "" };
-            svg.put(format_args!(
-                "<path d=\"{path}\" fill=\"none\" stroke=\"{}\" stroke-width=\"0.8\" stroke-linejoin=\"round\"{dash}/>",
-                colour(*index)
-            ));
+        Mark::Line { colour, style, series, scale, .. } => {
+            draw_series(svg, series, *scale, (&ink(*colour), *style), frame)
         }
-        Mark::Band { colour: index, centre, half_width, scale, .. } => {
-            let edge = |sign: f64| -> Vec<f64> {
-                centre.values.iter().zip(half_width.iter()).map(|(value, half)| (value + sign * half) * scale).collect()
-            };
-            // Half the columns: an edge of a band is smooth, and each end has two.
-            let columns = frame.columns() / 4;
-            let upper = decimate(&centre.time_s, &edge(1.0), frame.range.x, columns);
-            let lower = decimate(&centre.time_s, &edge(-1.0), frame.range.x, columns);
-            let mut path = String::new();
-            for (upper, lower) in upper.iter().zip(&lower) {
-                let outline = upper.iter().chain(lower.iter().rev());
-                add_line(&mut path, outline.map(|&(x, y)| (frame.x(x), frame.y(y))));
-                path.push('Z');
-            }
-            svg.put(format_args!("<path d=\"{path}\" fill=\"{}\" fill-opacity=\"0.25\"/>", colour(*index)));
+        Mark::Band { colour, centre, half_width, scale, .. } => {
+            draw_band(svg, centre, half_width, *scale, &ink(*colour), frame);
         }
-        Mark::Points { colour: index, points, .. } => {
-            let ink = colour(*index);
-            for &[at, value, bar] in points.iter().filter(|point| point[0].is_finite() && point[1].is_finite()) {
-                let x = frame.x(at);
-                if bar.is_finite() {
-                    let style = format!("stroke=\"{ink}\" stroke-width=\"0.7\"");
-                    svg.rule((x, frame.y(value - bar)), (x, frame.y(value + bar)), &style);
-                }
-                svg.put(format_args!("<circle cx=\"{x:.1}\" cy=\"{:.1}\" r=\"1.5\" fill=\"{ink}\"/>", frame.y(value)));
+        Mark::Points { colour, style, points, .. } => draw_points(svg, points, (&ink(*colour), *style), frame),
+        Mark::Bars { colour, width, bars, .. } => {
+            for &[at, height] in bars {
+                let (left, right) = (frame.x(at - 0.5 * width), frame.x(at + 0.5 * width));
+                let (zero, end) = (frame.y(0.0), frame.y(height));
+                svg.put(format_args!(
+                    "<rect x=\"{left:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"{}\" fill-opacity=\"0.6\"/>",
+                    zero.min(end),
+                    (right - left).max(0.5),
+                    (zero - end).abs(),
+                    ink(*colour)
+                ));
             }
         }
-        Mark::Level { colour: index, value, band, .. } => {
-            let (ink, area) = (colour(*index), frame.area);
+        Mark::Level { colour, value, band, .. } => {
+            let (ink, area) = (ink(*colour), frame.area);
             let (top, bottom) = (frame.y(band[1]), frame.y(band[0]));
             svg.put(format_args!(
                 "<rect x=\"{:.1}\" y=\"{top:.1}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"{ink}\" fill-opacity=\"0.25\"/>",
@@ -243,14 +297,14 @@ fn draw_mark(svg: &mut Svg<'_>, mark: &Mark, frame: &Frame<'_>) {
             let y = frame.y(*value);
             svg.rule((area.x, y), (area.x + area.width, y), &format!("stroke=\"{ink}\" stroke-width=\"0.8\""));
         }
-        Mark::Span { colour: index, ends, .. } => {
+        Mark::Span { colour, ends, .. } => {
             let (from, to) = (frame.x(ends[0]), frame.x(ends[1]));
             svg.put(format_args!(
                 "<rect x=\"{from:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"{}\" fill-opacity=\"0.25\"/>",
                 frame.area.y,
                 (to - from).max(0.5),
                 frame.area.height,
-                colour(*index)
+                ink(*colour)
             ));
         }
     }

@@ -16,16 +16,6 @@ pub enum DatcomAxes {
     Stability,
 }
 
-/// What pitch-rate and angle-of-attack-rate derivatives are against.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum PitchRateForm {
-    /// `q c / V`, the project's: half the listed value.
-    #[default]
-    OverV,
-    /// `q c / (2 V)`, as listed and as thesis Table E.1 gives them.
-    OverTwoV,
-}
-
 /// Deflection a pair of ailerons with unequal travel is described by; right aileron down positive.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum AileronMeasure {
@@ -37,14 +27,28 @@ pub enum AileronMeasure {
 }
 
 /// How [`DatcomListing::derivatives`] expresses its values.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PredictionOptions {
     /// Axes.
     pub axes: DatcomAxes,
-    /// Pitch rate.
-    pub pitch_rate: PitchRateForm,
+    /// Length of pitch rate and rate of angle of attack over the chord: 1 for `q c / V`, 0.5 for `q c / (2 V)`, as listed and as
+    /// thesis Table E.1 gives them.
+    pub pitch_rate_chords: f64,
+    /// Length of roll and yaw rate over the span: 0.5 for `p b / (2 V)`, as listed.
+    pub lateral_rate_spans: f64,
     /// Aileron deflection.
     pub aileron: AileronMeasure,
+}
+
+impl Default for PredictionOptions {
+    fn default() -> Self {
+        Self {
+            axes: DatcomAxes::default(),
+            pitch_rate_chords: 1.0,
+            lateral_rate_spans: 0.5,
+            aileron: AileronMeasure::default(),
+        }
+    }
 }
 
 /// One predicted derivative.
@@ -163,10 +167,8 @@ impl DatcomListing {
         }
         push("Cm_alpha", at(&statics.cm_alpha));
 
-        let rate = match options.pitch_rate {
-            PitchRateForm::OverV => 0.5,
-            PitchRateForm::OverTwoV => 1.0,
-        };
+        // Listed against q c/(2 V) and p b/(2 V).
+        let rate = 0.5 / options.pitch_rate_chords;
         let mut forces = |names: [&'static str; 4], slope: LiftDrag| match options.axes {
             DatcomAxes::Stability => {
                 push(names[0], slope.cd);
@@ -223,16 +225,17 @@ impl DatcomListing {
         push("Cl_beta", roll);
         push("Cn_beta", yaw);
         if let Some(dynamic) = &self.dynamic {
+            let rate = 0.5 / options.lateral_rate_spans;
             // Rows of moments and columns of rates turn alike: D_b = R D_s R'.
             let columns = [(&dynamic.cl_p, &dynamic.cn_p), (&dynamic.cl_r, &dynamic.cn_r)]
                 .map(|(roll, yaw)| turned(at(roll), at(yaw)));
             let (roll_p, roll_r) = turned(columns[0].0, columns[1].0);
             let (yaw_p, yaw_r) = turned(columns[0].1, columns[1].1);
             for (name, value) in [("Cl_p", roll_p), ("Cl_r", roll_r), ("Cn_p", yaw_p), ("Cn_r", yaw_r)] {
-                push(name, value);
+                push(name, rate * value);
             }
             if options.axes == DatcomAxes::Stability {
-                push("CY_p", at(&dynamic.cy_p));
+                push("CY_p", rate * at(&dynamic.cy_p));
             }
         }
         if let Some(aileron) = &self.aileron {

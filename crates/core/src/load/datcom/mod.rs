@@ -18,8 +18,7 @@ pub use deck::{
     DeckReference, DeckTwinVertical,
 };
 pub use derivatives::{
-    AileronMeasure, AlphaOutsideError, DatcomAxes, DerivativeComparison, PitchRateForm, PredictedDerivative,
-    PredictionOptions, beside,
+    AileronMeasure, AlphaOutsideError, DatcomAxes, DerivativeComparison, PredictedDerivative, PredictionOptions, beside,
 };
 
 /// A listing that cannot be used.

@@ -6,6 +6,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 use crate::prep::{WHITE_LEVEL, white_noise_probability};
 use crate::reconstruct::data::Reconstruction;
 use crate::reconstruct::model::layout::{Measurement, STATES, State};
+use crate::statistics::autocorrelation;
 
 /// Longest lag of the autocorrelation, samples.
 pub const LAGS: usize = 40;
@@ -165,17 +166,6 @@ fn advice(found: &ChannelConsistency) -> String {
         return format!("{name}: size as predicted, slightly correlated ({slow:.2} at one sample).");
     }
     format!("{name}: consistent.")
-}
-
-/// Autocorrelation at lags 1 to `lags`: `rho(k) = sum (v_i - m)(v_(i+k) - m) / sum (v_i - m)^2`.
-fn autocorrelation(values: &[f64], lags: usize) -> Vec<f64> {
-    let mean = values.iter().sum::<f64>() / values.len() as f64;
-    let power: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
-    if power <= 0.0 {
-        return vec![0.0; lags];
-    }
-    let lagged = |lag: usize| values.iter().zip(&values[lag..]).map(|(a, b)| (a - mean) * (b - mean)).sum::<f64>();
-    (1..=lags.min(values.len() - 1)).map(|lag| lagged(lag) / power).collect()
 }
 
 /// 95 % region of the chi-square distribution.

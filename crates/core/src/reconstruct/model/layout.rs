@@ -2,7 +2,7 @@
 //!
 //! Elsewhere they go by name: `State::RollAngle as usize` is the index, [`State::name`] the label.
 
-use crate::quantity::{Dimension, Role};
+use crate::quantity::{Role, named_quantities};
 
 /// Number of states.
 pub const STATES: usize = 18;
@@ -42,36 +42,9 @@ pub const ATTITUDE: usize = 2;
 /// Airspeed, angle of attack, sideslip.
 pub const AIR: usize = 3;
 
-/// Declares an ordered, named set of quantities.
-macro_rules! named {
-    ($(#[$doc:meta])* $set:ident, $count:ident; $($variant:ident, $name:literal, $dimension:ident, $text:literal;)*) => {
-        $(#[$doc])*
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-        #[repr(usize)]
-        pub enum $set { $(#[doc = $text] $variant,)* }
-
-        impl $set {
-            /// All of them, in order of their index.
-            pub const ALL: [Self; $count] = [$(Self::$variant,)*];
-
-            /// Name in tables and files.
-            pub fn name(self) -> &'static str { match self { $(Self::$variant => $name,)* } }
-
-            /// Dimension, hence SI unit.
-            pub fn dimension(self) -> Dimension { match self { $(Self::$variant => Dimension::$dimension,)* } }
-
-            /// One-line description.
-            pub fn description(self) -> &'static str { match self { $(Self::$variant => $text,)* } }
-
-            /// The one called `name`.
-            pub fn from_name(name: &str) -> Option<Self> { Self::ALL.into_iter().find(|item| item.name() == name) }
-        }
-    };
-}
-
-named! {
+named_quantities! {
     /// State vector of the reconstruction (thesis Eq. 3.4, in the order position, velocity, attitude, biases, wind).
-    State, STATES;
+    State;
     PositionNorth, "x", Length, "position north of the local origin";
     PositionEast, "y", Length, "position east of the local origin";
     PositionDown, "z", Length, "position below the local origin";
@@ -92,19 +65,19 @@ named! {
     WindDown, "wind_down", Speed, "wind velocity downwards";
 }
 
-named! {
+named_quantities! {
     /// Errors of the air data, constant over a window: `airspeed = (1 + airspeed_scale) V`,
     /// `alpha = (1 + upwash) atan(w / u) + alpha_offset`, `beta = asin(v / V) + beta_offset` (Klein & Morelli 2006, chapter 10).
-    AirState, AIR_STATES;
+    AirState;
     AlphaOffset, "alpha_offset", Angle, "offset of the measured angle of attack";
     BetaOffset, "beta_offset", Angle, "offset of the measured sideslip";
     Upwash, "upwash", Dimensionless, "upwash factor of the measured angle of attack";
     AirspeedScale, "airspeed_scale", Dimensionless, "scale error of the measured airspeed";
 }
 
-named! {
+named_quantities! {
     /// Input vector: what the inertial unit measures (thesis Eq. 3.5), biased and noisy.
-    Input, INPUTS;
+    Input;
     SpecificForceX, "ax", Acceleration, "specific force along body x";
     SpecificForceY, "ay", Acceleration, "specific force along body y";
     SpecificForceZ, "az", Acceleration, "specific force along body z";
@@ -113,9 +86,9 @@ named! {
     YawRate, "r", AngularRate, "yaw rate";
 }
 
-named! {
+named_quantities! {
     /// Measurement vector (thesis Eq. 3.6).
-    Measurement, MEASUREMENTS;
+    Measurement;
     PositionNorth, "x", Length, "position north";
     PositionEast, "y", Length, "position east";
     PositionDown, "z", Length, "position down";

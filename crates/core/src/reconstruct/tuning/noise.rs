@@ -11,6 +11,7 @@ use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, Normal};
 use thiserror::Error;
 
+use crate::optimise::bfgs_update;
 use crate::reconstruct::collect::NoiseMoments;
 use crate::reconstruct::data::{FilterData, Reconstruction};
 use crate::reconstruct::error::ReconstructError;
@@ -18,6 +19,7 @@ use crate::reconstruct::model::layout::{AIR_STATES, INPUTS, Input, MEASUREMENTS,
 use crate::reconstruct::pass::Watch;
 use crate::reconstruct::run::reconstruct_with_noise_moments;
 use crate::reconstruct::settings::{FilterSettings, Method, SettingError, ValidSettings};
+use crate::statistics::median;
 
 /// How to raise the likelihood.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -168,12 +170,8 @@ pub fn without_outliers(
             .map(|(value, sigma)| (value / sigma).abs())
             .collect();
         let mut finite: Vec<f64> = normalised.iter().copied().filter(|value| value.is_finite()).collect();
-        if finite.is_empty() {
-            continue;
-        }
-        let middle = finite.len() / 2;
-        let (_, median, _) = finite.select_nth_unstable_by(middle, f64::total_cmp);
-        let typical = *median / MEDIAN;
+        let Some(median) = median(&mut finite) else { continue };
+        let typical = median / MEDIAN;
         let furthest = Normal::standard().inverse_cdf(1.0 - 0.5 * OUTLIER / finite.len() as f64);
         let limit = furthest * typical;
         let series = &mut data.measurements[m];
@@ -379,7 +377,7 @@ pub fn propose_noise(
             converged = true;
             break;
         };
-        update_inverse(&mut inverse, &(&next.log_sigma - &point.log_sigma), &(&point.gradient - &next.gradient));
+        bfgs_update(&mut inverse, &(&next.log_sigma - &point.log_sigma), &(&point.gradient - &next.gradient));
         let gain = next.log_likelihood - point.log_likelihood;
         point = next;
         rising.push(point.log_likelihood);
@@ -412,15 +410,4 @@ pub fn propose_noise(
         }
     }
     Ok(proposal)
-}
-
-/// Update of Broyden, Fletcher, Goldfarb & Shanno of the inverse curvature, for a step and the fall of the gradient over it.
-fn update_inverse(inverse: &mut DMatrix<f64>, step: &DVector<f64>, fall: &DVector<f64>) {
-    let along = step.dot(fall);
-    if along <= 1e-12 * step.norm() * fall.norm() {
-        return;
-    }
-    let moved = &*inverse * fall;
-    let factor = (along + fall.dot(&moved)) / (along * along);
-    *inverse += step * step.transpose() * factor - (&moved * step.transpose() + step * moved.transpose()) / along;
 }

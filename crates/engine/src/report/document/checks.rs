@@ -2,7 +2,7 @@
 
 use super::{Block, Contents, paragraph};
 use crate::report::studies::CheckRow;
-use crate::report::table::{Cell, Column, Table};
+use crate::report::table::{Table, TableOf};
 
 /// Derivatives by every method, how well the flights of output error follow, and what was found about them.
 pub fn checks(contents: &Contents<'_>) -> Vec<Block> {
@@ -32,56 +32,28 @@ pub fn checks(contents: &Contents<'_>) -> Vec<Block> {
 }
 
 fn derivatives(rows: &[&CheckRow]) -> Table {
-    let finite = |value: f64| Cell::maybe(value.is_finite().then_some(value));
-    let row = |row: &&CheckRow| {
-        vec![
-            Cell::text(&row.window),
-            Cell::text(row.method),
-            Cell::Symbol(row.derivative.clone()),
-            finite(row.estimate),
-            finite(row.standard_error),
-            finite(row.equation_error),
-            finite(row.equation_standard_error),
-        ]
-    };
+    let finite = |value: f64| value.is_finite().then_some(value);
     // Initial states and biases belong to one window and have no twin.
     let of_model = rows.iter().filter(|row| !row.derivative.ends_with(']') && row.error.is_none());
-    Table {
-        name: "checks".to_owned(),
-        caption: "Derivatives of each window by other methods beside equation error in the time domain.".to_owned(),
-        columns: vec![
-            Column::new("window", "Window"),
-            Column::new("method", "Method"),
-            Column::new("derivative", "Derivative"),
-            Column::number("estimate", "Estimate", "", 4),
-            Column::number("standard_error", "Std error", "", 2),
-            Column::number("equation_error", "Equation error", "", 4),
-            Column::number("equation_standard_error", "Std error", "", 2),
-        ],
-        rows: of_model.map(row).collect(),
-    }
+    let caption = "Derivatives of each window by other methods beside equation error in the time domain.";
+    TableOf::new("checks", caption, of_model)
+        .text("window", "Window", |row| &row.window)
+        .text("method", "Method", |row| row.method)
+        .symbol("derivative", "Derivative", |row| &row.derivative)
+        .maybe("estimate", "Estimate", "", 4, |row| finite(row.estimate))
+        .maybe("standard_error", "Std error", "", 2, |row| finite(row.standard_error))
+        .maybe("equation_error", "Equation error", "", 4, |row| finite(row.equation_error))
+        .maybe("equation_standard_error", "Std error", "", 2, |row| finite(row.equation_standard_error))
+        .done()
 }
 
 fn followed(rows: &[&CheckRow]) -> Table {
-    let row = |row: &&CheckRow| {
-        vec![
-            Cell::text(&row.window),
-            Cell::text(row.axis),
-            Cell::text(&row.derivative),
-            Cell::Number(row.r_squared),
-            Cell::Number(row.largest_deviation),
-        ]
-    };
-    Table {
-        name: "followed".to_owned(),
-        caption: "How the flight of output error follows the recorded outputs; deviations in SI units.".to_owned(),
-        columns: vec![
-            Column::new("window", "Window"),
-            Column::new("axis", "Motion"),
-            Column::new("output", "Output"),
-            Column::number("r_squared", "R²", "", 3),
-            Column::number("largest_deviation", "Largest deviation", "", 3),
-        ],
-        rows: rows.iter().map(row).collect(),
-    }
+    let caption = "How the flight of output error follows the recorded outputs; deviations in SI units.";
+    TableOf::new("followed", caption, rows)
+        .text("window", "Window", |row| &row.window)
+        .text("axis", "Motion", |row| row.axis)
+        .text("output", "Output", |row| &row.derivative)
+        .number("r_squared", "R²", "", 3, |row| row.r_squared)
+        .number("largest_deviation", "Largest deviation", "", 3, |row| row.largest_deviation)
+        .done()
 }

@@ -1,6 +1,6 @@
 //! Sections on the aerodynamic model.
 
-use super::{Axis, Block, Contents, Figure, Mark, Matrix, Panel, Plot, numbers_of, paragraph};
+use super::{Axis, Block, Colour, Contents, Figure, LineStyle, Mark, Matrix, Panel, Plot, numbers_of, paragraph};
 use crate::notation;
 use crate::report::results::{DerivativeSummaryRow, FitRow};
 use crate::report::table::{Cell, Column, Table};
@@ -87,6 +87,7 @@ fn correlation(fit: &FitRow) -> Panel {
             .iter()
             .map(|&row| shared.iter().map(|&column| fit.parameter_correlation[row][column]).collect())
             .collect(),
+        full_scale: 1.0,
     })
 }
 
@@ -180,9 +181,14 @@ fn scatter(contents: &Contents<'_>, summary: &DerivativeSummaryRow) -> Panel {
     let mut marks = Vec::new();
     if let (Some(value), Some(error)) = (summary.pooled, summary.corrected_standard_error) {
         let band = [value - NORMAL_95 * error, value + NORMAL_95 * error];
-        marks.push(Mark::Level { label: "pooled, 95 %", colour: 1, value, band });
+        marks.push(Mark::Level { label: "pooled, 95 %".into(), colour: Colour::of(1), value, band });
     }
-    marks.push(Mark::Points { label: "one window, 95 %", colour: 0, points: points.collect() });
+    marks.push(Mark::Points {
+        label: "one window, 95 %".into(),
+        colour: Colour::of(0),
+        style: LineStyle::Dots,
+        points: points.collect(),
+    });
     let label = notation::derivative(&summary.name);
     Panel::Plot(Plot { x: Axis::new("window", ""), y: Axis::new(label, ""), marks })
 }

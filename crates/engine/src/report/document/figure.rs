@@ -1,5 +1,6 @@
-//! Figures as data.
+//! Figures as data, for reports and for what leaves the window alike.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use doublet_core::series::Series;
@@ -46,6 +47,10 @@ pub struct Axis {
     pub label: String,
     /// Unit; empty for a pure number.
     pub unit: String,
+    /// Its ends; what is drawn decides where none are given.
+    pub range: Option<[f64; 2]>,
+    /// Words at values, in place of numbers.
+    pub places: Vec<(f64, String)>,
 }
 
 /// Correlations or the like.
@@ -55,21 +60,57 @@ pub struct Matrix {
     pub title: String,
     /// Name of each row and column.
     pub names: Vec<String>,
-    /// Values row by row, -1 to 1.
+    /// Values row by row.
     pub values: Vec<Vec<f64>>,
+    /// Absolute value at which the colour is full.
+    pub full_scale: f64,
 }
 
-/// Something drawn. Colours are places in the palette.
+/// A colour on white: red, green, blue.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Colour(pub [u8; 3]);
+
+impl Colour {
+    /// Colours that stay apart for the common colour-vision deficiencies.
+    pub const PALETTE: [Self; 8] = [
+        Self([0x00, 0x68, 0xb4]),
+        Self([0xd5, 0x5e, 0x00]),
+        Self([0x00, 0x87, 0x6c]),
+        Self([0xb5, 0x47, 0x8f]),
+        Self([0xa8, 0x7b, 0x00]),
+        Self([0x8c, 0x2d, 0x19]),
+        Self([0x5a, 0x4f, 0xcf]),
+        Self([0x56, 0x60, 0x6b]),
+    ];
+
+    /// The colour at a place of the palette, which begins again behind its end.
+    pub fn of(index: usize) -> Self {
+        Self::PALETTE[index % Self::PALETTE.len()]
+    }
+}
+
+/// How samples and points are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LineStyle {
+    /// Joined.
+    Solid,
+    /// Joined by a dashed line.
+    Dashed,
+    /// Each by itself.
+    Dots,
+}
+
+/// Something drawn. A label that is empty is not in the legend.
 #[derive(Clone, Debug)]
 pub enum Mark {
-    /// A line through samples; it breaks where a value is not finite.
+    /// Samples; a line through them breaks at gaps and where a value is not finite.
     Line {
         /// What it is, for the legend.
-        label: &'static str,
+        label: Cow<'static, str>,
         /// Colour.
-        colour: usize,
-        /// Dashed.
-        dashed: bool,
+        colour: Colour,
+        /// Joined or not.
+        style: LineStyle,
         /// Samples.
         series: Series,
         /// Factor from the samples to the axis.
@@ -78,9 +119,9 @@ pub enum Mark {
     /// A band about zero or another line: `centre ± half_width`.
     Band {
         /// What it is, for the legend.
-        label: &'static str,
+        label: Cow<'static, str>,
         /// Colour.
-        colour: usize,
+        colour: Colour,
         /// Centre.
         centre: Series,
         /// Half width at each sample.
@@ -88,21 +129,34 @@ pub enum Mark {
         /// Factor from the samples to the axis.
         scale: f64,
     },
-    /// Points with error bars.
+    /// Points in any order, with error bars; a line through them breaks where one is not finite.
     Points {
         /// What they are, for the legend.
-        label: &'static str,
+        label: Cow<'static, str>,
         /// Colour.
-        colour: usize,
-        /// `x`, `y` and half the length of the bar of each.
+        colour: Colour,
+        /// Joined or not.
+        style: LineStyle,
+        /// `x`, `y` and half the length of the bar of each, not finite for none.
         points: Vec<[f64; 3]>,
+    },
+    /// Bars from zero.
+    Bars {
+        /// What they are, for the legend.
+        label: Cow<'static, str>,
+        /// Colour.
+        colour: Colour,
+        /// Width on the horizontal axis.
+        width: f64,
+        /// Middle and height of each.
+        bars: Vec<[f64; 2]>,
     },
     /// A horizontal line with a band.
     Level {
         /// What it is, for the legend.
-        label: &'static str,
+        label: Cow<'static, str>,
         /// Colour.
-        colour: usize,
+        colour: Colour,
         /// Value.
         value: f64,
         /// Ends of the band.
@@ -111,28 +165,24 @@ pub enum Mark {
     /// A stretch of the horizontal axis.
     Span {
         /// What it is, for the legend.
-        label: &'static str,
+        label: Cow<'static, str>,
         /// Colour.
-        colour: usize,
+        colour: Colour,
         /// First and last value.
         ends: [f64; 2],
     },
 }
 
-/// A line.
+/// A line in a colour of the palette.
 pub fn line(label: &'static str, colour: usize, series: &Series, scale: f64) -> Mark {
-    Mark::Line { label, colour, dashed: false, series: series.clone(), scale }
-}
-
-/// A dashed line.
-pub fn dashed(label: &'static str, colour: usize, series: &Series, scale: f64) -> Mark {
-    Mark::Line { label, colour, dashed: true, series: series.clone(), scale }
+    let (label, colour) = (label.into(), Colour::of(colour));
+    Mark::Line { label, colour, style: LineStyle::Solid, series: series.clone(), scale }
 }
 
 impl Axis {
     /// An axis of `label` in `unit`.
     pub fn new(label: impl Into<String>, unit: impl Into<String>) -> Self {
-        Self { label: label.into(), unit: unit.into() }
+        Self { label: label.into(), unit: unit.into(), ..Self::default() }
     }
 
     /// Time in seconds.

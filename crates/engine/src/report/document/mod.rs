@@ -12,7 +12,7 @@ mod proof;
 mod sensitivity;
 mod setup;
 
-pub use figure::{Axis, Figure, Mark, Matrix, Panel, Plot};
+pub use figure::{Axis, Colour, Figure, LineStyle, Mark, Matrix, Panel, Plot};
 
 use std::collections::BTreeSet;
 

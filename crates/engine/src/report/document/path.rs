@@ -7,7 +7,7 @@ use doublet_core::reconstruct::{AirState, InputHold, Measurement, Method, State}
 use doublet_core::series::Series;
 
 use super::figure::line;
-use super::{Axis, Block, Contents, Figure, Mark, Panel, Plot, numbers_of, table_or};
+use super::{Axis, Block, Colour, Contents, Figure, LineStyle, Mark, Panel, Plot, numbers_of, table_or};
 use crate::notation;
 use crate::report::table::{Cell, Column, Table, significant};
 use crate::report::tables;
@@ -111,10 +111,19 @@ pub fn wind_and_bias(contents: &Contents<'_>) -> Vec<Block> {
             [spread.mean - spread.standard_deviation, spread.mean + spread.standard_deviation].map(|end| scale * end);
         let mut marks = Vec::new();
         if spread.windows > 1 {
-            marks
-                .push(Mark::Level { label: "mean ± standard deviation", colour: 7, value: scale * spread.mean, band });
+            marks.push(Mark::Level {
+                label: "mean ± standard deviation".into(),
+                colour: Colour::of(7),
+                value: scale * spread.mean,
+                band,
+            });
         }
-        marks.push(Mark::Points { label: "window ± 2σ of the filter", colour: 0, points: points.collect() });
+        marks.push(Mark::Points {
+            label: "window ± 2σ of the filter".into(),
+            colour: Colour::of(0),
+            style: LineStyle::Dots,
+            points: points.collect(),
+        });
         let label = spread.quantity.replace('_', " ");
         panels.push(Panel::Plot(Plot { x: Axis::new("window", ""), y: Axis::new(label, unit), marks }));
     }
@@ -170,8 +179,8 @@ fn innovation(measurement: Measurement, path: &WindowPath) -> Option<Panel> {
     let shown = |values: &[f64]| Series { time_s: due(&innovations.time_s), values: due(values) };
     let (unit, scale) = notation::unit(measurement.dimension());
     let band = Mark::Band {
-        label: "predicted ±2σ",
-        colour: 1,
+        label: "predicted ±2σ".into(),
+        colour: Colour::of(1),
         centre: shown(&path.series().innovation_zero.values),
         half_width: due(&path.series().innovation_deviations[index]).iter().map(|deviation| 2.0 * deviation).collect(),
         scale,

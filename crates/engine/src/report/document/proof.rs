@@ -1,10 +1,10 @@
 //! Section on the proof of match.
 
 use super::figure::line;
-use super::{Axis, Block, Contents, Figure, Mark, Panel, Plot, paragraph, table_or};
+use super::{Axis, Block, Colour, Contents, Figure, Mark, Panel, Plot, paragraph, table_or};
 use crate::notation;
 use crate::report::proof::{self, TestRow};
-use crate::report::table::{Cell, Column, Table};
+use crate::report::table::{Table, TableOf};
 use crate::stage::{ReplaySeries, WindowReplay};
 
 /// Validation windows flown again by the pooled model, against tolerances.
@@ -47,29 +47,15 @@ pub fn proof_of_match(contents: &Contents<'_>) -> Vec<Block> {
 /// One row per test.
 fn verdicts(contents: &Contents<'_>) -> Table {
     let windows = contents.results.proof_of_match.windows.iter();
-    let rows = windows.flat_map(|window| {
-        window.tests.iter().map(move |test| {
-            vec![
-                Cell::text(&window.window),
-                Cell::text(&test.id),
-                Cell::text(&test.name),
-                Cell::text(if test.passed { "pass" } else { "fail" }),
-                Cell::Number(used(test)),
-            ]
-        })
-    });
-    Table {
-        name: "match_tests".to_owned(),
-        caption: "Tests: the largest difference as a part of the half width of the band, up to 1 is inside.".to_owned(),
-        columns: vec![
-            Column::new("window", "Window"),
-            Column::new("test", "Test"),
-            Column::new("name", "Name"),
-            Column::new("verdict", "Verdict"),
-            Column::number("used", "Over half width", "", 3),
-        ],
-        rows: rows.collect(),
-    }
+    let rows = windows.flat_map(|window| window.tests.iter().map(move |test| (window, test)));
+    let caption = "Tests: the largest difference as a part of the half width of the band, up to 1 is inside.";
+    TableOf::new("match_tests", caption, rows)
+        .text("window", "Window", |(window, _)| &window.window)
+        .text("test", "Test", |(_, test)| &test.id)
+        .text("name", "Name", |(_, test)| &test.name)
+        .text("verdict", "Verdict", |(_, test)| if test.passed { "pass" } else { "fail" })
+        .number("used", "Over half width", "", 3, |(_, test)| used(test))
+        .done()
 }
 
 /// Largest ratio over the requirements, of the best band of each.
@@ -100,8 +86,8 @@ fn panel(series: &ReplaySeries) -> Panel {
     let (unit, scale) = notation::unit(series.signal.dimension());
     let mut marks = Vec::new();
     marks.extend(series.half_band.as_ref().map(|half| Mark::Band {
-        label: "tolerance",
-        colour: 1,
+        label: "tolerance".into(),
+        colour: Colour::of(1),
         centre: series.measured.clone(),
         half_width: half.iter().map(|half| 2.0 * half).collect(),
         scale,

@@ -3,8 +3,8 @@
 use doublet_core::quantity::{Dimension, Role};
 
 use super::cover;
-use super::figure::{dashed, line};
-use super::{Axis, Block, Contents, Figure, Mark, Panel, Plot, paragraph, table_or};
+use super::figure::line;
+use super::{Axis, Block, Colour, Contents, Figure, LineStyle, Mark, Panel, Plot, paragraph, table_or};
 use crate::notation;
 use crate::report::ExpressionRow;
 use crate::report::table::{Cell, Column, Table, significant};
@@ -38,6 +38,7 @@ pub fn aircraft(contents: &Contents<'_>) -> Vec<Block> {
     let place = |[x, y, z]: [f64; 3]| [x, y, z].map(|value| significant(value, 4)).join(", ") + " m";
     if let Some(reference) = &results.reference {
         let moment = reference.moment_reference_from_datum_m.map_or_else(|| "the centre of gravity".to_owned(), place);
+        let reference = &reference.geometry;
         blocks.push(Block::Heading("Reference geometry".to_owned()));
         blocks.push(Block::Facts(vec![
             ("Wing area".to_owned(), format!("{} m²", significant(reference.area_m2, 5))),
@@ -126,7 +127,11 @@ pub fn windows(contents: &Contents<'_>) -> Vec<Block> {
                     WindowRole::Validation => ("validation", 1),
                     WindowRole::Ignored => return None,
                 };
-                Some(Mark::Span { label, colour, ends: [window.window.start_s, window.window.end_s] })
+                Some(Mark::Span {
+                    label: label.into(),
+                    colour: Colour::of(colour),
+                    ends: [window.window.start_s, window.window.end_s],
+                })
             })
             .collect();
         let panel = |role: Role| {
@@ -164,7 +169,13 @@ pub fn engines(contents: &Contents<'_>) -> Vec<Block> {
         let Some(found) = contents.snapshot.engines.get(&flight.name).and_then(|slot| slot.ready()) else { continue };
         let panels = found.engines.iter().map(|engine| {
             let mut marks = vec![line("modelled", 0, &engine.power_w, power)];
-            marks.extend(engine.monitor_power_w.iter().map(|monitor| dashed("monitor", 1, monitor, power)));
+            marks.extend(engine.monitor_power_w.iter().map(|monitor| Mark::Line {
+                label: "monitor".into(),
+                colour: Colour::of(1),
+                style: LineStyle::Dashed,
+                series: monitor.clone(),
+                scale: power,
+            }));
             Panel::Plot(Plot { x: Axis::time(), y: Axis::new(format!("P {}", engine.name), power_unit), marks })
         });
         blocks.push(Block::Figure(Figure {

@@ -4,6 +4,7 @@ mod collect;
 mod csv;
 mod hdf5;
 mod mat;
+#[cfg(feature = "parquet")]
 mod parquet;
 
 use std::borrow::Cow;
@@ -13,6 +14,18 @@ pub use collect::{collect, recordings};
 
 use super::{ReportError, file_error};
 use crate::run::Control;
+
+#[cfg(not(feature = "parquet"))]
+mod parquet {
+    /// Says that this build has no writer.
+    pub fn write(_: &super::History<'_>, path: &std::path::Path) -> Result<(), super::ReportError> {
+        let reason = format!(
+            "{}: this build of doublet writes none; build it with the feature parquet, or take csv",
+            path.display()
+        );
+        Err(super::ReportError::Form { what: "a Parquet file", reason })
+    }
+}
 
 /// Columns on one time base.
 #[derive(Clone, Debug)]

@@ -3,7 +3,6 @@
 mod constraint;
 mod expression;
 mod flight;
-mod loading;
 mod migrate;
 mod noise;
 mod preparation;
@@ -11,18 +10,18 @@ mod signals;
 
 use std::collections::BTreeMap;
 
+use doublet_core::airframe::Loading;
 use doublet_core::atmos::STANDARD_GRAVITY_M_S2;
 use doublet_core::model::{Coefficient, Structure, Term};
 use doublet_core::reconstruct::{
     AirState, FilterSettings, INPUTS, Input, InputHold, Linearisation, MEASUREMENTS, Measurement, Method, STATES, State,
 };
-use doublet_core::series::Window;
+use doublet_core::series::TimeRange;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use self::constraint::{ConstraintTable, constraint_from, constraint_table};
 use self::flight::{FlightTable, flight_from, flight_table};
-use self::loading::{LoadingTable, loading_from, loading_table};
 use self::noise::{NoiseTable, SteadyTable, steady_from, steady_table};
 use self::preparation::{PreparationTable, preparation_from, preparation_table};
 use super::edit::set_term;
@@ -104,7 +103,7 @@ struct File {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     aircraft: Option<String>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    loading: Option<LoadingTable>,
+    loading: Option<Loading>,
     #[serde(default)]
     filter: FilterTable,
     #[serde(default)]
@@ -272,7 +271,7 @@ pub fn parse(text: &str) -> Result<Session, SessionError> {
     Ok(Session {
         title: file.title,
         aircraft: file.aircraft,
-        loading: file.loading.map(loading_from),
+        loading: file.loading,
         flights,
         windows: file.windows.into_iter().map(window_from).collect::<Result<_, _>>()?,
         steady: file.steady.into_iter().map(steady_from).collect::<Result<_, _>>()?,
@@ -304,7 +303,7 @@ fn window_from(table: WindowTable) -> Result<Manoeuvre, SessionError> {
         surface: table.surface.map(|name| choose(&surfaces, &place, &name)).transpose()?,
         name: table.name,
         flight: table.flight,
-        window: Window { start_s: table.start_s, end_s: table.end_s },
+        window: TimeRange { start_s: table.start_s, end_s: table.end_s },
         kind: table.kind,
         note: table.note,
         locked: table.locked,
@@ -385,7 +384,7 @@ pub fn print(session: &Session) -> Result<String, SessionError> {
         app: format!("doublet {}", env!("CARGO_PKG_VERSION")),
         title: session.title.clone(),
         aircraft: session.aircraft.clone(),
-        loading: session.loading.as_ref().map(loading_table),
+        loading: session.loading.clone(),
         filter: FilterTable {
             gravity_m_s2: (session.gravity == GravitySource::Stated).then_some(session.filter.gravity_m_s2),
             ..filter_table(&session.filter)

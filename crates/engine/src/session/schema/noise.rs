@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use doublet_core::series::Window;
+use doublet_core::series::TimeRange;
 use serde::{Deserialize, Serialize};
 
 use super::flight::{role_names, roles_from};
@@ -62,7 +62,7 @@ pub fn steady_from(table: SteadyTable) -> Result<SteadyWindow, SessionError> {
     Ok(SteadyWindow {
         roles: roles_from("steady", &table.roles)?,
         flight: table.flight,
-        window: Window { start_s: table.start_s, end_s: table.end_s },
+        window: TimeRange { start_s: table.start_s, end_s: table.end_s },
     })
 }
 

@@ -2,14 +2,10 @@
 
 use std::ops::Range;
 
-use egui_plot::PlotPoint;
+use super::gap::gap_threshold_s;
 
 /// Samples per block of a [`Pyramid`].
 const BLOCK: usize = 32;
-/// A step longer than this many typical steps is a gap.
-const GAP_STEPS: f64 = 4.5;
-/// Steps looked at to find the typical one.
-const GAP_PROBES: usize = 512;
 
 /// Where the smallest and the largest finite sample of a stretch are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,20 +21,32 @@ pub struct Pyramid {
     gap_s: f64,
 }
 
-/// Points ready to draw: `points[segment]` is one unbroken line.
-#[derive(Clone, Debug, Default)]
-pub struct Decimated {
+/// Points ready to draw, of whatever type the canvas takes.
+#[derive(Clone, Debug)]
+pub struct Decimated<P> {
     /// All points, in time order, without a value that is not finite.
-    pub points: Vec<PlotPoint>,
+    pub points: Vec<P>,
     /// Unbroken stretches of `points`.
     pub segments: Vec<Range<usize>>,
     /// Smallest and largest value drawn, `None` when nothing is.
     pub extent: Option<(f64, f64)>,
     /// Sum of all changes of value along the lines.
     pub travel: f64,
+    last: f64,
 }
 
-impl Decimated {
+impl<P> Default for Decimated<P> {
+    fn default() -> Self {
+        Self { points: Vec::new(), segments: Vec::new(), extent: None, travel: 0.0, last: f64::NAN }
+    }
+}
+
+impl<P: From<[f64; 2]>> Decimated<P> {
+    /// Unbroken lines.
+    pub fn lines(&self) -> impl Iterator<Item = &[P]> {
+        self.segments.iter().map(|segment| &self.points[segment.clone()])
+    }
+
     /// Empties it and keeps its memory.
     fn clear(&mut self) {
         self.points.clear();
@@ -50,8 +58,11 @@ impl Decimated {
     /// Adds a point to the current line, or to a new one after a break.
     fn push(&mut self, time_s: f64, value: f64, broken: bool) {
         let at = self.points.len();
-        self.travel += self.points.last().filter(|_| !broken).map_or(0.0, |last| (value - last.y).abs());
-        self.points.push(PlotPoint::new(time_s, value));
+        if !broken && at > 0 {
+            self.travel += (value - self.last).abs();
+        }
+        self.last = value;
+        self.points.push(P::from([time_s, value]));
         match self.segments.last_mut() {
             Some(segment) if !broken => segment.end = at + 1,
             _ => self.segments.push(at..at + 1),
@@ -117,20 +128,8 @@ fn advance(time_s: &[f64], from: usize, end: usize, edge_s: f64, hint: usize) ->
     low + time_s[low..high].partition_point(|&t| t < edge_s)
 }
 
-/// Longest step in s that is still no gap: a few times the median of steps spread over the recording.
-pub fn gap_threshold_s(time_s: &[f64]) -> f64 {
-    let steps = time_s.len().saturating_sub(1);
-    let stride = steps.div_ceil(GAP_PROBES).max(1);
-    let mut probes: Vec<f64> = (0..steps).step_by(stride).map(|at| time_s[at + 1] - time_s[at]).collect();
-    let middle = probes.len() / 2;
-    if probes.is_empty() {
-        return f64::INFINITY;
-    }
-    GAP_STEPS * *probes.select_nth_unstable_by(middle, f64::total_cmp).1
-}
-
 /// Index range of the samples to draw for `range_s`: those inside and one neighbour on each side.
-pub fn visible(time_s: &[f64], range_s: (f64, f64)) -> Range<usize> {
+fn visible(time_s: &[f64], range_s: (f64, f64)) -> Range<usize> {
     let first = time_s.partition_point(|&t| t < range_s.0).saturating_sub(1);
     let end = (time_s.partition_point(|&t| t <= range_s.1) + 1).min(time_s.len());
     first..end.max(first)
@@ -141,14 +140,14 @@ pub fn visible(time_s: &[f64], range_s: (f64, f64)) -> Range<usize> {
 /// Up to two samples per column every sample is drawn. Above, a column gives its smallest and its largest sample in
 /// the order they happened, so no peak is lost. A sample that is not finite, or a step much longer than usual, breaks
 /// the line; once columns hold several samples only a break of a whole column shows.
-pub fn decimate(
+pub fn decimate<P: From<[f64; 2]>>(
     pyramid: &Pyramid,
     time_s: &[f64],
     values: &[f64],
     scale: f64,
     range_s: (f64, f64),
     columns: usize,
-    out: &mut Decimated,
+    out: &mut Decimated<P>,
 ) {
     out.clear();
     let shown = visible(time_s, range_s);
@@ -188,7 +187,14 @@ pub fn decimate(
 }
 
 /// Every finite sample of `shown`, broken at gaps.
-fn exact(gap_s: f64, time_s: &[f64], values: &[f64], scale: f64, shown: Range<usize>, out: &mut Decimated) {
+fn exact<P: From<[f64; 2]>>(
+    gap_s: f64,
+    time_s: &[f64],
+    values: &[f64],
+    scale: f64,
+    shown: Range<usize>,
+    out: &mut Decimated<P>,
+) {
     let mut broken = true;
     let mut last_s = f64::NEG_INFINITY;
     for at in shown {
@@ -258,20 +264,6 @@ pub fn decimate_band(
     }
 }
 
-/// Value at `time_s` by a straight line between its neighbours; `None` outside the samples or in a gap.
-pub fn value_at(time: &[f64], values: &[f64], gap_s: f64, time_s: f64) -> Option<f64> {
-    let after = time.partition_point(|&t| t < time_s);
-    if after == time.len() || (after == 0 && time[0] > time_s) {
-        return None;
-    }
-    if time[after] == time_s {
-        return Some(values[after]).filter(|v| v.is_finite());
-    }
-    let (t0, t1, v0, v1) = (time[after - 1], time[after], values[after - 1], values[after]);
-    let value = v0 + (v1 - v0) * (time_s - t0) / (t1 - t0);
-    (t1 - t0 <= gap_s && value.is_finite()).then_some(value)
-}
-
 impl Pyramid {
     /// Longest step that is still no gap, s.
     pub fn gap_s(&self) -> f64 {
@@ -289,7 +281,7 @@ mod tests {
         (0..count).map(|k| k as f64 * STEP_S).collect()
     }
 
-    fn reduced(time_s: &[f64], values: &[f64], range_s: (f64, f64), columns: usize) -> Decimated {
+    fn reduced(time_s: &[f64], values: &[f64], range_s: (f64, f64), columns: usize) -> Decimated<[f64; 2]> {
         let mut out = Decimated::default();
         decimate(&Pyramid::new(time_s, values), time_s, values, 1.0, range_s, columns, &mut out);
         out
@@ -304,10 +296,10 @@ mod tests {
             values[99_999 - spike] = -9.0;
             let out = reduced(&time, &values, (0.0, time[99_999]), 800);
             assert_eq!(out.extent, Some((-9.0, 7.0)), "spike at {spike}");
-            assert!(out.points.iter().any(|p| p.x == time[spike] && p.y == 7.0));
+            assert!(out.points.iter().any(|p| p[0] == time[spike] && p[1] == 7.0));
             assert!(out.points.len() <= 2 * 801);
             assert_eq!(out.segments.len(), 1);
-            assert!(out.points.is_sorted_by(|a, b| a.x < b.x));
+            assert!(out.points.is_sorted_by(|a, b| a[0] < b[0]));
         }
     }
 
@@ -330,8 +322,8 @@ mod tests {
         let values: Vec<f64> = (0..100_000).map(|k| f64::from((k * 7919) % 1013)).collect();
         let before = reduced(&time, &values, (100.0, 700.0), 600);
         let after = reduced(&time, &values, (103.5, 703.5), 600);
-        let inside = |points: &[PlotPoint]| -> Vec<[f64; 2]> {
-            points.iter().filter(|p| (110.0..690.0).contains(&p.x)).map(|p| [p.x, p.y]).collect()
+        let inside = |points: &[[f64; 2]]| -> Vec<[f64; 2]> {
+            points.iter().filter(|p| (110.0..690.0).contains(&p[0])).map(|p| [p[0], p[1]]).collect()
         };
         assert_eq!(inside(&before.points), inside(&after.points));
     }
@@ -355,8 +347,8 @@ mod tests {
         let values: Vec<f64> = time.iter().map(|t| t * t).collect();
         let out = reduced(&time, &values, (50.002, 50.998), 500);
         let expected: Vec<f64> = time[5000..=5100].to_vec();
-        assert_eq!(out.points.iter().map(|p| p.x).collect::<Vec<_>>(), expected);
-        assert_eq!(out.points[0].y, values[5000]);
+        assert_eq!(out.points.iter().map(|p| p[0]).collect::<Vec<_>>(), expected);
+        assert_eq!(out.points[0][1], values[5000]);
     }
 
     #[test]
@@ -367,7 +359,7 @@ mod tests {
         values[40..60].fill(f64::INFINITY);
         let out = reduced(&time, &values, (0.0, 1.0), 500);
         assert_eq!(out.segments, vec![0..20, 20..39, 39..79]);
-        assert!(out.points.iter().all(|p| p.y.is_finite()));
+        assert!(out.points.iter().all(|p| p[1].is_finite()));
     }
 
     #[test]
@@ -410,18 +402,5 @@ mod tests {
         assert_eq!(band.high.iter().copied().fold(f64::MIN, f64::max), 2.0 * (1.0 + 2.0 * 5.0));
         assert_eq!(band.low.iter().copied().fold(f64::MAX, f64::min), 2.0 * (1.0 - 2.0 * 5.0));
         assert!(band.time_s.len() <= 401);
-    }
-
-    #[test]
-    fn value_under_the_cursor_is_interpolated_but_never_across_a_gap() {
-        let time = [0.0, 1.0, 2.0, 12.0];
-        let values = [0.0, 10.0, f64::NAN, 3.0];
-        assert_eq!(value_at(&time, &values, 4.5, 0.25), Some(2.5));
-        assert_eq!(value_at(&time, &values, 4.5, 1.0), Some(10.0));
-        assert_eq!(value_at(&time, &values, 4.5, 1.5), None);
-        assert_eq!(value_at(&time, &values, 4.5, 5.0), None);
-        assert_eq!(value_at(&time, &values, 4.5, 12.0), Some(3.0));
-        assert_eq!(value_at(&time, &values, 4.5, 12.1), None);
-        assert_eq!(value_at(&time, &values, 4.5, -0.1), None);
     }
 }

@@ -1,0 +1,60 @@
+//! Order statistics and autocorrelation.
+
+/// Element `rank` (from 0) of `values` in ascending order; `values` are reordered. `None` where there are not as many.
+pub fn ranked(values: &mut [f64], rank: usize) -> Option<f64> {
+    (rank < values.len()).then(|| *values.select_nth_unstable_by(rank, f64::total_cmp).1)
+}
+
+/// Median, the upper one of an even number; `values` are reordered. `None` of none.
+pub fn median(values: &mut [f64]) -> Option<f64> {
+    ranked(values, values.len() / 2)
+}
+
+/// Median interval of an increasing time vector; `None` with fewer than two samples.
+pub fn median_step(time: &[f64]) -> Option<f64> {
+    median(&mut time.windows(2).map(|pair| pair[1] - pair[0]).collect::<Vec<_>>())
+}
+
+/// Quantile of values in ascending order, straight between them; not a number of none.
+pub fn quantile(sorted: &[f64], share: f64) -> f64 {
+    let Some(last) = sorted.len().checked_sub(1) else { return f64::NAN };
+    let place = share * last as f64;
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of a length")]
+    let below = place.floor() as usize;
+    let above = (below + 1).min(last);
+    sorted[below] + (place - below as f64) * (sorted[above] - sorted[below])
+}
+
+/// Autocorrelation at lags 1 to `lags`: `rho(k) = sum (v_i - m)(v_(i+k) - m) / sum (v_i - m)^2`; zero of what does not vary. One
+/// pass for each lag; for many lags of long records see [`crate::estimate::autocorrelation`], which goes by Fourier transforms.
+pub fn autocorrelation(values: &[f64], lags: usize) -> Vec<f64> {
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    let power: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
+    if power <= 0.0 {
+        return vec![0.0; lags];
+    }
+    let lagged = |lag: usize| values.iter().zip(&values[lag..]).map(|(a, b)| (a - mean) * (b - mean)).sum::<f64>();
+    (1..=lags.min(values.len().saturating_sub(1))).map(|lag| lagged(lag) / power).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn order_statistics_match_sorted_values() {
+        let values = [3.0, -1.0, 7.0, 2.0];
+        let rank = |rank: usize| ranked(&mut values.clone(), rank);
+        assert_eq!([rank(0), rank(1), rank(3), rank(4)], [Some(-1.0), Some(2.0), Some(7.0), None]);
+        assert_eq!((median(&mut values.clone()), median(&mut [])), (Some(3.0), None));
+        assert_eq!((median_step(&[0.0, 1.0, 2.0, 9.0]), median_step(&[4.0])), (Some(1.0), None));
+        assert_eq!(quantile(&[0.0, 1.0, 2.0, 4.0], 0.5), 1.5);
+    }
+
+    #[test]
+    fn autocorrelation_of_an_alternating_signal_alternates() {
+        // 1, -1, 1, -1: sums of products over the four squares.
+        assert_eq!(autocorrelation(&[1.0, -1.0, 1.0, -1.0], 2), [-0.75, 0.5]);
+        assert_eq!(autocorrelation(&[2.0; 5], 3), [0.0; 3]);
+    }
+}
