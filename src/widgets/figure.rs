@@ -12,7 +12,7 @@ use resvg::usvg::{Options, Tree, fontdb::Database};
 
 use crate::theme;
 
-/// Pixels per 96th of an inch: 170 mm then are 1,928 pixels wide.
+/// Pixels per 96th of an inch: 170 mm then are 1,929 pixels wide.
 const PIXELS: f32 = 3.0;
 
 /// What a figure is wanted as.
@@ -210,7 +210,7 @@ mod tests {
         let drawing = svg(&figure, "p");
         assert!(drawing.contains("q &amp; r") && drawing.contains("#d55e00") && !drawing.contains("#ffa64d"));
         let picture = Pixmap::decode_png(&png(&figure).expect("it can be drawn")).expect("it is a picture");
-        assert_eq!(picture.width(), 1928);
+        assert_eq!(picture.width(), 1929);
         let pixel = picture.pixel(964, picture.height() / 2 + 7).expect("it lies inside");
         // 0.6 of the colour on white.
         let blended = [0xd5, 0x5e, 0x00].map(|part: i32| 255 - (3 * (255 - part)) / 5);
