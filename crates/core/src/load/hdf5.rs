@@ -2,9 +2,12 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
+use std::sync::Arc;
 
+use hdf5_reader::checksum::jenkins_lookup3;
+use hdf5_reader::error::Error;
 use hdf5_reader::group::Group;
-use hdf5_reader::{Attribute, Dataset, Datatype, Hdf5File, OpenOptions};
+use hdf5_reader::{Attribute, Dataset, Datatype, FileStorage, Hdf5File, OpenOptions, Storage, StorageBuffer};
 
 use super::LoadError;
 use super::budget::Budget;
@@ -22,6 +25,8 @@ const MAX_EXPANSION: u64 = 1100;
 const MAX_CHUNKS_LISTED: u64 = 1_000_000;
 /// Decoded chunks kept while a file is open, bytes.
 const CHUNK_CACHE_BYTES: usize = 8 << 20;
+/// Layout class of a virtual data set, whose values lie in others (HDF5 file format, data layout message).
+const VIRTUAL: u8 = 3;
 /// Longest text kept as a note, characters.
 const MAX_NOTE: usize = 4096;
 
@@ -42,7 +47,7 @@ const START_NAMES: [&str; 3] = ["start_time", "start_time_s", "t0"];
 /// Lists the file from its headers and time vectors.
 pub(super) fn probe(path: &Path, format: Format) -> Result<Probe, LoadError> {
     let file = open(path)?;
-    let fail = |error: hdf5_reader::error::Error| damaged(path, format, &error);
+    let fail = |error: Error| damaged(path, format, &error);
     let mut walk = Walk {
         path,
         format,
@@ -51,6 +56,7 @@ pub(super) fn probe(path: &Path, format: Format) -> Result<Probe, LoadError> {
         sources: Vec::new(),
         warnings: Vec::new(),
         seen: BTreeSet::new(),
+        hidden: Vec::new(),
     };
     let root = file.root_group().map_err(fail)?;
     walk.group(&root, "", 0)?;
@@ -114,42 +120,86 @@ fn limit(path: &Path) -> u64 {
 }
 
 fn open(path: &Path) -> Result<Hdf5File, LoadError> {
+    Hdf5File::open_with_options(path, options(path)).map_err(|error| damaged(path, Format::Hdf5, &error))
+}
+
+/// How a file is opened: with bounds that follow from its size.
+fn options(path: &Path) -> OpenOptions {
     let limit = limit(path).min(Budget::of(path, Format::Hdf5).all());
     let limit = usize::try_from(limit).unwrap_or(usize::MAX);
-    let options = OpenOptions::default()
+    OpenOptions::default()
         .with_chunk_cache_bytes(CHUNK_CACHE_BYTES)
         .with_max_read_bytes(limit)
-        .with_max_chunk_bytes(limit.min(hdf5_reader::HDF5_MAX_CHUNK_BYTES));
-    Hdf5File::open_with_options(path, options).map_err(|error| damaged(path, Format::Hdf5, &error))
+        .with_max_chunk_bytes(limit.min(hdf5_reader::HDF5_MAX_CHUNK_BYTES))
+}
+
+/// A file in which some objects look empty. The library lists no group of which it cannot read the header of every member.
+struct Hiding {
+    file: FileStorage,
+    /// Where the headers of the objects lie.
+    addresses: Vec<u64>,
+}
+
+impl Storage for Hiding {
+    fn len(&self) -> u64 {
+        self.file.len()
+    }
+
+    fn read_range(&self, offset: u64, len: usize) -> Result<StorageBuffer, Error> {
+        let buffer = self.file.read_range(offset, len)?;
+        let (start, end) = (offset, offset.saturating_add(len as u64));
+        if !self.addresses.iter().any(|&at| at < end && at.saturating_add(EMPTY_HEADER as u64) > start) {
+            return Ok(buffer);
+        }
+        let mut bytes = buffer.to_vec();
+        for &address in &self.addresses {
+            for (at, byte) in (address..).zip(empty_header()) {
+                let place = at.checked_sub(start).and_then(|place| bytes.get_mut(usize::try_from(place).ok()?));
+                place.into_iter().for_each(|place| *place = byte);
+            }
+        }
+        Ok(StorageBuffer::from_vec(bytes))
+    }
+}
+
+/// Bytes of an object header without messages, the shortest there is.
+const EMPTY_HEADER: usize = 11;
+
+/// An object header of version 2 without messages, with its checksum (HDF5 file format, IV.A.1.b).
+fn empty_header() -> [u8; EMPTY_HEADER] {
+    let [a, b, c, d] = jenkins_lookup3(b"OHDR\x02\x00\x00").to_le_bytes();
+    [b'O', b'H', b'D', b'R', 2, 0, 0, a, b, c, d]
+}
+
+/// Name and address of the member whose header the library could not read.
+fn child_of(error: &Error) -> Option<(String, u64)> {
+    let Error::Context { path, .. } = error else { return None };
+    let (name, address) = path.strip_prefix("child '")?.rsplit_once("' at 0x")?;
+    Some((name.to_owned(), u64::from_str_radix(address, 16).ok()?))
 }
 
 /// What an error of the reader means for the file.
-fn damaged(path: &Path, format: Format, error: &hdf5_reader::error::Error) -> LoadError {
+fn damaged(path: &Path, format: Format, error: &Error) -> LoadError {
     let (path, what) = (path.to_owned(), one_line(&error.to_string()));
-    if matches!(root_cause(error), hdf5_reader::error::Error::ResourceLimit(_)) {
+    if matches!(root_cause(error), Error::ResourceLimit(_)) {
         let budget_mb = Budget::of(&path, format).all() / 1_000_000;
         LoadError::TooLarge { path, format, what, budget_mb }
     } else if is_unsupported(error) {
-        LoadError::Unsupported {
-            path,
-            what,
-            cure: "store a virtual data set as a plain one, others with gzip or without compression",
-        }
+        LoadError::Unsupported { path, what, cure: "store its data sets with gzip or without compression" }
     } else {
         LoadError::Damaged { path, format, what }
     }
 }
 
-fn root_cause(error: &hdf5_reader::error::Error) -> &hdf5_reader::error::Error {
+fn root_cause(error: &Error) -> &Error {
     match error {
-        hdf5_reader::error::Error::Context { source, .. } => root_cause(source),
+        Error::Context { source, .. } => root_cause(source),
         other => other,
     }
 }
 
 /// Whether the content is valid HDF5 of a kind that is not read.
-fn is_unsupported(error: &hdf5_reader::error::Error) -> bool {
-    use hdf5_reader::error::Error;
+fn is_unsupported(error: &Error) -> bool {
     matches!(
         root_cause(error),
         Error::UnsupportedLayoutClass(_)
@@ -171,7 +221,7 @@ fn load(
     format: Format,
     object: &str,
 ) -> Result<Vec<Vec<f64>>, LoadError> {
-    let fail = |error: hdf5_reader::error::Error| damaged(path, format, &error);
+    let fail = |error: Error| damaged(path, format, &error);
     let dataset = file.dataset(object).map_err(fail)?;
     match layout(&dataset, format == Format::MatV73) {
         Layout::Columns(samples, columns) => {
@@ -240,6 +290,8 @@ struct Walk<'f> {
     sources: Vec<Source>,
     warnings: Vec<String>,
     seen: BTreeSet<u64>,
+    /// Addresses of the objects whose header is of a kind that is not read.
+    hidden: Vec<u64>,
 }
 
 impl Walk<'_> {
@@ -247,8 +299,7 @@ impl Walk<'_> {
         if depth > MAX_DEPTH || !self.seen.insert(group.address()) {
             return Ok(());
         }
-        let fail = |error: hdf5_reader::error::Error| damaged(self.path, self.format, &error);
-        let (groups, datasets) = group.members().map_err(fail)?;
+        let (groups, datasets) = self.members(group, path)?;
         let attributes = group.attributes().unwrap_or_default();
         if find(&attributes, &["MATLAB_sparse"]).is_some() {
             self.warnings.push(format!("'{path}' is sparse and is not read; save full(...) of it to have it"));
@@ -271,8 +322,35 @@ impl Walk<'_> {
         Ok(())
     }
 
-    fn left_out(&mut self, object: &str, error: &hdf5_reader::error::Error) {
-        let reason = one_line(&root_cause(error).to_string());
+    /// Groups and data sets below `group`. Those whose header is of a kind that is not read, virtual ones for instance, are named.
+    fn members(&mut self, group: &Group, path: &str) -> Result<(Vec<Group>, Vec<Dataset>), LoadError> {
+        let mut found = group.members();
+        while let Err(error) = &found
+            && is_unsupported(error)
+            && let Some((name, address)) = child_of(error)
+            && !self.hidden.contains(&address)
+        {
+            self.left_out(&joined(path, &name), error);
+            self.hidden.push(address);
+            found = self.members_of_others(path);
+        }
+        found.map_err(|error| damaged(self.path, self.format, &error))
+    }
+
+    /// Groups and data sets below the group at `path`, without those that are hidden.
+    fn members_of_others(&self, path: &str) -> Result<(Vec<Group>, Vec<Dataset>), Error> {
+        let file = FileStorage::open(self.path)?;
+        let storage = Arc::new(Hiding { file, addresses: self.hidden.clone() });
+        let file = Hdf5File::from_storage_with_options(storage, options(self.path))?;
+        let group = if path.is_empty() { file.root_group()? } else { file.group(path)? };
+        group.members()
+    }
+
+    fn left_out(&mut self, object: &str, error: &Error) {
+        let reason = match root_cause(error) {
+            Error::UnsupportedLayoutClass(VIRTUAL) => "it is virtual: store its values as a plain data set".to_owned(),
+            other => one_line(&other.to_string()),
+        };
         self.warnings.push(format!("'{}' is not read ({reason}) and is left out", one_line(object)));
     }
 
@@ -416,7 +494,7 @@ impl Walk<'_> {
     /// MATLAB cells: references to data sets that the group `#refs#` keeps.
     fn cells(&mut self, at: usize, path: &str, name: &str, dataset: &Dataset) -> Result<(), LoadError> {
         let Ok(refs) = self.file.group("#refs#") else { return Ok(()) };
-        let fail = |error: hdf5_reader::error::Error| damaged(self.path, self.format, &error);
+        let fail = |error: Error| damaged(self.path, self.format, &error);
         let bytes = dataset.read_raw_bytes().map_err(fail)?;
         for (index, address) in bytes.as_chunks::<8>().0.iter().enumerate() {
             let Ok(Some(target)) = refs.child_name_by_address(u64::from_le_bytes(*address)) else { continue };

@@ -65,10 +65,16 @@ fn hdf5_sets_of_kinds_that_are_not_read_leave_the_others() {
 }
 
 #[test]
-fn a_virtual_hdf5_set_is_called_what_it_is() {
-    let line = inspect(&fixture("virtual.h5")).unwrap_err().to_string();
-    assert!(line.contains("virtual") && line.contains("store a virtual data set as a plain one"), "{line}");
-    assert!(!line.contains("damaged") && !line.contains("copy it again"), "{line}");
+fn a_virtual_hdf5_set_leaves_the_others() {
+    let probe = inspect(&fixture("virtual.h5")).unwrap();
+    let names = |at: usize| probe.sources[at].channels.iter().map(|channel| channel.name.as_str()).collect::<Vec<_>>();
+    assert_eq!(names(0), ["time", "q"]);
+    assert_eq!(names(1), ["r", "time"], "a group beside it, with the clock above it");
+    assert_eq!(super::channel(&probe, "virtual", "q").values(), super::made(50, |i, _| i));
+    let said: Vec<_> = probe.warnings.iter().filter(|line| line.contains("virtual: store its values")).collect();
+    assert_eq!(said.len(), 2, "{:?}", probe.warnings);
+    assert!(said.iter().any(|line| line.contains("'whole'")), "{said:?}");
+    assert!(said.iter().any(|line| line.contains("'below/part'")), "{said:?}");
 }
 
 /// Set for the process that reads with a budget of 20 MB: the file.

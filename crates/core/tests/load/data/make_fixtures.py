@@ -109,10 +109,14 @@ def hdf5_odd():
 def hdf5_virtual():
     with h5py.File("virtual.h5", "w", libver="latest") as file:
         file["time"] = t
-        source = h5py.VirtualSource("elsewhere.h5", "q", shape=(len(t),))
-        virtual = h5py.VirtualLayout(shape=(len(t),), dtype="f8")
-        virtual[:] = source
-        file.create_virtual_dataset("virtual", virtual)
+        file["q"] = i
+        file["below/r"] = 2.0 * i
+        whole = h5py.VirtualLayout(shape=(len(t),), dtype="f8")
+        whole[:] = h5py.VirtualSource("elsewhere.h5", "q", shape=(len(t),))
+        file.create_virtual_dataset("whole", whole)
+        part = h5py.VirtualLayout(shape=(len(t),), dtype="f8")
+        part[10:20] = h5py.VirtualSource(".", "q", shape=(len(t),))[:10]
+        file.create_virtual_dataset("below/part", part, fillvalue=0.0)
 
 
 def hdf5_expands():
