@@ -1,6 +1,6 @@
 //! The question for a session whose file somebody else has changed while it was open here.
 
-use eframe::egui::{self, Key, ScrollArea, vec2};
+use eframe::egui::{self, Event, Key, ScrollArea, vec2};
 
 use doublet_engine::document::Changed;
 
@@ -34,6 +34,18 @@ impl Workbench {
         let Some(changed) = self.document.changed_on_disk() else { return false };
         self.changed = Some(Question { changed, after, shown: false });
         true
+    }
+
+    /// Asks the same where the window has just been given the keyboard: whoever comes back from an editor learns of its version before
+    /// the next edit. A version that was answered with "Stay" is not asked about again before the session is saved.
+    pub(super) fn notice_change(&mut self, ctx: &egui::Context) {
+        let came_back = ctx.input(|input| input.events.contains(&Event::WindowFocused(true)));
+        if !came_back || self.is_asking() || self.document.history.is_open() {
+            return;
+        }
+        let changed = self.document.changed_on_disk();
+        let changed = changed.filter(|changed| self.stayed_with.as_deref() != Some(changed.sha256()));
+        self.changed = changed.map(|changed| Question { changed, after: None, shown: false });
     }
 
     /// Draws the question.
@@ -86,7 +98,8 @@ impl Workbench {
                     self.leave(pending, ctx);
                 }
             }
-            Answer::Show | Answer::Stay => {}
+            Answer::Stay => self.stayed_with = Some(changed.sha256().to_owned()),
+            Answer::Show => {}
         }
     }
 }

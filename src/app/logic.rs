@@ -22,6 +22,7 @@ pub fn run(app: &mut Workbench, ctx: &egui::Context) {
     app.take_export();
     app.take_beginning();
     take_files(app, ctx);
+    app.notice_change(ctx);
     take_shortcuts(app, ctx);
     for command in std::mem::take(&mut app.commands) {
         dispatch::dispatch(app, command, ctx);
@@ -67,14 +68,13 @@ fn take_files(app: &mut Workbench, ctx: &egui::Context) {
 /// Turns pressed keys into commands, those with most modifiers first. While a field has the keyboard, or the palette is
 /// open, keys without Ctrl or Alt belong to it.
 fn take_shortcuts(app: &mut Workbench, ctx: &egui::Context) {
-    let asking = app.guarded.is_some() || app.files.is_asking() || app.is_offering_work() || app.is_beginning();
     // Escape closes an open menu before it clears anything.
     let menu = egui::Popup::is_any_open(ctx);
     // Escape takes the keyboard from a field before this is called, and still belongs to the field.
     let typing = app.typing || ctx.egui_wants_keyboard_input();
     let busy = typing || app.palette.is_open() || ctx.dragged_id().is_some() || menu;
     let mut pressed: Vec<UiCommand> = Vec::new();
-    if asking {
+    if app.is_asking() {
         return;
     }
     ctx.input_mut(|input| {

@@ -69,6 +69,8 @@ pub struct Workbench {
     asked: Option<Asked>,
     guarded: Option<Pending>,
     changed: Option<changed::Question>,
+    /// SHA-256 of the version on disk that was answered with "Stay".
+    stayed_with: Option<String>,
     exporting: Option<Job<Put>>,
     recovery: Recovery,
     beginning: Beginning,
@@ -112,6 +114,7 @@ impl Workbench {
             asked: None,
             guarded: None,
             changed: None,
+            stayed_with: None,
             exporting: None,
             recovery: Recovery::default(),
             beginning: Beginning::default(),
@@ -166,6 +169,12 @@ impl Workbench {
     /// Whether the question for unsaved changes is open.
     pub fn is_guarding(&self) -> bool {
         self.guarded.is_some()
+    }
+
+    /// Whether a question or a dialog is open, to which the keys belong.
+    fn is_asking(&self) -> bool {
+        let own = self.guarded.is_some() || self.changed.is_some();
+        own || self.files.is_asking() || self.is_offering_work() || self.is_beginning()
     }
 
     /// Says one line.

@@ -158,6 +158,38 @@ fn a_session_changed_on_disk_is_asked_about_and_theirs_can_be_taken() {
 }
 
 #[test]
+fn a_window_that_is_come_back_to_asks_about_a_session_changed_on_disk() {
+    let desk = Desk::new();
+    let mut harness = desk.workbench(Some(&desk.session));
+    let come_back = |harness: &mut Harness<'_, Workbench>| {
+        harness.event(egui::Event::WindowFocused(false));
+        harness.run_steps(2);
+        harness.event(egui::Event::WindowFocused(true));
+        harness.run_steps(3);
+    };
+    come_back(&mut harness);
+    assert!(!harness.state().is_asking_about_change(), "nothing has changed");
+    let text = std::fs::read_to_string(&desk.session).unwrap();
+    std::fs::write(&desk.session, text.replace("as saved", "by an editor")).unwrap();
+    come_back(&mut harness);
+    assert!(harness.state().is_asking_about_change());
+    harness.get_by_label("Stay").click();
+    harness.run_steps(3);
+    come_back(&mut harness);
+    assert!(!harness.state().is_asking_about_change(), "that version was answered");
+    std::fs::write(&desk.session, text.replace("as saved", "again by an editor")).unwrap();
+    come_back(&mut harness);
+    harness.get_by_label("Show").click();
+    harness.run_steps(3);
+    harness.get_by_label("title: as saved here, again by an editor on disk");
+    harness.get_by_label("Take theirs").click();
+    harness.run_steps(3);
+    assert_eq!(harness.state().document.session().title, "again by an editor");
+    come_back(&mut harness);
+    assert!(!harness.state().is_asking_about_change(), "theirs is what is open");
+}
+
+#[test]
 fn a_window_that_cannot_keep_work_says_so_until_it_can() {
     let desk = Desk::new();
     std::fs::write(&desk.autosaves, "in the way").unwrap();

@@ -47,11 +47,18 @@ struct OnDisk {
 pub struct Changed {
     /// What differs, a line each: setting, here, there.
     pub differences: Vec<String>,
+    /// SHA-256 of the file's content.
+    sha256: String,
     /// What the file holds now; `None` where that is no session.
     theirs: Option<session::Opened>,
 }
 
 impl Changed {
+    /// SHA-256 of the file's content: which version it is.
+    pub fn sha256(&self) -> &str {
+        &self.sha256
+    }
+
     /// Whether the file's version can be taken.
     pub fn can_be_taken(&self) -> bool {
         self.theirs.is_some()
@@ -221,7 +228,8 @@ impl Document {
     pub fn changed_on_disk(&self) -> Option<Changed> {
         let path = self.path.as_deref()?;
         let bytes = doublet_core::load::read_bytes(path).ok()?;
-        if Some(hash_bytes(&bytes)) == self.on_disk.sha256 || self.on_disk.sha256.is_none() {
+        let sha256 = hash_bytes(&bytes);
+        if self.on_disk.sha256.as_ref().is_none_or(|known| *known == sha256) {
             return None;
         }
         let (differences, theirs) = match session::open(path) {
@@ -236,7 +244,7 @@ impl Document {
                 (lines, Some(opened))
             }
         };
-        Some(Changed { differences, theirs })
+        Some(Changed { differences, sha256, theirs })
     }
 
     /// Takes the version that the file has, as a step that can be undone.
