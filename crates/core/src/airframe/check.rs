@@ -9,12 +9,13 @@ use super::aircraft::Aircraft;
 use super::inertia::{InertiaModel, OwnInertia};
 use super::loading::{Loading, LoadingIssue};
 use super::tensor::InertiaError;
+use crate::quantity::in_words;
 
 /// Something impossible in the data of an aircraft.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum AircraftError {
     /// A number is outside its range.
-    #[error("{field} is {value}, allowed is {allowed}")]
+    #[error("{field} is {}, allowed is {allowed}", in_words(*.value))]
     OutOfRange {
         /// Dotted name of the field.
         field: String,
@@ -52,11 +53,14 @@ pub enum AircraftError {
     Loading(LoadingIssue),
 }
 
-/// Largest distance from the datum and largest length accepted, m.
+/// Largest distance from the datum, and smallest and largest length accepted, m.
 const LARGEST_LENGTH_M: f64 = 1_000.0;
-/// Largest mass accepted, kg: above that of every aircraft.
+const SMALLEST_LENGTH_M: f64 = 1.0e-3;
+/// Smallest and largest mass accepted, kg: a part of a gram, and above every aircraft.
+const SMALLEST_MASS_KG: f64 = 1.0e-3;
 const LARGEST_MASS_KG: f64 = 2.0e6;
-/// Largest reference area accepted, m².
+/// Smallest and largest reference area accepted, m².
+const SMALLEST_AREA_M2: f64 = 1.0e-4;
 const LARGEST_AREA_M2: f64 = 1.0e5;
 /// Relative amount by which the printed moments of a slender or flat part may break the triangle inequality: two digits.
 const PRINTED_ROUNDING: f64 = 0.05;
@@ -73,16 +77,16 @@ impl Findings {
         }
     }
 
-    /// A length above zero, m.
+    /// The length of something, m.
     fn length(&mut self, field: impl Into<String>, value: f64) {
-        let ok = value > 0.0 && value <= LARGEST_LENGTH_M;
-        self.require(ok, field, value, format!("above 0 and at most {LARGEST_LENGTH_M} m"));
+        let ok = (SMALLEST_LENGTH_M..=LARGEST_LENGTH_M).contains(&value);
+        self.require(ok, field, value, format!("{SMALLEST_LENGTH_M} to {LARGEST_LENGTH_M} m"));
     }
 
-    /// A mass above zero, kg.
+    /// The mass of something, kg.
     fn mass(&mut self, field: impl Into<String>, value: f64) {
-        let ok = value > 0.0 && value <= LARGEST_MASS_KG;
-        self.require(ok, field, value, format!("above 0 and at most {LARGEST_MASS_KG} kg"));
+        let ok = (SMALLEST_MASS_KG..=LARGEST_MASS_KG).contains(&value);
+        self.require(ok, field, value, format!("{SMALLEST_MASS_KG} to {LARGEST_MASS_KG} kg"));
     }
 
     /// A coordinate, m.
@@ -150,10 +154,10 @@ impl Aircraft {
         let reference = &self.reference;
         let area = reference.area_m2;
         findings.require(
-            area > 0.0 && area <= LARGEST_AREA_M2,
+            (SMALLEST_AREA_M2..=LARGEST_AREA_M2).contains(&area),
             "reference.area_m2",
             area,
-            format!("above 0 and at most {LARGEST_AREA_M2} m2"),
+            format!("{SMALLEST_AREA_M2} to {LARGEST_AREA_M2} m2"),
         );
         findings.length("reference.span_m", reference.span_m);
         findings.length("reference.chord_m", reference.chord_m);
@@ -297,8 +301,8 @@ impl Aircraft {
         if let Some(radii) = &self.gyration_radii {
             findings.length("gyration_radii.length_m", radii.length_m);
             for (name, value) in [("x", radii.x), ("y", radii.y), ("z", radii.z)] {
-                let ok = value > 0.0 && value <= 1.0;
-                findings.require(ok, format!("gyration_radii.{name}"), value, "above 0 and at most 1");
+                let ok = (1e-3..=1.0).contains(&value);
+                findings.require(ok, format!("gyration_radii.{name}"), value, "0.001 to 1");
             }
         }
     }

@@ -5,7 +5,7 @@ use std::hash::{Hash, Hasher};
 use thiserror::Error;
 
 use crate::hash_fields;
-use crate::quantity::HashBits;
+use crate::quantity::{HashBits, in_words};
 use crate::reconstruct::model::layout::{
     AIR_STATES, AirState, INPUTS, Input, MEASUREMENTS, Measurement, STATES, State,
 };
@@ -210,7 +210,7 @@ const NOT_NEGATIVE: &str = "0 to 1e3";
 
 /// A setting outside its range.
 #[derive(Clone, Debug, PartialEq, Error)]
-#[error("{field} is {value}, allowed is {allowed}")]
+#[error("{field} is {}, allowed is {allowed}", in_words(*.value))]
 pub struct SettingError {
     /// Dotted name of the field, for example `measurement_noise.alpha`.
     pub field: String,

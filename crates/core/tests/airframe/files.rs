@@ -142,8 +142,8 @@ fn other_formats_and_newer_versions_are_refused_in_words() {
 fn impossible_values_are_refused_with_field_value_and_range() {
     let text = MINIMAL.replace("12.0", "-12.0").replace("1000.0\n", "-1.0\n");
     let error = aircraft::parse(&text).unwrap_err().to_string();
-    assert!(error.contains("reference.span_m is -12, allowed is above 0 and at most 1000 m"), "{error}");
-    assert!(error.contains("mass.mass_kg is -1, allowed is above 0"), "{error}");
+    assert!(error.contains("reference.span_m is -12, allowed is 0.001 to 1000 m"), "{error}");
+    assert!(error.contains("mass.mass_kg is -1, allowed is 0.001 to 2000000 kg"), "{error}");
     let inertia = aircraft::parse(&MINIMAL.replace("2200.0", "2700.0")).unwrap_err().to_string();
     assert!(inertia.starts_with("inertia is impossible: largest principal moment"), "{inertia}");
 }

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use doublet_core::quantity::in_words;
 use doublet_core::series::TimeRange;
 
 use super::{Session, constraint, expression, preparation};
@@ -57,7 +58,7 @@ pub fn check(session: &Session) -> Vec<Finding> {
     }
     for error in session.filter.check().err().into_iter().flatten() {
         let field = format!("filter.{}", error.field);
-        let text = format!("{} is outside {}", error.value, error.allowed);
+        let text = format!("{} is outside {}", in_words(error.value), error.allowed);
         found.push(contradiction(field.clone(), text, "give a number inside").with_setting("Noise and filter", field));
     }
     found.extend(preparation::findings(&session.preparation));
