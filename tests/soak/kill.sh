@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
-# Kills doublet at random moments and looks at what is left: tests/soak/kill.sh [KILLS] [COMMAND...]. Commands: run report export batch.
+# Kills doublet at random moments and looks at what is left: tests/soak/kill.sh [KILLS] [COMMAND...]. Commands: run report export batch simulate.
 # DOUBLET names the binary (default target/release/doublet-cli). Prints a line of counts per command; exit code 1 for any breach.
 set -uo pipefail
 cd "$(dirname "$0")/../.."
 doublet=$(realpath "${DOUBLET:-target/release/doublet-cli}")
 kills=${1:-50}
 commands=("${@:2}")
-[[ ${#commands[@]} -gt 0 ]] || commands=(run report export batch)
+[[ ${#commands[@]} -gt 0 ]] || commands=(run report export batch simulate)
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 breaches=0
@@ -70,6 +70,7 @@ call() { # COMMAND SESSION FOLDER
         report) cp "$work/$2.toml" "$work/small.toml"; "$doublet" report "$work/small.toml" --out "$3" --sections overview,derivatives --format html ;;
         export) cp "$work/$2.toml" "$work/small.toml"; "$doublet" export "$work/small.toml" --out "$3" ;;
         batch) "$doublet" batch "$work/sweep.toml" --out "$3.csv" ;;
+        simulate) "$doublet" simulate multisine --out "$3" ;;
     esac > /dev/null 2>&1
 }
 
@@ -91,6 +92,24 @@ for command in "${commands[@]}"; do
         call batch - "$out" || breach "batch does not finish after kills"
         cmp -s "$work/whole.csv" "$out.csv" || breach "the table differs from that of a batch nobody killed"
         [[ -z $(find "$out.csv.runs" -name '*.doublet-part') ]] || breach "batch leaves litter"
+    elif [[ $command == simulate ]]; then
+        # Writes no folder that is there: it appears whole or not at all.
+        begun=$(date +%s%N); call simulate - "$out"; took=$((($(date +%s%N) - begun) / 1000000))
+        whole=$(state "$out")
+        for ((kill = 0; kill < kills; kill++)); do
+            rm -rf "$out"
+            call simulate - "$out" & pid=$!
+            delay=$((kill % 3 == 0 ? RANDOM % took : took * 9 / 10 + RANDOM % (took / 10 + 5)))
+            sleep "$(printf '%d.%03d' $((delay / 1000)) $((delay % 1000)))"
+            child=$(pgrep -P "$pid" -x "$(basename "$doublet")" || true)
+            [[ -n $child ]] && builtin kill -9 $child 2> /dev/null && hit=$((hit + 1))
+            wait "$pid" 2> /dev/null
+            [[ ! -e $out || $(state "$out") == "$whole" ]] || breach "simulate: kill $kill left a part of a flight"
+        done
+        rm -rf "$out"; call simulate - "$out"
+        [[ $(state "$out") == "$whole" ]] || breach "simulate: the run after the kills does not give what it gave"
+        left=$(find "$work" -maxdepth 1 -name '.*doublet*' | wc -l)
+        [[ $left == 0 ]] || breach "simulate: $left leftovers after the next run"
     else
         call $command b "$out"; b=$(state "$out"); rm -rf "$out"
         call $command a "$out"; a=$(state "$out")
