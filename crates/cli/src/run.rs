@@ -14,7 +14,7 @@ use crate::outcome::Outcome;
 use crate::progress::Progress;
 use crate::{summary, text};
 
-/// Memory for intermediate results of one run.
+/// Memory for intermediate results of one run, which its studies ask for again; without studies nothing does.
 const CACHE_BYTES: usize = 2 << 30;
 
 /// Opens the session and computes everything it asks for; the bar goes up to `share` of its length. What fails leaves its error in
@@ -45,7 +45,8 @@ pub fn compute_session(
 ) -> Result<Snapshot, String> {
     let publish = |snapshot: Snapshot| progress.show(share * snapshot.progress, "computing");
     let scope = Scope { session, folder, first: None, studies, cause: "run", generation: 1 };
-    let snapshot = run_stages(&scope, &Snapshot::default(), &Cache::new(CACHE_BYTES), &Control::default(), &publish);
+    let cache = Cache::new(if studies.is_empty() { 0 } else { CACHE_BYTES });
+    let snapshot = run_stages(&scope, &Snapshot::default(), &cache, &Control::default(), &publish);
     let failures = snapshot.failures();
     let computed = snapshot.windows.values().any(|window| window.path.ready().is_some());
     if !(computed || failures.is_empty()) {

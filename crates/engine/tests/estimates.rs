@@ -193,7 +193,7 @@ fn fixed_constant_is_one_for_all_windows_and_predicts() {
     assert_eq!(fit.parameters(), 4);
     let residual = &of(&found.fits, Coefficient::Cm).series[2].1.values;
     let prediction = found.predictions.iter().filter(|p| p.coefficient == Coefficient::Cm).nth(2).unwrap();
-    for (a, b) in residual.iter().zip(prediction.residual.values.iter()) {
+    for (a, b) in residual.iter().zip(prediction.residual().values.iter()) {
         assert!((a - b).abs() < 1e-12, "{a} {b}");
     }
 }
@@ -235,7 +235,7 @@ fn constants_of_the_identification_and_the_windows_own_are_told_apart() {
     validation.role = WindowRole::Validation;
     // Another trim than the windows that are identified with.
     let mut other = WindowAero::clone(aero);
-    other.coefficients.columns[CM as usize].iter_mut().for_each(|value| *value += 0.004);
+    Arc::make_mut(&mut other.coefficients.columns[CM as usize]).iter_mut().for_each(|value| *value += 0.004);
     *aero = Arc::new(other);
     let aero = Arc::clone(aero);
     let used: Vec<AeroWindow<'_>> = all.iter().map(|(manoeuvre, aero)| (manoeuvre, Arc::clone(aero))).collect();

@@ -120,7 +120,7 @@ pub fn coloured_covariances(
     transforms: &mut Transforms,
 ) -> Result<Vec<DMatrix<f64>>, EstimateError> {
     let columns: Vec<usize> = (0..x.ncols()).collect();
-    let residuals = fits.iter().map(|fit| fit.residuals.as_slice()).collect();
+    let residuals = fits.iter().map(|fit| &*fit.residuals).collect();
     let units: Vec<Unit<'_>> = fits.iter().map(|fit| Unit::without_priors(&fit.unit_covariance)).collect();
     coloured_covariances_of(&units, &[Block { x, columns: &columns, residuals }], settings, transforms)
 }
@@ -250,7 +250,11 @@ pub(super) fn with_transforms<R>(work: impl FnOnce(&mut Transforms) -> R) -> R {
     thread_local! {
         static OWN: RefCell<Transforms> = RefCell::default();
     }
-    OWN.with_borrow_mut(work)
+    OWN.with_borrow_mut(|transforms| {
+        let result = work(transforms);
+        transforms.forget_long();
+        result
+    })
 }
 
 /// Fourier transforms with what they need set up once: kept from fit to fit, they cost half.
@@ -264,6 +268,16 @@ pub struct Transforms {
 }
 
 impl Transforms {
+    /// Gives back what transforms of long windows took: to set them up again costs little beside them.
+    fn forget_long(&mut self) {
+        /// Longest transform that stays set up, 2 MB with its buffers.
+        const LONGEST: usize = 1 << 16;
+        if self.buffer.capacity().max(self.scratch.capacity()) > LONGEST {
+            self.plans.retain(|&length, _| length <= LONGEST);
+            (self.buffer, self.scratch) = (Vec::new(), Vec::new());
+        }
+    }
+
     /// Fills the buffer of `length` with zeros but for two real records, one in each part.
     pub(super) fn load(
         &mut self,

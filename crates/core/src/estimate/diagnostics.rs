@@ -84,7 +84,7 @@ pub fn contributions(fit: &Fit, x: &DMatrix<f64>) -> Vec<f64> {
         let mean = values.iter().sum::<f64>() / values.len() as f64;
         (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / values.len() as f64).sqrt()
     };
-    let measured = deviation(&mut fit.fitted.iter().zip(&fit.residuals).map(|(y, v)| y + v));
+    let measured = deviation(&mut fit.fitted.iter().zip(fit.residuals.iter()).map(|(y, v)| y + v));
     let terms = fit.estimates.iter().zip(x.column_iter());
     terms.map(|(estimate, column)| estimate.abs() * deviation(&mut column.iter().copied()) / measured).collect()
 }

@@ -1,5 +1,7 @@
 //! Result of a least-squares fit.
 
+use std::sync::Arc;
+
 use nalgebra::DMatrix;
 
 use super::triangle::Solution;
@@ -74,10 +76,10 @@ pub struct Fit {
     pub residual_std: f64,
     /// Coefficient of determination and residual root mean square.
     pub quality: FitQuality,
-    /// Fitted values, n.
-    pub fitted: Vec<f64>,
-    /// Residuals, measured less fitted, n.
-    pub residuals: Vec<f64>,
+    /// Fitted values, n; shared, as a window may be long.
+    pub fitted: Arc<[f64]>,
+    /// Residuals, measured less fitted, n; shared.
+    pub residuals: Arc<[f64]>,
     /// Ratio of the largest to the smallest singular value of the regressors with columns scaled to unit norm.
     pub condition_number: f64,
 }
@@ -125,7 +127,7 @@ impl Fit {
         solution: Solution,
         variance: f64,
     ) -> Self {
-        let residuals: Vec<f64> = z.iter().zip(&fitted).map(|(z, y)| z - y).collect();
+        let residuals: Arc<[f64]> = z.iter().zip(&fitted).map(|(z, y)| z - y).collect();
         let covariance = &solution.unit_covariance * variance;
         Self {
             origins: vec![Origin::Data; names.len()],
@@ -139,7 +141,7 @@ impl Fit {
             correlation: DMatrix::zeros(0, 0),
             residual_std: variance.sqrt(),
             quality: FitQuality::of(z, &fitted),
-            fitted,
+            fitted: fitted.into(),
             residuals,
             condition_number: solution.condition_number,
         }

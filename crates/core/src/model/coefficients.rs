@@ -1,5 +1,7 @@
 //! Coefficients from forces and moments.
 
+use std::sync::Arc;
+
 use super::data::{AeroData, Axes, CoefficientSettings, Engine, Gyroscopic, ThrustTreatment};
 use super::{Coefficient, ModelError};
 use crate::airframe::{InertiaTensor, MassHistory};
@@ -10,8 +12,8 @@ use crate::prep::{MatchedSmoothing, acceleration_at_cg, differentiate};
 pub struct Coefficients {
     /// Time, s.
     pub time_s: Vec<f64>,
-    /// One column per [`Coefficient`], in the order of [`Coefficient::ALL`].
-    pub columns: [Vec<f64>; 8],
+    /// One column per [`Coefficient`], in the order of [`Coefficient::ALL`]; shared, as a window may be long.
+    pub columns: [Arc<[f64]>; 8],
     /// Angular acceleration the moments were formed with, rad/s².
     pub angular_acceleration_rad_s2: [Vec<f64>; 3],
 }
@@ -48,7 +50,8 @@ pub fn coefficients(data: &AeroData, settings: &CoefficientSettings) -> Result<C
     let acceleration = angular_acceleration(data, settings)?;
     let columns = columns(data, settings, |k| acceleration.each_ref().map(|column| column[k]));
     let Some(smoothing) = matched_smoothing(data, settings)? else {
-        return Ok(Coefficients { time_s: data.time_s.clone(), columns, angular_acceleration_rad_s2: acceleration });
+        let (time_s, columns) = (data.time_s.clone(), columns.map(Arc::from));
+        return Ok(Coefficients { time_s, columns, angular_acceleration_rad_s2: acceleration });
     };
     let steady = self::columns(data, settings, |_| [0.0; 3]);
     let rows = smoothing.reach()..data.time_s.len() - smoothing.reach();

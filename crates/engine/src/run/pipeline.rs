@@ -320,7 +320,13 @@ impl<'a> Run<'a> {
     ) -> Result<Vec<Task<'a>>, Cancelled> {
         let tasks = self.windows.par_iter().map(|window| self.prepare(session, window, flights, aircraft));
         let tasks: Vec<_> = tasks.collect::<Result<_, _>>()?;
-        let (mut known, missing): (Vec<_>, Vec<_>) = tasks.into_iter().flatten().partition(|task| task.path.is_ok());
+        let tasks: Vec<Task<'a>> = tasks.into_iter().flatten().collect();
+        let samples = tasks.iter().map(|task| task.samples.data.inputs.time_s.len());
+        if let Err(error) = stage::fit_in_memory(samples.sum()) {
+            tasks.iter().try_for_each(|task| self.fail_window(task.manoeuvre, &error))?;
+            return Ok(Vec::new());
+        }
+        let (mut known, missing): (Vec<_>, Vec<_>) = tasks.into_iter().partition(|task| task.path.is_ok());
         for task in &known {
             let path = task.path.clone().map_err(|_| StageError::NotApplicable);
             self.show(path, |snapshot| &mut of_window(snapshot, &task.manoeuvre.name).path)?;

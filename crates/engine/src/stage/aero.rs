@@ -114,8 +114,8 @@ impl WindowAero {
         let coefficients = coefficients(&data, &settings)?;
         let variables = variables(&data, &settings)?;
         let time_s: Arc<[f64]> = coefficients.time_s.as_slice().into();
-        let series =
-            Coefficient::ALL.map(|c| Series { time_s: Arc::clone(&time_s), values: coefficients.get(c).into() });
+        let series = Coefficient::ALL
+            .map(|c| Series { time_s: Arc::clone(&time_s), values: Arc::clone(&coefficients.columns[c as usize]) });
         Ok(Self {
             data,
             settings,

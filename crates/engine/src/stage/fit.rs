@@ -262,7 +262,10 @@ fn fit_series(fit: Option<&Fit>, windows: &[&WindowAero]) -> Vec<(Series, Series
         let time_s = &aero.series[0].time_s;
         let range = start..start + time_s.len();
         start = range.end;
-        let share = |column: &[f64]| Series { time_s: Arc::clone(time_s), values: column[range.clone()].into() };
+        let share = |column: &Arc<[f64]>| {
+            let values = if range.len() == column.len() { Arc::clone(column) } else { column[range.clone()].into() };
+            Series { time_s: Arc::clone(time_s), values }
+        };
         (share(&fit.fitted), share(&fit.residuals))
     });
     cut.collect()

@@ -64,6 +64,7 @@ pub use replay::{
     ProofOfMatch, ReplaySeries, ReplayWindow, StudyWindow, WindowFlight, WindowReplay, bands, model_of_window, replay,
     window_flight,
 };
+pub use samples::fit_in_memory;
 pub use signals::TreatedSignal;
 pub use tolerances::Tolerances;
 pub use truth::TruthError;

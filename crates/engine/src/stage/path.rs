@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 use std::sync::{Arc, OnceLock};
 
 use doublet_core::prep::Differentiation;
-use doublet_core::quantity::{Dimension, Role};
+use doublet_core::quantity::{Dimension, Role, in_words};
 use doublet_core::reconstruct::consistency::{Consistency, Disagreement, consistency, filter_smoother_disagreement};
 use doublet_core::reconstruct::{
     FilterData, FilterSettings, INPUTS, Input, InputSeries, MEASUREMENTS, Measurement, MeasurementSeries,
@@ -19,7 +19,7 @@ use super::aircraft::AircraftData;
 use super::observability::{Observability, assess_observability};
 use super::placement::{move_accelerometer, move_antenna, move_vanes};
 use super::recording::LoadedFlight;
-use super::samples::{MEMORY, finite_samples, fits_in_memory, gaps, values_at};
+use super::samples::{finite_samples, fit_in_memory, gaps, values_at};
 use super::truth::{TruthError, truth_errors};
 use crate::graph::{Context, Control, Footprint, Key, KeyBuilder, Keyed, Stage, StageError, StageResult};
 use crate::session::{PathSource, Preparation};
@@ -158,7 +158,7 @@ pub fn samples(
 ) -> StageResult<Samples> {
     let mut warnings: Vec<_> = partly_outside(recording, window).into_iter().collect();
     let mut inputs = input_series(recording, window, &mut warnings)?;
-    fits_in_memory(inputs.time_s.len(), *MEMORY)?;
+    fit_in_memory(inputs.time_s.len())?;
     let mut measurements = measurement_series(recording, window, &mut warnings);
     if let Some(aircraft) = aircraft {
         let moved = move_sensors(&mut inputs, &mut measurements, aircraft, preparation)?;
@@ -248,8 +248,10 @@ fn input_series(recording: &Recording, window: TimeRange, warnings: &mut Vec<Str
     let (time_s, _) = finite_samples(base, window, 0.0);
     if time_s.len() < MIN_SAMPLES {
         let (first, last) = span(&base.series.time_s);
+        let not_finite = window.indices(&base.series.time_s).len() - time_s.len();
+        let lost = if not_finite > 0 { format!(" ({not_finite} samples of p are not finite)") } else { String::new() };
         return Err(format!(
-            "{} inertial samples between {} s and {} s, at least {MIN_SAMPLES} are needed: the recording spans {first:.2} s to {last:.2} s",
+            "{} inertial samples between {} s and {} s{lost}, at least {MIN_SAMPLES} are needed: the recording spans {first:.2} s to {last:.2} s",
             time_s.len(),
             window.start_s,
             window.end_s
@@ -263,6 +265,7 @@ fn input_series(recording: &Recording, window: TimeRange, warnings: &mut Vec<Str
     let mut columns: [Vec<f64>; INPUTS] = Default::default();
     for input in Input::ALL {
         let Some(values) = values_at(recording, input.role(), &time_s)? else { continue };
+        within_reason(input, &time_s, &values)?;
         if let Some(channel) = recording.role(input.role())
             && channel.source != base.source
         {
@@ -276,6 +279,20 @@ fn input_series(recording: &Recording, window: TimeRange, warnings: &mut Vec<Str
         columns[input as usize] = values;
     }
     Ok(InputSeries { time_s, columns })
+}
+
+/// Refuses what no sensor gives before it spreads: the accelerometers are moved by the square of the rates.
+fn within_reason(input: Input, time_s: &[f64], values: &[f64]) -> StageResult<()> {
+    /// Largest sample of an accelerometer or a gyro, m/s² or rad/s.
+    const LARGEST: f64 = 1e6;
+    let Some((time_s, value)) = time_s.iter().zip(values).find(|(_, value)| value.abs() > LARGEST) else {
+        return Ok(());
+    };
+    let (name, value) = (input.name(), in_words(*value));
+    let text = format!(
+        "{name} is {value} at {time_s} s, which no aircraft does: look at its channel and at its unit in the channel map"
+    );
+    Err(text.into())
 }
 
 fn span(time_s: &[f64]) -> (f64, f64) {

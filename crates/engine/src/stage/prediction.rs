@@ -31,8 +31,16 @@ pub struct Prediction {
     pub identified: Series,
     /// Prediction with the window's own constant.
     pub own_constant: Series,
+    /// Observation, shared with the window.
+    observed: Series,
+}
+
+impl Prediction {
     /// Observation less [`Self::own_constant`].
-    pub residual: Series,
+    pub fn residual(&self) -> Series {
+        let pairs = self.observed.values.iter().zip(self.own_constant.values.iter());
+        Series { time_s: Arc::clone(&self.observed.time_s), values: pairs.map(|(z, y)| z - y).collect() }
+    }
 }
 
 /// What one coefficient is predicted with, term by term; none for a term nothing was found of.
@@ -141,16 +149,20 @@ pub(super) fn predict(
             predicted
         }
     };
-    let time_s = &aero.series[coefficient as usize].time_s;
-    let share = |values: Vec<f64>| Series { time_s: Arc::clone(time_s), values: values.into() };
+    let series = &aero.series[coefficient as usize];
+    let share = |values: Arc<[f64]>| Series { time_s: Arc::clone(&series.time_s), values };
+    let (identified, own): (Arc<[f64]>, Arc<[f64]>) = (identified.into(), own.into());
+    // The constant of the identification often is the window's own.
+    let is_same = own.iter().map(|y| y.to_bits()).eq(identified.iter().map(|y| y.to_bits()));
+    let own = if is_same { Arc::clone(&identified) } else { own };
     Some(Prediction {
         window: window.name.clone(),
         role: window.role,
         coefficient,
         quality_identified: FitQuality::of(observed, &identified),
         quality_own_constant: FitQuality::of(observed, &own),
-        residual: share(observed.iter().zip(&own).map(|(z, y)| z - y).collect()),
         identified: share(identified),
         own_constant: share(own),
+        observed: series.clone(),
     })
 }

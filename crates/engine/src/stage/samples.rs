@@ -12,8 +12,14 @@ use doublet_core::series::{Channel, Recording, TimeRange, gap_threshold_s};
 pub fn finite_samples(channel: &Channel, window: TimeRange, margin_s: f64) -> (Vec<f64>, Vec<f64>) {
     let wide = TimeRange { start_s: window.start_s - margin_s, end_s: window.end_s + margin_s };
     let range = wide.indices(&channel.series.time_s);
-    let pairs = channel.series.time_s[range.clone()].iter().zip(&channel.series.values[range]);
-    pairs.filter(|(_, value)| value.is_finite()).map(|(&time, &value)| (time, value)).unzip()
+    let (times, values) = (&channel.series.time_s[range.clone()], &channel.series.values[range]);
+    let finite = values.iter().filter(|value| value.is_finite()).count();
+    let (mut found_s, mut found) = (Vec::with_capacity(finite), Vec::with_capacity(finite));
+    for (&time, &value) in times.iter().zip(values).filter(|(_, value)| value.is_finite()) {
+        found_s.push(time);
+        found.push(value);
+    }
+    (found_s, found)
 }
 
 /// Where `time_s` pauses: start and length of each pause that interpolation may not bridge.
@@ -76,19 +82,26 @@ pub fn values_where_recorded(recording: &Recording, role: Role, time_s: &[f64]) 
     is_recorded.then(|| between_samples(series, time_s, recording.max_gap_s, false))
 }
 
-/// Memory that a sample of a window takes at most while filter and smoother run, bytes: 5.0 kB measured over a window of a million.
-const BYTES_PER_SAMPLE: u64 = 5_000;
+/// Memory that a sample of a window takes at most until its results are written, bytes; `crates/cli/tests/windows.rs` measures it.
+const BYTES_PER_SAMPLE: u64 = 2_500;
 
 /// Memory of the machine, or what this program may use of it.
-pub(super) static MEMORY: LazyLock<Option<u64>> = LazyLock::new(memory);
+static MEMORY: LazyLock<Option<u64>> = LazyLock::new(memory);
 
-/// Refuses a window that the memory cannot hold while it is computed.
-pub(super) fn fits_in_memory(samples: usize, memory: Option<u64>) -> StageResult<()> {
+/// Whether the memory can hold a window of so many samples, or several windows of so many together, while they are computed.
+///
+/// # Errors
+/// One line with what it takes, what there is and what to do.
+pub fn fit_in_memory(samples: usize) -> StageResult<()> {
+    fit_in(samples, *MEMORY)
+}
+
+fn fit_in(samples: usize, memory: Option<u64>) -> StageResult<()> {
     let needed = (samples as u64).saturating_mul(BYTES_PER_SAMPLE);
     match memory.filter(|memory| needed > *memory) {
         None => Ok(()),
         Some(memory) => Err(format!(
-            "its {samples} samples take about {:.1} GB while they are filtered, of {:.1} GB that there are: shorten the window or resample the recording (flight.signals)",
+            "{samples} samples take about {:.1} GB while they are computed, of {:.1} GB that there are: shorten the window, use fewer, or resample the recording (flight.signals)",
             needed as f64 / 1e9,
             memory as f64 / 1e9
         ).into()),
@@ -124,9 +137,9 @@ mod tests {
 
     #[test]
     fn a_window_beyond_the_memory_is_refused_before_it_is_computed() {
-        assert_eq!(fits_in_memory(60_000, Some(4_000_000_000)), Ok(()));
-        assert_eq!(fits_in_memory(1_000_000, None), Ok(()));
-        let said = fits_in_memory(1_000_000, Some(4_000_000_000)).unwrap_err().to_string();
-        assert!(said.contains("1000000 samples") && said.contains("5.0 GB") && said.contains("4.0 GB"), "{said}");
+        assert_eq!(fit_in(60_000, Some(4_000_000_000)), Ok(()));
+        assert_eq!(fit_in(4_000_000, None), Ok(()));
+        let said = fit_in(4_000_000, Some(4_000_000_000)).unwrap_err().to_string();
+        assert!(said.contains("4000000 samples") && said.contains("10.0 GB") && said.contains("4.0 GB"), "{said}");
     }
 }

@@ -1,5 +1,7 @@
 //! What stands against a session before its results are judged: what a run would refuse, and channels that contradict each other.
 
+use std::borrow::Cow;
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use doublet_core::airframe::summary;
@@ -9,11 +11,13 @@ use serde::Serialize;
 use super::{Finding, Level};
 use crate::graph::{Cache, Context};
 use crate::run::{Control, Scope, Snapshot, run};
-use crate::session::{self, Session, WindowRole};
+use crate::session::{self, Manoeuvre, Session, WindowRole};
 use crate::stage::{self, PhysicsRow};
 
 /// Memory for intermediate results of a check.
 const CACHE_BYTES: usize = 1 << 30;
+/// Most windows that a check computes. Of the others it looks at the samples alone.
+const MOST_COMPUTED: usize = 200;
 
 /// What a check of a session or an aircraft file found.
 #[derive(Clone, Debug, Default, Serialize)]
@@ -94,18 +98,50 @@ pub fn check_session(session: &Session, folder: &Path) -> Checked {
     }
     let mut physics = Vec::new();
     if !findings.iter().any(session::stops_run) {
-        let scope = Scope { session, folder, first: None, studies: &[], cause: "check", generation: 1 };
+        let (computed, others) = part(session);
+        let scope = Scope { session: &computed, folder, first: None, studies: &[], cause: "check", generation: 1 };
         let cache = Cache::new(CACHE_BYTES);
         let snapshot = run(&scope, &Snapshot::default(), &cache, &Control::default(), &|_| {});
         findings.extend(of_recordings(session, &snapshot));
+        findings.extend(of_samples(session, &others, &snapshot));
         let compared = snapshot.physics.values().filter_map(|slot| slot.ready());
         physics.extend(compared.flat_map(|compared| compared.rows.iter().cloned()));
         // What the session itself says of a window or a flight is why it fails.
         let bad = findings.iter().filter(|finding| finding.level == Level::Bad);
-        let known: Vec<String> = bad.map(|finding| finding.place.clone()).collect();
-        findings.extend(failures(&snapshot).into_iter().filter(|failure| !known.contains(&failure.place)));
+        let known: BTreeSet<String> = bad.map(|finding| finding.place.clone()).collect();
+        let failed = failures(&snapshot, others.is_empty()).into_iter();
+        findings.extend(failed.filter(|failure| !known.contains(&failure.place)));
     }
     Checked { subject: in_one_line(session), findings, physics }.sorted()
+}
+
+/// The session with as many of its windows as are computed, and the others.
+fn part(session: &Session) -> (Cow<'_, Session>, Vec<&Manoeuvre>) {
+    let active = || session.windows.iter().filter(|window| window.role != WindowRole::Ignored);
+    let others: Vec<_> = active().skip(MOST_COMPUTED).collect();
+    if others.is_empty() {
+        return (Cow::Borrowed(session), others);
+    }
+    let windows = active().take(MOST_COMPUTED).cloned().collect();
+    (Cow::Owned(Session { windows, ..session.clone() }), others)
+}
+
+/// What a run would refuse of the samples of the windows that were not computed, and that they were not.
+fn of_samples(session: &Session, others: &[&Manoeuvre], snapshot: &Snapshot) -> Vec<Finding> {
+    if others.is_empty() {
+        return Vec::new();
+    }
+    let text =
+        format!("the first {MOST_COMPUTED} were computed, of the other {} the samples were looked at", others.len());
+    let mut findings =
+        vec![Finding::new(Level::Good, "window", "windows", text).with_cure("`doublet run` computes all")];
+    for window in others {
+        let Some(loaded) = snapshot.flights.get(&window.flight).and_then(|slot| slot.ready()) else { continue };
+        let samples = stage::samples(&loaded.recording, window.window, None, &session.preparation);
+        let place = || format!("window '{}'", window.name);
+        findings.extend(samples.err().map(|text| Finding::new(Level::Bad, "run", place(), text.to_string())));
+    }
+    findings
 }
 
 /// What was found when the recordings were read.
@@ -139,11 +175,11 @@ fn of_recordings(session: &Session, snapshot: &Snapshot) -> Vec<Finding> {
     findings
 }
 
-/// What failed in a run.
-fn failures(snapshot: &Snapshot) -> Vec<Finding> {
+/// What failed in a run; fits that failed say something where all windows were there.
+fn failures(snapshot: &Snapshot, is_whole: bool) -> Vec<Finding> {
     let stages = snapshot.failures().into_iter().map(|(place, text)| Finding::new(Level::Bad, "run", place, text));
-    let fits = snapshot.failed_fits().into_iter().map(|(place, text)| Finding::new(Level::Bad, "fit", place, text));
-    stages.chain(fits).collect()
+    let fits = if is_whole { snapshot.failed_fits() } else { Vec::new() };
+    stages.chain(fits.into_iter().map(|(place, text)| Finding::new(Level::Bad, "fit", place, text))).collect()
 }
 
 fn in_one_line(session: &Session) -> String {

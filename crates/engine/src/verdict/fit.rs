@@ -258,7 +258,7 @@ fn told(evidence: Evidence<'_>, prediction: &Prediction) -> f64 {
         fit.fit.as_ref().ok().map(|fit| fit.residual_std)
     });
     let observed: Vec<f64> =
-        prediction.own_constant.values.iter().zip(prediction.residual.values.iter()).map(|(y, v)| y + v).collect();
+        prediction.own_constant.values.iter().zip(prediction.residual().values.iter()).map(|(y, v)| y + v).collect();
     let count = observed.len() as f64;
     let mean = observed.iter().sum::<f64>() / count;
     let deviation = (observed.iter().map(|z| (z - mean).powi(2)).sum::<f64>() / count).sqrt();

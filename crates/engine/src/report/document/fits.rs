@@ -64,11 +64,13 @@ pub fn validation(contents: &Contents<'_>) -> Vec<Block> {
         let Some(aero) = contents.snapshot.windows.get(&window.name).and_then(|found| found.aero.ready()) else {
             continue;
         };
-        let rows = pooled.predictions.iter().filter(|prediction| prediction.window == window.name).map(|prediction| {
+        let predictions = pooled.predictions.iter().filter(|prediction| prediction.window == window.name);
+        let predictions: Vec<_> = predictions.map(|prediction| (prediction, prediction.residual())).collect();
+        let rows = predictions.iter().map(|(prediction, residual)| {
             let observed = &aero.series[prediction.coefficient as usize];
             let name = prediction.coefficient.name();
             let lines = [("own constant", &prediction.own_constant), ("identified", &prediction.identified)];
-            (name, observed, lines.to_vec(), &prediction.residual)
+            (name, observed, lines.to_vec(), residual)
         });
         let caption = format!(
             "{}: observed coefficients, predictions with the window's own constant and with that of the identification, residuals with \

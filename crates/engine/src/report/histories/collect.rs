@@ -194,7 +194,7 @@ fn window_histories<'a>(histories: &mut Vec<History<'a>>, group: &str, results: 
         // One window, so the fit has the samples of its coefficients.
         if let Some((fitted, _)) = fit.series.first() {
             let path = format!("fits/{}", fit.coefficient.name());
-            let values = Cow::Owned(fitted.values.to_vec());
+            let values = Cow::Borrowed(&*fitted.values);
             let (unit, description) = ("-".to_owned(), "fit of this window alone".to_owned());
             columns.push(HistoryColumn { path, unit, description, values });
         }
