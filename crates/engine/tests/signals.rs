@@ -35,7 +35,7 @@ fn read() -> &'static LoadedFlight {
 /// The shipped recording with all that `flight` makes of it.
 fn aligned(flight: &session::Flight) -> Result<LoadedFlight, StageError> {
     let aligned = stage::align_flight(&Context::new(&demo().folder), read(), flight)?;
-    Ok(stage::add_expressions(&aligned, &flight.expressions)?)
+    stage::add_expressions(&aligned, &flight.expressions)
 }
 
 /// The flight on its time line, nothing smoothed.

@@ -75,7 +75,7 @@ impl Job {
     fn new(name: String, settings: Vec<(String, String)>, session: Result<Session, String>, folder: PathBuf) -> Self {
         let place = folder.canonicalize().unwrap_or_else(|_| folder.clone());
         let text = session.as_ref().map(|session| session::print(session).map_err(|error| error.to_string()));
-        let key = KeyBuilder::new("batch").program().add(&name).add(&settings).add(&place).add(&text).finish();
+        let key = KeyBuilder::new("batch").program().with(&name).with(&settings).with(&place).with(&text).finish();
         Self { name, settings, session, folder, key }
     }
 }

@@ -108,7 +108,7 @@ mod tests {
     #[test]
     fn least_recently_used_leaves_first() {
         let cache = Cache::new(250);
-        let keys = [1, 2, 3].map(|index| KeyBuilder::new("test").add(&index).finish());
+        let keys = [1, 2, 3].map(|index| KeyBuilder::new("test").with(&index).finish());
         cache.insert(keys[0], vec![0_u8; 100]);
         cache.insert(keys[1], vec![1_u8; 100]);
         assert!(cache.get::<Vec<u8>>(keys[0]).is_some());

@@ -15,7 +15,10 @@ use crate::builtin;
 /// State of a file or a folder when it was read: size and time of change of it and of what it holds. Reading recordings again to
 /// compare their content would cost more than it saves.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-pub struct FileStamp(Vec<(PathBuf, Option<(u64, Option<SystemTime>)>)>);
+pub struct FileStamp(Vec<(PathBuf, Option<State>)>);
+
+/// Size in bytes and time of change of a file.
+type State = (u64, Option<SystemTime>);
 
 impl FileStamp {
     /// The state a place has now.
@@ -125,7 +128,7 @@ impl<'a> Context<'a> {
         params: &S::Params<'_>,
         inputs: &S::Inputs<'_>,
     ) -> Result<Keyed<S::Output>, Key> {
-        let own = KeyBuilder::new(S::NAME).add(std::any::type_name::<S>()).add(params).add(inputs).finish();
+        let own = KeyBuilder::new(S::NAME).with(std::any::type_name::<S>()).with(params).with(inputs).finish();
         let Some(cache) = self.cache else { return Err(own) };
         let places = cache.places(self.trace(own));
         let read = places.into_iter().map(|place| (place.clone(), FileStamp::of(&place))).collect();
@@ -151,7 +154,7 @@ impl<'a> Context<'a> {
 
     /// Key of the list of files a stage reads: relative paths lead elsewhere from another folder.
     fn trace(&self, own: Key) -> Key {
-        KeyBuilder::new("files").add(&own).add(self.folder).finish()
+        KeyBuilder::new("files").with(&own).with(self.folder).finish()
     }
 
     /// Files and folders read so far, as they were then.
@@ -217,5 +220,5 @@ fn keyed<T: Footprint>(value: Arc<T>, key: Key) -> Keyed<T> {
 
 /// The key of a stage that read these files: without any its own.
 fn key_with_files(own: Key, read: &BTreeMap<PathBuf, FileStamp>) -> Key {
-    if read.is_empty() { own } else { KeyBuilder::new("read").add(&own).add(read).finish() }
+    if read.is_empty() { own } else { KeyBuilder::new("read").with(&own).with(read).finish() }
 }

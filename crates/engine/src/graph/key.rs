@@ -20,7 +20,7 @@ impl Key {
     /// A key that no other equals.
     pub fn unique() -> Self {
         static NEXT: AtomicU64 = AtomicU64::new(0);
-        KeyBuilder::new("unique").add(&NEXT.fetch_add(1, Ordering::Relaxed)).finish()
+        KeyBuilder::new("unique").with(&NEXT.fetch_add(1, Ordering::Relaxed)).finish()
     }
 }
 
@@ -30,12 +30,12 @@ pub struct KeyBuilder(Xxh3);
 impl KeyBuilder {
     /// Starts a key of this name.
     pub fn new(name: &str) -> Self {
-        Self(Xxh3::new()).add(name)
+        Self(Xxh3::new()).with(name)
     }
 
     /// Adds a value, field by field.
     #[must_use]
-    pub fn add(mut self, value: &(impl Hash + ?Sized)) -> Self {
+    pub fn with(mut self, value: &(impl Hash + ?Sized)) -> Self {
         value.hash(&mut self.0);
         self
     }
@@ -61,7 +61,7 @@ impl KeyBuilder {
             let program = std::fs::read(std::env::current_exe().ok()?).ok()?;
             Some(xxh3_128(&program))
         });
-        self.add(&(env!("CARGO_PKG_VERSION"), *PROGRAM))
+        self.with(&(env!("CARGO_PKG_VERSION"), *PROGRAM))
     }
 
     /// The key.
@@ -77,7 +77,7 @@ mod tests {
     use super::*;
 
     fn key(column: &[f64], text: &str) -> Key {
-        KeyBuilder::new("test").column(column).add(text).finish()
+        KeyBuilder::new("test").column(column).with(text).finish()
     }
 
     proptest! {
@@ -96,8 +96,8 @@ mod tests {
 
     #[test]
     fn content_does_not_leak_across_its_delimiters() {
-        let one = KeyBuilder::new("test").add("ab").add("c").finish();
-        let other = KeyBuilder::new("test").add("a").add("bc").finish();
+        let one = KeyBuilder::new("test").with("ab").with("c").finish();
+        let other = KeyBuilder::new("test").with("a").with("bc").finish();
         assert_ne!(one, other);
     }
 }

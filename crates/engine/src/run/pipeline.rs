@@ -139,6 +139,9 @@ pub(super) struct Run<'a> {
     pub(super) builder: &'a SnapshotBuilder<'a>,
 }
 
+/// The aircraft as its file says, and with the session's loading on board.
+type Aircraft = (Keyed<LoadedAircraft>, Keyed<AircraftData>);
+
 /// A flight that was read.
 type ReadFlight<'a> = (&'a Flight, Keyed<LoadedFlight>);
 
@@ -216,7 +219,7 @@ impl<'a> Run<'a> {
     }
 
     /// The aircraft, as its file says and with the session's loading on board.
-    fn load_aircraft(&self) -> Result<Option<(Keyed<LoadedAircraft>, Keyed<AircraftData>)>, Cancelled> {
+    fn load_aircraft(&self) -> Result<Option<Aircraft>, Cancelled> {
         let Session { aircraft, loading, .. } = self.scope.session;
         let path = aircraft.as_deref().ok_or(StageError::NotApplicable);
         let aircraft = path.and_then(|path| stage::load_aircraft(self.context, path));

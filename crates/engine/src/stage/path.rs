@@ -228,10 +228,10 @@ fn content(data: &FilterData, truth: &[Option<Series>; STATES], warnings: &[Stri
     for series in truth {
         key = match series {
             Some(series) => key.column(&series.time_s).column(&series.values),
-            None => key.add("no truth"),
+            None => key.with("no truth"),
         };
     }
-    key.add(warnings).finish()
+    key.with(warnings).finish()
 }
 
 fn input_series(recording: &Recording, window: TimeRange, warnings: &mut Vec<String>) -> StageResult<InputSeries> {
