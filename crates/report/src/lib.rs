@@ -10,7 +10,9 @@ pub mod svg;
 use std::path::{Path, PathBuf};
 
 use doublet_engine::keep::{Earlier, Put, Staging};
-use doublet_engine::report::document::{self, Block, Document, Figure, SectionKind};
+use doublet_engine::report::document::{self, Document, SectionKind};
+#[cfg(feature = "pdf")]
+use doublet_engine::report::document::{Block, Figure};
 use doublet_engine::report::{self as results};
 use doublet_engine::run::{Control, Snapshot};
 use doublet_engine::session::Session;
@@ -112,6 +114,7 @@ fn is_report(path: &Path) -> bool {
 const MAKER: &[u8] = b"doublet ";
 
 /// Figures of a document in their order.
+#[cfg(feature = "pdf")]
 fn figures(document: &Document) -> impl Iterator<Item = &Figure> {
     let blocks = document.cover.iter().chain(document.sections.iter().flat_map(|section| &section.blocks));
     blocks.filter_map(|block| if let Block::Figure(figure) = block { Some(figure) } else { None })
