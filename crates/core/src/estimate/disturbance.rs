@@ -8,7 +8,8 @@ use super::{EstimateError, FlightFitError, FlightFreedom, FlightOutputFit, Fligh
 use crate::model::Coefficient;
 use crate::replay::MotionAxis;
 
-/// Time between the knots of a disturbance, s: what is faster hardly moves an aircraft.
+/// Time between the knots of a disturbance, s: what is faster hardly moves a manned aircraft, whose rigid-body modes are slower than
+/// 2 Hz. Of a small unmanned one, with faster modes, a part of the variance is left out.
 const KNOTS_S: f64 = 0.25;
 /// Knots of a window at most; in longer ones they lie further apart.
 const MOST_KNOTS: usize = 120;

@@ -8,10 +8,10 @@ use doublet_core::reconstruct::State;
 use doublet_core::series::Recording;
 use doublet_core::statistics;
 
-use super::judge::{Evidence, level_above};
+use super::judge::{Evidence, judged_windows, level_above};
 use super::{Finding, Level};
 use crate::run::Snapshot;
-use crate::session::Manoeuvre;
+use crate::session::{Manoeuvre, Session};
 use crate::stage::{LEAST_PRESSURE_SHARE, WindowAero, WindowPath};
 
 /// Part of the samples with weight on the wheels.
@@ -92,7 +92,7 @@ fn too_slow_to_fly(place: &str, evidence: Evidence<'_>, aero: &WindowAero) -> Op
 
 fn below_other_windows(place: &str, evidence: Evidence<'_>, aero: &WindowAero) -> Option<Finding> {
     let (pressure, airspeed) = (mean_pressure(aero), mean(&aero.data.airspeed_m_s));
-    let median = median_pressure(evidence)?;
+    let median = evidence.median_pressure_pa?;
     let part = pressure / median;
     let (level, limit) = level_below(part, PRESSURE_CAUTION)?;
     let text = format!(
@@ -165,8 +165,8 @@ fn mean(values: &[f64]) -> f64 {
 }
 
 /// Median of the mean dynamic pressures of the windows not ignored, Pa.
-fn median_pressure(evidence: Evidence<'_>) -> Option<f64> {
-    let of = |window: &Manoeuvre| Some(mean_pressure(evidence.snapshot.windows.get(&window.name)?.aero.ready()?));
-    let mut pressures: Vec<f64> = evidence.windows().filter_map(of).collect();
+pub(super) fn median_pressure(session: &Session, snapshot: &Snapshot) -> Option<f64> {
+    let of = |window: &Manoeuvre| Some(mean_pressure(snapshot.windows.get(&window.name)?.aero.ready()?));
+    let mut pressures: Vec<f64> = judged_windows(session).filter_map(of).collect();
     statistics::median(&mut pressures)
 }

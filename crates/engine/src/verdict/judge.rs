@@ -78,9 +78,7 @@ impl Verdicts {
     pub fn unused(&self) -> impl Iterator<Item = &FitVerdict> {
         self.pooled.iter().filter(|fit| fit.is_unused)
     }
-}
 
-impl Verdicts {
     /// The verdict in one line: its level, how many windows are good, and the coefficients that are not.
     pub fn headline(&self) -> String {
         let good = self.windows.values().filter(|window| window.verdict.level == Level::Good).count();
@@ -111,20 +109,33 @@ pub(super) struct Evidence<'a> {
     pub(super) plausible: &'a Plausible,
     /// Median true airspeed of each flight while it flies, m/s.
     pub(super) airspeeds_m_s: &'a BTreeMap<String, f64>,
+    /// Median of the mean dynamic pressures of the windows, Pa; none before their coefficients are computed.
+    pub(super) median_pressure_pa: Option<f64>,
 }
 
 impl<'a> Evidence<'a> {
     /// Windows not ignored, in the order of the session.
     pub(super) fn windows(self) -> impl Iterator<Item = &'a Manoeuvre> {
-        self.session.windows.iter().filter(|window| window.role != WindowRole::Ignored)
+        judged_windows(self.session)
     }
+}
+
+/// Windows not ignored, in the order of the session.
+pub(super) fn judged_windows(session: &Session) -> impl Iterator<Item = &Manoeuvre> {
+    session.windows.iter().filter(|window| window.role != WindowRole::Ignored)
 }
 
 /// Judges everything a run computed from `session`. What is missing in `snapshot` is judged as not computed.
 pub fn judge(session: &Session, snapshot: &Snapshot) -> Verdicts {
     let plausible = Plausible::of(session, snapshot);
     let airspeeds_m_s = flight::median_airspeeds(snapshot);
-    let evidence = Evidence { session, snapshot, plausible: &plausible, airspeeds_m_s: &airspeeds_m_s };
+    let evidence = Evidence {
+        session,
+        snapshot,
+        plausible: &plausible,
+        airspeeds_m_s: &airspeeds_m_s,
+        median_pressure_pa: flight::median_pressure(session, snapshot),
+    };
     let study = studies::findings(evidence);
     let windows: BTreeMap<String, WindowVerdict> =
         evidence.windows().map(|window| (window.name.clone(), window_verdict(evidence, window, &study))).collect();
