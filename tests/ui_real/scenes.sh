@@ -35,12 +35,12 @@ command "Dark theme"
 command "Reset layout"
 stop
 for session in citation_aileron attas phlab_short_period; do
-    recording=$(sed -n 's/^path = "\(\.\..*\)"/\1/p' "sessions/$session.toml" | head -1)
-    if [ ! -e "sessions/$recording" ]; then
-        echo "$session: left out, there is no sessions/$recording"
+    recording=$(sed -n 's/^path = "\(\.\..*\)"/\1/p' "sessions/reference/$session.toml" | head -1)
+    if [ ! -e "sessions/reference/$recording" ]; then
+        echo "$session: left out, there is no sessions/reference/$recording"
         continue
     fi
-    start "sessions/$session.toml"
+    start "sessions/reference/$session.toml"
     command Reconstruction
     command Manoeuvres
     shot "$session"

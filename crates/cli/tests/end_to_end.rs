@@ -63,7 +63,7 @@ fn citation_is_consistent_with_its_truth() {
     if !has_shared("citation_simulated") {
         return;
     }
-    let (results, _folder) = results("citation_aileron");
+    let (results, _folder) = results("reference/citation_aileron");
     let window = &results["windows"][0];
     let nis = number(&window["mean_nis"]);
     assert!((11.7..12.2).contains(&nis), "mean NIS {nis}");
@@ -84,7 +84,7 @@ fn citation_zero_order_hold_matches_published_filter() {
     }
     let reference = root().join("../shared/data/citation_simulated/reference_ekf_zero_order_hold.json");
     let reference: Value = serde_json::from_str(&std::fs::read_to_string(reference).unwrap()).unwrap();
-    let (results, _folder) = results("citation_aileron_zero_order_hold");
+    let (results, _folder) = results("reference/citation_aileron_zero_order_hold");
     let states = results["windows"][0]["states"].as_array().unwrap();
     for (index, state) in states.iter().enumerate() {
         let (expected, sigma) = (number(&reference["final_estimate"][index]), number(&reference["final_sigma"][index]));
@@ -97,10 +97,10 @@ fn citation_zero_order_hold_matches_published_filter() {
 fn attas_gives_the_published_derivatives() {
     /// Relative: the published chain smooths and differentiates in its own way.
     const SMOOTHING_DIFFERS: f64 = 0.03;
-    if !has_shared("attas") {
+    if !has_shared("reference/attas") {
         return;
     }
-    let (results, _folder) = results("attas");
+    let (results, _folder) = results("reference/attas");
     // One window is certain of what the pooled estimate hides.
     let reasons = results["verdict"]["reasons"].as_array().unwrap();
     let scatter = row(&results["verdict"]["reasons"], &[("code", "scatter"), ("where", "Cm_q (pooled)")]);
@@ -127,7 +127,7 @@ fn phlab_goes_through_both_steps_with_the_measurements_it_has() {
     if !has_shared("phlab_citation") {
         return;
     }
-    let (results, _folder) = results("phlab_short_period");
+    let (results, _folder) = results("reference/phlab_short_period");
     let missing = results["windows"][0]["missing_measurements"].as_array().unwrap().clone();
     for name in ["beta", "psi", "v_north", "v_east", "v_down"] {
         assert!(missing.iter().any(|m| m == name), "{name} is not in {missing:?}");
@@ -280,7 +280,7 @@ fn run_changed(session: &str, change: impl Fn(String) -> String) -> (Output, tem
     let folder = tempfile::tempdir().unwrap();
     let text = std::fs::read_to_string(root().join(format!("sessions/{session}.toml"))).unwrap();
     let shared = root().join("../shared").canonicalize().unwrap_or_default();
-    let text = change(text.replace("../../shared", shared.to_str().unwrap()));
+    let text = change(text.replace("../../../shared", shared.to_str().unwrap()));
     let path = folder.path().join("session.toml");
     std::fs::write(&path, text).unwrap();
     let out = folder.path().join("out");
@@ -331,10 +331,10 @@ fn bad_sessions_end_in_one_clear_line_each() {
 
 #[test]
 fn recordings_that_do_not_fit_end_in_one_clear_line_each() {
-    if !has_shared("attas") || !has_shared("citation_simulated") {
+    if !has_shared("reference/attas") || !has_shared("citation_simulated") {
         return;
     }
-    let (few, lines) = partly("attas", |text| text.replacen("end_s = 25.0", "end_s = 0.2", 1));
+    let (few, lines) = partly("reference/attas", |text| text.replacen("end_s = 25.0", "end_s = 0.2", 1));
     assert_says(&lines, &["window 'elevator 3-2-1-1'", "samples"]);
     assert!(few["windows"][0]["error"].as_str().unwrap().contains("samples") && few["windows"][1]["error"].is_null());
     assert!(derivative(&few["pooled"], "Cl_p") < 0.0);
@@ -342,12 +342,12 @@ fn recordings_that_do_not_fit_end_in_one_clear_line_each() {
     let add = |term: &'static str| {
         move |text: String| text.replace("\"delta_a\"]\nCl", &format!("\"delta_a\", \"{term}\"]\nCl"))
     };
-    let (resting, folder) = run_changed("citation_aileron", add("Tc"));
+    let (resting, folder) = run_changed("reference/citation_aileron", add("Tc"));
     assert_eq!(resting.status.code(), Some(0), "{:?}", error_lines(&resting));
     let text = std::fs::read_to_string(folder.path().join("out/results.json")).unwrap();
     let resting: Value = serde_json::from_str(&text).unwrap();
     assert_eq!(row(&resting["pooled"], &[("coefficient", "CY")])["dropped"][0]["name"], "CY_Tc");
-    let (dependent, lines) = partly("citation_aileron", add("pb/2V*Tc"));
+    let (dependent, lines) = partly("reference/citation_aileron", add("pb/2V*Tc"));
     assert_says(&lines, &["CY", "Tc", "depends on"]);
     assert!(row(&dependent["pooled"], &[("coefficient", "CY")])["error"].as_str().unwrap().contains("Tc"));
     assert!(derivative(&dependent["pooled"], "Cl_p") < 0.0 && number(&dependent["windows"][0]["mean_nis"]) > 10.0);
@@ -383,7 +383,7 @@ fn channel_maps_that_do_not_fit_end_in_one_clear_line_each() {
 
 #[test]
 fn new_finds_the_channel_map_and_check_passes_its_session() {
-    if !has_shared("attas") {
+    if !has_shared("reference/attas") {
         return;
     }
     let folder = tempfile::tempdir().unwrap();

@@ -147,7 +147,10 @@ fn a_recording_without_engine_channels_has_no_engines_and_no_failure() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
     // Its verdict is bad (Cm_q of the elevator window): the results are there all the same.
-    assert_eq!(doublet(&["run", "sessions/attas.toml", "--out", out.to_str().unwrap()]).status.code(), Some(3));
+    assert_eq!(
+        doublet(&["run", "sessions/reference/attas.toml", "--out", out.to_str().unwrap()]).status.code(),
+        Some(3)
+    );
     let results: Value = serde_json::from_str(&std::fs::read_to_string(out.join("results.json")).unwrap()).unwrap();
     assert_eq!(results["engines"].as_array().unwrap().len(), 0);
 }

@@ -43,7 +43,7 @@ pub fn aircraft() -> Vec<&'static str> {
     names("aircraft").into_iter().filter(is_aircraft).collect()
 }
 
-/// A session that comes with the program.
+/// A session that comes with the program, by its path in `sessions/` without extension.
 pub fn session(name: &str) -> Option<&'static str> {
     SESSIONS.get_file(format!("{name}.toml"))?.contents_utf8()
 }

@@ -229,7 +229,7 @@ fn assumed_density_is_called_so_and_smoothed_states_are_written_with_their_devia
         return;
     }
     // Neither altitude nor pressure is recorded: the session puts the origin at 1,000 m.
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../sessions/citation_aileron.toml");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../sessions/reference/citation_aileron.toml");
     let opened = session::open(&path).unwrap();
     let (session, folder) = (&opened.session, opened.folder.as_path());
     let scope = Scope { session, folder, first: None, studies: &[], cause: "test", generation: 1 };

@@ -188,7 +188,7 @@ fn is_comparable(line: &str, lanes: usize) -> bool {
     wanted.is_none_or(|wanted| wanted <= lanes)
 }
 
-/// Compares what the session of the given name gives with its table, or writes that.
+/// Compares what the session of the given path in `sessions/` gives with its table, or writes that.
 fn indicate(name: &str, recordings: &[&str]) {
     if recordings.iter().any(|recording| shared::shared(recording).is_none()) {
         return;
@@ -200,7 +200,7 @@ fn indicate(name: &str, recordings: &[&str]) {
     }
     let session = session::parse(doublet_engine::builtin::session(name).unwrap()).unwrap();
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let folder = here.join("../../sessions");
+    let folder = here.join("../../sessions").join(name).parent().unwrap().to_owned();
     let scope = Scope { session: &session, folder: &folder, first: None, studies: &[], cause: "test", generation: 1 };
     let snapshot = run(&scope, &Snapshot::default(), &Cache::new(1 << 30), &Control::default(), &|_| {});
     let found = table(&session, &snapshot).0;
@@ -243,22 +243,22 @@ fn the_simulated_flight_treated_as_in_the_thesis_gives_the_same_bits() {
 
 #[test]
 fn the_flight_of_the_attas_gives_the_same_bits() {
-    indicate("attas", &["data/attas"]);
+    indicate("reference/attas", &["data/attas"]);
 }
 
 #[test]
 fn the_simulated_citation_gives_the_same_bits() {
-    indicate("citation_aileron", &["data/citation_simulated"]);
+    indicate("reference/citation_aileron", &["data/citation_simulated"]);
 }
 
 #[test]
 fn the_simulated_citation_with_zero_order_hold_gives_the_same_bits() {
-    indicate("citation_aileron_zero_order_hold", &["data/citation_simulated"]);
+    indicate("reference/citation_aileron_zero_order_hold", &["data/citation_simulated"]);
 }
 
 #[test]
 fn the_flight_of_the_laboratory_citation_gives_the_same_bits() {
-    indicate("phlab_short_period", &["data/phlab_citation"]);
+    indicate("reference/phlab_short_period", &["data/phlab_citation"]);
 }
 
 #[test]

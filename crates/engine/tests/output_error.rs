@@ -83,7 +83,7 @@ fn published_elevator_manoeuvre_alone_is_followed_by_its_own_axis_and_told_apart
     if shared::shared("data/attas").is_none() {
         return;
     }
-    let opened = shipped("attas", |window| window.name.starts_with("elevator"), None);
+    let opened = shipped("reference/attas", |window| window.name.starts_with("elevator"), None);
     let alone = checked(&opened, None);
     let window = &alone.study().windows[0];
     let (own, is_bad) = flight(window);
@@ -112,7 +112,8 @@ fn flight_of_a_model_without_its_control_is_said_not_to_follow() {
     if shared::shared("data/attas").is_none() {
         return;
     }
-    let mut opened = shipped("attas", |window| window.name.starts_with("elevator"), Some(MotionAxis::Longitudinal));
+    let mut opened =
+        shipped("reference/attas", |window| window.name.starts_with("elevator"), Some(MotionAxis::Longitudinal));
     for (coefficient, terms) in &mut opened.session.structure.models {
         if *coefficient == Coefficient::Cm {
             terms.retain(|term| term.to_string() != "delta_e");
@@ -173,7 +174,7 @@ fn aileron_manoeuvre_without_a_longitudinal_model_settles_or_is_told_not_to_foll
     if shared::shared("data/citation_simulated").is_none() {
         return;
     }
-    let mut opened = shipped("citation_aileron", |_| true, Some(MotionAxis::Lateral));
+    let mut opened = shipped("reference/citation_aileron", |_| true, Some(MotionAxis::Lateral));
     let window = &mut opened.session.windows[0].window;
     window.end_s = window.end_s.min(window.start_s + 25.0);
     let alone = checked(&opened, None);

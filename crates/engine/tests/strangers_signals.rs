@@ -202,7 +202,7 @@ fn derivatives_of_attas_hang_on_none_of_its_held_channels() {
     if shared("data/attas").is_none() {
         return;
     }
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../sessions/attas.toml");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../sessions/reference/attas.toml");
     let opened = session::open(&path).unwrap();
     let estimates = |held: session::HeldSampleUse| {
         let mut session = opened.session.clone();
