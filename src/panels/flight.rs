@@ -3,7 +3,7 @@
 use doublet_core::quantity::Role;
 use doublet_core::series::{Channel, Recording, TimeRange};
 use doublet_engine::begin;
-use doublet_engine::session::{EXPRESSION_SOURCE, Edit, WindowEdit};
+use doublet_engine::session::{EXPRESSION_SOURCE, Edit, WindowEdit, WindowFlag};
 use doublet_engine::stage::LoadedFlight;
 use doublet_engine::verdict::Level;
 use eframe::egui::{self, DragAndDrop, Id, Panel as Bar, Response, RichText, ScrollArea, TextEdit, Ui, vec2};
@@ -181,7 +181,7 @@ impl Flight {
                 color: role_color(palette, window.role),
                 // Only the chosen one can be dragged: none is moved by accident where many lie close.
                 still: chosen.as_deref() != Some(window.name.as_str()),
-                locked: window.locked,
+                locked: window.flags.locked,
                 selected: chosen.as_deref() == Some(window.name.as_str()),
             })
             .collect();
@@ -358,7 +358,11 @@ fn take(ctx: &mut PanelContext<'_>, flight: &str, event: SpanEvent) {
         }
         SpanEvent::Lock { id, locked } => {
             if let Some(window) = session.windows.get(id as usize) {
-                ctx.edit(Edit::Window(WindowEdit::Lock { name: window.name.clone(), locked }));
+                ctx.edit(Edit::Window(WindowEdit::Flag {
+                    name: window.name.clone(),
+                    flag: WindowFlag::Locked,
+                    on: locked,
+                }));
             }
         }
         SpanEvent::Zoomed(stretch) => ctx.state.time.zoom_to(stretch),

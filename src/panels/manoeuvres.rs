@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use doublet_core::series::TimeRange;
-use doublet_engine::session::{Edit, Manoeuvre, Surface, WindowEdit, WindowRole};
+use doublet_engine::session::{Edit, Manoeuvre, Surface, WindowEdit, WindowFlag, WindowRole};
 use eframe::egui::text::{CCursor, CCursorRange};
 use eframe::egui::{self, ComboBox, FontId, Galley, Id, Label, Response, RichText, TextEdit, Ui};
 use egui_extras::{Column, TableBuilder, TableRow};
@@ -140,7 +140,7 @@ impl Manoeuvres {
             });
         }
         let TimeRange { start_s, end_s } = window.window;
-        let per_point = if window.locked { 0.0 } else { DRAG_S };
+        let per_point = if window.flags.locked { 0.0 } else { DRAG_S };
         for (what, value, other) in [("start", start_s, end_s), ("end", end_s, start_s)] {
             row.col(|ui| {
                 let name = format!("{} {what}", window.name);
@@ -152,7 +152,7 @@ impl Manoeuvres {
                 });
             });
         }
-        row.col(|ui| lock(ctx, ui, window));
+        row.col(|ui| LOCK.show(ctx, ui, window));
         row.col(|ui| use_of(ctx, ui, window));
         row.col(|ui| surface_of(ctx, ui, window));
         self.note(ctx, &mut row, window);
@@ -319,17 +319,34 @@ fn hint(ctx: &PanelContext<'_>, window: &Manoeuvre) -> String {
     }
 }
 
-/// Locks the edges of a window against dragging, or frees them.
-fn lock(ctx: &mut PanelContext<'_>, ui: &mut Ui, window: &Manoeuvre) {
-    let (mark, hint) = match window.locked {
-        true => ("🔒", "Start and end are locked against dragging; they may be typed. Click to free them"),
-        false => ("🔓", "Click to lock start and end against dragging"),
-    };
-    let text = if window.locked { RichText::new(mark) } else { RichText::new(mark).weak() };
-    let button = ui.add(egui::Button::new(text).frame(false)).on_hover_text(hint);
-    ui.ctx().accesskit_node_builder(button.id, |node| node.set_label(format!("lock of {}", window.name)));
-    if button.clicked() {
-        ctx.edit(Edit::Window(WindowEdit::Lock { name: window.name.clone(), locked: !window.locked }));
+/// A flag of a window as a button: what it shows and what hovering says, set and not set.
+struct FlagButton {
+    flag: WindowFlag,
+    marks: [&'static str; 2],
+    hints: [&'static str; 2],
+}
+
+const LOCK: FlagButton = FlagButton {
+    flag: WindowFlag::Locked,
+    marks: ["🔒", "🔓"],
+    hints: [
+        "Start and end are locked against dragging; they may be typed. Click to free them",
+        "Click to lock start and end against dragging",
+    ],
+};
+
+impl FlagButton {
+    fn show(&self, ctx: &mut PanelContext<'_>, ui: &mut Ui, window: &Manoeuvre) {
+        let mut flags = window.flags;
+        let on = *self.flag.among(&mut flags);
+        let (mark, hint) = (self.marks[usize::from(!on)], self.hints[usize::from(!on)]);
+        let text = if on { RichText::new(mark) } else { RichText::new(mark).weak() };
+        let button = ui.add(egui::Button::new(text).frame(false)).on_hover_text(hint);
+        let label = format!("{} of {}", self.flag.name(), window.name);
+        ui.ctx().accesskit_node_builder(button.id, |node| node.set_label(label));
+        if button.clicked() {
+            ctx.edit(Edit::Window(WindowEdit::Flag { name: window.name.clone(), flag: self.flag, on: !on }));
+        }
     }
 }
 

@@ -191,7 +191,7 @@ fn locked_edges_stay_where_they_are_when_dragged_and_go_where_they_are_typed() {
     let [end, body, free] = [25.0, 15.0, 28.0].map(|at_s| bench.at_s(at_s));
     let edge_in_plot = end + egui::vec2(0.0, 60.0);
     bench.click("lock of first");
-    assert!(bench.session().window("first").expect("it is there").locked);
+    assert!(bench.session().window("first").expect("it is there").flags.locked);
     for (from, by) in [(end, 40.0), (body, 40.0), (edge_in_plot, 40.0)] {
         let range = bench.harness.state().state.time.range();
         drag(&mut bench.harness, from, from + egui::vec2(by, 0.0), 6);
@@ -211,15 +211,15 @@ fn locked_edges_stay_where_they_are_when_dragged_and_go_where_they_are_typed() {
     assert_eq!(bench.first(), TimeRange { end_s: 27.5, ..was });
     bench.request(UiCommand::Edit(EditCommand::Undo));
     bench.request(UiCommand::Edit(EditCommand::Undo));
-    assert!(!bench.session().window("first").expect("it is there").locked, "no drag left a step of undo");
+    assert!(!bench.session().window("first").expect("it is there").flags.locked, "no drag left a step of undo");
     secondary_click(&mut bench.harness, body);
     bench.harness.get_by_label("Lock edges").click();
     bench.settle();
-    assert!(bench.session().window("first").expect("it is there").locked);
+    assert!(bench.session().window("first").expect("it is there").flags.locked);
     secondary_click(&mut bench.harness, body);
     bench.harness.get_by_label("Unlock edges").click();
     bench.settle();
-    assert!(!bench.session().window("first").expect("it is there").locked);
+    assert!(!bench.session().window("first").expect("it is there").flags.locked);
     drag(&mut bench.harness, end, free, 6);
     bench.settle();
     assert!((bench.first().end_s - 28.0).abs() < 2.0 * STEP_S, "free again: {:?}", bench.first());

@@ -8,7 +8,7 @@ use doublet_core::estimate::{Constraint, Origin};
 use doublet_core::model::{AeroData, Coefficient, Structure, Term, regressors};
 use doublet_core::series::TimeRange;
 use doublet_engine::session::{
-    Estimation, Manoeuvre, PooledConstants, PredictionParameters, Surface, TermConstraint, WindowRole,
+    Estimation, Manoeuvre, PooledConstants, PredictionParameters, Surface, TermConstraint, WindowFlags, WindowRole,
 };
 use doublet_engine::stage::{
     AeroWindow, AirDensity, CoefficientFit, PooledFits, Prediction, WindowAero, errors, pooled_fits, window_fits,
@@ -59,7 +59,7 @@ fn windows() -> Vec<(Manoeuvre, Arc<WindowAero>)> {
             surface: None,
             kind: String::new(),
             note: String::new(),
-            locked: false,
+            flags: WindowFlags::default(),
         };
         (manoeuvre, Arc::new(WindowAero::form(data, settings.clone(), AirDensity::Recorded).unwrap()))
     };

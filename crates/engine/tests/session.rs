@@ -12,7 +12,8 @@ use doublet_engine::run::Control;
 use doublet_engine::session::{
     self, ClockPairSetting, ClockSetting, Edit, EditError, Estimation, ExpressionEdit, ExpressionSetting, FilterEdit,
     Flight, GravitySource, HeldSampleUse, InstrumentSetting, LevelFlight, Manoeuvre, MapRef, ModelEdit, NoiseChannel,
-    Preparation, RecordingRef, Session, SignalPreset, SignalSetting, SteadyWindow, Surface, WindowEdit, WindowRole,
+    Preparation, RecordingRef, Session, SignalPreset, SignalSetting, SteadyWindow, Surface, WindowEdit, WindowFlag,
+    WindowFlags, WindowRole,
 };
 use doublet_engine::stage;
 use doublet_engine::undo::History;
@@ -32,7 +33,7 @@ fn example() -> Session {
         surface: Some(Surface::Elevator),
         kind: "doublet".to_owned(),
         note: String::new(),
-        locked: false,
+        flags: WindowFlags::default(),
     };
     Session {
         title: "example".to_owned(),
@@ -109,7 +110,7 @@ fn session_roundtrips() {
     session.filter.random_walk[15] = 0.05;
     session.windows[1].surface = None;
     session.windows[1].note = "gust at 62 s, \"kept\"".to_owned();
-    session.windows[0].locked = true;
+    session.windows[0].flags.locked = true;
     session.preparation.differentiation_half_width_s = None;
     let text = session::print(&session).unwrap();
     assert_eq!(session::parse(&text).unwrap(), session);
@@ -494,11 +495,14 @@ fn lock_of_a_window_is_saved_only_where_there_is_one_and_does_not_refuse_a_typed
     let mut history = History::new(example());
     let before = session::print(history.present()).unwrap();
     assert!(!before.contains("locked"), "a session without locks reads as it always did");
-    let lock = |locked| Edit::Window(WindowEdit::Lock { name: "e1".to_owned(), locked });
+    let lock = |on| Edit::Window(WindowEdit::Flag { name: "e1".to_owned(), flag: WindowFlag::Locked, on });
     history.apply(&lock(true)).unwrap();
     assert_eq!(history.undo_label(), Some("lock window e1"));
     let text = session::print(history.present()).unwrap();
     assert_eq!(text.matches("locked = true\n").count(), 1, "{text}");
+    assert_eq!(session::parse(&text).unwrap(), **history.present());
+    let misspelt = session::parse(&text.replace("locked = true", "lokced = true")).unwrap_err().to_string();
+    assert!(misspelt.contains("lokced"), "{misspelt}");
     let window = TimeRange { start_s: 11.0, end_s: 29.0 };
     history.apply(&Edit::Window(WindowEdit::Place { name: "e1".to_owned(), window })).unwrap();
     assert_eq!(history.present().windows[0].window, window);

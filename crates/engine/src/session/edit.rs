@@ -9,7 +9,7 @@ use thiserror::Error;
 
 use super::{
     ExpressionEdit, Flight, GravitySource, Manoeuvre, NoiseEdit, PathSource, PooledConstants, PredictionParameters,
-    Preparation, Session, SignalEdit, Surface, TermConstraint, WindowRole,
+    Preparation, Session, SignalEdit, Surface, TermConstraint, WindowFlag, WindowRole,
 };
 
 /// A change of the session, grouped by area.
@@ -88,12 +88,14 @@ pub enum WindowEdit {
         /// New note; empty for none.
         note: String,
     },
-    /// Locks the edges of a window against dragging, or frees them.
-    Lock {
+    /// Sets a flag of a window, or takes it back.
+    Flag {
         /// Name of the window.
         name: String,
-        /// Whether they are locked.
-        locked: bool,
+        /// Flag.
+        flag: WindowFlag,
+        /// Whether it is set.
+        on: bool,
     },
 }
 
@@ -274,7 +276,7 @@ impl WindowEdit {
                 format!("set surface of window {name} to {}", surface.map_or("any", Surface::name))
             }
             Self::Note { name, .. } => format!("change note on window {name}"),
-            Self::Lock { name, locked } => format!("{} window {name}", if *locked { "lock" } else { "unlock" }),
+            Self::Flag { name, flag, on } => format!("{} window {name}", flag.verb(*on)),
         }
     }
 
@@ -302,7 +304,7 @@ impl WindowEdit {
             Self::Role { name, role } => find(session, name)?.role = *role,
             Self::Surface { name, surface } => find(session, name)?.surface = *surface,
             Self::Note { name, note } => find(session, name)?.note.clone_from(note),
-            Self::Lock { name, locked } => find(session, name)?.locked = *locked,
+            Self::Flag { name, flag, on } => *flag.among(&mut find(session, name)?.flags) = *on,
         }
         Ok(())
     }

@@ -5,6 +5,7 @@ mod constraint;
 mod edit;
 mod expression;
 mod file;
+mod flags;
 mod map_ref;
 mod noise;
 mod paths;
@@ -29,6 +30,7 @@ pub use constraint::TermConstraint;
 pub use edit::{Edit, EditError, EstimationEdit, FilterEdit, LoadingEdit, ModelEdit, WindowEdit};
 pub use expression::{EXPRESSION_SOURCE, ExpressionEdit, ExpressionSetting};
 pub use file::{Opened, content_hash, open, rebased, save, save_without_backup};
+pub use flags::{WindowFlag, WindowFlags};
 pub use map_ref::MapRef;
 pub use noise::{NoiseChannel, NoiseEdit, NoiseEntry, SteadyWindow};
 pub use paths::{leads_out, path_warning, paths, relative_to};
@@ -226,8 +228,8 @@ pub struct Manoeuvre {
     pub kind: String,
     /// What there is to say about it; no result follows from it.
     pub note: String,
-    /// Its edges are not dragged; they may still be typed.
-    pub locked: bool,
+    /// What else is so of it; no result follows from it.
+    pub flags: WindowFlags,
 }
 
 /// The path the coefficients are formed from.
@@ -311,8 +313,8 @@ impl WindowRole {
 impl Manoeuvre {
     /// A window to identify with, of which nothing more is known.
     pub fn new(name: String, flight: String, window: TimeRange) -> Self {
-        let (kind, note) = (String::new(), String::new());
-        Self { name, flight, window, role: WindowRole::Identification, surface: None, kind, note, locked: false }
+        let (kind, note, flags) = (String::new(), String::new(), WindowFlags::default());
+        Self { name, flight, window, role: WindowRole::Identification, surface: None, kind, note, flags }
     }
 
     /// Time half way through, s.
@@ -324,7 +326,7 @@ impl Manoeuvre {
 /// By all that results follow from.
 impl Hash for Manoeuvre {
     fn hash<H: Hasher>(&self, state: &mut H) {
-        let Self { name, flight, window, role, surface, kind, note: _, locked: _ } = self;
+        let Self { name, flight, window, role, surface, kind, note: _, flags: _ } = self;
         (name, flight, window, role, surface, kind).hash(state);
     }
 }

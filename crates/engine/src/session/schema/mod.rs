@@ -26,7 +26,8 @@ use self::noise::{NoiseTable, SteadyTable, steady_from, steady_table};
 use self::preparation::{PreparationTable, preparation_from, preparation_table};
 use super::edit::set_term;
 use super::{
-    Estimation, GravitySource, Manoeuvre, PooledConstants, PredictionParameters, Session, Surface, WindowRole,
+    Estimation, GravitySource, Manoeuvre, PooledConstants, PredictionParameters, Session, Surface, WindowFlags,
+    WindowRole,
 };
 use crate::verdict::PlausibleRange;
 
@@ -141,8 +142,8 @@ struct WindowTable {
     kind: String,
     #[serde(default, skip_serializing_if = "String::is_empty")]
     note: String,
-    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    locked: bool,
+    #[serde(flatten)]
+    flags: WindowFlags,
 }
 
 #[derive(Default, Serialize, Deserialize)]
@@ -306,7 +307,7 @@ fn window_from(table: WindowTable) -> Result<Manoeuvre, SessionError> {
         window: TimeRange { start_s: table.start_s, end_s: table.end_s },
         kind: table.kind,
         note: table.note,
-        locked: table.locked,
+        flags: table.flags,
     })
 }
 
@@ -421,7 +422,7 @@ fn window_table(window: &Manoeuvre) -> WindowTable {
         surface: window.surface.map(|surface| surface.name().to_owned()),
         kind: window.kind.clone(),
         note: window.note.clone(),
-        locked: window.locked,
+        flags: window.flags,
     }
 }
 
