@@ -103,7 +103,7 @@ impl Panel for Manoeuvres {
         }
         table
             .columns(Column::exact(80.0), 2)
-            .column(Column::exact(24.0))
+            .column(Column::exact(44.0))
             .column(Column::exact(118.0))
             .column(Column::exact(92.0))
             .column(Column::exact(76.0).clip(true))
@@ -152,7 +152,10 @@ impl Manoeuvres {
                 });
             });
         }
-        row.col(|ui| LOCK.show(ctx, ui, window));
+        row.col(|ui| {
+            LOCK.show(ctx, ui, window);
+            CONFIRM.show(ctx, ui, window);
+        });
         row.col(|ui| use_of(ctx, ui, window));
         row.col(|ui| surface_of(ctx, ui, window));
         self.note(ctx, &mut row, window);
@@ -333,6 +336,12 @@ const LOCK: FlagButton = FlagButton {
         "Start and end are locked against dragging; they may be typed. Click to free them",
         "Click to lock start and end against dragging",
     ],
+};
+
+const CONFIRM: FlagButton = FlagButton {
+    flag: WindowFlag::Confirmed,
+    marks: ["✔", "○"],
+    hints: ["Looked at and taken as it stands. Click to take that back", "Click once you have looked at this window"],
 };
 
 impl FlagButton {

@@ -184,6 +184,18 @@ fn note_typed_in_the_table_shows_over_the_band_and_in_the_results_and_changes_no
 }
 
 #[test]
+fn window_looked_at_is_confirmed_by_a_click_and_one_undo_takes_it_back() {
+    let mut bench = bench();
+    bench.show(Pane::Manoeuvres);
+    bench.click("confirmation of first");
+    let first = bench.session().window("first").expect("it is there").clone();
+    assert_eq!((first.flags.confirmed, first.flags.locked), (true, false));
+    assert!(doublet_engine::session::print(bench.session()).expect("it prints").contains("confirmed = true"));
+    bench.request(UiCommand::Edit(EditCommand::Undo));
+    assert!(!bench.session().window("first").expect("it is there").flags.confirmed);
+}
+
+#[test]
 fn locked_edges_stay_where_they_are_when_dragged_and_go_where_they_are_typed() {
     let mut bench = bench();
     bench.show(Pane::Manoeuvres);

@@ -9,6 +9,9 @@ pub struct WindowFlags {
     /// Its edges are not dragged; they may still be typed.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub locked: bool,
+    /// Somebody looked at it and takes it as it stands.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub confirmed: bool,
 }
 
 /// One of the flags.
@@ -16,6 +19,8 @@ pub struct WindowFlags {
 pub enum WindowFlag {
     /// [`WindowFlags::locked`].
     Locked,
+    /// [`WindowFlags::confirmed`].
+    Confirmed,
 }
 
 impl WindowFlag {
@@ -23,6 +28,7 @@ impl WindowFlag {
     pub fn name(self) -> &'static str {
         match self {
             Self::Locked => "lock",
+            Self::Confirmed => "confirmation",
         }
     }
 
@@ -31,6 +37,8 @@ impl WindowFlag {
         match (self, on) {
             (Self::Locked, true) => "lock",
             (Self::Locked, false) => "unlock",
+            (Self::Confirmed, true) => "confirm",
+            (Self::Confirmed, false) => "take back the confirmation of",
         }
     }
 
@@ -38,6 +46,7 @@ impl WindowFlag {
     pub fn among(self, flags: &mut WindowFlags) -> &mut bool {
         match self {
             Self::Locked => &mut flags.locked,
+            Self::Confirmed => &mut flags.confirmed,
         }
     }
 }
