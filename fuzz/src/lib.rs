@@ -16,11 +16,14 @@ pub use whole_path::whole_path;
 pub type Target = fn(&[u8]);
 
 /// Every function by its name.
-pub const TARGETS: [(&str, Target); 12] = [
+pub const TARGETS: [(&str, Target); 15] = [
     ("hdf5", hdf5),
     ("mat", mat),
     ("csv", csv),
     ("ulog", ulog),
+    ("dataflash", dataflash),
+    ("tdms", tdms),
+    ("mdf4", mdf4),
     ("datcom_listing", datcom_listing),
     ("session", session),
     ("aircraft", aircraft),
@@ -53,6 +56,22 @@ pub fn csv(data: &[u8]) {
 /// PX4 logs.
 pub fn ulog(data: &[u8]) {
     recording("ulg", &[b"ULog\x01\x12\x35"], data);
+}
+
+/// ArduPilot logs, binary and as text.
+pub fn dataflash(data: &[u8]) {
+    recording("bin", &[b"\xa3\x95\x80\x80\x59FMT\0"], data);
+    recording("log", &[b"FMT, 128, 89, FMT,"], data);
+}
+
+/// LabVIEW files.
+pub fn tdms(data: &[u8]) {
+    recording("tdms", &[b"TDSm"], data);
+}
+
+/// ASAM MDF files.
+pub fn mdf4(data: &[u8]) {
+    recording("mf4", &[b"MDF     4.10    "], data);
 }
 
 /// Digital DATCOM listings.

@@ -181,6 +181,8 @@ const TIME_NAMES: &[&str] = &[
     "elapsed",
     "elapsed_time",
     "timestamp",
+    "timeus",
+    "timems",
     "time_since_boot",
     "utc",
     "utc_time",
@@ -190,6 +192,7 @@ const TIME_NAMES: &[&str] = &[
     "local_time",
     "lcl_time",
     "time_of_day",
+    "_totl,_time",
 ];
 /// Names that are a unit by themselves.
 const UNIT_NAMES: &[&str] = &["sec", "seconds", "ms", "milliseconds"];

@@ -22,6 +22,12 @@ pub enum Format {
     TextColumns,
     /// PX4 flight log.
     ULog,
+    /// ArduPilot flight log, binary or as text.
+    DataFlash,
+    /// LabVIEW measurement file.
+    Tdms,
+    /// ASAM measurement file, version 4.
+    Mdf4,
     /// Folder with one delimited text file per channel.
     Folder,
 }
@@ -35,6 +41,9 @@ impl fmt::Display for Format {
             Self::DelimitedText => "delimited text",
             Self::TextColumns => "text columns",
             Self::ULog => "ULog",
+            Self::DataFlash => "DataFlash",
+            Self::Tdms => "TDMS",
+            Self::Mdf4 => "MDF 4",
             Self::Folder => "folder of CSV files",
         })
     }

@@ -156,17 +156,25 @@ fn candidates(probes: &[Probe]) -> Vec<Candidate<'_>> {
     });
     usable
         .map(|(source, channel)| {
-            let lower = channel.name.to_lowercase();
-            let ending = UNIT_ENDINGS.iter().find(|(ending, _)| lower.len() > ending.len() && lower.ends_with(ending));
-            let named = ending.and_then(|(_, unit)| Unit::parse(unit).ok());
-            let recorded = channel.unit.as_deref().filter(|unit| !unit.is_empty());
-            let unit = recorded.and_then(|unit| Unit::parse(unit).ok()).or(named);
-            let stem = ending.map_or(lower.as_str(), |(ending, _)| &lower[..lower.len() - ending.len()]);
-            let plain = stem.chars().filter(|letter| letter.is_alphanumeric()).collect();
+            let (stem, _) = stem_and_unit(&channel.name);
+            let plain = stem.to_lowercase().chars().filter(|letter| letter.is_alphanumeric()).collect();
             let from = ChannelName { source: source.name.clone(), channel: channel.name.clone() };
-            Candidate { from, plain, unit, channel }
+            Candidate { from, plain, unit: stated_unit(channel), channel }
         })
         .collect()
+}
+
+/// A name without the unit it ends on, and that unit: `alpha` and degrees of `alpha_deg`.
+pub fn stem_and_unit(name: &str) -> (&str, Option<Unit>) {
+    let lower = name.to_ascii_lowercase();
+    let ending = UNIT_ENDINGS.iter().find(|(ending, _)| lower.len() > ending.len() && lower.ends_with(ending));
+    ending.map_or((name, None), |(ending, unit)| (&name[..name.len() - ending.len()], Unit::parse(unit).ok()))
+}
+
+/// Unit of a channel as recorded, or else as its name ends; `None` where neither tells one that is known.
+pub fn stated_unit(channel: &ChannelInfo) -> Option<Unit> {
+    let recorded = channel.unit.as_deref().filter(|unit| !unit.is_empty());
+    recorded.and_then(|unit| Unit::parse(unit).ok()).or_else(|| stem_and_unit(&channel.name).1)
 }
 
 /// The free channel whose name is one of `names`, or, not `whole`, ends in one of at least three letters; the best name first.

@@ -6,7 +6,7 @@ use std::path::Path;
 use super::clock::find_clocks;
 use super::contents::{Format, Probe, Source};
 use super::time_unit::settle_units;
-use super::{LoadError, hdf5, mat_contents, text, ulog};
+use super::{LoadError, dataflash, hdf5, mat_contents, mdf4, tdms, text, ulog};
 
 /// First bytes of a level 5 MAT-file, at offset 124: version 1.0, then the mark of the byte order.
 const MAT_MARKS: [&[u8]; 2] = [&[0x00, 0x01, b'I', b'M'], &[0x01, 0x00, b'M', b'I']];
@@ -56,6 +56,15 @@ pub fn probe(path: &Path) -> Result<Probe, LoadError> {
     } else if contents.starts_with(ULOG_SIGNATURE) {
         let (sources, warnings) = ulog::sources(path, &contents)?;
         (Format::ULog, sources, warnings)
+    } else if contents.starts_with(dataflash::SIGNATURE) || dataflash::is_text(&head) {
+        let (sources, warnings) = dataflash::sources(path, &contents)?;
+        (Format::DataFlash, sources, warnings)
+    } else if contents.starts_with(tdms::SIGNATURE) {
+        let (sources, warnings) = tdms::sources(path, &contents)?;
+        (Format::Tdms, sources, warnings)
+    } else if contents.starts_with(mdf4::SIGNATURE) || contents.starts_with(mdf4::UNFINISHED) {
+        let (sources, warnings) = mdf4::sources(path, &contents)?;
+        (Format::Mdf4, sources, warnings)
     } else {
         text::sources(path, &contents)?
     };

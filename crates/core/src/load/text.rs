@@ -23,9 +23,7 @@ pub(super) type Contents = (Format, Vec<Source>, Vec<String>);
 /// The one source of a text file.
 pub(super) fn sources(path: &Path, contents: &[u8]) -> Result<Contents, LoadError> {
     let reason = |reason: &str| LoadError::NotRecognised { path: path.to_owned(), reason: reason.to_owned() };
-    if contents.starts_with(b"\xff\xfe") || contents.starts_with(b"\xfe\xff") {
-        return Err(reason("UTF-16 text; save it as UTF-8"));
-    }
+    let contents = &*from_utf16(contents);
     if contents.iter().take(TEXT_BYTES).any(|&byte| byte == 0) {
         return Err(reason("binary data of an unknown kind"));
     }
@@ -39,6 +37,18 @@ pub(super) fn sources(path: &Path, contents: &[u8]) -> Result<Contents, LoadErro
         layout.notes.iter().enumerate().map(|(line, text)| (format!("line {}", line + 1), text.clone())).collect();
     table.into_channels(&mut source, &mut warnings);
     Ok((layout.format(), vec![source], warnings))
+}
+
+/// The text in UTF-8 of a file that its byte order mark calls UTF-16; any other file as it is.
+fn from_utf16(contents: &[u8]) -> Cow<'_, [u8]> {
+    let unit: fn([u8; 2]) -> u16 = match contents {
+        [0xff, 0xfe, ..] => u16::from_le_bytes,
+        [0xfe, 0xff, ..] => u16::from_be_bytes,
+        _ => return Cow::Borrowed(contents),
+    };
+    let units = contents[2..].as_chunks::<2>().0.iter().map(|bytes| unit(*bytes));
+    let text: String = char::decode_utf16(units).map(|letter| letter.unwrap_or(char::REPLACEMENT_CHARACTER)).collect();
+    Cow::Owned(text.into_bytes())
 }
 
 /// Lines that end in a carriage return alone are lines too.

@@ -101,6 +101,7 @@ fn decide(lines: &[&[u8]]) -> Option<(Separator, bool, usize)> {
         (Separator::Byte(b'\t'), false),
         (Separator::Byte(b'\t'), true),
         (Separator::Byte(b','), false),
+        (Separator::Byte(b'|'), false),
         (Separator::Blanks, false),
         (Separator::Blanks, true),
     ];
@@ -179,11 +180,17 @@ fn header(
     let filled = |line: usize| before[line].iter().filter(|cell| !cell.is_empty()).count();
     let mut units = vec![None; columns];
     if let [last, above] = rows[..] {
-        let known = before[last].iter().filter(|cell| !cell.is_empty() && is_unit(cell)).count();
+        let known = |line: usize| before[line].iter().filter(|cell| !cell.is_empty() && is_unit(cell)).count();
+        let is_comment = before[above].first().is_some_and(|cell| cell.starts_with('#'));
         // A row of names may hold a letter that is also a unit (t, m, g); the row below names has units in most cells.
-        if 2 * known >= filled(last).max(1) && filled(above) >= filled(last) {
-            units = before[last].iter().map(|cell| (!cell.is_empty()).then(|| bare(cell))).collect();
+        let as_units = |line: usize| before[line].iter().map(|cell| (!cell.is_empty()).then(|| bare(cell))).collect();
+        if 2 * known(last) >= filled(last).max(1) && filled(above) >= filled(last) {
+            units = as_units(last);
             rows.remove(0);
+        } else if is_comment && 3 * known(above) >= filled(above) && known(above) > known(last) {
+            // Avionics of Garmin write the units as a comment above the names; that of a date is none.
+            units = as_units(above);
+            units[0] = None;
         }
     }
     let Some(&at) = rows.first() else {
@@ -191,7 +198,8 @@ fn header(
     };
     let mut names = Vec::with_capacity(columns);
     for (cell, unit) in before[at].iter().zip(&mut units) {
-        let (name, own) = split_unit(cell.trim_start_matches(['#', '%']).trim());
+        let cell = cell.trim_start_matches(['#', '%']).trim();
+        let (name, own) = if separator == X_PLANE { (cell.to_owned(), x_plane_unit(cell)) } else { split_unit(cell) };
         if unit.is_none() {
             *unit = own;
         }
@@ -227,6 +235,19 @@ fn split_unit(cell: &str) -> (String, Option<String>) {
         return (name.to_owned(), Some(unit.to_owned()));
     }
     (cell.to_owned(), None)
+}
+
+/// Separator of the tables that X-Plane writes.
+const X_PLANE: Separator = Separator::Byte(b'|');
+
+/// Unit of a column of X-Plane, `Vtrue,_ktas`: several columns may differ by what follows the comma alone, so it stays in the name.
+fn x_plane_unit(name: &str) -> Option<String> {
+    let (quantity, unit) = name.rsplit_once(',')?;
+    match (quantity.trim_matches('_'), unit.trim_matches('_')) {
+        ("zulu" | "local" | "hobbs", "time") => Some("h".to_owned()),
+        (_, "time") => Some("s".to_owned()),
+        (_, unit) => Unit::parse(unit).is_ok().then(|| unit.to_owned()),
+    }
 }
 
 /// The number in a cell: decimal point or comma, exponents with E or D, `nan` and `inf`, or a time of day `hh:mm:ss` in s.
@@ -308,5 +329,22 @@ mod tests {
         let bare = TextLayout::find(b"0,1\n1,2\n2,3\n").unwrap();
         assert!(bare.names.is_empty());
         assert_eq!((bare.columns, bare.data_line), (2, 1));
+    }
+
+    #[test]
+    fn layout_reads_tables_of_avionics_and_of_a_flight_simulator() {
+        let garmin = b"#airframe_info, log_version=\"1.00\"\n#yyy-mm-dd, hh:mm:ss, ident, deg C, kt, ft msl, rpm\n\
+            Lcl Date, Lcl Time, Wpt, OAT, IAS, AltMSL, E1 RPM\n2026-05-14, 16:30:00, , 5.1, 95.0, 5000.0, 2200\n\
+            2026-05-14, 16:30:01, , 5.1, 95.5, 5000.0, 2200\n2026-05-14, 16:30:02, , 5.1, 96.0, 5000.0, 2200\n";
+        let layout = TextLayout::find(garmin).unwrap();
+        assert_eq!(layout.names[3..], ["OAT", "IAS", "AltMSL", "E1 RPM"]);
+        let units: Vec<&str> = layout.units.iter().map(|unit| unit.as_deref().unwrap_or("")).collect();
+        assert_eq!(units[3..], ["deg C", "kt", "ft msl", "rpm"]);
+        let simulator = b"\n _totl,_time | Vtrue,_ktas | Vtrue,_ktgs |____Q,rad/s |\n 1.0 | 90.0 | 91.0 | 0.1 |\n\
+            1.1 | 90.0 | 91.0 | 0.2 |\n 1.2 | 90.0 | 91.0 | 0.3 |\n";
+        let layout = TextLayout::find(simulator).unwrap();
+        assert_eq!(layout.names[..4], ["_totl,_time", "Vtrue,_ktas", "Vtrue,_ktgs", "____Q,rad/s"]);
+        let units: Vec<&str> = layout.units[..4].iter().flatten().map(String::as_str).collect();
+        assert_eq!(units, ["s", "ktas", "ktgs", "rad/s"]);
     }
 }

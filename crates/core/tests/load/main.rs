@@ -16,6 +16,7 @@ mod flight_log;
 mod formats;
 mod maps;
 mod mutations;
+mod recorders;
 mod time_stamps;
 
 use std::path::{Path, PathBuf};

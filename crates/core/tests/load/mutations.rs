@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use doublet_core::load::inspect;
 use rand::{Rng, RngExt, SeedableRng};
 
-use super::{fixture, flight_log, written};
+use super::{fixture, flight_log, recorders, written};
 
 /// Changed copies per format, in the time of a test run.
 const MUTANTS: usize = 3000;
@@ -22,6 +22,9 @@ fn files() -> Vec<(&'static str, Vec<u8>)> {
     files.push(("log.csv", TEXT.as_bytes().to_vec()));
     files.push(("columns.asc", b"t q r\n0 1 2\n1 2 3\n2 3 4\n3 4 5\n".to_vec()));
     files.push(("flight.ulg", flight_log::log()));
+    files.push(("ardupilot.bin", recorders::dataflash()));
+    files.push(("labview.tdms", recorders::tdms()));
+    files.push(("bus.mf4", recorders::mdf4()));
     files
 }
 

@@ -30,7 +30,7 @@ const FILES: [(&str, Fate); 23] = [
     ("05_units_row.csv", Right),
     ("06_semicolon_decimal_comma.csv", Right),
     ("07_utf8_bom_degree_sign.csv", Right),
-    ("08_utf16le_tab.txt", Refused("save it as UTF-8")),
+    ("08_utf16le_tab.txt", Right),
     ("09_two_header_lines.csv", Right),
     ("10_quoted_commas_in_names.csv", Right),
     ("11_name_round_unit.csv", Right),
