@@ -12,6 +12,7 @@ use doublet_engine::study::LagKind;
 use doublet_report::ReportFormat;
 
 use crate::propose::ProposeArguments;
+use crate::regress::RegressArguments;
 use crate::structure::StructureArguments;
 use crate::tune::TuneArguments;
 use crate::variants::VariantArguments;
@@ -52,6 +53,8 @@ pub enum Command {
     Lags(LagArguments),
     /// Search for the terms the data ask for, stepwise or by orthogonal functions, and print every step.
     Structure(StructureArguments),
+    /// Fit a column of any table by terms of others, with plain and corrected errors; no session is needed.
+    Regress(RegressArguments),
     /// Print the derivatives by weighted, generalised, constrained and total least squares beside the ordinary ones.
     Variants(VariantArguments),
     /// Carry fresh noise of the recording through both steps, many times.
@@ -88,6 +91,9 @@ pub struct InspectArguments {
     /// Channel map (file, or the name of one that comes with the program) to show what each channel would be used for.
     #[arg(long)]
     pub map: Option<String>,
+    /// Print one JSON document.
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// Arguments of `new`.

@@ -1,7 +1,10 @@
 //! `doublet inspect`: what a recording holds.
 
-use doublet_core::load::{ChannelMap, Gap, Probe, Source, inspect as read_contents, plan};
-use doublet_core::quantity::Unit;
+use doublet_core::load::{
+    ChannelInfo, ChannelMap, Gap, ManualChannelMap, Probe, Source, guess, inspect as read_contents, plan, stated_unit,
+};
+use doublet_core::quantity::{Role, Unit};
+use serde_json::{Value, json};
 
 use crate::arguments::InspectArguments;
 use crate::{new, text};
@@ -12,6 +15,11 @@ use crate::{new, text};
 /// One line when the recording or the channel map cannot be read.
 pub fn inspect(arguments: &InspectArguments) -> Result<(), String> {
     let probe = read_contents(&arguments.recording).map_err(|error| error.to_string())?;
+    if arguments.json {
+        let document = serde_json::to_string_pretty(&document(&probe)).map_err(|error| error.to_string())?;
+        text::document(&document);
+        return Ok(());
+    }
     text::line(&format!("{}: {}", probe.path.display(), probe.format));
     for source in &probe.sources {
         print_source(source);
@@ -120,4 +128,82 @@ fn print_plan(probe: &Probe, map: &ChannelMap) {
     for problem in &plan.problems {
         text::line(&format!("{}: {}", if problem.is_error { "error" } else { "warning" }, problem.text));
     }
+}
+
+/// The recording as one document: sources with their channels, and what is to be asked.
+fn document(probe: &Probe) -> Value {
+    let guessed = guess(std::slice::from_ref(probe));
+    let sources: Vec<Value> = probe.sources.iter().map(|source| source_document(source, &guessed)).collect();
+    json!({
+        "version": 1,
+        "program": concat!("doublet ", env!("CARGO_PKG_VERSION")),
+        "file": probe.path.display().to_string(),
+        "format": probe.format.to_string(),
+        "sources": sources,
+        "questions": questions(probe, &guessed),
+        "warnings": probe.warnings,
+    })
+}
+
+fn source_document(source: &Source, guessed: &ManualChannelMap) -> Value {
+    let clock = source.clocks.first();
+    let channels = source.channels.iter().map(|channel| channel_document(source, channel, guessed));
+    json!({
+        "name": source.name,
+        "start_s": clock.map(|clock| clock.start_s),
+        "rate_hz": clock.map(|clock| clock.rate_hz),
+        "samples": clock.map_or_else(|| most_samples(source), |clock| clock.samples),
+        "time": clock.map(|clock| clock.channel.as_str()),
+        "time_unit": clock.map(|clock| clock.unit.symbol),
+        "channels": channels.collect::<Vec<Value>>(),
+    })
+}
+
+fn most_samples(source: &Source) -> usize {
+    source.channels.iter().map(|channel| channel.samples).max().unwrap_or(0)
+}
+
+/// A channel with its values in the unit of the file; numbers are null where none is finite.
+fn channel_document(source: &Source, channel: &ChannelInfo, guessed: &ManualChannelMap) -> Value {
+    let finite = || channel.values().iter().copied().filter(|value| value.is_finite());
+    let count = finite().count();
+    let some = |value: f64| (count > 0).then_some(value);
+    let recorded = channel.unit.clone().filter(|unit| !unit.is_empty());
+    json!({
+        "name": channel.name,
+        "unit": recorded.or_else(|| stated_unit(channel).map(|unit| unit.symbol.to_owned())).unwrap_or_default(),
+        "samples": channel.samples,
+        "finite": count,
+        "first": finite().next(),
+        "last": finite().next_back(),
+        "minimum": some(finite().fold(f64::INFINITY, f64::min)),
+        "maximum": some(finite().fold(f64::NEG_INFINITY, f64::max)),
+        "mean": some(finite().sum::<f64>() / count as f64),
+        "role": role(source, channel, guessed).map(Role::name),
+    })
+}
+
+/// The role a channel looks made for.
+fn role(source: &Source, channel: &ChannelInfo, guessed: &ManualChannelMap) -> Option<Role> {
+    let is_it = |from: &doublet_core::load::ChannelName| from.source == source.name && from.channel == channel.name;
+    guessed.rows.iter().find(|(_, row)| is_it(&row.from)).map(|(role, _)| *role)
+}
+
+/// What the file leaves open: the unit of time or its absence, and units of channels that look made for a role.
+fn questions(probe: &Probe, guessed: &ManualChannelMap) -> Vec<String> {
+    let clocks = probe.sources.iter().flat_map(|source| source.clocks.iter().map(move |clock| (source, clock)));
+    let of_clocks =
+        clocks.filter_map(|(source, clock)| Some(format!("{}: time {}", source.name, clock.question.as_ref()?)));
+    let without_time = probe.warnings.iter().filter(|warning| warning.contains("no time channel recognised")).cloned();
+    let of_units = guessed.rows.iter().filter_map(|(role, row)| {
+        let channel = row.from.find(std::slice::from_ref(probe))?;
+        let unit = row.unit.filter(|unit| stated_unit(channel).is_none() && unit.symbol != "-")?;
+        let (source, name) = (&row.from.source, &channel.name);
+        Some(format!(
+            "{source}: '{name}', taken for {}, states no unit: its values look like {}",
+            role.name(),
+            unit.symbol
+        ))
+    });
+    of_clocks.chain(without_time).chain(of_units).collect()
 }

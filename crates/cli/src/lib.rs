@@ -16,6 +16,7 @@ mod new;
 mod outcome;
 mod progress;
 mod propose;
+mod regress;
 mod report;
 mod run;
 mod simulate;
@@ -87,6 +88,7 @@ fn outcome(command: Command) -> Result<Outcome, String> {
         Command::Structure(arguments) => structure::structure(&arguments),
         Command::Variants(arguments) => variants::variants(&arguments),
         Command::Lags(arguments) => lags::lags(&arguments),
+        Command::Regress(arguments) => regress::regress(&arguments),
         Command::MonteCarlo(arguments) => {
             let realisations = arguments.realisations as usize;
             study::study(Study::MonteCarlo { realisations, seed: arguments.seed }, &arguments.study)

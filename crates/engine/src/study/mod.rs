@@ -7,6 +7,7 @@ mod lags;
 mod manoeuvres;
 mod monte_carlo;
 mod sensitivity;
+mod table;
 
 use std::sync::Arc;
 
@@ -20,6 +21,7 @@ pub use manoeuvres::{
 };
 pub use monte_carlo::MonteCarloStudy;
 pub use sensitivity::{STEP_FRACTION, SensitivityStudy};
+pub use table::{TableError, TableFit, TableRegression, TermChoice, regress_table};
 
 use doublet_core::replay::MotionAxis;
 

@@ -1,0 +1,181 @@
+//! `doublet regress`: least squares on the columns of a table.
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+use doublet_engine::study::{TableFit, TableRegression, TermChoice, regress_table};
+use serde_json::{Value, json};
+
+use crate::text;
+
+/// Arguments of `regress`.
+#[derive(Debug, Args)]
+pub struct RegressArguments {
+    /// Table: text, or any recording, whose channels are the columns. Columns are taken as they stand, without conversion.
+    pub table: PathBuf,
+    /// Column that is fitted, or an expression of columns.
+    #[arg(long, value_name = "NAME")]
+    pub y: String,
+    /// Terms, parted by commas: "1" for the constant, columns, or expressions of columns such as alpha^2 or q*2.1/(2*V).
+    #[arg(long, value_name = "TERM,TERM")]
+    pub terms: String,
+    /// Interval of the rows, s, where the table has no time: for the times of --out.
+    #[arg(long, value_name = "S")]
+    pub dt: Option<f64>,
+    /// Column of the standard deviation of each row; all are the same without it.
+    #[arg(long, value_name = "NAME")]
+    pub deviations: Option<String>,
+    /// Which of the terms are taken.
+    #[arg(long, value_enum, default_value_t = Choice::All)]
+    pub method: Choice,
+    /// File for measured and fitted values and residuals, as CSV.
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+    /// Print one JSON document.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// How terms are chosen.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum Choice {
+    /// All of them.
+    All,
+    /// One at a time by partial correlation and partial F.
+    Stepwise,
+    /// By orthogonal functions up to the least predicted squared error.
+    Orthogonal,
+}
+
+/// Fits a column of a table and prints the estimates with their errors.
+///
+/// # Errors
+/// One line: what is wrong with the table, a column, a term or the fit.
+pub fn regress(arguments: &RegressArguments) -> Result<(), String> {
+    if let Some(dt) = arguments.dt.filter(|dt| !(dt.is_finite() && *dt > 0.0)) {
+        return Err(format!("--dt {dt}: an interval is above 0 s"));
+    }
+    let regression = TableRegression {
+        output: arguments.y.trim().to_owned(),
+        terms: split_terms(&arguments.terms)?,
+        deviations: arguments.deviations.clone(),
+        choice: match arguments.method {
+            Choice::All => TermChoice::All,
+            Choice::Stepwise => TermChoice::Stepwise,
+            Choice::Orthogonal => TermChoice::Orthogonal,
+        },
+    };
+    let found = regress_table(&arguments.table, &regression).map_err(|error| error.to_string())?;
+    if let Some(out) = &arguments.out {
+        write_rows(out, &found, arguments.dt)?;
+    }
+    if arguments.json {
+        let document = document(&regression.output, &found);
+        text::document(&serde_json::to_string_pretty(&document).map_err(|error| error.to_string())?);
+    } else {
+        print(&regression.output, &found);
+    }
+    Ok(())
+}
+
+/// Terms of a list; commas inside brackets or quotes belong to a term.
+fn split_terms(text: &str) -> Result<Vec<String>, String> {
+    let mut terms = vec![String::new()];
+    let (mut depth, mut is_quoted) = (0_i32, false);
+    for letter in text.chars() {
+        match letter {
+            '(' | '{' => depth += 1,
+            ')' | '}' => depth -= 1,
+            '"' => is_quoted = !is_quoted,
+            ',' if depth <= 0 && !is_quoted => {
+                terms.push(String::new());
+                continue;
+            }
+            _ => {}
+        }
+        if let Some(term) = terms.last_mut() {
+            term.push(letter);
+        }
+    }
+    let terms: Vec<String> = terms.iter().map(|term| term.trim().to_owned()).collect();
+    if let Some(index) = terms.iter().position(String::is_empty) {
+        return Err(format!("--terms '{text}': term {} is empty", index + 1));
+    }
+    if let Some((index, term)) = terms.iter().enumerate().find(|(index, term)| terms[..*index].contains(term)) {
+        return Err(format!("--terms '{text}': '{term}' stands twice, the second time as term {}", index + 1));
+    }
+    Ok(terms)
+}
+
+fn document(output: &str, found: &TableFit) -> Value {
+    let fit = &found.fit;
+    let derivatives = (0..fit.parameters()).map(|index| {
+        json!({
+            "name": fit.names[index],
+            "term": found.terms[index],
+            "estimate": fit.estimates[index],
+            "standard_error": fit.standard_errors[index],
+            "corrected_standard_error": found.corrected_standard_errors[index],
+            "relative_error_percent": fit.relative_errors_percent[index],
+            "t": fit.t_values[index],
+        })
+    });
+    let derivatives: Vec<Value> = derivatives.collect();
+    let rows: Vec<Vec<f64>> = fit.correlation.row_iter().map(|row| row.iter().copied().collect()).collect();
+    json!({
+        "version": 1,
+        "program": concat!("doublet ", env!("CARGO_PKG_VERSION")),
+        "y": output,
+        "samples": fit.samples(),
+        "rows": found.rows_in_table,
+        "r_squared": fit.quality.r_squared,
+        "residual_deviation": fit.residual_std,
+        "rms": fit.quality.rms,
+        "condition_number": fit.condition_number,
+        "press": found.press,
+        "predicted_squared_error": found.predicted_squared_error,
+        "derivatives": derivatives,
+        "parameter_correlation": rows,
+        "dropped": found.dropped,
+    })
+}
+
+fn print(output: &str, found: &TableFit) {
+    let (fit, number) = (&found.fit, |value: f64| text::number(value, 6));
+    text::line(&format!("{output} over {} of {} rows", fit.samples(), found.rows_in_table));
+    let rows: Vec<Vec<String>> = (0..fit.parameters())
+        .map(|index| {
+            vec![
+                format!("  {}", fit.names[index]),
+                number(fit.estimates[index]),
+                text::number(fit.standard_errors[index], 3),
+                text::number(found.corrected_standard_errors[index], 3),
+                text::number(fit.t_values[index], 3),
+            ]
+        })
+        .collect();
+    text::table(&["  parameter", "estimate", "std error", "corrected", "t"], &rows);
+    text::line(&format!(
+        "R2 {}, residual {}, PRESS {}, predicted squared error {}, condition number {}",
+        number(fit.quality.r_squared),
+        text::number(fit.residual_std, 4),
+        text::number(found.press, 4),
+        text::number(found.predicted_squared_error, 4),
+        text::number(fit.condition_number, 3)
+    ));
+    if !found.dropped.is_empty() {
+        text::line(&format!("not taken: {}", found.dropped.join(", ")));
+    }
+}
+
+/// Writes a line per row used: its number or time, and what was measured, fitted and left.
+fn write_rows(path: &Path, found: &TableFit, dt: Option<f64>) -> Result<(), String> {
+    let mut lines = vec![format!("{},measured,fitted,residual", if dt.is_some() { "time_s" } else { "row" })];
+    for (index, row) in found.rows.iter().enumerate() {
+        let at = dt.map_or_else(|| row.to_string(), |dt| (dt * *row as f64).to_string());
+        let (measured, fitted) = (found.measured[index], found.fit.fitted[index]);
+        lines.push(format!("{at},{measured},{fitted},{}", found.fit.residuals[index]));
+    }
+    let text = lines.join("\n") + "\n";
+    std::fs::write(path, text).map_err(|error| format!("{}: {error}; name a file that can be written", path.display()))
+}

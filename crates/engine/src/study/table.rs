@@ -1,0 +1,295 @@
+//! Regression of one column of a table by terms of others, without flight, aircraft or filter.
+
+use std::path::Path;
+
+use doublet_core::estimate::diagnostics::{predicted_squared_error, press};
+use doublet_core::estimate::{
+    Coloured, EstimateError, Fit, OrthogonalSettings, StepwiseSettings, coloured_covariance, least_squares, orthogonal,
+    stepwise, weighted_coloured_covariance, weighted_least_squares,
+};
+use doublet_core::load::{ChannelInfo, LoadError, Probe, inspect, stem_and_unit};
+use doublet_core::model::{Coefficient, Term};
+use doublet_core::prep::{Expression, ExpressionError, Operand, did_you_mean};
+use nalgebra::DMatrix;
+use thiserror::Error;
+
+/// How terms are chosen.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum TermChoice {
+    /// All that were named.
+    #[default]
+    All,
+    /// One at a time by partial correlation and partial F.
+    Stepwise,
+    /// By orthogonal functions up to the least predicted squared error.
+    Orthogonal,
+}
+
+/// What is fitted by what. Columns are taken as they stand in the file; no unit is converted.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TableRegression {
+    /// Column that is fitted, or an expression of columns.
+    pub output: String,
+    /// Terms: `1` is the constant; others are columns, or expressions of them such as `alpha^2` or `q*2.1/(2*V)`.
+    pub terms: Vec<String>,
+    /// Column of standard deviations of the samples; all are the same without it.
+    pub deviations: Option<String>,
+    /// How terms are chosen. The constant always stays.
+    pub choice: TermChoice,
+}
+
+/// A fit of a table.
+#[derive(Clone, Debug)]
+pub struct TableFit {
+    /// The fit; parameters are named as derivatives, `Cm_alpha`, and the constant `Cm_0`.
+    pub fit: Fit,
+    /// Terms of the parameters as they were named.
+    pub terms: Vec<String>,
+    /// Standard errors corrected for the correlation of the residuals from row to row.
+    pub corrected_standard_errors: Vec<f64>,
+    /// Terms that were not chosen.
+    pub dropped: Vec<String>,
+    /// Rows used, from 0; rows without a value in any column used are left out.
+    pub rows: Vec<usize>,
+    /// Rows of the table.
+    pub rows_in_table: usize,
+    /// Measured values of the rows used.
+    pub measured: Vec<f64>,
+    /// Predicted residual sum of squares.
+    pub press: f64,
+    /// Predicted squared error.
+    pub predicted_squared_error: f64,
+}
+
+/// Why a table could not be fitted.
+#[derive(Debug, Error)]
+pub enum TableError {
+    /// The file is not understood.
+    #[error(transparent)]
+    Load(#[from] LoadError),
+    /// No column is called so.
+    #[error("no column is called '{name}': {hint}")]
+    NoColumn {
+        /// Name as written.
+        name: String,
+        /// The nearest names.
+        hint: String,
+    },
+    /// Several columns are called so.
+    #[error("several columns are called '{name}': {candidates}; write one of them in full")]
+    Ambiguous {
+        /// Name as written.
+        name: String,
+        /// Their full names.
+        candidates: String,
+    },
+    /// A term is no column and no expression of columns.
+    #[error("term '{term}': {error}")]
+    Term {
+        /// Term as written.
+        term: String,
+        /// What is wrong with it.
+        error: ExpressionError,
+    },
+    /// Columns of different lengths.
+    #[error("'{name}' has {found} rows, '{output}' {expected}: they are not of one table")]
+    Length {
+        /// Column.
+        name: String,
+        /// Its rows.
+        found: usize,
+        /// Column that is fitted.
+        output: String,
+        /// Its rows.
+        expected: usize,
+    },
+    /// The fit failed.
+    #[error(transparent)]
+    Fit(#[from] EstimateError),
+}
+
+/// Fits a column of the table `path` by terms of others, by least squares with the errors of
+/// [`doublet_core::estimate::coloured_covariance`]. Any recording is a table: its channels are the columns.
+///
+/// # Errors
+/// [`TableError`], one line.
+pub fn regress_table(path: &Path, regression: &TableRegression) -> Result<TableFit, TableError> {
+    let probe = inspect(path)?;
+    let columns = Columns::of(&probe);
+    let output = columns.evaluate(&regression.output)?;
+    let all: Vec<Vec<f64>> = regression
+        .terms
+        .iter()
+        .map(|term| if term == "1" { Ok(vec![1.0; output.len()]) } else { columns.evaluate(term) })
+        .collect::<Result<_, _>>()?;
+    let deviations = regression.deviations.as_ref().map(|name| columns.evaluate(name)).transpose()?;
+    let named = regression.terms.iter().zip(&all).chain(regression.deviations.iter().zip(&deviations));
+    for (name, values) in named {
+        if values.len() != output.len() {
+            let (name, output_name) = (name.clone(), regression.output.clone());
+            let (found, expected) = (values.len(), output.len());
+            return Err(TableError::Length { name, found, output: output_name, expected });
+        }
+    }
+    let used = || all.iter().chain(&deviations).chain([&output]);
+    let rows: Vec<usize> = (0..output.len()).filter(|&row| used().all(|values| values[row].is_finite())).collect();
+    let picked = |values: &Vec<f64>| -> Vec<f64> { rows.iter().map(|&row| values[row]).collect() };
+    let x = DMatrix::from_fn(rows.len(), all.len(), |row, term| all[term][rows[row]]);
+    let (measured, deviations) = (picked(&output), deviations.as_ref().map(picked));
+    let names: Vec<String> = regression.terms.iter().map(|term| parameter(&regression.output, term)).collect();
+    let selected = choose(regression, &names, &x, &measured)?;
+    let x = x.select_columns(&selected);
+    let names: Vec<String> = selected.iter().map(|&index| names[index].clone()).collect();
+    let (fit, covariance) = fit(&names, &x, &measured, deviations)?;
+    let (press, predicted_squared_error) = (press(&fit, &x), predicted_squared_error(&fit, None));
+    let is_left = |index: &usize| !selected.contains(index);
+    Ok(TableFit {
+        corrected_standard_errors: covariance.diagonal().iter().map(|variance| variance.sqrt()).collect(),
+        fit,
+        terms: selected.iter().map(|&index| regression.terms[index].clone()).collect(),
+        dropped: (0..all.len()).filter(is_left).map(|index| regression.terms[index].clone()).collect(),
+        rows_in_table: output.len(),
+        rows,
+        measured,
+        press,
+        predicted_squared_error,
+    })
+}
+
+/// Name of a parameter: as the model would call the derivative, or of output and term.
+fn parameter(output: &str, term: &str) -> String {
+    let known = Coefficient::from_name(output).zip(Term::parse(term).ok());
+    match known {
+        Some((coefficient, term)) => term.derivative_name(coefficient),
+        None if term == "1" => format!("{output}_0"),
+        None => format!("{output}_{term}"),
+    }
+}
+
+/// Indices of the terms that stay.
+fn choose(
+    regression: &TableRegression,
+    names: &[String],
+    x: &DMatrix<f64>,
+    z: &[f64],
+) -> Result<Vec<usize>, EstimateError> {
+    let forced: Vec<usize> = (0..names.len()).filter(|&index| regression.terms[index] == "1").collect();
+    Ok(match regression.choice {
+        TermChoice::All => (0..names.len()).collect(),
+        TermChoice::Stepwise => stepwise(names, x, z, &forced, &StepwiseSettings::default())?.selected,
+        TermChoice::Orthogonal => orthogonal(names, x, z, &forced, &OrthogonalSettings::default())?.selected,
+    })
+}
+
+/// The fit, and its covariance for residuals that are correlated from row to row.
+fn fit(
+    names: &[String],
+    x: &DMatrix<f64>,
+    z: &[f64],
+    deviations: Option<Vec<f64>>,
+) -> Result<(Fit, DMatrix<f64>), EstimateError> {
+    let settings = Coloured::default();
+    let Some(deviations) = deviations else {
+        let fit = least_squares(names, x, z)?;
+        let covariance = coloured_covariance(&fit, x, &settings)?;
+        return Ok((fit, covariance));
+    };
+    let weights: Vec<f64> = deviations.iter().map(|deviation| deviation.powi(-2)).collect();
+    let fit = weighted_least_squares(names, x, z, &weights)?;
+    let covariance = weighted_coloured_covariance(&fit, x, &weights, &[0..z.len()], &settings)?;
+    Ok((fit, covariance))
+}
+
+/// The columns of a table by their names.
+struct Columns<'p> {
+    columns: Vec<(String, &'p ChannelInfo)>,
+}
+
+impl<'p> Columns<'p> {
+    fn of(probe: &'p Probe) -> Self {
+        let several = probe.sources.len() > 1;
+        let named =
+            |source: &str, channel: &str| if several { format!("{source}/{channel}") } else { channel.to_owned() };
+        let of = |source: &'p doublet_core::load::Source| {
+            source.channels.iter().map(move |channel| (named(&source.name, &channel.name), channel))
+        };
+        Self { columns: probe.sources.iter().flat_map(of).collect() }
+    }
+
+    /// The column called `name`, in full, without its source, or without the unit at the end of its name.
+    fn find(&self, name: &str) -> Result<&'p ChannelInfo, TableError> {
+        let full = |(other, _): &&(String, &ChannelInfo)| other == name;
+        let plain = |(_, channel): &&(String, &ChannelInfo)| channel.name == name;
+        let stem = |(_, channel): &&(String, &ChannelInfo)| stem_and_unit(&channel.name).0 == name;
+        let found = [
+            self.columns.iter().filter(full).collect::<Vec<_>>(),
+            self.columns.iter().filter(plain).collect(),
+            self.columns.iter().filter(stem).collect(),
+        ];
+        match found.iter().find(|found| !found.is_empty()).map(Vec::as_slice) {
+            Some([(_, channel)]) => Ok(channel),
+            Some(several) => {
+                let names: Vec<&str> = several.iter().map(|(name, _)| name.as_str()).collect();
+                Err(TableError::Ambiguous { name: name.to_owned(), candidates: names.join(", ") })
+            }
+            None => {
+                let known = self.columns.iter().map(|(name, _)| name.as_str());
+                let all: Vec<&str> = known.clone().take(LISTED).collect();
+                let hint = did_you_mean(name, known, &format!("there are {}", all.join(", ")));
+                Err(TableError::NoColumn { name: name.to_owned(), hint })
+            }
+        }
+    }
+
+    /// Values of a term: a column by its name, whatever signs that has, or else an expression of columns.
+    fn evaluate(&self, term: &str) -> Result<Vec<f64>, TableError> {
+        match self.find(term) {
+            Ok(channel) => return Ok(channel.values().to_vec()),
+            Err(error) if !term.contains(OPERATORS) => return Err(error),
+            Err(_) => {}
+        }
+        let error = |error| TableError::Term { term: term.to_owned(), error };
+        let expression = Expression::parse(&self.with_quotes(term)).map_err(error)?;
+        let operands = expression.operands().iter().map(|(operand, _)| match operand {
+            Operand::Role(role) => self.find(role.name()),
+            Operand::Channel(name) => self.find(name),
+        });
+        let operands: Vec<&ChannelInfo> = operands.collect::<Result<_, _>>()?;
+        let rows = operands[0].samples;
+        if let Some(other) = operands.iter().find(|other| other.samples != rows) {
+            let (name, output) = (other.name.clone(), operands[0].name.clone());
+            return Err(TableError::Length { name, found: other.samples, output, expected: rows });
+        }
+        let mut stack = Vec::new();
+        Ok((0..rows).map(|row| expression.value(|index| operands[index].values()[row], &mut stack)).collect())
+    }
+
+    /// The text of an expression with quotes about the columns it names.
+    fn with_quotes(&self, text: &str) -> String {
+        let mut quoted = String::new();
+        let mut rest = text;
+        while let Some(letter) = rest.chars().next() {
+            let end = rest.find(|letter: char| !(letter.is_alphanumeric() || "_.[]".contains(letter)));
+            let (word, after) = rest.split_at(end.unwrap_or(rest.len()));
+            if let Some(quote) = [('"', '"'), ('{', '}')].iter().find(|(open, _)| *open == letter) {
+                // What is quoted already stays as it is.
+                let end = rest[1..].find(quote.1).map_or(rest.len(), |end| end + 2);
+                quoted.push_str(&rest[..end]);
+                rest = &rest[end..];
+            } else if word.is_empty() {
+                quoted.push(letter);
+                rest = &rest[letter.len_utf8()..];
+            } else {
+                let is_column = letter.is_alphabetic() && self.find(word).is_ok();
+                quoted.push_str(&if is_column { format!("\"{word}\"") } else { word.to_owned() });
+                rest = after;
+            }
+        }
+        quoted
+    }
+}
+
+/// Signs of an expression.
+const OPERATORS: [char; 7] = ['+', '-', '*', '/', '^', '(', '"'];
+/// Columns listed where none is called so.
+const LISTED: usize = 20;
