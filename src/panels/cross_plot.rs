@@ -100,10 +100,7 @@ fn stretch(ctx: &PanelContext<'_>) -> TimeRange {
         _ => None,
     };
     let marked = between(ctx.state.window_time.markers_s).or(between(ctx.state.time.markers_s));
-    marked.or(ctx.window().map(|window| window.window)).unwrap_or_else(|| {
-        let range = ctx.state.time.range();
-        range
-    })
+    marked.or(ctx.window().map(|window| window.window)).unwrap_or_else(|| ctx.state.time.range())
 }
 
 /// Both channels at the samples of the first inside `window`, every so many of them that [`MOST`] remain.

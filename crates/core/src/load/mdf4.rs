@@ -198,7 +198,7 @@ impl Field {
         // Types come in pairs: little-endian first.
         let mut wide = [0; 16];
         for (place, byte) in wide.iter_mut().zip(0..count) {
-            *place = if self.data_type % 2 == 0 { bytes[byte] } else { bytes[count - 1 - byte] };
+            *place = if self.data_type.is_multiple_of(2) { bytes[byte] } else { bytes[count - 1 - byte] };
         }
         let mask = (1_u128 << self.bits) - 1;
         let raw = (u128::from_le_bytes(wide) >> self.bit_offset & mask) as u64;

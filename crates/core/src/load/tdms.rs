@@ -135,6 +135,9 @@ struct Object {
     is_text: bool,
 }
 
+/// Name of a group, bits of start and interval of its wave forms, and the source they make.
+type GroupSource = (String, Option<(u64, u64)>, Source);
+
 #[derive(Default)]
 struct File {
     paths: Vec<String>,
@@ -302,7 +305,7 @@ impl File {
     fn into_sources(mut self) -> (Vec<Source>, Vec<String>) {
         let first = self.first_stamp();
         // A source per group and time axis, in the order of the file.
-        let mut sources: Vec<(String, Option<(u64, u64)>, Source)> = Vec::new();
+        let mut sources: Vec<GroupSource> = Vec::new();
         let mut texts = Vec::new();
         for path in std::mem::take(&mut self.paths) {
             let (Some(object), [group, channel]) = (self.objects.remove(&path), &names(&path)[..]) else { continue };

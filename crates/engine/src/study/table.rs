@@ -196,7 +196,8 @@ fn fit(
     };
     let weights: Vec<f64> = deviations.iter().map(|deviation| deviation.powi(-2)).collect();
     let fit = weighted_least_squares(names, x, z, &weights)?;
-    let covariance = weighted_coloured_covariance(&fit, x, &weights, &[0..z.len()], &settings)?;
+    let whole = 0..z.len();
+    let covariance = weighted_coloured_covariance(&fit, x, &weights, std::slice::from_ref(&whole), &settings)?;
     Ok((fit, covariance))
 }
 

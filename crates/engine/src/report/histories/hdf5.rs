@@ -111,9 +111,9 @@ fn lengthen(headers: &mut [u8], mut lengths: impl Iterator<Item = usize>) -> Opt
         let mut message = header.messages.start;
         while message < header.messages.end {
             let size = usize::from(u16::from_le_bytes(headers.get(message + 1..message + 3)?.try_into().ok()?));
-            match headers.get(message)? {
-                &DATASPACE => space = Some(message + 4),
-                &LAYOUT => layout = Some(message + 4),
+            match *headers.get(message)? {
+                DATASPACE => space = Some(message + 4),
+                LAYOUT => layout = Some(message + 4),
                 _ => {}
             }
             message += 4 + size;
