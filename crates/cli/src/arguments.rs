@@ -11,6 +11,7 @@ use doublet_engine::session::Surface;
 use doublet_engine::study::LagKind;
 use doublet_report::ReportFormat;
 
+use crate::map::MapArguments;
 use crate::propose::ProposeArguments;
 use crate::regress::RegressArguments;
 use crate::structure::StructureArguments;
@@ -35,6 +36,8 @@ pub struct Arguments {
 pub enum Command {
     /// List sources, channels, units, rates and gaps of a recording.
     Inspect(InspectArguments),
+    /// Guess a channel map for recordings, or list and print those that come with the program.
+    Map(MapArguments),
     /// Make a session for one or more recordings.
     New(NewArguments),
     /// Check a session or an aircraft file and print what it says.
@@ -108,6 +111,9 @@ pub struct NewArguments {
     /// Channel map (file or name); without it the shipped map that fits best is taken.
     #[arg(long)]
     pub map: Option<String>,
+    /// Take the channel map that `doublet map` guesses; the session holds it and it is printed row by row.
+    #[arg(long, conflicts_with = "map")]
+    pub guess: bool,
     /// Aircraft (file or name); without it the one the channel map names. Without any only flight paths are computed.
     #[arg(long)]
     pub aircraft: Option<String>,

@@ -189,8 +189,13 @@ fn role(source: &Source, channel: &ChannelInfo, guessed: &ManualChannelMap) -> O
     guessed.rows.iter().find(|(_, row)| is_it(&row.from)).map(|(role, _)| *role)
 }
 
+/// Whether a question about time leaves more than one unit to choose from, or none: nothing is right before it is answered.
+pub fn leaves_a_choice(question: &str) -> bool {
+    question.contains("\" or unit = \"") || question.contains("no time channel recognised")
+}
+
 /// What the file leaves open: the unit of time or its absence, and units of channels that look made for a role.
-fn questions(probe: &Probe, guessed: &ManualChannelMap) -> Vec<String> {
+pub fn questions(probe: &Probe, guessed: &ManualChannelMap) -> Vec<String> {
     let clocks = probe.sources.iter().flat_map(|source| source.clocks.iter().map(move |clock| (source, clock)));
     let of_clocks =
         clocks.filter_map(|(source, clock)| Some(format!("{}: time {}", source.name, clock.question.as_ref()?)));

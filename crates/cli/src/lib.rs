@@ -11,6 +11,7 @@ mod export;
 mod fidelity;
 mod inspect;
 mod lags;
+mod map;
 mod match_command;
 mod new;
 mod outcome;
@@ -78,10 +79,11 @@ fn execute(command: Command) -> ExitCode {
 fn outcome(command: Command) -> Result<Outcome, String> {
     let done = match command {
         Command::Check(arguments) => return check::check(&arguments),
+        Command::Map(arguments) => return map::map(&arguments),
+        Command::New(arguments) => return new::new(&arguments),
         Command::Run(arguments) => return run::run(&arguments),
         Command::Report(arguments) => return report::report(&arguments),
         Command::Inspect(arguments) => inspect::inspect(&arguments),
-        Command::New(arguments) => new::new(&arguments),
         Command::Sensitivity(arguments) => study::study(Study::Sensitivity, &arguments),
         Command::Manoeuvres(arguments) => study::study(Study::Manoeuvres, &arguments),
         Command::Checks(arguments) => study::study(Study::Checks { axis: arguments.axis }, &arguments.study),

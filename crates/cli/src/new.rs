@@ -13,6 +13,9 @@ use doublet_engine::session::{self, Flight, MapRef, Session};
 use doublet_engine::stage::{self, NO_AIRCRAFT};
 
 use crate::arguments::{NewArguments, StructureName};
+use crate::inspect::leaves_a_choice;
+use crate::map::{asked, reason};
+use crate::outcome::Outcome;
 use crate::text;
 
 /// A channel map by file or by the name of one that comes with the program, with how a session refers to it.
@@ -43,7 +46,7 @@ fn absolute(path: &Path) -> Result<String, String> {
 ///
 /// # Errors
 /// One line: a recording or map that cannot be used, an aircraft that cannot be, a session that exists already or cannot be written.
-pub fn new(arguments: &NewArguments) -> Result<(), String> {
+pub fn new(arguments: &NewArguments) -> Result<Outcome, String> {
     if arguments.output.exists() {
         return Err(format!(
             "{} exists: choose another name, a session is never overwritten",
@@ -67,11 +70,17 @@ pub fn new(arguments: &NewArguments) -> Result<(), String> {
     for (name, paths) in groups {
         let inspected = begin::inspect(&paths, &Control::default(), &|_| {})?;
         let (reference, map) = match &arguments.map {
-            Some(name) => channel_map(name)?,
-            None => best_map(&inspected)?,
+            Some(name) => channel_map(name).map(as_file)?,
+            None if arguments.guess => match guessed(&inspected)? {
+                Some(guessed) => guessed,
+                None => return Ok(Outcome::Bad),
+            },
+            None => best_map(&inspected).map(as_file)?,
         };
         measured.extend(flight(&mut session, &name, &inspected, (&reference, &map))?);
-        of_maps = of_maps.or(aircraft_of_map(&reference, &map)?);
+        if let MapRef::File(file) = &reference {
+            of_maps = of_maps.or(aircraft_of_map(file, &map)?);
+        }
     }
     session.aircraft = aircraft(arguments)?.or(of_maps);
     let folder = arguments.output.parent().unwrap_or(Path::new(""));
@@ -86,7 +95,27 @@ pub fn new(arguments: &NewArguments) -> Result<(), String> {
         None => format!("{NO_AIRCRAFT}, or give --aircraft, or --area --span --chord --mass --inertia"),
     });
     text::line(&format!("{}: set windows, noise and terms, then `doublet run`", arguments.output.display()));
-    Ok(())
+    Ok(Outcome::Done)
+}
+
+fn as_file((reference, map): (String, ChannelMap)) -> (MapRef, ChannelMap) {
+    (MapRef::File(reference), map)
+}
+
+/// The guess, said row by row; none where the time can be read in two ways or not at all, which is said.
+fn guessed(inspected: &Inspected) -> Result<Option<(MapRef, ChannelMap)>, String> {
+    let open: Vec<String> = asked(inspected).into_iter().filter(|question| leaves_a_choice(question)).collect();
+    if !open.is_empty() {
+        open.iter().for_each(|question| text::line(&format!("question: {question}")));
+        text::line("nothing is written: `doublet map --write FILE`, answer it there, then --map FILE");
+        return Ok(None);
+    }
+    for (role, row) in &inspected.guess.rows {
+        text::line(&format!("  {}", reason(*role, row, &inspected.probes)));
+    }
+    let written = inspected.guess.text().map_err(|error| error.to_string())?;
+    let map = ChannelMap::parse(&written).map_err(|error| error.to_string())?;
+    Ok(Some((MapRef::Own(written.into()), map)))
 }
 
 /// Adds one flight, says what was made of it, and returns the roles it has.
@@ -94,14 +123,14 @@ fn flight(
     session: &mut Session,
     name: &str,
     inspected: &Inspected,
-    (reference, map): (&str, &ChannelMap),
+    (reference, map): (&MapRef, &ChannelMap),
 ) -> Result<Vec<doublet_core::quantity::Role>, String> {
     let plan = plan_all(&inspected.probes, map);
-    text::line(&format!("{name}: channel map {reference}, {} roles", plan.roles.len()));
+    text::line(&format!("{name}: channel map {}, {} roles", reference.name(), plan.roles.len()));
     let against = doublet_core::load::mismatches(&plan, map);
     plan.problems.iter().map(|problem| &problem.text).chain(&against).for_each(|line| text::line(&format!("  {line}")));
-    print_contradictions(&plan, reference);
-    let map = MapRef::File(reference.to_owned());
+    print_contradictions(&plan, reference.name());
+    let map = reference.clone();
     let before = session.windows.len();
     match add_flight(session, (name, &map), inspected, &plan, &Control::default(), &|_| {}) {
         Ok(found) if found.windows.is_empty() => {
@@ -189,8 +218,8 @@ fn best_map(inspected: &Inspected) -> Result<(String, ChannelMap), String> {
         .collect();
     let against = if against.is_empty() { String::new() } else { format!(" ({})", against.join("; ")) };
     Err(format!(
-        "no shipped channel map fits these channels{against}: write one and name it with --map (see `doublet inspect`), or \
-         map them by hand in the window"
+        "no shipped channel map fits these channels{against}: take a guess with --guess, write a map and name it with --map (see \
+         `doublet map`), or map them by hand in the window"
     ))
 }
 

@@ -48,10 +48,12 @@ impl Manifest {
         !Self::read(folder).format.is_empty()
     }
 
+    /// Writes the list into `folder`, in one step: a list that is there is whole, and says that the set is.
     pub fn write(&self, folder: &Path) -> io::Result<()> {
-        let path = folder.join(MANIFEST);
-        std::fs::write(&path, serde_json::to_string_pretty(self).map_err(io::Error::other)? + "\n")?;
-        std::fs::File::open(path)?.sync_all()
+        let part = folder.join(MANIFEST).with_extension("part");
+        std::fs::write(&part, serde_json::to_string_pretty(self).map_err(io::Error::other)? + "\n")?;
+        std::fs::File::open(&part)?.sync_all()?;
+        std::fs::rename(part, folder.join(MANIFEST))
     }
 }
 

@@ -1,0 +1,132 @@
+//! `doublet map`: a channel map guessed for recordings, and those that come with the program.
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use clap::Args;
+use doublet_core::load::{ManualChannel, Probe, stated_unit};
+use doublet_core::quantity::{Role, Unit};
+use doublet_engine::begin::{self, Inspected};
+use doublet_engine::builtin;
+use doublet_engine::run::Control;
+use serde_json::json;
+
+use crate::inspect::{leaves_a_choice, questions};
+use crate::outcome::Outcome;
+use crate::text;
+
+/// Arguments of `map`.
+#[derive(Debug, Args)]
+pub struct MapArguments {
+    /// Recordings of one flight.
+    #[arg(required_unless_present_any = ["list", "show"])]
+    pub recordings: Vec<PathBuf>,
+    /// File the map is written to; without it the map is printed.
+    #[arg(long, value_name = "FILE")]
+    pub write: Option<PathBuf>,
+    /// List the maps that come with the program.
+    #[arg(long, conflicts_with_all = ["recordings", "write", "show"])]
+    pub list: bool,
+    /// Print a map that comes with the program.
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["recordings", "write"])]
+    pub show: Option<String>,
+    /// Print one JSON document.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Prints or writes the map that names, units and values of the channels suggest, as a start to be looked at; bad where the time can be
+/// read in two ways.
+///
+/// # Errors
+/// One line: a recording that cannot be read, a map that there is not, a file that exists or cannot be written.
+pub fn map(arguments: &MapArguments) -> Result<Outcome, String> {
+    if arguments.list {
+        let names = builtin::names("channel_maps");
+        match arguments.json {
+            true => text::document(&json!({ "version": 1, "maps": names }).to_string()),
+            false => names.iter().for_each(|name| text::line(name)),
+        }
+        return Ok(Outcome::Done);
+    }
+    if let Some(name) = &arguments.show {
+        let known = || builtin::names("channel_maps").join(", ");
+        let text = builtin::text("channel_maps", name);
+        text::document(
+            text.ok_or_else(|| format!("no channel map '{name}' comes with the program: give one of {}", known()))?,
+        );
+        return Ok(Outcome::Done);
+    }
+    let inspected = begin::inspect(&arguments.recordings, &Control::default(), &|_| {})?;
+    let written = commented(&inspected)?;
+    let asked = asked(&inspected);
+    if let Some(path) = &arguments.write {
+        if path.exists() {
+            return Err(format!("{} exists: choose another name, a map is never overwritten", path.display()));
+        }
+        std::fs::write(path, &written).map_err(|error| format!("{}: {error}", path.display()))?;
+    }
+    if arguments.json {
+        let document = json!({ "version": 1, "map": written, "questions": asked });
+        text::document(&serde_json::to_string_pretty(&document).map_err(|error| error.to_string())?);
+    } else if let Some(path) = &arguments.write {
+        asked.iter().for_each(|question| text::line(&format!("question: {question}")));
+        text::line(&format!("{}: look at every row, then give it with --map", path.display()));
+    } else {
+        text::document(written.trim_end());
+    }
+    Ok(if asked.iter().any(|question| leaves_a_choice(question)) { Outcome::Bad } else { Outcome::Done })
+}
+
+/// What the recordings leave open.
+pub fn asked(inspected: &Inspected) -> Vec<String> {
+    inspected.probes.iter().flat_map(|probe| questions(probe, &inspected.guess)).collect()
+}
+
+/// The guess as the text of a channel map, with the reason of every row, what is left open, and what contradicts it.
+fn commented(inspected: &Inspected) -> Result<String, String> {
+    let guess = &inspected.guess;
+    let text = guess.text().map_err(|error| error.to_string())?;
+    let mut written =
+        "# Guessed from the names, units and values of the channels: look at every row before it is used.\n".to_owned();
+    for question in asked(inspected) {
+        _ = writeln!(written, "# Question: {}", text::harmless(&question));
+    }
+    for line in contradictions(inspected) {
+        _ = writeln!(written, "# Contradiction: {}", text::harmless(&line));
+    }
+    for line in text.lines() {
+        let role = line.strip_prefix("[roles.").and_then(|line| Role::from_name(line.strip_suffix(']')?));
+        if let Some((role, row)) = role.and_then(|role| Some((role, guess.row(role)?))) {
+            _ = writeln!(written, "# {}", text::harmless(&reason(role, row, &inspected.probes)));
+        }
+        written.push_str(line);
+        written.push('\n');
+    }
+    Ok(written)
+}
+
+/// What speaks against the guess among the channels themselves.
+fn contradictions(inspected: &Inspected) -> Vec<String> {
+    let compared = begin::plan_by_hand(&inspected.probes, &inspected.guess).and_then(|plan| begin::compare(&plan));
+    // What cannot be read is said by what needs it.
+    let Ok(physics) = compared else { return Vec::new() };
+    physics.contradictions().map(|row| format!("{}; {}", row.headline, row.cure)).collect()
+}
+
+/// Why a channel is taken for a role and in which unit, and the values it then has.
+pub fn reason(role: Role, row: &ManualChannel, probes: &[Probe]) -> String {
+    let channel = row.from.find(probes);
+    let recorded = channel.and_then(|channel| Unit::parse(channel.unit.as_deref()?).ok());
+    let why = match (recorded, channel.and_then(stated_unit)) {
+        (Some(_), _) => "as recorded",
+        (None, Some(_)) => "as its name ends",
+        (None, None) => "as large as its values",
+    };
+    let values = row.values(probes).map_or_else(String::new, |values| {
+        let number = |value: f64| text::number(value, 4);
+        let (least, greatest, first) = (number(values.least), number(values.greatest), number(values.first));
+        format!(": {least} to {greatest} {}, first {first}", values.unit.symbol)
+    });
+    format!("{}: '{}' of {} by its name, unit {why}{values}", role.name(), row.from.channel, row.from.source)
+}

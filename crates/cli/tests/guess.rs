@@ -1,0 +1,85 @@
+//! `doublet map` and `doublet new --guess`: a recording of unknown names becomes a session.
+
+#![expect(clippy::unwrap_used, clippy::print_stdout, reason = "a test helper that fails is a failed test")]
+
+#[path = "../../core/tests/common/shared.rs"]
+mod shared;
+
+mod common;
+
+use std::path::Path;
+
+use common::{doublet, root};
+use doublet_core::load::ChannelMap;
+use doublet_core::quantity::Role;
+
+/// Standard output of a command and its exit code.
+fn said(arguments: &[&str]) -> (String, Option<i32>) {
+    let output = doublet(&root(), arguments);
+    (String::from_utf8(output.stdout).unwrap(), output.status.code())
+}
+
+fn written(folder: &Path, text: &str) -> String {
+    let path = folder.join("log.csv");
+    std::fs::write(&path, text).unwrap();
+    path.to_str().unwrap().to_owned()
+}
+
+#[test]
+fn guessed_map_has_a_reason_for_every_row_and_is_a_map() {
+    let folder = tempfile::tempdir().unwrap();
+    let rows: String = (0..500).map(|k| format!("{},{},{}\n", 0.02 * f64::from(k), k % 50, k % 9)).collect();
+    let path = written(folder.path(), &format!("time [s],Pitch,q_dps\n{rows}"));
+    let (text, code) = said(&["map", &path]);
+    assert_eq!(code, Some(0));
+    let map = ChannelMap::parse(&text).unwrap();
+    assert_eq!(map.roles.keys().copied().collect::<Vec<_>>(), [Role::PitchRate, Role::PitchAngle]);
+    assert!(text.contains("# q: 'q_dps' of log by its name, unit as its name ends: 0 to 8.000 deg/s"), "{text}");
+    assert!(text.contains("# theta: 'Pitch' of log by its name, unit as large as its values"), "{text}");
+    let file = folder.path().join("map.toml");
+    let write = ["map", &path, "--write", file.to_str().unwrap()];
+    assert_eq!(said(&write).1, Some(0));
+    assert_eq!(std::fs::read_to_string(&file).unwrap(), text);
+    assert_eq!(said(&write).1, Some(1), "a map is never overwritten");
+}
+
+#[test]
+fn shipped_maps_are_listed_and_shown() {
+    let (list, _) = said(&["map", "--list"]);
+    for name in list.lines() {
+        let (text, code) = said(&["map", "--show", name]);
+        assert_eq!(code, Some(0), "{name}");
+        ChannelMap::parse(&text).unwrap();
+    }
+    assert!(list.lines().any(|name| name == "attas"), "{list}");
+    assert_eq!(said(&["map", "--show", "nobody"]).1, Some(1));
+}
+
+#[test]
+fn recordings_of_strangers_become_sessions_that_hold_the_guess() {
+    let Some(folder) = shared::shared("data/formats") else { return };
+    let out = tempfile::tempdir().unwrap();
+    for file in [
+        "generic_csv/05_units_row.csv",
+        "generic_csv/10_quoted_commas_in_names.csv",
+        "mdf4/three_groups_dz_deflate.mf4",
+    ] {
+        let recording = folder.join(file);
+        let session = out.path().join(format!("{}.toml", file.replace(['/', '.'], "_")));
+        let (recording, session) = (recording.to_str().unwrap(), session.to_str().unwrap());
+        let (text, code) = said(&["new", recording, "--guess", "-o", session]);
+        assert_eq!(code, Some(0), "{file}: {text}");
+        assert!(text.contains("manoeuvres found as windows"), "{file}: {text}");
+        let results = session.replace(".toml", "");
+        let (_, code) = said(&["run", session, "--out", &results]);
+        assert!(matches!(code, Some(0 | 3)), "{file}: {code:?}");
+        let results = std::fs::read_to_string(Path::new(&results).join("results.json")).unwrap();
+        let results: serde_json::Value = serde_json::from_str(&results).unwrap();
+        assert!(results["windows"].as_array().is_some_and(|windows| !windows.is_empty()), "{file}");
+    }
+    let ambiguous = folder.join("generic_csv/17_1khz_in_ms.csv");
+    let session = out.path().join("ambiguous.toml");
+    let (text, code) = said(&["new", ambiguous.to_str().unwrap(), "--guess", "-o", session.to_str().unwrap()]);
+    assert_eq!((code, session.exists()), (Some(3), false), "{text}");
+    assert!(text.contains("in milliseconds 1000 Hz over 3 s"), "{text}");
+}
