@@ -1,6 +1,11 @@
 //! `doublet map` and `doublet new --guess`: a recording of unknown names becomes a session.
 
-#![expect(clippy::unwrap_used, clippy::print_stdout, reason = "a test helper that fails is a failed test")]
+#![allow(
+    clippy::expect_used,
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    reason = "a test helper that fails is a failed test"
+)]
 
 #[path = "../../core/tests/common/shared.rs"]
 mod shared;

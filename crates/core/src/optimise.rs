@@ -9,7 +9,7 @@ const RESOLUTION: f64 = 1e-6;
 /// Ratio of the golden section, `(sqrt(5) - 1) / 2`.
 const GOLDEN: f64 = 0.618_033_988_749_894_8;
 
-/// Value of the smallest cost in `lower..=upper`, and the costs of the coarse scan: [`COARSE`] values, then golden section about the
+/// Value of the smallest cost in `lower..=upper`, and the costs of the coarse scan: `COARSE` values, then golden section about the
 /// best of them. The range must be finite and in order.
 ///
 /// # Errors

@@ -88,7 +88,7 @@ impl<'a> Context<'a> {
     /// Goes on, or ends the stage.
     ///
     /// # Errors
-    /// [`StageError::Cancelled`] once it was asked to stop.
+    /// [`StageError::Cancelled`](super::StageError::Cancelled) once it was asked to stop.
     pub fn checkpoint(&self) -> StageResult<()> {
         Ok(self.control.checkpoint()?)
     }
