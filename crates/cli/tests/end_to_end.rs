@@ -97,7 +97,7 @@ fn citation_zero_order_hold_matches_published_filter() {
 fn attas_gives_the_published_derivatives() {
     /// Relative: the published chain smooths and differentiates in its own way.
     const SMOOTHING_DIFFERS: f64 = 0.03;
-    if !has_shared("reference/attas") {
+    if !has_shared("attas") {
         return;
     }
     let (results, _folder) = results("reference/attas");
@@ -331,7 +331,7 @@ fn bad_sessions_end_in_one_clear_line_each() {
 
 #[test]
 fn recordings_that_do_not_fit_end_in_one_clear_line_each() {
-    if !has_shared("reference/attas") || !has_shared("citation_simulated") {
+    if !has_shared("attas") || !has_shared("citation_simulated") {
         return;
     }
     let (few, lines) = partly("reference/attas", |text| text.replacen("end_s = 25.0", "end_s = 0.2", 1));
@@ -383,7 +383,7 @@ fn channel_maps_that_do_not_fit_end_in_one_clear_line_each() {
 
 #[test]
 fn new_finds_the_channel_map_and_check_passes_its_session() {
-    if !has_shared("reference/attas") {
+    if !has_shared("attas") {
         return;
     }
     let folder = tempfile::tempdir().unwrap();

@@ -121,7 +121,10 @@ fn every_shipped_session_opens() {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../sessions");
     let files = |folder: &std::path::Path| std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
     let mut opened = 0;
-    for path in files(&folder).chain(files(&folder.join("reference"))).filter(|path| path.is_file()) {
+    for path in files(&folder)
+        .chain(files(&folder.join("reference")))
+        .filter(|path| path.extension().is_some_and(|end| end == "toml"))
+    {
         let session = session::open(&path).unwrap().session;
         assert!(session::check(&session).is_empty(), "{}", session.title);
         assert_eq!(session::parse(&session::print(&session).unwrap()).unwrap(), session);
