@@ -1,6 +1,6 @@
 //! Derivatives of every window by itself beside those of all windows: one row per derivative, one column per window.
 
-use doublet_engine::session::{Manoeuvre, WindowRole};
+use doublet_engine::session::Manoeuvre;
 use doublet_engine::stage::CoefficientFit;
 use eframe::egui::{self, RichText, ScrollArea, Ui};
 use egui_extras::{Column, TableBuilder};
@@ -25,8 +25,7 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, copy: bool) {
     let Some(pooled) = ctx.snapshot.pooled.latest() else {
         return awaiting(ctx, ui, "the derivatives", "There is no estimate yet.");
     };
-    let windows: Vec<&Manoeuvre> =
-        ctx.session.windows.iter().filter(|window| window.role != WindowRole::Ignored).collect();
+    let windows: Vec<&Manoeuvre> = ctx.session.active_windows().collect();
     let models = &ctx.session.structure.models;
     let names: Vec<String> = models
         .iter()

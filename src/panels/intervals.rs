@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use doublet_engine::session::WindowRole;
 use doublet_engine::stage::CoefficientFit;
 use eframe::egui::{ComboBox, Ui};
 
@@ -72,7 +71,7 @@ fn chart(ctx: &PanelContext<'_>, ui: &Ui, name: &str) -> Chart {
     let label = format!("{} ± {QUANTILE} corrected standard errors", notation::derivative(name));
     let mut chart = Chart::new("estimates of every window", "window", label);
     let mut kinds: BTreeMap<&str, ChartCurve> = BTreeMap::new();
-    let used = ctx.session.windows.iter().filter(|window| window.role != WindowRole::Ignored);
+    let used = ctx.session.active_windows();
     let with_estimate = used.filter_map(|window| {
         let fits = ctx.snapshot.windows.get(&window.name)?.fits.latest()?;
         Some((window, estimate(&fits.fits, name)?))

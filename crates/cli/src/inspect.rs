@@ -16,7 +16,7 @@ use crate::{new, text};
 pub fn inspect(arguments: &InspectArguments) -> Result<(), String> {
     let probe = read_contents(&arguments.recording).map_err(|error| error.to_string())?;
     if arguments.json {
-        let document = serde_json::to_string_pretty(&document(&probe)).map_err(|error| error.to_string())?;
+        let document = serde_json::to_string_pretty(&describe(&probe)).map_err(|error| error.to_string())?;
         text::document(&document);
         return Ok(());
     }
@@ -131,40 +131,40 @@ fn print_plan(probe: &Probe, map: &ChannelMap) {
 }
 
 /// The recording as one document: sources with their channels, and what is to be asked.
-fn document(probe: &Probe) -> Value {
+fn describe(probe: &Probe) -> Value {
     let guessed = guess(std::slice::from_ref(probe));
-    let sources: Vec<Value> = probe.sources.iter().map(|source| source_document(source, &guessed)).collect();
+    let sources: Vec<Value> = probe.sources.iter().map(|source| describe_source(source, &guessed)).collect();
     json!({
         "version": 1,
         "program": concat!("doublet ", env!("CARGO_PKG_VERSION")),
         "file": probe.path.display().to_string(),
         "format": probe.format.to_string(),
         "sources": sources,
-        "questions": questions(probe, &guessed),
+        "questions": list_questions(probe, &guessed).into_iter().map(|question| question.text).collect::<Vec<_>>(),
         "warnings": probe.warnings,
     })
 }
 
-fn source_document(source: &Source, guessed: &ManualChannelMap) -> Value {
+fn describe_source(source: &Source, guessed: &ManualChannelMap) -> Value {
     let clock = source.clocks.first();
-    let channels = source.channels.iter().map(|channel| channel_document(source, channel, guessed));
+    let channels = source.channels.iter().map(|channel| describe_channel(source, channel, guessed));
     json!({
         "name": source.name,
         "start_s": clock.map(|clock| clock.start_s),
         "rate_hz": clock.map(|clock| clock.rate_hz),
-        "samples": clock.map_or_else(|| most_samples(source), |clock| clock.samples),
+        "samples": clock.map_or_else(|| count_samples(source), |clock| clock.samples),
         "time": clock.map(|clock| clock.channel.as_str()),
         "time_unit": clock.map(|clock| clock.unit.symbol),
         "channels": channels.collect::<Vec<Value>>(),
     })
 }
 
-fn most_samples(source: &Source) -> usize {
+fn count_samples(source: &Source) -> usize {
     source.channels.iter().map(|channel| channel.samples).max().unwrap_or(0)
 }
 
 /// A channel with its values in the unit of the file; numbers are null where none is finite.
-fn channel_document(source: &Source, channel: &ChannelInfo, guessed: &ManualChannelMap) -> Value {
+fn describe_channel(source: &Source, channel: &ChannelInfo, guessed: &ManualChannelMap) -> Value {
     let finite = || channel.values().iter().copied().filter(|value| value.is_finite());
     let count = finite().count();
     let some = |value: f64| (count > 0).then_some(value);
@@ -179,36 +179,43 @@ fn channel_document(source: &Source, channel: &ChannelInfo, guessed: &ManualChan
         "minimum": some(finite().fold(f64::INFINITY, f64::min)),
         "maximum": some(finite().fold(f64::NEG_INFINITY, f64::max)),
         "mean": some(finite().sum::<f64>() / count as f64),
-        "role": role(source, channel, guessed).map(Role::name),
+        "role": find_role(source, channel, guessed).map(Role::name),
     })
 }
 
 /// The role a channel looks made for.
-fn role(source: &Source, channel: &ChannelInfo, guessed: &ManualChannelMap) -> Option<Role> {
+fn find_role(source: &Source, channel: &ChannelInfo, guessed: &ManualChannelMap) -> Option<Role> {
     let is_it = |from: &doublet_core::load::ChannelName| from.source == source.name && from.channel == channel.name;
     guessed.rows.iter().find(|(_, row)| is_it(&row.from)).map(|(role, _)| *role)
 }
 
-/// Whether a question about time leaves more than one unit to choose from, or none: nothing is right before it is answered.
-pub fn leaves_a_choice(question: &str) -> bool {
-    question.contains("\" or unit = \"") || question.contains("no time channel recognised")
+/// What a recording leaves open.
+pub struct Question {
+    /// The question, with what is taken where it has no answer.
+    pub text: String,
+    /// Nothing is right before it is answered: there is no time, or it can be read in several units.
+    pub must_be_answered: bool,
 }
 
 /// What the file leaves open: the unit of time or its absence, and units of channels that look made for a role.
-pub fn questions(probe: &Probe, guessed: &ManualChannelMap) -> Vec<String> {
+pub fn list_questions(probe: &Probe, guessed: &ManualChannelMap) -> Vec<Question> {
     let clocks = probe.sources.iter().flat_map(|source| source.clocks.iter().map(move |clock| (source, clock)));
-    let of_clocks =
-        clocks.filter_map(|(source, clock)| Some(format!("{}: time {}", source.name, clock.question.as_ref()?)));
-    let without_time = probe.warnings.iter().filter(|warning| warning.contains("no time channel recognised")).cloned();
+    let of_clocks = clocks.filter_map(|(source, clock)| {
+        let text = format!("{}: time {}", source.name, clock.question.as_ref()?);
+        Some(Question { text, must_be_answered: clock.is_unit_ambiguous })
+    });
+    let without_time = probe.sources.iter().filter_map(Source::missing_time);
+    let without_time = without_time.map(|text| Question { text, must_be_answered: true });
     let of_units = guessed.rows.iter().filter_map(|(role, row)| {
         let channel = row.from.find(std::slice::from_ref(probe))?;
         let unit = row.unit.filter(|unit| stated_unit(channel).is_none() && unit.symbol != "-")?;
         let (source, name) = (&row.from.source, &channel.name);
-        Some(format!(
+        let text = format!(
             "{source}: '{name}', taken for {}, states no unit: its values look like {}",
             role.name(),
             unit.symbol
-        ))
+        );
+        Some(Question { text, must_be_answered: false })
     });
     of_clocks.chain(without_time).chain(of_units).collect()
 }

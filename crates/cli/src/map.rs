@@ -8,10 +8,11 @@ use doublet_core::load::{ManualChannel, Probe, stated_unit};
 use doublet_core::quantity::{Role, Unit};
 use doublet_engine::begin::{self, Inspected};
 use doublet_engine::builtin;
+use doublet_engine::keep;
 use doublet_engine::run::Control;
 use serde_json::json;
 
-use crate::inspect::{leaves_a_choice, questions};
+use crate::inspect::{Question, list_questions};
 use crate::outcome::Outcome;
 use crate::text;
 
@@ -52,53 +53,56 @@ pub fn map(arguments: &MapArguments) -> Result<Outcome, String> {
     if let Some(name) = &arguments.show {
         let known = || builtin::names("channel_maps").join(", ");
         let text = builtin::text("channel_maps", name);
-        text::document(
-            text.ok_or_else(|| format!("no channel map '{name}' comes with the program: give one of {}", known()))?,
-        );
+        let text =
+            text.ok_or_else(|| format!("no channel map '{name}' comes with the program: give one of {}", known()))?;
+        match arguments.json {
+            true => text::document(&json!({ "version": 1, "map": text }).to_string()),
+            false => text::document(text),
+        }
         return Ok(Outcome::Done);
     }
     let inspected = begin::inspect(&arguments.recordings, &Control::default(), &|_| {})?;
-    let written = commented(&inspected)?;
-    let asked = asked(&inspected);
+    let written = write_map(&inspected)?;
+    let asked = ask(&inspected);
     if let Some(path) = &arguments.write {
         if path.exists() {
             return Err(format!("{} exists: choose another name, a map is never overwritten", path.display()));
         }
-        std::fs::write(path, &written).map_err(|error| format!("{}: {error}", path.display()))?;
+        keep::replace(path, written.as_bytes()).map_err(|error| format!("{}: {error}", path.display()))?;
     }
     if arguments.json {
-        let document = json!({ "version": 1, "map": written, "questions": asked });
+        let document = json!({ "version": 1, "map": written, "questions": asked.iter().map(|question| &question.text).collect::<Vec<_>>() });
         text::document(&serde_json::to_string_pretty(&document).map_err(|error| error.to_string())?);
     } else if let Some(path) = &arguments.write {
-        asked.iter().for_each(|question| text::line(&format!("question: {question}")));
+        asked.iter().for_each(|question| text::line(&format!("question: {}", question.text)));
         text::line(&format!("{}: look at every row, then give it with --map", path.display()));
     } else {
         text::document(written.trim_end());
     }
-    Ok(if asked.iter().any(|question| leaves_a_choice(question)) { Outcome::Bad } else { Outcome::Done })
+    Ok(if asked.iter().any(|question| question.must_be_answered) { Outcome::Bad } else { Outcome::Done })
 }
 
 /// What the recordings leave open.
-pub fn asked(inspected: &Inspected) -> Vec<String> {
-    inspected.probes.iter().flat_map(|probe| questions(probe, &inspected.guess)).collect()
+pub fn ask(inspected: &Inspected) -> Vec<Question> {
+    inspected.probes.iter().flat_map(|probe| list_questions(probe, &inspected.guess)).collect()
 }
 
 /// The guess as the text of a channel map, with the reason of every row, what is left open, and what contradicts it.
-fn commented(inspected: &Inspected) -> Result<String, String> {
+fn write_map(inspected: &Inspected) -> Result<String, String> {
     let guess = &inspected.guess;
     let text = guess.text().map_err(|error| error.to_string())?;
     let mut written =
         "# Guessed from the names, units and values of the channels: look at every row before it is used.\n".to_owned();
-    for question in asked(inspected) {
-        _ = writeln!(written, "# Question: {}", text::harmless(&question));
+    for question in ask(inspected) {
+        _ = writeln!(written, "# Question: {}", text::harmless(&question.text));
     }
-    for line in contradictions(inspected) {
+    for line in find_contradictions(inspected) {
         _ = writeln!(written, "# Contradiction: {}", text::harmless(&line));
     }
     for line in text.lines() {
         let role = line.strip_prefix("[roles.").and_then(|line| Role::from_name(line.strip_suffix(']')?));
         if let Some((role, row)) = role.and_then(|role| Some((role, guess.row(role)?))) {
-            _ = writeln!(written, "# {}", text::harmless(&reason(role, row, &inspected.probes)));
+            _ = writeln!(written, "# {}", text::harmless(&explain_row(role, row, &inspected.probes)));
         }
         written.push_str(line);
         written.push('\n');
@@ -107,7 +111,7 @@ fn commented(inspected: &Inspected) -> Result<String, String> {
 }
 
 /// What speaks against the guess among the channels themselves.
-fn contradictions(inspected: &Inspected) -> Vec<String> {
+fn find_contradictions(inspected: &Inspected) -> Vec<String> {
     let compared = begin::plan_by_hand(&inspected.probes, &inspected.guess).and_then(|plan| begin::compare(&plan));
     // What cannot be read is said by what needs it.
     let Ok(physics) = compared else { return Vec::new() };
@@ -115,7 +119,7 @@ fn contradictions(inspected: &Inspected) -> Vec<String> {
 }
 
 /// Why a channel is taken for a role and in which unit, and the values it then has.
-pub fn reason(role: Role, row: &ManualChannel, probes: &[Probe]) -> String {
+pub fn explain_row(role: Role, row: &ManualChannel, probes: &[Probe]) -> String {
     let channel = row.from.find(probes);
     let recorded = channel.and_then(|channel| Unit::parse(channel.unit.as_deref()?).ok());
     let why = match (recorded, channel.and_then(stated_unit)) {

@@ -13,8 +13,7 @@ use doublet_engine::session::{self, Flight, MapRef, Session};
 use doublet_engine::stage::{self, NO_AIRCRAFT};
 
 use crate::arguments::{NewArguments, StructureName};
-use crate::inspect::leaves_a_choice;
-use crate::map::{asked, reason};
+use crate::map::{ask, explain_row};
 use crate::outcome::Outcome;
 use crate::text;
 
@@ -71,8 +70,8 @@ pub fn new(arguments: &NewArguments) -> Result<Outcome, String> {
         let inspected = begin::inspect(&paths, &Control::default(), &|_| {})?;
         let (reference, map) = match &arguments.map {
             Some(name) => channel_map(name).map(as_file)?,
-            None if arguments.guess => match guessed(&inspected)? {
-                Some(guessed) => guessed,
+            None if arguments.guess => match take_guess(&inspected)? {
+                Some(guess) => guess,
                 None => return Ok(Outcome::Bad),
             },
             None => best_map(&inspected).map(as_file)?,
@@ -103,15 +102,15 @@ fn as_file((reference, map): (String, ChannelMap)) -> (MapRef, ChannelMap) {
 }
 
 /// The guess, said row by row; none where the time can be read in two ways or not at all, which is said.
-fn guessed(inspected: &Inspected) -> Result<Option<(MapRef, ChannelMap)>, String> {
-    let open: Vec<String> = asked(inspected).into_iter().filter(|question| leaves_a_choice(question)).collect();
+fn take_guess(inspected: &Inspected) -> Result<Option<(MapRef, ChannelMap)>, String> {
+    let open: Vec<_> = ask(inspected).into_iter().filter(|question| question.must_be_answered).collect();
     if !open.is_empty() {
-        open.iter().for_each(|question| text::line(&format!("question: {question}")));
+        open.iter().for_each(|question| text::line(&format!("question: {}", question.text)));
         text::line("nothing is written: `doublet map --write FILE`, answer it there, then --map FILE");
         return Ok(None);
     }
     for (role, row) in &inspected.guess.rows {
-        text::line(&format!("  {}", reason(*role, row, &inspected.probes)));
+        text::line(&format!("  {}", explain_row(*role, row, &inspected.probes)));
     }
     let written = inspected.guess.text().map_err(|error| error.to_string())?;
     let map = ChannelMap::parse(&written).map_err(|error| error.to_string())?;

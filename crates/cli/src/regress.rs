@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
+use doublet_engine::keep;
 use doublet_engine::study::{TableFit, TableRegression, TermChoice, regress_table};
 use serde_json::{Value, json};
 
@@ -70,8 +71,8 @@ pub fn regress(arguments: &RegressArguments) -> Result<(), String> {
         write_rows(out, &found, arguments.dt)?;
     }
     if arguments.json {
-        let document = document(&regression.output, &found);
-        text::document(&serde_json::to_string_pretty(&document).map_err(|error| error.to_string())?);
+        let described = describe(&regression.output, &found);
+        text::document(&serde_json::to_string_pretty(&described).map_err(|error| error.to_string())?);
     } else {
         print(&regression.output, &found);
     }
@@ -107,7 +108,7 @@ fn split_terms(text: &str) -> Result<Vec<String>, String> {
     Ok(terms)
 }
 
-fn document(output: &str, found: &TableFit) -> Value {
+fn describe(output: &str, found: &TableFit) -> Value {
     let fit = &found.fit;
     let derivatives = (0..fit.parameters()).map(|index| {
         json!({
@@ -177,5 +178,6 @@ fn write_rows(path: &Path, found: &TableFit, dt: Option<f64>) -> Result<(), Stri
         lines.push(format!("{at},{measured},{fitted},{}", found.fit.residuals[index]));
     }
     let text = lines.join("\n") + "\n";
-    std::fs::write(path, text).map_err(|error| format!("{}: {error}; name a file that can be written", path.display()))
+    keep::replace(path, text.as_bytes())
+        .map_err(|error| format!("{}: {error}; name a file that can be written", path.display()))
 }

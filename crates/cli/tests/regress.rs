@@ -1,27 +1,30 @@
 //! `doublet regress` on tables, and `doublet inspect --json`.
 
-#![expect(clippy::unwrap_used, clippy::print_stdout, reason = "a test helper that fails is a failed test")]
+#![allow(
+    clippy::expect_used,
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    reason = "a test helper that fails is a failed test"
+)]
 
 #[path = "../../core/tests/common/shared.rs"]
 mod shared;
 
-use std::path::Path;
-use std::process::{Command, Output};
+mod common;
 
+use std::path::Path;
+
+use common::{doublet, root};
 use serde_json::Value;
 
-fn doublet(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_doublet-cli")).args(arguments).output().unwrap()
-}
-
 fn document(arguments: &[&str]) -> Value {
-    let output = doublet(arguments);
+    let output = doublet(&root(), arguments);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     serde_json::from_slice(&output.stdout).unwrap()
 }
 
 fn error_line(arguments: &[&str]) -> String {
-    let output = doublet(arguments);
+    let output = doublet(&root(), arguments);
     assert_eq!(output.status.code(), Some(1));
     let text = String::from_utf8(output.stderr).unwrap();
     assert_eq!(text.lines().count(), 1, "{text}");

@@ -84,6 +84,8 @@ pub struct Clock {
     pub is_unit_stated: bool,
     /// What is to be asked about it, with the cure, in one line; `None` where nothing is.
     pub question: Option<String>,
+    /// Whether its stamps make a recording of flight in more than one unit, so that nothing but an answer tells which.
+    pub is_unit_ambiguous: bool,
     /// Index of the channel in its source; `None` for a computed clock.
     pub(super) index: Option<usize>,
 }
@@ -137,6 +139,7 @@ impl Clock {
             fault_count,
             is_unit_stated: true,
             question,
+            is_unit_ambiguous: false,
             index: Some(index),
         }
     }
@@ -293,6 +296,7 @@ pub(super) fn add_even_clocks(source: &mut Source, start_s: f64, rate_hz: f64) {
                 fault_count: 0,
                 is_unit_stated: true,
                 question: None,
+                is_unit_ambiguous: false,
                 index: None,
             });
         }

@@ -146,10 +146,7 @@ impl Value {
 }
 
 /// Numbers collected of one type, field by field; empty for fields of text.
-#[derive(Default)]
-struct Collected {
-    fields: Vec<Vec<f64>>,
-}
+type Collected = Vec<Vec<f64>>;
 
 #[derive(Default)]
 struct Log {
@@ -290,8 +287,8 @@ impl Log {
             (name, _) if DESCRIPTIONS.contains(&name) => {}
             _ => {
                 let collected = self.collected.entry(kind).or_default();
-                collected.fields.resize_with(layout.kinds.len(), Vec::new);
-                for (field, value) in collected.fields.iter_mut().zip(&values) {
+                collected.resize_with(layout.kinds.len(), Vec::new);
+                for (field, value) in collected.iter_mut().zip(&values) {
                     if let Value::Number(number) = value {
                         field.push(*number);
                     }
@@ -308,8 +305,7 @@ impl Log {
 
     /// Unit of a field and the factor to it from the number as stored.
     fn unit(&self, kind: u8, layout: &Layout, field: usize) -> (Option<String>, f64) {
-        let own = if self.is_scaled { Some(1.0) } else { None };
-        let own = own_factor(layout.kinds[field]).map(|factor| own.unwrap_or(factor));
+        let own = own_factor(layout.kinds[field]).map(|factor| if self.is_scaled { 1.0 } else { factor });
         let meaning = self.meanings.get(&kind);
         let letters = meaning.map(|(units, factors)| (units.get(field).copied(), factors.get(field).copied()));
         let (unit, factor) = letters.unwrap_or_default();
@@ -335,16 +331,16 @@ impl Log {
             let units: Vec<(Option<String>, f64)> =
                 (0..layout.kinds.len()).map(|field| self.unit(kind, &layout, field)).collect();
             let instance = units.iter().position(|(unit, _)| unit.as_deref() == Some(INSTANCE));
-            for (values, (_, factor)) in collected.fields.iter_mut().zip(&units) {
+            for (values, (_, factor)) in collected.iter_mut().zip(&units) {
                 if *factor != 1.0 {
                     values.iter_mut().for_each(|value| *value *= factor);
                 }
             }
-            let count = collected.fields.iter().map(Vec::len).max().unwrap_or(0);
-            for (name, samples) in instances(&layout.name, instance.map(|field| &collected.fields[field]), count) {
+            let count = collected.iter().map(Vec::len).max().unwrap_or(0);
+            for (name, samples) in instances(&layout.name, instance.map(|field| &collected[field]), count) {
                 let samples = self.in_order(&name, &layout, &collected, samples);
                 let mut source = Source::new(name);
-                for ((label, (unit, _)), values) in layout.labels.iter().zip(&units).zip(&collected.fields) {
+                for ((label, (unit, _)), values) in layout.labels.iter().zip(&units).zip(&collected) {
                     if !values.is_empty() {
                         let values = samples.iter().map(|&sample| values[sample]).collect();
                         source.channels.push(ChannelInfo::new(label.clone(), unit.clone(), values));
@@ -361,9 +357,9 @@ impl Log {
     }
 
     /// Samples in the order of their stamps: a log has several writers, and a message may come after a younger one.
-    fn in_order(&mut self, name: &str, layout: &Layout, collected: &Collected, mut samples: Vec<usize>) -> Vec<usize> {
+    fn in_order(&mut self, name: &str, layout: &Layout, collected: &[Vec<f64>], mut samples: Vec<usize>) -> Vec<usize> {
         let clock = layout.labels.iter().position(|label| label == "TimeUS" || label == "TimeMS");
-        let Some(stamps) = clock.map(|field| &collected.fields[field]).filter(|stamps| !stamps.is_empty()) else {
+        let Some(stamps) = clock.map(|field| &collected[field]).filter(|stamps| !stamps.is_empty()) else {
             return samples;
         };
         let late = samples.windows(2).filter(|pair| stamps[pair[1]] < stamps[pair[0]]).count();

@@ -122,17 +122,25 @@ pub(super) fn finish(mut probe: Probe) -> Result<Probe, LoadError> {
                     .push(format!("source '{}': {more} more such samples of '{}'", source.name, clock.channel));
             }
         }
-        if source.clocks.is_empty() && source.channels.iter().any(|channel| channel.samples > 1) {
-            let cure = match stated_rate(source) {
-                Some((line, rate)) => {
-                    format!("{line} says {rate} Hz: give sample_rate = {rate} in the map's [[time]] entry")
-                }
-                None => "name it in the map's [[time]] entry or give sample_rate there".to_owned(),
-            };
-            probe.warnings.push(format!("source '{}': no time channel recognised; {cure}", source.name));
-        }
+        probe.warnings.extend(source.missing_time());
     }
     Ok(probe)
+}
+
+impl Source {
+    /// What is to be done about the time of a source that has none, in one line.
+    pub fn missing_time(&self) -> Option<String> {
+        if !self.clocks.is_empty() || self.channels.iter().all(|channel| channel.samples <= 1) {
+            return None;
+        }
+        let cure = match stated_rate(self) {
+            Some((line, rate)) => {
+                format!("{line} says {rate} Hz: give sample_rate = {rate} in the map's [[time]] entry")
+            }
+            None => "name it in the map's [[time]] entry or give sample_rate there".to_owned(),
+        };
+        Some(format!("source '{}': no time channel recognised; {cure}", self.name))
+    }
 }
 
 /// A rate that a line of text in the file states (`25 Hz`), and where.

@@ -183,14 +183,16 @@ fn header(
         let known = |line: usize| before[line].iter().filter(|cell| !cell.is_empty() && is_unit(cell)).count();
         let is_comment = before[above].first().is_some_and(|cell| cell.starts_with('#'));
         // A row of names may hold a letter that is also a unit (t, m, g); the row below names has units in most cells.
-        let as_units = |line: usize| before[line].iter().map(|cell| (!cell.is_empty()).then(|| bare(cell))).collect();
+        let as_units = |line: usize| {
+            let cells = before[line].iter().map(|cell| cell.trim_start_matches('#').trim());
+            cells.map(|cell| (!cell.is_empty()).then(|| bare(cell))).collect()
+        };
         if 2 * known(last) >= filled(last).max(1) && filled(above) >= filled(last) {
             units = as_units(last);
             rows.remove(0);
         } else if is_comment && 3 * known(above) >= filled(above) && known(above) > known(last) {
-            // Avionics of Garmin write the units as a comment above the names; that of a date is none.
+            // Avionics of Garmin write the units as a comment above the names.
             units = as_units(above);
-            units[0] = None;
         }
     }
     let Some(&at) = rows.first() else {
@@ -340,6 +342,8 @@ mod tests {
         assert_eq!(layout.names[3..], ["OAT", "IAS", "AltMSL", "E1 RPM"]);
         let units: Vec<&str> = layout.units.iter().map(|unit| unit.as_deref().unwrap_or("")).collect();
         assert_eq!(units[3..], ["deg C", "kt", "ft msl", "rpm"]);
+        let commented = TextLayout::find(b"#ms, deg, kt\nstamp,alpha,V\n0,1,90\n20,2,91\n40,3,92\n").unwrap();
+        assert_eq!(commented.units.iter().flatten().collect::<Vec<_>>(), ["ms", "deg", "kt"]);
         let simulator = b"\n _totl,_time | Vtrue,_ktas | Vtrue,_ktgs |____Q,rad/s |\n 1.0 | 90.0 | 91.0 | 0.1 |\n\
             1.1 | 90.0 | 91.0 | 0.2 |\n 1.2 | 90.0 | 91.0 | 0.3 |\n";
         let layout = TextLayout::find(simulator).unwrap();

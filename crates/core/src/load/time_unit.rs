@@ -84,6 +84,12 @@ impl Ticks {
         format!("{} Hz over {span}", short(rate_hz))
     }
 
+    /// Whether they make a recording of flight in more than one unit; decimals of a second do not.
+    fn is_ambiguous(&self) -> bool {
+        let (chosen, others) = self.decide();
+        !others.is_empty() && chosen.is_some_and(|(unit, _)| self.whole || unit.symbol != "s")
+    }
+
     /// The fitting unit whose rate is nearest to the usual one, seconds before others; and the other units that fit.
     fn decide(&self) -> (Option<NamedUnit>, Vec<NamedUnit>) {
         let known = UNITS.iter().filter_map(|&(symbol, word)| Some((Unit::parse(symbol).ok()?, word)));
@@ -127,8 +133,9 @@ pub(super) fn settle_units(sources: &mut [Source]) {
             let Some(index) = clock.index else { continue };
             let stamps: Vec<f64> = source.channels[index].values().iter().map(|&value| unit.to_si(value)).collect();
             let mut settled = Clock::examine(&clock.channel, index, unit, &stamps);
+            let is_unit_ambiguous = settled.question.is_none() && ticks.is_ambiguous();
             let question = settled.question.take().or(question).or_else(|| clock.question.clone());
-            source.clocks[at] = Clock { is_unit_stated: false, question, ..settled };
+            source.clocks[at] = Clock { is_unit_stated: false, is_unit_ambiguous, question, ..settled };
         }
     }
 }
@@ -147,7 +154,7 @@ fn judge(channel: &str, ticks: &Ticks) -> (Unit, Option<String>) {
     };
     let cure = |unit: Unit| format!("unit = \"{}\"", unit.symbol);
     // Decimals of a second, or stamps that no other unit explains, leave nothing to ask.
-    let asks = unit.symbol != "s" || (ticks.whole && !others.is_empty());
+    let asks = unit.symbol != "s" || ticks.is_ambiguous();
     let or = others.iter().map(|(other, word)| format!("; in {word} {}", ticks.words(*other)));
     let or: String =
         if unit.symbol == "s" { or.collect() } else { or.chain([format!("; in seconds {as_seconds}")]).collect() };

@@ -12,7 +12,7 @@ use super::results::{
 use super::{mass, setup, signals, summary};
 use crate::date;
 use crate::run::{Slot, Snapshot};
-use crate::session::{Manoeuvre, Session, Surface, WindowRole, path_warning};
+use crate::session::{Manoeuvre, Session, Surface, path_warning};
 use crate::stage::{self, CoefficientFit, ExpressedChannel, UsedClock, WindowPath};
 use crate::verdict::{FitVerdict, NO_WINDOW};
 
@@ -21,7 +21,7 @@ pub fn build(session: &Session, snapshot: &Snapshot) -> Results {
     let aircraft = snapshot.aircraft.ready();
     let aircraft = aircraft.map(|loaded| &loaded.aircraft);
     let at_start = mass::mass_properties(session, snapshot);
-    let active = session.windows.iter().filter(|window| window.role != WindowRole::Ignored);
+    let active = session.active_windows();
     let pooled = snapshot.pooled.ready();
     let verdicts = snapshot.verdicts.ready();
     let pooled_row = |fit: &CoefficientFit| fit_row(fit, verdicts.and_then(|found| found.fit(None, fit.coefficient)));

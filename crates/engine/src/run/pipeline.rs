@@ -14,7 +14,7 @@ use super::snapshot::{AnySlot, LogEntry, Slot, SlotGroup, Snapshot, WindowResult
 use super::snapshot_builder::SnapshotBuilder;
 use super::studies;
 use crate::graph::{Cache, Cancelled, Context, Control, Key, Keyed, Stage, StageError};
-use crate::session::{self, Flight, Manoeuvre, Session, WindowRole};
+use crate::session::{self, Flight, Manoeuvre, Session};
 use crate::stage::{
     self, AircraftData, FlightEngines, FlightPhysics, FlightProposals, FlownMass, LoadedAircraft, LoadedFlight,
     PooledFits, ProofOfMatch, Samples, SessionNoise, StudyWindow, WindowAero, WindowFits, WindowPath,
@@ -53,7 +53,7 @@ pub fn run(
     publish: &(dyn Fn(Snapshot) + Sync),
 ) -> Snapshot {
     let started = Instant::now();
-    let windows = active_windows(scope.session);
+    let windows: Vec<&Manoeuvre> = scope.session.active_windows().collect();
     let (first, steps) = first_snapshot(scope, previous, &windows);
     let builder = SnapshotBuilder::new(first, previous.generation == 0, steps, publish, control);
     let context = Context::new(scope.folder).with_cache(cache).with_control(control, &|_| ());
@@ -93,11 +93,6 @@ pub fn run(
 
 fn plural(count: usize, noun: &str) -> String {
     format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
-}
-
-/// Windows that are not ignored.
-fn active_windows(session: &Session) -> Vec<&Manoeuvre> {
-    session.windows.iter().filter(|window| window.role != WindowRole::Ignored).collect()
 }
 
 /// The previous snapshot without what left the session, everything else marked as running; and the number of its slots.

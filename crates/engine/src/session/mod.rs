@@ -379,6 +379,11 @@ impl Session {
         Settings { filter, preparation, structure, estimation }
     }
 
+    /// Windows that are not ignored, in order.
+    pub fn active_windows(&self) -> impl Iterator<Item = &Manoeuvre> {
+        self.windows.iter().filter(|window| window.role != WindowRole::Ignored)
+    }
+
     /// The flight called `name`.
     pub fn flight(&self, name: &str) -> Option<&Flight> {
         self.flights.iter().find(|flight| flight.name == name)

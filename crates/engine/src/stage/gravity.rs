@@ -4,7 +4,7 @@ use doublet_core::atmos::{STANDARD_GRAVITY_M_S2, gravity_m_s2};
 use doublet_core::quantity::Role;
 use doublet_core::series::Recording;
 
-use crate::session::{GravitySource, Session, WindowRole};
+use crate::session::{GravitySource, Session};
 
 /// Gravity and where it comes from.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,7 +22,7 @@ pub fn gravity<'a>(session: &Session, recording: impl Fn(&str) -> Option<&'a Rec
         return Gravity { m_s2: session.filter.gravity_m_s2, origin: "as the session states".to_owned() };
     }
     let mean = |roles: &[Role]| {
-        let active = session.windows.iter().filter(|window| window.role != WindowRole::Ignored);
+        let active = session.active_windows();
         let means = active.filter_map(|window| {
             let channels = recording(&window.flight)?;
             let channel = roles.iter().find_map(|role| channels.role(*role))?;

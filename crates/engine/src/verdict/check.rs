@@ -11,7 +11,7 @@ use serde::Serialize;
 use super::{Finding, Level};
 use crate::graph::{Cache, Context};
 use crate::run::{Control, Scope, Snapshot, run};
-use crate::session::{self, Manoeuvre, Session, WindowRole};
+use crate::session::{self, Manoeuvre, Session};
 use crate::stage::{self, PhysicsRow};
 
 /// Memory for intermediate results of a check.
@@ -117,7 +117,7 @@ pub fn check_session(session: &Session, folder: &Path) -> Checked {
 
 /// The session with as many of its windows as are computed, and the others.
 fn part(session: &Session) -> (Cow<'_, Session>, Vec<&Manoeuvre>) {
-    let active = || session.windows.iter().filter(|window| window.role != WindowRole::Ignored);
+    let active = || session.active_windows();
     let others: Vec<_> = active().skip(MOST_COMPUTED).collect();
     if others.is_empty() {
         return (Cow::Borrowed(session), others);
@@ -162,7 +162,7 @@ fn of_recordings(session: &Session, snapshot: &Snapshot) -> Vec<Finding> {
             findings.push(Finding::new(level, code, place.clone(), text.clone()));
         }
     }
-    for window in session.windows.iter().filter(|window| window.role != WindowRole::Ignored) {
+    for window in session.active_windows() {
         let loaded = snapshot.flights.get(&window.flight).and_then(|slot| slot.ready());
         let text = loaded.and_then(|loaded| stage::partly_outside(&loaded.recording, window.window));
         let place = format!("window '{}'", window.name);

@@ -8,7 +8,7 @@ use doublet_core::reconstruct::State;
 use doublet_core::series::Recording;
 use doublet_core::statistics;
 
-use super::judge::{Evidence, judged_windows, level_above};
+use super::judge::{Evidence, level_above};
 use super::{Finding, Level};
 use crate::run::Snapshot;
 use crate::session::{Manoeuvre, Session};
@@ -167,6 +167,6 @@ fn mean(values: &[f64]) -> f64 {
 /// Median of the mean dynamic pressures of the windows not ignored, Pa.
 pub(super) fn median_pressure(session: &Session, snapshot: &Snapshot) -> Option<f64> {
     let of = |window: &Manoeuvre| Some(mean_pressure(snapshot.windows.get(&window.name)?.aero.ready()?));
-    let mut pressures: Vec<f64> = judged_windows(session).filter_map(of).collect();
+    let mut pressures: Vec<f64> = session.active_windows().filter_map(of).collect();
     statistics::median(&mut pressures)
 }

@@ -8,7 +8,7 @@ use super::plausible::Plausible;
 use super::{Finding, Level, Verdict, derivative, fit, flight, session, studies, window};
 use crate::graph::Footprint;
 use crate::run::Snapshot;
-use crate::session::{Manoeuvre, Session, WindowRole};
+use crate::session::{Manoeuvre, Session};
 use crate::stage::CoefficientFit;
 
 /// Verdicts on everything a run computed.
@@ -116,13 +116,8 @@ pub(super) struct Evidence<'a> {
 impl<'a> Evidence<'a> {
     /// Windows not ignored, in the order of the session.
     pub(super) fn windows(self) -> impl Iterator<Item = &'a Manoeuvre> {
-        judged_windows(self.session)
+        self.session.active_windows()
     }
-}
-
-/// Windows not ignored, in the order of the session.
-pub(super) fn judged_windows(session: &Session) -> impl Iterator<Item = &Manoeuvre> {
-    session.windows.iter().filter(|window| window.role != WindowRole::Ignored)
 }
 
 /// Judges everything a run computed from `session`. What is missing in `snapshot` is judged as not computed.

@@ -24,7 +24,7 @@ pub fn fits(contents: &Contents<'_>) -> Vec<Block> {
     if !quality.rows.is_empty() {
         blocks.push(Block::Table(quality.captioned("Quality of the fits of single windows.")));
     }
-    for window in contents.session.windows.iter().filter(|window| window.role != WindowRole::Ignored) {
+    for window in contents.session.active_windows() {
         let Some(found) = contents.snapshot.windows.get(&window.name) else { continue };
         let (Some(aero), Some(fits)) = (found.aero.ready(), found.fits.ready()) else { continue };
         let rows = fits.fits.iter().filter_map(|fit| {

@@ -11,7 +11,7 @@ use super::{Axis, Block, Colour, Contents, Figure, LineStyle, Mark, Panel, Plot,
 use crate::notation;
 use crate::report::table::{Cell, Column, Table, significant};
 use crate::report::tables;
-use crate::session::{PathSource, WindowRole};
+use crate::session::PathSource;
 use crate::stage::WindowPath;
 
 /// Settings of the filter, and whether the innovations are as large as they say.
@@ -147,7 +147,7 @@ pub fn innovations(contents: &Contents<'_>) -> Vec<Block> {
     if !ratios.rows.is_empty() {
         blocks.push(Block::Table(ratios));
     }
-    let used = contents.session.windows.iter().filter(|window| window.role != WindowRole::Ignored);
+    let used = contents.session.active_windows();
     for window in used {
         let Some(path) = contents.snapshot.windows.get(&window.name).and_then(|results| results.path.ready()) else {
             continue;
