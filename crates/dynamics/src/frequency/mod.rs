@@ -1,0 +1,1 @@
+//! Frequency responses from recordings, and low-order equivalent systems fitted to them.

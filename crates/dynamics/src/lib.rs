@@ -1,0 +1,10 @@
+//! From derivatives to how an aircraft flies: linear models about a trim, natural modes, flying-qualities levels, frequency responses and
+//! low-order equivalent systems, each with its interval.
+//!
+//! Data flow one way, `linear -> modes -> qualities`; [`frequency`] stands beside them. SI units and radians; axes, signs and normalisations
+//! are those of `docs/conventions.md`.
+
+pub mod frequency;
+pub mod linear;
+pub mod modes;
+pub mod qualities;

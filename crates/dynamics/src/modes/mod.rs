@@ -1,0 +1,1 @@
+//! Natural modes of a linear model.
