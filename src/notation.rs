@@ -1,8 +1,7 @@
 //! How quantities are written on screen: what every front end writes, and what needs a font.
 
 use doublet_core::quantity::{Dimension, Role};
-use doublet_core::validate::Signal;
-pub use doublet_engine::notation::{derivative, derivative_parts, measurement, role, state, term};
+pub use doublet_engine::notation::{derivative, derivative_parts, measurement, role, signal, state, term};
 use doublet_engine::notation::{role_unit, unit};
 use eframe::egui::text::{LayoutJob, TextFormat};
 use eframe::egui::{self, Align, FontId};
@@ -104,25 +103,6 @@ pub fn within(value: f64, error: f64) -> String {
     }
     let decimals = (1.0 - error.abs().log10().floor()).max(0.0) as usize;
     if decimals > MOST_DECIMALS { number(value) } else { fixed(value, decimals) }
-}
-
-/// Symbol of a history that is compared with a flight, for axes too short for its name.
-pub fn signal(signal: Signal) -> &'static str {
-    match signal {
-        Signal::Airspeed => "V",
-        Signal::Altitude => "h",
-        Signal::AngleOfAttack => "α",
-        Signal::Sideslip => "β",
-        Signal::BankAngle => "φ",
-        Signal::PitchAngle => "θ",
-        Signal::HeadingAngle => "ψ",
-        Signal::RollRate => "p",
-        Signal::PitchRate => "q",
-        Signal::YawRate => "r",
-        Signal::SpecificForceX => "ax",
-        Signal::SpecificForceY => "ay",
-        Signal::NormalAcceleration => "n",
-    }
 }
 
 #[cfg(test)]

@@ -48,7 +48,7 @@ impl Panel for Report {
         egui::CentralPanel::default().frame(egui::Frame::NONE.inner_margin(8)).show(ui, |ui| {
             ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
                 for section in &shown.document.sections {
-                    ui.heading(section.kind.title());
+                    ui.heading(section.title.as_str());
                     for (index, block) in section.blocks.iter().enumerate() {
                         ui.push_id(index, |ui| draw(block, ui));
                         ui.add_space(8.0);
@@ -127,6 +127,9 @@ fn draw(block: &Block, ui: &mut Ui) {
         Block::List(lines) => lines.iter().for_each(|line| {
             ui.add(egui::Label::new(format!("• {line}")).wrap());
         }),
+        Block::Outcome(level, text) => {
+            ui.label(RichText::new(text).strong().color(theme::palette(ui).of_level(*level)));
+        }
         Block::Table(table) => draw_table(table, ui),
         Block::Figure(figure) => figure_view(ui, figure),
     }

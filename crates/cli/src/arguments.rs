@@ -8,6 +8,7 @@ use doublet_core::replay::MotionAxis;
 use doublet_engine::report::document::SectionKind;
 use doublet_engine::report::{HistoryFormat, TableFormat};
 use doublet_engine::session::Surface;
+use doublet_engine::stage::PercentRule;
 use doublet_engine::study::LagKind;
 use doublet_report::ReportFormat;
 
@@ -276,6 +277,9 @@ pub struct MatchArguments {
     /// Tolerance file; without it those of 14 CFR Part 60.
     #[arg(long, value_name = "FILE")]
     pub tolerances: Option<PathBuf>,
+    /// What percentages are of: of the largest value in the record (range), as the regulation has it, or of each sample.
+    #[arg(long, value_name = "OF", default_value = "range", value_parser = percent_rules())]
+    pub percent: String,
 }
 
 /// Arguments of `export`.
@@ -478,8 +482,13 @@ fn not_negative(text: &str) -> Result<f64, String> {
     value.ok_or_else(|| "give a number from zero up".to_owned())
 }
 
+/// Names of the rules for percentages.
+pub fn percent_rules() -> PossibleValuesParser {
+    PercentRule::ALL.map(PercentRule::name).into()
+}
+
 /// Names of report formats.
-fn report_format() -> PossibleValuesParser {
+pub fn report_format() -> PossibleValuesParser {
     ReportFormat::ALL.map(ReportFormat::name).into()
 }
 

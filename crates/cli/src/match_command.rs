@@ -4,7 +4,7 @@ use std::path::Path;
 
 use doublet_core::load::read_text;
 use doublet_engine::report::{ProofRow, ReplayRow, proof_rows};
-use doublet_engine::stage::Tolerances;
+use doublet_engine::stage::{PercentRule, Reading, Tolerances};
 
 use crate::arguments::MatchArguments;
 use crate::run::computed;
@@ -15,21 +15,23 @@ use crate::text;
 /// # Errors
 /// One line per thing that is wrong, and how many tests fail.
 pub fn match_command(arguments: &MatchArguments) -> Result<(), String> {
+    let rule = PercentRule::ALL.into_iter().find(|rule| rule.name() == arguments.percent).unwrap_or_default();
+    let reading = Reading { percent: rule, ..Reading::default() };
     let read = |path: &Path| {
         let text = read_text(path).map_err(|error| format!("{}: {error}", path.display()))?;
-        Tolerances::parse(&text).map_err(|error| format!("{}: {error}", path.display()))
+        Tolerances::parse_by(&text, &reading).map_err(|error| format!("{}: {error}", path.display()))
     };
-    let tolerances = arguments.tolerances.as_deref().map(read).transpose()?;
+    let tolerances = match &arguments.tolerances {
+        Some(path) => read(path)?,
+        None => Tolerances::builtin_by(&reading)?,
+    };
     let (session, snapshot) = computed(&arguments.session, &[])?;
     let proof = snapshot.proof.ready().ok_or("nothing was flown again")?;
-    let rows = match &tolerances {
-        Some(tolerances) => proof_rows(&proof.judge_by(&session, tolerances)),
-        None => proof_rows(proof),
-    };
+    let rows = proof_rows(&proof.judge_by(&session, &tolerances));
     if rows.windows.is_empty() {
         return Err("the session has no validation window: mark one as validation".to_owned());
     }
-    print(&rows);
+    print(&rows, rule);
     let tests = || rows.windows.iter().flat_map(|window| &window.tests);
     let failed = tests().filter(|test| !test.passed).count();
     let unflown = rows.windows.iter().filter(|window| window.error.is_some()).count();
@@ -40,8 +42,8 @@ pub fn match_command(arguments: &MatchArguments) -> Result<(), String> {
     }
 }
 
-fn print(rows: &ProofRow) {
-    text::line(&format!("tolerances: {}", rows.tolerances));
+fn print(rows: &ProofRow, rule: PercentRule) {
+    text::line(&format!("tolerances: {}; percentages {}", rows.tolerances, rule.words()));
     for window in &rows.windows {
         text::line("");
         text::line(&window.window);

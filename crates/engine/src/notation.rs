@@ -2,6 +2,7 @@
 
 use doublet_core::quantity::{Dimension, Role};
 use doublet_core::reconstruct::{Measurement, State};
+use doublet_core::validate::Signal;
 
 /// Unit a dimension is shown in, and its factor from SI.
 pub fn unit(dimension: Dimension) -> (&'static str, f64) {
@@ -104,6 +105,25 @@ pub fn state(state: State) -> &'static str {
         State::WindNorth => "wind north",
         State::WindEast => "wind east",
         State::WindDown => "wind down",
+    }
+}
+
+/// Symbol of a history that is compared with a flight, for axes too short for its name.
+pub fn signal(signal: Signal) -> &'static str {
+    match signal {
+        Signal::Airspeed => "V",
+        Signal::Altitude => "h",
+        Signal::AngleOfAttack => "α",
+        Signal::Sideslip => "β",
+        Signal::BankAngle => "φ",
+        Signal::PitchAngle => "θ",
+        Signal::HeadingAngle => "ψ",
+        Signal::RollRate => "p",
+        Signal::PitchRate => "q",
+        Signal::YawRate => "r",
+        Signal::SpecificForceX => "ax",
+        Signal::SpecificForceY => "ay",
+        Signal::NormalAcceleration => "n",
     }
 }
 

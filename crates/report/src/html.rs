@@ -25,17 +25,19 @@ pub fn html(document: &Document) -> String {
     document.cover.iter().for_each(|block| page.block(block));
     page.out.push_str("</div><nav><ol>");
     for section in &document.sections {
-        page.put(format_args!("<li><a href=\"#{}\">{}</a></li>", section.kind.name(), escape(section.kind.title())));
+        page.put(format_args!("<li><a href=\"#{}\">{}</a></li>", escape(&section.name), escape(&section.title)));
     }
     page.out.push_str("</ol></nav><main>\n");
     for (index, section) in document.sections.iter().enumerate() {
-        let (name, title) = (section.kind.name(), escape(section.kind.title()));
+        let (name, title) = (escape(&section.name), escape(&section.title));
         page.put(format_args!("<section id=\"{name}\"><h2>{} {title}</h2>\n", index + 1));
         section.blocks.iter().for_each(|block| page.block(block));
         page.out.push_str("</section>\n");
     }
     let (app, date) = (escape(&document.app), escape(&document.date));
-    page.put(format_args!("</main><footer>{app}, {date}</footer></body></html>\n"));
+    let notice =
+        if document.notice.is_empty() { String::new() } else { format!("<p>{}</p>", escape(&document.notice)) };
+    page.put(format_args!("</main><footer>{notice}{app}, {date}</footer></body></html>\n"));
     page.out
 }
 
@@ -67,6 +69,9 @@ impl Page {
                 self.out.push_str("<ul>");
                 lines.iter().for_each(|line| self.put(format_args!("<li>{}</li>", escape(line))));
                 self.out.push_str("</ul>\n");
+            }
+            Block::Outcome(level, text) => {
+                self.put(format_args!("<p class=\"outcome {}\">{}</p>\n", level.name(), escape(text)));
             }
             Block::Table(table) => self.table(table),
             Block::Figure(figure) => {

@@ -76,6 +76,8 @@ fn contents(document: &Document) -> Value {
         "subtitle": document.subtitle,
         "app": document.app,
         "date": document.date,
+        "notice": document.notice,
+        "signatures": document.signatures,
         "cover": cover,
         "sections": sections,
     })
@@ -83,7 +85,7 @@ fn contents(document: &Document) -> Value {
 
 fn section_value(section: &Section, figures: &mut usize) -> Value {
     let blocks: Vec<Value> = section.blocks.iter().map(|block| block_value(block, figures)).collect();
-    json!({ "title": section.kind.title(), "blocks": blocks })
+    json!({ "title": section.title, "on_new_page": section.on_new_page, "blocks": blocks })
 }
 
 fn block_value(block: &Block, figures: &mut usize) -> Value {
@@ -97,6 +99,7 @@ fn block_value(block: &Block, figures: &mut usize) -> Value {
         Block::List(lines) => {
             json!({ "kind": "list", "lines": lines.iter().map(|line| breakable(line)).collect::<Vec<_>>() })
         }
+        Block::Outcome(level, text) => json!({ "kind": "outcome", "level": level.name(), "text": breakable(text) }),
         Block::Table(table) => table_value(table),
         Block::Figure(figure) => {
             let file = figure_file(*figures);

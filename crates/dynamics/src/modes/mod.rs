@@ -1,1 +1,3 @@
-//! Natural modes of a linear model.
+//! Natural modes of a linear model, and modes as recorded.
+
+pub mod measured;

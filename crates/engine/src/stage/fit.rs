@@ -272,7 +272,7 @@ fn fit_series(fit: Option<&Fit>, windows: &[&WindowAero]) -> Vec<(Series, Series
 }
 
 /// Name of the constant of one window in a pooled fit.
-pub(super) fn constant_name(constant: &str, window: &str) -> String {
+pub(crate) fn constant_name(constant: &str, window: &str) -> String {
     format!("{constant}[{window}]")
 }
 

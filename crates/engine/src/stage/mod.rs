@@ -66,6 +66,8 @@ pub use replay::{
 };
 pub use samples::fit_in_memory;
 pub use signals::TreatedSignal;
-pub use tolerances::Tolerances;
+pub use tolerances::{
+    Judgement, ObjectiveTest, PercentRule, Quantity, Reading, RecordDemand, Tolerances, ValueTolerance,
+};
 pub use truth::TruthError;
 pub use window_context::WindowContext;

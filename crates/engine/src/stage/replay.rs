@@ -7,7 +7,7 @@ use doublet_core::model::{Coefficient, Derivatives, Structure, Term, regressors,
 use doublet_core::reconstruct::{Reconstruction, STATES, State};
 use doublet_core::replay::{Motion, Replay, Response, Start};
 use doublet_core::series::Series;
-use doublet_core::validate::{Histories, Signal, TestResult, Theil, judge, theil};
+use doublet_core::validate::{Histories, Signal, TestResult, Theil, ToleranceTest, judge, theil};
 use rayon::prelude::*;
 
 use super::aero::{WindowAero, states_of};
@@ -108,10 +108,7 @@ impl ProofOfMatch {
         let one = |(name, replay): &(String, StageResult<Arc<WindowReplay>>)| {
             let judged = |replay: &Arc<WindowReplay>| {
                 let tests = session.window(name).map(|window| tolerances.tests(window)).unwrap_or_default();
-                let (measured, simulated) = (&replay.measured, &replay.simulated);
-                let tests: Vec<_> = tests.into_iter().map(|test| judge(test, measured, simulated)).collect();
-                let series = series(measured, simulated, &tests);
-                Arc::new(WindowReplay { tests, series, ..WindowReplay::clone(replay) })
+                Arc::new(replay.judge_by(tests))
             };
             (name.clone(), replay.as_ref().map(judged).map_err(Clone::clone))
         };
@@ -121,6 +118,17 @@ impl ProofOfMatch {
     /// The replay of a window.
     pub fn window(&self, name: &str) -> Option<&StageResult<Arc<WindowReplay>>> {
         self.windows.iter().find(|(window, _)| window == name).map(|(_, replay)| replay)
+    }
+}
+
+impl WindowReplay {
+    /// The same flight judged by other tests.
+    #[must_use]
+    pub fn judge_by<'a>(&self, tests: impl IntoIterator<Item = &'a ToleranceTest>) -> Self {
+        let (measured, simulated) = (&self.measured, &self.simulated);
+        let tests: Vec<_> = tests.into_iter().map(|test| judge(test, measured, simulated)).collect();
+        let series = series(measured, simulated, &tests);
+        Self { tests, series, ..self.clone() }
     }
 }
 
@@ -277,7 +285,7 @@ fn start(states: &[Vec<f64>; STATES], first: usize, aero: &WindowAero) -> Start 
 }
 
 /// The reconstructed motion.
-fn measured_histories(motion: &Motion, aero: &WindowAero) -> Histories {
+pub(crate) fn measured_histories(motion: &Motion, aero: &WindowAero) -> Histories {
     let negated = |values: &[f64]| values.iter().map(|value| -value).collect::<Vec<_>>();
     let data = &aero.data;
     let ([ax, ay, az], [phi, theta, psi]) = (&motion.specific_force_m_s2, &motion.euler_rad);

@@ -21,6 +21,7 @@ use super::table::Table;
 use crate::run::Snapshot;
 use crate::session::Session;
 use crate::study::Study;
+use crate::verdict::Level;
 
 /// A report.
 #[derive(Clone, Debug)]
@@ -33,8 +34,12 @@ pub struct Document {
     pub app: String,
     /// Day it was made, `YYYY-MM-DD`.
     pub date: String,
+    /// What stands at the foot of every page; empty for nothing.
+    pub notice: String,
     /// What stands on the first page, above the signatures.
     pub cover: Vec<Block>,
+    /// Who signs the first page.
+    pub signatures: Vec<String>,
     /// Sections that were asked for.
     pub sections: Vec<Section>,
 }
@@ -42,8 +47,12 @@ pub struct Document {
 /// One section.
 #[derive(Clone, Debug)]
 pub struct Section {
-    /// Which one.
-    pub kind: SectionKind,
+    /// Name, unique in the document, for links.
+    pub name: String,
+    /// Heading.
+    pub title: String,
+    /// Whether it begins a page.
+    pub on_new_page: bool,
     /// What it holds, in order.
     pub blocks: Vec<Block>,
 }
@@ -59,6 +68,8 @@ pub enum Block {
     Facts(Vec<(String, String)>),
     /// Lines, each of its own.
     List(Vec<String>),
+    /// What came out, in one line, and how good that is.
+    Outcome(Level, String),
     /// A table.
     Table(Table),
     /// A figure.
@@ -200,11 +211,18 @@ pub fn build(session: &Session, snapshot: &Snapshot, results: &Results, sections
             SectionKind::Engines => setup::engines(&contents),
             SectionKind::Warnings => findings::warnings(&contents),
         };
-        Section { kind, blocks: blocks.into_iter().map(display::shown).collect() }
+        Section {
+            name: kind.name().to_owned(),
+            title: kind.title().to_owned(),
+            on_new_page: false,
+            blocks: blocks.into_iter().map(display::shown).collect(),
+        }
     });
     Document {
         date: crate::date::today(),
+        notice: String::new(),
         cover: cover::cover(&contents),
+        signatures: ["Prepared", "Checked", "Approved"].map(str::to_owned).into(),
         title: if session.title.is_empty() { "Flight test report".to_owned() } else { session.title.clone() },
         subtitle: results.aircraft.clone(),
         app: results.app.clone(),

@@ -83,7 +83,11 @@ fn figure(window: &str, replay: &WindowReplay) -> Option<Block> {
 }
 
 fn panel(series: &ReplaySeries) -> Panel {
-    let (unit, scale) = notation::unit(series.signal.dimension());
+    replay_panel(series, notation::unit(series.signal.dimension()))
+}
+
+/// Measured with its band and simulated on top, in a unit with its factor from SI.
+pub(crate) fn replay_panel(series: &ReplaySeries, (unit, scale): (&'static str, f64)) -> Panel {
     let mut marks = Vec::new();
     marks.extend(series.half_band.as_ref().map(|half| Mark::Band {
         label: "tolerance".into(),
