@@ -97,6 +97,40 @@ impl Derivatives {
         [lift * sin - drag * cos, cy, -lift * cos - drag * sin, cl, cm, cn]
     }
 
+    /// Slopes of all eight coefficients over every variable, by the power rule on each term.
+    fn slopes(&self, variables: &VariableValues) -> [VariableValues; 8] {
+        let mut slopes = [[0.0; Variable::ALL.len()]; 8];
+        let mut start = 0;
+        for (entry, &end) in self.entries.iter().zip(&self.ends) {
+            let factors = &self.factors[start..end];
+            for (place, &(variable, power)) in factors.iter().enumerate() {
+                let others = factors.iter().enumerate().filter(|(other, _)| *other != place);
+                let product: f64 = others.map(|(_, &(other, power))| variables[other].powi(power)).product();
+                let own = f64::from(power) * variables[variable].powi(power - 1);
+                slopes[entry.coefficient as usize][variable] += entry.value * own * product;
+            }
+            start = end;
+        }
+        slopes
+    }
+
+    /// Slopes of the coefficients `CX CY CZ Cl Cm Cn` over every variable: the derivatives of [`Derivatives::body_coefficients`].
+    pub fn body_slopes(&self, variables: &VariableValues) -> [VariableValues; 6] {
+        let [mut cx, cy, mut cz, cl, cm, cn, drag, lift] = self.slopes(variables);
+        if self.by_lift {
+            let alpha = Variable::Alpha as usize;
+            let (sin, cos) = libm::sincos(variables[alpha]);
+            let [.., drag_value, lift_value] = self.sums(variables);
+            for ((x, z), (drag, lift)) in cx.iter_mut().zip(&mut cz).zip(drag.iter().zip(&lift)) {
+                *x = lift * sin - drag * cos;
+                *z = -lift * cos - drag * sin;
+            }
+            cx[alpha] += lift_value * cos + drag_value * sin;
+            cz[alpha] += lift_value * sin - drag_value * cos;
+        }
+        [cx, cy, cz, cl, cm, cn]
+    }
+
     /// Coefficients of body axes the model does not give.
     pub fn missing(&self) -> Vec<Coefficient> {
         let given = |coefficient: Coefficient| {

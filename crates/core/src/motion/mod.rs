@@ -1,12 +1,14 @@
-//! Rigid-body motion over a flat, non-rotating Earth, the flow it meets, and its integration.
+//! Rigid-body motion over a flat, non-rotating Earth, the flow it meets, its integration and its natural modes.
 
 mod airflow;
+mod modes;
 
 use nalgebra::{Matrix3, Vector3};
 
 use crate::airframe::InertiaTensor;
 
 pub use airflow::Airflow;
+pub use modes::{Mode, MotionState, natural_modes};
 
 /// Position, velocity, attitude and rates of a rigid body.
 #[derive(Clone, Copy, Debug, PartialEq)]

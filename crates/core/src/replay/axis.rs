@@ -2,7 +2,8 @@
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 
-use super::fly::{Flight, Instant, Loads, Response};
+use super::fly::{Flight, Response};
+use super::forces::{Instant, Loads};
 use super::sample::Sample;
 use super::{Replay, ReplayError, Start};
 use crate::model::{Coefficient, Derivatives};
@@ -243,7 +244,7 @@ impl AxisFlight<'_> {
         };
         let force = point.specific_force_m_s2;
         let recorded = if self.lateral { [Some(force.x), None, Some(force.z)] } else { [None, Some(force.y), None] };
-        let loads = self.flight.loads(&instant, sample, recorded);
+        let loads = self.flight.forces.loads(&instant, sample, recorded);
         let gravity = Vector3::z() * self.gravity_m_s2;
         let along = loads.specific_force_m_s2 + instant.body_from_ned * (gravity - slope.wind_ned_m_s2);
         let acceleration = along - rates.cross(&velocity);

@@ -7,17 +7,19 @@
 mod axis;
 mod error;
 mod fly;
+mod forces;
 mod sample;
 
 pub use axis::{Motion, MotionAxis};
 pub use error::ReplayError;
 pub use fly::Response;
+pub use forces::{Forces, Instant, Loads};
+pub use sample::Sample;
 
 use crate::airframe::ReferenceGeometry;
 use crate::model::{AeroData, Axes, Coefficient, CoefficientSettings, Derivatives, Variable, Variables, variables};
 use crate::motion::State;
 use nalgebra::Vector3;
-use sample::Sample;
 
 /// Where a replay starts.
 #[derive(Clone, Copy, Debug, PartialEq)]

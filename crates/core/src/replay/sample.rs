@@ -8,7 +8,7 @@ use crate::motion::FactoredInertia;
 
 /// Controls, air, engines and loading at one instant.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Sample {
+pub struct Sample {
     /// Aileron, elevator, rudder after their lags, rad; zero where not recorded.
     pub controls_rad: [f64; 3],
     /// Air density, kg/m³.
@@ -39,7 +39,7 @@ pub(super) struct Sample {
 
 impl Sample {
     /// Sample `k` of a window that was checked.
-    pub fn new(
+    pub(super) fn new(
         data: &AeroData,
         settings: &CoefficientSettings,
         variables: &Variables,
@@ -90,7 +90,7 @@ impl Sample {
     }
 
     /// Between this sample and the next: linear, with the inertia of this one, which hardly changes over a step.
-    pub fn towards(&self, next: &Self, fraction: f64) -> Self {
+    pub(super) fn towards(&self, next: &Self, fraction: f64) -> Self {
         let between = |a: f64, b: f64| a + (b - a) * fraction;
         Self {
             controls_rad: std::array::from_fn(|i| between(self.controls_rad[i], next.controls_rad[i])),

@@ -26,7 +26,7 @@ mod truth;
 mod turbulence;
 mod vehicle;
 
-pub use crate::motion::{Airflow, FactoredInertia, Rate, State, runge_kutta, runge_kutta_from};
+pub use crate::motion::{Airflow, FactoredInertia, Mode, Rate, State, runge_kutta, runge_kutta_from};
 pub use aero::{AeroModel, Derivative, DerivativeEntry};
 pub use error::SimulateError;
 pub use files::RecordedFile;
@@ -34,7 +34,7 @@ pub use flight_plan::c337f;
 pub use gear::{Gear, GearData};
 pub use inputs::{FirstOrderLag, Form, Hand, InputKind, InputSignal};
 pub use instruments::{ControlLinkage, Quantity, pod_number, probe_display_lb};
-pub use modes::{Mode, modes, system_matrix};
+pub use modes::{modes, system_matrix};
 pub use multisine::Multisine;
 pub use plan::{Flown, Manoeuvre, Power, Segment, Task};
 pub use recorder::{ChannelSpec, Clock, Reading, Stream, StreamSpec};

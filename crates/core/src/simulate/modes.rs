@@ -1,51 +1,25 @@
-//! Natural modes of the aircraft linearised about a trim.
+//! Motion of the aircraft linearised about a trim.
 
-use nalgebra::{Complex, DMatrix, SMatrix, SVector, Vector3};
+use nalgebra::{DMatrix, SMatrix, SVector, Vector3};
 
 use super::trim::Trim;
 use super::vehicle::{Body, Vehicle};
-use crate::motion::State;
-
-/// A natural mode.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Mode {
-    /// `short period`, `phugoid`, `Dutch roll`, `roll subsidence`, `spiral`, or `unnamed` where an eigenvalue has no counterpart in
-    /// the motion that usually goes by a name.
-    pub name: &'static str,
-    /// Real part of the eigenvalue, 1/s; negative is stable.
-    pub real_1_s: f64,
-    /// Imaginary part, not negative, rad/s; zero for an aperiodic mode.
-    pub imaginary_rad_s: f64,
-}
-
-impl Mode {
-    /// Undamped natural frequency `|s|`, rad/s.
-    pub fn frequency_rad_s(&self) -> f64 {
-        (self.real_1_s * self.real_1_s + self.imaginary_rad_s * self.imaginary_rad_s).sqrt()
-    }
-
-    /// Damping ratio `-Re(s) / |s|`; 1 for a stable, -1 for an unstable aperiodic mode.
-    pub fn damping(&self) -> f64 {
-        -self.real_1_s / self.frequency_rad_s()
-    }
-
-    /// Time constant `-1 / Re(s)`, s; negative when unstable.
-    pub fn time_constant_s(&self) -> f64 {
-        -1.0 / self.real_1_s
-    }
-
-    /// True when it dies out.
-    pub fn is_stable(&self) -> bool {
-        self.real_1_s < 0.0
-    }
-}
+use crate::motion::{Mode, MotionState, State, natural_modes};
 
 /// States of the linear model: velocity relative to the ground `u v w`, rates `p q r`, bank, pitch.
 const STATES: usize = 8;
-/// Longitudinal ones.
-const LONGITUDINAL: [usize; 4] = [0, 2, 4, 7];
-/// Lateral ones.
-const LATERAL: [usize; 4] = [1, 3, 5, 6];
+
+/// What they are.
+const MEANINGS: [MotionState; STATES] = [
+    MotionState::Speed,
+    MotionState::Sideslip,
+    MotionState::Heave,
+    MotionState::RollRate,
+    MotionState::PitchRate,
+    MotionState::YawRate,
+    MotionState::Bank,
+    MotionState::Pitch,
+];
 
 /// System matrix of the motion about a trim in `u v w p q r phi theta` (m/s, rad/s, rad) by central differences; heading,
 /// position and the fall of density with altitude are left out.
@@ -91,50 +65,8 @@ fn rate(vehicle: &Vehicle, body: &Body, trim: &Trim, step: &SVector<f64, STATES>
     ])
 }
 
-/// All modes about a trim, fastest first. They are the eigenvalues of the whole system; their names come from the nearest
-/// eigenvalue of the longitudinal or the lateral part.
+/// All modes about a trim, fastest first: those of the whole system.
 pub fn modes(vehicle: &Vehicle, body: &Body, trim: &Trim) -> Vec<Mode> {
     let matrix = system_matrix(vehicle, body, trim);
-    let part = |rows: [usize; 4]| eigenvalues(DMatrix::from_fn(4, 4, |i, j| matrix[(rows[i], rows[j])]));
-    let mut named = name_longitudinal(part(LONGITUDINAL));
-    named.extend(name_lateral(part(LATERAL)));
-    let mut modes: Vec<Mode> = Vec::with_capacity(STATES);
-    for value in eigenvalues(DMatrix::from_iterator(STATES, STATES, matrix.iter().copied())) {
-        let nearest = named
-            .iter()
-            .enumerate()
-            .min_by(|(_, a), (_, b)| (a.1 - value).norm().total_cmp(&(b.1 - value).norm()))
-            .map(|(index, _)| index);
-        let name = nearest.map_or("unnamed", |index| named.remove(index).0);
-        modes.push(Mode { name, real_1_s: value.re, imaginary_rad_s: value.im });
-    }
-    modes.sort_by(|a, b| b.frequency_rad_s().total_cmp(&a.frequency_rad_s()));
-    modes
-}
-
-/// Eigenvalues with an imaginary part that is not negative: one of each pair.
-fn eigenvalues(matrix: DMatrix<f64>) -> Vec<Complex<f64>> {
-    let all = matrix.complex_eigenvalues();
-    all.iter().copied().filter(|value| value.im >= 0.0).collect()
-}
-
-/// Names of the longitudinal eigenvalues: the faster pair is the short period, the slower the phugoid.
-fn name_longitudinal(values: Vec<Complex<f64>>) -> Vec<(&'static str, Complex<f64>)> {
-    let mut pairs: Vec<_> = values.iter().copied().filter(|value| value.im > 0.0).collect();
-    pairs.sort_by(|a, b| b.norm().total_cmp(&a.norm()));
-    let names = ["short period", "phugoid"];
-    let mut named: Vec<_> = names.into_iter().zip(pairs).collect();
-    named.extend(values.into_iter().filter(|value| value.im == 0.0).map(|value| ("unnamed", value)));
-    named
-}
-
-/// Names of the lateral eigenvalues: the pair is the Dutch roll, the faster real one the roll subsidence, the slower the
-/// spiral.
-fn name_lateral(values: Vec<Complex<f64>>) -> Vec<(&'static str, Complex<f64>)> {
-    let mut named: Vec<_> =
-        values.iter().copied().filter(|value| value.im > 0.0).map(|value| ("Dutch roll", value)).collect();
-    let mut real: Vec<_> = values.into_iter().filter(|value| value.im == 0.0).collect();
-    real.sort_by(|a, b| b.norm().total_cmp(&a.norm()));
-    named.extend(["roll subsidence", "spiral"].into_iter().zip(real));
-    named
+    natural_modes(&DMatrix::from_iterator(STATES, STATES, matrix.iter().copied()), &MEANINGS)
 }

@@ -1,1 +1,20 @@
-//! Linear models about a trim.
+//! Linear models about a trim: from derivatives with and without dimension, and from an identified model of any terms.
+
+mod analytic;
+mod dimensional;
+mod error;
+mod flight;
+mod model;
+mod nondimensional;
+mod state_space;
+mod trim;
+mod uncertain;
+
+pub use dimensional::{LateralDerivatives, LongitudinalDerivatives, SymmetricTrim};
+pub use error::LinearError;
+pub use flight::{Condition, FlightModel, SteadyFlight, ThrustLine};
+pub use model::{Linearised, Method, Part, linearise, linearise_at};
+pub use nondimensional::{LiftAndDrag, Scales, StabilityLateral, StabilityLongitudinal};
+pub use state_space::{Quantity, SIGNS, StateSpace};
+pub use trim::{Trim, trim};
+pub use uncertain::{Change, Sensitivities, UncertainModel};

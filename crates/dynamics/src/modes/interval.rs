@@ -1,0 +1,268 @@
+//! Intervals of modes from the covariance of the derivatives: by the delta method and by sampling.
+
+use doublet_core::statistics::quantile;
+use nalgebra::{Complex, DVector};
+
+use super::{Mode, modes};
+use crate::linear::{Condition, LinearError, Linearised, Method, Sensitivities, UncertainModel, linearise};
+
+/// Half width of a 95 % interval in standard errors, normal distribution.
+const HALF_WIDTH: f64 = 1.959_964;
+
+/// A figure of a mode.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Figure {
+    /// Real part of the eigenvalue, 1/s.
+    Real,
+    /// Imaginary part, rad/s.
+    Imaginary,
+    /// Undamped natural frequency, rad/s.
+    Frequency,
+    /// Damping ratio.
+    Damping,
+    /// Time to half the amplitude of a stable, to double that of an unstable mode, s.
+    Time,
+    /// Period of the damped oscillation, s.
+    Period,
+}
+
+impl Figure {
+    /// All of them.
+    pub const ALL: [Self; 6] = [Self::Real, Self::Imaginary, Self::Frequency, Self::Damping, Self::Time, Self::Period];
+
+    /// Its value for an eigenvalue; none for the period of an aperiodic mode and the time of a neutral one. The time has the sign of
+    /// the stability, so that it goes on without a jump over infinity of its inverse.
+    fn signed(self, value: Complex<f64>) -> f64 {
+        let frequency = value.norm();
+        match self {
+            Self::Real => value.re,
+            Self::Imaginary => value.im,
+            Self::Frequency => frequency,
+            Self::Damping => -value.re / frequency,
+            Self::Time => -std::f64::consts::LN_2 / value.re,
+            Self::Period => std::f64::consts::TAU / value.im,
+        }
+    }
+
+    /// Its value for a mode; none for the period of an aperiodic mode.
+    pub fn of(self, mode: &Mode) -> Option<f64> {
+        let value = self.signed(mode.eigenvalue());
+        value.is_finite().then(|| if self == Self::Time { value.abs() } else { value })
+    }
+}
+
+/// A 95 % interval.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Interval {
+    /// Standard error.
+    pub standard_error: f64,
+    /// Lower end.
+    pub low: f64,
+    /// Upper end.
+    pub high: f64,
+}
+
+/// Interval of a figure by both ways; none where the figure has no bounded one, as the time of a mode that may be neutral.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FigureInterval {
+    /// Figure.
+    pub figure: Figure,
+    /// Its value.
+    pub value: f64,
+    /// By the slopes of the eigenvalue over the derivatives.
+    pub delta: Option<Interval>,
+    /// By quantiles of samples.
+    pub sampled: Option<Interval>,
+}
+
+/// A mode with its intervals.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ModeEstimate {
+    /// The mode.
+    pub mode: Mode,
+    /// Its figures.
+    pub figures: Vec<FigureInterval>,
+    /// Variances of real and imaginary part and their covariance, by the delta method.
+    pub covariance: [f64; 3],
+    /// Share of the samples in which it oscillates.
+    pub oscillating: f64,
+    /// Share of the samples in which it dies out.
+    pub stable: f64,
+}
+
+impl ModeEstimate {
+    /// A figure with its intervals.
+    pub fn figure(&self, figure: Figure) -> Option<&FigureInterval> {
+        self.figures.iter().find(|interval| interval.figure == figure)
+    }
+}
+
+/// Modes of a model at a condition.
+#[derive(Clone, Debug)]
+pub struct ModeStudy {
+    /// The linear model.
+    pub linearised: Linearised,
+    /// Slopes of it over the derivatives.
+    pub sensitivities: Sensitivities,
+    /// Modes, fastest first.
+    pub modes: Vec<ModeEstimate>,
+    /// Linear models of the samples; fewer than asked for where some have no trim.
+    pub samples: Vec<Linearised>,
+    /// Samples that have no trim.
+    pub without_trim: usize,
+}
+
+/// Modes with intervals: slopes by central differences over each derivative, and `samples` draws of all derivatives together, the trim
+/// solved anew each time. The same seed gives the same samples.
+///
+/// # Errors
+/// [`LinearError`] of the estimates themselves.
+pub fn mode_study(
+    model: &UncertainModel,
+    condition: &Condition,
+    samples: usize,
+    seed: u64,
+) -> Result<ModeStudy, LinearError> {
+    let sensitivities = model.sensitivities(condition)?;
+    let linearised = sensitivities.nominal.clone();
+    let nominal = modes(&linearised.motion());
+    let draws = if sensitivities.changes.is_empty() { Vec::new() } else { model.samples(samples, seed) };
+    let linear = |values: &DVector<f64>| linearise(&model.with_values(values), condition, Method::Analytic).ok();
+    let sampled: Vec<Linearised> = draws.iter().filter_map(linear).collect();
+    let matched: Vec<Vec<Option<Complex<f64>>>> =
+        sampled.iter().map(|sample| matching(&nominal, &eigenvalues(sample))).collect();
+    let slopes = slopes(&sensitivities, &nominal);
+    let modes = nominal.iter().enumerate().map(|(index, mode)| {
+        let of_mode: Vec<Complex<f64>> = matched.iter().filter_map(|values| values[index]).collect();
+        estimate(mode, &slopes[index], &of_mode, (&sensitivities, model))
+    });
+    Ok(ModeStudy {
+        modes: modes.collect(),
+        without_trim: draws.len() - sampled.len(),
+        samples: sampled,
+        linearised,
+        sensitivities,
+    })
+}
+
+fn eigenvalues(linearised: &Linearised) -> Vec<Complex<f64>> {
+    let values = linearised.motion().a.complex_eigenvalues();
+    values.iter().copied().filter(|value| value.im >= 0.0).collect()
+}
+
+/// The eigenvalue that is each nominal mode's, nearest pairs first, each used once; none where too few are left.
+fn matching(nominal: &[Mode], values: &[Complex<f64>]) -> Vec<Option<Complex<f64>>> {
+    let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
+    for (place, mode) in nominal.iter().enumerate() {
+        for (index, value) in values.iter().enumerate() {
+            pairs.push(((mode.eigenvalue() - value).norm(), place, index));
+        }
+    }
+    pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut found = vec![None; nominal.len()];
+    let mut used = vec![false; values.len()];
+    for (_, place, index) in pairs {
+        if found[place].is_none() && !used[index] {
+            found[place] = Some(values[index]);
+            used[index] = true;
+        }
+    }
+    found
+}
+
+/// Eigenvalues of each mode on both sides of each derivative.
+fn slopes(sensitivities: &Sensitivities, nominal: &[Mode]) -> Vec<Vec<Option<(Complex<f64>, Complex<f64>)>>> {
+    let mut of_modes = vec![Vec::new(); nominal.len()];
+    for change in &sensitivities.changes {
+        let [above, below] = [&change.above, &change.below].map(|side| matching(nominal, &eigenvalues(side)));
+        for (place, sides) in of_modes.iter_mut().enumerate() {
+            sides.push(above[place].zip(below[place]));
+        }
+    }
+    of_modes
+}
+
+fn estimate(
+    mode: &Mode,
+    sides: &[Option<(Complex<f64>, Complex<f64>)>],
+    samples: &[Complex<f64>],
+    (sensitivities, model): (&Sensitivities, &UncertainModel),
+) -> ModeEstimate {
+    // Slope of a figure over each derivative; not a number where a side has no such mode.
+    let gradient = |figure: Figure| -> Vec<f64> {
+        let of = |(change, sides): (&crate::linear::Change, &Option<(Complex<f64>, Complex<f64>)>)| {
+            sides.map_or(f64::NAN, |(above, below)| (figure.signed(above) - figure.signed(below)) / (2.0 * change.step))
+        };
+        sensitivities.changes.iter().zip(sides).map(of).collect()
+    };
+    let covariance = |first: &[f64], second: &[f64]| {
+        let mut sum = 0.0;
+        for (a, one) in sensitivities.changes.iter().zip(first) {
+            for (b, other) in sensitivities.changes.iter().zip(second) {
+                let value = model.covariance[(a.index, b.index)];
+                if value != 0.0 {
+                    sum += one * other * value;
+                }
+            }
+        }
+        sum
+    };
+    let (real, imaginary) = (gradient(Figure::Real), gradient(Figure::Imaginary));
+    let variances = [covariance(&real, &real), covariance(&imaginary, &imaginary), covariance(&real, &imaginary)];
+    let figures = Figure::ALL.into_iter().filter_map(|figure| {
+        let value = figure.of(mode)?;
+        let by = gradient(figure);
+        let error = covariance(&by, &by).max(0.0).sqrt();
+        let real_error = variances[0].max(0.0).sqrt();
+        let real = (mode.real_1_s - HALF_WIDTH * real_error, mode.real_1_s + HALF_WIDTH * real_error);
+        let delta = match figure {
+            Figure::Time => times(error, real),
+            _ => Some(Interval {
+                standard_error: error,
+                low: value - HALF_WIDTH * error,
+                high: value + HALF_WIDTH * error,
+            }),
+        };
+        let delta = delta.filter(|interval| interval.standard_error.is_finite());
+        Some(FigureInterval { figure, value, delta, sampled: sampled(figure, samples) })
+    });
+    let count = samples.len().max(1) as f64;
+    let share =
+        |holds: &dyn Fn(&Complex<f64>) -> bool| samples.iter().filter(|value| holds(value)).count() as f64 / count;
+    let (oscillating, stable) = if samples.is_empty() {
+        (f64::from(u8::from(mode.oscillates())), f64::from(u8::from(mode.is_stable())))
+    } else {
+        (share(&|value| value.im > 0.0), share(&|value| value.re < 0.0))
+    };
+    ModeEstimate { mode: mode.clone(), figures: figures.collect(), covariance: variances, oscillating, stable }
+}
+
+/// Interval of the time to half or double from that of the real part; none where it holds zero.
+fn times(standard_error: f64, (low, high): (f64, f64)) -> Option<Interval> {
+    let (first, last) = (std::f64::consts::LN_2 / low.abs(), std::f64::consts::LN_2 / high.abs());
+    (low * high > 0.0).then(|| Interval { standard_error, low: first.min(last), high: first.max(last) })
+}
+
+/// Quantiles and standard deviation of a figure over the samples.
+fn sampled(figure: Figure, samples: &[Complex<f64>]) -> Option<Interval> {
+    if samples.len() < 2 {
+        return None;
+    }
+    let of = |figure: Figure| {
+        let mut values: Vec<f64> = samples.iter().map(|&value| figure.signed(value)).collect();
+        values.sort_by(f64::total_cmp);
+        values
+    };
+    let deviation = |values: &[f64]| {
+        let mean = values.iter().sum::<f64>() / values.len() as f64;
+        (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (values.len() - 1) as f64).sqrt()
+    };
+    let values = of(figure);
+    if figure == Figure::Time {
+        let real = of(Figure::Real);
+        return times(deviation(&values), (quantile(&real, 0.025), quantile(&real, 0.975)));
+    }
+    let interval =
+        Interval { standard_error: deviation(&values), low: quantile(&values, 0.025), high: quantile(&values, 0.975) };
+    interval.standard_error.is_finite().then_some(interval)
+}

@@ -1,0 +1,106 @@
+//! Root loci: modes while one derivative or one quantity of the condition changes.
+
+use doublet_core::atmos::Atmosphere;
+
+use super::{Mode, modes};
+use crate::linear::{Condition, LinearError, Method, UncertainModel, linearise};
+
+/// What changes along a root locus.
+#[derive(Clone, Debug, PartialEq)]
+pub enum LocusParameter {
+    /// A derivative, by name.
+    Derivative(String),
+    /// Centre of gravity along the datum's x axis, m aft; inertia stays.
+    CentreOfGravity,
+    /// Mass, kg; inertia stays.
+    Mass,
+    /// True airspeed, m/s.
+    Airspeed,
+    /// Altitude, m; density and speed of sound change as those of the standard atmosphere.
+    Altitude,
+}
+
+impl LocusParameter {
+    /// The parameter called `name`: `cg`, `mass`, `airspeed`, `altitude` or a derivative.
+    pub fn parse(name: &str) -> Self {
+        match name {
+            "cg" => Self::CentreOfGravity,
+            "mass" => Self::Mass,
+            "airspeed" => Self::Airspeed,
+            "altitude" => Self::Altitude,
+            _ => Self::Derivative(name.to_owned()),
+        }
+    }
+
+    /// Unit of its values.
+    pub fn unit(&self) -> &'static str {
+        match self {
+            Self::Derivative(_) => "-",
+            Self::CentreOfGravity | Self::Altitude => "m",
+            Self::Mass => "kg",
+            Self::Airspeed => "m/s",
+        }
+    }
+}
+
+/// Modes at one value.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LocusPoint {
+    /// Value of the parameter.
+    pub value: f64,
+    /// Modes there, fastest first, or why there is no trim.
+    pub modes: Result<Vec<Mode>, LinearError>,
+}
+
+/// Modes at each value of a parameter, trimmed there.
+///
+/// # Errors
+/// [`LinearError::NoDerivative`] for a derivative the model does not have.
+pub fn locus(
+    model: &UncertainModel,
+    condition: &Condition,
+    parameter: &LocusParameter,
+    values: &[f64],
+) -> Result<Vec<LocusPoint>, LinearError> {
+    let derivative = match parameter {
+        LocusParameter::Derivative(name) => {
+            let index = model.names.iter().position(|known| known == name);
+            Some(index.ok_or_else(|| LinearError::NoDerivative { name: name.clone() })?)
+        }
+        _ => None,
+    };
+    let at = |&value: &f64| {
+        let mut condition = *condition;
+        let mut changed = model.model.clone();
+        match parameter {
+            LocusParameter::Derivative(_) => {
+                derivative.into_iter().for_each(|index| changed.derivatives.set(index, value));
+            }
+            LocusParameter::CentreOfGravity => condition.mass.cg_from_datum_m[0] = value,
+            LocusParameter::Mass => condition.mass.mass_kg = value,
+            LocusParameter::Airspeed => condition.airspeed_m_s = value,
+            LocusParameter::Altitude => condition = condition.at_altitude(value),
+        }
+        let found = linearise(&changed, &condition, Method::Analytic);
+        LocusPoint { value, modes: found.map(|linearised| modes(&linearised.motion())) }
+    };
+    Ok(values.iter().map(at).collect())
+}
+
+impl Condition {
+    /// The condition at another altitude, density and speed of sound changed as those of the standard atmosphere; unchanged air where
+    /// that ends.
+    #[must_use]
+    pub fn at_altitude(&self, altitude_m: f64) -> Self {
+        let standard = Atmosphere::STANDARD;
+        let ratio = |of: &dyn Fn(f64) -> Option<f64>| {
+            of(altitude_m).zip(of(self.altitude_m)).map_or(1.0, |(there, here)| there / here)
+        };
+        Self {
+            altitude_m,
+            density_kg_m3: self.density_kg_m3 * ratio(&|h| standard.density_kg_m3(h).ok()),
+            speed_of_sound_m_s: self.speed_of_sound_m_s * ratio(&|h| standard.speed_of_sound_m_s(h).ok()),
+            ..*self
+        }
+    }
+}
