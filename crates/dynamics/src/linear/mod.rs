@@ -9,6 +9,7 @@ mod nondimensional;
 mod state_space;
 mod trim;
 mod uncertain;
+mod zeros;
 
 pub use dimensional::{LateralDerivatives, LongitudinalDerivatives, SymmetricTrim};
 pub use error::LinearError;

@@ -62,7 +62,8 @@ pub struct Interval {
     pub high: f64,
 }
 
-/// Interval of a figure by both ways; none where the figure has no bounded one, as the time of a mode that may be neutral.
+/// Interval of a figure by both ways; none where the figure has no bounded one, as the time of a mode that may be neutral, or no own
+/// one, as the frequency of an aperiodic mode.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FigureInterval {
     /// Figure.
@@ -211,6 +212,10 @@ fn estimate(
     let variances = [covariance(&real, &real), covariance(&imaginary, &imaginary), covariance(&real, &imaginary)];
     let figures = Figure::ALL.into_iter().filter_map(|figure| {
         let value = figure.of(mode)?;
+        // Of an aperiodic mode frequency and damping are the size and the sign of the real part, which has the interval.
+        if !mode.oscillates() && matches!(figure, Figure::Frequency | Figure::Damping | Figure::Imaginary) {
+            return Some(FigureInterval { figure, value, delta: None, sampled: None });
+        }
         let by = gradient(figure);
         let error = covariance(&by, &by).max(0.0).sqrt();
         let real_error = variances[0].max(0.0).sqrt();

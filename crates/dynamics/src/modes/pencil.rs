@@ -93,8 +93,8 @@ pub fn fit_free_response(signals: &[&[f64]], step_s: f64, order: usize) -> Resul
 /// Longest pencil, samples: longer ones gain little and cost the cube.
 const LONGEST_PENCIL: usize = 120;
 
-/// Eigenvalues, one of each pair: those of the shift of the signal's row space, the offset (a pole at zero) taken out beforehand by
-/// differences of the samples.
+/// Eigenvalues, one of each pair: those of the shift of the signal's row space. The offset is one more, at zero: of the real ones the
+/// slowest is left out.
 fn pencil(signals: &[&[f64]], order: usize, step_s: f64) -> Option<Vec<Complex<f64>>> {
     let samples = signals.first()?.len();
     // A coarser grid where the stretch is long.
@@ -103,12 +103,12 @@ fn pencil(signals: &[&[f64]], order: usize, step_s: f64) -> Option<Vec<Complex<f
         .iter()
         .map(|signal| {
             let kept: Vec<f64> = signal.iter().step_by(stride).copied().collect();
-            let differences: Vec<f64> = kept.windows(2).map(|pair| pair[1] - pair[0]).collect();
-            let size = differences.iter().map(|value| value * value).sum::<f64>().sqrt();
-            differences.iter().map(|value| value / size.max(f64::MIN_POSITIVE)).collect()
+            let size = kept.iter().map(|value| value * value).sum::<f64>().sqrt();
+            kept.iter().map(|value| value / size.max(f64::MIN_POSITIVE)).collect()
         })
         .collect();
     let length = scaled.first()?.len();
+    let order = order + 1;
     let width = (length / 2).min(LONGEST_PENCIL).max(order + 1);
     let rows = length.checked_sub(width)?;
     if rows <= order {
@@ -129,6 +129,8 @@ fn pencil(signals: &[&[f64]], order: usize, step_s: f64) -> Option<Vec<Complex<f
         .filter(|value| value.im >= 0.0 && value.im < 0.999 * std::f64::consts::PI / step)
         .collect();
     found.sort_by(|a, b| b.norm().total_cmp(&a.norm()));
+    let offset = found.iter().rposition(|value| value.im == 0.0)?;
+    found.remove(offset);
     (!found.is_empty()).then_some(found)
 }
 
