@@ -10,7 +10,7 @@ use doublet_dynamics::linear::{
     Condition, FlightModel, LinearError, Method, Part, SteadyFlight, ThrustLine, UncertainModel, linearise,
 };
 use doublet_dynamics::modes::{
-    Figure, LocusParameter, fit_free_response, locus, mode_study, modes, phasors, read_oscillation, respond,
+    Figure, LocusParameter, fit_free_response, locus, logarithmic_decrement, mode_study, modes, phasors, respond,
 };
 use nalgebra::DMatrix;
 use rand::SeedableRng;
@@ -231,7 +231,7 @@ fn period_and_damping_are_read_off_exact_oscillations() {
         let damped = omega * (1.0 - zeta * zeta).sqrt();
         let time_s: Vec<f64> = (0..4000).map(|k| f64::from(k) * period / 1000.0).collect();
         let values: Vec<f64> = time_s.iter().map(|t| 3.0 + (-zeta * omega * t).exp() * (damped * t).cos()).collect();
-        let found = read_oscillation(&time_s, &values).unwrap();
+        let found = logarithmic_decrement(&time_s, &values).unwrap();
         assert!((found.period_s / period - 1.0).abs() < 1e-5, "{} {period}", found.period_s);
         assert!((found.damping - zeta).abs() < 1e-5, "{} {zeta}", found.damping);
         let ratio = of("amplitude_ratio_per_cycle").unwrap();
@@ -240,7 +240,7 @@ fn period_and_damping_are_read_off_exact_oscillations() {
         let (found, expected) = time.unwrap_or_else(|| (found.time_to_double_s(), of("time_to_double_s").unwrap()));
         assert!((found.unwrap() / expected - 1.0).abs() < 1e-3);
     }
-    assert!(read_oscillation(&[0.0, 1.0], &[0.0, 1.0]).unwrap_err().to_string().starts_with("0 extremes"));
+    assert!(logarithmic_decrement(&[0.0, 1.0], &[0.0, 1.0]).unwrap_err().to_string().starts_with("0 extremes"));
 }
 
 #[test]

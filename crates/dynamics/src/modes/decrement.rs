@@ -1,10 +1,10 @@
-//! Period and damping read off a free oscillation, by its extremes (logarithmic decrement).
+//! Period and damping of a free oscillation by its extremes (logarithmic decrement); [`super::measured`] fits the whole record.
 
 use thiserror::Error;
 
-/// A free oscillation as read.
+/// A free oscillation by its extremes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Oscillation {
+pub struct Decrement {
     /// Period of the damped oscillation, s.
     pub period_s: f64,
     /// Its standard error from the scatter of the extremes, s; zero where only three are there.
@@ -21,7 +21,7 @@ pub struct Oscillation {
     pub extremes: usize,
 }
 
-impl Oscillation {
+impl Decrement {
     /// Real part of the eigenvalue, 1/s.
     pub fn real_1_s(&self) -> f64 {
         -self.damping * self.frequency_rad_s
@@ -38,9 +38,9 @@ impl Oscillation {
     }
 }
 
-/// Why an oscillation cannot be read.
+/// Why there is no decrement.
 #[derive(Clone, Debug, PartialEq, Error)]
-pub enum OscillationError {
+pub enum DecrementError {
     /// Columns of different length.
     #[error("time has {times} samples, the signal {values}")]
     Length {
@@ -67,14 +67,14 @@ const SMALLEST_SWING: f64 = 0.02;
 /// `exp(-pi zeta / sqrt(1 - zeta^2))`. Both come from straight lines through all of them.
 ///
 /// # Errors
-/// [`OscillationError`], one line.
-pub fn read_oscillation(time_s: &[f64], values: &[f64]) -> Result<Oscillation, OscillationError> {
+/// [`DecrementError`], one line.
+pub fn logarithmic_decrement(time_s: &[f64], values: &[f64]) -> Result<Decrement, DecrementError> {
     if time_s.len() != values.len() {
-        return Err(OscillationError::Length { times: time_s.len(), values: values.len() });
+        return Err(DecrementError::Length { times: time_s.len(), values: values.len() });
     }
     let extremes = extremes(time_s, values);
     if extremes.len() < 3 {
-        return Err(OscillationError::TooFew { found: extremes.len() });
+        return Err(DecrementError::TooFew { found: extremes.len() });
     }
     let times: Vec<f64> = extremes.iter().map(|(time, _)| *time).collect();
     let swings: Vec<f64> = extremes.windows(2).map(|pair| (pair[1].1 - pair[0].1).abs().ln()).collect();
@@ -84,7 +84,7 @@ pub fn read_oscillation(time_s: &[f64], values: &[f64]) -> Result<Oscillation, O
     let ratio = -fall / std::f64::consts::PI;
     let damping = ratio / (1.0 + ratio * ratio).sqrt();
     let frequency = std::f64::consts::PI / half_period * (1.0 + ratio * ratio).sqrt();
-    Ok(Oscillation {
+    Ok(Decrement {
         period_s: 2.0 * half_period,
         period_error_s: 2.0 * half_error,
         damping,
