@@ -7,4 +7,5 @@
 pub mod frequency;
 pub mod linear;
 pub mod modes;
+pub mod propagate;
 pub mod qualities;

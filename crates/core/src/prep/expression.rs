@@ -136,11 +136,32 @@ impl Expression {
     /// # Errors
     /// [`ExpressionError`], one line with the position.
     pub fn parse(text: &str) -> Result<Self, ExpressionError> {
+        Self::parse_with(text, None)
+    }
+
+    /// Understands `text` whose operands are `names` in the place of roles: each is an [`Operand::Channel`]. `kind` says in errors what
+    /// they are. A name that is no word of letters, digits and underscores stands in quotes or braces.
+    ///
+    /// # Errors
+    /// [`ExpressionError`], one line with the position.
+    pub fn parse_names(text: &str, kind: &'static str, names: &[&str]) -> Result<Self, ExpressionError> {
+        let made = Self::parse_with(text, Some((kind, names)))?;
+        for (operand, position) in &made.operands {
+            if let Operand::Channel(name) = operand
+                && !names.contains(&name.as_str())
+            {
+                return Err(unknown(*position, kind, name, names.iter().copied()));
+            }
+        }
+        Ok(made)
+    }
+
+    fn parse_with(text: &str, names: Option<(&'static str, &[&str])>) -> Result<Self, ExpressionError> {
         if text.len() > LONGEST {
             return Err(ExpressionError::TooLong { bytes: text.len() });
         }
         let made = Self { operations: Vec::new(), operands: Vec::new() };
-        let mut parser = Parser { text: text.chars().collect(), at: 0, depth: 0, made };
+        let mut parser = Parser { text: text.chars().collect(), at: 0, depth: 0, made, names };
         parser.expression(0)?;
         if parser.peek().is_some() {
             return Err(parser.unexpected("an operator or the end"));
@@ -240,14 +261,27 @@ fn operator(sign: char) -> Option<(u8, u8, OfTwo)> {
 /// Strength of a sign before a value: above products, below powers.
 const SIGN: u8 = 5;
 
-struct Parser {
+struct Parser<'n> {
     text: Vec<char>,
     at: usize,
     depth: usize,
     made: Expression,
+    /// What operands are called and of which kind they are, where they are no roles.
+    names: Option<(&'static str, &'n [&'n str])>,
 }
 
-impl Parser {
+/// The error of a name that is not known.
+fn unknown<'a>(
+    position: usize,
+    kind: &'static str,
+    name: &str,
+    known: impl Iterator<Item = &'a str>,
+) -> ExpressionError {
+    let hint = did_you_mean(name, known, "none is written alike");
+    ExpressionError::Unknown { position, kind, name: name.to_owned(), hint }
+}
+
+impl Parser<'_> {
     /// The next character that is no space.
     fn peek(&mut self) -> Option<char> {
         while self.text.get(self.at).is_some_and(|letter| letter.is_whitespace()) {
@@ -375,6 +409,13 @@ impl Parser {
         }
         if let Some((_, number)) = CONSTANTS.iter().find(|(known, _)| *known == name) {
             self.push(Operation::Number(*number));
+            return Ok(());
+        }
+        if let Some((kind, names)) = self.names {
+            if !names.contains(&name.as_str()) {
+                return Err(unknown(position, kind, &name, names.iter().copied()));
+            }
+            self.operate_on(Operand::Channel(name), position);
             return Ok(());
         }
         if let Some(role) = Role::from_name(&name) {

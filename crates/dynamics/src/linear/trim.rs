@@ -104,7 +104,7 @@ impl Trim {
 
 /// Trims without sideslip: angle of attack, thrust (or flight path), bank and deflections at which no acceleration is left, by Newton's
 /// method with central differences; steps are the shortest ones where the model leaves an unknown open. Attitude and rates follow from
-/// the flight path and the turn (Stevens and Lewis 2003, eqs. 3.6-3 to 3.6-7).
+/// the flight path and the turn (Stevens and Lewis 2003, section 3.6).
 ///
 /// # Errors
 /// [`LinearError`], one line.

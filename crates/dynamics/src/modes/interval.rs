@@ -1,13 +1,10 @@
 //! Intervals of modes from the covariance of the derivatives: by the delta method and by sampling.
 
-use doublet_core::statistics::quantile;
 use nalgebra::{Complex, DVector};
 
 use super::{Mode, modes};
 use crate::linear::{Condition, LinearError, Linearised, Method, Sensitivities, UncertainModel, linearise};
-
-/// Half width of a 95 % interval in standard errors, normal distribution.
-const HALF_WIDTH: f64 = 1.959_964;
+use crate::propagate::{HALF_WIDTH, Interval};
 
 /// A figure of a mode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,17 +46,6 @@ impl Figure {
         let value = self.signed(mode.eigenvalue());
         value.is_finite().then(|| if self == Self::Time { value.abs() } else { value })
     }
-}
-
-/// A 95 % interval.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Interval {
-    /// Standard error.
-    pub standard_error: f64,
-    /// Lower end.
-    pub low: f64,
-    /// Upper end.
-    pub high: f64,
 }
 
 /// Interval of a figure by both ways; none where the figure has no bounded one, as the time of a mode that may be neutral, or no own
@@ -222,11 +208,7 @@ fn estimate(
         let real = (mode.real_1_s - HALF_WIDTH * real_error, mode.real_1_s + HALF_WIDTH * real_error);
         let delta = match figure {
             Figure::Time => times(error, real),
-            _ => Some(Interval {
-                standard_error: error,
-                low: value - HALF_WIDTH * error,
-                high: value + HALF_WIDTH * error,
-            }),
+            _ => Interval::normal(value, error),
         };
         let delta = delta.filter(|interval| interval.standard_error.is_finite());
         Some(FigureInterval { figure, value, delta, sampled: sampled(figure, samples) })
@@ -250,24 +232,10 @@ fn times(standard_error: f64, (low, high): (f64, f64)) -> Option<Interval> {
 
 /// Quantiles and standard deviation of a figure over the samples.
 fn sampled(figure: Figure, samples: &[Complex<f64>]) -> Option<Interval> {
-    if samples.len() < 2 {
-        return None;
-    }
-    let of = |figure: Figure| {
-        let mut values: Vec<f64> = samples.iter().map(|&value| figure.signed(value)).collect();
-        values.sort_by(f64::total_cmp);
-        values
-    };
-    let deviation = |values: &[f64]| {
-        let mean = values.iter().sum::<f64>() / values.len() as f64;
-        (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (values.len() - 1) as f64).sqrt()
-    };
-    let values = of(figure);
+    let of = |figure: Figure| Interval::of_samples(samples.iter().map(|&value| figure.signed(value)).collect());
     if figure == Figure::Time {
-        let real = of(Figure::Real);
-        return times(deviation(&values), (quantile(&real, 0.025), quantile(&real, 0.975)));
+        let real = of(Figure::Real)?;
+        return times(of(figure)?.standard_error, (real.low, real.high));
     }
-    let interval =
-        Interval { standard_error: deviation(&values), low: quantile(&values, 0.025), high: quantile(&values, 0.975) };
-    interval.standard_error.is_finite().then_some(interval)
+    of(figure)
 }

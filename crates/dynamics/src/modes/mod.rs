@@ -9,7 +9,7 @@ mod response;
 
 pub use decrement::{Decrement, DecrementError, logarithmic_decrement};
 pub use doublet_core::motion::{Mode, MotionState, natural_modes};
-pub use interval::{Figure, FigureInterval, Interval, ModeEstimate, ModeStudy, mode_study};
+pub use interval::{Figure, FigureInterval, ModeEstimate, ModeStudy, mode_study};
 pub use locus::{LocusParameter, LocusPoint, locus};
 pub use pencil::{FreeResponse, MeasuredMode, PencilError, fit_free_response};
 pub use response::{phasors, respond};

@@ -152,3 +152,20 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn names_take_the_place_of_roles() {
+    let names = ["Cm_alpha", "CZ_alpha", "CZ_V-1"];
+    let parse = |text: &str| Expression::parse_names(text, "derivative", &names);
+    let ratio = parse("-Cm_alpha/CZ_alpha + 0*\"CZ_V-1\"").unwrap();
+    let value = ratio.value(|index| [-0.7, -4.9, 1.0][index], &mut Vec::new());
+    assert!((value + 0.7 / 4.9).abs() < 1e-15);
+    let message = |text: &str| parse(text).unwrap_err().to_string();
+    assert_eq!(
+        message("2*Cm_alfa"),
+        "at character 3: no derivative is called 'Cm_alfa': did you mean Cm_alpha, CZ_alpha?"
+    );
+    assert!(message("{Cm_q}*2").starts_with("at character 1: no derivative is called 'Cm_q'"));
+    // A role is no derivative.
+    assert!(message("alpha").starts_with("at character 1: no derivative is called 'alpha'"));
+}
