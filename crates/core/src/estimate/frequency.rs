@@ -96,21 +96,24 @@ pub fn frequency_equation_error(
 /// With `a = w h`: `h (W(a) sum x_k e^(-j a k) + E(a) x_0 + conj(E(a)) e^(-j a (n-1)) x_{n-1})`, `W = 2 (1 - cos a) / a^2`,
 /// `E = -(1 - cos a) / a^2 - j (a - sin a) / a^2` (Press et al., "Numerical Recipes", 13.9).
 pub fn finite_fourier_transform(values: &[f64], step_s: f64, omega_rad_s: &[f64]) -> Vec<Complex<f64>> {
-    let Some((&first, &last)) = values.first().zip(values.last()) else {
-        return vec![Complex::new(0.0, 0.0); omega_rad_s.len()];
-    };
     omega_rad_s
         .iter()
         .map(|omega| {
             let angle = omega * step_s;
-            let (half_weight, end) = corrections(angle);
-            let sum: Complex<f64> =
-                values.iter().zip(0..).map(|(value, k)| Complex::from_polar(*value, -angle * f64::from(k))).sum();
-            let edge = Complex::new(-half_weight, -end);
-            let turned = Complex::from_polar(last, -angle * (values.len() - 1) as f64);
-            (sum * 2.0 * half_weight + edge * first + edge.conj() * turned) * step_s
+            let sum = values.iter().zip(0..).map(|(value, k)| Complex::from_polar(*value, -angle * f64::from(k))).sum();
+            correct_ends(sum, values, step_s, *omega)
         })
         .collect()
+}
+
+/// The integral of [`finite_fourier_transform`] from the plain sum `sum x_k e^(-j w k h)` at one angular frequency; zero of no values.
+pub fn correct_ends(sum: Complex<f64>, values: &[f64], step_s: f64, omega_rad_s: f64) -> Complex<f64> {
+    let Some((&first, &last)) = values.first().zip(values.last()) else { return Complex::new(0.0, 0.0) };
+    let angle = omega_rad_s * step_s;
+    let (half_weight, end) = corrections(angle);
+    let edge = Complex::new(-half_weight, -end);
+    let turned = Complex::from_polar(last, -angle * (values.len() - 1) as f64);
+    (sum * 2.0 * half_weight + edge * first + edge.conj() * turned) * step_s
 }
 
 /// `(1 - cos a) / a^2` and `(a - sin a) / a^2`, by their series where the differences would cancel.

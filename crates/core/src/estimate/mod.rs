@@ -34,7 +34,9 @@ pub use fit::{Fit, FitQuality, Origin};
 pub use flight_output_error::{
     FlightFitError, FlightFreedom, FlightOutput, FlightOutputFit, FlightWindow, InitialState, flight_output_error,
 };
-pub use frequency::{Detrend, FrequencySettings, FrequencyWindow, finite_fourier_transform, frequency_equation_error};
+pub use frequency::{
+    Detrend, FrequencySettings, FrequencyWindow, correct_ends, finite_fourier_transform, frequency_equation_error,
+};
 pub use input_kinds::{KindDifference, compare_kinds};
 pub use least_squares::least_squares;
 pub use nonlinear::{NonlinearSearch, search_nonlinear};

@@ -212,7 +212,7 @@ pub fn test_point_twice(listed: Listed) -> Result<Scenario, SimulateError> {
 
 /// Every shape on the elevator, flown perfectly.
 pub fn all_inputs(listed: Listed) -> Result<Scenario, SimulateError> {
-    let one_surface = InputKind::ALL.iter().filter(|&&kind| kind != InputKind::Multisine);
+    let one_surface = InputKind::ALL.iter().filter(|&&kind| kind != InputKind::Multisine && !kind.is_sweep());
     let shapes: Vec<_> = one_surface.map(|&kind| (Elevator, kind, 1.5)).collect();
     let perfect = series(&shapes, 20.0, 1.0, 1).map(|manoeuvre| Manoeuvre { hand: Hand::PERFECT, ..manoeuvre });
     from_trim(listed, 320.0, perfect.collect())
@@ -222,6 +222,25 @@ pub fn all_inputs(listed: Listed) -> Result<Scenario, SimulateError> {
 pub fn multisine(listed: Listed) -> Result<Scenario, SimulateError> {
     let all = manoeuvre(Elevator, InputKind::Multisine, 1.5, 20.0, 1);
     from_trim(listed, 55.0, vec![Manoeuvre { dt_s: 1.0, hand: Hand::PERFECT, ..all }])
+}
+
+/// Sweeps on each control in turn, flown perfectly: by factors on all three, then by differences on the elevator.
+pub fn sweeps(listed: Listed) -> Result<Scenario, SimulateError> {
+    /// From one onset to the next, s: the sweep, its rest and the way back to trim.
+    const INTERVAL_S: f64 = 95.0;
+    use InputKind::{LinearSweep, LogarithmicSweep};
+    let shapes = [
+        (Elevator, LogarithmicSweep, 0.8),
+        (Aileron, LogarithmicSweep, 1.0),
+        (Rudder, LogarithmicSweep, 1.0),
+        (Elevator, LinearSweep, 0.8),
+    ];
+    let flown = shapes.into_iter().zip(0u32..).map(|((surface, kind, deg), k)| Manoeuvre {
+        dt_s: 1.0,
+        hand: Hand::PERFECT,
+        ..manoeuvre(surface, kind, deg, 20.0 + INTERVAL_S * f64::from(k), 1)
+    });
+    from_trim(listed, 20.0 + INTERVAL_S * shapes.len() as f64, flown.collect())
 }
 
 /// Taxi to landing (thesis section 4.4.2, phases of Table 6.11).

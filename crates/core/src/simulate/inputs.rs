@@ -24,11 +24,15 @@ pub enum InputKind {
     Schulz,
     /// Orthogonal multisines on all three controls at once, see [`Multisine`].
     Multisine,
+    /// Sine whose frequency rises by the same amount every second, from 0.05 to 2 over `dt`, in 60 `dt`.
+    LinearSweep,
+    /// Sine whose frequency rises by the same factor every second, over the same range and time.
+    LogarithmicSweep,
 }
 
 impl InputKind {
     /// Every shape.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 10] = [
         Self::Pulse,
         Self::Step,
         Self::Doublet,
@@ -37,6 +41,8 @@ impl InputKind {
         Self::Mehra,
         Self::Schulz,
         Self::Multisine,
+        Self::LinearSweep,
+        Self::LogarithmicSweep,
     ];
 
     /// Name in scenario lists and files.
@@ -50,6 +56,8 @@ impl InputKind {
             Self::Mehra => "Mehra",
             Self::Schulz => "Schulz",
             Self::Multisine => "multisine",
+            Self::LinearSweep => "linear sweep",
+            Self::LogarithmicSweep => "logarithmic sweep",
         }
     }
 
@@ -71,7 +79,14 @@ impl InputKind {
             Self::Mehra => Form::Sines(&[0.6, -0.9, 1.0, -0.7, 0.5, -0.3]),
             Self::Schulz => Form::Sines(&[1.0, -0.8, 0.4]),
             Self::Multisine => Form::Multisine,
+            Self::LinearSweep => Form::Sweep { is_logarithmic: false },
+            Self::LogarithmicSweep => Form::Sweep { is_logarithmic: true },
         }
+    }
+
+    /// Whether the frequency rises along the input.
+    pub fn is_sweep(self) -> bool {
+        matches!(self.form(), Form::Sweep { .. })
     }
 }
 
@@ -84,6 +99,11 @@ pub enum Form {
     Sines(&'static [f64]),
     /// A multisine of its own for each control, over 24 `dt`.
     Multisine,
+    /// A sine of rising frequency that fades in and out along half cosines.
+    Sweep {
+        /// By factors, not by differences.
+        is_logarithmic: bool,
+    },
 }
 
 /// Length of a multisine in base times, -.
@@ -93,6 +113,13 @@ const MAX_HARMONICS: usize = 8;
 
 /// Length of a sum of sines in base times, -.
 const SINES_LENGTH: f64 = 8.0;
+
+/// Length of a sweep in base times, -.
+const SWEEP_LENGTH: f64 = 60.0;
+/// First and last frequency of a sweep over the inverse of the base time, -.
+const SWEEP_RANGE: [f64; 2] = [0.05, 2.0];
+/// Base times in which a sweep fades in, and out, -.
+const SWEEP_FADES: [f64; 2] = [2.0, 4.0];
 
 /// How far from the ideal shape a hand flies it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -131,6 +158,8 @@ enum Curve {
     Sines { weights: &'static [f64], amplitude_rad: f64 },
     /// Harmonic numbers and phases, and the amplitude of each sine, rad.
     Harmonics { numbers: [f64; MAX_HARMONICS], phases_rad: [f64; MAX_HARMONICS], count: usize, amplitude_rad: f64 },
+    /// Rising frequency over the duration, and its amplitude, rad.
+    Sweep { is_logarithmic: bool, amplitude_rad: f64 },
 }
 
 impl InputSignal {
@@ -166,6 +195,12 @@ impl InputSignal {
         match kind.form() {
             Form::Multisine => Self::multisines(dt_s, amplitude_rad)[0],
             Form::Pulses(pulses) => Self::from_pulses(pulses, dt_s, amplitude_rad, hand, rng),
+            Form::Sweep { is_logarithmic } => {
+                let amplitude_rad = amplitude_rad * (1.0 + hand.amplitude_spread * limited_normal(rng));
+                let duration_s = SWEEP_LENGTH * dt_s * (1.0 + hand.time_spread * limited_normal(rng));
+                let curve = Curve::Sweep { is_logarithmic, amplitude_rad };
+                Self { curve, duration_s, peak_rad: amplitude_rad.abs() }
+            }
             Form::Sines(weights) => {
                 let amplitude_rad = amplitude_rad * (1.0 + hand.amplitude_spread * limited_normal(rng));
                 let duration_s = SINES_LENGTH * dt_s * (1.0 + hand.time_spread * limited_normal(rng));
@@ -191,6 +226,11 @@ impl InputSignal {
         Self { curve, duration_s: time + hand.transition_s, peak_rad }
     }
 
+    /// Length of a perfect sweep of base time `dt_s`, s.
+    pub fn sweep_length_s(dt_s: f64) -> f64 {
+        SWEEP_LENGTH * dt_s
+    }
+
     /// Deflection at `time_s` after the onset, rad.
     pub fn at(&self, time_s: f64) -> f64 {
         match &self.curve {
@@ -205,7 +245,10 @@ impl InputSignal {
                 let waves = numbers[..*count].iter().zip(phases_rad);
                 amplitude_rad * waves.map(|(k, phase)| libm::sin(k * angle + phase)).sum::<f64>()
             }
-            Curve::Sines { .. } | Curve::Harmonics { .. } => 0.0,
+            Curve::Sweep { is_logarithmic, amplitude_rad } if (0.0..=self.duration_s).contains(&time_s) => {
+                amplitude_rad * sweep(*is_logarithmic, SWEEP_LENGTH * time_s / self.duration_s)
+            }
+            Curve::Sines { .. } | Curve::Harmonics { .. } | Curve::Sweep { .. } => 0.0,
         }
     }
 
@@ -243,6 +286,20 @@ pub(super) fn half_cosine(part: f64) -> f64 {
 /// `sum_k w_k sin(2 pi k x)`.
 fn sines(weights: &[f64], x: f64) -> f64 {
     weights.iter().enumerate().map(|(k, w)| w * libm::sin(std::f64::consts::TAU * (k + 1) as f64 * x)).sum()
+}
+
+/// Sweep of unit amplitude at `x` base times.
+fn sweep(is_logarithmic: bool, x: f64) -> f64 {
+    let [low, high] = SWEEP_RANGE;
+    let turns = if is_logarithmic {
+        let rate = libm::log(high / low) / SWEEP_LENGTH;
+        low * libm::expm1(rate * x) / rate
+    } else {
+        (low + 0.5 * (high - low) * x / SWEEP_LENGTH) * x
+    };
+    let [rise, fall] = SWEEP_FADES;
+    let size = half_cosine((x / rise).min(1.0)) * half_cosine(((SWEEP_LENGTH - x) / fall).clamp(0.0, 1.0));
+    size * libm::sin(std::f64::consts::TAU * turns)
 }
 
 /// Standard normal deviate kept within two sigma, so that no input is unrecognisable.
@@ -301,6 +358,37 @@ mod tests {
             // Two sigma of 10 % amplitude and 8 % time each way.
             assert!((0.04..=0.06).contains(&signal.peak_rad()));
             assert!(signal.at(0.6) > 0.0 && signal.at(1.6) < 0.0);
+        }
+    }
+
+    #[test]
+    fn sweeps_pass_through_the_frequencies_of_their_law() {
+        let mut rng = ChaCha8Rng::seed_from_u64(1);
+        let dt_s = 1.5;
+        for (kind, law) in [
+            (InputKind::LinearSweep, &(|part: f64| 0.05 + 1.95 * part) as &dyn Fn(f64) -> f64),
+            (InputKind::LogarithmicSweep, &|part: f64| 0.05 * 40f64.powf(part)),
+        ] {
+            let signal = InputSignal::new(kind, dt_s, 0.03, Hand::PERFECT, &mut rng);
+            assert_eq!((signal.duration_s(), signal.at(0.0)), (90.0, 0.0));
+            // Time between two rising zeros is one turn of the frequency half way between them.
+            let step = 1e-3;
+            let is_rise = |k: &u32| {
+                let time = step * f64::from(*k);
+                signal.at(time) <= 0.0 && signal.at(time + step) > 0.0
+            };
+            let rises: Vec<f64> = (5000..84_000).filter(is_rise).map(|k| step * f64::from(k)).collect();
+            assert!(rises.len() > 20, "{}", rises.len());
+            for pair in rises.windows(2) {
+                let frequency = law(0.5 * (pair[0] + pair[1]) / 90.0) / dt_s;
+                let turns = frequency * (pair[1] - pair[0]);
+                // Over a turn that is a large part of the sweep the law is not straight.
+                assert!(
+                    (turns - 1.0).abs() < 0.02 + 2.0 * (pair[1] - pair[0]).powi(2) / 8100.0,
+                    "{}: {turns}",
+                    kind.name()
+                );
+            }
         }
     }
 

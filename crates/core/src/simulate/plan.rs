@@ -128,6 +128,8 @@ impl Manoeuvre {
     pub const FREE_S: f64 = 9.5;
     /// The same of a multisine, s.
     pub const MULTISINE_FREE_S: f64 = 27.0;
+    /// Controls held behind the end of a sweep, s.
+    pub const SWEEP_REST_S: f64 = 6.0;
     /// What the control sensors record before the controls are held, and after they are released, s.
     pub const MARGIN_S: f64 = 0.5;
 
@@ -138,7 +140,12 @@ impl Manoeuvre {
 
     /// End of the held controls, s.
     pub fn held_to_s(&self) -> f64 {
-        self.onset_s + if self.kind == InputKind::Multisine { Self::MULTISINE_FREE_S } else { Self::FREE_S }
+        let free_s = match self.kind {
+            InputKind::Multisine => Self::MULTISINE_FREE_S,
+            kind if kind.is_sweep() => InputSignal::sweep_length_s(self.dt_s) + Self::SWEEP_REST_S,
+            _ => Self::FREE_S,
+        };
+        self.onset_s + free_s
     }
 
     /// Interval the control sensors record, s.

@@ -85,7 +85,7 @@ pub struct Listed {
 }
 
 /// Shipped scenarios.
-const LISTED: [Listed; 7] = [
+const LISTED: [Listed; 8] = [
     Listed {
         name: "ft1",
         description: "C337F, 90 minutes from taxi to landing: 23 manoeuvres at 4,000 ft and 90 kt, six each at two more test points; truth at 100 Hz throughout",
@@ -114,6 +114,10 @@ const LISTED: [Listed; 7] = [
         name: "multisine",
         description: "C337F, from trim at 4,000 ft and 90 kt: orthogonal multisines on all three controls at once",
     },
+    Listed {
+        name: "sweeps",
+        description: "C337F, from trim at 4,000 ft and 90 kt: sweeps of frequency on each control in turn",
+    },
 ];
 
 /// Shipped scenarios.
@@ -140,6 +144,7 @@ pub fn build(name: &str) -> Result<Scenario, SimulateError> {
         "coverage" => flight_plan::test_point_twice(*listed)?,
         "inputs" => flight_plan::all_inputs(*listed)?,
         "multisine" => flight_plan::multisine(*listed)?,
+        "sweeps" => flight_plan::sweeps(*listed)?,
         _ => flight_plan::whole_flight(*listed)?,
     };
     match listed.name {

@@ -326,6 +326,26 @@ fn every_shape_and_the_multisine_fly_and_return() {
 }
 
 #[test]
+fn sweeps_move_the_controls_over_their_whole_length_and_stay_near_trim() {
+    let flight = fly(&scenario::build("sweeps").unwrap(), 1);
+    assert_eq!(flight.manoeuvres.len(), 4);
+    for flown in &flight.manoeuvres {
+        let (onset, name) =
+            (flown.manoeuvre.onset_s, ["delta_a", "delta_e", "delta_r"][flown.manoeuvre.surface as usize]);
+        assert!(flown.manoeuvre.kind.is_sweep() && flown.duration_s() == 60.0);
+        let held = truth_at(&flight, name, onset - 1.0);
+        for part in 0..6 {
+            let moved =
+                (0..1000).map(|k| truth_at(&flight, name, onset + 10.0 * f64::from(part) + 0.01 * f64::from(k)) - held);
+            let reach = moved.fold(0.0, |reach: f64, moved| reach.max(moved.abs()));
+            assert!((reach / flown.manoeuvre.amplitude_rad - 1.0).abs() < 0.05, "{name}, part {part}: {reach}");
+        }
+        let tilt = (0..600).map(|k| truth_at(&flight, "phi", onset + 0.1 * f64::from(k)).abs());
+        assert!(tilt.fold(0.0, f64::max) < 0.6, "{name}");
+    }
+}
+
+#[test]
 fn hands_let_go_of_controls_and_take_them_over_in_their_own_time() {
     /// Twice the fastest of a half cosine over 0.1 rad in 0.5 s; a jump within one step of 0.01 s is ten times that.
     const FASTEST_RAD_S: f64 = 0.6;

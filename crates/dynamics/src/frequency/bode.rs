@@ -1,0 +1,130 @@
+//! Bandwidth, phase delay and margins of a response or a model.
+
+use super::response::FrequencyResponse;
+use super::transfer::TransferFunction;
+
+/// Gain and phase over frequency, phase without jumps.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BodeCurve {
+    /// Angular frequencies, rad/s, rising.
+    pub omega_rad_s: Vec<f64>,
+    /// Gains, dB.
+    pub gain_db: Vec<f64>,
+    /// Phases, rad.
+    pub phase_rad: Vec<f64>,
+}
+
+/// Bandwidth of an attitude response (MIL-STD-1797A, 4.2.1.2 and appendix).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bandwidth {
+    /// Frequency of phase -180 deg, rad/s.
+    pub omega_180_rad_s: f64,
+    /// Frequency of phase -135 deg, 45 deg of phase margin, rad/s.
+    pub phase_limited_rad_s: Option<f64>,
+    /// Frequency at which the gain is 6 dB above that at -180 deg, rad/s.
+    pub gain_limited_rad_s: Option<f64>,
+    /// `-(phase(2 omega_180) + pi) / (2 omega_180)`, s.
+    pub phase_delay_s: Option<f64>,
+}
+
+impl Bandwidth {
+    /// The lower of both frequencies, rad/s; the one there is where the other lies outside the curve.
+    pub fn bandwidth_rad_s(&self) -> Option<f64> {
+        match (self.phase_limited_rad_s, self.gain_limited_rad_s) {
+            (Some(phase), Some(gain)) => Some(phase.min(gain)),
+            (one, other) => one.or(other),
+        }
+    }
+}
+
+/// Margins of a loop that is closed over the response with a gain of minus one.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Margins {
+    /// First frequency of phase -180 deg, rad/s, and the gain below one there, dB.
+    pub gain: Option<(f64, f64)>,
+    /// Last frequency of gain one, rad/s, and the phase above -180 deg there, rad.
+    pub phase: Option<(f64, f64)>,
+}
+
+impl BodeCurve {
+    /// Curve of a model with positive gain at the frequencies given, rising.
+    pub fn of_model(model: &TransferFunction, omega_rad_s: &[f64]) -> Self {
+        Self {
+            omega_rad_s: omega_rad_s.to_vec(),
+            gain_db: omega_rad_s.iter().map(|&omega| 20.0 * model.at(omega).norm().log10()).collect(),
+            phase_rad: omega_rad_s.iter().map(|&omega| model.phase_rad(omega)).collect(),
+        }
+    }
+
+    /// Curve of the points of a response that are values; with `is_negative` of minus the response, whole turns of the phase such that the
+    /// first point lies nearest to zero.
+    pub fn of_response(response: &FrequencyResponse, is_negative: bool) -> Self {
+        use std::f64::consts::{PI, TAU};
+        let phases = response.phases_rad();
+        let kept: Vec<_> = response.points.iter().zip(phases).filter(|(point, _)| point.is_value()).collect();
+        let sign = if is_negative { PI } else { 0.0 };
+        let turn = kept.first().map_or(0.0, |(_, phase)| TAU * ((phase - sign) / TAU).round() + sign);
+        Self {
+            omega_rad_s: kept.iter().map(|(point, _)| point.omega_rad_s).collect(),
+            gain_db: kept.iter().map(|(point, _)| point.gain_db()).collect(),
+            phase_rad: kept.iter().map(|(_, phase)| phase - turn).collect(),
+        }
+    }
+
+    /// The curve of the integral of the output: over `j omega`.
+    pub fn integrated(&self) -> Self {
+        let gains = self.gain_db.iter().zip(&self.omega_rad_s);
+        Self {
+            omega_rad_s: self.omega_rad_s.clone(),
+            gain_db: gains.map(|(gain, omega)| gain - 20.0 * omega.log10()).collect(),
+            phase_rad: self.phase_rad.iter().map(|phase| phase - std::f64::consts::FRAC_PI_2).collect(),
+        }
+    }
+
+    /// Bandwidth of the curve of an attitude; `None` where the phase does not reach -180 deg.
+    pub fn bandwidth(&self) -> Option<Bandwidth> {
+        use std::f64::consts::PI;
+        let omega_180_rad_s = self.crossings(&self.phase_rad, -PI).next()?;
+        let gain_180 = self.value(&self.gain_db, omega_180_rad_s)?;
+        let below = |omega: &f64| *omega < omega_180_rad_s;
+        let twice = self.value(&self.phase_rad, 2.0 * omega_180_rad_s);
+        Some(Bandwidth {
+            omega_180_rad_s,
+            phase_limited_rad_s: self.crossings(&self.phase_rad, -0.75 * PI).find(below),
+            gain_limited_rad_s: self.crossings(&self.gain_db, gain_180 + 6.0).find(below),
+            phase_delay_s: twice.map(|phase| -(phase + PI) / (2.0 * omega_180_rad_s)),
+        })
+    }
+
+    /// Gain and phase margin, where the curve reaches them.
+    pub fn margins(&self) -> Margins {
+        use std::f64::consts::PI;
+        let omega_180 = self.crossings(&self.phase_rad, -PI).next();
+        let crossover = self.crossings(&self.gain_db, 0.0).last();
+        Margins {
+            gain: omega_180.and_then(|omega| Some((omega, -self.value(&self.gain_db, omega)?))),
+            phase: crossover.and_then(|omega| Some((omega, self.value(&self.phase_rad, omega)? + PI))),
+        }
+    }
+
+    /// Frequencies at which `values` fall through `level`, straight in the logarithm of frequency.
+    fn crossings<'v>(&'v self, values: &'v [f64], level: f64) -> impl Iterator<Item = f64> + 'v {
+        let pairs = self.omega_rad_s.windows(2).zip(values.windows(2));
+        pairs.filter(move |(_, v)| v[0] > level && v[1] <= level).map(move |(omega, v)| {
+            let part = (v[0] - level) / (v[0] - v[1]);
+            omega[0] * (omega[1] / omega[0]).powf(part)
+        })
+    }
+
+    /// Value at a frequency inside the curve.
+    fn value(&self, values: &[f64], omega: f64) -> Option<f64> {
+        let above = self.omega_rad_s.partition_point(|&other| other < omega);
+        let (low, high) = (above.checked_sub(1).unwrap_or(above), above);
+        let (left, right) = (*self.omega_rad_s.get(low)?, *self.omega_rad_s.get(high)?);
+        if low == high {
+            return (left == omega).then(|| values[low]);
+        }
+        let part = (omega / left).ln() / (right / left).ln();
+        Some(values[low] + part * (values[high] - values[low]))
+    }
+}

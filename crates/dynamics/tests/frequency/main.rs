@@ -1,0 +1,5 @@
+//! Frequency responses and low-order equivalent systems against systems whose answers are exact.
+
+mod equivalent;
+mod signals;
+mod spectra;
