@@ -337,7 +337,7 @@ fn motion(first: usize, path: &Reconstruction, preparation: &Preparation) -> Sta
     })
 }
 
-pub(super) fn states_of(path: &Reconstruction, source: PathSource) -> StageResult<&[Vec<f64>; STATES]> {
+pub(crate) fn states_of(path: &Reconstruction, source: PathSource) -> StageResult<&[Vec<f64>; STATES]> {
     match source {
         PathSource::Filtered => Ok(&path.states),
         PathSource::Smoothed => path

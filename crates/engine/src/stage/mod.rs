@@ -32,6 +32,7 @@ mod tolerances;
 mod truth;
 mod window_context;
 
+pub(crate) use aero::states_of;
 pub use aero::{AirDensity, CONTROLS, WindowAero, aero, aero_along};
 pub use aircraft::{AircraftData, LoadedAircraft, NO_AIRCRAFT, aircraft_data, load_aircraft, loading_on_board};
 pub use align::{UsedClock, is_stamped_by};
@@ -65,6 +66,7 @@ pub use replay::{
     window_flight,
 };
 pub use samples::fit_in_memory;
+pub(crate) use samples::values_at;
 pub use signals::TreatedSignal;
 pub use tolerances::{
     Judgement, ObjectiveTest, PercentRule, Quantity, Reading, RecordDemand, Tolerances, ValueTolerance,

@@ -2,10 +2,12 @@
 
 mod checks;
 mod coverage;
+mod equivalent;
 mod followed;
 mod lags;
 mod manoeuvres;
 mod monte_carlo;
+mod response;
 mod sensitivity;
 mod table;
 
@@ -14,12 +16,14 @@ use std::sync::Arc;
 pub use checks::{CheckStudy, CheckedDerivative, WindowChecks};
 pub use coverage::{Coverage, DerivativeCoverage, coverage};
 pub(crate) use coverage::{record_flight, windows};
+pub use equivalent::{EquivalentStudy, equivalent_study};
 pub use followed::{FollowedFlight, FollowedOutput, FollowedStart};
 pub use lags::{ControlLag, LagKind, LagStudy};
 pub use manoeuvres::{
     CoefficientLeftOut, ConditionRegression, KindComparison, ManoeuvreStudy, TermContribution, WindowContributions,
 };
 pub use monte_carlo::MonteCarloStudy;
+pub use response::{ResponseError, ResponseRequest, ResponseStudy, ResponseWindow, session_responses, table_responses};
 pub use sensitivity::{STEP_FRACTION, SensitivityStudy};
 pub use table::{TableError, TableFit, TableRegression, TermChoice, regress_table};
 

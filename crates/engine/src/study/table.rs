@@ -202,12 +202,12 @@ fn fit(
 }
 
 /// The columns of a table by their names.
-struct Columns<'p> {
+pub(super) struct Columns<'p> {
     columns: Vec<(String, &'p ChannelInfo)>,
 }
 
 impl<'p> Columns<'p> {
-    fn of(probe: &'p Probe) -> Self {
+    pub(super) fn of(probe: &'p Probe) -> Self {
         let several = probe.sources.len() > 1;
         let named =
             |source: &str, channel: &str| if several { format!("{source}/{channel}") } else { channel.to_owned() };
@@ -243,7 +243,7 @@ impl<'p> Columns<'p> {
     }
 
     /// Values of a term: a column by its name, whatever signs that has, or else an expression of columns.
-    fn evaluate(&self, term: &str) -> Result<Vec<f64>, TableError> {
+    pub(super) fn evaluate(&self, term: &str) -> Result<Vec<f64>, TableError> {
         match self.find(term) {
             Ok(channel) => return Ok(channel.values().to_vec()),
             Err(error) if !term.contains(OPERATORS) => return Err(error),
