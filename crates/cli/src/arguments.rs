@@ -67,6 +67,8 @@ pub enum Command {
     Propose(ProposeArguments),
     /// Fly validation manoeuvres again with the identified model and print which tests of a simulator's qualification pass.
     Match(MatchArguments),
+    /// Judge the objective tests of a qualification test guide on a session and write the guide.
+    Qtg(crate::qtg::QtgArguments),
     /// Write the identified model for JSBSim or as DAVE-ML, with the points it is checked at.
     Export(ExportArguments),
     /// Show what differs between two sessions or two runs: settings, and derivatives with the significance of their difference.

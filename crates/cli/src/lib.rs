@@ -17,6 +17,7 @@ mod new;
 mod outcome;
 mod progress;
 mod propose;
+mod qtg;
 mod regress;
 mod report;
 mod run;
@@ -83,6 +84,7 @@ fn outcome(command: Command) -> Result<Outcome, String> {
         Command::New(arguments) => return new::new(&arguments),
         Command::Run(arguments) => return run::run(&arguments),
         Command::Report(arguments) => return report::report(&arguments),
+        Command::Qtg(arguments) => return qtg::qtg(&arguments),
         Command::Inspect(arguments) => inspect::inspect(&arguments),
         Command::Sensitivity(arguments) => study::study(Study::Sensitivity, &arguments),
         Command::Manoeuvres(arguments) => study::study(Study::Manoeuvres, &arguments),

@@ -5,7 +5,7 @@ use std::path::Path;
 use doublet_engine::graph::Cache;
 use doublet_engine::report::{self, HistoryFormat, Outputs, TableFormat};
 use doublet_engine::run::{Control, Scope, Snapshot, run as run_stages};
-use doublet_engine::session::{self, Session};
+use doublet_engine::session::{self, Opened, Session};
 use doublet_engine::study::Study;
 use doublet_engine::verdict::Level;
 
@@ -23,13 +23,22 @@ const CACHE_BYTES: usize = 2 << 30;
 /// # Errors
 /// One line per thing because of which nothing can be computed.
 pub fn compute(path: &Path, studies: &[Study], progress: &Progress, share: f32) -> Result<(Session, Snapshot), String> {
-    let opened = session::open(path).map_err(|error| format!("{}: {error}", path.display()))?;
-    let stopped: Vec<_> = session::check(&opened.session).into_iter().filter(session::stops_run).collect();
-    if !stopped.is_empty() {
-        return Err(lines(stopped.iter().map(|finding| format!("{}: {finding}", path.display()))));
-    }
+    let opened = open_to_run(path)?;
     let snapshot = compute_session(&opened.session, &opened.folder, studies, progress, share)?;
     Ok((opened.session, snapshot))
+}
+
+/// Opens a session that can be run.
+///
+/// # Errors
+/// One line per thing that keeps it from being run.
+pub fn open_to_run(path: &Path) -> Result<Opened, String> {
+    let opened = session::open(path).map_err(|error| format!("{}: {error}", path.display()))?;
+    let stopped: Vec<_> = session::check(&opened.session).into_iter().filter(session::stops_run).collect();
+    if stopped.is_empty() {
+        return Ok(opened);
+    }
+    Err(lines(stopped.iter().map(|finding| format!("{}: {finding}", path.display()))))
 }
 
 /// Computes a session whose relative paths start from `folder`.

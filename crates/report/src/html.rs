@@ -25,12 +25,15 @@ pub fn html(document: &Document) -> String {
     document.cover.iter().for_each(|block| page.block(block));
     page.out.push_str("</div><nav><ol>");
     for section in &document.sections {
-        page.put(format_args!("<li><a href=\"#{}\">{}</a></li>", escape(&section.name), escape(&section.title)));
+        let class = if section.is_numbered { "" } else { " class=\"plain\"" };
+        let (name, title) = (escape(&section.name), escape(&section.title));
+        page.put(format_args!("<li{class}><a href=\"#{name}\">{title}</a></li>"));
     }
     page.out.push_str("</ol></nav><main>\n");
     for (index, section) in document.sections.iter().enumerate() {
         let (name, title) = (escape(&section.name), escape(&section.title));
-        page.put(format_args!("<section id=\"{name}\"><h2>{} {title}</h2>\n", index + 1));
+        let number = if section.is_numbered { format!("{} ", index + 1) } else { String::new() };
+        page.put(format_args!("<section id=\"{name}\"><h2>{number}{title}</h2>\n"));
         section.blocks.iter().for_each(|block| page.block(block));
         page.out.push_str("</section>\n");
     }

@@ -86,22 +86,56 @@ pub fn write(
     let document = document::build(session, snapshot, &found, &order.sections);
     progress(0.1);
     checkpoint()?;
-    let staging = Staging::new(&order.folder).map_err(|error| error.to_string())?;
-    for (index, &format) in order.formats.iter().enumerate() {
-        let share = 0.9 / order.formats.len() as f32;
-        let inner = |part: f32| progress(0.1 + share * (index as f32 + part));
-        let contents = match format {
-            ReportFormat::Html => html(&document).into_bytes(),
-            ReportFormat::Pdf => pdf(&document, control, &inner)?,
+    let inner = |part: f32| progress(0.1 + 0.9 * part);
+    let set = DocumentSet { folder: &order.folder, name: &order.name, formats: &order.formats, beside: &[] };
+    set.write(&document, &format!("report {}", order.name), control, &inner)
+}
+
+/// Where a document goes, in which forms, and what lies beside it.
+#[derive(Clone, Copy, Debug)]
+pub struct DocumentSet<'a> {
+    /// Folder; made where it does not exist.
+    pub folder: &'a Path,
+    /// Name of the files of the document, without ending.
+    pub name: &'a str,
+    /// Forms.
+    pub formats: &'a [ReportFormat],
+    /// Further files: name and contents.
+    pub beside: &'a [(String, Vec<u8>)],
+}
+
+impl DocumentSet<'_> {
+    /// Writes the document and what lies beside it in one step as the set called `set`; what else the folder holds stays. `progress` is
+    /// told the part done, 0 to 1.
+    ///
+    /// # Errors
+    /// One line: what could not be written, or that it was cancelled.
+    pub fn write(
+        &self,
+        document: &Document,
+        set: &str,
+        control: &Control,
+        progress: &dyn Fn(f32),
+    ) -> Result<Put, String> {
+        let staging = Staging::new(self.folder).map_err(|error| error.to_string())?;
+        let put = |name: &str, contents: &[u8]| {
+            std::fs::write(staging.path().join(name), contents)
+                .map_err(|error| format!("{}: {error}", self.folder.join(name).display()))
         };
-        checkpoint()?;
-        let name = format!("{}.{}", order.name, format.name());
-        std::fs::write(staging.path().join(&name), &contents)
-            .map_err(|error| format!("{}: {error}", order.folder.join(name).display()))?;
-        inner(1.0);
+        for (index, &format) in self.formats.iter().enumerate() {
+            let share = 1.0 / self.formats.len() as f32;
+            let inner = |part: f32| progress(share * (index as f32 + part));
+            let contents = match format {
+                ReportFormat::Html => html(document).into_bytes(),
+                ReportFormat::Pdf => pdf(document, control, &inner)?,
+            };
+            control.checkpoint().map_err(|_| "cancelled: no report was written".to_owned())?;
+            put(&format!("{}.{}", self.name, format.name()), &contents)?;
+            inner(1.0);
+        }
+        self.beside.iter().try_for_each(|(name, contents)| put(name, contents))?;
+        staging.put(set, Earlier::Kept, &is_report).map_err(|error| error.to_string())
     }
-    let set = format!("report {}", order.name);
-    staging.put(&set, Earlier::Kept, &is_report).map_err(|error| error.to_string())
 }
 
 /// Whether a file is a report of a version that kept no list of its files: it names the program that made it.

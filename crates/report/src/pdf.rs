@@ -85,7 +85,8 @@ fn contents(document: &Document) -> Value {
 
 fn section_value(section: &Section, figures: &mut usize) -> Value {
     let blocks: Vec<Value> = section.blocks.iter().map(|block| block_value(block, figures)).collect();
-    json!({ "title": section.title, "on_new_page": section.on_new_page, "blocks": blocks })
+    let (numbered, on_new_page) = (section.is_numbered, section.on_new_page);
+    json!({ "title": section.title, "numbered": numbered, "on_new_page": on_new_page, "blocks": blocks })
 }
 
 fn block_value(block: &Block, figures: &mut usize) -> Value {

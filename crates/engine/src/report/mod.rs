@@ -34,6 +34,7 @@ pub use results::{
     ExpressionRow, FORMAT, FitRow, FlightRow, InnovationRow, InnovationSummaryRow, MonitorRow, PhaseRow, RecordingRow,
     ReferenceRow, ResidualSummaryRow, Results, SpreadRow, StateRow, VERSION, WindowRow,
 };
+pub(crate) use setup::session_sha256;
 pub use signals::{NoiseRow, ProposalRow, SignalRow};
 pub use studies::{
     CheckRow, ConditionRow, ContributionRow, KindRow, LagRow, LeftOutRow, MonteCarloRow, SensitivityRow, StudyResults,

@@ -42,6 +42,7 @@ pub use detail::{
 };
 pub use engines::ExtrapolatedThrust;
 pub use expressions::{ExpressedChannel, add_expressions, expression_preview};
+pub(crate) use fit::constant_name;
 pub use fit::{
     AeroWindow, CoefficientFit, DroppedTerm, PooledFits, Regression, WindowFits, describe_origin, errors, pooled_fits,
     pooled_regressions, significance, window_fits,
@@ -61,6 +62,7 @@ pub use proposals::{
     FlightProposals, LEAST_PRESSURE_SHARE, SignalSpectrum, WindowProposal, open_windows, proposals, proposals_above,
 };
 pub use recording::{LoadedFlight, align_flight, describe_change, read_flight};
+pub(crate) use replay::measured_histories;
 pub use replay::{
     ProofOfMatch, ReplaySeries, ReplayWindow, StudyWindow, WindowFlight, WindowReplay, bands, model_of_window, replay,
     window_flight,

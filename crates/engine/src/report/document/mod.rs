@@ -12,7 +12,9 @@ mod proof;
 mod sensitivity;
 mod setup;
 
+pub(crate) use figure::line;
 pub use figure::{Axis, Colour, Figure, LineStyle, Mark, Matrix, Panel, Plot};
+pub(crate) use proof::replay_panel;
 
 use std::collections::BTreeSet;
 
@@ -51,6 +53,8 @@ pub struct Section {
     pub name: String,
     /// Heading.
     pub title: String,
+    /// Whether it has a number before its heading.
+    pub is_numbered: bool,
     /// Whether it begins a page.
     pub on_new_page: bool,
     /// What it holds, in order.
@@ -214,6 +218,7 @@ pub fn build(session: &Session, snapshot: &Snapshot, results: &Results, sections
         Section {
             name: kind.name().to_owned(),
             title: kind.title().to_owned(),
+            is_numbered: true,
             on_new_page: false,
             blocks: blocks.into_iter().map(display::shown).collect(),
         }

@@ -1,0 +1,172 @@
+//! Qualification test guides from the command line.
+
+#![allow(clippy::unwrap_used, reason = "helpers of tests are not marked as tests")]
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+fn qtg(tests: &str, out: &Path) -> Output {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let arguments = ["qtg", "sessions/demo.toml", "--tests", tests, "--out", out.to_str().unwrap(), "--json"];
+    let mut command = Command::new(env!("CARGO_BIN_EXE_doublet-cli"));
+    command.args(arguments).env("SOURCE_DATE_EPOCH", "1763800000").current_dir(root).output().unwrap()
+}
+
+fn read(path: &Path) -> Value {
+    serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap()
+}
+
+/// The number of a row of a test.
+fn value<'a>(test: &'a Value, parameter: &str) -> &'a Value {
+    let rows = test["values"].as_array().unwrap();
+    rows.iter().find(|row| row["parameter"] == parameter).unwrap()
+}
+
+#[test]
+fn the_shipped_flight_passes_what_it_can_and_fails_what_was_made_wrong() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = qtg("builtin:qtg/demo", folder.path());
+    assert_eq!(output.status.code(), Some(3), "{}", String::from_utf8_lossy(&output.stderr));
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(found, read(&folder.path().join("qtg.json")));
+    let tests = found["tests"].as_array().unwrap();
+    for test in tests {
+        println!("{} {} {} {}", test["id"], test["window"], test["outcome"], test["reason"]);
+    }
+    let outcomes: Vec<_> =
+        tests.iter().map(|test| (test["id"].as_str().unwrap(), test["outcome"].as_str().unwrap())).collect();
+    let expected = [
+        ("2.c.5-1", "passed"),
+        ("2.c.5-2", "passed"),
+        ("2.c.10-1", "passed"),
+        ("2.c.10-2", "passed"),
+        ("2.c.10-3", "passed"),
+        ("2.d.2-1", "passed"),
+        ("2.d.2-2", "passed"),
+        ("2.d.2-3", "passed"),
+        ("2.d.2-4", "failed"),
+        ("2.d.6-1", "passed"),
+        ("2.d.6-2", "passed"),
+        ("2.d.7", "passed"),
+        ("2.b.4", "record_too_short"),
+        ("2.c.9", "no_recording"),
+        ("2.d.4", "no_recording"),
+        ("2.d.8", "no_recording"),
+        ("2.c.1", "no_recording"),
+    ];
+    assert_eq!(outcomes, expected);
+    for test in tests {
+        let passed = match test["outcome"].as_str().unwrap() {
+            "passed" => Value::Bool(true),
+            "failed" => Value::Bool(false),
+            _ => Value::Null,
+        };
+        assert_eq!(test["passed"], passed);
+    }
+    assert_eq!((&found["passed"], &found["failed"], &found["not_judged"]), (&11.into(), &1.into(), &5.into()));
+    // The Dutch roll as the truth has it: 1.416954 rad/s, damping ratio 0.14181 (assets/flights/demo/truth.toml).
+    let dutch_roll = &tests[11];
+    let (omega, zeta) = (1.416_954_f64, 0.141_81_f64);
+    let period_s = std::f64::consts::TAU / (omega * (1.0 - zeta * zeta).sqrt());
+    for (parameter, truth) in [("period", period_s), ("damping ratio", zeta)] {
+        for whose in ["flight", "model"] {
+            let found = value(dutch_roll, parameter)[whose].as_f64().unwrap();
+            println!("{parameter} of the {whose}: {found:.4}, truth {truth:.4}");
+            assert!((found / truth - 1.0).abs() < 0.05, "{parameter} of the {whose}: {found} for {truth}");
+        }
+    }
+    // A trim surface was not recorded: said, not judged.
+    assert!(value(&tests[0], "trim surface")["passed"].is_null());
+    copies_have_the_hashes_they_are_said_to_have(tests, folder.path());
+    let page = std::fs::read_to_string(folder.path().join("qtg.html")).unwrap();
+    for part in [
+        "not of a training device",
+        "NO RECORDING",
+        "RECORD TOO SHORT",
+        "3.3 s before the input of 5 s asked for",
+        "Clδa × 0.6",
+        "not given",
+        "<td>2.d.2-4</td>",
+    ] {
+        assert!(page.contains(part), "the guide does not say '{part}'");
+    }
+    assert!(std::fs::read(folder.path().join("qtg.pdf")).unwrap().starts_with(b"%PDF"));
+}
+
+/// Hashes of the results against those the folder's list has of its files.
+fn copies_have_the_hashes_they_are_said_to_have(tests: &[Value], folder: &Path) {
+    let listed = read(&folder.join("doublet_manifest.json"));
+    let mut copies = 0;
+    for data in tests.iter().map(|test| &test["data"]).filter(|data| !data.is_null()) {
+        let (name, hash) = (data["name"].as_str().unwrap(), data["sha256"].as_str().unwrap());
+        assert!(listed.to_string().contains(hash), "{name}: {hash} is not the hash of a file");
+        let text = std::fs::read_to_string(folder.join(name)).unwrap();
+        assert!(text.starts_with("time_s,airspeed_flight,airspeed_model"), "{name}");
+        copies += 1;
+    }
+    assert_eq!(copies, 11);
+}
+
+#[test]
+fn a_guide_without_a_failure_ends_well_and_engineering_data_halve_its_bands() {
+    let folder = tempfile::tempdir().unwrap();
+    let tests = folder.path().join("tests.toml");
+    let run = |head: &str| {
+        let text = format!(
+            "format = \"doublet qualification tests\"\nversion = 1\ntitle = \"one\"\n{head}\n[[test]]\nid = \"2.d.6\"\nkind = \"doublet\"\n"
+        );
+        std::fs::write(&tests, text).unwrap();
+        let output = qtg(tests.to_str().unwrap(), &folder.path().join("out"));
+        let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+        (output.status.code(), found["tests"].clone())
+    };
+    let (code, found) = run("");
+    assert_eq!(code, Some(0));
+    // Of the validation windows of the rudder the doublet alone.
+    assert_eq!(found.as_array().unwrap().len(), 1);
+    assert_eq!((found[0]["id"].as_str(), found[0]["window"].as_str()), (Some("2.d.6"), Some("16 rudder doublet")));
+    let used = |found: &Value| found[0]["channels"][0]["worst_ratio"].as_f64().unwrap();
+    let (code, engineering) = run("engineering_data = true");
+    assert_eq!(code, Some(0));
+    let ratio = used(&engineering) / used(&found);
+    assert!((ratio - 2.5).abs() < 1e-9, "40 % of the tolerance is used {ratio} times as much");
+    let (_, ranged) = run("[normal_range]\nr = { value = 40.0, unit = \"deg/s\" }");
+    assert!((used(&found) / used(&ranged) - 2.0).abs() < 1e-9, "10 % of 40 deg/s is twice 2 deg/s");
+}
+
+#[test]
+fn what_is_wrong_with_a_test_file_is_said_with_file_and_field() {
+    let folder = tempfile::tempdir().unwrap();
+    let tests = folder.path().join("tests.toml");
+    let head = "format = \"doublet qualification tests\"\nversion = 1\ntitle = \"one\"\n";
+    for (text, part) in [
+        (format!("{head}[[test]]\nid = \"9.z\"\n"), "test 1 ('9.z'): id:"),
+        (format!("{head}[[test]]\nid = \"2.d.6\"\nwindow = \"x\"\n"), "unknown field `window`"),
+        (format!("{head}[[test]]\nid = \"2.c.5\"\nfrom_s = 3.0\nto_s = 1.0\n"), "from_s and to_s"),
+        (format!("{head}percent = \"half\"\n[[test]]\nid = \"2.d.6\"\n"), "percent: 'half'"),
+        (format!("{head}rule = \"absent.toml\"\n[[test]]\nid = \"2.d.6\"\n"), "rule: absent.toml"),
+        (format!("{head}[device]\ncolour = \"red\"\n[[test]]\nid = \"2.d.6\"\n"), "device: 'colour'"),
+        (
+            format!("{head}[normal_range]\np = {{ value = 1.0, unit = \"kt\" }}\n[[test]]\nid = \"2.d.6\"\n"),
+            "normal_range.p",
+        ),
+        (head.to_owned(), "no [[test]]"),
+        (head.replace("version = 1", "version = 7"), "version 7"),
+        (head.replace("qualification", "driving"), "format is"),
+    ] {
+        std::fs::write(&tests, &text).unwrap();
+        let output = qtg(tests.to_str().unwrap(), &folder.path().join("out"));
+        let line = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(1), "{line}");
+        assert!(line.contains("tests.toml: ") && line.contains(part) && line.lines().count() == 1, "{line}");
+    }
+    // What only the model can say: a derivative it does not have.
+    let text = format!("{head}[[test]]\nid = \"2.d.6\"\nkind = \"doublet\"\nscale = {{ Cm_flap = 0.5 }}\n");
+    std::fs::write(&tests, text).unwrap();
+    let output = qtg(tests.to_str().unwrap(), &folder.path().join("out"));
+    let line = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(line.contains("tests.toml: test '2.d.6': scale: the model has no derivative 'Cm_flap'"), "{line}");
+    assert!(!folder.path().join("out").exists(), "something was written");
+}

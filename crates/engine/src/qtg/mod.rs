@@ -1,0 +1,216 @@
+//! Qualification tests: objective tests of a rule on the windows of a session, each judged and laid out as a page of a qualification
+//! test guide.
+//!
+//! [`TestFile`] says which windows serve which tests, [`prepare`] gives the session they need, [`evaluate`] judges them once that session
+//! was run, [`document`] lays them out.
+
+mod conditions;
+mod data;
+mod document;
+mod evaluate;
+mod file;
+mod free_response;
+mod judge;
+mod pages;
+mod record;
+mod snapshot;
+mod units;
+
+use serde::Serialize;
+
+use crate::report::document::Figure;
+use crate::verdict::Level;
+
+pub use document::document;
+pub use evaluate::{evaluate, prepare};
+pub use file::{DEVICE, ENGINEERING_DATA, Revision, TestEntry, TestFile};
+
+/// Value of the `format` key of the results.
+pub const FORMAT: &str = "doublet qualification";
+/// Version of their layout.
+pub const VERSION: u32 = 1;
+
+/// What tests came to.
+#[derive(Clone, Debug, Serialize)]
+pub struct Qualification {
+    /// [`FORMAT`].
+    pub format: &'static str,
+    /// [`VERSION`].
+    pub version: u32,
+    /// Program and its version.
+    pub app: String,
+    /// Day, `YYYY-MM-DD`.
+    pub date: String,
+    /// Title of the guide.
+    pub title: String,
+    /// Aircraft of the session.
+    pub aircraft: String,
+    /// SHA-256 of the session in its saved form.
+    pub session_sha256: String,
+    /// Rule.
+    pub rule: String,
+    /// Date of its edition.
+    pub edition: String,
+    /// What percentages of bands are of, in words.
+    pub percent: &'static str,
+    /// Whether 40 % of every tolerance applies.
+    pub engineering_data: bool,
+    /// Tests that passed.
+    pub passed: usize,
+    /// Tests that failed.
+    pub failed: usize,
+    /// Tests that could not be judged.
+    pub not_judged: usize,
+    /// Tests in their order.
+    pub tests: Vec<QualificationTest>,
+}
+
+/// How a test ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Outcome {
+    /// Every requirement is met.
+    Passed,
+    /// One is not, or the model cannot fly the record.
+    Failed,
+    /// The session has no window for it.
+    NoRecording,
+    /// The record is shorter than the rule asks for.
+    RecordTooShort,
+    /// The window could not be computed.
+    NotComputed,
+}
+
+impl Outcome {
+    /// Words on the page.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Passed => "PASS",
+            Self::Failed => "FAIL",
+            Self::NoRecording => "NO RECORDING",
+            Self::RecordTooShort => "RECORD TOO SHORT",
+            Self::NotComputed => "NOT COMPUTED",
+        }
+    }
+
+    /// Whether it passed; none where it was not judged.
+    pub fn passed(self) -> Option<bool> {
+        match self {
+            Self::Passed => Some(true),
+            Self::Failed => Some(false),
+            Self::NoRecording | Self::RecordTooShort | Self::NotComputed => None,
+        }
+    }
+
+    /// How good that is.
+    pub fn level(self) -> Level {
+        match self {
+            Self::Passed => Level::Good,
+            Self::Failed => Level::Bad,
+            Self::NoRecording | Self::RecordTooShort | Self::NotComputed => Level::Caution,
+        }
+    }
+}
+
+/// One test on one window.
+#[derive(Clone, Debug, Serialize)]
+pub struct QualificationTest {
+    /// Number in the rule, with a running number behind it where several windows serve it.
+    pub id: String,
+    /// Title.
+    pub title: String,
+    /// Kind of test.
+    pub kind: &'static str,
+    /// Window.
+    pub window: Option<String>,
+    /// Whether it passed; none where it was not judged.
+    pub passed: Option<bool>,
+    /// How it ended.
+    pub outcome: Outcome,
+    /// Why, one line.
+    pub reason: String,
+    /// Bands over the record.
+    pub channels: Vec<ChannelRow>,
+    /// Single numbers.
+    pub values: Vec<ValueRow>,
+    /// Period and damping of the free response of flight and model, where they can be read.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub oscillation: Vec<ValueRow>,
+    /// Copy of the validation data: name of the file and its SHA-256.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub data: Option<DataCopy>,
+    /// What else stands on its page.
+    #[serde(skip)]
+    pub page: Page,
+}
+
+/// One band of a test over its record.
+#[derive(Clone, Debug, Serialize)]
+pub struct ChannelRow {
+    /// Requirement it belongs to, counted from 1: one band of each must hold.
+    pub requirement: usize,
+    /// Parameter.
+    pub parameter: &'static str,
+    /// Tolerance in the units of the page.
+    pub tolerance: String,
+    /// SI unit of `worst`.
+    pub unit: &'static str,
+    /// Model less flight where the band is used most, SI.
+    pub worst: f64,
+    /// That over the half width there: up to 1 is inside.
+    pub worst_ratio: f64,
+    /// Time of it, s.
+    pub worst_time_s: f64,
+    /// Share of the samples inside.
+    pub share_inside: f64,
+    /// Whether the model stays inside throughout.
+    pub passed: bool,
+}
+
+/// One number of a test.
+#[derive(Clone, Debug, Serialize)]
+pub struct ValueRow {
+    /// Requirement it belongs to, counted from 1; 0 for a number that is not judged.
+    pub requirement: usize,
+    /// Parameter.
+    pub parameter: String,
+    /// Tolerance in the units of the page; empty for a number that is not judged.
+    pub tolerance: String,
+    /// SI unit.
+    pub unit: &'static str,
+    /// Of the flight, SI; none where it is not given.
+    pub flight: Option<f64>,
+    /// Standard error of that.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub flight_error: Option<f64>,
+    /// Of the model, SI.
+    pub model: Option<f64>,
+    /// Standard error of that.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub model_error: Option<f64>,
+    /// Whether it is inside; none where one of the two is not given or nothing is asked.
+    pub passed: Option<bool>,
+}
+
+/// A copy of the validation data of a test.
+#[derive(Clone, Debug, Serialize)]
+pub struct DataCopy {
+    /// Name of the file beside the guide.
+    pub name: String,
+    /// SHA-256 of it.
+    pub sha256: String,
+    /// Contents.
+    #[serde(skip)]
+    pub text: String,
+}
+
+/// What stands on the page of a test beside its numbers.
+#[derive(Clone, Debug, Default)]
+pub struct Page {
+    /// Facts above the result: objective, condition, procedures, evaluation.
+    pub facts: Vec<(String, String)>,
+    /// Initial conditions.
+    pub initial: Vec<(String, String)>,
+    /// Flight and model over each other.
+    pub figure: Option<Figure>,
+}

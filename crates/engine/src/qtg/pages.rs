@@ -1,0 +1,239 @@
+//! Facts and figures of the pages.
+
+use std::f64::consts::TAU;
+
+use doublet_core::quantity::Dimension;
+use doublet_core::series::{Recording, Series};
+use doublet_core::validate::Signal;
+
+use super::conditions::NOT_GIVEN;
+use super::record::{Movement, deflection};
+use super::units::{name, requirements, unit};
+use super::{DataCopy, TestEntry};
+use crate::notation;
+use crate::report::document::{Axis, Figure, LineStyle, Mark, Panel, Plot, line, replay_panel};
+use crate::report::significant;
+use crate::session::{Manoeuvre, Surface, WindowRole};
+use crate::stage::{ObjectiveTest, Quantity, RecordDemand, ReplaySeries, WindowAero, WindowReplay};
+
+/// Signals of the motion in the plane of symmetry.
+const LONGITUDINAL: [Signal; 6] = [
+    Signal::PitchAngle,
+    Signal::PitchRate,
+    Signal::NormalAcceleration,
+    Signal::AngleOfAttack,
+    Signal::Airspeed,
+    Signal::Altitude,
+];
+/// Signals of the motion out of it.
+const LATERAL: [Signal; 6] = [
+    Signal::RollRate,
+    Signal::YawRate,
+    Signal::BankAngle,
+    Signal::Sideslip,
+    Signal::HeadingAngle,
+    Signal::SpecificForceY,
+];
+
+/// What the page says before any recording is looked at.
+pub fn stated(entry: &TestEntry, rule: &ObjectiveTest, rule_name: &str) -> Vec<(String, String)> {
+    let or = |own: &Option<String>, of_rule: &str| match own {
+        Some(own) => own.clone(),
+        None if of_rule.is_empty() => NOT_GIVEN.to_owned(),
+        None => of_rule.to_owned(),
+    };
+    let page = if rule.page.is_empty() { String::new() } else { format!(", page {}", rule.page) };
+    let mut facts = vec![
+        ("Rule", format!("{} {}, {rule_name}{page}", rule.id, rule.name)),
+        ("Objective", or(&entry.objective, &rule.objective)),
+        ("Flight condition asked for", or(&None, &rule.condition)),
+        ("Manual procedure", or(&entry.procedure, &rule.procedure)),
+        ("Tolerances", requirements(&rule.judgement)),
+        ("Record asked for", asked_for(&rule.record)),
+    ];
+    if !rule.missing.is_empty() {
+        facts.push(("Not read of the rule", rule.missing.clone()));
+    }
+    if !entry.scale.is_empty() {
+        let changed = entry.scale.iter().map(|(name, factor)| format!("{} × {factor}", notation::derivative(name)));
+        let changed = changed.collect::<Vec<_>>().join(", ");
+        facts.push(("Model changed on purpose", format!("{changed}: this test shows that a wrong model is found")));
+    }
+    facts.extend(entry.note.iter().map(|note| ("Note", note.clone())));
+    facts.into_iter().map(|(name, text)| (name.to_owned(), text)).collect()
+}
+
+fn asked_for(record: &RecordDemand) -> String {
+    let demands = [
+        (record.before_s, "s before the input"),
+        (record.after_s, "s after it"),
+        (record.least_s, "s in all"),
+        (record.cycles, "cycles of the free response"),
+    ];
+    let words = demands.iter().filter(|(demand, _)| *demand > 0.0);
+    let words: Vec<String> = words.map(|(demand, what)| format!("{demand} {what}")).collect();
+    if words.is_empty() { "no length".to_owned() } else { words.join(", ") }
+}
+
+/// How a snapshot is evaluated and where its data are.
+pub fn of_snapshot(window: &Manoeuvre, [from_s, to_s]: [f64; 2]) -> Vec<(String, String)> {
+    let facts = [
+        (
+            "Automatic procedure",
+            "the identified model is trimmed, with the mean of the constants of the identification windows".to_owned(),
+        ),
+        ("Driven or constrained", "airspeed, flight path, rates, rudder and power: the means of the flight".to_owned()),
+        (
+            "Validation data",
+            format!(
+                "flight {}, window '{}', means from {from_s:.2} to {to_s:.2} s; recordings with their hashes under References",
+                window.flight, window.name
+            ),
+        ),
+    ];
+    facts.map(|(name, text)| (name.to_owned(), text)).into()
+}
+
+/// What drives the model, how the test is evaluated, and where the validation data are.
+pub fn of_record(
+    window: &Manoeuvre,
+    aero: &WindowAero,
+    recording: Option<&Recording>,
+    movement: Option<&Movement>,
+    data: Option<&DataCopy>,
+) -> Vec<(String, String)> {
+    let duration_s = window.window.end_s - window.window.start_s;
+    let mut facts = vec![
+        (
+            "Automatic procedure",
+            "the identified model starts from the reconstructed state at the first sample and flies with six degrees of freedom; \
+             nothing steers it afterwards"
+                .to_owned(),
+        ),
+        ("Driven or constrained", driven(aero, recording)),
+        (
+            "Validation data",
+            format!(
+                "flight {}, window '{}', {:.2} to {:.2} s ({duration_s:.1} s); recordings with their hashes under References",
+                window.flight, window.name, window.window.start_s, window.window.end_s
+            ),
+        ),
+        (
+            "Copy of the data",
+            data.map_or(NOT_GIVEN.to_owned(), |data| format!("{}, SHA-256 {}", data.name, data.sha256)),
+        ),
+        (
+            "Input",
+            movement.map_or("no deflection moved".to_owned(), |movement| {
+                format!(
+                    "{} by {} deg at most; {:.1} s of flight before it, {:.1} s after it",
+                    movement.surface.name(),
+                    significant(movement.largest_rad.to_degrees(), 3),
+                    movement.before_s,
+                    movement.after_s()
+                )
+            }),
+        ),
+    ];
+    if window.role == WindowRole::Identification {
+        facts.push(("Independence", "none: the derivatives were identified from this window among others".to_owned()));
+    }
+    facts.into_iter().map(|(name, text)| (name.to_owned(), text)).collect()
+}
+
+/// What the model is given of the recording.
+fn driven(aero: &WindowAero, recording: Option<&Recording>) -> String {
+    let channel = |surface: Surface| {
+        let found = recording.and_then(|recording| recording.role(surface.role()));
+        found.map_or_else(
+            || surface.name().to_owned(),
+            |channel| format!("{} (channel {})", surface.name(), channel.name),
+        )
+    };
+    let recorded = Surface::ALL.into_iter().filter(|surface| deflection(*surface, aero).is_some());
+    let surfaces: Vec<String> = recorded.map(channel).collect();
+    let surfaces = if surfaces.is_empty() { "no deflection".to_owned() } else { surfaces.join(", ") };
+    let thrust = if aero.data.engines.is_empty() { "no thrust" } else { "thrust" };
+    format!("{surfaces} as recorded; {thrust}, air density, mass properties and reconstructed wind over the record")
+}
+
+/// Flight and model over each other with the bands of the test, and the deflections.
+pub fn figure(id: &str, window: &Manoeuvre, replay: &WindowReplay, aero: &WindowAero) -> Figure {
+    let judged = |signal: Signal| replay.series.iter().any(|s| s.signal == signal && s.half_band.is_some());
+    let (signals, surfaces): (Vec<Signal>, &[Surface]) = match window.surface {
+        Some(Surface::Elevator) => (LONGITUDINAL.into(), &[Surface::Elevator]),
+        Some(Surface::Aileron | Surface::Rudder) => (LATERAL.into(), &[Surface::Aileron, Surface::Rudder]),
+        None => ([LONGITUDINAL, LATERAL].concat(), &Surface::ALL),
+    };
+    let further = Signal::ALL.into_iter().filter(|signal| judged(*signal) && !signals.contains(signal));
+    let mut signals: Vec<Signal> = signals.iter().copied().chain(further).collect();
+    // What is judged comes first.
+    signals.sort_by_key(|signal| !judged(*signal));
+    let of = |signal: &Signal| replay.series.iter().find(|series| series.signal == *signal);
+    let mut panels: Vec<Panel> = signals.iter().filter_map(of).map(signal_panel).collect();
+    panels.extend(surfaces.iter().filter_map(|surface| control_panel(*surface, replay, aero)));
+    let band = if replay.series.iter().any(|series| series.half_band.is_some()) {
+        " with the tolerance band, the widest where several are offered for a parameter,"
+    } else {
+        ""
+    };
+    // As high as a page holds them.
+    let rows = panels.len().div_ceil(COLUMNS).max(1) as f64;
+    Figure {
+        name: format!("qtg {id}"),
+        caption: format!("{id}: the flight, window {},{band} and the model.", window.name),
+        columns: COLUMNS,
+        panel_height_mm: (PAGE_MM / rows - AROUND_MM).clamp(LOWEST_MM, HIGHEST_MM),
+        panels,
+    }
+}
+
+/// Panels beside each other.
+const COLUMNS: usize = 2;
+/// Height of a page that a figure may fill, mm.
+const PAGE_MM: f64 = 205.0;
+/// Height a panel takes beside its plotting area, mm.
+const AROUND_MM: f64 = 10.0;
+/// Least height of a plotting area, mm.
+const LOWEST_MM: f64 = 15.0;
+/// Largest, mm.
+const HIGHEST_MM: f64 = 40.0;
+
+/// Flight with its band and the model on top.
+fn signal_panel(series: &ReplaySeries) -> Panel {
+    let mut series = series.clone();
+    // A heading is shown from 0 to 360 deg.
+    let begins = series.measured.values.first().copied().unwrap_or(0.0);
+    if series.signal == Signal::HeadingAngle && begins < 0.0 {
+        let turned = |shown: &mut Series| shown.values = shown.values.iter().map(|value| value + TAU).collect();
+        turned(&mut series.measured);
+        turned(&mut series.simulated);
+    }
+    let mut panel = replay_panel(&series, unit(series.signal.dimension()));
+    if let Panel::Plot(plot) = &mut panel {
+        plot.y.label = name(Quantity::Signal(series.signal));
+        for mark in &mut plot.marks {
+            if let Mark::Line { label, style, .. } = mark {
+                // Dashed, so that the flight is seen below a model that matches it.
+                (*label, *style) = match label.as_ref() {
+                    "measured" => ("flight".into(), LineStyle::Solid),
+                    _ => ("model".into(), LineStyle::Dashed),
+                };
+            }
+        }
+    }
+    panel
+}
+
+fn control_panel(surface: Surface, replay: &WindowReplay, aero: &WindowAero) -> Option<Panel> {
+    let values = deflection(surface, aero)?;
+    let time_s = replay.series.first()?.measured.time_s.clone();
+    let (unit, scale) = unit(Dimension::Angle);
+    let series = Series { time_s, values: values.into() };
+    let mark = line("as recorded, driving the model", 7, &series, scale);
+    Some(Panel::Plot(Plot {
+        x: Axis::time(),
+        y: Axis::new(format!("{} deflection", surface.name()), unit),
+        marks: vec![mark],
+    }))
+}
