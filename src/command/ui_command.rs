@@ -216,6 +216,7 @@ pub fn table() -> Vec<CommandInfo> {
         run("Compute again", RunCommand::Again, plain(Key::F5)),
         run("Compute sensitivity", RunCommand::Study(Study::Sensitivity), None),
         run("Find lags of the controls", RunCommand::Study(Study::Lags), None),
+        run("Compute frequency responses", RunCommand::Study(Study::Responses), None),
         run("Cancel", RunCommand::Cancel, ctrl(Key::Period)),
         view("Show whole recording", ZoomHome, plain(Key::Home)),
         view("Zoom back", ZoomBack, alt(Key::ArrowLeft)),

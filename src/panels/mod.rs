@@ -27,6 +27,7 @@ mod propulsion;
 mod reconstruction;
 mod report;
 mod residuals;
+mod responses;
 mod sensitivity;
 mod shortcuts;
 mod structures;
@@ -88,6 +89,8 @@ pub enum Pane {
     Correlation,
     /// Derivatives against what they were computed with.
     Sensitivity,
+    /// Frequency responses and equivalent systems.
+    Responses,
     /// What is on board.
     Loading,
     /// Contents of the report.
@@ -117,6 +120,7 @@ impl Pane {
         Self::Propulsion,
         Self::Correlation,
         Self::Sensitivity,
+        Self::Responses,
         Self::Loading,
         Self::Report,
         Self::Log,
@@ -142,6 +146,7 @@ impl Pane {
             Self::Propulsion => "Propulsion",
             Self::Correlation => "Correlation",
             Self::Sensitivity => "Sensitivity",
+            Self::Responses => "Frequency response",
             Self::Loading => "Loading",
             Self::Report => "Report",
             Self::Log => "Log",
@@ -173,6 +178,7 @@ impl Pane {
             Self::Propulsion => Box::new(propulsion::Propulsion::default()),
             Self::Correlation => Box::new(correlation::Correlation::default()),
             Self::Sensitivity => Box::new(sensitivity::Sensitivity::default()),
+            Self::Responses => Box::new(responses::Responses::default()),
             Self::Loading => Box::new(loading::LoadingPanel::default()),
             Self::Report => Box::new(report::Report::default()),
             Self::Log => Box::new(log::Log),

@@ -246,6 +246,29 @@ fn sensitivity_to_inertia_is_that_of_the_moment_itself() {
 }
 
 #[test]
+fn frequency_responses_are_drawn_with_their_equivalent_systems() {
+    let mut bench = Bench::shipped();
+    bench.show(Pane::Responses);
+    bench.harness.get_by_role_and_label(egui::accesskit::Role::Button, "Compute frequency responses").click();
+    bench.settle();
+    picture(&mut bench.harness, "responses");
+    let study = bench.snapshot().studies.responses.ready().expect("they were asked for").clone();
+    let surfaces: Vec<Surface> = study.surfaces.iter().map(|found| found.surface).collect();
+    assert_eq!(surfaces, Surface::ALL);
+    for found in &study.surfaces {
+        let (response, system) = (found.response.as_ref().unwrap(), found.system.as_ref().unwrap());
+        let coherent = response.responses[0].points.iter().filter(|point| point.coherence > 0.8).count();
+        assert!(coherent > 25, "{:?}: {coherent}", found.surface);
+        // A positive deflection gives a negative rate.
+        assert!(system.fit.model.gain < 0.0, "{:?}", found.surface);
+    }
+    assert!(bench.harness.query_by_label("inv_Ttheta2").is_some(), "the equivalent system of the elevator");
+    bench.harness.get_by_label("aileron").click();
+    bench.settle();
+    assert!(bench.harness.query_by_label("inv_TR").is_some(), "that of the aileron");
+}
+
+#[test]
 fn delay_the_fit_finds_is_taken_by_a_click_and_undone() {
     let mut bench = Bench::open();
     bench.show(Pane::Model);

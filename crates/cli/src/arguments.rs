@@ -15,6 +15,7 @@ use doublet_report::ReportFormat;
 use crate::map::MapArguments;
 use crate::propose::ProposeArguments;
 use crate::regress::RegressArguments;
+use crate::response::{LoesArguments, ResponseArguments};
 use crate::structure::StructureArguments;
 use crate::tune::TuneArguments;
 use crate::variants::VariantArguments;
@@ -59,6 +60,10 @@ pub enum Command {
     Structure(StructureArguments),
     /// Fit a column of any table by terms of others, with plain and corrected errors; no session is needed.
     Regress(RegressArguments),
+    /// Print the frequency response between signals of a session or columns of a table, with coherence and error bars.
+    Response(ResponseArguments),
+    /// Fit a low-order equivalent system to a frequency response: gain, zeros, poles, delay, bandwidth and phase delay.
+    Loes(LoesArguments),
     /// Print the derivatives by weighted, generalised, constrained and total least squares beside the ordinary ones.
     Variants(VariantArguments),
     /// Carry fresh noise of the recording through both steps, many times.
@@ -229,6 +234,8 @@ pub enum StudyName {
     Checks,
     /// Lag and delay of every control.
     Lags,
+    /// Frequency responses of the rates to the controls.
+    Responses,
     /// Derivatives under fresh noise of the recording, 200 realisations.
     MonteCarlo,
 }

@@ -20,6 +20,7 @@ mod propose;
 mod qtg;
 mod regress;
 mod report;
+mod response;
 mod run;
 mod simulate;
 mod structure;
@@ -93,6 +94,8 @@ fn outcome(command: Command) -> Result<Outcome, String> {
         Command::Variants(arguments) => variants::variants(&arguments),
         Command::Lags(arguments) => lags::lags(&arguments),
         Command::Regress(arguments) => regress::regress(&arguments),
+        Command::Response(arguments) => response::response(&arguments),
+        Command::Loes(arguments) => response::loes(&arguments),
         Command::MonteCarlo(arguments) => {
             let realisations = arguments.realisations as usize;
             study::study(Study::MonteCarlo { realisations, seed: arguments.seed }, &arguments.study)

@@ -80,7 +80,7 @@ pub fn regress(arguments: &RegressArguments) -> Result<(), String> {
 }
 
 /// Terms of a list; commas inside brackets or quotes belong to a term.
-fn split_terms(text: &str) -> Result<Vec<String>, String> {
+pub fn split_terms(text: &str) -> Result<Vec<String>, String> {
     let mut terms = vec![String::new()];
     let (mut depth, mut is_quoted) = (0_i32, false);
     for letter in text.chars() {

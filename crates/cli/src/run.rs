@@ -144,6 +144,7 @@ fn study_of(name: StudyName) -> Study {
         StudyName::Manoeuvres => Study::Manoeuvres,
         StudyName::Checks => Study::Checks { axis: None },
         StudyName::Lags => Study::Lags,
+        StudyName::Responses => Study::Responses,
         StudyName::MonteCarlo => Study::MonteCarlo { realisations: 200, seed: 1 },
     }
 }

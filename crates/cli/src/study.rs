@@ -33,6 +33,7 @@ pub fn shown(study: Study, session: &Session, snapshot: &Snapshot, arguments: &S
         Study::Manoeuvres => manoeuvres(&results.studies),
         Study::Checks { .. } => checks(&results.studies),
         Study::Lags => lags::print(&results.studies),
+        Study::Responses => {}
         Study::MonteCarlo { .. } => monte_carlo(&results),
     }
     if let Some(out) = &arguments.out {

@@ -2,7 +2,7 @@
 //!
 //! [`responses`] estimates the response of an output to one or several inputs, conditioned on each other, with coherence and the random
 //! error of gain and phase; [`fit_response`] and [`fit_records`] fit a [`TransferFunction`] to responses or to the records themselves;
-//! [`BodeCurve`] gives bandwidth, phase delay and margins of either. Angular frequencies in rad/s, phases in rad, `exp(+j w t)`.
+//! [`BodeCurve`] gives bandwidth, phase delay and margins of either; [`state_space_response`] is the response of a linear model. Angular frequencies in rad/s, phases in rad, `exp(+j w t)`.
 
 mod bode;
 mod composite;
@@ -14,6 +14,7 @@ mod output_error;
 mod record;
 mod response;
 mod start;
+mod state_space;
 mod transfer;
 mod transform;
 
@@ -24,5 +25,6 @@ pub use form::Form;
 pub use output_error::{OutputErrorBand, fit_records};
 pub use record::{FrequencyRecord, logarithmic_grid};
 pub use response::{FrequencyResponse, ResponsePoint, SpectralSettings, responses};
+pub use state_space::state_space_response;
 pub use transfer::{Delay, Section, TransferFunction};
 pub use transform::ChirpZ;

@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use doublet_dynamics::frequency::{
     BodeCurve, Delay, EquivalentSystem, FitSettings, Form, FrequencyError, FrequencyRecord, Mismatch, OutputErrorBand,
     Section, SpectralSettings, TransferFunction, fit_records, fit_response, logarithmic_grid, responses,
+    state_space_response,
 };
 use nalgebra::Complex;
 
@@ -192,6 +193,31 @@ fn bandwidth_and_phase_delay_of_the_attitude_are_the_computed_ones() {
     approx::assert_relative_eq!(gain, 20.0 * (omega_180 / 3.0).log10(), max_relative = 1e-5);
     approx::assert_relative_eq!(crossover, 3.0, max_relative = 1e-5);
     approx::assert_relative_eq!(phase, std::f64::consts::FRAC_PI_2 - 0.6, max_relative = 1e-5);
+}
+
+#[test]
+fn response_of_a_linear_model_is_that_of_its_transfer_function() {
+    // Short period in states alpha and q: q / eta = (Md s + Md La - Ma Ld) / (s^2 + (La - Mq) s - Ma - Mq La) with Zq = 0.
+    let (la, ma, mq, ld, md) = (1.9, -6.5, -1.6, 0.1, -9.0);
+    let model = doublet_dynamics::linear::StateSpace::of_states(
+        "short period",
+        &["alpha", "q"],
+        &[("delta_e", "rad")],
+        nalgebra::DMatrix::from_row_slice(2, 2, &[-la, 1.0, ma, mq]),
+        nalgebra::DMatrix::from_row_slice(2, 1, &[-ld, md]),
+    );
+    let exact = TransferFunction {
+        gain: md,
+        numerator: vec![Section::First(la - ma * ld / md)],
+        denominator: vec![Section::Second { c1: la - mq, c0: -ma - mq * la }],
+        delay_s: 0.0,
+    };
+    let omega = logarithmic_grid(0.1, 30.0, 9);
+    let found = state_space_response(&model, "delta_e", "q", &omega).unwrap();
+    for (omega, found) in omega.iter().zip(found) {
+        assert!((found / exact.at(*omega) - 1.0).norm() < 1e-12, "{omega}: {found} {}", exact.at(*omega));
+    }
+    assert_eq!(state_space_response(&model, "delta_r", "q", &omega), None);
 }
 
 #[test]

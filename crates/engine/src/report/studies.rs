@@ -3,6 +3,7 @@
 use doublet_core::sensitivity::NoiseEffect;
 use serde::{Serialize, Serializer};
 
+use super::responses::{ResponseRow, SystemRow, flight_rows, response_table};
 use super::table::{Cell, Column, Table};
 use crate::graph::{StageError, StageResult};
 use crate::run::Snapshot;
@@ -41,6 +42,12 @@ pub struct StudyResults {
     /// Lag and delay of every control.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub lags: Vec<LagRow>,
+    /// Frequency responses of the rates to the controls.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub response: Vec<ResponseRow>,
+    /// Parameters of their low-order equivalent systems.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub equivalent_systems: Vec<SystemRow>,
     /// What noise of the recording does to the derivatives.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub monte_carlo: Vec<MonteCarloRow>,
@@ -273,7 +280,7 @@ pub struct ConditionRow {
 }
 
 /// A number that does not exist is `null` in JSON and empty in CSV.
-fn where_finite<S: Serializer>(value: &f64, serializer: S) -> Result<S::Ok, S::Error> {
+pub(super) fn where_finite<S: Serializer>(value: &f64, serializer: S) -> Result<S::Ok, S::Error> {
     if value.is_finite() { serializer.serialize_some(value) } else { serializer.serialize_none() }
 }
 
@@ -292,6 +299,9 @@ pub fn build(snapshot: &Snapshot) -> StudyResults {
     }
     if let Some(study) = snapshot.studies.lags.ready() {
         results.lags.extend(study.lags.iter().flat_map(lag_rows));
+    }
+    if let Some(study) = snapshot.studies.responses.ready() {
+        (results.response, results.equivalent_systems) = flight_rows(study);
     }
     if let Some(study) = snapshot.studies.monte_carlo.ready() {
         results.monte_carlo.extend(study.effects.iter().map(|effect| monte_carlo_row(study, effect)));
@@ -500,13 +510,15 @@ pub fn tables(results: &StudyResults) -> Vec<Table> {
         table("conditions", "Derivatives over the flight condition.", &results.conditions),
         table("checks", "Derivatives of every window by other methods.", &results.checks),
         table("lags", "Delay and first-order lag of every control.", &results.lags),
+        response_table(&results.response),
+        table("equivalent_systems", "Low-order equivalent systems of the responses.", &results.equivalent_systems),
         table("monte_carlo", "What noise of the recording does to each pooled derivative.", &results.monte_carlo),
     ];
     tables.into_iter().flatten().collect()
 }
 
 /// Rows under the names of their fields; none where there are no rows.
-fn table(name: &str, caption: &str, rows: &[impl Serialize]) -> Option<Table> {
+pub(super) fn table(name: &str, caption: &str, rows: &[impl Serialize]) -> Option<Table> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     for row in rows {
         writer.serialize(row).ok()?;

@@ -14,7 +14,7 @@ use crate::stage::{
     AeroWindow, FlightEngines, FlightNoise, FlightPhysics, FlightProposals, FlownMass, Gravity, LoadedAircraft,
     LoadedFlight, PooledFits, ProofOfMatch, WindowAero, WindowFits, WindowPath,
 };
-use crate::study::{CheckStudy, LagStudy, ManoeuvreStudy, MonteCarloStudy, SensitivityStudy};
+use crate::study::{CheckStudy, FlightResponses, LagStudy, ManoeuvreStudy, MonteCarloStudy, SensitivityStudy};
 use crate::verdict::Verdicts;
 
 /// State of one stage's output. What was there before stays visible until it is replaced.
@@ -330,6 +330,8 @@ slots! {
         checks: Slot<CheckStudy> => CheckStudy::NAME,
         /// Lag and delay of every control.
         lags: Slot<LagStudy> => LagStudy::NAME,
+        /// Frequency responses of the rates to the controls.
+        responses: Slot<FlightResponses> => FlightResponses::NAME,
         /// Derivatives under fresh noise of the recording.
         monte_carlo: Slot<MonteCarloStudy> => MonteCarloStudy::NAME,
     }

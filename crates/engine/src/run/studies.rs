@@ -5,7 +5,9 @@ use doublet_core::replay::MotionAxis;
 use super::pipeline::Run;
 use super::snapshot::{Slot, Studies};
 use crate::graph::{Cancelled, Stage, StageError};
-use crate::study::{CheckStudy, LagStudy, ManoeuvreStudy, MonteCarloStudy, SensitivityStudy, Study, StudyInput};
+use crate::study::{
+    CheckStudy, FlightResponses, LagStudy, ManoeuvreStudy, MonteCarloStudy, SensitivityStudy, Study, StudyInput,
+};
 
 /// Computes the studies that were asked for; of the others shows those still known.
 pub(super) fn run(run: &Run<'_>, input: &StudyInput<'_>) -> Result<(), Cancelled> {
@@ -22,6 +24,7 @@ pub(super) fn run(run: &Run<'_>, input: &StudyInput<'_>) -> Result<(), Cancelled
         one::<CheckStudy>(run, input, axis.is_some(), known, |studies| &mut studies.checks)?;
     }
     one::<LagStudy>(run, input, wanted.contains(&Study::Lags), (), |studies| &mut studies.lags)?;
+    one::<FlightResponses>(run, input, wanted.contains(&Study::Responses), (), |studies| &mut studies.responses)?;
     let noise = wanted.iter().find_map(|study| match study {
         Study::MonteCarlo { realisations, seed } => Some((*realisations, *seed)),
         _ => None,

@@ -7,17 +7,41 @@ use doublet_dynamics::frequency::{
 
 use super::response::{ResponseError, ResponseStudy};
 
+/// What a form is fitted to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FitMethod {
+    /// Transforms of the records, by maximum likelihood: of a single input.
+    OutputError,
+    /// The response, weighted by coherence.
+    Coherence,
+}
+
+impl FitMethod {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::OutputError, Self::Coherence];
+
+    /// Name on the command line and in results.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::OutputError => "output-error",
+            Self::Coherence => "coherence",
+        }
+    }
+}
+
 /// A fitted model and what follows from it.
 #[derive(Clone, Debug)]
 pub struct EquivalentStudy {
     /// Number of the input.
     pub input: usize,
-    /// Weighted by coherence.
+    /// What it was fitted to.
+    pub method: FitMethod,
+    /// The fit.
     pub fit: EquivalentSystem,
     /// Its distance from the response.
     pub mismatch: Mismatch,
-    /// The same form fitted to the records by output error, of a single input, or why that failed.
-    pub by_output_error: Option<Result<EquivalentSystem, FrequencyError>>,
+    /// The same form by the other method, or why that failed; none of several inputs.
+    pub other: Option<(FitMethod, Result<EquivalentSystem, FrequencyError>)>,
     /// `T_theta2`, `omega_Ttheta2`, `zeta_omega`, `T_R` as far as the form has them; `bandwidth`, `phase_delay` and `omega_180` of the
     /// attitude, where the output is a rate or an attitude; s, rad/s.
     pub derived: Vec<FittedParameter>,
@@ -37,26 +61,32 @@ enum Attitude {
     Integral,
 }
 
-/// Fits a form to the response of a study.
+/// Fits a form to a study that was made for it: without a method by output error where there is a single input, which short windows bias
+/// least, and by coherence of several.
 ///
 /// # Errors
-/// As [`fit_response`].
+/// As [`fit_records`] and [`fit_response`].
 pub fn equivalent_study(
     study: &ResponseStudy,
     input: usize,
-    form: Form,
-    delay: Delay,
+    (form, delay): (Form, Delay),
+    method: Option<FitMethod>,
 ) -> Result<EquivalentStudy, ResponseError> {
     let settings = FitSettings { form, delay };
     let response = study.responses.get(input).ok_or(FrequencyError::NoRecord)?;
-    let fit = fit_response(response, &settings)?;
+    let is_single = study.inputs.len() == 1;
+    let method = method.unwrap_or(if is_single { FitMethod::OutputError } else { FitMethod::Coherence });
+    let [low_rad_s, high_rad_s] = study.band_rad_s;
+    let by = |method: FitMethod| match method {
+        FitMethod::OutputError => {
+            fit_records(&study.samples, &OutputErrorBand { low_rad_s, high_rad_s, step_rad_s: None }, &settings)
+        }
+        FitMethod::Coherence => fit_response(response, &settings),
+    };
+    let fit = by(method)?;
+    let beside = FitMethod::ALL.into_iter().find(|other| *other != method && is_single);
+    let other = beside.map(|other| (other, by(other)));
     let mismatch = Mismatch::of(&fit.model, response).unwrap_or_default();
-    let points = &response.points;
-    let by_output_error = (study.inputs.len() == 1).then(|| {
-        let [low_rad_s, high_rad_s] =
-            [points.first(), points.last()].map(|point| point.map_or(f64::NAN, |point| point.omega_rad_s));
-        fit_records(&study.samples, &OutputErrorBand { low_rad_s, high_rad_s, step_rad_s: None }, &settings)
-    });
     let is_rate = !matches!(form, Form::Orders { .. }) || RATES.contains(&study.output.as_str());
     let is_attitude = ATTITUDES.contains(&study.output.as_str());
     let attitude = match (is_rate, is_attitude) {
@@ -66,7 +96,7 @@ pub fn equivalent_study(
     };
     let derived = derive(&fit, attitude);
     let margins = BodeCurve::of_model(&fit.model, &model_grid(&fit.model)).margins();
-    Ok(EquivalentStudy { input, fit, mismatch, by_output_error, derived, margins })
+    Ok(EquivalentStudy { input, method, fit, mismatch, other, derived, margins })
 }
 
 /// Frequencies two decades to either side of the poles of a model.

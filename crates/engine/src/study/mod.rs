@@ -3,6 +3,7 @@
 mod checks;
 mod coverage;
 mod equivalent;
+mod flight_responses;
 mod followed;
 mod lags;
 mod manoeuvres;
@@ -16,7 +17,8 @@ use std::sync::Arc;
 pub use checks::{CheckStudy, CheckedDerivative, WindowChecks};
 pub use coverage::{Coverage, DerivativeCoverage, coverage};
 pub(crate) use coverage::{record_flight, windows};
-pub use equivalent::{EquivalentStudy, equivalent_study};
+pub use equivalent::{EquivalentStudy, FitMethod, equivalent_study};
+pub use flight_responses::{FlightResponses, SurfaceResponse};
 pub use followed::{FollowedFlight, FollowedOutput, FollowedStart};
 pub use lags::{ControlLag, LagKind, LagStudy};
 pub use manoeuvres::{
@@ -48,6 +50,8 @@ pub enum Study {
     },
     /// Lag and delay of every control, found by the fit.
     Lags,
+    /// Frequency responses of the rates to the controls with their equivalent systems.
+    Responses,
     /// Derivatives under fresh noise of the recording.
     MonteCarlo {
         /// Number of realisations.
@@ -65,6 +69,7 @@ impl Study {
             Self::Sensitivity => SensitivityStudy::NAME,
             Self::Checks { .. } => CheckStudy::NAME,
             Self::Lags => LagStudy::NAME,
+            Self::Responses => FlightResponses::NAME,
             Self::MonteCarlo { .. } => MonteCarloStudy::NAME,
         }
     }

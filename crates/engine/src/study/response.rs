@@ -61,12 +61,22 @@ pub struct ResponseStudy {
     pub records: Vec<(String, f64)>,
     /// Windows and stretches left out, each with the reason.
     pub left_out: Vec<String>,
+    /// Lowest and highest frequency asked for, rad/s; the spectra begin at two cycles of their longest window.
+    pub band_rad_s: [f64; 2],
     /// Frequencies and windows of the spectra.
     pub settings: SpectralSettings,
     /// One for each input.
     pub responses: Vec<FrequencyResponse>,
     /// The samples.
     pub(super) samples: Vec<FrequencyRecord>,
+}
+
+impl ResponseStudy {
+    /// Samples of all signals of all records.
+    pub(super) fn sample_count(&self) -> usize {
+        let count = |record: &FrequencyRecord| record.output.len() * (record.inputs.len() + 1);
+        self.samples.iter().map(count).sum()
+    }
 }
 
 /// One window of a session.
@@ -337,7 +347,7 @@ fn study(
     let settings = SpectralSettings { omega_rad_s, windows_s, overlap: request.overlap, for_fit };
     let responses = responses(&samples, &settings)?;
     let (inputs, output) = (request.inputs.clone(), request.output.clone());
-    Ok(ResponseStudy { inputs, output, records: seconds, left_out, settings, responses, samples })
+    Ok(ResponseStudy { inputs, output, records: seconds, left_out, band_rad_s: band, settings, responses, samples })
 }
 
 /// Window lengths for records: the longest a quarter of all records together, as long as the longest record at most and two cycles of the

@@ -1,5 +1,6 @@
 //! The contents of a report as data: sections of paragraphs, tables and figures, the same for every form it is written in.
 
+mod bode;
 mod checks;
 mod cover;
 mod derivatives;
@@ -9,12 +10,15 @@ mod findings;
 mod fits;
 mod path;
 mod proof;
+mod responses;
 mod sensitivity;
 mod setup;
 
 pub(crate) use figure::line;
+pub use bode::{BodeModel, bode_figure};
 pub use figure::{Axis, Colour, Figure, LineStyle, Mark, Matrix, Panel, Plot};
 pub(crate) use proof::replay_panel;
+pub use responses::surface_figure;
 
 use std::collections::BTreeSet;
 
@@ -111,6 +115,8 @@ pub enum SectionKind {
     Checks,
     /// Derivatives against what they were computed with.
     Sensitivity,
+    /// Frequency responses and low-order equivalent systems.
+    Responses,
     /// Modelled engines against their monitors.
     Engines,
     /// Everything found on the way.
@@ -119,7 +125,7 @@ pub enum SectionKind {
 
 impl SectionKind {
     /// All of them, in their order.
-    pub const ALL: [Self; 16] = [
+    pub const ALL: [Self; 17] = [
         Self::Overview,
         Self::Aircraft,
         Self::Channels,
@@ -134,6 +140,7 @@ impl SectionKind {
         Self::Match,
         Self::Checks,
         Self::Sensitivity,
+        Self::Responses,
         Self::Engines,
         Self::Warnings,
     ];
@@ -155,6 +162,7 @@ impl SectionKind {
             Self::Match => "match",
             Self::Checks => "checks",
             Self::Sensitivity => "sensitivity",
+            Self::Responses => "responses",
             Self::Engines => "engines",
             Self::Warnings => "warnings",
         }
@@ -165,6 +173,7 @@ impl SectionKind {
         match self {
             Self::Checks => Some(Study::Checks { axis: None }),
             Self::Sensitivity => Some(Study::Sensitivity),
+            Self::Responses => Some(Study::Responses),
             _ => None,
         }
     }
@@ -186,6 +195,7 @@ impl SectionKind {
             Self::Match => "Proof of match",
             Self::Checks => "Independent checks",
             Self::Sensitivity => "Sensitivity",
+            Self::Responses => "Frequency responses",
             Self::Engines => "Engines",
             Self::Warnings => "Findings",
         }
@@ -212,6 +222,7 @@ pub fn build(session: &Session, snapshot: &Snapshot, results: &Results, sections
             SectionKind::Match => proof::proof_of_match(&contents),
             SectionKind::Checks => checks::checks(&contents),
             SectionKind::Sensitivity => sensitivity::sensitivity(&contents),
+            SectionKind::Responses => responses::responses(&contents),
             SectionKind::Engines => setup::engines(&contents),
             SectionKind::Warnings => findings::warnings(&contents),
         };

@@ -1,0 +1,403 @@
+//! `doublet response` and `doublet loes`: frequency responses of a session or a table, and low-order equivalent systems of them.
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+use doublet_dynamics::frequency::{Delay, EquivalentSystem, FittedParameter, Form, FrequencyResponse};
+use doublet_engine::keep;
+use doublet_engine::report::document::{Block, BodeModel, Document, Figure, bode_figure};
+use doublet_engine::report::{self, response_rows, response_table};
+use doublet_engine::run::{Control, Snapshot};
+use doublet_engine::session::{Manoeuvre, Session, Surface};
+use doublet_engine::study::{
+    EquivalentStudy, FitMethod, ResponseRequest, ResponseStudy, ResponseWindow, equivalent_study, session_responses,
+    table_responses,
+};
+use serde_json::{Value, json};
+
+use crate::run::computed;
+use crate::text;
+
+/// Arguments of `response`, and the first ones of `loes`.
+#[derive(Debug, Args)]
+pub struct ResponseArguments {
+    /// Session file (.toml), or a table: text or any recording, whose channels are the columns, taken as they stand.
+    pub source: PathBuf,
+    /// Inputs, parted by commas: delta_e, delta_a, delta_r or another role; of a table columns or expressions of them. Of several each
+    /// response is the one with the others held.
+    #[arg(long, value_name = "NAME,NAME", required = true, allow_hyphen_values = true)]
+    pub input: String,
+    /// Output: p, q, r, ay, az, alpha, beta, phi, theta or another role or state; of a table a column or an expression.
+    #[arg(long, value_name = "NAME", allow_hyphen_values = true)]
+    pub output: String,
+    /// Windows of the session; without it those in use.
+    #[arg(long, value_name = "NAME,NAME", value_delimiter = ',')]
+    pub windows: Vec<String>,
+    /// Lowest and highest frequency, rad/s.
+    #[arg(long, value_name = "LOW..HIGH", value_parser = band)]
+    pub band: Option<[f64; 2]>,
+    /// Lengths of the windows of the spectra, s: with several, each frequency is a composite. Without it five lengths the records allow.
+    #[arg(long, value_name = "S,S", value_delimiter = ',', value_parser = above_zero)]
+    pub window_length: Vec<f64>,
+    /// Part by which windows overlap.
+    #[arg(long, default_value_t = ResponseRequest::default().overlap)]
+    pub overlap: f64,
+    /// Number of frequencies, the same factor apart.
+    #[arg(long, default_value_t = 50, value_parser = clap::value_parser!(u16).range(2..=400))]
+    pub points: u16,
+    /// Interval of the rows of a table without time, s.
+    #[arg(long, value_name = "S", value_parser = above_zero)]
+    pub dt: Option<f64>,
+    /// File for the responses, as CSV.
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+    /// File for the Bode plot, .svg or .pdf; of several inputs one page each, and .svg the first.
+    #[arg(long, value_name = "FILE")]
+    pub figure: Option<PathBuf>,
+    /// Print one JSON document.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `loes`.
+#[derive(Debug, Args)]
+pub struct LoesArguments {
+    /// What the response is of.
+    #[command(flatten)]
+    pub response: ResponseArguments,
+    /// Form: short-period (q/delta_e), roll (p/delta_a), yaw (r/delta_r), or the orders of numerator and denominator such as 1/2.
+    #[arg(long, value_name = "FORM", value_parser = form)]
+    pub form: Form,
+    /// What the form is fitted to: the records by output error (of a single input), or the response by coherence. Without it output error
+    /// where it can, with the other beside it.
+    #[arg(long, value_enum)]
+    pub method: Option<Method>,
+    /// Delay that is known, s; searched for without it.
+    #[arg(long, value_name = "S", value_parser = not_negative)]
+    pub delay: Option<f64>,
+}
+
+/// What a form is fitted to.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum Method {
+    /// Transforms of the records, by maximum likelihood.
+    OutputError,
+    /// The response, weighted by coherence.
+    Coherence,
+}
+
+fn form(text: &str) -> Result<Form, String> {
+    Form::parse(text).map_err(|error| error.to_string())
+}
+
+fn above_zero(text: &str) -> Result<f64, String> {
+    let value: Option<f64> = text.trim().parse().ok().filter(|value: &f64| value.is_finite() && *value > 0.0);
+    value.ok_or_else(|| "give a number above 0 s".to_owned())
+}
+
+fn not_negative(text: &str) -> Result<f64, String> {
+    let value: Option<f64> = text.trim().parse().ok().filter(|value: &f64| value.is_finite() && *value >= 0.0);
+    value.ok_or_else(|| "give a number from 0 s up".to_owned())
+}
+
+/// Reads `LOW..HIGH`.
+fn band(text: &str) -> Result<[f64; 2], String> {
+    let wrong = || format!("'{text}' is no band: write it as LOW..HIGH in rad/s, for example 0.3..10");
+    let (low, high) = text.split_once("..").ok_or_else(wrong)?;
+    let (low, high): (f64, f64) = low.trim().parse().ok().zip(high.trim().parse().ok()).ok_or_else(wrong)?;
+    if low > 0.0 && low < high && high.is_finite() { Ok([low, high]) } else { Err(wrong()) }
+}
+
+/// Prints the responses of an output to its inputs.
+///
+/// # Errors
+/// One line: what is wrong with the session, the table, a signal or the settings.
+pub fn response(arguments: &ResponseArguments) -> Result<(), String> {
+    let study = studied(arguments, false)?;
+    if let Some(out) = &arguments.out {
+        write_rows(out, &study)?;
+    }
+    draw(arguments, &study, &[])?;
+    if arguments.json {
+        return print_json(&describe(&study));
+    }
+    print_study(&study);
+    study.responses.iter().for_each(|response| print_response(&study, response));
+    Ok(())
+}
+
+/// Prints the low-order equivalent system of each response.
+///
+/// # Errors
+/// As [`response`], and what the fit refuses.
+pub fn loes(arguments: &LoesArguments) -> Result<(), String> {
+    let study = studied(&arguments.response, true)?;
+    let delay = arguments.delay.map_or(Delay::Free, Delay::Fixed);
+    let method = arguments.method.map(|method| match method {
+        Method::OutputError => FitMethod::OutputError,
+        Method::Coherence => FitMethod::Coherence,
+    });
+    let fits = (0..study.inputs.len()).map(|input| equivalent_study(&study, input, (arguments.form, delay), method));
+    let fits = fits.collect::<Result<Vec<_>, _>>().map_err(|error| error.to_string())?;
+    if let Some(out) = &arguments.response.out {
+        write_rows(out, &study)?;
+    }
+    draw(&arguments.response, &study, &fits)?;
+    if arguments.response.json {
+        let mut document = describe(&study);
+        let systems: Vec<Value> = fits.iter().map(|fit| describe_fit(&study, fit)).collect();
+        if let ([only], Some(Value::Object(members))) = (&systems[..], Some(&mut document)) {
+            let Value::Object(system) = only else { return Ok(()) };
+            members.extend(system.clone());
+        }
+        document["systems"] = Value::Array(systems);
+        return print_json(&document);
+    }
+    print_study(&study);
+    fits.iter().for_each(|fit| print_fit(&study, fit));
+    Ok(())
+}
+
+fn studied(arguments: &ResponseArguments, for_fit: bool) -> Result<ResponseStudy, String> {
+    let inputs = crate::regress::split_terms(&arguments.input).map_err(|error| error.replace("--terms", "--input"))?;
+    let request = ResponseRequest {
+        inputs,
+        output: arguments.output.trim().to_owned(),
+        band_rad_s: arguments.band,
+        windows_s: arguments.window_length.clone(),
+        overlap: arguments.overlap,
+        points: usize::from(arguments.points),
+    };
+    if arguments.source.extension().is_none_or(|extension| extension != "toml") {
+        if !arguments.windows.is_empty() {
+            return Err("--windows: a table has none, only a session (.toml)".to_owned());
+        }
+        return table_responses(&arguments.source, arguments.dt, &request, for_fit).map_err(|error| error.to_string());
+    }
+    let (session, snapshot) = computed(&arguments.source, &[])?;
+    let windows = windows_of(&session, &snapshot, &arguments.windows, &request.inputs)?;
+    session_responses(&windows, &request, for_fit).map_err(|error| error.to_string())
+}
+
+/// Windows of a session that have a path: those named, or those in use in which an input moves.
+fn windows_of<'a>(
+    session: &'a Session,
+    snapshot: &'a Snapshot,
+    names: &[String],
+    inputs: &[String],
+) -> Result<Vec<ResponseWindow<'a>>, String> {
+    if let Some(name) = names.iter().find(|name| !session.windows.iter().any(|window| window.name == **name)) {
+        let known: Vec<&str> = session.windows.iter().map(|window| window.name.as_str()).collect();
+        return Err(format!("no window is called '{name}': there are {}", known.join(", ")));
+    }
+    // Without names, windows in which another surface alone moves tell nothing of the input.
+    let moved: Vec<Surface> =
+        Surface::ALL.into_iter().filter(|surface| inputs.contains(&surface.role().name().to_owned())).collect();
+    let tells = |window: &Manoeuvre| moved.is_empty() || window.surface.is_none_or(|surface| moved.contains(&surface));
+    let is_wanted = |window: &&Manoeuvre| if names.is_empty() { tells(window) } else { names.contains(&window.name) };
+    let used = session.active_windows().filter(is_wanted);
+    let found = used.filter_map(|window| {
+        let results = snapshot.windows.get(&window.name)?;
+        Some(ResponseWindow {
+            name: &window.name,
+            recording: &snapshot.flights.get(&window.flight)?.ready()?.recording,
+            path: results.path.ready()?,
+            source: session.preparation.path,
+            aero: results.aero.ready().map(|aero| &**aero),
+        })
+    });
+    Ok(found.collect())
+}
+
+fn write(path: &Path, contents: &[u8]) -> Result<(), String> {
+    keep::replace(path, contents)
+        .map_err(|error| format!("{}: {error}; name a file that can be written", path.display()))
+}
+
+/// Writes the Bode plot where one is asked for.
+fn draw(arguments: &ResponseArguments, study: &ResponseStudy, fits: &[EquivalentStudy]) -> Result<(), String> {
+    let Some(path) = &arguments.figure else { return Ok(()) };
+    let figure = |input: usize| {
+        let fit = fits.iter().find(|fit| fit.input == input);
+        let label = |fit: &EquivalentStudy| format!("{} equivalent system", fit.fit.form);
+        let models: Vec<BodeModel> =
+            fit.iter().map(|fit| BodeModel::of(&label(fit), &fit.fit.model, &study.responses[input])).collect();
+        bode_figure(study, input, &models)
+    };
+    let figures: Vec<Figure> = (0..study.inputs.len()).filter_map(figure).collect();
+    let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default();
+    match (extension, figures.first()) {
+        ("svg", Some(first)) => write(path, doublet_report::svg::svg(first, "f").as_bytes()),
+        ("pdf", _) => {
+            let document = Document {
+                title: format!("Frequency response of {} to {}", study.output, study.inputs.join(", ")),
+                subtitle: arguments.source.display().to_string(),
+                app: concat!("doublet ", env!("CARGO_PKG_VERSION")).to_owned(),
+                date: doublet_engine::date::today(),
+                notice: String::new(),
+                cover: figures.into_iter().map(Block::Figure).collect(),
+                signatures: Vec::new(),
+                sections: Vec::new(),
+            };
+            write(path, &doublet_report::pdf(&document, &Control::default(), &|_| {})?)
+        }
+        _ => Err(format!("--figure {}: name it .svg or .pdf", path.display())),
+    }
+}
+
+fn print_json(document: &Value) -> Result<(), String> {
+    text::document(&serde_json::to_string_pretty(document).map_err(|error| error.to_string())?);
+    Ok(())
+}
+
+fn describe(study: &ResponseStudy) -> Value {
+    let records = study.records.iter().map(|(name, length)| json!({ "name": name, "length_s": length }));
+    let constants = study.responses.first().map(|response| response.overlap_constants.clone()).unwrap_or_default();
+    json!({
+        "version": 1,
+        "program": concat!("doublet ", env!("CARGO_PKG_VERSION")),
+        "inputs": study.inputs,
+        "output": study.output,
+        "records": records.collect::<Vec<Value>>(),
+        "left_out": study.left_out,
+        "window_lengths_s": study.settings.windows_s,
+        "overlap": study.settings.overlap,
+        "overlap_constants": constants,
+        "response": response_rows(study),
+    })
+}
+
+fn describe_parameters(parameters: &[FittedParameter]) -> Vec<Value> {
+    let row = |parameter: &FittedParameter| {
+        json!({
+            "name": parameter.name,
+            "value": parameter.value,
+            "standard_error": parameter.standard_error,
+            "low": parameter.low,
+            "high": parameter.high,
+        })
+    };
+    parameters.iter().map(row).collect()
+}
+
+fn describe_fit(study: &ResponseStudy, found: &EquivalentStudy) -> Value {
+    let complex =
+        |roots: Vec<nalgebra::Complex<f64>>| -> Vec<[f64; 2]> { roots.iter().map(|root| [root.re, root.im]).collect() };
+    let fit: &EquivalentSystem = &found.fit;
+    let mismatch = &found.mismatch;
+    let correlation: Vec<Vec<f64>> = fit.correlation.row_iter().map(|row| row.iter().copied().collect()).collect();
+    let other = found.other.as_ref().map(|(method, other)| {
+        json!({
+            "method": method.name(),
+            "parameters": other.as_ref().ok().map(|other| describe_parameters(&other.parameters)),
+            "error": other.as_ref().err().map(ToString::to_string),
+        })
+    });
+    json!({
+        "input": study.inputs[found.input],
+        "form": fit.form.to_string(),
+        "method": found.method.name(),
+        "parameters": describe_parameters(&fit.parameters),
+        "derived": describe_parameters(&found.derived),
+        "other": other,
+        "parameter_correlation": correlation,
+        "zeros": complex(fit.model.zeros()),
+        "poles": complex(fit.model.poles()),
+        "is_delay_at_zero": fit.is_delay_at_zero,
+        "frequencies": fit.frequencies,
+        "error_ratio": fit.error_ratio,
+        "cost": mismatch.cost,
+        "mismatch_db": mismatch.rms_db,
+        "mismatch_deg": mismatch.rms_phase_rad.to_degrees(),
+        "worst_db": { "value": mismatch.worst_db.0, "frequency_rad_s": mismatch.worst_db.1 },
+        "worst_deg": { "value": mismatch.worst_phase_rad.0.to_degrees(), "frequency_rad_s": mismatch.worst_phase_rad.1 },
+        "gain_margin": found.margins.gain.map(|(at, margin)| json!({ "db": margin, "frequency_rad_s": at })),
+        "phase_margin": found.margins.phase.map(|(at, margin)| json!({ "deg": margin.to_degrees(), "frequency_rad_s": at })),
+    })
+}
+
+/// Writes the responses as CSV.
+fn write_rows(path: &Path, study: &ResponseStudy) -> Result<(), String> {
+    let table = response_table(&response_rows(study)).ok_or("there is no response to write")?;
+    let bytes = report::csv(&table).map_err(|error| format!("{}: {error}", path.display()))?;
+    write(path, &bytes)
+}
+
+fn print_study(study: &ResponseStudy) {
+    let total: f64 = study.records.iter().map(|(_, length)| length).sum();
+    let records = if study.records.len() == 1 { "record" } else { "records" };
+    let (output, inputs) = (&study.output, study.inputs.join(", "));
+    text::line(&format!("{output} over {inputs}: {} {records}, {} s", study.records.len(), text::number(total, 4)));
+    let constants = study.responses.first().map(|response| response.overlap_constants.as_slice()).unwrap_or_default();
+    let numbers = |values: &[f64]| values.iter().map(|value| text::number(*value, 3)).collect::<Vec<_>>().join(", ");
+    text::line(&format!(
+        "windows of {} s, overlapping by {}; overlap constants {}",
+        numbers(&study.settings.windows_s),
+        text::number(study.settings.overlap, 3),
+        numbers(constants)
+    ));
+    study.left_out.iter().for_each(|line| text::line(&format!("left out: {line}")));
+}
+
+fn print_response(study: &ResponseStudy, response: &FrequencyResponse) {
+    text::line("");
+    text::line(&format!("{} / {}", study.output, study.inputs[response.input]));
+    let phases = response.phases_rad();
+    let rows = response.points.iter().zip(phases).map(|(point, phase)| {
+        let [gain, angle] = if point.is_value() { [point.gain_db(), phase.to_degrees()] } else { [f64::NAN, f64::NAN] };
+        let sd = point.relative_sd.to_degrees();
+        [point.omega_rad_s, gain, point.gain_sd_db(), angle, sd, point.coherence, point.multiple_coherence]
+            .map(|value| text::number(value, 4))
+            .to_vec()
+    });
+    let header = ["  rad/s", "gain dB", "sd", "phase deg", "sd", "coherence", "multiple"];
+    let header = if study.inputs.len() > 1 { &header[..] } else { &header[..6] };
+    let rows: Vec<Vec<String>> = rows.map(|row| row[..header.len()].to_vec()).collect();
+    text::table(header, &rows);
+}
+
+fn print_fit(study: &ResponseStudy, found: &EquivalentStudy) {
+    let fit = &found.fit;
+    text::line("");
+    text::line(&format!(
+        "{} / {}, {} by {}: {} frequencies",
+        study.output,
+        study.inputs[found.input],
+        fit.form,
+        found.method.name(),
+        fit.frequencies
+    ));
+    let number = |value: f64| text::number(value, 5);
+    let other = |name: &str| match &found.other {
+        Some((_, Ok(other))) => other.parameter(name).map(|row| (row.value, row.standard_error)),
+        _ => None,
+    };
+    let row = |parameter: &FittedParameter| {
+        let (value, error) = other(&parameter.name).unwrap_or((f64::NAN, f64::NAN));
+        vec![
+            format!("  {}", parameter.name),
+            number(parameter.value),
+            text::number(parameter.standard_error, 3),
+            number(parameter.low),
+            number(parameter.high),
+            number(value),
+            text::number(error, 3),
+        ]
+    };
+    let rows: Vec<Vec<String>> = fit.parameters.iter().chain(&found.derived).map(row).collect();
+    let beside = found.other.as_ref().map_or("", |(method, _)| method.name());
+    text::table(&["  parameter", "value", "std error", "low", "high", beside, "std error"], &rows);
+    let mismatch = &found.mismatch;
+    text::line(&format!(
+        "cost {}, mismatch {} dB and {} deg",
+        text::number(mismatch.cost, 3),
+        text::number(mismatch.rms_db, 3),
+        text::number(mismatch.rms_phase_rad.to_degrees(), 3)
+    ));
+    if fit.is_delay_at_zero {
+        text::line("the delay came to rest at zero: the response leads this form");
+    }
+    if let Some((method, Err(error))) = &found.other {
+        text::line(&format!("{}: {error}", method.name()));
+    }
+}

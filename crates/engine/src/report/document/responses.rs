@@ -1,0 +1,51 @@
+//! Section on frequency responses and low-order equivalent systems.
+
+use super::bode::{BodeModel, bode_figure};
+use super::{Block, Contents, Figure, paragraph};
+use crate::report::responses::SystemRow;
+use crate::report::table::{Table, TableOf};
+use crate::study::SurfaceResponse;
+
+/// A Bode plot for each control with its equivalent system, and the parameters of all.
+pub fn responses(contents: &Contents<'_>) -> Vec<Block> {
+    let Some(found) = contents.snapshot.studies.responses.ready() else {
+        return vec![paragraph("The frequency responses were not computed.")];
+    };
+    let mut blocks = vec![paragraph(
+        "Responses of the rates to the controls over all windows in which one control moves alone: composites of windows of several \
+         lengths, with 95 % bars of their random error. The low-order equivalent systems are fitted to the transforms of the records \
+         by output error; intervals hold 95 %. What is no value by its coherence is left out.",
+    )];
+    blocks.extend(found.surfaces.iter().filter_map(surface_figure).map(Block::Figure));
+    let systems = &contents.results.studies.equivalent_systems;
+    blocks.push(Block::Table(parameters(systems.iter().filter(|row| row.error.is_none()))));
+    let failed = systems.iter().filter_map(|row| Some(format!("{}: {}", row.input, row.error.as_ref()?)));
+    let failed: Vec<String> = failed.collect();
+    if !failed.is_empty() {
+        blocks.push(Block::List(failed));
+    }
+    blocks
+}
+
+/// Bode plot of one control's response with its equivalent system.
+pub fn surface_figure(surface: &SurfaceResponse) -> Option<Figure> {
+    let study = surface.response.as_ref().ok()?;
+    let model = |system: &crate::study::EquivalentStudy| {
+        Some(BodeModel::of("equivalent system", &system.fit.model, study.responses.get(system.input)?))
+    };
+    let models: Vec<BodeModel> = surface.system.as_ref().ok().and_then(model).into_iter().collect();
+    bode_figure(study, 0, &models)
+}
+
+fn parameters<'r>(rows: impl Iterator<Item = &'r SystemRow>) -> Table {
+    TableOf::new("equivalent_systems", "Low-order equivalent systems, SI units and rad.", rows)
+        .text("response", "Response", |row| row.output.as_str())
+        .text("input", "to", |row| row.input.as_str())
+        .text("form", "Form", |row| row.form.as_str())
+        .text("name", "Parameter", |row| row.name.as_str())
+        .number("value", "Value", "", 4, |row| row.value)
+        .number("standard_error", "Std error", "", 2, |row| row.standard_error)
+        .number("low", "Low", "", 4, |row| row.low)
+        .number("high", "High", "", 4, |row| row.high)
+        .done()
+}

@@ -1,0 +1,143 @@
+//! Frequency responses and equivalent systems as flat rows.
+
+use serde::Serialize;
+
+use super::studies::{table, where_finite};
+use super::table::Table;
+use crate::study::{EquivalentStudy, FlightResponses, ResponseStudy};
+
+/// A frequency response at one frequency; gain and phase are missing where the coherence does not make them a value.
+#[derive(Clone, Debug, Serialize)]
+pub struct ResponseRow {
+    /// Input.
+    pub input: String,
+    /// Output.
+    pub output: String,
+    /// Angular frequency, rad/s.
+    pub frequency_rad_s: f64,
+    /// Gain, dB.
+    #[serde(serialize_with = "where_finite")]
+    pub gain_db: f64,
+    /// Phase without jumps, deg.
+    #[serde(serialize_with = "where_finite")]
+    pub phase_deg: f64,
+    /// Coherence with the other inputs held.
+    #[serde(serialize_with = "where_finite")]
+    pub coherence: f64,
+    /// Coherence regardless of the other inputs.
+    #[serde(serialize_with = "where_finite")]
+    pub ordinary_coherence: f64,
+    /// Coherence with all inputs together.
+    #[serde(serialize_with = "where_finite")]
+    pub multiple_coherence: f64,
+    /// Standard deviation of the gain, dB.
+    #[serde(serialize_with = "where_finite")]
+    pub gain_sd_db: f64,
+    /// Standard deviation of the phase, deg.
+    #[serde(serialize_with = "where_finite")]
+    pub phase_sd_deg: f64,
+    /// Effective number of averages.
+    #[serde(serialize_with = "where_finite")]
+    pub averages: f64,
+}
+
+/// A parameter of an equivalent system, or what follows from it.
+#[derive(Clone, Debug, Serialize)]
+pub struct SystemRow {
+    /// Input.
+    pub input: String,
+    /// Output.
+    pub output: String,
+    /// Form.
+    pub form: String,
+    /// What it was fitted to.
+    pub method: &'static str,
+    /// Name of the parameter.
+    pub name: String,
+    /// Value, SI.
+    #[serde(serialize_with = "where_finite")]
+    pub value: f64,
+    /// Its standard error.
+    #[serde(serialize_with = "where_finite")]
+    pub standard_error: f64,
+    /// Lower end of the 95 % interval.
+    #[serde(serialize_with = "where_finite")]
+    pub low: f64,
+    /// Upper end.
+    #[serde(serialize_with = "where_finite")]
+    pub high: f64,
+    /// Why there is no system.
+    pub error: Option<String>,
+}
+
+/// Rows of every response of a study.
+pub fn response_rows(study: &ResponseStudy) -> Vec<ResponseRow> {
+    let mut rows = Vec::new();
+    for response in &study.responses {
+        for (point, phase) in response.points.iter().zip(response.phases_rad()) {
+            let where_value = |value: f64| if point.is_value() { value } else { f64::NAN };
+            rows.push(ResponseRow {
+                input: study.inputs.get(response.input).cloned().unwrap_or_default(),
+                output: study.output.clone(),
+                frequency_rad_s: point.omega_rad_s,
+                gain_db: where_value(point.gain_db()),
+                phase_deg: where_value(phase.to_degrees()),
+                coherence: point.coherence,
+                ordinary_coherence: point.ordinary_coherence,
+                multiple_coherence: point.multiple_coherence,
+                gain_sd_db: point.gain_sd_db(),
+                phase_sd_deg: point.relative_sd.to_degrees(),
+                averages: point.averages,
+            });
+        }
+    }
+    rows
+}
+
+/// The rows as a table.
+pub fn response_table(rows: &[ResponseRow]) -> Option<Table> {
+    table("responses", "Frequency responses of the rates to the controls.", rows)
+}
+
+fn system_rows(study: &ResponseStudy, system: &EquivalentStudy) -> Vec<SystemRow> {
+    let parameters = system.fit.parameters.iter().chain(&system.derived);
+    let row = |parameter: &doublet_dynamics::frequency::FittedParameter| SystemRow {
+        input: study.inputs.get(system.input).cloned().unwrap_or_default(),
+        output: study.output.clone(),
+        form: system.fit.form.to_string(),
+        method: system.method.name(),
+        name: parameter.name.clone(),
+        value: parameter.value,
+        standard_error: parameter.standard_error,
+        low: parameter.low,
+        high: parameter.high,
+        error: None,
+    };
+    parameters.map(row).collect()
+}
+
+/// Rows of the responses of a session: points, then parameters.
+pub(super) fn flight_rows(found: &FlightResponses) -> (Vec<ResponseRow>, Vec<SystemRow>) {
+    let (mut points, mut systems) = (Vec::new(), Vec::new());
+    for surface in &found.surfaces {
+        if let Ok(study) = &surface.response {
+            points.extend(response_rows(study));
+        }
+        match (&surface.response, &surface.system) {
+            (Ok(study), Ok(system)) => systems.extend(system_rows(study, system)),
+            (_, Err(error)) | (Err(error), _) => systems.push(SystemRow {
+                input: surface.surface.role().name().to_owned(),
+                output: surface.surface.rate().name().to_owned(),
+                form: String::new(),
+                method: "",
+                name: String::new(),
+                value: f64::NAN,
+                standard_error: f64::NAN,
+                low: f64::NAN,
+                high: f64::NAN,
+                error: Some(error.to_string()),
+            }),
+        }
+    }
+    (points, systems)
+}

@@ -1,0 +1,85 @@
+//! Frequency responses of the rates to the controls over a session's windows, with their low-order equivalent systems.
+
+use doublet_dynamics::frequency::{Delay, Form};
+
+use super::StudyInput;
+use super::equivalent::{EquivalentStudy, equivalent_study};
+use super::response::{ResponseRequest, ResponseStudy, ResponseWindow, session_responses};
+use crate::graph::{Context, Footprint, Stage, StageResult};
+use crate::session::Surface;
+
+/// Of one control: the response of the rate it is there for, over the windows in which it alone moves.
+#[derive(Clone, Debug)]
+pub struct SurfaceResponse {
+    /// Control.
+    pub surface: Surface,
+    /// Response, or why there is none.
+    pub response: StageResult<ResponseStudy>,
+    /// Its equivalent system, or why there is none.
+    pub system: StageResult<EquivalentStudy>,
+}
+
+/// Responses of every control that moves in some window by itself.
+#[derive(Clone, Debug, Default)]
+pub struct FlightResponses {
+    /// In the order elevator, aileron, rudder.
+    pub surfaces: Vec<SurfaceResponse>,
+}
+
+impl Footprint for FlightResponses {
+    fn bytes(&self) -> usize {
+        let samples = self.surfaces.iter().filter_map(|surface| surface.response.as_ref().ok());
+        samples.map(|study| 64 * 1024 + 16 * study.sample_count()).sum()
+    }
+}
+
+/// The form each control's response has in the literature.
+fn form(surface: Surface) -> Form {
+    match surface {
+        Surface::Elevator => Form::ShortPeriod,
+        Surface::Aileron => Form::Roll,
+        Surface::Rudder => Form::Yaw,
+    }
+}
+
+impl Stage for FlightResponses {
+    type Params<'a> = ();
+    type Inputs<'a> = &'a StudyInput<'a>;
+    type Output = Self;
+    const NAME: &'static str = "frequency responses";
+
+    fn run((): (), input: &StudyInput<'_>, context: &Context<'_>) -> StageResult<Self> {
+        let mut surfaces = Vec::new();
+        for surface in Surface::ALL {
+            context.checkpoint()?;
+            let own = input.windows.iter().filter(|window| window.manoeuvre.surface == Some(surface));
+            let windows: Vec<ResponseWindow<'_>> = own
+                .map(|window| ResponseWindow {
+                    name: &window.manoeuvre.name,
+                    recording: &window.flight.recording,
+                    path: &window.path,
+                    source: input.settings.preparation.path,
+                    aero: Some(&window.aero),
+                })
+                .collect();
+            if windows.is_empty() {
+                continue;
+            }
+            let request = ResponseRequest {
+                inputs: vec![surface.role().name().to_owned()],
+                output: surface.rate().name().to_owned(),
+                ..ResponseRequest::default()
+            };
+            let response = session_responses(&windows, &request, true).map_err(|error| error.to_string().into());
+            let fitted = |study: &ResponseStudy| {
+                equivalent_study(study, 0, (form(surface), Delay::Free), None).map_err(|error| error.to_string().into())
+            };
+            let system = response.as_ref().map_err(Clone::clone).and_then(fitted);
+            surfaces.push(SurfaceResponse { surface, response, system });
+        }
+        if surfaces.is_empty() {
+            return Err("no window in use moves one control alone: state the surface of a window".into());
+        }
+        Ok(Self { surfaces })
+    }
+}

@@ -1,0 +1,92 @@
+//! Frequency responses of the rates to the controls with their equivalent systems, on request.
+
+use doublet_engine::report::document::surface_figure;
+use doublet_engine::session::Surface;
+use doublet_engine::study::{EquivalentStudy, Study, SurfaceResponse};
+use eframe::egui::{self, ScrollArea, Ui};
+use egui_extras::{Column, TableBuilder};
+
+use super::{Panel, PanelContext, choices, empty, study_button, trouble};
+use crate::notation;
+use crate::theme;
+use crate::widgets::figure_view::figure_view;
+
+/// The panel.
+pub struct Responses {
+    surface: Surface,
+}
+
+impl Default for Responses {
+    fn default() -> Self {
+        Self { surface: Surface::Elevator }
+    }
+}
+
+impl Panel for Responses {
+    fn show(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
+        let slot = &ctx.snapshot.studies.responses;
+        ui.horizontal_wrapped(|ui| {
+            let hint = "Spectra of all windows in which one control moves alone, with a low-order equivalent system of each response";
+            study_button(ctx, ui, (Study::Responses, slot), "Compute frequency responses", hint);
+            let all = Surface::ALL.map(|surface| (surface, surface.name()));
+            choices(ui, &mut self.surface, &all);
+        });
+        trouble(ui, slot.error());
+        let Some(study) = slot.latest() else {
+            return empty(ui, "Frequency responses are computed when asked for.");
+        };
+        if slot.is_stale() {
+            ui.multiply_opacity(0.45);
+        }
+        let Some(found) = study.surfaces.iter().find(|found| found.surface == self.surface) else {
+            return empty(ui, "No window in use moves this control alone.");
+        };
+        ScrollArea::vertical().auto_shrink(false).show(ui, |ui| response(ui, found));
+    }
+}
+
+/// Bode plot, then the equivalent system.
+fn response(ui: &mut Ui, found: &SurfaceResponse) {
+    match surface_figure(found) {
+        Some(figure) => figure_view(ui, &figure),
+        None => trouble(ui, found.response.as_ref().err().map(ToString::to_string).as_deref()),
+    }
+    match &found.system {
+        Ok(system) => parameters(ui, system),
+        Err(error) => trouble(ui, Some(&error.to_string())),
+    }
+}
+
+/// Parameters and what follows from them, with 95 % intervals.
+fn parameters(ui: &mut Ui, system: &EquivalentStudy) {
+    let figures = theme::figures(ui);
+    ui.weak(format!("{} form by {}, 95 % intervals", system.fit.form, system.method.name()));
+    let rows: Vec<_> = system.fit.parameters.iter().chain(&system.derived).collect();
+    TableBuilder::new(ui)
+        .id_salt("equivalent system")
+        .striped(true)
+        .vscroll(false)
+        .cell_layout(egui::Layout::right_to_left(egui::Align::Center))
+        .column(Column::exact(110.0))
+        .columns(Column::exact(76.0), 4)
+        .header(20.0, |mut header| {
+            for title in ["", "value", "std error", "low", "high"] {
+                header.col(|ui| {
+                    ui.weak(title);
+                });
+            }
+        })
+        .body(|body| {
+            body.rows(18.0, rows.len(), |mut row| {
+                let parameter = rows[row.index()];
+                row.col(|ui| {
+                    ui.label(&parameter.name);
+                });
+                for value in [parameter.value, parameter.standard_error, parameter.low, parameter.high] {
+                    row.col(|ui| {
+                        ui.label(egui::RichText::new(notation::number(value)).font(figures.clone()));
+                    });
+                }
+            });
+        });
+}
