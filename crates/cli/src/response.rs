@@ -220,8 +220,8 @@ fn draw(arguments: &ResponseArguments, study: &ResponseStudy, fits: &[Equivalent
     let figure = |input: usize| {
         let fit = fits.iter().find(|fit| fit.input == input);
         let label = |fit: &EquivalentStudy| format!("{} equivalent system", fit.fit.form);
-        let models: Vec<BodeModel> =
-            fit.iter().map(|fit| BodeModel::of(&label(fit), &fit.fit.model, &study.responses[input])).collect();
+        let pair = |fit: &&EquivalentStudy| BodeModel::pair(&label(fit), &fit.fit.model, &study.responses[input]);
+        let models: Vec<BodeModel> = fit.iter().flat_map(pair).collect();
         bode_figure(study, input, &models)
     };
     let figures: Vec<Figure> = (0..study.inputs.len()).filter_map(figure).collect();

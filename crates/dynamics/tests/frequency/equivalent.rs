@@ -138,6 +138,8 @@ fn coherence_weighted_fit_of_a_composite_response_has_honest_errors() {
         assert!((0.8..1.25).contains(&(study.error[i] / study.scatter[i])), "{}: {}", NAMES[i], study.error[i]);
         assert!((0.90..0.99).contains(&study.coverage[i]), "{}: {}", NAMES[i], study.coverage[i]);
     }
+    let mean = study.coverage.iter().sum::<f64>() / 5.0;
+    assert!((0.93..=0.97).contains(&mean), "{mean}");
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Bode plots: gain, phase and coherence over the logarithm of frequency.
 
-use doublet_dynamics::frequency::{FrequencyResponse, TransferFunction};
+use doublet_dynamics::frequency::{FrequencyResponse, ResponsePoint, TransferFunction};
 
 use super::{Axis, Colour, Figure, LineStyle, Mark, Panel, Plot};
 use crate::study::ResponseStudy;
@@ -15,13 +15,21 @@ pub struct BodeModel {
 }
 
 impl BodeModel {
-    /// A transfer function at the frequencies of a response, its phase on the sheet of the response's.
-    pub fn of(label: &str, model: &TransferFunction, response: &FrequencyResponse) -> Self {
+    /// A transfer function at the frequencies of a response, and what the windows of the response show of it, which it is to be compared with.
+    pub fn pair(label: &str, model: &TransferFunction, response: &FrequencyResponse) -> [Self; 2] {
         let turn = if model.gain < 0.0 { 180.0 } else { 0.0 };
-        let point =
-            |omega: f64| [omega, 20.0 * model.at(omega).norm().log10(), model.phase_rad(omega).to_degrees() + turn];
-        let points = response.points.iter().map(|found| point(found.omega_rad_s)).collect();
-        Self::aligned(label, points, response)
+        let of = |seen: bool| {
+            let point = |found: &ResponsePoint| {
+                let omega = found.omega_rad_s;
+                let exact = model.at(omega);
+                let shown = if seen { found.seen(|omega| model.at(omega)) } else { exact };
+                let phase = model.phase_rad(omega) + (shown / exact).arg();
+                [omega, 20.0 * shown.norm().log10(), phase.to_degrees() + turn]
+            };
+            response.points.iter().map(point).collect()
+        };
+        let through = format!("{label}, through the windows");
+        [Self::aligned(label, of(false), response), Self::aligned(&through, of(true), response)]
     }
 
     /// Points of any model, whole turns of the phase such that they lie on the response.

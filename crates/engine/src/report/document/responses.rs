@@ -31,9 +31,9 @@ pub fn responses(contents: &Contents<'_>) -> Vec<Block> {
 pub fn surface_figure(surface: &SurfaceResponse) -> Option<Figure> {
     let study = surface.response.as_ref().ok()?;
     let model = |system: &crate::study::EquivalentStudy| {
-        Some(BodeModel::of("equivalent system", &system.fit.model, study.responses.get(system.input)?))
+        Some(BodeModel::pair("equivalent system", &system.fit.model, study.responses.get(system.input)?))
     };
-    let models: Vec<BodeModel> = surface.system.as_ref().ok().and_then(model).into_iter().collect();
+    let models: Vec<BodeModel> = surface.system.as_ref().ok().and_then(model).into_iter().flatten().collect();
     bode_figure(study, 0, &models)
 }
 
