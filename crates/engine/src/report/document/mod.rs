@@ -14,8 +14,8 @@ mod responses;
 mod sensitivity;
 mod setup;
 
-pub(crate) use figure::line;
 pub use bode::{BodeModel, bode_figure};
+pub(crate) use figure::line;
 pub use figure::{Axis, Colour, Figure, LineStyle, Mark, Matrix, Panel, Plot};
 pub(crate) use proof::replay_panel;
 pub use responses::surface_figure;
