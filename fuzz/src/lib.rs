@@ -16,7 +16,7 @@ pub use whole_path::whole_path;
 pub type Target = fn(&[u8]);
 
 /// Every function by its name.
-pub const TARGETS: [(&str, Target); 15] = [
+pub const TARGETS: [(&str, Target); 17] = [
     ("hdf5", hdf5),
     ("mat", mat),
     ("csv", csv),
@@ -24,6 +24,8 @@ pub const TARGETS: [(&str, Target); 15] = [
     ("dataflash", dataflash),
     ("tdms", tdms),
     ("mdf4", mdf4),
+    ("mcap", mcap),
+    ("parquet", parquet),
     ("datcom_listing", datcom_listing),
     ("session", session),
     ("aircraft", aircraft),
@@ -72,6 +74,16 @@ pub fn tdms(data: &[u8]) {
 /// ASAM MDF files.
 pub fn mdf4(data: &[u8]) {
     recording("mf4", &[b"MDF     4.10    "], data);
+}
+
+/// Recordings of messages.
+pub fn mcap(data: &[u8]) {
+    recording("mcap", &[b"\x89MCAP0\r\n"], data);
+}
+
+/// Parquet tables.
+pub fn parquet(data: &[u8]) {
+    recording("parquet", &[b"PAR1"], data);
 }
 
 /// Digital DATCOM listings.

@@ -90,7 +90,7 @@ pub fn ask(inspected: &Inspected) -> Vec<Question> {
 /// The guess as the text of a channel map, with the reason of every row, what is left open, and what contradicts it.
 fn write_map(inspected: &Inspected) -> Result<String, String> {
     let guess = &inspected.guess;
-    let text = guess.text().map_err(|error| error.to_string())?;
+    let map = guess.text().map_err(|error| error.to_string())?;
     let mut written =
         "# Guessed from the names, units and values of the channels: look at every row before it is used.\n".to_owned();
     for question in ask(inspected) {
@@ -99,7 +99,10 @@ fn write_map(inspected: &Inspected) -> Result<String, String> {
     for line in find_contradictions(inspected) {
         _ = writeln!(written, "# Contradiction: {}", text::harmless(&line));
     }
-    for line in text.lines() {
+    for line in guess.derivations() {
+        _ = writeln!(written, "# {}", text::harmless(&line));
+    }
+    for line in map.lines() {
         let role = line.strip_prefix("[roles.").and_then(|line| Role::from_name(line.strip_suffix(']')?));
         if let Some((role, row)) = role.and_then(|role| Some((role, guess.row(role)?))) {
             _ = writeln!(written, "# {}", text::harmless(&explain_row(role, row, &inspected.probes)));

@@ -112,6 +112,7 @@ fn take_guess(inspected: &Inspected) -> Result<Option<(MapRef, ChannelMap)>, Str
     for (role, row) in &inspected.guess.rows {
         text::line(&format!("  {}", explain_row(*role, row, &inspected.probes)));
     }
+    inspected.guess.derivations().iter().for_each(|line| text::line(&format!("  {line}")));
     let written = inspected.guess.text().map_err(|error| error.to_string())?;
     let map = ChannelMap::parse(&written).map_err(|error| error.to_string())?;
     Ok(Some((MapRef::Own(written.into()), map)))

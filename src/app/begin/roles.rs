@@ -1,6 +1,6 @@
 //! The table of roles in the dialog of a new session.
 
-use doublet_core::load::{ChannelName, ManualChannel, ManualTime, RowValues, guess_row};
+use doublet_core::load::{ChannelName, ManualChannel, ManualTime, QuaternionAxes, RowValues, guess_row};
 use doublet_core::quantity::{Dimension, Role, Unit};
 use doublet_core::reconstruct::{Input, Measurement};
 use eframe::egui::{self, CollapsingHeader, ComboBox, DragValue, Grid, RichText, ScrollArea, Ui};
@@ -104,8 +104,38 @@ fn by_hand(choosing: &mut Choosing, ui: &mut Ui) {
     } else {
         choosing.hand.position_from_fixes = false;
     }
+    derivations(choosing, ui);
     if choosing.hand != before {
         choosing.plan_again();
+    }
+}
+
+/// Attitude and velocity in other forms than the roles, where the recording has them.
+fn derivations(choosing: &mut Choosing, ui: &mut Ui) {
+    let guess = &choosing.inspected.guess;
+    if let Some(guessed) = &guess.attitude {
+        let hand = &mut choosing.hand.attitude;
+        let mut is_used = hand.is_some();
+        ui.horizontal(|ui| {
+            ui.checkbox(&mut is_used, format!("Attitude from the quaternion {}", guessed.parts.join(", ")));
+            if let Some(attitude) = hand {
+                ComboBox::from_id_salt("axes of the quaternion").selected_text(attitude.axes.description()).show_ui(ui, |ui| {
+                    for axes in QuaternionAxes::ALL {
+                        ui.selectable_value(&mut attitude.axes, axes, axes.description());
+                    }
+                });
+            }
+        });
+        if is_used != hand.is_some() {
+            *hand = is_used.then(|| guessed.clone());
+        }
+    }
+    if let Some([speed, track]) = &guess.velocity {
+        let mut is_used = choosing.hand.velocity.is_some();
+        let (speed, track) = (&speed.from.channel, &track.from.channel);
+        if ui.checkbox(&mut is_used, format!("Velocity north and east from {speed} along {track}")).changed() {
+            choosing.hand.velocity = if is_used { guess.velocity.clone() } else { None };
+        }
     }
 }
 

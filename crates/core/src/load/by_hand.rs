@@ -2,6 +2,7 @@
 
 use toml::{Table, Value};
 
+use super::derive::QuaternionAxes;
 use super::map::{FORMAT, VERSION};
 use super::{ChannelInfo, LoadError, Probe};
 use crate::quantity::{Role, Unit};
@@ -91,9 +92,36 @@ pub struct ManualChannelMap {
     pub rows: Vec<(Role, ManualChannel)>,
     /// Position comes from latitude, longitude and the altitude of satellite navigation, or else the pressure altitude.
     pub position_from_fixes: bool,
+    /// Attitude comes from a quaternion.
+    pub attitude: Option<ManualQuaternion>,
+    /// Velocity north and east come from ground speed and track.
+    pub velocity: Option<[ManualChannel; 2]>,
+}
+
+/// The parts `w, x, y, z` of a quaternion in a source, and the axes it turns into each other.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ManualQuaternion {
+    /// Source.
+    pub source: String,
+    /// Channels.
+    pub parts: [String; 4],
+    /// Axes.
+    pub axes: QuaternionAxes,
 }
 
 impl ManualChannelMap {
+    /// What attitude and velocity are derived from, a line each.
+    pub fn derivations(&self) -> Vec<String> {
+        let attitude = self.attitude.as_ref().map(|attitude| {
+            let (parts, axes) = (attitude.parts.join("', '"), attitude.axes.description());
+            format!("phi, theta and psi: the quaternion '{parts}' of {}, {axes}", attitude.source)
+        });
+        let velocity = self.velocity.as_ref().map(|[speed, track]| {
+            format!("v_north and v_east: '{}' along '{}' of {}", speed.from.channel, track.from.channel, speed.from.source)
+        });
+        attitude.into_iter().chain(velocity).collect()
+    }
+
     /// The row of `role`.
     pub fn row(&self, role: Role) -> Option<&ManualChannel> {
         self.rows.iter().find(|(other, _)| *other == role).map(|(_, row)| row)
@@ -129,12 +157,21 @@ impl ManualChannelMap {
         let roles: Table =
             self.rows.iter().map(|(role, row)| (role.name().to_owned(), Value::Table(row_table(row)))).collect();
         map.insert("roles".to_owned(), Value::Table(roles));
+        let mut derive = Table::new();
         if self.position_from_fixes {
-            let mut position = Table::new();
-            if let Some(role) = self.fix_altitude() {
-                position.insert("altitude".to_owned(), role.name().into());
-            }
-            map.insert("derive".to_owned(), Value::Table(Table::from_iter([("position".to_owned(), position.into())])));
+            let altitude = self.fix_altitude().map(|role| ("altitude".to_owned(), role.name().into()));
+            derive.insert("position".to_owned(), Table::from_iter(altitude).into());
+        }
+        if let Some(attitude) = &self.attitude {
+            derive.insert("attitude".to_owned(), attitude_table(attitude).into());
+        }
+        if let Some(velocity) = &self.velocity {
+            let parts = ["ground_speed", "track"].into_iter().zip(velocity);
+            let parts = parts.map(|(part, row)| (part.to_owned(), row_table(row).into()));
+            derive.insert("velocity".to_owned(), Table::from_iter(parts).into());
+        }
+        if !derive.is_empty() {
+            map.insert("derive".to_owned(), derive.into());
         }
         toml::to_string(&map).map_err(|error| LoadError::Map { path: None, line: 1, what: error.to_string() })
     }
@@ -151,6 +188,16 @@ fn time_table(source: &str, time: &ManualTime) -> Table {
             table.insert("sample_rate".to_owned(), (*rate_hz).into());
         }
     }
+    table
+}
+
+fn attitude_table(attitude: &ManualQuaternion) -> Table {
+    let mut table = Table::new();
+    if !attitude.source.is_empty() {
+        table.insert("source".to_owned(), attitude.source.as_str().into());
+    }
+    table.insert("quaternion".to_owned(), attitude.parts.to_vec().into());
+    table.insert("axes".to_owned(), attitude.axes.name().into());
     table
 }
 

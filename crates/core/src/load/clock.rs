@@ -3,6 +3,7 @@
 use std::fmt;
 
 use super::contents::{ChannelInfo, Source};
+use super::text_layout::split_unit;
 use crate::quantity::{Dimension, Unit};
 use crate::statistics::median;
 
@@ -196,6 +197,9 @@ const TIME_NAMES: &[&str] = &[
     "lcl_time",
     "time_of_day",
     "_totl,_time",
+    "header_stamp",
+    "publish_time",
+    "log_time",
 ];
 /// Names that are a unit by themselves.
 const UNIT_NAMES: &[&str] = &["sec", "seconds", "ms", "milliseconds"];
@@ -205,7 +209,7 @@ const UNIT_ENDINGS: &[(&str, &str)] =
 
 /// Rank of a name among those of time vectors, the best 0, and the unit it states.
 fn time_name(name: &str) -> Option<(usize, Option<Unit>)> {
-    let plain = name.trim().to_lowercase().replace([' ', '-', '.'], "_");
+    let plain = split_unit(name).0.trim().to_lowercase().replace([' ', '-', '.'], "_");
     let (stem, unit) = UNIT_ENDINGS
         .iter()
         .find_map(|(ending, unit)| Some((plain.strip_suffix(ending)?, Unit::parse(unit).ok())))

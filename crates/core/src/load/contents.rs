@@ -28,6 +28,10 @@ pub enum Format {
     Tdms,
     /// ASAM measurement file, version 4.
     Mdf4,
+    /// Recording of messages by topic.
+    Mcap,
+    /// Apache Parquet table.
+    Parquet,
     /// Folder with one delimited text file per channel.
     Folder,
 }
@@ -44,6 +48,8 @@ impl fmt::Display for Format {
             Self::DataFlash => "DataFlash",
             Self::Tdms => "TDMS",
             Self::Mdf4 => "MDF 4",
+            Self::Mcap => "MCAP",
+            Self::Parquet => "Parquet",
             Self::Folder => "folder of CSV files",
         })
     }

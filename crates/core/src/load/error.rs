@@ -26,7 +26,7 @@ pub enum LoadError {
         what: &'static str,
     },
     /// The content belongs to no format that is read.
-    #[error("{}: not a recording ({reason}); give MAT, HDF5, CSV, text columns, ULog, an ArduPilot log, TDMS, MDF 4 or a folder of CSV files", path.display())]
+    #[error("{}: not a recording ({reason}); give MAT, HDF5, CSV, text columns, ULog, an ArduPilot log, TDMS, MDF 4, MCAP, Parquet or a folder of CSV files", path.display())]
     NotRecognised {
         /// File.
         path: PathBuf,

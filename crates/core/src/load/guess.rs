@@ -3,17 +3,36 @@
 //! A guess is where a user starts, never an answer: nothing is read by it before it was looked at.
 
 use super::by_hand::{ChannelName, ManualChannel, ManualChannelMap};
-use super::{ChannelInfo, Probe};
+use super::text_layout::split_unit;
+use super::{ChannelInfo, Probe, guess_frames};
 use crate::quantity::{Dimension, Role, Unit};
 
 /// Names a role goes by, in small letters without separators, best first.
 const NAMES: &[(Role, &[&str])] = &[
-    (Role::SpecificForceX, &["ax", "accx", "accelx", "xacc", "xaccel", "longacc", "blongacc", "imuax", "nx", "fx"]),
-    (Role::SpecificForceY, &["ay", "accy", "accely", "yacc", "yaccel", "latacc", "blatacc", "imuay", "ny", "fy"]),
-    (Role::SpecificForceZ, &["az", "accz", "accelz", "zacc", "zaccel", "normacc", "bnormacc", "imuaz", "nz", "fz"]),
-    (Role::RollRate, &["p", "rollrate", "brollrate", "gyrox", "gyrx", "omegax", "wx", "pbody", "xrate"]),
-    (Role::PitchRate, &["q", "pitchrate", "bpitchrate", "gyroy", "gyry", "omegay", "wy", "qbody", "yrate"]),
-    (Role::YawRate, &["r", "yawrate", "byawrate", "gyroz", "gyrz", "omegaz", "wz", "rbody", "zrate"]),
+    (
+        Role::SpecificForceX,
+        &["ax", "accx", "accelx", "xacc", "xaccel", "longacc", "blongacc", "imuax", "nx", "fx", "linearaccelerationx"],
+    ),
+    (
+        Role::SpecificForceY,
+        &["ay", "accy", "accely", "yacc", "yaccel", "latacc", "blatacc", "imuay", "ny", "fy", "linearaccelerationy"],
+    ),
+    (
+        Role::SpecificForceZ,
+        &["az", "accz", "accelz", "zacc", "zaccel", "normacc", "bnormacc", "imuaz", "nz", "fz", "linearaccelerationz"],
+    ),
+    (
+        Role::RollRate,
+        &["p", "rollrate", "brollrate", "gyrox", "gyrx", "omegax", "wx", "pbody", "xrate", "angularvelocityx"],
+    ),
+    (
+        Role::PitchRate,
+        &["q", "pitchrate", "bpitchrate", "gyroy", "gyry", "omegay", "wy", "qbody", "yrate", "angularvelocityy"],
+    ),
+    (
+        Role::YawRate,
+        &["r", "yawrate", "byawrate", "gyroz", "gyrz", "omegaz", "wz", "rbody", "zrate", "angularvelocityz"],
+    ),
     (Role::RollAcceleration, &["pdot"]),
     (Role::PitchAcceleration, &["qdot"]),
     (Role::YawAcceleration, &["rdot"]),
@@ -22,7 +41,21 @@ const NAMES: &[(Role, &[&str])] = &[
     (Role::PositionDown, &["z", "posd", "posdown", "down", "ze"]),
     (Role::VelocityNorth, &["vnorth", "vn", "veln", "velnorth", "velocitynorth", "gpsvn"]),
     (Role::VelocityEast, &["veast", "ve", "vele", "veleast", "velocityeast", "gpsve"]),
-    (Role::VelocityDown, &["vdown", "vd", "veld", "veldown", "velocitydown", "gpsvd"]),
+    (
+        Role::VelocityDown,
+        &[
+            "vdown",
+            "vd",
+            "veld",
+            "veldown",
+            "velocitydown",
+            "gpsvd",
+            "climbrate",
+            "verticalspeed",
+            "vspd",
+            "rateofclimb",
+        ],
+    ),
     (Role::BankAngle, &["phi", "roll", "bank", "rollangle", "bankangle"]),
     (Role::PitchAngle, &["theta", "pitch", "tht", "pitchangle", "the"]),
     (Role::HeadingAngle, &["psi", "yaw", "heading", "hdg", "trueheading", "headingangle", "yawangle"]),
@@ -44,7 +77,7 @@ const NAMES: &[(Role, &[&str])] = &[
     (Role::Altitude, &["altitude", "alt", "pressurealtitude", "hp", "palt", "h", "baroalt"]),
     (Role::Latitude, &["latitude", "lat", "gpslat"]),
     (Role::Longitude, &["longitude", "lon", "long", "lng", "gpslon", "gpslong"]),
-    (Role::GpsAltitude, &["gpsaltitude", "gpsalt", "altgps", "hgps", "gpsheight"]),
+    (Role::GpsAltitude, &["gpsaltitude", "gpsalt", "altgps", "hgps", "gpsheight", "altitudemsl", "altmsl"]),
     (Role::FuelMass, &["fuelmass", "fuelonboard", "fuel"]),
     (Role::FuelFlow, &["fuelflow", "ff"]),
     (Role::Thrust1, &["thrust1", "thrustleft", "thrustfront", "thrust"]),
@@ -105,12 +138,33 @@ const LARGEST_RATE_RAD_S: f64 = 3.5;
 /// Mean specific force along z that is taken for g, as magnitude; larger ones for m/s².
 const LARGEST_MEAN_G: f64 = 4.0;
 
+/// Ends of `source channel` of recorders that say in the name of the source what a channel is, tried before all others: topics of PX4.
+const NAMES_WITH_SOURCE: &[(Role, &[&str])] = &[
+    (Role::SpecificForceX, &["vehicleaccelerationxyz0", "sensorcombinedaccelerometerms20"]),
+    (Role::SpecificForceY, &["vehicleaccelerationxyz1", "sensorcombinedaccelerometerms21"]),
+    (Role::SpecificForceZ, &["vehicleaccelerationxyz2", "sensorcombinedaccelerometerms22"]),
+    (Role::RollRate, &["vehicleangularvelocityxyz0", "sensorcombinedgyrorad0"]),
+    (Role::PitchRate, &["vehicleangularvelocityxyz1", "sensorcombinedgyrorad1"]),
+    (Role::YawRate, &["vehicleangularvelocityxyz2", "sensorcombinedgyrorad2"]),
+    (Role::PositionNorth, &["vehiclelocalpositionx"]),
+    (Role::PositionEast, &["vehiclelocalpositiony"]),
+    (Role::PositionDown, &["vehiclelocalpositionz"]),
+    (Role::VelocityNorth, &["vehiclelocalpositionvx"]),
+    (Role::VelocityEast, &["vehiclelocalpositionvy"]),
+    (Role::VelocityDown, &["vehiclelocalpositionvz"]),
+    (Role::TrueAirspeed, &["airspeedvalidatedtrueairspeedms", "airspeedtrueairspeedms"]),
+];
+/// Sources that hold no measurement of the aircraft, and sources and channels whose names mislead: accelerations in axes of the Earth.
+const NOT_MEASURED: &[&str] = &["setpoint", "localpositionax", "localpositionay", "localpositionaz"];
+
 /// A channel that may play a role.
-struct Candidate<'p> {
-    from: ChannelName,
-    plain: String,
+pub(super) struct Candidate<'p> {
+    pub from: ChannelName,
+    pub plain: String,
+    /// Name of the source without its number, then that of the channel.
+    full: String,
     unit: Option<Unit>,
-    channel: &'p ChannelInfo,
+    pub channel: &'p ChannelInfo,
 }
 
 /// What the channels of `probes` look like: roles by name, units as recorded, as the name ends or as large as the values are, signs
@@ -123,13 +177,16 @@ pub fn guess(probes: &[Probe]) -> ManualChannelMap {
         ..ManualChannelMap::default()
     };
     let mut taken: Vec<usize> = Vec::new();
+    let ends = |candidate: &Candidate<'_>, name: &str| candidate.full.ends_with(name);
+    let is = |candidate: &Candidate<'_>, name: &str| candidate.plain == name;
+    let ends_alone = |candidate: &Candidate<'_>, name: &str| name.len() > 2 && candidate.plain.ends_with(name);
     // Names that are a role's own first: `z` of one recorder does not take the `az` of another.
-    for most in [true, false] {
-        for &(role, names) in NAMES {
+    for (list, fits) in [(NAMES_WITH_SOURCE, &ends as Fits), (NAMES, &is), (NAMES, &ends_alone)] {
+        for &(role, names) in list {
             if map.row(role).is_some() {
                 continue;
             }
-            let found = best(&candidates, &taken, role, names, most);
+            let found = best(&candidates, &taken, role, names, fits);
             if let Some(index) = found {
                 taken.push(index);
                 map.set(role, Some(row(&candidates[index], role)));
@@ -138,6 +195,9 @@ pub fn guess(probes: &[Probe]) -> ManualChannelMap {
     }
     agree_on_degrees(&mut map, probes);
     refine_forces(&mut map, probes);
+    guess_frames::turn_axes_up(&mut map);
+    guess_frames::add_attitude(&mut map, &candidates);
+    guess_frames::add_velocity(&mut map, &candidates);
     add_position(&mut map);
     map
 }
@@ -156,12 +216,20 @@ fn candidates(probes: &[Probe]) -> Vec<Candidate<'_>> {
     });
     usable
         .map(|(source, channel)| {
-            let (stem, _) = stem_and_unit(&channel.name);
-            let plain = stem.to_lowercase().chars().filter(|letter| letter.is_alphanumeric()).collect();
+            let (name, _) = split_unit(&channel.name);
+            let (stem, _) = stem_and_unit(&name);
+            let plain = letters(stem);
+            let full = letters(source.name.trim_end_matches(|last: char| !last.is_alphabetic())) + &letters(&name);
             let from = ChannelName { source: source.name.clone(), channel: channel.name.clone() };
-            Candidate { from, plain, unit: stated_unit(channel), channel }
+            Candidate { from, plain, full, unit: stated_unit(channel), channel }
         })
+        .filter(|candidate| !NOT_MEASURED.iter().any(|name| candidate.full.contains(name)))
         .collect()
+}
+
+/// Letters and digits of a name, small.
+fn letters(name: &str) -> String {
+    name.to_lowercase().chars().filter(|letter| letter.is_alphanumeric()).collect()
 }
 
 /// A name without the unit it ends on, and that unit: `alpha` and degrees of `alpha_deg`.
@@ -177,14 +245,22 @@ pub fn stated_unit(channel: &ChannelInfo) -> Option<Unit> {
     recorded.and_then(|unit| Unit::parse(unit).ok()).or_else(|| stem_and_unit(&channel.name).1)
 }
 
-/// The free channel whose name is one of `names`, or, not `whole`, ends in one of at least three letters; the best name first.
-fn best(candidates: &[Candidate<'_>], taken: &[usize], role: Role, names: &[&str], whole: bool) -> Option<usize> {
+/// Whether a channel goes by a name.
+pub(super) type Fits<'f> = &'f dyn Fn(&Candidate<'_>, &str) -> bool;
+
+/// The free channel that goes by one of `names`, the best first.
+pub(super) fn best(
+    candidates: &[Candidate<'_>],
+    taken: &[usize],
+    role: Role,
+    names: &[&str],
+    goes_by: Fits<'_>,
+) -> Option<usize> {
     let free = |index: &usize| {
         let fits = candidates[*index].unit.is_none_or(|unit| unit.dimension == role.dimension() || is_count(unit));
         fits && !taken.contains(index)
     };
-    let is = |plain: &str, name: &str| if whole { plain == name } else { name.len() > 2 && plain.ends_with(name) };
-    names.iter().find_map(|name| (0..candidates.len()).filter(free).find(|&index| is(&candidates[index].plain, name)))
+    names.iter().find_map(|name| (0..candidates.len()).filter(free).find(|&index| goes_by(&candidates[index], name)))
 }
 
 /// Whether a recorded unit says no more than that there is none.
@@ -192,14 +268,18 @@ fn is_count(unit: Unit) -> bool {
     unit.dimension == Dimension::Dimensionless && unit.scale == 1.0
 }
 
-fn row(candidate: &Candidate<'_>, role: Role) -> ManualChannel {
+pub(super) fn row(candidate: &Candidate<'_>, role: Role) -> ManualChannel {
     let known = candidate.unit.filter(|unit| unit.dimension == role.dimension());
     let mut row = ManualChannel::new(
         candidate.from.clone(),
         Some(known.unwrap_or_else(|| unit_by_size(candidate.channel, role))),
     );
-    // Altitude is up, position down.
-    row.turned = role == Role::PositionDown && ["alt", "h"].iter().any(|up| candidate.plain.contains(up));
+    // Altitude and climb are up, position and velocity down.
+    row.turned = match role {
+        Role::PositionDown => ["alt", "h"].iter().any(|up| candidate.plain.contains(up)),
+        Role::VelocityDown => ["climb", "vertical", "vspd"].iter().any(|up| candidate.plain.contains(up)),
+        _ => false,
+    };
     row
 }
 

@@ -6,6 +6,7 @@ use std::path::Path;
 use serde::Deserialize;
 use toml::Spanned;
 
+use super::derive::{Derivations, QuaternionAxes};
 use super::{LoadError, utc};
 use crate::quantity::{Dimension, Role, Unit};
 
@@ -39,8 +40,8 @@ pub struct ChannelMap {
     pub roles: BTreeMap<Role, Entry>,
     /// True histories of a simulated recording and their channels, by the name of the state (`bias_ax`, `wind_north`).
     pub truth: BTreeMap<String, Entry>,
-    /// Roles worked out of other roles.
-    pub derive: Option<FlatEarth>,
+    /// Roles worked out of other roles and channels.
+    pub derive: Derivations,
     /// Aircraft its recordings are of: the name of one that comes with the program, or a file beside the map.
     pub aircraft: Option<String>,
 }
@@ -198,6 +199,23 @@ struct TermTable {
 #[serde(deny_unknown_fields)]
 struct DeriveTable {
     position: Option<PositionTable>,
+    attitude: Option<AttitudeTable>,
+    velocity: Option<VelocityTable>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct AttitudeTable {
+    source: Option<String>,
+    quaternion: Spanned<[String; 4]>,
+    axes: Option<Spanned<String>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct VelocityTable {
+    ground_speed: Spanned<EntryTable>,
+    track: Spanned<EntryTable>,
 }
 
 #[derive(Deserialize)]
@@ -275,7 +293,11 @@ impl ChannelMap {
             time: header.time.into_iter().map(|table| source.time(table)).collect::<Result<_, _>>()?,
             roles,
             truth,
-            derive: header.derive.position.map(|table| source.position(table)).transpose()?,
+            derive: Derivations {
+                position: header.derive.position.map(|table| source.position(table)).transpose()?,
+                attitude: header.derive.attitude.map(|table| source.attitude(table)).transpose()?,
+                velocity: header.derive.velocity.map(|table| source.velocity(table)).transpose()?,
+            },
             aircraft: header.aircraft,
         })
     }
@@ -408,6 +430,33 @@ impl Text<'_> {
             Some(role) if role.dimension() == Dimension::Length => Ok(FlatEarth { altitude: Some(role) }),
             _ => Err(self.fault(name.span().start, "altitude is \"gps_altitude\" or \"altitude\"".to_owned())),
         }
+    }
+
+    fn attitude(&self, table: AttitudeTable) -> Result<(Vec<Entry>, QuaternionAxes), LoadError> {
+        let axes = match &table.axes {
+            None => QuaternionAxes::Ned,
+            Some(name) => {
+                let known = QuaternionAxes::ALL.into_iter().find(|axes| axes.name() == name.get_ref());
+                let what = || format!("axes '{}' are not known: use \"ned\" or \"enu\"", name.get_ref());
+                known.ok_or_else(|| self.fault(name.span().start, what()))?
+            }
+        };
+        let at = table.quaternion.span().start;
+        let unit = Some(Unit::si(Dimension::Dimensionless));
+        let part = |channel: String| {
+            let terms = vec![Term { source: table.source.clone(), names: vec![channel], weight: 1.0 }];
+            let line = self.line(at);
+            Entry { terms, unit, factor: 1.0, offset: 0.0, optional: false, median: None, largest: None, line }
+        };
+        Ok((table.quaternion.into_inner().map(part).into(), axes))
+    }
+
+    fn velocity(&self, table: VelocityTable) -> Result<[Entry; 2], LoadError> {
+        let entry = |table: Spanned<EntryTable>, dimension: Dimension| {
+            let at = table.span().start;
+            self.entry(table.into_inner(), Some(dimension), at)
+        };
+        Ok([entry(table.ground_speed, Dimension::Speed)?, entry(table.track, Dimension::Angle)?])
     }
 }
 

@@ -5,6 +5,7 @@ use std::fmt;
 
 use super::clock::{assign_clocks, clock_of};
 use super::contents::{ChannelInfo, Probe, Source};
+use super::derive::{ATTITUDE, DerivedChannels, VELOCITY};
 use super::map::{ChannelMap, Entry, FlatEarth, Term, TimeEntry, TimeOrigin, matches};
 use super::time_unit::{contradiction, settle_units};
 use crate::quantity::{Dimension, Role, Unit};
@@ -61,7 +62,8 @@ pub struct Plan {
     /// Everything that is wrong or worth knowing.
     pub problems: Vec<Problem>,
     pub(super) probes: Vec<Probe>,
-    pub(super) derive: Option<FlatEarth>,
+    pub(super) position: Option<FlatEarth>,
+    pub(super) derived: DerivedChannels,
     pub(super) end_to_end_gap_s: Option<f64>,
     /// Sources laid end to end, in order, as `(probe, source)`.
     pub(super) sequence: Vec<(usize, usize)>,
@@ -77,7 +79,7 @@ impl Plan {
 
     /// Whether position comes from latitude and longitude.
     pub fn derives_position(&self) -> bool {
-        self.derive.is_some()
+        self.position.is_some()
     }
 }
 
@@ -107,13 +109,15 @@ pub fn plan_all(probes: &[Probe], map: &ChannelMap) -> Plan {
         }
     }
     planner.check_derived(&roles);
+    let derived = planner.derive(&roles, &sequence);
     planner.question_clocks(&roles);
     Plan {
         roles,
         truth,
         problems: planner.problems,
         probes: planner.probes,
-        derive: map.derive.clone(),
+        position: map.derive.position.clone(),
+        derived,
         end_to_end_gap_s: map.end_to_end_gap_s,
         sequence,
         time: planner.time,
@@ -428,7 +432,7 @@ impl Planner<'_> {
     }
 
     fn check_derived(&mut self, roles: &BTreeMap<Role, Assignment>) {
-        let Some(derive) = &self.map.derive else { return };
+        let Some(derive) = &self.map.derive.position else { return };
         let wanted = [Some(Role::Latitude), Some(Role::Longitude), derive.altitude];
         for role in wanted.into_iter().flatten().filter(|role| !roles.contains_key(role)) {
             self.error(format!("[derive.position] needs the role {}; add it to [roles]", role.name()));
@@ -444,11 +448,58 @@ impl Planner<'_> {
                 role.name()
             ));
         }
-        for role in [Role::PositionNorth, Role::PositionEast] {
-            if roles.contains_key(&role) {
-                self.error(format!("{} is mapped and derived; remove one of the two from the map", role.name()));
-            }
+        self.check_mapped_once(roles, &[Role::PositionNorth, Role::PositionEast]);
+    }
+
+    fn check_mapped_once(&mut self, roles: &BTreeMap<Role, Assignment>, derived: &[Role]) {
+        for role in derived.iter().filter(|role| roles.contains_key(role)) {
+            self.error(format!("{} is mapped and derived; remove one of the two from the map", role.name()));
         }
+    }
+
+    /// Finds the channels that attitude and velocity are derived from.
+    fn derive(&mut self, roles: &BTreeMap<Role, Assignment>, sequence: &[(usize, usize)]) -> DerivedChannels {
+        let derive = &self.map.derive;
+        let mut derived = DerivedChannels::default();
+        if let Some((entries, axes)) = &derive.attitude {
+            self.check_mapped_once(roles, &ATTITUDE);
+            let targets = ["w", "x", "y", "z"].map(|part| format!("[derive.attitude] {part}"));
+            let parts = self.assign_together(&targets, entries, Dimension::Dimensionless, sequence);
+            derived.attitude = parts.map(|parts| (parts, *axes));
+        }
+        if let Some(entries) = &derive.velocity {
+            self.check_mapped_once(roles, &VELOCITY);
+            let targets = ["ground_speed", "track"].map(|part| format!("[derive.velocity] {part}"));
+            let speed = self.assign_together(&targets[..1], &entries[..1], Dimension::Speed, sequence);
+            let track = self.assign_together(&targets[1..], &entries[1..], Dimension::Angle, sequence);
+            let both: Option<Vec<Assignment>> = speed.zip(track).map(|(speed, track)| [speed, track].concat());
+            derived.velocity = both.filter(|both| self.check_one_clock(both)).and_then(|both| both.try_into().ok());
+        }
+        derived
+    }
+
+    /// Assigns channels that are samples of one clock; `None` where one is missing.
+    fn assign_together(
+        &mut self,
+        targets: &[String],
+        entries: &[Entry],
+        dimension: Dimension,
+        sequence: &[(usize, usize)],
+    ) -> Option<Vec<Assignment>> {
+        let assigned =
+            targets.iter().zip(entries).map(|(target, entry)| self.assign(target, Some(dimension), entry, sequence));
+        let assigned: Vec<Assignment> = assigned.collect::<Option<_>>()?;
+        self.check_one_clock(&assigned).then_some(assigned)
+    }
+
+    fn check_one_clock(&mut self, assigned: &[Assignment]) -> bool {
+        let other = assigned.iter().find(|other| self.clocks(other) != self.clocks(&assigned[0]));
+        let problem = other.map(|other| {
+            format!("{}: it has another clock than {}; map channels of one", other.target, assigned[0].target)
+        });
+        let is_one = problem.is_none();
+        problem.into_iter().for_each(|problem| self.error(problem));
+        is_one
     }
 }
 

@@ -6,10 +6,10 @@ use std::sync::Arc;
 
 use super::clock::fault_at;
 use super::contents::{Probe, Source};
-use super::map::{ChannelMap, FlatEarth};
+use super::derive::{add_attitude, add_position, add_velocity};
+use super::map::ChannelMap;
 use super::plan::{Assignment, At, Plan, plan_all};
 use super::{LoadError, TimeFault, inspect};
-use crate::quantity::{Role, Unit};
 use crate::series::{Channel, Recording, Series};
 
 /// Reads what `plan` says: mapped channels in SI first, then every other channel that has a time vector, as recorded.
@@ -50,9 +50,7 @@ pub fn read(plan: &Plan) -> Result<Recording, LoadError> {
         recording.truth.insert(name.clone(), reader.series(assignment)?);
         used.extend(assignment.parts.iter().flatten().map(|&(at, _)| at));
     }
-    if let Some(derive) = &plan.derive {
-        add_position(&mut recording, derive)?;
-    }
+    reader.derive(&mut recording, &mut used)?;
     reader.add_unmapped(&used, &mut recording);
     reader.note_clocks(&mut recording);
     Ok(recording)
@@ -185,6 +183,26 @@ impl Reader<'_> {
         Ok(Series { time_s, values: values.into() })
     }
 
+    /// Adds the roles that the map derives; the channels they are made of count as used.
+    fn derive(&mut self, recording: &mut Recording, used: &mut BTreeSet<At>) -> Result<(), LoadError> {
+        if let Some(position) = &self.plan.position {
+            add_position(recording, position);
+        }
+        let channels = &self.plan.derived;
+        if let Some((parts, axes)) = &channels.attitude {
+            let series = parts.iter().map(|part| self.series(part)).collect::<Result<Vec<_>, _>>()?;
+            add_attitude(recording, &series, *axes);
+        }
+        if let Some([speed, track]) = &channels.velocity {
+            let (speed, track) = (self.series(speed)?, self.series(track)?);
+            add_velocity(recording, &speed, &track);
+        }
+        let attitude = channels.attitude.iter().flat_map(|(parts, _)| parts);
+        let all = attitude.chain(channels.velocity.iter().flatten());
+        used.extend(all.flat_map(|assignment| assignment.parts.iter().flatten()).map(|&(at, _)| at));
+        Ok(())
+    }
+
     fn append(&self, assignment: &Assignment, terms: &[(At, f64)], kept: Option<&[usize]>, values: &mut Vec<f64>) {
         let raw: Vec<(&[f64], f64)> =
             terms.iter().map(|&(at, weight)| (self.source(at).channels[at.channel].values(), weight)).collect();
@@ -282,59 +300,4 @@ fn note_non_finite(target: &str, series: &Series, warnings: &mut Vec<String>) {
         let (all, time) = (series.values.len(), series.time_s[first]);
         warnings.push(format!("{target}: {count} of {all} samples are not finite, the first at {time:.3} s"));
     }
-}
-
-/// Semi-major axis of the WGS 84 ellipsoid, m (NIMA TR8350.2).
-const WGS84_SEMI_MAJOR_M: f64 = 6_378_137.0;
-/// First eccentricity squared of the WGS 84 ellipsoid (NIMA TR8350.2).
-const WGS84_ECCENTRICITY_SQUARED: f64 = 6.694_379_990_14e-3;
-
-/// Metres north per radian of latitude and metres east per radian of longitude at `latitude_rad` and `altitude_m`.
-///
-/// `R_M = a (1 - e^2) / (1 - e^2 sin^2)^(3/2)`, `R_N = a / sqrt(1 - e^2 sin^2)`; north `R_M + h`, east `(R_N + h) cos`.
-fn metres_per_radian(latitude_rad: f64, altitude_m: f64) -> (f64, f64) {
-    let (sin, cos) = latitude_rad.sin_cos();
-    let flattening = 1.0 - WGS84_ECCENTRICITY_SQUARED * sin * sin;
-    let meridian = WGS84_SEMI_MAJOR_M * (1.0 - WGS84_ECCENTRICITY_SQUARED) / flattening.powf(1.5);
-    let normal = WGS84_SEMI_MAJOR_M / flattening.sqrt();
-    (meridian + altitude_m, (normal + altitude_m) * cos)
-}
-
-/// Adds position north, east and (with an altitude) down, relative to the first finite fix.
-fn add_position(recording: &mut Recording, derive: &FlatEarth) -> Result<(), LoadError> {
-    let series = |role: Role| recording.role(role).map(|channel| channel.series.clone());
-    let (Some(latitude), Some(longitude)) = (series(Role::Latitude), series(Role::Longitude)) else { return Ok(()) };
-    let altitude = derive.altitude.and_then(series);
-    let height = |index: usize| altitude.as_ref().map_or(0.0, |series| series.values[index]);
-    let finite = |index: &usize| {
-        [latitude.values[*index], longitude.values[*index], height(*index)].iter().all(|v| v.is_finite())
-    };
-    let Some(first) = (0..latitude.values.len()).find(finite) else { return Ok(()) };
-    let (lat0, lon0, h0) = (latitude.values[first], longitude.values[first], height(first));
-    let (north, east) = metres_per_radian(lat0, h0);
-    let mut made = vec![
-        (Role::PositionNorth, latitude.values.iter().map(|lat| north * (lat - lat0)).collect::<Arc<[f64]>>()),
-        (Role::PositionEast, longitude.values.iter().map(|lon| east * wrapped(lon - lon0)).collect()),
-    ];
-    if let Some(altitude) = &altitude {
-        made.push((Role::PositionDown, altitude.values.iter().map(|h| h0 - h).collect()));
-    }
-    for (role, values) in made {
-        recording.roles.insert(role, recording.channels.len());
-        let series = Series { time_s: Arc::clone(&latitude.time_s), values };
-        let unit = Unit::si(role.dimension()).symbol.to_owned();
-        recording.channels.push(Channel { source: "derived".to_owned(), name: role.name().to_owned(), unit, series });
-    }
-    let (time, text) = (latitude.time_s[first], "position is relative to the fix");
-    recording.warnings.push(format!(
-        "{text} at {time:.3} s: {:.6} deg, {:.6} deg, {h0:.1} m",
-        lat0.to_degrees(),
-        lon0.to_degrees()
-    ));
-    Ok(())
-}
-
-/// `angle_rad` brought into -pi..pi.
-fn wrapped(angle_rad: f64) -> f64 {
-    (angle_rad + std::f64::consts::PI).rem_euclid(std::f64::consts::TAU) - std::f64::consts::PI
 }

@@ -6,7 +6,7 @@ use std::path::Path;
 use super::clock::find_clocks;
 use super::contents::{Format, Probe, Source};
 use super::time_unit::settle_units;
-use super::{LoadError, dataflash, hdf5, mat_contents, mdf4, tdms, text, ulog};
+use super::{LoadError, dataflash, hdf5, mat_contents, mcap, mdf4, parquet, tdms, text, ulog};
 
 /// First bytes of a level 5 MAT-file, at offset 124: version 1.0, then the mark of the byte order.
 const MAT_MARKS: [&[u8]; 2] = [&[0x00, 0x01, b'I', b'M'], &[0x01, 0x00, b'M', b'I']];
@@ -65,6 +65,12 @@ pub fn probe(path: &Path) -> Result<Probe, LoadError> {
     } else if contents.starts_with(mdf4::SIGNATURE) || contents.starts_with(mdf4::UNFINISHED) {
         let (sources, warnings) = mdf4::sources(path, &contents)?;
         (Format::Mdf4, sources, warnings)
+    } else if contents.starts_with(mcap::SIGNATURE) {
+        let (sources, warnings) = mcap::sources(path, &contents)?;
+        (Format::Mcap, sources, warnings)
+    } else if contents.starts_with(parquet::SIGNATURE) {
+        let (sources, warnings) = parquet::sources(path, contents)?;
+        (Format::Parquet, sources, warnings)
     } else {
         text::sources(path, &contents)?
     };

@@ -222,7 +222,7 @@ fn bare(unit: &str) -> String {
 }
 
 /// Name and unit of a header cell `alpha [deg]`, `alpha (deg)`, `alpha, deg` or `alpha`. What is no unit stays in the name.
-fn split_unit(cell: &str) -> (String, Option<String>) {
+pub(super) fn split_unit(cell: &str) -> (String, Option<String>) {
     for (open, close) in [('[', ']'), ('(', ')')] {
         let Some((name, unit)) = cell.strip_suffix(close).and_then(|cell| cell.rsplit_once(open)) else { continue };
         let is_index = unit.bytes().all(|byte| byte.is_ascii_digit());

@@ -14,6 +14,7 @@ mod bad_input;
 mod claims;
 mod flight_log;
 mod formats;
+mod frames;
 mod maps;
 mod mutations;
 mod recorders;

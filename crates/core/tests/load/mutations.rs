@@ -25,6 +25,8 @@ fn files() -> Vec<(&'static str, Vec<u8>)> {
     files.push(("ardupilot.bin", recorders::dataflash()));
     files.push(("labview.tdms", recorders::tdms()));
     files.push(("bus.mf4", recorders::mdf4()));
+    files.push(("topics.mcap", recorders::mcap()));
+    files.push(("table.parquet", recorders::parquet()));
     files
 }
 

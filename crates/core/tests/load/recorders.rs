@@ -185,6 +185,152 @@ fn mdf_bits_conversion_and_invalid_samples_are_read() {
     assert!((probe.source("Bus").unwrap().clocks[0].rate_hz - 10.0).abs() < 1e-9);
 }
 
+/// A recording of two topics: one of JSON, one of CDR with text, a list and an array before its numbers, written out of order into an lz4
+/// chunk; and a topic that cannot be decoded.
+pub fn mcap() -> Vec<u8> {
+    let text = |text: &str| joined(&[&(text.len() as u32).to_le_bytes(), text.as_bytes()]);
+    let record = |kind: u8, content: &[u8]| joined(&[&[kind], &(content.len() as u64).to_le_bytes(), content]);
+    let schema = |id: u16, name: &str, encoding: &str, data: &str| {
+        record(3, &joined(&[&id.to_le_bytes(), &text(name), &text(encoding), &text(data)]))
+    };
+    let channel = |id: u16, schema: u16, topic: &str, encoding: &str| {
+        record(4, &joined(&[&id.to_le_bytes(), &schema.to_le_bytes(), &text(topic), &text(encoding), &[0; 4]]))
+    };
+    let message = |channel: u16, at_ns: u64, data: &[u8]| {
+        record(5, &joined(&[&channel.to_le_bytes(), &[0; 4], &(at_ns + 7).to_le_bytes(), &at_ns.to_le_bytes(), data]))
+    };
+    let description = "std_msgs/Header header\nuint8 LIMIT=3\nint16[] counts # how many\nfloat64[9] c_covariance\n\
+                       geometry_msgs/Vector3 angular_velocity\nfloat32[2] pair\n"
+        .to_owned()
+        + &"=".repeat(80)
+        + "\nMSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n"
+        + &"=".repeat(80)
+        + "\nMSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n"
+        + &"=".repeat(80)
+        + "\nMSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n";
+    let imu = |sample: u32| {
+        // Every number starts at a multiple of its size after the four bytes of the head.
+        let mut data = vec![0, 1, 0, 0];
+        data.extend(1_700_000_000_i32.to_le_bytes());
+        data.extend((sample * 20_000_000).to_le_bytes());
+        data.extend(4_u32.to_le_bytes());
+        data.extend(b"imu\0");
+        data.extend(3_u32.to_le_bytes());
+        data.extend([1, 0, 2, 0, 3, 0, 0, 0, 0, 0, 0, 0]);
+        let pad = |data: &mut Vec<u8>| data.resize(4 + (data.len() - 4).next_multiple_of(8), 0);
+        pad(&mut data);
+        data.extend([0; 72]);
+        for axis in 0..3 {
+            data.extend((0.25 * f64::from(sample) + f64::from(axis)).to_le_bytes());
+        }
+        data.extend([1.5_f32, -2.5].map(f32::to_le_bytes).concat());
+        data
+    };
+    let mut inner = Vec::new();
+    for sample in [1_u32, 0, 2, 3, 4] {
+        inner.extend(message(1, 1_700_000_000_000_000_000 + 1000 * u64::from(sample), &imu(sample)));
+    }
+    let mut packed = lz4_flex::frame::FrameEncoder::new(Vec::new());
+    std::io::Write::write_all(&mut packed, &inner).unwrap();
+    let packed = packed.finish().unwrap();
+    let sizes = joined(&[&[0; 16], &(inner.len() as u64).to_le_bytes(), &[0; 4]]);
+    let chunk = joined(&[&sizes, &text("lz4"), &(packed.len() as u64).to_le_bytes(), &packed]);
+    let mut file = b"\x89MCAP0\r\n".to_vec();
+    file.extend(record(1, &joined(&[&text(""), &text("doublet")])));
+    file.extend(schema(1, "sensor_msgs/msg/Imu", "ros2msg", &description));
+    file.extend(channel(1, 1, "/imu", "cdr"));
+    file.extend(channel(2, 0, "/air", "json"));
+    file.extend(channel(3, 0, "/odd", "protobuf"));
+    file.extend(record(6, &chunk));
+    for sample in 0..5_u64 {
+        let data = format!("{{\"tas\": {sample}, \"on\": true, \"wind\": {{\"n\": [1, {sample}]}}, \"name\": \"x\"}}");
+        file.extend(message(2, 1_700_000_000_100_000_000 + 100_000_000 * sample, data.as_bytes()));
+        file.extend(message(3, sample, &[1, 2]));
+    }
+    file.extend(record(15, &[0; 4]));
+    file
+}
+
+/// A table of stamps, numbers with blanks, a switch and words, in two groups of rows.
+pub fn parquet() -> Vec<u8> {
+    use parquet::data_type::{BoolType, ByteArrayType, DoubleType, Int64Type};
+    let schema = "message table { REQUIRED INT64 when (TIMESTAMP(NANOS,true)); OPTIONAL DOUBLE alpha; REQUIRED BOOLEAN gear; \
+                  OPTIONAL BYTE_ARRAY phase (UTF8); }";
+    let schema = std::sync::Arc::new(parquet::schema::parser::parse_message_type(schema).unwrap());
+    let codec = parquet::basic::Compression::SNAPPY;
+    let properties = parquet::file::properties::WriterProperties::builder().set_compression(codec).build();
+    let mut writer = parquet::file::writer::SerializedFileWriter::new(Vec::new(), schema, properties.into()).unwrap();
+    for group in 0..2_i64 {
+        let mut rows = writer.next_row_group().unwrap();
+        // Nanoseconds since 1970, whose floating-point numbers are 256 apart.
+        let stamps: Vec<i64> = (0..5).map(|row| 1_700_000_000_000_000_001 + 20_000_000 * (5 * group + row)).collect();
+        let mut column = rows.next_column().unwrap().unwrap();
+        column.typed::<Int64Type>().write_batch(&stamps, None, None).unwrap();
+        column.close().unwrap();
+        let mut column = rows.next_column().unwrap().unwrap();
+        let alpha = [0.25, 0.5, 0.75].map(|value| value + group as f64);
+        column.typed::<DoubleType>().write_batch(&alpha, Some(&[1, 0, 1, 0, 1]), None).unwrap();
+        column.close().unwrap();
+        let mut column = rows.next_column().unwrap().unwrap();
+        column.typed::<BoolType>().write_batch(&[true, false, true, true, false], None, None).unwrap();
+        column.close().unwrap();
+        let mut column = rows.next_column().unwrap().unwrap();
+        column.typed::<ByteArrayType>().write_batch(&["climb".into()], Some(&[0, 0, 1, 0, 0]), None).unwrap();
+        column.close().unwrap();
+        rows.close().unwrap();
+    }
+    writer.into_inner().unwrap()
+}
+
+#[cfg(feature = "parquet")]
+#[test]
+fn tables_of_parquet_keep_their_stamps_exact_and_their_blanks_blank() {
+    let (_folder, path) = written("flight.parquet", parquet());
+    let probe = inspect(&path).unwrap();
+    assert_eq!(probe.format, Format::Parquet);
+    let when = channel(&probe, "flight", "when").values();
+    assert!(when.iter().enumerate().all(|(row, time_s)| *time_s == 0.02 * row as f64), "{when:?}");
+    let clock = &probe.source("flight").unwrap().clocks[0];
+    assert_eq!((clock.channel.as_str(), clock.samples, clock.fault_count), ("when", 10, 0));
+    let alpha = channel(&probe, "flight", "alpha");
+    assert_eq!((alpha.non_finite, alpha.values()[2], alpha.values()[9]), (Some(4), 0.5, 1.75));
+    assert_eq!(channel(&probe, "flight", "gear").values()[..5], [1.0, 0.0, 1.0, 1.0, 0.0]);
+    assert!(probe.warnings.iter().any(|warning| warning.contains("left out: phase")), "{:?}", probe.warnings);
+}
+
+#[test]
+fn messages_are_laid_out_by_their_description_and_put_in_the_order_of_their_stamps() {
+    let (_folder, path) = written("flight.mcap", mcap());
+    let probe = inspect(&path).unwrap();
+    assert_eq!((probe.format, probe.sources.len()), (Format::Mcap, 2));
+    let imu = probe.source("/imu").unwrap();
+    let names: Vec<&str> = imu.channels.iter().map(|channel| channel.name.as_str()).collect();
+    let axes = ["angular_velocity.x", "angular_velocity.y", "angular_velocity.z"];
+    assert_eq!(names, [&["header.stamp"], &axes[..], &["pair[0]", "pair[1]"]].concat());
+    assert_eq!(channel(&probe, "/imu", "angular_velocity.y").values(), [1.0, 1.25, 1.5, 1.75, 2.0]);
+    assert_eq!(channel(&probe, "/imu", "angular_velocity.y").unit.as_deref(), Some("rad/s"));
+    assert_eq!(channel(&probe, "/imu", "pair[1]").values(), [-2.5; 5]);
+    assert_eq!(channel(&probe, "/air", "wind.n[1]").values(), [0.0, 1.0, 2.0, 3.0, 4.0]);
+    // The two topics keep their places to each other: the second was sent 0.1 s after the first was measured.
+    let starts = ["/imu", "/air"].map(|name| probe.source(name).unwrap().clocks[0].start_s);
+    assert!(starts[0] == 0.0 && (starts[1] - 0.1).abs() < 1e-12, "{starts:?}");
+    let warnings = probe.warnings.join("\n");
+    assert!(warnings.contains("'/odd' (message encoding \"protobuf\", schema encoding none)"), "{warnings}");
+}
+
+#[test]
+fn recordings_of_messages_that_are_cut_off_give_what_is_whole_and_never_panic() {
+    let whole = mcap();
+    for length in 8..whole.len() {
+        let (_folder, path) = written("cut.mcap", whole[..length].to_vec());
+        let _ = inspect(&path);
+    }
+    let (_folder, path) = written("cut.mcap", whole[..whole.len() - 20].to_vec());
+    let probe = inspect(&path).unwrap();
+    assert!(probe.warnings.iter().any(|warning| warning.contains("cut off or damaged")), "{:?}", probe.warnings);
+    assert_eq!(channel(&probe, "/imu", "angular_velocity.x").samples, 5);
+}
+
 /// Asserts that a source has the channels and the clock that the reference reader gives; returns the number of channels.
 fn assert_source(path: &str, probe: &Probe, name: &str, expected: &Value) -> usize {
     let number = |value: &Value| value.as_f64();
@@ -231,15 +377,27 @@ fn logs_of_recorders_give_what_reference_readers_give() {
     let mut compared = BTreeMap::<&str, usize>::new();
     for (path, file) in expected["files"].as_object().unwrap() {
         let format = path.split('/').next().unwrap();
-        if !["ardupilot_dataflash", "tdms", "mdf4"].contains(&format) {
+        if !["ardupilot_dataflash", "tdms", "mdf4", "mcap", "parquet"].contains(&format) {
+            continue;
+        }
+        if file["behaviour"].as_str().is_some_and(|behaviour| behaviour.starts_with("refuse")) {
+            let refused = inspect(&folder.join(path)).unwrap_err().to_string();
+            assert!(refused.contains("message encoding \"a\", schema encoding \"c\""), "{refused}");
             continue;
         }
         let probe = inspect(&folder.join(path)).unwrap();
+        if format == "parquet" {
+            *compared.entry(format).or_default() += assert_source(path, &probe, &probe.sources[0].name, file);
+            continue;
+        }
         for (name, source) in file["sources"].as_object().unwrap() {
             *compared.entry(format).or_default() += assert_source(path, &probe, name, source);
         }
     }
-    assert_eq!(compared, BTreeMap::from([("ardupilot_dataflash", 234), ("mdf4", 55), ("tdms", 24)]));
+    assert_eq!(
+        compared,
+        BTreeMap::from([("ardupilot_dataflash", 234), ("mcap", 34), ("mdf4", 55), ("parquet", 28), ("tdms", 24)])
+    );
 }
 
 #[test]
@@ -263,4 +421,13 @@ fn tables_of_avionics_and_simulators_give_what_reference_readers_give() {
         compared.push(assert_source(path, &probe, &probe.sources[0].name, &file));
     }
     assert_eq!(compared, [31, 46]);
+}
+
+#[test]
+fn dump_seeds() {
+    for (name, file, bytes) in [("mcap", "topics.mcap", mcap()), ("parquet", "table.parquet", parquet())] {
+        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/seeds").join(name);
+        std::fs::create_dir_all(&folder).unwrap();
+        std::fs::write(folder.join(file), bytes).unwrap();
+    }
 }

@@ -1,0 +1,90 @@
+//! Guesses of axes: sensors with their axes up, attitude as a quaternion, velocity as ground speed and track.
+
+use super::by_hand::{ManualChannelMap, ManualQuaternion};
+use super::derive::{ATTITUDE, QuaternionAxes, VELOCITY};
+use super::guess::{Candidate, best, row};
+use crate::quantity::Role;
+
+/// Names that ROS gives the motion of a body, whose axes are forward, left, up unless the specific force says otherwise.
+const ROS_NAMES: [&str; 2] = ["linear_acceleration", "angular_velocity"];
+/// Ends of the names of a quaternion's parts `w, x, y, z`.
+const PARTS: [[&str; 4]; 3] = [["w", "x", "y", "z"], ["0", "1", "2", "3"], ["1", "2", "3", "4"]];
+/// Ends of the names of quaternions.
+const QUATERNIONS: [&str; 4] = ["q", "quat", "quaternion", "orientation"];
+/// Largest distance of a quaternion's length from one.
+const LENGTH_TOLERANCE: f64 = 1e-2;
+/// Names of ground speed and of the direction of flight over the ground.
+const GROUND_SPEEDS: [&str; 8] = ["groundspeed", "gs", "gndspd", "gspd", "speedoverground", "sog", "spd", "gpsspeed"];
+const TRACKS: [&str; 9] =
+    ["track", "trk", "groundtrack", "trackangle", "truetrack", "course", "cog", "gcrs", "courseoverground"];
+
+/// Turns what a sensor measures to the left and up, where it measures in such axes: the specific force along z is then +g on the mean.
+pub(super) fn turn_axes_up(map: &mut ManualChannelMap) {
+    if !is_up(map) {
+        return;
+    }
+    let turned = [Role::SpecificForceY, Role::SpecificForceZ, Role::PitchRate, Role::YawRate];
+    for (role, row) in &mut map.rows {
+        if turned.contains(role) && has_ros_name(&row.from.channel) {
+            row.turned = true;
+        }
+    }
+}
+
+fn has_ros_name(channel: &str) -> bool {
+    ROS_NAMES.iter().any(|name| channel.starts_with(name))
+}
+
+/// Whether the specific force is measured in axes that are turned.
+fn is_up(map: &ManualChannelMap) -> bool {
+    map.row(Role::SpecificForceZ).is_some_and(|row| row.turned && has_ros_name(&row.from.channel))
+}
+
+/// Attitude from a quaternion, where bank and pitch angle have no channel of their own.
+pub(super) fn add_attitude(map: &mut ManualChannelMap, candidates: &[Candidate<'_>]) {
+    if map.row(Role::BankAngle).is_some() && map.row(Role::PitchAngle).is_some() {
+        return;
+    }
+    let Some((source, parts)) = candidates.iter().find_map(|first| find_quaternion(first, candidates)) else { return };
+    let axes = if is_up(map) { QuaternionAxes::Enu } else { QuaternionAxes::Ned };
+    map.attitude = Some(ManualQuaternion { source, parts, axes });
+    ATTITUDE.into_iter().for_each(|role| map.set(role, None));
+}
+
+/// Source and channels of the quaternion that begins with a channel: four of one source whose squares add up to one.
+fn find_quaternion(first: &Candidate<'_>, candidates: &[Candidate<'_>]) -> Option<(String, [String; 4])> {
+    let of = |parts: &[&str; 4]| {
+        let stem = first.plain.strip_suffix(parts[0])?;
+        QUATERNIONS.iter().find(|name| stem.ends_with(**name))?;
+        let part = |end: &str| {
+            let name = format!("{stem}{end}");
+            candidates.iter().find(|other| other.from.source == first.from.source && other.plain == name)
+        };
+        let all = [Some(first), part(parts[1]), part(parts[2]), part(parts[3])];
+        let [Some(w), Some(x), Some(y), Some(z)] = all else { return None };
+        let all = [w, x, y, z];
+        let count = all.iter().map(|part| part.channel.samples).min()?;
+        let length =
+            |k: usize| all.iter().map(|part| part.channel.values().get(k).map_or(f64::NAN, |v| v * v)).sum::<f64>();
+        let mut finite = (0..count).map(length).filter(|length| length.is_finite()).peekable();
+        let is_unit = finite.peek().is_some() && finite.all(|length| (length.sqrt() - 1.0).abs() < LENGTH_TOLERANCE);
+        is_unit.then(|| (first.from.source.clone(), all.map(|part| part.from.channel.clone())))
+    };
+    PARTS.iter().find_map(of)
+}
+
+/// Velocity north and east from ground speed and track of one source, where they have no channels of their own.
+pub(super) fn add_velocity(map: &mut ManualChannelMap, candidates: &[Candidate<'_>]) {
+    if VELOCITY.iter().any(|role| map.row(*role).is_some()) {
+        return;
+    }
+    let is = |candidate: &Candidate<'_>, name: &str| candidate.plain == name;
+    let speed = best(candidates, &[], Role::TrueAirspeed, &GROUND_SPEEDS, &is);
+    let track = best(candidates, &[], Role::HeadingAngle, &TRACKS, &is);
+    let (Some(speed), Some(track)) = (speed, track) else { return };
+    let (speed, track) = (&candidates[speed], &candidates[track]);
+    let is_one_clock = speed.from.source == track.from.source && speed.channel.clock == track.channel.clock;
+    if is_one_clock {
+        map.velocity = Some([row(speed, Role::TrueAirspeed), row(track, Role::HeadingAngle)]);
+    }
+}

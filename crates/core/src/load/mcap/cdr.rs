@@ -1,0 +1,292 @@
+//! Messages in the Common Data Representation, laid out by the ROS 2 description of their type.
+
+use std::collections::BTreeMap;
+use std::rc::Rc;
+
+use super::{LONGEST_ARRAY, MAX_DEPTH, MOST_FIELDS, Number};
+
+/// Bytes before the data that say how they are laid out.
+const ENCAPSULATION: usize = 4;
+/// What begins the description of a further type, after a line of `=`.
+const FURTHER_TYPE: &str = "MSG:";
+
+/// Units of fields by the type they stand in: REP 103 of ROS, SI with degrees for places on Earth and Celsius for temperatures.
+const UNITS: &[(&str, &str, &str)] = &[
+    ("Imu", "angular_velocity", "rad/s"),
+    ("Imu", "linear_acceleration", "m/s^2"),
+    ("Twist", "linear", "m/s"),
+    ("Twist", "angular", "rad/s"),
+    ("Accel", "linear", "m/s^2"),
+    ("Accel", "angular", "rad/s^2"),
+    ("Pose", "position", "m"),
+    ("Transform", "translation", "m"),
+    ("NavSatFix", "latitude", "deg"),
+    ("NavSatFix", "longitude", "deg"),
+    ("NavSatFix", "altitude", "m"),
+    ("FluidPressure", "fluid_pressure", "Pa"),
+    ("Temperature", "temperature", "degC"),
+    ("Range", "range", "m"),
+    ("Wrench", "force", "N"),
+    ("Wrench", "torque", "N m"),
+];
+
+/// A type of number.
+#[derive(Clone, Copy)]
+enum Kind {
+    I8,
+    U8,
+    I16,
+    U16,
+    I32,
+    U32,
+    I64,
+    U64,
+    F32,
+    F64,
+}
+
+impl Kind {
+    fn of(name: &str) -> Option<Self> {
+        Some(match name {
+            "bool" | "byte" | "char" | "uint8" => Self::U8,
+            "int8" => Self::I8,
+            "int16" => Self::I16,
+            "uint16" => Self::U16,
+            "int32" => Self::I32,
+            "uint32" => Self::U32,
+            "int64" => Self::I64,
+            "uint64" => Self::U64,
+            "float32" => Self::F32,
+            "float64" => Self::F64,
+            _ => return None,
+        })
+    }
+}
+
+/// What comes next in a message.
+enum Step {
+    /// A number, a channel of the name given.
+    Number(Kind, Option<Rc<str>>),
+    Text,
+    /// A list whose length stands before it: none of it is a channel.
+    Sequence(Vec<Step>),
+}
+
+/// How many elements a field has.
+enum Count {
+    One,
+    Fixed(usize),
+    Sequence,
+}
+
+struct Field<'a> {
+    kind: &'a str,
+    count: Count,
+    name: &'a str,
+}
+
+/// How messages of a type lie in their bytes.
+pub struct Layout {
+    steps: Vec<Step>,
+    units: BTreeMap<Rc<str>, &'static str>,
+}
+
+/// Types by name.
+type Types<'a> = BTreeMap<&'a str, Vec<Field<'a>>>;
+
+impl Layout {
+    /// The layout of messages of type `name` (`package/msg/Name`) by their description, which appends the types it uses after lines of
+    /// `=` and `MSG: package/Name`.
+    pub fn new(name: &str, description: &str) -> Result<Self, String> {
+        let mut types = Types::new();
+        let (mut kind, mut fields) = (last_part(name), Vec::new());
+        for line in description.lines().map(str::trim) {
+            if let Some(further) = line.strip_prefix(FURTHER_TYPE) {
+                types.insert(kind, std::mem::take(&mut fields));
+                kind = last_part(further);
+            } else {
+                fields.extend(field(line)?);
+            }
+        }
+        types.insert(kind, fields);
+        let mut builder = Builder { types: &types, units: BTreeMap::new(), steps: 0 };
+        let steps = builder.steps(last_part(name), Some(""), None, 0)?;
+        Ok(Self { steps, units: builder.units })
+    }
+
+    /// Unit of a channel by the type it stands in.
+    pub fn unit(&self, name: &str) -> Option<&'static str> {
+        self.units.get(name).copied()
+    }
+
+    /// The numbers of a message; `None` where it is shorter than its description or encoded otherwise.
+    pub fn decode(&self, message: &[u8]) -> Option<Vec<Number>> {
+        let (head, data) = message.split_at_checked(ENCAPSULATION)?;
+        let is_big = match head[1] {
+            0 => true,
+            1 => false,
+            _ => return None,
+        };
+        let mut numbers = Vec::new();
+        Reader { data, at: 0, is_big }.read(&self.steps, &mut numbers)?;
+        Some(numbers)
+    }
+}
+
+/// Puts the steps of a type together.
+struct Builder<'a> {
+    types: &'a Types<'a>,
+    units: BTreeMap<Rc<str>, &'static str>,
+    steps: usize,
+}
+
+impl Builder<'_> {
+    /// Steps of type `kind`, whose fields have the names `prefix` + own; without one they are passed over. `unit` is that of the field
+    /// it is the type of.
+    fn steps(
+        &mut self,
+        kind: &str,
+        prefix: Option<&str>,
+        unit: Option<&'static str>,
+        depth: usize,
+    ) -> Result<Vec<Step>, String> {
+        if depth > MAX_DEPTH {
+            return Err(format!("type '{kind}' is nested more than {MAX_DEPTH} deep"));
+        }
+        let types = self.types;
+        let fields = types.get(kind).ok_or_else(|| format!("type '{kind}' is not described"))?;
+        let mut steps = Vec::new();
+        for field in fields {
+            let own = UNITS.iter().find(|(of, name, _)| *of == kind && *name == field.name).map(|(.., unit)| *unit);
+            let unit = own.or(unit);
+            let name = prefix.map(|prefix| format!("{prefix}{}", field.name));
+            match field.count {
+                Count::One => self.element(field.kind, name, unit, depth, &mut steps)?,
+                Count::Fixed(count) => {
+                    let name = name.filter(|_| count <= LONGEST_ARRAY && !field.name.ends_with("covariance"));
+                    for index in 0..count {
+                        let name = name.as_ref().map(|name| format!("{name}[{index}]"));
+                        self.element(field.kind, name, unit, depth, &mut steps)?;
+                    }
+                }
+                Count::Sequence => {
+                    let mut elements = Vec::new();
+                    self.element(field.kind, None, None, depth, &mut elements)?;
+                    steps.push(Step::Sequence(elements));
+                }
+            }
+        }
+        Ok(steps)
+    }
+
+    /// Adds the steps of one element of a field.
+    fn element(
+        &mut self,
+        kind: &str,
+        name: Option<String>,
+        unit: Option<&'static str>,
+        depth: usize,
+        steps: &mut Vec<Step>,
+    ) -> Result<(), String> {
+        self.steps += 1;
+        if self.steps > MOST_FIELDS {
+            return Err(format!("more than {MOST_FIELDS} fields"));
+        }
+        if kind.split("<=").next() == Some("string") {
+            steps.push(Step::Text);
+        } else if let Some(number) = Kind::of(kind) {
+            let name = name.map(Rc::<str>::from);
+            if let (Some(name), Some(unit)) = (&name, unit) {
+                self.units.insert(Rc::clone(name), unit);
+            }
+            steps.push(Step::Number(number, name));
+        } else {
+            let prefix = name.map(|name| format!("{name}."));
+            steps.extend(self.steps(last_part(kind), prefix.as_deref(), unit, depth + 1)?);
+        }
+        Ok(())
+    }
+}
+
+/// Name of a type without its package.
+fn last_part(kind: &str) -> &str {
+    kind.trim().rsplit('/').next().unwrap_or_default()
+}
+
+/// The field that a line describes: `float64[9] name`; none for a constant, a comment and a blank line.
+fn field(line: &str) -> Result<Option<Field<'_>>, String> {
+    let line = line.split('#').next().unwrap_or_default();
+    let mut words = line.split_whitespace();
+    let (Some(kind), Some(name)) = (words.next(), words.next()) else { return Ok(None) };
+    if name.contains('=') || words.next().is_some_and(|word| word.starts_with('=')) {
+        return Ok(None);
+    }
+    let (kind, count) = match kind.strip_suffix(']').and_then(|kind| kind.rsplit_once('[')) {
+        None => (kind, Count::One),
+        Some((kind, count)) if count.is_empty() || count.starts_with("<=") => (kind, Count::Sequence),
+        Some((kind, count)) => {
+            (kind, Count::Fixed(count.parse().map_err(|_| format!("'{line}' has no length that is a number"))?))
+        }
+    };
+    Ok(Some(Field { kind, count, name }))
+}
+
+/// Reads from data whose numbers are aligned to their size.
+struct Reader<'a> {
+    data: &'a [u8],
+    at: usize,
+    is_big: bool,
+}
+
+impl Reader<'_> {
+    fn bytes<const SIZE: usize>(&mut self) -> Option<[u8; SIZE]> {
+        let start = self.at.next_multiple_of(SIZE);
+        let mut bytes = *self.data.get(start..)?.first_chunk::<SIZE>()?;
+        self.at = start + SIZE;
+        if self.is_big {
+            bytes.reverse();
+        }
+        Some(bytes)
+    }
+
+    fn number(&mut self, kind: Kind) -> Option<f64> {
+        Some(match kind {
+            Kind::I8 => f64::from(i8::from_le_bytes(self.bytes()?)),
+            Kind::U8 => f64::from(u8::from_le_bytes(self.bytes()?)),
+            Kind::I16 => f64::from(i16::from_le_bytes(self.bytes()?)),
+            Kind::U16 => f64::from(u16::from_le_bytes(self.bytes()?)),
+            Kind::I32 => f64::from(i32::from_le_bytes(self.bytes()?)),
+            Kind::U32 => f64::from(u32::from_le_bytes(self.bytes()?)),
+            Kind::I64 => i64::from_le_bytes(self.bytes()?) as f64,
+            Kind::U64 => u64::from_le_bytes(self.bytes()?) as f64,
+            Kind::F32 => f64::from(f32::from_le_bytes(self.bytes()?)),
+            Kind::F64 => f64::from_le_bytes(self.bytes()?),
+        })
+    }
+
+    /// Number of elements or bytes that follow; not more than there are bytes.
+    fn length(&mut self) -> Option<usize> {
+        let length = u32::from_le_bytes(self.bytes()?) as usize;
+        (length <= self.data.len()).then_some(length)
+    }
+
+    fn read(&mut self, steps: &[Step], numbers: &mut Vec<Number>) -> Option<()> {
+        for step in steps {
+            match step {
+                Step::Number(kind, name) => {
+                    let value = self.number(*kind)?;
+                    numbers.extend(name.as_ref().map(|name| (Rc::clone(name), value)));
+                }
+                Step::Text => {
+                    self.at = self.length()?.checked_add(self.at)?;
+                }
+                Step::Sequence(elements) => {
+                    for _ in 0..self.length()? {
+                        self.read(elements, numbers)?;
+                    }
+                }
+            }
+        }
+        (self.at <= self.data.len()).then_some(())
+    }
+}
