@@ -119,11 +119,14 @@ fn derivations(choosing: &mut Choosing, ui: &mut Ui) {
         ui.horizontal(|ui| {
             ui.checkbox(&mut is_used, format!("Attitude from the quaternion {}", guessed.parts.join(", ")));
             if let Some(attitude) = hand {
-                ComboBox::from_id_salt("axes of the quaternion").selected_text(attitude.axes.description()).show_ui(ui, |ui| {
-                    for axes in QuaternionAxes::ALL {
-                        ui.selectable_value(&mut attitude.axes, axes, axes.description());
-                    }
-                });
+                ComboBox::from_id_salt("axes of the quaternion").selected_text(attitude.axes.description()).show_ui(
+                    ui,
+                    |ui| {
+                        for axes in QuaternionAxes::ALL {
+                            ui.selectable_value(&mut attitude.axes, axes, axes.description());
+                        }
+                    },
+                );
             }
         });
         if is_used != hand.is_some() {

@@ -117,7 +117,10 @@ impl ManualChannelMap {
             format!("phi, theta and psi: the quaternion '{parts}' of {}, {axes}", attitude.source)
         });
         let velocity = self.velocity.as_ref().map(|[speed, track]| {
-            format!("v_north and v_east: '{}' along '{}' of {}", speed.from.channel, track.from.channel, speed.from.source)
+            format!(
+                "v_north and v_east: '{}' along '{}' of {}",
+                speed.from.channel, track.from.channel, speed.from.source
+            )
         });
         attitude.into_iter().chain(velocity).collect()
     }

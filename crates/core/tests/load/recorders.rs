@@ -422,12 +422,3 @@ fn tables_of_avionics_and_simulators_give_what_reference_readers_give() {
     }
     assert_eq!(compared, [31, 46]);
 }
-
-#[test]
-fn dump_seeds() {
-    for (name, file, bytes) in [("mcap", "topics.mcap", mcap()), ("parquet", "table.parquet", parquet())] {
-        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/seeds").join(name);
-        std::fs::create_dir_all(&folder).unwrap();
-        std::fs::write(folder.join(file), bytes).unwrap();
-    }
-}
