@@ -59,7 +59,7 @@ done < <(find src crates -name '*.rs' -not -path '*/target/*' -exec wc -l {} +)
 
 # 7. Inside reconstruct a file imports from the file that defines, by its full path, and only what stands below its folder here;
 # packed knows of filter only what a step is given and yields. No circle between files.
-declare -A uses=([numeric]='' [error]='' [model]='numeric' [settings]='model' [data]='model' [filter]='data settings model numeric'
+declare -A uses=([numeric]='' [error]='' [model]='numeric' [settings]='model' [data]='model' [measured]='data error model' [filter]='data settings model numeric'
     [events]='filter/step data error settings model' [smoother]='filter data error settings model'
     [packed]='filter/backend filter/parameters filter/step settings model numeric' [collect]='filter/step events data error settings model'
     [pass]='collect events filter/backend filter/parameters filter/step numeric'

@@ -43,10 +43,14 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
             [(Gyroscopic::Signed, "Own sense"), (Gyroscopic::Summed, "All alike"), (Gyroscopic::Ignored, "Left out")];
         choices(ui, &mut next.gyroscopic, &all);
         ui.end_row();
-        ui.weak("Angular acceleration")
-            .on_hover_text("By differentiation of the rates, or as a state of a smoother over them");
-        let all =
-            [(AngularAcceleration::Differentiated, "Differentiated"), (AngularAcceleration::Smoother, "Smoother")];
+        ui.weak("Angular acceleration").on_hover_text(
+            "By differentiation of the rates, as a state of a smoother over them, or as a recorded channel",
+        );
+        let all = [
+            (AngularAcceleration::Differentiated, "Differentiated"),
+            (AngularAcceleration::Smoother, "Smoother"),
+            (AngularAcceleration::Recorded, "Recorded"),
+        ];
         choices(ui, &mut next.angular_acceleration, &all);
         ui.end_row();
     });

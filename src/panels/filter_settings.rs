@@ -37,9 +37,12 @@ fn filter(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
             ctx.edit(Edit::Filter(FilterEdit::Hold(hold)));
         }
         ui.end_row();
-        ui.weak("Path used").on_hover_text("Filtered: from the past alone. Smoothed: from the whole window");
+        ui.weak("Path used").on_hover_text(
+            "Filtered: from the past alone. Smoothed: from the whole window. Measured: airspeed, flow angles and attitude as recorded, no filter",
+        );
         let mut path = ctx.session.preparation.path;
-        if choices(ui, &mut path, &[(PathSource::Filtered, "Filtered"), (PathSource::Smoothed, "Smoothed")]) {
+        let all = [(PathSource::Filtered, "Filtered"), (PathSource::Smoothed, "Smoothed"), (PathSource::Measured, "Measured")];
+        if choices(ui, &mut path, &all) {
             ctx.edit(Edit::Estimation(EstimationEdit::Path(path)));
         }
         let used = ctx.snapshot.gravity.as_ref();

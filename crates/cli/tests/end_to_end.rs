@@ -123,6 +123,34 @@ fn attas_gives_the_published_derivatives() {
 }
 
 #[test]
+fn attas_as_measured_gives_the_published_derivatives_without_a_filter() {
+    /// Relative: the published chain takes its own biases off and smooths the flow.
+    const TREATMENT_DIFFERS: f64 = 0.03;
+    if !has_shared("attas") {
+        return;
+    }
+    let (results, _folder) = results("reference/attas_measured");
+    assert!(row(&results["verdict"]["reasons"], &[("code", "as-measured")])["text"].is_string());
+    for (name, published) in [
+        ("CL_alpha", 5.22568),
+        ("Cm_alpha", -0.877620),
+        ("Cm_q", -5.81993),
+        ("Cm_delta_e", -0.984060),
+        ("CY_beta", -1.00403),
+        ("Cl_beta", -0.102680),
+        ("Cl_p", -0.759763),
+        ("Cl_delta_a", -0.192475),
+        ("Cn_beta", 0.254494),
+        ("Cn_r", -0.134247),
+        ("Cn_delta_r", -0.143862),
+    ] {
+        let found = derivative(&results["pooled"], name);
+        println!("{name}: {found:.6}, published {published}, {:+.2} %", 100.0 * (found / published - 1.0));
+        assert!((found / published - 1.0).abs() < TREATMENT_DIFFERS, "{name}: {found} against {published}");
+    }
+}
+
+#[test]
 fn phlab_goes_through_both_steps_with_the_measurements_it_has() {
     if !has_shared("phlab_citation") {
         return;

@@ -130,7 +130,7 @@ fn every_shipped_session_opens() {
         assert_eq!(session::parse(&session::print(&session).unwrap()).unwrap(), session);
         opened += 1;
     }
-    assert_eq!(opened, 6);
+    assert_eq!(opened, 7);
 }
 
 #[test]

@@ -5,6 +5,14 @@ use thiserror::Error;
 /// Why a reconstruction has no result. Every variant says where in the recording.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum ReconstructError {
+    /// A path as measured needs what is not measured.
+    #[error(
+        "{measurement} is not recorded in this window, and the path is taken as measured; map its channel, or let the filter reconstruct the path"
+    )]
+    NotMeasured {
+        /// Measurement.
+        measurement: &'static str,
+    },
     /// Fewer than two inertial samples.
     #[error("{samples} inertial samples: a reconstruction needs at least 2; widen the window")]
     TooFewSamples {

@@ -9,6 +9,7 @@ mod data;
 mod error;
 mod events;
 mod filter;
+mod measured;
 mod model;
 mod numeric;
 mod packed;
@@ -20,6 +21,7 @@ pub mod tuning;
 
 pub use data::{AirData, FilterData, InputSeries, MeasurementSeries, Reconstruction, Smoothed};
 pub use error::ReconstructError;
+pub use measured::measured_path;
 pub use model::layout::{AIR_STATES, AirState, INPUTS, Input, MEASUREMENTS, Measurement, STATES, State};
 #[doc(hidden)]
 pub use packed::dispatch::Width;

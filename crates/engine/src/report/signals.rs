@@ -76,8 +76,10 @@ pub struct ProposalRow {
 
 /// The differentiation of rates in words.
 pub fn differentiation(preparation: &Preparation) -> String {
-    if preparation.angular_acceleration == AngularAcceleration::Smoother {
-        return "a smoother with the angular acceleration as a state".to_owned();
+    match preparation.angular_acceleration {
+        AngularAcceleration::Smoother => return "a smoother with the angular acceleration as a state".to_owned(),
+        AngularAcceleration::Recorded => return "recorded angular acceleration".to_owned(),
+        AngularAcceleration::Differentiated => {}
     }
     preparation.differentiation_half_width_s.map_or_else(
         || "central difference of order four".to_owned(),

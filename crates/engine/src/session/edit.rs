@@ -414,6 +414,7 @@ impl EstimationEdit {
         match self {
             Self::Path(PathSource::Filtered) => "use the filtered path".to_owned(),
             Self::Path(PathSource::Smoothed) => "use the smoothed path".to_owned(),
+            Self::Path(PathSource::Measured) => "use the path as measured".to_owned(),
             Self::Preparation(_) => "change preparation of coefficients".to_owned(),
             Self::BySurface(_) => "change assignment of coefficients to manoeuvres".to_owned(),
             Self::Constants(_) => "change constants of the pooled estimate".to_owned(),

@@ -239,6 +239,8 @@ pub enum PathSource {
     Filtered,
     /// Smoothed states.
     Smoothed,
+    /// Airspeed, flow angles and attitude as measured; no filter runs.
+    Measured,
 }
 
 /// Constants of the pooled estimate.

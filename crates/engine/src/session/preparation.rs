@@ -58,6 +58,8 @@ pub enum AngularAcceleration {
     Differentiated,
     /// It is a state of a smoother over each rate, whose bandwidth the likelihood chooses; nothing else is smoothed.
     Smoother,
+    /// It is a channel of the recording (roles `p_dot`, `q_dot`, `r_dot`).
+    Recorded,
 }
 
 /// Point the moments are about.

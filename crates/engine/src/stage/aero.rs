@@ -17,7 +17,7 @@ use super::aircraft::AircraftData;
 use super::engines::{Air, ExtrapolatedThrust, engines};
 use super::path::{Samples, WindowPath, differentiation};
 use super::recording::LoadedFlight;
-use super::window_context::WindowContext;
+use super::window_context::{ANGULAR_ACCELERATIONS, WindowContext};
 use crate::graph::{Context, Footprint, Keyed, Stage, StageResult};
 use crate::session::{AngularAcceleration, PathSource, Preparation, Surface};
 use crate::verdict::{Finding, Level};
@@ -155,7 +155,10 @@ pub fn aero_along(
     let specific_force_m_s2 =
         [moved(x, Input::SpecificForceX), moved(y, Input::SpecificForceY), moved(z, Input::SpecificForceZ)];
     let rates_rad_s = [moved(p, Input::RollRate), moved(q, Input::PitchRate), moved(r, Input::YawRate)];
-    let angular_acceleration_rad_s2 = angular_acceleration(&aero.data.time_s, &rates_rad_s, preparation)?;
+    let angular_acceleration_rad_s2 = match preparation.angular_acceleration {
+        AngularAcceleration::Recorded => aero.data.angular_acceleration_rad_s2.clone(),
+        _ => angular_acceleration(&aero.data.time_s, &rates_rad_s, preparation)?,
+    };
     let data = AeroData {
         airspeed_m_s,
         alpha_rad,
@@ -225,7 +228,7 @@ fn angular_acceleration(
     rates_rad_s: &[Vec<f64>; 3],
     preparation: &Preparation,
 ) -> StageResult<Option<[Vec<f64>; 3]>> {
-    if preparation.angular_acceleration == AngularAcceleration::Differentiated {
+    if preparation.angular_acceleration != AngularAcceleration::Smoother {
         return Ok(None);
     }
     let mut slopes = [const { Vec::new() }; 3];
@@ -233,6 +236,22 @@ fn angular_acceleration(
         *slope = smoothed_rate(time_s, rate).map_err(|error| format!("{name}: {error}"))?.slope;
     }
     Ok(Some(slopes))
+}
+
+/// The angular acceleration as recorded; zero about an axis whose rate is not recorded either.
+fn recorded_angular_acceleration(window: &WindowContext) -> StageResult<[Vec<f64>; 3]> {
+    let mut found = [const { Vec::new() }; 3];
+    for (column, (acceleration, rate)) in found.iter_mut().zip(ANGULAR_ACCELERATIONS) {
+        *column = match (window.values(acceleration)?, window.values(rate)?) {
+            (Some(values), _) => values,
+            (None, None) => vec![0.0; window.time_s.len()],
+            (None, Some(_)) => {
+                let (name, rate) = (acceleration.name(), rate.name());
+                return Err(format!("{name} is not recorded: map its channel, or let preparation.angular_acceleration differentiate {rate}").into());
+            }
+        };
+    }
+    Ok(found)
 }
 
 /// Columns of a window, and what is to be known of them.
@@ -295,7 +314,10 @@ fn aero_data(
         alpha_rad,
         beta_rad,
         airspeed_m_s,
-        angular_acceleration_rad_s2: angular_acceleration(&time_s, &rates_rad_s, preparation)?,
+        angular_acceleration_rad_s2: match preparation.angular_acceleration {
+            AngularAcceleration::Recorded => Some(recorded_angular_acceleration(window)?),
+            _ => angular_acceleration(&time_s, &rates_rad_s, preparation)?,
+        },
         rates_rad_s,
         specific_force_m_s2: [ax, ay, az],
         accelerometer,
@@ -339,7 +361,7 @@ fn motion(first: usize, path: &Reconstruction, preparation: &Preparation) -> Sta
 
 pub(crate) fn states_of(path: &Reconstruction, source: PathSource) -> StageResult<&[Vec<f64>; STATES]> {
     match source {
-        PathSource::Filtered => Ok(&path.states),
+        PathSource::Filtered | PathSource::Measured => Ok(&path.states),
         PathSource::Smoothed => path
             .smoothed
             .as_ref()
@@ -352,7 +374,10 @@ pub(crate) fn states_of(path: &Reconstruction, source: PathSource) -> StageResul
 fn unbiased_inputs(window: &WindowContext, biases: &[f64; INPUTS]) -> StageResult<[Vec<f64>; INPUTS]> {
     let mut columns: [Vec<f64>; INPUTS] = Default::default();
     for (input, bias) in Input::ALL.into_iter().zip(biases) {
-        let Some(recorded) = window.values(input.role())? else { continue };
+        let Some(recorded) = window.values(input.role())? else {
+            columns[input as usize] = vec![0.0; window.time_s.len()];
+            continue;
+        };
         columns[input as usize] = recorded.into_iter().map(|value| value - bias).collect();
     }
     Ok(columns)

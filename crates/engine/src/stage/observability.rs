@@ -4,7 +4,7 @@ use doublet_core::reconstruct::consistency::{WeakState, observability, weak_stat
 use doublet_core::reconstruct::{FilterData, FilterSettings, Reconstruction, State};
 
 /// What a window cannot tell of the states that are not known beforehand.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Observability {
     /// Rank of the Lie derivatives in the middle of the window (thesis 3.1.5).
     pub rank: usize,

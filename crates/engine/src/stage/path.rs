@@ -10,7 +10,7 @@ use doublet_core::quantity::{Dimension, Role, in_words};
 use doublet_core::reconstruct::consistency::{Consistency, Disagreement, consistency, filter_smoother_disagreement};
 use doublet_core::reconstruct::{
     FilterData, FilterSettings, INPUTS, Input, InputSeries, MEASUREMENTS, Measurement, MeasurementSeries,
-    Reconstruction, STATES, State, reconstruct_many,
+    Reconstruction, STATES, State, measured_path, reconstruct_many,
 };
 use doublet_core::series::{Recording, Series, TimeRange};
 use rayon::prelude::*;
@@ -35,7 +35,7 @@ pub struct WindowPath {
     series: OnceLock<PathSeries>,
     /// Truth of each state over the window, where the recording carries it.
     known: Arc<[Option<Series>; STATES]>,
-    /// Innovations against their predicted deviations.
+    /// Innovations against their predicted deviations; none where there are none.
     pub consistency: Option<Consistency>,
     /// Errors of the filtered path, where the recording carries the truth.
     pub truth: BTreeMap<State, TruthError>,
@@ -157,7 +157,7 @@ pub fn samples(
     preparation: &Preparation,
 ) -> StageResult<Samples> {
     let mut warnings: Vec<_> = partly_outside(recording, window).into_iter().collect();
-    let mut inputs = input_series(recording, window, &mut warnings)?;
+    let mut inputs = input_series(recording, window, preparation.path, &mut warnings)?;
     fit_in_memory(inputs.time_s.len())?;
     let mut measurements = measurement_series(recording, window, &mut warnings);
     if let Some(aircraft) = aircraft {
@@ -234,22 +234,36 @@ fn content(data: &FilterData, truth: &[Option<Series>; STATES], warnings: &[Stri
     key.with(warnings).finish()
 }
 
-fn input_series(recording: &Recording, window: TimeRange, warnings: &mut Vec<String>) -> StageResult<InputSeries> {
+/// Inertial samples on the clock of the first rate there is. The filter is driven by all of them; a path as measured goes without those
+/// that the recording does not have, which are zero.
+fn input_series(
+    recording: &Recording,
+    window: TimeRange,
+    source: PathSource,
+    warnings: &mut Vec<String>,
+) -> StageResult<InputSeries> {
     let missing: Vec<_> =
         Input::ALL.into_iter().filter(|input| recording.role(input.role()).is_none()).map(Input::name).collect();
-    if !missing.is_empty() {
+    if !missing.is_empty() && source == PathSource::Measured {
+        warnings.push(format!("not recorded and taken for zero: {}", missing.join(", ")));
+    } else if !missing.is_empty() {
         return Err(format!(
             "the recording has no {}: name the channels in the channel map, the filter is driven by them",
             missing.join(", ")
         )
         .into());
     }
-    let Some(base) = recording.role(Input::RollRate.role()) else { return Err("the recording has no p".into()) };
+    let rates = [Input::RollRate, Input::PitchRate, Input::YawRate];
+    let base = rates.into_iter().find_map(|rate| recording.role(rate.role()));
+    let Some(base) = base else { return Err("the recording has none of p, q and r".into()) };
     let (time_s, _) = finite_samples(base, window, 0.0);
     if time_s.len() < MIN_SAMPLES {
         let (first, last) = span(&base.series.time_s);
         let not_finite = window.indices(&base.series.time_s).len() - time_s.len();
-        let lost = if not_finite > 0 { format!(" ({not_finite} samples of p are not finite)") } else { String::new() };
+        let lost = match not_finite {
+            0 => String::new(),
+            count => format!(" ({count} samples of {} are not finite)", base.name),
+        };
         return Err(format!(
             "{} inertial samples between {} s and {} s{lost}, at least {MIN_SAMPLES} are needed: the recording spans {first:.2} s to {last:.2} s",
             time_s.len(),
@@ -264,7 +278,10 @@ fn input_series(recording: &Recording, window: TimeRange, warnings: &mut Vec<Str
     }
     let mut columns: [Vec<f64>; INPUTS] = Default::default();
     for input in Input::ALL {
-        let Some(values) = values_at(recording, input.role(), &time_s)? else { continue };
+        let Some(values) = values_at(recording, input.role(), &time_s)? else {
+            columns[input as usize] = vec![0.0; time_s.len()];
+            continue;
+        };
         within_reason(input, &time_s, &values)?;
         if let Some(channel) = recording.role(input.role())
             && channel.source != base.source
@@ -360,12 +377,16 @@ pub fn paths(
     (filter, source): (&FilterSettings, PathSource),
     control: &Control,
 ) -> Vec<Result<WindowPath, StageError>> {
+    if source == PathSource::Measured {
+        let path = |samples: &&Samples| Ok(window_path(samples, measured_path(&samples.data)?, None));
+        return samples.iter().map(path).collect();
+    }
     let data: Vec<_> = samples.iter().map(|samples| &*samples.data).collect();
     match reconstructions(&data, (filter, source), control) {
         Err(error) => samples.iter().map(|_| Err(error.clone())).collect(),
         Ok(found) => {
             let windows = samples.par_iter().zip(found);
-            windows.map(|(samples, result)| Ok(window_path(samples, result?, filter))).collect()
+            windows.map(|(samples, result)| Ok(window_path(samples, result?, Some(filter)))).collect()
         }
     }
 }
@@ -387,17 +408,18 @@ pub fn reconstructions(
     Ok(reconstruct_many(data, &settings, &mut watch).into_iter().map(|found| Ok(found?)).collect())
 }
 
-fn window_path(samples: &Samples, reconstruction: Reconstruction, filter: &FilterSettings) -> WindowPath {
+/// The path of a window; `filter` reconstructed it, none where it is as measured.
+fn window_path(samples: &Samples, reconstruction: Reconstruction, filter: Option<&FilterSettings>) -> WindowPath {
     let Samples { data, truth, warnings, .. } = samples;
     let mut warnings = warnings.clone();
     warnings.extend(reconstruction.warnings.iter().cloned());
-    let observability = assess_observability(data, &reconstruction, filter);
+    let observability = filter.map(|filter| assess_observability(data, &reconstruction, filter)).unwrap_or_default();
     warnings.extend(observability.lines());
     warnings.extend(contradiction(&reconstruction));
     let is_missing = |measurement: &Measurement| data.measurements[*measurement as usize].time_s.is_empty();
     WindowPath {
         missing: Measurement::ALL.into_iter().filter(is_missing).collect(),
-        consistency: consistency(&reconstruction, f64::NEG_INFINITY),
+        consistency: filter.and_then(|_| consistency(&reconstruction, f64::NEG_INFINITY)),
         truth: truth_errors(truth, &reconstruction),
         series: OnceLock::new(),
         known: Arc::clone(truth),

@@ -20,6 +20,13 @@ use crate::session::{Preparation, Surface};
 const AIR: [Role; 6] =
     [Role::Altitude, Role::AirDensity, Role::StaticPressure, Role::AirTemperature, Role::Mach, Role::ThrustCoefficient];
 
+/// Recorded angular accelerations, with the rates they belong to.
+pub const ANGULAR_ACCELERATIONS: [(Role, Role); 3] = [
+    (Role::RollAcceleration, Role::RollRate),
+    (Role::PitchAcceleration, Role::PitchRate),
+    (Role::YawAcceleration, Role::YawRate),
+];
+
 /// Recorded channels and mass properties over a window: no filter setting changes them.
 #[derive(Clone, Debug)]
 pub struct WindowContext {
@@ -71,8 +78,9 @@ impl WindowContext {
         }
         let time_s = times[first..].to_vec();
         let engines = ENGINES.iter().flat_map(|engine| [engine.thrust, engine.speed, engine.manifold_pressure]);
-        let roles =
-            Input::ALL.into_iter().map(Input::role).chain(CONTROLS.map(Surface::role)).chain(AIR).chain(engines);
+        let accelerations = ANGULAR_ACCELERATIONS.map(|(acceleration, _)| acceleration);
+        let motion = Input::ALL.into_iter().map(Input::role).chain(accelerations);
+        let roles = motion.chain(CONTROLS.map(Surface::role)).chain(AIR).chain(engines);
         let values = |role: Role| Some((role, values_at(recording, role, &time_s).transpose()?));
         Ok(Self {
             first,

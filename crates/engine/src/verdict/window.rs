@@ -5,7 +5,7 @@ use doublet_core::reconstruct::{Reconstruction, State};
 
 use super::judge::{Evidence, level_above, not_computed};
 use super::{Finding, Level, flight, loading, propulsion};
-use crate::session::Manoeuvre;
+use crate::session::{Manoeuvre, PathSource};
 use crate::stage::WindowPath;
 
 /// Mean NIS over its expectation: outside its 95 % band and beyond these it is a caution, beyond the outer ones bad. Noise stated
@@ -38,6 +38,12 @@ pub(super) fn findings(evidence: Evidence<'_>, manoeuvre: &Manoeuvre) -> Vec<Fin
     }
     let mut findings = Vec::new();
     if let Some(path) = results.path.ready() {
+        if evidence.session.preparation.path == PathSource::Measured {
+            let text = "the path is taken as measured: errors of its sensors are in the coefficients and in what explains them, and no \
+                        innovation tells of them";
+            let finding = Finding::new(Level::Caution, "as-measured", place.clone(), text.to_owned());
+            findings.push(finding.with_setting("Filter", "preparation.path"));
+        }
         findings.extend(path.consistency.iter().flat_map(|consistency| innovations(&place, consistency)));
         findings.extend(smoother(&place, path));
         findings.extend(flight::turn(&place, path));

@@ -38,6 +38,7 @@ pub fn filter(contents: &Contents<'_>) -> Vec<Block> {
             &format!("smoothed states, up to {} passes", settings.smoother_passes)
         }
         PathSource::Smoothed => "smoothed states",
+        PathSource::Measured => "as measured, without a filter",
     };
     let listed = |found: Vec<String>| if found.is_empty() { "none".to_owned() } else { found.join(", ") };
     let delays = Measurement::ALL.into_iter().zip(settings.measurement_delay_s).filter(|(_, delay)| *delay != 0.0);

@@ -50,13 +50,17 @@ fn is_usual<T>(setting: &Option<T>) -> bool {
     setting.is_none()
 }
 
-const PATHS: [(&str, PathSource); 2] = [("filtered", PathSource::Filtered), ("smoothed", PathSource::Smoothed)];
+const PATHS: [(&str, PathSource); 3] =
+    [("filtered", PathSource::Filtered), ("smoothed", PathSource::Smoothed), ("measured", PathSource::Measured)];
 const DIFFERENTIATIONS: [&str; 2] = ["local_quadratic", "central"];
 const AXES: [(&str, Axes); 2] = [("body", Axes::Body), ("stability", Axes::Stability)];
 const GYROSCOPIC: [(&str, Gyroscopic); 3] =
     [("signed", Gyroscopic::Signed), ("summed", Gyroscopic::Summed), ("ignored", Gyroscopic::Ignored)];
-const ANGULAR: [(&str, AngularAcceleration); 2] =
-    [("differentiated", AngularAcceleration::Differentiated), ("smoother", AngularAcceleration::Smoother)];
+const ANGULAR: [(&str, AngularAcceleration); 3] = [
+    ("differentiated", AngularAcceleration::Differentiated),
+    ("smoother", AngularAcceleration::Smoother),
+    ("recorded", AngularAcceleration::Recorded),
+];
 /// Value of `remove_thrust` that leaves its moment in.
 const FORCE: &str = "force";
 /// Names of the moment references that are no point.
