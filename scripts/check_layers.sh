@@ -81,5 +81,19 @@ while read -r file target; do
 done <<<"$imports"
 while read -r hit; do breach "circle of imports in reconstruct: $hit"; done < <(tsort <<<"$imports" 2>&1 >/dev/null || true)
 
+# 9. Inside load no two files import each other.
+room=$core/load
+imports=$(while read -r file; do
+    name=${file#"$room"/}
+    name=${name%.rs}
+    sed '/^#\[cfg(test)\]$/q' "$file" | grep -v '^ *//' | tr -d '\n' |
+        grep -oE '(super|crate::load)::(super::)?(\{[^}]*\}|[a-z_0-9]+)' | grep -oE '[a-z_0-9]+' | sort -u | while read -r target; do
+        if [[ $target != super && ${name%/mod} != "$target" ]] && [[ -f $room/$target.rs || -d $room/$target ]]; then
+            echo "${name%/mod} $target"
+        fi
+    done || true
+done < <(find "$room" -name '*.rs' -not -path "$room/mod.rs"))
+while read -r hit; do breach "circle of imports in load: $hit"; done < <(tsort <<<"$imports" 2>&1 >/dev/null || true)
+
 [[ $breaches -eq 0 ]] && echo "layer check: clean"
 exit $breaches

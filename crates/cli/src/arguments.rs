@@ -1,5 +1,6 @@
 //! Arguments of every command.
 
+use crate::aircraft::{AircraftArguments, PlainArguments};
 use std::path::PathBuf;
 
 use clap::builder::PossibleValuesParser;
@@ -42,6 +43,8 @@ pub enum Command {
     Map(MapArguments),
     /// Make a session for one or more recordings.
     New(NewArguments),
+    /// List, print or make aircraft files.
+    Aircraft(AircraftArguments),
     /// Check a session or an aircraft file and print what it says.
     Check(CheckArguments),
     /// Compute everything a session asks for and write tables and time histories.
@@ -125,29 +128,9 @@ pub struct NewArguments {
     /// Aircraft (file or name); without it the one the channel map names. Without any only flight paths are computed.
     #[arg(long)]
     pub aircraft: Option<String>,
-    /// Reference area, m2, of an aircraft described by its numbers, which is written beside the session.
-    #[arg(
-        long,
-        value_name = "M2",
-        conflicts_with = "aircraft",
-        requires = "span",
-        requires = "chord",
-        requires = "mass",
-        requires = "inertia"
-    )]
-    pub area: Option<f64>,
-    /// Its span, m.
-    #[arg(long, value_name = "M", requires = "area")]
-    pub span: Option<f64>,
-    /// Its mean chord, m.
-    #[arg(long, value_name = "M", requires = "area")]
-    pub chord: Option<f64>,
-    /// Its mass, kg.
-    #[arg(long, value_name = "KG", requires = "area")]
-    pub mass: Option<f64>,
-    /// Its moments of inertia and product about the centre of gravity, kg m2.
-    #[arg(long, value_name = "IXX,IYY,IZZ[,IXZ]", requires = "area", value_parser = crate::new::inertia)]
-    pub inertia: Option<[f64; 4]>,
+    /// An aircraft described by its numbers, which is written beside the session.
+    #[command(flatten)]
+    pub plain: PlainArguments,
     /// Put all recordings into one flight, on one time line.
     #[arg(long)]
     pub merge: bool,

@@ -1,5 +1,6 @@
 //! Command line of doublet: everything the workbench does, without a screen.
 
+mod aircraft;
 mod arguments;
 mod batch;
 mod check;
@@ -86,6 +87,7 @@ fn outcome(command: Command) -> Result<Outcome, String> {
         Command::Run(arguments) => return run::run(&arguments),
         Command::Report(arguments) => return report::report(&arguments),
         Command::Qtg(arguments) => return qtg::qtg(&arguments),
+        Command::Aircraft(arguments) => aircraft::aircraft(&arguments),
         Command::Inspect(arguments) => inspect::inspect(&arguments),
         Command::Sensitivity(arguments) => study::study(Study::Sensitivity, &arguments),
         Command::Manoeuvres(arguments) => study::study(Study::Manoeuvres, &arguments),

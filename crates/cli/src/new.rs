@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use doublet_core::load::{ChannelMap, Plan, plan_all, read};
 use doublet_core::model::Structure;
 use doublet_core::reconstruct::Measurement;
-use doublet_engine::begin::{self, Inspected, PlainAircraft, add_flight, empty_session, name_of, whole_window};
+use doublet_engine::begin::{self, Inspected, add_flight, empty_session, name_of, whole_window};
 use doublet_engine::builtin;
 use doublet_engine::run::Control;
 use doublet_engine::session::{self, Flight, MapRef, Session};
@@ -91,7 +91,9 @@ pub fn new(arguments: &NewArguments) -> Result<Outcome, String> {
     }
     text::line(&match &session.aircraft {
         Some(aircraft) => format!("aircraft: {aircraft}"),
-        None => format!("{NO_AIRCRAFT}, or give --aircraft, or --area --span --chord --mass --inertia"),
+        None => format!(
+            "{NO_AIRCRAFT}, or give --aircraft, or --area --span --chord --mass with --inertia or --class --length"
+        ),
     });
     text::line(&format!("{}: set windows, noise and terms, then `doublet run`", arguments.output.display()));
     Ok(Outcome::Done)
@@ -166,20 +168,10 @@ fn aircraft(arguments: &NewArguments) -> Result<Option<String>, String> {
     if let Some(name) = &arguments.aircraft {
         return aircraft_reference(name).map(Some);
     }
-    let (Some(area_m2), Some(span_m), Some(chord_m), Some(mass_kg), Some(inertia)) =
-        (arguments.area, arguments.span, arguments.chord, arguments.mass, arguments.inertia)
-    else {
-        return Ok(None);
-    };
     let name = name_of(&arguments.output);
-    let [xx, yy, zz, xz_kg_m2] = inertia;
-    let plain =
-        PlainAircraft { name: name.clone(), area_m2, span_m, chord_m, mass_kg, moments_kg_m2: [xx, yy, zz], xz_kg_m2 };
+    let Some(plain) = arguments.plain.describe(&name)? else { return Ok(None) };
     let path = arguments.output.with_file_name(format!("{name}_aircraft.toml"));
-    if path.exists() {
-        return Err(format!("{} exists: name it with --aircraft, or choose another name", path.display()));
-    }
-    std::fs::write(&path, plain.text()?).map_err(|error| format!("{}: {error}", path.display()))?;
+    crate::aircraft::write(&plain, &path)?;
     absolute(&path).map(Some)
 }
 

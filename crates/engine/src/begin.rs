@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
+use doublet_core::airframe::{AircraftClass, GyrationRadii};
 use doublet_core::compatibility::Cure;
 use doublet_core::load::{self, ChannelMap, ManualChannelMap, ManualTime, Plan, Probe, plan_all};
 use doublet_core::model::Structure;
@@ -343,9 +344,26 @@ pub struct PlainAircraft {
     pub moments_kg_m2: [f64; 3],
     /// Product of inertia `Ixz`, kg m², with its positive sign.
     pub xz_kg_m2: f64,
+    /// Where the inertia comes from; nothing where it was given.
+    pub note: Option<String>,
 }
 
 impl PlainAircraft {
+    /// Takes the moments of inertia from the radii of gyration of its class; the product of inertia is none.
+    pub fn set_inertia(&mut self, class: AircraftClass, length_m: f64) {
+        let radii = class.radii(length_m);
+        let GyrationRadii { x, y, z, .. } = radii;
+        let tensor = radii.inertia(self.mass_kg, self.span_m).matrix();
+        self.moments_kg_m2 = [tensor[(0, 0)], tensor[(1, 1)], tensor[(2, 2)]];
+        self.xz_kg_m2 = 0.0;
+        self.note = Some(format!(
+            "Inertia estimated by the radii of gyration {x}, {y}, {z} of the class {} and a length of {length_m} m (UNICADO, after Raymer). \
+             Known aircraft have 0.7 to 2.4 times as much in roll and 0.95 to 1.45 times in pitch and yaw, and moment derivatives go \
+             with it: enter the real one.",
+            class.name()
+        ));
+    }
+
     /// The aircraft as the text of an aircraft file.
     ///
     /// # Errors
@@ -353,8 +371,10 @@ impl PlainAircraft {
     pub fn text(&self) -> Result<String, String> {
         let [xx, yy, zz] = self.moments_kg_m2;
         let name = toml::Value::from(self.name.as_str());
+        let notes = self.note.as_ref().map(|note| format!("notes = [{}]\n", toml::Value::from(note.as_str())));
+        let notes = notes.unwrap_or_default();
         let text = format!(
-            "format = \"doublet aircraft\"\nversion = 1\nname = {name}\n\n[datum]\norigin = \"centre of gravity\"\n\n\
+            "format = \"doublet aircraft\"\nversion = 1\nname = {name}\n{notes}\n[datum]\norigin = \"centre of gravity\"\n\n\
              [reference]\narea_m2 = {:?}\nspan_m = {:?}\nchord_m = {:?}\n\n[mass]\nmass_kg = {:?}\ncg_datum_m = [0.0, 0.0, \
              0.0]\n\n[inertia]\nmoments_kg_m2 = [{xx:?}, {yy:?}, {zz:?}]\nproducts_kg_m2 = {{ xz = {:?} }}\n",
             self.area_m2, self.span_m, self.chord_m, self.mass_kg, self.xz_kg_m2

@@ -460,6 +460,7 @@ fn plain_aircraft_is_an_aircraft_file_and_one_that_cannot_be_is_refused() {
         mass_kg: 450.0,
         moments_kg_m2: [900.0, 700.0, 1550.0],
         xz_kg_m2: 40.0,
+        note: None,
     };
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("a.toml"), plain.text().unwrap()).unwrap();
@@ -473,6 +474,30 @@ fn plain_aircraft_is_an_aircraft_file_and_one_that_cannot_be_is_refused() {
     };
     assert!(refused(|a| a.mass_kg = 0.0).contains("mass"));
     assert!(refused(|a| a.moments_kg_m2[2] = 5000.0).to_lowercase().contains("inertia"));
+}
+
+#[test]
+fn inertia_of_a_class_is_near_that_of_aircraft_of_the_class() {
+    use doublet_core::airframe::AircraftClass;
+    // Length of the aircraft, m, whose file gives their inertia: Boeing 747, Lockheed JetStar, Navion.
+    for (name, class, length_m) in [
+        ("boeing_747", AircraftClass::FourWingJets, 70.5),
+        ("lockheed_jetstar", AircraftClass::FuselageJets, 18.4),
+        ("navion", AircraftClass::SinglePropeller, 8.4),
+    ] {
+        let loaded =
+            stage::load_aircraft(&Context::new(std::path::Path::new(".")), &format!("builtin:{name}")).unwrap();
+        let aircraft = &loaded.aircraft;
+        let state = aircraft.state(&aircraft.loading).unwrap();
+        let known = state.mass.inertia.matrix();
+        let estimated = class.radii(length_m).inertia(state.mass.mass_kg, aircraft.reference.span_m).matrix();
+        for axis in 0..3 {
+            let ratio = known[(axis, axis)] / estimated[(axis, axis)];
+            // What the note in the file says of the estimate.
+            let range = if axis == 0 { 0.7..2.45 } else { 0.95..1.45 };
+            assert!(range.contains(&ratio), "{name} axis {axis}: {ratio}");
+        }
+    }
 }
 
 #[test]

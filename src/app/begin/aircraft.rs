@@ -1,14 +1,20 @@
 //! An aircraft described in the few numbers derivatives need.
 
+use doublet_core::airframe::AircraftClass;
 use doublet_engine::begin::PlainAircraft;
-use eframe::egui::{DragValue, Grid, TextEdit, Ui};
+use eframe::egui::{ComboBox, DragValue, Grid, TextEdit, Ui};
 
 /// The numbers being typed.
-pub struct AircraftForm(PlainAircraft);
+pub struct AircraftForm {
+    aircraft: PlainAircraft,
+    /// The class whose radii of gyration give the inertia, where it is not typed; and the length they need, m.
+    class: Option<AircraftClass>,
+    length_m: f64,
+}
 
 impl Default for AircraftForm {
     fn default() -> Self {
-        Self(PlainAircraft {
+        let aircraft = PlainAircraft {
             name: "my aircraft".to_owned(),
             area_m2: 16.0,
             span_m: 11.0,
@@ -16,19 +22,21 @@ impl Default for AircraftForm {
             mass_kg: 1000.0,
             moments_kg_m2: [1300.0, 1800.0, 2700.0],
             xz_kg_m2: 0.0,
-        })
+            note: None,
+        };
+        Self { aircraft, class: None, length_m: 8.0 }
     }
 }
 
 impl AircraftForm {
     /// The aircraft as the text of its file.
     pub fn text(&self) -> Result<String, String> {
-        self.0.text()
+        self.aircraft.text()
     }
 
     /// Draws it.
     pub fn show(&mut self, ui: &mut Ui) {
-        let aircraft = &mut self.0;
+        let aircraft = &mut self.aircraft;
         Grid::new("own aircraft").num_columns(8).spacing([8.0, 3.0]).show(ui, |ui| {
             ui.label("Name");
             let name = ui.add(TextEdit::singleline(&mut aircraft.name).desired_width(110.0));
@@ -38,16 +46,42 @@ impl AircraftForm {
             number(ui, "Mean chord", "m", &mut aircraft.chord_m);
             ui.end_row();
             number(ui, "Mass", "kg", &mut aircraft.mass_kg);
-            let [xx, yy, zz] = &mut aircraft.moments_kg_m2;
-            number(ui, "Ixx", "kg m²", xx);
-            number(ui, "Iyy", "kg m²", yy);
-            number(ui, "Izz", "kg m²", zz);
+            if self.class.is_some() {
+                number(ui, "Length", "m", &mut self.length_m);
+            } else {
+                inertia(ui, aircraft);
+            }
             ui.end_row();
-            number(ui, "Ixz", "kg m²", &mut aircraft.xz_kg_m2);
-            ui.end_row();
+        });
+        ui.horizontal(|ui| {
+            ui.label("Inertia");
+            let words = |class: Option<AircraftClass>| class.map_or("as typed", AircraftClass::name);
+            ComboBox::from_id_salt("class of the aircraft").selected_text(words(self.class)).show_ui(ui, |ui| {
+                for class in std::iter::once(None).chain(AircraftClass::ALL.map(Some)) {
+                    ui.selectable_value(&mut self.class, class, words(class));
+                }
+            });
+            match self.class {
+                None => self.aircraft.note = None,
+                Some(class) => {
+                    self.aircraft.set_inertia(class, self.length_m);
+                    let [xx, yy, zz] = self.aircraft.moments_kg_m2;
+                    ui.weak(format!("by radii of gyration: {xx:.0}, {yy:.0}, {zz:.0} kg m², rough: enter the real ones where they are known"));
+                }
+            }
         });
         ui.weak("Mass and inertia are those of the flight. Stations, fuel and engines can be added to the file later.");
     }
+}
+
+/// The moments and the product of inertia, typed.
+fn inertia(ui: &mut Ui, aircraft: &mut PlainAircraft) {
+    let [xx, yy, zz] = &mut aircraft.moments_kg_m2;
+    number(ui, "Ixx", "kg m²", xx);
+    number(ui, "Iyy", "kg m²", yy);
+    number(ui, "Izz", "kg m²", zz);
+    ui.end_row();
+    number(ui, "Ixz", "kg m²", &mut aircraft.xz_kg_m2);
 }
 
 fn number(ui: &mut Ui, name: &str, unit: &str, value: &mut f64) {

@@ -26,6 +26,6 @@ pub use history::{FuelSplit, HistoryError, MassHistory};
 pub use inertia::{Axis, InertiaGroup, InertiaModel, OwnInertia};
 pub use loading::{Loading, LoadingIssue};
 pub use mass::MassProperties;
-pub use statistics::{ComponentFraction, GyrationRadii};
+pub use statistics::{AircraftClass, ComponentFraction, GyrationRadii};
 pub use summary::{AircraftSummary, ComponentComparison, LoadedState, summary};
 pub use tensor::{InertiaError, InertiaTensor, PrincipalAxes};

@@ -30,6 +30,57 @@ pub struct GyrationRadii {
     pub length_m: f64,
 }
 
+/// Kinds of aircraft whose masses are spread alike.
+///
+/// Radii of gyration without dimension, means over aircraft of the kind (UNICADO, weight and balance, after Raymer).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AircraftClass {
+    /// One propeller.
+    SinglePropeller,
+    /// Two propellers.
+    TwinPropeller,
+    /// Jets at the fuselage.
+    FuselageJets,
+    /// Two jets under the wing.
+    TwoWingJets,
+    /// Four jets under the wing.
+    FourWingJets,
+}
+
+impl AircraftClass {
+    /// Every one.
+    pub const ALL: [Self; 5] =
+        [Self::SinglePropeller, Self::TwinPropeller, Self::FuselageJets, Self::TwoWingJets, Self::FourWingJets];
+
+    /// Name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::SinglePropeller => "single-propeller",
+            Self::TwinPropeller => "twin-propeller",
+            Self::FuselageJets => "fuselage-jets",
+            Self::TwoWingJets => "two-wing-jets",
+            Self::FourWingJets => "four-wing-jets",
+        }
+    }
+
+    /// The class called so.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|class| class.name() == name)
+    }
+
+    /// Radii of gyration of an aircraft of this kind, `length_m` long.
+    pub fn radii(self, length_m: f64) -> GyrationRadii {
+        let [x, y, z] = match self {
+            Self::SinglePropeller => [0.25, 0.38, 0.39],
+            Self::TwinPropeller => [0.30, 0.40, 0.44],
+            Self::FuselageJets => [0.24, 0.34, 0.42],
+            Self::TwoWingJets => [0.23, 0.33, 0.45],
+            Self::FourWingJets => [0.24, 0.36, 0.44],
+        };
+        GyrationRadii { x, y, z, length_m }
+    }
+}
+
 impl ComponentFraction {
     /// Fraction of the maximum take-off mass (kg) that the attributed mass is, less the statistical mean, in standard deviations
     /// of the statistics; `None` where these have no spread.

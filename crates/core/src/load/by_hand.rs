@@ -2,7 +2,7 @@
 
 use toml::{Table, Value};
 
-use super::derive::QuaternionAxes;
+use super::attitude::QuaternionAxes;
 use super::map::{FORMAT, VERSION};
 use super::{ChannelInfo, LoadError, Probe};
 use crate::quantity::{Role, Unit};

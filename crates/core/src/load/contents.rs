@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::clock::Clock;
-use super::hdf5::Stored;
 
 /// File format, recognised by content.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -113,6 +112,15 @@ pub(super) enum Data {
     Values(Arc<[f64]>),
     /// Not read yet.
     Stored(Stored),
+}
+
+/// Place of a channel in an HDF5 file.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Stored {
+    /// Path of the data set.
+    pub object: String,
+    /// Which of its columns.
+    pub column: usize,
 }
 
 /// `text` of a file with its line ends and other control characters replaced, to stand in a message.

@@ -3,8 +3,8 @@
 //! A guess is where a user starts, never an answer: nothing is read by it before it was looked at.
 
 use super::by_hand::{ChannelName, ManualChannel, ManualChannelMap};
-use super::text_layout::split_unit;
-use super::{ChannelInfo, Probe, guess_frames};
+use super::candidates::{Candidate, Fits, best, candidates, is_count, row};
+use super::{Probe, guess_frames};
 use crate::quantity::{Dimension, Role, Unit};
 
 /// Names a role goes by, in small letters without separators, best first.
@@ -91,50 +91,6 @@ const NAMES: &[(Role, &[&str])] = &[
     (Role::WeightOnWheels, &["weightonwheels", "wow", "squatswitch", "onground"]),
 ];
 
-/// Ends of names that tell a unit, in small letters, longest first.
-const UNIT_ENDINGS: &[(&str, &str)] = &[
-    ("_rad_s2", "rad/s^2"),
-    ("_deg_s2", "deg/s^2"),
-    ("_rad_s", "rad/s"),
-    ("_deg_s", "deg/s"),
-    ("_radps", "rad/s"),
-    ("_degps", "deg/s"),
-    ("_dps", "deg/s"),
-    ("_m_s2", "m/s^2"),
-    ("_mps2", "m/s^2"),
-    ("_ft_s2", "ft/s^2"),
-    ("_m_s", "m/s"),
-    ("_mps", "m/s"),
-    ("_ft_s", "ft/s"),
-    ("_fps", "ft/s"),
-    ("_fpm", "ft/min"),
-    ("_degc", "degC"),
-    ("_inhg", "inHg"),
-    ("_mbar", "mbar"),
-    ("_hpa", "hPa"),
-    ("_kpa", "kPa"),
-    ("_rad", "rad"),
-    ("_deg", "deg"),
-    ("_kts", "kt"),
-    ("_kt", "kt"),
-    ("_pa", "Pa"),
-    ("_psi", "psi"),
-    ("_rpm", "rpm"),
-    ("_ft", "ft"),
-    ("_kg", "kg"),
-    ("_lb", "lb"),
-    ("_k", "K"),
-    ("_g", "g"),
-    ("_m", "m"),
-    ("_n", "N"),
-    ("_w", "W"),
-];
-
-/// An angle larger than this in radians is taken for degrees: angles of flow and controls, and of attitude.
-const LARGEST_FLOW_RAD: f64 = 1.6;
-const LARGEST_ATTITUDE_RAD: f64 = 6.4;
-/// A rate larger than this in rad/s is taken for degrees per second.
-const LARGEST_RATE_RAD_S: f64 = 3.5;
 /// Mean specific force along z that is taken for g, as magnitude; larger ones for m/s².
 const LARGEST_MEAN_G: f64 = 4.0;
 
@@ -154,26 +110,13 @@ const NAMES_WITH_SOURCE: &[(Role, &[&str])] = &[
     (Role::VelocityDown, &["vehiclelocalpositionvz"]),
     (Role::TrueAirspeed, &["airspeedvalidatedtrueairspeedms", "airspeedtrueairspeedms"]),
 ];
-/// Sources that hold no measurement of the aircraft, and sources and channels whose names mislead: accelerations in axes of the Earth.
-const NOT_MEASURED: &[&str] = &["setpoint", "localpositionax", "localpositionay", "localpositionaz"];
-
-/// A channel that may play a role.
-pub(super) struct Candidate<'p> {
-    pub from: ChannelName,
-    pub plain: String,
-    /// Name of the source without its number, then that of the channel.
-    full: String,
-    unit: Option<Unit>,
-    pub channel: &'p ChannelInfo,
-}
-
 /// What the channels of `probes` look like: roles by name, units as recorded, as the name ends or as large as the values are, signs
 /// where the values tell them (specific force along z is about -g in level flight). A channel without time of its own, or one that
 /// time itself is, plays no role.
 pub fn guess(probes: &[Probe]) -> ManualChannelMap {
     let candidates = candidates(probes);
     let mut map = ManualChannelMap {
-        name: probes.first().map(|probe| super::recognise::stem(&probe.path)).unwrap_or_default(),
+        name: probes.first().map(|probe| super::finish::stem(&probe.path)).unwrap_or_default(),
         ..ManualChannelMap::default()
     };
     let mut taken: Vec<usize> = Vec::new();
@@ -206,99 +149,6 @@ pub fn guess(probes: &[Probe]) -> ManualChannelMap {
 pub fn guess_row(probes: &[Probe], role: Role, from: &ChannelName) -> ManualChannel {
     let candidate = candidates(probes).into_iter().find(|candidate| candidate.from == *from);
     candidate.map_or_else(|| ManualChannel::new(from.clone(), None), |candidate| row(&candidate, role))
-}
-
-fn candidates(probes: &[Probe]) -> Vec<Candidate<'_>> {
-    let sources = probes.iter().flat_map(|probe| &probe.sources);
-    let channels = sources.flat_map(|source| source.channels.iter().map(move |channel| (source, channel)));
-    let usable = channels.filter(|(source, channel)| {
-        !channel.is_time && channel.samples > 1 && (channel.clock.is_some() || source.clocks.is_empty())
-    });
-    usable
-        .map(|(source, channel)| {
-            let (name, _) = split_unit(&channel.name);
-            let (stem, _) = stem_and_unit(&name);
-            let plain = letters(stem);
-            let full = letters(source.name.trim_end_matches(|last: char| !last.is_alphabetic())) + &letters(&name);
-            let from = ChannelName { source: source.name.clone(), channel: channel.name.clone() };
-            Candidate { from, plain, full, unit: stated_unit(channel), channel }
-        })
-        .filter(|candidate| !NOT_MEASURED.iter().any(|name| candidate.full.contains(name)))
-        .collect()
-}
-
-/// Letters and digits of a name, small.
-fn letters(name: &str) -> String {
-    name.to_lowercase().chars().filter(|letter| letter.is_alphanumeric()).collect()
-}
-
-/// A name without the unit it ends on, and that unit: `alpha` and degrees of `alpha_deg`.
-pub fn stem_and_unit(name: &str) -> (&str, Option<Unit>) {
-    let lower = name.to_ascii_lowercase();
-    let ending = UNIT_ENDINGS.iter().find(|(ending, _)| lower.len() > ending.len() && lower.ends_with(ending));
-    ending.map_or((name, None), |(ending, unit)| (&name[..name.len() - ending.len()], Unit::parse(unit).ok()))
-}
-
-/// Unit of a channel as recorded, or else as its name ends; `None` where neither tells one that is known.
-pub fn stated_unit(channel: &ChannelInfo) -> Option<Unit> {
-    let recorded = channel.unit.as_deref().filter(|unit| !unit.is_empty());
-    recorded.and_then(|unit| Unit::parse(unit).ok()).or_else(|| stem_and_unit(&channel.name).1)
-}
-
-/// Whether a channel goes by a name.
-pub(super) type Fits<'f> = &'f dyn Fn(&Candidate<'_>, &str) -> bool;
-
-/// The free channel that goes by one of `names`, the best first.
-pub(super) fn best(
-    candidates: &[Candidate<'_>],
-    taken: &[usize],
-    role: Role,
-    names: &[&str],
-    goes_by: Fits<'_>,
-) -> Option<usize> {
-    let free = |index: &usize| {
-        let fits = candidates[*index].unit.is_none_or(|unit| unit.dimension == role.dimension() || is_count(unit));
-        fits && !taken.contains(index)
-    };
-    names.iter().find_map(|name| (0..candidates.len()).filter(free).find(|&index| goes_by(&candidates[index], name)))
-}
-
-/// Whether a recorded unit says no more than that there is none.
-fn is_count(unit: Unit) -> bool {
-    unit.dimension == Dimension::Dimensionless && unit.scale == 1.0
-}
-
-pub(super) fn row(candidate: &Candidate<'_>, role: Role) -> ManualChannel {
-    let known = candidate.unit.filter(|unit| unit.dimension == role.dimension());
-    let mut row = ManualChannel::new(
-        candidate.from.clone(),
-        Some(known.unwrap_or_else(|| unit_by_size(candidate.channel, role))),
-    );
-    // Altitude and climb are up, position and velocity down.
-    row.turned = match role {
-        Role::PositionDown => ["alt", "h"].iter().any(|up| candidate.plain.contains(up)),
-        Role::VelocityDown => ["climb", "vertical", "vspd"].iter().any(|up| candidate.plain.contains(up)),
-        _ => false,
-    };
-    row
-}
-
-/// The unit values of this size have: degrees where radians would be more than a turn, otherwise SI.
-fn unit_by_size(channel: &ChannelInfo, role: Role) -> Unit {
-    let largest = channel.values().iter().filter(|value| value.is_finite()).fold(0.0_f64, |most, v| most.max(v.abs()));
-    let attitude = matches!(role, Role::BankAngle | Role::HeadingAngle | Role::Latitude | Role::Longitude);
-    let name = match role.dimension() {
-        Dimension::Angle if attitude && largest > LARGEST_ATTITUDE_RAD => "deg",
-        Dimension::Angle if !attitude && largest > LARGEST_FLOW_RAD => "deg",
-        Dimension::AngularRate if largest > LARGEST_RATE_RAD_S && !is_engine(role) => "deg/s",
-        Dimension::AngularRate if is_engine(role) => "rpm",
-        dimension => dimension.si_symbol(),
-    };
-    Unit::parse(name).unwrap_or(Unit::si(role.dimension()))
-}
-
-fn is_engine(role: Role) -> bool {
-    matches!(role, Role::EngineSpeed1 | Role::EngineSpeed2)
 }
 
 /// Quantities a recorder gives in one unit: where one of them is too large for radians, those are degrees too that are not.

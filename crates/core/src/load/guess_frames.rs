@@ -1,8 +1,9 @@
 //! Guesses of axes: sensors with their axes up, attitude as a quaternion, velocity as ground speed and track.
 
+use super::attitude::QuaternionAxes;
 use super::by_hand::{ManualChannelMap, ManualQuaternion};
-use super::derive::{ATTITUDE, QuaternionAxes, VELOCITY};
-use super::guess::{Candidate, best, row};
+use super::candidates::{Candidate, best, row};
+use super::map::{ATTITUDE, VELOCITY};
 use crate::quantity::Role;
 
 /// Names that ROS gives the motion of a body, whose axes are forward, left, up unless the specific force says otherwise.

@@ -11,10 +11,11 @@ use hdf5_reader::{Attribute, Dataset, Datatype, FileStorage, Hdf5File, OpenOptio
 
 use super::LoadError;
 use super::budget::Budget;
-use super::clock::{Clock, assign_clocks, find_clocks};
-use super::contents::{ChannelInfo, Data, Format, Probe, Source, one_line};
+use super::clock::Clock;
+use super::contents::{ChannelInfo, Data, Format, Probe, Source, Stored, one_line};
+use super::find_clocks::{assign_clocks, find_clocks};
+use super::finish::{finish, stem};
 use super::hdf5_decode::{Column, Layout, layout, read};
-use super::recognise::{finish, stem};
 
 /// Deepest nesting of groups that is followed.
 const MAX_DEPTH: usize = 32;
@@ -29,15 +30,6 @@ const CHUNK_CACHE_BYTES: usize = 8 << 20;
 const VIRTUAL: u8 = 3;
 /// Longest text kept as a note, characters.
 const MAX_NOTE: usize = 4096;
-
-/// Place of a channel in the file.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Stored {
-    /// Path of the data set.
-    object: String,
-    /// Which of its columns.
-    column: usize,
-}
 
 /// Attribute names for a unit, a rate and a start, as met in flight-test files.
 const UNIT_NAMES: [&str; 4] = ["units", "unit", "Units", "Unit"];

@@ -6,7 +6,7 @@ use std::path::Path;
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::derive::{Derivations, QuaternionAxes};
+use super::attitude::QuaternionAxes;
 use super::{LoadError, utc};
 use crate::quantity::{Dimension, Role, Unit};
 
@@ -121,6 +121,22 @@ pub struct FlatEarth {
     /// Role that gives the altitude; position down is left out without one.
     pub altitude: Option<Role>,
 }
+
+/// What a map derives.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Derivations {
+    /// Position from fixes.
+    pub position: Option<FlatEarth>,
+    /// Attitude from the parts `w, x, y, z` of a quaternion.
+    pub attitude: Option<(Vec<Entry>, QuaternionAxes)>,
+    /// Velocity north and east from ground speed and track over the ground.
+    pub velocity: Option<[Entry; 2]>,
+}
+
+/// Attitude.
+pub(super) const ATTITUDE: [Role; 3] = [Role::BankAngle, Role::PitchAngle, Role::HeadingAngle];
+/// Horizontal velocity over the ground.
+pub(super) const VELOCITY: [Role; 2] = [Role::VelocityNorth, Role::VelocityEast];
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]

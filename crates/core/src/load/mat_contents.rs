@@ -4,8 +4,8 @@ use std::path::Path;
 
 use super::LoadError;
 use super::contents::Source;
+use super::finish::stem;
 use super::mat::{Value, variables};
-use super::recognise::stem;
 
 /// Most columns a matrix may have and still count as channels.
 pub(super) const MAX_COLUMNS: usize = 4096;

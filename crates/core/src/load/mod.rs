@@ -6,8 +6,10 @@
 //! that a file merely claims.
 
 pub mod aircraft;
+mod attitude;
 mod budget;
 mod by_hand;
+mod candidates;
 mod clock;
 mod contents;
 mod dataflash;
@@ -16,6 +18,8 @@ mod derive;
 mod error;
 mod expected;
 mod file;
+mod find_clocks;
+mod finish;
 mod guess;
 mod guess_frames;
 mod hdf5;
@@ -38,16 +42,17 @@ mod time_unit;
 mod ulog;
 mod utc;
 
+pub use attitude::QuaternionAxes;
 pub use budget::{BUDGET_VARIABLE, memory};
 pub use by_hand::{ChannelName, ManualChannel, ManualChannelMap, ManualQuaternion, ManualTime, RowValues};
+pub use candidates::{stated_unit, stem_and_unit};
 pub use clock::{Clock, Gap, TimeFault};
 pub use contents::{ChannelInfo, Format, Probe, Source};
-pub use derive::{Derivations, QuaternionAxes};
 pub use error::LoadError;
 pub use expected::mismatches;
 pub use file::{MOST_BYTES, read_bytes, read_text};
-pub use guess::{guess, guess_row, stated_unit, stem_and_unit};
-pub use map::{ChannelMap, Entry, FlatEarth, Term, TimeEntry, TimeOrigin};
+pub use guess::{guess, guess_row};
+pub use map::{ChannelMap, Derivations, Entry, FlatEarth, Term, TimeEntry, TimeOrigin};
 pub use plan::{Assignment, Plan, Problem, plan, plan_all};
 pub use read::{read, read_all};
 pub use recognise::{inspect, probe};

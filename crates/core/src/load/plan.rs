@@ -3,10 +3,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
-use super::clock::{assign_clocks, clock_of};
+use super::attitude::QuaternionAxes;
 use super::contents::{ChannelInfo, Probe, Source};
-use super::derive::{ATTITUDE, DerivedChannels, VELOCITY};
-use super::map::{ChannelMap, Entry, FlatEarth, Term, TimeEntry, TimeOrigin, matches};
+use super::find_clocks::{assign_clocks, clock_of};
+use super::map::{ATTITUDE, ChannelMap, Entry, FlatEarth, Term, TimeEntry, TimeOrigin, VELOCITY, matches};
 use super::time_unit::{contradiction, settle_units};
 use crate::quantity::{Dimension, Role, Unit};
 
@@ -50,6 +50,13 @@ pub struct Assignment {
     pub(super) offset: f64,
     /// Channels and weights, for each part of a recording in parts.
     pub(super) parts: Vec<Vec<(At, f64)>>,
+}
+
+/// The channels that derived roles are made of.
+#[derive(Clone, Debug, Default)]
+pub(super) struct DerivedChannels {
+    pub attitude: Option<(Vec<Assignment>, QuaternionAxes)>,
+    pub velocity: Option<[Assignment; 2]>,
 }
 
 /// What reading will do.
@@ -539,7 +546,7 @@ fn set_clock(source: &mut Source, entry: &TimeEntry) -> Result<(), String> {
             source.channels.iter_mut().for_each(|channel| channel.is_time = false);
             source.start_time_s = Some(*start_s);
             source.sample_rate_hz = Some(*rate_hz);
-            super::clock::add_even_clocks(source, *start_s, *rate_hz);
+            super::find_clocks::add_even_clocks(source, *start_s, *rate_hz);
         }
         TimeOrigin::Channel { names, unit } => {
             let indices: Vec<usize> = find(source, names).collect();

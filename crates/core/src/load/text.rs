@@ -4,9 +4,9 @@ use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 use super::LoadError;
-use super::clock::find_clocks;
 use super::contents::{ChannelInfo, Format, Probe, Source};
-use super::recognise::{finish, stem};
+use super::find_clocks::find_clocks;
+use super::finish::{finish, stem};
 use super::text_layout::{Separator, TextLayout, number, opens_quote};
 
 /// Part of the filled cells of a column that must be numbers for it to be a channel.

@@ -15,7 +15,7 @@ use parquet::schema::types::ColumnDescriptor;
 use super::arrow_schema::{self, Field};
 use crate::load::budget::Budget;
 use crate::load::contents::{ChannelInfo, Source, one_line};
-use crate::load::recognise::stem;
+use crate::load::finish::stem;
 use crate::load::text_layout::split_unit;
 use crate::load::{Format, LoadError};
 

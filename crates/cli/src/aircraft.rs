@@ -1,0 +1,180 @@
+//! `doublet aircraft`: the aircraft that come with the program, and files of others from few figures.
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, Subcommand};
+use doublet_core::airframe::AircraftClass;
+use doublet_engine::begin::PlainAircraft;
+use doublet_engine::graph::Context;
+use doublet_engine::{builtin, keep, stage};
+use serde_json::json;
+
+use crate::{new, text};
+
+/// Arguments of `aircraft`.
+#[derive(Debug, Args)]
+pub struct AircraftArguments {
+    #[command(subcommand)]
+    command: AircraftCommand,
+}
+
+#[derive(Debug, Subcommand)]
+enum AircraftCommand {
+    /// List the aircraft that come with the program.
+    List {
+        /// Print one JSON document.
+        #[arg(long)]
+        json: bool,
+    },
+    /// Print the file of an aircraft that comes with the program.
+    Show {
+        /// Its name.
+        name: String,
+        /// Print one JSON document.
+        #[arg(long)]
+        json: bool,
+    },
+    /// Write the file of an aircraft from few figures.
+    New {
+        /// Name of the aircraft.
+        name: String,
+        /// File to write; it is never written over.
+        #[arg(short, long)]
+        output: PathBuf,
+        #[command(flatten)]
+        plain: PlainArguments,
+        /// Print one JSON document.
+        #[arg(long)]
+        json: bool,
+    },
+}
+
+/// An aircraft described by its numbers.
+#[derive(Debug, Args)]
+pub struct PlainArguments {
+    /// Reference area, m2, of an aircraft described by its numbers.
+    #[arg(long, value_name = "M2", requires_all = ["span", "chord", "mass"])]
+    area: Option<f64>,
+    /// Its span, m.
+    #[arg(long, value_name = "M", requires = "area")]
+    span: Option<f64>,
+    /// Its mean chord, m.
+    #[arg(long, value_name = "M", requires = "area")]
+    chord: Option<f64>,
+    /// Its mass, kg.
+    #[arg(long, value_name = "KG", requires = "area")]
+    mass: Option<f64>,
+    /// Its moments of inertia and product about the centre of gravity, kg m2.
+    #[arg(long, value_name = "IXX,IYY,IZZ[,IXZ]", requires = "area", value_parser = new::inertia, conflicts_with = "class")]
+    inertia: Option<[f64; 4]>,
+    /// Kind of aircraft whose radii of gyration give the inertia: single-propeller, twin-propeller, fuselage-jets, two-wing-jets or
+    /// four-wing-jets.
+    #[arg(long, requires = "length", value_parser = class)]
+    class: Option<AircraftClass>,
+    /// Its length, m, for the inertia of its class.
+    #[arg(long, value_name = "M", requires = "class")]
+    length: Option<f64>,
+}
+
+/// Reads the name of a class.
+fn class(name: &str) -> Result<AircraftClass, String> {
+    let known = || AircraftClass::ALL.map(AircraftClass::name).join(", ");
+    AircraftClass::from_name(name).ok_or_else(|| format!("give one of {}", known()))
+}
+
+impl PlainArguments {
+    /// The aircraft the arguments describe; none where they describe none.
+    ///
+    /// # Errors
+    /// One line where neither inertia nor class is given.
+    pub fn describe(&self, name: &str) -> Result<Option<PlainAircraft>, String> {
+        let (Some(area_m2), Some(span_m), Some(chord_m), Some(mass_kg)) = (self.area, self.span, self.chord, self.mass)
+        else {
+            return Ok(None);
+        };
+        let [xx, yy, zz, xz_kg_m2] = self.inertia.unwrap_or_default();
+        let moments_kg_m2 = [xx, yy, zz];
+        let name = name.to_owned();
+        let mut plain = PlainAircraft { name, area_m2, span_m, chord_m, mass_kg, moments_kg_m2, xz_kg_m2, note: None };
+        match (self.inertia, self.class, self.length) {
+            (Some(_), ..) => {}
+            (None, Some(class), Some(length_m)) => plain.set_inertia(class, length_m),
+            _ => return Err("the inertia is missing: give --inertia, or --class and --length".to_owned()),
+        }
+        Ok(Some(plain))
+    }
+}
+
+/// Lists, prints or makes aircraft files.
+///
+/// # Errors
+/// One line: an aircraft that there is not or cannot be, a file that exists or cannot be written.
+pub fn aircraft(arguments: &AircraftArguments) -> Result<(), String> {
+    match &arguments.command {
+        AircraftCommand::List { json } => list(*json),
+        AircraftCommand::Show { name, json } => {
+            let known = || builtin::aircraft().join(", ");
+            let found = builtin::text("aircraft", name).filter(|_| builtin::aircraft().contains(&name.as_str()));
+            let found =
+                found.ok_or_else(|| format!("no aircraft '{name}' comes with the program: give one of {}", known()))?;
+            match json {
+                true => text::document(&json!({ "version": 1, "aircraft": found }).to_string()),
+                false => text::document(found.trim_end()),
+            }
+            Ok(())
+        }
+        AircraftCommand::New { name, output, plain, json } => {
+            let plain = plain.describe(name)?.ok_or("give --area, --span, --chord and --mass")?;
+            write(&plain, output)?;
+            let [xx, yy, zz] = plain.moments_kg_m2;
+            match json {
+                true => text::document(
+                    &json!({ "version": 1, "file": output, "moments_kg_m2": [xx, yy, zz], "note": plain.note })
+                        .to_string(),
+                ),
+                false => {
+                    text::line(&format!("{}: Ixx {xx:.0}, Iyy {yy:.0}, Izz {zz:.0} kg m2", output.display()));
+                    plain.note.iter().for_each(|note| text::line(note));
+                }
+            }
+            Ok(())
+        }
+    }
+}
+
+fn list(json: bool) -> Result<(), String> {
+    let context = Context::new(Path::new("."));
+    let load = |name: &&'static str| {
+        let loaded = stage::load_aircraft(&context, &format!("{}{name}", builtin::PREFIX));
+        Ok((*name, loaded.map_err(|error| error.to_string())?))
+    };
+    let found = builtin::aircraft().iter().map(load).collect::<Result<Vec<_>, String>>()?;
+    if json {
+        let row = |(name, loaded): &(&str, stage::LoadedAircraft)| {
+            let reference = loaded.aircraft.reference;
+            json!({ "name": name, "title": loaded.aircraft.name, "area_m2": reference.area_m2, "span_m": reference.span_m, "chord_m": reference.chord_m })
+        };
+        let rows: Vec<_> = found.iter().map(row).collect();
+        text::document(&json!({ "version": 1, "aircraft": rows }).to_string());
+    } else {
+        for (name, loaded) in &found {
+            let reference = loaded.aircraft.reference;
+            text::line(&format!(
+                "{name:<24} {} (S {} m2, b {} m, c {} m)",
+                loaded.aircraft.name, reference.area_m2, reference.span_m, reference.chord_m
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// Writes an aircraft to a file that is not there yet.
+///
+/// # Errors
+/// One line: an aircraft that cannot be, a file that exists or cannot be written.
+pub fn write(plain: &PlainAircraft, path: &Path) -> Result<(), String> {
+    if path.exists() {
+        return Err(format!("{} exists: choose another name, or name it with --aircraft", path.display()));
+    }
+    keep::replace(path, plain.text()?.as_bytes()).map_err(|error| format!("{}: {error}", path.display()))
+}
