@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, Subcommand};
 use doublet_core::airframe::AircraftClass;
 use doublet_engine::begin::PlainAircraft;
-use doublet_engine::graph::Context;
+use doublet_engine::graph::{Context, Keyed};
 use doublet_engine::{builtin, keep, stage};
 use serde_json::json;
 
@@ -150,7 +150,7 @@ fn list(json: bool) -> Result<(), String> {
     };
     let found = builtin::aircraft().iter().map(load).collect::<Result<Vec<_>, String>>()?;
     if json {
-        let row = |(name, loaded): &(&str, stage::LoadedAircraft)| {
+        let row = |(name, loaded): &(&str, Keyed<stage::LoadedAircraft>)| {
             let reference = loaded.aircraft.reference;
             json!({ "name": name, "title": loaded.aircraft.name, "area_m2": reference.area_m2, "span_m": reference.span_m, "chord_m": reference.chord_m })
         };

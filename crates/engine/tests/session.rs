@@ -488,9 +488,9 @@ fn inertia_of_a_class_is_near_that_of_aircraft_of_the_class() {
         let loaded =
             stage::load_aircraft(&Context::new(std::path::Path::new(".")), &format!("builtin:{name}")).unwrap();
         let aircraft = &loaded.aircraft;
-        let state = aircraft.state(&aircraft.loading).unwrap();
-        let known = state.mass.inertia.matrix();
-        let estimated = class.radii(length_m).inertia(state.mass.mass_kg, aircraft.reference.span_m).matrix();
+        let mass = aircraft.standard_loading.mass_properties(aircraft);
+        let known = mass.inertia.matrix();
+        let estimated = class.radii(length_m).inertia(mass.mass_kg, aircraft.reference.span_m).matrix();
         for axis in 0..3 {
             let ratio = known[(axis, axis)] / estimated[(axis, axis)];
             // What the note in the file says of the estimate.
