@@ -154,7 +154,8 @@ pub fn default_layout() -> Tree<Pane> {
         tiles.insert_tab_tile(children)
     };
     let flight = tabs(&[Pane::Flight, Pane::GroundTrack, Pane::CrossPlot]);
-    let plots = tabs(&[Pane::Reconstruction, Pane::Innovations, Pane::Fits, Pane::Match, Pane::Propulsion]);
+    let plots =
+        tabs(&[Pane::Reconstruction, Pane::Innovations, Pane::Fits, Pane::Match, Pane::Propulsion, Pane::Dynamics]);
     let settings = tabs(&[Pane::Manoeuvres, Pane::Preprocess, Pane::Noise, Pane::Model, Pane::Loading]);
     let results = tabs(&[
         Pane::Summary,

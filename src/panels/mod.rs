@@ -7,6 +7,7 @@ mod constraints;
 mod correlation;
 mod cross_plot;
 mod derivatives;
+mod dynamics;
 mod expressions;
 mod filter_settings;
 mod fits;
@@ -91,6 +92,8 @@ pub enum Pane {
     Sensitivity,
     /// Frequency responses and equivalent systems.
     Responses,
+    /// Modes of the identified aircraft and levels of its flying qualities.
+    Dynamics,
     /// What is on board.
     Loading,
     /// Contents of the report.
@@ -121,6 +124,7 @@ impl Pane {
         Self::Correlation,
         Self::Sensitivity,
         Self::Responses,
+        Self::Dynamics,
         Self::Loading,
         Self::Report,
         Self::Log,
@@ -147,6 +151,7 @@ impl Pane {
             Self::Correlation => "Correlation",
             Self::Sensitivity => "Sensitivity",
             Self::Responses => "Frequency response",
+            Self::Dynamics => "Modes and levels",
             Self::Loading => "Loading",
             Self::Report => "Report",
             Self::Log => "Log",
@@ -179,6 +184,7 @@ impl Pane {
             Self::Correlation => Box::new(correlation::Correlation::default()),
             Self::Sensitivity => Box::new(sensitivity::Sensitivity::default()),
             Self::Responses => Box::new(responses::Responses::default()),
+            Self::Dynamics => Box::new(dynamics::Dynamics::default()),
             Self::Loading => Box::new(loading::LoadingPanel::default()),
             Self::Report => Box::new(report::Report::default()),
             Self::Log => Box::new(log::Log),

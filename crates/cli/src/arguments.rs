@@ -13,7 +13,9 @@ use doublet_engine::stage::PercentRule;
 use doublet_engine::study::LagKind;
 use doublet_report::ReportFormat;
 
+use crate::dynamics::{LinearArguments, ModesArguments, QualitiesArguments};
 use crate::map::MapArguments;
+use crate::propagate::PropagateArguments;
 use crate::propose::ProposeArguments;
 use crate::regress::RegressArguments;
 use crate::response::{LoesArguments, ResponseArguments};
@@ -77,6 +79,14 @@ pub enum Command {
     Match(MatchArguments),
     /// Judge the objective tests of a qualification test guide on a session and write the guide.
     Qtg(crate::qtg::QtgArguments),
+    /// Print the linear model about a trim, or write it as MAT, JSON or CSV.
+    Linear(LinearArguments),
+    /// Print the natural modes about a trim with their intervals, or a root locus.
+    Modes(ModesArguments),
+    /// Print the levels of the flying qualities about a trim, with reasons and probabilities.
+    Qualities(QualitiesArguments),
+    /// Print a function of the derivatives with its interval.
+    Propagate(PropagateArguments),
     /// Write the identified model for JSBSim or as DAVE-ML, with the points it is checked at.
     Export(ExportArguments),
     /// Show what differs between two sessions or two runs: settings, and derivatives with the significance of their difference.
@@ -221,6 +231,8 @@ pub enum StudyName {
     Responses,
     /// Derivatives under fresh noise of the recording, 200 realisations.
     MonteCarlo,
+    /// Linear model, modes and flying qualities about the median condition of the windows.
+    Dynamics,
 }
 
 /// Arguments of a study.
@@ -352,6 +364,9 @@ pub struct CoverageArguments {
     /// Print instead how the flights are judged: nothing is wrong with them.
     #[arg(long)]
     pub verdict: bool,
+    /// Print instead how often the intervals of the natural modes hold those of the truth at the same trim.
+    #[arg(long, conflicts_with = "verdict")]
+    pub modes: bool,
 }
 
 /// Arguments of `fidelity`.

@@ -27,6 +27,10 @@ pub fn coverage(arguments: &CoverageArguments) -> Result<(), String> {
         print_judged(arguments, &studied(arguments, verdict::judged_flights)?);
         return Ok(());
     }
+    if arguments.modes {
+        print_modes(arguments, &studied(arguments, study::mode_coverage)?);
+        return Ok(());
+    }
     let found = computed(arguments)?;
     text::line(&format!(
         "{} flights of scenario '{}', {} manoeuvres each: part of the 95 % intervals that hold the truth",
@@ -58,6 +62,30 @@ pub fn coverage(arguments: &CoverageArguments) -> Result<(), String> {
     ];
     text::table(&header, &found.derivatives.iter().map(row).collect::<Vec<_>>());
     Ok(())
+}
+
+/// How often the intervals of the modes hold the truth.
+fn print_modes(arguments: &CoverageArguments, found: &study::ModeCoverage) {
+    text::line(&format!(
+        "{} flights of scenario '{}', {} manoeuvres each: part of the 95 % intervals of modes that hold the truth's at the same trim",
+        found.realisations, arguments.scenario, found.manoeuvres
+    ));
+    let row = |row: &study::FigureCoverage| {
+        vec![
+            row.mode.to_owned(),
+            format!("{:?}", row.figure).to_lowercase(),
+            text::number(row.truth, 4),
+            text::number(row.scatter, 3),
+            format!("{:+.2}", row.bias),
+            text::number(row.standard_error, 3),
+            format!("{:.1}", 100.0 * row.delta),
+            format!("{:.1}", 100.0 * row.sampled),
+            row.flights.to_string(),
+        ]
+    };
+    let header =
+        ["mode", "figure", "truth", "scatter", "bias/scatter", "std error", "by slopes %", "by samples %", "flights"];
+    text::table(&header, &found.figures.iter().map(row).collect::<Vec<_>>());
 }
 
 /// How often flights with which nothing is wrong are judged to be less than good, and why.

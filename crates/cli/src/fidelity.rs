@@ -42,6 +42,7 @@ pub fn fidelity(arguments: &FidelityArguments) -> Result<(), String> {
         realisations: arguments.realisations,
         seed: 1,
         verdict: false,
+        modes: false,
     };
     covered(&mut tables, &coverage::computed(&study)?).map_err(|error| error.to_string())?;
     let treated = run("demo_thesis", Session::clone)?;

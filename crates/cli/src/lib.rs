@@ -7,6 +7,7 @@ mod check;
 mod coverage;
 mod datcom;
 mod diff;
+mod dynamics;
 mod engine;
 mod export;
 mod fidelity;
@@ -17,6 +18,7 @@ mod match_command;
 mod new;
 mod outcome;
 mod progress;
+mod propagate;
 mod propose;
 mod qtg;
 mod regress;
@@ -104,6 +106,10 @@ fn outcome(command: Command) -> Result<Outcome, String> {
         }
         Command::Propose(arguments) => propose::propose(&arguments),
         Command::Match(arguments) => match_command::match_command(&arguments),
+        Command::Linear(arguments) => dynamics::linear(&arguments),
+        Command::Modes(arguments) => dynamics::modes(&arguments),
+        Command::Qualities(arguments) => dynamics::qualities(&arguments),
+        Command::Propagate(arguments) => propagate::propagate(&arguments),
         Command::Export(arguments) => export::export(&arguments),
         Command::Diff(arguments) => diff::diff(&arguments),
         Command::Batch(arguments) => batch::batch(&arguments),

@@ -2,7 +2,9 @@
 
 use doublet_engine::report::document::SectionKind;
 use doublet_engine::run::Control;
+use doublet_engine::session;
 use doublet_engine::study::Study;
+use doublet_engine::study::dynamics::is_modelled;
 use doublet_report::{Order, ReportFormat};
 
 use crate::arguments::ReportArguments;
@@ -24,7 +26,11 @@ pub fn report(arguments: &ReportArguments) -> Result<Outcome, String> {
     } else {
         named(&SectionKind::ALL, &arguments.sections, |section| section.name())
     };
-    let studies: Vec<Study> = sections.iter().filter_map(|section| section.study()).collect();
+    // What was not asked for by name is left out where the session's model cannot be trimmed.
+    let modelled = || session::open(&arguments.session).is_ok_and(|opened| is_modelled(&opened.session));
+    let trims = !arguments.sections.is_empty() || modelled();
+    let studies = sections.iter().filter_map(|section| section.study());
+    let studies: Vec<Study> = studies.filter(|study| trims || !matches!(study, Study::Dynamics(_))).collect();
     let progress = Progress::new();
     let (session, snapshot) = compute(&arguments.session, &studies, &progress, COMPUTING)?;
     let order = Order {

@@ -6,7 +6,7 @@ use doublet_engine::graph::Cache;
 use doublet_engine::report::{self, HistoryFormat, Outputs, TableFormat};
 use doublet_engine::run::{Control, Scope, Snapshot, run as run_stages};
 use doublet_engine::session::{self, Opened, Session};
-use doublet_engine::study::Study;
+use doublet_engine::study::{DynamicsRequest, Study};
 use doublet_engine::verdict::Level;
 
 use crate::arguments::{RunArguments, StudyName};
@@ -146,6 +146,7 @@ fn study_of(name: StudyName) -> Study {
         StudyName::Lags => Study::Lags,
         StudyName::Responses => Study::Responses,
         StudyName::MonteCarlo => Study::MonteCarlo { realisations: 200, seed: 1 },
+        StudyName::Dynamics => Study::Dynamics(DynamicsRequest::default()),
     }
 }
 

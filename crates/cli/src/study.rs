@@ -35,6 +35,7 @@ pub fn shown(study: Study, session: &Session, snapshot: &Snapshot, arguments: &S
         Study::Lags => lags::print(&results.studies),
         Study::Responses => {}
         Study::MonteCarlo { .. } => monte_carlo(&results),
+        Study::Dynamics(_) => results.dynamics.iter().for_each(crate::dynamics::print_modes),
     }
     if let Some(out) = &arguments.out {
         let put = report::write(session, snapshot, out, &Outputs::default(), &Control::default(), &|_| {})

@@ -78,6 +78,30 @@ pub struct ModeEstimate {
 }
 
 impl ModeEstimate {
+    /// Outline of the 95 % confidence ellipse of the eigenvalue in the plane of real and imaginary part, closed, `points` long; none of
+    /// an aperiodic mode, whose imaginary part has no error.
+    pub fn ellipse(&self, points: usize) -> Vec<[f64; 2]> {
+        /// Square of its radius in standard deviations: the 95 % quantile of the chi-square distribution of two degrees of freedom.
+        const SQUARE: f64 = 5.991_465;
+        let [real, imaginary, joint] = self.covariance;
+        if !self.mode.oscillates() || !(real > 0.0 && imaginary > 0.0) {
+            return Vec::new();
+        }
+        // Cholesky factor of the covariance.
+        let first = real.sqrt();
+        let mixed = joint / first;
+        let second = (imaginary - mixed * mixed).max(0.0).sqrt();
+        let radius = SQUARE.sqrt();
+        let at = |index: usize| {
+            let (sin, cos) = (std::f64::consts::TAU * index as f64 / (points.max(2) - 1) as f64).sin_cos();
+            [
+                self.mode.real_1_s + radius * first * cos,
+                self.mode.imaginary_rad_s + radius * (mixed * cos + second * sin),
+            ]
+        };
+        (0..points).map(at).collect()
+    }
+
     /// A figure with its intervals.
     pub fn figure(&self, figure: Figure) -> Option<&FigureInterval> {
         self.figures.iter().find(|interval| interval.figure == figure)

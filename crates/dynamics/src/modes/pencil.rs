@@ -91,7 +91,7 @@ pub fn fit_free_response(signals: &[&[f64]], step_s: f64, order: usize) -> Resul
 }
 
 /// Longest pencil, samples: longer ones gain little and cost the cube.
-const LONGEST_PENCIL: usize = 120;
+const LONGEST_PENCIL: usize = 60;
 
 /// Eigenvalues, one of each pair: those of the shift of the signal's row space. The offset is one more, at zero: of the real ones the
 /// slowest is left out.

@@ -187,6 +187,13 @@ impl Limits {
         Ok(limits)
     }
 
+    /// Limits of a measure for an aircraft: level, least and greatest value that meets it.
+    pub fn bounds(&self, airplane: &Airplane, measure: Measure) -> Vec<(u8, Option<f64>, Option<f64>)> {
+        let of =
+            self.limit.iter().filter(|limit| limit.measure == measure && limit.counts() && limit.applies(airplane));
+        of.map(|limit| (limit.level, limit.minimum, limit.maximum)).collect()
+    }
+
     /// Refuses a class the file has no limits for.
     ///
     /// # Errors

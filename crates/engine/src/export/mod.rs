@@ -1,9 +1,10 @@
-//! The identified model as files other simulators fly: JSBSim and DAVE-ML, with the points they are checked at.
+//! The identified model as files other programs take: JSBSim and DAVE-ML with the points they are checked at, linear models.
 
 mod checks;
 mod daveml;
 mod daveml_reader;
 mod jsbsim;
+mod linear;
 mod model;
 mod xml;
 
@@ -15,6 +16,8 @@ use crate::date;
 use crate::keep::{Earlier, Put, PutError, Staging};
 
 pub use daveml_reader::{CheckResult, DaveMl, DaveMlError};
+pub use linear::{LinearFormat, linear_json, write_linear};
+pub(crate) use model::identified;
 pub use model::{IdentifiedCoefficient, IdentifiedModel, Parameter, Ranges};
 
 /// A form the model can leave in.
@@ -72,6 +75,12 @@ pub enum ExportError {
         path: String,
         /// Cause.
         source: std::io::Error,
+    },
+    /// A file whose ending names no form of linear models.
+    #[error("{path}: linear models are written as .mat, .json or .csv: give one of these endings")]
+    Ending {
+        /// Path.
+        path: String,
     },
     /// XML could not be formed.
     #[error("XML: {0}")]

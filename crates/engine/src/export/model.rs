@@ -151,7 +151,7 @@ struct Row {
 pub type Ranges = BTreeMap<Variable, (f64, f64)>;
 
 /// One fit as part of a model.
-fn identified(
+pub(crate) fn identified(
     fit: &CoefficientFit,
     terms: &[Term],
     reference: &ReferenceGeometry,

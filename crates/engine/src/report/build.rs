@@ -77,6 +77,7 @@ pub fn build(session: &Session, snapshot: &Snapshot) -> Results {
         derivative_summary: Vec::new(),
         validation: Vec::new(),
         studies: super::studies::build(snapshot),
+        dynamics: snapshot.studies.dynamics.ready().map(|study| super::dynamics_row(study)),
         proof_of_match: snapshot.proof.ready().map(|proof| super::proof::rows(proof)).unwrap_or_default(),
     };
     summary::complete(&mut results);

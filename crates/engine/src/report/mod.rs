@@ -2,6 +2,7 @@
 
 mod build;
 pub mod document;
+mod dynamics;
 mod engines;
 mod formats;
 mod histories;
@@ -24,7 +25,12 @@ use std::path::Path;
 use thiserror::Error;
 
 pub use build::build;
+pub use dynamics::{
+    DynamicsRow, FigureRow, IntervalRow, LinearRow, MeasuredRow, ModeRow, QualitiesRow, QualityRow, TrimRow,
+    dynamics_row,
+};
 pub use formats::{TableFormat, alignments, csv, latex, markdown};
+pub(crate) use histories::mat_file;
 pub use histories::{History, HistoryColumn, HistoryFormat};
 pub use mass::{FlownMassRow, ItemRow, MassRow};
 pub use prediction::{PredictionAgreement, PredictionRow, ValidationRow};

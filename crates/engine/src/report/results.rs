@@ -3,6 +3,7 @@
 use doublet_core::airframe::ReferenceGeometry;
 use serde::Serialize;
 
+use super::dynamics::DynamicsRow;
 use super::mass::{FlownMassRow, MassRow};
 use super::prediction::{PredictionRow, ValidationRow};
 use super::proof::ProofRow;
@@ -72,6 +73,9 @@ pub struct Results {
     pub predictions: Vec<PredictionRow>,
     /// Studies that were asked for.
     pub studies: StudyResults,
+    /// Linear model, modes and flying qualities about a trim, where they were asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dynamics: Option<DynamicsRow>,
     /// Validation windows flown again by the pooled model, against tolerances.
     pub proof_of_match: ProofRow,
     /// Wind and biases over the windows (thesis Tables 6.1 and 6.2).

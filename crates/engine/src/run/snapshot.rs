@@ -14,7 +14,9 @@ use crate::stage::{
     AeroWindow, FlightEngines, FlightNoise, FlightPhysics, FlightProposals, FlownMass, Gravity, LoadedAircraft,
     LoadedFlight, PooledFits, ProofOfMatch, WindowAero, WindowFits, WindowPath,
 };
-use crate::study::{CheckStudy, FlightResponses, LagStudy, ManoeuvreStudy, MonteCarloStudy, SensitivityStudy};
+use crate::study::{
+    CheckStudy, DynamicsStudy, FlightResponses, LagStudy, ManoeuvreStudy, MonteCarloStudy, SensitivityStudy,
+};
 use crate::verdict::Verdicts;
 
 /// State of one stage's output. What was there before stays visible until it is replaced.
@@ -334,6 +336,8 @@ slots! {
         responses: Slot<FlightResponses> => FlightResponses::NAME,
         /// Derivatives under fresh noise of the recording.
         monte_carlo: Slot<MonteCarloStudy> => MonteCarloStudy::NAME,
+        /// Linear model, modes and flying qualities about a trim.
+        dynamics: Slot<DynamicsStudy> => DynamicsStudy::NAME,
     }
 }
 

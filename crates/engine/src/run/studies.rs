@@ -6,7 +6,8 @@ use super::pipeline::Run;
 use super::snapshot::{Slot, Studies};
 use crate::graph::{Cancelled, Stage, StageError};
 use crate::study::{
-    CheckStudy, FlightResponses, LagStudy, ManoeuvreStudy, MonteCarloStudy, SensitivityStudy, Study, StudyInput,
+    CheckStudy, DynamicsStudy, FlightResponses, LagStudy, ManoeuvreStudy, MonteCarloStudy, SensitivityStudy, Study,
+    StudyInput,
 };
 
 /// Computes the studies that were asked for; of the others shows those still known.
@@ -33,8 +34,16 @@ pub(super) fn run(run: &Run<'_>, input: &StudyInput<'_>) -> Result<(), Cancelled
         let known = |study: &MonteCarloStudy| (study.realisations, study.seed);
         run.builder.read(|snapshot| Some(known(snapshot.studies.monte_carlo.latest()?)))
     };
-    match noise.or_else(shown) {
-        Some(known) => one::<MonteCarloStudy>(run, input, noise.is_some(), known, |studies| &mut studies.monte_carlo),
+    if let Some(known) = noise.or_else(shown) {
+        one::<MonteCarloStudy>(run, input, noise.is_some(), known, |studies| &mut studies.monte_carlo)?;
+    }
+    let trim = wanted.iter().find_map(|study| match study {
+        Study::Dynamics(request) => Some(*request),
+        _ => None,
+    });
+    let shown = || run.builder.read(|snapshot| Some(snapshot.studies.dynamics.latest()?.request));
+    match trim.or_else(shown) {
+        Some(known) => one::<DynamicsStudy>(run, input, trim.is_some(), known, |studies| &mut studies.dynamics),
         None => Ok(()),
     }
 }

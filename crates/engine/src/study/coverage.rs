@@ -7,9 +7,9 @@ use doublet_core::series::{Recording, TimeRange};
 use doublet_core::simulate::{self, Flight, Scenario, Surface as Control};
 use rayon::prelude::*;
 
-use crate::graph::{Context, StageResult};
+use crate::graph::{Context, Keyed, StageResult};
 use crate::session::{Manoeuvre, Session, Surface};
-use crate::stage::{self, AeroWindow, AircraftData, tank_channel};
+use crate::stage::{self, AeroWindow, AircraftData, PooledFits, tank_channel};
 
 /// Half width of a 95 % interval in standard errors, normal distribution.
 const HALF_WIDTH: f64 = 1.959_964;
@@ -66,15 +66,14 @@ pub fn coverage(
     (realisations, first_seed): (usize, u64),
     context: &Context<'_>,
 ) -> StageResult<Coverage> {
-    let loading = Loading { fuel_kg: Default::default(), ..scenario.loading.clone() };
-    let aircraft = session.aircraft.as_deref().ok_or_else(|| stage::NO_AIRCRAFT.to_owned())?;
-    let aircraft = context.get::<AircraftData>(Some(&loading), &stage::load_aircraft(context, aircraft)?)?;
+    let aircraft = flown_aircraft(session, scenario, context)?;
     let windows = windows(scenario);
     let context = context.parts(realisations);
     let one = |index: usize| -> StageResult<Vec<Estimate>> {
         context.checkpoint()?;
         let seed = first_seed + index as u64;
-        let found = realisation(session, scenario, &aircraft, &windows, seed, &context);
+        let found = fly(session, scenario, &aircraft, &windows, seed, &context);
+        let found = found.and_then(|flight| estimates(flight.pooled));
         let found = found.map_err(|error| error.at(format!("seed {seed}")))?;
         context.step();
         Ok(found)
@@ -107,15 +106,23 @@ pub(crate) fn windows(scenario: &Scenario) -> Vec<Manoeuvre> {
     scenario.manoeuvres.iter().filter(|manoeuvre| !manoeuvre.spoilt).enumerate().map(window).collect()
 }
 
-/// One flight through both steps.
-fn realisation(
+/// A flight through both steps: its windows with their coefficients, and the pooled fits.
+pub(super) struct Realisation<'a> {
+    /// Windows.
+    pub aero: Vec<AeroWindow<'a>>,
+    /// Fits of all of them together.
+    pub pooled: PooledFits,
+}
+
+/// Flies a scenario and takes it through both steps.
+pub(super) fn fly<'a>(
     session: &Session,
     scenario: &Scenario,
     aircraft: &AircraftData,
-    windows: &[Manoeuvre],
+    windows: &'a [Manoeuvre],
     seed: u64,
     context: &Context<'_>,
-) -> StageResult<Vec<Estimate>> {
+) -> StageResult<Realisation<'a>> {
     let fly = simulate::run(scenario, seed, &mut |_| !context.control().is_cancelled());
     context.checkpoint()?;
     let recording = record_flight(&fly?, session, aircraft, seed);
@@ -131,8 +138,25 @@ fn realisation(
         context.checkpoint()?;
         aero.push((window, Arc::new(stage::aero(&recording, (data, &path?), aircraft, &session.preparation)?)));
     }
+    let pooled = stage::pooled_fits(&aero, &session.structure, &session.estimation);
+    Ok(Realisation { aero, pooled })
+}
+
+/// Aircraft of a coverage study: that of the session with the scenario's loading.
+pub(super) fn flown_aircraft(
+    session: &Session,
+    scenario: &Scenario,
+    context: &Context<'_>,
+) -> StageResult<Keyed<AircraftData>> {
+    let loading = Loading { fuel_kg: Default::default(), ..scenario.loading.clone() };
+    let aircraft = session.aircraft.as_deref().ok_or_else(|| stage::NO_AIRCRAFT.to_owned())?;
+    context.get::<AircraftData>(Some(&loading), &stage::load_aircraft(context, aircraft)?)
+}
+
+/// Estimates of one flight.
+fn estimates(pooled: PooledFits) -> StageResult<Vec<Estimate>> {
     let mut estimates = Vec::new();
-    for fit in stage::pooled_fits(&aero, &session.structure, &session.estimation).fits {
+    for fit in pooled.fits {
         let found = fit.fit?;
         for (index, name) in found.names.iter().enumerate().filter(|(_, name)| !name.ends_with(']')) {
             estimates.push((

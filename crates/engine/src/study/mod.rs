@@ -2,11 +2,13 @@
 
 mod checks;
 mod coverage;
+pub mod dynamics;
 mod equivalent;
 mod flight_responses;
 mod followed;
 mod lags;
 mod manoeuvres;
+mod mode_coverage;
 mod monte_carlo;
 mod response;
 mod sensitivity;
@@ -17,6 +19,7 @@ use std::sync::Arc;
 pub use checks::{CheckStudy, CheckedDerivative, WindowChecks};
 pub use coverage::{Coverage, DerivativeCoverage, coverage};
 pub(crate) use coverage::{record_flight, windows};
+pub use dynamics::{DynamicsRequest, DynamicsStudy};
 pub use equivalent::{EquivalentStudy, FitMethod, equivalent_study};
 pub use flight_responses::{FlightResponses, SurfaceResponse};
 pub use followed::{FollowedFlight, FollowedOutput, FollowedStart};
@@ -24,6 +27,7 @@ pub use lags::{ControlLag, LagKind, LagStudy};
 pub use manoeuvres::{
     CoefficientLeftOut, ConditionRegression, KindComparison, ManoeuvreStudy, TermContribution, WindowContributions,
 };
+pub use mode_coverage::{FigureCoverage, ModeCoverage, mode_coverage};
 pub use monte_carlo::MonteCarloStudy;
 pub use response::{ResponseError, ResponseRequest, ResponseStudy, ResponseWindow, session_responses, table_responses};
 pub use sensitivity::{STEP_FRACTION, SensitivityStudy};
@@ -59,6 +63,8 @@ pub enum Study {
         /// Seed of their noise: the same seed gives the same numbers, whatever the number of threads.
         seed: u64,
     },
+    /// Linear model, modes and flying qualities about a trim.
+    Dynamics(DynamicsRequest),
 }
 
 impl Study {
@@ -71,6 +77,7 @@ impl Study {
             Self::Lags => LagStudy::NAME,
             Self::Responses => FlightResponses::NAME,
             Self::MonteCarlo { .. } => MonteCarloStudy::NAME,
+            Self::Dynamics(_) => DynamicsStudy::NAME,
         }
     }
 }

@@ -5,6 +5,7 @@ mod checks;
 mod cover;
 mod derivatives;
 mod display;
+mod dynamics;
 mod figure;
 mod findings;
 mod fits;
@@ -26,7 +27,7 @@ use super::results::{Results, WindowRow};
 use super::table::Table;
 use crate::run::Snapshot;
 use crate::session::Session;
-use crate::study::Study;
+use crate::study::{DynamicsRequest, Study};
 use crate::verdict::Level;
 
 /// A report.
@@ -117,6 +118,8 @@ pub enum SectionKind {
     Sensitivity,
     /// Frequency responses and low-order equivalent systems.
     Responses,
+    /// Linear model, modes and levels of flying qualities.
+    Dynamics,
     /// Modelled engines against their monitors.
     Engines,
     /// Everything found on the way.
@@ -125,7 +128,7 @@ pub enum SectionKind {
 
 impl SectionKind {
     /// All of them, in their order.
-    pub const ALL: [Self; 17] = [
+    pub const ALL: [Self; 18] = [
         Self::Overview,
         Self::Aircraft,
         Self::Channels,
@@ -141,6 +144,7 @@ impl SectionKind {
         Self::Checks,
         Self::Sensitivity,
         Self::Responses,
+        Self::Dynamics,
         Self::Engines,
         Self::Warnings,
     ];
@@ -163,6 +167,7 @@ impl SectionKind {
             Self::Checks => "checks",
             Self::Sensitivity => "sensitivity",
             Self::Responses => "responses",
+            Self::Dynamics => "dynamics",
             Self::Engines => "engines",
             Self::Warnings => "warnings",
         }
@@ -174,6 +179,7 @@ impl SectionKind {
             Self::Checks => Some(Study::Checks { axis: None }),
             Self::Sensitivity => Some(Study::Sensitivity),
             Self::Responses => Some(Study::Responses),
+            Self::Dynamics => Some(Study::Dynamics(DynamicsRequest::default())),
             _ => None,
         }
     }
@@ -196,6 +202,7 @@ impl SectionKind {
             Self::Checks => "Independent checks",
             Self::Sensitivity => "Sensitivity",
             Self::Responses => "Frequency responses",
+            Self::Dynamics => "Linear model, modes and flying qualities",
             Self::Engines => "Engines",
             Self::Warnings => "Findings",
         }
@@ -223,6 +230,7 @@ pub fn build(session: &Session, snapshot: &Snapshot, results: &Results, sections
             SectionKind::Checks => checks::checks(&contents),
             SectionKind::Sensitivity => sensitivity::sensitivity(&contents),
             SectionKind::Responses => responses::responses(&contents),
+            SectionKind::Dynamics => dynamics::dynamics(&contents),
             SectionKind::Engines => setup::engines(&contents),
             SectionKind::Warnings => findings::warnings(&contents),
         };

@@ -4,6 +4,7 @@ mod collect;
 mod csv;
 mod hdf5;
 mod mat;
+pub(crate) mod mat_file;
 #[cfg(feature = "parquet")]
 mod parquet;
 

@@ -1,0 +1,405 @@
+//! `doublet linear`, `modes` and `qualities`: how the identified aircraft flies about a trim.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use clap::builder::PossibleValuesParser;
+use doublet_dynamics::modes::{LocusParameter, LocusPoint, locus};
+use doublet_engine::export::{linear_json, write_linear};
+use doublet_engine::report::{DynamicsRow, IntervalRow, ModeRow, QualityRow, dynamics_row};
+use doublet_engine::session;
+use doublet_engine::study::dynamics::{CATEGORIES, CLASSES, window_key};
+use doublet_engine::study::{DynamicsRequest, DynamicsStudy, Study};
+use serde_json::{Value, json};
+
+use crate::run::computed;
+use crate::text::{self, number};
+
+/// The trim of a command.
+#[derive(Debug, Args)]
+pub struct TrimArguments {
+    /// Session file.
+    pub session: PathBuf,
+    /// True airspeed, m/s; what is not given is the median of the identification windows.
+    #[arg(long, value_name = "M_S")]
+    airspeed: Option<f64>,
+    /// Altitude, m.
+    #[arg(long, value_name = "M", allow_negative_numbers = true)]
+    altitude: Option<f64>,
+    /// Angle of the flight path, deg; level unless given.
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    gamma: Option<f64>,
+    /// Load factor of a steady turn, or with --pull-up of a pull-up.
+    #[arg(long, value_name = "N")]
+    load_factor: Option<f64>,
+    /// Take the load factor as that of a pull-up with the wings level.
+    #[arg(long, requires = "load_factor")]
+    pull_up: bool,
+    /// Mass, kg; the inertia stays.
+    #[arg(long, value_name = "KG")]
+    mass: Option<f64>,
+    /// Centre of gravity along the datum's x axis, m.
+    #[arg(long, value_name = "M", allow_negative_numbers = true)]
+    cg: Option<f64>,
+    /// Fuel on board in all, kg: mass, centre of gravity and inertia follow from the loading.
+    #[arg(long, value_name = "KG")]
+    fuel: Option<f64>,
+    /// Take the conditions of this window.
+    #[arg(long, value_name = "NAME")]
+    window: Option<String>,
+    /// Draws of the derivatives for sampled intervals and probabilities.
+    #[arg(long, default_value_t = 500, value_parser = clap::value_parser!(u32).range(2..=1_000_000))]
+    samples: u32,
+    /// Seed of the draws.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Print one JSON document.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Arguments of `linear`.
+#[derive(Debug, Args)]
+pub struct LinearArguments {
+    /// The trim.
+    #[command(flatten)]
+    trim: TrimArguments,
+    /// File to write, .mat, .json or .csv.
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+/// Arguments of `modes`.
+#[derive(Debug, Args)]
+pub struct ModesArguments {
+    /// The trim.
+    #[command(flatten)]
+    trim: TrimArguments,
+    /// Print the modes over a parameter instead: a derivative, cg (m), mass (kg), airspeed (m/s) or altitude (m), from, to, steps.
+    #[arg(long, value_name = "NAME=FROM:TO:STEPS", value_parser = locus_range)]
+    locus: Option<(String, f64, f64, usize)>,
+}
+
+/// Arguments of `qualities`.
+#[derive(Debug, Args)]
+pub struct QualitiesArguments {
+    /// The trim.
+    #[command(flatten)]
+    trim: TrimArguments,
+    /// Class of the aircraft: I small and light, II of medium weight (II-L from land, II-C from a carrier), III large, IV highly
+    /// manoeuvrable.
+    #[arg(long, value_parser = PossibleValuesParser::new(["I", "II", "II-L", "II-C", "III", "IV"]))]
+    class: String,
+    /// Category of the flight phase: A rapid manoeuvring or precision, B gradual manoeuvres, C take-off, approach and landing.
+    #[arg(long, value_parser = PossibleValuesParser::new(CATEGORIES))]
+    category: String,
+}
+
+fn locus_range(text: &str) -> Result<(String, f64, f64, usize), String> {
+    let wrong = || format!("'{text}' is no range: write NAME=FROM:TO:STEPS, for example Cm_alpha=-1.2:-0.2:11");
+    let (name, range) = text.split_once('=').ok_or_else(wrong)?;
+    let parts: Vec<&str> = range.split(':').collect();
+    let [from, to, steps] = parts.as_slice() else { return Err(wrong()) };
+    let number = |text: &str| text.parse::<f64>().ok().filter(|value| value.is_finite()).ok_or_else(wrong);
+    let steps = steps.parse::<usize>().ok().filter(|steps| (1..=10_000).contains(steps)).ok_or_else(wrong)?;
+    Ok((name.to_owned(), number(from)?, number(to)?, steps))
+}
+
+/// Computes the study of a trim.
+fn study(trim: &TrimArguments, class: &str, category: &str) -> Result<std::sync::Arc<DynamicsStudy>, String> {
+    let place = |known: &[&str], name: &str| known.iter().position(|known| *known == name).unwrap_or_default();
+    let request = DynamicsRequest {
+        airspeed_m_s: trim.airspeed,
+        altitude_m: trim.altitude,
+        gamma_rad: trim.gamma.map(f64::to_radians),
+        load_factor: trim.load_factor,
+        pull_up: trim.pull_up,
+        mass_kg: trim.mass,
+        cg_x_m: trim.cg,
+        fuel_kg: trim.fuel,
+        window: trim.window.as_deref().map(|name| window(&trim.session, name)).transpose()?,
+        class: place(&CLASSES, if class == "II" { "II-L" } else { class }),
+        category: place(&CATEGORIES, category),
+        samples: trim.samples as usize,
+        seed: trim.seed,
+    };
+    let (_, snapshot) = computed(&trim.session, &[Study::Dynamics(request)])?;
+    let study = snapshot.studies.dynamics.ready().cloned();
+    study.ok_or_else(|| "there is no model: the session has no aircraft or no identification window".to_owned())
+}
+
+/// Key of a window in use.
+fn window(path: &Path, name: &str) -> Result<u64, String> {
+    let opened = session::open(path).map_err(|error| format!("{}: {error}", path.display()))?;
+    let used = || opened.session.active_windows().map(|window| window.name.as_str());
+    if used().any(|known| known == name) {
+        return Ok(window_key(name));
+    }
+    Err(format!("no window in use is called '{name}': use one of {}", used().collect::<Vec<_>>().join(", ")))
+}
+
+/// Prints or writes the linear models about a trim.
+///
+/// # Errors
+/// One line per thing that is wrong.
+pub fn linear(arguments: &LinearArguments) -> Result<(), String> {
+    let study = study(&arguments.trim, "I", "B")?;
+    let row = dynamics_row(&study);
+    let mut written = None;
+    if let Some(out) = &arguments.out {
+        written = Some((write_linear(&row, out).map_err(|error| error.to_string())?, out));
+    }
+    if arguments.trim.json {
+        let out = arguments.out.clone().unwrap_or_else(|| PathBuf::from("linear.json"));
+        text::document(&linear_json(&row, &out).to_string());
+        return Ok(());
+    }
+    print_trim(&row);
+    for (name, model) in &row.systems {
+        if model.states.len() > 4 {
+            continue;
+        }
+        text::line("");
+        text::line(&format!("{name}: A and B, with standard errors"));
+        let heads = model.states.iter().chain(&model.inputs).map(String::as_str);
+        let header: Vec<&str> = std::iter::once("").chain(heads).collect();
+        let cells = model.states.iter().enumerate().map(|(i, state)| {
+            let values = model.A[i].iter().chain(&model.B[i]);
+            let errors = model.A_standard_error[i].iter().chain(&model.B_standard_error[i]);
+            let cell = |(value, error): (&f64, &f64)| {
+                if *error > 0.0 { format!("{} +- {}", number(*value, 4), number(*error, 2)) } else { number(*value, 4) }
+            };
+            std::iter::once(format!("{state}'")).chain(values.zip(errors).map(cell)).collect()
+        });
+        text::table(&header, &cells.collect::<Vec<_>>());
+    }
+    print_notes(&row);
+    if let Some((format, out)) = written {
+        text::line("");
+        text::line(&format!("linear models in {}", out.display()));
+        for (tool, line) in format.load_lines(&out.display().to_string()) {
+            text::line(&format!("{tool}: {line}"));
+        }
+    }
+    Ok(())
+}
+
+/// Prints the modes about a trim, or over a parameter.
+///
+/// # Errors
+/// One line per thing that is wrong.
+pub fn modes(arguments: &ModesArguments) -> Result<(), String> {
+    let study = study(&arguments.trim, "I", "B")?;
+    if let Some((name, from, to, steps)) = &arguments.locus {
+        let share = |step: usize| step as f64 / (steps - 1).max(1) as f64;
+        let values: Vec<f64> = (0..*steps).map(|step| from + (to - from) * share(step)).collect();
+        let parameter = LocusParameter::parse(name);
+        let points = locus(&study.model, &study.condition, &parameter, &values).map_err(|error| error.to_string())?;
+        return print_locus(name, &parameter, &points, arguments.trim.json);
+    }
+    let row = dynamics_row(&study);
+    if arguments.trim.json {
+        let document = json!({
+            "trim": row.trim, "windows": row.windows, "modes": row.modes, "measured": row.measured, "samples": row.samples,
+            "seed": row.seed, "notes": row.notes,
+        });
+        text::document(&document.to_string());
+        return Ok(());
+    }
+    print_modes(&row);
+    print_measured(&row);
+    Ok(())
+}
+
+fn print_locus(name: &str, parameter: &LocusParameter, points: &[LocusPoint], as_json: bool) -> Result<(), String> {
+    if as_json {
+        let mode = |mode: &doublet_dynamics::modes::Mode| {
+            json!({
+                "name": mode.name, "real_1_s": mode.real_1_s, "imaginary_rad_s": mode.imaginary_rad_s,
+                "frequency_rad_s": mode.frequency_rad_s(), "damping": mode.damping(),
+            })
+        };
+        let rows: Vec<Value> = points
+            .iter()
+            .map(|point| match &point.modes {
+                Ok(modes) => json!({ "value": point.value, "modes": modes.iter().map(mode).collect::<Vec<_>>() }),
+                Err(error) => json!({ "value": point.value, "error": error.to_string() }),
+            })
+            .collect();
+        text::document(&json!({ "parameter": name, "unit": parameter.unit(), "points": rows }).to_string());
+        return Ok(());
+    }
+    let mut cells: Vec<Vec<String>> = Vec::new();
+    for point in points {
+        let value = number(point.value, 5);
+        match &point.modes {
+            Ok(modes) => cells.extend(modes.iter().map(|mode| {
+                let figures = [mode.real_1_s, mode.imaginary_rad_s, mode.frequency_rad_s(), mode.damping()];
+                let figures = figures.map(|figure| number(figure, 4));
+                [vec![value.clone(), mode.name.to_owned()], figures.to_vec()].concat()
+            })),
+            Err(error) => cells.push(vec![value, error.to_string()]),
+        }
+    }
+    text::table(&[name, "mode", "real, 1/s", "imaginary, rad/s", "frequency, rad/s", "damping"], &cells);
+    Ok(())
+}
+
+/// Prints the levels of the flying qualities about a trim.
+///
+/// # Errors
+/// One line per thing that is wrong.
+pub fn qualities(arguments: &QualitiesArguments) -> Result<(), String> {
+    let study = study(&arguments.trim, &arguments.class, &arguments.category)?;
+    let row = dynamics_row(&study);
+    let found = &row.qualities;
+    if arguments.trim.json {
+        let document = json!({
+            "trim": row.trim, "windows": row.windows, "qualities": found, "samples": row.samples, "seed": row.seed,
+            "notes": row.notes,
+        });
+        text::document(&document.to_string());
+        return Ok(());
+    }
+    print_trim(&row);
+    text::line("");
+    text::line(&format!("{} ({}), class {}, category {}", found.standard, found.date, found.class, found.category));
+    let cells: Vec<Vec<String>> = found.criteria.iter().map(quality_cells).collect();
+    text::table(&["criterion", "level", "probability", "values", "not Level 1 because"], &cells);
+    text::line(&format!("worst: {}{}", found.level.unwrap_or("not judged"), likely(found.level, found.probabilities)));
+    text::line(&found.note);
+    print_notes(&row);
+    Ok(())
+}
+
+/// Probability of a level, in words behind it.
+fn likely(level: Option<&str>, probabilities: Option<[f64; 4]>) -> String {
+    const LEVELS: [&str; 4] = ["Level 1", "Level 2", "Level 3", "worse than Level 3"];
+    let place = level.and_then(|level| LEVELS.iter().position(|known| *known == level));
+    place.zip(probabilities).map_or_else(String::new, |(place, shares)| format!(" with {:.0} %", 100.0 * shares[place]))
+}
+
+fn quality_cells(row: &QualityRow) -> Vec<String> {
+    let values = row.values.iter().map(|(key, value)| {
+        format!("{} {}", key.replace('_', " "), value.map_or_else(|| "infinite".to_owned(), |value| number(value, 3)))
+    });
+    let level = if row.counts { row.level.to_owned() } else { format!("({}, unverified limits)", row.level) };
+    vec![
+        row.criterion.clone(),
+        level,
+        likely(Some(row.level), row.probabilities).trim_start_matches(" with ").to_owned(),
+        values.collect::<Vec<_>>().join(", "),
+        row.reasons.join("; "),
+    ]
+}
+
+/// Prints the trim, the modes and what is to be known of them.
+pub fn print_modes(row: &DynamicsRow) {
+    print_trim(row);
+    text::line("");
+    let cells: Vec<Vec<String>> = row.modes.iter().map(mode_cells).collect();
+    text::table(
+        &[
+            "mode",
+            "real, 1/s",
+            "imaginary, rad/s",
+            "frequency, rad/s",
+            "damping",
+            "period, s",
+            "half (double), s",
+            "95 % of real or frequency",
+            "by samples",
+        ],
+        &cells,
+    );
+    text::line(&format!(
+        "+- are standard errors by slopes over the derivatives; {} samples, seed {}",
+        row.samples, row.seed
+    ));
+    print_notes(row);
+}
+
+/// Prints the modes measured in the free responses of the windows.
+fn print_measured(row: &DynamicsRow) {
+    if row.measured.is_empty() {
+        return;
+    }
+    text::line("");
+    text::line("measured in the free response at the end of each window, without the model");
+    let cells = row.measured.iter().map(|found| {
+        let figure = |value: Option<f64>, digits| value.map_or_else(String::new, |value| number(value, digits));
+        let with_error = |value: Option<f64>, error: Option<f64>| match (value, error) {
+            (Some(value), Some(error)) => format!("{} +- {}", number(value, 4), number(error, 2)),
+            _ => String::new(),
+        };
+        vec![
+            found.window.clone(),
+            format!("{} to {}", number(found.start_s, 6), number(found.end_s, 6)),
+            found.name.unwrap_or_default().to_owned(),
+            with_error(found.real_1_s, found.real_standard_error),
+            with_error(found.imaginary_rad_s, found.imaginary_standard_error),
+            figure(found.frequency_rad_s, 4),
+            figure(found.damping, 4),
+            found.error.clone().unwrap_or_default(),
+        ]
+    });
+    let header = ["window", "s", "near", "real, 1/s", "imaginary, rad/s", "frequency, rad/s", "damping", ""];
+    text::table(&header, &cells.collect::<Vec<_>>());
+}
+
+fn mode_cells(row: &ModeRow) -> Vec<String> {
+    let with_error = |key: &str, value: f64| {
+        let error = row.intervals.get(key).and_then(|figure| figure.delta).map(|interval| interval.standard_error);
+        error
+            .filter(|error| *error > 0.0)
+            .map_or_else(|| number(value, 4), |error| format!("{} +- {}", number(value, 4), number(error, 2)))
+    };
+    let oscillates = row.period_s.is_some();
+    let shown = row.intervals.get(if oscillates { "frequency_rad_s" } else { "real_1_s" });
+    let ends = |interval: Option<IntervalRow>| {
+        interval.map_or_else(String::new, |row| format!("{} to {}", number(row.low, 4), number(row.high, 4)))
+    };
+    let time = match (row.time_to_half_s, row.time_to_double_s) {
+        (Some(half), _) => with_error("time_to_half_s", half),
+        (_, Some(double)) => format!("({})", with_error("time_to_double_s", double)),
+        _ => String::new(),
+    };
+    vec![
+        row.name.to_owned(),
+        with_error("real_1_s", row.real_1_s),
+        if oscillates { with_error("imaginary_rad_s", row.imaginary_rad_s) } else { String::new() },
+        with_error("frequency_rad_s", row.frequency_rad_s),
+        with_error("damping", row.damping),
+        row.period_s.map_or_else(String::new, |period| with_error("period_s", period)),
+        time,
+        ends(shown.and_then(|figure| figure.delta)),
+        ends(shown.and_then(|figure| figure.sampled)),
+    ]
+}
+
+fn print_trim(row: &DynamicsRow) {
+    let trim = &row.trim;
+    let degrees = |value: f64| number(value.to_degrees(), 4);
+    text::line(&format!(
+        "trim at {} m/s and {} m, path {} deg, load factor {}, {} kg, centre of gravity at {} m: alpha {} deg, pitch {} deg, bank {} deg, \
+         aileron {} deg, elevator {} deg, rudder {} deg, thrust {} N",
+        number(trim.airspeed_m_s, 4),
+        number(trim.altitude_m, 5),
+        degrees(trim.gamma_rad),
+        number(trim.load_factor, 4),
+        number(trim.mass_kg, 5),
+        number(trim.cg_from_datum_m[0], 4),
+        degrees(trim.alpha_rad),
+        degrees(trim.theta_rad),
+        degrees(trim.phi_rad),
+        degrees(trim.delta_a_rad),
+        degrees(trim.delta_e_rad),
+        degrees(trim.delta_r_rad),
+        number(trim.thrust_n, 4),
+    ));
+    text::line(&format!("what was not given is the median of {} windows", row.windows.len()));
+}
+
+fn print_notes(row: &DynamicsRow) {
+    row.notes.iter().for_each(|note| text::line(&format!("note: {note}")));
+}

@@ -1,0 +1,72 @@
+//! `doublet propagate`: a function of the derivatives with its interval.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use doublet_engine::study::dynamics::{Named, named_values, propagate_expression};
+use doublet_engine::study::{DynamicsRequest, Study};
+use serde_json::json;
+
+use crate::run::computed;
+use crate::text::{self, number};
+
+/// Arguments of `propagate`.
+#[derive(Debug, Args)]
+pub struct PropagateArguments {
+    /// Session file.
+    pub session: PathBuf,
+    /// Expression of derivatives such as "-Cm_alpha/CZ_alpha", and of S, b, c, V, rho, qbar, mass, Ixx, Iyy, Izz, Ixz of the median
+    /// condition; functions and operators are those of channels by expression.
+    #[arg(allow_hyphen_values = true)]
+    pub expression: String,
+    /// Draws of the derivatives.
+    #[arg(long, default_value_t = 2000, value_parser = clap::value_parser!(u32).range(2..=1_000_000))]
+    pub samples: u32,
+    /// Seed of the draws.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Print one JSON document.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Computes the session and prints the function.
+///
+/// # Errors
+/// One line per thing that is wrong.
+pub fn propagate(arguments: &PropagateArguments) -> Result<(), String> {
+    let request = DynamicsRequest { samples: 2, ..DynamicsRequest::default() };
+    let (_, snapshot) = computed(&arguments.session, &[Study::Dynamics(request)])?;
+    let study = snapshot.studies.dynamics.ready();
+    let study = study.ok_or("there is no model: the session has no aircraft or no identification window")?;
+    let Named { result, names } =
+        propagate_expression(study, &arguments.expression, arguments.samples as usize, arguments.seed)
+            .map_err(|error| error.to_string())?;
+    let shares: Vec<_> = result.shares.iter().map(|(index, share)| (names[*index].clone(), *share)).collect();
+    if arguments.json {
+        let interval = |interval: doublet_dynamics::propagate::Interval| json!({ "standard_error": interval.standard_error, "low": interval.low, "high": interval.high });
+        let document = json!({
+            "expression": arguments.expression,
+            "value": result.value,
+            "delta": result.delta.map(interval),
+            "sampled": result.sampled.map(interval),
+            "shares": shares.iter().map(|(name, share)| json!({ "derivative": name, "share": share })).collect::<Vec<_>>(),
+            "condition": named_values(study).into_iter().map(|(name, value)| (name.to_owned(), value.into())).collect::<serde_json::Map<String, serde_json::Value>>(),
+            "samples": arguments.samples,
+            "seed": arguments.seed,
+        });
+        text::document(&document.to_string());
+        return Ok(());
+    }
+    text::line(&format!("{} = {}", arguments.expression, number(result.value, 6)));
+    for (way, interval) in [("by slopes", result.delta), ("by samples", result.sampled)] {
+        if let Some(interval) = interval {
+            let [error, low, high] =
+                [interval.standard_error, interval.low, interval.high].map(|value| number(value, 4));
+            text::line(&format!("{way}: standard error {error}, 95 % from {low} to {high}"));
+        }
+    }
+    let largest = shares.iter().take(5).map(|(name, share)| format!("{name} {:.0} %", 100.0 * share));
+    text::line(&format!("share of the variance: {}", largest.collect::<Vec<_>>().join(", ")));
+    Ok(())
+}

@@ -1,0 +1,221 @@
+//! Section on how the aircraft flies: trim, state matrices, modes with their intervals, levels of flying qualities.
+
+use doublet_dynamics::qualities::Measure;
+
+use super::{Axis, Block, Colour, Contents, Figure, LineStyle, Mark, Panel, Plot, paragraph};
+use crate::report::table::{Cell, Column, Table};
+use crate::report::{DynamicsRow, LinearRow, ModeRow};
+use crate::study::DynamicsStudy;
+
+/// Points of an ellipse.
+const OUTLINE: usize = 73;
+/// Height of a figure, mm.
+const HEIGHT_MM: f64 = 75.0;
+
+/// Linear model, modes and levels.
+pub fn dynamics(contents: &Contents<'_>) -> Vec<Block> {
+    let slot = &contents.snapshot.studies.dynamics;
+    let (Some(row), Some(study)) = (contents.results.dynamics.as_ref(), slot.ready()) else {
+        let reason = slot.error().map(|error| format!(": {error}")).unwrap_or_default();
+        return vec![Block::Paragraph(format!("Linear model and modes were not computed{reason}."))];
+    };
+    let mut blocks = vec![
+        paragraph(
+            "The identified model in steady flight, linearised there; what the trim leaves open is the median condition of the \
+             identification windows. Intervals hold what the corrected errors of the derivatives make of them, by slopes and by samples.",
+        ),
+        Block::Facts(trim(row)),
+    ];
+    for (key, name) in [("longitudinal", "Longitudinal motion"), ("lateral", "Lateral motion")] {
+        blocks.extend(row.systems.get(key).map(|model| Block::Table(matrices(key, name, model))));
+    }
+    blocks.push(Block::Table(modes(row)));
+    blocks.push(Block::Figure(roots(study)));
+    blocks.push(Block::Table(levels(row)));
+    blocks.extend(anticipation(study).map(Block::Figure));
+    let qualities = &row.qualities;
+    blocks.push(Block::Paragraph(format!(
+        "{} ({}), class {}, category {}: {}.",
+        qualities.standard,
+        qualities.note,
+        qualities.class,
+        qualities.category,
+        qualities.level.unwrap_or("not judged"),
+    )));
+    if !row.notes.is_empty() {
+        blocks.push(Block::List(row.notes.clone()));
+    }
+    blocks
+}
+
+fn trim(row: &DynamicsRow) -> Vec<(String, String)> {
+    let trim = &row.trim;
+    let degrees = |value: f64| format!("{:.2} deg", value.to_degrees());
+    let fact = |name: &str, value: String| (name.to_owned(), value);
+    vec![
+        fact("True airspeed", format!("{:.2} m/s", trim.airspeed_m_s)),
+        fact("Altitude", format!("{:.0} m", trim.altitude_m)),
+        fact("Flight path", degrees(trim.gamma_rad)),
+        fact("Load factor", format!("{:.3}", trim.load_factor)),
+        fact("Mass", format!("{:.1} kg", trim.mass_kg)),
+        fact("Centre of gravity, x", format!("{:.4} m", trim.cg_from_datum_m[0])),
+        fact("Angle of attack", degrees(trim.alpha_rad)),
+        fact("Elevator", degrees(trim.delta_e_rad)),
+        fact("Thrust", format!("{:.0} N", trim.thrust_n)),
+    ]
+}
+
+fn matrices(key: &str, name: &str, model: &LinearRow) -> Table {
+    let heads = model.states.iter().chain(&model.inputs);
+    let mut columns = vec![Column::new("row", "")];
+    columns.extend(heads.map(|head| Column::number(head, head, "", 4)));
+    let rows = model.states.iter().enumerate().map(|(index, state)| {
+        let values = model.A[index].iter().chain(&model.B[index]).map(|value| Cell::Number(*value));
+        std::iter::once(Cell::text(format!("{state}'"))).chain(values).collect()
+    });
+    Table {
+        name: format!("matrices_{key}"),
+        caption: format!("{name}: A and B in m, s, rad, N; more digits and standard errors in the results."),
+        columns,
+        rows: rows.collect(),
+    }
+}
+
+fn modes(row: &DynamicsRow) -> Table {
+    let cells = |mode: &ModeRow| {
+        let figure = |key: &str| mode.intervals.get(key).and_then(|figure| figure.delta);
+        let error = |key: &str| Cell::maybe(figure(key).map(|interval| interval.standard_error));
+        let shown = if mode.period_s.is_some() { "frequency_rad_s" } else { "real_1_s" };
+        let sampled = mode.intervals.get(shown).and_then(|figure| figure.sampled);
+        vec![
+            Cell::text(mode.name),
+            Cell::Number(mode.real_1_s),
+            error("real_1_s"),
+            Cell::Number(mode.frequency_rad_s),
+            error("frequency_rad_s"),
+            Cell::Number(mode.damping),
+            error("damping"),
+            Cell::maybe(mode.period_s),
+            Cell::maybe(mode.time_to_half_s),
+            Cell::maybe(mode.time_to_double_s),
+            Cell::maybe(sampled.map(|interval| interval.low)),
+            Cell::maybe(sampled.map(|interval| interval.high)),
+        ]
+    };
+    Table {
+        name: "modes".to_owned(),
+        caption: "Natural modes with standard errors; the 95 % interval by samples is that of the frequency, of the real part \
+                  where the mode is aperiodic."
+            .to_owned(),
+        columns: vec![
+            Column::new("mode", "Mode"),
+            Column::number("real", "Real", "1/s", 3),
+            Column::number("real_error", "+-", "1/s", 2),
+            Column::number("frequency", "Frequency", "rad/s", 4),
+            Column::number("frequency_error", "+-", "rad/s", 2),
+            Column::number("damping", "Damping", "", 3),
+            Column::number("damping_error", "+-", "", 2),
+            Column::number("period", "Period", "s", 3),
+            Column::number("half", "Half", "s", 3),
+            Column::number("double", "Double", "s", 3),
+            Column::number("low", "95 % low", "", 4),
+            Column::number("high", "high", "", 4),
+        ],
+        rows: row.modes.iter().map(cells).collect(),
+    }
+}
+
+/// A closed or open line through points.
+fn outline(label: &str, colour: usize, style: LineStyle, points: Vec<[f64; 2]>) -> Mark {
+    let points = points.into_iter().map(|[x, y]| [x, y, f64::NAN]).collect();
+    Mark::Points { label: label.to_owned().into(), colour: Colour::of(colour), style, points }
+}
+
+/// Eigenvalues in the upper half plane with their 95 % ellipses, the slow ones again at their own scale.
+fn roots(study: &DynamicsStudy) -> Figure {
+    let plot = |slow: bool| {
+        let mut marks = Vec::new();
+        for (index, estimate) in study.modes.modes.iter().enumerate() {
+            let mode = &estimate.mode;
+            if slow != (mode.frequency_rad_s() < SLOW_RAD_S) {
+                continue;
+            }
+            let place = [mode.real_1_s, mode.imaginary_rad_s];
+            marks.push(outline(mode.name, index, LineStyle::Dots, vec![place]));
+            marks.push(outline("", index, LineStyle::Solid, estimate.ellipse(OUTLINE)));
+            if !mode.oscillates() {
+                let half = 1.959_964 * estimate.covariance[0].max(0.0).sqrt();
+                let ends = vec![[place[0] - half, 0.0], [place[0] + half, 0.0]];
+                marks.push(outline("", index, LineStyle::Solid, ends));
+            }
+        }
+        Panel::Plot(Plot { x: Axis::new("real part", "1/s"), y: Axis::new("imaginary part", "rad/s"), marks })
+    };
+    Figure {
+        name: "roots".to_owned(),
+        caption: "Eigenvalues with 95 % confidence ellipses, intervals of the aperiodic ones; left the fast, right the slow modes.".to_owned(),
+        columns: 2,
+        panel_height_mm: HEIGHT_MM,
+        panels: vec![plot(false), plot(true)],
+    }
+}
+
+/// Frequency below which a mode is drawn among the slow ones.
+const SLOW_RAD_S: f64 = 0.6;
+
+fn levels(row: &DynamicsRow) -> Table {
+    let rows = row.qualities.criteria.iter().map(|criterion| {
+        let share = criterion.probabilities.map(|shares| 100.0 * shares[0]);
+        let level = if criterion.counts { criterion.level.to_owned() } else { format!("({})", criterion.level) };
+        vec![
+            Cell::text(&criterion.criterion),
+            Cell::text(level),
+            Cell::maybe(share),
+            Cell::text(criterion.reasons.join("; ")),
+        ]
+    });
+    Table {
+        name: "levels".to_owned(),
+        caption: "Levels of flying qualities; levels in brackets rest on unverified limits and do not count."
+            .to_owned(),
+        columns: vec![
+            Column::new("criterion", "Criterion"),
+            Column::new("level", "Level"),
+            Column::number("level_1", "Level 1 with", "%", 3),
+            Column::new("reasons", "Not Level 1 because"),
+        ],
+        rows: rows.collect(),
+    }
+}
+
+/// Control anticipation over short-period damping with the boundaries of the levels, the estimate and its samples.
+fn anticipation(study: &DynamicsStudy) -> Option<Figure> {
+    let point = |measures: &doublet_dynamics::qualities::Measures| {
+        Some([measures.get(Measure::ShortPeriodDamping)?, measures.get(Measure::Cap)?])
+    };
+    let place = point(&study.measures)?;
+    let mut marks = vec![outline("samples", 7, LineStyle::Dots, study.sampled.iter().filter_map(point).collect())];
+    let bounds = |measure: Measure| study.limits.bounds(&study.airplane, measure);
+    let (damping, cap) = (bounds(Measure::ShortPeriodDamping), bounds(Measure::Cap));
+    for level in 1..=2_u8 {
+        let of = |rows: &[(u8, Option<f64>, Option<f64>)]| rows.iter().find(|row| row.0 == level).copied();
+        let (Some((_, Some(left), Some(right))), Some((_, Some(low), Some(high)))) = (of(&damping), of(&cap)) else {
+            continue;
+        };
+        let corners = vec![[left, low], [right, low], [right, high], [left, high], [left, low]];
+        marks.push(outline(&format!("Level {level}"), usize::from(level) + 1, LineStyle::Solid, corners));
+    }
+    marks.push(outline("estimate", 1, LineStyle::Dots, vec![place]));
+    Some(Figure {
+        name: "control_anticipation".to_owned(),
+        caption: "Control anticipation parameter over short-period damping with the boundaries of Levels 1 and 2."
+            .to_owned(),
+        columns: 1,
+        panel_height_mm: HEIGHT_MM,
+        panels: vec![Panel::Plot(Plot {
+            x: Axis::new("short-period damping", ""),
+            y: Axis::new("CAP", "rad/s^2/g"),
+            marks,
+        })],
+    })
+}

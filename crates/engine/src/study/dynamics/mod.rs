@@ -1,0 +1,199 @@
+//! How the identified aircraft flies: linear model about a trim, natural modes and levels of flying qualities, each with its interval.
+
+mod function;
+mod measured;
+mod model;
+mod trim;
+
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::sync::Arc;
+
+use doublet_core::hash_fields;
+use doublet_core::model::Coefficient;
+use doublet_dynamics::linear::{Condition, UncertainModel};
+use doublet_dynamics::modes::{ModeStudy, mode_study};
+use doublet_dynamics::qualities::{Airplane, Judgement, LevelShares, Limits, Measures, judge, judge_samples, measures};
+
+use super::StudyInput;
+use crate::builtin;
+use crate::graph::{Context, Footprint, Stage, StageResult};
+use crate::session::Session;
+
+pub use function::{Named, named_values, propagate_expression};
+pub use measured::{MeasuredWindow, measured_modes};
+pub use model::{pooled_model, uncertain_model};
+pub use trim::Flown;
+
+/// Folder of the limits that come with the program.
+const LIMITS: &str = "flying_qualities";
+/// Limits that judge unless others are asked for.
+pub const STANDARD: &str = "mil_f_8785c";
+
+/// A trim that is asked for, and who judges. What is left open follows from the windows: the median of their conditions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DynamicsRequest {
+    /// True airspeed, m/s.
+    pub airspeed_m_s: Option<f64>,
+    /// Altitude, m.
+    pub altitude_m: Option<f64>,
+    /// Angle of the flight path, rad; level unless given.
+    pub gamma_rad: Option<f64>,
+    /// Load factor.
+    pub load_factor: Option<f64>,
+    /// Whether that of a pull-up with the wings level; else of a turn.
+    pub pull_up: bool,
+    /// Mass, kg; inertia as flown.
+    pub mass_kg: Option<f64>,
+    /// Centre of gravity along the datum's x axis, m.
+    pub cg_x_m: Option<f64>,
+    /// Fuel on board in all, kg, shared among the tanks as in the loading: mass, centre of gravity and inertia follow.
+    pub fuel_kg: Option<f64>,
+    /// Window whose conditions are taken, by [`window_key`] of its name; all identification windows unless given.
+    pub window: Option<u64>,
+    /// Class of the aircraft in flying qualities, by its place in [`CLASSES`].
+    pub class: usize,
+    /// Category of the flight phase, by its place in [`CATEGORIES`].
+    pub category: usize,
+    /// Draws of the derivatives.
+    pub samples: usize,
+    /// Seed of the draws.
+    pub seed: u64,
+}
+
+/// Classes of aircraft in flying qualities.
+pub const CLASSES: [&str; 5] = ["I", "II-L", "II-C", "III", "IV"];
+/// Categories of flight phases.
+pub const CATEGORIES: [&str; 3] = ["A", "B", "C"];
+
+/// Key of a window's name, so that requests can be copied.
+pub fn window_key(name: &str) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    name.hash(&mut hasher);
+    hasher.finish()
+}
+
+// None of its numbers is ever "not a number": requests are made of numbers that were read.
+impl Eq for DynamicsRequest {}
+
+hash_fields!(DynamicsRequest {
+    pull_up, window, class, category, samples, seed;
+    airspeed_m_s, altitude_m, gamma_rad, load_factor, mass_kg, cg_x_m, fuel_kg
+});
+
+impl Default for DynamicsRequest {
+    fn default() -> Self {
+        Self {
+            airspeed_m_s: None,
+            altitude_m: None,
+            gamma_rad: None,
+            load_factor: None,
+            pull_up: false,
+            mass_kg: None,
+            cg_x_m: None,
+            fuel_kg: None,
+            window: None,
+            class: 0,
+            category: 1,
+            samples: 500,
+            seed: 1,
+        }
+    }
+}
+
+/// How an aircraft flies at one trim.
+#[derive(Clone, Debug)]
+pub struct DynamicsStudy {
+    /// What was asked for.
+    pub request: DynamicsRequest,
+    /// The model with the covariance of its derivatives.
+    pub model: Arc<UncertainModel>,
+    /// The condition, everything that was left open filled in.
+    pub condition: Condition,
+    /// Linear model, modes and samples.
+    pub modes: ModeStudy,
+    /// Class and category.
+    pub airplane: Airplane,
+    /// Limits that judge.
+    pub limits: Arc<Limits>,
+    /// Measures of the flying qualities.
+    pub measures: Measures,
+    /// The same of every sample.
+    pub sampled: Vec<Measures>,
+    /// Their levels.
+    pub judgement: Judgement,
+    /// How likely each level is.
+    pub shares: Vec<LevelShares>,
+    /// Modes in the free responses of the windows.
+    pub measured: Vec<MeasuredWindow>,
+    /// Windows whose median conditions fill what was left open.
+    pub windows: Vec<String>,
+    /// What is to be known of it, one line each.
+    pub notes: Vec<String>,
+}
+
+impl Footprint for DynamicsStudy {
+    fn bytes(&self) -> usize {
+        8192 * (self.modes.samples.len() + 2 * self.model.names.len() + 1)
+    }
+}
+
+impl Stage for DynamicsStudy {
+    type Params<'a> = DynamicsRequest;
+    type Inputs<'a> = &'a StudyInput<'a>;
+    type Output = Self;
+    const NAME: &'static str = "linear model and modes";
+
+    fn run(request: DynamicsRequest, input: &StudyInput<'_>, context: &Context<'_>) -> StageResult<Self> {
+        let mut notes = Vec::new();
+        let mut model = uncertain_model(input, &mut notes)?;
+        let (condition, windows) = trim::condition(&request, input, &mut model, &mut notes)?;
+        context.checkpoint()?;
+        let line = |error: doublet_dynamics::linear::LinearError| error.to_string();
+        let modes = mode_study(&model, &condition, request.samples, request.seed).map_err(line)?;
+        context.checkpoint()?;
+        let limits = limits(STANDARD)?;
+        let class = CLASSES.get(request.class).copied().unwrap_or_default();
+        let category = CATEGORIES.get(request.category).copied().unwrap_or_default();
+        let airplane = Airplane::new(class, category).map_err(|error| error.to_string())?;
+        let measured = measures(&modes.linearised);
+        let nominal: Vec<_> = modes.modes.iter().map(|estimate| estimate.mode.clone()).collect();
+        let sampled: Vec<Measures> = modes.samples.iter().map(measures).collect();
+        if modes.without_trim > 0 {
+            notes
+                .push(format!("{} of {} samples of the derivatives have no trim", modes.without_trim, request.samples));
+        }
+        Ok(Self {
+            measured: measured_modes(input.windows, &nominal),
+            judgement: judge(&limits, &airplane, &measured),
+            shares: judge_samples(&limits, &airplane, &sampled),
+            measures: measured,
+            sampled,
+            model: Arc::new(model),
+            limits: Arc::new(limits),
+            request,
+            condition,
+            modes,
+            airplane,
+            windows,
+            notes,
+        })
+    }
+}
+
+/// Whether a session asks for a model that can be trimmed: an aircraft, both forces of the plane of symmetry and the pitching moment.
+pub fn is_modelled(session: &Session) -> bool {
+    let has = |coefficient| session.structure.terms(coefficient).is_some();
+    let forces = (has(Coefficient::CX) && has(Coefficient::CZ)) || (has(Coefficient::CD) && has(Coefficient::CL));
+    session.aircraft.is_some() && forces && has(Coefficient::Cm)
+}
+
+/// Limits that come with the program, by name.
+///
+/// # Errors
+/// One line with those there are, or what is wrong with the file.
+pub fn limits(name: &str) -> StageResult<Limits> {
+    let known = || builtin::names(LIMITS).join(", ");
+    let text = builtin::text(LIMITS, name);
+    let text = text.ok_or_else(|| format!("no limits are called '{name}': use one of {}", known()))?;
+    Ok(Limits::parse(text).map_err(|error| format!("{name}: {error}"))?)
+}
