@@ -46,7 +46,11 @@ pub fn evaluate(session: &Session, snapshot: &Snapshot, file: &TestFile) -> Stag
         let context = Evaluation { session: &prepared, snapshot, file, entry, rule, id };
         let test = match window {
             Ok(window) => context.test(window).map_err(|error| error.at(format!("test '{}'", entry.id)))?,
-            Err(reason) => context.unflown(None, Outcome::NoRecording, reason),
+            Err(reason) => {
+                let mut test = context.unflown(None, Outcome::NoRecording, reason);
+                test.page.facts.extend(pages::without_record());
+                test
+            }
         };
         tests.push(test);
     }

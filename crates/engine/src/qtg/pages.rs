@@ -14,7 +14,7 @@ use crate::notation;
 use crate::report::document::{Axis, Figure, LineStyle, Mark, Panel, Plot, line, replay_panel};
 use crate::report::significant;
 use crate::session::{Manoeuvre, Surface, WindowRole};
-use crate::stage::{ObjectiveTest, Quantity, RecordDemand, ReplaySeries, WindowAero, WindowReplay};
+use crate::stage::{Judgement, ObjectiveTest, Quantity, RecordDemand, ReplaySeries, WindowAero, WindowReplay};
 
 /// Signals of the motion in the plane of symmetry.
 const LONGITUDINAL: [Signal; 6] = [
@@ -48,6 +48,7 @@ pub fn stated(entry: &TestEntry, rule: &ObjectiveTest, rule_name: &str) -> Vec<(
         ("Objective", or(&entry.objective, &rule.objective)),
         ("Flight condition asked for", or(&None, &rule.condition)),
         ("Manual procedure", or(&entry.procedure, &rule.procedure)),
+        ("Evaluation", evaluation(&rule.judgement).to_owned()),
         ("Tolerances", requirements(&rule.judgement)),
         ("Record asked for", asked_for(&rule.record)),
     ];
@@ -63,6 +64,24 @@ pub fn stated(entry: &TestEntry, rule: &ObjectiveTest, rule_name: &str) -> Vec<(
     facts.into_iter().map(|(name, text)| (name.to_owned(), text)).collect()
 }
 
+/// How a result is judged.
+fn evaluation(judgement: &Judgement) -> &'static str {
+    match judgement {
+        Judgement::History(_) => {
+            "flight and model over each other; the model has to stay inside the band at every sample"
+        }
+        Judgement::Snapshot(_) => "the model's trim beside the means of the flight",
+        Judgement::Value { .. } => "flight and model at one time after the controls came to rest",
+        Judgement::FreeResponse { .. } => "period and damping read alike from the free response of flight and model",
+    }
+}
+
+/// What a page says where there is no record.
+pub fn without_record() -> Vec<(String, String)> {
+    let names = ["Automatic procedure", "Driven or constrained", "Validation data", "Initial conditions", "Result"];
+    names.map(|name| (name.to_owned(), NOT_GIVEN.to_owned())).into()
+}
+
 fn asked_for(record: &RecordDemand) -> String {
     let demands = [
         (record.before_s, "s before the input"),
@@ -72,7 +91,7 @@ fn asked_for(record: &RecordDemand) -> String {
     ];
     let words = demands.iter().filter(|(demand, _)| *demand > 0.0);
     let words: Vec<String> = words.map(|(demand, what)| format!("{demand} {what}")).collect();
-    if words.is_empty() { "no length".to_owned() } else { words.join(", ") }
+    if words.is_empty() { "of no stated length".to_owned() } else { words.join(", ") }
 }
 
 /// How a snapshot is evaluated and where its data are.
