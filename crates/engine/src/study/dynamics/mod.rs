@@ -1,5 +1,6 @@
 //! How the identified aircraft flies: linear model about a trim, natural modes and levels of flying qualities, each with its interval.
 
+mod covariance;
 mod function;
 mod measured;
 mod model;

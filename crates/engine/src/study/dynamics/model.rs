@@ -4,66 +4,64 @@ use doublet_core::model::{Coefficient, Derivatives, Engine, Structure};
 use doublet_dynamics::linear::{FlightModel, ThrustLine, UncertainModel};
 use nalgebra::DMatrix;
 
-use super::StudyInput;
-use crate::export::identified;
+use super::{StudyInput, covariance};
+use crate::export::{IdentifiedCoefficient, identified};
 use crate::graph::StageResult;
 use crate::session::WindowRole;
-use crate::stage::{PooledFits, StudyWindow, WindowAero};
+use crate::stage::{AeroWindow, CoefficientFit, PooledFits, WindowAero};
 
 /// The pooled estimate of a study with the covariance of its derivatives.
 ///
 /// # Errors
 /// One line: no pooled estimate, or none of any coefficient.
 pub fn uncertain_model(input: &StudyInput<'_>, notes: &mut Vec<String>) -> StageResult<UncertainModel> {
-    let aero = first_window(input).ok_or("there is no model: no identification window has coefficients")?;
-    pooled_model(input.pooled, input.settings.structure, aero, notes)
+    pooled_model(input.pooled, input.settings.structure, &input.aero(), notes)
 }
 
-/// The pooled estimate as an aircraft with the geometry and engines of a window, and the covariance of its derivatives: corrected errors
-/// and the correlations of the regressors, coefficients independent of each other. What of it is left out is noted.
+/// The pooled estimate as an aircraft with the geometry and engines of its first window, and the covariance of its derivatives: corrected
+/// errors, and correlations within and across coefficients from the residuals as they are. What of it is left out is noted.
 ///
 /// # Errors
 /// One line where no coefficient has an estimate.
 pub fn pooled_model(
     pooled: &PooledFits,
     structure: &Structure,
-    aero: &WindowAero,
+    windows: &[AeroWindow<'_>],
     notes: &mut Vec<String>,
 ) -> StageResult<UncertainModel> {
+    let first = windows.iter().find(|(manoeuvre, _)| manoeuvre.role == WindowRole::Identification);
+    let (_, aero) = first.ok_or("there is no model: no identification window has coefficients")?;
     let settings = &aero.settings;
-    let mut entries = Vec::new();
-    let (mut names, mut blocks) = (Vec::new(), Vec::new());
+    let mut found = Vec::new();
     for fit in &pooled.fits {
         let terms = structure.terms(fit.coefficient).unwrap_or_default();
-        let coefficient = match identified(fit, terms, &settings.reference) {
-            Ok(coefficient) => coefficient,
-            Err(error) => {
-                notes.push(error.to_string());
-                continue;
-            }
-        };
-        let errors = &coefficient.parameters;
-        let block = DMatrix::from_fn(errors.len(), errors.len(), |i, j| {
-            coefficient.correlation[(i, j)] * errors[i].standard_error * errors[j].standard_error
-        });
-        blocks.push(block);
-        for parameter in coefficient.parameters {
-            names.push(parameter.name);
-            entries.push((fit.coefficient, parameter.term, parameter.value));
+        match identified(fit, terms, &settings.reference) {
+            Ok(coefficient) => found.push((fit, coefficient)),
+            Err(error) => notes.push(error.to_string()),
         }
     }
-    if entries.is_empty() {
+    if found.is_empty() {
         let line =
             "there is no model: no coefficient has a pooled estimate; mark at least one window as identification";
         return Err(line.into());
     }
-    let mut covariance = DMatrix::zeros(names.len(), names.len());
-    let mut start = 0;
-    for block in blocks {
-        covariance.view_mut((start, start), block.shape()).copy_from(&block);
-        start += block.nrows();
-    }
-    let derivatives: Derivatives = entries.into_iter().collect();
+    let pairs: Vec<_> = found.iter().map(|(fit, coefficient)| (*fit, coefficient)).collect();
+    let correlation = covariance::correlation(&pairs, windows).unwrap_or_else(|| {
+        notes.push(
+            "coefficients are taken as independent of each other: their regressors could not be formed again"
+                .to_owned(),
+        );
+        within(&pairs)
+    });
+    let parameters: Vec<_> = found.iter().flat_map(|(_, coefficient)| &coefficient.parameters).collect();
+    let covariance = DMatrix::from_fn(parameters.len(), parameters.len(), |i, j| {
+        correlation[(i, j)] * parameters[i].standard_error * parameters[j].standard_error
+    });
+    let names = parameters.iter().map(|parameter| parameter.name.clone()).collect();
+    let entries = found.iter().flat_map(|(fit, coefficient)| {
+        coefficient.parameters.iter().map(|parameter| (fit.coefficient, parameter.term.clone(), parameter.value))
+    });
+    let derivatives: Derivatives = entries.collect();
     both_forces(&derivatives, notes);
     let model = FlightModel {
         derivatives,
@@ -76,6 +74,19 @@ pub fn pooled_model(
     Ok(UncertainModel { model, names, covariance })
 }
 
+/// Correlations of the regressors within each coefficient, none across.
+fn within(fits: &[(&CoefficientFit, &IdentifiedCoefficient)]) -> DMatrix<f64> {
+    let size = fits.iter().map(|(_, coefficient)| coefficient.parameters.len()).sum();
+    let mut correlation = DMatrix::zeros(size, size);
+    let mut start = 0;
+    for (_, coefficient) in fits {
+        let block = &coefficient.correlation;
+        correlation.view_mut((start, start), block.shape()).copy_from(block);
+        start += block.nrows();
+    }
+    correlation
+}
+
 /// Says where lift and drag stand beside the forces along body axes, which then fly alone.
 fn both_forces(derivatives: &Derivatives, notes: &mut Vec<String>) {
     let has = |coefficient| derivatives.has(coefficient);
@@ -83,12 +94,6 @@ fn both_forces(derivatives: &Derivatives, notes: &mut Vec<String>) {
     if body && (has(Coefficient::CL) || has(Coefficient::CD)) {
         notes.push("CL and CD do not enter: the model has CX or CZ too".to_owned());
     }
-}
-
-/// Coefficients of the first identification window that has them.
-fn first_window<'a>(input: &'a StudyInput<'_>) -> Option<&'a WindowAero> {
-    let identification = |window: &&StudyWindow<'_>| window.manoeuvre.role == WindowRole::Identification;
-    input.windows.iter().find(identification).map(|window| &*window.aero)
 }
 
 /// Lines of action of the engines, with the share each has of the mean thrust of a window.
