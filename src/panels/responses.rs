@@ -48,7 +48,12 @@ impl Panel for Responses {
 /// Bode plot, then the equivalent system.
 fn response(ui: &mut Ui, found: &SurfaceResponse) {
     match surface_figure(found) {
-        Some(figure) => figure_view(ui, &figure),
+        Some(figure) => {
+            ui.weak(
+                "Dots: measured with 95 % bars; line: equivalent system, dashed as the windows show it, and the identified model; over rad/s",
+            );
+            figure_view(ui, &figure);
+        }
         None => trouble(ui, found.response.as_ref().err().map(ToString::to_string).as_deref()),
     }
     match &found.system {

@@ -4,7 +4,9 @@ use doublet_core::series::{Band, Decimated, Pyramid, decimate, decimate_band};
 use doublet_engine::report::document::{Colour, Figure, LineStyle as Style, Mark, Matrix, Panel, Plot as Axes};
 use doublet_report::svg::{Range, range};
 use eframe::egui::{self, Color32, Id, RichText, Stroke, Ui};
-use egui_plot::{Bar, BarChart, FilledArea, HLine, Line, LineStyle, Plot, PlotPoints, PlotUi, Points, Polygon};
+use egui_plot::{
+    Bar, BarChart, FilledArea, GridMark, HLine, Line, LineStyle, Plot, PlotPoints, PlotUi, Points, Polygon,
+};
 
 use super::matrix_view::MatrixView;
 use crate::theme;
@@ -52,7 +54,7 @@ fn axes(ui: &mut Ui, id: Id, plot: &Axes, height: f64) {
     ui.label(RichText::new(plot.y.title()).size(11.5));
     #[expect(clippy::cast_possible_truncation, reason = "a few hundred points")]
     let height = height as f32;
-    Plot::new(id)
+    let mut shown = Plot::new(id)
         .height(height)
         .allow_drag(false)
         .allow_zoom(false)
@@ -63,12 +65,20 @@ fn axes(ui: &mut Ui, id: Id, plot: &Axes, height: f64) {
         .grid_color(palette.grid)
         .label_formatter(|_| None)
         .default_x_bounds(range.x[0], range.x[1])
-        .default_y_bounds(range.y[0], range.y[1])
-        .show(ui, |chart| {
-            for mark in &plot.marks {
-                draw(chart, mark, &range, &palette.series);
-            }
-        });
+        .default_y_bounds(range.y[0], range.y[1]);
+    if !plot.x.places.is_empty() {
+        let (places, marks) = (plot.x.places.clone(), plot.x.places.clone());
+        let mark = |(value, _): &(f64, String)| GridMark { value: *value, step_size: 1.0 };
+        let word = move |mark: GridMark| places.iter().find(|(at, _)| *at == mark.value).map(|place| place.1.clone());
+        shown = shown
+            .x_grid_spacer(move |_| marks.iter().map(mark).collect())
+            .x_axis_formatter(move |mark, _| word(mark).unwrap_or_default());
+    }
+    shown.show(ui, |chart| {
+        for mark in &plot.marks {
+            draw(chart, mark, &range, &palette.series);
+        }
+    });
 }
 
 /// The corners of a rectangle.

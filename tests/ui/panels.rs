@@ -259,6 +259,11 @@ fn frequency_responses_are_drawn_with_their_equivalent_systems() {
         let (response, system) = (found.response.as_ref().unwrap(), found.system.as_ref().unwrap());
         let coherent = response.responses[0].points.iter().filter(|point| point.coherence > 0.8).count();
         assert!(coherent > 25, "{:?}: {coherent}", found.surface);
+        // Above its modes the identified model's own response lies on the measured one.
+        let near = response.responses[0].points.iter().zip(&found.model).find(|(point, _)| point.omega_rad_s > 4.0);
+        let (point, own) = near.expect("the model has a response");
+        let apart = 20.0 * (own.norm() / point.response.norm()).log10();
+        assert!(apart.abs() < 3.0, "{:?}: {apart} dB", found.surface);
         // A positive deflection gives a negative rate.
         assert!(system.fit.model.gain < 0.0, "{:?}", found.surface);
     }

@@ -137,8 +137,9 @@ pub fn loes(arguments: &LoesArguments) -> Result<(), String> {
         Method::OutputError => FitMethod::OutputError,
         Method::Coherence => FitMethod::Coherence,
     });
-    let fits = (0..study.inputs.len()).map(|input| equivalent_study(&study, input, (arguments.form, delay), method));
-    let fits = fits.collect::<Result<Vec<_>, _>>().map_err(|error| error.to_string())?;
+    let fitted =
+        |input| equivalent_study(&study, input, (arguments.form, delay), method).map_err(|error| error.to_string());
+    let fits = (0..study.inputs.len()).map(fitted).collect::<Result<Vec<_>, _>>()?;
     if let Some(out) = &arguments.response.out {
         write_rows(out, &study)?;
     }

@@ -1,11 +1,12 @@
 //! Frequency responses of the rates to the controls over a session's windows, with their low-order equivalent systems.
 
-use doublet_dynamics::frequency::{Delay, Form};
+use doublet_dynamics::frequency::{Delay, Form, state_space_response};
+use nalgebra::Complex;
 
-use super::StudyInput;
 use super::equivalent::{EquivalentStudy, equivalent_study};
 use super::response::{ResponseRequest, ResponseStudy, ResponseWindow, session_responses};
-use crate::graph::{Context, Footprint, Stage, StageResult};
+use super::{DynamicsRequest, DynamicsStudy, StudyInput};
+use crate::graph::{Context, Footprint, Stage, StageError, StageResult};
 use crate::session::Surface;
 
 /// Of one control: the response of the rate it is there for, over the windows in which it alone moves.
@@ -17,6 +18,8 @@ pub struct SurfaceResponse {
     pub response: StageResult<ResponseStudy>,
     /// Its equivalent system, or why there is none.
     pub system: StageResult<EquivalentStudy>,
+    /// Response of the identified model about the trim of the windows, at the same frequencies; empty where there is none.
+    pub model: Vec<Complex<f64>>,
 }
 
 /// Responses of every control that moves in some window by itself.
@@ -50,6 +53,11 @@ impl Stage for FlightResponses {
 
     fn run((): (), input: &StudyInput<'_>, context: &Context<'_>) -> StageResult<Self> {
         let mut surfaces = Vec::new();
+        // Without a trim or with one motion alone there is no model to compare with, which its own study says.
+        let dynamics = match context.get::<DynamicsStudy>(DynamicsRequest::default(), input) {
+            Err(StageError::Cancelled) => return Err(StageError::Cancelled),
+            found => found.ok(),
+        };
         for surface in Surface::ALL {
             context.checkpoint()?;
             let own = input.windows.iter().filter(|window| window.manoeuvre.surface == Some(surface));
@@ -74,8 +82,14 @@ impl Stage for FlightResponses {
             let fitted = |study: &ResponseStudy| {
                 equivalent_study(study, 0, (form(surface), Delay::Free), None).map_err(|error| error.to_string().into())
             };
+            let of_model = |study: &ResponseStudy| {
+                let omega: Vec<f64> = study.responses.first()?.points.iter().map(|point| point.omega_rad_s).collect();
+                let linear = dynamics.as_ref()?.modes.linearised.motion();
+                state_space_response(&linear, &study.inputs[0], &study.output, &omega)
+            };
+            let model = response.as_ref().ok().and_then(of_model).unwrap_or_default();
             let system = response.as_ref().map_err(Clone::clone).and_then(fitted);
-            surfaces.push(SurfaceResponse { surface, response, system });
+            surfaces.push(SurfaceResponse { surface, response, system, model });
         }
         if surfaces.is_empty() {
             return Err("no window in use moves one control alone: state the surface of a window".into());

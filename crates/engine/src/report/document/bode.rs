@@ -2,6 +2,8 @@
 
 use doublet_dynamics::frequency::{FrequencyResponse, ResponsePoint, TransferFunction};
 
+use nalgebra::Complex;
+
 use super::{Axis, Colour, Figure, LineStyle, Mark, Panel, Plot};
 use crate::study::ResponseStudy;
 
@@ -30,6 +32,18 @@ impl BodeModel {
         };
         let through = format!("{label}, through the windows");
         [Self::aligned(label, of(false), response), Self::aligned(&through, of(true), response)]
+    }
+
+    /// Values of a response at the frequencies of another.
+    pub fn of_values(label: &str, values: &[Complex<f64>], response: &FrequencyResponse) -> Self {
+        let mut last = None;
+        let point = |(found, value): (&ResponsePoint, &Complex<f64>)| {
+            let phase = value.arg().to_degrees();
+            let phase = phase - 360.0 * last.map_or(0.0, |last: f64| ((phase - last) / 360.0).round());
+            last = Some(phase);
+            [found.omega_rad_s, 20.0 * value.norm().log10(), phase]
+        };
+        Self::aligned(label, response.points.iter().zip(values).map(point).collect(), response)
     }
 
     /// Points of any model, whole turns of the phase such that they lie on the response.

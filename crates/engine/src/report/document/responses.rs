@@ -14,7 +14,8 @@ pub fn responses(contents: &Contents<'_>) -> Vec<Block> {
     let mut blocks = vec![paragraph(
         "Responses of the rates to the controls over all windows in which one control moves alone: composites of windows of several \
          lengths, with 95 % bars of their random error. The low-order equivalent systems are fitted to the transforms of the records \
-         by output error; intervals hold 95 %. What is no value by its coherence is left out.",
+         by output error; intervals hold 95 %. What is no value by its coherence is left out. The identified model is linear about \
+         the median of the windows' conditions.",
     )];
     blocks.extend(found.surfaces.iter().filter_map(surface_figure).map(Block::Figure));
     let systems = &contents.results.studies.equivalent_systems;
@@ -33,7 +34,10 @@ pub fn surface_figure(surface: &SurfaceResponse) -> Option<Figure> {
     let model = |system: &crate::study::EquivalentStudy| {
         Some(BodeModel::pair("equivalent system", &system.fit.model, study.responses.get(system.input)?))
     };
-    let models: Vec<BodeModel> = surface.system.as_ref().ok().and_then(model).into_iter().flatten().collect();
+    let mut models: Vec<BodeModel> = surface.system.as_ref().ok().and_then(model).into_iter().flatten().collect();
+    if let Some(response) = study.responses.first().filter(|_| !surface.model.is_empty()) {
+        models.push(BodeModel::of_values("identified model", &surface.model, response));
+    }
     bode_figure(study, 0, &models)
 }
 
