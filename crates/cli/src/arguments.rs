@@ -1,6 +1,8 @@
 //! Arguments of every command.
 
 use crate::aircraft::{AircraftArguments, PlainArguments};
+use crate::prior::PriorArguments;
+use crate::fmu::FmuArguments;
 use std::path::PathBuf;
 
 use clap::builder::PossibleValuesParser;
@@ -79,6 +81,10 @@ pub enum Command {
     Match(MatchArguments),
     /// Judge the objective tests of a qualification test guide on a session and write the guide.
     Qtg(crate::qtg::QtgArguments),
+    /// Write the identified aircraft as a Functional Mock-up Unit (FMI 3.0) that begins in a trim.
+    Fmu(FmuArguments),
+    /// Set an earlier estimate beside that of the flight: both combined, and whether they contradict each other.
+    Prior(PriorArguments),
     /// Print the linear model about a trim, or write it as MAT, JSON or CSV.
     Linear(LinearArguments),
     /// Print the natural modes about a trim with their intervals, or a root locus.

@@ -29,10 +29,10 @@ pub fn datcom(arguments: &DatcomArguments) -> Result<(), String> {
 }
 
 /// An identified derivative.
-struct Identified {
-    name: String,
-    estimate: f64,
-    corrected_error: f64,
+pub struct Identified {
+    pub name: String,
+    pub estimate: f64,
+    pub corrected_error: f64,
 }
 
 fn print_listing(path: &Path, arguments: &DatcomArguments) -> Result<(), String> {
@@ -60,13 +60,13 @@ fn print_listing(path: &Path, arguments: &DatcomArguments) -> Result<(), String>
     Ok(())
 }
 
-fn aircraft_data(name: &str) -> Result<AircraftData, String> {
+pub fn aircraft_data(name: &str) -> Result<AircraftData, String> {
     let loaded = stage::load_aircraft(&Context::new(Path::new(".")), &new::aircraft_reference(name)?)?;
     Ok(stage::aircraft_data(Arc::clone(loaded.shared()), None))
 }
 
 /// Derivatives of the listing with the aircraft's normalisation of rates: body axes, with lift and drag beside.
-fn predicted(
+pub fn predicted(
     listing: &DatcomListing,
     alpha_rad: f64,
     aircraft: Option<&AircraftData>,
@@ -148,7 +148,7 @@ fn print_table(predicted: &[PredictedDerivative], identified: Option<&[Identifie
 }
 
 /// The pooled derivatives of a run.
-fn identified(path: &Path) -> Result<Vec<Identified>, String> {
+pub fn identified(path: &Path) -> Result<Vec<Identified>, String> {
     let refuse = |reason: &str| format!("{}: {reason}", path.display());
     let content = doublet_core::load::read_text(path).map_err(|error| refuse(&error.to_string()))?;
     let results: Value = serde_json::from_str(&content).map_err(|error| refuse(&error.to_string()))?;

@@ -55,7 +55,7 @@ pub struct TrimArguments {
     seed: u64,
     /// Print one JSON document.
     #[arg(long)]
-    json: bool,
+    pub json: bool,
 }
 
 /// Arguments of `linear`.
@@ -106,7 +106,7 @@ fn locus_range(text: &str) -> Result<(String, f64, f64, usize), String> {
 }
 
 /// Computes the study of a trim.
-fn study(trim: &TrimArguments, class: &str, category: &str) -> Result<std::sync::Arc<DynamicsStudy>, String> {
+pub fn study(trim: &TrimArguments, class: &str, category: &str) -> Result<std::sync::Arc<DynamicsStudy>, String> {
     let place = |known: &[&str], name: &str| known.iter().position(|known| *known == name).unwrap_or_default();
     let request = DynamicsRequest {
         airspeed_m_s: trim.airspeed,

@@ -11,12 +11,14 @@ mod dynamics;
 mod engine;
 mod export;
 mod fidelity;
+mod fmu;
 mod inspect;
 mod lags;
 mod map;
 mod match_command;
 mod new;
 mod outcome;
+mod prior;
 mod progress;
 mod propagate;
 mod propose;
@@ -106,6 +108,8 @@ fn outcome(command: Command) -> Result<Outcome, String> {
         }
         Command::Propose(arguments) => propose::propose(&arguments),
         Command::Match(arguments) => match_command::match_command(&arguments),
+        Command::Fmu(arguments) => fmu::fmu(&arguments),
+        Command::Prior(arguments) => prior::prior(&arguments),
         Command::Linear(arguments) => dynamics::linear(&arguments),
         Command::Modes(arguments) => dynamics::modes(&arguments),
         Command::Qualities(arguments) => dynamics::qualities(&arguments),

@@ -3,6 +3,7 @@
 mod checks;
 mod daveml;
 mod daveml_reader;
+mod fmu;
 mod jsbsim;
 mod linear;
 mod model;
@@ -16,6 +17,7 @@ use crate::date;
 use crate::keep::{Earlier, Put, PutError, Staging};
 
 pub use daveml_reader::{CheckResult, DaveMl, DaveMlError};
+pub use fmu::{LIBRARY_VARIABLE, write_fmu};
 pub use linear::{LinearFormat, linear_json, write_linear};
 pub(crate) use model::identified;
 pub use model::{IdentifiedCoefficient, IdentifiedModel, Parameter, Ranges};

@@ -1,0 +1,48 @@
+//! `doublet fmu`: the identified aircraft as a Functional Mock-up Unit.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use doublet_dynamics::linear::Simulation;
+use doublet_engine::export::write_fmu;
+use serde_json::json;
+
+use crate::dynamics::{TrimArguments, study};
+use crate::text;
+
+/// Arguments of `fmu`.
+#[derive(Debug, Args)]
+pub struct FmuArguments {
+    /// The trim the flight begins in.
+    #[command(flatten)]
+    trim: TrimArguments,
+    /// File to write; an earlier one is replaced.
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+}
+
+/// Writes the unit.
+///
+/// # Errors
+/// One line per thing that is wrong.
+pub fn fmu(arguments: &FmuArguments) -> Result<(), String> {
+    let study = study(&arguments.trim, "I", "B")?;
+    let name = arguments.out.file_stem().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+    let simulation = Simulation::from_trim(study.model.model.clone(), &study.modes.linearised.trim);
+    let names = &study.model.names;
+    write_fmu(&simulation, names, &name, &arguments.out).map_err(|error| error.to_string())?;
+    let trim = &study.modes.linearised.trim;
+    let path = arguments.out.display();
+    if arguments.trim.json {
+        let document = json!({
+            "version": 1, "file": arguments.out, "fmi": "3.0", "derivatives": names, "airspeed_m_s": trim.condition.airspeed_m_s,
+            "altitude_m": trim.condition.altitude_m, "controls_rad": trim.controls_rad, "thrust_n": trim.thrust_n,
+        });
+        text::document(&document.to_string());
+    } else {
+        let (speed, altitude) = (trim.condition.airspeed_m_s, trim.condition.altitude_m);
+        text::line(&format!("{path}: FMI 3.0, begins at {speed:.2} m/s, {altitude:.0} m"));
+        study.notes.iter().for_each(|note| text::line(note));
+    }
+    Ok(())
+}
