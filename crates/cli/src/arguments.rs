@@ -1,8 +1,8 @@
 //! Arguments of every command.
 
 use crate::aircraft::{AircraftArguments, PlainArguments};
-use crate::prior::PriorArguments;
 use crate::fmu::FmuArguments;
+use crate::prior::PriorArguments;
 use std::path::PathBuf;
 
 use clap::builder::PossibleValuesParser;

@@ -105,9 +105,8 @@ fn read(arguments: &PriorArguments) -> Result<Vec<(String, Known)>, String> {
     let refuse = |what: &str| format!("{}: {what}", path.display());
     let known = match path.extension().and_then(|ending| ending.to_str()) {
         Some("json") => {
-            let row = |row: datcom::Identified| {
-                (row.name, Known { mean: row.estimate, deviation: row.corrected_error })
-            };
+            let row =
+                |row: datcom::Identified| (row.name, Known { mean: row.estimate, deviation: row.corrected_error });
             datcom::identified(path)?.into_iter().map(row).collect()
         }
         Some("csv") => read_table(path)?,
@@ -118,7 +117,8 @@ fn read(arguments: &PriorArguments) -> Result<Vec<(String, Known)>, String> {
             let listing = DatcomListing::read(path).map_err(|error| error.to_string())?;
             let aircraft = arguments.aircraft.as_deref().map(datcom::aircraft_data).transpose()?;
             let alpha = arguments.alpha_deg.map(f64::to_radians).or_else(|| listing.level_flight_alpha_rad());
-            let alpha = alpha.ok_or_else(|| refuse("it does not tell the angle of attack of level flight: give --alpha-deg"))?;
+            let alpha = alpha
+                .ok_or_else(|| refuse("it does not tell the angle of attack of level flight: give --alpha-deg"))?;
             let found = datcom::predicted(&listing, alpha, aircraft.as_ref()).map_err(|error| refuse(&error))?;
             let row = |value: f64| Known { mean: value, deviation: arguments.relative * value.abs() };
             found.into_iter().map(|known| (known.name.to_owned(), row(known.value))).collect::<Vec<_>>()
@@ -139,9 +139,10 @@ fn read_table(path: &Path) -> Result<Vec<(String, Known)>, String> {
         Ok((name.to_owned(), Known { mean: number(mean)?, deviation: number(deviation)? }))
     };
     let lines = content.lines().enumerate().skip(1).filter(|(_, line)| !line.trim().is_empty());
-    lines.map(row).collect::<Result<_, _>>().map_err(|line| {
-        format!("{}: line {line} is not `name,mean,deviation` with two numbers", path.display())
-    })
+    lines
+        .map(row)
+        .collect::<Result<_, _>>()
+        .map_err(|line| format!("{}: line {line} is not `name,mean,deviation` with two numbers", path.display()))
 }
 
 /// A coefficient, its squared distance with the degrees of freedom, and the probability of one as large.
@@ -177,9 +178,7 @@ fn print_json(rows: &[Row], tests: &[Test]) {
             "deviations": row.conflict.map(|(z, _)| z), "probability": row.conflict.map(|(_, probability)| probability),
         })
     };
-    let test = |(name, (distance, degrees), probability): &Test| {
-        json!({ "coefficient": name, "distance": distance, "degrees_of_freedom": degrees, "probability": probability })
-    };
+    let test = |(name, (distance, degrees), probability): &Test| json!({ "coefficient": name, "distance": distance, "degrees_of_freedom": degrees, "probability": probability });
     let rows: Vec<Value> = rows.iter().map(row).collect();
     let tests: Vec<Value> = tests.iter().map(test).collect();
     text::document(&json!({ "version": 1, "derivatives": rows, "coefficients": tests }).to_string());
