@@ -1,6 +1,6 @@
 //! `linear`, `modes`, `qualities` and `propagate` as a user runs them on the shipped flight.
 
-#![expect(clippy::unwrap_used, reason = "helpers of tests fail the test that calls them")]
+#![expect(clippy::unwrap_used, clippy::panic, reason = "helpers of tests fail the test that calls them")]
 
 use std::path::Path;
 use std::process::{Command, Output};

@@ -1,5 +1,7 @@
 //! Intervals, root loci, responses and measured modes.
 
+#![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "helpers of tests are not marked as tests")]
+
 #[path = "../../core/tests/common/shared.rs"]
 mod shared;
 

@@ -1,5 +1,7 @@
 //! Linear models and modes against published ones: Boeing 747 of NASA CR-2144, Etkin and Reid, a toolbox example; F-4C of Cook.
 
+#![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "helpers of tests are not marked as tests")]
+
 #[path = "../../core/tests/common/shared.rs"]
 mod shared;
 

@@ -1,5 +1,7 @@
 //! Levels of flying qualities against those published for the Tu-144 and worked for the Boeing 747.
 
+#![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "helpers of tests are not marked as tests")]
+
 #[path = "../../core/tests/common/shared.rs"]
 mod shared;
 

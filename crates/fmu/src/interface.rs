@@ -88,7 +88,6 @@ pub unsafe extern "C" fn fmi3InstantiateModelExchange(
 /// # Safety
 /// See the module.
 #[unsafe(no_mangle)]
-#[expect(clippy::too_many_arguments, reason = "as the specification has them")]
 pub unsafe extern "C" fn fmi3InstantiateCoSimulation(
     _name: *const c_char,
     token: *const c_char,
@@ -178,7 +177,7 @@ pub unsafe extern "C" fn fmi3GetFloat64(
     references: *const u32,
     count: usize,
     values: *mut f64,
-    _values: usize,
+    _length: usize,
 ) -> Status {
     // SAFETY: as this function.
     let Some(instance) = (unsafe { instance(pointer) }) else { return ERROR };
@@ -201,7 +200,7 @@ pub unsafe extern "C" fn fmi3SetFloat64(
     references: *const u32,
     count: usize,
     values: *const f64,
-    _values: usize,
+    _length: usize,
 ) -> Status {
     // SAFETY: as this function.
     let Some(instance) = (unsafe { instance(pointer) }) else { return ERROR };
@@ -351,7 +350,6 @@ pub extern "C" fn fmi3GetEventIndicators(_pointer: *mut c_void, _indicators: *mu
 /// # Safety
 /// See the module.
 #[unsafe(no_mangle)]
-#[expect(clippy::too_many_arguments, reason = "as the specification has them")]
 pub unsafe extern "C" fn fmi3DoStep(
     pointer: *mut c_void,
     time_s: f64,

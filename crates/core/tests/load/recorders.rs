@@ -322,10 +322,10 @@ fn messages_are_laid_out_by_their_description_and_put_in_the_order_of_their_stam
 fn recordings_of_messages_that_are_cut_off_give_what_is_whole_and_never_panic() {
     let whole = mcap();
     for length in 8..whole.len() {
-        let (_folder, path) = written("cut.mcap", whole[..length].to_vec());
+        let (_folder, path) = written("cut.mcap", &whole[..length]);
         let _ = inspect(&path);
     }
-    let (_folder, path) = written("cut.mcap", whole[..whole.len() - 20].to_vec());
+    let (_folder, path) = written("cut.mcap", &whole[..whole.len() - 20]);
     let probe = inspect(&path).unwrap();
     assert!(probe.warnings.iter().any(|warning| warning.contains("cut off or damaged")), "{:?}", probe.warnings);
     assert_eq!(channel(&probe, "/imu", "angular_velocity.x").samples, 5);

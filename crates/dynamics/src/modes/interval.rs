@@ -84,7 +84,7 @@ impl ModeEstimate {
         /// Square of its radius in standard deviations: the 95 % quantile of the chi-square distribution of two degrees of freedom.
         const SQUARE: f64 = 5.991_465;
         let [real, imaginary, joint] = self.covariance;
-        if !self.mode.oscillates() || !(real > 0.0 && imaginary > 0.0) {
+        if !(self.mode.oscillates() && real > 0.0 && imaginary > 0.0) {
             return Vec::new();
         }
         // Cholesky factor of the covariance.
@@ -181,8 +181,11 @@ fn matching(nominal: &[Mode], values: &[Complex<f64>]) -> Vec<Option<Complex<f64
     found
 }
 
+/// Eigenvalues at both ends of a change, where it has both.
+type Sides = Option<(Complex<f64>, Complex<f64>)>;
+
 /// Eigenvalues of each mode on both sides of each derivative.
-fn slopes(sensitivities: &Sensitivities, nominal: &[Mode]) -> Vec<Vec<Option<(Complex<f64>, Complex<f64>)>>> {
+fn slopes(sensitivities: &Sensitivities, nominal: &[Mode]) -> Vec<Vec<Sides>> {
     let mut of_modes = vec![Vec::new(); nominal.len()];
     for change in &sensitivities.changes {
         let [above, below] = [&change.above, &change.below].map(|side| matching(nominal, &eigenvalues(side)));
@@ -201,7 +204,7 @@ fn estimate(
 ) -> ModeEstimate {
     // Slope of a figure over each derivative; not a number where a side has no such mode.
     let gradient = |figure: Figure| -> Vec<f64> {
-        let of = |(change, sides): (&crate::linear::Change, &Option<(Complex<f64>, Complex<f64>)>)| {
+        let of = |(change, sides): (&crate::linear::Change, &Sides)| {
             sides.map_or(f64::NAN, |(above, below)| (figure.signed(above) - figure.signed(below)) / (2.0 * change.step))
         };
         sensitivities.changes.iter().zip(sides).map(of).collect()
