@@ -148,6 +148,16 @@ fn attas_as_measured_gives_the_published_derivatives_without_a_filter() {
         println!("{name}: {found:.6}, published {published}, {:+.2} %", 100.0 * (found / published - 1.0));
         assert!((found / published - 1.0).abs() < TREATMENT_DIFFERS, "{name}: {found} against {published}");
     }
+    // The recorded angular acceleration is larger than the slope of the recorded rates: control power is too.
+    let by_rates = derivative(&results["pooled"], "Cl_delta_a");
+    let (output, folder) = run_changed("reference/attas_measured", |text| {
+        text.replace("differentiation_half_width_s = 0.1", "angular_acceleration = \"recorded\"")
+    });
+    assert!(output.status.code().is_some_and(|code| code != 1), "{:?}", error_lines(&output));
+    let text = std::fs::read_to_string(folder.path().join("out/results.json")).unwrap();
+    let recorded: Value = serde_json::from_str(&text).unwrap();
+    let ratio = derivative(&recorded["pooled"], "Cl_delta_a") / by_rates;
+    assert!((1.02..1.04).contains(&ratio), "{ratio}");
 }
 
 #[test]

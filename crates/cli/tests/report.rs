@@ -76,7 +76,7 @@ fn report_and_tables_hold_the_numbers_of_the_results() {
     let session = session.to_str().unwrap();
     let out = folder.path().join("results");
     let forms = ["--tables", "csv,latex,markdown", "--histories", "hdf5,mat,parquet", "--recordings"];
-    let with = ["--with", "sensitivity,checks,responses"];
+    let with = ["--with", "sensitivity,checks,responses,dynamics"];
     succeeds(&[&["run", session, "--out", out.to_str().unwrap()][..], &forms, &with].concat());
     let results: Value = serde_json::from_slice(&std::fs::read(out.join("results.json")).unwrap()).unwrap();
     let mut known = BTreeSet::new();
@@ -113,6 +113,7 @@ fn report_and_tables_hold_the_numbers_of_the_results() {
         "Proof of match",
         "Sensitivity",
         "Frequency responses",
+        "Linear model, modes and flying qualities",
         "Engines",
         "Findings",
     ] {

@@ -218,7 +218,7 @@ mod tests {
                     parameters[index] += step;
                     model.with_parameters(&parameters).at(omega)
                 };
-                let step = 1e-5;
+                let step = 1e-6;
                 let difference = (moved(step) - moved(-step)) / (2.0 * step) / model.at(omega);
                 assert!((difference - exact).norm() < 1e-8, "{omega} {index}: {difference} {exact}");
             }

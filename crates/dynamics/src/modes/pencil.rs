@@ -125,12 +125,20 @@ fn pencil(signals: &[&[f64]], order: usize, step_s: f64) -> Option<Vec<Complex<f
         .iter()
         .filter(|value| value.norm() > 1e-6)
         .map(|value| value.ln() / step)
+        // Two real ones of a block come with what rounding leaves of an imaginary part.
+        .map(|value| if value.im.abs() < 1e-6 * value.norm() { Complex::new(value.re, 0.0) } else { value })
         // A negative real value has no counterpart in continuous time.
         .filter(|value| value.im >= 0.0 && value.im < 0.999 * std::f64::consts::PI / step)
         .collect();
     found.sort_by(|a, b| b.norm().total_cmp(&a.norm()));
-    let offset = found.iter().rposition(|value| value.im == 0.0)?;
-    found.remove(offset);
+    match found.iter().rposition(|value| value.im == 0.0) {
+        Some(offset) => _ = found.remove(offset),
+        // Noise made a pair of the offset and the slow real one beside it: their sum is that one.
+        None => {
+            let slowest = found.iter_mut().min_by(|a, b| a.im.total_cmp(&b.im))?;
+            *slowest = Complex::new(2.0 * slowest.re, 0.0);
+        }
+    }
     (!found.is_empty()).then_some(found)
 }
 
