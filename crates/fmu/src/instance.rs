@@ -1,6 +1,6 @@
 //! An instance: states, inputs, and every variable by its value reference.
 
-use doublet_dynamics::linear::{INPUT_NAMES, OUTPUT_NAMES, STATE_NAMES, Simulation};
+use doublet_dynamics::linear::{INPUT_NAMES, OUTPUT_NAMES, STATE_NAMES, Simulation, state_unit};
 
 /// States of the motion and inputs.
 const STATES: usize = STATE_NAMES.len();
@@ -40,10 +40,10 @@ pub fn variables(simulation: &Simulation, names: &[String]) -> Vec<Variable> {
     for (index, (name, unit)) in INPUT_NAMES.iter().enumerate() {
         all.push((INPUT_AT + index as u32, (*name).to_owned(), *unit, VariableKind::Input, simulation.input[index]));
     }
-    for (index, (name, unit)) in STATE_NAMES.iter().enumerate() {
-        all.push((STATE_AT + index as u32, (*name).to_owned(), *unit, VariableKind::State, simulation.state[index]));
+    for (index, name) in STATE_NAMES.iter().enumerate() {
+        all.push((STATE_AT + index as u32, (*name).to_owned(), state_unit(name), VariableKind::State, simulation.state[index]));
     }
-    for (index, (name, _)) in STATE_NAMES.iter().enumerate() {
+    for (index, name) in STATE_NAMES.iter().enumerate() {
         let kind = VariableKind::Rate(STATE_AT + index as u32);
         all.push((RATE_AT + index as u32, format!("der({name})"), "", kind, 0.0));
     }

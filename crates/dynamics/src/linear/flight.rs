@@ -1,7 +1,7 @@
 //! An identified aircraft in steady flight: what it is, the condition, and its equations of motion.
 
 use doublet_core::airframe::{MassProperties, ReferenceGeometry};
-use doublet_core::atmos::Atmosphere;
+use doublet_core::atmos::{Atmosphere, AtmosphereError};
 use doublet_core::model::{Axes, Derivatives, Position, ThrustTreatment, Variable};
 use doublet_core::motion::{FactoredInertia, State};
 use doublet_core::replay::{Forces, Instant, MotionAxis, Sample};
@@ -11,8 +11,13 @@ use super::LinearError;
 
 /// States of the whole motion: `u v w p q r phi theta psi north east h`.
 pub const STATES: usize = 12;
+/// Names of the states, in their order.
+pub const STATE_NAMES: [&str; STATES] = ["u", "v", "w", "p", "q", "r", "phi", "theta", "psi", "north", "east", "h"];
 /// Inputs: aileron, elevator, rudder, thrust.
 pub const INPUTS: usize = 4;
+/// Names and units of the inputs, in their order.
+pub const INPUT_NAMES: [(&str, &str); INPUTS] =
+    [("delta_a", "rad"), ("delta_e", "rad"), ("delta_r", "rad"), ("thrust", "N")];
 /// Values of the states: m/s, rad/s, rad, m.
 pub type StateVector = SVector<f64, STATES>;
 /// Values of the inputs: rad, N.
@@ -159,23 +164,13 @@ impl<'a> Equations<'a> {
     /// Air density at an altitude, kg/m³, and its slope: that of the condition, changing as the standard atmosphere's does; constant
     /// outside the troposphere.
     pub fn density(&self, altitude_m: f64) -> (f64, f64) {
-        /// Half the interval of the slope, m.
-        const HALF_M: f64 = 10.0;
-        let standard = |altitude_m: f64| Atmosphere::STANDARD.density_kg_m3(altitude_m).ok();
-        let at = |altitude_m: f64| Some(standard(altitude_m)? / standard(self.condition.altitude_m)?);
-        let ratio = at(altitude_m).unwrap_or(1.0);
-        let slope = at(altitude_m + HALF_M).zip(at(altitude_m - HALF_M)).map_or(0.0, |(a, b)| (a - b) / (2.0 * HALF_M));
+        let (ratio, slope) = ratio_and_slope(Atmosphere::density_kg_m3, altitude_m, self.condition.altitude_m);
         (self.condition.density_kg_m3 * ratio, self.condition.density_kg_m3 * slope)
     }
 
     /// Speed of sound at an altitude, m/s, and its slope, alike.
     pub fn speed_of_sound(&self, altitude_m: f64) -> (f64, f64) {
-        /// Half the interval of the slope, m.
-        const HALF_M: f64 = 10.0;
-        let standard = |altitude_m: f64| Atmosphere::STANDARD.speed_of_sound_m_s(altitude_m).ok();
-        let at = |altitude_m: f64| Some(standard(altitude_m)? / standard(self.condition.altitude_m)?);
-        let ratio = at(altitude_m).unwrap_or(1.0);
-        let slope = at(altitude_m + HALF_M).zip(at(altitude_m - HALF_M)).map_or(0.0, |(a, b)| (a - b) / (2.0 * HALF_M));
+        let (ratio, slope) = ratio_and_slope(Atmosphere::speed_of_sound_m_s, altitude_m, self.condition.altitude_m);
         (self.condition.speed_of_sound_m_s * ratio, self.condition.speed_of_sound_m_s * slope)
     }
 
@@ -230,6 +225,38 @@ impl<'a> Equations<'a> {
             -path.z,
         ]);
         (rate, loads.specific_force_m_s2)
+    }
+}
+
+/// A quantity of the standard atmosphere over altitude.
+type OverAltitude = fn(&Atmosphere, f64) -> Result<f64, AtmosphereError>;
+
+/// Value of the standard atmosphere at an altitude over that at another; `None` outside its troposphere.
+fn standard_ratio(of: OverAltitude, altitude_m: f64, from_m: f64) -> Option<f64> {
+    Some(of(&Atmosphere::STANDARD, altitude_m).ok()? / of(&Atmosphere::STANDARD, from_m).ok()?)
+}
+
+/// That ratio and its slope, 1/m; one and zero outside.
+fn ratio_and_slope(of: OverAltitude, altitude_m: f64, from_m: f64) -> (f64, f64) {
+    /// Half the interval of the slope, m.
+    const HALF_M: f64 = 10.0;
+    let at = |altitude_m: f64| standard_ratio(of, altitude_m, from_m);
+    let slope = at(altitude_m + HALF_M).zip(at(altitude_m - HALF_M)).map_or(0.0, |(a, b)| (a - b) / (2.0 * HALF_M));
+    (at(altitude_m).unwrap_or(1.0), slope)
+}
+
+impl Condition {
+    /// The condition at another altitude, density and speed of sound changed as those of the standard atmosphere; unchanged air where
+    /// that ends.
+    #[must_use]
+    pub fn at_altitude(&self, altitude_m: f64) -> Self {
+        let ratio = |of: OverAltitude| standard_ratio(of, altitude_m, self.altitude_m).unwrap_or(1.0);
+        Self {
+            altitude_m,
+            density_kg_m3: self.density_kg_m3 * ratio(Atmosphere::density_kg_m3),
+            speed_of_sound_m_s: self.speed_of_sound_m_s * ratio(Atmosphere::speed_of_sound_m_s),
+            ..*self
+        }
     }
 }
 

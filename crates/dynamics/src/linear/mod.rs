@@ -14,10 +14,10 @@ mod zeros;
 
 pub use dimensional::{LateralDerivatives, LongitudinalDerivatives, SymmetricTrim};
 pub use error::LinearError;
-pub use flight::{Condition, FlightModel, SteadyFlight, ThrustLine};
+pub use flight::{Condition, FlightModel, INPUT_NAMES, STATE_NAMES, SteadyFlight, ThrustLine};
 pub use model::{Linearised, Method, Part, linearise, linearise_at};
 pub use nondimensional::{LiftAndDrag, Scales, StabilityLateral, StabilityLongitudinal};
-pub use simulation::{INPUT_NAMES, OUTPUT_NAMES, STATE_NAMES, Simulation};
-pub use state_space::{Quantity, SIGNS, StateSpace};
+pub use simulation::{OUTPUT_NAMES, Simulation};
+pub use state_space::{Quantity, SIGNS, StateSpace, state_unit};
 pub use trim::{Trim, trim};
 pub use uncertain::{Change, Sensitivities, UncertainModel};

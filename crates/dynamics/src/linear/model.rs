@@ -4,15 +4,10 @@ use doublet_core::replay::MotionAxis;
 use nalgebra::DMatrix;
 
 use super::analytic;
-use super::flight::{Equations, INPUTS, InputVector, STATES, StateVector};
+use super::flight::{Equations, INPUT_NAMES, INPUTS, InputVector, STATE_NAMES, STATES, StateVector};
 use super::state_space::{Quantity, StateSpace, state};
 use super::{Condition, FlightModel, LinearError, Trim, trim};
 
-/// Names of the states of the whole motion.
-const STATE_NAMES: [&str; STATES] = ["u", "v", "w", "p", "q", "r", "phi", "theta", "psi", "north", "east", "h"];
-/// Names and units of the inputs.
-const INPUT_NAMES: [(&str, &str); INPUTS] =
-    [("delta_a", "rad"), ("delta_e", "rad"), ("delta_r", "rad"), ("thrust", "N")];
 /// Names and units of the outputs beside the states.
 const AIR_OUTPUTS: [(&str, &str); 6] =
     [("V", "m/s"), ("alpha", "rad"), ("beta", "rad"), ("ax", "m/s^2"), ("ay", "m/s^2"), ("az", "m/s^2")];

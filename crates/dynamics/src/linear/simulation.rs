@@ -13,24 +13,6 @@ const FORMAT: &str = "doublet flight model";
 /// Version of the form this reads and writes.
 const VERSION: u32 = 1;
 
-/// Names and units of the states `u v w p q r phi theta psi north east h`.
-pub const STATE_NAMES: [(&str, &str); STATES] = [
-    ("u", "m/s"),
-    ("v", "m/s"),
-    ("w", "m/s"),
-    ("p", "rad/s"),
-    ("q", "rad/s"),
-    ("r", "rad/s"),
-    ("phi", "rad"),
-    ("theta", "rad"),
-    ("psi", "rad"),
-    ("north", "m"),
-    ("east", "m"),
-    ("h", "m"),
-];
-/// Names and units of the inputs.
-pub const INPUT_NAMES: [(&str, &str); INPUTS] =
-    [("delta_a", "rad"), ("delta_e", "rad"), ("delta_r", "rad"), ("thrust", "N")];
 /// Names and units of the outputs beside the states.
 pub const OUTPUT_NAMES: [(&str, &str); 6] =
     [("airspeed", "m/s"), ("alpha", "rad"), ("beta", "rad"), ("ax", "m/s2"), ("ay", "m/s2"), ("az", "m/s2")];

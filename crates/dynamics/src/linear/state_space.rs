@@ -64,10 +64,14 @@ const STATES: [(&str, &str, MotionState); 15] = [
     ("beta", "rad", MotionState::Sideslip),
 ];
 
-/// The quantity a state called `name` is, in SI units.
-pub fn state(name: &str) -> Quantity {
-    let unit = STATES.iter().find(|(known, ..)| *known == name).map_or("", |(_, unit, _)| unit);
-    Quantity::new(name, unit)
+/// SI unit of a state called `name`; empty of one that is not known.
+pub fn state_unit(name: &str) -> &'static str {
+    STATES.iter().find(|(known, ..)| *known == name).map_or("", |(_, unit, _)| unit)
+}
+
+/// The quantity a state called `name` is.
+pub(super) fn state(name: &str) -> Quantity {
+    Quantity::new(name, state_unit(name))
 }
 
 impl StateSpace {

@@ -198,7 +198,7 @@ fn slopes(sensitivities: &Sensitivities, nominal: &[Mode]) -> Vec<Vec<Sides>> {
 
 fn estimate(
     mode: &Mode,
-    sides: &[Option<(Complex<f64>, Complex<f64>)>],
+    sides: &[Sides],
     samples: &[Complex<f64>],
     (sensitivities, model): (&Sensitivities, &UncertainModel),
 ) -> ModeEstimate {

@@ -1,7 +1,5 @@
 //! Root loci: modes while one derivative or one quantity of the condition changes.
 
-use doublet_core::atmos::Atmosphere;
-
 use super::{Mode, modes};
 use crate::linear::{Condition, LinearError, Method, UncertainModel, linearise};
 
@@ -85,22 +83,4 @@ pub fn locus(
         LocusPoint { value, modes: found.map(|linearised| modes(&linearised.motion())) }
     };
     Ok(values.iter().map(at).collect())
-}
-
-impl Condition {
-    /// The condition at another altitude, density and speed of sound changed as those of the standard atmosphere; unchanged air where
-    /// that ends.
-    #[must_use]
-    pub fn at_altitude(&self, altitude_m: f64) -> Self {
-        let standard = Atmosphere::STANDARD;
-        let ratio = |of: &dyn Fn(f64) -> Option<f64>| {
-            of(altitude_m).zip(of(self.altitude_m)).map_or(1.0, |(there, here)| there / here)
-        };
-        Self {
-            altitude_m,
-            density_kg_m3: self.density_kg_m3 * ratio(&|h| standard.density_kg_m3(h).ok()),
-            speed_of_sound_m_s: self.speed_of_sound_m_s * ratio(&|h| standard.speed_of_sound_m_s(h).ok()),
-            ..*self
-        }
-    }
 }
