@@ -2,6 +2,7 @@
 
 pub mod app;
 pub mod command;
+pub mod layouts;
 pub mod notation;
 pub mod panels;
 pub mod theme;

@@ -1,14 +1,15 @@
 //! What the workbench remembers about its own looks: layout, zoom, theme. Never part of a session.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use doublet_engine::report::document::SectionKind;
+use doublet_engine::session::{Manoeuvre, Session};
 use doublet_report::ReportFormat;
-use eframe::egui::{Id, ThemePreference};
-use egui_tiles::{Linear, LinearDir, Tile, Tiles, Tree};
+use eframe::egui::ThemePreference;
 use serde::{Deserialize, Serialize};
 
+use crate::layouts::{Arranged, LayoutKey, Step};
 use crate::notation::Units;
 use crate::panels::Pane;
 use crate::widgets::time_view::TimeView;
@@ -16,7 +17,7 @@ use crate::widgets::time_view::TimeView;
 /// Where it lies in the application's storage.
 const STORAGE_KEY: &str = "doublet_ui";
 /// Version of the stored form; another one is left alone and the first layout shown.
-const VERSION: u32 = 4;
+const VERSION: u32 = 5;
 /// How many sessions are remembered.
 const RECENT: usize = 8;
 
@@ -45,12 +46,26 @@ pub struct Selection {
     pub flight: Option<String>,
     /// Window chosen.
     pub window: Option<String>,
+    /// Windows selected beside the chosen one: what is done to several is done to these too.
+    pub others: BTreeSet<String>,
     /// Derivative highlighted, for example `Cm_q`.
     pub derivative: Option<String>,
     /// Estimates shown.
     pub scope: Scope,
     /// Tables show the constant of every window.
     pub constants: bool,
+}
+
+impl Selection {
+    /// Whether the window `name` is the chosen one or selected beside it.
+    pub fn is_selected(&self, name: &str) -> bool {
+        self.window.as_deref() == Some(name) || self.others.contains(name)
+    }
+
+    /// The windows of `session` that are selected, in its order.
+    pub fn windows<'a>(&'a self, session: &'a Session) -> impl Iterator<Item = &'a Manoeuvre> {
+        session.windows.iter().filter(|window| self.is_selected(&window.name))
+    }
 }
 
 /// What a report is to hold.
@@ -79,7 +94,11 @@ impl Default for ReportChoice {
 pub struct UiState {
     version: u32,
     /// Where the panels are.
-    pub layout: Tree<Pane>,
+    pub shown: Arranged,
+    /// The layouts that were on screen before, and those kept under a name.
+    pub kept: Vec<Arranged>,
+    /// What each of the sessions opened last looked like.
+    pub thumbnails: BTreeMap<PathBuf, Thumbnail>,
     /// Part of the flight on screen.
     pub time: TimeView,
     /// Session that stretch is of; `None` for one without a file.
@@ -110,7 +129,9 @@ impl Default for UiState {
     fn default() -> Self {
         Self {
             version: VERSION,
-            layout: default_layout(),
+            shown: Arranged::new(LayoutKey::Step(Step::Results)),
+            kept: Vec::new(),
+            thumbnails: BTreeMap::new(),
             time: TimeView::default(),
             session: None,
             window_time: TimeView::default(),
@@ -129,7 +150,7 @@ impl UiState {
     /// What was stored last; the first layout when nothing was, or by another version.
     pub fn load(storage: Option<&dyn eframe::Storage>) -> Self {
         let stored: Option<Self> = storage.and_then(|storage| eframe::get_value(storage, STORAGE_KEY));
-        stored.filter(|state| state.version == VERSION && state.layout.root().is_some()).unwrap_or_default()
+        stored.filter(|state| state.version == VERSION && state.shown.tree.root().is_some()).unwrap_or_default()
     }
 
     /// Puts `path` at the head of the sessions opened last.
@@ -138,6 +159,56 @@ impl UiState {
         self.recent.retain(|other| *other != path);
         self.recent.insert(0, path);
         self.recent.truncate(RECENT);
+        self.thumbnails.retain(|path, _| self.recent.contains(path));
+    }
+
+    /// Puts the layout `key` on screen; the one before is kept as it is.
+    pub fn show_layout(&mut self, key: LayoutKey) {
+        if self.shown.key == key {
+            return;
+        }
+        let at = self.kept.iter().position(|kept| kept.key == key);
+        let next = at.map_or_else(|| Arranged::new(key), |at| self.kept.remove(at));
+        self.kept.push(std::mem::replace(&mut self.shown, next));
+    }
+
+    /// Makes `pane` visible: in the layout on screen where that has it, in that of its step otherwise. A layout that is not a step's
+    /// takes it in.
+    pub fn show_pane(&mut self, pane: Pane) {
+        let is_step = matches!(self.shown.key, LayoutKey::Step(_));
+        if let Some(step) = Step::of_pane(pane).filter(|_| is_step && !self.shown.holds(pane)) {
+            self.show_layout(LayoutKey::Step(step));
+        }
+        self.shown.bring_to_front(pane);
+    }
+
+    /// Names of the layouts kept under one, in their order.
+    pub fn layout_names(&self) -> Vec<&str> {
+        let all = self.kept.iter().chain([&self.shown]);
+        let named =
+            all.filter_map(|kept| if let LayoutKey::Named(name) = &kept.key { Some(name.as_str()) } else { None });
+        let mut names: Vec<&str> = named.collect();
+        names.sort_unstable();
+        names
+    }
+
+    /// Keeps the layout on screen under `name`, and shows that from now on.
+    pub fn keep_layout(&mut self, name: &str) {
+        let key = LayoutKey::Named(name.to_owned());
+        let kept = Arranged { key: key.clone(), touched: true, ..self.shown.clone() };
+        self.kept.retain(|other| other.key != key);
+        if self.shown.key != key {
+            self.kept.push(std::mem::replace(&mut self.shown, kept));
+        }
+    }
+
+    /// Forgets the layout kept under `name`.
+    pub fn forget_layout(&mut self, name: &str) {
+        let key = LayoutKey::Named(name.to_owned());
+        if self.shown.key == key {
+            self.show_layout(LayoutKey::Overview);
+        }
+        self.kept.retain(|kept| kept.key != key);
     }
 
     /// Stores it.
@@ -146,45 +217,17 @@ impl UiState {
     }
 }
 
-/// Where the panels are at first: the flight and what became of its windows on the left, settings and results on the right.
-pub fn default_layout() -> Tree<Pane> {
-    let mut tiles = Tiles::default();
-    let mut tabs = |panes: &[Pane]| {
-        let children = panes.iter().map(|&pane| tiles.insert_pane(pane)).collect();
-        tiles.insert_tab_tile(children)
-    };
-    let flight = tabs(&[Pane::Flight, Pane::GroundTrack, Pane::CrossPlot]);
-    let plots =
-        tabs(&[Pane::Reconstruction, Pane::Innovations, Pane::Fits, Pane::Match, Pane::Propulsion, Pane::Dynamics]);
-    let settings = tabs(&[Pane::Manoeuvres, Pane::Preprocess, Pane::Noise, Pane::Model, Pane::Loading]);
-    let results = tabs(&[
-        Pane::Summary,
-        Pane::Derivatives,
-        Pane::Correlation,
-        Pane::Sensitivity,
-        Pane::Report,
-        Pane::Log,
-        Pane::Shortcuts,
-    ]);
-    let left = Linear::new_binary(LinearDir::Vertical, [flight, plots], 0.5);
-    let left = tiles.insert_container(left);
-    let right = Linear::new_binary(LinearDir::Vertical, [settings, results], 0.48);
-    let right = tiles.insert_container(right);
-    let all = Linear::new_binary(LinearDir::Horizontal, [left, right], 0.58);
-    let root = tiles.insert_container(all);
-    Tree::new(Id::unique("workbench"), root, tiles)
-}
-
-/// Makes `pane` visible, opening it beside the others where it was closed.
-pub fn bring_to_front(layout: &mut Tree<Pane>, pane: Pane) {
-    if layout.tiles.find_pane(&pane).is_none() {
-        let new = layout.tiles.insert_pane(pane);
-        match layout.root().and_then(|root| layout.tiles.get_mut(root)) {
-            Some(Tile::Container(container)) => container.add_child(new),
-            _ => *layout = default_layout(),
-        }
-    }
-    layout.make_active(|_, tile| matches!(tile, Tile::Pane(held) if *held == pane));
+/// What a session looked like when it was open last: its altitude over its time and its windows, each from 0 to 1.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Thumbnail {
+    /// Its title.
+    pub title: String,
+    /// Its verdict in one line.
+    pub verdict: String,
+    /// Altitude over time, from the first sample to the last and from the lowest to the highest.
+    pub altitude: Vec<[f32; 2]>,
+    /// Start and end of its windows over the same time.
+    pub windows: Vec<[f32; 2]>,
 }
 
 #[cfg(test)]
@@ -228,7 +271,7 @@ mod tests {
         assert_eq!(back.time.range(), state.time.range());
         assert_eq!(back.time.markers_s, state.time.markers_s);
         assert_eq!(back.appearance, ThemePreference::Light);
-        assert_eq!(back.layout, state.layout);
+        assert_eq!(back.shown, state.shown);
         state.version = VERSION + 1;
         state.save(&mut memory);
         assert_eq!(UiState::load(Some(&memory)).appearance, UiState::default().appearance);
@@ -238,12 +281,37 @@ mod tests {
     }
 
     #[test]
-    fn closed_panel_comes_back_to_the_front() {
-        let mut layout = default_layout();
-        let closed = layout.tiles.find_pane(&Pane::Shortcuts).unwrap();
-        layout.remove_recursively(closed);
-        bring_to_front(&mut layout, Pane::Shortcuts);
-        let shown = layout.tiles.find_pane(&Pane::Shortcuts).unwrap();
-        assert!(layout.is_visible_in_layout(shown));
+    fn panel_is_shown_where_it_is_at_home_and_the_layout_before_comes_back_as_it_was() {
+        let mut state = UiState::default();
+        state.show_pane(Pane::Derivatives);
+        assert_eq!(state.shown.key, LayoutKey::Step(Step::Results), "the layout on screen has it");
+        let left = state.shown.clone();
+        state.show_pane(Pane::Noise);
+        assert_eq!(state.shown.key, LayoutKey::Step(Step::Filter));
+        state.show_layout(LayoutKey::Step(Step::Results));
+        assert_eq!(state.shown, left);
+        state.show_layout(LayoutKey::Overview);
+        state.show_pane(Pane::Shortcuts);
+        assert_eq!(state.shown.key, LayoutKey::Overview, "a layout that is not a step's takes it in");
+        assert!(state.shown.holds(Pane::Shortcuts));
+    }
+
+    #[test]
+    fn named_layouts_are_kept_shown_and_forgotten() {
+        let mut state = UiState::default();
+        let before = state.shown.clone();
+        state.keep_layout("mine");
+        assert_eq!(state.layout_names(), ["mine"]);
+        state.shown.bring_to_front(Pane::Log);
+        state.show_layout(LayoutKey::Step(Step::Results));
+        assert_eq!(state.shown, before, "the step's own is untouched");
+        let mut memory = Memory::default();
+        state.save(&mut memory);
+        let mut back = UiState::load(Some(&memory));
+        back.show_layout(LayoutKey::Named("mine".to_owned()));
+        assert!(back.shown.holds(Pane::Log));
+        back.forget_layout("mine");
+        assert_eq!(back.layout_names(), [""; 0]);
+        assert_eq!(back.shown.key, LayoutKey::Overview);
     }
 }

@@ -9,9 +9,9 @@ use eframe::egui::{
     self, Align, Button, Frame, Layout, Margin, MenuBar, Panel as Bar, ProgressBar, RichText, Role, Sense, Spinner, Ui,
     WidgetInfo, WidgetText, vec2,
 };
-use egui_tiles::{SimplificationOptions, Tile, TileId, Tiles, Tree, UiResponse};
+use egui_tiles::{EditAction, SimplificationOptions, Tile, TileId, Tiles, Tree, UiResponse};
 
-use super::Workbench;
+use super::{Workbench, start, step_bar, timeline};
 use crate::command::{EditCommand, FileCommand, Menu, RunCommand, UiCommand, ViewCommand};
 use crate::panels::{Pane, Panel, PanelContext};
 use crate::widgets::level_mark;
@@ -19,33 +19,30 @@ use crate::{notation, theme};
 
 /// Space between panels.
 const GAP: f32 = 4.0;
+/// Room kept for the title of the session beside menus and steps.
+const LEAST_TITLE: f32 = 40.0;
 
 /// One frame.
 pub fn draw(app: &mut Workbench, ui: &mut Ui) {
-    Bar::top("menu").show(ui, |ui| menu(app, ui));
+    let width = ui.available_width();
+    Bar::top("menu").show(ui, |ui| {
+        // The steps stand beside the menus where there is room for both.
+        if !menu(app, ui) {
+            step_bar::show(app, ui);
+        }
+    });
     Bar::bottom("status").show(ui, |ui| status(app, ui));
-    egui::CentralPanel::default().frame(Frame::new().inner_margin(Margin::same(4)).fill(ui.visuals().panel_fill)).show(
-        ui,
-        |ui| {
-            let mut layout = std::mem::replace(&mut app.state.layout, Tree::empty(egui::Id::unique("workbench")));
-            let mut wanted = DetailRequest { window: app.state.selection.window.clone(), ..DetailRequest::default() };
-            let context = PanelContext {
-                session: app.document.history.present(),
-                snapshot: &app.snapshot,
-                state: &mut app.state,
-                hovered_s: &mut app.hovered_s,
-                table: &app.table,
-                commands: &mut app.commands,
-                edits: &mut app.edits,
-                references: &app.references,
-                wanted: &mut wanted,
-                figures: &mut app.figures,
-            };
-            layout.ui(&mut Docking { panels: &mut app.panels, context }, ui);
-            app.state.layout = layout;
-            app.engine.request_details(&wanted);
-        },
-    );
+    let ground = Frame::new().inner_margin(Margin::same(4)).fill(ui.visuals().panel_fill);
+    if app.is_on_start_page() {
+        egui::CentralPanel::default().frame(ground).show(ui, |ui| start::show(app, ui));
+    } else {
+        let strip = Frame::new().fill(ui.visuals().panel_fill);
+        Bar::top("timeline").resizable(false).frame(strip).exact_size(timeline::HEIGHT).show(ui, |ui| {
+            timeline::show(app, ui);
+        });
+        app.state.shown.fit(width);
+        egui::CentralPanel::default().frame(ground).show(ui, |ui| panels(app, ui));
+    }
     if let Some(command) = app.palette.show(ui.ctx(), &app.table) {
         app.commands.push(command);
     }
@@ -53,6 +50,8 @@ pub fn draw(app: &mut Workbench, ui: &mut Ui) {
     if let Some(path) = app.files.show(ui.ctx()) {
         app.take_file(&path, ui.ctx());
     }
+    app.show_tour(ui.ctx());
+    app.ask_layout_name(ui.ctx());
     app.guard(ui.ctx());
     app.take_figures(ui.ctx());
     app.offer_work(ui.ctx());
@@ -64,8 +63,34 @@ pub fn draw(app: &mut Workbench, ui: &mut Ui) {
     }
 }
 
-/// The menu bar, from the table of commands.
-fn menu(app: &mut Workbench, ui: &mut Ui) {
+/// The panels of the layout on screen.
+fn panels(app: &mut Workbench, ui: &mut Ui) {
+    let empty = Tree::empty(egui::Id::unique("no layout"));
+    let mut layout = std::mem::replace(&mut app.state.shown.tree, empty);
+    let mut wanted = DetailRequest { window: app.state.selection.window.clone(), ..DetailRequest::default() };
+    let context = PanelContext {
+        session: app.document.history.present(),
+        snapshot: &app.snapshot,
+        state: &mut app.state,
+        hovered_s: &mut app.hovered_s,
+        table: &app.table,
+        commands: &mut app.commands,
+        edits: &mut app.edits,
+        references: &app.references,
+        wanted: &mut wanted,
+        figures: &mut app.figures,
+    };
+    let mut docking = Docking { panels: &mut app.panels, context, touched: false };
+    layout.ui(&mut docking, ui);
+    let touched = docking.touched;
+    app.state.shown.tree = layout;
+    app.state.shown.touched |= touched;
+    app.engine.request_details(&wanted);
+}
+
+/// The menu bar, from the table of commands, with the steps behind it; whether there was room for those.
+fn menu(app: &mut Workbench, ui: &mut Ui) -> bool {
+    let mut has_steps = false;
     let history = &app.document.history;
     let named = |word: &str, label: Option<&str>| label.map(|label| format!("{word} {label}"));
     let undo = named("Undo", history.undo_label());
@@ -90,15 +115,41 @@ fn menu(app: &mut Workbench, ui: &mut Ui) {
                     if row.command == UiCommand::File(FileCommand::Open) && !app.state.recent.is_empty() {
                         recent(&app.state.recent, &mut app.commands, ui);
                     }
+                    if row.command == UiCommand::View(ViewCommand::Overview) {
+                        named_layouts(&app.state.layout_names(), &mut app.commands, ui);
+                    }
                 }
             });
+        }
+        has_steps = ui.available_width() > step_bar::width(ui) + LEAST_TITLE;
+        if has_steps {
+            ui.add_space(GAP);
+            step_bar::show(app, ui);
         }
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             let session = app.document.session();
             let mark = if app.document.history.is_modified() { " •" } else { "" };
-            ui.add(egui::Label::new(RichText::new(format!("{}{mark}", session.title)).weak()).truncate());
+            let title = RichText::new(format!("{}{mark}", session.title)).weak();
+            ui.add(egui::Label::new(title).truncate()).on_hover_text(&session.title);
         });
     });
+    has_steps
+}
+
+/// Layouts kept under a name, each with the way to forget it.
+fn named_layouts(names: &[&str], commands: &mut Vec<UiCommand>, ui: &mut Ui) {
+    for (at, name) in names.iter().enumerate() {
+        ui.horizontal(|ui| {
+            if ui.button(*name).clicked() {
+                commands.push(UiCommand::View(ViewCommand::NamedLayout(at)));
+                ui.close();
+            }
+            if ui.small_button("✖").on_hover_text(format!("Forget the layout {name}")).clicked() {
+                commands.push(UiCommand::View(ViewCommand::ForgetLayout(at)));
+                ui.close();
+            }
+        });
+    }
 }
 
 /// Sessions opened last.
@@ -208,6 +259,8 @@ fn titles(tiles: &Tiles<Pane>, tile: TileId) -> Vec<&'static str> {
 struct Docking<'a> {
     panels: &'a mut BTreeMap<Pane, Box<dyn Panel>>,
     context: PanelContext<'a>,
+    /// Whether a panel or an edge was moved.
+    touched: bool,
 }
 
 impl egui_tiles::Behavior<Pane> for Docking<'_> {
@@ -236,6 +289,10 @@ impl egui_tiles::Behavior<Pane> for Docking<'_> {
 
     fn is_tab_closable(&self, _tiles: &Tiles<Pane>, _tile: TileId) -> bool {
         true
+    }
+
+    fn on_edit(&mut self, action: EditAction) {
+        self.touched |= matches!(action, EditAction::TileDropped | EditAction::TileResized);
     }
 
     fn gap_width(&self, _style: &egui::Style) -> f32 {

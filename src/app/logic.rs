@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use doublet_engine::run::Snapshot;
+use doublet_engine::session::{Manoeuvre, Session};
 use doublet_engine::study::Study;
 use eframe::egui::{self, Modifiers, ViewportCommand};
 
@@ -21,6 +22,7 @@ pub fn run(app: &mut Workbench, ctx: &egui::Context) {
     app.state.window_time.cursor_s = hovered_s;
     app.take_export();
     app.take_beginning();
+    app.follow_verdict();
     take_files(app, ctx);
     app.notice_change(ctx);
     take_shortcuts(app, ctx);
@@ -121,20 +123,33 @@ fn keep_selection(app: &mut Workbench) {
     let session = Arc::clone(app.document.history.present());
     let state = &mut app.state;
     let chosen = state.selection.window.as_deref().and_then(|name| session.window(name));
-    match chosen.or(session.windows.first()) {
+    match chosen {
         Some(window) => {
-            if chosen.is_none() {
-                panels::choose(state, &session, &window.name);
-            }
             state.window_time.set_full(TimeRange::new(window.window.start_s, window.window.end_s));
         }
-        None => state.selection.window = None,
+        None => match nearest(&session, state).map(|window| window.name.clone()) {
+            Some(name) => panels::choose(state, &session, &name),
+            None => state.selection.window = None,
+        },
     }
+    state.selection.others.retain(|name| session.window(name).is_some());
     let flight = state.selection.flight.as_deref().and_then(|name| session.flight(name));
     state.selection.flight = flight.or(session.flights.first()).map(|flight| flight.name.clone());
     if let Some(full) = flight_extent(state, &app.snapshot) {
         state.time.set_full(full);
     }
+}
+
+/// The window nearest to where the chosen one was, in its flight where that has any.
+fn nearest<'a>(session: &'a Session, state: &UiState) -> Option<&'a Manoeuvre> {
+    let was = state.window_time.full();
+    let middle_s = 0.5 * (was.start_s + was.end_s);
+    let elsewhere = |window: &Manoeuvre| state.selection.flight.as_ref().is_some_and(|flight| *flight != window.flight);
+    session.windows.iter().min_by(|a, b| {
+        let distance = |window: &Manoeuvre| (elsewhere(window), (window.middle_s() - middle_s).abs());
+        let ((far_a, a), (far_b, b)) = (distance(a), distance(b));
+        far_a.cmp(&far_b).then(a.total_cmp(&b))
+    })
 }
 
 /// First and last instant of the mapped channels of the chosen flight.
@@ -166,6 +181,13 @@ impl Workbench {
     /// Applies one edit, or says why it cannot be.
     pub fn apply(&mut self, wanted: &doublet_engine::session::Edit) {
         edit(self, EditRequest::Apply(wanted.clone()));
+    }
+
+    /// Applies several edits in one step of undo.
+    pub fn apply_together(&mut self, label: &str, edits: impl Iterator<Item = doublet_engine::session::Edit>) {
+        edit(self, EditRequest::Begin(label.to_owned()));
+        edits.for_each(|one| edit(self, EditRequest::Apply(one)));
+        edit(self, EditRequest::Commit);
     }
 
     /// Takes the last step back.

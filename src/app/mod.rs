@@ -7,6 +7,10 @@ pub mod files;
 mod logic;
 mod pending;
 mod recovery;
+mod start;
+mod step_bar;
+mod timeline;
+mod tour;
 
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -23,6 +27,7 @@ use doublet_engine::study::Study;
 use eframe::egui;
 
 pub use pending::{Asked, Pending};
+pub use step_bar::{Mark, mark};
 
 use crate::command::{CommandInfo, CommandPalette, UiCommand, ui_command};
 use crate::panels::{EditRequest, Pane, Panel};
@@ -75,6 +80,19 @@ pub struct Workbench {
     recovery: Recovery,
     beginning: Beginning,
     leaving: bool,
+    /// Whether the start page was asked for.
+    start_shown: bool,
+    start: start::StartPage,
+    timeline: timeline::Timeline,
+    /// Stop of the tour.
+    tour: Option<usize>,
+    /// Name being typed for the layout on screen.
+    naming: Option<String>,
+    /// The session a report is being written of, and the one it was written of last.
+    writing: Option<Arc<Session>>,
+    written: Option<Arc<Session>>,
+    /// Generation whose verdict the thumbnail of the session shows.
+    pictured: u64,
     /// Whether a field had the keyboard at the end of the last frame.
     typing: bool,
     title: String,
@@ -119,6 +137,14 @@ impl Workbench {
             recovery: Recovery::default(),
             beginning: Beginning::default(),
             leaving: false,
+            start_shown: false,
+            start: start::StartPage::default(),
+            timeline: timeline::Timeline::default(),
+            tour: None,
+            naming: None,
+            writing: None,
+            written: None,
+            pictured: 0,
             typing: false,
             title: String::new(),
             hovered_s: None,
@@ -174,7 +200,7 @@ impl Workbench {
     /// Whether a question or a dialog is open, to which the keys belong.
     fn is_asking(&self) -> bool {
         let own = self.guarded.is_some() || self.changed.is_some();
-        own || self.files.is_asking() || self.is_offering_work() || self.is_beginning()
+        own || self.files.is_asking() || self.is_offering_work() || self.is_beginning() || self.naming.is_some()
     }
 
     /// Says one line.
@@ -187,11 +213,63 @@ impl Workbench {
         self.message = Some(Message { text: text.into(), is_error: true });
     }
 
+    /// Shows the start page.
+    pub fn show_start_page(&mut self) {
+        self.keep_thumbnail();
+        self.start_shown = true;
+    }
+
+    /// Goes back to the session from the start page.
+    pub fn leave_start_page(&mut self) {
+        self.start_shown = false;
+    }
+
+    /// Asks for a name for the layout on screen.
+    pub fn name_layout(&mut self) {
+        self.naming = Some(String::new());
+    }
+
+    /// Draws that question.
+    fn ask_layout_name(&mut self, ctx: &egui::Context) {
+        let Some(mut name) = self.naming.take() else { return };
+        let (mut kept, mut given_up) = (false, false);
+        egui::Modal::new(egui::Id::unique("name of a layout")).show(ctx, |ui| {
+            ui.set_width(300.0);
+            ui.heading("Keep this layout");
+            let field =
+                ui.add(egui::TextEdit::singleline(&mut name).hint_text("Its name").desired_width(f32::INFINITY));
+            ui.ctx().accesskit_node_builder(field.id, |node| node.set_label("name of the layout"));
+            let confirmed = field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
+            field.request_focus();
+            ui.add_space(8.0);
+            ui.horizontal(|ui| {
+                let named = !name.trim().is_empty();
+                kept = (ui.add_enabled(named, egui::Button::new("Keep")).clicked() || confirmed) && named;
+                given_up = ui.button("Cancel").clicked() || ui.input(|input| input.key_pressed(egui::Key::Escape));
+            });
+        });
+        if kept {
+            self.state.keep_layout(name.trim());
+            self.say(format!("The layout is kept as {}: it is found in the menu Layout", name.trim()));
+        } else if !given_up {
+            self.naming = Some(name);
+        }
+    }
+
+    /// Keeps a picture of the session for the start page once its verdict is there.
+    fn follow_verdict(&mut self) {
+        if self.snapshot.generation != self.pictured && self.snapshot.verdicts.ready().is_some() {
+            self.pictured = self.snapshot.generation;
+            self.keep_thumbnail();
+        }
+    }
+
     /// Shows a document that was just opened: all of it, with nothing of the one before.
     fn enter(&mut self) {
         self.state.selection = Default::default();
         self.state.time = Default::default();
         self.state.window_time = Default::default();
+        self.start_shown = false;
         self.requested = None;
         self.fresh = true;
         "open".clone_into(&mut self.cause);
@@ -243,7 +321,7 @@ impl eframe::App for Workbench {
 pub fn run(session: Option<&Path>) -> Result<(), String> {
     let document = match session {
         Some(path) => Document::open(path)?,
-        None => Document::open_demo()?,
+        None => Workbench::nothing_open(),
     };
     let started = Arc::new(AtomicBool::new(false));
     let usual = std::panic::take_hook();

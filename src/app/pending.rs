@@ -23,8 +23,10 @@ pub enum Pending {
     AskOpen,
     /// Open this session.
     Open(PathBuf),
-    /// Open the session that comes with the program.
-    Shipped,
+    /// Open this one of the sessions that come with the program.
+    Shipped(&'static str),
+    /// Open the shipped flight and begin the tour.
+    Tour,
     /// Ask for a recording and make a session of it.
     AskRecording,
     /// Ask for a folder that is a recording and make a session of it.
@@ -75,7 +77,13 @@ impl Workbench {
         match pending {
             Pending::AskOpen => self.ask(Asked::Open, ctx),
             Pending::Open(path) => self.enter_document(Document::open(&path)),
-            Pending::Shipped => self.enter_document(Document::open_demo()),
+            Pending::Shipped(name) => self.enter_document(Document::open_shipped(name)),
+            Pending::Tour => {
+                if self.document.shipped != Some(Document::SHIPPED) || self.document.history.is_modified() {
+                    self.enter_document(Document::open_demo());
+                }
+                self.begin_tour();
+            }
             Pending::AskRecording => self.ask(Asked::Recording(Purpose::Open), ctx),
             Pending::AskFolder => self.ask(Asked::Recording(Purpose::Folder), ctx),
             Pending::Begin(paths) => self.begin_with(paths, ctx),
@@ -90,8 +98,10 @@ impl Workbench {
     pub(super) fn enter_document(&mut self, document: Result<Document, String>) {
         match document {
             Ok(document) => {
+                self.keep_thumbnail();
                 self.document.give_up();
                 self.document = document;
+                self.tour = None;
                 self.message = None;
                 self.enter();
                 self.look_for_its_work();
@@ -198,6 +208,7 @@ impl Workbench {
             formats: choice.formats.clone(),
             sections: SectionKind::ALL.into_iter().filter(|kind| !choice.left_out.contains(kind)).collect(),
         };
+        self.writing = Some(Arc::clone(&session));
         let work = move |control: &Control, progress: &dyn Fn(f32)| {
             doublet_report::write(&session, &snapshot, &order, control, progress)
         };
@@ -262,8 +273,10 @@ impl Workbench {
     /// Says how writing results ended, once it has.
     pub(super) fn take_export(&mut self) {
         let Some(export) = self.exporting.take_if(|export| export.is_finished()) else { return };
+        let written = self.writing.take();
         match export.finish().map_err(String::from) {
             Ok(put) => {
+                self.written = written.or(self.written.take());
                 let notes: String = put.notes().map(|note| format!("; {note}")).collect();
                 self.say(format!("Written to {}{notes}", put.folder.display()));
             }

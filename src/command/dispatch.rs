@@ -5,9 +5,9 @@ use doublet_engine::session::{Edit, Manoeuvre, WindowEdit};
 use eframe::egui;
 
 use super::ui_command::{EditCommand, FileCommand, HelpCommand, RunCommand, UiCommand, ViewCommand};
-use crate::app::{Asked, Pending, Workbench};
+use crate::app::{Asked, Document, Pending, Workbench};
+use crate::layouts::{Arranged, LayoutKey};
 use crate::panels::{self, Pane};
-use crate::ui_state;
 
 /// Room shown on both sides of a window, as a part of its length.
 const WINDOW_ROOM: f64 = 0.25;
@@ -22,7 +22,8 @@ pub fn dispatch(app: &mut Workbench, command: UiCommand, ctx: &egui::Context) {
         UiCommand::Run(RunCommand::Cancel) => app.cancel(),
         UiCommand::View(command) => view(app, command, ctx),
         UiCommand::Help(HelpCommand::Palette) => app.palette.open(),
-        UiCommand::Help(HelpCommand::Shortcuts) => ui_state::bring_to_front(&mut app.state.layout, Pane::Shortcuts),
+        UiCommand::Help(HelpCommand::Shortcuts) => show_pane(app, Pane::Shortcuts),
+        UiCommand::Help(HelpCommand::Tour) => app.leave(Pending::Tour, ctx),
     }
 }
 
@@ -32,7 +33,8 @@ fn file(app: &mut Workbench, command: FileCommand, ctx: &egui::Context) {
         FileCommand::New => app.leave(Pending::AskRecording, ctx),
         FileCommand::NewFromFolder => app.leave(Pending::AskFolder, ctx),
         FileCommand::Open => app.leave(Pending::AskOpen, ctx),
-        FileCommand::OpenShipped => app.leave(Pending::Shipped, ctx),
+        FileCommand::OpenShipped => app.leave(Pending::Shipped(Document::SHIPPED), ctx),
+        FileCommand::OpenShippedSession(name) => app.leave(Pending::Shipped(name), ctx),
         FileCommand::OpenRecent(at) => {
             if let Some(path) = app.state.recent.get(at).cloned() {
                 app.leave(Pending::Open(path), ctx);
@@ -61,18 +63,43 @@ fn edit(app: &mut Workbench, command: EditCommand) {
         EditCommand::Undo => app.undo(),
         EditCommand::Redo => app.redo(),
         EditCommand::AddWindow => add_window(app),
-        EditCommand::RemoveWindow => {
-            if let Some(name) = app.state.selection.window.clone() {
-                app.apply(&Edit::Window(WindowEdit::Remove(name)));
-            }
+        EditCommand::RemoveWindow => each_selected(app, "remove", |name| WindowEdit::Remove(name)),
+        EditCommand::UseWindows(role) => {
+            each_selected(app, &format!("use for {}:", role.name()), |name| WindowEdit::Role { name, role });
+        }
+        EditCommand::SelectAll => {
+            let session = app.document.session().clone();
+            let flight = app.state.selection.flight.clone().unwrap_or_default();
+            let of_flight = session.windows.iter().filter(|window| window.flight == flight);
+            app.state.selection.others = of_flight.map(|window| window.name.clone()).collect();
         }
         EditCommand::RenameWindow => {
             app.state.renaming = app.state.selection.window.clone();
-            ui_state::bring_to_front(&mut app.state.layout, Pane::Manoeuvres);
+            show_pane(app, Pane::Manoeuvres);
         }
         EditCommand::NextWindow => step(app, 1),
         EditCommand::PreviousWindow => step(app, -1),
     }
+}
+
+/// Changes every selected window in one step of undo.
+fn each_selected(app: &mut Workbench, what: &str, edit: impl Fn(String) -> WindowEdit) {
+    let session = app.document.session().clone();
+    let names: Vec<String> = app.state.selection.windows(&session).map(|window| window.name.clone()).collect();
+    match names.as_slice() {
+        [] => {}
+        [one] => app.apply(&Edit::Window(edit(one.clone()))),
+        several => {
+            let edits = several.iter().map(|name| Edit::Window(edit(name.clone())));
+            app.apply_together(&format!("{what} {} windows", several.len()), edits);
+        }
+    }
+}
+
+/// Brings a panel on screen, away from the start page.
+fn show_pane(app: &mut Workbench, pane: Pane) {
+    app.leave_start_page();
+    app.state.show_pane(pane);
 }
 
 /// Chooses the window `by` places on, around the ends.
@@ -113,6 +140,12 @@ pub fn new_window(session: &doublet_engine::session::Session, flight: String, st
     Manoeuvre::new(name, flight, stretch)
 }
 
+/// Shows a layout, away from the start page.
+fn show_layout(app: &mut Workbench, key: LayoutKey) {
+    app.leave_start_page();
+    app.state.show_layout(key);
+}
+
 /// Changes what is on screen.
 fn view(app: &mut Workbench, command: ViewCommand, ctx: &egui::Context) {
     let window = app.state.selection.window.as_deref().and_then(|name| app.document.session().window(name));
@@ -144,8 +177,27 @@ fn view(app: &mut Workbench, command: ViewCommand, ctx: &egui::Context) {
             time.markers_s = [None; 2];
             app.state.window_time.markers_s = [None; 2];
         }
-        ViewCommand::Show(pane) => ui_state::bring_to_front(&mut app.state.layout, pane),
-        ViewCommand::ResetLayout => app.state.layout = ui_state::default_layout(),
+        ViewCommand::OpenWindow => {
+            view(app, ViewCommand::ZoomToWindow, ctx);
+            show_pane(app, Pane::Flight);
+        }
+        ViewCommand::Show(pane) => show_pane(app, pane),
+        ViewCommand::Step(step) => show_layout(app, LayoutKey::Step(step)),
+        ViewCommand::Overview => show_layout(app, LayoutKey::Overview),
+        ViewCommand::NamedLayout(at) => {
+            if let Some(name) = app.state.layout_names().get(at).map(ToString::to_string) {
+                show_layout(app, LayoutKey::Named(name));
+            }
+        }
+        ViewCommand::ForgetLayout(at) => {
+            if let Some(name) = app.state.layout_names().get(at).map(ToString::to_string) {
+                app.state.forget_layout(&name);
+            }
+        }
+        ViewCommand::KeepLayout => app.name_layout(),
+        ViewCommand::StartPage => app.show_start_page(),
+        ViewCommand::Workbench => app.leave_start_page(),
+        ViewCommand::ResetLayout => app.state.shown = Arranged::new(app.state.shown.key.clone()),
         ViewCommand::Units(units) => app.state.units = units,
         ViewCommand::Appearance(theme) => {
             app.state.appearance = theme;

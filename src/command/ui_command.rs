@@ -1,8 +1,10 @@
 //! The table of commands: name, menu and shortcut of each.
 
+use doublet_engine::session::WindowRole;
 use doublet_engine::study::Study;
 use eframe::egui::{Key, KeyboardShortcut, Modifiers, ThemePreference};
 
+use crate::layouts::Step;
 use crate::notation::Units;
 use crate::panels::Pane;
 
@@ -32,6 +34,8 @@ pub enum FileCommand {
     Open,
     /// Open the session that comes with the program.
     OpenShipped,
+    /// Open another one that comes with the program, by its name.
+    OpenShippedSession(&'static str),
     /// Open one of the sessions opened last.
     OpenRecent(usize),
     /// Save to the session's file, asking for one where it has none.
@@ -65,6 +69,10 @@ pub enum EditCommand {
     RemoveWindow,
     /// Let the name of the chosen window be typed.
     RenameWindow,
+    /// Use the selected windows for this.
+    UseWindows(WindowRole),
+    /// Select every window.
+    SelectAll,
     /// Choose the next window.
     NextWindow,
     /// Choose the previous window.
@@ -99,7 +107,23 @@ pub enum ViewCommand {
     ClearMarkers,
     /// Bring a panel to the front, opening it where it is closed.
     Show(Pane),
-    /// Put every panel back where it first was.
+    /// Show the chosen window in the plots of the flight.
+    OpenWindow,
+    /// Show the layout of a step.
+    Step(Step),
+    /// Show flight, plots, settings and results at once.
+    Overview,
+    /// Show the layout kept under a name, by its place among them.
+    NamedLayout(usize),
+    /// Keep the layout on screen under a name, asking for it.
+    KeepLayout,
+    /// Forget the layout kept under a name, by its place among them.
+    ForgetLayout(usize),
+    /// Show the start page.
+    StartPage,
+    /// Leave the start page.
+    Workbench,
+    /// Put every panel of the layout on screen back where it first was.
     ResetLayout,
     /// Choose the theme.
     Appearance(ThemePreference),
@@ -114,6 +138,8 @@ pub enum HelpCommand {
     Palette,
     /// Show every command with its keys.
     Shortcuts,
+    /// Show the way from recording to report on the shipped flight.
+    Tour,
 }
 
 /// The menus, in their order.
@@ -125,6 +151,8 @@ pub enum Menu {
     Edit,
     /// What is on screen.
     View,
+    /// Steps and layouts.
+    Layout,
     /// Panels to bring to the front.
     Panels,
     /// The run in the background.
@@ -135,7 +163,7 @@ pub enum Menu {
 
 impl Menu {
     /// Every menu, from left to right.
-    pub const ALL: [Self; 6] = [Self::File, Self::Edit, Self::View, Self::Panels, Self::Run, Self::Help];
+    pub const ALL: [Self; 7] = [Self::File, Self::Edit, Self::View, Self::Layout, Self::Panels, Self::Run, Self::Help];
 
     /// Its title.
     pub fn title(self) -> &'static str {
@@ -144,6 +172,7 @@ impl Menu {
             Self::Edit => "Edit",
             Self::Run => "Run",
             Self::View => "View",
+            Self::Layout => "Layout",
             Self::Panels => "Panels",
             Self::Help => "Help",
         }
@@ -211,17 +240,22 @@ pub fn table() -> Vec<CommandInfo> {
         edit("Add window", EditCommand::AddWindow, plain(Key::Insert)),
         edit("Remove window", EditCommand::RemoveWindow, plain(Key::Delete)),
         edit("Rename window", EditCommand::RenameWindow, plain(Key::F2)),
+        edit("Use for identification", EditCommand::UseWindows(WindowRole::Identification), plain(Key::I)),
+        edit("Use for validation", EditCommand::UseWindows(WindowRole::Validation), plain(Key::V)),
+        edit("Ignore", EditCommand::UseWindows(WindowRole::Ignored), plain(Key::X)),
+        edit("Select all windows", EditCommand::SelectAll, ctrl_shift(Key::A)),
         edit("Next window", EditCommand::NextWindow, plain(Key::N)),
-        edit("Previous window", EditCommand::PreviousWindow, plain(Key::B)),
+        edit("Previous window", EditCommand::PreviousWindow, plain(Key::P)),
         run("Compute again", RunCommand::Again, plain(Key::F5)),
         run("Compute sensitivity", RunCommand::Study(Study::Sensitivity), None),
         run("Find lags of the controls", RunCommand::Study(Study::Lags), None),
         run("Compute frequency responses", RunCommand::Study(Study::Responses), None),
         run("Cancel", RunCommand::Cancel, ctrl(Key::Period)),
         view("Show whole recording", ZoomHome, plain(Key::Home)),
-        view("Zoom back", ZoomBack, alt(Key::ArrowLeft)),
+        view("Zoom back", ZoomBack, plain(Key::Backspace)),
         view("Zoom forward", ZoomForward, alt(Key::ArrowRight)),
         view("Zoom to window", ZoomToWindow, plain(Key::W)),
+        view("Open window", ViewCommand::OpenWindow, plain(Key::Enter)),
         view("Zoom to markers", ZoomToMarkers, plain(Key::M)),
         view("Clear markers", ClearMarkers, plain(Key::Escape)),
         view("Dark theme", Appearance(ThemePreference::Dark), None),
@@ -230,10 +264,19 @@ pub fn table() -> Vec<CommandInfo> {
         view("Units: degrees, m, m/s", ViewCommand::Units(Units::Metric), None),
         view("Units: degrees, ft, kt", ViewCommand::Units(Units::Aviation), None),
         view("Units: SI and radians", ViewCommand::Units(Units::Si), None),
-        view("Reset layout", ResetLayout, None),
     ];
+    let layout = |name: &str, command, shortcut| row(Menu::Layout, name, UiCommand::View(command), shortcut);
+    table.push(layout("Start page", ViewCommand::StartPage, alt(Key::Home)));
+    let keys = [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6, Key::Num7, Key::Num8, Key::Num9];
+    let steps = Step::ALL.into_iter().zip(keys);
+    table
+        .extend(steps.map(|(step, key)| layout(&format!("Step {}", step.title()), ViewCommand::Step(step), ctrl(key))));
+    table.push(layout("Overview", ViewCommand::Overview, ctrl(Key::Num0)));
+    table.push(layout("Keep this layout…", ViewCommand::KeepLayout, None));
+    table.push(layout("Reset layout", ResetLayout, None));
     table.extend(Pane::ALL.iter().map(|&pane| row(Menu::Panels, pane.title(), UiCommand::View(Show(pane)), None)));
     table.push(row(Menu::Help, "Keyboard shortcuts", UiCommand::Help(HelpCommand::Shortcuts), plain(Key::F1)));
+    table.push(row(Menu::Help, "Tour of the shipped flight", UiCommand::Help(HelpCommand::Tour), None));
     table.push(row(Menu::Help, "Find a command", UiCommand::Help(HelpCommand::Palette), ctrl(Key::P)));
     table
 }

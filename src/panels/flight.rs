@@ -9,7 +9,7 @@ use doublet_engine::verdict::Level;
 use eframe::egui::{self, DragAndDrop, Id, Panel as Bar, Response, RichText, ScrollArea, TextEdit, Ui, vec2};
 
 use super::expressions::{self, Draft};
-use super::{Panel, PanelContext, View, awaiting, empty, role_color, trouble};
+use super::{Panel, PanelContext, View, awaiting, empty, role_color, select, trouble};
 use crate::command::dispatch::new_window;
 use crate::notation::{self, Units};
 use crate::theme;
@@ -182,7 +182,7 @@ impl Flight {
                 // Only the chosen one can be dragged: none is moved by accident where many lie close.
                 still: chosen.as_deref() != Some(window.name.as_str()),
                 locked: window.flags.locked,
-                selected: chosen.as_deref() == Some(window.name.as_str()),
+                selected: ctx.selection().is_selected(&window.name),
             })
             .collect();
         let marks: Vec<SpanMark> = items
@@ -198,7 +198,8 @@ impl Flight {
         if let (Some(first), Some(last)) = (seen.frames.first(), seen.frames.last()) {
             let lane = Lane { rect, frame: *first, reach_bottom: last.bottom(), range, samples_s, points: &points };
             if let Some(event) = span_lane(ui, Id::unique("windows"), &lane, &items) {
-                take(ctx, &flight, event);
+                let modifiers = ui.input(|input| input.modifiers);
+                take(ctx, (&flight, modifiers), event);
             }
         }
         if let Some(time_s) = seen.clicked_s
@@ -341,12 +342,12 @@ fn missing(ui: &mut Ui, recording: &Recording) {
 }
 
 /// Turns what happened on the lane into edits and a choice.
-fn take(ctx: &mut PanelContext<'_>, flight: &str, event: SpanEvent) {
+fn take(ctx: &mut PanelContext<'_>, (flight, modifiers): (&str, egui::Modifiers), event: SpanEvent) {
     let session = ctx.session;
     match event {
         SpanEvent::Selected(id) => {
             if let Some(window) = session.windows.get(id as usize) {
-                ctx.choose(&window.name);
+                select(ctx.state, session, &window.name, modifiers);
             }
         }
         SpanEvent::Dragged { id, phase, stretch } => {

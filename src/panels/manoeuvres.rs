@@ -9,8 +9,8 @@ use eframe::egui::{self, ComboBox, FontId, Galley, Id, Label, Response, RichText
 use egui_extras::{Column, TableBuilder, TableRow};
 
 use super::proposals::{proposals, thumbnails};
-use super::{Panel, PanelContext, role_color};
-use crate::command::{EditCommand, UiCommand};
+use super::{EditRequest, Panel, PanelContext, role_color, select};
+use crate::command::{EditCommand, UiCommand, ViewCommand};
 use crate::notation;
 use crate::theme;
 use crate::widgets::quantity_edit::QuantityEdit;
@@ -60,10 +60,10 @@ impl Panel for Manoeuvres {
     fn show(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         ui.horizontal(|ui| {
             for (name, command, hint) in [
-                ("◀", EditCommand::PreviousWindow, "Previous window (B)"),
+                ("◀", EditCommand::PreviousWindow, "Previous window (P)"),
                 ("▶", EditCommand::NextWindow, "Next window (N)"),
                 ("Add", EditCommand::AddWindow, "A window between the markers, or in the middle of what is on screen (Insert). Drag in the lane above the plots to draw one."),
-                ("Remove", EditCommand::RemoveWindow, "Remove the chosen window (Delete)"),
+                ("Remove", EditCommand::RemoveWindow, "Remove the selected windows (Delete)"),
             ] {
                 if ui.button(name).on_hover_text(hint).clicked() {
                     ctx.commands.push(UiCommand::Edit(command));
@@ -72,6 +72,7 @@ impl Panel for Manoeuvres {
             let used = ctx.session.windows.iter().filter(|window| window.role == WindowRole::Identification).count();
             ui.weak(format!("{} in all, {used} for identification", ctx.session.windows.len()));
         });
+        bulk(ctx, ui);
         proposals(ctx, ui);
         thumbnails(ctx, ui);
         ui.add_space(2.0);
@@ -131,7 +132,7 @@ impl Panel for Manoeuvres {
 
 impl Manoeuvres {
     fn row(&mut self, ctx: &mut PanelContext<'_>, mut row: TableRow<'_, '_>, window: &Manoeuvre, several: bool) {
-        row.set_selected(ctx.selection().window.as_deref() == Some(window.name.as_str()));
+        row.set_selected(ctx.selection().is_selected(&window.name));
         row.col(|ui| state(ctx, ui, window));
         self.name(ctx, &mut row, window);
         if several {
@@ -159,8 +160,11 @@ impl Manoeuvres {
         row.col(|ui| use_of(ctx, ui, window));
         row.col(|ui| surface_of(ctx, ui, window));
         self.note(ctx, &mut row, window);
-        if row.response().clicked() {
-            ctx.choose(&window.name);
+        let line = row.response();
+        line.context_menu(|ui| menu(ctx, ui, window));
+        if line.clicked() {
+            let modifiers = line.ctx.input(|input| input.modifiers);
+            select(ctx.state, ctx.session, &window.name, modifiers);
         }
     }
 
@@ -216,12 +220,77 @@ impl Manoeuvres {
         }
         let cell = cell.on_hover_text(shown.hint);
         if cell.clicked() {
-            ctx.choose(&window.name);
+            let modifiers = cell.ctx.input(|input| input.modifiers);
+            select(ctx.state, ctx.session, &window.name, modifiers);
         }
         if cell.double_clicked() {
             self.typing = Some(Typing::over(shown.field.clone(), shown.present));
         }
         None
+    }
+}
+
+/// What is done to all selected windows at once, where there are several.
+fn bulk(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
+    let count = ctx.selection().windows(ctx.session).count();
+    if count < 2 {
+        return;
+    }
+    ui.horizontal_wrapped(|ui| {
+        ui.strong(format!("{count} selected:"));
+        for (role, keys) in WindowRole::ALL.into_iter().zip(["I", "V", "X"]) {
+            let name = if role == WindowRole::Ignored { "ignore" } else { role.name() };
+            if ui.button(name).on_hover_text(keys).clicked() {
+                ctx.commands.push(UiCommand::Edit(EditCommand::UseWindows(role)));
+            }
+        }
+        if ui.button("confirm").on_hover_text("Looked at and taken as they stand").clicked() {
+            flag_selected(ctx, WindowFlag::Confirmed);
+        }
+        if ui.button("remove").on_hover_text("Delete").clicked() {
+            ctx.commands.push(UiCommand::Edit(EditCommand::RemoveWindow));
+        }
+    });
+}
+
+/// Sets a flag of every selected window in one step of undo.
+fn flag_selected(ctx: &mut PanelContext<'_>, flag: WindowFlag) {
+    let names: Vec<String> = ctx.selection().windows(ctx.session).map(|window| window.name.clone()).collect();
+    ctx.edits.push(EditRequest::Begin(format!("{} {} windows", flag.verb(true), names.len())));
+    for name in names {
+        ctx.edit(Edit::Window(WindowEdit::Flag { name, flag, on: true }));
+    }
+    ctx.edits.push(EditRequest::Commit);
+}
+
+/// The menu of a row: of all selected windows where it is one of them, of its own else.
+fn menu(ctx: &mut PanelContext<'_>, ui: &mut Ui, window: &Manoeuvre) {
+    if !ctx.selection().is_selected(&window.name) {
+        ctx.choose(&window.name);
+    }
+    let count = ctx.selection().windows(ctx.session).count();
+    ui.weak(if count > 1 { format!("{count} windows") } else { window.name.clone() });
+    let edits = [
+        ("Use for identification   I", EditCommand::UseWindows(WindowRole::Identification)),
+        ("Use for validation   V", EditCommand::UseWindows(WindowRole::Validation)),
+        ("Ignore   X", EditCommand::UseWindows(WindowRole::Ignored)),
+        ("Rename   F2", EditCommand::RenameWindow),
+        ("Remove   Delete", EditCommand::RemoveWindow),
+        ("Select all   Ctrl+Shift+A", EditCommand::SelectAll),
+    ];
+    for (name, command) in edits {
+        if ui.button(name).clicked() {
+            ctx.commands.push(UiCommand::Edit(command));
+            ui.close();
+        }
+    }
+    if ui.button("Confirm").clicked() {
+        flag_selected(ctx, WindowFlag::Confirmed);
+        ui.close();
+    }
+    if ui.button("Show in the flight   Enter").clicked() {
+        ctx.commands.push(UiCommand::View(ViewCommand::OpenWindow));
+        ui.close();
     }
 }
 

@@ -2,6 +2,7 @@
 
 mod bias_table;
 mod by_window;
+mod channels;
 mod coefficient_settings;
 mod constraints;
 mod correlation;
@@ -12,6 +13,7 @@ mod expressions;
 mod filter_settings;
 mod fits;
 mod flight;
+mod gallery;
 mod ground_track;
 mod innovations;
 mod intervals;
@@ -62,12 +64,16 @@ pub enum Pane {
     Summary,
     /// The whole recording with its windows.
     Flight,
+    /// What every channel means.
+    Channels,
     /// The track over ground.
     GroundTrack,
     /// One channel against another.
     CrossPlot,
     /// The windows.
     Manoeuvres,
+    /// The windows side by side.
+    Gallery,
     /// Smoothing, resampling, clocks, steady windows.
     Preprocess,
     /// Settings of the filter.
@@ -109,9 +115,11 @@ impl Pane {
     pub const ALL: &'static [Self] = &[
         Self::Summary,
         Self::Flight,
+        Self::Channels,
         Self::GroundTrack,
         Self::CrossPlot,
         Self::Manoeuvres,
+        Self::Gallery,
         Self::Preprocess,
         Self::Noise,
         Self::Reconstruction,
@@ -136,9 +144,11 @@ impl Pane {
         match self {
             Self::Summary => "Summary",
             Self::Flight => "Flight",
+            Self::Channels => "Channels",
             Self::GroundTrack => "Ground track",
             Self::CrossPlot => "Cross plot",
             Self::Manoeuvres => "Manoeuvres",
+            Self::Gallery => "Gallery",
             Self::Preprocess => "Preprocess",
             Self::Noise => "Noise and filter",
             Self::Reconstruction => "Reconstruction",
@@ -169,9 +179,11 @@ impl Pane {
         match self {
             Self::Summary => Box::new(summary::Summary::default()),
             Self::Flight => Box::new(flight::Flight::default()),
+            Self::Channels => Box::new(channels::Channels::default()),
             Self::GroundTrack => Box::new(ground_track::GroundTrack),
             Self::CrossPlot => Box::new(cross_plot::CrossPlot::default()),
             Self::Manoeuvres => Box::new(manoeuvres::Manoeuvres::default()),
+            Self::Gallery => Box::new(gallery::Gallery::default()),
             Self::Preprocess => Box::new(preprocess::Preprocess::default()),
             Self::Noise => Box::new(noise::Noise),
             Self::Reconstruction => Box::new(reconstruction::Reconstruction::default()),
@@ -327,12 +339,43 @@ impl<'a> PanelContext<'a> {
     }
 }
 
-/// Chooses the window `name` and the flight it lies in.
+/// Chooses the window `name` alone, and the flight it lies in; it is brought on screen there.
 pub fn choose(state: &mut UiState, session: &Session, name: &str) {
     let Some(window) = session.window(name) else { return };
+    if state.selection.flight.as_deref() == Some(window.flight.as_str()) {
+        state.time.reveal(window.window);
+    }
     state.selection.window = Some(window.name.clone());
+    state.selection.others.clear();
     state.selection.flight = Some(window.flight.clone());
     state.window_time.set_full(TimeRange::new(window.window.start_s, window.window.end_s));
+}
+
+/// Selects the window `name` as a click with `modifiers` does everywhere: alone; with Ctrl beside those selected, or no more; with
+/// Shift all from the chosen one to it.
+pub fn select(state: &mut UiState, session: &Session, name: &str, modifiers: egui::Modifiers) {
+    let place = |name: &str| session.windows.iter().position(|window| window.name == name);
+    let chosen = state.selection.window.clone();
+    let from = chosen.as_deref().and_then(place);
+    let (Some(from), Some(to)) = (from, place(name)) else { return choose(state, session, name) };
+    if modifiers.shift {
+        let names = session.windows[from.min(to)..=from.max(to)].iter().map(|window| window.name.clone());
+        state.selection.others = names.filter(|name| Some(name) != chosen.as_ref()).collect();
+    } else if modifiers.command && from != to {
+        let others = &mut state.selection.others;
+        if !others.remove(name) {
+            others.insert(name.to_owned());
+        }
+    } else if modifiers.command {
+        // The chosen one is taken out: the first of the others is chosen in its place.
+        let mut others = std::mem::take(&mut state.selection.others);
+        if let Some(next) = others.pop_first() {
+            choose(state, session, &next);
+            state.selection.others = others;
+        }
+    } else {
+        choose(state, session, name);
+    }
 }
 
 /// One panel.

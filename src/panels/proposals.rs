@@ -84,7 +84,7 @@ pub fn thumbnails(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
 }
 
 /// Control and rate a manoeuvre shows most in.
-fn roles(surface: Option<Surface>) -> [Role; 2] {
+pub(super) fn roles(surface: Option<Surface>) -> [Role; 2] {
     let surface = surface.unwrap_or(Surface::Elevator);
     [surface.role(), surface.rate()]
 }
@@ -121,7 +121,7 @@ fn thumbnail(ctx: &mut PanelContext<'_>, ui: &mut Ui, window: &Manoeuvre) {
 }
 
 /// A series over a window, stretched to a rectangle.
-fn curve(series: &Series, window: &Manoeuvre, rect: egui::Rect) -> Vec<egui::Pos2> {
+pub(super) fn curve(series: &Series, window: &Manoeuvre, rect: egui::Rect) -> Vec<egui::Pos2> {
     let inside = window.window.indices(&series.time_s);
     let values = &series.values[inside.clone()];
     let finite = values.iter().copied().filter(|value| value.is_finite());

@@ -1,6 +1,7 @@
 //! Widgets drawn by hand: they show what they are given and report what the user did.
 
 pub mod chart;
+pub mod curves;
 pub mod figure;
 pub mod figure_view;
 pub mod level_mark;
@@ -11,6 +12,7 @@ pub mod quantity_edit;
 mod readout;
 pub mod snap;
 pub mod span_editor;
+pub mod sparkline;
 mod stack_figure;
 mod ticks;
 pub mod time_plot;

@@ -7,6 +7,8 @@ use serde::{Deserialize, Serialize};
 const HISTORY: usize = 64;
 /// Pauses longer than this end a gesture of the wheel or a pan, s.
 const GESTURE_PAUSE_S: f64 = 0.4;
+/// Length shown of a stretch that is too long for what is on screen, over its own.
+const REVEALED: f64 = 1.5;
 /// Shortest stretch that can be shown, s.
 const SHORTEST_S: f64 = 1e-4;
 
@@ -76,6 +78,24 @@ impl TimeView {
         self.gesture_at_s = None;
         self.remember();
         self.range = self.limited(range);
+    }
+
+    /// Shows `range` as a part of a gesture that [`Self::zoom_to`] began.
+    pub fn drag_to(&mut self, range: TimeRange) {
+        self.range = self.limited(range);
+    }
+
+    /// Moves along until `stretch` is on screen; shows it with room about it where it is longer than what is on screen.
+    pub fn reveal(&mut self, stretch: TimeRange) {
+        let (range, full) = (self.range, self.full);
+        let holds = |outer: TimeRange| stretch.start_s >= outer.start_s && stretch.end_s <= outer.end_s;
+        if holds(range) || !holds(full) {
+            return;
+        }
+        let middle = 0.5 * (stretch.start_s + stretch.end_s);
+        let half = 0.5 * range.length_s().max(REVEALED * stretch.length_s());
+        let start_s = (middle - half).min(full.end_s - 2.0 * half).max(full.start_s);
+        self.zoom_to(TimeRange { start_s, end_s: start_s + 2.0 * half });
     }
 
     /// Shows everything.
@@ -182,6 +202,22 @@ mod tests {
         assert_eq!(view.range(), TimeRange::new(90.0, 100.0));
         view.pan(-1e6, 0.1);
         assert_eq!(view.range(), TimeRange::new(0.0, 10.0));
+    }
+
+    #[test]
+    fn what_is_off_screen_is_brought_there_and_what_is_on_screen_stays() {
+        let mut view = view();
+        view.zoom_to(TimeRange::new(10.0, 30.0));
+        view.reveal(TimeRange::new(12.0, 28.0));
+        assert_eq!(view.range(), TimeRange::new(10.0, 30.0));
+        view.reveal(TimeRange::new(60.0, 70.0));
+        assert_eq!(view.range(), TimeRange::new(55.0, 75.0));
+        view.reveal(TimeRange::new(95.0, 100.0));
+        assert_eq!(view.range(), TimeRange::new(80.0, 100.0));
+        view.reveal(TimeRange::new(20.0, 60.0));
+        assert_eq!(view.range(), TimeRange::new(10.0, 70.0));
+        view.reveal(TimeRange::new(90.0, 200.0));
+        assert_eq!(view.range(), TimeRange::new(10.0, 70.0), "what no recording has is not gone to");
     }
 
     #[test]

@@ -8,11 +8,11 @@ use egui::{Key, Modifiers, ThemePreference};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 
-use crate::{builder, picture, widget_harness};
+use crate::{builder, overview, picture, widget_harness};
 
 fn workbench<'a>() -> Harness<'a, Workbench> {
     let mut harness = builder(1280.0, 800.0).build_eframe(|cc| {
-        Workbench::new(cc, Document::open_demo().expect("a session is shipped")).expect("a thread starts")
+        overview(Workbench::new(cc, Document::open_demo().expect("a session is shipped")).expect("a thread starts"))
     });
     harness.run_steps(3);
     harness
@@ -37,9 +37,9 @@ fn the_palette_finds_a_command_by_part_of_its_name() {
 #[test]
 fn a_closed_panel_comes_back_by_its_command() {
     let mut harness = workbench();
-    let held = |harness: &Harness<'_, Workbench>| harness.state().state.layout.tiles.find_pane(&Pane::Shortcuts);
+    let held = |harness: &Harness<'_, Workbench>| harness.state().state.shown.tree.tiles.find_pane(&Pane::Shortcuts);
     let tile = held(&harness).unwrap();
-    harness.state_mut().state.layout.remove_recursively(tile);
+    harness.state_mut().state.shown.tree.remove_recursively(tile);
     harness.run_steps(2);
     assert_eq!(held(&harness), None);
     harness.state_mut().request(UiCommand::View(ViewCommand::Show(Pane::Shortcuts)));

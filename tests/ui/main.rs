@@ -15,6 +15,7 @@ mod recording;
 mod recovery;
 mod soak;
 mod speed;
+mod steps;
 mod summary;
 mod traps;
 mod widgets;
@@ -46,6 +47,12 @@ fn widget_harness<'a, State>(
         .with_context_setup(doublet::theme::install)
         .with_theme(if dark { egui::Theme::Dark } else { egui::Theme::Light })
         .build_ui_state(show, state)
+}
+
+/// The workbench with flight, plots, settings and results at once.
+fn overview(mut app: doublet::app::Workbench) -> doublet::app::Workbench {
+    app.state.show_layout(doublet::layouts::LayoutKey::Overview);
+    app
 }
 
 /// What is on screen; also written to the folder of [`PICTURES`] where that is set.

@@ -248,6 +248,7 @@ fn sensitivity_to_inertia_is_that_of_the_moment_itself() {
 #[test]
 fn frequency_responses_are_drawn_with_their_equivalent_systems() {
     let mut bench = Bench::shipped();
+    bench.request(UiCommand::View(doublet::command::ViewCommand::Step(doublet::layouts::Step::Results)));
     bench.show(Pane::Responses);
     bench.harness.get_by_role_and_label(egui::accesskit::Role::Button, "Compute frequency responses").click();
     bench.settle();
@@ -364,7 +365,7 @@ fn window_times_are_shown_and_typed_to_the_millisecond() {
 fn panels_say_what_they_wait_for_while_the_first_run_computes() {
     let mut harness = crate::builder(1280.0, 720.0).build_eframe(|cc| {
         let document = doublet::app::Document::open_demo().expect("a session is shipped");
-        doublet::app::Workbench::new(cc, document).expect("a thread starts")
+        crate::overview(doublet::app::Workbench::new(cc, document).expect("a thread starts"))
     });
     harness.run_steps(3);
     assert!(harness.query_by_label("Waiting for the recording").is_some());

@@ -154,7 +154,7 @@ fn marked_windows_give_the_noise_and_a_button_takes_it() {
 fn proposed_manoeuvres_are_accepted_one_by_one_or_all_at_once() {
     let mut harness: Harness<'_, Workbench> = builder(1500.0, 950.0).build_eframe(|cc| {
         let document = Document::open_demo().expect("a session is shipped");
-        let mut app = Workbench::new(cc, document).expect("a thread starts");
+        let mut app = crate::overview(Workbench::new(cc, document).expect("a thread starts"));
         app.files = Files::without_system();
         let names: Vec<String> = app.document.session().windows.iter().map(|window| window.name.clone()).collect();
         for name in names {

@@ -79,7 +79,7 @@ fn reason_of_a_cell_leads_to_the_panel_that_cures_it() {
     assert!(bench.harness.query_by_label(&reason.text).is_some(), "{reason:?}");
     picture(&mut bench.harness, "summary_reasons");
     let shown = |harness: &Harness<'_, Workbench>| {
-        let layout = &harness.state().state.layout;
+        let layout = &harness.state().state.shown.tree;
         layout.tiles.find_pane(&panel).is_some_and(|tile| layout.is_visible_in_layout(tile))
     };
     let link = format!("{} ▸", panel.title());

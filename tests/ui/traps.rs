@@ -86,7 +86,7 @@ fn click_on_a_name_chooses_and_the_next_key_is_a_shortcut() {
     let full = bench.harness.state().state.time.range();
     let at = bench.harness.get_by_label("name of first").rect().center();
     drag(&mut bench.harness, at, at, 1);
-    for key in [Key::W, Key::N, Key::B] {
+    for key in [Key::W, Key::N, Key::P] {
         bench.harness.key_press(key);
         bench.harness.run_steps(2);
     }
@@ -248,7 +248,7 @@ fn another_session_shows_all_of_its_recording_and_none_of_what_was_before() {
 #[test]
 fn channel_let_go_over_an_axis_of_another_unit_gets_one_of_its_own() {
     let mut bench = Bench::open();
-    bench.request(UiCommand::View(ViewCommand::Show(Pane::Flight)));
+    bench.request(UiCommand::View(ViewCommand::Step(doublet::layouts::Step::Recording)));
     let plots = |bench: &Bench<'_>| bench.harness.state().state.flight_plots.clone();
     let names = [["z"], ["airspeed"]].map(|plot| plot.map(str::to_owned).to_vec());
     bench.harness.state_mut().state.flight_plots = Some(names.to_vec());
@@ -280,7 +280,7 @@ fn tab_of_several_panels_is_called_by_their_names() {
     let split = tiles.insert_container(Linear::new_binary(LinearDir::Vertical, inner, 0.5));
     let other = tiles.insert_pane(Pane::Model);
     let root = tiles.insert_tab_tile(vec![split, other]);
-    bench.harness.state_mut().state.layout = Tree::new(egui::Id::unique("workbench"), root, tiles);
+    bench.harness.state_mut().state.shown.tree = Tree::new(egui::Id::unique("workbench"), root, tiles);
     bench.settle();
     assert!(bench.harness.query_by_label("Flight · Log").is_some());
     assert!(bench.harness.query_by_label("Vertical").is_none());

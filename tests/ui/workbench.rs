@@ -21,7 +21,7 @@ use egui_kittest::kittest::{NodeT, Queryable};
 use tempfile::TempDir;
 
 use crate::recording::{self, CM, STEP_S};
-use crate::{builder, double_click, drag, picture};
+use crate::{builder, double_click, drag, overview, picture};
 
 /// Longest wait for results.
 const PATIENCE: Duration = Duration::from_secs(240);
@@ -50,7 +50,7 @@ impl Bench<'_> {
         change(folder.path());
         let mut harness = builder(1500.0, 950.0).build_eframe(move |cc| {
             let document = Document::open(&path).expect("the session opens");
-            let mut app = Workbench::new(cc, document).expect("a thread starts");
+            let mut app = overview(Workbench::new(cc, document).expect("a thread starts"));
             app.files = Files::without_system();
             app
         });
@@ -102,8 +102,8 @@ impl Bench<'_> {
     /// The shipped flight in a window of this size.
     pub fn shipped_in(width: f32, height: f32) -> Self {
         let mut harness = builder(width, height).build_eframe(|cc| {
-            let mut app =
-                Workbench::new(cc, Document::open_demo().expect("a session is shipped")).expect("a thread starts");
+            let document = Document::open_demo().expect("a session is shipped");
+            let mut app = overview(Workbench::new(cc, document).expect("a thread starts"));
             app.files = Files::without_system();
             app
         });
@@ -369,8 +369,8 @@ fn every_panel_draws_in_both_themes() {
         bench.request(UiCommand::View(ViewCommand::Appearance(theme)));
         for &pane in Pane::ALL {
             bench.show(pane);
-            let tile = bench.harness.state().state.layout.tiles.find_pane(&pane).expect("the panel is open");
-            assert!(bench.harness.state().state.layout.is_visible_in_layout(tile), "{}", pane.title());
+            let tile = bench.harness.state().state.shown.tree.tiles.find_pane(&pane).expect("the panel is open");
+            assert!(bench.harness.state().state.shown.tree.is_visible_in_layout(tile), "{}", pane.title());
             picture(&mut bench.harness, &format!("{}_{theme:?}", pane.title().replace(' ', "_")));
         }
     }

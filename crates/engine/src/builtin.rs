@@ -48,6 +48,13 @@ pub fn session(name: &str) -> Option<&'static str> {
     SESSIONS.get_file(format!("{name}.toml"))?.contents_utf8()
 }
 
+/// Names of the sessions that come with the program and need no recording beside what comes with it.
+pub fn sessions() -> Vec<&'static str> {
+    let mut names: Vec<_> = SESSIONS.files().filter_map(|file| file.path().file_stem()?.to_str()).collect();
+    names.sort_unstable();
+    names
+}
+
 /// Place on disk of a built-in file or folder, written there on first use: in the cache folder of the user, or in a folder of this
 /// program alone where that cannot be written.
 ///

@@ -16,8 +16,6 @@ use crate::undo::History;
 
 /// Time between two attempts to keep unsaved work where that could not be.
 const RETRY: Duration = Duration::from_secs(2);
-/// The session that opens by default.
-const SHIPPED: &str = "demo";
 
 /// A session with its past and its place on disk.
 pub struct Document {
@@ -25,6 +23,8 @@ pub struct Document {
     pub history: History,
     /// Its file; `None` for what comes with the program, until it is saved.
     pub path: Option<PathBuf>,
+    /// Its name among those that come with the program, where it is one.
+    pub shipped: Option<&'static str>,
     /// Folder its relative paths start from.
     pub folder: PathBuf,
     keeping: Option<Keeping>,
@@ -76,8 +76,11 @@ struct Keeping {
 }
 
 impl Document {
+    /// The flight that is shown where none is named.
+    pub const SHIPPED: &'static str = "demo";
+
     fn new(history: History, path: Option<PathBuf>, folder: PathBuf) -> Self {
-        Self { history, path, folder, keeping: None, on_disk: OnDisk::default() }
+        Self { history, path, shipped: None, folder, keeping: None, on_disk: OnDisk::default() }
     }
 
     /// Opens a session file.
@@ -99,9 +102,18 @@ impl Document {
     /// # Errors
     /// One line, should it not be readable.
     pub fn open_demo() -> Result<Self, String> {
-        let text = builtin::session(SHIPPED).ok_or("no session comes with this program")?;
+        Self::open_shipped(Self::SHIPPED)
+    }
+
+    /// A session that comes with the program, by its name.
+    ///
+    /// # Errors
+    /// One line, when there is none of this name or it should not be readable.
+    pub fn open_shipped(name: &'static str) -> Result<Self, String> {
+        let text = builtin::session(name).ok_or_else(|| format!("no session '{name}' comes with this program"))?;
         let session = session::parse(text).map_err(|error| error.to_string())?;
-        Ok(Self::new(History::new(session), None, std::env::current_dir().unwrap_or_default()))
+        let document = Self::new(History::new(session), None, std::env::current_dir().unwrap_or_default());
+        Ok(Self { shipped: Some(name), ..document })
     }
 
     /// A session just made, which no file has yet. Its relative paths start from the present folder.

@@ -41,7 +41,13 @@ pub fn variables(simulation: &Simulation, names: &[String]) -> Vec<Variable> {
         all.push((INPUT_AT + index as u32, (*name).to_owned(), *unit, VariableKind::Input, simulation.input[index]));
     }
     for (index, name) in STATE_NAMES.iter().enumerate() {
-        all.push((STATE_AT + index as u32, (*name).to_owned(), state_unit(name), VariableKind::State, simulation.state[index]));
+        all.push((
+            STATE_AT + index as u32,
+            (*name).to_owned(),
+            state_unit(name),
+            VariableKind::State,
+            simulation.state[index],
+        ));
     }
     for (index, name) in STATE_NAMES.iter().enumerate() {
         let kind = VariableKind::Rate(STATE_AT + index as u32);

@@ -1,7 +1,6 @@
 //! A new session from a recording: looked at in the background, its channels given roles, an aircraft chosen, then made.
 
 mod aircraft;
-mod curves;
 mod form;
 mod physics;
 mod roles;
@@ -214,6 +213,7 @@ impl Workbench {
         self.enter_document(Ok(Document::start(session)));
         // Plots chosen for another recording name channels this one does not have.
         self.state.flight_plots = None;
+        self.state.show_layout(crate::layouts::LayoutKey::Step(crate::layouts::Step::Manoeuvres));
         self.say(if found {
             let found = if windows == 1 { "1 manoeuvre".to_owned() } else { format!("{windows} manoeuvres") };
             format!("New session: {found} of its controls found as windows. Save it with Ctrl+S")

@@ -6,7 +6,8 @@ use doublet_engine::run::{Control, Job};
 use doublet_engine::stage::{FlightPhysics, PhysicsRow};
 use eframe::egui::{self, Label, RichText, ScrollArea, Spinner, Ui};
 
-use super::{Choice, Choosing, curves};
+use super::{Choice, Choosing};
+use crate::widgets::curves;
 use crate::widgets::level_mark::level_mark;
 
 /// Height of the list.

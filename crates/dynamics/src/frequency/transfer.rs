@@ -82,7 +82,8 @@ impl TransferFunction {
         let s = Complex::new(0.0, omega_rad_s);
         let over: Complex<f64> = self.numerator.iter().map(|section| section.at(s)).product();
         over / self.denominator_at(omega_rad_s)
-            * Complex::from_polar(self.gain, 0.0) * Complex::from_polar(1.0, -omega_rad_s * self.delay_s)
+            * Complex::from_polar(self.gain, 0.0)
+            * Complex::from_polar(1.0, -omega_rad_s * self.delay_s)
     }
 
     /// Phase at `j omega` of the same with a positive gain, rad, continuous in frequency.

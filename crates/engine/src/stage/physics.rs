@@ -76,6 +76,7 @@ impl FlightPhysics {
             let place = format!("flight '{flight}', {}", row.channel);
             let text = format!("{}: {}", row.headline, row.evidence);
             let finding = Finding::new(row.level, "physics", place, text).with_cure(row.cure.clone());
+            let finding = finding.with_setting("Channels", "");
             match row.slope {
                 Some(slope) if row.hypothesis.is_empty() => finding.with_figure(slope, f64::NAN),
                 _ => finding,

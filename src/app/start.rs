@@ -1,0 +1,232 @@
+//! The start page: sessions opened last, what a new session is made of, the flights that come with the program, the tour.
+
+use std::path::PathBuf;
+
+use doublet_engine::builtin;
+use doublet_engine::session;
+use eframe::egui::{
+    self, Button, Color32, CornerRadius, Label, Rect, RichText, Role, ScrollArea, Sense, Stroke, StrokeKind, Ui,
+    WidgetInfo, pos2, vec2,
+};
+
+use super::timeline;
+use super::{Document, Workbench};
+use crate::command::{FileCommand, HelpCommand, UiCommand};
+use crate::theme;
+use crate::ui_state::Thumbnail;
+
+/// Size of a card.
+const CARD: egui::Vec2 = vec2(300.0, 112.0);
+/// Width of the column with what can be begun.
+const ACTIONS: f32 = 260.0;
+/// Points of the altitude in a thumbnail.
+const POINTS: usize = 90;
+
+/// What the page has found out once.
+#[derive(Default)]
+pub(super) struct StartPage {
+    /// Name and title of the sessions that come with the program.
+    shipped: Vec<(&'static str, String)>,
+}
+
+/// A session on the page.
+struct Card<'a> {
+    name: String,
+    about: String,
+    thumbnail: Option<&'a Thumbnail>,
+    command: FileCommand,
+}
+
+impl Workbench {
+    /// Whether the start page is on screen.
+    pub fn is_on_start_page(&self) -> bool {
+        self.start_shown || self.document.session().flights.is_empty()
+    }
+
+    /// A session without a flight: the window begins with the start page.
+    pub fn nothing_open() -> Document {
+        let mut document = Document::start(doublet_engine::begin::empty_session("", None));
+        document.history.mark_saved();
+        document
+    }
+
+    /// Keeps what the session on screen looks like, for the start page of the next time.
+    pub(super) fn keep_thumbnail(&mut self) {
+        let key = match (&self.document.path, self.document.shipped) {
+            (Some(path), _) => path.canonicalize().unwrap_or_else(|_| path.clone()),
+            (None, Some(name)) => PathBuf::from(format!("{}{name}", builtin::PREFIX)),
+            (None, None) => return,
+        };
+        let session = self.document.session();
+        let Some(flight) = session.flights.first() else { return };
+        let loaded = self.snapshot.flights.get(&flight.name).and_then(|slot| slot.latest());
+        let Some(line) = loaded.and_then(|loaded| timeline::altitude(&loaded.recording, POINTS)) else { return };
+        let (Some(first), Some(last), Some((low, high))) = (line.points.first(), line.points.last(), line.extent)
+        else {
+            return;
+        };
+        let (start_s, length_s) = (first.0, (last.0 - first.0).max(1e-9));
+        let along = |time_s: f64| ((time_s - start_s) / length_s) as f32;
+        let up = |value: f64| ((value - low) / (high - low).max(1e-9)) as f32;
+        let windows = session.windows.iter().filter(|window| window.flight == flight.name);
+        let thumbnail = Thumbnail {
+            title: session.title.clone(),
+            verdict: self.snapshot.verdicts.latest().map_or_else(String::new, |verdicts| verdicts.headline()),
+            altitude: line.points.iter().map(|point| [along(point.0), up(point.1)]).collect(),
+            windows: windows.map(|window| [along(window.window.start_s), along(window.window.end_s)]).collect(),
+        };
+        self.state.thumbnails.insert(key, thumbnail);
+    }
+}
+
+/// Draws the page.
+pub(super) fn show(app: &mut Workbench, ui: &mut Ui) {
+    if app.start.shipped.is_empty() {
+        let title = |name: &&'static str| session::parse(builtin::session(name)?).ok().map(|session| session.title);
+        app.start.shipped = builtin::sessions().into_iter().filter_map(|name| Some((name, title(&name)?))).collect();
+    }
+    let mut wanted = None;
+    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+        let room = ui.available_width();
+        let width = room.min(ACTIONS + 24.0 + 3.0 * (CARD.x + 12.0));
+        ui.horizontal_top(|ui| {
+            ui.add_space(0.5 * (room - width).max(0.0) + 8.0);
+            ui.vertical(|ui| {
+                ui.set_width(ACTIONS);
+                wanted = actions(app, ui);
+            });
+            ui.add_space(24.0);
+            ui.vertical(|ui| {
+                ui.set_width((width - ACTIONS - 48.0).max(CARD.x));
+                wanted = cards(app, ui).or(wanted.take());
+            });
+        });
+    });
+    app.commands.extend(wanted);
+}
+
+/// What can be begun.
+fn actions(app: &Workbench, ui: &mut Ui) -> Option<UiCommand> {
+    let mut wanted = None;
+    ui.add_space(28.0);
+    ui.label(RichText::new("doublet").size(30.0).strong());
+    ui.weak("Aerodynamic derivatives from flight test");
+    ui.add_space(18.0);
+    let rows = [
+        ("New session from recording…", "One file, or several of one flight", UiCommand::File(FileCommand::New)),
+        (
+            "New session from folder of CSV files…",
+            "A folder whose files are channels or recorders",
+            UiCommand::File(FileCommand::NewFromFolder),
+        ),
+        ("Open session…", "A session file (TOML)", UiCommand::File(FileCommand::Open)),
+        (
+            "Five-minute tour",
+            "From recording to report on the shipped flight, with the real controls",
+            UiCommand::Help(HelpCommand::Tour),
+        ),
+        ("Keys and gestures", "What the mouse and every key do", UiCommand::Help(HelpCommand::Shortcuts)),
+    ];
+    for (name, about, command) in rows {
+        if ui.add_sized(vec2(ACTIONS, 30.0), Button::new(name)).on_hover_text(about).clicked() {
+            wanted = Some(command);
+        }
+    }
+    ui.add_space(10.0);
+    ui.add(Label::new(RichText::new("Or drop a recording, or a session file, anywhere on this window.").weak()).wrap());
+    if !app.document.session().flights.is_empty() {
+        ui.add_space(10.0);
+        if ui.link(format!("Back to {} ▸", app.document.session().title)).clicked() {
+            wanted = Some(UiCommand::View(crate::command::ViewCommand::Workbench));
+        }
+    }
+    wanted
+}
+
+/// Sessions opened last, and those that come with the program.
+fn cards(app: &Workbench, ui: &mut Ui) -> Option<UiCommand> {
+    let mut wanted = None;
+    let thumbnails = &app.state.thumbnails;
+    let recent: Vec<Card<'_>> = app
+        .state
+        .recent
+        .iter()
+        .enumerate()
+        .map(|(at, path)| Card {
+            name: path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
+            about: path.display().to_string(),
+            thumbnail: thumbnails.get(path),
+            command: FileCommand::OpenRecent(at),
+        })
+        .collect();
+    let shipped: Vec<Card<'_>> = app
+        .start
+        .shipped
+        .iter()
+        .map(|(name, title)| Card {
+            name: title.clone(),
+            about: "comes with the program; save it under a name to keep changes".to_owned(),
+            thumbnail: thumbnails.get(&PathBuf::from(format!("{}{name}", builtin::PREFIX))),
+            command: FileCommand::OpenShippedSession(name),
+        })
+        .collect();
+    for (title, cards, nothing) in [
+        ("Sessions opened last", recent, "None yet: what you open and save is found here again."),
+        ("Flights that come with the program", shipped, ""),
+    ] {
+        ui.add_space(28.0);
+        ui.heading(title);
+        ui.add_space(4.0);
+        if cards.is_empty() {
+            ui.weak(nothing);
+        }
+        ui.horizontal_wrapped(|ui| {
+            ui.spacing_mut().item_spacing = vec2(12.0, 12.0);
+            for one in &cards {
+                if card(ui, one) {
+                    wanted = Some(UiCommand::File(one.command));
+                }
+            }
+        });
+    }
+    wanted
+}
+
+/// One session; whether it was clicked.
+fn card(ui: &mut Ui, card: &Card<'_>) -> bool {
+    let (rect, response) = ui.allocate_exact_size(CARD, Sense::click());
+    let palette = theme::palette(ui);
+    let edge = if response.hovered() { palette.accent } else { palette.grid };
+    let painter = ui.painter_at(rect);
+    painter.rect(rect, CornerRadius::same(6), ui.visuals().faint_bg_color, Stroke::new(1.0, edge), StrokeKind::Inside);
+    let picture = Rect::from_min_max(rect.min + vec2(8.0, 8.0), pos2(rect.right() - 8.0, rect.top() + 60.0));
+    painter.rect_filled(picture, 3.0, palette.plot_background);
+    if let Some(thumbnail) = card.thumbnail {
+        draw_thumbnail(&painter, picture, thumbnail, [palette.series[0], palette.accent]);
+    }
+    let verdict = card.thumbnail.map_or("not opened yet", |thumbnail| thumbnail.verdict.as_str());
+    let name = card.thumbnail.map_or(card.name.as_str(), |thumbnail| thumbnail.title.as_str());
+    let mut lines = ui.new_child(
+        egui::UiBuilder::new()
+            .max_rect(Rect::from_min_max(pos2(rect.left() + 8.0, picture.bottom() + 4.0), rect.max - vec2(8.0, 4.0))),
+    );
+    lines.spacing_mut().item_spacing.y = 1.0;
+    lines.add(Label::new(RichText::new(name).strong()).truncate().selectable(false));
+    lines.add(Label::new(RichText::new(verdict).size(11.0).weak()).truncate().selectable(false));
+    let label = format!("open {}", card.name);
+    response.widget_info(|| WidgetInfo::labeled(Role::Button, true, &label));
+    let response = response.on_hover_cursor(egui::CursorIcon::PointingHand);
+    response.on_hover_text(format!("{name}\n{verdict}\n{}", card.about)).clicked()
+}
+
+fn draw_thumbnail(painter: &egui::Painter, rect: Rect, thumbnail: &Thumbnail, [line, block]: [Color32; 2]) {
+    let x = |along: f32| rect.left() + rect.width() * along.clamp(0.0, 1.0);
+    for &[start, end] in &thumbnail.windows {
+        let block_rect =
+            Rect::from_x_y_ranges(x(start)..=x(end).max(x(start) + 1.5), rect.bottom() - 7.0..=rect.bottom() - 2.0);
+        painter.rect_filled(block_rect, 0.0, block.gamma_multiply(0.8));
+    }
+    let upper = rect.height() - 14.0;
+    let points = thumbnail.altitude.iter().map(|&[along, up]| pos2(x(along), rect.top() + 4.0 + upper * (1.0 - up)));
+    painter.line(points.collect(), Stroke::new(1.2, line));
+}
