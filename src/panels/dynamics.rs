@@ -1,7 +1,7 @@
 //! Modes and levels: eigenvalues of the identified aircraft about a trim with their intervals, and the levels of its flying qualities,
 //! live while airspeed, altitude, fuel, class or category change.
 
-use doublet_engine::report::{DynamicsRow, ModeRow, dynamics_row};
+use doublet_engine::report::{ModeRow, mode_rows, qualities_row};
 use doublet_engine::study::dynamics::{CATEGORIES, CLASSES};
 use doublet_engine::study::{DynamicsRequest, DynamicsStudy, Study};
 use eframe::egui::{ComboBox, Grid, ScrollArea, Slider, Ui};
@@ -53,11 +53,10 @@ impl Panel for Dynamics {
         if slot.is_stale() {
             ui.multiply_opacity(0.45);
         }
-        let row = dynamics_row(study);
         match self.aspect {
             Aspect::Roots => roots(ctx, ui, study),
-            Aspect::Modes => modes(ui, &row),
-            Aspect::Levels => levels(ui, &row),
+            Aspect::Modes => modes(ui, study),
+            Aspect::Levels => levels(ui, study),
         }
     }
 }
@@ -137,14 +136,14 @@ fn with_error(mode: &ModeRow, key: &str, value: Option<f64>) -> String {
     )
 }
 
-fn modes(ui: &mut Ui, row: &DynamicsRow) {
+fn modes(ui: &mut Ui, study: &DynamicsStudy) {
     ScrollArea::both().show(ui, |ui| {
         Grid::new("modes").striped(true).show(ui, |ui| {
             for head in ["mode", "real [1/s]", "frequency [rad/s]", "damping", "period [s]", "half [s]", "double [s]"] {
                 caption(ui, head);
             }
             ui.end_row();
-            for mode in &row.modes {
+            for mode in &mode_rows(study) {
                 ui.label(mode.name);
                 ui.label(with_error(mode, "real_1_s", Some(mode.real_1_s)));
                 ui.label(with_error(mode, "frequency_rad_s", Some(mode.frequency_rad_s)));
@@ -155,12 +154,12 @@ fn modes(ui: &mut Ui, row: &DynamicsRow) {
                 ui.end_row();
             }
         });
-        row.notes.iter().for_each(|note| drop(ui.weak(note)));
+        study.notes.iter().for_each(|note| drop(ui.weak(note)));
     });
 }
 
-fn levels(ui: &mut Ui, row: &DynamicsRow) {
-    let found = &row.qualities;
+fn levels(ui: &mut Ui, study: &DynamicsStudy) {
+    let found = qualities_row(study);
     ScrollArea::both().show(ui, |ui| {
         ui.label(format!(
             "{}, class {}, category {}: {}",

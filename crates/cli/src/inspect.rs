@@ -136,7 +136,7 @@ fn describe(probe: &Probe) -> Value {
     let sources: Vec<Value> = probe.sources.iter().map(|source| describe_source(source, &guessed)).collect();
     json!({
         "version": 1,
-        "program": concat!("doublet ", env!("CARGO_PKG_VERSION")),
+        "program": doublet_engine::PROGRAM,
         "file": probe.path.display().to_string(),
         "format": probe.format.to_string(),
         "sources": sources,

@@ -125,7 +125,7 @@ fn describe(output: &str, found: &TableFit) -> Value {
     let rows: Vec<Vec<f64>> = fit.correlation.row_iter().map(|row| row.iter().copied().collect()).collect();
     json!({
         "version": 1,
-        "program": concat!("doublet ", env!("CARGO_PKG_VERSION")),
+        "program": doublet_engine::PROGRAM,
         "y": output,
         "samples": fit.samples(),
         "rows": found.rows_in_table,

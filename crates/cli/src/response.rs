@@ -233,7 +233,7 @@ fn draw(arguments: &ResponseArguments, study: &ResponseStudy, fits: &[Equivalent
             let document = Document {
                 title: format!("Frequency response of {} to {}", study.output, study.inputs.join(", ")),
                 subtitle: arguments.source.display().to_string(),
-                app: concat!("doublet ", env!("CARGO_PKG_VERSION")).to_owned(),
+                app: doublet_engine::PROGRAM.to_owned(),
                 date: doublet_engine::date::today(),
                 notice: String::new(),
                 cover: figures.into_iter().map(Block::Figure).collect(),
@@ -256,7 +256,7 @@ fn describe(study: &ResponseStudy) -> Value {
     let constants = study.responses.first().map(|response| response.overlap_constants.clone()).unwrap_or_default();
     json!({
         "version": 1,
-        "program": concat!("doublet ", env!("CARGO_PKG_VERSION")),
+        "program": doublet_engine::PROGRAM,
         "inputs": study.inputs,
         "output": study.output,
         "records": records.collect::<Vec<Value>>(),

@@ -22,3 +22,6 @@ pub mod stage;
 pub mod study;
 pub mod undo;
 pub mod verdict;
+
+/// Name and version of the program, as everything it writes states them.
+pub const PROGRAM: &str = concat!("doublet ", env!("CARGO_PKG_VERSION"));

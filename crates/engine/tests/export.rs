@@ -39,6 +39,7 @@ fn coefficient(coefficient: Coefficient, terms: &[(&str, f64)]) -> IdentifiedCoe
         parameters: parameters.collect(),
         correlation: DMatrix::from_fn(count, count, |i, j| if i == j { 1.0 } else { 0.1 / (1 + i + j) as f64 }),
         windows: vec!["01 <3-2-1-1> & more".into()],
+        shares: DMatrix::identity(terms.len(), terms.len()),
         mean_constant: false,
     }
 }

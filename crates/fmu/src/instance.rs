@@ -114,25 +114,36 @@ impl Instance {
         Some(self.simulation.rates(&self.state, &self.input).ok()?.0)
     }
 
-    /// Value of a variable; `None` of a value reference that there is not.
-    pub fn get(&self, reference: u32) -> Option<f64> {
-        let index = |first: u32, count: usize| {
-            (reference.checked_sub(first)? < count as u32).then(|| (reference - first) as usize)
-        };
-        if reference == 0 {
-            Some(self.time_s)
-        } else if let Some(index) = index(INPUT_AT, INPUTS) {
-            Some(self.input[index])
-        } else if let Some(index) = index(STATE_AT, STATES) {
-            Some(self.state[index])
-        } else if let Some(index) = index(RATE_AT, STATES) {
-            Some(self.rates()?[index])
-        } else if let Some(index) = index(OUTPUT_AT, OUTPUT_NAMES.len()) {
-            Some(self.simulation.rates(&self.state, &self.input).ok()?.1[index])
-        } else {
-            let entries = self.simulation.model.derivatives.entries();
-            Some(entries[index(DERIVATIVE_AT, entries.len())?].value)
+    /// Values of variables, the motion evaluated at most once; `None` where a value reference is of no variable, or the condition is
+    /// none.
+    pub fn get(&self, references: &[u32], values: &mut [f64]) -> Option<()> {
+        let mut motion = None;
+        for (&reference, value) in references.iter().zip(values) {
+            let index = |first: u32, count: usize| {
+                (reference.checked_sub(first)? < count as u32).then(|| (reference - first) as usize)
+            };
+            let mut moving = || {
+                if motion.is_none() {
+                    motion = self.simulation.rates(&self.state, &self.input).ok();
+                }
+                motion
+            };
+            *value = if reference == 0 {
+                self.time_s
+            } else if let Some(index) = index(INPUT_AT, INPUTS) {
+                self.input[index]
+            } else if let Some(index) = index(STATE_AT, STATES) {
+                self.state[index]
+            } else if let Some(index) = index(RATE_AT, STATES) {
+                moving()?.0[index]
+            } else if let Some(index) = index(OUTPUT_AT, OUTPUT_NAMES.len()) {
+                moving()?.1[index]
+            } else {
+                let entries = self.simulation.model.derivatives.entries();
+                entries[index(DERIVATIVE_AT, entries.len())?].value
+            };
         }
+        Some(())
     }
 
     /// Sets an input, a state or a derivative; `None` of a variable that cannot be set.

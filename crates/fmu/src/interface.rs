@@ -181,13 +181,14 @@ pub unsafe extern "C" fn fmi3GetFloat64(
 ) -> Status {
     // SAFETY: as this function.
     let Some(instance) = (unsafe { instance(pointer) }) else { return ERROR };
-    for index in 0..count {
-        // SAFETY: both arrays have `count` elements, every variable being a scalar.
-        let (reference, value) = unsafe { (*references.add(index), &mut *values.add(index)) };
-        match instance.get(reference) {
-            Some(found) => *value = found,
-            None => return ERROR,
-        }
+    if count == 0 {
+        return OK;
+    }
+    // SAFETY: both arrays have `count` elements, every variable being a scalar.
+    let (references, values) =
+        unsafe { (std::slice::from_raw_parts(references, count), std::slice::from_raw_parts_mut(values, count)) };
+    if instance.get(references, values).is_none() {
+        return ERROR;
     }
     OK
 }

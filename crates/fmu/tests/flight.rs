@@ -93,7 +93,9 @@ fn variables_are_set_and_read_by_their_value_references() {
     let mut unit = Instance::new(&text).unwrap();
     let all = variables(&simulation, &names);
     for (reference, name, _, kind, start) in &all {
-        let value = unit.get(*reference).unwrap();
+        let mut value = [f64::NAN];
+        unit.get(&[*reference], &mut value).unwrap();
+        let [value] = value;
         match kind {
             VariableKind::Rate(of) => assert!(all.iter().any(|other| other.0 == *of), "{name}"),
             VariableKind::Output => assert!(value.is_finite(), "{name}"),
@@ -102,7 +104,7 @@ fn variables_are_set_and_read_by_their_value_references() {
         let can_be_set = !matches!(kind, VariableKind::Rate(_) | VariableKind::Output);
         assert_eq!(unit.set(*reference, 0.5).is_some(), can_be_set, "{name}");
     }
-    assert_eq!((unit.get(99), unit.set(0, 1.0)), (None, None));
+    assert_eq!((unit.get(&[99], &mut [0.0]), unit.set(0, 1.0)), (None, None));
     unit.reset();
     assert_eq!(*unit.state(), simulation.state);
 }

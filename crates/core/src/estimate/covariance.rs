@@ -373,10 +373,10 @@ impl Transforms {
 
     /// `sum_i (X D X')_{i, i+k}` over all windows for the lags `k = 0..=max_lag`: with `D = L L'` of the parameters of a window that
     /// have an error, the autocorrelations of the columns of `X L`.
-    pub(super) fn leverage(
+    pub(super) fn leverage<'a>(
         &mut self,
         covariance: &DMatrix<f64>,
-        windows: &[Spectra<'_>],
+        windows: impl IntoIterator<Item = &'a Spectra<'a>>,
         max_lag: usize,
     ) -> Result<Vec<f64>, EstimateError> {
         let mut powers = Powers::new();

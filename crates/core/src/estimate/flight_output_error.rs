@@ -5,7 +5,8 @@ use std::ops::Range;
 use nalgebra::DMatrix;
 use thiserror::Error;
 
-use super::output_covariance::{Output, covariance_of_outputs};
+use super::covariance::Unit;
+use super::output_covariance::{Output, OutputWindow, covariance_of_outputs};
 use super::{EstimateError, OutputErrorFit, OutputErrorSettings, OutputParameter, output_error};
 use crate::model::Derivatives;
 use crate::prep::accelerometer_at;
@@ -410,24 +411,29 @@ fn corrected_errors(
     measured: &DMatrix<f64>,
     samples: &[Range<usize>],
 ) -> Result<Vec<f64>, EstimateError> {
-    let outputs: Vec<Output> = (0..measured.ncols())
+    let columns: Vec<usize> = (0..fit.names.len()).collect();
+    // Both in deviations of the noise: the information is then that of plain least squares.
+    let parts: Vec<Vec<(DMatrix<f64>, Vec<f64>)>> = (0..measured.ncols())
         .map(|output| {
-            // Both in deviations of the noise: the information is then that of plain least squares.
             let weight = fit.noise[output].recip();
-            let residual = |(z, y): (&f64, &f64)| if z.is_finite() { weight * (z - y) } else { 0.0 };
-            Output {
-                residuals: measured
-                    .column(output)
-                    .iter()
-                    .zip(fit.outputs.column(output).iter())
-                    .map(residual)
-                    .collect(),
-                sensitivities: DMatrix::from_fn(measured.nrows(), fit.names.len(), |row, parameter| {
-                    weight * fit.sensitivities[parameter][(row, output)]
-                }),
-            }
+            let window = |window: &Range<usize>| {
+                let residual = |row: usize| {
+                    let z = measured[(row, output)];
+                    if z.is_finite() { weight * (z - fit.outputs[(row, output)]) } else { 0.0 }
+                };
+                let sensitivities = DMatrix::from_fn(window.len(), fit.names.len(), |row, parameter| {
+                    weight * fit.sensitivities[parameter][(window.start + row, output)]
+                });
+                (sensitivities, window.clone().map(residual).collect())
+            };
+            samples.iter().map(window).collect()
         })
         .collect();
-    let covariance = covariance_of_outputs(&fit.covariance, &outputs, samples)?;
+    let mut outputs: Vec<Output<'_>> = Vec::with_capacity(parts.len());
+    for parts in &parts {
+        let window = |(sensitivities, residuals)| Some(OutputWindow { sensitivities, columns: &columns, residuals });
+        outputs.push(parts.iter().map(|(sensitivities, residuals)| window((sensitivities, residuals))).collect());
+    }
+    let covariance = covariance_of_outputs(&Unit::without_priors(&fit.covariance), &outputs)?;
     Ok(covariance.diagonal().iter().map(|variance| variance.sqrt()).collect())
 }

@@ -42,6 +42,7 @@ pub use input_kinds::{KindDifference, compare_kinds};
 pub use least_squares::least_squares;
 pub use nonlinear::{NonlinearSearch, search_nonlinear};
 pub use orthogonal::{OrthogonalRecord, OrthogonalSelection, OrthogonalSettings, orthogonal};
+pub use output_covariance::joint_coloured_covariance;
 pub use output_error::{OutputErrorFit, OutputErrorSettings, OutputParameter, output_error};
 pub use pooled::{PooledFit, PooledRegression, PooledWindow, Stacked, pooled, stacked};
 pub use prior::{Known, Posterior, combine};

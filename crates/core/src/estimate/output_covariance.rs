@@ -1,19 +1,61 @@
 //! Covariance of estimates from several outputs at once whose residuals are coloured and hang together.
 
-use std::ops::Range;
-
 use nalgebra::{Complex, DMatrix};
 
-use super::EstimateError;
 use super::covariance::{
-    Block, Spectra, Taper, Transforms, Unit, left_of_noise, longest_lag, sandwich, transform_length,
+    Block, Spectra, Taper, Transforms, Unit, left_of_noise, longest_lag, sandwich, transform_length, with_transforms,
 };
+use super::{EstimateError, PooledFit, PooledWindow};
 
-/// One output as the covariance sees it: residuals and sensitivities of all samples in deviations of the noise, samples by
-/// parameters.
-pub(super) struct Output {
-    pub(super) residuals: Vec<f64>,
-    pub(super) sensitivities: DMatrix<f64>,
+/// One output in one window: sensitivities, samples by parameters, the parameter of each column, and the residuals. Of output error both
+/// are in deviations of the noise.
+pub(super) struct OutputWindow<'a> {
+    pub(super) sensitivities: &'a DMatrix<f64>,
+    pub(super) columns: &'a [usize],
+    pub(super) residuals: &'a [f64],
+}
+
+/// The windows of one output in the order all outputs have them; `None` where it has no part in one.
+pub(super) type Output<'a> = Vec<Option<OutputWindow<'a>>>;
+
+/// Covariance of the parameters of several pooled fits, one coefficient each, within and across them, in their order: the sandwich of
+/// [`super::coloured_covariance`] with the cross-correlation of the residuals in the windows that two fits share. Forces and moments
+/// that a model lacks, a gust's for example, enter several coefficients at once, and so do the errors of their regressors; a
+/// function of derivatives of several coefficients, as a natural mode is, needs what they have in common.
+///
+/// Its blocks on the diagonal are [`PooledFit::coloured_covariance`] but for the longest lag, which all fits have in common here.
+///
+/// # Errors
+/// As for [`super::coloured_covariance`].
+pub fn joint_coloured_covariance(fits: &[(&PooledFit, &[PooledWindow])]) -> Result<DMatrix<f64>, EstimateError> {
+    let mut labels: Vec<&str> = Vec::new();
+    for window in fits.iter().flat_map(|(_, windows)| *windows) {
+        if !labels.contains(&window.label.as_str()) {
+            labels.push(&window.label);
+        }
+    }
+    let size = fits.iter().map(|(fit, _)| fit.prior_information.len()).sum();
+    let mut unit = DMatrix::zeros(size, size);
+    let mut prior_information = Vec::with_capacity(size);
+    let mut columns: Vec<Vec<Vec<usize>>> = Vec::with_capacity(fits.len());
+    for (PooledFit { fit, parameters, prior_information: own, .. }, _) in fits {
+        let start = prior_information.len();
+        unit.view_mut((start, start), fit.unit_covariance.shape()).copy_from(&fit.unit_covariance);
+        prior_information.extend(own.iter().map(|information| fit.residual_std.powi(2) * information));
+        columns.push(parameters.iter().map(|of| of.iter().map(|column| start + column).collect()).collect());
+    }
+    let mut outputs: Vec<Output<'_>> = Vec::with_capacity(fits.len());
+    for ((fit, windows), columns) in fits.iter().zip(&columns) {
+        let window = |place: usize| OutputWindow {
+            sensitivities: &windows[place].x,
+            columns: &columns[place],
+            residuals: &fit.fit.residuals[fit.samples[place].clone()],
+        };
+        let place = |label: &&str| windows.iter().position(|window| window.label == *label);
+        outputs.push(labels.iter().map(|label| place(&label).map(window)).collect());
+    }
+    let unit = Unit { covariance: &unit, prior_information: &prior_information, variance: 1.0 };
+    covariance_of_outputs(&unit, &outputs)
 }
 
 /// Covariance `D M D` with `D` the inverse information and `M = sum_{a,b} sum_{i,j} S_a(i)' R_ab(j - i) S_b(j)` over outputs
@@ -22,86 +64,123 @@ pub(super) struct Output {
 ///
 /// As [`super::coloured_covariance`] has it for one output, lags are tapered by [`Taper::Parzen`], which leaves the matrix of the
 /// spectra `S_ab(f)` without negative eigenvalues, and each output's own spectrum is divided by one less the part that the fit
-/// took, cross-spectra by the root of both. Products are taken inside each of `windows` only.
+/// took, cross-spectra by the root of both. Products are taken inside each window only, `N` counts the samples of the windows that
+/// both outputs have.
 ///
 /// # Errors
 /// A window of no sample, and a fit that leaves nothing of the noise.
-pub(super) fn covariance_of_outputs(
-    covariance: &DMatrix<f64>,
-    outputs: &[Output],
-    windows: &[Range<usize>],
-) -> Result<DMatrix<f64>, EstimateError> {
-    let shortest = windows.iter().map(Range::len).min().unwrap_or(0);
-    let all: usize = windows.iter().map(Range::len).sum();
-    if shortest == 0 {
-        return Err(EstimateError::NoParameters);
-    }
-    let max_lag = longest_lag(shortest, all);
-    let columns: Vec<usize> = (0..covariance.nrows()).collect();
-    let mut transforms = Transforms::default();
-    let parts: Vec<Vec<DMatrix<f64>>> = outputs
-        .iter()
-        .map(|output| windows.iter().map(|w| output.sensitivities.rows(w.start, w.len()).into_owned()).collect())
-        .collect();
-    let spectra: Vec<Vec<Spectra<'_>>> = parts
-        .iter()
-        .map(|parts| {
-            let blocks = parts.iter().map(|x| Block { x, columns: &columns, residuals: Vec::new() });
-            blocks.map(|block| transforms.spectra(&block, max_lag)).collect()
-        })
-        .collect();
-    let weights: Vec<f64> = Taper::Parzen.weights(max_lag).collect();
-    let correlations = cross_correlations(&mut transforms, outputs, windows, &weights);
-    let mut leverages = Vec::with_capacity(outputs.len());
-    for spectra in &spectra {
-        let sums = transforms.leverage(covariance, spectra, max_lag)?;
-        leverages.push(sums.iter().zip(&weights).map(|(sum, weight)| weight * sum / all as f64).collect::<Vec<_>>());
-    }
-    let mut middle = DMatrix::zeros(covariance.nrows(), covariance.ncols());
-    for (window, range) in windows.iter().enumerate() {
-        let length = transform_length(range.len() + max_lag);
-        let left = leverages.iter().map(|leverage| transforms.left(length, leverage)).collect::<Result<Vec<_>, _>>()?;
-        for (a, row) in correlations.iter().enumerate() {
-            for (offset, lags) in row.iter().enumerate() {
-                let b = a + offset;
-                let mut noise = transforms.cross_spectrum(length, lags);
-                let scale = left[a].iter().zip(&left[b]).map(|(a, b)| (a * b).sqrt() * length as f64);
-                noise.iter_mut().zip(scale).for_each(|(value, scale)| *value /= scale);
-                let twice = if a == b { 1.0 } else { 2.0 };
-                add_cross_products((&spectra[a][window], &spectra[b][window]), &noise, twice, &mut middle);
+pub(super) fn covariance_of_outputs(unit: &Unit<'_>, outputs: &[Output<'_>]) -> Result<DMatrix<f64>, EstimateError> {
+    with_transforms(|transforms| Joint::new(unit.covariance, outputs, transforms)?.middle(transforms))
+        .and_then(|middle| sandwich(unit, 0.5 * (&middle + middle.transpose())))
+}
+
+/// Spectra of all outputs, and what their fits took of the noise.
+struct Joint<'a> {
+    size: usize,
+    max_lag: usize,
+    /// Samples of each window.
+    lengths: Vec<usize>,
+    /// Of each output in each window.
+    spectra: Vec<Vec<Option<Spectra<'a>>>>,
+    /// `w_k H(k)` of each output.
+    leverages: Vec<Vec<f64>>,
+    /// `w_k R_ab(k)` for the lags `-K..=K` of each output `a` with itself and those after it.
+    correlations: Vec<Vec<Vec<f64>>>,
+}
+
+impl<'a> Joint<'a> {
+    fn new(
+        covariance: &DMatrix<f64>,
+        outputs: &[Output<'a>],
+        transforms: &mut Transforms,
+    ) -> Result<Self, EstimateError> {
+        let count = outputs.iter().map(Vec::len).max().unwrap_or(0);
+        let samples = |window: usize| {
+            outputs.iter().find_map(|output| output.get(window)?.as_ref()).map_or(0, |of| of.residuals.len())
+        };
+        let lengths: Vec<usize> = (0..count).map(samples).collect();
+        let shortest = lengths.iter().copied().min().unwrap_or(0);
+        if shortest == 0 {
+            return Err(EstimateError::NoParameters);
+        }
+        for window in outputs.iter().flat_map(|output| output.iter().zip(&lengths)) {
+            let (Some(OutputWindow { sensitivities, residuals, .. }), &expected) = window else { continue };
+            if sensitivities.nrows() != expected || residuals.len() != expected {
+                let found = residuals.len();
+                return Err(EstimateError::Size { quantity: "samples of a window", expected, found });
             }
         }
+        let max_lag = longest_lag(shortest, lengths.iter().sum());
+        let spectra: Vec<Vec<_>> = outputs
+            .iter()
+            .map(|output| {
+                let mut spectra = |window: &OutputWindow<'a>| {
+                    let OutputWindow { sensitivities: x, columns, .. } = *window;
+                    transforms.spectra(&Block { x, columns, residuals: Vec::new() }, max_lag)
+                };
+                output.iter().map(|window| window.as_ref().map(&mut spectra)).collect()
+            })
+            .collect();
+        let weights: Vec<f64> = Taper::Parzen.weights(max_lag).collect();
+        let mut leverages = Vec::with_capacity(outputs.len());
+        for (output, spectra) in outputs.iter().zip(&spectra) {
+            let sums = transforms.leverage(covariance, spectra.iter().flatten(), max_lag)?;
+            let all = common_samples(output, output) as f64;
+            leverages.push(sums.iter().zip(&weights).map(|(sum, weight)| weight * sum / all).collect());
+        }
+        let correlations = cross_correlations(transforms, outputs, &weights);
+        Ok(Self { size: covariance.nrows(), max_lag, lengths, spectra, leverages, correlations })
     }
-    let middle = 0.5 * (&middle + middle.transpose());
-    sandwich(&Unit::without_priors(covariance), middle)
+
+    /// `M`, not yet made symmetric.
+    fn middle(&self, transforms: &mut Transforms) -> Result<DMatrix<f64>, EstimateError> {
+        let mut middle = DMatrix::zeros(self.size, self.size);
+        for (window, samples) in self.lengths.iter().enumerate() {
+            let length = transform_length(samples + self.max_lag);
+            let left = self.leverages.iter().map(|leverage| transforms.left(length, leverage));
+            let left = left.collect::<Result<Vec<_>, _>>()?;
+            for (a, row) in self.correlations.iter().enumerate() {
+                for (offset, lags) in row.iter().enumerate() {
+                    let b = a + offset;
+                    let (Some(first), Some(second)) = (&self.spectra[a][window], &self.spectra[b][window]) else {
+                        continue;
+                    };
+                    let mut noise = transforms.cross_spectrum(length, lags);
+                    let scale = left[a].iter().zip(&left[b]).map(|(a, b)| (a * b).sqrt() * length as f64);
+                    noise.iter_mut().zip(scale).for_each(|(value, scale)| *value /= scale);
+                    let twice = if a == b { 1.0 } else { 2.0 };
+                    add_cross_products((first, second), &noise, twice, &mut middle);
+                }
+            }
+        }
+        Ok(middle)
+    }
+}
+
+/// Samples of the windows that both outputs have.
+fn common_samples(a: &Output<'_>, b: &Output<'_>) -> usize {
+    a.iter().zip(b).filter_map(|(a, b)| Some(a.as_ref()?.residuals.len().min(b.as_ref()?.residuals.len()))).sum()
 }
 
 /// `w_k R_ab(k)` for the lags `-K..=K` of each output `a` with itself and those after it.
-fn cross_correlations(
-    transforms: &mut Transforms,
-    outputs: &[Output],
-    windows: &[Range<usize>],
-    weights: &[f64],
-) -> Vec<Vec<Vec<f64>>> {
+fn cross_correlations(transforms: &mut Transforms, outputs: &[Output<'_>], weights: &[f64]) -> Vec<Vec<Vec<f64>>> {
     let max_lag = weights.len() - 1;
-    let all: usize = windows.iter().map(Range::len).sum();
-    let records: Vec<Vec<Vec<Complex<f64>>>> = outputs
-        .iter()
-        .map(|output| {
-            let of_window = |w: &Range<usize>| {
-                transforms.spectrum(transform_length(w.len() + max_lag), output.residuals[w.clone()].iter().copied())
-            };
-            windows.iter().map(of_window).collect()
-        })
-        .collect();
+    let mut spectrum = |window: &OutputWindow<'_>| {
+        let length = transform_length(window.residuals.len() + max_lag);
+        transforms.spectrum(length, window.residuals.iter().copied())
+    };
+    let records: Vec<Vec<Option<Vec<Complex<f64>>>>> =
+        outputs.iter().map(|output| output.iter().map(|window| window.as_ref().map(&mut spectrum)).collect()).collect();
     let mut between = |a: usize, b: usize| {
         let mut lags = vec![0.0; 2 * max_lag + 1];
         for (first, second) in records[a].iter().zip(&records[b]) {
+            let (Some(first), Some(second)) = (first, second) else { continue };
             let products = first.iter().zip(second).map(|(a, b)| a.conj() * b);
             transforms.add_lags(products, &mut lags);
         }
+        let common = common_samples(&outputs[a], &outputs[b]).max(1) as f64;
         let both_sides = weights.iter().skip(1).rev().chain(weights);
-        lags.iter_mut().zip(both_sides).for_each(|(lag, weight)| *lag *= weight / all as f64);
+        lags.iter_mut().zip(both_sides).for_each(|(lag, weight)| *lag *= weight / common);
         lags
     };
     (0..outputs.len()).map(|a| (a..outputs.len()).map(|b| between(a, b)).collect()).collect()
@@ -118,13 +197,13 @@ fn add_cross_products(
     let value =
         |parts: &DMatrix<f64>, f: usize, column: usize| Complex::new(parts[(f, column)], parts[(half + 1 + f, column)]);
     let mut weighted = vec![Complex::new(0.0, 0.0); half + 1];
-    for &column in b.columns {
+    for (place, &column) in b.columns.iter().enumerate() {
         for (f, product) in weighted.iter_mut().enumerate() {
             let both_sides = if f == 0 || 2 * f == a.length { 1.0 } else { 2.0 };
-            *product = noise[f].conj() * value(&b.parts, f, column) * (both_sides * twice);
+            *product = noise[f].conj() * value(&b.parts, f, place) * (both_sides * twice);
         }
-        for &row in a.columns {
-            let sum: f64 = weighted.iter().enumerate().map(|(f, w)| (value(&a.parts, f, row).conj() * w).re).sum();
+        for (place, &row) in a.columns.iter().enumerate() {
+            let sum: f64 = weighted.iter().enumerate().map(|(f, w)| (value(&a.parts, f, place).conj() * w).re).sum();
             middle[(row, column)] += sum;
         }
     }

@@ -182,9 +182,9 @@ fn inertial_moment(inertia: &InertiaTensor, [p, q, r]: [f64; 3], [p_dot, q_dot, 
     ]
 }
 
-/// Angular momentum of the propellers along body x, kg m²/s.
-fn angular_momentum(engines: &[Engine], gyroscopic: Gyroscopic, k: usize) -> f64 {
-    let momentum = |engine: &Engine| engine.rotor_inertia_kg_m2 * engine.speed_rad_s[k];
+/// Angular momentum of the propellers along body x at sample `k`, kg m²/s; an engine whose speed is not known there has none.
+pub fn angular_momentum(engines: &[Engine], gyroscopic: Gyroscopic, k: usize) -> f64 {
+    let momentum = |engine: &Engine| engine.rotor_inertia_kg_m2 * engine.speed_rad_s.get(k).copied().unwrap_or(0.0);
     match gyroscopic {
         Gyroscopic::Ignored => 0.0,
         Gyroscopic::Signed => engines.iter().map(momentum).sum(),

@@ -9,7 +9,7 @@ mod structure;
 mod term;
 mod variables;
 
-pub use coefficients::{Coefficients, coefficients, specific_force_at_cg};
+pub use coefficients::{Coefficients, angular_momentum, coefficients, specific_force_at_cg};
 pub use data::{AeroData, Axes, CoefficientSettings, Engine, Gyroscopic, Lag, Position, ThrustTreatment};
 pub use derivatives::{Derivative, Derivatives, VariableValues};
 pub use error::ModelError;

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::ReplayError;
-use crate::model::{AeroData, CoefficientSettings, Gyroscopic, ThrustTreatment, Variable, Variables};
+use crate::model::{AeroData, CoefficientSettings, ThrustTreatment, Variable, Variables, angular_momentum};
 use crate::motion::FactoredInertia;
 
 /// Controls, air, engines and loading at one instant.
@@ -61,14 +61,7 @@ impl Sample {
             ThrustTreatment::ForceRemoved => thrust_moment_n_m = Vector3::zeros(),
             ThrustTreatment::Removed => {}
         }
-        let momentum = |engine: &crate::model::Engine| {
-            let own = engine.rotor_inertia_kg_m2 * engine.speed_rad_s.get(k).copied().unwrap_or(0.0);
-            if settings.gyroscopic == Gyroscopic::Summed { own.abs() } else { own }
-        };
-        let rotors = match settings.gyroscopic {
-            Gyroscopic::Ignored => 0.0,
-            Gyroscopic::Signed | Gyroscopic::Summed => data.engines.iter().map(momentum).sum(),
-        };
+        let rotors = angular_momentum(&data.engines, settings.gyroscopic, k);
         let arm = settings.moment_reference.map_or([0.0; 3], |point| point.body_from_cg_m(loaded.cg_from_datum_m));
         let mach = data.mach.as_ref().map_or(0.0, |mach| mach[k]);
         let pressure_over_q = data.propeller_pressure.as_ref().map_or(0.0, |rise| rise[k]);

@@ -1,6 +1,8 @@
 //! Error bars when residuals are coloured.
 
-use doublet_core::estimate::{Coloured, PooledWindow, Taper, coloured_covariance, least_squares, pooled};
+use doublet_core::estimate::{
+    Coloured, PooledWindow, Taper, coloured_covariance, joint_coloured_covariance, least_squares, pooled,
+};
 use nalgebra::DMatrix;
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
@@ -81,4 +83,56 @@ fn pooled_coloured_covariance_of_one_window_is_that_of_the_plain_fit() {
     let together = pooled(&names, &[false, false], &windows).unwrap();
     let found = together.coloured_covariance(&windows, &settings).unwrap();
     assert!((found - &expected).amax() < 1e-12 * expected.amax());
+}
+
+#[test]
+fn joint_coloured_covariance_of_one_fit_is_its_own() {
+    let names = ["0", "slope"].map(str::to_owned);
+    let windows = ["a", "b"].map(|label| {
+        let seed = u64::from(label.as_bytes()[0]);
+        PooledWindow { label: label.to_owned(), x: regressors(), z: autoregressive(seed, RHO) }
+    });
+    let fit = pooled(&names, &[true, false], &windows).unwrap();
+    let expected = fit.coloured_covariance(&windows, &Coloured::default()).unwrap();
+    let found = joint_coloured_covariance(&[(&fit, &windows)]).unwrap();
+    assert!((found - &expected).amax() < 1e-10 * expected.amax());
+}
+
+#[test]
+fn joint_coloured_covariance_recovers_the_scatter_of_two_fits_with_noise_in_common() {
+    const FLIGHTS: u64 = 1500;
+    /// Part of the deviation that the second fit's noise has from the first's, half a second later at a hundred samples a second.
+    const COMMON: f64 = 0.8;
+    const LATER: usize = 50;
+    let x = regressors();
+    let names = ["0", "slope"].map(str::to_owned);
+    let (mut stated, mut observed) = (DMatrix::<f64>::zeros(2, 2), DMatrix::<f64>::zeros(2, 2));
+    for seed in 0..FLIGHTS {
+        let (first, own) = (autoregressive(2 * seed, RHO), autoregressive(2 * seed + 1, RHO));
+        let second = (0..SAMPLES).map(|k| {
+            let before = if k < LATER { 0.0 } else { first[k - LATER] };
+            COMMON * before + (1.0 - COMMON * COMMON).sqrt() * own[k]
+        });
+        // The second fit has a window of its own beside that in common.
+        let window = |label: &str, z: Vec<f64>| PooledWindow { label: label.to_owned(), x: x.clone(), z };
+        let one = [window("common", first.clone())];
+        let other = [window("own", autoregressive(seed + 1_000_000, RHO)), window("common", second.collect())];
+        let fits = [pooled(&names, &[true, false], &one).unwrap(), pooled(&names, &[true, false], &other).unwrap()];
+        // Shared parameters come first: the slopes are parameters 0 and, after two of the first fit, 2.
+        let joint = joint_coloured_covariance(&[(&fits[0], &one), (&fits[1], &other)]).unwrap();
+        let slopes = fits.map(|fit| fit.fit.estimates[0]);
+        for (i, j) in [(0, 0), (0, 1), (1, 1)] {
+            stated[(i, j)] += joint[(2 * i, 2 * j)] / FLIGHTS as f64;
+            observed[(i, j)] += slopes[i] * slopes[j] / FLIGHTS as f64;
+        }
+    }
+    let correlation = |of: &DMatrix<f64>| of[(0, 1)] / (of[(0, 0)] * of[(1, 1)]).sqrt();
+    println!("correlation of the slopes: stated {:.3}, observed {:.3}", correlation(&stated), correlation(&observed));
+    for i in 0..2 {
+        let ratio = (stated[(i, i)] / observed[(i, i)]).sqrt();
+        assert!((0.93..1.06).contains(&ratio), "error {i}: {ratio}");
+    }
+    // A correlation of 0.4 over 1,500 flights is known within 0.022.
+    assert!(correlation(&observed) > 0.25);
+    assert!((correlation(&stated) - correlation(&observed)).abs() < 0.06);
 }

@@ -144,17 +144,13 @@ impl Sensitivities {
             let StateSpace { a, b, .. } = linearised.part(part);
             DMatrix::from_iterator(a.len() + b.len(), 1, a.iter().chain(b.iter()).copied())
         };
-        let slopes: Vec<_> = self.changes.iter().map(|change| change.slope(entries)).collect();
-        let size = slopes.first().map_or(0, DMatrix::len);
-        let mut covariance = DMatrix::zeros(size, size);
-        for (first, row) in self.changes.iter().zip(&slopes) {
-            for (second, column) in self.changes.iter().zip(&slopes) {
-                let value = model.covariance[(first.index, second.index)];
-                if value != 0.0 {
-                    covariance += row * column.transpose() * value;
-                }
-            }
+        let slopes: Vec<_> = self.changes.iter().map(|change| change.slope(entries).column(0).into_owned()).collect();
+        if slopes.is_empty() {
+            return DMatrix::zeros(0, 0);
         }
-        covariance
+        let jacobian = DMatrix::from_columns(&slopes);
+        let moved: Vec<usize> = self.changes.iter().map(|change| change.index).collect();
+        let covariance = model.covariance.select_rows(&moved).select_columns(&moved);
+        &jacobian * covariance * jacobian.transpose()
     }
 }

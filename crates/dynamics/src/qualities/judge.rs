@@ -83,7 +83,7 @@ pub struct Quality {
     pub values: Vec<(Measure, f64)>,
     /// Limits that keep it from Level 1, each of its measure's own level; what is missing where it was not judged.
     pub reasons: Vec<Reason>,
-    /// Whether its limits are only remembered, so that it does not count.
+    /// Whether it counts: a criterion whose limits are only remembered does not.
     pub counts: bool,
 }
 

@@ -51,7 +51,7 @@ impl Column {
 pub(super) fn parquet(columns: &[(String, Column)]) -> Result<Vec<u8>, ParquetError> {
     let fields = columns.iter().map(|(name, column)| column.field(name).map(Arc::new)).collect::<Result<_, _>>()?;
     let schema = Type::group_type_builder("batch").with_fields(fields).build()?;
-    let created_by = concat!("doublet ", env!("CARGO_PKG_VERSION")).to_owned();
+    let created_by = crate::PROGRAM.to_owned();
     let properties = WriterProperties::builder().set_created_by(created_by).build();
     let mut bytes = Vec::new();
     let mut writer = SerializedFileWriter::new(&mut bytes, Arc::new(schema), Arc::new(properties))?;

@@ -38,7 +38,7 @@ pub fn write(model: &IdentifiedModel, date: &str) -> Result<String, ExportError>
 
 fn header(d: &mut Document, model: &IdentifiedModel, date: &str) -> Result<(), ExportError> {
     d.element("fileHeader", &[("name", &model.aircraft)], |d| {
-        let version = format!("doublet {}", env!("CARGO_PKG_VERSION"));
+        let version = crate::PROGRAM.to_owned();
         d.empty("author", &[("name", version.as_str()), ("org", "")])?;
         d.empty("creationDate", &[("date", date)])?;
         d.text("fileVersion", &[], "1")?;

@@ -98,9 +98,9 @@ fn description(simulation: &Simulation, names: &[String], aircraft: &str) -> Str
     }
     text += "  </UnitDefinitions>\n  <DefaultExperiment startTime=\"0\" stopTime=\"10\" stepSize=\"0.02\"/>\n  <ModelVariables>\n    \
              <Float64 name=\"time\" valueReference=\"0\" causality=\"independent\" variability=\"continuous\"/>\n";
-    let mut structure = String::new();
-    for (reference, name, unit, kind, start) in variables(simulation, names) {
-        let name = escape(&name);
+    let variables = variables(simulation, names);
+    for (reference, name, unit, kind, start) in &variables {
+        let name = escape(name);
         let unit = if unit.is_empty() { String::new() } else { format!(" unit=\"{unit}\"") };
         let start = format!("start=\"{start:?}\"");
         let about = match kind {
@@ -115,21 +115,19 @@ fn description(simulation: &Simulation, names: &[String], aircraft: &str) -> Str
             }
         };
         _ = writeln!(text, "    <Float64 name=\"{name}\" valueReference=\"{reference}\"{unit} {about}/>");
-        match kind {
-            VariableKind::State => _ = writeln!(structure, "    <Output valueReference=\"{reference}\"/>"),
-            VariableKind::Output => {
-                _ = writeln!(structure, "    <Output valueReference=\"{reference}\"/>");
-            }
-            VariableKind::Input | VariableKind::Rate(_) | VariableKind::Derivative => {}
-        }
     }
-    for (element, wanted) in [("ContinuousStateDerivative", true), ("InitialUnknown", true), ("InitialUnknown", false)]
-    {
-        for (reference, .., kind, _) in variables(simulation, names) {
-            let is_rate = matches!(kind, VariableKind::Rate(_));
-            if (wanted && is_rate) || (!wanted && kind == VariableKind::Output) {
-                _ = writeln!(structure, "    <{element} valueReference=\"{reference}\"/>");
-            }
+    let is_rate = |kind: VariableKind| matches!(kind, VariableKind::Rate(_));
+    let is_output = |kind: VariableKind| kind == VariableKind::Output;
+    let elements: [(&str, &dyn Fn(VariableKind) -> bool); 4] = [
+        ("Output", &|kind| kind == VariableKind::State || is_output(kind)),
+        ("ContinuousStateDerivative", &is_rate),
+        ("InitialUnknown", &is_rate),
+        ("InitialUnknown", &is_output),
+    ];
+    let mut structure = String::new();
+    for (element, has) in elements {
+        for (reference, ..) in variables.iter().filter(|(.., kind, _)| has(*kind)) {
+            _ = writeln!(structure, "    <{element} valueReference=\"{reference}\"/>");
         }
     }
     text + "  </ModelVariables>\n  <ModelStructure>\n" + &structure + "  </ModelStructure>\n</fmiModelDescription>\n"

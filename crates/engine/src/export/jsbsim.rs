@@ -261,7 +261,7 @@ pub fn aircraft(model: &IdentifiedModel, date: &str) -> Result<String, ExportErr
     let root = [("name", model.aircraft.as_str()), ("version", "2.0"), ("release", "BETA")];
     document.element("fdm_config", &root, |d| {
         d.element("fileheader", &[], |d| {
-            d.text("author", &[], &format!("doublet {}", env!("CARGO_PKG_VERSION")))?;
+            d.text("author", &[], crate::PROGRAM)?;
             d.text("filecreationdate", &[], date)?;
             d.text("version", &[], "1")?;
             d.text("description", &[], &format!("{}; {MARK}. {}", model.title, statement(model)))

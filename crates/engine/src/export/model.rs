@@ -34,6 +34,8 @@ pub struct IdentifiedCoefficient {
     pub parameters: Vec<Parameter>,
     /// Correlation of the derivatives.
     pub correlation: DMatrix<f64>,
+    /// Derivatives as sums of the estimated parameters of the fit: derivatives by parameters.
+    pub shares: DMatrix<f64>,
     /// Windows it was identified from.
     pub windows: Vec<String>,
     /// Whether its constant is the mean of one constant per window.
@@ -206,6 +208,7 @@ pub(crate) fn identified(
         coefficient: fit.coefficient,
         parameters: parameters.collect(),
         correlation,
+        shares: transform,
         windows: fit.windows.iter().map(|(name, _)| name.clone()).collect(),
         mean_constant,
     })

@@ -59,7 +59,7 @@ pub fn evaluate(session: &Session, snapshot: &Snapshot, file: &TestFile) -> Stag
     Ok(Qualification {
         format: FORMAT,
         version: VERSION,
-        app: format!("doublet {}", env!("CARGO_PKG_VERSION")),
+        app: crate::PROGRAM.to_owned(),
         date: date::today(),
         title: file.title.clone(),
         aircraft: aircraft.unwrap_or_default(),
@@ -219,7 +219,7 @@ impl Evaluation<'_> {
     }
 
     fn gravity_m_s2(&self) -> f64 {
-        self.snapshot.gravity.as_ref().map_or(self.session.filter.gravity_m_s2, |gravity| gravity.m_s2)
+        self.snapshot.gravity_m_s2(self.session)
     }
 
     /// Judges the flight of the model over the record.

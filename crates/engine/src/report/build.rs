@@ -28,7 +28,7 @@ pub fn build(session: &Session, snapshot: &Snapshot) -> Results {
     let mut results = Results {
         format: FORMAT,
         version: VERSION,
-        app: format!("doublet {}", env!("CARGO_PKG_VERSION")),
+        app: crate::PROGRAM.to_owned(),
         title: session.title.clone(),
         session_sha256: setup::session_sha256(session),
         aircraft: aircraft.map(|aircraft| aircraft.name.clone()).unwrap_or_default(),
@@ -36,7 +36,7 @@ pub fn build(session: &Session, snapshot: &Snapshot) -> Results {
         mass_kg: at_start.as_ref().map_or(f64::NAN, |mass| mass.properties.mass_kg),
         mass_properties: at_start,
         reference: aircraft.map(|aircraft| setup::reference(aircraft, &session.preparation)),
-        gravity_m_s2: snapshot.gravity.as_ref().map_or(session.filter.gravity_m_s2, |used| used.m_s2),
+        gravity_m_s2: snapshot.gravity_m_s2(session),
         gravity_origin: snapshot.gravity.as_ref().map(|used| used.origin.clone()).unwrap_or_default(),
         differentiation: signals::differentiation(&session.preparation),
         filter: match session.filter.method {

@@ -213,13 +213,19 @@ pub fn dynamics_row(study: &DynamicsStudy) -> DynamicsRow {
         trim: trim_row(study),
         signs: SIGNS,
         systems: parts.map(|part| (part.name(), linear_row(study, part))).collect(),
-        modes: study.modes.modes.iter().map(|estimate| mode_row(estimate, &linearised.motion())).collect(),
+        modes: mode_rows(study),
         measured: study.measured.iter().flat_map(measured_rows).collect(),
         samples: study.modes.samples.len(),
         seed: study.request.seed,
         qualities: qualities_row(study),
         notes: study.notes.clone(),
     }
+}
+
+/// Natural modes of a study, fastest first.
+pub fn mode_rows(study: &DynamicsStudy) -> Vec<ModeRow> {
+    let motion = study.modes.linearised.motion();
+    study.modes.modes.iter().map(|estimate| mode_row(estimate, &motion)).collect()
 }
 
 fn trim_row(study: &DynamicsStudy) -> TrimRow {
@@ -360,7 +366,8 @@ fn measured_rows(found: &MeasuredWindow) -> Vec<MeasuredRow> {
     }
 }
 
-fn qualities_row(study: &DynamicsStudy) -> QualitiesRow {
+/// Levels of flying qualities of a study.
+pub fn qualities_row(study: &DynamicsStudy) -> QualitiesRow {
     let Judgement { qualities, level } = &study.judgement;
     QualitiesRow {
         standard: study.limits.name.clone(),

@@ -27,7 +27,7 @@ use thiserror::Error;
 pub use build::build;
 pub use dynamics::{
     DynamicsRow, FigureRow, IntervalRow, LinearRow, MeasuredRow, ModeRow, QualitiesRow, QualityRow, TrimRow,
-    dynamics_row,
+    dynamics_row, mode_rows, qualities_row,
 };
 pub use formats::{TableFormat, alignments, csv, latex, markdown};
 pub(crate) use histories::mat_file;

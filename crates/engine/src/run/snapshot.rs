@@ -342,6 +342,11 @@ slots! {
 }
 
 impl Snapshot {
+    /// Gravity the paths are reconstructed with, m/s²: that in use, or the session's before the flights were read.
+    pub fn gravity_m_s2(&self, session: &Session) -> f64 {
+        self.gravity.as_ref().map_or(session.filter.gravity_m_s2, |used| used.m_s2)
+    }
+
     /// Mass properties as flown at the start of the first flight of `session` that has them, and what they rest on; before they are
     /// known, those of the loading alone.
     pub fn on_board(&self, session: &Session) -> Option<(&LoadedState, &str)> {

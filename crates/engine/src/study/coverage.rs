@@ -5,14 +5,13 @@ use std::sync::Arc;
 use doublet_core::airframe::Loading;
 use doublet_core::series::{Recording, TimeRange};
 use doublet_core::simulate::{self, Flight, Scenario, Surface as Control};
+use doublet_dynamics::propagate::HALF_WIDTH;
 use rayon::prelude::*;
 
 use crate::graph::{Context, Keyed, StageResult};
 use crate::session::{Manoeuvre, Session, Surface};
 use crate::stage::{self, AeroWindow, AircraftData, PooledFits, tank_channel};
 
-/// Half width of a 95 % interval in standard errors, normal distribution.
-const HALF_WIDTH: f64 = 1.959_964;
 /// How far a window reaches beyond the held controls before the onset and after the free response, s.
 const MARGIN_S: f64 = 0.2;
 

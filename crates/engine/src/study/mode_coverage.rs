@@ -105,7 +105,7 @@ fn compare(
 ) -> StageResult<Vec<Found>> {
     let line = |error: doublet_dynamics::linear::LinearError| error.to_string();
     let flown = Flown { windows: flight.aero.iter().map(|(_, aero)| &**aero).collect() };
-    let model = pooled_model(&flight.pooled, &session.structure, &flight.aero, &mut Vec::new())?;
+    let model = pooled_model(&flight.pooled, (&session.structure, &session.estimation), &flight.aero, &mut Vec::new())?;
     let mut condition = flown.condition(session.filter.gravity_m_s2, Some(0.0))?;
     let truth = scenario.vehicle.aero.derivatives().iter();
     let derivatives: Derivatives = truth.map(|d| (d.coefficient, d.term.clone(), d.value)).collect();

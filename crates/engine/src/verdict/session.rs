@@ -20,7 +20,7 @@ pub(super) fn findings(evidence: Evidence<'_>) -> Vec<Finding> {
     let densities = evidence.windows().filter_map(|window| snapshot.windows.get(&window.name)?.aero.ready());
     // Windows of one session share what it assumes.
     let assumed = densities.filter_map(|aero| aero.air_density.finding()).take(1);
-    let used = snapshot.gravity.as_ref().map_or(evidence.session.filter.gravity_m_s2, |used| used.m_s2);
+    let used = snapshot.gravity_m_s2(evidence.session);
     let gravity = gravity::findings(evidence, used);
     let flights = snapshot.flights.values().filter_map(|slot| slot.ready());
     let signals = flights.flat_map(|loaded| loaded.findings.iter().cloned());

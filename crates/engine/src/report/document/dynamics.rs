@@ -1,5 +1,6 @@
 //! Section on how the aircraft flies: trim, state matrices, modes with their intervals, levels of flying qualities.
 
+use doublet_dynamics::propagate::HALF_WIDTH;
 use doublet_dynamics::qualities::Measure;
 
 use super::{Axis, Block, Colour, Contents, Figure, LineStyle, Mark, Panel, Plot, paragraph};
@@ -144,7 +145,7 @@ fn roots(study: &DynamicsStudy) -> Figure {
             marks.push(outline(mode.name, index, LineStyle::Dots, vec![place]));
             marks.push(outline("", index, LineStyle::Solid, estimate.ellipse(OUTLINE)));
             if !mode.oscillates() {
-                let half = 1.959_964 * estimate.covariance[0].max(0.0).sqrt();
+                let half = HALF_WIDTH * estimate.covariance[0].max(0.0).sqrt();
                 let ends = vec![[place[0] - half, 0.0], [place[0] + half, 0.0]];
                 marks.push(outline("", index, LineStyle::Solid, ends));
             }

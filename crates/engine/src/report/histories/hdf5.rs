@@ -74,7 +74,7 @@ fn encoded<'a>(
 ) -> Result<Vec<u8>, hdf5_writer::Error> {
     let mut builder = Hdf5Builder::new()
         .attribute(AttributeBuilder::fixed_string("title", if title.is_empty() { "-" } else { title }))
-        .attribute(AttributeBuilder::fixed_string("app", concat!("doublet ", env!("CARGO_PKG_VERSION"))));
+        .attribute(AttributeBuilder::fixed_string("app", crate::PROGRAM));
     for column in columns {
         let values = values(column);
         let data_set = DatasetBuilder::typed_data(column.path.clone(), vec![values.len() as u64], values)?

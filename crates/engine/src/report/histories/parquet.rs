@@ -39,7 +39,7 @@ fn written(history: &History<'_>, file: std::fs::File) -> Result<(), ParquetErro
     }
     let properties = WriterProperties::builder()
         .set_dictionary_enabled(false)
-        .set_created_by(concat!("doublet ", env!("CARGO_PKG_VERSION")).to_owned())
+        .set_created_by(crate::PROGRAM.to_owned())
         .set_key_value_metadata(Some(metadata))
         .build();
     let mut writer = SerializedFileWriter::new(file, Arc::new(schema), Arc::new(properties))?;

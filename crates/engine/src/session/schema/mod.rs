@@ -382,7 +382,7 @@ pub fn print(session: &Session) -> Result<String, SessionError> {
     let file = File {
         format: FORMAT.to_owned(),
         version: VERSION,
-        app: format!("doublet {}", env!("CARGO_PKG_VERSION")),
+        app: crate::PROGRAM.to_owned(),
         title: session.title.clone(),
         aircraft: session.aircraft.clone(),
         loading: session.loading.clone(),

@@ -7,7 +7,7 @@ use nalgebra::DMatrix;
 use super::{StudyInput, covariance};
 use crate::export::{IdentifiedCoefficient, identified};
 use crate::graph::StageResult;
-use crate::session::WindowRole;
+use crate::session::{Estimation, WindowRole};
 use crate::stage::{AeroWindow, CoefficientFit, PooledFits, WindowAero};
 
 /// The pooled estimate of a study with the covariance of its derivatives.
@@ -15,7 +15,7 @@ use crate::stage::{AeroWindow, CoefficientFit, PooledFits, WindowAero};
 /// # Errors
 /// One line: no pooled estimate, or none of any coefficient.
 pub fn uncertain_model(input: &StudyInput<'_>, notes: &mut Vec<String>) -> StageResult<UncertainModel> {
-    pooled_model(input.pooled, input.settings.structure, &input.aero(), notes)
+    pooled_model(input.pooled, (input.settings.structure, input.settings.estimation), &input.aero(), notes)
 }
 
 /// The pooled estimate as an aircraft with the geometry and engines of its first window, and the covariance of its derivatives: corrected
@@ -25,7 +25,7 @@ pub fn uncertain_model(input: &StudyInput<'_>, notes: &mut Vec<String>) -> Stage
 /// One line where no coefficient has an estimate.
 pub fn pooled_model(
     pooled: &PooledFits,
-    structure: &Structure,
+    (structure, estimation): (&Structure, &Estimation),
     windows: &[AeroWindow<'_>],
     notes: &mut Vec<String>,
 ) -> StageResult<UncertainModel> {
@@ -46,7 +46,7 @@ pub fn pooled_model(
         return Err(line.into());
     }
     let pairs: Vec<_> = found.iter().map(|(fit, coefficient)| (*fit, coefficient)).collect();
-    let correlation = covariance::correlation(&pairs, windows).unwrap_or_else(|| {
+    let correlation = covariance::correlation(&pairs, windows, (structure, estimation)).unwrap_or_else(|| {
         notes.push(
             "coefficients are taken as independent of each other: their regressors could not be formed again"
                 .to_owned(),

@@ -2,7 +2,7 @@
 
 use doublet_core::airframe::{InertiaTensor, MassProperties};
 use doublet_core::atmos::Atmosphere;
-use doublet_core::model::{Gyroscopic, Position};
+use doublet_core::model::{Gyroscopic, Position, angular_momentum};
 use doublet_core::propulsion::{Ambient, Engine, EngineModel};
 use doublet_core::statistics::median;
 use doublet_dynamics::linear::{Condition, SteadyFlight, UncertainModel, trim};
@@ -171,18 +171,11 @@ impl Flown<'_> {
     fn rotor_momentum(&self) -> f64 {
         let mut all = Vec::new();
         for aero in &self.windows {
-            let summed = match aero.settings.gyroscopic {
-                Gyroscopic::Ignored => continue,
-                Gyroscopic::Signed => false,
-                Gyroscopic::Summed => true,
-            };
-            all.extend((0..aero.data.time_s.len()).map(|k| {
-                let own = |engine: &doublet_core::model::Engine| {
-                    let momentum = engine.rotor_inertia_kg_m2 * engine.speed_rad_s.get(k).copied().unwrap_or(0.0);
-                    if summed { momentum.abs() } else { momentum }
-                };
-                aero.data.engines.iter().map(own).sum::<f64>()
-            }));
+            let gyroscopic = aero.settings.gyroscopic;
+            if gyroscopic != Gyroscopic::Ignored {
+                let samples = 0..aero.data.time_s.len();
+                all.extend(samples.map(|k| angular_momentum(&aero.data.engines, gyroscopic, k)));
+            }
         }
         median(&mut all).unwrap_or(0.0)
     }
