@@ -88,11 +88,5 @@ fn print(found: &Qualification) {
         vec![format!("{outcome} {}", test.id), format!("{}: {}", test.title, text::shortened(&test.reason, 120))]
     });
     text::list(&rows.collect::<Vec<_>>());
-    text::line(&format!(
-        "{} of {} tests pass, {} fail, {} are not judged",
-        found.passed,
-        found.tests.len(),
-        found.failed,
-        found.not_judged
-    ));
+    text::line(&found.tally());
 }

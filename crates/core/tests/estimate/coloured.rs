@@ -101,9 +101,9 @@ fn joint_coloured_covariance_of_one_fit_is_its_own() {
 #[test]
 fn joint_coloured_covariance_recovers_the_scatter_of_two_fits_with_noise_in_common() {
     const FLIGHTS: u64 = 1500;
-    /// Part of the deviation that the second fit's noise has from the first's, half a second later at a hundred samples a second.
+    /// Part of the deviation that the second fit's noise has from the first's, twenty samples later.
     const COMMON: f64 = 0.8;
-    const LATER: usize = 50;
+    const LATER: usize = 20;
     let x = regressors();
     let names = ["0", "slope"].map(str::to_owned);
     let (mut stated, mut observed) = (DMatrix::<f64>::zeros(2, 2), DMatrix::<f64>::zeros(2, 2));

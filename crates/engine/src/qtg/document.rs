@@ -50,15 +50,8 @@ fn facts(facts: impl IntoIterator<Item = (&'static str, String)>) -> Block {
 }
 
 fn tally(found: &Qualification) -> Block {
-    let text = format!(
-        "{} of {} tests pass, {} fail, {} are not judged",
-        found.passed,
-        found.tests.len(),
-        found.failed,
-        found.not_judged
-    );
     let worst = found.tests.iter().map(|test| test.outcome.level()).max().unwrap_or_default();
-    Block::Outcome(worst, text)
+    Block::Outcome(worst, found.tally())
 }
 
 fn given<'a>(file: &'a TestFile, key: &str) -> &'a str {

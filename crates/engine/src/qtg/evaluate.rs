@@ -194,7 +194,7 @@ impl Evaluation<'_> {
         let configuration = self.entry.configuration.as_ref().or(self.file.device.get("configuration"));
         test.page.initial = initial(manoeuvre, aero, &measured, self.snapshot, configuration.map(String::as_str));
         match (&self.rule.judgement, flown) {
-            (Judgement::Snapshot(requirements), _) => {
+            (Judgement::Snapshot(requirements) | Judgement::TrimChange(requirements), _) => {
                 let model = snapshot::model(&pooled, structure);
                 let span_s = self.steady_s(manoeuvre, &measured, moved.as_ref());
                 self.judge_snapshot(&mut test, model, (manoeuvre, aero), &measured, span_s, requirements);
@@ -306,6 +306,20 @@ impl Evaluation<'_> {
         test.values = rows;
     }
 
+    /// The trim in another window.
+    fn trim(&self, name: &str, model: &Derivatives) -> StageResult<snapshot::Snapshot> {
+        let manoeuvre = self.session.window(name).ok_or_else(|| format!("the session has no window '{name}'"))?;
+        let results = self.snapshot.windows.get(name);
+        let path = results.and_then(|results| results.path.ready());
+        let (Some(path), Some(aero)) = (path, results.and_then(|results| results.aero.ready())) else {
+            return Err(format!("window '{name}' was not computed").into());
+        };
+        let flight = window_flight(&path.reconstruction, aero, &self.session.preparation, self.gravity_m_s2())?;
+        let measured = measured_histories(&flight.motion, aero);
+        let span_s = self.steady_s(manoeuvre, &measured, movement(manoeuvre, aero).as_ref());
+        snapshot(model, aero, &measured, span_s, self.gravity_m_s2())
+    }
+
     /// Judges the model's trim.
     fn judge_snapshot(
         &self,
@@ -316,7 +330,25 @@ impl Evaluation<'_> {
         span_s: [f64; 2],
         requirements: &[Vec<ValueTolerance>],
     ) {
-        let found = model.and_then(|model| snapshot(&model, aero, measured, span_s, self.gravity_m_s2()));
+        let trim = match &self.rule.judgement {
+            Judgement::TrimChange(_) => self.entry.trim.as_deref(),
+            _ => None,
+        };
+        let before = match (trim, &model) {
+            (Some(window), Ok(model)) => self.trim(window, model).map(Some),
+            _ => Ok(None),
+        };
+        let before = match before {
+            Ok(before) => before,
+            Err(error) => {
+                test.reason = format!("the trim it is counted from: {error}");
+                return;
+            }
+        };
+        let found = model.and_then(|model| {
+            let own = snapshot(&model, aero, measured, span_s, self.gravity_m_s2())?;
+            Ok(before.map_or_else(|| own.clone(), |before| own.since(&before)))
+        });
         let found = match found {
             Ok(found) => found,
             Err(error) => {
@@ -333,7 +365,7 @@ impl Evaluation<'_> {
         test.outcome = if met(&rows, requirements.len()) { Outcome::Passed } else { Outcome::Failed };
         test.reason = over_values(&rows, requirements.len());
         test.values = rows;
-        test.page.facts.extend(pages::of_snapshot(manoeuvre, span_s));
+        test.page.facts.extend(pages::of_snapshot(manoeuvre, span_s, trim));
     }
 }
 

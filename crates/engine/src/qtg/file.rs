@@ -1,7 +1,7 @@
 //! Test files: which windows of a session serve which objective tests, and what the guide says of sponsor, device and revisions.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use doublet_core::load::read_text;
 use doublet_core::quantity::Unit;
@@ -10,7 +10,7 @@ use serde::Deserialize;
 
 use crate::builtin;
 use crate::graph::StageResult;
-use crate::stage::{PercentRule, Reading, Tolerances};
+use crate::stage::{Judgement, PercentRule, Reading, Tolerances};
 
 /// Value of the `format` key.
 const FORMAT: &str = "doublet qualification tests";
@@ -98,6 +98,8 @@ pub struct TestEntry {
     pub from_s: Option<f64>,
     /// Its end.
     pub to_s: Option<f64>,
+    /// Window of the trim from which a trim change is counted.
+    pub trim: Option<String>,
     /// Derivatives of the model that are changed for this test, with their factors.
     #[serde(default)]
     pub scale: BTreeMap<String, f64>,
@@ -223,15 +225,24 @@ fn rule(name: Option<&str>, reading: &Reading, folder: &Path) -> StageResult<Tol
         Some(name) => {
             builtin::text("tolerances", name).ok_or_else(|| wrong(&"no tolerances are called so"))?.to_owned()
         }
-        None => read_text(&PathBuf::from(folder).join(name)).map_err(|error| wrong(&error))?,
+        None => read_text(&folder.join(name)).map_err(|error| wrong(&error))?,
     };
     Ok(Tolerances::parse_by(&text, reading).map_err(|error| wrong(&error))?)
 }
 
 fn check(entry: &TestEntry, rule: &Tolerances) -> StageResult<()> {
-    if rule.test(&entry.id).is_none() {
+    let Some(test) = rule.test(&entry.id) else {
         let known = rule.tests.iter().map(|test| test.id.as_str()).collect::<Vec<_>>().join(", ");
         return Err(format!("id: {} has no such test: one of {known}", rule.name).into());
+    };
+    let is_change = matches!(test.judgement, Judgement::TrimChange(_));
+    if is_change != entry.trim.is_some() {
+        let line = if is_change {
+            "trim is missing: name the window from whose trim the changes are counted"
+        } else {
+            "trim belongs to a test of kind \"trim change\""
+        };
+        return Err(line.into());
     }
     let (from_s, to_s) = (entry.from_s.unwrap_or(0.0), entry.to_s.unwrap_or(f64::MAX));
     if !(from_s >= 0.0 && to_s > from_s) {

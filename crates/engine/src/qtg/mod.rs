@@ -65,6 +65,14 @@ pub struct Qualification {
     pub tests: Vec<QualificationTest>,
 }
 
+impl Qualification {
+    /// How many pass, fail and are not judged, in words.
+    pub fn tally(&self) -> String {
+        let Self { passed, failed, not_judged, tests, .. } = self;
+        format!("{passed} of {} tests pass, {failed} fail, {not_judged} are not judged", tests.len())
+    }
+}
+
 /// How a test ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]

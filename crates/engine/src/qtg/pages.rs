@@ -71,6 +71,9 @@ fn evaluation(judgement: &Judgement) -> &'static str {
             "flight and model over each other; the model has to stay inside the band at every sample"
         }
         Judgement::Snapshot(_) => "the model's trim beside the means of the flight",
+        Judgement::TrimChange(_) => {
+            "how much the model's trim differs from its trim in another window, beside the same of the means of the flight"
+        }
         Judgement::Value { .. } => "flight and model at one time after the controls came to rest",
         Judgement::FreeResponse { .. } => "period and damping read alike from the free response of flight and model",
     }
@@ -95,8 +98,8 @@ fn asked_for(record: &RecordDemand) -> String {
 }
 
 /// How a snapshot is evaluated and where its data are.
-pub fn of_snapshot(window: &Manoeuvre, [from_s, to_s]: [f64; 2]) -> Vec<(String, String)> {
-    let facts = [
+pub fn of_snapshot(window: &Manoeuvre, [from_s, to_s]: [f64; 2], trim: Option<&str>) -> Vec<(String, String)> {
+    let mut facts = vec![
         (
             "Automatic procedure",
             "the identified model is trimmed, with the mean of the constants of the identification windows".to_owned(),
@@ -110,7 +113,8 @@ pub fn of_snapshot(window: &Manoeuvre, [from_s, to_s]: [f64; 2]) -> Vec<(String,
             ),
         ),
     ];
-    facts.map(|(name, text)| (name.to_owned(), text)).into()
+    facts.extend(trim.map(|window| ("Trim", format!("window '{window}': what is compared are the changes from it"))));
+    facts.into_iter().map(|(name, text)| (name.to_owned(), text)).collect()
 }
 
 /// What drives the model, how the test is evaluated, and where the validation data are.

@@ -22,6 +22,20 @@ pub struct Snapshot {
     pub model: Values,
 }
 
+impl Snapshot {
+    /// What changed since another trim.
+    pub fn since(&self, trim: &Self) -> Self {
+        let changes = |now: &Values, before: &Values| {
+            let change = |(quantity, value): &(Quantity, f64)| {
+                let (_, before) = before.iter().find(|(known, _)| known == quantity)?;
+                Some((*quantity, value - before))
+            };
+            now.iter().filter_map(change).collect()
+        };
+        Self { flight: changes(&self.flight, &trim.flight), model: changes(&self.model, &trim.model) }
+    }
+}
+
 /// Derivatives of the pooled estimate; constants that every window has for itself are the mean of the identification's, so that the
 /// model predicts a trim instead of following it.
 ///

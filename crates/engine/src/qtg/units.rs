@@ -49,6 +49,7 @@ pub fn requirements(judgement: &Judgement) -> String {
             format!("{} {}", name(Quantity::Signal(tolerance.signal)), band(tolerance))
         }),
         Judgement::Snapshot(requirements)
+        | Judgement::TrimChange(requirements)
         | Judgement::Value { requirements, .. }
         | Judgement::FreeResponse { requirements, .. } => {
             any_of(requirements, |tolerance| format!("{} {}", name(tolerance.quantity), value(tolerance)))
@@ -60,6 +61,7 @@ pub fn requirements(judgement: &Judgement) -> String {
             let trend = if *trend { ", and the trend of the flight" } else { "" };
             format!("{words}; {at_s:.0} s after the controls came to rest{trend}")
         }
+        Judgement::TrimChange(_) => format!("change from the trim: {words}"),
         Judgement::Snapshot(_) | Judgement::FreeResponse { .. } => words,
     }
 }

@@ -137,6 +137,7 @@ fn judgement(table: &TestTable, reading: &Reading) -> StageResult<Judgement> {
     match kind {
         "time history" => Ok(Judgement::History(bands()?)),
         "snapshot" => Ok(Judgement::Snapshot(values()?)),
+        "trim change" => Ok(Judgement::TrimChange(values()?)),
         "value" => {
             let at_s = table.at_s.filter(|at_s| *at_s > 0.0 && at_s.is_finite());
             let at_s = at_s.ok_or("a test of a value needs at_s, the time after the controls came to rest")?;
@@ -150,7 +151,7 @@ fn judgement(table: &TestTable, reading: &Reading) -> StageResult<Judgement> {
             Ok(Judgement::FreeResponse { lag: table.lag.as_ref().map(lag).transpose()?, requirements: values()? })
         }
         other => {
-            let kinds = "time history, snapshot, value, period and damping";
+            let kinds = "time history, snapshot, trim change, value, period and damping";
             Err(format!("'{other}' is not a kind of test: one of {kinds}").into())
         }
     }

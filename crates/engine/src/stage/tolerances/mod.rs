@@ -117,6 +117,8 @@ pub enum Judgement {
     History(ToleranceTest),
     /// The model's own trim against the recorded one.
     Snapshot(Vec<Vec<ValueTolerance>>),
+    /// How much the model's own trim differs from that at another speed or load, against the recorded ones.
+    TrimChange(Vec<Vec<ValueTolerance>>),
     /// Values some time after the controls came to rest.
     Value {
         /// The time, s.
@@ -143,6 +145,7 @@ impl Judgement {
         match self {
             Self::History(_) => "time history",
             Self::Snapshot(_) => "snapshot",
+            Self::TrimChange(_) => "trim change",
             Self::Value { .. } => "value",
             Self::FreeResponse { .. } => "period and damping",
         }
@@ -293,7 +296,7 @@ impl ObjectiveTest {
     pub fn bands(&self) -> Option<&ToleranceTest> {
         match &self.judgement {
             Judgement::History(bands) | Judgement::Value { bands, .. } => Some(bands),
-            Judgement::Snapshot(_) | Judgement::FreeResponse { .. } => None,
+            Judgement::Snapshot(_) | Judgement::TrimChange(_) | Judgement::FreeResponse { .. } => None,
         }
     }
 
@@ -313,7 +316,9 @@ impl ObjectiveTest {
         };
         match &mut self.judgement {
             Judgement::History(test) => bands(test),
-            Judgement::Snapshot(requirements) | Judgement::FreeResponse { requirements, .. } => values(requirements),
+            Judgement::Snapshot(requirements)
+            | Judgement::TrimChange(requirements)
+            | Judgement::FreeResponse { requirements, .. } => values(requirements),
             Judgement::Value { requirements, bands: test, .. } => {
                 values(requirements);
                 bands(test);
