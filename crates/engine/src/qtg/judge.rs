@@ -82,7 +82,9 @@ pub fn met(rows: &[ValueRow], requirements: usize) -> bool {
 pub fn over_values(rows: &[ValueRow], requirements: usize) -> String {
     let words = (1..=requirements).map(|requirement| {
         let of: Vec<&ValueRow> = rows.iter().filter(|row| row.requirement == requirement).collect();
-        let names = of.iter().map(|row| named(&row.parameter)).collect::<Vec<_>>().join(" or ");
+        let mut names: Vec<String> = of.iter().map(|row| named(&row.parameter)).collect();
+        names.dedup();
+        let names = names.join(" or ");
         let judged: Vec<bool> = of.iter().filter_map(|row| row.passed).collect();
         match judged.as_slice() {
             [] => format!("{names} not given"),
