@@ -89,7 +89,9 @@ impl Step {
         match self {
             Self::Recording => Arrangement::new(&[Pane::Flight, Pane::GroundTrack, Pane::CrossPlot], column, &[], &[]),
             Self::Channels => Arrangement::new(&[Pane::Channels], Beside::Half, &[Pane::Flight], &[]),
-            Self::Aircraft => Arrangement::new(&[Pane::Loading], Beside::Half, &[Pane::Propulsion], &[]),
+            Self::Aircraft => {
+                Arrangement::new(&[Pane::Loading], Beside::Half, &[Pane::Airframe, Pane::Propulsion], &[])
+            }
             Self::Signals => Arrangement::new(&[Pane::Flight, Pane::CrossPlot], Beside::Wide, &[Pane::Preprocess], &[]),
             Self::Manoeuvres => Arrangement::new(
                 &[Pane::Flight, Pane::Gallery, Pane::GroundTrack],
@@ -114,6 +116,7 @@ impl Step {
                     Pane::Summary,
                     Pane::Derivatives,
                     Pane::Correlation,
+                    Pane::Studies,
                     Pane::Sensitivity,
                     Pane::Responses,
                     Pane::Dynamics,

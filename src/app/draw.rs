@@ -9,14 +9,17 @@ use eframe::egui::{
     self, Align, Button, Frame, Layout, Margin, MenuBar, Panel as Bar, ProgressBar, RichText, Role, Sense, Spinner, Ui,
     WidgetInfo, WidgetText, vec2,
 };
-use egui_tiles::{EditAction, SimplificationOptions, Tile, TileId, Tiles, Tree, UiResponse};
+use egui_tiles::{Container, EditAction, SimplificationOptions, Tile, TileId, Tiles, Tree, UiResponse};
 
 use super::{Workbench, start, step_bar, timeline};
 use crate::command::{EditCommand, FileCommand, Menu, RunCommand, UiCommand, ViewCommand};
+use crate::layouts::LayoutKey;
 use crate::panels::{Pane, Panel, PanelContext};
 use crate::widgets::level_mark;
 use crate::{notation, theme};
 
+/// How long a message stays that asks for nothing, s.
+const MESSAGE_S: f64 = 12.0;
 /// Space between panels.
 const GAP: f32 = 4.0;
 /// Room kept for the title of the session beside menus and steps.
@@ -104,7 +107,12 @@ fn menu(app: &mut Workbench, ui: &mut Ui) -> bool {
                         UiCommand::Edit(EditCommand::Redo) => (redo.as_deref(), redo.is_some()),
                         _ => (None, true),
                     };
-                    let mut button = Button::new(name.unwrap_or(&row.name));
+                    if row.begins_group() {
+                        ui.separator();
+                    }
+                    let is_on = is_on(&app.state, row.command);
+                    let name = name.unwrap_or(&row.name);
+                    let mut button = Button::selectable(is_on, name);
                     if let Some(keys) = row.shortcut {
                         button = button.shortcut_text(ui.ctx().format_shortcut(&keys));
                     }
@@ -134,6 +142,18 @@ fn menu(app: &mut Workbench, ui: &mut Ui) -> bool {
         });
     });
     has_steps
+}
+
+/// Whether what a command chooses is chosen: the theme, the units, the layout on screen, panels it has.
+fn is_on(state: &crate::ui_state::UiState, command: UiCommand) -> bool {
+    match command {
+        UiCommand::View(ViewCommand::Appearance(appearance)) => state.appearance == appearance,
+        UiCommand::View(ViewCommand::Units(units)) => state.units == units,
+        UiCommand::View(ViewCommand::Step(step)) => state.shown.key == LayoutKey::Step(step),
+        UiCommand::View(ViewCommand::Overview) => state.shown.key == LayoutKey::Overview,
+        UiCommand::View(ViewCommand::Show(pane)) => state.shown.holds(pane),
+        _ => false,
+    }
 }
 
 /// Layouts kept under a name, each with the way to forget it.
@@ -174,14 +194,26 @@ fn status(app: &mut Workbench, ui: &mut Ui) {
         ui.add(egui::Label::new(RichText::new(text).color(palette.error)).wrap());
     }
     if let Some(message) = &app.message {
+        let age_s = ui.input(|input| input.time) - *app.said_at_s.get_or_insert(ui.input(|input| input.time));
+        // What went wrong stays until it is closed.
+        if !message.is_error && message.written.is_none() {
+            closed = age_s > MESSAGE_S;
+            ui.ctx().request_repaint_after(std::time::Duration::from_secs_f64((MESSAGE_S - age_s).max(0.0) + 0.05));
+        }
         ui.horizontal(|ui| {
-            closed = ui.small_button("✖").on_hover_text("Close").clicked();
+            closed |= ui.small_button("✖").on_hover_text("Close").clicked();
+            if let Some(written) = &message.written
+                && ui.small_button("Open").on_hover_text(written.display().to_string()).clicked()
+            {
+                ui.ctx().open_url(egui::OpenUrl::new_tab(format!("file://{}", written.display())));
+            }
             let color = if message.is_error { palette.error } else { palette.good };
             ui.add(egui::Label::new(RichText::new(&message.text).color(color)).wrap());
         });
     }
-    if closed {
+    if closed || app.message.is_none() {
         app.message = None;
+        app.said_at_s = None;
     }
     ui.horizontal(|ui| {
         ui.set_min_height(24.0);
@@ -194,6 +226,10 @@ fn status(app: &mut Workbench, ui: &mut Ui) {
 
 /// The lamp with what it means; what is being written and computed, or how long the last run took.
 fn running(app: &mut Workbench, ui: &mut Ui) {
+    if app.document.session().flights.is_empty() {
+        ui.weak("No session is open");
+        return;
+    }
     let snapshot = Arc::clone(&app.snapshot);
     let busy = app.is_busy();
     lamp(app, ui, busy);
@@ -249,7 +285,7 @@ fn lamp(app: &mut Workbench, ui: &mut Ui, busy: bool) {
 /// Titles of the panels in a tile, from the first to the last.
 fn titles(tiles: &Tiles<Pane>, tile: TileId) -> Vec<&'static str> {
     match tiles.get(tile) {
-        Some(Tile::Pane(pane)) => vec![pane.title()],
+        Some(Tile::Pane(pane)) => vec![pane.short_title()],
         Some(Tile::Container(container)) => container.children().flat_map(|&child| titles(tiles, child)).collect(),
         None => Vec::new(),
     }
@@ -275,7 +311,7 @@ impl egui_tiles::Behavior<Pane> for Docking<'_> {
     }
 
     fn tab_title_for_pane(&mut self, pane: &Pane) -> WidgetText {
-        pane.title().into()
+        pane.short_title().into()
     }
 
     fn tab_title_for_tile(&mut self, tiles: &Tiles<Pane>, tile: TileId) -> WidgetText {
@@ -287,8 +323,10 @@ impl egui_tiles::Behavior<Pane> for Docking<'_> {
         }
     }
 
-    fn is_tab_closable(&self, _tiles: &Tiles<Pane>, _tile: TileId) -> bool {
-        true
+    // A cross on every tab would take the room of a tab more.
+    fn is_tab_closable(&self, tiles: &Tiles<Pane>, tile: TileId) -> bool {
+        let tabs = tiles.parent_of(tile).and_then(|parent| tiles.get_container(parent));
+        matches!(tabs, Some(Container::Tabs(tabs)) if tabs.active == Some(tile))
     }
 
     fn on_edit(&mut self, action: EditAction) {

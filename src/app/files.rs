@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
+use eframe::egui::text::{CCursor, CCursorRange};
 use eframe::egui::{self, Align, Layout, ScrollArea, TextEdit};
 
 /// What a file is wanted for.
@@ -217,8 +218,16 @@ impl OwnDialog {
             ui.add(egui::Label::new(self.folder.display().to_string()).truncate());
         });
         let mut enter = self.list(ui);
-        let field =
-            ui.add(TextEdit::singleline(&mut self.typed).hint_text("Name or path").desired_width(f32::INFINITY));
+        let output =
+            TextEdit::singleline(&mut self.typed).hint_text("Name or path").desired_width(f32::INFINITY).show(ui);
+        let field = output.response.response;
+        // What is typed replaces the name proposed, not its ending.
+        if self.to_focus == 1 && self.question.purpose == Purpose::Save {
+            let stem = Path::new(&self.typed).file_stem().map_or(0, |stem| stem.to_string_lossy().chars().count());
+            let mut state = output.state;
+            state.cursor.set_char_range(Some(CCursorRange::two(CCursor::new(0), CCursor::new(stem))));
+            state.store(ui.ctx(), field.id);
+        }
         ui.ctx().accesskit_node_builder(field.id, |node| node.set_label("File name"));
         if self.to_focus > 0 {
             self.to_focus -= 1;

@@ -45,6 +45,8 @@ pub struct Message {
     pub text: String,
     /// Something went wrong.
     pub is_error: bool,
+    /// File or folder that was written and can be opened.
+    pub written: Option<std::path::PathBuf>,
 }
 
 /// The workbench.
@@ -80,6 +82,8 @@ pub struct Workbench {
     recovery: Recovery,
     beginning: Beginning,
     leaving: bool,
+    /// When the message on screen was first drawn, s.
+    said_at_s: Option<f64>,
     /// Whether the start page was asked for.
     start_shown: bool,
     start: start::StartPage,
@@ -137,6 +141,7 @@ impl Workbench {
             recovery: Recovery::default(),
             beginning: Beginning::default(),
             leaving: false,
+            said_at_s: None,
             start_shown: false,
             start: start::StartPage::default(),
             timeline: timeline::Timeline::default(),
@@ -205,12 +210,13 @@ impl Workbench {
 
     /// Says one line.
     pub fn say(&mut self, text: impl Into<String>) {
-        self.message = Some(Message { text: text.into(), is_error: false });
+        self.said_at_s = None;
+        self.message = Some(Message { text: text.into(), is_error: false, written: None });
     }
 
     /// Says what went wrong.
     pub fn complain(&mut self, text: impl Into<String>) {
-        self.message = Some(Message { text: text.into(), is_error: true });
+        self.message = Some(Message { text: text.into(), is_error: true, written: None });
     }
 
     /// Shows the start page.

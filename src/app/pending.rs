@@ -16,6 +16,9 @@ use super::files::{FileQuestion, Purpose};
 use super::{Document, Workbench};
 use crate::widgets::figure::{self, FigureForm, FigureRequest};
 
+/// Longest name proposed for a file, characters.
+const LONGEST_NAME: usize = 48;
+
 /// A step that leaves the present session.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Pending {
@@ -118,7 +121,7 @@ impl Workbench {
             Asked::Recording(purpose) => ("A recording", *purpose, Vec::new(), String::new()),
             Asked::Aircraft => ("An aircraft file", Purpose::Open, toml(), String::new()),
             Asked::NewAircraft => ("Save the aircraft", Purpose::Save, toml(), "aircraft.toml".to_owned()),
-            Asked::Save(_) => ("Save the session", Purpose::Save, toml(), "session.toml".to_owned()),
+            Asked::Save(_) => ("Save the session", Purpose::Save, toml(), self.proposed_name()),
             Asked::Export => ("Folder for the results", Purpose::Save, Vec::new(), "results".to_owned()),
             Asked::Report => ("Folder for the report", Purpose::Save, Vec::new(), "report".to_owned()),
             Asked::ExportModel => ("Folder for the model", Purpose::Save, Vec::new(), "model".to_owned()),
@@ -136,6 +139,18 @@ impl Workbench {
         let title = title.to_owned();
         self.files.ask(FileQuestion { title, purpose, extensions, folder, name }, ctx);
         self.asked = Some(asked);
+    }
+
+    /// Name proposed for the file of the session: its own, or its title in letters and digits.
+    fn proposed_name(&self) -> String {
+        if let Some(name) = self.document.path.as_deref().and_then(Path::file_name) {
+            return name.to_string_lossy().into_owned();
+        }
+        let letters =
+            self.document.session().title.chars().map(|c| if c.is_alphanumeric() || c == '-' { c } else { '_' });
+        let title: String = letters.take(LONGEST_NAME).collect();
+        let title = title.trim_matches('_').to_owned();
+        format!("{}.toml", if title.is_empty() { "session" } else { title.as_str() })
     }
 
     /// Goes on once a file was chosen.
@@ -243,10 +258,20 @@ impl Workbench {
     /// Copies the numbers of figures that were asked for; asks for the file of the last that is to be saved, which waits.
     pub(super) fn take_figures(&mut self, ctx: &egui::Context) {
         let (copied, saved): (Vec<_>, Vec<_>) =
-            std::mem::take(&mut self.figures).into_iter().partition(|request| request.form == FigureForm::Copy);
-        if let Some(request) = copied.last() {
-            ctx.copy_text(figure::csv(&request.figure));
-            self.say("The data of the plot are in the clipboard");
+            std::mem::take(&mut self.figures).into_iter().partition(|request| request.form.is_copy());
+        match copied.last() {
+            Some(FigureRequest { figure, form: FigureForm::Copy }) => {
+                ctx.copy_text(figure::csv(figure));
+                self.say("The data of the plot are in the clipboard");
+            }
+            Some(FigureRequest { figure, .. }) => match figure::picture(figure) {
+                Ok(picture) => {
+                    ctx.copy_image(picture);
+                    self.say("The picture of the plot is in the clipboard; Ctrl+Shift+C takes its data");
+                }
+                Err(line) => self.complain(line),
+            },
+            None => {}
         }
         if let Some(FigureRequest { figure, form }) = saved.into_iter().next_back() {
             self.ask(Asked::Figure(form, figure.name.clone()), ctx);
@@ -259,7 +284,7 @@ impl Workbench {
         let Some(asked) = self.figure.take() else { return };
         let path = if path.extension().is_some() { path.to_path_buf() } else { path.with_extension(form.extension()) };
         let bytes = match form {
-            FigureForm::Png => figure::png(&asked),
+            FigureForm::Png | FigureForm::CopyPicture => figure::png(&asked),
             FigureForm::Svg => Ok(doublet_report::svg::svg(&asked, "p").into_bytes()),
             FigureForm::Csv | FigureForm::Copy => Ok(figure::csv(&asked).into_bytes()),
         };
@@ -279,6 +304,9 @@ impl Workbench {
                 self.written = written.or(self.written.take());
                 let notes: String = put.notes().map(|note| format!("; {note}")).collect();
                 self.say(format!("Written to {}{notes}", put.folder.display()));
+                if let Some(message) = &mut self.message {
+                    message.written = Some(put.folder.canonicalize().unwrap_or_else(|_| put.folder.clone()));
+                }
             }
             Err(line) => self.complain(line),
         }
@@ -304,6 +332,10 @@ impl Workbench {
         });
         if ctx.input(|i| i.key_pressed(egui::Key::Escape)) {
             answer = Some(None);
+        }
+        // Enter saves: nothing is lost by it.
+        if ctx.input(|i| i.key_pressed(egui::Key::Enter)) {
+            answer = answer.or(Some(Some(true)));
         }
         let Some(answer) = answer else { return };
         self.guarded = None;

@@ -206,10 +206,9 @@ fn card(ui: &mut Ui, card: &Card<'_>) -> bool {
     }
     let verdict = card.thumbnail.map_or("not opened yet", |thumbnail| thumbnail.verdict.as_str());
     let name = card.thumbnail.map_or(card.name.as_str(), |thumbnail| thumbnail.title.as_str());
-    let mut lines = ui.new_child(
-        egui::UiBuilder::new()
-            .max_rect(Rect::from_min_max(pos2(rect.left() + 8.0, picture.bottom() + 4.0), rect.max - vec2(8.0, 4.0))),
-    );
+    let below = Rect::from_min_max(pos2(rect.left() + 8.0, picture.bottom() + 6.0), rect.max - vec2(8.0, 4.0));
+    let layout = egui::Layout::top_down(egui::Align::LEFT);
+    let mut lines = ui.new_child(egui::UiBuilder::new().max_rect(below).layout(layout));
     lines.spacing_mut().item_spacing.y = 1.0;
     lines.add(Label::new(RichText::new(name).strong()).truncate().selectable(false));
     lines.add(Label::new(RichText::new(verdict).size(11.0).weak()).truncate().selectable(false));

@@ -63,6 +63,9 @@ fn findings(step: Step, snapshot: &Snapshot) -> impl Iterator<Item = &Finding> {
 
 /// How far `step` is. `written`: the session a report was written of last.
 pub fn mark(step: Step, session: &Arc<Session>, snapshot: &Snapshot, written: Option<&Arc<Session>>) -> Mark {
+    if session.flights.is_empty() {
+        return Mark::Open;
+    }
     if let Some(worst) = findings(step, snapshot).map(|finding| finding.level).max() {
         return Mark::Look(worst);
     }

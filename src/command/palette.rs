@@ -21,11 +21,50 @@ pub fn matching<'a>(table: &'a [CommandInfo], typed: &str) -> Vec<&'a CommandInf
     let typed = typed.trim().to_lowercase();
     let holds = |row: &&CommandInfo| {
         let name = row.name.to_lowercase();
-        typed.split_whitespace().all(|word| name.contains(word))
+        typed.split_whitespace().all(|word| name.contains(word) || means(&row.name, word))
     };
     let mut found: Vec<_> = table.iter().filter(holds).collect();
-    found.sort_by_key(|row| !row.name.to_lowercase().starts_with(&typed));
+    // Names that hold what was typed come before those that only mean it.
+    found.sort_by_key(|row| {
+        let name = row.name.to_lowercase();
+        (!name.starts_with(&typed), !typed.split_whitespace().all(|word| name.contains(word)))
+    });
     found
+}
+
+/// Other words for what a command is about, by its name.
+const MEANINGS: [(&str, &str); 25] = [
+    ("Summary", "verdict believe trust good bad caution"),
+    ("Channels", "sensors units signs roles physics check mapping"),
+    ("Flight", "recording time history overview plot"),
+    ("Ground track", "map position path gps"),
+    ("Cross plot", "xy scatter hysteresis"),
+    ("Manoeuvres", "windows doublet 3211 segments cut select"),
+    ("Gallery", "thumbnails side by side overlay onset"),
+    ("Preprocess", "smoothing filter resample clock sync lag steady spectrum"),
+    ("Noise and filter", "kalman ekf iekf ukf covariance tuning q r"),
+    ("Reconstruction", "states path smoother attitude velocity wind bias fpr"),
+    ("Innovations", "nis residual whiteness consistency"),
+    ("Model", "terms structure regressors stepwise polynomial coefficients"),
+    ("Derivatives", "compare stability control estimates intervals table reference"),
+    ("Fits and residuals", "compare contributions prediction validation information r2"),
+    ("Match", "proof part 60 simulator tolerance qtg"),
+    ("Propulsion", "engine thrust power propeller rpm"),
+    ("Correlation", "collinearity condition regressors parameters matrix"),
+    ("Studies", "monte carlo compare regression output error checks leave one out altitude airspeed"),
+    ("Sensitivity", "tornado partial variation"),
+    ("Frequency response", "bode coherence equivalent loes"),
+    ("Modes and levels", "short period phugoid dutch roll spiral eigenvalues flying qualities mil"),
+    ("Airframe", "aircraft geometry weighing scales wheels cg stations side view top view"),
+    ("Loading", "fuel inertia mass cg centre gravity seats luggage envelope weight balance"),
+    ("Report", "pdf html print sign document"),
+    ("Export model…", "jsbsim fmu dave-ml simulator simulink"),
+];
+
+/// Whether a command called `name` is about `word`.
+fn means(name: &str, word: &str) -> bool {
+    let of = |(known, words): &(&str, &str)| *known == name && words.split(' ').any(|one| one.starts_with(word));
+    word.len() > 1 && MEANINGS.iter().any(of)
 }
 
 impl CommandPalette {
@@ -68,7 +107,7 @@ impl CommandPalette {
                 let last = found.len().min(ROWS).saturating_sub(1);
                 self.chosen = (self.chosen + usize::from(down)).saturating_sub(usize::from(up)).min(last);
                 if found.is_empty() {
-                    ui.weak("No command has this in its name.");
+                    ui.weak("No command is called so or is about that.");
                 }
                 for (at, row) in found.into_iter().take(ROWS).enumerate() {
                     let shortcut = row.shortcut.map(|keys| ui.ctx().format_shortcut(&keys)).unwrap_or_default();
@@ -99,6 +138,18 @@ mod tests {
         assert_eq!(matching(&table, "").len(), table.len());
         assert_eq!(matching(&table, "back zoom")[0].name, "Zoom back");
         assert!(matching(&table, "no such thing").is_empty());
+        for (typed, first) in [
+            ("inertia", "Loading"),
+            ("engine", "Propulsion"),
+            ("fuel", "Loading"),
+            ("compare", "Derivatives"),
+            ("kalman", "Noise and filter"),
+            ("weighing", "Airframe"),
+            ("model", "Model"),
+        ] {
+            assert_eq!(matching(&table, typed)[0].name, first, "{typed}");
+        }
+        assert!(MEANINGS.iter().all(|(name, _)| table.iter().any(|row| row.name == *name)), "each is a command");
         assert!(matching(&table, "zoom")[0].name.starts_with("Zoom"));
     }
 }

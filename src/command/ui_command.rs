@@ -192,6 +192,26 @@ pub struct CommandInfo {
     pub shortcut: Option<KeyboardShortcut>,
 }
 
+impl CommandInfo {
+    /// Whether a menu draws a line above it.
+    pub fn begins_group(&self) -> bool {
+        use {EditCommand as E, FileCommand as F, ViewCommand as V};
+        matches!(
+            self.command,
+            UiCommand::File(F::Save | F::Export | F::AddReference | F::Quit)
+                | UiCommand::Edit(E::AddWindow | E::UseWindows(WindowRole::Identification) | E::NextWindow)
+                | UiCommand::View(
+                    V::Appearance(ThemePreference::Dark)
+                        | V::Units(Units::Metric)
+                        | V::Step(Step::Recording)
+                        | V::Overview
+                        | V::ResetLayout
+                )
+                | UiCommand::Run(RunCommand::Cancel)
+        )
+    }
+}
+
 /// Keys with Ctrl (Command on a Mac).
 const fn ctrl(key: Key) -> Option<KeyboardShortcut> {
     Some(KeyboardShortcut::new(Modifiers::COMMAND, key))

@@ -77,7 +77,7 @@ impl Channels {
             .auto_shrink(false)
             .cell_layout(Layout::left_to_right(Align::Center))
             .column(Column::exact(18.0))
-            .column(Column::exact(54.0))
+            .column(Column::exact(84.0).clip(true))
             .column(Column::remainder().at_least(90.0).clip(true))
             .columns(Column::exact(78.0), 2)
             .column(Column::exact(56.0))
@@ -107,7 +107,7 @@ fn cells(ctx: &PanelContext<'_>, line: &mut TableRow<'_, '_>, row: &Row, level: 
         level_mark(ui, level).on_hover_text(format!("{}: {word}", row.role.name()));
     });
     line.col(|ui| {
-        ui.label(notation::role(row.role)).on_hover_text(row.role.description());
+        ui.add(Label::new(notation::role(row.role)).truncate()).on_hover_text(row.role.description());
     });
     line.col(|ui| {
         ui.add(Label::new(&row.source).truncate());

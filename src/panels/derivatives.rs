@@ -68,6 +68,7 @@ impl Panel for Derivatives {
                 (slot.error(), slot.latest().map(|pooled| pooled.fits.as_slice()), slot.is_stale())
             }
         };
+        ui.label(RichText::new("per rad; rates without dimension, as the reference geometry states").size(11.0).weak());
         trouble(ui, error);
         let Some(fits) = fits.filter(|fits| !fits.is_empty()) else {
             return awaiting(ctx, ui, "the derivatives", "No window is used for identification.");

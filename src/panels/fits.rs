@@ -2,13 +2,15 @@
 
 use doublet_core::model::Coefficient;
 use doublet_engine::stage::CoefficientFit;
-use eframe::egui::{self, RichText, Ui};
+use eframe::egui::{self, RichText, ScrollArea, Sense, Ui, vec2};
 use egui_extras::{Column, TableBuilder};
 
 use super::{Panel, PanelContext, View, awaiting, choices, empty, residuals, role_color, trouble};
 use crate::notation;
 use crate::theme;
-use crate::widgets::time_plot::{PlotCache, TimePlot, Trace, TraceStyle};
+use crate::widgets::heat_strip::{self, HeatStrips};
+use crate::widgets::ticks::draw_time_axis;
+use crate::widgets::time_plot::{PlotCache, TIME_AXIS_HEIGHT, TimePlot, Trace, TraceStyle};
 
 /// What is looked at.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -18,6 +20,7 @@ enum Aspect {
     Residual,
     Prediction,
     Contributions,
+    Information,
     Whiteness,
     Table,
 }
@@ -42,6 +45,7 @@ impl Panel for Fits {
             (Aspect::Residual, "Residual"),
             (Aspect::Prediction, "Prediction"),
             (Aspect::Contributions, "Contributions"),
+            (Aspect::Information, "Information"),
             (Aspect::Whiteness, "Whiteness"),
             (Aspect::Table, "Table"),
         ];
@@ -54,6 +58,7 @@ impl Panel for Fits {
         trouble(ui, results.aero.error().or(results.fits.error()));
         match self.aspect {
             Aspect::Contributions => return self.contributions(ctx, ui),
+            Aspect::Information => return information(ctx, ui),
             Aspect::Whiteness => return residuals::show(ctx, ui, &mut self.studied),
             _ => {}
         }
@@ -86,6 +91,11 @@ impl Panel for Fits {
                 _ => [observed].into_iter().chain(fit.series.iter().map(|(fitted, _)| line("fit", fitted))).collect(),
             };
             plots.push(TimePlot::new(name, "", traces));
+            if self.aspect == Aspect::Fit {
+                let residual = |series| Trace { stale, ..Trace::new("residual", series, colors[4]) };
+                let below = fit.series.iter().map(|(_, series)| residual(series)).collect();
+                plots.push(TimePlot { levels: vec![0.0], ..TimePlot::new(residual_name(fit), "", below).high(0.6) });
+            }
         }
         for fit in &fits.fits {
             said(fit, ui);
@@ -122,6 +132,41 @@ impl Fits {
             })
             .collect();
         ctx.stack(ui, "contributions", View::Window, &mut self.cache, &plots, &[]);
+    }
+}
+
+/// Which seconds of the chosen window tell which derivative.
+fn information(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
+    let Some(details) = ctx.details() else {
+        return awaiting(ctx, ui, "the fits of this window", "This window has no fit.");
+    };
+    ui.weak("Part of what this window tells of each derivative that each moment tells, the other derivatives free: where a strip is dark nothing is learnt.");
+    let range = ctx.state.window_time.range();
+    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+        for found in &details.information {
+            ui.label(notation::derivative_job(ui, &format!("{}_", found.coefficient.name())));
+            let rows: Vec<(String, Vec<f64>)> =
+                found.shares.iter().map(|(name, shares)| (notation::derivative(name), shares.clone())).collect();
+            let name = format!("information on {}", found.coefficient.name());
+            HeatStrips { name: &name, edges_s: &found.edges_s, rows: &rows, range }.show(ui);
+        }
+        let (axis, _) = ui.allocate_exact_size(vec2(ui.available_width(), TIME_AXIS_HEIGHT), Sense::hover());
+        let axis = heat_strip::frame(axis);
+        draw_time_axis(ui, axis, range, 84.0);
+    });
+}
+
+/// What the residual of a coefficient is called.
+fn residual_name(fit: &CoefficientFit) -> &'static str {
+    match fit.coefficient {
+        Coefficient::CX => "ΔCX",
+        Coefficient::CY => "ΔCY",
+        Coefficient::CZ => "ΔCZ",
+        Coefficient::CD => "ΔCD",
+        Coefficient::CL => "ΔCL",
+        Coefficient::Cl => "ΔCl",
+        Coefficient::Cm => "ΔCm",
+        Coefficient::Cn => "ΔCn",
     }
 }
 

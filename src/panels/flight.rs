@@ -13,6 +13,7 @@ use super::{Panel, PanelContext, View, awaiting, empty, role_color, select, trou
 use crate::command::dispatch::new_window;
 use crate::notation::{self, Units};
 use crate::theme;
+use crate::widgets::matrix_view::shortened;
 use crate::widgets::snap::{SnapPoint, gap_edges};
 use crate::widgets::span_editor::{LANE_HEIGHT, Lane, SpanEvent, SpanItem, span_lane};
 use crate::widgets::time_plot::{PlotCache, SpanMark, TimePlot, Trace, step_markers};
@@ -27,6 +28,12 @@ const USUAL: [(&[Role], bool); 6] = [
     (&[Role::Power1, Role::Power2], true),
 ];
 
+/// Least width of the panel in which the list of channels is shown unasked.
+const LISTED: f32 = 740.0;
+
+/// Longest name of a source as the title of its channels, characters.
+const LONGEST_SOURCE: usize = 18;
+
 /// A channel being dragged from the list onto a plot.
 struct Carried(String);
 
@@ -36,6 +43,8 @@ pub struct Flight {
     cache: PlotCache,
     filter: String,
     draft: Option<Draft>,
+    /// Whether the list of channels is shown; by the room there is unless somebody chose.
+    listed: Option<bool>,
 }
 
 /// Name by which plots remember a channel: its role, or its source and name.
@@ -89,9 +98,21 @@ impl Panel for Flight {
         let recording = &loaded.recording;
         let mut plots = ctx.state.flight_plots.clone().unwrap_or_else(|| usual(recording));
         let before = plots.clone();
-        Bar::left("channels").default_size(172.0).size_range(120.0..=260.0).show(ui, |ui| {
-            self.channels(ctx, ui, loaded, &mut plots);
-        });
+        // Beside narrow plots the list of channels waits behind its button.
+        let listed = self.listed.unwrap_or(ui.available_width() >= LISTED);
+        if listed {
+            Bar::left("channels").default_size(172.0).size_range(120.0..=260.0).show(ui, |ui| {
+                self.channels(ctx, ui, loaded, &mut plots);
+            });
+        } else {
+            Bar::left("channels folded").resizable(false).exact_size(22.0).show(ui, |ui| {
+                let open = ui.add(egui::Button::new("▸").frame(false)).on_hover_text("Show the list of channels");
+                ui.ctx().accesskit_node_builder(open.id, |node| node.set_label("show channels"));
+                if open.clicked() {
+                    self.listed = Some(true);
+                }
+            });
+        }
         egui::CentralPanel::default()
             .frame(egui::Frame::new().inner_margin(egui::Margin { left: 6, ..Default::default() }))
             .show(ui, |ui| self.plots(ctx, ui, recording, &mut plots));
@@ -115,9 +136,18 @@ impl Flight {
         let recording = &loaded.recording;
         flight_choice(ctx, ui);
         let flight = ctx.selection().flight.clone().unwrap_or_default();
-        if ui.small_button("New channel by expression…").clicked() {
-            self.draft = Some(Draft::new(&flight));
-        }
+        ui.horizontal(|ui| {
+            let fold = ui.add(egui::Button::new("◂").frame(false)).on_hover_text("Hide the list of channels");
+            ui.ctx().accesskit_node_builder(fold.id, |node| node.set_label("hide channels"));
+            if fold.clicked() {
+                self.listed = Some(false);
+            }
+            let new = ui.small_button("New channel…").on_hover_text("A channel by an expression of others");
+            ui.ctx().accesskit_node_builder(new.id, |node| node.set_label("New channel by expression…"));
+            if new.clicked() {
+                self.draft = Some(Draft::new(&flight));
+            }
+        });
         let field =
             ui.add(TextEdit::singleline(&mut self.filter).hint_text("Filter channels").desired_width(f32::INFINITY));
         ui.ctx().accesskit_node_builder(field.id, |node| node.set_label("Filter channels"));
@@ -129,7 +159,9 @@ impl Flight {
                 let count = rows.len();
                 // Channels with a meaning are at hand, the rest of each recorder when asked for.
                 let open = title == MEANT || title == EXPRESSION_SOURCE;
-                egui::CollapsingHeader::new(format!("{title} ({count})"))
+                // A header does not shorten its text by itself.
+                let shown = shortened(title, LONGEST_SOURCE);
+                egui::CollapsingHeader::new(format!("{shown} ({count})"))
                     .id_salt(title)
                     .default_open(open)
                     .open((!wanted.is_empty()).then_some(true))

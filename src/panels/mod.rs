@@ -1,5 +1,6 @@
 //! Panels: each draws one aspect of the session and asks for changes by commands and edits.
 
+mod airframe;
 mod bias_table;
 mod by_window;
 mod channels;
@@ -34,6 +35,7 @@ mod responses;
 mod sensitivity;
 mod shortcuts;
 mod structures;
+mod studies;
 mod summary;
 mod term_effects;
 
@@ -94,12 +96,16 @@ pub enum Pane {
     Propulsion,
     /// Correlation of the parameters.
     Correlation,
+    /// Studies on request.
+    Studies,
     /// Derivatives against what they were computed with.
     Sensitivity,
     /// Frequency responses and equivalent systems.
     Responses,
     /// Modes of the identified aircraft and levels of its flying qualities.
     Dynamics,
+    /// The aircraft to scale, and its weighing.
+    Airframe,
     /// What is on board.
     Loading,
     /// Contents of the report.
@@ -130,9 +136,11 @@ impl Pane {
         Self::Match,
         Self::Propulsion,
         Self::Correlation,
+        Self::Studies,
         Self::Sensitivity,
         Self::Responses,
         Self::Dynamics,
+        Self::Airframe,
         Self::Loading,
         Self::Report,
         Self::Log,
@@ -159,13 +167,25 @@ impl Pane {
             Self::Match => "Match",
             Self::Propulsion => "Propulsion",
             Self::Correlation => "Correlation",
+            Self::Studies => "Studies",
             Self::Sensitivity => "Sensitivity",
             Self::Responses => "Frequency response",
             Self::Dynamics => "Modes and levels",
+            Self::Airframe => "Airframe",
             Self::Loading => "Loading",
             Self::Report => "Report",
             Self::Log => "Log",
             Self::Shortcuts => "Shortcuts",
+        }
+    }
+
+    /// Its title on a tab.
+    pub fn short_title(self) -> &'static str {
+        match self {
+            Self::Responses => "Frequency",
+            Self::Dynamics => "Modes",
+            Self::Fits => "Fits",
+            other => other.title(),
         }
     }
 
@@ -194,9 +214,11 @@ impl Pane {
             Self::Match => Box::new(match_panel::Match::default()),
             Self::Propulsion => Box::new(propulsion::Propulsion::default()),
             Self::Correlation => Box::new(correlation::Correlation::default()),
+            Self::Studies => Box::new(studies::Studies::default()),
             Self::Sensitivity => Box::new(sensitivity::Sensitivity::default()),
             Self::Responses => Box::new(responses::Responses::default()),
             Self::Dynamics => Box::new(dynamics::Dynamics::default()),
+            Self::Airframe => Box::new(airframe::Airframe::default()),
             Self::Loading => Box::new(loading::LoadingPanel::default()),
             Self::Report => Box::new(report::Report::default()),
             Self::Log => Box::new(log::Log),

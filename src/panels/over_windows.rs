@@ -36,7 +36,7 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, copy: bool) {
             .cell_layout(egui::Layout::right_to_left(egui::Align::Center))
             .column(Column::exact(54.0))
             .columns(Column::exact(60.0), TITLES.len())
-            .columns(Column::exact(120.0), kinds.len())
+            .columns(Column::exact(148.0), kinds.len())
             .header(20.0, |mut header| {
                 header.col(|_| {});
                 let kinds = kinds.iter().map(|kind| kind.kind.as_str());

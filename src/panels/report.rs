@@ -17,7 +17,7 @@ const ROWS: usize = 12;
 /// Height of a row.
 const ROW: f32 = 18.0;
 /// Width of the list of sections: that of its longest title.
-const SECTIONS_WIDTH: f32 = 290.0;
+const SECTIONS_WIDTH: f32 = 308.0;
 
 /// The panel.
 #[derive(Default)]

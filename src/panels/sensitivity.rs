@@ -53,7 +53,10 @@ fn tornado(ctx: &mut PanelContext<'_>, ui: &mut Ui, study: &SensitivityStudy) {
     let mut names: Vec<&String> = study.tornado.iter().map(|bar| &bar.derivative).collect();
     names.dedup();
     let chosen = ctx.selection().derivative.clone().filter(|chosen| names.contains(&chosen));
-    let Some(mut chosen) = chosen.or_else(|| names.first().map(|name| (*name).clone())) else {
+    // Of constants hardly anybody asks first.
+    let slope =
+        names.iter().find(|name| name.as_str() == "Cm_alpha").or(names.iter().find(|name| !name.ends_with("_0")));
+    let Some(mut chosen) = chosen.or_else(|| slope.or(names.first()).map(|name| (*name).clone())) else {
         return empty(ui, "No derivative depends on what was varied.");
     };
     let before = chosen.clone();

@@ -6,14 +6,20 @@ use super::{Panel, PanelContext};
 use crate::command::Menu;
 
 /// What the pointer does in a time plot.
-const POINTER: [(&str, &str); 10] = [
+const POINTER: [(&str, &str); 16] = [
     ("Right click", "Menu: save or copy a plot, markers, zoom"),
     ("Wheel beside the plots", "Scroll a long stack"),
     ("Wheel", "Zoom time about the pointer"),
-    ("Drag, Shift+Wheel", "Pan"),
-    ("Right drag", "Zoom to a stretch"),
-    ("Double click", "Show whole recording"),
-    ("Shift+Click, Ctrl+Click", "Set marker A, marker B"),
+    ("Shift+Wheel", "Zoom values about the pointer"),
+    ("Drag, middle drag", "Pan"),
+    ("Right drag", "Zoom to a box; to a stretch of time where it is level"),
+    ("Drag on an axis", "Zoom that axis; a double click fits it"),
+    ("Double click", "Show whole recording, fit values"),
+    ("A, B; Shift+Click, Ctrl+Click", "Set marker A, marker B"),
+    ("Click on a name of a legend", "Hide or show the curve; a double click hides the others"),
+    ("Ctrl+C, Ctrl+Shift+C", "Copy the plot under the pointer: picture, data"),
+    ("Ctrl+Click, Shift+Click on a window", "Select it too, or all up to it"),
+    ("Drag in the strip of the flight", "Choose what is on screen; drag its edges or its middle"),
     ("← →, Shift+← →", "Step marker A, marker B by a sample"),
     ("Alt in a drag of a window", "Snap to samples alone, not to onsets, ends, markers, windows, gaps"),
     ("Escape in a drag", "Give the drag up"),

@@ -15,6 +15,10 @@ const MARGIN: f32 = 0.06;
 
 /// Height of a line of a legend.
 pub(super) const LEGEND_HEIGHT: f32 = 15.0;
+/// Length of the line before a name of a legend.
+const LEGEND_LINE: f32 = 12.0;
+/// Room right of a chart for the half of the last label that lies beyond it.
+const RIGHT_ROOM: f32 = 14.0;
 /// Distance between ticks from which their labels are drawn, and drawn fully.
 const LABELS: egui::Rangef = egui::Rangef { min: 8.0, max: 12.0 };
 /// Least distance between ticks of the level and of the upright axis.
@@ -106,6 +110,7 @@ impl Chart {
         let named = !places.is_empty();
         let mut plot = Plot::new(Id::unique(self.name.as_str()))
             .height(height.max(80.0))
+            .width((ui.available_width() - RIGHT_ROOM).max(60.0))
             .allow_scroll(false)
             .allow_boxed_zoom(false)
             .set_margin_fraction(egui::vec2(MARGIN, MARGIN))
@@ -169,7 +174,7 @@ impl Chart {
             ui.spacing_mut().item_spacing = egui::vec2(10.0, 0.0);
             ui.spacing_mut().interact_size.y = LEGEND_HEIGHT;
             for curve in self.curves.iter().filter(|curve| !curve.name.is_empty()) {
-                legend_entry(ui, &curve.name, curve.color);
+                legend_entry(ui, &curve.name, (curve.color, false));
             }
         });
     }
@@ -207,14 +212,18 @@ impl Chart {
     }
 }
 
-/// A name with its colour before it.
-pub(super) fn legend_entry(ui: &mut Ui, name: &str, color: Color32) {
-    ui.horizontal(|ui| {
-        ui.spacing_mut().item_spacing.x = 4.0;
-        let (line, _) = ui.allocate_exact_size(egui::vec2(12.0, LEGEND_HEIGHT), egui::Sense::hover());
-        ui.painter().hline(line.x_range(), line.center().y, Stroke::new(2.0, color));
-        ui.label(egui::RichText::new(name).size(11.0));
-    });
+/// A name with its colour before it, pale where its curve is hidden. Of a size of its own, so that a line of them wraps.
+pub(super) fn legend_entry(ui: &mut Ui, name: &str, (color, is_hidden): (Color32, bool)) -> egui::Response {
+    let ink = if is_hidden { ui.visuals().weak_text_color() } else { ui.visuals().text_color() };
+    let galley = ui.painter().layout_no_wrap(name.to_owned(), egui::FontId::proportional(11.0), ink);
+    let size = egui::vec2(LEGEND_LINE + 4.0 + galley.size().x, LEGEND_HEIGHT);
+    let (rect, entry) = ui.allocate_exact_size(size, egui::Sense::click());
+    let color = if is_hidden { color.gamma_multiply(0.3) } else { color };
+    ui.painter().hline(rect.left()..=rect.left() + LEGEND_LINE, rect.center().y, Stroke::new(2.0, color));
+    let at = egui::Align2::RIGHT_CENTER.anchor_size(rect.right_center(), galley.size());
+    ui.painter().galley(at.min, galley, ink);
+    entry.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, format!("legend {name}")));
+    entry
 }
 
 /// The unit in the brackets at the end of a label, after a space.

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use doublet_core::series::TimeRange;
 use doublet_engine::report::document::{Colour, Figure, Mark, Matrix, Panel};
 use doublet_report::svg::svg;
-use eframe::egui::Color32;
+use eframe::egui::{Color32, ColorImage};
 use resvg::tiny_skia::{Color, Pixmap, Transform};
 use resvg::usvg::{Options, Tree, fontdb::Database};
 
@@ -24,23 +24,31 @@ pub enum FigureForm {
     Svg,
     /// Numbers in a file.
     Csv,
+    /// Pixels in the clipboard.
+    CopyPicture,
     /// Numbers in the clipboard.
     Copy,
 }
 
 impl FigureForm {
     /// Every form with its line in a menu.
-    pub const ALL: [(Self, &'static str); 4] = [
+    pub const ALL: [(Self, &'static str); 5] = [
         (Self::Png, "Save as PNG…"),
         (Self::Svg, "Save as SVG…"),
         (Self::Csv, "Save data as CSV…"),
+        (Self::CopyPicture, "Copy picture"),
         (Self::Copy, "Copy data"),
     ];
+
+    /// Whether it goes into the clipboard.
+    pub fn is_copy(self) -> bool {
+        matches!(self, Self::Copy | Self::CopyPicture)
+    }
 
     /// Ending of its files.
     pub fn extension(self) -> &'static str {
         match self {
-            Self::Png => "png",
+            Self::Png | Self::CopyPicture => "png",
             Self::Svg => "svg",
             Self::Csv | Self::Copy => "csv",
         }
@@ -67,6 +75,21 @@ pub(super) fn printed(color: Color32) -> Colour {
 /// # Errors
 /// One line when it cannot be drawn, for example because it is too large.
 pub fn png(figure: &Figure) -> Result<Vec<u8>, String> {
+    pixels(figure)?.encode_png().map_err(|error| format!("the figure: {error}"))
+}
+
+/// The same for the clipboard.
+///
+/// # Errors
+/// As [`png`].
+pub fn picture(figure: &Figure) -> Result<ColorImage, String> {
+    let pixels = pixels(figure)?;
+    let size = [pixels.width(), pixels.height()].map(|side| side as usize);
+    // On white nothing is transparent.
+    Ok(ColorImage::from_rgba_unmultiplied(size, pixels.data()))
+}
+
+fn pixels(figure: &Figure) -> Result<Pixmap, String> {
     let mut fonts = Database::new();
     fonts.load_font_data(theme::FONT.to_vec());
     let options = Options { fontdb: Arc::new(fonts), font_family: "DejaVu Sans".to_owned(), ..Options::default() };
@@ -75,7 +98,7 @@ pub fn png(figure: &Figure) -> Result<Vec<u8>, String> {
     let mut pixels = Pixmap::new(size.width(), size.height()).ok_or("the figure is too large for a picture")?;
     pixels.fill(Color::WHITE);
     resvg::render(&tree, Transform::from_scale(PIXELS, PIXELS), &mut pixels.as_mut());
-    pixels.encode_png().map_err(|error| format!("the figure: {error}"))
+    Ok(pixels)
 }
 
 /// The numbers behind a figure: one column for the level axis, one per curve, every row one place on it. Samples of different

@@ -4,6 +4,7 @@ pub mod chart;
 pub mod curves;
 pub mod figure;
 pub mod figure_view;
+pub mod heat_strip;
 pub mod level_mark;
 pub mod matrix_view;
 mod plot_cache;
@@ -14,7 +15,7 @@ pub mod snap;
 pub mod span_editor;
 pub mod sparkline;
 mod stack_figure;
-mod ticks;
+pub mod ticks;
 pub mod time_plot;
 pub mod time_view;
 

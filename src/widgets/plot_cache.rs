@@ -1,6 +1,6 @@
 //! What is drawn of each trace, kept from frame to frame.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use doublet_core::series::{Band, Decimated, Pyramid, Series, Statistics, TimeRange, decimate, decimate_band};
@@ -8,7 +8,7 @@ use doublet_core::statistics;
 use eframe::egui::Id;
 use egui_plot::PlotPoint;
 
-use super::time_plot::Trace;
+use super::time_plot::{TimePlot, Trace};
 
 /// Part of a band's points that does not count for the value range.
 const BAND_LEFT_OUT: f64 = 0.15;
@@ -30,10 +30,53 @@ pub(super) struct Drawn {
 #[derive(Default)]
 pub struct PlotCache {
     pub(super) drawn: HashMap<(Id, usize, usize), Drawn>,
+    /// Names hidden in a stack.
+    pub(super) hidden: HashSet<(Id, String)>,
+    /// Value range chosen by hand for a plot of a stack, by its row and label, in its unit.
+    values: HashMap<(Id, usize, String), (f64, f64)>,
     refreshed: usize,
 }
 
 impl PlotCache {
+    /// Hides a name of the stack `id`, or shows it again.
+    pub(super) fn toggle(&mut self, id: Id, name: &str) {
+        let key = (id, name.to_owned());
+        if !self.hidden.remove(&key) {
+            self.hidden.insert(key);
+        }
+    }
+
+    /// Shows `name` alone of `all`; all of them where it is alone already.
+    pub(super) fn solo<'a>(&mut self, id: Id, name: &str, all: impl Iterator<Item = &'a str>) {
+        let others: HashSet<(Id, String)> =
+            all.filter(|other| *other != name).map(|other| (id, other.to_owned())).collect();
+        let is_alone = !others.is_empty() && others.iter().all(|other| self.hidden.contains(other));
+        self.hidden.retain(|(stack, _)| *stack != id);
+        if !is_alone {
+            self.hidden.extend(others);
+        }
+    }
+
+    /// Whether a name of the stack `id` is hidden.
+    pub(super) fn is_hidden(&self, id: Id, name: &str) -> bool {
+        !self.hidden.is_empty() && self.hidden.contains(&(id, name.to_owned()))
+    }
+
+    /// Value range chosen by hand for the plot `row` of the stack `id`.
+    pub(super) fn chosen_values(&self, id: Id, row: usize, plot: &TimePlot<'_>) -> Option<(f64, f64)> {
+        if self.values.is_empty() { None } else { self.values.get(&(id, row, plot.axis_label())).copied() }
+    }
+
+    /// Chooses that range.
+    pub(super) fn choose_values(&mut self, id: Id, row: usize, plot: &TimePlot<'_>, values: (f64, f64)) {
+        self.values.insert((id, row, plot.axis_label()), values);
+    }
+
+    /// Fits the values of every plot of the stack `id` to what is visible.
+    pub(super) fn fit_values(&mut self, id: Id) {
+        self.values.retain(|(stack, ..), _| *stack != id);
+    }
+
     /// How many traces have been decimated since the cache was made.
     pub fn refreshed(&self) -> usize {
         self.refreshed

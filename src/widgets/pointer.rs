@@ -11,8 +11,11 @@ use crate::theme;
 
 /// Magnification per point of wheel travel.
 const WHEEL_GAIN: f64 = 0.004;
-/// A right drag shorter than this zooms nowhere.
+/// Magnification per point of a drag on an axis.
+const AXIS_GAIN: f64 = 0.01;
+/// A right drag shorter than this zooms nowhere; one less high than the second leaves the values as they are, one less wide the time.
 const LEAST_BOX: f32 = 4.0;
+const FLAT: f32 = 14.0;
 
 /// A figure asked for in a menu: what of, and as what.
 pub(super) type Wanted = (FigureOf, FigureForm);
@@ -52,41 +55,86 @@ fn quantity(panel: &Panel) -> String {
     plot.marks.iter().filter_map(name).collect::<Vec<_>>().join(" ")
 }
 
-/// Lets the pointer over one plot move the view; the time under the pointer.
+/// What the pointer did to the values of one plot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Values {
+    /// They show this stretch from now on.
+    Range(f64, f64),
+    /// Those of the whole stack are fitted to what is visible.
+    Fit,
+}
+
+/// A plot under the pointer: where it is, and the values at its foot and its head.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Area {
+    pub(super) frame: Rect,
+    pub(super) values: (f64, f64),
+}
+
+impl Area {
+    /// Value at the screen position `y`.
+    fn value_at(&self, y: f32) -> f64 {
+        let (low, high) = self.values;
+        low + (high - low) * f64::from((self.frame.bottom() - y) / self.frame.height())
+    }
+
+    /// Values magnified by `factor` about the screen position `y`.
+    fn zoomed(&self, factor: f64, y: f32) -> Values {
+        let (about, (low, high)) = (self.value_at(y), self.values);
+        Values::Range(about + (low - about) / factor, about + (high - about) / factor)
+    }
+}
+
+/// Lets the pointer over one plot move the view; the time under the pointer, and what becomes of the values.
 pub(super) fn interact(
     ui: &Ui,
     response: &egui::Response,
-    frame: Rect,
+    area: Area,
     view: &mut TimeView,
     out: &mut StackResponse,
-) -> Option<f64> {
-    let range = view.range();
+) -> (Option<f64>, Option<Values>) {
+    let (frame, range) = (area.frame, view.range());
     let s_per_point = range.length_s() / f64::from(frame.width());
     let (now_s, modifiers) = ui.input(|i| (i.time, i.modifiers));
-    if response.dragged_by(PointerButton::Primary) {
+    let mut values = None;
+    if response.dragged_by(PointerButton::Primary) || response.dragged_by(PointerButton::Middle) {
         ui.set_cursor_icon(egui::CursorIcon::Grabbing);
-        let by = f64::from(response.drag_delta().x);
-        if by != 0.0 {
-            view.pan(-by * s_per_point, now_s);
+        let by = response.drag_delta();
+        if by.x != 0.0 {
+            view.pan(-f64::from(by.x) * s_per_point, now_s);
+        }
+        if by.y != 0.0 && out.zoomed {
+            let (low, high) = area.values;
+            let up = (high - low) * f64::from(by.y / frame.height());
+            values = Some(Values::Range(low + up, high + up));
         }
     }
-    if let Some(stretch) = box_stretch(ui, response, frame, view.range()) {
-        view.zoom_to(stretch);
+    if let Some(zoomed) = box_zoom(ui, response, frame) {
+        let edge = |x: f32| time_at(frame, range, x);
+        if zoomed.width() < frame.width() {
+            view.zoom_to(TimeRange::new(edge(zoomed.left()), edge(zoomed.right())));
+        }
+        if zoomed.height() < frame.height() {
+            values = Some(Values::Range(area.value_at(zoomed.bottom()), area.value_at(zoomed.top())));
+        }
     }
-    let pointer = response.hover_pos().filter(|at| frame.contains(*at))?;
+    let Some(pointer) = response.hover_pos().filter(|at| frame.contains(*at)) else { return (None, values) };
     let here_s = time_at(frame, range, pointer.x);
     let (wheel, pinch) = ui.input_mut(|i| (std::mem::take(&mut i.smooth_scroll_delta), i.zoom_delta()));
-    let along = if modifiers.shift { wheel.x + wheel.y } else { wheel.x };
-    if along != 0.0 {
-        view.pan(-f64::from(along) * s_per_point, now_s);
+    if modifiers.shift && wheel.x + wheel.y != 0.0 {
+        values = Some(area.zoomed((WHEEL_GAIN * f64::from(wheel.x + wheel.y)).exp(), pointer.y));
+    } else if wheel.x != 0.0 {
+        view.pan(-f64::from(wheel.x) * s_per_point, now_s);
     } else if wheel.y != 0.0 {
         view.zoom((WHEEL_GAIN * f64::from(wheel.y)).exp(), here_s, now_s);
     }
     if pinch != 1.0 {
         view.zoom(f64::from(pinch), here_s, now_s);
     }
+    set_markers(ui, view, here_s);
     if response.double_clicked() {
         view.home();
+        values = Some(Values::Fit);
     } else if response.clicked() {
         match (modifiers.shift, modifiers.command) {
             (true, _) => view.markers_s[0] = Some(here_s),
@@ -94,11 +142,53 @@ pub(super) fn interact(
             _ => out.clicked_s = Some(here_s),
         }
     }
-    Some(here_s)
+    (Some(here_s), values)
 }
 
-/// Draws the box of a drag with the secondary button over `frame`, which shows `range`; the stretch it covered, once it ends.
-pub(super) fn box_stretch(ui: &Ui, response: &egui::Response, frame: Rect, range: TimeRange) -> Option<TimeRange> {
+/// The keys A and B set the markers under the pointer.
+fn set_markers(ui: &Ui, view: &mut TimeView, here_s: f64) {
+    if ui.ctx().egui_wants_keyboard_input() {
+        return;
+    }
+    let pressed = ui.input(|i| [Key::A, Key::B].map(|key| i.modifiers.is_none() && i.key_pressed(key)));
+    for (marker, _) in view.markers_s.iter_mut().zip(pressed).filter(|(_, pressed)| *pressed) {
+        *marker = Some(here_s);
+    }
+}
+
+/// A drag on the value axis left of a plot zooms its values, a double click fits them.
+pub(super) fn value_axis(ui: &Ui, id: egui::Id, width: f32, area: Area) -> Option<Values> {
+    let frame = area.frame;
+    let axis = Rect::from_x_y_ranges(frame.left() - width..=frame.left() - 1.0, frame.y_range());
+    let response = ui.interact(axis, id, egui::Sense::click_and_drag());
+    let response = response.on_hover_cursor(egui::CursorIcon::ResizeVertical);
+    let by = response.drag_delta().y;
+    if response.double_clicked() {
+        Some(Values::Fit)
+    } else if response.dragged() && by != 0.0 {
+        Some(area.zoomed((AXIS_GAIN * f64::from(by)).exp(), frame.center().y))
+    } else {
+        None
+    }
+}
+
+/// A drag on the time axis zooms time about its middle, a double click shows everything.
+pub(super) fn time_axis(ui: &Ui, id: egui::Id, axis: Rect, view: &mut TimeView) {
+    let response = ui.interact(axis, id, egui::Sense::click_and_drag());
+    let response = response.on_hover_cursor(egui::CursorIcon::ResizeHorizontal);
+    let by = response.drag_delta().x;
+    if response.double_clicked() {
+        view.home();
+    } else if response.dragged() && by != 0.0 {
+        let range = view.range();
+        let middle_s = 0.5 * (range.start_s + range.end_s);
+        view.zoom((AXIS_GAIN * f64::from(by)).exp(), middle_s, ui.input(|i| i.time));
+    }
+}
+
+/// Draws the box of a drag with the secondary button over `frame`; what it covered, once it ends. A drag that is nearly level covers
+/// the whole height, one that is nearly upright the whole width.
+fn box_zoom(ui: &Ui, response: &egui::Response, frame: Rect) -> Option<Rect> {
     let dragged = response.dragged_by(PointerButton::Secondary);
     let stopped = response.drag_stopped_by(PointerButton::Secondary);
     if !dragged && !stopped {
@@ -108,16 +198,24 @@ pub(super) fn box_stretch(ui: &Ui, response: &egui::Response, frame: Rect, range
     let at = response.interact_pointer_pos()?;
     let pressed = ui.input(|i| i.pointer.press_origin()).unwrap_or(at);
     let origin = ui.data_mut(|data| *data.get_temp_mut_or_insert_with(id, || pressed));
-    let rect = Rect::from_x_y_ranges(origin.x.min(at.x)..=origin.x.max(at.x), frame.y_range()).intersect(frame);
+    let covered = Rect::from_two_pos(origin, at);
+    let width = if covered.width() < FLAT && covered.height() >= FLAT { frame.x_range() } else { covered.x_range() };
+    let height = if covered.height() < FLAT { frame.y_range() } else { covered.y_range() };
+    let rect = Rect::from_x_y_ranges(width, height).intersect(frame);
     if stopped {
         ui.data_mut(|data| data.remove::<egui::Pos2>(id));
-        let edge = |x: f32| time_at(frame, range, x);
-        return (rect.width() > LEAST_BOX).then(|| TimeRange::new(edge(rect.left()), edge(rect.right())));
+        return (covered.width().max(covered.height()) > LEAST_BOX).then_some(rect);
     }
     let accent = theme::palette(ui).accent;
     ui.painter().rect_filled(rect, 0.0, accent.gamma_multiply(0.2));
     ui.painter().rect_stroke(rect, 0.0, Stroke::new(1.0, accent), egui::StrokeKind::Inside);
     None
+}
+
+/// The same where there is only time: the stretch a drag covered, once it ends.
+pub(super) fn box_stretch(ui: &Ui, response: &egui::Response, frame: Rect, range: TimeRange) -> Option<TimeRange> {
+    let zoomed = box_zoom(ui, response, frame).filter(|zoomed| zoomed.width() < frame.width())?;
+    Some(TimeRange::new(time_at(frame, range, zoomed.left()), time_at(frame, range, zoomed.right())))
 }
 
 /// Moves marker A with the arrow keys (with Shift: B) to the next or previous sample of `time_s`.
@@ -140,6 +238,11 @@ pub fn step_markers(ui: &Ui, view: &mut TimeView, time_s: &[f64]) {
 /// The menu of a plot: figures and numbers to take away, markers, zoom. `count`: plots of its stack.
 pub(super) fn plot_menu(response: &egui::Response, frame: Rect, view: &mut TimeView, count: usize) -> Option<Wanted> {
     let mut wanted = None;
+    // Ctrl+C takes a picture of what is under the pointer, with Shift its numbers.
+    if response.hovered() && response.ctx.input(|i| i.events.contains(&egui::Event::Copy)) {
+        let numbers = response.ctx.input(|i| i.modifiers.shift);
+        wanted = Some((FigureOf::Plot, if numbers { FigureForm::Copy } else { FigureForm::CopyPicture }));
+    }
     let id = response.id.with("menu at");
     if response.secondary_clicked()
         && let Some(at) = response.interact_pointer_pos()

@@ -284,6 +284,9 @@ fn drag(
         }
         None => dragged(held.origin, grip, by_s, lane.samples_s),
     };
+    let (edge_s, length) = (if grip == Grip::End { now.end_s } else { now.start_s }, now.length_s());
+    let x = x_at(lane.frame, lane.range, edge_s);
+    draw_words(ui, lane, x, (format!("{edge_s:.2} s, {length:.2} s long"), 40.0));
     if now == held.now {
         return None;
     }
@@ -311,11 +314,16 @@ fn draw_point(ui: &mut Ui, lane: &Lane<'_>, point: SnapPoint) {
     let x = x_at(lane.frame, lane.range, point.time_s);
     let ink = ui.visuals().strong_text_color();
     ui.painter().vline(x, lane.rect.top()..=lane.reach_bottom, Stroke::new(1.0, ink));
-    let galley = ui.painter().layout_no_wrap(point.word.to_owned(), egui::FontId::proportional(11.0), ink);
+    draw_words(ui, lane, x, (point.word.to_owned(), 22.0));
+}
+
+/// Words beside the line at `x`, on the side that has room, so far below the head of the plots.
+fn draw_words(ui: &mut Ui, lane: &Lane<'_>, x: f32, (words, below): (String, f32)) {
+    let ink = ui.visuals().strong_text_color();
+    let galley = ui.painter().layout_no_wrap(words, egui::FontId::proportional(11.0), ink);
     let size = galley.size() + egui::vec2(6.0, 2.0);
-    // Beside the line, on the side that has room.
     let left = if x + size.x + 2.0 < lane.frame.right() { x + 2.0 } else { x - size.x - 2.0 };
-    let ground = Rect::from_min_size(pos2(left, lane.frame.top() + 22.0), size);
+    let ground = Rect::from_min_size(pos2(left, lane.frame.top() + below), size);
     ui.painter().rect_filled(ground, CornerRadius::same(3), ui.visuals().extreme_bg_color);
     let mut over = ui.new_child(egui::UiBuilder::new().max_rect(ground.shrink2(egui::vec2(3.0, 1.0))));
     over.add(egui::Label::new(galley).selectable(false));

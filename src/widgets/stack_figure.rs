@@ -27,11 +27,14 @@ pub(super) fn stack_figure(
     let level =
         |&value: &f64| Mark::Level { label: "".into(), colour: Colour([0x80, 0x88, 0x90]), value, band: [value; 2] };
     let one = |(row, plot): (usize, &TimePlot<'_>)| {
-        let drawn = (0..plot.traces.len()).filter_map(|column| cache.drawn.get(&(id, row, column)));
-        let (low, high) = value_range(plot, drawn);
+        let shown = |column: &usize| !cache.is_hidden(id, plot.traces[*column].name);
+        let columns = (0..plot.traces.len()).filter(shown);
+        let drawn = columns.clone().filter_map(|column| cache.drawn.get(&(id, row, column)));
+        let chosen = cache.chosen_values(id, row, plot);
+        let (low, high) = chosen.unwrap_or_else(|| value_range(plot, drawn));
         let y = Axis { range: Some([low, high]), ..Axis::new(plot.axis_label(), "") };
         let around = spans.iter().map(span).chain(plot.levels.iter().map(level));
-        let marks = around.chain(plot.traces.iter().flat_map(|trace| marks(plot, trace))).collect();
+        let marks = around.chain(columns.flat_map(|column| marks(plot, &plot.traces[column]))).collect();
         Panel::Plot(Plot { x: x.clone(), y, marks })
     };
     let shape = |frame: &Rect| f64::from(frame.height() / frame.width().max(1.0));

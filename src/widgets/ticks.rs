@@ -20,7 +20,7 @@ fn marks(input: &egui_plot::GridInput, step_size: f64) -> Vec<egui_plot::GridMar
 }
 
 /// Draws the time axis of `range` into `area`, which is as wide as the frames above it.
-pub(super) fn draw_time_axis(ui: &Ui, area: Rect, range: TimeRange, spacing: f32) {
+pub fn draw_time_axis(ui: &Ui, area: Rect, range: TimeRange, spacing: f32) {
     let ink = ui.visuals().weak_text_color();
     let base_step_size = 8.0 * range.length_s() / f64::from(area.width().max(1.0));
     let marks = ticks(egui_plot::GridInput { bounds: (range.start_s, range.end_s), base_step_size }, spacing);

@@ -11,7 +11,7 @@ use super::figure::FigureRequest;
 use super::plot_cache::Drawn;
 pub use super::plot_cache::PlotCache;
 pub use super::pointer::step_markers;
-use super::pointer::{interact, plot_menu};
+use super::pointer::{Area, Values, interact, plot_menu, time_axis, value_axis};
 use super::readout;
 use super::stack_figure::stack_figure;
 use super::ticks::{draw_time_axis, inner_ticks, tick, ticks};
@@ -23,11 +23,11 @@ pub const VALUE_AXIS_WIDTH: f32 = 72.0;
 /// Room left of the value axis for the upright label, which is centred on the edge.
 const LABEL_ROOM: f32 = 8.0;
 /// Room right of the frames for the half of the last time label that lies beyond them.
-const RIGHT_ROOM: f32 = 14.0;
+const RIGHT_ROOM: f32 = 18.0;
 /// Height of the time axis below the last plot.
 pub const TIME_AXIS_HEIGHT: f32 = 34.0;
 /// Least height of one plot; a stack that needs more scrolls, its time axis stays.
-const LEAST_HEIGHT: f32 = 54.0;
+const LEAST_HEIGHT: f32 = 84.0;
 /// Room above and below the data, as a fraction of their extent.
 const MARGIN: f64 = 0.08;
 /// Height of the legend inside a plot with the room about it.
@@ -91,6 +91,8 @@ pub struct TimePlot<'a> {
     pub fit_bands: bool,
     /// Horizontal lines to compare with, in the plot's unit, for example a chi-square bound.
     pub levels: Vec<f64>,
+    /// Height over that of the other plots of its stack.
+    pub height: f32,
 }
 
 /// Value range of a plot for what is drawn of its traces.
@@ -117,7 +119,13 @@ impl<'a> TimePlot<'a> {
 
     /// A plot that fits its values to what is visible.
     pub fn new(label: &'a str, unit: &'a str, traces: Vec<Trace<'a>>) -> Self {
-        Self { label, unit, traces, value_range: None, fit_bands: false, levels: Vec::new() }
+        Self { label, unit, traces, value_range: None, fit_bands: false, levels: Vec::new(), height: 1.0 }
+    }
+
+    /// Height over that of the other plots of its stack.
+    #[must_use]
+    pub fn high(self, height: f32) -> Self {
+        Self { height, ..self }
     }
 }
 
@@ -143,8 +151,12 @@ pub struct StackResponse {
     pub hovered_plot: Option<usize>,
     /// Where the data area of every plot is on screen, from the left end of the range to its right end.
     pub frames: Vec<Rect>,
+    /// Values at the foot and at the head of every data area, in the unit of its plot.
+    pub values: Vec<(f64, f64)>,
     /// A figure asked for in the menu of a plot.
     pub figure: Option<FigureRequest>,
+    /// Whether the values of the plot at hand are chosen by hand.
+    pub(super) zoomed: bool,
 }
 
 /// Value range that shows `extents` with some room, never empty.
@@ -176,10 +188,11 @@ pub fn readable(value: f64) -> String {
     format!("{value:.decimals$}")
 }
 
-/// Shows `plots` under one another over the range of `view` and lets the pointer move it: wheel zooms about the
-/// pointer, Shift and wheel or a drag pans, a right drag zooms to a box of time, a double click shows everything,
-/// Shift and click sets marker A, Ctrl and click marker B, the arrow keys step the markers by a sample. A right click
-/// opens a menu with figures and numbers to take away. With both markers set a table below says what lies between them.
+/// Shows `plots` under one another over the range of `view` and lets the pointer move it: the wheel zooms time about the pointer, with
+/// Shift the values; a drag pans, a right drag zooms to a box, a drag on an axis zooms that axis, a double click shows everything; A and
+/// B, or Shift and Ctrl with a click, set the markers, the arrow keys step them by a sample. A click on a name of the legend hides it, a
+/// double click hides the others. A right click opens a menu with figures and numbers to take away, Ctrl+C takes a picture. With both
+/// markers set a table below says what lies between them.
 pub fn time_stack(
     ui: &mut Ui,
     id: Id,
@@ -193,20 +206,11 @@ pub fn time_stack(
         return out;
     }
     let shared = shared_names(plots);
-    if let Some(plot) = shared {
-        ui.horizontal_wrapped(|ui| {
-            ui.spacing_mut().item_spacing = vec2(10.0, 0.0);
-            ui.spacing_mut().interact_size.y = LEGEND_HEIGHT;
-            ui.add_space(VALUE_AXIS_WIDTH + LABEL_ROOM);
-            plot.traces.iter().for_each(|trace| legend_entry(ui, trace.name, trace.color));
-        });
-    }
+    let mut named = shared.and_then(|plot| shared_legend(ui, id, plot, cache));
     let room = ui.available_size();
     let readout = readout::height(view, plots, room.y);
     let shown = (room.y - TIME_AXIS_HEIGHT - readout).max(LEAST_HEIGHT);
-    // What does not fit scrolls; no plot is shown in part at first.
-    let fitting = ((shown / LEAST_HEIGHT).floor() as usize).clamp(1, plots.len());
-    let each = (shown / fitting as f32).floor();
+    let each = height_of_one(plots, shown);
     let columns = ((room.x - VALUE_AXIS_WIDTH - LABEL_ROOM - RIGHT_ROOM).max(16.0) * ui.pixels_per_point()) as usize;
     let frame = ui.ctx().cumulative_frame_nr();
     for (row, plot) in plots.iter().enumerate() {
@@ -217,24 +221,36 @@ pub fn time_stack(
     let (drawn, range) = (&cache.drawn, view.range());
     let mut hovered_s = None;
     let mut wanted = None;
+    let mut changed: Option<(usize, Values)> = None;
     let margin = egui::Margin { left: LABEL_ROOM as i8, right: RIGHT_ROOM as i8, ..Default::default() };
     let mut show = |ui: &mut Ui| {
         ui.spacing_mut().item_spacing.y = 0.0;
         for (row, plot) in plots.iter().enumerate() {
-            let look = |column: usize| drawn.get(&(id, row, column));
-            let named = shared.is_some() && plot.traces.len() > 1;
-            let names = if named { Legend::Values } else { Legend::of(plot) };
-            let shown = draw_plot(ui, (id.with(row), each, names), plot, &look, range, spans);
+            let hidden: Vec<bool> = plot.traces.iter().map(|trace| cache.is_hidden(id, trace.name)).collect();
+            let look = |column: usize| drawn.get(&(id, row, column)).filter(|_| !hidden[column]);
+            let is_shared = shared.is_some() && plot.traces.len() > 1;
+            let names = if is_shared { Legend::Values } else { Legend::of(plot) };
+            let values = cache.chosen_values(id, row, plot);
+            let height = (each * plot.height).floor();
+            let shown = draw_plot(ui, (id.with(row), height, names), plot, (&look, values), range, spans);
             let frame = *shown.transform.frame();
+            let bounds = shown.transform.bounds();
+            let area = Area { frame, values: (bounds.min()[1], bounds.max()[1]) };
             out.frames.push(frame);
+            out.values.push(area.values);
             if !ui.is_rect_visible(frame) {
                 continue;
             }
-            draw_cursors(ui, (frame, range), view, (plot, names), &look);
-            if let Some(time_s) = interact(ui, &shown.response, frame, view, &mut out) {
-                hovered_s = Some(time_s);
+            out.zoomed = values.is_some();
+            let (here_s, moved) = interact(ui, &shown.response, area, view, &mut out);
+            if here_s.is_some() {
+                hovered_s = here_s;
                 out.hovered_plot = Some(row);
             }
+            let axis = value_axis(ui, id.with((row, "value axis")), VALUE_AXIS_WIDTH, area);
+            changed = moved.or(axis).map(|values| (row, values)).or(changed);
+            let entry = draw_cursors(ui, (frame, range), view, (plot, names), (&look, id.with((row, "legend"))));
+            named = entry.or(named.take());
             if let Some((of, form)) = plot_menu(&shown.response, frame, view, plots.len()) {
                 wanted = Some((row, of, form));
             }
@@ -246,14 +262,7 @@ pub fn time_stack(
         .auto_shrink([false, true])
         .max_height(shown)
         .show(ui, |ui| egui::Frame::new().inner_margin(margin).show(ui, &mut show));
-    let (axis, _) = ui.allocate_exact_size(vec2(ui.available_width(), TIME_AXIS_HEIGHT), egui::Sense::hover());
-    if let Some(first) = out.frames.first() {
-        let axis = Rect::from_x_y_ranges(first.x_range(), axis.y_range());
-        draw_time_axis(ui, axis, range, TICK_SPACING[0]);
-        if let Some(time_s) = view.cursor_s.filter(|time_s| range.contains(*time_s)) {
-            draw_cursor_time(ui, axis, range, time_s);
-        }
-    }
+    foot(ui, id, view, out.frames.first(), range);
     ui.spacing_mut().item_spacing.y = spacing;
     if readout > 0.0 {
         readout::show(ui, id, view, cache, plots);
@@ -267,7 +276,70 @@ pub fn time_stack(
         out.figure = Some(FigureRequest { figure: of.part(figure, row), form });
     }
     cache.drawn.retain(|(owner, ..), drawn| *owner != id || drawn.frame == frame);
+    keep_looks(cache, id, plots, changed, named);
     out
+}
+
+/// Height of a plot of height one in a stack that is given `shown` points. What does not fit scrolls; no plot is shown in part at first.
+fn height_of_one(plots: &[TimePlot<'_>], shown: f32) -> f32 {
+    let parts: f32 = plots.iter().map(|plot| plot.height).sum();
+    let fitting = if parts * LEAST_HEIGHT <= shown { parts } else { (shown / LEAST_HEIGHT).floor().max(1.0) };
+    (shown / fitting).floor()
+}
+
+/// The names all plots have in common in a line above them; the one that was clicked, and whether twice.
+fn shared_legend(ui: &mut Ui, id: Id, plot: &TimePlot<'_>, cache: &PlotCache) -> Option<(String, bool)> {
+    let mut named = None;
+    ui.horizontal_wrapped(|ui| {
+        ui.spacing_mut().item_spacing = vec2(10.0, 0.0);
+        ui.spacing_mut().interact_size.y = LEGEND_HEIGHT;
+        ui.add_space(VALUE_AXIS_WIDTH + LABEL_ROOM);
+        for trace in &plot.traces {
+            let entry = legend_entry(ui, trace.name, (trace.color, cache.is_hidden(id, trace.name)));
+            named = clicked(&entry, trace.name).or(named.take());
+        }
+    });
+    named
+}
+
+/// The time axis below a stack, with the time under the cursor.
+fn foot(ui: &mut Ui, id: Id, view: &mut TimeView, first: Option<&Rect>, range: TimeRange) {
+    let (axis, _) = ui.allocate_exact_size(vec2(ui.available_width(), TIME_AXIS_HEIGHT), egui::Sense::hover());
+    let Some(first) = first else { return };
+    let axis = Rect::from_x_y_ranges(first.x_range(), axis.y_range());
+    draw_time_axis(ui, axis, range, TICK_SPACING[0]);
+    time_axis(ui, id.with("time axis"), axis, view);
+    if let Some(time_s) = view.cursor_s.filter(|time_s| range.contains(*time_s)) {
+        draw_cursor_time(ui, axis, range, time_s);
+    }
+}
+
+/// Keeps what was done to the values of a plot, given by its row, and to a name of the legend.
+fn keep_looks(
+    cache: &mut PlotCache,
+    id: Id,
+    plots: &[TimePlot<'_>],
+    changed: Option<(usize, Values)>,
+    named: Option<(String, bool)>,
+) {
+    match changed {
+        Some((row, Values::Range(low, high))) if high - low > f64::EPSILON * low.abs().max(high.abs()) => {
+            cache.choose_values(id, row, &plots[row], (low, high));
+        }
+        Some((_, Values::Fit)) => cache.fit_values(id),
+        _ => {}
+    }
+    let Some((name, solo)) = named else { return };
+    let beside = plots.iter().find(|plot| plot.traces.len() > 1 && plot.traces.iter().any(|trace| trace.name == name));
+    match beside.filter(|_| solo) {
+        Some(plot) => cache.solo(id, &name, plot.traces.iter().map(|trace| trace.name)),
+        None => cache.toggle(id, &name),
+    }
+}
+
+/// The name of a legend entry that was clicked, and whether twice.
+fn clicked(entry: &egui::Response, name: &str) -> Option<(String, bool)> {
+    (entry.clicked() || entry.double_clicked()).then(|| (name.to_owned(), entry.double_clicked()))
 }
 
 /// Draws one plot of the stack, without cursors.
@@ -275,7 +347,7 @@ fn draw_plot<'a>(
     ui: &mut Ui,
     (id, height, legend): (Id, f32, Legend),
     plot: &'a TimePlot<'a>,
-    look: &dyn Fn(usize) -> Option<&'a Drawn>,
+    (look, values): (&dyn Fn(usize) -> Option<&'a Drawn>, Option<(f64, f64)>),
     range: TimeRange,
     spans: &'a [SpanMark],
 ) -> egui_plot::PlotResponse<()> {
@@ -285,7 +357,7 @@ fn draw_plot<'a>(
     let (low, high) = value_range(plot, drawn.iter().map(|(_, drawn)| *drawn));
     // Names and data do not cover each other where there is height for both.
     let head = if legend == Legend::Names && height >= 2.6 * LEGEND_ROOM { LEGEND_ROOM } else { 0.0 };
-    let high = low + (high - low) * f64::from(height / (height - head));
+    let (low, high) = values.unwrap_or((low, low + (high - low) * f64::from(height / (height - head))));
     let label = plot.axis_label();
     let points_per_s = f64::from(ui.available_width() - VALUE_AXIS_WIDTH) / range.length_s();
     let text = ui.visuals().weak_text_color();
@@ -350,7 +422,8 @@ fn draw_trace<'a>(chart: &mut egui_plot::PlotUi<'a>, trace: &Trace<'_>, drawn: &
         let spacing = points.last().zip(points.first()).map_or(0.0, |(last, first)| (last.x - first.x) * points_per_s);
         let sparse = spacing >= f64::from(DOT_SPACING) * points.len() as f64;
         if trace.style == TraceStyle::Dots || points.len() == 1 || sparse {
-            let radius = if sparse { 1.8 } else { 1.2 };
+            // Dense dots are a band wider than the line of a fit: both are seen.
+            let radius = if sparse { 1.8 } else { 1.9 };
             let dots = Points::new("", PlotPoints::Borrowed(points)).color(color).radius(radius);
             chart.points(dots.allow_hover(false));
         }
@@ -421,14 +494,15 @@ fn draw_cursor_time(ui: &Ui, axis: Rect, range: TimeRange, time_s: f64) {
     ui.painter().galley(ground.min + vec2(4.0, 1.0), galley, ink);
 }
 
-/// Cursor, markers and the legend with values under the cursor (or at marker A, with the difference to B).
+/// Cursor, markers and the legend with values under the cursor (or at marker A, with the difference to B); the name in it that was
+/// clicked, and whether twice.
 fn draw_cursors<'a>(
     ui: &Ui,
     (frame, range): (Rect, TimeRange),
     view: &TimeView,
     (plot, legend): (&TimePlot<'_>, Legend),
-    look: &dyn Fn(usize) -> Option<&'a Drawn>,
-) {
+    (look, id): (&dyn Fn(usize) -> Option<&'a Drawn>, Id),
+) -> Option<(String, bool)> {
     let palette = theme::palette(ui);
     let painter = ui.painter().with_clip_rect(frame);
     let upright = |time_s: f64, stroke: Stroke| {
@@ -449,6 +523,7 @@ fn draw_cursors<'a>(
     let font = egui::FontId::proportional(11.0);
     let mut left = frame.left() + 6.0;
     let top = frame.top() + 4.0;
+    let mut named = None;
     for (column, trace) in plot.traces.iter().enumerate() {
         let value = |time_s: Option<f64>| {
             let gap_s = look(column)?.pyramid.gap_s();
@@ -456,21 +531,32 @@ fn draw_cursors<'a>(
         };
         let [a, b] = view.markers_s.map(value);
         let name = if legend == Legend::Names { trace.name } else { "" };
+        let unit = if plot.unit.is_empty() { String::new() } else { format!(" {}", plot.unit) };
         let text = match (value(view.cursor_s), a.zip(b)) {
-            (Some(value), _) => format!("{name}  {}", readable(value)),
-            (None, Some((a, b))) => format!("{name}  Δ {}", readable(b - a)),
+            (Some(value), _) => format!("{name}  {}{unit}", readable(value)),
+            (None, Some((a, b))) => format!("{name}  Δ {}{unit}", readable(b - a)),
             (None, None) if name.is_empty() => continue,
             (None, None) => name.to_owned(),
         };
-        let galley = painter.layout_no_wrap(text, font.clone(), ui.visuals().text_color());
+        let is_hidden = look(column).is_none();
+        let ink = if is_hidden { ui.visuals().weak_text_color() } else { ui.visuals().text_color() };
+        let color = if is_hidden { trace.color.gamma_multiply(0.3) } else { trace.color };
+        let galley = painter.layout_no_wrap(text, font.clone(), ink);
         let size = galley.size() + vec2(22.0, 4.0);
         let ground = Rect::from_min_size(pos2(left, top), size);
         painter.rect_filled(ground, CornerRadius::same(3), palette.plot_background.gamma_multiply(0.8));
         let y = ground.center().y;
-        painter.hline(left + 4.0..=left + 15.0, y, Stroke::new(2.0, trace.color));
-        painter.galley(pos2(left + 19.0, top + 2.0), galley, ui.visuals().text_color());
+        painter.hline(left + 4.0..=left + 15.0, y, Stroke::new(2.0, color));
+        painter.galley(pos2(left + 19.0, top + 2.0), galley, ink);
         left += size.x + 6.0;
+        if !name.is_empty() {
+            let entry = ui.interact(ground.intersect(frame), id.with(column), egui::Sense::click());
+            entry.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, format!("legend {name}")));
+            let entry = entry.on_hover_cursor(egui::CursorIcon::PointingHand);
+            named = clicked(&entry, name).or(named.take());
+        }
     }
+    named
 }
 
 #[cfg(test)]

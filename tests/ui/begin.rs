@@ -71,6 +71,7 @@ impl Bench<'_> {
         bench.wait_for("Create session");
         bench.choose_entry("channel of q", "channel 17");
         bench.choose_entry("unit of q", "deg/s");
+        bench.wait_for("shape of q");
         bench
     }
 

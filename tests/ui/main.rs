@@ -2,11 +2,14 @@
 
 #![allow(clippy::expect_used)] // helpers of tests fail the test that calls them
 
+mod aircraft;
 mod allocations;
 mod app;
 mod begin;
 mod figures;
+mod gestures;
 mod manoeuvres;
+mod painted;
 mod panels;
 mod plots;
 mod preprocess;
@@ -16,6 +19,7 @@ mod recovery;
 mod soak;
 mod speed;
 mod steps;
+mod studies;
 mod summary;
 mod traps;
 mod widgets;

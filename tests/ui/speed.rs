@@ -4,6 +4,7 @@
 use std::time::{Duration, Instant};
 
 use doublet::app::{Document, Workbench};
+use doublet::layouts::{LayoutKey, Step};
 use doublet_core::reconstruct::Input;
 use doublet_engine::session::{Edit, NoiseChannel};
 use egui_kittest::Harness;
@@ -78,7 +79,9 @@ fn speed_of_the_workbench() {
             Some(path) => Document::open(path.as_ref()).expect("the session opens"),
             None => Document::open_demo().expect("a session is shipped"),
         };
-        Workbench::new(cc, document).expect("a thread starts")
+        let mut app = Workbench::new(cc, document).expect("a thread starts");
+        app.state.show_layout(LayoutKey::Step(Step::Recording));
+        app
     });
     harness.step();
     println!("first frame after {:.0} ms", 1e3 * started.elapsed().as_secs_f64());

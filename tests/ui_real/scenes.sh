@@ -1,38 +1,24 @@
-# The scenes of the pictures, sourced by shots.sh: the shipped flight first, then the sessions whose recordings are there.
-start
+# The scenes of the pictures, sourced by shots.sh: the start page, every step of the shipped flight, then sessions whose recordings are there.
+settle=4 start
+shot start
+stop
+start sessions/demo.toml
+xdotool key ctrl+8; sleep 1
 shot workbench
-command Innovations
-command Model
+names=(recording channels aircraft signals manoeuvres filter model)
+for at in "${!names[@]}"; do
+    xdotool key "ctrl+$((at + 1))"; sleep 1
+    shot "${names[$at]}"
+done
+xdotool key ctrl+8; sleep 1
 command Correlation
-shot model
-command "Fits and residuals"
-command "Noise and filter"
-command Derivatives
-shot noise
-command "Ground track"
-command "Model"
-command "Sensitivity"
-command "Compute sensitivity"
-sleep "${settle:-8}"
-shot sensitivity
-command Flight
-command Propulsion
-shot propulsion
-command Reconstruction
-command Loading
+shot correlation
 command "Light theme"
-shot loading_light
-# A new window, drawn in the lane above the plots, then taken back.
-command Manoeuvres
-xdotool mousemove 597 73 mousedown 1; sleep 0.3
-for x in 602 606 610 612; do xdotool mousemove "$x" 73; sleep 0.2; done
-xdotool mouseup 1; sleep "${settle:-8}"
-shot drawn_light
-xdotool key ctrl+z
-sleep "${settle:-8}"
-shot workbench_light
+xdotool key ctrl+7; sleep 1
+shot model_light
+xdotool key ctrl+9; sleep 1
+shot report_light
 command "Dark theme"
-command "Reset layout"
 stop
 for session in citation_aileron attas phlab_short_period; do
     recording=$(sed -n 's/^path = "\(\.\..*\)"/\1/p' "sessions/reference/$session.toml" | head -1)
@@ -41,8 +27,7 @@ for session in citation_aileron attas phlab_short_period; do
         continue
     fi
     start "sessions/reference/$session.toml"
-    command Reconstruction
-    command Manoeuvres
+    xdotool key ctrl+8; sleep 1
     shot "$session"
     stop
 done

@@ -151,8 +151,17 @@ pub fn plan_by_hand(probes: &[Probe], map: &ManualChannelMap) -> Result<Plan, St
 /// # Errors
 /// One line when they cannot be read.
 pub fn compare(plan: &Plan) -> Result<FlightPhysics, String> {
+    Ok(read_and_compare(plan)?.1)
+}
+
+/// The same with what was read.
+///
+/// # Errors
+/// One line when it cannot be read.
+pub fn read_and_compare(plan: &Plan) -> Result<(Recording, FlightPhysics), String> {
     let recording = load::read(plan).map_err(|error| error.to_string())?;
-    Ok(physics_of(&recording, "the map"))
+    let physics = physics_of(&recording, "the map");
+    Ok((recording, physics))
 }
 
 /// A map made by hand after the cure of a contradiction; `probes` tell where time comes from that the map does not name.

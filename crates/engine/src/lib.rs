@@ -22,6 +22,7 @@ pub mod stage;
 pub mod study;
 pub mod undo;
 pub mod verdict;
+pub mod weigh;
 
 /// Name and version of the program, as everything it writes states them.
 pub const PROGRAM: &str = concat!("doublet ", env!("CARGO_PKG_VERSION"));

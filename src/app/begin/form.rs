@@ -5,8 +5,8 @@ use doublet_engine::begin::missing;
 use doublet_engine::builtin;
 use doublet_engine::verdict::Level;
 use eframe::egui::{
-    self, Align, Button, CollapsingHeader, ComboBox, Grid, Key, Label, Layout, ProgressBar, RichText, ScrollArea,
-    TextEdit, Ui, vec2,
+    self, Align, Button, CollapsingHeader, ComboBox, Grid, Key, Label, Layout, Modifiers, ProgressBar, RichText,
+    ScrollArea, TextEdit, Ui, vec2,
 };
 
 use super::aircraft::AircraftForm;
@@ -104,7 +104,9 @@ fn choose(choosing: &mut Choosing, ui: &mut Ui, height: f32) -> Answer {
     ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
         let lacks = choosing.lacks();
         let button = ui.add_enabled(lacks.is_none(), Button::new("Create session").min_size(vec2(120.0, 26.0)));
-        if button.on_disabled_hover_text(lacks.unwrap_or_default()).clicked() {
+        let pressed = lacks.is_none() && ui.input_mut(|input| input.consume_key(Modifiers::COMMAND, Key::Enter));
+        let button = button.on_hover_text("Ctrl+Enter").on_disabled_hover_text(lacks.unwrap_or_default());
+        if button.clicked() || pressed {
             answer = Answer::Make;
         }
         if ui.add(Button::new("Cancel").min_size(vec2(80.0, 26.0))).clicked() {

@@ -1,15 +1,25 @@
 //! Channels against each other as the chosen map reads them: what contradicts, and its cure as one click.
 
+use std::collections::BTreeMap;
+
 use doublet_core::load::{ManualChannelMap, Plan};
+use doublet_core::quantity::Role;
+use doublet_core::series::{Recording, Statistics, TimeRange};
 use doublet_engine::begin;
 use doublet_engine::run::{Control, Job};
 use doublet_engine::stage::{FlightPhysics, PhysicsRow};
-use eframe::egui::{self, Label, RichText, ScrollArea, Spinner, Ui};
+use doublet_engine::verdict::Level;
+use eframe::egui::{self, Label, RichText, ScrollArea, Sense, Spinner, Ui, vec2};
 
 use super::{Choice, Choosing};
+use crate::theme;
 use crate::widgets::curves;
 use crate::widgets::level_mark::level_mark;
+use crate::widgets::sparkline::Sparkline;
 
+/// Width and points of the shape of a channel.
+const SHAPE: f32 = 84.0;
+const POINTS: usize = 56;
 /// Height of the list.
 const ROOM: f32 = 124.0;
 /// Least width left to the words beside the curves.
@@ -19,15 +29,41 @@ const WORDS: f32 = 220.0;
 #[derive(Default)]
 pub struct Comparison {
     of: Option<(Choice, ManualChannelMap)>,
-    job: Option<Job<FlightPhysics>>,
+    job: Option<Job<(Recording, FlightPhysics)>>,
     found: FlightPhysics,
+    shapes: BTreeMap<Role, Shape>,
+}
+
+/// What the map reads of one role.
+pub(super) struct Shape {
+    /// Over the whole recording.
+    line: Sparkline,
+    /// Smallest, largest and others, SI; none without a finite sample.
+    statistics: Option<Statistics>,
+}
+
+impl Shape {
+    /// Draws it in a cell of a table.
+    pub(super) fn show(&self, ui: &mut Ui, role: Role) {
+        let (rect, response) = ui.allocate_exact_size(vec2(SHAPE, 18.0), Sense::hover());
+        self.line.paint(ui, rect.shrink2(vec2(1.0, 2.0)), theme::palette(ui).series[0]);
+        let name = format!("shape of {}", role.name());
+        response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, &name));
+    }
+
+    /// Smallest and largest value in SI.
+    pub(super) fn range(&self) -> Option<[f64; 2]> {
+        self.statistics.map(|found| [found.min, found.max])
+    }
 }
 
 impl Comparison {
     /// Takes in what was found, and compares again where the map has changed.
     fn follow(&mut self, choice: Choice, hand: &ManualChannelMap, plan: Option<&Plan>, ctx: &egui::Context) {
         if let Some(job) = self.job.take_if(|job| job.is_finished()) {
-            self.found = job.finish().unwrap_or_default();
+            let (recording, found) = job.finish().unwrap_or_default();
+            self.shapes = shapes(&recording);
+            self.found = found;
         }
         let is_same = self.of.as_ref().is_some_and(|(of, map)| *of == choice && map == hand);
         // A value being dragged is compared once it is let go.
@@ -38,11 +74,22 @@ impl Comparison {
         self.stop();
         let Some(plan) = plan.filter(|plan| !plan.has_errors() && !plan.roles.is_empty()).cloned() else {
             self.found = FlightPhysics::default();
+            self.shapes.clear();
             return;
         };
         let wake = ctx.clone();
-        let work = move |_: &Control, _: &dyn Fn(f32)| begin::compare(&plan);
+        let work = move |_: &Control, _: &dyn Fn(f32)| begin::read_and_compare(&plan);
         self.job = Job::start("doublet-compare", move || wake.request_repaint(), work).ok();
+    }
+
+    /// What the map reads of `role`, once it has been read.
+    pub(super) fn shape(&self, role: Role) -> Option<&Shape> {
+        self.shapes.get(&role)
+    }
+
+    /// What the other channels say of that of `role`: the worst level, and the rows with it.
+    pub(super) fn level(&self, role: Role) -> Option<Level> {
+        self.found.rows.iter().filter(|row| row.channel == role.name()).map(|row| row.level).max()
     }
 
     fn stop(&mut self) {
@@ -56,6 +103,15 @@ impl Drop for Comparison {
     fn drop(&mut self) {
         self.stop();
     }
+}
+
+fn shapes(recording: &Recording) -> BTreeMap<Role, Shape> {
+    let whole = TimeRange { start_s: f64::NEG_INFINITY, end_s: f64::INFINITY };
+    let shape = |(role, index): (&Role, &usize)| {
+        let series = &recording.channels.get(*index)?.series;
+        Some((*role, Shape { line: Sparkline::new(series, POINTS), statistics: series.statistics(whole) }))
+    };
+    recording.roles.iter().filter_map(shape).collect()
 }
 
 /// Lists what contradicts; a click applies the cure to the map made by hand.

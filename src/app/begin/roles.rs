@@ -3,9 +3,12 @@
 use doublet_core::load::{ChannelName, ManualChannel, ManualTime, QuaternionAxes, RowValues, guess_row};
 use doublet_core::quantity::{Dimension, Role, Unit};
 use doublet_core::reconstruct::{Input, Measurement};
+use doublet_engine::verdict::Level;
 use eframe::egui::{self, CollapsingHeader, ComboBox, DragValue, Grid, RichText, ScrollArea, Ui};
 
 use super::{Choice, Choosing};
+use crate::notation::Units;
+use crate::widgets::level_mark::level_mark;
 use crate::{notation, theme};
 
 /// Rate offered first for a source without time, Hz.
@@ -57,17 +60,39 @@ pub fn show(choosing: &mut Choosing, ui: &mut Ui, room: f32) {
 fn planned(choosing: &Choosing, index: usize, ui: &mut Ui) {
     let Some(map) = choosing.inspected.fitting.get(index) else { return };
     ui.add(egui::Label::new(RichText::new(&map.description).weak()).wrap());
-    Grid::new("planned").num_columns(4).striped(true).spacing([14.0, 2.0]).show(ui, |ui| {
-        header(ui, &["role", "what it is", "channel", "unit"]);
+    Grid::new("planned").num_columns(8).striped(true).spacing([14.0, 2.0]).show(ui, |ui| {
+        header(ui, &["", "role", "what it is", "channel", "unit", "shape", "least", "greatest"]);
         for (role, assignment) in &map.plan.roles {
+            mark(choosing, *role, ui);
             ui.label(notation::role(*role));
             ui.weak(role.description());
             let channel = assignment.description.rsplit_once(": ").map_or("", |(_, channel)| channel);
             ui.label(channel).on_hover_text(&assignment.description);
             ui.label(assignment.unit.symbol);
+            if let Some(shape) = choosing.comparison.shape(*role) {
+                shape.show(ui, *role);
+                for value in shape.range().into_iter().flatten() {
+                    let (unit, scale) = Units::default().of_role(*role);
+                    let recorded = notation::number(assignment.unit.from_si(value));
+                    let text = RichText::new(recorded).font(theme::figures(ui));
+                    ui.label(text).on_hover_text(format!("{} {unit}", notation::number(scale * value)));
+                }
+            }
             ui.end_row();
         }
     });
+}
+
+/// What the other channels say of that of `role`.
+fn mark(choosing: &Choosing, role: Role, ui: &mut Ui) {
+    let level = choosing.comparison.level(role);
+    let word = match level {
+        Some(Level::Good) => "fits the other channels",
+        Some(Level::Caution) => "doubtful: see below",
+        Some(Level::Bad) => "contradicts the other channels: see below",
+        None => "nothing to compare it with",
+    };
+    level_mark(ui, level).on_hover_text(word);
 }
 
 fn header(ui: &mut Ui, names: &[&str]) {
@@ -153,9 +178,26 @@ fn channels(choosing: &Choosing) -> Vec<ChannelName> {
 
 fn table(choosing: &mut Choosing, names: &[ChannelName], roles: &[Role], ui: &mut Ui) {
     let single = choosing.inspected.probes.iter().map(|probe| probe.sources.len()).sum::<usize>() == 1;
-    Grid::new(("by hand", roles.first())).num_columns(10).striped(true).spacing([10.0, 2.0]).show(ui, |ui| {
-        header(ui, &["role", "what it is", "channel", "unit", "sign", "scale", "added", "first", "least", "greatest"]);
+    Grid::new(("by hand", roles.first())).num_columns(12).striped(true).spacing([10.0, 2.0]).show(ui, |ui| {
+        header(
+            ui,
+            &[
+                "",
+                "role",
+                "what it is",
+                "channel",
+                "unit",
+                "sign",
+                "scale",
+                "added",
+                "first",
+                "least",
+                "greatest",
+                "shape",
+            ],
+        );
         for &role in roles {
+            mark(choosing, role, ui);
             ui.label(notation::role(role));
             ui.add(egui::Label::new(RichText::new(role.description()).weak()));
             row(choosing, names, (role, single), ui);
@@ -213,6 +255,9 @@ fn row(choosing: &mut Choosing, names: &[ChannelName], (role, single): (Role, bo
                 unit.symbol
             ));
         }
+    }
+    if let Some(shape) = choosing.comparison.shape(role) {
+        shape.show(ui, role);
     }
     if choosing.hand.row(role) != Some(&row) {
         choosing.hand.set(role, Some(row));

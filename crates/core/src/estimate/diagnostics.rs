@@ -60,6 +60,18 @@ pub fn leverages(fit: &Fit, x: &DMatrix<f64>) -> Vec<f64> {
     projected.row_iter().zip(x.row_iter()).map(|(a, b)| a.dot(&b)).collect()
 }
 
+/// Part of what all samples tell of each parameter that each of them tells, samples by parameters: `(X C)_ij^2 / C_jj` with
+/// `C = (X'X)^-1`. `(X C)_j / C_jj` is the regressor less what the others explain of it; its square over `s^2` is the information of the
+/// sample on the parameter with the others free. Each column adds up to one.
+pub fn information_shares(fit: &Fit, x: &DMatrix<f64>) -> DMatrix<f64> {
+    let mut shares = x * &fit.unit_covariance;
+    for (j, mut column) in shares.column_iter_mut().enumerate() {
+        let variance = fit.unit_covariance[(j, j)];
+        column.iter_mut().for_each(|value| *value = *value * *value / variance);
+    }
+    shares
+}
+
 /// Predicted residual sum of squares `sum (v_i / (1 - h_ii))^2`: what is left when each sample is predicted by a fit to the
 /// others.
 pub fn press(fit: &Fit, x: &DMatrix<f64>) -> f64 {
@@ -121,6 +133,27 @@ mod tests {
         }
         approx::assert_relative_eq!(press(&fit, &x), expected, max_relative = ROUNDING);
         approx::assert_relative_eq!(leverages(&fit, &x).iter().sum::<f64>(), 3.0, epsilon = ROUNDING);
+    }
+
+    #[test]
+    fn information_shares_add_up_to_one_and_say_what_a_stretch_left_out_costs() {
+        let (names, x, z) = example();
+        let fit = least_squares(&names, &x, &z).unwrap();
+        let shares = information_shares(&fit, &x);
+        for column in shares.column_iter() {
+            approx::assert_relative_eq!(column.sum(), 1.0, epsilon = ROUNDING);
+        }
+        // Without a sample the variance of a parameter grows as a rank-one update says: by its share over what its leverage leaves.
+        let leverage = leverages(&fit, &x);
+        for k in [0, 7, 33] {
+            let mut shorter = z.clone();
+            shorter.remove(k);
+            let other = least_squares(&names, &x.clone().remove_row(k), &shorter).unwrap();
+            for j in 0..3 {
+                let growth = other.unit_covariance[(j, j)] / fit.unit_covariance[(j, j)] - 1.0;
+                approx::assert_relative_eq!(growth, shares[(k, j)] / (1.0 - leverage[k]), max_relative = 1e-9);
+            }
+        }
     }
 
     #[test]

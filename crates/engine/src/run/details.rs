@@ -11,8 +11,8 @@ use super::snapshot::{Snapshot, WindowResults};
 use crate::graph::{Context, Footprint, Keyed, Stage, StageError, StageResult};
 use crate::session::{Manoeuvre, PathSource, Session, Settings};
 use crate::stage::{
-    self, AircraftData, BiasTable, CoefficientStudy, Contributions, KindSummary, LoadedAircraft, LoadedFlight,
-    ResidualStudy, Samples, WindowAero, WindowFits, WindowPath,
+    self, AircraftData, BiasTable, CoefficientStudy, Contributions, Information, KindSummary, LoadedAircraft,
+    LoadedFlight, RegressorCorrelation, ResidualStudy, Samples, WindowAero, WindowFits, WindowPath,
 };
 
 /// Iterations and tolerance of the iterated filter where the session does not use it.
@@ -29,6 +29,8 @@ pub struct DetailRequest {
     pub filters: bool,
     /// The model is looked at, with these terms beside its own.
     pub terms: Option<Vec<Term>>,
+    /// The regressors are looked at: of the window where the first is set, over all identification windows else.
+    pub regressors: Option<bool>,
 }
 
 /// What was found.
@@ -42,6 +44,8 @@ pub struct Details {
     pub track: Option<[Series; 2]>,
     /// Biases and wind of all windows.
     pub biases: BiasTable,
+    /// Correlation of the regressors, where they were looked at.
+    pub regressors: Vec<RegressorCorrelation>,
     /// Derivatives over all identification windows, then over those of each kind of input.
     pub kinds: Vec<KindSummary>,
 }
@@ -55,6 +59,8 @@ pub struct WindowDetails {
     pub residuals: Vec<ResidualStudy>,
     /// Parts of its fitted coefficients.
     pub contributions: Vec<Contributions>,
+    /// Which seconds tell which derivative.
+    pub information: Vec<Information>,
     /// Its path by the plain and by the iterated filter, both smoothed, or why it has none; `None` where it was not wanted.
     pub filters: Option<StageResult<[Arc<WindowPath>; 2]>>,
 }
@@ -132,10 +138,15 @@ impl Stage for Details {
         let model = request.terms.as_ref();
         let model = model.map(|terms| stage::model_study(&aero, settings.structure, terms, settings.estimation));
         context.checkpoint()?;
+        let of_window = |alone: bool| request.window.as_deref().filter(|_| alone);
+        let regressors = request.regressors.map(|alone| {
+            stage::regressor_correlations(&aero, of_window(alone), settings.structure, settings.estimation)
+        });
         let paths = known().filter_map(|w| Some((w.manoeuvre.name.as_str(), &**w.path?)));
         Ok(Self {
             window,
             model: model.unwrap_or_default(),
+            regressors: regressors.unwrap_or_default(),
             track: inputs.track.and_then(|flight| stage::track_from_velocity(&flight.recording)),
             biases: stage::bias_table(paths),
             kinds: stage::kind_summaries(known().filter_map(|w| Some((w.manoeuvre, &**w.fits?)))),
@@ -151,11 +162,13 @@ fn window_details(
 ) -> StageResult<WindowDetails> {
     let (request, Settings { structure, estimation, .. }, _) = params;
     let parts = aero.zip(*fits).map(|(aero, fits)| stage::contributions(manoeuvre, aero, fits, structure, estimation));
+    let told = aero.zip(*fits).map(|(aero, fits)| stage::information(manoeuvre, aero, fits, structure, estimation));
     let filters = request.filters.then(|| by_every_filter(manoeuvre, params, inputs, context));
     Ok(WindowDetails {
         name: manoeuvre.name.clone(),
         residuals: fits.map(|fits| stage::residual_studies(fits)).unwrap_or_default(),
         contributions: parts.unwrap_or_default(),
+        information: told.unwrap_or_default(),
         filters: match filters {
             Some(Err(StageError::Cancelled)) => return Err(StageError::Cancelled),
             found => found,

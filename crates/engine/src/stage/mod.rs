@@ -14,6 +14,7 @@ mod fit;
 mod flight_engines;
 mod gravity;
 mod held_samples;
+mod information;
 mod instruments;
 mod mass;
 mod noise;
@@ -49,6 +50,7 @@ pub use fit::{
 };
 pub use flight_engines::{EngineOverFlight, FlightEngines, PowerAgreement, flight_engines};
 pub use gravity::{Gravity, gravity, with_gravity};
+pub use information::{Information, RegressorCorrelation, information, regressor_correlations};
 pub use instruments::tank_channel;
 pub use mass::{FlownMass, FlownState, FuelRecord, FuelSource};
 pub use noise::{FlightNoise, NoiseFlight, NoiseRow, SessionNoise, noise, open_entries};

@@ -69,6 +69,19 @@ pub struct ConditionRegression {
     pub result: StageResult<ConditionFit>,
 }
 
+impl ConditionRegression {
+    /// Ends of the line over the variable at `index`, between the smallest and the largest condition flown, the other variables at their
+    /// means; none where there is no regression.
+    pub fn line(&self, index: usize) -> Option<[[f64; 2]; 2]> {
+        let found = self.result.as_ref().ok()?;
+        let (mean, slope) = (found.mean.get(index)?, found.fit.estimates.get(index + 1)?);
+        let value = found.fit.estimates.first()?;
+        let flown = self.points.iter().filter_map(|(_, point)| point.condition.get(index).copied());
+        let ends = flown.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], at| [low.min(at), high.max(at)]);
+        Some(ends.map(|at| [at, value + slope * (at - mean)]))
+    }
+}
+
 /// Manoeuvre against manoeuvre.
 #[derive(Clone, Debug, Default)]
 pub struct ManoeuvreStudy {

@@ -1,0 +1,86 @@
+//! Rows of a quantity over time as strips of colour: the stronger, the more.
+
+use eframe::egui::{
+    Align2, FontId, Mesh, Rect, Response, Role, Sense, Shape, Stroke, StrokeKind, Ui, WidgetInfo, pos2, vec2,
+};
+
+use super::time_plot::{VALUE_AXIS_WIDTH, x_at};
+use super::time_view::TimeRange;
+use crate::notation;
+use crate::theme;
+
+/// Height of a strip and room between two.
+const STRIP: f32 = 17.0;
+const GAP: f32 = 2.0;
+/// Room at the left beside the labels, as in a stack of plots, and at the right.
+const ROOM: f32 = 8.0;
+const RIGHT: f32 = 18.0;
+
+/// Strips over one time axis.
+#[derive(Clone, Copy, Debug)]
+pub struct HeatStrips<'a> {
+    /// What it is, for tests and screen readers.
+    pub name: &'a str,
+    /// Edges of the stretches, s.
+    pub edges_s: &'a [f64],
+    /// Name of each strip, and one value per stretch, none below zero.
+    pub rows: &'a [(String, Vec<f64>)],
+    /// The stretch of time shown.
+    pub range: TimeRange,
+}
+
+/// The part of `outer` that the strips have, beside their names.
+pub fn frame(outer: Rect) -> Rect {
+    Rect::from_x_y_ranges(outer.left() + VALUE_AXIS_WIDTH + ROOM..=outer.right() - RIGHT, outer.y_range())
+}
+
+impl HeatStrips<'_> {
+    /// Draws the strips; row and stretch under the pointer.
+    pub fn show(&self, ui: &mut Ui) -> (Response, Option<(usize, usize)>) {
+        let height = self.rows.len() as f32 * (STRIP + GAP);
+        let (outer, response) = ui.allocate_exact_size(vec2(ui.available_width(), height), Sense::hover());
+        response.widget_info(|| WidgetInfo::labeled(Role::Image, true, self.name));
+        let frame = frame(outer);
+        let palette = theme::palette(ui);
+        let (font, ink) = (FontId::proportional(11.0), ui.visuals().text_color());
+        let mut under = None;
+        for (row, (name, values)) in self.rows.iter().enumerate() {
+            let top = outer.top() + row as f32 * (STRIP + GAP);
+            let strip = Rect::from_x_y_ranges(frame.x_range(), top..=top + STRIP);
+            ui.painter().rect_filled(strip, 0.0, palette.plot_background);
+            let most = values.iter().copied().fold(0.0, f64::max).max(f64::MIN_POSITIVE);
+            let mut mesh = Mesh::default();
+            for (at, (value, edges)) in values.iter().zip(self.edges_s.windows(2)).enumerate() {
+                let (left, right) = (x_at(frame, self.range, edges[0]), x_at(frame, self.range, edges[1]));
+                let cell = Rect::from_x_y_ranges(left..=right, strip.y_range()).intersect(strip);
+                if !cell.is_positive() {
+                    continue;
+                }
+                let part = (value / most).sqrt() as f32;
+                mesh.add_colored_rect(cell, palette.plot_background.lerp_to_gamma(palette.series[1], part));
+                if response.hover_pos().is_some_and(|pointer| cell.contains(pointer)) {
+                    under = Some((row, at));
+                }
+            }
+            ui.painter().add(Shape::mesh(mesh));
+            ui.painter().rect_stroke(strip, 0.0, Stroke::new(1.0, palette.grid), StrokeKind::Inside);
+            ui.painter().text(
+                pos2(frame.left() - 6.0, strip.center().y),
+                Align2::RIGHT_CENTER,
+                name,
+                font.clone(),
+                ink,
+            );
+        }
+        let response = match under {
+            Some((row, at)) => {
+                let (name, values) = &self.rows[row];
+                let (from, to) = (notation::fixed(self.edges_s[at], 2), notation::fixed(self.edges_s[at + 1], 2));
+                let share = notation::fixed(100.0 * values[at], 1);
+                response.on_hover_text_at_pointer(format!("{from} to {to} s: {share} % of what tells {name}"))
+            }
+            None => response,
+        };
+        (response, under)
+    }
+}

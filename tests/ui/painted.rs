@@ -1,0 +1,102 @@
+//! Every layout at every usual size, dark and light: no text is cut at a side, none lies over another.
+
+use doublet::command::{UiCommand, ViewCommand};
+use doublet::layouts::Step;
+use egui::epaint::{ClippedShape, Shape, TextShape};
+use egui::{Rect, ThemePreference, vec2};
+
+use crate::picture;
+use crate::workbench::Bench;
+
+/// Sizes of windows.
+const SIZES: [[f32; 2]; 4] = [[1280.0, 720.0], [1366.0, 768.0], [1920.0, 1080.0], [2560.0, 1440.0]];
+/// Asks for every size in both themes; the narrowest in dark and a wide one in light without it.
+const ALL_SIZES: &str = "DOUBLET_UI_ALL_SIZES";
+/// What may be lost at a side, and what two texts may share, points.
+const SLACK: f32 = 2.0;
+/// Rows of tables and lists end where they scroll: only sides are looked at there.
+const LEAST_PART: f32 = 0.6;
+
+/// A text on screen: where it would be, what is seen of it.
+struct Text {
+    words: String,
+    whole: Rect,
+    seen: Rect,
+}
+
+fn texts(shapes: &[ClippedShape]) -> Vec<Text> {
+    let mut found = Vec::new();
+    for shape in shapes {
+        walk(&shape.shape, shape.clip_rect, &mut found);
+    }
+    found
+}
+
+fn walk(shape: &Shape, clip: Rect, found: &mut Vec<Text>) {
+    match shape {
+        Shape::Vec(shapes) => shapes.iter().for_each(|shape| walk(shape, clip, found)),
+        Shape::Text(text) => found.extend(of(text, clip)),
+        _ => {}
+    }
+}
+
+/// A text that stands level and is seen for the most part of its height; what ends in an ellipsis says itself that it is cut.
+fn of(text: &TextShape, clip: Rect) -> Option<Text> {
+    let words = text.galley.text().trim().to_owned();
+    let visible = text.fallback_color.a() > 0 && text.opacity_factor > 0.0;
+    if words.is_empty() || text.angle != 0.0 || !visible {
+        return None;
+    }
+    let whole = text.galley.mesh_bounds.translate(text.pos.to_vec2());
+    let seen = whole.intersect(clip);
+    (seen.is_positive() && seen.height() >= LEAST_PART * whole.height()).then_some(Text { words, whole, seen })
+}
+
+/// Texts that lose more than an edge at a side, and pairs that lie over each other.
+fn faults(bench: &Bench<'_>) -> Vec<String> {
+    let texts = texts(&bench.harness.output().shapes);
+    let mut faults = Vec::new();
+    for text in &texts {
+        let lost = text.whole.width() - text.seen.width();
+        if lost > SLACK && text.seen.width() > SLACK {
+            faults.push(format!("'{}' loses {lost:.0} points at {:?}", text.words, text.seen));
+        }
+    }
+    for (at, one) in texts.iter().enumerate() {
+        for other in &texts[at + 1..] {
+            let shared = one.seen.intersect(other.seen);
+            if shared.width() > SLACK && shared.height() > SLACK + 1.0 && one.words != other.words {
+                faults.push(format!("'{}' lies over '{}' at {shared:?}", other.words, one.words));
+            }
+        }
+    }
+    faults
+}
+
+#[test]
+fn no_text_is_cut_or_covered_in_any_layout_at_any_size_in_either_theme() {
+    let mut bench = Bench::shipped_in(1366.0, 768.0);
+    let all_sizes = std::env::var_os(ALL_SIZES).is_some();
+    let shown: Vec<(ThemePreference, [f32; 2])> = if all_sizes {
+        [ThemePreference::Dark, ThemePreference::Light]
+            .into_iter()
+            .flat_map(|theme| SIZES.map(|size| (theme, size)))
+            .collect()
+    } else {
+        vec![(ThemePreference::Dark, SIZES[0]), (ThemePreference::Light, SIZES[2])]
+    };
+    let mut all = Vec::new();
+    for step in Step::ALL {
+        bench.request(UiCommand::View(ViewCommand::Step(step)));
+        for &(theme, [width, height]) in &shown {
+            bench.harness.set_size(vec2(width, height));
+            bench.harness.state_mut().request(UiCommand::View(ViewCommand::Appearance(theme)));
+            bench.harness.hover_at(egui::pos2(0.5 * width, height - 3.0));
+            bench.harness.run_steps(4);
+            let name = format!("{}_{width}_{theme:?}", step.title());
+            all.extend(faults(&bench).into_iter().map(|fault| format!("{name}: {fault}")));
+            picture(&mut bench.harness, &name);
+        }
+    }
+    assert!(all.is_empty(), "{} faults:\n{}", all.len(), all.join("\n"));
+}
