@@ -8,6 +8,7 @@ use std::path::PathBuf;
 use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use doublet_core::replay::MotionAxis;
+use doublet_dynamics::design::DesignKind;
 use doublet_engine::report::document::SectionKind;
 use doublet_engine::report::{HistoryFormat, TableFormat};
 use doublet_engine::session::Surface;
@@ -91,6 +92,12 @@ pub enum Command {
     Modes(ModesArguments),
     /// Print the levels of the flying qualities about a trim, with reasons and probabilities.
     Qualities(QualitiesArguments),
+    /// Design the inputs of the next flight within limits: signals, excursions and the standard errors they will give.
+    Design(crate::design::DesignArguments),
+    /// Lay out a campaign: envelope, test points in their order with fuel and centre of gravity, a card each, matched with what was flown.
+    Campaign(crate::campaign::CampaignArguments),
+    /// Say whether what was flown is enough: errors after every window against goals, and the next best manoeuvre.
+    Enough(crate::design::EnoughArguments),
     /// Print a function of the derivatives with its interval.
     Propagate(PropagateArguments),
     /// Write the identified model for JSBSim or as DAVE-ML, with the points it is checked at.
@@ -355,7 +362,7 @@ pub struct BatchArguments {
 pub struct CoverageArguments {
     /// Session whose settings identify the flights; without it those of the session that comes with the program.
     pub session: Option<PathBuf>,
-    /// Scenario to fly.
+    /// Scenario to fly: one that comes with the program, or a file (.toml) as `doublet design --out` writes it.
     #[arg(long, default_value = crate::coverage::SCENARIO)]
     pub scenario: String,
     /// Standard deviation of the gusts, m/s, in the place of the scenario's.
@@ -373,6 +380,16 @@ pub struct CoverageArguments {
     /// Print instead how often the intervals of the natural modes hold those of the truth at the same trim.
     #[arg(long, conflicts_with = "verdict")]
     pub modes: bool,
+    /// Identify one flight of the scenario, design an input of this kind from it, fly that many times and print predicted errors and
+    /// excursions beside the scatter.
+    #[arg(long, value_name = "KIND", conflicts_with_all = ["verdict", "modes"], value_parser = crate::design::kind)]
+    pub design: Option<DesignKind>,
+    /// Surfaces of that design.
+    #[arg(long, value_name = "SURFACE,...", value_delimiter = ',', requires = "design", default_value = "aileron,elevator,rudder", value_parser = PossibleValuesParser::new(doublet_dynamics::design::SURFACE_NAMES))]
+    pub surfaces: Vec<String>,
+    /// Time of its windows together, s.
+    #[arg(long, value_name = "S", requires = "design", default_value_t = 120.0)]
+    pub time: f64,
 }
 
 /// Arguments of `fidelity`.
@@ -389,7 +406,7 @@ pub struct FidelityArguments {
 /// Arguments of `simulate`.
 #[derive(Debug, Args)]
 pub struct SimulateArguments {
-    /// Scenario to fly.
+    /// Scenario to fly: one that comes with the program, or a file (.toml) as `doublet design --out` writes it.
     pub scenario: Option<String>,
     /// Folder for the recordings: it appears complete or not at all.
     #[arg(long)]

@@ -2,9 +2,11 @@
 
 use std::path::Path;
 
-use doublet_core::simulate::{Scenario, scenario};
+use doublet_core::simulate::Scenario;
+use doublet_dynamics::design::{Criterion, Request};
 use doublet_engine::builtin;
 use doublet_engine::graph::{Context, StageError};
+use doublet_engine::planning::{DesignCoverage, design_coverage};
 use doublet_engine::run::Control;
 use doublet_engine::session::{self, Session};
 use doublet_engine::study::{self, Coverage};
@@ -29,6 +31,25 @@ pub fn coverage(arguments: &CoverageArguments) -> Result<(), String> {
     }
     if arguments.modes {
         print_modes(arguments, &studied(arguments, study::mode_coverage)?);
+        return Ok(());
+    }
+    if let Some(kind) = arguments.design {
+        let request = Request {
+            surfaces: crate::design::places(&arguments.surfaces),
+            time_s: arguments.time,
+            kind,
+            criterion: Criterion::A,
+            rounds: 0,
+            search_samples: 0,
+            samples: 40,
+            usage: 0.9,
+            seed: 1,
+            with_flown: false,
+        };
+        let fly = |session: &Session, scenario: &Scenario, count: (usize, u64), context: &Context<'_>| {
+            design_coverage(session, scenario, &request, count, context)
+        };
+        print_design(arguments, &studied(arguments, fly)?);
         return Ok(());
     }
     let found = computed(arguments)?;
@@ -62,6 +83,42 @@ pub fn coverage(arguments: &CoverageArguments) -> Result<(), String> {
     ];
     text::table(&header, &found.derivatives.iter().map(row).collect::<Vec<_>>());
     Ok(())
+}
+
+/// What a design promised beside what its flights gave.
+fn print_design(arguments: &CoverageArguments, found: &DesignCoverage) {
+    text::line(&format!(
+        "{} flights of {} on {}, {} s, designed from seed {} of scenario '{}': predicted errors over the scatter of the estimates",
+        found.realisations,
+        found.kind,
+        arguments.surfaces.join(", "),
+        text::number(arguments.time, 4),
+        arguments.seed,
+        arguments.scenario
+    ));
+    let cells = found.derivatives.iter().map(|row| {
+        vec![
+            row.name.clone(),
+            text::number(row.predicted, 3),
+            text::number(row.scatter, 3),
+            text::number(row.corrected, 3),
+            format!("{:.3}", row.predicted / row.scatter),
+            format!("{:.3}", row.predicted / row.corrected),
+        ]
+    });
+    let header = ["derivative", "predicted", "scatter", "corrected", "over scatter", "over corrected"];
+    text::table(&header, &cells.collect::<Vec<_>>());
+    let cells = found.excursions.iter().map(|row| {
+        let pair = |(low, high): (f64, f64)| format!("{} to {}", text::number(low, 3), text::number(high, 3));
+        vec![row.name.to_owned(), pair(row.predicted), pair(row.flown), format!("{:.1}", 100.0 * row.inside)]
+    });
+    let header = ["excursion", "predicted", "flown", "% of flights inside"];
+    text::table(&header, &cells.collect::<Vec<_>>());
+    text::line(&format!("all excursions hold in {:.1} % of the flights", 100.0 * found.inside));
+    text::line(&format!("largest error over magnitude {} %", text::number(100.0 * found.worst_relative_error, 3)));
+    for (first, second, correlation) in &found.correlations {
+        text::line(&format!("{first} and {second} are correlated at {correlation:+.2}"));
+    }
 }
 
 /// How often the intervals of the modes hold the truth.
@@ -115,10 +172,11 @@ pub fn computed(arguments: &CoverageArguments) -> Result<Coverage, String> {
     studied(arguments, study::coverage)
 }
 
-/// A study of many flights of a scenario.
-type FlightStudy<T> = fn(&Session, &Scenario, (usize, u64), &Context<'_>) -> Result<T, StageError>;
-
-fn studied<T>(arguments: &CoverageArguments, study: FlightStudy<T>) -> Result<T, String> {
+/// Flies a scenario many times over and looks at the flights.
+fn studied<T>(
+    arguments: &CoverageArguments,
+    study: impl Fn(&Session, &Scenario, (usize, u64), &Context<'_>) -> Result<T, StageError>,
+) -> Result<T, String> {
     let (session, folder) = match &arguments.session {
         Some(path) => {
             let opened = session::open(path).map_err(|error| format!("{}: {error}", path.display()))?;
@@ -129,7 +187,7 @@ fn studied<T>(arguments: &CoverageArguments, study: FlightStudy<T>) -> Result<T,
             (session::parse(text).map_err(|error| error.to_string())?, Path::new(".").to_path_buf())
         }
     };
-    let mut scenario = scenario::build(&arguments.scenario).map_err(|error| error.to_string())?;
+    let mut scenario = crate::simulate::open(&arguments.scenario)?;
     if let Some(gusts) = arguments.gusts {
         scenario.gust_m_s = gusts;
     }

@@ -43,6 +43,9 @@ pub fn fidelity(arguments: &FidelityArguments) -> Result<(), String> {
         seed: 1,
         verdict: false,
         modes: false,
+        design: None,
+        surfaces: Vec::new(),
+        time: 0.0,
     };
     covered(&mut tables, &coverage::computed(&study)?).map_err(|error| error.to_string())?;
     let treated = run("demo_thesis", Session::clone)?;

@@ -3,9 +3,11 @@
 mod aircraft;
 mod arguments;
 mod batch;
+mod campaign;
 mod check;
 mod coverage;
 mod datcom;
+mod design;
 mod diff;
 mod dynamics;
 mod engine;
@@ -113,6 +115,9 @@ fn outcome(command: Command) -> Result<Outcome, String> {
         Command::Linear(arguments) => dynamics::linear(&arguments),
         Command::Modes(arguments) => dynamics::modes(&arguments),
         Command::Qualities(arguments) => dynamics::qualities(&arguments),
+        Command::Campaign(arguments) => campaign::campaign(&arguments),
+        Command::Design(arguments) => design::design(&arguments),
+        Command::Enough(arguments) => design::enough(&arguments),
         Command::Propagate(arguments) => propagate::propagate(&arguments),
         Command::Export(arguments) => export::export(&arguments),
         Command::Diff(arguments) => diff::diff(&arguments),

@@ -27,7 +27,7 @@ pub fn simulate(arguments: &SimulateArguments) -> Result<(), String> {
     if folder.exists() {
         return Err(format!("{} exists: choose another folder for --out", folder.display()));
     }
-    let mut scenario = scenario::build(name).map_err(|error| error.to_string())?;
+    let mut scenario = open(name)?;
     adjust(&mut scenario, arguments)?;
     let progress = Progress::new();
     let flown = simulate::run(&scenario, arguments.seed, &mut |part| {
@@ -44,6 +44,15 @@ pub fn simulate(arguments: &SimulateArguments) -> Result<(), String> {
     }
     text::line(&format!("flight in {}", folder.display()));
     Ok(())
+}
+
+/// A scenario that comes with the program, or that of a file (.toml).
+pub fn open(name: &str) -> Result<Scenario, String> {
+    if Path::new(name).extension().is_some_and(|ending| ending == "toml") {
+        let text = doublet_core::load::read_text(Path::new(name)).map_err(|error| format!("{name}: {error}"))?;
+        return scenario::parse(&text).map_err(|error| format!("{name}: {error}"));
+    }
+    scenario::build(name).map_err(|error| error.to_string())
 }
 
 /// Metres per second of a knot, metres of a foot: exact.

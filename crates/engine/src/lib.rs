@@ -14,6 +14,7 @@ pub mod export;
 pub mod graph;
 pub mod keep;
 pub mod notation;
+pub mod planning;
 pub mod qtg;
 pub mod report;
 pub mod run;

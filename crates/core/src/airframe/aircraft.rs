@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::envelope::Envelope;
+use super::flight_envelope::FlightEnvelope;
 use super::geometry::{MeanChord, WingPanel};
 use super::inertia::{InertiaModel, OwnInertia};
 use super::loading::Loading;
@@ -33,6 +34,8 @@ pub struct Aircraft {
     pub limits: MassLimits,
     /// Stall without flaps and power, where it is known.
     pub stall: Option<Stall>,
+    /// Limits of flight.
+    pub flight_envelope: FlightEnvelope,
     /// Fuel tanks.
     pub tanks: Vec<Tank>,
     /// What a tank's mass means.

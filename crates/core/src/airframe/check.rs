@@ -213,6 +213,11 @@ impl Aircraft {
             }
         }
         self.check_limits(findings);
+        for (field, value, range, words) in self.flight_envelope.numbers() {
+            if let Some(value) = value {
+                findings.require(range.contains(&value), field, value, words);
+            }
+        }
         if let Some(stall) = self.stall {
             findings.mass("stall.mass_kg", stall.mass_kg);
             let (speed, ok) = (stall.calibrated_airspeed_m_s, 1.0..=150.0);

@@ -311,7 +311,7 @@ impl Transforms {
     }
 
     /// Autocorrelations of two fits over several windows, a pair of records each.
-    fn autocorrelations<'a>(
+    pub(super) fn autocorrelations<'a>(
         &mut self,
         records: impl Iterator<Item = (&'a [f64], &'a [f64])>,
         max_lag: usize,
@@ -404,7 +404,12 @@ impl Transforms {
     }
 
     /// The noise's spectrum `S(f) / L` at the frequencies of `length`, twice for those that stand for two.
-    fn noise(&mut self, length: usize, correlation: &[f64], leverage: &[f64]) -> Result<Vec<f64>, EstimateError> {
+    pub(super) fn noise(
+        &mut self,
+        length: usize,
+        correlation: &[f64],
+        leverage: &[f64],
+    ) -> Result<Vec<f64>, EstimateError> {
         let half = length / 2;
         // Real and even records have real spectra: those of two stand side by side.
         self.load(length, correlation.iter().copied(), leverage.iter().copied());
@@ -449,7 +454,11 @@ fn power_of(powers: &mut Powers, length: usize) -> &mut Vec<Complex<f64>> {
 }
 
 /// Adds `sum_f noise(f) Re(conj(X(f)) X(f)')` of one window to `middle`.
-fn add_products(&Spectra { columns, ref parts, .. }: &Spectra<'_>, noise: &[f64], middle: &mut DMatrix<f64>) {
+pub(super) fn add_products(
+    &Spectra { columns, ref parts, .. }: &Spectra<'_>,
+    noise: &[f64],
+    middle: &mut DMatrix<f64>,
+) {
     let mut weighted = DVector::zeros(parts.nrows());
     for (i, &row) in columns.iter().enumerate() {
         let entries = parts.column(i);

@@ -17,6 +17,7 @@ mod orthogonal;
 mod output_covariance;
 mod output_error;
 mod pooled;
+mod predicted;
 mod prior;
 mod search;
 mod stepwise;
@@ -45,6 +46,7 @@ pub use orthogonal::{OrthogonalRecord, OrthogonalSelection, OrthogonalSettings, 
 pub use output_covariance::joint_coloured_covariance;
 pub use output_error::{OutputErrorFit, OutputErrorSettings, OutputParameter, output_error};
 pub use pooled::{PooledFit, PooledRegression, PooledWindow, Stacked, pooled, stacked};
+pub use predicted::{ExpectedErrors, ResidualNoise};
 pub use prior::{Known, Posterior, combine};
 pub use search::{ScalarSearch, search_scalar};
 pub use stepwise::{Selection, StepAction, StepRecord, StepwiseSettings, stepwise};

@@ -204,10 +204,10 @@ impl PooledFit {
 }
 
 /// Names of all parameters, and for each window the parameter of each term.
-type Layout = (Vec<String>, Vec<Vec<usize>>);
+pub(super) type Layout = (Vec<String>, Vec<Vec<usize>>);
 
 /// The layout of the windows, once every term has its per-window flag.
-fn layout(names: &[String], per_window: &[bool], windows: &[PooledWindow]) -> Result<Layout, EstimateError> {
+pub(super) fn layout(names: &[String], per_window: &[bool], windows: &[PooledWindow]) -> Result<Layout, EstimateError> {
     if per_window.len() != names.len() {
         return Err(EstimateError::Size {
             quantity: "per-window flags",

@@ -29,9 +29,9 @@ use serde::de::IgnoredAny;
 use thiserror::Error;
 
 use crate::airframe::{
-    Aircraft, AircraftError, Axis, ComponentFraction, EngineStation, Envelope, EnvelopeRow, FixedItem, FuelBookkeeping,
-    GyrationRadii, InertiaGroup, InertiaModel, InertiaTensor, Loading, MassLimits, MeanChord, OwnInertia,
-    ReferenceGeometry, SensorStations, Stall, Station, Tank, WheelStations, WingPanel,
+    Aircraft, AircraftError, Axis, ComponentFraction, EngineStation, Envelope, EnvelopeRow, FixedItem, FlightEnvelope,
+    FuelBookkeeping, GyrationRadii, InertiaGroup, InertiaModel, InertiaTensor, Loading, MassLimits, MeanChord,
+    OwnInertia, ReferenceGeometry, SensorStations, Stall, Station, Tank, WheelStations, WingPanel,
 };
 
 /// First line of every aircraft file.
@@ -138,6 +138,8 @@ struct RawAircraft {
     wing_panel: Vec<RawPanel>,
     mass: RawMass,
     stall: Option<RawStall>,
+    #[serde(default)]
+    flight_envelope: FlightEnvelope,
     #[serde(default)]
     fixed_item: Vec<RawItem>,
     #[serde(default)]
@@ -548,6 +550,7 @@ impl RawAircraft {
             },
             fixed_items: self.fixed_item.into_iter().map(RawItem::into_item).collect(),
             limits: MassLimits { max_takeoff_kg: self.mass.max_takeoff_kg, max_landing_kg: self.mass.max_landing_kg },
+            flight_envelope: self.flight_envelope,
             stall: self
                 .stall
                 .map(|RawStall { airspeed_m_s, mass_kg }| Stall { calibrated_airspeed_m_s: airspeed_m_s, mass_kg }),

@@ -13,6 +13,12 @@ pub enum SimulateError {
         /// What is wrong, with its place.
         reason: String,
     },
+    /// A scenario file is not valid.
+    #[error("scenario file: {reason}")]
+    Scenario {
+        /// What is wrong, with its place.
+        reason: String,
+    },
     /// A derivative name is not a body-axes coefficient with a known term.
     #[error(
         "derivative '{name}': {reason}; write a coefficient of CX CY CZ Cl Cm Cn, an underscore and a term, as in Cm_alpha or CX_alpha^2"

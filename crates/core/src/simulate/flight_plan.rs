@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 
 use super::SimulateError;
 use super::inputs::{Hand, InputKind};
-use super::plan::{Manoeuvre, Power, Segment, Task};
+use super::plan::{DesignedInput, Manoeuvre, Power, Segment, Task};
 use super::scenario::{Listed, Scenario, Start, TruthExtent};
 use super::trim::TrimCondition;
 use super::vehicle::{Surface, Vehicle};
@@ -114,7 +114,17 @@ fn manoeuvre(surface: Surface, kind: InputKind, amplitude_deg: f64, onset_s: f64
         (Surface::Rudder, _) => 0.9,
     };
     let amplitude_rad = amplitude_deg.to_radians();
-    Manoeuvre { surface, kind, amplitude_rad, dt_s, onset_s, hand: Hand::PILOT, spoilt: false, test_point }
+    Manoeuvre {
+        surface,
+        kind,
+        amplitude_rad,
+        dt_s,
+        onset_s,
+        hand: Hand::PILOT,
+        spoilt: false,
+        test_point,
+        designed: None,
+    }
 }
 
 use InputKind::{Doublet, ThreeTwoOneOne};
@@ -209,6 +219,33 @@ pub fn test_point_twice(listed: Listed) -> Result<Scenario, SimulateError> {
     }
     from_trim(listed, 10.0 + INTERVAL_S * both.len() as f64, manoeuvres)
 }
+
+/// Designed inputs one after the other from trim at a true airspeed (m/s) and altitude (m), `rest_s` between them.
+pub fn designed(
+    listed: Listed,
+    (airspeed_m_s, altitude_m): (f64, f64),
+    inputs: Vec<DesignedInput>,
+    rest_s: f64,
+) -> Result<Scenario, SimulateError> {
+    let mut onset_s = FIRST_ONSET_S;
+    let mut manoeuvres = Vec::with_capacity(inputs.len());
+    for input in inputs {
+        let surface = input.surfaces().next().unwrap_or(Elevator);
+        let held_s = input.held_s;
+        let about = manoeuvre(surface, InputKind::Designed, 0.0, onset_s, 1);
+        manoeuvres.push(Manoeuvre { hand: Hand::PERFECT, designed: Some(Arc::new(input)), ..about });
+        onset_s += held_s + rest_s.max(Manoeuvre::RUN_IN_S + 2.0 * Manoeuvre::MARGIN_S);
+    }
+    let mut scenario = from_trim(listed, onset_s, manoeuvres)?;
+    let Start::Trimmed(condition) = &mut scenario.start else { return Ok(scenario) };
+    (condition.airspeed_m_s, condition.altitude_m) = (airspeed_m_s, altitude_m);
+    let power = Power::Airspeed { airspeed_m_s, speed_rad_s: condition.engine_speed_rad_s };
+    scenario.segments.iter_mut().for_each(|segment| segment.task = Task::Level { altitude_m, rate_m_s: 2.5, power });
+    Ok(scenario)
+}
+
+/// Onset of the first of designed inputs, s.
+const FIRST_ONSET_S: f64 = 20.0;
 
 /// Every shape on the elevator, flown perfectly.
 pub fn all_inputs(listed: Listed) -> Result<Scenario, SimulateError> {

@@ -1,5 +1,7 @@
 //! Control inputs of flight test: shapes, hand-flown imperfections.
 
+use std::sync::Arc;
+
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
@@ -28,10 +30,12 @@ pub enum InputKind {
     LinearSweep,
     /// Sine whose frequency rises by the same factor every second, over the same range and time.
     LogarithmicSweep,
+    /// Given node by node, see [`super::DesignedInput`].
+    Designed,
 }
 
 impl InputKind {
-    /// Every shape.
+    /// Every shape that its kind alone says.
     pub const ALL: [Self; 10] = [
         Self::Pulse,
         Self::Step,
@@ -58,6 +62,7 @@ impl InputKind {
             Self::Multisine => "multisine",
             Self::LinearSweep => "linear sweep",
             Self::LogarithmicSweep => "logarithmic sweep",
+            Self::Designed => "designed",
         }
     }
 
@@ -81,6 +86,7 @@ impl InputKind {
             Self::Multisine => Form::Multisine,
             Self::LinearSweep => Form::Sweep { is_logarithmic: false },
             Self::LogarithmicSweep => Form::Sweep { is_logarithmic: true },
+            Self::Designed => Form::Pulses(&[]),
         }
     }
 
@@ -142,15 +148,15 @@ impl Hand {
 /// Number of levels a signal can hold.
 const MAX_LEVELS: usize = 8;
 
-/// A control input as a deflection against time: levels joined by half cosines, or a sum of sines.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// A control input as a deflection against time: levels joined by half cosines, a sum of sines, or straight lines.
+#[derive(Clone, Debug, PartialEq)]
 pub struct InputSignal {
     curve: Curve,
     duration_s: f64,
     peak_rad: f64,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 enum Curve {
     /// Start of each level and its deflection, s and rad, the last one zero; time from level to level, s.
     Levels { levels: [(f64, f64); MAX_LEVELS], count: usize, transition_s: f64 },
@@ -160,6 +166,8 @@ enum Curve {
     Harmonics { numbers: [f64; MAX_HARMONICS], phases_rad: [f64; MAX_HARMONICS], count: usize, amplitude_rad: f64 },
     /// Rising frequency over the duration, and its amplitude, rad.
     Sweep { is_logarithmic: bool, amplitude_rad: f64 },
+    /// Straight lines between nodes, s and rad.
+    Nodes(Arc<[(f64, f64)]>),
 }
 
 impl InputSignal {
@@ -193,7 +201,10 @@ impl InputSignal {
     /// gives the same signal. Of a multisine it is the first control's.
     pub fn new(kind: InputKind, dt_s: f64, amplitude_rad: f64, hand: Hand, rng: &mut ChaCha8Rng) -> Self {
         match kind.form() {
-            Form::Multisine => Self::multisines(dt_s, amplitude_rad)[0],
+            Form::Multisine => {
+                let [first, ..] = Self::multisines(dt_s, amplitude_rad);
+                first
+            }
             Form::Pulses(pulses) => Self::from_pulses(pulses, dt_s, amplitude_rad, hand, rng),
             Form::Sweep { is_logarithmic } => {
                 let amplitude_rad = amplitude_rad * (1.0 + hand.amplitude_spread * limited_normal(rng));
@@ -209,6 +220,14 @@ impl InputSignal {
                 Self { curve, duration_s, peak_rad: amplitude_rad.abs() }
             }
         }
+    }
+
+    /// Straight lines between nodes (s after the onset, rad) in order of time; two nodes at one time are a step.
+    pub fn from_nodes(nodes: impl IntoIterator<Item = (f64, f64)>) -> Self {
+        let nodes: Arc<[(f64, f64)]> = nodes.into_iter().collect();
+        let peak_rad = nodes.iter().map(|node| node.1.abs()).fold(0.0, f64::max);
+        let duration_s = nodes.last().map_or(0.0, |node| node.0);
+        Self { curve: Curve::Nodes(nodes), duration_s, peak_rad }
     }
 
     /// Consecutive pulses, each with its own error of the hand.
@@ -247,6 +266,15 @@ impl InputSignal {
             }
             Curve::Sweep { is_logarithmic, amplitude_rad } if (0.0..=self.duration_s).contains(&time_s) => {
                 amplitude_rad * sweep(*is_logarithmic, SWEEP_LENGTH * time_s / self.duration_s)
+            }
+            Curve::Nodes(nodes) => {
+                let next = nodes.partition_point(|node| node.0 <= time_s);
+                let (Some(&(start, from)), Some(&(end, to))) =
+                    (next.checked_sub(1).and_then(|index| nodes.get(index)), nodes.get(next))
+                else {
+                    return 0.0;
+                };
+                from + (to - from) * (time_s - start) / (end - start)
             }
             Curve::Sines { .. } | Curve::Harmonics { .. } | Curve::Sweep { .. } => 0.0,
         }

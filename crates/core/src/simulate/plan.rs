@@ -1,5 +1,7 @@
 //! What is flown: segments of a flight and the manoeuvres in them.
 
+use std::sync::Arc;
+
 use rand_chacha::ChaCha8Rng;
 
 use super::inputs::{Hand, InputKind, InputSignal};
@@ -79,8 +81,29 @@ pub enum Power {
     },
 }
 
+/// An input on any controls at once, given node by node.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct DesignedInput {
+    /// Name of its window.
+    pub name: String,
+    /// Times of the nodes after the onset, s, in order.
+    pub time_s: Vec<f64>,
+    /// Deflections of aileron, elevator and rudder about where the controls are held, rad, straight lines from node to node.
+    pub deflections_rad: Vec<[f64; 3]>,
+    /// Controls held from the onset on, s.
+    pub held_s: f64,
+}
+
+impl DesignedInput {
+    /// Controls it moves.
+    pub fn surfaces(&self) -> impl Iterator<Item = Surface> + '_ {
+        let moves = |surface: &Surface| self.deflections_rad.iter().any(|node| node[*surface as usize] != 0.0);
+        Surface::ALL.into_iter().filter(moves)
+    }
+}
+
 /// A manoeuvre to fly.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Manoeuvre {
     /// Control; a multisine moves all three.
     pub surface: Surface,
@@ -98,10 +121,12 @@ pub struct Manoeuvre {
     pub spoilt: bool,
     /// Test point it belongs to.
     pub test_point: u8,
+    /// The input where it is given node by node: kind [`InputKind::Designed`].
+    pub designed: Option<Arc<DesignedInput>>,
 }
 
 /// A manoeuvre with its input as the hand flies it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Flown {
     /// What was to be flown.
     pub manoeuvre: Manoeuvre,
@@ -141,6 +166,7 @@ impl Manoeuvre {
     /// End of the held controls, s.
     pub fn held_to_s(&self) -> f64 {
         let free_s = match self.kind {
+            InputKind::Designed => self.designed.as_ref().map_or(0.0, |input| input.held_s),
             InputKind::Multisine => Self::MULTISINE_FREE_S,
             kind if kind.is_sweep() => InputSignal::sweep_length_s(self.dt_s) + Self::SWEEP_REST_S,
             _ => Self::FREE_S,
@@ -154,13 +180,19 @@ impl Manoeuvre {
     }
 
     /// The input as the hand flies it.
-    pub fn fly(self, rng: &mut ChaCha8Rng) -> Flown {
+    pub fn fly(&self, rng: &mut ChaCha8Rng) -> Flown {
         let mut signals = [InputSignal::NONE; 3];
-        if self.kind == InputKind::Multisine {
+        if let Some(input) = &self.designed {
+            for surface in Surface::ALL {
+                let nodes = input.time_s.iter().zip(&input.deflections_rad);
+                let nodes = nodes.map(|(time_s, deflections)| (*time_s, deflections[surface as usize]));
+                signals[surface as usize] = InputSignal::from_nodes(nodes);
+            }
+        } else if self.kind == InputKind::Multisine {
             signals = InputSignal::multisines(self.dt_s, self.amplitude_rad);
         } else {
             signals[self.surface as usize] = InputSignal::new(self.kind, self.dt_s, self.amplitude_rad, self.hand, rng);
         }
-        Flown { manoeuvre: self, signals }
+        Flown { manoeuvre: self.clone(), signals }
     }
 }

@@ -1,10 +1,11 @@
 //! Scenarios: what is flown, in which air, with which instruments.
 
 use nalgebra::Vector3;
+use serde::Deserialize;
 
 use super::SimulateError;
 use super::flight_plan;
-use super::plan::{Manoeuvre, Segment};
+use super::plan::{DesignedInput, Manoeuvre, Segment};
 use super::trim::TrimCondition;
 use super::vehicle::Vehicle;
 use crate::airframe::Loading;
@@ -156,4 +157,100 @@ pub fn build(name: &str) -> Result<Scenario, SimulateError> {
         _ => {}
     }
     Ok(scenario)
+}
+
+/// First key of a scenario file, and the version this reads.
+pub const FILE_FORMAT: &str = "doublet scenario";
+/// Version of scenario files.
+pub const FILE_VERSION: u32 = 1;
+
+/// Designed inputs to be flown from trim, as a file states them.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ScenarioFile {
+    format: String,
+    version: u32,
+    aircraft: String,
+    airspeed_m_s: f64,
+    altitude_m: f64,
+    gust_m_s: Option<f64>,
+    rest_s: Option<f64>,
+    manoeuvre: Vec<ManoeuvreTable>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ManoeuvreTable {
+    name: String,
+    duration_s: f64,
+    time_s: Vec<f64>,
+    #[serde(default)]
+    aileron_rad: Vec<f64>,
+    #[serde(default)]
+    elevator_rad: Vec<f64>,
+    #[serde(default)]
+    rudder_rad: Vec<f64>,
+}
+
+/// The scenario of a file (TOML) of designed inputs: `format`, `version`, `aircraft`, `airspeed_m_s`, `altitude_m`, `gust_m_s`, `rest_s` and of
+/// each `[[manoeuvre]]` its `name`, `duration_s`, the times `time_s` of its nodes and the deflections `aileron_rad`, `elevator_rad`, `rudder_rad`
+/// at them, those left out being zero.
+///
+/// # Errors
+/// [`SimulateError::Scenario`]: a file that is none, columns of different lengths, times that fall; an unknown aircraft.
+pub fn parse(text: &str) -> Result<Scenario, SimulateError> {
+    /// Time between two inputs unless the file says otherwise, s.
+    const REST_S: f64 = 15.0;
+    let bad = |reason: String| SimulateError::Scenario { reason };
+    let file: ScenarioFile = toml::from_str(text).map_err(|error| bad(error.to_string().replace('\n', " ")))?;
+    if file.format != FILE_FORMAT || file.version != FILE_VERSION {
+        let (format, version) = (file.format, file.version);
+        return Err(bad(format!(
+            "format \"{format}\" version {version} is not \"{FILE_FORMAT}\" version {FILE_VERSION}"
+        )));
+    }
+    if !aircraft().contains(&file.aircraft.as_str()) {
+        return Err(bad(format!("no aircraft is called '{}': use one of {}", file.aircraft, aircraft().join(", "))));
+    }
+    let inputs = file.manoeuvre.into_iter().map(|table| table.input().map_err(bad)).collect::<Result<Vec<_>, _>>()?;
+    let listed = Listed { name: "designed", description: "designed inputs from trim" };
+    let rest_s = file.rest_s.unwrap_or(REST_S);
+    for (key, value) in [("rest_s", rest_s), ("gust_m_s", file.gust_m_s.unwrap_or(0.0))] {
+        if !(0.0..=1e4).contains(&value) {
+            return Err(bad(format!("{key} = {value} must lie between 0 and 10000")));
+        }
+    }
+    let mut scenario = flight_plan::designed(listed, (file.airspeed_m_s, file.altitude_m), inputs, rest_s)?;
+    scenario.gust_m_s = file.gust_m_s.unwrap_or(scenario.gust_m_s);
+    Ok(scenario)
+}
+
+impl ManoeuvreTable {
+    /// The input, its columns and times checked.
+    fn input(self) -> Result<DesignedInput, String> {
+        let count = self.time_s.len();
+        let columns =
+            [("aileron_rad", self.aileron_rad), ("elevator_rad", self.elevator_rad), ("rudder_rad", self.rudder_rad)];
+        let name = self.name;
+        for (key, column) in &columns {
+            if !column.is_empty() && column.len() != count {
+                return Err(format!("manoeuvre '{name}': {key} has {} values, time_s {count}", column.len()));
+            }
+        }
+        let all = self.time_s.iter().chain(columns.iter().flat_map(|(_, column)| column));
+        if all.chain([&self.duration_s]).any(|value| !value.is_finite()) {
+            return Err(format!("manoeuvre '{name}': a value is not finite"));
+        }
+        let falls = self.time_s.windows(2).any(|pair| pair[1] < pair[0]);
+        if falls || self.time_s.first().is_some_and(|first| *first < 0.0) {
+            return Err(format!("manoeuvre '{name}': time_s must begin at zero or later and never fall"));
+        }
+        let last_s = self.time_s.last().copied().unwrap_or(0.0);
+        if self.duration_s < last_s || self.duration_s > 1e4 {
+            return Err(format!("manoeuvre '{name}': duration_s must lie between {last_s}, the last node, and 10000"));
+        }
+        let at = |column: &Vec<f64>, k: usize| column.get(k).copied().unwrap_or(0.0);
+        let deflections_rad = (0..count).map(|k| columns.each_ref().map(|(_, column)| at(column, k))).collect();
+        Ok(DesignedInput { name, time_s: self.time_s, deflections_rad, held_s: self.duration_s })
+    }
 }

@@ -37,6 +37,12 @@ impl Dryden {
         }
     }
 
+    /// Standard deviation of the gusts along the flight path, m/s, that wander as a random walk of `walk` (m/s per square root of a second)
+    /// does: `walk^2 = 2 s^2 V / L` over times that are short beside `L / V`.
+    pub fn deviation_of_walk(walk: f64, airspeed_m_s: f64) -> f64 {
+        walk * (SCALE_LENGTH_M / (2.0 * airspeed_m_s)).sqrt()
+    }
+
     /// Gust velocity in body axes after another `step_s` at `airspeed_m_s` (below 10 m/s: at 10 m/s), m/s.
     pub fn step(&mut self, airspeed_m_s: f64, step_s: f64, rng: &mut ChaCha8Rng) -> [f64; 3] {
         if self.sigma_m_s == 0.0 {

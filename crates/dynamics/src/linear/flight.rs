@@ -113,7 +113,7 @@ pub struct Condition {
 }
 
 /// Equations of motion of a model at a condition.
-pub(super) struct Equations<'a> {
+pub(crate) struct Equations<'a> {
     pub model: &'a FlightModel,
     pub condition: &'a Condition,
     pub forces: Forces<'a>,
@@ -197,12 +197,23 @@ impl<'a> Equations<'a> {
 
     /// Rates of the states, in their units per second, and the specific force, m/s².
     pub fn rates(&self, state: &StateVector, input: &InputVector) -> (StateVector, Vector3<f64>) {
+        self.rates_in_gust(state, input, &Vector3::zeros())
+    }
+
+    /// The same in air that moves by a gust in body axes, m/s: `u v w` are then the velocity over the ground.
+    pub fn rates_in_gust(
+        &self,
+        state: &StateVector,
+        input: &InputVector,
+        gust_body_m_s: &Vector3<f64>,
+    ) -> (StateVector, Vector3<f64>) {
         let velocity = Vector3::new(state[0], state[1], state[2]);
         let rates = Vector3::new(state[3], state[4], state[5]);
         let euler = [state[6], state[7], state[8]];
         let body_from_ned = body_from_ned(euler);
-        let instant = Instant { velocity_body_m_s: velocity, rates_rad_s: rates, body_from_ned, altitude_m: state[11] };
-        let sample = self.sample(velocity.norm(), state[11], input);
+        let flow = velocity - gust_body_m_s;
+        let instant = Instant { velocity_body_m_s: flow, rates_rad_s: rates, body_from_ned, altitude_m: state[11] };
+        let sample = self.sample(flow.norm(), state[11], input);
         let loads = self.forces.loads(&instant, &sample, [None; 3]);
         let gravity = body_from_ned.column(2) * self.condition.gravity_m_s2;
         let acceleration = loads.specific_force_m_s2 + gravity - rates.cross(&velocity);

@@ -3,7 +3,7 @@
 mod analytic;
 mod dimensional;
 mod error;
-mod flight;
+pub(crate) mod flight;
 mod model;
 mod nondimensional;
 mod simulation;

@@ -68,7 +68,7 @@ pub struct Trim {
 
 impl Trim {
     /// Values of the states.
-    pub(super) fn state(&self) -> StateVector {
+    pub(crate) fn state(&self) -> StateVector {
         let speed = self.condition.airspeed_m_s;
         let ([p, q, r], [phi, theta, psi]) = (self.rates_rad_s, self.euler_rad);
         let (sin, cos) = self.alpha_rad.sin_cos();
@@ -89,7 +89,7 @@ impl Trim {
     }
 
     /// Values of the inputs.
-    pub(super) fn input(&self) -> InputVector {
+    pub(crate) fn input(&self) -> InputVector {
         let [aileron, elevator, rudder] = self.controls_rad;
         InputVector::new(aileron, elevator, rudder, self.thrust_n)
     }

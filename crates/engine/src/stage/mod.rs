@@ -43,11 +43,11 @@ pub use detail::{
 };
 pub use engines::ExtrapolatedThrust;
 pub use expressions::{ExpressedChannel, add_expressions, expression_preview};
-pub(crate) use fit::constant_name;
 pub use fit::{
     AeroWindow, CoefficientFit, DroppedTerm, PooledFits, Regression, WindowFits, describe_origin, errors, pooled_fits,
     pooled_regressions, significance, window_fits,
 };
+pub(crate) use fit::{applies, constant_name};
 pub use flight_engines::{EngineOverFlight, FlightEngines, PowerAgreement, flight_engines};
 pub use gravity::{Gravity, gravity, with_gravity};
 pub use information::{Information, RegressorCorrelation, information, regressor_correlations};

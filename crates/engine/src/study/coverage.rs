@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use doublet_core::airframe::Loading;
+use doublet_core::reconstruct::Reconstruction;
 use doublet_core::series::{Recording, TimeRange};
 use doublet_core::simulate::{self, Flight, Scenario, Surface as Control};
 use doublet_dynamics::propagate::HALF_WIDTH;
@@ -51,7 +52,7 @@ pub struct Coverage {
 }
 
 /// Estimate with its two standard errors.
-type Estimate = (String, f64, f64, f64);
+pub(crate) type Estimate = (String, f64, f64, f64);
 
 /// Flies `scenario` once for each seed from `first_seed` on, with other gusts, another hand on the controls and other noise each time,
 /// identifies its manoeuvres together with the settings of `session`, and counts how often the truth lies within 1.96
@@ -90,6 +91,9 @@ pub fn coverage(
 /// Windows over the manoeuvres of a scenario.
 pub(crate) fn windows(scenario: &Scenario) -> Vec<Manoeuvre> {
     let window = |(number, flown): (usize, &simulate::Manoeuvre)| {
+        if let Some(input) = &flown.designed {
+            return designed_window(number, flown, input, scenario);
+        }
         let name = format!("{:02} {} {}", number + 1, flown.surface.name(), flown.kind.name());
         let held = TimeRange { start_s: flown.held_from_s() - MARGIN_S, end_s: flown.held_to_s() + MARGIN_S };
         Manoeuvre {
@@ -105,8 +109,32 @@ pub(crate) fn windows(scenario: &Scenario) -> Vec<Manoeuvre> {
     scenario.manoeuvres.iter().filter(|manoeuvre| !manoeuvre.spoilt).enumerate().map(window).collect()
 }
 
+/// Window over a designed input: from its onset for as long as it was designed for.
+fn designed_window(
+    number: usize,
+    flown: &simulate::Manoeuvre,
+    input: &simulate::DesignedInput,
+    scenario: &Scenario,
+) -> Manoeuvre {
+    let window = TimeRange { start_s: flown.onset_s, end_s: flown.onset_s + input.held_s };
+    let mut moved = input.surfaces();
+    let surface = match (moved.next(), moved.next()) {
+        (Some(Control::Aileron), None) => Some(Surface::Aileron),
+        (Some(Control::Elevator), None) => Some(Surface::Elevator),
+        (Some(Control::Rudder), None) => Some(Surface::Rudder),
+        _ => None,
+    };
+    let name = format!("{:02} {}", number + 1, input.name);
+    let kind = flown.kind.name().to_owned();
+    Manoeuvre { surface, kind, ..Manoeuvre::new(name, scenario.name.to_owned(), window) }
+}
+
 /// A flight through both steps: its windows with their coefficients, and the pooled fits.
-pub(super) struct Realisation<'a> {
+pub(crate) struct Realisation<'a> {
+    /// The flight.
+    pub flight: Flight,
+    /// Paths of the windows.
+    pub paths: Vec<Reconstruction>,
     /// Windows.
     pub aero: Vec<AeroWindow<'a>>,
     /// Fits of all of them together.
@@ -114,7 +142,7 @@ pub(super) struct Realisation<'a> {
 }
 
 /// Flies a scenario and takes it through both steps.
-pub(super) fn fly<'a>(
+pub(crate) fn fly<'a>(
     session: &Session,
     scenario: &Scenario,
     aircraft: &AircraftData,
@@ -124,7 +152,8 @@ pub(super) fn fly<'a>(
 ) -> StageResult<Realisation<'a>> {
     let fly = simulate::run(scenario, seed, &mut |_| !context.control().is_cancelled());
     context.checkpoint()?;
-    let recording = record_flight(&fly?, session, aircraft, seed);
+    let flight = fly?;
+    let recording = record_flight(&flight, session, aircraft, seed);
     let data = windows
         .iter()
         .map(|window| Ok(stage::samples(&recording, window.window, Some(aircraft), &session.preparation)?.data))
@@ -133,16 +162,19 @@ pub(super) fn fly<'a>(
     let by = (&session.filter, session.preparation.path);
     let paths = stage::reconstructions(&samples, by, context.control())?;
     let mut aero: Vec<AeroWindow<'_>> = Vec::with_capacity(windows.len());
+    let mut kept = Vec::with_capacity(windows.len());
     for ((window, data), path) in windows.iter().zip(&data).zip(paths) {
         context.checkpoint()?;
-        aero.push((window, Arc::new(stage::aero(&recording, (data, &path?), aircraft, &session.preparation)?)));
+        let path = path?;
+        aero.push((window, Arc::new(stage::aero(&recording, (data, &path), aircraft, &session.preparation)?)));
+        kept.push(path);
     }
     let pooled = stage::pooled_fits(&aero, &session.structure, &session.estimation);
-    Ok(Realisation { aero, pooled })
+    Ok(Realisation { flight, paths: kept, aero, pooled })
 }
 
 /// Aircraft of a coverage study: that of the session with the scenario's loading.
-pub(super) fn flown_aircraft(
+pub(crate) fn flown_aircraft(
     session: &Session,
     scenario: &Scenario,
     context: &Context<'_>,
@@ -153,7 +185,7 @@ pub(super) fn flown_aircraft(
 }
 
 /// Estimates of one flight.
-fn estimates(pooled: PooledFits) -> StageResult<Vec<Estimate>> {
+pub(crate) fn estimates(pooled: PooledFits) -> StageResult<Vec<Estimate>> {
     let mut estimates = Vec::new();
     for fit in pooled.fits {
         let found = fit.fit?;

@@ -18,7 +18,7 @@ use std::sync::Arc;
 
 pub use checks::{CheckStudy, CheckedDerivative, WindowChecks};
 pub use coverage::{Coverage, DerivativeCoverage, coverage};
-pub(crate) use coverage::{record_flight, windows};
+pub(crate) use coverage::{Estimate, estimates, flown_aircraft, fly, record_flight, windows};
 pub use dynamics::{DynamicsRequest, DynamicsStudy};
 pub use equivalent::{EquivalentStudy, FitMethod, equivalent_study};
 pub use flight_responses::{FlightResponses, SurfaceResponse};

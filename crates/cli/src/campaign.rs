@@ -1,0 +1,112 @@
+//! `doublet campaign`: envelope, test points in their order and cards, matched with what was flown.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use doublet_core::airframe::Loading;
+use doublet_engine::graph::Context;
+use doublet_engine::planning::{Campaign, FlownPoint, PlannedPoint, campaign_document, flown_points};
+use doublet_engine::run::Control;
+use doublet_engine::stage::load_aircraft;
+use doublet_report::{DocumentSet, ReportFormat};
+use serde_json::json;
+
+use crate::arguments::report_format;
+use crate::progress::Progress;
+use crate::run::{computed, named};
+use crate::text::{self, number};
+
+/// Arguments of `campaign`.
+#[derive(Debug, Args)]
+pub struct CampaignArguments {
+    /// Campaign file, or one that comes with the program, `builtin:c337f`.
+    pub campaign: PathBuf,
+    /// Session whose windows are matched with the cards, and whose loading is flown.
+    #[arg(long)]
+    session: Option<PathBuf>,
+    /// Folder for envelope and cards.
+    #[arg(long)]
+    out: Option<PathBuf>,
+    /// Forms.
+    #[arg(long, value_name = "FORM,FORM", value_delimiter = ',', default_value = "html,pdf", value_parser = report_format())]
+    format: Vec<String>,
+    /// Print one JSON document.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Plans a campaign, matches it with a session and writes its cards.
+///
+/// # Errors
+/// One line: a file that is not understood, a session that cannot be run, a point that cannot be flown, a file that cannot be written.
+pub fn campaign(arguments: &CampaignArguments) -> Result<(), String> {
+    let campaign = Campaign::open(&arguments.campaign)?;
+    let folder = arguments.campaign.parent().map(PathBuf::from).unwrap_or_default();
+    let context = Context::new(&folder);
+    let loaded = load_aircraft(&context, &campaign.aircraft).map_err(|error| error.to_string())?;
+    let aircraft = &loaded.aircraft;
+    let found = arguments.session.as_ref().map(|path| computed(path, &[])).transpose()?;
+    let standard = &aircraft.standard_loading;
+    let loading = match found.as_ref().and_then(|(session, _)| session.loading.as_ref()) {
+        // A loading without fuel states all but the fuel.
+        Some(own) if own.fuel_kg.is_empty() => Loading { fuel_kg: standard.fuel_kg.clone(), ..own.clone() },
+        Some(own) => own.clone(),
+        None => standard.clone(),
+    };
+    let pair = found.as_ref().map(|(session, snapshot)| (session, snapshot));
+    let planned = campaign.plan(aircraft, &loading, pair);
+    let planned = planned.map_err(|error| format!("{}: {error}", arguments.campaign.display()))?;
+    let flown: Vec<FlownPoint> = pair.map_or_else(Vec::new, |(session, snapshot)| flown_points(session, snapshot));
+    let document = json!({ "title": campaign.title, "aircraft": aircraft.name, "points": planned, "flown": flown });
+    let mut written = None;
+    if let Some(folder) = &arguments.out {
+        let contents = serde_json::to_string_pretty(&document).map_err(|error| error.to_string())?;
+        let beside = [("campaign.json".to_owned(), contents.into_bytes())];
+        let formats = named(&ReportFormat::ALL, &arguments.format, |format| format.name());
+        let set = DocumentSet { folder, name: "campaign", formats: &formats, beside: &beside };
+        let progress = Progress::new();
+        let show = |part| progress.show(part, "writing the cards");
+        let laid_out = campaign_document(&campaign, aircraft, &planned, &flown);
+        let put = set.write(&laid_out, "campaign", &Control::default(), &show);
+        progress.finish();
+        written = Some(put?);
+    }
+    if arguments.json {
+        text::document(&document.to_string());
+        return Ok(());
+    }
+    print(&planned);
+    if let Some(put) = written {
+        put.notes().for_each(|note| text::line(&note));
+        text::line(&format!("cards in {}", put.folder.display()));
+    }
+    Ok(())
+}
+
+fn print(planned: &[PlannedPoint]) {
+    let cells = planned.iter().map(|point| {
+        let surface = if point.surface.is_empty() { "all surfaces" } else { &point.surface };
+        let margin = match (&point.nearest_limit, point.nearest_margin) {
+            (Some(limit), Some(margin)) => format!("{} m/s from {limit}", number(margin, 2)),
+            _ => String::new(),
+        };
+        vec![
+            point.id.clone(),
+            format!("{surface} {}", point.kind),
+            number(point.airspeed_m_s, 3),
+            number(point.altitude_m, 4),
+            number(point.start_s / 60.0, 3),
+            number(point.fuel_kg, 3),
+            number(point.mass_kg, 4),
+            number(point.cg_x_m, 4),
+            margin,
+            format!("{} of {}", point.windows.len(), point.repeats),
+            point.status.name().to_owned(),
+        ]
+    });
+    let header =
+        ["card", "input", "V, m/s", "h, m", "after, min", "fuel, kg", "mass, kg", "CG, m", "margin", "runs", "flown"];
+    text::table(&header, &cells.collect::<Vec<_>>());
+    let of = |name: &str| planned.iter().filter(|point| point.status.name() == name).count();
+    text::line(&format!("{} cards flown, {} to repeat, {} missing", of("flown"), of("repeat"), of("missing")));
+}

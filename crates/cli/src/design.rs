@@ -1,0 +1,428 @@
+//! `doublet design` and `enough`: inputs of the next flight from the identified model, and whether what was flown is enough.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use clap::builder::PossibleValuesParser;
+use doublet_dynamics::design::{
+    Basis, Criterion, DesignKind, Designed, Quantity, Request, SURFACE_NAMES, design as designed_input,
+};
+use doublet_engine::planning::{
+    self, ComparedKind, DesignOptions, DesignRow, EnoughOptions, Goal, design_basis, design_document, design_row,
+};
+use doublet_engine::run::Control;
+use doublet_engine::session::Session;
+use doublet_engine::study::{DynamicsRequest, Study};
+use doublet_report::{DocumentSet, ReportFormat};
+
+use crate::arguments::report_format;
+use crate::progress::Progress;
+use crate::run::{computed, named};
+use crate::text::{self, number};
+
+/// Trim, limits and draws of a design.
+#[derive(Debug, Args)]
+pub struct BasisArguments {
+    /// Session file.
+    pub session: PathBuf,
+    /// Surfaces to move.
+    #[arg(long, value_name = "SURFACE,...", value_delimiter = ',', default_value = "aileron,elevator,rudder", value_parser = PossibleValuesParser::new(SURFACE_NAMES))]
+    surfaces: Vec<String>,
+    /// What is made small: d, the determinant of the covariance; a, the sum of squared relative errors; max-relative, the largest of them.
+    #[arg(long, default_value = "a", value_parser = PossibleValuesParser::new(Criterion::ALL.map(Criterion::name)))]
+    criterion: String,
+    /// Largest deflection of every surface from the trim, deg: of the sum of what moves it. That of the windows unless given.
+    #[arg(long, value_name = "DEG", value_parser = positive)]
+    peak: Option<f64>,
+    /// Fastest deflection, deg/s.
+    #[arg(long, value_name = "DEG_S", default_value = "60", value_parser = positive)]
+    rate: f64,
+    /// Limit of alpha, beta, phi (rad), n_z, p (rad/s), V (m/s) or h (m) in the place of that of the windows; may be given several times.
+    #[arg(long, value_name = "NAME=LOW:HIGH", value_parser = limit, allow_hyphen_values = true)]
+    limit: Vec<(Quantity, f64, f64)>,
+    /// Part of the room between trim and limits that the undisturbed flight may take.
+    #[arg(long, default_value_t = 0.9)]
+    usage: f64,
+    /// Standard deviation of the gusts, m/s; that of the filter's random walk of the wind unless given.
+    #[arg(long, value_name = "M_S", value_parser = not_negative)]
+    gusts: Option<f64>,
+    /// True airspeed of the trim, m/s; what is not given is the median of the identification windows.
+    #[arg(long, value_name = "M_S")]
+    airspeed: Option<f64>,
+    /// Altitude of the trim, m.
+    #[arg(long, value_name = "M", allow_negative_numbers = true)]
+    altitude: Option<f64>,
+    /// Fuel on board in all, kg: mass, centre of gravity and inertia follow from the loading.
+    #[arg(long, value_name = "KG")]
+    fuel: Option<f64>,
+    /// Seed of all draws.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Print one JSON document.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Arguments of `design`.
+#[derive(Debug, Args)]
+pub struct DesignArguments {
+    /// What every design takes.
+    #[command(flatten)]
+    basis: BasisArguments,
+    /// Time of all windows together, s.
+    #[arg(long, value_name = "S", default_value = "60", value_parser = positive)]
+    time: f64,
+    /// Kind of input.
+    #[arg(long, default_value = "multisine", value_parser = kind)]
+    kind: DesignKind,
+    /// Rounds of the search over times, levels and spectra; 0 for shapes as published.
+    #[arg(long, default_value_t = 3)]
+    rounds: usize,
+    /// Draws of the derivatives, each with gusts and a start of its own, for excursions and the scatter of the errors.
+    #[arg(long, default_value_t = 40, value_parser = clap::value_parser!(u32).range(0..=10_000))]
+    samples: u32,
+    /// Count the windows flown so far: errors of both together.
+    #[arg(long)]
+    with_flown: bool,
+    /// Design every kind within the same limits and time, and print them side by side.
+    #[arg(long)]
+    compare: bool,
+    /// Folder for the card, nodes as CSV, a scenario for `doublet simulate`, a script for ArduPilot and parameters for PX4.
+    #[arg(long)]
+    out: Option<PathBuf>,
+    /// Forms of the card.
+    #[arg(long, value_name = "FORM,FORM", value_delimiter = ',', default_value = "html", value_parser = report_format())]
+    format: Vec<String>,
+    /// Full travel of the surfaces to either side, deg, for the autopilot.
+    #[arg(long, value_name = "DEG", default_value = "20", value_parser = positive)]
+    travel: f64,
+}
+
+/// Arguments of `enough`.
+#[derive(Debug, Args)]
+pub struct EnoughArguments {
+    /// What every design takes.
+    #[command(flatten)]
+    basis: BasisArguments,
+    /// Standard error to reach of a derivative; may be given several times.
+    #[arg(long, value_name = "NAME=ERROR", value_parser = goal)]
+    goal: Vec<Goal>,
+    /// Goal of all other derivatives: standard error over the magnitude of the estimate, per cent.
+    #[arg(long, value_name = "PERCENT", default_value = "5", value_parser = positive)]
+    goal_percent: f64,
+    /// Length of the manoeuvre that could be flown next, s.
+    #[arg(long, value_name = "S", default_value = "15", value_parser = positive)]
+    time: f64,
+}
+
+/// A kind of input by its name, spaces as hyphens.
+pub fn kind(text: &str) -> Result<DesignKind, String> {
+    let names = || DesignKind::ALL.map(|kind| kind.name().replace(' ', "-")).join(", ");
+    DesignKind::from_name(text).ok_or_else(|| format!("'{text}' is no kind of input: use one of {}", names()))
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    let value = text.parse::<f64>().ok().filter(|value| value.is_finite() && *value > 0.0);
+    value.ok_or_else(|| format!("'{text}' is no number above zero"))
+}
+
+fn not_negative(text: &str) -> Result<f64, String> {
+    let value = text.parse::<f64>().ok().filter(|value| value.is_finite() && *value >= 0.0);
+    value.ok_or_else(|| format!("'{text}' is no number of zero or more"))
+}
+
+fn limit(text: &str) -> Result<(Quantity, f64, f64), String> {
+    let wrong = || {
+        let names = Quantity::ALL.map(Quantity::name).join(", ");
+        format!("'{text}' is no limit: write NAME=LOW:HIGH with one of {names}, for example alpha=0.02:0.18")
+    };
+    let (name, ends) = text.split_once('=').ok_or_else(wrong)?;
+    let (low, high) = ends.split_once(':').ok_or_else(wrong)?;
+    let number = |text: &str| text.parse::<f64>().ok().filter(|value| value.is_finite()).ok_or_else(wrong);
+    let (low, high) = (number(low)?, number(high)?);
+    if low >= high {
+        return Err(wrong());
+    }
+    Ok((Quantity::from_name(name).ok_or_else(wrong)?, low, high))
+}
+
+fn goal(text: &str) -> Result<Goal, String> {
+    let wrong = || format!("'{text}' is no goal: write NAME=ERROR, for example Cm_q=0.05");
+    let (name, error) = text.split_once('=').ok_or_else(wrong)?;
+    let standard_error = positive(error).map_err(|_| wrong())?;
+    Ok(Goal { name: name.trim().to_owned(), standard_error })
+}
+
+impl BasisArguments {
+    /// Runs the session and gathers what a design starts from.
+    fn open(&self) -> Result<(Session, Basis), String> {
+        if !(0.05..=1.0).contains(&self.usage) {
+            return Err(format!("--usage {} must lie between 0.05 and 1", self.usage));
+        }
+        let trim = DynamicsRequest {
+            airspeed_m_s: self.airspeed,
+            altitude_m: self.altitude,
+            fuel_kg: self.fuel,
+            // Modes are not asked for here: the fewest draws.
+            samples: 2,
+            ..DynamicsRequest::default()
+        };
+        let (session, snapshot) = computed(&self.session, &[Study::Dynamics(trim)])?;
+        let options = DesignOptions {
+            peak_rad: self.peak.map(f64::to_radians),
+            rate_rad_s: self.rate.to_radians(),
+            limits: self.limit.clone(),
+            gust_m_s: self.gusts,
+        };
+        let basis = design_basis(&session, &snapshot, &options).map_err(|error| error.to_string())?;
+        Ok((session, basis))
+    }
+
+    fn request(&self, kind: DesignKind, time_s: f64) -> Request {
+        let surfaces = places(&self.surfaces);
+        let criterion = Criterion::ALL.into_iter().find(|criterion| criterion.name() == self.criterion);
+        Request {
+            surfaces,
+            time_s,
+            kind,
+            criterion: criterion.unwrap_or(Criterion::A),
+            rounds: 0,
+            search_samples: 0,
+            samples: 0,
+            usage: self.usage,
+            seed: self.seed,
+            with_flown: false,
+        }
+    }
+}
+
+/// Places of surfaces in their order, each once.
+pub fn places(names: &[String]) -> Vec<usize> {
+    let place = |name: &String| SURFACE_NAMES.iter().position(|known| known == name);
+    let mut surfaces: Vec<usize> = names.iter().filter_map(place).collect();
+    surfaces.sort_unstable();
+    surfaces.dedup();
+    surfaces
+}
+
+/// Draws of the derivatives over which the search takes the mean cost, beside the estimate.
+const SEARCH_SAMPLES: usize = 2;
+
+/// Designs an input, prints what it promises, and writes its files.
+///
+/// # Errors
+/// One line: a session that cannot be run, no model, no input within time and limits, a file that cannot be written.
+pub fn design(arguments: &DesignArguments) -> Result<(), String> {
+    let (session, basis) = arguments.basis.open()?;
+    let request = Request {
+        rounds: arguments.rounds,
+        search_samples: SEARCH_SAMPLES,
+        samples: arguments.samples as usize,
+        with_flown: arguments.with_flown,
+        ..arguments.basis.request(arguments.kind, arguments.time)
+    };
+    let designed = designed_input(&basis, &request).map_err(|error| error.to_string())?;
+    let mut row = design_row(&basis, &request, &designed);
+    if arguments.compare {
+        row.comparison = compare(&basis, &request, &designed);
+    }
+    if row.failed_samples > 0 {
+        row.notes.push(format!("{} of {} draws have no trim or left the flight", row.failed_samples, row.samples));
+    }
+    if basis.starts.is_empty() {
+        row.notes.push("no window was flown near this trim: flights begin without unsteadiness".to_owned());
+    }
+    let written = arguments.out.as_ref().map(|_| write(arguments, &session, &row, &designed)).transpose()?;
+    if arguments.basis.json {
+        text::document(&serde_json::to_string(&row).map_err(|error| error.to_string())?);
+        return Ok(());
+    }
+    print(&row);
+    written.into_iter().for_each(|line| text::line(&line));
+    Ok(())
+}
+
+/// The other kinds within the same limits and time.
+fn compare(basis: &Basis, request: &Request, designed: &Designed) -> Vec<ComparedKind> {
+    let row = |kind: DesignKind| {
+        if kind == request.kind {
+            return ComparedKind::of(kind.name(), Ok(designed));
+        }
+        let other = designed_input(basis, &Request { kind, samples: 0, ..request.clone() });
+        ComparedKind::of(kind.name(), other.as_ref().map_err(ToString::to_string))
+    };
+    DesignKind::ALL.into_iter().map(row).collect()
+}
+
+/// Writes the files of a design; a line that says where.
+fn write(
+    arguments: &DesignArguments,
+    session: &Session,
+    row: &DesignRow,
+    designed: &Designed,
+) -> Result<String, String> {
+    let folder = arguments.out.as_ref().ok_or("no folder is named")?;
+    let aircraft = session.aircraft.as_deref().unwrap_or_default();
+    let aircraft = aircraft.strip_prefix("builtin:").unwrap_or(aircraft);
+    let travel = [arguments.travel.to_radians(); 3];
+    let json = serde_json::to_string_pretty(row).map_err(|error| error.to_string())?;
+    let beside = [
+        ("design.json", json),
+        ("design.csv", planning::design_csv(row)),
+        ("design_scenario.toml", planning::design_scenario(row, designed, aircraft)),
+        ("design_ardupilot.lua", planning::design_lua(designed, travel)),
+        ("design_px4.params", planning::design_px4(designed, row.band_hz)),
+    ];
+    let beside = beside.map(|(name, text)| (name.to_owned(), text.into_bytes()));
+    let formats = named(&ReportFormat::ALL, &arguments.format, |format| format.name());
+    let set = DocumentSet { folder, name: "design", formats: &formats, beside: &beside };
+    let progress = Progress::new();
+    let show = |part| progress.show(part, "writing the card");
+    let written = set.write(&design_document(session, row, designed), "designed input", &Control::default(), &show);
+    progress.finish();
+    written.map(|put| format!("design in {}", put.folder.display()))
+}
+
+fn print(row: &DesignRow) {
+    text::line(&format!(
+        "{} on {}, {} s in {} windows, at {} m/s and {} m, gusts of {} m/s",
+        row.kind,
+        row.surfaces.join(", "),
+        number(row.time_s, 4),
+        row.manoeuvres.len(),
+        number(row.trim["airspeed_m_s"], 4),
+        number(row.trim["altitude_m"], 4),
+        number(row.gust_m_s, 2)
+    ));
+    text::line("");
+    let some = |value: Option<f64>, digits| value.map_or_else(|| "not told".to_owned(), |value| number(value, digits));
+    let cells = row.predicted.iter().map(|own| {
+        vec![
+            own.name.clone(),
+            number(own.estimate, 4),
+            some(own.standard_error, 2),
+            some(own.corrected, 2),
+            own.relative_error_percent.map_or_else(String::new, |percent| number(percent, 2)),
+            own.corrected_high.map_or_else(String::new, |error| number(error, 2)),
+            number(own.present, 2),
+        ]
+    });
+    let header =
+        ["derivative", "estimate", "std error", "corrected", "relative %", "95 % of draws below", "corrected now"];
+    text::table(&header, &cells.collect::<Vec<_>>());
+    text::line("");
+    let cells = row.excursions.iter().map(|own| {
+        let limit = own.limit_low.zip(own.limit_high);
+        vec![
+            own.name.to_owned(),
+            own.unit.to_owned(),
+            format!("{} to {}", number(own.nominal_low, 3), number(own.nominal_high, 3)),
+            format!("{} to {}", number(own.low, 3), number(own.high, 3)),
+            limit.map_or_else(String::new, |(low, high)| format!("{} to {}", number(low, 3), number(high, 3))),
+            own.limit_source.clone().unwrap_or_default(),
+            own.margin.map_or_else(String::new, |margin| number(margin, 2)),
+        ]
+    });
+    let header = ["excursion", "unit", "undisturbed", "to expect", "limit", "", "margin"];
+    text::table(&header, &cells.collect::<Vec<_>>());
+    text::line("");
+    let degrees = |rad: &f64| number(rad.to_degrees(), 3);
+    for own in &row.manoeuvres {
+        let moved = own.peak_rad.iter().map(|(name, peak)| {
+            let (rate, factor) = (&own.rate_rad_s[name], own.relative_peak_factor[name]);
+            format!(
+                "{name} to {} deg at {} deg/s, relative peak factor {}",
+                degrees(peak),
+                degrees(rate),
+                number(factor, 3)
+            )
+        });
+        let moved = moved.collect::<Vec<_>>().join("; ");
+        text::line(&format!("window {}: {}, {} s; {moved}", own.number, own.name, number(own.duration_s, 4)));
+    }
+    let close = row.correlations.iter().filter(|own| own.correlation.abs() > 0.6);
+    for own in close {
+        text::line(&format!("{} and {} are correlated at {:+.2}", own.first, own.second, own.correlation));
+    }
+    print_comparison(&row.comparison);
+    row.notes.iter().for_each(|note| text::line(note));
+}
+
+fn print_comparison(rows: &[ComparedKind]) {
+    if rows.is_empty() {
+        return;
+    }
+    text::line("");
+    let cells = rows.iter().map(|own| {
+        let cost = |name: &str| own.costs.get(name).map_or_else(String::new, |cost| number(*cost, 4));
+        vec![
+            own.kind.to_owned(),
+            cost("d"),
+            cost("a"),
+            own.worst_relative_error_percent.map_or_else(String::new, |percent| number(percent, 3)),
+            own.worst.clone().unwrap_or_default(),
+            own.error.clone().unwrap_or_default(),
+        ]
+    });
+    text::table(&["kind", "d", "a", "worst relative %", "of", ""], &cells.collect::<Vec<_>>());
+}
+
+/// Prints what was flown against goals, window by window, and what to fly next.
+///
+/// # Errors
+/// One line: a session that cannot be run, no model, a goal of an unknown derivative.
+pub fn enough(arguments: &EnoughArguments) -> Result<(), String> {
+    let (session, basis) = arguments.basis.open()?;
+    let options = EnoughOptions {
+        goals: arguments.goal.clone(),
+        relative_percent: arguments.goal_percent,
+        next: arguments.basis.request(DesignKind::Multisine, arguments.time),
+    };
+    let found = planning::enough(&session, &basis, &options).map_err(|error| error.to_string())?;
+    if arguments.basis.json {
+        text::document(&serde_json::to_string(&found).map_err(|error| error.to_string())?);
+        return Ok(());
+    }
+    let word = if found.enough { "enough" } else { "not enough" };
+    text::line(&format!("{word}: {} of {} goals are met", found.met, found.of));
+    text::line("");
+    let cells = found.derivatives.iter().map(|own| {
+        vec![
+            own.name.clone(),
+            number(own.estimate, 4),
+            own.corrected.map_or_else(|| "not told".to_owned(), |error| number(error, 2)),
+            number(own.goal, 2),
+            own.met_after.as_ref().map_or_else(|| "not met".to_owned(), |window| format!("met after {window}")),
+        ]
+    });
+    text::table(&["derivative", "estimate", "corrected error", "goal", ""], &cells.collect::<Vec<_>>());
+    text::line("");
+    let ratio = |value: Option<f64>| value.map_or_else(|| "not told".to_owned(), |value| number(value, 3));
+    let cells = found.windows.iter().map(|own| {
+        vec![
+            own.window.clone(),
+            number(own.time_s, 4),
+            format!("{} of {}", own.met, found.of),
+            own.worst.clone().unwrap_or_default(),
+            ratio(own.worst_over_goal),
+        ]
+    });
+    text::table(&["after window", "time, s", "goals met", "worst", "error over goal"], &cells.collect::<Vec<_>>());
+    if !found.next.is_empty() {
+        text::line("");
+        let cells = found.next.iter().map(|own| {
+            let peaks: Vec<String> = own.signal_peak_rad.iter().map(|peak| number(peak.to_degrees(), 3)).collect();
+            vec![
+                format!("{} on {}", own.kind, own.surfaces.join(", ")),
+                number(own.duration_s, 3),
+                peaks.join(", "),
+                format!("{} of {}", own.met, found.of),
+                own.worst.clone().unwrap_or_default(),
+                ratio(own.worst_over_goal),
+            ]
+        });
+        let header = ["fly next", "time, s", "peak, deg", "goals met", "worst", "error over goal"];
+        text::table(&header, &cells.collect::<Vec<_>>());
+    }
+    Ok(())
+}

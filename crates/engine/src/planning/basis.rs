@@ -1,0 +1,242 @@
+//! What the design of the next inputs starts from: the identified model, the noise its fits left, limits and disturbances as flown.
+
+use std::collections::BTreeMap;
+
+use doublet_core::estimate::Coloured;
+use doublet_core::model::{Term, specific_force_at_cg};
+use doublet_core::quantity::Role;
+use doublet_core::reconstruct::{Reconstruction, State};
+use doublet_core::simulate::Dryden;
+use doublet_core::statistics::median_step;
+use doublet_dynamics::design::{Basis, KnownCoefficient, Limit, Limits, Quantity, SURFACE_NAMES};
+use doublet_dynamics::linear::{Condition, UncertainModel};
+
+use crate::graph::StageResult;
+use crate::run::Snapshot;
+use crate::session::{Session, Surface, WindowRole};
+use crate::stage::{AeroWindow, WindowAero, applies, pooled_regressions};
+
+/// The surfaces of a design, in the order of its deflections.
+const SURFACES: [(Surface, Role); 3] =
+    [(Surface::Aileron, Role::Aileron), (Surface::Elevator, Role::Elevator), (Surface::Rudder, Role::Rudder)];
+
+/// What is asked for in the place of what was flown.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DesignOptions {
+    /// Largest deflection of every surface from the trim, rad; that of the windows unless given.
+    pub peak_rad: Option<f64>,
+    /// Fastest deflection, rad/s.
+    pub rate_rad_s: f64,
+    /// Limits in the place of those flown.
+    pub limits: Vec<(Quantity, f64, f64)>,
+    /// Standard deviation of the gusts, m/s; that of the filter's random walk of the wind unless given.
+    pub gust_m_s: Option<f64>,
+}
+
+impl Default for DesignOptions {
+    /// Limits as flown; deflections no faster than a hand at ease, 60 deg/s.
+    fn default() -> Self {
+        Self { peak_rad: None, rate_rad_s: 60f64.to_radians(), limits: Vec::new(), gust_m_s: None }
+    }
+}
+
+/// A window with the path its coefficients were formed from.
+pub type FlownWindow<'a> = (AeroWindow<'a>, &'a Reconstruction);
+
+/// What a design starts from, of a session that was run with the study of its dynamics.
+///
+/// # Errors
+/// One line: no model, no trim, no fit whose noise is known.
+pub fn design_basis(session: &Session, snapshot: &Snapshot, options: &DesignOptions) -> StageResult<Basis> {
+    let study = snapshot.studies.dynamics.ready();
+    let study =
+        study.ok_or("there is no model to design with: the session needs an aircraft and an identification window")?;
+    let windows: Vec<FlownWindow<'_>> = snapshot
+        .aero(session)
+        .into_iter()
+        .filter_map(|(window, aero)| {
+            let path = snapshot.windows.get(&window.name)?.path.ready()?;
+            Some(((window, aero), &path.reconstruction))
+        })
+        .collect();
+    basis(session, &windows, (&study.model, &study.condition), options)
+}
+
+/// [`design_basis`] of windows, a model and a condition.
+///
+/// # Errors
+/// One line: no identification window, no fit whose noise is known.
+pub fn basis(
+    session: &Session,
+    windows: &[FlownWindow<'_>],
+    (model, condition): (&UncertainModel, &Condition),
+    options: &DesignOptions,
+) -> StageResult<Basis> {
+    let aero: Vec<AeroWindow<'_>> = windows.iter().map(|(window, _)| (window.0, window.1.clone())).collect();
+    let first = aero.iter().find(|(window, _)| window.role == WindowRole::Identification);
+    let (_, first) = first.ok_or("there is nothing to design with: no identification window has coefficients")?;
+    let step_s = median_step(&first.data.time_s).ok_or("the windows have too few samples")?;
+    let mut coefficients = Vec::new();
+    for regression in pooled_regressions(&aero, &session.structure, &session.estimation) {
+        // A coefficient without a fit is not designed for; its failure is told where it is fitted.
+        let Ok(regression) = regression else { continue };
+        let coefficient = regression.coefficient;
+        let pooled = regression.pooled;
+        let Ok(fit) = pooled.fit() else { continue };
+        let noise = fit.residual_noise(&pooled.windows, &Coloured::default());
+        let noise = noise.map_err(|error| format!("{}: {error}", coefficient.name()))?;
+        let all = session.structure.terms(coefficient).unwrap_or_default();
+        let named = |name: &String| all.iter().find(|term| term.derivative_name(coefficient) == *name).cloned();
+        let terms: Vec<Term> = pooled.names.iter().filter_map(named).collect();
+        coefficients.push(KnownCoefficient {
+            coefficient,
+            terms,
+            per_window: pooled.per_window,
+            constraints: pooled.constraints,
+            noise,
+            flown: pooled.windows,
+            tells: SURFACES.map(|(surface, _)| applies(coefficient, Some(surface), &session.estimation)),
+        });
+    }
+    if coefficients.is_empty() {
+        return Err("there is nothing to design with: no coefficient has a pooled fit".into());
+    }
+    let walks = [State::WindNorth, State::WindEast, State::WindDown].map(|s| session.filter.random_walk[s as usize]);
+    let walk = (walks.iter().map(|walk| walk * walk).sum::<f64>() / 3.0).sqrt();
+    let gust_m_s = options.gust_m_s.unwrap_or_else(|| Dryden::deviation_of_walk(walk, condition.airspeed_m_s));
+    let flown: Vec<Motion> = windows.iter().filter_map(|window| Motion::of(window, condition.gravity_m_s2)).collect();
+    Ok(Basis {
+        model: model.clone(),
+        condition: *condition,
+        coefficients,
+        settings: first.settings.clone(),
+        step_s,
+        gust_m_s,
+        starts: starts(&flown, condition),
+        limits: limits(&flown, model, condition, options)?,
+    })
+}
+
+/// Motion of a window: each quantity less its mean over the first half second, that mean, and the deflections alike.
+struct Motion {
+    first: BTreeMap<Quantity, f64>,
+    range: BTreeMap<Quantity, (f64, f64)>,
+    rates_rad_s: [f64; 3],
+    pitch_less_alpha_rad: Option<f64>,
+    peaks_rad: [f64; 3],
+}
+
+impl Motion {
+    fn of((window, path): &FlownWindow<'_>, gravity_m_s2: f64) -> Option<Self> {
+        let aero: &WindowAero = &window.1;
+        let data = &aero.data;
+        let samples = data.time_s.len();
+        let step_s = median_step(&data.time_s)?;
+        let settled = ((0.5 / step_s).round() as usize).clamp(1, samples);
+        let mean = |values: &[f64]| values.iter().take(settled).sum::<f64>() / settled as f64;
+        let state = |state: State| -> Option<Vec<f64>> {
+            let states = path.smoothed.as_ref().map_or(&path.states, |smoothed| &smoothed.states);
+            let offset = path.time_s.partition_point(|time| *time < data.time_s[0] - 0.5 * step_s);
+            let values = states[state as usize].get(offset..offset + samples)?;
+            Some(values.to_vec())
+        };
+        let force = specific_force_at_cg(data, &aero.settings).ok()?;
+        let columns = [
+            (Quantity::Alpha, Some(data.alpha_rad.clone())),
+            (Quantity::Beta, Some(data.beta_rad.clone())),
+            (Quantity::LoadFactor, Some(force[2].iter().map(|z| -z / gravity_m_s2).collect())),
+            (Quantity::RollRate, Some(data.rates_rad_s[0].clone())),
+            (Quantity::Airspeed, Some(data.airspeed_m_s.clone())),
+            (Quantity::Altitude, data.altitude_m.clone().or_else(|| state(State::PositionDown).map(negated))),
+            (Quantity::Bank, state(State::BankAngle)),
+        ];
+        let (mut first, mut range) = (BTreeMap::new(), BTreeMap::new());
+        for (quantity, values) in columns {
+            let Some(values) = values else { continue };
+            let about = mean(&values);
+            let ends = values.iter().map(|value| value - about);
+            let ends = ends.fold((0.0, 0.0), |(low, high): (f64, f64), v| (low.min(v), high.max(v)));
+            first.insert(quantity, about);
+            range.insert(quantity, ends);
+        }
+        let peak = |role: Role| {
+            let values = data.controls.get(&role).map_or(&[][..], Vec::as_slice);
+            let about = mean(values);
+            values.iter().map(|value| (value - about).abs()).fold(0.0, f64::max)
+        };
+        Some(Self {
+            rates_rad_s: data.rates_rad_s.each_ref().map(|rates| mean(rates)),
+            pitch_less_alpha_rad: state(State::PitchAngle).map(|theta| mean(&theta) - first[&Quantity::Alpha]),
+            peaks_rad: SURFACES.map(|(_, role)| peak(role)),
+            first,
+            range,
+        })
+    }
+}
+
+fn negated(values: Vec<f64>) -> Vec<f64> {
+    values.into_iter().map(|value| -value).collect()
+}
+
+/// Deviations from steady flight at the starts of the windows near the condition: rates as they are, bank, sideslip and the angle of the
+/// flight path about their means, airspeed and altitude about the condition.
+fn starts(flown: &[Motion], condition: &Condition) -> Vec<[f64; 12]> {
+    /// How far from the condition a window still counts: part of the airspeed, and m.
+    const NEAR: (f64, f64) = (0.05, 100.0);
+    let near = |motion: &&Motion| {
+        let speed = motion.first.get(&Quantity::Airspeed).copied().unwrap_or(condition.airspeed_m_s);
+        let altitude = motion.first.get(&Quantity::Altitude).copied().unwrap_or(condition.altitude_m);
+        (speed / condition.airspeed_m_s - 1.0).abs() < NEAR.0 && (altitude - condition.altitude_m).abs() < NEAR.1
+    };
+    let used: Vec<&Motion> = flown.iter().filter(near).collect();
+    let mean = |of: &dyn Fn(&Motion) -> f64| used.iter().map(|m| of(m)).sum::<f64>() / used.len().max(1) as f64;
+    let first = |motion: &Motion, quantity| motion.first.get(&quantity).copied().unwrap_or(0.0);
+    let path = |motion: &Motion| motion.pitch_less_alpha_rad.unwrap_or(0.0);
+    let (bank, beta) = (mean(&|m| first(m, Quantity::Bank)), mean(&|m| first(m, Quantity::Beta)));
+    let climb = mean(&path);
+    let start = |motion: &&Motion| {
+        let [p, q, r] = motion.rates_rad_s;
+        let speed = motion.first.get(&Quantity::Airspeed).map_or(0.0, |speed| speed - condition.airspeed_m_s);
+        let altitude = motion.first.get(&Quantity::Altitude).map_or(0.0, |h| h - condition.altitude_m);
+        let v = condition.airspeed_m_s * (first(motion, Quantity::Beta) - beta);
+        let (phi, theta) = (first(motion, Quantity::Bank) - bank, path(motion) - climb);
+        [speed, v, 0.0, p, q, r, phi, theta, 0.0, 0.0, 0.0, altitude]
+    };
+    used.iter().map(start).collect()
+}
+
+/// Limits about the trim: the motion and deflections that the windows had about their starts, where nothing else is asked for.
+fn limits(
+    flown: &[Motion],
+    model: &UncertainModel,
+    condition: &Condition,
+    options: &DesignOptions,
+) -> StageResult<Limits> {
+    /// Part of the largest peak below which a surface counts as never moved.
+    const MOVED: f64 = 0.05;
+    let trim = doublet_dynamics::linear::trim(&model.model, condition).map_err(|error| error.to_string())?;
+    let mut motion = Vec::new();
+    for quantity in Quantity::ALL {
+        let about = quantity.at_trim(&trim);
+        let asked = options.limits.iter().find(|(asked, ..)| *asked == quantity);
+        let ranges = flown.iter().filter_map(|motion| motion.range.get(&quantity));
+        let (low, high) = ranges.fold((0.0, 0.0), |(low, high): (f64, f64), own| (low.min(own.0), high.max(own.1)));
+        match asked {
+            Some((_, low, high)) => {
+                motion.push(Limit { quantity, low: *low, high: *high, source: "asked for".to_owned() });
+            }
+            None if low < 0.0 && high > 0.0 => {
+                motion.push(Limit { quantity, low: about + low, high: about + high, source: "as flown".to_owned() })
+            }
+            None => {}
+        }
+    }
+    let peak = |surface: usize| flown.iter().map(|motion| motion.peaks_rad[surface]).fold(0.0, f64::max);
+    let largest = (0..SURFACE_NAMES.len()).map(peak).fold(0.0, f64::max);
+    let own = |surface: usize| if peak(surface) < MOVED * largest { largest } else { peak(surface) };
+    Ok(Limits {
+        motion,
+        peaks_rad: [0, 1, 2].map(|surface| options.peak_rad.unwrap_or_else(|| own(surface))),
+        rates_rad_s: [options.rate_rad_s; 3],
+    })
+}

@@ -1,0 +1,476 @@
+//! A campaign: test points in their order, each with the loading it will be flown at, and what of it the windows of a session hold.
+
+use std::path::Path;
+
+use doublet_core::airframe::{Aircraft, FlightMargin, Loading, calibrated_m_s};
+use doublet_core::atmos::Atmosphere;
+use doublet_core::load::read_text;
+use doublet_core::statistics::median;
+use serde::{Deserialize, Serialize};
+
+use crate::builtin;
+use crate::graph::StageResult;
+use crate::run::Snapshot;
+use crate::session::{Manoeuvre, Session, WindowRole};
+use crate::verdict::Level;
+
+/// Value of the `format` key.
+const FORMAT: &str = "doublet campaign";
+/// Version of the form.
+const VERSION: u32 = 1;
+/// Folder of the campaigns that come with the program.
+const FOLDER: &str = "campaigns";
+
+/// A campaign as its file states it.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Campaign {
+    format: String,
+    version: u32,
+    /// Title.
+    pub title: String,
+    /// Aircraft: a file, or `builtin:` and a name.
+    pub aircraft: String,
+    /// Registration, flight number and the like, as the cover shows them.
+    #[serde(default)]
+    pub facts: std::collections::BTreeMap<String, String>,
+    /// What the campaign is for.
+    #[serde(default)]
+    pub objectives: Vec<String>,
+    /// What is not to be done.
+    #[serde(default)]
+    pub restrictions: Vec<String>,
+    /// When any point ends.
+    #[serde(default)]
+    pub knock_off: Vec<String>,
+    /// What is done at every point.
+    #[serde(default)]
+    pub procedure: Vec<String>,
+    /// Order of the points.
+    #[serde(default)]
+    pub order: Order,
+    /// Fuel at the first point and what is burnt on the way.
+    pub fuel: Fuel,
+    /// How near to a point a window counts as flown there.
+    #[serde(default)]
+    pub tolerance: Tolerance,
+    /// Test points.
+    #[serde(rename = "point")]
+    pub points: Vec<TestPoint>,
+}
+
+/// Order in which points are flown.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Order {
+    /// By condition, the one furthest from the stall first; there by amplitude, the smallest first.
+    #[default]
+    BuildUp,
+    /// As the file lists them.
+    AsListed,
+}
+
+/// Fuel over the campaign.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Fuel {
+    /// On board at the first point in all, kg; shared among the tanks as in the loading.
+    pub start_kg: f64,
+    /// Burnt, kg/s.
+    pub burn_kg_s: f64,
+    /// Time from one condition to the next, s.
+    #[serde(default)]
+    pub transit_s: f64,
+}
+
+/// How near to a point a window counts.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Tolerance {
+    /// True airspeed, m/s.
+    pub airspeed_m_s: f64,
+    /// Altitude, m.
+    pub altitude_m: f64,
+}
+
+impl Default for Tolerance {
+    fn default() -> Self {
+        Self { airspeed_m_s: 4.0, altitude_m: 150.0 }
+    }
+}
+
+/// A test point.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TestPoint {
+    /// Number on its card.
+    pub id: String,
+    /// True airspeed, m/s.
+    pub airspeed_m_s: f64,
+    /// Altitude, m.
+    pub altitude_m: f64,
+    /// Flaps, gear, power.
+    #[serde(default)]
+    pub configuration: String,
+    /// Kind of input, as windows name it.
+    pub kind: String,
+    /// Surface it moves; empty where several.
+    #[serde(default)]
+    pub surface: String,
+    /// Which way it begins.
+    #[serde(default)]
+    pub direction: String,
+    /// Amplitude, deg.
+    #[serde(default)]
+    pub amplitude_deg: f64,
+    /// How often it is flown.
+    #[serde(default = "once")]
+    pub repeats: usize,
+    /// Time of one run with the way back to trim, s.
+    #[serde(default = "minute")]
+    pub duration_s: f64,
+    /// Hazard category.
+    #[serde(default)]
+    pub hazard: String,
+    /// When this point ends.
+    #[serde(default)]
+    pub knock_off: Vec<String>,
+}
+
+fn once() -> usize {
+    1
+}
+
+fn minute() -> f64 {
+    60.0
+}
+
+/// Whether a point was flown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Flown {
+    /// As often as wanted.
+    Flown,
+    /// Less often than wanted, or with windows whose verdict is bad.
+    Repeat,
+    /// No window fits.
+    Missing,
+}
+
+impl Flown {
+    /// Name in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Flown => "flown",
+            Self::Repeat => "repeat",
+            Self::Missing => "missing",
+        }
+    }
+}
+
+/// A point in its place: loading, margins, and what was flown of it.
+#[derive(Clone, Debug, Serialize)]
+#[expect(missing_docs, reason = "docs/planning.md says what each key is")]
+pub struct PlannedPoint {
+    pub id: String,
+    pub airspeed_m_s: f64,
+    pub calibrated_m_s: f64,
+    pub altitude_m: f64,
+    pub configuration: String,
+    pub kind: String,
+    pub surface: String,
+    pub direction: String,
+    pub amplitude_deg: f64,
+    pub repeats: usize,
+    pub duration_s: f64,
+    pub hazard: String,
+    pub knock_off: Vec<String>,
+    pub start_s: f64,
+    pub fuel_kg: f64,
+    pub mass_kg: f64,
+    pub cg_x_m: f64,
+    pub cg_margin_m: Option<f64>,
+    pub nearest_limit: Option<String>,
+    pub nearest_margin: Option<f64>,
+    pub windows: Vec<String>,
+    pub status: Flown,
+}
+
+/// A window flown, for the envelope.
+#[derive(Clone, Debug, Serialize)]
+#[expect(missing_docs, reason = "docs/planning.md says what each key is")]
+pub struct FlownPoint {
+    pub window: String,
+    pub airspeed_m_s: f64,
+    pub calibrated_m_s: f64,
+    pub altitude_m: f64,
+    pub load_factor_low: f64,
+    pub load_factor_high: f64,
+    pub mass_kg: f64,
+    pub share_of_information: f64,
+}
+
+impl Campaign {
+    /// Reads a file, or a campaign that comes with the program.
+    ///
+    /// # Errors
+    /// One line: what cannot be read or is not understood.
+    pub fn open(path: &Path) -> Result<Self, String> {
+        let named = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
+        let text = match path.to_str().and_then(|name| name.strip_prefix(builtin::PREFIX)) {
+            Some(name) => builtin::text(FOLDER, name).ok_or_else(|| named(&"no campaign is called so"))?.to_owned(),
+            None => read_text(path).map_err(|error| named(&error))?,
+        };
+        Self::parse(&text).map_err(|error| named(&error))
+    }
+
+    /// Reads the text of a file.
+    ///
+    /// # Errors
+    /// One line: place in the file and what is wrong.
+    pub fn parse(text: &str) -> StageResult<Self> {
+        let campaign: Self = toml::from_str(text).map_err(|error| error.to_string().trim().replace('\n', " "))?;
+        if campaign.format != FORMAT || campaign.version != VERSION {
+            let (format, version) = (&campaign.format, campaign.version);
+            return Err(format!("format '{format}' version {version} is not '{FORMAT}' version {VERSION}").into());
+        }
+        if campaign.points.is_empty() {
+            return Err("it has no test point: add a [[point]]".into());
+        }
+        for point in &campaign.points {
+            let id = &point.id;
+            let bad = |key: &str, value: f64, allowed: &str| {
+                Err(format!("point {id}: {key} is {value}, allowed is {allowed}").into())
+            };
+            if !(1.0..=1000.0).contains(&point.airspeed_m_s) {
+                return bad("airspeed_m_s", point.airspeed_m_s, "1 to 1000 m/s");
+            }
+            if !(-500.0..=20_000.0).contains(&point.altitude_m) {
+                return bad("altitude_m", point.altitude_m, "-500 to 20000 m");
+            }
+            if !(1.0..=7200.0).contains(&point.duration_s) {
+                return bad("duration_s", point.duration_s, "1 to 7200 s");
+            }
+            if point.repeats == 0 || point.repeats > 100 {
+                return bad("repeats", point.repeats as f64, "1 to 100");
+            }
+            if campaign.points.iter().filter(|other| other.id == *id).count() > 1 {
+                return Err(format!("point {id} is there twice: give each its own id").into());
+            }
+        }
+        let Fuel { start_kg, burn_kg_s, transit_s } = campaign.fuel;
+        for (key, value) in [("start_kg", start_kg), ("burn_kg_s", burn_kg_s), ("transit_s", transit_s)] {
+            if !(0.0..=1e6).contains(&value) {
+                return Err(format!("fuel.{key} is {value}, allowed is 0 to 1000000").into());
+            }
+        }
+        Ok(campaign)
+    }
+
+    /// The points in the order they are flown, fuel burnt on the way, matched with the windows of a session where there is one.
+    ///
+    /// # Errors
+    /// One line: fuel that ends before the last point, an altitude beyond the atmosphere, a loading that is impossible.
+    pub fn plan(
+        &self,
+        aircraft: &Aircraft,
+        loading: &Loading,
+        session: Option<(&Session, &Snapshot)>,
+    ) -> StageResult<Vec<PlannedPoint>> {
+        let ordered = self.ordered(aircraft)?;
+        let mut taken: Vec<&str> = Vec::new();
+        let mut time_s = 0.0;
+        let mut before: Option<(f64, f64)> = None;
+        let mut planned = Vec::with_capacity(ordered.len());
+        for point in ordered {
+            let condition = (point.airspeed_m_s, point.altitude_m);
+            if before.is_some_and(|before| before != condition) {
+                time_s += self.fuel.transit_s;
+            }
+            before = Some(condition);
+            let mut row = self.point(point, aircraft, loading, time_s)?;
+            if let Some((session, snapshot)) = session {
+                self.find_windows(&mut row, session, snapshot, &mut taken);
+            }
+            time_s += point.repeats as f64 * point.duration_s;
+            planned.push(row);
+        }
+        Ok(planned)
+    }
+
+    /// Points in the order they are flown.
+    fn ordered(&self, aircraft: &Aircraft) -> StageResult<Vec<&TestPoint>> {
+        let mut points: Vec<&TestPoint> = self.points.iter().collect();
+        if self.order == Order::AsListed {
+            return Ok(points);
+        }
+        let mut keys = Vec::with_capacity(points.len());
+        for point in &points {
+            let density = Atmosphere::STANDARD.density_kg_m3(point.altitude_m)?;
+            let calibrated = calibrated_m_s(point.airspeed_m_s, density);
+            let stall = aircraft.flight_envelope.stall_m_s.unwrap_or(0.0);
+            keys.push((point.id.clone(), calibrated - stall));
+        }
+        let margin = |point: &TestPoint| keys.iter().find(|key| key.0 == point.id).map_or(0.0, |key| key.1);
+        // Points of one condition stay together: the condition counts, then the amplitude, then the order of the file.
+        points.sort_by(|a, b| {
+            margin(b)
+                .total_cmp(&margin(a))
+                .then(a.altitude_m.total_cmp(&b.altitude_m))
+                .then(a.amplitude_deg.abs().total_cmp(&b.amplitude_deg.abs()))
+        });
+        Ok(points)
+    }
+
+    fn point(
+        &self,
+        point: &TestPoint,
+        aircraft: &Aircraft,
+        loading: &Loading,
+        time_s: f64,
+    ) -> StageResult<PlannedPoint> {
+        let fuel_kg = self.fuel.start_kg - self.fuel.burn_kg_s * time_s;
+        if fuel_kg <= 0.0 {
+            return Err(format!(
+                "point {}: no fuel is left after {:.0} min; start with more or fly fewer points",
+                point.id,
+                time_s / 60.0
+            )
+            .into());
+        }
+        let mut loading = loading.clone();
+        let stated: f64 = loading.fuel_kg.values().sum();
+        if stated <= 0.0 {
+            return Err("the loading has no fuel to burn: state its tanks".into());
+        }
+        loading.fuel_kg.values_mut().for_each(|fuel| *fuel *= fuel_kg / stated);
+        let mass = loading.mass_properties(aircraft);
+        if let Some(issue) = loading.issues(aircraft, &mass).iter().find(|issue| issue.is_impossible()) {
+            return Err(format!("point {}: {issue}", point.id).into());
+        }
+        let density = Atmosphere::STANDARD.density_kg_m3(point.altitude_m)?;
+        let calibrated = calibrated_m_s(point.airspeed_m_s, density);
+        let margins = aircraft.flight_envelope.margins(calibrated, point.altitude_m, 1.0, mass.mass_kg);
+        // Airspeeds only: those are what a point is chosen by.
+        let speeds = margins.iter().filter(|own| ["stall", "buffet", "VNE"].contains(&own.limit));
+        let nearest: Option<&FlightMargin> = speeds.min_by(|a, b| a.margin.total_cmp(&b.margin));
+        let cg = mass.cg_from_datum_m[0];
+        let own = aircraft.envelope.as_ref().and_then(|envelope| envelope.margin(mass.mass_kg, cg));
+        Ok(PlannedPoint {
+            id: point.id.clone(),
+            airspeed_m_s: point.airspeed_m_s,
+            calibrated_m_s: calibrated,
+            altitude_m: point.altitude_m,
+            configuration: point.configuration.clone(),
+            kind: point.kind.clone(),
+            surface: point.surface.clone(),
+            direction: point.direction.clone(),
+            amplitude_deg: point.amplitude_deg,
+            repeats: point.repeats,
+            duration_s: point.duration_s,
+            hazard: point.hazard.clone(),
+            knock_off: self.knock_off.iter().chain(&point.knock_off).cloned().collect(),
+            start_s: time_s,
+            fuel_kg,
+            mass_kg: mass.mass_kg,
+            cg_x_m: cg,
+            cg_margin_m: own.map(|own| own.nearest_m()),
+            nearest_limit: nearest.map(|own| own.limit.to_owned()),
+            nearest_margin: nearest.map(|own| own.margin),
+            windows: Vec::new(),
+            status: Flown::Missing,
+        })
+    }
+
+    /// Windows that no earlier point took, of this point's surface, kind and condition.
+    fn find_windows<'s>(
+        &self,
+        row: &mut PlannedPoint,
+        session: &'s Session,
+        snapshot: &Snapshot,
+        taken: &mut Vec<&'s str>,
+    ) {
+        let near = |window: &Manoeuvre| {
+            let condition = condition_of(window, snapshot);
+            condition.is_some_and(|(airspeed, altitude, _)| {
+                let speed = (airspeed - row.airspeed_m_s).abs() <= self.tolerance.airspeed_m_s;
+                speed && altitude.is_none_or(|own| (own - row.altitude_m).abs() <= self.tolerance.altitude_m)
+            })
+        };
+        let fits = |window: &&Manoeuvre| {
+            let surface = window.surface.map_or("", |surface| surface.name());
+            surface == row.surface
+                && window.kind.eq_ignore_ascii_case(&row.kind)
+                && !taken.contains(&window.name.as_str())
+                && near(window)
+        };
+        let found: Vec<&Manoeuvre> = session.windows.iter().filter(fits).take(row.repeats).collect();
+        taken.extend(found.iter().map(|window| window.name.as_str()));
+        let usable = |window: &&&Manoeuvre| {
+            let verdicts = snapshot.verdicts.ready();
+            let level = verdicts.and_then(|verdicts| Some(verdicts.windows.get(&window.name)?.verdict.level));
+            window.role != WindowRole::Ignored && level != Some(Level::Bad)
+        };
+        let good = found.iter().filter(usable).count();
+        row.status = match (found.len(), good) {
+            (0, _) => Flown::Missing,
+            (_, good) if good >= row.repeats => Flown::Flown,
+            _ => Flown::Repeat,
+        };
+        row.windows = found.into_iter().map(|window| window.name.clone()).collect();
+    }
+}
+
+/// Median airspeed (m/s) and altitude (m) of a window, and its mass (kg).
+fn condition_of(window: &Manoeuvre, snapshot: &Snapshot) -> Option<(f64, Option<f64>, f64)> {
+    let aero = snapshot.windows.get(&window.name)?.aero.ready()?;
+    let airspeed = median(&mut aero.data.airspeed_m_s.clone())?;
+    let altitude = aero.data.altitude_m.as_ref().and_then(|altitude| median(&mut altitude.clone()));
+    Some((airspeed, altitude, aero.data.mass.first()?.mass_kg))
+}
+
+/// The windows of a session as points of the envelope, each with its share of what all of them tell: the mean over the derivatives of its part
+/// of the sum of squares of the regressor.
+pub fn flown_points(session: &Session, snapshot: &Snapshot) -> Vec<FlownPoint> {
+    let windows = snapshot.aero(session);
+    let regressions = crate::stage::pooled_regressions(&windows, &session.structure, &session.estimation);
+    let mut shares: std::collections::BTreeMap<&str, (f64, usize)> = std::collections::BTreeMap::new();
+    for regression in regressions.iter().flatten() {
+        let pooled = &regression.pooled;
+        let square = |window: &doublet_core::estimate::PooledWindow, column: usize| {
+            let values = window.x.column(column);
+            let mean = values.mean();
+            values.iter().map(|value| (value - mean).powi(2)).sum::<f64>()
+        };
+        for column in 0..pooled.names.len() {
+            let all: f64 = pooled.windows.iter().map(|window| square(window, column)).sum();
+            if all <= 0.0 {
+                continue;
+            }
+            for window in &pooled.windows {
+                let (sum, count) = shares.entry(&window.label).or_insert((0.0, 0));
+                *sum += square(window, column) / all;
+                *count += 1;
+            }
+        }
+    }
+    let row = |window: &Manoeuvre| {
+        let (airspeed_m_s, altitude_m, mass_kg) = condition_of(window, snapshot)?;
+        let aero = snapshot.windows.get(&window.name)?.aero.ready()?;
+        let density = median(&mut aero.data.density_kg_m3.clone())?;
+        let force = doublet_core::model::specific_force_at_cg(&aero.data, &aero.settings).ok()?;
+        let loads = force[2].iter().map(|z| -z / session.filter.gravity_m_s2);
+        let (low, high) = loads.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
+        Some(FlownPoint {
+            window: window.name.clone(),
+            airspeed_m_s,
+            calibrated_m_s: calibrated_m_s(airspeed_m_s, density),
+            altitude_m: altitude_m?,
+            load_factor_low: low,
+            load_factor_high: high,
+            mass_kg,
+            share_of_information: shares.get(window.name.as_str()).map_or(0.0, |(sum, count)| sum / *count as f64),
+        })
+    };
+    session.windows.iter().filter_map(row).collect()
+}

@@ -1,0 +1,364 @@
+//! A campaign as a document: cover, envelope, order of the points, a card per point.
+
+use doublet_core::airframe::{Aircraft, FlightEnvelope, calibrated_m_s};
+use doublet_core::atmos::Atmosphere;
+
+use super::campaign::{Campaign, Flown, FlownPoint, PlannedPoint};
+use crate::date;
+use crate::report::document::{Axis, Block, Colour, Document, Figure, LineStyle, Mark, Panel, Plot, Section};
+use crate::report::{Cell, Column, Table, significant};
+
+/// Lays a campaign out: cards last, one a page.
+pub fn campaign_document(
+    campaign: &Campaign,
+    aircraft: &Aircraft,
+    planned: &[PlannedPoint],
+    flown: &[FlownPoint],
+) -> Document {
+    let mass_kg = planned.first().map_or(0.0, |point| point.mass_kg);
+    let mut sections = vec![
+        section("order", "Test points in their order", true, vec![Block::Table(order(planned))]),
+        section(
+            "envelope",
+            "Envelope",
+            true,
+            vec![Block::Figure(envelope_figure(&aircraft.flight_envelope, mass_kg, planned, flown)), Block::List(limits(
+                &aircraft.flight_envelope,
+            ))],
+        ),
+    ];
+    sections.extend(planned.iter().map(|point| card(campaign, point)));
+    let fact = |(name, text): (&String, &String)| (name.clone(), text.clone());
+    let mut facts = vec![("Aircraft".to_owned(), aircraft.name.clone())];
+    facts.extend(campaign.facts.iter().map(fact));
+    let (points, runs) = (planned.len(), planned.iter().map(|point| point.repeats).sum::<usize>());
+    let end_s = planned.last().map_or(0.0, |last| last.start_s + last.repeats as f64 * last.duration_s);
+    facts.push(("Test points".to_owned(), format!("{points}, {runs} runs")));
+    facts.push(("Estimated duration".to_owned(), format!("{} min at the points and between", number(end_s / 60.0, 3))));
+    let mut cover = vec![Block::Facts(facts), Block::Heading("Objectives".to_owned())];
+    cover.push(Block::List(campaign.objectives.clone()));
+    if !campaign.restrictions.is_empty() {
+        cover.extend([Block::Heading("Restrictions".to_owned()), Block::List(campaign.restrictions.clone())]);
+    }
+    Document {
+        title: campaign.title.clone(),
+        subtitle: aircraft.name.clone(),
+        app: format!("doublet {}", env!("CARGO_PKG_VERSION")),
+        date: date::today(),
+        notice: "Limits on these pages are those of the aircraft file; the flight manual counts.".to_owned(),
+        cover,
+        signatures: ["Captain", "Test engineer", "Experiment lead"].map(str::to_owned).into(),
+        sections,
+    }
+}
+
+fn section(name: &str, title: &str, on_new_page: bool, blocks: Vec<Block>) -> Section {
+    Section { name: name.to_owned(), title: title.to_owned(), is_numbered: false, on_new_page, blocks }
+}
+
+fn number(value: f64, digits: usize) -> String {
+    significant(value, digits)
+}
+
+/// Speeds of a card in the unit of the instrument as well.
+fn airspeed(point: &PlannedPoint) -> String {
+    const M_S_PER_KT: f64 = 1852.0 / 3600.0;
+    format!(
+        "{} m/s true, {} m/s ({} kt) calibrated",
+        number(point.airspeed_m_s, 3),
+        number(point.calibrated_m_s, 3),
+        number(point.calibrated_m_s / M_S_PER_KT, 3)
+    )
+}
+
+fn altitude(point: &PlannedPoint) -> String {
+    format!("{} m ({} ft)", number(point.altitude_m, 4), number(point.altitude_m / 0.3048, 4))
+}
+
+/// One card: initial conditions, procedure, a row per run to fill in, room for notes.
+fn card(campaign: &Campaign, point: &PlannedPoint) -> Section {
+    let fact = |name: &str, text: String| (name.to_owned(), text);
+    let given = |text: &String| if text.is_empty() { "not given".to_owned() } else { text.clone() };
+    let margin = point.cg_margin_m.map_or_else(String::new, |own| format!(", {} m inside", number(own, 2)));
+    let nearest = match (&point.nearest_limit, point.nearest_margin) {
+        (Some(limit), Some(margin)) => format!("{} m/s from {limit}", number(margin, 2)),
+        _ => "not given".to_owned(),
+    };
+    let flown = match point.status {
+        Flown::Missing => Flown::Missing.name().to_owned(),
+        status => format!("{}: {}", status.name(), point.windows.join(", ")),
+    };
+    let surface = if point.surface.is_empty() { "all surfaces" } else { &point.surface };
+    let mut blocks = vec![
+        Block::Heading("Initial conditions".to_owned()),
+        Block::Facts(vec![
+            fact("Airspeed", airspeed(point)),
+            fact("Altitude", altitude(point)),
+            fact("Configuration", given(&point.configuration)),
+            fact("Mass", format!("{} kg with {} kg of fuel", number(point.mass_kg, 4), number(point.fuel_kg, 3))),
+            fact("Centre of gravity", format!("{} m behind the datum{margin}", number(point.cg_x_m, 4))),
+            fact("Nearest limit of airspeed", nearest),
+            fact("Hazard", given(&point.hazard)),
+            fact("In the flight", format!("after {} min, {} min", number(point.start_s / 60.0, 3), number(
+                point.repeats as f64 * point.duration_s / 60.0,
+                3,
+            ))),
+            fact("Flown", flown),
+        ]),
+        Block::Heading("Procedure".to_owned()),
+        Block::List(campaign.procedure.clone()),
+    ];
+    if !point.knock_off.is_empty() {
+        blocks.extend([Block::Heading("Knock it off".to_owned()), Block::List(point.knock_off.clone())]);
+    }
+    blocks.extend([Block::Heading("Runs".to_owned()), Block::Table(runs(point, surface)), notes()]);
+    let title = format!("Card {}: {} {}", point.id, surface, point.kind);
+    section(&format!("card-{}", point.id), &title, true, blocks)
+}
+
+/// A row per run: what is to be given, and what the crew writes down.
+fn runs(point: &PlannedPoint, surface: &str) -> Table {
+    let columns = [
+        ("run", "Run"),
+        ("surface", "Surface"),
+        ("direction", "Direction"),
+        ("amplitude", "Amplitude"),
+        ("time", "Time stamp"),
+        ("fuel", "Fuel"),
+        ("altitude", "Altitude"),
+        ("remark", "Remark"),
+    ];
+    let amplitude = format!("{} deg", number(point.amplitude_deg, 2));
+    let blank = || Cell::text("\u{2009}".repeat(14));
+    let row = |run: usize| {
+        vec![
+            Cell::text(format!("{}.{run}", point.id)),
+            Cell::text(surface),
+            Cell::text(point.direction.clone()),
+            Cell::text(amplitude.clone()),
+            blank(),
+            blank(),
+            blank(),
+            blank(),
+        ]
+    };
+    Table {
+        name: format!("runs-{}", point.id),
+        caption: "To be filled in by the crew.".to_owned(),
+        columns: columns.map(|(key, heading)| Column::new(key, heading)).into(),
+        rows: (1..=point.repeats).map(row).collect(),
+    }
+}
+
+/// Lines for the crew's notes.
+fn notes() -> Block {
+    let line = || vec![Cell::text("\u{a0}".repeat(150))];
+    Block::Table(Table {
+        name: "notes".to_owned(),
+        caption: String::new(),
+        columns: vec![Column::new("notes", "Notes of the crew")],
+        rows: (0..6).map(|_| line()).collect(),
+    })
+}
+
+fn order(planned: &[PlannedPoint]) -> Table {
+    Table {
+        name: "order".to_owned(),
+        caption: "Fuel burns from one to the next and takes mass and centre of gravity along; what was flown is what the session's \
+                  windows show."
+            .to_owned(),
+        columns: vec![
+            Column::new("id", "Card"),
+            Column::new("input", "Input"),
+            Column::number("airspeed_m_s", "True airspeed", "m/s", 3),
+            Column::number("altitude_m", "Altitude", "m", 4),
+            Column::number("start_min", "After", "min", 3),
+            Column::number("fuel_kg", "Fuel", "kg", 3),
+            Column::number("mass_kg", "Mass", "kg", 4),
+            Column::number("cg_x_m", "CG", "m", 4),
+            Column::new("runs", "Runs"),
+            Column::new("status", "Flown"),
+        ],
+        rows: planned
+            .iter()
+            .map(|point| {
+                let surface = if point.surface.is_empty() { "all surfaces" } else { &point.surface };
+                vec![
+                    Cell::text(point.id.clone()),
+                    Cell::text(format!("{surface} {}", point.kind)),
+                    Cell::Number(point.airspeed_m_s),
+                    Cell::Number(point.altitude_m),
+                    Cell::Number(point.start_s / 60.0),
+                    Cell::Number(point.fuel_kg),
+                    Cell::Number(point.mass_kg),
+                    Cell::Number(point.cg_x_m),
+                    Cell::text(format!("{} of {}", point.windows.len(), point.repeats)),
+                    Cell::text(point.status.name()),
+                ]
+            })
+            .collect(),
+    }
+}
+
+/// What the envelope states and does not, one line each.
+fn limits(envelope: &FlightEnvelope) -> Vec<String> {
+    let line = |name: &str, value: Option<f64>, unit: &str| match value {
+        Some(value) => format!("{name}: {} {unit}", number(value, 4)),
+        None => format!("{name}: not given"),
+    };
+    vec![
+        line("stall, flaps up, power off", envelope.stall_m_s, "m/s calibrated"),
+        line("onset of buffet over the stall", envelope.buffet_over_stall, "times"),
+        line("VA", envelope.manoeuvring_m_s, "m/s calibrated"),
+        line("VFE", envelope.flaps_extended_m_s, "m/s calibrated"),
+        line("VH", envelope.max_level_m_s, "m/s calibrated"),
+        line("VNE", envelope.never_exceed_m_s, "m/s calibrated"),
+        line("least load factor", envelope.load_factor_low, ""),
+        line("greatest load factor", envelope.load_factor_high, ""),
+        line("service ceiling", envelope.ceiling_m, "m"),
+        line("power of each engine", envelope.engine_power_w.map(|power| power / 1000.0), "kW"),
+        line("engine speed", envelope.engine_speed_rad_s, "rad/s"),
+    ]
+}
+
+/// Colours of what windows told: much, as much as the others, little.
+const TOLD: [(&str, usize); 3] = [("told much", 2), ("told as much as others", 0), ("told little", 4)];
+
+/// Altitude over airspeed and load factor over airspeed, with the points planned and flown.
+pub fn envelope_figure(
+    envelope: &FlightEnvelope,
+    mass_kg: f64,
+    planned: &[PlannedPoint],
+    flown: &[FlownPoint],
+) -> Figure {
+    let mut altitude = Plot {
+        x: Axis::new("true airspeed", "m/s"),
+        y: Axis::new("altitude", "m"),
+        marks: altitude_lines(envelope, mass_kg),
+    };
+    let mut load = Plot {
+        x: Axis::new("calibrated airspeed", "m/s"),
+        y: Axis::new("load factor", ""),
+        marks: load_lines(envelope, mass_kg),
+    };
+    let mean = flown.iter().map(|point| point.share_of_information).sum::<f64>() / flown.len().max(1) as f64;
+    let class = |point: &FlownPoint| match point.share_of_information / mean {
+        share if share > 1.25 => 0,
+        share if share < 0.75 => 2,
+        _ => 1,
+    };
+    for (place, (label, colour)) in TOLD.into_iter().enumerate() {
+        let own: Vec<&FlownPoint> = flown.iter().filter(|point| class(point) == place).collect();
+        if own.is_empty() {
+            continue;
+        }
+        let dots = |label: String, points: Vec<[f64; 3]>| Mark::Points {
+            label: label.into(),
+            colour: Colour::of(colour),
+            style: LineStyle::Dots,
+            points,
+        };
+        let at = own.iter().map(|point| [point.airspeed_m_s, point.altitude_m, f64::NAN]).collect();
+        altitude.marks.push(dots(format!("flown, {label}"), at));
+        let loads = own.iter().flat_map(|point| {
+            [point.load_factor_low, point.load_factor_high].map(|load| [point.calibrated_m_s, load, f64::NAN])
+        });
+        load.marks.push(dots(String::new(), loads.collect()));
+    }
+    altitude.marks.push(Mark::Points {
+        label: "planned".into(),
+        colour: Colour::of(1),
+        style: LineStyle::Dots,
+        points: planned.iter().map(|point| [point.airspeed_m_s, point.altitude_m, f64::NAN]).collect(),
+    });
+    load.marks.push(Mark::Points {
+        label: String::new().into(),
+        colour: Colour::of(1),
+        style: LineStyle::Dots,
+        points: planned.iter().map(|point| [point.calibrated_m_s, 1.0, f64::NAN]).collect(),
+    });
+    Figure {
+        name: "envelope".to_owned(),
+        caption: format!(
+            "Envelope at {} kg with the points planned and flown; of a window flown the least and the greatest load factor.",
+            number(mass_kg, 4)
+        ),
+        columns: 1,
+        panel_height_mm: 60.0,
+        panels: vec![Panel::Plot(altitude), Panel::Plot(load)],
+    }
+}
+
+fn joined(label: &'static str, colour: usize, style: LineStyle, points: Vec<[f64; 2]>) -> Mark {
+    let points = points.into_iter().map(|[x, y]| [x, y, f64::NAN]).collect();
+    Mark::Points { label: label.into(), colour: Colour::of(colour), style, points }
+}
+
+/// Limits of airspeed over altitude as true airspeeds of the standard atmosphere, and the ceiling.
+fn altitude_lines(envelope: &FlightEnvelope, mass_kg: f64) -> Vec<Mark> {
+    /// Steps of altitude from the sea to the ceiling.
+    const STEPS: usize = 40;
+    let top = envelope.ceiling_m.unwrap_or(6000.0);
+    let stall = envelope.stall_at(1.0, mass_kg);
+    let buffet = stall.zip(envelope.buffet_over_stall).map(|(stall, over)| stall * over);
+    let speeds = [
+        ("stall", 5, LineStyle::Solid, stall),
+        ("buffet", 5, LineStyle::Dashed, buffet),
+        ("VFE", 3, LineStyle::Dashed, envelope.flaps_extended_m_s),
+        ("VA", 6, LineStyle::Dashed, envelope.manoeuvring_m_s),
+        ("VH", 7, LineStyle::Dashed, envelope.max_level_m_s),
+        ("VNE", 7, LineStyle::Solid, envelope.never_exceed_m_s),
+    ];
+    let mut marks = Vec::new();
+    let mut ends: Vec<f64> = Vec::new();
+    for (label, colour, style, value) in speeds {
+        let Some(value) = value else { continue };
+        let points: Vec<[f64; 2]> = (0..=STEPS)
+            .filter_map(|step| {
+                let altitude = top * step as f64 / STEPS as f64;
+                let density = Atmosphere::STANDARD.density_kg_m3(altitude).ok()?;
+                Some([value / calibrated_m_s(1.0, density), altitude])
+            })
+            .collect();
+        ends.extend(points.last().map(|point| point[0]));
+        marks.push(joined(label, colour, style, points));
+    }
+    if let (Some(ceiling), Some(low), Some(high)) = (
+        envelope.ceiling_m,
+        ends.iter().copied().reduce(f64::min),
+        ends.iter().copied().reduce(f64::max),
+    ) {
+        marks.push(joined("ceiling", 4, LineStyle::Solid, vec![[low, ceiling], [high, ceiling]]));
+    }
+    marks
+}
+
+/// Load factors at which the wing stalls, and those of the structure, up to VNE.
+fn load_lines(envelope: &FlightEnvelope, mass_kg: f64) -> Vec<Mark> {
+    /// Steps of airspeed from rest to VNE.
+    const STEPS: usize = 100;
+    let Some(fastest) = envelope.never_exceed_m_s.or(envelope.max_level_m_s) else { return Vec::new() };
+    let speeds = (0..=STEPS).map(|step| fastest * step as f64 / STEPS as f64);
+    let mut marks = Vec::new();
+    let upper: Vec<[f64; 2]> =
+        speeds.clone().filter_map(|speed| Some([speed, envelope.load_factor_at(speed, mass_kg)?])).collect();
+    let low = envelope.load_factor_low.unwrap_or(-1.0);
+    let lower: Vec<[f64; 2]> = speeds
+        .filter_map(|speed| {
+            let stalled = envelope.stall_at(1.0, mass_kg).map(|stall| -(speed / stall).powi(2));
+            Some([speed, stalled.map_or(low, |stalled| stalled.max(low))])
+        })
+        .collect();
+    if upper.is_empty() {
+        return marks;
+    }
+    let close = [[fastest, upper.last().map_or(1.0, |p| p[1])], [fastest, lower.last().map_or(low, |p| p[1])]];
+    marks.push(joined("", 5, LineStyle::Solid, upper));
+    // The lift to the other side is taken as large, which no cambered wing has: the true line lies further in.
+    marks.push(joined("", 5, LineStyle::Dashed, lower));
+    marks.push(joined("", 7, LineStyle::Solid, close.into()));
+    if let (Some(speed), Some(high)) = (envelope.manoeuvring_m_s, envelope.load_factor_high) {
+        marks.push(joined("", 6, LineStyle::Dashed, vec![[speed, low], [speed, high]]));
+    }
+    marks
+}

@@ -1,0 +1,195 @@
+//! Whether a design keeps what it promises: many flights of it in the simulator.
+
+use doublet_core::simulate::{Scenario, scenario};
+use doublet_dynamics::design::{Quantity, Request, design};
+use doublet_dynamics::linear::trim;
+use rayon::prelude::*;
+
+use super::basis::{DesignOptions, FlownWindow, basis};
+use super::files::design_scenario;
+use super::rows::design_row;
+use crate::graph::{Context, StageResult};
+use crate::session::Session;
+use crate::study::dynamics::{Flown, pooled_model};
+use crate::study::{estimates, flown_aircraft, fly, windows};
+
+/// A derivative: what was promised and what came.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DesignedDerivative {
+    /// Name.
+    pub name: String,
+    /// Corrected error before flying.
+    pub predicted: f64,
+    /// Standard deviation of the estimates.
+    pub scatter: f64,
+    /// Root mean square of their corrected errors.
+    pub corrected: f64,
+    /// Truth.
+    pub truth: f64,
+}
+
+/// An excursion: what was promised and what came.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DesignedExcursion {
+    /// Quantity.
+    pub name: &'static str,
+    /// Least and greatest value before flying.
+    pub predicted: (f64, f64),
+    /// Least and greatest value of all flights.
+    pub flown: (f64, f64),
+    /// Part of the flights that stay inside.
+    pub inside: f64,
+}
+
+/// What many flights of a design gave.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DesignCoverage {
+    /// Kind of the design.
+    pub kind: &'static str,
+    /// Flights.
+    pub realisations: usize,
+    /// Derivatives.
+    pub derivatives: Vec<DesignedDerivative>,
+    /// Excursions.
+    pub excursions: Vec<DesignedExcursion>,
+    /// Part of the flights in which all excursions hold.
+    pub inside: f64,
+    /// Largest scatter over the magnitude of its truth.
+    pub worst_relative_error: f64,
+    /// Correlations of regressors above 0.6.
+    pub correlations: Vec<(String, String, f64)>,
+}
+
+/// Least and greatest value of each quantity over the windows of a flight.
+type Extremes = Vec<(f64, f64)>;
+
+/// Flies `known` once, identifies it with the settings of `session`, designs by `request` from that, flies the design once for each seed
+/// behind `first_seed` with other gusts and noise each time, and identifies each flight by itself.
+///
+/// # Errors
+/// One line: a flight that cannot be flown, a fit that fails, no design; or that it was stopped.
+pub fn design_coverage(
+    session: &Session,
+    known: &Scenario,
+    request: &Request,
+    (realisations, first_seed): (usize, u64),
+    context: &Context<'_>,
+) -> StageResult<DesignCoverage> {
+    let aircraft = flown_aircraft(session, known, context)?;
+    let known_windows = windows(known);
+    let first = fly(session, known, &aircraft, &known_windows, first_seed, context)?;
+    let model = pooled_model(&first.pooled, &session.structure, &first.aero, &mut Vec::new())?;
+    let flown = Flown { windows: first.aero.iter().map(|(_, aero)| &**aero).collect() };
+    let mut condition = flown.condition(session.filter.gravity_m_s2, Some(0.0))?;
+    let line = |error: doublet_dynamics::linear::LinearError| error.to_string();
+    let thrust_n = trim(&model.model, &condition).map_err(line)?.thrust_n;
+    let engines = &aircraft.loaded.powerplant.engines;
+    condition.thrust_slope_n_s_m = flown.thrust_slope(engines, &condition, thrust_n).unwrap_or(0.0);
+    let pairs: Vec<FlownWindow<'_>> =
+        first.aero.iter().zip(&first.paths).map(|((window, aero), path)| ((*window, aero.clone()), path)).collect();
+    let basis = basis(session, &pairs, (&model, &condition), &DesignOptions::default())?;
+    let designed = design(&basis, request).map_err(|error| error.to_string())?;
+    let row = design_row(&basis, request, &designed);
+    let file = design_scenario(&row, &designed, "c337f");
+    let next = scenario::parse(&file).map_err(|error| error.to_string())?;
+    // Gusts and air of the day are those of the flight it was designed from.
+    let next = Scenario { gust_m_s: known.gust_m_s, loading: known.loading.clone(), ..next };
+    let next_windows = windows(&next);
+    let context = context.parts(realisations);
+    let one = |index: usize| {
+        context.checkpoint()?;
+        let seed = first_seed + 1 + index as u64;
+        let flight = fly(session, &next, &aircraft, &next_windows, seed, &context);
+        let flight = flight.map_err(|error| error.at(format!("seed {seed}")))?;
+        let extremes = extremes(&flight.flight, &next_windows, session.filter.gravity_m_s2);
+        let found = estimates(flight.pooled).map_err(|error| error.at(format!("seed {seed}")))?;
+        context.step();
+        Ok((found, extremes))
+    };
+    let flights = (0..realisations).into_par_iter().map(one).collect::<StageResult<Vec<_>>>()?;
+    let derivatives: Vec<DesignedDerivative> = row
+        .predicted
+        .iter()
+        .filter_map(|own| {
+            let of = |flight: &(Vec<crate::study::Estimate>, Extremes)| {
+                flight.0.iter().find(|estimate| estimate.0 == own.name).map(|estimate| (estimate.1, estimate.3))
+            };
+            let all: Vec<(f64, f64)> = flights.iter().map(of).collect::<Option<_>>()?;
+            let count = all.len() as f64;
+            let mean = all.iter().map(|one| one.0).sum::<f64>() / count;
+            Some(DesignedDerivative {
+                name: own.name.clone(),
+                predicted: own.corrected?,
+                scatter: (all.iter().map(|one| (one.0 - mean).powi(2)).sum::<f64>() / (count - 1.0)).sqrt(),
+                corrected: (all.iter().map(|one| one.1 * one.1).sum::<f64>() / count).sqrt(),
+                truth: known.vehicle.aero.value(&own.name)?,
+            })
+        })
+        .collect();
+    let stays = |flight: &Extremes, place: usize| {
+        let (own, promised) = (flight[place], &row.excursions[place]);
+        own.0 >= promised.low && own.1 <= promised.high
+    };
+    let share = |holds: &dyn Fn(&Extremes) -> bool| {
+        flights.iter().filter(|flight| holds(&flight.1)).count() as f64 / flights.len() as f64
+    };
+    let excursions: Vec<DesignedExcursion> = row
+        .excursions
+        .iter()
+        .enumerate()
+        .map(|(place, promised)| DesignedExcursion {
+            name: promised.name,
+            predicted: (promised.low, promised.high),
+            flown: flights
+                .iter()
+                .map(|flight| flight.1[place])
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |a, b| (a.0.min(b.0), a.1.max(b.1))),
+            inside: share(&|flight| stays(flight, place)),
+        })
+        .collect();
+    Ok(DesignCoverage {
+        kind: designed.kind.name(),
+        realisations,
+        inside: share(&|flight| (0..row.excursions.len()).all(|place| stays(flight, place))),
+        worst_relative_error: derivatives.iter().map(|own| own.scatter / own.truth.abs()).fold(0.0, f64::max),
+        correlations: row
+            .correlations
+            .iter()
+            .filter(|own| own.correlation.abs() > 0.6)
+            .map(|own| (own.first.clone(), own.second.clone(), own.correlation))
+            .collect(),
+        derivatives,
+        excursions,
+    })
+}
+
+/// Extremes of the true motion within the windows, in the order of [`Quantity::ALL`].
+fn extremes(
+    flight: &doublet_core::simulate::Flight,
+    windows: &[crate::session::Manoeuvre],
+    gravity_m_s2: f64,
+) -> Extremes {
+    let column = |quantity: Quantity| match quantity {
+        Quantity::Alpha => ("alpha", 1.0),
+        Quantity::Beta => ("beta", 1.0),
+        Quantity::LoadFactor => ("az", -1.0 / gravity_m_s2),
+        Quantity::RollRate => ("p", 1.0),
+        Quantity::Airspeed => ("airspeed", 1.0),
+        Quantity::Altitude => ("z", -1.0),
+        Quantity::Bank => ("phi", 1.0),
+    };
+    let truth = &flight.truth;
+    Quantity::ALL
+        .into_iter()
+        .map(|quantity| {
+            let (name, factor) = column(quantity);
+            let values = truth.column(name).unwrap_or_default();
+            let inside =
+                |time_s: f64| windows.iter().any(|own| (own.window.start_s..=own.window.end_s).contains(&time_s));
+            let within = truth.time_s.iter().zip(values).filter(|(time_s, _)| inside(**time_s));
+            within
+                .map(|(_, value)| factor * f64::from(*value))
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)))
+        })
+        .collect()
+}

@@ -1,0 +1,183 @@
+//! Whether what was flown is enough: errors after every window against goals, and the manoeuvre to fly next.
+
+use doublet_dynamics::design::{Basis, Prediction, Request, next_manoeuvres};
+use serde::Serialize;
+
+use super::rows::names;
+use crate::graph::StageResult;
+use crate::session::{Session, WindowRole};
+
+/// A goal of one derivative.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Goal {
+    /// Derivative.
+    pub name: String,
+    /// Standard error to reach.
+    pub standard_error: f64,
+}
+
+/// What counts as enough.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EnoughOptions {
+    /// Goals of single derivatives.
+    pub goals: Vec<Goal>,
+    /// Goal of all others: standard error over the magnitude of the estimate, per cent.
+    pub relative_percent: f64,
+    /// How the next manoeuvre is designed.
+    pub next: Request,
+}
+
+/// How far a session has come.
+#[derive(Clone, Debug, Serialize)]
+pub struct Enough {
+    /// Whether every goal is met.
+    pub enough: bool,
+    /// Derivatives whose goal is met.
+    pub met: usize,
+    /// Derivatives in all.
+    pub of: usize,
+    /// Derivatives with their goals.
+    pub derivatives: Vec<DerivativeRow>,
+    /// After every identification window, in the order of the session.
+    pub windows: Vec<WindowInformation>,
+    /// Manoeuvres that could be flown next, best first; empty where all goals are met.
+    pub next: Vec<NextRow>,
+}
+
+/// A derivative with its goal.
+#[derive(Clone, Debug, Serialize)]
+#[expect(missing_docs, reason = "docs/results.md says what each key is")]
+pub struct DerivativeRow {
+    pub name: String,
+    pub estimate: f64,
+    pub corrected: Option<f64>,
+    pub goal: f64,
+    pub met: bool,
+    pub met_after: Option<String>,
+}
+
+/// What the windows up to one say together.
+#[derive(Clone, Debug, Serialize)]
+#[expect(missing_docs, reason = "docs/results.md says what each key is")]
+pub struct WindowInformation {
+    pub window: String,
+    pub time_s: f64,
+    pub met: usize,
+    pub worst: Option<String>,
+    pub worst_over_goal: Option<f64>,
+    pub corrected: Vec<Option<f64>>,
+}
+
+/// A manoeuvre that could be flown next.
+#[derive(Clone, Debug, Serialize)]
+#[expect(missing_docs, reason = "docs/results.md says what each key is")]
+pub struct NextRow {
+    pub kind: &'static str,
+    pub surfaces: Vec<&'static str>,
+    pub duration_s: f64,
+    pub met: usize,
+    pub worst: Option<String>,
+    pub worst_over_goal: Option<f64>,
+    pub signal_peak_rad: Vec<f64>,
+}
+
+/// What of the goals is met: errors over goals.
+struct Standing {
+    met: usize,
+    worst: Option<(String, f64)>,
+}
+
+impl EnoughOptions {
+    fn goal(&self, derivative: &doublet_dynamics::design::ExpectedDerivative) -> f64 {
+        let own = self.goals.iter().find(|goal| goal.name == derivative.name);
+        own.map_or(0.01 * self.relative_percent * derivative.magnitude(), |goal| goal.standard_error)
+    }
+
+    fn standing(&self, prediction: &Prediction) -> Standing {
+        let over = prediction.derivatives.iter().map(|derivative| {
+            let error = derivative.corrected.unwrap_or(f64::INFINITY);
+            (derivative.name.clone(), error / self.goal(derivative))
+        });
+        let over: Vec<(String, f64)> = over.collect();
+        let met = over.iter().filter(|(_, ratio)| *ratio <= 1.0).count();
+        Standing { met, worst: over.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)) }
+    }
+}
+
+/// Goes through the identification windows in their order: the errors that the windows up to each give together, in the noise that all of
+/// them left; and what one manoeuvre more would make of them.
+///
+/// # Errors
+/// One line: a goal of a derivative there is not; regressors that cannot be formed.
+pub fn enough(session: &Session, basis: &Basis, options: &EnoughOptions) -> StageResult<Enough> {
+    let line = |error: doublet_dynamics::design::DesignError| error.to_string();
+    if let Some(goal) = options.goals.iter().find(|goal| !basis.model.names.contains(&goal.name)) {
+        return Err(format!("no derivative of the model is called '{}'", goal.name).into());
+    }
+    let used = |name: &str| basis.coefficients.iter().any(|known| known.flown.iter().any(|own| own.label == name));
+    let order = session.windows.iter().filter(|window| window.role == WindowRole::Identification && used(&window.name));
+    let mut so_far: Vec<&str> = Vec::new();
+    let mut time_s = 0.0;
+    let mut windows = Vec::new();
+    let mut last = Prediction::default();
+    let mut met_after: Vec<Option<String>> = Vec::new();
+    for window in order {
+        so_far.push(&window.name);
+        time_s += window.window.end_s - window.window.start_s;
+        last = basis.of_windows(|label| so_far.contains(&label)).predict(&[], true).map_err(line)?;
+        let standing = options.standing(&last);
+        met_after.resize(last.derivatives.len(), None);
+        for (derivative, after) in last.derivatives.iter().zip(&mut met_after) {
+            let met = derivative.corrected.is_some_and(|error| error <= options.goal(derivative));
+            // A goal that is lost again with a later window counts from when it is met for good.
+            *after = if met { after.take().or_else(|| Some(window.name.clone())) } else { None };
+        }
+        windows.push(WindowInformation {
+            window: window.name.clone(),
+            time_s,
+            met: standing.met,
+            worst: standing.worst.as_ref().map(|worst| worst.0.clone()),
+            worst_over_goal: standing.worst.map(|worst| worst.1).filter(|ratio| ratio.is_finite()),
+            corrected: last.derivatives.iter().map(|derivative| derivative.corrected).collect(),
+        });
+    }
+    let standing = options.standing(&last);
+    let derivatives = last.derivatives.iter().zip(met_after).map(|(derivative, met_after)| DerivativeRow {
+        name: derivative.name.clone(),
+        estimate: derivative.estimate,
+        corrected: derivative.corrected,
+        goal: options.goal(derivative),
+        met: met_after.is_some(),
+        met_after,
+    });
+    let of = last.derivatives.len();
+    let is_enough = of > 0 && standing.met == of;
+    let next = if is_enough { Vec::new() } else { next_rows(basis, options)? };
+    Ok(Enough { enough: is_enough, met: standing.met, of, derivatives: derivatives.collect(), windows, next })
+}
+
+/// Candidates, best first: by the worst error over its goal, then by the number of goals met.
+fn next_rows(basis: &Basis, options: &EnoughOptions) -> StageResult<Vec<NextRow>> {
+    let found = next_manoeuvres(basis, &options.next).map_err(|error| error.to_string())?;
+    let mut rows: Vec<NextRow> = found
+        .into_iter()
+        .map(|next| {
+            let standing = options.standing(&next.prediction);
+            let peaks = next.manoeuvre.input.peaks_rad();
+            NextRow {
+                kind: next.manoeuvre.kind.name(),
+                surfaces: names(&next.manoeuvre.surfaces),
+                duration_s: next.manoeuvre.duration_s,
+                met: standing.met,
+                worst: standing.worst.as_ref().map(|worst| worst.0.clone()),
+                worst_over_goal: standing.worst.map(|worst| worst.1).filter(|ratio| ratio.is_finite()),
+                signal_peak_rad: next.manoeuvre.surfaces.iter().map(|&surface| peaks[surface]).collect(),
+            }
+        })
+        .collect();
+    rows.sort_by(|a, b| {
+        let key = |row: &NextRow| row.worst_over_goal.unwrap_or(f64::INFINITY);
+        key(a).total_cmp(&key(b)).then(b.met.cmp(&a.met))
+    });
+    Ok(rows)
+}

@@ -1,0 +1,160 @@
+//! A design as files: nodes as CSV, a scenario of the simulator, a script for ArduPilot, parameters for PX4.
+
+use std::fmt::Write;
+
+use doublet_core::simulate::scenario::{FILE_FORMAT, FILE_VERSION};
+use doublet_dynamics::design::{Designed, SURFACE_NAMES};
+
+use super::rows::DesignRow;
+
+/// Nodes of all manoeuvres, straight lines between them: number of the window, time since its start, deflections about the trim.
+pub fn design_csv(row: &DesignRow) -> String {
+    let mut text = "manoeuvre,time_s,aileron_rad,elevator_rad,rudder_rad\n".to_owned();
+    for node in &row.signal {
+        let _ = writeln!(text, "{},{},{},{},{}", node.manoeuvre, node.time_s, node.aileron, node.elevator, node.rudder);
+    }
+    text
+}
+
+/// A scenario file for `doublet simulate`: the manoeuvres one after the other from the design's trim, in its gusts.
+pub fn design_scenario(row: &DesignRow, designed: &Designed, aircraft: &str) -> String {
+    let mut text = format!(
+        "format = \"{FILE_FORMAT}\"\nversion = {FILE_VERSION}\naircraft = {aircraft:?}\nairspeed_m_s = {:?}\naltitude_m = {:?}\n\
+         gust_m_s = {:?}\n",
+        row.trim["airspeed_m_s"], row.trim["altitude_m"], row.gust_m_s
+    );
+    for (index, manoeuvre) in designed.manoeuvres.iter().enumerate() {
+        let _ = write!(
+            text,
+            "\n[[manoeuvre]]\nname = \"{:02} {}\"\nduration_s = {:?}\n",
+            index + 1,
+            manoeuvre.name,
+            manoeuvre.duration_s
+        );
+        let _ = writeln!(text, "time_s = {:?}", manoeuvre.input.times_s());
+        for &surface in &manoeuvre.surfaces {
+            let values: Vec<f64> = manoeuvre.input.nodes().map(|node| node.1[surface]).collect();
+            let _ = writeln!(text, "{}_rad = {values:?}", SURFACE_NAMES[surface]);
+        }
+    }
+    text
+}
+
+/// Servo functions of ArduPilot: aileron, elevator, rudder.
+const FUNCTIONS: [u32; 3] = [4, 19, 21];
+
+/// A script for ArduPilot's scripting engine that flies the first manoeuvre when a switch goes high: the servos that move are taken over for
+/// the length of the window, each about the output it had then, straight lines between the nodes; the switch going low ends it.
+///
+/// Full travel of each servo is `full_travel_rad` to either side; the servo's own minimum, maximum and reversal are read from its
+/// parameters.
+pub fn design_lua(designed: &Designed, full_travel_rad: [f64; 3]) -> String {
+    let Some(manoeuvre) = designed.manoeuvres.first() else { return String::new() };
+    let mut text = String::from(
+        "-- Designed input, written by doublet. Deflections are parts of full travel about the output at the start.\n\
+         -- Check signs and travel of every servo on the ground first.\n\
+         local SWITCH_CHANNEL = 6   -- RC input that starts it when high and ends it when low\n\
+         local STEP_MS = 10\n\
+         local OVERRIDE_MS = 60     -- a servo goes back to the autopilot when the script falls silent for this long\n",
+    );
+    let _ = writeln!(text, "local DURATION_S = {:.3}", manoeuvre.duration_s);
+    text.push_str("local SURFACES = {\n");
+    for &surface in &manoeuvre.surfaces {
+        let _ = writeln!(
+            text,
+            "  {{ name = \"{}\", servo_function = {}, nodes = {{",
+            SURFACE_NAMES[surface], FUNCTIONS[surface]
+        );
+        for (time_s, deflections) in manoeuvre.input.nodes() {
+            let part = (deflections[surface] / full_travel_rad[surface]).clamp(-1.0, 1.0);
+            let _ = writeln!(text, "    {{ {time_s:.4}, {part:.5} }},");
+        }
+        text.push_str("  } },\n");
+    }
+    text.push_str(LUA_BODY);
+    text
+}
+
+const LUA_BODY: &str = r#"}
+
+local started_ms = nil
+local was_high = true          -- a switch that is high at boot starts nothing
+
+local function value(nodes, time_s)
+  for index = 2, #nodes do
+    local t0, v0, t1, v1 = nodes[index - 1][1], nodes[index - 1][2], nodes[index][1], nodes[index][2]
+    if time_s >= t0 and time_s < t1 then
+      return v0 + (v1 - v0) * (time_s - t0) / (t1 - t0)
+    end
+  end
+  return 0.0
+end
+
+local function begin()
+  for _, surface in ipairs(SURFACES) do
+    surface.channel = SRV_Channels:find_channel(surface.servo_function)
+    surface.start_pwm = SRV_Channels:get_output_pwm(surface.servo_function)
+    if not surface.channel or not surface.start_pwm then
+      gcs:send_text(4, "input: no servo for " .. surface.name)
+      return false
+    end
+    local servo = "SERVO" .. tostring(surface.channel + 1)
+    surface.low, surface.high = param:get(servo .. "_MIN"), param:get(servo .. "_MAX")
+    local reversed = param:get(servo .. "_REVERSED")
+    surface.sign = (reversed == 1) and -1 or 1
+  end
+  return true
+end
+
+function update()
+  local pwm = rc:get_pwm(SWITCH_CHANNEL)
+  local high = pwm ~= nil and pwm > 1700
+  if high and not was_high and begin() then
+    started_ms = millis()
+    gcs:send_text(6, "input: started")
+  end
+  was_high = high
+  if started_ms then
+    local time_s = (millis() - started_ms):tofloat() / 1000.0
+    if not high or time_s >= DURATION_S then
+      started_ms = nil
+      gcs:send_text(6, high and "input: finished" or "input: stopped")
+    else
+      for _, surface in ipairs(SURFACES) do
+        local half = (surface.high - surface.low) / 2
+        local output = surface.start_pwm + surface.sign * half * value(surface.nodes, time_s)
+        output = math.max(surface.low, math.min(surface.high, output))
+        SRV_Channels:set_output_pwm_chan_timeout(surface.channel, math.floor(output + 0.5), OVERRIDE_MS)
+      end
+    end
+  end
+  return update, STEP_MS
+end
+
+return update()
+"#;
+
+/// Parameters of PX4's own signal injection for fixed-wing aircraft: a sweep by factors over the band and the time of the design. PX4 knows no
+/// inputs node by node, and adds what it injects to the rate setpoints, so that this is the nearest it flies by itself.
+pub fn design_px4(designed: &Designed, band_hz: [f64; 2]) -> String {
+    let longest_s = designed.manoeuvres.iter().map(|manoeuvre| manoeuvre.duration_s).fold(0.0, f64::max);
+    let axes: i32 = {
+        let mut axes = 0;
+        for surface in designed.manoeuvres.iter().flat_map(|manoeuvre| &manoeuvre.surfaces) {
+            axes |= 1 << surface;
+        }
+        axes
+    };
+    // Types of the file: 6 a 32-bit integer, 9 a 32-bit number.
+    format!(
+        "# Written by doublet. PX4's injection adds to the rate setpoints of one axis after the other; it flies no designed signal as it is.\n\
+         # Vehicle-Id Component-Id Name Value Type\n\
+         1\t1\tFW_AT_AXES\t{axes}\t6\n\
+         1\t1\tFW_AT_APPLY\t0\t6\n\
+         1\t1\tFW_AT_SYSID_TYPE\t2\t6\n\
+         1\t1\tFW_AT_SYSID_F0\t{:.3}\t9\n\
+         1\t1\tFW_AT_SYSID_F1\t{:.3}\t9\n\
+         1\t1\tFW_AT_SYSID_TIME\t{longest_s:.1}\t9\n",
+        band_hz[0], band_hz[1]
+    )
+}
