@@ -380,10 +380,13 @@ pub struct CoverageArguments {
     /// Print instead how often the intervals of the natural modes hold those of the truth at the same trim.
     #[arg(long, conflicts_with = "verdict")]
     pub modes: bool,
-    /// Identify one flight of the scenario, design an input of this kind from it, fly that many times and print predicted errors and
+    /// Identify flights of the scenario, design an input of this kind from them, fly that many times and print predicted errors and
     /// excursions beside the scatter.
     #[arg(long, value_name = "KIND", conflicts_with_all = ["verdict", "modes"], value_parser = crate::design::kind)]
     pub design: Option<DesignKind>,
+    /// Flights of the scenario that the design starts from.
+    #[arg(long, requires = "design", default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub known: u32,
     /// Surfaces of that design.
     #[arg(long, value_name = "SURFACE,...", value_delimiter = ',', requires = "design", default_value = "aileron,elevator,rudder", value_parser = PossibleValuesParser::new(doublet_dynamics::design::SURFACE_NAMES))]
     pub surfaces: Vec<String>,

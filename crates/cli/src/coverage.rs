@@ -46,8 +46,9 @@ pub fn coverage(arguments: &CoverageArguments) -> Result<(), String> {
             seed: 1,
             with_flown: false,
         };
-        let fly = |session: &Session, scenario: &Scenario, count: (usize, u64), context: &Context<'_>| {
-            design_coverage(session, scenario, &request, count, context)
+        let known = arguments.known as usize;
+        let fly = |session: &Session, scenario: &Scenario, (count, seed): (usize, u64), context: &Context<'_>| {
+            design_coverage(session, scenario, &request, (known, count, seed), context)
         };
         print_design(arguments, &studied(arguments, fly)?);
         return Ok(());
@@ -88,12 +89,12 @@ pub fn coverage(arguments: &CoverageArguments) -> Result<(), String> {
 /// What a design promised beside what its flights gave.
 fn print_design(arguments: &CoverageArguments, found: &DesignCoverage) {
     text::line(&format!(
-        "{} flights of {} on {}, {} s, designed from seed {} of scenario '{}': predicted errors over the scatter of the estimates",
+        "{} flights of {} on {}, {} s, designed from {} of scenario '{}': predicted errors over the scatter of the estimates",
         found.realisations,
         found.kind,
         arguments.surfaces.join(", "),
         text::number(arguments.time, 4),
-        arguments.seed,
+        arguments.known,
         arguments.scenario
     ));
     let cells = found.derivatives.iter().map(|row| {

@@ -229,8 +229,14 @@ pub fn design(arguments: &DesignArguments) -> Result<(), String> {
     if row.failed_samples > 0 {
         row.notes.push(format!("{} of {} draws have no trim or left the flight", row.failed_samples, row.samples));
     }
-    if basis.starts.is_empty() {
-        row.notes.push("no window was flown near this trim: flights begin without unsteadiness".to_owned());
+    for own in row.excursions.iter().filter(|own| own.margin.is_some_and(|margin| margin < 0.0)) {
+        let past = number(-own.margin.unwrap_or_default(), 2);
+        row.notes.push(format!(
+            "{} may pass its limit ({}) by {past} {}",
+            own.name,
+            own.limit_source.as_deref().unwrap_or_default(),
+            own.unit
+        ));
     }
     let written = arguments.out.as_ref().map(|_| write(arguments, &session, &row, &designed)).transpose()?;
     if arguments.basis.json {

@@ -44,6 +44,7 @@ pub fn fidelity(arguments: &FidelityArguments) -> Result<(), String> {
         verdict: false,
         modes: false,
         design: None,
+        known: 0,
         surfaces: Vec::new(),
         time: 0.0,
     };

@@ -23,11 +23,24 @@ pub struct Plant {
     pub trim: Trim,
 }
 
+/// How a window begins: where the aircraft was trimmed, and how far from steady flight it was.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Start {
+    /// True airspeed of the trim less that of the condition, m/s.
+    pub airspeed_m_s: f64,
+    /// Altitude less that of the condition, m.
+    pub altitude_m: f64,
+    /// Deviations of the states from that trim.
+    pub state: [f64; STATES],
+    /// Deviations of the deflections held from those of that trim, rad.
+    pub controls_rad: [f64; 3],
+}
+
 /// What a flight meets that nobody designed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Disturbance {
-    /// Deviation of the states from the trim at the start.
-    pub start: [f64; STATES],
+    /// Its start, of which the trim is the plant's.
+    pub start: Start,
     /// Standard deviation of the gusts, m/s.
     pub gust_m_s: f64,
     /// Seed of the gusts.
@@ -62,6 +75,17 @@ impl Plant {
         let trim = trim(&model, condition)?;
         Ok(Self { model, trim })
     }
+
+    /// The same trimmed where a window begins.
+    ///
+    /// # Errors
+    /// [`DesignError::Linear`] without a trim.
+    pub fn at(&self, start: &Start) -> Result<Self, DesignError> {
+        let about = &self.trim.condition;
+        let mut condition = about.at_altitude(about.altitude_m + start.altitude_m);
+        condition.airspeed_m_s += start.airspeed_m_s;
+        Self::new(self.model.clone(), &condition)
+    }
 }
 
 /// Flies `input`, which adds to the deflections of the trim, for `duration_s`, a sample every `step_s`: equations of motion of a rigid body
@@ -81,10 +105,14 @@ pub fn fly(
     let mut state = plant.trim.state();
     let mut gusts = disturbance.map(|own| (Dryden::new(own.gust_m_s), ChaCha8Rng::seed_from_u64(own.seed)));
     if let Some(own) = disturbance {
-        state += StateVector::from(own.start);
+        state += StateVector::from(own.start.state);
+    }
+    let mut held = trimmed;
+    for (surface, value) in disturbance.iter().flat_map(|own| own.start.controls_rad.iter().enumerate()) {
+        held[surface] += value;
     }
     let total = |deflections: [f64; 3]| {
-        let mut sum = trimmed;
+        let mut sum = held;
         deflections.iter().enumerate().for_each(|(surface, value)| sum[surface] += value);
         sum
     };

@@ -15,7 +15,7 @@ mod signal;
 
 pub use error::DesignError;
 pub use excursion::{Excursion, Limit, Limits, Quantity, excursions};
-pub use fly::{Disturbance, FlownInput, Plant, fly};
+pub use fly::{Disturbance, FlownInput, Plant, Start, fly};
 pub use multisine::{orthogonal_multisines, relative_peak_factor};
 pub use plan::{DesignKind, PlannedManoeuvre, Recipe, SURFACE_NAMES};
 pub use predict::{Basis, ExpectedDerivative, KnownCoefficient, Prediction, window_variables};

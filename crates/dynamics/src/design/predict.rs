@@ -8,7 +8,7 @@ use doublet_core::model::{AeroData, Coefficient, CoefficientSettings, Engine, Te
 use doublet_core::quantity::Role;
 use nalgebra::DMatrix;
 
-use super::fly::{FlownInput, Plant};
+use super::fly::{FlownInput, Plant, Start};
 use super::plan::PlannedManoeuvre;
 use super::{DesignError, Limits};
 use crate::linear::{Condition, UncertainModel};
@@ -47,8 +47,8 @@ pub struct Basis {
     pub step_s: f64,
     /// Standard deviation of the gusts, m/s.
     pub gust_m_s: f64,
-    /// Deviations of the states from steady flight at the starts of the windows flown.
-    pub starts: Vec<[f64; 12]>,
+    /// How the windows flown began.
+    pub starts: Vec<Start>,
     /// Limits of input and motion.
     pub limits: Limits,
 }

@@ -124,26 +124,16 @@ pub fn design(basis: &Basis, request: &Request) -> Result<Designed, DesignError>
     let mut best = search.cost(&recipe)?;
     search.improve(&mut recipe, &mut best);
     let manoeuvres = search.manoeuvres(&recipe)?;
-    let flown = fly_all(&plant, &manoeuvres, basis.step_s, None)?;
+    let flown = fly_all(&plant, &manoeuvres, basis.step_s)?;
     let prediction = predict(basis, &plant, &manoeuvres, &flown, request.with_flown)?;
     let mut disturbed = Vec::new();
     let mut predictions = Vec::new();
     for (index, other) in sampled.iter().enumerate() {
         let Some(other) = other else { continue };
-        let starts = &basis.starts;
-        let start = |window: usize| match starts.len() {
-            0 => [0.0; 12],
-            count => starts[(index * manoeuvres.len() + window) % count],
-        };
-        let disturbance = |window: usize| Disturbance {
-            start: start(window),
-            gust_m_s: basis.gust_m_s,
-            seed: request.seed.wrapping_add((index * manoeuvres.len() + window) as u64 + 1),
-        };
-        if let Ok(flights) = fly_all(other, &manoeuvres, basis.step_s, Some(&disturbance)) {
+        if let Ok(flights) = fly_disturbed(basis, other, &manoeuvres, index, request.seed) {
             disturbed.push(flights);
         }
-        let calm = fly_all(other, &manoeuvres, basis.step_s, None);
+        let calm = fly_all(other, &manoeuvres, basis.step_s);
         if let Ok(found) = calm.and_then(|calm| predict(basis, other, &manoeuvres, &calm, request.with_flown)) {
             predictions.push(found);
         }
@@ -174,24 +164,36 @@ fn high_errors(prediction: &Prediction, samples: &[Prediction]) -> Vec<Option<f6
 }
 
 /// Flies every manoeuvre from the trim.
-fn fly_all(
-    plant: &Plant,
-    manoeuvres: &[PlannedManoeuvre],
-    step_s: f64,
-    disturbance: Option<&dyn Fn(usize) -> Disturbance>,
-) -> Result<Vec<FlownInput>, DesignError> {
+fn fly_all(plant: &Plant, manoeuvres: &[PlannedManoeuvre], step_s: f64) -> Result<Vec<FlownInput>, DesignError> {
     let mut flights: Vec<FlownInput> = Vec::with_capacity(manoeuvres.len());
     for (index, manoeuvre) in manoeuvres.iter().enumerate() {
-        let own = disturbance.map(|of| of(index));
-        // Without disturbance the same manoeuvre is the same flight.
-        let before = manoeuvres[..index].iter().position(|other| own.is_none() && other == manoeuvre);
+        // The same manoeuvre is the same flight.
+        let before = manoeuvres[..index].iter().position(|other| other == manoeuvre);
         let flight = match before.and_then(|before| flights.get(before)) {
             Some(flight) => flight.clone(),
-            None => fly(plant, &manoeuvre.input, (manoeuvre.duration_s, step_s), own.as_ref())?,
+            None => fly(plant, &manoeuvre.input, (manoeuvre.duration_s, step_s), None)?,
         };
         flights.push(flight);
     }
     Ok(flights)
+}
+
+/// Flies every manoeuvre with gusts from a start of its own, of those that windows flown had.
+fn fly_disturbed(
+    basis: &Basis,
+    plant: &Plant,
+    manoeuvres: &[PlannedManoeuvre],
+    draw: usize,
+    seed: u64,
+) -> Result<Vec<FlownInput>, DesignError> {
+    let flight = |(window, manoeuvre): (usize, &PlannedManoeuvre)| {
+        let number = draw * manoeuvres.len() + window;
+        let start = basis.starts.get(number % basis.starts.len().max(1)).copied().unwrap_or_default();
+        let disturbance = Disturbance { start, gust_m_s: basis.gust_m_s, seed: seed.wrapping_add(number as u64 + 1) };
+        let span = (manoeuvre.duration_s, basis.step_s);
+        fly(&plant.at(&start)?, &manoeuvre.input, span, Some(&disturbance))
+    };
+    manoeuvres.iter().enumerate().map(flight).collect()
 }
 
 /// What flown manoeuvres say.
@@ -242,7 +244,7 @@ impl Search<'_> {
             manoeuvres.retain(|manoeuvre| manoeuvre.surfaces == group);
             // The first of each sign says it all.
             manoeuvres.truncate(2);
-            let flights = fly_all(self.plant, &manoeuvres, self.basis.step_s, None);
+            let flights = fly_all(self.plant, &manoeuvres, self.basis.step_s);
             let usage = match &flights {
                 Ok(flights) => flights.iter().map(|f| limits.usage(f, &self.plant.trim)).fold(0.0, f64::max),
                 Err(DesignError::Departed { .. }) => f64::INFINITY,
@@ -275,7 +277,7 @@ impl Search<'_> {
         let manoeuvres = self.manoeuvres(recipe)?;
         let mut sum = 0.0;
         for (index, plant) in std::iter::once(self.plant).chain(self.others.iter().copied()).enumerate() {
-            let cost = fly_all(plant, &manoeuvres, self.basis.step_s, None)
+            let cost = fly_all(plant, &manoeuvres, self.basis.step_s)
                 .and_then(|flown| predict(self.basis, plant, &manoeuvres, &flown, self.request.with_flown))
                 .map(|prediction| self.request.criterion.cost(&prediction));
             match cost {
@@ -355,7 +357,7 @@ pub fn next_manoeuvres(basis: &Basis, request: &Request) -> Result<Vec<NextManoe
         let recipe = Recipe { kind, surfaces, time_s: request.time_s, base, rates_rad_s, step_s, parameters };
         let Ok(mut manoeuvres) = search.manoeuvres(&recipe) else { continue };
         manoeuvres.truncate(1);
-        let flown = fly_all(&plant, &manoeuvres, basis.step_s, None)?;
+        let flown = fly_all(&plant, &manoeuvres, basis.step_s)?;
         let prediction = predict(basis, &plant, &manoeuvres, &flown, true)?;
         let cost = request.criterion.cost(&prediction);
         found.extend(manoeuvres.pop().map(|manoeuvre| NextManoeuvre { manoeuvre, prediction, cost }));

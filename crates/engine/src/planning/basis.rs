@@ -2,13 +2,14 @@
 
 use std::collections::BTreeMap;
 
+use doublet_core::airframe::MassProperties;
 use doublet_core::estimate::Coloured;
 use doublet_core::model::{Term, specific_force_at_cg};
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::{Reconstruction, State};
 use doublet_core::simulate::Dryden;
 use doublet_core::statistics::median_step;
-use doublet_dynamics::design::{Basis, KnownCoefficient, Limit, Limits, Quantity, SURFACE_NAMES};
+use doublet_dynamics::design::{Basis, KnownCoefficient, Limit, Limits, Quantity, SURFACE_NAMES, Start};
 use doublet_dynamics::linear::{Condition, UncertainModel};
 
 use crate::graph::StageResult;
@@ -112,7 +113,7 @@ pub fn basis(
         settings: first.settings.clone(),
         step_s,
         gust_m_s,
-        starts: starts(&flown, condition),
+        starts: starts(&flown, model, condition),
         limits: limits(&flown, model, condition, options)?,
     })
 }
@@ -124,6 +125,8 @@ struct Motion {
     rates_rad_s: [f64; 3],
     pitch_less_alpha_rad: Option<f64>,
     peaks_rad: [f64; 3],
+    controls_rad: [f64; 3],
+    mass: MassProperties,
 }
 
 impl Motion {
@@ -168,6 +171,8 @@ impl Motion {
             rates_rad_s: data.rates_rad_s.each_ref().map(|rates| mean(rates)),
             pitch_less_alpha_rad: state(State::PitchAngle).map(|theta| mean(&theta) - first[&Quantity::Alpha]),
             peaks_rad: SURFACES.map(|(_, role)| peak(role)),
+            controls_rad: SURFACES.map(|(_, role)| data.controls.get(&role).map_or(0.0, |values| mean(values))),
+            mass: *data.mass.first()?,
             first,
             range,
         })
@@ -178,31 +183,59 @@ fn negated(values: Vec<f64>) -> Vec<f64> {
     values.into_iter().map(|value| -value).collect()
 }
 
-/// Deviations from steady flight at the starts of the windows near the condition: rates as they are, bank, sideslip and the angle of the
-/// flight path about their means, airspeed and altitude about the condition.
-fn starts(flown: &[Motion], condition: &Condition) -> Vec<[f64; 12]> {
+/// How the windows near the condition began, or all of them where none was near, airspeed and altitude then those of the condition: the
+/// trim of the model there, and what the window had beside it. Angle of attack, sideslip, bank, path and deflections are taken about
+/// their means over the windows, which are errors of the trim rather than of the hand.
+fn starts(flown: &[Motion], model: &UncertainModel, condition: &Condition) -> Vec<Start> {
     /// How far from the condition a window still counts: part of the airspeed, and m.
     const NEAR: (f64, f64) = (0.05, 100.0);
+    let first = |motion: &Motion, quantity, other| motion.first.get(&quantity).copied().unwrap_or(other);
+    let speed = |motion: &Motion| first(motion, Quantity::Airspeed, condition.airspeed_m_s);
+    let altitude = |motion: &Motion| first(motion, Quantity::Altitude, condition.altitude_m);
     let near = |motion: &&Motion| {
-        let speed = motion.first.get(&Quantity::Airspeed).copied().unwrap_or(condition.airspeed_m_s);
-        let altitude = motion.first.get(&Quantity::Altitude).copied().unwrap_or(condition.altitude_m);
-        (speed / condition.airspeed_m_s - 1.0).abs() < NEAR.0 && (altitude - condition.altitude_m).abs() < NEAR.1
+        (speed(motion) / condition.airspeed_m_s - 1.0).abs() < NEAR.0
+            && (altitude(motion) - condition.altitude_m).abs() < NEAR.1
     };
-    let used: Vec<&Motion> = flown.iter().filter(near).collect();
-    let mean = |of: &dyn Fn(&Motion) -> f64| used.iter().map(|m| of(m)).sum::<f64>() / used.len().max(1) as f64;
-    let first = |motion: &Motion, quantity| motion.first.get(&quantity).copied().unwrap_or(0.0);
-    let path = |motion: &Motion| motion.pitch_less_alpha_rad.unwrap_or(0.0);
-    let (bank, beta) = (mean(&|m| first(m, Quantity::Bank)), mean(&|m| first(m, Quantity::Beta)));
-    let climb = mean(&path);
-    let start = |motion: &&Motion| {
+    let mut used: Vec<&Motion> = flown.iter().filter(near).collect();
+    let is_near = !used.is_empty();
+    if !is_near {
+        used = flown.iter().collect();
+    }
+    let start = |motion: &&Motion| -> Option<Start> {
+        let mut there = condition.at_altitude(altitude(motion));
+        there.airspeed_m_s = speed(motion);
+        there.mass = motion.mass;
+        let trim = doublet_dynamics::linear::trim(&model.model, &there).ok()?;
         let [p, q, r] = motion.rates_rad_s;
-        let speed = motion.first.get(&Quantity::Airspeed).map_or(0.0, |speed| speed - condition.airspeed_m_s);
-        let altitude = motion.first.get(&Quantity::Altitude).map_or(0.0, |h| h - condition.altitude_m);
-        let v = condition.airspeed_m_s * (first(motion, Quantity::Beta) - beta);
-        let (phi, theta) = (first(motion, Quantity::Bank) - bank, path(motion) - climb);
-        [speed, v, 0.0, p, q, r, phi, theta, 0.0, 0.0, 0.0, altitude]
+        let alpha = first(motion, Quantity::Alpha, trim.alpha_rad);
+        let (beta, phi) = (first(motion, Quantity::Beta, 0.0), first(motion, Quantity::Bank, 0.0));
+        let path = motion.pitch_less_alpha_rad.unwrap_or(0.0);
+        let w = there.airspeed_m_s * (alpha - trim.alpha_rad);
+        Some(Start {
+            airspeed_m_s: there.airspeed_m_s - condition.airspeed_m_s,
+            altitude_m: there.altitude_m - condition.altitude_m,
+            state: [0.0, there.airspeed_m_s * beta, w, p, q, r, phi, path, 0.0, 0.0, 0.0, 0.0],
+            controls_rad: [0, 1, 2].map(|surface| motion.controls_rad[surface] - trim.controls_rad[surface]),
+        })
     };
-    used.iter().map(start).collect()
+    let mut starts: Vec<Start> = used.iter().filter_map(start).collect();
+    let count = starts.len().max(1) as f64;
+    for state in [1, 2, 6, 7] {
+        let mean = starts.iter().map(|start| start.state[state]).sum::<f64>() / count;
+        starts.iter_mut().for_each(|start| start.state[state] -= mean);
+    }
+    for surface in 0..3 {
+        let mean = starts.iter().map(|start| start.controls_rad[surface]).sum::<f64>() / count;
+        starts.iter_mut().for_each(|start| start.controls_rad[surface] -= mean);
+    }
+    for start in &mut starts {
+        // The pitch angle goes with the angle of attack and the path.
+        start.state[7] += start.state[2] / condition.airspeed_m_s;
+        if !is_near {
+            (start.airspeed_m_s, start.altitude_m) = (0.0, 0.0);
+        }
+    }
+    starts
 }
 
 /// Limits about the trim: the motion and deflections that the windows had about their starts, where nothing else is asked for.

@@ -22,9 +22,10 @@ pub fn campaign_document(
             "envelope",
             "Envelope",
             true,
-            vec![Block::Figure(envelope_figure(&aircraft.flight_envelope, mass_kg, planned, flown)), Block::List(limits(
-                &aircraft.flight_envelope,
-            ))],
+            vec![
+                Block::Figure(envelope_figure(&aircraft.flight_envelope, mass_kg, planned, flown)),
+                Block::List(limits(&aircraft.flight_envelope)),
+            ],
         ),
     ];
     sections.extend(planned.iter().map(|point| card(campaign, point)));
@@ -99,10 +100,14 @@ fn card(campaign: &Campaign, point: &PlannedPoint) -> Section {
             fact("Centre of gravity", format!("{} m behind the datum{margin}", number(point.cg_x_m, 4))),
             fact("Nearest limit of airspeed", nearest),
             fact("Hazard", given(&point.hazard)),
-            fact("In the flight", format!("after {} min, {} min", number(point.start_s / 60.0, 3), number(
-                point.repeats as f64 * point.duration_s / 60.0,
-                3,
-            ))),
+            fact(
+                "In the flight",
+                format!(
+                    "after {} min, {} min",
+                    number(point.start_s / 60.0, 3),
+                    number(point.repeats as f64 * point.duration_s / 60.0, 3,)
+                ),
+            ),
             fact("Flown", flown),
         ]),
         Block::Heading("Procedure".to_owned()),
@@ -323,11 +328,9 @@ fn altitude_lines(envelope: &FlightEnvelope, mass_kg: f64) -> Vec<Mark> {
         ends.extend(points.last().map(|point| point[0]));
         marks.push(joined(label, colour, style, points));
     }
-    if let (Some(ceiling), Some(low), Some(high)) = (
-        envelope.ceiling_m,
-        ends.iter().copied().reduce(f64::min),
-        ends.iter().copied().reduce(f64::max),
-    ) {
+    if let (Some(ceiling), Some(low), Some(high)) =
+        (envelope.ceiling_m, ends.iter().copied().reduce(f64::min), ends.iter().copied().reduce(f64::max))
+    {
         marks.push(joined("ceiling", 4, LineStyle::Solid, vec![[low, ceiling], [high, ceiling]]));
     }
     marks

@@ -9,7 +9,8 @@ use super::basis::{DesignOptions, FlownWindow, basis};
 use super::files::design_scenario;
 use super::rows::design_row;
 use crate::graph::{Context, StageResult};
-use crate::session::Session;
+use crate::session::{Manoeuvre, Session};
+use crate::stage::pooled_fits;
 use crate::study::dynamics::{Flown, pooled_model};
 use crate::study::{estimates, flown_aircraft, fly, windows};
 
@@ -63,7 +64,7 @@ pub struct DesignCoverage {
 /// Least and greatest value of each quantity over the windows of a flight.
 type Extremes = Vec<(f64, f64)>;
 
-/// Flies `known` once, identifies it with the settings of `session`, designs by `request` from that, flies the design once for each seed
+/// Flies `known` so many times, identifies these flights together with the settings of `session`, designs by `request` from that, flies the design once for each seed
 /// behind `first_seed` with other gusts and noise each time, and identifies each flight by itself.
 ///
 /// # Errors
@@ -72,21 +73,32 @@ pub fn design_coverage(
     session: &Session,
     known: &Scenario,
     request: &Request,
-    (realisations, first_seed): (usize, u64),
+    (known_flights, realisations, first_seed): (usize, usize, u64),
     context: &Context<'_>,
 ) -> StageResult<DesignCoverage> {
     let aircraft = flown_aircraft(session, known, context)?;
-    let known_windows = windows(known);
-    let first = fly(session, known, &aircraft, &known_windows, first_seed, context)?;
-    let model = pooled_model(&first.pooled, &session.structure, &first.aero, &mut Vec::new())?;
-    let flown = Flown { windows: first.aero.iter().map(|(_, aero)| &**aero).collect() };
+    // Windows of several flights stand side by side under names of their own.
+    let of_flight = |flight: usize| -> Vec<Manoeuvre> {
+        let mut own = windows(known);
+        own.iter_mut().for_each(|window| window.name = format!("{} {}", flight + 1, window.name));
+        own
+    };
+    let known_windows: Vec<Vec<Manoeuvre>> = (0..known_flights).map(of_flight).collect();
+    let fly_known =
+        |flight: usize| fly(session, known, &aircraft, &known_windows[flight], first_seed + flight as u64, context);
+    let flights = (0..known_flights).into_par_iter().map(fly_known).collect::<StageResult<Vec<_>>>()?;
+    let aero: Vec<_> = flights.iter().flat_map(|flight| flight.aero.iter().cloned()).collect();
+    let paths: Vec<_> = flights.iter().flat_map(|flight| &flight.paths).collect();
+    let pooled = pooled_fits(&aero, &session.structure, &session.estimation);
+    let model = pooled_model(&pooled, &session.structure, &aero, &mut Vec::new())?;
+    let flown = Flown { windows: aero.iter().map(|(_, aero)| &**aero).collect() };
     let mut condition = flown.condition(session.filter.gravity_m_s2, Some(0.0))?;
     let line = |error: doublet_dynamics::linear::LinearError| error.to_string();
     let thrust_n = trim(&model.model, &condition).map_err(line)?.thrust_n;
     let engines = &aircraft.loaded.powerplant.engines;
     condition.thrust_slope_n_s_m = flown.thrust_slope(engines, &condition, thrust_n).unwrap_or(0.0);
     let pairs: Vec<FlownWindow<'_>> =
-        first.aero.iter().zip(&first.paths).map(|((window, aero), path)| ((*window, aero.clone()), path)).collect();
+        aero.iter().zip(&paths).map(|((window, aero), path)| ((*window, aero.clone()), *path)).collect();
     let basis = basis(session, &pairs, (&model, &condition), &DesignOptions::default())?;
     let designed = design(&basis, request).map_err(|error| error.to_string())?;
     let row = design_row(&basis, request, &designed);
@@ -98,7 +110,7 @@ pub fn design_coverage(
     let context = context.parts(realisations);
     let one = |index: usize| {
         context.checkpoint()?;
-        let seed = first_seed + 1 + index as u64;
+        let seed = first_seed + (known_flights + index) as u64;
         let flight = fly(session, &next, &aircraft, &next_windows, seed, &context);
         let flight = flight.map_err(|error| error.at(format!("seed {seed}")))?;
         let extremes = extremes(&flight.flight, &next_windows, session.filter.gravity_m_s2);
@@ -164,11 +176,7 @@ pub fn design_coverage(
 }
 
 /// Extremes of the true motion within the windows, in the order of [`Quantity::ALL`].
-fn extremes(
-    flight: &doublet_core::simulate::Flight,
-    windows: &[crate::session::Manoeuvre],
-    gravity_m_s2: f64,
-) -> Extremes {
+fn extremes(flight: &doublet_core::simulate::Flight, windows: &[Manoeuvre], gravity_m_s2: f64) -> Extremes {
     let column = |quantity: Quantity| match quantity {
         Quantity::Alpha => ("alpha", 1.0),
         Quantity::Beta => ("beta", 1.0),
