@@ -16,7 +16,7 @@ pub enum Quantity {
     RollRate,
     /// True airspeed, m/s.
     Airspeed,
-    /// Altitude, m.
+    /// Altitude, m: that of the trim and what is gained or lost since the start of the window, wherever that was.
     Altitude,
     /// Bank angle, rad.
     Bank,
@@ -56,15 +56,17 @@ impl Quantity {
         }
     }
 
-    /// Its values over a flight.
-    pub fn values(self, flown: &FlownInput, gravity_m_s2: f64) -> impl Iterator<Item = f64> + '_ {
+    /// Its values over a flight about a trim.
+    pub fn values<'a>(self, flown: &'a FlownInput, trim: &'a Trim) -> impl Iterator<Item = f64> + 'a {
+        let gravity_m_s2 = trim.condition.gravity_m_s2;
+        let lift_m = trim.condition.altitude_m - flown.states.first().map_or(0.0, |state| state[11]);
         (0..flown.time_s.len()).map(move |k| match self {
             Self::Alpha => flown.air[k][1],
             Self::Beta => flown.air[k][2],
             Self::LoadFactor => -flown.specific_force_m_s2[k][2] / gravity_m_s2,
             Self::RollRate => flown.states[k][3],
             Self::Airspeed => flown.air[k][0],
-            Self::Altitude => flown.states[k][11],
+            Self::Altitude => flown.states[k][11] + lift_m,
             Self::Bank => flown.states[k][6],
         })
     }
@@ -111,10 +113,9 @@ impl Limits {
     /// The part of the room between trim and limits that a flight uses: one where it just reaches a limit. A quantity without room of
     /// its own counts as soon as it moves.
     pub fn usage(&self, flown: &FlownInput, trim: &Trim) -> f64 {
-        let gravity = trim.condition.gravity_m_s2;
         let of = |limit: &Limit| {
             let about = limit.quantity.at_trim(trim);
-            limit.quantity.values(flown, gravity).fold(0.0, |worst: f64, value| {
+            limit.quantity.values(flown, trim).fold(0.0, |worst: f64, value| {
                 let room = if value >= about { limit.high - about } else { about - limit.low };
                 worst.max((value - about).abs() / room.max(1e-9))
             })
@@ -139,12 +140,11 @@ pub struct Excursion {
 
 /// Excursions of a design: `nominal` are its manoeuvres flown as designed, `disturbed` all its manoeuvres once per sample.
 pub fn excursions(nominal: &[FlownInput], disturbed: &[Vec<FlownInput>], trim: &Trim) -> Vec<Excursion> {
-    let gravity = trim.condition.gravity_m_s2;
     Quantity::ALL
         .into_iter()
         .map(|quantity| {
             let extremes = |flights: &[FlownInput]| {
-                let values = flights.iter().flat_map(|flown| quantity.values(flown, gravity));
+                let values = flights.iter().flat_map(|flown| quantity.values(flown, trim));
                 values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)))
             };
             let nominal = extremes(nominal);

@@ -30,6 +30,8 @@ pub struct Start {
     pub airspeed_m_s: f64,
     /// Altitude less that of the condition, m.
     pub altitude_m: f64,
+    /// Angle of the flight path less that of the trim, rad.
+    pub path_rad: f64,
     /// Deviations of the states from that trim.
     pub state: [f64; STATES],
     /// Deviations of the deflections held from those of that trim, rad.
@@ -76,14 +78,17 @@ impl Plant {
         Ok(Self { model, trim })
     }
 
-    /// The same trimmed where a window begins.
+    /// The same trimmed where a window begins; `steady` where the power is set for its path, which then lasts.
     ///
     /// # Errors
     /// [`DesignError::Linear`] without a trim.
-    pub fn at(&self, start: &Start) -> Result<Self, DesignError> {
+    pub fn at(&self, start: &Start, steady: bool) -> Result<Self, DesignError> {
         let about = &self.trim.condition;
         let mut condition = about.at_altitude(about.altitude_m + start.altitude_m);
         condition.airspeed_m_s += start.airspeed_m_s;
+        if steady {
+            condition.gamma_rad = condition.gamma_rad.map(|gamma| gamma + start.path_rad);
+        }
         Self::new(self.model.clone(), &condition)
     }
 }

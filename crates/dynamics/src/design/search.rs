@@ -1,12 +1,12 @@
 //! The search for the best inputs within limits.
 
 use super::DesignError;
-use super::excursion::{Excursion, excursions};
+use super::excursion::{Excursion, Limits, excursions};
 use super::fly::{Disturbance, FlownInput, Plant, fly};
 use super::plan::{DesignKind, PlannedManoeuvre, Recipe};
 use super::predict::{Basis, Prediction, window_variables};
 use super::shape::BaseTimes;
-use crate::linear::{Method, linearise_at};
+use crate::linear::{Method, Trim, linearise_at};
 use crate::modes::modes;
 
 /// What is made as small as the limits allow.
@@ -106,6 +106,7 @@ pub struct Designed {
 /// [`DesignError`], one line.
 pub fn design(basis: &Basis, request: &Request) -> Result<Designed, DesignError> {
     let plant = Plant::new(basis.model.model.clone(), &basis.condition)?;
+    check_room(&basis.limits, &plant.trim)?;
     let linear = linearise_at(&plant.model, &plant.trim, Method::Analytic)?;
     let draws = basis.model.samples(request.search_samples + request.samples, request.seed);
     let plants: Vec<Option<Plant>> =
@@ -152,6 +153,23 @@ pub fn design(basis: &Basis, request: &Request) -> Result<Designed, DesignError>
     })
 }
 
+/// Refuses limits that the trim itself touches.
+fn check_room(limits: &Limits, trim: &Trim) -> Result<(), DesignError> {
+    let closed = limits.motion.iter().find(|limit| {
+        let about = limit.quantity.at_trim(trim);
+        about >= limit.high || about <= limit.low
+    });
+    match closed {
+        Some(limit) => Err(DesignError::NoRoom {
+            quantity: limit.quantity.name(),
+            trim: limit.quantity.at_trim(trim),
+            low: limit.low,
+            high: limit.high,
+        }),
+        None => Ok(()),
+    }
+}
+
 /// Of each derivative the error that 95 % of the predictions stay below.
 fn high_errors(prediction: &Prediction, samples: &[Prediction]) -> Vec<Option<f64>> {
     let high = |index: usize| {
@@ -188,10 +206,15 @@ fn fly_disturbed(
 ) -> Result<Vec<FlownInput>, DesignError> {
     let flight = |(window, manoeuvre): (usize, &PlannedManoeuvre)| {
         let number = draw * manoeuvres.len() + window;
-        let start = basis.starts.get(number % basis.starts.len().max(1)).copied().unwrap_or_default();
+        let mut start = basis.starts.get(number % basis.starts.len().max(1)).copied().unwrap_or_default();
+        // Nobody wrote down whether a path was steady or the swing of a phugoid: each in half of the draws.
+        let steady = draw.is_multiple_of(2) && plant.trim.condition.gamma_rad.is_some();
+        if !steady {
+            start.state[7] += start.path_rad;
+        }
         let disturbance = Disturbance { start, gust_m_s: basis.gust_m_s, seed: seed.wrapping_add(number as u64 + 1) };
         let span = (manoeuvre.duration_s, basis.step_s);
-        fly(&plant.at(&start)?, &manoeuvre.input, span, Some(&disturbance))
+        fly(&plant.at(&start, steady)?, &manoeuvre.input, span, Some(&disturbance))
     };
     manoeuvres.iter().enumerate().map(flight).collect()
 }
@@ -255,21 +278,8 @@ impl Search<'_> {
             }
             factor = (factor * (wanted * (1.0 - 0.5 * CLOSE) / usage.max(1e-9)).clamp(0.1, 5.0)).min(1.0);
         }
-        // No amplitude was met to the last part: the one before it is too large by little at most, unless there is no room at all.
-        let trim = &self.plant.trim;
-        let closed = limits.motion.iter().find(|limit| {
-            let about = limit.quantity.at_trim(trim);
-            about >= limit.high || about <= limit.low
-        });
-        match closed {
-            Some(limit) => Err(DesignError::NoRoom {
-                quantity: limit.quantity.name(),
-                trim: limit.quantity.at_trim(trim),
-                low: limit.low,
-                high: limit.high,
-            }),
-            None => Ok(0.9 * factor),
-        }
+        // No amplitude was met to the last part: the last one is too large by little at most.
+        Ok(0.9 * factor)
     }
 
     /// Mean cost of a recipe over the estimate and the draws.
@@ -338,6 +348,7 @@ pub struct NextManoeuvre {
 /// [`DesignError::Linear`] without a trim; candidates that cannot be flown are left out.
 pub fn next_manoeuvres(basis: &Basis, request: &Request) -> Result<Vec<NextManoeuvre>, DesignError> {
     let plant = Plant::new(basis.model.model.clone(), &basis.condition)?;
+    check_room(&basis.limits, &plant.trim)?;
     let linear = linearise_at(&plant.model, &plant.trim, Method::Analytic)?;
     let base = BaseTimes::of(&modes(&linear.motion()));
     let search = Search { basis, request, plant: &plant, others: Vec::new() };

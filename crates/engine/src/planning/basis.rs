@@ -214,22 +214,25 @@ fn starts(flown: &[Motion], model: &UncertainModel, condition: &Condition) -> Ve
         Some(Start {
             airspeed_m_s: there.airspeed_m_s - condition.airspeed_m_s,
             altitude_m: there.altitude_m - condition.altitude_m,
-            state: [0.0, there.airspeed_m_s * beta, w, p, q, r, phi, path, 0.0, 0.0, 0.0, 0.0],
+            path_rad: path,
+            state: [0.0, there.airspeed_m_s * beta, w, p, q, r, phi, 0.0, 0.0, 0.0, 0.0, 0.0],
             controls_rad: [0, 1, 2].map(|surface| motion.controls_rad[surface] - trim.controls_rad[surface]),
         })
     };
     let mut starts: Vec<Start> = used.iter().filter_map(start).collect();
     let count = starts.len().max(1) as f64;
-    for state in [1, 2, 6, 7] {
+    for state in [1, 2, 6] {
         let mean = starts.iter().map(|start| start.state[state]).sum::<f64>() / count;
         starts.iter_mut().for_each(|start| start.state[state] -= mean);
     }
+    let climb = starts.iter().map(|start| start.path_rad).sum::<f64>() / count;
+    starts.iter_mut().for_each(|start| start.path_rad -= climb);
     for surface in 0..3 {
         let mean = starts.iter().map(|start| start.controls_rad[surface]).sum::<f64>() / count;
         starts.iter_mut().for_each(|start| start.controls_rad[surface] -= mean);
     }
     for start in &mut starts {
-        // The pitch angle goes with the angle of attack and the path.
+        // The pitch angle goes with the angle of attack.
         start.state[7] += start.state[2] / condition.airspeed_m_s;
         if !is_near {
             (start.airspeed_m_s, start.altitude_m) = (0.0, 0.0);

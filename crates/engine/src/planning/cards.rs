@@ -134,7 +134,7 @@ fn runs(point: &PlannedPoint, surface: &str) -> Table {
         ("remark", "Remark"),
     ];
     let amplitude = format!("{} deg", number(point.amplitude_deg, 2));
-    let blank = || Cell::text("\u{2009}".repeat(14));
+    let blank = || Cell::text("\u{a0}".repeat(22));
     let row = |run: usize| {
         vec![
             Cell::text(format!("{}.{run}", point.id)),
@@ -160,8 +160,8 @@ fn notes() -> Block {
     let line = || vec![Cell::text("\u{a0}".repeat(150))];
     Block::Table(Table {
         name: "notes".to_owned(),
-        caption: String::new(),
-        columns: vec![Column::new("notes", "Notes of the crew")],
+        caption: "Room for notes of the crew.".to_owned(),
+        columns: vec![Column::new("notes", "Notes")],
         rows: (0..6).map(|_| line()).collect(),
     })
 }

@@ -2,7 +2,7 @@
 
 use doublet_core::simulate::{Scenario, scenario};
 use doublet_dynamics::design::{Quantity, Request, design};
-use doublet_dynamics::linear::trim;
+use doublet_dynamics::linear::{Trim, trim};
 use rayon::prelude::*;
 
 use super::basis::{DesignOptions, FlownWindow, basis};
@@ -113,7 +113,7 @@ pub fn design_coverage(
         let seed = first_seed + (known_flights + index) as u64;
         let flight = fly(session, &next, &aircraft, &next_windows, seed, &context);
         let flight = flight.map_err(|error| error.at(format!("seed {seed}")))?;
-        let extremes = extremes(&flight.flight, &next_windows, session.filter.gravity_m_s2);
+        let extremes = extremes(&flight.flight, &next_windows, &designed.plant.trim);
         let found = estimates(flight.pooled).map_err(|error| error.at(format!("seed {seed}")))?;
         context.step();
         Ok((found, extremes))
@@ -175,12 +175,13 @@ pub fn design_coverage(
     })
 }
 
-/// Extremes of the true motion within the windows, in the order of [`Quantity::ALL`].
-fn extremes(flight: &doublet_core::simulate::Flight, windows: &[Manoeuvre], gravity_m_s2: f64) -> Extremes {
+/// Extremes of the true motion within the windows, in the order of [`Quantity::ALL`]; of the altitude what is gained or lost since the start of
+/// each window, about that of the trim.
+fn extremes(flight: &doublet_core::simulate::Flight, windows: &[Manoeuvre], trim: &Trim) -> Extremes {
     let column = |quantity: Quantity| match quantity {
         Quantity::Alpha => ("alpha", 1.0),
         Quantity::Beta => ("beta", 1.0),
-        Quantity::LoadFactor => ("az", -1.0 / gravity_m_s2),
+        Quantity::LoadFactor => ("az", -1.0 / trim.condition.gravity_m_s2),
         Quantity::RollRate => ("p", 1.0),
         Quantity::Airspeed => ("airspeed", 1.0),
         Quantity::Altitude => ("z", -1.0),
@@ -192,12 +193,17 @@ fn extremes(flight: &doublet_core::simulate::Flight, windows: &[Manoeuvre], grav
         .map(|quantity| {
             let (name, factor) = column(quantity);
             let values = truth.column(name).unwrap_or_default();
-            let inside =
-                |time_s: f64| windows.iter().any(|own| (own.window.start_s..=own.window.end_s).contains(&time_s));
-            let within = truth.time_s.iter().zip(values).filter(|(time_s, _)| inside(**time_s));
-            within
-                .map(|(_, value)| factor * f64::from(*value))
-                .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)))
+            let of_window = |own: &Manoeuvre| {
+                let first = truth.time_s.partition_point(|time_s| *time_s < own.window.start_s);
+                let last = truth.time_s.partition_point(|time_s| *time_s <= own.window.end_s);
+                let values = values.get(first..last).unwrap_or_default();
+                let start = values.first().map_or(0.0, |value| factor * f64::from(*value));
+                let lift = if quantity == Quantity::Altitude { trim.condition.altitude_m - start } else { 0.0 };
+                let ends = values.iter().map(|value| factor * f64::from(*value) + lift);
+                ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)))
+            };
+            let each = windows.iter().map(of_window);
+            each.fold((f64::INFINITY, f64::NEG_INFINITY), |a, b| (a.0.min(b.0), a.1.max(b.1)))
         })
         .collect()
 }
