@@ -62,7 +62,7 @@ pub fn frequency_equation_error(
     windows: &[FrequencyWindow],
     settings: &FrequencySettings,
 ) -> Result<Fit, EstimateError> {
-    let grid = grid(settings, windows)?;
+    let grid = grid(settings, windows.iter().map(|window| window.step_s))?;
     let rows = 2 * grid.len();
     let mut x = DMatrix::zeros(rows * windows.len(), names.len());
     let mut z = Vec::with_capacity(rows * windows.len());
@@ -78,16 +78,20 @@ pub fn frequency_equation_error(
         }
         z.extend(transformed(&window.z));
     }
-    check(names, &x, &z)?;
-    let frequencies = grid.len() * windows.len();
+    regress(names, &x, &z, grid.len() * windows.len())
+}
+
+/// Least squares of transforms, the real above the imaginary parts of each window, over `frequencies` of all windows together.
+pub(super) fn regress(names: &[String], x: &DMatrix<f64>, z: &[f64], frequencies: usize) -> Result<Fit, EstimateError> {
+    check(names, x, z)?;
     if frequencies <= names.len() {
         return Err(EstimateError::TooFewSamples { samples: frequencies, parameters: names.len() });
     }
-    let triangle = Triangle::of(&x, &z);
+    let triangle = Triangle::of(x, z);
     let solution = triangle.solve(names)?;
     let variance = triangle.residual_square() / (frequencies - names.len()) as f64;
-    let fitted = (&x * &solution.estimates).iter().copied().collect();
-    Ok(Fit::with_variance(names, &z, fitted, solution, variance))
+    let fitted = (x * &solution.estimates).iter().copied().collect();
+    Ok(Fit::with_variance(names, z, fitted, solution, variance))
 }
 
 /// Finite Fourier transform `integral of x(t) exp(-j w t) dt` from the first sample (t = 0) to the last, at each angular
@@ -109,11 +113,20 @@ pub fn finite_fourier_transform(values: &[f64], step_s: f64, omega_rad_s: &[f64]
 /// The integral of [`finite_fourier_transform`] from the plain sum `sum x_k e^(-j w k h)` at one angular frequency; zero of no values.
 pub fn correct_ends(sum: Complex<f64>, values: &[f64], step_s: f64, omega_rad_s: f64) -> Complex<f64> {
     let Some((&first, &last)) = values.first().zip(values.last()) else { return Complex::new(0.0, 0.0) };
-    let angle = omega_rad_s * step_s;
-    let (half_weight, end) = corrections(angle);
+    let turned = Complex::from_polar(last, -omega_rad_s * step_s * (values.len() - 1) as f64);
+    integral_of_sum(sum, (Complex::from(first), turned), step_s, omega_rad_s)
+}
+
+/// The integral from the plain sum and its first and last addend.
+pub(super) fn integral_of_sum(
+    sum: Complex<f64>,
+    (first, last): (Complex<f64>, Complex<f64>),
+    step_s: f64,
+    omega_rad_s: f64,
+) -> Complex<f64> {
+    let (half_weight, end) = corrections(omega_rad_s * step_s);
     let edge = Complex::new(-half_weight, -end);
-    let turned = Complex::from_polar(last, -angle * (values.len() - 1) as f64);
-    (sum * 2.0 * half_weight + edge * first + edge.conj() * turned) * step_s
+    (sum * 2.0 * half_weight + edge * first + edge.conj() * last) * step_s
 }
 
 /// `(1 - cos a) / a^2` and `(a - sin a) / a^2`, by their series where the differences would cancel.
@@ -127,8 +140,11 @@ fn corrections(angle: f64) -> (f64, f64) {
     ((1.0 - angle.cos()) / square, (angle - angle.sin()) / square)
 }
 
-/// Angular frequencies of the grid, rad/s.
-fn grid(settings: &FrequencySettings, windows: &[FrequencyWindow]) -> Result<Vec<f64>, EstimateError> {
+/// Angular frequencies of the grid, rad/s, for records of each of these steps.
+pub(super) fn grid(
+    settings: &FrequencySettings,
+    mut steps_s: impl Iterator<Item = f64>,
+) -> Result<Vec<f64>, EstimateError> {
     let FrequencySettings { lowest_hz, highest_hz, step_hz, .. } = *settings;
     let fault = |setting: &str, value, allowed| EstimateError::Setting { setting: setting.to_owned(), value, allowed };
     if !(step_hz > 0.0 && step_hz.is_finite()) {
@@ -137,10 +153,8 @@ fn grid(settings: &FrequencySettings, windows: &[FrequencyWindow]) -> Result<Vec
     if !(lowest_hz > 0.0 && lowest_hz < highest_hz) {
         return Err(fault("lowest_hz", lowest_hz, "positive and below highest_hz"));
     }
-    for window in windows {
-        if !(window.step_s > 0.0 && highest_hz < 0.5 / window.step_s) {
-            return Err(fault("highest_hz", highest_hz, "below half the sampling frequency"));
-        }
+    if !steps_s.all(|step_s| step_s > 0.0 && highest_hz < 0.5 / step_s) {
+        return Err(fault("highest_hz", highest_hz, "below half the sampling frequency"));
     }
     let count = ((highest_hz - lowest_hz) / step_hz).round() as usize + 1;
     Ok((0..count).map(|k| std::f64::consts::TAU * (lowest_hz + step_hz * k as f64)).collect())

@@ -19,6 +19,8 @@ mod output_error;
 mod pooled;
 mod predicted;
 mod prior;
+mod recursive;
+mod recursive_frequency;
 mod search;
 mod stepwise;
 mod summary;
@@ -48,6 +50,8 @@ pub use output_error::{OutputErrorFit, OutputErrorSettings, OutputParameter, out
 pub use pooled::{PooledFit, PooledRegression, PooledWindow, Stacked, pooled, stacked};
 pub use predicted::{ExpectedErrors, ResidualNoise};
 pub use prior::{Known, Posterior, combine};
+pub use recursive::{RecursiveEstimate, RecursiveLeastSquares};
+pub use recursive_frequency::RecursiveFourier;
 pub use search::{ScalarSearch, search_scalar};
 pub use stepwise::{Selection, StepAction, StepRecord, StepwiseSettings, stepwise};
 pub use summary::{ParameterSummary, summarise};

@@ -53,6 +53,29 @@ impl Triangle {
         Self { factor }
     }
 
+    /// Triangle of `parameters` regressors before the first sample.
+    pub fn empty(parameters: usize) -> Self {
+        Self { factor: DMatrix::zeros(parameters + 1, parameters + 1) }
+    }
+
+    /// Takes in one more row `[x z]` after all rows before it were multiplied by `fade`, by plane rotations: O(p^2).
+    pub fn append(&mut self, row: &mut [f64], fade: f64) {
+        self.factor *= fade;
+        for k in 0..row.len().min(self.factor.ncols()) {
+            let (diagonal, entry) = (self.factor[(k, k)], row[k]);
+            if entry == 0.0 {
+                continue;
+            }
+            let norm = diagonal.hypot(entry);
+            let (cos, sin) = (diagonal / norm, entry / norm);
+            for (j, value) in row.iter_mut().enumerate().skip(k) {
+                let above = self.factor[(k, j)];
+                self.factor[(k, j)] = cos * above + sin * *value;
+                *value = cos * *value - sin * above;
+            }
+        }
+    }
+
     /// Triangle with the regressors `columns` only, in that order.
     pub fn subset(&self, columns: &[usize]) -> Self {
         let z = self.parameters();

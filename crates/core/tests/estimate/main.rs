@@ -15,5 +15,6 @@ mod flight_output_error;
 mod frequency;
 mod output_error;
 mod properties;
+mod recursive;
 mod selection;
 mod variants;
