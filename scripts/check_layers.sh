@@ -64,6 +64,7 @@ declare -A uses=([numeric]='' [error]='' [model]='numeric' [settings]='model' [d
     [events]='filter/step data error settings model' [smoother]='filter data error settings model'
     [packed]='filter/backend filter/parameters filter/step settings model numeric' [collect]='filter/step events data error settings model'
     [pass]='collect events filter/backend filter/parameters filter/step numeric'
+    [sequential]='packed filter collect events data error settings model'
     [run]='packed smoother filter pass collect events data error settings model'
     [consistency]='data model numeric' [tuning]='run pass collect data error settings model')
 room=$core/reconstruct

@@ -346,7 +346,7 @@ fn each<'a>(windows: &mut Windows<'a>, mut take: impl FnMut(usize, &mut Window<'
 }
 
 /// What is wrong with a step, if anything.
-fn step_error<L: AsRef<[f64]>>(time_s: f64, lane: usize, outputs: &StepOutputs<L>) -> Option<ReconstructError> {
+pub fn step_error<L: AsRef<[f64]>>(time_s: f64, lane: usize, outputs: &StepOutputs<L>) -> Option<ReconstructError> {
     for state in State::ALL {
         let [value, deviation] =
             [&outputs.state, &outputs.deviation].map(|columns| columns[state as usize].as_ref()[lane]);

@@ -15,6 +15,7 @@ mod numeric;
 mod packed;
 mod pass;
 mod run;
+mod sequential;
 mod settings;
 mod smoother;
 pub mod tuning;
@@ -29,4 +30,5 @@ pub use pass::Watch;
 #[doc(hidden)]
 pub use run::reconstruct_with;
 pub use run::{lane_groups, lanes, reconstruct, reconstruct_many};
+pub use sequential::{FilteredSample, SequentialFilter};
 pub use settings::{FilterSettings, InputHold, Linearisation, Method, SMOOTHER_TOLERANCE, SettingError, ValidSettings};

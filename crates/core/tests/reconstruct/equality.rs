@@ -25,7 +25,7 @@ const LIKELIHOOD: f64 = 1e-8;
 
 /// Two to five seconds of a weaving flight; every measurement at a rate of its own, with gaps, or absent; some of them between the
 /// inertial samples.
-fn weaving_flight(random: &mut ChaCha8Rng) -> FilterData {
+pub fn weaving_flight(random: &mut ChaCha8Rng) -> FilterData {
     let samples = random.random_range(100..250);
     let time_s: Vec<f64> = (0..samples).map(|k| f64::from(k) * 0.02).collect();
     let mut wave = |level: f64, size: f64, times: &[f64]| -> Vec<f64> {

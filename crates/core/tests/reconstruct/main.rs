@@ -21,6 +21,8 @@ mod realisations;
 #[cfg(test)]
 mod reference;
 #[cfg(test)]
+mod sequential;
+#[cfg(test)]
 #[path = "../common/shared.rs"]
 mod shared;
 #[cfg(test)]
