@@ -6,6 +6,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
+use doublet_core::load::stream::{JsonDecoder, MavlinkDecoder, StreamMap, TextDecoder};
 use doublet_core::load::{ChannelMap, aircraft, datcom, inspect, instruments, plan, propulsion_maps, read};
 use doublet_core::prep::Expression;
 use doublet_engine::session;
@@ -16,7 +17,7 @@ pub use whole_path::whole_path;
 pub type Target = fn(&[u8]);
 
 /// Every function by its name.
-pub const TARGETS: [(&str, Target); 17] = [
+pub const TARGETS: [(&str, Target); 18] = [
     ("hdf5", hdf5),
     ("mat", mat),
     ("csv", csv),
@@ -33,6 +34,7 @@ pub const TARGETS: [(&str, Target); 17] = [
     ("channel_map", channel_map),
     ("propulsion_maps", propulsion_maps),
     ("expression", expression),
+    ("stream", stream),
     ("whole_path", whole_path),
 ];
 
@@ -53,6 +55,25 @@ pub fn mat(data: &[u8]) {
 /// Delimited text and text columns.
 pub fn csv(data: &[u8]) {
     recording("csv", &[], data);
+}
+
+/// Streams: MAVLink packets, lines of text and of JSON, in pieces whose size the first byte tells.
+pub fn stream(data: &[u8]) {
+    let Some((&size, data)) = data.split_first() else { return };
+    let (mut mavlink, mut text, mut json) =
+        (MavlinkDecoder::default(), TextDecoder::new("stream"), JsonDecoder::default());
+    let mut rows = Vec::new();
+    for piece in data.chunks(usize::from(size).max(1)) {
+        mavlink.push(piece, &mut rows);
+        text.push(piece, &mut rows);
+        rows.extend(json.decode(&String::from_utf8_lossy(piece)));
+    }
+    mavlink.end_of_datagram(&mut rows);
+    text.finish(&mut rows);
+    for map in MAPS.iter() {
+        let (mut map, mut samples) = (StreamMap::new(map.clone()), Vec::new());
+        rows.iter().for_each(|row| map.take(row, &mut samples));
+    }
 }
 
 /// PX4 logs.

@@ -35,7 +35,7 @@ const WGS84_ECCENTRICITY_SQUARED: f64 = 6.694_379_990_14e-3;
 /// Metres north per radian of latitude and metres east per radian of longitude at `latitude_rad` and `altitude_m`.
 ///
 /// `R_M = a (1 - e^2) / (1 - e^2 sin^2)^(3/2)`, `R_N = a / sqrt(1 - e^2 sin^2)`; north `R_M + h`, east `(R_N + h) cos`.
-fn metres_per_radian(latitude_rad: f64, altitude_m: f64) -> (f64, f64) {
+pub(super) fn metres_per_radian(latitude_rad: f64, altitude_m: f64) -> (f64, f64) {
     let (sin, cos) = latitude_rad.sin_cos();
     let flattening = 1.0 - WGS84_ECCENTRICITY_SQUARED * sin * sin;
     let meridian = WGS84_SEMI_MAJOR_M * (1.0 - WGS84_ECCENTRICITY_SQUARED) / flattening.powf(1.5);
@@ -82,6 +82,6 @@ fn add(recording: &mut Recording, role: Role, time_s: &Arc<[f64]>, values: Arc<[
 }
 
 /// `angle_rad` brought into -pi..pi.
-fn wrapped(angle_rad: f64) -> f64 {
+pub(super) fn wrapped(angle_rad: f64) -> f64 {
     (angle_rad + std::f64::consts::PI).rem_euclid(std::f64::consts::TAU) - std::f64::consts::PI
 }

@@ -35,6 +35,7 @@ mod plan;
 pub mod propulsion_maps;
 mod read;
 mod recognise;
+pub mod stream;
 mod tdms;
 mod text;
 mod text_layout;

@@ -59,6 +59,13 @@ fn with_line_feeds(contents: &[u8]) -> Cow<'_, [u8]> {
     Cow::Owned(contents.iter().map(|&byte| if byte == b'\r' { b'\n' } else { byte }).collect())
 }
 
+/// Columns of whole lines that follow the header of a text laid out so.
+pub(super) fn columns_of(path: &Path, layout: &TextLayout, lines: &[u8]) -> Result<Vec<Vec<f64>>, LoadError> {
+    let mut table = Table::new(path, layout);
+    table.read(lines.strip_suffix(b"\n").unwrap_or(lines))?;
+    Ok(table.columns.into_iter().map(|column| column.values).collect())
+}
+
 /// A folder of one file per channel: one source named after the folder, channels named after the files.
 pub(super) fn probe_folder(path: &Path) -> Result<Probe, LoadError> {
     let open = |cause| LoadError::Open { path: path.to_owned(), cause };

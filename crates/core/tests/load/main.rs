@@ -18,6 +18,7 @@ mod frames;
 mod maps;
 mod mutations;
 mod recorders;
+mod stream;
 mod time_stamps;
 
 use std::path::{Path, PathBuf};

@@ -1,0 +1,260 @@
+//! A channel map applied row by row.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use crate::load::attitude::QuaternionAxes;
+use crate::load::contents::{ChannelInfo, Format, Probe, Source};
+use crate::load::derive::{metres_per_radian, wrapped};
+use crate::load::find_clocks::find_clocks;
+use crate::load::map::{ATTITUDE, ChannelMap, VELOCITY, matches};
+use crate::load::plan::{Assignment, Plan, Problem, plan_all};
+use crate::load::time_unit::settle_units;
+use crate::quantity::{Role, Unit};
+
+use super::row::{StreamChannel, StreamRow};
+
+/// Rows of a source that tell its time, and of one whose time the map states.
+const HEAD_ROWS: usize = 8;
+const STATED_ROWS: usize = 2;
+
+/// A value of a role.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RoleSample {
+    /// Role.
+    pub role: Role,
+    /// Time on the clock of its source, s.
+    pub time_s: f64,
+    /// Value, SI; not a number where the source gave none.
+    pub value: f64,
+}
+
+/// Applies a channel map to rows as they come, by the plan that a whole recording gets. A source takes part from its eighth row on, with
+/// those before: these tell its time. Where the map states the time two rows are enough.
+#[derive(Debug)]
+pub struct StreamMap {
+    map: ChannelMap,
+    sources: Vec<StreamSource>,
+    /// What the map cannot find, as long as it cannot.
+    pub problems: Vec<Problem>,
+    /// First fix, from which positions count: latitude, longitude, altitude.
+    origin: Option<[f64; 3]>,
+}
+
+/// A source so far.
+#[derive(Debug)]
+struct StreamSource {
+    name: Arc<str>,
+    channels: Arc<[StreamChannel]>,
+    head: Vec<Vec<f64>>,
+    is_settled: bool,
+    rows: u64,
+    makers: Vec<Maker>,
+    clock: Option<RowClock>,
+}
+
+/// Time of a row.
+#[derive(Clone, Copy, Debug)]
+enum RowClock {
+    Channel(usize, Unit),
+    Even { start_s: f64, rate_hz: f64 },
+}
+
+/// A role's value from a row: `factor * to_si(sum of weight * raw + offset)`.
+#[derive(Clone, Debug)]
+struct Linear {
+    terms: Vec<(usize, f64)>,
+    offset: f64,
+    factor: f64,
+    unit: Unit,
+}
+
+impl Linear {
+    fn value(&self, values: &[f64]) -> f64 {
+        let of = |&(channel, weight): &(usize, f64)| weight * values.get(channel).copied().unwrap_or(f64::NAN);
+        self.factor * self.unit.to_si(self.terms.iter().map(of).sum::<f64>() + self.offset)
+    }
+}
+
+/// What a row gives.
+#[derive(Clone, Debug)]
+enum Maker {
+    Role(Role, Linear),
+    Position { fix: [Linear; 2], altitude: Option<Linear> },
+    Attitude(Vec<Linear>, QuaternionAxes),
+    Velocity([Linear; 2]),
+}
+
+impl StreamMap {
+    /// A map before the first row.
+    pub fn new(map: ChannelMap) -> Self {
+        Self { map, sources: Vec::new(), problems: Vec::new(), origin: None }
+    }
+
+    /// Roles that are made of what came so far.
+    pub fn roles(&self) -> Vec<Role> {
+        let makers = self.sources.iter().flat_map(|source| &source.makers);
+        makers
+            .flat_map(|maker| match maker {
+                Maker::Role(role, _) => vec![*role],
+                Maker::Position { altitude, .. } => {
+                    let down = altitude.as_ref().map(|_| Role::PositionDown);
+                    [Role::PositionNorth, Role::PositionEast].into_iter().chain(down).collect()
+                }
+                Maker::Attitude(..) => ATTITUDE.to_vec(),
+                Maker::Velocity(_) => VELOCITY.to_vec(),
+            })
+            .collect()
+    }
+
+    /// Takes in a row and adds what it gives.
+    pub fn take(&mut self, row: &StreamRow, samples: &mut Vec<RoleSample>) {
+        let at = self.source_of(row);
+        let is_stated = self.map.time.iter().any(|entry| matches(&entry.source, &row.source));
+        let head_rows = if is_stated { STATED_ROWS } else { HEAD_ROWS };
+        let source = &mut self.sources[at];
+        let has_grown = row.channels.len() > source.channels.len();
+        if has_grown {
+            source.channels = Arc::clone(&row.channels);
+            source.head.iter_mut().for_each(|values| values.resize(row.channels.len(), f64::NAN));
+        }
+        match (source.is_settled, has_grown) {
+            (true, false) => self.convert(at, &row.values, samples),
+            (true, true) => {
+                source.head.push(row.values.clone());
+                self.settle();
+                self.convert(at, &row.values, samples);
+            }
+            (false, _) => {
+                source.head.push(row.values.clone());
+                if source.head.len() >= head_rows {
+                    source.is_settled = true;
+                    self.settle();
+                    for values in self.sources[at].head.clone() {
+                        self.convert(at, &values, samples);
+                    }
+                }
+            }
+        }
+    }
+
+    fn source_of(&mut self, row: &StreamRow) -> usize {
+        if let Some(at) = self.sources.iter().position(|source| source.name == row.source) {
+            return at;
+        }
+        let (name, channels) = (Arc::clone(&row.source), Arc::clone(&row.channels));
+        let (head, makers) = (Vec::new(), Vec::new());
+        self.sources.push(StreamSource { name, channels, head, is_settled: false, rows: 0, makers, clock: None });
+        self.sources.len() - 1
+    }
+
+    /// Plans anew with the heads of all sources that are settled.
+    fn settle(&mut self) {
+        let settled: Vec<usize> = (0..self.sources.len()).filter(|at| self.sources[*at].is_settled).collect();
+        let mut sources: Vec<Source> = settled.iter().map(|at| self.sources[*at].head_as_source()).collect();
+        settle_units(&mut sources);
+        let (path, warnings) = (PathBuf::from("stream"), Vec::new());
+        let plan = plan_all(&[Probe { path, format: Format::DelimitedText, sources, warnings }], &self.map);
+        self.problems.clone_from(&plan.problems);
+        for (index, &at) in settled.iter().enumerate() {
+            let (makers, clock) = makers(&plan, index);
+            (self.sources[at].makers, self.sources[at].clock) = (makers, clock);
+        }
+    }
+
+    fn convert(&mut self, at: usize, values: &[f64], samples: &mut Vec<RoleSample>) {
+        let source = &mut self.sources[at];
+        let row = source.rows;
+        source.rows += 1;
+        let time_s = match source.clock {
+            Some(RowClock::Channel(channel, unit)) => unit.to_si(values.get(channel).copied().unwrap_or(f64::NAN)),
+            Some(RowClock::Even { start_s, rate_hz }) => start_s + row as f64 / rate_hz,
+            None => return,
+        };
+        if !time_s.is_finite() {
+            return;
+        }
+        let mut add = |role, value| samples.push(RoleSample { role, time_s, value });
+        for maker in &source.makers {
+            match maker {
+                Maker::Role(role, linear) => add(*role, linear.value(values)),
+                Maker::Velocity([speed, track]) => {
+                    let (speed, track) = (speed.value(values), track.value(values));
+                    add(VELOCITY[0], speed * track.cos());
+                    add(VELOCITY[1], speed * track.sin());
+                }
+                Maker::Attitude(parts, axes) => {
+                    if let [w, x, y, z] = &parts[..] {
+                        let angles = axes.euler_rad([w, x, y, z].map(|part| part.value(values)));
+                        ATTITUDE.into_iter().zip(angles).for_each(|(role, angle)| add(role, angle));
+                    }
+                }
+                Maker::Position { fix: [latitude, longitude], altitude } => {
+                    let (lat, lon) = (latitude.value(values), longitude.value(values));
+                    let height = altitude.as_ref().map_or(0.0, |altitude| altitude.value(values));
+                    if !(lat.is_finite() && lon.is_finite() && height.is_finite()) {
+                        continue;
+                    }
+                    let [lat0, lon0, h0] = *self.origin.get_or_insert([lat, lon, height]);
+                    let (north, east) = metres_per_radian(lat0, h0);
+                    add(Role::PositionNorth, north * (lat - lat0));
+                    add(Role::PositionEast, east * wrapped(lon - lon0));
+                    if altitude.is_some() {
+                        add(Role::PositionDown, h0 - height);
+                    }
+                }
+            }
+        }
+    }
+}
+
+impl StreamSource {
+    /// The rows that tell its time, as a source of a recording.
+    fn head_as_source(&self) -> Source {
+        let mut source = Source::new(&*self.name);
+        for (index, channel) in self.channels.iter().enumerate() {
+            let values = self.head.iter().map(|row| row.get(index).copied().unwrap_or(f64::NAN)).collect();
+            source.channels.push(ChannelInfo::new(channel.name.clone(), channel.unit.clone(), values));
+        }
+        find_clocks(&mut source, |_, _| {});
+        source
+    }
+}
+
+/// What the rows of the source at `index` of a plan give, and its clock.
+fn makers(plan: &Plan, index: usize) -> (Vec<Maker>, Option<RowClock>) {
+    let linear = |assignment: &Assignment| {
+        let terms = assignment.parts.first()?;
+        let own = terms.iter().all(|(at, _)| at.source == index);
+        let terms = terms.iter().map(|(at, weight)| (at.channel, *weight)).collect();
+        let Assignment { offset, factor, unit, .. } = *assignment;
+        own.then_some(Linear { terms, offset, factor, unit })
+    };
+    let roles: BTreeMap<Role, Linear> =
+        plan.roles.iter().filter_map(|(role, assignment)| Some((*role, linear(assignment)?))).collect();
+    let mut makers = Vec::new();
+    if let (Some(position), Some(lat), Some(lon)) =
+        (&plan.position, roles.get(&Role::Latitude), roles.get(&Role::Longitude))
+    {
+        let altitude = position.altitude.and_then(|role| roles.get(&role).cloned());
+        makers.push(Maker::Position { fix: [lat.clone(), lon.clone()], altitude });
+    }
+    if let Some((parts, axes)) = &plan.derived.attitude
+        && let Some(parts) = parts.iter().map(linear).collect::<Option<Vec<_>>>()
+    {
+        makers.push(Maker::Attitude(parts, *axes));
+    }
+    if let Some([speed, track]) = &plan.derived.velocity
+        && let (Some(speed), Some(track)) = (linear(speed), linear(track))
+    {
+        makers.push(Maker::Velocity([speed, track]));
+    }
+    makers.extend(roles.into_iter().map(|(role, linear)| Maker::Role(role, linear)));
+    let source = plan.probes.first().and_then(|probe| probe.sources.get(index));
+    let clock = source.and_then(|source| source.clocks.first()).map(|clock| match clock.index {
+        Some(channel) => RowClock::Channel(channel, clock.unit),
+        None => RowClock::Even { start_s: clock.start_s, rate_hz: clock.rate_hz },
+    });
+    (makers, clock)
+}

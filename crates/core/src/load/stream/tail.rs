@@ -1,0 +1,67 @@
+//! A text file that grows.
+
+use std::fs::File;
+use std::io::{Read, Seek, SeekFrom};
+use std::path::{Path, PathBuf};
+
+use crate::load::LoadError;
+use crate::load::finish::stem;
+
+use super::row::StreamRow;
+use super::text::TextDecoder;
+
+/// Bytes read at once.
+const PIECE: usize = 256 * 1024;
+
+/// A text file read as it grows, each byte once.
+#[derive(Debug)]
+pub struct TailedFile {
+    path: PathBuf,
+    file: File,
+    /// Bytes read.
+    at: u64,
+    decoder: TextDecoder,
+    piece: Vec<u8>,
+    /// How often it became shorter than it was, and was read from its start again.
+    pub restarts: usize,
+}
+
+impl TailedFile {
+    /// Opens the file at `path`, which may be empty yet.
+    ///
+    /// # Errors
+    /// When it cannot be opened.
+    pub fn open(path: &Path) -> Result<Self, LoadError> {
+        let file = File::open(path).map_err(|cause| LoadError::Open { path: path.to_owned(), cause })?;
+        let decoder = TextDecoder::new(&stem(path));
+        Ok(Self { path: path.to_owned(), file, at: 0, decoder, piece: vec![0; PIECE], restarts: 0 })
+    }
+
+    /// Adds the rows of the next piece; whether there was anything.
+    ///
+    /// # Errors
+    /// When it cannot be read.
+    pub fn poll(&mut self, rows: &mut Vec<StreamRow>) -> Result<bool, LoadError> {
+        let failed = |cause| LoadError::Open { path: self.path.clone(), cause };
+        if self.file.metadata().map_err(failed)?.len() < self.at {
+            self.file.seek(SeekFrom::Start(0)).map_err(failed)?;
+            self.at = 0;
+            self.decoder = TextDecoder::new(&stem(&self.path));
+            self.restarts += 1;
+        }
+        let read = self.file.read(&mut self.piece).map_err(failed)?;
+        self.at += read as u64;
+        self.decoder.push(&self.piece[..read], rows);
+        Ok(read > 0)
+    }
+
+    /// Nothing comes any more: adds what a short file holds.
+    pub fn finish(&mut self, rows: &mut Vec<StreamRow>) {
+        self.decoder.finish(rows);
+    }
+
+    /// Bytes that could not be understood.
+    pub fn refused_bytes(&self) -> usize {
+        self.decoder.refused_bytes
+    }
+}
