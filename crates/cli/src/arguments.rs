@@ -64,6 +64,8 @@ pub enum Command {
     Checks(CheckStudyArguments),
     /// Find lag and delay of every control by the fit.
     Lags(LagArguments),
+    /// Watch a flight while it is flown, or a recording flown again: filter, derivatives with error bars, correlation and limits.
+    Live(crate::live::LiveArguments),
     /// Search for the terms the data ask for, stepwise or by orthogonal functions, and print every step.
     Structure(StructureArguments),
     /// Fit a column of any table by terms of others, with plain and corrected errors; no session is needed.

@@ -16,6 +16,7 @@ mod fidelity;
 mod fmu;
 mod inspect;
 mod lags;
+mod live;
 mod map;
 mod match_command;
 mod new;
@@ -101,6 +102,7 @@ fn outcome(command: Command) -> Result<Outcome, String> {
         Command::Structure(arguments) => structure::structure(&arguments),
         Command::Variants(arguments) => variants::variants(&arguments),
         Command::Lags(arguments) => lags::lags(&arguments),
+        Command::Live(arguments) => live::live(&arguments),
         Command::Regress(arguments) => regress::regress(&arguments),
         Command::Response(arguments) => response::response(&arguments),
         Command::Loes(arguments) => response::loes(&arguments),

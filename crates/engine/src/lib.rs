@@ -13,6 +13,7 @@ pub mod document;
 pub mod export;
 pub mod graph;
 pub mod keep;
+pub mod live;
 pub mod notation;
 pub mod planning;
 pub mod qtg;

@@ -1,0 +1,202 @@
+//! `doublet live`: a flight watched while it is flown.
+
+use std::path::PathBuf;
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+use clap::Args;
+use doublet_engine::live::{Feed, Goal, Limit, LineFormat, LiveUpdate, LiveWatch, Opening, open};
+use doublet_engine::verdict::Level;
+
+use crate::text;
+
+/// Arguments of `live`.
+#[derive(Debug, Args)]
+pub struct LiveArguments {
+    /// Recording, text file that grows, telemetry log (.tlog), or session whose first flight is flown again (`builtin:demo`).
+    #[arg(long, conflicts_with_all = ["udp", "mavlink"])]
+    pub file: Option<String>,
+    /// Address and port at which lines of JSON or CSV come by UDP, such as 0.0.0.0:9000.
+    #[arg(long, value_name = "ADDR:PORT", conflicts_with = "mavlink")]
+    pub udp: Option<String>,
+    /// Address and port at which MAVLink packets come by UDP, such as 0.0.0.0:14550, or a telemetry log.
+    #[arg(long, value_name = "ADDR:PORT")]
+    pub mavlink: Option<String>,
+    /// Session, or builtin: and a name, whose settings are used; its first flight is flown again where nothing else is named.
+    #[arg(long)]
+    pub session: Option<String>,
+    /// Channel map (file or name); without it that of the session, the shipped map that fits best, a guess, or roles by their names.
+    #[arg(long)]
+    pub map: Option<String>,
+    /// Aircraft (file or name); without it that of the session or the map.
+    #[arg(long)]
+    pub aircraft: Option<String>,
+    /// Times real time at which a recording is flown again; `max` for as fast as it goes. Without it a file is read as fast as it goes.
+    #[arg(long, value_name = "X", value_parser = speed)]
+    pub speed: Option<Speed>,
+    /// Seconds of the flight between updates.
+    #[arg(long, value_name = "S", default_value_t = 0.5)]
+    pub every: f64,
+    /// Seconds that a sample waits for others that are late.
+    #[arg(long, value_name = "S", default_value_t = 0.3)]
+    pub latency: f64,
+    /// Seconds after which a sample counts 1/e in the estimates; 0 for never.
+    #[arg(long, value_name = "S", default_value_t = 120.0)]
+    pub forget: f64,
+    /// Relative error asked for, per cent: of all derivatives, or NAME=PERCENT of one.
+    #[arg(long, value_name = "PERCENT")]
+    pub goal: Vec<String>,
+    /// What is not to be passed: QUANTITY=LOW:HIGH, such as airspeed=75kt:150kt, alpha=:14deg, n_z=0.2:3.5.
+    #[arg(long, value_name = "LIMIT")]
+    pub limit: Vec<Limit>,
+    /// New folder that keeps everything that came, and a session of it at the end.
+    #[arg(long, value_name = "FOLDER")]
+    pub record: Option<PathBuf>,
+    /// Seconds without anything new after which a file or a stream has ended; 0 for never.
+    #[arg(long, value_name = "S", default_value_t = 10.0)]
+    pub wait: f64,
+    /// Seconds of the clock after which it ends.
+    #[arg(long = "for", value_name = "S")]
+    pub duration: Option<f64>,
+    /// Print one line of JSON an update.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Speed of a recording flown again.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Speed {
+    /// Times real time.
+    Times(f64),
+    /// As fast as it goes.
+    Max,
+}
+
+/// Reads a speed.
+fn speed(text: &str) -> Result<Speed, String> {
+    match text.parse::<f64>() {
+        _ if text == "max" => Ok(Speed::Max),
+        Ok(times) if times > 0.0 && times.is_finite() => Ok(Speed::Times(times)),
+        Ok(times) if times == f64::INFINITY => Ok(Speed::Max),
+        _ => Err("give a number above 0, or max".to_owned()),
+    }
+}
+
+/// Watches a flight to its end and prints every update.
+///
+/// # Errors
+/// One line: nothing to watch, a map, session or aircraft that cannot be used, a source that cannot be read.
+pub fn live(arguments: &LiveArguments) -> Result<(), String> {
+    let wait = seconds("wait", arguments.wait)?.filter(|wait| !wait.is_zero());
+    let file = arguments.file.clone().map(Feed::File);
+    let lines = arguments.udp.clone().map(|address| Feed::Lines(address, LineFormat::Any));
+    let opening = Opening {
+        feed: file.or(lines).or(arguments.mavlink.clone().map(Feed::Mavlink)),
+        session: arguments.session.clone(),
+        map: arguments.map.clone(),
+        aircraft: arguments.aircraft.clone(),
+        wait,
+        in_memory: None,
+    };
+    let watched = open(&opening)?;
+    let mut settings = watched.settings;
+    settings.update_s = arguments.every;
+    settings.latency_s = arguments.latency;
+    settings.forgetting_s = Some(arguments.forget).filter(|forget| *forget > 0.0);
+    settings.goal = goal(&arguments.goal)?;
+    settings.limits.clone_from(&arguments.limit);
+    let speed = match arguments.speed {
+        Some(Speed::Times(times)) if watched.is_recorded => Some(times),
+        _ => None,
+    };
+    let mut watch = LiveWatch::new(watched.source, watched.map, settings, speed, wait)?;
+    if let Some(folder) = &arguments.record {
+        watch.record(folder)?;
+    }
+    watched.notes.iter().for_each(|note| text::error_line(note));
+    if let Some(address) = watch.address() {
+        text::error_line(&format!("listening at {address}"));
+    }
+    follow(&mut watch, arguments)?;
+    if let Some(session) = watch.finish(watched.session.as_ref(), watched.aircraft.as_deref())? {
+        text::error_line(&format!("session: {}", session.display()));
+    }
+    Ok(())
+}
+
+/// Steps until nothing comes any more, or the time is over.
+fn follow(watch: &mut LiveWatch, arguments: &LiveArguments) -> Result<(), String> {
+    let start = Instant::now();
+    let until = arguments.duration.map(|duration| seconds("for", duration)).transpose()?.flatten();
+    loop {
+        let now = Instant::now();
+        if until.is_some_and(|until| now.saturating_duration_since(start) > until) {
+            watch.stop();
+        }
+        let step = watch.step(now)?;
+        for update in &step.updates {
+            if arguments.json {
+                text::document(&serde_json::to_string(update).map_err(|error| error.to_string())?);
+            } else {
+                print(update);
+            }
+        }
+        if step.is_finished {
+            return Ok(());
+        }
+        if let Some(rest) = step.rest {
+            sleep(rest);
+        }
+    }
+}
+
+/// Seconds as a span of time; none for zero.
+fn seconds(name: &str, value: f64) -> Result<Option<Duration>, String> {
+    let span = Duration::try_from_secs_f64(value).map_err(|_| format!("--{name}: {value} is no time in seconds"))?;
+    Ok(Some(span).filter(|span| !span.is_zero()))
+}
+
+/// The errors asked for.
+fn goal(texts: &[String]) -> Result<Goal, String> {
+    let mut goal = Goal::default();
+    for text in texts {
+        let (name, number) = text.split_once('=').map_or((None, text.as_str()), |(name, number)| (Some(name), number));
+        let percent = number.trim().trim_end_matches('%').parse::<f64>().ok().filter(|percent| *percent > 0.0);
+        let percent =
+            percent.ok_or_else(|| format!("--goal {text}: give a number of per cent above 0, or NAME=PERCENT"))?;
+        match name {
+            Some(name) => goal.named.push((name.trim().to_owned(), percent)),
+            None => goal.all_percent = percent,
+        }
+    }
+    Ok(goal)
+}
+
+/// One update in words.
+fn print(update: &LiveUpdate) {
+    let of = |name: &str| update.state.get(name).copied().unwrap_or(f64::NAN);
+    let counts = update.counts;
+    let mut parts = vec![format!(
+        "{:9.2} s  V {:.1} m/s  alpha {:.1} deg  lag {:.2} s  lost {}  late {}",
+        update.time_s,
+        of("airspeed"),
+        of("alpha").to_degrees(),
+        update.lag_s,
+        counts.lost,
+        counts.late
+    )];
+    let known = update.derivatives.iter().filter(|derivative| derivative.level == Level::Good).count();
+    if !update.derivatives.is_empty() {
+        parts.push(format!("enough {known} of {}", update.derivatives.len()));
+    }
+    if let Some(lamp) = update.correlation.as_ref().filter(|lamp| lamp.level > Level::Good) {
+        parts.push(format!(
+            "{}: {} and {} at {:.2}",
+            lamp.coefficient, lamp.regressors[0], lamp.regressors[1], lamp.correlation
+        ));
+    }
+    let near = update.limits.iter().filter(|limit| limit.level > Level::Good);
+    parts.extend(near.map(|limit| format!("{} {}, margin {:.3}", limit.quantity, limit.level.name(), limit.margin)));
+    parts.extend(update.findings.iter().cloned());
+    text::line(&parts.join("  "));
+}

@@ -1,0 +1,58 @@
+//! `doublet live` on a recording: a line of JSON an update, what it takes, and the session it leaves.
+
+#![allow(clippy::unwrap_used, reason = "helpers of tests are not marked as tests")]
+
+mod common;
+#[path = "common/flight.rs"]
+mod flight;
+
+use common::doublet;
+use serde_json::Value;
+
+#[test]
+fn a_file_is_watched_line_by_line_and_leaves_a_session() {
+    let folder = tempfile::tempdir().unwrap();
+    flight::write(folder.path(), 3000, |_, _| {});
+    let arguments = ["live", "--file", "flight.csv", "--session", "session.toml", "--speed", "max", "--json"];
+    let with = ["--wait", "0.1", "--limit", "p=:0.05", "--limit", "n_z=0:3", "--goal", "50", "--record", "kept"];
+    let output = doublet(folder.path(), &[&arguments[..], &with].concat());
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{said}");
+    let lines: Vec<Value> =
+        String::from_utf8(output.stdout).unwrap().lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    // Thirty seconds in steps of half a second, less the first second and the latency.
+    assert!((50..=60).contains(&lines.len()), "{} lines", lines.len());
+    let times: Vec<f64> = lines.iter().map(|line| line["time_s"].as_f64().unwrap()).collect();
+    assert!(times.windows(2).all(|pair| pair[1] > pair[0]) && (times.last().unwrap() - 29.99).abs() < 1e-9);
+    let last = lines.last().unwrap();
+    assert_eq!((&last["counts"]["samples"], &last["counts"]["lost"]), (&Value::from(2999), &Value::from(0)));
+    let names: Vec<&str> =
+        last["derivatives"].as_array().unwrap().iter().map(|derivative| derivative["name"].as_str().unwrap()).collect();
+    let asked =
+        ["CX_alpha", "CY_beta", "CZ_alpha", "Cl_p", "Cl_delta_a", "Cm_alpha", "Cm_delta_e", "Cn_beta", "Cn_delta_r"];
+    assert_eq!(names, asked);
+    assert!(last["derivatives"][0]["standard_error"].as_f64().unwrap() > 0.0);
+    let limits: Vec<&str> =
+        last["limits"].as_array().unwrap().iter().map(|limit| limit["level"].as_str().unwrap()).collect();
+    assert_eq!(limits, ["bad", "good"]);
+    assert!(last["correlation"]["correlation"].as_f64().unwrap().abs() <= 1.0);
+    let checked = doublet(folder.path(), &["check", "kept/session.toml", "--json"]);
+    let document: Value = serde_json::from_slice(&checked.stdout).unwrap();
+    assert!(document["findings"].is_array(), "{document}");
+    assert!(std::fs::read_to_string(folder.path().join("kept/flight.csv")).unwrap().lines().count() == 3001);
+    let again = doublet(folder.path(), &[&arguments[..], &with].concat());
+    assert!(!again.status.success() && String::from_utf8_lossy(&again.stderr).contains("exists"));
+}
+
+#[test]
+fn speed_paces_a_recording_by_its_own_time() {
+    let folder = tempfile::tempdir().unwrap();
+    flight::write(folder.path(), 1000, |_, _| {});
+    let start = std::time::Instant::now();
+    let arguments =
+        ["live", "--file", "flight.csv", "--session", "session.toml", "--speed", "10", "--wait", "0.1", "--json"];
+    let output = doublet(folder.path(), &arguments);
+    assert!(output.status.success());
+    // Ten seconds at ten times real time.
+    assert!(start.elapsed().as_secs_f64() > 0.95, "{:?}", start.elapsed());
+}

@@ -1,0 +1,223 @@
+//! Equation error by recursion, in the frequency domain and in time, of all coefficients of a structure.
+
+use std::collections::BTreeSet;
+
+use doublet_core::estimate::{EstimateError, Fit, RecursiveFourier, RecursiveLeastSquares, Taper};
+use doublet_core::model::{Coefficient, Term, Variable, regressors};
+
+use super::settings::LiveSettings;
+use super::update::{CorrelationLamp, LiveDerivative, TimeDomain};
+use crate::stage::WindowAero;
+use crate::verdict::Level;
+
+/// Lags of the correlation of residuals in time, s, and their most samples.
+const LAGS_S: f64 = 2.0;
+const MOST_LAGS: usize = 128;
+/// Largest magnitude of the coefficient of normal force that a wing in flight has: more says that wheels carry the aircraft.
+const MOST_CZ: f64 = 2.5;
+/// Correlation of two regressors above which their derivatives mix, and above which they are one.
+const MIXED: f64 = 0.6;
+const COLLINEAR: f64 = 0.9;
+
+/// The recursions of one structure over samples on an even grid.
+pub struct LiveEstimates {
+    models: Vec<Model>,
+    /// Regressors of all models but the constant, each once, behind the coefficients in the columns of the transforms.
+    terms: Vec<Term>,
+    fourier: RecursiveFourier,
+    /// Index on the grid of the next sample.
+    next: u64,
+    /// What the structure asks for that the stream does not have.
+    pub findings: Vec<String>,
+    /// Whether the last sample was one of flight.
+    pub is_airborne: bool,
+}
+
+/// One coefficient.
+struct Model {
+    coefficient: Coefficient,
+    /// Its terms in `terms`, without the constant.
+    terms: Vec<usize>,
+    /// Names of their derivatives.
+    names: Vec<String>,
+    time: RecursiveLeastSquares,
+}
+
+impl LiveEstimates {
+    /// For the variables there are, on a grid of `step_s` whose first sample has the index `first`.
+    ///
+    /// # Errors
+    /// Frequencies beyond half that of the samples, and a forgetting time that is none.
+    pub fn new(
+        settings: &LiveSettings,
+        known: &BTreeSet<Variable>,
+        step_s: f64,
+        first: u64,
+    ) -> Result<Self, EstimateError> {
+        let forgetting = settings.forgetting_s.map(|time_s| time_s / step_s);
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most 128")]
+        let lags = (LAGS_S / step_s).min(MOST_LAGS as f64) as usize;
+        let (mut terms, mut models, mut findings) = (Vec::<Term>::new(), Vec::new(), Vec::new());
+        for (coefficient, own) in &settings.structure.models {
+            let has = |term: &&Term| term.factors().iter().all(|(variable, _)| known.contains(variable));
+            let (usable, left_out): (Vec<&Term>, Vec<&Term>) = own.iter().partition(has);
+            findings.extend(
+                left_out
+                    .iter()
+                    .map(|term| format!("{} is left out: nothing gives '{term}'", term.derivative_name(*coefficient))),
+            );
+            let usable: Vec<&Term> = usable.into_iter().filter(|term| !term.is_constant()).collect();
+            if usable.is_empty() {
+                continue;
+            }
+            let mut place = |term: &Term| {
+                let known = terms.iter().position(|other| other == term);
+                known.unwrap_or_else(|| {
+                    terms.push(term.clone());
+                    terms.len() - 1
+                })
+            };
+            let names: Vec<String> = usable.iter().map(|term| term.derivative_name(*coefficient)).collect();
+            let with_constant: Vec<String> =
+                std::iter::once(Term::constant().derivative_name(*coefficient)).chain(names.iter().cloned()).collect();
+            models.push(Model {
+                coefficient: *coefficient,
+                terms: usable.into_iter().map(&mut place).collect(),
+                names,
+                time: RecursiveLeastSquares::new(&with_constant, forgetting, lags, Taper::Parzen)?,
+            });
+        }
+        let columns = models.len() + terms.len();
+        let fourier = RecursiveFourier::new(columns, step_s, &settings.band, settings.forgetting_s)?;
+        Ok(Self { models, terms, fourier, next: first, findings, is_airborne: false })
+    }
+
+    /// Takes in the samples of `aero` whose index on the grid, `index(time)`, is not passed yet, up to before `end`.
+    ///
+    /// # Errors
+    /// One line: what the model refuses.
+    pub fn take(
+        &mut self,
+        aero: &WindowAero,
+        index: impl Fn(f64) -> u64,
+        end: u64,
+        on_wheels: bool,
+    ) -> Result<(), String> {
+        let x = regressors(&self.terms, &aero.variables).map_err(|error| error.to_string())?;
+        let normal_force = aero.coefficients.get(Coefficient::CZ);
+        for (row, time_s) in aero.coefficients.time_s.iter().enumerate() {
+            let at = index(*time_s);
+            if at < self.next || at >= end {
+                continue;
+            }
+            self.skip_to(at);
+            self.is_airborne = !on_wheels && normal_force[row].abs() < MOST_CZ;
+            if !self.is_airborne {
+                continue;
+            }
+            let measured: Vec<f64> =
+                self.models.iter().map(|model| aero.coefficients.get(model.coefficient)[row]).collect();
+            let values: Vec<f64> = measured.iter().copied().chain(x.row(row).iter().copied()).collect();
+            self.fourier.push(&values);
+            for (model, measured) in self.models.iter_mut().zip(&measured) {
+                let own: Vec<f64> =
+                    std::iter::once(1.0).chain(model.terms.iter().map(|term| x[(row, *term)])).collect();
+                model.time.push(&own, *measured);
+            }
+            self.next = at + 1;
+        }
+        self.skip_to(end);
+        Ok(())
+    }
+
+    /// Lets time go on to the sample `index` without the samples before it.
+    pub fn skip_to(&mut self, index: u64) {
+        if index > self.next {
+            self.fourier.skip(index - self.next);
+            self.models.iter_mut().for_each(|model| model.time.interrupt());
+            self.next = index;
+        }
+    }
+
+    /// Derivatives as estimated so far.
+    pub fn derivatives(&self, settings: &LiveSettings) -> Vec<LiveDerivative> {
+        let first = self.models.len();
+        let of_terms = |terms: &[usize]| terms.iter().map(|term| first + term).collect::<Vec<_>>();
+        let columns: Vec<Vec<usize>> = self.models.iter().map(|model| of_terms(&model.terms)).collect();
+        let asked: Vec<_> =
+            self.models.iter().zip(&columns).enumerate().map(|(z, (model, x))| (&model.names[..], z, &x[..])).collect();
+        let factor = self.fourier.covariance_factor();
+        let mut found = Vec::new();
+        for (z, (model, fit)) in self.models.iter().zip(self.fourier.fits(&asked)).enumerate() {
+            let fit = fit.or_else(|error| self.without_dependent(&error, model, z));
+            let time = model.time.estimate().ok();
+            for name in &model.names {
+                let goal_percent = settings.goal.percent(name);
+                let known = fit.as_ref().ok().and_then(|fit| fit.parameter(name));
+                let estimate = known.map(|(estimate, _)| estimate);
+                let standard_error = known.map(|(_, error)| error * factor.sqrt());
+                let relative = estimate.zip(standard_error).map(|(estimate, error)| 100.0 * (error / estimate).abs());
+                let level = match relative {
+                    Some(percent) if percent <= goal_percent => Level::Good,
+                    Some(percent) if percent <= 2.0 * goal_percent => Level::Caution,
+                    _ => Level::Bad,
+                };
+                let time_domain = time.as_ref().and_then(|time| {
+                    let at = time.names.iter().position(|other| other == name)?;
+                    let (estimate, standard_error) = (time.estimates[at], time.corrected_standard_errors[at]);
+                    Some(TimeDomain { estimate, standard_error })
+                });
+                found.push(LiveDerivative {
+                    name: name.clone(),
+                    estimate,
+                    standard_error,
+                    relative_error_percent: relative.filter(|percent| percent.is_finite()),
+                    goal_percent,
+                    level,
+                    time_domain,
+                });
+            }
+        }
+        found
+    }
+
+    /// The fit without the regressors that depend on others, as those of a surface that rests.
+    fn without_dependent(&self, error: &EstimateError, model: &Model, z: usize) -> Result<Fit, EstimateError> {
+        let EstimateError::RankDeficient { dependent, .. } = error else { return Err(error.clone()) };
+        let is_free = |name: &str| dependent.iter().all(|dependence| dependence.name != name);
+        let kept = model.names.iter().zip(&model.terms).filter(|(name, _)| is_free(name));
+        let (names, x): (Vec<String>, Vec<usize>) =
+            kept.map(|(name, term)| (name.clone(), self.models.len() + term)).unzip();
+        self.fourier.fit(&names, z, &x)
+    }
+
+    /// The two regressors of one coefficient that are most alike, of those without a variable in common.
+    pub fn correlation(&self) -> Option<CorrelationLamp> {
+        let all: Vec<usize> = (0..self.terms.len()).map(|term| self.models.len() + term).collect();
+        let correlation = self.fourier.correlation(&all);
+        let mut worst: Option<(f64, &Model, usize, usize)> = None;
+        for model in &self.models {
+            for (k, &i) in model.terms.iter().enumerate() {
+                for &j in model.terms[..k].iter().filter(|j| !share_a_variable(&self.terms[i], &self.terms[**j])) {
+                    let value = correlation[(i, j)];
+                    if value.is_finite() && worst.is_none_or(|(other, ..)| value.abs() > other.abs()) {
+                        worst = Some((value, model, j, i));
+                    }
+                }
+            }
+        }
+        let (correlation, model, first, second) = worst?;
+        let level = match correlation.abs() {
+            value if value > COLLINEAR => Level::Bad,
+            value if value > MIXED => Level::Caution,
+            _ => Level::Good,
+        };
+        let regressors = [first, second].map(|term| self.terms[term].to_string());
+        Some(CorrelationLamp { coefficient: model.coefficient.name().to_owned(), regressors, correlation, level })
+    }
+}
+
+/// Whether two terms have a variable in common, as a variable and its square have.
+fn share_a_variable(one: &Term, other: &Term) -> bool {
+    one.factors().iter().any(|(variable, _)| other.factors().iter().any(|(also, _)| also == variable))
+}

@@ -1,0 +1,135 @@
+//! Limits that are watched.
+
+use std::collections::BTreeMap;
+use std::str::FromStr;
+
+use doublet_core::quantity::{Role, Unit};
+use serde::Serialize;
+
+use crate::verdict::Level;
+
+/// Name of the load factor, `-az / g`, among the quantities.
+pub const LOAD_FACTOR: &str = "n_z";
+
+/// Part of a range at its ends in which a value is near its limit.
+const NEAR: f64 = 0.1;
+
+/// Bounds of a quantity, SI.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Limit {
+    /// Name of a role, or `n_z`.
+    pub quantity: String,
+    /// Least value.
+    pub low: Option<f64>,
+    /// Greatest value.
+    pub high: Option<f64>,
+}
+
+/// A limit against what was flown since the update before.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LimitReading {
+    /// Name of the quantity.
+    pub quantity: String,
+    /// Least and greatest value, SI.
+    pub range: [f64; 2],
+    /// Least value allowed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub low: Option<f64>,
+    /// Greatest value allowed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub high: Option<f64>,
+    /// Distance to the nearer bound, negative beyond it, SI.
+    pub margin: f64,
+    /// Good inside, caution in the last tenth of the range, bad outside.
+    pub level: Level,
+}
+
+impl FromStr for Limit {
+    type Err = String;
+
+    /// `alpha=:14deg`, `n_z=0.2:3.5`, `airspeed=75kt:150kt`: either bound may be left out; units as in channel maps, SI without.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let form = || format!("'{text}': write QUANTITY=LOW:HIGH, for example airspeed=75kt:150kt or alpha=:14deg");
+        let (quantity, range) = text.split_once('=').ok_or_else(form)?;
+        let (low, high) = range.split_once(':').ok_or_else(form)?;
+        let quantity = quantity.trim();
+        let role = Role::from_name(quantity);
+        if role.is_none() && quantity != LOAD_FACTOR {
+            return Err(format!(
+                "'{quantity}' is no quantity: use {LOAD_FACTOR} or a role of the channel maps, such as airspeed"
+            ));
+        }
+        let bound = |text: &str| -> Result<Option<f64>, String> {
+            let text = text.trim();
+            if text.is_empty() {
+                return Ok(None);
+            }
+            let digits =
+                text.find(|letter: char| letter.is_alphabetic() && !"eE".contains(letter)).unwrap_or(text.len());
+            let (number, unit) = text.split_at(digits);
+            let number: f64 = number.trim().parse().map_err(|_| form())?;
+            if unit.is_empty() {
+                return Ok(Some(number));
+            }
+            let parsed = Unit::parse(unit.trim()).map_err(|error| error.to_string())?;
+            match role {
+                Some(role) if role.dimension() == parsed.dimension => Ok(Some(parsed.to_si(number))),
+                _ => Err(format!("'{unit}' is no unit of {quantity}")),
+            }
+        };
+        let (low, high) = (bound(low)?, bound(high)?);
+        match (low, high) {
+            (None, None) => Err(form()),
+            (Some(low), Some(high)) if low >= high => {
+                Err(format!("'{text}': the lower bound is not below the upper one"))
+            }
+            _ => Ok(Self { quantity: quantity.to_owned(), low, high }),
+        }
+    }
+}
+
+impl Limit {
+    /// Against the least and greatest value of each quantity.
+    pub fn read(&self, extremes: &BTreeMap<String, [f64; 2]>) -> Option<LimitReading> {
+        let range = *extremes.get(&self.quantity)?;
+        let below = self.low.map_or(f64::INFINITY, |low| range[0] - low);
+        let above = self.high.map_or(f64::INFINITY, |high| high - range[1]);
+        let margin = below.min(above);
+        let width = match (self.low, self.high) {
+            (Some(low), Some(high)) => high - low,
+            (bound, other) => bound.or(other).map_or(0.0, f64::abs),
+        };
+        let level = match margin {
+            margin if margin < 0.0 => Level::Bad,
+            margin if margin < NEAR * width => Level::Caution,
+            _ => Level::Good,
+        };
+        let Self { quantity, low, high } = self.clone();
+        Some(LimitReading { quantity, range, low, high, margin, level })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn limits_are_read_with_units_and_judged_by_their_margin() {
+        let limit: Limit = "alpha=-4deg:14deg".parse().unwrap();
+        assert!((limit.high.unwrap() - 14_f64.to_radians()).abs() < 1e-15);
+        let at = |low: f64, high: f64| BTreeMap::from([("alpha".to_owned(), [low.to_radians(), high.to_radians()])]);
+        let level = |low, high| limit.read(&at(low, high)).unwrap().level;
+        assert_eq!(
+            [level(0.0, 10.0), level(0.0, 13.0), level(0.0, 15.0), level(-5.0, 0.0)],
+            [Level::Good, Level::Caution, Level::Bad, Level::Bad]
+        );
+        assert_eq!(limit.read(&BTreeMap::new()), None);
+        assert_eq!("n_z=0.2:".parse::<Limit>().unwrap().low, Some(0.2));
+        assert!(("airspeed=:150kt".parse::<Limit>().unwrap().high.unwrap() - 77.1667).abs() < 1e-3);
+        for bad in
+            ["", "alpha", "alpha=1", "alpha=:", "alpha=2:1", "alpha=x:2", "colour=1:2", "alpha=1kt:2kt", "n_z=1deg:2"]
+        {
+            assert!(bad.parse::<Limit>().is_err(), "{bad}");
+        }
+    }
+}

@@ -1,0 +1,27 @@
+//! A flight while it is flown: rows as they arrive, the filter step by step, equation error by recursion, lamps, limits, recording.
+//!
+//! `source` gives rows, the channel map makes samples of roles of them, `pace` holds them until their time, `pipeline` orders them in time and
+//! computes, `record` keeps the rows and makes a session of them at the end. `watch` ties these together.
+
+mod estimates;
+mod limits;
+mod open;
+mod order;
+mod pace;
+mod pipeline;
+mod record;
+mod replay;
+mod settings;
+mod source;
+mod update;
+mod watch;
+
+pub use limits::{Limit, LimitReading};
+pub use open::{Feed, Opening, Watched, open};
+pub use pipeline::LivePipeline;
+pub use record::Recorder;
+pub use replay::Replay;
+pub use settings::{Goal, LiveSettings};
+pub use source::{LineFormat, Polled, Source};
+pub use update::{CorrelationLamp, Counts, LiveDerivative, LiveUpdate, TimeDomain};
+pub use watch::{LiveWatch, Step};

@@ -1,0 +1,92 @@
+//! What is known at one moment of a flight.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use super::limits::LimitReading;
+use crate::verdict::Level;
+
+/// What is known at one moment of a flight; SI and radians.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct LiveUpdate {
+    /// Time to which the filter went, s.
+    pub time_s: f64,
+    /// Latest inertial sample that arrived less that time, s.
+    pub lag_s: f64,
+    /// Samples and what became of them.
+    pub counts: Counts,
+    /// Quantities of the motion at that time, by name of role, and `n_z`.
+    pub state: BTreeMap<String, f64>,
+    /// Mean normalised innovation squared per measurement since the update before: one where noise is as stated.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub nis_per_measurement: Option<f64>,
+    /// Whether the aircraft flies, so that samples enter the regression.
+    pub is_airborne: bool,
+    /// Derivatives as estimated so far.
+    pub derivatives: Vec<LiveDerivative>,
+    /// The two regressors of one coefficient that are most alike.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub correlation: Option<CorrelationLamp>,
+    /// Limits against what was flown since the update before.
+    pub limits: Vec<LimitReading>,
+    /// Whether every derivative is known as well as asked for.
+    pub is_enough: bool,
+    /// What stands in the way, a line each.
+    pub findings: Vec<String>,
+}
+
+/// Samples and what became of them, since the start.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Counts {
+    /// Inertial samples the filter took.
+    pub samples: u64,
+    /// Inertial samples that never came, by the usual interval.
+    pub lost: u64,
+    /// Samples of any channel that came after the filter had passed their time, and were left out.
+    pub late: u64,
+    /// Pauses after which the filter began anew.
+    pub restarts: u64,
+}
+
+/// A derivative as estimated so far.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LiveDerivative {
+    /// Name.
+    pub name: String,
+    /// Estimate of the regression in the frequency domain; none where its regressor does not move.
+    pub estimate: Option<f64>,
+    /// Its standard error.
+    pub standard_error: Option<f64>,
+    /// Standard error over estimate, per cent.
+    pub relative_error_percent: Option<f64>,
+    /// Relative error asked for, per cent.
+    pub goal_percent: f64,
+    /// Good where the goal is met, caution within twice the goal, bad beyond.
+    pub level: Level,
+    /// Estimate by recursive least squares in time.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub time_domain: Option<TimeDomain>,
+}
+
+/// An estimate by recursive least squares in time.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct TimeDomain {
+    /// Estimate.
+    pub estimate: f64,
+    /// Standard error, corrected for correlated residuals.
+    pub standard_error: f64,
+}
+
+/// Two regressors that move alike.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct CorrelationLamp {
+    /// Coefficient that has both.
+    pub coefficient: String,
+    /// The regressors.
+    pub regressors: [String; 2],
+    /// Their correlation over the frequencies of the regression.
+    pub correlation: f64,
+    /// Caution above 0.6, bad above 0.9 in magnitude.
+    pub level: Level,
+}

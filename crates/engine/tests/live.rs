@@ -1,0 +1,348 @@
+//! A flight watched while it is flown: a simulated flight whose derivatives are known, sample by sample, with losses and from files.
+
+#![expect(clippy::unwrap_used, reason = "a test helper that fails is a failed test")]
+
+use std::io::Write;
+use std::net::UdpSocket;
+use std::path::Path;
+use std::sync::LazyLock;
+use std::time::{Duration, Instant};
+
+use doublet_core::load::ChannelMap;
+use doublet_core::load::stream::{RoleSample, StreamMap, StreamRow};
+use doublet_core::quantity::Role;
+use doublet_core::simulate::scenario::Start;
+use doublet_core::simulate::{self, Scenario, scenario};
+use doublet_engine::builtin;
+use doublet_engine::graph::Context;
+use doublet_engine::live::{
+    Feed, LineFormat, LivePipeline, LiveSettings, LiveUpdate, LiveWatch, Opening, Polled, open,
+};
+use doublet_engine::session::{self, Flight, MapRef, RecordingRef, Session};
+use doublet_engine::stage::LoadedFlight;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+/// Onset of the inputs on all controls in the scenario `multisine`, s.
+const ONSET_S: f64 = 20.0;
+
+/// Folder with a flight of orthogonal multisines and `session.toml` over it, which takes deflections and flow angles from the truth.
+static FLIGHT: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
+    let folder = tempfile::tempdir().unwrap();
+    let flown = simulate::run(&scenario::build("multisine").unwrap(), 1, &mut |_| true).unwrap();
+    flown.write(folder.path()).unwrap();
+    let recording = |name: &str, map: &str| RecordingRef {
+        path: name.to_owned(),
+        sha256: None,
+        channel_map: MapRef::File(format!("{}{map}", builtin::PREFIX)),
+        only: None,
+    };
+    let recordings = vec![recording("bus.h5", "demo_flight"), recording("truth.h5", "demo_truth")];
+    let demo = session::parse(builtin::session("demo").unwrap()).unwrap();
+    let flights = vec![Flight::new("multisine".to_owned(), recordings)];
+    let session = Session { flights, windows: Vec::new(), steady: Vec::new(), ..demo };
+    session::save(&session, &folder.path().join("session.toml")).unwrap();
+    folder
+});
+
+fn opening() -> Opening {
+    Opening { session: Some(FLIGHT.path().join("session.toml").display().to_string()), ..Opening::default() }
+}
+
+/// Samples of the flight in the order of time, and the settings it is watched with.
+fn samples() -> (Vec<RoleSample>, LiveSettings) {
+    let mut watched = open(&opening()).unwrap();
+    let mut map = StreamMap::new(ChannelMap::parse(&watched.map).unwrap());
+    let (mut rows, mut samples) = (Vec::<StreamRow>::new(), Vec::new());
+    while watched.source.poll(&mut rows).unwrap() == Polled::Rows {}
+    rows.iter().for_each(|row| map.take(row, &mut samples));
+    samples.sort_by(|a, b| a.time_s.total_cmp(&b.time_s));
+    (samples, watched.settings)
+}
+
+fn watch(samples: &[RoleSample], settings: LiveSettings) -> Vec<LiveUpdate> {
+    let mut pipeline = LivePipeline::new(settings).unwrap();
+    let mut updates = Vec::new();
+    for piece in samples.chunks(100) {
+        updates.extend(pipeline.push(piece.iter().copied()));
+    }
+    updates.extend(pipeline.finish());
+    updates
+}
+
+/// Period of the Dutch roll of the true aircraft in its trim, s.
+fn dutch_roll_period_s(scenario: &Scenario) -> f64 {
+    let Start::Trimmed(condition) = &scenario.start else { panic!("the scenario begins in trim") };
+    let body = scenario.vehicle.body(&scenario.loading).unwrap();
+    let trim = simulate::trim(&scenario.vehicle, &body, &scenario.atmosphere, condition).unwrap();
+    let modes = simulate::modes(&scenario.vehicle, &body, &trim);
+    let dutch_roll = modes.iter().find(|mode| mode.name == "Dutch roll").unwrap();
+    std::f64::consts::TAU / dutch_roll.imaginary_rad_s
+}
+
+fn estimate(update: &LiveUpdate, name: &str) -> (f64, f64) {
+    let derivative = update.derivatives.iter().find(|derivative| derivative.name == name).unwrap();
+    (derivative.estimate.unwrap(), derivative.standard_error.unwrap())
+}
+
+#[test]
+fn estimates_converge_within_two_dutch_roll_periods_of_the_onset() {
+    let (samples, settings) = samples();
+    let scenario = scenario::build("multisine").unwrap();
+    let period_s = dutch_roll_period_s(&scenario);
+    let updates = watch(&samples, settings);
+    // What two periods of the Dutch roll can tell: within a tenth of the truth, and within three of the errors stated.
+    let names = [
+        "Cl_beta",
+        "Cl_p",
+        "Cl_r",
+        "Cl_delta_a",
+        "Cn_beta",
+        "Cn_p",
+        "Cn_r",
+        "Cn_delta_r",
+        "CY_beta",
+        "Cm_alpha",
+        "Cm_delta_e",
+    ];
+    let truth = |name: &str| scenario.vehicle.aero.value(name).unwrap();
+    let is_there = |update: &LiveUpdate, name: &str| (estimate(update, name).0 / truth(name) - 1.0).abs() < 0.1;
+    let flown: Vec<&LiveUpdate> = updates.iter().filter(|update| update.time_s > ONSET_S).collect();
+    for name in names {
+        let last_off = flown.iter().rfind(|update| !is_there(update, name));
+        let since_s = last_off.map_or(0.0, |update| update.time_s - ONSET_S);
+        println!("{name}: within a tenth of the truth from {:.2} periods on", since_s / period_s);
+        assert!(since_s < 2.0 * period_s, "{name}: {since_s} s, two periods are {} s", 2.0 * period_s);
+    }
+    let after = flown.iter().find(|update| update.time_s >= ONSET_S + 2.0 * period_s).unwrap();
+    for name in names {
+        let (value, error) = estimate(after, name);
+        println!("{name}: {value:.4} +- {error:.4}, truth {:.4}", truth(name));
+        assert!((value - truth(name)).abs() < 4.0 * error.max(0.01 * truth(name).abs()), "{name}: {value} {error}");
+    }
+}
+
+#[test]
+fn lost_samples_and_jitter_are_survived_with_their_effect_stated() {
+    let (samples, settings) = samples();
+    let clean = watch(&samples, settings.clone());
+    let random = &mut ChaCha8Rng::seed_from_u64(5);
+    // Packets are the samples of one moment; one in twenty is lost, the others come up to 200 ms late.
+    let (mut arrivals, mut packet, mut lost) = (Vec::new(), (f64::NAN, false, 0.0), 0);
+    for sample in &samples {
+        if sample.time_s != packet.0 {
+            packet = (sample.time_s, random.random_bool(0.05), random.random_range(0.0..0.2));
+        }
+        if packet.1 {
+            lost += usize::from(sample.role == Role::RollRate);
+        } else {
+            arrivals.push((sample.time_s + packet.2, *sample));
+        }
+    }
+    arrivals.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+    let arrived: Vec<RoleSample> = arrivals.into_iter().map(|(_, sample)| sample).collect();
+    let jittered = watch(&arrived, settings.clone());
+    let (one, other) = (clean.last().unwrap(), jittered.last().unwrap());
+    assert_eq!((other.counts.late, other.counts.restarts, one.counts.lost), (0, 0, 0));
+    // The median interval counts what is missing, but for the ends.
+    assert!((other.counts.lost as i64 - lost as i64).abs() <= 3, "{} {lost}", other.counts.lost);
+    // Rates between samples that are there lose of the fastest motion what a straight line loses.
+    let known = one.derivatives.iter().filter(|derivative| derivative.relative_error_percent.unwrap() < 4.0);
+    let moved =
+        known.map(|derivative| (estimate(other, &derivative.name).0 / derivative.estimate.unwrap() - 1.0).abs());
+    let moved: Vec<f64> = moved.collect();
+    let worst = moved.iter().copied().fold(0.0, f64::max);
+    println!(
+        "{lost} lost of {}: {} derivatives moved by {:.1} % at most",
+        one.counts.samples,
+        moved.len(),
+        100.0 * worst
+    );
+    assert!(moved.len() > 12 && worst < 0.05, "{worst}");
+    // With less patience than the jitter samples come too late, and this is counted.
+    let hasty = watch(&arrived, LiveSettings { latency_s: 0.05, ..settings });
+    assert!(hasty.last().unwrap().counts.late > 1000, "{:?}", hasty.last().unwrap().counts);
+}
+
+#[test]
+fn a_pause_begins_the_filter_anew_and_the_estimates_go_on() {
+    let (samples, settings) = samples();
+    let without = |sample: &&RoleSample| !(35.0..37.0).contains(&sample.time_s);
+    let kept: Vec<RoleSample> = samples.iter().filter(without).copied().collect();
+    let (clean, paused) = (watch(&samples, settings.clone()), watch(&kept, settings));
+    let (one, other) = (clean.last().unwrap(), paused.last().unwrap());
+    assert_eq!(other.counts.restarts, 1);
+    for name in ["Cl_p", "Cn_beta", "Cm_delta_e"] {
+        let ((estimate, error), (moved, _)) = (self::estimate(one, name), self::estimate(other, name));
+        assert!((moved - estimate).abs() < 3.0 * error, "{name}: {estimate} {moved} {error}");
+    }
+}
+
+#[test]
+fn what_is_recorded_opens_as_a_session_with_the_same_roles() {
+    let watched = open(&opening()).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let place = folder.path().join("day");
+    let mut live = LiveWatch::new(watched.source, watched.map, watched.settings, None, None).unwrap();
+    live.record(&place).unwrap();
+    let mut updates = 0;
+    loop {
+        let step = live.step(Instant::now()).unwrap();
+        updates += step.updates.len();
+        if step.is_finished {
+            break;
+        }
+    }
+    let path = live.finish(watched.session.as_ref(), watched.aircraft.as_deref()).unwrap().unwrap();
+    assert!(updates > 90, "{updates}");
+    let opened = session::open(&path).unwrap();
+    let read = |session: &Session, folder: &Path| {
+        Context::new(folder).get::<LoadedFlight>(&session.flights[0], ()).unwrap().recording.clone()
+    };
+    let again = read(&opened.session, &opened.folder);
+    let own = session::open(&FLIGHT.path().join("session.toml")).unwrap();
+    let before = read(&own.session, &own.folder);
+    assert_eq!(again.roles.keys().collect::<Vec<_>>(), before.roles.keys().collect::<Vec<_>>());
+    for role in before.roles.keys() {
+        let (one, other) = (&before.role(*role).unwrap().series, &again.role(*role).unwrap().series);
+        assert_eq!((&one.time_s, &one.values), (&other.time_s, &other.values), "{}", role.name());
+    }
+    assert_eq!(opened.session.filter.measurement_noise, own.session.filter.measurement_noise);
+    assert!(live_again_refuses(&place));
+}
+
+/// Whether a recording is refused where there is one already.
+fn live_again_refuses(place: &Path) -> bool {
+    let watched = open(&opening()).unwrap();
+    let mut live = LiveWatch::new(watched.source, watched.map, watched.settings, None, None).unwrap();
+    live.record(place).is_err()
+}
+
+/// Steps until `enough` updates came or patience ends.
+fn follow(live: &mut LiveWatch, enough: usize, mut between: impl FnMut(usize)) -> Vec<LiveUpdate> {
+    let (start, mut updates) = (Instant::now(), Vec::new());
+    for round in 0.. {
+        between(round);
+        let step = live.step(Instant::now()).unwrap();
+        updates.extend(step.updates);
+        if step.is_finished || updates.len() >= enough {
+            break;
+        }
+        assert!(start.elapsed() < Duration::from_secs(60), "{} updates", updates.len());
+        std::thread::sleep(step.rest.unwrap_or_default());
+    }
+    updates
+}
+
+/// The first seconds of the flight as text by role names in SI, inertial channels and what comes with them.
+fn text() -> Vec<String> {
+    let (samples, _) = samples();
+    let mut lines = vec!["time,ax,ay,az,p,q,r,airspeed,alpha,beta,delta_e,delta_a,delta_r".to_owned()];
+    let roles = [
+        Role::SpecificForceX,
+        Role::SpecificForceY,
+        Role::SpecificForceZ,
+        Role::RollRate,
+        Role::PitchRate,
+        Role::YawRate,
+        Role::TrueAirspeed,
+        Role::AngleOfAttack,
+        Role::Sideslip,
+        Role::Elevator,
+        Role::Aileron,
+        Role::Rudder,
+    ];
+    let mut latest = [f64::NAN; 12];
+    for sample in samples.iter().filter(|sample| sample.time_s < 12.0) {
+        if let Some(at) = roles.iter().position(|role| *role == sample.role) {
+            latest[at] = sample.value;
+            if sample.role == Role::YawRate && latest.iter().all(|value| value.is_finite()) {
+                let cells: Vec<String> = latest.iter().map(f64::to_string).collect();
+                lines.push(format!("{},{}", sample.time_s, cells.join(",")));
+            }
+        }
+    }
+    lines
+}
+
+#[test]
+fn a_file_is_followed_while_it_grows_and_ends_when_nothing_comes() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("growing.csv");
+    let lines = text();
+    let head = lines[..30].join("\n") + "\n";
+    std::fs::write(&path, head).unwrap();
+    let map = folder.path().join("map.toml");
+    let roles = ["ax", "ay", "az", "p", "q", "r", "airspeed", "alpha", "beta", "delta_e", "delta_a", "delta_r"];
+    let units = ["m/s^2", "m/s^2", "m/s^2", "rad/s", "rad/s", "rad/s", "m/s", "rad", "rad", "rad", "rad", "rad"];
+    let rows: Vec<String> = roles
+        .iter()
+        .zip(units)
+        .map(|(role, unit)| format!("{role} = {{ channel = \"{role}\", unit = \"{unit}\" }}"))
+        .collect();
+    let header = "format = \"doublet channel map\"\nversion = 1\nname = \"own\"\n[[time]]\nsource = \"*\"\nchannel = \"time\"\nunit = \"s\"\n[roles]\n";
+    std::fs::write(&map, format!("{header}{}\n", rows.join("\n"))).unwrap();
+    let opening = Opening {
+        feed: Some(Feed::File(path.display().to_string())),
+        map: Some(map.display().to_string()),
+        aircraft: Some("c337f".to_owned()),
+        wait: Some(Duration::from_millis(300)),
+        ..Opening::default()
+    };
+    let watched = open(&opening).unwrap();
+    let mut live = LiveWatch::new(watched.source, watched.map, watched.settings, None, opening.wait).unwrap();
+    let mut file = std::fs::OpenOptions::new().append(true).open(&path).unwrap();
+    let mut pieces = lines[30..].chunks(20);
+    let updates = follow(&mut live, usize::MAX, |_| {
+        if let Some(piece) = pieces.next() {
+            file.write_all((piece.join("\n") + "\n").as_bytes()).unwrap();
+        }
+    });
+    let last = updates.last().unwrap();
+    let end: f64 = lines.last().unwrap().split(',').next().unwrap().parse().unwrap();
+    assert!((last.time_s - end).abs() < 1e-9, "{} {end}", last.time_s);
+    assert_eq!(last.counts.samples as usize, lines.len() - 2, "each line once");
+    assert!(updates.len() > 15 && last.derivatives.iter().any(|derivative| derivative.name == "Cl_p"));
+}
+
+#[test]
+fn lines_by_udp_are_watched_as_json_and_as_text() {
+    for is_json in [false, true] {
+        let opening = Opening {
+            feed: Some(Feed::Lines("127.0.0.1:0".to_owned(), LineFormat::Any)),
+            aircraft: Some("c337f".to_owned()),
+            ..Opening::default()
+        };
+        let watched = open(&opening).unwrap();
+        let wait = Some(Duration::from_millis(400));
+        let mut live = LiveWatch::new(watched.source, watched.map, watched.settings, None, wait).unwrap();
+        let address = live.address().unwrap();
+        let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
+        let lines = text();
+        let names: Vec<&str> = lines[0].split(',').collect();
+        let mut to_send = lines.iter().skip(usize::from(is_json));
+        let updates = follow(&mut live, usize::MAX, |_| {
+            for line in to_send.by_ref().take(20) {
+                let pairs: Vec<String> =
+                    names.iter().zip(line.split(',')).map(|(name, value)| format!("\"{name}\": {value}")).collect();
+                let datagram = if is_json { format!("{{{}}}", pairs.join(", ")) } else { line.clone() };
+                socket.send_to(datagram.as_bytes(), address).unwrap();
+            }
+        });
+        let last = updates.last().unwrap();
+        assert_eq!(last.counts.samples as usize, lines.len() - 2, "json {is_json}: each line once");
+        assert!(last.findings.iter().all(|finding| !finding.contains("understood")), "{:?}", last.findings);
+    }
+}
+
+#[test]
+fn what_cannot_be_watched_is_refused_in_one_line() {
+    let refused = |opening: Opening| open(&opening).err().unwrap();
+    assert!(refused(Opening::default()).contains("nothing to watch"));
+    let file = |name: &str| Opening { feed: Some(Feed::File(name.to_owned())), ..Opening::default() };
+    assert!(refused(file("/nowhere/at/all.csv")).contains("/nowhere/at/all.csv"));
+    let lines = Feed::Lines("nowhere:port".to_owned(), LineFormat::Any);
+    assert!(refused(Opening { feed: Some(lines), ..Opening::default() }).contains("address"));
+    let aircraft = Opening { aircraft: Some("nothing".to_owned()), ..opening() };
+    assert!(!refused(aircraft).contains('\n'));
+}
