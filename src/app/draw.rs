@@ -73,6 +73,7 @@ fn panels(app: &mut Workbench, ui: &mut Ui) {
     let mut wanted = DetailRequest { window: app.state.selection.window.clone(), ..DetailRequest::default() };
     let context = PanelContext {
         session: app.document.history.present(),
+        folder: &app.document.folder,
         snapshot: &app.snapshot,
         state: &mut app.state,
         hovered_s: &mut app.hovered_s,

@@ -18,6 +18,7 @@ mod gallery;
 mod ground_track;
 mod innovations;
 mod intervals;
+mod live;
 mod loading;
 mod log;
 mod manoeuvres;
@@ -38,6 +39,8 @@ mod structures;
 mod studies;
 mod summary;
 mod term_effects;
+
+use std::path::Path;
 
 use doublet_core::quantity::Dimension;
 use doublet_core::reconstruct::consistency::ChannelConsistency;
@@ -106,6 +109,8 @@ pub enum Pane {
     Dynamics,
     /// The aircraft to scale, and its weighing.
     Airframe,
+    /// A flight while it is flown.
+    Live,
     /// What is on board.
     Loading,
     /// Contents of the report.
@@ -141,6 +146,7 @@ impl Pane {
         Self::Responses,
         Self::Dynamics,
         Self::Airframe,
+        Self::Live,
         Self::Loading,
         Self::Report,
         Self::Log,
@@ -172,6 +178,7 @@ impl Pane {
             Self::Responses => "Frequency response",
             Self::Dynamics => "Modes and levels",
             Self::Airframe => "Airframe",
+            Self::Live => "Live",
             Self::Loading => "Loading",
             Self::Report => "Report",
             Self::Log => "Log",
@@ -219,6 +226,7 @@ impl Pane {
             Self::Responses => Box::new(responses::Responses::default()),
             Self::Dynamics => Box::new(dynamics::Dynamics::default()),
             Self::Airframe => Box::new(airframe::Airframe::default()),
+            Self::Live => Box::new(live::Live::default()),
             Self::Loading => Box::new(loading::LoadingPanel::default()),
             Self::Report => Box::new(report::Report::default()),
             Self::Log => Box::new(log::Log),
@@ -244,6 +252,8 @@ pub enum EditRequest {
 pub struct PanelContext<'a> {
     /// The session.
     pub session: &'a Session,
+    /// Folder its relative paths start from.
+    pub folder: &'a Path,
     /// Everything computed from it.
     pub snapshot: &'a Snapshot,
     /// Zoom, selection, layout.

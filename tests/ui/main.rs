@@ -8,6 +8,7 @@ mod app;
 mod begin;
 mod figures;
 mod gestures;
+mod live;
 mod manoeuvres;
 mod painted;
 mod panels;
