@@ -90,7 +90,7 @@ pub fn design_coverage(
     let aero: Vec<_> = flights.iter().flat_map(|flight| flight.aero.iter().cloned()).collect();
     let paths: Vec<_> = flights.iter().flat_map(|flight| &flight.paths).collect();
     let pooled = pooled_fits(&aero, &session.structure, &session.estimation);
-    let model = pooled_model(&pooled, &session.structure, &aero, &mut Vec::new())?;
+    let model = pooled_model(&pooled, (&session.structure, &session.estimation), &aero, &mut Vec::new())?;
     let flown = Flown { windows: aero.iter().map(|(_, aero)| &**aero).collect() };
     let mut condition = flown.condition(session.filter.gravity_m_s2, Some(0.0))?;
     let line = |error: doublet_dynamics::linear::LinearError| error.to_string();

@@ -123,12 +123,7 @@ impl Drop for LiveThread {
 }
 
 /// Watches to the end.
-fn watch(
-    order: &LiveOrder,
-    shared: &Mutex<Arc<LiveView>>,
-    stop: &AtomicBool,
-    wake: &dyn Fn(),
-) -> StageResult<()> {
+fn watch(order: &LiveOrder, shared: &Mutex<Arc<LiveView>>, stop: &AtomicBool, wake: &dyn Fn()) -> StageResult<()> {
     let watched = open(&order.opening)?;
     let (mut settings, notes) = (watched.settings, watched.notes);
     settings.update_s = UPDATE_S;
