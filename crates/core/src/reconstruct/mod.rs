@@ -29,6 +29,6 @@ pub use packed::dispatch::Width;
 pub use pass::Watch;
 #[doc(hidden)]
 pub use run::reconstruct_with;
-pub use run::{lane_groups, lanes, reconstruct, reconstruct_many};
+pub use run::{instructions, lane_groups, lanes, reconstruct, reconstruct_many};
 pub use sequential::{FilteredSample, SequentialFilter};
 pub use settings::{FilterSettings, InputHold, Linearisation, Method, SMOOTHER_TOLERANCE, SettingError, ValidSettings};
