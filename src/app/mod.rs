@@ -352,17 +352,36 @@ pub fn run(session: Option<&Path>) -> Result<(), String> {
             }),
         )
     }));
-    let advice = "doublet needs a display for its window; without one use `doublet run SESSION --out DIR`";
     match outcome {
         Ok(Ok(())) => Ok(()),
         Ok(Err(error)) => {
             let text = error.to_string();
-            Err(format!(
-                "{advice} ({})",
-                text.lines().last().and_then(|line| line.rsplit(": ").next()).unwrap_or_default()
+            Err(no_window(
+                text.lines().last().and_then(|line| line.rsplit(": ").next()).unwrap_or_default(),
+                has_display(),
             ))
         }
         Err(panic) if started.load(Ordering::Relaxed) => std::panic::resume_unwind(panic),
-        Err(_) => Err(format!("{advice} (a library of the display is missing, often libxkbcommon-x11)")),
+        Err(_) => Err(no_window("a library of the display is missing", has_display())),
     }
+}
+
+/// What a window needs at run time, as Debian names it.
+const DEBIAN_PACKAGES: &str = "libx11-6 libx11-xcb1 libxcursor1 libxi6 libxkbcommon-x11-0 libegl1 libgl1-mesa-dri";
+
+/// Whether the environment names a display.
+fn has_display() -> bool {
+    ["DISPLAY", "WAYLAND_DISPLAY"].iter().any(|name| std::env::var_os(name).is_some_and(|value| !value.is_empty()))
+}
+
+/// Why there is no window and what to do, in one line.
+fn no_window(cause: &str, has_display: bool) -> String {
+    let missing = if has_display {
+        format!(
+            "no window could be opened ({cause}): on Debian `apt-get install {DEBIAN_PACKAGES}` installs what it needs"
+        )
+    } else {
+        format!("doublet needs a display for its window, and neither DISPLAY nor WAYLAND_DISPLAY names one ({cause})")
+    };
+    format!("{missing}; without a window use `doublet run SESSION --out DIR`")
 }

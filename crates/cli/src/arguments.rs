@@ -16,11 +16,13 @@ use doublet_engine::study::LagKind;
 use doublet_report::ReportFormat;
 
 use crate::dynamics::{LinearArguments, ModesArguments, QualitiesArguments};
+use crate::manual::HelpArguments;
 use crate::map::MapArguments;
 use crate::propagate::PropagateArguments;
 use crate::propose::ProposeArguments;
 use crate::regress::RegressArguments;
 use crate::response::{LoesArguments, ResponseArguments};
+use crate::shell::{CompletionArguments, ManArguments};
 use crate::structure::StructureArguments;
 use crate::tune::TuneArguments;
 use crate::variants::VariantArguments;
@@ -29,9 +31,9 @@ use crate::variants::VariantArguments;
 ///
 /// Without a command the workbench opens, on SESSION or on the session that comes with the program.
 #[derive(Debug, Parser)]
-#[command(version, about, args_conflicts_with_subcommands = true)]
+#[command(name = "doublet", version = crate::version::version(), about, args_conflicts_with_subcommands = true, disable_help_subcommand = true)]
 pub struct Arguments {
-    /// Session to open in the workbench.
+    /// Session to open in the workbench: a file, or `builtin:` and the name of one that comes with the program.
     pub session: Option<PathBuf>,
     /// What to do without a window.
     #[command(subcommand)]
@@ -111,6 +113,12 @@ pub enum Command {
     Tune(TuneArguments),
     /// Print the derivatives of a Digital DATCOM listing beside identified ones, or write its input deck.
     Datcom(DatcomArguments),
+    /// Print a page of the manual or the help of a command, or search the manual.
+    Help(HelpArguments),
+    /// Print the completions of commands and options for a shell.
+    Completions(CompletionArguments),
+    /// Write man pages, one per command.
+    Man(ManArguments),
 }
 
 /// Arguments of `inspect`.

@@ -14,6 +14,7 @@ mod fidelity;
 mod fmu;
 mod inspect;
 mod lags;
+mod manual;
 mod map;
 mod match_command;
 mod new;
@@ -27,6 +28,7 @@ mod regress;
 mod report;
 mod response;
 mod run;
+mod shell;
 mod simulate;
 mod structure;
 mod study;
@@ -35,12 +37,13 @@ mod text;
 mod thesis;
 mod tune;
 mod variants;
+mod version;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use arguments::{Arguments, Command};
-use clap::Parser;
+use clap::{ArgAction, ArgMatches, CommandFactory, FromArgMatches};
 use doublet_engine::study::Study;
 use outcome::Outcome;
 
@@ -55,11 +58,45 @@ pub enum Invocation {
 
 /// Reads the program's arguments and runs the command they name, if any.
 pub fn invoke() -> Invocation {
-    let arguments = Arguments::parse();
+    let matches = command_line().get_matches();
+    let arguments = Arguments::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
+    let as_json = asks_for_json(&matches);
     match arguments.command {
         None => Invocation::Window(arguments.session),
-        Some(command) => Invocation::Done(execute(command)),
+        Some(command) => Invocation::Done(execute(command, as_json)),
     }
+}
+
+/// Every command with its arguments. Each takes `--json`: those with a document of their own print it, of the others what they say
+/// and their tables become one.
+pub fn command_line() -> clap::Command {
+    with_json(Arguments::command())
+}
+
+/// Commands of which `--json` asks nothing: what they print is for a shell.
+const WITHOUT_JSON: [&str; 1] = ["completions"];
+
+fn with_json(command: clap::Command) -> clap::Command {
+    let names: Vec<String> = command.get_subcommands().map(|sub| sub.get_name().to_owned()).collect();
+    names.into_iter().fold(command, |command, name| {
+        command.mut_subcommand(&name, |sub| {
+            if sub.has_subcommands() {
+                return with_json(sub);
+            }
+            if WITHOUT_JSON.contains(&name.as_str()) || sub.get_arguments().any(|argument| argument.get_id() == "json")
+            {
+                return sub;
+            }
+            let help = "Print one JSON document in the place of text";
+            sub.arg(clap::Arg::new("json").long("json").action(ArgAction::SetTrue).help(help))
+        })
+    })
+}
+
+/// Whether the command that was called, or the one below it, got `--json`.
+fn asks_for_json(matches: &ArgMatches) -> bool {
+    let own = matches.try_get_one::<bool>("json").ok().flatten().copied().unwrap_or(false);
+    own || matches.subcommand().is_some_and(|(_, below)| asks_for_json(below))
 }
 
 /// Entry of the binary that has no window.
@@ -76,8 +113,13 @@ pub fn fail(message: impl std::fmt::Display) -> ExitCode {
     ExitCode::FAILURE
 }
 
-fn execute(command: Command) -> ExitCode {
-    match outcome(command) {
+fn execute(command: Command, as_json: bool) -> ExitCode {
+    if as_json {
+        text::collect();
+    }
+    let outcome = outcome(command);
+    text::finish();
+    match outcome {
         Ok(outcome) => outcome.into(),
         Err(message) => fail(message),
     }
@@ -123,6 +165,9 @@ fn outcome(command: Command) -> Result<Outcome, String> {
         Command::Engine(arguments) => engine::engine(&arguments),
         Command::Datcom(arguments) => datcom::datcom(&arguments),
         Command::Tune(arguments) => tune::tune(&arguments),
+        Command::Help(arguments) => manual::help(&arguments),
+        Command::Completions(arguments) => shell::completions(&arguments),
+        Command::Man(arguments) => shell::man(&arguments),
     };
     done.map(|()| Outcome::Done)
 }

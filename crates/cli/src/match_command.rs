@@ -31,6 +31,9 @@ pub fn match_command(arguments: &MatchArguments) -> Result<(), String> {
     if rows.windows.is_empty() {
         return Err("the session has no validation window: mark one as validation".to_owned());
     }
+    if text::is_json() {
+        text::document(&serde_json::to_string_pretty(&rows).map_err(|error| error.to_string())?);
+    }
     print(&rows, rule);
     let tests = || rows.windows.iter().flat_map(|window| &window.tests);
     let failed = tests().filter(|test| !test.passed).count();

@@ -131,6 +131,10 @@ pub fn run(arguments: &RunArguments) -> Result<Outcome, String> {
     let written = report::write(&session, &snapshot, &arguments.out, &outputs, &Control::default(), &show);
     progress.finish();
     let put = written.map_err(|error| error.to_string())?;
+    if text::is_json() {
+        let results = serde_json::to_string_pretty(&report::build(&session, &snapshot));
+        text::document(&results.map_err(|error| error.to_string())?);
+    }
     summary::print(&session, &snapshot, arguments.verbose);
     let outcome = outcome(&snapshot, arguments.strict);
     put.notes().for_each(|note| text::line(&note));

@@ -28,6 +28,11 @@ pub fn study(study: Study, arguments: &StudyArguments) -> Result<(), String> {
 /// One line: why the results cannot be written.
 pub fn shown(study: Study, session: &Session, snapshot: &Snapshot, arguments: &StudyArguments) -> Result<(), String> {
     let results = report::build(session, snapshot);
+    if text::is_json() {
+        let all =
+            serde_json::json!({ "version": report::VERSION, "studies": results.studies, "dynamics": results.dynamics });
+        text::document(&serde_json::to_string_pretty(&all).map_err(|error| error.to_string())?);
+    }
     match study {
         Study::Sensitivity => sensitivity(&results.studies),
         Study::Manoeuvres => manoeuvres(&results.studies),

@@ -1,13 +1,62 @@
-//! Lines on the terminal and tables in monospace.
+//! Lines on the terminal and tables in monospace, or both as one JSON document.
 
 use std::borrow::Cow;
 use std::io::Write;
+use std::sync::{Mutex, PoisonError};
+
+use serde_json::{Value, json};
 
 /// Longest line of a message, in characters: what a file holds may be quoted in it.
 const LONGEST_LINE: usize = 2000;
 
+/// Layout of the document that is made of lines and tables.
+const VERSION: u32 = 1;
+
+/// What a command said, to be printed as one JSON document.
+#[derive(Default)]
+struct Collected {
+    lines: Vec<String>,
+    tables: Vec<Value>,
+    /// Whether the command printed a document of its own.
+    has_document: bool,
+}
+
+static COLLECTED: Mutex<Option<Collected>> = Mutex::new(None);
+
+/// Does `work` with what is collected; `None` where lines go to the terminal.
+fn collected<R>(work: impl FnOnce(&mut Collected) -> R) -> Option<R> {
+    COLLECTED.lock().unwrap_or_else(PoisonError::into_inner).as_mut().map(work)
+}
+
+/// From now on lines and tables are collected, for [`finish`] to print.
+pub fn collect() {
+    *COLLECTED.lock().unwrap_or_else(PoisonError::into_inner) = Some(Collected::default());
+}
+
+/// Whether one JSON document is wanted.
+pub fn is_json() -> bool {
+    collected(|_| ()).is_some()
+}
+
+/// Prints what was collected, unless the command printed a document of its own: `version`, `lines[]` and `tables[]`, each `columns[]`
+/// and `rows[][]` with numbers as printed.
+pub fn finish() {
+    let collected = COLLECTED.lock().unwrap_or_else(PoisonError::into_inner).take();
+    let Some(Collected { lines, tables, has_document: false }) = collected else { return };
+    document(&json!({ "version": VERSION, "lines": lines, "tables": tables }).to_string());
+}
+
+/// A cell as a number where it is one.
+fn cell(text: &str) -> Value {
+    let number = text.parse().ok().filter(|number: &f64| number.is_finite()).and_then(serde_json::Number::from_f64);
+    number.map_or_else(|| Value::from(text.trim()), Value::Number)
+}
+
 /// Writes a line to standard output, or several; long ones are cut. A closed pipe ends the program's interest in it, not the program.
 pub fn line(text: &str) {
+    if collected(|all| all.lines.extend(text.split('\n').map(str::to_owned))).is_some() {
+        return;
+    }
     for line in text.split('\n') {
         let _ = writeln!(std::io::stdout(), "{}", cut(&harmless(line)));
     }
@@ -15,6 +64,7 @@ pub fn line(text: &str) {
 
 /// Writes a document, such as JSON or CSV, as it is.
 pub fn document(text: &str) {
+    collected(|all| all.has_document = true);
     let _ = writeln!(std::io::stdout(), "{text}");
 }
 
@@ -47,6 +97,11 @@ fn cut(line: &str) -> Cow<'_, str> {
 
 /// Prints rows under a header in columns as wide as their widest entry, the first column to the left, the others to the right.
 pub fn table(header: &[&str], rows: &[Vec<String>]) {
+    let columns = || header.iter().map(|name| name.trim()).collect::<Vec<_>>();
+    let cells = || rows.iter().map(|row| row.iter().map(|text| cell(text)).collect::<Vec<_>>()).collect::<Vec<_>>();
+    if collected(|all| all.tables.push(json!({ "columns": columns(), "rows": cells() }))).is_some() {
+        return;
+    }
     let mut widths: Vec<usize> = header.iter().map(|cell| cell.chars().count()).collect();
     for row in rows {
         for (width, cell) in widths.iter_mut().zip(row) {

@@ -83,11 +83,15 @@ impl Document {
         Self { history, path, shipped: None, folder, keeping: None, on_disk: OnDisk::default() }
     }
 
-    /// Opens a session file.
+    /// Opens a session file, or `builtin:` and the name of a session that comes with the program.
     ///
     /// # Errors
     /// One line: the file, what is wrong with it, and where the version before it is.
     pub fn open(path: &Path) -> Result<Self, String> {
+        let shipped = session::shipped(path);
+        if let Some(name) = builtin::sessions().into_iter().find(|name| shipped == Some(*name)) {
+            return Self::open_shipped(name);
+        }
         let opened = session::open(path).map_err(|error| in_one_line(path, &error.to_string()))?;
         Ok(Self::of(History::new(opened.session), opened.path, opened.folder, opened.sha256))
     }

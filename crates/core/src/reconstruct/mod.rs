@@ -28,5 +28,5 @@ pub use packed::dispatch::Width;
 pub use pass::Watch;
 #[doc(hidden)]
 pub use run::reconstruct_with;
-pub use run::{lane_groups, lanes, reconstruct, reconstruct_many};
+pub use run::{instructions, lane_groups, lanes, reconstruct, reconstruct_many};
 pub use settings::{FilterSettings, InputHold, Linearisation, Method, SMOOTHER_TOLERANCE, SettingError, ValidSettings};

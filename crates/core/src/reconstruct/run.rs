@@ -184,6 +184,11 @@ fn run_packed(
     results
 }
 
+/// Name of the vector instructions the filter uses on this machine, for example `AVX-512`.
+pub fn instructions() -> &'static str {
+    widest().name()
+}
+
 /// Number of windows the machine runs side by side.
 pub fn lanes() -> usize {
     widest().lanes()

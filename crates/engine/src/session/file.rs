@@ -7,6 +7,7 @@ use sha2::{Digest, Sha256};
 use super::Session;
 use super::paths::{paths_mut, relative_to};
 use super::schema::{SessionError, parse, print};
+use crate::builtin;
 use crate::keep::{hash_bytes, hash_file, hex, replace, replace_keeping_previous};
 
 /// A session and where its relative paths start.
@@ -27,15 +28,32 @@ fn file_error(path: &Path) -> impl FnOnce(std::io::Error) -> SessionError {
     move |source| SessionError::File { path, source }
 }
 
-/// Opens a session file. What lies in its folder is named from there, however the file names it.
+/// Opens a session file, or `builtin:` and the name of a session that comes with the program, whose relative paths start from the
+/// present folder. What lies in the folder of a file is named from there, however the file names it.
 ///
 /// # Errors
 /// [`SessionError`] when the file cannot be read or is not a session this program understands.
 pub fn open(path: &Path) -> Result<Opened, SessionError> {
+    if let Some(name) = shipped(path) {
+        let unknown = || {
+            std::io::Error::other(format!(
+                "no session that comes with doublet is called so: there are {}",
+                builtin::sessions().join(", ")
+            ))
+        };
+        let text = builtin::session(name).ok_or_else(unknown).map_err(file_error(path))?;
+        let sha256 = hash_bytes(text.as_bytes());
+        return Ok(Opened { session: parse(text)?, path: path.to_path_buf(), folder: PathBuf::new(), sha256 });
+    }
     let text = text_of(path).map_err(file_error(path))?;
     let folder = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
     let sha256 = hash_bytes(text.as_bytes());
     Ok(Opened { session: relative_to(&parse(&text)?, &folder), path: path.to_path_buf(), folder, sha256 })
+}
+
+/// Name of the session that comes with the program, where `path` names one.
+pub fn shipped(path: &Path) -> Option<&str> {
+    path.to_str()?.strip_prefix(builtin::PREFIX)
 }
 
 /// The text of a session file; an empty file and one that is no text are said to be what they are.
@@ -54,6 +72,7 @@ fn text_of(path: &Path) -> std::io::Result<String> {
 /// # Errors
 /// As [`save`].
 pub fn save_without_backup(session: &Session, path: &Path) -> Result<(), SessionError> {
+    refuse_shipped(path)?;
     replace(path, print(session)?.as_bytes()).map_err(file_error(path))
 }
 
@@ -63,8 +82,15 @@ pub fn save_without_backup(session: &Session, path: &Path) -> Result<(), Session
 /// # Errors
 /// [`SessionError::File`] when the folder cannot be written; the previous file is then untouched.
 pub fn save(session: &Session, path: &Path) -> Result<(), SessionError> {
+    refuse_shipped(path)?;
     let text = print(session)?;
     replace_keeping_previous(path, text.as_bytes()).map_err(file_error(path))
+}
+
+/// What comes with the program is not written over.
+fn refuse_shipped(path: &Path) -> Result<(), SessionError> {
+    let text = "it comes with doublet and stays as it is: save under the name of a file";
+    shipped(path).map_or(Ok(()), |_| Err(file_error(path)(std::io::Error::other(text))))
 }
 
 /// The session with every relative path, which starts from `old`, written so that it means the same file from `new`.
@@ -78,7 +104,7 @@ pub fn rebased(session: &Session, old: &Path, new: &Path) -> Session {
 }
 
 fn rebase(path: &mut String, old: &Path, new: &Path) {
-    if path.starts_with(crate::builtin::PREFIX) || Path::new(path.as_str()).is_absolute() {
+    if path.starts_with(builtin::PREFIX) || Path::new(path.as_str()).is_absolute() {
         return;
     }
     let joined = old.join(path.as_str());

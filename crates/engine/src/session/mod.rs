@@ -29,7 +29,7 @@ pub use check::{check, stops_run};
 pub use constraint::TermConstraint;
 pub use edit::{Edit, EditError, EstimationEdit, FilterEdit, LoadingEdit, ModelEdit, WindowEdit};
 pub use expression::{EXPRESSION_SOURCE, ExpressionEdit, ExpressionSetting};
-pub use file::{Opened, content_hash, open, rebased, save, save_without_backup};
+pub use file::{Opened, content_hash, open, rebased, save, save_without_backup, shipped};
 pub use flags::{WindowFlag, WindowFlags};
 pub use map_ref::MapRef;
 pub use noise::{NoiseChannel, NoiseEdit, NoiseEntry, SteadyWindow};

@@ -54,6 +54,12 @@ pub fn check_file(path: &Path) -> Checked {
     let refused = |code, text: String, cure: &str| {
         Checked::refused(Finding::new(Level::Bad, code, path.display().to_string(), text).with_cure(cure))
     };
+    if session::shipped(path).is_some() {
+        return match session::open(path) {
+            Ok(opened) => check_session(&opened.session, &opened.folder),
+            Err(error) => refused("file", error.to_string(), "name one of these, or a file"),
+        };
+    }
     let text = match doublet_core::load::read_bytes(path).map(String::from_utf8) {
         Err(error) => return refused("file", error.to_string(), "name a session or an aircraft file"),
         Ok(Err(_)) => {

@@ -34,6 +34,16 @@ pub enum Width {
 }
 
 impl Width {
+    /// Name of the instructions.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Two if cfg!(target_arch = "x86_64") => "SSE2",
+            Self::Two => "two lanes",
+            Self::Four => "AVX2",
+            Self::Eight => "AVX-512",
+        }
+    }
+
     /// Number of lanes.
     pub fn lanes(self) -> usize {
         match self {

@@ -1,0 +1,53 @@
+//! The commit this program is built from, and the pages of the manual as one table.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::{env, fs, io};
+
+fn main() -> io::Result<()> {
+    println!("cargo::rerun-if-env-changed=DOUBLET_COMMIT");
+    let commit = env::var("DOUBLET_COMMIT").ok().or_else(commit).unwrap_or_else(|| "unknown".to_owned());
+    println!("cargo::rustc-env=DOUBLET_COMMIT={commit}");
+    let docs =
+        Path::new(&env::var("CARGO_MANIFEST_DIR").map_err(io::Error::other)?).join("../../docs").canonicalize()?;
+    let mut pages = Vec::new();
+    for folder in [docs.clone(), docs.join("book/src"), docs.join("book/src/reference")] {
+        println!("cargo::rerun-if-changed={}", folder.display());
+        pages.extend(markdown(&folder)?);
+    }
+    let mut table = String::from("&[\n");
+    for page in &pages {
+        println!("cargo::rerun-if-changed={}", page.display());
+        let name = page.strip_prefix(&docs).unwrap_or(page).to_string_lossy().replace('\\', "/");
+        table.push_str(&format!("    ({name:?}, include_str!({:?})),\n", page.display().to_string()));
+    }
+    table.push(']');
+    fs::write(Path::new(&env::var("OUT_DIR").map_err(io::Error::other)?).join("pages.rs"), table)
+}
+
+/// The Markdown files of a folder in order of their names; none where there is no such folder.
+fn markdown(folder: &Path) -> io::Result<Vec<PathBuf>> {
+    if !folder.is_dir() {
+        return Ok(Vec::new());
+    }
+    let mut files =
+        fs::read_dir(folder)?.map(|entry| entry.map(|entry| entry.path())).collect::<io::Result<Vec<_>>>()?;
+    files.retain(|file| file.extension().is_some_and(|extension| extension == "md"));
+    files.sort();
+    Ok(files)
+}
+
+/// The commit of the source, where it is a checkout. Only a release follows every new commit: others would be built again for it.
+fn commit() -> Option<String> {
+    let git = |arguments: &[&str]| {
+        let output = Command::new("git").args(arguments).output().ok().filter(|output| output.status.success())?;
+        Some(String::from_utf8(output.stdout).ok()?.trim().to_owned())
+    };
+    if env::var("PROFILE").is_ok_and(|profile| profile == "release") {
+        for file in ["HEAD", "logs/HEAD"] {
+            let place = git(&["rev-parse", "--path-format=absolute", "--git-path", file])?;
+            println!("cargo::rerun-if-changed={place}");
+        }
+    }
+    git(&["rev-parse", "--short=10", "HEAD"])
+}

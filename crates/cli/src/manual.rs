@@ -1,0 +1,136 @@
+//! The manual inside the program: pages by topic, words found in them, and help on a command.
+
+use clap::{Args, CommandFactory};
+
+use crate::arguments::Arguments;
+use crate::text;
+
+/// Path below `docs/` and text of every page.
+static PAGES: &[(&str, &str)] = include!(concat!(env!("OUT_DIR"), "/pages.rs"));
+
+/// Lines that a search prints at most.
+const MOST_LINES: usize = 60;
+
+/// Arguments of `help`.
+#[derive(Debug, Args)]
+pub struct HelpArguments {
+    /// A command, or a page of the manual: `doublet help run`, `doublet help conventions`. Without one they are listed.
+    pub topic: Vec<String>,
+    /// Print every line of the manual that holds this text, with its page.
+    #[arg(long, value_name = "TEXT", conflicts_with = "topic")]
+    pub search: Option<String>,
+}
+
+/// A page of the manual.
+struct Page {
+    /// What it is asked for by: the name of its file.
+    topic: &'static str,
+    /// Path below `docs/`.
+    path: &'static str,
+    text: &'static str,
+}
+
+impl Page {
+    fn all() -> impl Iterator<Item = Self> {
+        PAGES.iter().map(|&(path, text)| {
+            let name = path.rsplit('/').next().unwrap_or(path);
+            Self { topic: name.trim_end_matches(".md"), path, text }
+        })
+    }
+
+    /// Its heading.
+    fn title(&self) -> String {
+        let heading = self.whole().lines().find(|line| line.starts_with("# ")).map(|line| line[2..].to_owned());
+        heading.unwrap_or_default()
+    }
+
+    /// Its text with what it includes.
+    fn whole(&self) -> String {
+        let mut whole = String::new();
+        for line in self.text.lines() {
+            let included = line.trim().strip_prefix("{{#include ").and_then(|rest| rest.strip_suffix("}}"));
+            let found = included.and_then(|path| {
+                let name = path.rsplit('/').next()?;
+                PAGES.iter().find(|(path, _)| *path == name).map(|(_, text)| *text)
+            });
+            whole.push_str(found.unwrap_or(line));
+            whole.push('\n');
+        }
+        whole
+    }
+}
+
+/// Pages that a reader asks for: of two with one topic the one of the book, which includes the other.
+fn pages() -> Vec<Page> {
+    let mut pages: Vec<Page> = Vec::new();
+    for page in Page::all().filter(|page| page.topic != "SUMMARY") {
+        pages.retain(|other| other.topic != page.topic);
+        pages.push(page);
+    }
+    pages.sort_by_key(|page| page.topic);
+    pages
+}
+
+/// Prints the help of a command, a page of the manual, the lines that hold a text, or what there is.
+///
+/// # Errors
+/// One line where nothing is called so or no line holds the text.
+pub fn help(arguments: &HelpArguments) -> Result<(), String> {
+    if let Some(sought) = &arguments.search {
+        return search(sought);
+    }
+    let Some(first) = arguments.topic.first() else {
+        list();
+        return Ok(());
+    };
+    let mut command = Arguments::command();
+    command.build();
+    if let Some(mut found) = arguments
+        .topic
+        .iter()
+        .try_fold(command, |command, name| command.get_subcommands().find(|sub| sub.get_name() == name).cloned())
+    {
+        text::line(&found.render_long_help().to_string());
+        return Ok(());
+    }
+    let page = pages().into_iter().find(|page| page.topic.eq_ignore_ascii_case(first));
+    let page = page.ok_or_else(|| format!("no command and no page is called '{first}': `doublet help` lists them"))?;
+    text::document(page.whole().trim_end());
+    Ok(())
+}
+
+fn list() {
+    text::line("commands (`doublet help COMMAND`)");
+    let command = Arguments::command();
+    let row = |name: &str, about: String| vec![format!("  {name}"), about];
+    let rows: Vec<_> = command
+        .get_subcommands()
+        .map(|sub| row(sub.get_name(), sub.get_about().map(ToString::to_string).unwrap_or_default()))
+        .collect();
+    text::list(&rows);
+    text::line("");
+    text::line("pages of the manual (`doublet help PAGE`, `doublet help --search TEXT`)");
+    text::list(&pages().iter().map(|page| row(page.topic, page.title())).collect::<Vec<_>>());
+}
+
+fn search(sought: &str) -> Result<(), String> {
+    let sought = sought.to_lowercase();
+    let mut found = 0;
+    // What the book includes stands in its own file already.
+    for page in Page::all() {
+        for (number, line) in page.text.lines().enumerate().filter(|(_, line)| line.to_lowercase().contains(&sought)) {
+            found += 1;
+            if found <= MOST_LINES {
+                text::line(&format!("{}:{}: {}", page.path, number + 1, line.trim()));
+            }
+        }
+    }
+    match found {
+        0 => Err(format!("no page holds '{sought}': try one word of it")),
+        found if found > MOST_LINES => {
+            text::line(&format!("{} more: search for a longer text", found - MOST_LINES));
+            Ok(())
+        }
+        _ => Ok(()),
+    }
+}

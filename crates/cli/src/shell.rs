@@ -1,0 +1,52 @@
+//! What a shell and a reader of manual pages want to know of the commands: completions and man pages, made from the arguments.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use clap::{Args, CommandFactory};
+use clap_complete::Shell;
+
+use crate::arguments::Arguments;
+use crate::text;
+
+/// Name the pages and completions are for.
+const PROGRAM: &str = "doublet";
+
+/// Arguments of `completions`.
+#[derive(Debug, Args)]
+pub struct CompletionArguments {
+    /// Shell.
+    #[arg(value_enum)]
+    pub shell: Shell,
+}
+
+/// Arguments of `man`.
+#[derive(Debug, Args)]
+pub struct ManArguments {
+    /// Folder for the pages, one per command: doublet.1, doublet-run.1 and so on.
+    #[arg(long)]
+    pub out: PathBuf,
+}
+
+/// Prints the completions for a shell.
+///
+/// # Errors
+/// None: standard output that is closed is nobody's fault.
+pub fn completions(arguments: &CompletionArguments) -> Result<(), String> {
+    let mut script = Vec::new();
+    clap_complete::generate(arguments.shell, &mut Arguments::command(), PROGRAM, &mut script);
+    let _ = std::io::stdout().write_all(&script);
+    Ok(())
+}
+
+/// Writes the man pages.
+///
+/// # Errors
+/// One line: the folder cannot be written.
+pub fn man(arguments: &ManArguments) -> Result<(), String> {
+    let refused = |error: std::io::Error| format!("{}: {error}", arguments.out.display());
+    std::fs::create_dir_all(&arguments.out).map_err(refused)?;
+    clap_mangen::generate_to(Arguments::command(), &arguments.out).map_err(refused)?;
+    text::line(&format!("man pages in {}", arguments.out.display()));
+    Ok(())
+}

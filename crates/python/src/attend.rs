@@ -1,0 +1,76 @@
+//! Errors as exceptions, and work that leaves Python free, tells how far it is and can be interrupted.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::time::Duration;
+
+use doublet_engine::graph::{Control, StageError};
+use doublet_engine::run::Job;
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+
+pyo3::create_exception!(
+    doublet,
+    DoubletError,
+    PyValueError,
+    "What doublet refuses: one sentence that says what, where and what to do, the same as on the command line."
+);
+
+/// A refusal as an exception.
+pub fn refuse(error: impl std::fmt::Display) -> PyErr {
+    DoubletError::new_err(error.to_string())
+}
+
+/// Tells the part that is done, 0 to 1, from any thread.
+pub type Show<'a> = &'a (dyn Fn(f32) + Sync);
+
+/// Time between two looks at Python's signals.
+const LOOK: Duration = Duration::from_millis(50);
+
+/// Does `work` in a thread while other Python threads run; `progress` is called with the part done, 0 to 1, and Ctrl-C cancels.
+///
+/// # Errors
+/// The line of the work, `KeyboardInterrupt`, or what `progress` raised.
+pub fn attend<T: Send + 'static, E: Into<StageError>>(
+    py: Python<'_>,
+    name: &str,
+    progress: Option<&Bound<'_, PyAny>>,
+    work: impl FnOnce(&Control, Show<'_>) -> Result<T, E> + Send + 'static,
+) -> PyResult<T> {
+    let (told, mut steps) = channel::<()>();
+    let wake = move || {
+        // Nobody listens any more where the wait was interrupted.
+        let _ = told.send(());
+    };
+    let part = Arc::new(AtomicU32::new(0.0_f32.to_bits()));
+    let done = Arc::clone(&part);
+    let told_work = move |control: &Control, _: &dyn Fn(f32)| {
+        work(control, &move |part: f32| done.store(part.to_bits(), Ordering::Relaxed))
+    };
+    let job = Job::start(name, wake, told_work)?;
+    let mut shown = -1.0;
+    loop {
+        // A receiver is one thread's alone: it goes there and comes back.
+        let waited;
+        (steps, waited) = py.detach(move || {
+            let waited = steps.recv_timeout(LOOK);
+            (steps, waited)
+        });
+        let part = f32::from_bits(part.load(Ordering::Relaxed));
+        let told = match progress {
+            Some(progress) if part > shown => progress.call1((part,)).map(|_| ()),
+            _ => Ok(()),
+        };
+        shown = part;
+        if let Err(error) = told.and_then(|()| py.check_signals()) {
+            job.cancel();
+            py.detach(move || drop(job));
+            return Err(error);
+        }
+        if waited == Err(RecvTimeoutError::Disconnected) {
+            break;
+        }
+    }
+    py.detach(move || job.finish()).map_err(refuse)
+}

@@ -1,0 +1,410 @@
+//! Step 2: coefficients of windows, derivatives fitted to them, and what follows from these.
+
+use std::sync::Arc;
+
+use doublet_core::estimate::Constraint;
+use doublet_core::model::{Axes, Coefficient, Structure, Term, ThrustTreatment, Variable, regressors};
+use doublet_core::replay::MotionAxis;
+use doublet_engine::graph::{Context, Control, Key, Keyed, Stage, StageError, StageResult};
+use doublet_engine::report::dynamics_row;
+use doublet_engine::session::{
+    Estimation, Manoeuvre, PooledConstants, Preparation, Settings, TermConstraint, WindowRole,
+};
+use doublet_engine::stage::{
+    AeroWindow, PooledFits, StudyWindow, WindowAero, WindowFits, aero, describe_origin, pooled_fits, window_fits,
+};
+use doublet_engine::study::dynamics::{pooled_model, propagate_expression, window_key};
+use doublet_engine::study::{CheckStudy, DynamicsRequest, DynamicsStudy, StudyInput};
+use numpy::{PyArray1, PyArray2};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::attend::{Show, attend, refuse};
+use crate::columns::{matrix, owned, shared};
+use crate::path::{Path, Reconstructed};
+
+/// What is known of a derivative beforehand, as Python gives it: coefficient, term, kind, two numbers.
+type ConstraintGiven = (String, String, String, f64, f64);
+
+/// Coefficients of the windows of a path, and the variables they depend on.
+#[pyclass(frozen, module = "doublet")]
+pub struct Coefficients {
+    path: Arc<Reconstructed>,
+    preparation: Arc<Preparation>,
+    windows: Arc<Vec<(Manoeuvre, Keyed<WindowAero>)>>,
+}
+
+#[pymethods]
+impl Coefficients {
+    /// Forms the coefficients of every window of a path.
+    #[staticmethod]
+    fn form(py: Python<'_>, path: &Path, axes: &str, thrust_removed: bool) -> PyResult<Self> {
+        let axes = match axes {
+            "body" => Axes::Body,
+            "stability" => Axes::Stability,
+            other => return Err(refuse(format!("'{other}' are no axes: use body or stability"))),
+        };
+        let thrust = if thrust_removed { ThrustTreatment::Removed } else { ThrustTreatment::Included };
+        let path = Arc::clone(&path.inner);
+        let preparation = Arc::new(Preparation { axes, thrust, ..path.preparation.clone() });
+        let aircraft = path.aircraft.clone().ok_or_else(|| {
+            refuse("coefficients need an aircraft: give reconstruct one, by doublet.aircraft(name) or doublet.Aircraft(...)")
+        })?;
+        let of = |window: &crate::path::PathWindow| -> StageResult<(Manoeuvre, Keyed<WindowAero>)> {
+            let found = &window.path;
+            let formed = aero(&path.flight.recording, (&found.data, &found.reconstruction), &aircraft, &preparation);
+            let formed = formed.map_err(|error| error.at(format!("window '{}'", window.manoeuvre.name)))?;
+            Ok((window.manoeuvre.clone(), Keyed::new(Arc::new(formed), Key::unique())))
+        };
+        let windows = py.detach(|| path.windows.iter().map(of).collect::<StageResult<Vec<_>>>()).map_err(refuse)?;
+        Ok(Self { path, preparation, windows: Arc::new(windows) })
+    }
+
+    /// Names of the windows.
+    fn windows(&self) -> Vec<&str> {
+        self.windows.iter().map(|(window, _)| &*window.name).collect()
+    }
+
+    /// Time, s, of a window, its coefficients and its variables by name.
+    fn columns<'py>(
+        &self,
+        py: Python<'py>,
+        index: usize,
+    ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyDict>, Bound<'py, PyDict>)> {
+        let (_, aero) = self.windows.get(index).ok_or_else(|| refuse("there is no such window"))?;
+        let coefficients = PyDict::new(py);
+        for coefficient in Coefficient::ALL {
+            coefficients.set_item(coefficient.name(), shared(py, &aero.series[coefficient as usize].values)?)?;
+        }
+        let variables = PyDict::new(py);
+        for &variable in Variable::ALL {
+            // As the fit has them: smoothed as the angular acceleration is.
+            if let Ok(column) = regressors(&[Term::from(variable)], &aero.variables) {
+                variables.set_item(variable.name(), owned(py, column.iter().copied().collect()))?;
+            }
+        }
+        Ok((shared(py, &aero.series[0].time_s)?, coefficients, variables))
+    }
+
+    /// Columns of terms of a window, samples by terms.
+    fn regressors<'py>(
+        &self,
+        py: Python<'py>,
+        index: usize,
+        terms: Vec<String>,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let (_, aero) = self.windows.get(index).ok_or_else(|| refuse("there is no such window"))?;
+        let terms = terms.iter().map(|term| Term::parse(term).map_err(refuse)).collect::<PyResult<Vec<_>>>()?;
+        Ok(matrix(py, &regressors(&terms, &aero.variables).map_err(refuse)?))
+    }
+
+    /// Findings of a window.
+    fn warnings(&self, index: usize) -> PyResult<Vec<String>> {
+        let (_, aero) = self.windows.get(index).ok_or_else(|| refuse("there is no such window"))?;
+        Ok(aero.warnings.clone())
+    }
+}
+
+/// A structure as Python gives it: each coefficient with its terms.
+fn structure(models: Vec<(String, Vec<String>)>) -> PyResult<Structure> {
+    let model = |(name, terms): (String, Vec<String>)| {
+        let known = || Coefficient::ALL.map(Coefficient::name).join(", ");
+        let coefficient = Coefficient::from_name(&name)
+            .ok_or_else(|| refuse(format!("'{name}' is no coefficient: use one of {}", known())))?;
+        let terms = terms.iter().map(|term| Term::parse(term).map_err(|error| refuse(format!("{name}: {error}"))));
+        Ok((coefficient, terms.collect::<PyResult<Vec<_>>>()?))
+    };
+    let structure = Structure { models: models.into_iter().map(model).collect::<PyResult<_>>()? };
+    structure.check().map_err(refuse)?;
+    Ok(structure)
+}
+
+/// A constraint as Python gives it.
+pub fn constraint(kind: &str, first: f64, second: f64) -> PyResult<Constraint> {
+    match kind {
+        "fixed" => Ok(Constraint::Fixed(first)),
+        "bounds" => Ok(Constraint::Bounds { lower: first, upper: second }),
+        "prior" => Ok(Constraint::Prior { mean: first, deviation: second }),
+        other => Err(refuse(format!("'{other}' is no constraint: use fixed, bounds or prior"))),
+    }
+}
+
+fn constraints(given: Vec<ConstraintGiven>) -> PyResult<Vec<TermConstraint>> {
+    let one = |(name, term, kind, first, second): ConstraintGiven| {
+        let coefficient = Coefficient::from_name(&name).ok_or_else(|| refuse(format!("'{name}' is no coefficient")))?;
+        let term = Term::parse(&term).map_err(|error| refuse(format!("{name}: {error}")))?;
+        Ok(TermConstraint { coefficient, term, known: constraint(&kind, first, second)? })
+    };
+    given.into_iter().map(one).collect()
+}
+
+/// Everything a fit was made from, and the fit.
+struct Fitted {
+    path: Arc<Reconstructed>,
+    preparation: Arc<Preparation>,
+    structure: Structure,
+    estimation: Estimation,
+    windows: Vec<(Manoeuvre, Keyed<WindowAero>)>,
+    pooled: Keyed<PooledFits>,
+}
+
+impl Fitted {
+    fn aero(&self) -> Vec<AeroWindow<'_>> {
+        self.windows.iter().map(|(window, aero)| (window, Arc::clone(aero.shared()))).collect()
+    }
+
+    /// Does `work` with what a study looks at.
+    fn study<R>(&self, work: impl FnOnce(&StudyInput<'_>) -> StageResult<R>) -> StageResult<R> {
+        let no_aircraft = || StageError::from("there is no aircraft");
+        let aircraft = self.path.aircraft.as_ref().ok_or_else(no_aircraft)?;
+        let own = |name: &str| self.path.windows.iter().find(|window| window.manoeuvre.name == name);
+        let windows = self.windows.iter().filter_map(|(manoeuvre, aero)| {
+            let fits: WindowFits = window_fits(manoeuvre, aero.shared(), &self.structure, &self.estimation);
+            Some(StudyWindow {
+                manoeuvre,
+                flight: self.path.flight.clone(),
+                path: own(&manoeuvre.name)?.path.clone(),
+                aero: aero.clone(),
+                fits: Keyed::new(Arc::new(fits), Key::unique()),
+            })
+        });
+        let windows: Vec<_> = windows.collect();
+        let settings = Settings {
+            filter: &self.path.filter,
+            preparation: &self.preparation,
+            structure: &self.structure,
+            estimation: &self.estimation,
+        };
+        work(&StudyInput { settings, aircraft, windows: &windows, pooled: &self.pooled })
+    }
+}
+
+/// Derivatives fitted over windows.
+#[pyclass(frozen, module = "doublet")]
+pub struct Fit {
+    inner: Arc<Fitted>,
+}
+
+/// A trim as Python gives it, by names of [`DynamicsRequest`].
+fn request(trim: &Bound<'_, PyDict>, samples: usize, seed: u64) -> PyResult<DynamicsRequest> {
+    let mut request = DynamicsRequest { samples, seed, ..DynamicsRequest::default() };
+    for (key, value) in trim {
+        let key: String = key.extract()?;
+        let number = || value.extract::<f64>();
+        match key.as_str() {
+            "airspeed" => request.airspeed_m_s = Some(number()?),
+            "altitude" => request.altitude_m = Some(number()?),
+            "gamma" => request.gamma_rad = Some(number()?),
+            "load_factor" => request.load_factor = Some(number()?),
+            "pull_up" => request.pull_up = value.extract()?,
+            "mass" => request.mass_kg = Some(number()?),
+            "window" => request.window = Some(window_key(&value.extract::<String>()?)),
+            other => {
+                let known = "airspeed, altitude, gamma, load_factor, pull_up, mass, window";
+                return Err(refuse(format!("'{other}' is nothing a trim has: use {known}")));
+            }
+        }
+    }
+    Ok(request)
+}
+
+#[pymethods]
+impl Fit {
+    /// Fits the derivatives of a structure over the windows of coefficients.
+    #[staticmethod]
+    #[allow(clippy::too_many_arguments, reason = "what the Python function has by name")]
+    fn fit(
+        py: Python<'_>,
+        coefficients: &Coefficients,
+        models: Vec<(String, Vec<String>)>,
+        windows: Option<Vec<String>>,
+        given: Vec<ConstraintGiven>,
+        by_surface: bool,
+        common_constant: bool,
+    ) -> PyResult<Self> {
+        let structure = structure(models)?;
+        let constants = if common_constant { PooledConstants::Common } else { PooledConstants::PerWindow };
+        let estimation =
+            Estimation { by_surface, constants, constraints: constraints(given)?, ..Estimation::default() };
+        let mut used = coefficients.windows.as_ref().clone();
+        if let Some(names) = &windows {
+            if let Some(unknown) = names.iter().find(|name| !used.iter().any(|(window, _)| window.name == **name)) {
+                return Err(refuse(format!(
+                    "no window is called '{unknown}': there are {}",
+                    coefficients.windows().join(", ")
+                )));
+            }
+            for (window, _) in &mut used {
+                let is_named = names.contains(&window.name);
+                window.role = if is_named { WindowRole::Identification } else { WindowRole::Validation };
+            }
+        }
+        let pooled = py.detach(|| {
+            let aero: Vec<AeroWindow<'_>> =
+                used.iter().map(|(window, aero)| (window, Arc::clone(aero.shared()))).collect();
+            pooled_fits(&aero, &structure, &estimation)
+        });
+        let (path, preparation) = (Arc::clone(&coefficients.path), Arc::clone(&coefficients.preparation));
+        let pooled = Keyed::new(Arc::new(pooled), Key::unique());
+        Ok(Self { inner: Arc::new(Fitted { path, preparation, structure, estimation, windows: used, pooled }) })
+    }
+
+    /// Each coefficient: its estimates and what is said about them, or why there are none.
+    fn rows<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
+        let row = |fit: &doublet_engine::stage::CoefficientFit| -> PyResult<Bound<'py, PyDict>> {
+            let all = PyDict::new(py);
+            all.set_item("coefficient", fit.coefficient.name())?;
+            all.set_item("windows", fit.windows.iter().map(|(name, _)| name).collect::<Vec<_>>())?;
+            let dropped = fit.dropped.iter().map(|term| (&*term.derivative, &*term.reason)).collect::<Vec<_>>();
+            all.set_item("dropped", dropped)?;
+            match &fit.fit {
+                Err(error) => all.set_item("error", error.to_string())?,
+                Ok(found) => {
+                    all.set_item("names", &found.names)?;
+                    all.set_item("estimates", owned(py, found.estimates.clone()))?;
+                    all.set_item("white", owned(py, found.standard_errors.clone()))?;
+                    all.set_item("coloured", owned(py, fit.corrected_errors.clone()))?;
+                    all.set_item(
+                        "held",
+                        found.origins.iter().map(|&origin| describe_origin(origin)).collect::<Vec<_>>(),
+                    )?;
+                    all.set_item("covariance", matrix(py, &found.covariance))?;
+                    all.set_item("correlation", matrix(py, &found.correlation))?;
+                    all.set_item("residuals", shared(py, &found.residuals)?)?;
+                    all.set_item("fitted", shared(py, &found.fitted)?)?;
+                    all.set_item("r2", found.quality.r_squared)?;
+                    all.set_item("rms_relative_percent", found.quality.rms_relative_percent)?;
+                    all.set_item("residual_std", found.residual_std)?;
+                    all.set_item("condition", found.condition_number)?;
+                }
+            }
+            Ok(all)
+        };
+        self.inner.pooled.fits.iter().map(row).collect()
+    }
+
+    /// How well the estimate predicts each window: window, role, coefficient, R2 with the constants of the identification and with its own.
+    fn predictions(&self) -> Vec<(&str, &'static str, &'static str, f64, f64)> {
+        let rows = self.inner.pooled.predictions.iter();
+        rows.map(|row| {
+            let quality = (row.quality_identified.r_squared, row.quality_own_constant.r_squared);
+            (&*row.window, row.role.name(), row.coefficient.name(), quality.0, quality.1)
+        })
+        .collect()
+    }
+
+    /// Trim, linear models, modes and levels, as `dynamics` of results.json: JSON.
+    fn dynamics(
+        &self,
+        py: Python<'_>,
+        trim: &Bound<'_, PyDict>,
+        samples: usize,
+        seed: u64,
+        progress: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<String> {
+        let (request, inner) = (request(trim, samples, seed)?, Arc::clone(&self.inner));
+        let work = move |control: &Control, _: Show<'_>| {
+            inner.study(|input| DynamicsStudy::run(request, input, &context(control)))
+        };
+        let study = attend(py, "linear model", progress, work)?;
+        serde_json::to_string(&dynamics_row(&study)).map_err(refuse)
+    }
+
+    /// Names, estimates, covariance and draws (rows) of the derivatives.
+    #[allow(clippy::type_complexity, reason = "what a distribution is made from")]
+    fn draws<'py>(
+        &self,
+        py: Python<'py>,
+        samples: usize,
+        seed: u64,
+    ) -> PyResult<(Vec<String>, Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>)> {
+        let inner = &self.inner;
+        let found = py.detach(|| {
+            let model =
+                pooled_model(&inner.pooled, (&inner.structure, &inner.estimation), &inner.aero(), &mut Vec::new())?;
+            let draws = model.samples(samples, seed);
+            Ok::<_, StageError>((model, draws))
+        });
+        let (model, draws) = found.map_err(refuse)?;
+        let values = model.values();
+        let drawn = nalgebra::DMatrix::from_fn(draws.len(), values.len(), |row, column| draws[row][column]);
+        let estimates = owned(py, values.iter().copied().collect());
+        Ok((model.names.clone(), estimates, matrix(py, &model.covariance), matrix(py, &drawn)))
+    }
+
+    /// Value of an expression of derivatives and of S, b, c, V, rho, qbar, mass, Ixx, Iyy, Izz, Ixz about a trim: value, and standard
+    /// error, low and high end by slopes and by draws.
+    #[allow(clippy::type_complexity, reason = "a value with two intervals")]
+    fn propagate(
+        &self,
+        py: Python<'_>,
+        expression: String,
+        trim: &Bound<'_, PyDict>,
+        samples: usize,
+        seed: u64,
+    ) -> PyResult<(f64, Option<[f64; 3]>, Option<[f64; 3]>)> {
+        let (request, inner) = (request(trim, 2, seed)?, Arc::clone(&self.inner));
+        let work = move |control: &Control, _: Show<'_>| {
+            let study = inner.study(|input| DynamicsStudy::run(request, input, &context(control)))?;
+            propagate_expression(&study, &expression, samples, seed)
+        };
+        let found = attend(py, "propagate", None, work)?.result;
+        let ends =
+            |interval: doublet_dynamics::propagate::Interval| [interval.standard_error, interval.low, interval.high];
+        Ok((found.value, found.delta.map(ends), found.sampled.map(ends)))
+    }
+
+    /// Output error of every window: window, axis, then either the line why there is none or derivatives, outputs and iterations.
+    fn output_error<'py>(
+        &self,
+        py: Python<'py>,
+        axis: Option<&str>,
+        progress: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Vec<Bound<'py, PyDict>>> {
+        let axis = axis
+            .map(|name| {
+                let found = MotionAxis::ALL.into_iter().find(|axis| axis.name() == name);
+                found.ok_or_else(|| refuse(format!("'{name}' is no motion: use longitudinal, lateral or both")))
+            })
+            .transpose()?;
+        let inner = Arc::clone(&self.inner);
+        let work =
+            move |control: &Control, _: Show<'_>| inner.study(|input| CheckStudy::run(axis, input, &context(control)));
+        let found = attend(py, "output error", progress, work)?;
+        let each = found
+            .windows
+            .iter()
+            .flat_map(|window| window.output_error.iter().map(move |(axis, flight)| (window, axis, flight)));
+        each.map(|(window, axis, flight)| {
+            let all = PyDict::new(py);
+            all.set_item("window", &window.window)?;
+            all.set_item("axis", axis.name())?;
+            match flight {
+                Err(error) => all.set_item("error", error.to_string())?,
+                Ok(flight) => {
+                    let rows = flight.derivatives.iter();
+                    all.set_item(
+                        "derivatives",
+                        rows.map(|row| (&*row.name, row.estimate, row.standard_error)).collect::<Vec<_>>(),
+                    )?;
+                    all.set_item("iterations", flight.iterations)?;
+                    let outputs = PyDict::new(py);
+                    for output in &flight.outputs {
+                        let columns = [&output.flown.time_s, &output.measured.values, &output.flown.values];
+                        let columns = columns.map(|column| shared(py, column));
+                        let [time, measured, flown] = columns;
+                        outputs.set_item(output.output.name(), (time?, measured?, flown?, output.r_squared))?;
+                    }
+                    all.set_item("outputs", outputs)?;
+                }
+            }
+            Ok(all)
+        })
+        .collect()
+    }
+}
+
+/// A context that reads no file.
+fn context(control: &Control) -> Context<'static> {
+    Context::new(std::path::Path::new("")).with_control(control, &|_| {})
+}

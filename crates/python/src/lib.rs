@@ -1,0 +1,47 @@
+//! Python module of doublet: recordings, paths, coefficients, fits, sessions and their results, and single functions of arrays.
+//!
+//! Everything is computed by the engine and the crates below it; here arrays and names change hands. `python/doublet` builds on it
+//! what a user sees: names, tables, plots.
+
+mod aircraft;
+mod arrays;
+mod attend;
+mod columns;
+mod fits;
+mod flight;
+mod path;
+mod recording;
+mod session;
+mod statistics;
+
+use pyo3::prelude::*;
+
+/// The module: `doublet._doublet`.
+#[pymodule]
+mod _doublet {
+    use super::{Bound, PyModule, PyModuleMethods, PyResult};
+    #[pymodule_export]
+    use crate::aircraft::Aircraft;
+    #[pymodule_export]
+    use crate::arrays::{differentiate, frequency_response, natural_modes, smooth};
+    #[pymodule_export]
+    use crate::attend::DoubletError;
+    #[pymodule_export]
+    use crate::fits::{Coefficients, Fit};
+    #[pymodule_export]
+    use crate::flight::simulate;
+    #[pymodule_export]
+    use crate::path::Path;
+    #[pymodule_export]
+    use crate::recording::{Recording, roles, units};
+    #[pymodule_export]
+    use crate::session::{Results, Session};
+    #[pymodule_export]
+    use crate::statistics::{coloured_covariance, lstsq};
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+        module.add("instructions", doublet_core::reconstruct::instructions())
+    }
+}

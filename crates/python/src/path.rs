@@ -1,0 +1,237 @@
+//! Step 1: flight paths of windows.
+
+use std::sync::Arc;
+
+use doublet_core::quantity::Dimension;
+use doublet_core::reconstruct::{FilterSettings, Input, Measurement, Method, State};
+use doublet_core::series::TimeRange;
+use doublet_engine::graph::{Control, Key, KeyBuilder, Keyed, StageError};
+use doublet_engine::session::{Manoeuvre, PathSource, Preparation, Surface, WindowRole};
+use doublet_engine::stage::{AircraftData, LoadedFlight, Samples, WindowPath, paths, samples};
+use numpy::PyArray1;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::aircraft::Aircraft;
+use crate::attend::{Show, attend, refuse};
+use crate::columns::{owned, shared};
+use crate::recording::Recording;
+
+/// A window as Python gives it: name, start and end (s), surface, kind of input, role.
+pub type WindowGiven = (String, f64, f64, Option<String>, String, String);
+
+/// A window with its path.
+#[derive(Clone)]
+pub struct PathWindow {
+    pub manoeuvre: Manoeuvre,
+    pub path: Keyed<WindowPath>,
+}
+
+/// Everything a path was made from, and the path of each window.
+pub struct Reconstructed {
+    pub flight: Keyed<LoadedFlight>,
+    pub aircraft: Option<Keyed<AircraftData>>,
+    pub filter: FilterSettings,
+    pub preparation: Preparation,
+    pub windows: Vec<PathWindow>,
+}
+
+/// Flight paths of the windows of one recording.
+#[pyclass(frozen, module = "doublet")]
+pub struct Path {
+    pub(crate) inner: Arc<Reconstructed>,
+}
+
+/// Name of the flight that arrays and files make.
+const FLIGHT: &str = "flight";
+
+fn window((name, start_s, end_s, surface, kind, role): WindowGiven) -> PyResult<Manoeuvre> {
+    let wrong = |what: &str, found: &str, known: &[&str]| {
+        refuse(format!("window '{name}': '{found}' is no {what}: use one of {}", known.join(", ")))
+    };
+    let surface = surface
+        .map(|text| {
+            let known = Surface::ALL.map(Surface::name);
+            let found = Surface::ALL.into_iter().find(|surface| surface.name() == text);
+            found.ok_or_else(|| wrong("surface", &text, &known))
+        })
+        .transpose()?;
+    let known = WindowRole::ALL.map(WindowRole::name);
+    let found = WindowRole::ALL.into_iter().find(|one| one.name() == role);
+    let role = found.ok_or_else(|| wrong("role", &role, &known))?;
+    let window = TimeRange::new(start_s, end_s);
+    Ok(Manoeuvre { surface, kind, role, ..Manoeuvre::new(name, FLIGHT.to_owned(), window) })
+}
+
+/// Filter settings by method and by the standard deviations of inputs and measurements, SI.
+fn settings(
+    method: &str,
+    noise: Vec<(String, f64)>,
+    delays: Vec<(String, f64)>,
+    smooth: bool,
+    passes: usize,
+) -> PyResult<FilterSettings> {
+    let method = match method {
+        "ekf" => Method::Ekf,
+        "iekf" => Method::USUAL_IEKF,
+        "ukf" => Method::Ukf { spread: Method::USUAL_SPREAD },
+        other => return Err(refuse(format!("'{other}' is no filter: use ekf, iekf or ukf"))),
+    };
+    let mut settings = FilterSettings { method, smooth, smoother_passes: passes, ..FilterSettings::default() };
+    let unknown = |name: &str| {
+        let known: Vec<_> =
+            Input::ALL.map(Input::name).into_iter().chain(Measurement::ALL.map(Measurement::name)).collect();
+        refuse(format!("'{name}' is neither an input nor a measurement of the filter: use one of {}", known.join(", ")))
+    };
+    for (name, deviation) in noise {
+        match (Input::from_name(&name), Measurement::from_name(&name)) {
+            (Some(input), _) => settings.process_noise[input as usize] = deviation,
+            (None, Some(measurement)) => settings.measurement_noise[measurement as usize] = deviation,
+            (None, None) => return Err(unknown(&name)),
+        }
+    }
+    for (name, delay_s) in delays {
+        let measurement = Measurement::from_name(&name).ok_or_else(|| unknown(&name))?;
+        settings.measurement_delay_s[measurement as usize] = delay_s;
+    }
+    Ok(settings)
+}
+
+impl Path {
+    fn window(&self, index: usize) -> PyResult<&PathWindow> {
+        self.inner.windows.get(index).ok_or_else(|| refuse("there is no such window"))
+    }
+}
+
+#[pymethods]
+impl Path {
+    /// Reconstructs the flight path of each window.
+    #[staticmethod]
+    #[allow(clippy::too_many_arguments, reason = "what the Python function has by name")]
+    fn reconstruct(
+        py: Python<'_>,
+        recording: &Recording,
+        aircraft: Option<&Aircraft>,
+        windows: Vec<WindowGiven>,
+        method: &str,
+        noise: Vec<(String, f64)>,
+        delays: Vec<(String, f64)>,
+        smooth: bool,
+        passes: usize,
+        progress: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let filter = settings(method, noise, delays, smooth, passes)?;
+        let windows = windows.into_iter().map(window).collect::<PyResult<Vec<_>>>()?;
+        let source = if smooth { PathSource::Smoothed } else { PathSource::Filtered };
+        let preparation = Preparation { path: source, ..Preparation::default() };
+        let (flight, aircraft) = (recording.flight.clone(), aircraft.map(|aircraft| aircraft.data.clone()));
+        let work = move |control: &Control, show: Show<'_>| -> Result<Reconstructed, StageError> {
+            let windows = reconstructed(&flight, aircraft.as_deref(), &filter, &preparation, windows, control)?;
+            show(1.0);
+            Ok(Reconstructed { flight, aircraft, filter, preparation, windows })
+        };
+        Ok(Self { inner: Arc::new(attend(py, "reconstruct", progress, work)?) })
+    }
+
+    /// Name, start and end (s), surface, kind and role of each window.
+    #[allow(clippy::type_complexity, reason = "one row per window")]
+    fn windows(&self) -> Vec<(&str, f64, f64, Option<&'static str>, &str, &'static str)> {
+        let windows = self.inner.windows.iter().map(|window| &window.manoeuvre);
+        windows
+            .map(|one| {
+                let surface = one.surface.map(Surface::name);
+                (&*one.name, one.window.start_s, one.window.end_s, surface, &*one.kind, one.role.name())
+            })
+            .collect()
+    }
+
+    /// Times, s, of the states of a window and of its innovations.
+    fn times<'py>(&self, py: Python<'py>, index: usize) -> PyResult<[Bound<'py, PyArray1<f64>>; 2]> {
+        let series = self.window(index)?.path.series();
+        Ok([shared(py, &series.states[0].time_s)?, shared(py, &series.nis.time_s)?])
+    }
+
+    /// States of a window: `filtered` or `smoothed`, each by name with its standard deviation.
+    fn states<'py>(&self, py: Python<'py>, index: usize, which: &str) -> PyResult<Bound<'py, PyDict>> {
+        let series = self.window(index)?.path.series();
+        let (states, deviations) = match (which, &series.smoothed) {
+            ("filtered", _) => (&series.states, &series.deviations),
+            ("smoothed", Some(smoothed)) => (&smoothed.states, &smoothed.deviations),
+            _ => return Err(refuse("the path was not smoothed: reconstruct with smooth=True")),
+        };
+        let all = PyDict::new(py);
+        for state in State::ALL {
+            let at = state as usize;
+            let pair = (shared(py, &states[at].values)?, shared(py, &deviations[at])?);
+            all.set_item(state.name(), pair)?;
+        }
+        Ok(all)
+    }
+
+    /// Innovations of a window by measurement, each with its predicted standard deviation; not a number where nothing was measured.
+    fn innovations<'py>(&self, py: Python<'py>, index: usize) -> PyResult<Bound<'py, PyDict>> {
+        let path = &self.window(index)?.path.reconstruction;
+        let all = PyDict::new(py);
+        for measurement in Measurement::ALL {
+            let at = measurement as usize;
+            if path.innovations[at].iter().any(|value| value.is_finite()) {
+                let columns = [&path.innovations[at], &path.innovation_deviations[at]];
+                all.set_item(measurement.name(), columns.map(|column| owned(py, column.clone())))?;
+            }
+        }
+        Ok(all)
+    }
+
+    /// Normalised innovations squared of a window, and how many measurements each counts.
+    fn nis<'py>(&self, py: Python<'py>, index: usize) -> PyResult<[Bound<'py, PyArray1<f64>>; 2]> {
+        let path = &self.window(index)?.path;
+        let degrees = path.reconstruction.nis_degrees.iter().map(|&degrees| f64::from(degrees)).collect();
+        Ok([shared(py, &path.series().nis.values)?, owned(py, degrees)])
+    }
+
+    /// Logarithm of the likelihood of the measurements of a window.
+    fn log_likelihood(&self, index: usize) -> PyResult<f64> {
+        Ok(self.window(index)?.path.reconstruction.log_likelihood)
+    }
+
+    /// Findings of a window.
+    fn warnings(&self, index: usize) -> PyResult<Vec<String>> {
+        Ok(self.window(index)?.path.warnings.clone())
+    }
+
+    /// SI units of the states by name.
+    #[staticmethod]
+    fn units<'py>(py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let all = PyDict::new(py);
+        let unit = |dimension: Dimension| dimension.si_symbol();
+        State::ALL.into_iter().try_for_each(|state| all.set_item(state.name(), unit(state.dimension())))?;
+        Ok(all)
+    }
+}
+
+/// The path of each window; the first that has none ends the work.
+fn reconstructed(
+    flight: &Keyed<LoadedFlight>,
+    aircraft: Option<&AircraftData>,
+    filter: &FilterSettings,
+    preparation: &Preparation,
+    windows: Vec<Manoeuvre>,
+    control: &Control,
+) -> Result<Vec<PathWindow>, StageError> {
+    let taken = windows.iter().map(|window| samples(&flight.recording, window.window, aircraft, preparation));
+    let taken =
+        taken.zip(&windows).map(|(found, window)| found.map_err(|error| error.at(format!("window '{}'", window.name))));
+    let taken: Vec<Samples> = taken.collect::<Result<_, _>>()?;
+    let found = paths(&taken.iter().collect::<Vec<_>>(), (filter, preparation.path), control);
+    let settings = (filter, preparation.path);
+    windows
+        .into_iter()
+        .zip(found)
+        .zip(&taken)
+        .map(|((manoeuvre, path), samples)| {
+            let path = path.map_err(|error| error.at(format!("window '{}'", manoeuvre.name)))?;
+            let key: Key = KeyBuilder::new("path").with(&samples.content).with(&settings).finish();
+            Ok(PathWindow { manoeuvre, path: Keyed::new(Arc::new(path), key) })
+        })
+        .collect()
+}

@@ -1,0 +1,219 @@
+//! Recordings: read from files or made of arrays.
+
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use doublet_core::load::{ChannelMap, plan_all, read};
+use doublet_core::quantity::{Role, Unit};
+use doublet_core::series::{Channel, Recording as Samples, Series};
+use doublet_engine::begin;
+use doublet_engine::builtin;
+use doublet_engine::graph::{Control, Key, Keyed};
+use doublet_engine::stage::{LoadedFlight, physics_of, proposals};
+use numpy::{PyArray1, PyReadonlyArray1};
+use pyo3::prelude::*;
+
+use crate::attend::{Show, attend, refuse};
+use crate::columns::{shared, slice};
+
+/// Roles a channel may play: name, SI unit, description.
+#[pyfunction]
+pub fn roles() -> Vec<(&'static str, &'static str, &'static str)> {
+    Role::ALL.into_iter().map(|role| (role.name(), role.dimension().si_symbol(), role.description())).collect()
+}
+
+/// Symbols of the units that are understood, with the SI unit of their dimension.
+#[pyfunction]
+pub fn units() -> Vec<(&'static str, &'static str)> {
+    Unit::all().map(|unit| (unit.symbol, unit.dimension.si_symbol())).collect()
+}
+
+/// What was recorded in one flight.
+#[pyclass(frozen, module = "doublet")]
+pub struct Recording {
+    pub(crate) flight: Keyed<LoadedFlight>,
+    /// The channel map it was read by.
+    map: Option<String>,
+}
+
+impl Recording {
+    fn of(recording: Samples, map: Option<String>) -> Self {
+        let flight = LoadedFlight { recording, ..LoadedFlight::default() };
+        Self { flight: Keyed::new(Arc::new(flight), Key::unique()), map }
+    }
+
+    /// What a run read of a flight: clocks, instruments and signals treated as its session asks.
+    pub(crate) fn of_flight(flight: Keyed<LoadedFlight>) -> Self {
+        Self { flight, map: None }
+    }
+
+    fn samples(&self) -> &Samples {
+        &self.flight.recording
+    }
+}
+
+/// Reads files of one flight by a channel map: a file, one that comes with doublet, or that which fits best, or else a guess.
+fn read_files(paths: &[PathBuf], map: Option<&str>) -> Result<(Samples, String), String> {
+    let inspected = begin::inspect(paths, &Control::default(), &|_| {})?;
+    let (name, plan) = match map {
+        Some(name) => {
+            let found = match builtin::text("channel_maps", name) {
+                Some(text) => ChannelMap::parse(text),
+                None => ChannelMap::read(&PathBuf::from(name)),
+            };
+            (name.to_owned(), plan_all(&inspected.probes, &found.map_err(|error| error.to_string())?))
+        }
+        None => match inspected.fitting.first() {
+            Some(fitting) => (fitting.name.to_owned(), fitting.plan.clone()),
+            None => ("guessed".to_owned(), begin::plan_by_hand(&inspected.probes, &inspected.guess)?),
+        },
+    };
+    Ok((read(&plan).map_err(|error| error.to_string())?, name))
+}
+
+#[pymethods]
+impl Recording {
+    /// Reads files of one flight.
+    #[staticmethod]
+    fn read(
+        py: Python<'_>,
+        paths: Vec<PathBuf>,
+        channel_map: Option<String>,
+        progress: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let work = move |_: &Control, _: Show<'_>| read_files(&paths, channel_map.as_deref());
+        let (recording, map) = attend(py, "read", progress, work)?;
+        Ok(Self::of(recording, Some(map)))
+    }
+
+    /// A recording of channels: name, time (s), values, unit. A name of a role plays it and its values are converted to SI; others
+    /// stay as they are.
+    #[staticmethod]
+    fn from_arrays<'py>(
+        channels: Vec<(String, PyReadonlyArray1<'py, f64>, PyReadonlyArray1<'py, f64>, String)>,
+        source: &str,
+    ) -> PyResult<Self> {
+        let mut recording = Samples::default();
+        let mut last: Option<Arc<[f64]>> = None;
+        let mut seen = BTreeSet::new();
+        for (name, time, values, unit) in channels {
+            if !seen.insert(name.clone()) {
+                return Err(refuse(format!("there are two channels called '{name}': give each its own name")));
+            }
+            let time = slice("time", &time)?;
+            let time_s = match &last {
+                Some(known) if **known == *time => Arc::clone(known),
+                _ => check_time(&name, time)?,
+            };
+            last = Some(Arc::clone(&time_s));
+            let values = slice(&name, &values)?;
+            if values.len() != time_s.len() {
+                let (found, expected) = (values.len(), time_s.len());
+                return Err(refuse(format!(
+                    "'{name}' has {found} values and its time {expected}: they are not of one table"
+                )));
+            }
+            let role = Role::from_name(&name);
+            let (values, unit) = match role {
+                Some(role) => (in_si(&name, role, values, &unit)?, role.dimension().si_symbol().to_owned()),
+                None => (values.into(), unit),
+            };
+            if let Some(role) = role {
+                recording.roles.insert(role, recording.channels.len());
+            }
+            let series = Series { time_s, values };
+            recording.channels.push(Channel { source: source.to_owned(), name, unit, series });
+        }
+        Ok(Self::of(recording, None))
+    }
+
+    /// The channel map it was read by.
+    #[getter]
+    fn channel_map(&self) -> Option<&str> {
+        self.map.as_deref()
+    }
+
+    /// Source, name, unit, role and samples of each channel.
+    fn channels(&self) -> Vec<(&str, &str, &str, Option<&'static str>, usize)> {
+        let recording = self.samples();
+        let role = |index: usize| recording.roles.iter().find(|(_, at)| **at == index).map(|(role, _)| role.name());
+        let all = recording.channels.iter().enumerate();
+        all.map(|(index, channel)| {
+            (&*channel.source, &*channel.name, &*channel.unit, role(index), channel.series.values.len())
+        })
+        .collect()
+    }
+
+    /// Time, s, and values of the channel at `index`, looking at the recording's own memory.
+    fn signal<'py>(
+        &self,
+        py: Python<'py>,
+        index: usize,
+    ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>)> {
+        let channel = self.samples().channels.get(index).ok_or_else(|| refuse("there is no such channel"))?;
+        Ok((shared(py, &channel.series.time_s)?, shared(py, &channel.series.values)?))
+    }
+
+    /// Findings about the quality of the data.
+    fn warnings(&self) -> Vec<String> {
+        self.samples().warnings.clone()
+    }
+
+    /// Channels against each other: the rows of `physics` in `doublet check --json`, as JSON.
+    fn physics(&self, py: Python<'_>) -> PyResult<String> {
+        let map = self.map.as_deref().unwrap_or("the arrays");
+        let found = py.detach(|| physics_of(self.samples(), map));
+        serde_json::to_string(&found.rows).map_err(refuse)
+    }
+
+    /// Manoeuvres of the controls: name, start and end (s), surface, kind, confidence; and why something was not found.
+    #[allow(clippy::type_complexity, reason = "one row per manoeuvre")]
+    fn manoeuvres(&self, py: Python<'_>) -> (Vec<(String, f64, f64, Option<&'static str>, String, f64)>, Vec<String>) {
+        let found = py.detach(|| proposals("flight", &self.flight));
+        let row = |proposal: &doublet_engine::stage::WindowProposal| {
+            let window = &proposal.manoeuvre;
+            let surface = window.surface.map(doublet_engine::session::Surface::name);
+            let (start, end) = (window.window.start_s, window.window.end_s);
+            (window.name.clone(), start, end, surface, window.kind.clone(), proposal.confidence)
+        };
+        (found.windows.iter().map(row).collect(), found.findings)
+    }
+}
+
+/// Time of a channel; it must increase.
+fn check_time(name: &str, time: &[f64]) -> PyResult<Arc<[f64]>> {
+    if time.len() < 2 {
+        return Err(refuse(format!("'{name}' has {} samples: give at least two", time.len())));
+    }
+    // Not `>=`: an instant that is not a number compares with nothing.
+    match time.windows(2).position(|pair| !(pair[0] < pair[1])) {
+        Some(at) => {
+            let (first, second) = (time[at], time[at + 1]);
+            Err(refuse(format!(
+                "time of '{name}' does not increase at sample {}: {second} s follows {first} s",
+                at + 1
+            )))
+        }
+        None => Ok(time.into()),
+    }
+}
+
+/// Values of a role in SI.
+fn in_si(name: &str, role: Role, values: &[f64], unit: &str) -> PyResult<Arc<[f64]>> {
+    let wanted = role.dimension();
+    if unit.is_empty() {
+        return Ok(values.into());
+    }
+    let unit = Unit::parse(unit).map_err(|error| refuse(format!("'{name}': {error}")))?;
+    if unit.dimension != wanted {
+        let (found, wanted) = (unit.symbol, wanted.si_symbol());
+        return Err(refuse(format!(
+            "'{name}' is in {found}, its role is one of {wanted}: give a unit that can become {wanted}"
+        )));
+    }
+    if unit == Unit::si(wanted) {
+        return Ok(values.into());
+    }
+    Ok(values.iter().map(|&value| unit.to_si(value)).collect())
+}
