@@ -1,0 +1,83 @@
+"""Aircraft system identification from flight test.
+
+Recordings in; flight paths, coefficients, derivatives with errors that account for coloured residuals, modes and results out.
+SI and radians everywhere. Body axes x forward, y right, z down; signs of deflections: right aileron down, elevator trailing edge
+down, rudder trailing edge left are positive. What is refused raises :class:`DoubletError` with one sentence.
+
+>>> import doublet as db
+>>> results = db.run(db.Session.load("builtin:demo"))
+>>> results.derivatives["Cm_alpha"].value                                                              # doctest: +SKIP
+"""
+
+from ._doublet import DoubletError, __version__, instructions
+from ._fit import (
+    CoefficientFit,
+    Coefficients,
+    Distribution,
+    Fit,
+    Linear,
+    OutputError,
+    coefficients,
+    fit,
+    output_error,
+    propagate,
+)
+from ._functions import (
+    FrequencyResponse,
+    Regression,
+    coloured_covariance,
+    differentiate,
+    frequency_response,
+    lstsq,
+    modes,
+    smooth,
+)
+from ._path import Path, WindowPath, reconstruct
+from ._recording import Aircraft, Recording, Signal, Window, aircraft, find_manoeuvres, read, roles, units
+from ._session import Results, Session, export, match, run, show, simulate
+from ._table import Table, Value
+
+__all__ = [
+    "Aircraft",
+    "CoefficientFit",
+    "Coefficients",
+    "Distribution",
+    "DoubletError",
+    "Fit",
+    "FrequencyResponse",
+    "Linear",
+    "OutputError",
+    "Path",
+    "Recording",
+    "Regression",
+    "Results",
+    "Session",
+    "Signal",
+    "Table",
+    "Value",
+    "Window",
+    "WindowPath",
+    "__version__",
+    "aircraft",
+    "coefficients",
+    "coloured_covariance",
+    "differentiate",
+    "export",
+    "find_manoeuvres",
+    "fit",
+    "frequency_response",
+    "instructions",
+    "lstsq",
+    "match",
+    "modes",
+    "output_error",
+    "propagate",
+    "read",
+    "reconstruct",
+    "roles",
+    "run",
+    "show",
+    "simulate",
+    "smooth",
+    "units",
+]

@@ -1,0 +1,264 @@
+"""Functions of arrays: no session, no aircraft."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Mapping, Optional, Sequence, Union
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _doublet
+from ._doublet import DoubletError
+from ._fit import _known
+from ._recording import _column
+from ._table import Table, Value
+
+
+@dataclass(frozen=True)
+class Regression:
+    """A least-squares fit of n samples by p parameters.
+
+    Attributes:
+        names: Names, p.
+        params: Estimates, shape (p,).
+        stderr: Standard errors by ``errors``, shape (p,).
+        stderr_white: As if the residuals were white, shape (p,).
+        cov: Covariance by ``errors``, shape (p, p).
+        cov_white: ``s² (X'X)⁻¹``, shape (p, p).
+        residuals, fitted: Shape (n,).
+        r2: Coefficient of determination.
+        residual_std: ``s``, the standard deviation of the residual with n - p degrees of freedom.
+        condition: Condition number of the scaled regressors.
+    """
+
+    names: tuple[str, ...]
+    params: NDArray[np.float64]
+    cov: NDArray[np.float64]
+    cov_white: NDArray[np.float64]
+    residuals: NDArray[np.float64]
+    fitted: NDArray[np.float64]
+    held: tuple[Optional[str], ...]
+    r2: float
+    residual_std: float
+    condition: float
+
+    @property
+    def stderr(self) -> NDArray[np.float64]:
+        return np.sqrt(np.diag(self.cov))
+
+    @property
+    def stderr_white(self) -> NDArray[np.float64]:
+        return np.sqrt(np.diag(self.cov_white))
+
+    def __getitem__(self, name: str) -> Value:
+        if name not in self.names:
+            raise DoubletError(f"no parameter is called '{name}': there are {', '.join(self.names)}")
+        at = self.names.index(name)
+        return Value(float(self.params[at]), float(self.stderr[at]))
+
+    @property
+    def table(self) -> Table:
+        """A row per parameter."""
+        pairs = zip(self.names, self.params, self.stderr, self.stderr_white, self.held)
+        return Table(
+            [
+                dict(parameter=n, estimate=float(v), stderr=float(e), stderr_white=float(w),
+                     t=float(v / e) if e else float("nan"), note=h)
+                for n, v, e, w, h in pairs
+            ],
+            f"R2 {self.r2:.6g}, s {self.residual_std:.6g}, {len(self.residuals)} samples",
+        )
+
+    def summary(self) -> str:
+        """The parameters as text."""
+        return self.table.summary()
+
+    def __repr__(self) -> str:
+        return self.summary()
+
+    def _repr_html_(self) -> str:
+        return self.table._repr_html_()
+
+
+def lstsq(
+    X: Any,
+    y: ArrayLike,
+    *,
+    names: Optional[Sequence[str]] = None,
+    groups: Optional[ArrayLike] = None,
+    std: Optional[ArrayLike] = None,
+    method: str = "ols",
+    errors: str = "coloured",
+    constraints: Mapping[str, Any] = {},
+) -> Regression:
+    """Least squares with honest errors: arrays or a frame in, no session.
+
+    Args:
+        X: Regressors, shape (n, p), rows in order of time and evenly sampled; or a frame, whose columns give the names.
+        y: Measurement, shape (n,).
+        names: Names of the columns.
+        groups: Number of the record each row belongs to, shape (n,), rows of a record together: residuals are correlated
+            inside a record only.
+        std: Standard deviation of each row, shape (n,): weighted least squares.
+        method: ``"ols"``, ``"stepwise"`` or ``"orthogonal"``: how columns are chosen; constant ones always stay.
+        errors: ``"coloured"`` (corrected for the correlation of the residuals, Morelli and Klein 1997, with a Parzen taper) or
+            ``"white"``.
+        constraints: By column: a number (fixed), ``(lower, upper)`` or ``{"mean": .., "std": ..}``.
+
+    Raises:
+        DoubletError: Sizes that differ, values that are not finite, columns that depend on each other (named).
+    """
+    if errors not in ("coloured", "white"):
+        raise DoubletError(f"'{errors}' are no errors: use coloured or white")
+    if names is None and hasattr(X, "columns"):
+        names = [str(column) for column in X.columns]
+    matrix = np.asarray(X, dtype=np.float64)
+    if matrix.ndim != 2:
+        raise DoubletError(f"X has {matrix.ndim} dimensions: give samples by columns")
+    columns = list(names) if names is not None else [f"x{k}" for k in range(matrix.shape[1])]
+    given = [(name, *_known(value)) for name, value in constraints.items()]
+    numbers = None if groups is None else [int(k) for k in np.unique(np.asarray(groups), return_inverse=True)[1]]
+    weights = None if std is None else _column(std, "std")
+    row = _doublet.lstsq(matrix, _column(y, "y"), columns, numbers, weights, method, given)
+    chosen = row["coloured"] if errors == "coloured" else row["white"]
+    return Regression(
+        tuple(row["names"]), row["estimates"], chosen, row["white"], row["residuals"], row["fitted"], tuple(row["held"]),
+        row["r2"], row["residual_std"], row["condition"],
+    )
+
+
+def coloured_covariance(X: ArrayLike, y: ArrayLike) -> NDArray[np.float64]:
+    """Covariance of the estimates of ordinary least squares of ``y`` (n,) on ``X`` (n, p) for residuals that are correlated in
+    time, shape (p, p)."""
+    return _doublet.coloured_covariance(np.asarray(X, dtype=np.float64), _column(y, "y"))
+
+
+def smooth(
+    time: ArrayLike, values: ArrayLike, *, method: str = "polynomial", width: int = 11, degree: int = 2
+) -> NDArray[np.float64]:
+    """Smoothed values without a shift in time, shape (n,). Arrays of float64 are read where they lie; nothing is copied.
+
+    Args:
+        time: s, shape (n,), strictly increasing.
+        values: Shape (n,).
+        method: ``"polynomial"`` (Savitzky-Golay of ``degree`` over ``width`` samples), ``"moving-average"`` over ``width``, or
+            ``"spencer"`` (15 samples).
+    """
+    return _doublet.smooth(_column(time, "time"), _column(values, "values"), method, width, degree)
+
+
+def differentiate(
+    time: ArrayLike, values: ArrayLike, *, method: str = "central", width: int = 11, degree: int = 2
+) -> NDArray[np.float64]:
+    """Slope over time, unit of the values per second, shape (n,): ``"central"`` difference of order four, or that of a local
+    ``"polynomial"``."""
+    return _doublet.differentiate(_column(time, "time"), _column(values, "values"), method, width, degree)
+
+
+@dataclass(frozen=True)
+class FrequencyResponse:
+    """Output over input against frequency.
+
+    Attributes:
+        freq: Angular frequency, rad/s, shape (m,).
+        response: Complex, shape (m,); not finite where inputs cannot be told apart.
+        coherence: Partial coherence, shape (m,).
+        std: Standard deviation of the gain relative to itself and of the phase in rad, shape (m,).
+        phase: Phase without jumps, rad, shape (m,).
+    """
+
+    freq: NDArray[np.float64]
+    response: NDArray[np.complex128]
+    coherence: NDArray[np.float64]
+    std: NDArray[np.float64]
+    phase: NDArray[np.float64]
+    averages: NDArray[np.float64]
+
+    @property
+    def gain_db(self) -> NDArray[np.float64]:
+        """Gain, dB."""
+        return 20.0 * np.log10(np.abs(self.response))
+
+    def to_control(self) -> Any:
+        """The response as ``control.frd`` of python-control."""
+        import control
+
+        good = np.isfinite(self.response)
+        return control.frd(self.response[good], self.freq[good])
+
+    def plot(self, axes: Any = None) -> Any:
+        """Bode plot with two standard deviations; returns three axes: gain, phase, coherence."""
+        import matplotlib.pyplot as plt
+
+        if axes is None:
+            _, axes = plt.subplots(3, 1, sharex=True, figsize=(7, 7))
+        error = 2 * 20 * np.log10(np.e) * self.std
+        for axis, values, width, label in (
+            (axes[0], self.gain_db, error, "gain [dB]"),
+            (axes[1], np.degrees(self.phase), np.degrees(2 * self.std), "phase [deg]"),
+            (axes[2], self.coherence, None, "coherence"),
+        ):
+            axis.errorbar(self.freq, values, yerr=None if width is None else np.where(np.isfinite(width), width, 0.0))
+            axis.set_xscale("log")
+            axis.set_ylabel(label)
+            axis.grid(True, linewidth=0.3)
+        axes[2].set_xlabel("frequency [rad/s]")
+        return axes
+
+
+def frequency_response(
+    u: Any,
+    y: ArrayLike,
+    *,
+    dt: float,
+    method: str = "composite",
+    band: Optional[tuple[float, float]] = None,
+    points: int = 40,
+    window: Optional[float] = None,
+    overlap: float = 0.5,
+) -> Union[FrequencyResponse, list[FrequencyResponse]]:
+    """Frequency response of ``y`` (n,) to ``u`` (n,), or to each row of ``u`` (k, n) with the others held.
+
+    Args:
+        dt: Time step, s.
+        method: ``"composite"`` of four window lengths, or ``"single"``.
+        band: Lowest and highest frequency, rad/s; by default what the record resolves.
+        points: Frequencies, evenly on a logarithmic scale.
+        window: Longest window, s; by default a third of the record.
+        overlap: Part of a window that the next overlaps.
+    """
+    inputs = np.atleast_2d(np.asarray(u, dtype=np.float64))
+    output = _column(y, "y")
+    longest = window if window is not None else len(output) * dt / 3.0
+    if method == "composite":
+        lengths = [longest, longest / 2, longest / 4, longest / 8]
+    elif method == "single":
+        lengths = [longest]
+    else:
+        raise DoubletError(f"'{method}' is no method: use composite or single")
+    low, high = band if band is not None else (2 * 2 * np.pi / longest, 0.25 * np.pi / dt)
+    omega = np.geomspace(low, high, points).tolist()
+    rows = _doublet.frequency_response([(dt, [np.ascontiguousarray(row) for row in inputs], output)], omega, lengths, overlap)
+    found = [
+        FrequencyResponse(r["omega"], r["response"], r["coherence"], r["relative_std"], r["phase"], r["averages"]) for r in rows
+    ]
+    return found[0] if np.ndim(u) == 1 else found
+
+
+def modes(A: ArrayLike, states: Sequence[str]) -> Table:
+    """Natural modes of ``x' = A x``, named by the states that take part in them.
+
+    Args:
+        A: Shape (n, n).
+        states: Names among ``u v w p q r phi theta psi north east h V alpha beta``.
+    """
+    rows = _doublet.natural_modes(np.asarray(A, dtype=np.float64), list(states))
+    return Table(
+        [
+            dict(name=r["name"], frequency_rad_s=r["frequency"], damping=r["damping"], real_1_s=r["eigenvalue"].real,
+                 imaginary_rad_s=r["eigenvalue"].imag, participation=dict(zip(states, map(float, r["participation"]))))
+            for r in rows
+        ],
+        "modes",
+    )

@@ -1,0 +1,330 @@
+"""Recordings, the channels they hold, their manoeuvres; aircraft."""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+from dataclasses import dataclass
+from typing import Any, Callable, Iterator, Mapping, Optional, Sequence, Union
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _doublet
+from ._doublet import DoubletError
+from ._table import Table
+
+PathLike = Union[str, "os.PathLike[str]"]
+Progress = Optional[Callable[[float], object]]
+
+
+def _column(values: ArrayLike, name: str) -> NDArray[np.float64]:
+    """Values as float64 in one piece: the same memory where they are so already."""
+    try:
+        array = np.ascontiguousarray(values, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise DoubletError(f"{name} are no numbers: {error}") from None
+    if array.ndim != 1:
+        raise DoubletError(f"{name} has {array.ndim} dimensions: give one column")
+    return array
+
+
+def roles() -> Table:
+    """Every role a channel may play: name, SI unit and description."""
+    return Table([dict(role=name, unit=unit, description=text) for name, unit, text in _doublet.roles()], "roles")
+
+
+def units() -> Table:
+    """Every unit that is understood, with the SI unit it becomes."""
+    return Table([dict(unit=unit, si=si) for unit, si in _doublet.units()], "units")
+
+
+@dataclass(frozen=True)
+class Signal:
+    """Samples of one channel.
+
+    Attributes:
+        name: Name as recorded.
+        time: Time, s, shape (n,), strictly increasing; looks at the recording's memory and cannot be written.
+        values: Values in ``unit``, shape (n,); likewise.
+        unit: Unit: SI where the channel plays a role.
+        role: Role it plays, or ``None``.
+    """
+
+    name: str
+    time: NDArray[np.float64]
+    values: NDArray[np.float64]
+    unit: str
+    role: Optional[str]
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+    def to_pandas(self) -> Any:
+        """A ``pandas.Series`` over time."""
+        import pandas
+
+        return pandas.Series(self.values, index=pandas.Index(self.time, name="time"), name=self.name)
+
+
+@dataclass(frozen=True)
+class Window:
+    """A stretch of a flight.
+
+    Attributes:
+        name: Name, unique among the windows used together.
+        start: First instant, s.
+        end: Last instant, s.
+        surface: ``"elevator"``, ``"aileron"`` or ``"rudder"``; ``None`` where several move or it is not known.
+        kind: Kind of input in words, for example ``"3-2-1-1"``.
+        role: ``"identification"`` or ``"validation"``.
+        confidence: How near its shape is to the ideal, 0 to 1, where it was found.
+    """
+
+    name: str
+    start: float
+    end: float
+    surface: Optional[str] = None
+    kind: str = ""
+    role: str = "identification"
+    confidence: Optional[float] = None
+
+    def _row(self) -> tuple[str, float, float, Optional[str], str, str]:
+        return self.name, float(self.start), float(self.end), self.surface, self.kind, self.role
+
+
+class Recording:
+    """What was recorded in one flight. Channels that play a role are in SI and radians."""
+
+    def __init__(self, inner: _doublet.Recording) -> None:
+        self._inner = inner
+        self._channels = inner.channels()
+
+    @classmethod
+    def from_arrays(
+        cls, time: Optional[ArrayLike], channels: Mapping[str, Any], *, source: str = "arrays"
+    ) -> "Recording":
+        """A recording of arrays.
+
+        Args:
+            time: Time of all channels, s, shape (n,), strictly increasing; ``None`` where each channel gives its own.
+            channels: By name: ``values``, ``(values, unit)`` or ``(time, values, unit)``. A name of :func:`roles` plays that
+                role and its values are converted from ``unit`` to SI (without a unit they are taken for SI); any other name
+                stays as it is.
+            source: Name of the recorder.
+
+        Raises:
+            DoubletError: Lengths that differ, time that does not increase, a unit that does not fit its role.
+        """
+        shared = None if time is None else _column(time, "time")
+        rows = []
+        for name, given in channels.items():
+            own, values, unit = shared, given, ""
+            if isinstance(given, tuple) and len(given) == 2:
+                values, unit = given
+            elif isinstance(given, tuple) and len(given) == 3:
+                own, values, unit = _column(given[0], f"time of '{name}'"), given[1], given[2]
+            if own is None:
+                raise DoubletError(f"'{name}' has no time: give it as (time, values, unit), or give time for all")
+            rows.append((str(name), own, _column(values, f"'{name}'"), str(unit)))
+        return cls(_doublet.Recording.from_arrays(rows, source))
+
+    @classmethod
+    def from_frame(
+        cls,
+        frame: Any,
+        *,
+        time: Optional[str] = None,
+        units: Optional[Mapping[str, str]] = None,
+        names: Optional[Mapping[str, str]] = None,
+        source: str = "frame",
+    ) -> "Recording":
+        """A recording of the columns of a pandas or polars frame.
+
+        Args:
+            frame: Frame with one row per instant.
+            time: Column of time, s; without it ``time`` or ``t``, or else the index.
+            units: Unit of each column that is not SI, by the name it has here.
+            names: Role of a column that is called otherwise: ``{"AoA": "alpha"}``.
+            source: Name of the recorder.
+        """
+        columns = [str(column) for column in frame.columns]
+        if time is None:
+            time = next((name for name in ("time", "t") if name in columns), None)
+        if time is not None:
+            stamps = np.asarray(frame[time], dtype=np.float64)
+        elif hasattr(frame, "index"):
+            stamps = np.asarray(frame.index, dtype=np.float64)
+        else:
+            raise DoubletError("the frame has no column time or t: name it by time=")
+        units, names = dict(units or {}), dict(names or {})
+        known = set(columns) | set(names.values())
+        unknown = next((name for name in [*units, *names] if name not in known), None)
+        if unknown is not None:
+            raise DoubletError(f"no column is called '{unknown}': there are {', '.join(columns)}")
+        channels = {}
+        for column in columns:
+            values = frame[column]
+            if column == time or not np.issubdtype(np.asarray(values).dtype, np.number):
+                continue
+            name = names.get(column, column)
+            channels[name] = (np.asarray(values, dtype=np.float64), units.get(column, units.get(name, "")))
+        return cls.from_arrays(stamps, channels, source=source)
+
+    @property
+    def channels(self) -> Table:
+        """Every channel: source, name, unit, role, samples."""
+        keys = ("source", "name", "unit", "role", "samples")
+        return Table([dict(zip(keys, row)) for row in self._channels], "channels")
+
+    @property
+    def roles(self) -> list[str]:
+        """Roles that are recorded."""
+        return [row[3] for row in self._channels if row[3] is not None]
+
+    @property
+    def channel_map(self) -> Optional[str]:
+        """The channel map the files were read by; ``None`` for arrays."""
+        return self._inner.channel_map
+
+    @property
+    def warnings(self) -> list[str]:
+        """Findings about the quality of the data, one line each."""
+        return self._inner.warnings()
+
+    def __getitem__(self, name: str) -> Signal:
+        """The channel that plays a role, or is called so, or ``source/name``."""
+        for at in (3, 1):
+            for index, row in enumerate(self._channels):
+                if row[at] == name or (at == 1 and f"{row[0]}/{row[1]}" == name):
+                    time, values = self._inner.signal(index)
+                    return Signal(row[1], time, values, row[2], row[3])
+        raise DoubletError(f"no channel plays or is called '{name}': recording.channels lists them")
+
+    def __contains__(self, name: object) -> bool:
+        return any(name in (row[3], row[1], f"{row[0]}/{row[1]}") for row in self._channels)
+
+    def __iter__(self) -> Iterator[str]:
+        return (row[3] or f"{row[0]}/{row[1]}" for row in self._channels)
+
+    def __len__(self) -> int:
+        return len(self._channels)
+
+    def check(self) -> Table:
+        """Channels against each other by kinematics and air data, as ``doublet check`` says it: level ``bad`` where a mistake
+        of sign, unit or channel explains what does not fit."""
+        return Table(json.loads(self._inner.physics()), "channels against each other")
+
+    def to_pandas(self, step: Optional[float] = None) -> Any:
+        """The channels with a role as a ``pandas.DataFrame``, by straight lines on one time: that of the roll rate, or every
+        ``step`` seconds."""
+        import pandas
+
+        base = self["p"] if "p" in self else self[next(iter(self))]
+        time = base.time if step is None else np.arange(base.time[0], base.time[-1] + 0.5 * step, step)
+        columns = {role: np.interp(time, self[role].time, self[role].values) for role in self.roles}
+        return pandas.DataFrame(columns, index=pandas.Index(time, name="time"))
+
+    def to_xarray(self) -> Any:
+        """The same as an ``xarray.Dataset``, each variable with its unit."""
+        import xarray
+
+        frame = self.to_pandas()
+        data = {role: ("time", frame[role].to_numpy(), {"units": self[role].unit}) for role in self.roles}
+        return xarray.Dataset(data, coords={"time": frame.index.to_numpy()})
+
+    def plot(self, *names: str, axes: Any = None) -> Any:
+        """Draws channels over time, one below the other; returns the axes."""
+        from ._plots import stack
+
+        signals = [self[name] for name in names or self.roles[:6]]
+        return stack([(s.role or s.name, s.unit, [(s.time, s.values, None)]) for s in signals], axes)
+
+    def __repr__(self) -> str:
+        return f"<doublet.Recording of {len(self)} channels, roles {', '.join(self.roles) or 'none'}>"
+
+    def _repr_html_(self) -> str:
+        return self.channels._repr_html_()
+
+
+def read(
+    paths: Union[PathLike, Sequence[PathLike]], *, channel_map: Optional[str] = None, progress: Progress = None
+) -> Recording:
+    """Reads the files of one flight: MAT, HDF5, text, ULog, ArduPilot logs, TDMS, MDF 4, MCAP, Parquet, folders of CSV.
+
+    Args:
+        paths: File or folder, or several on one time line.
+        channel_map: File of a channel map, or the name of one that comes with doublet; without it the one that fits best,
+            or else a guess from names, units and values (look at ``recording.check()`` then).
+        progress: Called with the part done, 0 to 1. Ctrl-C stops.
+    """
+    several = [paths] if isinstance(paths, (str, os.PathLike)) else list(paths)
+    return Recording(_doublet.Recording.read([os.fspath(path) for path in several], channel_map, progress))
+
+
+def find_manoeuvres(recording: Recording) -> list[Window]:
+    """The manoeuvres that the control deflections show, in order of time. An empty list where there is none;
+    ``recording.check()`` and ``doublet propose windows`` say more."""
+    rows, _ = recording._inner.manoeuvres()
+    return [Window(name, start, end, surface, kind, confidence=sure) for name, start, end, surface, kind, sure in rows]
+
+
+class Aircraft:
+    """Reference lengths, mass and inertia.
+
+    Args:
+        area: Reference area, m².
+        span: Span, m.
+        chord: Mean chord, m.
+        mass: Mass, kg, constant; everything lies at the centre of gravity.
+        inertia: ``(Ixx, Iyy, Izz)`` or ``(Ixx, Iyy, Izz, Ixz)``, kg m²; Ixz with its positive sign.
+        name: Name in results.
+    """
+
+    def __init__(
+        self,
+        *,
+        area: float,
+        span: float,
+        chord: float,
+        mass: float,
+        inertia: Sequence[float],
+        name: str = "aircraft",
+    ) -> None:
+        if len(inertia) not in (3, 4):
+            raise DoubletError("inertia is (Ixx, Iyy, Izz) or (Ixx, Iyy, Izz, Ixz), kg m²")
+        moments, xz = list(inertia[:3]), float(inertia[3]) if len(inertia) == 4 else 0.0
+        with tempfile.TemporaryDirectory() as folder:
+            self._inner = _doublet.Aircraft.plain(name, area, span, chord, mass, moments, xz, folder)
+
+    @classmethod
+    def _of(cls, inner: _doublet.Aircraft) -> "Aircraft":
+        made = cls.__new__(cls)
+        made._inner = inner
+        return made
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_"):
+            raise AttributeError(name)
+        figures = self._inner.figures()
+        if name in figures:
+            return figures[name]
+        raise AttributeError(f"an aircraft has {', '.join(figures)}")
+
+    @property
+    def text(self) -> Optional[str]:
+        """The aircraft file of one that was described by its numbers, for a session to name."""
+        return self._inner.text
+
+    def __repr__(self) -> str:
+        figures = self._inner.figures()
+        return (
+            f"<doublet.Aircraft {figures['name']}: {figures['area']:.4g} m², span {figures['span']:.4g} m, "
+            f"chord {figures['chord']:.4g} m, {figures['mass']:.5g} kg>"
+        )
+
+
+def aircraft(name: PathLike) -> Aircraft:
+    """An aircraft that comes with doublet, by its name (``"c337f"``), or that of an aircraft file, with its standard loading."""
+    return Aircraft._of(_doublet.Aircraft.named(os.fspath(name)))

@@ -1,0 +1,321 @@
+"""Sessions, the same as those of the workbench, and what they come to."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import tempfile
+from pathlib import Path as FilePath
+from typing import Any, Mapping, Optional, Sequence, Union
+
+import numpy as np
+
+from . import _doublet
+from ._doublet import DoubletError
+from ._recording import PathLike, Progress, Recording, Window
+from ._table import Table, Value
+
+
+class Session:
+    """Recordings, windows, settings, structure. It never changes: :meth:`replace` gives another."""
+
+    def __init__(self, inner: _doublet.Session) -> None:
+        self._inner = inner
+
+    @classmethod
+    def load(cls, path: PathLike) -> "Session":
+        """Opens a session file, or ``"builtin:demo"`` for the one that comes with doublet."""
+        return cls(_doublet.Session.load(os.fspath(path)))
+
+    @classmethod
+    def parse(cls, text: str, *, folder: PathLike = "") -> "Session":
+        """A session from its text; relative paths start from ``folder``."""
+        return cls(_doublet.Session.parse(text, os.fspath(folder)))
+
+    @classmethod
+    def new(
+        cls,
+        recordings: Union[PathLike, Sequence[PathLike]],
+        *,
+        name: Optional[str] = None,
+        channel_map: Optional[str] = None,
+        aircraft: Optional[PathLike] = None,
+        progress: Progress = None,
+    ) -> "Session":
+        """A session for the recordings of one flight, with the manoeuvres found as windows.
+
+        Args:
+            recordings: Files or folders.
+            name: Title; by default that of the first file.
+            channel_map: File or name; without it the one that fits best, or else a guess.
+            aircraft: Aircraft file, or the name of one that comes with doublet; without any only flight paths are computed.
+        """
+        several = [recordings] if isinstance(recordings, (str, os.PathLike)) else list(recordings)
+        paths = [os.fspath(path) for path in several]
+        if not paths:
+            raise DoubletError("there is no recording: give one")
+        plane = None
+        if aircraft is not None:
+            found = _doublet.Aircraft.named(os.fspath(aircraft))
+            plane = found.reference if (found.reference or "").startswith("builtin:") else os.path.abspath(os.fspath(aircraft))
+        return cls(_doublet.Session.begin(paths, name or FilePath(paths[0]).stem, channel_map, plane, progress))
+
+    @property
+    def text(self) -> str:
+        """The session as its file holds it (TOML)."""
+        return self._inner.text
+
+    @property
+    def path(self) -> Optional[str]:
+        """Its file."""
+        return None if self._inner.path is None else os.fspath(self._inner.path)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The keys of its file."""
+        return json.loads(self._inner.json())
+
+    def __getitem__(self, key: str) -> Any:
+        """The value at a dotted key: ``session["filter.method"]``, ``session["window.0.role"]``."""
+        value: Any = self.to_dict()
+        for part in key.split("."):
+            try:
+                value = value[int(part)] if isinstance(value, list) else value[part]
+            except (KeyError, IndexError, ValueError, TypeError):
+                raise DoubletError(f"the session has no '{key}'") from None
+        return value
+
+    @property
+    def windows(self) -> list[Window]:
+        """The windows that are not ignored."""
+        rows = [row for row in self.to_dict().get("window", []) if row.get("role") != "ignored"]
+        keys = ("surface", "kind", "role")
+        return [
+            Window(row["name"], row["start_s"], row["end_s"], **{k: row[k] for k in keys if row.get(k) is not None})
+            for row in rows
+        ]
+
+    def replace(self, changes: Optional[Mapping[str, Any]] = None, **tables: Any) -> "Session":
+        """The session with other values, checked as its file would be.
+
+        Args:
+            changes: By dotted key: ``{"filter.measurement_noise.alpha": 0.002, "window.0.role": "validation"}``.
+            tables: Whole values of keys at the top: ``title="..."``.
+        """
+        rows = [(key, json.dumps(_plain(value))) for key, value in {**(changes or {}), **tables}.items()]
+        return Session(self._inner.replaced(rows))
+
+    def save(self, path: PathLike) -> "Session":
+        """Saves it in one step, paths written from the new place; the previous file stays as ``*.bak``."""
+        return Session(self._inner.save(os.fspath(path)))
+
+    def check(self) -> dict[str, Any]:
+        """What ``doublet check --json`` prints: ``findings`` and ``physics``."""
+        return json.loads(self._inner.check())
+
+    def run(self, **options: Any) -> "Results":
+        """As :func:`run`."""
+        return run(self, **options)
+
+    def show(self, *, spawn: bool = True) -> Any:
+        """Opens it in the workbench, as :func:`show`."""
+        return show(self, spawn=spawn)
+
+    def __repr__(self) -> str:
+        all_ = self.to_dict()
+        return f"<doublet.Session '{all_.get('title', '')}': {len(all_.get('flight', []))} flights, {len(all_.get('window', []))} windows>"
+
+
+def _plain(value: Any) -> Any:
+    """A value of NumPy as one of Python."""
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, Mapping):
+        return {key: _plain(inner) for key, inner in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(inner) for inner in value]
+    return value
+
+
+class Results:
+    """What a session came to. :meth:`to_dict` is ``results.json``, number for number."""
+
+    def __init__(self, inner: _doublet.Results) -> None:
+        self._inner = inner
+        self._all: dict[str, Any] = json.loads(inner.json())
+
+    def to_dict(self) -> dict[str, Any]:
+        """The content of ``results.json``."""
+        return self._all
+
+    @property
+    def verdict(self) -> dict[str, Any]:
+        """``level`` (``good``, ``caution``, ``bad``) and ``reasons``."""
+        return self._all.get("verdict") or {}
+
+    @property
+    def derivatives(self) -> dict[str, Value]:
+        """Pooled derivatives by name, with corrected errors."""
+        nan = float("nan")
+        rows = [row for fit in self.fits for row in fit.get("derivatives", [])]
+        return {
+            row["name"]: Value(row["estimate"], nan if row["corrected_standard_error"] is None else row["corrected_standard_error"])
+            for row in rows
+        }
+
+    @property
+    def fits(self) -> list[dict[str, Any]]:
+        """``pooled`` of ``results.json``."""
+        return self._all["pooled"]
+
+    @property
+    def windows(self) -> list[dict[str, Any]]:
+        """``windows`` of ``results.json``."""
+        return self._all["windows"]
+
+    @property
+    def table(self) -> Table:
+        """A row per pooled derivative."""
+        rows = []
+        for fit in self.fits:
+            for row in fit.get("derivatives", []):
+                verdict = (row.get("verdict") or {}).get("level")
+                rows.append(
+                    dict(derivative=row["name"], estimate=row["estimate"], stderr=row["corrected_standard_error"],
+                         stderr_white=row["standard_error"], relative_percent=row["relative_error_percent"], verdict=verdict)
+                )
+        return Table(rows, f"{self._all['title']}: verdict {self.verdict.get('level', '-')}")
+
+    def study(self, name: str) -> Table:
+        """The table of a study that was asked for: ``sensitivity``, ``tornado``, ``leave_one_out``, ``input_kinds``,
+        ``contributions``, ``conditions``, ``checks``, ``lags``, ``monte_carlo``."""
+        rows = self._all["studies"].get(name)
+        if not rows:
+            known = ", ".join(key for key, value in self._all["studies"].items() if value) or "none"
+            raise DoubletError(f"there is no table of a study called '{name}': there are {known}; ask for it by run(studies=...)")
+        return Table(rows, name)
+
+    @property
+    def failures(self) -> list[tuple[str, str]]:
+        """What could not be computed: place and reason."""
+        return self._inner.failures()
+
+    def states(self, window: str) -> dict[str, Any]:
+        """``time`` (s) and the smoothed states of a window by name, filtered where it was not smoothed; SI."""
+        return self._inner.states(window)
+
+    def recording(self, flight: Optional[str] = None) -> Recording:
+        """A flight as the run read it, the first unless it is named: on one time line, instruments and signals treated."""
+        return Recording(self._inner.recording(flight))
+
+    def write(
+        self, folder: PathLike, *, tables: Sequence[str] = ("csv",), histories: Sequence[str] = ("hdf5",)
+    ) -> str:
+        """Writes what ``doublet run --out`` writes; returns the folder."""
+        return os.fspath(self._inner.write(os.fspath(folder), list(tables), list(histories)))
+
+    def summary(self) -> str:
+        """Verdict and derivatives as text."""
+        return self.table.summary()
+
+    def plot(self, coefficient: str, *, axes: Any = None) -> Any:
+        """Draws the derivatives of a coefficient with their 95 % intervals; returns the axes."""
+        from ._plots import one
+
+        axis = one(axes)
+        rows = [(n, v) for n, v in self.derivatives.items() if n.startswith(coefficient + "_") and not n.endswith("]")]
+        error = [1.96 * v.stderr for _, v in rows]
+        axis.errorbar([v.value for _, v in rows], range(len(rows)), xerr=error, fmt="o", capsize=3)
+        axis.set_yticks(range(len(rows)), [n for n, _ in rows])
+        axis.grid(True, linewidth=0.3)
+        return axis
+
+    def __repr__(self) -> str:
+        return self.summary()
+
+    def _repr_html_(self) -> str:
+        return self.table._repr_html_()
+
+
+def run(
+    session: Session,
+    *,
+    studies: Sequence[str] = (),
+    realisations: int = 200,
+    seed: int = 1,
+    progress: Progress = None,
+) -> Results:
+    """Computes everything a session asks for: the same numbers, bit for bit, as ``doublet run``.
+
+    Args:
+        studies: ``sensitivity``, ``manoeuvres``, ``checks``, ``lags``, ``responses``, ``monte-carlo``, ``dynamics``.
+        realisations: Of ``monte-carlo``.
+        seed: Of ``monte-carlo``.
+        progress: Called with the part done, 0 to 1. Ctrl-C stops; other Python threads run meanwhile.
+    """
+    return Results(session._inner.run(list(studies), realisations, seed, progress))
+
+
+def match(results: Results) -> Table:
+    """Proof of match: every tolerance band of every test of every validation window, flown again by the identified model."""
+    rows = []
+    for window in (results.to_dict().get("proof_of_match") or {}).get("windows", []):
+        if window.get("error"):
+            rows.append(dict(window=window["window"], error=window["error"]))
+        for test in window.get("tests", []):
+            for band in test["bands"]:
+                rows.append(dict(window=window["window"], test=test["id"], passed=test["passed"], **{
+                    f"band_{key}" if key == "passed" else key: value for key, value in band.items()}))
+    return Table(rows, "proof of match")
+
+
+def export(results: Results, formats: Union[str, Sequence[str]], folder: PathLike) -> list[str]:
+    """Writes the identified model for other simulators, ``"jsbsim"`` and ``"daveml"``; returns the files."""
+    several = [formats] if isinstance(formats, str) else list(formats)
+    return [os.fspath(path) for path in results._inner.export(several, os.fspath(folder))]
+
+
+def simulate(
+    scenario: str = "demo",
+    *,
+    out: Optional[PathLike] = None,
+    seed: int = 1,
+    derivatives: Optional[Mapping[str, float]] = None,
+    progress: Progress = None,
+) -> list[str]:
+    """Flies a simulated flight whose every answer is known and writes its recordings and its truth; returns the files.
+
+    Args:
+        scenario: Name; ``doublet simulate --list`` names them.
+        out: Folder, which must not exist; a temporary one by default.
+        seed: Of noise, gusts and hand-flown imperfections: the same seed gives the same bytes.
+        derivatives: Other values of the truth's derivatives.
+    """
+    folder = os.path.join(tempfile.mkdtemp(prefix="doublet-"), "flight") if out is None else os.fspath(out)
+    changed = [(name, float(value)) for name, value in (derivatives or {}).items()]
+    return [os.fspath(path) for path in _doublet.simulate(scenario, folder, seed, changed, progress)]
+
+
+def show(obj: Union[Session, PathLike], *, spawn: bool = True) -> Any:
+    """Opens a session in the workbench (the program ``doublet`` on the path, or that which ``DOUBLET`` names).
+
+    Args:
+        obj: Session or its file. One without a file is saved to a temporary one first.
+        spawn: Return at once with the process; otherwise wait until the window closes and return the session as it was saved.
+    """
+    program = os.environ.get("DOUBLET") or shutil.which("doublet")
+    if program is None:
+        raise DoubletError("the program doublet is not on the path: install it, or name it by the variable DOUBLET")
+    session = obj if isinstance(obj, Session) else Session.load(os.fspath(obj))  # type: ignore[arg-type]
+    path = session.path
+    if path is None:
+        path = os.path.join(tempfile.mkdtemp(prefix="doublet-"), "session.toml")
+        session.save(path)
+    process = subprocess.Popen([program, path])
+    if spawn:
+        return process
+    process.wait()
+    return Session.load(path)

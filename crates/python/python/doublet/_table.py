@@ -1,0 +1,117 @@
+"""Rows with names: printed as text, shown as HTML, handed on to pandas, polars, xarray and Arrow."""
+
+from __future__ import annotations
+
+import html
+from dataclasses import dataclass
+from typing import Any, Iterator, Mapping, Optional, Sequence
+
+
+@dataclass(frozen=True)
+class Value:
+    """A number with its standard error.
+
+    Attributes:
+        value: Estimate, SI.
+        stderr: Standard error, corrected for coloured residuals where there are any; not a number where it is held.
+        unit: Unit, empty where it has none.
+    """
+
+    value: float
+    stderr: float
+    unit: str = ""
+
+    def __float__(self) -> float:
+        return self.value
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Ends of the 95 % interval."""
+        return self.value - 1.959964 * self.stderr, self.value + 1.959964 * self.stderr
+
+    def __str__(self) -> str:
+        return f"{self.value:.5g} ± {self.stderr:.2g}{' ' + self.unit if self.unit else ''}"
+
+
+def _cell(value: Any) -> str:
+    if value is None:
+        return ""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, float):
+        return "" if value != value else f"{value:.6g}"
+    if isinstance(value, (list, tuple)):
+        return ", ".join(_cell(item) for item in value)
+    return str(value)
+
+
+class Table(Sequence[Mapping[str, Any]]):
+    """Rows of the same columns, in order. It prints as text, shows as HTML in a notebook and becomes a frame by
+    :meth:`to_pandas` or :meth:`to_polars`; where pyarrow is installed it is an Arrow stream too."""
+
+    def __init__(self, rows: Sequence[Mapping[str, Any]], title: str = "") -> None:
+        self._rows = [dict(row) for row in rows]
+        self.title = title
+        self.columns: list[str] = list(dict.fromkeys(key for row in self._rows for key in row))
+
+    def __len__(self) -> int:
+        return len(self._rows)
+
+    def __getitem__(self, index: Any) -> Any:
+        if isinstance(index, str):
+            return [row.get(index) for row in self._rows]
+        return self._rows[index]
+
+    def __iter__(self) -> Iterator[Mapping[str, Any]]:
+        return iter(self._rows)
+
+    def where(self, **values: Any) -> "Table":
+        """The rows whose columns have these values."""
+        return Table([row for row in self._rows if all(row.get(k) == v for k, v in values.items())], self.title)
+
+    def summary(self) -> str:
+        """The table as text, a line per row."""
+        cells = [[_cell(row.get(column)) for column in self.columns] for row in self._rows]
+        widths = [max([len(column), *(len(row[k]) for row in cells)]) for k, column in enumerate(self.columns)]
+
+        def line(row: Sequence[str]) -> str:
+            parts = [text.ljust(w) if k == 0 else text.rjust(w) for k, (text, w) in enumerate(zip(row, widths))]
+            return "  ".join(parts).rstrip()
+
+        head = [self.title] if self.title else []
+        return "\n".join([*head, line(self.columns), *(line(row) for row in cells)])
+
+    __str__ = summary
+
+    def __repr__(self) -> str:
+        return self.summary()
+
+    def _repr_html_(self) -> str:
+        head = "".join(f"<th>{html.escape(column)}</th>" for column in self.columns)
+        rows = "".join(
+            "<tr>" + "".join(f"<td>{html.escape(_cell(row.get(column)))}</td>" for column in self.columns) + "</tr>"
+            for row in self._rows
+        )
+        caption = f"<caption>{html.escape(self.title)}</caption>" if self.title else ""
+        return f"<table>{caption}<thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>"
+
+    def to_dict(self) -> dict[str, list[Any]]:
+        """Columns by name."""
+        return {column: [row.get(column) for row in self._rows] for column in self.columns}
+
+    def to_pandas(self) -> Any:
+        """A ``pandas.DataFrame``."""
+        import pandas
+
+        return pandas.DataFrame(self.to_dict())
+
+    def to_polars(self) -> Any:
+        """A ``polars.DataFrame``."""
+        import polars
+
+        return polars.DataFrame(self.to_dict())
+
+    def __arrow_c_stream__(self, requested_schema: Optional[object] = None) -> object:
+        import pyarrow
+
+        return pyarrow.table(self.to_dict()).__arrow_c_stream__(requested_schema)
