@@ -1,0 +1,62 @@
+#!/usr/bin/env bash
+# Builds the Debian package, installs it into an empty root, runs the program there with nothing but what the package depends on, and removes
+# it again: nothing may stay. Needs dpkg-deb and Python 3; cargo-deb builds the package where it is installed, else dpkg-deb from the same
+# table in Cargo.toml. DOUBLET_BINARY names a binary to package in the place of a release build, DEB_COMPRESSION=none packs quickly. With debootstrap and root rights the empty
+# root is a minimal Debian (DEBIAN_SUITE, by default bookworm), in which apt resolves the dependencies.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+version=$(sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml | head -1)
+
+binary=${DOUBLET_BINARY:-target/release/doublet}
+[[ -n ${DOUBLET_BINARY:-} ]] || cargo build --locked --release --bin doublet
+mkdir -p target/package/man
+"$binary" man --out target/package/man >/dev/null
+"$binary" completions bash >target/package/doublet.bash
+
+deb=$work/doublet.deb
+if [[ -z ${DOUBLET_BINARY:-} ]] && cargo deb --version >/dev/null 2>&1; then
+    cargo deb --no-build --output "$deb"
+else
+    python3 scripts/assemble_deb.py "$binary" "$work/tree"
+    dpkg-deb "-Z${DEB_COMPRESSION:-xz}" --root-owner-group --build "$work/tree" "$deb" >/dev/null
+fi
+dpkg-deb --info "$deb" | sed -n 's/^ \(Package\|Version\|Depends\|Installed-Size\)/\1/p'
+echo "package: $(($(stat -c %s "$deb") / 1000000)) MB, binary: $(($(stat -c %s "$binary") / 1000000)) MB"
+
+root=$work/root
+files() { { find "$root/usr" -type f 2>/dev/null || true; } | sort; }
+if command -v debootstrap >/dev/null && [[ $EUID -eq 0 ]]; then
+    debootstrap --variant=minbase "${DEBIAN_SUITE:-bookworm}" "$root" >/dev/null
+    cp "$deb" "$root/doublet.deb"
+    enter=(chroot "$root")
+    before=$(files)
+    "${enter[@]}" apt-get install -y --no-install-recommends /doublet.deb >/dev/null
+    remove=("${enter[@]}" dpkg --purge doublet)
+else
+    # An empty root with the libraries the binary is linked to and nothing else.
+    mkdir -p "$root/usr" "$root/var/lib/dpkg/info" "$root/var/lib/dpkg/updates" "$root/tmp" "$root/proc"
+    touch "$root/var/lib/dpkg/status"
+    ldd "$binary" | grep -o '/[^ ]*' | while read -r library; do install -D "$library" "$root$library"; done
+    before=$(files)
+    package=(dpkg --root="$root" --force-not-root --force-depends --force-script-chrootless --log="$work/dpkg.log")
+    fakeroot=(); [[ $EUID -eq 0 ]] || fakeroot=(unshare --map-root-user)
+    "${fakeroot[@]}" "${package[@]}" --install "$deb" >/dev/null 2>"$work/install.log" || { cat "$work/install.log"; exit 1; }
+    enter=(unshare --map-root-user chroot "$root")
+    remove=("${fakeroot[@]}" "${package[@]}" --purge doublet)
+fi
+"${enter[@]}" /usr/bin/doublet --version | tee "$work/version"
+grep -q "^doublet $version (commit " "$work/version"
+HOME=/tmp "${enter[@]}" /usr/bin/doublet run builtin:demo --out /tmp/results | head -1
+[[ -s $root/tmp/results/results.json ]]
+status=0
+line=$("${enter[@]}" /usr/bin/doublet builtin:demo 2>&1) || status=$?
+[[ $status -eq 1 && $(wc -l <<<"$line") -eq 1 && $line == *display* ]] || { echo "without a display: exit $status, $line"; exit 1; }
+echo "without a display: $line"
+if command -v desktop-file-validate >/dev/null; then desktop-file-validate packaging/doublet.desktop; fi
+python3 -c 'import sys, xml.dom.minidom as x; x.parse(sys.argv[1])' "$root/usr/share/mime/packages/doublet.xml"
+"${remove[@]}" >/dev/null 2>&1
+rm -rf "$root/tmp/results"
+[[ $(files) == "$before" ]] || { echo "files stayed:"; diff <(echo "$before") <(files); exit 1; }
+echo "installed, run and removed without a trace"
