@@ -1,8 +1,12 @@
-# The shipped flight's manoeuvres flown again ten times as fast, watched in the panel Live.
+# A session's first flight flown again, watched in the panel Live: SESSION names it, the shipped one without.
 start "${SESSION:-sessions/demo.toml}"
 command "Live"
 sleep 1
-click "${WATCH_X:-40}" "${WATCH_Y:-180}"
-sleep "${WATCHED_S:-30}"
+click 455 131
+xdotool type --delay 8 "alpha=-4deg:14deg n_z=0.5:2"
+click 39 159
+sleep "${WATCHED_S:-45}"
+# The derivative whose estimate is drawn.
+click 360 812
 shot live
 stop

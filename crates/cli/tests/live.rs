@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests are not marked as tests")]
 
+#[allow(dead_code, reason = "not every test needs all of it")]
 mod common;
 #[path = "common/flight.rs"]
 mod flight;

@@ -251,10 +251,13 @@ fn packet(bytes: &[u8]) -> Option<Packet<'_>> {
     let length = start + payload_length + CHECKSUM + if is_signed { SIGNATURE } else { 0 };
     bytes.get(..length)?;
     let message = MESSAGES.iter().find(|message| message.id == id);
-    let is_valid = message.is_none_or(|message| {
+    // A flag that is not known says that the packet cannot be read.
+    let has_known_flags = version == 0 || header[1] & !SIGNED == 0;
+    let is_whole = message.is_none_or(|message| {
         let sum = packet_checksum(&bytes[1..start + payload_length], message.checksum_seed());
         sum.to_le_bytes() == *stated
     });
+    let is_valid = has_known_flags && is_whole;
     Some(Packet { length, system, component, sequence, message, payload, is_valid })
 }
 
