@@ -255,7 +255,7 @@ impl OwnDialog {
                 answer = Answer::GivenUp;
             }
             if pressed || confirmed {
-                enter = Some(self.typed.trim().to_owned());
+                enter = Some(single_ending(self.typed.trim(), &self.question.extensions));
             }
         });
         if let Some(name) = enter {
@@ -306,6 +306,15 @@ impl OwnDialog {
     }
 }
 
+/// `name` with its ending once: a whole path typed over a selected stem may bring its own.
+fn single_ending(name: &str, extensions: &[String]) -> String {
+    let shorter = |ending: &String| {
+        let once = name.strip_suffix(&format!(".{ending}"))?;
+        once.ends_with(&format!(".{ending}")).then(|| once.to_owned())
+    };
+    extensions.iter().find_map(shorter).unwrap_or_else(|| name.to_owned())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -324,5 +333,8 @@ mod tests {
         assert_eq!(names(&["toml"]), ["zz", "a.TOML", "b.toml"]);
         assert_eq!(names(&[]), ["zz", "a.TOML", "b.toml", "c.csv"]);
         assert!(entries(&folder.path().join("nowhere"), &[]).is_err());
+        let toml = ["toml".to_owned()];
+        assert_eq!(single_ending("/a/b.toml.toml", &toml), "/a/b.toml");
+        assert_eq!(single_ending("b.toml", &toml), "b.toml");
     }
 }

@@ -21,7 +21,7 @@ shot clean_3_manoeuvres
 hand "Results (Ctrl+8)" chord ctrl+8
 shot clean_4_results
 hand "Save session (Ctrl+S)" chord ctrl+s
-hand "its name" typed "$work/session.toml"
+hand "its name" typed "$work/session"
 until_there "$work/session.toml"
 hand "Write report (Ctrl+Shift+E)" chord ctrl+shift+e
 hand "its folder" typed "$work/report"
