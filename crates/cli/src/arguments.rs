@@ -1,6 +1,8 @@
 //! Arguments of every command.
 
 use crate::aircraft::{AircraftArguments, PlainArguments};
+use crate::compatibility::CompatibilityArguments;
+use crate::equations::EquationArguments;
 use crate::fmu::FmuArguments;
 use crate::prior::PriorArguments;
 use std::path::PathBuf;
@@ -68,10 +70,14 @@ pub enum Command {
     Lags(LagArguments),
     /// Watch a flight while it is flown, or a recording flown again: filter, derivatives with error bars, correlation and limits.
     Live(crate::live::LiveArguments),
+    /// Estimate constant errors of the sensors over all windows: bias, scale factor, misalignment.
+    Compatibility(CompatibilityArguments),
     /// Search for the terms the data ask for, stepwise or by orthogonal functions, and print every step.
     Structure(StructureArguments),
     /// Fit a column of any table by terms of others, with plain and corrected errors; no session is needed.
     Regress(RegressArguments),
+    /// Fit equations of motion, as you write them, to columns of any table by equation error and output error.
+    Equations(EquationArguments),
     /// Print the frequency response between signals of a session or columns of a table, with coherence and error bars.
     Response(ResponseArguments),
     /// Fit a low-order equivalent system to a frequency response: gain, zeros, poles, delay, bandwidth and phase delay.
@@ -114,6 +120,8 @@ pub enum Command {
     Coverage(CoverageArguments),
     /// Write the estimates of the shipped flight beside its truth into a document.
     Fidelity(FidelityArguments),
+    /// Print the JSON Schema of a file that doublet reads, for editors that complete and check TOML.
+    Schema(crate::schema::SchemaArguments),
     /// Fly a simulated flight and write its recordings and its truth.
     Simulate(SimulateArguments),
     /// Print power, thrust and their sensitivities of an aircraft's engines at one condition.

@@ -5,12 +5,14 @@ mod arguments;
 mod batch;
 mod campaign;
 mod check;
+mod compatibility;
 mod coverage;
 mod datcom;
 mod design;
 mod diff;
 mod dynamics;
 mod engine;
+mod equations;
 mod export;
 mod fidelity;
 mod fmu;
@@ -31,6 +33,7 @@ mod regress;
 mod report;
 mod response;
 mod run;
+mod schema;
 mod shell;
 mod simulate;
 mod structure;
@@ -141,11 +144,13 @@ fn outcome(command: Command) -> Result<Outcome, String> {
         Command::Sensitivity(arguments) => study::study(Study::Sensitivity, &arguments),
         Command::Manoeuvres(arguments) => study::study(Study::Manoeuvres, &arguments),
         Command::Checks(arguments) => study::study(Study::Checks { axis: arguments.axis }, &arguments.study),
+        Command::Compatibility(arguments) => compatibility::compatibility(&arguments),
         Command::Structure(arguments) => structure::structure(&arguments),
         Command::Variants(arguments) => variants::variants(&arguments),
         Command::Lags(arguments) => lags::lags(&arguments),
         Command::Live(arguments) => live::live(&arguments),
         Command::Regress(arguments) => regress::regress(&arguments),
+        Command::Equations(arguments) => equations::equations(&arguments),
         Command::Response(arguments) => response::response(&arguments),
         Command::Loes(arguments) => response::loes(&arguments),
         Command::MonteCarlo(arguments) => {
@@ -168,6 +173,7 @@ fn outcome(command: Command) -> Result<Outcome, String> {
         Command::Batch(arguments) => batch::batch(&arguments),
         Command::Coverage(arguments) => coverage::coverage(&arguments),
         Command::Fidelity(arguments) => fidelity::fidelity(&arguments),
+        Command::Schema(arguments) => schema::schema(&arguments),
         Command::Simulate(arguments) => simulate::simulate(&arguments),
         Command::Engine(arguments) => engine::engine(&arguments),
         Command::Datcom(arguments) => datcom::datcom(&arguments),

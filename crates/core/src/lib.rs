@@ -1,7 +1,7 @@
 //! Headless numerics of doublet: from recordings to stability and control derivatives.
 //!
 //! Data flow one way, `load -> align -> prep -> compatibility -> reconstruct -> model -> replay -> estimate -> validate -> sensitivity`; a module uses
-//! only modules to its left, plus [`quantity`], [`series`], [`statistics`], [`optimise`], [`airframe`], [`propulsion`], [`atmos`] and [`motion`]. SI units and radians
+//! only modules to its left, plus [`quantity`], [`series`], [`statistics`], [`optimise`], [`airframe`], [`propulsion`], [`atmos`], [`motion`] and [`schema`]. SI units and radians
 //! throughout; axes, signs and normalisations are fixed in `docs/conventions.md`.
 
 pub mod airframe;
@@ -18,6 +18,7 @@ pub mod propulsion;
 pub mod quantity;
 pub mod reconstruct;
 pub mod replay;
+pub mod schema;
 pub mod sensitivity;
 pub mod series;
 pub mod simulate;

@@ -282,6 +282,7 @@ pub fn empty_session(title: &str, aircraft: Option<&str>) -> Session {
         filter: FilterSettings::default(),
         gravity: GravitySource::Position,
         preparation: Preparation::default(),
+        sensor_errors: Default::default(),
         estimation: Estimation::default(),
         structure: Structure::thesis(),
         second_structure: None,

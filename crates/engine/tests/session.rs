@@ -1,19 +1,21 @@
 //! Sessions: saved form, edits, undo.
 
-use doublet_core::estimate::Constraint;
+use doublet_core::estimate::{Constraint, SensorError};
 use doublet_core::load::{ChannelName, ManualChannel};
 use doublet_core::model::{Coefficient, Structure, Term, Variable};
 use doublet_core::quantity::{Role, Unit};
-use doublet_core::reconstruct::{AirState, FilterSettings, Input, Measurement, Method};
+use doublet_core::reconstruct::{
+    AirState, FilterData, FilterSettings, Input, InputSeries, Measurement, MeasurementSeries, Method,
+};
 use doublet_core::series::TimeRange;
 use doublet_engine::begin;
 use doublet_engine::graph::Context;
 use doublet_engine::run::Control;
 use doublet_engine::session::{
-    self, ClockPairSetting, ClockSetting, Edit, EditError, Estimation, ExpressionEdit, ExpressionSetting, FilterEdit,
-    Flight, GravitySource, HeldSampleUse, InstrumentSetting, LevelFlight, Manoeuvre, MapRef, ModelEdit, NoiseChannel,
-    Preparation, RecordingRef, Session, SignalPreset, SignalSetting, SteadyWindow, Surface, WindowEdit, WindowFlag,
-    WindowFlags, WindowRole,
+    self, ClockPairSetting, ClockSetting, Edit, EditError, ErrorValues, Estimation, ExpressionEdit, ExpressionSetting,
+    FilterEdit, Flight, GravitySource, HeldSampleUse, InstrumentSetting, LevelFlight, Manoeuvre, MapRef, ModelEdit,
+    NoiseChannel, Preparation, RecordingRef, SensorErrorMethod, SensorErrors, Session, SignalPreset, SignalSetting,
+    SteadyWindow, Surface, WindowEdit, WindowFlag, WindowFlags, WindowRole,
 };
 use doublet_engine::stage;
 use doublet_engine::undo::History;
@@ -96,6 +98,7 @@ fn example() -> Session {
         gravity: GravitySource::Stated,
         filter: FilterSettings::default(),
         preparation: Preparation::default(),
+        sensor_errors: Default::default(),
         estimation: Estimation::default(),
         structure: Structure::thesis(),
         second_structure: None,
@@ -112,8 +115,49 @@ fn session_roundtrips() {
     session.windows[1].note = "gust at 62 s, \"kept\"".to_owned();
     session.windows[0].flags.locked = true;
     session.preparation.differentiation_half_width_s = None;
+    let error = |name: &str| SensorError::from_name(name).unwrap();
+    session.sensor_errors = SensorErrors {
+        method: SensorErrorMethod::FilterError,
+        free: vec![error("scale_alpha"), error("bias_q")],
+        per_window: vec![error("misalignment_y")],
+        random_walk: ErrorValues([(error("bias_q"), 1e-5)].into()),
+        outputs: vec![Measurement::AngleOfAttack, Measurement::PitchAngle],
+        wind: true,
+    };
+    session.preparation.known_errors.0.insert(error("bias_beta"), 0.01);
     let text = session::print(&session).unwrap();
     assert_eq!(session::parse(&text).unwrap(), session);
+    assert!(session::check(&session).is_empty());
+    session.sensor_errors.free.push(error("bias_beta"));
+    session.sensor_errors.random_walk.0.insert(error("scale_theta"), -1.0);
+    let said: Vec<String> = session::check(&session).iter().map(ToString::to_string).collect();
+    for part in ["known of bias_beta", "known and asked for", "not asked for", "-1 is not usable"] {
+        assert!(said.iter().any(|line| line.contains(part)), "'{part}' is not in {said:?}");
+    }
+}
+
+#[test]
+fn known_errors_of_sensors_are_taken_off_the_samples() {
+    let error = |name: &str| SensorError::from_name(name).unwrap();
+    let known = ErrorValues(
+        [
+            (error("bias_ax"), 0.5),
+            (error("scale_ax"), 0.25),
+            (error("misalignment_z"), 0.01),
+            (error("scale_alpha"), 1.0),
+        ]
+        .into(),
+    );
+    let inputs =
+        InputSeries { time_s: vec![0.0], columns: [vec![1.75], vec![2.0], vec![3.0], vec![0.0], vec![0.0], vec![0.0]] };
+    let mut data = FilterData { inputs, measurements: Default::default() };
+    let alpha = Measurement::AngleOfAttack as usize;
+    data.measurements[alpha] = MeasurementSeries { time_s: vec![0.0], values: vec![0.2] };
+    known.correct(&mut data);
+    // ax: (1.75 - 0.5) / 1.25 = 1; then s + e x s with e = (0, 0, 0.01).
+    let [x, y, z] = [0, 1, 2].map(|axis| data.inputs.columns[axis][0]);
+    assert!((x - 0.98).abs() < 1e-12 && (y - 2.01).abs() < 1e-12 && z == 3.0, "{x} {y} {z}");
+    assert_eq!(data.measurements[alpha].values, [0.1]);
 }
 
 #[test]

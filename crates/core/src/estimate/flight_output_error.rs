@@ -405,8 +405,14 @@ fn move_to_accelerometer(response: &mut Response, arms: &[[f64; 3]]) {
     }
 }
 
-/// Standard errors by [`covariance_of_outputs`] with the information of [`output_error`].
-fn corrected_errors(
+/// Standard errors by [`covariance_of_outputs`] with the information of [`output_error`], of `samples` window by window.
+///
+/// The autocorrelation of an output that is measured at a part of the samples only counts by that part: sums over them are of as
+/// many products as there are.
+///
+/// # Errors
+/// As for [`covariance_of_outputs`].
+pub(super) fn corrected_errors(
     fit: &OutputErrorFit,
     measured: &DMatrix<f64>,
     samples: &[Range<usize>],
@@ -416,13 +422,17 @@ fn corrected_errors(
     let parts: Vec<Vec<(DMatrix<f64>, Vec<f64>)>> = (0..measured.ncols())
         .map(|output| {
             let weight = fit.noise[output].recip();
+            let present = measured.column(output).iter().filter(|value| value.is_finite()).count();
+            let filling = (measured.nrows() as f64 / present.max(1) as f64).sqrt();
             let window = |window: &Range<usize>| {
                 let residual = |row: usize| {
                     let z = measured[(row, output)];
-                    if z.is_finite() { weight * (z - fit.outputs[(row, output)]) } else { 0.0 }
+                    if z.is_finite() { filling * weight * (z - fit.outputs[(row, output)]) } else { 0.0 }
                 };
                 let sensitivities = DMatrix::from_fn(window.len(), fit.names.len(), |row, parameter| {
-                    weight * fit.sensitivities[parameter][(window.start + row, output)]
+                    let row = window.start + row;
+                    let is_measured = measured[(row, output)].is_finite();
+                    if is_measured { weight * fit.sensitivities[parameter][(row, output)] } else { 0.0 }
                 });
                 (sensitivities, window.clone().map(residual).collect())
             };

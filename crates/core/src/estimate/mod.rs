@@ -5,6 +5,7 @@ mod constrained;
 mod covariance;
 pub mod diagnostics;
 mod disturbance;
+mod equations;
 mod error;
 mod errors_in_variables;
 mod fit;
@@ -22,6 +23,7 @@ mod prior;
 mod recursive;
 mod recursive_frequency;
 mod search;
+mod sensor_errors;
 mod stepwise;
 mod summary;
 mod term_study;
@@ -32,6 +34,10 @@ pub use conditions::{ConditionFit, ConditionPoint, condition_regression};
 pub use constrained::{Constraint, constrained_least_squares};
 pub use covariance::{Coloured, Taper, Transforms, autocorrelation, coloured_covariance, coloured_covariances};
 pub use disturbance::{Unexplained, disturbance_variance};
+pub use equations::{
+    EquationFault, EquationFit, EquationModel, EquationRecord, EquationSettings, EquationText, equation_error_of,
+    output_error_of,
+};
 pub use error::{Dependence, EstimateError};
 pub use errors_in_variables::{errors_in_variables, total_least_squares};
 pub use fit::{Fit, FitQuality, Origin};
@@ -53,6 +59,10 @@ pub use prior::{Known, Posterior, combine};
 pub use recursive::{RecursiveEstimate, RecursiveLeastSquares};
 pub use recursive_frequency::RecursiveFourier;
 pub use search::{ScalarSearch, search_scalar};
+pub use sensor_errors::{
+    ErrorTerm, EstimatedError, Freedom, NoiseModel, OutputResidual, Sensor, SensorError, SensorErrorFault,
+    SensorErrorFit, SensorErrorSettings, SensorErrorWindow, WindowShare, sensor_errors,
+};
 pub use stepwise::{Selection, StepAction, StepRecord, StepwiseSettings, stepwise};
 pub use summary::{ParameterSummary, summarise};
 pub use term_study::{TermEffect, TermStudy, term_study};

@@ -1,6 +1,6 @@
 //! Output error in the time domain: parameters of a simulation that follows the measurement.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::fit::{correlation, standard_errors};
 use super::{EstimateError, FitQuality};
@@ -257,7 +257,7 @@ fn solve_free(
     let (scaled, scale) = scaled_information(parameters, information, &free)?;
     let damped = scaled + DMatrix::identity(free.len(), free.len()) * damping;
     let right = gradient.select_rows(&free).component_mul(&scale);
-    let factor = damped.cholesky().ok_or_else(|| dependent(parameters, &free))?;
+    let factor = damped.clone().cholesky().ok_or_else(|| dependent(parameters, &free, damped))?;
     for (value, &index) in factor.solve(&right).component_mul(&scale).iter().zip(&free) {
         step[index] = *value;
     }
@@ -279,11 +279,19 @@ fn scaled_information(
     Ok((scaled, scale))
 }
 
-/// Parameters the data cannot tell apart: those that share the weakest direction of the information.
-fn dependent(parameters: &[OutputParameter], free: &[usize]) -> EstimateError {
-    let names: Vec<String> = free.iter().map(|&index| parameters[index].name.clone()).collect();
-    let (name, on) = names.split_last().map_or_else(Default::default, |(last, rest)| (last.clone(), rest.to_vec()));
-    let dependent = vec![super::Dependence { name, on }];
+/// Parameters the data cannot tell apart: those that share the weakest direction of the scaled information.
+fn dependent(parameters: &[OutputParameter], free: &[usize], scaled: DMatrix<f64>) -> EstimateError {
+    /// Share of the largest part in the direction from which on a parameter is named.
+    const NAMED: f64 = 0.05;
+    let eigen = SymmetricEigen::new(scaled);
+    let direction = eigen.eigenvectors.column(eigen.eigenvalues.imin());
+    let mut order: Vec<usize> = (0..free.len()).collect();
+    order.sort_by(|&a, &b| direction[b].abs().total_cmp(&direction[a].abs()));
+    let largest = order.first().map_or(0.0, |&first| direction[first].abs());
+    let named = order.iter().filter(|&&k| direction[k].abs() > NAMED * largest);
+    let mut names = named.map(|&k| parameters[free[k]].name.clone());
+    let name = names.next().unwrap_or_default();
+    let dependent = vec![super::Dependence { name, on: names.collect() }];
     EstimateError::RankDeficient { rank: free.len().saturating_sub(1), parameters: free.len(), dependent }
 }
 
@@ -301,7 +309,7 @@ fn finish(
     let mut covariance = DMatrix::zeros(held.len(), held.len());
     if !free.is_empty() {
         let (scaled, scale) = scaled_information(parameters, information, &free)?;
-        let factor = scaled.cholesky().ok_or_else(|| dependent(parameters, &free))?;
+        let factor = scaled.clone().cholesky().ok_or_else(|| dependent(parameters, &free, scaled))?;
         let inverse = factor.inverse();
         for (i, &row) in free.iter().enumerate() {
             for (j, &column) in free.iter().enumerate() {

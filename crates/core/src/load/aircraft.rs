@@ -15,8 +15,7 @@
 //! | `[[fixed_item]]` | `name`, `mass_kg`, `cg_datum_m` |
 //! | `[loading]` | (`fuel_kg`, `seats_kg`, `luggage_kg`: mass by name; `[[loading.added_item]]`) |
 //! | `[[envelope]]` | `mass_kg`, `forward_x_m`, `aft_x_m`, lightest first |
-//! | `[datum]`, `[mean_chord]`, `[[wing_panel]]`, `[wheels]`, `[sensors]`, `[[engine]]`, `[moment_reference]`, `[gyration_radii]`, `[[component_fraction]]` | all optional |
-//! | `[propulsion]`, `[datcom]` | left to their own readers |
+//! | `[datum]`, `[mean_chord]`, `[[wing_panel]]`, `[wheels]`, `[sensors]`, `[[engine]]`, `[moment_reference]`, `[gyration_radii]`, `[[component_fraction]]` | all optional, as `[propulsion]` and `[datcom]`, left to their own readers |
 //!
 //! The shape of a part, `inertia`, is `"point"` (the default), `{ given = { moments_kg_m2, products_kg_m2, at_mass_kg } }`,
 //! `{ rod = { length_m, along } }`, `{ cuboid = { length_m, width_m, height_m } }` or `{ propeller = { radius_m } }`.
@@ -104,6 +103,13 @@ pub fn parse(text: &str) -> Result<Aircraft, AircraftFileError> {
     let aircraft = raw.into_aircraft().map_err(|error| AircraftFileError::Impossible { errors: vec![error] })?;
     aircraft.check().map_err(|errors| AircraftFileError::Impossible { errors })?;
     Ok(aircraft)
+}
+
+/// JSON Schema of aircraft files.
+/// # Errors
+/// As [`crate::schema::schema_of`].
+pub fn schema() -> Result<serde_json::Value, crate::schema::Refused> {
+    crate::schema::schema_of::<RawAircraft>(FORMAT)
 }
 
 fn syntax(text: &str, error: &toml::de::Error) -> AircraftFileError {

@@ -14,6 +14,7 @@ use crate::airframe::instruments::{
     StatedNoise,
 };
 use crate::quantity::Role;
+use crate::schema::{Refused, schema_of};
 
 const FORMAT: &str = "doublet instruments";
 const VERSION: u32 = 1;
@@ -103,6 +104,14 @@ pub fn parse(text: &str) -> Result<Instruments, InstrumentError> {
     let instruments = file.into_si()?;
     check(&instruments)?;
     Ok(instruments)
+}
+
+/// JSON Schema of instruments files.
+///
+/// # Errors
+/// As [`schema_of`].
+pub fn schema() -> Result<serde_json::Value, Refused> {
+    schema_of::<File>(FORMAT)
 }
 
 fn syntax(text: &str, error: &toml::de::Error) -> InstrumentError {

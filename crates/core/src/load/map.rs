@@ -7,8 +7,10 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::attitude::QuaternionAxes;
+use super::mixing::{MixingTable, kinds, shares};
 use super::{LoadError, utc};
 use crate::quantity::{Dimension, Role, Unit};
+use crate::schema::{Refused, schema_of};
 
 /// First line of every channel map.
 pub(super) const FORMAT: &str = "doublet channel map";
@@ -159,6 +161,8 @@ struct Header {
     #[serde(default)]
     roles: BTreeMap<Spanned<String>, EntryTable>,
     #[serde(default)]
+    mixing: BTreeMap<Spanned<String>, MixingTable>,
+    #[serde(default)]
     truth: BTreeMap<Spanned<String>, EntryTable>,
     #[serde(default)]
     derive: DeriveTable,
@@ -290,6 +294,9 @@ impl ChannelMap {
             let role = known.ok_or_else(|| source.unknown(&key, "role", Role::ALL.iter().map(|role| role.name())))?;
             roles.insert(role, source.entry(table, Some(role.dimension()), key.span().start)?);
         }
+        for (key, table) in header.mixing {
+            source.mix(&key, &table, &mut roles)?;
+        }
         let mut truth = BTreeMap::new();
         for (key, table) in header.truth {
             let at = key.span().start;
@@ -322,6 +329,14 @@ impl ChannelMap {
     #[must_use]
     pub fn for_source(&self, pattern: &str) -> Self {
         Self { source: pattern.to_owned(), ..self.clone() }
+    }
+
+    /// JSON Schema of channel maps.
+    ///
+    /// # Errors
+    /// As [`schema_of`].
+    pub fn schema() -> Result<serde_json::Value, Refused> {
+        schema_of::<Header>(FORMAT)
     }
 
     /// Maps shipped with the program: file name without extension, and text.
@@ -407,6 +422,40 @@ impl Text<'_> {
         }
         let EntryTable { offset, optional, median, largest, .. } = table;
         Ok(Entry { terms, unit, factor, offset, optional, median, largest, line: self.line(at) })
+    }
+
+    /// Adds the roles two surfaces play together.
+    fn mix(
+        &self,
+        key: &Spanned<String>,
+        table: &MixingTable,
+        roles: &mut BTreeMap<Role, Entry>,
+    ) -> Result<(), LoadError> {
+        let at = key.span().start;
+        let shares = shares(key.get_ref()).ok_or_else(|| self.unknown(key, "mixing", kinds()))?;
+        let unit = table.unit.as_ref().map(|name| self.unit(name, Some(Dimension::Angle))).transpose()?;
+        let sign = |given: &Option<Spanned<f64>>| match given {
+            Some(given) if given.get_ref().abs() != 1.0 => {
+                Err(self.fault(given.span().start, "a sign is 1 or -1".to_owned()))
+            }
+            given => Ok(given.as_ref().map_or(1.0, |given| *given.get_ref())),
+        };
+        let signs = [sign(&table.left_sign)?, sign(&table.right_sign)?];
+        for (role, weights) in shares {
+            let term = |side: usize, channel: &String| Term {
+                source: table.source.clone(),
+                names: vec![channel.clone()],
+                weight: signs[side] * weights[side],
+            };
+            let terms = vec![term(0, &table.left), term(1, &table.right)];
+            let (factor, offset, optional, line) = (1.0, 0.0, table.optional, self.line(at));
+            let entry = Entry { terms, unit, factor, offset, optional, median: None, largest: None, line };
+            if roles.insert(*role, entry).is_some() {
+                let what = format!("the map gives {} twice: as a role, and by {}", role.name(), key.get_ref());
+                return Err(self.fault(at, what));
+            }
+        }
+        Ok(())
     }
 
     fn time(&self, table: Spanned<TimeTable>) -> Result<TimeEntry, LoadError> {

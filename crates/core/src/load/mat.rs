@@ -32,8 +32,8 @@ pub(super) type Fields = Vec<(Arc<str>, Value)>;
 pub(super) enum Value {
     /// Real numbers column by column; all dimensions after the first count as columns.
     Numbers { rows: usize, columns: usize, values: Vec<f64> },
-    /// Characters, row by row.
-    Text(String),
+    /// Rows of characters.
+    Text(Vec<String>),
     /// Cells in memory order.
     Cells(Vec<Value>),
     /// Fields of each element of a struct array.
@@ -201,23 +201,26 @@ impl<'a> Cursor<'a> {
         Ok(values)
     }
 
-    /// Characters are stored column by column; rows are put one after the other.
-    fn text(&mut self, rows: usize, count: usize) -> Result<String, LoadError> {
+    /// Rows of characters, which are stored column by column.
+    fn text(&mut self, rows: usize, count: usize) -> Result<Vec<String>, LoadError> {
         let data = self.element("characters")?;
-        if data.kind == 16 {
-            return Ok(String::from_utf8_lossy(data.data).into_owned());
-        }
-        let codes = numbers(&data, self.big).ok_or_else(|| self.damaged("characters of unknown type".to_owned()))?;
-        if codes.len() != count {
+        let codes: Vec<u32> = if data.kind == 16 {
+            String::from_utf8_lossy(data.data).chars().map(u32::from).collect()
+        } else {
+            let codes = numbers(&data, self.big);
+            let codes = codes.ok_or_else(|| self.damaged("characters of unknown type".to_owned()))?;
+            codes.into_iter().map(|code| code as u32).collect()
+        };
+        if data.kind != 16 && codes.len() != count {
             return Err(self.damaged(format!("text has {} characters, its dimensions say {count}", codes.len())));
         }
-        // Without characters there may be any number of rows.
-        let (rows, columns) = if count == 0 { (0, 0) } else { (rows, count / rows) };
-        let code = |row: usize, column: usize| codes[column * rows + row] as u32;
-        let order = (0..rows).flat_map(|row| (0..columns).map(move |column| (row, column)));
-        Ok(order
-            .map(|(row, column)| char::from_u32(code(row, column)).unwrap_or(char::REPLACEMENT_CHARACTER))
-            .collect())
+        // Without characters there may be any number of rows. Letters of several bytes may be counted otherwise: one row then.
+        let letter = |code: &u32| char::from_u32(*code).unwrap_or(char::REPLACEMENT_CHARACTER);
+        if codes.len() != count || rows <= 1 || count == 0 {
+            return Ok(vec![codes.iter().map(letter).collect()]);
+        }
+        let row = |row: usize| codes.iter().skip(row).step_by(rows).map(letter).collect();
+        Ok((0..rows).map(row).collect())
     }
 
     fn child(&mut self, depth: usize) -> Result<Value, LoadError> {

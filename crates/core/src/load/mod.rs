@@ -30,6 +30,7 @@ mod mat;
 mod mat_contents;
 mod mcap;
 mod mdf4;
+mod mixing;
 mod parquet;
 mod plan;
 pub mod propulsion_maps;

@@ -193,6 +193,12 @@ fn header(
         } else if is_comment && 3 * known(above) >= filled(above) && known(above) > known(last) {
             // Avionics of Garmin write the units as a comment above the names.
             units = as_units(above);
+        } else if known(last) == 0 {
+            // Others write them in brackets behind the names in full, above the names in short.
+            let own: Vec<_> = before[above].iter().map(|cell| in_brackets(cell)).collect();
+            if 3 * own.iter().flatten().count() >= filled(above) {
+                units = own;
+            }
         }
     }
     let Some(&at) = rows.first() else {
@@ -217,7 +223,14 @@ fn notes(before: &[Vec<String>], end: usize, separator: Separator) -> Vec<String
     before[..end].iter().map(text).filter(|line| !line.is_empty()).collect()
 }
 
-fn bare(unit: &str) -> String {
+/// What stands in round brackets at the end of a cell.
+fn in_brackets(cell: &str) -> Option<String> {
+    let (name, inside) = cell.strip_suffix(')')?.rsplit_once('(')?;
+    (!name.trim().is_empty() && !inside.trim().is_empty()).then(|| inside.trim().to_owned())
+}
+
+/// A unit without the brackets about it.
+pub(super) fn bare(unit: &str) -> String {
     unit.trim_start_matches(['[', '(']).trim_end_matches([']', ')']).trim().to_owned()
 }
 

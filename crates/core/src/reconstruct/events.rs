@@ -206,6 +206,21 @@ pub fn without_delay<'a>(data: &'a FilterData, settings: &ValidSettings) -> Cow<
     Cow::Owned(data)
 }
 
+/// All steps of a window, inertial samples linear between two of them.
+pub fn merged_steps(data: &FilterData) -> Vec<StepInputs<f64>> {
+    let mut schedule = Schedule::new(data, InputHold::FirstOrder);
+    let mut block = vec![StepInputs::uniform([0.0]); BLOCK];
+    let (mut steps, mut events) = (Vec::with_capacity(data.inputs.time_s.len()), Vec::with_capacity(BLOCK));
+    loop {
+        events.clear();
+        schedule.fill(0, &mut block, &mut events);
+        if events.is_empty() {
+            return steps;
+        }
+        steps.extend(block.iter().take(events.len()).map(StepInputs::load));
+    }
+}
+
 /// Refuses data the filter cannot run on.
 pub fn check(data: &FilterData) -> Result<(), ReconstructError> {
     let times = &data.inputs.time_s;

@@ -5,6 +5,9 @@ use std::collections::BTreeMap;
 
 use doublet_core::load::{ChannelMap, guess, inspect, plan, read};
 use doublet_core::quantity::Role;
+use doublet_core::reconstruct::{
+    FilterData, FilterSettings, Input, InputSeries, Measurement, MeasurementSeries, Reconstruction, State, reconstruct,
+};
 use doublet_core::series::Recording;
 
 use super::shared::shared;
@@ -91,6 +94,57 @@ fn attitude_velocity_and_position_in_other_forms_are_those_of_the_flight() {
             assert!(worst < 2e-3 * range, "{file} {}: {worst} off in a range of {range}", role.name());
         }
     }
+}
+
+/// The path of a recording by the filter as it is by default, over the time from its first sample on.
+fn path(recording: &Recording) -> Reconstruction {
+    let start_s = recording.role(Role::RollRate).unwrap().series.time_s[0];
+    let of = |role: Role| {
+        let series = &recording.role(role).unwrap_or_else(|| panic!("no {}", role.name())).series;
+        (series.time_s.iter().map(|time_s| time_s - start_s).collect::<Vec<_>>(), series.values.to_vec())
+    };
+    let columns = Input::ALL.map(|input| of(input.role()).1);
+    let measurements = Measurement::ALL.map(|measurement| {
+        let (time_s, values) = of(measurement.role());
+        MeasurementSeries { time_s, values }
+    });
+    let data = FilterData { inputs: InputSeries { time_s: of(Role::RollRate).0, columns }, measurements };
+    let settings = FilterSettings { smooth: true, ..FilterSettings::default() }.check().unwrap();
+    reconstruct(&data, &settings, &mut |_| std::ops::ControlFlow::Continue(())).unwrap()
+}
+
+#[test]
+fn tables_of_one_flight_in_twelve_forms_give_one_reconstruction() {
+    let Some(folder) = shared("data/formats/generic_csv") else { return };
+    let reference = path(&read_by_guess(&folder.join("05_units_row.csv")));
+    let mut compared = 0;
+    for file in [
+        "01_ms_integer.csv",
+        "02_us_integer.csv",
+        "03_ns_since_1970.csv",
+        "04_date_time_utcoffset.csv",
+        "06_semicolon_decimal_comma.csv",
+        "07_utf8_bom_degree_sign.csv",
+        "08_utf16le_tab.txt",
+        "09_two_header_lines.csv",
+        "10_quoted_commas_in_names.csv",
+        "18_time_of_day_over_midnight.csv",
+        "23_gps_week_tow_ms.csv",
+    ] {
+        let found = path(&read_by_guess(&folder.join(file)));
+        for state in State::ALL {
+            let k = state as usize;
+            // Of biases and wind, which are next to nothing here, the deviation is the measure.
+            let size = reference.states[k].iter().zip(&reference.deviations[k]);
+            let size = size.map(|(value, deviation)| value.abs().max(*deviation)).fold(0.0, f64::max);
+            let apart = found.states[k].iter().zip(&reference.states[k]).map(|(a, b)| (a - b).abs());
+            let apart = apart.fold(0.0, f64::max) / size;
+            assert!(apart < 1e-6, "{file}: {} {apart:.1e}", state.name());
+        }
+        assert_eq!(found.states[0].len(), reference.states[0].len());
+        compared += 1;
+    }
+    assert_eq!(compared, 11);
 }
 
 #[test]

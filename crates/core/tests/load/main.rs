@@ -15,9 +15,11 @@ mod claims;
 mod flight_log;
 mod formats;
 mod frames;
+mod labelled;
 mod maps;
 mod mutations;
 mod recorders;
+mod schema;
 mod stream;
 mod time_stamps;
 

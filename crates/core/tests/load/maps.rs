@@ -33,6 +33,39 @@ fn window(recording: &Recording, role: Role, start_s: f64, end_s: f64) -> Vec<f6
     series.values[range].to_vec()
 }
 
+#[test]
+fn elevons_and_v_tails_are_mixed_to_the_deflections_of_the_conventions() {
+    let header = "format = \"doublet channel map\"\nversion = 1\nname = \"t\"\n";
+    let rows: String = (0..20).map(|k| format!("{},{},{},{}\n", 0.1 * f64::from(k), 2.0, 6.0, -3.0)).collect();
+    let (_folder, path) = super::written("run.csv", format!("time [s],L,R,REV\n{rows}"));
+    let degrees = |recording: &Recording, role| series(recording, role).values[3].to_degrees();
+    let read = |mixing: &str| {
+        let map = ChannelMap::parse(&format!("{header}[mixing]\n{mixing}\n")).unwrap();
+        load(&path, &map)
+    };
+    // Left 2 deg, right 6 deg, both trailing edge down.
+    let elevons = read("elevons = { left = \"L\", right = \"R\", unit = \"deg\" }");
+    assert!((degrees(&elevons, Role::Elevator) - 4.0).abs() < 1e-12, "up and down together");
+    assert!(
+        (degrees(&elevons, Role::Aileron) - 2.0).abs() < 1e-12,
+        "the right one further down is a right aileron down"
+    );
+    let tail = read("v_tail = { left = \"L\", right = \"R\", unit = \"deg\" }");
+    assert!((degrees(&tail, Role::Elevator) - 4.0).abs() < 1e-12);
+    assert!(
+        (degrees(&tail, Role::Rudder) + 2.0).abs() < 1e-12,
+        "the right panel further down pulls the tail to the left"
+    );
+    let turned = read("flaperons = { left = \"L\", right = \"REV\", right_sign = -1, unit = \"deg\" }");
+    assert!(
+        (degrees(&turned, Role::Flap) - 2.5).abs() < 1e-12 && (degrees(&turned, Role::Aileron) - 0.5).abs() < 1e-12
+    );
+    let fault = |text: &str| ChannelMap::parse(&format!("{header}{text}")).unwrap_err().to_string();
+    let twice = "[roles]\ndelta_e = { channel = \"E\" }\n[mixing]\nelevons = { left = \"L\", right = \"R\" }\n";
+    assert!(fault(twice).contains("gives delta_e twice"), "{}", fault(twice));
+    assert!(fault("[mixing]\nwing = { left = \"L\", right = \"R\" }\n").contains("use one of elevons, tailerons"));
+}
+
 fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }

@@ -345,6 +345,9 @@ fn assert_source(path: &str, probe: &Probe, name: &str, expected: &Value) -> usi
     }
     let Some(channels) = expected["channels"].as_object() else { return 0 };
     for (key, expected) in channels {
+        // Where a name ends in a unit the channel is called without it.
+        let is_whole = probe.source(name).is_some_and(|source| source.channels.iter().any(|found| found.name == *key));
+        let key = if is_whole { key.as_str() } else { key.rsplit_once(" (").map_or(key.as_str(), |(name, _)| name) };
         let found = channel(probe, name, key);
         let place = format!("{path} {name}/{key}");
         // What is no unit, a clock or a direction, is the reference reader's word for the column.
@@ -421,4 +424,39 @@ fn tables_of_avionics_and_simulators_give_what_reference_readers_give() {
         compared.push(assert_source(path, &probe, &probe.sources[0].name, &file));
     }
     assert_eq!(compared, [31, 46]);
+}
+
+#[test]
+fn tables_of_simulators_loggers_and_topics_give_what_reference_readers_give() {
+    let Some(folder) = shared("data/formats") else { return };
+    let text = std::fs::read_to_string(folder.join("expected.json")).unwrap();
+    let expected: Value = serde_json::from_str(&text).unwrap();
+    let mut compared = BTreeMap::<&str, usize>::new();
+    for (path, file) in expected["files"].as_object().unwrap() {
+        let format = path.split('/').next().unwrap();
+        if !["jsbsim_csv", "flightgear_csv", "onspeed_csv", "ulog2csv"].contains(&format) {
+            continue;
+        }
+        let probe = inspect(&folder.join(path)).unwrap();
+        // Stamps that repeat are asked about; their rate is none of the file's.
+        let is_asked = file["behaviour"].as_str().is_some_and(|behaviour| behaviour.starts_with("ask"));
+        let plain = |file: &Value| {
+            let mut file = file.clone();
+            // The reference reader's units are of the project's documents, not of the file.
+            let channels = file["channels"].as_object_mut().unwrap();
+            channels.values_mut().for_each(|channel| channel["unit"] = Value::Null);
+            // Channels without a value have nothing to compare.
+            channels.retain(|_, channel| channel["first"].is_number());
+            // Uneven stamps have no one rate.
+            if is_asked || format == "ulog2csv" || file["time"]["repeats"].as_f64().is_some_and(|repeats| repeats > 0.0)
+            {
+                file["time"] = Value::Null;
+            }
+            file
+        };
+        *compared.entry(format).or_default() += assert_source(path, &probe, &probe.sources[0].name, &plain(file));
+    }
+    println!("channels compared: {compared:?}");
+    assert_eq!(compared.len(), 4);
+    assert!(compared.values().all(|count| *count > 20), "{compared:?}");
 }

@@ -27,6 +27,7 @@ mod parquet {
 
 pub use jobs::{Job, jobs};
 pub use store::{Estimate, Finished, Store};
+pub use sweep::Sweep;
 pub use table::write;
 
 use crate::graph::Cache;

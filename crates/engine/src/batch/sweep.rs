@@ -1,5 +1,6 @@
 //! A sweep: settings of a session and the values each is to have, every combination a run.
 
+use doublet_core::schema::{Refused, schema_of};
 use serde::Deserialize;
 use toml::{Table, Value};
 
@@ -42,6 +43,14 @@ enum Step<'a> {
 pub type Combination = (Vec<(String, String)>, Result<Session, String>);
 
 impl Sweep {
+    /// JSON Schema of sweeps.
+    ///
+    /// # Errors
+    /// As [`schema_of`].
+    pub fn schema() -> Result<serde_json::Value, Refused> {
+        schema_of::<Self>(FORMAT)
+    }
+
     /// Reads a sweep from its text.
     ///
     /// # Errors

@@ -76,6 +76,7 @@ pub fn build(session: &Session, snapshot: &Snapshot) -> Results {
         residual_summary: Vec::new(),
         derivative_summary: Vec::new(),
         validation: Vec::new(),
+        sensor_errors: snapshot.sensor_errors.ready().map(|found| super::sensor_errors::rows(&found.0)),
         studies: super::studies::build(snapshot),
         dynamics: snapshot.studies.dynamics.ready().map(|study| super::dynamics_row(study)),
         proof_of_match: snapshot.proof.ready().map(|proof| super::proof::rows(proof)).unwrap_or_default(),

@@ -12,6 +12,7 @@ mod proof;
 mod reference;
 mod responses;
 mod results;
+mod sensor_errors;
 mod setup;
 mod signals;
 mod studies;
@@ -41,6 +42,10 @@ pub use results::{
     AgreementRow, ChannelRow, ClockRow, CorrelationRow, DerivativeRow, DerivativeSummaryRow, DroppedRow, EngineRow,
     ExpressionRow, FORMAT, FitRow, FlightRow, InnovationRow, InnovationSummaryRow, MonitorRow, PhaseRow, RecordingRow,
     ReferenceRow, ResidualSummaryRow, Results, SpreadRow, StateRow, VERSION, WindowRow,
+};
+pub use sensor_errors::{
+    InitialRow, SensorErrorRow, SensorErrorsRow, SensorOutputRow, SensorWindowRow, error_table,
+    rows as sensor_error_rows,
 };
 pub(crate) use setup::session_sha256;
 pub use signals::{NoiseRow, ProposalRow, SignalRow};

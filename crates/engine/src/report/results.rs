@@ -7,6 +7,7 @@ use super::dynamics::DynamicsRow;
 use super::mass::{FlownMassRow, MassRow};
 use super::prediction::{PredictionRow, ValidationRow};
 use super::proof::ProofRow;
+use super::sensor_errors::SensorErrorsRow;
 use super::signals::{NoiseRow, ProposalRow, SignalRow};
 use super::studies::StudyResults;
 use crate::stage::PhysicsRow;
@@ -71,6 +72,9 @@ pub struct Results {
     pub pooled_second: Vec<FitRow>,
     /// Prediction of every window by the pooled derivatives.
     pub predictions: Vec<PredictionRow>,
+    /// Constant errors of the sensors, where the session asks for them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sensor_errors: Option<SensorErrorsRow>,
     /// Studies that were asked for.
     pub studies: StudyResults,
     /// Linear model, modes and flying qualities about a trim, where they were asked for.

@@ -29,6 +29,7 @@ pub fn all(results: &Results) -> Vec<Table> {
         signals(results),
     ];
     tables.extend(super::proof::tables(&results.proof_of_match));
+    tables.extend(results.sensor_errors.as_ref().map(super::sensor_errors::error_table));
     tables.extend(super::studies::tables(&results.studies));
     tables
 }

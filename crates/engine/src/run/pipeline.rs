@@ -16,8 +16,9 @@ use super::studies;
 use crate::graph::{Cache, Cancelled, Context, Control, Key, Keyed, Stage, StageError};
 use crate::session::{self, Flight, Manoeuvre, Session};
 use crate::stage::{
-    self, AircraftData, FlightEngines, FlightPhysics, FlightProposals, FlownMass, LoadedAircraft, LoadedFlight,
-    PooledFits, ProofOfMatch, Samples, SessionNoise, StudyWindow, WindowAero, WindowFits, WindowPath,
+    self, AircraftData, EstimatedSensorErrors, FlightEngines, FlightPhysics, FlightProposals, FlownMass,
+    LoadedAircraft, LoadedFlight, PooledFits, ProofOfMatch, Samples, SessionNoise, StudyWindow, WindowAero, WindowFits,
+    WindowPath,
 };
 use crate::study::{Study, StudyInput};
 use crate::verdict;
@@ -192,6 +193,7 @@ impl<'a> Run<'a> {
         self.builder.update(|snapshot| snapshot.gravity = Some(gravity))?;
         let loaded = aircraft.as_ref().map(|(_, loaded)| loaded);
         let tasks = self.reconstruct_windows(&session, &flights, loaded)?;
+        self.tell_sensor_errors(&session, &tasks)?;
         if let Some((aircraft, loaded)) = &aircraft {
             self.weigh(&flights, loaded)?;
             let windows = self.form_coefficients(&session, tasks, loaded)?;
@@ -361,6 +363,15 @@ impl<'a> Run<'a> {
             }
         }
         Ok(reconstructed)
+    }
+
+    /// Constant errors of the sensors over the windows that have a path, in the order of the session.
+    fn tell_sensor_errors(&self, session: &Session, tasks: &[Task<'a>]) -> Result<(), Cancelled> {
+        let of = |window: &&'a Manoeuvre| tasks.iter().find(|task| task.manoeuvre.name == window.name);
+        let found = self.windows.iter().filter_map(of);
+        let windows: Vec<_> = found.map(|task| (task.manoeuvre, &task.samples)).collect();
+        let params = (&session.sensor_errors, &session.filter);
+        self.compute::<EstimatedSensorErrors>(params, &windows, |snapshot| &mut snapshot.sensor_errors).map(|_| ())
     }
 
     fn form_coefficients(

@@ -11,8 +11,8 @@ use super::details::Details;
 use crate::graph::{FileStamp, Keyed, Stage, StageError};
 use crate::session::{Manoeuvre, Session};
 use crate::stage::{
-    AeroWindow, FlightEngines, FlightNoise, FlightPhysics, FlightProposals, FlownMass, Gravity, LoadedAircraft,
-    LoadedFlight, PooledFits, ProofOfMatch, WindowAero, WindowFits, WindowPath,
+    AeroWindow, EstimatedSensorErrors, FlightEngines, FlightNoise, FlightPhysics, FlightProposals, FlownMass, Gravity,
+    LoadedAircraft, LoadedFlight, PooledFits, ProofOfMatch, WindowAero, WindowFits, WindowPath,
 };
 use crate::study::{
     CheckStudy, DynamicsStudy, FlightResponses, LagStudy, ManoeuvreStudy, MonteCarloStudy, SensitivityStudy,
@@ -305,6 +305,8 @@ slots! {
         noise: BTreeMap<String, Slot<FlightNoise>>,
         /// Results by window.
         windows: BTreeMap<String, WindowResults> => "window",
+        /// Constant errors of the sensors over all windows; not requested where the session asks for none.
+        sensor_errors: Slot<EstimatedSensorErrors> => EstimatedSensorErrors::NAME,
         /// Derivatives from all identification windows together, and how well they predict the validation windows.
         pooled: Slot<PooledFits> => PooledFits::NAME,
         /// The same by the session's second structure; not requested without one.

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use doublet_core::quantity::in_words;
 use doublet_core::series::TimeRange;
 
-use super::{Session, constraint, expression, preparation};
+use super::{Session, constraint, expression, preparation, sensor_errors};
 use crate::verdict::{Finding, Level};
 
 /// Code of what makes the session contradict itself: nothing can be computed from it.
@@ -63,6 +63,7 @@ pub fn check(session: &Session) -> Vec<Finding> {
     }
     found.extend(preparation::findings(&session.preparation));
     found.extend(constraint::findings(session));
+    found.extend(sensor_errors::findings(session));
     found
 }
 

@@ -1,16 +1,11 @@
 //! What is either so or not so of a window, and changes no result.
 
-use serde::{Deserialize, Serialize};
-
 /// The flags of a window, each a key of its own in the session's file, left out where it is not set.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct WindowFlags {
     /// Its edges are not dragged; they may still be typed.
-    #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub locked: bool,
     /// Somebody looked at it and takes it as it stands.
-    #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub confirmed: bool,
 }
 

@@ -11,6 +11,7 @@ mod noise;
 mod paths;
 mod preparation;
 mod schema;
+mod sensor_errors;
 mod signals;
 
 use std::collections::BTreeMap;
@@ -35,7 +36,8 @@ pub use map_ref::MapRef;
 pub use noise::{NoiseChannel, NoiseEdit, NoiseEntry, SteadyWindow};
 pub use paths::{leads_out, path_warning, paths, relative_to};
 pub use preparation::{AngularAcceleration, ControlLags, MomentReference, Preparation};
-pub use schema::{FORMAT, SessionError, VERSION, parse, print};
+pub use schema::{FORMAT, SessionError, VERSION, json_schema, parse, print};
+pub use sensor_errors::{ErrorValues, SensorErrorMethod, SensorErrors};
 pub use signals::{HeldSampleUse, SignalEdit, SignalPreset, SignalRule, SignalSetting};
 
 /// Everything an analysis is made from.
@@ -61,6 +63,8 @@ pub struct Session {
     pub gravity: GravitySource,
     /// How coefficients are formed from the reconstructed path.
     pub preparation: Preparation,
+    /// Constant errors of the sensors asked for.
+    pub sensor_errors: SensorErrors,
     /// How derivatives are estimated.
     pub estimation: Estimation,
     /// Terms of each coefficient.

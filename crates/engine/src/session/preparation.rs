@@ -7,7 +7,7 @@ use doublet_core::model::{Axes, Gyroscopic, Lag, ThrustTreatment};
 use doublet_core::quantity::HashBits;
 
 use super::check::contradiction;
-use super::{PathSource, Surface};
+use super::{ErrorValues, PathSource, Surface};
 use crate::verdict::Finding;
 
 /// How coefficients are formed from the reconstructed path.
@@ -43,11 +43,13 @@ pub struct Preparation {
     pub gyroscopic: Gyroscopic,
     /// Where the angular acceleration comes from.
     pub angular_acceleration: AngularAcceleration,
+    /// Constant errors of the sensors that are known: the samples of step 1 are freed of them.
+    pub known_errors: ErrorValues,
 }
 
 hash_fields!(Preparation {
     path, matched_smoothing, control_lags, correct_accelerometer, correct_vanes, correct_antenna, thrust, axes, moment_reference,
-    gyroscopic, angular_acceleration;
+    gyroscopic, angular_acceleration, known_errors;
     differentiation_half_width_s, settle_s, origin_altitude_m
 });
 
@@ -169,6 +171,7 @@ impl Default for Preparation {
             moment_reference: MomentReference::Aircraft,
             gyroscopic: Gyroscopic::Signed,
             angular_acceleration: AngularAcceleration::Differentiated,
+            known_errors: ErrorValues::default(),
         }
     }
 }

@@ -28,6 +28,7 @@ mod proposals;
 mod recording;
 mod replay;
 mod samples;
+mod sensor_errors;
 mod signals;
 mod tolerances;
 mod truth;
@@ -71,6 +72,7 @@ pub use replay::{
 };
 pub use samples::fit_in_memory;
 pub(crate) use samples::values_at;
+pub use sensor_errors::EstimatedSensorErrors;
 pub use signals::TreatedSignal;
 pub use tolerances::{
     Judgement, ObjectiveTest, PercentRule, Quantity, Reading, RecordDemand, Tolerances, ValueTolerance,

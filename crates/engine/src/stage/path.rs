@@ -171,7 +171,8 @@ pub fn samples(
     };
     let truth: Arc<[Option<Series>; STATES]> =
         State::ALL.map(|state| recording.truth.get(state.name()).map(within)).into();
-    let data = FilterData { inputs, measurements };
+    let mut data = FilterData { inputs, measurements };
+    preparation.known_errors.correct(&mut data);
     Ok(Samples { content: content(&data, &truth, &warnings), data: data.into(), truth, warnings })
 }
 

@@ -3,6 +3,7 @@
 mod checks;
 mod coverage;
 pub mod dynamics;
+mod equations;
 mod equivalent;
 mod flight_responses;
 mod followed;
@@ -20,6 +21,10 @@ pub use checks::{CheckStudy, CheckedDerivative, WindowChecks};
 pub use coverage::{Coverage, DerivativeCoverage, coverage};
 pub(crate) use coverage::{Estimate, estimates, flown_aircraft, fly, record_flight, windows};
 pub use dynamics::{DynamicsRequest, DynamicsStudy};
+pub use equations::{
+    EquationError, EquationRequest, EquationStudy, equation_schema, equation_text, fit_equations, names_of_equations,
+    shipped_equations,
+};
 pub use equivalent::{EquivalentStudy, FitMethod, equivalent_study};
 pub use flight_responses::{FlightResponses, SurfaceResponse};
 pub use followed::{FollowedFlight, FollowedOutput, FollowedStart};

@@ -10,7 +10,7 @@ use super::figure::line;
 use super::{Axis, Block, Colour, Contents, Figure, LineStyle, Mark, Panel, Plot, numbers_of, table_or};
 use crate::notation;
 use crate::report::table::{Cell, Column, Table, significant};
-use crate::report::tables;
+use crate::report::{error_table, tables};
 use crate::session::PathSource;
 use crate::stage::WindowPath;
 
@@ -100,6 +100,7 @@ pub fn filter(contents: &Contents<'_>) -> Vec<Block> {
 pub fn wind_and_bias(contents: &Contents<'_>) -> Vec<Block> {
     let results = contents.results;
     let mut blocks = vec![table_or(tables::wind_and_bias(results), "No window was reconstructed.")];
+    blocks.extend(results.sensor_errors.as_ref().map(|found| Block::Table(error_table(found))));
     let mut panels = Vec::new();
     for spread in &results.wind_and_bias {
         let state = State::ALL.into_iter().find(|state| state.name() == spread.quantity);

@@ -6,6 +6,7 @@ mod flight;
 mod migrate;
 mod noise;
 mod preparation;
+mod sensor_errors;
 mod signals;
 
 use std::collections::BTreeMap;
@@ -16,6 +17,7 @@ use doublet_core::model::{Coefficient, Structure, Term};
 use doublet_core::reconstruct::{
     AirState, FilterSettings, INPUTS, Input, InputHold, Linearisation, MEASUREMENTS, Measurement, Method, STATES, State,
 };
+use doublet_core::schema::{Refused, schema_of};
 use doublet_core::series::TimeRange;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -24,10 +26,11 @@ use self::constraint::{ConstraintTable, constraint_from, constraint_table};
 use self::flight::{FlightTable, flight_from, flight_table};
 use self::noise::{NoiseTable, SteadyTable, steady_from, steady_table};
 use self::preparation::{PreparationTable, preparation_from, preparation_table};
+use self::sensor_errors::{SensorErrorTable, sensor_error_table, sensor_errors_from};
 use super::edit::set_term;
 use super::{
-    Estimation, GravitySource, Manoeuvre, PooledConstants, PredictionParameters, Session, Surface, WindowFlags,
-    WindowRole,
+    Estimation, GravitySource, Manoeuvre, PooledConstants, PredictionParameters, Preparation, Session, Surface,
+    WindowFlags, WindowRole,
 };
 use crate::verdict::PlausibleRange;
 
@@ -109,6 +112,8 @@ struct File {
     filter: FilterTable,
     #[serde(default)]
     preparation: PreparationTable,
+    #[serde(default, skip_serializing_if = "SensorErrorTable::is_empty")]
+    sensor_errors: SensorErrorTable,
     #[serde(default)]
     estimation: EstimationTable,
     #[serde(default, skip_serializing_if = "VerdictTable::is_empty")]
@@ -142,8 +147,10 @@ struct WindowTable {
     kind: String,
     #[serde(default, skip_serializing_if = "String::is_empty")]
     note: String,
-    #[serde(flatten)]
-    flags: WindowFlags,
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    locked: bool,
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    confirmed: bool,
 }
 
 #[derive(Default, Serialize, Deserialize)]
@@ -249,6 +256,14 @@ fn choose<T: Copy>(choices: &[(&'static str, T)], place: &str, name: &str) -> Re
         .ok_or_else(|| unknown(place, "choice", name, &choices.iter().map(|(known, _)| *known).collect::<Vec<_>>()))
 }
 
+/// JSON Schema of session files.
+///
+/// # Errors
+/// As [`schema_of`].
+pub fn json_schema() -> Result<serde_json::Value, Refused> {
+    schema_of::<File>(FORMAT)
+}
+
 /// Reads a session from its text.
 ///
 /// # Errors
@@ -268,6 +283,7 @@ pub fn parse(text: &str) -> Result<Session, SessionError> {
         migrate::to_present(&mut table, header.version);
         table.try_into().map_err(Box::new)?
     };
+    let (sensor_errors, known_errors) = sensor_errors_from(&file.sensor_errors)?;
     let flights = file.flights.into_iter().map(flight_from).collect::<Result<_, SessionError>>()?;
     Ok(Session {
         title: file.title,
@@ -279,7 +295,8 @@ pub fn parse(text: &str) -> Result<Session, SessionError> {
         noise_reasons: file.noise.reasons()?,
         gravity: if file.filter.gravity_m_s2.is_some() { GravitySource::Stated } else { GravitySource::Position },
         filter: filter_from(&file.filter)?,
-        preparation: preparation_from(&file.preparation)?,
+        preparation: Preparation { known_errors, ..preparation_from(&file.preparation)? },
+        sensor_errors,
         estimation: Estimation {
             by_surface: file.estimation.by_surface,
             constants: choose(&CONSTANTS, "estimation.constants", &file.estimation.constants)?,
@@ -307,7 +324,7 @@ fn window_from(table: WindowTable) -> Result<Manoeuvre, SessionError> {
         window: TimeRange { start_s: table.start_s, end_s: table.end_s },
         kind: table.kind,
         note: table.note,
-        flags: table.flags,
+        flags: WindowFlags { locked: table.locked, confirmed: table.confirmed },
     })
 }
 
@@ -391,6 +408,7 @@ pub fn print(session: &Session) -> Result<String, SessionError> {
             ..filter_table(&session.filter)
         },
         preparation: preparation_table(&session.preparation),
+        sensor_errors: sensor_error_table(&session.sensor_errors, &session.preparation.known_errors),
         estimation: estimation_table(&session.estimation),
         verdict: VerdictTable { plausible: session.plausible.clone() },
         model: model_table(&session.structure),
@@ -422,7 +440,8 @@ fn window_table(window: &Manoeuvre) -> WindowTable {
         surface: window.surface.map(|surface| surface.name().to_owned()),
         kind: window.kind.clone(),
         note: window.note.clone(),
-        flags: window.flags,
+        locked: window.flags.locked,
+        confirmed: window.flags.confirmed,
     }
 }
 

@@ -116,6 +116,7 @@ pub(super) fn preparation_from(table: &PreparationTable) -> Result<Preparation, 
         angular_acceleration: table.angular_acceleration.as_deref().map_or(Ok(usual.angular_acceleration), |name| {
             choose(&ANGULAR, "preparation.angular_acceleration", name)
         })?,
+        known_errors: usual.known_errors,
     })
 }
 

@@ -1,0 +1,182 @@
+//! `doublet compatibility`: constant errors of the sensors over the windows of a session, taken into it where asked.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use doublet_core::estimate::SensorError;
+use doublet_core::reconstruct::Measurement;
+use doublet_engine::report::{self, SensorErrorsRow};
+use doublet_engine::session::{self, SensorErrorMethod, Session};
+
+use crate::progress::Progress;
+use crate::run::{compute_session, open_to_run};
+use crate::text;
+
+/// Arguments of `compatibility`.
+#[derive(Debug, Args)]
+pub struct CompatibilityArguments {
+    /// Session file.
+    pub session: PathBuf,
+    /// Errors with one value for all windows, in the place of the session's: bias_SENSOR, scale_SENSOR, misalignment_x, _y, _z.
+    #[arg(long, value_name = "ERROR,ERROR", value_delimiter = ',', value_parser = error)]
+    pub free: Vec<SensorError>,
+    /// Errors with a value for each window.
+    #[arg(long, value_name = "ERROR,ERROR", value_delimiter = ',', value_parser = error)]
+    pub per_window: Vec<SensorError>,
+    /// Measurements compared.
+    #[arg(long, value_name = "NAME,NAME", value_delimiter = ',', value_parser = measurement)]
+    pub outputs: Vec<Measurement>,
+    /// Estimate a wind in each window.
+    #[arg(long)]
+    pub wind: bool,
+    /// What has noise: measurements only, or inertial samples too, as the filter's settings state.
+    #[arg(long, value_enum)]
+    pub method: Option<Method>,
+    /// Windows to use, by name; without it all that are not ignored.
+    #[arg(long, value_name = "NAME,NAME", value_delimiter = ',')]
+    pub windows: Vec<String>,
+    /// Write the common errors into the session as known: its samples are freed of them from then on.
+    #[arg(long)]
+    pub take: bool,
+    /// Print one JSON document.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// What has noise.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum Method {
+    /// The measurements, by as much as their residuals say.
+    OutputError,
+    /// Inertial samples and measurements, as the filter's settings state.
+    FilterError,
+}
+
+fn error(name: &str) -> Result<SensorError, String> {
+    SensorError::from_name(name.trim()).ok_or_else(|| {
+        let all: Vec<String> = SensorError::all().map(|error| error.to_string()).collect();
+        format!("no error is called '{name}': use {}", all.join(", "))
+    })
+}
+
+fn measurement(name: &str) -> Result<Measurement, String> {
+    let known = || Measurement::ALL.map(Measurement::name).join(", ");
+    Measurement::from_name(name.trim()).ok_or_else(|| format!("no measurement is called '{name}': use {}", known()))
+}
+
+/// Estimates errors of the sensors, prints them, takes them where asked.
+///
+/// # Errors
+/// One line: what is wrong with the session or the errors asked for, or why they were not found.
+pub fn compatibility(arguments: &CompatibilityArguments) -> Result<(), String> {
+    let opened = open_to_run(&arguments.session)?;
+    let mut asked = opened.session.clone();
+    ask(&mut asked, arguments)?;
+    let stopped = session::check(&asked).into_iter().find(session::stops_run);
+    if let Some(finding) = stopped {
+        return Err(finding.to_string());
+    }
+    let progress = Progress::new();
+    let snapshot = compute_session(&asked, &opened.folder, &[], &progress, 1.0);
+    progress.finish();
+    let snapshot = snapshot?;
+    let found = snapshot.sensor_errors.ready().ok_or_else(|| {
+        snapshot.sensor_errors.error().unwrap_or("the errors of the sensors were not estimated").to_owned()
+    })?;
+    let rows = report::sensor_error_rows(&found.0);
+    if arguments.json {
+        text::document(&serde_json::to_string_pretty(&rows).map_err(|error| error.to_string())?);
+    } else {
+        print(&rows);
+    }
+    if arguments.take {
+        let mut next = opened.session;
+        for row in found.0.errors.iter().filter(|row| row.window.is_none()) {
+            next.sensor_errors.free.retain(|error| *error != row.error);
+            next.preparation.known_errors.0.insert(row.error, row.value);
+        }
+        session::save(&next, &arguments.session).map_err(|error| error.to_string())?;
+        let text = format!("{} knows them now; the file before is kept as *.bak", arguments.session.display());
+        text::error_line(&text);
+    }
+    Ok(())
+}
+
+/// What the arguments ask for, in the place of what the session does.
+fn ask(session: &mut Session, arguments: &CompatibilityArguments) -> Result<(), String> {
+    if let Some(unknown) = arguments.windows.iter().find(|name| session.window(name).is_none()) {
+        return Err(format!("the session has no window '{unknown}'"));
+    }
+    if !arguments.windows.is_empty() {
+        session.windows.retain(|window| arguments.windows.contains(&window.name));
+    }
+    let errors = &mut session.sensor_errors;
+    if !(arguments.free.is_empty() && arguments.per_window.is_empty()) {
+        errors.free.clone_from(&arguments.free);
+        errors.per_window.clone_from(&arguments.per_window);
+        errors.random_walk.0.retain(|error, _| arguments.free.contains(error) || arguments.per_window.contains(error));
+    }
+    if !arguments.outputs.is_empty() {
+        errors.outputs.clone_from(&arguments.outputs);
+    }
+    errors.wind |= arguments.wind;
+    match arguments.method {
+        Some(Method::OutputError) => errors.method = SensorErrorMethod::OutputError,
+        Some(Method::FilterError) => errors.method = SensorErrorMethod::FilterError,
+        None => {}
+    }
+    match errors.is_empty() {
+        true => Err("no error of a sensor is asked for: name some by --free scale_alpha,bias_q or under [sensor_errors] of the session"
+            .to_owned()),
+        false => Ok(()),
+    }
+}
+
+fn print(rows: &SensorErrorsRow) {
+    let number = text::number;
+    let told = |correlation: f64, partner: &str| match correlation.abs() > STRONG {
+        true => format!("{} with {partner}", number(correlation, 2)),
+        false => String::new(),
+    };
+    let mut cells = Vec::new();
+    for row in &rows.errors {
+        cells.push(vec![
+            row.error.clone(),
+            row.window.clone().unwrap_or_else(|| "all".to_owned()),
+            number(row.estimate, 5),
+            number(row.standard_error, 2),
+            number(row.corrected_standard_error, 2),
+            row.unit.to_owned(),
+            told(row.correlation, &row.partner),
+        ]);
+        cells.extend(row.windows.iter().filter(|_| rows.errors.len() > 1 || row.windows.len() > 1).map(|share| {
+            let error = if share.told { number(share.standard_error, 2) } else { "not told".to_owned() };
+            let words = told(share.correlation, &share.partner);
+            vec![
+                String::new(),
+                format!("{} alone", share.window),
+                String::new(),
+                error,
+                String::new(),
+                String::new(),
+                words,
+            ]
+        }));
+    }
+    text::table(&["error", "window", "estimate", "std error", "corrected", "", "correlation above 0.9"], &cells);
+    let cells = rows.outputs.iter().map(|row| {
+        let normalised = if row.normalised.is_finite() { number(row.normalised, 3) } else { String::new() };
+        vec![
+            row.measurement.to_owned(),
+            row.samples.to_string(),
+            number(row.rms, 3),
+            normalised,
+            number(row.r_squared, 5),
+        ]
+    });
+    text::line("");
+    text::table(&["measurement", "samples", "residual", "over expected", "R2"], &cells.collect::<Vec<_>>());
+}
+
+/// Correlation from which on two estimates are said to hang together.
+const STRONG: f64 = 0.9;

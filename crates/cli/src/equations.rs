@@ -1,0 +1,184 @@
+//! `doublet equations`: parameters of equations of motion from the columns of a table.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use doublet_core::estimate::{EquationFault, EquationFit};
+use doublet_core::load::read_text;
+use doublet_core::series::TimeRange;
+use doublet_engine::study::{
+    EquationRequest, EquationStudy, equation_text, fit_equations, names_of_equations, shipped_equations,
+};
+use serde_json::{Value, json};
+
+use crate::text;
+
+/// Arguments of `equations`.
+#[derive(Debug, Args)]
+pub struct EquationArguments {
+    /// Table: text, or any recording, whose channels are the columns. Columns are taken as they stand, without conversion.
+    pub table: PathBuf,
+    /// File of equations, or short-period, longitudinal or lateral.
+    #[arg(long, value_name = "FILE")]
+    pub equations: String,
+    /// Column of an input or output, or an expression of columns, where it is not called so: alpha=ALPHA*pi/180.
+    #[arg(long, value_name = "NAME=COLUMN", value_parser = pair)]
+    pub column: Vec<(String, String)>,
+    /// Constant of the equations in the place of their own.
+    #[arg(long, value_name = "NAME=VALUE", value_parser = number)]
+    pub constant: Vec<(String, f64)>,
+    /// Column of time, s, or an expression of columns.
+    #[arg(long, value_name = "COLUMN")]
+    pub time: Option<String>,
+    /// Interval of the rows, s, where the table has no time.
+    #[arg(long, value_name = "S", conflicts_with = "time")]
+    pub dt: Option<f64>,
+    /// Stretch of time to use, s; may be given several times. All rows without it.
+    #[arg(long, value_name = "START:END", value_parser = window)]
+    pub window: Vec<TimeRange>,
+    /// Half width of the differentiation of equation error, s.
+    #[arg(long, value_name = "S", value_parser = positive)]
+    pub half_width: Option<f64>,
+    /// Output error in pieces of this length with initial states of their own, s: for unstable motions, about twice the time to double.
+    #[arg(long, value_name = "S", value_parser = positive)]
+    pub piece: Option<f64>,
+    /// Print one JSON document.
+    #[arg(long)]
+    pub json: bool,
+}
+
+fn pair(text: &str) -> Result<(String, String), String> {
+    let (name, column) = text.split_once('=').ok_or("write it as NAME=COLUMN")?;
+    Ok((name.trim().to_owned(), column.trim().to_owned()))
+}
+
+fn number(text: &str) -> Result<(String, f64), String> {
+    let (name, value) = pair(text)?;
+    let value = value.parse::<f64>().ok().filter(|value| value.is_finite());
+    Ok((name, value.ok_or_else(|| format!("'{text}': the value is no number"))?))
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    let value = text.parse::<f64>().ok().filter(|value| value.is_finite() && *value > 0.0);
+    value.ok_or_else(|| format!("'{text}' is no length above 0 s"))
+}
+
+fn window(text: &str) -> Result<TimeRange, String> {
+    let (start, end) = text.split_once(':').ok_or("write it as START:END, in s")?;
+    let time = |text: &str| text.trim().parse::<f64>().map_err(|_| format!("'{text}' is no time in s"));
+    let (start_s, end_s) = (time(start)?, time(end)?);
+    if start_s < end_s {
+        Ok(TimeRange { start_s, end_s })
+    } else {
+        Err(format!("'{text}': the end is not after the start"))
+    }
+}
+
+/// Fits equations of motion and prints their parameters by both methods.
+///
+/// # Errors
+/// One line: what is wrong with equations, table, columns or time, or why neither method has a result.
+pub fn equations(arguments: &EquationArguments) -> Result<(), String> {
+    if let Some(dt) = arguments.dt.filter(|dt| !(dt.is_finite() && *dt > 0.0)) {
+        return Err(format!("--dt {dt}: an interval is above 0 s"));
+    }
+    let text = match shipped_equations(&arguments.equations) {
+        Some(text) => text.to_owned(),
+        None => {
+            let file = Path::new(&arguments.equations);
+            let known = names_of_equations().join(", ");
+            let missing = |error| format!("{}: {error}; name a file, or one of {known}", arguments.equations);
+            read_text(file).map_err(missing)?
+        }
+    };
+    let constants: BTreeMap<String, f64> = arguments.constant.iter().cloned().collect();
+    let equations = equation_text(&text, &constants).map_err(|error| format!("{}: {error}", arguments.equations))?;
+    let request = EquationRequest {
+        equations,
+        columns: arguments.column.iter().cloned().collect(),
+        time: arguments.time.clone(),
+        step_s: arguments.dt,
+        windows: arguments.window.clone(),
+        half_width_s: arguments.half_width,
+        piece_s: arguments.piece,
+    };
+    let found = fit_equations(&arguments.table, &request).map_err(|error| error.to_string())?;
+    if arguments.json {
+        let described = describe(&found);
+        text::document(&serde_json::to_string_pretty(&described).map_err(|error| error.to_string())?);
+    } else {
+        print(&found);
+    }
+    Ok(())
+}
+
+fn described(result: &Result<EquationFit, EquationFault>) -> Value {
+    let found = match result {
+        Ok(found) => found,
+        Err(error) => return json!({ "error": error.to_string() }),
+    };
+    let fit = &found.fit;
+    let row = |index: usize| {
+        json!({
+            "name": fit.names[index],
+            "estimate": fit.estimates[index],
+            "standard_error": fit.standard_errors[index],
+            "corrected_standard_error": found.corrected_errors[index],
+        })
+    };
+    let outputs = found
+        .compared
+        .iter()
+        .zip(&fit.quality)
+        .map(|(name, quality)| json!({ "name": name, "r_squared": quality.r_squared, "rms": quality.rms }));
+    let outputs: Vec<Value> = outputs.collect();
+    json!({
+        "parameters": (0..found.parameters).map(row).collect::<Vec<_>>(),
+        "initial": (found.parameters..fit.names.len()).map(row).collect::<Vec<_>>(),
+        "outputs": outputs,
+        "samples": found.time_s.len(),
+    })
+}
+
+fn describe(found: &EquationStudy) -> Value {
+    json!({
+        "version": 1,
+        "program": concat!("doublet ", env!("CARGO_PKG_VERSION")),
+        "records": found.records.len(),
+        "equation_error": described(&found.equation_error),
+        "output_error": described(&found.output_error),
+    })
+}
+
+fn print(found: &EquationStudy) {
+    let both = [("equation error", &found.equation_error), ("output error", &found.output_error)];
+    let fits: Vec<(&str, &EquationFit)> =
+        both.iter().filter_map(|(name, fit)| Some((*name, fit.as_ref().ok()?))).collect();
+    let mut rows = Vec::new();
+    if let Some((_, first)) = fits.first() {
+        for index in 0..first.parameters {
+            let mut row = vec![first.fit.names[index].clone()];
+            for (_, found) in &fits {
+                row.push(text::number(found.fit.estimates[index], 5));
+                row.push(text::number(found.corrected_errors[index], 2));
+            }
+            rows.push(row);
+        }
+    }
+    let mut header = vec!["parameter"];
+    for (name, _) in &fits {
+        header.extend([*name, "corrected error"]);
+    }
+    text::table(&header, &rows);
+    for (name, found) in &fits {
+        let of = |(output, quality): (&String, &doublet_core::estimate::FitQuality)| {
+            format!("{output} {}", text::number(quality.r_squared, 4))
+        };
+        let quality: Vec<String> = found.compared.iter().zip(&found.fit.quality).map(of).collect();
+        text::line(&format!("{name}: R2 of {}", quality.join(", ")));
+    }
+    for (name, error) in both.iter().filter_map(|(name, fit)| Some((name, fit.as_ref().err()?))) {
+        text::line(&format!("{name}: {error}"));
+    }
+}

@@ -1,0 +1,335 @@
+//! Parameters of equations of motion.
+
+use std::ops::Range;
+
+use nalgebra::DMatrix;
+
+use super::{EquationFault, EquationModel, EquationRecord};
+use crate::estimate::flight_output_error::corrected_errors;
+use crate::estimate::{EstimateError, OutputErrorFit, OutputErrorSettings, OutputParameter, output_error};
+use crate::prep::{Differentiation, MatchedSmoothing, differentiate};
+
+/// How parameters are estimated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EquationSettings {
+    /// Half width of the local quadratic that differentiates the measured states for equation error, s; all else is smoothed alike.
+    pub half_width_s: f64,
+    /// Length of the pieces, each with initial states of its own, that output error integrates a record in, s; none for each record
+    /// from its beginning.
+    pub piece_s: Option<f64>,
+    /// When the iteration ends.
+    pub search: OutputErrorSettings,
+}
+
+impl Default for EquationSettings {
+    fn default() -> Self {
+        let search = OutputErrorSettings { tolerance: 1e-5, ..OutputErrorSettings::default() };
+        Self { half_width_s: 0.1, piece_s: None, search }
+    }
+}
+
+/// Estimates of one method.
+#[derive(Clone, Debug)]
+pub struct EquationFit {
+    /// The estimation: parameters first, then initial states, `alpha start[label]`.
+    pub fit: OutputErrorFit,
+    /// Number of parameters among them.
+    pub parameters: usize,
+    /// Standard errors corrected for coloured residuals, of all estimates.
+    pub corrected_errors: Vec<f64>,
+    /// What is compared: names of the columns of the fit.
+    pub compared: Vec<String>,
+    /// Time of every row, s.
+    pub time_s: Vec<f64>,
+    /// Rows of each record.
+    pub rows: Vec<Range<usize>>,
+}
+
+/// A run of samples integrated from initial states of its own.
+struct Piece {
+    record: usize,
+    samples: Range<usize>,
+    label: String,
+    /// First of its rows among all.
+    first_row: usize,
+}
+
+/// Equation error (Klein and Morelli 2006, chapter 5): slopes of the measured states against the right-hand sides at the measured
+/// states, `f(z, u, theta)`, both sides seen through the smoothing that differentiation carries with it ([`MatchedSmoothing`]), and
+/// outputs that are no state against `h(z, u, theta)`. Nothing is integrated, so that it matters nothing whether the motion is stable.
+/// Every equation is weighted by its own residual.
+///
+/// # Errors
+/// [`EquationFault`]: a state that no output is, a record that does not fit, parameters the data cannot tell apart.
+pub fn equation_error_of(
+    model: &EquationModel,
+    records: &[EquationRecord],
+    settings: &EquationSettings,
+) -> Result<EquationFit, EquationFault> {
+    check(model, records)?;
+    let measured_by = |(state, output): (usize, &Option<usize>)| {
+        output.ok_or_else(|| EquationFault::NotMeasured { state: model.states[state].clone() })
+    };
+    let of_state = model.output_of_state.iter().enumerate().map(measured_by).collect::<Result<Vec<_>, _>>()?;
+    let others: Vec<usize> = (0..model.outputs.len()).filter(|output| !of_state.contains(output)).collect();
+    let columns = of_state.len() + others.len();
+    let (mut slopes, mut smoothings, mut rows, mut time_s) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    for record in records {
+        let fault = |error| EquationFault::Slopes { record: record.label.clone(), error };
+        let step = (record.time_s[record.time_s.len() - 1] - record.time_s[0]) / (record.time_s.len() - 1) as f64;
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "clamped to a small positive range"
+        )]
+        let half_width = (settings.half_width_s / step).round().clamp(1.0, 1000.0) as usize;
+        let method = Differentiation::LocalPolynomial { degree: 2, half_width };
+        let smoothing = MatchedSmoothing::new(&record.time_s, method).map_err(fault)?;
+        let inside = smoothing.reach()..record.time_s.len() - smoothing.reach();
+        let mut own: Vec<Vec<f64>> = Vec::with_capacity(columns);
+        for &output in &of_state {
+            let slope = differentiate(&record.time_s, &record.outputs[output], method).map_err(fault)?;
+            own.push(slope[inside.clone()].to_vec());
+        }
+        own.extend(others.iter().map(|&output| smoothing.apply(&record.outputs[output])));
+        let start = time_s.len();
+        time_s.extend_from_slice(&record.time_s[inside]);
+        rows.push(start..time_s.len());
+        slopes.push(own);
+        smoothings.push(smoothing);
+    }
+    let mut measured = DMatrix::zeros(time_s.len(), columns);
+    for (range, own) in rows.iter().zip(&slopes) {
+        for (column, values) in own.iter().enumerate() {
+            measured.view_mut((range.start, column), (range.len(), 1)).copy_from_slice(values);
+        }
+    }
+    let parameters: Vec<OutputParameter> = model.parameters.iter().map(|(name, start)| free(name, *start)).collect();
+    let fit = output_error(&parameters, &measured, &settings.search, |theta| {
+        let mut sides = DMatrix::zeros(time_s.len(), columns);
+        for ((record, smoothing), range) in records.iter().zip(&smoothings).zip(&rows) {
+            let raw = right_hand_sides(model, record, (&of_state, &others), theta);
+            for (column, values) in raw.iter().enumerate() {
+                sides.view_mut((range.start, column), (range.len(), 1)).copy_from_slice(&smoothing.apply(values));
+            }
+        }
+        Ok::<_, EstimateError>(sides)
+    })?;
+    let slope = |state: &String| format!("{state}'");
+    let compared = model.states.iter().map(slope).chain(others.iter().map(|&output| model.outputs[output].clone()));
+    finish(model, fit, &measured, compared.collect(), (time_s, rows))
+}
+
+/// Right-hand sides at the measured states, then the outputs that are no state, sample by sample.
+fn right_hand_sides(
+    model: &EquationModel,
+    record: &EquationRecord,
+    (of_state, others): (&[usize], &[usize]),
+    theta: &[f64],
+) -> Vec<Vec<f64>> {
+    let samples = record.time_s.len();
+    let mut sides = vec![Vec::with_capacity(samples); of_state.len() + others.len()];
+    let (mut x, mut u, mut stack) = (vec![0.0; of_state.len()], vec![0.0; record.inputs.len()], Vec::new());
+    let (mut rates, mut shown) = (vec![0.0; of_state.len()], vec![0.0; model.outputs.len()]);
+    for k in 0..samples {
+        x.iter_mut().zip(of_state).for_each(|(value, &output)| *value = record.outputs[output][k]);
+        u.iter_mut().zip(&record.inputs).for_each(|(value, column)| *value = column[k]);
+        model.rates((&x, &u, theta), &mut stack, &mut rates);
+        model.shown((&x, &u, theta), &mut stack, &mut shown);
+        let values = rates.iter().copied().chain(others.iter().map(|&output| shown[output]));
+        sides.iter_mut().zip(values).for_each(|(side, value)| side.push(value));
+    }
+    sides
+}
+
+/// Output error: the equations are integrated by the classical Runge-Kutta scheme, inputs linear between samples, until the outputs
+/// follow the measured ones. With [`EquationSettings::piece_s`] every record is integrated in pieces with initial states of their own
+/// (multiple shooting: Bock, in: Ebert et al., Modelling of Chemical Reaction Systems, 1981), so that an unstable motion grows over a
+/// piece only; what the initial states then cost in certainty is in the errors. Of methods for unstable aircraft see Jategaonkar,
+/// Flight Vehicle System Identification, chapter 9.
+///
+/// `start` are values to begin with, for example of [`equation_error_of`]; none for those of the model.
+///
+/// # Errors
+/// [`EquationFault`]: a record that does not fit, parameters the data cannot tell apart, an iteration that does not settle.
+pub fn output_error_of(
+    model: &EquationModel,
+    records: &[EquationRecord],
+    settings: &EquationSettings,
+    start: Option<&[f64]>,
+) -> Result<EquationFit, EquationFault> {
+    check(model, records)?;
+    let pieces = pieces(records, settings.piece_s, model.states.len());
+    let count = model.parameters.len();
+    let states = model.states.len();
+    let given = |(k, (name, value)): (usize, &(String, f64))| {
+        free(name, start.and_then(|start| start.get(k)).copied().unwrap_or(*value))
+    };
+    let mut parameters: Vec<OutputParameter> = model.parameters.iter().enumerate().map(given).collect();
+    for piece in &pieces {
+        for (state, name) in model.states.iter().enumerate() {
+            // From rest nothing would tell what the motion depends on.
+            let value = model.output_of_state[state]
+                .map_or(SCALE, |output| beginning(&records[piece.record].outputs[output][piece.samples.clone()]));
+            parameters.push(free(&format!("{name} start[{}]", piece.label), value));
+        }
+    }
+    let total = records.iter().map(|record| record.time_s.len()).sum();
+    let mut measured = DMatrix::zeros(total, model.outputs.len());
+    let (mut time_s, mut rows) = (Vec::with_capacity(total), Vec::new());
+    for record in records {
+        let first = time_s.len();
+        time_s.extend_from_slice(&record.time_s);
+        rows.push(first..time_s.len());
+        for (column, values) in record.outputs.iter().enumerate() {
+            measured.view_mut((first, column), (values.len(), 1)).copy_from_slice(values);
+        }
+    }
+    // Initial states of one piece leave the others as they were.
+    let mut known: Vec<Option<(Vec<f64>, DMatrix<f64>)>> = pieces.iter().map(|_| None).collect();
+    let fit = output_error(&parameters, &measured, &settings.search, |theta| {
+        let mut all = DMatrix::zeros(total, model.outputs.len());
+        for (index, piece) in pieces.iter().enumerate() {
+            let initial = &theta[count + index * states..count + (index + 1) * states];
+            let own = [&theta[..count], initial].concat();
+            if !known[index].as_ref().is_some_and(|(before, _)| *before == own) {
+                let flown = integrate(model, &records[piece.record], &piece.samples, (&theta[..count], initial));
+                known[index] = Some((own, flown));
+            }
+            if let Some((_, flown)) = &known[index] {
+                all.rows_mut(piece.first_row, flown.nrows()).copy_from(flown);
+            }
+        }
+        Ok::<_, EstimateError>(all)
+    })?;
+    finish(model, fit, &measured, model.outputs.clone(), (time_s, rows))
+}
+
+/// Records cut in pieces of about `piece_s`, none shorter than leaves something of every state to estimate.
+fn pieces(records: &[EquationRecord], piece_s: Option<f64>, states: usize) -> Vec<Piece> {
+    let mut pieces = Vec::new();
+    let mut first_row = 0;
+    for (index, record) in records.iter().enumerate() {
+        let samples = record.time_s.len();
+        let length_s = record.time_s[samples - 1] - record.time_s[0];
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a positive count, clamped")]
+        let wanted = piece_s.map_or(1, |piece_s| (length_s / piece_s).round().clamp(1.0, 1e4) as usize);
+        let count = wanted.min(samples / (2 * states + 2)).max(1);
+        for piece in 0..count {
+            let range = piece * samples / count..(piece + 1) * samples / count;
+            let label = if count == 1 { record.label.clone() } else { format!("{}:{}", record.label, piece + 1) };
+            pieces.push(Piece { record: index, first_row: first_row + range.start, samples: range, label });
+        }
+        first_row += samples;
+    }
+    pieces
+}
+
+/// Value at the first sample, by a straight line through the first few finite ones.
+fn beginning(values: &[f64]) -> f64 {
+    /// Samples of the line.
+    const SAMPLES: usize = 9;
+    let points: Vec<(f64, f64)> = values
+        .iter()
+        .enumerate()
+        .filter(|(_, value)| value.is_finite())
+        .take(SAMPLES)
+        .map(|(k, value)| (k as f64, *value))
+        .collect();
+    let count = points.len() as f64;
+    let mean = |of: fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / count.max(1.0);
+    let (middle, value) = (mean(|point| point.0), mean(|point| point.1));
+    let squares: f64 = points.iter().map(|(k, _)| (k - middle).powi(2)).sum();
+    let slope: f64 =
+        points.iter().map(|(k, v)| (k - middle) * (v - value)).sum::<f64>() / squares.max(f64::MIN_POSITIVE);
+    value - slope * middle
+}
+
+/// Outputs over the samples of a piece.
+fn integrate(
+    model: &EquationModel,
+    record: &EquationRecord,
+    samples: &Range<usize>,
+    (theta, initial): (&[f64], &[f64]),
+) -> DMatrix<f64> {
+    let states = initial.len();
+    let mut x = initial.to_vec();
+    let mut stack = Vec::new();
+    let mut slopes = vec![vec![0.0; states]; 4];
+    let mut trial = vec![0.0; states];
+    let mut shown = vec![0.0; model.outputs.len()];
+    let mut all = DMatrix::zeros(samples.len(), model.outputs.len());
+    let inputs = |k: usize| record.inputs.iter().map(|column| column[k]).collect::<Vec<f64>>();
+    let mut now = inputs(samples.start);
+    for (row, k) in samples.clone().enumerate() {
+        model.shown((&x, &now, theta), &mut stack, &mut shown);
+        shown.iter().enumerate().for_each(|(column, value)| all[(row, column)] = *value);
+        if k + 1 == samples.end {
+            break;
+        }
+        let next = inputs(k + 1);
+        let middle: Vec<f64> = now.iter().zip(&next).map(|(a, b)| 0.5 * (a + b)).collect();
+        let h = record.time_s[k + 1] - record.time_s[k];
+        for (stage, (u, part)) in [(&now, 0.0), (&middle, 0.5), (&middle, 0.5), (&next, 1.0)].into_iter().enumerate() {
+            for state in 0..states {
+                let before = if stage == 0 { 0.0 } else { slopes[stage - 1][state] };
+                trial[state] = x[state] + part * h * before;
+            }
+            model.rates((&trial, u, theta), &mut stack, &mut slopes[stage]);
+        }
+        for (state, value) in x.iter_mut().enumerate() {
+            let [k1, k2, k3, k4] = [0, 1, 2, 3].map(|stage| slopes[stage][state]);
+            *value += h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
+        }
+        now = next;
+    }
+    all
+}
+
+/// Smallest change of a parameter or initial state that matters.
+const SCALE: f64 = 1e-2;
+
+fn free(name: &str, start: f64) -> OutputParameter {
+    OutputParameter { name: name.to_owned(), start, scale: SCALE, bounds: (f64::NEG_INFINITY, f64::INFINITY) }
+}
+
+fn finish(
+    model: &EquationModel,
+    fit: OutputErrorFit,
+    measured: &DMatrix<f64>,
+    compared: Vec<String>,
+    (time_s, rows): (Vec<f64>, Vec<Range<usize>>),
+) -> Result<EquationFit, EquationFault> {
+    let corrected_errors = corrected_errors(&fit, measured, &rows)?;
+    Ok(EquationFit { fit, parameters: model.parameters.len(), corrected_errors, compared, time_s, rows })
+}
+
+/// Refuses records that do not fit the model.
+fn check(model: &EquationModel, records: &[EquationRecord]) -> Result<(), EquationFault> {
+    /// Fewest samples of a record.
+    const FEWEST: usize = 5;
+    for record in records {
+        let samples = record.time_s.len();
+        let fault =
+            |what, found, expected| EquationFault::Columns { record: record.label.clone(), what, found, expected };
+        if samples < FEWEST {
+            return Err(fault("samples", samples, FEWEST));
+        }
+        if record.inputs.len() != model.inputs.len() {
+            return Err(fault("inputs", record.inputs.len(), model.inputs.len()));
+        }
+        if record.outputs.len() != model.outputs.len() {
+            return Err(fault("outputs", record.outputs.len(), model.outputs.len()));
+        }
+        if let Some(column) = record.inputs.iter().chain(&record.outputs).find(|column| column.len() != samples) {
+            return Err(fault("samples of a column", column.len(), samples));
+        }
+        for (input, column) in model.inputs.iter().zip(&record.inputs) {
+            if let Some(k) = column.iter().position(|value| !value.is_finite()) {
+                let (record, input, time_s) = (record.label.clone(), input.clone(), record.time_s[k]);
+                return Err(EquationFault::Input { record, input, time_s });
+            }
+        }
+    }
+    if records.is_empty() { Err(EstimateError::NoParameters.into()) } else { Ok(()) }
+}

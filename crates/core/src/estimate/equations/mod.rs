@@ -1,0 +1,95 @@
+//! Equations of motion as they are written: states, inputs and outputs as chosen, parameters by equation error and by output error.
+
+mod fit;
+mod model;
+
+use thiserror::Error;
+
+pub use fit::{EquationFit, EquationSettings, equation_error_of, output_error_of};
+pub use model::{EquationModel, EquationText};
+
+use super::EstimateError;
+use crate::prep::{ExpressionError, PrepError};
+
+/// One stretch of a recording, on one clock.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EquationRecord {
+    /// Name, which its initial states carry.
+    pub label: String,
+    /// Time, s, strictly increasing.
+    pub time_s: Vec<f64>,
+    /// One column per input of the model; linear between samples.
+    pub inputs: Vec<Vec<f64>>,
+    /// One column per output of the model; not finite where nothing was measured.
+    pub outputs: Vec<Vec<f64>>,
+}
+
+/// What can be wrong with equations of motion.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum EquationFault {
+    /// A right-hand side that is not understood.
+    #[error("{place}: {error}")]
+    Expression {
+        /// Equation.
+        place: String,
+        /// What is wrong.
+        error: ExpressionError,
+    },
+    /// One name for two things.
+    #[error("'{name}' is both {first} and {second}: give one of them another name")]
+    Twice {
+        /// Name.
+        name: String,
+        /// What it is.
+        first: &'static str,
+        /// What else it is.
+        second: &'static str,
+    },
+    /// Nothing to integrate or to compare.
+    #[error("the equations have no {what}: state at least one")]
+    Without {
+        /// What is missing.
+        what: &'static str,
+    },
+    /// Equation error needs every state.
+    #[error(
+        "equation error needs every state measured, and no output is '{state}' alone: add it to the outputs, or give every parameter a start and use output error only"
+    )]
+    NotMeasured {
+        /// State.
+        state: String,
+    },
+    /// A record that does not fit the model.
+    #[error("record '{record}': {found} {what}, {expected} expected")]
+    Columns {
+        /// Record.
+        record: String,
+        /// What was counted.
+        what: &'static str,
+        /// Number found.
+        found: usize,
+        /// Number expected.
+        expected: usize,
+    },
+    /// An input without a value.
+    #[error("record '{record}': input '{input}' is not finite at {time_s} s: end the window before it")]
+    Input {
+        /// Record.
+        record: String,
+        /// Input.
+        input: String,
+        /// Time, s.
+        time_s: f64,
+    },
+    /// Slopes of the record.
+    #[error("record '{record}': {error}")]
+    Slopes {
+        /// Record.
+        record: String,
+        /// What is wrong.
+        error: PrepError,
+    },
+    /// The estimation.
+    #[error(transparent)]
+    Estimate(#[from] EstimateError),
+}

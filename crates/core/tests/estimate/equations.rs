@@ -1,0 +1,258 @@
+//! Equations of motion as they are written: an unstable short period, three degrees of freedom with gravity, what is refused.
+
+use doublet_core::estimate::{
+    EquationFault, EquationFit, EquationModel, EquationRecord, EquationSettings, EquationText, equation_error_of,
+    output_error_of,
+};
+use rand::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+
+const STEP_S: f64 = 0.02;
+
+/// Derivatives of an unstable short period: its roots are 0.69315, which doubles in a second, and -2.69.
+const UNSTABLE: [(&str, f64); 5] =
+    [("Z_alpha", -0.9), ("Z_delta_e", -0.1), ("M_alpha", 2.856_747), ("M_q", -1.1), ("M_delta_e", -6.0)];
+
+fn pairs(rows: &[(&str, &str)]) -> Vec<(String, String)> {
+    rows.iter().map(|(name, text)| ((*name).to_owned(), (*text).to_owned())).collect()
+}
+
+/// The short period with a free constant in each equation.
+fn short_period() -> EquationModel {
+    let starts = UNSTABLE.iter().map(|(name, _)| ((*name).to_owned(), 0.0));
+    EquationModel::new(&EquationText {
+        states: pairs(&[
+            ("alpha", "Z_0 + Z_alpha*alpha + q + Z_delta_e*delta_e"),
+            ("q", "M_0 + M_alpha*alpha + M_q*q + M_delta_e*delta_e"),
+        ]),
+        outputs: pairs(&[("alpha", "alpha"), ("q", "q")]),
+        inputs: vec!["delta_e".to_owned()],
+        parameters: starts.chain([("Z_0".to_owned(), 0.0), ("M_0".to_owned(), 0.0)]).collect(),
+        constants: Vec::new(),
+    })
+    .unwrap()
+}
+
+fn normal(rng: &mut rand_chacha::ChaCha8Rng) -> f64 {
+    Distribution::<f64>::sample(&StandardNormal, rng)
+}
+
+/// `seconds` of the unstable aircraft under a pilot who holds it by alpha and rate and moves the stick as he likes; noise on alpha and
+/// q.
+fn unstable(seed: u64, seconds: usize, noise: [f64; 2]) -> EquationRecord {
+    let [z_a, z_d, m_a, m_q, m_d] = UNSTABLE.map(|(_, value)| value);
+    let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
+    let samples = seconds * 50;
+    let mut x = [0.0_f64, 0.0];
+    let (mut alpha, mut q, mut elevator, mut time_s) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    let mut held = 0.0;
+    for k in 0..samples {
+        let t = STEP_S * k as f64;
+        // Stick: a 3-2-1-1 every six seconds; the actuator follows in 50 ms, so that the deflection is smooth from sample to sample.
+        let phase = t % 6.0;
+        let stick = match phase {
+            p if (0.5..1.4).contains(&p) || (2.0..2.3).contains(&p) => 0.02,
+            p if (1.4..2.0).contains(&p) || (2.3..2.6).contains(&p) => -0.02,
+            _ => 0.0,
+        };
+        let wanted = 0.9 * x[0] + 0.6 * x[1] + stick;
+        let before = held;
+        held += (1.0 - (-STEP_S / 0.05_f64).exp()) * (wanted - held);
+        time_s.push(t);
+        alpha.push(x[0] + noise[0] * normal(&mut rng));
+        q.push(x[1] + noise[1] * normal(&mut rng));
+        elevator.push(before);
+        let rate = |x: [f64; 2], d: f64| [z_a * x[0] + x[1] + z_d * d, m_a * x[0] + m_q * x[1] + m_d * d];
+        let along = |slope: [f64; 2], h: f64| [x[0] + h * slope[0], x[1] + h * slope[1]];
+        let middle = 0.5 * (before + held);
+        let k1 = rate(x, before);
+        let k2 = rate(along(k1, 0.5 * STEP_S), middle);
+        let k3 = rate(along(k2, 0.5 * STEP_S), middle);
+        let k4 = rate(along(k3, STEP_S), held);
+        x = [0, 1].map(|i| x[i] + STEP_S / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]));
+    }
+    EquationRecord { label: "w".to_owned(), time_s, inputs: vec![elevator], outputs: vec![alpha, q] }
+}
+
+/// Distances from the truth in corrected errors.
+fn distances(found: &EquationFit) -> Vec<f64> {
+    let off = |(k, (name, value)): (usize, &(&str, f64))| {
+        assert_eq!(found.fit.names[k], *name);
+        (found.fit.estimates[k] - value) / found.corrected_errors[k]
+    };
+    UNSTABLE.iter().enumerate().map(off).collect()
+}
+
+#[test]
+fn unstable_short_period_is_found_by_equation_error_and_output_error() {
+    let truth = UNSTABLE.map(|(_, value)| value);
+    let half = 0.5 * (truth[0] + truth[3]);
+    let root = half + (half * half - truth[0] * truth[3] + truth[2]).sqrt();
+    assert!((std::f64::consts::LN_2 / root - 1.0).abs() < 1e-4, "time to double {}", std::f64::consts::LN_2 / root);
+    let record = unstable(4, 18, [1e-3, 2e-3]);
+    let model = short_period();
+    let settings = EquationSettings { piece_s: Some(3.0), ..EquationSettings::default() };
+    let equation = equation_error_of(&model, std::slice::from_ref(&record), &settings).unwrap();
+    let output =
+        output_error_of(&model, std::slice::from_ref(&record), &settings, Some(&equation.fit.estimates)).unwrap();
+    for (method, found) in [("equation error", &equation), ("output error", &output)] {
+        for (k, off) in distances(found).into_iter().enumerate() {
+            let (name, value) = UNSTABLE[k];
+            println!(
+                "{method} {name}: {value} found {:.4} +- {:.4} ({off:.2})",
+                found.fit.estimates[k], found.corrected_errors[k]
+            );
+            assert!(off.abs() < 2.0, "{method}: {name} {off}");
+            assert!(found.corrected_errors[k] < 0.15 * value.abs().max(0.5), "{method}: {name}");
+        }
+    }
+    // Six pieces with two initial states each, and residuals that are the noise.
+    assert_eq!(output.fit.names.len(), 7 + 12);
+    for (noise, truth) in output.fit.noise.iter().zip([1e-3, 2e-3]) {
+        assert!((noise / truth - 1.0).abs() < 0.06, "{noise}");
+    }
+    assert!(output.corrected_errors[2] < equation.corrected_errors[2] * 1.5);
+}
+
+#[test]
+fn intervals_of_the_unstable_aircraft_hold_the_truth() {
+    let model = short_period();
+    let settings = EquationSettings { piece_s: Some(3.0), ..EquationSettings::default() };
+    let (mut within, mut count) = ([0.0; 2], 0.0);
+    for seed in 100..120 {
+        let record = unstable(seed, 18, [1e-3, 2e-3]);
+        let equation = equation_error_of(&model, std::slice::from_ref(&record), &settings).unwrap();
+        let output =
+            output_error_of(&model, std::slice::from_ref(&record), &settings, Some(&equation.fit.estimates)).unwrap();
+        for (share, found) in within.iter_mut().zip([&equation, &output]) {
+            *share += distances(found).iter().filter(|off| off.abs() < 2.0).count() as f64;
+        }
+        count += UNSTABLE.len() as f64;
+    }
+    let [equation, output] = within.map(|within| within / count);
+    println!("within two corrected errors: equation error {equation:.3}, output error {output:.3} of {count}");
+    assert!(output > 0.90 && equation > 0.85, "{equation}, {output}");
+}
+
+#[test]
+fn one_piece_of_a_stable_motion_is_the_classical_output_error() {
+    let text = EquationText {
+        states: pairs(&[("x", "a*x + b*u")]),
+        outputs: pairs(&[("x", "x"), ("twice", "2*x + bias")]),
+        inputs: vec!["u".to_owned()],
+        parameters: vec![("a".to_owned(), -0.3), ("b".to_owned(), 0.5), ("bias".to_owned(), 0.0)],
+        constants: Vec::new(),
+    };
+    let time_s: Vec<f64> = (0..400).map(|k| 0.05 * f64::from(k)).collect();
+    let u: Vec<f64> = time_s.iter().map(|t| (0.7 * t).sin()).collect();
+    // The exact answer of x' = -0.8 x + 1.5 sin(0.7 t), x(0) = 1.
+    let (p, w) = (0.8_f64, 0.7_f64);
+    let particular = |t: f64| 1.5 / (p * p + w * w) * (p * (w * t).sin() - w * (w * t).cos());
+    let x: Vec<f64> = time_s.iter().map(|&t| particular(t) + (1.0 - particular(0.0)) * (-p * t).exp()).collect();
+    let twice = x.iter().map(|x| 2.0 * x + 0.25).collect();
+    let record = EquationRecord { label: "w".to_owned(), time_s, inputs: vec![u], outputs: vec![x, twice] };
+    let model = EquationModel::new(&text).unwrap();
+    let found = output_error_of(&model, &[record], &EquationSettings::default(), None).unwrap();
+    // The input between samples is a straight line, the true one is not: 0.05 s of it is 1.5e-4 of its amplitude off.
+    for (value, truth) in found.fit.estimates.iter().zip([-0.8, 1.5, 0.25, 1.0]) {
+        assert!((value - truth).abs() < 1e-3, "{:?}", found.fit.estimates);
+    }
+}
+
+#[test]
+fn three_degrees_with_gravity_need_no_lateral_channel() {
+    // V' and theta in: weight, drag and lift over mass as polynomials; the truth flies the same equations in this test.
+    let text = EquationText {
+        states: pairs(&[
+            ("V", "-g*sin(theta - alpha) - D_0 - D_alpha*alpha"),
+            ("alpha", "q + (g*cos(theta - alpha) - L_0 - L_alpha*alpha)/V"),
+            ("q", "M_0 + M_alpha*alpha + M_q*q + M_delta_e*delta_e"),
+            ("theta", "q"),
+        ]),
+        outputs: pairs(&[
+            ("V", "V"),
+            ("alpha", "alpha"),
+            ("q", "q"),
+            ("theta", "theta"),
+            ("az", "-(L_0 + L_alpha*alpha)"),
+        ]),
+        inputs: vec!["delta_e".to_owned()],
+        parameters: ["D_0", "D_alpha", "L_0", "L_alpha", "M_0", "M_alpha", "M_q", "M_delta_e"]
+            .map(|name| (name.to_owned(), 0.0))
+            .to_vec(),
+        constants: vec![("g".to_owned(), 9.80665)],
+    };
+    let truth = [0.2, 3.0, 2.0, 90.0, 0.3, -5.0, -2.0, -7.0];
+    let model = EquationModel::new(&text).unwrap();
+    let samples = 1000;
+    let time_s: Vec<f64> = (0..samples).map(|k| STEP_S * f64::from(k)).collect();
+    let elevator: Vec<f64> = time_s.iter().map(|t| -0.019 + 0.02 * (1.7 * t).sin() * (0.31 * t).cos()).collect();
+    let rate = |x: [f64; 4], d: f64| {
+        let [v, a, q, th] = x;
+        let [d0, da, l0, la, m0, ma, mq, md] = truth;
+        let g = 9.80665;
+        [
+            -g * (th - a).sin() - d0 - da * a,
+            q + (g * (th - a).cos() - l0 - la * a) / v,
+            m0 + ma * a + mq * q + md * d,
+            q,
+        ]
+    };
+    let mut x = [50.0, 0.0867, 0.0, 0.0867];
+    let mut columns = vec![Vec::new(); 5];
+    let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(9);
+    for k in 0..samples as usize {
+        let shown = [x[0], x[1], x[2], x[3], -(truth[2] + truth[3] * x[1])];
+        for ((column, value), noise) in columns.iter_mut().zip(shown).zip([0.05, 5e-4, 1e-3, 5e-4, 0.05]) {
+            column.push(value + noise * normal(&mut rng));
+        }
+        let (now, next) = (elevator[k], elevator[(k + 1).min(samples as usize - 1)]);
+        let along = |slope: [f64; 4], h: f64| std::array::from_fn(|i| x[i] + h * slope[i]);
+        let k1 = rate(x, now);
+        let k2 = rate(along(k1, 0.5 * STEP_S), 0.5 * (now + next));
+        let k3 = rate(along(k2, 0.5 * STEP_S), 0.5 * (now + next));
+        let k4 = rate(along(k3, STEP_S), next);
+        x = std::array::from_fn(|i| x[i] + STEP_S / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]));
+    }
+    let record = EquationRecord { label: "w".to_owned(), time_s, inputs: vec![elevator], outputs: columns };
+    let settings = EquationSettings::default();
+    let equation = equation_error_of(&model, std::slice::from_ref(&record), &settings).unwrap();
+    let output = output_error_of(&model, &[record], &settings, Some(&equation.fit.estimates)).unwrap();
+    for (k, truth) in truth.into_iter().enumerate() {
+        let (value, error) = (output.fit.estimates[k], output.corrected_errors[k]);
+        println!("{}: {truth} found {value:.5} +- {error:.5}", output.fit.names[k]);
+        assert!(((value - truth) / error).abs() < 3.0, "{}: {value} +- {error}", output.fit.names[k]);
+    }
+}
+
+#[test]
+fn equations_that_are_wrong_say_what() {
+    let fault = |change: &dyn Fn(&mut EquationText)| {
+        let mut text = EquationText {
+            states: pairs(&[("q", "M_q*q + M_delta_e*delta_e")]),
+            outputs: pairs(&[("q", "q")]),
+            inputs: vec!["delta_e".to_owned()],
+            parameters: vec![("M_q".to_owned(), -1.0), ("M_delta_e".to_owned(), -5.0)],
+            constants: Vec::new(),
+        };
+        change(&mut text);
+        EquationModel::new(&text).err().map(|error| error.to_string()).unwrap_or_default()
+    };
+    assert_eq!(fault(&|text| text.states.clear()), "the equations have no state: state at least one");
+    let said = fault(&|text| text.states[0].1 = "M_q*qq".to_owned());
+    assert!(said.starts_with("state 'q': at character 5: no state, input or parameter is called 'qq'"), "{said}");
+    let said = fault(&|text| text.inputs.push("q".to_owned()));
+    assert_eq!(said, "'q' is both a state and an input: give one of them another name");
+    let model = EquationModel::new(&EquationText {
+        states: pairs(&[("q", "M_q*q")]),
+        outputs: pairs(&[("rate", "2*q")]),
+        parameters: vec![("M_q".to_owned(), -1.0)],
+        ..EquationText::default()
+    })
+    .unwrap();
+    let time_s: Vec<f64> = (0..50).map(|k| 0.1 * f64::from(k)).collect();
+    let outputs = vec![time_s.iter().map(|t| 2.0 * (-t).exp()).collect()];
+    let record = EquationRecord { label: "w".to_owned(), time_s, inputs: Vec::new(), outputs };
+    let error = equation_error_of(&model, &[record], &EquationSettings::default()).unwrap_err();
+    assert!(matches!(error, EquationFault::NotMeasured { .. }), "{error}");
+}

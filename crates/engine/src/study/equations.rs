@@ -1,0 +1,239 @@
+//! Equations of motion fitted to the columns of a table: states, inputs and outputs as chosen, no aircraft, no other channel.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use doublet_core::estimate::{
+    EquationFault, EquationFit, EquationModel, EquationRecord, EquationSettings, EquationText, equation_error_of,
+    output_error_of,
+};
+use doublet_core::load::inspect;
+use doublet_core::schema::{Refused, schema_of};
+use doublet_core::series::{TimeRange, gap_threshold_s};
+use serde::Deserialize;
+use thiserror::Error;
+
+use super::table::{Columns, TableError};
+use crate::builtin;
+
+/// Value of the `format` key of a file of equations.
+const FORMAT: &str = "doublet equations";
+
+/// A file of equations.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    format: String,
+    #[serde(default)]
+    inputs: Vec<String>,
+    #[serde(default, rename = "state")]
+    states: Vec<StateTable>,
+    #[serde(default, rename = "output")]
+    outputs: Vec<OutputTable>,
+    #[serde(default)]
+    parameters: BTreeMap<String, f64>,
+    #[serde(default)]
+    constants: BTreeMap<String, f64>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StateTable {
+    name: String,
+    rate: String,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct OutputTable {
+    name: String,
+    shows: String,
+}
+
+/// What is fitted to what.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct EquationRequest {
+    /// Equations of motion.
+    pub equations: EquationText,
+    /// Column, or expression of columns, of an input or output; the column of its own name without an entry.
+    pub columns: BTreeMap<String, String>,
+    /// Column of time, s, or an expression of columns.
+    pub time: Option<String>,
+    /// Interval of the rows, s, where there is no column of time.
+    pub step_s: Option<f64>,
+    /// Stretches of time to use; all rows without one.
+    pub windows: Vec<TimeRange>,
+    /// Half width of the differentiation, s; without it that of [`EquationSettings`].
+    pub half_width_s: Option<f64>,
+    /// Length of pieces with initial states of their own, s.
+    pub piece_s: Option<f64>,
+}
+
+/// Parameters by both methods.
+#[derive(Debug)]
+pub struct EquationStudy {
+    /// By equation error, or one line why not.
+    pub equation_error: Result<EquationFit, EquationFault>,
+    /// By output error, which starts there where it can.
+    pub output_error: Result<EquationFit, EquationFault>,
+    /// The records that were fitted.
+    pub records: Vec<EquationRecord>,
+}
+
+/// Why equations could not be fitted to a table.
+#[derive(Debug, Error)]
+pub enum EquationError {
+    /// The file of equations.
+    #[error("{reason}")]
+    File {
+        /// What is wrong.
+        reason: String,
+    },
+    /// The table.
+    #[error(transparent)]
+    Table(#[from] TableError),
+    /// Equations or records.
+    #[error(transparent)]
+    Equations(#[from] EquationFault),
+    /// There is no time.
+    #[error("the table has no time: name its column by --time, or the interval of its rows by --dt")]
+    NoTime,
+    /// Time that does not increase.
+    #[error("time does not increase at {time_s} s (row {row}): choose rows by --window, or another column by --time")]
+    Time {
+        /// Time, s.
+        time_s: f64,
+        /// Row, from 0.
+        row: usize,
+    },
+    /// No rows.
+    #[error("between {start_s} s and {end_s} s the table has {rows} rows: choose another window")]
+    Window {
+        /// Beginning, s.
+        start_s: f64,
+        /// End, s.
+        end_s: f64,
+        /// Rows found.
+        rows: usize,
+    },
+}
+
+/// Equations that come with the program, by name: their text.
+pub fn shipped_equations(name: &str) -> Option<&'static str> {
+    builtin::text("equations", &name.replace('-', "_"))
+}
+
+/// Names of the equations that come with the program.
+pub fn names_of_equations() -> Vec<&'static str> {
+    builtin::names("equations")
+}
+
+/// JSON Schema of files of equations.
+///
+/// # Errors
+/// As [`schema_of`].
+pub fn equation_schema() -> Result<serde_json::Value, Refused> {
+    schema_of::<File>(FORMAT)
+}
+
+/// Understands the text of a file of equations; `constants` stand in the place of its own.
+///
+/// # Errors
+/// [`EquationError::File`].
+pub fn equation_text(text: &str, constants: &BTreeMap<String, f64>) -> Result<EquationText, EquationError> {
+    let fault = |reason: String| EquationError::File { reason };
+    let read: File = toml::from_str(text).map_err(|error| fault(error.to_string().trim_end().replace('\n', " ")))?;
+    if read.format != FORMAT {
+        return Err(fault(format!("its format is '{}', expected '{FORMAT}'", read.format)));
+    }
+    let mut known = read.constants;
+    for (name, value) in constants {
+        if known.insert(name.clone(), *value).is_none() {
+            return Err(fault(format!("it has no constant '{name}'")));
+        }
+    }
+    Ok(EquationText {
+        states: read.states.into_iter().map(|state| (state.name, state.rate)).collect(),
+        outputs: read.outputs.into_iter().map(|output| (output.name, output.shows)).collect(),
+        inputs: read.inputs,
+        parameters: read.parameters.into_iter().collect(),
+        constants: known.into_iter().collect(),
+    })
+}
+
+/// Fits equations of motion to the columns of a table, by equation error and then by output error
+/// ([`doublet_core::estimate::output_error_of`]). Any recording is a table; only the columns the equations name are looked at.
+///
+/// # Errors
+/// [`EquationError`], one line; why one method failed is in the result where the other did not.
+pub fn fit_equations(path: &Path, request: &EquationRequest) -> Result<EquationStudy, EquationError> {
+    let model = EquationModel::new(&request.equations)?;
+    let probe = inspect(path).map_err(TableError::from)?;
+    let columns = Columns::of(&probe);
+    let of = |name: &String| columns.evaluate(request.columns.get(name).unwrap_or(name));
+    let inputs = model.inputs().iter().map(of).collect::<Result<Vec<_>, _>>()?;
+    let outputs = model.outputs().iter().map(of).collect::<Result<Vec<_>, _>>()?;
+    let rows = outputs.first().map_or(0, Vec::len);
+    let time_s = match (&request.time, request.step_s) {
+        (Some(time), _) => columns.evaluate(time)?,
+        (None, Some(step_s)) => (0..rows).map(|row| step_s * row as f64).collect(),
+        (None, None) => TIME_NAMES.iter().find_map(|name| columns.evaluate(name).ok()).ok_or(EquationError::NoTime)?,
+    };
+    let named = model.inputs().iter().zip(&inputs).chain(model.outputs().iter().zip(&outputs));
+    for (name, values) in named {
+        if values.len() != time_s.len() {
+            let (name, output, found, expected) = (name.clone(), "time".to_owned(), values.len(), time_s.len());
+            return Err(TableError::Length { name, found, output, expected }.into());
+        }
+    }
+    let records = records(&time_s, (&inputs, &outputs), &request.windows)?;
+    let usual = EquationSettings::default();
+    let half_width_s = request.half_width_s.unwrap_or(usual.half_width_s);
+    let settings = EquationSettings { half_width_s, piece_s: request.piece_s, ..usual };
+    let equation_error = equation_error_of(&model, &records, &settings);
+    let start = equation_error.as_ref().ok().map(|found| found.fit.estimates.as_slice());
+    let output_error = output_error_of(&model, &records, &settings, start);
+    match (equation_error, output_error) {
+        (Err(error), Err(_)) => Err(error.into()),
+        (equation_error, output_error) => Ok(EquationStudy { equation_error, output_error, records }),
+    }
+}
+
+/// Names of a column of time, s.
+const TIME_NAMES: [&str; 6] = ["time_s", "t_s", "time", "t", "Time", "T"];
+
+/// The rows of each window, cut where time pauses.
+fn records(
+    time_s: &[f64],
+    (inputs, outputs): (&[Vec<f64>], &[Vec<f64>]),
+    windows: &[TimeRange],
+) -> Result<Vec<EquationRecord>, EquationError> {
+    let whole = TimeRange { start_s: f64::NEG_INFINITY, end_s: f64::INFINITY };
+    let windows = if windows.is_empty() { std::slice::from_ref(&whole) } else { windows };
+    let mut records = Vec::new();
+    for window in windows {
+        let inside = |&row: &usize| time_s[row] >= window.start_s && time_s[row] <= window.end_s;
+        let rows: Vec<usize> = (0..time_s.len()).filter(inside).collect();
+        let own: Vec<f64> = rows.iter().map(|&row| time_s[row]).collect();
+        if let Some(at) = own.windows(2).position(|pair| pair[1] <= pair[0]) {
+            return Err(EquationError::Time { time_s: own[at], row: rows[at] });
+        }
+        let longest = gap_threshold_s(&own);
+        let found = doublet_core::prep::stretches(&own, longest);
+        if found.is_empty() {
+            let TimeRange { start_s, end_s } = *window;
+            return Err(EquationError::Window { start_s, end_s, rows: own.len() });
+        }
+        for range in found {
+            let picked =
+                |column: &Vec<f64>| -> Vec<f64> { rows[range.clone()].iter().map(|&row| column[row]).collect() };
+            records.push(EquationRecord {
+                label: format!("{}", records.len() + 1),
+                time_s: own[range.clone()].to_vec(),
+                inputs: inputs.iter().map(picked).collect(),
+                outputs: outputs.iter().map(picked).collect(),
+            });
+        }
+    }
+    Ok(records)
+}
