@@ -342,6 +342,9 @@ mod tests {
         let root = arranged.tree.root().and_then(|root| arranged.tree.tiles.get(root));
         let Some(Tile::Container(Container::Linear(linear))) = root else { return 0.0 };
         let [first, last] = linear.children[..] else { return 0.0 };
+        if linear.dir != LinearDir::Horizontal {
+            return 0.0;
+        }
         linear.shares[last] / (linear.shares[first] + linear.shares[last])
     }
 

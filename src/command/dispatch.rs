@@ -63,7 +63,7 @@ fn edit(app: &mut Workbench, command: EditCommand) {
         EditCommand::Undo => app.undo(),
         EditCommand::Redo => app.redo(),
         EditCommand::AddWindow => add_window(app),
-        EditCommand::RemoveWindow => each_selected(app, "remove", |name| WindowEdit::Remove(name)),
+        EditCommand::RemoveWindow => each_selected(app, "remove", WindowEdit::Remove),
         EditCommand::UseWindows(role) => {
             each_selected(app, &format!("use for {}:", role.name()), |name| WindowEdit::Role { name, role });
         }

@@ -342,12 +342,15 @@ fn clicked(entry: &egui::Response, name: &str) -> Option<(String, bool)> {
     (entry.clicked() || entry.double_clicked()).then(|| (name.to_owned(), entry.double_clicked()))
 }
 
+/// What is drawn of each curve of a plot.
+type Look<'l, 'a> = &'l dyn Fn(usize) -> Option<&'a Drawn>;
+
 /// Draws one plot of the stack, without cursors.
 fn draw_plot<'a>(
     ui: &mut Ui,
     (id, height, legend): (Id, f32, Legend),
     plot: &'a TimePlot<'a>,
-    (look, values): (&dyn Fn(usize) -> Option<&'a Drawn>, Option<(f64, f64)>),
+    (look, values): (Look<'_, 'a>, Option<(f64, f64)>),
     range: TimeRange,
     spans: &'a [SpanMark],
 ) -> egui_plot::PlotResponse<()> {

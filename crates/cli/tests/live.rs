@@ -1,6 +1,6 @@
 //! `doublet live` on a recording: a line of JSON an update, what it takes, and the session it leaves.
 
-#![allow(clippy::unwrap_used, reason = "helpers of tests are not marked as tests")]
+#![allow(clippy::expect_used, clippy::unwrap_used, reason = "helpers of tests are not marked as tests")]
 
 #[allow(dead_code, reason = "not every test needs all of it")]
 mod common;

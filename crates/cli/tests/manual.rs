@@ -2,7 +2,7 @@
 //!
 //! `DOUBLET_WRITE_MANUAL=1 cargo test --workspace --test manual` writes the pages of `docs/book/src/reference` anew.
 
-#![allow(clippy::unwrap_used, reason = "helpers of tests are not marked as tests")]
+#![allow(clippy::panic, clippy::unwrap_used, reason = "helpers of tests are not marked as tests")]
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fmt::Write as _;

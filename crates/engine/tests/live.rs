@@ -1,6 +1,6 @@
 //! A flight watched while it is flown: a simulated flight whose derivatives are known, sample by sample, with losses and from files.
 
-#![expect(clippy::unwrap_used, reason = "a test helper that fails is a failed test")]
+#![expect(clippy::panic, clippy::unwrap_used, reason = "a test helper that fails is a failed test")]
 
 use std::io::Write;
 use std::net::UdpSocket;

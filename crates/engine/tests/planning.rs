@@ -2,6 +2,12 @@
 //!
 //! `DOUBLET_DESIGN_FLIGHTS=1000 cargo test --workspace --test planning -- --nocapture` flies as many as docs/planning.md states.
 
+#![expect(
+    clippy::print_stdout,
+    clippy::unwrap_used,
+    reason = "a test helper that fails is a failed test, and says its figures"
+)]
+
 use std::path::Path;
 
 use doublet_core::simulate::scenario;

@@ -66,6 +66,7 @@ impl Coefficients {
     }
 
     /// Time, s, of a window, its coefficients and its variables by name.
+    #[expect(clippy::type_complexity, reason = "a tuple of Python")]
     fn columns<'py>(
         &self,
         py: Python<'py>,
@@ -213,6 +214,7 @@ impl Fit {
     /// Fits the derivatives of a structure over the windows of coefficients.
     #[staticmethod]
     #[allow(clippy::too_many_arguments, reason = "what the Python function has by name")]
+    #[expect(clippy::self_named_constructors, reason = "the name of the Python function")]
     fn fit(
         py: Python<'_>,
         coefficients: &Coefficients,

@@ -1,5 +1,6 @@
 //! Recordings: read from files or made of arrays.
 
+use std::cmp::Ordering;
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -146,6 +147,7 @@ impl Recording {
     }
 
     /// Time, s, and values of the channel at `index`, looking at the recording's own memory.
+    #[expect(clippy::type_complexity, reason = "a tuple of Python")]
     fn signal<'py>(
         &self,
         py: Python<'py>,
@@ -186,8 +188,8 @@ fn check_time(name: &str, time: &[f64]) -> PyResult<Arc<[f64]>> {
     if time.len() < 2 {
         return Err(refuse(format!("'{name}' has {} samples: give at least two", time.len())));
     }
-    // Not `>=`: an instant that is not a number compares with nothing.
-    match time.windows(2).position(|pair| !(pair[0] < pair[1])) {
+    // An instant that is not a number compares with nothing.
+    match time.windows(2).position(|pair| pair[0].partial_cmp(&pair[1]) != Some(Ordering::Less)) {
         Some(at) => {
             let (first, second) = (time[at], time[at + 1]);
             Err(refuse(format!(

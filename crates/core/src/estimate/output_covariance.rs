@@ -52,7 +52,7 @@ pub fn joint_coloured_covariance(fits: &[(&PooledFit, &[PooledWindow])]) -> Resu
             residuals: &fit.fit.residuals[fit.samples[place].clone()],
         };
         let place = |label: &&str| windows.iter().position(|window| window.label == *label);
-        outputs.push(labels.iter().map(|label| place(&label).map(window)).collect());
+        outputs.push(labels.iter().map(|label| place(label).map(window)).collect());
     }
     let unit = Unit { covariance: &unit, prior_information: &prior_information, variance: 1.0 };
     covariance_of_outputs(&unit, &outputs)

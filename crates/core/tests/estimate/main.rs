@@ -9,7 +9,6 @@ mod shared;
 mod attas_table;
 mod coloured;
 mod constraints;
-#[expect(clippy::print_stdout, reason = "prints the figures of the documents")]
 mod equations;
 #[path = "../common/flight.rs"]
 mod flight;
@@ -19,6 +18,5 @@ mod output_error;
 mod properties;
 mod recursive;
 mod selection;
-#[expect(clippy::print_stdout, reason = "prints the figures of the documents")]
 mod sensor_errors;
 mod variants;

@@ -109,6 +109,7 @@ fn estimate(data: &[FilterData], settings: &SensorErrorSettings) -> Result<Senso
     sensor_errors(&windows, settings, &|| true)
 }
 
+#[expect(clippy::single_range_in_vec_init, reason = "the samples of the only window")]
 const WHOLE: [std::ops::Range<usize>; 1] = [0..SAMPLES];
 const HALVES: [std::ops::Range<usize>; 2] = [0..SAMPLES / 2, SAMPLES / 2..SAMPLES];
 
@@ -165,6 +166,7 @@ fn intervals_hold_the_truth_as_often_as_they_say() {
 
 /// Maximum likelihood written plainly: fixed-step integration of the kinematics, finite differences, Gauss-Newton on the residuals in
 /// their own deviations. Gives estimates and standard errors of `[errors in the order of ERRORS, then per window u v w phi theta psi]`.
+#[expect(clippy::too_many_lines, reason = "an independent computation that is read from top to bottom")]
 fn plain_maximum_likelihood(data: &[FilterData]) -> (Vec<f64>, Vec<f64>) {
     let rate = |x: [f64; 6], f: [f64; 6]| {
         let [u, v, w, phi, theta, _] = x;

@@ -347,9 +347,9 @@ fn load_lines(envelope: &FlightEnvelope, mass_kg: f64) -> Vec<Mark> {
         speeds.clone().filter_map(|speed| Some([speed, envelope.load_factor_at(speed, mass_kg)?])).collect();
     let low = envelope.load_factor_low.unwrap_or(-1.0);
     let lower: Vec<[f64; 2]> = speeds
-        .filter_map(|speed| {
+        .map(|speed| {
             let stalled = envelope.stall_at(1.0, mass_kg).map(|stall| -(speed / stall).powi(2));
-            Some([speed, stalled.map_or(low, |stalled| stalled.max(low))])
+            [speed, stalled.map_or(low, |stalled| stalled.max(low))]
         })
         .collect();
     if upper.is_empty() {

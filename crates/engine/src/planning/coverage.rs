@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::basis::{DesignOptions, FlownWindow, basis};
 use super::files::design_scenario;
-use super::rows::design_row;
+use super::rows::{DesignRow, design_row};
 use crate::graph::{Context, StageResult};
 use crate::session::{Manoeuvre, Session};
 use crate::stage::pooled_fits;
@@ -119,25 +119,7 @@ pub fn design_coverage(
         Ok((found, extremes))
     };
     let flights = (0..realisations).into_par_iter().map(one).collect::<StageResult<Vec<_>>>()?;
-    let derivatives: Vec<DesignedDerivative> = row
-        .predicted
-        .iter()
-        .filter_map(|own| {
-            let of = |flight: &(Vec<crate::study::Estimate>, Extremes)| {
-                flight.0.iter().find(|estimate| estimate.0 == own.name).map(|estimate| (estimate.1, estimate.3))
-            };
-            let all: Vec<(f64, f64)> = flights.iter().map(of).collect::<Option<_>>()?;
-            let count = all.len() as f64;
-            let mean = all.iter().map(|one| one.0).sum::<f64>() / count;
-            Some(DesignedDerivative {
-                name: own.name.clone(),
-                predicted: own.corrected?,
-                scatter: (all.iter().map(|one| (one.0 - mean).powi(2)).sum::<f64>() / (count - 1.0)).sqrt(),
-                corrected: (all.iter().map(|one| one.1 * one.1).sum::<f64>() / count).sqrt(),
-                truth: known.vehicle.aero.value(&own.name)?,
-            })
-        })
-        .collect();
+    let derivatives = derivatives(&row, &flights, known);
     let stays = |flight: &Extremes, place: usize| {
         let (own, promised) = (flight[place], &row.excursions[place]);
         own.0 >= promised.low && own.1 <= promised.high
@@ -173,6 +155,32 @@ pub fn design_coverage(
         derivatives,
         excursions,
     })
+}
+
+/// What was promised for each derivative beside what the flights gave.
+fn derivatives(
+    row: &DesignRow,
+    flights: &[(Vec<crate::study::Estimate>, Extremes)],
+    known: &Scenario,
+) -> Vec<DesignedDerivative> {
+    row.predicted
+        .iter()
+        .filter_map(|own| {
+            let of = |flight: &(Vec<crate::study::Estimate>, Extremes)| {
+                flight.0.iter().find(|estimate| estimate.0 == own.name).map(|estimate| (estimate.1, estimate.3))
+            };
+            let all: Vec<(f64, f64)> = flights.iter().map(of).collect::<Option<_>>()?;
+            let count = all.len() as f64;
+            let mean = all.iter().map(|one| one.0).sum::<f64>() / count;
+            Some(DesignedDerivative {
+                name: own.name.clone(),
+                predicted: own.corrected?,
+                scatter: (all.iter().map(|one| (one.0 - mean).powi(2)).sum::<f64>() / (count - 1.0)).sqrt(),
+                corrected: (all.iter().map(|one| one.1 * one.1).sum::<f64>() / count).sqrt(),
+                truth: known.vehicle.aero.value(&own.name)?,
+            })
+        })
+        .collect()
 }
 
 /// Extremes of the true motion within the windows, in the order of [`Quantity::ALL`]; of the altitude what is gained or lost since the start of

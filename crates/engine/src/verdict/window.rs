@@ -42,7 +42,7 @@ pub(super) fn findings(evidence: Evidence<'_>, manoeuvre: &Manoeuvre) -> Vec<Fin
             let text = "the path is taken as measured: errors of its sensors are in the coefficients and in what explains them, and no \
                         innovation tells of them";
             let finding = Finding::new(Level::Caution, "as-measured", place.clone(), text.to_owned());
-            findings.push(finding.with_setting("Filter", "preparation.path"));
+            findings.push(finding.with_setting("Noise and filter", "preparation.path"));
         }
         findings.extend(path.consistency.iter().flat_map(|consistency| innovations(&place, consistency)));
         findings.extend(smoother(&place, path));

@@ -13,6 +13,9 @@ use crate::estimate::flight_output_error::corrected_errors;
 use crate::estimate::{OutputErrorFit, OutputParameter, output_error};
 use crate::reconstruct::{FilterSettings, Measurement, Motion, check_samples, initial_state};
 
+/// Standard error of every parameter from one window alone, and the parameter it is hardest to tell from there with their correlation.
+type Alone = Vec<(f64, Option<(String, f64)>)>;
+
 /// What one window alone says of an error all windows share.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WindowShare {
@@ -329,8 +332,7 @@ impl<'a> Problem<'a> {
         measured: &DMatrix<f64>,
     ) -> Result<SensorErrorFit, SensorErrorFault> {
         let corrected = corrected_errors(&fit, measured, &self.rows)?;
-        let shares: Vec<Vec<(f64, Option<(String, f64)>)>> =
-            (0..self.samples.len()).map(|window| self.alone(window, unknowns, &fit)).collect();
+        let shares: Vec<Alone> = (0..self.samples.len()).map(|window| self.alone(window, unknowns, &fit)).collect();
         let mut errors = Vec::new();
         let mut initial = Vec::new();
         for (k, unknown) in unknowns.iter().enumerate() {
@@ -338,7 +340,7 @@ impl<'a> Problem<'a> {
                 initial.push((fit.names[k].clone(), fit.estimates[k], fit.standard_errors[k]));
                 continue;
             };
-            let share = |(window, shares): (usize, &Vec<(f64, Option<(String, f64)>)>)| {
+            let share = |(window, shares): (usize, &Alone)| {
                 let (standard_error, partner) = shares[k].clone();
                 WindowShare { window: self.labels[window].to_owned(), standard_error, partner }
             };
@@ -358,7 +360,7 @@ impl<'a> Problem<'a> {
     }
 
     /// Standard error of every parameter from one window alone, and its partner there; infinite for what the window does not tell.
-    fn alone(&self, window: usize, unknowns: &[Unknown], fit: &OutputErrorFit) -> Vec<(f64, Option<(String, f64)>)> {
+    fn alone(&self, window: usize, unknowns: &[Unknown], fit: &OutputErrorFit) -> Alone {
         /// Eigenvalue of the scaled information below which a direction is not told, and the share in it that names a parameter.
         const UNSEEN: (f64, f64) = (1e-9, 1e-3);
         let mut all = vec![(f64::INFINITY, None); unknowns.len()];

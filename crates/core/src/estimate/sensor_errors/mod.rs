@@ -131,6 +131,7 @@ pub enum Freedom {
 
 /// What the samples scatter by.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "there is one of it in a problem")]
 pub enum NoiseModel {
     /// The measurements alone, by as much as their residuals say: output error. The path is integrated from the inertial samples as if
     /// they had no noise.
