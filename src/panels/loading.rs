@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use doublet_core::airframe::{Aircraft, LoadedState, Loading};
 use doublet_core::quantity::Dimension;
-use doublet_engine::session::{Edit, LoadingEdit, WindowRole};
+use doublet_engine::session::{Edit, Flight, LoadingEdit, WindowRole};
 use doublet_engine::stage::{FlownMass, PooledFits, loading_on_board};
 use eframe::egui::{self, Grid, Id, RichText, ScrollArea, Slider, Ui, UiBuilder};
 use egui_extras::{Column, TableBuilder};
@@ -56,19 +56,21 @@ impl Panel for LoadingPanel {
         };
         let aircraft = &read.aircraft;
         self.remember(ctx);
-        let fuel_is_stated = ctx.session.loading.as_ref().is_some_and(|loading| !loading.fuel_kg.is_empty());
+        let fuel_is_stated = stated(ctx).is_some_and(|loading| !loading.fuel_kg.is_empty());
         ui.columns(2, |columns| {
             ScrollArea::vertical().id_salt("places").auto_shrink(false).show(&mut columns[0], |ui| {
                 ui.label(RichText::new(&aircraft.name).strong());
+                own_or_common(ctx, ui);
                 places(ctx, ui, aircraft);
                 let fuel = ui.add_enabled(fuel_is_stated, egui::Button::new("Fuel as recorded"));
                 let fuel = fuel.on_hover_text("Gives up the fuel stated by hand");
                 if fuel.on_disabled_hover_text("It is: a moved slider states the fuel by hand").clicked() {
                     let loading = Loading { fuel_kg: BTreeMap::new(), ..own_loading(ctx, aircraft) };
-                    ctx.edit(Edit::Loading(LoadingEdit::All(loading)));
+                    change(ctx, loading);
                 }
-                let standard = ui.add_enabled(ctx.session.loading.is_some(), egui::Button::new("Standard loading"));
-                if standard.clicked() {
+                let has_own = shown_flight(ctx).is_some_and(|flight| flight.loading.is_some());
+                let is_stated = ctx.session.loading.is_some() && !has_own;
+                if ui.add_enabled(is_stated, egui::Button::new("Standard loading")).clicked() {
                     ctx.edit(Edit::Loading(LoadingEdit::Standard));
                 }
             });
@@ -91,8 +93,8 @@ impl LoadingPanel {
     fn remember(&mut self, ctx: &PanelContext<'_>) {
         let ready = ctx.snapshot.pooled.ready().filter(|_| !ctx.snapshot.busy);
         match (&self.before, ready) {
-            (None, Some(pooled)) => self.before = Some((ctx.session.loading.clone(), Arc::clone(pooled))),
-            (Some((loading, _)), Some(pooled)) if *loading == ctx.session.loading => {
+            (None, Some(pooled)) => self.before = Some((stated(ctx).cloned(), Arc::clone(pooled))),
+            (Some((loading, _)), Some(pooled)) if loading.as_ref() == stated(ctx) => {
                 self.before = Some((loading.clone(), Arc::clone(pooled)));
             }
             _ => {}
@@ -104,7 +106,7 @@ impl LoadingPanel {
         let (Some((loading, before)), Some(now)) = (&self.before, ctx.snapshot.pooled.latest()) else {
             return awaiting(ctx, ui, "the derivatives", "There is no estimate yet.");
         };
-        let changed = *loading != ctx.session.loading;
+        let changed = loading.as_ref() != stated(ctx);
         let again = ui.horizontal_wrapped(|ui| {
             ui.weak(if changed { "Since the loading was changed" } else { "Move a slider: what changes shows here" });
             changed
@@ -168,7 +170,37 @@ fn changes<'a>(before: &'a PooledFits, now: &PooledFits) -> Vec<(&'a String, f64
 /// The loading the session would have with nothing but what was stated by hand: without fuel the recording tells it.
 fn own_loading(ctx: &PanelContext<'_>, aircraft: &Aircraft) -> Loading {
     let standard = || Loading { fuel_kg: BTreeMap::new(), ..aircraft.standard_loading.clone() };
-    ctx.session.loading.clone().unwrap_or_else(standard)
+    stated(ctx).cloned().unwrap_or_else(standard)
+}
+
+/// The flight whose loading is shown: that of the chosen window, or the first.
+fn shown_flight<'a>(ctx: &PanelContext<'a>) -> Option<&'a Flight> {
+    ctx.window().and_then(|window| ctx.session.flight(&window.flight)).or_else(|| ctx.session.flights.first())
+}
+
+/// What the session states to be on board in that flight.
+fn stated<'a>(ctx: &PanelContext<'a>) -> Option<&'a Loading> {
+    shown_flight(ctx).map_or(ctx.session.loading.as_ref(), |flight| ctx.session.loading_in(&flight.name))
+}
+
+/// Changes the loading shown: the flight's own where it has one, the session's otherwise.
+fn change(ctx: &mut PanelContext<'_>, loading: Loading) {
+    let own = shown_flight(ctx).filter(|flight| flight.loading.is_some()).map(|flight| flight.name.clone());
+    ctx.edit(Edit::Loading(match own {
+        Some(flight) => LoadingEdit::OfFlight { flight, loading: Some(loading) },
+        None => LoadingEdit::All(loading),
+    }));
+}
+
+/// Whether the flight shown has a loading of its own, where there are several flights.
+fn own_or_common(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
+    let Some(flight) = shown_flight(ctx).filter(|_| ctx.session.flights.len() > 1) else { return };
+    let mut own = flight.loading.is_some();
+    let shown = ui.checkbox(&mut own, format!("Own loading of flight {}", flight.name));
+    if shown.on_hover_text("Otherwise it has what is on board in all flights").changed() {
+        let loading = own.then(|| stated(ctx).cloned().unwrap_or_default());
+        ctx.edit(Edit::Loading(LoadingEdit::OfFlight { flight: flight.name.clone(), loading }));
+    }
 }
 
 /// A slider for every tank, seat and bay.
@@ -240,7 +272,7 @@ fn place(
     }
     if now != before {
         *mass = now;
-        ctx.edit(Edit::Loading(LoadingEdit::All(changed)));
+        change(ctx, changed);
     }
     if response.drag_stopped() {
         ctx.edits.push(EditRequest::Commit);

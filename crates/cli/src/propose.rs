@@ -102,7 +102,7 @@ pub fn propose(arguments: &ProposeArguments) -> Result<(), String> {
 
 fn load(opened: &Opened, flight: &session::Flight) -> Result<Keyed<LoadedFlight>, String> {
     Context::new(&opened.folder)
-        .get::<LoadedFlight>(flight, ())
+        .get::<LoadedFlight>(&flight.without_loading(), ())
         .map_err(|error| format!("flight '{}': {error}", flight.name))
 }
 

@@ -57,6 +57,7 @@ fn own_aircraft(
         thrust_slope_n_s_m: environment.thrust.iter().map(|thrust| thrust.per_airspeed_n_s_m).sum(),
         pressure_rise_pa: 0.0,
         rotor_momentum_n_m_s: environment.rotor_momentum_n_m_s.x,
+        recorded: Default::default(),
     };
     (model, condition, trim, matrix)
 }

@@ -76,6 +76,7 @@ fn aircraft() -> (UncertainModel, Condition) {
         thrust_slope_n_s_m: -15.0,
         pressure_rise_pa: 0.0,
         rotor_momentum_n_m_s: 0.0,
+        recorded: Default::default(),
     };
     let mut uncertain = UncertainModel::exact(model);
     let values = uncertain.values();

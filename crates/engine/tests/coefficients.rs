@@ -5,14 +5,17 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use doublet_core::model::{Axes, Coefficient, Gyroscopic, Lag, ThrustTreatment, Variable};
+use doublet_core::model::{Axes, Coefficient, Gyroscopic, Lag, Term, ThrustTreatment, Variable};
 use doublet_core::prep::{Differentiation, differentiate, smoothed_rate};
 use doublet_core::quantity::Role;
 use doublet_engine::builtin;
 use doublet_engine::graph::Cache;
 use doublet_engine::report::{self, HistoryFormat, Outputs};
 use doublet_engine::run::{Control, Scope, Snapshot, run};
-use doublet_engine::session::{self, AngularAcceleration, ControlLags, MomentReference, Preparation, Session, Surface};
+use doublet_engine::session::{
+    self, AngularAcceleration, ControlLags, Estimation, ExpressionSetting, MomentReference, Preparation, Session,
+    Surface, WindowRole,
+};
 use doublet_engine::stage::{AirDensity, WindowAero};
 use doublet_engine::verdict::{Level, judge};
 
@@ -253,4 +256,56 @@ fn assumed_density_is_called_so_and_smoothed_states_are_written_with_their_devia
         .collect();
     let of = |folder: &str| heads.iter().map(|head| head.matches(&format!("path/{folder}/")).count()).sum::<usize>();
     assert_eq!((of("smoothed"), of("smoothed_deviations")), (18, 18));
+}
+
+/// A channel by expression is a term of the model: with the elevator's values it has the elevator's derivative, predicts and flies as
+/// it does.
+#[test]
+fn an_expression_is_a_term_of_the_model() {
+    let mut session = session::parse(builtin::session("demo").unwrap()).unwrap();
+    let used = ["01 aileron doublet", "03 elevator doublet", "05 rudder doublet", "04 elevator doublet"];
+    session.windows = used.map(|name| session.window(name).unwrap().clone()).into();
+    session.windows[3].role = WindowRole::Validation;
+    session.estimation = Estimation::default();
+    let computed = |session: &Session| {
+        let session = session::parse(&session::print(session).unwrap()).unwrap();
+        let scope =
+            Scope { session: &session, folder: Path::new(""), first: None, studies: &[], cause: "test", generation: 1 };
+        run(&scope, &Snapshot::default(), &Cache::new(1 << 30), &Control::default(), &|_| {})
+    };
+    let plain = computed(&session);
+    let expression = ExpressionSetting {
+        name: "elevator again".to_owned(),
+        unit: "-".to_owned(),
+        expression: "delta_e".to_owned(),
+        role: Some(Role::Other1),
+    };
+    session.flights[0].expressions.push(expression);
+    for (_, terms) in &mut session.structure.models {
+        for term in terms.iter_mut().filter(|term| **term == Term::from(Variable::Elevator)) {
+            *term = Term::parse("other_1").unwrap();
+        }
+    }
+    let by_expression = computed(&session);
+    let fits = |snapshot: &Snapshot| -> Vec<(String, f64)> {
+        let pooled = snapshot.pooled.ready().unwrap();
+        let fits = pooled.fits.iter().filter_map(|fit| fit.fit.as_ref().ok());
+        fits.flat_map(|fit| fit.names.iter().cloned().zip(fit.estimates.iter().copied())).collect()
+    };
+    let (expected, found) = (fits(&plain), fits(&by_expression));
+    assert!(found.iter().any(|(name, _)| name == "Cm_other_1"), "{found:?}");
+    assert_eq!(found.len(), expected.len());
+    for ((name, value), (_, of_elevator)) in found.iter().zip(&expected) {
+        assert_close(*value, *of_elevator, name);
+    }
+    let flown = |snapshot: &Snapshot| -> Vec<f64> {
+        let replay = snapshot.proof.ready().unwrap().windows[0].1.clone().unwrap();
+        let theil = |index: usize| replay.theil[index].1.coefficient;
+        (0..replay.theil.len()).map(theil).collect()
+    };
+    let (expected, found) = (flown(&plain), flown(&by_expression));
+    assert!(!expected.is_empty());
+    for (k, (found, expected)) in found.iter().zip(&expected).enumerate() {
+        assert!((found - expected).abs() < 1e-9, "{k}: {found} {expected}");
+    }
 }

@@ -81,6 +81,7 @@ fn flight_of(path: &str, map: &str) -> Flight {
         instruments: None,
         signals: SignalSetting::default(),
         expressions: Vec::new(),
+        loading: None,
     }
 }
 

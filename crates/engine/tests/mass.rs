@@ -9,7 +9,7 @@ use doublet_core::airframe::Loading;
 use doublet_engine::graph::Cache;
 use doublet_engine::report::{self, MassRow, Results};
 use doublet_engine::run::{Control, Scope, Snapshot, run};
-use doublet_engine::session::{self, Session, WindowRole};
+use doublet_engine::session::{self, Edit, Flight, LoadingEdit, Manoeuvre, Session, WindowRole};
 use doublet_engine::verdict::Finding;
 
 /// The shipped flight with three windows of the elevator only.
@@ -80,6 +80,47 @@ fn mass_properties_are_those_flown_at_the_start_in_each_window_and_at_the_end() 
     assert!(flown.start.properties.mass_kg > flown.end.properties.mass_kg + 40.0, "fuel is burnt");
     assert_eq!(results.mass_kg, flown.start.properties.mass_kg);
     assert_eq!(results.mass_properties.unwrap().properties, flown.start.properties);
+}
+
+/// Two flights, the second with a loading of its own: it has the mass, and its windows the coefficients, that a session has whose
+/// only flight is loaded so; the first keeps those of the session.
+#[test]
+fn a_flight_with_a_loading_of_its_own_is_as_heavy_as_a_session_loaded_so() {
+    let common = demo();
+    let mut own = common.loading.clone().unwrap();
+    own.seats_kg.insert("passenger left".to_owned(), 0.0);
+    let mut both = common.clone();
+    both.flights.push(Flight { name: "FT2".to_owned(), loading: Some(own.clone()), ..common.flights[0].clone() });
+    let again = |window: &Manoeuvre| Manoeuvre {
+        name: format!("{} of FT2", window.name),
+        flight: "FT2".to_owned(),
+        ..window.clone()
+    };
+    both.windows.extend(common.active_windows().map(again));
+    // What is tested is what a saved session says.
+    let both = session::parse(&session::print(&both).unwrap()).unwrap();
+    let lighter = computed(&Session { loading: Some(own), ..common.clone() }).0;
+    let (heavier, found) = (computed(&common).0, computed(&both).0);
+    for window in common.active_windows() {
+        let aero = |snapshot: &Snapshot, name: &str| snapshot.windows[name].aero.ready().unwrap().clone();
+        let expected = [aero(&heavier, &window.name), aero(&lighter, &window.name)];
+        let of_second = format!("{} of FT2", window.name);
+        for (expected, name) in expected.iter().zip([&window.name, &of_second]) {
+            let aero = aero(&found, name);
+            assert_eq!(aero.data.mass, expected.data.mass, "{name}");
+            assert_eq!(aero.coefficients, expected.coefficients, "{name}");
+        }
+        let [with, without] = expected.map(|aero| aero.data.mass.at(0).mass_kg);
+        assert!((with - without - 74.7).abs() < 1e-9, "{with} {without}");
+    }
+    assert_eq!(
+        found.flown["FT2"].ready().unwrap().start.state.properties.mass_kg,
+        lighter.flown["FT1"].ready().unwrap().start.state.properties.mass_kg
+    );
+    // Given up, the flight has the loading of all.
+    let edit = Edit::Loading(LoadingEdit::OfFlight { flight: "FT2".to_owned(), loading: None });
+    let given_up = edit.apply(&both).unwrap();
+    assert_eq!(given_up.loading_in("FT2"), common.loading.as_ref());
 }
 
 #[test]

@@ -53,6 +53,7 @@ fn both() -> (Replay, doublet_core::replay::Start, Simulation) {
             thrust_slope_n_s_m: 0.0,
             pressure_rise_pa: 0.0,
             rotor_momentum_n_m_s: 0.0,
+            recorded: Default::default(),
         },
         state: [u, v, w, p, q, r, phi, theta, psi, 0.0, 0.0, altitude_m],
         input: [CONTROLS[0], CONTROLS[1], CONTROLS[2], 0.0],

@@ -164,6 +164,7 @@ impl Fitted {
             Some(StudyWindow {
                 manoeuvre,
                 flight: self.path.flight.clone(),
+                aircraft: aircraft.clone(),
                 path: own(&manoeuvre.name)?.path.clone(),
                 aero: aero.clone(),
                 fits: Keyed::new(Arc::new(fits), Key::unique()),

@@ -6,6 +6,7 @@
 //! not hold, the mistake of a channel map is looked for that makes it hold: a sign, a unit, an offset, exchanged channels, percent for
 //! an angle, ticks of another length, stamps that are late.
 
+mod accelerometer;
 mod air;
 mod changes;
 mod clock;
@@ -25,6 +26,7 @@ mod travels;
 
 use crate::series::Recording;
 
+pub use accelerometer::AccelerometerPlace;
 pub use changes::Cure;
 pub use gravity::{GravityExplanation, gravity_explains};
 pub use rows::{Agreement, Compatibility, CompatibilityRow};
@@ -36,10 +38,14 @@ pub fn check(recording: &Recording) -> Compatibility {
     let relations = outcome::relations();
     let clocked = clock::judge(recording, &relations);
     let mut rows = clocked.rows;
+    let mut place = None;
     if let Some(motion) = clocked.motion {
         let (shifts, motion) = shift::find(recording, clocked.factor, motion, &relations);
         rows.extend(shifts);
+        place = accelerometer::place(&motion);
         rows.extend(rows::rows(&search::search(motion, &relations)));
     }
-    Compatibility { rows }
+    // Channels that contradict each other tell no place.
+    let accelerometer = place.filter(|_| rows.iter().all(|row| row.agreement != Agreement::Contradicts));
+    Compatibility { rows, accelerometer }
 }

@@ -1,5 +1,6 @@
 //! What was found, one row per relation and mistake.
 
+use super::accelerometer::AccelerometerPlace;
 use super::changes::Cure;
 use super::line::Figures;
 use super::outcome::{Outcome, Relation};
@@ -50,6 +51,8 @@ pub struct CompatibilityRow {
 pub struct Compatibility {
     /// The clock first, then mistakes, then every relation.
     pub rows: Vec<CompatibilityRow>,
+    /// Where the accelerometers are from the point whose velocity is recorded; none where the channels contradict each other or do not tell.
+    pub accelerometer: Option<AccelerometerPlace>,
 }
 
 impl CompatibilityRow {

@@ -44,6 +44,9 @@ const UNIT_ENDINGS: &[(&str, &str)] = &[
     ("_w", "W"),
 ];
 
+/// Ends of names that look like a unit and are a direction or an angle.
+const NO_UNITS: &[&str] = &["v_n", "vel_n", "velocity_n", "pos_n", "position_n", "angle_psi", "heading_psi", "yaw_psi"];
+
 /// An angle larger than this in radians is taken for degrees: angles of flow and controls, and of attitude.
 const LARGEST_FLOW_RAD: f64 = 1.6;
 const LARGEST_ATTITUDE_RAD: f64 = 6.4;
@@ -90,7 +93,9 @@ fn letters(name: &str) -> String {
 /// A name without the unit it ends on, and that unit: `alpha` and degrees of `alpha_deg`.
 pub fn stem_and_unit(name: &str) -> (&str, Option<Unit>) {
     let lower = name.to_ascii_lowercase();
-    let ending = UNIT_ENDINGS.iter().find(|(ending, _)| lower.len() > ending.len() && lower.ends_with(ending));
+    let is_unit = !NO_UNITS.iter().any(|name| lower.ends_with(name));
+    let known = |(ending, _): &&(&str, &str)| lower.len() > ending.len() && lower.ends_with(ending);
+    let ending = UNIT_ENDINGS.iter().find(known).filter(|_| is_unit);
     ending.map_or((name, None), |(ending, unit)| (&name[..name.len() - ending.len()], Unit::parse(unit).ok()))
 }
 
@@ -154,4 +159,18 @@ fn unit_by_size(channel: &ChannelInfo, role: Role) -> Unit {
 
 fn is_engine(role: Role) -> bool {
     matches!(role, Role::EngineSpeed1 | Role::EngineSpeed2)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_direction_at_the_end_of_a_name_is_no_unit() {
+        for name in ["v_n", "gps_vel_n", "pos_N", "heading_psi"] {
+            assert_eq!(stem_and_unit(name), (name, None));
+        }
+        let (stem, unit) = stem_and_unit("thrust_n");
+        assert_eq!((stem, unit.map(|unit| unit.dimension)), ("thrust", Some(Dimension::Force)));
+    }
 }

@@ -61,7 +61,7 @@ pub struct AeroData {
     pub angular_acceleration_rad_s2: Option<[Vec<f64>; 3]>,
     /// Air density, kg/m³.
     pub density_kg_m3: Vec<f64>,
-    /// Deflections by role, rad.
+    /// Deflections by role, rad, and what else is recorded of the configuration ([`super::RECORDED`]).
     pub controls: BTreeMap<Role, Vec<f64>>,
     /// Mass properties.
     pub mass: MassHistory,

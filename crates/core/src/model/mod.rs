@@ -13,7 +13,7 @@ pub use coefficients::{Coefficients, angular_momentum, coefficients, specific_fo
 pub use data::{AeroData, Axes, CoefficientSettings, Engine, Gyroscopic, Lag, Position, ThrustTreatment};
 pub use derivatives::{Derivative, Derivatives, VariableValues};
 pub use error::ModelError;
-pub use names::{Coefficient, Variable};
+pub use names::{Coefficient, RECORDED, RecordedValues, Variable};
 pub use structure::Structure;
 pub use term::Term;
 pub use variables::{Variables, regressors, variables};

@@ -1,5 +1,7 @@
 //! Names of the aerodynamic coefficients and of the variables they depend on.
 
+use crate::quantity::Role;
+
 /// An aerodynamic coefficient.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Coefficient {
@@ -85,7 +87,28 @@ variables! {
     Altitude, "h", "h", "altitude, m";
     Mach, "mach", "mach", "Mach number";
     HalfPitchRate, "qc/2V", "qhat", "pitch rate times chord over twice the airspeed: half of qc/V, its derivative twice that of qc/V";
+    Flap, "flap", "flap", "flap deflection, rad";
+    ElevatorTrim, "delta_te", "delta_te", "elevator trim tab deflection, rad";
+    Stabiliser, "stabiliser", "stabiliser", "incidence of the horizontal stabiliser, rad";
+    Other1, "other_1", "other_1", "the channel or expression with the role other_1";
+    Other2, "other_2", "other_2", "the channel or expression with the role other_2";
+    Other3, "other_3", "other_3", "the channel or expression with the role other_3";
+    Other4, "other_4", "other_4", "the channel or expression with the role other_4";
 }
+
+/// Variables that are what was recorded, with the role of their channel; the motion does not change them.
+pub const RECORDED: [(Variable, Role); 7] = [
+    (Variable::Flap, Role::Flap),
+    (Variable::ElevatorTrim, Role::ElevatorTrim),
+    (Variable::Stabiliser, Role::Stabiliser),
+    (Variable::Other1, Role::Other1),
+    (Variable::Other2, Role::Other2),
+    (Variable::Other3, Role::Other3),
+    (Variable::Other4, Role::Other4),
+];
+
+/// Values of the [`RECORDED`] variables, in their order.
+pub type RecordedValues = [f64; RECORDED.len()];
 
 impl Variable {
     /// The variable with this name in terms, or with this suffix.

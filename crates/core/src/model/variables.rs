@@ -8,7 +8,7 @@ use nalgebra::DMatrix;
 
 use super::coefficients::matched_smoothing;
 use super::data::{AeroData, Axes, CoefficientSettings};
-use super::{ModelError, Term, Variable};
+use super::{ModelError, RECORDED, Term, Variable};
 use crate::prep::{Differentiation, MatchedSmoothing, delay, differentiate, first_order_lag};
 use crate::quantity::Role;
 
@@ -99,6 +99,9 @@ pub fn variables(data: &AeroData, settings: &CoefficientSettings) -> Result<Vari
         if let Some(deflection) = data.controls.get(&role) {
             columns.insert(variable, lagged(data, settings, role, deflection)?);
         }
+    }
+    for (variable, role) in RECORDED {
+        columns.extend(data.controls.get(&role).map(|values| (variable, values.clone())));
     }
     columns.insert(Variable::Airspeed, airspeed.clone());
     for (variable, column) in [

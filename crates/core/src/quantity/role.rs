@@ -53,6 +53,10 @@ named_quantities! {
     ManifoldPressure2, "manifold_pressure_2", Pressure, "manifold pressure of engine 2 (right or rear)";
     Power1, "power_1", Power, "power of engine 1 (left or front) as its monitor reports it";
     Power2, "power_2", Power, "power of engine 2 (right or rear) as its monitor reports it";
+    Other1, "other_1", Dimensionless, "any quantity, taken as it is: a term of the model by this name";
+    Other2, "other_2", Dimensionless, "any second quantity, taken as it is";
+    Other3, "other_3", Dimensionless, "any third quantity, taken as it is";
+    Other4, "other_4", Dimensionless, "any fourth quantity, taken as it is";
     WeightOnWheels, "weight_on_wheels", Dimensionless, "above one half while the weight is on the wheels";
 }
 

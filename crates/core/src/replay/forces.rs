@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::sample::Sample;
 use crate::airframe::ReferenceGeometry;
-use crate::model::{Axes, Derivatives, Variable, VariableValues};
+use crate::model::{Axes, Derivatives, RECORDED, Variable, VariableValues};
 use crate::motion::Airflow;
 
 /// Change of the rates of the flow angles, without dimension, at which their equation counts as solved.
@@ -161,6 +161,7 @@ impl<'a> Forces<'a> {
         set(Variable::Aileron, aileron);
         set(Variable::Elevator, elevator);
         set(Variable::Rudder, rudder);
+        RECORDED.iter().zip(sample.recorded).for_each(|((variable, _), value)| set(*variable, value));
         set(Variable::PropellerPressure, sample.pressure_rise_pa / air.dynamic_pressure_pa);
         set(Variable::ThrustCoefficient, sample.thrust_n / (air.dynamic_pressure_pa * reference.area_m2));
         set(Variable::Airspeed, airspeed);

@@ -3,7 +3,9 @@
 use nalgebra::Vector3;
 
 use super::ReplayError;
-use crate::model::{AeroData, CoefficientSettings, ThrustTreatment, Variable, Variables, angular_momentum};
+use crate::model::{
+    AeroData, CoefficientSettings, RECORDED, RecordedValues, ThrustTreatment, Variable, Variables, angular_momentum,
+};
 use crate::motion::FactoredInertia;
 
 /// Controls, air, engines and loading at one instant.
@@ -11,6 +13,8 @@ use crate::motion::FactoredInertia;
 pub struct Sample {
     /// Aileron, elevator, rudder after their lags, rad; zero where not recorded.
     pub controls_rad: [f64; 3],
+    /// Flaps, trims and what else the model takes as recorded; zero where it is not.
+    pub recorded: RecordedValues,
     /// Air density, kg/m³.
     pub density_kg_m3: f64,
     /// Speed of sound, m/s; infinite where not recorded.
@@ -67,6 +71,7 @@ impl Sample {
         let pressure_over_q = data.propeller_pressure.as_ref().map_or(0.0, |rise| rise[k]);
         Ok(Self {
             controls_rad: [Variable::Aileron, Variable::Elevator, Variable::Rudder].map(control),
+            recorded: RECORDED.map(|(variable, _)| control(variable)),
             density_kg_m3: density,
             speed_of_sound_m_s: if mach > 0.0 { airspeed / mach } else { f64::INFINITY },
             wind_ned_m_s: Vector3::from(wind_ned_m_s.each_ref().map(|column| column[k])),
@@ -87,6 +92,7 @@ impl Sample {
         let between = |a: f64, b: f64| a + (b - a) * fraction;
         Self {
             controls_rad: std::array::from_fn(|i| between(self.controls_rad[i], next.controls_rad[i])),
+            recorded: std::array::from_fn(|i| between(self.recorded[i], next.recorded[i])),
             density_kg_m3: between(self.density_kg_m3, next.density_kg_m3),
             speed_of_sound_m_s: if self.speed_of_sound_m_s.is_finite() && next.speed_of_sound_m_s.is_finite() {
                 between(self.speed_of_sound_m_s, next.speed_of_sound_m_s)

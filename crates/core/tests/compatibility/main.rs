@@ -275,3 +275,32 @@ fn two_mistakes_at_once_are_both_named() {
     named.sort();
     assert_eq!(named, ["airspeed: knots", "az: sign reversed"]);
 }
+
+/// Accelerometers that ride on a point of the aircraft feel the second difference of its place, which no formula of the estimate knows.
+#[test]
+fn place_of_the_accelerometers_is_told_by_the_ground_velocity() {
+    const CLOSE_M: f64 = 0.03;
+    for place in [[0.0; 3], [3.1, -0.4, -1.2], [-0.5, 0.0, 0.3]] {
+        let found = found(|columns| {
+            let moved = |t: f64| body_to_earth(t) * Vector3::from(place);
+            for sample in 0..columns[&SpecificForceX].len() {
+                let (t, h) = (sample as f64 / RATE_HZ, 1e-3);
+                let felt = (moved(t + h) - 2.0 * moved(t) + moved(t - h)) / (h * h);
+                let felt = body_to_earth(t).inverse() * felt;
+                for (axis, role) in [SpecificForceX, SpecificForceY, SpecificForceZ].into_iter().enumerate() {
+                    if let Some(values) = columns.get_mut(&role) {
+                        values[sample] += felt[axis];
+                    }
+                }
+            }
+        });
+        let Some(told) = found.accelerometer else { panic!("no place of {place:?}") };
+        println!("{place:?}: {told:?}");
+        for axis in 0..3 {
+            assert!((told.from_velocity_m[axis] - place[axis]).abs() < CLOSE_M, "{place:?} {told:?}");
+            assert!(told.errors_m[axis] < CLOSE_M, "{told:?}");
+        }
+    }
+    // A turned sign tells no place.
+    assert_eq!(found(|columns| scaled(columns, SpecificForceY, -1.0)).accelerometer, None);
+}

@@ -234,6 +234,13 @@ fn variables(equations: &Equations<'_>, state: &StateVector, flow: &Flow, values
         }
         Variable::Airspeed => flow.speed,
         Variable::Altitude => unit(11),
+        Variable::Flap
+        | Variable::ElevatorTrim
+        | Variable::Stabiliser
+        | Variable::Other1
+        | Variable::Other2
+        | Variable::Other3
+        | Variable::Other4 => Row::zeros(),
         Variable::Mach => {
             let (sound, slope) = equations.speed_of_sound(state[11]);
             flow.speed * (1.0 / sound) - unit(11) * (airspeed / (sound * sound) * slope)

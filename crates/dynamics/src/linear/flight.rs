@@ -2,7 +2,7 @@
 
 use doublet_core::airframe::{MassProperties, ReferenceGeometry};
 use doublet_core::atmos::{Atmosphere, AtmosphereError};
-use doublet_core::model::{Axes, Derivatives, Position, ThrustTreatment, Variable};
+use doublet_core::model::{Axes, Derivatives, Position, RecordedValues, ThrustTreatment, Variable};
 use doublet_core::motion::{FactoredInertia, State};
 use doublet_core::replay::{Forces, Instant, MotionAxis, Sample};
 use nalgebra::{Matrix3, SVector, Vector3};
@@ -110,6 +110,8 @@ pub struct Condition {
     pub pressure_rise_pa: f64,
     /// Angular momentum of the rotors along body x, kg m²/s.
     pub rotor_momentum_n_m_s: f64,
+    /// Flaps, trims and what else the model takes as recorded: held.
+    pub recorded: RecordedValues,
 }
 
 /// Equations of motion of a model at a condition.
@@ -180,6 +182,7 @@ impl<'a> Equations<'a> {
         let thrust_n = input[3] + condition.thrust_slope_n_s_m * (airspeed_m_s - condition.airspeed_m_s);
         Sample {
             controls_rad: [input[0], input[1], input[2]],
+            recorded: condition.recorded,
             density_kg_m3: self.density(altitude_m).0,
             speed_of_sound_m_s: self.speed_of_sound(altitude_m).0,
             wind_ned_m_s: Vector3::zeros(),

@@ -1,7 +1,7 @@
 //! Flight of an identified model from a trim, and the file that takes it elsewhere.
 
 use doublet_core::airframe::{InertiaTensor, MassProperties, ReferenceGeometry};
-use doublet_core::model::{Axes, Coefficient, Derivatives, Position, Term, ThrustTreatment};
+use doublet_core::model::{Axes, Coefficient, Derivatives, Position, RecordedValues, Term, ThrustTreatment};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
@@ -201,6 +201,13 @@ struct Air {
     thrust_slope_n_s_m: f64,
     pressure_rise_pa: f64,
     rotor_momentum_n_m_s: f64,
+    /// Flaps, trims and what else the model takes as recorded; none where it takes nothing.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    recorded: RecordedValues,
+}
+
+fn is_zero(recorded: &RecordedValues) -> bool {
+    recorded.iter().all(|value| *value == 0.0)
 }
 
 /// Names of what of the thrust is inside the coefficients.
@@ -275,6 +282,7 @@ impl From<&Condition> for Air {
             thrust_slope_n_s_m: condition.thrust_slope_n_s_m,
             pressure_rise_pa: condition.pressure_rise_pa,
             rotor_momentum_n_m_s: condition.rotor_momentum_n_m_s,
+            recorded: condition.recorded,
         }
     }
 }
@@ -296,6 +304,7 @@ impl Air {
             thrust_slope_n_s_m: self.thrust_slope_n_s_m,
             pressure_rise_pa: self.pressure_rise_pa,
             rotor_momentum_n_m_s: self.rotor_momentum_n_m_s,
+            recorded: self.recorded,
         }
     }
 }

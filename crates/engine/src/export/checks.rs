@@ -10,7 +10,8 @@ use super::{CHECK_TOLERANCE, MARK};
 /// How many points beside the middle of all ranges.
 const POINTS: usize = 40;
 /// Primes of the Halton sequence, one per variable.
-const PRIMES: [u32; Variable::ALL.len()] = [2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47, 53];
+const PRIMES: [u32; Variable::ALL.len()] =
+    [2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47, 53, 59, 61, 67, 71, 73, 79, 83];
 
 /// One point: values of the variables, the inputs a simulator has there, and the coefficients.
 #[derive(Clone, Debug, PartialEq)]
@@ -69,6 +70,13 @@ fn input(variable: Variable) -> Input {
         Variable::Airspeed => ("V", "trueAirspeed", "m_s", "true airspeed"),
         Variable::Altitude => ("h", "altitude", "m", "altitude"),
         Variable::Mach => ("mach", "mach", "nd", "Mach number"),
+        Variable::Flap => ("flap", "flapDeflection", "rad", "flap deflection"),
+        Variable::ElevatorTrim => ("delta_te", "elevatorTrimTabDeflection", "rad", "elevator trim tab deflection"),
+        Variable::Stabiliser => ("stabiliser", "stabilizerDeflection", "rad", "incidence of the stabiliser"),
+        Variable::Other1 => ("other_1", "other1", "nd", "the channel recorded as other_1"),
+        Variable::Other2 => ("other_2", "other2", "nd", "the channel recorded as other_2"),
+        Variable::Other3 => ("other_3", "other3", "nd", "the channel recorded as other_3"),
+        Variable::Other4 => ("other_4", "other4", "nd", "the channel recorded as other_4"),
     };
     Input { variable, name, signal, unit, description }
 }

@@ -80,6 +80,7 @@ fn property(variable: Variable) -> Result<(String, f64), &'static str> {
         Variable::Aileron => ("fcs/right-aileron-pos-rad", 1.0),
         Variable::Elevator => ("fcs/elevator-pos-rad", 1.0),
         Variable::Rudder => ("fcs/rudder-pos-rad", 1.0),
+        Variable::Flap => ("fcs/flap-pos-rad", 1.0),
         Variable::Airspeed => ("velocities/vt-fps", M_PER_FT),
         Variable::Altitude => ("position/h-sl-ft", M_PER_FT),
         Variable::Mach => ("velocities/mach", 1.0),
@@ -95,6 +96,14 @@ fn property(variable: Variable) -> Result<(String, f64), &'static str> {
             return Err(
                 "JSBSim has no property for the pressure rise through the propellers; leave the term out of the model",
             );
+        }
+        Variable::ElevatorTrim
+        | Variable::Stabiliser
+        | Variable::Other1
+        | Variable::Other2
+        | Variable::Other3
+        | Variable::Other4 => {
+            return Err("JSBSim has no property for trims and recorded quantities; leave the term out of the model");
         }
         Variable::ThrustCoefficient => {
             return Err("JSBSim has no property for the thrust of all engines; leave the term out of the model");

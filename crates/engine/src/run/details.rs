@@ -111,7 +111,8 @@ pub(super) fn details(
         track: request.track.as_ref().and_then(flight),
         aircraft: snapshot.aircraft.keyed(),
     };
-    context.get::<Details>((request, used.settings(), session.loading.as_ref()), &inputs)
+    let loading = window.map_or(session.loading.as_ref(), |window| session.loading_in(&window.flight));
+    context.get::<Details>((request, used.settings(), loading), &inputs)
 }
 
 impl Footprint for Details {

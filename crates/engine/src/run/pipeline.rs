@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use super::snapshot::{AnySlot, LogEntry, Slot, SlotGroup, Snapshot, WindowResults};
 use super::snapshot_builder::SnapshotBuilder;
 use super::studies;
-use crate::graph::{Cache, Cancelled, Context, Control, Key, Keyed, Stage, StageError};
+use crate::graph::{Cache, Cancelled, Context, Control, Key, Keyed, Stage, StageError, StageResult};
 use crate::session::{self, Flight, Manoeuvre, Session};
 use crate::stage::{
     self, AircraftData, EstimatedSensorErrors, FlightEngines, FlightPhysics, FlightProposals, FlownMass,
@@ -139,12 +139,18 @@ pub(super) struct Run<'a> {
 type Aircraft = (Keyed<LoadedAircraft>, Keyed<AircraftData>);
 
 /// A flight that was read.
-type ReadFlight<'a> = (&'a Flight, Keyed<LoadedFlight>);
+struct ReadFlight<'a> {
+    flight: &'a Flight,
+    loaded: Keyed<LoadedFlight>,
+    /// The aircraft with what was on board in this flight.
+    aircraft: Option<Keyed<AircraftData>>,
+}
 
 /// A window on its way through the filter.
 struct Task<'a> {
     manoeuvre: &'a Manoeuvre,
     flight: Keyed<LoadedFlight>,
+    aircraft: Option<Keyed<AircraftData>>,
     samples: Keyed<Samples>,
     /// Its path where it is known, or the key it is to be kept under.
     path: Result<Keyed<WindowPath>, Key>,
@@ -186,22 +192,21 @@ impl<'a> Run<'a> {
     fn stages(&self) -> Result<(), Cancelled> {
         let session = self.scope.session;
         let aircraft = self.load_aircraft()?;
-        let flights = self.load_flights()?;
-        let recording = |name: &str| Some(&flights.iter().find(|(flight, _)| flight.name == name)?.1.recording);
+        let flights = self.load_flights(aircraft.as_ref())?;
+        let recording = |name: &str| Some(&flights.iter().find(|read| read.flight.name == name)?.loaded.recording);
         let gravity = stage::gravity(session, recording);
         let session = stage::with_gravity(session, &gravity);
         self.builder.update(|snapshot| snapshot.gravity = Some(gravity))?;
-        let loaded = aircraft.as_ref().map(|(_, loaded)| loaded);
-        let tasks = self.reconstruct_windows(&session, &flights, loaded)?;
+        let tasks = self.reconstruct_windows(&session, &flights)?;
         self.tell_sensor_errors(&session, &tasks)?;
         if let Some((aircraft, loaded)) = &aircraft {
-            self.weigh(&flights, loaded)?;
-            let windows = self.form_coefficients(&session, tasks, loaded)?;
+            self.weigh(&flights)?;
+            let windows = self.form_coefficients(&session, tasks)?;
             let pooled = self.pool(&session, &windows)?;
             let input =
                 StudyInput { settings: session.settings(), aircraft: loaded, windows: &windows, pooled: &pooled };
             self.compute::<ProofOfMatch>(input.settings, (&windows, &pooled), |snapshot| &mut snapshot.proof)?;
-            let engines = |(flight, loaded): &ReadFlight<'_>| {
+            let engines = |ReadFlight { flight, loaded, .. }: &ReadFlight<'_>| {
                 let inputs = (loaded, aircraft);
                 self.compute::<FlightEngines>((), inputs, |snapshot| of_flight(&mut snapshot.engines, flight))
                     .map(|_| ())
@@ -250,10 +255,15 @@ impl<'a> Run<'a> {
         })
     }
 
-    /// The flights that could be read.
-    fn load_flights(&self) -> Result<Vec<ReadFlight<'a>>, Cancelled> {
+    /// The flights that could be read, with what was on board.
+    fn load_flights(&self, aircraft: Option<&Aircraft>) -> Result<Vec<ReadFlight<'a>>, Cancelled> {
+        let on_board = |flight: &Flight| -> StageResult<Option<Keyed<AircraftData>>> {
+            let Some((aircraft, loaded)) = aircraft else { return Ok(None) };
+            let own = flight.loading.as_ref();
+            own.map_or(Ok(loaded.clone()), |own| self.context.get::<AircraftData>(Some(own), aircraft)).map(Some)
+        };
         let one = |flight: &'a Flight| -> Result<Option<ReadFlight<'a>>, Cancelled> {
-            let loaded = self.context.get::<LoadedFlight>(flight, ());
+            let loaded = self.context.get::<LoadedFlight>(&flight.without_loading(), ());
             let loaded = self.show(loaded, |snapshot| of_flight(&mut snapshot.flights, flight))?;
             if loaded.is_none() {
                 self.builder.update(|snapshot| {
@@ -264,15 +274,17 @@ impl<'a> Run<'a> {
                     *of_flight(&mut snapshot.noise, flight) = Slot::NotRequested;
                 })?;
             }
-            Ok(loaded.map(|loaded| (flight, loaded)))
+            let aircraft = on_board(flight).map_err(|_| Cancelled)?;
+            Ok(loaded.map(|loaded| ReadFlight { flight, loaded, aircraft }))
         };
         let flights: Vec<_> = self.scope.session.flights.par_iter().map(one).collect::<Result<_, _>>()?;
         Ok(flights.into_iter().flatten().collect())
     }
 
     /// Mass properties over every flight that was read.
-    fn weigh(&self, flights: &[ReadFlight<'_>], aircraft: &Keyed<AircraftData>) -> Result<(), Cancelled> {
-        for (flight, loaded) in flights {
+    fn weigh(&self, flights: &[ReadFlight<'_>]) -> Result<(), Cancelled> {
+        for ReadFlight { flight, loaded, aircraft } in flights {
+            let Some(aircraft) = aircraft else { continue };
             let windows: Vec<_> = self.windows.iter().copied().filter(|window| window.flight == flight.name).collect();
             let inputs = (aircraft, loaded);
             self.compute::<FlownMass>(&windows, inputs, |snapshot| of_flight(&mut snapshot.flown, flight))?;
@@ -295,30 +307,25 @@ impl<'a> Run<'a> {
         session: &Session,
         manoeuvre: &'a Manoeuvre,
         flights: &[ReadFlight<'_>],
-        aircraft: Option<&Keyed<AircraftData>>,
     ) -> Result<Option<Task<'a>>, Cancelled> {
         let name = &manoeuvre.flight;
-        let flight = flights.iter().find(|(flight, _)| flight.name == *name).map(|(_, loaded)| loaded);
+        let flight = flights.iter().find(|read| read.flight.name == *name);
         let flight = flight.ok_or_else(|| match session.flight(name) {
             Some(_) => StageError::Failed(format!("flight '{name}' could not be read")),
             None => StageError::Failed(format!("the session has no flight '{name}'")),
         });
-        let prepared = flight.and_then(|flight| {
-            let samples = self.context.get::<Samples>((manoeuvre.window, &session.preparation), (flight, aircraft))?;
+        let prepared = flight.and_then(|ReadFlight { loaded, aircraft, .. }| {
+            let inputs = (loaded, aircraft.as_ref());
+            let samples = self.context.get::<Samples>((manoeuvre.window, &session.preparation), inputs)?;
             let path = self.context.find::<WindowPath>(&(&session.filter, session.preparation.path), &&samples);
-            Ok(Task { manoeuvre, flight: flight.clone(), samples, path })
+            Ok(Task { manoeuvre, flight: loaded.clone(), aircraft: aircraft.clone(), samples, path })
         });
         prepared.map(Some).or_else(|error| self.fail_window(manoeuvre, &error).map(|()| None))
     }
 
     /// The windows that have a path, those the session looks at first.
-    fn reconstruct_windows(
-        &self,
-        session: &Session,
-        flights: &[ReadFlight<'_>],
-        aircraft: Option<&Keyed<AircraftData>>,
-    ) -> Result<Vec<Task<'a>>, Cancelled> {
-        let tasks = self.windows.par_iter().map(|window| self.prepare(session, window, flights, aircraft));
+    fn reconstruct_windows(&self, session: &Session, flights: &[ReadFlight<'_>]) -> Result<Vec<Task<'a>>, Cancelled> {
+        let tasks = self.windows.par_iter().map(|window| self.prepare(session, window, flights));
         let tasks: Vec<_> = tasks.collect::<Result<_, _>>()?;
         let tasks: Vec<Task<'a>> = tasks.into_iter().flatten().collect();
         let samples = tasks.iter().map(|task| task.samples.data.inputs.time_s.len());
@@ -374,22 +381,19 @@ impl<'a> Run<'a> {
         self.compute::<EstimatedSensorErrors>(params, &windows, |snapshot| &mut snapshot.sensor_errors).map(|_| ())
     }
 
-    fn form_coefficients(
-        &self,
-        session: &Session,
-        tasks: Vec<Task<'a>>,
-        aircraft: &Keyed<AircraftData>,
-    ) -> Result<Vec<StudyWindow<'a>>, Cancelled> {
-        let one = |Task { manoeuvre, flight, samples, path }: Task<'a>| -> Result<Option<StudyWindow<'a>>, Cancelled> {
-            let Ok(path) = path else { return Ok(None) };
-            let aero = self.context.get::<WindowAero>(&session.preparation, (&flight, &samples, &path, aircraft));
+    fn form_coefficients(&self, session: &Session, tasks: Vec<Task<'a>>) -> Result<Vec<StudyWindow<'a>>, Cancelled> {
+        let one = |task: Task<'a>| -> Result<Option<StudyWindow<'a>>, Cancelled> {
+            let Task { manoeuvre, flight, aircraft: Some(aircraft), samples, path: Ok(path) } = task else {
+                return Ok(None);
+            };
+            let aero = self.context.get::<WindowAero>(&session.preparation, (&flight, &samples, &path, &aircraft));
             let fit = |aero: &Keyed<WindowAero>| {
                 self.context.get::<WindowFits>((manoeuvre, &session.structure, &session.estimation), aero)
             };
             let fits = aero.as_ref().map_err(Clone::clone).and_then(fit);
             let aero = self.show(aero, |snapshot| &mut of_window(snapshot, &manoeuvre.name).aero)?;
             let fits = self.show(fits, |snapshot| &mut of_window(snapshot, &manoeuvre.name).fits)?;
-            Ok(aero.zip(fits).map(|(aero, fits)| StudyWindow { manoeuvre, flight, path, aero, fits }))
+            Ok(aero.zip(fits).map(|(aero, fits)| StudyWindow { manoeuvre, flight, aircraft, path, aero, fits }))
         };
         let windows: Vec<_> = tasks.into_par_iter().map(one).collect::<Result<_, _>>()?;
         let mut windows: Vec<_> = windows.into_iter().flatten().collect();
@@ -414,15 +418,16 @@ impl<'a> Run<'a> {
 
     /// Channels of each flight against each other, windows it proposes, and its noise. Nothing but the verdict hangs on them.
     fn examine_flights(&self, flights: &[ReadFlight<'_>]) -> Result<(), Cancelled> {
-        let one = |(flight, loaded): &ReadFlight<'_>| -> Result<Option<Keyed<FlightProposals>>, Cancelled> {
-            let Flight { name, recordings, .. } = flight;
-            self.compute::<FlightPhysics>(recordings, loaded, |snapshot| of_flight(&mut snapshot.physics, flight))?;
-            self.compute::<FlightProposals>(name, loaded, |snapshot| of_flight(&mut snapshot.proposals, flight))
-        };
+        let one =
+            |ReadFlight { flight, loaded, .. }: &ReadFlight<'_>| -> Result<Option<Keyed<FlightProposals>>, Cancelled> {
+                let Flight { name, recordings, .. } = flight;
+                self.compute::<FlightPhysics>(recordings, loaded, |snapshot| of_flight(&mut snapshot.physics, flight))?;
+                self.compute::<FlightProposals>(name, loaded, |snapshot| of_flight(&mut snapshot.proposals, flight))
+            };
         let proposals: Vec<_> = flights.par_iter().map(one).collect::<Result<_, _>>()?;
         let known = flights.iter().zip(&proposals);
         let known: Vec<_> = known
-            .filter_map(|((flight, loaded), proposals)| Some((flight.name.as_str(), loaded, proposals.as_ref()?)))
+            .filter_map(|(read, proposals)| Some((read.flight.name.as_str(), &read.loaded, proposals.as_ref()?)))
             .collect();
         let Ok(noise) = self.context.get::<SessionNoise>(&self.scope.session.steady, &known) else {
             return Err(Cancelled);

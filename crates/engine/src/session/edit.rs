@@ -42,6 +42,13 @@ pub enum LoadingEdit {
     Standard,
     /// The whole loading.
     All(Loading),
+    /// The loading of one flight; `None` for the session's.
+    OfFlight {
+        /// Name of the flight.
+        flight: String,
+        /// Its loading.
+        loading: Option<Loading>,
+    },
 }
 
 /// A change of the manoeuvre windows.
@@ -245,21 +252,27 @@ impl LoadingEdit {
         match self {
             Self::Standard => "return to the standard loading".to_owned(),
             Self::All(_) => "change loading".to_owned(),
+            Self::OfFlight { flight, .. } => format!("change loading of flight {flight}"),
         }
     }
 
     fn apply(&self, session: &mut Session) -> Result<(), EditError> {
-        session.loading = match self {
-            Self::Standard => None,
-            Self::All(loading) => {
-                let places = [&loading.fuel_kg, &loading.seats_kg, &loading.luggage_kg];
-                for (name, &mass) in places.into_iter().flatten() {
-                    not_negative("mass of", name, mass)?;
-                }
-                Some(loading.clone())
-            }
+        let (Self::All(stated) | Self::OfFlight { loading: Some(stated), .. }) = self else {
+            *self.place(session)? = None;
+            return Ok(());
         };
+        let places = [&stated.fuel_kg, &stated.seats_kg, &stated.luggage_kg];
+        for (name, &mass) in places.into_iter().flatten() {
+            not_negative("mass of", name, mass)?;
+        }
+        *self.place(session)? = Some(stated.clone());
         Ok(())
+    }
+
+    /// The loading it changes.
+    fn place<'a>(&self, session: &'a mut Session) -> Result<&'a mut Option<Loading>, EditError> {
+        let Self::OfFlight { flight: name, .. } = self else { return Ok(&mut session.loading) };
+        Ok(&mut flight_mut(session, name)?.loading)
     }
 }
 

@@ -47,7 +47,8 @@ pub struct Session {
     pub title: String,
     /// Aircraft file, relative to the session file, or `builtin:` and a name; without one only flight paths are computed.
     pub aircraft: Option<String>,
-    /// What is on board; `None` for the aircraft's standard loading. Without any fuel it states all but the fuel.
+    /// What is on board in flights without a loading of their own; `None` for the aircraft's standard loading. Without any fuel it
+    /// states all but the fuel.
     pub loading: Option<Loading>,
     /// Flights with their recordings.
     pub flights: Vec<Flight>,
@@ -101,13 +102,22 @@ pub struct Flight {
     pub signals: SignalSetting,
     /// Channels computed from others, in their order: one may name those before it.
     pub expressions: Vec<ExpressionSetting>,
+    /// What was on board in this flight, in the place of the session's loading.
+    pub loading: Option<Loading>,
 }
 
 impl Flight {
     /// A flight of these recordings, taken as they are.
     pub fn new(name: String, recordings: Vec<RecordingRef>) -> Self {
         let signals = SignalSetting::default();
-        Self { name, recordings, clocks: Vec::new(), instruments: None, signals, expressions: Vec::new() }
+        let (clocks, expressions) = Default::default();
+        Self { name, recordings, clocks, instruments: None, signals, expressions, loading: None }
+    }
+
+    /// The flight without its loading: what its recordings are read by.
+    #[must_use]
+    pub fn without_loading(&self) -> Self {
+        Self { loading: None, ..self.clone() }
     }
 }
 
@@ -393,6 +403,11 @@ impl Session {
     /// The flight called `name`.
     pub fn flight(&self, name: &str) -> Option<&Flight> {
         self.flights.iter().find(|flight| flight.name == name)
+    }
+
+    /// What was on board in the flight called `name`: its own loading, or the session's; `None` for the standard one.
+    pub fn loading_in(&self, name: &str) -> Option<&Loading> {
+        self.flight(name).and_then(|flight| flight.loading.as_ref()).or(self.loading.as_ref())
     }
 
     /// The window called `name`.

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use doublet_core::atmos::{Atmosphere, density_kg_m3};
 use doublet_core::model::{
-    AeroData, Coefficient, CoefficientSettings, Coefficients, Gyroscopic, Position, ThrustTreatment, Variables,
-    coefficients, variables,
+    AeroData, Coefficient, CoefficientSettings, Coefficients, Gyroscopic, Position, RECORDED, ThrustTreatment,
+    Variables, coefficients, variables,
 };
 use doublet_core::prep::{MatchedSmoothing, smoothed_rate};
 use doublet_core::quantity::Role;
@@ -287,6 +287,10 @@ fn aero_data(
         if let Some(values) = window.values(role)? {
             controls.insert(role, values);
         }
+    }
+    // Only a term that is asked for needs these: what has a gap is missing to that term alone.
+    for (_, role) in RECORDED {
+        controls.extend(window.values(role).ok().flatten().map(|values| (role, values)));
     }
     let (density_kg_m3, air_density) = air_density(window, &altitude_m, standard)?;
     match air_density {

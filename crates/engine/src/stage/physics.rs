@@ -1,6 +1,8 @@
 //! Channels of a flight against each other, before any statistics; what is wrong and which key of its channel map mends it.
 
-use doublet_core::compatibility::{Agreement, CompatibilityRow, Cure, Curves, Trace, check};
+use doublet_core::compatibility::{
+    AccelerometerPlace, Agreement, Compatibility, CompatibilityRow, Cure, Curves, Trace, check,
+};
 use doublet_core::quantity::Role;
 use doublet_core::series::Recording;
 use serde::Serialize;
@@ -15,6 +17,8 @@ use crate::verdict::{Finding, Level};
 pub struct FlightPhysics {
     /// The clock, then mistakes of the channel map, then every relation.
     pub rows: Vec<PhysicsRow>,
+    /// Where the accelerometers are by what the ground velocity says.
+    pub accelerometer: Option<AccelerometerPlace>,
 }
 
 /// One channel against the others, as `results.json` and `check --json` show it.
@@ -104,16 +108,16 @@ impl Stage for FlightPhysics {
                 used.source = source;
             }
         }
-        Ok(Self { rows: rows(&recording, map) })
+        Ok(compared(&recording, map))
     }
 }
 
 /// Compares the channels of a recording whose channel map is called `map`.
 pub fn physics_of(recording: &Recording, map: &str) -> FlightPhysics {
-    FlightPhysics { rows: rows(recording, |_| map.to_owned()) }
+    compared(recording, |_| map.to_owned())
 }
 
-fn rows(recording: &Recording, map: impl Fn(Option<Role>) -> String) -> Vec<PhysicsRow> {
+fn compared(recording: &Recording, map: impl Fn(Option<Role>) -> String) -> FlightPhysics {
     let row = |found: CompatibilityRow| PhysicsRow {
         level: match found.agreement {
             Agreement::Fits | Agreement::Untold => Level::Good,
@@ -136,7 +140,8 @@ fn rows(recording: &Recording, map: impl Fn(Option<Role>) -> String) -> Vec<Phys
         change: found.cure,
         curves: found.curves,
     };
-    check(recording).rows.into_iter().map(row).collect()
+    let Compatibility { rows, accelerometer } = check(recording);
+    FlightPhysics { rows: rows.into_iter().map(row).collect(), accelerometer }
 }
 
 /// Name of the channel map a role, or the first clock, came by: that of its recording where the flight has several.

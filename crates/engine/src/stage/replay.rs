@@ -11,6 +11,7 @@ use doublet_core::validate::{Histories, Signal, TestResult, Theil, ToleranceTest
 use rayon::prelude::*;
 
 use super::aero::{WindowAero, states_of};
+use super::aircraft::AircraftData;
 use super::fit::{PooledFits, WindowFits, constant_name};
 use super::path::WindowPath;
 use super::recording::LoadedFlight;
@@ -63,6 +64,8 @@ pub struct StudyWindow<'a> {
     pub manoeuvre: &'a Manoeuvre,
     /// Flight it lies in.
     pub flight: Keyed<LoadedFlight>,
+    /// The aircraft with what was on board in that flight.
+    pub aircraft: Keyed<AircraftData>,
     /// Path.
     pub path: Keyed<WindowPath>,
     /// Coefficients and variables.

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use doublet_core::airframe::MassHistory;
+use doublet_core::model::RECORDED;
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::{FilterData, Input};
 use doublet_core::series::Recording;
@@ -80,7 +81,8 @@ impl WindowContext {
         let engines = ENGINES.iter().flat_map(|engine| [engine.thrust, engine.speed, engine.manifold_pressure]);
         let accelerations = ANGULAR_ACCELERATIONS.map(|(acceleration, _)| acceleration);
         let motion = Input::ALL.into_iter().map(Input::role).chain(accelerations);
-        let roles = motion.chain(CONTROLS.map(Surface::role)).chain(AIR).chain(engines);
+        let configuration = RECORDED.map(|(_, role)| role);
+        let roles = motion.chain(CONTROLS.map(Surface::role)).chain(configuration).chain(AIR).chain(engines);
         let values = |role: Role| Some((role, values_at(recording, role, &time_s).transpose()?));
         Ok(Self {
             first,

@@ -1,6 +1,6 @@
 //! Derivatives against what they were computed with: both steps again with each quantity a little lower and higher.
 
-use doublet_core::airframe::{Aircraft, Loading};
+use doublet_core::airframe::{Aircraft, Loading, MassProperties};
 use doublet_core::estimate::Fit;
 use doublet_core::sensitivity::{Estimate, Quantity, SensitivityTable, Step, TornadoBar, central, quantities, tornado};
 use rayon::prelude::*;
@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::StudyInput;
 use crate::graph::{Context, Footprint, Stage, StageError, StageResult};
 use crate::session::WindowRole;
-use crate::stage::{self, AeroWindow, AircraftData, StudyWindow, WindowAero};
+use crate::stage::{self, AeroWindow, StudyWindow, WindowAero};
 
 /// Step of the central differences as a fraction of each quantity, of the reference chord for the centre of gravity (thesis 7.2).
 pub const STEP_FRACTION: f64 = 0.05;
@@ -71,7 +71,7 @@ impl Stage for SensitivityStudy {
 fn mean_loading(input: &StudyInput<'_>) -> StageResult<Loading> {
     let windows = input.windows.iter().filter(|window| window.manoeuvre.role == WindowRole::Identification);
     let at_middle =
-        |window: &StudyWindow<'_>| input.aircraft.loading_at(&window.flight.recording, window.manoeuvre.middle_s());
+        |window: &StudyWindow<'_>| window.aircraft.loading_at(&window.flight.recording, window.manoeuvre.middle_s());
     let loadings = windows.map(at_middle).collect::<Result<Vec<_>, _>>()?;
     let mut mean = input.aircraft.loading.clone();
     for (tank, fuel_kg) in mean.fuel_kg.iter_mut().filter(|_| !loadings.is_empty()) {
@@ -90,7 +90,7 @@ fn perturb<'a>(
 ) -> StageResult<Vec<AeroWindow<'a>>> {
     let aircraft = input.aircraft;
     match quantity.mass_change(&aircraft.loaded.aircraft, loading, change) {
-        Some(mass) => recompute(input, &aircraft.with_mass_change(mass), context),
+        Some(mass) => recompute(input, mass, context),
         None => input
             .windows
             .iter()
@@ -103,17 +103,18 @@ fn perturb<'a>(
     }
 }
 
-/// Both steps of all windows with another aircraft. A path that does not change is not reconstructed again.
+/// Both steps of all windows with `change` added to the mass properties. A path that does not change is not reconstructed again.
 fn recompute<'a>(
     input: &StudyInput<'a>,
-    aircraft: &AircraftData,
+    change: MassProperties,
     context: &Context<'_>,
 ) -> StageResult<Vec<AeroWindow<'a>>> {
     let settings = input.settings;
     let mut changed = Vec::new();
     for window in input.windows {
         let recording = &window.flight.recording;
-        let samples = stage::samples(recording, window.manoeuvre.window, Some(aircraft), settings.preparation)?;
+        let aircraft = window.aircraft.with_mass_change(change);
+        let samples = stage::samples(recording, window.manoeuvre.window, Some(&aircraft), settings.preparation)?;
         if samples.data != window.path.data {
             changed.push((window.manoeuvre.name.as_str(), samples.data));
         }
@@ -129,7 +130,8 @@ fn recompute<'a>(
             None => (&*window.path.data, &window.path.reconstruction),
             Some(index) => (&*changed[index].1, reconstructions[index].as_ref().map_err(|error| named(error, window))?),
         };
-        Ok((window.manoeuvre, stage::aero(&window.flight.recording, path, aircraft, settings.preparation)?.into()))
+        let aircraft = window.aircraft.with_mass_change(change);
+        Ok((window.manoeuvre, stage::aero(&window.flight.recording, path, &aircraft, settings.preparation)?.into()))
     };
     input.windows.iter().map(|window| context.checkpoint().and_then(|()| form(window))).collect()
 }

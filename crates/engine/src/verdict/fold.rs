@@ -34,8 +34,9 @@ impl std::fmt::Display for Folded {
 }
 
 /// Kinds in the order in which one explains the next: what is wrong with channels and settings shows in windows, then in fits.
-const CAUSES: [&str; 10] = [
+const CAUSES: [&str; 11] = [
     "physics",
+    "accelerometer",
     "gravity",
     "dynamic-pressure",
     "turn",

@@ -82,7 +82,7 @@ fn assumed_in(flight: &str, session: &Session, aircraft: &Aircraft, flown: &Flow
     // Sums in another order differ by their rounding.
     let full = if fuel_kg >= full_kg * (1.0 - 1e-9) { ", all tanks full" } else { "" };
     let mut parts = Vec::new();
-    if session.loading.is_none() && on_board_kg > 0.0 {
+    if session.loading_in(flight).is_none() && on_board_kg > 0.0 {
         parts.push(format!(
             "the standard {on_board_kg:.0} kg in seats and luggage, since the session states no loading"
         ));

@@ -3,6 +3,7 @@
 //! Everything that looks for faults, of a recording, a session or its results, says what it found as a [`Finding`]. A [`Verdict`]
 //! is the worst of the findings about one thing.
 
+mod accelerometer;
 mod check;
 mod derivative;
 mod findings;

@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
 use doublet_core::airframe::ReferenceGeometry;
-use doublet_core::model::{Axes, Coefficient, Term, Variable};
+use doublet_core::model::{Axes, Coefficient, RECORDED, Term, Variable};
+use doublet_core::quantity::{Dimension, Role};
 use serde::{Deserialize, Serialize};
 
 use super::judge::Evidence;
@@ -226,7 +227,9 @@ fn canonical(coefficient: Coefficient, variable: Variable, power: i32) -> String
 /// Range of a derivative by one variable as the file states it.
 fn stated(coefficient: Coefficient, variable: Variable) -> Option<Interval> {
     // What is not a small number by itself has a derivative of any size.
-    if matches!(variable, Variable::Airspeed | Variable::Altitude | Variable::Mach | Variable::PropellerPressure) {
+    let any = |(known, role): &(Variable, Role)| *known == variable && role.dimension() == Dimension::Dimensionless;
+    let large = [Variable::Airspeed, Variable::Altitude, Variable::Mach, Variable::PropellerPressure];
+    if large.contains(&variable) || RECORDED.iter().any(any) {
         return None;
     }
     let table = TABLE.as_ref().ok()?;

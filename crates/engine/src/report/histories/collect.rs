@@ -212,6 +212,7 @@ fn window_histories<'a>(histories: &mut Vec<History<'a>>, group: &str, results: 
 fn variable_unit(variable: Variable) -> &'static str {
     match variable {
         Variable::Alpha | Variable::Beta | Variable::Aileron | Variable::Elevator | Variable::Rudder => "rad",
+        Variable::Flap | Variable::ElevatorTrim | Variable::Stabiliser => "rad",
         Variable::Airspeed => "m/s",
         Variable::Altitude => "m",
         _ => "-",

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use doublet_core::airframe::Loading;
 use doublet_core::quantity::Role;
 use serde::{Deserialize, Serialize};
 
@@ -25,6 +26,8 @@ pub struct FlightTable {
     signals: SignalsTable,
     #[serde(default, rename = "expression", skip_serializing_if = "Vec::is_empty")]
     expressions: Vec<ExpressionTable>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    loading: Option<Loading>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -128,6 +131,7 @@ pub fn flight_from(table: FlightTable) -> Result<Flight, SessionError> {
         }),
         signals: signals_from(table.signals)?,
         expressions: table.expressions.into_iter().map(expression_from).collect::<Result<_, _>>()?,
+        loading: table.loading,
     })
 }
 
@@ -189,6 +193,7 @@ pub fn flight_table(flight: &Flight) -> FlightTable {
         }),
         signals: signals_table(&flight.signals),
         expressions: flight.expressions.iter().map(expression_table).collect(),
+        loading: flight.loading.clone(),
     }
 }
 

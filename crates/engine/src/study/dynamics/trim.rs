@@ -2,7 +2,7 @@
 
 use doublet_core::airframe::{InertiaTensor, MassProperties};
 use doublet_core::atmos::Atmosphere;
-use doublet_core::model::{Gyroscopic, Position, angular_momentum};
+use doublet_core::model::{Gyroscopic, Position, RECORDED, angular_momentum};
 use doublet_core::propulsion::{Ambient, Engine, EngineModel};
 use doublet_core::statistics::median;
 use doublet_dynamics::linear::{Condition, SteadyFlight, UncertainModel, trim};
@@ -10,7 +10,7 @@ use doublet_dynamics::linear::{Condition, SteadyFlight, UncertainModel, trim};
 use super::{DynamicsRequest, StudyInput, window_key};
 use crate::graph::StageResult;
 use crate::session::WindowRole;
-use crate::stage::{StudyWindow, WindowAero};
+use crate::stage::{AircraftData, StudyWindow, WindowAero};
 
 /// The condition that is asked for, what is left open being the median over the samples of the windows, and their names. A model about
 /// the centre of gravity is one about that of these windows from here on.
@@ -28,7 +28,8 @@ pub fn condition(
     let gamma_rad = request.gamma_rad.or(model.model.has_thrust().then_some(0.0));
     let mut as_flown = flown.condition(input.settings.filter.gravity_m_s2, gamma_rad)?;
     model.model.moment_reference.get_or_insert(Position::Datum(as_flown.mass.cg_from_datum_m));
-    as_flown.mass = asked_mass(request, input, as_flown.mass)?;
+    let aircraft = windows.first().map_or(input.aircraft, |window| &window.aircraft);
+    as_flown.mass = asked_mass(request, aircraft, as_flown.mass)?;
     let flight = match request.load_factor {
         None => SteadyFlight::Straight,
         Some(load_factor) if request.pull_up => SteadyFlight::PullUp(load_factor),
@@ -69,10 +70,13 @@ fn windows<'a, 'b>(request: &DynamicsRequest, input: &'a StudyInput<'b>) -> Stag
 }
 
 /// Mass properties that are asked for.
-fn asked_mass(request: &DynamicsRequest, input: &StudyInput<'_>, flown: MassProperties) -> StageResult<MassProperties> {
+fn asked_mass(
+    request: &DynamicsRequest,
+    aircraft: &AircraftData,
+    flown: MassProperties,
+) -> StageResult<MassProperties> {
     let mut mass = flown;
     if let Some(fuel_kg) = request.fuel_kg {
-        let aircraft = input.aircraft;
         let mut loading = aircraft.loading.clone();
         let stated: f64 = loading.fuel_kg.values().sum();
         if stated <= 0.0 {
@@ -124,6 +128,8 @@ impl Flown<'_> {
             thrust_slope_n_s_m: 0.0,
             pressure_rise_pa: self.pressure_rise_pa(),
             rotor_momentum_n_m_s: self.rotor_momentum(),
+            recorded: RECORDED
+                .map(|(_, role)| self.median(|aero| aero.data.controls.get(&role).map(Vec::as_slice)).unwrap_or(0.0)),
         })
     }
 

@@ -1,0 +1,157 @@
+//! Where the accelerometers are, by what the velocities say.
+
+use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
+
+use super::motion::{Motion, in_north_east_down};
+use crate::atmos::STANDARD_GRAVITY_M_S2;
+use crate::quantity::Role;
+
+/// Lag over which velocities change, s: long for their noise, short for that of the attitude.
+const LAG_S: f64 = 0.6;
+/// Lags per lag: neighbours overlap.
+const OVERLAP: usize = 4;
+/// Rows that share their errors, s: the standard errors are of blocks this long.
+const BLOCK_S: f64 = 10.0;
+/// Least blocks: fewer do not tell how the estimate scatters.
+const LEAST_BLOCKS: usize = 4;
+/// Unknowns: place, bias, delay of the velocities.
+const UNKNOWNS: usize = 7;
+
+/// Roles without which there is no estimate, beside one velocity.
+const NEEDED: [Role; 9] = [
+    Role::SpecificForceX,
+    Role::SpecificForceY,
+    Role::SpecificForceZ,
+    Role::RollRate,
+    Role::PitchRate,
+    Role::YawRate,
+    Role::BankAngle,
+    Role::PitchAngle,
+    Role::HeadingAngle,
+];
+/// Ground velocity, north, east and down.
+const VELOCITIES: [Role; 3] = [Role::VelocityNorth, Role::VelocityEast, Role::VelocityDown];
+
+/// Place of the accelerometers from the point whose velocity is recorded.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AccelerometerPlace {
+    /// Body axes, m.
+    pub from_velocity_m: [f64; 3],
+    /// Standard errors, m.
+    pub errors_m: [f64; 3],
+    /// Deviation of the changes of velocity over a lag from what specific force and attitude say, m/s, with the accelerometers there.
+    pub residual_m_s: f64,
+    /// The same with the accelerometers where the velocity is of.
+    pub residual_without_m_s: f64,
+}
+
+/// The place `r` of the accelerometers in body axes, from the point the velocity `v` is of, by least squares over lags `T`:
+/// `v(t + T) - v(t) = int C (f - b) + g dt - [C (w x r)]_t^(t + T) - d [C f + g]_t^(t + T)`, since `C (w' x r + w x (w x r))` is the
+/// slope of `C (w x r)`; `b` are biases, `d` the delay of the velocities. Errors are those of blocks of rows (sandwich). `None` where a
+/// channel is missing or the segments are too few.
+pub(super) fn place(motion: &Motion) -> Option<AccelerometerPlace> {
+    if !NEEDED.iter().all(|role| motion.has(*role)) {
+        return None;
+    }
+    let rows = Rows::of(motion);
+    if rows.blocks.last().is_none_or(|last| last + 1 < LEAST_BLOCKS) || rows.change.len() < 10 * UNKNOWNS {
+        return None;
+    }
+    let regressors = DMatrix::from_row_iterator(rows.change.len(), UNKNOWNS, rows.regressors.iter().flatten().copied());
+    let change = DVector::from_vec(rows.change);
+    let information = (regressors.transpose() * &regressors).cholesky()?.inverse();
+    let found = &information * regressors.transpose() * &change;
+    let residual = &change - &regressors * &found;
+    let mut scatter = DMatrix::zeros(UNKNOWNS, UNKNOWNS);
+    let mut start = 0;
+    for block in rows.blocks.chunk_by(|a, b| a == b) {
+        let rows = start..start + block.len();
+        let score = regressors.rows_range(rows.clone()).transpose() * residual.rows_range(rows);
+        scatter += &score * score.transpose();
+        start += block.len();
+    }
+    let covariance = &information * scatter * &information;
+    let others = regressors.columns_range(3..).into_owned();
+    let without = (others.transpose() * &others).cholesky()?.solve(&(others.transpose() * &change));
+    let deviation = |residual: &DVector<f64>| (residual.norm_squared() / residual.len() as f64).sqrt();
+    Some(AccelerometerPlace {
+        from_velocity_m: std::array::from_fn(|axis| found[axis]),
+        errors_m: std::array::from_fn(|axis| covariance[(axis, axis)].max(0.0).sqrt()),
+        residual_m_s: deviation(&residual),
+        residual_without_m_s: deviation(&(&change - others * without)),
+    })
+}
+
+/// Rows of the regression: what the velocity changed by beyond the specific force, and what that hangs on.
+#[derive(Default)]
+struct Rows {
+    change: Vec<f64>,
+    regressors: Vec<[f64; UNKNOWNS]>,
+    /// Block of each row, counted from zero.
+    blocks: Vec<usize>,
+}
+
+impl Rows {
+    fn of(motion: &Motion) -> Self {
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a lag over steps of at least 0.04 s"
+        )]
+        let steps = |length_s: f64| (length_s / motion.step_s).round().max(1.0) as usize;
+        let (lag, block) = (steps(LAG_S), steps(BLOCK_S));
+        let mut rows = Self::default();
+        let mut first_block = 0;
+        for segment in &motion.segments {
+            for start in segment.clone().step_by(lag.div_ceil(OVERLAP)).filter(|start| start + lag < segment.end) {
+                rows.add(motion, start, lag, first_block + (start - segment.start) / block);
+            }
+            first_block = rows.blocks.last().map_or(first_block, |last| last + 1);
+        }
+        rows
+    }
+
+    /// Rows of one lag: one per recorded component of the velocity.
+    fn add(&mut self, motion: &Motion, start: usize, lag: usize, block: usize) {
+        let (end, step_s) = (start + lag, motion.step_s);
+        let weight = |k: usize| if k == start || k == end { 0.5 * step_s } else { step_s };
+        let (mut gained, mut turned) = (Vector3::zeros(), Matrix3::zeros());
+        for k in start..=end {
+            gained += acceleration(motion, k) * weight(k);
+            turned += rotation(motion, k) * weight(k);
+        }
+        let arm = rotation(motion, end) * turning(motion, end) - rotation(motion, start) * turning(motion, start);
+        let delayed = acceleration(motion, end) - acceleration(motion, start);
+        for (axis, role) in VELOCITIES.into_iter().enumerate().filter(|(_, role)| motion.has(*role)) {
+            let change = motion.at(role, end) - motion.at(role, start) - gained[axis];
+            let row: [f64; UNKNOWNS] = std::array::from_fn(|k| match k {
+                0..3 => -arm[(axis, k)],
+                3..6 => turned[(axis, k - 3)],
+                _ => delayed[axis],
+            });
+            if change.is_finite() && row.iter().all(|value| value.is_finite()) {
+                self.change.push(change);
+                self.regressors.push(row);
+                self.blocks.push(block);
+            }
+        }
+    }
+}
+
+/// From body axes to north, east and down at a step.
+fn rotation(motion: &Motion, k: usize) -> Matrix3<f64> {
+    let column = |axis: [f64; 3]| Vector3::from(in_north_east_down(motion, k, axis));
+    Matrix3::from_columns(&[column([1.0, 0.0, 0.0]), column([0.0, 1.0, 0.0]), column([0.0, 0.0, 1.0])])
+}
+
+/// The matrix of `w x` at a step, rad/s.
+fn turning(motion: &Motion, k: usize) -> Matrix3<f64> {
+    Vector3::new(motion.at(Role::RollRate, k), motion.at(Role::PitchRate, k), motion.at(Role::YawRate, k))
+        .cross_matrix()
+}
+
+/// Acceleration over the ground of where the accelerometers are, north, east and down, m/s².
+fn acceleration(motion: &Motion, k: usize) -> Vector3<f64> {
+    let force = [Role::SpecificForceX, Role::SpecificForceY, Role::SpecificForceZ].map(|role| motion.at(role, k));
+    Vector3::from(in_north_east_down(motion, k, force)) + Vector3::new(0.0, 0.0, STANDARD_GRAVITY_M_S2)
+}
