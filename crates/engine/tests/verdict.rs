@@ -569,3 +569,27 @@ fn a_consistent_flight_has_no_bad_reason_and_each_fault_has_its_cause() {
     let found = reasons(&gravity, "gravity");
     assert!(!found.is_empty() && found.iter().all(|reason| reason.level == Level::Caution), "{found:?}");
 }
+
+/// The inertial unit of the shipped flight is ahead of the centre of gravity: taken where it is, nothing is said; taken at the centre of
+/// gravity, its place is.
+#[test]
+fn accelerometers_that_are_not_where_they_are_taken_are_named_with_their_place() {
+    let mut session = builtin("demo");
+    session.windows.truncate(1);
+    let said = |session: &Session| {
+        let snapshot = computed(session);
+        let verdicts = judge(session, &snapshot);
+        let finding = verdicts.session.reasons.iter().find(|finding| finding.code == "accelerometer").cloned();
+        (snapshot, finding)
+    };
+    assert_eq!(said(&session).1, None);
+    session.preparation.correct_accelerometer = false;
+    let (snapshot, finding) = said(&session);
+    let (text, cure) = finding.map(|finding| (finding.text, finding.cure)).unwrap();
+    println!("{text}: {cure}");
+    let sensors = snapshot.aircraft.ready().unwrap().aircraft.sensors;
+    let [x, ..] = sensors.accelerometer_from_datum_m.unwrap();
+    let stated = cure.split('[').nth(1).and_then(|list| list.split(',').next()).unwrap();
+    let found: f64 = stated.parse().unwrap();
+    assert!((found - x).abs() < 0.1, "{found} {x}");
+}

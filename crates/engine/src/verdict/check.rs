@@ -8,7 +8,7 @@ use doublet_core::airframe::summary;
 use doublet_core::load::aircraft::{self as aircraft_file, AircraftFileError};
 use serde::Serialize;
 
-use super::{Finding, Level};
+use super::{Finding, Level, accelerometer};
 use crate::graph::{Cache, Context};
 use crate::run::{Control, Scope, Snapshot, run};
 use crate::session::{self, Manoeuvre, Session};
@@ -110,6 +110,7 @@ pub fn check_session(session: &Session, folder: &Path) -> Checked {
         let snapshot = run(&scope, &Snapshot::default(), &cache, &Control::default(), &|_| {});
         findings.extend(of_recordings(session, &snapshot));
         findings.extend(of_samples(session, &others, &snapshot));
+        findings.extend(accelerometer::findings(&computed, &snapshot));
         let compared = snapshot.physics.values().filter_map(|slot| slot.ready());
         physics.extend(compared.flat_map(|compared| compared.rows.iter().cloned()));
         // What the session itself says of a window or a flight is why it fails.

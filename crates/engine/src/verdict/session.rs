@@ -25,7 +25,7 @@ pub(super) fn findings(evidence: Evidence<'_>) -> Vec<Finding> {
     let flights = snapshot.flights.values().filter_map(|slot| slot.ready());
     let signals = flights.flat_map(|loaded| loaded.findings.iter().cloned());
     let mass = loading::assumed(evidence);
-    let place = accelerometer::findings(evidence);
+    let place = accelerometer::findings(evidence.session, snapshot);
     physics.chain(place).chain(signals).chain(gravity).chain(mass).chain(unnamed).chain(failed).chain(assumed).collect()
 }
 
