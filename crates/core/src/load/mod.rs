@@ -36,6 +36,7 @@ mod plan;
 pub mod propulsion_maps;
 mod read;
 mod recognise;
+mod stored_number;
 pub mod stream;
 mod tdms;
 mod text;

@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::contents::{ChannelInfo, Source, one_line};
+use super::stored_number::StoredNumber;
 use super::{Format, LoadError};
 
 /// Bytes of the file header.
@@ -37,60 +38,24 @@ struct Field {
 struct Number {
     name: String,
     offset: usize,
-    kind: Kind,
+    kind: StoredNumber,
 }
 
-#[derive(Clone, Copy)]
-enum Kind {
-    I8,
-    U8,
-    I16,
-    U16,
-    I32,
-    U32,
-    I64,
-    U64,
-    F32,
-    F64,
-}
-
-impl Kind {
-    fn of(name: &str) -> Option<(Self, usize)> {
-        Some(match name {
-            "int8_t" => (Self::I8, 1),
-            "uint8_t" | "bool" => (Self::U8, 1),
-            "int16_t" => (Self::I16, 2),
-            "uint16_t" => (Self::U16, 2),
-            "int32_t" => (Self::I32, 4),
-            "uint32_t" => (Self::U32, 4),
-            "int64_t" => (Self::I64, 8),
-            "uint64_t" => (Self::U64, 8),
-            "float" => (Self::F32, 4),
-            "double" => (Self::F64, 8),
-            _ => return None,
-        })
-    }
-
-    /// The number at the start of `bytes`; NaN where they end before it does.
-    fn read(self, bytes: &[u8]) -> f64 {
-        macro_rules! little {
-            ($type:ty) => {
-                bytes.first_chunk().map_or(f64::NAN, |bytes| <$type>::from_le_bytes(*bytes) as f64)
-            };
-        }
-        match self {
-            Self::I8 => little!(i8),
-            Self::U8 => little!(u8),
-            Self::I16 => little!(i16),
-            Self::U16 => little!(u16),
-            Self::I32 => little!(i32),
-            Self::U32 => little!(u32),
-            Self::I64 => little!(i64),
-            Self::U64 => little!(u64),
-            Self::F32 => little!(f32),
-            Self::F64 => little!(f64),
-        }
-    }
+/// The type of number a format names.
+fn stored_number(name: &str) -> Option<StoredNumber> {
+    Some(match name {
+        "int8_t" => StoredNumber::I8,
+        "uint8_t" | "bool" => StoredNumber::U8,
+        "int16_t" => StoredNumber::I16,
+        "uint16_t" => StoredNumber::U16,
+        "int32_t" => StoredNumber::I32,
+        "uint32_t" => StoredNumber::U32,
+        "int64_t" => StoredNumber::I64,
+        "uint64_t" => StoredNumber::U64,
+        "float" => StoredNumber::F32,
+        "double" => StoredNumber::F64,
+        _ => return None,
+    })
 }
 
 /// A logged topic and what it has collected.
@@ -301,7 +266,8 @@ impl Log {
                 if name.len() > MAX_NAME {
                     return Err(format!("format '{format}' has a field whose name is longer than {MAX_NAME} bytes"));
                 }
-                if let Some((kind, size)) = Kind::of(&field.kind) {
+                if let Some(kind) = stored_number(&field.kind) {
+                    let size = kind.size();
                     if !field.name.starts_with("_padding") {
                         found.numbers.push(Number { name, offset, kind });
                         found.bytes = offset + size;
@@ -328,7 +294,7 @@ impl Log {
         }
         self.latest = id;
         for (number, values) in topic.numbers.iter().zip(&mut topic.values) {
-            values.push(number.kind.read(body.get(number.offset..).unwrap_or(&[])));
+            values.push(body.get(number.offset..).and_then(|bytes| number.kind.read(bytes)).unwrap_or(f64::NAN));
         }
     }
 

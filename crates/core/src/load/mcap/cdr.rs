@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
+use super::super::stored_number::StoredNumber;
 use super::{LONGEST_ARRAY, MAX_DEPTH, MOST_FIELDS, Number};
 
 /// Bytes before the data that say how they are laid out.
@@ -30,43 +31,27 @@ const UNITS: &[(&str, &str, &str)] = &[
     ("Wrench", "torque", "N m"),
 ];
 
-/// A type of number.
-#[derive(Clone, Copy)]
-enum Kind {
-    I8,
-    U8,
-    I16,
-    U16,
-    I32,
-    U32,
-    I64,
-    U64,
-    F32,
-    F64,
-}
-
-impl Kind {
-    fn of(name: &str) -> Option<Self> {
-        Some(match name {
-            "bool" | "byte" | "char" | "uint8" => Self::U8,
-            "int8" => Self::I8,
-            "int16" => Self::I16,
-            "uint16" => Self::U16,
-            "int32" => Self::I32,
-            "uint32" => Self::U32,
-            "int64" => Self::I64,
-            "uint64" => Self::U64,
-            "float32" => Self::F32,
-            "float64" => Self::F64,
-            _ => return None,
-        })
-    }
+/// The type of number a description names.
+fn stored_number(name: &str) -> Option<StoredNumber> {
+    Some(match name {
+        "bool" | "byte" | "char" | "uint8" => StoredNumber::U8,
+        "int8" => StoredNumber::I8,
+        "int16" => StoredNumber::I16,
+        "uint16" => StoredNumber::U16,
+        "int32" => StoredNumber::I32,
+        "uint32" => StoredNumber::U32,
+        "int64" => StoredNumber::I64,
+        "uint64" => StoredNumber::U64,
+        "float32" => StoredNumber::F32,
+        "float64" => StoredNumber::F64,
+        _ => return None,
+    })
 }
 
 /// What comes next in a message.
 enum Step {
     /// A number, a channel of the name given.
-    Number(Kind, Option<Rc<str>>),
+    Number(StoredNumber, Option<Rc<str>>),
     Text,
     /// A list whose length stands before it: none of it is a channel.
     Sequence(Vec<Step>),
@@ -194,7 +179,7 @@ impl Builder<'_> {
         }
         if kind.split("<=").next() == Some("string") {
             steps.push(Step::Text);
-        } else if let Some(number) = Kind::of(kind) {
+        } else if let Some(number) = stored_number(kind) {
             let name = name.map(Rc::<str>::from);
             if let (Some(name), Some(unit)) = (&name, unit) {
                 self.units.insert(Rc::clone(name), unit);
@@ -239,34 +224,23 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    fn bytes<const SIZE: usize>(&mut self) -> Option<[u8; SIZE]> {
-        let start = self.at.next_multiple_of(SIZE);
-        let mut bytes = *self.data.get(start..)?.first_chunk::<SIZE>()?;
-        self.at = start + SIZE;
+    fn number(&mut self, kind: StoredNumber) -> Option<f64> {
+        let size = kind.size();
+        let start = self.at.next_multiple_of(size);
+        let mut bytes = [0; 8];
+        let stored = &mut bytes[..size];
+        stored.copy_from_slice(self.data.get(start..)?.get(..size)?);
+        self.at = start + size;
         if self.is_big {
-            bytes.reverse();
+            stored.reverse();
         }
-        Some(bytes)
-    }
-
-    fn number(&mut self, kind: Kind) -> Option<f64> {
-        Some(match kind {
-            Kind::I8 => f64::from(i8::from_le_bytes(self.bytes()?)),
-            Kind::U8 => f64::from(u8::from_le_bytes(self.bytes()?)),
-            Kind::I16 => f64::from(i16::from_le_bytes(self.bytes()?)),
-            Kind::U16 => f64::from(u16::from_le_bytes(self.bytes()?)),
-            Kind::I32 => f64::from(i32::from_le_bytes(self.bytes()?)),
-            Kind::U32 => f64::from(u32::from_le_bytes(self.bytes()?)),
-            Kind::I64 => i64::from_le_bytes(self.bytes()?) as f64,
-            Kind::U64 => u64::from_le_bytes(self.bytes()?) as f64,
-            Kind::F32 => f64::from(f32::from_le_bytes(self.bytes()?)),
-            Kind::F64 => f64::from_le_bytes(self.bytes()?),
-        })
+        kind.read(stored)
     }
 
     /// Number of elements or bytes that follow; not more than there are bytes.
     fn length(&mut self) -> Option<usize> {
-        let length = u32::from_le_bytes(self.bytes()?) as usize;
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "it was stored as a u32")]
+        let length = self.number(StoredNumber::U32)? as usize;
         (length <= self.data.len()).then_some(length)
     }
 
