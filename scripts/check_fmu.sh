@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Flies the Functional Mock-up Unit of the shipped session in a public runner (FMPy), in co-simulation and in model exchange, compares
-# both with each other and with the unit's own start, and flies the aircraft exported for JSBSim beside it. Needs Python with network access; prints what differed.
+# both with each other and with the unit's own start, and flies the aircraft exported for JSBSim beside it. Needs Python with network
+# access; prints what differed.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 work=$(mktemp -d)

@@ -205,9 +205,6 @@ pub fn places(names: &[String]) -> Vec<usize> {
     surfaces
 }
 
-/// Draws of the derivatives over which the search takes the mean cost, beside the estimate.
-const SEARCH_SAMPLES: usize = 2;
-
 /// Designs an input, prints what it promises, and writes its files.
 ///
 /// # Errors
@@ -216,7 +213,7 @@ pub fn design(arguments: &DesignArguments) -> Result<(), String> {
     let (session, basis) = arguments.basis.open()?;
     let request = Request {
         rounds: arguments.rounds,
-        search_samples: SEARCH_SAMPLES,
+        search_samples: planning::SEARCH_SAMPLES,
         samples: arguments.samples as usize,
         with_flown: arguments.with_flown,
         ..arguments.basis.request(arguments.kind, arguments.time)

@@ -14,9 +14,18 @@ use pyo3::types::{PyComplex, PyDict};
 use crate::attend::refuse;
 use crate::columns::{owned, slice, to_matrix};
 
+/// Values over time turned into others at the same times; Python's other threads run meanwhile.
+fn at_same_times<'py, E: std::fmt::Display + Send>(
+    (time, values): (&PyReadonlyArray1<'py, f64>, &PyReadonlyArray1<'py, f64>),
+    py: Python<'py>,
+    work: impl FnOnce(&[f64], &[f64]) -> Result<Vec<f64>, E> + Send,
+) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    let (time, values) = (slice("time", time)?, slice("values", values)?);
+    Ok(owned(py, py.detach(|| work(time, values)).map_err(refuse)?))
+}
+
 /// Smoothed values of evenly or unevenly sampled `values`.
 #[pyfunction]
-#[pyo3(signature = (time, values, method, width, degree))]
 pub fn smooth<'py>(
     py: Python<'py>,
     time: PyReadonlyArray1<'py, f64>,
@@ -31,14 +40,11 @@ pub fn smooth<'py>(
         "polynomial" => Smoothing::LocalPolynomial { degree, half_width: width / 2 },
         other => return Err(refuse(format!("'{other}' is no smoothing: use moving-average, polynomial or spencer"))),
     };
-    let (time, values) = (slice("time", &time)?, slice("values", &values)?);
-    let smoothed = py.detach(|| smooth_samples(time, values, method)).map_err(refuse)?;
-    Ok(owned(py, smoothed))
+    at_same_times((&time, &values), py, |time, values| smooth_samples(time, values, method))
 }
 
 /// Slopes of `values` over `time`.
 #[pyfunction]
-#[pyo3(signature = (time, values, method, width, degree))]
 pub fn differentiate<'py>(
     py: Python<'py>,
     time: PyReadonlyArray1<'py, f64>,
@@ -52,9 +58,7 @@ pub fn differentiate<'py>(
         "polynomial" => Differentiation::LocalPolynomial { degree, half_width: width / 2 },
         other => return Err(refuse(format!("'{other}' is no differentiation: use central or polynomial"))),
     };
-    let (time, values) = (slice("time", &time)?, slice("values", &values)?);
-    let slopes = py.detach(|| differentiate_samples(time, values, method)).map_err(refuse)?;
-    Ok(owned(py, slopes))
+    at_same_times((&time, &values), py, |time, values| differentiate_samples(time, values, method))
 }
 
 /// Frequency responses of an output to each input with the others held, over records of one time step each.

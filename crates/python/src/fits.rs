@@ -140,7 +140,7 @@ fn constraints(given: Vec<ConstraintGiven>) -> PyResult<Vec<TermConstraint>> {
 }
 
 /// Everything a fit was made from, and the fit.
-struct Fitted {
+pub struct Fitted {
     path: Arc<Reconstructed>,
     preparation: Arc<Preparation>,
     structure: Structure,
@@ -155,7 +155,7 @@ impl Fitted {
     }
 
     /// Does `work` with what a study looks at.
-    fn study<R>(&self, work: impl FnOnce(&StudyInput<'_>) -> StageResult<R>) -> StageResult<R> {
+    pub fn study<R>(&self, work: impl FnOnce(&StudyInput<'_>) -> StageResult<R>) -> StageResult<R> {
         let no_aircraft = || StageError::from("there is no aircraft");
         let aircraft = self.path.aircraft.as_ref().ok_or_else(no_aircraft)?;
         let own = |name: &str| self.path.windows.iter().find(|window| window.manoeuvre.name == name);
@@ -184,11 +184,11 @@ impl Fitted {
 /// Derivatives fitted over windows.
 #[pyclass(frozen, module = "doublet")]
 pub struct Fit {
-    inner: Arc<Fitted>,
+    pub(crate) inner: Arc<Fitted>,
 }
 
 /// A trim as Python gives it, by names of [`DynamicsRequest`].
-fn request(trim: &Bound<'_, PyDict>, samples: usize, seed: u64) -> PyResult<DynamicsRequest> {
+pub fn request(trim: &Bound<'_, PyDict>, samples: usize, seed: u64) -> PyResult<DynamicsRequest> {
     let mut request = DynamicsRequest { samples, seed, ..DynamicsRequest::default() };
     for (key, value) in trim {
         let key: String = key.extract()?;
@@ -200,9 +200,10 @@ fn request(trim: &Bound<'_, PyDict>, samples: usize, seed: u64) -> PyResult<Dyna
             "load_factor" => request.load_factor = Some(number()?),
             "pull_up" => request.pull_up = value.extract()?,
             "mass" => request.mass_kg = Some(number()?),
+            "fuel" => request.fuel_kg = Some(number()?),
             "window" => request.window = Some(window_key(&value.extract::<String>()?)),
             other => {
-                let known = "airspeed, altitude, gamma, load_factor, pull_up, mass, window";
+                let known = "airspeed, altitude, gamma, load_factor, pull_up, mass, fuel, window";
                 return Err(refuse(format!("'{other}' is nothing a trim has: use {known}")));
             }
         }
@@ -408,6 +409,6 @@ impl Fit {
 }
 
 /// A context that reads no file.
-fn context(control: &Control) -> Context<'static> {
+pub fn context(control: &Control) -> Context<'static> {
     Context::new(std::path::Path::new("")).with_control(control, &|_| {})
 }

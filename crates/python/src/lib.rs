@@ -7,6 +7,7 @@ mod aircraft;
 mod arrays;
 mod attend;
 mod columns;
+mod design;
 mod fits;
 mod flight;
 mod path;
@@ -26,6 +27,8 @@ mod _doublet {
     use crate::arrays::{differentiate, frequency_response, natural_modes, smooth};
     #[pymodule_export]
     use crate::attend::DoubletError;
+    #[pymodule_export]
+    use crate::design::design_input;
     #[pymodule_export]
     use crate::fits::{Coefficients, Fit};
     #[pymodule_export]

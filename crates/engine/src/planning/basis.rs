@@ -14,12 +14,15 @@ use doublet_dynamics::linear::{Condition, UncertainModel};
 
 use crate::graph::StageResult;
 use crate::run::Snapshot;
-use crate::session::{Session, Surface, WindowRole};
+use crate::session::{Session, Settings, Surface, WindowRole};
 use crate::stage::{AeroWindow, WindowAero, applies, pooled_regressions};
 
 /// The surfaces of a design, in the order of its deflections.
 const SURFACES: [(Surface, Role); 3] =
     [(Surface::Aileron, Role::Aileron), (Surface::Elevator, Role::Elevator), (Surface::Rudder, Role::Rudder)];
+
+/// Draws of the derivatives over which a search takes the mean cost, beside the estimate.
+pub const SEARCH_SAMPLES: usize = 2;
 
 /// What is asked for in the place of what was flown.
 #[derive(Clone, Debug, PartialEq)]
@@ -60,7 +63,7 @@ pub fn design_basis(session: &Session, snapshot: &Snapshot, options: &DesignOpti
             Some(((window, aero), &path.reconstruction))
         })
         .collect();
-    basis(session, &windows, (&study.model, &study.condition), options)
+    basis(session.settings(), &windows, (&study.model, &study.condition), options)
 }
 
 /// [`design_basis`] of windows, a model and a condition.
@@ -68,7 +71,7 @@ pub fn design_basis(session: &Session, snapshot: &Snapshot, options: &DesignOpti
 /// # Errors
 /// One line: no identification window, no fit whose noise is known.
 pub fn basis(
-    session: &Session,
+    settings: Settings<'_>,
     windows: &[FlownWindow<'_>],
     (model, condition): (&UncertainModel, &Condition),
     options: &DesignOptions,
@@ -78,7 +81,7 @@ pub fn basis(
     let (_, first) = first.ok_or("there is nothing to design with: no identification window has coefficients")?;
     let step_s = median_step(&first.data.time_s).ok_or("the windows have too few samples")?;
     let mut coefficients = Vec::new();
-    for regression in pooled_regressions(&aero, &session.structure, &session.estimation) {
+    for regression in pooled_regressions(&aero, settings.structure, settings.estimation) {
         // A coefficient without a fit is not designed for; its failure is told where it is fitted.
         let Ok(regression) = regression else { continue };
         let coefficient = regression.coefficient;
@@ -86,7 +89,7 @@ pub fn basis(
         let Ok(fit) = pooled.fit() else { continue };
         let noise = fit.residual_noise(&pooled.windows, &Coloured::default());
         let noise = noise.map_err(|error| format!("{}: {error}", coefficient.name()))?;
-        let all = session.structure.terms(coefficient).unwrap_or_default();
+        let all = settings.structure.terms(coefficient).unwrap_or_default();
         let named = |name: &String| all.iter().find(|term| term.derivative_name(coefficient) == *name).cloned();
         let terms: Vec<Term> = pooled.names.iter().filter_map(named).collect();
         coefficients.push(KnownCoefficient {
@@ -96,13 +99,13 @@ pub fn basis(
             constraints: pooled.constraints,
             noise,
             flown: pooled.windows,
-            tells: SURFACES.map(|(surface, _)| applies(coefficient, Some(surface), &session.estimation)),
+            tells: SURFACES.map(|(surface, _)| applies(coefficient, Some(surface), settings.estimation)),
         });
     }
     if coefficients.is_empty() {
         return Err("there is nothing to design with: no coefficient has a pooled fit".into());
     }
-    let walks = [State::WindNorth, State::WindEast, State::WindDown].map(|s| session.filter.random_walk[s as usize]);
+    let walks = [State::WindNorth, State::WindEast, State::WindDown].map(|s| settings.filter.random_walk[s as usize]);
     let walk = (walks.iter().map(|walk| walk * walk).sum::<f64>() / 3.0).sqrt();
     let gust_m_s = options.gust_m_s.unwrap_or_else(|| Dryden::deviation_of_walk(walk, condition.airspeed_m_s));
     let flown: Vec<Motion> = windows.iter().filter_map(|window| Motion::of(window, condition.gravity_m_s2)).collect();

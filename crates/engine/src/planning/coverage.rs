@@ -99,7 +99,7 @@ pub fn design_coverage(
     condition.thrust_slope_n_s_m = flown.thrust_slope(engines, &condition, thrust_n).unwrap_or(0.0);
     let pairs: Vec<FlownWindow<'_>> =
         aero.iter().zip(&paths).map(|((window, aero), path)| ((*window, aero.clone()), *path)).collect();
-    let basis = basis(session, &pairs, (&model, &condition), &DesignOptions::default())?;
+    let basis = basis(session.settings(), &pairs, (&model, &condition), &DesignOptions::default())?;
     let designed = design(&basis, request).map_err(|error| error.to_string())?;
     let row = design_row(&basis, request, &designed);
     let file = design_scenario(&row, &designed, "c337f");

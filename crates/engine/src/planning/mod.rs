@@ -9,7 +9,7 @@ mod enough;
 mod files;
 mod rows;
 
-pub use basis::{DesignOptions, FlownWindow, basis, design_basis};
+pub use basis::{DesignOptions, FlownWindow, SEARCH_SAMPLES, basis, design_basis};
 pub use campaign::{Campaign, Flown, FlownPoint, Fuel, Order, PlannedPoint, TestPoint, Tolerance, flown_points};
 pub use cards::{campaign_document, envelope_figure};
 pub use coverage::{DesignCoverage, DesignedDerivative, DesignedExcursion, design_coverage};

@@ -9,6 +9,7 @@ down, rudder trailing edge left are positive. What is refused raises :class:`Dou
 >>> results.derivatives["Cm_alpha"].value                                                              # doctest: +SKIP
 """
 
+from ._design import Design, design_input
 from ._doublet import DoubletError, __version__, instructions
 from ._fit import (
     CoefficientFit,
@@ -41,6 +42,7 @@ __all__ = [
     "Aircraft",
     "CoefficientFit",
     "Coefficients",
+    "Design",
     "Distribution",
     "DoubletError",
     "Fit",
@@ -61,6 +63,7 @@ __all__ = [
     "aircraft",
     "coefficients",
     "coloured_covariance",
+    "design_input",
     "differentiate",
     "export",
     "find_manoeuvres",

@@ -145,3 +145,21 @@ def coloured_covariance(x: NDArray[np.float64], y: Array) -> NDArray[np.float64]
 def simulate(
     name: str, folder: str | PathLike[str], seed: int, derivatives: Sequence[tuple[str, float]], progress: Progress
 ) -> list[Any]: ...
+def design_input(
+    fit: Fit,
+    trim: dict[str, Any],
+    surfaces: Sequence[str],
+    kind: str,
+    criterion: str,
+    time_s: float,
+    usage: float,
+    peak_rad: Optional[float],
+    rate_rad_s: float,
+    gust_m_s: Optional[float],
+    limits: Sequence[tuple[str, float, float]],
+    rounds: int,
+    samples: int,
+    seed: int,
+    with_flown: bool,
+    progress: Progress,
+) -> tuple[str, str]: ...

@@ -209,7 +209,7 @@ class Fit:
             samples: Draws of the derivatives for sampled intervals.
             seed: Their seed.
             trim: ``airspeed`` (m/s), ``altitude`` (m), ``gamma`` (rad), ``load_factor``, ``pull_up``, ``mass`` (kg),
-                ``window`` (name).
+                ``fuel`` (kg on board in all), ``window`` (name).
         """
         return Linear(json.loads(self._inner.dynamics(trim, samples, seed, progress)))
 

@@ -1,0 +1,144 @@
+"""The next flight: inputs designed from a fit, the errors they will give, and how far the aircraft goes."""
+
+from __future__ import annotations
+
+import json
+import os
+from typing import Any, Mapping, Optional, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _doublet
+from ._fit import Fit
+from ._recording import Progress
+from ._table import Table
+
+_SURFACES = ("aileron", "elevator", "rudder")
+
+
+class Design:
+    """A designed input and what it promises."""
+
+    def __init__(self, row: dict[str, Any], csv: str) -> None:
+        self._row, self._csv = row, csv
+
+    @property
+    def predicted(self) -> Table:
+        """A row per derivative: estimate, errors that a fit of the designed windows will have (``standard_error`` as if residuals were
+        white, ``corrected`` in the noise that the fit left), and the corrected error now (``present``)."""
+        return Table(self._row["predicted"], "errors to expect")
+
+    @property
+    def excursions(self) -> Table:
+        """How far each quantity goes, SI: undisturbed, to expect with gusts and uncertain derivatives, limits, and the margin to them,
+        which is negative where a limit may be passed."""
+        return Table(self._row["excursions"], "excursions")
+
+    @property
+    def manoeuvres(self) -> Table:
+        """A row per window: name, surfaces, duration (s), peaks (rad) and rates (rad/s)."""
+        return Table(self._row["manoeuvres"], "windows")
+
+    @property
+    def trim(self) -> dict[str, float]:
+        """The trim, SI and radians."""
+        return dict(self._row["trim"])
+
+    @property
+    def costs(self) -> dict[str, float]:
+        """Cost by each criterion; smaller is better."""
+        return dict(self._row["costs"])
+
+    def nodes(self, manoeuvre: int = 1) -> tuple[NDArray[np.float64], dict[str, NDArray[np.float64]]]:
+        """Nodes of a window, straight lines between them: time since its start (s), and each surface's deflection about the trim (rad)."""
+        rows = [row for row in self._row["signal"] if row["manoeuvre"] == manoeuvre]
+        column = lambda name: np.array([row[name] for row in rows])
+        return column("time_s"), {name: column(name) for name in _SURFACES}
+
+    def at(self, time: Any, manoeuvre: int = 1) -> dict[str, NDArray[np.float64]]:
+        """Deflections about the trim (rad) of a window at any times (s)."""
+        nodes, deflections = self.nodes(manoeuvre)
+        return {name: np.interp(time, nodes, values) for name, values in deflections.items()}
+
+    def save(self, path: "str | os.PathLike[str]") -> None:
+        """Writes the nodes of all windows as CSV, as ``doublet design --out`` does."""
+        with open(path, "w", encoding="utf-8", newline="") as file:
+            file.write(self._csv)
+
+    def to_dict(self) -> dict[str, Any]:
+        """What ``doublet design --json`` prints."""
+        return self._row
+
+    def plot(self, manoeuvre: int = 1, axes: Any = None) -> Any:
+        """Draws the deflections of a window in degrees; returns the axes."""
+        from ._plots import one as axis_of
+
+        axis = axis_of(axes)
+        time, deflections = self.nodes(manoeuvre)
+        for name in self._row["surfaces"]:
+            axis.plot(time, np.degrees(deflections[name]), linewidth=1, label=name)
+        axis.set_xlabel("time [s]")
+        axis.set_ylabel("deflection about the trim [deg]")
+        axis.legend()
+        return axis
+
+    def summary(self) -> str:
+        """Errors to expect and excursions as text."""
+        row = self._row
+        head = f"{row['kind']} on {', '.join(row['surfaces'])}, {row['time_s']:.4g} s in {len(row['manoeuvres'])} windows"
+        return "\n".join([head, self.predicted.summary(), self.excursions.summary()])
+
+    def __repr__(self) -> str:
+        return self.summary()
+
+    def _repr_html_(self) -> str:
+        return self.predicted._repr_html_() + self.excursions._repr_html_()
+
+
+def design_input(
+    fit: Fit,
+    *,
+    surfaces: Sequence[str] = _SURFACES,
+    duration: float = 60.0,
+    kind: str = "multisine",
+    criterion: str = "a",
+    peak: Optional[float] = None,
+    rate: float = float(np.radians(60.0)),
+    envelope: Mapping[str, tuple[float, float]] = {},
+    usage: float = 0.9,
+    gusts: Optional[float] = None,
+    rounds: int = 3,
+    samples: int = 40,
+    with_flown: bool = False,
+    seed: int = 1,
+    progress: Progress = None,
+    **trim: Any,
+) -> Design:
+    """Inputs of the next flight that tell the derivatives of a fit best within limits, as ``doublet design``.
+
+    Args:
+        fit: Fit of :func:`fit`.
+        surfaces: Surfaces to move.
+        duration: Time of all windows together, s.
+        kind: ``"multisine"``, ``"doublet"``, ``"3-2-1-1"`` and others that a wrong name lists.
+        criterion: What is made small: ``"d"``, determinant of the covariance; ``"a"``, sum of squared relative errors;
+            ``"max-relative"``, the largest of them.
+        peak: Largest deflection from the trim, rad; that of the windows unless given.
+        rate: Fastest deflection, rad/s.
+        envelope: Limits in the place of those of the windows: ``alpha``, ``beta``, ``phi`` (rad), ``n_z``, ``p`` (rad/s), ``V``
+            (m/s), ``h`` (m), each ``(low, high)``.
+        usage: Part of the room between trim and limits that the undisturbed flight may take.
+        gusts: Standard deviation of the gusts, m/s; that of the filter's random walk of the wind unless given.
+        rounds: Rounds of the search; 0 for shapes as published.
+        samples: Draws of the derivatives, each with gusts and a start of its own.
+        with_flown: Whether the windows flown so far count.
+        seed: Seed of all draws.
+        trim: As :meth:`Fit.linearise`.
+    """
+    limits = [(name, float(low), float(high)) for name, (low, high) in envelope.items()]
+    row, csv = _doublet.design_input(
+        fit._inner, trim, list(surfaces), kind, criterion, duration, usage, peak, rate, gusts, limits, rounds, samples, seed, with_flown,
+        progress,
+    )
+    return Design(json.loads(row), csv)
