@@ -3,6 +3,7 @@
 use doublet_core::compatibility::{
     AccelerometerPlace, Agreement, Compatibility, CompatibilityRow, Cure, Curves, Trace, check,
 };
+use doublet_core::prep::airborne;
 use doublet_core::quantity::Role;
 use doublet_core::series::Recording;
 use serde::Serialize;
@@ -19,6 +20,8 @@ pub struct FlightPhysics {
     pub rows: Vec<PhysicsRow>,
     /// Where the accelerometers are by what the ground velocity says.
     pub accelerometer: Option<AccelerometerPlace>,
+    /// Median true airspeed while it flies, m/s, where it is recorded.
+    pub airspeed_m_s: Option<f64>,
 }
 
 /// One channel against the others, as `results.json` and `check --json` show it.
@@ -117,6 +120,11 @@ pub fn physics_of(recording: &Recording, map: &str) -> FlightPhysics {
     compared(recording, |_| map.to_owned())
 }
 
+fn median_airspeed_m_s(recording: &Recording) -> Option<f64> {
+    let role = |role: Role| recording.role(role).map(|channel| &channel.series);
+    Some(airborne(role(Role::TrueAirspeed)?, role(Role::WeightOnWheels), 1.0)?.least_airspeed_m_s)
+}
+
 fn compared(recording: &Recording, map: impl Fn(Option<Role>) -> String) -> FlightPhysics {
     let row = |found: CompatibilityRow| PhysicsRow {
         level: match found.agreement {
@@ -141,7 +149,8 @@ fn compared(recording: &Recording, map: impl Fn(Option<Role>) -> String) -> Flig
         curves: found.curves,
     };
     let Compatibility { rows, accelerometer } = check(recording);
-    FlightPhysics { rows: rows.into_iter().map(row).collect(), accelerometer }
+    let airspeed_m_s = median_airspeed_m_s(recording);
+    FlightPhysics { rows: rows.into_iter().map(row).collect(), accelerometer, airspeed_m_s }
 }
 
 /// Name of the channel map a role, or the first clock, came by: that of its recording where the flight has several.

@@ -1,8 +1,5 @@
 //! Findings about how a window is flown: on its wheels, too slow for its wing, across a turn.
 
-use std::collections::BTreeMap;
-
-use doublet_core::prep::airborne;
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::State;
 use doublet_core::series::Recording;
@@ -39,11 +36,12 @@ pub(super) fn dynamic_pressure(
     aero: &WindowAero,
 ) -> Option<Finding> {
     let flight = evidence.snapshot.flights.get(&manoeuvre.flight).and_then(|slot| slot.ready());
+    let physics = evidence.snapshot.physics.get(&manoeuvre.flight).and_then(|slot| slot.ready());
     let found = flight
         .and_then(|flight| on_wheels(place, &flight.recording, manoeuvre))
         .or_else(|| too_slow_to_fly(place, evidence, aero))
         .or_else(|| below_other_windows(place, evidence, aero))
-        .or_else(|| below_flight(place, *evidence.airspeeds_m_s.get(&manoeuvre.flight)?, aero));
+        .or_else(|| below_flight(place, physics?.airspeed_m_s?, aero));
     found.map(|finding| finding.with_cure(CURE).with_setting("Flight", "window.role"))
 }
 
@@ -112,16 +110,6 @@ fn below_flight(place: &str, median_m_s: f64, aero: &WindowAero) -> Option<Findi
          (limit {limit})"
     );
     Some(Finding::new(level, "dynamic-pressure", place, text).with_figure(part, limit))
-}
-
-/// Median true airspeed of each flight while it flies, m/s.
-pub(super) fn median_airspeeds(snapshot: &Snapshot) -> BTreeMap<String, f64> {
-    let of = |recording: &Recording| {
-        let role = |role: Role| recording.role(role).map(|channel| &channel.series);
-        Some(airborne(role(Role::TrueAirspeed)?, role(Role::WeightOnWheels), 1.0)?.least_airspeed_m_s)
-    };
-    let flights = snapshot.flights.iter().filter_map(|(name, slot)| Some((name, slot.ready()?)));
-    flights.filter_map(|(name, flight)| Some((name.clone(), of(&flight.recording)?))).collect()
 }
 
 /// Level of a dynamic pressure that is this part of what it is compared with.

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use doublet_core::model::Coefficient;
+use rayon::prelude::*;
 
 use super::plausible::Plausible;
 use super::{Finding, Level, Verdict, derivative, fit, flight, session, studies, window};
@@ -107,8 +108,6 @@ pub(super) struct Evidence<'a> {
     pub(super) session: &'a Session,
     pub(super) snapshot: &'a Snapshot,
     pub(super) plausible: &'a Plausible,
-    /// Median true airspeed of each flight while it flies, m/s.
-    pub(super) airspeeds_m_s: &'a BTreeMap<String, f64>,
     /// Median of the mean dynamic pressures of the windows, Pa; none before their coefficients are computed.
     pub(super) median_pressure_pa: Option<f64>,
 }
@@ -123,17 +122,16 @@ impl<'a> Evidence<'a> {
 /// Judges everything a run computed from `session`. What is missing in `snapshot` is judged as not computed.
 pub fn judge(session: &Session, snapshot: &Snapshot) -> Verdicts {
     let plausible = Plausible::of(session, snapshot);
-    let airspeeds_m_s = flight::median_airspeeds(snapshot);
     let evidence = Evidence {
         session,
         snapshot,
         plausible: &plausible,
-        airspeeds_m_s: &airspeeds_m_s,
         median_pressure_pa: flight::median_pressure(session, snapshot),
     };
     let study = studies::findings(evidence);
+    let windows: Vec<&Manoeuvre> = evidence.windows().collect();
     let windows: BTreeMap<String, WindowVerdict> =
-        evidence.windows().map(|window| (window.name.clone(), window_verdict(evidence, window, &study))).collect();
+        windows.into_par_iter().map(|window| (window.name.clone(), window_verdict(evidence, window, &study))).collect();
     let fits = snapshot.pooled.ready().map(|pooled| pooled.fits.as_slice()).unwrap_or_default();
     let pooled: Vec<FitVerdict> = fits.iter().map(|fit| fit_verdict(evidence, None, fit, &study)).collect();
     let single = windows.values().flat_map(|window| &window.fits);
