@@ -1,19 +1,27 @@
 //! From one changed noise entry to new derivatives of every window of the shipped flight: the time a drag of a slider takes.
 //!
-//! Prints the median of several changes, nothing read or aligned again.
+//! Prints the median of several changes, nothing read or aligned again, and where the time of one core goes.
 
 use std::path::Path;
-use std::sync::Mutex;
+use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
 use doublet_core::reconstruct::Input;
 use doublet_engine::builtin;
-use doublet_engine::graph::Cache;
+use doublet_engine::graph::{Cache, Context, Keyed, Stage, StageResult};
 use doublet_engine::run::{Control, Scope, Snapshot, run};
-use doublet_engine::session::{Edit, NoiseChannel, parse};
+use doublet_engine::session::{Edit, NoiseChannel, PathSource, Session, parse};
+use doublet_engine::stage::{
+    self, AeroWindow, AircraftData, ProofOfMatch, Samples, StudyWindow, WindowAero, load_aircraft, paths, pooled_fits,
+    reconstructions, window_fits,
+};
+use doublet_engine::verdict::judge;
+use rayon::ThreadPoolBuilder;
 
 /// Changes timed.
-const CHANGES: usize = 15;
+const CHANGES: usize = 41;
+/// Times each stage is done by itself.
+const ROUNDS: usize = 15;
 
 fn main() {
     let Some(mut session) = builtin::session("demo").and_then(|text| parse(text).ok()) else { return };
@@ -53,6 +61,88 @@ fn main() {
         times[0],
         times[times.len() - 1]
     ));
+    let snapshot = latest.into_inner().unwrap_or_default();
+    let Ok(one_thread) = ThreadPoolBuilder::new().num_threads(1).build() else { return };
+    if let Err(error) = one_thread.install(|| stages(&session, &snapshot, &cache)) {
+        report(&error.to_string());
+    }
+}
+
+/// Each stage of a changed noise entry by itself over all windows, on one thread.
+fn stages(session: &Session, snapshot: &Snapshot, cache: &Cache) -> StageResult<()> {
+    let control = Control::default();
+    let gravity = snapshot.gravity.as_ref().ok_or("no gravity")?;
+    let session = &stage::with_gravity(session, gravity);
+    let context = Context::new(Path::new(".")).with_cache(cache);
+    let loaded = load_aircraft(&context, session.aircraft.as_deref().unwrap_or_default())?;
+    let aircraft = context.get::<AircraftData>(session.loading.as_ref(), &loaded)?;
+    let mut windows = Vec::new();
+    for manoeuvre in session.active_windows() {
+        let results = snapshot.windows.get(&manoeuvre.name).ok_or("a window was not computed")?;
+        let flight = snapshot.flights.get(&manoeuvre.flight).and_then(|slot| slot.keyed()).ok_or("no flight")?.clone();
+        let samples = context.get::<Samples>((manoeuvre.window, &session.preparation), (&flight, Some(&aircraft)))?;
+        let path = results.path.keyed().ok_or("a window has no path")?.clone();
+        let aero = results.aero.keyed().ok_or("a window has no coefficients")?.clone();
+        let fits = results.fits.keyed().ok_or("a window has no fits")?.clone();
+        windows.push((samples, StudyWindow { manoeuvre, flight, path, aero, fits }));
+    }
+    let samples: Vec<&Samples> = windows.iter().map(|(samples, _)| &**samples).collect();
+    let data: Vec<_> = samples.iter().map(|samples| &*samples.data).collect();
+    let found: Vec<AeroWindow<'_>> =
+        windows.iter().map(|(_, window)| (window.manoeuvre, Arc::clone(window.aero.shared()))).collect();
+    let (_, study): (Vec<_>, Vec<StudyWindow<'_>>) = windows.iter().cloned().unzip();
+    let by = |source| (&session.filter, source);
+    let pooled: Keyed<_> = pooled_fits(&found, &session.structure, &session.estimation).into();
+    let filter = timed(|| reconstructions(&data, by(PathSource::Filtered), &control).map(|_| ()))?;
+    let smoothed = timed(|| reconstructions(&data, by(PathSource::Smoothed), &control).map(|_| ()))?;
+    let path = timed(|| {
+        paths(&samples, by(PathSource::Smoothed), &control).into_iter().try_for_each(|path| path.map(|_| ()))
+    })?;
+    let aero = timed(|| {
+        let one = |(samples, window): &(Keyed<Samples>, StudyWindow<'_>)| {
+            let inputs = (&window.flight, samples, &window.path, &aircraft);
+            WindowAero::run(&session.preparation, inputs, &context).map(|_| ())
+        };
+        windows.iter().try_for_each(one)
+    })?;
+    let single = timed(|| {
+        let one = |(window, aero): &AeroWindow<'_>| window_fits(window, aero, &session.structure, &session.estimation);
+        found.iter().map(one).for_each(drop);
+        Ok(())
+    })?;
+    let together = timed(|| {
+        drop(pooled_fits(&found, &session.structure, &session.estimation));
+        Ok(())
+    })?;
+    let proof = timed(|| ProofOfMatch::run(session.settings(), (&study, &pooled), &context).map(|_| ()))?;
+    let verdict = timed(|| {
+        drop(judge(session, snapshot));
+        Ok(())
+    })?;
+    let rows = [
+        ("filter", filter),
+        ("smoother", smoothed - filter),
+        ("consistency, observability, truth", path - smoothed),
+        ("coefficients", aero),
+        ("single fits", single),
+        ("pooled fits, predictions", together),
+        ("proof of match", proof),
+        ("verdict", verdict),
+    ];
+    rows.iter().for_each(|(name, time)| report(&format!("  {name:34}{time:6.2} ms")));
+    report(&format!("  {:34}{:6.2} ms", "together", rows.iter().map(|(_, time)| time).sum::<f64>()));
+    Ok(())
+}
+
+/// The shortest of several times, ms.
+fn timed(work: impl Fn() -> StageResult<()>) -> StageResult<f64> {
+    let mut least = f64::INFINITY;
+    for _ in 0..ROUNDS {
+        let start = Instant::now();
+        work()?;
+        least = least.min(start.elapsed().as_secs_f64() * 1e3);
+    }
+    Ok(least)
 }
 
 #[expect(clippy::print_stdout, reason = "a bench prints its result")]
