@@ -4,20 +4,40 @@ use std::sync::Arc;
 
 use doublet_dynamics::design::{Criterion, DesignKind, Quantity, Request, SURFACE_NAMES, design};
 use doublet_engine::graph::{Control, Stage, StageResult};
-use doublet_engine::planning::{DesignOptions, DesignRow, FlownWindow, SEARCH_SAMPLES, basis, design_csv, design_row};
+use doublet_engine::planning::{
+    DesignOptions, DesignRow, FlownWindow, SEARCH_SAMPLES, basis, design_basis, design_csv, design_row,
+};
+use doublet_engine::run::Snapshot;
+use doublet_engine::session::Session;
 use doublet_engine::study::{DynamicsRequest, DynamicsStudy};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::attend::{Show, attend, refuse};
 use crate::fits::{Fit, Fitted, context, request as trim_request};
+use crate::session::Results;
 
-/// Designs inputs for the model of a fit about a trim: the row that `doublet design --json` prints, as JSON, and its nodes as CSV.
+/// What an input is designed from.
+#[derive(FromPyObject)]
+pub enum Identified<'py> {
+    /// A fit.
+    Fit(PyRef<'py, Fit>),
+    /// Results of a session that was run with the study of its dynamics.
+    Results(PyRef<'py, Results>),
+}
+
+/// The same, to be taken to another thread.
+enum Source {
+    Fit(Arc<Fitted>, DynamicsRequest),
+    Results(Arc<Session>, Box<Snapshot>),
+}
+
+/// Designs inputs for an identified model about a trim: the row that `doublet design --json` prints, as JSON, and its nodes as CSV.
 #[pyfunction]
 #[allow(clippy::too_many_arguments, reason = "what the Python function has by name")]
 pub fn design_input(
     py: Python<'_>,
-    fit: &Fit,
+    identified: Identified<'_>,
     trim: &Bound<'_, PyDict>,
     surfaces: Vec<String>,
     kind: &str,
@@ -65,29 +85,42 @@ pub fn design_input(
     if gust_m_s.is_some_and(|gust| !gust.is_finite() || gust < 0.0) {
         return Err(refuse("gusts must be zero or more"));
     }
-    // Modes are not asked for here: the fewest draws.
-    let (trim, fitted) = (trim_request(trim, 2, DynamicsRequest::default().seed)?, Arc::clone(&fit.inner));
-    let work = move |control: &Control, _: Show<'_>| row(&fitted, trim, &request, &options, control);
+    let source = match identified {
+        // Modes are not asked for here: the fewest draws.
+        Identified::Fit(fit) => {
+            Source::Fit(Arc::clone(&fit.inner), trim_request(trim, 2, DynamicsRequest::default().seed)?)
+        }
+        Identified::Results(results) if results.snapshot.studies.dynamics.ready().is_none() => {
+            let failed = results.snapshot.studies.dynamics.error();
+            return Err(refuse(
+                failed.unwrap_or("there is no model to design with: run the session with studies=[\"dynamics\"]"),
+            ));
+        }
+        Identified::Results(_) if !trim.is_empty() => {
+            return Err(refuse("results have the trim they were run with: give a fit to choose another"));
+        }
+        Identified::Results(results) => {
+            Source::Results(Arc::clone(&results.settings), Box::new(results.snapshot.clone()))
+        }
+    };
+    let work = move |control: &Control, _: Show<'_>| row(&source, &request, &options, control);
     let row = attend(py, "design", progress, work)?;
     Ok((serde_json::to_string(&row).map_err(refuse)?, design_csv(&row)))
 }
 
-fn row(
-    fitted: &Fitted,
-    trim: DynamicsRequest,
-    request: &Request,
-    options: &DesignOptions,
-    control: &Control,
-) -> StageResult<DesignRow> {
-    fitted.study(|input| {
-        let study = DynamicsStudy::run(trim, input, &context(control))?;
-        let windows = input.windows.iter();
-        let windows: Vec<FlownWindow<'_>> =
-            windows.map(|one| ((one.manoeuvre, Arc::clone(one.aero.shared())), &one.path.reconstruction)).collect();
-        let basis = basis(input.settings, &windows, (&study.model, &study.condition), options)?;
-        let designed = design(&basis, request).map_err(|error| error.to_string())?;
-        Ok(design_row(&basis, request, &designed))
-    })
+fn row(source: &Source, request: &Request, options: &DesignOptions, control: &Control) -> StageResult<DesignRow> {
+    let basis = match source {
+        Source::Results(session, snapshot) => design_basis(session, snapshot, options)?,
+        Source::Fit(fitted, trim) => fitted.study(|input| {
+            let study = DynamicsStudy::run(*trim, input, &context(control))?;
+            let windows = input.windows.iter();
+            let windows: Vec<FlownWindow<'_>> =
+                windows.map(|one| ((one.manoeuvre, Arc::clone(one.aero.shared())), &one.path.reconstruction)).collect();
+            basis(input.settings, &windows, (&study.model, &study.condition), options)
+        })?,
+    };
+    let designed = design(&basis, request).map_err(|error| error.to_string())?;
+    Ok(design_row(&basis, request, &designed))
 }
 
 /// Places of surfaces in their order, each once.

@@ -218,8 +218,8 @@ fn study(name: &str, realisations: usize, seed: u64) -> PyResult<Study> {
 /// What a session came to.
 #[pyclass(frozen, module = "doublet")]
 pub struct Results {
-    settings: Arc<Settings>,
-    snapshot: Snapshot,
+    pub(crate) settings: Arc<Settings>,
+    pub(crate) snapshot: Snapshot,
 }
 
 #[pymethods]

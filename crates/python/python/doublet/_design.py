@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from typing import Any, Mapping, Optional, Sequence
+from typing import Any, Mapping, Optional, Sequence, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from . import _doublet
 from ._fit import Fit
 from ._recording import Progress
+from ._session import Results
 from ._table import Table
 
 _SURFACES = ("aileron", "elevator", "rudder")
@@ -97,7 +98,7 @@ class Design:
 
 
 def design_input(
-    fit: Fit,
+    identified: Union[Fit, Results],
     *,
     surfaces: Sequence[str] = _SURFACES,
     duration: float = 60.0,
@@ -115,10 +116,11 @@ def design_input(
     progress: Progress = None,
     **trim: Any,
 ) -> Design:
-    """Inputs of the next flight that tell the derivatives of a fit best within limits, as ``doublet design``.
+    """Inputs of the next flight that tell the derivatives best within limits, as ``doublet design``.
 
     Args:
-        fit: Fit of :func:`fit`.
+        identified: Fit of :func:`fit`, or results of :func:`run` with ``studies=["dynamics"]``: those give the numbers of the
+            command line.
         surfaces: Surfaces to move.
         duration: Time of all windows together, s.
         kind: ``"multisine"``, ``"doublet"``, ``"3-2-1-1"`` and others that a wrong name lists.
@@ -134,11 +136,11 @@ def design_input(
         samples: Draws of the derivatives, each with gusts and a start of its own.
         with_flown: Whether the windows flown so far count.
         seed: Seed of all draws.
-        trim: As :meth:`Fit.linearise`.
+        trim: As :meth:`Fit.linearise`, for a fit.
     """
     limits = [(name, float(low), float(high)) for name, (low, high) in envelope.items()]
     row, csv = _doublet.design_input(
-        fit._inner, trim, list(surfaces), kind, criterion, duration, usage, peak, rate, gusts, limits, rounds, samples, seed, with_flown,
+        identified._inner, trim, list(surfaces), kind, criterion, duration, usage, peak, rate, gusts, limits, rounds, samples, seed, with_flown,
         progress,
     )
     return Design(json.loads(row), csv)

@@ -146,7 +146,7 @@ def simulate(
     name: str, folder: str | PathLike[str], seed: int, derivatives: Sequence[tuple[str, float]], progress: Progress
 ) -> list[Any]: ...
 def design_input(
-    fit: Fit,
+    identified: Fit | Results,
     trim: dict[str, Any],
     surfaces: Sequence[str],
     kind: str,
