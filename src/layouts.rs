@@ -87,12 +87,19 @@ impl Step {
     fn panes(self) -> Arrangement {
         let column = Beside::Column;
         match self {
-            Self::Recording => Arrangement::new(&[Pane::Flight, Pane::GroundTrack, Pane::CrossPlot], column, &[], &[]),
+            Self::Recording => {
+                Arrangement::new(&[Pane::Flight, Pane::GroundTrack, Pane::CrossPlot, Pane::Replay], column, &[], &[])
+            }
             Self::Channels => Arrangement::new(&[Pane::Channels], Beside::Half, &[Pane::Flight], &[]),
             Self::Aircraft => {
                 Arrangement::new(&[Pane::Loading], Beside::Half, &[Pane::Airframe, Pane::Propulsion], &[])
             }
-            Self::Signals => Arrangement::new(&[Pane::Flight, Pane::CrossPlot], Beside::Wide, &[Pane::Preprocess], &[]),
+            Self::Signals => Arrangement::new(
+                &[Pane::Flight, Pane::CrossPlot],
+                Beside::Wide,
+                &[Pane::Preprocess, Pane::Sensors],
+                &[],
+            ),
             Self::Manoeuvres => Arrangement::new(
                 &[Pane::Flight, Pane::Gallery, Pane::GroundTrack],
                 Beside::Wide,
@@ -100,7 +107,7 @@ impl Step {
                 &[],
             ),
             Self::Filter => Arrangement::new(
-                &[Pane::Innovations, Pane::Reconstruction],
+                &[Pane::Innovations, Pane::Reconstruction, Pane::Replay],
                 Beside::Wide,
                 &[Pane::Noise],
                 &[Pane::Summary, Pane::Manoeuvres],
@@ -312,8 +319,15 @@ fn overview() -> Tree<Pane> {
         tiles.insert_tab_tile(children)
     };
     let flight = tabs(&[Pane::Flight, Pane::GroundTrack, Pane::CrossPlot]);
-    let plots =
-        tabs(&[Pane::Reconstruction, Pane::Innovations, Pane::Fits, Pane::Match, Pane::Propulsion, Pane::Dynamics]);
+    let plots = tabs(&[
+        Pane::Reconstruction,
+        Pane::Innovations,
+        Pane::Fits,
+        Pane::Match,
+        Pane::Replay,
+        Pane::Propulsion,
+        Pane::Dynamics,
+    ]);
     let settings = tabs(&[Pane::Manoeuvres, Pane::Preprocess, Pane::Noise, Pane::Model, Pane::Loading]);
     let results = tabs(&[
         Pane::Summary,

@@ -112,6 +112,9 @@ pub struct UiState {
     /// Window whose name the table of windows shall let be typed.
     #[serde(skip)]
     pub renaming: Option<String>,
+    /// An instruments file with what was fitted, to be written.
+    #[serde(skip)]
+    pub instruments: Option<String>,
     /// What a report is to hold.
     #[serde(skip)]
     pub report: ReportChoice,
@@ -137,6 +140,7 @@ impl Default for UiState {
             window_time: TimeView::default(),
             selection: Selection::default(),
             renaming: None,
+            instruments: None,
             report: ReportChoice::default(),
             flight_plots: None,
             recent: Vec::new(),

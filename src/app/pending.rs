@@ -4,11 +4,14 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use doublet_engine::aircraft;
+use doublet_engine::calibrate;
 use doublet_engine::export::{self, Format, IdentifiedModel};
 use doublet_engine::keep::Put;
 use doublet_engine::report::document::SectionKind;
 use doublet_engine::report::{self, Outputs};
 use doublet_engine::run::{Control, Job};
+use doublet_engine::session::{AircraftEdit, Edit, SignalEdit};
 use doublet_report::Order;
 use eframe::egui::{self, ViewportCommand, vec2};
 
@@ -51,6 +54,10 @@ pub enum Asked {
     Aircraft,
     /// To write an aircraft to it that was described.
     NewAircraft,
+    /// To write the edited aircraft of the session to it.
+    OwnAircraft,
+    /// To write the instruments with what was fitted to it.
+    Instruments,
     /// To save the session to it, and go on with a step afterwards.
     Save(Option<Pending>),
     /// To write results into it.
@@ -120,7 +127,10 @@ impl Workbench {
             Asked::Open => ("Open a session", Purpose::Open, toml(), String::new()),
             Asked::Recording(purpose) => ("A recording", *purpose, Vec::new(), String::new()),
             Asked::Aircraft => ("An aircraft file", Purpose::Open, toml(), String::new()),
-            Asked::NewAircraft => ("Save the aircraft", Purpose::Save, toml(), "aircraft.toml".to_owned()),
+            Asked::NewAircraft | Asked::OwnAircraft => {
+                ("Save the aircraft", Purpose::Save, toml(), "aircraft.toml".to_owned())
+            }
+            Asked::Instruments => ("Save the instruments", Purpose::Save, toml(), "instruments.toml".to_owned()),
             Asked::Save(_) => ("Save the session", Purpose::Save, toml(), self.proposed_name()),
             Asked::Export => ("Folder for the results", Purpose::Save, Vec::new(), "results".to_owned()),
             Asked::Report => ("Folder for the report", Purpose::Save, Vec::new(), "report".to_owned()),
@@ -160,6 +170,8 @@ impl Workbench {
             Some(Asked::Recording(_)) => self.begin_with(vec![path.to_path_buf()], ctx),
             Some(Asked::Aircraft) => self.begin_with_aircraft(path),
             Some(Asked::NewAircraft) => self.begin_with_new_aircraft(path),
+            Some(Asked::OwnAircraft) => self.save_aircraft(path),
+            Some(Asked::Instruments) => self.save_instruments(path),
             Some(Asked::Save(after)) => self.save_to(path, after, ctx),
             Some(Asked::Report) => self.report(path, ctx),
             Some(Asked::Export) => self.export(path, ctx),
@@ -196,6 +208,39 @@ impl Workbench {
             }
             Err(line) => self.complain(line),
         }
+    }
+
+    /// Writes the edited aircraft to its own file, which the session uses from then on: one step of undo.
+    fn save_aircraft(&mut self, path: &Path) {
+        let path = if path.extension().is_some() { path.to_path_buf() } else { path.with_extension("toml") };
+        if let Err(line) = aircraft::save(self.document.session(), &self.document.folder, &path) {
+            return self.complain(line);
+        }
+        let own = self.as_named(&path);
+        self.apply(&Edit::Aircraft(AircraftEdit::Use(own)));
+        self.say(format!("Saved {}", path.display()));
+    }
+
+    /// Writes the instruments with what was fitted, which the flight on screen uses from then on: one step of undo.
+    fn save_instruments(&mut self, path: &Path) {
+        let path = if path.extension().is_some() { path.to_path_buf() } else { path.with_extension("toml") };
+        let (Some(text), Some(flight)) = (self.state.instruments.take(), self.state.selection.flight.clone()) else {
+            return;
+        };
+        if let Err(line) = calibrate::save(&text, &path) {
+            return self.complain(line);
+        }
+        let file = self.as_named(&path);
+        self.apply(&Edit::Signal(SignalEdit::Instruments { flight, file }));
+        self.say(format!("Saved {}", path.display()));
+    }
+
+    /// How the session names a file: from its own folder where that is known, otherwise in full.
+    fn as_named(&self, path: &Path) -> String {
+        let full = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
+        let folder = self.document.folder.canonicalize().ok().filter(|_| self.document.path.is_some());
+        let own = folder.and_then(|folder| full.strip_prefix(folder).map(Path::to_path_buf).ok()).unwrap_or(full);
+        own.to_string_lossy().into_owned()
     }
 
     /// Starts writing what is computed now; what changes meanwhile is not part of it.

@@ -42,6 +42,8 @@ fn file(app: &mut Workbench, command: FileCommand, ctx: &egui::Context) {
         }
         FileCommand::Save => app.save_then(None, ctx),
         FileCommand::SaveAs => app.ask(Asked::Save(None), ctx),
+        FileCommand::SaveInstruments => app.ask(Asked::Instruments, ctx),
+        FileCommand::SaveAircraft => app.ask(Asked::OwnAircraft, ctx),
         FileCommand::Export | FileCommand::ExportModel | FileCommand::Report if app.is_busy() => {
             app.complain("results are still being computed: write them when the run is done");
         }

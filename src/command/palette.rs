@@ -33,7 +33,7 @@ pub fn matching<'a>(table: &'a [CommandInfo], typed: &str) -> Vec<&'a CommandInf
 }
 
 /// Other words for what a command is about, by its name.
-const MEANINGS: [(&str, &str); 25] = [
+const MEANINGS: [(&str, &str); 28] = [
     ("Summary", "verdict believe trust good bad caution"),
     ("Channels", "sensors units signs roles physics check mapping"),
     ("Flight", "recording time history overview plot"),
@@ -42,6 +42,7 @@ const MEANINGS: [(&str, &str); 25] = [
     ("Manoeuvres", "windows doublet 3211 segments cut select"),
     ("Gallery", "thumbnails side by side overlay onset"),
     ("Preprocess", "smoothing filter resample clock sync lag steady spectrum"),
+    ("Sensors", "calibration slope drum pulley pedal yoke pod fuel probe fit instruments"),
     ("Noise and filter", "kalman ekf iekf ukf covariance tuning q r"),
     ("Reconstruction", "states path smoother attitude velocity wind bias fpr"),
     ("Innovations", "nis residual whiteness consistency"),
@@ -49,15 +50,20 @@ const MEANINGS: [(&str, &str); 25] = [
     ("Derivatives", "compare stability control estimates intervals table reference"),
     ("Fits and residuals", "compare contributions prediction validation information r2"),
     ("Match", "proof part 60 simulator tolerance qtg"),
+    ("3-D replay", "attitude play animation compass velocity wind fly film"),
     ("Propulsion", "engine thrust power propeller rpm"),
     ("Correlation", "collinearity condition regressors parameters matrix"),
     ("Studies", "monte carlo compare regression output error checks leave one out altitude airspeed"),
     ("Sensitivity", "tornado partial variation"),
     ("Frequency response", "bode coherence equivalent loes"),
     ("Modes and levels", "short period phugoid dutch roll spiral eigenvalues flying qualities mil"),
-    ("Airframe", "aircraft geometry weighing scales wheels cg stations side view top view"),
+    (
+        "Airframe",
+        "edit aircraft editor inertia groups tanks seats sensors drag geometry weighing scales wheels cg stations side view top view",
+    ),
     ("Loading", "fuel inertia mass cg centre gravity seats luggage envelope weight balance"),
     ("Report", "pdf html print sign document"),
+    ("Save aircraft as…", "edited aircraft file"),
     ("Export model…", "jsbsim fmu dave-ml simulator simulink"),
 ];
 

@@ -42,6 +42,10 @@ pub enum FileCommand {
     Save,
     /// Save to another file.
     SaveAs,
+    /// Write the edited aircraft to a file of its own, which the session then uses.
+    SaveAircraft,
+    /// Write the instruments with what was fitted to a file, which the flight then uses.
+    SaveInstruments,
     /// Write tables and time histories of the results to a folder.
     Export,
     /// Write the report to a folder.
@@ -249,6 +253,7 @@ pub fn table() -> Vec<CommandInfo> {
         file("Open shipped session", FileCommand::OpenShipped, None),
         file("Save session", FileCommand::Save, ctrl(Key::S)),
         file("Save session as…", FileCommand::SaveAs, ctrl_shift(Key::S)),
+        file("Save aircraft as…", FileCommand::SaveAircraft, None),
         file("Export results…", FileCommand::Export, ctrl(Key::E)),
         file("Write report…", FileCommand::Report, ctrl_shift(Key::E)),
         file("Add reference derivatives…", FileCommand::AddReference, None),

@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use doublet_core::airframe::{Aircraft, LoadedState, Loading};
 use doublet_core::quantity::Dimension;
-use doublet_engine::session::{Edit, Flight, LoadingEdit, WindowRole};
+use doublet_engine::aircraft::{AircraftChanges, instant};
+use doublet_engine::session::{Edit, Flight, LoadingEdit, Manoeuvre, WindowRole};
 use doublet_engine::stage::{FlownMass, PooledFits, loading_on_board};
 use eframe::egui::{self, Grid, Id, RichText, ScrollArea, Slider, Ui, UiBuilder};
 use egui_extras::{Column, TableBuilder};
@@ -30,9 +31,12 @@ const SLIDER_WIDTHS: (f32, f32) = (36.0, 120.0);
 #[derive(Default)]
 pub struct LoadingPanel {
     /// Estimate before the loading was changed, which the estimate now is compared with.
-    before: Option<(Option<Loading>, Arc<PooledFits>)>,
+    before: Option<(MassSettings, Arc<PooledFits>)>,
     changes: bool,
 }
+
+/// What of a session says what the aircraft weighs and where.
+type MassSettings = (Option<String>, AircraftChanges, Option<Loading>);
 
 /// Title of the tanks.
 const FUEL: &str = "Fuel";
@@ -93,9 +97,9 @@ impl LoadingPanel {
     fn remember(&mut self, ctx: &PanelContext<'_>) {
         let ready = ctx.snapshot.pooled.ready().filter(|_| !ctx.snapshot.busy);
         match (&self.before, ready) {
-            (None, Some(pooled)) => self.before = Some((stated(ctx).cloned(), Arc::clone(pooled))),
-            (Some((loading, _)), Some(pooled)) if loading.as_ref() == stated(ctx) => {
-                self.before = Some((loading.clone(), Arc::clone(pooled)));
+            (None, Some(pooled)) => self.before = Some((settings(ctx), Arc::clone(pooled))),
+            (Some((before, _)), Some(pooled)) if *before == settings(ctx) => {
+                self.before = Some((before.clone(), Arc::clone(pooled)));
             }
             _ => {}
         }
@@ -103,12 +107,16 @@ impl LoadingPanel {
 
     /// Every derivative before and after the loading was changed.
     fn changes(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
-        let (Some((loading, before)), Some(now)) = (&self.before, ctx.snapshot.pooled.latest()) else {
+        let (Some((mass, before)), Some(now)) = (&self.before, ctx.snapshot.pooled.latest()) else {
             return awaiting(ctx, ui, "the derivatives", "There is no estimate yet.");
         };
-        let changed = loading.as_ref() != stated(ctx);
+        let changed = *mass != settings(ctx);
         let again = ui.horizontal_wrapped(|ui| {
-            ui.weak(if changed { "Since the loading was changed" } else { "Move a slider: what changes shows here" });
+            ui.weak(if changed {
+                "Since loading or aircraft was changed"
+            } else {
+                "Move a slider, or a part of the aircraft: what changes shows here"
+            });
             changed
                 && ui
                     .button("Compare from here")
@@ -157,6 +165,12 @@ impl LoadingPanel {
             self.before = None;
         }
     }
+}
+
+/// What the session says of mass now.
+fn settings(ctx: &PanelContext<'_>) -> MassSettings {
+    let session = ctx.session;
+    (session.aircraft.clone(), session.aircraft_changes.clone(), stated(ctx).cloned())
 }
 
 /// Derivatives both estimates have, before and now.
@@ -279,6 +293,14 @@ fn place(
     }
 }
 
+/// Mass, kg, and centre of gravity, m from the datum, at the linked cursor, inside a window with coefficients.
+fn at_cursor(ctx: &PanelContext<'_>) -> Option<(f64, [f64; 3])> {
+    let time_s = ctx.state.time.cursor_s?;
+    let flight = ctx.selection().flight.as_deref()?;
+    let inside = |window: &&Manoeuvre| window.flight == flight && window.window.contains(time_s);
+    instant(ctx.snapshot, flight, ctx.session.active_windows().find(inside), time_s).mass
+}
+
 /// Mass properties over the flight of the chosen window, or of the first one that has them.
 fn flown<'a>(ctx: &PanelContext<'a>) -> Option<&'a FlownMass> {
     let of = |flight: &str| ctx.snapshot.flown.get(flight)?.latest().map(|flown| &**flown);
@@ -375,6 +397,10 @@ fn envelope(ctx: &mut PanelContext<'_>, ui: &mut Ui, aircraft: &Aircraft, loaded
     let color = if inside { palette.good } else { palette.error };
     let here = vec![[scale * start.properties.cg_from_datum_m[0], start.properties.mass_kg]];
     chart.curves.push(ChartCurve::new("at the start", color, ChartStyle::Dots(5.0), here));
+    if let Some((mass_kg, [x_m, ..])) = at_cursor(ctx) {
+        let here = vec![[scale * x_m, mass_kg]];
+        chart.curves.push(ChartCurve::new("at the cursor", palette.series[1], ChartStyle::Dots(6.0), here));
+    }
     let height = ui.available_height();
     ctx.chart(ui, &chart, height);
 }

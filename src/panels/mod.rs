@@ -1,5 +1,7 @@
 //! Panels: each draws one aspect of the session and asks for changes by commands and edits.
 
+mod aircraft_editor;
+mod aircraft_numbers;
 mod airframe;
 mod bias_table;
 mod by_window;
@@ -30,15 +32,18 @@ mod preprocess;
 mod proposals;
 mod propulsion;
 mod reconstruction;
+mod replay;
 mod report;
 mod residuals;
 mod responses;
 mod sensitivity;
+mod sensors;
 mod shortcuts;
 mod structures;
 mod studies;
 mod summary;
 mod term_effects;
+mod weighing;
 
 use std::path::Path;
 
@@ -81,6 +86,8 @@ pub enum Pane {
     Gallery,
     /// Smoothing, resampling, clocks, steady windows.
     Preprocess,
+    /// Calibrations of the sensors.
+    Sensors,
     /// Settings of the filter.
     Noise,
     /// States and measurements of the chosen window.
@@ -95,6 +102,8 @@ pub enum Pane {
     Fits,
     /// Validation windows flown again by the model.
     Match,
+    /// The flight played: attitude, velocity, wind, controls.
+    Replay,
     /// Engines over the flight.
     Propulsion,
     /// Correlation of the parameters.
@@ -132,6 +141,7 @@ impl Pane {
         Self::Manoeuvres,
         Self::Gallery,
         Self::Preprocess,
+        Self::Sensors,
         Self::Noise,
         Self::Reconstruction,
         Self::Innovations,
@@ -139,6 +149,7 @@ impl Pane {
         Self::Derivatives,
         Self::Fits,
         Self::Match,
+        Self::Replay,
         Self::Propulsion,
         Self::Correlation,
         Self::Studies,
@@ -164,6 +175,7 @@ impl Pane {
             Self::Manoeuvres => "Manoeuvres",
             Self::Gallery => "Gallery",
             Self::Preprocess => "Preprocess",
+            Self::Sensors => "Sensors",
             Self::Noise => "Noise and filter",
             Self::Reconstruction => "Reconstruction",
             Self::Innovations => "Innovations",
@@ -171,6 +183,7 @@ impl Pane {
             Self::Derivatives => "Derivatives",
             Self::Fits => "Fits and residuals",
             Self::Match => "Match",
+            Self::Replay => "3-D replay",
             Self::Propulsion => "Propulsion",
             Self::Correlation => "Correlation",
             Self::Studies => "Studies",
@@ -192,6 +205,7 @@ impl Pane {
             Self::Responses => "Frequency",
             Self::Dynamics => "Modes",
             Self::Fits => "Fits",
+            Self::Replay => "3-D",
             other => other.title(),
         }
     }
@@ -212,6 +226,7 @@ impl Pane {
             Self::Manoeuvres => Box::new(manoeuvres::Manoeuvres::default()),
             Self::Gallery => Box::new(gallery::Gallery::default()),
             Self::Preprocess => Box::new(preprocess::Preprocess::default()),
+            Self::Sensors => Box::new(sensors::Sensors::default()),
             Self::Noise => Box::new(noise::Noise),
             Self::Reconstruction => Box::new(reconstruction::Reconstruction::default()),
             Self::Innovations => Box::new(innovations::Innovations::default()),
@@ -219,6 +234,7 @@ impl Pane {
             Self::Derivatives => Box::new(derivatives::Derivatives),
             Self::Fits => Box::new(fits::Fits::default()),
             Self::Match => Box::new(match_panel::Match::default()),
+            Self::Replay => Box::new(replay::Replay::default()),
             Self::Propulsion => Box::new(propulsion::Propulsion::default()),
             Self::Correlation => Box::new(correlation::Correlation::default()),
             Self::Studies => Box::new(studies::Studies::default()),

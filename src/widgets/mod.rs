@@ -1,5 +1,6 @@
 //! Widgets drawn by hand: they show what they are given and report what the user did.
 
+pub mod attitude_view;
 pub mod chart;
 pub mod curves;
 pub mod figure;
@@ -11,6 +12,7 @@ mod plot_cache;
 mod pointer;
 pub mod quantity_edit;
 mod readout;
+pub mod scale_view;
 pub mod snap;
 pub mod span_editor;
 pub mod sparkline;

@@ -1,34 +1,109 @@
-//! The aircraft to scale and its weighing.
+//! The aircraft to scale, edited by hand and by number, and its weighing.
 
-use doublet::command::{UiCommand, ViewCommand};
+use doublet::command::{EditCommand, UiCommand, ViewCommand};
 use doublet::layouts::Step;
 use doublet::panels::Pane;
+use doublet_core::airframe::LoadedState;
+use doublet_engine::aircraft::ChangedValue;
+use egui::vec2;
 use egui_kittest::kittest::Queryable;
 
-use crate::picture;
 use crate::workbench::Bench;
+use crate::{drag, picture};
 
-#[test]
-fn aircraft_is_drawn_from_above_and_from_the_side_with_its_places() {
+/// The shipped flight with the aircraft before it.
+fn editor() -> Bench<'static> {
     let mut bench = Bench::shipped();
     bench.request(UiCommand::View(ViewCommand::Step(Step::Aircraft)));
     bench.show(Pane::Airframe);
+    bench
+}
+
+fn loaded(bench: &Bench<'_>) -> LoadedState {
+    (**bench.snapshot().loaded.ready().expect("it is up to date")).clone()
+}
+
+#[test]
+fn aircraft_is_drawn_from_above_and_from_the_side_with_its_places() {
+    let mut bench = editor();
     picture(&mut bench.harness, "airframe");
-    for view in ["aircraft from above", "aircraft from the side"] {
+    for view in ["from above", "from the side"] {
         assert!(bench.harness.query_by_label(view).is_some(), "{view}");
     }
     let aircraft = bench.snapshot().aircraft.ready().expect("it is read").clone();
-    let seat = &aircraft.aircraft.seats[0];
-    // Its slider bears the name too.
-    let named = bench.harness.query_all_by_label(&seat.name.replace('_', " ")).count();
-    assert!(named >= 2, "{} has its row", seat.name);
+    for seat in &aircraft.aircraft.seats {
+        let handle = bench.harness.query_by_label(&format!("seat {} from above", seat.name));
+        assert!(handle.is_some(), "{} has its handle", seat.name);
+    }
+    bench.click("Inertia");
+    picture(&mut bench.harness, "airframe_inertia");
+    bench.click("Limits");
+    picture(&mut bench.harness, "airframe_limits");
+}
+
+#[test]
+fn typed_empty_mass_is_what_flies_and_undo_takes_it_back() {
+    let mut bench = editor();
+    let before = (loaded(&bench), bench.session().clone());
+    bench.click("Mass");
+    bench.enter("empty mass", "1400");
+    assert_eq!(bench.session().aircraft_changes.get("mass.mass_kg"), Some(&ChangedValue::Number(1400.0)));
+    let after = loaded(&bench);
+    let added_kg = after.properties.mass_kg - before.0.properties.mass_kg;
+    let empty_kg = bench.snapshot().aircraft.ready().expect("it is read").aircraft.empty.mass_kg;
+    assert_eq!(empty_kg, 1400.0);
+    assert!((added_kg - (1400.0 - 1382.1)).abs() < 1e-9, "{added_kg} kg");
+    assert!(bench.snapshot().pooled.ready().is_some(), "the derivatives follow");
+    // What cannot be is said in one line, with the range, beside the number; what was there last stays to look at.
+    bench.enter("empty mass", "-5");
+    let error = bench.snapshot().aircraft.error().expect("it is refused").to_owned();
+    assert!(error.contains("mass.mass_kg is -5, allowed is 0.001 to 2000000 kg"), "{error}");
+    assert!(bench.harness.query_by_label("must be 0.001 to 2000000 kg").is_some(), "said beside the number");
+    picture(&mut bench.harness, "airframe_refused");
+    bench.request(UiCommand::Edit(EditCommand::Undo));
+    bench.request(UiCommand::Edit(EditCommand::Undo));
+    assert_eq!(*bench.session(), before.1);
+    assert_eq!(loaded(&bench), before.0);
+}
+
+#[test]
+fn dragged_seat_moves_the_centre_of_gravity_by_its_part_of_the_mass_in_one_step() {
+    let mut bench = editor();
+    let (before, session) = (loaded(&bench), bench.session().clone());
+    let seat = bench.snapshot().aircraft.ready().expect("it is read").aircraft.seats[0].clone();
+    let label = format!("seat {} from above", seat.name);
+    let at = bench.harness.get_by_label(&label).rect().center();
+    drag(&mut bench.harness, at, at + vec2(30.0, -20.0), 6);
+    bench.settle();
+    let key = format!("seat.{}.cg_datum_m", seat.name);
+    let Some(ChangedValue::Triple(to)) = bench.session().aircraft_changes.get(&key).cloned() else {
+        panic!("{:?}", bench.session().aircraft_changes)
+    };
+    let [x, y, z] = seat.cg_from_datum_m;
+    assert!(to[0] > x + 0.1 && to[1] > y + 0.1, "aft and to the right: {to:?} from {:?}", seat.cg_from_datum_m);
+    // Both axes have one scale.
+    let (aft, right) = (to[0] - x, to[1] - y);
+    assert!((aft / right - 1.5).abs() < 0.15, "{aft} m and {right} m");
+    assert_eq!(to[2], z);
+    let after = loaded(&bench);
+    let mass_kg = before.properties.mass_kg;
+    let carried_kg = match &bench.session().loading {
+        Some(loading) => loading.seats_kg.get(&seat.name).copied().unwrap_or(0.0),
+        None => bench.snapshot().aircraft.ready().expect("it is read").aircraft.standard_loading.seats_kg[&seat.name],
+    };
+    for (axis, moved) in [(0, to[0] - x), (1, to[1] - y)] {
+        let cg = |state: &LoadedState| state.properties.cg_from_datum_m[axis];
+        let expected = carried_kg * moved / mass_kg;
+        assert!((cg(&after) - cg(&before) - expected).abs() < 1e-9, "{} for {expected} m", cg(&after) - cg(&before));
+    }
+    picture(&mut bench.harness, "airframe_dragged");
+    bench.request(UiCommand::Edit(EditCommand::Undo));
+    assert_eq!(*bench.session(), session, "the drag is one step");
 }
 
 #[test]
 fn readings_of_the_scales_give_mass_and_centre_of_gravity() {
-    let mut bench = Bench::shipped();
-    bench.request(UiCommand::View(ViewCommand::Step(Step::Aircraft)));
-    bench.show(Pane::Airframe);
+    let mut bench = editor();
     bench.click("Weighing");
     let aircraft = bench.snapshot().aircraft.ready().expect("it is read").clone();
     let wheels = aircraft.aircraft.wheels.expect("the file states them");

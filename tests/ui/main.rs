@@ -17,6 +17,7 @@ mod preprocess;
 mod rasteriser;
 mod recording;
 mod recovery;
+mod replay;
 mod soak;
 mod speed;
 mod steps;

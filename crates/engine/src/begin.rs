@@ -274,6 +274,7 @@ pub fn empty_session(title: &str, aircraft: Option<&str>) -> Session {
     Session {
         title: title.to_owned(),
         aircraft: aircraft.map(str::to_owned),
+        aircraft_changes: Default::default(),
         loading: None,
         flights: Vec::new(),
         windows: Vec::new(),

@@ -4,9 +4,11 @@
 //! [`stage`] compute what follows from it, [`graph`] keeps what they computed under keys of its content, and [`run`] does so in
 //! the background and publishes [`run::Snapshot`]s; [`study`] holds what takes longer and is asked for. The command line and the workbench use the same road.
 
+pub mod aircraft;
 pub mod batch;
 pub mod begin;
 pub mod builtin;
+pub mod calibrate;
 pub mod compare;
 pub mod date;
 pub mod document;

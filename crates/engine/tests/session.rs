@@ -40,6 +40,7 @@ fn example() -> Session {
     Session {
         title: "example".to_owned(),
         aircraft: Some("builtin:c337f".to_owned()),
+        aircraft_changes: Default::default(),
         loading: None,
         flights: vec![Flight {
             name: "one".to_owned(),

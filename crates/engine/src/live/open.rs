@@ -13,7 +13,7 @@ use crate::begin::{self, empty_session};
 use crate::builtin;
 use crate::graph::{Context, Control};
 use crate::session::{self, MapRef, Session};
-use crate::stage::{LoadedFlight, aircraft_data, load_aircraft};
+use crate::stage::{LoadedFlight, aircraft_data, aircraft_of, load_aircraft};
 
 /// Name of the shipped map for MAVLink.
 const MAVLINK_MAP: &str = "mavlink";
@@ -109,8 +109,13 @@ pub fn open(opening: &Opening) -> Result<Watched, String> {
     let folder = like.as_ref().map_or_else(PathBuf::new, |like| like.folder.clone());
     let context = Context::new(&folder);
     let loading = like.as_ref().and_then(|like| like.session.loading.as_ref());
+    let of_session = like.as_ref().filter(|like| like.session.aircraft == aircraft);
     let data = aircraft.as_deref().map(|name| {
-        let loaded = load_aircraft(&context, name).map_err(|error| error.to_string())?;
+        let loaded = match of_session {
+            Some(like) => aircraft_of(&context, &like.session),
+            None => load_aircraft(&context, name),
+        };
+        let loaded = loaded.map_err(|error| error.to_string())?;
         Ok::<_, String>(aircraft_data(loaded.shared().clone(), loading))
     });
     let data = data.transpose()?;
@@ -118,8 +123,12 @@ pub fn open(opening: &Opening) -> Result<Watched, String> {
         Some(aircraft) => notes.push(format!("aircraft: {aircraft}")),
         None => notes.push(format!("{}: give --aircraft", crate::stage::NO_AIRCRAFT)),
     }
-    let session =
-        like.map(|like| Session { aircraft: aircraft.clone(), ..session::relative_to(&like.session, &like.folder) });
+    let aircraft_changes = of_session.map(|like| like.session.aircraft_changes.clone()).unwrap_or_default();
+    let session = like.map(|like| Session {
+        aircraft: aircraft.clone(),
+        aircraft_changes,
+        ..session::relative_to(&like.session, &like.folder)
+    });
     let defaults = || empty_session("live", aircraft.as_deref());
     let settings = LiveSettings::of(session.as_ref().unwrap_or(&defaults()), data);
     Ok(Watched { source, map, settings, session, aircraft, is_recorded, notes })

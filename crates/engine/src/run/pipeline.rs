@@ -222,9 +222,8 @@ impl<'a> Run<'a> {
 
     /// The aircraft, as its file says and with the session's loading on board.
     fn load_aircraft(&self) -> Result<Option<Aircraft>, Cancelled> {
-        let Session { aircraft, loading, .. } = self.scope.session;
-        let path = aircraft.as_deref().ok_or(StageError::NotApplicable);
-        let aircraft = path.and_then(|path| stage::load_aircraft(self.context, path));
+        let loading = &self.scope.session.loading;
+        let aircraft = stage::aircraft_of(self.context, self.scope.session);
         let load = |aircraft: &Keyed<LoadedAircraft>| self.context.get::<AircraftData>(loading.as_ref(), aircraft);
         let loaded = aircraft.as_ref().map_err(Clone::clone).and_then(load);
         let state = loaded.as_ref().map(|loaded| {

@@ -8,8 +8,8 @@ use doublet_core::series::TimeRange;
 use thiserror::Error;
 
 use super::{
-    ExpressionEdit, Flight, GravitySource, Manoeuvre, NoiseEdit, PathSource, PooledConstants, PredictionParameters,
-    Preparation, Session, SignalEdit, Surface, TermConstraint, WindowFlag, WindowRole,
+    AircraftEdit, ExpressionEdit, Flight, GravitySource, Manoeuvre, NoiseEdit, PathSource, PooledConstants,
+    PredictionParameters, Preparation, Session, SignalEdit, Surface, TermConstraint, WindowFlag, WindowRole,
 };
 
 /// A change of the session, grouped by area.
@@ -17,6 +17,8 @@ use super::{
 pub enum Edit {
     /// New title.
     Title(String),
+    /// The aircraft.
+    Aircraft(AircraftEdit),
     /// What is on board.
     Loading(LoadingEdit),
     /// Manoeuvre windows.
@@ -212,6 +214,7 @@ impl Edit {
     pub fn label(&self) -> String {
         match self {
             Self::Title(_) => "change title".to_owned(),
+            Self::Aircraft(edit) => edit.label(),
             Self::Loading(edit) => edit.label(),
             Self::Window(edit) => edit.label(),
             Self::Signal(edit) => edit.label(),
@@ -234,6 +237,7 @@ impl Edit {
                 super::check::name_fits("title", title).map_err(EditError::Name)?;
                 next.title.clone_from(title);
             }
+            Self::Aircraft(edit) => edit.apply(&mut next)?,
             Self::Loading(edit) => edit.apply(&mut next)?,
             Self::Window(edit) => edit.apply(&mut next)?,
             Self::Signal(edit) => edit.apply(&mut next)?,

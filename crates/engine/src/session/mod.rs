@@ -1,5 +1,6 @@
 //! The session: exactly what is saved and undoable, never a result.
 
+mod aircraft;
 mod check;
 mod constraint;
 mod edit;
@@ -24,8 +25,10 @@ use doublet_core::quantity::Role;
 use doublet_core::reconstruct::FilterSettings;
 use doublet_core::series::TimeRange;
 
+use crate::aircraft::AircraftChanges;
 use crate::verdict::PlausibleRange;
 
+pub use aircraft::AircraftEdit;
 pub use check::{check, stops_run};
 pub use constraint::TermConstraint;
 pub use edit::{Edit, EditError, EstimationEdit, FilterEdit, LoadingEdit, ModelEdit, WindowEdit};
@@ -47,6 +50,8 @@ pub struct Session {
     pub title: String,
     /// Aircraft file, relative to the session file, or `builtin:` and a name; without one only flight paths are computed.
     pub aircraft: Option<String>,
+    /// What is otherwise than that file says.
+    pub aircraft_changes: AircraftChanges,
     /// What is on board in flights without a loading of their own; `None` for the aircraft's standard loading. Without any fuel it
     /// states all but the fuel.
     pub loading: Option<Loading>,

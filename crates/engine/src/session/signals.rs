@@ -188,6 +188,13 @@ pub enum SignalEdit {
         /// All of it.
         setting: SignalSetting,
     },
+    /// Another instruments file.
+    Instruments {
+        /// Flight.
+        flight: String,
+        /// Its file, or `builtin:` and a name.
+        file: String,
+    },
     /// Shifts the clock of a source by hand.
     Shift {
         /// Flight.
@@ -203,18 +210,24 @@ impl SignalEdit {
     pub(super) fn label(&self) -> String {
         match self {
             Self::Setting { flight, .. } => format!("change signals of {flight}"),
+            Self::Instruments { flight, .. } => format!("change instruments of {flight}"),
             Self::Shift { source, .. } => format!("shift {source} in time"),
         }
     }
 
     pub(super) fn apply(&self, session: &mut Session) -> Result<(), EditError> {
-        let (Self::Setting { flight: name, .. } | Self::Shift { flight: name, .. }) = self;
+        let (Self::Setting { flight: name, .. }
+        | Self::Instruments { flight: name, .. }
+        | Self::Shift { flight: name, .. }) = self;
         let flight = flight_mut(session, name)?;
         match self {
             Self::Setting { setting, .. } => match setting.problems().into_iter().next() {
                 Some(problem) => return Err(EditError::Signals(problem)),
                 None => flight.signals = setting.clone(),
             },
+            Self::Instruments { file, .. } => {
+                flight.instruments.get_or_insert_default().file.clone_from(file);
+            }
             Self::Shift { source, shift_s, .. } => {
                 if !shift_s.is_finite() {
                     let field = format!("shift of {source}");

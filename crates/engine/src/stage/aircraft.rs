@@ -15,8 +15,10 @@ use doublet_core::series::{Recording, Series};
 use super::instruments::tank_channel;
 use super::mass::{FuelRecord, FuelSource};
 use super::samples::channel_at;
+use crate::aircraft::AircraftChanges;
 use crate::builtin;
-use crate::graph::{Context, Footprint, Keyed, Stage, StageResult};
+use crate::graph::{Context, Footprint, Keyed, Stage, StageError, StageResult};
+use crate::session::Session;
 
 /// An aircraft file as read.
 #[derive(Clone, Debug)]
@@ -36,23 +38,34 @@ impl Footprint for LoadedAircraft {
 /// What to say where there is no aircraft to form coefficients with.
 pub const NO_AIRCRAFT: &str = "no aircraft is chosen, so only flight paths are computed: name one in the session (aircraft = \"FILE\" or \"builtin:NAME\")";
 
-/// Reads the aircraft a session names.
+/// Reads an aircraft as its file says.
 ///
 /// # Errors
 /// One line that names the file and the cure.
 pub fn load_aircraft(context: &Context<'_>, path: &str) -> StageResult<Keyed<LoadedAircraft>> {
-    context.get::<LoadedAircraft>(path, ())
+    context.get::<LoadedAircraft>((path, &AircraftChanges::default()), ())
+}
+
+/// Reads the aircraft of a session, with its changes.
+///
+/// # Errors
+/// As [`load_aircraft`]; [`StageError::NotApplicable`] where the session names none.
+pub fn aircraft_of(context: &Context<'_>, session: &Session) -> StageResult<Keyed<LoadedAircraft>> {
+    let path = session.aircraft.as_deref().ok_or(StageError::NotApplicable)?;
+    context.get::<LoadedAircraft>((path, &session.aircraft_changes), ())
 }
 
 impl Stage for LoadedAircraft {
-    type Params<'a> = &'a str;
+    type Params<'a> = (&'a str, &'a AircraftChanges);
     type Inputs<'a> = ();
     type Output = Self;
     const NAME: &'static str = "aircraft";
 
-    fn run(path: &str, (): (), context: &Context<'_>) -> StageResult<Self> {
-        let named = |error: &dyn std::fmt::Display| format!("{path}: {error}");
+    fn run((path, changes): (&str, &AircraftChanges), (): (), context: &Context<'_>) -> StageResult<Self> {
+        let edited = if changes.is_empty() { "" } else { ", with the session's changes" };
+        let named = |error: &dyn std::fmt::Display| format!("{path}{edited}: {error}");
         let text = context.text(path, "aircraft")?;
+        let text = if changes.is_empty() { text } else { changes.apply(&text).map_err(|error| named(&error))? };
         let (file, maps) = match path.strip_prefix(builtin::PREFIX) {
             Some(_) => (PathBuf::from(path), builtin::on_disk("propulsion")?),
             None => {
@@ -61,11 +74,18 @@ impl Stage for LoadedAircraft {
                 (file, maps)
             }
         };
-        let aircraft = aircraft_file::parse(&text).map_err(|error| named(&error))?;
+        let mut aircraft = aircraft_file::parse(&text).map_err(|error| named(&error))?;
+        aircraft.notes.extend(note(changes));
         let section = parse_propulsion_section(&text, &file).map_err(|error| named(&error))?;
         let powerplant = section.powerplant(&aircraft.engines, &maps, |map| context.read_text(map));
         Ok(Self { powerplant: powerplant.map_err(|error| named(&error))?, aircraft })
     }
+}
+
+/// What an aircraft's notes say of the changes of a session.
+fn note(changes: &AircraftChanges) -> Option<String> {
+    let all: Vec<_> = changes.iter().map(|(key, value)| format!("{key} = {value}")).collect();
+    (!all.is_empty()).then(|| format!("Changed in the session: {}.", all.join("; ")))
 }
 
 impl Stage for AircraftData {

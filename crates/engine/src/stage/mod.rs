@@ -36,7 +36,9 @@ mod window_context;
 
 pub(crate) use aero::states_of;
 pub use aero::{AirDensity, CONTROLS, WindowAero, aero, aero_along};
-pub use aircraft::{AircraftData, LoadedAircraft, NO_AIRCRAFT, aircraft_data, load_aircraft, loading_on_board};
+pub use aircraft::{
+    AircraftData, LoadedAircraft, NO_AIRCRAFT, aircraft_data, aircraft_of, load_aircraft, loading_on_board,
+};
 pub use align::{UsedClock, is_stamped_by};
 pub use detail::{
     BIAS_STATES, BiasTable, CoefficientStudy, Contributions, KindSummary, ResidualStudy, bias_table, contributions,

@@ -180,8 +180,8 @@ pub(crate) fn flown_aircraft(
     context: &Context<'_>,
 ) -> StageResult<Keyed<AircraftData>> {
     let loading = Loading { fuel_kg: Default::default(), ..scenario.loading.clone() };
-    let aircraft = session.aircraft.as_deref().ok_or_else(|| stage::NO_AIRCRAFT.to_owned())?;
-    context.get::<AircraftData>(Some(&loading), &stage::load_aircraft(context, aircraft)?)
+    session.aircraft.as_deref().ok_or_else(|| stage::NO_AIRCRAFT.to_owned())?;
+    context.get::<AircraftData>(Some(&loading), &stage::aircraft_of(context, session)?)
 }
 
 /// Estimates of one flight.

@@ -92,8 +92,8 @@ pub fn fly_and_judge(
 ) -> StageResult<(Session, Snapshot)> {
     let named = |error: StageError| error.at(format!("seed {seed}"));
     let loading = Loading { fuel_kg: Default::default(), ..scenario.loading.clone() };
-    let path = session.aircraft.as_ref().ok_or("the session names no aircraft: name one in it")?;
-    let loaded = stage::load_aircraft(context, path)?;
+    session.aircraft.as_ref().ok_or("the session names no aircraft: name one in it")?;
+    let loaded = stage::aircraft_of(context, session)?;
     let aircraft = context.get::<AircraftData>(Some(&loading), &loaded)?;
     let fly = simulate::run(scenario, seed, &mut |_| !context.control().is_cancelled());
     context.checkpoint()?;

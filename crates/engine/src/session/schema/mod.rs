@@ -32,6 +32,7 @@ use super::{
     Estimation, GravitySource, Manoeuvre, PooledConstants, PredictionParameters, Preparation, Session, Surface,
     WindowFlags, WindowRole,
 };
+use crate::aircraft::AircraftChanges;
 use crate::verdict::PlausibleRange;
 
 /// Value of the header's `format` key.
@@ -106,6 +107,8 @@ struct File {
     title: String,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     aircraft: Option<String>,
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    aircraft_changes: BTreeMap<String, toml::Value>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     loading: Option<Loading>,
     #[serde(default)]
@@ -288,6 +291,8 @@ pub fn parse(text: &str) -> Result<Session, SessionError> {
     Ok(Session {
         title: file.title,
         aircraft: file.aircraft,
+        aircraft_changes: AircraftChanges::try_from(&file.aircraft_changes)
+            .map_err(|reason| SessionError::Term { place: "session".to_owned(), reason })?,
         loading: file.loading,
         flights,
         windows: file.windows.into_iter().map(window_from).collect::<Result<_, _>>()?,
@@ -402,6 +407,7 @@ pub fn print(session: &Session) -> Result<String, SessionError> {
         app: crate::PROGRAM.to_owned(),
         title: session.title.clone(),
         aircraft: session.aircraft.clone(),
+        aircraft_changes: session.aircraft_changes.to_table(),
         loading: session.loading.clone(),
         filter: FilterTable {
             gravity_m_s2: (session.gravity == GravitySource::Stated).then_some(session.filter.gravity_m_s2),

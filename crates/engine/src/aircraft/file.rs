@@ -1,0 +1,67 @@
+//! An edited aircraft in a file of its own.
+
+use std::path::Path;
+
+use doublet_core::load::aircraft as aircraft_file;
+use doublet_core::load::propulsion_maps::parse_propulsion_section;
+
+use crate::builtin;
+use crate::graph::Context;
+use crate::keep;
+use crate::session::Session;
+
+/// Writes the aircraft of a session with its changes to `path`, and beside it the charts and maps of its engines. Relative paths of the
+/// session start from `folder`. Comments and order of the file stay.
+///
+/// # Errors
+/// One line: the session has no aircraft, or one that cannot be, or the files cannot be written.
+pub fn save(session: &Session, folder: &Path, path: &Path) -> Result<(), String> {
+    let named = session.aircraft.as_deref().ok_or(crate::stage::NO_AIRCRAFT)?;
+    let context = Context::new(folder);
+    let text = session.aircraft_changes.apply(&context.text(named, "aircraft").map_err(String::from)?)?;
+    aircraft_file::parse(&text).map_err(|error| format!("the aircraft is not saved: {error}").replace('\n', "; "))?;
+    let maps = match named.strip_prefix(builtin::PREFIX) {
+        Some(_) => builtin::on_disk("propulsion")?,
+        None => context.locate(named).map_err(String::from)?.parent().unwrap_or(Path::new(".")).to_path_buf(),
+    };
+    let section = parse_propulsion_section(&text, path).map_err(|error| error.to_string())?;
+    let beside = path.parent().unwrap_or(Path::new("."));
+    let files = section.engine.iter().flat_map(|engine| [&engine.chart, &engine.propeller]).flatten();
+    for file in files {
+        let (from, to) = (maps.join(file), beside.join(file));
+        if to.exists() {
+            continue;
+        }
+        let bytes = std::fs::read(&from).map_err(|error| format!("{}: {error}", from.display()))?;
+        keep::replace(&to, &bytes).map_err(|error| format!("{}: {error}", to.display()))?;
+    }
+    keep::replace(path, text.as_bytes()).map_err(|error| format!("{}: {error}", path.display()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::aircraft::ChangedValue;
+    use crate::begin::empty_session;
+    use crate::stage::{aircraft_of, load_aircraft};
+
+    #[test]
+    fn saved_aircraft_is_the_edited_one_with_its_engines() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut session = empty_session("edited", Some("builtin:c337f"));
+        session.aircraft_changes.set("mass.mass_kg", ChangedValue::Number(1400.0));
+        let path = folder.path().join("mine.toml");
+        save(&session, folder.path(), &path).unwrap();
+        let context = Context::new(folder.path());
+        let edited = aircraft_of(&context, &session).unwrap();
+        let saved = load_aircraft(&context, "mine.toml").unwrap();
+        assert_eq!(saved.aircraft.empty.mass_kg, 1400.0);
+        assert_eq!(saved.aircraft.inertia, edited.aircraft.inertia);
+        assert!(edited.aircraft.notes.last().unwrap().contains("mass.mass_kg = 1400"), "{:?}", edited.aircraft.notes);
+        assert_eq!(format!("{:?}", saved.powerplant), format!("{:?}", edited.powerplant));
+        session.aircraft_changes.set("mass.mass_kg", ChangedValue::Number(-1.0));
+        let refused = save(&session, folder.path(), &path).unwrap_err();
+        assert!(refused.contains("mass.mass_kg") && !refused.contains('\n'), "{refused}");
+        assert_eq!(load_aircraft(&context, "mine.toml").unwrap().aircraft.empty.mass_kg, 1400.0, "it stays as it was");
+    }
+}
