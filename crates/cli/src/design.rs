@@ -265,14 +265,12 @@ fn write(
     designed: &Designed,
 ) -> Result<String, String> {
     let folder = arguments.out.as_ref().ok_or("no folder is named")?;
-    let aircraft = session.aircraft.as_deref().unwrap_or_default();
-    let aircraft = aircraft.strip_prefix("builtin:").unwrap_or(aircraft);
     let travel = [arguments.travel.to_radians(); 3];
     let json = serde_json::to_string_pretty(row).map_err(|error| error.to_string())?;
     let beside = [
         ("design.json", json),
         ("design.csv", planning::design_csv(row)),
-        ("design_scenario.toml", planning::design_scenario(row, designed, aircraft)),
+        ("design_scenario.toml", planning::design_scenario(row, designed, planning::aircraft_name(session))),
         ("design_ardupilot.lua", planning::design_lua(designed, travel)),
         ("design_px4.params", planning::design_px4(designed, row.band_hz)),
     ];

@@ -87,12 +87,13 @@ pub struct QualitiesArguments {
     #[command(flatten)]
     trim: TrimArguments,
     /// Class of the aircraft: I small and light, II of medium weight (II-L from land, II-C from a carrier), III large, IV highly
-    /// manoeuvrable.
+    /// manoeuvrable. By its greatest mass unless given.
     #[arg(long, value_parser = PossibleValuesParser::new(["I", "II", "II-L", "II-C", "III", "IV"]))]
-    class: String,
-    /// Category of the flight phase: A rapid manoeuvring or precision, B gradual manoeuvres, C take-off, approach and landing.
+    class: Option<String>,
+    /// Category of the flight phase: A rapid manoeuvring or precision, B gradual manoeuvres, C take-off, approach and landing. B unless
+    /// given.
     #[arg(long, value_parser = PossibleValuesParser::new(CATEGORIES))]
-    category: String,
+    category: Option<String>,
 }
 
 fn locus_range(text: &str) -> Result<(String, f64, f64, usize), String> {
@@ -106,8 +107,12 @@ fn locus_range(text: &str) -> Result<(String, f64, f64, usize), String> {
 }
 
 /// Computes the study of a trim.
-pub fn study(trim: &TrimArguments, class: &str, category: &str) -> Result<std::sync::Arc<DynamicsStudy>, String> {
-    let place = |known: &[&str], name: &str| known.iter().position(|known| *known == name).unwrap_or_default();
+pub fn study(
+    trim: &TrimArguments,
+    class: Option<&str>,
+    category: Option<&str>,
+) -> Result<std::sync::Arc<DynamicsStudy>, String> {
+    let place = |known: &[&str], name: Option<&str>| known.iter().position(|known| Some(*known) == name);
     let request = DynamicsRequest {
         airspeed_m_s: trim.airspeed,
         altitude_m: trim.altitude,
@@ -118,7 +123,7 @@ pub fn study(trim: &TrimArguments, class: &str, category: &str) -> Result<std::s
         cg_x_m: trim.cg,
         fuel_kg: trim.fuel,
         window: trim.window.as_deref().map(|name| window(&trim.session, name)).transpose()?,
-        class: place(&CLASSES, if class == "II" { "II-L" } else { class }),
+        class: place(&CLASSES, class.map(|class| if class == "II" { "II-L" } else { class })),
         category: place(&CATEGORIES, category),
         samples: trim.samples as usize,
         seed: trim.seed,
@@ -143,7 +148,7 @@ fn window(path: &Path, name: &str) -> Result<u64, String> {
 /// # Errors
 /// One line per thing that is wrong.
 pub fn linear(arguments: &LinearArguments) -> Result<(), String> {
-    let study = study(&arguments.trim, "I", "B")?;
+    let study = study(&arguments.trim, None, None)?;
     let row = dynamics_row(&study);
     let mut written = None;
     if let Some(out) = &arguments.out {
@@ -189,7 +194,7 @@ pub fn linear(arguments: &LinearArguments) -> Result<(), String> {
 /// # Errors
 /// One line per thing that is wrong.
 pub fn modes(arguments: &ModesArguments) -> Result<(), String> {
-    let study = study(&arguments.trim, "I", "B")?;
+    let study = study(&arguments.trim, None, None)?;
     if let Some((name, from, to, steps)) = &arguments.locus {
         let share = |step: usize| step as f64 / (steps - 1).max(1) as f64;
         let values: Vec<f64> = (0..*steps).map(|step| from + (to - from) * share(step)).collect();
@@ -250,7 +255,7 @@ fn print_locus(name: &str, parameter: &LocusParameter, points: &[LocusPoint], as
 /// # Errors
 /// One line per thing that is wrong.
 pub fn qualities(arguments: &QualitiesArguments) -> Result<(), String> {
-    let study = study(&arguments.trim, &arguments.class, &arguments.category)?;
+    let study = study(&arguments.trim, arguments.class.as_deref(), arguments.category.as_deref())?;
     let row = dynamics_row(&study);
     let found = &row.qualities;
     if arguments.trim.json {
@@ -263,7 +268,7 @@ pub fn qualities(arguments: &QualitiesArguments) -> Result<(), String> {
     }
     print_trim(&row);
     text::line("");
-    text::line(&format!("{} ({}), class {}, category {}", found.standard, found.date, found.class, found.category));
+    text::line(&format!("{} ({}), {}", found.standard, found.date, found.airplane_from));
     let cells: Vec<Vec<String>> = found.criteria.iter().map(quality_cells).collect();
     text::table(&["criterion", "level", "probability", "values", "not Level 1 because"], &cells);
     text::line(&format!("worst: {}{}", found.level.unwrap_or("not judged"), likely(found.level, found.probabilities)));

@@ -234,7 +234,7 @@ pub fn designed(
         let held_s = input.held_s;
         let about = manoeuvre(surface, InputKind::Designed, 0.0, onset_s, 1);
         manoeuvres.push(Manoeuvre { hand: Hand::PERFECT, designed: Some(Arc::new(input)), ..about });
-        onset_s += held_s + rest_s.max(Manoeuvre::RUN_IN_S + 2.0 * Manoeuvre::MARGIN_S);
+        onset_s += held_s + rest_s.max(2.0 * Manoeuvre::MARGIN_S);
     }
     let mut scenario = from_trim(listed, onset_s, manoeuvres)?;
     let Start::Trimmed(condition) = &mut scenario.start else { return Ok(scenario) };

@@ -158,9 +158,12 @@ impl Manoeuvre {
     /// What the control sensors record before the controls are held, and after they are released, s.
     pub const MARGIN_S: f64 = 0.5;
 
-    /// Start of the held controls, s.
+    /// Start of the held controls, s. A designed input has its steady flight in itself: its controls are held from its onset on.
     pub fn held_from_s(&self) -> f64 {
-        self.onset_s - Self::RUN_IN_S
+        match self.kind {
+            InputKind::Designed => self.onset_s,
+            _ => self.onset_s - Self::RUN_IN_S,
+        }
     }
 
     /// End of the held controls, s.

@@ -2,11 +2,11 @@
 
 use doublet_core::simulate::{Scenario, scenario};
 use doublet_dynamics::design::{Quantity, Request, design};
-use doublet_dynamics::linear::{Trim, trim};
+use doublet_dynamics::linear::Trim;
 use rayon::prelude::*;
 
 use super::basis::{DesignOptions, FlownWindow, basis};
-use super::files::design_scenario;
+use super::files::{aircraft_name, design_scenario};
 use super::rows::{DesignRow, design_row};
 use crate::graph::{Context, StageResult};
 use crate::session::{Manoeuvre, Session};
@@ -92,17 +92,14 @@ pub fn design_coverage(
     let pooled = pooled_fits(&aero, &session.structure, &session.estimation);
     let model = pooled_model(&pooled, (&session.structure, &session.estimation), &aero, &mut Vec::new())?;
     let flown = Flown { windows: aero.iter().map(|(_, aero)| &**aero).collect() };
-    let mut condition = flown.condition(session.filter.gravity_m_s2, Some(0.0))?;
-    let line = |error: doublet_dynamics::linear::LinearError| error.to_string();
-    let thrust_n = trim(&model.model, &condition).map_err(line)?.thrust_n;
     let engines = &aircraft.loaded.powerplant.engines;
-    condition.thrust_slope_n_s_m = flown.thrust_slope(engines, &condition, thrust_n).unwrap_or(0.0);
+    let condition = flown.level_condition(&model.model, engines, session.filter.gravity_m_s2)?;
     let pairs: Vec<FlownWindow<'_>> =
         aero.iter().zip(&paths).map(|((window, aero), path)| ((*window, aero.clone()), *path)).collect();
     let basis = basis(session.settings(), &pairs, (&model, &condition), &DesignOptions::default())?;
     let designed = design(&basis, request).map_err(|error| error.to_string())?;
     let row = design_row(&basis, request, &designed);
-    let file = design_scenario(&row, &designed, "c337f");
+    let file = design_scenario(&row, &designed, aircraft_name(session));
     let next = scenario::parse(&file).map_err(|error| error.to_string())?;
     // Gusts and air of the day are those of the flight it was designed from.
     let next = Scenario { gust_m_s: known.gust_m_s, loading: known.loading.clone(), ..next };

@@ -6,6 +6,8 @@ use doublet_core::simulate::scenario::{FILE_FORMAT, FILE_VERSION};
 use doublet_dynamics::design::{Designed, SURFACE_NAMES};
 
 use super::rows::DesignRow;
+use crate::builtin::PREFIX;
+use crate::session::Session;
 
 /// Nodes of all manoeuvres, straight lines between them: number of the window, time since its start, deflections about the trim.
 pub fn design_csv(row: &DesignRow) -> String {
@@ -14,6 +16,12 @@ pub fn design_csv(row: &DesignRow) -> String {
         let _ = writeln!(text, "{},{},{},{},{}", node.manoeuvre, node.time_s, node.aileron, node.elevator, node.rudder);
     }
     text
+}
+
+/// Name of a session's aircraft as a scenario file has it; its path where it does not come with the program.
+pub fn aircraft_name(session: &Session) -> &str {
+    let aircraft = session.aircraft.as_deref().unwrap_or_default();
+    aircraft.strip_prefix(PREFIX).unwrap_or(aircraft)
 }
 
 /// A scenario file for `doublet simulate`: the manoeuvres one after the other from the design's trim, in its gusts.

@@ -15,7 +15,7 @@ pub use cards::{campaign_document, envelope_figure};
 pub use coverage::{DesignCoverage, DesignedDerivative, DesignedExcursion, design_coverage};
 pub use document::design_document;
 pub use enough::{DerivativeRow, Enough, EnoughOptions, Goal, NextRow, WindowInformation, enough};
-pub use files::{design_csv, design_lua, design_px4, design_scenario};
+pub use files::{aircraft_name, design_csv, design_lua, design_px4, design_scenario};
 pub use rows::{
     ComparedKind, CorrelationRow, DesignRow, ExcursionRow, ManoeuvreRow, PredictedRow, SignalRow, design_row,
 };

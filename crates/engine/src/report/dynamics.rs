@@ -177,6 +177,8 @@ pub struct QualitiesRow {
     pub class: &'static str,
     /// Category of the flight phase.
     pub category: &'static str,
+    /// Where class and category come from.
+    pub airplane_from: String,
     /// Worst level of the criteria judged.
     pub level: Option<&'static str>,
     /// How likely each level is: Level 1, 2, 3, worse.
@@ -374,6 +376,7 @@ pub fn qualities_row(study: &DynamicsStudy) -> QualitiesRow {
         date: study.limits.date.to_string(),
         class: study.airplane.class,
         category: study.airplane.category,
+        airplane_from: study.airplane_from.clone(),
         level: level.map(QualityLevel::name),
         probabilities: probabilities(&study.shares, "all"),
         criteria: qualities.iter().map(|quality| quality_row(quality, &study.shares)).collect(),

@@ -2,7 +2,7 @@
 
 use doublet_core::model::Derivatives;
 use doublet_core::simulate::Scenario;
-use doublet_dynamics::linear::{FlightModel, Method, linearise, trim};
+use doublet_dynamics::linear::{FlightModel, Method, linearise};
 use doublet_dynamics::modes::{Figure, FigureInterval, ModeEstimate, mode_study, modes};
 use doublet_dynamics::propagate::Interval;
 use rayon::prelude::*;
@@ -106,13 +106,11 @@ fn compare(
     let line = |error: doublet_dynamics::linear::LinearError| error.to_string();
     let flown = Flown { windows: flight.aero.iter().map(|(_, aero)| &**aero).collect() };
     let model = pooled_model(&flight.pooled, (&session.structure, &session.estimation), &flight.aero, &mut Vec::new())?;
-    let mut condition = flown.condition(session.filter.gravity_m_s2, Some(0.0))?;
     let truth = scenario.vehicle.aero.derivatives().iter();
     let derivatives: Derivatives = truth.map(|d| (d.coefficient, d.term.clone(), d.value)).collect();
     let truth = FlightModel { derivatives, moment_reference: None, ..model.model.clone() };
-    let thrust_n = trim(&truth, &condition).map_err(line)?.thrust_n;
     let engines = &aircraft.loaded.powerplant.engines;
-    condition.thrust_slope_n_s_m = flown.thrust_slope(engines, &condition, thrust_n).unwrap_or(0.0);
+    let condition = flown.level_condition(&truth, engines, session.filter.gravity_m_s2)?;
     let truth = modes(&linearise(&truth, &condition, Method::Analytic).map_err(line)?.motion());
     let study = mode_study(&model, &condition, SAMPLES, seed).map_err(line)?;
     let beside = |estimate: ModeEstimate| -> Option<Found> {

@@ -36,11 +36,10 @@ pub fn dynamics(contents: &Contents<'_>) -> Vec<Block> {
     blocks.extend(anticipation(study).map(Block::Figure));
     let qualities = &row.qualities;
     blocks.push(Block::Paragraph(format!(
-        "{} ({}), class {}, category {}: {}.",
+        "{} ({}), {}: {}.",
         qualities.standard,
         qualities.note,
-        qualities.class,
-        qualities.category,
+        qualities.airplane_from,
         qualities.level.unwrap_or("not judged"),
     )));
     if !row.notes.is_empty() {

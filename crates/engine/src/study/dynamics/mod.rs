@@ -51,10 +51,10 @@ pub struct DynamicsRequest {
     pub fuel_kg: Option<f64>,
     /// Window whose conditions are taken, by [`window_key`] of its name; all identification windows unless given.
     pub window: Option<u64>,
-    /// Class of the aircraft in flying qualities, by its place in [`CLASSES`].
-    pub class: usize,
-    /// Category of the flight phase, by its place in [`CATEGORIES`].
-    pub category: usize,
+    /// Class of the aircraft in flying qualities, by its place in [`CLASSES`]; that of its mass unless given.
+    pub class: Option<usize>,
+    /// Category of the flight phase, by its place in [`CATEGORIES`]; B unless given.
+    pub category: Option<usize>,
     /// Draws of the derivatives.
     pub samples: usize,
     /// Seed of the draws.
@@ -63,6 +63,13 @@ pub struct DynamicsRequest {
 
 /// Classes of aircraft in flying qualities.
 pub const CLASSES: [&str; 5] = ["I", "II-L", "II-C", "III", "IV"];
+/// Greatest masses of classes I and II, kg: those above which an aeroplane is neither small (12,500 lb, 14 CFR 1.1) nor of medium weight
+/// (60,000 lb). The specification names kinds of aircraft, not masses; class IV, of high manoeuvrability, does not follow from one.
+const CLASS_MASSES_KG: [(f64, &str); 2] = [(5_670.0, "I"), (27_200.0, "II-L")];
+/// Class above these.
+const HEAVY_CLASS: &str = "III";
+/// Category that judges unless another is asked for: climb, cruise, descent and loiter.
+const USUAL_CATEGORY: &str = "B";
 /// Categories of flight phases.
 pub const CATEGORIES: [&str; 3] = ["A", "B", "C"];
 
@@ -93,8 +100,8 @@ impl Default for DynamicsRequest {
             cg_x_m: None,
             fuel_kg: None,
             window: None,
-            class: 0,
-            category: 1,
+            class: None,
+            category: None,
             samples: 500,
             seed: 1,
         }
@@ -114,6 +121,8 @@ pub struct DynamicsStudy {
     pub modes: ModeStudy,
     /// Class and category.
     pub airplane: Airplane,
+    /// Where they come from, in words.
+    pub airplane_from: String,
     /// Limits that judge.
     pub limits: Arc<Limits>,
     /// Measures of the flying qualities.
@@ -153,9 +162,7 @@ impl Stage for DynamicsStudy {
         let modes = mode_study(&model, &condition, request.samples, request.seed).map_err(line)?;
         context.checkpoint()?;
         let limits = limits(STANDARD)?;
-        let class = CLASSES.get(request.class).copied().unwrap_or_default();
-        let category = CATEGORIES.get(request.category).copied().unwrap_or_default();
-        let airplane = Airplane::new(class, category).map_err(|error| error.to_string())?;
+        let (airplane, airplane_from) = airplane(&request, greatest_mass_kg(input, &condition))?;
         let measured = measures(&modes.linearised);
         let nominal: Vec<_> = modes.modes.iter().map(|estimate| estimate.mode.clone()).collect();
         let sampled: Vec<Measures> = modes.samples.iter().map(measures).collect();
@@ -175,10 +182,37 @@ impl Stage for DynamicsStudy {
             condition,
             modes,
             airplane,
+            airplane_from,
             windows,
             notes,
         })
     }
+}
+
+/// Greatest mass the aircraft file has in its envelope, or that of the trim, kg.
+fn greatest_mass_kg(input: &StudyInput<'_>, condition: &Condition) -> f64 {
+    let envelope = input.aircraft.loaded.aircraft.envelope.as_ref();
+    let heaviest = envelope.and_then(|envelope| envelope.rows.last());
+    heaviest.map_or(condition.mass.mass_kg, |row| row.mass_kg)
+}
+
+/// Class and category as asked for, those nobody asked for by the greatest mass and the usual one; and where they come from.
+fn airplane(request: &DynamicsRequest, mass_kg: f64) -> StageResult<(Airplane, String)> {
+    let by_mass = CLASS_MASSES_KG.iter().find(|(greatest_kg, _)| mass_kg <= *greatest_kg);
+    let by_mass = by_mass.map_or(HEAVY_CLASS, |(_, class)| *class);
+    let class = request.class.and_then(|place| CLASSES.get(place).copied());
+    let category = request.category.and_then(|place| CATEGORIES.get(place).copied());
+    let airplane = Airplane::new(class.unwrap_or(by_mass), category.unwrap_or(USUAL_CATEGORY));
+    let airplane = airplane.map_err(|error| error.to_string())?;
+    let class = match class {
+        Some(class) => format!("class {class} as asked for"),
+        None => format!("class {by_mass} by its greatest mass of {mass_kg:.0} kg"),
+    };
+    let category = match category {
+        Some(category) => format!("category {category} as asked for"),
+        None => format!("category {USUAL_CATEGORY}, as none was asked for"),
+    };
+    Ok((airplane, format!("{class}; {category}")))
 }
 
 /// Whether a session asks for a model that can be trimmed: an aircraft, both forces of the plane of symmetry and the pitching moment.

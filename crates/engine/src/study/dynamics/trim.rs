@@ -5,7 +5,7 @@ use doublet_core::atmos::Atmosphere;
 use doublet_core::model::{Gyroscopic, Position, RECORDED, angular_momentum};
 use doublet_core::propulsion::{Ambient, Engine, EngineModel};
 use doublet_core::statistics::median;
-use doublet_dynamics::linear::{Condition, SteadyFlight, UncertainModel, trim};
+use doublet_dynamics::linear::{Condition, FlightModel, SteadyFlight, UncertainModel, trim};
 
 use super::{DynamicsRequest, StudyInput, window_key};
 use crate::graph::StageResult;
@@ -39,12 +39,10 @@ pub fn condition(
     let mut condition = as_flown.at_altitude(request.altitude_m.unwrap_or(as_flown.altitude_m));
     condition.airspeed_m_s = request.airspeed_m_s.unwrap_or(as_flown.airspeed_m_s);
     if model.model.has_thrust() {
-        let thrust_n = trim(&model.model, &condition).map_err(|error| error.to_string())?.thrust_n;
         let engines = &input.aircraft.loaded.powerplant.engines;
-        condition.thrust_slope_n_s_m = flown.thrust_slope(engines, &condition, thrust_n).unwrap_or_else(|| {
+        if !flown.set_thrust_slope(&model.model, engines, &mut condition)? {
             notes.push("thrust is held while the airspeed changes: no propeller map says how it falls".to_owned());
-            0.0
-        });
+        }
     } else {
         notes.push("thrust is inside the coefficients: the flight path follows from the power of the tests".to_owned());
     }
@@ -194,9 +192,41 @@ impl Flown<'_> {
         median(&mut values)
     }
 
+    /// The median condition in level flight, thrust falling with airspeed as it does about the trim of `model` there.
+    ///
+    /// # Errors
+    /// As [`Flown::condition`], and without a trim.
+    pub fn level_condition(
+        &self,
+        model: &FlightModel,
+        engines: &[Engine],
+        gravity_m_s2: f64,
+    ) -> StageResult<Condition> {
+        let mut condition = self.condition(gravity_m_s2, Some(0.0))?;
+        self.set_thrust_slope(model, engines, &mut condition)?;
+        Ok(condition)
+    }
+
+    /// Lets the thrust of a condition fall with airspeed as it does about the trim of `model` there; whether propeller maps say how, the
+    /// thrust being held otherwise.
+    ///
+    /// # Errors
+    /// One line without a trim.
+    pub(super) fn set_thrust_slope(
+        &self,
+        model: &FlightModel,
+        engines: &[Engine],
+        condition: &mut Condition,
+    ) -> StageResult<bool> {
+        let thrust_n = trim(model, condition).map_err(|error| error.to_string())?.thrust_n;
+        let slope = self.thrust_slope(engines, condition, thrust_n);
+        condition.thrust_slope_n_s_m = slope.unwrap_or(0.0);
+        Ok(slope.is_some())
+    }
+
     /// How the thrust of a trim changes with airspeed at constant power and engine speed, N s/m, by the propeller maps; none where an
     /// engine has none.
-    pub fn thrust_slope(&self, engines: &[Engine], condition: &Condition, thrust_n: f64) -> Option<f64> {
+    fn thrust_slope(&self, engines: &[Engine], condition: &Condition, thrust_n: f64) -> Option<f64> {
         let share_n = thrust_n / engines.len().max(1) as f64;
         let slopes: Option<Vec<f64>> = engines
             .iter()
