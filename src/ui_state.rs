@@ -3,8 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use doublet_engine::report::document::SectionKind;
-use doublet_engine::session::{Manoeuvre, Session};
+use doublet_engine::report::document::{Figure, SectionKind};
+use doublet_engine::session::{Annotation, Manoeuvre, Session};
 use doublet_report::ReportFormat;
 use eframe::egui::ThemePreference;
 use serde::{Deserialize, Serialize};
@@ -37,6 +37,8 @@ pub enum Scope {
     Intervals,
     /// The two structures of the session beside each other.
     Structures,
+    /// Every structure of the session with its scores.
+    Board,
 }
 
 /// What the user looks at.
@@ -69,7 +71,7 @@ impl Selection {
 }
 
 /// What a report is to hold.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct ReportChoice {
     /// Sections it is to go without.
     pub left_out: BTreeSet<SectionKind>,
@@ -77,6 +79,8 @@ pub struct ReportChoice {
     pub formats: Vec<ReportFormat>,
     /// Section on screen.
     pub shown: SectionKind,
+    /// Figures that were added to it, as they were then.
+    pub figures: Vec<Figure>,
 }
 
 impl Default for ReportChoice {
@@ -85,6 +89,7 @@ impl Default for ReportChoice {
             left_out: BTreeSet::new(),
             formats: ReportFormat::ALL.into_iter().filter(|format| format.is_in_this_build()).collect(),
             shown: SectionKind::Overview,
+            figures: Vec::new(),
         }
     }
 }
@@ -115,6 +120,9 @@ pub struct UiState {
     /// An instruments file with what was fitted, to be written.
     #[serde(skip)]
     pub instruments: Option<String>,
+    /// The annotation being written, and the one it takes the place of.
+    #[serde(skip)]
+    pub annotating: Option<(Annotation, Option<Annotation>)>,
     /// What a report is to hold.
     #[serde(skip)]
     pub report: ReportChoice,
@@ -141,6 +149,7 @@ impl Default for UiState {
             selection: Selection::default(),
             renaming: None,
             instruments: None,
+            annotating: None,
             report: ReportChoice::default(),
             flight_plots: None,
             recent: Vec::new(),

@@ -54,7 +54,9 @@ pub fn draw(app: &mut Workbench, ui: &mut Ui) {
         app.take_file(&path, ui.ctx());
     }
     app.show_tour(ui.ctx());
+    app.show_help(ui.ctx());
     app.ask_layout_name(ui.ctx());
+    app.ask_annotation(ui.ctx());
     app.guard(ui.ctx());
     app.take_figures(ui.ctx());
     app.offer_work(ui.ctx());
@@ -84,9 +86,10 @@ fn panels(app: &mut Workbench, ui: &mut Ui) {
         wanted: &mut wanted,
         figures: &mut app.figures,
     };
-    let mut docking = Docking { panels: &mut app.panels, context, touched: false };
+    let mut docking = Docking { panels: &mut app.panels, context, touched: false, pointed: None };
     layout.ui(&mut docking, ui);
-    let touched = docking.touched;
+    let (touched, pointed) = (docking.touched, docking.pointed);
+    app.pointed = pointed;
     app.state.shown.tree = layout;
     app.state.shown.touched |= touched;
     app.engine.request_details(&wanted);
@@ -298,10 +301,15 @@ struct Docking<'a> {
     context: PanelContext<'a>,
     /// Whether a panel or an edge was moved.
     touched: bool,
+    /// Panel under the pointer.
+    pointed: Option<Pane>,
 }
 
 impl egui_tiles::Behavior<Pane> for Docking<'_> {
     fn pane_ui(&mut self, ui: &mut Ui, _tile: TileId, pane: &mut Pane) -> UiResponse {
+        if ui.rect_contains_pointer(ui.max_rect()) {
+            self.pointed = Some(*pane);
+        }
         let frame = Frame::new().inner_margin(Margin::symmetric(8, 6));
         frame.show(ui, |ui| {
             if let Some(panel) = self.panels.get_mut(pane) {

@@ -1,9 +1,11 @@
 //! The application: owns the state; `logic` changes it, `draw` shows it.
 
+mod annotate;
 mod begin;
 mod changed;
 mod draw;
 pub mod files;
+pub mod help;
 mod logic;
 mod pending;
 mod recovery;
@@ -101,6 +103,10 @@ pub struct Workbench {
     typing: bool,
     title: String,
     hovered_s: Option<f64>,
+    /// Panel under the pointer.
+    pointed: Option<Pane>,
+    /// The manual in its window.
+    pub help: help::Help,
     panels: BTreeMap<Pane, Box<dyn Panel>>,
     table: Vec<CommandInfo>,
     commands: Vec<UiCommand>,
@@ -153,6 +159,8 @@ impl Workbench {
             typing: false,
             title: String::new(),
             hovered_s: None,
+            pointed: None,
+            help: help::Help::default(),
             panels: Pane::ALL.iter().map(|&pane| (pane, pane.build())).collect(),
             table: ui_command::table(),
             commands: Vec::new(),
@@ -205,7 +213,11 @@ impl Workbench {
     /// Whether a question or a dialog is open, to which the keys belong.
     fn is_asking(&self) -> bool {
         let own = self.guarded.is_some() || self.changed.is_some();
-        own || self.files.is_asking() || self.is_offering_work() || self.is_beginning() || self.naming.is_some()
+        own || self.files.is_asking()
+            || self.is_offering_work()
+            || self.is_beginning()
+            || self.naming.is_some()
+            || self.state.annotating.is_some()
     }
 
     /// Says one line.

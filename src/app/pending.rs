@@ -267,6 +267,7 @@ impl Workbench {
             name: name.to_string_lossy().into_owned(),
             formats: choice.formats.clone(),
             sections: SectionKind::ALL.into_iter().filter(|kind| !choice.left_out.contains(kind)).collect(),
+            figures: choice.figures.clone(),
         };
         self.writing = Some(Arc::clone(&session));
         let work = move |control: &Control, progress: &dyn Fn(f32)| {
@@ -302,8 +303,16 @@ impl Workbench {
 
     /// Copies the numbers of figures that were asked for; asks for the file of the last that is to be saved, which waits.
     pub(super) fn take_figures(&mut self, ctx: &egui::Context) {
-        let (copied, saved): (Vec<_>, Vec<_>) =
-            std::mem::take(&mut self.figures).into_iter().partition(|request| request.form.is_copy());
+        let asked = std::mem::take(&mut self.figures).into_iter();
+        let (added, others): (Vec<_>, Vec<_>) = asked.partition(|request| request.form == FigureForm::Report);
+        let (copied, saved): (Vec<_>, Vec<_>) = others.into_iter().partition(|request| request.form.is_copy());
+        for FigureRequest { figure, .. } in added {
+            self.state.report.figures.push(figure);
+            self.say(format!(
+                "The report has {} chosen figures now: Report shows them",
+                self.state.report.figures.len()
+            ));
+        }
         match copied.last() {
             Some(FigureRequest { figure, form: FigureForm::Copy }) => {
                 ctx.copy_text(figure::csv(figure));
@@ -330,7 +339,7 @@ impl Workbench {
         let path = if path.extension().is_some() { path.to_path_buf() } else { path.with_extension(form.extension()) };
         let bytes = match form {
             FigureForm::Png | FigureForm::CopyPicture => figure::png(&asked),
-            FigureForm::Svg => Ok(doublet_report::svg::svg(&asked, "p").into_bytes()),
+            FigureForm::Svg | FigureForm::Report => Ok(doublet_report::svg::svg(&asked, "p").into_bytes()),
             FigureForm::Csv | FigureForm::Copy => Ok(figure::csv(&asked).into_bytes()),
         };
         let place = path.display();

@@ -1,10 +1,11 @@
 //! Carries out commands.
 
 use doublet_core::series::TimeRange;
-use doublet_engine::session::{Edit, Manoeuvre, WindowEdit};
+use doublet_engine::session::{Annotation, Edit, Manoeuvre, WindowEdit};
 use eframe::egui;
 
 use super::ui_command::{EditCommand, FileCommand, HelpCommand, RunCommand, UiCommand, ViewCommand};
+use crate::app::help::Topic;
 use crate::app::{Asked, Document, Pending, Workbench};
 use crate::layouts::{Arranged, LayoutKey};
 use crate::panels::{self, Pane};
@@ -22,6 +23,9 @@ pub fn dispatch(app: &mut Workbench, command: UiCommand, ctx: &egui::Context) {
         UiCommand::Run(RunCommand::Cancel) => app.cancel(),
         UiCommand::View(command) => view(app, command, ctx),
         UiCommand::Help(HelpCommand::Palette) => app.palette.open(),
+        UiCommand::Help(HelpCommand::Here) => app.help_here(ctx),
+        UiCommand::Help(HelpCommand::Manual) => app.help.open(Topic::Contents),
+        UiCommand::Help(HelpCommand::Glossary) => app.help.open(Topic::Page("glossary".to_owned(), None)),
         UiCommand::Help(HelpCommand::Shortcuts) => show_pane(app, Pane::Shortcuts),
         UiCommand::Help(HelpCommand::Tour) => app.leave(Pending::Tour, ctx),
     }
@@ -79,8 +83,18 @@ fn edit(app: &mut Workbench, command: EditCommand) {
             app.state.renaming = app.state.selection.window.clone();
             show_pane(app, Pane::Manoeuvres);
         }
+        EditCommand::Annotate => annotate(app),
         EditCommand::NextWindow => step(app, 1),
         EditCommand::PreviousWindow => step(app, -1),
+    }
+}
+
+/// Asks for words at the time under the pointer, else at marker A, else in the middle of what is on screen.
+fn annotate(app: &mut Workbench) {
+    let (time, range) = (&app.state.time, app.state.time.range());
+    let at_s = time.cursor_s.or(time.markers_s[0]).unwrap_or(0.5 * (range.start_s + range.end_s));
+    if let Some(flight) = app.state.selection.flight.clone() {
+        app.state.annotating = Some((Annotation { flight, time_s: at_s, text: String::new() }, None));
     }
 }
 
@@ -175,6 +189,8 @@ fn view(app: &mut Workbench, command: ViewCommand, ctx: &egui::Context) {
                 time.zoom_to(TimeRange::new(a, b));
             }
         }
+        // Escape closes the manual before it clears anything.
+        ViewCommand::ClearMarkers if app.help.close() => {}
         ViewCommand::ClearMarkers => {
             time.markers_s = [None; 2];
             app.state.window_time.markers_s = [None; 2];

@@ -75,6 +75,8 @@ pub enum EditCommand {
     RenameWindow,
     /// Use the selected windows for this.
     UseWindows(WindowRole),
+    /// Write words at the time under the pointer, else at marker A.
+    Annotate,
     /// Select every window.
     SelectAll,
     /// Choose the next window.
@@ -140,6 +142,12 @@ pub enum ViewCommand {
 pub enum HelpCommand {
     /// Find any command by its name.
     Palette,
+    /// Explain what is under the pointer.
+    Here,
+    /// Show the contents of the manual.
+    Manual,
+    /// Show the glossary.
+    Glossary,
     /// Show every command with its keys.
     Shortcuts,
     /// Show the way from recording to report on the shipped flight.
@@ -269,6 +277,7 @@ pub fn table() -> Vec<CommandInfo> {
         edit("Use for validation", EditCommand::UseWindows(WindowRole::Validation), plain(Key::V)),
         edit("Ignore", EditCommand::UseWindows(WindowRole::Ignored), plain(Key::X)),
         edit("Select all windows", EditCommand::SelectAll, ctrl_shift(Key::A)),
+        edit("Annotate at the pointer…", EditCommand::Annotate, plain(Key::T)),
         edit("Next window", EditCommand::NextWindow, plain(Key::N)),
         edit("Previous window", EditCommand::PreviousWindow, plain(Key::P)),
         run("Compute again", RunCommand::Again, plain(Key::F5)),
@@ -300,7 +309,11 @@ pub fn table() -> Vec<CommandInfo> {
     table.push(layout("Keep this layout…", ViewCommand::KeepLayout, None));
     table.push(layout("Reset layout", ResetLayout, None));
     table.extend(Pane::ALL.iter().map(|&pane| row(Menu::Panels, pane.title(), UiCommand::View(Show(pane)), None)));
-    table.push(row(Menu::Help, "Keyboard shortcuts", UiCommand::Help(HelpCommand::Shortcuts), plain(Key::F1)));
+    let help = |name: &str, command, shortcut| row(Menu::Help, name, UiCommand::Help(command), shortcut);
+    table.push(help("What is under the pointer", HelpCommand::Here, plain(Key::F1)));
+    table.push(help("Manual", HelpCommand::Manual, None));
+    table.push(help("Glossary", HelpCommand::Glossary, None));
+    table.push(help("Keyboard shortcuts", HelpCommand::Shortcuts, ctrl(Key::F1)));
     table.push(row(Menu::Help, "Tour of the shipped flight", UiCommand::Help(HelpCommand::Tour), None));
     table.push(row(Menu::Help, "Find a command", UiCommand::Help(HelpCommand::Palette), ctrl(Key::P)));
     table

@@ -15,6 +15,7 @@ use crate::theme;
 use crate::widgets::curves;
 use crate::widgets::level_mark::level_mark;
 use crate::widgets::sparkline::Sparkline;
+use crate::widgets::term::column_title;
 
 /// Height of a row and width of a sparkline.
 const ROW: f32 = 22.0;
@@ -86,7 +87,7 @@ impl Channels {
             .header(20.0, |mut header| {
                 for title in ["", "Role", "Channel", "Smallest", "Largest", "Unit", "Hz", "Shape"] {
                     header.col(|ui| {
-                        ui.weak(title);
+                        column_title(ui, title);
                     });
                 }
             })

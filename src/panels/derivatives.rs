@@ -5,27 +5,23 @@ use doublet_engine::stage::{CoefficientFit, describe_origin, errors, significanc
 use eframe::egui::{self, RichText, ScrollArea, Ui};
 use egui_extras::{Column, TableBuilder};
 
+use super::board::Board;
 use super::{Panel, PanelContext, awaiting, is_window_constant, trouble};
 use super::{by_window, intervals, over_windows, structures};
 use crate::notation;
 use crate::theme;
 use crate::ui_state::Scope;
+use crate::widgets::term::column_title;
 
 /// Height of a row.
 const ROW: f32 = 20.0;
 /// Titles of the columns.
 const TITLES: [&str; 7] = ["", "Estimate", "Std. error", "Corrected", "Scatter/√n", "Relative", "t"];
-/// What the three errors are.
-const ERRORS: [(&str, &str); 5] = [
-    ("Std. error", "For white residuals"),
-    ("Corrected", "Corrected for the correlation of the residuals in time"),
-    ("Scatter/√n", "Standard error of the mean over single windows: their scatter over the root of their number"),
-    ("Relative", "Corrected error over the estimate"),
-    ("t", "Estimate over its corrected error"),
-];
-
 /// The panel.
-pub struct Derivatives;
+#[derive(Default)]
+pub struct Derivatives {
+    board: Board,
+}
 
 impl Panel for Derivatives {
     fn show(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
@@ -41,6 +37,7 @@ impl Panel for Derivatives {
                 (Scope::Each, "Each window"),
                 (Scope::Over, "Over windows"),
                 (Scope::Intervals, "Intervals"),
+                (Scope::Board, "Structures"),
                 (Scope::Structures, "A and B"),
             ] {
                 if scope != Scope::Structures || ctx.session.second_structure.is_some() {
@@ -57,6 +54,7 @@ impl Panel for Derivatives {
             Scope::Each => return by_window::show(ctx, ui, copied.inner),
             Scope::Over => return over_windows::show(ctx, ui, copied.inner),
             Scope::Intervals => return intervals::show(ctx, ui),
+            Scope::Board => return self.board.show(ctx, ui, copied.inner),
             Scope::Structures => return structures::show(ctx, ui, copied.inner),
             Scope::Chosen => {
                 let slot = of_window.map(|results| &results.fits);
@@ -100,11 +98,7 @@ fn table(ctx: &mut PanelContext<'_>, ui: &mut Ui, fits: &[CoefficientFit]) {
                 for title in TITLES {
                     header.col(|ui| {
                         ui.add_space(4.0);
-                        let about = ERRORS.iter().find(|(error, _)| *error == title);
-                        let label = ui.weak(title);
-                        if let Some((_, about)) = about {
-                            label.on_hover_text(*about);
-                        }
+                        column_title(ui, title);
                     });
                 }
             })

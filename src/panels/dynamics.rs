@@ -6,11 +6,12 @@ use doublet_engine::study::dynamics::{CATEGORIES, CLASSES};
 use doublet_engine::study::{DynamicsRequest, DynamicsStudy, Study};
 use eframe::egui::{ComboBox, Grid, ScrollArea, Slider, Ui};
 
-use super::{Panel, PanelContext, caption, choices, empty, study_button, trouble};
+use super::{Panel, PanelContext, choices, empty, study_button, trouble};
 use crate::command::{RunCommand, UiCommand};
 use crate::notation;
 use crate::theme;
 use crate::widgets::chart::{Chart, ChartCurve, ChartStyle};
+use crate::widgets::term::column_title;
 
 /// Points of an ellipse.
 const OUTLINE: usize = 73;
@@ -140,7 +141,7 @@ fn modes(ui: &mut Ui, study: &DynamicsStudy) {
     ScrollArea::both().show(ui, |ui| {
         Grid::new("modes").striped(true).show(ui, |ui| {
             for head in ["mode", "real [1/s]", "frequency [rad/s]", "damping", "period [s]", "half [s]", "double [s]"] {
-                caption(ui, head);
+                column_title(ui, head);
             }
             ui.end_row();
             for mode in &mode_rows(study) {
@@ -170,7 +171,7 @@ fn levels(ui: &mut Ui, study: &DynamicsStudy) {
         ));
         Grid::new("levels").striped(true).show(ui, |ui| {
             for head in ["criterion", "level", "Level 1 with", "not Level 1 because"] {
-                caption(ui, head);
+                column_title(ui, head);
             }
             ui.end_row();
             for criterion in &found.criteria {

@@ -9,6 +9,7 @@ use super::{Panel, PanelContext, View, awaiting, choices, empty, residuals, role
 use crate::notation;
 use crate::theme;
 use crate::widgets::heat_strip::{self, HeatStrips};
+use crate::widgets::term::column_title;
 use crate::widgets::ticks::draw_time_axis;
 use crate::widgets::time_plot::{PlotCache, TIME_AXIS_HEIGHT, TimePlot, Trace, TraceStyle};
 
@@ -195,15 +196,10 @@ fn table(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         .column(Column::exact(84.0))
         .columns(Column::exact(98.0), 4)
         .header(20.0, |mut header| {
-            let identified = "With derivatives and constant of the identification; constants that each window has to itself by their mean";
-            let own = "With the derivatives of the identification and the constant fitted to this window: it tests derivatives, not trim";
-            let titles = [("R² identified", identified), ("RMS [%]", identified), ("R² own const.", own), ("RMS [%]", own)];
-            for (title, hint) in [("Window", ""), ("Use", ""), ("Coefficient", "")].into_iter().chain(titles) {
+            let titles = ["Window", "Use", "Coefficient", "R² identified", "RMS [%]", "R² own const.", "RMS [%]"];
+            for title in titles {
                 header.col(|ui| {
-                    let label = ui.weak(title);
-                    if !hint.is_empty() {
-                        label.on_hover_text(hint);
-                    }
+                    column_title(ui, title);
                 });
             }
         })

@@ -1,8 +1,9 @@
-//! Every window side by side, aligned at its onset: input and response over one scale of time.
+//! Every window side by side, or several over each other, aligned at their onset: input, response and model over one scale of time.
 
 use doublet_engine::session::{Manoeuvre, Surface};
 use eframe::egui::{self, Align2, FontId, Rect, RichText, Role, ScrollArea, Sense, Stroke, Ui, WidgetInfo, vec2};
 
+use super::overlay::Overlay;
 use super::proposals::{curve, roles};
 use super::{Panel, PanelContext, empty, role_color, select};
 use crate::notation;
@@ -25,11 +26,14 @@ enum Shown {
 /// The panel.
 pub struct Gallery {
     shown: Shown,
+    /// Whether they lie over each other instead of side by side.
+    over: bool,
+    overlay: Overlay,
 }
 
 impl Default for Gallery {
     fn default() -> Self {
-        Self { shown: Shown::All }
+        Self { shown: Shown::All, over: false, overlay: Overlay::default() }
     }
 }
 
@@ -41,7 +45,11 @@ impl Panel for Gallery {
             (Shown::Of(Surface::Aileron), "Aileron"),
             (Shown::Of(Surface::Rudder), "Rudder"),
         ];
-        super::choices(ui, &mut self.shown, &choices);
+        ui.horizontal_wrapped(|ui| {
+            super::choices(ui, &mut self.over, &[(false, "Side by side"), (true, "Over each other")]);
+            ui.separator();
+            super::choices(ui, &mut self.shown, &choices);
+        });
         let session = ctx.session;
         let shown: Vec<&Manoeuvre> = session
             .windows
@@ -53,6 +61,9 @@ impl Panel for Gallery {
             .collect();
         if shown.is_empty() {
             return empty(ui, "No such window: draw one above the plots of the flight.");
+        }
+        if self.over {
+            return self.overlay.show(ctx, ui, &shown);
         }
         let longest_s = shown.iter().map(|window| window.window.length_s()).fold(0.0, f64::max);
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {

@@ -7,6 +7,7 @@ use egui_extras::{Column, TableBuilder};
 use super::{Panel, PanelContext, View, awaiting, choices, consistency_color, empty, trouble};
 use crate::notation;
 use crate::theme;
+use crate::widgets::term::column_title;
 use crate::widgets::time_plot::{PlotCache, TimePlot, Trace};
 
 /// The panel.
@@ -71,18 +72,8 @@ impl Panel for Innovations {
     }
 }
 
-/// Titles of the columns of advice, and what each is.
-const TITLES: [(&str, &str); 6] = [
-    ("Channel", "Measurement"),
-    ("Updates", "Innovations in the window"),
-    ("Mean [σ]", "Mean innovation in predicted deviations: an offset where it is far from zero"),
-    ("RMS [σ]", "Size of the innovations in predicted deviations: 1 is consistent"),
-    (
-        "White",
-        "Whether the innovations are uncorrelated in time: Ljung and Box at 5 %, so that one white sequence in twenty is not",
-    ),
-    ("What to change", "The most useful step; point at it to read all of it"),
-];
+/// Titles of the columns of advice.
+const TITLES: [&str; 6] = ["Channel", "Updates", "Mean [σ]", "RMS [σ]", "White", "What to change"];
 
 /// What the innovations say about each entry of R.
 fn advice(path: &WindowPath, ui: &mut Ui) {
@@ -99,9 +90,9 @@ fn advice(path: &WindowPath, ui: &mut Ui) {
         .column(Column::exact(48.0))
         .column(Column::remainder().clip(true))
         .header(20.0, |mut header| {
-            for (title, about) in TITLES {
+            for title in TITLES {
                 header.col(|ui| {
-                    ui.weak(title).on_hover_text(about);
+                    column_title(ui, title);
                 });
             }
         })

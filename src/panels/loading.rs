@@ -17,6 +17,7 @@ use crate::notation;
 use crate::theme;
 use crate::widgets::chart::{Chart, ChartCurve, ChartStyle};
 use crate::widgets::quantity_edit;
+use crate::widgets::term::column_title;
 
 /// Largest mass of a place that states none, kg.
 const USUAL_CAPACITY_KG: f64 = 150.0;
@@ -138,7 +139,7 @@ impl LoadingPanel {
             .header(20.0, |mut header| {
                 for title in ["", "Now", "Change", "Part"] {
                     header.col(|ui| {
-                        ui.weak(title);
+                        column_title(ui, title);
                     });
                 }
             })

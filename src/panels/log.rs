@@ -4,6 +4,7 @@ use eframe::egui::{self, Label, RichText, TextStyle, Ui};
 use egui_extras::{Column, TableBuilder};
 
 use super::{Panel, PanelContext};
+use crate::widgets::term::column_title;
 use crate::{notation, theme};
 
 /// Width of the column with what asked for a run, and of all columns but the one with what came of it.
@@ -65,7 +66,7 @@ impl Panel for Log {
             .header(20.0, |mut header| {
                 for title in ["Run", "After", "Result", "Time"] {
                     header.col(|ui| {
-                        ui.weak(title);
+                        column_title(ui, title);
                     });
                 }
             })

@@ -9,11 +9,13 @@ use eframe::egui::{self, ComboBox, FontId, Galley, Id, Label, Response, RichText
 use egui_extras::{Column, TableBuilder, TableRow};
 
 use super::proposals::{proposals, thumbnails};
-use super::{EditRequest, Panel, PanelContext, role_color, select};
+use super::window_filter::{Order, WindowFilter};
+use super::{EditRequest, Panel, PanelContext, role_color, select_among};
 use crate::command::{EditCommand, UiCommand, ViewCommand};
 use crate::notation;
 use crate::theme;
 use crate::widgets::quantity_edit::QuantityEdit;
+use crate::widgets::term::column_title;
 
 /// Height of a row.
 const ROW: f32 = 26.0;
@@ -46,6 +48,8 @@ struct Shown<'a> {
     nothing: &'a str,
     /// What hovering says about it.
     hint: &'a str,
+    /// Windows of the table in their order.
+    order: &'a [&'a str],
 }
 
 /// The panel.
@@ -54,6 +58,7 @@ pub struct Manoeuvres {
     typing: Option<Typing>,
     /// Row that was last brought into view.
     in_view: Option<usize>,
+    filter: WindowFilter,
 }
 
 impl Panel for Manoeuvres {
@@ -72,6 +77,7 @@ impl Panel for Manoeuvres {
             let used = ctx.session.windows.iter().filter(|window| window.role == WindowRole::Identification).count();
             ui.weak(format!("{} in all, {used} for identification", ctx.session.windows.len()));
         });
+        let windows = self.filter(ctx, ui);
         bulk(ctx, ui);
         proposals(ctx, ui);
         thumbnails(ctx, ui);
@@ -82,8 +88,8 @@ impl Panel for Manoeuvres {
         }
         let several = session.flights.len() > 1;
         let reason_width = (ui.available_width() - MARK - RIGHT_ROOM).max(60.0);
-        let reasons: Vec<_> = session.windows.iter().map(|window| reason(ctx, ui, window, reason_width)).collect();
-        let chosen = session.windows.iter().position(|w| ctx.selection().window.as_deref() == Some(w.name.as_str()));
+        let reasons: Vec<_> = windows.iter().map(|window| reason(ctx, ui, window, reason_width)).collect();
+        let chosen = windows.iter().position(|w| ctx.selection().window.as_deref() == Some(w.name.as_str()));
         let row = chosen.map(|at| at + reasons[..=at].iter().flatten().count());
         // Closer than usual, so that the note has room beside the name.
         ui.spacing_mut().item_spacing.x = 4.0;
@@ -109,18 +115,28 @@ impl Panel for Manoeuvres {
             .column(Column::exact(92.0))
             .column(Column::exact(76.0).clip(true))
             .header(20.0, |mut header| {
-                let flight: &[&str] = if several { &["Flight"] } else { &[] };
-                for title in
-                    ["", "Name"].iter().chain(flight).chain(&["Start [s]", "End [s]", "", "Use", "Surface", "Note"])
-                {
+                let flight: &[(&str, Option<Order>)] = if several { &[("Flight", None)] } else { &[] };
+                let rest = [
+                    ("Start [s]", Some(Order::Start)),
+                    ("End [s]", Some(Order::End)),
+                    ("", None),
+                    ("Use", Some(Order::Use)),
+                    ("Surface", Some(Order::Surface)),
+                    ("Note", None),
+                ];
+                for (title, order) in [("", None), ("Name", Some(Order::Name))].iter().chain(flight).chain(&rest) {
                     header.col(|ui| {
-                        ui.weak(*title);
+                        match order {
+                            Some(order) => self.filter.title(ui, title, *order),
+                            None => column_title(ui, title),
+                        };
                     });
                 }
             })
             .body(|mut body| {
-                for (window, reason) in session.windows.iter().zip(&reasons) {
-                    body.row(ROW, |row| self.row(ctx, row, window, several));
+                let order: Vec<&str> = windows.iter().map(|window| window.name.as_str()).collect();
+                for (window, reason) in windows.iter().zip(&reasons) {
+                    body.row(ROW, |row| self.row(ctx, row, window, (several, &order)));
                     if let Some(reason) = reason {
                         let columns = if several { 9 } else { 8 };
                         body.row(reason.size().y + 8.0, |row| reason_row(ctx, row, window, columns, reason));
@@ -131,10 +147,33 @@ impl Panel for Manoeuvres {
 }
 
 impl Manoeuvres {
-    fn row(&mut self, ctx: &mut PanelContext<'_>, mut row: TableRow<'_, '_>, window: &Manoeuvre, several: bool) {
+    /// What the filter lets through; how many that are, where it leaves any out.
+    fn filter<'a>(&mut self, ctx: &mut PanelContext<'a>, ui: &mut Ui) -> Vec<&'a Manoeuvre> {
+        self.filter.show(ctx, ui);
+        let windows = self.filter.windows(ctx);
+        if self.filter.is_set() {
+            ui.horizontal(|ui| {
+                ui.weak(format!("{} of {} shown", windows.len(), ctx.session.windows.len()));
+                if let Some(first) = windows.first().filter(|_| ui.small_button("Select these").clicked()) {
+                    ctx.choose(&first.name);
+                    ctx.state.selection.others = windows[1..].iter().map(|window| window.name.clone()).collect();
+                }
+            });
+        }
+        windows
+    }
+
+    /// One window; `order`: names of those shown, from the first to the last.
+    fn row(
+        &mut self,
+        ctx: &mut PanelContext<'_>,
+        mut row: TableRow<'_, '_>,
+        window: &Manoeuvre,
+        (several, order): (bool, &[&str]),
+    ) {
         row.set_selected(ctx.selection().is_selected(&window.name));
         row.col(|ui| state(ctx, ui, window));
-        self.name(ctx, &mut row, window);
+        self.name(ctx, &mut row, window, order);
         if several {
             row.col(|ui| {
                 ui.weak(&window.flight);
@@ -159,19 +198,19 @@ impl Manoeuvres {
         });
         row.col(|ui| use_of(ctx, ui, window));
         row.col(|ui| surface_of(ctx, ui, window));
-        self.note(ctx, &mut row, window);
+        self.note(ctx, &mut row, window, order);
         let line = row.response();
         line.context_menu(|ui| menu(ctx, ui, window));
         if line.clicked() {
             let modifiers = line.ctx.input(|input| input.modifiers);
-            select(ctx.state, ctx.session, &window.name, modifiers);
+            select_among(ctx.state, ctx.session, order, &window.name, modifiers);
         }
     }
 
     /// The name: a click chooses the window, a double click or F2 lets it be typed.
-    fn name(&mut self, ctx: &mut PanelContext<'_>, row: &mut TableRow<'_, '_>, window: &Manoeuvre) {
+    fn name(&mut self, ctx: &mut PanelContext<'_>, row: &mut TableRow<'_, '_>, window: &Manoeuvre, order: &[&str]) {
         let hint = if window.kind.is_empty() { "Double click or F2 renames" } else { window.kind.as_str() };
-        let shown = Shown { field: name_field(window), present: &window.name, nothing: "", hint };
+        let shown = Shown { field: name_field(window), present: &window.name, nothing: "", hint, order };
         let Some(to) = self.text(ctx, row, window, &shown).filter(|to| !to.is_empty()) else { return };
         if ctx.selection().window.as_deref() == Some(window.name.as_str()) && ctx.session.window(&to).is_none() {
             ctx.state.selection.window = Some(to.clone());
@@ -180,10 +219,10 @@ impl Manoeuvres {
     }
 
     /// The note, in the same way.
-    fn note(&mut self, ctx: &mut PanelContext<'_>, row: &mut TableRow<'_, '_>, window: &Manoeuvre) {
+    fn note(&mut self, ctx: &mut PanelContext<'_>, row: &mut TableRow<'_, '_>, window: &Manoeuvre, order: &[&str]) {
         let hint = if window.note.is_empty() { "Double click to write a note" } else { window.note.as_str() };
         let field = format!("note of {}", window.name);
-        let shown = Shown { field, present: &window.note, nothing: "–", hint };
+        let shown = Shown { field, present: &window.note, nothing: "–", hint, order };
         if let Some(note) = self.text(ctx, row, window, &shown) {
             ctx.edit(Edit::Window(WindowEdit::Note { name: window.name.clone(), note }));
         }
@@ -221,7 +260,7 @@ impl Manoeuvres {
         let cell = cell.on_hover_text(shown.hint);
         if cell.clicked() {
             let modifiers = cell.ctx.input(|input| input.modifiers);
-            select(ctx.state, ctx.session, &window.name, modifiers);
+            select_among(ctx.state, ctx.session, shown.order, &window.name, modifiers);
         }
         if cell.double_clicked() {
             self.typing = Some(Typing::over(shown.field.clone(), shown.present));

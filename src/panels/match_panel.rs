@@ -8,6 +8,7 @@ use egui_extras::{Column, TableBuilder};
 use super::{Panel, PanelContext, View, choices, empty, trouble};
 use crate::notation;
 use crate::theme;
+use crate::widgets::term::column_title;
 use crate::widgets::time_plot::{PlotCache, TimePlot, Trace, TraceStyle};
 
 /// What is looked at.
@@ -145,7 +146,7 @@ fn theil(replay: &WindowReplay, stale: bool, ui: &mut Ui) {
         .header(20.0, |mut header| {
             for title in ["Signal", "Theil U", "Bias", "Variance", "Covariance"] {
                 header.col(|ui| {
-                    ui.weak(title);
+                    column_title(ui, title);
                 });
             }
         })
@@ -194,7 +195,7 @@ fn tests(ctx: &mut PanelContext<'_>, proof: &ProofOfMatch, stale: bool, ui: &mut
         .header(20.0, |mut header| {
             for title in ["Window", "Test", "", "Part of the tolerance used"] {
                 header.col(|ui| {
-                    ui.weak(title);
+                    column_title(ui, title);
                 });
             }
         })

@@ -3,7 +3,9 @@
 mod aircraft_editor;
 mod aircraft_numbers;
 mod airframe;
+mod annotations;
 mod bias_table;
+mod board;
 mod by_window;
 mod channels;
 mod coefficient_settings;
@@ -28,6 +30,7 @@ mod match_panel;
 mod model;
 mod noise;
 mod over_windows;
+mod overlay;
 mod preprocess;
 mod proposals;
 mod propulsion;
@@ -44,6 +47,7 @@ mod studies;
 mod summary;
 mod term_effects;
 mod weighing;
+mod window_filter;
 
 use std::path::Path;
 
@@ -210,6 +214,26 @@ impl Pane {
         }
     }
 
+    /// The page of the manual that says more about it.
+    pub fn manual_page(self) -> &'static str {
+        match self {
+            Self::Summary => "warnings",
+            Self::Flight | Self::GroundTrack | Self::CrossPlot | Self::Shortcuts => "tutorial",
+            Self::Channels | Self::Manoeuvres | Self::Gallery => "own_recording",
+            Self::Preprocess | Self::Reconstruction => "method_path",
+            Self::Noise | Self::Innovations => "noise",
+            Self::Model | Self::Fits | Self::Correlation => "structure",
+            Self::Derivatives => "method_estimation",
+            Self::Match => "match",
+            Self::Propulsion | Self::Airframe | Self::Loading => "method_coefficients",
+            Self::Studies | Self::Sensitivity | Self::Responses => "checks",
+            Self::Dynamics => "dynamics",
+            Self::Live => "live",
+            Self::Report => "results",
+            Self::Log => "reliability",
+        }
+    }
+
     /// The panel with this title.
     pub fn from_title(title: &str) -> Option<Self> {
         Self::ALL.iter().copied().find(|pane| pane.title() == title)
@@ -231,7 +255,7 @@ impl Pane {
             Self::Reconstruction => Box::new(reconstruction::Reconstruction::default()),
             Self::Innovations => Box::new(innovations::Innovations::default()),
             Self::Model => Box::new(model::Model::default()),
-            Self::Derivatives => Box::new(derivatives::Derivatives),
+            Self::Derivatives => Box::new(derivatives::Derivatives::default()),
             Self::Fits => Box::new(fits::Fits::default()),
             Self::Match => Box::new(match_panel::Match::default()),
             Self::Replay => Box::new(replay::Replay::default()),
@@ -374,7 +398,9 @@ impl<'a> PanelContext<'a> {
         if let Some(time_s) = response.hovered_s {
             *self.hovered_s = Some(time_s);
         }
+        annotations::show(self, ui, view, &response);
         if let Some(mut request) = response.figure.take() {
+            annotations::add(self, view, &mut request.figure);
             request.figure.name = format!("{}_{}", id.replace(' ', "_"), request.figure.name);
             self.figures.push(request);
         }
@@ -402,12 +428,18 @@ pub fn choose(state: &mut UiState, session: &Session, name: &str) {
 /// Selects the window `name` as a click with `modifiers` does everywhere: alone; with Ctrl beside those selected, or no more; with
 /// Shift all from the chosen one to it.
 pub fn select(state: &mut UiState, session: &Session, name: &str, modifiers: egui::Modifiers) {
-    let place = |name: &str| session.windows.iter().position(|window| window.name == name);
+    let order: Vec<&str> = session.windows.iter().map(|window| window.name.as_str()).collect();
+    select_among(state, session, &order, name, modifiers);
+}
+
+/// The same where the windows are shown in another order, or only some of them.
+fn select_among(state: &mut UiState, session: &Session, order: &[&str], name: &str, modifiers: egui::Modifiers) {
+    let place = |name: &str| order.iter().position(|other| *other == name);
     let chosen = state.selection.window.clone();
     let from = chosen.as_deref().and_then(place);
     let (Some(from), Some(to)) = (from, place(name)) else { return choose(state, session, name) };
     if modifiers.shift {
-        let names = session.windows[from.min(to)..=from.max(to)].iter().map(|window| window.name.clone());
+        let names = order[from.min(to)..=from.max(to)].iter().map(|name| (*name).to_owned());
         state.selection.others = names.filter(|name| Some(name) != chosen.as_ref()).collect();
     } else if modifiers.command && from != to {
         let others = &mut state.selection.others;

@@ -210,6 +210,10 @@ fn second(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
     if keep.clicked() {
         ctx.edit(Edit::Model(ModelEdit::Second(Some(ctx.session.structure.clone()))));
     }
+    if ui.button("Board").on_hover_text("Keep any number of structures and compare them").clicked() {
+        ctx.state.selection.scope = Scope::Board;
+        ctx.commands.push(UiCommand::View(ViewCommand::Show(Pane::Derivatives)));
+    }
     if ctx.session.second_structure.is_none() {
         return;
     }

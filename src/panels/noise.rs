@@ -10,6 +10,7 @@ use eframe::egui::{self, CollapsingHeader, Grid, RichText, ScrollArea, Ui};
 
 use super::{Panel, PanelContext, caption, consistency_color, filter_settings};
 use crate::widgets::quantity_edit::QuantityEdit;
+use crate::widgets::term::column_title;
 use crate::{notation, theme};
 
 /// Width from which the two tables of noise stand side by side.
@@ -62,23 +63,10 @@ impl Panel for Noise {
 
 /// What the columns of the tables of noise are.
 fn header(ui: &mut Ui, measured: bool) {
-    let recorded = "Standard deviation over the steady windows of the recording, or the resolution of the recorder where that is \
-                    larger: press to use it. ⚠ marks one that lies more than a factor 3 from the scatter measured, or from what is used";
-    let innovations = "Innovations of the chosen window over the deviation the filter predicted for them: 1 is consistent. ∿ marks \
-                       innovations that are correlated in time, or have an offset: their size alone says nothing then";
-    let titles = [
-        ("", ""),
-        ("used", "Standard deviation the filter uses"),
-        ("", ""),
-        ("proposed", recorded),
-        ("innovations", innovations),
-    ];
+    let titles = ["", "used", "", "proposed", "innovations"];
     let shown = if measured { 5 } else { 4 };
-    for (at, (title, about)) in titles.into_iter().enumerate().take(shown) {
-        let label = ui.label(RichText::new(title).size(10.5).weak());
-        if !about.is_empty() {
-            label.on_hover_text(about);
-        }
+    for (at, title) in titles.into_iter().enumerate().take(shown) {
+        column_title(ui, title);
         // The proposal takes two cells: its button and its reason.
         if at == 3 {
             ui.label("");

@@ -8,6 +8,7 @@ use egui_extras::{Column, TableBuilder};
 use super::{PanelContext, awaiting};
 use crate::notation;
 use crate::theme;
+use crate::widgets::term::{column_title, column_title_called};
 
 /// Titles of the columns over all windows.
 const TITLES: [&str; 6] = ["Windows", "Mean", "Scatter", "Std. error", "Min", "Max"];
@@ -39,10 +40,14 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, copy: bool) {
             .columns(Column::exact(148.0), kinds.len())
             .header(20.0, |mut header| {
                 header.col(|_| {});
-                let kinds = kinds.iter().map(|kind| kind.kind.as_str());
-                for title in TITLES.into_iter().chain(kinds) {
+                for title in TITLES {
                     header.col(|ui| {
-                        ui.weak(title).on_hover_text(about(title));
+                        column_title(ui, title);
+                    });
+                }
+                for kind in kinds {
+                    header.col(|ui| {
+                        column_title_called(ui, &kind.kind, "Scatter");
                     });
                 }
             })
@@ -74,17 +79,6 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, copy: bool) {
                 });
             });
     });
-}
-
-/// What a column holds.
-fn about(title: &str) -> &str {
-    match title {
-        "Windows" => "Windows whose own fit has this derivative",
-        "Scatter" => "Standard deviation of the estimates over the windows",
-        "Std. error" => "Root of the mean variance the fits state for white residuals",
-        "Mean" | "Min" | "Max" => "Over the estimates of single windows",
-        _ => "Mean and scatter over the windows of this kind of input",
-    }
 }
 
 fn cell(ui: &mut Ui, text: String) {

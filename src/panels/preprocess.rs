@@ -15,6 +15,7 @@ use crate::theme;
 use crate::widgets::EditPhase;
 use crate::widgets::chart::{Chart, ChartCurve, ChartStyle};
 use crate::widgets::quantity_edit::QuantityEdit;
+use crate::widgets::term::column_title;
 use crate::widgets::time_plot::{PlotCache, SpanMark, TimePlot, Trace, TraceStyle};
 
 /// Height of the plots of spectrum and clock, points.
@@ -417,17 +418,7 @@ fn steady(ctx: &mut PanelContext<'_>, ui: &mut Ui, flight: &str, proposals: Opti
 }
 
 /// Titles of the columns of statistics, and what each is.
-const STATISTICS: [(&str, &str); 6] = [
-    ("", "Input or measurement of the filter"),
-    ("σ", "Standard deviation about a quadratic trend of each window"),
-    (
-        "σ of differences",
-        "Standard deviation of neighbouring differences over √2: smaller than σ where slow motion is left in it",
-    ),
-    ("samples", "Samples of all windows that speak for it"),
-    ("next sample", "Correlation of neighbouring samples: zero for white noise"),
-    ("whiteness", "Probability that white noise looks less white: small where motion or a filter is left in it"),
-];
+const STATISTICS: [&str; 6] = ["", "σ", "σ of differences", "samples", "next sample", "whiteness"];
 
 /// How many steady windows there are and what they speak for.
 fn steady_windows(windows: &[SteadyWindow], how: &str) -> String {
@@ -445,8 +436,8 @@ fn statistics(ctx: &PanelContext<'_>, ui: &mut Ui, flight: &str) {
     let Some(noise) = ctx.snapshot.noise.get(flight).and_then(|slot| slot.latest()) else { return };
     caption(ui, "Noise over the steady windows");
     Grid::new("noise statistics").num_columns(6).spacing([14.0, 2.0]).show(ui, |ui| {
-        for (title, about) in STATISTICS {
-            ui.weak(title).on_hover_text(about);
+        for title in STATISTICS {
+            column_title(ui, title);
         }
         ui.end_row();
         for row in &noise.rows {

@@ -1,9 +1,10 @@
 //! The report: which sections it has, what they hold, and the button that writes it.
 
-use doublet_engine::report::document::{Block, Document, SectionKind, build};
+use doublet_engine::report::document::{Block, Document, SectionKind, build, chosen};
 use doublet_engine::report::{self, Table};
+use doublet_engine::session::Edit;
 use doublet_report::ReportFormat;
-use eframe::egui::{self, Grid, RichText, ScrollArea, Ui};
+use eframe::egui::{self, Grid, RichText, ScrollArea, TextEdit, Ui};
 use egui_extras::{Column, TableBuilder};
 
 use super::{Panel, PanelContext, caption};
@@ -23,6 +24,8 @@ const SECTIONS_WIDTH: f32 = 308.0;
 #[derive(Default)]
 pub struct Report {
     shown: Option<Shown>,
+    /// The notes while they are typed.
+    notes: Option<String>,
 }
 
 /// The section on screen and what it was made from.
@@ -40,14 +43,21 @@ impl Panel for Report {
             if writing(&mut choice, ui) {
                 ctx.commands.push(UiCommand::File(FileCommand::Report));
             }
-            ScrollArea::vertical().auto_shrink(false).show(ui, |ui| sections(&mut choice, ui));
+            ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+                sections(&mut choice, ui);
+                ui.separator();
+                self.notes(ctx, ui);
+                figures(&mut choice, ui);
+            });
         });
         self.keep(ctx, choice.shown);
         ctx.state.report = choice;
         let Some(shown) = &self.shown else { return };
         egui::CentralPanel::default().frame(egui::Frame::NONE.inner_margin(8)).show(ui, |ui| {
             ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-                for section in &shown.document.sections {
+                let chosen = chosen(ctx.session, &ctx.state.report.figures);
+                let chosen = chosen.filter(|_| shown.kind == SectionKind::Overview);
+                for section in chosen.iter().chain(&shown.document.sections) {
                     ui.heading(section.title.as_str());
                     for (index, block) in section.blocks.iter().enumerate() {
                         ui.push_id(index, |ui| draw(block, ui));
@@ -60,6 +70,23 @@ impl Panel for Report {
 }
 
 impl Report {
+    /// What the author has to say; it is one step of undo once the field is left.
+    fn notes(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
+        caption(ui, "Notes");
+        let mut notes = self.notes.clone().unwrap_or_else(|| ctx.session.report_notes.clone());
+        let field = TextEdit::multiline(&mut notes).hint_text("What the reader has to know").desired_rows(3);
+        let field = ui.add(field.desired_width(f32::INFINITY));
+        ui.ctx().accesskit_node_builder(field.id, |node| node.set_label("notes of the report"));
+        if field.lost_focus() {
+            self.notes = None;
+            if notes != ctx.session.report_notes {
+                ctx.edit(Edit::ReportNotes(notes));
+            }
+        } else {
+            self.notes = field.has_focus().then_some(notes);
+        }
+    }
+
     /// Makes the contents anew when the results or the section have changed.
     fn keep(&mut self, ctx: &PanelContext<'_>, kind: SectionKind) {
         let (generation, steps) = (ctx.snapshot.generation, ctx.snapshot.log.len());
@@ -72,6 +99,26 @@ impl Report {
         let document = build(ctx.session, ctx.snapshot, &results, &[kind]);
         self.shown = Some(Shown { generation, steps, kind, document });
     }
+}
+
+/// The figures that were added, each with its caption.
+fn figures(choice: &mut ReportChoice, ui: &mut Ui) {
+    caption(ui, "Chosen figures");
+    if choice.figures.is_empty() {
+        ui.add(egui::Label::new(RichText::new("A right click on any plot adds it to the report.").weak()).wrap());
+    }
+    let mut removed = None;
+    for (at, figure) in choice.figures.iter_mut().enumerate() {
+        ui.horizontal(|ui| {
+            if ui.small_button("✖").on_hover_text("Leave it out").clicked() {
+                removed = Some(at);
+            }
+            let field = ui.add(TextEdit::singleline(&mut figure.caption).desired_width(f32::INFINITY));
+            let label = format!("caption of figure {}", at + 1);
+            ui.ctx().accesskit_node_builder(field.id, |node| node.set_label(label.as_str()));
+        });
+    }
+    removed.map(|at| choice.figures.remove(at));
 }
 
 /// Forms to tick; whether the report is to be written.

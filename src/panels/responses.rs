@@ -10,6 +10,7 @@ use super::{Panel, PanelContext, choices, empty, study_button, trouble};
 use crate::notation;
 use crate::theme;
 use crate::widgets::figure_view::figure_view;
+use crate::widgets::term::column_title;
 
 /// The panel.
 pub struct Responses {
@@ -77,7 +78,7 @@ fn parameters(ui: &mut Ui, system: &EquivalentStudy) {
         .header(20.0, |mut header| {
             for title in ["", "value", "std error", "low", "high"] {
                 header.col(|ui| {
-                    ui.weak(title);
+                    column_title(ui, title);
                 });
             }
         })

@@ -8,6 +8,7 @@ use super::intervals::estimate;
 use super::{PanelContext, awaiting, empty, is_window_constant};
 use crate::notation;
 use crate::theme;
+use crate::widgets::term::column_title;
 
 /// Titles of the columns.
 const TITLES: [&str; 6] = ["", "A", "±", "B", "±", "B − A"];
@@ -47,7 +48,7 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, copy: bool) {
             .header(20.0, |mut header| {
                 for title in TITLES {
                     header.col(|ui| {
-                        ui.weak(title);
+                        column_title(ui, title);
                     });
                 }
             })

@@ -12,6 +12,7 @@ use crate::command::{RunCommand, UiCommand, ViewCommand};
 use crate::notation;
 use crate::theme;
 use crate::widgets::chart::{Chart, ChartCurve, ChartStyle};
+use crate::widgets::term::column_title;
 
 /// Width of the list of studies.
 const LIST: f32 = 208.0;
@@ -267,11 +268,10 @@ fn table(ui: &mut Ui, id: &str, titles: &[&str], rows: &[Vec<String>], selected:
         .header(20.0, |mut header| {
             for (at, title) in titles.iter().enumerate() {
                 header.col(|ui| {
-                    let text = RichText::new(*title).size(11.0).weak();
                     if at == 0 {
-                        ui.with_layout(Layout::left_to_right(Align::Center), |ui| ui.label(text));
+                        ui.with_layout(Layout::left_to_right(Align::Center), |ui| column_title(ui, title));
                     } else {
-                        ui.add(Label::new(text).truncate()).on_hover_text(*title);
+                        column_title(ui, title);
                     }
                 });
             }

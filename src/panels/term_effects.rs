@@ -10,6 +10,7 @@ use egui_extras::{Column, TableBuilder};
 use super::PanelContext;
 use crate::notation;
 use crate::theme::{self, Palette};
+use crate::widgets::term::column_title;
 
 /// Partial F below which a term is not significant at 95 %.
 const SIGNIFICANT: f64 = 4.0;
@@ -84,7 +85,7 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, coefficient: Coefficient) {
         .header(18.0, |mut header| {
             for title in TITLES {
                 header.col(|ui| {
-                    ui.weak(title);
+                    column_title(ui, title);
                 });
             }
         })

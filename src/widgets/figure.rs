@@ -28,11 +28,14 @@ pub enum FigureForm {
     CopyPicture,
     /// Numbers in the clipboard.
     Copy,
+    /// A figure of the report.
+    Report,
 }
 
 impl FigureForm {
     /// Every form with its line in a menu.
-    pub const ALL: [(Self, &'static str); 5] = [
+    pub const ALL: [(Self, &'static str); 6] = [
+        (Self::Report, "Add to the report"),
         (Self::Png, "Save as PNG…"),
         (Self::Svg, "Save as SVG…"),
         (Self::Csv, "Save data as CSV…"),
@@ -49,7 +52,7 @@ impl FigureForm {
     pub fn extension(self) -> &'static str {
         match self {
             Self::Png | Self::CopyPicture => "png",
-            Self::Svg => "svg",
+            Self::Svg | Self::Report => "svg",
             Self::Csv | Self::Copy => "csv",
         }
     }

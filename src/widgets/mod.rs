@@ -17,6 +17,7 @@ pub mod snap;
 pub mod span_editor;
 pub mod sparkline;
 mod stack_figure;
+pub mod term;
 pub mod ticks;
 pub mod time_plot;
 pub mod time_view;

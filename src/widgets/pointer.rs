@@ -277,6 +277,10 @@ pub(super) fn plot_menu(response: &egui::Response, frame: Rect, view: &mut TimeV
             view.markers_s = [None; 2];
             ui.close();
         }
+        if ui.button("Annotate here…").clicked() {
+            view.annotate_s = Some(here_s);
+            ui.close();
+        }
         ui.separator();
         if ui.button("Show all").clicked() {
             view.home();

@@ -5,6 +5,7 @@ use eframe::egui::{self, Id, RichText, ScrollArea, Ui};
 use egui_extras::{Column, TableBuilder};
 
 use super::plot_cache::PlotCache;
+use super::term::column_title;
 use super::time_plot::{TimePlot, readable};
 use super::time_view::{TimeRange, TimeView};
 use crate::theme;
@@ -67,7 +68,7 @@ pub(super) fn show(ui: &mut Ui, id: Id, view: &mut TimeView, cache: &mut PlotCac
             .header(ROW, |mut header| {
                 for title in TITLES {
                     header.col(|ui| {
-                        ui.weak(title);
+                        column_title(ui, title);
                     });
                 }
             })

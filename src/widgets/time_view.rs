@@ -26,6 +26,9 @@ pub struct TimeView {
     /// Time under the pointer in whichever plot it is, s.
     #[serde(skip)]
     pub cursor_s: Option<f64>,
+    /// Instant at which words are asked for, s.
+    #[serde(skip)]
+    pub annotate_s: Option<f64>,
     /// Markers A and B, s.
     pub markers_s: [Option<f64>; 2],
 }
@@ -47,6 +50,7 @@ impl TimeView {
             forward: Vec::new(),
             gesture_at_s: None,
             cursor_s: None,
+            annotate_s: None,
             markers_s: [None; 2],
         }
     }

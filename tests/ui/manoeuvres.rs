@@ -236,3 +236,70 @@ fn locked_edges_stay_where_they_are_when_dragged_and_go_where_they_are_typed() {
     bench.settle();
     assert!((bench.first().end_s - 28.0).abs() < 2.0 * STEP_S, "free again: {:?}", bench.first());
 }
+
+/// Names of the windows in the table, from the first row to the last on screen.
+fn rows(bench: &Bench<'_>) -> Vec<String> {
+    let mut rows: Vec<(f32, String)> = bench
+        .session()
+        .windows
+        .iter()
+        .filter_map(|window| {
+            let label = format!("name of {}", window.name);
+            let top = bench.harness.query_by_label(&label)?.rect().top();
+            Some((top, window.name.clone()))
+        })
+        .collect();
+    rows.sort_by(|a, b| a.0.total_cmp(&b.0));
+    rows.into_iter().map(|(_, name)| name).collect()
+}
+
+#[test]
+fn table_of_windows_is_filtered_by_words_use_and_verdict_and_ordered_by_a_click_on_a_title() {
+    let mut bench = Bench::shipped_in(1500.0, 1900.0);
+    bench.show(Pane::Manoeuvres);
+    let all = bench.session().windows.clone();
+    assert_eq!(rows(&bench).len(), all.len(), "all are on screen");
+    bench.harness.get_by_label("filter windows").click();
+    bench.harness.run_steps(2);
+    bench.harness.get_by_label("filter windows").type_text("RUDDER 3-2");
+    bench.settle();
+    let wanted: Vec<String> = all
+        .iter()
+        .filter(|w| w.name.contains("rudder") && format!("{} {}", w.name, w.kind).contains("3-2"))
+        .map(|w| w.name.clone())
+        .collect();
+    assert!(!wanted.is_empty() && wanted.len() < all.len());
+    assert_eq!(rows(&bench), wanted);
+    bench.click("Select these");
+    let selected: Vec<_> =
+        bench.harness.state().state.selection.windows(bench.session()).map(|w| w.name.clone()).collect();
+    assert_eq!(selected, wanted, "they are selected");
+    picture(&mut bench.harness, "windows_filtered");
+    bench.harness.get_by_label("✖").click();
+    bench.settle();
+    assert_eq!(rows(&bench).len(), all.len());
+    let title = |bench: &Bench<'_>, name: &str| {
+        let nodes = bench.harness.get_all_by_role(Role::ColumnHeader).collect::<Vec<_>>();
+        let named = nodes.iter().find(|node| {
+            let node = node.accesskit_node();
+            node.value().or_else(|| node.label()).is_some_and(|title| title.starts_with(name))
+        });
+        named.expect("the table has that column").rect().center()
+    };
+    let at = title(&bench, "Name");
+    drag(&mut bench.harness, at, at, 1);
+    bench.settle();
+    let mut names: Vec<String> = all.iter().map(|window| window.name.clone()).collect();
+    names.sort_by_key(|name| name.to_lowercase());
+    assert_eq!(rows(&bench), names);
+    drag(&mut bench.harness, at, at, 1);
+    bench.settle();
+    names.reverse();
+    assert_eq!(rows(&bench), names, "a second click turns the order");
+    bench.click("worst first");
+    let verdicts = bench.snapshot().verdicts.ready().expect("all is judged").clone();
+    let levels: Vec<_> =
+        rows(&bench).iter().map(|name| verdicts.windows.get(name).map(|of| of.verdict.level)).collect();
+    assert!(levels.is_sorted_by(|a, b| a >= b) && levels.first() != levels.last(), "{levels:?}");
+    picture(&mut bench.harness, "windows_ordered");
+}

@@ -3,7 +3,7 @@
 use clap::{Args, CommandFactory};
 
 use crate::arguments::Arguments;
-use crate::text;
+use crate::{glossary, text};
 
 /// Path below `docs/` and text of every page.
 static PAGES: &[(&str, &str)] = include!(concat!(env!("OUT_DIR"), "/pages.rs"));
@@ -19,14 +19,17 @@ pub struct HelpArguments {
     /// Print every line of the manual that holds this text, with its page.
     #[arg(long, value_name = "TEXT", conflicts_with = "topic")]
     pub search: Option<String>,
+    /// Print what the glossary says of this word of tables and plots: `doublet help --term NIS`.
+    #[arg(long, value_name = "WORD", conflicts_with_all = ["topic", "search"])]
+    pub term: Option<String>,
 }
 
 /// A page of the manual.
-struct Page {
+pub struct Page {
     /// What it is asked for by: the name of its file.
-    topic: &'static str,
+    pub topic: &'static str,
     /// Path below `docs/`.
-    path: &'static str,
+    pub path: &'static str,
     text: &'static str,
 }
 
@@ -39,13 +42,13 @@ impl Page {
     }
 
     /// Its heading.
-    fn title(&self) -> String {
+    pub fn title(&self) -> String {
         let heading = self.whole().lines().find(|line| line.starts_with("# ")).map(|line| line[2..].to_owned());
         heading.unwrap_or_default()
     }
 
     /// Its text with what it includes.
-    fn whole(&self) -> String {
+    pub fn whole(&self) -> String {
         let mut whole = String::new();
         for line in self.text.lines() {
             let included = line.trim().strip_prefix("{{#include ").and_then(|rest| rest.strip_suffix("}}"));
@@ -61,7 +64,7 @@ impl Page {
 }
 
 /// Pages that a reader asks for: of two with one topic the one of the book, which includes the other.
-fn pages() -> Vec<Page> {
+pub fn pages() -> Vec<Page> {
     let mut pages: Vec<Page> = Vec::new();
     for page in Page::all().filter(|page| page.topic != "SUMMARY") {
         pages.retain(|other| other.topic != page.topic);
@@ -71,6 +74,46 @@ fn pages() -> Vec<Page> {
     pages
 }
 
+/// The file at a path below `docs/`, empty where there is none.
+pub fn source(path: &str) -> &'static str {
+    PAGES.iter().find(|(name, _)| *name == path).map_or("", |(_, text)| text)
+}
+
+/// The list of pages in the order of a book.
+pub fn contents() -> &'static str {
+    source("book/src/SUMMARY.md")
+}
+
+/// A line of the manual that holds what was sought.
+pub struct FoundLine {
+    /// The page it stands on.
+    pub topic: &'static str,
+    /// Path below `docs/`.
+    pub path: &'static str,
+    /// Heading above it, where there is one.
+    pub heading: Option<&'static str>,
+    /// Its number, from one.
+    pub number: usize,
+    /// The line.
+    pub text: &'static str,
+}
+
+/// Every line that holds `sought`, whatever the case. What the book includes stands in its own file.
+pub fn find_lines(sought: &str) -> Vec<FoundLine> {
+    let sought = sought.to_lowercase();
+    let mut found = Vec::new();
+    for Page { topic, path, text } in Page::all() {
+        let mut heading = None;
+        for (at, line) in text.lines().enumerate() {
+            heading = line.strip_prefix("## ").or(heading);
+            if line.to_lowercase().contains(&sought) {
+                found.push(FoundLine { topic, path, heading, number: at + 1, text: line.trim() });
+            }
+        }
+    }
+    found
+}
+
 /// Prints the help of a command, a page of the manual, the lines that hold a text, or what there is.
 ///
 /// # Errors
@@ -78,6 +121,9 @@ fn pages() -> Vec<Page> {
 pub fn help(arguments: &HelpArguments) -> Result<(), String> {
     if let Some(sought) = &arguments.search {
         return search(sought);
+    }
+    if let Some(word) = &arguments.term {
+        return explain(word);
     }
     let Some(first) = arguments.topic.first() else {
         list();
@@ -114,23 +160,24 @@ fn list() {
 }
 
 fn search(sought: &str) -> Result<(), String> {
-    let sought = sought.to_lowercase();
-    let mut found = 0;
-    // What the book includes stands in its own file already.
-    for page in Page::all() {
-        for (number, line) in page.text.lines().enumerate().filter(|(_, line)| line.to_lowercase().contains(&sought)) {
-            found += 1;
-            if found <= MOST_LINES {
-                text::line(&format!("{}:{}: {}", page.path, number + 1, line.trim()));
-            }
-        }
+    let found = find_lines(sought);
+    for FoundLine { path, number, text, .. } in found.iter().take(MOST_LINES) {
+        text::line(&format!("{path}:{number}: {text}"));
     }
-    match found {
-        0 => Err(format!("no page holds '{sought}': try one word of it")),
+    match found.len() {
+        0 => Err(format!("no page holds '{}': try one word of it", sought.to_lowercase())),
         found if found > MOST_LINES => {
             text::line(&format!("{} more: search for a longer text", found - MOST_LINES));
             Ok(())
         }
         _ => Ok(()),
     }
+}
+
+fn explain(word: &str) -> Result<(), String> {
+    let entry = glossary::find(word);
+    let entry =
+        entry.ok_or_else(|| format!("the glossary has no word '{word}': `doublet help glossary` prints all"))?;
+    text::document(entry.to_string().trim_end());
+    Ok(())
 }

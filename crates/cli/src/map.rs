@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use clap::Args;
-use doublet_core::load::{ManualChannel, Probe, stated_unit};
-use doublet_core::quantity::{Role, Unit};
+use doublet_core::load::{ManualChannel, Probe};
+use doublet_core::quantity::Role;
 use doublet_engine::begin::{self, Inspected};
 use doublet_engine::builtin;
 use doublet_engine::keep;
@@ -123,13 +123,7 @@ fn find_contradictions(inspected: &Inspected) -> Vec<String> {
 
 /// Why a channel is taken for a role and in which unit, and the values it then has.
 pub fn explain_row(role: Role, row: &ManualChannel, probes: &[Probe]) -> String {
-    let channel = row.from.find(probes);
-    let recorded = channel.and_then(|channel| Unit::parse(channel.unit.as_deref()?).ok());
-    let why = match (recorded, channel.and_then(stated_unit)) {
-        (Some(_), _) => "as recorded",
-        (None, Some(_)) => "as its name ends",
-        (None, None) => "as large as its values",
-    };
+    let why = begin::unit_reason(row, probes);
     let values = row.values(probes).map_or_else(String::new, |values| {
         let number = |value: f64| text::number(value, 4);
         let (least, greatest, first) = (number(values.least), number(values.greatest), number(values.first));

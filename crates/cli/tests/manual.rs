@@ -136,7 +136,7 @@ fn every_panel_has_its_entry() {
     assert!(names.len() >= 20, "{names:?}");
     let mut page = String::from(
         "# Panels\n\nMade from the program. Menu **Panels** brings each to the front; they are moved and put side by side by their tabs. \
-         F1 lists every command with its keys, Ctrl+P finds one by its name.\n\n",
+         F1 explains the panel or the word under the pointer, Ctrl+F1 lists every command with its keys, Ctrl+P finds one by its name.\n\n",
     );
     for name in names {
         let title = title(name).unwrap_or_else(|| panic!("{name} has no title"));

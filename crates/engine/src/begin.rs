@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 
 use doublet_core::airframe::{AircraftClass, GyrationRadii};
 use doublet_core::compatibility::Cure;
-use doublet_core::load::{self, ChannelMap, ManualChannelMap, ManualTime, Plan, Probe, plan_all};
+use doublet_core::load::{
+    self, ChannelMap, ManualChannel, ManualChannelMap, ManualTime, Plan, Probe, plan_all, stated_unit,
+};
 use doublet_core::model::Structure;
 use doublet_core::quantity::{Dimension, Role, Unit};
 use doublet_core::reconstruct::{FilterSettings, Input, Measurement};
@@ -135,6 +137,17 @@ pub fn inspect(paths: &[PathBuf], control: &Control, progress: &dyn Fn(f32)) -> 
     let (fitting, refused) = fitting_maps(&probes);
     let guess = load::guess(&probes);
     Ok(Inspected { paths: paths.to_vec(), probes, fitting, refused, guess })
+}
+
+/// Why a guessed row has its unit.
+pub fn unit_reason(row: &ManualChannel, probes: &[Probe]) -> &'static str {
+    let channel = row.from.find(probes);
+    let recorded = channel.and_then(|channel| Unit::parse(channel.unit.as_deref()?).ok());
+    match (recorded, channel.and_then(stated_unit)) {
+        (Some(_), _) => "as recorded",
+        (None, Some(_)) => "as its name ends",
+        (None, None) => "as large as its values",
+    }
 }
 
 /// What reading by a map made by hand will do.
@@ -287,6 +300,9 @@ pub fn empty_session(title: &str, aircraft: Option<&str>) -> Session {
         estimation: Estimation::default(),
         structure: Structure::thesis(),
         second_structure: None,
+        kept_structures: Vec::new(),
+        annotations: Vec::new(),
+        report_notes: String::new(),
         plausible: Default::default(),
     }
 }

@@ -12,10 +12,11 @@ use doublet_engine::begin;
 use doublet_engine::graph::Context;
 use doublet_engine::run::Control;
 use doublet_engine::session::{
-    self, ClockPairSetting, ClockSetting, Edit, EditError, ErrorValues, Estimation, ExpressionEdit, ExpressionSetting,
-    FilterEdit, Flight, GravitySource, HeldSampleUse, InstrumentSetting, LevelFlight, Manoeuvre, MapRef, ModelEdit,
-    NoiseChannel, Preparation, RecordingRef, SensorErrorMethod, SensorErrors, Session, SignalPreset, SignalSetting,
-    SteadyWindow, Surface, WindowEdit, WindowFlag, WindowFlags, WindowRole,
+    self, Annotation, AnnotationEdit, ClockPairSetting, ClockSetting, Edit, EditError, ErrorValues, Estimation,
+    ExpressionEdit, ExpressionSetting, FilterEdit, Flight, GravitySource, HeldSampleUse, InstrumentSetting,
+    KeptStructure, LevelFlight, Manoeuvre, MapRef, ModelEdit, NoiseChannel, Preparation, RecordingRef,
+    SensorErrorMethod, SensorErrors, Session, SignalPreset, SignalSetting, SteadyWindow, Surface, WindowEdit,
+    WindowFlag, WindowFlags, WindowRole,
 };
 use doublet_engine::stage;
 use doublet_engine::undo::History;
@@ -103,6 +104,9 @@ fn example() -> Session {
         estimation: Estimation::default(),
         structure: Structure::thesis(),
         second_structure: None,
+        kept_structures: vec![KeptStructure { name: "short".to_owned(), structure: Structure::alternative() }],
+        annotations: vec![Annotation { flight: "one".to_owned(), time_s: 12.5, text: "gust, \"left\"".to_owned() }],
+        report_notes: "Flown at noon.\nAir calm below 4000 ft.".to_owned(),
         plausible: [("Cm_q".to_owned(), PlausibleRange { low: -60.0, high: -1.0, sign_certain: true })].into(),
     }
 }

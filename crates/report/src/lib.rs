@@ -58,7 +58,7 @@ impl ReportFormat {
 }
 
 /// What a report is to hold and where it goes.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default)]
 pub struct Order {
     /// Folder; made where it does not exist.
     pub folder: PathBuf,
@@ -68,6 +68,8 @@ pub struct Order {
     pub formats: Vec<ReportFormat>,
     /// Sections.
     pub sections: Vec<SectionKind>,
+    /// Figures of the author's choice, shown with the notes before all sections.
+    pub figures: Vec<Figure>,
 }
 
 /// Writes the report on a run, all forms of it in one step; what else the folder holds stays. `progress` is told the part done, 0 to 1.
@@ -83,7 +85,8 @@ pub fn write(
 ) -> Result<Put, String> {
     let checkpoint = || control.checkpoint().map_err(|_| "cancelled: no report was written".to_owned());
     let found = results::build(session, snapshot);
-    let document = document::build(session, snapshot, &found, &order.sections);
+    let mut document = document::build(session, snapshot, &found, &order.sections);
+    document.sections.splice(0..0, document::chosen(session, &order.figures));
     progress(0.1);
     checkpoint()?;
     let inner = |part: f32| progress(0.1 + 0.9 * part);

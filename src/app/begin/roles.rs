@@ -3,12 +3,14 @@
 use doublet_core::load::{ChannelName, ManualChannel, ManualTime, QuaternionAxes, RowValues, guess_row};
 use doublet_core::quantity::{Dimension, Role, Unit};
 use doublet_core::reconstruct::{Input, Measurement};
+use doublet_engine::begin::unit_reason;
 use doublet_engine::verdict::Level;
 use eframe::egui::{self, CollapsingHeader, ComboBox, DragValue, Grid, RichText, ScrollArea, Ui};
 
 use super::{Choice, Choosing};
 use crate::notation::Units;
 use crate::widgets::level_mark::level_mark;
+use crate::widgets::term::column_title;
 use crate::{notation, theme};
 
 /// Rate offered first for a source without time, Hz.
@@ -96,7 +98,7 @@ fn mark(choosing: &Choosing, role: Role, ui: &mut Ui) {
 }
 
 fn header(ui: &mut Ui, names: &[&str]) {
-    names.iter().for_each(|name| drop(ui.label(RichText::new(*name).small().weak())));
+    names.iter().for_each(|name| drop(column_title(ui, name)));
     ui.end_row();
 }
 
@@ -178,7 +180,7 @@ fn channels(choosing: &Choosing) -> Vec<ChannelName> {
 
 fn table(choosing: &mut Choosing, names: &[ChannelName], roles: &[Role], ui: &mut Ui) {
     let single = choosing.inspected.probes.iter().map(|probe| probe.sources.len()).sum::<usize>() == 1;
-    Grid::new(("by hand", roles.first())).num_columns(12).striped(true).spacing([10.0, 2.0]).show(ui, |ui| {
+    Grid::new(("by hand", roles.first())).num_columns(13).striped(true).spacing([10.0, 2.0]).show(ui, |ui| {
         header(
             ui,
             &[
@@ -186,6 +188,7 @@ fn table(choosing: &mut Choosing, names: &[ChannelName], roles: &[Role], ui: &mu
                 "role",
                 "what it is",
                 "channel",
+                "reason",
                 "unit",
                 "sign",
                 "scale",
@@ -231,6 +234,7 @@ fn row(choosing: &mut Choosing, names: &[ChannelName], (role, single): (Role, bo
         choosing.hand.set(role, row);
     }
     let Some(mut row) = choosing.hand.row(role).cloned() else { return };
+    reason(choosing, (role, &row), ui);
     unit(&mut row, role, ui);
     let sign = ui.selectable_label(row.turned, if row.turned { "−" } else { "+" });
     ui.ctx().accesskit_node_builder(sign.id, |node| node.set_label(format!("sign of {key}")));
@@ -262,6 +266,25 @@ fn row(choosing: &mut Choosing, names: &[ChannelName], (role, single): (Role, bo
     if choosing.hand.row(role) != Some(&row) {
         choosing.hand.set(role, Some(row));
     }
+}
+
+/// What a row rests on: the guess by name with its unit, or the user's own choice.
+fn reason(choosing: &Choosing, (role, row): (Role, &ManualChannel), ui: &mut Ui) {
+    let guessed = choosing.inspected.guess.row(role);
+    let (text, about) = match guessed {
+        Some(guess) if guess == row => {
+            let unit = unit_reason(row, &choosing.inspected.probes);
+            ("guessed", format!("Its name is one of this role; its unit {unit}. Look whether its values can be right"))
+        }
+        Some(guess) if guess.from == row.from => {
+            ("changed", "The channel as guessed, with what you changed".to_owned())
+        }
+        _ => ("by hand", "Chosen by hand".to_owned()),
+    };
+    let label = ui.label(RichText::new(text).small().weak());
+    let name = format!("reason of {}: {about}", role.name());
+    ui.ctx().accesskit_node_builder(label.id, |node| node.set_label(name));
+    label.on_hover_text(about);
 }
 
 fn unit(row: &mut ManualChannel, role: Role, ui: &mut Ui) {

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use doublet_core::airframe::Loading;
-use doublet_core::model::Term;
+use doublet_core::model::{Structure, Term};
 use doublet_core::reconstruct::{FilterSettings, Method};
 use doublet_core::series::Series;
 
@@ -12,7 +12,8 @@ use crate::graph::{Context, Footprint, Keyed, Stage, StageError, StageResult};
 use crate::session::{Manoeuvre, PathSource, Session, Settings};
 use crate::stage::{
     self, AircraftData, BiasTable, CoefficientStudy, Contributions, Information, KindSummary, LoadedAircraft,
-    LoadedFlight, RegressorCorrelation, ResidualStudy, Samples, WindowAero, WindowFits, WindowPath,
+    LoadedFlight, PooledFits, RegressorCorrelation, ResidualStudy, Samples, ScoredStructure, WindowAero, WindowFits,
+    WindowPath,
 };
 
 /// Iterations and tolerance of the iterated filter where the session does not use it.
@@ -31,6 +32,8 @@ pub struct DetailRequest {
     pub terms: Option<Vec<Term>>,
     /// The regressors are looked at: of the window where the first is set, over all identification windows else.
     pub regressors: Option<bool>,
+    /// Structures that are compared, by name.
+    pub structures: Vec<(String, Structure)>,
 }
 
 /// What was found.
@@ -48,6 +51,8 @@ pub struct Details {
     pub regressors: Vec<RegressorCorrelation>,
     /// Derivatives over all identification windows, then over those of each kind of input.
     pub kinds: Vec<KindSummary>,
+    /// The structures that were to be compared.
+    pub structures: Vec<ScoredStructure>,
 }
 
 /// A closer look at one window.
@@ -143,6 +148,7 @@ impl Stage for Details {
         let regressors = request.regressors.map(|alone| {
             stage::regressor_correlations(&aero, of_window(alone), settings.structure, settings.estimation)
         });
+        let structures = scored_structures(params, inputs, context)?;
         let paths = known().filter_map(|w| Some((w.manoeuvre.name.as_str(), &**w.path?)));
         Ok(Self {
             window,
@@ -150,6 +156,7 @@ impl Stage for Details {
             regressors: regressors.unwrap_or_default(),
             track: inputs.track.and_then(|flight| stage::track_from_velocity(&flight.recording)),
             biases: stage::bias_table(paths),
+            structures,
             kinds: stage::kind_summaries(known().filter_map(|w| Some((w.manoeuvre, &**w.fits?)))),
         })
     }
@@ -175,6 +182,21 @@ fn window_details(
             found => found,
         },
     })
+}
+
+/// The structures asked for, each estimated over all windows.
+fn scored_structures(
+    (request, Settings { estimation, .. }, _): DetailParams<'_>,
+    inputs: &DetailInputs<'_>,
+    context: &Context<'_>,
+) -> StageResult<Vec<ScoredStructure>> {
+    let aero: Vec<_> = inputs.windows.iter().filter_map(|window| Some((window.manoeuvre, window.aero?))).collect();
+    let one = |(name, structure): &(String, Structure)| {
+        context.checkpoint()?;
+        let pooled = context.get::<PooledFits>((structure, estimation), &aero)?;
+        Ok(ScoredStructure::new(name.clone(), &pooled))
+    };
+    request.structures.iter().map(one).collect()
 }
 
 /// The path of one window by the plain and by the iterated filter, from the samples the session's own filter gets.

@@ -68,7 +68,8 @@ impl Estimation {
 impl Session {
     /// Whether one of the structures has the term.
     fn has_term(&self, coefficient: Coefficient, term: &Term) -> bool {
-        let structures = std::iter::once(&self.structure).chain(&self.second_structure);
+        let kept = self.kept_structures.iter().map(|kept| &kept.structure);
+        let structures = std::iter::once(&self.structure).chain(&self.second_structure).chain(kept);
         structures.filter_map(|structure| structure.terms(coefficient)).any(|terms| terms.contains(term))
     }
 

@@ -8,8 +8,9 @@ use doublet_core::series::TimeRange;
 use thiserror::Error;
 
 use super::{
-    AircraftEdit, ExpressionEdit, Flight, GravitySource, Manoeuvre, NoiseEdit, PathSource, PooledConstants,
-    PredictionParameters, Preparation, Session, SignalEdit, Surface, TermConstraint, WindowFlag, WindowRole,
+    AircraftEdit, AnnotationEdit, ExpressionEdit, Flight, GravitySource, KeptStructure, Manoeuvre, NoiseEdit,
+    PathSource, PooledConstants, PredictionParameters, Preparation, Session, SignalEdit, Surface, TermConstraint,
+    WindowFlag, WindowRole,
 };
 
 /// A change of the session, grouped by area.
@@ -35,6 +36,10 @@ pub enum Edit {
     Estimation(EstimationEdit),
     /// Terms of the aerodynamic model.
     Model(ModelEdit),
+    /// Words at instants of a flight.
+    Annotation(AnnotationEdit),
+    /// Notes of the author for the report.
+    ReportNotes(String),
 }
 
 /// A change of what is on board.
@@ -166,6 +171,10 @@ pub enum ModelEdit {
     Second(Option<Structure>),
     /// Lets the two structures change places.
     Exchange,
+    /// Keeps a structure under its name, in the place of one of that name.
+    Keep(KeptStructure),
+    /// Keeps the structure of this name no longer.
+    Forget(String),
 }
 
 /// An edit that cannot be applied.
@@ -222,6 +231,8 @@ impl Edit {
             Self::Noise(edit) => edit.label(),
             Self::Filter(edit) => edit.label(),
             Self::Estimation(edit) => edit.label(),
+            Self::Annotation(edit) => edit.label(),
+            Self::ReportNotes(_) => "change notes of the report".to_owned(),
             Self::Model(edit) => edit.label(),
         }
     }
@@ -245,6 +256,8 @@ impl Edit {
             Self::Noise(edit) => edit.apply(&mut next)?,
             Self::Filter(edit) => edit.apply(&mut next)?,
             Self::Estimation(edit) => edit.apply(&mut next)?,
+            Self::Annotation(edit) => edit.apply(&mut next)?,
+            Self::ReportNotes(notes) => next.report_notes.clone_from(notes),
             Self::Model(edit) => edit.apply(&mut next),
         }
         Ok(next)
@@ -482,6 +495,8 @@ impl ModelEdit {
             Self::Second(Some(_)) => "keep a second model structure".to_owned(),
             Self::Second(None) => "drop the second model structure".to_owned(),
             Self::Exchange => "exchange the two model structures".to_owned(),
+            Self::Keep(kept) => format!("keep model structure {}", kept.name),
+            Self::Forget(name) => format!("forget model structure {name}"),
         }
     }
 
@@ -495,6 +510,11 @@ impl ModelEdit {
                     std::mem::swap(&mut session.structure, second);
                 }
             }
+            Self::Keep(kept) => match session.kept_structures.iter_mut().find(|other| other.name == kept.name) {
+                Some(other) => other.clone_from(kept),
+                None => session.kept_structures.push(kept.clone()),
+            },
+            Self::Forget(name) => session.kept_structures.retain(|kept| kept.name != *name),
         }
         session.forget_lost_terms();
     }

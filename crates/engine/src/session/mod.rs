@@ -1,6 +1,7 @@
 //! The session: exactly what is saved and undoable, never a result.
 
 mod aircraft;
+mod annotation;
 mod check;
 mod constraint;
 mod edit;
@@ -29,6 +30,7 @@ use crate::aircraft::AircraftChanges;
 use crate::verdict::PlausibleRange;
 
 pub use aircraft::AircraftEdit;
+pub use annotation::{Annotation, AnnotationEdit};
 pub use check::{check, stops_run};
 pub use constraint::TermConstraint;
 pub use edit::{Edit, EditError, EstimationEdit, FilterEdit, LoadingEdit, ModelEdit, WindowEdit};
@@ -77,9 +79,24 @@ pub struct Session {
     pub structure: Structure,
     /// A second structure, estimated beside the first to compare the two.
     pub second_structure: Option<Structure>,
+    /// Structures kept by name, to be compared with the first and taken back.
+    pub kept_structures: Vec<KeptStructure>,
+    /// Words at instants of the flights, in the order of time.
+    pub annotations: Vec<Annotation>,
+    /// What the author has to say: in the report, before its figures.
+    pub report_notes: String,
     /// What derivatives of this aircraft may be, by name, in the form they have here; others are judged by the ranges of a
     /// conventional aeroplane.
     pub plausible: BTreeMap<String, PlausibleRange>,
+}
+
+/// A structure with the name it is kept under.
+#[derive(Clone, Debug, PartialEq)]
+pub struct KeptStructure {
+    /// Name.
+    pub name: String,
+    /// Terms of each coefficient.
+    pub structure: Structure,
 }
 
 /// Where the acceleration of gravity comes from.

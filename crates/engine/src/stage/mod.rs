@@ -30,6 +30,7 @@ mod replay;
 mod samples;
 mod sensor_errors;
 mod signals;
+mod structure_scores;
 mod tolerances;
 mod truth;
 mod window_context;
@@ -76,6 +77,7 @@ pub use samples::fit_in_memory;
 pub(crate) use samples::values_at;
 pub use sensor_errors::EstimatedSensorErrors;
 pub use signals::TreatedSignal;
+pub use structure_scores::{ScoredStructure, StructureScore};
 pub use tolerances::{
     Judgement, ObjectiveTest, PercentRule, Quantity, Reading, RecordDemand, Tolerances, ValueTolerance,
 };

@@ -254,6 +254,18 @@ pub fn build(session: &Session, snapshot: &Snapshot, results: &Results, sections
     }
 }
 
+/// Notes of the author and figures of their choice; none without either.
+pub fn chosen(session: &Session, figures: &[Figure]) -> Option<Section> {
+    let notes = session.report_notes.lines().filter(|line| !line.trim().is_empty()).map(paragraph);
+    let figures = figures.iter().enumerate().map(|(at, figure)| {
+        // The name is unique in the document, whatever else is drawn.
+        Block::Figure(Figure { name: format!("chosen_{}_{}", at + 1, figure.name), ..figure.clone() })
+    });
+    let blocks: Vec<Block> = notes.chain(figures).map(display::shown).collect();
+    let (name, title) = ("chosen".to_owned(), "Notes and chosen figures".to_owned());
+    (!blocks.is_empty()).then_some(Section { name, title, is_numbered: true, on_new_page: false, blocks })
+}
+
 /// What sections are made from.
 struct Contents<'a> {
     session: &'a Session,

@@ -3,6 +3,7 @@
 mod constraint;
 mod expression;
 mod flight;
+mod kept;
 mod migrate;
 mod noise;
 mod preparation;
@@ -24,13 +25,14 @@ use thiserror::Error;
 
 use self::constraint::{ConstraintTable, constraint_from, constraint_table};
 use self::flight::{FlightTable, flight_from, flight_table};
+use self::kept::{KeptTable, kept_from, kept_table};
 use self::noise::{NoiseTable, SteadyTable, steady_from, steady_table};
 use self::preparation::{PreparationTable, preparation_from, preparation_table};
 use self::sensor_errors::{SensorErrorTable, sensor_error_table, sensor_errors_from};
 use super::edit::set_term;
 use super::{
-    Estimation, GravitySource, Manoeuvre, PooledConstants, PredictionParameters, Preparation, Session, Surface,
-    WindowFlags, WindowRole,
+    Annotation, Estimation, GravitySource, Manoeuvre, PooledConstants, PredictionParameters, Preparation, Session,
+    Surface, WindowFlags, WindowRole,
 };
 use crate::aircraft::AircraftChanges;
 use crate::verdict::PlausibleRange;
@@ -105,6 +107,8 @@ struct File {
     app: String,
     #[serde(default)]
     title: String,
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    report_notes: String,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     aircraft: Option<String>,
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
@@ -125,6 +129,8 @@ struct File {
     model: BTreeMap<String, Vec<String>>,
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     second_model: BTreeMap<String, Vec<String>>,
+    #[serde(default, rename = "kept_model", skip_serializing_if = "Vec::is_empty")]
+    kept_models: Vec<KeptTable>,
     #[serde(default, rename = "flight")]
     flights: Vec<FlightTable>,
     #[serde(default, skip_serializing_if = "NoiseTable::is_empty")]
@@ -133,6 +139,8 @@ struct File {
     steady: Vec<SteadyTable>,
     #[serde(default, rename = "window")]
     windows: Vec<WindowTable>,
+    #[serde(default, rename = "annotation", skip_serializing_if = "Vec::is_empty")]
+    annotations: Vec<Annotation>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -313,6 +321,9 @@ pub fn parse(text: &str) -> Result<Session, SessionError> {
             true => None,
             false => Some(structure_from("second_model", &file.second_model)?),
         },
+        kept_structures: file.kept_models.into_iter().map(kept_from).collect::<Result<_, _>>()?,
+        annotations: file.annotations,
+        report_notes: file.report_notes,
         plausible: file.verdict.plausible,
     })
 }
@@ -406,6 +417,7 @@ pub fn print(session: &Session) -> Result<String, SessionError> {
         version: VERSION,
         app: crate::PROGRAM.to_owned(),
         title: session.title.clone(),
+        report_notes: session.report_notes.clone(),
         aircraft: session.aircraft.clone(),
         aircraft_changes: session.aircraft_changes.to_table(),
         loading: session.loading.clone(),
@@ -419,10 +431,12 @@ pub fn print(session: &Session) -> Result<String, SessionError> {
         verdict: VerdictTable { plausible: session.plausible.clone() },
         model: model_table(&session.structure),
         second_model: session.second_structure.as_ref().map(model_table).unwrap_or_default(),
+        kept_models: session.kept_structures.iter().map(kept_table).collect(),
         flights: session.flights.iter().map(flight_table).collect(),
         noise: NoiseTable::of(&session.noise_reasons),
         steady: session.steady.iter().map(steady_table).collect(),
         windows: session.windows.iter().map(window_table).collect(),
+        annotations: session.annotations.clone(),
     };
     let body = toml::to_string_pretty(&file)
         .map_err(|error| SessionError::Term { place: "session".to_owned(), reason: error.to_string() })?;

@@ -1,0 +1,81 @@
+//! Structures of the aerodynamic model beside each other: how well each fits, what it costs, how well it predicts.
+
+use doublet_core::estimate::Fit;
+use doublet_core::estimate::diagnostics::predicted_squared_error;
+use doublet_core::model::Coefficient;
+
+use super::fit::PooledFits;
+use super::prediction::Prediction;
+use crate::graph::StageResult;
+use crate::session::WindowRole;
+
+/// One coefficient by one structure.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StructureScore {
+    /// Parameters estimated, constants of windows among them.
+    pub parameters: usize,
+    /// Samples of the fit.
+    pub samples: usize,
+    /// R² of the fit.
+    pub r_squared: f64,
+    /// Predicted squared error, see [`predicted_squared_error`].
+    pub predicted_squared_error: f64,
+    /// Akaike's criterion `N ln(v'v / N) + 2 p`.
+    pub akaike: f64,
+    /// Schwarz's criterion `N ln(v'v / N) + p ln N`.
+    pub bayes: f64,
+    /// `1 - sum (z - y)^2 / sum (z - mean z)^2` over the validation windows, each with a constant of its own and its own mean; none
+    /// without such a window.
+    pub validation_r_squared: Option<f64>,
+}
+
+/// A structure by coefficients.
+#[derive(Clone, Debug)]
+pub struct ScoredStructure {
+    /// What it is called.
+    pub name: String,
+    /// Each of its coefficients, or why it has no estimate.
+    pub scores: Vec<(Coefficient, StageResult<StructureScore>)>,
+}
+
+impl ScoredStructure {
+    /// Scores the estimate by the structure called `name`.
+    pub fn new(name: String, pooled: &PooledFits) -> Self {
+        let score = |coefficient: Coefficient, fit: &Fit| {
+            let of = pooled.predictions.iter().filter(|prediction| prediction.coefficient == coefficient);
+            StructureScore::new(fit, of.filter(|prediction| prediction.role == WindowRole::Validation))
+        };
+        let scored = pooled.fits.iter().map(|fit| {
+            let scored = fit.fit.as_ref().map(|found| score(fit.coefficient, found)).map_err(Clone::clone);
+            (fit.coefficient, scored)
+        });
+        Self { name, scores: scored.collect() }
+    }
+}
+
+impl StructureScore {
+    fn new<'a>(fit: &Fit, validation: impl Iterator<Item = &'a Prediction>) -> Self {
+        let (samples, parameters) = (fit.samples() as f64, fit.parameters() as f64);
+        let residual = fit.residuals.iter().map(|v| v * v).sum::<f64>() / samples;
+        let fitted = samples * residual.ln();
+        let mut sums = [0.0; 2];
+        for prediction in validation {
+            let quality = &prediction.quality_own_constant;
+            let squares = prediction.own_constant.values.len() as f64 * quality.rms.powi(2);
+            let total = squares / (1.0 - quality.r_squared);
+            if total.is_finite() {
+                sums[0] += squares;
+                sums[1] += total;
+            }
+        }
+        Self {
+            parameters: fit.parameters(),
+            samples: fit.samples(),
+            r_squared: fit.quality.r_squared,
+            predicted_squared_error: predicted_squared_error(fit, None),
+            akaike: fitted + 2.0 * parameters,
+            bayes: fitted + parameters * samples.ln(),
+            validation_r_squared: (sums[1] > 0.0).then(|| 1.0 - sums[0] / sums[1]),
+        }
+    }
+}

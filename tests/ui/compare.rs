@@ -1,0 +1,183 @@
+//! Windows over each other, structures beside each other, words at an instant, what goes into the report by hand.
+
+use doublet::command::{EditCommand, UiCommand};
+use doublet::notation;
+use doublet::panels::Pane;
+use doublet::ui_state::Scope;
+use doublet_core::model::{Coefficient, Term};
+use doublet_engine::session::{self, Edit, ModelEdit, Surface};
+use egui::{Key, Modifiers, pos2, vec2};
+use egui_kittest::kittest::Queryable;
+
+use crate::workbench::Bench;
+use crate::{copied, picture, secondary_click};
+
+/// Part of its range that an input has moved by where it has begun.
+const MOVED: f64 = 0.2;
+/// Longest time from an onset to there, s.
+const RISE_S: f64 = 0.6;
+/// Rounding of a sum over some thousand samples.
+const ROUNDING: f64 = 1e-9;
+
+/// Numbers behind the plot under the pointer.
+fn copy_data(bench: &mut Bench<'_>, at: egui::Pos2) -> String {
+    bench.harness.hover_at(at);
+    bench.harness.run_steps(2);
+    bench.harness.event_modifiers(egui::Event::Copy, Modifiers::COMMAND | Modifiers::SHIFT);
+    for _ in 0..4 {
+        bench.harness.step();
+        if let Some(text) = copied(&bench.harness) {
+            return text;
+        }
+    }
+    panic!("nothing was copied");
+}
+
+#[test]
+fn windows_over_each_other_have_their_inputs_begin_at_zero_and_their_model_beside_them() {
+    let mut bench = Bench::shipped();
+    bench.show(Pane::Gallery);
+    let elevator = bench.session().windows.iter().filter(|window| window.surface == Some(Surface::Elevator));
+    let names: Vec<String> = elevator.map(|window| window.name.clone()).take(4).collect();
+    assert_eq!(names.len(), 4);
+    let selection = &mut bench.harness.state_mut().state.selection;
+    selection.window = Some(names[0].clone());
+    selection.others = names[1..].iter().cloned().collect();
+    bench.settle();
+    bench.harness.get_by_label("Over each other").click();
+    bench.settle();
+    picture(&mut bench.harness, "overlay");
+    let top = bench.harness.get_by_label("Signals").rect().bottom();
+    let text = copy_data(&mut bench, pos2(500.0, top + 70.0));
+    let mut lines = text.lines();
+    let head = lines.next().unwrap_or_default();
+    for name in &names {
+        assert!(head.contains(&format!("{name} [deg]")), "{head}");
+    }
+    let rows: Vec<Vec<Option<f64>>> =
+        lines.map(|line| line.split(',').map(|cell| cell.parse().ok()).collect()).collect();
+    // Measured curves are every second column, the model of a deflection is empty.
+    for (at, name) in names.iter().enumerate() {
+        let curve: Vec<(f64, f64)> = rows.iter().filter_map(|row| Some((row[0]?, row[1 + 2 * at]?))).collect();
+        let first = curve[0].1;
+        let range = curve.iter().fold((first, first), |(low, high), (_, value)| (low.min(*value), high.max(*value)));
+        let moved = |value: f64| (value - first).abs() > MOVED * (range.1 - range.0);
+        let begins_s = curve.iter().find(|(_, value)| moved(*value)).map(|(time_s, _)| *time_s).expect("it moves");
+        assert!((0.0..RISE_S).contains(&begins_s), "{name} begins at {begins_s} s");
+    }
+}
+
+/// `N ln(v'v / N) + charge p` of the pooled fit of Cm.
+fn criterion(bench: &Bench<'_>, charge: impl Fn(f64) -> f64) -> f64 {
+    let fit = bench.cm();
+    let samples = fit.residuals.len() as f64;
+    let squares: f64 = fit.residuals.iter().map(|v| v * v).sum();
+    samples * (squares / samples).ln() + charge(samples) * fit.estimates.len() as f64
+}
+
+#[test]
+fn structures_kept_are_scored_as_their_fits_say_and_one_is_taken_back_in_one_step() {
+    let mut bench = Bench::shipped();
+    bench.harness.state_mut().state.selection.scope = Scope::Board;
+    bench.show(Pane::Derivatives);
+    let full = bench.session().structure.clone();
+    let (akaike, bayes) = (criterion(&bench, |_| 2.0), criterion(&bench, f64::ln));
+    bench.click("Keep the present structure");
+    assert_eq!(bench.session().kept_structures[0].name, "structure 1");
+    let (coefficient, term) = (Coefficient::Cm, Term::parse("q").or_else(|_| Term::parse("qc/2V")).expect("a term"));
+    let present = full.terms(coefficient).expect("Cm is modelled").iter().find(|one| one.to_string().contains('q'));
+    let term = present.cloned().unwrap_or(term);
+    bench.harness.state_mut().apply(&Edit::Model(ModelEdit::SetTerm { coefficient, term, on: false }));
+    bench.settle();
+    let scored = bench.snapshot().details.ready().expect("they were compared").structures.clone();
+    let of = |name: &str| {
+        let one = scored.iter().find(|one| one.name == name).unwrap_or_else(|| panic!("{name} is scored"));
+        let found = one.scores.iter().find(|(one, _)| *one == Coefficient::Cm).expect("Cm is scored");
+        *found.1.as_ref().expect("it has an estimate")
+    };
+    let (kept, now) = (of("structure 1"), of("now"));
+    assert!((kept.akaike - akaike).abs() < ROUNDING * akaike.abs(), "{} is not {akaike}", kept.akaike);
+    assert!((kept.bayes - bayes).abs() < ROUNDING * bayes.abs(), "{} is not {bayes}", kept.bayes);
+    assert_eq!(now.parameters + 1, kept.parameters);
+    assert!(now.akaike > kept.akaike + 100.0 && now.predicted_squared_error > kept.predicted_squared_error);
+    let [before, without] = [kept, now].map(|score| score.validation_r_squared.expect("there are validation windows"));
+    assert!(before > without + 0.01, "pitch damping predicts: {before}, {without} without");
+    bench.harness.get_by_label("Cm").click();
+    bench.settle();
+    for text in [notation::fixed(kept.akaike, 0), notation::fixed(without, 4)] {
+        assert!(bench.harness.query_all_by_label(&text).next().is_some(), "the table says {text}");
+    }
+    picture(&mut bench.harness, "board");
+    bench.click("take structure 1");
+    assert_eq!(bench.session().structure, full);
+    bench.request(UiCommand::Edit(EditCommand::Undo));
+    assert_ne!(bench.session().structure, full, "one step");
+    let text = session::print(bench.session()).expect("it can be written");
+    assert_eq!(session::parse(&text).expect("it can be read").kept_structures, bench.session().kept_structures);
+}
+
+#[test]
+fn words_at_an_instant_are_drawn_saved_changed_and_undone() {
+    let mut bench = Bench::open();
+    let place = bench.harness.get_by_role_and_label(egui::accesskit::Role::Button, "first").rect();
+    let at = place.center() + vec2(0.0, 90.0);
+    bench.harness.hover_at(at);
+    bench.harness.run_steps(3);
+    let time_s = bench.harness.state().state.time.cursor_s.expect("the pointer is over a plot");
+    bench.harness.key_press(Key::T);
+    bench.harness.run_steps(4);
+    bench.harness.get_by_label("words of the annotation").type_text("gust from the left");
+    bench.harness.run_steps(1);
+    bench.harness.key_press(Key::Enter);
+    bench.settle();
+    let one = bench.session().annotations.first().expect("it is in the session").clone();
+    assert_eq!((one.time_s, one.text.as_str()), (time_s, "gust from the left"));
+    assert_eq!(bench.harness.state().document.history.undo_label(), Some("annotate"));
+    picture(&mut bench.harness, "annotation");
+    let text = session::print(bench.session()).expect("it can be written");
+    assert_eq!(session::parse(&text).expect("it can be read").annotations, [one]);
+    let all: Vec<_> =
+        bench.harness.get_all_by_label_contains("annotation gust").map(|node| node.rect().center()).collect();
+    crate::drag(&mut bench.harness, all[0], all[0], 0);
+    bench.harness.run_steps(3);
+    bench.harness.get_by_label("Remove").click();
+    bench.settle();
+    assert!(bench.session().annotations.is_empty());
+    bench.request(UiCommand::Edit(EditCommand::Undo));
+    bench.request(UiCommand::Edit(EditCommand::Undo));
+    assert!(bench.session().annotations.is_empty(), "before it was written");
+    assert_eq!(bench.harness.state().document.history.undo_label(), None);
+}
+
+#[test]
+fn plot_and_notes_go_into_the_report_with_their_words() {
+    let mut bench = Bench::open();
+    let place = bench.harness.get_by_role_and_label(egui::accesskit::Role::Button, "first").rect();
+    secondary_click(&mut bench.harness, place.center() + vec2(0.0, 60.0));
+    bench.harness.get_by_label_contains("This plot").click();
+    bench.harness.run_steps(4);
+    bench.harness.get_by_label("Add to the report").click();
+    bench.harness.run_steps(3);
+    bench.show(Pane::Report);
+    bench.enter("caption of figure 1", "The flight as it was");
+    bench.harness.get_by_label("notes of the report").click();
+    bench.harness.run_steps(2);
+    bench.harness.get_by_label("notes of the report").type_text("Air calm below 4000 ft.");
+    bench.harness.run_steps(2);
+    bench.harness.get_by_label("PDF").click();
+    bench.settle();
+    assert_eq!(bench.session().report_notes, "Air calm below 4000 ft.");
+    assert_eq!(bench.harness.state().document.history.undo_label(), Some("change notes of the report"));
+    picture(&mut bench.harness, "report_chosen");
+    bench.harness.get_by_label("Write report…").click();
+    bench.settle();
+    bench.harness.get_by_label("Save").click();
+    bench.settle();
+    let html = std::fs::read_to_string(bench.folder.path().join("report").join("session.html")).expect("it is written");
+    let section = html.split("<section").nth(1).expect("it has sections");
+    assert!(
+        section.contains("Notes and chosen figures") && section.contains("Air calm below 4000 ft."),
+        "{section:.400}"
+    );
+    assert!(section.contains("The flight as it was") && section.contains("<svg"));
+}
