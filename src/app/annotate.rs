@@ -23,7 +23,7 @@ impl Workbench {
             ui.horizontal(|ui| {
                 let has_words = !new.text.trim().is_empty();
                 kept = (ui.add_enabled(has_words, Button::new("Keep")).clicked() || confirmed) && has_words;
-                removed = before.is_some() && (ui.button("Remove").clicked() || (confirmed && !has_words));
+                removed = before.is_some() && (ui.button("Remove annotation").clicked() || (confirmed && !has_words));
                 given_up = ui.button("Cancel").clicked() || ui.input(|input| input.key_pressed(Key::Escape));
             });
         });

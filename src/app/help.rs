@@ -152,9 +152,14 @@ impl Help {
             return;
         }
         let (mut open, mut next) = (true, None);
-        egui::Window::new("Help").open(&mut open).default_size(SIZE).min_size([420.0, 260.0]).collapsible(false).show(
-            ctx,
-            |ui| {
+        let middle = ctx.content_rect().center() - 0.5 * egui::Vec2::from(SIZE);
+        egui::Window::new("Help")
+            .open(&mut open)
+            .default_pos(middle)
+            .default_size(SIZE)
+            .min_size([420.0, 260.0])
+            .collapsible(false)
+            .show(ctx, |ui| {
                 self.head(ui, &mut next);
                 ui.separator();
                 ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
@@ -164,8 +169,7 @@ impl Help {
                         found(self.typed.trim(), ui, &mut next);
                     }
                 });
-            },
-        );
+            });
         if !open {
             self.close();
         } else if let Some(topic) = next {

@@ -308,10 +308,7 @@ impl Workbench {
         let (copied, saved): (Vec<_>, Vec<_>) = others.into_iter().partition(|request| request.form.is_copy());
         for FigureRequest { figure, .. } in added {
             self.state.report.figures.push(figure);
-            self.say(format!(
-                "The report has {} chosen figures now: Report shows them",
-                self.state.report.figures.len()
-            ));
+            self.say("Added to the report: the panel Report shows its figures");
         }
         match copied.last() {
             Some(FigureRequest { figure, form: FigureForm::Copy }) => {

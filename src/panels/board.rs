@@ -3,7 +3,7 @@
 use doublet_core::model::{Coefficient, Structure};
 use doublet_engine::session::{Edit, KeptStructure, ModelEdit};
 use doublet_engine::stage::{ScoredStructure, StructureScore};
-use eframe::egui::{Align, Button, Label, Layout, RichText, TextEdit, Ui};
+use eframe::egui::{Align, Button, Color32, Label, Layout, RichText, TextEdit, Ui};
 use egui_extras::{Column, TableBuilder};
 
 use super::{PanelContext, choices};
@@ -131,8 +131,8 @@ fn table(
         .cell_layout(Layout::right_to_left(Align::Center))
         .column(Column::remainder().at_least(84.0).clip(true))
         .column(Column::exact(46.0))
-        .columns(Column::exact(72.0), 5)
-        .column(Column::exact(92.0))
+        .columns(Column::exact(64.0), 5)
+        .column(Column::exact(72.0))
         .header(20.0, |mut header| {
             for title in TITLES {
                 header.col(|ui| {
@@ -206,6 +206,10 @@ fn chart(ui: &Ui, scored: &[ScoredStructure], coefficient: Coefficient) -> Chart
     chart.places = scored.iter().enumerate().map(|(at, of)| (at as f64, of.name.clone())).collect();
     let fitted = points(&|score| score.r_squared);
     let predicted = points(&|score| score.validation_r_squared.unwrap_or(f64::NAN));
+    // Room for the names of the first and the last.
+    let level = fitted.iter().map(|[_, value]| *value).find(|value| value.is_finite()).unwrap_or_default();
+    let ends = vec![[-0.5, level], [scored.len() as f64 - 0.5, level]];
+    chart.curves.push(ChartCurve::new("", Color32::TRANSPARENT, ChartStyle::Dots(1.0), ends));
     chart.curves.push(ChartCurve::new("fit", palette.series[0], ChartStyle::Dots(4.0), fitted));
     chart.curves.push(ChartCurve::new(
         "honest: validation windows",

@@ -1,8 +1,12 @@
 //! Derivatives with their uncertainty: of all identification windows, of the chosen one, or window by window.
 
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
 use doublet_core::estimate::Fit;
 use doublet_engine::stage::{CoefficientFit, describe_origin, errors, significance};
-use eframe::egui::{self, RichText, ScrollArea, Ui};
+use doublet_engine::verdict::{Level, Verdict};
+use eframe::egui::{self, FontId, Galley, RichText, ScrollArea, Ui};
 use egui_extras::{Column, TableBuilder};
 
 use super::board::Board;
@@ -11,10 +15,15 @@ use super::{by_window, intervals, over_windows, structures};
 use crate::notation;
 use crate::theme;
 use crate::ui_state::Scope;
+use crate::widgets::level_mark;
 use crate::widgets::term::column_title;
 
 /// Height of a row.
 const ROW: f32 = 20.0;
+/// Letters of the line of a coefficient; room right of it, and its least width.
+const HEADING: FontId = FontId::proportional(11.5);
+const RIGHT_ROOM: f32 = 24.0;
+const LEAST_WIDTH: f32 = 200.0;
 /// Titles of the columns.
 const TITLES: [&str; 7] = ["", "Estimate", "Std. error", "Corrected", "Scatter/√n", "Relative", "t"];
 /// The panel.
@@ -83,6 +92,12 @@ impl Panel for Derivatives {
 
 /// One table with a line per coefficient and a row per derivative.
 fn table(ctx: &mut PanelContext<'_>, ui: &mut Ui, fits: &[CoefficientFit]) {
+    let (color, width) = (theme::palette(ui).error, (ui.available_width() - RIGHT_ROOM).max(LEAST_WIDTH));
+    let said = |fit: &CoefficientFit| {
+        let text = format!("{}    ⚠ {}", fit.coefficient.name(), fit.fit.as_ref().err()?);
+        Some((fit.coefficient, ui.painter().layout(text, HEADING, color, width)))
+    };
+    let galleys: BTreeMap<_, _> = fits.iter().filter_map(said).collect();
     ScrollArea::horizontal().show(ui, |ui| {
         TableBuilder::new(ui)
             .id_salt("derivatives")
@@ -104,7 +119,9 @@ fn table(ctx: &mut PanelContext<'_>, ui: &mut Ui, fits: &[CoefficientFit]) {
             })
             .body(|mut body| {
                 for fit in fits {
-                    body.row(ROW + 4.0, |row| heading(row, fit));
+                    let said = galleys.get(&fit.coefficient).cloned();
+                    let height = said.as_ref().map_or(ROW + 4.0, |said| said.size().y + 8.0);
+                    body.row(height, |row| heading(row, fit, said.as_ref()));
                     let Ok(estimate) = &fit.fit else { continue };
                     for at in 0..estimate.parameters() {
                         if !ctx.selection().constants && is_window_constant(&estimate.names[at]) {
@@ -118,7 +135,7 @@ fn table(ctx: &mut PanelContext<'_>, ui: &mut Ui, fits: &[CoefficientFit]) {
 }
 
 /// The coefficient with its quality, or why it has no estimate, across all columns.
-fn heading(mut row: egui_extras::TableRow<'_, '_>, fit: &CoefficientFit) {
+fn heading(mut row: egui_extras::TableRow<'_, '_>, fit: &CoefficientFit, said: Option<&Arc<Galley>>) {
     let mut line = egui::Rect::NOTHING;
     let mut visible = egui::Rect::NOTHING;
     for column in 0..TITLES.len() {
@@ -128,14 +145,14 @@ fn heading(mut row: egui_extras::TableRow<'_, '_>, fit: &CoefficientFit) {
             // Drawn from the last cell, over the stripes of those before it.
             if column + 1 == TITLES.len() {
                 ui.set_clip_rect(visible);
-                quality(ui, line, fit);
+                quality(ui, line, fit, said);
             }
         });
     }
 }
 
-/// How well the coefficient is fitted, or why it is not, in `line`.
-fn quality(ui: &mut Ui, line: egui::Rect, fit: &CoefficientFit) {
+/// How well the coefficient is fitted, or why it is not as it was laid out, in `line`.
+fn quality(ui: &mut Ui, line: egui::Rect, fit: &CoefficientFit, said: Option<&Arc<Galley>>) {
     let palette = theme::palette(ui);
     let name = fit.coefficient.name();
     let dropped: Vec<&str> = fit.dropped.iter().map(|term| term.derivative.as_str()).collect();
@@ -153,7 +170,10 @@ fn quality(ui: &mut Ui, line: egui::Rect, fit: &CoefficientFit) {
         Err(error) => (format!("{name}    ⚠ {error}"), palette.error),
     };
     let at = egui::pos2(line.left() + 2.0, line.center().y + 2.0);
-    ui.painter().text(at, egui::Align2::LEFT_CENTER, &text, egui::FontId::proportional(11.5), color);
+    match said {
+        Some(said) => ui.painter().galley(line.left_top() + egui::vec2(2.0, 4.0), Arc::clone(said), color),
+        None => drop(ui.painter().text(at, egui::Align2::LEFT_CENTER, &text, HEADING, color)),
+    }
     let response = ui.interact(line, ui.scope_id().with("quality"), egui::Sense::hover());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Label, true, &text));
     match &fit.fit {
@@ -168,6 +188,17 @@ fn quality(ui: &mut Ui, line: egui::Rect, fit: &CoefficientFit) {
     }
 }
 
+/// The verdict on a derivative of the estimates shown.
+fn judged<'a>(ctx: &PanelContext<'a>, name: &str) -> Option<&'a Verdict> {
+    let verdicts = ctx.snapshot.verdicts.latest()?;
+    let fits = match ctx.selection().scope {
+        Scope::Chosen => &verdicts.windows.get(ctx.selection().window.as_deref()?)?.fits,
+        _ => &verdicts.pooled,
+    };
+    let mut derivatives = fits.iter().flat_map(|fit| &fit.derivatives);
+    derivatives.find(|derivative| derivative.name == name).map(|derivative| &derivative.verdict)
+}
+
 /// One derivative.
 fn derivative(
     ctx: &mut PanelContext<'_>,
@@ -180,7 +211,17 @@ fn derivative(
     row.set_selected(ctx.selection().derivative.as_deref() == Some(name.as_str()));
     row.col(|ui| {
         ui.with_layout(egui::Layout::left_to_right(egui::Align::Center), |ui| {
-            ui.add_space(14.0);
+            let judged = judged(ctx, name);
+            let (mark, place) = ui.allocate_exact_size(egui::vec2(14.0, 14.0), egui::Sense::hover());
+            // Only what has something against it is marked.
+            if let Some(verdict) = judged.filter(|verdict| verdict.level != Level::Good) {
+                let color = level_mark::color(ui, Some(verdict.level));
+                level_mark::paint(ui.painter(), mark.center(), 4.0, Some(verdict.level), color);
+                let reasons: Vec<&str> = verdict.reasons.iter().map(|reason| reason.text.as_str()).collect();
+                let label = format!("{name}: {}", verdict.level.name());
+                place.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Label, true, &label));
+                place.on_hover_text(reasons.join("\n"));
+            }
             let job = notation::derivative_job(ui, name);
             ui.add(egui::Label::new(job).selectable(false));
         });

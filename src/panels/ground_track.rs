@@ -14,6 +14,9 @@ const WINDOW_POINTS: usize = 200;
 /// Cosine of the latitude a track is drawn with at least: near a pole it would become a line.
 const LEAST_COSINE: f64 = 0.05;
 
+/// Distance from the origin from which kilometres are shown, m.
+const FAR_M: f64 = 10_000.0;
+
 /// The panel.
 pub struct GroundTrack;
 
@@ -36,7 +39,7 @@ impl Panel for GroundTrack {
         let from_velocity = ctx.snapshot.details.latest().and_then(|details| details.track.as_ref());
         match from_velocity {
             Some([north, east]) => {
-                let (unit, scale) = ctx.unit(Dimension::Length);
+                let (unit, scale) = length_unit(ctx, [north, east]);
                 ui.weak("From the ground velocity: the recording has no position.");
                 draw(ctx, ui, &Track { east, north, unit, scale, is_angles: false });
             }
@@ -49,12 +52,21 @@ impl Panel for GroundTrack {
 fn track<'a>(ctx: &PanelContext<'_>, recording: &'a Recording) -> Option<Track<'a>> {
     let pair = |north, east| Some((&recording.role(north)?.series, &recording.role(east)?.series));
     if let Some((north, east)) = pair(Role::PositionNorth, Role::PositionEast) {
-        let (unit, scale) = ctx.unit(Dimension::Length);
+        let (unit, scale) = length_unit(ctx, [north, east]);
         return Some(Track { east, north, unit, scale, is_angles: false });
     }
     let (north, east) = pair(Role::Latitude, Role::Longitude)?;
     let (unit, scale) = ctx.unit(Dimension::Angle);
     Some(Track { east, north, unit, scale, is_angles: true })
+}
+
+/// Unit of the axes: kilometres where metres are shown and the track is longer than some.
+fn length_unit(ctx: &PanelContext<'_>, ways: [&Series; 2]) -> (&'static str, f64) {
+    let far = |series: &Series| series.values.iter().any(|value| value.abs() > FAR_M);
+    match ctx.unit(Dimension::Length) {
+        ("m", scale) if ways.into_iter().any(far) => ("km", 1e-3 * scale),
+        other => other,
+    }
 }
 
 impl Track<'_> {

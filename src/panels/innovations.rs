@@ -115,8 +115,10 @@ fn advice(path: &WindowPath, ui: &mut Ui) {
                     }
                     row.col(|ui| {
                         let color = consistency_color(ui, channel);
-                        ui.add(egui::Label::new(RichText::new(&channel.advice).color(color)).truncate())
-                            .on_hover_text(&channel.advice);
+                        // The first column names the measurement, as everywhere.
+                        let named = format!("{}: ", channel.measurement.name());
+                        let advice = channel.advice.strip_prefix(&named).unwrap_or(&channel.advice);
+                        ui.add(egui::Label::new(RichText::new(advice).color(color)).truncate()).on_hover_text(advice);
                     });
                 });
             }

@@ -137,7 +137,7 @@ impl LoadingPanel {
             .columns(Column::exact(66.0), 2)
             .column(Column::remainder().at_least(54.0))
             .header(20.0, |mut header| {
-                for title in ["", "Now", "Change", "Part"] {
+                for title in ["", "Now", "Change", "Change [%]"] {
                     header.col(|ui| {
                         column_title(ui, title);
                     });
@@ -339,9 +339,9 @@ fn numbers(ctx: &PanelContext<'_>, ui: &mut Ui, loaded: &LoadedState) {
     type Figure = fn(&LoadedState) -> String;
     let rows: [(&str, Figure); 9] = [
         ("Mass [kg]", |of| notation::fixed(of.properties.mass_kg, 1)),
-        ("CG aft [m]", |of| notation::fixed(of.properties.cg_from_datum_m[0], 3)),
-        ("CG right [m]", |of| notation::fixed(of.properties.cg_from_datum_m[1], 3)),
-        ("CG up [m]", |of| notation::fixed(of.properties.cg_from_datum_m[2], 3)),
+        ("CG aft [m]", |of| station(of, 0)),
+        ("CG right [m]", |of| station(of, 1)),
+        ("CG up [m]", |of| station(of, 2)),
         ("CG [% MAC]", |of| of.mean_chord_fraction.map_or_else(String::new, |x| notation::fixed(100.0 * x, 1))),
         ("Ixx [kg m²]", |of| notation::fixed(of.properties.inertia.xx, 0)),
         ("Iyy [kg m²]", |of| notation::fixed(of.properties.inertia.yy, 0)),
@@ -355,7 +355,7 @@ fn numbers(ctx: &PanelContext<'_>, ui: &mut Ui, loaded: &LoadedState) {
         });
         ui.end_row();
         for (name, figure) in rows {
-            ui.weak(name);
+            column_title(ui, name);
             for (_, state) in &columns {
                 ui.label(RichText::new(figure(state)).font(theme::figures(ui)));
             }
@@ -369,6 +369,12 @@ fn numbers(ctx: &PanelContext<'_>, ui: &mut Ui, loaded: &LoadedState) {
     }
 }
 
+/// A coordinate of the centre of gravity; a dash where the aircraft states no station at all.
+fn station(of: &LoadedState, axis: usize) -> String {
+    let place = of.properties.cg_from_datum_m;
+    if place == [0.0; 3] { "–".to_owned() } else { notation::fixed(place[axis], 3) }
+}
+
 /// The envelope with the point of this loading and the middle of every window that is in use.
 fn envelope(ctx: &mut PanelContext<'_>, ui: &mut Ui, aircraft: &Aircraft, loaded: &LoadedState) {
     let palette = theme::palette(ui);
@@ -379,6 +385,9 @@ fn envelope(ctx: &mut PanelContext<'_>, ui: &mut Ui, aircraft: &Aircraft, loaded
         chart.curves.push(ChartCurve::new("", palette.accent, ChartStyle::Area, corners.collect()));
     } else {
         ui.weak("The file of this aircraft states no envelope.");
+        if loaded.properties.cg_from_datum_m == [0.0; 3] {
+            return;
+        }
     }
     for role in [WindowRole::Identification, WindowRole::Validation] {
         let windows = ctx.session.windows.iter().filter(|window| window.role == role);

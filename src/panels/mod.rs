@@ -511,6 +511,17 @@ fn empty(ui: &mut Ui, text: &str) {
     ui.centered_and_justified(|ui| ui.weak(text));
 }
 
+/// Says in the middle of an empty panel what will be here, with the button that brings it; whether that was pressed.
+fn offer(ui: &mut Ui, text: &str, button: &str) -> bool {
+    ui.vertical_centered(|ui| {
+        ui.add_space((0.5 * ui.available_height() - 30.0).max(0.0));
+        ui.weak(text);
+        ui.add_space(4.0);
+        ui.button(button).clicked()
+    })
+    .inner
+}
+
 /// Says above outdated contents why they are out of date.
 fn trouble(ui: &mut Ui, error: Option<&str>) {
     if let Some(error) = error {

@@ -28,14 +28,18 @@ const COMMON: [Variable; 10] = [
 ];
 
 /// A named structure.
-type Preset = (&'static str, fn() -> Structure);
+type Preset = (&'static str, fn() -> Structure, &'static str);
 
 /// Structures to start from.
 const PRESETS: [Preset; 4] = [
-    ("Thesis", Structure::thesis),
-    ("Alternative", Structure::alternative),
-    ("Quadratic", Structure::quadratic),
-    ("With power", Structure::with_power),
+    ("Thesis", Structure::thesis, "CX CZ Cm of 1, α, q, δe and CY Cl Cn of 1, β, p, r, δa, δr (thesis Eq. 3.21, 3.22)"),
+    ("Alternative", Structure::alternative, "The same with the rates of the flow angles (thesis Eq. B.1, B.2)"),
+    ("Quadratic", Structure::quadratic, "The first with α² in CX, CZ, Cm (thesis Eq. 3.20)"),
+    (
+        "With power",
+        Structure::with_power,
+        "The first with the power of the engines: it needs windows of different power",
+    ),
 ];
 
 /// The panel.
@@ -54,10 +58,10 @@ impl Panel for Model {
         ctx.wanted.terms = Some(self.terms(&ctx.session.structure));
         ui.horizontal_wrapped(|ui| {
             ui.weak("Structure");
-            for (name, structure) in PRESETS {
+            for (name, structure, about) in PRESETS {
                 let structure = structure();
                 let on = ctx.session.structure == structure;
-                if ui.selectable_label(on, name).clicked() && !on {
+                if ui.selectable_label(on, name).on_hover_text(about).clicked() && !on {
                     ctx.edit(Edit::Model(ModelEdit::Structure(structure)));
                 }
             }

@@ -88,7 +88,7 @@ fn observability(ctx: &PanelContext<'_>, ui: &mut Ui) {
         );
         if !observability.hidden.is_empty() {
             let names: Vec<_> = observability.hidden.iter().map(|state| notation::state(*state)).collect();
-            let label = ui.label(RichText::new(format!("not told: {}", names.join(" "))).color(palette.warning));
+            let label = ui.label(RichText::new(format!("not observable: {}", names.join(" "))).color(palette.warning));
             label.on_hover_text("No measurement of this window sees these states: they stay where they start");
         }
         for weak in &observability.weak {

@@ -1,11 +1,13 @@
 //! How much each derivative changes with what it was computed with (thesis 7.2): tornado chart and tables, on request.
 
 use doublet_core::sensitivity::TornadoBar;
+use doublet_engine::run::Slot;
 use doublet_engine::study::{STEP_FRACTION, SensitivityStudy, Study};
 use eframe::egui::{self, ComboBox, RichText, ScrollArea, Ui};
 use egui_extras::{Column, TableBuilder};
 
-use super::{Panel, PanelContext, choices, empty, study_button, trouble};
+use super::{Panel, PanelContext, choices, empty, offer, study_button, trouble};
+use crate::command::{RunCommand, UiCommand};
 use crate::notation;
 use crate::theme;
 use crate::widgets::chart::{Chart, ChartCurve, ChartStyle};
@@ -33,7 +35,11 @@ impl Panel for Sensitivity {
         });
         trouble(ui, slot.error());
         let Some(study) = slot.latest() else {
-            return empty(ui, "Sensitivity is computed when asked for.");
+            let text = "Here will be how much each derivative changes with what it was computed with.";
+            if !matches!(slot, Slot::Running { .. }) && offer(ui, text, "Compute it") {
+                ctx.commands.push(UiCommand::Run(RunCommand::Study(Study::Sensitivity)));
+            }
+            return;
         };
         if copied {
             ui.ctx().copy_text(csv(study));

@@ -6,7 +6,7 @@ use super::{Panel, PanelContext};
 use crate::command::Menu;
 
 /// What the pointer does in a time plot.
-const POINTER: [(&str, &str); 16] = [
+const POINTER: [(&str, &str); 17] = [
     ("Right click", "Menu: save or copy a plot, markers, zoom"),
     ("Wheel beside the plots", "Scroll a long stack"),
     ("Wheel", "Zoom time about the pointer"),
@@ -23,6 +23,7 @@ const POINTER: [(&str, &str); 16] = [
     ("← →, Shift+← →", "Step marker A, marker B by a sample"),
     ("Alt in a drag of a window", "Snap to samples alone, not to onsets, ends, markers, windows, gaps"),
     ("Escape in a drag", "Give the drag up"),
+    ("Ctrl++, Ctrl+-", "Larger and smaller text and controls, everywhere"),
 ];
 
 /// The panel.

@@ -6,11 +6,11 @@ use doublet::panels::Pane;
 use doublet::ui_state::Scope;
 use doublet_core::model::{Coefficient, Term};
 use doublet_engine::session::{self, Edit, ModelEdit, Surface};
-use egui::{Key, Modifiers, pos2, vec2};
+use egui::{Key, pos2, vec2};
 use egui_kittest::kittest::Queryable;
 
 use crate::workbench::Bench;
-use crate::{copied, picture, secondary_click};
+use crate::{picture, secondary_click};
 
 /// Part of its range that an input has moved by where it has begun.
 const MOVED: f64 = 0.2;
@@ -19,18 +19,16 @@ const RISE_S: f64 = 0.6;
 /// Rounding of a sum over some thousand samples.
 const ROUNDING: f64 = 1e-9;
 
-/// Numbers behind the plot under the pointer.
-fn copy_data(bench: &mut Bench<'_>, at: egui::Pos2) -> String {
-    bench.harness.hover_at(at);
-    bench.harness.run_steps(2);
-    bench.harness.event_modifiers(egui::Event::Copy, Modifiers::COMMAND | Modifiers::SHIFT);
-    for _ in 0..4 {
-        bench.harness.step();
-        if let Some(text) = copied(&bench.harness) {
-            return text;
-        }
-    }
-    panic!("nothing was copied");
+/// Numbers behind the plot at a place of the screen.
+fn save_data(bench: &mut Bench<'_>, at: egui::Pos2) -> String {
+    secondary_click(&mut bench.harness, at);
+    bench.harness.get_by_label_contains("This plot").click();
+    bench.harness.run_steps(4);
+    bench.harness.get_by_label("Save data as CSV…").click();
+    bench.harness.run_steps(3);
+    let file = bench.folder.path().join("plot.csv");
+    bench.enter_file(&file.display().to_string());
+    std::fs::read_to_string(file).expect("it is written")
 }
 
 #[test]
@@ -48,7 +46,7 @@ fn windows_over_each_other_have_their_inputs_begin_at_zero_and_their_model_besid
     bench.settle();
     picture(&mut bench.harness, "overlay");
     let top = bench.harness.get_by_label("Signals").rect().bottom();
-    let text = copy_data(&mut bench, pos2(500.0, top + 70.0));
+    let text = save_data(&mut bench, pos2(500.0, top + 70.0));
     let mut lines = text.lines();
     let head = lines.next().unwrap_or_default();
     for name in &names {
@@ -140,7 +138,7 @@ fn words_at_an_instant_are_drawn_saved_changed_and_undone() {
         bench.harness.get_all_by_label_contains("annotation gust").map(|node| node.rect().center()).collect();
     crate::drag(&mut bench.harness, all[0], all[0], 0);
     bench.harness.run_steps(3);
-    bench.harness.get_by_label("Remove").click();
+    bench.harness.get_by_label("Remove annotation").click();
     bench.settle();
     assert!(bench.session().annotations.is_empty());
     bench.request(UiCommand::Edit(EditCommand::Undo));

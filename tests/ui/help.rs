@@ -13,7 +13,7 @@ use crate::workbench::Bench;
 
 /// Titles of columns on screen, with whether a pause over them explains them.
 fn titles(bench: &Bench<'_>) -> Vec<(String, bool)> {
-    let nodes = bench.harness.get_all_by_role(Role::ColumnHeader).collect::<Vec<_>>();
+    let nodes = bench.harness.query_all_by_role(Role::ColumnHeader).collect::<Vec<_>>();
     let of = |node: &egui_kittest::Node<'_>| {
         let node = node.accesskit_node();
         let title = node.value().or_else(|| node.label()).unwrap_or_default();

@@ -7,6 +7,7 @@ mod allocations;
 mod app;
 mod begin;
 mod compare;
+mod details;
 mod figures;
 mod gestures;
 mod help;

@@ -53,7 +53,7 @@ fn of(text: &TextShape, clip: Rect) -> Option<Text> {
 }
 
 /// Texts that lose more than an edge at a side, and pairs that lie over each other.
-fn faults(bench: &Bench<'_>) -> Vec<String> {
+pub fn faults(bench: &Bench<'_>) -> Vec<String> {
     let texts = texts(&bench.harness.output().shapes);
     let mut faults = Vec::new();
     for text in &texts {

@@ -336,14 +336,16 @@ fn constraints_are_stated_saved_checked_and_go_with_their_term() {
         (bounds(-20.0, -4.0), "upper = -4.0"),
         (Constraint::Prior { mean: -12.0, deviation: 0.5 }, "deviation = 0.5"),
     ] {
-        let session = stated(known).apply(&example()).unwrap();
+        // A structure that is kept would keep what is known of its terms.
+        let plain = Session { kept_structures: Vec::new(), ..example() };
+        let session = stated(known).apply(&plain).unwrap();
         assert_eq!(session.estimation.constraints, [pitch(known)]);
         let saved = session::print(&session).unwrap();
         assert!(saved.contains("[[estimation.constraint]]\ncoefficient = \"Cm\"\nterm = \"qc/V\"\n"), "{saved}");
         assert!(saved.contains(text), "{saved}");
         assert_eq!(session::parse(&saved).unwrap(), session);
         assert_eq!(session::check(&session), session::check(&example()));
-        assert_eq!(stated(Constraint::Free).apply(&session).unwrap(), example());
+        assert_eq!(stated(Constraint::Free).apply(&session).unwrap(), plain);
         let term = Variable::PitchRate.into();
         let gone = Edit::Model(ModelEdit::SetTerm { coefficient: Coefficient::Cm, term, on: false });
         assert!(gone.apply(&session).unwrap().estimation.constraints.is_empty());
@@ -551,7 +553,7 @@ fn inertia_of_a_class_is_near_that_of_aircraft_of_the_class() {
 
 #[test]
 fn note_on_a_window_is_one_step_of_undo_and_left_out_of_the_file_where_there_is_none() {
-    let mut history = History::new(example());
+    let mut history = History::new(Session { report_notes: String::new(), ..example() });
     let before = session::print(history.present()).unwrap();
     assert!(!before.contains("note"), "a session without notes reads as it always did");
     let note = Edit::Window(WindowEdit::Note { name: "e2".to_owned(), note: "rough air".to_owned() });
@@ -587,4 +589,24 @@ fn lock_of_a_window_is_saved_only_where_there_is_one_and_does_not_refuse_a_typed
     history.apply(&lock(false)).unwrap();
     assert_eq!(history.undo_label(), Some("unlock window e1"));
     assert_eq!(session::print(history.present()).unwrap(), before);
+}
+
+#[test]
+fn annotations_are_one_line_on_a_flight_in_the_order_of_time_and_can_be_changed_and_removed() {
+    let session = example();
+    let one = |time_s: f64, text: &str| Annotation { flight: "one".to_owned(), time_s, text: text.to_owned() };
+    let edit = |session: &Session, edit: AnnotationEdit| Edit::Annotation(edit).apply(session);
+    let added = edit(&session, AnnotationEdit::Add(one(3.0, "early"))).unwrap();
+    let times: Vec<f64> = added.annotations.iter().map(|one| one.time_s).collect();
+    assert_eq!(times, [3.0, 12.5]);
+    let to = one(20.0, "late");
+    let moved = edit(&added, AnnotationEdit::Change { from: one(3.0, "early"), to: to.clone() }).unwrap();
+    assert_eq!(moved.annotations[1], to);
+    let removed = edit(&moved, AnnotationEdit::Remove(to)).unwrap();
+    assert_eq!(removed.annotations, session.annotations);
+    for refused in [one(f64::NAN, "when?"), one(1.0, "  "), one(1.0, "two\nlines")] {
+        assert!(edit(&session, AnnotationEdit::Add(refused)).is_err());
+    }
+    let elsewhere = Annotation { flight: "none".to_owned(), ..one(1.0, "where?") };
+    assert_eq!(edit(&session, AnnotationEdit::Add(elsewhere)).unwrap_err(), EditError::NoFlight("none".to_owned()));
 }

@@ -281,10 +281,7 @@ fn reason(choosing: &Choosing, (role, row): (Role, &ManualChannel), ui: &mut Ui)
         }
         _ => ("by hand", "Chosen by hand".to_owned()),
     };
-    let label = ui.label(RichText::new(text).small().weak());
-    let name = format!("reason of {}: {about}", role.name());
-    ui.ctx().accesskit_node_builder(label.id, |node| node.set_label(name));
-    label.on_hover_text(about);
+    ui.label(RichText::new(text).small().weak()).on_hover_text(about);
 }
 
 fn unit(row: &mut ManualChannel, role: Role, ui: &mut Ui) {

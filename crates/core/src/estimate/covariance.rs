@@ -438,7 +438,7 @@ pub(super) fn left_of_noise(taken: f64) -> Result<f64, EstimateError> {
     if left < LEAST_LEFT {
         return Err(EstimateError::Setting {
             setting: "part of the noise that the fit leaves in the residual".to_owned(),
-            value: left,
+            value: (1e3 * left).round() / 1e3,
             allowed: "above a thousandth: fewer parameters or longer windows are needed",
         });
     }

@@ -1,0 +1,102 @@
+//! Small things that a first look at the workbench stumbled over, each with what is to be seen now.
+
+use doublet::command::{FileCommand, UiCommand, ViewCommand};
+use doublet::panels::Pane;
+use doublet::ui_state::Scope;
+use doublet_engine::session::{Edit, WindowEdit};
+use egui::{Key, vec2};
+use egui_kittest::kittest::{NodeT, Queryable};
+
+use crate::painted::faults;
+use crate::workbench::Bench;
+use crate::{picture, secondary_click};
+
+/// Longest way of the shipped flight from its origin is some tens of kilometres.
+const MOST_KM: f64 = 200.0;
+
+#[test]
+fn long_track_is_in_kilometres() {
+    let mut bench = Bench::shipped();
+    bench.show(Pane::GroundTrack);
+    picture(&mut bench.harness, "ground_track");
+    secondary_click(&mut bench.harness, egui::pos2(430.0, 300.0));
+    bench.harness.get_by_label("Save data as CSV…").click();
+    bench.harness.run_steps(3);
+    let file = bench.folder.path().join("track.csv");
+    bench.enter_file(&file.display().to_string());
+    let text = std::fs::read_to_string(file).expect("it is written");
+    assert!(text.starts_with("east [km],"), "{text:.80}");
+    let farthest =
+        text.lines().skip(1).filter_map(|line| line.split(',').next()?.parse::<f64>().ok()).fold(0.0, f64::max);
+    assert!((10.0..MOST_KM).contains(&farthest), "{farthest} km");
+}
+
+#[test]
+fn derivative_with_something_against_it_is_marked_and_no_column_runs_into_the_next() {
+    let mut bench = Bench::shipped();
+    bench.show(Pane::Derivatives);
+    assert!(bench.harness.query_by_label("CX_alpha: caution").is_some(), "a borrowed derivative is marked");
+    assert!(bench.harness.query_by_label_contains("Cm_q: ").is_none(), "a good one is not");
+    for scope in [Scope::Over, Scope::Each, Scope::All] {
+        bench.harness.state_mut().state.selection.scope = scope;
+        bench.settle();
+        let found = faults(&bench);
+        let in_panel: Vec<_> =
+            found.iter().filter(|fault| fault.contains('±') || fault.contains("lies over")).collect();
+        assert!(in_panel.is_empty(), "{scope:?}: {in_panel:#?}");
+        picture(&mut bench.harness, &format!("derivatives_{scope:?}"));
+    }
+}
+
+#[test]
+fn menu_ticks_the_theme_and_enter_saves_where_changes_would_be_lost() {
+    let mut bench = Bench::open();
+    bench.harness.get_by_label("View").click();
+    bench.harness.run_steps(3);
+    let chosen = |bench: &Bench<'_>, name: &str| {
+        let node = bench.harness.get_by_label_contains(name);
+        let node = node.accesskit_node();
+        node.toggled() == Some(egui::accesskit::Toggled::True) || node.is_selected() == Some(true)
+    };
+    assert!(chosen(&bench, "Dark theme") && !chosen(&bench, "Light theme"));
+    picture(&mut bench.harness, "menu_view");
+    bench.harness.key_press(Key::Escape);
+    bench.harness.run_steps(3);
+    let note = WindowEdit::Note { name: "first".to_owned(), note: "kept".to_owned() };
+    bench.harness.state_mut().apply(&Edit::Window(note));
+    bench.settle();
+    bench.request(UiCommand::File(FileCommand::OpenShipped));
+    assert!(bench.harness.state().is_guarding());
+    bench.harness.key_press(Key::Enter);
+    bench.settle();
+    let text = std::fs::read_to_string(bench.folder.path().join("session.toml")).expect("it is there");
+    assert!(text.contains("note = \"kept\""), "Enter saved");
+}
+
+#[test]
+fn panel_without_a_study_offers_it_and_the_log_names_no_file_of_a_cache() {
+    let mut bench = Bench::open();
+    bench.show(Pane::Sensitivity);
+    bench.harness.get_by_label("Compute it").click();
+    bench.settle();
+    assert!(bench.snapshot().studies.sensitivity.ready().is_some(), "the button in the middle computes it");
+    let mut bench = Bench::shipped();
+    bench.show(Pane::Log);
+    picture(&mut bench.harness, "log");
+    for hidden in [".cache", "/tmp/", "doublet/demo"] {
+        assert!(bench.harness.query_by_label_contains(hidden).is_none(), "the log says {hidden}");
+    }
+}
+
+#[test]
+fn layout_kept_as_it_first_is_has_lanes_high_enough_at_the_size_of_a_laptop() {
+    let mut bench = Bench::shipped_in(1366.0, 768.0);
+    bench.request(UiCommand::View(ViewCommand::Step(doublet::layouts::Step::Manoeuvres)));
+    bench.harness.set_size(vec2(1366.0, 768.0));
+    bench.harness.run_steps(4);
+    let plots = bench.harness.get_all_by_label_contains("legend ").map(|node| node.rect()).collect::<Vec<_>>();
+    let mut tops: Vec<f32> = plots.iter().map(|rect| rect.top()).collect();
+    tops.sort_by(f32::total_cmp);
+    tops.dedup_by(|a, b| (*a - *b).abs() < 4.0);
+    assert!(tops.windows(2).all(|pair| pair[1] - pair[0] >= 80.0), "{tops:?}");
+}
