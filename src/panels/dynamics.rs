@@ -83,14 +83,14 @@ impl Dynamics {
                     self.request.fuel_kg = Some(fuel);
                 }
             }
-            for (name, chosen, all) in [
-                ("class", &mut self.request.class, &CLASSES[..]),
-                ("category", &mut self.request.category, &CATEGORIES[..]),
+            for (name, chosen, all, shown) in [
+                ("class", &mut self.request.class, &CLASSES[..], study.airplane.class),
+                ("category", &mut self.request.category, &CATEGORIES[..], study.airplane.category),
             ] {
-                let shown = format!("{name} {}", all.get(*chosen).copied().unwrap_or_default());
-                ComboBox::from_id_salt(name).selected_text(shown).width(90.0).show_ui(ui, |ui| {
+                ComboBox::from_id_salt(name).selected_text(format!("{name} {shown}")).width(90.0).show_ui(ui, |ui| {
+                    ui.selectable_value(chosen, None, "as usual");
                     for (place, text) in all.iter().enumerate() {
-                        ui.selectable_value(chosen, place, *text);
+                        ui.selectable_value(chosen, Some(place), *text);
                     }
                 });
             }

@@ -220,7 +220,7 @@ impl Pane {
             Self::Summary => "warnings",
             Self::Flight | Self::GroundTrack | Self::CrossPlot | Self::Shortcuts => "tutorial",
             Self::Channels | Self::Manoeuvres | Self::Gallery => "own_recording",
-            Self::Preprocess | Self::Reconstruction => "method_path",
+            Self::Preprocess | Self::Reconstruction | Self::Sensors | Self::Replay => "method_path",
             Self::Noise | Self::Innovations => "noise",
             Self::Model | Self::Fits | Self::Correlation => "structure",
             Self::Derivatives => "method_estimation",

@@ -32,7 +32,8 @@ fn aircraft_is_drawn_from_above_and_from_the_side_with_its_places() {
     }
     let aircraft = bench.snapshot().aircraft.ready().expect("it is read").clone();
     for seat in &aircraft.aircraft.seats {
-        let handle = bench.harness.query_by_label(&format!("seat {} from above", seat.name));
+        let label = format!("seat {} from above", seat.name);
+        let handle = bench.harness.query_by_label(&label);
         assert!(handle.is_some(), "{} has its handle", seat.name);
     }
     bench.click("Inertia");
