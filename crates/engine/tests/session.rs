@@ -1,5 +1,6 @@
 //! Sessions: saved form, edits, undo.
 
+use doublet_core::airframe::Loading;
 use doublet_core::estimate::{Constraint, SensorError};
 use doublet_core::load::{ChannelName, ManualChannel};
 use doublet_core::model::{Coefficient, Structure, Term, Variable};
@@ -82,6 +83,7 @@ fn example() -> Session {
                 rules: SignalPreset::Thesis.rules()[..2].to_vec(),
                 position_from_velocity: true,
             },
+            loading: Some(Loading { seats_kg: [("captain".to_owned(), 81.0)].into(), ..Loading::default() }),
             expressions: vec![
                 expression("ground speed", "m/s", "sqrt(v_north^2 + v_east^2)"),
                 ExpressionSetting {
