@@ -11,8 +11,8 @@ use crate::graph::{Cache, Context, Control};
 use crate::session::Session;
 use crate::study::Study;
 
-/// Memory the results of past generations may hold.
-const CACHE_BYTES: usize = 400 << 20;
+/// Memory the results of past generations may hold, bytes.
+pub const CACHE_BYTES: usize = 400 << 20;
 
 /// A wish for everything that follows from a session.
 #[derive(Clone, Debug)]

@@ -13,7 +13,7 @@ mod tuning;
 
 pub use crate::graph::{Cancelled, Control};
 pub use autosaver::Autosaver;
-pub use coordinator::{Engine, Request};
+pub use coordinator::{CACHE_BYTES, Engine, Request};
 pub use details::{DetailRequest, Details, WindowDetails};
 pub use job::Job;
 pub use live::{EstimateTrace, LiveOrder, LiveThread, LiveView};

@@ -4,6 +4,7 @@ use doublet_core::estimate::Fit;
 use doublet_core::model::{Term, Variable, regressors};
 use doublet_core::reconstruct::{Input, State};
 use doublet_core::series::TimeRange;
+use doublet_core::statistics;
 use nalgebra::DMatrix;
 
 use super::judge::{Evidence, place};
@@ -66,10 +67,11 @@ pub(super) fn findings(evidence: Evidence<'_>, window: Option<&str>, fit: &Coeff
         findings.push(finding.with_cure("use a manoeuvre that moves them").with_setting("Flight", "window"));
     }
     let formed: Vec<&WindowAero> = used.iter().map(|used| used.aero).collect();
+    let moved: Vec<(&Term, Motion)> = terms.iter().filter_map(|term| Some((term, Motion::of(term, &used)?))).collect();
     findings.extend(propulsion::unknown(&at, fit, &formed));
-    findings.extend(unmoved(evidence, &at, &terms, &used));
+    findings.extend(unmoved(evidence, &at, &moved, &used));
     findings.extend(condition(&at, name, estimate));
-    findings.extend(inflated(&at, fit, estimate, &terms, &used));
+    findings.extend(inflated(&at, fit, estimate, &moved));
     findings.extend(match window {
         None => prediction(evidence, &at, fit),
         Some(_) => None,
@@ -88,28 +90,40 @@ pub(super) fn findings(evidence: Evidence<'_>, window: Option<&str>, fit: &Coeff
     findings
 }
 
-/// Variation of a regressor about its mean in each window: root mean square over all samples; and the columns less these means.
-fn centred(term: &Term, used: &[Used<'_>]) -> Option<(f64, Vec<f64>)> {
-    let mut all = Vec::new();
-    for Used { aero, .. } in used {
-        let column: DMatrix<f64> = regressors(std::slice::from_ref(term), &aero.variables).ok()?;
-        let mean = column.mean();
-        all.extend(column.iter().map(|value| value - mean));
+/// Motion of a regressor about its mean in each window.
+struct Motion {
+    /// Sum of squares over all samples.
+    square: f64,
+    samples: usize,
+}
+
+impl Motion {
+    fn of(term: &Term, used: &[Used<'_>]) -> Option<Self> {
+        let (mut square, mut samples) = (0.0, 0);
+        for Used { aero, .. } in used {
+            let column: DMatrix<f64> = regressors(std::slice::from_ref(term), &aero.variables).ok()?;
+            let mean = column.mean();
+            column.iter().for_each(|value| square += (value - mean) * (value - mean));
+            samples += column.len();
+        }
+        Some(Self { square, samples })
     }
-    let square: f64 = all.iter().map(|value| value * value).sum();
-    Some(((square / all.len().max(1) as f64).sqrt(), all))
+
+    /// Root mean square over all samples.
+    fn variation(&self) -> f64 {
+        (self.square / self.samples.max(1) as f64).sqrt()
+    }
 }
 
 /// Regressors of a single variable that move no more than what is unknown of them.
-fn unmoved(evidence: Evidence<'_>, at: &str, terms: &[Term], used: &[Used<'_>]) -> Option<Finding> {
-    let told = |term: &Term| {
+fn unmoved(evidence: Evidence<'_>, at: &str, moved: &[(&Term, Motion)], used: &[Used<'_>]) -> Option<Finding> {
+    let told = |(term, motion): &(&Term, Motion)| {
         let [(variable, 1)] = *term.factors() else { return None };
-        let (variation, _) = centred(term, used)?;
         let noises: Vec<f64> = used.iter().filter_map(|window| noise(evidence, window, variable)).collect();
         let square = noises.iter().map(|noise| noise * noise).sum::<f64>() / noises.len() as f64;
-        (square > 0.0).then(|| (term.to_string(), variation / square.sqrt()))
+        (square > 0.0).then(|| (term.to_string(), motion.variation() / square.sqrt()))
     };
-    let weak: Vec<(String, f64)> = terms.iter().filter_map(told).filter(|(_, times)| *times < EXCITATION).collect();
+    let weak: Vec<(String, f64)> = moved.iter().filter_map(told).filter(|(_, times)| *times < EXCITATION).collect();
     let least = weak.iter().map(|(_, times)| *times).reduce(f64::min)?;
     let names: Vec<&str> = weak.iter().map(|(name, _)| name.as_str()).collect();
     let text = format!(
@@ -157,8 +171,7 @@ fn recorded_noise(series: &doublet_core::series::Series, window: TimeRange) -> O
     let values = &series.values[window.indices(&series.time_s)];
     let mut differences: Vec<f64> = values.windows(3).map(|v| (v[0] - 2.0 * v[1] + v[2]).abs()).collect();
     differences.retain(|difference| difference.is_finite());
-    differences.sort_by(f64::total_cmp);
-    let median = differences.get(differences.len() / 2)?;
+    let median = statistics::median(&mut differences)?;
     Some(median / MEDIAN_OF_NORMAL / 6.0_f64.sqrt())
 }
 
@@ -179,15 +192,13 @@ fn condition(at: &str, name: &str, estimate: &Fit) -> Option<Finding> {
 
 /// The derivative whose variance the other regressors inflate most: `(X'X)^-1_jj` times the sum of squares of its regressor about the
 /// constants of the fit.
-fn inflated(at: &str, fit: &CoefficientFit, estimate: &Fit, terms: &[Term], used: &[Used<'_>]) -> Option<Finding> {
-    let factor = |term: &Term| {
+fn inflated(at: &str, fit: &CoefficientFit, estimate: &Fit, moved: &[(&Term, Motion)]) -> Option<Finding> {
+    let factor = |(term, motion): &(&Term, Motion)| {
         let name = term.derivative_name(fit.coefficient);
         let index = estimate.names.iter().position(|other| *other == name)?;
-        let (_, column) = centred(term, used)?;
-        let square: f64 = column.iter().map(|value| value * value).sum();
-        Some((name, estimate.unit_covariance[(index, index)] * square))
+        Some((name, estimate.unit_covariance[(index, index)] * motion.square))
     };
-    let (name, factor) = terms.iter().filter_map(factor).max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let (name, factor) = moved.iter().filter_map(factor).max_by(|a, b| a.1.total_cmp(&b.1))?;
     if factor <= INFLATION {
         return None;
     }

@@ -133,7 +133,7 @@ pub fn judge(session: &Session, snapshot: &Snapshot) -> Verdicts {
     let windows: BTreeMap<String, WindowVerdict> =
         windows.into_par_iter().map(|window| (window.name.clone(), window_verdict(evidence, window, &study))).collect();
     let fits = snapshot.pooled.ready().map(|pooled| pooled.fits.as_slice()).unwrap_or_default();
-    let pooled: Vec<FitVerdict> = fits.iter().map(|fit| fit_verdict(evidence, None, fit, &study)).collect();
+    let pooled: Vec<FitVerdict> = fits.par_iter().map(|fit| fit_verdict(evidence, None, fit, &study)).collect();
     let single = windows.values().flat_map(|window| &window.fits);
     let used: Vec<&FitVerdict> = if pooled.is_empty() { single.collect() } else { pooled.iter().collect() };
     let of_fits: Vec<Finding> = used.iter().flat_map(|fit| fit.verdict.reasons.iter().cloned()).collect();
