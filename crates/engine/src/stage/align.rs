@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use doublet_core::align::{ClockEstimate, ClockFitSettings, ClockModel, ClockPair, ClockSearch, clock_fit_pairs};
 use doublet_core::series::{Channel, Recording};
+use rayon::prelude::*;
 
 use crate::graph::StageResult;
 use crate::session::ClockSetting;
@@ -27,13 +28,13 @@ pub struct UsedClock {
 /// # Errors
 /// One line: a channel that is not there, or channels that do not agree on a clock.
 pub fn align(recording: &Recording, settings: &[ClockSetting]) -> StageResult<(Recording, Vec<UsedClock>)> {
-    let mut clocks: Vec<UsedClock> = Vec::new();
-    for setting in settings {
-        let mut clock = clock(recording, setting).map_err(|error| format!("clock of {}: {error}", setting.source))?;
-        clock.model = clock.model.shifted(setting.shift_s);
-        clock.shift_s = setting.shift_s;
-        clocks.push(clock);
-    }
+    let one = |setting: &ClockSetting| -> StageResult<UsedClock> {
+        let clock = clock(recording, setting).map_err(|error| format!("clock of {}: {error}", setting.source))?;
+        Ok(UsedClock { model: clock.model.shifted(setting.shift_s), shift_s: setting.shift_s, ..clock })
+    };
+    // Each is fitted to the recording as read and knows nothing of the others; the first error is that of the session's order.
+    let clocks: Vec<StageResult<UsedClock>> = settings.par_iter().map(one).collect();
+    let clocks: Vec<UsedClock> = clocks.into_iter().collect::<StageResult<_>>()?;
     let mut aligned = recording.clone();
     let mut moved: HashMap<*const f64, Arc<[f64]>> = HashMap::new();
     for channel in &mut aligned.channels {
