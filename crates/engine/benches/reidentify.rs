@@ -92,7 +92,7 @@ fn stages(session: &Session, snapshot: &Snapshot, cache: &Cache) -> StageResult<
         let path = results.path.keyed().ok_or("a window has no path")?.clone();
         let aero = results.aero.keyed().ok_or("a window has no coefficients")?.clone();
         let fits = results.fits.keyed().ok_or("a window has no fits")?.clone();
-        windows.push((samples, StudyWindow { manoeuvre, flight, path, aero, fits }));
+        windows.push((samples, StudyWindow { manoeuvre, flight, aircraft: aircraft.clone(), path, aero, fits }));
     }
     let samples: Vec<&Samples> = windows.iter().map(|(samples, _)| &**samples).collect();
     let data: Vec<_> = samples.iter().map(|samples| &*samples.data).collect();
