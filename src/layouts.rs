@@ -127,12 +127,18 @@ impl Step {
                     Pane::Sensitivity,
                     Pane::Responses,
                     Pane::Dynamics,
+                    Pane::Prior,
                 ],
                 Beside::Half,
                 &[Pane::Fits, Pane::Match, Pane::Reconstruction, Pane::Innovations],
                 &[],
             ),
-            Self::Report => Arrangement::new(&[Pane::Report, Pane::Log], column, &[], &[]),
+            Self::Report => Arrangement::new(
+                &[Pane::Report, Pane::Qualification, Pane::Enough, Pane::Design, Pane::Log],
+                column,
+                &[],
+                &[],
+            ),
         }
     }
 

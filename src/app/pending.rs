@@ -250,7 +250,7 @@ impl Workbench {
         }
         let (session, snapshot) = (Arc::clone(self.document.history.present()), Arc::clone(&self.snapshot));
         let folder = folder.to_path_buf();
-        let work = move |control: &Control, progress: &dyn Fn(f32)| {
+        let work = move |control: &Control, progress: &(dyn Fn(f32) + Sync)| {
             report::write(&session, &snapshot, &folder, &Outputs::default(), control, progress)
                 .map_err(|error| error.to_string())
         };
@@ -270,7 +270,7 @@ impl Workbench {
             figures: choice.figures.clone(),
         };
         self.writing = Some(Arc::clone(&session));
-        let work = move |control: &Control, progress: &dyn Fn(f32)| {
+        let work = move |control: &Control, progress: &(dyn Fn(f32) + Sync)| {
             doublet_report::write(&session, &snapshot, &order, control, progress)
         };
         self.start("doublet-report", work, ctx);
@@ -280,7 +280,7 @@ impl Workbench {
     fn start(
         &mut self,
         name: &str,
-        work: impl FnOnce(&Control, &dyn Fn(f32)) -> Result<Put, String> + Send + 'static,
+        work: impl FnOnce(&Control, &(dyn Fn(f32) + Sync)) -> Result<Put, String> + Send + 'static,
         ctx: &egui::Context,
     ) {
         let ctx = ctx.clone();
@@ -294,7 +294,7 @@ impl Workbench {
     fn export_model(&mut self, folder: &Path, ctx: &egui::Context) {
         let (session, snapshot) = (Arc::clone(self.document.history.present()), Arc::clone(&self.snapshot));
         let folder = folder.to_path_buf();
-        let work = move |_: &Control, _: &dyn Fn(f32)| {
+        let work = move |_: &Control, _: &(dyn Fn(f32) + Sync)| {
             let model = IdentifiedModel::new(&session, &snapshot).map_err(|error| error.to_string())?;
             export::write(&model, &Format::ALL, &folder).map_err(|error| error.to_string())
         };

@@ -33,7 +33,7 @@ pub fn matching<'a>(table: &'a [CommandInfo], typed: &str) -> Vec<&'a CommandInf
 }
 
 /// Other words for what a command is about, by its name.
-const MEANINGS: [(&str, &str); 28] = [
+const MEANINGS: [(&str, &str); 32] = [
     ("Summary", "verdict believe trust good bad caution"),
     ("Channels", "sensors units signs roles physics check mapping"),
     ("Flight", "recording time history overview plot"),
@@ -61,6 +61,10 @@ const MEANINGS: [(&str, &str); 28] = [
         "Airframe",
         "edit aircraft editor inertia groups tanks seats sensors drag geometry weighing scales wheels cg stations side view top view",
     ),
+    ("Qualification", "qtg tests part 60 simulator guide tolerance"),
+    ("Prior", "datcom earlier estimate bayes posterior conflict"),
+    ("Enough", "goals information next manoeuvre standard errors"),
+    ("Design", "input multisine optimal 3211 next flight card excursions"),
     ("Loading", "fuel inertia mass cg centre gravity seats luggage envelope weight balance"),
     ("Report", "pdf html print sign document"),
     ("Save aircraft as…", "edited aircraft file"),

@@ -1,13 +1,15 @@
 //! Modes and levels: eigenvalues of the identified aircraft about a trim with their intervals, and the levels of its flying qualities,
 //! live while airspeed, altitude, fuel, class or category change.
 
+use std::ops::RangeInclusive;
+
 use doublet_engine::report::{ModeRow, mode_rows, qualities_row};
+use doublet_engine::run::Slot;
 use doublet_engine::study::dynamics::{CATEGORIES, CLASSES};
-use doublet_engine::study::{DynamicsRequest, DynamicsStudy, Study};
+use doublet_engine::study::{DynamicsRequest, DynamicsStudy};
 use eframe::egui::{ComboBox, Grid, ScrollArea, Slider, Ui};
 
-use super::{Panel, PanelContext, choices, empty, study_button, trouble};
-use crate::command::{RunCommand, UiCommand};
+use super::{Panel, PanelContext, awaiting, choices, trouble};
 use crate::notation;
 use crate::theme;
 use crate::widgets::chart::{Chart, ChartCurve, ChartStyle};
@@ -32,26 +34,26 @@ enum Aspect {
 pub struct Dynamics {
     aspect: Aspect,
     request: DynamicsRequest,
+    /// The request that is answered or under way.
+    asked: DynamicsRequest,
 }
 
 impl Panel for Dynamics {
     fn show(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
-        let slot = &ctx.snapshot.studies.dynamics;
-        ui.horizontal_wrapped(|ui| {
-            let hint =
-                "Trims and linearises the identified model at the median condition of the windows, or as set below";
-            study_button(ctx, ui, (Study::Dynamics(self.request), slot), "Compute modes and levels", hint);
-            let all = [(Aspect::Roots, "Roots"), (Aspect::Modes, "Modes"), (Aspect::Levels, "Levels")];
-            choices(ui, &mut self.aspect, &all);
-        });
+        let slot = &ctx.snapshot.inquiries.dynamics;
+        let all = [(Aspect::Roots, "Roots"), (Aspect::Modes, "Modes"), (Aspect::Levels, "Levels")];
+        ui.horizontal_wrapped(|ui| choices(ui, &mut self.aspect, &all));
+        let moved = slot.latest().is_some_and(|study| self.controls(ctx, ui, study));
+        self.ask(slot, moved);
+        ctx.wanted.inquiry.dynamics = Some(self.asked);
         trouble(ui, slot.error());
         let Some(study) = slot.latest() else {
-            return empty(ui, "Modes and levels are computed when asked for.");
+            if slot.error().is_none() {
+                awaiting(ctx, ui, "the identified model", "Modes and levels follow once something is identified.");
+            }
+            return;
         };
-        if self.controls(ctx, ui, study) {
-            ctx.commands.push(UiCommand::Run(RunCommand::Study(Study::Dynamics(self.request))));
-        }
-        if slot.is_stale() {
+        if matches!(slot, Slot::Cancelled { .. } | Slot::Failed { .. }) {
             ui.multiply_opacity(0.45);
         }
         match self.aspect {
@@ -63,29 +65,41 @@ impl Panel for Dynamics {
 }
 
 impl Dynamics {
-    /// The trim; whether it is another one.
+    /// Asks for the trim on the sliders. While one moves, each answer is awaited before the next is asked for, so that the roots move with
+    /// it, and no draws are made; they follow when it rests.
+    fn ask(&mut self, slot: &Slot<DynamicsStudy>, moved: bool) {
+        let wanted = DynamicsRequest { samples: if moved { 0 } else { self.request.samples }, ..self.request };
+        let is_answered = slot.ready().is_some_and(|study| study.request == self.asked) || slot.error().is_some();
+        if is_answered || !moved {
+            self.asked = wanted;
+        }
+    }
+
+    /// The trim; whether a slider is being moved.
     fn controls(&mut self, ctx: &PanelContext<'_>, ui: &mut Ui, study: &DynamicsStudy) -> bool {
-        let before = self.request;
         let condition = &study.condition;
+        let mut moved = false;
         ui.horizontal_wrapped(|ui| {
-            let mut speed = self.request.airspeed_m_s.unwrap_or(condition.airspeed_m_s);
+            let mut slide = |ui: &mut Ui, value: f64, ends: RangeInclusive<f64>, text: &str, decimals: usize| {
+                let mut chosen = value;
+                let slider = ui.add(Slider::new(&mut chosen, ends).text(text).fixed_decimals(decimals));
+                moved |= slider.dragged();
+                // A slider rounds what it is given: that is no choice.
+                (slider.changed() && (slider.dragged() || slider.has_focus())).then_some(chosen)
+            };
+            let request = &mut self.request;
+            let speed = request.airspeed_m_s.unwrap_or(condition.airspeed_m_s);
             let ends = 0.5 * condition.airspeed_m_s..=2.0 * condition.airspeed_m_s;
-            if ui.add(Slider::new(&mut speed, ends).text("airspeed [m/s]").fixed_decimals(1)).changed() {
-                self.request.airspeed_m_s = Some(speed);
-            }
-            let mut altitude = self.request.altitude_m.unwrap_or(condition.altitude_m);
-            if ui.add(Slider::new(&mut altitude, 0.0..=10_000.0).text("altitude [m]").fixed_decimals(0)).changed() {
-                self.request.altitude_m = Some(altitude);
-            }
+            request.airspeed_m_s = slide(ui, speed, ends, "airspeed [m/s]", 1).or(request.airspeed_m_s);
+            let altitude = request.altitude_m.unwrap_or(condition.altitude_m);
+            request.altitude_m = slide(ui, altitude, 0.0..=10_000.0, "altitude [m]", 0).or(request.altitude_m);
             if let Some((aboard, room)) = fuel(ctx) {
-                let mut fuel = self.request.fuel_kg.unwrap_or(aboard);
-                if ui.add(Slider::new(&mut fuel, 0.0..=room).text("fuel [kg]").fixed_decimals(1)).changed() {
-                    self.request.fuel_kg = Some(fuel);
-                }
+                let fuel = request.fuel_kg.unwrap_or(aboard);
+                request.fuel_kg = slide(ui, fuel, 0.0..=room, "fuel [kg]", 1).or(request.fuel_kg);
             }
             for (name, chosen, all, shown) in [
-                ("class", &mut self.request.class, &CLASSES[..], study.airplane.class),
-                ("category", &mut self.request.category, &CATEGORIES[..], study.airplane.category),
+                ("class", &mut request.class, &CLASSES[..], study.airplane.class),
+                ("category", &mut request.category, &CATEGORIES[..], study.airplane.category),
             ] {
                 ComboBox::from_id_salt(name).selected_text(format!("{name} {shown}")).width(90.0).show_ui(ui, |ui| {
                     ui.selectable_value(chosen, None, "as usual");
@@ -95,11 +109,11 @@ impl Dynamics {
                 });
             }
             if ui.button("As flown").on_hover_text("The median condition of the identification windows").clicked() {
-                let DynamicsRequest { class, category, .. } = self.request;
-                self.request = DynamicsRequest { class, category, ..DynamicsRequest::default() };
+                let DynamicsRequest { class, category, .. } = *request;
+                *request = DynamicsRequest { class, category, ..DynamicsRequest::default() };
             }
         });
-        self.request != before
+        moved
     }
 }
 
@@ -162,13 +176,7 @@ fn modes(ui: &mut Ui, study: &DynamicsStudy) {
 fn levels(ui: &mut Ui, study: &DynamicsStudy) {
     let found = qualities_row(study);
     ScrollArea::both().show(ui, |ui| {
-        ui.label(format!(
-            "{}, class {}, category {}: {}",
-            found.standard,
-            found.class,
-            found.category,
-            found.level.unwrap_or("not judged")
-        ));
+        ui.label(format!("{}, {}: {}", found.standard, found.airplane_from, found.level.unwrap_or("not judged")));
         Grid::new("levels").striped(true).show(ui, |ui| {
             for head in ["criterion", "level", "Level 1 with", "not Level 1 because"] {
                 column_title(ui, head);

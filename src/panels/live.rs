@@ -8,7 +8,7 @@ use doublet_engine::run::{LiveOrder, LiveThread, LiveView};
 use doublet_engine::verdict::Level;
 use eframe::egui::{self, ScrollArea, Ui};
 
-use super::{Panel, PanelContext, empty, trouble};
+use super::{Panel, PanelContext, empty, text_field, trouble};
 use crate::notation;
 use crate::theme;
 use crate::widgets::chart::{Chart, ChartCurve, ChartStyle};
@@ -40,6 +40,7 @@ pub struct Live {
     map: String,
     speed: f64,
     limits: String,
+    campaign: String,
     record: String,
     thread: Option<LiveThread>,
     trace: String,
@@ -55,6 +56,7 @@ impl Default for Live {
             map: String::new(),
             speed: 1.0,
             limits: String::new(),
+            campaign: String::new(),
             record: String::new(),
             thread: None,
             trace: "airspeed".to_owned(),
@@ -115,15 +117,16 @@ impl Live {
             }
             if self.from != From::Session {
                 let hint = if self.from == From::File { "file" } else { "address:port" };
-                field(ui, "Live source", &mut self.place, hint, 220.0);
-                field(ui, "Live channel map", &mut self.map, "channel map (best fitting)", 170.0);
+                text_field(ui, "Live source", &mut self.place, hint, 220.0);
+                text_field(ui, "Live channel map", &mut self.map, "channel map (best fitting)", 170.0);
             }
             if matches!(self.from, From::Session | From::File) {
                 ui.add(egui::DragValue::new(&mut self.speed).range(0.1..=1000.0).prefix("× ").speed(0.1))
                     .on_hover_text("Times real time");
             }
-            field(ui, "Live limits", &mut self.limits, "limits: alpha=:14deg n_z=0.2:3.5", 220.0);
-            field(ui, "Live record", &mut self.record, "new folder to record into", 170.0);
+            text_field(ui, "Live limits", &mut self.limits, "limits: alpha=:14deg n_z=0.2:3.5", 220.0);
+            text_field(ui, "Live campaign", &mut self.campaign, "campaign: its limits", 140.0);
+            text_field(ui, "Live record", &mut self.record, "new folder to record into", 170.0);
         });
     }
 
@@ -143,7 +146,8 @@ impl Live {
         let text = |text: &str| Some(text.trim().to_owned()).filter(|text| !text.is_empty());
         let wait = Some(std::time::Duration::from_secs(WAIT_S));
         let in_memory = Some((ctx.session.clone(), ctx.folder.to_owned()));
-        let opening = Opening { feed, in_memory, map: text(&self.map), wait, ..Opening::default() };
+        let (map, campaign) = (text(&self.map), text(&self.campaign));
+        let opening = Opening { feed, in_memory, map, campaign, wait, ..Opening::default() };
         let order = LiveOrder { opening, speed: Some(self.speed), limits, record: text(&self.record).map(Into::into) };
         let repaint = ui.ctx().clone();
         match LiveThread::start(order, move || repaint.request_repaint()) {
@@ -171,13 +175,14 @@ impl Live {
         let Some(trace) = view.estimates.get(&self.derivative) else { return };
         ui.horizontal(|ui| {
             choose(ui, "Live derivative", &mut self.derivative, &names, notation::derivative);
-            ui.weak("with twice its standard error");
+            ui.weak("with twice its standard error, since that is within eight times the latest");
         });
         let mut chart = Chart::new("live estimate", "time [s]", notation::derivative(&self.derivative));
         chart.legend = false;
-        let mut curve =
-            ChartCurve::new(self.derivative.clone(), palette.series[1], ChartStyle::Dots(2.0), trace.points.clone());
-        curve.spread.clone_from(&trace.spread);
+        let (points, spread) = trace.settled();
+        let (name, color) = (self.derivative.clone(), palette.series[1]);
+        let mut curve = ChartCurve::new(name, color, ChartStyle::Dots(2.0), points.to_vec());
+        curve.spread = spread.to_vec();
         chart.curves.push(curve);
         ctx.chart(ui, &chart, CHART_HEIGHT);
     }
@@ -244,13 +249,6 @@ fn lamps(ui: &mut Ui, latest: &LiveUpdate) {
     for finding in &latest.findings {
         ui.weak(finding);
     }
-}
-
-/// A field with a hint and a name for those who cannot see it.
-fn field(ui: &mut Ui, name: &str, text: &mut String, hint: &str, width: f32) {
-    let edit = egui::TextEdit::singleline(text).hint_text(hint).desired_width(width);
-    let response = ui.add(edit);
-    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::TextInput, true, name));
 }
 
 /// A list of names of which one is chosen.

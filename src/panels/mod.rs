@@ -13,7 +13,9 @@ mod constraints;
 mod correlation;
 mod cross_plot;
 mod derivatives;
+mod design;
 mod dynamics;
+mod enough;
 mod expressions;
 mod filter_settings;
 mod fits;
@@ -32,8 +34,10 @@ mod noise;
 mod over_windows;
 mod overlay;
 mod preprocess;
+mod prior;
 mod proposals;
 mod propulsion;
+mod qualification;
 mod reconstruction;
 mod replay;
 mod report;
@@ -48,17 +52,21 @@ mod summary;
 mod term_effects;
 mod weighing;
 mod window_filter;
+mod working;
 
 use std::path::Path;
+use std::sync::Arc;
 
 use doublet_core::quantity::Dimension;
 use doublet_core::reconstruct::consistency::ChannelConsistency;
+use doublet_engine::planning::SURFACE_NAMES;
 use doublet_engine::report::Reference;
+use doublet_engine::report::document::Block;
 use doublet_engine::run::{DetailRequest, Slot, Snapshot, WindowDetails, WindowResults};
 use doublet_engine::session::{Edit, Manoeuvre, Session, WindowRole};
 use doublet_engine::stage::LoadedFlight;
 use doublet_engine::study::Study;
-use eframe::egui::{self, Color32, Id, RichText, Ui};
+use eframe::egui::{self, Color32, Id, RichText, ScrollArea, Ui};
 use serde::{Deserialize, Serialize};
 
 use crate::command::{CommandInfo, RunCommand, UiCommand};
@@ -66,10 +74,12 @@ use crate::theme::{self, Palette};
 use crate::ui_state::{Selection, UiState};
 use crate::widgets::EditPhase;
 use crate::widgets::chart::Chart;
+use crate::widgets::document_view::document_view;
 use crate::widgets::figure::FigureRequest;
 use crate::widgets::quantity_edit::QuantityEdited;
 use crate::widgets::time_plot::{PlotCache, SpanMark, StackResponse, TimePlot, time_stack};
 use crate::widgets::time_view::{TimeRange, TimeView};
+use working::Working;
 
 /// The panels there are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -120,6 +130,14 @@ pub enum Pane {
     Responses,
     /// Modes of the identified aircraft and levels of its flying qualities.
     Dynamics,
+    /// Objective tests of simulators on the identified model.
+    Qualification,
+    /// An earlier estimate against the flight.
+    Prior,
+    /// Whether what was flown is enough.
+    Enough,
+    /// Inputs of the next flight.
+    Design,
     /// The aircraft to scale, and its weighing.
     Airframe,
     /// A flight while it is flown.
@@ -160,6 +178,10 @@ impl Pane {
         Self::Sensitivity,
         Self::Responses,
         Self::Dynamics,
+        Self::Qualification,
+        Self::Prior,
+        Self::Enough,
+        Self::Design,
         Self::Airframe,
         Self::Live,
         Self::Loading,
@@ -194,6 +216,10 @@ impl Pane {
             Self::Sensitivity => "Sensitivity",
             Self::Responses => "Frequency response",
             Self::Dynamics => "Modes and levels",
+            Self::Qualification => "Qualification",
+            Self::Prior => "Prior",
+            Self::Enough => "Enough",
+            Self::Design => "Design",
             Self::Airframe => "Airframe",
             Self::Live => "Live",
             Self::Loading => "Loading",
@@ -228,6 +254,9 @@ impl Pane {
             Self::Propulsion | Self::Airframe | Self::Loading => "method_coefficients",
             Self::Studies | Self::Sensitivity | Self::Responses => "checks",
             Self::Dynamics => "dynamics",
+            Self::Qualification => "qualification",
+            Self::Prior => "method_estimation",
+            Self::Enough | Self::Design => "planning",
             Self::Live => "live",
             Self::Report => "results",
             Self::Log => "reliability",
@@ -265,6 +294,10 @@ impl Pane {
             Self::Sensitivity => Box::new(sensitivity::Sensitivity::default()),
             Self::Responses => Box::new(responses::Responses::default()),
             Self::Dynamics => Box::new(dynamics::Dynamics::default()),
+            Self::Qualification => Box::new(qualification::Qualification::default()),
+            Self::Prior => Box::new(prior::Prior::default()),
+            Self::Enough => Box::new(enough::Enough::default()),
+            Self::Design => Box::new(design::Design::default()),
             Self::Airframe => Box::new(airframe::Airframe::default()),
             Self::Live => Box::new(live::Live::default()),
             Self::Loading => Box::new(loading::LoadingPanel::default()),
@@ -539,6 +572,52 @@ fn study_button<T>(ctx: &mut PanelContext<'_>, ui: &mut Ui, (study, slot): (Stud
     if let Slot::Running { progress, .. } = slot {
         ui.add(egui::ProgressBar::new(*progress).desired_width(140.0).desired_height(8.0));
     }
+}
+
+/// What was found of the identified model, laid out once and drawn as a document; the progress where it is still computed.
+fn answer<T>(ui: &mut Ui, slot: &Slot<T>, kept: &mut KeptBlocks<T>, what: &str, blocks: impl FnOnce(&T) -> Vec<Block>) {
+    trouble(ui, slot.error());
+    let Some(found) = slot.latest() else {
+        if slot.error().is_none() {
+            empty(ui, &format!("{what} follows once something is identified."));
+        }
+        return;
+    };
+    ui.horizontal(|ui| {
+        if matches!(slot, Slot::Running { .. }) {
+            ui.spinner();
+            ui.weak("computing");
+        }
+    });
+    if matches!(slot, Slot::Cancelled { .. } | Slot::Failed { .. }) {
+        ui.multiply_opacity(0.45);
+    }
+    if kept.as_ref().is_none_or(|(of, _)| !Arc::ptr_eq(of, found)) {
+        *kept = Some((Arc::clone(found), blocks(found)));
+    }
+    let Some((_, blocks)) = kept else { return };
+    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| document_view(ui, blocks));
+}
+
+/// Blocks of a document and what they were made from.
+type KeptBlocks<T> = Option<(Arc<T>, Vec<Block>)>;
+
+/// Surfaces of which each is moved or not.
+fn surfaces(ui: &mut Ui, chosen: &mut Vec<usize>) {
+    for (surface, name) in SURFACE_NAMES.into_iter().enumerate() {
+        let mut is_on = chosen.contains(&surface);
+        if ui.toggle_value(&mut is_on, name).changed() {
+            chosen.retain(|other| *other != surface);
+            chosen.extend(is_on.then_some(surface));
+            chosen.sort_unstable();
+        }
+    }
+}
+
+/// A field with a hint and a name for those who cannot see it.
+fn text_field(ui: &mut Ui, name: &str, text: &mut String, hint: &str, width: f32) {
+    let response = ui.add(egui::TextEdit::singleline(text).hint_text(hint).desired_width(width));
+    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::TextInput, true, name));
 }
 
 /// A line of small weak text above a block of rows.

@@ -1,22 +1,16 @@
 //! The report: which sections it has, what they hold, and the button that writes it.
 
-use doublet_engine::report::document::{Block, Document, SectionKind, build, chosen};
-use doublet_engine::report::{self, Table};
+use doublet_engine::report;
+use doublet_engine::report::document::{Document, SectionKind, build, chosen};
 use doublet_engine::session::Edit;
 use doublet_report::ReportFormat;
-use eframe::egui::{self, Grid, RichText, ScrollArea, TextEdit, Ui};
-use egui_extras::{Column, TableBuilder};
+use eframe::egui::{self, ScrollArea, TextEdit, Ui};
 
-use super::{Panel, PanelContext, caption};
+use super::{Panel, PanelContext};
 use crate::command::{FileCommand, UiCommand};
-use crate::theme;
 use crate::ui_state::ReportChoice;
-use crate::widgets::figure_view::figure_view;
+use crate::widgets::document_view::document_view;
 
-/// Rows of a table shown before one has to scroll in it.
-const ROWS: usize = 12;
-/// Height of a row.
-const ROW: f32 = 18.0;
 /// Width of the list of sections: that of its longest title.
 const SECTIONS_WIDTH: f32 = 308.0;
 
@@ -59,10 +53,7 @@ impl Panel for Report {
                 let chosen = chosen.filter(|_| shown.kind == SectionKind::Overview);
                 for section in chosen.iter().chain(&shown.document.sections) {
                     ui.heading(section.title.as_str());
-                    for (index, block) in section.blocks.iter().enumerate() {
-                        ui.push_id(index, |ui| draw(block, ui));
-                        ui.add_space(8.0);
-                    }
+                    ui.push_id(&section.name, |ui| document_view(ui, &section.blocks));
                 }
             });
         });
@@ -154,61 +145,4 @@ fn sections(choice: &mut ReportChoice, ui: &mut Ui) {
             ui.selectable_value(&mut choice.shown, kind, kind.title());
         });
     }
-}
-
-fn draw(block: &Block, ui: &mut Ui) {
-    match block {
-        Block::Heading(text) => caption(ui, text),
-        Block::Paragraph(text) => {
-            ui.add(egui::Label::new(text).wrap());
-        }
-        Block::Facts(facts) => {
-            Grid::new("facts").num_columns(2).spacing([12.0, 3.0]).show(ui, |ui| {
-                for (name, text) in facts {
-                    ui.weak(name);
-                    ui.add(egui::Label::new(text).wrap());
-                    ui.end_row();
-                }
-            });
-        }
-        Block::List(lines) => lines.iter().for_each(|line| {
-            ui.add(egui::Label::new(format!("• {line}")).wrap());
-        }),
-        Block::Outcome(level, text) => {
-            ui.label(RichText::new(text).strong().color(theme::palette(ui).of_level(*level)));
-        }
-        Block::Table(table) => draw_table(table, ui),
-        Block::Figure(figure) => figure_view(ui, figure),
-    }
-}
-
-fn draw_table(table: &Table, ui: &mut Ui) {
-    ui.label(RichText::new(&table.caption).size(11.5).weak());
-    let figures = theme::figures(ui);
-    #[expect(clippy::cast_precision_loss, reason = "a dozen rows")]
-    let height = (table.rows.len().min(ROWS) + 1) as f32 * (ROW + 4.0);
-    ScrollArea::horizontal().show(ui, |ui| {
-        TableBuilder::new(ui)
-            .striped(true)
-            .vscroll(table.rows.len() > ROWS)
-            .max_scroll_height(height)
-            .columns(Column::auto().at_least(44.0).clip(false), table.columns.len())
-            .header(ROW, |mut header| {
-                for column in &table.columns {
-                    header.col(|ui| {
-                        ui.weak(column.title());
-                    });
-                }
-            })
-            .body(|body| {
-                body.rows(ROW, table.rows.len(), |mut row| {
-                    let cells = &table.rows[row.index()];
-                    for (cell, column) in cells.iter().zip(&table.columns) {
-                        row.col(|ui| {
-                            ui.label(RichText::new(cell.readable(column.digits)).font(figures.clone()));
-                        });
-                    }
-                });
-            });
-    });
 }

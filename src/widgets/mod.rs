@@ -3,6 +3,7 @@
 pub mod attitude_view;
 pub mod chart;
 pub mod curves;
+pub mod document_view;
 pub mod figure;
 pub mod figure_view;
 pub mod heat_strip;

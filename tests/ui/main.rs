@@ -11,6 +11,7 @@ mod details;
 mod figures;
 mod gestures;
 mod help;
+mod identified;
 mod live;
 mod manoeuvres;
 mod painted;

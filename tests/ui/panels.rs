@@ -460,11 +460,9 @@ fn derivative_is_fixed_in_the_menu_of_its_tick_and_marked_in_the_table() {
 fn modes_say_in_one_line_what_the_model_lacks() {
     let mut bench = Bench::open();
     bench.show(Pane::Dynamics);
-    bench.harness.get_by_role_and_label(egui::accesskit::Role::Button, "Compute modes and levels").click();
-    bench.settle();
     picture(&mut bench.harness, "dynamics");
     // The flight's model is of the pitching moment alone: nothing carries the aircraft.
-    let error = bench.snapshot().studies.dynamics.error().map(str::to_owned).expect("it cannot be trimmed");
+    let error = bench.snapshot().inquiries.dynamics.error().map(str::to_owned).expect("it cannot be trimmed");
     assert!(error.contains("no derivatives of CX, CZ") && !error.contains('\n'), "{error}");
     assert!(bench.harness.query_all_by_label_contains("no derivatives of CX, CZ").next().is_some());
 }

@@ -4,11 +4,9 @@ use std::path::PathBuf;
 
 use clap::Args;
 use clap::builder::PossibleValuesParser;
-use doublet_dynamics::design::{
-    Basis, Criterion, DesignKind, Designed, Quantity, Request, SURFACE_NAMES, design as designed_input,
-};
+use doublet_dynamics::design::{Basis, Criterion, DesignKind, Designed, Quantity, Request, SURFACE_NAMES};
 use doublet_engine::planning::{
-    self, ComparedKind, DesignOptions, DesignRow, EnoughOptions, Goal, design_basis, design_document, design_row,
+    self, ComparedKind, DesignOptions, DesignRow, EnoughOptions, Goal, design_basis, design_document, designed_rows,
 };
 use doublet_engine::run::Control;
 use doublet_engine::session::Session;
@@ -218,23 +216,8 @@ pub fn design(arguments: &DesignArguments) -> Result<(), String> {
         with_flown: arguments.with_flown,
         ..arguments.basis.request(arguments.kind, arguments.time)
     };
-    let designed = designed_input(&basis, &request).map_err(|error| error.to_string())?;
-    let mut row = design_row(&basis, &request, &designed);
-    if arguments.compare {
-        row.comparison = compare(&basis, &request, &designed);
-    }
-    if row.failed_samples > 0 {
-        row.notes.push(format!("{} of {} draws have no trim or left the flight", row.failed_samples, row.samples));
-    }
-    for own in row.excursions.iter().filter(|own| own.margin.is_some_and(|margin| margin < 0.0)) {
-        let past = number(-own.margin.unwrap_or_default(), 2);
-        row.notes.push(format!(
-            "{} may pass its limit ({}) by {past} {}",
-            own.name,
-            own.limit_source.as_deref().unwrap_or_default(),
-            own.unit
-        ));
-    }
+    let found = designed_rows(&basis, &request, arguments.compare, &|| Ok(()));
+    let (row, designed) = found.map_err(|error| error.to_string())?;
     let written = arguments.out.as_ref().map(|_| write(arguments, &session, &row, &designed)).transpose()?;
     if arguments.basis.json {
         text::document(&serde_json::to_string(&row).map_err(|error| error.to_string())?);
@@ -245,18 +228,6 @@ pub fn design(arguments: &DesignArguments) -> Result<(), String> {
     Ok(())
 }
 
-/// The other kinds within the same limits and time.
-fn compare(basis: &Basis, request: &Request, designed: &Designed) -> Vec<ComparedKind> {
-    let row = |kind: DesignKind| {
-        if kind == request.kind {
-            return ComparedKind::of(kind.name(), Ok(designed));
-        }
-        let other = designed_input(basis, &Request { kind, samples: 0, ..request.clone() });
-        ComparedKind::of(kind.name(), other.as_ref().map_err(ToString::to_string))
-    };
-    DesignKind::ALL.into_iter().map(row).collect()
-}
-
 /// Writes the files of a design; a line that says where.
 fn write(
     arguments: &DesignArguments,
@@ -265,16 +236,7 @@ fn write(
     designed: &Designed,
 ) -> Result<String, String> {
     let folder = arguments.out.as_ref().ok_or("no folder is named")?;
-    let travel = [arguments.travel.to_radians(); 3];
-    let json = serde_json::to_string_pretty(row).map_err(|error| error.to_string())?;
-    let beside = [
-        ("design.json", json),
-        ("design.csv", planning::design_csv(row)),
-        ("design_scenario.toml", planning::design_scenario(row, designed, planning::aircraft_name(session))),
-        ("design_ardupilot.lua", planning::design_lua(designed, travel)),
-        ("design_px4.params", planning::design_px4(designed, row.band_hz)),
-    ];
-    let beside = beside.map(|(name, text)| (name.to_owned(), text.into_bytes()));
+    let beside = planning::design_files(session, row, designed, [arguments.travel.to_radians(); 3])?;
     let formats = named(&ReportFormat::ALL, &arguments.format, |format| format.name());
     let set = DocumentSet { folder, name: "design", formats: &formats, beside: &beside };
     let progress = Progress::new();
@@ -379,7 +341,7 @@ pub fn enough(arguments: &EnoughArguments) -> Result<(), String> {
         relative_percent: arguments.goal_percent,
         next: arguments.basis.request(DesignKind::Multisine, arguments.time),
     };
-    let found = planning::enough(&session, &basis, &options).map_err(|error| error.to_string())?;
+    let found = planning::enough(&session.windows, &basis, &options, &|| Ok(())).map_err(|error| error.to_string())?;
     if arguments.basis.json {
         text::document(&serde_json::to_string(&found).map_err(|error| error.to_string())?);
         return Ok(());

@@ -1,12 +1,16 @@
 //! `doublet live`: a flight watched while it is flown.
 
 use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use clap::Args;
 use doublet_engine::live::{Feed, Goal, Limit, LineFormat, LiveUpdate, LiveWatch, Opening, open};
 use doublet_engine::verdict::Level;
+use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::flag;
 
 use crate::text;
 
@@ -46,9 +50,14 @@ pub struct LiveArguments {
     /// Relative error asked for, per cent: of all derivatives, or NAME=PERCENT of one.
     #[arg(long, value_name = "PERCENT")]
     pub goal: Vec<String>,
-    /// What is not to be passed: QUANTITY=LOW:HIGH, such as airspeed=75kt:150kt, alpha=:14deg, n_z=0.2:3.5.
+    /// What is not to be passed: QUANTITY=LOW:HIGH, such as airspeed=75kt:150kt, alpha=:14deg, n_z=0.2:3.5; of the same quantity in the
+    /// place of the campaign's and the envelope's.
     #[arg(long, value_name = "LIMIT")]
     pub limit: Vec<Limit>,
+    /// Campaign whose limits are watched beside those of the aircraft's envelope: file, or one that comes with the program,
+    /// `builtin:c337f`.
+    #[arg(long, value_name = "CAMPAIGN")]
+    pub campaign: Option<String>,
     /// New folder that keeps everything that came, and a session of it at the end.
     #[arg(long, value_name = "FOLDER")]
     pub record: Option<PathBuf>,
@@ -95,6 +104,7 @@ pub fn live(arguments: &LiveArguments) -> Result<(), String> {
         session: arguments.session.clone(),
         map: arguments.map.clone(),
         aircraft: arguments.aircraft.clone(),
+        campaign: arguments.campaign.clone(),
         wait,
         in_memory: None,
     };
@@ -104,7 +114,7 @@ pub fn live(arguments: &LiveArguments) -> Result<(), String> {
     settings.latency_s = arguments.latency;
     settings.forgetting_s = Some(arguments.forget).filter(|forget| *forget > 0.0);
     settings.goal = goal(&arguments.goal)?;
-    settings.limits.clone_from(&arguments.limit);
+    settings.limit(&arguments.limit);
     let speed = match arguments.speed {
         Some(Speed::Times(times)) if watched.is_recorded => Some(times),
         _ => None,
@@ -117,20 +127,35 @@ pub fn live(arguments: &LiveArguments) -> Result<(), String> {
     if let Some(address) = watch.address() {
         text::error_line(&format!("listening at {address}"));
     }
-    follow(&mut watch, arguments)?;
+    let interrupted = interrupted()?;
+    follow(&mut watch, arguments, &interrupted)?;
     if let Some(session) = watch.finish(watched.session.as_ref(), watched.aircraft.as_deref())? {
         text::error_line(&format!("session: {}", session.display()));
     }
     Ok(())
 }
 
-/// Steps until nothing comes any more, or the time is over.
-fn follow(watch: &mut LiveWatch, arguments: &LiveArguments) -> Result<(), String> {
+/// What becomes true at the first Ctrl-C, or when the system asks the program to end; the second ends it at once.
+fn interrupted() -> Result<Arc<AtomicBool>, String> {
+    /// Exit code of a program that was interrupted twice.
+    const INTERRUPTED: i32 = 130;
+    let interrupted = Arc::new(AtomicBool::new(false));
+    for signal in [SIGINT, SIGTERM] {
+        flag::register_conditional_shutdown(signal, INTERRUPTED, Arc::clone(&interrupted))
+            .and_then(|_| flag::register(signal, Arc::clone(&interrupted)))
+            .map_err(|error| format!("Ctrl-C cannot be waited for: {error}"))?;
+    }
+    Ok(interrupted)
+}
+
+/// Steps until nothing comes any more, the time is over or it is interrupted; what was recorded is then ended as usual.
+fn follow(watch: &mut LiveWatch, arguments: &LiveArguments, interrupted: &AtomicBool) -> Result<(), String> {
     let start = Instant::now();
     let until = arguments.duration.map(|duration| seconds("for", duration)).transpose()?.flatten();
     loop {
         let now = Instant::now();
-        if until.is_some_and(|until| now.saturating_duration_since(start) > until) {
+        let is_over = until.is_some_and(|until| now.saturating_duration_since(start) > until);
+        if is_over || interrupted.load(Ordering::Relaxed) {
             watch.stop();
         }
         let step = watch.step(now)?;

@@ -3,15 +3,14 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use doublet_engine::qtg::{Qualification, TestFile, document, evaluate, prepare};
+use doublet_engine::qtg::{NAME, Qualification, TestFile, judge};
 use doublet_engine::run::Control;
-use doublet_engine::session;
 use doublet_report::{DocumentSet, ReportFormat};
 
 use crate::arguments::report_format;
 use crate::outcome::Outcome;
 use crate::progress::Progress;
-use crate::run::{compute_session, named, open_to_run};
+use crate::run::{named, open_to_run};
 use crate::text;
 
 /// Arguments of `qtg`.
@@ -33,8 +32,6 @@ pub struct QtgArguments {
     pub json: bool,
 }
 
-/// Name of the guide and its results, without ending.
-const NAME: &str = "qtg";
 /// Part of the bar that computing takes; writing takes the rest.
 const COMPUTING: f32 = 0.4;
 
@@ -45,36 +42,22 @@ const COMPUTING: f32 = 0.4;
 pub fn qtg(arguments: &QtgArguments) -> Result<Outcome, String> {
     let file = TestFile::open(&arguments.tests)?;
     let opened = open_to_run(&arguments.session)?;
-    let prepared = prepare(&opened.session, &file);
-    let stopped: Vec<_> = session::check(&prepared).into_iter().filter(session::stops_run).collect();
-    if let Some(finding) = stopped.first() {
-        return Err(format!(
-            "{}: with the windows of {}: {finding}",
-            arguments.session.display(),
-            arguments.tests.display()
-        ));
-    }
     let progress = Progress::new();
-    let snapshot = compute_session(&prepared, &opened.folder, &[], &progress, COMPUTING);
-    let snapshot = snapshot.inspect_err(|_| progress.finish())?;
-    let at = |error: &dyn std::fmt::Display| format!("{}: {error}", arguments.tests.display());
-    let found = evaluate(&opened.session, &snapshot, &file).map_err(|error| at(&error));
-    let found = found.inspect_err(|_| progress.finish())?;
-    let guide = document(&opened.session, &snapshot, &file, &found);
-    let json = serde_json::to_string_pretty(&found).map_err(|error| error.to_string())?;
-    let mut beside = vec![(format!("{NAME}.json"), json.clone().into_bytes())];
-    let copies = found.tests.iter().filter_map(|test| test.data.as_ref());
-    beside.extend(copies.map(|copy| (copy.name.clone(), copy.text.clone().into_bytes())));
+    let show = |part: f32| progress.show(COMPUTING * part, "computing");
+    let judged = judge(&opened.session, &opened.folder, &file, &Control::default(), &show);
+    let judged = judged.map_err(|error| format!("{}: {error}", arguments.tests.display()));
+    let judged = judged.inspect_err(|_| progress.finish())?;
+    let (found, beside) = (&judged.found, judged.beside()?);
     let formats = named(&ReportFormat::ALL, &arguments.format, |format| format.name());
     let set = DocumentSet { folder: &arguments.out, name: NAME, formats: &formats, beside: &beside };
     let show = |part| progress.show(COMPUTING + (1.0 - COMPUTING) * part, "writing the guide");
-    let written = set.write(&guide, "qualification test guide", &Control::default(), &show);
+    let written = set.write(&judged.guide, "qualification test guide", &Control::default(), &show);
     progress.finish();
     let put = written?;
     if arguments.json {
-        text::document(&json);
+        text::document(&serde_json::to_string_pretty(found).map_err(|error| error.to_string())?);
     } else {
-        print(&found);
+        print(found);
         put.notes().for_each(|note| text::line(&note));
         text::line(&format!("guide in {}", put.folder.display()));
     }

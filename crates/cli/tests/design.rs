@@ -2,25 +2,12 @@
 
 #![expect(clippy::unwrap_used, clippy::panic, reason = "helpers of tests fail the test that calls them")]
 
-use std::path::Path;
-use std::process::{Command, Output};
+#[allow(dead_code, reason = "not every test needs all of it")]
+#[path = "common/at_root.rs"]
+mod at_root;
 
+use at_root::{document, doublet, text};
 use serde_json::Value;
-
-fn doublet(arguments: &[&str]) -> Output {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    Command::new(env!("CARGO_BIN_EXE_doublet-cli")).args(arguments).current_dir(root).output().unwrap()
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
-
-fn json(arguments: &[&str]) -> Value {
-    let run = doublet(arguments);
-    assert!(run.status.success(), "{}", text(&run.stderr));
-    serde_json::from_slice(&run.stdout).unwrap()
-}
 
 fn row<'a>(rows: &'a Value, name: &str) -> &'a Value {
     rows.as_array().unwrap().iter().find(|row| row["name"] == name).unwrap_or_else(|| panic!("no {name}"))
@@ -31,7 +18,7 @@ fn design_promises_errors_and_excursions_within_peak_and_limits() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("design");
     let peak_deg = 1.2f64;
-    let found = json(&[
+    let found = document(&[
         "design",
         "sessions/demo.toml",
         "--surfaces",
@@ -87,7 +74,7 @@ fn design_promises_errors_and_excursions_within_peak_and_limits() {
 
 #[test]
 fn enough_ends_with_the_corrected_errors_of_the_run() {
-    let found = json(&["enough", "sessions/demo.toml", "--json", "--goal", "Cm_q=0.08"]);
+    let found = document(&["enough", "sessions/demo.toml", "--json", "--goal", "Cm_q=0.08"]);
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("run");
     let run = doublet(&["run", "sessions/demo.toml", "--out", out.to_str().unwrap()]);

@@ -2,26 +2,12 @@
 
 #![expect(clippy::unwrap_used, clippy::panic, reason = "helpers of tests fail the test that calls them")]
 
-use std::path::Path;
-use std::process::{Command, Output};
+#[allow(dead_code, reason = "not every test needs all of it")]
+#[path = "common/at_root.rs"]
+mod at_root;
 
+use at_root::{document, doublet, text};
 use serde_json::Value;
-
-fn doublet(arguments: &[&str]) -> Output {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    Command::new(env!("CARGO_BIN_EXE_doublet-cli")).args(arguments).current_dir(root).output().unwrap()
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
-
-/// What a command prints as JSON.
-fn json(arguments: &[&str]) -> Value {
-    let run = doublet(arguments);
-    assert!(run.status.success(), "{}", text(&run.stderr));
-    serde_json::from_slice(&run.stdout).unwrap()
-}
 
 fn number(value: &Value, path: &str) -> f64 {
     value.pointer(path).and_then(Value::as_f64).unwrap_or_else(|| panic!("{path}"))
@@ -36,7 +22,7 @@ const TRUTH: [(&str, f64, f64); 2] = [("short period", 2.555_016, 0.418_169), ("
 
 #[test]
 fn modes_of_the_shipped_flight_are_the_truths_within_their_intervals() {
-    let found = json(&["modes", "sessions/demo.toml", "--airspeed", "46.3", "--altitude", "1219.2", "--json"]);
+    let found = document(&["modes", "sessions/demo.toml", "--airspeed", "46.3", "--altitude", "1219.2", "--json"]);
     assert!((number(&found, "/trim/airspeed_m_s") - 46.3).abs() < 1e-12);
     for (name, frequency, damping) in TRUTH {
         let mode = mode(&found, name);
@@ -56,7 +42,8 @@ fn modes_of_the_shipped_flight_are_the_truths_within_their_intervals() {
     assert!(spiral["period_s"].is_null() && spiral["time_to_half_s"].is_null() != spiral["time_to_double_s"].is_null());
     let sum: f64 = spiral["participation"].as_object().unwrap().values().filter_map(Value::as_f64).sum();
     assert!((sum - 1.0).abs() < 1e-9);
-    let locus = json(&["modes", "sessions/demo.toml", "--samples", "2", "--locus", "Cm_alpha=-1.2:-0.6:3", "--json"]);
+    let locus =
+        document(&["modes", "sessions/demo.toml", "--samples", "2", "--locus", "Cm_alpha=-1.2:-0.6:3", "--json"]);
     let points = locus["points"].as_array().unwrap();
     let frequency = |point: &Value| mode(point, "short period")["frequency_rad_s"].as_f64().unwrap();
     assert!(
@@ -119,7 +106,7 @@ fn linear_models_are_the_same_in_every_form() {
 fn trim_follows_what_is_asked_for() {
     let of = |arguments: &[&str]| {
         let all = [&["linear", "sessions/demo.toml", "--samples", "2", "--json"], arguments].concat();
-        json(&all)
+        document(&all)
     };
     let level = of(&[]);
     let turn = of(&["--load-factor", "1.4"]);
@@ -147,7 +134,7 @@ fn trim_follows_what_is_asked_for() {
 #[test]
 fn levels_have_reasons_and_probabilities() {
     let arguments = ["qualities", "sessions/demo.toml", "--class", "I", "--category", "B", "--json"];
-    let found = json(&arguments);
+    let found = document(&arguments);
     let criteria = found.pointer("/qualities/criteria").and_then(Value::as_array).unwrap();
     let of = |name: &str| criteria.iter().find(|row| row["criterion"] == name).unwrap();
     // Short period 2.56 rad/s with damping 0.42: Level 1 of 0.30 in category B.
@@ -162,17 +149,25 @@ fn levels_have_reasons_and_probabilities() {
 
 #[test]
 fn functions_of_derivatives_have_intervals() {
-    let found = json(&["propagate", "sessions/demo.toml", "-Cm_alpha/CZ_alpha", "--json"]);
+    let found = document(&["propagate", "sessions/demo.toml", "-Cm_alpha/CZ_alpha", "--json"]);
     let (value, delta) = (number(&found, "/value"), number(&found, "/delta/standard_error"));
     let sampled = number(&found, "/sampled/standard_error");
     assert!(value < 0.0 && delta > 0.0 && (sampled / delta - 1.0).abs() < 0.1, "{found}");
     // The estimates of different coefficients share the errors of the path: the ratio's error is neither that of independent ones nor
     // beyond what any correlation allows.
-    let one = json(&["propagate", "sessions/demo.toml", "Cm_alpha", "--json"]);
-    let other = json(&["propagate", "sessions/demo.toml", "CZ_alpha", "--json"]);
+    let one = document(&["propagate", "sessions/demo.toml", "Cm_alpha", "--json"]);
+    let other = document(&["propagate", "sessions/demo.toml", "CZ_alpha", "--json"]);
     let relative = |row: &Value| (number(row, "/delta/standard_error") / number(row, "/value")).abs();
     let (first, second, ratio) = (relative(&one), relative(&other), delta / value.abs());
     assert!(ratio < 0.9 * first.hypot(second) && ratio > (first - second).abs(), "{ratio} {first} {second}");
+    // Airspeed at which 20 deg of rudder, aileron against its roll, just hold 1800 N of one engine 2 m off the plane of symmetry.
+    let control = "sqrt(2*1800*2/(-rho*S*b*0.35*(Cn_delta_r-Cn_delta_a*Cl_delta_r/Cl_delta_a)))";
+    let found = document(&["propagate", "sessions/demo.toml", control, "--json"]);
+    let (speed, delta) = (number(&found, "/value"), number(&found, "/delta/standard_error"));
+    let truth_effect = 0.078 - 0.010 * 0.003 / 0.172;
+    let truth = (2.0 * 1800.0 * 2.0 / (number(&found, "/condition/rho") * 18.7 * 11.68 * 0.35 * truth_effect)).sqrt();
+    assert!((speed - truth).abs() < 4.0 * delta && delta < 0.01 * speed, "{truth}: {found}");
+    assert!((number(&found, "/sampled/standard_error") / delta - 1.0).abs() < 0.1, "{found}");
     let unknown = doublet(&["propagate", "sessions/demo.toml", "2*Cm_alfa"]);
     let error = text(&unknown.stderr);
     assert!(

@@ -57,3 +57,35 @@ fn speed_paces_a_recording_by_its_own_time() {
     // Ten seconds at ten times real time.
     assert!(start.elapsed().as_secs_f64() > 0.95, "{:?}", start.elapsed());
 }
+
+/// Two seconds of a flight flown again at its own speed, then Ctrl-C.
+#[cfg(unix)]
+#[test]
+fn interrupted_recording_ends_as_a_session() {
+    use std::io::{BufRead, BufReader};
+    use std::process::{Command, Stdio};
+    let folder = tempfile::tempdir().unwrap();
+    flight::write(folder.path(), 3000, |_, _| {});
+    let arguments = ["live", "--session", "session.toml", "--speed", "1", "--json", "--record", "kept"];
+    let mut running = Command::new(env!("CARGO_BIN_EXE_doublet-cli"))
+        .args(arguments)
+        .current_dir(folder.path())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut lines = BufReader::new(running.stdout.take().unwrap()).lines();
+    let first: Value = serde_json::from_str(&lines.next().unwrap().unwrap()).unwrap();
+    let killed = Command::new("kill").args(["-INT", &running.id().to_string()]).status().unwrap();
+    assert!(killed.success());
+    let last = lines.map_while(Result::ok).last();
+    let output = running.wait_with_output().unwrap();
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success() && said.contains("session: "), "{said}");
+    // It ended long before the thirty seconds of the flight, and what came opens.
+    let last = last.map_or(first, |line| serde_json::from_str(&line).unwrap());
+    assert!(last["time_s"].as_f64().unwrap() < 25.0, "{last}");
+    let checked = doublet(folder.path(), &["check", "kept/session.toml", "--json"]);
+    let document: Value = serde_json::from_slice(&checked.stdout).unwrap();
+    assert!(document["findings"].is_array(), "{document}");
+}

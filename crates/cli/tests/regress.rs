@@ -10,26 +10,14 @@
 #[path = "../../core/tests/common/shared.rs"]
 mod shared;
 
-mod common;
+#[allow(dead_code, reason = "not every test needs all of it")]
+#[path = "common/at_root.rs"]
+mod at_root;
 
 use std::path::Path;
 
-use common::{doublet, root};
+use at_root::{document, error_line};
 use serde_json::Value;
-
-fn document(arguments: &[&str]) -> Value {
-    let output = doublet(&root(), arguments);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    serde_json::from_slice(&output.stdout).unwrap()
-}
-
-fn error_line(arguments: &[&str]) -> String {
-    let output = doublet(&root(), arguments);
-    assert_eq!(output.status.code(), Some(1));
-    let text = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(text.lines().count(), 1, "{text}");
-    text
-}
 
 /// A table of `y = 3 + 2 a - 0.5 a b` with residuals 1 -1 -1 1, as their textbook has them, in every four rows, and an empty row.
 fn table(folder: &Path) -> String {

@@ -2,27 +2,15 @@
 
 #![allow(clippy::expect_used, clippy::unwrap_used, reason = "a test helper that fails is a failed test")]
 
-mod common;
+#[allow(dead_code, reason = "not every test needs all of it")]
+#[path = "common/at_root.rs"]
+mod at_root;
 
 use std::f64::consts::TAU;
 use std::path::Path;
 
-use common::{doublet, root};
+use at_root::{document, doublet, error_line};
 use serde_json::Value;
-
-fn document(arguments: &[&str]) -> Value {
-    let output = doublet(&root(), arguments);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    serde_json::from_slice(&output.stdout).unwrap()
-}
-
-fn error_line(arguments: &[&str]) -> String {
-    let output = doublet(&root(), arguments);
-    assert_eq!(output.status.code(), Some(1));
-    let text = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(text.lines().count(), 1, "{text}");
-    text
-}
 
 /// K, 1/T_theta2, zeta, omega, tau.
 const TRUTH: [f64; 5] = [1.972, 2.048, 0.607, 2.922, 0.125];
@@ -145,7 +133,7 @@ fn equivalent_system_of_a_table_holds_the_truth_and_what_judges_it() {
 fn study_of_a_session_says_what_its_command_says() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("results");
-    let done = doublet(&root(), &["run", "sessions/demo.toml", "--with", "responses", "--out", out.to_str().unwrap()]);
+    let done = doublet(&["run", "sessions/demo.toml", "--with", "responses", "--out", out.to_str().unwrap()]);
     assert!(done.status.success() || done.status.code() == Some(3), "{}", String::from_utf8_lossy(&done.stderr));
     let results: Value = serde_json::from_slice(&std::fs::read(out.join("results.json")).unwrap()).unwrap();
     let studies = &results["studies"];
@@ -160,7 +148,9 @@ fn study_of_a_session_says_what_its_command_says() {
         assert_eq!((&same["value"], &same["standard_error"]), (&row["value"], &row["standard_error"]));
     }
     // The truth's short period where most of the windows lie, of its own file: 2.555 rad/s, damping 0.418.
-    let truth = std::fs::read_to_string(root().join("assets/flights/demo/truth.toml")).unwrap();
+    let truth =
+        std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/flights/demo/truth.toml"))
+            .unwrap();
     let truth: toml::Table = truth.parse().unwrap();
     let modes = truth["mode"].as_array().unwrap();
     let short_period = modes.iter().find(|mode| mode["name"].as_str() == Some("short period")).unwrap();

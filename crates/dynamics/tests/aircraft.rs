@@ -77,6 +77,44 @@ fn system_matrix_is_that_of_the_simulator() {
     }
 }
 
+#[test]
+fn one_engine_out_is_held_by_the_deflections_the_derivatives_say_down_to_the_minimum_control_speed() {
+    /// Engines to either side of the plane of symmetry, m.
+    const ARM_M: f64 = 2.0;
+    let (model, condition, ..) = own_aircraft(762.0, 52.0);
+    let cg = condition.mass.cg_from_datum_m;
+    let engine = |side: f64, share: f64| ThrustLine {
+        position: Position::Datum([cg[0], cg[1] + side * ARM_M, cg[2]]),
+        direction_body: [1.0, 0.0, 0.0],
+        share,
+    };
+    let twin =
+        |left: f64, right: f64| FlightModel { engines: vec![engine(-1.0, left), engine(1.0, right)], ..model.clone() };
+    let vehicle = c337f().unwrap().0;
+    let value = |name: &str| vehicle.aero.value(name).unwrap();
+    let [cl_a, cl_r, cn_a, cn_r] = ["Cl_delta_a", "Cl_delta_r", "Cn_delta_a", "Cn_delta_r"].map(value);
+    let both = linearise(&twin(0.5, 0.5), &condition, Method::Analytic).unwrap().trim;
+    for airspeed_m_s in [40.0, 52.0, 60.0] {
+        let condition = Condition { airspeed_m_s, ..condition };
+        let trim = linearise(&twin(0.0, 1.0), &condition, Method::Analytic).unwrap().trim;
+        // The right engine alone yaws to the left; what is out of the symmetry of the aircraft itself is that of both engines.
+        let (reference, dynamic_pa) = (twin(0.0, 1.0).reference, 0.5 * condition.density_kg_m3 * airspeed_m_s.powi(2));
+        let asked = trim.thrust_n * ARM_M / (dynamic_pa * reference.area_m2 * reference.lateral_moment_length_m);
+        let rudder = asked / (cn_r - cn_a * cl_r / cl_a);
+        let aileron = -cl_r * rudder / cl_a;
+        let found = [trim.controls_rad[0] - both.controls_rad[0], trim.controls_rad[2] - both.controls_rad[2]];
+        println!("{airspeed_m_s} m/s: {:.1} N, aileron and rudder {found:?} rad", trim.thrust_n);
+        assert!((found[0] - aileron).abs() < 1e-8 && (found[1] - rudder).abs() < 1e-8, "{found:?} {aileron} {rudder}");
+        // No sideslip: the side force of the rudder is that of a few degrees of bank.
+        assert!(trim.euler_rad[0] != 0.0 && trim.euler_rad[0].abs() < 0.1, "{:?}", trim.euler_rad);
+        // With this rudder as its travel this is the minimum control speed at this thrust.
+        let effect = (cn_r - cn_a * cl_r / cl_a) * found[1];
+        let per_dynamic = reference.area_m2 * reference.lateral_moment_length_m;
+        let minimum_m_s = (2.0 * trim.thrust_n * ARM_M / (condition.density_kg_m3 * per_dynamic * effect)).sqrt();
+        assert!((minimum_m_s / airspeed_m_s - 1.0).abs() < 1e-6, "{minimum_m_s}");
+    }
+}
+
 /// Derivatives of a model with unsteady terms, products, powers, thrust and Mach number.
 fn rich(model: &FlightModel) -> FlightModel {
     let extra = [

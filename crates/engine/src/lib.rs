@@ -18,6 +18,7 @@ pub mod keep;
 pub mod live;
 pub mod notation;
 pub mod planning;
+pub mod prior;
 pub mod qtg;
 pub mod report;
 pub mod run;

@@ -2,6 +2,9 @@
 
 #![expect(clippy::panic, clippy::unwrap_used, reason = "a test helper that fails is a failed test")]
 
+#[path = "../../core/tests/common/mavlink.rs"]
+mod mavlink;
+
 use std::io::Write;
 use std::net::UdpSocket;
 use std::path::Path;
@@ -9,7 +12,7 @@ use std::sync::LazyLock;
 use std::time::{Duration, Instant};
 
 use doublet_core::load::ChannelMap;
-use doublet_core::load::stream::{RoleSample, StreamMap, StreamRow};
+use doublet_core::load::stream::{MESSAGES, RoleSample, StreamMap, StreamRow};
 use doublet_core::quantity::Role;
 use doublet_core::simulate::scenario::Start;
 use doublet_core::simulate::{self, Scenario, scenario};
@@ -143,6 +146,12 @@ fn lost_samples_and_jitter_are_survived_with_their_effect_stated() {
     let arrived: Vec<RoleSample> = arrivals.into_iter().map(|(_, sample)| sample).collect();
     let jittered = watch(&arrived, settings.clone());
     let (one, other) = (clean.last().unwrap(), jittered.last().unwrap());
+    // Nobody asked for limits: those of the aircraft's envelope are watched. 46.3 m/s at 1219.2 m are 43.6 m/s calibrated.
+    let watched: Vec<&str> = one.limits.iter().map(|limit| limit.quantity.as_str()).collect();
+    assert_eq!(watched, ["n_z", "calibrated_airspeed"]);
+    let airspeed = &one.limits[1];
+    assert!(airspeed.range.iter().all(|value| (value - 43.6).abs() < 4.0), "{airspeed:?}");
+    assert_eq!((airspeed.low, airspeed.high), (Some(36.0), Some(102.0)));
     assert_eq!((other.counts.late, other.counts.restarts, one.counts.lost), (0, 0, 0));
     // The median interval counts what is missing, but for the ends.
     assert!((other.counts.lost as i64 - lost as i64).abs() <= 3, "{} {lost}", other.counts.lost);
@@ -333,6 +342,140 @@ fn lines_by_udp_are_watched_as_json_and_as_text() {
         assert_eq!(last.counts.samples as usize, lines.len() - 2, "json {is_json}: each line once");
         assert!(last.findings.iter().all(|finding| !finding.contains("understood")), "{:?}", last.findings);
     }
+}
+
+/// Stretch of the flight that is sent as MAVLink, s: rest, then the inputs.
+const SENT_S: std::ops::Range<f64> = 17.0..40.0;
+
+/// The flight as MAVLink 2, the packets of one moment together, servo steps of 0.025 deg.
+fn telemetry() -> Vec<(f64, Vec<u8>)> {
+    let (samples, _) = samples();
+    let roles = [
+        Role::SpecificForceX,
+        Role::SpecificForceY,
+        Role::SpecificForceZ,
+        Role::RollRate,
+        Role::PitchRate,
+        Role::YawRate,
+        Role::TrueAirspeed,
+        Role::AngleOfAttack,
+        Role::Sideslip,
+        Role::Elevator,
+        Role::Aileron,
+        Role::Rudder,
+    ];
+    let (mut latest, mut sequence, mut sent) = ([f64::NAN; 12], 0_u8, Vec::new());
+    for sample in samples.iter().filter(|sample| SENT_S.contains(&sample.time_s)) {
+        let Some(at) = roles.iter().position(|role| *role == sample.role) else { continue };
+        latest[at] = sample.value;
+        if sample.role != Role::YawRate || latest.iter().any(|value| !value.is_finite()) {
+            continue;
+        }
+        let [ax, ay, az, p, q, r, airspeed, alpha, beta, elevator, aileron, rudder] = latest;
+        let time_us = (sample.time_s * 1e6).round();
+        let servo = |rad: f64| (1500.0 + rad.to_degrees() / 0.025).round();
+        let imu = [time_us, ax, ay, az, p, q, r, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 63.0];
+        let servos = [time_us, servo(aileron), servo(elevator), 1500.0, servo(rudder), 0.0, 0.0, 0.0, 0.0, 0.0];
+        let flow = [time_us, alpha.to_degrees(), beta.to_degrees()];
+        let messages: [(&str, &[f64]); 4] = [
+            ("HIGHRES_IMU", &imu),
+            ("VFR_HUD", &[airspeed, airspeed, 0.0, 0.0, 0.0, 0.0]),
+            ("AOA_SSA", &flow),
+            ("SERVO_OUTPUT_RAW", &servos),
+        ];
+        let mut packets = Vec::new();
+        for (name, values) in messages {
+            let message = MESSAGES.iter().find(|message| message.name == name).unwrap();
+            packets.extend(mavlink::packet(message, values, 2, sequence));
+            sequence = sequence.wrapping_add(1);
+        }
+        sent.push((sample.time_s, packets));
+    }
+    sent
+}
+
+/// A channel map of that telemetry.
+fn telemetry_map() -> String {
+    let mut map = String::from(
+        "format = \"doublet channel map\"\nversion = 1\nname = \"own\"\n[[time]]\nsource = \"*\"\nchannel = \"time\"\nunit = \"s\"\n[roles]\n",
+    );
+    let imu = [("ax", "xacc"), ("ay", "yacc"), ("az", "zacc"), ("p", "xgyro"), ("q", "ygyro"), ("r", "zgyro")];
+    let mut role = |name: &str, source: &str, channel: &str, rest: &str| {
+        map.push_str(&format!("{name} = {{ source = \"{source}\", channel = \"{channel}\", {rest} }}\n"));
+    };
+    for (name, channel) in imu {
+        let unit = if name.starts_with('a') { "m/s^2" } else { "rad/s" };
+        role(name, "HIGHRES_IMU", channel, &format!("unit = \"{unit}\""));
+    }
+    role("airspeed", "VFR_HUD", "airspeed", "unit = \"m/s\"");
+    role("alpha", "AOA_SSA", "AOA", "unit = \"deg\"");
+    role("beta", "AOA_SSA", "SSA", "unit = \"deg\"");
+    for (name, channel) in [("delta_a", "servo1_raw"), ("delta_e", "servo2_raw"), ("delta_r", "servo4_raw")] {
+        role(name, "SERVO_OUTPUT_RAW", channel, "unit = \"deg\", offset = -1500, scale = 0.025");
+    }
+    map
+}
+
+#[test]
+fn mavlink_by_udp_gives_the_estimates_of_the_same_packets_in_a_log() {
+    let folder = tempfile::tempdir().unwrap();
+    let (log, map) = (folder.path().join("flight.tlog"), folder.path().join("map.toml"));
+    let sent = telemetry();
+    let mut bytes = Vec::new();
+    for (time_s, packets) in &sent {
+        // A log has the time of the clock before every packet.
+        let mut rest = &packets[..];
+        while !rest.is_empty() {
+            let (packet, after) = rest.split_at(12 + usize::from(rest[1]));
+            bytes.extend((1_700_000_000_000_000_u64 + (time_s * 1e6) as u64).to_be_bytes());
+            bytes.extend(packet);
+            rest = after;
+        }
+    }
+    std::fs::write(&log, bytes).unwrap();
+    std::fs::write(&map, telemetry_map()).unwrap();
+    let watch = |place: String| {
+        let opening = Opening {
+            feed: Some(Feed::Mavlink(place)),
+            map: Some(map.display().to_string()),
+            session: Some(FLIGHT.path().join("session.toml").display().to_string()),
+            ..Opening::default()
+        };
+        let watched = open(&opening).unwrap();
+        let wait = Some(Duration::from_millis(400));
+        LiveWatch::new(watched.source, watched.map, watched.settings, None, wait).unwrap()
+    };
+    let from_log = follow(&mut watch(log.display().to_string()), usize::MAX, |_| {});
+    let mut live = watch("127.0.0.1:0".to_owned());
+    let (address, socket) = (live.address().unwrap(), UdpSocket::bind("127.0.0.1:0").unwrap());
+    let mut to_send = sent.iter();
+    let by_udp = follow(&mut live, usize::MAX, |_| {
+        for (_, packets) in to_send.by_ref().take(20) {
+            socket.send_to(packets, address).unwrap();
+        }
+    });
+    let (one, other) = (from_log.last().unwrap(), by_udp.last().unwrap());
+    assert_eq!((one.counts, one.time_s), (other.counts, other.time_s));
+    assert_eq!((one.counts.lost, one.counts.late, one.counts.restarts), (0, 0, 0));
+    let scenario = scenario::build("multisine").unwrap();
+    let mut told = 0;
+    for derivative in &one.derivatives {
+        let (Some(_), Some(_)) = (derivative.estimate, derivative.standard_error) else { continue };
+        let ((log, error), (udp, _)) = (estimate(one, &derivative.name), estimate(other, &derivative.name));
+        assert!((log - udp).abs() <= 1e-9 * log.abs(), "{}: {log} from the log, {udp} by UDP", derivative.name);
+        // What is known well is near the truth: a servo step is a tenth of a standard deviation of the inputs.
+        let truth = scenario.vehicle.aero.value(&derivative.name).unwrap();
+        if error < 0.05 * log.abs() {
+            told += 1;
+            println!("{}: {log:.4} +- {error:.4}, truth {truth:.4}", derivative.name);
+            assert!(
+                (log - truth).abs() < 5.0 * error + 0.05 * truth.abs(),
+                "{}: {log} {error} {truth}",
+                derivative.name
+            );
+        }
+    }
+    assert!(told > 8, "{told}");
 }
 
 #[test]

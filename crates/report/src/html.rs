@@ -77,6 +77,7 @@ impl Page {
                 self.put(format_args!("<p class=\"outcome {}\">{}</p>\n", level.name(), escape(text)));
             }
             Block::Table(table) => self.table(table),
+            Block::Lines(count) => self.out.push_str(&"<p class=\"line\">&nbsp;</p>\n".repeat(*count)),
             Block::Figure(figure) => {
                 self.figures += 1;
                 let number = self.figures;

@@ -102,6 +102,7 @@ fn block_value(block: &Block, figures: &mut usize) -> Value {
         }
         Block::Outcome(level, text) => json!({ "kind": "outcome", "level": level.name(), "text": breakable(text) }),
         Block::Table(table) => table_value(table),
+        Block::Lines(count) => json!({ "kind": "lines", "count": count }),
         Block::Figure(figure) => {
             let file = figure_file(*figures);
             *figures += 1;

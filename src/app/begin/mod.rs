@@ -146,7 +146,7 @@ impl Workbench {
         self.give_up_beginning();
         let Some(first) = paths.first().cloned() else { return };
         let ctx = ctx.clone();
-        let work = move |control: &Control, progress: &dyn Fn(f32)| begin::inspect(&paths, control, progress);
+        let work = move |control: &Control, progress: &(dyn Fn(f32) + Sync)| begin::inspect(&paths, control, progress);
         match Job::start("doublet-inspect", move || ctx.request_repaint(), work) {
             Ok(job) => self.beginning.step = Some(Step::Looking(first, job)),
             Err(error) => self.complain(format!("{}: it cannot be looked at: {error}", first.display())),
@@ -255,7 +255,7 @@ impl Workbench {
             };
             let order = Order { name: choosing.name.trim().to_owned(), aircraft, map };
             let (inspected, wake) = (Arc::clone(&choosing.inspected), ctx.clone());
-            let work = move |control: &Control, progress: &dyn Fn(f32)| {
+            let work = move |control: &Control, progress: &(dyn Fn(f32) + Sync)| {
                 begin::begin(&order, &inspected, &plan, control, progress)
             };
             Job::start("doublet-begin", move || wake.request_repaint(), work).map_err(|error| error.to_string())

@@ -78,7 +78,7 @@ impl Comparison {
             return;
         };
         let wake = ctx.clone();
-        let work = move |_: &Control, _: &dyn Fn(f32)| begin::read_and_compare(&plan);
+        let work = move |_: &Control, _: &(dyn Fn(f32) + Sync)| begin::read_and_compare(&plan);
         self.job = Job::start("doublet-compare", move || wake.request_repaint(), work).ok();
     }
 

@@ -1,44 +1,19 @@
 //! Streams: MAVLink packets there and back, a malformed stream, a channel map row by row against the whole recording.
 
+#[path = "../common/mavlink.rs"]
+mod mavlink;
+
 use doublet_core::load::stream::{
     FieldType, JsonDecoder, MESSAGES, MavlinkDecoder, Message, StreamMap, StreamRow, TailedFile, TextDecoder,
     packet_checksum,
 };
 use doublet_core::load::{ChannelMap, inspect, plan, read};
+use mavlink::packet;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 /// Packets of the malformed stream; `DOUBLET_PACKETS=1000000` for as many as docs/live.md states.
 const PACKETS: usize = 30_000;
-
-/// A packet of version 1 or 2 with the numbers on the wire.
-fn packet(message: &Message, values: &[f64], version: u8, sequence: u8) -> Vec<u8> {
-    let mut payload = Vec::new();
-    for (field, value) in message.fields.iter().zip(values) {
-        match field.kind {
-            FieldType::U64 => payload.extend((*value as u64).to_le_bytes()),
-            FieldType::U32 => payload.extend((*value as u32).to_le_bytes()),
-            FieldType::I32 => payload.extend((*value as i32).to_le_bytes()),
-            FieldType::F32 => payload.extend((*value as f32).to_le_bytes()),
-            FieldType::U16 => payload.extend((*value as u16).to_le_bytes()),
-            FieldType::I16 => payload.extend((*value as i16).to_le_bytes()),
-            FieldType::U8 => payload.extend((*value as u8).to_le_bytes()),
-        }
-    }
-    let mut bytes = if version == 2 {
-        while payload.len() > 1 && payload.last() == Some(&0) {
-            payload.pop();
-        }
-        let [a, b, c, _] = message.id.to_le_bytes();
-        vec![0xfd, payload.len() as u8, 0, 0, sequence, 1, 1, a, b, c]
-    } else {
-        vec![0xfe, payload.len() as u8, sequence, 1, 1, message.id as u8]
-    };
-    bytes.extend(payload);
-    let sum = packet_checksum(&bytes[1..], message.checksum_seed());
-    bytes.extend(sum.to_le_bytes());
-    bytes
-}
 
 fn heartbeat(sequence: u8) -> Vec<u8> {
     let message = Message { id: 0, name: "HEARTBEAT", fields: &[] };

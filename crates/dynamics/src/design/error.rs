@@ -57,6 +57,9 @@ pub enum DesignError {
         /// When, s.
         time_s: f64,
     },
+    /// Nobody wants it any more.
+    #[error("stopped")]
+    Stopped,
     /// Nothing to design.
     #[error("no surface is named: use aileron, elevator or rudder")]
     NoSurface,

@@ -36,6 +36,8 @@ pub struct Start {
     pub state: [f64; STATES],
     /// Deviations of the deflections held from those of that trim, rad.
     pub controls_rad: [f64; 3],
+    /// Sum of the thrusts less that of that trim, N; none where it is not known.
+    pub thrust_n: Option<f64>,
 }
 
 /// What a flight meets that nobody designed.
@@ -116,6 +118,7 @@ pub fn fly(
     for (surface, value) in disturbance.iter().flat_map(|own| own.start.controls_rad.iter().enumerate()) {
         held[surface] += value;
     }
+    held[3] += disturbance.and_then(|own| own.start.thrust_n).unwrap_or(0.0);
     let total = |deflections: [f64; 3]| {
         let mut sum = held;
         deflections.iter().enumerate().for_each(|(surface, value)| sum[surface] += value);

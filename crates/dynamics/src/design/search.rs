@@ -207,8 +207,9 @@ fn fly_disturbed(
     let flight = |(window, manoeuvre): (usize, &PlannedManoeuvre)| {
         let number = draw * manoeuvres.len() + window;
         let mut start = basis.starts.get(number % basis.starts.len().max(1)).copied().unwrap_or_default();
-        // Nobody wrote down whether a path was steady or the swing of a phugoid: each in half of the draws.
-        let steady = draw.is_multiple_of(2) && plant.trim.condition.gamma_rad.is_some();
+        // The thrust tells whether a path was steady or the swing of a phugoid; where it is not known, each in half of the draws.
+        let is_told = start.thrust_n.is_some();
+        let steady = !is_told && draw.is_multiple_of(2) && plant.trim.condition.gamma_rad.is_some();
         if !steady {
             start.state[7] += start.path_rad;
         }
@@ -344,9 +345,15 @@ pub struct NextManoeuvre {
 /// Single manoeuvres that could be flown next, each beside the windows flown so far, best first: doublets, 3-2-1-1 and multisines of
 /// `time_s` on each surface, and multisines on all of them at once.
 ///
+/// `goes_on` is asked before each of them.
+///
 /// # Errors
-/// [`DesignError::Linear`] without a trim; candidates that cannot be flown are left out.
-pub fn next_manoeuvres(basis: &Basis, request: &Request) -> Result<Vec<NextManoeuvre>, DesignError> {
+/// [`DesignError::Linear`] without a trim, [`DesignError::Stopped`]; candidates that cannot be flown are left out.
+pub fn next_manoeuvres(
+    basis: &Basis,
+    request: &Request,
+    goes_on: &dyn Fn() -> bool,
+) -> Result<Vec<NextManoeuvre>, DesignError> {
     let plant = Plant::new(basis.model.model.clone(), &basis.condition)?;
     check_room(&basis.limits, &plant.trim)?;
     let linear = linearise_at(&plant.model, &plant.trim, Method::Analytic)?;
@@ -363,6 +370,9 @@ pub fn next_manoeuvres(basis: &Basis, request: &Request) -> Result<Vec<NextManoe
     }
     let mut found = Vec::new();
     for (kind, surfaces) in candidates {
+        if !goes_on() {
+            return Err(DesignError::Stopped);
+        }
         let parameters = vec![0.0; kind.parameters() * surfaces.len()];
         let (rates_rad_s, step_s) = (basis.limits.rates_rad_s, basis.step_s.min(0.02));
         let recipe = Recipe { kind, surfaces, time_s: request.time_s, base, rates_rad_s, step_s, parameters };

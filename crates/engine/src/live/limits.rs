@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::str::FromStr;
 
+use doublet_core::airframe::FlightEnvelope;
 use doublet_core::quantity::{Role, Unit};
 use serde::Serialize;
 
@@ -89,6 +90,16 @@ impl FromStr for Limit {
 }
 
 impl Limit {
+    /// What an aircraft file says is not to be passed: load factors, the stall and the airspeed never to be exceeded.
+    pub fn of_envelope(envelope: &FlightEnvelope) -> Vec<Self> {
+        let limit = |quantity: &str, low: Option<f64>, high: Option<f64>| {
+            (low.is_some() || high.is_some()).then(|| Self { quantity: quantity.to_owned(), low, high })
+        };
+        let load_factor = limit(LOAD_FACTOR, envelope.load_factor_low, envelope.load_factor_high);
+        let airspeed = limit(Role::CalibratedAirspeed.name(), envelope.stall_m_s, envelope.never_exceed_m_s);
+        load_factor.into_iter().chain(airspeed).collect()
+    }
+
     /// Against the least and greatest value of each quantity.
     pub fn read(&self, extremes: &BTreeMap<String, [f64; 2]>) -> Option<LimitReading> {
         let range = *extremes.get(&self.quantity)?;
@@ -112,6 +123,22 @@ impl Limit {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn envelope_limits_load_factor_and_calibrated_airspeed_as_far_as_it_states_them() {
+        let envelope = FlightEnvelope {
+            stall_m_s: Some(36.0),
+            never_exceed_m_s: Some(92.6),
+            load_factor_high: Some(3.8),
+            ..FlightEnvelope::default()
+        };
+        let found: Vec<_> =
+            Limit::of_envelope(&envelope).into_iter().map(|own| (own.quantity, own.low, own.high)).collect();
+        let expected =
+            [("n_z".to_owned(), None, Some(3.8)), ("calibrated_airspeed".to_owned(), Some(36.0), Some(92.6))];
+        assert_eq!(found, expected);
+        assert_eq!(Limit::of_envelope(&FlightEnvelope::default()), []);
+    }
 
     #[test]
     fn limits_are_read_with_units_and_judged_by_their_margin() {

@@ -12,6 +12,7 @@ use super::source::{LineFormat, Source};
 use crate::begin::{self, empty_session};
 use crate::builtin;
 use crate::graph::{Context, Control};
+use crate::planning::Campaign;
 use crate::session::{self, MapRef, Session};
 use crate::stage::{LoadedFlight, aircraft_data, aircraft_of, load_aircraft};
 
@@ -42,6 +43,8 @@ pub struct Opening {
     pub map: Option<String>,
     /// Aircraft, by file or name.
     pub aircraft: Option<String>,
+    /// Campaign whose limits are watched, by file or `builtin:` and a name.
+    pub campaign: Option<String>,
     /// Time without a change after which a growing file has ended; none for never.
     pub wait: Option<Duration>,
 }
@@ -130,7 +133,10 @@ pub fn open(opening: &Opening) -> Result<Watched, String> {
         ..session::relative_to(&like.session, &like.folder)
     });
     let defaults = || empty_session("live", aircraft.as_deref());
-    let settings = LiveSettings::of(session.as_ref().unwrap_or(&defaults()), data);
+    let mut settings = LiveSettings::of(session.as_ref().unwrap_or(&defaults()), data);
+    if let Some(name) = &opening.campaign {
+        settings.limit(&Campaign::open(Path::new(name))?.limits);
+    }
     Ok(Watched { source, map, settings, session, aircraft, is_recorded, notes })
 }
 

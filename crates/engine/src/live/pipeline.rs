@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
+use doublet_core::airframe::calibrated_m_s;
 use doublet_core::load::stream::RoleSample;
 use doublet_core::model::Variable;
 use doublet_core::prep::Differentiation;
@@ -294,6 +295,11 @@ impl LivePipeline {
         self.grid = Some(grid);
         let formed =
             aero(recording, (&data, &path), aircraft, &self.settings.preparation).map_err(|error| error.to_string())?;
+        if self.estimates.as_ref().is_some_and(|estimates| estimates.is_airborne) {
+            for (airspeed, density) in formed.data.airspeed_m_s.iter().zip(&formed.data.density_kg_m3) {
+                note(&mut self.extremes, Role::CalibratedAirspeed.name(), calibrated_m_s(*airspeed, *density));
+            }
+        }
         let known: BTreeSet<Variable> = formed.variables.known().collect();
         // A channel that begins later than the others begins the estimates anew: nothing could be told of it before.
         let estimates = match self.estimates.take().filter(|_| known.is_subset(&self.known)) {

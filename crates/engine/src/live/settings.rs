@@ -51,7 +51,7 @@ pub struct LiveSettings {
     pub band: FrequencySettings,
     /// Errors asked for.
     pub goal: Goal,
-    /// What is not to be passed.
+    /// What is not to be passed: of the aircraft's envelope unless something else is said of the same quantity.
     pub limits: Vec<Limit>,
 }
 
@@ -65,6 +65,7 @@ impl LiveSettings {
         };
         let path = PathSource::Filtered;
         let preparation = Preparation { path, settle_s: 0.0, angular_acceleration, ..session.preparation.clone() };
+        let envelope = aircraft.as_ref().map(|aircraft| aircraft.loaded.aircraft.flight_envelope);
         Self {
             filter: FilterSettings { smooth: false, smoother_passes: 1, ..session.filter.clone() },
             preparation,
@@ -75,7 +76,13 @@ impl LiveSettings {
             forgetting_s: Some(120.0),
             band: FrequencySettings { detrend: Detrend::Mean, ..FrequencySettings::default() },
             goal: Goal::default(),
-            limits: Vec::new(),
+            limits: envelope.map(|envelope| Limit::of_envelope(&envelope)).unwrap_or_default(),
         }
+    }
+
+    /// Watches these limits too, in the place of those of the same quantities.
+    pub fn limit(&mut self, own: &[Limit]) {
+        self.limits.retain(|known| own.iter().all(|limit| limit.quantity != known.quantity));
+        self.limits.splice(..0, own.iter().cloned());
     }
 }

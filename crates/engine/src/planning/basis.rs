@@ -12,10 +12,12 @@ use doublet_core::statistics::median_step;
 use doublet_dynamics::design::{Basis, KnownCoefficient, Limit, Limits, Quantity, SURFACE_NAMES, Start};
 use doublet_dynamics::linear::{Condition, UncertainModel};
 
-use crate::graph::StageResult;
+use crate::graph::{Context, StageResult};
 use crate::run::Snapshot;
 use crate::session::{Session, Settings, Surface, WindowRole};
 use crate::stage::{AeroWindow, WindowAero, applies, pooled_regressions};
+use crate::study::StudyInput;
+use crate::study::dynamics::level_model;
 
 /// The surfaces of a design, in the order of its deflections.
 const SURFACES: [(Surface, Role); 3] =
@@ -64,6 +66,17 @@ pub fn design_basis(session: &Session, snapshot: &Snapshot, options: &DesignOpti
         })
         .collect();
     basis(session.settings(), &windows, (&study.model, &study.condition), options)
+}
+
+/// What a design starts from, of everything a study looks at: the model trimmed at the median condition of the identification windows.
+///
+/// # Errors
+/// As [`design_basis`].
+pub fn basis_of(input: &StudyInput<'_>, options: &DesignOptions, context: &Context<'_>) -> StageResult<Basis> {
+    let (model, condition) = level_model(input, context)?;
+    let windows = input.windows.iter();
+    let windows = windows.map(|window| ((window.manoeuvre, window.aero.shared().clone()), &window.path.reconstruction));
+    basis(input.settings, &windows.collect::<Vec<_>>(), (&model, &condition), options)
 }
 
 /// [`design_basis`] of windows, a model and a condition.
@@ -129,6 +142,7 @@ struct Motion {
     pitch_less_alpha_rad: Option<f64>,
     peaks_rad: [f64; 3],
     controls_rad: [f64; 3],
+    thrust_n: Option<f64>,
     mass: MassProperties,
 }
 
@@ -175,6 +189,8 @@ impl Motion {
             pitch_less_alpha_rad: state(State::PitchAngle).map(|theta| mean(&theta) - first[&Quantity::Alpha]),
             peaks_rad: SURFACES.map(|(_, role)| peak(role)),
             controls_rad: SURFACES.map(|(_, role)| data.controls.get(&role).map_or(0.0, |values| mean(values))),
+            thrust_n: (!data.engines.is_empty())
+                .then(|| data.engines.iter().map(|engine| mean(&engine.thrust_n)).sum::<f64>()),
             mass: *data.mass.first()?,
             first,
             range,
@@ -187,7 +203,7 @@ fn negated(values: Vec<f64>) -> Vec<f64> {
 }
 
 /// How the windows near the condition began, or all of them where none was near, airspeed and altitude then those of the condition: the
-/// trim of the model there, and what the window had beside it. Angle of attack, sideslip, bank, path and deflections are taken about
+/// trim of the model there, and what the window had beside it. Angle of attack, sideslip, bank, path, deflections and thrust are taken about
 /// their means over the windows, which are errors of the trim rather than of the hand.
 fn starts(flown: &[Motion], model: &UncertainModel, condition: &Condition) -> Vec<Start> {
     /// How far from the condition a window still counts: part of the airspeed, and m.
@@ -220,6 +236,7 @@ fn starts(flown: &[Motion], model: &UncertainModel, condition: &Condition) -> Ve
             path_rad: path,
             state: [0.0, there.airspeed_m_s * beta, w, p, q, r, phi, 0.0, 0.0, 0.0, 0.0, 0.0],
             controls_rad: [0, 1, 2].map(|surface| motion.controls_rad[surface] - trim.controls_rad[surface]),
+            thrust_n: motion.thrust_n.filter(|_| model.model.has_thrust()).map(|thrust_n| thrust_n - trim.thrust_n),
         })
     };
     let mut starts: Vec<Start> = used.iter().filter_map(start).collect();
@@ -234,6 +251,8 @@ fn starts(flown: &[Motion], model: &UncertainModel, condition: &Condition) -> Ve
         let mean = starts.iter().map(|start| start.controls_rad[surface]).sum::<f64>() / count;
         starts.iter_mut().for_each(|start| start.controls_rad[surface] -= mean);
     }
+    let thrust_n = starts.iter().filter_map(|start| start.thrust_n).sum::<f64>() / count;
+    starts.iter_mut().for_each(|start| start.thrust_n = start.thrust_n.map(|own| own - thrust_n));
     for start in &mut starts {
         // The pitch angle goes with the angle of attack.
         start.state[7] += start.state[2] / condition.airspeed_m_s;

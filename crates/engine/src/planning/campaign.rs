@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::builtin;
 use crate::graph::StageResult;
+use crate::live::Limit;
 use crate::run::Snapshot;
 use crate::session::{Manoeuvre, Session, WindowRole};
 use crate::verdict::Level;
@@ -43,6 +44,9 @@ pub struct Campaign {
     /// When any point ends.
     #[serde(default)]
     pub knock_off: Vec<String>,
+    /// What is watched in flight and not to be passed, as `doublet live --limit` has it: `n_z=0:2`, `phi=-45deg:45deg`.
+    #[serde(default, deserialize_with = "limits")]
+    pub limits: Vec<Limit>,
     /// What is done at every point.
     #[serde(default)]
     pub procedure: Vec<String>,
@@ -135,6 +139,11 @@ pub struct TestPoint {
     /// When this point ends.
     #[serde(default)]
     pub knock_off: Vec<String>,
+}
+
+fn limits<'de, D: serde::Deserializer<'de>>(from: D) -> Result<Vec<Limit>, D::Error> {
+    let texts = Vec::<String>::deserialize(from)?;
+    texts.iter().map(|text| text.parse().map_err(serde::de::Error::custom)).collect()
 }
 
 fn once() -> usize {

@@ -5,7 +5,7 @@ use doublet_core::atmos::Atmosphere;
 
 use super::campaign::{Campaign, Flown, FlownPoint, PlannedPoint};
 use crate::date;
-use crate::report::document::{Axis, Block, Colour, Document, Figure, LineStyle, Mark, Panel, Plot, Section};
+use crate::report::document::{Axis, Block, Document, Figure, LineStyle, Mark, Panel, Plot, Section, points};
 use crate::report::{Cell, Column, Table, significant};
 
 /// Lays a campaign out: cards last, one a page.
@@ -17,8 +17,8 @@ pub fn campaign_document(
 ) -> Document {
     let mass_kg = planned.first().map_or(0.0, |point| point.mass_kg);
     let mut sections = vec![
-        section("order", "Test points in their order", true, vec![Block::Table(order(planned))]),
-        section(
+        Section::plain("order", "Test points in their order", true, vec![Block::Table(order(planned))]),
+        Section::plain(
             "envelope",
             "Envelope",
             true,
@@ -51,10 +51,6 @@ pub fn campaign_document(
         signatures: ["Captain", "Test engineer", "Experiment lead"].map(str::to_owned).into(),
         sections,
     }
-}
-
-fn section(name: &str, title: &str, on_new_page: bool, blocks: Vec<Block>) -> Section {
-    Section { name: name.to_owned(), title: title.to_owned(), is_numbered: false, on_new_page, blocks }
 }
 
 fn number(value: f64, digits: usize) -> String {
@@ -116,9 +112,10 @@ fn card(campaign: &Campaign, point: &PlannedPoint) -> Section {
     if !point.knock_off.is_empty() {
         blocks.extend([Block::Heading("Knock it off".to_owned()), Block::List(point.knock_off.clone())]);
     }
-    blocks.extend([Block::Heading("Runs".to_owned()), Block::Table(runs(point, surface)), notes()]);
+    blocks.extend([Block::Heading("Runs".to_owned()), Block::Table(runs(point, surface))]);
+    blocks.extend([Block::Heading("Notes of the crew".to_owned()), Block::Lines(6)]);
     let title = format!("Card {}: {} {}", point.id, surface, point.kind);
-    section(&format!("card-{}", point.id), &title, true, blocks)
+    Section::plain(&format!("card-{}", point.id), &title, true, blocks)
 }
 
 /// A row per run: what is to be given, and what the crew writes down.
@@ -153,17 +150,6 @@ fn runs(point: &PlannedPoint, surface: &str) -> Table {
         columns: columns.map(|(key, heading)| Column::new(key, heading)).into(),
         rows: (1..=point.repeats).map(row).collect(),
     }
-}
-
-/// Lines for the crew's notes.
-fn notes() -> Block {
-    let line = || vec![Cell::text("\u{a0}".repeat(150))];
-    Block::Table(Table {
-        name: "notes".to_owned(),
-        caption: "Room for notes of the crew.".to_owned(),
-        columns: vec![Column::new("notes", "Notes")],
-        rows: (0..6).map(|_| line()).collect(),
-    })
 }
 
 fn order(planned: &[PlannedPoint]) -> Table {
@@ -257,31 +243,17 @@ pub fn envelope_figure(
         if own.is_empty() {
             continue;
         }
-        let dots = |label: String, points: Vec<[f64; 3]>| Mark::Points {
-            label: label.into(),
-            colour: Colour::of(colour),
-            style: LineStyle::Dots,
-            points,
-        };
-        let at = own.iter().map(|point| [point.airspeed_m_s, point.altitude_m, f64::NAN]).collect();
-        altitude.marks.push(dots(format!("flown, {label}"), at));
-        let loads = own.iter().flat_map(|point| {
-            [point.load_factor_low, point.load_factor_high].map(|load| [point.calibrated_m_s, load, f64::NAN])
-        });
-        load.marks.push(dots(String::new(), loads.collect()));
+        let at = own.iter().map(|point| [point.airspeed_m_s, point.altitude_m]);
+        altitude.marks.push(points(format!("flown, {label}"), colour, LineStyle::Dots, at));
+        let loads = own
+            .iter()
+            .flat_map(|point| [point.load_factor_low, point.load_factor_high].map(|load| [point.calibrated_m_s, load]));
+        load.marks.push(points("", colour, LineStyle::Dots, loads));
     }
-    altitude.marks.push(Mark::Points {
-        label: "planned".into(),
-        colour: Colour::of(1),
-        style: LineStyle::Dots,
-        points: planned.iter().map(|point| [point.airspeed_m_s, point.altitude_m, f64::NAN]).collect(),
-    });
-    load.marks.push(Mark::Points {
-        label: String::new().into(),
-        colour: Colour::of(1),
-        style: LineStyle::Dots,
-        points: planned.iter().map(|point| [point.calibrated_m_s, 1.0, f64::NAN]).collect(),
-    });
+    let at = planned.iter().map(|point| [point.airspeed_m_s, point.altitude_m]);
+    altitude.marks.push(points("planned", 1, LineStyle::Dots, at));
+    let at = planned.iter().map(|point| [point.calibrated_m_s, 1.0]);
+    load.marks.push(points("", 1, LineStyle::Dots, at));
     Figure {
         name: "envelope".to_owned(),
         caption: format!(
@@ -292,11 +264,6 @@ pub fn envelope_figure(
         panel_height_mm: 60.0,
         panels: vec![Panel::Plot(altitude), Panel::Plot(load)],
     }
-}
-
-fn joined(label: &'static str, colour: usize, style: LineStyle, points: Vec<[f64; 2]>) -> Mark {
-    let points = points.into_iter().map(|[x, y]| [x, y, f64::NAN]).collect();
-    Mark::Points { label: label.into(), colour: Colour::of(colour), style, points }
 }
 
 /// Limits of airspeed over altitude as true airspeeds of the standard atmosphere, and the ceiling.
@@ -318,20 +285,20 @@ fn altitude_lines(envelope: &FlightEnvelope, mass_kg: f64) -> Vec<Mark> {
     let mut ends: Vec<f64> = Vec::new();
     for (label, colour, style, value) in speeds {
         let Some(value) = value else { continue };
-        let points: Vec<[f64; 2]> = (0..=STEPS)
+        let edge: Vec<[f64; 2]> = (0..=STEPS)
             .filter_map(|step| {
                 let altitude = top * step as f64 / STEPS as f64;
                 let density = Atmosphere::STANDARD.density_kg_m3(altitude).ok()?;
                 Some([value / calibrated_m_s(1.0, density), altitude])
             })
             .collect();
-        ends.extend(points.last().map(|point| point[0]));
-        marks.push(joined(label, colour, style, points));
+        ends.extend(edge.last().map(|point| point[0]));
+        marks.push(points(label, colour, style, edge));
     }
     if let (Some(ceiling), Some(low), Some(high)) =
         (envelope.ceiling_m, ends.iter().copied().reduce(f64::min), ends.iter().copied().reduce(f64::max))
     {
-        marks.push(joined("ceiling", 4, LineStyle::Solid, vec![[low, ceiling], [high, ceiling]]));
+        marks.push(points("ceiling", 4, LineStyle::Solid, vec![[low, ceiling], [high, ceiling]]));
     }
     marks
 }
@@ -356,12 +323,12 @@ fn load_lines(envelope: &FlightEnvelope, mass_kg: f64) -> Vec<Mark> {
         return marks;
     }
     let close = [[fastest, upper.last().map_or(1.0, |p| p[1])], [fastest, lower.last().map_or(low, |p| p[1])]];
-    marks.push(joined("", 5, LineStyle::Solid, upper));
+    marks.push(points("", 5, LineStyle::Solid, upper));
     // The lift to the other side is taken as large, which no cambered wing has: the true line lies further in.
-    marks.push(joined("", 5, LineStyle::Dashed, lower));
-    marks.push(joined("", 7, LineStyle::Solid, close.into()));
+    marks.push(points("", 5, LineStyle::Dashed, lower));
+    marks.push(points("", 7, LineStyle::Solid, close));
     if let (Some(speed), Some(high)) = (envelope.manoeuvring_m_s, envelope.load_factor_high) {
-        marks.push(joined("", 6, LineStyle::Dashed, vec![[speed, low], [speed, high]]));
+        marks.push(points("", 6, LineStyle::Dashed, vec![[speed, low], [speed, high]]));
     }
     marks
 }

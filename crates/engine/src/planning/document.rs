@@ -3,21 +3,17 @@
 use doublet_core::series::Series;
 use doublet_dynamics::design::{Designed, SURFACE_NAMES};
 
-use super::rows::DesignRow;
+use super::enough::{DerivativeRow, Enough, NextRow};
+use super::rows::{ComparedKind, DesignRow};
 use crate::date;
-use crate::report::document::{Axis, Block, Document, Figure, Panel, Plot, Section, line};
-use crate::report::{Cell, Column, Table, significant};
+use crate::report::document::{Axis, Block, Document, Figure, LineStyle, Mark, Panel, Plot, Section, line, points};
+use crate::report::{Cell, Column, Table, TableOf, significant};
 use crate::session::Session;
+use crate::verdict::Level;
 
 /// Lays the card of a design out.
 pub fn design_document(session: &Session, row: &DesignRow, designed: &Designed) -> Document {
-    let section = |name: &str, title: &str, blocks: Vec<Block>| Section {
-        name: name.to_owned(),
-        title: title.to_owned(),
-        is_numbered: false,
-        on_new_page: false,
-        blocks,
-    };
+    let section = |name, title, blocks| Section::plain(name, title, false, blocks);
     Document {
         title: format!("Test card: {} on {}", row.kind, row.surfaces.join(", ")),
         subtitle: session.title.clone(),
@@ -31,7 +27,7 @@ pub fn design_document(session: &Session, row: &DesignRow, designed: &Designed) 
             section("input", "Input", input(row, designed)),
             section("excursions", "Excursions to expect", vec![Block::Table(excursions(row))]),
             section("errors", "Errors to expect", vec![Block::Table(predicted(row))]),
-            section("notes", "Notes of the crew", vec![Block::Paragraph("\u{a0}\n".repeat(6))]),
+            section("notes", "Notes of the crew", vec![Block::Lines(6)]),
         ],
     }
 }
@@ -92,60 +88,120 @@ fn input(row: &DesignRow, designed: &Designed) -> Vec<Block> {
 }
 
 fn excursions(row: &DesignRow) -> Table {
-    Table {
-        name: "excursions".to_owned(),
-        caption: "Three standard deviations beyond the mean extremes over gusts, starts and draws of the derivatives."
-            .to_owned(),
-        columns: vec![
-            Column::new("name", "quantity"),
-            Column::new("unit", "unit"),
-            Column::number("low", "least", "", 4),
-            Column::number("high", "greatest", "", 4),
-            Column::number("limit_low", "limit, least", "", 4),
-            Column::number("limit_high", "limit, greatest", "", 4),
-            Column::number("margin", "margin", "", 3),
-        ],
-        rows: row
-            .excursions
-            .iter()
-            .map(|own| {
-                vec![
-                    Cell::text(own.name),
-                    Cell::text(own.unit),
-                    Cell::Number(own.low),
-                    Cell::Number(own.high),
-                    Cell::maybe(own.limit_low),
-                    Cell::maybe(own.limit_high),
-                    Cell::maybe(own.margin),
-                ]
-            })
-            .collect(),
-    }
+    let caption = "Three standard deviations beyond the mean extremes over gusts, starts and draws of the derivatives.";
+    TableOf::new("excursions", caption, &row.excursions)
+        .text("name", "quantity", |own| own.name)
+        .text("unit", "unit", |own| own.unit)
+        .number("low", "least", "", 4, |own| own.low)
+        .number("high", "greatest", "", 4, |own| own.high)
+        .maybe("limit_low", "limit, least", "", 4, |own| own.limit_low)
+        .maybe("limit_high", "limit, greatest", "", 4, |own| own.limit_high)
+        .maybe("margin", "margin", "", 3, |own| own.margin)
+        .done()
 }
 
 fn predicted(row: &DesignRow) -> Table {
-    Table {
-        name: "predicted".to_owned(),
-        caption: "Standard errors this input will give by itself; the error now beside them.".to_owned(),
-        columns: vec![
-            Column::new("name", "derivative"),
-            Column::number("estimate", "estimate", "", 4),
-            Column::number("corrected", "error to expect", "", 2),
-            Column::number("relative_error_percent", "relative", "%", 2),
-            Column::number("present", "error now", "", 2),
-        ],
-        rows: row
-            .predicted
-            .iter()
-            .map(|own| {
-                vec![
-                    Cell::text(own.name.clone()),
-                    Cell::Number(own.estimate),
-                    Cell::maybe(own.corrected),
-                    Cell::maybe(own.relative_error_percent),
-                    Cell::Number(own.present),
-                ]
+    let caption = "Standard errors this input will give by itself; the error now beside them.";
+    TableOf::new("predicted", caption, &row.predicted)
+        .text("name", "derivative", |own| &own.name)
+        .number("estimate", "estimate", "", 4, |own| own.estimate)
+        .maybe("corrected", "error to expect", "", 2, |own| own.corrected)
+        .maybe("relative_error_percent", "relative", "%", 2, |own| own.relative_error_percent)
+        .number("present", "error now", "", 2, |own| own.present)
+        .done()
+}
+
+/// Kinds of input side by side: cost by each criterion, and the derivative that is told worst.
+pub fn comparison_table(rows: &[ComparedKind]) -> Table {
+    let cost = |name: &'static str| move |own: &&ComparedKind| own.costs.get(name).copied();
+    TableOf::new("comparison", "Kinds of input within the same limits and time; a smaller cost is better.", rows)
+        .text("kind", "kind", |own| own.kind)
+        .maybe("d", "d", "", 4, cost("d"))
+        .maybe("a", "a", "", 4, cost("a"))
+        .maybe("worst_relative_error_percent", "worst relative", "%", 3, |own| own.worst_relative_error_percent)
+        .optional("worst", "of", |own| own.worst.as_deref())
+        .optional("error", "", |own| own.error.as_deref())
+        .done()
+}
+
+/// Whether what was flown is enough: what to fly next, errors over goals against the time flown, each derivative against its goal, and what
+/// every window told.
+pub fn enough_blocks(found: &Enough) -> Vec<Block> {
+    let (level, word) = if found.enough { (Level::Good, "Enough") } else { (Level::Caution, "Not enough") };
+    let mut blocks = vec![Block::Outcome(level, format!("{word}: {} of {} goals are met", found.met, found.of))];
+    let met = |met: usize| Cell::text(format!("{met} of {}", found.of));
+    if !found.next.is_empty() {
+        let caption = "What to fly next, best first: what the windows flown and this manoeuvre would say together.";
+        let peaks = |own: &&NextRow| {
+            let peaks: Vec<String> = own.signal_peak_rad.iter().map(|rad| significant(rad.to_degrees(), 3)).collect();
+            Cell::text(peaks.join(", "))
+        };
+        let next = TableOf::new("next", caption, &found.next)
+            .column(Column::new("kind", "fly next"), |own| {
+                Cell::text(format!("{} on {}", own.kind, own.surfaces.join(", ")))
             })
-            .collect(),
+            .number("duration_s", "time", "s", 3, |own| own.duration_s)
+            .column(Column::new("peak", "peak, deg"), peaks)
+            .column(Column::new("met", "goals met"), |own| met(own.met))
+            .column(Column::new("worst", "worst"), |own| own.worst.as_ref().map_or(Cell::Empty, symbol))
+            .maybe("worst_over_goal", "error over goal", "", 3, |own| own.worst_over_goal);
+        blocks.push(Block::Table(next.done()));
+    }
+    blocks.push(Block::Figure(errors_over_goals(found)));
+    let caption = "Standard error of all windows together against the goal of each derivative.";
+    let goals = TableOf::new("goals", caption, &found.derivatives)
+        .symbol("name", "derivative", |own| &own.name)
+        .number("estimate", "estimate", "", 4, |own| own.estimate)
+        .maybe("corrected", "corrected error", "", 2, |own| own.corrected)
+        .number("goal", "goal", "", 2, |own| own.goal)
+        .text("met_after", "met after", |own| own.met_after.as_deref().unwrap_or("not met"));
+    let windows = TableOf::new("windows", "What the windows up to each say together.", &found.windows)
+        .text("window", "after window", |own| &own.window)
+        .number("time_s", "time flown", "s", 4, |own| own.time_s)
+        .column(Column::new("met", "goals met"), |own| met(own.met))
+        .column(Column::new("worst", "worst"), |own| own.worst.as_ref().map_or(Cell::Empty, symbol))
+        .maybe("worst_over_goal", "error over goal", "", 3, |own| own.worst_over_goal);
+    blocks.extend([Block::Table(goals.done()), Block::Table(windows.done())]);
+    blocks
+}
+
+fn symbol(name: &String) -> Cell {
+    Cell::Symbol(name.clone())
+}
+
+/// Errors over their goals against the time flown, of the derivatives that are furthest from their goals at the end.
+fn errors_over_goals(found: &Enough) -> Figure {
+    /// Lines of the figure.
+    const LINES: usize = 6;
+    let ratio = |error: Option<f64>, goal: f64| error.map_or(f64::NAN, |error| error / goal);
+    let last = |row: &DerivativeRow| row.corrected.map_or(f64::INFINITY, |error| error / row.goal);
+    let mut order: Vec<usize> = (0..found.derivatives.len()).collect();
+    order.sort_by(|&a, &b| last(&found.derivatives[b]).total_cmp(&last(&found.derivatives[a])));
+    let mut marks: Vec<Mark> = order
+        .into_iter()
+        .take(LINES)
+        .enumerate()
+        .map(|(colour, at)| {
+            let row = &found.derivatives[at];
+            let over = found.windows.iter().map(|window| {
+                let error = window.corrected.get(at).copied().flatten();
+                [window.time_s, ratio(error, row.goal).log10()]
+            });
+            points(crate::notation::derivative(&row.name), colour, LineStyle::Solid, over)
+        })
+        .collect();
+    let end_s = found.windows.last().map_or(0.0, |window| window.time_s);
+    marks.push(points("goal", LINES, LineStyle::Dashed, [[0.0, 0.0], [end_s, 0.0]]));
+    Figure {
+        name: "errors-over-goals".to_owned(),
+        caption: "Corrected errors over their goals, as powers of ten, of the derivatives furthest from theirs."
+            .to_owned(),
+        columns: 1,
+        panel_height_mm: 45.0,
+        panels: vec![Panel::Plot(Plot {
+            x: Axis::new("time flown", "s"),
+            y: Axis::new("lg (error / goal)", ""),
+            marks,
+        })],
     }
 }

@@ -1,11 +1,14 @@
 //! Whether what was flown is enough: errors after every window against goals, and the manoeuvre to fly next.
 
-use doublet_dynamics::design::{Basis, Prediction, Request, next_manoeuvres};
+use doublet_core::hash_fields;
+use doublet_dynamics::design::{Basis, Criterion, DesignKind, Prediction, Request, next_manoeuvres};
 use serde::Serialize;
 
+use super::basis::{DesignOptions, basis_of};
 use super::rows::names;
-use crate::graph::StageResult;
-use crate::session::{Session, WindowRole};
+use crate::graph::{Context, Footprint, Stage, StageResult};
+use crate::session::{Manoeuvre, WindowRole};
+use crate::study::StudyInput;
 
 /// A goal of one derivative.
 #[derive(Clone, Debug, PartialEq)]
@@ -14,6 +17,50 @@ pub struct Goal {
     pub name: String,
     /// Standard error to reach.
     pub standard_error: f64,
+}
+
+hash_fields!(Goal { name; standard_error });
+
+/// What counts as enough of a session as it is edited; limits and noise as flown.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EnoughRequest {
+    /// Goals of single derivatives.
+    pub goals: Vec<Goal>,
+    /// Goal of all others: standard error over the magnitude of the estimate, per cent.
+    pub relative_percent: f64,
+    /// Surfaces the next manoeuvre may move: 0 aileron, 1 elevator, 2 rudder.
+    pub surfaces: Vec<usize>,
+    /// Its length, s.
+    pub time_s: f64,
+}
+
+hash_fields!(EnoughRequest { goals, surfaces; relative_percent, time_s });
+
+impl Default for EnoughRequest {
+    /// Five per cent of every derivative, manoeuvres of 15 s on all surfaces.
+    fn default() -> Self {
+        Self { goals: Vec::new(), relative_percent: 5.0, surfaces: vec![0, 1, 2], time_s: 15.0 }
+    }
+}
+
+impl EnoughRequest {
+    fn options(&self) -> EnoughOptions {
+        /// Part of the room between trim and limits that the undisturbed flight may take.
+        const USAGE: f64 = 0.9;
+        let next = Request {
+            surfaces: self.surfaces.clone(),
+            time_s: self.time_s,
+            kind: DesignKind::Multisine,
+            criterion: Criterion::A,
+            rounds: 0,
+            search_samples: 0,
+            samples: 0,
+            usage: USAGE,
+            seed: 1,
+            with_flown: false,
+        };
+        EnoughOptions { goals: self.goals.clone(), relative_percent: self.relative_percent, next }
+    }
 }
 
 /// What counts as enough.
@@ -104,24 +151,30 @@ impl EnoughOptions {
     }
 }
 
-/// Goes through the identification windows in their order: the errors that the windows up to each give together, in the noise that all of
+/// Goes through the identification windows of `windows` in their order: the errors that the windows up to each give together, in the noise that all of
 /// them left; and what one manoeuvre more would make of them.
 ///
 /// # Errors
-/// One line: a goal of a derivative there is not; regressors that cannot be formed.
-pub fn enough(session: &Session, basis: &Basis, options: &EnoughOptions) -> StageResult<Enough> {
+/// One line: a goal of a derivative there is not; regressors that cannot be formed; or that it was stopped, which `goes_on` says.
+pub fn enough<'a>(
+    windows: impl IntoIterator<Item = &'a Manoeuvre>,
+    basis: &Basis,
+    options: &EnoughOptions,
+    goes_on: &dyn Fn() -> StageResult<()>,
+) -> StageResult<Enough> {
     let line = |error: doublet_dynamics::design::DesignError| error.to_string();
     if let Some(goal) = options.goals.iter().find(|goal| !basis.model.names.contains(&goal.name)) {
         return Err(format!("no derivative of the model is called '{}'", goal.name).into());
     }
     let used = |name: &str| basis.coefficients.iter().any(|known| known.flown.iter().any(|own| own.label == name));
-    let order = session.windows.iter().filter(|window| window.role == WindowRole::Identification && used(&window.name));
+    let order = windows.into_iter().filter(|window| window.role == WindowRole::Identification && used(&window.name));
     let mut so_far: Vec<&str> = Vec::new();
     let mut time_s = 0.0;
-    let mut windows = Vec::new();
+    let mut known = Vec::new();
     let mut last = Prediction::default();
     let mut met_after: Vec<Option<String>> = Vec::new();
     for window in order {
+        goes_on()?;
         so_far.push(&window.name);
         time_s += window.window.end_s - window.window.start_s;
         last = basis.of_windows(|label| so_far.contains(&label)).predict(&[], true).map_err(line)?;
@@ -132,7 +185,7 @@ pub fn enough(session: &Session, basis: &Basis, options: &EnoughOptions) -> Stag
             // A goal that is lost again with a later window counts from when it is met for good.
             *after = if met { after.take().or_else(|| Some(window.name.clone())) } else { None };
         }
-        windows.push(WindowInformation {
+        known.push(WindowInformation {
             window: window.name.clone(),
             time_s,
             met: standing.met,
@@ -152,13 +205,39 @@ pub fn enough(session: &Session, basis: &Basis, options: &EnoughOptions) -> Stag
     });
     let of = last.derivatives.len();
     let is_enough = of > 0 && standing.met == of;
-    let next = if is_enough { Vec::new() } else { next_rows(basis, options)? };
-    Ok(Enough { enough: is_enough, met: standing.met, of, derivatives: derivatives.collect(), windows, next })
+    let next = if is_enough { Vec::new() } else { next_rows(basis, options, goes_on)? };
+    Ok(Enough { enough: is_enough, met: standing.met, of, derivatives: derivatives.collect(), windows: known, next })
+}
+
+impl Footprint for Enough {
+    fn bytes(&self) -> usize {
+        128 * (1 + self.derivatives.len()) * (1 + self.windows.len())
+    }
+}
+
+impl Stage for Enough {
+    type Params<'a> = &'a EnoughRequest;
+    type Inputs<'a> = &'a StudyInput<'a>;
+    type Output = Self;
+    const NAME: &'static str = "enough";
+
+    fn run(request: &EnoughRequest, input: &StudyInput<'_>, context: &Context<'_>) -> StageResult<Self> {
+        let basis = basis_of(input, &DesignOptions::default(), context)?;
+        context.checkpoint()?;
+        let windows = input.windows.iter().map(|window| window.manoeuvre);
+        enough(windows, &basis, &request.options(), &|| context.checkpoint())
+    }
 }
 
 /// Candidates, best first: by the worst error over its goal, then by the number of goals met.
-fn next_rows(basis: &Basis, options: &EnoughOptions) -> StageResult<Vec<NextRow>> {
-    let found = next_manoeuvres(basis, &options.next).map_err(|error| error.to_string())?;
+fn next_rows(
+    basis: &Basis,
+    options: &EnoughOptions,
+    goes_on: &dyn Fn() -> StageResult<()>,
+) -> StageResult<Vec<NextRow>> {
+    let found = next_manoeuvres(basis, &options.next, &|| goes_on().is_ok());
+    goes_on()?;
+    let found = found.map_err(|error| error.to_string())?;
     let mut rows: Vec<NextRow> = found
         .into_iter()
         .map(|next| {

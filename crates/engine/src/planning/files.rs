@@ -10,7 +10,7 @@ use crate::builtin::PREFIX;
 use crate::session::Session;
 
 /// Nodes of all manoeuvres, straight lines between them: number of the window, time since its start, deflections about the trim.
-pub fn design_csv(row: &DesignRow) -> String {
+fn design_csv(row: &DesignRow) -> String {
     let mut text = "manoeuvre,time_s,aileron_rad,elevator_rad,rudder_rad\n".to_owned();
     for node in &row.signal {
         let _ = writeln!(text, "{},{},{},{},{}", node.manoeuvre, node.time_s, node.aileron, node.elevator, node.rudder);
@@ -19,13 +19,33 @@ pub fn design_csv(row: &DesignRow) -> String {
 }
 
 /// Name of a session's aircraft as a scenario file has it; its path where it does not come with the program.
-pub fn aircraft_name(session: &Session) -> &str {
+pub(super) fn aircraft_name(session: &Session) -> &str {
     let aircraft = session.aircraft.as_deref().unwrap_or_default();
     aircraft.strip_prefix(PREFIX).unwrap_or(aircraft)
 }
 
+/// Everything that goes with the card of a design, by file name; `full_travel_rad` is that of the surfaces to either side.
+///
+/// # Errors
+/// One line: a design that cannot be written as JSON.
+pub fn design_files(
+    session: &Session,
+    row: &DesignRow,
+    designed: &Designed,
+    full_travel_rad: [f64; 3],
+) -> Result<Vec<(String, Vec<u8>)>, String> {
+    let files = [
+        ("design.json", serde_json::to_string_pretty(row).map_err(|error| error.to_string())?),
+        ("design.csv", design_csv(row)),
+        ("design_scenario.toml", design_scenario(row, designed, aircraft_name(session))),
+        ("design_ardupilot.lua", design_lua(designed, full_travel_rad)),
+        ("design_px4.params", design_px4(designed, row.band_hz)),
+    ];
+    Ok(files.map(|(name, text)| (name.to_owned(), text.into_bytes())).into())
+}
+
 /// A scenario file for `doublet simulate`: the manoeuvres one after the other from the design's trim, in its gusts.
-pub fn design_scenario(row: &DesignRow, designed: &Designed, aircraft: &str) -> String {
+pub(super) fn design_scenario(row: &DesignRow, designed: &Designed, aircraft: &str) -> String {
     let mut text = format!(
         "format = \"{FILE_FORMAT}\"\nversion = {FILE_VERSION}\naircraft = {aircraft:?}\nairspeed_m_s = {:?}\naltitude_m = {:?}\n\
          gust_m_s = {:?}\n",
@@ -56,7 +76,7 @@ const FUNCTIONS: [u32; 3] = [4, 19, 21];
 ///
 /// Full travel of each servo is `full_travel_rad` to either side; the servo's own minimum, maximum and reversal are read from its
 /// parameters.
-pub fn design_lua(designed: &Designed, full_travel_rad: [f64; 3]) -> String {
+fn design_lua(designed: &Designed, full_travel_rad: [f64; 3]) -> String {
     let Some(manoeuvre) = designed.manoeuvres.first() else { return String::new() };
     let mut text = String::from(
         "-- Designed input, written by doublet. Deflections are parts of full travel about the output at the start.\n\
@@ -144,7 +164,7 @@ return update()
 
 /// Parameters of PX4's own signal injection for fixed-wing aircraft: a sweep by factors over the band and the time of the design. PX4 knows no
 /// inputs node by node, and adds what it injects to the rate setpoints, so that this is the nearest it flies by itself.
-pub fn design_px4(designed: &Designed, band_hz: [f64; 2]) -> String {
+fn design_px4(designed: &Designed, band_hz: [f64; 2]) -> String {
     let longest_s = designed.manoeuvres.iter().map(|manoeuvre| manoeuvre.duration_s).fold(0.0, f64::max);
     let axes: i32 = {
         let mut axes = 0;

@@ -8,14 +8,18 @@ mod document;
 mod enough;
 mod files;
 mod rows;
+mod sheet;
 
-pub use basis::{DesignOptions, FlownWindow, SEARCH_SAMPLES, basis, design_basis};
+pub use basis::{DesignOptions, FlownWindow, SEARCH_SAMPLES, basis, basis_of, design_basis};
 pub use campaign::{Campaign, Flown, FlownPoint, Fuel, Order, PlannedPoint, TestPoint, Tolerance, flown_points};
 pub use cards::{campaign_document, envelope_figure};
 pub use coverage::{DesignCoverage, DesignedDerivative, DesignedExcursion, design_coverage};
-pub use document::design_document;
-pub use enough::{DerivativeRow, Enough, EnoughOptions, Goal, NextRow, WindowInformation, enough};
-pub use files::{aircraft_name, design_csv, design_lua, design_px4, design_scenario};
+pub use document::{comparison_table, design_document, enough_blocks};
+pub use doublet_dynamics::design::{Criterion, DesignKind, SURFACE_NAMES};
+pub use enough::{DerivativeRow, Enough, EnoughOptions, EnoughRequest, Goal, NextRow, WindowInformation, enough};
+pub use files::design_files;
 pub use rows::{
     ComparedKind, CorrelationRow, DesignRow, ExcursionRow, ManoeuvreRow, PredictedRow, SignalRow, design_row,
+    designed_rows,
 };
+pub use sheet::{DesignSheet, SEARCH_SAMPLES, SheetRequest, design_sheet};

@@ -4,9 +4,13 @@ use std::collections::BTreeMap;
 
 use doublet_core::model::regressors;
 use doublet_dynamics::design::{
-    Basis, Criterion, Designed, Limit, Request, SURFACE_NAMES, relative_peak_factor, window_variables,
+    Basis, Criterion, DesignKind, Designed, Limit, Request, SURFACE_NAMES, design, relative_peak_factor,
+    window_variables,
 };
 use serde::Serialize;
+
+use crate::graph::StageResult;
+use crate::report::significant;
 
 /// A design and what it promises.
 #[derive(Clone, Debug, Serialize)]
@@ -169,8 +173,45 @@ fn costs(costs: [f64; 3]) -> BTreeMap<&'static str, f64> {
     Criterion::ALL.iter().map(|criterion| criterion.name()).zip(costs).collect()
 }
 
+/// Designs an input and says what it promises, with `compare` beside every other kind within the same limits and time. `goes_on` is asked
+/// before each kind.
+///
+/// # Errors
+/// One line: no input within time and limits; or that it was stopped.
+pub fn designed_rows(
+    basis: &Basis,
+    request: &Request,
+    compare: bool,
+    goes_on: &dyn Fn() -> StageResult<()>,
+) -> StageResult<(DesignRow, Designed)> {
+    let designed = design(basis, request).map_err(|error| error.to_string())?;
+    let mut row = design_row(basis, request, &designed);
+    for kind in DesignKind::ALL.into_iter().filter(|_| compare) {
+        goes_on()?;
+        if kind == request.kind {
+            row.comparison.push(compared(kind.name(), Ok(&designed)));
+            continue;
+        }
+        let other = design(basis, &Request { kind, samples: 0, ..request.clone() });
+        row.comparison.push(compared(kind.name(), other.as_ref().map_err(ToString::to_string)));
+    }
+    if row.failed_samples > 0 {
+        row.notes.push(format!("{} of {} draws have no trim or left the flight", row.failed_samples, row.samples));
+    }
+    for own in row.excursions.iter().filter(|own| own.margin.is_some_and(|margin| margin < 0.0)) {
+        row.notes.push(format!(
+            "{} may pass its limit ({}) by {} {}",
+            own.name,
+            own.limit_source.as_deref().unwrap_or_default(),
+            significant(-own.margin.unwrap_or_default(), 2),
+            own.unit
+        ));
+    }
+    Ok((row, designed))
+}
+
 /// A design of another kind, or why there is none, for the comparison.
-pub(super) fn compared(kind: &'static str, found: Result<&Designed, String>) -> ComparedKind {
+fn compared(kind: &'static str, found: Result<&Designed, String>) -> ComparedKind {
     match found {
         Ok(designed) => {
             let rows = designed.prediction.derivatives.iter().zip(designed.prediction.relative_errors());
@@ -190,13 +231,6 @@ pub(super) fn compared(kind: &'static str, found: Result<&Designed, String>) -> 
             worst_relative_error_percent: None,
             error: Some(error),
         },
-    }
-}
-
-impl ComparedKind {
-    /// The row of one kind.
-    pub fn of(kind: &'static str, found: Result<&Designed, String>) -> Self {
-        compared(kind, found)
     }
 }
 

@@ -254,7 +254,7 @@ fn page(test: &QualificationTest) -> Section {
     );
     blocks.extend(test.page.figure.clone().map(Block::Figure));
     Section {
-        name: format!("test-{}", test.id),
+        name: test.section(),
         title: format!("{} {}", test.id, test.title),
         is_numbered: false,
         on_new_page: true,

@@ -1,6 +1,7 @@
 //! Judging the tests of a file on the windows of a session that was run.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
 use doublet_core::estimate::Fit;
 use doublet_core::model::Derivatives;
@@ -8,16 +9,18 @@ use doublet_core::validate::Histories;
 use doublet_dynamics::modes::measured::Read;
 
 use super::conditions::initial;
+use super::document::document;
 use super::free_response::{self, FreeResponse, free_response};
 use super::judge::{at_time, channels, met, over_bands, over_values, values};
 use super::record::{Movement, movement, shortfall};
 use super::snapshot::{self, snapshot};
-use super::{FORMAT, Outcome, Page, Qualification, QualificationTest, TestEntry, TestFile, VERSION, data, pages};
+use super::{FORMAT, NAME, Outcome, Page, Qualification, QualificationTest, TestEntry, TestFile, VERSION, data, pages};
 use crate::date;
-use crate::graph::StageResult;
+use crate::graph::{Cache, StageResult};
+use crate::report::document::Document;
 use crate::report::session_sha256;
-use crate::run::Snapshot;
-use crate::session::{Manoeuvre, Session, WindowRole};
+use crate::run::{Control, Scope, Snapshot, run};
+use crate::session::{self, Manoeuvre, Session, WindowRole};
 use crate::stage::{
     Judgement, ObjectiveTest, PooledFits, Quantity, ReplayWindow, Tolerances, ValueTolerance, WindowAero, WindowReplay,
     measured_histories, model_of_window, replay, window_flight,
@@ -33,6 +36,56 @@ pub fn prepare(session: &Session, file: &TestFile) -> Session {
         }
     }
     prepared
+}
+
+/// Tests judged, and the guide that says so.
+#[derive(Clone, Debug)]
+pub struct Judged {
+    /// Results.
+    pub found: Qualification,
+    /// The guide, a section per test named as [`QualificationTest::section`].
+    pub guide: Document,
+}
+
+impl Judged {
+    /// Files that go with the guide: the results and the copies of the validation data.
+    ///
+    /// # Errors
+    /// One line: results that cannot be written as JSON.
+    pub fn beside(&self) -> Result<Vec<(String, Vec<u8>)>, String> {
+        let json = serde_json::to_vec_pretty(&self.found).map_err(|error| error.to_string())?;
+        let copies = self.found.tests.iter().filter_map(|test| test.data.as_ref());
+        let copies = copies.map(|copy| (copy.name.clone(), copy.text.clone().into_bytes()));
+        Ok(std::iter::once((format!("{NAME}.json"), json)).chain(copies).collect())
+    }
+}
+
+/// Runs a session whose relative paths start from `folder` with the windows that the tests need, judges them and lays the guide out.
+///
+/// # Errors
+/// One line: a window of the tests that cannot be run, a derivative the model does not have; or that it was stopped.
+pub fn judge(
+    session: &Session,
+    folder: &Path,
+    file: &TestFile,
+    control: &Control,
+    progress: &(dyn Fn(f32) + Sync),
+) -> StageResult<Judged> {
+    let prepared = prepare(session, file);
+    if let Some(finding) = session::check(&prepared).into_iter().find(session::stops_run) {
+        return Err(format!("with the windows of the tests: {finding}").into());
+    }
+    let scope = Scope { session: &prepared, folder, first: None, studies: &[], cause: "qualification", generation: 1 };
+    let publish = |snapshot: Snapshot| progress(snapshot.progress);
+    let snapshot = run(&scope, &Snapshot::default(), &Cache::new(0), control, &publish);
+    control.checkpoint()?;
+    if !snapshot.windows.values().any(|window| window.path.ready().is_some())
+        && let Some((place, error)) = snapshot.failures().into_iter().next()
+    {
+        return Err(format!("{place}: {error}").into());
+    }
+    let found = evaluate(session, &snapshot, file)?;
+    Ok(Judged { guide: document(session, &snapshot, file, &found), found })
 }
 
 /// Judges every test of `file` on a session and what the run of it, [`prepare`]d, found.

@@ -22,11 +22,13 @@ use crate::report::document::Figure;
 use crate::verdict::Level;
 
 pub use document::document;
-pub use evaluate::{evaluate, prepare};
+pub use evaluate::{Judged, evaluate, judge, prepare};
 pub use file::{DEVICE, ENGINEERING_DATA, Revision, TestEntry, TestFile};
 
 /// Value of the `format` key of the results.
 pub const FORMAT: &str = "doublet qualification";
+/// Name of the guide and of its results, without ending.
+pub const NAME: &str = "qtg";
 /// Version of their layout.
 pub const VERSION: u32 = 1;
 
@@ -117,6 +119,13 @@ impl Outcome {
             Self::Failed => Level::Bad,
             Self::NoRecording | Self::RecordTooShort | Self::NotComputed => Level::Caution,
         }
+    }
+}
+
+impl QualificationTest {
+    /// Name of its section in the guide.
+    pub fn section(&self) -> String {
+        format!("test-{}", self.id)
     }
 }
 

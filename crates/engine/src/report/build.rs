@@ -78,7 +78,7 @@ pub fn build(session: &Session, snapshot: &Snapshot) -> Results {
         validation: Vec::new(),
         sensor_errors: snapshot.sensor_errors.ready().map(|found| super::sensor_errors::rows(&found.0)),
         studies: super::studies::build(snapshot),
-        dynamics: snapshot.studies.dynamics.ready().map(|study| super::dynamics_row(study)),
+        dynamics: snapshot.dynamics().ready().map(|study| super::dynamics_row(study)),
         proof_of_match: snapshot.proof.ready().map(|proof| super::proof::rows(proof)).unwrap_or_default(),
     };
     summary::complete(&mut results);

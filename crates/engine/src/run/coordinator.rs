@@ -5,6 +5,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 
 use super::details::{DetailRequest, details};
+use super::inquiries::inquire;
 use super::pipeline::{Scope, run};
 use super::snapshot::{Slot, Snapshot};
 use crate::graph::{Cache, Context, Control};
@@ -199,9 +200,12 @@ fn coordinate(shared: &Shared) {
             }
             (Job::Detail(wanted), Some(Request { session, folder, .. })) => {
                 let context = Context::new(folder).with_cache(&cache).with_control(&control, &|_| ());
+                let mut shown = Snapshot::clone(&previous);
                 if let Ok(found) = details(session, &previous, &wanted, &context) {
-                    publish(Snapshot { details: Slot::Ready(found), ..Snapshot::clone(&previous) });
+                    shown.details = Slot::Ready(found);
+                    publish(shown.clone());
                 }
+                inquire(session, &mut shown, &wanted.inquiry, &context, &publish);
             }
             (Job::Detail(_), None) => {}
         }

@@ -1,5 +1,6 @@
 //! A closer look at results there already are, computed after them and for what is on screen alone.
 
+use std::hash::{Hash, Hasher};
 use std::sync::Arc;
 
 use doublet_core::airframe::Loading;
@@ -7,6 +8,7 @@ use doublet_core::model::{Structure, Term};
 use doublet_core::reconstruct::{FilterSettings, Method};
 use doublet_core::series::Series;
 
+use super::inquiries::InquiryRequest;
 use super::snapshot::{Snapshot, WindowResults};
 use crate::graph::{Context, Footprint, Keyed, Stage, StageError, StageResult};
 use crate::session::{Manoeuvre, PathSource, Session, Settings};
@@ -20,7 +22,7 @@ use crate::stage::{
 const ITERATED: Method = Method::Iekf { max_iterations: 10, tolerance: 1e-3 };
 
 /// What a front end looks at.
-#[derive(Clone, Debug, Default, PartialEq, Hash)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct DetailRequest {
     /// Window looked at.
     pub window: Option<String>,
@@ -34,6 +36,16 @@ pub struct DetailRequest {
     pub regressors: Option<bool>,
     /// Structures that are compared, by name.
     pub structures: Vec<(String, Structure)>,
+    /// What is asked of the identified model; answered behind the rest, each by itself.
+    pub inquiry: InquiryRequest,
+}
+
+impl Hash for DetailRequest {
+    /// Without what is asked of the model, on which the closer look does not depend.
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        let Self { window, track, filters, terms, regressors, structures, inquiry: _ } = self;
+        (window, track, filters, terms, regressors, structures).hash(state);
+    }
 }
 
 /// What was found.

@@ -22,8 +22,8 @@ impl<T: Send + 'static> Job<T> {
     /// When the operating system refuses a thread.
     pub fn start<E: Into<StageError>>(
         name: &str,
-        wake: impl Fn() + Send + 'static,
-        work: impl FnOnce(&Control, &dyn Fn(f32)) -> Result<T, E> + Send + 'static,
+        wake: impl Fn() + Send + Sync + 'static,
+        work: impl FnOnce(&Control, &(dyn Fn(f32) + Sync)) -> Result<T, E> + Send + 'static,
     ) -> std::io::Result<Self> {
         let progress = Arc::new(AtomicU32::new(0.0_f32.to_bits()));
         let control = Control::default();

@@ -35,6 +35,18 @@ pub struct EstimateTrace {
     pub spread: Vec<f64>,
 }
 
+impl EstimateTrace {
+    /// Its part since the error has stayed within some times the latest one: what was written of the first seconds, before the inputs say
+    /// anything, would leave of the rest a line.
+    pub fn settled(&self) -> (&[[f64; 2]], &[f64]) {
+        /// How many times the latest error one may be.
+        const TIMES: f64 = 8.0;
+        let most = TIMES * self.spread.last().copied().unwrap_or(0.0);
+        let first = self.spread.iter().rposition(|spread| *spread > most).map_or(0, |last| last + 1);
+        (self.points.get(first..).unwrap_or_default(), self.spread.get(first..).unwrap_or_default())
+    }
+}
+
 /// Everything seen of a flight so far.
 #[derive(Clone, Debug, Default)]
 pub struct LiveView {
@@ -127,7 +139,7 @@ fn watch(order: &LiveOrder, shared: &Mutex<Arc<LiveView>>, stop: &AtomicBool, wa
     let watched = open(&order.opening)?;
     let (mut settings, notes) = (watched.settings, watched.notes);
     settings.update_s = UPDATE_S;
-    settings.limits.clone_from(&order.limits);
+    settings.limit(&order.limits);
     let speed = order.speed.filter(|_| watched.is_recorded);
     let mut live = LiveWatch::new(watched.source, watched.map, settings, speed, order.opening.wait)?;
     if let Some(folder) = &order.record {
@@ -156,4 +168,19 @@ fn watch(order: &LiveOrder, shared: &Mutex<Arc<LiveView>>, stop: &AtomicBool, wa
     let session = live.finish(watched.session.as_ref(), watched.aircraft.as_deref())?;
     Arc::make_mut(&mut lock(shared)).session = session;
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_trace_begins_where_its_error_is_of_the_order_of_the_latest() {
+        let spread = vec![90.0, 40.0, 0.5, 9.0, 2.0, 1.0, 0.5];
+        let points: Vec<[f64; 2]> = (0..7).map(|k| [f64::from(k), 1.0]).collect();
+        let trace = EstimateTrace { points, spread };
+        // Eight times the latest error are 4: the last above that is the fourth.
+        assert_eq!(trace.settled(), (&[[4.0, 1.0], [5.0, 1.0], [6.0, 1.0]][..], &[2.0, 1.0, 0.5][..]));
+        assert_eq!(EstimateTrace::default().settled(), (&[][..], &[][..]));
+    }
 }

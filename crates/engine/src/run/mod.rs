@@ -3,6 +3,7 @@
 mod autosaver;
 mod coordinator;
 mod details;
+mod inquiries;
 mod job;
 mod live;
 mod pipeline;
@@ -15,8 +16,9 @@ pub use crate::graph::{Cancelled, Control};
 pub use autosaver::Autosaver;
 pub use coordinator::{CACHE_BYTES, Engine, Request};
 pub use details::{DetailRequest, Details, WindowDetails};
+pub use inquiries::{InquiryRequest, answer, with_study_input};
 pub use job::Job;
 pub use live::{EstimateTrace, LiveOrder, LiveThread, LiveView};
 pub use pipeline::{Scope, run};
-pub use snapshot::{LogEntry, Slot, Snapshot, Studies, WindowResults};
+pub use snapshot::{Inquiries, LogEntry, Slot, Snapshot, Studies, WindowResults};
 pub use tuning::{tune_delay, tune_noise};

@@ -108,7 +108,7 @@ fn first_snapshot(scope: &Scope<'_>, previous: &Snapshot, windows: &[&Manoeuvre]
     let flights: Vec<&str> = scope.session.flights.iter().map(|flight| flight.name.as_str()).collect();
     let windows: Vec<&str> = windows.iter().map(|window| window.name.as_str()).collect();
     snapshot.follow(&flights, &windows);
-    let Snapshot { second, details, mut studies, .. } = snapshot.clone();
+    let Snapshot { second, details, mut studies, mut inquiries, .. } = snapshot.clone();
     let mut slots = 0;
     snapshot.each_mut("", &mut |_, slot| {
         slot.begin();
@@ -118,6 +118,8 @@ fn first_snapshot(scope: &Scope<'_>, previous: &Snapshot, windows: &[&Manoeuvre]
         if scope.studies.iter().any(|study| study.name() == name) { slot.begin() } else { slot.expire() }
     });
     snapshot.studies = studies;
+    inquiries.each_mut("", &mut |_, slot| slot.expire());
+    snapshot.inquiries = inquiries;
     if scope.session.second_structure.is_none() {
         snapshot.second = second;
     }

@@ -9,6 +9,8 @@ use doublet_core::airframe::LoadedState;
 
 use super::details::Details;
 use crate::graph::{FileStamp, Keyed, Stage, StageError};
+use crate::planning::Enough;
+use crate::prior::PriorStudy;
 use crate::session::{Manoeuvre, Session};
 use crate::stage::{
     AeroWindow, EstimatedSensorErrors, FlightEngines, FlightNoise, FlightPhysics, FlightProposals, FlownMass, Gravity,
@@ -66,6 +68,11 @@ impl<T> Slot<T> {
     /// The output, if it is up to date.
     pub fn ready(&self) -> Option<&Arc<T>> {
         if let Self::Ready(value) = self { Some(value.shared()) } else { None }
+    }
+
+    /// The same with its key.
+    pub fn ready_keyed(&self) -> Option<&Keyed<T>> {
+        if let Self::Ready(value) = self { Some(value) } else { None }
     }
 
     /// Why there is no up-to-date output.
@@ -228,6 +235,7 @@ macro_rules! slots {
                 $(self.$slot.each_mut(slots!(@place $($place)?), visit);)*
             }
 
+            #[allow(unused_variables, reason = "a group may have no slot whose failures are those of the run")]
             fn each(&self, what: &str, visit: &mut dyn FnMut(String, &dyn AnySlot)) {
                 $($(self.$slot.each(&format!("{what}{}", $place), visit);)?)*
             }
@@ -315,6 +323,8 @@ slots! {
         proof: Slot<ProofOfMatch> => ProofOfMatch::NAME,
         /// What was asked for beside the derivatives.
         studies: Studies => "",
+        /// What is asked of the identified model while it is looked at; only the background worker computes it.
+        inquiries: Inquiries,
         /// A closer look at these results; only the background worker computes it, after the run and for what is looked at.
         details: Slot<Details>,
         /// What of all this may be believed; computed last.
@@ -343,7 +353,26 @@ slots! {
     }
 }
 
+slots! {
+    /// Answers to what is asked of the identified model; each goes out of date with a run and is computed again while it is looked at.
+    pub struct Inquiries {}
+    slots {
+        /// Linear model, modes and flying qualities about a trim.
+        dynamics: Slot<DynamicsStudy>,
+        /// Whether what was flown is enough.
+        enough: Slot<Enough>,
+        /// The flight against an earlier estimate.
+        prior: Slot<PriorStudy>,
+    }
+}
+
 impl Snapshot {
+    /// Modes and levels: as the run was asked for them, or as they are looked at.
+    pub fn dynamics(&self) -> &Slot<DynamicsStudy> {
+        let (studied, looked_at) = (&self.studies.dynamics, &self.inquiries.dynamics);
+        if studied.ready().is_none() && looked_at.ready().is_some() { looked_at } else { studied }
+    }
+
     /// Gravity the paths are reconstructed with, m/s²: that in use, or the session's before the flights were read.
     pub fn gravity_m_s2(&self, session: &Session) -> f64 {
         self.gravity.as_ref().map_or(session.filter.gravity_m_s2, |used| used.m_s2)

@@ -3,7 +3,7 @@
 use doublet_dynamics::propagate::HALF_WIDTH;
 use doublet_dynamics::qualities::Measure;
 
-use super::{Axis, Block, Colour, Contents, Figure, LineStyle, Mark, Panel, Plot, paragraph};
+use super::{Axis, Block, Contents, Figure, LineStyle, Panel, Plot, paragraph, points};
 use crate::report::table::{Cell, Column, Table};
 use crate::report::{DynamicsRow, LinearRow, ModeRow};
 use crate::study::DynamicsStudy;
@@ -15,7 +15,7 @@ const HEIGHT_MM: f64 = 75.0;
 
 /// Linear model, modes and levels.
 pub fn dynamics(contents: &Contents<'_>) -> Vec<Block> {
-    let slot = &contents.snapshot.studies.dynamics;
+    let slot = contents.snapshot.dynamics();
     let (Some(row), Some(study)) = (contents.results.dynamics.as_ref(), slot.ready()) else {
         let reason = slot.error().map(|error| format!(": {error}")).unwrap_or_default();
         return vec![Block::Paragraph(format!("Linear model and modes were not computed{reason}."))];
@@ -125,12 +125,6 @@ fn modes(row: &DynamicsRow) -> Table {
     }
 }
 
-/// A closed or open line through points.
-fn outline(label: &str, colour: usize, style: LineStyle, points: Vec<[f64; 2]>) -> Mark {
-    let points = points.into_iter().map(|[x, y]| [x, y, f64::NAN]).collect();
-    Mark::Points { label: label.to_owned().into(), colour: Colour::of(colour), style, points }
-}
-
 /// Eigenvalues in the upper half plane with their 95 % ellipses, the slow ones again at their own scale.
 fn roots(study: &DynamicsStudy) -> Figure {
     let plot = |slow: bool| {
@@ -141,12 +135,12 @@ fn roots(study: &DynamicsStudy) -> Figure {
                 continue;
             }
             let place = [mode.real_1_s, mode.imaginary_rad_s];
-            marks.push(outline(mode.name, index, LineStyle::Dots, vec![place]));
-            marks.push(outline("", index, LineStyle::Solid, estimate.ellipse(OUTLINE)));
+            marks.push(points(mode.name, index, LineStyle::Dots, vec![place]));
+            marks.push(points("", index, LineStyle::Solid, estimate.ellipse(OUTLINE)));
             if !mode.oscillates() {
                 let half = HALF_WIDTH * estimate.covariance[0].max(0.0).sqrt();
                 let ends = vec![[place[0] - half, 0.0], [place[0] + half, 0.0]];
-                marks.push(outline("", index, LineStyle::Solid, ends));
+                marks.push(points("", index, LineStyle::Solid, ends));
             }
         }
         Panel::Plot(Plot { x: Axis::new("real part", "1/s"), y: Axis::new("imaginary part", "rad/s"), marks })
@@ -194,7 +188,7 @@ fn anticipation(study: &DynamicsStudy) -> Option<Figure> {
         Some([measures.get(Measure::ShortPeriodDamping)?, measures.get(Measure::Cap)?])
     };
     let place = point(&study.measures)?;
-    let mut marks = vec![outline("samples", 7, LineStyle::Dots, study.sampled.iter().filter_map(point).collect())];
+    let mut marks = vec![points("samples", 7, LineStyle::Dots, study.sampled.iter().filter_map(point))];
     let bounds = |measure: Measure| study.limits.bounds(&study.airplane, measure);
     let (damping, cap) = (bounds(Measure::ShortPeriodDamping), bounds(Measure::Cap));
     for level in 1..=2_u8 {
@@ -203,9 +197,9 @@ fn anticipation(study: &DynamicsStudy) -> Option<Figure> {
             continue;
         };
         let corners = vec![[left, low], [right, low], [right, high], [left, high], [left, low]];
-        marks.push(outline(&format!("Level {level}"), usize::from(level) + 1, LineStyle::Solid, corners));
+        marks.push(points(format!("Level {level}"), usize::from(level) + 1, LineStyle::Solid, corners));
     }
-    marks.push(outline("estimate", 1, LineStyle::Dots, vec![place]));
+    marks.push(points("estimate", 1, LineStyle::Dots, vec![place]));
     Some(Figure {
         name: "control_anticipation".to_owned(),
         caption: "Control anticipation parameter over short-period damping with the boundaries of Levels 1 and 2."

@@ -173,6 +173,17 @@ pub enum Mark {
     },
 }
 
+/// Points without error bars in a colour of the palette, joined or not.
+pub fn points(
+    label: impl Into<Cow<'static, str>>,
+    colour: usize,
+    style: LineStyle,
+    points: impl IntoIterator<Item = [f64; 2]>,
+) -> Mark {
+    let points = points.into_iter().map(|[x, y]| [x, y, f64::NAN]).collect();
+    Mark::Points { label: label.into(), colour: Colour::of(colour), style, points }
+}
+
 /// A line in a colour of the palette.
 pub fn line(label: &'static str, colour: usize, series: &Series, scale: f64) -> Mark {
     let (label, colour) = (label.into(), Colour::of(colour));

@@ -16,8 +16,8 @@ mod sensitivity;
 mod setup;
 
 pub use bode::{BodeModel, bode_figure};
-pub(crate) use figure::line;
 pub use figure::{Axis, Colour, Figure, LineStyle, Mark, Matrix, Panel, Plot};
+pub(crate) use figure::{line, points};
 pub(crate) use proof::replay_panel;
 pub use responses::surface_figure;
 
@@ -66,6 +66,13 @@ pub struct Section {
     pub blocks: Vec<Block>,
 }
 
+impl Section {
+    /// A section without a number.
+    pub fn plain(name: &str, title: &str, on_new_page: bool, blocks: Vec<Block>) -> Self {
+        Self { name: name.to_owned(), title: title.to_owned(), is_numbered: false, on_new_page, blocks }
+    }
+}
+
 /// A part of a section.
 #[derive(Clone, Debug)]
 pub enum Block {
@@ -83,6 +90,8 @@ pub enum Block {
     Table(Table),
     /// A figure.
     Figure(Figure),
+    /// So many empty lines, to be written on by hand.
+    Lines(usize),
 }
 
 /// The sections there are.

@@ -22,8 +22,8 @@ use crate::session::Session;
 
 pub use function::{Named, named_values, propagate_expression};
 pub use measured::{MeasuredWindow, measured_modes};
-pub use model::{pooled_model, uncertain_model};
-pub use trim::Flown;
+pub use model::{ModelToTrim, pooled_model};
+pub use trim::{Flown, level_model};
 
 /// Folder of the limits that come with the program.
 const LIMITS: &str = "flying_qualities";
@@ -154,8 +154,7 @@ impl Stage for DynamicsStudy {
     const NAME: &'static str = "linear model and modes";
 
     fn run(request: DynamicsRequest, input: &StudyInput<'_>, context: &Context<'_>) -> StageResult<Self> {
-        let mut notes = Vec::new();
-        let mut model = uncertain_model(input, &mut notes)?;
+        let ModelToTrim { mut model, mut notes } = ModelToTrim::clone(&*context.get::<ModelToTrim>((), input)?);
         let (condition, windows) = trim::condition(&request, input, &mut model, &mut notes)?;
         context.checkpoint()?;
         let line = |error: doublet_dynamics::linear::LinearError| error.to_string();

@@ -6,16 +6,36 @@ use nalgebra::DMatrix;
 
 use super::{StudyInput, covariance};
 use crate::export::{IdentifiedCoefficient, identified};
-use crate::graph::StageResult;
+use crate::graph::{Context, Footprint, Stage, StageResult};
 use crate::session::{Estimation, WindowRole};
 use crate::stage::{AeroWindow, CoefficientFit, PooledFits, WindowAero};
 
-/// The pooled estimate of a study with the covariance of its derivatives.
-///
-/// # Errors
-/// One line: no pooled estimate, or none of any coefficient.
-pub fn uncertain_model(input: &StudyInput<'_>, notes: &mut Vec<String>) -> StageResult<UncertainModel> {
-    pooled_model(input.pooled, (input.settings.structure, input.settings.estimation), &input.aero(), notes)
+/// The pooled estimate of a study with the covariance of its derivatives, the same about every trim.
+#[derive(Clone, Debug)]
+pub struct ModelToTrim {
+    /// The model.
+    pub model: UncertainModel,
+    /// What of it is left out, one line each.
+    pub notes: Vec<String>,
+}
+
+impl Footprint for ModelToTrim {
+    fn bytes(&self) -> usize {
+        1024 + 8 * self.model.covariance.len()
+    }
+}
+
+impl Stage for ModelToTrim {
+    type Params<'a> = ();
+    type Inputs<'a> = &'a StudyInput<'a>;
+    type Output = Self;
+    const NAME: &'static str = "model to trim";
+
+    fn run((): (), input: &StudyInput<'_>, _: &Context<'_>) -> StageResult<Self> {
+        let mut notes = Vec::new();
+        let settings = (input.settings.structure, input.settings.estimation);
+        Ok(Self { model: pooled_model(input.pooled, settings, &input.aero(), &mut notes)?, notes })
+    }
 }
 
 /// The pooled estimate as an aircraft with the geometry and engines of its first window, and the covariance of its derivatives: corrected

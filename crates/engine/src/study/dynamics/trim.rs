@@ -7,8 +7,8 @@ use doublet_core::propulsion::{Ambient, Engine, EngineModel};
 use doublet_core::statistics::median;
 use doublet_dynamics::linear::{Condition, FlightModel, SteadyFlight, UncertainModel, trim};
 
-use super::{DynamicsRequest, StudyInput, window_key};
-use crate::graph::StageResult;
+use super::{DynamicsRequest, ModelToTrim, StudyInput, window_key};
+use crate::graph::{Context, StageResult};
 use crate::session::WindowRole;
 use crate::stage::{AircraftData, StudyWindow, WindowAero};
 
@@ -54,6 +54,16 @@ pub fn condition(
     Ok((condition, windows.iter().map(|window| window.manoeuvre.name.clone()).collect()))
 }
 
+/// The identified model of a study and the median condition of its identification windows, level where the thrust is known.
+///
+/// # Errors
+/// One line: no model, no trim.
+pub fn level_model(input: &StudyInput<'_>, context: &Context<'_>) -> StageResult<(UncertainModel, Condition)> {
+    let mut model = context.get::<ModelToTrim>((), input)?.model.clone();
+    let (condition, _) = condition(&DynamicsRequest::default(), input, &mut model, &mut Vec::new())?;
+    Ok((model, condition))
+}
+
 /// What a window without samples says.
 const EMPTY: &str = "the windows of the trim have no samples";
 
@@ -76,9 +86,13 @@ fn asked_mass(
     let mut mass = flown;
     if let Some(fuel_kg) = request.fuel_kg {
         let mut loading = aircraft.loading.clone();
+        if loading.fuel_kg.values().sum::<f64>() <= 0.0 {
+            // The session leaves the fuel to its recording: its parts are those of the standard loading.
+            loading.fuel_kg.clone_from(&aircraft.loaded.aircraft.standard_loading.fuel_kg);
+        }
         let stated: f64 = loading.fuel_kg.values().sum();
         if stated <= 0.0 {
-            return Err("the loading has no fuel to change: state its tanks".into());
+            return Err("neither the loading nor the standard loading has fuel to change: state its tanks".into());
         }
         loading.fuel_kg.values_mut().for_each(|fuel| *fuel *= fuel_kg / stated);
         mass = loading.mass_properties(&aircraft.loaded.aircraft);

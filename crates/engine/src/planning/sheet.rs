@@ -1,0 +1,126 @@
+//! A design of a session as it is edited, with its card and its files.
+
+use std::path::Path;
+
+use doublet_dynamics::design::{Criterion, DesignKind, Designed, Request};
+
+use super::basis::{DesignOptions, basis_of};
+use super::document::{comparison_table, design_document};
+use super::files::design_files;
+use super::rows::{DesignRow, designed_rows};
+use crate::graph::{Context, Control, StageResult};
+use crate::report::document::{Block, Document};
+use crate::run::{Snapshot, with_study_input};
+use crate::session::Session;
+
+/// Draws of the derivatives over which the search takes the mean cost, beside the estimate.
+pub const SEARCH_SAMPLES: usize = 2;
+/// Full travel of a surface to either side where nothing else is said, rad.
+const FULL_TRAVEL_RAD: f64 = 20.0 * std::f64::consts::PI / 180.0;
+
+/// What is asked of a design in the window.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SheetRequest {
+    /// Surfaces to move: 0 aileron, 1 elevator, 2 rudder.
+    pub surfaces: Vec<usize>,
+    /// Time of all windows together, s.
+    pub time_s: f64,
+    /// Kind.
+    pub kind: DesignKind,
+    /// What is made small.
+    pub criterion: Criterion,
+    /// Rounds of the search.
+    pub rounds: usize,
+    /// Whether every other kind is designed beside it.
+    pub compare: bool,
+}
+
+impl Default for SheetRequest {
+    /// A minute of multisines on all surfaces, as published.
+    fn default() -> Self {
+        Self {
+            surfaces: vec![0, 1, 2],
+            time_s: 60.0,
+            kind: DesignKind::Multisine,
+            criterion: Criterion::A,
+            rounds: 0,
+            compare: true,
+        }
+    }
+}
+
+impl SheetRequest {
+    fn request(&self) -> Request {
+        /// Draws that say how far the aircraft goes.
+        const SAMPLES: usize = 40;
+        /// Part of the room between trim and limits that the undisturbed flight may take.
+        const USAGE: f64 = 0.9;
+        Request {
+            surfaces: self.surfaces.clone(),
+            time_s: self.time_s,
+            kind: self.kind,
+            criterion: self.criterion,
+            rounds: self.rounds,
+            search_samples: SEARCH_SAMPLES,
+            samples: SAMPLES,
+            usage: USAGE,
+            seed: 1,
+            with_flown: false,
+        }
+    }
+}
+
+/// A design with its card.
+#[derive(Clone, Debug)]
+pub struct DesignSheet {
+    /// What it promises.
+    pub row: DesignRow,
+    /// The design.
+    pub designed: Designed,
+    /// Its card.
+    pub card: Document,
+    /// Session it is of.
+    session: Session,
+}
+
+/// Designs an input from what `snapshot` has of `session`, limits and noise as flown.
+///
+/// # Errors
+/// One line: no model, no input within time and limits; or that it was stopped.
+pub fn design_sheet(
+    session: &Session,
+    snapshot: &Snapshot,
+    folder: &Path,
+    request: &SheetRequest,
+    control: &Control,
+) -> StageResult<DesignSheet> {
+    let context = Context::new(folder).with_control(control, &|_| ());
+    with_study_input(session, snapshot, &context, |input| {
+        let basis = basis_of(input, &DesignOptions::default(), &context)?;
+        context.checkpoint()?;
+        let (row, designed) = designed_rows(&basis, &request.request(), request.compare, &|| context.checkpoint())?;
+        let card = design_document(session, &row, &designed);
+        Ok(DesignSheet { row, designed, card, session: session.clone() })
+    })
+}
+
+impl DesignSheet {
+    /// The card on screen, kinds side by side before it.
+    pub fn blocks(&self) -> Vec<Block> {
+        let compared = (!self.row.comparison.is_empty()).then(|| Block::Table(comparison_table(&self.row.comparison)));
+        let notes = (!self.row.notes.is_empty()).then(|| Block::List(self.row.notes.clone()));
+        let sections = self.card.sections.iter().filter(|section| section.name != "notes");
+        let card = sections.flat_map(|section| {
+            std::iter::once(Block::Heading(section.title.clone())).chain(section.blocks.iter().cloned())
+        });
+        compared.into_iter().chain(notes).chain(self.card.cover.iter().cloned()).chain(card).collect()
+    }
+
+    /// Files that go with the card.
+    ///
+    /// # Errors
+    /// One line: a design that cannot be written as JSON.
+    pub fn files(&self) -> Result<Vec<(String, Vec<u8>)>, String> {
+        design_files(&self.session, &self.row, &self.designed, [FULL_TRAVEL_RAD; 3])
+    }
+}

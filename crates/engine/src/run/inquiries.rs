@@ -1,0 +1,107 @@
+//! What is asked of the identified model while somebody looks at it: computed in the background after the run, for what is on screen alone.
+
+use super::snapshot::{AnySlot, Inquiries, Slot, Snapshot};
+use crate::graph::{Context, Keyed, Stage, StageResult};
+use crate::planning::{Enough, EnoughRequest};
+use crate::prior::{PriorRequest, PriorStudy};
+use crate::session::Session;
+use crate::stage::{self, AircraftData, StudyWindow};
+use crate::study::{DynamicsRequest, DynamicsStudy, StudyInput};
+
+/// What a front end asks of the identified model.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct InquiryRequest {
+    /// Trim about which it is linearised.
+    pub dynamics: Option<DynamicsRequest>,
+    /// Goals that what was flown is held to.
+    pub enough: Option<EnoughRequest>,
+    /// Earlier estimate it is held against.
+    pub prior: Option<PriorRequest>,
+}
+
+/// Computes what is asked of the model of `snapshot`, which shows each answer as it comes.
+pub(super) fn inquire(
+    session: &Session,
+    snapshot: &mut Snapshot,
+    request: &InquiryRequest,
+    context: &Context<'_>,
+    publish: &dyn Fn(Snapshot),
+) {
+    let mut ask = Inquiry { session, snapshot, context, publish };
+    if let Some(wanted) = request.dynamics {
+        ask.answer::<DynamicsStudy>(wanted, |inquiries| &mut inquiries.dynamics);
+    }
+    if let Some(wanted) = &request.prior {
+        ask.answer::<PriorStudy>(wanted, |inquiries| &mut inquiries.prior);
+    }
+    if let Some(wanted) = &request.enough {
+        ask.answer::<Enough>(wanted, |inquiries| &mut inquiries.enough);
+    }
+}
+
+struct Inquiry<'a> {
+    session: &'a Session,
+    snapshot: &'a mut Snapshot,
+    context: &'a Context<'a>,
+    publish: &'a dyn Fn(Snapshot),
+}
+
+impl Inquiry<'_> {
+    fn answer<S: for<'i> Stage<Inputs<'i> = &'i StudyInput<'i>>>(
+        &mut self,
+        params: S::Params<'_>,
+        slot: fn(&mut Inquiries) -> &mut Slot<S::Output>,
+    ) {
+        slot(&mut self.snapshot.inquiries).begin();
+        (self.publish)(self.snapshot.clone());
+        let found = answer::<S>(self.session, self.snapshot, params, self.context);
+        slot(&mut self.snapshot.inquiries).finish(found);
+        (self.publish)(self.snapshot.clone());
+    }
+}
+
+/// The output of a study of everything that `snapshot` has of `session`.
+///
+/// # Errors
+/// As [`with_study_input`], and those of the study.
+pub fn answer<S: for<'i> Stage<Inputs<'i> = &'i StudyInput<'i>>>(
+    session: &Session,
+    snapshot: &Snapshot,
+    params: S::Params<'_>,
+    context: &Context<'_>,
+) -> StageResult<Keyed<S::Output>> {
+    with_study_input(session, snapshot, context, |input| context.get::<S>(params, input))
+}
+
+/// Hands everything that `snapshot` has of `session` to a study.
+///
+/// # Errors
+/// One line: no aircraft, nothing identified; those of the study.
+pub fn with_study_input<T>(
+    session: &Session,
+    snapshot: &Snapshot,
+    context: &Context<'_>,
+    study: impl FnOnce(&StudyInput<'_>) -> StageResult<T>,
+) -> StageResult<T> {
+    let used = snapshot.gravity.as_ref().map_or_else(|| session.clone(), |used| stage::with_gravity(session, used));
+    let aircraft = snapshot.aircraft.ready_keyed().ok_or_else(|| match session.aircraft {
+        Some(_) => "the aircraft could not be read",
+        None => stage::NO_AIRCRAFT,
+    })?;
+    let aircraft = context.get::<AircraftData>(session.loading.as_ref(), aircraft)?;
+    let windows = session.active_windows().filter_map(|manoeuvre| {
+        let results = snapshot.windows.get(&manoeuvre.name)?;
+        Some(StudyWindow {
+            manoeuvre,
+            flight: snapshot.flights.get(&manoeuvre.flight)?.ready_keyed()?.clone(),
+            path: results.path.ready_keyed()?.clone(),
+            aero: results.aero.ready_keyed()?.clone(),
+            fits: results.fits.ready_keyed()?.clone(),
+        })
+    });
+    let windows: Vec<_> = windows.collect();
+    let pooled = snapshot.pooled.ready_keyed();
+    let pooled = pooled.ok_or("nothing is identified yet: mark at least one window as identification")?;
+    let input = StudyInput { settings: used.settings(), aircraft: &aircraft, windows: &windows, pooled };
+    study(&input)
+}

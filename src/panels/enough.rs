@@ -1,0 +1,39 @@
+//! Whether what was flown is enough: standard errors against the goal of each derivative after every window, and the manoeuvre that would
+//! tell most next.
+
+use doublet_engine::planning::{self, EnoughRequest, enough_blocks};
+use eframe::egui::{DragValue, Response, Ui};
+
+use super::{KeptBlocks, Panel, PanelContext, answer, surfaces};
+
+/// The panel.
+#[derive(Default)]
+pub struct Enough {
+    typed: EnoughRequest,
+    asked: EnoughRequest,
+    kept: KeptBlocks<planning::Enough>,
+}
+
+impl Panel for Enough {
+    fn show(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
+        let still = ui.horizontal_wrapped(|ui| {
+            let percent = DragValue::new(&mut self.typed.relative_percent).range(0.1..=100.0).speed(0.1);
+            let percent = ui.add(percent.prefix("goal ").suffix(" %"));
+            let percent = percent.on_hover_text("Standard error over the magnitude of every derivative");
+            surfaces(ui, &mut self.typed.surfaces);
+            let time = DragValue::new(&mut self.typed.time_s).range(6.0..=120.0).prefix("next manoeuvre ").suffix(" s");
+            let time = ui.add(time).on_hover_text("Time of the manoeuvre that could be flown next");
+            [percent, time].iter().all(is_at_rest)
+        });
+        if still.inner {
+            self.asked.clone_from(&self.typed);
+        }
+        ctx.wanted.inquiry.enough = Some(self.asked.clone());
+        answer(ui, &ctx.snapshot.inquiries.enough, &mut self.kept, "Whether it is enough", enough_blocks);
+    }
+}
+
+/// Whether nobody drags or types in a field.
+fn is_at_rest(response: &Response) -> bool {
+    !response.dragged() && !response.has_focus()
+}

@@ -1,0 +1,121 @@
+//! What is asked of the identified model in the window: modes that move with a slider, whether it is enough, an earlier estimate against the
+//! flight, inputs designed, tests judged.
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use doublet::panels::Pane;
+use doublet_engine::graph::Context;
+use doublet_engine::planning::{Enough, EnoughRequest};
+use doublet_engine::report::Reference;
+use doublet_engine::run::answer;
+use doublet_engine::study::{DynamicsRequest, DynamicsStudy};
+use egui::accesskit::Role;
+use egui_kittest::kittest::Queryable;
+
+use crate::workbench::Bench;
+use crate::{hold, picture};
+
+/// Longest wait for work in the background.
+const PATIENCE: Duration = Duration::from_secs(240);
+
+/// Steps until a label holds `text`.
+fn await_label(bench: &mut Bench<'_>, text: &str) {
+    let started = Instant::now();
+    while bench.harness.query_by_label_contains(text).is_none() {
+        assert!(started.elapsed() < PATIENCE, "'{text}' comes in time");
+        std::thread::sleep(Duration::from_millis(20));
+        bench.harness.step();
+    }
+    bench.harness.run_steps(3);
+}
+
+/// Frequency of the short period.
+fn short_period(study: &DynamicsStudy) -> f64 {
+    let mode = study.modes.modes.iter().find(|estimate| estimate.mode.name == "short period");
+    mode.expect("there is one").mode.frequency_rad_s()
+}
+
+#[test]
+fn roots_follow_a_slider_and_every_answer_is_that_of_the_engine_alone() {
+    let mut bench = Bench::shipped_in(1600.0, 900.0);
+    let (session, folder) = (bench.session().clone(), Path::new(""));
+    bench.show(Pane::Dynamics);
+    let study = bench.snapshot().inquiries.dynamics.ready().expect("it came without a button").clone();
+    picture(&mut bench.harness, "modes");
+    let alone = |bench: &Bench<'_>, request| {
+        let context = Context::new(folder);
+        let found = answer::<DynamicsStudy>(&session, bench.snapshot(), request, &context).expect("it is trimmed");
+        short_period(&found)
+    };
+    assert_eq!(short_period(&study), alone(&bench, DynamicsRequest::default()));
+    // Slider of the fuel: dragged to the left, less fuel, lighter and with another centre of gravity.
+    let slider = bench.harness.get_all_by_role(Role::Slider).last().expect("the fuel is last").rect();
+    let at = |part: f32| egui::pos2(slider.left() + part * slider.width(), slider.center().y);
+    hold(&mut bench.harness, at(0.5), at(0.2), 4);
+    let started = Instant::now();
+    let moved = loop {
+        bench.harness.step();
+        let slot = &bench.snapshot().inquiries.dynamics;
+        let found = slot.ready().filter(|found| found.request.samples == 0 && found.request.fuel_kg.is_some()).cloned();
+        if let Some(found) = found {
+            break found;
+        }
+        assert!(started.elapsed() < PATIENCE, "the roots follow the slider");
+        std::thread::sleep(Duration::from_millis(2));
+    };
+    assert!(short_period(&moved) != short_period(&study), "while it moves");
+    bench.harness.drop_at(at(0.2));
+    bench.settle();
+    let study = bench.snapshot().inquiries.dynamics.ready().expect("it rests").clone();
+    assert_eq!(study.request.samples, DynamicsRequest::default().samples, "draws follow when it rests");
+    assert_eq!(short_period(&study), alone(&bench, study.request));
+    bench.click("Levels");
+    assert!(bench.harness.query_by_label_contains("class I by its greatest mass").is_some());
+    picture(&mut bench.harness, "levels");
+
+    bench.show(Pane::Enough);
+    let found = bench.snapshot().inquiries.enough.ready().expect("it is computed").clone();
+    let again = answer::<Enough>(&session, bench.snapshot(), &EnoughRequest::default(), &Context::new(folder));
+    let again = again.expect("it can be told");
+    assert_eq!((found.met, found.of), (again.met, again.of));
+    assert!(bench.harness.query_by_label_contains(&format!("{} of {} goals are met", found.met, found.of)).is_some());
+    assert!(found.met < found.of && !found.next.is_empty() && found.windows.len() > 10);
+    picture(&mut bench.harness, "enough");
+
+    let estimate = found.derivatives.iter().find(|row| row.name == "Cm_alpha").expect("it is identified").estimate;
+    let values = vec![("Cm_alpha".to_owned(), 2.0 * estimate, Some(0.01)), ("Cm_q".to_owned(), -20.0, None)];
+    bench.harness.state_mut().references.push(Reference { name: "wind tunnel".to_owned(), values });
+    bench.show(Pane::Prior);
+    let prior = bench.snapshot().inquiries.prior.ready().expect("it is computed").clone();
+    let row = prior.derivatives.iter().find(|row| row.name == "Cm_alpha").expect("it was known");
+    assert!(row.is_contradiction() && (row.flight.value - estimate).abs() < 1e-12);
+    assert!(bench.harness.query_by_label_contains("prior and flight contradict each other").is_some());
+    picture(&mut bench.harness, "prior");
+}
+
+#[test]
+fn inputs_are_designed_and_tests_judged_in_the_background() {
+    let mut bench = Bench::shipped_in(1600.0, 900.0);
+    bench.show(Pane::Qualification);
+    bench.harness.get_by_role_and_label(Role::Button, "Judge the tests").click();
+    await_label(&mut bench, "tests pass");
+    picture(&mut bench.harness, "qualification");
+    // As docs/qualification.md states them of the shipped flight.
+    assert!(bench.harness.query_by_label_contains("12 of 18 tests pass, 1 fail, 5 are not judged").is_some());
+    bench.show(Pane::Design);
+    bench.harness.get_by_role_and_label(Role::CheckBox, "compare kinds").click();
+    bench.harness.run_steps(2);
+    bench.harness.get_by_role_and_label(Role::Button, "Design the input").click();
+    await_label(&mut bench, "Errors to expect");
+    picture(&mut bench.harness, "design");
+    let folder = bench.folder.path().join("card");
+    bench.harness.get_by_label("folder of the card").focus();
+    bench.harness.get_by_label("folder of the card").type_text(&folder.display().to_string());
+    bench.harness.run_steps(2);
+    bench.harness.get_by_role_and_label(Role::Button, "Write card and files").click();
+    await_label(&mut bench, "Written to");
+    for name in ["design.html", "design.csv", "design_scenario.toml", "design_ardupilot.lua", "design_px4.params"] {
+        assert!(folder.join(name).is_file(), "{name}");
+    }
+}
