@@ -84,16 +84,17 @@ pub fn with_study_input<T>(
     study: impl FnOnce(&StudyInput<'_>) -> StageResult<T>,
 ) -> StageResult<T> {
     let used = snapshot.gravity.as_ref().map_or_else(|| session.clone(), |used| stage::with_gravity(session, used));
-    let aircraft = snapshot.aircraft.ready_keyed().ok_or_else(|| match session.aircraft {
+    let plain = snapshot.aircraft.ready_keyed().ok_or_else(|| match session.aircraft {
         Some(_) => "the aircraft could not be read",
         None => stage::NO_AIRCRAFT,
     })?;
-    let aircraft = context.get::<AircraftData>(session.loading.as_ref(), aircraft)?;
+    let aircraft = context.get::<AircraftData>(session.loading.as_ref(), plain)?;
     let windows = session.active_windows().filter_map(|manoeuvre| {
         let results = snapshot.windows.get(&manoeuvre.name)?;
         Some(StudyWindow {
             manoeuvre,
             flight: snapshot.flights.get(&manoeuvre.flight)?.ready_keyed()?.clone(),
+            aircraft: context.get::<AircraftData>(session.loading_in(&manoeuvre.flight), plain).ok()?,
             path: results.path.ready_keyed()?.clone(),
             aero: results.aero.ready_keyed()?.clone(),
             fits: results.fits.ready_keyed()?.clone(),
