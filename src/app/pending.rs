@@ -4,14 +4,22 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+<<<<<<< ours
 use doublet_engine::aircraft;
 use doublet_engine::calibrate;
+=======
+use doublet_engine::builtin;
+>>>>>>> theirs
 use doublet_engine::export::{self, Format, IdentifiedModel};
 use doublet_engine::keep::Put;
 use doublet_engine::report::document::SectionKind;
 use doublet_engine::report::{self, Outputs};
 use doublet_engine::run::{Control, Job};
+<<<<<<< ours
 use doublet_engine::session::{AircraftEdit, Edit, SignalEdit};
+=======
+use doublet_engine::session::Edit;
+>>>>>>> theirs
 use doublet_report::Order;
 use eframe::egui::{self, ViewportCommand, vec2};
 
@@ -70,6 +78,8 @@ pub enum Asked {
     Figure(FigureForm, String),
     /// To write the identified model into it.
     ExportModel,
+    /// To read a recording of a flight from it that is no longer where it was: name of the flight, place of the recording.
+    Missing(String, usize),
 }
 
 impl Workbench {
@@ -135,6 +145,7 @@ impl Workbench {
             Asked::Export => ("Folder for the results", Purpose::Save, Vec::new(), "results".to_owned()),
             Asked::Report => ("Folder for the report", Purpose::Save, Vec::new(), "report".to_owned()),
             Asked::ExportModel => ("Folder for the model", Purpose::Save, Vec::new(), "model".to_owned()),
+            Asked::Missing(..) => ("The recording that is not found", Purpose::Open, Vec::new(), String::new()),
             Asked::Reference => ("Results, a table or a DATCOM listing", Purpose::Open, Vec::new(), String::new()),
             Asked::Figure(form, name) => {
                 let extension = form.extension();
@@ -149,6 +160,18 @@ impl Workbench {
         let title = title.to_owned();
         self.files.ask(FileQuestion { title, purpose, extensions, folder, name }, ctx);
         self.asked = Some(asked);
+    }
+
+    /// Asks where the first recording of the chosen flight is that is not found.
+    pub fn ask_missing(&mut self, ctx: &egui::Context) {
+        let flight = self.state.selection.flight.as_deref().and_then(|name| self.document.session().flight(name));
+        let Some(flight) = flight else { return };
+        let is_missing = |path: &str| !path.starts_with(builtin::PREFIX) && !self.document.folder.join(path).exists();
+        let index = flight.recordings.iter().position(|recording| is_missing(&recording.path));
+        match index.map(|index| (flight.name.clone(), index)) {
+            Some((name, index)) => self.ask(Asked::Missing(name, index), ctx),
+            None => self.complain("every recording of this flight is where the session says"),
+        }
     }
 
     /// Name proposed for the file of the session: its own, or its title in letters and digits.
@@ -180,6 +203,10 @@ impl Workbench {
                 Err(line) => self.complain(line),
             },
             Some(Asked::Figure(form, _)) => self.save_figure(form, path),
+            Some(Asked::Missing(flight, index)) => {
+                let path = path.canonicalize().unwrap_or_else(|_| path.to_path_buf()).display().to_string();
+                self.apply(&Edit::RecordingPath { flight, index, path });
+            }
             Some(Asked::ExportModel) => self.export_model(path, ctx),
             None => {}
         }

@@ -59,6 +59,7 @@ fn file(app: &mut Workbench, command: FileCommand, ctx: &egui::Context) {
         FileCommand::AddReference => app.ask(Asked::Reference, ctx),
         FileCommand::ClearReferences => app.references.clear(),
         FileCommand::ExportModel => app.ask(Asked::ExportModel, ctx),
+        FileCommand::FindRecording => app.ask_missing(ctx),
         FileCommand::Quit => app.leave(Pending::Quit, ctx),
     }
 }

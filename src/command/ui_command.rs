@@ -56,6 +56,8 @@ pub enum FileCommand {
     ClearReferences,
     /// Write the identified model for other simulators to a folder.
     ExportModel,
+    /// Ask where a recording is that is not found.
+    FindRecording,
     /// Close the window.
     Quit,
 }
@@ -267,6 +269,7 @@ pub fn table() -> Vec<CommandInfo> {
         file("Add reference derivatives…", FileCommand::AddReference, None),
         file("Remove reference derivatives", FileCommand::ClearReferences, None),
         file("Export model…", FileCommand::ExportModel, None),
+        file("Find a missing recording…", FileCommand::FindRecording, None),
         file("Quit", FileCommand::Quit, ctrl(Key::Q)),
         edit("Undo", EditCommand::Undo, ctrl(Key::Z)),
         edit("Redo", EditCommand::Redo, ctrl_shift(Key::Z)),

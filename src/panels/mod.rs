@@ -69,7 +69,7 @@ use doublet_engine::stage::LoadedFlight;
 use doublet_engine::study::Study;
 use eframe::egui::{self, Color32, Id, RichText, ScrollArea, Ui};
 
-use crate::command::{CommandInfo, RunCommand, UiCommand};
+use crate::command::{CommandInfo, FileCommand, RunCommand, UiCommand};
 use crate::theme::{self, Palette};
 use crate::ui_state::{Selection, UiState};
 use crate::widgets::EditPhase;
@@ -281,13 +281,16 @@ fn role_color(palette: &Palette, role: WindowRole) -> Color32 {
 }
 
 /// The chosen flight as last read; fills the panel with what is the matter where there is none.
-fn chosen_flight<'a>(ctx: &PanelContext<'a>, ui: &mut Ui) -> Option<&'a LoadedFlight> {
+fn chosen_flight<'a>(ctx: &mut PanelContext<'a>, ui: &mut Ui) -> Option<&'a LoadedFlight> {
     let Some(slot) = ctx.selection().flight.as_deref().and_then(|name| ctx.snapshot.flights.get(name)) else {
         empty(ui, "The session has no flight.");
         return None;
     };
     trouble(ui, slot.error());
     let loaded = slot.latest();
+    if loaded.is_none() && slot.error().is_some() && ui.button("Find it…").clicked() {
+        ctx.commands.push(UiCommand::File(FileCommand::FindRecording));
+    }
     if loaded.is_none() {
         awaiting(ctx, ui, "the recording", "The recording was not read.");
     }

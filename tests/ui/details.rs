@@ -100,3 +100,22 @@ fn layout_kept_as_it_first_is_has_lanes_high_enough_at_the_size_of_a_laptop() {
     tops.dedup_by(|a, b| (*a - *b).abs() < 4.0);
     assert!(tops.windows(2).all(|pair| pair[1] - pair[0] >= 80.0), "{tops:?}");
 }
+
+#[test]
+fn recording_that_was_moved_is_found_again_in_one_step_of_undo() {
+    let mut bench = Bench::open_changed(|folder| {
+        std::fs::create_dir(folder.join("elsewhere")).expect("there is room for a folder");
+        std::fs::rename(folder.join("flight.csv"), folder.join("elsewhere/flight.csv")).expect("it is moved");
+    });
+    assert!(bench.snapshot().flights["flight"].error().is_some(), "it is missing");
+    let before = bench.session().clone();
+    bench.request(UiCommand::File(FileCommand::FindRecording));
+    bench.harness.get_by_label("File name").type_text("elsewhere/flight.csv");
+    bench.harness.run_steps(2);
+    bench.harness.key_press(Key::Enter);
+    bench.settle();
+    assert!(bench.snapshot().flights["flight"].ready().is_some(), "it is read from there");
+    assert!(bench.session().flights[0].recordings[0].path.ends_with("flight.csv"));
+    bench.request(UiCommand::Edit(doublet::command::EditCommand::Undo));
+    assert_eq!(bench.session().flights, before.flights);
+}

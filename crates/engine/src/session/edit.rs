@@ -40,6 +40,15 @@ pub enum Edit {
     Annotation(AnnotationEdit),
     /// Notes of the author for the report.
     ReportNotes(String),
+    /// Where a recording of a flight lies, as when it was moved.
+    RecordingPath {
+        /// Name of the flight.
+        flight: String,
+        /// Place of the recording among those of the flight.
+        index: usize,
+        /// File or folder, relative to the session file.
+        path: String,
+    },
 }
 
 /// A change of what is on board.
@@ -233,6 +242,7 @@ impl Edit {
             Self::Estimation(edit) => edit.label(),
             Self::Annotation(edit) => edit.label(),
             Self::ReportNotes(_) => "change notes of the report".to_owned(),
+            Self::RecordingPath { flight, .. } => format!("find a recording of {flight}"),
             Self::Model(edit) => edit.label(),
         }
     }
@@ -258,6 +268,13 @@ impl Edit {
             Self::Estimation(edit) => edit.apply(&mut next)?,
             Self::Annotation(edit) => edit.apply(&mut next)?,
             Self::ReportNotes(notes) => next.report_notes.clone_from(notes),
+            Self::RecordingPath { flight, index, path } => {
+                let found = next.flights.iter_mut().find(|one| one.name == *flight);
+                let found = found.ok_or_else(|| EditError::NoFlight(flight.clone()))?;
+                if let Some(recording) = found.recordings.get_mut(*index) {
+                    recording.path.clone_from(path);
+                }
+            }
             Self::Model(edit) => edit.apply(&mut next),
         }
         Ok(next)
