@@ -4,22 +4,15 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-<<<<<<< ours
 use doublet_engine::aircraft;
-use doublet_engine::calibrate;
-=======
 use doublet_engine::builtin;
->>>>>>> theirs
+use doublet_engine::calibrate;
 use doublet_engine::export::{self, Format, IdentifiedModel};
 use doublet_engine::keep::Put;
 use doublet_engine::report::document::SectionKind;
 use doublet_engine::report::{self, Outputs};
 use doublet_engine::run::{Control, Job};
-<<<<<<< ours
 use doublet_engine::session::{AircraftEdit, Edit, SignalEdit};
-=======
-use doublet_engine::session::Edit;
->>>>>>> theirs
 use doublet_report::Order;
 use eframe::egui::{self, ViewportCommand, vec2};
 

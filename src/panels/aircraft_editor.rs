@@ -1,8 +1,9 @@
 //! The aircraft as it is edited: two views to scale, what follows, and the numbers of one part below.
 
+use doublet_core::airframe::frames::datum_from_body;
 use doublet_core::airframe::{Aircraft, LoadedState};
 use doublet_core::quantity::Dimension;
-use doublet_engine::aircraft::{AircraftField, ChangedValue, PlaceKind, Section, fields};
+use doublet_engine::aircraft::{AircraftField, ChangedValue, PlaceKind, Section, ShapePart, fields, shape};
 use doublet_engine::session::{AircraftEdit, Edit};
 use eframe::egui::{self, Color32, RichText, Ui, vec2};
 
@@ -203,9 +204,23 @@ fn legend(ui: &mut Ui, placed: &[(&AircraftField, [f64; 3])], palette: &Palette)
     });
 }
 
+/// Fuselage and tail, drawn from span, chord and length alone.
+fn sketch(aircraft: &Aircraft, axis: usize, palette: &Palette) -> Vec<Outline> {
+    let cg = aircraft.empty.cg_from_datum_m;
+    let parts = shape(aircraft, cg, [0.0; 3]).into_iter();
+    let parts = parts.filter(|outline| matches!(outline.part, ShapePart::Body | ShapePart::Tail));
+    let flat = |corner: [f64; 3]| {
+        let at = datum_from_body(corner, cg);
+        [at[0], at[axis]]
+    };
+    let outline =
+        |corners: Vec<[f64; 3]>| Outline { corners: corners.into_iter().map(flat).collect(), color: palette.grid };
+    parts.map(|part| outline(part.corners)).collect()
+}
+
 /// The wing from above, and the limits of the centre of gravity at the mass on board, in either view.
 fn outlines(aircraft: &Aircraft, loaded: &LoadedState, axis: usize, palette: &Palette) -> Vec<Outline> {
-    let mut outlines = Vec::new();
+    let mut outlines = sketch(aircraft, axis, palette);
     let wing = if axis == 1 { wing(aircraft) } else { Vec::new() };
     if !wing.is_empty() {
         outlines.push(Outline { corners: wing, color: palette.ignored });

@@ -3,7 +3,7 @@
 use doublet_core::quantity::Dimension;
 use doublet_engine::aircraft::{AircraftField, ChangedValue, FieldUnit, PlaceKind, Section};
 use doublet_engine::session::{AircraftEdit, Edit};
-use eframe::egui::{self, Align, Grid, RichText, ScrollArea, TextEdit, Ui};
+use eframe::egui::{self, Align, Grid, Layout, RichText, ScrollArea, TextEdit, Ui};
 
 use super::{PanelContext, caption};
 use crate::theme;
@@ -70,7 +70,11 @@ fn row(ctx: &mut PanelContext<'_>, ui: &mut Ui, field: &AircraftField, is_chosen
         let name = if field.name == "place" { "place, datum axes" } else { field.name };
         let text = RichText::new(name).size(12.0);
         let text = if is_chosen { text.strong().color(theme::palette(ui).accent) } else { text };
-        ui.add_sized([132.0, ui.spacing().interact_size.y], egui::Label::new(text).truncate().halign(Align::LEFT));
+        let size = egui::vec2(150.0, ui.spacing().interact_size.y);
+        ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), |ui| {
+            ui.set_width(size.x);
+            ui.add(egui::Label::new(text).truncate());
+        });
         match &field.value {
             Some(value) => values(ctx, ui, field, value, problem.as_deref()),
             None => {

@@ -1,4 +1,5 @@
-//! Engines over the whole flight: modelled power beside that of the engine monitor, thrust, and how the two powers agree.
+//! Engines over the whole flight: modelled power beside that of the engine monitor, over time and one against the other, the flight on the
+//! engine's chart, thrust, and how the two powers agree.
 
 use std::sync::Arc;
 
@@ -6,14 +7,28 @@ use doublet_core::quantity::Dimension;
 use doublet_engine::stage::{EngineOverFlight, FlightEngines};
 use eframe::egui::{self, RichText, Ui};
 
-use super::{Panel, PanelContext, View, empty, trouble};
+use super::{Panel, PanelContext, View, choices, empty, trouble};
 use crate::notation;
 use crate::theme;
+use crate::widgets::chart::{Chart, ChartCurve, ChartStyle};
 use crate::widgets::time_plot::{PlotCache, TimePlot, Trace, TraceStyle};
+
+/// Points of a flight that a chart shows at most.
+const MOST_POINTS: usize = 1500;
+
+/// What is looked at.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Aspect {
+    #[default]
+    Time,
+    Powers,
+    Chart,
+}
 
 /// The panel.
 #[derive(Default)]
 pub struct Propulsion {
+    aspect: Aspect,
     cache: PlotCache,
 }
 
@@ -32,8 +47,15 @@ impl Panel for Propulsion {
             };
             return empty(ui, text);
         };
+        let all = [(Aspect::Time, "Over time"), (Aspect::Powers, "Power by power"), (Aspect::Chart, "Engine chart")];
+        choices(ui, &mut self.aspect, &all);
         for engine in &flight.engines {
             agreement(ctx, engine, ui);
+        }
+        match self.aspect {
+            Aspect::Time => {}
+            Aspect::Powers => return charts(ctx, ui, &flight, powers),
+            Aspect::Chart => return charts(ctx, ui, &flight, engine_chart),
         }
         let colors = theme::palette(ui).series;
         let (power_unit, power_scale) = ctx.unit(Dimension::Power);
@@ -55,6 +77,66 @@ impl Panel for Propulsion {
         }
         ctx.stack(ui, "propulsion", View::Flight, &mut self.cache, &plots, &[]);
     }
+}
+
+/// A chart of each engine beside the other.
+fn charts(
+    ctx: &mut PanelContext<'_>,
+    ui: &mut Ui,
+    flight: &FlightEngines,
+    chart: fn(&PanelContext<'_>, &Ui, &EngineOverFlight) -> Option<Chart>,
+) {
+    let height = ui.available_height();
+    ui.columns(flight.engines.len().max(1), |columns| {
+        for (ui, engine) in columns.iter_mut().zip(&flight.engines) {
+            match chart(ctx, ui, engine) {
+                Some(chart) => ctx.chart(ui, &chart, height),
+                None => empty(ui, "Its monitor's power is not recorded."),
+            }
+        }
+    });
+}
+
+/// Pairs of two columns of the flight, every so many of them.
+fn pairs(across: (&[f64], f64), up: (&[f64], f64)) -> Vec<[f64; 2]> {
+    let step = across.0.len().div_ceil(MOST_POINTS).max(1);
+    let all = across.0.iter().zip(up.0).step_by(step).map(|(x, y)| [across.1 * x, up.1 * y]);
+    all.filter(|pair| pair.iter().all(|value| value.is_finite())).collect()
+}
+
+/// Modelled power against that of the monitor, with the line of one to one (thesis Fig. 6.15 and 6.16).
+fn powers(ctx: &PanelContext<'_>, ui: &Ui, engine: &EngineOverFlight) -> Option<Chart> {
+    let palette = theme::palette(ui);
+    let (unit, scale) = ctx.unit(Dimension::Power);
+    let monitor = engine.monitor_power_w.as_ref()?;
+    let points = pairs((&monitor.values, scale), (&engine.power_w.values, scale));
+    let most = points.iter().flatten().copied().fold(0.0, f64::max);
+    let name = format!("powers of {}", engine.name);
+    let mut chart = Chart::new(&name, format!("by the monitor [{unit}]"), format!("modelled [{unit}]"));
+    chart.aspect = Some(1.0);
+    chart.curves.push(ChartCurve::new("one to one", palette.ignored, ChartStyle::Dashed, vec![[0.0; 2], [most; 2]]));
+    chart.curves.push(ChartCurve::new(&engine.name, palette.series[0], ChartStyle::Dots(1.6), points));
+    Some(chart)
+}
+
+/// Power against manifold pressure: the lines of the chart at sea level, one for each speed, and where the flight was.
+fn engine_chart(ctx: &PanelContext<'_>, ui: &Ui, engine: &EngineOverFlight) -> Option<Chart> {
+    let palette = theme::palette(ui);
+    let (unit, scale) = ctx.unit(Dimension::Power);
+    let (pressure, per_pa) = ctx.unit(Dimension::Pressure);
+    let aircraft = ctx.snapshot.aircraft.latest()?;
+    let of_name = aircraft.powerplant.engines.iter().find(|other| other.station.name == engine.name)?;
+    let data = of_name.model.as_ref()?.chart.data();
+    let name = format!("engine chart of {}", engine.name);
+    let mut chart = Chart::new(&name, format!("manifold pressure [{pressure}]"), format!("power [{unit}]"));
+    for (speed, powers) in data.speed_rad_s.iter().zip(&data.sea_level_power_w) {
+        let line = pairs((&data.manifold_pressure_pa, per_pa), (powers, scale));
+        let rpm = notation::fixed(speed * 60.0 / std::f64::consts::TAU, 0);
+        chart.curves.push(ChartCurve::new(format!("{rpm} rpm"), palette.ignored, ChartStyle::Line, line));
+    }
+    let flown = pairs((&engine.manifold_pressure_pa.values, per_pa), (&engine.power_w.values, scale));
+    chart.curves.push(ChartCurve::new("flight", palette.series[0], ChartStyle::Dots(1.6), flown));
+    Some(chart)
 }
 
 /// One line per engine: the two powers over the whole flight.

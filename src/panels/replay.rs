@@ -3,7 +3,7 @@
 use doublet_core::airframe::Aircraft;
 use doublet_core::quantity::Dimension;
 use doublet_engine::aircraft::{Instant, Motion, ShapePart, instant, ned_from_body, shape};
-use eframe::egui::{self, Align, Align2, Color32, FontId, Grid, Label, RichText, Sense, Slider, Ui, vec2};
+use eframe::egui::{self, Align, Align2, Color32, FontId, Grid, Label, Layout, RichText, Sense, Slider, Ui, vec2};
 
 use super::{Panel, PanelContext, awaiting, choices, empty};
 use crate::notation;
@@ -74,7 +74,10 @@ impl Panel for Replay {
             let height = ui.available_height();
             ui.horizontal_top(|ui| {
                 let width = ui.available_width() - NUMBERS;
-                ui.allocate_ui(vec2(width, height), |ui| self.pictures(ui, &read.aircraft, &now, &sources));
+                let down = Layout::top_down(Align::LEFT);
+                ui.allocate_ui_with_layout(vec2(width, height), down, |ui| {
+                    self.pictures(ui, &read.aircraft, &now, &sources);
+                });
                 ui.vertical(|ui| {
                     numbers(ctx, ui, &sources, &now);
                     deflections(ctx, ui, &now);
@@ -83,7 +86,10 @@ impl Panel for Replay {
         } else {
             let height = (ui.available_height() - 236.0).max(120.0);
             let width = ui.available_width();
-            ui.allocate_ui(vec2(width, height), |ui| self.pictures(ui, &read.aircraft, &now, &sources));
+            let down = Layout::top_down(Align::LEFT);
+            ui.allocate_ui_with_layout(vec2(width, height), down, |ui| {
+                self.pictures(ui, &read.aircraft, &now, &sources);
+            });
             deflections(ctx, ui, &now);
             numbers(ctx, ui, &sources, &now);
         }
@@ -288,7 +294,7 @@ fn numbers(ctx: &PanelContext<'_>, ui: &mut Ui, sources: &[Motion; 3], now: &Ins
 
 fn cell(ui: &mut Ui, value: Option<f64>) {
     let text = value.map_or_else(|| "–".to_owned(), |value| notation::fixed(value, 2));
-    ui.with_layout(egui::Layout::right_to_left(Align::Center), |ui| {
+    ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
         ui.add(Label::new(RichText::new(text).font(theme::figures(ui)).size(11.5)));
     });
 }

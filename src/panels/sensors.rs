@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use doublet_engine::calibrate::{self, CalibrationFit, Curve, SensorCalibration, SensorKind};
-use eframe::egui::{self, Label, RichText, ScrollArea, TextEdit, Ui, vec2};
+use eframe::egui::{self, Align, Label, Layout, RichText, ScrollArea, TextEdit, Ui, vec2};
 
 use super::{Pane, Panel, PanelContext, caption, empty, trouble};
 use crate::command::{FileCommand, UiCommand, ViewCommand};
@@ -65,7 +65,12 @@ impl Panel for Sensors {
         };
         let size = ui.available_size();
         ui.horizontal_top(|ui| {
-            let fit = ui.allocate_ui(vec2(READINGS, size.y), |ui| self.readings(ui, calibration)).inner;
+            let down = Layout::top_down(Align::LEFT);
+            let readings = ui.allocate_ui_with_layout(vec2(READINGS, size.y), down, |ui| {
+                ui.set_width(READINGS);
+                self.readings(ui, calibration)
+            });
+            let fit = readings.inner;
             ui.vertical(|ui| {
                 charts(ctx, ui, calibration, fit.as_ref().and_then(|fit| fit.as_ref().ok()), size.y - 8.0)
             });

@@ -8,8 +8,8 @@ use crate::theme;
 
 /// Radians per point of a drag.
 const PER_POINT: f64 = 0.008;
-/// Part of the room that the radius of the compass has.
-const RADIUS: f64 = 0.44;
+/// Parts of the width and of the height that the radius of the compass has: in between a banked wing still fits.
+const RADIUS: [f64; 2] = [0.45, 0.62];
 /// Points of the compass ring.
 const RING: usize = 96;
 /// Length of the head of an arrow, points.
@@ -78,10 +78,10 @@ struct Projection {
 
 impl Projection {
     fn new(rect: Rect, view: &AttitudeView<'_>, camera: Camera) -> Self {
-        let room = f64::from(rect.width().min(1.25 * rect.height()));
         Self {
             center: rect.center(),
-            points_per_m: RADIUS * room / view.radius_m.max(1e-3),
+            points_per_m: (RADIUS[0] * f64::from(rect.width())).min(RADIUS[1] * f64::from(rect.height()))
+                / view.radius_m.max(1e-3),
             azimuth: (view.heading_rad + camera.azimuth_rad).sin_cos(),
             down: camera.down_rad.sin_cos(),
         }

@@ -5,7 +5,7 @@ use doublet::layouts::Step;
 use doublet::panels::Pane;
 use doublet_core::airframe::LoadedState;
 use doublet_engine::aircraft::ChangedValue;
-use egui::vec2;
+use egui::{ThemePreference, vec2};
 use egui_kittest::kittest::Queryable;
 
 use crate::workbench::Bench;
@@ -40,6 +40,28 @@ fn aircraft_is_drawn_from_above_and_from_the_side_with_its_places() {
     picture(&mut bench.harness, "airframe_inertia");
     bench.click("Limits");
     picture(&mut bench.harness, "airframe_limits");
+}
+
+#[test]
+fn editor_has_room_in_small_and_large_windows_and_the_engine_chart_shows_the_flight() {
+    for (width, height, theme) in [(1280.0, 720.0, ThemePreference::Light), (1920.0, 1080.0, ThemePreference::Dark)] {
+        let mut bench = Bench::shipped_in(width, height);
+        bench.request(UiCommand::View(ViewCommand::Appearance(theme)));
+        bench.request(UiCommand::View(ViewCommand::Step(Step::Aircraft)));
+        bench.show(Pane::Airframe);
+        bench.click("Tanks and seats");
+        picture(&mut bench.harness, &format!("airframe_{width}"));
+        for view in ["from above", "from the side"] {
+            let rect = bench.harness.get_by_label(view).rect();
+            assert!(rect.width() > 200.0 && rect.height() > 120.0, "{view} has {rect:?} at {width}");
+        }
+        bench.show(Pane::Propulsion);
+        for (aspect, chart) in [("Power by power", "powers of front"), ("Engine chart", "engine chart of front")] {
+            bench.click(aspect);
+            picture(&mut bench.harness, &format!("{}_{width}", aspect.replace(' ', "_")));
+            assert!(bench.harness.query_by_label(chart).is_some(), "{chart}");
+        }
+    }
 }
 
 #[test]

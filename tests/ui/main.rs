@@ -22,6 +22,7 @@ mod rasteriser;
 mod recording;
 mod recovery;
 mod replay;
+mod sensors;
 mod soak;
 mod speed;
 mod steps;

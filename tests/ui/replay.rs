@@ -48,6 +48,8 @@ fn replay_follows_the_flight_while_it_plays_and_stands_still_otherwise() {
     bench.harness.run_steps(5);
     assert_eq!(cursor(&bench), Some(now_s));
     assert!(!bench.harness.ctx.has_requested_repaint(), "nothing is drawn while nothing moves");
+    bench.request(UiCommand::View(ViewCommand::Appearance(egui::ThemePreference::Light)));
+    picture(&mut bench.harness, "replay_light");
     bench.harness.get_by_label("Side by side").click();
     bench.harness.run_steps(3);
     picture(&mut bench.harness, "replay_side_by_side");

@@ -37,31 +37,3 @@ pub fn save(session: &Session, folder: &Path, path: &Path) -> Result<(), String>
     }
     keep::replace(path, text.as_bytes()).map_err(|error| format!("{}: {error}", path.display()))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::aircraft::ChangedValue;
-    use crate::begin::empty_session;
-    use crate::stage::{aircraft_of, load_aircraft};
-
-    #[test]
-    fn saved_aircraft_is_the_edited_one_with_its_engines() {
-        let folder = tempfile::tempdir().unwrap();
-        let mut session = empty_session("edited", Some("builtin:c337f"));
-        session.aircraft_changes.set("mass.mass_kg", ChangedValue::Number(1400.0));
-        let path = folder.path().join("mine.toml");
-        save(&session, folder.path(), &path).unwrap();
-        let context = Context::new(folder.path());
-        let edited = aircraft_of(&context, &session).unwrap();
-        let saved = load_aircraft(&context, "mine.toml").unwrap();
-        assert_eq!(saved.aircraft.empty.mass_kg, 1400.0);
-        assert_eq!(saved.aircraft.inertia, edited.aircraft.inertia);
-        assert!(edited.aircraft.notes.last().unwrap().contains("mass.mass_kg = 1400"), "{:?}", edited.aircraft.notes);
-        assert_eq!(format!("{:?}", saved.powerplant), format!("{:?}", edited.powerplant));
-        session.aircraft_changes.set("mass.mass_kg", ChangedValue::Number(-1.0));
-        let refused = save(&session, folder.path(), &path).unwrap_err();
-        assert!(refused.contains("mass.mass_kg") && !refused.contains('\n'), "{refused}");
-        assert_eq!(load_aircraft(&context, "mine.toml").unwrap().aircraft.empty.mass_kg, 1400.0, "it stays as it was");
-    }
-}

@@ -131,30 +131,3 @@ pub fn instant(snapshot: &Snapshot, flight: &str, window: Option<&Manoeuvre>, ti
     }
     all
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn velocity_through_the_air_lies_below_the_nose_by_the_angle_of_attack() {
-        let motion = Motion {
-            attitude_rad: Some([0.0, 0.1, 0.0]),
-            airspeed_m_s: Some(50.0),
-            alpha_rad: Some(0.1),
-            beta_rad: Some(0.0),
-            velocity_ned_m_s: None,
-        };
-        let [north, east, down] = motion.air_velocity_ned_m_s().unwrap();
-        assert!((north - 50.0).abs() < 1e-12 && east.abs() < 1e-12 && down.abs() < 1e-12, "level flight");
-        assert_eq!(Motion { beta_rad: None, ..motion }.air_velocity_ned_m_s(), None);
-    }
-
-    #[test]
-    fn heading_that_passes_north_does_not_turn_around() {
-        let series = Series { time_s: vec![0.0, 1.0, 2.0].into(), values: vec![3.1, -3.1, -3.0].into() };
-        assert_eq!(angle_at(&series, 0.5), Some(3.1));
-        assert!((angle_at(&series, 1.5).unwrap() + 3.05).abs() < 1e-12);
-        assert_eq!(angle_at(&series, 5.0), None);
-    }
-}
