@@ -4,9 +4,9 @@ use doublet_engine::report;
 use doublet_engine::report::document::{Document, SectionKind, build, chosen};
 use doublet_engine::session::Edit;
 use doublet_report::ReportFormat;
-use eframe::egui::{self, ScrollArea, TextEdit, Ui};
+use eframe::egui::{self, RichText, ScrollArea, TextEdit, Ui};
 
-use super::{Panel, PanelContext};
+use super::{Panel, PanelContext, caption};
 use crate::command::{FileCommand, UiCommand};
 use crate::ui_state::ReportChoice;
 use crate::widgets::document_view::document_view;

@@ -13,11 +13,10 @@ use doublet_engine::begin;
 use doublet_engine::graph::Context;
 use doublet_engine::run::Control;
 use doublet_engine::session::{
-    self, Annotation, AnnotationEdit, ClockPairSetting, ClockSetting, Edit, EditError, ErrorValues, Estimation,
-    ExpressionEdit, ExpressionSetting, FilterEdit, Flight, GravitySource, HeldSampleUse, InstrumentSetting,
-    KeptStructure, LevelFlight, Manoeuvre, MapRef, ModelEdit, NoiseChannel, Preparation, RecordingRef,
-    SensorErrorMethod, SensorErrors, Session, SignalPreset, SignalSetting, SteadyWindow, Surface, WindowEdit,
-    WindowFlag, WindowFlags, WindowRole,
+    self, Annotation, ClockPairSetting, ClockSetting, Edit, EditError, ErrorValues, Estimation, ExpressionEdit,
+    ExpressionSetting, FilterEdit, Flight, GravitySource, HeldSampleUse, InstrumentSetting, KeptStructure, LevelFlight,
+    Manoeuvre, MapRef, ModelEdit, NoiseChannel, Preparation, RecordingRef, SensorErrorMethod, SensorErrors, Session,
+    SignalPreset, SignalSetting, SteadyWindow, Surface, WindowEdit, WindowFlag, WindowFlags, WindowRole,
 };
 use doublet_engine::stage;
 use doublet_engine::undo::History;
@@ -591,24 +590,4 @@ fn lock_of_a_window_is_saved_only_where_there_is_one_and_does_not_refuse_a_typed
     history.apply(&lock(false)).unwrap();
     assert_eq!(history.undo_label(), Some("unlock window e1"));
     assert_eq!(session::print(history.present()).unwrap(), before);
-}
-
-#[test]
-fn annotations_are_one_line_on_a_flight_in_the_order_of_time_and_can_be_changed_and_removed() {
-    let session = example();
-    let one = |time_s: f64, text: &str| Annotation { flight: "one".to_owned(), time_s, text: text.to_owned() };
-    let edit = |session: &Session, edit: AnnotationEdit| Edit::Annotation(edit).apply(session);
-    let added = edit(&session, AnnotationEdit::Add(one(3.0, "early"))).unwrap();
-    let times: Vec<f64> = added.annotations.iter().map(|one| one.time_s).collect();
-    assert_eq!(times, [3.0, 12.5]);
-    let to = one(20.0, "late");
-    let moved = edit(&added, AnnotationEdit::Change { from: one(3.0, "early"), to: to.clone() }).unwrap();
-    assert_eq!(moved.annotations[1], to);
-    let removed = edit(&moved, AnnotationEdit::Remove(to)).unwrap();
-    assert_eq!(removed.annotations, session.annotations);
-    for refused in [one(f64::NAN, "when?"), one(1.0, "  "), one(1.0, "two\nlines")] {
-        assert!(edit(&session, AnnotationEdit::Add(refused)).is_err());
-    }
-    let elsewhere = Annotation { flight: "none".to_owned(), ..one(1.0, "where?") };
-    assert_eq!(edit(&session, AnnotationEdit::Add(elsewhere)).unwrap_err(), EditError::NoFlight("none".to_owned()));
 }

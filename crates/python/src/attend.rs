@@ -45,7 +45,7 @@ pub fn attend<T: Send + 'static, E: Into<StageError>>(
     };
     let part = Arc::new(AtomicU32::new(0.0_f32.to_bits()));
     let done = Arc::clone(&part);
-    let told_work = move |control: &Control, _: &dyn Fn(f32)| {
+    let told_work = move |control: &Control, _: &(dyn Fn(f32) + Sync)| {
         work(control, &move |part: f32| done.store(part.to_bits(), Ordering::Relaxed))
     };
     let job = Job::start(name, wake, told_work)?;

@@ -10,7 +10,7 @@ use crate::builtin::PREFIX;
 use crate::session::Session;
 
 /// Nodes of all manoeuvres, straight lines between them: number of the window, time since its start, deflections about the trim.
-fn design_csv(row: &DesignRow) -> String {
+pub fn design_csv(row: &DesignRow) -> String {
     let mut text = "manoeuvre,time_s,aileron_rad,elevator_rad,rudder_rad\n".to_owned();
     for node in &row.signal {
         let _ = writeln!(text, "{},{},{},{},{}", node.manoeuvre, node.time_s, node.aileron, node.elevator, node.rudder);

@@ -17,9 +17,9 @@ pub use coverage::{DesignCoverage, DesignedDerivative, DesignedExcursion, design
 pub use document::{comparison_table, design_document, enough_blocks};
 pub use doublet_dynamics::design::{Criterion, DesignKind, SURFACE_NAMES};
 pub use enough::{DerivativeRow, Enough, EnoughOptions, EnoughRequest, Goal, NextRow, WindowInformation, enough};
-pub use files::design_files;
+pub use files::{design_csv, design_files};
 pub use rows::{
     ComparedKind, CorrelationRow, DesignRow, ExcursionRow, ManoeuvreRow, PredictedRow, SignalRow, design_row,
     designed_rows,
 };
-pub use sheet::{DesignSheet, SEARCH_SAMPLES, SheetRequest, design_sheet};
+pub use sheet::{DesignSheet, SheetRequest, design_sheet};

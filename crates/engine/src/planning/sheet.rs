@@ -4,7 +4,7 @@ use std::path::Path;
 
 use doublet_dynamics::design::{Criterion, DesignKind, Designed, Request};
 
-use super::basis::{DesignOptions, basis_of};
+use super::basis::{DesignOptions, SEARCH_SAMPLES, basis_of};
 use super::document::{comparison_table, design_document};
 use super::files::design_files;
 use super::rows::{DesignRow, designed_rows};
@@ -13,8 +13,6 @@ use crate::report::document::{Block, Document};
 use crate::run::{Snapshot, with_study_input};
 use crate::session::Session;
 
-/// Draws of the derivatives over which the search takes the mean cost, beside the estimate.
-pub const SEARCH_SAMPLES: usize = 2;
 /// Full travel of a surface to either side where nothing else is said, rad.
 const FULL_TRAVEL_RAD: f64 = 20.0 * std::f64::consts::PI / 180.0;
 

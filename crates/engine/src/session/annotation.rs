@@ -79,3 +79,31 @@ fn check(new: &Annotation, session: &Session) -> Result<(), EditError> {
         None => Err(EditError::NoFlight(new.flight.clone())),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::builtin;
+    use crate::session::{self, Edit};
+
+    #[test]
+    fn annotations_are_one_line_on_a_flight_in_the_order_of_time_and_can_be_changed_and_removed() {
+        let mut session = session::parse(builtin::session("demo").unwrap()).unwrap();
+        session.annotations.push(Annotation { flight: "FT1".to_owned(), time_s: 12.5, text: "gust".to_owned() });
+        let one = |time_s: f64, text: &str| Annotation { flight: "FT1".to_owned(), time_s, text: text.to_owned() };
+        let edit = |session: &Session, edit: AnnotationEdit| Edit::Annotation(edit).apply(session);
+        let added = edit(&session, AnnotationEdit::Add(one(3.0, "early"))).unwrap();
+        let times: Vec<f64> = added.annotations.iter().map(|one| one.time_s).collect();
+        assert_eq!(times, [3.0, 12.5]);
+        let to = one(20.0, "late");
+        let moved = edit(&added, AnnotationEdit::Change { from: one(3.0, "early"), to: to.clone() }).unwrap();
+        assert_eq!(moved.annotations[1], to);
+        let removed = edit(&moved, AnnotationEdit::Remove(to)).unwrap();
+        assert_eq!(removed.annotations, session.annotations);
+        for refused in [one(f64::NAN, "when?"), one(1.0, "  "), one(1.0, "two\nlines")] {
+            assert!(edit(&session, AnnotationEdit::Add(refused)).is_err());
+        }
+        let elsewhere = Annotation { flight: "none".to_owned(), ..one(1.0, "where?") };
+        assert_eq!(edit(&session, AnnotationEdit::Add(elsewhere)).unwrap_err(), EditError::NoFlight("none".to_owned()));
+    }
+}
