@@ -31,7 +31,10 @@ pub fn column_title(ui: &mut Ui, title: &str) -> Response {
 pub fn column_title_called(ui: &mut Ui, title: &str, word: &str) -> Response {
     let label = ui.add(Label::new(RichText::new(title).size(11.0).weak()).truncate());
     if !title.is_empty() {
-        ui.ctx().accesskit_node_builder(label.id, |node| node.set_role(egui::accesskit::Role::ColumnHeader));
+        ui.ctx().accesskit_node_builder(label.id, |node| {
+            node.set_role(egui::accesskit::Role::ColumnHeader);
+            node.set_label(title);
+        });
     }
     explained(label, word)
 }

@@ -307,7 +307,7 @@ fn ground_track_is_drawn_from_the_position_and_its_data_can_be_copied() {
     bench.harness.get_by_label("Copy data").click();
     bench.harness.run_steps(1);
     let text = copied(&bench.harness).expect("the track is in the clipboard");
-    assert!(text.starts_with("east [m],track"), "{}", text.lines().next().unwrap_or_default());
+    assert!(text.starts_with("east [km],track"), "{}", text.lines().next().unwrap_or_default());
     let flight = bench.snapshot().flights.values().next().and_then(|slot| slot.ready()).expect("it is read").clone();
     // The flight has no position: the track is the integral of its ground velocity.
     let velocity = |role| flight.recording.role(role).expect("it is recorded").series.clone();
@@ -322,7 +322,8 @@ fn ground_track_is_drawn_from_the_position_and_its_data_can_be_copied() {
         .map(|line| line.split(',').filter_map(|cell| cell.parse().ok()).collect())
         .expect("a row");
     // Every few samples are drawn: the last of them is within some seconds of the end, where the aircraft stands.
-    assert!((last[0] - integral(&east)).abs() < 100.0 && (last[1] - integral(&north)).abs() < 100.0, "{last:?}");
+    let off_m = |km: f64, series| (1e3 * km - integral(series)).abs();
+    assert!(off_m(last[0], &east) < 100.0 && off_m(last[1], &north) < 100.0, "{last:?}");
     picture(&mut bench.harness, "ground_track");
 }
 

@@ -127,10 +127,10 @@ fn between<'a>(line: &'a str, before: &str, after: &str) -> Option<&'a str> {
 
 #[test]
 fn every_panel_has_its_entry() {
-    let source = text("src/panels/mod.rs");
+    let source = text("src/panels/pane.rs");
     let title = |name: &str| source.lines().find_map(|line| between(line, &format!("Self::{name} => \""), "\""));
     let module =
-        |name: &str| source.lines().find_map(|line| between(line, &format!("Self::{name} => Box::new("), "::"));
+        |name: &str| source.lines().find_map(|line| between(line, &format!("Self::{name} => Box::new(super::"), "::"));
     let list = between(&source, "pub const ALL: &'static [Self] = &[", "];").unwrap();
     let names: Vec<&str> = list.split(',').filter_map(|entry| entry.trim().strip_prefix("Self::")).collect();
     assert!(names.len() >= 20, "{names:?}");
