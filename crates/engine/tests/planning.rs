@@ -1,6 +1,6 @@
 //! A design keeps what it promises: errors and excursions of many simulated flights against those before flying.
 //!
-//! `DOUBLET_DESIGN_FLIGHTS=1000 cargo test --workspace --test planning -- --nocapture` flies as many as docs/planning.md states.
+//! `DOUBLET_DESIGN_FLIGHTS=200 cargo test --workspace --test planning -- --nocapture` flies as many as docs/planning.md states.
 
 #![expect(
     clippy::print_stdout,
