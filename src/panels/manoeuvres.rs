@@ -113,7 +113,7 @@ impl Panel for Manoeuvres {
             .column(Column::exact(44.0))
             .column(Column::exact(118.0))
             .column(Column::exact(92.0))
-            .column(Column::exact(76.0).clip(true))
+            .column(Column::exact(44.0).clip(true))
             .header(20.0, |mut header| {
                 let flight: &[(&str, Option<Order>)] = if several { &[("Flight", None)] } else { &[] };
                 let rest = [

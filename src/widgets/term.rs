@@ -29,7 +29,7 @@ pub fn column_title(ui: &mut Ui, title: &str) -> Response {
 
 /// The title of a column with the entry of `word`.
 pub fn column_title_called(ui: &mut Ui, title: &str, word: &str) -> Response {
-    let label = ui.add(Label::new(RichText::new(title).size(11.0).weak()).truncate());
+    let label = ui.add(Label::new(RichText::new(title).size(11.0).weak()).extend());
     if !title.is_empty() {
         ui.ctx().accesskit_node_builder(label.id, |node| {
             node.set_role(egui::accesskit::Role::ColumnHeader);
