@@ -59,7 +59,7 @@ const MEANINGS: [(&str, &str); 32] = [
     ("Modes and levels", "short period phugoid dutch roll spiral eigenvalues flying qualities mil"),
     (
         "Airframe",
-        "edit aircraft editor inertia groups tanks seats sensors drag geometry weighing scales wheels cg stations side view top view",
+        "edit aircraft editor groups tanks places sensors drag geometry weighing scales wheels stations side view top view",
     ),
     ("Qualification", "qtg tests part 60 simulator guide tolerance"),
     ("Prior", "datcom earlier estimate bayes posterior conflict"),
