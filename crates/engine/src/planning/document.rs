@@ -143,7 +143,7 @@ pub fn enough_blocks(found: &Enough) -> Vec<Block> {
             .number("duration_s", "time", "s", 3, |own| own.duration_s)
             .column(Column::new("peak", "peak, deg"), peaks)
             .column(Column::new("met", "goals met"), |own| met(own.met))
-            .column(Column::new("worst", "worst"), |own| own.worst.as_ref().map_or(Cell::Empty, symbol))
+            .column(Column::new("worst", "worst"), |own| own.worst.as_deref().map_or(Cell::Empty, symbol))
             .maybe("worst_over_goal", "error over goal", "", 3, |own| own.worst_over_goal);
         blocks.push(Block::Table(next.done()));
     }
@@ -159,14 +159,14 @@ pub fn enough_blocks(found: &Enough) -> Vec<Block> {
         .text("window", "after window", |own| &own.window)
         .number("time_s", "time flown", "s", 4, |own| own.time_s)
         .column(Column::new("met", "goals met"), |own| met(own.met))
-        .column(Column::new("worst", "worst"), |own| own.worst.as_ref().map_or(Cell::Empty, symbol))
+        .column(Column::new("worst", "worst"), |own| own.worst.as_deref().map_or(Cell::Empty, symbol))
         .maybe("worst_over_goal", "error over goal", "", 3, |own| own.worst_over_goal);
     blocks.extend([Block::Table(goals.done()), Block::Table(windows.done())]);
     blocks
 }
 
-fn symbol(name: &String) -> Cell {
-    Cell::Symbol(name.clone())
+fn symbol(name: &str) -> Cell {
+    Cell::Symbol(name.to_owned())
 }
 
 /// Errors over their goals against the time flown, of the derivatives that are furthest from their goals at the end.

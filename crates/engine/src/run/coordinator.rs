@@ -35,7 +35,7 @@ pub struct Request {
 /// What is to be done next, a run before a closer look.
 enum Job {
     Run(u64, Request),
-    Detail(DetailRequest),
+    Detail(Box<DetailRequest>),
 }
 
 #[derive(Default)]
@@ -63,7 +63,7 @@ impl Inbox {
         let due = std::mem::take(&mut self.details_due);
         let job = match self.pending.take() {
             Some((generation, request)) => Job::Run(generation, request),
-            None if due => Job::Detail(self.details.clone()),
+            None if due => Job::Detail(Box::new(self.details.clone())),
             None => return None,
         };
         let control = Control::default();

@@ -84,7 +84,7 @@ pub fn with_study_input<T>(
     study: impl FnOnce(&StudyInput<'_>) -> StageResult<T>,
 ) -> StageResult<T> {
     let used = snapshot.gravity.as_ref().map_or_else(|| session.clone(), |used| stage::with_gravity(session, used));
-    let plain = snapshot.aircraft.ready_keyed().ok_or_else(|| match session.aircraft {
+    let plain = snapshot.aircraft.ready_keyed().ok_or(match session.aircraft {
         Some(_) => "the aircraft could not be read",
         None => stage::NO_AIRCRAFT,
     })?;
