@@ -10,8 +10,11 @@ use crate::theme;
 use crate::widgets::EditPhase;
 use crate::widgets::quantity_edit::QuantityEdit;
 
-/// What can be made new in a part, and the keys beside its place that it cannot do without, with their first values.
-const NEW: [(Section, PlaceKind, &[(&str, f64)]); 4] = [
+/// Keys with their first values.
+type FirstValues = &'static [(&'static str, f64)];
+
+/// What can be made new in a part, and the keys beside its place that it cannot do without.
+const NEW: [(Section, PlaceKind, FirstValues); 4] = [
     (Section::Stations, PlaceKind::Tank, &[("capacity_kg", 50.0)]),
     (Section::Stations, PlaceKind::Seat, &[]),
     (Section::Stations, PlaceKind::Luggage, &[]),

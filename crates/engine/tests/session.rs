@@ -27,6 +27,23 @@ fn expression(name: &str, unit: &str, expression: &str) -> ExpressionSetting {
     ExpressionSetting { name: name.into(), unit: unit.into(), expression: expression.into(), role: None }
 }
 
+fn instruments() -> InstrumentSetting {
+    InstrumentSetting {
+        file: "builtin:c337f_instruments".to_owned(),
+        control_sensors: Some("sensor_*".to_owned()),
+        thesis_controls: true,
+        pod: None,
+        pod_calibration: String::new(),
+        level_flight: Some(LevelFlight {
+            mass_kg: 1778.0,
+            airspeed_m_s: [49.4, 43.3, 37.7],
+            altitude_m: Some(914.4),
+            density_kg_m3: None,
+        }),
+        fuel: [("main left".to_owned(), "engine_monitor/m_f_ML".to_owned())].into(),
+    }
+}
+
 fn example() -> Session {
     let window = |name: &str, start_s: f64| Manoeuvre {
         name: name.to_owned(),
@@ -62,20 +79,7 @@ fn example() -> Session {
                     inverted: false,
                 }],
             }],
-            instruments: Some(InstrumentSetting {
-                file: "builtin:c337f_instruments".to_owned(),
-                control_sensors: Some("sensor_*".to_owned()),
-                thesis_controls: true,
-                pod: None,
-                pod_calibration: String::new(),
-                level_flight: Some(LevelFlight {
-                    mass_kg: 1778.0,
-                    airspeed_m_s: [49.4, 43.3, 37.7],
-                    altitude_m: Some(914.4),
-                    density_kg_m3: None,
-                }),
-                fuel: [("main left".to_owned(), "engine_monitor/m_f_ML".to_owned())].into(),
-            }),
+            instruments: Some(instruments()),
             signals: SignalSetting {
                 held_samples: HeldSampleUse::Every,
                 max_gap_s: Some(0.5),

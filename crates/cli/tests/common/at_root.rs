@@ -1,5 +1,7 @@
 //! The program run at the root of the project, where the shipped sessions lie.
 
+#![allow(clippy::expect_used, reason = "helpers of tests are not marked as tests")]
+
 use std::path::Path;
 use std::process::{Command, Output};
 
