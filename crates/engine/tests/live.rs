@@ -13,6 +13,7 @@ use std::time::{Duration, Instant};
 
 use doublet_core::load::ChannelMap;
 use doublet_core::load::stream::{MESSAGES, RoleSample, StreamMap, StreamRow};
+use doublet_core::model::ThrustTreatment;
 use doublet_core::quantity::Role;
 use doublet_core::simulate::scenario::Start;
 use doublet_core::simulate::{self, Scenario, scenario};
@@ -363,15 +364,16 @@ fn telemetry() -> Vec<(f64, Vec<u8>)> {
         Role::Elevator,
         Role::Aileron,
         Role::Rudder,
+        Role::Altitude,
     ];
-    let (mut latest, mut sequence, mut sent) = ([f64::NAN; 12], 0_u8, Vec::new());
+    let (mut latest, mut sequence, mut sent) = ([f64::NAN; 13], 0_u8, Vec::new());
     for sample in samples.iter().filter(|sample| SENT_S.contains(&sample.time_s)) {
         let Some(at) = roles.iter().position(|role| *role == sample.role) else { continue };
         latest[at] = sample.value;
         if sample.role != Role::YawRate || latest.iter().any(|value| !value.is_finite()) {
             continue;
         }
-        let [ax, ay, az, p, q, r, airspeed, alpha, beta, elevator, aileron, rudder] = latest;
+        let [ax, ay, az, p, q, r, airspeed, alpha, beta, elevator, aileron, rudder, altitude] = latest;
         let time_us = (sample.time_s * 1e6).round();
         let servo = |rad: f64| (1500.0 + rad.to_degrees() / 0.025).round();
         let imu = [time_us, ax, ay, az, p, q, r, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 63.0];
@@ -379,7 +381,7 @@ fn telemetry() -> Vec<(f64, Vec<u8>)> {
         let flow = [time_us, alpha.to_degrees(), beta.to_degrees()];
         let messages: [(&str, &[f64]); 4] = [
             ("HIGHRES_IMU", &imu),
-            ("VFR_HUD", &[airspeed, airspeed, 0.0, 0.0, 0.0, 0.0]),
+            ("VFR_HUD", &[airspeed, airspeed, altitude, 0.0, 0.0, 0.0]),
             ("AOA_SSA", &flow),
             ("SERVO_OUTPUT_RAW", &servos),
         ];
@@ -408,6 +410,7 @@ fn telemetry_map() -> String {
         role(name, "HIGHRES_IMU", channel, &format!("unit = \"{unit}\""));
     }
     role("airspeed", "VFR_HUD", "airspeed", "unit = \"m/s\"");
+    role("altitude", "VFR_HUD", "alt", "unit = \"m\"");
     role("alpha", "AOA_SSA", "AOA", "unit = \"deg\"");
     role("beta", "AOA_SSA", "SSA", "unit = \"deg\"");
     for (name, channel) in [("delta_a", "servo1_raw"), ("delta_e", "servo2_raw"), ("delta_r", "servo4_raw")] {
@@ -434,11 +437,16 @@ fn mavlink_by_udp_gives_the_estimates_of_the_same_packets_in_a_log() {
     }
     std::fs::write(&log, bytes).unwrap();
     std::fs::write(&map, telemetry_map()).unwrap();
+    // Nothing of the engines is sent: thrust stays in the coefficients.
+    let mut session = session::open(&FLIGHT.path().join("session.toml")).unwrap().session;
+    session.preparation.thrust = ThrustTreatment::Included;
+    let own = folder.path().join("session.toml");
+    std::fs::write(&own, session::print(&session).unwrap()).unwrap();
     let watch = |place: String| {
         let opening = Opening {
             feed: Some(Feed::Mavlink(place)),
             map: Some(map.display().to_string()),
-            session: Some(FLIGHT.path().join("session.toml").display().to_string()),
+            session: Some(own.display().to_string()),
             ..Opening::default()
         };
         let watched = open(&opening).unwrap();

@@ -199,9 +199,10 @@ fn flight_too_slow_for_the_wing_and_weight_on_the_wheels_are_told() {
     });
     // The whole flight is slow, and all windows with it.
     sound.expect("dynamic-pressure", &[(1.5, NONE), (2.5, CAUTION), (4.0, BAD)], |_, snapshot, times| {
-        changed(snapshot.flights.values_mut().next().unwrap(), |flight| {
-            with_values(&mut flight.recording, Role::TrueAirspeed, |value| times * value);
-        });
+        let flight = snapshot.flights.values_mut().next().unwrap();
+        changed(flight, |flight| with_values(&mut flight.recording, Role::TrueAirspeed, |value| times * value));
+        let physics = stage::physics_of(&flight.ready().unwrap().recording, "as flown");
+        *snapshot.physics.values_mut().next().unwrap() = physics.into();
     });
     sound.expect("dynamic-pressure", &[(0.0, NONE), (0.05, CAUTION), (0.5, BAD)], |s, snapshot, part| {
         let window = s.windows[0].window;
