@@ -42,7 +42,7 @@ const MEANINGS: [(&str, &str); 32] = [
     ("Manoeuvres", "windows doublet 3211 segments cut select"),
     ("Gallery", "thumbnails side by side overlay onset"),
     ("Preprocess", "smoothing filter resample clock sync lag steady spectrum"),
-    ("Sensors", "calibration slope drum pulley pedal yoke pod fuel probe fit instruments"),
+    ("Sensors", "calibration slope drum pulley pedal yoke pod probes fit instruments"),
     ("Noise and filter", "kalman ekf iekf ukf covariance tuning q r"),
     ("Reconstruction", "states path smoother attitude velocity wind bias fpr"),
     ("Innovations", "nis residual whiteness consistency"),
