@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Builds the Debian package, installs it into an empty root, runs the program there with nothing but what the package depends on, and
 # removes it again: nothing may stay. Needs dpkg-deb and Python 3; cargo-deb builds the package where it is installed, else dpkg-deb from
-# the same table in Cargo.toml. DOUBLET_BINARY names a binary to package in the place of a release build, DEB_COMPRESSION=none packs
+# the same table in Cargo.toml. DOUBLET_BINARY names a binary to package in the place of one of the profile dist, DEB_COMPRESSION=none packs
 # quickly.
 #
 # With debootstrap and root rights the empty root is a minimal Debian (DEBIAN_SUITE, by default bookworm), in which apt resolves the
@@ -12,15 +12,15 @@ work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 version=$(sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml | head -1)
 
-binary=${DOUBLET_BINARY:-target/release/doublet}
-[[ -n ${DOUBLET_BINARY:-} ]] || cargo build --locked --release --bin doublet
+binary=${DOUBLET_BINARY:-target/dist/doublet}
+[[ -n ${DOUBLET_BINARY:-} ]] || cargo build --locked --profile dist --bin doublet
 mkdir -p target/package/man
 "$binary" man --out target/package/man >/dev/null
 "$binary" completions bash >target/package/doublet.bash
 
 deb=$work/doublet.deb
 if [[ -z ${DOUBLET_BINARY:-} ]] && cargo deb --version >/dev/null 2>&1; then
-    cargo deb --no-build --output "$deb"
+    cargo deb --profile dist --no-build --output "$deb"
 else
     python3 scripts/assemble_deb.py "$binary" "$work/tree"
     dpkg-deb "-Z${DEB_COMPRESSION:-xz}" --root-owner-group --build "$work/tree" "$deb" >/dev/null

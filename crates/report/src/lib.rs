@@ -10,9 +10,9 @@ pub mod svg;
 use std::path::{Path, PathBuf};
 
 use doublet_engine::keep::{Earlier, Put, Staging};
-use doublet_engine::report::document::{self, Document, SectionKind};
 #[cfg(feature = "pdf")]
-use doublet_engine::report::document::{Block, Figure};
+use doublet_engine::report::document::Block;
+use doublet_engine::report::document::{self, Document, Figure, SectionKind};
 use doublet_engine::report::{self as results};
 use doublet_engine::run::{Control, Snapshot};
 use doublet_engine::session::Session;
@@ -68,8 +68,6 @@ pub struct Order {
     pub formats: Vec<ReportFormat>,
     /// Sections.
     pub sections: Vec<SectionKind>,
-    /// Figures of the author's choice, shown with the notes before all sections.
-    pub figures: Vec<Figure>,
 }
 
 /// Writes the report on a run, all forms of it in one step; what else the folder holds stays. `progress` is told the part done, 0 to 1.
@@ -86,7 +84,7 @@ pub fn write(
     let checkpoint = || control.checkpoint().map_err(|_| "cancelled: no report was written".to_owned());
     let found = results::build(session, snapshot);
     let mut document = document::build(session, snapshot, &found, &order.sections);
-    document.sections.splice(0..0, document::chosen(session, &order.figures));
+    document.sections.splice(0..0, document::chosen(session));
     progress(0.1);
     checkpoint()?;
     let inner = |part: f32| progress(0.1 + 0.9 * part);

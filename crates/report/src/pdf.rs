@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 use std::sync::LazyLock;
 
+use doublet_engine::builtin;
 use doublet_engine::notation;
 use doublet_engine::report::document::{Block, Document, Section};
 use doublet_engine::report::{Cell, Table, alignments};
@@ -22,8 +23,9 @@ use crate::svg::svg;
 
 /// The typeset source.
 const TEMPLATE: &str = include_str!("report.typ");
-/// The font of the figures, also for what the text font lacks.
-const FIGURE_FONT: &[u8] = include_bytes!("../../../assets/fonts/DejaVuSans.ttf");
+/// Fonts of the text, and of the figures and what the text's lack.
+const FONT_FILES: [&str; 4] =
+    ["LibertinusSerif-Regular.otf", "LibertinusSerif-Bold.otf", "LibertinusSerif-Italic.otf", "DejaVuSans.ttf"];
 
 /// The whole file. The same contents give the same bytes.
 ///
@@ -160,8 +162,8 @@ struct Fonts {
 }
 
 static FONTS: LazyLock<Fonts> = LazyLock::new(|| {
-    let files = typst_assets::fonts().chain([FIGURE_FONT]);
-    let fonts: Vec<Font> = files.flat_map(|file| Font::iter(Bytes::new(file))).collect();
+    let fonts: Vec<Font> =
+        FONT_FILES.into_iter().flat_map(|name| Font::iter(Bytes::new(builtin::font(name)))).collect();
     Fonts { book: LazyHash::new(FontBook::from_fonts(&fonts)), fonts }
 });
 
