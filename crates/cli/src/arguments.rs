@@ -166,6 +166,10 @@ pub struct NewArguments {
     /// Take the channel map that `doublet map` guesses; the session holds it and it is printed row by row.
     #[arg(long, conflicts_with = "map")]
     pub guess: bool,
+    /// A channel for a role in the place of the one guessed, with its calibration: SI value = scale x (value + offset) of its unit.
+    /// May be given several times.
+    #[arg(long, value_name = crate::role_option::FORM, requires = "guess")]
+    pub role: Vec<String>,
     /// Aircraft (file or name); without it the one the channel map names. Without any only flight paths are computed.
     #[arg(long)]
     pub aircraft: Option<String>,

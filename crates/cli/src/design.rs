@@ -39,7 +39,7 @@ pub struct BasisArguments {
     #[arg(long, value_name = "NAME=LOW:HIGH", value_parser = limit, allow_hyphen_values = true)]
     limit: Vec<(Quantity, f64, f64)>,
     /// Part of the room between trim and limits that the undisturbed flight may take.
-    #[arg(long, default_value_t = 0.9)]
+    #[arg(long, default_value_t = Request::USUAL_USAGE)]
     usage: f64,
     /// Standard deviation of the gusts, m/s; that of the filter's random walk of the wind unless given.
     #[arg(long, value_name = "M_S", value_parser = not_negative)]
@@ -180,16 +180,10 @@ impl BasisArguments {
         let surfaces = places(&self.surfaces);
         let criterion = Criterion::ALL.into_iter().find(|criterion| criterion.name() == self.criterion);
         Request {
-            surfaces,
-            time_s,
-            kind,
             criterion: criterion.unwrap_or(Criterion::A),
-            rounds: 0,
-            search_samples: 0,
-            samples: 0,
             usage: self.usage,
             seed: self.seed,
-            with_flown: false,
+            ..Request::published(surfaces, kind, time_s)
         }
     }
 }

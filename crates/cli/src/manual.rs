@@ -3,7 +3,7 @@
 use clap::{Args, CommandFactory};
 
 use crate::arguments::Arguments;
-use crate::{glossary, text};
+use crate::{formula, glossary, text};
 
 /// Path below `docs/` and text of every page.
 static PAGES: &[(&str, &str)] = include!(concat!(env!("OUT_DIR"), "/pages.rs"));
@@ -47,7 +47,7 @@ impl Page {
         heading.unwrap_or_default()
     }
 
-    /// Its text with what it includes.
+    /// Its text with what it includes, formulas in one line of letters.
     pub fn whole(&self) -> String {
         let mut whole = String::new();
         for line in self.text.lines() {
@@ -59,7 +59,7 @@ impl Page {
             whole.push_str(found.unwrap_or(line));
             whole.push('\n');
         }
-        whole
+        formula::readable_page(&whole)
     }
 }
 
@@ -162,7 +162,7 @@ fn list() {
 fn search(sought: &str) -> Result<(), String> {
     let found = find_lines(sought);
     for FoundLine { path, number, text, .. } in found.iter().take(MOST_LINES) {
-        text::line(&format!("{path}:{number}: {text}"));
+        text::line(&format!("{path}:{number}: {}", formula::readable_page(text)));
     }
     match found.len() {
         0 => Err(format!("no page holds '{}': try one word of it", sought.to_lowercase())),

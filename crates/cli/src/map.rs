@@ -14,6 +14,7 @@ use serde_json::json;
 
 use crate::inspect::{Question, list_questions};
 use crate::outcome::Outcome;
+use crate::role_option::{FORM, set_roles};
 use crate::text;
 
 /// Arguments of `map`.
@@ -31,6 +32,10 @@ pub struct MapArguments {
     /// Print a map that comes with the program.
     #[arg(long, value_name = "NAME", conflicts_with_all = ["recordings", "write"])]
     pub show: Option<String>,
+    /// A channel for a role in the place of the one guessed, with its calibration: SI value = scale x (value + offset) of its unit.
+    /// May be given several times.
+    #[arg(long, value_name = FORM, conflicts_with_all = ["list", "show"])]
+    pub role: Vec<String>,
     /// Print one JSON document.
     #[arg(long)]
     pub json: bool,
@@ -61,7 +66,8 @@ pub fn map(arguments: &MapArguments) -> Result<Outcome, String> {
         }
         return Ok(Outcome::Done);
     }
-    let inspected = begin::inspect(&arguments.recordings, &Control::default(), &|_| {})?;
+    let mut inspected = begin::inspect(&arguments.recordings, &Control::default(), &|_| {})?;
+    set_roles(&mut inspected, &arguments.role)?;
     let written = write_map(&inspected)?;
     let asked = ask(&inspected);
     if let Some(path) = &arguments.write {

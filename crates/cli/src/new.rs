@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use doublet_core::load::{ChannelMap, Plan, plan_all, read};
 use doublet_core::model::Structure;
+use doublet_core::quantity::Role;
 use doublet_core::reconstruct::Measurement;
 use doublet_engine::begin::{self, Inspected, add_flight, empty_session, name_of, whole_window};
 use doublet_engine::builtin;
@@ -15,6 +16,7 @@ use doublet_engine::stage::{self, NO_AIRCRAFT};
 use crate::arguments::{NewArguments, StructureName};
 use crate::map::{ask, explain_row};
 use crate::outcome::Outcome;
+use crate::role_option::set_roles;
 use crate::text;
 
 /// A channel map by file or by the name of one that comes with the program, with how a session refers to it.
@@ -67,7 +69,8 @@ pub fn new(arguments: &NewArguments) -> Result<Outcome, String> {
     let mut measured = BTreeSet::new();
     let mut of_maps = None;
     for (name, paths) in groups {
-        let inspected = begin::inspect(&paths, &Control::default(), &|_| {})?;
+        let mut inspected = begin::inspect(&paths, &Control::default(), &|_| {})?;
+        set_roles(&mut inspected, &arguments.role)?;
         let (reference, map) = match &arguments.map {
             Some(name) => channel_map(name).map(as_file)?,
             None if arguments.guess => match take_guess(&inspected)? {
@@ -88,6 +91,12 @@ pub fn new(arguments: &NewArguments) -> Result<Outcome, String> {
     let missing: Vec<_> = begin::missing_measurements(&measured).into_iter().map(Measurement::name).collect();
     if !missing.is_empty() {
         text::line(&format!("not measured: {}", missing.join(", ")));
+    }
+    let accelerations = [Role::RollAcceleration, Role::PitchAcceleration, Role::YawAcceleration];
+    if accelerations.iter().all(|role| measured.contains(role)) {
+        text::line(
+            "p_dot, q_dot and r_dot are there: preparation.angular_acceleration = \"recorded\" takes them instead of slopes",
+        );
     }
     text::line(&match &session.aircraft {
         Some(aircraft) => format!("aircraft: {aircraft}"),
@@ -126,7 +135,7 @@ fn flight(
     name: &str,
     inspected: &Inspected,
     (reference, map): (&MapRef, &ChannelMap),
-) -> Result<Vec<doublet_core::quantity::Role>, String> {
+) -> Result<Vec<Role>, String> {
     let plan = plan_all(&inspected.probes, map);
     text::line(&format!("{name}: channel map {}, {} roles", reference.name(), plan.roles.len()));
     let against = doublet_core::load::mismatches(&plan, map);

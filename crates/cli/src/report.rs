@@ -38,7 +38,6 @@ pub fn report(arguments: &ReportArguments) -> Result<Outcome, String> {
         name: arguments.session.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
         formats: named(&ReportFormat::ALL, &arguments.format, |format| format.name()),
         sections,
-        figures: Vec::new(),
     };
     let show = |part| progress.show(COMPUTING + (1.0 - COMPUTING) * part, "writing the report");
     let written = doublet_report::write(&session, &snapshot, &order, &Control::default(), &show);

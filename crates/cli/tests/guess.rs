@@ -88,3 +88,29 @@ fn recordings_of_strangers_become_sessions_that_hold_the_guess() {
     assert_eq!((code, session.exists()), (Some(3), false), "{text}");
     assert!(text.contains("in milliseconds 1000 Hz over 3 s"), "{text}");
 }
+
+/// Channels of a recorder that writes pulses of servos, in the pulses and rounding of its kind: deflections are said by `--role`.
+#[test]
+fn roles_said_on_the_command_line_take_the_place_of_the_guess() {
+    let folder = tempfile::tempdir().unwrap();
+    let rows: String = (0..500).map(|k| format!("{},{},{}\n", 0.02 * f64::from(k), k % 50, 1500 + k % 9)).collect();
+    let path = written(folder.path(), &format!("time [s],elevator,C2 [us]\n{rows}"));
+    let role = "delta_e=C2,unit=deg,scale=-0.07,offset=-1500";
+    let (text, code) = said(&["map", &path, "--role", role]);
+    assert_eq!(code, Some(0), "{text}");
+    let map = ChannelMap::parse(&text).unwrap();
+    assert_eq!(map.roles.keys().copied().collect::<Vec<_>>(), [Role::Elevator]);
+    assert!(
+        text.contains("'C2' of log by its name, unit in the place of the one recorded: -0.5600 to 0 deg"),
+        "{text}"
+    );
+    for (option, answer) in [
+        ("delta_e=C9", "no channel 'C9' there"),
+        ("delta_e=C2,unit=kg", "delta_e is in rad, not in kg"),
+        ("lift=C2", "there is no role 'lift'"),
+    ] {
+        let output = doublet(&root(), &["map", &path, "--role", option]);
+        let error = String::from_utf8(output.stderr).unwrap();
+        assert!(error.contains(answer), "{option}: {error}");
+    }
+}

@@ -124,3 +124,30 @@ fn equations_of_an_unstable_aircraft_are_fitted_to_a_table_of_degrees() {
     let error = refused(&["equations", &path, "--equations", "none-such"]);
     assert!(error.contains("name a file, or one of") && error.contains("short_period"), "{error}");
 }
+
+/// A recorder that writes some columns at every tenth row leaves the others blank: they are taken on straight lines in between.
+#[test]
+fn equations_are_fitted_to_columns_of_different_rates() {
+    let folder = tempfile::tempdir().unwrap();
+    // alpha' = -alpha + delta_e of a slow sine, alpha known in closed form once the start has died away; time in milliseconds.
+    let mut text = "time_ms,alpha,delta_e\n".to_owned();
+    for k in 0..6000 {
+        let t = 0.01 * f64::from(k);
+        let alpha = if k % 5 == 0 { format!("{}", 0.5 * (t.sin() - t.cos())) } else { String::new() };
+        text += &format!("{},{alpha},{}\n", 10 * k, t.sin());
+    }
+    let path = folder.path().join("rates.csv");
+    std::fs::write(&path, text).unwrap();
+    let equations = folder.path().join("one.toml");
+    let one = "format = \"doublet equations\"\ninputs = [\"delta_e\"]\n[[state]]\nname = \"alpha\"\nrate = \"L*alpha + M*delta_e\"\n[[output]]\nname = \"alpha\"\nshows = \"alpha\"\n[parameters]\nL = -0.5\nM = 0.5\n";
+    std::fs::write(&equations, one).unwrap();
+    let command = ["equations", path.to_str().unwrap(), "--equations", equations.to_str().unwrap(), "--json"];
+    let found: Value = serde_json::from_str(&said(&command)).unwrap();
+    for method in ["equation_error", "output_error"] {
+        for row in found[method]["parameters"].as_array().unwrap() {
+            let truth = if row["name"] == "L" { -1.0 } else { 1.0 };
+            let estimate = row["estimate"].as_f64().unwrap();
+            assert!((estimate - truth).abs() < 2e-3, "{method}, {}: {estimate}", row["name"]);
+        }
+    }
+}

@@ -53,7 +53,7 @@ pub fn minimise<E>(
 }
 
 /// Update of Broyden, Fletcher, Goldfarb & Shanno of the inverse curvature, for a step and the fall of the gradient over it.
-pub fn bfgs_update(inverse: &mut DMatrix<f64>, step: &DVector<f64>, fall: &DVector<f64>) {
+pub(crate) fn bfgs_update(inverse: &mut DMatrix<f64>, step: &DVector<f64>, fall: &DVector<f64>) {
     let along = step.dot(fall);
     if along <= 1e-12 * step.norm() * fall.norm() {
         return;

@@ -96,7 +96,7 @@ pub fn missing(has: impl Fn(Role) -> bool) -> Vec<Missing> {
 
 /// The shipped maps that give these recordings roles without an error, the one with most roles first, and those of them whose ranges
 /// the values do not keep to, with what speaks against each.
-pub fn fitting_maps(probes: &[Probe]) -> (Vec<FittingMap>, Vec<(&'static str, Vec<String>)>) {
+pub(crate) fn fitting_maps(probes: &[Probe]) -> (Vec<FittingMap>, Vec<(&'static str, Vec<String>)>) {
     let (mut fitting, mut refused) = (Vec::new(), Vec::new());
     for name in builtin::names("channel_maps") {
         let Some(map) = builtin::text("channel_maps", name).and_then(|text| ChannelMap::parse(text).ok()) else {
@@ -135,8 +135,32 @@ pub fn inspect(paths: &[PathBuf], control: &Control, progress: &dyn Fn(f32)) -> 
         progress(0.8 * (index + 1) as f32 / paths.len() as f32);
     }
     let (fitting, refused) = fitting_maps(&probes);
-    let guess = load::guess(&probes);
+    let guess = settle_units(&probes, load::guess(&probes));
+    go_on(control)?;
     Ok(Inspected { paths: paths.to_vec(), probes, fitting, refused, guess })
+}
+
+/// A guess with the units that the motion tells: where a channel states none and the others contradict the one it was taken for by the
+/// factor of another, that is taken. A unit that is stated stays, whatever contradicts it.
+fn settle_units(probes: &[Probe], guess: ManualChannelMap) -> ManualChannelMap {
+    let is_open = |map: &ManualChannelMap, role: Role| {
+        let channel = map.row(role).and_then(|row| row.from.find(probes));
+        channel.is_some_and(|channel| stated_unit(channel).is_none())
+    };
+    if !guess.rows.iter().any(|(role, _)| is_open(&guess, *role)) {
+        return guess;
+    }
+    // What cannot be read is said by what needs it.
+    let Ok(physics) = plan_by_hand(probes, &guess).and_then(|plan| compare(&plan)) else { return guess };
+    let changes = physics.contradictions().filter_map(|row| row.change.as_ref());
+    changes.fold(guess, |map, change| match change {
+        Cure::Scale { role, units: Some(_), factor, offset }
+            if *factor > 0.0 && *offset == 0.0 && is_open(&map, *role) =>
+        {
+            cure(&map, change, probes)
+        }
+        _ => map,
+    })
 }
 
 /// Why a guessed row has its unit.
@@ -144,6 +168,7 @@ pub fn unit_reason(row: &ManualChannel, probes: &[Probe]) -> &'static str {
     let channel = row.from.find(probes);
     let recorded = channel.and_then(|channel| Unit::parse(channel.unit.as_deref()?).ok());
     match (recorded, channel.and_then(stated_unit)) {
+        (Some(recorded), _) if row.unit.is_some_and(|unit| unit != recorded) => "in the place of the one recorded",
         (Some(_), _) => "as recorded",
         (None, Some(_)) => "as its name ends",
         (None, None) => "as large as its values",
@@ -303,6 +328,7 @@ pub fn empty_session(title: &str, aircraft: Option<&str>) -> Session {
         kept_structures: Vec::new(),
         annotations: Vec::new(),
         report_notes: String::new(),
+        report_figures: Vec::new(),
         plausible: Default::default(),
     }
 }

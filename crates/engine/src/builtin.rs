@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{LazyLock, Mutex, OnceLock, PoisonError};
 
 use doublet_core::load::aircraft;
-use include_dir::{Dir, DirEntry, include_dir};
+use include_dir::{Dir, DirEntry, File, include_dir};
 use sha2::{Digest, Sha256};
 
 use crate::keep::{PrivateFolder, hex};
@@ -23,6 +23,11 @@ pub const PREFIX: &str = "builtin:";
 pub fn text(folder: &str, name: &str) -> Option<&'static str> {
     let file = ASSETS.get_file(name).or_else(|| ASSETS.get_file(format!("{folder}/{name}.toml")));
     file.or_else(|| ASSETS.get_file(format!("{folder}/{name}")))?.contents_utf8()
+}
+
+/// A font by its file's name in `assets/fonts/`; empty where there is none.
+pub fn font(name: &str) -> &'static [u8] {
+    ASSETS.get_file(format!("fonts/{name}")).map_or(&[], File::contents)
 }
 
 /// Names of the built-in files of a folder of `assets/`, without their extension.

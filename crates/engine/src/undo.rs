@@ -34,7 +34,7 @@ impl History {
     }
 
     /// A history that starts at `session`, which no file has.
-    pub fn new_unsaved(session: Arc<Session>) -> Self {
+    pub(crate) fn new_unsaved(session: Arc<Session>) -> Self {
         Self { present: session, past: Vec::new(), future: Vec::new(), open: None, saved: None }
     }
 
@@ -59,7 +59,7 @@ impl History {
     }
 
     /// Writes past, present and future anew by `change`: for what is no step, such as the folder that paths start from.
-    pub fn replace_all(&mut self, change: impl Fn(&Session) -> Session) {
+    pub(crate) fn replace_all(&mut self, change: impl Fn(&Session) -> Session) {
         let replace = |session: &mut Arc<Session>| *session = Arc::new(change(session));
         let steps = self.past.iter_mut().chain(&mut self.future).chain(&mut self.open);
         steps.for_each(|step| replace(&mut step.session));

@@ -1,6 +1,11 @@
 //! Hostile input: the seeds and findings of the fuzz targets, paths that leave the session's folder, files that never end.
 
-#![allow(clippy::expect_used, clippy::unwrap_used, reason = "helpers of tests are not marked as tests")]
+#![allow(
+    clippy::expect_used,
+    clippy::print_stdout,
+    clippy::unwrap_used,
+    reason = "helpers of tests are not marked as tests"
+)]
 
 #[path = "../../../fuzz/src/lib.rs"]
 mod targets;
@@ -144,5 +149,75 @@ fn sessions_with_settings_changed_at_random_run_to_results() {
         let begun = Instant::now();
         targets::whole_path(&data);
         assert!(begun.elapsed() < 10 * PATIENCE, "run {run} took {:?}: {data:?}", begun.elapsed());
+    }
+}
+
+/// Runs of each target below, from seeds changed at random; `DOUBLET_SOAK_RUNS` asks for more, `DOUBLET_SOAK_TARGET` for one target alone.
+const CHANGED_SEEDS: u64 = 40;
+/// Longest input.
+const LONGEST: usize = 20_000;
+/// Bytes that parsers stumble over.
+const ODD: [u8; 12] = [0, 1, 0x7f, 0x80, 0xff, b'\n', b'"', b',', b'=', b'[', b'-', b'9'];
+
+/// A seed with one to eight changes: bits and bytes, pieces taken out, doubled, put in from another seed, numbers made large, a cut end.
+fn change_seed(seeds: &[Vec<u8>], random: &mut rand_chacha::ChaCha8Rng) -> Vec<u8> {
+    use rand::RngExt;
+    let mut data = seeds[random.random_range(0..seeds.len())].clone();
+    for _ in 0..random.random_range(1..=8) {
+        let length = data.len().max(1);
+        let at = random.random_range(0..length).min(data.len());
+        let end = (at + random.random_range(1..=64)).min(data.len());
+        match random.random_range(0..9) {
+            0 if at < data.len() => data[at] ^= 1 << random.random_range(0..8),
+            1 if at < data.len() => data[at] = ODD[random.random_range(0..ODD.len())],
+            2 if at < data.len() => data[at] = random.random(),
+            3 => data.insert(at, ODD[random.random_range(0..ODD.len())]),
+            4 => drop(data.drain(at..end)),
+            5 => {
+                let piece = data[at..end].to_vec();
+                data.splice(at..at, piece);
+            }
+            6 => {
+                let other = &seeds[random.random_range(0..seeds.len())];
+                let from = random.random_range(0..other.len().max(1)).min(other.len());
+                let piece = other[from..(from + 64).min(other.len())].to_vec();
+                data.splice(at..at, piece);
+            }
+            7 => {
+                let number: u64 = 1 << random.random_range(0..64);
+                let bytes = number.to_le_bytes();
+                let (count, end) = (bytes.len().min(end - at), end.min(at + 8));
+                data[at..end].copy_from_slice(&bytes[..count]);
+            }
+            _ if random.random_range(0..8) == 0 => data.truncate(at),
+            _ => {}
+        }
+    }
+    data.truncate(LONGEST);
+    data
+}
+
+#[test]
+fn every_parser_returns_from_seeds_changed_at_random() {
+    use rand::SeedableRng;
+    let runs = std::env::var("DOUBLET_SOAK_RUNS").ok().and_then(|text| text.parse().ok()).unwrap_or(CHANGED_SEEDS);
+    let asked = std::env::var("DOUBLET_SOAK_TARGET").ok();
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/seeds");
+    // The whole path has a test of its own.
+    let wanted = |name: &str| asked.as_deref().map_or(name != "whole_path", |asked| asked == name);
+    for (name, target) in targets::TARGETS.into_iter().filter(|(name, _)| wanted(name)) {
+        let mut paths: Vec<_> =
+            std::fs::read_dir(folder.join(name)).unwrap().map(|entry| entry.unwrap().path()).collect();
+        paths.sort();
+        let seeds: Vec<Vec<u8>> = paths.iter().map(|path| std::fs::read(path).unwrap()).collect();
+        let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(12);
+        let begun = Instant::now();
+        for run in 0..runs {
+            let data = change_seed(&seeds, &mut random);
+            let begun = Instant::now();
+            let returned = std::panic::catch_unwind(|| target(&data)).is_ok();
+            assert!(returned && begun.elapsed() < PATIENCE, "{name}, run {run}, {:?}: {data:?}", begun.elapsed());
+        }
+        println!("{name}: {runs} runs in {:.0} s", begun.elapsed().as_secs_f64());
     }
 }

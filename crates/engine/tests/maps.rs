@@ -4,6 +4,7 @@
 
 use std::path::{Path, PathBuf};
 
+use doublet_core::quantity::Role;
 use doublet_engine::begin::{self, Inspected};
 use doublet_engine::run::Control;
 
@@ -172,4 +173,60 @@ fn every_reference_recording_keeps_its_map() {
         let best = found.fitting.first().unwrap_or_else(|| panic!("{}: {:?}", path.display(), found.refused));
         assert_eq!((best.name, best.aircraft.as_deref()), (map, aircraft), "{}", path.display());
     }
+}
+
+/// First value that the guess of a text reads for a role, in the unit of its channel, and that unit.
+fn first(text: &str, role: Role) -> Option<(f64, &'static str)> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("mine.csv");
+    std::fs::write(&path, text).unwrap();
+    let found = inspected(&path);
+    let values = found.guess.row(role)?.values(&found.probes)?;
+    Some((values.first, values.unit.symbol))
+}
+
+#[test]
+fn local_axes_of_xplane_are_east_up_and_south() {
+    let text = "_totl,_time |____X,____m |____Y,____m |____Z,____m |\n\
+        0.0 |1.0 |20.0 |300.0 |\n1.0 |2.0 |21.0 |310.0 |\n2.0 |3.0 |22.0 |320.0 |\n";
+    assert_eq!(first(text, Role::PositionNorth), Some((-300.0, "m")));
+    assert_eq!(first(text, Role::PositionEast), Some((1.0, "m")));
+    assert_eq!(first(text, Role::PositionDown), Some((-20.0, "m")));
+}
+
+#[test]
+fn fixes_sent_as_whole_numbers_are_scaled() {
+    let text = "t,lat,lon,alt\n0,423600000,-710900000,4944\n1,423600010,-710900010,4950\n2,423600020,-710900020,4960\n";
+    let latitude = first(text, Role::Latitude).unwrap();
+    assert!((latitude.0 - 42.36).abs() < 1e-9 && latitude.1 == "deg", "{latitude:?}");
+    assert_eq!(first(text, Role::Altitude), Some((4944.0, "mm")));
+    let stated = "t,lat_deg,lon_deg,alt_ft\n0,42,-71,4944\n1,42,-71,4950\n";
+    assert_eq!(first(stated, Role::Altitude), Some((4944.0, "ft")));
+}
+
+#[test]
+fn one_aileron_of_a_pair_is_the_right_one_or_the_left_one_turned() {
+    let pair = "t,/fcs/left-aileron-pos-deg,/fcs/right-aileron-pos-deg\n0,3,-3\n1,4,-4\n2,3,-3\n";
+    assert_eq!(first(pair, Role::Aileron), Some((-3.0, "deg")));
+    let left = "t,aileron left [deg],elevator\n0,3,1\n1,4,1\n2,3,1\n";
+    assert_eq!(first(left, Role::Aileron), Some((-3.0, "deg")));
+    let both = "t,aileron,AileronRight\n0,3,1\n1,4,1\n2,3,1\n";
+    assert_eq!(first(both, Role::Aileron).map(|(value, _)| value), Some(3.0));
+}
+
+#[test]
+fn unit_that_no_channel_states_is_the_one_that_the_motion_tells() {
+    let Some(path) = shared("formats/jsbsim_csv/c172p_doublet.csv") else { return };
+    let found = inspected(&path);
+    for role in [Role::SpecificForceX, Role::SpecificForceY, Role::SpecificForceZ] {
+        assert_eq!(found.guess.row(role).unwrap().unit.unwrap().symbol, "ft/s^2", "{}", role.name());
+    }
+    // Of its latitudes the geodetic one, of its ailerons the right one.
+    let channel = |role| found.guess.row(role).unwrap().from.channel.as_str();
+    assert_eq!(channel(Role::Latitude), "Latitude Geodetic");
+    assert_eq!(channel(Role::Aileron), "/fdm/jsbsim/fcs/right-aileron-pos-deg");
+    let plan = begin::plan_by_hand(&found.probes, &found.guess).unwrap();
+    let physics = begin::compare(&plan).unwrap();
+    let against: Vec<_> = physics.contradictions().map(|row| row.headline.clone()).collect();
+    assert!(against.is_empty(), "{against:?}");
 }

@@ -68,7 +68,7 @@ impl EnvelopeMargin {
 impl Envelope {
     /// Forward and aft limit at a mass (kg), x from the datum, m: straight between rows, held beyond the first and the last.
     /// `None` without rows.
-    pub fn limits_at(&self, mass_kg: f64) -> Option<(f64, f64)> {
+    pub(crate) fn limits_at(&self, mass_kg: f64) -> Option<(f64, f64)> {
         let (first, last) = (self.rows.first()?, self.rows.last()?);
         let upper = self.rows.partition_point(|row| row.mass_kg < mass_kg);
         if upper == 0 {

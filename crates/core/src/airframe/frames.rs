@@ -22,7 +22,7 @@ pub fn euler_angles(body_from_ned: &Rotation3<f64>) -> [f64; 3] {
 
 /// Rotation that takes components in body axes into stability axes: `x_s = x cos(alpha) + z sin(alpha)`,
 /// `z_s = -x sin(alpha) + z cos(alpha)`, for the angle of attack in rad. Its transpose is `body_from_stability`.
-pub fn stability_from_body(alpha_rad: f64) -> Rotation3<f64> {
+pub(crate) fn stability_from_body(alpha_rad: f64) -> Rotation3<f64> {
     Rotation3::from_axis_angle(&Vector3::y_axis(), alpha_rad)
 }
 

@@ -171,7 +171,7 @@ impl Loading {
 
     /// Inertia of `aircraft` with this on board about any point (m, datum axes), body axes: that of the centre of gravity if it
     /// lay there, with every part staying where it is.
-    pub fn inertia_about(&self, aircraft: &Aircraft, point_from_datum_m: [f64; 3]) -> InertiaTensor {
+    pub(crate) fn inertia_about(&self, aircraft: &Aircraft, point_from_datum_m: [f64; 3]) -> InertiaTensor {
         let mut inertia = aircraft.inertia.about(&aircraft.empty, point_from_datum_m);
         self.visit_masses(aircraft, |m, position, shape| {
             inertia += shape.tensor(m) + InertiaTensor::point_mass(m, body_from_datum(position, point_from_datum_m));

@@ -33,12 +33,6 @@ impl ClockModel {
         Err(AlignError::Setting { setting: "clock drift", value: drift, allowed: "-0.1 to 0.1" })
     }
 
-    /// Clock without drift of a recorder whose own time zero is at `own_utc_s`, against a reference whose time zero is at
-    /// `reference_utc_s`; both in seconds since one epoch.
-    pub fn from_utc(reference_utc_s: f64, own_utc_s: f64) -> Self {
-        Self { offset_s: own_utc_s - reference_utc_s, drift: 0.0 }
-    }
-
     /// Reference time of its own stamp, s.
     pub fn reference_s(&self, own_s: f64) -> f64 {
         // Kept as a sum of the stamp and small terms: no digits are lost to the factor.
@@ -95,7 +89,6 @@ mod tests {
         let aligned = POD.shifted(0.01).align(&series);
         assert!(std::sync::Arc::ptr_eq(&aligned.values, &series.values));
         approx::assert_relative_eq!(aligned.time_s[1], 1000.0 - 258.80 - 0.143, epsilon = ROUNDING_S);
-        assert_eq!(ClockModel::from_utc(100.0, 103.5).reference_s(2.0), 5.5);
         assert!(matches!(ClockModel::new(0.0, 0.2), Err(AlignError::Setting { setting: "clock drift", .. })));
         assert!(ClockModel::new(f64::NAN, 0.0).is_err());
     }

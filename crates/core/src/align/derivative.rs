@@ -9,6 +9,9 @@ const REACH: f64 = 4.0;
 /// Most steps of a grid: a day at the default step. A stray stamp must not decide how much memory is taken.
 const MOST_STEPS: usize = 4_000_000;
 
+/// Samples that are filtered together.
+const BLOCK: usize = 1024;
+
 /// A derivative sampled at whole multiples of the step, `time = index * step`.
 pub(super) struct Derivative {
     /// Index of the first sample.
@@ -51,21 +54,32 @@ pub(super) fn usable(channel: &str, series: &Series) -> Result<(Vec<f64>, Vec<f6
     Ok(series.time_s.iter().zip(series.values.iter()).filter(|(_, value)| value.is_finite()).unzip())
 }
 
-/// Derivative of a series against the reference clock, smoothed by a Gaussian: frequency response
+/// Usable samples of a channel on its own clock.
+pub(super) struct Samples<'a> {
+    /// Name in messages.
+    channel: &'a str,
+    time_s: Vec<f64>,
+    values: Vec<f64>,
+}
+
+impl<'a> Samples<'a> {
+    /// The finite samples of a series; refuses what [`usable`] does.
+    pub(super) fn new(channel: &'a str, series: &Series) -> Result<Self, AlignError> {
+        let (time_s, values) = usable(channel, series)?;
+        Ok(Self { channel, time_s, values })
+    }
+}
+
+/// Derivative of samples against the reference clock, smoothed by a Gaussian: frequency response
 /// `i w exp(-w^2 s^2 / 2)`, a band pass about `1 / (2 pi s)` Hz without phase.
 ///
 /// Samples are joined by straight lines up to the longest gap; where the filter would reach into a longer one, nothing is
 /// known.
-pub(super) fn derivative(
-    channel: &str,
-    series: &Series,
-    clock: &ClockModel,
-    band: &Band,
-) -> Result<Derivative, AlignError> {
-    let (mut time, values) = usable(channel, series)?;
-    time.iter_mut().for_each(|t| *t = clock.reference_s(*t));
-    let still = || AlignError::Still { channel: channel.to_owned(), needed_s: 2.0 * REACH * band.smoothing_s };
-    let (Some(&start), Some(&end)) = (time.first(), time.last()) else { return Err(still()) };
+pub(super) fn derivative(samples: &Samples<'_>, clock: &ClockModel, band: &Band) -> Result<Derivative, AlignError> {
+    let Samples { channel, time_s, .. } = samples;
+    let still = || AlignError::Still { channel: (*channel).to_owned(), needed_s: 2.0 * REACH * band.smoothing_s };
+    let (Some(start), Some(end)) = (time_s.first(), time_s.last()) else { return Err(still()) };
+    let (start, end) = (clock.reference_s(*start), clock.reference_s(*end));
     let first = (start / band.step_s).ceil() as i64;
     let count = ((end / band.step_s).floor() as i64 - first + 1).max(0) as usize;
     let reach = band.reach();
@@ -74,9 +88,9 @@ pub(super) fn derivative(
     }
     if count > MOST_STEPS {
         let reason = format!("it spans {} s, more than {MOST_STEPS} steps of {} s", end - start, band.step_s);
-        return Err(AlignError::Signal { channel: channel.to_owned(), reason });
+        return Err(AlignError::Signal { channel: (*channel).to_owned(), reason });
     }
-    let (line, inside) = on_grid(&time, &values, first, count, band);
+    let (line, inside) = on_grid(samples, clock, first, count, band);
     let weights: Vec<f64> = (1..=reach)
         .map(|j| {
             let u = j as f64 * band.step_s / band.smoothing_s;
@@ -96,11 +110,14 @@ pub(super) fn derivative(
     for k in reach..count - reach {
         result.known[k] = gaps_before[k + reach + 1] == gaps_before[k - reach];
     }
-    // Weight by weight over all samples, so that the inner loop runs over neighbours.
-    for (j, weight) in (1..).zip(&weights) {
-        let pairs = line[reach + j..].iter().zip(&line[reach - j..]);
-        for (value, (after, before)) in result.values[reach..count - reach].iter_mut().zip(pairs) {
-            *value += weight * (after - before);
+    // Weight by weight over neighbours, block by block, so that a block stays in the nearest cache.
+    for (index, block) in result.values[reach..count - reach].chunks_mut(BLOCK).enumerate() {
+        let first = reach + index * BLOCK;
+        for (j, weight) in (1..).zip(&weights) {
+            let pairs = line[first + j..].iter().zip(&line[first - j..]);
+            for (value, (after, before)) in block.iter_mut().zip(pairs) {
+                *value += weight * (after - before);
+            }
         }
     }
     for (value, known) in result.values.iter_mut().zip(&result.known) {
@@ -111,17 +128,20 @@ pub(super) fn derivative(
 }
 
 /// Straight lines between samples at the points of the grid, and whether a point lies in no gap.
-fn on_grid(time: &[f64], values: &[f64], first: i64, count: usize, band: &Band) -> (Vec<f64>, Vec<bool>) {
+fn on_grid(samples: &Samples<'_>, clock: &ClockModel, first: i64, count: usize, band: &Band) -> (Vec<f64>, Vec<bool>) {
+    let Samples { time_s, values, .. } = samples;
     let mut line = Vec::with_capacity(count);
     let mut inside = Vec::with_capacity(count);
     let mut right = 1;
+    let (mut before_s, mut after_s) = (clock.reference_s(time_s[0]), clock.reference_s(time_s[1]));
     for k in 0..count {
         let t = (first + k as i64) as f64 * band.step_s;
-        while right + 1 < time.len() && time[right] < t {
+        while right + 1 < time_s.len() && after_s < t {
             right += 1;
+            (before_s, after_s) = (after_s, clock.reference_s(time_s[right]));
         }
-        let step = time[right] - time[right - 1];
-        let fraction = (t - time[right - 1]) / step;
+        let step = after_s - before_s;
+        let fraction = (t - before_s) / step;
         line.push(values[right - 1] + fraction * (values[right] - values[right - 1]));
         inside.push(step <= band.max_gap_s);
     }
@@ -143,7 +163,7 @@ mod tests {
         let time: Vec<f64> = (0..4000).map(|k| 0.01 * f64::from(k)).filter(|t| !(15.0..17.0).contains(t)).collect();
         let values: Vec<f64> = time.iter().map(|t| (omega * t).sin()).collect();
         let series = Series { time_s: time.into(), values: values.into() };
-        let found = derivative("sine", &series, &ClockModel::REFERENCE, &BAND).unwrap();
+        let found = derivative(&Samples::new("sine", &series).unwrap(), &ClockModel::REFERENCE, &BAND).unwrap();
         let gain = omega * (-0.5 * (omega * BAND.smoothing_s).powi(2)).exp();
         for (k, (value, known)) in found.values.iter().zip(&found.known).enumerate() {
             let t = (found.first + k as i64) as f64 * BAND.step_s;

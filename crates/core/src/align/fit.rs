@@ -1,8 +1,8 @@
 //! Offset and drift of a recorder's clock from channels it shares with the reference.
 
-use super::derivative::{Band, Derivative, derivative};
+use super::derivative::{Band, Derivative, Samples, derivative};
 use super::line::{LEAST_SD_S, Line, Point, agreeing, weighted_line};
-use super::peak::{Peak, peak, whole_correlation};
+use super::peak::{Pair, Peak, whole_correlation};
 use super::{AlignError, ClockModel};
 use crate::series::Series;
 use crate::statistics::median_step;
@@ -107,13 +107,6 @@ pub struct ClockEstimate {
     pub chunks: Vec<ClockChunk>,
 }
 
-impl ClockEstimate {
-    /// Standard error of a reference time at an own time, s.
-    pub fn sd_at(&self, own_s: f64) -> f64 {
-        self.best_known.1.hypot(self.drift_sd * (own_s - self.best_known.0))
-    }
-}
-
 /// Clock of the recorder of `other` against that of `reference`, from one quantity both have; see [`clock_fit_pairs`].
 ///
 /// # Errors
@@ -137,7 +130,8 @@ pub fn clock_fit(reference: &Series, other: &Series, settings: &ClockFitSettings
 pub fn clock_fit_pairs(pairs: &[ClockPair<'_>], settings: &ClockFitSettings) -> Result<ClockEstimate, AlignError> {
     check(settings)?;
     let bands = bands(pairs, settings)?;
-    let least = pairs.iter().map(|&pair| Prepared::new(pair, bands[0])).collect::<Result<Vec<_>, _>>()?;
+    let shared = pairs.iter().map(Shared::new).collect::<Result<Vec<_>, _>>()?;
+    let least = shared.iter().map(|pair| Prepared::new(pair, bands[0])).collect::<Result<Vec<_>, _>>()?;
     let mut model = match settings.search {
         ClockSearch::About(model) => model,
         ClockSearch::Everywhere => first_guess(&least)?,
@@ -201,22 +195,36 @@ fn bands(pairs: &[ClockPair<'_>], settings: &ClockFitSettings) -> Result<Vec<Ban
     })
 }
 
+/// Usable samples of a pair.
+struct Shared<'a> {
+    reference: Samples<'a>,
+    other: Samples<'a>,
+    inverted: bool,
+}
+
+impl<'a> Shared<'a> {
+    fn new(pair: &ClockPair<'a>) -> Result<Self, AlignError> {
+        let [reference, other] = [pair.reference, pair.other].map(|series| Samples::new(pair.name, series));
+        Ok(Self { reference: reference?, other: other?, inverted: pair.inverted })
+    }
+}
+
 /// A pair with the band it is compared in and its reference there.
 struct Prepared<'a> {
-    pair: ClockPair<'a>,
+    pair: &'a Shared<'a>,
     band: Band,
     reference: Derivative,
 }
 
 impl<'a> Prepared<'a> {
-    fn new(pair: ClockPair<'a>, band: Band) -> Result<Self, AlignError> {
-        let reference = derivative(pair.name, pair.reference, &ClockModel::REFERENCE, &band)?;
+    fn new(pair: &'a Shared<'a>, band: Band) -> Result<Self, AlignError> {
+        let reference = derivative(&pair.reference, &ClockModel::REFERENCE, &band)?;
         Ok(Self { pair, band, reference })
     }
 
     /// The other channel against a clock, with the sign of the reference.
     fn other(&self, model: &ClockModel) -> Result<Derivative, AlignError> {
-        let mut found = derivative(self.pair.name, self.pair.other, model, &self.band)?;
+        let mut found = derivative(&self.pair.other, model, &self.band)?;
         if self.pair.inverted {
             found.values.iter_mut().for_each(|value| *value = -*value);
         }
@@ -238,9 +246,8 @@ impl<'a> Prepared<'a> {
         let end = |signal: &Derivative| signal.first + signal.values.len() as i64;
         let span = (end(reference).min(end(&other)) - from).max(0);
         let edge = |chunk: usize| from + span * chunk as i64 / count as i64;
-        let peaks = (0..count).filter_map(|chunk| {
-            peak(reference, &other, edge(chunk)..edge(chunk + 1), max_lag, self.band.reach(), step_s)
-        });
+        let both = Pair::new(reference, &other, self.band);
+        let peaks = (0..count).filter_map(|chunk| both.peak(edge(chunk)..edge(chunk + 1), max_lag));
         let chunk = |peak: Peak| {
             let own_s = model.own_s(peak.centre_s);
             ClockChunk {

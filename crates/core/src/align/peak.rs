@@ -5,7 +5,7 @@ use std::ops::Range;
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex;
 
-use super::derivative::Derivative;
+use super::derivative::{Band, Derivative};
 
 /// Correlation of two whole signals at every lag, divided by the root of their energies: `sum_i a_i b_(i+k) / sqrt(Ea Eb)`.
 pub(super) struct WholeCorrelation {
@@ -52,30 +52,38 @@ pub(super) struct Peak {
 /// Least share of a stretch that both signals must know.
 const LEAST_KNOWN: f64 = 0.02;
 
-/// Best lag within `max_lag` steps either way over the grid indices `from..to` of `a`; `None` where too little is known,
-/// nothing moves, or the best lag is at the end of the range.
-pub(super) fn peak(
-    a: &Derivative,
-    b: &Derivative,
-    range: Range<i64>,
-    max_lag: i64,
-    reach: usize,
-    step_s: f64,
-) -> Option<Peak> {
-    let stretch = Stretch { a, b, range };
-    let sums = [RunningSums::new(a), RunningSums::new(b)];
-    let correlations: Vec<f64> = (-max_lag..=max_lag).map(|lag| stretch.correlation(lag, reach, &sums)).collect();
-    let best = (0..correlations.len()).max_by(|&i, &j| correlations[i].total_cmp(&correlations[j]))?;
-    let (left, middle, right) =
-        (*correlations.get(best.checked_sub(1)?)?, correlations[best], *correlations.get(best + 1)?);
-    let curvature = left - 2.0 * middle + right;
-    if middle <= 0.0 || curvature >= 0.0 {
-        return None;
+/// Two derivatives on one grid, to be correlated stretch by stretch.
+pub(super) struct Pair<'a> {
+    a: &'a Derivative,
+    b: &'a Derivative,
+    sums: [RunningSums; 2],
+    band: Band,
+}
+
+impl<'a> Pair<'a> {
+    pub(super) fn new(a: &'a Derivative, b: &'a Derivative, band: Band) -> Self {
+        Self { a, b, sums: [RunningSums::new(a), RunningSums::new(b)], band }
     }
-    let lag = best as i64 - max_lag;
-    let between = 0.5 * (left - right) / curvature;
-    let (lag_sd_s, centre_s) = stretch.uncertainty(lag, reach, step_s)?;
-    Some(Peak { lag_s: (lag as f64 + between) * step_s, lag_sd_s, correlation: middle, centre_s })
+
+    /// Best lag within `max_lag` steps either way over grid indices of `a`; `None` where too little is known, nothing moves, or
+    /// the best lag is at the end of the range.
+    pub(super) fn peak(&self, range: Range<i64>, max_lag: i64) -> Option<Peak> {
+        let (reach, step_s) = (self.band.reach(), self.band.step_s);
+        let stretch = Stretch { a: self.a, b: self.b, range };
+        let correlations: Vec<f64> =
+            (-max_lag..=max_lag).map(|lag| stretch.correlation(lag, reach, &self.sums)).collect();
+        let best = (0..correlations.len()).max_by(|&i, &j| correlations[i].total_cmp(&correlations[j]))?;
+        let (left, middle, right) =
+            (*correlations.get(best.checked_sub(1)?)?, correlations[best], *correlations.get(best + 1)?);
+        let curvature = left - 2.0 * middle + right;
+        if middle <= 0.0 || curvature >= 0.0 {
+            return None;
+        }
+        let lag = best as i64 - max_lag;
+        let between = 0.5 * (left - right) / curvature;
+        let (lag_sd_s, centre_s) = stretch.uncertainty(lag, reach, step_s)?;
+        Some(Peak { lag_s: (lag as f64 + between) * step_s, lag_sd_s, correlation: middle, centre_s })
+    }
 }
 
 /// Two signals over grid indices of the first.

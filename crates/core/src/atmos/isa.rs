@@ -96,7 +96,7 @@ impl Atmosphere {
     }
 
     /// Pressure at sea level, Pa.
-    pub fn sea_level_pressure_pa(&self) -> f64 {
+    pub(crate) fn sea_level_pressure_pa(&self) -> f64 {
         self.sea_level_pressure_pa
     }
 

@@ -103,27 +103,31 @@ impl Rows {
         let mut rows = Self::default();
         let mut first_block = 0;
         for segment in &motion.segments {
-            for start in segment.clone().step_by(lag.div_ceil(OVERLAP)).filter(|start| start + lag < segment.end) {
-                rows.add(motion, start, lag, first_block + (start - segment.start) / block);
+            let steps: Vec<Step> = segment.clone().map(|k| Step::of(motion, k)).collect();
+            for start in (0..steps.len().saturating_sub(lag)).step_by(lag.div_ceil(OVERLAP)) {
+                let velocity = |role, k: usize| motion.at(role, segment.start + start + k);
+                let changed = |role| motion.has(role).then(|| velocity(role, lag) - velocity(role, 0));
+                let of_lag = &steps[start..=start + lag];
+                rows.add(of_lag, VELOCITIES.map(changed), motion.step_s, first_block + start / block);
             }
             first_block = rows.blocks.last().map_or(first_block, |last| last + 1);
         }
         rows
     }
 
-    /// Rows of one lag: one per recorded component of the velocity.
-    fn add(&mut self, motion: &Motion, start: usize, lag: usize, block: usize) {
-        let (end, step_s) = (start + lag, motion.step_s);
-        let weight = |k: usize| if k == start || k == end { 0.5 * step_s } else { step_s };
+    /// Rows of one lag: one per recorded component of the velocity, which `changed` over it.
+    fn add(&mut self, steps: &[Step], changed: [Option<f64>; 3], step_s: f64, block: usize) {
+        let [first, .., last] = steps else { return };
+        let weight = |k: usize| if k == 0 || k + 1 == steps.len() { 0.5 * step_s } else { step_s };
         let (mut gained, mut turned) = (Vector3::zeros(), Matrix3::zeros());
-        for k in start..=end {
-            gained += acceleration(motion, k) * weight(k);
-            turned += rotation(motion, k) * weight(k);
+        for (k, step) in steps.iter().enumerate() {
+            gained += step.acceleration * weight(k);
+            turned += step.rotation * weight(k);
         }
-        let arm = rotation(motion, end) * turning(motion, end) - rotation(motion, start) * turning(motion, start);
-        let delayed = acceleration(motion, end) - acceleration(motion, start);
-        for (axis, role) in VELOCITIES.into_iter().enumerate().filter(|(_, role)| motion.has(*role)) {
-            let change = motion.at(role, end) - motion.at(role, start) - gained[axis];
+        let arm = last.arm - first.arm;
+        let delayed = last.acceleration - first.acceleration;
+        for (axis, changed) in changed.into_iter().enumerate().filter_map(|(axis, changed)| Some((axis, changed?))) {
+            let change = changed - gained[axis];
             let row: [f64; UNKNOWNS] = std::array::from_fn(|k| match k {
                 0..3 => -arm[(axis, k)],
                 3..6 => turned[(axis, k - 3)],
@@ -138,20 +142,27 @@ impl Rows {
     }
 }
 
-/// From body axes to north, east and down at a step.
-fn rotation(motion: &Motion, k: usize) -> Matrix3<f64> {
-    let column = |axis: [f64; 3]| Vector3::from(in_north_east_down(motion, k, axis));
-    Matrix3::from_columns(&[column([1.0, 0.0, 0.0]), column([0.0, 1.0, 0.0]), column([0.0, 0.0, 1.0])])
+/// What the recording tells at one step.
+struct Step {
+    /// From body axes to north, east and down.
+    rotation: Matrix3<f64>,
+    /// Acceleration over the ground of where the accelerometers are, north, east and down, m/s².
+    acceleration: Vector3<f64>,
+    /// The matrix of `C (w x r)`, rad/s.
+    arm: Matrix3<f64>,
 }
 
-/// The matrix of `w x` at a step, rad/s.
-fn turning(motion: &Motion, k: usize) -> Matrix3<f64> {
-    Vector3::new(motion.at(Role::RollRate, k), motion.at(Role::PitchRate, k), motion.at(Role::YawRate, k))
-        .cross_matrix()
-}
-
-/// Acceleration over the ground of where the accelerometers are, north, east and down, m/s².
-fn acceleration(motion: &Motion, k: usize) -> Vector3<f64> {
-    let force = [Role::SpecificForceX, Role::SpecificForceY, Role::SpecificForceZ].map(|role| motion.at(role, k));
-    Vector3::from(in_north_east_down(motion, k, force)) + Vector3::new(0.0, 0.0, STANDARD_GRAVITY_M_S2)
+impl Step {
+    fn of(motion: &Motion, k: usize) -> Self {
+        let in_earth = |axis: [f64; 3]| Vector3::from(in_north_east_down(motion, k, axis));
+        let rotation = Matrix3::from_columns(&[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(in_earth));
+        let at = |roles: [Role; 3]| roles.map(|role| motion.at(role, k));
+        let force = at([Role::SpecificForceX, Role::SpecificForceY, Role::SpecificForceZ]);
+        let rates = Vector3::from(at([Role::RollRate, Role::PitchRate, Role::YawRate]));
+        Self {
+            rotation,
+            acceleration: in_earth(force) + Vector3::new(0.0, 0.0, STANDARD_GRAVITY_M_S2),
+            arm: rotation * rates.cross_matrix(),
+        }
+    }
 }

@@ -178,9 +178,9 @@ impl Motion {
         self
     }
 
-    /// The same with the samples of some roles taken `steps` later, so that stamps too late by as much are right again; as it was where
-    /// that lies outside.
-    pub(super) fn earlier(mut self, roles: &[Role], steps: f64) -> Self {
+    /// The same with the samples of some roles taken `steps` later, so that stamps too late by as much are right again, over some
+    /// ranges alone; not a number outside them and where there is no sample.
+    pub(super) fn earlier(mut self, roles: &[Role], steps: f64, over: &[Range<usize>]) -> Self {
         let whole = steps.floor();
         let part = steps - whole;
         #[expect(clippy::cast_possible_truncation, reason = "a few seconds over steps of more than 0.01 s")]
@@ -192,7 +192,11 @@ impl Motion {
                 let first = at(k, whole)?;
                 if part == 0.0 { Some(first) } else { Some(first + part * (at(k, whole + 1)? - first)) }
             };
-            *column = (0..column.len()).map(|k| between(k).unwrap_or(f64::NAN)).collect();
+            let mut moved = vec![f64::NAN; column.len()];
+            for k in over.iter().flat_map(Clone::clone) {
+                moved[k] = between(k).unwrap_or(f64::NAN);
+            }
+            *column = moved.into();
         }
         self
     }

@@ -461,14 +461,19 @@ impl Kinematic {
             return Vec::new();
         }
         let length_s = motion.step_s * lag as f64;
-        let one = |(mean, change): Side, first: usize| {
-            let ends = 0.5 * (mean(motion, first) + mean(motion, first + lag));
-            let inside: f64 = (first + 1..first + lag).map(|k| mean(motion, k)).sum();
-            (ends + inside) / lag as f64 + (change(motion, first + lag) - change(motion, first)) / length_s
+        let side = |(mean, change): Side| {
+            let means: Vec<f64> = segment.clone().map(|k| mean(motion, k)).collect();
+            move |first: usize| {
+                let of_lag = &means[first - segment.start..][..=lag];
+                let ends = 0.5 * (of_lag[0] + of_lag[lag]);
+                let inside: f64 = of_lag[1..lag].iter().sum();
+                (ends + inside) / lag as f64 + (change(motion, first + lag) - change(motion, first)) / length_s
+            }
         };
+        let (x, y) = (side(self.x), side(self.y));
         let free = segment.len() - lag;
         let starts = (segment.start..segment.end - lag).step_by((lag / 2).min(free / FEWEST_STARTS).max(1));
-        let pairs = starts.map(|first| (motion.time_s[first] + 0.5 * length_s, one(self.x, first), one(self.y, first)));
+        let pairs = starts.map(|first| (motion.time_s[first] + 0.5 * length_s, x(first), y(first)));
         pairs.filter(|(_, x, y)| x.is_finite() && y.is_finite()).collect()
     }
 

@@ -53,14 +53,11 @@ struct Shifted {
 struct Told {
     relation: &'static Kinematic,
     segments: Vec<std::ops::Range<usize>>,
+    /// Pairs that count, half of them: they overlap.
+    weight: f64,
 }
 
 impl Told {
-    /// Pairs that count, half of them: they overlap.
-    fn weight(&self, motion: &Motion) -> f64 {
-        self.segments.iter().map(|segment| self.relation.pairs(motion, segment).len() as f64).sum::<f64>() / 2.0
-    }
-
     /// Part of the variance that is left unexplained.
     fn unexplained(&self, motion: &Motion) -> f64 {
         let lines = self.segments.iter().filter_map(|one| Line::of_all(&self.relation.pairs(motion, one)));
@@ -85,8 +82,9 @@ pub(super) fn find(
     let main = reference(&recording).map(|channel| channel.source.clone());
     let mut open: Vec<&(String, Vec<Role>)> = sources.iter().collect();
     while open.len() > 1 {
+        let told = told(&motion, relations);
         let mut found: Vec<Shifted> =
-            open.iter().filter_map(|(source, roles)| shift_of(source, roles, &motion, relations)).collect();
+            open.iter().filter_map(|(source, roles)| shift_of(source, roles, &motion, &told)).collect();
         let most = found.iter().map(|one| one.gain).fold(0.0, f64::max);
         // Of two that explain as much the flight's own clock stays.
         found.retain(|one| one.gain >= (1.0 - AS_GOOD) * most);
@@ -118,15 +116,17 @@ fn sources(recording: &Recording) -> Vec<(String, Vec<Role>)> {
 }
 
 /// The shift of one source against the others; `None` where its stamps fit, or nothing tells.
-fn shift_of(source: &str, roles: &[Role], motion: &Motion, relations: &[Relation]) -> Option<Shifted> {
-    let longest = motion.segments.iter().map(|segment| segment.len()).max()?;
-    let farthest_s = FARTHEST_S.min(PART_OF_SEGMENT * motion.step_s * longest as f64);
-    let told = told(roles, motion, relations, farthest_s);
+fn shift_of(source: &str, roles: &[Role], motion: &Motion, told: &[Told]) -> Option<Shifted> {
+    let farthest_s = farthest_s(motion);
+    let told: Vec<&Told> = told.iter().filter(|one| crosses(one.relation, roles, motion)).collect();
     if told.is_empty() {
         return None;
     }
+    let mut over: Vec<_> = told.iter().flat_map(|one| one.segments.iter().cloned()).collect();
+    over.sort_unstable_by_key(|segment| segment.start);
+    over.dedup();
     let left = |late_s: f64| -> Vec<f64> {
-        let moved = motion.clone().earlier(roles, late_s / motion.step_s);
+        let moved = motion.clone().earlier(roles, late_s / motion.step_s, &over);
         told.iter().map(|one| one.unexplained(&moved)).collect()
     };
     let now = left(0.0);
@@ -134,9 +134,9 @@ fn shift_of(source: &str, roles: &[Role], motion: &Motion, relations: &[Relation
     let count = (farthest_s / COARSE_S).floor() as i32;
     let grid: Vec<(f64, Vec<f64>)> =
         (-count..=count).map(|k| f64::from(k) * COARSE_S).map(|late_s| (late_s, left(late_s))).collect();
-    let weight = |(index, one): (usize, &Told)| {
+    let weight = |(index, one): (usize, &&Told)| {
         let least = grid.iter().map(|(_, left)| left[index]).fold(f64::INFINITY, f64::min);
-        if least < TELLS { one.weight(motion) / least } else { 0.0 }
+        if least < TELLS { one.weight / least } else { 0.0 }
     };
     let weights: Vec<f64> = told.iter().enumerate().map(weight).collect();
     let sum = |left: &[f64]| left.iter().zip(&weights).map(|(left, weight)| left * weight).sum::<f64>();
@@ -150,7 +150,7 @@ fn shift_of(source: &str, roles: &[Role], motion: &Motion, relations: &[Relation
     let mut agreeing = Vec::new();
     let (mut gain, mut against) = (0.0, 0.0);
     for (index, one) in told.iter().enumerate().filter(|(index, _)| weights[*index] > 0.0) {
-        let gained = one.weight(motion) * (now[index] / then[index]).ln();
+        let gained = one.weight * (now[index] / then[index]).ln();
         let apart_s = COARSE_S * vertex(sooner[index], then[index], later[index]);
         gain += gained;
         if then[index] > LEFT * now[index] {
@@ -165,23 +165,33 @@ fn shift_of(source: &str, roles: &[Role], motion: &Motion, relations: &[Relation
     is_found.then(|| Shifted { source: source.to_owned(), late_s, gain, agreeing })
 }
 
-/// Relations between the roles of a source and other channels, each with the segments it varies most in, their ends left free.
-fn told(roles: &[Role], motion: &Motion, relations: &[Relation], farthest_s: f64) -> Vec<Told> {
+/// Farthest shift looked for, s.
+fn farthest_s(motion: &Motion) -> f64 {
+    let longest = motion.segments.iter().map(|segment| segment.len()).max().unwrap_or(0);
+    FARTHEST_S.min(PART_OF_SEGMENT * motion.step_s * longest as f64)
+}
+
+/// Whether a relation holds between the roles of a source and other channels.
+fn crosses(relation: &Kinematic, roles: &[Role], motion: &Motion) -> bool {
+    let mut entering = COMPARED.iter().filter(|role| relation.involves(**role) && motion.has(**role));
+    let own = entering.clone().any(|role| roles.contains(role));
+    own && entering.any(|role| !roles.contains(role))
+}
+
+/// Relations that apply, each with the segments it varies most in, their ends left free.
+fn told(motion: &Motion, relations: &[Relation]) -> Vec<Told> {
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few seconds over steps")]
-    let free = (farthest_s / motion.step_s).ceil() as usize + 2;
-    let crosses = |one: &Kinematic| {
-        let mut entering = COMPARED.iter().filter(|role| one.involves(**role) && motion.has(**role));
-        let own = entering.clone().any(|role| roles.contains(role));
-        one.applies(motion) && own && entering.any(|role| !roles.contains(role))
-    };
+    let free = (farthest_s(motion) / motion.step_s).ceil() as usize + 2;
     let kinematic =
         relations.iter().filter_map(|one| if let Relation::Kinematic(one) = one { Some(*one) } else { None });
-    let with_segments = kinematic.filter(|one| crosses(one)).map(|relation| {
+    let with_segments = kinematic.filter(|one| one.applies(motion)).map(|relation| {
         let inner = motion.segments.iter().filter(|segment| segment.len() > 3 * free);
         let inner = inner.map(|segment| segment.start + free..segment.end - free);
         let mut varying: Vec<_> = inner.filter_map(|one| Some((relation.variation(motion, &one)?, one))).collect();
         varying.sort_by(|a, b| b.0.total_cmp(&a.0));
-        Told { relation, segments: varying.into_iter().take(SEGMENTS).map(|(_, segment)| segment).collect() }
+        let segments: Vec<_> = varying.into_iter().take(SEGMENTS).map(|(_, segment)| segment).collect();
+        let pairs: usize = segments.iter().map(|segment| relation.pairs(motion, segment).len()).sum();
+        Told { relation, segments, weight: pairs as f64 / 2.0 }
     });
     with_segments.filter(|one| !one.segments.is_empty()).collect()
 }

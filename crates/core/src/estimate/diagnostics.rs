@@ -55,7 +55,7 @@ pub fn partial_f(fit: &Fit) -> Vec<f64> {
 }
 
 /// Leverage of each sample, `h_ii = x_i' (X'X)^-1 x_i`; between 0 and 1, sums to the number of parameters.
-pub fn leverages(fit: &Fit, x: &DMatrix<f64>) -> Vec<f64> {
+pub(crate) fn leverages(fit: &Fit, x: &DMatrix<f64>) -> Vec<f64> {
     let projected = x * &fit.unit_covariance;
     projected.row_iter().zip(x.row_iter()).map(|(a, b)| a.dot(&b)).collect()
 }

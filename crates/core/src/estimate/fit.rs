@@ -103,7 +103,7 @@ impl Fit {
 
     /// The fit with another covariance, and the standard errors, t values and correlations that follow from it.
     #[must_use]
-    pub fn with_covariance(mut self, covariance: DMatrix<f64>) -> Self {
+    pub(crate) fn with_covariance(mut self, covariance: DMatrix<f64>) -> Self {
         self.standard_errors = standard_errors(&covariance);
         self.relative_errors_percent = ratio(&self.standard_errors, &self.estimates).map(|x| 100.0 * x.abs()).collect();
         self.t_values = ratio(&self.estimates, &self.standard_errors).collect();

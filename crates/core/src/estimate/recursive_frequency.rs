@@ -144,7 +144,7 @@ impl RecursiveFourier {
 
     /// Time that the samples stand for in the error bars, s: their number where all count alike, `(sum w^2)^2 / sum w^4` where they fade,
     /// since the fit weighs each by the square of its weight.
-    pub fn effective_length_s(&self) -> f64 {
+    pub(crate) fn effective_length_s(&self) -> f64 {
         let [_, square, fourth] = self.weights;
         if fourth > 0.0 { square * square / fourth * self.step_s } else { 0.0 }
     }

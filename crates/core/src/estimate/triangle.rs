@@ -77,7 +77,7 @@ impl Triangle {
     }
 
     /// Triangle with the regressors `columns` only, in that order.
-    pub fn subset(&self, columns: &[usize]) -> Self {
+    pub(crate) fn subset(&self, columns: &[usize]) -> Self {
         let z = self.parameters();
         let kept: Vec<usize> = columns.iter().copied().chain(std::iter::once(z)).collect();
         Self { factor: self.factor.select_columns(&kept).qr().r() }
@@ -93,7 +93,7 @@ impl Triangle {
     }
 
     /// Triangle with further rows, each a weight, a regressor and the value it should have.
-    pub fn with_rows(&self, rows: &[(f64, usize, f64)]) -> Self {
+    pub(crate) fn with_rows(&self, rows: &[(f64, usize, f64)]) -> Self {
         let mut factor = self.factor.clone().resize_vertically(self.factor.nrows() + rows.len(), 0.0);
         for (index, &(weight, column, value)) in rows.iter().enumerate() {
             let row = self.factor.nrows() + index;
@@ -104,7 +104,7 @@ impl Triangle {
     }
 
     /// Sum of squared residuals of the least-squares fit.
-    pub fn residual_square(&self) -> f64 {
+    pub(crate) fn residual_square(&self) -> f64 {
         let p = self.parameters();
         if self.factor.nrows() <= p { 0.0 } else { self.factor[(p, p)].powi(2) }
     }

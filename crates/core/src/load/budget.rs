@@ -85,7 +85,7 @@ impl<'p> Budget<'p> {
     }
 
     /// Gives back what was taken for a moment.
-    pub fn give_back(&self, bytes: u64) {
+    pub(crate) fn give_back(&self, bytes: u64) {
         self.left.set(self.left.get().saturating_add(bytes).min(self.all));
     }
 }

@@ -90,9 +90,9 @@ fn letters(name: &str) -> String {
     name.to_lowercase().chars().filter(|letter| letter.is_alphanumeric()).collect()
 }
 
-/// A name without the unit it ends on, and that unit: `alpha` and degrees of `alpha_deg`.
+/// A name without the unit it ends on, and that unit: `alpha` and degrees of `alpha_deg` or `alpha-deg`.
 pub fn stem_and_unit(name: &str) -> (&str, Option<Unit>) {
-    let lower = name.to_ascii_lowercase();
+    let lower = name.to_ascii_lowercase().replace('-', "_");
     let is_unit = !NO_UNITS.iter().any(|name| lower.ends_with(name));
     let known = |(ending, _): &&(&str, &str)| lower.len() > ending.len() && lower.ends_with(ending);
     let ending = UNIT_ENDINGS.iter().find(known).filter(|_| is_unit);
@@ -138,6 +138,8 @@ pub(super) fn row(candidate: &Candidate<'_>, role: Role) -> ManualChannel {
     row.turned = match role {
         Role::PositionDown => ["alt", "h"].iter().any(|up| candidate.plain.contains(up)),
         Role::VelocityDown => ["climb", "vertical", "vspd"].iter().any(|up| candidate.plain.contains(up)),
+        // Right trailing edge down is positive.
+        Role::Aileron => candidate.plain.contains("left") || candidate.plain == "aill",
         _ => false,
     };
     row

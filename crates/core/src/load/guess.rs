@@ -39,8 +39,8 @@ const NAMES: &[(Role, &[&str])] = &[
     (Role::PositionNorth, &["x", "posn", "posnorth", "north", "xe", "xn"]),
     (Role::PositionEast, &["y", "pose", "poseast", "east", "ye"]),
     (Role::PositionDown, &["z", "posd", "posdown", "down", "ze"]),
-    (Role::VelocityNorth, &["vnorth", "vn", "veln", "velnorth", "velocitynorth", "gpsvn"]),
-    (Role::VelocityEast, &["veast", "ve", "vele", "veleast", "velocityeast", "gpsve"]),
+    (Role::VelocityNorth, &["vnorth", "vn", "veln", "velnorth", "velocitynorth", "speednorth", "gpsvn"]),
+    (Role::VelocityEast, &["veast", "ve", "vele", "veleast", "velocityeast", "speedeast", "gpsve"]),
     (
         Role::VelocityDown,
         &[
@@ -49,6 +49,7 @@ const NAMES: &[(Role, &[&str])] = &[
             "veld",
             "veldown",
             "velocitydown",
+            "speeddown",
             "gpsvd",
             "climbrate",
             "verticalspeed",
@@ -58,11 +59,14 @@ const NAMES: &[(Role, &[&str])] = &[
     ),
     (Role::BankAngle, &["phi", "roll", "bank", "rollangle", "bankangle"]),
     (Role::PitchAngle, &["theta", "pitch", "tht", "pitchangle", "the"]),
-    (Role::HeadingAngle, &["psi", "yaw", "heading", "hdg", "trueheading", "headingangle", "yawangle"]),
-    (Role::TrueAirspeed, &["airspeed", "tas", "vtas", "trueairspeed", "va", "vt", "v"]),
+    (
+        Role::HeadingAngle,
+        &["psi", "yaw", "heading", "hdg", "trueheading", "headingtrue", "hdingtrue", "headingangle", "yawangle"],
+    ),
+    (Role::TrueAirspeed, &["airspeed", "tas", "vtas", "trueairspeed", "vtrue", "vtotal", "va", "vt", "v"]),
     (Role::AngleOfAttack, &["alpha", "aoa", "angleofattack", "alfa", "alphavane", "vaneaoa"]),
     (Role::Sideslip, &["beta", "aos", "sideslip", "angleofsideslip", "betavane", "vaneaos", "ssa"]),
-    (Role::Aileron, &["deltaa", "da", "aileron", "dail", "ail", "aileronpos", "ailerondeflection"]),
+    (Role::Aileron, AILERON),
     (Role::Elevator, &["deltae", "de", "elevator", "delev", "elev", "elv", "elevatorpos", "elevatordeflection"]),
     (Role::Rudder, &["deltar", "dr", "rudder", "drud", "rud", "rudderpos", "rudderdeflection"]),
     (Role::ElevatorTrim, &["deltate", "dte", "elevatortrim", "elevtrim", "elevatordte", "trimtab"]),
@@ -74,8 +78,8 @@ const NAMES: &[(Role, &[&str])] = &[
     (Role::AirDensity, &["rho", "airdensity", "density"]),
     (Role::Mach, &["mach", "ma", "machnumber"]),
     (Role::CalibratedAirspeed, &["cas", "calibratedairspeed", "ias", "vcas", "vias", "kias", "kcas"]),
-    (Role::Altitude, &["altitude", "alt", "pressurealtitude", "hp", "palt", "h", "baroalt"]),
-    (Role::Latitude, &["latitude", "lat", "gpslat"]),
+    (Role::Altitude, &["altitude", "alt", "pressurealtitude", "hp", "palt", "h", "baroalt", "altitudeasl"]),
+    (Role::Latitude, &["latitudegeodetic", "latitude", "lat", "gpslat"]),
     (Role::Longitude, &["longitude", "lon", "long", "lng", "gpslon", "gpslong"]),
     (Role::GpsAltitude, &["gpsaltitude", "gpsalt", "altgps", "hgps", "gpsheight", "altitudemsl", "altmsl"]),
     (Role::FuelMass, &["fuelmass", "fuelonboard", "fuel"]),
@@ -89,6 +93,25 @@ const NAMES: &[(Role, &[&str])] = &[
     (Role::Power1, &["power1", "power"]),
     (Role::Power2, &["power2"]),
     (Role::WeightOnWheels, &["weightonwheels", "wow", "squatswitch", "onground"]),
+];
+
+/// Names of ailerons: their common deflection first, then the right one, whose trailing edge down is positive, then the left one, turned.
+const AILERON: &[&str] = &[
+    "deltaa",
+    "da",
+    "aileron",
+    "dail",
+    "ail",
+    "ailerondeflection",
+    "rightaileron",
+    "aileronright",
+    "rightaileronpos",
+    "ailr",
+    "leftaileron",
+    "aileronleft",
+    "leftaileronpos",
+    "aill",
+    "aileronpos",
 ];
 
 /// Mean specific force along z that is taken for g, as magnitude; larger ones for m/s².
@@ -122,7 +145,9 @@ pub fn guess(probes: &[Probe]) -> ManualChannelMap {
     let mut taken: Vec<usize> = Vec::new();
     let ends = |candidate: &Candidate<'_>, name: &str| candidate.full.ends_with(name);
     let is = |candidate: &Candidate<'_>, name: &str| candidate.plain == name;
-    let ends_alone = |candidate: &Candidate<'_>, name: &str| name.len() > 2 && candidate.plain.ends_with(name);
+    let ends_alone = |candidate: &Candidate<'_>, name: &str| {
+        name.len() > 2 && candidate.plain.ends_with(name) && !is_other_side(&candidate.plain, name)
+    };
     // Names that are a role's own first: `z` of one recorder does not take the `az` of another.
     for (list, fits) in [(NAMES_WITH_SOURCE, &ends as Fits), (NAMES, &is), (NAMES, &ends_alone)] {
         for &(role, names) in list {
@@ -136,13 +161,40 @@ pub fn guess(probes: &[Probe]) -> ManualChannelMap {
             }
         }
     }
+    settle_airspeed(&mut map, &candidates, &taken);
     agree_on_degrees(&mut map, probes);
     refine_forces(&mut map, probes);
     guess_frames::turn_axes_up(&mut map);
+    guess_frames::exchange_local_axes(&mut map);
+    guess_frames::scale_fixes(&mut map, probes);
     guess_frames::add_attitude(&mut map, &candidates);
     guess_frames::add_velocity(&mut map, &candidates);
     add_position(&mut map);
     map
+}
+
+/// Sources whose airspeed is calibrated: `ARSP` of ArduPilot (Log Messages) and `VFR_HUD` of MAVLink (Common Message Set).
+const CALIBRATED_SOURCES: [&str; 2] = ["arsp", "vfrhud"];
+
+/// An airspeed that does not say its kind is calibrated where an autopilot's sensor gives it, or in knots, as instruments show it.
+fn settle_airspeed(map: &mut ManualChannelMap, candidates: &[Candidate<'_>], taken: &[usize]) {
+    let Some(given) = map.row(Role::TrueAirspeed) else { return };
+    let Some(candidate) = candidates.iter().find(|candidate| candidate.from == given.from) else { return };
+    let says_no_kind = candidate.plain.ends_with("airspeed") && !candidate.plain.contains("true");
+    let of_autopilot = CALIBRATED_SOURCES.iter().any(|source| candidate.full.starts_with(source));
+    let in_knots = candidate.unit.is_some_and(|unit| unit.symbol == "kt");
+    if !says_no_kind || !(of_autopilot || in_knots) || map.row(Role::CalibratedAirspeed).is_some() {
+        return;
+    }
+    map.set(Role::CalibratedAirspeed, Some(row(candidate, Role::CalibratedAirspeed)));
+    let names = NAMES.iter().find(|(role, _)| *role == Role::TrueAirspeed).map_or(&[][..], |(_, names)| names);
+    let another = best(candidates, taken, Role::TrueAirspeed, names, &|candidate, name| candidate.plain == name);
+    map.set(Role::TrueAirspeed, another.map(|index| row(&candidates[index], Role::TrueAirspeed)));
+}
+
+/// Whether a channel's name says a side and `name`, of ailerons, which it ends on, does not: one of a pair is not their common deflection.
+fn is_other_side(plain: &str, name: &str) -> bool {
+    AILERON.contains(&name) && ["left", "right"].iter().any(|side| plain.contains(side) && !name.contains(side))
 }
 
 /// What a row for `role` of the channel `from` starts as: the unit it was recorded in, its name ends in or its values look like.
@@ -312,5 +364,18 @@ mod tests {
         let parsed = ChannelMap::parse(&map.text().unwrap()).unwrap();
         let recording = read(&plan(&probe, &parsed)).unwrap();
         assert_eq!(recording.role(Role::PitchRate).unwrap().series.time_s[..], [0.0, 0.02, 0.04]);
+    }
+
+    #[test]
+    fn airspeed_without_word_of_its_kind_is_calibrated_in_knots_and_true_in_metres_per_second() {
+        let roles = |head: &str| {
+            let map = guess(&[probe_of(&format!("time,{head}\n0.0,95,102\n0.1,96,103\n0.2,95,102\n"))]);
+            [Role::CalibratedAirspeed, Role::TrueAirspeed].map(|role| map.row(role).map(|row| row.from.channel.clone()))
+        };
+        let named = |name: &str| Some(name.to_owned());
+        assert_eq!(roles("Airspeed (kt),other"), [named("Airspeed"), None]);
+        assert_eq!(roles("Airspeed (kt),TAS (kt)"), [named("Airspeed"), named("TAS")]);
+        assert_eq!(roles("Airspeed (m/s),other"), [None, named("Airspeed")]);
+        assert_eq!(roles("true airspeed (kt),other"), [None, named("true airspeed")]);
     }
 }

@@ -1,10 +1,11 @@
 //! Guesses of axes: sensors with their axes up, attitude as a quaternion, velocity as ground speed and track.
 
+use super::Probe;
 use super::attitude::QuaternionAxes;
-use super::by_hand::{ManualChannelMap, ManualQuaternion};
-use super::candidates::{Candidate, best, row};
+use super::by_hand::{ManualChannel, ManualChannelMap, ManualQuaternion};
+use super::candidates::{Candidate, best, row, stated_unit};
 use super::map::{ATTITUDE, VELOCITY};
-use crate::quantity::Role;
+use crate::quantity::{Role, Unit};
 
 /// Names that ROS gives the motion of a body, whose axes are forward, left, up unless the specific force says otherwise.
 const ROS_NAMES: [&str; 2] = ["linear_acceleration", "angular_velocity"];
@@ -14,6 +15,9 @@ const PARTS: [[&str; 4]; 3] = [["w", "x", "y", "z"], ["0", "1", "2", "3"], ["1",
 const QUATERNIONS: [&str; 4] = ["q", "quat", "quaternion", "orientation"];
 /// Largest distance of a quaternion's length from one.
 const LENGTH_TOLERANCE: f64 = 1e-2;
+/// Degrees of a full turn, and of a step of latitude and longitude sent as whole numbers.
+const DEGREES_OF_A_TURN: f64 = 360.0;
+const FIX_DEG: f64 = 1e-7;
 /// Names of ground speed and of the direction of flight over the ground.
 const GROUND_SPEEDS: [&str; 8] = ["groundspeed", "gs", "gndspd", "gspd", "speedoverground", "sog", "spd", "gpsspeed"];
 const TRACKS: [&str; 9] =
@@ -39,6 +43,39 @@ fn has_ros_name(channel: &str) -> bool {
 /// Whether the specific force is measured in axes that are turned.
 fn is_up(map: &ManualChannelMap) -> bool {
     map.row(Role::SpecificForceZ).is_some_and(|row| row.turned && has_ros_name(&row.from.channel))
+}
+
+/// Whether a channel is one of X-Plane's local axes x east, y up, z south: `____X,____m`.
+fn is_local_axis(row: &ManualChannel) -> bool {
+    ["____X,", "____Y,", "____Z,"].iter().any(|name| row.from.channel.starts_with(name))
+}
+
+/// Position north, east and down from X-Plane's axes east, up and south, which its names `X`, `Y`, `Z` do not tell.
+pub(super) fn exchange_local_axes(map: &mut ManualChannelMap) {
+    let place = [Role::PositionNorth, Role::PositionEast, Role::PositionDown];
+    let [Some(x), Some(y), Some(z)] = place.map(|role| map.row(role).filter(|row| is_local_axis(row)).cloned()) else {
+        return;
+    };
+    map.set(Role::PositionNorth, Some(ManualChannel { turned: true, ..z }));
+    map.set(Role::PositionEast, Some(x));
+    map.set(Role::PositionDown, Some(ManualChannel { turned: true, ..y }));
+}
+
+/// Latitude and longitude of more than a turn without a unit are 1e-7 deg, as receivers send them; altitudes beside them without a unit then mm.
+pub(super) fn scale_fixes(map: &mut ManualChannelMap, probes: &[Probe]) {
+    let is_open = |row: &ManualChannel| row.from.find(probes).is_some_and(|channel| stated_unit(channel).is_none());
+    let largest = |row: &ManualChannel| row.values(probes).map_or(0.0, |all| all.least.abs().max(all.greatest.abs()));
+    let fixes = [Role::Latitude, Role::Longitude];
+    let sent =
+        fixes.iter().filter_map(|role| map.row(*role)).filter(|row| is_open(row) && largest(row) > DEGREES_OF_A_TURN);
+    let Some(source) = sent.map(|row| row.from.source.clone()).next() else { return };
+    for (role, row) in map.rows.iter_mut().filter(|(_, row)| row.from.source == source && is_open(row)) {
+        match role {
+            Role::Latitude | Role::Longitude => row.scale = FIX_DEG,
+            Role::Altitude | Role::GpsAltitude => row.unit = Unit::parse("mm").ok(),
+            _ => {}
+        }
+    }
 }
 
 /// Attitude from a quaternion, where bank and pitch angle have no channel of their own.

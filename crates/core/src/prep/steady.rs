@@ -28,7 +28,7 @@ impl Default for SteadySettings {
 
 /// Correlation of successive residuals of noise `n` with slow motion `m` beside it: `s_m^2 / (s_m^2 + s_n^2)`. At a half both are
 /// alike.
-pub const MAX_LAG_ONE: f64 = 0.5;
+pub(crate) const MAX_LAG_ONE: f64 = 0.5;
 
 /// A signal that tells whether the flight is steady.
 #[derive(Clone, Copy, Debug)]

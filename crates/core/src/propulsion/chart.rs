@@ -5,7 +5,7 @@ use super::off_range::{MapVariable, OffRanges};
 use crate::atmos::Atmosphere;
 
 /// Power correction per kelvin off the standard temperature: 1 % per 10 degF (chart note; thesis 3.2.4 step 6).
-pub const TEMPERATURE_CORRECTION_PER_K: f64 = 0.01 / (10.0 / 1.8);
+pub(crate) const TEMPERATURE_CORRECTION_PER_K: f64 = 0.01 / (10.0 / 1.8);
 
 /// Full-throttle altitudes nearer to sea level than this take the limit of the slope of AC instead of the chord, m.
 const CHORD_LIMIT_M: f64 = 30.0;

@@ -9,7 +9,6 @@ use super::chart::EngineChart;
 use super::off_range::{MapVariable, OffRange, OffRanges};
 use super::propeller::PropellerMap;
 use crate::airframe::EngineStation;
-use crate::airframe::frames::body_from_datum;
 
 /// Sense of rotation of a rotor seen from behind, looking forward.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -313,23 +312,6 @@ pub struct Powerplant {
 }
 
 impl Powerplant {
-    /// Force and moment of the engines' thrust in body axes about the centre of gravity, N and N m.
-    ///
-    /// `F = sum T_i d_i`, `M = sum r_i x T_i d_i` with `r = (-(x - x_cg), y - y_cg, -(z - z_cg))` from datum axes.
-    /// `thrust_n` in the order of the engines, missing entries count as zero; `cg_from_datum_m` in datum axes. Thesis
-    /// Eq. A.15 is the special case of engines in the plane of symmetry without incidence.
-    pub fn force_and_moment_body(&self, thrust_n: &[f64], cg_from_datum_m: [f64; 3]) -> (Vector3<f64>, Vector3<f64>) {
-        let mut force = Vector3::zeros();
-        let mut moment = Vector3::zeros();
-        for (engine, &thrust) in self.engines.iter().zip(thrust_n) {
-            let arm = Vector3::from(body_from_datum(engine.station.position_from_datum_m, cg_from_datum_m));
-            let engine_force = thrust * engine.thrust_direction_body();
-            force += engine_force;
-            moment += arm.cross(&engine_force);
-        }
-        (force, moment)
-    }
-
     /// Angular momentum of the rotors in body axes, `h = sum s_i I_i omega_i d_i`, kg m²/s.
     ///
     /// `speed_rad_s` in the order of the engines, missing entries count as zero. The thesis (Eq. A.14) adds the speeds
@@ -345,22 +327,14 @@ impl Powerplant {
         }
         momentum
     }
-
-    /// Gyroscopic term `omega x h` of the rotors in body axes, N m: it belongs on the side of the inertia terms,
-    /// `M = I omega' + omega x (I omega + h)`; the moment on the airframe is its opposite.
-    ///
-    /// `body_rates_rad_s` is (p, q, r). With thrust lines along body x: `(0, h r, -h q)`, thesis Eq. A.14.
-    pub fn gyroscopic_term_body(&self, speed_rad_s: &[f64], body_rates_rad_s: [f64; 3], sum: RotorSum) -> Vector3<f64> {
-        Vector3::from(body_rates_rad_s).cross(&self.rotor_momentum_body(speed_rad_s, sum))
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Tolerance of closed-form sums of a few products, N m.
-    const TOLERANCE_N_M: f64 = 1e-9;
+    /// Tolerance of closed-form sums of a few products, N m s.
+    const TOLERANCE_N_M_S: f64 = 1e-9;
 
     fn engine(x_m: f64, z_m: f64, rotation: Rotation) -> Engine {
         Engine {
@@ -378,34 +352,11 @@ mod tests {
     }
 
     #[test]
-    fn thrust_below_the_centre_of_gravity_pitches_up() {
-        let (force, moment) = skymaster().force_and_moment_body(&[1000.0, 500.0], [3.53, 0.0, 1.68]);
-        assert_eq!(force, Vector3::new(1500.0, 0.0, 0.0));
-        // Arms below the centre of gravity: 0.42 m and 0.21 m, so body z of +0.42 and +0.21.
-        assert!((moment - Vector3::new(0.0, 0.42 * 1000.0 + 0.21 * 500.0, 0.0)).norm() < TOLERANCE_N_M, "{moment}");
-    }
-
-    #[test]
-    fn incidence_turns_thrust_up_and_an_outboard_engine_yaws() {
-        let mut powerplant = skymaster();
-        powerplant.engines.truncate(1);
-        powerplant.engines[0].station.incidence_rad = 0.1;
-        powerplant.engines[0].station.position_from_datum_m = [3.53, 2.0, 1.68];
-        let (force, moment) = powerplant.force_and_moment_body(&[1000.0], [3.53, 0.0, 1.68]);
-        assert!((force - Vector3::new(1000.0 * 0.1_f64.cos(), 0.0, -1000.0 * 0.1_f64.sin())).norm() < TOLERANCE_N_M);
-        // An engine on the right pulls the nose left and, pointing up, lifts the right wing.
-        let expected = Vector3::new(-2000.0 * 0.1_f64.sin(), 0.0, -2000.0 * 0.1_f64.cos());
-        assert!((moment - expected).norm() < TOLERANCE_N_M, "{moment}");
-    }
-
-    #[test]
     fn counter_rotating_rotors_cancel_unless_added_the_thesis_way() {
         let powerplant = skymaster();
-        let rates = [0.1, 0.2, 0.3];
         let speeds = [240.0, 240.0];
-        assert!(powerplant.gyroscopic_term_body(&speeds, rates, RotorSum::Signed).norm() < TOLERANCE_N_M);
-        let h = 7.7 * 480.0;
-        let thesis = powerplant.gyroscopic_term_body(&speeds, rates, RotorSum::ThesisUnsigned);
-        assert!((thesis - Vector3::new(0.0, h * 0.3, -h * 0.2)).norm() < TOLERANCE_N_M, "{thesis}");
+        assert!(powerplant.rotor_momentum_body(&speeds, RotorSum::Signed).norm() < TOLERANCE_N_M_S);
+        let thesis = powerplant.rotor_momentum_body(&speeds, RotorSum::ThesisUnsigned);
+        assert!((thesis - Vector3::new(7.7 * 480.0, 0.0, 0.0)).norm() < TOLERANCE_N_M_S, "{thesis}");
     }
 }

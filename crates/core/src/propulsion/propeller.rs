@@ -124,7 +124,7 @@ impl PropellerMap {
     }
 
     /// Effective area A_eff of the total-pressure rise, m².
-    pub fn effective_area_m2(&self) -> f64 {
+    pub(crate) fn effective_area_m2(&self) -> f64 {
         self.effective_area_m2
     }
 

@@ -143,7 +143,7 @@ const UNITS: &[Row] = &[
     Row("ft/s", &["ft/sec", "fps", "feet/s"], D::Speed, FOOT_M, 0.0),
     Row("ft/min", &["fpm", "feet/min", "ft/minute"], D::Speed, FOOT_M / 60.0, 0.0),
     Row("m/s^2", &["m/s2", "m/s/s", "m/sec^2", "m/sec2"], D::Acceleration, 1.0, 0.0),
-    Row("ft/s^2", &["ft/s2", "ft/s/s", "ft/sec^2", "ft/sec2"], D::Acceleration, FOOT_M, 0.0),
+    Row("ft/s^2", &["ft/s2", "ft/s/s", "ft/sec^2", "ft/sec2", "fps2", "fps^2"], D::Acceleration, FOOT_M, 0.0),
     Row("g", &["g0", "gee", "g's"], D::Acceleration, STANDARD_GRAVITY_M_S2, 0.0),
     Row("s", &["sec", "secs", "second", "seconds"], D::Time, 1.0, 0.0),
     Row("ms", &["msec", "millisecond", "milliseconds"], D::Time, 1e-3, 0.0),

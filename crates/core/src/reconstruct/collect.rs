@@ -106,7 +106,7 @@ impl<'a> Window<'a> {
     }
 
     /// Part of the window that was filtered, 0 to 1.
-    pub fn part_done(&self) -> f64 {
+    pub(crate) fn part_done(&self) -> f64 {
         if self.error.is_some() { 1.0 } else { self.result.states[0].len() as f64 / self.result.time_s.len() as f64 }
     }
 
@@ -182,7 +182,7 @@ impl<'a> Window<'a> {
     }
 
     /// The smoothed path ends where the filtered one does.
-    pub fn begin_smoothing(&mut self) {
+    pub(crate) fn begin_smoothing(&mut self) {
         let result = &mut self.result;
         result.smoothed = Some(Smoothed {
             states: result.states.clone(),
@@ -308,7 +308,7 @@ pub fn collect<L: AsRef<[f64]>>(windows: &mut Windows<'_>, outputs: &[StepOutput
 }
 
 /// Collects what the smoother yielded of a block; `noise_moments` for those as well.
-pub fn collect_smoothed<L: AsRef<[f64]>>(
+pub(crate) fn collect_smoothed<L: AsRef<[f64]>>(
     windows: &mut Windows<'_>,
     noise_moments: bool,
     outputs: &[SmoothedOutputs<L>],
@@ -346,7 +346,11 @@ fn each<'a>(windows: &mut Windows<'a>, mut take: impl FnMut(usize, &mut Window<'
 }
 
 /// What is wrong with a step, if anything.
-pub fn step_error<L: AsRef<[f64]>>(time_s: f64, lane: usize, outputs: &StepOutputs<L>) -> Option<ReconstructError> {
+pub(crate) fn step_error<L: AsRef<[f64]>>(
+    time_s: f64,
+    lane: usize,
+    outputs: &StepOutputs<L>,
+) -> Option<ReconstructError> {
     for state in State::ALL {
         let [value, deviation] =
             [&outputs.state, &outputs.deviation].map(|columns| columns[state as usize].as_ref()[lane]);

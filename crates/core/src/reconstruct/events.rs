@@ -195,7 +195,7 @@ fn sample(inputs: &InputSeries, k: usize) -> [f64; INPUTS] {
 }
 
 /// The measurements at the times they were true: each sample's own less the delay of its measurement.
-pub fn without_delay<'a>(data: &'a FilterData, settings: &ValidSettings) -> Cow<'a, FilterData> {
+pub(crate) fn without_delay<'a>(data: &'a FilterData, settings: &ValidSettings) -> Cow<'a, FilterData> {
     if settings.measurement_delay_s.iter().all(|delay| *delay == 0.0) {
         return Cow::Borrowed(data);
     }
@@ -207,7 +207,7 @@ pub fn without_delay<'a>(data: &'a FilterData, settings: &ValidSettings) -> Cow<
 }
 
 /// All steps of a window, inertial samples linear between two of them.
-pub fn merged_steps(data: &FilterData) -> Vec<StepInputs<f64>> {
+pub(crate) fn merged_steps(data: &FilterData) -> Vec<StepInputs<f64>> {
     let mut schedule = Schedule::new(data, InputHold::FirstOrder);
     let mut block = vec![StepInputs::uniform([0.0]); BLOCK];
     let (mut steps, mut events) = (Vec::with_capacity(data.inputs.time_s.len()), Vec::with_capacity(BLOCK));

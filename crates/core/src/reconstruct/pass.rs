@@ -15,7 +15,7 @@ pub type Watch<'a> = &'a mut dyn FnMut(f64) -> ControlFlow<()>;
 const FILTER_SHARE: f64 = 0.3;
 
 /// Filters the windows from `filter`, and smooths them where asked; returns the filter at the end and the smoother at the start.
-pub fn run_pass<'a, B: Backend>(
+pub(crate) fn run_pass<'a, B: Backend>(
     windows: &mut Windows<'a>,
     mut filter: B,
     parameters: &FilterParameters<B::Number>,

@@ -75,7 +75,7 @@ pub fn reconstruct_with(
 pub type Outcome = Result<(Reconstruction, Option<NoiseMoments>), ReconstructError>;
 
 /// Filters and smooths windows in the packed form, and sums the expected squares of the noises given all measurements.
-pub fn reconstruct_with_noise_moments(
+pub(crate) fn reconstruct_with_noise_moments(
     data: &[&FilterData],
     settings: &ValidSettings,
     watch: Watch<'_>,
@@ -223,7 +223,7 @@ fn prepare<'a>(data: &'a FilterData, settings: &ValidSettings) -> Result<Window<
 }
 
 /// Reconstructs as many windows as the backend has lanes, or fewer.
-pub fn run_group<B: Backend>(
+pub(crate) fn run_group<B: Backend>(
     data: &[&FilterData],
     settings: &ValidSettings,
     noise_moments: bool,

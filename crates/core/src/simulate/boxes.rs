@@ -16,23 +16,23 @@ const HP: f64 = 745.699_871_582;
 const RPM: f64 = std::f64::consts::TAU / 60.0;
 
 /// Clock of the engine monitor: flight FT1.0 of thesis Table 4.14.
-pub const MONITOR_CLOCK: Clock = Clock { offset_s: -0.734, drift: -4.51e-5 };
+pub(crate) const MONITOR_CLOCK: Clock = Clock { offset_s: -0.734, drift: -4.51e-5 };
 /// Clock of the air-data pod: flight FT1.0 of thesis Table 4.14.
-pub const POD_CLOCK: Clock = Clock { offset_s: -258.810, drift: -1.43e-4 };
+pub(crate) const POD_CLOCK: Clock = Clock { offset_s: -258.810, drift: -1.43e-4 };
 /// Clock of the control sensors, all five synchronised.
-pub const CONTROL_CLOCK: Clock = Clock { offset_s: -412.370, drift: 2.3e-5 };
+pub(crate) const CONTROL_CLOCK: Clock = Clock { offset_s: -412.370, drift: 2.3e-5 };
 /// Age of a control sensor's attitude when it is stamped, s (thesis section 4.1.1).
-pub const CONTROL_DELAY_S: f64 = 0.030;
+pub(crate) const CONTROL_DELAY_S: f64 = 0.030;
 /// Magnetic declination where the flight takes place, positive east, rad.
-pub const DECLINATION_RAD: f64 = 2.1 * DEG;
+pub(crate) const DECLINATION_RAD: f64 = 2.1 * DEG;
 /// Accelerometers, m from the datum (thesis section 4.4.3).
-pub const ACCELEROMETER_FROM_DATUM_M: [f64; 3] = [2.03, 0.20, 1.40];
+pub(crate) const ACCELEROMETER_FROM_DATUM_M: [f64; 3] = [2.03, 0.20, 1.40];
 /// Biases of the accelerometers, m/s².
-pub const ACCELEROMETER_BIAS_M_S2: [f64; 3] = [0.030, -0.020, 0.050];
+pub(crate) const ACCELEROMETER_BIAS_M_S2: [f64; 3] = [0.030, -0.020, 0.050];
 /// Biases of the gyros, rad/s.
-pub const GYRO_BIAS_RAD_S: [f64; 3] = [8e-4, -5e-4, 6e-4];
+pub(crate) const GYRO_BIAS_RAD_S: [f64; 3] = [8e-4, -5e-4, 6e-4];
 /// Offset of the pod's sideslip, rad (thesis section 4.4.3).
-pub const SIDESLIP_OFFSET_RAD: f64 = 0.72 * DEG;
+pub(crate) const SIDESLIP_OFFSET_RAD: f64 = 0.72 * DEG;
 
 /// A channel without bias whose unit has its zero where SI has.
 const fn channel(
@@ -135,7 +135,7 @@ const fn control(name: &'static str, channels: &'static [ChannelSpec]) -> Stream
 }
 
 /// Streams of the data bus and the engine monitor, which share a file.
-pub const BUS: &[StreamSpec] = &[
+pub(crate) const BUS: &[StreamSpec] = &[
     bus("adahrs/inertial", 50.0, IMU),
     bus("adahrs/heading_altitude", 25.0, HEADING),
     bus("adahrs/air_data", 12.5, AIR_DATA),
@@ -146,7 +146,7 @@ pub const BUS: &[StreamSpec] = &[
 ];
 
 /// Control sensors, a file each.
-pub const CONTROL_SENSORS: &[StreamSpec] = &[
+pub(crate) const CONTROL_SENSORS: &[StreamSpec] = &[
     control("yoke", YOKE),
     control("panel", PANEL),
     control("column", COLUMN),

@@ -208,7 +208,7 @@ pub fn test_point(listed: Listed) -> Result<Scenario, SimulateError> {
 }
 
 /// The six manoeuvres of a test point twice over, the second time with the other sign, as close together as the pilot can fly them.
-pub fn test_point_twice(listed: Listed) -> Result<Scenario, SimulateError> {
+pub(crate) fn test_point_twice(listed: Listed) -> Result<Scenario, SimulateError> {
     /// From one onset to the next, s: the held controls and as long again to come back to trim.
     const INTERVAL_S: f64 = 25.0;
     let again = SIX.map(|(surface, kind, deg)| (surface, kind, -deg));
@@ -248,7 +248,7 @@ pub fn designed(
 const FIRST_ONSET_S: f64 = 20.0;
 
 /// Every shape on the elevator, flown perfectly.
-pub fn all_inputs(listed: Listed) -> Result<Scenario, SimulateError> {
+pub(crate) fn all_inputs(listed: Listed) -> Result<Scenario, SimulateError> {
     let one_surface = InputKind::ALL.iter().filter(|&&kind| kind != InputKind::Multisine && !kind.is_sweep());
     let shapes: Vec<_> = one_surface.map(|&kind| (Elevator, kind, 1.5)).collect();
     let perfect = series(&shapes, 20.0, 1.0, 1).map(|manoeuvre| Manoeuvre { hand: Hand::PERFECT, ..manoeuvre });
@@ -281,7 +281,7 @@ pub fn sweeps(listed: Listed) -> Result<Scenario, SimulateError> {
 }
 
 /// Taxi to landing (thesis section 4.4.2, phases of Table 6.11).
-pub fn whole_flight(listed: Listed) -> Result<Scenario, SimulateError> {
+pub(crate) fn whole_flight(listed: Listed) -> Result<Scenario, SimulateError> {
     let mut scenario = common(listed)?;
     scenario.segments = segments();
     let main = FT1

@@ -223,7 +223,7 @@ impl InputSignal {
     }
 
     /// Straight lines between nodes (s after the onset, rad) in order of time; two nodes at one time are a step.
-    pub fn from_nodes(nodes: impl IntoIterator<Item = (f64, f64)>) -> Self {
+    pub(crate) fn from_nodes(nodes: impl IntoIterator<Item = (f64, f64)>) -> Self {
         let nodes: Arc<[(f64, f64)]> = nodes.into_iter().collect();
         let peak_rad = nodes.iter().map(|node| node.1.abs()).fold(0.0, f64::max);
         let duration_s = nodes.last().map_or(0.0, |node| node.0);

@@ -54,7 +54,7 @@ pub enum Quantity {
 }
 
 /// Number of quantities.
-pub const QUANTITIES: usize = Quantity::None as usize + 1;
+pub(crate) const QUANTITIES: usize = Quantity::None as usize + 1;
 
 /// Values of all quantities at one instant.
 pub type Quantities = [f64; QUANTITIES];
@@ -240,10 +240,10 @@ impl Mount {
     /// On the column's pulley, whose axis lies across the pitch axis.
     pub const COLUMN: Self = Self { sensor_from_body: Self::FLAT, turned_by: Quantity::ColumnDrum, rest_rad: 0.0 };
     /// On the right pedal's pulley, whose axis lies across the yaw and roll axes.
-    pub const RIGHT_PEDAL: Self =
+    pub(crate) const RIGHT_PEDAL: Self =
         Self { sensor_from_body: Self::ON_SIDE, turned_by: Quantity::RightPedalDrum, rest_rad: -PEDAL_REST_RAD };
     /// On the left pedal's pulley.
-    pub const LEFT_PEDAL: Self =
+    pub(crate) const LEFT_PEDAL: Self =
         Self { sensor_from_body: Self::ON_SIDE, turned_by: Quantity::LeftPedalDrum, rest_rad: PEDAL_REST_RAD };
 
     /// Bank, pitch and heading of the sensor itself, rad.

@@ -16,7 +16,7 @@ use crate::series::{Channel, Recording, Series};
 
 /// Standard deviations of aileron, elevator and rudder deflections found from the control sensors, rad: attitudes of thesis
 /// Table 4.6 through the linkage.
-pub const DEFLECTION_NOISE_RAD: [f64; 3] = [2.5e-4, 2.5e-4, 1.0e-4];
+pub(crate) const DEFLECTION_NOISE_RAD: [f64; 3] = [2.5e-4, 2.5e-4, 1.0e-4];
 
 /// Intervals of the recorders, s (thesis Table 4.13).
 const INERTIAL_S: f64 = 0.02;

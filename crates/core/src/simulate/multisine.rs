@@ -30,7 +30,7 @@ impl Multisine {
     ///
     /// # Errors
     /// [`SimulateError::TooFewHarmonics`] when there are fewer harmonics than controls.
-    pub fn orthogonal_set(
+    pub(crate) fn orthogonal_set(
         period_s: f64,
         amplitude_rad: f64,
         first: u32,

@@ -84,7 +84,7 @@ impl Pilot {
     }
 
     /// Starts in steady flight with these controls and this manifold pressure.
-    pub fn start_trimmed(&mut self, controls: Controls, pitch_rad: f64, manifold_pa: f64) {
+    pub(crate) fn start_trimmed(&mut self, controls: Controls, pitch_rad: f64, manifold_pa: f64) {
         self.trimmed = controls;
         self.quiet = controls;
         self.pitch_rad = pitch_rad;

@@ -152,9 +152,9 @@ impl Manoeuvre {
     /// Controls held from the onset of a hand-flown input on, s: input and free response.
     pub const FREE_S: f64 = 9.5;
     /// The same of a multisine, s.
-    pub const MULTISINE_FREE_S: f64 = 27.0;
+    pub(crate) const MULTISINE_FREE_S: f64 = 27.0;
     /// Controls held behind the end of a sweep, s.
-    pub const SWEEP_REST_S: f64 = 6.0;
+    pub(crate) const SWEEP_REST_S: f64 = 6.0;
     /// What the control sensors record before the controls are held, and after they are released, s.
     pub const MARGIN_S: f64 = 0.5;
 

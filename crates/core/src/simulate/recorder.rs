@@ -22,7 +22,7 @@ impl Clock {
     pub const REFERENCE: Self = Self { offset_s: 0.0, drift: 0.0 };
 
     /// Its reading at a bus time, s.
-    pub fn reading_s(&self, bus_s: f64) -> f64 {
+    pub(crate) fn reading_s(&self, bus_s: f64) -> f64 {
         (bus_s - self.offset_s) / (1.0 + self.drift)
     }
 

@@ -80,7 +80,7 @@ struct ManoeuvreTable {
 
 /// The scalars of a flight. Derivatives are those of the aerodynamic force alone: an identification that leaves the
 /// thrust inside CX finds `CX_0` larger by thrust over dynamic pressure and area.
-pub fn scalars(flight: &Flight) -> Result<String, SimulateError> {
+pub(crate) fn scalars(flight: &Flight) -> Result<String, SimulateError> {
     let scenario = &flight.scenario;
     let derivatives = scenario.vehicle.aero.derivatives();
     let table = Scalars {

@@ -42,7 +42,7 @@ fn sixteen_bits(value: f32) -> f32 {
 }
 
 /// Columns of the loading, once a second.
-pub const LOADING_COLUMNS: [(&str, &str); 12] = [
+pub(crate) const LOADING_COLUMNS: [(&str, &str); 12] = [
     ("mass", "kg"),
     ("cg_x", "m"),
     ("cg_y", "m"),

@@ -55,7 +55,7 @@ impl Controls {
     }
 
     /// Deflections at a fraction of the way in a straight line to `end`.
-    pub fn toward(&self, end: &Self, fraction: f64) -> Self {
+    pub(crate) fn toward(&self, end: &Self, fraction: f64) -> Self {
         Self::each(|surface| self.get(surface) + fraction * (end.get(surface) - self.get(surface)))
     }
 
@@ -432,7 +432,7 @@ impl Environment {
     }
 
     /// Sets thrust and rotor momentum for the engines' inputs and `ambient`.
-    pub fn run_engines(&mut self, vehicle: &Vehicle, inputs: [EngineInput; 2], ambient: &Ambient) {
+    pub(crate) fn run_engines(&mut self, vehicle: &Vehicle, inputs: [EngineInput; 2], ambient: &Ambient) {
         self.thrust = [0, 1].map(|engine| vehicle.thrust(engine, inputs[engine], ambient));
         let speeds = inputs.map(|input| input.speed_rad_s);
         self.rotor_momentum_n_m_s = vehicle.powerplant.rotor_momentum_body(&speeds, RotorSum::Signed);

@@ -84,7 +84,7 @@ impl DesignKind {
     }
 
     /// Whether its manoeuvres move all surfaces at once.
-    pub fn is_simultaneous(self) -> bool {
+    pub(crate) fn is_simultaneous(self) -> bool {
         self == Self::Multisine
     }
 

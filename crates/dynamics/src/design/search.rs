@@ -74,6 +74,27 @@ pub struct Request {
     pub with_flown: bool,
 }
 
+impl Request {
+    /// Usual part of the room between trim and limits that the undisturbed flight may take.
+    pub const USUAL_USAGE: f64 = 0.9;
+
+    /// A shape as published, without draws, for small relative errors.
+    pub fn published(surfaces: Vec<usize>, kind: DesignKind, time_s: f64) -> Self {
+        Self {
+            surfaces,
+            time_s,
+            kind,
+            criterion: Criterion::A,
+            rounds: 0,
+            search_samples: 0,
+            samples: 0,
+            usage: Self::USUAL_USAGE,
+            seed: 1,
+            with_flown: false,
+        }
+    }
+}
+
 /// A design and what it promises.
 #[derive(Clone, Debug)]
 pub struct Designed {

@@ -28,7 +28,7 @@ impl BaseTimes {
 
     /// Base time of a shape on a surface: a doublet has most of its power at `2.3 / dt` rad/s, a 3-2-1-1 and the sums of sines about
     /// `1.6 / dt`.
-    pub fn base_s(&self, surface: usize, kind: InputKind) -> f64 {
+    pub(crate) fn base_s(&self, surface: usize, kind: InputKind) -> f64 {
         let frequency = self.frequencies_rad_s.get(surface).copied().unwrap_or(1.0);
         if kind == InputKind::Doublet { 2.3 / frequency } else { 1.6 / frequency }
     }

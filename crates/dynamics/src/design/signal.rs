@@ -17,7 +17,7 @@ impl Input {
 
     /// One input of several signals, each the nodes of one surface (0 aileron, 1 elevator, 2 rudder): at every time at which one of
     /// them has a node the sum has one.
-    pub fn of_surfaces(signals: &[(usize, Vec<(f64, f64)>)]) -> Self {
+    pub(crate) fn of_surfaces(signals: &[(usize, Vec<(f64, f64)>)]) -> Self {
         let mut times: Vec<f64> = signals.iter().flat_map(|(_, nodes)| nodes.iter().map(|node| node.0)).collect();
         times.sort_by(f64::total_cmp);
         // A step keeps its two nodes; a time that two surfaces share is one node where neither steps.

@@ -19,9 +19,9 @@ pub const INPUTS: usize = 4;
 pub const INPUT_NAMES: [(&str, &str); INPUTS] =
     [("delta_a", "rad"), ("delta_e", "rad"), ("delta_r", "rad"), ("thrust", "N")];
 /// Values of the states: m/s, rad/s, rad, m.
-pub type StateVector = SVector<f64, STATES>;
+pub(crate) type StateVector = SVector<f64, STATES>;
 /// Values of the inputs: rad, N.
-pub type InputVector = SVector<f64, INPUTS>;
+pub(crate) type InputVector = SVector<f64, INPUTS>;
 
 /// Line of action of one engine.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -171,7 +171,7 @@ impl<'a> Equations<'a> {
     }
 
     /// Speed of sound at an altitude, m/s, and its slope, alike.
-    pub fn speed_of_sound(&self, altitude_m: f64) -> (f64, f64) {
+    pub(crate) fn speed_of_sound(&self, altitude_m: f64) -> (f64, f64) {
         let (ratio, slope) = ratio_and_slope(Atmosphere::speed_of_sound_m_s, altitude_m, self.condition.altitude_m);
         (self.condition.speed_of_sound_m_s * ratio, self.condition.speed_of_sound_m_s * slope)
     }
@@ -204,7 +204,7 @@ impl<'a> Equations<'a> {
     }
 
     /// The same in air that moves by a gust in body axes, m/s: `u v w` are then the velocity over the ground.
-    pub fn rates_in_gust(
+    pub(crate) fn rates_in_gust(
         &self,
         state: &StateVector,
         input: &InputVector,

@@ -71,20 +71,10 @@ impl Oscillation {
         Read { value: s.value / natural, standard_error: variance.max(0.0).sqrt() }
     }
 
-    /// Undamped natural frequency, rad/s.
-    pub fn natural_frequency_rad_s(&self) -> f64 {
-        self.decay_1_s.value.hypot(self.frequency_rad_s.value)
-    }
-
     /// Time to half amplitude `ln 2 / s`, s; negative: to double amplitude.
     pub fn half_s(&self) -> Read {
         let Read { value: s, standard_error } = self.decay_1_s;
         Read { value: LN_2 / s, standard_error: LN_2 / (s * s) * standard_error }
-    }
-
-    /// Amplitude after a period over that before it.
-    pub fn ratio_per_cycle(&self) -> f64 {
-        (-self.decay_1_s.value * self.period_s().value).exp()
     }
 
     /// Time from the peaks of `first` to those of `second`, s, in half a period to either side: both are fitted with this oscillation's
@@ -311,9 +301,11 @@ mod tests {
                 let found = read(&time, &values).unwrap();
                 assert!((found.period_s().value - period_s).abs() < of_period, "{found:?}");
                 assert!((found.half_s().value - half_s).abs() < of_half, "{found:?}");
-                assert!((found.ratio_per_cycle() - ratio).abs() < 5.01e-7, "{found:?}");
+                let per_cycle = (-found.decay_1_s.value * found.period_s().value).exp();
+                assert!((per_cycle - ratio).abs() < 5.01e-7, "{found:?}");
                 assert_relative_eq!(found.damping_ratio().value, zeta, max_relative = 1e-7);
-                assert_relative_eq!(found.natural_frequency_rad_s(), omega, max_relative = 1e-7);
+                let natural_rad_s = found.decay_1_s.value.hypot(found.frequency_rad_s.value);
+                assert_relative_eq!(natural_rad_s, omega, max_relative = 1e-7);
                 assert_relative_eq!(found.cycles, cycles, max_relative = 1e-6);
             }
         }

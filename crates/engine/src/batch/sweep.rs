@@ -40,7 +40,7 @@ enum Step<'a> {
 }
 
 /// Settings a combination has, by name, and the session with them or why there is none.
-pub type Combination = (Vec<(String, String)>, Result<Session, String>);
+pub(crate) type Combination = (Vec<(String, String)>, Result<Session, String>);
 
 impl Sweep {
     /// JSON Schema of sweeps.

@@ -108,7 +108,7 @@ pub fn normalisation(model: &IdentifiedModel, variable: Variable) -> Option<Norm
 }
 
 /// How a variable reads with the model's normalisation, for example `q c/V`.
-pub fn normalised_name(model: &IdentifiedModel, variable: Variable) -> Option<String> {
+pub(crate) fn normalised_name(model: &IdentifiedModel, variable: Variable) -> Option<String> {
     let Normalisation { symbol, divisor, .. } = normalisation(model, variable)?;
     let rate = input(variable).name;
     Some(if divisor == 1.0 { format!("{rate} {symbol}/V") } else { format!("{rate} {symbol}/({divisor} V)") })

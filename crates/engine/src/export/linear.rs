@@ -89,7 +89,7 @@ impl LinearFormat {
                 (
                     "matlab",
                     format!(
-                        "t = readtable({single}); t = t(strcmp(t.system, '{model}'), :); M = @(k) accumarray([t.i(strcmp(t.matrix, k)) t.j(strcmp(t.matrix, k))], t.value(strcmp(t.matrix, k))); sys = ss(M('A'), M('B'), M('C'), M('D'))"
+                        "f = fopen({single}); c = textscan(f, '%s%s%f%f%s%s%s%s%f%f', 'Delimiter', ',', 'HeaderLines', 1); fclose(f); s = strcmp(c{{1}}, '{model}'); M = @(k) accumarray([c{{3}}(s & strcmp(c{{2}}, k)) c{{4}}(s & strcmp(c{{2}}, k))], c{{9}}(s & strcmp(c{{2}}, k))); sys = ss(M('A'), M('B'), M('C'), M('D'))"
                     ),
                 ),
             ],

@@ -25,7 +25,7 @@ impl Document {
     }
 
     /// A document type.
-    pub fn doctype(&mut self, text: &str) -> Result<(), ExportError> {
+    pub(crate) fn doctype(&mut self, text: &str) -> Result<(), ExportError> {
         self.event(Event::DocType(BytesText::from_escaped(text)))
     }
 

@@ -105,7 +105,7 @@ impl<'a> Context<'a> {
     ///
     /// # Errors
     /// As [`Context::get`].
-    pub fn get_watched<S: Stage>(
+    pub(crate) fn get_watched<S: Stage>(
         &self,
         params: S::Params<'_>,
         inputs: S::Inputs<'_>,
@@ -175,7 +175,7 @@ impl<'a> Context<'a> {
     ///
     /// # Errors
     /// One line when a built-in does not exist, or nothing that can be read to an end is at the path.
-    pub fn locate(&self, path: &str) -> StageResult<PathBuf> {
+    pub(crate) fn locate(&self, path: &str) -> StageResult<PathBuf> {
         if let Some(name) = path.strip_prefix(builtin::PREFIX) {
             return Ok(builtin::on_disk(name)?);
         }

@@ -30,7 +30,7 @@ pub(super) struct Entry {
 
 impl Entry {
     /// Whether `path` still holds what was written, or nothing.
-    pub fn is_of(&self, path: &Path) -> bool {
+    pub(crate) fn is_of(&self, path: &Path) -> bool {
         path.symlink_metadata().is_ok_and(|about| about.is_file()) && hash(path).is_ok_and(|hash| hash == self.sha256)
     }
 }

@@ -131,7 +131,7 @@ impl LiveEstimates {
     }
 
     /// Lets time go on to the sample `index` without the samples before it.
-    pub fn skip_to(&mut self, index: u64) {
+    pub(crate) fn skip_to(&mut self, index: u64) {
         if index > self.next {
             self.fourier.skip(index - self.next);
             self.models.iter_mut().for_each(|model| model.time.interrupt());

@@ -10,7 +10,7 @@ use serde::Serialize;
 use crate::verdict::Level;
 
 /// Name of the load factor, `-az / g`, among the quantities.
-pub const LOAD_FACTOR: &str = "n_z";
+pub(crate) const LOAD_FACTOR: &str = "n_z";
 
 /// Part of a range at its ends in which a value is near its limit.
 const NEAR: f64 = 0.1;
@@ -91,7 +91,7 @@ impl FromStr for Limit {
 
 impl Limit {
     /// What an aircraft file says is not to be passed: load factors, the stall and the airspeed never to be exceeded.
-    pub fn of_envelope(envelope: &FlightEnvelope) -> Vec<Self> {
+    pub(crate) fn of_envelope(envelope: &FlightEnvelope) -> Vec<Self> {
         let limit = |quantity: &str, low: Option<f64>, high: Option<f64>| {
             (low.is_some() || high.is_some()).then(|| Self { quantity: quantity.to_owned(), low, high })
         };

@@ -55,7 +55,7 @@ impl OrderedSamples {
     }
 
     /// Forgets what was before `time_s`, but for the last sample of a role before it.
-    pub fn forget_before(&mut self, time_s: f64) {
+    pub(crate) fn forget_before(&mut self, time_s: f64) {
         for (_, track) in self.tracks.iter_mut().filter(|(role, _)| !WHOLE.contains(role)) {
             while track.get(1).is_some_and(|(next_s, _)| *next_s < time_s) {
                 track.pop_front();
@@ -64,19 +64,19 @@ impl OrderedSamples {
     }
 
     /// Times of the samples that drive the filter: of the first rate there is.
-    pub fn base_times(&self) -> Vec<f64> {
+    pub(crate) fn base_times(&self) -> Vec<f64> {
         let rates = [Input::RollRate, Input::PitchRate, Input::YawRate];
         let base = rates.iter().find_map(|rate| self.tracks.get(&rate.role()));
         base.into_iter().flatten().map(|(time_s, _)| *time_s).collect()
     }
 
     /// Inertial channels of which nothing came.
-    pub fn missing_inputs(&self) -> Vec<&'static str> {
+    pub(crate) fn missing_inputs(&self) -> Vec<&'static str> {
         Input::ALL.into_iter().filter(|input| !self.tracks.contains_key(&input.role())).map(Input::name).collect()
     }
 
     /// Time up to which every role that keeps coming is there: the earliest of the last samples of those whose interval is short.
-    pub fn complete_until_s(&self) -> f64 {
+    pub(crate) fn complete_until_s(&self) -> f64 {
         let last = self.tracks.values().filter_map(|track| {
             let ((first_s, _), (last_s, _)) = (track.front()?, track.back()?);
             let interval_s = (last_s - first_s) / (track.len().max(2) - 1) as f64;

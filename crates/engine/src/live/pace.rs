@@ -29,7 +29,7 @@ impl Pace {
     }
 
     /// Whether enough wait for now.
-    pub fn is_full(&self) -> bool {
+    pub(crate) fn is_full(&self) -> bool {
         self.waiting.len() >= MOST_WAITING
     }
 

@@ -94,8 +94,8 @@ fn excursions(row: &DesignRow) -> Table {
         .text("unit", "unit", |own| own.unit)
         .number("low", "least", "", 4, |own| own.low)
         .number("high", "greatest", "", 4, |own| own.high)
-        .maybe("limit_low", "limit, least", "", 4, |own| own.limit_low)
-        .maybe("limit_high", "limit, greatest", "", 4, |own| own.limit_high)
+        .maybe("limit_low", "least limit", "", 4, |own| own.limit_low)
+        .maybe("limit_high", "greatest limit", "", 4, |own| own.limit_high)
         .maybe("margin", "margin", "", 3, |own| own.margin)
         .done()
 }
@@ -119,7 +119,7 @@ pub fn comparison_table(rows: &[ComparedKind]) -> Table {
         .maybe("d", "d", "", 4, cost("d"))
         .maybe("a", "a", "", 4, cost("a"))
         .maybe("worst_relative_error_percent", "worst relative", "%", 3, |own| own.worst_relative_error_percent)
-        .optional("worst", "of", |own| own.worst.as_deref())
+        .optional("worst", "told worst", |own| own.worst.as_deref())
         .optional("error", "", |own| own.error.as_deref())
         .done()
 }
@@ -141,7 +141,7 @@ pub fn enough_blocks(found: &Enough) -> Vec<Block> {
                 Cell::text(format!("{} on {}", own.kind, own.surfaces.join(", ")))
             })
             .number("duration_s", "time", "s", 3, |own| own.duration_s)
-            .column(Column::new("peak", "peak, deg"), peaks)
+            .column(Column::new("peak", "peak [deg]"), peaks)
             .column(Column::new("met", "goals met"), |own| met(own.met))
             .column(Column::new("worst", "worst"), |own| own.worst.as_deref().map_or(Cell::Empty, symbol))
             .maybe("worst_over_goal", "error over goal", "", 3, |own| own.worst_over_goal);

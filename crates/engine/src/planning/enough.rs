@@ -1,7 +1,7 @@
 //! Whether what was flown is enough: errors after every window against goals, and the manoeuvre to fly next.
 
 use doublet_core::hash_fields;
-use doublet_dynamics::design::{Basis, Criterion, DesignKind, Prediction, Request, next_manoeuvres};
+use doublet_dynamics::design::{Basis, DesignKind, Prediction, Request, next_manoeuvres};
 use serde::Serialize;
 
 use super::basis::{DesignOptions, basis_of};
@@ -45,20 +45,7 @@ impl Default for EnoughRequest {
 
 impl EnoughRequest {
     fn options(&self) -> EnoughOptions {
-        /// Part of the room between trim and limits that the undisturbed flight may take.
-        const USAGE: f64 = 0.9;
-        let next = Request {
-            surfaces: self.surfaces.clone(),
-            time_s: self.time_s,
-            kind: DesignKind::Multisine,
-            criterion: Criterion::A,
-            rounds: 0,
-            search_samples: 0,
-            samples: 0,
-            usage: USAGE,
-            seed: 1,
-            with_flown: false,
-        };
+        let next = Request::published(self.surfaces.clone(), DesignKind::Multisine, self.time_s);
         EnoughOptions { goals: self.goals.clone(), relative_percent: self.relative_percent, next }
     }
 }

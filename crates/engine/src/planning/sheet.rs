@@ -51,19 +51,12 @@ impl SheetRequest {
     fn request(&self) -> Request {
         /// Draws that say how far the aircraft goes.
         const SAMPLES: usize = 40;
-        /// Part of the room between trim and limits that the undisturbed flight may take.
-        const USAGE: f64 = 0.9;
         Request {
-            surfaces: self.surfaces.clone(),
-            time_s: self.time_s,
-            kind: self.kind,
             criterion: self.criterion,
             rounds: self.rounds,
             search_samples: SEARCH_SAMPLES,
             samples: SAMPLES,
-            usage: USAGE,
-            seed: 1,
-            with_flown: false,
+            ..Request::published(self.surfaces.clone(), self.kind, self.time_s)
         }
     }
 }

@@ -14,7 +14,7 @@ use crate::stage::WindowAero;
 use super::record::deflection;
 
 /// What is said of what is missing.
-pub const NOT_GIVEN: &str = "not given";
+pub(crate) const NOT_GIVEN: &str = "not given";
 
 /// Speed, height, attitude, loading, power and configuration at the first sample.
 pub fn initial(

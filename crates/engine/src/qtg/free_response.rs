@@ -29,7 +29,7 @@ pub struct FreeResponse {
 }
 
 /// Reads `signal` of flight and model between two times, and the lag from the peaks of the first signal of `lag` to those of the second.
-pub fn free_response(
+pub(crate) fn free_response(
     measured: &Histories,
     simulated: &Histories,
     span_s: [f64; 2],

@@ -27,7 +27,7 @@ pub fn channels(result: &TestResult) -> Vec<ChannelRow> {
 }
 
 /// How much of each requirement is used, in words.
-pub fn over_bands(requirements: usize, result: &TestResult) -> String {
+pub(crate) fn over_bands(requirements: usize, result: &TestResult) -> String {
     let best = |bands: &Vec<BandResult>| {
         bands.iter().min_by(|a, b| a.worst_ratio.total_cmp(&b.worst_ratio)).map(|best| {
             let symbol = notation::signal(best.tolerance.signal);
@@ -79,7 +79,7 @@ pub fn met(rows: &[ValueRow], requirements: usize) -> bool {
 }
 
 /// Which requirements are met, missed or without numbers, in words.
-pub fn over_values(rows: &[ValueRow], requirements: usize) -> String {
+pub(crate) fn over_values(rows: &[ValueRow], requirements: usize) -> String {
     let words = (1..=requirements).map(|requirement| {
         let of: Vec<&ValueRow> = rows.iter().filter(|row| row.requirement == requirement).collect();
         let mut names: Vec<String> = of.iter().map(|row| named(&row.parameter)).collect();
@@ -96,7 +96,7 @@ pub fn over_values(rows: &[ValueRow], requirements: usize) -> String {
 }
 
 /// Values some time after the controls came to rest, and whether they moved the flight's way.
-pub fn at_time(
+pub(crate) fn at_time(
     measured: &Histories,
     simulated: &Histories,
     rest_s: f64,

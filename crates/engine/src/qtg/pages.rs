@@ -80,7 +80,7 @@ fn evaluation(judgement: &Judgement) -> &'static str {
 }
 
 /// What a page says where there is no record.
-pub fn without_record() -> Vec<(String, String)> {
+pub(crate) fn without_record() -> Vec<(String, String)> {
     let names = ["Automatic procedure", "Driven or constrained", "Validation data", "Initial conditions", "Result"];
     names.map(|name| (name.to_owned(), NOT_GIVEN.to_owned())).into()
 }
@@ -98,7 +98,7 @@ fn asked_for(record: &RecordDemand) -> String {
 }
 
 /// How a snapshot is evaluated and where its data are.
-pub fn of_snapshot(window: &Manoeuvre, [from_s, to_s]: [f64; 2], trim: Option<&str>) -> Vec<(String, String)> {
+pub(crate) fn of_snapshot(window: &Manoeuvre, [from_s, to_s]: [f64; 2], trim: Option<&str>) -> Vec<(String, String)> {
     let mut facts = vec![
         (
             "Automatic procedure",
@@ -118,7 +118,7 @@ pub fn of_snapshot(window: &Manoeuvre, [from_s, to_s]: [f64; 2], trim: Option<&s
 }
 
 /// What drives the model, how the test is evaluated, and where the validation data are.
-pub fn of_record(
+pub(crate) fn of_record(
     window: &Manoeuvre,
     aero: &WindowAero,
     recording: Option<&Recording>,

@@ -85,7 +85,7 @@ pub fn deflection(surface: Surface, aero: &WindowAero) -> Option<&[f64]> {
 }
 
 /// What the record lacks of what the rule asks for, in words; empty where it lacks nothing. `cycles` are those of its free response.
-pub fn shortfall(
+pub(crate) fn shortfall(
     demand: &RecordDemand,
     movement: Option<&Movement>,
     duration_s: f64,

@@ -38,7 +38,7 @@ pub fn named(parameter: &str) -> String {
 }
 
 /// Dimension of the row of a name.
-pub fn dimension_of(parameter: &str) -> Dimension {
+pub(crate) fn dimension_of(parameter: &str) -> Dimension {
     Quantity::from_name(parameter).map_or(Dimension::Dimensionless, Quantity::dimension)
 }
 

@@ -64,7 +64,7 @@ pub fn mass_properties(session: &Session, snapshot: &Snapshot) -> Option<MassRow
 }
 
 /// Mass properties over one flight.
-pub fn flown_masses(flown: &FlownMass) -> FlownMassRow {
+pub(crate) fn flown_masses(flown: &FlownMass) -> FlownMassRow {
     FlownMassRow {
         fuel: flown.fuel.words().to_owned(),
         start_s: flown.start.time_s,
@@ -75,7 +75,7 @@ pub fn flown_masses(flown: &FlownMass) -> FlownMassRow {
 }
 
 /// Mass properties in the middle of a window.
-pub fn window_mass(window: &Manoeuvre, snapshot: &Snapshot) -> Option<MassRow> {
+pub(crate) fn window_mass(window: &Manoeuvre, snapshot: &Snapshot) -> Option<MassRow> {
     let flown = snapshot.flown.get(&window.flight)?.ready()?;
     flown.windows.iter().find(|(name, _)| *name == window.name).map(|(_, state)| flown_row(state))
 }

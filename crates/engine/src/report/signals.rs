@@ -88,7 +88,7 @@ pub fn differentiation(preparation: &Preparation) -> String {
 }
 
 /// One row per treated signal.
-pub fn signal_rows(loaded: &LoadedFlight) -> Vec<SignalRow> {
+pub(crate) fn signal_rows(loaded: &LoadedFlight) -> Vec<SignalRow> {
     let row = |signal: &TreatedSignal| {
         let recorded = loaded.recording.channels.get(signal.recorded)?;
         Some(SignalRow {

@@ -62,7 +62,7 @@ impl Column {
 
 impl Cell {
     /// A number that may be missing.
-    pub fn maybe(value: Option<f64>) -> Self {
+    pub(crate) fn maybe(value: Option<f64>) -> Self {
         value.map_or(Self::Empty, Self::Number)
     }
 
@@ -114,7 +114,7 @@ impl Table {
 
     /// The same table with another caption.
     #[must_use]
-    pub fn captioned(self, caption: impl Into<String>) -> Self {
+    pub(crate) fn captioned(self, caption: impl Into<String>) -> Self {
         Self { caption: caption.into(), ..self }
     }
 }
@@ -141,6 +141,11 @@ pub fn significant(value: f64, digits: usize) -> String {
         format!("{mantissa}e{exponent}")
     };
     text.replace('-', "\u{2212}")
+}
+
+/// `value` to so many significant digits.
+pub(super) fn rounded(value: f64, digits: usize) -> f64 {
+    format!("{value:.*e}", digits.saturating_sub(1)).parse().unwrap_or(value)
 }
 
 /// A table of one row per item of a list, made column by column: what heads a column and what stands in it are one thing.
@@ -200,7 +205,7 @@ impl<R> TableOf<R> {
     }
 
     /// As [`Self::number`], of items that may have none.
-    pub fn maybe(
+    pub(crate) fn maybe(
         self,
         key: &str,
         heading: &str,

@@ -100,7 +100,7 @@ pub fn fits(results: &Results) -> Table {
 }
 
 /// Residuals over the identification windows (thesis Table 6.3).
-pub fn residual_summary(results: &Results) -> Table {
+pub(crate) fn residual_summary(results: &Results) -> Table {
     let caption =
         "Root mean square of the residual over the largest magnitude of the observation, fits of single windows.";
     let rows = results.residual_summary.iter();
@@ -131,7 +131,7 @@ pub fn states(results: &Results) -> Table {
 }
 
 /// Wind and biases over the windows (thesis Tables 6.1 and 6.2).
-pub fn wind_and_bias(results: &Results) -> Table {
+pub(crate) fn wind_and_bias(results: &Results) -> Table {
     let caption = "Wind and biases: mean of the last second of each window, over the windows.";
     let rows = results.wind_and_bias.iter();
     TableOf::new("wind_and_bias", caption, rows)
@@ -160,7 +160,7 @@ pub fn innovations(results: &Results) -> Table {
 }
 
 /// Innovations of each measurement over the windows.
-pub fn innovation_summary(results: &Results) -> Table {
+pub(crate) fn innovation_summary(results: &Results) -> Table {
     let caption = "Innovations of each measurement in predicted standard deviations: 1 when the noise is as stated.";
     let rows = results.innovation_summary.iter();
     TableOf::new("innovation_summary", caption, rows)

@@ -275,6 +275,7 @@ impl<'a> Run<'a> {
                     *of_flight(&mut snapshot.noise, flight) = Slot::NotRequested;
                 })?;
             }
+            // Every loading has mass properties: nothing but a stop fails here.
             let aircraft = on_board(flight).map_err(|_| Cancelled)?;
             Ok(loaded.map(|loaded| ReadFlight { flight, loaded, aircraft }))
         };
@@ -419,13 +420,22 @@ impl<'a> Run<'a> {
 
     /// Channels of each flight against each other, windows it proposes, and its noise. Nothing but the verdict hangs on them.
     fn examine_flights(&self, flights: &[ReadFlight<'_>]) -> Result<(), Cancelled> {
-        let one =
-            |ReadFlight { flight, loaded, .. }: &ReadFlight<'_>| -> Result<Option<Keyed<FlightProposals>>, Cancelled> {
-                let Flight { name, recordings, .. } = flight;
-                self.compute::<FlightPhysics>(recordings, loaded, |snapshot| of_flight(&mut snapshot.physics, flight))?;
-                self.compute::<FlightProposals>(name, loaded, |snapshot| of_flight(&mut snapshot.proposals, flight))
-            };
-        let proposals: Vec<_> = flights.par_iter().map(one).collect::<Result<_, _>>()?;
+        let physics = |ReadFlight { flight, loaded, .. }: &ReadFlight<'_>| {
+            let recordings = &flight.recordings;
+            self.compute::<FlightPhysics>(recordings, loaded, |snapshot| of_flight(&mut snapshot.physics, flight))
+                .map(|_| ())
+        };
+        let (physics, noise) =
+            rayon::join(|| flights.par_iter().try_for_each(physics), || self.find_manoeuvres_and_noise(flights));
+        physics.and(noise)
+    }
+
+    /// What the flights propose as manoeuvres and as steady, and the noise seen there.
+    fn find_manoeuvres_and_noise(&self, flights: &[ReadFlight<'_>]) -> Result<(), Cancelled> {
+        let propose = |ReadFlight { flight, loaded, .. }: &ReadFlight<'_>| {
+            self.compute::<FlightProposals>(&flight.name, loaded, |snapshot| of_flight(&mut snapshot.proposals, flight))
+        };
+        let proposals: Vec<_> = flights.par_iter().map(propose).collect::<Result<_, _>>()?;
         let known = flights.iter().zip(&proposals);
         let known: Vec<_> = known
             .filter_map(|(read, proposals)| Some((read.flight.name.as_str(), &read.loaded, proposals.as_ref()?)))

@@ -71,7 +71,7 @@ impl<T> Slot<T> {
     }
 
     /// The same with its key.
-    pub fn ready_keyed(&self) -> Option<&Keyed<T>> {
+    pub(crate) fn ready_keyed(&self) -> Option<&Keyed<T>> {
         if let Self::Ready(value) = self { Some(value) } else { None }
     }
 

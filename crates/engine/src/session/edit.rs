@@ -9,8 +9,8 @@ use thiserror::Error;
 
 use super::{
     AircraftEdit, AnnotationEdit, ExpressionEdit, Flight, GravitySource, KeptStructure, Manoeuvre, NoiseEdit,
-    PathSource, PooledConstants, PredictionParameters, Preparation, Session, SignalEdit, Surface, TermConstraint,
-    WindowFlag, WindowRole,
+    PathSource, PooledConstants, PredictionParameters, Preparation, ReportFigureEdit, Session, SignalEdit, Surface,
+    TermConstraint, WindowFlag, WindowRole,
 };
 
 /// A change of the session, grouped by area.
@@ -40,6 +40,8 @@ pub enum Edit {
     Annotation(AnnotationEdit),
     /// Notes of the author for the report.
     ReportNotes(String),
+    /// Figures of the author's choice for the report.
+    ReportFigure(ReportFigureEdit),
     /// Where a recording of a flight lies, as when it was moved.
     RecordingPath {
         /// Name of the flight.
@@ -242,6 +244,7 @@ impl Edit {
             Self::Estimation(edit) => edit.label(),
             Self::Annotation(edit) => edit.label(),
             Self::ReportNotes(_) => "change notes of the report".to_owned(),
+            Self::ReportFigure(edit) => edit.label().to_owned(),
             Self::RecordingPath { flight, .. } => format!("find a recording of {flight}"),
             Self::Model(edit) => edit.label(),
         }
@@ -268,6 +271,7 @@ impl Edit {
             Self::Estimation(edit) => edit.apply(&mut next)?,
             Self::Annotation(edit) => edit.apply(&mut next)?,
             Self::ReportNotes(notes) => next.report_notes.clone_from(notes),
+            Self::ReportFigure(edit) => edit.apply(&mut next)?,
             Self::RecordingPath { flight, index, path } => {
                 let found = next.flights.iter_mut().find(|one| one.name == *flight);
                 let found = found.ok_or_else(|| EditError::NoFlight(flight.clone()))?;

@@ -12,6 +12,7 @@ mod map_ref;
 mod noise;
 mod paths;
 mod preparation;
+mod report_figure;
 mod schema;
 mod sensor_errors;
 mod signals;
@@ -41,6 +42,7 @@ pub use map_ref::MapRef;
 pub use noise::{NoiseChannel, NoiseEdit, NoiseEntry, SteadyWindow};
 pub use paths::{leads_out, path_warning, paths, relative_to};
 pub use preparation::{AngularAcceleration, ControlLags, MomentReference, Preparation};
+pub use report_figure::{ReportFigure, ReportFigureEdit};
 pub use schema::{FORMAT, SessionError, VERSION, json_schema, parse, print};
 pub use sensor_errors::{ErrorValues, SensorErrorMethod, SensorErrors};
 pub use signals::{HeldSampleUse, SignalEdit, SignalPreset, SignalRule, SignalSetting};
@@ -85,6 +87,8 @@ pub struct Session {
     pub annotations: Vec<Annotation>,
     /// What the author has to say: in the report, before its figures.
     pub report_notes: String,
+    /// Figures the author has chosen: in the report, behind the notes.
+    pub report_figures: Vec<ReportFigure>,
     /// What derivatives of this aircraft may be, by name, in the form they have here; others are judged by the ranges of a
     /// conventional aeroplane.
     pub plausible: BTreeMap<String, PlausibleRange>,

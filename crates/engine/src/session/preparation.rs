@@ -114,7 +114,7 @@ impl ControlLags {
     }
 
     /// Time constant of the first-order lag all controls share; `None` where they differ or one has a delay.
-    pub fn shared_s(&self) -> Option<f64> {
+    pub(crate) fn shared_s(&self) -> Option<f64> {
         (*self == Self::common(self.elevator.time_constant_s)).then_some(self.elevator.time_constant_s)
     }
 

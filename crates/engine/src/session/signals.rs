@@ -125,7 +125,7 @@ impl SignalSetting {
     }
 
     /// The preset whose rules these are, whatever becomes of the position.
-    pub fn preset_of_rules(&self) -> Option<SignalPreset> {
+    pub(crate) fn preset_of_rules(&self) -> Option<SignalPreset> {
         SignalPreset::ALL.into_iter().find(|preset| preset.rules() == self.rules)
     }
 

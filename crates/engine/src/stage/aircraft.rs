@@ -164,7 +164,7 @@ pub fn aircraft_data(loaded: Arc<LoadedAircraft>, loading: Option<&Loading>) -> 
 impl AircraftData {
     /// The aircraft with `change` added to its mass properties.
     #[must_use]
-    pub fn with_mass_change(&self, change: MassProperties) -> Self {
+    pub(crate) fn with_mass_change(&self, change: MassProperties) -> Self {
         Self { mass: self.mass.plus(&change), mass_change: Some(change), ..self.clone() }
     }
 
@@ -172,7 +172,7 @@ impl AircraftData {
     ///
     /// # Errors
     /// One line when the recorded fuel does not cover the window or does not fit the tanks.
-    pub fn mass_history(&self, recording: &Recording, time_s: &[f64]) -> StageResult<MassHistory> {
+    pub(crate) fn mass_history(&self, recording: &Recording, time_s: &[f64]) -> StageResult<MassHistory> {
         let aircraft = &self.loaded.aircraft;
         let history = match self.fuel(recording, time_s)? {
             Fuel::Constant => return Ok(MassHistory::Constant(self.mass)),
@@ -195,7 +195,7 @@ impl AircraftData {
     ///
     /// # Errors
     /// As for [`Self::mass_history`].
-    pub fn loading_at(&self, recording: &Recording, time_s: f64) -> StageResult<Loading> {
+    pub(crate) fn loading_at(&self, recording: &Recording, time_s: f64) -> StageResult<Loading> {
         let mut loading = self.loading.clone();
         match self.fuel(recording, &[time_s])? {
             Fuel::Constant => {}

@@ -110,7 +110,7 @@ pub fn applies(coefficient: Coefficient, surface: Option<Surface>, estimation: &
 
 /// Terms one window can tell about, and those it cannot: a surface that rests gives no control derivative (thesis 3.2.3), unless
 /// it is known beforehand.
-pub fn window_terms(
+pub(crate) fn window_terms(
     coefficient: Coefficient,
     terms: &[Term],
     surface: Option<Surface>,

@@ -4,13 +4,15 @@ use std::sync::Arc;
 
 use doublet_core::atmos::{Atmosphere, AtmosphereError, density_kg_m3};
 use doublet_core::propulsion::{
-    Correlation, Engine, EngineColumns, EngineModel, PhaseOfFlight, PhaseRow, PowerComparison, Powerplant,
+    Correlation, Engine, EngineColumns, EngineModel, EnginePoint, PhaseOfFlight, PhaseRow, PowerComparison, Powerplant,
     compare_power, difference_correlation, phase_table,
 };
 use doublet_core::quantity::Role;
 use doublet_core::series::{Recording, Series, TimeRange};
+use doublet_core::statistics::median;
 
 use super::aircraft::LoadedAircraft;
+use super::engine_charts::{PropellerCurves, propeller_curves};
 use super::engines::{ENGINES, EngineRoles};
 use super::phases::{GROUND_AIRSPEED_M_S, phases};
 use super::recording::LoadedFlight;
@@ -48,6 +50,14 @@ pub struct EngineOverFlight {
     pub thrust_n: Series,
     /// Efficiency of the propeller.
     pub efficiency: Series,
+    /// Advance ratio `J = V / (n D)` of the propeller; not a number below 40 kt.
+    pub advance_ratio: Series,
+    /// Thrust coefficient `C_T = T / (rho n² D⁴)`; not a number below 40 kt.
+    pub thrust_coefficient: Series,
+    /// Propeller map at the speed and altitude of [`Self::typical`].
+    pub curves: PropellerCurves,
+    /// Medians of the inputs above 40 kt, or over all samples where it never is that fast.
+    pub typical: EnginePoint,
     /// Total-pressure rise over dynamic pressure; not a number below 40 kt, where it grows without bound.
     pub total_pressure_rise: Series,
     /// Power its monitor reports, W, where recorded.
@@ -69,7 +79,7 @@ pub struct PowerAgreement {
 
 impl Footprint for FlightEngines {
     fn bytes(&self) -> usize {
-        self.engines.iter().map(|engine| 8 * 8 * engine.power_w.values.len() + 1024).sum()
+        self.engines.iter().map(|engine| 8 * 10 * engine.power_w.values.len() + 1024).sum()
     }
 }
 
@@ -224,6 +234,17 @@ fn over_flight(
     let agreement =
         monitor.as_ref().map(|monitor| agreement((&speed, &pressure, &history.power_w), monitor, air, phases));
     let in_flight = |(&rise, &airspeed): (&f64, &f64)| if airspeed < GROUND_AIRSPEED_M_S { f64::NAN } else { rise };
+    let typical = typical(&speed, &pressure, air);
+    let diameter_m = model.propeller.diameter_m();
+    let coefficient = |k: usize| {
+        let revolutions_s = speed[k] / std::f64::consts::TAU;
+        let is_slow = air.airspeed_m_s[k] < GROUND_AIRSPEED_M_S;
+        let scale = air.density_kg_m3[k] * revolutions_s.powi(2) * diameter_m.powi(4);
+        let pair = [air.airspeed_m_s[k] / (revolutions_s * diameter_m), history.thrust_n[k] / scale];
+        if is_slow { [f64::NAN; 2] } else { pair }
+    };
+    let [advance_ratio, thrust_coefficient] =
+        [0, 1].map(|column| (0..speed.len()).map(|k| coefficient(k)[column]).collect::<Vec<f64>>());
     let rise: Vec<f64> = history.total_pressure_rise.iter().zip(&air.airspeed_m_s).map(in_flight).collect();
     let series = |values: Vec<f64>| Series { time_s: Arc::clone(&air.time_s), values: values.into() };
     Ok(Some(EngineOverFlight {
@@ -233,10 +254,29 @@ fn over_flight(
         power_w: series(history.power_w),
         thrust_n: series(history.thrust_n),
         efficiency: series(history.efficiency),
+        advance_ratio: series(advance_ratio),
+        thrust_coefficient: series(thrust_coefficient),
+        curves: propeller_curves(&model.propeller, typical.speed_rad_s, typical.pressure_altitude_m),
+        typical,
         total_pressure_rise: series(rise),
         monitor_power_w: monitor.map(series),
         agreement,
     }))
+}
+
+/// Medians of the inputs while the aircraft is fast.
+fn typical(speed: &[f64], manifold_pressure: &[f64], air: &FlightAir) -> EnginePoint {
+    let columns = [speed, manifold_pressure, &air.temperature_k, &air.altitude_m, &air.airspeed_m_s];
+    let usable = |k: &usize| columns.iter().all(|column| column[*k].is_finite());
+    let fast: Vec<usize> =
+        (0..speed.len()).filter(usable).filter(|&k| air.airspeed_m_s[k] >= GROUND_AIRSPEED_M_S).collect();
+    let used = if fast.is_empty() { (0..speed.len()).filter(usable).collect() } else { fast };
+    let [speed_rad_s, manifold_pressure_pa, temperature_k, pressure_altitude_m, airspeed_m_s] =
+        columns.map(|column| median(&mut used.iter().map(|&k| column[k]).collect::<Vec<f64>>()).unwrap_or(f64::NAN));
+    let standard = Atmosphere::STANDARD;
+    let standard_k = standard.temperature_k(pressure_altitude_m).unwrap_or(f64::NAN);
+    let sea_level_temperature_k = standard.sea_level_temperature_k() + temperature_k - standard_k;
+    EnginePoint { speed_rad_s, manifold_pressure_pa, sea_level_temperature_k, pressure_altitude_m, airspeed_m_s }
 }
 
 fn agreement(

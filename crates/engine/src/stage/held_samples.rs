@@ -11,7 +11,7 @@ use crate::verdict::{Finding, Level};
 /// Takes the first sample of every hold of each role as the measurement. The recorded channels stay; the roles move to what is used.
 ///
 /// The filter is driven at every stamp of the inertial samples: between the first samples of their holds these follow straight lines.
-pub fn use_held_once(recording: &mut Recording, flight: &str) -> (Vec<TreatedSignal>, Vec<Finding>) {
+pub(crate) fn use_held_once(recording: &mut Recording, flight: &str) -> (Vec<TreatedSignal>, Vec<Finding>) {
     let roles: Vec<(Role, usize)> = recording.roles.iter().map(|(role, at)| (*role, *at)).collect();
     let (mut treated, mut findings) = (Vec::new(), Vec::new());
     for (role, recorded) in roles {

@@ -8,6 +8,7 @@ mod aero;
 mod aircraft;
 mod align;
 mod detail;
+mod engine_charts;
 mod engines;
 mod expressions;
 mod fit;
@@ -45,6 +46,7 @@ pub use detail::{
     BIAS_STATES, BiasTable, CoefficientStudy, Contributions, KindSummary, ResidualStudy, bias_table, contributions,
     kind_summaries, model_study, residual_studies, track_from_velocity,
 };
+pub use engine_charts::{PropellerCurves, PropellerLine, engine_partials, propeller_curves};
 pub use engines::ExtrapolatedThrust;
 pub use expressions::{ExpressedChannel, add_expressions, expression_preview};
 pub use fit::{

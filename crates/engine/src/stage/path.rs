@@ -350,7 +350,7 @@ fn measurement_series(
 const LONGEST_FOR_FILTER_S: f64 = 0.06;
 
 /// The differentiation the session asks for, shortened for the filter.
-pub fn short_differentiation(preparation: &Preparation, time_s: &[f64]) -> Differentiation {
+pub(crate) fn short_differentiation(preparation: &Preparation, time_s: &[f64]) -> Differentiation {
     let half_width_s = preparation.differentiation_half_width_s.map(|half_width| half_width.min(LONGEST_FOR_FILTER_S));
     local_quadratic(half_width_s, time_s)
 }

@@ -6,7 +6,7 @@ use doublet_core::propulsion::PhaseOfFlight;
 use doublet_core::series::TimeRange;
 
 /// True airspeed below which an aircraft with engine models is taken to be on the ground, m/s (40 kt).
-pub const GROUND_AIRSPEED_M_S: f64 = 20.6;
+pub(crate) const GROUND_AIRSPEED_M_S: f64 = 20.6;
 /// Vertical speed that separates climb and descent from level flight, m/s (200 ft/min).
 const LEVEL_M_S: f64 = 1.0;
 /// Half of the time the vertical speed is the mean of, s.

@@ -19,7 +19,7 @@ const ATTITUDE: [Measurement; 3] = [Measurement::BankAngle, Measurement::PitchAn
 ///
 /// # Errors
 /// One line where the rates cannot be differentiated.
-pub fn move_accelerometer(
+pub(crate) fn move_accelerometer(
     inputs: &mut InputSeries,
     position_m: [f64; 3],
     preparation: &Preparation,
@@ -69,7 +69,11 @@ fn measured_at(measurements: &Measurements, measurement: Measurement, time_s: &[
 }
 
 /// Moves angle of attack and sideslip from their vanes at `positions_m` to the centre of gravity, each at its own times. Says so where it cannot.
-pub fn move_vanes(measurements: &mut Measurements, inputs: &InputSeries, positions_m: [[f64; 3]; 2]) -> Option<String> {
+pub(crate) fn move_vanes(
+    measurements: &mut Measurements,
+    inputs: &InputSeries,
+    positions_m: [[f64; 3]; 2],
+) -> Option<String> {
     let recorded = measurements.clone();
     for (angle, position_m) in [Measurement::AngleOfAttack, Measurement::Sideslip].into_iter().zip(positions_m) {
         let vane = FlowVane::at(position_m);
@@ -96,7 +100,11 @@ pub fn move_vanes(measurements: &mut Measurements, inputs: &InputSeries, positio
 
 /// Moves position and ground velocity from the antenna at `position_m` to the centre of gravity, with the measured attitude
 /// and rates at their times. Says so where it cannot.
-pub fn move_antenna(measurements: &mut Measurements, inputs: &InputSeries, position_m: [f64; 3]) -> Option<String> {
+pub(crate) fn move_antenna(
+    measurements: &mut Measurements,
+    inputs: &InputSeries,
+    position_m: [f64; 3],
+) -> Option<String> {
     let recorded = measurements.clone();
     let position = [Measurement::PositionNorth, Measurement::PositionEast, Measurement::PositionDown];
     let velocity = [Measurement::VelocityNorth, Measurement::VelocityEast, Measurement::VelocityDown];

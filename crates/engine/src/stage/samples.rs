@@ -9,7 +9,7 @@ use doublet_core::quantity::Role;
 use doublet_core::series::{Channel, Recording, TimeRange, gap_threshold_s};
 
 /// Finite samples of `channel` inside `window` widened by `margin_s` on both sides.
-pub fn finite_samples(channel: &Channel, window: TimeRange, margin_s: f64) -> (Vec<f64>, Vec<f64>) {
+pub(crate) fn finite_samples(channel: &Channel, window: TimeRange, margin_s: f64) -> (Vec<f64>, Vec<f64>) {
     let wide = TimeRange { start_s: window.start_s - margin_s, end_s: window.end_s + margin_s };
     let range = wide.indices(&channel.series.time_s);
     let (times, values) = (&channel.series.time_s[range.clone()], &channel.series.values[range]);
@@ -32,7 +32,7 @@ pub fn gaps(recording: &Recording, time_s: &[f64]) -> Vec<(f64, f64)> {
 ///
 /// # Errors
 /// One line when the samples do not reach over `time_s` or pause too long to be bridged.
-pub fn values_at(recording: &Recording, role: Role, time_s: &[f64]) -> StageResult<Option<Vec<f64>>> {
+pub(crate) fn values_at(recording: &Recording, role: Role, time_s: &[f64]) -> StageResult<Option<Vec<f64>>> {
     recording.role(role).map(|channel| channel_at(recording, channel, role.name(), time_s)).transpose()
 }
 
@@ -40,7 +40,12 @@ pub fn values_at(recording: &Recording, role: Role, time_s: &[f64]) -> StageResu
 ///
 /// # Errors
 /// As for [`values_at`].
-pub fn channel_at(recording: &Recording, channel: &Channel, what: &str, time_s: &[f64]) -> StageResult<Vec<f64>> {
+pub(crate) fn channel_at(
+    recording: &Recording,
+    channel: &Channel,
+    what: &str,
+    time_s: &[f64],
+) -> StageResult<Vec<f64>> {
     let (Some(&first), Some(&last)) = (time_s.first(), time_s.last()) else { return Ok(Vec::new()) };
     let step = (last - first) / (time_s.len().max(2) - 1) as f64;
     let window = TimeRange { start_s: first, end_s: last };
@@ -76,7 +81,7 @@ pub fn channel_at(recording: &Recording, channel: &Channel, what: &str, time_s: 
 
 /// Values of `role` at the increasing `time_s` by straight lines between its own samples, not a number before the first, behind
 /// the last and inside a gap; `None` when the recording has no such role or no finite sample of it.
-pub fn values_where_recorded(recording: &Recording, role: Role, time_s: &[f64]) -> Option<Vec<f64>> {
+pub(crate) fn values_where_recorded(recording: &Recording, role: Role, time_s: &[f64]) -> Option<Vec<f64>> {
     let series = &recording.role(role)?.series;
     let is_recorded = series.values.iter().any(|value| value.is_finite());
     is_recorded.then(|| between_samples(series, time_s, recording.max_gap_s, false))

@@ -10,7 +10,7 @@ use crate::graph::StageResult;
 use crate::session::{SignalRule, SignalSetting};
 
 /// Source of treated signals in the list of channels.
-pub const SOURCE: &str = "prepared";
+pub(crate) const SOURCE: &str = "prepared";
 
 /// What was done to the signal of one role.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,7 +33,7 @@ pub struct TreatedSignal {
 ///
 /// # Errors
 /// One line with the role and what cannot be done.
-pub fn treat_signals(recording: &mut Recording, setting: &SignalSetting) -> StageResult<Vec<TreatedSignal>> {
+pub(crate) fn treat_signals(recording: &mut Recording, setting: &SignalSetting) -> StageResult<Vec<TreatedSignal>> {
     recording.max_gap_s = setting.max_gap_s;
     let mut done = Vec::new();
     let mut clocks: Vec<Arc<[f64]>> = Vec::new();

@@ -18,7 +18,10 @@ pub struct TruthError {
 const SETTLE_S: f64 = 1.0;
 
 /// Error of every state whose truth is known, at the samples of the reconstruction.
-pub fn truth_errors(truth: &[Option<Series>; STATES], reconstruction: &Reconstruction) -> BTreeMap<State, TruthError> {
+pub(crate) fn truth_errors(
+    truth: &[Option<Series>; STATES],
+    reconstruction: &Reconstruction,
+) -> BTreeMap<State, TruthError> {
     let known = State::ALL.into_iter().filter_map(|state| Some((state, truth[state as usize].as_ref()?)));
     known.filter_map(|(state, truth)| Some((state, truth_error(state, truth, reconstruction)?))).collect()
 }

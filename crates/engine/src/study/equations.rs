@@ -13,7 +13,7 @@ use doublet_core::series::{TimeRange, gap_threshold_s};
 use serde::Deserialize;
 use thiserror::Error;
 
-use super::table::{Columns, TableError};
+use super::table::{Columns, OnOneClock, TableError};
 use crate::builtin;
 
 /// Value of the `format` key of a file of equations.
@@ -162,7 +162,8 @@ pub fn equation_text(text: &str, constants: &BTreeMap<String, f64>) -> Result<Eq
 }
 
 /// Fits equations of motion to the columns of a table, by equation error and then by output error
-/// ([`doublet_core::estimate::output_error_of`]). Any recording is a table; only the columns the equations name are looked at.
+/// ([`doublet_core::estimate::output_error_of`]). Any recording is a table; only the columns the equations name are looked at, and where they
+/// have clocks of their own, those with fewer values are taken on straight lines at the stamps of the one with most.
 ///
 /// # Errors
 /// [`EquationError`], one line; why one method failed is in the result where the other did not.
@@ -170,22 +171,17 @@ pub fn fit_equations(path: &Path, request: &EquationRequest) -> Result<EquationS
     let model = EquationModel::new(&request.equations)?;
     let probe = inspect(path).map_err(TableError::from)?;
     let columns = Columns::of(&probe);
-    let of = |name: &String| columns.evaluate(request.columns.get(name).unwrap_or(name));
-    let inputs = model.inputs().iter().map(of).collect::<Result<Vec<_>, _>>()?;
-    let outputs = model.outputs().iter().map(of).collect::<Result<Vec<_>, _>>()?;
-    let rows = outputs.first().map_or(0, Vec::len);
-    let time_s = match (&request.time, request.step_s) {
-        (Some(time), _) => columns.evaluate(time)?,
-        (None, Some(step_s)) => (0..rows).map(|row| step_s * row as f64).collect(),
-        (None, None) => TIME_NAMES.iter().find_map(|name| columns.evaluate(name).ok()).ok_or(EquationError::NoTime)?,
-    };
-    let named = model.inputs().iter().zip(&inputs).chain(model.outputs().iter().zip(&outputs));
-    for (name, values) in named {
-        if values.len() != time_s.len() {
-            let (name, output, found, expected) = (name.clone(), "time".to_owned(), values.len(), time_s.len());
-            return Err(TableError::Length { name, found, output, expected }.into());
+    let named = model.inputs().iter().chain(model.outputs());
+    let terms: Vec<&str> = named.map(|name| request.columns.get(name).unwrap_or(name).as_str()).collect();
+    let (time_s, mut inputs) = match (&request.time, request.step_s) {
+        (Some(time), _) => rows_of(&columns, &terms, columns.evaluate(time)?)?,
+        (None, Some(step_s)) => {
+            let rows = columns.evaluate(terms[terms.len() - 1])?.len();
+            rows_of(&columns, &terms, (0..rows).map(|row| step_s * row as f64).collect())?
         }
-    }
+        (None, None) => by_time(&columns, &terms)?,
+    };
+    let outputs = inputs.split_off(model.inputs().len());
     let records = records(&time_s, (&inputs, &outputs), &request.windows)?;
     let usual = EquationSettings::default();
     let half_width_s = request.half_width_s.unwrap_or(usual.half_width_s);
@@ -196,6 +192,31 @@ pub fn fit_equations(path: &Path, request: &EquationRequest) -> Result<EquationS
     match (equation_error, output_error) {
         (Err(error), Err(_)) => Err(error.into()),
         (equation_error, output_error) => Ok(EquationStudy { equation_error, output_error, records }),
+    }
+}
+
+/// The terms beside a time of as many rows.
+fn rows_of(columns: &Columns<'_>, terms: &[&str], time_s: Vec<f64>) -> Result<OnOneClock, TableError> {
+    let values = terms.iter().map(|term| columns.evaluate(term)).collect::<Result<Vec<_>, _>>()?;
+    if let Some((name, values)) = terms.iter().zip(&values).find(|(_, values)| values.len() != time_s.len()) {
+        let (name, output) = ((*name).to_owned(), "time".to_owned());
+        return Err(TableError::Length { name, output, found: values.len(), expected: time_s.len() });
+    }
+    Ok((time_s, values))
+}
+
+/// The terms as rows beside a column of time, or, where there is none of their length or values are missing, on one of their own clocks.
+fn by_time(columns: &Columns<'_>, terms: &[&str]) -> Result<OnOneClock, EquationError> {
+    let time_s = TIME_NAMES.iter().find_map(|name| columns.evaluate(name).ok());
+    let found = time_s.map(|time_s| rows_of(columns, terms, time_s));
+    match found {
+        Some(Ok(found)) if found.1.iter().flatten().all(|value| value.is_finite()) => Ok(found),
+        // A name that is no column is said first.
+        found => match (columns.on_one_clock(terms)?, found) {
+            (Some(found), _) => Ok(found),
+            (None, Some(found)) => Ok(found?),
+            (None, None) => Err(EquationError::NoTime),
+        },
     }
 }
 

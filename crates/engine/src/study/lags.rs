@@ -41,7 +41,7 @@ pub struct LagStudy {
 }
 
 /// Value and standard error of one coefficient alone, s; or in few words where beyond the range searched it lies.
-pub type LagAlone = StageResult<(f64, f64)>;
+pub(crate) type LagAlone = StageResult<(f64, f64)>;
 
 impl LagKind {
     /// Both.
@@ -90,7 +90,7 @@ impl ControlLag {
 
     /// Value of each coefficient alone and its standard error, s, in the order of the coefficients; in few words where beyond the
     /// range searched it lies.
-    pub fn by_coefficient(&self) -> Vec<(Coefficient, LagAlone)> {
+    pub(crate) fn by_coefficient(&self) -> Vec<(Coefficient, LagAlone)> {
         let [lower, upper] = self.kind.range_s();
         let inside = |&(value, error): &(f64, f64)| match value {
             value if value < lower => Err(format!("below {:.0} ms", 1e3 * lower).into()),

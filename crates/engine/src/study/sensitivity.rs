@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::StudyInput;
 use crate::graph::{Context, Footprint, Stage, StageError, StageResult};
 use crate::session::WindowRole;
-use crate::stage::{self, AeroWindow, StudyWindow, WindowAero};
+use crate::stage::{self, AeroWindow, AircraftData, StudyWindow, WindowAero};
 
 /// Step of the central differences as a fraction of each quantity, of the reference chord for the centre of gravity (thesis 7.2).
 pub const STEP_FRACTION: f64 = 0.05;
@@ -110,11 +110,11 @@ fn recompute<'a>(
     context: &Context<'_>,
 ) -> StageResult<Vec<AeroWindow<'a>>> {
     let settings = input.settings;
+    let aircraft: Vec<_> = input.windows.iter().map(|window| window.aircraft.with_mass_change(change)).collect();
     let mut changed = Vec::new();
-    for window in input.windows {
+    for (window, aircraft) in input.windows.iter().zip(&aircraft) {
         let recording = &window.flight.recording;
-        let aircraft = window.aircraft.with_mass_change(change);
-        let samples = stage::samples(recording, window.manoeuvre.window, Some(&aircraft), settings.preparation)?;
+        let samples = stage::samples(recording, window.manoeuvre.window, Some(aircraft), settings.preparation)?;
         if samples.data != window.path.data {
             changed.push((window.manoeuvre.name.as_str(), samples.data));
         }
@@ -124,16 +124,15 @@ fn recompute<'a>(
         stage::reconstructions(&data, (settings.filter, settings.preparation.path), context.control())?;
     let named =
         |error: &StageError, window: &StudyWindow<'_>| error.clone().at(format!("window '{}'", window.manoeuvre.name));
-    let form = |window: &StudyWindow<'a>| -> StageResult<AeroWindow<'a>> {
+    let form = |(window, aircraft): (&StudyWindow<'a>, &AircraftData)| -> StageResult<AeroWindow<'a>> {
         let place = changed.iter().position(|(name, _)| *name == window.manoeuvre.name);
         let path = match place {
             None => (&*window.path.data, &window.path.reconstruction),
             Some(index) => (&*changed[index].1, reconstructions[index].as_ref().map_err(|error| named(error, window))?),
         };
-        let aircraft = window.aircraft.with_mass_change(change);
-        Ok((window.manoeuvre, stage::aero(&window.flight.recording, path, &aircraft, settings.preparation)?.into()))
+        Ok((window.manoeuvre, stage::aero(&window.flight.recording, path, aircraft, settings.preparation)?.into()))
     };
-    input.windows.iter().map(|window| context.checkpoint().and_then(|()| form(window))).collect()
+    input.windows.iter().zip(&aircraft).map(|each| context.checkpoint().and_then(|()| form(each))).collect()
 }
 
 /// Pooled estimates of the derivatives all windows share.

@@ -7,9 +7,9 @@ use doublet_core::estimate::{
     Coloured, EstimateError, Fit, OrthogonalSettings, StepwiseSettings, coloured_covariance, least_squares, orthogonal,
     stepwise, weighted_coloured_covariance, weighted_least_squares,
 };
-use doublet_core::load::{ChannelInfo, LoadError, Probe, inspect, stem_and_unit};
+use doublet_core::load::{ChannelInfo, LoadError, Probe, Source, inspect, stem_and_unit};
 use doublet_core::model::{Coefficient, Term};
-use doublet_core::prep::{Expression, ExpressionError, Operand, did_you_mean};
+use doublet_core::prep::{Expression, ExpressionError, Interpolation, Operand, PrepError, did_you_mean, resample};
 use nalgebra::DMatrix;
 use thiserror::Error;
 
@@ -102,6 +102,14 @@ pub enum TableError {
         output: String,
         /// Its rows.
         expected: usize,
+    },
+    /// A column that cannot be put on the clock of the others.
+    #[error("'{name}' on the clock of the others: {error}")]
+    Clock {
+        /// Column.
+        name: String,
+        /// What is wrong with its time.
+        error: PrepError,
     },
     /// The fit failed.
     #[error(transparent)]
@@ -204,7 +212,11 @@ fn fit(
 /// The columns of a table by their names.
 pub(super) struct Columns<'p> {
     columns: Vec<(String, &'p ChannelInfo)>,
+    sources: &'p [Source],
 }
+
+/// Columns on one clock: its stamps, s, and the values of each term there.
+pub(super) type OnOneClock = (Vec<f64>, Vec<Vec<f64>>);
 
 impl<'p> Columns<'p> {
     pub(super) fn of(probe: &'p Probe) -> Self {
@@ -214,7 +226,7 @@ impl<'p> Columns<'p> {
         let of = |source: &'p doublet_core::load::Source| {
             source.channels.iter().map(move |channel| (named(&source.name, &channel.name), channel))
         };
-        Self { columns: probe.sources.iter().flat_map(of).collect() }
+        Self { columns: probe.sources.iter().flat_map(of).collect(), sources: &probe.sources }
     }
 
     /// The column called `name`, in full, without its source, or without the unit at the end of its name.
@@ -244,8 +256,20 @@ impl<'p> Columns<'p> {
 
     /// Values of a term: a column by its name, whatever signs that has, or else an expression of columns.
     pub(super) fn evaluate(&self, term: &str) -> Result<Vec<f64>, TableError> {
+        let (expression, operands) = self.parse(term)?;
+        let rows = operands[0].samples;
+        if let Some(other) = operands.iter().find(|other| other.samples != rows) {
+            let (name, output) = (other.name.clone(), operands[0].name.clone());
+            return Err(TableError::Length { name, found: other.samples, output, expected: rows });
+        }
+        let columns: Vec<&[f64]> = operands.iter().map(|operand| operand.values()).collect();
+        Ok(values(expression.as_ref(), &columns))
+    }
+
+    /// An expression and the columns it names; a column alone is no expression.
+    fn parse(&self, term: &str) -> Result<(Option<Expression>, Vec<&'p ChannelInfo>), TableError> {
         match self.find(term) {
-            Ok(channel) => return Ok(channel.values().to_vec()),
+            Ok(channel) => return Ok((None, vec![channel])),
             Err(error) if !term.contains(OPERATORS) => return Err(error),
             Err(_) => {}
         }
@@ -255,14 +279,48 @@ impl<'p> Columns<'p> {
             Operand::Role(role) => self.find(role.name()),
             Operand::Channel(name) => self.find(name),
         });
-        let operands: Vec<&ChannelInfo> = operands.collect::<Result<_, _>>()?;
-        let rows = operands[0].samples;
-        if let Some(other) = operands.iter().find(|other| other.samples != rows) {
-            let (name, output) = (other.name.clone(), operands[0].name.clone());
-            return Err(TableError::Length { name, found: other.samples, output, expected: rows });
+        let operands = operands.collect::<Result<_, _>>()?;
+        Ok((Some(expression), operands))
+    }
+
+    /// Values of terms whose columns have clocks of their own or blanks: on the stamps of the column with most values, on straight lines
+    /// between the values of the others, where all have values on both sides. None where a column has no clock.
+    pub(super) fn on_one_clock(&self, terms: &[&str]) -> Result<Option<OnOneClock>, TableError> {
+        let parsed = terms.iter().map(|term| self.parse(term)).collect::<Result<Vec<_>, _>>()?;
+        let series = |channel: &&'p ChannelInfo| Some((channel.name.as_str(), self.series(channel)?));
+        let of_term =
+            |(_, operands): &(_, Vec<&'p ChannelInfo>)| operands.iter().map(series).collect::<Option<Vec<_>>>();
+        let Some(series) = parsed.iter().map(of_term).collect::<Option<Vec<_>>>() else { return Ok(None) };
+        let all = || series.iter().flatten().map(|(_, own)| own);
+        let start_s = all().filter_map(|(time_s, _)| time_s.first()).fold(f64::NEG_INFINITY, |a, b| a.max(*b));
+        let end_s = all().filter_map(|(time_s, _)| time_s.last()).fold(f64::INFINITY, |a, b| a.min(*b));
+        let Some((longest, _)) = all().max_by_key(|(time_s, _)| time_s.len()) else { return Ok(None) };
+        let stamps: Vec<f64> = longest.iter().copied().filter(|time_s| (start_s..=end_s).contains(time_s)).collect();
+        let at_stamps = |(name, (time_s, own)): &(&str, (Vec<f64>, Vec<f64>))| {
+            let error = |error| TableError::Clock { name: (*name).to_owned(), error };
+            resample(time_s, own, &stamps, Interpolation::Linear).map_err(error)
+        };
+        let mut found = Vec::new();
+        for ((expression, _), series) in parsed.iter().zip(&series) {
+            let columns = series.iter().map(at_stamps).collect::<Result<Vec<_>, _>>()?;
+            found.push(values(expression.as_ref(), &columns.iter().map(Vec::as_slice).collect::<Vec<_>>()));
         }
-        let mut stack = Vec::new();
-        Ok((0..rows).map(|row| expression.value(|index| operands[index].values()[row], &mut stack)).collect())
+        Ok(Some((stamps, found)))
+    }
+
+    /// Stamps, s, and values of a column where it has values; none without a clock.
+    fn series(&self, channel: &ChannelInfo) -> Option<(Vec<f64>, Vec<f64>)> {
+        let is_it = |other: &ChannelInfo| std::ptr::eq(other, channel);
+        let source = self.sources.iter().find(|source| source.channels.iter().any(is_it))?;
+        let clock = source.clocks.get(channel.clock?)?;
+        let stamps = source.channels.iter().find(|other| other.is_time && other.name == clock.channel);
+        let time_s = |row: usize| match stamps {
+            Some(stamps) => clock.unit.to_si(stamps.values()[row]),
+            None => clock.start_s + row as f64 / clock.rate_hz,
+        };
+        let rows = channel.samples.min(stamps.map_or(clock.samples, |stamps| stamps.samples));
+        let all = channel.values()[..rows].iter().enumerate();
+        Some(all.filter(|(_, value)| value.is_finite()).map(|(row, value)| (time_s(row), *value)).unzip())
     }
 
     /// The text of an expression with quotes about the columns it names.
@@ -288,6 +346,13 @@ impl<'p> Columns<'p> {
         }
         quoted
     }
+}
+
+/// Values of an expression, or of the column that stands alone, row by row.
+fn values(expression: Option<&Expression>, columns: &[&[f64]]) -> Vec<f64> {
+    let Some(expression) = expression else { return columns[0].to_vec() };
+    let mut stack = Vec::new();
+    (0..columns[0].len()).map(|row| expression.value(|index| columns[index][row], &mut stack)).collect()
 }
 
 /// Signs of an expression.

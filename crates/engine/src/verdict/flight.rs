@@ -143,12 +143,12 @@ pub(super) fn turn(place: &str, path: &WindowPath) -> Option<Finding> {
 }
 
 /// Mean dynamic pressure `rho V^2 / 2` of a window, Pa.
-fn mean_pressure(aero: &WindowAero) -> f64 {
+pub(super) fn mean_pressure(aero: &WindowAero) -> f64 {
     let samples = aero.data.density_kg_m3.iter().zip(&aero.data.airspeed_m_s);
     samples.map(|(density, speed)| 0.5 * density * speed * speed).sum::<f64>() / aero.data.time_s.len() as f64
 }
 
-fn mean(values: &[f64]) -> f64 {
+pub(super) fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 

@@ -34,12 +34,13 @@ impl std::fmt::Display for Folded {
 }
 
 /// Kinds in the order in which one explains the next: what is wrong with channels and settings shows in windows, then in fits.
-const CAUSES: [&str; 11] = [
+const CAUSES: [&str; 12] = [
     "physics",
     "accelerometer",
     "gravity",
     "dynamic-pressure",
     "turn",
+    "sampling",
     "loading",
     "propulsion",
     "failed",

@@ -16,6 +16,7 @@ mod judged_flights;
 mod loading;
 mod plausible;
 mod propulsion;
+mod sampling;
 mod session;
 mod studies;
 mod window;
@@ -100,7 +101,7 @@ impl Finding {
 
     /// The same with the number that was judged and the limit it passed.
     #[must_use]
-    pub fn with_figure(mut self, figure: f64, limit: f64) -> Self {
+    pub(crate) fn with_figure(mut self, figure: f64, limit: f64) -> Self {
         self.figure = figure.is_finite().then_some(figure);
         self.limit = limit.is_finite().then_some(limit);
         self
@@ -108,14 +109,14 @@ impl Finding {
 
     /// The same with what to do.
     #[must_use]
-    pub fn with_cure(mut self, cure: impl Into<String>) -> Self {
+    pub(crate) fn with_cure(mut self, cure: impl Into<String>) -> Self {
         self.cure = cure.into();
         self
     }
 
     /// The same with the panel of the workbench and the key of the setting that cure it.
     #[must_use]
-    pub fn with_setting(mut self, panel: &'static str, setting: impl Into<String>) -> Self {
+    pub(crate) fn with_setting(mut self, panel: &'static str, setting: impl Into<String>) -> Self {
         self.panel = Some(panel);
         self.setting = Some(setting.into()).filter(|key: &String| !key.is_empty());
         self

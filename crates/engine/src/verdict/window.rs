@@ -4,7 +4,7 @@ use doublet_core::reconstruct::consistency::{ChannelConsistency, Consistency};
 use doublet_core::reconstruct::{Reconstruction, State};
 
 use super::judge::{Evidence, level_above, not_computed};
-use super::{Finding, Level, flight, loading, propulsion};
+use super::{Finding, Level, flight, loading, propulsion, sampling};
 use crate::session::{Manoeuvre, PathSource};
 use crate::stage::WindowPath;
 
@@ -50,6 +50,7 @@ pub(super) fn findings(evidence: Evidence<'_>, manoeuvre: &Manoeuvre) -> Vec<Fin
     }
     if let Some(aero) = results.aero.ready() {
         findings.extend(flight::dynamic_pressure(&place, evidence, manoeuvre, aero));
+        findings.extend(sampling::sudden_control(&place, evidence, manoeuvre, aero));
         findings.extend(loading::of_window(&place, evidence, manoeuvre, aero));
         findings.extend(propulsion::extrapolated(&place, evidence, manoeuvre, aero));
     }

@@ -11,7 +11,7 @@ use crate::reconstruct::settings::ValidSettings;
 pub type Lanes<B> = <<B as Backend>::Number as Real>::Lanes;
 
 /// State and covariance of as many windows as [`Backend::Number`] has lanes.
-pub trait Backend: Clone {
+pub(crate) trait Backend: Clone {
     /// What it computes with.
     type Number: Real;
     /// A smoother on its way back.

@@ -1,6 +1,6 @@
 //! Filters: extended, iterated extended and unscented, over whole matrices, and what every form of them is given and yields.
 
-pub mod backend;
+pub(crate) mod backend;
 pub mod ekf;
 pub mod initial;
 pub mod parameters;

@@ -10,7 +10,7 @@ use crate::reconstruct::numeric::vec3::Vec3;
 pub const BLOCK: usize = 32;
 
 /// Pitch angle beyond which Euler angles are refused, rad.
-pub const STEEPEST_PITCH_RAD: f64 = 89.0 * std::f64::consts::PI / 180.0;
+pub(crate) const STEEPEST_PITCH_RAD: f64 = 89.0 * std::f64::consts::PI / 180.0;
 
 /// Everything one step is given.
 #[repr(C)]
@@ -31,7 +31,7 @@ pub struct StepInputs<T> {
 impl<T: Copy> StepInputs<T> {
     /// The same value everywhere; zero is a step of no length and no measurement, which changes nothing.
     #[inline(always)]
-    pub fn uniform(value: T) -> Self {
+    pub(crate) fn uniform(value: T) -> Self {
         let triple = [value; 3];
         let inputs = Inputs { start: [triple; 2], end: [triple; 2] };
         Self { dt: value, noise_scale: value, inputs, measured: [triple; TRIPLES], present: [triple; TRIPLES] }

@@ -14,13 +14,13 @@ use crate::reconstruct::model::transition::{Constants, Inputs, Motion, Transitio
 use crate::reconstruct::numeric::vec3::Vec3;
 
 /// State vector x, n.
-pub type AugmentedState = SVector<f64, AUGMENTED_STATES>;
+pub(crate) type AugmentedState = SVector<f64, AUGMENTED_STATES>;
 /// Square matrix over it, n x n.
-pub type AugmentedMatrix = SMatrix<f64, AUGMENTED_STATES, AUGMENTED_STATES>;
+pub(crate) type AugmentedMatrix = SMatrix<f64, AUGMENTED_STATES, AUGMENTED_STATES>;
 /// Measurement matrix H, m x n.
-pub type MeasurementMatrix = SMatrix<f64, MEASUREMENTS, AUGMENTED_STATES>;
+pub(crate) type MeasurementMatrix = SMatrix<f64, MEASUREMENTS, AUGMENTED_STATES>;
 /// Measurement vector z, m.
-pub type MeasurementVector = SVector<f64, MEASUREMENTS>;
+pub(crate) type MeasurementVector = SVector<f64, MEASUREMENTS>;
 
 /// The eighteen states group by group.
 pub fn groups(x: &AugmentedState) -> [Vec3<f64>; GROUPS] {
@@ -53,7 +53,7 @@ pub fn advance(
 }
 
 /// The state f(x, w) after a step of length `dt`, s, with `noise` w in the inertial measurements.
-pub fn advance_with_noise(
+pub(crate) fn advance_with_noise(
     x: &AugmentedState,
     noise: &[f64; INPUTS],
     inputs: &Inputs<f64>,
@@ -76,7 +76,7 @@ pub fn advance_with_noise(
 }
 
 /// Navigation model h (thesis Eq. 3.8) with the errors of the sensors, and its Jacobian H.
-pub fn observe(x: &AugmentedState) -> (MeasurementVector, MeasurementMatrix) {
+pub(crate) fn observe(x: &AugmentedState) -> (MeasurementVector, MeasurementMatrix) {
     let groups = groups(x);
     let model = MeasurementModel::new(&groups[VEL], &Trig::new(&groups[ATT]), &groups[WIND]);
     let mut h = MeasurementMatrix::zeros();

@@ -11,7 +11,7 @@ use crate::reconstruct::model::transition::Transition;
 use crate::reconstruct::numeric::mat3::{Mat3, scaled_identity};
 
 /// Square matrix over the states.
-pub type StateMatrix = SMatrix<f64, STATES, STATES>;
+pub(crate) type StateMatrix = SMatrix<f64, STATES, STATES>;
 
 /// Writes `block` at block (`row`, `column`).
 fn put<const R: usize>(matrix: &mut SMatrix<f64, R, STATES>, row: usize, column: usize, block: &Mat3<f64>) {

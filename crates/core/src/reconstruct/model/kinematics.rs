@@ -103,7 +103,7 @@ pub fn rates<T: Real>(
 
 /// `C vel`: a vector of body axes in NED.
 #[inline(always)]
-pub fn ned_from_body_times<T: Real>(vel: &Vec3<T>, trig: &Trig<T>) -> Vec3<T> {
+pub(crate) fn ned_from_body_times<T: Real>(vel: &Vec3<T>, trig: &Trig<T>) -> Vec3<T> {
     let ([sphi, stheta, spsi], [cphi, ctheta, cpsi]) = (trig.sin, trig.cos);
     let [u, v, w] = *vel;
     let below = v.mul_add(sphi, w * cphi);
@@ -126,7 +126,7 @@ pub fn ned_from_body<T: Real>(trig: &Trig<T>) -> Mat3<T> {
 
 /// Derivative of `C vel` by bank, pitch and heading; `ned` is `C vel`.
 #[inline(always)]
-pub fn ned_by_attitude<T: Real>(vel: &Vec3<T>, ned: &Vec3<T>, trig: &Trig<T>) -> Mat3<T> {
+pub(crate) fn ned_by_attitude<T: Real>(vel: &Vec3<T>, ned: &Vec3<T>, trig: &Trig<T>) -> Mat3<T> {
     let ([sphi, stheta, spsi], [cphi, ctheta, cpsi]) = (trig.sin, trig.cos);
     let [u, v, w] = *vel;
     let below = v.mul_add(sphi, w * cphi);

@@ -14,29 +14,29 @@ pub const MEASUREMENTS: usize = 12;
 pub const AIR_STATES: usize = 4;
 
 /// Number of states of the augmented model: those of [`State`], then those of [`AirState`].
-pub const AUGMENTED_STATES: usize = STATES + AIR_STATES;
+pub(crate) const AUGMENTED_STATES: usize = STATES + AIR_STATES;
 
 /// Number of groups of three states, which the blocks of the packed filter go by.
-pub const GROUPS: usize = STATES / 3;
+pub(crate) const GROUPS: usize = STATES / 3;
 /// Group of position.
-pub const POS: usize = 0;
+pub(crate) const POS: usize = 0;
 /// Group of velocity.
-pub const VEL: usize = 1;
+pub(crate) const VEL: usize = 1;
 /// Group of attitude.
-pub const ATT: usize = 2;
+pub(crate) const ATT: usize = 2;
 /// Group of accelerometer biases.
-pub const ACC: usize = 3;
+pub(crate) const ACC: usize = 3;
 /// Group of gyro biases.
-pub const GYR: usize = 4;
+pub(crate) const GYR: usize = 4;
 /// Group of wind.
 pub const WIND: usize = 5;
 
 /// Number of groups of three measurements.
-pub const TRIPLES: usize = MEASUREMENTS / 3;
+pub(crate) const TRIPLES: usize = MEASUREMENTS / 3;
 /// Measured position.
-pub const POSITION: usize = 0;
+pub(crate) const POSITION: usize = 0;
 /// Measured ground velocity.
-pub const GROUND: usize = 1;
+pub(crate) const GROUND: usize = 1;
 /// Measured attitude.
 pub const ATTITUDE: usize = 2;
 /// Airspeed, angle of attack, sideslip.

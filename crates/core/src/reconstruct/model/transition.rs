@@ -100,7 +100,7 @@ pub fn integrate<T: Real>(
 /// Predicts the state over one step of length `dt`, s; returns the transition and sines and cosines of the predicted attitude.
 /// F is taken at the state before the step, or at the predicted one if `at_prediction`, and the mean of the inputs.
 #[inline(always)]
-pub fn predict_state<T: Real>(
+pub(crate) fn predict_state<T: Real>(
     x: &mut [Vec3<T>; GROUPS],
     inputs: &Inputs<T>,
     dt: T,
@@ -233,7 +233,7 @@ impl<T: Real> Transition<T> {
 
     /// `Phi^-1 d` for a vector, where `self` holds the blocks of [`Transition::inverse`].
     #[inline(always)]
-    pub fn apply_back(&self, d: &[Vec3<T>; GROUPS]) -> [Vec3<T>; GROUPS] {
+    pub(crate) fn apply_back(&self, d: &[Vec3<T>; GROUPS]) -> [Vec3<T>; GROUPS] {
         let mut x = *d;
         let zero = [T::zero(); 3];
         x[ATT] = add_times(&add_times(&zero, &self.att_att, &d[ATT]), &self.att_gyr, &d[GYR]);

@@ -4,7 +4,7 @@ use crate::reconstruct::numeric::real::Real;
 use crate::reconstruct::numeric::vec3::Vec3;
 
 /// A 3 x 3 matrix, row by row.
-pub type Mat3<T> = [[T; 3]; 3];
+pub(crate) type Mat3<T> = [[T; 3]; 3];
 
 /// Zeros.
 #[inline(always)]
@@ -14,7 +14,7 @@ pub fn zeros<T: Real>() -> Mat3<T> {
 
 /// `factor` times the identity.
 #[inline(always)]
-pub fn scaled_identity<T: Real>(factor: T) -> Mat3<T> {
+pub(crate) fn scaled_identity<T: Real>(factor: T) -> Mat3<T> {
     let zero = T::zero();
     [[factor, zero, zero], [zero, factor, zero], [zero, zero, factor]]
 }
@@ -45,13 +45,13 @@ pub fn sum<T: Real>(a: &Mat3<T>, b: &Mat3<T>) -> Mat3<T> {
 
 /// Transpose.
 #[inline(always)]
-pub fn transposed<T: Real>(a: &Mat3<T>) -> Mat3<T> {
+pub(crate) fn transposed<T: Real>(a: &Mat3<T>) -> Mat3<T> {
     [[a[0][0], a[1][0], a[2][0]], [a[0][1], a[1][1], a[2][1]], [a[0][2], a[1][2], a[2][2]]]
 }
 
 /// `c + a b`.
 #[inline(always)]
-pub fn add_product<T: Real>(c: &Mat3<T>, a: &Mat3<T>, b: &Mat3<T>) -> Mat3<T> {
+pub(crate) fn add_product<T: Real>(c: &Mat3<T>, a: &Mat3<T>, b: &Mat3<T>) -> Mat3<T> {
     let mut c = *c;
     for i in 0..3 {
         for k in 0..3 {
@@ -77,7 +77,7 @@ pub fn product<T: Real>(a: &Mat3<T>, b: &Mat3<T>) -> Mat3<T> {
 
 /// `c - a b`.
 #[inline(always)]
-pub fn subtract_product<T: Real>(c: &Mat3<T>, a: &Mat3<T>, b: &Mat3<T>) -> Mat3<T> {
+pub(crate) fn subtract_product<T: Real>(c: &Mat3<T>, a: &Mat3<T>, b: &Mat3<T>) -> Mat3<T> {
     let mut c = *c;
     for i in 0..3 {
         for k in 0..3 {
@@ -91,7 +91,7 @@ pub fn subtract_product<T: Real>(c: &Mat3<T>, a: &Mat3<T>, b: &Mat3<T>) -> Mat3<
 
 /// `c + a b'`.
 #[inline(always)]
-pub fn add_product_transposed<T: Real>(c: &Mat3<T>, a: &Mat3<T>, b: &Mat3<T>) -> Mat3<T> {
+pub(crate) fn add_product_transposed<T: Real>(c: &Mat3<T>, a: &Mat3<T>, b: &Mat3<T>) -> Mat3<T> {
     let mut c = *c;
     for i in 0..3 {
         for j in 0..3 {
@@ -105,7 +105,7 @@ pub fn add_product_transposed<T: Real>(c: &Mat3<T>, a: &Mat3<T>, b: &Mat3<T>) ->
 
 /// `c - a b'`.
 #[inline(always)]
-pub fn subtract_product_transposed<T: Real>(c: &Mat3<T>, a: &Mat3<T>, b: &Mat3<T>) -> Mat3<T> {
+pub(crate) fn subtract_product_transposed<T: Real>(c: &Mat3<T>, a: &Mat3<T>, b: &Mat3<T>) -> Mat3<T> {
     let mut c = *c;
     for i in 0..3 {
         for j in 0..3 {
@@ -119,7 +119,7 @@ pub fn subtract_product_transposed<T: Real>(c: &Mat3<T>, a: &Mat3<T>, b: &Mat3<T
 
 /// `a diag(d)`.
 #[inline(always)]
-pub fn scaled_columns<T: Real>(a: &Mat3<T>, d: &Vec3<T>) -> Mat3<T> {
+pub(crate) fn scaled_columns<T: Real>(a: &Mat3<T>, d: &Vec3<T>) -> Mat3<T> {
     let mut c = *a;
     for i in 0..3 {
         for j in 0..3 {
@@ -131,7 +131,7 @@ pub fn scaled_columns<T: Real>(a: &Mat3<T>, d: &Vec3<T>) -> Mat3<T> {
 
 /// `diag(d) a`.
 #[inline(always)]
-pub fn scaled_rows<T: Real>(a: &Mat3<T>, d: &Vec3<T>) -> Mat3<T> {
+pub(crate) fn scaled_rows<T: Real>(a: &Mat3<T>, d: &Vec3<T>) -> Mat3<T> {
     let mut c = *a;
     for i in 0..3 {
         for j in 0..3 {
@@ -143,7 +143,7 @@ pub fn scaled_rows<T: Real>(a: &Mat3<T>, d: &Vec3<T>) -> Mat3<T> {
 
 /// `c + a b` with a vector `b`.
 #[inline(always)]
-pub fn add_times<T: Real>(c: &Vec3<T>, a: &Mat3<T>, b: &Vec3<T>) -> Vec3<T> {
+pub(crate) fn add_times<T: Real>(c: &Vec3<T>, a: &Mat3<T>, b: &Vec3<T>) -> Vec3<T> {
     let mut c = *c;
     for i in 0..3 {
         for k in 0..3 {
@@ -155,7 +155,7 @@ pub fn add_times<T: Real>(c: &Vec3<T>, a: &Mat3<T>, b: &Vec3<T>) -> Vec3<T> {
 
 /// `c - a b` with a vector `b`.
 #[inline(always)]
-pub fn subtract_times<T: Real>(c: &Vec3<T>, a: &Mat3<T>, b: &Vec3<T>) -> Vec3<T> {
+pub(crate) fn subtract_times<T: Real>(c: &Vec3<T>, a: &Mat3<T>, b: &Vec3<T>) -> Vec3<T> {
     let mut c = *c;
     for i in 0..3 {
         for k in 0..3 {
@@ -174,7 +174,7 @@ pub fn cross<T: Real>(a: &Vec3<T>) -> Mat3<T> {
 
 /// Square of a cross-product matrix: `cross(a) cross(a) = a a' - (a'a) I`.
 #[inline(always)]
-pub fn cross_squared<T: Real>(a: &Vec3<T>) -> Mat3<T> {
+pub(crate) fn cross_squared<T: Real>(a: &Vec3<T>) -> Mat3<T> {
     let (xx, yy, zz) = (a[0] * a[0], a[1] * a[1], a[2] * a[2]);
     let (xy, xz, yz) = (a[0] * a[1], a[0] * a[2], a[1] * a[2]);
     [[-(yy + zz), xy, xz], [xy, -(xx + zz), yz], [xz, yz, -(xx + yy)]]
@@ -214,7 +214,7 @@ impl<T: Real> Factor<T> {
 
     /// `b L'^-1`: rows of `b` whitened.
     #[inline(always)]
-    pub fn whiten_rows(&self, b: &Mat3<T>) -> Mat3<T> {
+    pub(crate) fn whiten_rows(&self, b: &Mat3<T>) -> Mat3<T> {
         let (l, d) = (&self.lower, &self.inverse_diagonal);
         let mut w = *b;
         for i in 0..3 {
@@ -227,7 +227,7 @@ impl<T: Real> Factor<T> {
 
     /// `L^-1 b` for a vector.
     #[inline(always)]
-    pub fn whiten(&self, b: &Vec3<T>) -> Vec3<T> {
+    pub(crate) fn whiten(&self, b: &Vec3<T>) -> Vec3<T> {
         let (l, d) = (&self.lower, &self.inverse_diagonal);
         let w0 = b[0] * d[0];
         let w1 = w0.neg_mul_add(l[1][0], b[1]) * d[1];
@@ -243,7 +243,7 @@ impl<T: Real> Factor<T> {
 
     /// `L'^-1 b`.
     #[inline(always)]
-    pub fn solve_transposed(&self, b: &Mat3<T>) -> Mat3<T> {
+    pub(crate) fn solve_transposed(&self, b: &Mat3<T>) -> Mat3<T> {
         let (l, d) = (&self.lower, &self.inverse_diagonal);
         let mut x = *b;
         for j in 0..3 {

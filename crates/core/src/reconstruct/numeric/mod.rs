@@ -1,5 +1,5 @@
 //! What the filter computes with: a number or a vector of lanes, three-vectors and 3 x 3 matrices of them.
 
-pub mod mat3;
+pub(crate) mod mat3;
 pub mod real;
-pub mod vec3;
+pub(crate) mod vec3;

@@ -3,11 +3,11 @@
 use crate::reconstruct::numeric::real::Real;
 
 /// Three numbers: a vector, or the diagonal of a matrix.
-pub type Vec3<T> = [T; 3];
+pub(crate) type Vec3<T> = [T; 3];
 
 /// `a + factor b`.
 #[inline(always)]
-pub fn add_scaled<T: Real>(a: &Vec3<T>, b: &Vec3<T>, factor: T) -> Vec3<T> {
+pub(crate) fn add_scaled<T: Real>(a: &Vec3<T>, b: &Vec3<T>, factor: T) -> Vec3<T> {
     [b[0].mul_add(factor, a[0]), b[1].mul_add(factor, a[1]), b[2].mul_add(factor, a[2])]
 }
 

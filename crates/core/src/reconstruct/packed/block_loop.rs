@@ -12,7 +12,7 @@ use crate::reconstruct::packed::step::{Estimate, StepParts};
 
 /// The filter over the steps of a block.
 #[inline(always)]
-pub fn filter_block<T: StepParts>(
+pub(crate) fn filter_block<T: StepParts>(
     estimate: &mut Estimate<T>,
     parameters: &FilterParameters<T>,
     inputs: &[StepInputs<T::Lanes>],
@@ -29,7 +29,7 @@ pub fn filter_block<T: StepParts>(
 /// The filter over the steps of a block again, from `start`, and the smoother back through them: `smoothed` enters at the end of the
 /// block and leaves at its start. `forward` is working space, made once and written in place: a step is kilobytes.
 #[inline(always)]
-pub fn smooth_block<T: StepParts + RtsParts>(
+pub(crate) fn smooth_block<T: StepParts + RtsParts>(
     start: &Estimate<T>,
     smoothed: &mut Estimate<T>,
     parameters: &FilterParameters<T>,

@@ -10,7 +10,7 @@ use crate::reconstruct::numeric::real::Real;
 use crate::reconstruct::numeric::vec3::Vec3;
 
 /// Number of blocks in the lower triangle.
-pub const BLOCKS: usize = GROUPS * (GROUPS + 1) / 2;
+pub(crate) const BLOCKS: usize = GROUPS * (GROUPS + 1) / 2;
 
 /// Symmetric 18 x 18 matrix; diagonal blocks are held whole.
 #[derive(Clone, Copy)]
@@ -52,7 +52,7 @@ impl<T: Real> Covariance<T> {
 
     /// Variances of all groups.
     #[inline(always)]
-    pub fn all_variances(&self) -> [Vec3<T>; GROUPS] {
+    pub(crate) fn all_variances(&self) -> [Vec3<T>; GROUPS] {
         let mut variances = [[T::zero(); 3]; GROUPS];
         for g in 0..GROUPS {
             variances[g] = self.variances(g);
@@ -74,7 +74,7 @@ impl<T: Real> Covariance<T> {
 
     /// `D <- Phi^-1 D Phi'^-1`, with the blocks of [`Transition::inverse`].
     #[inline(always)]
-    pub fn propagate_back(&mut self, inverse: &Transition<T>) {
+    pub(crate) fn propagate_back(&mut self, inverse: &Transition<T>) {
         self.attitude_rows(inverse);
         self.velocity_rows(inverse);
         self.position_rows(inverse);
@@ -167,7 +167,7 @@ impl<T: Real> Covariance<T> {
 
     /// Adds variances to the diagonal.
     #[inline(always)]
-    pub fn add_diagonal(&mut self, variances: &[Vec3<T>; GROUPS], factor: T) {
+    pub(crate) fn add_diagonal(&mut self, variances: &[Vec3<T>; GROUPS], factor: T) {
         for g in 0..GROUPS {
             for i in 0..3 {
                 let entry = &mut self.blocks[at(g, g)][i][i];
@@ -178,7 +178,7 @@ impl<T: Real> Covariance<T> {
 
     /// `P <- P - W W'` with six whitened columns, in two blocks per group. Diagonal blocks stay symmetric to the bit.
     #[inline(always)]
-    pub fn subtract_square(&mut self, whitened: &[[Mat3<T>; 2]; GROUPS]) {
+    pub(crate) fn subtract_square(&mut self, whitened: &[[Mat3<T>; 2]; GROUPS]) {
         for i in 0..GROUPS {
             for j in 0..=i {
                 let block = &self.blocks[at(i, j)];

@@ -69,7 +69,7 @@ pub fn widest() -> Width {
 }
 
 /// A vector with the packed filter compiled for its instructions. Only on a machine that [`widest`] found to have them.
-pub trait Vector: StepParts + RtsParts {
+pub(crate) trait Vector: StepParts + RtsParts {
     /// [`filter_block`].
     fn filter_block(
         estimate: &mut Estimate<Self>,

@@ -3,7 +3,7 @@
 //! `filter::ekf` and `smoother::rts` specify what it computes; neither knows of the other, and `tests/reconstruct/equality.rs` proves
 //! them equal.
 
-pub mod block_loop;
+pub(crate) mod block_loop;
 pub mod covariance;
 pub mod dispatch;
 pub mod lanes;

@@ -19,7 +19,7 @@ use crate::reconstruct::packed::covariance::{BLOCKS, Covariance, at};
 use crate::reconstruct::packed::step::Estimate;
 
 /// The parts of a step backwards, each compiled once for the instructions of a vector by `dispatch`.
-pub trait RtsParts: Real {
+pub(crate) trait RtsParts: Real {
     /// [`remove_process_noise`].
     fn remove_process_noise(
         d: &mut [Vec3<Self>; GROUPS],
@@ -54,7 +54,7 @@ pub struct ForwardStep<T> {
 /// One step backwards: `smoothed` at the end of the step becomes `smoothed` at its start,
 /// `x + G (xs - x-)` and `P + G (Ps - P-) G'` (Rauch, Tung & Striebel 1965). Returns what [`remove_process_noise`] does.
 #[inline(always)]
-pub fn smooth_step<T: RtsParts>(
+pub(crate) fn smooth_step<T: RtsParts>(
     smoothed: &mut Estimate<T>,
     workspace: &mut NoiseWorkspace<T>,
     forward: &ForwardStep<T>,
@@ -155,7 +155,7 @@ impl<T: Real> NoiseWorkspace<T> {
 /// `d = xs - x-` and `D = Ps - P-` it is `E[w^2] = (Q Y' d)^2 + diag(Q + Q Y' D Y Q)`. That is the textbook form with the
 /// lag-one covariance `Ps G'` (Shumway & Stoffer 1982), projected on the columns of Gamma.
 #[inline(always)]
-pub fn remove_process_noise<T: Real>(
+pub(crate) fn remove_process_noise<T: Real>(
     d: &mut [Vec3<T>; GROUPS],
     big_d: &mut Covariance<T>,
     workspace: &mut NoiseWorkspace<T>,

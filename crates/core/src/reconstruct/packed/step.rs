@@ -58,7 +58,7 @@ pub struct Prediction<T> {
 }
 
 /// The parts of a step, each compiled once for the instructions of a vector by `dispatch`.
-pub trait StepParts: Real {
+pub(crate) trait StepParts: Real {
     /// [`crate::reconstruct::model::transition::predict_state`].
     fn predict_state(
         x: &mut [Vec3<Self>; GROUPS],
@@ -184,7 +184,12 @@ impl<T: Real> Estimate<T> {
 
     /// Position and attitude, whose measurement matrix is the identity on their groups.
     #[inline(always)]
-    pub fn update_linear(&mut self, step: &StepInputs<T>, parameters: &FilterParameters<T>, update: &mut Update<T>) {
+    pub(crate) fn update_linear(
+        &mut self,
+        step: &StepInputs<T>,
+        parameters: &FilterParameters<T>,
+        update: &mut Update<T>,
+    ) {
         let (pos, att) = (&step.present[POSITION], &step.present[ATTITUDE]);
         let cross = scaled_columns(&scaled_rows(&self.p.blocks[at(ATT, POS)], att), pos);
         let factor = InnovationFactor::new(
@@ -208,7 +213,7 @@ impl<T: Real> Estimate<T> {
 
     /// Ground velocity and air data, relinearised until the estimate stays put (Jazwinski 1970, section 8.3).
     #[inline(always)]
-    pub fn update_iterated(
+    pub(crate) fn update_iterated(
         &mut self,
         step: &StepInputs<T>,
         prediction: &Prediction<T>,

@@ -9,7 +9,7 @@ use crate::reconstruct::model::layout::{AIR_STATES, STATES};
 use crate::reconstruct::settings::ValidSettings;
 
 /// A filter over the augmented state, and its smoother.
-pub trait DenseFilter: Clone {
+pub(crate) trait DenseFilter: Clone {
     /// What the smoother needs of a prediction besides the estimates before and after it.
     type Prediction;
     /// What the smoother holds besides its estimate.

@@ -20,7 +20,7 @@ pub struct Pass {
 /// Filters and smooths again and again, at most `passes` times: `pass` is given its number and the path to linearise about, which
 /// is the smoothed one of the pass before. What the filter says, innovations included, is that of the first; only the smoothed
 /// path is the last one's. `None` without any pass.
-pub fn iterate(
+pub(crate) fn iterate(
     passes: usize,
     mut pass: impl FnMut(usize, Option<Rc<[AugmentedState]>>) -> Result<Pass, ReconstructError>,
 ) -> Result<Option<Reconstruction>, ReconstructError> {

@@ -35,7 +35,7 @@ impl BodeModel {
     }
 
     /// Values of a response at the frequencies of another.
-    pub fn of_values(label: &str, values: &[Complex<f64>], response: &FrequencyResponse) -> Self {
+    pub(crate) fn of_values(label: &str, values: &[Complex<f64>], response: &FrequencyResponse) -> Self {
         let mut last = None;
         let point = |(found, value): (&ResponsePoint, &Complex<f64>)| {
             let phase = value.arg().to_degrees();

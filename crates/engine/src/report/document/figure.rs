@@ -3,10 +3,18 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 
-use doublet_core::series::Series;
+use doublet_core::series::{Band, Decimated, Pyramid, Series, decimate, decimate_band};
+use serde::{Deserialize, Serialize};
+
+use super::super::table::rounded;
+
+/// Columns of samples of which a thinned figure keeps only the extremes.
+const COLUMNS: usize = 500;
+/// Significant digits of a thinned figure: across, where an instant late in a flight has to be told from the next, and upright.
+const DIGITS: [usize; 2] = [10, 6];
 
 /// A figure: panels row by row under one legend.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Figure {
     /// Name, unique in a document; that of its file where it is written alone.
     pub name: String,
@@ -21,7 +29,7 @@ pub struct Figure {
 }
 
 /// One set of axes.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum Panel {
     /// Lines, bands and points over two axes.
     Plot(Plot),
@@ -30,7 +38,7 @@ pub enum Panel {
 }
 
 /// Marks over two axes.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Plot {
     /// Horizontal axis.
     pub x: Axis,
@@ -41,7 +49,7 @@ pub struct Plot {
 }
 
 /// What an axis shows.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Axis {
     /// Quantity.
     pub label: String,
@@ -54,7 +62,7 @@ pub struct Axis {
 }
 
 /// Correlations or the like.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Matrix {
     /// Title.
     pub title: String,
@@ -67,7 +75,7 @@ pub struct Matrix {
 }
 
 /// A colour on white: red, green, blue.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Colour(pub [u8; 3]);
 
 impl Colour {
@@ -90,7 +98,7 @@ impl Colour {
 }
 
 /// How samples and points are drawn.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum LineStyle {
     /// Joined.
     Solid,
@@ -101,7 +109,7 @@ pub enum LineStyle {
 }
 
 /// Something drawn. A label that is empty is not in the legend.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum Mark {
     /// Samples; a line through them breaks at gaps and where a value is not finite.
     Line {
@@ -112,6 +120,7 @@ pub enum Mark {
         /// Joined or not.
         style: LineStyle,
         /// Samples.
+        #[serde(with = "samples")]
         series: Series,
         /// Factor from the samples to the axis.
         scale: f64,
@@ -123,6 +132,7 @@ pub enum Mark {
         /// Colour.
         colour: Colour,
         /// Centre.
+        #[serde(with = "samples")]
         centre: Series,
         /// Half width at each sample.
         half_width: Arc<[f64]>,
@@ -188,6 +198,85 @@ pub fn points(
 pub fn line(label: &'static str, colour: usize, series: &Series, scale: f64) -> Mark {
     let (label, colour) = (label.into(), Colour::of(colour));
     Mark::Line { label, colour, style: LineStyle::Solid, series: series.clone(), scale }
+}
+
+impl Figure {
+    /// The figure with no more samples than can be told apart on paper, each to as many digits.
+    #[must_use]
+    pub fn thinned(&self) -> Self {
+        let thin = |panel: &Panel| match panel {
+            Panel::Plot(plot) => {
+                let [start, end] = plot.x.range.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
+                let marks = plot.marks.iter().map(|mark| mark.thinned((start, end))).collect();
+                Panel::Plot(Plot { marks, ..plot.clone() })
+            }
+            Panel::Matrix(matrix) => Panel::Matrix(matrix.clone()),
+        };
+        Self { panels: self.panels.iter().map(thin).collect(), ..self.clone() }
+    }
+}
+
+impl Mark {
+    /// What is seen of it over this stretch of the horizontal axis.
+    fn thinned(&self, (start, end): (f64, f64)) -> Self {
+        let within = |time_s: &[f64]| {
+            let ends = time_s.first().zip(time_s.last());
+            ends.map_or((start, end), |(first, last)| (start.max(*first), end.min(*last)))
+        };
+        let [across, up] = DIGITS;
+        match self {
+            Self::Line { label, colour, style, series, scale } => {
+                let (time, values) = (&series.time_s, &series.values);
+                let mut drawn = Decimated::<[f64; 2]>::default();
+                decimate(&Pyramid::new(time, values), time, values, *scale, within(time), COLUMNS, &mut drawn);
+                let mut points = Vec::with_capacity(drawn.points.len() + drawn.segments.len());
+                for part in drawn.lines() {
+                    // Nothing joins one unbroken part to the next.
+                    points.extend((!points.is_empty()).then_some([f64::NAN; 3]));
+                    points.extend(part.iter().map(|&[x, y]| [rounded(x, across), rounded(y, up), f64::NAN]));
+                }
+                Self::Points { label: label.clone(), colour: *colour, style: *style, points }
+            }
+            Self::Band { label, colour, centre, half_width, scale } => {
+                let mut band = Band::default();
+                let samples: (&[f64], &[f64], &[f64]) = (&centre.time_s, &centre.values, half_width);
+                decimate_band(samples, *scale, 1.0, within(&centre.time_s), COLUMNS, &mut band);
+                let edges = || band.low.iter().zip(&band.high);
+                let centre = Series {
+                    time_s: band.time_s.iter().map(|time| rounded(*time, across)).collect(),
+                    values: edges().map(|(low, high)| rounded(0.5 * (low + high), up)).collect(),
+                };
+                let half_width = edges().map(|(low, high)| rounded(0.5 * (high - low), up)).collect();
+                Self::Band { label: label.clone(), colour: *colour, centre, half_width, scale: 1.0 }
+            }
+            Self::Points { label, colour, style, points } => {
+                let short = |&[x, y, bar]: &[f64; 3]| [rounded(x, across), rounded(y, up), rounded(bar, up)];
+                let points = points.iter().map(short).collect();
+                Self::Points { label: label.clone(), colour: *colour, style: *style, points }
+            }
+            other => other.clone(),
+        }
+    }
+}
+
+/// Samples in files: the times, then the values.
+mod samples {
+    use doublet_core::series::Series;
+    use serde::de::Error;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub(super) fn serialize<S: Serializer>(series: &Series, serializer: S) -> Result<S::Ok, S::Error> {
+        [&series.time_s, &series.values].serialize(serializer)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Series, D::Error> {
+        let [time_s, values] = <[std::sync::Arc<[f64]>; 2]>::deserialize(deserializer)?;
+        if time_s.len() == values.len() {
+            Ok(Series { time_s, values })
+        } else {
+            Err(Error::custom("samples without times"))
+        }
+    }
 }
 
 impl Axis {

@@ -264,11 +264,12 @@ pub fn build(session: &Session, snapshot: &Snapshot, results: &Results, sections
 }
 
 /// Notes of the author and figures of their choice; none without either.
-pub fn chosen(session: &Session, figures: &[Figure]) -> Option<Section> {
+pub fn chosen(session: &Session) -> Option<Section> {
     let notes = session.report_notes.lines().filter(|line| !line.trim().is_empty()).map(paragraph);
-    let figures = figures.iter().enumerate().map(|(at, figure)| {
+    let figures = session.report_figures.iter().enumerate().map(|(at, chosen)| match chosen.figure() {
         // The name is unique in the document, whatever else is drawn.
-        Block::Figure(Figure { name: format!("chosen_{}_{}", at + 1, figure.name), ..figure.clone() })
+        Ok(figure) => Block::Figure(Figure { name: format!("chosen_{}_{}", at + 1, figure.name), ..figure }),
+        Err(line) => paragraph(&format!("{}: {line}", chosen.caption)),
     });
     let blocks: Vec<Block> = notes.chain(figures).map(display::shown).collect();
     let (name, title) = ("chosen".to_owned(), "Notes and chosen figures".to_owned());

@@ -97,7 +97,7 @@ pub fn filter(contents: &Contents<'_>) -> Vec<Block> {
 }
 
 /// Wind and biases over the windows (thesis Tables 6.1 and 6.2).
-pub fn wind_and_bias(contents: &Contents<'_>) -> Vec<Block> {
+pub(crate) fn wind_and_bias(contents: &Contents<'_>) -> Vec<Block> {
     let results = contents.results;
     let mut blocks = vec![table_or(tables::wind_and_bias(results), "No window was reconstructed.")];
     blocks.extend(results.sensor_errors.as_ref().map(|found| Block::Table(error_table(found))));

@@ -22,7 +22,7 @@ pub struct ExpressionTable {
 ///
 /// # Errors
 /// [`SessionError::Name`] for a role that does not exist.
-pub fn expression_from(table: ExpressionTable) -> Result<ExpressionSetting, SessionError> {
+pub(crate) fn expression_from(table: ExpressionTable) -> Result<ExpressionSetting, SessionError> {
     let place = format!("flight.expression '{}'", table.name);
     let roles = table.role.map(|role| roles_from(&place, &[role])).transpose()?;
     let role = roles.and_then(|roles| roles.first().copied());
@@ -30,7 +30,7 @@ pub fn expression_from(table: ExpressionTable) -> Result<ExpressionSetting, Sess
 }
 
 /// The table of a setting.
-pub fn expression_table(setting: &ExpressionSetting) -> ExpressionTable {
+pub(crate) fn expression_table(setting: &ExpressionSetting) -> ExpressionTable {
     let ExpressionSetting { name, unit, expression, role } = setting.clone();
     ExpressionTable { name, unit, expression, role: role.map(Role::name).map(str::to_owned) }
 }

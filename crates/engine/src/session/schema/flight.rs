@@ -110,7 +110,7 @@ enum MapTable {
 ///
 /// # Errors
 /// [`SessionError::Name`] for a role or a choice that does not exist.
-pub fn flight_from(table: FlightTable) -> Result<Flight, SessionError> {
+pub(crate) fn flight_from(table: FlightTable) -> Result<Flight, SessionError> {
     Ok(Flight {
         name: table.name,
         recordings: table.recordings.into_iter().map(recording_from).collect::<Result<_, _>>()?,
@@ -139,7 +139,7 @@ pub fn flight_from(table: FlightTable) -> Result<Flight, SessionError> {
 ///
 /// # Errors
 /// [`SessionError::Name`] for a role that does not exist.
-pub fn roles_from(place: &str, names: &[String]) -> Result<Vec<Role>, SessionError> {
+pub(crate) fn roles_from(place: &str, names: &[String]) -> Result<Vec<Role>, SessionError> {
     let role = |name: &String| {
         let known = || Role::ALL.iter().map(|role| role.name()).collect::<Vec<_>>();
         Role::from_name(name).ok_or_else(|| unknown(place, "role", name, &known()))
@@ -148,7 +148,7 @@ pub fn roles_from(place: &str, names: &[String]) -> Result<Vec<Role>, SessionErr
 }
 
 /// Names of roles.
-pub fn role_names(roles: &[Role]) -> Vec<String> {
+pub(crate) fn role_names(roles: &[Role]) -> Vec<String> {
     roles.iter().map(|role| role.name().to_owned()).collect()
 }
 
@@ -163,7 +163,7 @@ fn recording_from(table: RecordingTable) -> Result<RecordingRef, SessionError> {
 }
 
 /// The table of a flight.
-pub fn flight_table(flight: &Flight) -> FlightTable {
+pub(crate) fn flight_table(flight: &Flight) -> FlightTable {
     FlightTable {
         name: flight.name.clone(),
         recordings: flight

@@ -15,7 +15,7 @@ const STEPS: [Step; 2] = [v1::to_v2, v2::to_v3];
 pub const VERSION: u32 = STEPS.len() as u32 + 1;
 
 /// Brings a session of `version` to [`VERSION`]. A file that names no version is one of the first.
-pub fn to_present(session: &mut Table, version: u32) {
+pub(crate) fn to_present(session: &mut Table, version: u32) {
     for step in STEPS.iter().skip((version.max(1) - 1) as usize) {
         step(session);
     }

@@ -31,8 +31,8 @@ use self::preparation::{PreparationTable, preparation_from, preparation_table};
 use self::sensor_errors::{SensorErrorTable, sensor_error_table, sensor_errors_from};
 use super::edit::set_term;
 use super::{
-    Annotation, Estimation, GravitySource, Manoeuvre, PooledConstants, PredictionParameters, Preparation, Session,
-    Surface, WindowFlags, WindowRole,
+    Annotation, Estimation, GravitySource, Manoeuvre, PooledConstants, PredictionParameters, Preparation, ReportFigure,
+    Session, Surface, WindowFlags, WindowRole,
 };
 use crate::aircraft::AircraftChanges;
 use crate::verdict::PlausibleRange;
@@ -141,6 +141,8 @@ struct File {
     windows: Vec<WindowTable>,
     #[serde(default, rename = "annotation", skip_serializing_if = "Vec::is_empty")]
     annotations: Vec<Annotation>,
+    #[serde(default, rename = "report_figure", skip_serializing_if = "Vec::is_empty")]
+    report_figures: Vec<ReportFigure>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -324,8 +326,15 @@ pub fn parse(text: &str) -> Result<Session, SessionError> {
         kept_structures: file.kept_models.into_iter().map(kept_from).collect::<Result<_, _>>()?,
         annotations: file.annotations,
         report_notes: file.report_notes,
+        report_figures: file.report_figures.into_iter().map(readable).collect::<Result<_, _>>()?,
         plausible: file.verdict.plausible,
     })
+}
+
+fn readable(figure: ReportFigure) -> Result<ReportFigure, SessionError> {
+    let place = || format!("report_figure '{}'", figure.caption);
+    figure.figure().map_err(|reason| SessionError::Term { place: place(), reason })?;
+    Ok(figure)
 }
 
 fn window_from(table: WindowTable) -> Result<Manoeuvre, SessionError> {
@@ -437,6 +446,7 @@ pub fn print(session: &Session) -> Result<String, SessionError> {
         steady: session.steady.iter().map(steady_table).collect(),
         windows: session.windows.iter().map(window_table).collect(),
         annotations: session.annotations.clone(),
+        report_figures: session.report_figures.clone(),
     };
     let body = toml::to_string_pretty(&file)
         .map_err(|error| SessionError::Term { place: "session".to_owned(), reason: error.to_string() })?;

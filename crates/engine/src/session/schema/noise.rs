@@ -58,7 +58,7 @@ pub struct SteadyTable {
 ///
 /// # Errors
 /// [`SessionError::Name`] for a role that does not exist.
-pub fn steady_from(table: SteadyTable) -> Result<SteadyWindow, SessionError> {
+pub(crate) fn steady_from(table: SteadyTable) -> Result<SteadyWindow, SessionError> {
     Ok(SteadyWindow {
         roles: roles_from("steady", &table.roles)?,
         flight: table.flight,
@@ -67,7 +67,7 @@ pub fn steady_from(table: SteadyTable) -> Result<SteadyWindow, SessionError> {
 }
 
 /// The table of a window.
-pub fn steady_table(steady: &SteadyWindow) -> SteadyTable {
+pub(crate) fn steady_table(steady: &SteadyWindow) -> SteadyTable {
     SteadyTable {
         flight: steady.flight.clone(),
         start_s: steady.window.start_s,

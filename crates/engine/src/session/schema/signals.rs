@@ -67,7 +67,7 @@ const HELD_SAMPLES: [(&str, HeldSampleUse); 2] = [("once", HeldSampleUse::Once),
 ///
 /// # Errors
 /// [`SessionError::Name`] for a role or choice that does not exist.
-pub fn signals_from(table: SignalsTable) -> Result<SignalSetting, SessionError> {
+pub(crate) fn signals_from(table: SignalsTable) -> Result<SignalSetting, SessionError> {
     let mut rules = Vec::new();
     if let Some(name) = &table.preset {
         let preset = SignalPreset::ALL.into_iter().find(|preset| preset.name() == name);
@@ -101,7 +101,7 @@ fn rule_from(table: RuleTable) -> Result<SignalRule, SessionError> {
 }
 
 /// The table of a setting.
-pub fn signals_table(setting: &SignalSetting) -> SignalsTable {
+pub(crate) fn signals_table(setting: &SignalSetting) -> SignalsTable {
     let preset = setting.preset_of_rules();
     let rules = if preset.is_some() { &[][..] } else { &setting.rules };
     SignalsTable {

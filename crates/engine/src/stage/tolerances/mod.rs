@@ -286,7 +286,7 @@ impl Tolerances {
 
 impl ObjectiveTest {
     /// Whether the test is for the window: by the surface that moved, or a word of its kind of input.
-    pub fn applies_to(&self, window: &Manoeuvre) -> bool {
+    pub(crate) fn applies_to(&self, window: &Manoeuvre) -> bool {
         let kind = window.kind.to_lowercase();
         (self.surface.is_some() && self.surface == window.surface)
             || self.kinds.iter().any(|word| kind.contains(word.as_str()))

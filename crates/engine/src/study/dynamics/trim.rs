@@ -210,7 +210,7 @@ impl Flown<'_> {
     ///
     /// # Errors
     /// As [`Flown::condition`], and without a trim.
-    pub fn level_condition(
+    pub(crate) fn level_condition(
         &self,
         model: &FlightModel,
         engines: &[Engine],

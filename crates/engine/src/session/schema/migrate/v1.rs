@@ -7,7 +7,7 @@ use toml::{Table, Value};
 const USUAL: &str = include_str!("v1_defaults.toml");
 
 /// Writes in what was left out.
-pub fn to_v2(session: &mut Table) {
+pub(crate) fn to_v2(session: &mut Table) {
     // The text is part of the program, and a test reads it.
     let mut usual: Table = toml::from_str(USUAL).unwrap_or_default();
     if session.get("model").and_then(Value::as_table).is_some_and(|model| !model.is_empty()) {

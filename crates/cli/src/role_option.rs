@@ -1,0 +1,105 @@
+//! `--role`: a channel for a role, said on the command line in the place of what was guessed.
+
+use doublet_core::load::{self, ChannelName, ManualChannel, Probe};
+use doublet_core::quantity::{Role, Unit};
+use doublet_engine::begin::Inspected;
+
+/// How the option is written.
+pub const FORM: &str = "ROLE=CHANNEL[,source=NAME][,unit=UNIT][,scale=X][,offset=X]";
+
+/// What one option says.
+#[derive(Debug, Default, PartialEq)]
+struct Said<'t> {
+    channel: &'t str,
+    source: Option<&'t str>,
+    unit: Option<Unit>,
+    scale: Option<f64>,
+    offset: Option<f64>,
+}
+
+/// Gives each role named by `options` its channel in the guess.
+///
+/// # Errors
+/// One line: an option that is not of [`FORM`], a role, channel or unit there is not, a channel of several sources.
+pub fn set_roles(inspected: &mut Inspected, options: &[String]) -> Result<(), String> {
+    for option in options {
+        let (role, said) = parse(option).map_err(|line| format!("--role '{option}': {line}"))?;
+        let row = row(&inspected.probes, role, &said).map_err(|line| format!("--role '{option}': {line}"))?;
+        inspected.guess.rows.retain(|(other, kept)| *other == role || kept.from != row.from);
+        inspected.guess.set(role, Some(row));
+    }
+    Ok(())
+}
+
+/// A role and what is said of it; a channel's name may hold commas.
+fn parse(option: &str) -> Result<(Role, Said<'_>), String> {
+    let (name, mut rest) = option.split_once('=').ok_or_else(|| format!("write it as {FORM}"))?;
+    let role = Role::from_name(name.trim()).ok_or_else(|| format!("there is no role '{}'", name.trim()))?;
+    let mut said = Said::default();
+    while let Some((before, last)) = rest.rsplit_once(',') {
+        let Some((key, value)) = last.split_once('=') else { break };
+        let value = value.trim();
+        let number = || value.parse::<f64>().ok().filter(|number| number.is_finite());
+        let number = || number().ok_or_else(|| format!("'{value}' is not a number"));
+        match key.trim() {
+            "source" => said.source = Some(value),
+            "unit" => said.unit = Some(Unit::parse(value).map_err(|error| error.to_string())?),
+            "scale" => said.scale = Some(number()?),
+            "offset" => said.offset = Some(number()?),
+            _ => break,
+        }
+        rest = before;
+    }
+    said.channel = rest.trim();
+    Ok((role, said))
+}
+
+/// The row that an option makes.
+fn row(probes: &[Probe], role: Role, said: &Said<'_>) -> Result<ManualChannel, String> {
+    let sources = probes.iter().flat_map(|probe| &probe.sources);
+    let named = sources.filter(|source| said.source.is_none_or(|name| source.name == name));
+    let found: Vec<&str> = named
+        .filter(|source| source.channels.iter().any(|channel| channel.name == said.channel))
+        .map(|source| source.name.as_str())
+        .collect();
+    let source = match found.as_slice() {
+        [source] => (*source).to_owned(),
+        [] => return Err(format!("no channel '{}' there; `doublet inspect` lists them", said.channel)),
+        several => return Err(format!("several sources have it: add source= one of {}", several.join(", "))),
+    };
+    let mut row = load::guess_row(probes, role, &ChannelName { source, channel: said.channel.to_owned() });
+    if let Some(unit) = said.unit {
+        if unit.dimension != role.dimension() {
+            return Err(format!("{} is in {}, not in {}", role.name(), role.dimension().si_symbol(), unit.symbol));
+        }
+        row.unit = Some(unit);
+    }
+    if let Some(scale) = said.scale {
+        (row.scale, row.turned) = (scale.abs(), scale < 0.0);
+    }
+    row.offset = said.offset.unwrap_or(row.offset);
+    Ok(row)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn option_holds_channel_source_unit_and_calibration() {
+        let (role, said) = parse("delta_e = C2,source=RCOU, unit=deg,scale=-0.07,offset=-1500").unwrap();
+        let wanted = Said {
+            channel: "C2",
+            source: Some("RCOU"),
+            unit: Unit::parse("deg").ok(),
+            scale: Some(-0.07),
+            offset: Some(-1500.0),
+        };
+        assert_eq!((role, said), (Role::Elevator, wanted));
+        let (_, said) = parse("airspeed=Vtrue,_ktas,unit=kt").unwrap();
+        assert_eq!((said.channel, said.unit.map(|unit| unit.symbol)), ("Vtrue,_ktas", Some("kt")));
+        assert!(parse("delta_e").unwrap_err().contains("ROLE=CHANNEL"));
+        assert!(parse("elev=C2").unwrap_err().contains("no role 'elev'"));
+        assert!(parse("delta_e=C2,scale=many").unwrap_err().contains("'many' is not a number"));
+    }
+}

@@ -1,0 +1,98 @@
+//! Figures of the author's choice for the report, as they were when they were chosen.
+
+use std::io::{Read, Write};
+use std::sync::Arc;
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use flate2::Compression;
+use flate2::read::DeflateDecoder;
+use flate2::write::DeflateEncoder;
+use serde::{Deserialize, Serialize};
+
+use super::Session;
+use super::edit::EditError;
+use crate::report::document::Figure;
+
+/// Longest caption, characters.
+const LONGEST: usize = 1000;
+/// Longest drawing that is read, bytes: a figure of eight lanes with ten lines each has two million.
+const MOST_BYTES: u64 = 32 << 20;
+
+/// A figure with the author's words on it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ReportFigure {
+    /// What it shows.
+    pub caption: String,
+    /// The figure, thinned to what can be told apart on paper: TOML, deflated, base64.
+    drawing: Arc<str>,
+}
+
+impl ReportFigure {
+    /// `figure` as it is now.
+    ///
+    /// # Errors
+    /// One line should it have no saved form.
+    pub fn of(figure: &Figure) -> Result<Self, String> {
+        let broken = |error: &dyn std::fmt::Display| format!("the figure '{}' cannot be kept: {error}", figure.caption);
+        let text = toml::to_string(&figure.thinned()).map_err(|error| broken(&error))?;
+        let mut packed = DeflateEncoder::new(Vec::new(), Compression::best());
+        let packed =
+            packed.write_all(text.as_bytes()).and_then(|()| packed.finish()).map_err(|error| broken(&error))?;
+        Ok(Self { caption: figure.caption.clone(), drawing: STANDARD.encode(packed).into() })
+    }
+
+    /// The figure under its present caption.
+    ///
+    /// # Errors
+    /// One line where what was saved is damaged.
+    pub fn figure(&self) -> Result<Figure, String> {
+        let broken =
+            |error: &dyn std::fmt::Display| format!("its drawing cannot be read ({error}): choose the plot again");
+        let packed = STANDARD.decode(self.drawing.as_bytes()).map_err(|error| broken(&error))?;
+        let mut text = String::new();
+        let unpacked = DeflateDecoder::new(packed.as_slice()).take(MOST_BYTES).read_to_string(&mut text);
+        unpacked.map_err(|error| broken(&error))?;
+        let figure: Figure = toml::from_str(&text).map_err(|error| broken(&error.message()))?;
+        Ok(Figure { caption: self.caption.clone(), ..figure })
+    }
+}
+
+/// A change of the figures of the report.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ReportFigureEdit {
+    /// Adds one behind the others.
+    Add(ReportFigure),
+    /// Says something else of the one at this place.
+    Caption(usize, String),
+    /// Leaves the one at this place out.
+    Remove(usize),
+}
+
+impl ReportFigureEdit {
+    pub(super) fn label(&self) -> &'static str {
+        match self {
+            Self::Add(_) => "add a figure to the report",
+            Self::Caption(..) => "change the words on a figure of the report",
+            Self::Remove(_) => "take a figure out of the report",
+        }
+    }
+
+    pub(super) fn apply(&self, session: &mut Session) -> Result<(), EditError> {
+        let all = &mut session.report_figures;
+        let none = || EditError::Name("the report has no such figure".to_owned());
+        match self {
+            Self::Add(new) => all.push(new.clone()),
+            Self::Caption(at, caption) if caption.chars().count() <= LONGEST => {
+                all.get_mut(*at).ok_or_else(none)?.caption.clone_from(caption);
+            }
+            Self::Caption(..) => {
+                return Err(EditError::Name(format!("the words on a figure have {LONGEST} characters at most")));
+            }
+            Self::Remove(at) if *at < all.len() => drop(all.remove(*at)),
+            Self::Remove(_) => return Err(none()),
+        }
+        Ok(())
+    }
+}

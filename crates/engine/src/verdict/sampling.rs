@@ -1,0 +1,124 @@
+//! Findings about how fast a window was recorded: between two samples of a control nobody knows when it moved.
+
+use doublet_core::model::Coefficient;
+use doublet_core::quantity::Role;
+use doublet_core::series::{Series, TimeRange};
+
+use super::judge::Evidence;
+use super::{Finding, Level, flight};
+use crate::session::Manoeuvre;
+use crate::stage::WindowAero;
+
+/// Part of its travel in the window that a control moves between two samples before that is sudden.
+const SUDDEN: f64 = 0.5;
+/// Least travel that counts as an input, rad.
+const LEAST_TRAVEL_RAD: f64 = 0.01;
+/// Half the time between the two samples over the time constant of the motion that the control starts: derivatives of that motion are
+/// wrong by about as much.
+const PART_OF_TIME_CONSTANT: f64 = 0.1;
+
+/// A motion that a control starts and that its damping ends.
+struct Damped {
+    control: Role,
+    name: &'static str,
+    coefficient: Coefficient,
+    damping: &'static str,
+    /// Damping of the rate by the derivative, 1/s: its factor.
+    factor: fn(&WindowAero) -> Option<f64>,
+}
+
+/// `1 / T = -Cl_p (l_p / V) q S l / Ixx` of roll, `-Cm_q (c / V) q S c / Iyy` of pitch; yaw is slow beside both.
+const DAMPED: [Damped; 2] = [
+    Damped {
+        control: Role::Aileron,
+        name: "roll",
+        coefficient: Coefficient::Cl,
+        damping: "Cl_p",
+        factor: |aero| {
+            let reference = &aero.settings.reference;
+            let lengths_m2 = reference.lateral_rate_length_m * reference.lateral_moment_length_m;
+            Some(moment_per_rate(aero) * lengths_m2 / aero.data.mass.first()?.inertia.xx)
+        },
+    },
+    Damped {
+        control: Role::Elevator,
+        name: "pitch",
+        coefficient: Coefficient::Cm,
+        damping: "Cm_q",
+        factor: |aero| {
+            let chord_m = aero.settings.reference.chord_m;
+            Some(moment_per_rate(aero) * chord_m * chord_m / aero.data.mass.first()?.inertia.yy)
+        },
+    },
+];
+
+/// `q S / V`, N s/m.
+fn moment_per_rate(aero: &WindowAero) -> f64 {
+    flight::mean_pressure(aero) * aero.settings.reference.area_m2 / flight::mean(&aero.data.airspeed_m_s)
+}
+
+/// A control that moves between two samples, in a motion fast enough to make that matter: the worst.
+pub(super) fn sudden_control(
+    place: &str,
+    evidence: Evidence<'_>,
+    manoeuvre: &Manoeuvre,
+    aero: &WindowAero,
+) -> Option<Finding> {
+    let recording = &evidence.snapshot.flights.get(&manoeuvre.flight)?.ready()?.recording;
+    let judged = DAMPED.iter().filter_map(|motion| {
+        let jump = Jump::of(&recording.role(motion.control)?.series, manoeuvre.window)?;
+        let time_constant_s = -1.0 / (damping(evidence, motion)? * (motion.factor)(aero)?);
+        (time_constant_s > 0.0).then_some((0.5 * jump.apart_s / time_constant_s, motion, jump, time_constant_s))
+    });
+    let (part, motion, jump, time_constant_s) = judged.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    if part <= PART_OF_TIME_CONSTANT {
+        return None;
+    }
+    let text = format!(
+        "{} moves by {:.0} % of its travel between two samples {:.3} s apart: when it did is known to {:.3} s, {:.0} % of the time constant \
+         of {}, {time_constant_s:.2} s (limit {:.0} %)",
+        motion.control.name(),
+        100.0 * jump.part,
+        jump.apart_s,
+        0.5 * jump.apart_s,
+        100.0 * part,
+        motion.name,
+        100.0 * PART_OF_TIME_CONSTANT
+    );
+    let finding = Finding::new(Level::Caution, "sampling", place, text).with_figure(part, PART_OF_TIME_CONSTANT);
+    let cure = format!(
+        "record it faster or move it slower; until then the derivatives of {} are wrong by about as much",
+        motion.name
+    );
+    Some(finding.with_cure(cure).with_setting("Flight", ""))
+}
+
+/// The derivative that damps a motion, as pooled.
+fn damping(evidence: Evidence<'_>, motion: &Damped) -> Option<f64> {
+    let fits = &evidence.snapshot.pooled.ready()?.fits;
+    let fit = fits.iter().find(|fit| fit.coefficient == motion.coefficient)?.fit.as_ref().ok()?;
+    Some(fit.estimates[fit.names.iter().position(|name| name == motion.damping)?])
+}
+
+/// The largest movement between two samples.
+struct Jump {
+    /// Part of the travel in the window.
+    part: f64,
+    /// Time between the samples, s.
+    apart_s: f64,
+}
+
+impl Jump {
+    /// `None` where the control rests or moves over several samples.
+    fn of(control: &Series, window: TimeRange) -> Option<Self> {
+        let range = window.indices(&control.time_s);
+        let (time_s, values) = (&control.time_s[range.clone()], &control.values[range]);
+        let (low, high) =
+            values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(*v), high.max(*v)));
+        let travel = high - low;
+        let steps = values.windows(2).map(|pair| (pair[1] - pair[0]).abs()).enumerate();
+        let (at, largest) = steps.filter(|(_, step)| step.is_finite()).max_by(|a, b| a.1.total_cmp(&b.1))?;
+        let is_sudden = travel > LEAST_TRAVEL_RAD && largest > SUDDEN * travel;
+        is_sudden.then(|| Self { part: largest / travel, apart_s: time_s[at + 1] - time_s[at] })
+    }
+}
