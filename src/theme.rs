@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use doublet_engine::builtin;
 use doublet_engine::verdict::Level;
 use eframe::egui::{
     self, Color32, CornerRadius, FontData, FontDefinitions, FontFamily, FontId, Margin, Stroke, TextStyle, Theme, Vec2,
@@ -152,7 +153,9 @@ pub fn install(ctx: &egui::Context) {
 }
 
 /// DejaVu Sans, the text of window and figures.
-pub static FONT: &[u8] = include_bytes!("../assets/fonts/DejaVuSans.ttf");
+pub fn font() -> &'static [u8] {
+    builtin::font("DejaVuSans.ttf")
+}
 
 /// The colour that stands on white for a colour of the dark theme; other colours stay.
 pub fn printed(color: Color32) -> Color32 {
@@ -174,7 +177,7 @@ pub fn printed(color: Color32) -> Color32 {
 fn fonts() -> FontDefinitions {
     let mut fonts = FontDefinitions::default();
     let name = "DejaVu Sans";
-    let data = FontData::from_static(FONT);
+    let data = FontData::from_static(font());
     fonts.font_data.insert(name.to_owned(), Arc::new(data));
     fonts.families.entry(FontFamily::Proportional).or_default().insert(0, name.to_owned());
     fonts.families.entry(FontFamily::Monospace).or_default().push(name.to_owned());

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use doublet_engine::report::document::{Figure, SectionKind};
+use doublet_engine::report::document::SectionKind;
 use doublet_engine::session::{Annotation, Manoeuvre, Session};
 use doublet_report::ReportFormat;
 use eframe::egui::ThemePreference;
@@ -79,8 +79,6 @@ pub struct ReportChoice {
     pub formats: Vec<ReportFormat>,
     /// Section on screen.
     pub shown: SectionKind,
-    /// Figures that were added to it, as they were then.
-    pub figures: Vec<Figure>,
 }
 
 impl Default for ReportChoice {
@@ -89,7 +87,6 @@ impl Default for ReportChoice {
             left_out: BTreeSet::new(),
             formats: ReportFormat::ALL.into_iter().filter(|format| format.is_in_this_build()).collect(),
             shown: SectionKind::Overview,
-            figures: Vec::new(),
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use doublet_cli::{glossary, manual};
+use doublet_cli::{formula, glossary, manual};
 use eframe::egui::{self, Label, RichText, ScrollArea, TextEdit, Ui};
 use egui_commonmark::{CommonMarkCache, CommonMarkViewer};
 
@@ -106,11 +106,10 @@ fn section<'a>(whole: &'a str, anchor: &str) -> Option<&'a str> {
     None
 }
 
-/// The text as the window can draw it: without pictures, formulas as they are typed.
+/// The text as the window can draw it: without pictures.
 fn drawable(text: &str) -> String {
     let lines = text.lines().filter(|line| !line.starts_with("!["));
-    let text = lines.collect::<Vec<_>>().join("\n");
-    text.replace("\\\\[", "\n```\n").replace("\\\\]", "\n```\n").replace("\\\\(", "`").replace("\\\\)", "`")
+    lines.collect::<Vec<_>>().join("\n")
 }
 
 /// Where the links of `text` lead inside the manual.
@@ -233,7 +232,7 @@ fn found(sought: &str, ui: &mut Ui, next: &mut Option<Topic>) {
             if ui.link(line.topic).clicked() {
                 *next = Some(Topic::Page(line.topic.to_owned(), line.heading.map(slug)));
             }
-            ui.add(Label::new(RichText::new(line.text).weak()).truncate());
+            ui.add(Label::new(RichText::new(formula::readable_page(line.text)).weak()).truncate());
         });
     }
     if count == 0 {

@@ -12,7 +12,7 @@ use doublet_engine::keep::Put;
 use doublet_engine::report::document::SectionKind;
 use doublet_engine::report::{self, Outputs};
 use doublet_engine::run::{Control, Job};
-use doublet_engine::session::{AircraftEdit, Edit, SignalEdit};
+use doublet_engine::session::{AircraftEdit, Edit, ReportFigure, ReportFigureEdit, SignalEdit};
 use doublet_report::Order;
 use eframe::egui::{self, ViewportCommand, vec2};
 
@@ -287,7 +287,6 @@ impl Workbench {
             name: name.to_string_lossy().into_owned(),
             formats: choice.formats.clone(),
             sections: SectionKind::ALL.into_iter().filter(|kind| !choice.left_out.contains(kind)).collect(),
-            figures: choice.figures.clone(),
         };
         self.writing = Some(Arc::clone(&session));
         let work = move |control: &Control, progress: &(dyn Fn(f32) + Sync)| {
@@ -327,8 +326,13 @@ impl Workbench {
         let (added, others): (Vec<_>, Vec<_>) = asked.partition(|request| request.form == FigureForm::Report);
         let (copied, saved): (Vec<_>, Vec<_>) = others.into_iter().partition(|request| request.form.is_copy());
         for FigureRequest { figure, .. } in added {
-            self.state.report.figures.push(figure);
-            self.say("Added to the report: the panel Report shows its figures");
+            match ReportFigure::of(&figure) {
+                Ok(figure) => {
+                    self.apply(&Edit::ReportFigure(ReportFigureEdit::Add(figure)));
+                    self.say("Added to the report: the panel Report shows its figures, Undo takes it out");
+                }
+                Err(line) => self.complain(line),
+            }
         }
         match copied.last() {
             Some(FigureRequest { figure, form: FigureForm::Copy }) => {

@@ -241,7 +241,7 @@ fn derivative(
         if relative.is_nan() {
             "–".to_owned()
         } else if relative < 1e4 {
-            format!("{} %", notation::fixed(relative, 1))
+            format!("{} %", notation::fixed(relative, if relative < 100.0 { 1 } else { 0 }))
         } else {
             "> 10⁴ %".to_owned()
         },

@@ -11,7 +11,7 @@ use doublet_report::{DocumentSet, ReportFormat};
 use eframe::egui::{Button, ComboBox, DragValue, ScrollArea, Ui};
 
 use super::{Panel, PanelContext, Working, empty, surfaces, text_field};
-use crate::widgets::document_view::document_view;
+use crate::widgets::term::explained;
 
 /// The panel.
 #[derive(Default)]
@@ -40,7 +40,7 @@ impl Panel for Design {
         if self.blocks.is_empty() {
             return empty(ui, "Inputs are designed from the identified model when asked for.");
         }
-        ScrollArea::vertical().auto_shrink(false).show(ui, |ui| document_view(ui, &self.blocks));
+        ScrollArea::vertical().auto_shrink(false).show(ui, |ui| ctx.document(ui, &self.blocks));
     }
 }
 
@@ -53,13 +53,16 @@ impl Design {
                 ui.selectable_value(&mut request.kind, kind, kind.name());
             }
         });
-        ui.add(DragValue::new(&mut request.time_s).range(6.0..=1800.0).suffix(" s"))
-            .on_hover_text("Time of all windows");
-        ComboBox::from_id_salt("criterion").selected_text(request.criterion.name()).width(90.0).show_ui(ui, |ui| {
+        ui.add(DragValue::new(&mut request.time_s).range(6.0..=1800.0).prefix("time ").suffix(" s"))
+            .on_hover_text("Time of all windows together");
+        let written = |criterion: Criterion| format!("criterion {}", criterion.name());
+        let combo = ComboBox::from_id_salt("criterion").selected_text(written(request.criterion)).width(110.0);
+        let combo = combo.show_ui(ui, |ui| {
             for criterion in Criterion::ALL {
-                ui.selectable_value(&mut request.criterion, criterion, criterion.name());
+                ui.selectable_value(&mut request.criterion, criterion, written(criterion));
             }
         });
+        explained(combo.response, request.criterion.name());
         let rounds = DragValue::new(&mut request.rounds).range(0..=10).prefix("search rounds ");
         ui.add(rounds).on_hover_text("Over times, levels and spectra; none for the shapes as published");
         ui.checkbox(&mut request.compare, "compare kinds").on_hover_text("Every kind within the same limits and time");
@@ -80,7 +83,9 @@ impl Design {
         let Some(sheet) = self.designing.done() else { return };
         text_field(ui, "folder of the card", &mut self.folder, "folder: card, scenario, autopilot", 220.0);
         let possible = !self.folder.trim().is_empty() && !self.writing.is_busy();
-        if !ui.add_enabled(possible, Button::new("Write card and files")).clicked() {
+        let button = ui.add_enabled(possible, Button::new("Write card and files"));
+        let hint = "The ArduPilot script takes the surfaces to travel 20° to either side; `doublet design --travel` another angle";
+        if !button.on_hover_text(hint).clicked() {
             return;
         }
         let place: PathBuf = ctx.folder.join(self.folder.trim());

@@ -117,10 +117,12 @@ impl Dynamics {
     }
 }
 
-/// Fuel on board in the loading and what the tanks hold, kg.
+/// Fuel on board in the chosen flight, as its loading states it, and what the tanks hold, kg.
 fn fuel(ctx: &PanelContext<'_>) -> Option<(f64, f64)> {
     let aircraft = ctx.snapshot.aircraft.latest()?;
-    let aboard: f64 = ctx.session.loading.as_ref().map_or(0.0, |loading| loading.fuel_kg.values().sum());
+    let flight = ctx.selection().flight.as_deref().and_then(|name| ctx.session.flight(name));
+    let loading = flight.and_then(|flight| flight.loading.as_ref()).or(ctx.session.loading.as_ref());
+    let aboard: f64 = loading.map_or(0.0, |loading| loading.fuel_kg.values().sum());
     let standard: f64 = aircraft.aircraft.standard_loading.fuel_kg.values().sum();
     let room: f64 = aircraft.aircraft.tanks.iter().map(|tank| tank.capacity_kg).sum();
     (room > 0.0).then_some((if aboard > 0.0 { aboard } else { standard }, room))

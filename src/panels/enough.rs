@@ -29,7 +29,8 @@ impl Panel for Enough {
             self.asked.clone_from(&self.typed);
         }
         ctx.wanted.inquiry.enough = Some(self.asked.clone());
-        answer(ui, &ctx.snapshot.inquiries.enough, &mut self.kept, "Whether it is enough", enough_blocks);
+        let snapshot = ctx.snapshot;
+        answer(ctx, ui, &snapshot.inquiries.enough, &mut self.kept, "Whether it is enough", enough_blocks);
     }
 }
 

@@ -149,7 +149,7 @@ fn information(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
             let rows: Vec<(String, Vec<f64>)> =
                 found.shares.iter().map(|(name, shares)| (notation::derivative(name), shares.clone())).collect();
             let name = format!("information on {}", found.coefficient.name());
-            HeatStrips { name: &name, edges_s: &found.edges_s, rows: &rows, range }.show(ui);
+            ctx.figures.extend(HeatStrips { name: &name, edges_s: &found.edges_s, rows: &rows, range }.show(ui));
         }
         let (axis, _) = ui.allocate_exact_size(vec2(ui.available_width(), TIME_AXIS_HEIGHT), Sense::hover());
         let axis = heat_strip::frame(axis);

@@ -36,6 +36,7 @@ mod overlay;
 mod pane;
 mod preprocess;
 mod prior;
+mod propeller;
 mod proposals;
 mod propulsion;
 mod qualification;
@@ -155,6 +156,11 @@ impl<'a> PanelContext<'a> {
     /// Draws a chart `height` points high.
     pub fn chart(&mut self, ui: &mut Ui, chart: &Chart, height: f32) {
         self.figures.extend(chart.show(ui, height));
+    }
+
+    /// Draws parts of a document.
+    pub fn document(&mut self, ui: &mut Ui, blocks: &[Block]) {
+        self.figures.extend(document_view(ui, blocks));
     }
 
     /// Unit a dimension is shown in, and its factor from SI.
@@ -352,7 +358,14 @@ fn study_button<T>(ctx: &mut PanelContext<'_>, ui: &mut Ui, (study, slot): (Stud
 }
 
 /// What was found of the identified model, laid out once and drawn as a document; the progress where it is still computed.
-fn answer<T>(ui: &mut Ui, slot: &Slot<T>, kept: &mut KeptBlocks<T>, what: &str, blocks: impl FnOnce(&T) -> Vec<Block>) {
+fn answer<T>(
+    ctx: &mut PanelContext<'_>,
+    ui: &mut Ui,
+    slot: &Slot<T>,
+    kept: &mut KeptBlocks<T>,
+    what: &str,
+    blocks: impl FnOnce(&T) -> Vec<Block>,
+) {
     trouble(ui, slot.error());
     let Some(found) = slot.latest() else {
         if slot.error().is_none() {
@@ -373,7 +386,7 @@ fn answer<T>(ui: &mut Ui, slot: &Slot<T>, kept: &mut KeptBlocks<T>, what: &str, 
         *kept = Some((Arc::clone(found), blocks(found)));
     }
     let Some((_, blocks)) = kept else { return };
-    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| document_view(ui, blocks));
+    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| ctx.document(ui, blocks));
 }
 
 /// Blocks of a document and what they were made from.

@@ -1,5 +1,8 @@
 //! Several windows over each other, aligned at their onset: any channels as measured, coefficients with the model.
 
+use std::any::Any;
+use std::sync::Arc;
+
 use doublet_core::model::Coefficient;
 use doublet_core::quantity::Role;
 use doublet_core::series::Series;
@@ -23,8 +26,37 @@ enum Signal {
     Coefficient(Coefficient),
 }
 
-/// What the curves were made for: a change of any makes them anew.
-type Made = (u64, usize, Vec<String>, Vec<Signal>);
+/// What the curves were made from: a change of any makes them anew.
+struct Made {
+    windows: Vec<(Manoeuvre, f64)>,
+    signals: Vec<Signal>,
+    /// Recordings, coefficients and estimates. They are held, so that nothing new can lie where one of them was.
+    sources: Vec<Arc<dyn Any + Send + Sync>>,
+}
+
+impl Made {
+    fn of(ctx: &PanelContext<'_>, windows: &[&Manoeuvre], signals: &[Signal]) -> Self {
+        let mut sources: Vec<Arc<dyn Any + Send + Sync>> = Vec::new();
+        for window in windows {
+            let loaded = ctx.snapshot.flights.get(&window.flight).and_then(|slot| slot.latest());
+            sources.extend(loaded.map(|loaded| Arc::clone(loaded) as _));
+            let aero = ctx.snapshot.windows.get(&window.name).and_then(|results| results.aero.latest());
+            sources.extend(aero.map(|aero| Arc::clone(aero) as _));
+        }
+        sources.extend(ctx.snapshot.pooled.latest().map(|pooled| Arc::clone(pooled) as _));
+        let windows = windows.iter().map(|window| ((*window).clone(), onset(ctx, window))).collect();
+        Self { windows, signals: signals.to_vec(), sources }
+    }
+
+    fn is(&self, other: &Self) -> bool {
+        let same = |(one, other): (&Arc<dyn Any + Send + Sync>, &Arc<dyn Any + Send + Sync>)| {
+            std::ptr::addr_eq(Arc::as_ptr(one), Arc::as_ptr(other))
+        };
+        (&self.windows, &self.signals) == (&other.windows, &other.signals)
+            && self.sources.len() == other.sources.len()
+            && self.sources.iter().zip(&other.sources).all(same)
+    }
+}
 
 /// The curves of a lane, window by window: measured, model.
 type Lane = Vec<[Series; 2]>;
@@ -101,12 +133,12 @@ impl Overlay {
 
     /// Cuts the curves and moves their onsets to zero, where anything they are made from has changed.
     fn make(&mut self, ctx: &PanelContext<'_>, windows: &[&Manoeuvre], signals: &[Signal]) {
-        let names: Vec<String> = windows.iter().map(|window| window.name.clone()).collect();
-        let made = (ctx.snapshot.generation, ctx.snapshot.log.len(), names, signals.to_vec());
-        if self.made.as_ref() == Some(&made) {
+        let made = Made::of(ctx, windows, signals);
+        if self.made.as_ref().is_some_and(|before| before.is(&made)) {
             return;
         }
-        self.names = made.2.iter().flat_map(|name| [name.clone(), format!("{name}, model")]).collect();
+        let names = windows.iter().map(|window| &window.name);
+        self.names = names.flat_map(|name| [name.clone(), format!("{name}, model")]).collect();
         self.lanes =
             signals.iter().map(|signal| windows.iter().map(|window| aligned(ctx, window, *signal)).collect()).collect();
         let ends = windows.iter().map(|window| {

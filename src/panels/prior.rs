@@ -44,6 +44,7 @@ impl Panel for Prior {
             return empty(ui, "Add an earlier estimate: it is held against the flight and combined with it.");
         };
         ctx.wanted.inquiry.prior = Some(PriorRequest::of_reference(reference, 0.01 * self.percent));
-        answer(ui, &ctx.snapshot.inquiries.prior, &mut self.kept, "Prior and flight", PriorStudy::blocks);
+        let snapshot = ctx.snapshot;
+        answer(ctx, ui, &snapshot.inquiries.prior, &mut self.kept, "Prior and flight", PriorStudy::blocks);
     }
 }

@@ -1,5 +1,5 @@
-//! Engines over the whole flight: modelled power beside that of the engine monitor, over time and one against the other, the flight on the
-//! engine's chart, thrust, and how the two powers agree.
+//! Engines over the whole flight: modelled power beside that of the engine monitor, over time and one against the other, how the two agree,
+//! thrust, the flight on the engine's chart and on the propeller's map, and what each input of an engine changes.
 
 use std::sync::Arc;
 
@@ -7,6 +7,7 @@ use doublet_core::quantity::Dimension;
 use doublet_engine::stage::{EngineOverFlight, FlightEngines};
 use eframe::egui::{self, RichText, Ui};
 
+use super::propeller::{self, Partials};
 use super::{Panel, PanelContext, View, choices, empty, trouble};
 use crate::notation;
 use crate::theme;
@@ -23,12 +24,15 @@ enum Aspect {
     Time,
     Powers,
     Chart,
+    Propeller,
+    Partials,
 }
 
 /// The panel.
 #[derive(Default)]
 pub struct Propulsion {
     aspect: Aspect,
+    partials: Partials,
     cache: PlotCache,
 }
 
@@ -47,13 +51,21 @@ impl Panel for Propulsion {
             };
             return empty(ui, text);
         };
-        let all = [(Aspect::Time, "Over time"), (Aspect::Powers, "Power by power"), (Aspect::Chart, "Engine chart")];
+        let all = [
+            (Aspect::Time, "Over time"),
+            (Aspect::Powers, "Power by power"),
+            (Aspect::Chart, "Engine chart"),
+            (Aspect::Propeller, "Propeller map"),
+            (Aspect::Partials, "Partial derivatives"),
+        ];
         choices(ui, &mut self.aspect, &all);
-        for engine in &flight.engines {
-            agreement(ctx, engine, ui);
+        match self.aspect {
+            Aspect::Propeller => return propeller::maps(ctx, ui, &flight),
+            Aspect::Partials => return self.partials.show(ctx, ui, &flight),
+            _ => flight.engines.iter().for_each(|engine| agreement(ctx, engine, ui)),
         }
         match self.aspect {
-            Aspect::Time => {}
+            Aspect::Time | Aspect::Propeller | Aspect::Partials => {}
             Aspect::Powers => return charts(ctx, ui, &flight, powers),
             Aspect::Chart => return charts(ctx, ui, &flight, engine_chart),
         }
@@ -98,7 +110,7 @@ fn charts(
 }
 
 /// Pairs of two columns of the flight, every so many of them.
-fn pairs(across: (&[f64], f64), up: (&[f64], f64)) -> Vec<[f64; 2]> {
+pub(super) fn pairs(across: (&[f64], f64), up: (&[f64], f64)) -> Vec<[f64; 2]> {
     let step = across.0.len().div_ceil(MOST_POINTS).max(1);
     let all = across.0.iter().zip(up.0).step_by(step).map(|(x, y)| [across.1 * x, up.1 * y]);
     all.filter(|pair| pair.iter().all(|value| value.is_finite())).collect()

@@ -14,7 +14,6 @@ use eframe::egui::{self, Button, Label, RichText, ScrollArea, Ui};
 use super::design::written_forms;
 use super::{Panel, PanelContext, Working, empty, text_field};
 use crate::theme;
-use crate::widgets::document_view::document_view;
 use crate::widgets::level_mark::level_mark;
 
 /// Tests that come with the program.
@@ -23,8 +22,12 @@ const SHIPPED: &str = "builtin:qtg/demo";
 const LIST: f32 = 300.0;
 
 /// The panel.
+#[derive(Default)]
 pub struct Qualification {
-    tests: String,
+    /// File of tests as typed; before that the one that comes with the program, where it fits the session.
+    tests: Option<String>,
+    /// Names of the windows, and whether the tests that come with the program are on them.
+    fits: Option<(Vec<String>, bool)>,
     folder: String,
     judging: Working<Judged>,
     writing: Working<Put>,
@@ -33,19 +36,18 @@ pub struct Qualification {
     chosen: usize,
 }
 
-impl Default for Qualification {
-    fn default() -> Self {
-        let (judging, writing) = (Working::default(), Working::default());
-        Self { tests: SHIPPED.to_owned(), folder: String::new(), judging, writing, of: None, chosen: 0 }
-    }
-}
-
 impl Panel for Qualification {
     fn show(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         ui.horizontal_wrapped(|ui| {
-            text_field(ui, "file of tests", &mut self.tests, "file of tests", 220.0);
-            if ui.add_enabled(!self.judging.is_busy(), Button::new("Judge the tests")).clicked() {
-                self.start(ctx, ui);
+            let before = self.named(ctx.session);
+            let mut tests = before.clone();
+            text_field(ui, "file of tests", &mut tests, "file of tests", 220.0);
+            if tests != before {
+                self.tests = Some(tests.clone());
+            }
+            let possible = !tests.trim().is_empty() && !self.judging.is_busy();
+            if ui.add_enabled(possible, Button::new("Judge the tests")).clicked() {
+                self.start(ctx, ui, tests.trim());
             }
             self.write(ctx, ui);
         });
@@ -54,7 +56,16 @@ impl Panel for Qualification {
         }
         self.writing.show(ui);
         let Some(judged) = self.judging.done() else {
-            return empty(ui, "The tests of a file are judged on the windows of the session when asked for.");
+            return empty(
+                ui,
+                match self.named(ctx.session).trim() {
+                    "" => {
+                        "Name a file of objective tests: a rule, and for each test the windows of this session that flew it. builtin:qtg/demo is \
+                       that of the shipped flight to begin from; Help says what such a file holds."
+                    }
+                    _ => "The tests of a file are judged on the windows of the session when asked for.",
+                },
+            );
         };
         let palette = theme::palette(ui);
         if self.of.as_deref().is_some_and(|of| of != ctx.session) {
@@ -83,15 +94,33 @@ impl Panel for Qualification {
             let Some(page) = judged.guide.sections.iter().find(|section| section.name == name) else { return };
             ScrollArea::vertical().id_salt(&name).auto_shrink(false).show(ui, |ui| {
                 ui.add(Label::new(RichText::new(&page.title).strong()).wrap());
-                document_view(ui, &page.blocks);
+                ctx.document(ui, &page.blocks);
             });
         });
     }
 }
 
 impl Qualification {
-    fn start(&mut self, ctx: &PanelContext<'_>, ui: &Ui) {
-        let name = self.tests.trim();
+    /// The file of tests: as typed, else the one that comes with the program where all its windows are in the session.
+    fn named(&mut self, session: &Session) -> String {
+        if let Some(typed) = &self.tests {
+            return typed.clone();
+        }
+        let names = || session.windows.iter().map(|window| &window.name);
+        if !self.fits.as_ref().is_some_and(|(of, _)| of.iter().eq(names())) {
+            let all: Vec<String> = names().cloned().collect();
+            let shipped = TestFile::open(Path::new(SHIPPED));
+            let fits = shipped.is_ok_and(|file| {
+                let mut of = file.tests.iter().flat_map(|test| &test.windows).peekable();
+                of.peek().is_some() && of.all(|window| all.contains(window))
+            });
+            self.fits = Some((all, fits));
+        }
+        let fits = self.fits.as_ref().is_some_and(|(_, fits)| *fits);
+        if fits { SHIPPED.to_owned() } else { String::new() }
+    }
+
+    fn start(&mut self, ctx: &PanelContext<'_>, ui: &Ui, name: &str) {
         let tests = if name.starts_with(PREFIX) { PathBuf::from(name) } else { ctx.folder.join(name) };
         let (session, folder) = (ctx.session.clone(), ctx.folder.to_owned());
         self.of = Some(Box::new(session.clone()));

@@ -111,7 +111,9 @@ impl Replay {
                 return pointed_s;
             }
         }
-        let now_s = self.now_s.unwrap_or(range.start_s).clamp(range.start_s, range.end_s);
+        // The path of a window begins a sample or two behind its edge: in the middle there is everything.
+        let middle_s = 0.5 * (range.start_s + range.end_s);
+        let now_s = self.now_s.unwrap_or(middle_s).clamp(range.start_s, range.end_s);
         if self.now_s.is_some() && (self.is_playing || ctx.hovered_s.is_none()) {
             *ctx.hovered_s = Some(now_s);
         }
@@ -124,11 +126,8 @@ impl Replay {
                 if self.is_playing { ("⏸ Pause", "Stop here") } else { ("▶ Play", "From here to the end") };
             if ui.button(name).on_hover_text(hint).clicked() {
                 self.is_playing = !self.is_playing;
-                if self.is_playing && now_s >= range.end_s {
-                    self.now_s = Some(range.start_s);
-                } else {
-                    self.now_s = Some(now_s);
-                }
+                let begins = self.is_playing && (now_s >= range.end_s || self.now_s.is_none());
+                self.now_s = Some(if begins { range.start_s } else { now_s });
                 ui.ctx().request_repaint();
             }
             choices(ui, &mut self.speed, &SPEEDS);

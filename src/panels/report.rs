@@ -1,15 +1,14 @@
 //! The report: which sections it has, what they hold, and the button that writes it.
 
 use doublet_engine::report;
-use doublet_engine::report::document::{Document, SectionKind, build, chosen};
-use doublet_engine::session::Edit;
+use doublet_engine::report::document::{Document, Section, SectionKind, build, chosen};
+use doublet_engine::session::{Edit, ReportFigure, ReportFigureEdit, Session};
 use doublet_report::ReportFormat;
 use eframe::egui::{self, RichText, ScrollArea, TextEdit, Ui};
 
 use super::{Panel, PanelContext, caption};
 use crate::command::{FileCommand, UiCommand};
 use crate::ui_state::ReportChoice;
-use crate::widgets::document_view::document_view;
 
 /// Width of the list of sections: that of its longest title.
 const SECTIONS_WIDTH: f32 = 308.0;
@@ -20,6 +19,28 @@ pub struct Report {
     shown: Option<Shown>,
     /// The notes while they are typed.
     notes: Option<String>,
+    /// The words on a figure while they are typed, and its place.
+    caption: Option<(usize, String)>,
+    chosen: Chosen,
+}
+
+/// Notes and chosen figures as they are drawn, and what they were made from.
+#[derive(Default)]
+struct Chosen {
+    notes: String,
+    figures: Vec<ReportFigure>,
+    section: Option<Section>,
+}
+
+impl Chosen {
+    /// Makes the section anew where the session has another.
+    fn keep(&mut self, session: &Session) -> Option<&Section> {
+        if self.notes != session.report_notes || self.figures != session.report_figures {
+            let (notes, figures) = (session.report_notes.clone(), session.report_figures.clone());
+            *self = Self { notes, figures, section: chosen(session) };
+        }
+        self.section.as_ref()
+    }
 }
 
 /// The section on screen and what it was made from.
@@ -41,7 +62,7 @@ impl Panel for Report {
                 sections(&mut choice, ui);
                 ui.separator();
                 self.notes(ctx, ui);
-                figures(&mut choice, ui);
+                self.figures(ctx, ui);
             });
         });
         self.keep(ctx, choice.shown);
@@ -49,11 +70,10 @@ impl Panel for Report {
         let Some(shown) = &self.shown else { return };
         egui::CentralPanel::default().frame(egui::Frame::NONE.inner_margin(8)).show(ui, |ui| {
             ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-                let chosen = chosen(ctx.session, &ctx.state.report.figures);
-                let chosen = chosen.filter(|_| shown.kind == SectionKind::Overview);
-                for section in chosen.iter().chain(&shown.document.sections) {
+                let chosen = self.chosen.keep(ctx.session).filter(|_| shown.kind == SectionKind::Overview);
+                for section in chosen.into_iter().chain(&shown.document.sections) {
                     ui.heading(section.title.as_str());
-                    ui.push_id(&section.name, |ui| document_view(ui, &section.blocks));
+                    ui.push_id(&section.name, |ui| ctx.document(ui, &section.blocks));
                 }
             });
         });
@@ -78,6 +98,32 @@ impl Report {
         }
     }
 
+    /// The figures that were added, each with its caption, which is one step of undo once it is left.
+    fn figures(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
+        caption(ui, "Chosen figures");
+        let session = ctx.session;
+        if session.report_figures.is_empty() {
+            ui.add(egui::Label::new(RichText::new("A right click on any plot adds it to the report.").weak()).wrap());
+        }
+        for (at, figure) in session.report_figures.iter().enumerate() {
+            ui.horizontal(|ui| {
+                if ui.small_button("✖").on_hover_text("Leave it out").clicked() {
+                    ctx.edit(Edit::ReportFigure(ReportFigureEdit::Remove(at)));
+                }
+                let typed = self.caption.take_if(|(of, _)| *of == at).map(|(_, typed)| typed);
+                let mut words = typed.unwrap_or_else(|| figure.caption.clone());
+                let field = ui.add(TextEdit::singleline(&mut words).desired_width(f32::INFINITY));
+                let label = format!("caption of figure {}", at + 1);
+                ui.ctx().accesskit_node_builder(field.id, |node| node.set_label(label.as_str()));
+                if field.lost_focus() && words != figure.caption {
+                    ctx.edit(Edit::ReportFigure(ReportFigureEdit::Caption(at, words)));
+                } else if field.has_focus() {
+                    self.caption = Some((at, words));
+                }
+            });
+        }
+    }
+
     /// Makes the contents anew when the results or the section have changed.
     fn keep(&mut self, ctx: &PanelContext<'_>, kind: SectionKind) {
         let (generation, steps) = (ctx.snapshot.generation, ctx.snapshot.log.len());
@@ -90,26 +136,6 @@ impl Report {
         let document = build(ctx.session, ctx.snapshot, &results, &[kind]);
         self.shown = Some(Shown { generation, steps, kind, document });
     }
-}
-
-/// The figures that were added, each with its caption.
-fn figures(choice: &mut ReportChoice, ui: &mut Ui) {
-    caption(ui, "Chosen figures");
-    if choice.figures.is_empty() {
-        ui.add(egui::Label::new(RichText::new("A right click on any plot adds it to the report.").weak()).wrap());
-    }
-    let mut removed = None;
-    for (at, figure) in choice.figures.iter_mut().enumerate() {
-        ui.horizontal(|ui| {
-            if ui.small_button("✖").on_hover_text("Leave it out").clicked() {
-                removed = Some(at);
-            }
-            let field = ui.add(TextEdit::singleline(&mut figure.caption).desired_width(f32::INFINITY));
-            let label = format!("caption of figure {}", at + 1);
-            ui.ctx().accesskit_node_builder(field.id, |node| node.set_label(label.as_str()));
-        });
-    }
-    removed.map(|at| choice.figures.remove(at));
 }
 
 /// Forms to tick; whether the report is to be written.

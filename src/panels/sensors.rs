@@ -71,6 +71,7 @@ impl Panel for Sensors {
                 self.readings(ui, calibration)
             });
             let fit = readings.inner;
+            ui.add_space(6.0);
             ui.vertical(|ui| {
                 charts(ctx, ui, calibration, fit.as_ref().and_then(|fit| fit.as_ref().ok()), size.y - 8.0)
             });

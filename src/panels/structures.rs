@@ -12,11 +12,15 @@ use crate::widgets::term::column_title;
 
 /// Titles of the columns.
 const TITLES: [&str; 6] = ["", "A", "±", "B", "±", "B − A"];
+/// Opacity of a difference of nothing.
+const SAME: f32 = 0.35;
 
 /// A row of the table: a coefficient, or a derivative with estimate and error by both structures.
 struct Row {
     name: String,
     is_coefficient: bool,
+    /// Both are the same.
+    is_same: bool,
     cells: [String; 5],
     csv: String,
 }
@@ -65,13 +69,18 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, copy: bool) {
                             }
                         });
                     });
-                    for text in &row.cells {
+                    for (column, text) in row.cells.iter().enumerate() {
                         line.col(|ui| {
                             let mut text = RichText::new(text).font(theme::figures(ui)).size(11.5);
                             if row.is_coefficient {
                                 text = text.weak();
                             }
-                            ui.label(text);
+                            // What does not differ steps back behind what does.
+                            let is_same = column + 1 == row.cells.len() && row.is_same;
+                            ui.scope(|ui| {
+                                ui.multiply_opacity(if is_same { SAME } else { 1.0 });
+                                ui.label(text);
+                            });
                         });
                     }
                 });
@@ -111,6 +120,7 @@ fn heading(name: &str, both: &[Option<CoefficientFit>; 2]) -> Row {
     Row {
         name: name.to_owned(),
         is_coefficient: true,
+        is_same: a == b,
         cells: [text(a), String::new(), text(b), String::new(), change],
         csv: String::new(),
     }
@@ -124,6 +134,7 @@ fn derivative(name: String, both: &[Option<CoefficientFit>; 2]) -> Row {
     let values = [a.map(|a| a.0), a.map(|a| a.1), b.map(|b| b.0), b.map(|b| b.1), difference];
     Row {
         csv: format!("{name},{}\n", values.map(plain).join(",")),
+        is_same: difference == Some(0.0),
         cells: values.map(number),
         name,
         is_coefficient: false,

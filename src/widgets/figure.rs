@@ -94,7 +94,7 @@ pub fn picture(figure: &Figure) -> Result<ColorImage, String> {
 
 fn pixels(figure: &Figure) -> Result<Pixmap, String> {
     let mut fonts = Database::new();
-    fonts.load_font_data(theme::FONT.to_vec());
+    fonts.load_font_data(theme::font().to_vec());
     let options = Options { fontdb: Arc::new(fonts), font_family: "DejaVu Sans".to_owned(), ..Options::default() };
     let tree = Tree::from_str(&svg(figure, "p"), &options).map_err(|error| format!("the figure: {error}"))?;
     let size = tree.size().to_int_size().scale_by(PIXELS).ok_or("the figure has no size")?;

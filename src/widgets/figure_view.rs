@@ -3,11 +3,13 @@
 use doublet_core::series::{Band, Decimated, Pyramid, decimate, decimate_band};
 use doublet_engine::report::document::{Colour, Figure, LineStyle as Style, Mark, Matrix, Panel, Plot as Axes};
 use doublet_report::svg::{Range, range};
-use eframe::egui::{self, Color32, Id, RichText, Stroke, Ui};
+use eframe::egui::{self, Color32, Id, RichText, Role, Stroke, Ui, WidgetInfo};
 use egui_plot::{
     Bar, BarChart, FilledArea, GridMark, HLine, Line, LineStyle, Plot, PlotPoints, PlotUi, Points, Polygon,
 };
 
+use super::chart::figure_menu;
+use super::figure::{FigureForm, FigureRequest};
 use super::matrix_view::MatrixView;
 use crate::theme;
 
@@ -16,24 +18,27 @@ const POINTS_PER_MM: f64 = 4.0;
 /// Columns of samples of which only the extremes are drawn.
 const COLUMNS: usize = 500;
 
-/// Draws every panel of the figure, then its caption.
-pub fn figure_view(ui: &mut Ui, figure: &Figure) {
+/// Draws every panel of the figure, then its caption; the figure where it was asked for in the menu of a panel.
+pub fn figure_view(ui: &mut Ui, figure: &Figure) -> Option<FigureRequest> {
+    let mut wanted = None;
     let columns = figure.columns.clamp(1, 2);
     for (row, panels) in figure.panels.chunks(columns).enumerate() {
         ui.columns(columns, |uis| {
             for (column, (ui, panel)) in uis.iter_mut().zip(panels).enumerate() {
                 let id = Id::unique(("report figure", &figure.name, row, column));
-                match panel {
+                let form = match panel {
                     Panel::Plot(plot) => axes(ui, id, plot, figure.panel_height_mm * POINTS_PER_MM),
                     Panel::Matrix(matrix) => heat_map(ui, matrix),
-                }
+                };
+                wanted = form.or(wanted);
             }
         });
     }
-    ui.label(RichText::new(&figure.caption).size(11.5).weak());
+    ui.add(egui::Label::new(RichText::new(&figure.caption).size(11.5).weak()).wrap());
+    wanted.map(|form| FigureRequest { figure: figure.clone(), form })
 }
 
-fn heat_map(ui: &mut Ui, matrix: &Matrix) {
+fn heat_map(ui: &mut Ui, matrix: &Matrix) -> Option<FigureForm> {
     ui.strong(&matrix.title);
     let labels: Vec<&str> = matrix.names.iter().map(String::as_str).collect();
     let values: Vec<f64> = matrix.values.iter().flatten().copied().collect();
@@ -45,10 +50,11 @@ fn heat_map(ui: &mut Ui, matrix: &Matrix) {
         notable: 0.9,
         stale: false,
     };
-    ui.allocate_ui(egui::vec2(ui.available_width(), 260.0), |ui| view.show(ui));
+    let shown = ui.allocate_ui(egui::vec2(ui.available_width(), 260.0), |ui| view.show(ui)).inner;
+    shown.1.map(|request| request.form)
 }
 
-fn axes(ui: &mut Ui, id: Id, plot: &Axes, height: f64) {
+fn axes(ui: &mut Ui, id: Id, plot: &Axes, height: f64) -> Option<FigureForm> {
     let palette = theme::palette(ui);
     let range = range(&Panel::Plot(plot.clone()));
     ui.label(RichText::new(plot.y.title()).size(11.5));
@@ -74,11 +80,13 @@ fn axes(ui: &mut Ui, id: Id, plot: &Axes, height: f64) {
             .x_grid_spacer(move |_| marks.iter().map(mark).collect())
             .x_axis_formatter(move |mark, _| word(mark).unwrap_or_default());
     }
-    shown.show(ui, |chart| {
+    let shown = shown.show(ui, |chart| {
         for mark in &plot.marks {
             draw(chart, mark, &range, &palette.series);
         }
     });
+    shown.response.widget_info(|| WidgetInfo::labeled(Role::Image, true, format!("figure of {}", plot.y.title())));
+    figure_menu(&shown.response)
 }
 
 /// The corners of a rectangle.

@@ -1,9 +1,10 @@
 //! Rows of a quantity over time as strips of colour: the stronger, the more.
 
-use eframe::egui::{
-    Align2, FontId, Mesh, Rect, Response, Role, Sense, Shape, Stroke, StrokeKind, Ui, WidgetInfo, pos2, vec2,
-};
+use doublet_engine::report::document::{Axis, Figure, Mark, Panel, Plot};
+use eframe::egui::{Align2, FontId, Mesh, Rect, Role, Sense, Shape, Stroke, StrokeKind, Ui, WidgetInfo, pos2, vec2};
 
+use super::chart::figure_menu;
+use super::figure::{FigureRequest, printed};
 use super::time_plot::{VALUE_AXIS_WIDTH, x_at};
 use super::time_view::TimeRange;
 use crate::notation;
@@ -15,6 +16,9 @@ const GAP: f32 = 2.0;
 /// Room at the left beside the labels, as in a stack of plots, and at the right.
 const ROOM: f32 = 8.0;
 const RIGHT: f32 = 18.0;
+
+/// Height of a strip on a page, mm.
+const STRIP_MM: f64 = 14.0;
 
 /// Strips over one time axis.
 #[derive(Clone, Copy, Debug)]
@@ -35,10 +39,10 @@ pub fn frame(outer: Rect) -> Rect {
 }
 
 impl HeatStrips<'_> {
-    /// Draws the strips; row and stretch under the pointer.
-    pub fn show(&self, ui: &mut Ui) -> (Response, Option<(usize, usize)>) {
+    /// Draws the strips; a figure that was asked for in their menu.
+    pub fn show(&self, ui: &mut Ui) -> Option<FigureRequest> {
         let height = self.rows.len() as f32 * (STRIP + GAP);
-        let (outer, response) = ui.allocate_exact_size(vec2(ui.available_width(), height), Sense::hover());
+        let (outer, response) = ui.allocate_exact_size(vec2(ui.available_width(), height), Sense::click());
         response.widget_info(|| WidgetInfo::labeled(Role::Image, true, self.name));
         let frame = frame(outer);
         let palette = theme::palette(ui);
@@ -72,15 +76,33 @@ impl HeatStrips<'_> {
                 ink,
             );
         }
-        let response = match under {
-            Some((row, at)) => {
-                let (name, values) = &self.rows[row];
-                let (from, to) = (notation::fixed(self.edges_s[at], 2), notation::fixed(self.edges_s[at + 1], 2));
-                let share = notation::fixed(100.0 * values[at], 1);
-                response.on_hover_text_at_pointer(format!("{from} to {to} s: {share} % of what tells {name}"))
-            }
-            None => response,
+        let form = figure_menu(&response);
+        if let Some((row, at)) = under {
+            let (name, values) = &self.rows[row];
+            let (from, to) = (notation::fixed(self.edges_s[at], 2), notation::fixed(self.edges_s[at + 1], 2));
+            let share = notation::fixed(100.0 * values[at], 1);
+            response.on_hover_text_at_pointer(format!("{from} to {to} s: {share} % of what tells {name}"));
+        }
+        form.map(|form| FigureRequest { figure: self.figure(ui), form })
+    }
+
+    /// The strips for a page: bars in %, a panel for each.
+    fn figure(&self, ui: &Ui) -> Figure {
+        let x = Axis { range: Some([self.range.start_s, self.range.end_s]), ..Axis::time() };
+        let panel = |(name, values): &(String, Vec<f64>)| {
+            let stretches = self.edges_s.windows(2).zip(values);
+            let bars = stretches.map(|(edges, value)| [0.5 * (edges[0] + edges[1]), 100.0 * value]).collect();
+            let width = self.edges_s.windows(2).map(|edges| edges[1] - edges[0]).fold(0.0, f64::max);
+            let colour = printed(theme::palette(ui).series[1]);
+            let marks = vec![Mark::Bars { label: "".into(), colour, width, bars }];
+            Panel::Plot(Plot { x: x.clone(), y: Axis::new(name.clone(), "%"), marks })
         };
-        (response, under)
+        Figure {
+            name: self.name.replace(' ', "_"),
+            caption: self.name.to_owned(),
+            columns: 1,
+            panel_height_mm: STRIP_MM,
+            panels: self.rows.iter().map(panel).collect(),
+        }
     }
 }

@@ -166,6 +166,10 @@ fn plot_and_notes_go_into_the_report_with_their_words() {
     bench.settle();
     assert_eq!(bench.session().report_notes, "Air calm below 4000 ft.");
     assert_eq!(bench.harness.state().document.history.undo_label(), Some("change notes of the report"));
+    let chosen = &bench.session().report_figures;
+    assert_eq!(chosen.iter().map(|one| one.caption.as_str()).collect::<Vec<_>>(), ["The flight as it was"]);
+    let text = session::print(bench.session()).expect("it can be written");
+    assert_eq!(&session::parse(&text).expect("it can be read"), bench.session(), "figure and words are saved");
     picture(&mut bench.harness, "report_chosen");
     bench.harness.get_by_label("Write report…").click();
     bench.settle();
@@ -178,4 +182,11 @@ fn plot_and_notes_go_into_the_report_with_their_words() {
         "{section:.400}"
     );
     assert!(section.contains("The flight as it was") && section.contains("<svg"));
+    for _ in 0..3 {
+        bench.request(UiCommand::Edit(EditCommand::Undo));
+    }
+    assert!(
+        bench.session().report_figures.is_empty() && bench.session().report_notes.is_empty(),
+        "three steps of undo"
+    );
 }

@@ -1,9 +1,12 @@
 //! Small things that a first look at the workbench stumbled over, each with what is to be seen now.
 
 use doublet::command::{FileCommand, UiCommand, ViewCommand};
+use doublet::notation;
 use doublet::panels::Pane;
 use doublet::ui_state::Scope;
-use doublet_engine::session::{Edit, WindowEdit};
+use doublet_core::model::{Coefficient, Structure, Term};
+use doublet_core::series::TimeRange;
+use doublet_engine::session::{Edit, ModelEdit, WindowEdit};
 use egui::{Key, vec2};
 use egui_kittest::kittest::{NodeT, Queryable};
 
@@ -118,4 +121,68 @@ fn recording_that_was_moved_is_found_again_in_one_step_of_undo() {
     assert!(bench.session().flights[0].recordings[0].path.ends_with("flight.csv"));
     bench.request(UiCommand::Edit(doublet::command::EditCommand::Undo));
     assert_eq!(bench.session().flights, before.flights);
+}
+
+#[test]
+fn reason_of_a_fit_that_failed_is_read_whole_in_a_narrow_window() {
+    let mut bench = Bench::open();
+    bench.harness.set_size(vec2(1280.0, 720.0));
+    let terms = ["1", "alpha", "qc/V", "delta_e", "alpha^2", "alpha*delta_e", "alpha^3", "delta_e^2", "alpha_dot"];
+    let terms: Vec<Term> = terms.iter().map(|term| Term::parse(term).expect("it is a term")).collect();
+    let structure = Structure { models: vec![(Coefficient::Cm, terms)] };
+    let window = TimeRange { start_s: 5.0, end_s: 5.14 };
+    let name = "first".to_owned();
+    bench.harness.state_mut().apply(&Edit::Model(ModelEdit::Structure(structure)));
+    bench.harness.state_mut().apply(&Edit::Window(WindowEdit::Place { name, window }));
+    bench.settle();
+    bench.show(Pane::Derivatives);
+    picture(&mut bench.harness, "failed_fit");
+    let said: Vec<String> = bench
+        .harness
+        .query_all_by_label_contains("⚠")
+        .filter_map(|node| node.accesskit_node().value().or_else(|| node.accesskit_node().label()))
+        .collect();
+    assert!(!said.is_empty(), "it says why");
+    for text in said {
+        let digits = text.split(|letter: char| !letter.is_ascii_digit()).map(str::len).max();
+        assert!(digits.is_some_and(|longest| longest <= 3), "no false precision: {text}");
+    }
+    let cut: Vec<String> = faults(&bench).into_iter().filter(|fault| fault.contains('⚠')).collect();
+    assert!(cut.is_empty(), "{cut:#?}");
+}
+
+#[test]
+fn advice_calls_every_measurement_by_the_symbol_it_has_elsewhere() {
+    let mut bench = Bench::shipped();
+    bench.show(Pane::Innovations);
+    picture(&mut bench.harness, "innovations");
+    bench.click("Advice");
+    picture(&mut bench.harness, "advice");
+    let name = bench.harness.state().state.selection.window.clone().expect("one is chosen");
+    let path = bench.snapshot().windows[&name].path.ready().expect("it is reconstructed").clone();
+    let channels = &path.consistency.as_ref().expect("innovations are there").channels;
+    assert!(channels.len() > 5);
+    for channel in channels {
+        let symbol = notation::measurement(channel.measurement);
+        assert!(bench.harness.query_all_by_label(symbol).next().is_some(), "{symbol} heads a row");
+        let raw = format!("{}: ", channel.measurement.name());
+        assert!(raw.starts_with(symbol) || bench.harness.query_all_by_label_contains(&raw).next().is_none(), "{raw}");
+    }
+}
+
+#[test]
+fn aircraft_without_stations_has_dashes_for_its_centre_of_gravity_and_no_empty_envelope() {
+    let mut bench = Bench::open_changed(|folder| {
+        let path = folder.join("session.toml");
+        let text = std::fs::read_to_string(&path).expect("there is a session");
+        let changed = text.replace("aircraft.toml", "builtin:citation_550_simulated");
+        assert_ne!(changed, text);
+        std::fs::write(path, changed).expect("it can be written");
+    });
+    bench.show(Pane::Loading);
+    picture(&mut bench.harness, "loading_without_stations");
+    assert!(bench.harness.query_all_by_label("–").count() >= 3, "no station is known");
+    assert_eq!(bench.harness.query_all_by_label("0.000").count(), 0, "nothing stands for what is not known");
+    assert!(bench.harness.query_by_label("The file of this aircraft states no envelope.").is_some());
+    assert!(bench.harness.query_by_label("envelope").is_none(), "no axes around one point");
 }

@@ -22,6 +22,22 @@ fn titles(bench: &Bench<'_>) -> Vec<(String, bool)> {
     nodes.iter().map(of).collect()
 }
 
+/// Titles on screen that nothing explains.
+pub fn unexplained(bench: &Bench<'_>) -> Vec<String> {
+    titles(bench).into_iter().filter(|(_, explained)| !explained).map(|(title, _)| title).collect()
+}
+
+#[test]
+fn formulas_of_a_page_are_shown_in_letters() {
+    let mut bench = Bench::open();
+    bench.harness.state_mut().help.open(Topic::Page("method_path".to_owned(), None));
+    bench.harness.run_steps(4);
+    picture(&mut bench.harness, "help_formulas");
+    let shown = bench.harness.query_all_by_label_contains("= aₓ \u{2212} bₐₓ \u{2212} g sin θ").count();
+    assert!(shown > 0, "the first equation of motion is there");
+    assert_eq!(bench.harness.query_all_by_label_contains("\\").count(), 0, "no TeX is left");
+}
+
 #[test]
 fn every_title_of_a_column_has_its_entry_in_the_glossary() {
     let mut bench = Bench::shipped();

@@ -4,17 +4,22 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+use doublet::command::{EditCommand, UiCommand};
 use doublet::panels::Pane;
 use doublet_engine::graph::Context;
-use doublet_engine::planning::{Enough, EnoughRequest};
+use doublet_engine::planning::{Enough, EnoughRequest, enough_blocks};
 use doublet_engine::report::Reference;
+use doublet_engine::report::document::Block;
 use doublet_engine::run::answer;
+use doublet_engine::session::{Edit, LoadingEdit};
 use doublet_engine::study::{DynamicsRequest, DynamicsStudy};
 use egui::accesskit::Role;
-use egui_kittest::kittest::Queryable;
+use egui_kittest::kittest::{NodeT, Queryable};
 
+use crate::help::unexplained;
+use crate::painted::broken;
 use crate::workbench::Bench;
-use crate::{hold, picture};
+use crate::{hold, picture, secondary_click};
 
 /// Longest wait for work in the background.
 const PATIENCE: Duration = Duration::from_secs(240);
@@ -28,6 +33,18 @@ fn await_label(bench: &mut Bench<'_>, text: &str) {
         bench.harness.step();
     }
     bench.harness.run_steps(3);
+}
+
+/// Cells of the tables that are to stay on one line.
+fn short_cells(blocks: &[Block]) -> Vec<String> {
+    let tables = blocks.iter().filter_map(|block| if let Block::Table(table) = block { Some(table) } else { None });
+    let cells = tables.flat_map(|table| {
+        table
+            .rows
+            .iter()
+            .flat_map(|row| row.iter().zip(&table.columns).map(|(cell, column)| cell.readable(column.digits)))
+    });
+    cells.filter(|text| text.chars().count() <= 30).collect()
 }
 
 /// Frequency of the short period.
@@ -82,6 +99,18 @@ fn roots_follow_a_slider_and_every_answer_is_that_of_the_engine_alone() {
     assert!(bench.harness.query_by_label_contains(&format!("{} of {} goals are met", found.met, found.of)).is_some());
     assert!(found.met < found.of && !found.next.is_empty() && found.windows.len() > 10);
     picture(&mut bench.harness, "enough");
+    assert_eq!(unexplained(&bench), [""; 0], "every title says what it is");
+    assert_eq!(broken(&bench, &short_cells(&enough_blocks(&found))), [""; 0], "short cells stay on one line");
+    // A figure of a document goes into the report as a plot does.
+    bench.harness.get_by_label_contains("figure of lg (error / goal)").scroll_to_me();
+    bench.harness.run_steps(3);
+    let figure = bench.harness.get_by_label_contains("figure of lg (error / goal)").rect();
+    secondary_click(&mut bench.harness, figure.center());
+    bench.harness.get_by_label("Add to the report").click();
+    bench.settle();
+    assert_eq!(bench.session().report_figures.len(), 1);
+    bench.request(UiCommand::Edit(EditCommand::Undo));
+    assert!(bench.session().report_figures.is_empty());
 
     let estimate = found.derivatives.iter().find(|row| row.name == "Cm_alpha").expect("it is identified").estimate;
     let values = vec![("Cm_alpha".to_owned(), 2.0 * estimate, Some(0.01)), ("Cm_q".to_owned(), -20.0, None)];
@@ -92,6 +121,37 @@ fn roots_follow_a_slider_and_every_answer_is_that_of_the_engine_alone() {
     assert!(row.is_contradiction() && (row.flight.value - estimate).abs() < 1e-12);
     assert!(bench.harness.query_by_label_contains("prior and flight contradict each other").is_some());
     picture(&mut bench.harness, "prior");
+    assert_eq!(unexplained(&bench), [""; 0], "every title says what it is");
+    assert_eq!(broken(&bench, &short_cells(&prior.blocks())), [""; 0], "short cells stay on one line");
+
+    // The slider of the fuel begins at what the chosen flight has on board, not at what the session says of the others.
+    let (flight, all) = {
+        let session = bench.session();
+        let aircraft = bench.snapshot().aircraft.ready().expect("it is read");
+        (session.flights[0].name.clone(), aircraft.aircraft.standard_loading.clone())
+    };
+    let mut own = all.clone();
+    own.fuel_kg.values_mut().for_each(|fuel| *fuel *= 0.25);
+    let aboard: f64 = own.fuel_kg.values().sum();
+    let edit = LoadingEdit::OfFlight { flight, loading: Some(own) };
+    bench.harness.state_mut().apply(&Edit::Loading(edit));
+    bench.settle();
+    bench.show(Pane::Dynamics);
+    bench.click("As flown");
+    let sliders = bench.harness.get_all_by_role(Role::Slider);
+    let shown = sliders.last().and_then(|slider| slider.accesskit_node().numeric_value()).expect("it has a value");
+    assert!((shown - aboard).abs() < 0.06, "{shown} kg, not {aboard}");
+}
+
+#[test]
+fn tests_that_come_with_the_program_are_offered_where_the_session_has_their_windows() {
+    let mut bench = Bench::open();
+    bench.show(Pane::Qualification);
+    assert_eq!(bench.harness.get_by_label("file of tests").accesskit_node().value().as_deref(), Some(""));
+    assert!(bench.harness.query_by_label_contains("Name a file of objective tests").is_some());
+    let judge = bench.harness.get_by_role_and_label(Role::Button, "Judge the tests");
+    assert!(judge.accesskit_node().is_disabled());
+    picture(&mut bench.harness, "qualification_empty");
 }
 
 #[test]
@@ -103,12 +163,14 @@ fn inputs_are_designed_and_tests_judged_in_the_background() {
     picture(&mut bench.harness, "qualification");
     // As docs/qualification.md states them of the shipped flight.
     assert!(bench.harness.query_by_label_contains("12 of 18 tests pass, 1 fail, 5 are not judged").is_some());
+    assert_eq!(unexplained(&bench), [""; 0], "every title says what it is");
     bench.show(Pane::Design);
     bench.harness.get_by_role_and_label(Role::CheckBox, "compare kinds").click();
     bench.harness.run_steps(2);
     bench.harness.get_by_role_and_label(Role::Button, "Design the input").click();
     await_label(&mut bench, "Errors to expect");
     picture(&mut bench.harness, "design");
+    assert_eq!(unexplained(&bench), [""; 0], "every title says what it is");
     let folder = bench.folder.path().join("card");
     bench.harness.get_by_label("folder of the card").focus();
     bench.harness.get_by_label("folder of the card").type_text(&folder.display().to_string());

@@ -18,6 +18,7 @@ mod painted;
 mod panels;
 mod plots;
 mod preprocess;
+mod propulsion;
 mod rasteriser;
 mod recording;
 mod recovery;

@@ -73,6 +73,27 @@ pub fn faults(bench: &Bench<'_>) -> Vec<String> {
     faults
 }
 
+/// Short texts of tables that break over two lines: of those called `cells`.
+pub fn broken(bench: &Bench<'_>, cells: &[String]) -> Vec<String> {
+    let shapes = bench.harness.output().shapes.iter();
+    let mut broken = Vec::new();
+    let mut look = |shape: &Shape| {
+        if let Shape::Text(text) = shape
+            && text.galley.rows.len() > 1
+            && cells.iter().any(|cell| cell == text.galley.text())
+        {
+            broken.push(text.galley.text().to_owned());
+        }
+    };
+    for shape in shapes {
+        match &shape.shape {
+            Shape::Vec(shapes) => shapes.iter().for_each(&mut look),
+            shape => look(shape),
+        }
+    }
+    broken
+}
+
 #[test]
 fn no_text_is_cut_or_covered_in_any_layout_at_any_size_in_either_theme() {
     let mut bench = Bench::shipped_in(1366.0, 768.0);

@@ -11,7 +11,7 @@ use doublet_core::reconstruct::{Method, State};
 use doublet_engine::run::{Control, Scope as RunScope, Snapshot, run};
 use doublet_engine::session::{self, Edit, FilterEdit, ModelEdit, Surface};
 use doublet_engine::study::LagKind;
-use egui_kittest::kittest::Queryable;
+use egui_kittest::kittest::{NodeT, Queryable};
 
 use crate::workbench::Bench;
 use crate::{copied, drag, picture, secondary_click};
@@ -243,6 +243,9 @@ fn sensitivity_to_inertia_is_that_of_the_moment_itself() {
         assert!((partial.relative_percent.abs() - 5.0).abs() < 1e-6, "{partial:?}");
     }
     assert!(bench.harness.query_by_label("tornado of sensitivity").is_some());
+    let shown = bench.harness.get_all_by_role(egui::accesskit::Role::ComboBox);
+    let shown: Vec<String> = shown.filter_map(|node| node.accesskit_node().value()).collect();
+    assert!(shown.contains(&doublet::notation::derivative("Cm_alpha")), "a slope first, no constant: {shown:?}");
 }
 
 #[test]

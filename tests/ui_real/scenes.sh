@@ -13,6 +13,11 @@ done
 xdotool key ctrl+8; sleep 1
 command Correlation
 shot correlation
+command "Noise"
+shot noise
+command "Compute sensitivity"; sleep "${study:-6}"
+command "Sensitivity"
+shot sensitivity
 command "Light theme"
 xdotool key ctrl+7; sleep 1
 shot model_light
