@@ -92,8 +92,7 @@ pub fn new(arguments: &NewArguments) -> Result<Outcome, String> {
     if !missing.is_empty() {
         text::line(&format!("not measured: {}", missing.join(", ")));
     }
-    let accelerations = [Role::RollAcceleration, Role::PitchAcceleration, Role::YawAcceleration];
-    if accelerations.iter().all(|role| measured.contains(role)) {
+    if stage::ANGULAR_ACCELERATIONS.iter().all(|(acceleration, _)| measured.contains(acceleration)) {
         text::line(
             "p_dot, q_dot and r_dot are there: preparation.angular_acceleration = \"recorded\" takes them instead of slopes",
         );

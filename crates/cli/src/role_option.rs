@@ -9,7 +9,7 @@ pub const FORM: &str = "ROLE=CHANNEL[,source=NAME][,unit=UNIT][,scale=X][,offset
 
 /// What one option says.
 #[derive(Debug, Default, PartialEq)]
-struct Said<'t> {
+struct RoleOption<'t> {
     channel: &'t str,
     source: Option<&'t str>,
     unit: Option<Unit>,
@@ -24,7 +24,7 @@ struct Said<'t> {
 pub fn set_roles(inspected: &mut Inspected, options: &[String]) -> Result<(), String> {
     for option in options {
         let (role, said) = parse(option).map_err(|line| format!("--role '{option}': {line}"))?;
-        let row = row(&inspected.probes, role, &said).map_err(|line| format!("--role '{option}': {line}"))?;
+        let row = make_row(&inspected.probes, role, &said).map_err(|line| format!("--role '{option}': {line}"))?;
         inspected.guess.rows.retain(|(other, kept)| *other == role || kept.from != row.from);
         inspected.guess.set(role, Some(row));
     }
@@ -32,10 +32,10 @@ pub fn set_roles(inspected: &mut Inspected, options: &[String]) -> Result<(), St
 }
 
 /// A role and what is said of it; a channel's name may hold commas.
-fn parse(option: &str) -> Result<(Role, Said<'_>), String> {
+fn parse(option: &str) -> Result<(Role, RoleOption<'_>), String> {
     let (name, mut rest) = option.split_once('=').ok_or_else(|| format!("write it as {FORM}"))?;
     let role = Role::from_name(name.trim()).ok_or_else(|| format!("there is no role '{}'", name.trim()))?;
-    let mut said = Said::default();
+    let mut said = RoleOption::default();
     while let Some((before, last)) = rest.rsplit_once(',') {
         let Some((key, value)) = last.split_once('=') else { break };
         let value = value.trim();
@@ -55,7 +55,7 @@ fn parse(option: &str) -> Result<(Role, Said<'_>), String> {
 }
 
 /// The row that an option makes.
-fn row(probes: &[Probe], role: Role, said: &Said<'_>) -> Result<ManualChannel, String> {
+fn make_row(probes: &[Probe], role: Role, said: &RoleOption<'_>) -> Result<ManualChannel, String> {
     let sources = probes.iter().flat_map(|probe| &probe.sources);
     let named = sources.filter(|source| said.source.is_none_or(|name| source.name == name));
     let found: Vec<&str> = named
@@ -88,7 +88,7 @@ mod tests {
     #[test]
     fn option_holds_channel_source_unit_and_calibration() {
         let (role, said) = parse("delta_e = C2,source=RCOU, unit=deg,scale=-0.07,offset=-1500").unwrap();
-        let wanted = Said {
+        let wanted = RoleOption {
             channel: "C2",
             source: Some("RCOU"),
             unit: Unit::parse("deg").ok(),

@@ -240,11 +240,10 @@ fn over_flight(
         let revolutions_s = speed[k] / std::f64::consts::TAU;
         let is_slow = air.airspeed_m_s[k] < GROUND_AIRSPEED_M_S;
         let scale = air.density_kg_m3[k] * revolutions_s.powi(2) * diameter_m.powi(4);
-        let pair = [air.airspeed_m_s[k] / (revolutions_s * diameter_m), history.thrust_n[k] / scale];
-        if is_slow { [f64::NAN; 2] } else { pair }
+        let pair = (air.airspeed_m_s[k] / (revolutions_s * diameter_m), history.thrust_n[k] / scale);
+        if is_slow { (f64::NAN, f64::NAN) } else { pair }
     };
-    let [advance_ratio, thrust_coefficient] =
-        [0, 1].map(|column| (0..speed.len()).map(|k| coefficient(k)[column]).collect::<Vec<f64>>());
+    let (advance_ratio, thrust_coefficient): (Vec<f64>, Vec<f64>) = (0..speed.len()).map(coefficient).unzip();
     let rise: Vec<f64> = history.total_pressure_rise.iter().zip(&air.airspeed_m_s).map(in_flight).collect();
     let series = |values: Vec<f64>| Series { time_s: Arc::clone(&air.time_s), values: values.into() };
     Ok(Some(EngineOverFlight {

@@ -84,4 +84,4 @@ pub use tolerances::{
     Judgement, ObjectiveTest, PercentRule, Quantity, Reading, RecordDemand, Tolerances, ValueTolerance,
 };
 pub use truth::TruthError;
-pub use window_context::WindowContext;
+pub use window_context::{ANGULAR_ACCELERATIONS, WindowContext};

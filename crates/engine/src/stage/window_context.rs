@@ -22,7 +22,7 @@ const AIR: [Role; 6] =
     [Role::Altitude, Role::AirDensity, Role::StaticPressure, Role::AirTemperature, Role::Mach, Role::ThrustCoefficient];
 
 /// Recorded angular accelerations, with the rates they belong to.
-pub(crate) const ANGULAR_ACCELERATIONS: [(Role, Role); 3] = [
+pub const ANGULAR_ACCELERATIONS: [(Role, Role); 3] = [
     (Role::RollAcceleration, Role::RollRate),
     (Role::PitchAcceleration, Role::PitchRate),
     (Role::YawAcceleration, Role::YawRate),
