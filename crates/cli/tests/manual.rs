@@ -386,13 +386,19 @@ fn every_page_is_in_the_contents_and_every_link_and_picture_is_there() {
     check_links(&book.join("SUMMARY.md"));
 }
 
-/// Files that a page links to, draws or includes.
+/// Files that a page links to, draws or includes; what is included is read where the page stands.
 fn check_links(page: &Path) {
-    let text = std::fs::read_to_string(page).unwrap();
+    let folder = page.parent().unwrap();
+    let mut text = std::fs::read_to_string(page).unwrap();
+    while let Some((before, rest)) = text.split_once("{{#include ") {
+        let (file, after) = rest.split_once("}}").unwrap();
+        let path = folder.join(file);
+        let included = std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+        text = format!("{before}{included}{after}");
+    }
     let links = text.split("](").skip(1).filter_map(|rest| rest.split(')').next());
-    let included = text.split("{{#include ").skip(1).filter_map(|rest| rest.split("}}").next());
-    for link in links.chain(included).filter(|link| !link.contains("://") && !link.starts_with('#')) {
+    for link in links.filter(|link| !link.contains("://") && !link.starts_with('#')) {
         let file = link.split('#').next().unwrap();
-        assert!(page.parent().unwrap().join(file).exists(), "{}: {link} is not there", page.display());
+        assert!(folder.join(file).exists(), "{}: {link} is not there", page.display());
     }
 }

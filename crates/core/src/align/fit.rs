@@ -128,32 +128,36 @@ pub fn clock_fit(reference: &Series, other: &Series, settings: &ClockFitSettings
 /// [`AlignError::Setting`], [`AlignError::Signal`] for lengths that differ or time that does not increase, [`AlignError::Still`]
 /// for a channel that does not change or has no stretch without gaps, [`AlignError::NoAgreement`].
 pub fn clock_fit_pairs(pairs: &[ClockPair<'_>], settings: &ClockFitSettings) -> Result<ClockEstimate, AlignError> {
+    /// How much wider the agreement of the first pass is: it still sees the drift within a chunk.
+    const FIRST_AGREEMENT: f64 = 4.0;
+    /// Passes after it, and the part of the lags that they look at.
+    const FURTHER_PASSES: usize = 2;
+    const FURTHER_LAGS: f64 = 0.25;
     check(settings)?;
     let bands = bands(pairs, settings)?;
     let shared = pairs.iter().map(Shared::new).collect::<Result<Vec<_>, _>>()?;
     let least = shared.iter().map(|pair| Prepared::new(pair, bands[0])).collect::<Result<Vec<_>, _>>()?;
-    let mut model = match settings.search {
+    let model = match settings.search {
         ClockSearch::About(model) => model,
         ClockSearch::Everywhere => first_guess(&least)?,
     };
-    let prepared = least
-        .into_iter()
-        .enumerate()
-        .map(|(index, prepared)| best_band(index, prepared, &bands[1..], &model, settings))
-        .collect::<Result<Vec<_>, _>>()?;
-    /// Passes and how much wider the lags and the agreement of each are: the first still sees the drift within a chunk.
-    const PASSES: [(f64, f64); 3] = [(1.0, 4.0), (0.25, 1.0), (0.25, 1.0)];
-    let mut estimate = None;
-    for (lag_share, agreement) in PASSES {
+    let mut prepared = Vec::with_capacity(least.len());
+    let mut chunks = Vec::with_capacity(least.len() * settings.chunks);
+    for (index, least) in least.into_iter().enumerate() {
+        let (best, shown) = best_band(index, least, &bands[1..], &model, settings)?;
+        prepared.push(best);
+        chunks.extend(shown);
+    }
+    let mut estimate = fit_line(&model, chunks, settings, FIRST_AGREEMENT * settings.agreement_s)?;
+    for _ in 0..FURTHER_PASSES {
+        let model = estimate.model;
         let mut chunks = Vec::with_capacity(prepared.len() * settings.chunks);
         for (index, prepared) in prepared.iter().enumerate() {
-            chunks.extend(prepared.chunks(index, &model, settings.chunks, lag_share * settings.max_lag_s)?);
+            chunks.extend(prepared.chunks(index, &model, settings.chunks, FURTHER_LAGS * settings.max_lag_s)?);
         }
-        let found = fit_line(&model, chunks, settings, agreement * settings.agreement_s)?;
-        model = found.model;
-        estimate = Some(found);
+        estimate = fit_line(&model, chunks, settings, settings.agreement_s)?;
     }
-    estimate.ok_or(AlignError::Setting { setting: "chunks", value: settings.chunks as f64, allowed: "at least 1" })
+    Ok(estimate)
 }
 
 fn check(settings: &ClockFitSettings) -> Result<(), AlignError> {
@@ -264,35 +268,35 @@ impl<'a> Prepared<'a> {
     }
 }
 
-/// A pair in the band whose chunks together tell the lag best, `sum 1 / sd^2` over those that correlate; bands too slow for
-/// its stretches without gaps are passed over.
+/// A pair in the band whose chunks together tell the lag best, `sum 1 / sd^2` over those that correlate, and these chunks; bands too
+/// slow for its stretches without gaps are passed over.
 fn best_band<'a>(
     index: usize,
     least: Prepared<'a>,
     slower: &[Band],
     model: &ClockModel,
     settings: &ClockFitSettings,
-) -> Result<Prepared<'a>, AlignError> {
-    let told = |prepared: &Prepared<'_>| -> Result<f64, AlignError> {
-        let chunks = prepared.chunks(index, model, settings.chunks, settings.max_lag_s)?;
+) -> Result<(Prepared<'a>, Vec<ClockChunk>), AlignError> {
+    let chunks = |prepared: &Prepared<'_>| prepared.chunks(index, model, settings.chunks, settings.max_lag_s);
+    let information = |chunks: &[ClockChunk]| -> f64 {
         let strong = chunks.iter().filter(|chunk| chunk.correlation >= settings.min_correlation);
-        Ok(strong.map(|chunk| 1.0 / chunk.lag_sd_s.max(LEAST_SD_S).powi(2)).sum())
+        strong.map(|chunk| 1.0 / chunk.lag_sd_s.max(LEAST_SD_S).powi(2)).sum()
     };
-    let mut most = told(&least)?;
+    let mut shown = chunks(&least)?;
     let mut best = least;
     for &band in slower {
         let candidate = match Prepared::new(best.pair, band) {
             Err(AlignError::Still { .. }) => break,
             other => other?,
         };
-        match told(&candidate) {
+        match chunks(&candidate) {
             Err(AlignError::Still { .. }) => break,
-            Ok(told) if told > most => (most, best) = (told, candidate),
+            Ok(others) if information(&others) > information(&shown) => (shown, best) = (others, candidate),
             Ok(_) => {}
             Err(error) => return Err(error),
         }
     }
-    Ok(best)
+    Ok((best, shown))
 }
 
 /// Offset with the best correlation of the whole records, summed over the pairs, which share one band.

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use multiversion::multiversion;
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex;
 
@@ -205,7 +206,8 @@ impl RunningSums {
     }
 }
 
-/// Sum of products, in eight lanes so that it runs as wide as the processor is.
+/// Sum of products in eight lanes, as wide as the processor is; the same to the bit on every processor.
+#[multiversion(targets("x86_64+avx512f", "x86_64+avx2"))]
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     const LANES: usize = 8;
     let (a_blocks, a_rest) = a.as_chunks::<LANES>();

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 use std::ops::Range;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use crate::prep::{between_samples, stretches};
 use crate::quantity::{Dimension, Role};
@@ -71,6 +71,9 @@ const FAST: [Role; 15] = [
     Role::AngleOfAttack,
 ];
 
+/// Angles whose sine and cosine enter the relations.
+const ANGLES: [Role; 5] = [Role::BankAngle, Role::PitchAngle, Role::HeadingAngle, Role::AngleOfAttack, Role::Sideslip];
+
 /// Compared channels on even steps, segment after segment.
 #[derive(Clone, Debug)]
 pub(super) struct Motion {
@@ -82,6 +85,8 @@ pub(super) struct Motion {
     pub time_s: Arc<[f64]>,
     /// Columns by role, not a number where nothing was recorded; headings and bank angles run on past a turn.
     columns: Vec<Option<Arc<[f64]>>>,
+    /// Sine and cosine of [`ANGLES`], formed when they are first asked for.
+    sines: [OnceLock<Arc<[(f64, f64)]>>; ANGLES.len()],
 }
 
 /// Rate and length of the clock everything is compared on.
@@ -146,7 +151,8 @@ impl Motion {
             }
         }
         let moving = most_moving(&columns, &ranges);
-        Some(Self { step_s, segments: if moving.is_empty() { ranges } else { moving }, time_s: at_s.into(), columns })
+        let segments = if moving.is_empty() { ranges } else { moving };
+        Some(Self { step_s, segments, time_s: at_s.into(), columns, sines: Default::default() })
     }
 
     /// Whether `role` is recorded.
@@ -164,46 +170,84 @@ impl Motion {
         self.columns[role as usize].as_ref().map_or(0.0, |column| column[step])
     }
 
+    /// Sine and cosine of an angle at a step of a segment; those of zero where the recording lacks the role.
+    pub(super) fn sin_cos(&self, role: Role, step: usize) -> (f64, f64) {
+        let Some(column) = &self.columns[role as usize] else { return (0.0, 1.0) };
+        let Some(index) = ANGLES.iter().position(|angle| *angle == role) else { return column[step].sin_cos() };
+        let form = || {
+            let mut formed = vec![(f64::NAN, f64::NAN); column.len()];
+            for step in self.segments.iter().flat_map(Clone::clone) {
+                formed[step] = column[step].sin_cos();
+            }
+            formed.into()
+        };
+        self.sines[index].get_or_init(form)[step]
+    }
+
+    fn set(&mut self, role: Role, column: Option<Arc<[f64]>>) {
+        self.columns[role as usize] = column;
+        if let Some(index) = ANGLES.iter().position(|angle| *angle == role) {
+            self.sines[index] = OnceLock::new();
+        }
+    }
+
     /// The same with the column of `role` put through `change`.
     pub(super) fn changed(mut self, role: Role, change: impl Fn(f64) -> f64) -> Self {
-        if let Some(column) = &mut self.columns[role as usize] {
-            *column = column.iter().map(|value| change(*value)).collect();
-        }
+        let column = self.column(role).map(|column| column.iter().map(|value| change(*value)).collect());
+        self.set(role, column);
         self
     }
 
     /// The same with another column for `role`.
     pub(super) fn with(mut self, role: Role, column: Vec<f64>) -> Self {
-        self.columns[role as usize] = Some(column.into());
+        self.set(role, Some(column.into()));
         self
     }
 
-    /// The same with the samples of some roles taken `steps` later, so that stamps too late by as much are right again, over some
-    /// ranges alone; not a number outside them and where there is no sample.
-    pub(super) fn earlier(mut self, roles: &[Role], steps: f64, over: &[Range<usize>]) -> Self {
-        let whole = steps.floor();
-        let part = steps - whole;
+    /// The steps of some ranges alone, one range behind the other; each is a segment.
+    pub(super) fn part(&self, ranges: &[Range<usize>]) -> Self {
+        let of = |column: &[f64]| -> Arc<[f64]> {
+            ranges.iter().flat_map(|range| &column[range.clone()]).copied().collect()
+        };
+        let mut end = 0;
+        let segments = ranges.iter().map(|range| {
+            end += range.len();
+            end - range.len()..end
+        });
+        Self {
+            step_s: self.step_s,
+            segments: segments.collect(),
+            time_s: of(&self.time_s),
+            columns: self.columns.iter().map(|column| column.as_deref().map(of)).collect(),
+            sines: Default::default(),
+        }
+    }
+
+    /// This [`part`](Self::part) of `whole` over `ranges` with the samples of some roles taken `steps` later, so that stamps too late
+    /// by as much are right again; not a number where there is no sample.
+    pub(super) fn earlier(&self, whole: &Self, ranges: &[Range<usize>], roles: &[Role], steps: f64) -> Self {
+        let mut moved = self.clone();
+        let part = steps - steps.floor();
         #[expect(clippy::cast_possible_truncation, reason = "a few seconds over steps of more than 0.01 s")]
-        let whole = whole as isize;
+        let by = steps.floor() as isize;
         for role in roles {
-            let Some(column) = &mut self.columns[*role as usize] else { continue };
+            let Some(column) = whole.column(*role) else { continue };
             let at = |k: usize, by: isize| k.checked_add_signed(by).and_then(|k| column.get(k)).copied();
             let between = |k: usize| {
-                let first = at(k, whole)?;
-                if part == 0.0 { Some(first) } else { Some(first + part * (at(k, whole + 1)? - first)) }
+                let first = at(k, by)?;
+                if part == 0.0 { Some(first) } else { Some(first + part * (at(k, by + 1)? - first)) }
             };
-            let mut moved = vec![f64::NAN; column.len()];
-            for k in over.iter().flat_map(Clone::clone) {
-                moved[k] = between(k).unwrap_or(f64::NAN);
-            }
-            *column = moved.into();
+            let steps = ranges.iter().flat_map(Clone::clone);
+            moved.set(*role, Some(steps.map(|k| between(k).unwrap_or(f64::NAN)).collect()));
         }
-        self
+        moved
     }
 
     /// The same with the columns of two roles exchanged.
     pub(super) fn swapped(mut self, one: Role, other: Role) -> Self {
-        self.columns.swap(one as usize, other as usize);
+        let [of_one, of_other] = [one, other].map(|role| self.columns[role as usize].take());
+        self.set(one, of_other);
+        self.set(other, of_one);
         self
     }
 }
@@ -296,15 +340,16 @@ fn unwrapped(values: &[f64]) -> Vec<f64> {
 /// Velocity relative to the air in body axes at a step: `u, v, w` of airspeed, angle of attack and sideslip, m/s.
 pub(super) fn air_velocity(motion: &Motion, step: usize) -> [f64; 3] {
     let speed = motion.at(Role::TrueAirspeed, step);
-    let (alpha, beta) = (motion.at(Role::AngleOfAttack, step), motion.at(Role::Sideslip, step));
-    [speed * alpha.cos() * beta.cos(), speed * beta.sin(), speed * alpha.sin() * beta.cos()]
+    let (sin_alpha, cos_alpha) = motion.sin_cos(Role::AngleOfAttack, step);
+    let (sin_beta, cos_beta) = motion.sin_cos(Role::Sideslip, step);
+    [speed * cos_alpha * cos_beta, speed * sin_beta, speed * sin_alpha * cos_beta]
 }
 
 /// A vector of body axes in north, east and down at a step.
 pub(super) fn in_north_east_down(motion: &Motion, step: usize, [x, y, z]: [f64; 3]) -> [f64; 3] {
-    let (sin_phi, cos_phi) = motion.at(Role::BankAngle, step).sin_cos();
-    let (sin_theta, cos_theta) = motion.at(Role::PitchAngle, step).sin_cos();
-    let (sin_psi, cos_psi) = motion.at(Role::HeadingAngle, step).sin_cos();
+    let (sin_phi, cos_phi) = motion.sin_cos(Role::BankAngle, step);
+    let (sin_theta, cos_theta) = motion.sin_cos(Role::PitchAngle, step);
+    let (sin_psi, cos_psi) = motion.sin_cos(Role::HeadingAngle, step);
     let (across, below) = (y * cos_phi - z * sin_phi, y * sin_phi + z * cos_phi);
     let ahead = x * cos_theta + below * sin_theta;
     [ahead * cos_psi - across * sin_psi, ahead * sin_psi + across * cos_psi, below * cos_theta - x * sin_theta]

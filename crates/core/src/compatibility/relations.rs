@@ -62,8 +62,8 @@ fn turns(m: &Motion, k: usize) -> (f64, f64, f64) {
 
 /// Gravity in body axes at a step, m/s².
 fn gravity(m: &Motion, k: usize) -> [f64; 3] {
-    let (sin_theta, cos_theta) = m.at(PitchAngle, k).sin_cos();
-    let (sin_phi, cos_phi) = m.at(BankAngle, k).sin_cos();
+    let (sin_theta, cos_theta) = m.sin_cos(PitchAngle, k);
+    let (sin_phi, cos_phi) = m.sin_cos(BankAngle, k);
     [-GRAVITY_M_S2 * sin_theta, GRAVITY_M_S2 * cos_theta * sin_phi, GRAVITY_M_S2 * cos_theta * cos_phi]
 }
 
@@ -120,7 +120,7 @@ pub(super) const RELATIONS: &[Kinematic] = &[
         y: (|m, k| m.at(RollRate, k), nothing),
         x: (
             |m, k| {
-                let (sin_phi, cos_phi) = m.at(BankAngle, k).sin_cos();
+                let (sin_phi, cos_phi) = m.sin_cos(BankAngle, k);
                 -m.at(PitchAngle, k).tan() * (m.at(PitchRate, k) * sin_phi + m.at(YawRate, k) * cos_phi)
             },
             |m, k| m.at(BankAngle, k),
@@ -134,8 +134,8 @@ pub(super) const RELATIONS: &[Kinematic] = &[
         needs: &[PitchRate, PitchAngle],
         uses: &[BankAngle, YawRate],
         clock: ClockEffect::Multiplies,
-        y: (|m, k| m.at(PitchRate, k) * m.at(BankAngle, k).cos(), nothing),
-        x: (|m, k| m.at(YawRate, k) * m.at(BankAngle, k).sin(), |m, k| m.at(PitchAngle, k)),
+        y: (|m, k| m.at(PitchRate, k) * m.sin_cos(BankAngle, k).1, nothing),
+        x: (|m, k| m.at(YawRate, k) * m.sin_cos(BankAngle, k).0, |m, k| m.at(PitchAngle, k)),
         ..EXACT
     },
     // r cos(phi) / cos(theta) = psi' - q sin(phi) / cos(theta)
@@ -145,9 +145,9 @@ pub(super) const RELATIONS: &[Kinematic] = &[
         needs: &[YawRate, HeadingAngle],
         uses: &[BankAngle, PitchAngle, PitchRate],
         clock: ClockEffect::Multiplies,
-        y: (|m, k| m.at(YawRate, k) * m.at(BankAngle, k).cos() / m.at(PitchAngle, k).cos(), nothing),
+        y: (|m, k| m.at(YawRate, k) * m.sin_cos(BankAngle, k).1 / m.sin_cos(PitchAngle, k).1, nothing),
         x: (
-            |m, k| -m.at(PitchRate, k) * m.at(BankAngle, k).sin() / m.at(PitchAngle, k).cos(),
+            |m, k| -m.at(PitchRate, k) * m.sin_cos(BankAngle, k).0 / m.sin_cos(PitchAngle, k).1,
             |m, k| m.at(HeadingAngle, k),
         ),
         ..EXACT

@@ -4,6 +4,8 @@
 //! or later; the part of the variance it leaves unexplained, `u = 1 - r2`, is least where the clocks agree. The relations that hold
 //! there are put together by least squares weighted with `n / u`.
 
+use std::ops::Range;
+
 use super::changes::Cure;
 use super::line::Line;
 use super::motion::{COMPARED, Motion, reference};
@@ -50,23 +52,21 @@ struct Shifted {
 }
 
 /// A relation with the segments it is evaluated in.
-struct Told {
+struct SegmentedRelation {
     relation: &'static Kinematic,
-    segments: Vec<std::ops::Range<usize>>,
+    segments: Vec<Range<usize>>,
     /// Pairs that count, half of them: they overlap.
     weight: f64,
 }
 
-impl Told {
-    /// Part of the variance that is left unexplained.
-    fn unexplained(&self, motion: &Motion) -> f64 {
-        let lines = self.segments.iter().filter_map(|one| Line::of_all(&self.relation.pairs(motion, one)));
-        let (left, all) = lines.fold((0.0, 0.0), |(left, all), line| {
-            let variance = line.spread_y.powi(2);
-            (left + variance * (1.0 - line.r2), all + variance)
-        });
-        if all > 0.0 { (left / all).max(LEAST_LEFT) } else { 1.0 }
-    }
+/// Part of the variance over some segments that a relation leaves unexplained.
+fn unexplained(relation: &Kinematic, motion: &Motion, segments: &[Range<usize>]) -> f64 {
+    let lines = segments.iter().filter_map(|one| Line::of_all(&relation.pairs(motion, one)));
+    let (left, all) = lines.fold((0.0, 0.0), |(left, all), line| {
+        let variance = line.spread_y.powi(2);
+        (left + variance * (1.0 - line.r2), all + variance)
+    });
+    if all > 0.0 { (left / all).max(LEAST_LEFT) } else { 1.0 }
 }
 
 /// Sources whose stamps are shifted against the others, and the recording with them put right.
@@ -82,9 +82,9 @@ pub(super) fn find(
     let main = reference(&recording).map(|channel| channel.source.clone());
     let mut open: Vec<&(String, Vec<Role>)> = sources.iter().collect();
     while open.len() > 1 {
-        let told = told(&motion, relations);
+        let relations = segmented(&motion, relations);
         let mut found: Vec<Shifted> =
-            open.iter().filter_map(|(source, roles)| shift_of(source, roles, &motion, &told)).collect();
+            open.iter().filter_map(|(source, roles)| shift_of(source, roles, &motion, &relations)).collect();
         let most = found.iter().map(|one| one.gain).fold(0.0, f64::max);
         // Of two that explain as much the flight's own clock stays.
         found.retain(|one| one.gain >= (1.0 - AS_GOOD) * most);
@@ -116,29 +116,36 @@ fn sources(recording: &Recording) -> Vec<(String, Vec<Role>)> {
 }
 
 /// The shift of one source against the others; `None` where its stamps fit, or nothing tells.
-fn shift_of(source: &str, roles: &[Role], motion: &Motion, told: &[Told]) -> Option<Shifted> {
+fn shift_of(source: &str, roles: &[Role], motion: &Motion, relations: &[SegmentedRelation]) -> Option<Shifted> {
     let farthest_s = farthest_s(motion);
-    let told: Vec<&Told> = told.iter().filter(|one| crosses(one.relation, roles, motion)).collect();
-    if told.is_empty() {
+    let crossing: Vec<&SegmentedRelation> =
+        relations.iter().filter(|one| crosses(one.relation, roles, motion)).collect();
+    if crossing.is_empty() {
         return None;
     }
-    let mut over: Vec<_> = told.iter().flat_map(|one| one.segments.iter().cloned()).collect();
+    let mut over: Vec<_> = crossing.iter().flat_map(|one| one.segments.iter().cloned()).collect();
     over.sort_unstable_by_key(|segment| segment.start);
     over.dedup();
+    let part = motion.part(&over);
+    let places = |one: &SegmentedRelation| -> Vec<Range<usize>> {
+        let at = one.segments.iter().filter_map(|segment| over.iter().position(|other| other == segment));
+        at.map(|index| part.segments[index].clone()).collect()
+    };
+    let segments: Vec<_> = crossing.iter().map(|one| places(one)).collect();
     let left = |late_s: f64| -> Vec<f64> {
-        let moved = motion.clone().earlier(roles, late_s / motion.step_s, &over);
-        told.iter().map(|one| one.unexplained(&moved)).collect()
+        let moved = part.earlier(motion, &over, roles, late_s / motion.step_s);
+        crossing.iter().zip(&segments).map(|(one, segments)| unexplained(one.relation, &moved, segments)).collect()
     };
     let now = left(0.0);
     #[expect(clippy::cast_possible_truncation, reason = "a few seconds over tenths")]
     let count = (farthest_s / COARSE_S).floor() as i32;
     let grid: Vec<(f64, Vec<f64>)> =
         (-count..=count).map(|k| f64::from(k) * COARSE_S).map(|late_s| (late_s, left(late_s))).collect();
-    let weight = |(index, one): (usize, &&Told)| {
+    let weight = |(index, one): (usize, &&SegmentedRelation)| {
         let least = grid.iter().map(|(_, left)| left[index]).fold(f64::INFINITY, f64::min);
         if least < TELLS { one.weight / least } else { 0.0 }
     };
-    let weights: Vec<f64> = told.iter().enumerate().map(weight).collect();
+    let weights: Vec<f64> = crossing.iter().enumerate().map(weight).collect();
     let sum = |left: &[f64]| left.iter().zip(&weights).map(|(left, weight)| left * weight).sum::<f64>();
     let (mut late_s, _) = grid.iter().map(|(late_s, left)| (*late_s, sum(left))).min_by(|a, b| a.1.total_cmp(&b.1))?;
     for step_s in FINE_S {
@@ -149,7 +156,7 @@ fn shift_of(source: &str, roles: &[Role], motion: &Motion, told: &[Told]) -> Opt
     let near_s = AGREEMENT_S.max(AGREEMENT * late_s.abs());
     let mut agreeing = Vec::new();
     let (mut gain, mut against) = (0.0, 0.0);
-    for (index, one) in told.iter().enumerate().filter(|(index, _)| weights[*index] > 0.0) {
+    for (index, one) in crossing.iter().enumerate().filter(|(index, _)| weights[*index] > 0.0) {
         let gained = one.weight * (now[index] / then[index]).ln();
         let apart_s = COARSE_S * vertex(sooner[index], then[index], later[index]);
         gain += gained;
@@ -179,7 +186,7 @@ fn crosses(relation: &Kinematic, roles: &[Role], motion: &Motion) -> bool {
 }
 
 /// Relations that apply, each with the segments it varies most in, their ends left free.
-fn told(motion: &Motion, relations: &[Relation]) -> Vec<Told> {
+fn segmented(motion: &Motion, relations: &[Relation]) -> Vec<SegmentedRelation> {
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few seconds over steps")]
     let free = (farthest_s(motion) / motion.step_s).ceil() as usize + 2;
     let kinematic =
@@ -191,7 +198,7 @@ fn told(motion: &Motion, relations: &[Relation]) -> Vec<Told> {
         varying.sort_by(|a, b| b.0.total_cmp(&a.0));
         let segments: Vec<_> = varying.into_iter().take(SEGMENTS).map(|(_, segment)| segment).collect();
         let pairs: usize = segments.iter().map(|segment| relation.pairs(motion, segment).len()).sum();
-        Told { relation, segments, weight: pairs as f64 / 2.0 }
+        SegmentedRelation { relation, segments, weight: pairs as f64 / 2.0 }
     });
     with_segments.filter(|one| !one.segments.is_empty()).collect()
 }
