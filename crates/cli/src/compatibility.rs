@@ -134,7 +134,7 @@ fn ask(session: &mut Session, arguments: &CompatibilityArguments) -> Result<(), 
 
 fn print(rows: &SensorErrorsRow) {
     let number = text::number;
-    let told = |correlation: f64, partner: &str| match correlation.abs() > STRONG {
+    let strong_correlation = |correlation: f64, partner: &str| match correlation.abs() > STRONG {
         true => format!("{} with {partner}", number(correlation, 2)),
         false => String::new(),
     };
@@ -147,11 +147,11 @@ fn print(rows: &SensorErrorsRow) {
             number(row.standard_error, 2),
             number(row.corrected_standard_error, 2),
             row.unit.to_owned(),
-            told(row.correlation, &row.partner),
+            strong_correlation(row.correlation, &row.partner),
         ]);
         cells.extend(row.windows.iter().filter(|_| rows.errors.len() > 1 || row.windows.len() > 1).map(|share| {
-            let error = if share.told { number(share.standard_error, 2) } else { "not told".to_owned() };
-            let words = told(share.correlation, &share.partner);
+            let error = if share.told { number(share.standard_error, 2) } else { "not determined".to_owned() };
+            let words = strong_correlation(share.correlation, &share.partner);
             vec![
                 String::new(),
                 format!("{} alone", share.window),

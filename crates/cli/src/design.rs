@@ -252,7 +252,8 @@ fn print(row: &DesignRow) {
         number(row.gust_m_s, 2)
     ));
     text::line("");
-    let some = |value: Option<f64>, digits| value.map_or_else(|| "not told".to_owned(), |value| number(value, digits));
+    let some =
+        |value: Option<f64>, digits| value.map_or_else(|| "not determined".to_owned(), |value| number(value, digits));
     let cells = row.predicted.iter().map(|own| {
         vec![
             own.name.clone(),
@@ -347,14 +348,14 @@ pub fn enough(arguments: &EnoughArguments) -> Result<(), String> {
         vec![
             own.name.clone(),
             number(own.estimate, 4),
-            own.corrected.map_or_else(|| "not told".to_owned(), |error| number(error, 2)),
+            own.corrected.map_or_else(|| "not determined".to_owned(), |error| number(error, 2)),
             number(own.goal, 2),
             own.met_after.as_ref().map_or_else(|| "not met".to_owned(), |window| format!("met after {window}")),
         ]
     });
     text::table(&["derivative", "estimate", "corrected error", "goal", ""], &cells.collect::<Vec<_>>());
     text::line("");
-    let ratio = |value: Option<f64>| value.map_or_else(|| "not told".to_owned(), |value| number(value, 3));
+    let ratio = |value: Option<f64>| value.map_or_else(|| "not determined".to_owned(), |value| number(value, 3));
     let cells = found.windows.iter().map(|own| {
         vec![
             own.window.clone(),

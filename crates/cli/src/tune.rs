@@ -119,13 +119,13 @@ fn choose_windows(session: &mut Session, names: &[String]) -> Result<(), String>
 
 fn print(found: &NoiseProposal, windows: usize) {
     let row = |name: &str, unit: &str, proposed: &ProposedDeviation| {
-        let told = match proposed.log_standard_error.map(f64::exp) {
-            _ if proposed.at_bound => "not told: the likelihood has no maximum here, keep what is set".to_owned(),
+        let error = match proposed.log_standard_error.map(f64::exp) {
+            _ if proposed.at_bound => "not determined: the likelihood has no maximum here, keep what is set".to_owned(),
             Some(factor) => format!("x/ {}", text::number(factor, 3)),
-            None => "not told".to_owned(),
+            None => "not determined".to_owned(),
         };
         let value = if proposed.at_bound { "-".to_owned() } else { text::number(proposed.proposed, 4) };
-        vec![name.to_owned(), unit.to_owned(), text::number(proposed.present, 4), value, told]
+        vec![name.to_owned(), unit.to_owned(), text::number(proposed.present, 4), value, error]
     };
     let inputs = Input::ALL.into_iter().filter_map(|input| {
         Some(row(input.name(), input.dimension().si_symbol(), found.process[input as usize].as_ref()?))

@@ -65,9 +65,9 @@ fn votes(motion: &Motion, relations: &[Relation]) -> (usize, usize) {
         Outcome::Fits(figures) | Outcome::Differs(figures) => {
             Some((figures.slope.abs() - 1.0).abs() <= RIGHT_SLOPE && figures.r2 > CLEAR_R2)
         }
-        Outcome::Absent | Outcome::Untold => None,
+        Outcome::Absent | Outcome::Undetermined => None,
     });
-    figures.fold((0, 0), |(told, hold), holds| (told + 1, hold + usize::from(holds)))
+    figures.fold((0, 0), |(decisive, hold), holds| (decisive + 1, hold + usize::from(holds)))
 }
 
 fn is_plausible(pace: &Pace, factor: f64) -> bool {
@@ -79,9 +79,9 @@ fn is_plausible(pace: &Pace, factor: f64) -> bool {
 pub(super) fn judge(recording: &Recording, relations: &[Relation]) -> Clocked {
     let Some(pace) = pace(recording) else { return Clocked { rows: Vec::new(), motion: None, factor: 1.0 } };
     let motion = Motion::new(recording, 1.0);
-    let (told, hold) = motion.as_ref().map_or((0, 0), |motion| votes(motion, relations));
+    let (decisive, hold) = motion.as_ref().map_or((0, 0), |motion| votes(motion, relations));
     let plausible = is_plausible(&pace, 1.0);
-    if hold == 0 && (told > 0 || !plausible) {
+    if hold == 0 && (decisive > 0 || !plausible) {
         let others = UNITS.into_iter().filter(|(factor, _)| is_plausible(&pace, *factor));
         let mut best: Option<Candidate> = None;
         let mut possible = Vec::new();
@@ -116,10 +116,10 @@ fn pace_in_words(pace: &Pace, factor: f64) -> String {
     format!("{:.4} samples per second over {:.1} s", pace.rate_hz / factor, pace.span_s * factor)
 }
 
-fn in_unit(pace: &Pace, factor: f64, unit: &'static str, (told, hold): (usize, usize)) -> CompatibilityRow {
+fn in_unit(pace: &Pace, factor: f64, unit: &'static str, (decisive, hold): (usize, usize)) -> CompatibilityRow {
     let cure = Cure::Clock { factor, unit: Some(unit) };
     let evidence = format!(
-        "as read there are {}, and no rate fits its integral; as {} there are {}, and {hold} of {told} integrals fit",
+        "as read there are {}, and no rate fits its integral; as {} there are {}, and {hold} of {decisive} integrals fit",
         pace_in_words(pace, 1.0),
         cure.hypothesis(),
         pace_in_words(pace, factor),

@@ -112,11 +112,11 @@ impl Offset {
         if !self.applies(motion) {
             return Outcome::Absent;
         }
-        let Some((slope, scatter, segments)) = self.offset(motion) else { return Outcome::Untold };
+        let Some((slope, scatter, segments)) = self.offset(motion) else { return Outcome::Undetermined };
         let figures = Figures { slope, r2: 1.0, disagreement: 4.0, segments, predicted: true };
         match slope.abs() > LEAST_RAD {
             true if scatter < SCATTER * slope.abs() => Outcome::Differs(figures),
-            true => Outcome::Untold,
+            true => Outcome::Undetermined,
             false => Outcome::Fits(figures),
         }
     }

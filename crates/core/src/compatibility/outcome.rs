@@ -43,7 +43,7 @@ pub(super) enum Outcome {
     /// The recording lacks a channel.
     Absent,
     /// Nothing varies enough, or no segment tells.
-    Untold,
+    Undetermined,
     /// The channels fit.
     Fits(Figures),
     /// They do not.
@@ -160,7 +160,7 @@ fn judge_kinematic(one: &Kinematic, motion: &Motion) -> Outcome {
     if !one.applies(motion) {
         return Outcome::Absent;
     }
-    let Some(figures) = one.compare(motion) else { return Outcome::Untold };
+    let Some(figures) = one.compare(motion) else { return Outcome::Undetermined };
     if FITTING_SLOPE.contains(&figures.slope) && figures.r2 > FITTING_R2 {
         Outcome::Fits(figures)
     } else {
@@ -172,7 +172,7 @@ fn judge_air(one: &AirRelation, motion: &Motion) -> Outcome {
     if !one.applies(motion) {
         return Outcome::Absent;
     }
-    let Some(figures) = one.compare(motion) else { return Outcome::Untold };
+    let Some(figures) = one.compare(motion) else { return Outcome::Undetermined };
     let fits = figures.slope > 0.0 && figures.slope.ln().abs() <= one.tolerance.ln_1p();
     if fits { Outcome::Fits(figures) } else { Outcome::Differs(figures) }
 }
@@ -181,12 +181,12 @@ fn judge_response(one: &Response, motion: &Motion) -> Outcome {
     if !one.applies(motion) {
         return Outcome::Absent;
     }
-    let Some(sign) = one.compare(motion) else { return Outcome::Untold };
+    let Some(sign) = one.compare(motion) else { return Outcome::Undetermined };
     let figures =
         Figures { slope: sign.gain, r2: sign.share, disagreement: 4.0, segments: sign.segments, predicted: true };
     match sign.agrees() {
         Some(true) => Outcome::Fits(figures),
         Some(false) => Outcome::Differs(figures),
-        None => Outcome::Untold,
+        None => Outcome::Undetermined,
     }
 }

@@ -485,17 +485,18 @@ impl Kinematic {
         let moves = |line: &&Line| line.spread_x > TELLS * self.noise;
         let predicted = lines.iter().any(|line| moves(&line));
         let is_clear = |line: &&Line| line.r2 > CLEAR_R2 && line.spread_x.max(line.spread_y) > CLEAR * self.noise;
-        let mut told: Vec<&Line> = lines.iter().filter(|line| moves(line) || is_clear(line)).collect();
-        if told.is_empty() {
-            told = lines.iter().filter(|line| line.spread_y > TELLS * self.noise).collect();
+        let mut decisive: Vec<&Line> = lines.iter().filter(|line| moves(line) || is_clear(line)).collect();
+        if decisive.is_empty() {
+            decisive = lines.iter().filter(|line| line.spread_y > TELLS * self.noise).collect();
         }
-        let of =
-            |of: fn(&Line) -> f64| crate::statistics::median(&mut told.iter().map(|line| of(line)).collect::<Vec<_>>());
+        let of = |of: fn(&Line) -> f64| {
+            crate::statistics::median(&mut decisive.iter().map(|line| of(line)).collect::<Vec<_>>())
+        };
         Some(Figures {
             slope: of(|line| line.slope)?,
             r2: of(|line| line.r2)?,
             disagreement: of(|line| line.disagreement)?,
-            segments: told.len(),
+            segments: decisive.len(),
             predicted,
         })
     }

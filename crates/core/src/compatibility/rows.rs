@@ -13,8 +13,8 @@ use crate::quantity::Role;
 pub enum Agreement {
     /// It fits.
     Fits,
-    /// The recording does not tell.
-    Untold,
+    /// The recording does not show it.
+    Undetermined,
     /// It does not fit, and the cause was not found or must be asked for.
     Doubtful,
     /// It does not fit, and one mistake of the channel map explains it.
@@ -196,18 +196,19 @@ fn of_outcome(relation: &Relation, outcome: &Outcome) -> Option<CompatibilityRow
     let channel = relation.compared().name();
     let (agreement, figures, evidence) = match outcome {
         Outcome::Absent => return None,
-        Outcome::Fits(_) | Outcome::Untold if relation.is_of_values() => return None,
-        Outcome::Untold => {
-            let evidence = format!("{channel} against {}: not told, nothing varies enough in flight", relation.with());
-            (Agreement::Untold, None, evidence)
+        Outcome::Fits(_) | Outcome::Undetermined if relation.is_of_values() => return None,
+        Outcome::Undetermined => {
+            let evidence =
+                format!("{channel} against {}: not determined, nothing varies enough in flight", relation.with());
+            (Agreement::Undetermined, None, evidence)
         }
         Outcome::Fits(figures) => (Agreement::Fits, Some(figures), sentence(relation, figures)),
         Outcome::Differs(figures) if relation.is_exact() && figures.predicted => {
             (Agreement::Doubtful, Some(figures), sentence(relation, figures))
         }
         Outcome::Differs(figures) => {
-            let evidence = format!("{}: not told, gusts and sensors hide it", sentence(relation, figures));
-            (Agreement::Untold, Some(figures), evidence)
+            let evidence = format!("{}: not determined, gusts and sensors hide it", sentence(relation, figures));
+            (Agreement::Undetermined, Some(figures), evidence)
         }
     };
     Some(CompatibilityRow {

@@ -119,7 +119,7 @@ fn attempt(candidate: Candidate, motion: &Motion, outcomes: &[(Relation, Outcome
             }
             Outcome::Fits(_) => score += 0.25 * weight(relation),
             // Of two exchanged surfaces the one that rested now rests in the other's place.
-            Outcome::Untold if is_swap && matches!(relation, Relation::Response(_)) => {
+            Outcome::Undetermined if is_swap && matches!(relation, Relation::Response(_)) => {
                 score += 0.5 * weight(relation);
                 repaired.push((*relation, *was, *was));
             }
@@ -134,13 +134,13 @@ fn attempt(candidate: Candidate, motion: &Motion, outcomes: &[(Relation, Outcome
             * match (before, relation.judge(&changed)) {
                 (Outcome::Fits(_), Outcome::Differs(_)) if !matches!(relation, Relation::Response(_)) => BROKEN,
                 (Outcome::Fits(_), Outcome::Differs(_)) => 1.0,
-                (Outcome::Fits(_), Outcome::Untold) | (Outcome::Untold, Outcome::Differs(_)) => 1.0,
+                (Outcome::Fits(_), Outcome::Undetermined) | (Outcome::Undetermined, Outcome::Differs(_)) => 1.0,
                 _ => 0.0,
             };
     }
     repaired.sort_by(|a, b| {
-        let tells = |one: &(Relation, Figures, Figures)| (roles.contains(&one.0.compared()), one.0.is_exact());
-        tells(b).cmp(&tells(a)).then(b.2.r2.total_cmp(&a.2.r2))
+        let rank = |one: &(Relation, Figures, Figures)| (roles.contains(&one.0.compared()), one.0.is_exact());
+        rank(b).cmp(&rank(a)).then(b.2.r2.total_cmp(&a.2.r2))
     });
     (score > 0.0).then_some(Trial { candidate, repaired, score, motion: changed })
 }

@@ -51,7 +51,7 @@ impl Size {
         let Some(column) = motion.column(self.role) else { return Outcome::Absent };
         let mut values: Vec<f64> = column.iter().copied().filter(|value| value.is_finite()).collect();
         if values.is_empty() {
-            return Outcome::Untold;
+            return Outcome::Undetermined;
         }
         let outside = values.iter().filter(|value| !(self.range.0..=self.range.1).contains(*value)).count();
         let last = values.len() - 1;

@@ -113,7 +113,7 @@ impl Travel {
         if !motion.has(self.role) {
             return Outcome::Absent;
         }
-        let Some((reach, ..)) = self.reach(motion) else { return Outcome::Untold };
+        let Some((reach, ..)) = self.reach(motion) else { return Outcome::Undetermined };
         let segments = motion.segments.len();
         let figures = Figures { slope: reach, r2: 1.0, disagreement: 4.0, segments, predicted: true };
         if reach > FARTHEST_RAD || self.form(motion).is_some() {

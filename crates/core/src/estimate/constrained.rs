@@ -182,13 +182,13 @@ impl Problem<'_> {
         if self.samples <= free {
             return Err(EstimateError::TooFewSamples { samples: self.samples, parameters: free });
         }
-        let told = |(index, constraint): (usize, &Constraint)| {
+        let from_prior = |(index, constraint): (usize, &Constraint)| {
             outcome.solution.unit_covariance[(index, index)] * information(constraint, variance)
         };
-        let told: f64 = self.constraints.iter().enumerate().map(told).sum();
+        let from_prior: f64 = self.constraints.iter().enumerate().map(from_prior).sum();
         let residual = self.triangle.less(&outcome.solution.estimates);
         let square = residual.factor().column(self.names.len()).norm_squared();
-        Ok(square / ((self.samples - free) as f64 + told))
+        Ok(square / ((self.samples - free) as f64 + from_prior))
     }
 
     /// Solution inside the bounds for a given residual variance.

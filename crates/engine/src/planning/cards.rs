@@ -212,8 +212,8 @@ fn limits(envelope: &FlightEnvelope) -> Vec<String> {
     ]
 }
 
-/// Colours of what windows told: much, as much as the others, little.
-const TOLD: [(&str, usize); 3] = [("told much", 2), ("told as much as others", 0), ("told little", 4)];
+/// Colours of the information that windows gave: much, as much as the others, little.
+const INFORMATION: [(&str, usize); 3] = [("much information", 2), ("as much as others", 0), ("little information", 4)];
 
 /// Altitude over airspeed and load factor over airspeed, with the points planned and flown.
 pub fn envelope_figure(
@@ -238,7 +238,7 @@ pub fn envelope_figure(
         share if share < 0.75 => 2,
         _ => 1,
     };
-    for (place, (label, colour)) in TOLD.into_iter().enumerate() {
+    for (place, (label, colour)) in INFORMATION.into_iter().enumerate() {
         let own: Vec<&FlownPoint> = flown.iter().filter(|point| class(point) == place).collect();
         if own.is_empty() {
             continue;

@@ -111,7 +111,7 @@ fn predicted(row: &DesignRow) -> Table {
         .done()
 }
 
-/// Kinds of input side by side: cost by each criterion, and the derivative that is told worst.
+/// Kinds of input side by side: cost by each criterion, and the derivative with the greatest relative error.
 pub fn comparison_table(rows: &[ComparedKind]) -> Table {
     let cost = |name: &'static str| move |own: &&ComparedKind| own.costs.get(name).copied();
     TableOf::new("comparison", "Kinds of input within the same limits and time; a smaller cost is better.", rows)
@@ -119,7 +119,7 @@ pub fn comparison_table(rows: &[ComparedKind]) -> Table {
         .maybe("d", "d", "", 4, cost("d"))
         .maybe("a", "a", "", 4, cost("a"))
         .maybe("worst_relative_error_percent", "worst relative", "%", 3, |own| own.worst_relative_error_percent)
-        .optional("worst", "told worst", |own| own.worst.as_deref())
+        .optional("worst", "least certain", |own| own.worst.as_deref())
         .optional("error", "", |own| own.error.as_deref())
         .done()
 }

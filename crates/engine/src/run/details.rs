@@ -182,13 +182,14 @@ fn window_details(
 ) -> StageResult<WindowDetails> {
     let (request, Settings { structure, estimation, .. }, _) = params;
     let parts = aero.zip(*fits).map(|(aero, fits)| stage::contributions(manoeuvre, aero, fits, structure, estimation));
-    let told = aero.zip(*fits).map(|(aero, fits)| stage::information(manoeuvre, aero, fits, structure, estimation));
+    let information =
+        aero.zip(*fits).map(|(aero, fits)| stage::information(manoeuvre, aero, fits, structure, estimation));
     let filters = request.filters.then(|| by_every_filter(manoeuvre, params, inputs, context));
     Ok(WindowDetails {
         name: manoeuvre.name.clone(),
         residuals: fits.map(|fits| stage::residual_studies(fits)).unwrap_or_default(),
         contributions: parts.unwrap_or_default(),
-        information: told.unwrap_or_default(),
+        information: information.unwrap_or_default(),
         filters: match filters {
             Some(Err(StageError::Cancelled)) => return Err(StageError::Cancelled),
             found => found,

@@ -23,7 +23,7 @@ impl Observability {
         let names: Vec<_> = self.hidden.iter().filter(matters).map(|state| state.name()).collect();
         let hidden = (!names.is_empty()).then(|| {
             let (rank, open, names) = (self.rank, self.open, names.join(", "));
-            format!("observability rank {rank} of {open}: not told by what is measured: {names}")
+            format!("observability rank {rank} of {open}: not determined by what is measured: {names}")
         });
         let weak = self.weak.iter().map(|weak| {
             format!(

@@ -128,7 +128,7 @@ fn median_airspeed_m_s(recording: &Recording) -> Option<f64> {
 fn compared(recording: &Recording, map: impl Fn(Option<Role>) -> String) -> FlightPhysics {
     let row = |found: CompatibilityRow| PhysicsRow {
         level: match found.agreement {
-            Agreement::Fits | Agreement::Untold => Level::Good,
+            Agreement::Fits | Agreement::Undetermined => Level::Good,
             Agreement::Doubtful => Level::Caution,
             Agreement::Contradicts => Level::Bad,
         },

@@ -23,7 +23,7 @@ const R2_CAUTION: f64 = 0.8;
 const R2_BAD: f64 = 0.5;
 /// Variation of a coefficient over the residual of the window's own fit, from which a failed prediction is bad: below, the manoeuvre
 /// hardly tells of the coefficient.
-const TOLD: f64 = 10.0;
+const VARIES: f64 = 10.0;
 /// Coefficient of determination of the fit itself.
 const R2_FIT: f64 = 0.5;
 
@@ -117,13 +117,14 @@ impl Motion {
 
 /// Regressors of a single variable that move no more than what is unknown of them.
 fn unmoved(evidence: Evidence<'_>, at: &str, moved: &[(&Term, Motion)], used: &[Used<'_>]) -> Option<Finding> {
-    let told = |(term, motion): &(&Term, Motion)| {
+    let excitation = |(term, motion): &(&Term, Motion)| {
         let [(variable, 1)] = *term.factors() else { return None };
         let noises: Vec<f64> = used.iter().filter_map(|window| noise(evidence, window, variable)).collect();
         let square = noises.iter().map(|noise| noise * noise).sum::<f64>() / noises.len() as f64;
         (square > 0.0).then(|| (term.to_string(), motion.variation() / square.sqrt()))
     };
-    let weak: Vec<(String, f64)> = moved.iter().filter_map(told).filter(|(_, times)| *times < EXCITATION).collect();
+    let weak: Vec<(String, f64)> =
+        moved.iter().filter_map(excitation).filter(|(_, times)| *times < EXCITATION).collect();
     let least = weak.iter().map(|(_, times)| *times).reduce(f64::min)?;
     let names: Vec<&str> = weak.iter().map(|(name, _)| name.as_str()).collect();
     let text = format!(
@@ -233,22 +234,22 @@ fn prediction(evidence: Evidence<'_>, at: &str, fit: &CoefficientFit) -> Option<
     };
     let judged = pooled.predictions.iter().filter(of_fit).filter_map(|prediction| {
         let r2 = prediction.quality_identified.r_squared;
-        let told = told(evidence, prediction);
+        let variation = variation_over_residual(evidence, prediction);
         let level = match r2 {
             _ if r2 >= R2_CAUTION => return None,
-            _ if r2 < R2_BAD && told > TOLD => Level::Bad,
+            _ if r2 < R2_BAD && variation > VARIES => Level::Bad,
             _ => Level::Caution,
         };
-        Some((level, r2, told, prediction))
+        Some((level, r2, variation, prediction))
     });
-    let (level, r2, told, prediction) = judged.max_by(|a, b| a.0.cmp(&b.0).then(b.1.total_cmp(&a.1)))?;
+    let (level, r2, variation, prediction) = judged.max_by(|a, b| a.0.cmp(&b.0).then(b.1.total_cmp(&a.1)))?;
     let limit = if level == Level::Bad { R2_BAD } else { R2_CAUTION };
     let name = fit.coefficient.name();
-    let why = if told > TOLD {
+    let why = if variation > VARIES {
         String::new()
     } else {
         format!(
-            "; its variation there is {told:.1} times what any fit leaves over, so the manoeuvres hardly tell of it"
+            "; its variation there is {variation:.1} times what any fit leaves over, so the manoeuvres hardly tell of it"
         )
     };
     let text = format!(
@@ -262,7 +263,7 @@ fn prediction(evidence: Evidence<'_>, at: &str, fit: &CoefficientFit) -> Option<
 }
 
 /// Standard deviation of a coefficient in a window over the residual deviation of the window's own fit.
-fn told(evidence: Evidence<'_>, prediction: &Prediction) -> f64 {
+fn variation_over_residual(evidence: Evidence<'_>, prediction: &Prediction) -> f64 {
     let results = evidence.snapshot.windows.get(&prediction.window);
     let own = results.and_then(|results| results.fits.ready()).and_then(|fits| {
         let fit = fits.fits.iter().find(|fit| fit.coefficient == prediction.coefficient)?;
