@@ -169,7 +169,7 @@ fn compared(ui: &mut Ui, is_compared: bool, contradictions: &[&PhysicsRow]) {
         return;
     }
     ScrollArea::vertical().id_salt("contradictions").auto_shrink(false).show(ui, |ui| {
-        for row in contradictions {
+        for (at, row) in contradictions.iter().enumerate() {
             ui.horizontal_top(|ui| {
                 level_mark(ui, Some(row.level));
                 let curves = row.curves.as_ref().filter(|_| ui.available_width() > 220.0 + curves::WIDTH);
@@ -185,7 +185,7 @@ fn compared(ui: &mut Ui, is_compared: bool, contradictions: &[&PhysicsRow]) {
                     ui.add(Label::new(RichText::new(more).size(11.0).weak()).wrap());
                 });
                 if let Some(curves) = curves {
-                    curves::show(ui, &row.channel, curves);
+                    ui.push_id(at, |ui| curves::show(ui, &row.channel, curves));
                 }
             });
         }

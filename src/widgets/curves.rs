@@ -1,7 +1,7 @@
 //! A channel over what the others say it is, as read and with the cure.
 
 use doublet_core::compatibility::{Curves, Trace};
-use eframe::egui::{self, Id, RichText, Ui};
+use eframe::egui::{self, RichText, Ui};
 use egui_plot::{Line, Plot, PlotPoints};
 
 use crate::theme;
@@ -26,7 +26,7 @@ fn figure(ui: &mut Ui, channel: &str, when: &str, trace: &Trace) {
     ui.label(RichText::new(when).size(10.0).weak());
     let palette = theme::palette(ui);
     let name = format!("{channel} {when}");
-    let shown = Plot::new(Id::unique(("curves", &name)))
+    let shown = Plot::new(ui.scope_id().with(("curves", &name)))
         .width(SIZE[0])
         .height(SIZE[1])
         .show_axes(false)

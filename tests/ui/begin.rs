@@ -179,6 +179,52 @@ fn recording_without_an_aircraft_gives_its_flight_path() {
 }
 
 #[test]
+fn pulse_of_a_servo_becomes_a_deflection_by_the_travel_that_is_said() {
+    let mut bench = Bench::open();
+    let path = foreign(bench.folder.path());
+    let text = std::fs::read_to_string(&path).expect("it was written");
+    let mut lines = text.lines();
+    let head = lines.next().expect("it has a header").replace("elevator_rad", "servo 2");
+    let column = head.split(',').position(|name| name == "servo 2").expect("the elevator is recorded");
+    let pulse = |cell: &str| 1500.0 - cell.parse::<f64>().expect("a number").to_degrees() / 0.07;
+    let pulses = lines.map(|line| {
+        let cell = |(at, cell): (usize, &str)| if at == column { pulse(cell).to_string() } else { cell.to_owned() };
+        line.split(',').enumerate().map(cell).collect::<Vec<_>>().join(",")
+    });
+    let all: Vec<String> = std::iter::once(head.clone()).chain(pulses).collect();
+    std::fs::write(&path, all.join("\n")).expect("it can be written");
+    bench.drop_file(path);
+    bench.wait_for("Create session");
+    bench.choose_entry("channel of q", "channel 17");
+    bench.choose_entry("unit of q", "deg/s");
+    // The list is narrowed by what is typed, and Return takes what is left.
+    bench.harness.get_by_role_and_label(Kind::ComboBox, "channel of delta_e").click();
+    bench.harness.run_steps(4);
+    bench.harness.get_by_label("part of the channel's name for delta_e").type_text("RVO");
+    bench.harness.run_steps(3);
+    assert!(bench.harness.query_all_by_label("AccX [m/s^2]").count() <= 1, "only what fits is listed");
+    bench.harness.key_press(egui::Key::Enter);
+    bench.harness.run_steps(4);
+    bench.harness.get_by_label("travel of delta_e").click();
+    bench.harness.run_steps(6);
+    picture(&mut bench.harness, "new_session_travel");
+    for (name, value) in
+        [("recorded at neutral", "1500"), ("recorded at another position", "2000"), ("deflection there", "-35")]
+    {
+        bench.enter(&format!("{name} of delta_e"), value);
+    }
+    assert!(bench.harness.query_by_label("deflection there of delta_e").is_none(), "Return in the last field ends it");
+    bench.choose_entry("aircraft", "none: flight path only");
+    bench.harness.get_by_label("Create session").click();
+    bench.wait_until_made();
+    let flight = bench.snapshot().flights["foreign"].ready().expect("the recording is read").clone();
+    let found = flight.recording.role(Role::Elevator).expect("the elevator is mapped").series.values.clone();
+    let first = text.lines().nth(1).and_then(|line| line.split(',').nth(column)).expect("it has a sample");
+    let expected: f64 = first.parse().expect("a number");
+    assert!((found[0] - expected).abs() < 1e-9, "{} rad for {expected}", found[0]);
+}
+
+#[test]
 fn contradiction_of_a_channel_is_named_and_cured_by_one_click() {
     let mut bench = Bench::with_mapped_recording();
     bench.harness.get_by_label("sign of az").scroll_to_me();

@@ -10,6 +10,8 @@ pub struct AircraftForm {
     /// The class whose radii of gyration give the inertia, where it is not typed; and the length they need, m.
     class: Option<AircraftClass>,
     length_m: f64,
+    /// Whether it has been drawn.
+    has_begun: bool,
 }
 
 impl Default for AircraftForm {
@@ -24,7 +26,7 @@ impl Default for AircraftForm {
             xz_kg_m2: 0.0,
             note: None,
         };
-        Self { aircraft, class: None, length_m: 8.0 }
+        Self { aircraft, class: None, length_m: 8.0, has_begun: false }
     }
 }
 
@@ -41,6 +43,9 @@ impl AircraftForm {
             ui.label("Name");
             let name = ui.add(TextEdit::singleline(&mut aircraft.name).desired_width(110.0));
             ui.ctx().accesskit_node_builder(name.id, |node| node.set_label("name of the aircraft"));
+            if !std::mem::replace(&mut self.has_begun, true) {
+                name.request_focus();
+            }
             number(ui, "Reference area", "m²", &mut aircraft.area_m2);
             number(ui, "Span", "m", &mut aircraft.span_m);
             number(ui, "Mean chord", "m", &mut aircraft.chord_m);

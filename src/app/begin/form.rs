@@ -1,5 +1,7 @@
 //! The dialog of a new session: what the recording holds, its name, aircraft and channel map, what is missing.
 
+use std::path::Path;
+
 use doublet_core::load::{Probe, Source};
 use doublet_engine::begin::missing;
 use doublet_engine::builtin;
@@ -18,6 +20,10 @@ use crate::theme;
 const LISTED: usize = 6;
 /// The choice of no aircraft.
 const WITHOUT: &str = "none: flight path only";
+/// Room below the roles: contradictions, what is missing, the buttons.
+const BELOW: f32 = 282.0;
+/// Of it, what is missing.
+const LACKING: f32 = 84.0;
 /// Channels listed of one source.
 const MOST_CHANNELS: usize = 400;
 
@@ -35,7 +41,9 @@ pub fn show(step: &mut Step, below: bool, ctx: &egui::Context) -> Answer {
     let mut answer = Answer::Open;
     let screen = ctx.content_rect().size();
     // Escape leaves a list or a field first; what was chosen by hand is not thrown away with it.
-    let busy = egui::Popup::is_any_open(ctx) || ctx.egui_wants_keyboard_input();
+    let first = if let Step::Choosing(choosing) = &*step { choosing.first_field } else { None };
+    let focused = ctx.memory(egui::Memory::focused);
+    let busy = egui::Popup::is_any_open(ctx) || (focused.is_some() && focused != first);
     egui::Modal::new(egui::Id::unique("new session")).show(ctx, |ui| match step {
         Step::Looking(path, job) => {
             ui.set_width(420.0);
@@ -48,7 +56,7 @@ pub fn show(step: &mut Step, below: bool, ctx: &egui::Context) -> Answer {
             answer = waiting(ui, "Reading the channels and looking for manoeuvres", job.progress());
         }
         Step::Choosing(choosing) => {
-            ui.set_width((screen.x - 80.0).clamp(640.0, 1080.0));
+            ui.set_width((screen.x - 80.0).clamp(640.0, 1200.0));
             answer = choose(choosing, ui, screen.y - 120.0);
         }
     });
@@ -93,11 +101,13 @@ fn choose(choosing: &mut Choosing, ui: &mut Ui, height: f32) -> Answer {
     }
     maps(choosing, ui);
     ui.add_space(4.0);
-    let room = (height - ui.min_rect().height() - 230.0).max(150.0);
+    let room = (height - ui.min_rect().height() - BELOW).max(150.0);
     roles::show(choosing, ui, room);
     ui.separator();
     physics::show(choosing, ui);
-    lacking(choosing, ui);
+    // Of one height whatever is missing, like the contradictions: the dialog does not move under the pointer.
+    let below = ScrollArea::vertical().id_salt("lacking").max_height(LACKING).min_scrolled_height(LACKING);
+    below.auto_shrink(false).show(ui, |ui| lacking(choosing, ui));
     if let Some(line) = &choosing.complaint {
         ui.add(Label::new(RichText::new(line).color(theme::palette(ui).error)).wrap());
     }
@@ -212,7 +222,11 @@ fn aircraft(choosing: &mut Choosing, ui: &mut Ui) -> Answer {
             (RichText::new(WITHOUT), "No coefficients and no derivatives are computed".to_owned())
         }
         AircraftChoice::Of(reference) => {
-            (RichText::new(reference.strip_prefix(builtin::PREFIX).unwrap_or(reference)), reference.clone())
+            let shown = match reference.strip_prefix(builtin::PREFIX) {
+                Some(name) => name.into(),
+                None => Path::new(reference).file_name().unwrap_or_default().to_string_lossy(),
+            };
+            (RichText::new(shown), reference.clone())
         }
     };
     let combo = ComboBox::from_id_salt("aircraft").selected_text(shown).width(220.0).truncate();
@@ -224,6 +238,11 @@ fn aircraft(choosing: &mut Choosing, ui: &mut Ui) -> Answer {
         }
     });
     ui.ctx().accesskit_node_builder(combo.response.id, |node| node.set_label("aircraft"));
+    // Nothing goes on without an aircraft, so the keyboard begins here.
+    if !std::mem::replace(&mut choosing.has_begun, true) {
+        combo.response.request_focus();
+    }
+    choosing.first_field = Some(combo.response.id);
     combo.response.on_hover_text(about);
     if ui.button("Aircraft file…").on_hover_text("An aircraft file of your own (TOML)").clicked() {
         answer = Answer::AskAircraft;
@@ -271,12 +290,8 @@ fn lacking(choosing: &Choosing, ui: &mut Ui) {
         };
         ui.add(Label::new(text).wrap());
     }
-    if !plan.problems.is_empty() {
-        ScrollArea::vertical().id_salt("problems").max_height(60.0).auto_shrink([false, true]).show(ui, |ui| {
-            for problem in &plan.problems {
-                let color = if problem.is_error { palette.error } else { palette.warning };
-                ui.add(Label::new(RichText::new(&problem.text).color(color).size(11.5)).wrap());
-            }
-        });
+    for problem in &plan.problems {
+        let color = if problem.is_error { palette.error } else { palette.warning };
+        ui.add(Label::new(RichText::new(&problem.text).color(color).size(11.5)).wrap());
     }
 }

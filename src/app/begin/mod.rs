@@ -1,9 +1,11 @@
 //! A new session from a recording: looked at in the background, its channels given roles, an aircraft chosen, then made.
 
 mod aircraft;
+mod channel_choice;
 mod form;
 mod physics;
 mod roles;
+mod travel;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -58,6 +60,9 @@ struct Choosing {
     comparison: Comparison,
     aircraft_form: Option<AircraftForm>,
     complaint: Option<String>,
+    /// Whether the dialog has been drawn, and the field that had the keyboard then.
+    has_begun: bool,
+    first_field: Option<egui::Id>,
 }
 
 /// How far it is.
@@ -93,6 +98,8 @@ impl Choosing {
             comparison: Comparison::default(),
             aircraft_form: None,
             complaint: None,
+            has_begun: false,
+            first_field: None,
             inspected: Arc::new(inspected),
         }
     }
@@ -109,6 +116,9 @@ impl Choosing {
     fn lacks(&self) -> Option<&'static str> {
         match self.plan() {
             _ if self.name.trim().is_empty() => Some("give the session a name"),
+            _ if self.aircraft == AircraftChoice::Open && self.aircraft_form.is_some() => {
+                Some("save the aircraft described above")
+            }
             _ if self.aircraft == AircraftChoice::Open => {
                 Some("choose the aircraft: mass, inertia and reference area come from it")
             }

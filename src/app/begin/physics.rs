@@ -131,7 +131,7 @@ pub fn show(choosing: &mut Choosing, ui: &mut Ui) {
         } else if comparison.found.contradictions().next().is_none() {
             ui.weak("No channel contradicts another.");
         }
-        for row in comparison.found.contradictions() {
+        for (at, row) in comparison.found.contradictions().enumerate() {
             ui.horizontal_top(|ui| {
                 level_mark(ui, Some(row.level));
                 let by_hand = choosing.choice == Choice::ByHand;
@@ -151,7 +151,8 @@ pub fn show(choosing: &mut Choosing, ui: &mut Ui) {
                     words(ui, row);
                 });
                 if let Some(curves) = curves {
-                    curves::show(ui, &row.channel, curves);
+                    // Two contradictions may be of one channel.
+                    ui.push_id(at, |ui| curves::show(ui, &row.channel, curves));
                 }
             });
         }

@@ -7,7 +7,7 @@ use doublet_engine::begin::unit_reason;
 use doublet_engine::verdict::Level;
 use eframe::egui::{self, CollapsingHeader, ComboBox, DragValue, Grid, RichText, ScrollArea, Ui};
 
-use super::{Choice, Choosing};
+use super::{Choice, Choosing, channel_choice, travel};
 use crate::notation::Units;
 use crate::widgets::level_mark::level_mark;
 use crate::widgets::term::column_title;
@@ -16,6 +16,8 @@ use crate::{notation, theme};
 /// Rate offered first for a source without time, Hz.
 const USUAL_RATE_HZ: f64 = 50.0;
 
+/// Title of the column with the travel of controls.
+const TRAVEL: &str = "travel";
 /// Controls, after what the filter needs.
 const CONTROLS: [Role; 3] = [Role::Elevator, Role::Aileron, Role::Rudder];
 /// What density and speed come from where they are not measured.
@@ -180,37 +182,41 @@ fn channels(choosing: &Choosing) -> Vec<ChannelName> {
 
 fn table(choosing: &mut Choosing, names: &[ChannelName], roles: &[Role], ui: &mut Ui) {
     let single = choosing.inspected.probes.iter().map(|probe| probe.sources.len()).sum::<usize>() == 1;
-    Grid::new(("by hand", roles.first())).num_columns(13).striped(true).spacing([10.0, 2.0]).show(ui, |ui| {
-        header(
-            ui,
-            &[
-                "",
-                "role",
-                "what it is",
-                "channel",
-                "reason",
-                "unit",
-                "sign",
-                "scale",
-                "added",
-                "first",
-                "least",
-                "greatest",
-                "shape",
-            ],
-        );
-        for &role in roles {
-            mark(choosing, role, ui);
-            ui.label(notation::role(role));
-            ui.add(egui::Label::new(RichText::new(role.description()).weak()));
-            row(choosing, names, (role, single), ui);
-            ui.end_row();
-        }
-    });
+    let names_of_columns = [
+        "",
+        "role",
+        "what it is",
+        "channel",
+        "reason",
+        "unit",
+        "sign",
+        "scale",
+        "added",
+        TRAVEL,
+        "first",
+        "least",
+        "greatest",
+        "shape",
+    ];
+    let has_travel = roles.iter().any(|role| CONTROLS.contains(role));
+    let columns: Vec<&str> = names_of_columns.into_iter().filter(|name| has_travel || *name != TRAVEL).collect();
+    Grid::new(("by hand", roles.first())).num_columns(columns.len()).striped(true).spacing([10.0, 2.0]).show(
+        ui,
+        |ui| {
+            header(ui, &columns);
+            for &role in roles {
+                mark(choosing, role, ui);
+                ui.label(notation::role(role));
+                ui.add(egui::Label::new(RichText::new(role.description()).weak()));
+                row(choosing, names, (role, single, has_travel), ui);
+                ui.end_row();
+            }
+        },
+    );
 }
 
 /// One role: its channel, and what is done with its numbers. `SI = sign * scale * to_si(raw + added)`.
-fn row(choosing: &mut Choosing, names: &[ChannelName], (role, single): (Role, bool), ui: &mut Ui) {
+fn row(choosing: &mut Choosing, names: &[ChannelName], (role, single, has_travel): (Role, bool, bool), ui: &mut Ui) {
     let shown = |name: &ChannelName| {
         if single || name.source.is_empty() {
             name.channel.clone()
@@ -219,17 +225,9 @@ fn row(choosing: &mut Choosing, names: &[ChannelName], (role, single): (Role, bo
         }
     };
     let key = role.name();
-    let mut chosen = choosing.hand.row(role).map(|row| row.from.clone());
-    let text = chosen.as_ref().map_or_else(|| "–".to_owned(), shown);
-    let combo = ComboBox::from_id_salt(("channel", key)).selected_text(text).width(190.0).truncate();
-    let combo = combo.show_ui(ui, |ui| {
-        ui.selectable_value(&mut chosen, None, "– none");
-        for name in names {
-            ui.selectable_value(&mut chosen, Some(name.clone()), shown(name));
-        }
-    });
-    ui.ctx().accesskit_node_builder(combo.response.id, |node| node.set_label(format!("channel of {key}")));
-    if chosen.as_ref() != choosing.hand.row(role).map(|row| &row.from) {
+    let now = choosing.hand.row(role).map(|row| row.from.clone());
+    let chosen = channel_choice::show(ui, key, now.as_ref(), names, shown).filter(|chosen| *chosen != now);
+    if let Some(chosen) = chosen {
         let row = chosen.map(|from| guess_row(&choosing.inspected.probes, role, &from));
         choosing.hand.set(role, row);
     }
@@ -248,6 +246,11 @@ fn row(choosing: &mut Choosing, names: &[ChannelName], (role, single): (Role, bo
         let field = ui.add(DragValue::new(value).speed(0.01).max_decimals(6));
         ui.ctx().accesskit_node_builder(field.id, |node| node.set_label(format!("{name} of {key}")));
         field.on_hover_text(about);
+    }
+    if CONTROLS.contains(&role) {
+        travel::show(ui, key, &mut row, &choosing.inspected.probes);
+    } else if has_travel {
+        ui.label("");
     }
     if let Some(RowValues { unit, first, least, greatest }) = choosing.values(role, &row) {
         for value in [first, least, greatest] {
