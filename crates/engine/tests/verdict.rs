@@ -122,7 +122,7 @@ fn reasons_about_the_flight_path_fire_beyond_their_limits_only() {
     let sound = Sound::new();
     sound.expect(
         "nis",
-        &[(1.2, NONE), (0.5, NONE), (1.7, CAUTION), (0.2, CAUTION), (3.5, BAD), (0.05, BAD)],
+        &[(1.2, NONE), (0.5, NONE), (1.7, CAUTION), (0.2, CAUTION), (3.5, BAD), (0.05, CAUTION)],
         |s, snapshot, ratio| {
             changed(&mut elevator(s, snapshot).path, |path| {
                 let consistency = path.consistency.as_mut().unwrap();

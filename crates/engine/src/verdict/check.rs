@@ -8,7 +8,7 @@ use doublet_core::airframe::summary;
 use doublet_core::load::aircraft::{self as aircraft_file, AircraftFileError};
 use serde::Serialize;
 
-use super::{Finding, Level, accelerometer};
+use super::{Finding, Level, accelerometer, shape};
 use crate::graph::{Cache, Context};
 use crate::run::{Control, Scope, Snapshot, run};
 use crate::session::{self, Manoeuvre, Session};
@@ -111,6 +111,7 @@ pub fn check_session(session: &Session, folder: &Path) -> Checked {
         findings.extend(of_recordings(session, &snapshot));
         findings.extend(of_samples(session, &others, &snapshot));
         findings.extend(accelerometer::findings(&computed, &snapshot));
+        findings.extend(shape::of_session(&snapshot));
         let compared = snapshot.physics.values().filter_map(|slot| slot.ready());
         physics.extend(compared.flat_map(|compared| compared.rows.iter().cloned()));
         // What the session itself says of a window or a flight is why it fails.
@@ -215,9 +216,11 @@ fn check_aircraft(path: &Path, text: &str) -> Checked {
             let cure = "put the files its [propulsion] section names beside it";
             let engines =
                 engines.map(|e| Finding::new(Level::Caution, "engines", place.clone(), e.to_string()).with_cure(cure));
+            let mass = aircraft.standard_loading.mass_properties(&aircraft);
+            let shape = shape::findings(&place, &aircraft.reference, Some(&mass));
             Checked {
                 subject: summary(&aircraft).to_string().trim_end().to_owned(),
-                findings: engines.into_iter().collect(),
+                findings: engines.into_iter().chain(shape).collect(),
                 physics: Vec::new(),
             }
         }

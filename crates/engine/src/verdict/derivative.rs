@@ -75,7 +75,7 @@ fn implausible(at: &str, name: &str, (value, error): (f64, Option<f64>), range: 
     let text = format!("{value:.4}{error} {said}, {:.3} to {:.3} ({})", range.low, range.high, range.source);
     let limit = if value > range.high { range.high } else { range.low };
     let finding = Finding::new(level, "plausible", at, text).with_figure(value, limit);
-    let cure = "look for the sign and the unit of the control, the flow angle or the rate, for mass and inertia, and for terms that do \
+    let cure = "look for the sign and the unit of the control, the flow angle or the rate, for mass, area, inertia and airspeed, and for terms that do \
                 the same; or state what is plausible for this aircraft";
     Some(finding.with_cure(cure).with_setting("Derivatives", format!("verdict.plausible.{name}")))
 }

@@ -8,7 +8,7 @@ use doublet_core::statistics;
 use nalgebra::DMatrix;
 
 use super::judge::{Evidence, place};
-use super::{Finding, Level, propulsion};
+use super::{Finding, Level, delay, propulsion};
 use crate::session::{Manoeuvre, Surface, WindowRole};
 use crate::stage::{CoefficientFit, Prediction, WindowAero};
 
@@ -72,10 +72,11 @@ pub(super) fn findings(evidence: Evidence<'_>, window: Option<&str>, fit: &Coeff
     findings.extend(unmoved(evidence, &at, &moved, &used));
     findings.extend(condition(&at, name, estimate));
     findings.extend(inflated(&at, fit, estimate, &moved));
-    findings.extend(match window {
-        None => prediction(evidence, &at, fit),
-        Some(_) => None,
-    });
+    if window.is_none() {
+        findings.extend(prediction(evidence, &at, fit));
+        let windows: Vec<_> = used.iter().map(|used| (used.manoeuvre, used.aero)).collect();
+        findings.extend(delay::findings(evidence, fit.coefficient, &terms, &windows));
+    }
     if window.is_none() && estimate.quality.r_squared < R2_FIT {
         let r2 = estimate.quality.r_squared;
         let text = format!(

@@ -34,10 +34,13 @@ impl std::fmt::Display for Folded {
 }
 
 /// Kinds in the order in which one explains the next: what is wrong with channels and settings shows in windows, then in fits.
-const CAUSES: [&str; 12] = [
+const CAUSES: [&str; 15] = [
     "physics",
     "accelerometer",
     "gravity",
+    "aircraft",
+    "timing",
+    "saturated",
     "dynamic-pressure",
     "turn",
     "sampling",

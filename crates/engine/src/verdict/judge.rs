@@ -6,7 +6,7 @@ use doublet_core::model::Coefficient;
 use rayon::prelude::*;
 
 use super::plausible::Plausible;
-use super::{Finding, Level, Verdict, derivative, fit, flight, session, studies, window};
+use super::{Finding, Level, Verdict, derivative, fit, flight, made_of, session, studies, window};
 use crate::graph::Footprint;
 use crate::run::Snapshot;
 use crate::session::{Manoeuvre, Session};
@@ -96,6 +96,12 @@ impl Verdicts {
 }
 
 impl FitVerdict {
+    /// Adds what speaks against the fit as a whole.
+    fn add(&mut self, findings: Vec<Finding>) {
+        let reasons = std::mem::take(&mut self.verdict.reasons);
+        self.verdict = Verdict::of(reasons.into_iter().chain(findings));
+    }
+
     /// Verdict on the derivative called `name`.
     pub fn derivative(&self, name: &str) -> Option<&Verdict> {
         self.derivatives.iter().find(|derivative| derivative.name == name).map(|derivative| &derivative.verdict)
@@ -133,10 +139,12 @@ pub fn judge(session: &Session, snapshot: &Snapshot) -> Verdicts {
     let windows: BTreeMap<String, WindowVerdict> =
         windows.into_par_iter().map(|window| (window.name.clone(), window_verdict(evidence, window, &study))).collect();
     let fits = snapshot.pooled.ready().map(|pooled| pooled.fits.as_slice()).unwrap_or_default();
-    let pooled: Vec<FitVerdict> = fits.par_iter().map(|fit| fit_verdict(evidence, None, fit, &study)).collect();
+    let mut pooled: Vec<FitVerdict> = fits.par_iter().map(|fit| fit_verdict(evidence, None, fit, &study)).collect();
     let single = windows.values().flat_map(|window| &window.fits);
     let used: Vec<&FitVerdict> = if pooled.is_empty() { single.collect() } else { pooled.iter().collect() };
     let of_fits: Vec<Finding> = used.iter().flat_map(|fit| fit.verdict.reasons.iter().cloned()).collect();
+    // What they are made of is among the reasons of the session already.
+    pooled.iter_mut().zip(fits).for_each(|(judged, fit)| judged.add(made_of::findings(evidence, fit, &windows)));
     let pooled = with_unused(evidence, pooled);
     let mut findings = session::findings(evidence);
     findings.extend(study.session.iter().cloned());

@@ -5,6 +5,7 @@
 
 mod accelerometer;
 mod check;
+mod delay;
 mod derivative;
 mod findings;
 mod fit;
@@ -14,10 +15,13 @@ mod gravity;
 mod judge;
 mod judged_flights;
 mod loading;
+mod made_of;
 mod plausible;
 mod propulsion;
 mod sampling;
+mod saturated;
 mod session;
+mod shape;
 mod studies;
 mod window;
 

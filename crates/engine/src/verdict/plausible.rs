@@ -17,6 +17,9 @@ use crate::stage::{CoefficientFit, WindowAero};
 /// The ranges that come with the program.
 const BUILTIN: &str = "conventional";
 
+/// Lift slope of an aeroplane over that of its wing alone: body and tail add, a swept wing has less, the speed of sound more.
+const LIFT_SLOPE: [f64; 2] = [0.6, 1.6];
+
 /// What a derivative may be, as stated in a session or a file.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -141,9 +144,24 @@ impl Form<'_> {
             (_, Some(range)) => Interval { low: range.low, high: range.high },
             (_, None) => return None,
         };
+        let interval = match (coefficient, variable, power) {
+            (Coefficient::CZ | Coefficient::CL, Variable::Alpha, 1) => self.lift_slope(coefficient, interval),
+            _ => interval,
+        };
         let Interval { low, high } = interval.times(self.scale(coefficient, variable, power));
         let sign_certain = stated.is_some_and(|range| range.sign_certain) && low * high >= 0.0;
         Some(Range { low, high, sign_certain, source: &table.name })
+    }
+
+    /// The range of a lift slope about that of a wing of this aspect ratio in incompressible flow, `2 pi A / (2 + sqrt(4 + A^2))`
+    /// (Helmbold), where that is inside the range of all aeroplanes: mass, area and airspeed in a wrong unit leave it.
+    fn lift_slope(&self, coefficient: Coefficient, all: Interval) -> Interval {
+        let aspect = self.geometry.span_m.powi(2) / self.geometry.area_m2;
+        let slope = std::f64::consts::TAU * aspect / (2.0 + (4.0 + aspect * aspect).sqrt());
+        let sign = if coefficient == Coefficient::CZ { -1.0 } else { 1.0 };
+        let wing = Interval { low: LIFT_SLOPE[0] * slope, high: LIFT_SLOPE[1] * slope }.times(sign);
+        let (low, high) = (all.low.max(wing.low), all.high.min(wing.high));
+        if low < high { Interval { low, high } } else { all }
     }
 
     /// Factor from the form of the file to that of the session: lengths of moments and rates.

@@ -1,7 +1,7 @@
 //! Findings about the session as a whole: channels that contradict each other, what could not be computed, what is only assumed.
 
 use super::judge::{Evidence, not_computed};
-use super::{Finding, Level, accelerometer, gravity, loading};
+use super::{Finding, Level, accelerometer, gravity, loading, shape};
 
 /// What speaks against the session besides its windows, fits and studies.
 pub(super) fn findings(evidence: Evidence<'_>) -> Vec<Finding> {
@@ -26,7 +26,16 @@ pub(super) fn findings(evidence: Evidence<'_>) -> Vec<Finding> {
     let signals = flights.flat_map(|loaded| loaded.findings.iter().cloned());
     let mass = loading::assumed(evidence);
     let place = accelerometer::findings(evidence.session, snapshot);
-    physics.chain(place).chain(signals).chain(gravity).chain(mass).chain(unnamed).chain(failed).chain(assumed).collect()
+    physics
+        .chain(place)
+        .chain(shape::of_session(snapshot))
+        .chain(signals)
+        .chain(gravity)
+        .chain(mass)
+        .chain(unnamed)
+        .chain(failed)
+        .chain(assumed)
+        .collect()
 }
 
 /// Whether derivatives hang on a stage.

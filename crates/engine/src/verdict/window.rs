@@ -4,14 +4,14 @@ use doublet_core::reconstruct::consistency::{ChannelConsistency, Consistency};
 use doublet_core::reconstruct::{Reconstruction, State};
 
 use super::judge::{Evidence, level_above, not_computed};
-use super::{Finding, Level, flight, loading, propulsion, sampling};
+use super::{Finding, Level, flight, loading, propulsion, sampling, saturated};
 use crate::session::{Manoeuvre, PathSource};
 use crate::stage::WindowPath;
 
-/// Mean NIS over its expectation: outside its 95 % band and beyond these it is a caution, beyond the outer ones bad. Noise stated
-/// too large leaves the path less exact than it could be, noise stated too small leaves it wrong: the band is not symmetric.
+/// Mean NIS over its expectation: outside its 95 % band and beyond these it is a caution, above the last bad. Noise stated too large
+/// leaves the path less exact than it could be, noise stated too small leaves it wrong.
 const NIS_CAUTION: [f64; 2] = [1.0 / 3.0, 1.5];
-const NIS_BAD: [f64; 2] = [0.1, 3.0];
+const NIS_BAD: f64 = 3.0;
 /// Mean innovation in predicted deviations.
 const OFFSET_CAUTION: f64 = 0.5;
 const OFFSET_BAD: f64 = 5.0;
@@ -37,6 +37,7 @@ pub(super) fn findings(evidence: Evidence<'_>, manoeuvre: &Manoeuvre) -> Vec<Fin
         return vec![not_computed(Level::Bad, place, error).with_setting("Flight", "")];
     }
     let mut findings = Vec::new();
+    findings.extend(saturated::finding(&place, evidence, manoeuvre));
     if let Some(path) = results.path.ready() {
         if evidence.session.preparation.path == PathSource::Measured {
             let text = "the path is taken as measured: errors of its sensors are in the coefficients and in what explains them, and no \
@@ -69,8 +70,8 @@ fn nis(place: &str, consistency: &Consistency) -> Option<Finding> {
     if (low..=high).contains(&consistency.nis_mean) {
         return None;
     }
-    let (level, limit) = if !(NIS_BAD[0]..=NIS_BAD[1]).contains(&ratio) {
-        (Level::Bad, if ratio > 1.0 { NIS_BAD[1] } else { NIS_BAD[0] })
+    let (level, limit) = if ratio > NIS_BAD || ratio.is_nan() {
+        (Level::Bad, NIS_BAD)
     } else if !(NIS_CAUTION[0]..=NIS_CAUTION[1]).contains(&ratio) {
         (Level::Caution, if ratio > 1.0 { NIS_CAUTION[1] } else { NIS_CAUTION[0] })
     } else {
@@ -87,9 +88,17 @@ fn nis(place: &str, consistency: &Consistency) -> Option<Finding> {
             format!("look for a wrong sign, unit or clock of {name}, then take its noise from steady windows"),
         )
     } else {
+        let quietest = consistency.channels.iter().min_by(|a, b| a.deviation_ratio.total_cmp(&b.deviation_ratio));
+        let (name, times) = quietest
+            .map_or(("a measurement", f64::NAN), |channel| (channel.measurement.name(), channel.deviation_ratio));
         (
-            "the noise stated is larger than what was recorded".to_owned(),
-            "take the noise from steady windows".to_owned(),
+            format!(
+                "the noise stated is larger than what was recorded, most that of {name} ({times:.2} times its prediction)"
+            ),
+            format!(
+                "take the noise from steady windows, or lower that stated under [filter.measurement_noise], {name} first; until then the \
+                 path is less exact than it could be"
+            ),
         )
     };
     let (mean, expected) = (consistency.nis_mean, consistency.nis_mean / ratio);

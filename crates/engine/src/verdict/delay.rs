@@ -1,0 +1,215 @@
+//! Findings about controls that act earlier or later than they were recorded: a clock of their own, a command in the place of the surface.
+
+use doublet_core::model::{Coefficient, Term, Variable, regressors};
+use doublet_core::series::{Series, TimeRange};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+
+use super::judge::Evidence;
+use super::{Finding, Level};
+use crate::session::{Manoeuvre, Surface};
+use crate::stage::WindowAero;
+
+/// Range of delays looked at, s, and their least step.
+const RANGE_S: f64 = 0.6;
+const STEP_S: f64 = 0.01;
+/// Least delay that is told, samples of the control and s: a step between two samples is known to half the time between them.
+const SAMPLES: f64 = 0.4;
+const LEAST_S: f64 = 0.015;
+/// Part of the residual's sum of squares that is left with the delay, at most.
+const LEFT: f64 = 0.7;
+/// Change of the derivative of the control or of the damping, part of its value with the delay.
+const CHANGE_CAUTION: f64 = 0.1;
+const CHANGE_BAD: f64 = 0.5;
+
+/// The control, its own moment and the rates that damp it.
+const MOMENTS: [(Surface, Coefficient, &[Variable]); 3] = [
+    (Surface::Aileron, Coefficient::Cl, &[Variable::RollRate]),
+    (Surface::Elevator, Coefficient::Cm, &[Variable::PitchRate, Variable::HalfPitchRate]),
+    (Surface::Rudder, Coefficient::Cn, &[Variable::YawRate]),
+];
+
+/// The control of a moment's fit where it explains the moment much better at another time than at that of its recording.
+pub(super) fn findings(
+    evidence: Evidence<'_>,
+    coefficient: Coefficient,
+    terms: &[Term],
+    used: &[(&Manoeuvre, &WindowAero)],
+) -> Option<Finding> {
+    let (surface, _, damping) = MOMENTS.into_iter().find(|(_, moment, _)| *moment == coefficient)?;
+    let is_one = |term: &Term, variable: Variable| matches!(*term.factors(), [(one, 1)] if one == variable);
+    let control = terms.iter().find(|term| is_one(term, surface.variable()))?;
+    let others: Vec<Term> = terms.iter().filter(|term| *term != control).cloned().collect();
+    let damped = others.iter().position(|term| damping.iter().any(|variable| is_one(term, *variable)));
+    let fit = Shifted::new(coefficient, control, &others, used)?;
+    let sample_s = used.iter().filter_map(|(window, _)| interval_s(evidence, surface, window)).fold(0.0, f64::max);
+    let (delay_s, best) = fit.best(fit.step_s.max(STEP_S))?;
+    let now = fit.at(0.0)?;
+    if delay_s.abs() <= (SAMPLES * sample_s).max(LEAST_S) || best.squares > LEFT * now.squares {
+        return None;
+    }
+    let change = |was: f64, is: f64| ((was - is) / is).abs();
+    let of_control = (control, now.control, best.control);
+    let of_damping = damped.map(|index| (&others[index], now.others[index], best.others[index]));
+    let (term, was, is) =
+        std::iter::once(of_control).chain(of_damping).max_by(|a, b| change(a.1, a.2).total_cmp(&change(b.1, b.2)))?;
+    let level = match change(was, is) {
+        changed if changed > CHANGE_BAD => Level::Bad,
+        changed if changed > CHANGE_CAUTION => Level::Caution,
+        _ => return None,
+    };
+    let (name, derivative) = (surface.name(), term.derivative_name(coefficient));
+    let text = format!(
+        "the {name} acts {delay_s:+.3} s after its recording, besides the delay stated: with it {:.0} % of the residual of {} is left and \
+         {derivative} is {is:.4}, not {was:.4}",
+        100.0 * best.squares / now.squares,
+        coefficient.name()
+    );
+    let finding = Finding::new(level, "timing", name, text).with_figure(delay_s, SAMPLES * sample_s);
+    let stated_s = evidence.session.preparation.control_lags.of(surface).delay_s;
+    let why = if delay_s.abs() < sample_s {
+        "it moves between two samples: record it faster"
+    } else if delay_s < 0.0 {
+        "look at the clock of its recorder"
+    } else {
+        "record the surface, where a command was, or look at the clock of its recorder"
+    };
+    let cure = format!("{why}; or state delay_s = {:.3} under [preparation.control_lag.{name}]", stated_s + delay_s);
+    Some(finding.with_cure(cure).with_setting("Model", format!("preparation.control_lag.{name}")))
+}
+
+/// Median interval of the samples of a control in a window, s.
+fn interval_s(evidence: Evidence<'_>, surface: Surface, window: &Manoeuvre) -> Option<f64> {
+    let recording = &evidence.snapshot.flights.get(&window.flight)?.ready()?.recording;
+    mean_interval_s(&recording.role(surface.role())?.series, window.window)
+}
+
+fn mean_interval_s(series: &Series, window: TimeRange) -> Option<f64> {
+    let time_s = &series.time_s[window.indices(&series.time_s)];
+    (time_s.len() > 1).then(|| (time_s[time_s.len() - 1] - time_s[0]) / (time_s.len() - 1) as f64)
+}
+
+/// A window's control on its time.
+struct Control {
+    time_s: Vec<f64>,
+    values: Vec<f64>,
+}
+
+impl Control {
+    /// The control as it would act `delay_s` late; before its first sample and behind its last as there.
+    fn late(&self, delay_s: f64) -> Vec<f64> {
+        let (time_s, values) = (&self.time_s, &self.values);
+        let at = |time: &f64| {
+            let time = time - delay_s;
+            let next = time_s.partition_point(|stamp| *stamp <= time).clamp(1, time_s.len() - 1);
+            let part = (time - time_s[next - 1]) / (time_s[next] - time_s[next - 1]);
+            values[next - 1] + part.clamp(0.0, 1.0) * (values[next] - values[next - 1])
+        };
+        time_s.iter().map(at).collect()
+    }
+}
+
+/// Least squares of a moment with a constant per window, the control at any delay.
+struct Shifted {
+    controls: Vec<Control>,
+    /// Other regressors and the moment, each about its mean in every window.
+    others: Vec<DMatrix<f64>>,
+    moments: Vec<DVector<f64>>,
+    normal: Cholesky<f64, Dyn>,
+    projected: DVector<f64>,
+    squares: f64,
+    step_s: f64,
+}
+
+/// Estimates at one delay.
+struct Estimates {
+    control: f64,
+    others: DVector<f64>,
+    /// Sum of squares of the residual.
+    squares: f64,
+}
+
+impl Shifted {
+    fn new(
+        coefficient: Coefficient,
+        control: &Term,
+        others: &[Term],
+        used: &[(&Manoeuvre, &WindowAero)],
+    ) -> Option<Self> {
+        let (mut controls, mut columns, mut moments) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut spans_s, mut samples) = (0.0, 0_usize);
+        for (_, aero) in used {
+            let time_s = aero.coefficients.time_s.clone();
+            if time_s.len() < 2 {
+                return None;
+            }
+            spans_s += time_s[time_s.len() - 1] - time_s[0];
+            samples += time_s.len() - 1;
+            let column: DMatrix<f64> = regressors(std::slice::from_ref(control), &aero.variables).ok()?;
+            controls.push(Control { time_s, values: column.iter().copied().collect() });
+            columns.push(about_mean(regressors(others, &aero.variables).ok()?));
+            moments.push(centred(aero.coefficients.get(coefficient)));
+        }
+        let mut normal = DMatrix::zeros(others.len(), others.len());
+        let mut projected = DVector::zeros(others.len());
+        for (columns, moment) in columns.iter().zip(&moments) {
+            normal += columns.tr_mul(columns);
+            projected += columns.tr_mul(moment);
+        }
+        let squares = moments.iter().map(DVector::norm_squared).sum();
+        let step_s = spans_s / samples.max(1) as f64;
+        Some(Self { controls, others: columns, moments, normal: normal.cholesky()?, projected, squares, step_s })
+    }
+
+    /// The fit with the control `delay_s` late; none where the control does what the others do.
+    fn at(&self, delay_s: f64) -> Option<Estimates> {
+        let mut with_others = DVector::zeros(self.projected.len());
+        let (mut square, mut with_moment) = (0.0, 0.0);
+        for ((control, columns), moment) in self.controls.iter().zip(&self.others).zip(&self.moments) {
+            let late = centred(&control.late(delay_s));
+            with_others += columns.tr_mul(&late);
+            square += late.norm_squared();
+            with_moment += late.dot(moment);
+        }
+        let own = square - with_others.dot(&self.normal.solve(&with_others));
+        if own <= 1e-6 * square {
+            return None;
+        }
+        let without = self.normal.solve(&self.projected);
+        let left = with_moment - with_others.dot(&without);
+        let control = left / own;
+        let others = self.normal.solve(&(&self.projected - control * &with_others));
+        let squares = self.squares - self.projected.dot(&without) - left * control;
+        Some(Estimates { control, others, squares: squares.max(f64::MIN_POSITIVE) })
+    }
+
+    /// The delay that leaves least, at the tip of the parabola through it and its neighbours.
+    fn best(&self, step_s: f64) -> Option<(f64, Estimates)> {
+        let most = (RANGE_S / step_s).round() as i32;
+        let left = |step: i32| self.at(f64::from(step) * step_s).map_or(f64::INFINITY, |found| found.squares);
+        let squares: Vec<f64> = (-most..=most).map(left).collect();
+        let least = (0..squares.len()).min_by(|a, b| squares[*a].total_cmp(&squares[*b]))?;
+        let tip = match squares.get(least.wrapping_sub(1)).zip(squares.get(least + 1)) {
+            Some((before, after)) => {
+                let bend = before - 2.0 * squares[least] + after;
+                if bend > 0.0 && bend.is_finite() { 0.5 * (before - after) / bend } else { 0.0 }
+            }
+            None => 0.0,
+        };
+        let delay_s = (least as f64 - f64::from(most) + tip) * step_s;
+        Some((delay_s, self.at(delay_s)?))
+    }
+}
+
+fn centred(values: &[f64]) -> DVector<f64> {
+    let values = DVector::from_column_slice(values);
+    let mean = values.mean();
+    values.add_scalar(-mean)
+}
+
+fn about_mean(mut columns: DMatrix<f64>) -> DMatrix<f64> {
+    for mut column in columns.column_iter_mut() {
+        let mean = column.mean();
+        column.add_scalar_mut(-mean);
+    }
+    columns
+}

@@ -1,0 +1,106 @@
+//! Findings about an aircraft whose numbers do not belong together: areas, lengths, masses and inertia in different units.
+
+use doublet_core::airframe::{MassProperties, ReferenceGeometry};
+
+use super::{Finding, Level};
+use crate::run::Snapshot;
+
+/// Reference area over span times mean chord: 1 of a rectangle, 3/4 of a triangle, 0.5 of an ogive whose chord is that of its root.
+const FILLED: [f64; 2] = [0.5, 1.25];
+/// Radius of gyration in roll over half the span: 0.17 of a small unmanned aircraft with its mass in the fuselage, 0.37 with fuel at
+/// the tips, 0.43 with most of its mass in the wing.
+const ROLL_RADIUS: [f64; 2] = [0.15, 0.46];
+/// `Izz / (Ixx + Iyy)`: 1 of a flat body, 0.63 of the stoutest fighter.
+const FLATNESS: [f64; 2] = [0.55, 1.0];
+
+/// What speaks against the numbers of the aircraft of a session, with the mass of the first flight that has one.
+pub(super) fn of_session(snapshot: &Snapshot) -> Vec<Finding> {
+    let Some(loaded) = snapshot.aircraft.ready() else { return Vec::new() };
+    let flown = snapshot.flown.values().find_map(|slot| slot.ready()).map(|flown| flown.start.state.properties);
+    findings("aircraft", &loaded.aircraft.reference, flown.as_ref())
+}
+
+/// What speaks against the numbers of an aircraft, as far as they tell of each other.
+pub(super) fn findings(place: &str, reference: &ReferenceGeometry, mass: Option<&MassProperties>) -> Vec<Finding> {
+    let ReferenceGeometry { area_m2, span_m, chord_m, .. } = *reference;
+    let outline = finding(place, area_m2 / (span_m * chord_m), FILLED, |part| {
+        let text = format!(
+            "an area of {area_m2:.4} m2 is {part:.3} times span {span_m:.4} m and chord {chord_m:.4} m, no wing has that"
+        );
+        (text, "look at the units of area, span and chord: m2 and m, not ft2 and ft")
+    });
+    let bodies = mass.filter(|mass| mass.mass_kg > 0.0).into_iter().flat_map(|mass| {
+        let (mass_kg, inertia) = (mass.mass_kg, mass.inertia);
+        let radius = (inertia.xx / mass_kg).sqrt() / (0.5 * span_m);
+        let roll = finding(place, radius, ROLL_RADIUS, |radius| {
+            let text = format!(
+                "Ixx of {:.4} kg m2 and a mass of {mass_kg:.4} kg make a radius of gyration in roll of {radius:.3} half spans, no known \
+                 aeroplane has that",
+                inertia.xx
+            );
+            (text, "look at the units of mass, inertia and span: kg, kg m2 and m, not lb, slug ft2 and ft")
+        });
+        let flatness = finding(place, inertia.zz / (inertia.xx + inertia.yy), FLATNESS, |part| {
+            let text = format!("Izz is {part:.3} times Ixx and Iyy together, of aeroplanes it is nearly their sum");
+            (text, "look for a slip in the moments of inertia")
+        });
+        [roll, flatness]
+    });
+    outline.into_iter().chain(bodies.flatten()).collect()
+}
+
+/// How many times beyond a limit a figure is bad: a unit is wrong then.
+const BAD_TIMES: f64 = 1.25;
+
+/// A finding where `figure` is outside `limits`, with the text and the cure of `say`.
+fn finding(place: &str, figure: f64, limits: [f64; 2], say: impl Fn(f64) -> (String, &'static str)) -> Option<Finding> {
+    let [low, high] = limits;
+    if (low..=high).contains(&figure) {
+        return None;
+    }
+    let (text, cure) = say(figure);
+    let (limit, times) = if figure > high { (high, figure / high) } else { (low, low / figure) };
+    let level = if times > BAD_TIMES { Level::Bad } else { Level::Caution };
+    let text = format!("{text} ({low} to {high}): the derivatives go with it");
+    let finding = Finding::new(level, "aircraft", place, text).with_figure(figure, limit);
+    Some(finding.with_cure(cure).with_setting("Airframe", "aircraft"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A light single: m2, m, kg, kg m2.
+    const SINGLE: [f64; 7] = [16.17, 10.97, 1.494, 1125.0, 2839.0, 2040.0, 4269.0];
+
+    fn found(numbers: [f64; 7]) -> Vec<String> {
+        let [area_m2, span_m, chord_m, mass_kg, xx, yy, zz] = numbers;
+        let reference = ReferenceGeometry::conventional(area_m2, span_m, chord_m);
+        let mut mass = MassProperties { mass_kg, ..MassProperties::default() };
+        (mass.inertia.xx, mass.inertia.yy, mass.inertia.zz) = (xx, yy, zz);
+        findings("aircraft", &reference, Some(&mass)).into_iter().map(|finding| finding.text).collect()
+    }
+
+    #[test]
+    fn numbers_in_different_units_are_told_and_consistent_ones_are_not() {
+        assert_eq!(found(SINGLE), [""; 0]);
+        let cases: [(usize, f64, &str); 6] = [
+            (0, 10.764, "an area of 174.0539 m2 is 10.62 times"),
+            (1, 3.2808, "an area of 16.1700 m2 is 0.301 times"),
+            (2, 3.2808, "an area of 16.1700 m2 is 0.301 times"),
+            (3, 1.0 / 14.594, "Ixx of 2839.0000 kg m2 and a mass of 77.0865 kg"),
+            (4, 3.0, "Ixx of 8517.0000 kg m2"),
+            (6, 0.5, "Izz is 0.437 times"),
+        ];
+        for (index, factor, text) in cases {
+            let mut numbers = SINGLE;
+            numbers[index] *= factor;
+            let said = found(numbers);
+            assert!(said.iter().any(|said| said.starts_with(text)), "{index}: {said:?}");
+        }
+        // All lengths in feet, as areas and lengths among themselves agree: the mass tells.
+        let [area, span, chord, rest @ ..] = SINGLE;
+        let feet = [area * 10.764, span * 3.2808, chord * 3.2808, rest[0], rest[1], rest[2], rest[3]];
+        assert!(found(feet)[0].contains("radius of gyration in roll of 0.088"), "{:?}", found(feet));
+    }
+}

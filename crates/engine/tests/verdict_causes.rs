@@ -1,0 +1,154 @@
+//! The verdict names what is wrong with recordings and aircraft of others: late controls, figures in other units, channels that others
+//! contradict; and a fit is not called better than what it is made of.
+
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "helpers of tests are not marked as tests")]
+
+use std::path::Path;
+
+use doublet_core::model::{Coefficient, Lag};
+use doublet_core::quantity::Role;
+use doublet_core::series::{Recording, Series};
+use doublet_core::simulate::scenario;
+use doublet_engine::graph::Context;
+use doublet_engine::run::{Slot, Snapshot};
+use doublet_engine::session::{self, Session, Surface};
+use doublet_engine::stage::LoadedAircraft;
+use doublet_engine::verdict::{Finding, Level, Verdicts, fly_and_judge, judge};
+
+/// The manoeuvres of a test point of the shipped flight with a recording that `spoil` changed, and a session that `change` did.
+fn flown(spoil: &(dyn Fn(&mut Recording) + Sync), change: impl Fn(&mut Session)) -> (Session, Snapshot) {
+    let mut session = session::parse(doublet_engine::builtin::session("demo").unwrap()).unwrap();
+    change(&mut session);
+    let scenario = scenario::build("test-point").unwrap();
+    fly_and_judge(&session, &scenario, 1, spoil, &Context::new(Path::new("."))).unwrap()
+}
+
+fn reasons<'a>(verdicts: &'a Verdicts, code: &str) -> Vec<&'a Finding> {
+    verdicts.session.reasons.iter().filter(|reason| reason.code == code).collect()
+}
+
+fn level(verdicts: &Verdicts, coefficient: Coefficient) -> Level {
+    verdicts.fit(None, coefficient).unwrap().verdict.level
+}
+
+fn has(verdicts: &Verdicts, coefficient: Coefficient, code: &str) -> bool {
+    verdicts.fit(None, coefficient).unwrap().verdict.reasons.iter().any(|reason| reason.code == code)
+}
+
+/// The recording with the stamps of a role later by a time.
+fn later(recording: &mut Recording, role: Role, by_s: f64) {
+    let channel = &mut recording.channels[recording.roles[&role]];
+    let time_s = channel.series.time_s.iter().map(|time_s| time_s + by_s).collect();
+    channel.series = Series { time_s, values: channel.series.values.clone() };
+}
+
+/// The content of a slot, changed.
+fn changed<T: Clone>(slot: &mut Slot<T>, change: impl FnOnce(&mut T)) {
+    let mut content = T::clone(slot.ready().unwrap());
+    change(&mut content);
+    *slot = content.into();
+}
+
+#[test]
+fn late_control_is_told_with_its_delay_and_the_delay_cures_it() {
+    for (surface, role, coefficient) in [
+        (Surface::Elevator, Role::Elevator, Coefficient::Cm),
+        (Surface::Aileron, Role::Aileron, Coefficient::Cl),
+        (Surface::Rudder, Role::Rudder, Coefficient::Cn),
+    ] {
+        let late = |recording: &mut Recording| later(recording, role, 0.12);
+        let (_, snapshot) = flown(&late, |_| ());
+        let verdicts = snapshot.verdicts.ready().unwrap();
+        let found = reasons(verdicts, "timing");
+        println!("{found:?}");
+        assert_eq!(found.len(), 1, "{surface:?}");
+        let delay_s = found[0].figure.unwrap();
+        assert!((delay_s + 0.12).abs() < 0.02, "{surface:?}: {delay_s}");
+        assert_eq!(found[0].place, surface.name());
+        assert!(level(verdicts, coefficient) >= Level::Caution);
+
+        let (_, snapshot) = flown(&late, |session| {
+            let lag = Lag { delay_s, ..Lag::default() };
+            session.preparation.control_lags = session.preparation.control_lags.with(surface, lag);
+        });
+        let verdicts = snapshot.verdicts.ready().unwrap();
+        assert_eq!(reasons(verdicts, "timing").len(), 0, "{surface:?}");
+        assert_eq!(level(verdicts, coefficient), Level::Good, "{:?}", verdicts.fit(None, coefficient));
+    }
+}
+
+#[test]
+fn control_on_its_clock_has_no_delay() {
+    let (_, snapshot) = flown(&|_| (), |_| ());
+    assert_eq!(reasons(snapshot.verdicts.ready().unwrap(), "timing").len(), 0);
+}
+
+#[test]
+fn fit_of_bad_windows_is_bad_and_others_are_as_they_were() {
+    let (session, mut snapshot) = flown(&|_| (), |_| ());
+    assert_eq!(level(&judge(&session, &snapshot), Coefficient::Cm), Level::Good);
+    let windows = session.windows.iter().filter(|window| window.surface == Some(Surface::Elevator));
+    for window in windows {
+        changed(&mut snapshot.windows.get_mut(&window.name).unwrap().path, |path| {
+            let consistency = path.consistency.as_mut().unwrap();
+            (consistency.nis_mean, consistency.nis_ratio) = (4.0 * consistency.nis_mean / consistency.nis_ratio, 4.0);
+        });
+    }
+    let verdicts = judge(&session, &snapshot);
+    assert_eq!(level(&verdicts, Coefficient::Cm), Level::Bad);
+    assert!(has(&verdicts, Coefficient::Cm, "windows"));
+    assert!(!has(&verdicts, Coefficient::Cl, "windows"));
+}
+
+#[test]
+fn channel_that_others_contradict_makes_the_fits_with_it_bad() {
+    let turn = |recording: &mut Recording| {
+        let channel = &mut recording.channels[recording.roles[&Role::PitchRate]];
+        let values = channel.series.values.iter().map(|value| -value).collect();
+        channel.series = Series { time_s: channel.series.time_s.clone(), values };
+    };
+    let (_, snapshot) = flown(&turn, |_| ());
+    let verdicts = snapshot.verdicts.ready().unwrap();
+    for fit in &verdicts.pooled {
+        assert!(has(verdicts, fit.coefficient, "physics"), "{}", fit.coefficient.name());
+        assert_eq!(fit.verdict.level, Level::Bad);
+    }
+}
+
+#[test]
+fn aircraft_in_other_units_is_told_and_no_fit_with_it_is_good() {
+    let (session, snapshot) = flown(&|_| (), |_| ());
+    let with = |change: fn(&mut LoadedAircraft)| {
+        let mut snapshot = snapshot.clone();
+        changed(&mut snapshot.aircraft, change);
+        judge(&session, &snapshot)
+    };
+    assert_eq!(reasons(&with(|_| ()), "aircraft").len(), 0);
+    let feet: [(&str, fn(&mut LoadedAircraft)); 2] = [
+        ("area", |loaded| loaded.aircraft.reference.area_m2 *= 10.764),
+        ("chord", |loaded| loaded.aircraft.reference.chord_m *= 3.2808),
+    ];
+    for (name, change) in feet {
+        let verdicts = with(change);
+        let found = reasons(&verdicts, "aircraft");
+        println!("{name}: {found:?}");
+        assert_eq!((found.len(), found[0].level), (1, Level::Bad), "{name}");
+        assert!(verdicts.pooled.iter().all(|fit| fit.verdict.level == Level::Bad), "{name}");
+    }
+}
+
+#[test]
+fn speeds_in_knots_that_agree_with_each_other_are_told_by_the_climb() {
+    let in_knots = |recording: &mut Recording| {
+        for role in [Role::TrueAirspeed, Role::VelocityNorth, Role::VelocityEast] {
+            let Some(index) = recording.roles.get(&role) else { continue };
+            let series = &mut recording.channels[*index].series;
+            let values = series.values.iter().map(|value| value / 0.514_444).collect();
+            *series = Series { time_s: series.time_s.clone(), values };
+        }
+    };
+    let (_, snapshot) = flown(&in_knots, |_| ());
+    let rows = snapshot.physics.values().flat_map(|slot| slot.ready().unwrap().contradictions());
+    let said: Vec<&str> = rows.map(|row| row.headline.as_str()).collect();
+    assert!(said.iter().any(|line| line.starts_with("airspeed: knots")), "{said:?}");
+}
