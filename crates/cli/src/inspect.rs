@@ -4,6 +4,7 @@ use doublet_core::load::{
     ChannelInfo, ChannelMap, Gap, ManualChannelMap, Probe, Source, guess, inspect as read_contents, plan, stated_unit,
 };
 use doublet_core::quantity::{Role, Unit};
+use doublet_engine::session::Surface;
 use serde_json::{Value, json};
 
 use crate::arguments::InspectArguments;
@@ -195,6 +196,8 @@ pub struct Question {
     pub text: String,
     /// Nothing is right before it is answered: there is no time, or it can be read in several units.
     pub must_be_answered: bool,
+    /// Role whose unit is asked for.
+    pub role: Option<Role>,
 }
 
 /// What the file leaves open: the unit of time or its absence, and units of channels that look made for a role.
@@ -202,10 +205,10 @@ pub fn list_questions(probe: &Probe, guessed: &ManualChannelMap) -> Vec<Question
     let clocks = probe.sources.iter().flat_map(|source| source.clocks.iter().map(move |clock| (source, clock)));
     let of_clocks = clocks.filter_map(|(source, clock)| {
         let text = format!("{}: time {}", source.name, clock.question.as_ref()?);
-        Some(Question { text, must_be_answered: clock.is_unit_ambiguous })
+        Some(Question { text, must_be_answered: clock.is_unit_ambiguous, role: None })
     });
     let without_time = probe.sources.iter().filter_map(Source::missing_time);
-    let without_time = without_time.map(|text| Question { text, must_be_answered: true });
+    let without_time = without_time.map(|text| Question { text, must_be_answered: true, role: None });
     let of_units = guessed.rows.iter().filter_map(|(role, row)| {
         let channel = row.from.find(std::slice::from_ref(probe))?;
         let unit = row.unit.filter(|unit| stated_unit(channel).is_none() && unit.symbol != "-")?;
@@ -215,7 +218,37 @@ pub fn list_questions(probe: &Probe, guessed: &ManualChannelMap) -> Vec<Question
             role.name(),
             unit.symbol
         );
-        Some(Question { text, must_be_answered: false })
+        Some(Question { text, must_be_answered: false, role: Some(*role) })
     });
-    of_clocks.chain(without_time).chain(of_units).collect()
+    let of_deflections = Surface::ALL.into_iter().filter_map(|surface| ask_deflection(probe, guessed, surface.role()));
+    of_clocks.chain(without_time).chain(of_deflections).chain(of_units).collect()
+}
+
+/// Largest deflection that can be radians or a part of full travel, rad, and from which degrees can be per cent of it, deg.
+const LARGEST_PART: f64 = 1.05;
+const LEAST_PER_CENT: f64 = 45.0;
+
+/// A deflection without a unit whose values are those of two: nothing in the motion tells them apart, and its derivatives go with it. Of a
+/// recorder that gives other angles in radians, radians are not asked for.
+fn ask_deflection(probe: &Probe, guessed: &ManualChannelMap, role: Role) -> Option<Question> {
+    let probes = std::slice::from_ref(probe);
+    let row = guessed.row(role).filter(|row| row.is_unit_open(probes))?;
+    let values = row.values(probes)?;
+    let largest = values.least.abs().max(values.greatest.abs());
+    let angles = [Role::BankAngle, Role::PitchAngle, Role::HeadingAngle, Role::AngleOfAttack, Role::Sideslip];
+    let mut units = angles.into_iter().filter_map(|role| guessed.row(role)?.unit);
+    let (first, second) = match values.unit.symbol {
+        "rad" if largest <= LARGEST_PART && units.any(|unit| unit.symbol == "deg") => {
+            ("radians", "parts of full travel")
+        }
+        "deg" if largest > LEAST_PER_CENT && largest <= 100.0 * LARGEST_PART => ("degrees", "per cent of full travel"),
+        _ => return None,
+    };
+    let (name, channel, symbol) = (role.name(), &row.from.channel, values.unit.symbol);
+    let text = format!(
+        "{}: '{channel}', taken for {name}, states no unit: {:.3} to {:.3} can be {first} or {second}; say --role \
+         {name}={channel},unit={symbol}, or unit=deg,scale=X with the degrees of one",
+        row.from.source, values.least, values.greatest
+    );
+    Some(Question { text, must_be_answered: true, role: Some(role) })
 }

@@ -14,7 +14,7 @@ use serde_json::json;
 
 use crate::inspect::{Question, list_questions};
 use crate::outcome::Outcome;
-use crate::role_option::{FORM, set_roles};
+use crate::role_option::{FORM, says_unit, set_roles};
 use crate::text;
 
 /// Arguments of `map`.
@@ -68,8 +68,8 @@ pub fn map(arguments: &MapArguments) -> Result<Outcome, String> {
     }
     let mut inspected = begin::inspect(&arguments.recordings, &Control::default(), &|_| {})?;
     set_roles(&mut inspected, &arguments.role)?;
-    let written = write_map(&inspected)?;
-    let asked = ask(&inspected);
+    let asked = ask(&inspected, &arguments.role);
+    let written = write_map(&inspected, &asked)?;
     if let Some(path) = &arguments.write {
         if path.exists() {
             return Err(format!("{} exists: choose another name, a map is never overwritten", path.display()));
@@ -88,18 +88,19 @@ pub fn map(arguments: &MapArguments) -> Result<Outcome, String> {
     Ok(if asked.iter().any(|question| question.must_be_answered) { Outcome::Bad } else { Outcome::Done })
 }
 
-/// What the recordings leave open.
-pub fn ask(inspected: &Inspected) -> Vec<Question> {
-    inspected.probes.iter().flat_map(|probe| list_questions(probe, &inspected.guess)).collect()
+/// What the recordings leave open, but for the units of roles that the options `--role` say.
+pub fn ask(inspected: &Inspected, options: &[String]) -> Vec<Question> {
+    let all = inspected.probes.iter().flat_map(|probe| list_questions(probe, &inspected.guess));
+    all.filter(|question| !question.role.is_some_and(|role| says_unit(role, options))).collect()
 }
 
 /// The guess as the text of a channel map, with the reason of every row, what is left open, and what contradicts it.
-fn write_map(inspected: &Inspected) -> Result<String, String> {
+fn write_map(inspected: &Inspected, asked: &[Question]) -> Result<String, String> {
     let guess = &inspected.guess;
     let map = guess.text().map_err(|error| error.to_string())?;
     let mut written =
         "# Guessed from the names, units and values of the channels: look at every row before it is used.\n".to_owned();
-    for question in ask(inspected) {
+    for question in asked {
         _ = writeln!(written, "# Question: {}", text::harmless(&question.text));
     }
     for line in find_contradictions(inspected) {

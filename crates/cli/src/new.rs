@@ -73,7 +73,7 @@ pub fn new(arguments: &NewArguments) -> Result<Outcome, String> {
         set_roles(&mut inspected, &arguments.role)?;
         let (reference, map) = match &arguments.map {
             Some(name) => channel_map(name).map(as_file)?,
-            None if arguments.guess => match take_guess(&inspected)? {
+            None if arguments.guess => match take_guess(&inspected, &arguments.role)? {
                 Some(guess) => guess,
                 None => return Ok(Outcome::Bad),
             },
@@ -111,12 +111,14 @@ fn as_file((reference, map): (String, ChannelMap)) -> (MapRef, ChannelMap) {
     (MapRef::File(reference), map)
 }
 
-/// The guess, said row by row; none where the time can be read in two ways or not at all, which is said.
-fn take_guess(inspected: &Inspected) -> Result<Option<(MapRef, ChannelMap)>, String> {
-    let open: Vec<_> = ask(inspected).into_iter().filter(|question| question.must_be_answered).collect();
+/// The guess, said row by row; none where time or a deflection can be read in two ways, or time not at all, which is said.
+fn take_guess(inspected: &Inspected, options: &[String]) -> Result<Option<(MapRef, ChannelMap)>, String> {
+    let open: Vec<_> = ask(inspected, options).into_iter().filter(|question| question.must_be_answered).collect();
     if !open.is_empty() {
         open.iter().for_each(|question| text::line(&format!("question: {}", question.text)));
-        text::line("nothing is written: `doublet map --write FILE`, answer it there, then --map FILE");
+        text::line(
+            "nothing is written: `doublet map --write FILE`, answer it there, then --map FILE; or by --role, where a role is asked for",
+        );
         return Ok(None);
     }
     for (role, row) in &inspected.guess.rows {
@@ -156,7 +158,7 @@ fn flight(
             session.windows.extend(whole_window(name, &inspected.probes));
         }
     }
-    Ok(plan.roles.keys().copied().collect())
+    Ok(plan.all_roles().into_iter().collect())
 }
 
 /// Says which channels contradict each other when they are read by `plan`, and what to change in the map called `map`.

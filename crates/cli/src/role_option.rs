@@ -31,6 +31,12 @@ pub fn set_roles(inspected: &mut Inspected, options: &[String]) -> Result<(), St
     Ok(())
 }
 
+/// Whether an option says the unit or the scale of `role`.
+pub fn says_unit(role: Role, options: &[String]) -> bool {
+    let said = options.iter().filter_map(|option| parse(option).ok());
+    said.filter(|(other, _)| *other == role).any(|(_, said)| said.unit.is_some() || said.scale.is_some())
+}
+
 /// A role and what is said of it; a channel's name may hold commas.
 fn parse(option: &str) -> Result<(Role, RoleOption<'_>), String> {
     let (name, mut rest) = option.split_once('=').ok_or_else(|| format!("write it as {FORM}"))?;

@@ -114,3 +114,27 @@ fn roles_said_on_the_command_line_take_the_place_of_the_guess() {
         assert!(error.contains(answer), "{option}: {error}");
     }
 }
+
+/// Deflections without a unit that can be radians or a part of full travel beside angles in degrees: asked for, until `--role` says it.
+#[test]
+fn deflection_that_can_be_two_things_is_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = |part: f64| {
+        let row = |k: i32| format!("{},{},{}\n", 0.02 * f64::from(k), k % 50, part * f64::from(k % 9));
+        written(folder.path(), &format!("time [s],Pitch,elevator\n{}", (0..500).map(row).collect::<String>()))
+    };
+    for (part, asked) in
+        [(0.05, Some("radians or parts of full travel")), (10.0, Some("degrees or per cent")), (2.0, None)]
+    {
+        let path = log(part);
+        let session = folder.path().join(format!("{part}.toml"));
+        let session = session.to_str().unwrap();
+        let (text, code) = said(&["new", &path, "--guess", "-o", session]);
+        assert_eq!(code, Some(if asked.is_some() { 3 } else { 0 }), "{part}: {text}");
+        assert!(asked.is_none_or(|words| text.contains(words)), "{part}: {text}");
+        let (text, code) =
+            said(&["new", &path, "--guess", "--role", "delta_e=elevator,unit=deg,scale=20", "-o", session]);
+        let exists = asked.is_none();
+        assert_eq!(code, Some(i32::from(exists)), "{part}: {text}");
+    }
+}

@@ -143,25 +143,34 @@ pub fn inspect(paths: &[PathBuf], control: &Control, progress: &dyn Fn(f32)) -> 
 /// A guess with the units that the motion tells: where a channel states none and the others contradict the one it was taken for by the
 /// factor of another, that is taken. A unit that is stated stays, whatever contradicts it.
 fn settle_units(probes: &[Probe], guess: ManualChannelMap) -> ManualChannelMap {
-    let is_open = |map: &ManualChannelMap, role: Role| {
-        let channel = map.row(role).and_then(|row| row.from.find(probes));
-        channel.is_some_and(|channel| stated_unit(channel).is_none())
-    };
-    if !guess.rows.iter().any(|(role, _)| is_open(&guess, *role)) {
+    let is_open = |map: &ManualChannelMap, role: Role| map.row(role).is_some_and(|row| row.is_unit_open(probes));
+    if !guess.rows.iter().any(|(_, row)| row.is_unit_open(probes)) {
         return guess;
     }
-    // What cannot be read is said by what needs it.
-    let Ok(physics) = plan_by_hand(probes, &guess).and_then(|plan| compare(&plan)) else { return guess };
-    let changes = physics.contradictions().filter_map(|row| row.change.as_ref());
-    changes.fold(guess, |map, change| match change {
-        Cure::Scale { role, units: Some(_), factor, offset }
-            if *factor > 0.0 && *offset == 0.0 && is_open(&map, *role) =>
-        {
-            cure(&map, change, probes)
+    let mut settled = guess;
+    // One unit hides another: what is compared with a climb in m/s tells nothing while that is in ft/min.
+    for _ in 0..PASSES {
+        // What cannot be read is said by what needs it.
+        let Ok(physics) = plan_by_hand(probes, &settled).and_then(|plan| compare(&plan)) else { break };
+        let changes = physics.contradictions().filter_map(|row| row.change.as_ref());
+        let next = changes.fold(settled.clone(), |map, change| match change {
+            Cure::Scale { role, units: Some(_), factor, offset }
+                if *factor > 0.0 && *offset == 0.0 && is_open(&map, *role) =>
+            {
+                cure(&map, change, probes)
+            }
+            _ => map,
+        });
+        if next == settled {
+            break;
         }
-        _ => map,
-    })
+        settled = next;
+    }
+    settled
 }
+
+/// Most passes over the units of a guess.
+const PASSES: usize = 3;
 
 /// Why a guessed row has its unit.
 pub fn unit_reason(row: &ManualChannel, probes: &[Probe]) -> &'static str {
@@ -212,6 +221,7 @@ pub fn cure(map: &ManualChannelMap, cure: &Cure, probes: &[Probe]) -> ManualChan
                 let taken = row.unit.is_none_or(|unit| unit.symbol == was || unit == Unit::si(role.dimension()));
                 Unit::parse(is).ok().filter(|_| taken)
             });
+            let was = row.unit;
             row.turned ^= *factor < 0.0;
             match found {
                 Some(unit) => row.unit = Some(unit),
@@ -220,6 +230,18 @@ pub fn cure(map: &ManualChannelMap, cure: &Cure, probes: &[Probe]) -> ManualChan
             let unit = row.unit.unwrap_or(Unit::si(role.dimension()));
             let sign = if row.turned { -1.0 } else { 1.0 };
             row.offset += offset / (sign * row.scale * unit.scale);
+            // A recorder without units writes both speeds in one.
+            if let Some([speed, _]) = map.velocity.as_mut().filter(|_| *role == Role::TrueAirspeed)
+                && speed.unit == was
+                && speed.is_unit_open(probes)
+            {
+                speed.unit = row.unit;
+            }
+            // Position down of an altitude is of the same numbers.
+            let down = map.row(Role::PositionDown).filter(|down| *role == Role::Altitude && down.from == row.from);
+            if let Some(down) = down.cloned() {
+                map.set(Role::PositionDown, Some(ManualChannel { unit: row.unit, scale: row.scale, ..down }));
+            }
             map.set(*role, Some(row));
         }
         Cure::Swap { one, other } => {

@@ -3,6 +3,7 @@
 use toml::{Table, Value};
 
 use super::attitude::QuaternionAxes;
+use super::candidates::{is_count, stated_unit};
 use super::map::{FORMAT, VERSION};
 use super::{ChannelInfo, LoadError, Probe};
 use crate::quantity::{Role, Unit};
@@ -43,6 +44,11 @@ impl ManualChannel {
     /// A channel as it is, in `unit`.
     pub fn new(from: ChannelName, unit: Option<Unit>) -> Self {
         Self { from, unit, turned: false, scale: 1.0, offset: 0.0 }
+    }
+
+    /// Whether its channel states no unit, neither beside its name nor at the end of it, or says no more than that it has none.
+    pub fn is_unit_open(&self, probes: &[Probe]) -> bool {
+        self.from.find(probes).is_some_and(|channel| stated_unit(channel).is_none_or(is_count))
     }
 
     /// What the row will read; `None` where the channel is unknown or holds nothing finite, or has no unit.

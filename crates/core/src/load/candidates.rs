@@ -137,12 +137,19 @@ pub(super) fn row(candidate: &Candidate<'_>, role: Role) -> ManualChannel {
     // Altitude and climb are up, position and velocity down.
     row.turned = match role {
         Role::PositionDown => ["alt", "h"].iter().any(|up| candidate.plain.contains(up)),
-        Role::VelocityDown => ["climb", "vertical", "vspd"].iter().any(|up| candidate.plain.contains(up)),
+        Role::VelocityDown => is_climb(&candidate.plain),
         // Right trailing edge down is positive.
         Role::Aileron => candidate.plain.contains("left") || candidate.plain == "aill",
         _ => false,
     };
     row
+}
+
+/// Whether a vertical speed of this name is positive upwards.
+fn is_climb(plain: &str) -> bool {
+    let within = ["climb", "vertical", "vspd", "vvi", "ivv", "hdot", "altituderate", "altrate", "steigrate"];
+    let ends = ["vs", "roc"];
+    within.iter().any(|up| plain.contains(up)) || ends.iter().any(|up| plain.ends_with(up))
 }
 
 /// The unit values of this size have: degrees where radians would be more than a turn, otherwise SI.

@@ -31,6 +31,8 @@ const TIME_NAMES: &[&str] = &[
     "header_stamp",
     "publish_time",
     "log_time",
+    "zeit",
+    "temps",
 ];
 /// Names that are a unit by themselves.
 const UNIT_NAMES: &[&str] = &["sec", "seconds", "ms", "milliseconds"];

@@ -3,7 +3,7 @@
 //! A guess is where a user starts, never an answer: nothing is read by it before it was looked at.
 
 use super::by_hand::{ChannelName, ManualChannel, ManualChannelMap};
-use super::candidates::{Candidate, Fits, best, candidates, is_count, row};
+use super::candidates::{Candidate, Fits, best, candidates, row};
 use super::{Probe, guess_frames};
 use crate::quantity::{Dimension, Role, Unit};
 
@@ -11,15 +11,63 @@ use crate::quantity::{Dimension, Role, Unit};
 const NAMES: &[(Role, &[&str])] = &[
     (
         Role::SpecificForceX,
-        &["ax", "accx", "accelx", "xacc", "xaccel", "longacc", "blongacc", "imuax", "nx", "fx", "linearaccelerationx"],
+        &[
+            "ax",
+            "accx",
+            "accelx",
+            "xacc",
+            "xaccel",
+            "longacc",
+            "blongacc",
+            "imuax",
+            "nx",
+            "fx",
+            "linearaccelerationx",
+            "longitudinalacceleration",
+            "longaccel",
+            "beschlx",
+            "beschleunigungx",
+        ],
     ),
     (
         Role::SpecificForceY,
-        &["ay", "accy", "accely", "yacc", "yaccel", "latacc", "blatacc", "imuay", "ny", "fy", "linearaccelerationy"],
+        &[
+            "ay",
+            "accy",
+            "accely",
+            "yacc",
+            "yaccel",
+            "latacc",
+            "blatacc",
+            "imuay",
+            "ny",
+            "fy",
+            "linearaccelerationy",
+            "lateralacceleration",
+            "lataccel",
+            "beschly",
+            "beschleunigungy",
+        ],
     ),
     (
         Role::SpecificForceZ,
-        &["az", "accz", "accelz", "zacc", "zaccel", "normacc", "bnormacc", "imuaz", "nz", "fz", "linearaccelerationz"],
+        &[
+            "az",
+            "accz",
+            "accelz",
+            "zacc",
+            "zaccel",
+            "normacc",
+            "bnormacc",
+            "imuaz",
+            "nz",
+            "fz",
+            "linearaccelerationz",
+            "normalacceleration",
+            "normaccel",
+            "beschlz",
+            "beschleunigungz",
+        ],
     ),
     (
         Role::RollRate,
@@ -27,11 +75,35 @@ const NAMES: &[(Role, &[&str])] = &[
     ),
     (
         Role::PitchRate,
-        &["q", "pitchrate", "bpitchrate", "gyroy", "gyry", "omegay", "wy", "qbody", "yrate", "angularvelocityy"],
+        &[
+            "q",
+            "pitchrate",
+            "bpitchrate",
+            "gyroy",
+            "gyry",
+            "omegay",
+            "wy",
+            "qbody",
+            "yrate",
+            "angularvelocityy",
+            "nickrate",
+        ],
     ),
     (
         Role::YawRate,
-        &["r", "yawrate", "byawrate", "gyroz", "gyrz", "omegaz", "wz", "rbody", "zrate", "angularvelocityz"],
+        &[
+            "r",
+            "yawrate",
+            "byawrate",
+            "gyroz",
+            "gyrz",
+            "omegaz",
+            "wz",
+            "rbody",
+            "zrate",
+            "angularvelocityz",
+            "gierrate",
+        ],
     ),
     (Role::RollAcceleration, &["pdot"]),
     (Role::PitchAcceleration, &["qdot"]),
@@ -55,30 +127,87 @@ const NAMES: &[(Role, &[&str])] = &[
             "verticalspeed",
             "vspd",
             "rateofclimb",
+            "vs",
+            "vvi",
+            "ivv",
+            "roc",
+            "hdot",
+            "altituderate",
+            "altrate",
+            "steigrate",
         ],
     ),
-    (Role::BankAngle, &["phi", "roll", "bank", "rollangle", "bankangle"]),
-    (Role::PitchAngle, &["theta", "pitch", "tht", "pitchangle", "the"]),
+    (Role::BankAngle, &["phi", "roll", "bank", "rollangle", "bankangle", "rollwinkel", "hängewinkel", "querlage"]),
+    (Role::PitchAngle, &["theta", "pitch", "tht", "pitchangle", "the", "nickwinkel", "längsneigung"]),
     (
         Role::HeadingAngle,
-        &["psi", "yaw", "heading", "hdg", "trueheading", "headingtrue", "hdingtrue", "headingangle", "yawangle"],
+        &[
+            "psi",
+            "yaw",
+            "heading",
+            "hdg",
+            "trueheading",
+            "headingtrue",
+            "hdingtrue",
+            "headingangle",
+            "yawangle",
+            "gierwinkel",
+            "steuerkurs",
+            "kurs",
+        ],
     ),
     (Role::TrueAirspeed, &["airspeed", "tas", "vtas", "trueairspeed", "vtrue", "vtotal", "va", "vt", "v"]),
-    (Role::AngleOfAttack, &["alpha", "aoa", "angleofattack", "alfa", "alphavane", "vaneaoa"]),
-    (Role::Sideslip, &["beta", "aos", "sideslip", "angleofsideslip", "betavane", "vaneaos", "ssa"]),
+    (Role::AngleOfAttack, &["alpha", "aoa", "angleofattack", "alfa", "alphavane", "vaneaoa", "anstellwinkel"]),
+    (Role::Sideslip, &["beta", "aos", "sideslip", "angleofsideslip", "betavane", "vaneaos", "ssa", "schiebewinkel"]),
     (Role::Aileron, AILERON),
-    (Role::Elevator, &["deltae", "de", "elevator", "delev", "elev", "elv", "elevatorpos", "elevatordeflection"]),
-    (Role::Rudder, &["deltar", "dr", "rudder", "drud", "rud", "rudderpos", "rudderdeflection"]),
+    (
+        Role::Elevator,
+        &[
+            "deltae",
+            "de",
+            "elevator",
+            "delev",
+            "elev",
+            "elv",
+            "elevatorpos",
+            "elevatordeflection",
+            "elevatorposition",
+            "elevpos",
+            "höhenruder",
+            "hoehenruder",
+        ],
+    ),
+    (
+        Role::Rudder,
+        &[
+            "deltar",
+            "dr",
+            "rudder",
+            "drud",
+            "rud",
+            "rudderpos",
+            "rudderdeflection",
+            "rudderposition",
+            "rudpos",
+            "seitenruder",
+        ],
+    ),
     (Role::ElevatorTrim, &["deltate", "dte", "elevatortrim", "elevtrim", "elevatordte", "trimtab"]),
     (Role::Stabiliser, &["stabiliser", "stabilizer", "stab", "ih"]),
-    (Role::Flap, &["flap", "flaps", "df", "deltaf", "flappos"]),
+    (Role::Flap, &["flap", "flaps", "df", "deltaf", "flappos", "klappen", "landeklappen"]),
     (Role::StaticPressure, &["staticpressure", "ps", "pstat", "pstatic", "baro"]),
     (Role::AirTemperature, &["airtemperature", "sat", "oat", "staticairtemperature", "ts"]),
     (Role::TotalTemperature, &["totaltemperature", "tat", "tt"]),
     (Role::AirDensity, &["rho", "airdensity", "density"]),
     (Role::Mach, &["mach", "ma", "machnumber"]),
-    (Role::CalibratedAirspeed, &["cas", "calibratedairspeed", "ias", "vcas", "vias", "kias", "kcas"]),
-    (Role::Altitude, &["altitude", "alt", "pressurealtitude", "hp", "palt", "h", "baroalt", "altitudeasl"]),
+    (
+        Role::CalibratedAirspeed,
+        &["cas", "calibratedairspeed", "ias", "vcas", "vias", "kias", "kcas", "indicatedairspeed", "airspeedindicated"],
+    ),
+    (
+        Role::Altitude,
+        &["altitude", "alt", "pressurealtitude", "hp", "palt", "h", "baroalt", "altitudeasl", "höhe", "hoehe"],
+    ),
     (Role::Latitude, &["latitudegeodetic", "latitude", "lat", "gpslat"]),
     (Role::Longitude, &["longitude", "lon", "long", "lng", "gpslon", "gpslong"]),
     (Role::GpsAltitude, &["gpsaltitude", "gpsalt", "altgps", "hgps", "gpsheight", "altitudemsl", "altmsl"]),
@@ -112,6 +241,9 @@ const AILERON: &[&str] = &[
     "leftaileronpos",
     "aill",
     "aileronpos",
+    "aileronposition",
+    "ailpos",
+    "querruder",
 ];
 
 /// Mean specific force along z that is taken for g, as magnitude; larger ones for m/s².
@@ -213,17 +345,12 @@ const GROUPS: [&[Role]; 4] = [
 
 /// Gives the members of a group without a unit of their own the degrees that another member's size tells.
 fn agree_on_degrees(map: &mut ManualChannelMap, probes: &[Probe]) {
-    let candidates = candidates(probes);
-    let is_open = |row: &ManualChannel| {
-        let of = candidates.iter().find(|candidate| candidate.from == row.from);
-        of.is_some_and(|candidate| candidate.unit.is_none_or(is_count))
-    };
     for group in GROUPS {
         let in_degrees = |row: &ManualChannel| row.unit.filter(|unit| unit.symbol.starts_with("deg"));
-        let open = group.iter().filter_map(|role| map.row(*role)).filter(|row| is_open(row));
+        let open = group.iter().filter_map(|role| map.row(*role)).filter(|row| row.is_unit_open(probes));
         let Some(degrees) = open.filter_map(in_degrees).next() else { continue };
         for (role, row) in &mut map.rows {
-            if group.contains(role) && is_open(row) {
+            if group.contains(role) && row.is_unit_open(probes) {
                 row.unit = Some(degrees);
             }
         }

@@ -3,7 +3,7 @@
 use super::Probe;
 use super::attitude::QuaternionAxes;
 use super::by_hand::{ManualChannel, ManualChannelMap, ManualQuaternion};
-use super::candidates::{Candidate, best, row, stated_unit};
+use super::candidates::{Candidate, best, row};
 use super::map::{ATTITUDE, VELOCITY};
 use crate::quantity::{Role, Unit};
 
@@ -63,7 +63,7 @@ pub(super) fn exchange_local_axes(map: &mut ManualChannelMap) {
 
 /// Latitude and longitude of more than a turn without a unit are 1e-7 deg, as receivers send them; altitudes beside them without a unit then mm.
 pub(super) fn scale_fixes(map: &mut ManualChannelMap, probes: &[Probe]) {
-    let is_open = |row: &ManualChannel| row.from.find(probes).is_some_and(|channel| stated_unit(channel).is_none());
+    let is_open = |row: &ManualChannel| row.is_unit_open(probes);
     let largest = |row: &ManualChannel| row.values(probes).map_or(0.0, |all| all.least.abs().max(all.greatest.abs()));
     let fixes = [Role::Latitude, Role::Longitude];
     let sent =

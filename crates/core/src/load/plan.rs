@@ -84,6 +84,16 @@ impl Plan {
         self.problems.iter().any(|problem| problem.is_error)
     }
 
+    /// Roles that reading will give: those with channels and those the map derives from others.
+    pub fn all_roles(&self) -> BTreeSet<Role> {
+        let position = self.position.as_ref().map(|_| [Role::PositionNorth, Role::PositionEast, Role::PositionDown]);
+        let attitude = self.derived.attitude.as_ref().map(|_| ATTITUDE);
+        let velocity = self.derived.velocity.as_ref().map(|_| VELOCITY);
+        let derived =
+            position.into_iter().flatten().chain(attitude.into_iter().flatten()).chain(velocity.into_iter().flatten());
+        self.roles.keys().copied().chain(derived).collect()
+    }
+
     /// Whether position comes from latitude and longitude.
     pub fn derives_position(&self) -> bool {
         self.position.is_some()

@@ -253,6 +253,11 @@ impl<'l> Table<'l> {
             let mut unit = self.layout.units.get(index).cloned().flatten();
             let is_time_of_day = column.times_of_day > 0 && column.times_of_day + column.words == column.filled;
             let mut values = column.values;
+            if let Some((mark, count, largest)) = take_marks(&mut values) {
+                warnings.push(format!(
+                    "'{name}': {count} cells are {mark}, all others within +-{largest:.4}: they are taken for no value"
+                ));
+            }
             if is_time_of_day {
                 unit = Some("s".to_owned());
                 let midnights = pass_midnight(&mut values);
@@ -298,4 +303,21 @@ fn pass_midnight(values: &mut [f64]) -> usize {
 
 fn memchr_quote(data: &[u8]) -> bool {
     data.contains(&b'"')
+}
+/// Numbers that recorders write where there is no value, without their sign.
+const MARKS: [f64; 8] = [999.0, 999.9, 9999.0, 9999.9, 99_999.0, 999_999.0, 9_999_999.0, 1e20];
+/// How many times larger than all other values such a number is.
+const MARK_TIMES: f64 = 10.0;
+
+/// Turns the cells into NaN that hold a mark of no value; the mark, how many there were and the largest of the others.
+fn take_marks(values: &mut [f64]) -> Option<(f64, usize, f64)> {
+    let finite = || values.iter().copied().filter(|value| value.is_finite());
+    let mark = finite().max_by(|a, b| a.abs().total_cmp(&b.abs())).filter(|value| MARKS.contains(&value.abs()))?;
+    let largest = finite().filter(|value| *value != mark).fold(0.0_f64, |most, value| most.max(value.abs()));
+    if largest == 0.0 || mark.abs() < MARK_TIMES * largest {
+        return None;
+    }
+    let marked = values.iter_mut().filter(|value| **value == mark);
+    let count = marked.map(|value| *value = f64::NAN).count();
+    Some((mark, count, largest))
 }

@@ -11,16 +11,19 @@ type NamedUnit = (Unit, &'static str);
 const RATES_HZ: [f64; 2] = [0.5, 5000.0];
 /// Rate that decides where two units are possible, Hz.
 const USUAL_HZ: f64 = 50.0;
+/// Rate in seconds above which stamps can be minutes, Hz.
+const FAST_HZ: f64 = 400.0;
 /// Longest recording, s.
 const LONGEST_S: f64 = 86_400.0;
 /// Days since 1899-12-30 (serial days of spreadsheets) from 1954 to 2119.
 const SERIAL_DAYS: [f64; 2] = [20_000.0, 80_000.0];
 /// Units that stamps have where none is stated, with their words.
-const UNITS: [(&str, &str); 6] = [
+const UNITS: [(&str, &str); 7] = [
     ("s", "seconds"),
     ("ms", "milliseconds"),
     ("us", "microseconds"),
     ("ns", "nanoseconds"),
+    ("min", "minutes"),
     ("h", "hours of the day"),
     ("d", "serial days of a spreadsheet"),
 ];
@@ -67,6 +70,7 @@ impl Ticks {
         let usual = match unit.symbol {
             "d" => inside(SERIAL_DAYS),
             "h" => inside([0.0, 24.0]),
+            "min" => 1.0 / self.interval > FAST_HZ,
             _ => true,
         };
         usual && (RATES_HZ[0]..RATES_HZ[1]).contains(&rate_hz) && span_s <= LONGEST_S
@@ -84,10 +88,11 @@ impl Ticks {
         format!("{} Hz over {span}", short(rate_hz))
     }
 
-    /// Whether they make a recording of flight in more than one unit; decimals of a second do not.
+    /// Whether they make a recording of flight in more than one unit; decimals of a second do not, unless they are minutes.
     fn is_ambiguous(&self) -> bool {
         let (chosen, others) = self.decide();
-        !others.is_empty() && chosen.is_some_and(|(unit, _)| self.whole || unit.symbol != "s")
+        let minutes = others.iter().any(|(unit, _)| unit.symbol == "min");
+        !others.is_empty() && chosen.is_some_and(|(unit, _)| self.whole || minutes || unit.symbol != "s")
     }
 
     /// The fitting unit whose rate is nearest to the usual one, seconds before others; and the other units that fit.

@@ -20,6 +20,7 @@ mod maps;
 mod mutations;
 mod recorders;
 mod schema;
+mod strange_tables;
 mod stream;
 mod time_stamps;
 
