@@ -9,9 +9,10 @@ use super::{Finding, Level};
 use crate::session::{Manoeuvre, Surface};
 use crate::stage::WindowAero;
 
-/// Range of delays looked at, s, and their least step.
+/// Range of delays looked at, s, and their least step; the greatest step of a first look, in which no pulse of a pilot passes unseen.
 const RANGE_S: f64 = 0.6;
 const STEP_S: f64 = 0.01;
+const COARSE_S: f64 = 0.04;
 /// Least delay that is told, samples of the control and s: a step between two samples is known to half the time between them.
 const SAMPLES: f64 = 0.4;
 const LEAST_S: f64 = 0.015;
@@ -98,9 +99,12 @@ impl Control {
     /// The control as it would act `delay_s` late; before its first sample and behind its last as there.
     fn late(&self, delay_s: f64) -> Vec<f64> {
         let (time_s, values) = (&self.time_s, &self.values);
+        let mut next = 1;
         let at = |time: &f64| {
             let time = time - delay_s;
-            let next = time_s.partition_point(|stamp| *stamp <= time).clamp(1, time_s.len() - 1);
+            while next + 1 < time_s.len() && time_s[next] <= time {
+                next += 1;
+            }
             let part = (time - time_s[next - 1]) / (time_s[next] - time_s[next - 1]);
             values[next - 1] + part.clamp(0.0, 1.0) * (values[next] - values[next - 1])
         };
@@ -185,17 +189,20 @@ impl Shifted {
     /// The delay that leaves least, at the tip of the parabola through it and its neighbours.
     fn best(&self, step_s: f64) -> Option<(f64, Estimates)> {
         let most = (RANGE_S / step_s).round() as i32;
-        let left = |step: i32| self.at(f64::from(step) * step_s).map_or(f64::INFINITY, |found| found.squares);
-        let squares: Vec<f64> = (-most..=most).map(left).collect();
-        let least = (0..squares.len()).min_by(|a, b| squares[*a].total_cmp(&squares[*b]))?;
-        let tip = match squares.get(least.wrapping_sub(1)).zip(squares.get(least + 1)) {
-            Some((before, after)) => {
-                let bend = before - 2.0 * squares[least] + after;
-                if bend > 0.0 && bend.is_finite() { 0.5 * (before - after) / bend } else { 0.0 }
-            }
-            None => 0.0,
+        let coarse = ((COARSE_S / step_s) as i32).max(1);
+        let left = |step: i32| match step.abs() <= most {
+            true => self.at(f64::from(step) * step_s).map_or(f64::INFINITY, |found| found.squares),
+            false => f64::INFINITY,
         };
-        let delay_s = (least as f64 - f64::from(most) + tip) * step_s;
+        let least_of = |steps: &mut dyn Iterator<Item = i32>| {
+            steps.map(|step| (step, left(step))).min_by(|(_, a), (_, b)| a.total_cmp(b))
+        };
+        let (near, _) = least_of(&mut (-most..=most).step_by(coarse as usize))?;
+        let (least, squares) = least_of(&mut (near - coarse + 1..near + coarse))?;
+        let (before, after) = (left(least - 1), left(least + 1));
+        let bend = before - 2.0 * squares + after;
+        let tip = if bend > 0.0 && bend.is_finite() { 0.5 * (before - after) / bend } else { 0.0 };
+        let delay_s = (f64::from(least) + tip) * step_s;
         Some((delay_s, self.at(delay_s)?))
     }
 }

@@ -21,14 +21,14 @@ pub(super) fn finding(place: &str, evidence: Evidence<'_>, manoeuvre: &Manoeuvre
     let resting = Input::ALL.into_iter().filter_map(|input| {
         let role = input.role();
         let series = &recording.role(role)?.series;
-        let (end, samples) = ends(series)
-            .into_iter()
-            .filter_map(|end| {
-                let range = manoeuvre.window.indices(&series.time_s);
-                let samples = series.values[range].iter().filter(|value| **value == end).count();
-                (samples >= IN_A_ROW).then_some((end, samples))
-            })
-            .max_by_key(|(_, samples)| *samples)?;
+        let inside = &series.values[manoeuvre.window.indices(&series.time_s)];
+        // The ends of the whole recording are looked for only where the window stays at its own.
+        let resting = extremes(inside).into_iter().filter_map(|end| {
+            let samples = inside.iter().filter(|value| **value == end).count();
+            (samples >= IN_A_ROW).then_some((end, samples))
+        });
+        let (end, samples) =
+            resting.filter(|(end, _)| ends(series).contains(end)).max_by_key(|(_, samples)| *samples)?;
         Some((role, end, samples))
     });
     let (role, end, samples) = resting.max_by_key(|(_, _, samples)| *samples)?;
@@ -42,10 +42,16 @@ pub(super) fn finding(place: &str, evidence: Evidence<'_>, manoeuvre: &Manoeuvre
     Some(finding.with_cure(cure).with_setting("Flight", "window.role"))
 }
 
+/// Least and largest finite value.
+fn extremes(values: &[f64]) -> [f64; 2] {
+    let finite = values.iter().copied().filter(|value| value.is_finite());
+    finite.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| [low.min(value), high.max(value)])
+}
+
 /// Least and largest value of a series, where it rests there again and again.
 fn ends(series: &Series) -> Vec<f64> {
     let finite = || series.values.iter().copied().filter(|value| value.is_finite());
-    let (low, high) = finite().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
+    let [low, high] = extremes(&series.values);
     let next_low = finite().filter(|value| *value > low).fold(f64::INFINITY, f64::min);
     let next_high = finite().filter(|value| *value < high).fold(f64::NEG_INFINITY, f64::max);
     let near = |end: f64, next: f64| (end - next).abs() < NEXT_VALUE * (high - low);
