@@ -114,7 +114,8 @@ impl AircraftEditor {
                     handles: &handles,
                     selected: placed.iter().position(|(field, _)| Some(field.key.as_str()) == chosen),
                 };
-                let touched = view.show(ui, vec2(ui.available_width(), height));
+                let (touched, figure) = view.show(ui, vec2(ui.available_width(), height));
+                ctx.figures.extend(figure);
                 self.take(ctx, touched, &placed, axis);
             }
         });

@@ -4,7 +4,7 @@ use doublet_engine::session::{Manoeuvre, Surface};
 use eframe::egui::{self, Align2, FontId, Rect, RichText, Role, ScrollArea, Sense, Stroke, Ui, WidgetInfo, vec2};
 
 use super::overlay::Overlay;
-use super::proposals::{curve, roles};
+use super::proposals::{curve, figure_of, roles};
 use super::{Panel, PanelContext, empty, role_color, select};
 use crate::notation;
 use crate::theme;
@@ -106,6 +106,7 @@ fn picture(ctx: &mut PanelContext<'_>, ui: &mut Ui, window: &Manoeuvre, (width, 
     let font = FontId::proportional(11.0);
     let color = role_color(palette, window.role);
     painter.text(inner.left_top() + vec2(14.0, -1.0), Align2::LEFT_TOP, &window.name, font, color);
+    ctx.figures.extend(figure_of(ctx, &response, window));
     let [control, rate] = roles(window.surface).map(notation::role);
     let response = response.on_hover_ui(|ui| {
         ui.label(RichText::new(&window.name).strong());

@@ -75,6 +75,13 @@ impl Panel for Model {
             if choices(ui, &mut constants, &all) {
                 ctx.edit(Edit::Estimation(EstimationEdit::Constants(constants)));
             }
+            let mut by_surface = ctx.session.estimation.by_surface;
+            let hint = "Symmetric coefficients from elevator windows, asymmetric ones from aileron and rudder windows";
+            if ui.checkbox(&mut by_surface, "by surface").on_hover_text(hint).changed() {
+                ctx.edit(Edit::Estimation(EstimationEdit::BySurface(by_surface)));
+            }
+        });
+        ui.horizontal_wrapped(|ui| {
             ui.weak("Predictions by");
             let mut predict_with = ctx.session.estimation.predict_with;
             let all = [
@@ -83,11 +90,6 @@ impl Panel for Model {
             ];
             if choices(ui, &mut predict_with, &all) {
                 ctx.edit(Edit::Estimation(EstimationEdit::PredictWith(predict_with)));
-            }
-            let mut by_surface = ctx.session.estimation.by_surface;
-            let hint = "Symmetric coefficients from elevator windows, asymmetric ones from aileron and rudder windows";
-            if ui.checkbox(&mut by_surface, "by surface").on_hover_text(hint).changed() {
-                ctx.edit(Edit::Estimation(EstimationEdit::BySurface(by_surface)));
             }
         });
         CollapsingHeader::new("Axes, reference, thrust and lags").show(ui, |ui| coefficient_settings::show(ctx, ui));

@@ -42,12 +42,11 @@ pub fn maps(ctx: &mut PanelContext<'_>, ui: &mut Ui, flight: &FlightEngines) {
                 curves.origin,
             );
             ui.add(Label::new(RichText::new(text).size(11.5).weak()).wrap());
+            let charts = [false, true].map(|is_thrust| map(ui, curves, &engines, is_thrust));
+            charts[0].show_legend(ui);
             let height = ui.available_height();
             ui.columns(2, |columns| {
-                for (is_thrust, ui) in columns.iter_mut().enumerate() {
-                    let chart = map(ui, curves, &engines, is_thrust == 1);
-                    ctx.chart(ui, &chart, height);
-                }
+                columns.iter_mut().zip(&charts).for_each(|(ui, chart)| ctx.chart(ui, chart, height));
             });
         });
     }
@@ -58,6 +57,7 @@ fn map(ui: &Ui, curves: &PropellerCurves, engines: &[&EngineOverFlight], is_thru
     let (name, up) =
         if is_thrust { ("thrust coefficient", "thrust coefficient CT") } else { ("efficiency", "efficiency ηp") };
     let mut chart = Chart::new(&format!("{name} of {}", curves.name), "advance ratio J", up);
+    chart.legend = false;
     for engine in engines {
         let values = if is_thrust { &engine.thrust_coefficient } else { &engine.efficiency };
         let flown = pairs((&engine.advance_ratio.values, 1.0), (&values.values, 1.0));

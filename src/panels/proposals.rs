@@ -2,17 +2,22 @@
 
 use doublet_core::quantity::Role;
 use doublet_core::series::Series;
+use doublet_engine::report::document::{Axis, Colour, Figure, LineStyle, Mark, Panel, Plot};
 use doublet_engine::session::{Edit, Manoeuvre, Surface, WindowEdit};
 use doublet_engine::stage::open_windows;
-use eframe::egui::{self, CollapsingHeader, Grid, RichText, ScrollArea, Sense, Stroke, Ui, vec2};
+use eframe::egui::{self, CollapsingHeader, Grid, Response, RichText, ScrollArea, Sense, Stroke, Ui, vec2};
 
 use super::{PanelContext, View, role_color};
 use crate::notation;
 use crate::theme;
+use crate::widgets::chart::figure_menu;
+use crate::widgets::figure::FigureRequest;
 use crate::widgets::time_view::TimeRange;
 
 /// Size of a thumbnail, points.
 const SIZE: egui::Vec2 = vec2(132.0, 66.0);
+/// Height of a panel of its figure, mm.
+const PANEL_MM: f64 = 45.0;
 /// Most points of a curve of a thumbnail.
 const MOST: usize = 132;
 
@@ -89,6 +94,28 @@ pub(super) fn roles(surface: Option<Surface>) -> [Role; 2] {
     [surface.role(), surface.rate()]
 }
 
+/// The curves of a picture of a window as a figure, each over its own axis; where it was asked for in the menu.
+pub(super) fn figure_of(ctx: &PanelContext<'_>, response: &Response, window: &Manoeuvre) -> Option<FigureRequest> {
+    let form = figure_menu(response)?;
+    let loaded = ctx.snapshot.flights.get(&window.flight).and_then(|slot| slot.latest())?;
+    let x = Axis { range: Some([window.window.start_s, window.window.end_s]), ..Axis::time() };
+    let panel = |(at, role): (usize, Role)| {
+        let series = loaded.recording.role(role)?.series.clone();
+        let (unit, scale) = ctx.state.units.of_role(role);
+        let (label, colour) = (notation::role(role).into(), Colour::PALETTE[at]);
+        let line = Mark::Line { label, colour, style: LineStyle::Solid, series, scale };
+        Some(Panel::Plot(Plot { x: x.clone(), y: Axis::new(notation::role(role), unit), marks: vec![line] }))
+    };
+    let figure = Figure {
+        name: format!("window_{}", window.name.replace(' ', "_")),
+        caption: format!("window {}", window.name),
+        columns: 1,
+        panel_height_mm: PANEL_MM,
+        panels: roles(window.surface).into_iter().enumerate().filter_map(panel).collect(),
+    };
+    Some(FigureRequest { figure, form })
+}
+
 fn thumbnail(ctx: &mut PanelContext<'_>, ui: &mut Ui, window: &Manoeuvre) {
     let palette = theme::palette(ui);
     let (rect, response) = ui.allocate_exact_size(SIZE, Sense::click());
@@ -110,6 +137,7 @@ fn thumbnail(ctx: &mut PanelContext<'_>, ui: &mut Ui, window: &Manoeuvre) {
     let font = egui::FontId::proportional(10.5);
     let at = rect.left_top() + vec2(5.0, 2.0);
     painter.text(at, egui::Align2::LEFT_TOP, &window.name, font, role_color(palette, window.role));
+    ctx.figures.extend(figure_of(ctx, &response, window));
     let [control, rate] = roles(window.surface).map(notation::role);
     let response = response.on_hover_ui(|ui| {
         ui.label(RichText::new(&window.name).strong());

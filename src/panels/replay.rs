@@ -9,6 +9,7 @@ use super::{Panel, PanelContext, awaiting, choices, empty};
 use crate::notation;
 use crate::theme;
 use crate::widgets::attitude_view::{Arrow, AttitudeView, Camera, Face};
+use crate::widgets::figure::FigureRequest;
 use crate::widgets::time_view::TimeRange;
 
 /// How many times faster than it was flown.
@@ -76,7 +77,7 @@ impl Panel for Replay {
                 let width = ui.available_width() - NUMBERS;
                 let down = Layout::top_down(Align::LEFT);
                 ui.allocate_ui_with_layout(vec2(width, height), down, |ui| {
-                    self.pictures(ui, &read.aircraft, &now, &sources);
+                    self.pictures(ctx, ui, &read.aircraft, &now, &sources);
                 });
                 ui.vertical(|ui| {
                     numbers(ctx, ui, &sources, &now);
@@ -88,7 +89,7 @@ impl Panel for Replay {
             let width = ui.available_width();
             let down = Layout::top_down(Align::LEFT);
             ui.allocate_ui_with_layout(vec2(width, height), down, |ui| {
-                self.pictures(ui, &read.aircraft, &now, &sources);
+                self.pictures(ctx, ui, &read.aircraft, &now, &sources);
             });
             deflections(ctx, ui, &now);
             numbers(ctx, ui, &sources, &now);
@@ -151,7 +152,14 @@ impl Replay {
     }
 
     /// One picture of all that is shown, or one of each source there is.
-    fn pictures(&mut self, ui: &mut Ui, aircraft: &Aircraft, now: &Instant, sources: &[Motion; 3]) {
+    fn pictures(
+        &mut self,
+        ctx: &mut PanelContext<'_>,
+        ui: &mut Ui,
+        aircraft: &Aircraft,
+        now: &Instant,
+        sources: &[Motion; 3],
+    ) {
         let size = ui.available_size();
         let there: Vec<usize> = (0..3).filter(|&source| sources[source].attitude_rad.is_some()).collect();
         if there.is_empty() {
@@ -164,7 +172,8 @@ impl Replay {
                     let color = colors(ui)[source];
                     ui.label(RichText::new(SOURCES[source]).color(color).size(12.0));
                     let size = vec2(ui.available_width(), size.y - 20.0);
-                    picture(ui, (aircraft, now), (sources, &[source]), (SOURCES[source], size), camera);
+                    let figure = picture(ui, (aircraft, now), (sources, &[source]), (SOURCES[source], size), camera);
+                    ctx.figures.extend(figure);
                 }
             });
         } else {
@@ -176,7 +185,8 @@ impl Replay {
             });
             let shown: Vec<usize> = there.into_iter().filter(|&source| self.shown[source]).collect();
             let size = vec2(ui.available_width(), (size.y - 26.0).max(60.0));
-            picture(ui, (aircraft, now), (sources, &shown), ("attitude", size), &mut self.camera);
+            let figure = picture(ui, (aircraft, now), (sources, &shown), ("attitude", size), &mut self.camera);
+            ctx.figures.extend(figure);
         }
     }
 }
@@ -194,7 +204,7 @@ fn picture(
     (sources, chosen): (&[Motion; 3], &[usize]),
     (name, size): (&str, egui::Vec2),
     camera: &mut Camera,
-) {
+) -> Option<FigureRequest> {
     let span_m = aircraft.reference.span_m;
     let cg = now.mass.map_or(aircraft.empty.cg_from_datum_m, |(_, cg)| cg);
     let outlines = shape(aircraft, cg, now.controls_rad.map(Option::unwrap_or_default));
@@ -222,7 +232,7 @@ fn picture(
     let arrows = arrows(ui, &motion, now, span_m);
     let heading_rad = motion.attitude_rad.map_or(0.0, |[_, _, heading]| heading);
     let view = AttitudeView { name, radius_m: COMPASS * span_m, heading_rad, faces: &faces, arrows: &arrows };
-    view.show(ui, size, camera);
+    view.show(ui, size, camera)
 }
 
 /// Velocity through the air, wind at its end, velocity over the ground: one triangle, at one scale.

@@ -80,16 +80,22 @@ fn tornado(ctx: &mut PanelContext<'_>, ui: &mut Ui, study: &SensitivityStudy) {
     }
     let moved = |bar: &&TornadoBar| bar.change_percent.iter().any(|change| change.abs() > LEAST_PERCENT);
     let own = study.tornado.iter().filter(|bar| bar.derivative == chosen).filter(moved);
-    let bars: Vec<&TornadoBar> = own.take(BARS).collect();
+    let mut bars: Vec<&TornadoBar> = own.collect();
+    let width = |bar: &TornadoBar| bar.change_percent.iter().fold(0.0, |most: f64, change| most.max(change.abs()));
+    bars.sort_by(|one, other| width(other).total_cmp(&width(one)));
+    bars.truncate(BARS);
     let palette = theme::palette(ui);
-    let mut chart =
-        Chart::new("tornado of sensitivity", "quantity", format!("change of {} [%]", notation::derivative(&chosen)));
+    // The widest at the top.
+    let place = |at: usize| -(at as f64);
+    let across = format!("change of {} [%]", notation::derivative(&chosen));
+    let mut chart = Chart::new("tornado of sensitivity", across, "");
     for (side, (name, color)) in [("lower", palette.series[0]), ("higher", palette.series[1])].into_iter().enumerate() {
-        let shift = 0.2 * (2.0 * side as f64 - 1.0);
-        let points = bars.iter().enumerate().map(|(at, bar)| [at as f64 + shift, bar.change_percent[side]]);
-        chart.curves.push(ChartCurve::new(name, color, ChartStyle::Bars(0.36), points.collect()));
+        let shift = 0.2 * (1.0 - 2.0 * side as f64);
+        let points = bars.iter().enumerate().map(|(at, bar)| [bar.change_percent[side], place(at) + shift]);
+        chart.curves.push(ChartCurve::new(name, color, ChartStyle::LevelBars(0.36), points.collect()));
     }
-    chart.places = bars.iter().enumerate().map(|(at, bar)| (at as f64, bar.quantity.replace('_', " "))).collect();
+    let words = bars.iter().enumerate().map(|(at, bar)| (place(at), bar.quantity.replace('_', " ")));
+    chart.upright_places = words.collect();
     let height = ui.available_height();
     ctx.chart(ui, &chart, height);
 }

@@ -1,9 +1,13 @@
 //! An aircraft in its attitude, seen from anywhere, with arrows of velocity: outlines projected in parallel and drawn from far to near.
 
+use doublet_engine::report::document::{Axis, Figure, LineStyle, Mark, Panel, Plot};
 use eframe::egui::{
     self, Align2, Color32, FontId, Id, Painter, Pos2, Rect, Sense, Shape, Stroke, Ui, Vec2, pos2, vec2,
 };
 
+use super::chart::figure_menu;
+use super::figure::{FigureRequest, printed};
+use super::stack_figure::WIDTH_MM;
 use crate::theme;
 
 /// Radians per point of a drag.
@@ -105,7 +109,8 @@ impl Projection {
 
 impl AttitudeView<'_> {
     /// Draws it in `size` points; a drag turns the view, a double click puts it back.
-    pub fn show(&self, ui: &mut Ui, size: Vec2, camera: &mut Camera) {
+    /// The figure where it was asked for in the menu.
+    pub fn show(&self, ui: &mut Ui, size: Vec2, camera: &mut Camera) -> Option<FigureRequest> {
         let (rect, _) = ui.allocate_exact_size(size, Sense::hover());
         let response = ui.interact(rect, Id::unique(("attitude view", self.name)), Sense::click_and_drag());
         response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, self.name));
@@ -124,6 +129,35 @@ impl AttitudeView<'_> {
         self.draw_faces(&painter, &projection);
         for arrow in self.arrows {
             draw_arrow(&painter, arrow.ends.map(|end| projection.point(end)), arrow.color);
+        }
+        figure_menu(&response).map(|form| FigureRequest { figure: self.figure(&projection, rect), form })
+    }
+
+    /// The same on paper: outlines and arrows as lines, in metres across and up as they are seen.
+    fn figure(&self, projection: &Projection, rect: Rect) -> Figure {
+        let flat = |&at: &[f64; 3]| {
+            let off = (projection.point(at) - projection.center) / projection.points_per_m as f32;
+            [f64::from(off.x), -f64::from(off.y), f64::NAN]
+        };
+        let mark = |name: &str, color, corners: &mut dyn Iterator<Item = &[f64; 3]>| Mark::Points {
+            label: name.to_owned().into(),
+            colour: printed(color),
+            style: LineStyle::Solid,
+            points: corners.map(flat).collect(),
+        };
+        let face = |face: &Face| mark("", face.line, &mut face.corners.iter().chain(face.corners.first()));
+        let arrow = |arrow: &Arrow| mark(arrow.name, arrow.color, &mut arrow.ends.iter());
+        let half = 0.5 * rect.size() / projection.points_per_m as f32;
+        let axis =
+            |name: &str, half: f32| Axis { range: Some([-f64::from(half), f64::from(half)]), ..Axis::new(name, "m") };
+        let (x, y) = (axis("across", half.x), axis("up", half.y));
+        let marks = self.faces.iter().map(face).chain(self.arrows.iter().map(arrow)).collect();
+        Figure {
+            name: format!("replay_{}", self.name),
+            caption: format!("attitude, {}", self.name),
+            columns: 1,
+            panel_height_mm: WIDTH_MM * f64::from(rect.height() / rect.width().max(1.0)),
+            panels: vec![Panel::Plot(Plot { x, y, marks })],
         }
     }
 

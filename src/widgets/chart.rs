@@ -13,6 +13,9 @@ use crate::theme;
 /// Part of the extent left free around the data.
 const MARGIN: f32 = 0.06;
 
+/// Points from which their intervals run together.
+const MANY: usize = 60;
+
 /// Height of a line of a legend.
 pub(super) const LEGEND_HEIGHT: f32 = 15.0;
 /// Length of the line before a name of a legend.
@@ -37,6 +40,8 @@ pub enum ChartStyle {
     Area,
     /// A bar from zero per point, this wide on the level axis.
     Bars(f64),
+    /// A level bar from zero per point, this wide on the upright axis.
+    LevelBars(f64),
 }
 
 /// A curve of a chart.
@@ -85,6 +90,8 @@ pub struct Chart {
     pub levels: Vec<(f64, Color32)>,
     /// Words under places of the level axis.
     pub places: Vec<(f64, String)>,
+    /// Words beside places of the upright axis.
+    pub upright_places: Vec<(f64, String)>,
     /// How many units of the level axis are drawn as long as one of the upright axis; none fits both to the room.
     pub aspect: Option<f64>,
     /// Names of the curves are shown.
@@ -103,11 +110,12 @@ impl Chart {
         let text = ui.visuals().weak_text_color();
         let top = ui.cursor().top();
         if self.legend && self.curves.iter().any(|curve| !curve.name.is_empty()) {
-            self.draw_legend(ui);
+            self.show_legend(ui);
         }
         let height = height - (ui.cursor().top() - top);
         let places = self.places.clone();
-        let named = !places.is_empty();
+        let upright_places = self.upright_places.clone();
+        let (named, named_upright) = (!places.is_empty(), !upright_places.is_empty());
         let mut plot = Plot::new(Id::unique(self.name.as_str()))
             .height(height.max(80.0))
             .width((ui.available_width() - RIGHT_ROOM).max(60.0))
@@ -123,7 +131,10 @@ impl Chart {
                     .label(egui::RichText::new(&self.labels[1]).size(11.5))
                     .label_spacing(LABELS)
                     .tick_label_color(text)
-                    .formatter(|mark, _| tick(mark.value, mark.step_size)),
+                    .formatter(move |mark, _| match named_upright {
+                        true => word_at(&upright_places, mark.value),
+                        false => tick(mark.value, mark.step_size),
+                    }),
             ])
             .custom_x_axes(vec![
                 egui_plot::AxisHints::new_x()
@@ -131,7 +142,7 @@ impl Chart {
                     .label_spacing(LABELS)
                     .tick_label_color(text)
                     .formatter(move |mark, _| match named {
-                        true => places.iter().find(|(at, _)| *at == mark.value).map_or(String::new(), |p| p.1.clone()),
+                        true => word_at(&places, mark.value),
                         false => tick(mark.value, mark.step_size),
                     }),
             ]);
@@ -139,10 +150,12 @@ impl Chart {
             plot = plot.data_aspect(aspect as f32);
         }
         if named {
-            let marks: Vec<f64> = self.places.iter().map(|(at, _)| *at).collect();
-            plot = plot.x_grid_spacer(move |_| {
-                marks.iter().map(|&value| egui_plot::GridMark { value, step_size: 1.0 }).collect()
-            });
+            let marks = marks_at(&self.places);
+            plot = plot.x_grid_spacer(move |_| marks.clone());
+        }
+        if named_upright {
+            let marks = marks_at(&self.upright_places);
+            plot = plot.y_grid_spacer(move |_| marks.clone());
         }
         let shown = plot.show(ui, |plot| {
             for &(level, color) in &self.levels {
@@ -157,10 +170,12 @@ impl Chart {
         if let Some(at) = shown.response.hover_pos().filter(|at| frame.contains(*at)) {
             let value = shown.transform.value_from_position(at);
             let with_unit = |label: &str, value: f64| format!("{}{}", readable(value), unit_of(label));
-            let place = if named { String::new() } else { format!("{}, ", with_unit(&self.labels[0], value.x)) };
+            let place = if named { String::new() } else { with_unit(&self.labels[0], value.x) };
+            let up = if named_upright { String::new() } else { with_unit(&self.labels[1], value.y) };
+            let between = if named || named_upright { "" } else { ", " };
             let font = egui::FontId::proportional(10.5);
             let foot = frame.right_bottom() - egui::vec2(4.0, 2.0);
-            let here = format!("{place}{}", with_unit(&self.labels[1], value.y));
+            let here = format!("{place}{between}{up}");
             ui.painter().text(foot, egui::Align2::RIGHT_BOTTOM, here, font, text);
         }
         let bounds = shown.transform.bounds();
@@ -168,8 +183,8 @@ impl Chart {
             .map(|form| FigureRequest { figure: self.figure(frame.size(), (bounds.min(), bounds.max())), form })
     }
 
-    /// Names of the curves in a line above the plot, where they cover nothing.
-    fn draw_legend(&self, ui: &mut Ui) {
+    /// Names of the curves in a line above the plot, where they cover nothing; for charts beside each other with the same curves, once above all.
+    pub fn show_legend(&self, ui: &mut Ui) {
         ui.horizontal_wrapped(|ui| {
             ui.spacing_mut().item_spacing = egui::vec2(10.0, 0.0);
             ui.spacing_mut().interact_size.y = LEGEND_HEIGHT;
@@ -185,6 +200,10 @@ impl Chart {
             let (label, colour) = (curve.name.clone().into(), printed(curve.color));
             let style = match curve.style {
                 ChartStyle::Bars(width) => return Mark::Bars { label, colour, width, bars: curve.points.clone() },
+                ChartStyle::LevelBars(width) => {
+                    let points = curve.points.iter().flat_map(|&point| outline_of_bar(point, width)).collect();
+                    return Mark::Points { label, colour, style: Style::Solid, points };
+                }
                 ChartStyle::Dots(_) => Style::Dots,
                 ChartStyle::Dashed => Style::Dashed,
                 ChartStyle::Line | ChartStyle::Area => Style::Solid,
@@ -202,12 +221,13 @@ impl Chart {
         let axis = |axis: usize| Axis { range: Some([low[axis], high[axis]]), ..Axis::new(&self.labels[axis], "") };
         let (x, marks) = (axis(0), self.levels.iter().map(level).chain(self.curves.iter().map(curve)).collect());
         let x = Axis { places: self.places.clone(), ..x };
+        let y = Axis { places: self.upright_places.clone(), ..axis(1) };
         Figure {
             name: self.name.replace(' ', "_"),
             caption: self.name.clone(),
             columns: 1,
             panel_height_mm: WIDTH_MM * f64::from(size.y / size.x.max(1.0)),
-            panels: vec![Panel::Plot(doublet_engine::report::document::Plot { x, y: axis(1), marks })],
+            panels: vec![Panel::Plot(doublet_engine::report::document::Plot { x, y, marks })],
         }
     }
 }
@@ -226,6 +246,23 @@ pub(super) fn legend_entry(ui: &mut Ui, name: &str, (color, is_hidden): (Color32
     entry
 }
 
+/// Corners of a level bar, and a gap to the next.
+fn outline_of_bar([end, at]: [f64; 2], width: f64) -> [[f64; 3]; 6] {
+    let (low, high) = (at - 0.5 * width, at + 0.5 * width);
+    let corner = |x, y| [x, y, f64::NAN];
+    [corner(0.0, low), corner(end, low), corner(end, high), corner(0.0, high), corner(0.0, low), [f64::NAN; 3]]
+}
+
+/// The word at a place of an axis.
+pub(super) fn word_at(places: &[(f64, String)], value: f64) -> String {
+    places.iter().find(|(at, _)| *at == value).map_or_else(String::new, |place| place.1.clone())
+}
+
+/// Grid lines at places with words.
+pub(super) fn marks_at(places: &[(f64, String)]) -> Vec<egui_plot::GridMark> {
+    places.iter().map(|&(value, _)| egui_plot::GridMark { value, step_size: 1.0 }).collect()
+}
+
 /// The unit in the brackets at the end of a label, after a space.
 fn unit_of(label: &str) -> String {
     let unit = label.strip_suffix(']').and_then(|label| label.rsplit_once('[')).map(|(_, unit)| unit);
@@ -238,6 +275,9 @@ fn draw<'a>(plot: &mut egui_plot::PlotUi<'a>, curve: &'a ChartCurve) {
     let line = |points: &[[f64; 2]], width: f32| {
         Line::new("", PlotPoints::new(points.to_vec())).color(color).width(width).allow_hover(false)
     };
+    // Many intervals close to each other are a band behind the points.
+    let strength = if curve.points.len() > MANY { 0.3 } else { 1.0 };
+    curve.intervals().for_each(|ends| plot.line(line(&ends, 1.2).color(color.gamma_multiply(strength))));
     match curve.style {
         ChartStyle::Line => curve.segments().for_each(|points| plot.line(line(points, 1.4))),
         ChartStyle::Dashed => {
@@ -252,12 +292,16 @@ fn draw<'a>(plot: &mut egui_plot::PlotUi<'a>, curve: &'a ChartCurve) {
             let outline = outline.fill_color(color.gamma_multiply(0.12)).stroke(Stroke::new(1.5, color));
             plot.polygon(outline.allow_hover(false));
         }
+        ChartStyle::LevelBars(width) => {
+            let bars = curve.points.iter().map(|[end, at]| Bar::new(*at, *end).width(width));
+            let chart = BarChart::new("", bars.collect()).color(color.gamma_multiply(0.6)).horizontal();
+            plot.bar_chart(chart.allow_hover(false));
+        }
         ChartStyle::Bars(width) => {
             let bars = curve.points.iter().map(|[x, y]| Bar::new(*x, *y).width(width));
             plot.bar_chart(BarChart::new("", bars.collect()).color(color.gamma_multiply(0.6)).allow_hover(false));
         }
     }
-    curve.intervals().for_each(|ends| plot.line(line(&ends, 1.2)));
 }
 
 /// The menu of a plot that is not part of a stack.

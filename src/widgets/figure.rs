@@ -163,7 +163,7 @@ fn rows(mark: &Mark, range: Option<[f64; 2]>) -> Option<(&str, Vec<[f64; 2]>)> {
 fn one_by_one(columns: &[Vec<[f64; 2]>]) -> String {
     let mut text = String::new();
     for (column, rows) in columns.iter().enumerate() {
-        for [x, y] in rows {
+        for [x, y] in rows.iter().filter(|row| row.iter().all(|value| value.is_finite())) {
             let _ = writeln!(text, "{x}{}{y}{}", ",".repeat(column + 1), ",".repeat(columns.len() - column - 1));
         }
     }

@@ -4,11 +4,9 @@ use doublet_core::series::{Band, Decimated, Pyramid, decimate, decimate_band};
 use doublet_engine::report::document::{Colour, Figure, LineStyle as Style, Mark, Matrix, Panel, Plot as Axes};
 use doublet_report::svg::{Range, range};
 use eframe::egui::{self, Color32, Id, RichText, Role, Stroke, Ui, WidgetInfo};
-use egui_plot::{
-    Bar, BarChart, FilledArea, GridMark, HLine, Line, LineStyle, Plot, PlotPoints, PlotUi, Points, Polygon,
-};
+use egui_plot::{Bar, BarChart, FilledArea, HLine, Line, LineStyle, Plot, PlotPoints, PlotUi, Points, Polygon};
 
-use super::chart::figure_menu;
+use super::chart::{figure_menu, marks_at, word_at};
 use super::figure::{FigureForm, FigureRequest};
 use super::matrix_view::MatrixView;
 use crate::theme;
@@ -73,12 +71,14 @@ fn axes(ui: &mut Ui, id: Id, plot: &Axes, height: f64) -> Option<FigureForm> {
         .default_x_bounds(range.x[0], range.x[1])
         .default_y_bounds(range.y[0], range.y[1]);
     if !plot.x.places.is_empty() {
-        let (places, marks) = (plot.x.places.clone(), plot.x.places.clone());
-        let mark = |(value, _): &(f64, String)| GridMark { value: *value, step_size: 1.0 };
-        let word = move |mark: GridMark| places.iter().find(|(at, _)| *at == mark.value).map(|place| place.1.clone());
-        shown = shown
-            .x_grid_spacer(move |_| marks.iter().map(mark).collect())
-            .x_axis_formatter(move |mark, _| word(mark).unwrap_or_default());
+        let (places, marks) = (plot.x.places.clone(), marks_at(&plot.x.places));
+        shown =
+            shown.x_grid_spacer(move |_| marks.clone()).x_axis_formatter(move |mark, _| word_at(&places, mark.value));
+    }
+    if !plot.y.places.is_empty() {
+        let (places, marks) = (plot.y.places.clone(), marks_at(&plot.y.places));
+        shown =
+            shown.y_grid_spacer(move |_| marks.clone()).y_axis_formatter(move |mark, _| word_at(&places, mark.value));
     }
     let shown = shown.show(ui, |chart| {
         for mark in &plot.marks {

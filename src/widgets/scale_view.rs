@@ -1,12 +1,16 @@
 //! A view of things to scale, in which what has a handle is dragged.
 
+use doublet_engine::report::document::{Axis, Figure, LineStyle, Mark, Panel, Plot};
 use doublet_report::svg::axis::{ROUND, multiples, step_of};
 use eframe::egui::{
     self, Align2, Color32, CursorIcon, FontId, Id, Key, Painter, Pos2, Rect, Sense, Shape, Stroke, Ui, pos2, vec2,
 };
 
 use super::EditPhase;
+use super::chart::figure_menu;
+use super::figure::{FigureRequest, printed};
 use super::quantity_edit::to_decimals;
+use super::stack_figure::WIDTH_MM;
 use super::ticks::tick;
 use crate::theme;
 
@@ -129,13 +133,13 @@ impl Frame {
 }
 
 impl ScaleView<'_> {
-    /// Draws it in `size` points.
-    pub fn show(&self, ui: &mut Ui, size: egui::Vec2) -> Option<Touched> {
-        let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
+    /// Draws it in `size` points; what was done to a handle, and the figure where it was asked for in the menu.
+    pub fn show(&self, ui: &mut Ui, size: egui::Vec2) -> (Option<Touched>, Option<FigureRequest>) {
+        let (rect, response) = ui.allocate_exact_size(size, Sense::click());
         response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, self.name));
         let inner = Rect::from_min_max(rect.min + vec2(AXIS[0], 4.0), rect.max - vec2(6.0, AXIS[1]));
         if !inner.is_positive() {
-            return None;
+            return (None, None);
         }
         let id = Id::unique(("scale view", self.name));
         let held = ui.data(|data| data.get_temp::<Held>(id));
@@ -149,7 +153,35 @@ impl ScaleView<'_> {
         for (index, handle) in self.handles.iter().enumerate() {
             touched = self.handle(ui, &clipped, (index, handle), (id, held), &frame).or(touched);
         }
-        touched
+        (touched, figure_menu(&response).map(|form| FigureRequest { figure: self.figure(&frame), form }))
+    }
+
+    /// The same on paper, both axes at one scale.
+    fn figure(&self, frame: &Frame) -> Figure {
+        let scaled = |[x, y]: [f64; 2]| [self.scale * x, self.scale * y];
+        let [low, high] = [frame.rect.left_bottom(), frame.rect.right_top()].map(|corner| scaled(frame.place(corner)));
+        let axis =
+            |axis: usize| Axis { range: Some([low[axis], high[axis]]), ..Axis::new(self.labels[axis].as_str(), "") };
+        let mark = |name: &str, color, style, points: &mut dyn Iterator<Item = [f64; 2]>| Mark::Points {
+            label: name.to_owned().into(),
+            colour: printed(color),
+            style,
+            points: points.map(|at| [scaled(at)[0], scaled(at)[1], f64::NAN]).collect(),
+        };
+        let outline = |outline: &Outline| {
+            let closed = outline.corners.iter().chain(outline.corners.first()).copied();
+            mark("", outline.color, LineStyle::Solid, &mut closed.into_iter())
+        };
+        let handle =
+            |handle: &Handle| mark(&handle.name, handle.color, LineStyle::Dots, &mut std::iter::once(handle.at));
+        let marks = self.outlines.iter().map(outline).chain(self.handles.iter().map(handle)).collect();
+        Figure {
+            name: format!("aircraft_{}", self.name.replace(' ', "_")),
+            caption: format!("the aircraft {}", self.name),
+            columns: 1,
+            panel_height_mm: WIDTH_MM * f64::from(frame.rect.height() / frame.rect.width().max(1.0)),
+            panels: vec![Panel::Plot(Plot { x: axis(0), y: axis(1), marks })],
+        }
     }
 
     /// Lowest and highest coordinates of everything.

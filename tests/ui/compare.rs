@@ -148,6 +148,44 @@ fn words_at_an_instant_are_drawn_saved_changed_and_undone() {
 }
 
 #[test]
+fn aircraft_replay_and_pictures_of_windows_go_into_the_report() {
+    let mut bench = Bench::shipped();
+    for (pane, name) in [(Pane::Airframe, "from above"), (Pane::Airframe, "from the side"), (Pane::Replay, "attitude")]
+    {
+        bench.show(pane);
+        let at = bench.harness.get_by_label(name).rect();
+        secondary_click(&mut bench.harness, at.left_bottom() + vec2(50.0, -50.0));
+        bench.harness.get_by_label("Add to the report").click();
+        bench.settle();
+    }
+    let first = bench.session().windows[0].name.clone();
+    let verdicts = ["good", "caution", "bad"].map(|word| format!("picture {first}: {word}"));
+    bench.show(Pane::Gallery);
+    let named = verdicts.into_iter().find(|name| bench.harness.query_by_label(name).is_some());
+    let at = bench.harness.get_by_label(&named.expect("the window has its picture")).rect();
+    secondary_click(&mut bench.harness, at.center());
+    bench.harness.get_by_label("Add to the report").click();
+    bench.settle();
+    let figures: Vec<_> =
+        bench.session().report_figures.iter().map(|one| one.figure().expect("it can be read")).collect();
+    let caption = |at: usize| figures[at].caption.as_str();
+    assert_eq!([0, 1, 2].map(caption), ["the aircraft from above", "the aircraft from the side", "attitude, attitude"]);
+    assert_eq!((caption(3), figures[3].panels.len()), (format!("window {first}").as_str(), 2));
+    let lines = |at: usize| doublet_report::svg::svg(&figures[at], "p").matches("<path").count();
+    assert!((0..4).all(|at| lines(at) > 2), "each has its lines");
+    // The wing is as wide in the figure as it is, but for its rounded tip.
+    let aircraft = bench.snapshot().aircraft.ready().expect("it is read").clone();
+    let doublet_engine::report::document::Panel::Plot(plot) = &figures[0].panels[0] else { panic!("a plot") };
+    let right = plot.marks.iter().filter_map(|mark| match mark {
+        doublet_engine::report::document::Mark::Points { points, .. } => Some(points),
+        _ => None,
+    });
+    let tip = right.flatten().map(|point| point[1]).fold(0.0, f64::max);
+    let half = 0.5 * aircraft.aircraft.reference.span_m;
+    assert!((tip / half - 1.0).abs() < 0.05, "{tip} m of {half} m");
+}
+
+#[test]
 fn plot_and_notes_go_into_the_report_with_their_words() {
     let mut bench = Bench::open();
     let place = bench.harness.get_by_role_and_label(egui::accesskit::Role::Button, "first").rect();

@@ -73,6 +73,24 @@ pub fn faults(bench: &Bench<'_>) -> Vec<String> {
     faults
 }
 
+/// Places and opacities, 0 to 1, of the texts `words` below `top`.
+pub fn opacities(bench: &Bench<'_>, words: &str, top: f32) -> Vec<(Rect, f32)> {
+    fn walk(shape: &Shape, words: &str, found: &mut Vec<(Rect, f32)>) {
+        match shape {
+            Shape::Vec(shapes) => shapes.iter().for_each(|shape| walk(shape, words, found)),
+            Shape::Text(text) if text.galley.text() == words => {
+                let place = text.galley.mesh_bounds.translate(text.pos.to_vec2());
+                found.push((place, f32::from(text.fallback_color.a()) / 255.0 * text.opacity_factor));
+            }
+            _ => {}
+        }
+    }
+    let mut found = Vec::new();
+    bench.harness.output().shapes.iter().for_each(|shape| walk(&shape.shape, words, &mut found));
+    found.retain(|(place, _)| place.top() > top);
+    found
+}
+
 /// Short texts of tables that break over two lines: of those called `cells`.
 pub fn broken(bench: &Bench<'_>, cells: &[String]) -> Vec<String> {
     let shapes = bench.harness.output().shapes.iter();

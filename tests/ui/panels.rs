@@ -75,6 +75,17 @@ fn second_structure_is_estimated_beside_the_first_saved_and_exchanged() {
     let first = bench.cm();
     bench.harness.get_by_label("Keep as B").click();
     bench.settle();
+    // As long as both are the same every difference is nothing and steps back.
+    bench.harness.get_by_label("Show both").click();
+    bench.settle();
+    let column = |bench: &Bench<'_>, words: &str| {
+        let title = bench.harness.get_by_label("B − A").rect();
+        let mut found = crate::painted::opacities(bench, words, title.bottom());
+        found.retain(|(place, _)| (place.right() - title.right()).abs() < 40.0);
+        found.into_iter().map(|(_, opacity)| opacity).collect::<Vec<f32>>()
+    };
+    let nothing = column(&bench, &doublet::notation::number(0.0));
+    assert!(nothing.len() >= 3 && nothing.iter().all(|opacity| *opacity < 0.5), "{nothing:?}");
     bench.harness.get_by_label("Cm alpha").click();
     bench.settle();
     let second = |bench: &Bench<'_>| {
@@ -93,6 +104,8 @@ fn second_structure_is_estimated_beside_the_first_saved_and_exchanged() {
     let cells: Vec<f64> = row.split(',').skip(1).map(|cell| cell.parse().expect("a number")).collect();
     let (a, b) = (bench.cm().parameter("Cm_q").expect("A has it").0, first.parameter("Cm_q").expect("B has it").0);
     assert_eq!((cells[0], cells[2], cells[4]), (a, b, b - a));
+    let shown = column(&bench, &doublet::notation::number(b - a));
+    assert!(!shown.is_empty() && shown.iter().all(|opacity| *opacity > 0.99), "a difference is in full ink: {shown:?}");
     let path = bench.folder.path().join("session.toml");
     bench.request(UiCommand::File(doublet::command::FileCommand::Save));
     assert_eq!(&session::open(&path).expect("the file opens").session, bench.session());
@@ -246,6 +259,35 @@ fn sensitivity_to_inertia_is_that_of_the_moment_itself() {
     let shown = bench.harness.get_all_by_role(egui::accesskit::Role::ComboBox);
     let shown: Vec<String> = shown.filter_map(|node| node.accesskit_node().value()).collect();
     assert!(shown.contains(&doublet::notation::derivative("Cm_alpha")), "a slope first, no constant: {shown:?}");
+}
+
+#[test]
+fn tornado_has_its_widest_bar_at_the_top() {
+    let mut bench = Bench::shipped();
+    bench.show(Pane::Sensitivity);
+    bench.harness.get_by_role_and_label(egui::accesskit::Role::Button, "Compute sensitivity").click();
+    bench.settle();
+    let chart = bench.harness.get_by_label("tornado of sensitivity").rect();
+    secondary_click(&mut bench.harness, chart.center());
+    bench.harness.get_by_label("Copy data").click();
+    bench.harness.step();
+    let text = copied(&bench.harness).expect("the bars are in the clipboard");
+    // A bar of "lower" has four corners around its place, 0.2 above it; its end is the change. The widest lies at 0, the others below.
+    let corner = |line: &str| {
+        let mut cells = line.split(',').map(|cell| cell.parse::<f64>().ok());
+        Some((cells.next()??, cells.next()??))
+    };
+    let mut widths: Vec<(f64, f64)> = Vec::new();
+    for (change, place) in text.lines().skip(1).filter_map(corner).filter(|(change, _)| *change != 0.0) {
+        let place = (place - 0.2).round();
+        match widths.iter_mut().find(|(at, _)| *at == place) {
+            Some((_, width)) => *width = width.max(change.abs()),
+            None => widths.push((place, change.abs())),
+        }
+    }
+    widths.sort_by(|one, other| other.0.total_cmp(&one.0));
+    assert!(widths.len() > 1 && widths[0].0 == 0.0, "{text}");
+    assert!(widths.windows(2).all(|pair| pair[0].1 >= pair[1].1 - 0.05), "the widest first: {widths:?}");
 }
 
 #[test]

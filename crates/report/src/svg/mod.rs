@@ -117,7 +117,7 @@ pub fn svg(figure: &Figure, prefix: &str) -> String {
         .iter()
         .zip(&ranges)
         .map(|(panel, range)| match panel {
-            Panel::Plot(_) => plot::label_width(range, body),
+            Panel::Plot(axes) => plot::label_width(axes, range, body),
             Panel::Matrix(matrix) => longest(&matrix.names) * CAPITAL + 4.0,
         })
         .fold(0.0, f64::max);

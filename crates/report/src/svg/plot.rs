@@ -122,10 +122,17 @@ fn y_ticks(range: &Range, height: f64) -> Ticks {
 }
 
 /// Room the labels of the vertical axis need.
-pub fn label_width(range: &Range, height: f64) -> f64 {
-    let ticks = y_ticks(range, height);
-    let longest = ticks.values.iter().map(|&value| ticks.label(value).chars().count()).max().unwrap_or(0);
-    longest as f64 * CHARACTER + 4.0
+pub fn label_width(plot: &Plot, range: &Range, height: f64) -> f64 {
+    let longest = y_labels(plot, &y_ticks(range, height)).iter().map(|(_, label)| label.chars().count()).max();
+    longest.unwrap_or(0) as f64 * CHARACTER + 4.0
+}
+
+/// Labels of the vertical axis: its words where it has any, numbers otherwise.
+fn y_labels(plot: &Plot, ticks: &Ticks) -> Vec<(f64, String)> {
+    match plot.y.places.is_empty() {
+        true => ticks.values.iter().map(|&value| (value, ticks.label(value))).collect(),
+        false => plot.y.places.clone(),
+    }
 }
 
 /// From values to the page.
@@ -163,10 +170,10 @@ pub fn draw(svg: &mut Svg<'_>, plot: &Plot, range: &Range, area: Area, is_last: 
     let most = if is_counted { most.min((range.x[1] - range.x[0]) as usize) } else { most };
     let horizontal = ticks(range.x, most);
     let grid = "stroke=\"#dfe5ec\" stroke-width=\"0.5\"";
-    for &value in &vertical.values {
+    for (value, label) in y_labels(plot, &vertical) {
         let y = frame.y(value);
         svg.rule((area.x, y), (area.x + area.width, y), grid);
-        svg.text(area.x - 3.0, y + 0.36 * TEXT, "end", &vertical.label(value));
+        svg.text(area.x - 3.0, y + 0.36 * TEXT, "end", &label);
     }
     let numbers = || horizontal.values.iter().map(|&value| (value, horizontal.label(value))).collect();
     let places = if plot.x.places.is_empty() { numbers() } else { plot.x.places.clone() };
@@ -192,7 +199,12 @@ pub fn draw(svg: &mut Svg<'_>, plot: &Plot, range: &Range, area: Area, is_last: 
         "<rect x=\"{:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"none\" stroke=\"#8a94a0\" stroke-width=\"0.6\"/>",
         area.x, area.y, area.width, area.height
     ));
-    svg.text(area.x, area.y - 3.5, "start", &format!("{}{}", plot.y.title(), vertical.factor()));
+    svg.text(
+        area.x,
+        area.y - 3.5,
+        "start",
+        &format!("{}{}", plot.y.title(), if plot.y.places.is_empty() { vertical.factor() } else { String::new() }),
+    );
     if is_last {
         let title = format!("{}{}", plot.x.title(), horizontal.factor());
         svg.text(area.x + area.width / 2.0, bottom + UNDER + TITLE_UNDER - 2.0, "middle", &title);
