@@ -183,7 +183,7 @@ impl Chart {
             .map(|form| FigureRequest { figure: self.figure(frame.size(), (bounds.min(), bounds.max())), form })
     }
 
-    /// Names of the curves in a line above the plot, where they cover nothing; for charts beside each other with the same curves, once above all.
+    /// Names of the curves in a line above the plot, where they cover nothing; once above charts of the same curves beside each other.
     pub fn show_legend(&self, ui: &mut Ui) {
         ui.horizontal_wrapped(|ui| {
             ui.spacing_mut().item_spacing = egui::vec2(10.0, 0.0);

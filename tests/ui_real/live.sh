@@ -1,4 +1,4 @@
-# A session's first flight flown again, watched in the panel Live: SESSION names it, the shipped one without.
+# A session's first flight flown again, watched in the panel Live: SESSION names it, the shipped one without; SPEED says how fast it is flown.
 start "${SESSION:-sessions/demo.toml}"
 command "Live"
 sleep 1
