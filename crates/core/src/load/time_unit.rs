@@ -11,8 +11,8 @@ type NamedUnit = (Unit, &'static str);
 const RATES_HZ: [f64; 2] = [0.5, 5000.0];
 /// Rate that decides where two units are possible, Hz.
 const USUAL_HZ: f64 = 50.0;
-/// Rate in seconds above which stamps can be minutes, Hz.
-const FAST_HZ: f64 = 400.0;
+/// Rates in seconds at which stamps can be minutes, Hz: above they are hours.
+const FAST_HZ: [f64; 2] = [400.0, 15_000.0];
 /// Longest recording, s.
 const LONGEST_S: f64 = 86_400.0;
 /// Days since 1899-12-30 (serial days of spreadsheets) from 1954 to 2119.
@@ -70,7 +70,7 @@ impl Ticks {
         let usual = match unit.symbol {
             "d" => inside(SERIAL_DAYS),
             "h" => inside([0.0, 24.0]),
-            "min" => 1.0 / self.interval > FAST_HZ,
+            "min" => (FAST_HZ[0]..FAST_HZ[1]).contains(&(1.0 / self.interval)),
             _ => true,
         };
         usual && (RATES_HZ[0]..RATES_HZ[1]).contains(&rate_hz) && span_s <= LONGEST_S

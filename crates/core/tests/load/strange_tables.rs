@@ -39,6 +39,8 @@ fn stamps_that_can_be_minutes_are_asked_for_and_decimals_of_a_second_are_not() {
     let (ambiguous, question) = asked(1.0 / 60.0);
     assert!(ambiguous && question.contains("in minutes 50 Hz over 60 s"), "{question}");
     assert_eq!(asked(1.0), (false, String::new()));
+    let (ambiguous, question) = asked(1.0 / 3600.0);
+    assert!(!ambiguous && question.contains("read in hours of the day, 50 Hz over 60 s"), "{question}");
 }
 
 #[test]

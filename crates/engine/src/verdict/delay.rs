@@ -78,7 +78,7 @@ pub(super) fn findings(
     Some(finding.with_cure(cure).with_setting("Model", format!("preparation.control_lag.{name}")))
 }
 
-/// Median interval of the samples of a control in a window, s.
+/// Mean interval of the samples of a control in a window, s.
 fn interval_s(evidence: Evidence<'_>, surface: Surface, window: &Manoeuvre) -> Option<f64> {
     let recording = &evidence.snapshot.flights.get(&window.flight)?.ready()?.recording;
     mean_interval_s(&recording.role(surface.role())?.series, window.window)
