@@ -3,8 +3,8 @@
 use toml::{Table, Value};
 
 use super::attitude::QuaternionAxes;
-use super::candidates::{is_count, stated_unit};
 use super::map::{FORMAT, VERSION};
+use super::stated_unit::{is_count, stated_unit};
 use super::{ChannelInfo, LoadError, Probe};
 use crate::quantity::{Role, Unit};
 
