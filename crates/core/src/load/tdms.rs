@@ -251,8 +251,7 @@ impl File {
     fn data(&mut self, reader: &mut Reader<'_>, is_interleaved: bool) -> Result<(), String> {
         let present: Vec<(String, Layout)> =
             self.present.iter().filter_map(|path| Some((path.clone(), self.objects.get(path)?.layout?))).collect();
-        let chunk: usize = present.iter().map(|(_, layout)| layout.bytes).sum();
-        if chunk == 0 {
+        if present.iter().all(|(_, layout)| layout.bytes == 0) {
             return Ok(());
         }
         if is_interleaved {
@@ -267,7 +266,7 @@ impl File {
         }
         while reader.at < reader.bytes.len() {
             for (path, layout) in &present {
-                let end = (reader.at + layout.bytes).min(reader.bytes.len());
+                let end = reader.at.saturating_add(layout.bytes).min(reader.bytes.len());
                 match size(layout.kind) {
                     Some(bytes) => {
                         for _ in 0..layout.count.min((end - reader.at) / bytes) {
