@@ -1,6 +1,6 @@
 //! The smoothing that a differentiation carries with it.
 
-use super::{Differentiation, PrepError, check, differentiate, even_step, local_polynomial};
+use super::{Differentiation, PrepError, check, differentiate, local_polynomial, step_within};
 
 /// Smoothing `G` with which a differentiation of sampled signals is the slope of the smoothed signal: `D f = G f'`.
 ///
@@ -17,6 +17,10 @@ pub struct MatchedSmoothing {
     kernel: Vec<f64>,
 }
 
+/// Largest departure of a step from the mean one, as a fraction of it: stamps that their recorder rounds, as to milliseconds, leave the
+/// smoothing as it is, for it spans many of them.
+const JITTER: f64 = 0.3;
+
 /// Weights of four samples in the integral over the middle one of their three intervals, in steps.
 const INTEGRAL: [f64; 4] = [-1.0 / 24.0, 13.0 / 24.0, 13.0 / 24.0, -1.0 / 24.0];
 
@@ -24,10 +28,10 @@ impl MatchedSmoothing {
     /// The smoothing that goes with `method` on the samples at `time_s`.
     ///
     /// # Errors
-    /// Those of [`differentiate`], a step that is not constant, and fewer samples than the smoothing spans.
+    /// Those of [`differentiate`], steps that differ by more than rounding, and fewer samples than the smoothing spans.
     pub fn new(time_s: &[f64], method: Differentiation) -> Result<Self, PrepError> {
         check(time_s, time_s, "the matched smoothing", 2 * (method.half_width() + 1) + 1)?;
-        let step = even_step(time_s)?;
+        let step = step_within(time_s, JITTER)?;
         let width = 2 * method.half_width() + 1;
         // Five samples are the least any method takes.
         let samples = width.max(5);
@@ -123,6 +127,21 @@ mod tests {
             for (a, b) in kernel.iter().zip(kernel.iter().rev()) {
                 approx::assert_relative_eq!(a, b, epsilon = 1e-12);
             }
+        }
+    }
+
+    #[test]
+    fn stamps_cut_to_milliseconds_are_matched_by_a_local_polynomial() {
+        let method = Differentiation::LocalPolynomial { degree: 2, half_width: 10 };
+        let time: Vec<f64> =
+            (0..300).map(|k| (20.0 * f64::from(k) + 0.9 * f64::from(k % 7 % 2)).floor() * 1e-3).collect();
+        let cut: Vec<f64> = time.iter().enumerate().map(|(k, t)| if k % 11 == 3 { t - 1e-3 } else { *t }).collect();
+        let wave: Vec<f64> = cut.iter().map(|t| (4.0 * t).sin()).collect();
+        let slope: Vec<f64> = cut.iter().map(|t| 4.0 * (4.0 * t).cos()).collect();
+        let matched = MatchedSmoothing::new(&cut, method).unwrap();
+        let (smoothed, derived) = (matched.apply(&slope), differentiate(&cut, &wave, method).unwrap());
+        for (a, b) in smoothed.iter().zip(&derived[matched.reach()..]) {
+            assert!((a - b).abs() < 0.02, "{a} against {b}");
         }
     }
 

@@ -151,8 +151,13 @@ const STEP_TOLERANCE: f64 = 0.01;
 
 /// Mean step of an increasing time vector whose steps are all the same.
 fn even_step(time_s: &[f64]) -> Result<f64, PrepError> {
+    step_within(time_s, STEP_TOLERANCE)
+}
+
+/// Mean step of an increasing time vector whose steps depart from it by no more than a fraction of it.
+fn step_within(time_s: &[f64], tolerance: f64) -> Result<f64, PrepError> {
     let step_s = (time_s[time_s.len() - 1] - time_s[0]) / (time_s.len() - 1) as f64;
-    match time_s.windows(2).find(|pair| (pair[1] - pair[0] - step_s).abs() > STEP_TOLERANCE * step_s) {
+    match time_s.windows(2).find(|pair| (pair[1] - pair[0] - step_s).abs() > tolerance * step_s) {
         Some(pair) => Err(PrepError::UnevenStep { step_s, found_s: pair[1] - pair[0], time_s: pair[0] }),
         None => Ok(step_s),
     }
