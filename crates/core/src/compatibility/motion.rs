@@ -74,6 +74,9 @@ const FAST: [Role; 15] = [
 /// Angles whose sine and cosine enter the relations.
 const ANGLES: [Role; 5] = [Role::BankAngle, Role::PitchAngle, Role::HeadingAngle, Role::AngleOfAttack, Role::Sideslip];
 
+/// Sine and cosine at every step, formed when they are first asked for.
+type Sines = OnceLock<Arc<[(f64, f64)]>>;
+
 /// Compared channels on even steps, segment after segment.
 #[derive(Clone, Debug)]
 pub(super) struct Motion {
@@ -85,8 +88,8 @@ pub(super) struct Motion {
     pub time_s: Arc<[f64]>,
     /// Columns by role, not a number where nothing was recorded; headings and bank angles run on past a turn.
     columns: Vec<Option<Arc<[f64]>>>,
-    /// Sine and cosine of [`ANGLES`], formed when they are first asked for.
-    sines: [OnceLock<Arc<[(f64, f64)]>>; ANGLES.len()],
+    /// Those of [`ANGLES`].
+    sines: [Sines; ANGLES.len()],
 }
 
 /// Rate and length of the clock everything is compared on.
@@ -187,7 +190,7 @@ impl Motion {
     fn set(&mut self, role: Role, column: Option<Arc<[f64]>>) {
         self.columns[role as usize] = column;
         if let Some(index) = ANGLES.iter().position(|angle| *angle == role) {
-            self.sines[index] = OnceLock::new();
+            self.sines[index] = Sines::new();
         }
     }
 
