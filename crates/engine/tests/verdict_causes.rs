@@ -124,12 +124,9 @@ fn aircraft_in_other_units_is_told_and_no_fit_with_it_is_good() {
         judge(&session, &snapshot)
     };
     assert_eq!(reasons(&with(|_| ()), "aircraft").len(), 0);
-    let feet: [(&str, fn(&mut LoadedAircraft)); 2] = [
-        ("area", |loaded| loaded.aircraft.reference.area_m2 *= 10.764),
-        ("chord", |loaded| loaded.aircraft.reference.chord_m *= 3.2808),
-    ];
-    for (name, change) in feet {
-        let verdicts = with(change);
+    let area = with(|loaded| loaded.aircraft.reference.area_m2 *= 10.764);
+    let chord = with(|loaded| loaded.aircraft.reference.chord_m *= 3.2808);
+    for (name, verdicts) in [("area", area), ("chord", chord)] {
         let found = reasons(&verdicts, "aircraft");
         println!("{name}: {found:?}");
         assert_eq!((found.len(), found[0].level), (1, Level::Bad), "{name}");
