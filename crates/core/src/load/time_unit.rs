@@ -70,7 +70,7 @@ impl Ticks {
         let usual = match unit.symbol {
             "d" => inside(SERIAL_DAYS),
             "h" => inside([0.0, 24.0]),
-            "min" => (FAST_HZ[0]..FAST_HZ[1]).contains(&(1.0 / self.interval)),
+            "min" => (FAST_HZ[0]..FAST_HZ[1]).contains(&(1.0 / self.interval)) && !is_round(self.interval),
             _ => true,
         };
         usual && (RATES_HZ[0]..RATES_HZ[1]).contains(&rate_hz) && span_s <= LONGEST_S
@@ -103,6 +103,14 @@ impl Ticks {
         fitting.sort_by(|(a, _), (b, _)| (a.symbol != "s").cmp(&(b.symbol != "s")).then(far(a).total_cmp(&far(b))));
         if fitting.is_empty() { (None, fitting) } else { (Some(fitting.remove(0)), fitting) }
     }
+}
+
+/// Whether a number has two digits at most: a recorder's rate gives such an interval in seconds, hardly ever in minutes.
+fn is_round(value: f64) -> bool {
+    /// Relative rounding of intervals that are means of stamps.
+    const ROUNDING: f64 = 1e-3;
+    let two_digits = value * 10.0_f64.powf(1.0 - value.log10().floor());
+    (two_digits - two_digits.round()).abs() < ROUNDING * two_digits
 }
 
 /// Three digits, without a tail of zeros.
@@ -214,6 +222,7 @@ mod tests {
         for (start, step, symbol, asks) in [
             (0.0, 0.04, "s", false),
             (0.0, 0.001, "s", false),
+            (0.0, 0.02 / 60.0, "s", true),
             (417_230.0, 40.0, "ms", true),
             (86_399_500_123.0, 40_000.0, "us", true),
             (1.778_769e18, 4e7, "ns", true),

@@ -85,7 +85,7 @@ mod tests {
     fn numbers_in_different_units_are_told_and_consistent_ones_are_not() {
         assert_eq!(found(SINGLE), [""; 0]);
         let cases: [(usize, f64, &str); 6] = [
-            (0, 10.764, "an area of 174.0539 m2 is 10.62 times"),
+            (0, 10.764, "an area of 174.0539 m2 is 10.620 times"),
             (1, 3.2808, "an area of 16.1700 m2 is 0.301 times"),
             (2, 3.2808, "an area of 16.1700 m2 is 0.301 times"),
             (3, 1.0 / 14.594, "Ixx of 2839.0000 kg m2 and a mass of 77.0865 kg"),
