@@ -19,25 +19,8 @@ from() { # NAME FILE [OPTIONS...]
     # Exit code 3: there is a verdict, and it is not good.
     "$doublet" run "$session" --out "$work/$name" > "$work/$name.run" || [[ $? == 3 ]]
     ended=$(date +%s.%N)
-    python3 - "$work/$name" "$file" "$begun" "$between" "$ended" "$(grep -c '^  [a-z_]*: ' "$work/$name.new")" <<'PY'
-import json, sys
-out, file, begun, between, ended, roles = sys.argv[1:]
-results = json.load(open(out + "/results.json"))
-found = {}
-def walk(node):
-    if isinstance(node, dict):
-        if "name" in node and "estimate" in node:
-            found.setdefault(node["name"], node["estimate"])
-        for value in node.values():
-            walk(value)
-    elif isinstance(node, list):
-        for value in node:
-            walk(value)
-walk(results["pooled"] if "pooled" in results else results)
-names = ["Cl_p", "Cl_delta_a", "Cm_alpha", "Cm_delta_e", "Cn_beta", "Cn_delta_r"]
-values = "  ".join(f"{found[name]:.4g}" if name in found else "none" for name in names)
-print(f"{file:34s} {float(between) - float(begun):6.1f} {float(ended) - float(between):6.1f} {roles:>5s}  {values}")
-PY
+    printf '%-34s %6.1f %6.1f %5s  %s\n' "$file" "$(awk "BEGIN { print $between - $begun }")" "$(awk "BEGIN { print $ended - $between }")" \
+        "$(grep -c '^  [a-z_]*: ' "$work/$name.new")" "$(python3 scripts/print_derivatives.py "$work/$name/results.json")"
 }
 from csv generic_csv/05_units_row.csv
 from jsbsim jsbsim_csv/c172p_doublet.csv

@@ -59,15 +59,15 @@ impl Panel for Propulsion {
             (Aspect::Partials, "Partial derivatives"),
         ];
         choices(ui, &mut self.aspect, &all);
-        match self.aspect {
-            Aspect::Propeller => return propeller::maps(ctx, ui, &flight),
-            Aspect::Partials => return self.partials.show(ctx, ui, &flight),
-            _ => flight.engines.iter().for_each(|engine| agreement(ctx, engine, ui)),
+        if matches!(self.aspect, Aspect::Time | Aspect::Powers | Aspect::Chart) {
+            flight.engines.iter().for_each(|engine| agreement(ctx, engine, ui));
         }
         match self.aspect {
-            Aspect::Time | Aspect::Propeller | Aspect::Partials => {}
+            Aspect::Time => {}
             Aspect::Powers => return charts(ctx, ui, &flight, powers),
             Aspect::Chart => return charts(ctx, ui, &flight, engine_chart),
+            Aspect::Propeller => return propeller::maps(ctx, ui, &flight),
+            Aspect::Partials => return self.partials.show(ctx, ui, &flight),
         }
         let colors = theme::palette(ui).series;
         let (power_unit, power_scale) = ctx.unit(Dimension::Power);

@@ -1,7 +1,9 @@
 //! Figures of a report on screen, from the same data and the same axes as on paper.
 
 use doublet_core::series::{Band, Decimated, Pyramid, decimate, decimate_band};
-use doublet_engine::report::document::{Colour, Figure, LineStyle as Style, Mark, Matrix, Panel, Plot as Axes};
+use doublet_engine::report::document::{
+    COLUMNS, Colour, Figure, LineStyle as Style, Mark, Matrix, Panel, Plot as Axes,
+};
 use doublet_report::svg::{Range, range};
 use eframe::egui::{self, Color32, Id, RichText, Role, Stroke, Ui, WidgetInfo};
 use egui_plot::{Bar, BarChart, FilledArea, HLine, Line, LineStyle, Plot, PlotPoints, PlotUi, Points, Polygon};
@@ -13,8 +15,6 @@ use crate::theme;
 
 /// Height of a panel for each millimetre it has on paper, points.
 const POINTS_PER_MM: f64 = 4.0;
-/// Columns of samples of which only the extremes are drawn.
-const COLUMNS: usize = 500;
 
 /// Draws every panel of the figure, then its caption; the figure where it was asked for in the menu of a panel.
 pub fn figure_view(ui: &mut Ui, figure: &Figure) -> Option<FigureRequest> {

@@ -78,25 +78,8 @@ from() {
     until_there "$sessions/$name.results/results.json"
     sleep 1
     stop
-    python3 - "$sessions/$name.results/results.json" "$file" "$steps" "$took" <<'PY' | tee -a "$table"
-import json, sys
-results, file, steps, seconds = sys.argv[1:]
-found = {}
-def walk(node):
-    if isinstance(node, dict):
-        if "name" in node and "estimate" in node:
-            found.setdefault(node["name"], node["estimate"])
-        for value in node.values():
-            walk(value)
-    elif isinstance(node, list):
-        for value in node:
-            walk(value)
-results = json.load(open(results))
-walk(results["pooled"] if "pooled" in results else results)
-names = ["Cl_p", "Cl_delta_a", "Cm_alpha", "Cm_delta_e", "Cn_beta", "Cn_delta_r"]
-values = "  ".join(f"{found[name]:.4g}" if name in found else "none" for name in names)
-print(f"{file:50s} {steps:>5s} {seconds:>4s}  {values}")
-PY
+    printf '%-50s %5s %4s  %s\n' "$file" "$steps" "$took" \
+        "$(python3 scripts/print_derivatives.py "$sessions/$name.results/results.json")" | tee -a "$table"
 }
 printf '%-50s %5s %4s  %s\n' recorder steps s 'Cl_p, Cl_delta_a, Cm_alpha, Cm_delta_e, Cn_beta, Cn_delta_r' | tee "$table"
 from csv generic_csv/05_units_row.csv

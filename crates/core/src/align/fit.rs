@@ -135,8 +135,8 @@ pub fn clock_fit_pairs(pairs: &[ClockPair<'_>], settings: &ClockFitSettings) -> 
     const FURTHER_LAGS: f64 = 0.25;
     check(settings)?;
     let bands = bands(pairs, settings)?;
-    let shared = pairs.iter().map(Shared::new).collect::<Result<Vec<_>, _>>()?;
-    let least = shared.iter().map(|pair| Prepared::new(pair, bands[0])).collect::<Result<Vec<_>, _>>()?;
+    let samples = pairs.iter().map(PairSamples::new).collect::<Result<Vec<_>, _>>()?;
+    let least = samples.iter().map(|pair| Prepared::new(pair, bands[0])).collect::<Result<Vec<_>, _>>()?;
     let model = match settings.search {
         ClockSearch::About(model) => model,
         ClockSearch::Everywhere => first_guess(&least)?,
@@ -200,13 +200,13 @@ fn bands(pairs: &[ClockPair<'_>], settings: &ClockFitSettings) -> Result<Vec<Ban
 }
 
 /// Usable samples of a pair.
-struct Shared<'a> {
+struct PairSamples<'a> {
     reference: Samples<'a>,
     other: Samples<'a>,
     inverted: bool,
 }
 
-impl<'a> Shared<'a> {
+impl<'a> PairSamples<'a> {
     fn new(pair: &ClockPair<'a>) -> Result<Self, AlignError> {
         let [reference, other] = [pair.reference, pair.other].map(|series| Samples::new(pair.name, series));
         Ok(Self { reference: reference?, other: other?, inverted: pair.inverted })
@@ -215,13 +215,13 @@ impl<'a> Shared<'a> {
 
 /// A pair with the band it is compared in and its reference there.
 struct Prepared<'a> {
-    pair: &'a Shared<'a>,
+    pair: &'a PairSamples<'a>,
     band: Band,
     reference: Derivative,
 }
 
 impl<'a> Prepared<'a> {
-    fn new(pair: &'a Shared<'a>, band: Band) -> Result<Self, AlignError> {
+    fn new(pair: &'a PairSamples<'a>, band: Band) -> Result<Self, AlignError> {
         let reference = derivative(&pair.reference, &ClockModel::REFERENCE, &band)?;
         Ok(Self { pair, band, reference })
     }

@@ -21,6 +21,7 @@ mod rows;
 mod search;
 mod shift;
 mod sizes;
+mod speeds;
 mod traces;
 mod travels;
 
@@ -43,7 +44,9 @@ pub fn check(recording: &Recording) -> Compatibility {
         let (shifts, motion) = shift::find(recording, clocked.factor, motion, &relations);
         rows.extend(shifts);
         place = accelerometer::place(&motion);
-        rows.extend(rows::rows(&search::search(motion, &relations)));
+        let compared = rows::rows(&search::search(motion, &relations));
+        rows.extend(speeds::in_knots(&compared));
+        rows.extend(compared);
     }
     // Channels that contradict each other tell no place.
     let accelerometer = place.filter(|_| rows.iter().all(|row| row.agreement != Agreement::Contradicts));

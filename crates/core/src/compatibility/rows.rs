@@ -26,6 +26,8 @@ pub enum Agreement {
 pub struct CompatibilityRow {
     /// Name of the channel's role, or `time`.
     pub channel: String,
+    /// What was compared with what, as the relation names them; none about the clock.
+    pub(super) relation: Option<(Role, &'static str)>,
     /// How it stands.
     pub agreement: Agreement,
     /// What is wrong, for example `sign reversed`; empty where nothing is or the cause was not found.
@@ -71,6 +73,7 @@ impl CompatibilityRow {
         let hypothesis = cure.as_ref().map(Cure::hypothesis).unwrap_or_default();
         Self {
             channel: "time".to_owned(),
+            relation: None,
             agreement,
             hypothesis,
             factor,
@@ -174,6 +177,7 @@ fn of_mistake(mistake: &Mistake) -> Vec<CompatibilityRow> {
         let factor = if let Cure::Scale { factor, .. } = cure { Some(*factor) } else { None };
         Some(CompatibilityRow {
             channel: roles.first()?.name().to_owned(),
+            relation: Some((relation.compared(), relation.with())),
             agreement: Agreement::Contradicts,
             hypothesis: cure.hypothesis(),
             factor,
@@ -213,6 +217,7 @@ fn of_outcome(relation: &Relation, outcome: &Outcome) -> Option<CompatibilityRow
     };
     Some(CompatibilityRow {
         channel: channel.to_owned(),
+        relation: Some((relation.compared(), relation.with())),
         agreement,
         hypothesis: String::new(),
         factor: None,

@@ -304,6 +304,7 @@ fn pass_midnight(values: &mut [f64]) -> usize {
 fn memchr_quote(data: &[u8]) -> bool {
     data.contains(&b'"')
 }
+
 /// Numbers that recorders write where there is no value, without their sign.
 const MARKS: [f64; 8] = [999.0, 999.9, 9999.0, 9999.9, 99_999.0, 999_999.0, 9_999_999.0, 1e20];
 /// How many times larger than all other values such a number is.

@@ -74,6 +74,8 @@ pub struct EngineState {
     pub total_pressure_rise: f64,
     /// Advance ratio J.
     pub advance_ratio: f64,
+    /// Thrust coefficient C_T; not a number where the engine does not turn.
+    pub thrust_coefficient: f64,
     /// Power coefficient C_P.
     pub power_coefficient: f64,
     /// Inputs beyond the chart or the map.
@@ -117,6 +119,10 @@ pub struct EngineHistory {
     pub thrust_at_edge_n: Vec<f64>,
     /// Propeller efficiency.
     pub efficiency: Vec<f64>,
+    /// Advance ratio J; without bound where the engine does not turn.
+    pub advance_ratio: Vec<f64>,
+    /// Thrust coefficient C_T; not a number where the engine does not turn.
+    pub thrust_coefficient: Vec<f64>,
     /// Total-pressure rise over dynamic pressure; not a number where the airspeed is not above zero.
     pub total_pressure_rise: Vec<f64>,
     /// For each input that left a chart or map: its furthest excursion and the number of samples outside.
@@ -170,6 +176,7 @@ impl EngineModel {
                 efficiency: 0.0,
                 total_pressure_rise: rise_at(0.0),
                 advance_ratio: f64::INFINITY,
+                thrust_coefficient: f64::NAN,
                 power_coefficient: 0.0,
                 off_range: OffRanges::default(),
             };
@@ -185,6 +192,7 @@ impl EngineModel {
             efficiency: point.efficiency,
             total_pressure_rise: rise_at(point.efficiency),
             advance_ratio,
+            thrust_coefficient: point.thrust_coefficient,
             power_coefficient,
             off_range: point.off_range,
         }
@@ -233,6 +241,8 @@ impl EngineModel {
             thrust_n: Vec::with_capacity(samples),
             thrust_at_edge_n: Vec::with_capacity(samples),
             efficiency: Vec::with_capacity(samples),
+            advance_ratio: Vec::with_capacity(samples),
+            thrust_coefficient: Vec::with_capacity(samples),
             total_pressure_rise: Vec::with_capacity(samples),
             off_range: Vec::new(),
         };
@@ -254,6 +264,8 @@ impl EngineModel {
             history.thrust_n.push(state.thrust_n);
             history.thrust_at_edge_n.push(self.thrust_at_edge_n(input, &ambient, &state));
             history.efficiency.push(state.efficiency);
+            history.advance_ratio.push(state.advance_ratio);
+            history.thrust_coefficient.push(state.thrust_coefficient);
             history.total_pressure_rise.push(state.total_pressure_rise);
             worst.merge(&state.off_range);
             for finding in state.off_range.iter() {

@@ -233,18 +233,11 @@ fn over_flight(
     let monitor = recorded(roles.power);
     let agreement =
         monitor.as_ref().map(|monitor| agreement((&speed, &pressure, &history.power_w), monitor, air, phases));
-    let in_flight = |(&rise, &airspeed): (&f64, &f64)| if airspeed < GROUND_AIRSPEED_M_S { f64::NAN } else { rise };
-    let typical = typical(&speed, &pressure, air);
-    let diameter_m = model.propeller.diameter_m();
-    let coefficient = |k: usize| {
-        let revolutions_s = speed[k] / std::f64::consts::TAU;
-        let is_slow = air.airspeed_m_s[k] < GROUND_AIRSPEED_M_S;
-        let scale = air.density_kg_m3[k] * revolutions_s.powi(2) * diameter_m.powi(4);
-        let pair = (air.airspeed_m_s[k] / (revolutions_s * diameter_m), history.thrust_n[k] / scale);
-        if is_slow { (f64::NAN, f64::NAN) } else { pair }
+    let in_flight = |values: &[f64]| -> Vec<f64> {
+        let is_slow = air.airspeed_m_s.iter().map(|airspeed| *airspeed < GROUND_AIRSPEED_M_S);
+        values.iter().zip(is_slow).map(|(&value, is_slow)| if is_slow { f64::NAN } else { value }).collect()
     };
-    let (advance_ratio, thrust_coefficient): (Vec<f64>, Vec<f64>) = (0..speed.len()).map(coefficient).unzip();
-    let rise: Vec<f64> = history.total_pressure_rise.iter().zip(&air.airspeed_m_s).map(in_flight).collect();
+    let typical = typical(&speed, &pressure, air);
     let series = |values: Vec<f64>| Series { time_s: Arc::clone(&air.time_s), values: values.into() };
     Ok(Some(EngineOverFlight {
         name: name.clone(),
@@ -253,11 +246,11 @@ fn over_flight(
         power_w: series(history.power_w),
         thrust_n: series(history.thrust_n),
         efficiency: series(history.efficiency),
-        advance_ratio: series(advance_ratio),
-        thrust_coefficient: series(thrust_coefficient),
+        advance_ratio: series(in_flight(&history.advance_ratio)),
+        thrust_coefficient: series(in_flight(&history.thrust_coefficient)),
         curves: propeller_curves(&model.propeller, typical.speed_rad_s, typical.pressure_altitude_m),
         typical,
-        total_pressure_rise: series(rise),
+        total_pressure_rise: series(in_flight(&history.total_pressure_rise)),
         monitor_power_w: monitor.map(series),
         agreement,
     }))

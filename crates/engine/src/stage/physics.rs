@@ -4,7 +4,7 @@ use doublet_core::compatibility::{
     AccelerometerPlace, Agreement, Compatibility, CompatibilityRow, Cure, Curves, Trace, check,
 };
 use doublet_core::prep::airborne;
-use doublet_core::quantity::{Role, Unit};
+use doublet_core::quantity::Role;
 use doublet_core::series::Recording;
 use serde::Serialize;
 
@@ -148,64 +148,10 @@ fn compared(recording: &Recording, map: impl Fn(Option<Role>) -> String) -> Flig
         change: found.cure,
         curves: found.curves,
     };
-    let told_once = without_copy(recording);
-    let Compatibility { rows, accelerometer } = check(told_once.as_ref().unwrap_or(recording));
+    let without_copy = without_copy(recording);
+    let Compatibility { rows, accelerometer } = check(without_copy.as_ref().unwrap_or(recording));
     let airspeed_m_s = median_airspeed_m_s(recording);
-    let speeds = speeds_in_knots(&rows);
-    let rows = speeds.into_iter().chain(rows).map(row).collect();
-    FlightPhysics { rows, accelerometer, airspeed_m_s }
-}
-
-/// Relations that have the true airspeed on one side alone, by the beginning of their evidence, and whether their slope is upside down.
-const OF_AIRSPEED: [(&str, bool); 3] = [
-    ("v_down against airspeed, theta and alpha", false),
-    ("altitude against airspeed, theta and alpha", false),
-    ("airspeed against az and pitch rate", true),
-];
-/// Least squared correlation of a relation that tells the unit of speed, and most that it may be off it.
-const SPEED_R2: f64 = 0.85;
-const SPEED_TOLERANCE: f64 = 0.15;
-
-/// Airspeed in knots that was taken for m/s, where each relation by itself may be hidden by gusts and sensors, and two or more of them
-/// say the same. Ground speed in knots beside it hides it from what compares the two.
-fn speeds_in_knots(rows: &[CompatibilityRow]) -> Option<CompatibilityRow> {
-    let knot = Unit::parse("kt").ok()?;
-    if rows.iter().any(|row| row.agreement == Agreement::Contradicts && row.channel == Role::TrueAirspeed.name()) {
-        return None;
-    }
-    let factor = |(words, upside_down): &(&str, bool)| {
-        let row = rows.iter().find(|row| row.evidence.starts_with(words))?;
-        let slope = row.slope.filter(|slope| *slope > 0.0 && row.r2.is_some_and(|r2| r2 > SPEED_R2))?;
-        Some(if *upside_down { 1.0 / slope } else { slope })
-    };
-    let factors: Vec<f64> = OF_AIRSPEED.iter().filter_map(factor).collect();
-    let is_knot = |factor: &f64| (factor / knot.scale - 1.0).abs() < SPEED_TOLERANCE;
-    if factors.len() < 2 || !factors.iter().all(is_knot) {
-        return None;
-    }
-    let said: Vec<String> = factors.iter().map(|factor| format!("{factor:.3}")).collect();
-    let mean = factors.iter().sum::<f64>() / factors.len() as f64;
-    Some(CompatibilityRow {
-        channel: Role::TrueAirspeed.name().to_owned(),
-        agreement: Agreement::Contradicts,
-        hypothesis: "knots".to_owned(),
-        factor: Some(knot.scale),
-        slope: Some(mean),
-        r2: None,
-        segments: factors.len(),
-        evidence: format!(
-            "climb and normal acceleration by airspeed and attitude are {} of what they are: speeds are in knots, {:.3} m/s",
-            said.join(", "),
-            knot.scale
-        ),
-        cure: Some(Cure::Scale {
-            role: Role::TrueAirspeed,
-            factor: knot.scale,
-            offset: 0.0,
-            units: Some((knot.symbol, "m/s")),
-        }),
-        curves: None,
-    })
+    FlightPhysics { rows: rows.into_iter().map(row).collect(), accelerometer, airspeed_m_s }
 }
 
 /// The recording without a position down that is its altitude turned: the two hold one mistake, and neither mends it alone.

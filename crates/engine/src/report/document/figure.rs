@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize};
 
 use super::super::table::rounded;
 
-/// Columns of samples of which a thinned figure keeps only the extremes.
-const COLUMNS: usize = 500;
+/// Columns of samples of which a figure keeps only the extremes, on screen and thinned.
+pub const COLUMNS: usize = 500;
 /// Significant digits of a thinned figure: across, where an instant late in a flight has to be told from the next, and upright.
 const DIGITS: [usize; 2] = [10, 6];
 
