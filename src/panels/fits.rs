@@ -88,13 +88,15 @@ impl Panel for Fits {
                     });
                     [observed].into_iter().chain(predicted).collect()
                 }
-                Aspect::Residual => fit.series.iter().map(|(_, residual)| line("residual", residual)).collect(),
-                _ => [observed].into_iter().chain(fit.series.iter().map(|(fitted, _)| line("fit", fitted))).collect(),
+                Aspect::Residual => fit.series.iter().map(|series| line("residual", &series.residual)).collect(),
+                _ => {
+                    [observed].into_iter().chain(fit.series.iter().map(|series| line("fit", series.fitted()))).collect()
+                }
             };
             plots.push(TimePlot::new(name, "", traces));
             if self.aspect == Aspect::Fit {
                 let residual = |series| Trace { stale, ..Trace::new("residual", series, colors[4]) };
-                let below = fit.series.iter().map(|(_, series)| residual(series)).collect();
+                let below = fit.series.iter().map(|series| residual(&series.residual)).collect();
                 plots.push(TimePlot { levels: vec![0.0], ..TimePlot::new(residual_name(fit), "", below).high(0.6) });
             }
         }

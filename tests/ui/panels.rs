@@ -158,7 +158,8 @@ fn contributions_add_up_to_the_fit_and_residuals_are_tested() {
     let details = bench.snapshot().details.ready().expect("the window was looked at").clone();
     let window = details.window.as_ref().expect("a window is chosen");
     let fits = bench.snapshot().windows["first"].fits.ready().expect("it is fitted").clone();
-    let (fitted, residual) = &fits.fits[0].series[0];
+    let series = fits.fits[0].series.as_ref().expect("it is fitted");
+    let (fitted, residual) = (series.fitted(), &series.residual);
     for at in [0, 100, 400] {
         let sum: f64 = window.contributions[0].terms.iter().map(|(_, part)| part.values[at]).sum();
         assert!((sum - fitted.values[at]).abs() < ROUNDING, "{sum}");

@@ -34,7 +34,7 @@ fn a_ticked_moving_average_smooths_the_signal_the_filter_gets_and_undo_gives_it_
     assert_eq!(smoothed.values[..], expected[..]);
     let path = bench.snapshot().windows["first"].path.ready().expect("the path is up to date").clone();
     let inside = TimeRange { start_s: 5.0, end_s: 25.0 }.indices(&raw.time_s);
-    assert_eq!(path.data.inputs.columns[Input::SpecificForceX as usize], expected[inside]);
+    assert_eq!(path.data.inputs.columns[Input::SpecificForceX as usize][..], expected[inside]);
     picture(&mut bench.harness, "preprocess");
     bench.request(UiCommand::Edit(EditCommand::Undo));
     assert_eq!(bench.cm().estimates, before);

@@ -174,8 +174,8 @@ fn write_rows(path: &Path, found: &TableFit, dt: Option<f64>) -> Result<(), Stri
     let mut lines = vec![format!("{},measured,fitted,residual", if dt.is_some() { "time_s" } else { "row" })];
     for (index, row) in found.rows.iter().enumerate() {
         let at = dt.map_or_else(|| row.to_string(), |dt| (dt * *row as f64).to_string());
-        let (measured, fitted) = (found.measured[index], found.fit.fitted[index]);
-        lines.push(format!("{at},{measured},{fitted},{}", found.fit.residuals[index]));
+        let (measured, residual) = (found.measured[index], found.fit.residuals[index]);
+        lines.push(format!("{at},{measured},{},{residual}", measured - residual));
     }
     let text = lines.join("\n") + "\n";
     keep::replace(path, text.as_bytes())

@@ -8,6 +8,7 @@
 mod dense;
 
 use std::ops::ControlFlow;
+use std::sync::Arc;
 use std::time::Instant;
 
 use dense::{Dense, Discretisation, P, Step, X, Z};
@@ -58,9 +59,10 @@ fn manoeuvre(seed: u64, samples: usize, settings: &FilterSettings) -> FilterData
             values[m].push(value + noise(settings.measurement_noise[m]));
         }
     }
+    let time_s: Arc<[f64]> = time_s.into();
     FilterData {
-        inputs: InputSeries { time_s: time_s.clone(), columns },
-        measurements: values.map(|values| MeasurementSeries { time_s: time_s.clone(), values }),
+        inputs: InputSeries { time_s: Arc::clone(&time_s), columns: columns.map(Arc::from) },
+        measurements: values.map(|values| MeasurementSeries { time_s: Arc::clone(&time_s), values: values.into() }),
     }
 }
 

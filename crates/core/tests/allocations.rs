@@ -3,6 +3,7 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 use doublet_core::reconstruct::{FilterData, FilterSettings, InputSeries, MeasurementSeries, Method, reconstruct};
 
@@ -41,9 +42,9 @@ fn flight(samples: u32) -> FilterData {
     let column = |value: f64| vec![value; time_s.len()];
     let columns = [0.0, 0.0, -9.806_65, 0.0, 0.0, 0.0].map(column);
     let mut measurements = [0.0, 0.0, -900.0, 80.0, 0.0, 0.0, 0.0, 0.0, 0.0, 80.0, 0.0, 0.0]
-        .map(|value| MeasurementSeries { time_s: time_s.clone(), values: column(value) });
+        .map(|value| MeasurementSeries { time_s: time_s.clone().into(), values: column(value).into() });
     measurements[0].values = time_s.iter().map(|t| 80.0 * t).collect();
-    FilterData { inputs: InputSeries { time_s, columns }, measurements }
+    FilterData { inputs: InputSeries { time_s: time_s.into(), columns: columns.map(Arc::from) }, measurements }
 }
 
 #[cfg(test)]

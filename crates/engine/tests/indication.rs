@@ -64,7 +64,9 @@ impl Table {
     fn path(&mut self, name: &str, run: &Reconstruction) {
         let mut columns: Vec<&[f64]> = Vec::new();
         columns.extend(run.states.iter().chain(&run.deviations).map(Vec::as_slice));
-        columns.extend(run.innovations.iter().chain(&run.innovation_deviations).map(Vec::as_slice));
+        let absent = vec![f64::NAN; run.update_time_s.len()];
+        let innovations = run.innovations.iter().chain(&run.innovation_deviations);
+        columns.extend(innovations.map(|column| if column.is_empty() { absent.as_slice() } else { column }));
         columns.extend([
             run.nis.as_slice(),
             run.final_covariance.as_slice(),

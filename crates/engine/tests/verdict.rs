@@ -160,13 +160,13 @@ fn reasons_about_the_flight_path_fire_beyond_their_limits_only() {
     );
     sound.expect("dynamic-pressure", &[(0.8, NONE), (0.4, CAUTION), (0.05, BAD)], |s, snapshot, part| {
         changed(&mut elevator(s, snapshot).aero, |aero| {
-            aero.data.density_kg_m3.iter_mut().for_each(|rho| *rho *= part)
+            Arc::make_mut(&mut aero.data.density_kg_m3).iter_mut().for_each(|rho| *rho *= part)
         });
     });
     let with_mass = |s: &Session, snapshot: &mut Snapshot, change: &dyn Fn(&mut MassProperties)| {
         changed(&mut elevator(s, snapshot).aero, |aero| {
             if let MassHistory::PerSample(all) = &mut aero.data.mass {
-                all.iter_mut().for_each(change);
+                Arc::make_mut(all).iter_mut().for_each(change);
             }
         });
     };
@@ -462,7 +462,7 @@ fn terms_that_rest_in_every_window_are_dropped_and_dependent_ones_are_the_error_
             .into_iter()
             .map(|window| {
                 let mut aero = stage::WindowAero::clone(snapshot.windows[&window.name].aero.ready().unwrap());
-                aero.data.controls.get_mut(&Role::Aileron).unwrap().fill(0.01);
+                Arc::make_mut(aero.data.controls.get_mut(&Role::Aileron).unwrap()).fill(0.01);
                 let aero = stage::WindowAero::form(aero.data, aero.settings, aero.air_density).unwrap();
                 (window, Arc::new(aero))
             })

@@ -25,7 +25,7 @@ fn both() -> (Replay, doublet_core::replay::Start, Simulation) {
     let (mut data, settings, mut start) = flight::window(STEPS + 1);
     data.time_s = (0..=STEPS).map(|k| STEP_S * k as f64).collect();
     for (role, value) in [Role::Aileron, Role::Elevator, Role::Rudder].into_iter().zip(CONTROLS) {
-        data.controls.insert(role, vec![value; STEPS + 1]);
+        data.controls.insert(role, vec![value; STEPS + 1].into());
     }
     start.position_ned_m = [0.0; 3];
     let MassHistory::Constant(mass) = data.mass else { unreachable!("the window has one loading") };

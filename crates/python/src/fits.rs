@@ -211,6 +211,16 @@ pub fn request(trim: &Bound<'_, PyDict>, samples: usize, seed: u64) -> PyResult<
     Ok(request)
 }
 
+impl Fit {
+    /// Observed coefficient less the residuals of its fit, over the windows it was fitted in.
+    fn fitted(&self, fit: &doublet_engine::stage::CoefficientFit, residuals: &[f64]) -> Vec<f64> {
+        let of = |name: &String| self.inner.windows.iter().find(|(window, _)| window.name == *name);
+        let observed = fit.windows.iter().filter_map(|(name, _)| of(name));
+        let observed = observed.flat_map(|(_, aero)| aero.coefficients.get(fit.coefficient));
+        observed.zip(residuals).map(|(z, v)| z - v).collect()
+    }
+}
+
 #[pymethods]
 impl Fit {
     /// Fits the derivatives of a structure over the windows of coefficients.
@@ -275,7 +285,7 @@ impl Fit {
                     all.set_item("covariance", matrix(py, &found.covariance))?;
                     all.set_item("correlation", matrix(py, &found.correlation))?;
                     all.set_item("residuals", shared(py, &found.residuals)?)?;
-                    all.set_item("fitted", shared(py, &found.fitted)?)?;
+                    all.set_item("fitted", owned(py, self.fitted(fit, &found.residuals)))?;
                     all.set_item("r2", found.quality.r_squared)?;
                     all.set_item("rms_relative_percent", found.quality.rms_relative_percent)?;
                     all.set_item("residual_std", found.residual_std)?;

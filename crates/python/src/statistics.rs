@@ -117,11 +117,11 @@ pub fn lstsq<'py>(
         None => grouped(&kept, &x, z, &rows, constraints),
     });
     let (fit, covariance) = found.map_err(|error: doublet_core::estimate::EstimateError| refuse(error))?;
-    described(py, &fit, &covariance)
+    described(py, &fit, z, &covariance)
 }
 
 /// A fit as Python takes it.
-fn described<'py>(py: Python<'py>, fit: &Fit, covariance: &DMatrix<f64>) -> PyResult<Bound<'py, PyDict>> {
+fn described<'py>(py: Python<'py>, fit: &Fit, z: &[f64], covariance: &DMatrix<f64>) -> PyResult<Bound<'py, PyDict>> {
     let all = PyDict::new(py);
     all.set_item("names", &fit.names)?;
     all.set_item("estimates", owned(py, fit.estimates.clone()))?;
@@ -130,7 +130,7 @@ fn described<'py>(py: Python<'py>, fit: &Fit, covariance: &DMatrix<f64>) -> PyRe
     all.set_item("correlation", matrix(py, &fit.correlation))?;
     all.set_item("held", fit.origins.iter().map(|&origin| describe_origin(origin)).collect::<Vec<_>>())?;
     all.set_item("residuals", owned(py, fit.residuals.to_vec()))?;
-    all.set_item("fitted", owned(py, fit.fitted.to_vec()))?;
+    all.set_item("fitted", owned(py, z.iter().zip(fit.residuals.iter()).map(|(z, v)| z - v).collect()))?;
     all.set_item("r2", fit.quality.r_squared)?;
     all.set_item("residual_std", fit.residual_std)?;
     all.set_item("condition", fit.condition_number)?;

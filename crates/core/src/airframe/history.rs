@@ -1,5 +1,7 @@
 //! Mass, centre of gravity and inertia over time, from the fuel on board.
 
+use std::sync::Arc;
+
 use thiserror::Error;
 
 use super::MassProperties;
@@ -11,8 +13,8 @@ use super::loading::Loading;
 pub enum MassHistory {
     /// The same at every sample.
     Constant(MassProperties),
-    /// One per sample.
-    PerSample(Vec<MassProperties>),
+    /// One per sample; shared, as a window may be long.
+    PerSample(Arc<[MassProperties]>),
 }
 
 /// How a total fuel mass divides among the tanks.

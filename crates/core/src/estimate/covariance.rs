@@ -354,7 +354,7 @@ impl Transforms {
     pub(super) fn spectra<'a>(&mut self, &Block { x, columns, .. }: &Block<'a>, max_lag: usize) -> Spectra<'a> {
         let length = transform_length(x.nrows() + max_lag);
         let half = length / 2;
-        let mut parts = DMatrix::zeros(2 * (half + 1), x.ncols() + x.ncols() % 2);
+        let mut parts = DMatrix::zeros(2 * (half + 1), x.ncols());
         // Two real columns go through one complex transform.
         for first in (0..x.ncols()).step_by(2) {
             let second = x.columns(first + 1, usize::from(first + 1 < x.ncols()));
@@ -364,8 +364,10 @@ impl Transforms {
                 let (a, b) = self.pair(f);
                 parts[(f, first)] = a.re;
                 parts[(half + 1 + f, first)] = a.im;
-                parts[(f, first + 1)] = b.re;
-                parts[(half + 1 + f, first + 1)] = b.im;
+                if second.ncols() > 0 {
+                    parts[(f, first + 1)] = b.re;
+                    parts[(half + 1 + f, first + 1)] = b.im;
+                }
             }
         }
         Spectra { columns, length, parts }

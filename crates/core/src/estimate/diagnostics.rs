@@ -1,6 +1,6 @@
 //! What the regressors and the fit allow to conclude.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 use super::fit::correlation as correlation_of;
 use super::{EstimateError, Fit, least_squares};
@@ -96,7 +96,8 @@ pub fn contributions(fit: &Fit, x: &DMatrix<f64>) -> Vec<f64> {
         let mean = values.iter().sum::<f64>() / values.len() as f64;
         (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / values.len() as f64).sqrt()
     };
-    let measured = deviation(&mut fit.fitted.iter().zip(fit.residuals.iter()).map(|(y, v)| y + v));
+    let fitted = x * DVector::from_column_slice(&fit.estimates);
+    let measured = deviation(&mut fitted.iter().zip(fit.residuals.iter()).map(|(y, v)| y + v));
     let terms = fit.estimates.iter().zip(x.column_iter());
     terms.map(|(estimate, column)| estimate.abs() * deviation(&mut column.iter().copied()) / measured).collect()
 }

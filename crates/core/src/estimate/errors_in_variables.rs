@@ -47,8 +47,8 @@ pub fn errors_in_variables(
     let estimates = corrected.solve(&right.component_mul(&scale)).component_mul(&scale);
     let half = corrected.solve(&scaled(&normal));
     let unit_covariance = scaled(&corrected.solve(&half.transpose()));
-    let fitted = (x * &estimates).iter().copied().collect();
-    Ok(Fit::assemble(names, z, fitted, Solution { estimates, unit_covariance, condition_number }))
+    let fitted = x * &estimates;
+    Ok(Fit::assemble(names, z, fitted.as_slice(), Solution { estimates, unit_covariance, condition_number }))
 }
 
 /// Total least squares: the smallest change of measurement and noisy regressors, each in units of its noise, that makes

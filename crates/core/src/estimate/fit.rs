@@ -76,9 +76,7 @@ pub struct Fit {
     pub residual_std: f64,
     /// Coefficient of determination and residual root mean square.
     pub quality: FitQuality,
-    /// Fitted values, n; shared, as a window may be long.
-    pub fitted: Arc<[f64]>,
-    /// Residuals, measured less fitted, n; shared.
+    /// Residuals, measured less fitted, n; shared, as a window may be long.
     pub residuals: Arc<[f64]>,
     /// Ratio of the largest to the smallest singular value of the regressors with columns scaled to unit norm.
     pub condition_number: f64,
@@ -113,8 +111,8 @@ impl Fit {
     }
 
     /// Fit of `z` with the given solution and fitted values, all parameters estimated from white residuals.
-    pub(super) fn assemble(names: &[String], z: &[f64], fitted: Vec<f64>, solution: Solution) -> Self {
-        let square: f64 = z.iter().zip(&fitted).map(|(z, y)| (z - y).powi(2)).sum();
+    pub(super) fn assemble(names: &[String], z: &[f64], fitted: &[f64], solution: Solution) -> Self {
+        let square: f64 = z.iter().zip(fitted).map(|(z, y)| (z - y).powi(2)).sum();
         let variance = square / (z.len() - names.len()) as f64;
         Self::with_variance(names, z, fitted, solution, variance)
     }
@@ -123,11 +121,11 @@ impl Fit {
     pub(super) fn with_variance(
         names: &[String],
         z: &[f64],
-        fitted: Vec<f64>,
+        fitted: &[f64],
         solution: Solution,
         variance: f64,
     ) -> Self {
-        let residuals: Arc<[f64]> = z.iter().zip(&fitted).map(|(z, y)| z - y).collect();
+        let residuals: Arc<[f64]> = z.iter().zip(fitted).map(|(z, y)| z - y).collect();
         let covariance = &solution.unit_covariance * variance;
         Self {
             origins: vec![Origin::Data; names.len()],
@@ -140,8 +138,7 @@ impl Fit {
             t_values: Vec::new(),
             correlation: DMatrix::zeros(0, 0),
             residual_std: variance.sqrt(),
-            quality: FitQuality::of(z, &fitted),
-            fitted: fitted.into(),
+            quality: FitQuality::of(z, fitted),
             residuals,
             condition_number: solution.condition_number,
         }

@@ -90,8 +90,8 @@ pub(super) fn regress(names: &[String], x: &DMatrix<f64>, z: &[f64], frequencies
     let triangle = Triangle::of(x, z);
     let solution = triangle.solve(names)?;
     let variance = triangle.residual_square() / (frequencies - names.len()) as f64;
-    let fitted = (x * &solution.estimates).iter().copied().collect();
-    Ok(Fit::with_variance(names, z, fitted, solution, variance))
+    let fitted = x * &solution.estimates;
+    Ok(Fit::with_variance(names, z, fitted.as_slice(), solution, variance))
 }
 
 /// Finite Fourier transform `integral of x(t) exp(-j w t) dt` from the first sample (t = 0) to the last, at each angular

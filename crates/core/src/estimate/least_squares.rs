@@ -17,8 +17,8 @@ use super::{EstimateError, Fit};
 pub fn least_squares(names: &[String], x: &DMatrix<f64>, z: &[f64]) -> Result<Fit, EstimateError> {
     check(names, x, z)?;
     let solution = Triangle::of(x, z).solve(names)?;
-    let fitted = (x * &solution.estimates).iter().copied().collect();
-    Ok(Fit::assemble(names, z, fitted, solution))
+    let fitted = x * &solution.estimates;
+    Ok(Fit::assemble(names, z, fitted.as_slice(), solution))
 }
 
 /// Checks sizes and values of a regression.

@@ -58,7 +58,7 @@ impl PooledRegression {
         let (samples, square) = measured.fold((0, 0.0), |(samples, square), z| (samples + 1, square + z * z));
         let found = solve_constrained(&names, triangle, (samples, square), &constraints)?;
         let (fitted, z, samples) = fitted(&self.windows, &parameters, &found.solution);
-        let fit = Fit::with_variance(&names, &z, fitted, found.solution, found.variance);
+        let fit = Fit::with_variance(&names, &z, &fitted, found.solution, found.variance);
         let fit = Fit { origins: found.origins, ..fit };
         Ok(PooledFit { fit, samples, parameters, prior_information: found.prior_information })
     }
@@ -75,7 +75,7 @@ pub struct PooledFit {
     /// The fit over all samples. Parameters shared by all windows come first, in the order of the terms, then those of each
     /// window, named `name[label]`. Fitted values and residuals follow one another in the order of the windows.
     pub fit: Fit,
-    /// Samples of each window in `fit.fitted` and `fit.residuals`.
+    /// Samples of each window in `fit.residuals`.
     pub samples: Vec<Range<usize>>,
     /// For each window, which parameter each term has.
     pub parameters: Vec<Vec<usize>>,
@@ -101,7 +101,7 @@ pub fn pooled(names: &[String], per_window: &[bool], windows: &[PooledWindow]) -
     let solution = triangle.solve(&all_names)?;
     let (fitted, z, samples) = fitted(windows, &parameters, &solution);
     let prior_information = vec![0.0; all_names.len()];
-    Ok(PooledFit { fit: Fit::assemble(&all_names, &z, fitted, solution), samples, parameters, prior_information })
+    Ok(PooledFit { fit: Fit::assemble(&all_names, &z, &fitted, solution), samples, parameters, prior_information })
 }
 
 /// Names of all parameters, the parameter of each term in each window, and the triangle of all windows.

@@ -147,8 +147,8 @@ fn transformed(
     let triangle = Triangle::of(scaled, scaled_z);
     let solution = triangle.solve(names)?;
     let variance = triangle.residual_square() / (scaled_z.len() - names.len()) as f64;
-    let fitted = (x * &solution.estimates).iter().copied().collect();
-    Ok(Fit::with_variance(names, z, fitted, solution, variance))
+    let fitted = x * &solution.estimates;
+    Ok(Fit::with_variance(names, z, fitted.as_slice(), solution, variance))
 }
 
 /// Coefficients of the autoregression of a residual from its autocorrelation inside the windows.

@@ -1,5 +1,6 @@
 //! Coefficients from forces and moments.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use super::data::{AeroData, Axes, CoefficientSettings, Engine, Gyroscopic, ThrustTreatment};
@@ -11,11 +12,9 @@ use crate::prep::{MatchedSmoothing, acceleration_at_cg, differentiate};
 #[derive(Clone, Debug, PartialEq)]
 pub struct Coefficients {
     /// Time, s.
-    pub time_s: Vec<f64>,
+    pub time_s: Arc<[f64]>,
     /// One column per [`Coefficient`], in the order of [`Coefficient::ALL`]; shared, as a window may be long.
     pub columns: [Arc<[f64]>; 8],
-    /// Angular acceleration the moments were formed with, rad/s².
-    pub angular_acceleration_rad_s2: [Vec<f64>; 3],
 }
 
 impl Coefficients {
@@ -50,8 +49,8 @@ pub fn coefficients(data: &AeroData, settings: &CoefficientSettings) -> Result<C
     let acceleration = angular_acceleration(data, settings)?;
     let columns = columns(data, settings, |k| acceleration.each_ref().map(|column| column[k]));
     let Some(smoothing) = matched_smoothing(data, settings)? else {
-        let (time_s, columns) = (data.time_s.clone(), columns.map(Arc::from));
-        return Ok(Coefficients { time_s, columns, angular_acceleration_rad_s2: acceleration });
+        let (time_s, columns) = (Arc::clone(&data.time_s), columns.map(Arc::from));
+        return Ok(Coefficients { time_s, columns });
     };
     let steady = self::columns(data, settings, |_| [0.0; 3]);
     let rows = smoothing.reach()..data.time_s.len() - smoothing.reach();
@@ -61,8 +60,7 @@ pub fn coefficients(data: &AeroData, settings: &CoefficientSettings) -> Result<C
     };
     Ok(Coefficients {
         columns: std::array::from_fn(|c| matched(&columns[c], &steady[c])),
-        angular_acceleration_rad_s2: acceleration.map(|column| column[rows.clone()].to_vec()),
-        time_s: data.time_s[rows.clone()].to_vec(),
+        time_s: data.time_s[rows.clone()].into(),
     })
 }
 
@@ -193,16 +191,19 @@ pub fn angular_momentum(engines: &[Engine], gyroscopic: Gyroscopic, k: usize) ->
 }
 
 /// Angular acceleration as given, or from the rates.
-fn angular_acceleration(data: &AeroData, settings: &CoefficientSettings) -> Result<[Vec<f64>; 3], ModelError> {
+fn angular_acceleration<'a>(
+    data: &'a AeroData,
+    settings: &CoefficientSettings,
+) -> Result<Cow<'a, [Vec<f64>; 3]>, ModelError> {
     if let Some(given) = &data.angular_acceleration_rad_s2 {
-        return Ok(given.clone());
+        return Ok(Cow::Borrowed(given));
     }
     let mut derived: [Vec<f64>; 3] = Default::default();
     for (axis, name) in ["p", "q", "r"].into_iter().enumerate() {
         derived[axis] = differentiate(&data.time_s, &data.rates_rad_s[axis], settings.differentiation)
             .map_err(|source| ModelError::Signal { column: name.to_owned(), source })?;
     }
-    Ok(derived)
+    Ok(Cow::Owned(derived))
 }
 
 /// Checks what the settings ask of the data.
@@ -317,8 +318,8 @@ impl AeroData {
         {
             columns.push((name, column));
         }
-        columns.extend(self.controls.iter().map(|(role, column)| (role.name(), column.as_slice())));
-        columns.extend(self.engines.iter().map(|engine| ("thrust", engine.thrust_n.as_slice())));
+        columns.extend(self.controls.iter().map(|(role, column)| (role.name(), &**column)));
+        columns.extend(self.engines.iter().map(|engine| ("thrust", &*engine.thrust_n)));
         for (name, column) in
             [("dpt/q", &self.propeller_pressure), ("altitude", &self.altitude_m), ("Mach number", &self.mach)]
         {

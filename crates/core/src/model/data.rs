@@ -1,6 +1,7 @@
 //! What one window offers to the aerodynamic model, and how it is to be read.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use crate::airframe::{MassHistory, ReferenceGeometry};
 use crate::prep::Differentiation;
@@ -29,7 +30,7 @@ impl Position {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Engine {
     /// Thrust at each sample, N.
-    pub thrust_n: Vec<f64>,
+    pub thrust_n: Arc<[f64]>,
     /// A point of the line of action.
     pub position: Position,
     /// Unit vector of the thrust in body axes; `[1, 0, 0]` for no incidence.
@@ -37,20 +38,21 @@ pub struct Engine {
     /// Inertia of everything that rotates with the propeller, kg m².
     pub rotor_inertia_kg_m2: f64,
     /// Rotational speed at each sample, rad/s, positive about body x (clockwise seen from behind); empty where unknown.
-    pub speed_rad_s: Vec<f64>,
+    pub speed_rad_s: Arc<[f64]>,
 }
 
-/// Input columns over one window, all of the length of `time_s`; SI, body axes.
+/// Input columns over one window, all of the length of `time_s`; SI, body axes. What the variables of terms take over as it is, is
+/// shared.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AeroData {
     /// Time, s, strictly increasing.
-    pub time_s: Vec<f64>,
+    pub time_s: Arc<[f64]>,
     /// True airspeed, m/s.
-    pub airspeed_m_s: Vec<f64>,
+    pub airspeed_m_s: Arc<[f64]>,
     /// Angle of attack at the centre of gravity, rad.
-    pub alpha_rad: Vec<f64>,
+    pub alpha_rad: Arc<[f64]>,
     /// Angle of sideslip at the centre of gravity, rad.
-    pub beta_rad: Vec<f64>,
+    pub beta_rad: Arc<[f64]>,
     /// Roll, pitch and yaw rate without bias, rad/s.
     pub rates_rad_s: [Vec<f64>; 3],
     /// Specific force without bias where the accelerometers are, m/s².
@@ -60,19 +62,19 @@ pub struct AeroData {
     /// Angular acceleration, rad/s²; `None` to differentiate the rates.
     pub angular_acceleration_rad_s2: Option<[Vec<f64>; 3]>,
     /// Air density, kg/m³.
-    pub density_kg_m3: Vec<f64>,
+    pub density_kg_m3: Arc<[f64]>,
     /// Deflections by role, rad, and what else is recorded of the configuration ([`super::RECORDED`]).
-    pub controls: BTreeMap<Role, Vec<f64>>,
+    pub controls: BTreeMap<Role, Arc<[f64]>>,
     /// Mass properties.
     pub mass: MassHistory,
     /// Engines; empty where thrust is unknown.
     pub engines: Vec<Engine>,
     /// Total-pressure rise through the propellers over dynamic pressure.
-    pub propeller_pressure: Option<Vec<f64>>,
+    pub propeller_pressure: Option<Arc<[f64]>>,
     /// Altitude, m.
-    pub altitude_m: Option<Vec<f64>>,
+    pub altitude_m: Option<Arc<[f64]>>,
     /// Mach number.
-    pub mach: Option<Vec<f64>>,
+    pub mach: Option<Arc<[f64]>>,
 }
 
 /// Axes of the moment coefficients and of the rates among the variables.

@@ -1,13 +1,14 @@
 //! Variables of the model over one window, and the regressor matrix of a list of terms.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::ops::Range;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use nalgebra::DMatrix;
 
 use super::coefficients::matched_smoothing;
-use super::data::{AeroData, Axes, CoefficientSettings};
+use super::data::{AeroData, Axes, CoefficientSettings, Lag};
 use super::{ModelError, RECORDED, Term, Variable};
 use crate::prep::{Differentiation, MatchedSmoothing, delay, differentiate, first_order_lag};
 use crate::quantity::Role;
@@ -23,7 +24,7 @@ pub struct Variables {
 /// Values of one variable and, once a term asked for them, the same smoothed: coefficients and fits share them.
 #[derive(Clone, Debug)]
 struct Column {
-    values: Vec<f64>,
+    values: Arc<[f64]>,
     smoothed: OnceLock<Vec<f64>>,
 }
 
@@ -71,8 +72,8 @@ pub fn variables(data: &AeroData, settings: &CoefficientSettings) -> Result<Vari
     let reference = &settings.reference;
     let airspeed = &data.airspeed_m_s;
     let mut columns = BTreeMap::new();
-    let scaled = |rate: &[f64], length_m: f64| -> Vec<f64> {
-        rate.iter().zip(airspeed).map(|(rate, &speed)| rate * (length_m / speed)).collect()
+    let scaled = |rate: &[f64], length_m: f64| -> Arc<[f64]> {
+        rate.iter().zip(airspeed.iter()).map(|(rate, &speed)| rate * (length_m / speed)).collect()
     };
     let smoothing = matched_smoothing(data, settings)?;
     // What is smoothed later need not be smoothed by its differentiation.
@@ -82,8 +83,8 @@ pub fn variables(data: &AeroData, settings: &CoefficientSettings) -> Result<Vari
             .map_err(|source| ModelError::Signal { column: column.to_owned(), source })
     };
 
-    columns.insert(Variable::Alpha, data.alpha_rad.clone());
-    columns.insert(Variable::Beta, data.beta_rad.clone());
+    columns.insert(Variable::Alpha, Arc::clone(&data.alpha_rad));
+    columns.insert(Variable::Beta, Arc::clone(&data.beta_rad));
     let alpha_dot = derived(&data.alpha_rad, "alpha")?;
     columns.insert(Variable::AlphaDot, scaled(&alpha_dot, reference.pitch_rate_length_m));
     let beta_dot = derived(&data.beta_rad, "beta")?;
@@ -101,20 +102,20 @@ pub fn variables(data: &AeroData, settings: &CoefficientSettings) -> Result<Vari
         }
     }
     for (variable, role) in RECORDED {
-        columns.extend(data.controls.get(&role).map(|values| (variable, values.clone())));
+        columns.extend(data.controls.get(&role).map(|values| (variable, Arc::clone(values))));
     }
-    columns.insert(Variable::Airspeed, airspeed.clone());
+    columns.insert(Variable::Airspeed, Arc::clone(airspeed));
     for (variable, column) in [
         (Variable::PropellerPressure, &data.propeller_pressure),
         (Variable::Altitude, &data.altitude_m),
         (Variable::Mach, &data.mach),
     ] {
         if let Some(column) = column {
-            columns.insert(variable, column.clone());
+            columns.insert(variable, Arc::clone(column));
         }
     }
     if !data.engines.is_empty() {
-        columns.insert(Variable::ThrustCoefficient, thrust_coefficient(data, reference.area_m2));
+        columns.insert(Variable::ThrustCoefficient, thrust_coefficient(data, reference.area_m2).into());
     }
     let columns =
         columns.into_iter().map(|(variable, values)| (variable, Column { values, smoothed: OnceLock::new() }));
@@ -142,7 +143,7 @@ pub fn regressors(terms: &[Term], variables: &Variables) -> Result<DMatrix<f64>,
         let mut products = vec![1.0; variables.samples];
         for &(variable, power) in term.factors() {
             let values = &variables.of(term, variable)?.values;
-            products.iter_mut().zip(values).for_each(|(product, value)| *product *= value.powi(power));
+            products.iter_mut().zip(values.iter()).for_each(|(product, value)| *product *= value.powi(power));
         }
         match &variables.smoothing {
             Some(_) if term.is_constant() => {}
@@ -154,16 +155,19 @@ pub fn regressors(terms: &[Term], variables: &Variables) -> Result<DMatrix<f64>,
 }
 
 /// Roll and yaw rate in the axes of the moments, rad/s.
-fn roll_and_yaw(data: &AeroData, axes: Axes) -> (Vec<f64>, Vec<f64>) {
+fn roll_and_yaw(data: &AeroData, axes: Axes) -> (Cow<'_, [f64]>, Cow<'_, [f64]>) {
     let [p, _, r] = &data.rates_rad_s;
     match axes {
-        Axes::Body => (p.clone(), r.clone()),
-        Axes::Stability => p
-            .iter()
-            .zip(r)
-            .zip(&data.alpha_rad)
-            .map(|((p, r), alpha)| (p * alpha.cos() + r * alpha.sin(), r * alpha.cos() - p * alpha.sin()))
-            .unzip(),
+        Axes::Body => (Cow::Borrowed(p), Cow::Borrowed(r)),
+        Axes::Stability => {
+            let (roll, yaw) = p
+                .iter()
+                .zip(r)
+                .zip(data.alpha_rad.iter())
+                .map(|((p, r), alpha)| (p * alpha.cos() + r * alpha.sin(), r * alpha.cos() - p * alpha.sin()))
+                .unzip();
+            (Cow::Owned(roll), Cow::Owned(yaw))
+        }
     }
 }
 
@@ -172,11 +176,15 @@ fn lagged(
     data: &AeroData,
     settings: &CoefficientSettings,
     role: Role,
-    deflection: &[f64],
-) -> Result<Vec<f64>, ModelError> {
-    let Some(lag) = settings.control_lags.get(&role) else { return Ok(deflection.to_vec()) };
+    deflection: &Arc<[f64]>,
+) -> Result<Arc<[f64]>, ModelError> {
+    let lag = settings.control_lags.get(&role).copied().unwrap_or_default();
+    if lag == Lag::default() {
+        return Ok(Arc::clone(deflection));
+    }
     delay(&data.time_s, deflection, lag.delay_s)
         .and_then(|delayed| first_order_lag(&data.time_s, &delayed, lag.time_constant_s))
+        .map(Arc::from)
         .map_err(|source| ModelError::Signal { column: role.name().to_owned(), source })
 }
 

@@ -1,6 +1,8 @@
 //! What the steps of a window yield, collected into its reconstruction, and the first thing that went wrong.
 
-use crate::reconstruct::data::{AirData, FilterData, Reconstruction, Smoothed};
+use std::sync::Arc;
+
+use crate::reconstruct::data::{AirData, FilterData, MeasurementSeries, Reconstruction, Smoothed};
 use crate::reconstruct::error::ReconstructError;
 use crate::reconstruct::events::{Event, Schedule};
 use crate::reconstruct::filter::step::{BLOCK, STEEPEST_PITCH_RAD, SmoothedOutputs, StepInputs, StepOutputs};
@@ -26,6 +28,8 @@ pub struct Window<'a> {
     log_noise: [f64; MEASUREMENTS],
     /// Their sum.
     log_noise_of_all: f64,
+    /// Times of the steps so far, s.
+    update_time_s: Vec<f64>,
     /// Whether all events of the block under way are inertial samples.
     only_samples: bool,
     /// Moments of the noises, from the smoother.
@@ -59,13 +63,15 @@ impl<'a> Window<'a> {
             column.push(first);
             column
         };
+        let measured =
+            |series: &MeasurementSeries| if series.time_s.is_empty() { Vec::new() } else { column(f64::NAN) };
         let result = Reconstruction {
-            time_s: data.inputs.time_s.clone(),
+            time_s: Arc::clone(&data.inputs.time_s),
             states: x.map(column),
             deviations: settings.initial_deviation.map(column),
-            update_time_s: column(data.inputs.time_s[0]),
-            innovations: [f64::NAN; MEASUREMENTS].map(column),
-            innovation_deviations: [f64::NAN; MEASUREMENTS].map(column),
+            update_time_s: Arc::default(),
+            innovations: data.measurements.each_ref().map(measured),
+            innovation_deviations: data.measurements.each_ref().map(measured),
             nis: column(f64::NAN),
             nis_degrees: {
                 let mut degrees = Vec::with_capacity(samples);
@@ -87,6 +93,7 @@ impl<'a> Window<'a> {
             schedule: Schedule::new(data, settings.hold),
             result,
             events: Vec::with_capacity(BLOCK),
+            update_time_s: column(data.inputs.time_s[0]),
             log_noise,
             log_noise_of_all: log_noise.iter().sum(),
             only_samples: false,
@@ -143,10 +150,13 @@ impl<'a> Window<'a> {
         }
     }
 
-    /// Appends innovations and their deviations: at every event.
+    /// Appends innovations and their deviations: at every event, of what the window has samples of.
     fn append_innovation<L: AsRef<[f64]>>(&mut self, m: usize, lane: usize, outputs: &[StepOutputs<L>]) {
         let outputs = &outputs[..self.events.len()];
         let result = &mut self.result;
+        if result.innovations[m].is_empty() {
+            return;
+        }
         result.innovations[m].extend(outputs.iter().map(|outputs| outputs.innovation[m].as_ref()[lane]));
         let deviations = outputs.iter().map(|outputs| outputs.innovation_deviation[m].as_ref()[lane]);
         result.innovation_deviations[m].extend(deviations);
@@ -159,7 +169,7 @@ impl<'a> Window<'a> {
         let (mut ratio, mut minus_two_log) = (1.0, 0.0);
         for (event, outputs) in self.events.iter().zip(outputs) {
             let nis = if event.degrees > 0 { outputs.nis.as_ref()[lane] } else { f64::NAN };
-            result.update_time_s.push(event.time_s);
+            self.update_time_s.push(event.time_s);
             result.nis.push(nis);
             result.nis_degrees.push(event.degrees);
             if event.degrees > 0 {
@@ -247,7 +257,7 @@ impl<'a> Window<'a> {
         let smoothed = self.result.smoothed.as_ref()?;
         for state in State::ALL {
             let deviations = &smoothed.deviations[state as usize];
-            let rows = deviations.iter().zip(&smoothed.states[state as usize]).zip(&self.result.time_s);
+            let rows = deviations.iter().zip(&smoothed.states[state as usize]).zip(&*self.result.time_s);
             for ((deviation, value), &time_s) in rows {
                 if !(deviation.is_finite() && value.is_finite()) {
                     let variance = deviation * deviation;
@@ -264,6 +274,9 @@ impl<'a> Window<'a> {
         if let Some(error) = self.error.take().or_else(|| self.smoothing_error()) {
             return Err(error);
         }
+        let time_s = &self.result.time_s;
+        let is_same = **time_s == *self.update_time_s;
+        self.result.update_time_s = if is_same { Arc::clone(time_s) } else { self.update_time_s.into() };
         self.result.final_covariance = covariance;
         Ok((self.result, self.moments))
     }

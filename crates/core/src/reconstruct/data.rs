@@ -1,4 +1,7 @@
-//! What a reconstruction starts from and what it gives.
+//! What a reconstruction starts from and what it gives. Columns and times are shared where they are the same: those of a window with
+//! the recording, of a path with its samples.
+
+use std::sync::Arc;
 
 use crate::reconstruct::model::layout::{AIR_STATES, INPUTS, MEASUREMENTS, STATES};
 
@@ -6,18 +9,18 @@ use crate::reconstruct::model::layout::{AIR_STATES, INPUTS, MEASUREMENTS, STATES
 #[derive(Clone, Debug, PartialEq)]
 pub struct InputSeries {
     /// Time, s, strictly increasing.
-    pub time_s: Vec<f64>,
+    pub time_s: Arc<[f64]>,
     /// One column per [`Input`](crate::reconstruct::model::layout::Input), SI.
-    pub columns: [Vec<f64>; INPUTS],
+    pub columns: [Arc<[f64]>; INPUTS],
 }
 
 /// Samples of one measurement at its own times.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MeasurementSeries {
     /// Time, s, strictly increasing.
-    pub time_s: Vec<f64>,
+    pub time_s: Arc<[f64]>,
     /// Value, SI; a value that is not finite is skipped.
-    pub values: Vec<f64>,
+    pub values: Arc<[f64]>,
 }
 
 /// What one window offers to the filter.
@@ -33,18 +36,18 @@ pub struct FilterData {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reconstruction {
     /// Time of the inertial samples, s.
-    pub time_s: Vec<f64>,
+    pub time_s: Arc<[f64]>,
     /// Filtered estimate of each state, SI.
     pub states: [Vec<f64>; STATES],
     /// Standard deviation of each state, SI.
     pub deviations: [Vec<f64>; STATES],
     /// Times of the inertial samples and of the measurements between them, s: equal to `time_s` where every measurement
     /// was taken at an inertial sample.
-    pub update_time_s: Vec<f64>,
-    /// Innovation of each measurement at each time; NaN where there was none. SI.
+    pub update_time_s: Arc<[f64]>,
+    /// Innovation of each measurement at each time; NaN where there was none, empty where the window has no sample of it. SI.
     pub innovations: [Vec<f64>; MEASUREMENTS],
-    /// Predicted standard deviation of each innovation, the square root of the diagonal of `H P H' + R`; NaN
-    /// where there was none. SI.
+    /// Predicted standard deviation of each innovation, the square root of the diagonal of `H P H' + R`; NaN where there was none,
+    /// empty where the window has no sample of it. SI.
     pub innovation_deviations: [Vec<f64>; MEASUREMENTS],
     /// Normalised innovation squared of each time; NaN where nothing was measured.
     pub nis: Vec<f64>,

@@ -201,7 +201,9 @@ pub(crate) fn without_delay<'a>(data: &'a FilterData, settings: &ValidSettings) 
     }
     let mut data = data.clone();
     for (series, delay) in data.measurements.iter_mut().zip(settings.measurement_delay_s) {
-        series.time_s.iter_mut().for_each(|time| *time -= delay);
+        if delay != 0.0 {
+            series.time_s = series.time_s.iter().map(|time| time - delay).collect();
+        }
     }
     Cow::Owned(data)
 }

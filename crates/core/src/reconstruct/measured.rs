@@ -1,9 +1,11 @@
 //! The flight path as measured, without a filter.
 
+use std::sync::Arc;
+
 use crate::prep::{Interpolation, resample};
 use crate::reconstruct::data::{FilterData, MeasurementSeries, Reconstruction};
 use crate::reconstruct::error::ReconstructError;
-use crate::reconstruct::model::layout::{MEASUREMENTS, Measurement, STATES, State};
+use crate::reconstruct::model::layout::{Measurement, STATES, State};
 
 /// States taken over from a measurement as they are.
 const TAKEN_OVER: [(Measurement, State); 6] = [
@@ -25,7 +27,7 @@ const TAKEN_OVER: [(Measurement, State); 6] = [
 /// [`ReconstructError::NotMeasured`] without airspeed or angle of attack; [`ReconstructError::TooFewSamples`],
 /// [`ReconstructError::UnorderedTime`].
 pub fn measured_path(data: &FilterData) -> Result<Reconstruction, ReconstructError> {
-    let time_s = data.inputs.time_s.clone();
+    let time_s = Arc::clone(&data.inputs.time_s);
     let samples = time_s.len();
     if samples < 2 {
         return Err(ReconstructError::TooFewSamples { samples });
@@ -64,10 +66,10 @@ pub fn measured_path(data: &FilterData) -> Result<Reconstruction, ReconstructErr
     Ok(Reconstruction {
         states,
         deviations: std::array::from_fn(|_| zeros()),
-        update_time_s: time_s.clone(),
+        update_time_s: Arc::clone(&time_s),
         time_s,
-        innovations: std::array::from_fn::<_, MEASUREMENTS, _>(|_| nothing()),
-        innovation_deviations: std::array::from_fn::<_, MEASUREMENTS, _>(|_| nothing()),
+        innovations: std::array::from_fn(|_| Vec::new()),
+        innovation_deviations: std::array::from_fn(|_| Vec::new()),
         nis: nothing(),
         nis_degrees: vec![0; samples],
         log_likelihood: f64::NAN,
@@ -85,7 +87,7 @@ fn at_samples(
     series: &MeasurementSeries,
     time_s: &[f64],
 ) -> Result<Option<Vec<f64>>, ReconstructError> {
-    let finite = series.time_s.iter().zip(&series.values).filter(|(_, value)| value.is_finite());
+    let finite = series.time_s.iter().zip(series.values.iter()).filter(|(_, value)| value.is_finite());
     let (own_s, values): (Vec<f64>, Vec<f64>) = finite.map(|(time, value)| (*time, *value)).unzip();
     let (Some(&first), Some(&last)) = (own_s.first(), own_s.last()) else { return Ok(None) };
     if own_s.len() == 1 {

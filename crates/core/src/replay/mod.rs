@@ -16,6 +16,8 @@ pub use fly::Response;
 pub use forces::{Forces, Instant, Loads};
 pub use sample::Sample;
 
+use std::sync::Arc;
+
 use crate::airframe::ReferenceGeometry;
 use crate::model::{AeroData, Axes, Coefficient, CoefficientSettings, Derivatives, Variable, Variables, variables};
 use crate::motion::State;
@@ -37,7 +39,7 @@ pub struct Start {
 /// One window made ready to be flown: controls, air, engines and loading over time.
 #[derive(Clone, Debug)]
 pub struct Replay {
-    time_s: Vec<f64>,
+    time_s: Arc<[f64]>,
     samples: Vec<Sample>,
     reference: ReferenceGeometry,
     axes: Axes,
@@ -77,7 +79,7 @@ impl Replay {
             .map(|k| Sample::new(data, settings, &variables, wind_ned_m_s, k))
             .collect::<Result<_, _>>()?;
         Ok(Self {
-            time_s: data.time_s.clone(),
+            time_s: Arc::clone(&data.time_s),
             samples,
             reference: settings.reference,
             axes: settings.axes,

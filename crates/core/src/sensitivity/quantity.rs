@@ -1,6 +1,7 @@
 //! Quantities that carry an uncertainty, and what changes with them.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use crate::airframe::{Aircraft, InertiaTensor, Loading, MassProperties};
 use crate::model::AeroData;
@@ -165,7 +166,9 @@ impl Quantity {
             Self::BetaScale => Some(&mut data.beta_rad),
             _ => None,
         };
-        column.into_iter().flatten().for_each(|value| *value *= factor);
+        if let Some(column) = column {
+            Arc::make_mut(column).iter_mut().for_each(|value| *value *= factor);
+        }
         data
     }
 }

@@ -1,6 +1,7 @@
 //! A flight of a twin of 2,100 kg with the thesis's derivatives, flown by the replay from a 3-2-1-1 of elevator, aileron and rudder.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use doublet_core::airframe::{InertiaTensor, MassHistory, MassProperties, ReferenceGeometry};
 use doublet_core::model::{AeroData, Coefficient, CoefficientSettings, Derivatives, Term};
@@ -62,20 +63,20 @@ fn multistep(time_s: f64, start: f64, amplitude: f64) -> f64 {
 /// Window of `samples` with all three controls moved, and where it starts.
 pub fn window(samples: usize) -> (AeroData, CoefficientSettings, Start) {
     let time_s: Vec<f64> = (0..samples).map(|k| STEP_S * k as f64).collect();
-    let control = |start: f64, trim: f64, amplitude: f64| -> Vec<f64> {
+    let control = |start: f64, trim: f64, amplitude: f64| -> Arc<[f64]> {
         time_s.iter().map(|&t| trim + multistep(t, start, amplitude)).collect()
     };
     let column = |value: f64| vec![value; samples];
     let (alpha, elevator, airspeed) = (0.0866_f64, -0.0214, 46.0);
     let data = AeroData {
-        airspeed_m_s: column(airspeed),
-        alpha_rad: column(alpha),
-        beta_rad: column(0.0),
+        airspeed_m_s: column(airspeed).into(),
+        alpha_rad: column(alpha).into(),
+        beta_rad: column(0.0).into(),
         rates_rad_s: [column(0.0), column(0.0), column(0.0)],
         specific_force_m_s2: [column(0.0), column(0.0), column(-GRAVITY_M_S2)],
         accelerometer: None,
         angular_acceleration_rad_s2: None,
-        density_kg_m3: column(1.09),
+        density_kg_m3: column(1.09).into(),
         controls: BTreeMap::from([
             (Role::Elevator, control(1.0, elevator, 0.03)),
             (Role::Aileron, control(0.5, 0.0, 0.05)),
@@ -88,9 +89,9 @@ pub fn window(samples: usize) -> (AeroData, CoefficientSettings, Start) {
         }),
         engines: Vec::new(),
         propeller_pressure: None,
-        altitude_m: Some(column(1219.0)),
+        altitude_m: Some(column(1219.0).into()),
         mach: None,
-        time_s,
+        time_s: time_s.into(),
     };
     let settings = CoefficientSettings::new(ReferenceGeometry::conventional(18.7, 11.68, 1.68));
     let start = Start {

@@ -1,5 +1,7 @@
 //! Data compatibility: constant errors of sensors on a simulated flight, beside a maximum-likelihood solution written here.
 
+use std::sync::Arc;
+
 use doublet_core::estimate::{
     ErrorTerm, EstimateError, Freedom, NoiseModel, OutputErrorSettings, SensorError, SensorErrorFault, SensorErrorFit,
     SensorErrorSettings, SensorErrorWindow, sensor_errors,
@@ -67,13 +69,13 @@ fn recorded(seed: u64, inertial: f64, windows: &[std::ops::Range<usize>]) -> Vec
         column.iter_mut().for_each(|value| *value = scale * *value + draw(deviation));
     }
     let window = |range: &std::ops::Range<usize>| {
-        let time_s: Vec<f64> = range.clone().map(|k| STEP_S * k as f64).collect();
+        let time_s: Arc<[f64]> = range.clone().map(|k| STEP_S * k as f64).collect();
         let mut measurements: [MeasurementSeries; MEASUREMENTS] = Default::default();
         for (column, (measurement, _)) in shown.iter().zip(OUTPUTS) {
-            let values = column[range.clone()].to_vec();
-            measurements[measurement as usize] = MeasurementSeries { time_s: time_s.clone(), values };
+            let values = column[range.clone()].into();
+            measurements[measurement as usize] = MeasurementSeries { time_s: Arc::clone(&time_s), values };
         }
-        let columns = inputs.each_ref().map(|column| column[range.clone()].to_vec());
+        let columns = inputs.each_ref().map(|column| column[range.clone()].into());
         FilterData { inputs: InputSeries { time_s, columns }, measurements }
     };
     windows.iter().map(window).collect()
@@ -339,7 +341,7 @@ fn bias_that_walks_is_followed() {
     let mut data = recorded(5, 1.0, &WHOLE);
     let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(50);
     let mut drift = 0.0;
-    for value in &mut data[0].inputs.columns[3] {
+    for value in Arc::make_mut(&mut data[0].inputs.columns[3]) {
         let draw: f64 = StandardNormal.sample(&mut rng);
         drift += walk * STEP_S.sqrt() * draw;
         *value += drift;

@@ -103,12 +103,12 @@ fn path(recording: &Recording) -> Reconstruction {
         let series = &recording.role(role).unwrap_or_else(|| panic!("no {}", role.name())).series;
         (series.time_s.iter().map(|time_s| time_s - start_s).collect::<Vec<_>>(), series.values.to_vec())
     };
-    let columns = Input::ALL.map(|input| of(input.role()).1);
+    let columns = Input::ALL.map(|input| of(input.role()).1.into());
     let measurements = Measurement::ALL.map(|measurement| {
         let (time_s, values) = of(measurement.role());
-        MeasurementSeries { time_s, values }
+        MeasurementSeries { time_s: time_s.into(), values: values.into() }
     });
-    let data = FilterData { inputs: InputSeries { time_s: of(Role::RollRate).0, columns }, measurements };
+    let data = FilterData { inputs: InputSeries { time_s: of(Role::RollRate).0.into(), columns }, measurements };
     let settings = FilterSettings { smooth: true, ..FilterSettings::default() }.check().unwrap();
     reconstruct(&data, &settings, &mut |_| std::ops::ControlFlow::Continue(())).unwrap()
 }

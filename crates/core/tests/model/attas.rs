@@ -138,24 +138,24 @@ fn aero_data(recording: &Recording, treatment: Treatment) -> AeroData {
     }
     let [airspeed_m_s, alpha_rad, beta_rad] = flow.map(|values| treated(&values, treatment.flow));
     let engine = |role, side: f64| Engine {
-        thrust_n: column(recording, role),
+        thrust_n: column(recording, role).into(),
         position: Position::BodyFromCg([LEFT_ENGINE[0], side * LEFT_ENGINE[1], LEFT_ENGINE[2]]),
         direction_body: [1.0, 0.0, 0.0],
         rotor_inertia_kg_m2: 0.0,
-        speed_rad_s: Vec::new(),
+        speed_rad_s: Vec::new().into(),
     };
     AeroData {
-        airspeed_m_s,
-        alpha_rad,
-        beta_rad,
+        airspeed_m_s: airspeed_m_s.into(),
+        alpha_rad: alpha_rad.into(),
+        beta_rad: beta_rad.into(),
         rates_rad_s: [p, q, r],
         specific_force_m_s2: force,
         accelerometer: None,
         angular_acceleration_rad_s2: Some(angular),
-        density_kg_m3: column(recording, Role::AirDensity),
+        density_kg_m3: column(recording, Role::AirDensity).into(),
         controls: [Role::Aileron, Role::Elevator, Role::Rudder]
             .into_iter()
-            .map(|role| (role, column(recording, role)))
+            .map(|role| (role, column(recording, role).into()))
             .collect(),
         mass: MassHistory::Constant(MassProperties {
             mass_kg: 17_631.0,
@@ -166,7 +166,7 @@ fn aero_data(recording: &Recording, treatment: Treatment) -> AeroData {
         propeller_pressure: None,
         altitude_m: None,
         mach: None,
-        time_s,
+        time_s: time_s.into(),
     }
 }
 

@@ -42,15 +42,18 @@ fn aero_data(name: &str) -> Option<AeroData> {
         })
         .collect();
     Some(AeroData {
-        airspeed_m_s: column(Role::TrueAirspeed),
-        alpha_rad: column(Role::AngleOfAttack),
-        beta_rad: column(Role::Sideslip),
+        airspeed_m_s: column(Role::TrueAirspeed).into(),
+        alpha_rad: column(Role::AngleOfAttack).into(),
+        beta_rad: column(Role::Sideslip).into(),
         rates_rad_s: [Role::RollRate, Role::PitchRate, Role::YawRate].map(column),
         specific_force_m_s2: [Role::SpecificForceX, Role::SpecificForceY, Role::SpecificForceZ].map(column),
         accelerometer: None,
         angular_acceleration_rad_s2: None,
         density_kg_m3,
-        controls: [Role::Aileron, Role::Elevator, Role::Rudder].into_iter().map(|role| (role, column(role))).collect(),
+        controls: [Role::Aileron, Role::Elevator, Role::Rudder]
+            .into_iter()
+            .map(|role| (role, column(role).into()))
+            .collect(),
         mass: MassHistory::Constant(MassProperties {
             mass_kg: 5000.0,
             inertia: InertiaTensor { xz: 1908.0, ..InertiaTensor::diagonal(15_351.0, 22_965.0, 36_220.0) },
@@ -60,7 +63,7 @@ fn aero_data(name: &str) -> Option<AeroData> {
         propeller_pressure: None,
         altitude_m: None,
         mach: None,
-        time_s,
+        time_s: time_s.into(),
     })
 }
 
@@ -140,7 +143,7 @@ fn constant_thrust_coefficient_is_rejected_by_name() {
         position: Position::BodyFromCg([0.0; 3]),
         direction_body: [1.0, 0.0, 0.0],
         rotor_inertia_kg_m2: 0.0,
-        speed_rad_s: Vec::new(),
+        speed_rad_s: Vec::new().into(),
     });
     let terms: Vec<Term> = ["1", "alpha", "qc/V", "Tc"].map(|name| Term::parse(name).unwrap()).into();
     let names: Vec<String> = terms.iter().map(|term| term.derivative_name(Coefficient::CX)).collect();

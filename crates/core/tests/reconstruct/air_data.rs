@@ -1,5 +1,7 @@
 //! Errors of the air data as states, and the likelihood of the measurements.
 
+use std::sync::Arc;
+
 use doublet_core::reconstruct::consistency::normalised_errors;
 use doublet_core::reconstruct::{AirState, FilterData, FilterSettings, State};
 
@@ -14,9 +16,12 @@ const ERRORS: [f64; 4] = [0.02, -0.015, 0.12, 0.03];
 fn with_errors(data: &FilterData) -> FilterData {
     let mut data = data.clone();
     let [alpha, beta, upwash, scale] = ERRORS;
-    data.measurements[9].values.iter_mut().for_each(|value| *value *= 1.0 + scale);
-    data.measurements[10].values.iter_mut().for_each(|value| *value = *value * (1.0 + upwash) + alpha);
-    data.measurements[11].values.iter_mut().for_each(|value| *value += beta);
+    let mut change = |m: usize, by: &dyn Fn(f64) -> f64| {
+        Arc::make_mut(&mut data.measurements[m].values).iter_mut().for_each(|value| *value = by(*value));
+    };
+    change(9, &|value| value * (1.0 + scale));
+    change(10, &|value| value * (1.0 + upwash) + alpha);
+    change(11, &|value| value + beta);
     data
 }
 
@@ -67,7 +72,7 @@ fn log_likelihood_matches_the_dense_filter() {
     let Some(citation) = citation::load() else { return };
     let mut data = window(&citation.data, 0, 1_000);
     for (m, series) in data.measurements.iter_mut().enumerate() {
-        for (k, value) in series.values.iter_mut().enumerate().skip(1) {
+        for (k, value) in Arc::make_mut(&mut series.values).iter_mut().enumerate().skip(1) {
             if (k * (m + 3)) % 7 == 0 || (m < 3 && k % 10 != 0) {
                 *value = f64::NAN;
             }

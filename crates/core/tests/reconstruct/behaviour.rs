@@ -1,6 +1,7 @@
 //! What the filter does with gaps, other times, known shifts, company, and data it cannot run on.
 
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 use doublet_core::reconstruct::{
     FilterData, FilterSettings, Measurement, ReconstructError, Reconstruction, State, Width, reconstruct,
@@ -14,13 +15,13 @@ use crate::reference::{EQUAL_SETTINGS_SIGMA, largest_difference, largest_differe
 /// The part of the recording from sample `first` to before `last`.
 pub fn window(data: &FilterData, first: usize, last: usize) -> FilterData {
     let mut window = data.clone();
-    window.inputs.time_s = data.inputs.time_s[first..last].to_vec();
+    window.inputs.time_s = data.inputs.time_s[first..last].into();
     for column in &mut window.inputs.columns {
-        *column = column[first..last].to_vec();
+        *column = column[first..last].into();
     }
     for series in &mut window.measurements {
-        series.time_s = series.time_s[first..last].to_vec();
-        series.values = series.values[first..last].to_vec();
+        series.time_s = series.time_s[first..last].into();
+        series.values = series.values[first..last].into();
     }
     window
 }
@@ -34,7 +35,7 @@ fn missing_measurements_match_the_dense_filter_without_their_rows() {
     let Some(citation) = citation::load() else { return };
     let mut data = window(&citation.data, 0, 1_500);
     for (m, series) in data.measurements.iter_mut().enumerate() {
-        for (k, value) in series.values.iter_mut().enumerate().skip(1) {
+        for (k, value) in Arc::make_mut(&mut series.values).iter_mut().enumerate().skip(1) {
             // position every tenth sample, one airspeed gap, the others each missing now and then
             let absent = match m {
                 0..=2 => k % 10 != 0,
@@ -58,8 +59,8 @@ fn measurements_between_inertial_samples_split_the_step() {
     let whole = window(&citation.data, 0, 1_001);
     let mut data = whole.clone();
     let every_second = |values: &[f64]| values.iter().copied().step_by(2).collect::<Vec<f64>>();
-    data.inputs.time_s = every_second(&whole.inputs.time_s);
-    data.inputs.columns = std::array::from_fn(|i| every_second(&whole.inputs.columns[i]));
+    data.inputs.time_s = every_second(&whole.inputs.time_s).into();
+    data.inputs.columns = std::array::from_fn(|i| every_second(&whole.inputs.columns[i]).into());
 
     let settings = citation::settings();
     let result = run(&data, &settings);
@@ -182,15 +183,17 @@ fn refuses_data_it_cannot_filter() {
     assert_eq!(error(&window(&data, 0, 1), &settings), ReconstructError::TooFewSamples { samples: 1 });
 
     let mut unordered = data.clone();
-    unordered.inputs.time_s[7] = unordered.inputs.time_s[6];
+    let times = Arc::make_mut(&mut unordered.inputs.time_s);
+    times[7] = times[6];
     assert!(matches!(error(&unordered, &settings), ReconstructError::UnorderedTime { sample: 7, .. }));
 
     let mut gap = data.clone();
-    gap.inputs.columns[4][20] = f64::NAN;
+    Arc::make_mut(&mut gap.inputs.columns[4])[20] = f64::NAN;
     assert!(matches!(error(&gap, &settings), ReconstructError::InputNotFinite { input: "q", .. }));
 
     let mut short = data.clone();
-    short.measurements[Measurement::Sideslip as usize].values.pop();
+    let beta = &mut short.measurements[Measurement::Sideslip as usize].values;
+    *beta = beta[1..].into();
     let expected = ReconstructError::UnequalLengths { channel: "beta", values: 49, times: 50 };
     assert_eq!(error(&short, &settings), expected);
 
@@ -203,9 +206,9 @@ fn a_loop_ends_with_the_time_it_went_vertical() {
     let Some(citation) = citation::load() else { return };
     let mut data = window(&citation.data, 0, 600);
     for series in &mut data.measurements[..] {
-        (series.time_s, series.values) = (vec![0.0], vec![series.values[0]]);
+        (series.time_s, series.values) = (Arc::new([0.0]), Arc::new([series.values[0]]));
     }
-    data.inputs.columns[4].fill(0.4);
+    Arc::make_mut(&mut data.inputs.columns[4]).fill(0.4);
     match error(&data, &citation::settings()) {
         ReconstructError::NearVertical { time_s, theta_deg } => {
             // from 4.5 deg at 22.9 deg/s

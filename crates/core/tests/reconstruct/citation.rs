@@ -25,11 +25,12 @@ pub fn load() -> Option<Citation> {
         found.unwrap_or_else(|| panic!("no channel {name}")).values().to_vec()
     };
     let time_s = channel("t".into());
-    let columns = std::array::from_fn(|i| channel(format!("u_IMU[{i}]")));
-    let measured = |m: usize| MeasurementSeries { time_s: time_s.clone(), values: channel(format!("z_m[{m}]")) };
+    let columns = std::array::from_fn(|i| channel(format!("u_IMU[{i}]")).into());
+    let measured =
+        |m: usize| MeasurementSeries { time_s: time_s.clone().into(), values: channel(format!("z_m[{m}]")).into() };
     Some(Citation {
         data: FilterData {
-            inputs: InputSeries { time_s: time_s.clone(), columns },
+            inputs: InputSeries { time_s: time_s.clone().into(), columns },
             measurements: std::array::from_fn(measured),
         },
         truth: std::array::from_fn(|i| channel(format!("x_true[{i}]"))),

@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 use doublet_core::reconstruct::{
     AIR_STATES, FilterData, FilterSettings, InputHold, InputSeries, Linearisation, MEASUREMENTS, MeasurementSeries,
@@ -48,16 +49,21 @@ pub fn weaving_flight(random: &mut ChaCha8Rng) -> FilterData {
         (0.075, 0.01),
         (0.0, 0.01),
     ];
-    let mut measurements =
-        outputs.map(|(level, size)| MeasurementSeries { values: wave(level, size, &time_s), time_s: time_s.clone() });
-    measurements[0].values.iter_mut().zip(&time_s).for_each(|(value, time_s)| *value += 80.0 * time_s);
+    let mut measurements = outputs.map(|(level, size)| MeasurementSeries {
+        values: wave(level, size, &time_s).into(),
+        time_s: time_s.clone().into(),
+    });
+    Arc::make_mut(&mut measurements[0].values)
+        .iter_mut()
+        .zip(&time_s)
+        .for_each(|(value, time_s)| *value += 80.0 * time_s);
     let is_synchronous = random.random_bool(0.3);
     for series in &mut measurements {
         if random.random_bool(0.2) {
             *series = MeasurementSeries::default();
             continue;
         }
-        for value in &mut series.values {
+        for value in Arc::make_mut(&mut series.values) {
             if random.random_bool(0.1) {
                 *value = f64::NAN;
             }
@@ -69,7 +75,7 @@ pub fn weaving_flight(random: &mut ChaCha8Rng) -> FilterData {
             series.values = series.values.iter().copied().step_by(every).collect();
         }
     }
-    FilterData { inputs: InputSeries { time_s, columns }, measurements }
+    FilterData { inputs: InputSeries { time_s: time_s.into(), columns: columns.map(Arc::from) }, measurements }
 }
 
 /// One to three linearisations, either hold and linearisation of the transition; noise within a factor of three; random walks, known states and delays.

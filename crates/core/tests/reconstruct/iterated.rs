@@ -1,5 +1,7 @@
 //! The iterated smoother: what it minimises, where it ends, and the problem on which it has nothing to do.
 
+use std::sync::Arc;
+
 use doublet_core::reconstruct::{
     FilterData, FilterSettings, InputSeries, MeasurementSeries, Reconstruction, SMOOTHER_TOLERANCE, Smoothed,
 };
@@ -30,7 +32,7 @@ fn poorly_started() -> Option<(FilterData, FilterSettings)> {
     let citation = citation::load()?;
     let mut data = window(&citation.data, 1_000, 1_600);
     for series in &mut data.measurements[6..] {
-        for (k, value) in series.values.iter_mut().enumerate() {
+        for (k, value) in Arc::make_mut(&mut series.values).iter_mut().enumerate() {
             *value = if k % 50 == 49 { *value } else { f64::NAN };
         }
     }
@@ -84,13 +86,13 @@ fn a_linear_problem_is_solved_by_the_first_pass() {
     let r = settings.measurement_noise;
     let time_s: Vec<f64> = (0..300).map(|k| f64::from(k) * 0.02).collect();
     let g = settings.gravity_m_s2;
-    let columns = std::array::from_fn(|i| column([0.0, 0.0, -g, 0.0, 0.0, 0.0][i], 0.0, q[i]));
+    let columns = std::array::from_fn(|i| column([0.0, 0.0, -g, 0.0, 0.0, 0.0][i], 0.0, q[i]).into());
     let levels = [0.0, 0.0, -900.0, 80.0, 0.0, 0.0, 0.0, 0.0, 0.0, 80.0, 0.0, 0.0];
     let measurements = std::array::from_fn(|m| MeasurementSeries {
-        time_s: time_s.clone(),
-        values: column(levels[m], if m == 0 { 80.0 } else { 0.0 }, r[m]),
+        time_s: time_s.clone().into(),
+        values: column(levels[m], if m == 0 { 80.0 } else { 0.0 }, r[m]).into(),
     });
-    let data = FilterData { inputs: InputSeries { time_s, columns }, measurements };
+    let data = FilterData { inputs: InputSeries { time_s: time_s.into(), columns }, measurements };
     let (plain, _) = smoothed(&data, &settings, 1);
     let (iterated, _) = smoothed(&data, &settings, 10);
     assert_eq!(iterated.costs.len(), 2);

@@ -82,11 +82,11 @@ fn a_recording_without_position_and_ground_velocity_gives_the_published_gyro_bia
             (Measurement::Sideslip, 13, deg),
         ] {
             measurements[measurement as usize] =
-                MeasurementSeries { time_s: time_s.clone(), values: column(i, factor) };
+                MeasurementSeries { time_s: time_s.clone().into(), values: column(i, factor).into() };
         }
         let factors = [(1, 1.0), (2, 1.0), (3, 1.0), (6, deg), (7, deg), (8, deg)];
-        let columns = factors.map(|(i, factor)| column(i, factor));
-        let data = FilterData { inputs: InputSeries { time_s, columns }, measurements };
+        let columns = factors.map(|(i, factor)| column(i, factor).into());
+        let data = FilterData { inputs: InputSeries { time_s: time_s.into(), columns }, measurements };
         let result = run(&data, &FilterSettings { gravity_m_s2: 9.80, ..FilterSettings::default() });
         let last = result.time_s.len() - 1;
         for (k, expected) in ATTAS_GYRO_BIASES.into_iter().enumerate() {

@@ -1,6 +1,7 @@
 //! Noise settings and delays that the measurements themselves tell.
 
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 use doublet_core::reconstruct::tuning::delay::{comparable, refine_delay};
 use doublet_core::reconstruct::tuning::noise::{
@@ -105,7 +106,7 @@ fn good_samples_are_not_taken_for_outliers() {
     // Twelve measurements, each of which loses a sample once in twenty recordings: more than three once in four hundred. At 3.29
     // deviations it were 72 of 72,000, and the deviations 0.6 % too small.
     assert!(outliers.iter().sum::<usize>() <= 3, "{outliers:?}");
-    let lost = data.measurements.iter().flat_map(|series| &series.values).filter(|value| value.is_nan()).count();
+    let lost = data.measurements.iter().flat_map(|series| series.values.iter()).filter(|value| value.is_nan()).count();
     assert_eq!(lost, outliers.iter().sum::<usize>());
 }
 
@@ -114,7 +115,7 @@ fn outliers_are_left_out() {
     let Some(citation) = citation::load() else { return };
     let mut data = window(&citation.data, 0, 1_000);
     for k in [200, 400, 650, 990] {
-        data.measurements[Measurement::Airspeed as usize].values[k] += 5.0;
+        Arc::make_mut(&mut data.measurements[Measurement::Airspeed as usize].values)[k] += 5.0;
     }
     let (clean, outliers) = without_outliers(&data, &run(&data, &settings()), &settings());
     assert!((4..10).contains(&outliers[Measurement::Airspeed as usize]), "{outliers:?}");
@@ -197,7 +198,8 @@ fn an_injected_delay_is_refined_to_its_standard_error() {
     for measurements in [vec![Measurement::BankAngle], vec![Measurement::VelocityNorth, Measurement::VelocityEast]] {
         let mut data = citation.data.clone();
         for measurement in &measurements {
-            data.measurements[*measurement as usize].time_s.iter_mut().for_each(|time| *time += DELAY_S);
+            let times = Arc::make_mut(&mut data.measurements[*measurement as usize].time_s);
+            times.iter_mut().for_each(|time| *time += DELAY_S);
         }
         let settings = settings();
         let data = comparable(&data, &measurements, &settings, 0.25);
@@ -226,7 +228,7 @@ fn a_delay_that_is_set_is_taken_out() {
     let mut late = data.clone();
     let mut settings = settings();
     for m in [Measurement::AngleOfAttack, Measurement::PositionNorth].map(|m| m as usize) {
-        late.measurements[m].time_s.iter_mut().for_each(|time| *time += 0.05);
+        Arc::make_mut(&mut late.measurements[m].time_s).iter_mut().for_each(|time| *time += 0.05);
         settings.measurement_delay_s[m] = 0.05;
     }
     let expected = run(&data, &FilterSettings { measurement_delay_s: [0.0; 12], ..settings.clone() });

@@ -1,5 +1,7 @@
 //! The filter over many realisations of the noise: whether its covariance means what it says.
 
+use std::sync::Arc;
+
 use doublet_core::prep::cumulative_trapezoid;
 use doublet_core::reconstruct::consistency::{filter_smoother_disagreement, final_nees, mean_band};
 use doublet_core::reconstruct::tuning::noise::{FURTHEST, NoiseProposalSettings, likelihood, propose_noise};
@@ -57,8 +59,8 @@ fn realisation(clean: &Clean, seed: u64) -> (FilterData, [f64; 18]) {
         }
     };
     let measurements = std::array::from_fn(|m| MeasurementSeries {
-        time_s: clean.time_s.clone(),
-        values: noisy(true_values(m), 0.0, settings.measurement_noise[m]),
+        time_s: clean.time_s.clone().into(),
+        values: noisy(true_values(m), 0.0, settings.measurement_noise[m]).into(),
     });
     let last = |values: &[f64]| values[values.len() - 1];
     let [speed, alpha, beta] = [9, 10, 11].map(|m| last(true_values(m)));
@@ -72,7 +74,13 @@ fn realisation(clean: &Clean, seed: u64) -> (FilterData, [f64; 18]) {
     truth[4] = speed * beta.sin();
     truth[5] = speed * alpha.sin() * beta.cos();
     truth[9..15].copy_from_slice(&bias);
-    (FilterData { inputs: InputSeries { time_s: clean.time_s.clone(), columns }, measurements }, truth)
+    (
+        FilterData {
+            inputs: InputSeries { time_s: clean.time_s.clone().into(), columns: columns.map(Arc::from) },
+            measurements,
+        },
+        truth,
+    )
 }
 
 /// Realisations of each manoeuvre.
@@ -120,8 +128,11 @@ fn likelihood_without_a_maximum_ends_at_a_bound_that_is_said() {
     let (time_s, ground) = (cut(&clean.time_s), [0, 1, 2].map(|i| cut(&clean.measured[i])));
     let position = ground.each_ref().map(|speed| cumulative_trapezoid(&time_s, speed).unwrap());
     let values = position.into_iter().chain(clean.measured.each_ref().map(|values| cut(values)));
-    let series = values.map(|values| MeasurementSeries { time_s: time_s.clone(), values }).collect::<Vec<_>>();
-    let inputs = InputSeries { time_s, columns: clean.inputs.each_ref().map(|values| cut(values)) };
+    let series = values
+        .map(|values| MeasurementSeries { time_s: time_s.clone().into(), values: values.into() })
+        .collect::<Vec<_>>();
+    let inputs =
+        InputSeries { time_s: time_s.into(), columns: clean.inputs.each_ref().map(|values| cut(values).into()) };
     let data = FilterData { inputs, measurements: series.try_into().unwrap() };
     let settings = FilterSettings { gravity_m_s2: TRUE_GRAVITY, ..citation::settings() };
     let found = propose_noise(

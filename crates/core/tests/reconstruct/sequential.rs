@@ -17,13 +17,13 @@ const EQUAL_SIGMA: f64 = 1e-6;
 fn part(data: &FilterData, first: usize, last: usize) -> FilterData {
     let mut part = data.clone();
     let time_s = &data.inputs.time_s;
-    part.inputs.time_s = time_s[first..=last].to_vec();
-    part.inputs.columns.iter_mut().for_each(|column| *column = column[first..=last].to_vec());
+    part.inputs.time_s = time_s[first..=last].into();
+    part.inputs.columns.iter_mut().for_each(|column| *column = column[first..=last].into());
     for series in &mut part.measurements {
         let inside = |time: &f64| *time > time_s[first] + 1e-9 && *time <= time_s[last] + 1e-9;
-        let kept = series.time_s.iter().zip(&series.values).filter(|(time, _)| inside(time));
-        let (time_s, values) = kept.map(|(time, value)| (*time, *value)).unzip();
-        *series = MeasurementSeries { time_s, values };
+        let kept = series.time_s.iter().zip(series.values.iter()).filter(|(time, _)| inside(time));
+        let (time_s, values): (Vec<f64>, Vec<f64>) = kept.map(|(time, value)| (*time, *value)).unzip();
+        *series = MeasurementSeries { time_s: time_s.into(), values: values.into() };
     }
     part
 }

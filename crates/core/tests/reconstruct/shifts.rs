@@ -11,6 +11,8 @@
 //! turns the air velocity against the ground), of airspeed (its state is a factor, not a constant), and of alpha and beta whose
 //! offsets are not estimated.
 
+use std::sync::Arc;
+
 use doublet_core::reconstruct::{
     AirState, FilterData, FilterSettings, Input, Measurement, Method, Reconstruction, State,
 };
@@ -32,7 +34,8 @@ fn shifted(data: &FilterData, measurement: Measurement, shift: impl Fn(f64) -> f
     let mut data = data.clone();
     let start_s = data.inputs.time_s[0];
     let series = &mut data.measurements[measurement as usize];
-    series.values.iter_mut().zip(&series.time_s).for_each(|(value, time)| *value += shift(time - start_s));
+    let values = Arc::make_mut(&mut series.values);
+    values.iter_mut().zip(series.time_s.iter()).for_each(|(value, time)| *value += shift(time - start_s));
     data
 }
 
@@ -72,7 +75,8 @@ fn a_constant_on_an_inertial_channel_moves_its_bias_and_nothing_else() {
         for (input, bias) in Input::ALL.into_iter().zip(biases) {
             let shift = if bias as usize <= State::BiasAz as usize { 0.7 } else { 0.02 };
             let mut other = data.clone();
-            other.inputs.columns[input as usize].iter_mut().for_each(|value| *value += shift);
+            let column = Arc::make_mut(&mut other.inputs.columns[input as usize]);
+            column.iter_mut().for_each(|value| *value += shift);
             let mut settings = begun(settings.clone(), &plain);
             settings.initial_state[bias as usize] = Some(plain.states[bias as usize][0] + shift);
             let moved = run(&other, &settings);

@@ -51,11 +51,11 @@ struct Flown {
 fn engine(vehicle: &Vehicle, index: usize, thrust_n: f64, samples: usize) -> Engine {
     let engine = &vehicle.powerplant.engines[index];
     Engine {
-        thrust_n: vec![thrust_n; samples],
+        thrust_n: vec![thrust_n; samples].into(),
         position: Position::Datum(engine.station.position_from_datum_m),
         direction_body: engine.thrust_direction_body().into(),
         rotor_inertia_kg_m2: engine.rotation.sign() * engine.rotor_inertia_kg_m2,
-        speed_rad_s: vec![[246.0, 230.0][index]; samples],
+        speed_rad_s: vec![[246.0, 230.0][index]; samples].into(),
     }
 }
 
@@ -131,15 +131,19 @@ fn flown_with(seconds: f64, load: impl Fn(&mut Loading)) -> Flown {
     let [aileron, elevator, rudder] = controls;
     let data = AeroData {
         time_s: (0..steps).map(|k| 100.0 + k as f64 * STEP_S).collect(),
-        airspeed_m_s: column(&|state| flow(state).airspeed_m_s),
-        alpha_rad: column(&|state| flow(state).alpha_rad),
-        beta_rad: column(&|state| flow(state).beta_rad),
+        airspeed_m_s: column(&|state| flow(state).airspeed_m_s).into(),
+        alpha_rad: column(&|state| flow(state).alpha_rad).into(),
+        beta_rad: column(&|state| flow(state).beta_rad).into(),
         rates_rad_s: [0, 1, 2].map(|axis| column(&|state| state.rates_rad_s[axis])),
         specific_force_m_s2: [0, 1, 2].map(|_| vec![0.0; steps]),
         accelerometer: None,
         angular_acceleration_rad_s2: None,
-        density_kg_m3: vec![environment.density_kg_m3; steps],
-        controls: BTreeMap::from([(Role::Aileron, aileron), (Role::Elevator, elevator), (Role::Rudder, rudder)]),
+        density_kg_m3: vec![environment.density_kg_m3; steps].into(),
+        controls: BTreeMap::from([
+            (Role::Aileron, aileron.into()),
+            (Role::Elevator, elevator.into()),
+            (Role::Rudder, rudder.into()),
+        ]),
         mass: MassHistory::Constant(body.properties),
         engines,
         propeller_pressure: None,
@@ -285,9 +289,9 @@ fn one_axis_flies_as_all_six_degrees_of_freedom_do_when_the_other_moves_as_it_di
 /// The recording of a response: what `coefficients` gets of a flown window.
 fn recorded(flown: &Flown, response: &Response) -> AeroData {
     AeroData {
-        airspeed_m_s: response.airspeed_m_s.clone(),
-        alpha_rad: response.alpha_rad.clone(),
-        beta_rad: response.beta_rad.clone(),
+        airspeed_m_s: response.airspeed_m_s.clone().into(),
+        alpha_rad: response.alpha_rad.clone().into(),
+        beta_rad: response.beta_rad.clone().into(),
         rates_rad_s: response.rates_rad_s.clone(),
         specific_force_m_s2: response.specific_force_m_s2.clone(),
         angular_acceleration_rad_s2: Some(response.angular_acceleration_rad_s2.clone()),

@@ -40,21 +40,25 @@ fn pitching(mass: MassProperties) -> AeroData {
     };
     let q_dot: Vec<f64> = (0..time_s.len()).map(|k| moment(k) * scale / mass.inertia.yy).collect();
     AeroData {
-        airspeed_m_s: vec![airspeed; time_s.len()],
-        beta_rad: still(),
+        airspeed_m_s: vec![airspeed; time_s.len()].into(),
+        beta_rad: still().into(),
         rates_rad_s: [still(), q, still()],
         specific_force_m_s2: [still(), still(), alpha.iter().map(|alpha| -60.0 * alpha - 5.0).collect()],
         accelerometer: None,
         angular_acceleration_rad_s2: Some([still(), q_dot, still()]),
-        density_kg_m3: vec![density; time_s.len()],
-        controls: BTreeMap::from([(Role::Elevator, elevator), (Role::Aileron, still()), (Role::Rudder, still())]),
+        density_kg_m3: vec![density; time_s.len()].into(),
+        controls: BTreeMap::from([
+            (Role::Elevator, elevator.into()),
+            (Role::Aileron, still().into()),
+            (Role::Rudder, still().into()),
+        ]),
         mass: MassHistory::Constant(mass),
         engines: Vec::new(),
         propeller_pressure: None,
         altitude_m: None,
         mach: None,
-        alpha_rad: alpha,
-        time_s,
+        alpha_rad: alpha.into(),
+        time_s: time_s.into(),
     }
 }
 

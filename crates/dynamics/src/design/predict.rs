@@ -1,6 +1,7 @@
 //! Standard errors to expect of the derivatives from manoeuvres that are planned.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use doublet_core::airframe::MassHistory;
 use doublet_core::estimate::{Constraint, ExpectedErrors, PooledRegression, PooledWindow, ResidualNoise};
@@ -103,26 +104,27 @@ pub fn window_variables(
     settings: &CoefficientSettings,
 ) -> Result<Variables, DesignError> {
     let condition = &plant.trim.condition;
-    let column = |of: &dyn Fn(usize) -> f64| -> Vec<f64> { (0..flown.time_s.len()).map(of).collect() };
+    let column = |of: &dyn Fn(usize) -> f64| -> Arc<[f64]> { (0..flown.time_s.len()).map(of).collect() };
+    let each = |of: &dyn Fn(usize) -> f64| -> Vec<f64> { (0..flown.time_s.len()).map(of).collect() };
     let airspeed_m_s = column(&|k| flown.air[k][0]);
     let roles = [Role::Aileron, Role::Elevator, Role::Rudder];
-    let controls: BTreeMap<Role, Vec<f64>> =
+    let controls: BTreeMap<Role, Arc<[f64]>> =
         roles.into_iter().enumerate().map(|(surface, role)| (role, column(&|k| flown.inputs[k][surface]))).collect();
     let engine = |line: &crate::linear::ThrustLine| Engine {
         thrust_n: column(&|k| line.share * flown.inputs[k][3]),
         position: line.position,
         direction_body: line.direction_body,
         rotor_inertia_kg_m2: 0.0,
-        speed_rad_s: Vec::new(),
+        speed_rad_s: Arc::default(),
     };
     let data = AeroData {
         alpha_rad: column(&|k| flown.air[k][1]),
         beta_rad: column(&|k| flown.air[k][2]),
-        rates_rad_s: [3, 4, 5].map(|state| column(&|k| flown.states[k][state])),
-        specific_force_m_s2: [0, 1, 2].map(|axis| column(&|k| flown.specific_force_m_s2[k][axis])),
+        rates_rad_s: [3, 4, 5].map(|state| each(&|k| flown.states[k][state])),
+        specific_force_m_s2: [0, 1, 2].map(|axis| each(&|k| flown.specific_force_m_s2[k][axis])),
         accelerometer: None,
         angular_acceleration_rad_s2: None,
-        density_kg_m3: flown.density_kg_m3.clone(),
+        density_kg_m3: flown.density_kg_m3.as_slice().into(),
         controls,
         mass: MassHistory::Constant(condition.mass),
         engines: plant.model.engines.iter().map(engine).collect(),
@@ -131,7 +133,7 @@ pub fn window_variables(
         })),
         altitude_m: Some(column(&|k| flown.states[k][11])),
         mach: Some(column(&|k| flown.air[k][0] / flown.speed_of_sound_m_s[k])),
-        time_s: flown.time_s.clone(),
+        time_s: flown.time_s.as_slice().into(),
         airspeed_m_s,
     };
     // Designed deflections are those in the air: lags between a recording and the air are not in them.

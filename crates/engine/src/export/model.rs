@@ -288,7 +288,7 @@ mod tests {
             windows: vec![("w".to_owned(), 40)],
             fit: Ok(fit),
             corrected_errors,
-            series: Vec::new(),
+            series: None,
             dropped: Vec::new(),
         };
         let mut reference = ReferenceGeometry::conventional(18.0, 11.0, 1.6);

@@ -1,6 +1,7 @@
 //! From samples as they come to what is known of the flight.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::sync::Arc;
 
 use doublet_core::airframe::calibrated_m_s;
 use doublet_core::load::stream::RoleSample;
@@ -8,8 +9,8 @@ use doublet_core::model::Variable;
 use doublet_core::prep::Differentiation;
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::{
-    FilterData, FilterSettings, FilteredSample, INPUTS, InputSeries, MEASUREMENTS, MeasurementSeries, Reconstruction,
-    STATES, SequentialFilter, State, ValidSettings,
+    FilterData, FilterSettings, FilteredSample, InputSeries, MEASUREMENTS, MeasurementSeries, Reconstruction, STATES,
+    SequentialFilter, State, ValidSettings,
 };
 use doublet_core::series::{Recording, TimeRange, gap_threshold_s};
 
@@ -287,16 +288,16 @@ impl LivePipeline {
             return Ok(());
         }
         let first = grid.next.saturating_sub(grid.reach);
-        let times: Vec<f64> = (first..=last).map(|index| grid.time_s(index)).collect();
+        let times: Arc<[f64]> = (first..=last).map(|index| grid.time_s(index)).collect();
         let path = reconstruction(&self.path, &times);
-        let inputs = InputSeries { time_s: times, columns: [const { Vec::new() }; INPUTS] };
-        let data = FilterData { inputs, measurements: std::array::from_fn(|_| MeasurementSeries::default()) };
+        let inputs = InputSeries { time_s: times, columns: Default::default() };
+        let data = Arc::new(FilterData { inputs, measurements: std::array::from_fn(|_| MeasurementSeries::default()) });
         grid.next = end;
         self.grid = Some(grid);
         let formed =
             aero(recording, (&data, &path), aircraft, &self.settings.preparation).map_err(|error| error.to_string())?;
         if self.estimates.as_ref().is_some_and(|estimates| estimates.is_airborne) {
-            for (airspeed, density) in formed.data.airspeed_m_s.iter().zip(&formed.data.density_kg_m3) {
+            for (airspeed, density) in formed.data.airspeed_m_s.iter().zip(formed.data.density_kg_m3.iter()) {
                 note(&mut self.extremes, Role::CalibratedAirspeed.name(), calibrated_m_s(*airspeed, *density));
             }
         }
@@ -395,21 +396,21 @@ fn part(data: &FilterData, from_s: f64, end_s: f64) -> FilterData {
     let time_s = &data.inputs.time_s;
     let first = time_s.partition_point(|time| *time < from_s - 1e-9);
     let end = time_s.partition_point(|time| *time <= end_s + 1e-9).max(first);
-    let cut = |column: &Vec<f64>| column[first..end].to_vec();
-    let inputs = InputSeries { time_s: cut(time_s), columns: data.inputs.columns.each_ref().map(cut) };
+    let cut = |column: &Arc<[f64]>| Arc::from(&column[first..end]);
+    let inputs = InputSeries { time_s: time_s[first..end].into(), columns: data.inputs.columns.each_ref().map(cut) };
     let measurements = data.measurements.each_ref().map(|series| {
         let first = series.time_s.partition_point(|time| *time <= from_s);
         let end = series.time_s.partition_point(|time| *time <= end_s).max(first);
-        MeasurementSeries { time_s: series.time_s[first..end].to_vec(), values: series.values[first..end].to_vec() }
+        MeasurementSeries { time_s: series.time_s[first..end].into(), values: series.values[first..end].into() }
     });
     FilterData { inputs, measurements }
 }
 
 /// The filtered path at the times of a grid, by straight lines.
-fn reconstruction(path: &VecDeque<FilteredSample>, times: &[f64]) -> Reconstruction {
+fn reconstruction(path: &VecDeque<FilteredSample>, times: &Arc<[f64]>) -> Reconstruction {
     let mut states: [Vec<f64>; STATES] = std::array::from_fn(|_| Vec::with_capacity(times.len()));
     let mut after = 0;
-    for &time_s in times {
+    for &time_s in times.iter() {
         while path.get(after).is_some_and(|sample| sample.time_s < time_s) && after + 1 < path.len() {
             after += 1;
         }
@@ -425,10 +426,10 @@ fn reconstruction(path: &VecDeque<FilteredSample>, times: &[f64]) -> Reconstruct
     Reconstruction {
         states,
         deviations: std::array::from_fn(|_| zeros()),
-        update_time_s: times.to_vec(),
-        time_s: times.to_vec(),
-        innovations: std::array::from_fn(|_| zeros()),
-        innovation_deviations: std::array::from_fn(|_| zeros()),
+        update_time_s: Arc::clone(times),
+        time_s: Arc::clone(times),
+        innovations: std::array::from_fn(|_| Vec::new()),
+        innovation_deviations: std::array::from_fn(|_| Vec::new()),
         nis: zeros(),
         nis_degrees: vec![0; times.len()],
         log_likelihood: f64::NAN,

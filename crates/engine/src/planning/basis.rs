@@ -1,6 +1,7 @@
 //! What the design of the next inputs starts from: the identified model, the noise its fits left, limits and disturbances as flown.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use doublet_core::airframe::MassProperties;
 use doublet_core::estimate::Coloured;
@@ -154,20 +155,23 @@ impl Motion {
         let step_s = median_step(&data.time_s)?;
         let settled = ((0.5 / step_s).round() as usize).clamp(1, samples);
         let mean = |values: &[f64]| values.iter().take(settled).sum::<f64>() / settled as f64;
-        let state = |state: State| -> Option<Vec<f64>> {
+        let state = |state: State| -> Option<Arc<[f64]>> {
             let states = path.smoothed.as_ref().map_or(&path.states, |smoothed| &smoothed.states);
             let offset = path.time_s.partition_point(|time| *time < data.time_s[0] - 0.5 * step_s);
             let values = states[state as usize].get(offset..offset + samples)?;
-            Some(values.to_vec())
+            Some(values.into())
         };
         let force = specific_force_at_cg(data, &aero.settings).ok()?;
         let columns = [
-            (Quantity::Alpha, Some(data.alpha_rad.clone())),
-            (Quantity::Beta, Some(data.beta_rad.clone())),
+            (Quantity::Alpha, Some(Arc::clone(&data.alpha_rad))),
+            (Quantity::Beta, Some(Arc::clone(&data.beta_rad))),
             (Quantity::LoadFactor, Some(force[2].iter().map(|z| -z / gravity_m_s2).collect())),
-            (Quantity::RollRate, Some(data.rates_rad_s[0].clone())),
-            (Quantity::Airspeed, Some(data.airspeed_m_s.clone())),
-            (Quantity::Altitude, data.altitude_m.clone().or_else(|| state(State::PositionDown).map(negated))),
+            (Quantity::RollRate, Some(data.rates_rad_s[0].as_slice().into())),
+            (Quantity::Airspeed, Some(Arc::clone(&data.airspeed_m_s))),
+            (
+                Quantity::Altitude,
+                data.altitude_m.clone().or_else(|| state(State::PositionDown).map(|down| negated(&down))),
+            ),
             (Quantity::Bank, state(State::BankAngle)),
         ];
         let (mut first, mut range) = (BTreeMap::new(), BTreeMap::new());
@@ -180,7 +184,7 @@ impl Motion {
             range.insert(quantity, ends);
         }
         let peak = |role: Role| {
-            let values = data.controls.get(&role).map_or(&[][..], Vec::as_slice);
+            let values = data.controls.get(&role).map_or(&[][..], |values| &**values);
             let about = mean(values);
             values.iter().map(|value| (value - about).abs()).fold(0.0, f64::max)
         };
@@ -198,8 +202,8 @@ impl Motion {
     }
 }
 
-fn negated(values: Vec<f64>) -> Vec<f64> {
-    values.into_iter().map(|value| -value).collect()
+fn negated(values: &[f64]) -> Arc<[f64]> {
+    values.iter().map(|value| -value).collect()
 }
 
 /// How the windows near the condition began, or all of them where none was near, airspeed and altitude then those of the condition: the

@@ -433,8 +433,8 @@ impl Campaign {
 /// Median airspeed (m/s) and altitude (m) of a window, and its mass (kg).
 fn condition_of(window: &Manoeuvre, snapshot: &Snapshot) -> Option<(f64, Option<f64>, f64)> {
     let aero = snapshot.windows.get(&window.name)?.aero.ready()?;
-    let airspeed = median(&mut aero.data.airspeed_m_s.clone())?;
-    let altitude = aero.data.altitude_m.as_ref().and_then(|altitude| median(&mut altitude.clone()));
+    let airspeed = median(&mut aero.data.airspeed_m_s.to_vec())?;
+    let altitude = aero.data.altitude_m.as_ref().and_then(|altitude| median(&mut altitude.to_vec()));
     Some((airspeed, altitude, aero.data.mass.first()?.mass_kg))
 }
 
@@ -466,7 +466,7 @@ pub fn flown_points(session: &Session, snapshot: &Snapshot) -> Vec<FlownPoint> {
     let row = |window: &Manoeuvre| {
         let (airspeed_m_s, altitude_m, mass_kg) = condition_of(window, snapshot)?;
         let aero = snapshot.windows.get(&window.name)?.aero.ready()?;
-        let density = median(&mut aero.data.density_kg_m3.clone())?;
+        let density = median(&mut aero.data.density_kg_m3.to_vec())?;
         let force = doublet_core::model::specific_force_at_cg(&aero.data, &aero.settings).ok()?;
         let loads = force[2].iter().map(|z| -z / session.filter.gravity_m_s2);
         let (low, high) = loads.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));

@@ -81,7 +81,7 @@ fn longest_run(values: &[f64], first: usize, holds: impl Fn(f64) -> bool) -> Opt
 
 /// Recorded deflection of a surface, rad.
 pub fn deflection(surface: Surface, aero: &WindowAero) -> Option<&[f64]> {
-    aero.data.controls.get(&surface.role()).map(Vec::as_slice)
+    aero.data.controls.get(&surface.role()).map(|column| &**column)
 }
 
 /// What the record lacks of what the rule asks for, in words; empty where it lacks nothing. `cycles` are those of its free response.

@@ -280,7 +280,7 @@ fn unused_row(judged: &FitVerdict) -> FitRow {
         windows: Vec::new(),
         fit: Err(NO_WINDOW.into()),
         corrected_errors: Vec::new(),
-        series: Vec::new(),
+        series: None,
         dropped: Vec::new(),
     };
     fit_row(&fit, Some(judged))

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::hash::{Hash, Hasher};
+use std::sync::Arc;
 
 use doublet_core::estimate::{
     ErrorTerm, Freedom, NoiseModel, OutputErrorSettings, Sensor, SensorError, SensorErrorSettings,
@@ -104,12 +105,12 @@ impl ErrorValues {
             (value - self.value(SensorError::Bias(sensor))) / (1.0 + self.value(SensorError::Scale(sensor)))
         };
         for input in Input::ALL {
-            for value in &mut data.inputs.columns[input as usize] {
+            for value in Arc::make_mut(&mut data.inputs.columns[input as usize]) {
                 *value = free(Sensor::Input(input), *value);
             }
         }
         for measurement in Measurement::ALL {
-            for value in &mut data.measurements[measurement as usize].values {
+            for value in Arc::make_mut(&mut data.measurements[measurement as usize].values) {
                 *value = free(Sensor::Measurement(measurement), *value);
             }
         }
@@ -117,6 +118,7 @@ impl ErrorValues {
         let (forces, rates) = data.inputs.columns.split_at_mut(3);
         for group in [forces, rates] {
             let [along, across, down] = group else { continue };
+            let [along, across, down] = [along, across, down].map(Arc::make_mut);
             for ((x, y), z) in along.iter_mut().zip(across).zip(down) {
                 (*x, *y, *z) = (*x + ey * *z - ez * *y, *y + ez * *x - ex * *z, *z + ex * *y - ey * *x);
             }

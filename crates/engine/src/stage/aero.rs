@@ -85,7 +85,7 @@ impl AirDensity {
 
 impl Footprint for WindowAero {
     fn bytes(&self) -> usize {
-        self.data.time_s.len() * 65 * 8
+        self.data.time_s.len() * 36 * 8
     }
 }
 
@@ -113,9 +113,10 @@ impl WindowAero {
     pub fn form(data: AeroData, settings: CoefficientSettings, air_density: AirDensity) -> StageResult<Self> {
         let coefficients = coefficients(&data, &settings)?;
         let variables = variables(&data, &settings)?;
-        let time_s: Arc<[f64]> = coefficients.time_s.as_slice().into();
-        let series = Coefficient::ALL
-            .map(|c| Series { time_s: Arc::clone(&time_s), values: Arc::clone(&coefficients.columns[c as usize]) });
+        let series = Coefficient::ALL.map(|c| Series {
+            time_s: Arc::clone(&coefficients.time_s),
+            values: Arc::clone(&coefficients.columns[c as usize]),
+        });
         Ok(Self {
             data,
             settings,
@@ -177,7 +178,7 @@ pub fn aero_along(
 /// One line: nothing left of the window after settling, a control with a gap, or what the model refuses.
 pub fn aero(
     recording: &Recording,
-    (data, path): (&FilterData, &Reconstruction),
+    (data, path): (&Arc<FilterData>, &Reconstruction),
     aircraft: &AircraftData,
     preparation: &Preparation,
 ) -> StageResult<WindowAero> {
@@ -243,7 +244,7 @@ fn recorded_angular_acceleration(window: &WindowContext) -> StageResult<[Vec<f64
     let mut found = [const { Vec::new() }; 3];
     for (column, (acceleration, rate)) in found.iter_mut().zip(ANGULAR_ACCELERATIONS) {
         *column = match (window.values(acceleration)?, window.values(rate)?) {
-            (Some(values), _) => values,
+            (Some(values), _) => values.to_vec(),
             (None, None) => vec![0.0; window.time_s.len()],
             (None, Some(_)) => {
                 let (name, rate) = (acceleration.name(), rate.name());
@@ -271,14 +272,14 @@ fn aero_data(
 ) -> StageResult<Formed> {
     let mut warnings = Vec::new();
     let Motion { airspeed_m_s, alpha_rad, beta_rad, biases, down_m } = motion(window.first, path, preparation)?;
-    let time_s = window.time_s.clone();
+    let time_s = Arc::clone(&window.time_s);
     // The filter has the specific force moved to the centre of gravity; here it is wanted as measured, to be moved with the
     // centre of gravity of each sample and the differentiation of the coefficients.
     let accelerometer = aircraft.accelerometer.filter(|_| preparation.correct_accelerometer);
     let [ax, ay, az, p, q, r] = unbiased_inputs(window, &biases)?;
     let rates_rad_s = [p, q, r];
     let origin_m = preparation.origin_altitude_m;
-    let (altitude_m, standard): (Vec<f64>, _) = match window.values(Role::Altitude)? {
+    let (altitude_m, standard): (Arc<[f64]>, _) = match window.values(Role::Altitude)? {
         Some(altitude) => (altitude, AirDensity::RecordedAltitude),
         None => (down_m.iter().map(|down| origin_m - down).collect(), AirDensity::AssumedAltitude(origin_m)),
     };
@@ -340,9 +341,9 @@ fn aero_data(
 
 /// What the path says of the motion from some sample on.
 struct Motion {
-    airspeed_m_s: Vec<f64>,
-    alpha_rad: Vec<f64>,
-    beta_rad: Vec<f64>,
+    airspeed_m_s: Arc<[f64]>,
+    alpha_rad: Arc<[f64]>,
+    beta_rad: Arc<[f64]>,
     /// Of each inertial channel. A bias without a random walk is one number: its estimate from the whole window.
     biases: [f64; INPUTS],
     down_m: Vec<f64>,
@@ -378,16 +379,16 @@ pub(crate) fn states_of(path: &Reconstruction, source: PathSource) -> StageResul
 fn unbiased_inputs(window: &WindowContext, biases: &[f64; INPUTS]) -> StageResult<[Vec<f64>; INPUTS]> {
     let mut columns: [Vec<f64>; INPUTS] = Default::default();
     for (input, bias) in Input::ALL.into_iter().zip(biases) {
-        let Some(recorded) = window.values(input.role())? else {
+        let Some(recorded) = window.recorded(input)? else {
             columns[input as usize] = vec![0.0; window.time_s.len()];
             continue;
         };
-        columns[input as usize] = recorded.into_iter().map(|value| value - bias).collect();
+        columns[input as usize] = recorded.iter().map(|value| value - bias).collect();
     }
     Ok(columns)
 }
 
-fn air_temperature(window: &WindowContext, altitude_m: &[f64]) -> StageResult<Vec<f64>> {
+fn air_temperature(window: &WindowContext, altitude_m: &[f64]) -> StageResult<Arc<[f64]>> {
     if let Some(temperature) = window.values(Role::AirTemperature)? {
         return Ok(temperature);
     }
@@ -400,14 +401,14 @@ fn air_density(
     window: &WindowContext,
     altitude_m: &[f64],
     standard: AirDensity,
-) -> StageResult<(Vec<f64>, AirDensity)> {
+) -> StageResult<(Arc<[f64]>, AirDensity)> {
     if let Some(density) = window.values(Role::AirDensity)? {
         return Ok((density, AirDensity::Recorded));
     }
     let pressure = window.values(Role::StaticPressure)?;
     let temperature = window.values(Role::AirTemperature)?;
     if let (Some(pressure), Some(temperature)) = (pressure, temperature) {
-        let pairs = pressure.iter().zip(&temperature);
+        let pairs = pressure.iter().zip(temperature.iter());
         let density = pairs.map(|(&p, &t)| density_kg_m3(p, t));
         return Ok((density.collect::<Result<_, _>>()?, AirDensity::PressureAndTemperature));
     }

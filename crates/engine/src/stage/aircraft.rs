@@ -230,7 +230,7 @@ impl AircraftData {
         if !tanks.is_empty() {
             return Ok(Fuel::Tanks(tanks));
         }
-        let mut fuel_kg = channel_at(recording, channel, Role::FuelMass.name(), time_s)?;
+        let mut fuel_kg = channel_at(recording, channel, Role::FuelMass.name(), time_s)?.to_vec();
         if self.fuel_is_stated {
             let at_start_kg = first_finite(&channel.series);
             fuel_kg.iter_mut().for_each(|fuel| *fuel = (stated_kg - (at_start_kg - *fuel)).clamp(0.0, stated_kg));
@@ -259,7 +259,7 @@ impl AircraftData {
         for tank in &self.loaded.aircraft.tanks {
             let name = tank_channel(&tank.name);
             let Some(channel) = recording.channels.iter().find(|channel| channel.name == name) else { continue };
-            let mut fuel_kg = channel_at(recording, channel, &name, time_s)?;
+            let mut fuel_kg = channel_at(recording, channel, &name, time_s)?.to_vec();
             let shift_kg = self.tank_shift_kg(tank, &channel.series);
             fuel_kg.iter_mut().for_each(|fuel| {
                 *fuel = fuel.min(tank.capacity_kg);

@@ -92,7 +92,7 @@ pub struct KindSummary {
 /// Residuals of the fits of one window.
 pub fn residual_studies(fits: &WindowFits) -> Vec<ResidualStudy> {
     let one = |fit: &CoefficientFit| {
-        let (_, residual) = fit.series.first()?;
+        let residual = &fit.series.as_ref()?.residual;
         let samples = residual.values.len();
         let lags = (samples / LAG_PART).min(MOST_LAGS);
         let length_s = residual.time_s.last()? - residual.time_s.first()?;

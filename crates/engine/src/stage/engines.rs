@@ -1,5 +1,7 @@
 //! Thrust, rotor momentum and total-pressure rise of the engines over one window.
 
+use std::sync::Arc;
+
 use doublet_core::model::{Engine, Position};
 use doublet_core::propulsion::{EngineColumns, OffRange};
 use doublet_core::quantity::Role;
@@ -52,7 +54,7 @@ pub struct Engines {
     /// Each engine whose thrust is recorded, or follows from its speed and manifold pressure.
     pub engines: Vec<Engine>,
     /// Total-pressure rise through all propellers over dynamic pressure (thesis Eq. 3.25), mean of the engines.
-    pub propeller_pressure: Option<Vec<f64>>,
+    pub propeller_pressure: Option<Arc<[f64]>>,
     /// Engines of the aircraft whose thrust is neither recorded nor follows from their map, where it is of others.
     pub unknown: Vec<String>,
     /// Engines whose thrust a chart or map extrapolates.
@@ -105,7 +107,7 @@ pub fn engines(window: &WindowContext, aircraft: &AircraftData, air: &Air<'_>) -
                     added_n: pairs.map(|(thrust, at_edge)| thrust - at_edge).collect(),
                 });
             }
-            thrust = thrust.or(Some(history.thrust_n));
+            thrust = thrust.or_else(|| Some(history.thrust_n.into()));
         }
         let Some(thrust_n) = thrust else {
             result.unknown.push(engine.station.name.clone());
@@ -142,6 +144,6 @@ fn engine_of_coefficient(coefficient: &[f64], aircraft: &AircraftData, air: &Air
         position: Position::BodyFromCg([0.0; 3]),
         direction_body: [1.0, 0.0, 0.0],
         rotor_inertia_kg_m2: 0.0,
-        speed_rad_s: Vec::new(),
+        speed_rad_s: Arc::default(),
     }
 }

@@ -1,6 +1,6 @@
 //! Step 2: derivatives by least squares, of one window and of all identification windows together.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use doublet_core::estimate::{Coloured, Constraint, Fit, Origin, PooledRegression, PooledWindow};
 use doublet_core::model::{Coefficient, Structure, Term, Variable, regressors};
@@ -33,10 +33,34 @@ pub struct CoefficientFit {
     /// Standard errors corrected for the correlation of the residuals in time (Morelli and Klein 1997), one per estimate; empty
     /// where there is no fit.
     pub corrected_errors: Vec<f64>,
-    /// Fitted coefficient and residual of each window, in the order of `windows`; empty where there is no fit.
-    pub series: Vec<(Series, Series)>,
+    /// Residual and fitted coefficient over the window; none where there is no fit, and for several windows together.
+    pub series: Option<FittedSeries>,
     /// Terms left out.
     pub dropped: Vec<DroppedTerm>,
+}
+
+/// A coefficient over the window it was fitted in.
+#[derive(Clone, Debug)]
+pub struct FittedSeries {
+    observed: Series,
+    /// Observed less fitted.
+    pub residual: Series,
+    fitted: OnceLock<Series>,
+}
+
+impl FittedSeries {
+    fn new(observed: &Series, residuals: &Arc<[f64]>) -> Self {
+        let residual = Series { time_s: Arc::clone(&observed.time_s), values: Arc::clone(residuals) };
+        Self { observed: observed.clone(), residual, fitted: OnceLock::new() }
+    }
+
+    /// Fitted coefficient, formed when it is first asked for.
+    pub fn fitted(&self) -> &Series {
+        self.fitted.get_or_init(|| {
+            let pairs = self.observed.values.iter().zip(self.residual.values.iter());
+            Series { time_s: Arc::clone(&self.observed.time_s), values: pairs.map(|(z, v)| z - v).collect() }
+        })
+    }
 }
 
 /// Derivatives from one window.
@@ -199,31 +223,32 @@ pub fn window_fits(
 /// A window with its coefficients.
 pub type AeroWindow<'a> = (&'a Manoeuvre, Arc<WindowAero>);
 
+/// Samples of a window beyond which coefficients are fitted one after the other: what the spectra of the residuals of one take is a tenth
+/// of what the window takes.
+const LONG: usize = 1 << 16;
+
 /// Fits every coefficient of the structure over all identification windows and predicts every window not ignored.
 pub fn pooled_fits(windows: &[AeroWindow<'_>], structure: &Structure, estimation: &Estimation) -> PooledFits {
-    let one = |(coefficient, terms): &(Coefficient, Vec<Term>)| {
-        let applying = windows.iter().filter(|(window, _)| applies(*coefficient, window.surface, estimation));
+    let fit = |(coefficient, terms): &(Coefficient, Vec<Term>)| {
         let used = identification(*coefficient, terms, windows, estimation);
-        if used.is_empty() {
-            return None;
-        }
-        let fit = coefficient_fit(*coefficient, terms, &used, estimation, Vec::new());
-        let predictions: Vec<_> = match &fit.fit {
-            Ok(estimate) => {
-                let parameters = Parameters::choose(*coefficient, terms, estimate, &used, estimation);
-                let predicted = |(window, aero): &AeroWindow<'_>| {
-                    predict(*coefficient, terms, &parameters, (window, aero), estimation)
-                };
-                applying.filter_map(predicted).collect()
-            }
-            Err(_) => Vec::new(),
-        };
-        Some((fit, predictions))
+        (!used.is_empty()).then(|| coefficient_fit(*coefficient, terms, &used, estimation, Vec::new()))
     };
+    let predictions = |((coefficient, terms), fit): (&(Coefficient, Vec<Term>), &Option<CoefficientFit>)| {
+        let Some(Ok(fit)) = fit.as_ref().map(|fit| &fit.fit) else { return Vec::new() };
+        let used = identification(*coefficient, terms, windows, estimation);
+        let parameters = Parameters::choose(*coefficient, terms, fit, &used, estimation);
+        let applying = windows.iter().filter(|(window, _)| applies(*coefficient, window.surface, estimation));
+        let predicted =
+            |(window, aero): &AeroWindow<'_>| predict(*coefficient, terms, &parameters, (window, aero), estimation);
+        applying.filter_map(predicted).collect()
+    };
+    let longest = windows.iter().map(|(_, aero)| aero.coefficients.time_s.len()).max().unwrap_or(0);
+    let together = if longest > LONG { structure.models.len() } else { 1 };
     // The coefficients know nothing of each other; their order is that of the structure.
-    let (fits, predictions): (Vec<_>, Vec<_>) =
-        structure.models.par_iter().map(one).collect::<Vec<_>>().into_iter().flatten().unzip();
-    PooledFits { fits, predictions: predictions.into_iter().flatten().collect() }
+    let models = || structure.models.par_iter().with_min_len(together);
+    let fits: Vec<Option<CoefficientFit>> = models().map(fit).collect();
+    let predictions: Vec<Vec<Prediction>> = models().zip(&fits).map(predictions).collect();
+    PooledFits { fits: fits.into_iter().flatten().collect(), predictions: predictions.into_iter().flatten().collect() }
 }
 
 /// Conventional and corrected standard error of an estimate; NaN where it is held, fixed or at a bound.
@@ -254,23 +279,6 @@ pub fn significance(fit: &Fit, corrected_errors: &[f64], at: usize) -> (f64, f64
     (100.0 * (error / fit.estimates[at]).abs(), fit.estimates[at] / error)
 }
 
-/// Fitted coefficient and residual, cut at the windows they were stacked from.
-fn fit_series(fit: Option<&Fit>, windows: &[&WindowAero]) -> Vec<(Series, Series)> {
-    let Some(fit) = fit else { return Vec::new() };
-    let mut start = 0;
-    let cut = windows.iter().map(|aero| {
-        let time_s = &aero.series[0].time_s;
-        let range = start..start + time_s.len();
-        start = range.end;
-        let share = |column: &Arc<[f64]>| {
-            let values = if range.len() == column.len() { Arc::clone(column) } else { column[range.clone()].into() };
-            Series { time_s: Arc::clone(time_s), values }
-        };
-        (share(&fit.fitted), share(&fit.residuals))
-    });
-    cut.collect()
-}
-
 /// Name of the constant of one window in a pooled fit.
 pub(crate) fn constant_name(constant: &str, window: &str) -> String {
     format!("{constant}[{window}]")
@@ -289,7 +297,7 @@ fn coefficient_fit(
     if terms.is_empty() {
         let fit = Err("no term of the model moves in the windows: add one that does, or a constant".into());
         let windows = used.iter().map(|(window, aero)| (window.name.clone(), aero.coefficients.time_s.len())).collect();
-        return CoefficientFit { coefficient, windows, series: Vec::new(), corrected_errors: Vec::new(), fit, dropped };
+        return CoefficientFit { coefficient, windows, series: None, corrected_errors: Vec::new(), fit, dropped };
     }
     let (fit, corrected_errors) = match stacked_fit(coefficient, &terms, used, estimation) {
         Ok((fit, errors)) => (Ok(fit), errors),
@@ -298,7 +306,10 @@ fn coefficient_fit(
     CoefficientFit {
         coefficient,
         windows: used.iter().map(|(window, aero)| (window.name.clone(), aero.coefficients.time_s.len())).collect(),
-        series: fit_series(fit.as_ref().ok(), &used.iter().map(|(_, aero)| aero.as_ref()).collect::<Vec<_>>()),
+        series: match (&fit, used) {
+            (Ok(fit), [(_, aero)]) => Some(FittedSeries::new(&aero.series[coefficient as usize], &fit.residuals)),
+            _ => None,
+        },
         corrected_errors,
         fit,
         dropped,

@@ -159,7 +159,7 @@ pub fn samples(
     let mut warnings: Vec<_> = partly_outside(recording, window).into_iter().collect();
     let mut inputs = input_series(recording, window, preparation.path, &mut warnings)?;
     fit_in_memory(inputs.time_s.len())?;
-    let mut measurements = measurement_series(recording, window, &mut warnings);
+    let mut measurements = measurement_series(recording, window, &inputs.time_s, &mut warnings);
     if let Some(aircraft) = aircraft {
         let moved = move_sensors(&mut inputs, &mut measurements, aircraft, preparation)?;
         warnings.extend(moved);
@@ -257,7 +257,7 @@ fn input_series(
     let rates = [Input::RollRate, Input::PitchRate, Input::YawRate];
     let base = rates.into_iter().find_map(|rate| recording.role(rate.role()));
     let Some(base) = base else { return Err("the recording has none of p, q and r".into()) };
-    let (time_s, _) = finite_samples(base, window, 0.0);
+    let time_s = finite_samples(base, window, 0.0).time_s;
     if time_s.len() < MIN_SAMPLES {
         let (first, last) = span(&base.series.time_s);
         let not_finite = window.indices(&base.series.time_s).len() - time_s.len();
@@ -277,10 +277,10 @@ fn input_series(
             format!("the inertial samples pause for {length:.2} s at {at:.2} s: end the window before it").into()
         );
     }
-    let mut columns: [Vec<f64>; INPUTS] = Default::default();
+    let mut columns: [Arc<[f64]>; INPUTS] = Default::default();
     for input in Input::ALL {
         let Some(values) = values_at(recording, input.role(), &time_s)? else {
-            columns[input as usize] = vec![0.0; time_s.len()];
+            columns[input as usize] = vec![0.0; time_s.len()].into();
             continue;
         };
         within_reason(input, &time_s, &values)?;
@@ -325,23 +325,34 @@ pub fn measured_by<T>(measurement: Measurement, by_role: impl Fn(Role) -> Option
     if measurement == Measurement::PositionDown { own.or_else(height) } else { own }
 }
 
+/// Measurements of the window at their own times, which share a column where they are the same.
 fn measurement_series(
     recording: &Recording,
     window: TimeRange,
+    inputs_s: &Arc<[f64]>,
     warnings: &mut Vec<String>,
 ) -> [MeasurementSeries; MEASUREMENTS] {
+    let mut clocks = vec![Arc::clone(inputs_s)];
+    let mut shared = |time_s: Arc<[f64]>| match clocks.iter().find(|clock| **clock == time_s) {
+        Some(clock) => Arc::clone(clock),
+        None => {
+            clocks.push(Arc::clone(&time_s));
+            time_s
+        }
+    };
     Measurement::ALL.map(|measurement| {
         let Some((channel, sign)) = measured_by(measurement, |role| recording.role(role)) else {
             return MeasurementSeries::default();
         };
-        let (time_s, values) = finite_samples(channel, window, 0.0);
+        let Series { time_s, values } = finite_samples(channel, window, 0.0);
         for (at, length) in gaps(recording, &time_s) {
             warnings.push(format!(
                 "{} pauses for {length:.2} s at {at:.2} s; nothing was put in its place",
                 measurement.name()
             ));
         }
-        MeasurementSeries { time_s, values: values.into_iter().map(|value| sign * value).collect() }
+        let values = if sign == 1.0 { values } else { values.iter().map(|value| sign * value).collect() };
+        MeasurementSeries { time_s: shared(time_s), values }
     })
 }
 
@@ -452,11 +463,13 @@ fn contradiction(reconstruction: &Reconstruction) -> Option<String> {
 }
 
 fn path_series(known: &[Option<Series>; STATES], data: &FilterData, reconstruction: &Reconstruction) -> PathSeries {
-    let time_s: Arc<[f64]> = reconstruction.time_s.as_slice().into();
     let shared = |column: &Vec<f64>| Arc::<[f64]>::from(column.as_slice());
-    let series = |column: &Vec<f64>| Series { time_s: Arc::clone(&time_s), values: shared(column) };
-    let update_time_s: Arc<[f64]> = reconstruction.update_time_s.as_slice().into();
-    let updates = |column: &Vec<f64>| Series { time_s: Arc::clone(&update_time_s), values: shared(column) };
+    let at = |time_s: &Arc<[f64]>, column: &Vec<f64>| Series { time_s: Arc::clone(time_s), values: shared(column) };
+    let series = |column: &Vec<f64>| at(&reconstruction.time_s, column);
+    let updates = |column: &Vec<f64>| match column.is_empty() {
+        true => Series { time_s: Arc::default(), values: Arc::default() },
+        false => at(&reconstruction.update_time_s, column),
+    };
     let states = reconstruction.states.each_ref().map(series);
     let reconstructed = measurements_of(&states);
     PathSeries {
@@ -470,12 +483,12 @@ fn path_series(known: &[Option<Series>; STATES], data: &FilterData, reconstructi
         }),
         measured: std::array::from_fn(|at| {
             let MeasurementSeries { time_s, values } = &data.measurements[at];
-            let measured = Series { time_s: time_s.as_slice().into(), values: values.as_slice().into() };
+            let measured = Series { time_s: Arc::clone(time_s), values: Arc::clone(values) };
             on_turn_of(&reconstructed[at], Measurement::ALL[at].dimension(), &measured)
         }),
         innovations: reconstruction.innovations.each_ref().map(updates),
         innovation_deviations: reconstruction.innovation_deviations.each_ref().map(|column| hold_last(column)),
-        innovation_zero: updates(&vec![0.0; update_time_s.len()]),
+        innovation_zero: updates(&vec![0.0; reconstruction.update_time_s.len()]),
         nis: updates(&reconstruction.nis),
         reconstructed,
         states,
@@ -583,7 +596,7 @@ mod tests {
     #[test]
     fn truth_and_warnings_of_a_window_are_part_of_its_identity() {
         let data = FilterData {
-            inputs: InputSeries { time_s: Vec::new(), columns: Default::default() },
+            inputs: InputSeries { time_s: Vec::new().into(), columns: Default::default() },
             measurements: Default::default(),
         };
         let none = [const { None }; STATES];

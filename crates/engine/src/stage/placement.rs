@@ -1,5 +1,7 @@
 //! Measurements moved from where the sensors are to the centre of gravity, each at its own times.
 
+use std::sync::Arc;
+
 use doublet_core::prep::{
     FlowVane, Interpolation, acceleration_at_cg, differentiate, flow_angles_at_cg, resample, satellite_fix_at_cg,
 };
@@ -31,6 +33,7 @@ pub(crate) fn move_accelerometer(
             .map_err(|error| format!("{}: {error}", rate.name()))?;
     }
     let forces = [Input::SpecificForceX, Input::SpecificForceY, Input::SpecificForceZ];
+    let mut at_cg: [Vec<f64>; 3] = forces.map(|force| Vec::with_capacity(inputs.columns[force as usize].len()));
     for sample in 0..inputs.time_s.len() {
         let at = |input: Input| inputs.columns[input as usize][sample];
         let moved = acceleration_at_cg(
@@ -39,9 +42,10 @@ pub(crate) fn move_accelerometer(
             RATES.map(at),
             [angular[0][sample], angular[1][sample], angular[2][sample]],
         );
-        for (force, value) in forces.into_iter().zip(moved) {
-            inputs.columns[force as usize][sample] = value;
-        }
+        at_cg.iter_mut().zip(moved).for_each(|(column, value)| column.push(value));
+    }
+    for (force, column) in forces.into_iter().zip(at_cg) {
+        inputs.columns[force as usize] = column.into();
     }
     Ok(())
 }
@@ -89,7 +93,7 @@ pub(crate) fn move_vanes(
             return Some(format!("{} stays at its vane: airspeed and alpha are needed to move it", angle.name()));
         };
         let beta = measured_at(&recorded, Measurement::Sideslip, time_s).unwrap_or_else(|| vec![0.0; time_s.len()]);
-        for (k, value) in measurements[angle as usize].values.iter_mut().enumerate() {
+        for (k, value) in Arc::make_mut(&mut measurements[angle as usize].values).iter_mut().enumerate() {
             let rates = [rates[0][k], rates[1][k], rates[2][k]];
             let (_, moved_alpha, moved_beta) = flow_angles_at_cg(&vane, airspeed[k], alpha[k], beta[k], rates);
             *value = if angle == Measurement::Sideslip { moved_beta } else { moved_alpha };
@@ -118,7 +122,7 @@ pub(crate) fn move_antenna(
             let ([Some(phi), Some(theta), Some(psi)], Some(rates)) = (attitude, rates_at(inputs, time_s)) else {
                 return Some(format!("{} stays at the antenna: attitude is needed to move it", measurement.name()));
             };
-            for (k, value) in measurements[measurement as usize].values.iter_mut().enumerate() {
+            for (k, value) in Arc::make_mut(&mut measurements[measurement as usize].values).iter_mut().enumerate() {
                 let rates = [rates[0][k], rates[1][k], rates[2][k]];
                 let arm = satellite_fix_at_cg(position_m, [phi[k], theta[k], psi[k]], rates, [0.0; 3], [0.0; 3]);
                 *value += if is_velocity { arm.1[axis] } else { arm.0[axis] };
@@ -130,6 +134,8 @@ pub(crate) fn move_antenna(
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use doublet_core::prep::{accelerometer_at, flow_angles_at_vanes};
 
     use super::*;
@@ -141,15 +147,13 @@ mod tests {
     fn turn() -> (InputSeries, Measurements) {
         let inputs_s: Vec<f64> = (0..=500).map(|k| f64::from(k) * 0.01).collect();
         let q = |t: f64| 0.05 * (0.7 * t).sin();
-        let columns = inputs_s.iter().map(|t| [0.0, 0.0, -9.8, 0.01, q(*t), 0.12]);
-        let mut inputs = InputSeries { time_s: inputs_s.clone(), columns: Default::default() };
-        for row in columns {
-            inputs.columns.iter_mut().zip(row).for_each(|(column, value)| column.push(value));
-        }
+        let row = |t: f64| [0.0, 0.0, -9.8, 0.01, q(t), 0.12];
+        let columns = std::array::from_fn(|column| inputs_s.iter().map(|t| row(*t)[column]).collect());
+        let inputs = InputSeries { time_s: inputs_s.clone().into(), columns };
         let series = |step: usize, value: &dyn Fn(f64) -> f64| {
             let time_s: Vec<f64> = inputs_s.iter().copied().step_by(step).collect();
             let values = time_s.iter().map(|t| value(*t)).collect();
-            MeasurementSeries { time_s, values }
+            MeasurementSeries { time_s: time_s.into(), values }
         };
         let mut measurements = Measurements::default();
         for (m, step, value) in [
@@ -179,20 +183,20 @@ mod tests {
         let rates = |t: f64| [0.01, 0.05 * (0.7 * t).sin(), 0.12];
         for (angle, take) in [(Measurement::AngleOfAttack, 0), (Measurement::Sideslip, 1)] {
             let series = &mut measured[angle as usize];
-            for (time, value) in series.time_s.iter().zip(&mut series.values) {
+            for (time, value) in series.time_s.iter().zip(Arc::make_mut(&mut series.values)) {
                 let (_, alpha, beta) = flow_angles_at_vanes(&FlowVane::at(vane), 60.0, 0.08, -0.03, rates(*time));
                 *value = [alpha, beta][take];
             }
         }
         for m in 0..6 {
             let series = &mut measured[m];
-            for (time, value) in series.time_s.iter().zip(&mut series.values) {
+            for (time, value) in series.time_s.iter().zip(Arc::make_mut(&mut series.values)) {
                 let back = satellite_fix_at_cg(antenna, [0.4, 0.05, 0.12 * time], rates(*time), [0.0; 3], [0.0; 3]);
                 *value -= if m < 3 { back.0[m] } else { back.1[m - 3] };
             }
         }
         let moved_by = |m: Measurement, found: &Measurements| -> f64 {
-            let pairs = found[m as usize].values.iter().zip(&at_cg[m as usize].values);
+            let pairs = found[m as usize].values.iter().zip(at_cg[m as usize].values.iter());
             pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
         };
         assert!(
@@ -215,7 +219,7 @@ mod tests {
         for k in 0..arm.time_s.len() {
             let t = k as f64 * step;
             let moved = accelerometer_at(vane, [0.0, 0.0, -9.8], rates(t), [0.0, 0.035 * (0.7 * t).cos(), 0.0]);
-            (0..3).for_each(|axis| arm.columns[axis][k] = moved[axis]);
+            (0..3).for_each(|axis| Arc::make_mut(&mut arm.columns[axis])[k] = moved[axis]);
         }
         move_accelerometer(&mut arm, vane, &Preparation::default()).unwrap();
         // half a window of the local quadratic at each end is extrapolated

@@ -32,7 +32,7 @@ pub struct Prediction {
     /// Prediction with the window's own constant.
     pub own_constant: Series,
     /// Observation, shared with the window.
-    observed: Series,
+    pub observed: Series,
 }
 
 impl Prediction {

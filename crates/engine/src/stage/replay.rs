@@ -293,10 +293,10 @@ pub(crate) fn measured_histories(motion: &Motion, aero: &WindowAero) -> Historie
     let data = &aero.data;
     let ([ax, ay, az], [phi, theta, psi]) = (&motion.specific_force_m_s2, &motion.euler_rad);
     let column = |signal: Signal| match signal {
-        Signal::Airspeed => data.airspeed_m_s.clone(),
+        Signal::Airspeed => data.airspeed_m_s.to_vec(),
         Signal::Altitude => negated(&motion.position_ned_m[2]),
-        Signal::AngleOfAttack => data.alpha_rad.clone(),
-        Signal::Sideslip => data.beta_rad.clone(),
+        Signal::AngleOfAttack => data.alpha_rad.to_vec(),
+        Signal::Sideslip => data.beta_rad.to_vec(),
         Signal::BankAngle => phi.clone(),
         Signal::PitchAngle => theta.clone(),
         Signal::HeadingAngle => psi.clone(),
@@ -307,7 +307,7 @@ pub(crate) fn measured_histories(motion: &Motion, aero: &WindowAero) -> Historie
         Signal::SpecificForceY => ay.clone(),
         Signal::NormalAcceleration => negated(az),
     };
-    Histories { time_s: data.time_s.clone(), columns: Signal::ALL.map(column) }
+    Histories { time_s: data.time_s.to_vec(), columns: Signal::ALL.map(column) }
 }
 
 /// The motion of the model, its heading on the same turn as the measured one, since both start alike.

@@ -1,25 +1,28 @@
 //! Samples of a role over a window, on another time base where needed, with their gaps stated.
 
-use std::sync::LazyLock;
+use std::sync::{Arc, LazyLock};
 
 use crate::graph::StageResult;
 use doublet_core::load::memory;
 use doublet_core::prep::{Interpolation, between_samples, resample};
 use doublet_core::quantity::Role;
-use doublet_core::series::{Channel, Recording, TimeRange, gap_threshold_s};
+use doublet_core::series::{Channel, Recording, Series, TimeRange, gap_threshold_s};
 
-/// Finite samples of `channel` inside `window` widened by `margin_s` on both sides.
-pub(crate) fn finite_samples(channel: &Channel, window: TimeRange, margin_s: f64) -> (Vec<f64>, Vec<f64>) {
+/// Finite samples of `channel` inside `window` widened by `margin_s` on both sides; those of the recording itself where they are all.
+pub(crate) fn finite_samples(channel: &Channel, window: TimeRange, margin_s: f64) -> Series {
     let wide = TimeRange { start_s: window.start_s - margin_s, end_s: window.end_s + margin_s };
     let range = wide.indices(&channel.series.time_s);
     let (times, values) = (&channel.series.time_s[range.clone()], &channel.series.values[range]);
     let finite = values.iter().filter(|value| value.is_finite()).count();
+    if finite == channel.series.values.len() {
+        return channel.series.clone();
+    }
     let (mut found_s, mut found) = (Vec::with_capacity(finite), Vec::with_capacity(finite));
     for (&time, &value) in times.iter().zip(values).filter(|(_, value)| value.is_finite()) {
         found_s.push(time);
         found.push(value);
     }
-    (found_s, found)
+    Series { time_s: found_s.into(), values: found.into() }
 }
 
 /// Where `time_s` pauses: start and length of each pause that interpolation may not bridge.
@@ -32,7 +35,7 @@ pub fn gaps(recording: &Recording, time_s: &[f64]) -> Vec<(f64, f64)> {
 ///
 /// # Errors
 /// One line when the samples do not reach over `time_s` or pause too long to be bridged.
-pub(crate) fn values_at(recording: &Recording, role: Role, time_s: &[f64]) -> StageResult<Option<Vec<f64>>> {
+pub(crate) fn values_at(recording: &Recording, role: Role, time_s: &[f64]) -> StageResult<Option<Arc<[f64]>>> {
     recording.role(role).map(|channel| channel_at(recording, channel, role.name(), time_s)).transpose()
 }
 
@@ -45,12 +48,12 @@ pub(crate) fn channel_at(
     channel: &Channel,
     what: &str,
     time_s: &[f64],
-) -> StageResult<Vec<f64>> {
-    let (Some(&first), Some(&last)) = (time_s.first(), time_s.last()) else { return Ok(Vec::new()) };
+) -> StageResult<Arc<[f64]>> {
+    let (Some(&first), Some(&last)) = (time_s.first(), time_s.last()) else { return Ok(Arc::default()) };
     let step = (last - first) / (time_s.len().max(2) - 1) as f64;
     let window = TimeRange { start_s: first, end_s: last };
-    let (own_time, own_values) = finite_samples(channel, window, 5.0_f64.max(2.0 * step));
-    if own_time == time_s {
+    let Series { time_s: own_time, values: own_values } = finite_samples(channel, window, 5.0_f64.max(2.0 * step));
+    if *own_time == *time_s {
         return Ok(own_values);
     }
     let place = format!("{what} (channel '{}' of {})", channel.name, channel.source);
@@ -76,7 +79,8 @@ pub(crate) fn channel_at(
         .into());
     }
     let wanted: Vec<_> = time_s.iter().map(|time| time.clamp(start, end)).collect();
-    resample(&own_time, &own_values, &wanted, Interpolation::Linear).map_err(|error| format!("{place}: {error}").into())
+    let resampled = resample(&own_time, &own_values, &wanted, Interpolation::Linear);
+    Ok(resampled.map_err(|error| format!("{place}: {error}"))?.into())
 }
 
 /// Values of `role` at the increasing `time_s` by straight lines between its own samples, not a number before the first, behind
@@ -88,7 +92,7 @@ pub(crate) fn values_where_recorded(recording: &Recording, role: Role, time_s: &
 }
 
 /// Memory that a sample of a window takes at most until its results are written, bytes; `crates/cli/tests/windows.rs` measures it.
-const BYTES_PER_SAMPLE: u64 = 2_500;
+const BYTES_PER_SAMPLE: u64 = 1_500;
 
 /// Memory of the machine, or what this program may use of it.
 static MEMORY: LazyLock<Option<u64>> = LazyLock::new(memory);

@@ -1,6 +1,7 @@
 //! What the coefficients of a window need beside its path: recorded channels and mass properties at the samples of the filter.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use doublet_core::airframe::MassHistory;
 use doublet_core::model::RECORDED;
@@ -34,10 +35,20 @@ pub struct WindowContext {
     /// First sample of the filter behind the settling.
     pub first: usize,
     /// Times of the samples from there on, s.
-    pub time_s: Vec<f64>,
+    pub time_s: Arc<[f64]>,
     /// Mass properties at these times, or why there are none.
     pub mass: StageResult<MassHistory>,
-    channels: BTreeMap<Role, StageResult<Vec<f64>>>,
+    channels: BTreeMap<Role, StageResult<Channel>>,
+    samples: Arc<FilterData>,
+}
+
+/// Values of a channel at the samples.
+#[derive(Clone, Debug)]
+enum Channel {
+    /// On their own.
+    Values(Arc<[f64]>),
+    /// Those of the filter, which nothing has moved or corrected.
+    OfFilter(Input),
 }
 
 impl Footprint for WindowContext {
@@ -66,7 +77,7 @@ impl WindowContext {
     /// One line when settling leaves nothing of the window.
     pub fn new(
         recording: &Recording,
-        data: &FilterData,
+        data: &Arc<FilterData>,
         aircraft: &AircraftData,
         preparation: &Preparation,
     ) -> StageResult<Self> {
@@ -77,17 +88,30 @@ impl WindowContext {
             let settle_s = preparation.settle_s;
             return Err(format!("nothing is left after {settle_s} s of settling: shorten preparation.settle_s").into());
         }
-        let time_s = times[first..].to_vec();
+        let time_s: Arc<[f64]> = if first == 0 { Arc::clone(times) } else { times[first..].into() };
         let engines = ENGINES.iter().flat_map(|engine| [engine.thrust, engine.speed, engine.manifold_pressure]);
         let accelerations = ANGULAR_ACCELERATIONS.map(|(acceleration, _)| acceleration);
         let motion = Input::ALL.into_iter().map(Input::role).chain(accelerations);
         let configuration = RECORDED.map(|(_, role)| role);
         let roles = motion.chain(CONTROLS.map(Surface::role)).chain(configuration).chain(AIR).chain(engines);
-        let values = |role: Role| Some((role, values_at(recording, role, &time_s).transpose()?));
+        let values = |role: Role| {
+            let found = values_at(recording, role, &time_s).transpose()?;
+            let of_filter = |values: &[f64]| {
+                let is_same = |input: &Input| {
+                    let column = data.inputs.columns[*input as usize].get(first..).unwrap_or_default();
+                    values.iter().map(|value| value.to_bits()).eq(column.iter().map(|value| value.to_bits()))
+                };
+                Input::ALL.into_iter().find(|input| input.role() == role).filter(is_same)
+            };
+            let channel =
+                |values: Arc<[f64]>| of_filter(&values).map_or_else(|| Channel::Values(values), Channel::OfFilter);
+            Some((role, found.map(channel)))
+        };
         Ok(Self {
             first,
             channels: roles.filter_map(values).collect(),
             mass: aircraft.mass_history(recording, &time_s),
+            samples: Arc::clone(data),
             time_s,
         })
     }
@@ -96,7 +120,29 @@ impl WindowContext {
     ///
     /// # Errors
     /// One line when its record does not reach over the window or pauses in it.
-    pub fn values(&self, role: Role) -> StageResult<Option<Vec<f64>>> {
-        self.channels.get(&role).cloned().transpose()
+    pub fn values(&self, role: Role) -> StageResult<Option<Arc<[f64]>>> {
+        Ok(self.channel(role)?.map(|channel| match channel {
+            Channel::Values(values) => Arc::clone(values),
+            Channel::OfFilter(input) => self.of_filter(*input).into(),
+        }))
+    }
+
+    /// Samples of an inertial channel as recorded; `None` when it was not.
+    ///
+    /// # Errors
+    /// As of [`Self::values`].
+    pub fn recorded(&self, input: Input) -> StageResult<Option<&[f64]>> {
+        Ok(self.channel(input.role())?.map(|channel| match channel {
+            Channel::Values(values) => &**values,
+            Channel::OfFilter(input) => self.of_filter(*input),
+        }))
+    }
+
+    fn channel(&self, role: Role) -> StageResult<Option<&Channel>> {
+        self.channels.get(&role).map(|found| found.as_ref().map_err(Clone::clone)).transpose()
+    }
+
+    fn of_filter(&self, input: Input) -> &[f64] {
+        &self.samples.inputs.columns[input as usize][self.first..]
     }
 }

@@ -271,7 +271,7 @@ impl Compared<'_> {
             FollowedStart { state, estimate: found.estimate, path, distance }
         });
         let starts = starts.collect();
-        let time_s: Arc<[f64]> = self.aero.data.time_s.as_slice().into();
+        let time_s: Arc<[f64]> = Arc::clone(&self.aero.data.time_s);
         let series = |values: Arc<[f64]>| Series { time_s: Arc::clone(&time_s), values };
         let outputs = self.axis.outputs().iter().enumerate().map(|(index, &output)| {
             let flown = fit.outputs.column(index);

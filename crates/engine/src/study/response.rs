@@ -194,7 +194,8 @@ impl ResponseWindow<'_> {
         if let Some(input) = Input::ALL.into_iter().find(|input| input.role() == role) {
             return Ok(self.path.data.inputs.columns[input as usize][first..].to_vec());
         }
-        values_at(self.recording, role, time_s)?.ok_or_else(|| format!("{name} was not recorded").into())
+        let recorded = values_at(self.recording, role, time_s)?;
+        Ok(recorded.ok_or_else(|| format!("{name} was not recorded"))?.to_vec())
     }
 }
 
@@ -203,7 +204,7 @@ fn of_coefficients(aero: &WindowAero, role: Role) -> Option<Vec<f64>> {
     let data = &aero.data;
     let [p, q, r] = &data.rates_rad_s;
     let [x, y, z] = &data.specific_force_m_s2;
-    let column = match role {
+    let column: &[f64] = match role {
         Role::RollRate => p,
         Role::PitchRate => q,
         Role::YawRate => r,
@@ -215,7 +216,7 @@ fn of_coefficients(aero: &WindowAero, role: Role) -> Option<Vec<f64>> {
         Role::Sideslip => &data.beta_rad,
         role => data.controls.get(&role)?,
     };
-    (column.len() == data.time_s.len()).then(|| column.clone())
+    (column.len() == data.time_s.len()).then(|| column.to_vec())
 }
 
 /// Responses between columns of a table, or expressions of them, as they stand in the file: no unit is converted but that of time. Rows

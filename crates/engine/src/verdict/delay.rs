@@ -1,5 +1,7 @@
 //! Findings about controls that act earlier or later than they were recorded: a clock of their own, a command in the place of the surface.
 
+use std::sync::Arc;
+
 use doublet_core::model::{Coefficient, Term, Variable, regressors};
 use doublet_core::series::{Series, TimeRange};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
@@ -91,7 +93,7 @@ fn mean_interval_s(series: &Series, window: TimeRange) -> Option<f64> {
 
 /// A window's control on its time.
 struct Control {
-    time_s: Vec<f64>,
+    time_s: Arc<[f64]>,
     values: Vec<f64>,
 }
 
@@ -142,7 +144,7 @@ impl Shifted {
         let (mut controls, mut columns, mut moments) = (Vec::new(), Vec::new(), Vec::new());
         let (mut spans_s, mut samples) = (0.0, 0_usize);
         for (_, aero) in used {
-            let time_s = aero.coefficients.time_s.clone();
+            let time_s = Arc::clone(&aero.coefficients.time_s);
             if time_s.len() < 2 {
                 return None;
             }

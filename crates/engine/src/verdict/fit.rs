@@ -270,8 +270,7 @@ fn variation_over_residual(evidence: Evidence<'_>, prediction: &Prediction) -> f
         let fit = fits.fits.iter().find(|fit| fit.coefficient == prediction.coefficient)?;
         fit.fit.as_ref().ok().map(|fit| fit.residual_std)
     });
-    let observed: Vec<f64> =
-        prediction.own_constant.values.iter().zip(prediction.residual().values.iter()).map(|(y, v)| y + v).collect();
+    let observed = &prediction.observed.values;
     let count = observed.len() as f64;
     let mean = observed.iter().sum::<f64>() / count;
     let deviation = (observed.iter().map(|z| (z - mean).powi(2)).sum::<f64>() / count).sqrt();

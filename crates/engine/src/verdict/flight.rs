@@ -144,7 +144,7 @@ pub(super) fn turn(place: &str, path: &WindowPath) -> Option<Finding> {
 
 /// Mean dynamic pressure `rho V^2 / 2` of a window, Pa.
 pub(super) fn mean_pressure(aero: &WindowAero) -> f64 {
-    let samples = aero.data.density_kg_m3.iter().zip(&aero.data.airspeed_m_s);
+    let samples = aero.data.density_kg_m3.iter().zip(aero.data.airspeed_m_s.iter());
     samples.map(|(density, speed)| 0.5 * density * speed * speed).sum::<f64>() / aero.data.time_s.len() as f64
 }
 

@@ -227,7 +227,7 @@ mod tests {
             value = keep * value + (1.0 - keep * keep).sqrt() * draw;
             value
         });
-        let time_s: Vec<f64> = (0..samples).map(|k| 0.01 * k as f64).collect();
+        let time_s: std::sync::Arc<[f64]> = (0..samples).map(|k| 0.01 * k as f64).collect();
         let mut innovations: [Vec<f64>; MEASUREMENTS] = std::array::from_fn(|_| vec![f64::NAN; samples]);
         innovations[Measurement::Airspeed as usize] = sequence.collect();
         Reconstruction {

@@ -61,8 +61,9 @@ pub fn comparable(
         let present = settings.measurement_delay_s[measurement as usize];
         let series = &mut data.measurements[measurement as usize];
         let is_inside = |time: f64| time - present - range_s > first && time - present + range_s < last;
-        let samples = series.time_s.iter().zip(&series.values).filter(|(time, _)| is_inside(**time));
-        (series.time_s, series.values) = samples.map(|(time, value)| (*time, *value)).unzip();
+        let samples = series.time_s.iter().zip(series.values.iter()).filter(|(time, _)| is_inside(**time));
+        let (time_s, values): (Vec<f64>, Vec<f64>) = samples.map(|(time, value)| (*time, *value)).unzip();
+        (series.time_s, series.values) = (time_s.into(), values.into());
     }
     data
 }

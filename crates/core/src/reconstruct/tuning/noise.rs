@@ -5,6 +5,8 @@
 //! quasi-Newton iteration on their logarithms. Both need the expected squares of the noises given all measurements, which
 //! the smoother yields; by Fisher's identity they are also the gradient, `dL / d ln sigma = sum E[w^2] / sigma^2 - N`.
 
+use std::sync::Arc;
+
 use std::ops::ControlFlow;
 
 use nalgebra::{DMatrix, DVector};
@@ -175,12 +177,13 @@ pub fn without_outliers(
         let furthest = Normal::standard().inverse_cdf(1.0 - 0.5 * OUTLIER / finite.len() as f64);
         let limit = furthest * typical;
         let series = &mut data.measurements[m];
+        let values = Arc::make_mut(&mut series.values);
         for (k, _) in normalised.iter().enumerate().filter(|(_, value)| **value > limit) {
             let time_s = run.update_time_s[k] + settings.measurement_delay_s[m];
             let after = series.time_s.partition_point(|time| *time < time_s);
             let near = |k: &usize| series.time_s.get(*k).map_or(f64::INFINITY, |time| (time - time_s).abs());
             let nearest = [after.saturating_sub(1), after].into_iter().min_by(|a, b| near(a).total_cmp(&near(b)));
-            if let Some(value) = nearest.and_then(|k| series.values.get_mut(k)) {
+            if let Some(value) = nearest.and_then(|k| values.get_mut(k)) {
                 *value = f64::NAN;
                 outliers[m] += 1;
             }

@@ -28,8 +28,9 @@ pub fn fits(contents: &Contents<'_>) -> Vec<Block> {
         let Some(found) = contents.snapshot.windows.get(&window.name) else { continue };
         let (Some(aero), Some(fits)) = (found.aero.ready(), found.fits.ready()) else { continue };
         let rows = fits.fits.iter().filter_map(|fit| {
-            let (fitted, residual) = fit.series.first()?;
-            Some((fit.coefficient.name(), &aero.series[fit.coefficient as usize], vec![("fit", fitted)], residual))
+            let series = fit.series.as_ref()?;
+            let observed = &aero.series[fit.coefficient as usize];
+            Some((fit.coefficient.name(), observed, vec![("fit", series.fitted())], &series.residual))
         });
         let caption = format!("{}: observed coefficients, fits of this window alone, residuals.", described(window));
         blocks.extend(pairs(format!("fits {}", window.name), caption, rows));

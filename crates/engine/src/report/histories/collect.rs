@@ -191,10 +191,9 @@ fn window_histories<'a>(histories: &mut Vec<History<'a>>, group: &str, results: 
         &aero.data.density_kg_m3[aero.variables.rows()],
     ));
     for fit in results.fits.ready().iter().flat_map(|fits| &fits.fits) {
-        // One window, so the fit has the samples of its coefficients.
-        if let Some((fitted, _)) = fit.series.first() {
+        if let Some(series) = &fit.series {
             let path = format!("fits/{}", fit.coefficient.name());
-            let values = Cow::Borrowed(&*fitted.values);
+            let values = Cow::Borrowed(&*series.fitted().values);
             let (unit, description) = ("-".to_owned(), "fit of this window alone".to_owned());
             columns.push(HistoryColumn { path, unit, description, values });
         }

@@ -140,8 +140,9 @@ impl Flown<'_> {
             thrust_slope_n_s_m: 0.0,
             pressure_rise_pa: self.pressure_rise_pa(),
             rotor_momentum_n_m_s: self.rotor_momentum(),
-            recorded: RECORDED
-                .map(|(_, role)| self.median(|aero| aero.data.controls.get(&role).map(Vec::as_slice)).unwrap_or(0.0)),
+            recorded: RECORDED.map(|(_, role)| {
+                self.median(|aero| aero.data.controls.get(&role).map(|column| &**column)).unwrap_or(0.0)
+            }),
         })
     }
 
@@ -179,7 +180,7 @@ impl Flown<'_> {
         let rises = self.windows.iter().filter_map(|aero| {
             let over = aero.data.propeller_pressure.as_ref()?;
             let pressure =
-                aero.data.airspeed_m_s.iter().zip(&aero.data.density_kg_m3).map(|(v, rho)| 0.5 * rho * v * v);
+                aero.data.airspeed_m_s.iter().zip(aero.data.density_kg_m3.iter()).map(|(v, rho)| 0.5 * rho * v * v);
             Some(over.iter().zip(pressure).map(|(over, pressure)| over * pressure).collect::<Vec<_>>())
         });
         median(&mut rises.flatten().collect::<Vec<_>>()).unwrap_or(0.0)
