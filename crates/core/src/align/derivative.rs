@@ -1,9 +1,11 @@
 //! Band-passed derivatives on a grid, with the stretches where nothing is known.
 
+use std::borrow::Cow;
+
 use multiversion::multiversion;
 
 use super::{AlignError, ClockModel};
-use crate::series::Series;
+use crate::series::{FiniteSamples, Series};
 
 /// Reach of the filter to either side, in its smoothing times: beyond it its weight is 3e-4 of its greatest.
 const REACH: f64 = 4.0;
@@ -43,7 +45,7 @@ impl Band {
 }
 
 /// Samples of a series that can be used: finite ones. Refuses stamps that do not increase.
-pub(super) fn usable(channel: &str, series: &Series) -> Result<(Vec<f64>, Vec<f64>), AlignError> {
+pub(super) fn usable<'a>(channel: &str, series: &'a Series) -> Result<FiniteSamples<'a>, AlignError> {
     let refuse = |reason: String| AlignError::Signal { channel: channel.to_owned(), reason };
     if series.time_s.len() != series.values.len() {
         return Err(refuse(format!("{} stamps, {} values", series.time_s.len(), series.values.len())));
@@ -53,20 +55,20 @@ pub(super) fn usable(channel: &str, series: &Series) -> Result<(Vec<f64>, Vec<f6
     if let Some(pair) = backwards {
         return Err(refuse(format!("time does not increase after {} s", pair[0])));
     }
-    Ok(series.time_s.iter().zip(series.values.iter()).filter(|(_, value)| value.is_finite()).unzip())
+    Ok(series.finite())
 }
 
 /// Usable samples of a channel on its own clock.
 pub(super) struct Samples<'a> {
     /// Name in messages.
     channel: &'a str,
-    time_s: Vec<f64>,
-    values: Vec<f64>,
+    time_s: Cow<'a, [f64]>,
+    values: Cow<'a, [f64]>,
 }
 
 impl<'a> Samples<'a> {
     /// The finite samples of a series; refuses what [`usable`] does.
-    pub(super) fn new(channel: &'a str, series: &Series) -> Result<Self, AlignError> {
+    pub(super) fn new(channel: &'a str, series: &'a Series) -> Result<Self, AlignError> {
         let (time_s, values) = usable(channel, series)?;
         Ok(Self { channel, time_s, values })
     }

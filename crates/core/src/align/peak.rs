@@ -57,7 +57,7 @@ const LEAST_KNOWN: f64 = 0.02;
 pub(super) struct Pair<'a> {
     a: &'a Derivative,
     b: &'a Derivative,
-    sums: [RunningSums; 2],
+    sums: [RunningSums<'a>; 2],
     band: Band,
 }
 
@@ -111,7 +111,7 @@ impl Stretch<'_> {
     ///
     /// Values that are not known are zero, so that the products need no look at what is known; the other sums are differences of
     /// running ones over the stretches that both know.
-    fn correlation(&self, lag: i64, reach: usize, [of_a, of_b]: &[RunningSums; 2]) -> f64 {
+    fn correlation(&self, lag: i64, reach: usize, [of_a, of_b]: &[RunningSums<'_>; 2]) -> f64 {
         let (from_a, from_b, count) = self.overlap(lag);
         let (a, b) = (from_a..from_a + count, from_b..from_b + count);
         let xy = dot(&self.a.values[a.clone()], &self.b.values[b.clone()]);
@@ -169,32 +169,48 @@ impl Stretch<'_> {
 }
 
 /// Sums of a derivative from its start, and the stretches in which it is known.
-struct RunningSums {
+struct RunningSums<'a> {
+    values: &'a [f64],
+    /// Sum and sum of squares of the values before every [`BLOCK`]th.
     sums: Vec<[f64; 2]>,
     runs: Vec<Range<usize>>,
 }
 
-impl RunningSums {
-    fn new(signal: &Derivative) -> Self {
-        let mut sums = Vec::with_capacity(signal.values.len() + 1);
+/// Values between two sums that are kept: those between are added again, which costs less than their memory.
+const BLOCK: usize = 32;
+
+impl<'a> RunningSums<'a> {
+    fn new(signal: &'a Derivative) -> Self {
+        let mut sums = Vec::with_capacity(signal.values.len() / BLOCK + 1);
         let mut so_far = [0.0; 2];
-        sums.push(so_far);
         let mut runs: Vec<Range<usize>> = Vec::new();
         for (k, (&value, &known)) in signal.values.iter().zip(&signal.known).enumerate() {
-            so_far = [so_far[0] + value, so_far[1] + value * value];
-            sums.push(so_far);
+            if k % BLOCK == 0 {
+                sums.push(so_far);
+            }
+            so_far = added(so_far, value);
             match runs.last_mut() {
                 Some(run) if known && run.end == k => run.end = k + 1,
                 _ if known => runs.push(k..k + 1),
                 _ => {}
             }
         }
-        Self { sums, runs }
+        if signal.values.len() % BLOCK == 0 {
+            sums.push(so_far);
+        }
+        Self { values: &signal.values, sums, runs }
+    }
+
+    /// Sum and sum of squares of the values before `end`.
+    fn before(&self, end: usize) -> [f64; 2] {
+        let block = end / BLOCK;
+        self.values[block * BLOCK..end].iter().fold(self.sums[block], |sums, &value| added(sums, value))
     }
 
     /// Sum and sum of squares of the values `from..to`.
     fn between(&self, from: usize, to: usize) -> [f64; 2] {
-        std::array::from_fn(|power| self.sums[to][power] - self.sums[from][power])
+        let (start, end) = (self.before(from), self.before(to));
+        std::array::from_fn(|power| end[power] - start[power])
     }
 
     /// Known stretches inside a range, counted from its start.
@@ -204,6 +220,11 @@ impl RunningSums {
         let inside = self.runs[first..].iter().take_while(move |run| run.start < end);
         inside.map(move |run| run.start.max(start) - start..run.end.min(end) - start)
     }
+}
+
+/// Sum and sum of squares with one value more.
+fn added([sum, squares]: [f64; 2], value: f64) -> [f64; 2] {
+    [sum + value, squares + value * value]
 }
 
 /// Sum of products in eight lanes, as wide as the processor is; the same to the bit on every processor.

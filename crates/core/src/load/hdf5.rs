@@ -95,7 +95,7 @@ pub(super) fn complete(probe: &mut Probe) -> Result<(), LoadError> {
         for (source, channel, column) in places {
             let channel = &mut probe.sources[source].channels[channel];
             match columns.get(column) {
-                Some(values) if values.len() == channel.samples => channel.set(values.as_slice().into()),
+                Some(values) if values.len() == channel.samples => channel.set(Arc::clone(values)),
                 _ => {
                     let what = format!("data set '{object}' is not what its header said");
                     return Err(LoadError::Damaged { path: path.clone(), format, what });
@@ -212,7 +212,7 @@ fn load(
     path: &Path,
     format: Format,
     object: &str,
-) -> Result<Vec<Vec<f64>>, LoadError> {
+) -> Result<Vec<Arc<[f64]>>, LoadError> {
     let fail = |error: Error| damaged(path, format, &error);
     let dataset = file.dataset(object).map_err(fail)?;
     match layout(&dataset, format == Format::MatV73) {
@@ -243,7 +243,7 @@ fn fetch(
     for channel in &mut source.channels {
         let Data::Stored(other) = &channel.data else { continue };
         if let Some(values) = columns.get(other.column).filter(|_| other.object == stored.object) {
-            channel.set(values.as_slice().into());
+            channel.set(Arc::clone(values));
         }
     }
     Ok(())
@@ -476,7 +476,7 @@ impl Walk<'_> {
     fn characters(&mut self, at: usize, name: &str, dataset: &Dataset) -> Result<(), LoadError> {
         if let Layout::Columns(samples, columns) = layout(dataset, true) {
             let columns = read(dataset, samples, &columns).map_err(|error| damaged(self.path, self.format, &error))?;
-            let codes = columns.iter().flatten().map(|&code| code as u16);
+            let codes = columns.iter().flat_map(|column| column.iter()).map(|&code| code as u16);
             let text = char::decode_utf16(codes).map(|code| code.unwrap_or(char::REPLACEMENT_CHARACTER)).take(MAX_NOTE);
             self.sources[at].notes.push((name.to_owned(), text.collect()));
         }

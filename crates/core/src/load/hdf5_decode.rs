@@ -1,5 +1,7 @@
 //! Numbers of HDF5 data sets as f64, whatever numeric type they are stored in.
 
+use std::sync::Arc;
+
 use hdf5_reader::{Dataset, Datatype};
 
 use super::mat_contents::MAX_COLUMNS;
@@ -139,12 +141,16 @@ pub(super) fn layout(dataset: &Dataset, by_rows: bool) -> Layout {
 }
 
 /// Reads the data set and gives its columns.
-pub(super) fn read(dataset: &Dataset, samples: usize, columns: &[Column]) -> hdf5_reader::error::Result<Vec<Vec<f64>>> {
+pub(super) fn read(
+    dataset: &Dataset,
+    samples: usize,
+    columns: &[Column],
+) -> hdf5_reader::error::Result<Vec<Arc<[f64]>>> {
     let plain_f64 = matches!(dataset.dtype(), Datatype::FloatingPoint { size: 8, .. });
     if plain_f64 {
         let (values, offset) = dataset.read_array_parallel::<f64>()?.into_raw_vec_and_offset();
         if let ([_], None | Some(0)) = (columns, offset) {
-            return Ok(vec![values]);
+            return Ok(vec![values.into()]);
         }
         let pick = |column: &Column| {
             let at = (0..samples).map(|sample| column.first + sample * column.step);

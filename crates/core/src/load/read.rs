@@ -123,7 +123,7 @@ impl Reader<'_> {
         let raw = source.channels[index].values();
         let drop_faults = self.plan.time.get(&(at.0, at.1)).is_some_and(|entry| entry.drop_faults);
         let mut latest = f64::NEG_INFINITY;
-        let mut kept = Vec::new();
+        let mut kept: Option<Vec<usize>> = None;
         let mut time_s = Vec::with_capacity(raw.len());
         for (index, &value) in raw.iter().enumerate() {
             let time = clock.unit.to_si(value) + shift;
@@ -131,13 +131,14 @@ impl Reader<'_> {
                 None => {
                     latest = time;
                     time_s.push(time);
-                    kept.push(index);
+                    kept.iter_mut().for_each(|kept| kept.push(index));
                 }
-                Some(_) if drop_faults => {}
+                Some(_) if drop_faults => {
+                    kept.get_or_insert_with(|| (0..index).collect());
+                }
                 Some(fault) => return Err(self.time_error(at, fault)),
             }
         }
-        let kept = (kept.len() < raw.len()).then_some(kept);
         Ok(Stamps { time_s: time_s.into(), kept })
     }
 
@@ -171,16 +172,18 @@ impl Reader<'_> {
     /// The SI series of one assignment: sign * scale * to_si(sum of weight * raw + offset).
     fn series(&mut self, assignment: &Assignment) -> Result<Series, LoadError> {
         let clocks: Vec<ClockAt> = assignment.parts.iter().filter_map(|terms| self.clock_at(terms[0].0)).collect();
-        let mut values = Vec::with_capacity(assignment.samples);
-        for (terms, &clock) in assignment.parts.iter().zip(&clocks) {
+        for &clock in &clocks {
             self.stamps(clock)?;
-            self.append(assignment, terms, self.stamps[&clock].kept.as_deref(), &mut values);
         }
-        let time_s = match clocks[..] {
-            [clock] => Arc::clone(&self.stamps[&clock].time_s),
-            _ => self.joined_time(clocks)?,
-        };
-        Ok(Series { time_s, values: values.into() })
+        let parts = assignment.parts.iter().zip(&clocks);
+        let mut parts =
+            parts.map(|(terms, clock)| self.converted(assignment, terms, self.stamps[clock].kept.as_deref()));
+        if let [clock] = clocks[..] {
+            let values = parts.next().unwrap_or_default();
+            return Ok(Series { time_s: Arc::clone(&self.stamps[&clock].time_s), values });
+        }
+        let values = parts.flat_map(|part| part.to_vec()).collect();
+        Ok(Series { time_s: self.joined_time(clocks)?, values })
     }
 
     /// Adds the roles that the map derives; the channels they are made of count as used.
@@ -203,7 +206,8 @@ impl Reader<'_> {
         Ok(())
     }
 
-    fn append(&self, assignment: &Assignment, terms: &[(At, f64)], kept: Option<&[usize]>, values: &mut Vec<f64>) {
+    /// Values of one part of an assignment, SI.
+    fn converted(&self, assignment: &Assignment, terms: &[(At, f64)], kept: Option<&[usize]>) -> Arc<[f64]> {
         let raw: Vec<(&[f64], f64)> =
             terms.iter().map(|&(at, weight)| (self.source(at).channels[at.channel].values(), weight)).collect();
         let convert = |index: usize| {
@@ -211,8 +215,8 @@ impl Reader<'_> {
             assignment.factor * assignment.unit.to_si(sum + assignment.offset)
         };
         match kept {
-            None => values.extend((0..raw[0].0.len()).map(convert)),
-            Some(kept) => values.extend(kept.iter().map(|&index| convert(index))),
+            None => (0..raw[0].0.len()).map(convert).collect(),
+            Some(kept) => kept.iter().map(|&index| convert(index)).collect(),
         }
     }
 

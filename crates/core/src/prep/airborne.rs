@@ -40,8 +40,7 @@ fn quantile(mut values: Vec<f64>, share: f64) -> Option<f64> {
 
 /// Spans whose finite samples all satisfy `holds`, none across a pause; each reaches to the sample that ends it.
 fn spans_where(series: &Series, holds: impl Fn(f64) -> bool) -> Vec<TimeRange> {
-    let pairs = series.time_s.iter().zip(&*series.values).filter(|(_, value)| value.is_finite());
-    let (time, values): (Vec<f64>, Vec<f64>) = pairs.map(|(time, value)| (*time, *value)).unzip();
+    let (time, values) = series.finite();
     let mut spans = Vec::new();
     for range in stretches(&time, gap_threshold_s(&time)) {
         let mut open: Option<f64> = None;

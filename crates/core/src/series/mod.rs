@@ -3,6 +3,7 @@
 mod decimate;
 mod gap;
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -39,7 +40,20 @@ pub struct Statistics {
     pub deviation: f64,
 }
 
+/// Times and values of the finite samples of a series, as they stand where all are.
+pub type FiniteSamples<'a> = (Cow<'a, [f64]>, Cow<'a, [f64]>);
+
 impl Series {
+    /// Its finite samples.
+    pub fn finite(&self) -> FiniteSamples<'_> {
+        if self.values.iter().all(|value| value.is_finite()) {
+            return (Cow::Borrowed(&self.time_s), Cow::Borrowed(&self.values));
+        }
+        let pairs = self.time_s.iter().zip(self.values.iter()).filter(|(_, value)| value.is_finite());
+        let (time_s, values): (Vec<f64>, Vec<f64>) = pairs.unzip();
+        (Cow::Owned(time_s), Cow::Owned(values))
+    }
+
     /// Statistics of the finite samples inside `range`, both ends included; `None` where there are none.
     pub fn statistics(&self, range: TimeRange) -> Option<Statistics> {
         let inside = range.indices(&self.time_s);
