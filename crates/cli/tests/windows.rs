@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 #[path = "common/flight.rs"]
 mod flight;
 
-/// Most that a sample may take, bytes: what the window is refused by beforehand.
+/// Most that a sample may take, bytes.
 const BYTES_PER_SAMPLE: f64 = 1_500.0;
 
 /// Largest resident memory of a run over a window of `samples`, bytes.
