@@ -2,41 +2,92 @@
 //!
 //! A session names them `builtin:` and their path below `assets/` or `sessions/`, so it works wherever the program does.
 
+use std::borrow::Cow;
 use std::collections::HashMap;
-use std::io::Write;
+use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{LazyLock, Mutex, OnceLock, PoisonError};
 
 use doublet_core::load::aircraft;
-use include_dir::{Dir, DirEntry, File, include_dir};
+use flate2::read::DeflateDecoder;
 use sha2::{Digest, Sha256};
+use xxhash_rust::xxh3::xxh3_128;
 
 use crate::keep::{PrivateFolder, hex};
+use Bytes::{Deflated, Plain};
 
-static ASSETS: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/../../assets");
-static SESSIONS: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/../../sessions");
+/// A file inside the program.
+struct Shipped {
+    /// Below its folder, with slashes.
+    path: &'static str,
+    bytes: Bytes,
+    /// XXH3 of the contents.
+    sum: u128,
+}
+
+/// The contents of a file as they lie in the program.
+enum Bytes {
+    Plain(&'static [u8]),
+    Deflated { bytes: &'static [u8], size: usize },
+}
+
+/// `assets/` and `sessions/` by `build.rs`, in order of their paths.
+static ASSETS: &[Shipped] = include!(concat!(env!("OUT_DIR"), "/assets.rs"));
+static SESSIONS: &[Shipped] = include!(concat!(env!("OUT_DIR"), "/sessions.rs"));
+
+impl Shipped {
+    /// The contents; what is read in place is never packed.
+    fn plain(&self) -> Option<&'static [u8]> {
+        match self.bytes {
+            Plain(bytes) => Some(bytes),
+            Deflated { .. } => None,
+        }
+    }
+
+    fn text(&self) -> Option<&'static str> {
+        std::str::from_utf8(self.plain()?).ok()
+    }
+
+    /// The name in `folder` without extension, of a `.toml` that lies there.
+    fn stem_in(&self, folder: &str) -> Option<&'static str> {
+        let name = self.path.strip_prefix(folder)?;
+        name.strip_suffix(".toml").filter(|stem| !stem.contains('/'))
+    }
+
+    fn contents(&self) -> std::io::Result<Cow<'static, [u8]>> {
+        match self.bytes {
+            Plain(bytes) => Ok(Cow::Borrowed(bytes)),
+            Deflated { bytes, size } => {
+                let mut contents = Vec::with_capacity(size);
+                DeflateDecoder::new(bytes).read_to_end(&mut contents)?;
+                Ok(Cow::Owned(contents))
+            }
+        }
+    }
+}
 
 /// What a path in a session starts with when it names a built-in.
 pub const PREFIX: &str = "builtin:";
 
+fn asset(path: &str) -> Option<&'static Shipped> {
+    ASSETS.iter().find(|file| file.path == path)
+}
+
 /// A built-in text: `aircraft/c337f.toml`, or `c337f` in the `folder` `aircraft`.
 pub fn text(folder: &str, name: &str) -> Option<&'static str> {
-    let file = ASSETS.get_file(name).or_else(|| ASSETS.get_file(format!("{folder}/{name}.toml")));
-    file.or_else(|| ASSETS.get_file(format!("{folder}/{name}")))?.contents_utf8()
+    let file = asset(name).or_else(|| asset(&format!("{folder}/{name}.toml")));
+    file.or_else(|| asset(&format!("{folder}/{name}")))?.text()
 }
 
 /// A font by its file's name in `assets/fonts/`; empty where there is none.
 pub fn font(name: &str) -> &'static [u8] {
-    ASSETS.get_file(format!("fonts/{name}")).map_or(&[], File::contents)
+    asset(&format!("fonts/{name}")).and_then(Shipped::plain).unwrap_or_default()
 }
 
 /// Names of the built-in files of a folder of `assets/`, without their extension.
 pub fn names(folder: &str) -> Vec<&'static str> {
-    let files = ASSETS.get_dir(folder).into_iter().flat_map(Dir::files);
-    files
-        .filter(|file| file.path().extension().is_some_and(|e| e == "toml"))
-        .filter_map(|f| f.path().file_stem()?.to_str())
-        .collect()
+    let folder = format!("{folder}/");
+    ASSETS.iter().filter_map(|file| file.stem_in(&folder)).collect()
 }
 
 /// Names of the aircraft; their folder holds instruments and aerodynamic truths besides.
@@ -50,14 +101,12 @@ pub fn aircraft() -> Vec<&'static str> {
 
 /// A session that comes with the program, by its path in `sessions/` without extension.
 pub fn session(name: &str) -> Option<&'static str> {
-    SESSIONS.get_file(format!("{name}.toml"))?.contents_utf8()
+    SESSIONS.iter().find(|file| file.path.strip_suffix(".toml") == Some(name))?.text()
 }
 
 /// Names of the sessions that come with the program and need no recording beside what comes with it.
 pub fn sessions() -> Vec<&'static str> {
-    let mut names: Vec<_> = SESSIONS.files().filter_map(|file| file.path().file_stem()?.to_str()).collect();
-    names.sort_unstable();
-    names
+    SESSIONS.iter().filter_map(|file| file.stem_in("")).collect()
 }
 
 /// Place on disk of a built-in file or folder, written there on first use: in the cache folder of the user, or in a folder of this
@@ -68,7 +117,7 @@ pub fn sessions() -> Vec<&'static str> {
 /// # Errors
 /// One line when nothing is called so or the files can be written nowhere.
 pub fn on_disk(name: &str) -> Result<PathBuf, String> {
-    // Hashing and comparing megabytes once per program is enough; a file that left the disk since is written again.
+    // Comparing megabytes once per program is enough; a file that left the disk since is written again.
     static PLACES: LazyLock<Mutex<HashMap<String, PathBuf>>> = LazyLock::new(Mutex::default);
     let known = PLACES.lock().unwrap_or_else(PoisonError::into_inner).get(name).cloned();
     if let Some(place) = known.filter(|place| place.exists()) {
@@ -80,19 +129,21 @@ pub fn on_disk(name: &str) -> Result<PathBuf, String> {
 }
 
 fn write_entry(name: &str) -> Result<PathBuf, String> {
-    let entry = ASSETS.get_entry(name).ok_or_else(|| format!("no built-in is called '{name}'"))?;
-    let mut files = Vec::new();
-    collect(entry, &mut files);
+    let below = format!("{name}/");
+    let files: Vec<_> = ASSETS.iter().filter(|file| file.path == name || file.path.starts_with(&below)).collect();
+    if files.is_empty() {
+        return Err(format!("no built-in is called '{name}'"));
+    }
     let mut hasher = Sha256::new();
-    for (path, contents) in &files {
-        hasher.update(path.to_string_lossy().as_bytes());
-        hasher.update(contents);
+    for file in &files {
+        hasher.update(file.path);
+        hasher.update(file.sum.to_le_bytes());
     }
     let hash = hex(&hasher.finalize()[..8]);
     let put = |root: &Path| {
-        files.iter().try_for_each(|(path, contents)| {
-            let place = root.join(path);
-            write_once(&place, contents).map_err(|error| format!("{}: {error}", place.display()))
+        files.iter().try_for_each(|file| {
+            let place = root.join(file.path);
+            write_once(&place, file).map_err(|error| format!("{}: {error}", place.display()))
         })
     };
     let refused = match cache_folder().map(|folder| folder.join(&hash)) {
@@ -133,13 +184,6 @@ fn shared_memory() -> Option<PathBuf> {
     place.is_dir().then_some(place)
 }
 
-fn collect(entry: &'static DirEntry<'static>, files: &mut Vec<(&'static Path, &'static [u8])>) {
-    match entry {
-        DirEntry::File(file) => files.push((file.path(), file.contents())),
-        DirEntry::Dir(dir) => dir.entries().iter().for_each(|entry| collect(entry, files)),
-    }
-}
-
 fn cache_folder() -> Option<PathBuf> {
     let home = || std::env::var_os("HOME").map(|home| Path::new(&home).join(".cache"));
     let base = std::env::var_os("XDG_CACHE_HOME").map(PathBuf::from).or_else(home)?;
@@ -147,14 +191,62 @@ fn cache_folder() -> Option<PathBuf> {
 }
 
 /// Writes the file unless it is there in full, so that two programs may do so at once.
-fn write_once(path: &Path, contents: &[u8]) -> std::io::Result<()> {
-    if std::fs::read(path).is_ok_and(|present| present == contents) {
+fn write_once(path: &Path, file: &Shipped) -> std::io::Result<()> {
+    if std::fs::read(path).is_ok_and(|present| xxh3_128(&present) == file.sum) {
         return Ok(());
     }
     let folder = path.parent().unwrap_or(Path::new("."));
     std::fs::create_dir_all(folder)?;
-    let mut file = tempfile::NamedTempFile::new_in(folder)?;
-    file.write_all(contents)?;
-    file.persist(path)?;
+    let mut written = tempfile::NamedTempFile::new_in(folder)?;
+    written.write_all(&file.contents()?)?;
+    written.persist(path)?;
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every file comes out as it lies in the repository, and recordings of text are packed.
+    #[test]
+    fn every_file_is_that_of_the_repository() {
+        for (folder, files) in [("assets", ASSETS), ("sessions", SESSIONS)] {
+            let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(folder);
+            for file in files {
+                let there = std::fs::read(root.join(file.path)).unwrap();
+                assert!(*file.contents().unwrap() == there, "{}", file.path);
+                assert_eq!(file.sum, xxh3_128(&there), "{}", file.path);
+            }
+        }
+        let packed: Vec<_> = ASSETS.iter().filter(|file| file.plain().is_none()).collect();
+        assert_eq!(packed.len(), 6);
+        assert!(packed.iter().all(|file| match file.bytes {
+            Deflated { bytes, size } => 3 * bytes.len() < size,
+            Plain(_) => false,
+        }));
+    }
+
+    #[test]
+    fn names_are_those_of_the_folder() {
+        assert_eq!(names("equations"), ["lateral", "longitudinal", "short_period"]);
+        assert_eq!(names("flights"), Vec::<&str>::new());
+        assert_eq!(sessions(), ["demo", "demo_thesis"]);
+        assert!(session("reference/phlab_short_period").is_some() && session("reference").is_none());
+        assert!(font("DejaVuSans.ttf").len() > 700_000 && font("none").is_empty());
+    }
+
+    /// What is on disk is the file, also where another left something else in its place.
+    #[test]
+    fn a_changed_file_on_disk_is_written_again() {
+        let folder = tempfile::tempdir().unwrap();
+        let place = folder.path().join("flights/demo/pod.csv");
+        let file = asset("flights/demo/pod.csv").unwrap();
+        for before in [None, Some("other"), Some("")] {
+            if let Some(text) = before {
+                std::fs::write(&place, text).unwrap();
+            }
+            write_once(&place, file).unwrap();
+            assert_eq!(xxh3_128(&std::fs::read(&place).unwrap()), file.sum);
+        }
+    }
 }
