@@ -4,6 +4,8 @@
 
 mod html;
 #[cfg(feature = "pdf")]
+mod library;
+#[cfg(feature = "pdf")]
 mod pdf;
 pub mod svg;
 

@@ -14,11 +14,12 @@ use typst::foundations::{Bytes, Datetime, Duration, Smart};
 use typst::syntax::{FileId, RootedPath, Source, VirtualPath, VirtualRoot};
 use typst::text::{Font, FontBook};
 use typst::utils::LazyHash;
-use typst::{Library, LibraryExt, World};
+use typst::{Library, World};
 use typst_layout::PagedDocument;
 use typst_pdf::PdfOptions;
 
 use crate::figures;
+use crate::library::library;
 use crate::svg::svg;
 
 /// The typeset source.
@@ -177,7 +178,7 @@ struct Memory {
 impl Memory {
     fn new(source: &str) -> Result<Self, String> {
         Ok(Self {
-            library: LazyHash::new(Library::default()),
+            library: LazyHash::new(library()),
             source: Source::new(file_id("report.typ")?, source.to_owned()),
             files: HashMap::new(),
         })
