@@ -17,8 +17,8 @@ mod tour;
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, OnceLock};
 
 pub use doublet_engine::document::Document;
 use doublet_engine::keep::{self, Put};
@@ -115,16 +115,59 @@ pub struct Workbench {
     figure: Option<doublet_engine::report::document::Figure>,
 }
 
+/// What caused the first run of a document.
+const OPENED: &str = "open";
+
+/// A document that is computed while its window is still being made.
+struct Opening {
+    document: Document,
+    engine: Engine,
+    /// Generation of the first run.
+    awaited: u64,
+    /// What is asked for a frame when something is published, once there is a window.
+    shown: Arc<OnceLock<egui::Context>>,
+}
+
+impl Opening {
+    fn new(document: Document) -> std::io::Result<Self> {
+        let shown = Arc::<OnceLock<egui::Context>>::default();
+        let window = Arc::clone(&shown);
+        let engine = Engine::start(move || {
+            if let Some(ctx) = window.get() {
+                ctx.request_repaint();
+            }
+        })?;
+        let session = Arc::clone(document.history.present());
+        let awaited = engine.request(Request {
+            first: session.windows.first().map(|window| window.name.clone()),
+            session,
+            folder: document.folder.clone(),
+            studies: Vec::new(),
+            cause: OPENED.to_owned(),
+            fresh: true,
+        });
+        Ok(Self { document, engine, awaited, shown })
+    }
+}
+
 impl Workbench {
-    /// Sets fonts and themes up, takes the stored layout and starts computing.
+    /// Starts computing, sets fonts and themes up and takes the stored layout.
     ///
     /// # Errors
     /// When the operating system refuses a thread.
     pub fn new(cc: &eframe::CreationContext<'_>, document: Document) -> std::io::Result<Self> {
+        Ok(Self::show(cc, Opening::new(document)?))
+    }
+
+    /// Sets fonts and themes up and takes the stored layout, for what is being computed already.
+    fn show(cc: &eframe::CreationContext<'_>, opening: Opening) -> Self {
+        let Opening { document, engine, awaited, shown: window } = opening;
         theme::install(&cc.egui_ctx);
         let state = UiState::load(cc.storage);
         cc.egui_ctx.set_theme(state.appearance);
-        let ctx = cc.egui_ctx.clone();
+        // What was published before is read by the first frame.
+        let _ = window.set(cc.egui_ctx.clone());
+        let requested = Some(Arc::clone(document.history.present()));
         let mut app = Self {
             state,
             palette: CommandPalette::default(),
@@ -132,12 +175,12 @@ impl Workbench {
             files: Files::default(),
             references: Vec::new(),
             message: None,
-            engine: Engine::start(move || ctx.request_repaint())?,
+            engine,
             snapshot: Arc::default(),
-            requested: None,
-            awaited: 0,
-            fresh: true,
-            cause: "open".to_owned(),
+            requested,
+            awaited,
+            fresh: false,
+            cause: OPENED.to_owned(),
             studies: Vec::new(),
             asked: None,
             guarded: None,
@@ -170,11 +213,11 @@ impl Workbench {
         };
         // The zoom is kept over a restart on the same session.
         let shown = std::mem::take(&mut app.state.time);
-        app.enter();
+        app.look_at_all();
         if app.state.session == app.document.path {
             app.state.time = shown;
         }
-        Ok(app)
+        app
     }
 
     /// Asks for `command` before the next frame.
@@ -284,13 +327,19 @@ impl Workbench {
 
     /// Shows a document that was just opened: all of it, with nothing of the one before.
     fn enter(&mut self) {
+        self.start_shown = false;
+        self.fresh = true;
+        OPENED.clone_into(&mut self.cause);
+        self.look_at_all();
+        self.compute();
+        self.keep_document();
+    }
+
+    /// Chooses the first window of a document and nothing else.
+    fn look_at_all(&mut self) {
         self.state.selection = Default::default();
         self.state.time = Default::default();
         self.state.window_time = Default::default();
-        self.start_shown = false;
-        self.requested = None;
-        self.fresh = true;
-        "open".clone_into(&mut self.cause);
         if let Some(path) = self.document.path.clone() {
             self.state.remember(&path);
         }
@@ -298,8 +347,6 @@ impl Workbench {
         if let Some(first) = session.windows.first() {
             crate::panels::choose(&mut self.state, &session, &first.name);
         }
-        self.compute();
-        self.keep_document();
     }
 
     /// Asks the engine for everything that follows from the session.
@@ -341,6 +388,8 @@ pub fn run(session: Option<&Path>) -> Result<(), String> {
         Some(path) => Document::open(path)?,
         None => Workbench::nothing_open(),
     };
+    // The window takes as long to make as reading the recordings does.
+    let opening = Opening::new(document).map_err(|error| error.to_string())?;
     let started = Arc::new(AtomicBool::new(false));
     let usual = std::panic::take_hook();
     let quiet = Arc::clone(&started);
@@ -366,7 +415,7 @@ pub fn run(session: Option<&Path>) -> Result<(), String> {
             options,
             Box::new(move |cc| {
                 running.store(true, Ordering::Relaxed);
-                Ok(Box::new(Workbench::new(cc, document)?.keeping_work_in(keep::state_folder())))
+                Ok(Box::new(Workbench::show(cc, opening).keeping_work_in(keep::state_folder())))
             }),
         )
     }));
