@@ -74,7 +74,7 @@ pub struct PathSeries {
     pub truth: [Option<Series>; STATES],
     /// Measurements as the filter got them; empty where there are none.
     pub measured: [Series; MEASUREMENTS],
-    /// What the filtered states say each measurement was, at their samples.
+    /// What the smoothed states say each measurement was, at their samples; the filtered ones where nothing is smoothed.
     pub reconstructed: [Series; MEASUREMENTS],
     /// Innovations.
     pub innovations: [Series; MEASUREMENTS],
@@ -471,13 +471,14 @@ fn path_series(known: &[Option<Series>; STATES], data: &FilterData, reconstructi
         false => at(&reconstruction.update_time_s, column),
     };
     let states = reconstruction.states.each_ref().map(series);
-    let reconstructed = measurements_of(&states);
+    let smoothed = reconstruction.smoothed.as_ref().map(|smoothed| SmoothedSeries {
+        states: smoothed.states.each_ref().map(series),
+        deviations: smoothed.deviations.each_ref().map(shared),
+    });
+    let reconstructed = measurements_of(smoothed.as_ref().map_or(&states, |smoothed| &smoothed.states));
     PathSeries {
         deviations: reconstruction.deviations.each_ref().map(shared),
-        smoothed: reconstruction.smoothed.as_ref().map(|smoothed| SmoothedSeries {
-            states: smoothed.states.each_ref().map(series),
-            deviations: smoothed.deviations.each_ref().map(shared),
-        }),
+        smoothed,
         truth: std::array::from_fn(|at| {
             known[at].as_ref().map(|truth| on_turn_of(&states[at], State::ALL[at].dimension(), truth))
         }),
@@ -520,7 +521,7 @@ fn hold_last(column: &[f64]) -> Arc<[f64]> {
     column.iter().map(hold).collect()
 }
 
-/// Measurements of the filtered states (thesis Eq. 3.8): positions and angles are states, ground velocity is airspeed turned to
+/// Measurements of filtered or smoothed states (thesis Eq. 3.8): positions and angles are states, ground velocity is airspeed turned to
 /// the local frame plus wind, airspeed and flow angles follow from the body components.
 fn measurements_of(states: &[Series; STATES]) -> [Series; MEASUREMENTS] {
     let time_s = &states[0].time_s;
