@@ -1,15 +1,16 @@
 //! A design as a card: stick picture, excursions with their limits, errors to expect.
 
+use doublet_core::quantity::Role;
 use doublet_core::series::Series;
 use doublet_dynamics::design::{Designed, SURFACE_NAMES};
 
 use super::enough::{DerivativeRow, Enough, NextRow};
-use super::rows::{ComparedKind, DesignRow};
-use crate::date;
+use super::rows::{ComparedKind, DesignRow, ExcursionRow};
 use crate::report::document::{Axis, Block, Document, Figure, LineStyle, Mark, Panel, Plot, Section, line, points};
 use crate::report::{Cell, Column, Table, TableOf, significant};
 use crate::session::Session;
 use crate::verdict::Level;
+use crate::{date, notation};
 
 /// Lays the card of a design out.
 pub fn design_document(session: &Session, row: &DesignRow, designed: &Designed) -> Document {
@@ -87,23 +88,25 @@ fn input(row: &DesignRow, designed: &Designed) -> Vec<Block> {
     blocks
 }
 
+/// Excursions in the units people read, angles in degrees.
 fn excursions(row: &DesignRow) -> Table {
     let caption = "Three standard deviations beyond the mean extremes over gusts, starts and draws of the derivatives.";
+    let factor = |own: &&ExcursionRow| notation::shown(own.unit).map_or(1.0, |shown| shown.1);
     TableOf::new("excursions", caption, &row.excursions)
-        .text("name", "quantity", |own| own.name)
-        .text("unit", "unit", |own| own.unit)
-        .number("low", "least", "", 4, |own| own.low)
-        .number("high", "greatest", "", 4, |own| own.high)
-        .maybe("limit_low", "least limit", "", 4, |own| own.limit_low)
-        .maybe("limit_high", "greatest limit", "", 4, |own| own.limit_high)
-        .maybe("margin", "margin", "", 3, |own| own.margin)
+        .text("name", "quantity", |own| Role::from_name(own.name).map_or(own.name, notation::role))
+        .text("unit", "unit", |own| notation::shown(own.unit).map_or(own.unit, |shown| shown.0))
+        .number("low", "least", "", 4, |own| factor(own) * own.low)
+        .number("high", "greatest", "", 4, |own| factor(own) * own.high)
+        .maybe("limit_low", "least limit", "", 4, |own| Some(factor(own) * own.limit_low?))
+        .maybe("limit_high", "greatest limit", "", 4, |own| Some(factor(own) * own.limit_high?))
+        .maybe("margin", "margin", "", 3, |own| Some(factor(own) * own.margin?))
         .done()
 }
 
 fn predicted(row: &DesignRow) -> Table {
     let caption = "Standard errors this input will give by itself; the error now beside them.";
     TableOf::new("predicted", caption, &row.predicted)
-        .text("name", "derivative", |own| &own.name)
+        .symbol("name", "derivative", |own| &own.name)
         .number("estimate", "estimate", "", 4, |own| own.estimate)
         .maybe("corrected", "error to expect", "", 2, |own| own.corrected)
         .maybe("relative_error_percent", "relative", "%", 2, |own| own.relative_error_percent)
@@ -119,7 +122,7 @@ pub fn comparison_table(rows: &[ComparedKind]) -> Table {
         .maybe("d", "d", "", 4, cost("d"))
         .maybe("a", "a", "", 4, cost("a"))
         .maybe("worst_relative_error_percent", "worst relative", "%", 3, |own| own.worst_relative_error_percent)
-        .optional("worst", "least certain", |own| own.worst.as_deref())
+        .column(Column::new("worst", "least certain"), |own| own.worst.as_deref().map_or(Cell::Empty, symbol))
         .optional("error", "", |own| own.error.as_deref())
         .done()
 }
@@ -187,7 +190,7 @@ fn errors_over_goals(found: &Enough) -> Figure {
                 let error = window.corrected.get(at).copied().flatten();
                 [window.time_s, ratio(error, row.goal).log10()]
             });
-            points(crate::notation::derivative(&row.name), colour, LineStyle::Solid, over)
+            points(notation::derivative(&row.name), colour, LineStyle::Solid, over)
         })
         .collect();
     let end_s = found.windows.last().map_or(0.0, |window| window.time_s);

@@ -10,6 +10,7 @@ use doublet_dynamics::design::{
 use serde::Serialize;
 
 use crate::graph::StageResult;
+use crate::notation;
 use crate::report::significant;
 
 /// A design and what it promises.
@@ -199,12 +200,12 @@ pub fn designed_rows(
         row.notes.push(format!("{} of {} draws have no trim or left the flight", row.failed_samples, row.samples));
     }
     for own in row.excursions.iter().filter(|own| own.margin.is_some_and(|margin| margin < 0.0)) {
+        let (unit, factor) = notation::shown(own.unit).unwrap_or((own.unit, 1.0));
         row.notes.push(format!(
-            "{} may pass its limit ({}) by {} {}",
+            "{} may pass its limit ({}) by {} {unit}",
             own.name,
             own.limit_source.as_deref().unwrap_or_default(),
-            significant(-own.margin.unwrap_or_default(), 2),
-            own.unit
+            significant(-factor * own.margin.unwrap_or_default(), 2),
         ));
     }
     Ok((row, designed))
