@@ -4,7 +4,7 @@ use doublet_core::quantity::{Dimension, Role};
 pub use doublet_engine::notation::{derivative, derivative_parts, measurement, role, signal, state, term};
 use doublet_engine::notation::{role_unit, unit};
 use eframe::egui::text::{LayoutJob, TextFormat};
-use eframe::egui::{self, Align, FontId};
+use eframe::egui::{self, Align, Color32, FontId};
 use serde::{Deserialize, Serialize};
 
 use crate::widgets::quantity_edit::concise;
@@ -54,18 +54,125 @@ pub fn duration(took: std::time::Duration) -> String {
     if seconds < 1.0 { format!("{:.0} ms", 1e3 * seconds) } else { format!("{seconds:.1} s") }
 }
 
+/// Size of a subscript over that of its letter.
+const SUBSCRIPT: f32 = 0.77;
+/// Axes a coefficient is called by.
+const AXES: &str = "XYZlmnDL";
+/// What the subscript of a derivative begins with after its axis, and what it has else.
+const FIRST: &str = "αβδΔpqr0M";
+const OTHER: &str = "aefgrtVₜ²³·0123456789\u{307}\u{302}";
+/// Quantities whose names in files are words for a letter.
+const LETTERS: [Role; 12] = [
+    Role::AngleOfAttack,
+    Role::Sideslip,
+    Role::BankAngle,
+    Role::PitchAngle,
+    Role::HeadingAngle,
+    Role::VelocityNorth,
+    Role::VelocityEast,
+    Role::VelocityDown,
+    Role::Aileron,
+    Role::Elevator,
+    Role::Rudder,
+    Role::ElevatorTrim,
+];
+
+/// How long ago, in words.
+pub fn ago(age: std::time::Duration) -> String {
+    let minutes = age.as_secs() / 60;
+    match minutes {
+        0 => "less than a minute ago".to_owned(),
+        1..120 => format!("{minutes} min ago"),
+        120..2880 => format!("{} hours ago", minutes / 60),
+        2880..1_051_200 => format!("{} days ago", minutes / 1440),
+        _ => format!("{} years ago", minutes / 525_600),
+    }
+}
+
 /// A derivative with its subscript set small and low.
 pub fn derivative_job(ui: &egui::Ui, name: &str) -> LayoutJob {
     let (letter, subscript, suffix) = derivative_parts(name);
-    let color = ui.visuals().text_color();
-    let format = |size, valign| TextFormat { font_id: FontId::proportional(size), color, valign, ..Default::default() };
     let mut job = LayoutJob::default();
-    job.append(&letter, 0.0, format(13.0, Align::Center));
-    job.append(&subscript, 0.5, format(10.0, Align::BOTTOM));
+    append(&mut job, (&letter, &subscript), 13.0, Color32::PLACEHOLDER);
     if !suffix.is_empty() {
-        job.append(&suffix, 0.0, TextFormat { color: ui.visuals().weak_text_color(), ..format(11.0, Align::Center) });
+        append(&mut job, (&suffix, ""), 11.0, ui.visuals().weak_text_color());
     }
     job
+}
+
+/// `text` of that size as it is printed: coefficients and derivatives with their subscript small and low, Greek letters for the names of
+/// files. What stands between single quotes is left as it is. Its colour is that of the widget it is drawn by.
+pub fn typeset(text: &str, size: f32) -> LayoutJob {
+    typeset_in(text, size, Color32::PLACEHOLDER)
+}
+
+/// The same in a colour of its own.
+pub fn typeset_in(text: &str, size: f32, color: Color32) -> LayoutJob {
+    let mut job = LayoutJob::default();
+    for (letter, subscript) in symbols(text) {
+        append(&mut job, (&letter, &subscript), size, color);
+    }
+    job
+}
+
+fn append(job: &mut LayoutJob, (letter, subscript): (&str, &str), size: f32, color: Color32) {
+    let format = |size, valign| TextFormat { font_id: FontId::proportional(size), color, valign, ..Default::default() };
+    job.append(letter, 0.0, format(size, Align::Center));
+    if !subscript.is_empty() {
+        job.append(subscript, 0.5, format(SUBSCRIPT * size, Align::BOTTOM));
+    }
+}
+
+/// Stretches of a text, each with the subscript that follows it.
+fn symbols(text: &str) -> Vec<(String, String)> {
+    let mut found = vec![(String::new(), String::new())];
+    let mut quoted = false;
+    let is_of_word = |letter: char| letter.is_alphanumeric() || "_·²³ₜ\u{307}\u{302}".contains(letter);
+    let mut rest = text;
+    while let Some(first) = rest.chars().next() {
+        let end = match is_of_word(first) {
+            true => rest.find(|letter| !is_of_word(letter)).unwrap_or(rest.len()),
+            false => first.len_utf8(),
+        };
+        let (word, after) = rest.split_at(end);
+        rest = after;
+        // An apostrophe within a word quotes nothing.
+        let before = found.last().and_then(|(text, _)| text.chars().last());
+        if first == '\'' && (quoted || !before.is_some_and(char::is_alphanumeric)) {
+            quoted = !quoted;
+        }
+        let symbol = match first {
+            _ if quoted => None,
+            '-' if !before.is_some_and(char::is_alphanumeric)
+                && rest.starts_with(|next: char| next.is_ascii_digit()) =>
+            {
+                Some(("\u{2212}".to_owned(), String::new()))
+            }
+            _ => symbol(word),
+        };
+        let (letter, subscript) = symbol.unwrap_or_else(|| (word.to_owned(), String::new()));
+        match found.last_mut() {
+            Some((text, own)) if own.is_empty() => (text.push_str(&letter), *own = subscript).1,
+            _ => found.push((letter, subscript)),
+        }
+    }
+    found
+}
+
+/// Letter and subscript of a word that is a coefficient, a derivative or the name of a quantity.
+fn symbol(word: &str) -> Option<(String, String)> {
+    if let Some(of) = Role::from_name(word).filter(|role| LETTERS.contains(role)) {
+        return Some((role(of).to_owned(), String::new()));
+    }
+    let (change, symbol) = word.strip_prefix('Δ').map_or(("", word), |symbol| ("Δ", symbol));
+    let variables = symbol.strip_prefix('C')?.strip_prefix(|axis| AXES.contains(axis))?;
+    let begins = |with: &str| variables.chars().next().is_some_and(|first| with.contains(first));
+    let is_symbol = variables.chars().all(|letter| FIRST.contains(letter) || OTHER.contains(letter));
+    if !(variables.is_empty() || begins("_") || (begins(FIRST) && is_symbol)) {
+        return None;
+    }
+    let (letter, subscript, _) = derivative_parts(symbol);
+    Some((format!("{change}{letter}"), subscript))
 }
 
 /// A number for a table: four significant digits, a true minus sign.
@@ -126,6 +233,23 @@ mod tests {
         assert_eq!(fixed(-1.25, 1), "\u{2212}1.2");
         assert_eq!(fixed(-0.004, 2), "0.00");
         assert_eq!(fixed(-1e-9, 0), "0");
+    }
+
+    #[test]
+    fn symbols_of_a_text_have_subscripts_and_greek_letters() {
+        let set = |text: &str| -> Vec<String> {
+            symbols(text).iter().map(|(text, under)| format!("{text}|{under}")).collect()
+        };
+        assert_eq!(set("CX_alpha2 (pooled)"), ["C|Xα²", " (pooled)|"]);
+        assert_eq!(set("CXα and ΔCY"), ["C|Xα", " and ΔC|Y"]);
+        assert_eq!(set("Cmα̇ [1]"), ["C|mα̇", " [1]|"]);
+        assert_eq!(set("most of psi, v_east"), ["most of ψ, Ve|"]);
+        for same in ["Clear of Clouds, CG, C, CXYZ, Cmd", "nothing gives 'delta_e'", "the window's CSV"] {
+            assert_eq!(set(same), [format!("{same}|")]);
+        }
+        assert_eq!(set("alone says -0.18, 3-2-1-1 (-4)"), ["alone says \u{2212}0.18, 3-2-1-1 (\u{2212}4)|"]);
+        assert_eq!(set("'phi' is phi's name"), ["'phi' is φ's name|"]);
+        assert_eq!(typeset("Cm_delta_e", 10.0).text, "Cmδe");
     }
 
     #[test]

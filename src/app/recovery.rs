@@ -1,7 +1,6 @@
 //! Unsaved work of a program that ended: recovered, discarded or left for later.
 
 use std::path::PathBuf;
-use std::time::Duration;
 
 use doublet_engine::compare::{self, SettingDifference};
 use doublet_engine::document::Document;
@@ -10,6 +9,7 @@ use doublet_engine::session;
 use eframe::egui::{self, Grid, RichText, ScrollArea, Ui};
 
 use super::Workbench;
+use crate::notation;
 
 /// Differences drawn at most; a session that differs in more is another session.
 const DIFFERENCES: usize = 200;
@@ -146,7 +146,7 @@ impl Found {
     fn new(abandoned: AbandonedAutosave) -> Self {
         let autosave = &abandoned.autosave;
         let name = autosave.of.as_ref().map(|of| of.display().to_string());
-        let age = |time: std::time::SystemTime| time.elapsed().ok().map(ago);
+        let age = |time: std::time::SystemTime| time.elapsed().ok().map(notation::ago);
         Self {
             name: name.unwrap_or_else(|| format!("{} (never saved)", autosave.session.title)),
             since: age(abandoned.kept),
@@ -206,15 +206,4 @@ fn table(rows: &[SettingDifference], name: &str, ui: &mut Ui) {
             }
         });
     });
-}
-
-/// How long ago, in words.
-fn ago(age: Duration) -> String {
-    let minutes = age.as_secs() / 60;
-    match minutes {
-        0 => "less than a minute ago".to_owned(),
-        1..120 => format!("{minutes} min ago"),
-        120..2880 => format!("{} hours ago", minutes / 60),
-        _ => format!("{} days ago", minutes / 1440),
-    }
 }
