@@ -25,6 +25,8 @@ pub enum Topic {
     Panel(Pane),
     /// A word of the glossary.
     Term(String),
+    /// Which doublet this is.
+    About,
 }
 
 /// The window.
@@ -55,7 +57,12 @@ impl Topic {
     /// Its text, Markdown.
     fn text(&self) -> String {
         match self {
-            Self::Contents => manual::contents().to_owned(),
+            Self::Contents => manual::contents().replacen("# Summary", "# Contents", 1),
+            Self::About => format!(
+                "# doublet\n\nAircraft system identification from flight test.\n\n- Version {}\n- Licence MIT or Apache-2.0, as you choose\n\n\
+                 Works offline: no recording leaves this machine.\n",
+                doublet_cli::version()
+            ),
             Self::Page(topic, heading) => {
                 let whole = page(topic);
                 let from = heading.as_deref().and_then(|heading| section(&whole, heading));

@@ -26,6 +26,7 @@ pub fn dispatch(app: &mut Workbench, command: UiCommand, ctx: &egui::Context) {
         UiCommand::Help(HelpCommand::Here) => app.help_here(ctx),
         UiCommand::Help(HelpCommand::Manual) => app.help.open(Topic::Contents),
         UiCommand::Help(HelpCommand::Glossary) => app.help.open(Topic::Page("glossary".to_owned(), None)),
+        UiCommand::Help(HelpCommand::About) => app.help.open(Topic::About),
         UiCommand::Help(HelpCommand::Shortcuts) => show_pane(app, Pane::Shortcuts),
         UiCommand::Help(HelpCommand::Tour) => app.leave(Pending::Tour, ctx),
     }
@@ -218,6 +219,9 @@ fn view(app: &mut Workbench, command: ViewCommand, ctx: &egui::Context) {
         ViewCommand::Workbench => app.leave_start_page(),
         ViewCommand::ResetLayout => app.state.shown = Arranged::new(app.state.shown.key.clone()),
         ViewCommand::Units(units) => app.state.units = units,
+        // By keys egui does it by itself.
+        ViewCommand::Larger => egui::gui_zoom::zoom_in(ctx),
+        ViewCommand::Smaller => egui::gui_zoom::zoom_out(ctx),
         ViewCommand::Appearance(theme) => {
             app.state.appearance = theme;
             ctx.set_theme(theme);

@@ -46,8 +46,8 @@ const MEANINGS: [(&str, &str); 32] = [
     ("Noise and filter", "kalman ekf iekf ukf covariance tuning q r"),
     ("Reconstruction", "states path smoother attitude velocity wind bias fpr"),
     ("Innovations", "nis residual whiteness consistency"),
-    ("Model", "terms structure regressors stepwise polynomial coefficients"),
-    ("Derivatives", "compare stability control estimates intervals table reference"),
+    ("Model", "aic bic pse terms structure regressors stepwise polynomial coefficients"),
+    ("Derivatives", "compare aic bic pse board stability control estimates intervals table reference"),
     ("Fits and residuals", "compare contributions prediction validation information r2"),
     ("Match", "proof part 60 simulator tolerance qtg"),
     ("3-D replay", "attitude play animation compass velocity wind fly film"),
@@ -156,6 +156,7 @@ mod tests {
             ("kalman", "Noise and filter"),
             ("weighing", "Airframe"),
             ("model", "Model"),
+            ("AIC", "Model"),
         ] {
             assert_eq!(matching(&table, typed)[0].name, first, "{typed}");
         }

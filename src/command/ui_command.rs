@@ -137,6 +137,10 @@ pub enum ViewCommand {
     Appearance(ThemePreference),
     /// Choose the units shown.
     Units(Units),
+    /// Make text and controls larger.
+    Larger,
+    /// Make text and controls smaller.
+    Smaller,
 }
 
 /// Commands that explain.
@@ -154,6 +158,8 @@ pub enum HelpCommand {
     Shortcuts,
     /// Show the way from recording to report on the shipped flight.
     Tour,
+    /// Say which doublet this is.
+    About,
 }
 
 /// The menus, in their order.
@@ -215,7 +221,8 @@ impl CommandInfo {
             UiCommand::File(F::Save | F::Export | F::AddReference | F::Quit)
                 | UiCommand::Edit(E::AddWindow | E::UseWindows(WindowRole::Identification) | E::NextWindow)
                 | UiCommand::View(
-                    V::Appearance(ThemePreference::Dark)
+                    V::Larger
+                        | V::Appearance(ThemePreference::Dark)
                         | V::Units(Units::Metric)
                         | V::Step(Step::Recording)
                         | V::Overview
@@ -295,6 +302,8 @@ pub fn table() -> Vec<CommandInfo> {
         view("Open window", ViewCommand::OpenWindow, plain(Key::Enter)),
         view("Zoom to markers", ZoomToMarkers, plain(Key::M)),
         view("Clear markers", ClearMarkers, plain(Key::Escape)),
+        view("Larger text and controls", ViewCommand::Larger, ctrl(Key::Plus)),
+        view("Smaller text and controls", ViewCommand::Smaller, ctrl(Key::Minus)),
         view("Dark theme", Appearance(ThemePreference::Dark), None),
         view("Light theme", Appearance(ThemePreference::Light), None),
         view("Theme of the system", Appearance(ThemePreference::System), None),
@@ -319,6 +328,7 @@ pub fn table() -> Vec<CommandInfo> {
     table.push(help("Keyboard shortcuts", HelpCommand::Shortcuts, ctrl(Key::F1)));
     table.push(row(Menu::Help, "Tour of the shipped flight", UiCommand::Help(HelpCommand::Tour), None));
     table.push(row(Menu::Help, "Find a command", UiCommand::Help(HelpCommand::Palette), ctrl(Key::P)));
+    table.push(help("About doublet", HelpCommand::About, None));
     table
 }
 

@@ -48,6 +48,8 @@ mod tune;
 mod variants;
 mod version;
 
+pub use version::version;
+
 use std::path::PathBuf;
 use std::process::ExitCode;
 
