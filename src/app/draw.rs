@@ -12,7 +12,7 @@ use eframe::egui::{
 use egui_tiles::{Container, EditAction, SimplificationOptions, Tile, TileId, Tiles, Tree, UiResponse};
 
 use super::{Workbench, start, step_bar, timeline};
-use crate::command::{EditCommand, FileCommand, Menu, RunCommand, UiCommand, ViewCommand};
+use crate::command::{CommandInfo, EditCommand, FileCommand, Menu, RunCommand, UiCommand, ViewCommand};
 use crate::layouts::LayoutKey;
 use crate::panels::{Pane, Panel, PanelContext};
 use crate::widgets::level_mark;
@@ -24,6 +24,8 @@ const MESSAGE_S: f64 = 12.0;
 const GAP: f32 = 4.0;
 /// Room kept for the title of the session beside menus and steps.
 const LEAST_TITLE: f32 = 40.0;
+/// Width of a column of the names of panels.
+const PANEL_NAMES: f32 = 150.0;
 
 /// One frame.
 pub fn draw(app: &mut Workbench, ui: &mut Ui) {
@@ -50,8 +52,8 @@ pub fn draw(app: &mut Workbench, ui: &mut Ui) {
         app.commands.push(command);
     }
     app.show_beginning(ui.ctx());
-    if let Some(path) = app.files.show(ui.ctx()) {
-        app.take_file(&path, ui.ctx());
+    if let Some(paths) = app.files.show(ui.ctx()) {
+        app.take_files(&paths, ui.ctx());
     }
     app.show_tour(ui.ctx());
     app.show_help(ui.ctx());
@@ -105,6 +107,9 @@ fn menu(app: &mut Workbench, ui: &mut Ui) -> bool {
     MenuBar::new().ui(ui, |ui| {
         for menu in Menu::ALL {
             ui.menu_button(menu.title(), |ui| {
+                if menu == Menu::Panels {
+                    return panel_menu(&app.state, &app.table, &mut app.commands, ui);
+                }
                 for row in app.table.iter().filter(|row| row.menu == menu) {
                     let (name, enabled) = match row.command {
                         UiCommand::Edit(EditCommand::Undo) => (undo.as_deref(), undo.is_some()),
@@ -158,6 +163,23 @@ fn is_on(state: &crate::ui_state::UiState, command: UiCommand) -> bool {
         UiCommand::View(ViewCommand::Show(pane)) => state.shown.holds(pane),
         _ => false,
     }
+}
+
+/// The panels in two columns: one would be higher than a small screen.
+fn panel_menu(state: &crate::ui_state::UiState, table: &[CommandInfo], commands: &mut Vec<UiCommand>, ui: &mut Ui) {
+    let rows: Vec<&CommandInfo> = table.iter().filter(|row| row.menu == Menu::Panels).collect();
+    ui.horizontal_top(|ui| {
+        for half in rows.chunks(rows.len().div_ceil(2)) {
+            ui.allocate_ui_with_layout(vec2(PANEL_NAMES, 0.0), Layout::top_down_justified(Align::LEFT), |ui| {
+                for row in half {
+                    if ui.add(Button::selectable(is_on(state, row.command), row.name.as_str())).clicked() {
+                        commands.push(row.command);
+                        ui.close();
+                    }
+                }
+            });
+        }
+    });
 }
 
 /// Layouts kept under a name, each with the way to forget it.
@@ -277,8 +299,9 @@ fn lamp(app: &mut Workbench, ui: &mut Ui, busy: bool) {
     lamp.widget_info(|| WidgetInfo::labeled(Role::Button, true, &name));
     let mut clicked = lamp.on_hover_text("What may be believed, and why").clicked();
     if let Some(verdicts) = verdicts {
-        let text = RichText::new(verdicts.headline());
-        let text = if app.snapshot.verdicts.is_stale() { text.weak() } else { text };
+        let (visuals, is_stale) = (ui.visuals(), app.snapshot.verdicts.is_stale());
+        let ink = if is_stale { visuals.weak_text_color() } else { visuals.text_color() };
+        let text = notation::typeset_in(&verdicts.headline(), 13.0, ink);
         clicked |= ui.add(egui::Label::new(text).sense(Sense::click())).clicked();
     }
     if clicked {

@@ -2,15 +2,20 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
+use std::time::Duration;
 
 use eframe::egui::text::{CCursor, CCursorRange};
-use eframe::egui::{self, Align, Layout, ScrollArea, TextEdit};
+use eframe::egui::{self, Align, Button, Label, Layout, RichText, ScrollArea, TextEdit, vec2};
+
+use crate::notation::ago;
 
 /// What a file is wanted for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {
     /// Read an existing file.
     Open,
+    /// Read one or several existing files.
+    Several,
     /// Read an existing folder.
     Folder,
     /// Write a file.
@@ -30,6 +35,8 @@ pub struct FileQuestion {
     pub folder: PathBuf,
     /// Proposed name.
     pub name: String,
+    /// Folders one is likely to want, offered as buttons.
+    pub places: Vec<PathBuf>,
 }
 
 /// One line of a folder.
@@ -39,6 +46,10 @@ pub struct Entry {
     pub is_file: bool,
     /// Name in the folder.
     pub name: String,
+    /// Size of a file, bytes.
+    pub bytes: u64,
+    /// Time since it was last changed, where the system says so.
+    pub age: Option<Duration>,
 }
 
 /// Folders and files of `folder` that end in one of `extensions`, hidden ones left out.
@@ -54,12 +65,37 @@ pub fn entries(folder: &Path, extensions: &[String]) -> std::io::Result<Vec<Entr
         let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
         let offered = extensions.is_empty() || extensions.iter().any(|wanted| wanted.eq_ignore_ascii_case(ending));
         if !name.starts_with('.') && (!is_file || offered) {
-            found.push(Entry { is_file, name: name.to_owned() });
+            let about = path.metadata().ok();
+            let age = about.as_ref().and_then(|about| about.modified().ok()?.elapsed().ok());
+            let bytes = about.filter(|_| is_file).map_or(0, |about| about.len());
+            found.push(Entry { is_file, name: name.to_owned(), bytes, age });
         }
     }
     found.sort();
     Ok(found)
 }
+
+/// `bytes` as people read them.
+fn size(bytes: u64) -> String {
+    let mut value = bytes as f64;
+    let mut unit = "B";
+    for larger in ["kB", "MB", "GB", "TB"] {
+        if value < 999.5 {
+            break;
+        }
+        (value, unit) = (value / 1000.0, larger);
+    }
+    let decimals = usize::from(unit != "B" && value < 99.95);
+    format!("{value:.decimals$} {unit}")
+}
+
+/// Between the names of several files in the field.
+const BETWEEN: &str = "; ";
+/// Width of the dialog and of the columns beside the names, height of a row and of the list, points.
+const WIDTH: f32 = 640.0;
+const COLUMNS: [f32; 2] = [80.0, 150.0];
+const ROW: f32 = 22.0;
+const LIST: f32 = 320.0;
 
 /// Frames in which a new dialog asks for the keyboard.
 const FRAMES_TO_FOCUS: u8 = 3;
@@ -70,6 +106,8 @@ struct OwnDialog {
     folder: PathBuf,
     entries: Vec<Entry>,
     typed: String,
+    /// Files of any ending are listed.
+    all: bool,
     complaint: Option<String>,
     /// Frames in which the field still asks for the keyboard: another dialog may hold it at first.
     to_focus: u8,
@@ -78,14 +116,14 @@ struct OwnDialog {
 /// What a dialog came to.
 enum Answer {
     Open,
-    Chosen(PathBuf),
+    Chosen(Vec<PathBuf>),
     GivenUp,
 }
 
 /// How the question is being put. A dialog of the system takes the keyboard from the window: an answer of none before that means
 /// that the system has no dialog.
 enum Asking {
-    System { question: FileQuestion, shown: bool, answer: Receiver<Option<PathBuf>> },
+    System { question: FileQuestion, shown: bool, answer: Receiver<Option<Vec<PathBuf>>> },
     Own(OwnDialog),
 }
 
@@ -121,11 +159,11 @@ impl Files {
         matches!(self.asking, Some(Asking::Own(_)))
     }
 
-    /// Draws the dialog where it is ours; the file once one is chosen.
-    pub fn show(&mut self, ctx: &egui::Context) -> Option<PathBuf> {
+    /// Draws the dialog where it is ours; the files once any are chosen, one where no more were asked for.
+    pub fn show(&mut self, ctx: &egui::Context) -> Option<Vec<PathBuf>> {
         match self.asking.take()? {
             Asking::System { question, shown, answer } => match answer.try_recv() {
-                Ok(Some(path)) => return Some(path),
+                Ok(Some(paths)) => return Some(paths),
                 Ok(None) if shown => {}
                 Ok(None) | Err(TryRecvError::Disconnected) => {
                     self.own_only = true;
@@ -139,7 +177,7 @@ impl Files {
             },
             Asking::Own(mut dialog) => match dialog.show(ctx) {
                 Answer::Open => self.asking = Some(Asking::Own(dialog)),
-                Answer::Chosen(path) => return Some(path),
+                Answer::Chosen(paths) => return Some(paths),
                 Answer::GivenUp => {}
             },
         }
@@ -148,21 +186,24 @@ impl Files {
 }
 
 /// Asks the system in a thread of its own.
-fn ask_system(question: &FileQuestion, ctx: &egui::Context) -> Option<Receiver<Option<PathBuf>>> {
+fn ask_system(question: &FileQuestion, ctx: &egui::Context) -> Option<Receiver<Option<Vec<PathBuf>>>> {
     let (send, receive) = channel();
     let (question, ctx) = (question.clone(), ctx.clone());
     let ask = move || {
         let mut dialog = rfd::FileDialog::new().set_title(&question.title).set_directory(&question.folder);
         if !question.extensions.is_empty() {
             dialog = dialog.add_filter(question.extensions.join(", "), &question.extensions);
+            dialog = if question.purpose == Purpose::Save { dialog } else { dialog.add_filter("all files", &["*"]) };
         }
-        let path = match question.purpose {
-            Purpose::Open => dialog.pick_file(),
-            Purpose::Folder => dialog.pick_folder(),
-            Purpose::Save => dialog.set_file_name(&question.name).save_file(),
+        let one = |path: Option<PathBuf>| path.map(|path| vec![path]);
+        let paths = match question.purpose {
+            Purpose::Open => one(dialog.pick_file()),
+            Purpose::Several => dialog.pick_files(),
+            Purpose::Folder => one(dialog.pick_folder()),
+            Purpose::Save => one(dialog.set_file_name(&question.name).save_file()),
         };
         // The question may have been forgotten meanwhile; then nobody listens.
-        let _ = send.send(path);
+        let _ = send.send(paths);
         ctx.request_repaint();
     };
     std::thread::Builder::new().name("file dialog".to_owned()).spawn(ask).ok().map(|_| receive)
@@ -177,6 +218,7 @@ impl OwnDialog {
             folder: PathBuf::new(),
             entries: Vec::new(),
             typed,
+            all: false,
             complaint: None,
             to_focus: FRAMES_TO_FOCUS,
         };
@@ -186,7 +228,8 @@ impl OwnDialog {
 
     /// Shows another folder, or says why not.
     fn enter(&mut self, folder: PathBuf) {
-        match entries(&folder, &self.question.extensions) {
+        let extensions = if self.all { &[][..] } else { &self.question.extensions };
+        match entries(&folder, extensions) {
             Ok(entries) => {
                 self.entries = entries;
                 self.folder = folder;
@@ -201,7 +244,7 @@ impl OwnDialog {
     fn show(&mut self, ctx: &egui::Context) -> Answer {
         let mut answer = Answer::Open;
         egui::Modal::new(egui::Id::unique("file dialog")).show(ctx, |ui| {
-            ui.set_width(560.0);
+            ui.set_width(WIDTH.min(ctx.content_rect().width() - 40.0));
             ui.heading(&self.question.title);
             ui.add_space(4.0);
             answer = self.contents(ui);
@@ -209,14 +252,32 @@ impl OwnDialog {
         if ctx.input(|i| i.key_pressed(egui::Key::Escape)) { Answer::GivenUp } else { answer }
     }
 
-    fn contents(&mut self, ui: &mut egui::Ui) -> Answer {
-        ui.horizontal(|ui| {
+    /// Ways to other folders.
+    fn ways(&mut self, ui: &mut egui::Ui) {
+        ui.horizontal_wrapped(|ui| {
             let parent = self.folder.parent().map(Path::to_path_buf);
-            if ui.add_enabled(parent.is_some(), egui::Button::new("Up")).clicked() {
-                parent.into_iter().for_each(|parent| self.enter(parent));
+            let mut to = None;
+            if ui.add_enabled(parent.is_some(), Button::new("Up")).clicked() {
+                to = parent;
             }
-            ui.add(egui::Label::new(self.folder.display().to_string()).truncate());
+            let home = std::env::home_dir().filter(|home| home.is_dir());
+            if let Some(home) = home.filter(|_| ui.button("Home").clicked()) {
+                to = Some(home);
+            }
+            for place in &self.question.places {
+                let name = place.file_name().unwrap_or(place.as_os_str()).to_string_lossy();
+                let button = Button::selectable(*place == self.folder, name.as_ref());
+                if ui.add(button).on_hover_text(place.display().to_string()).clicked() {
+                    to = Some(place.clone());
+                }
+            }
+            to.into_iter().for_each(|to| self.enter(to));
         });
+        ui.add(Label::new(RichText::new(self.folder.display().to_string()).weak()).truncate());
+    }
+
+    fn contents(&mut self, ui: &mut egui::Ui) -> Answer {
+        self.ways(ui);
         let mut enter = self.list(ui);
         let output =
             TextEdit::singleline(&mut self.typed).hint_text("Name or path").desired_width(f32::INFINITY).show(ui);
@@ -241,18 +302,27 @@ impl OwnDialog {
         let mut answer = Answer::Open;
         ui.horizontal(|ui| {
             let action = match self.question.purpose {
-                Purpose::Open => "Open",
+                Purpose::Open | Purpose::Several => "Open",
                 Purpose::Folder => "Use this folder",
                 Purpose::Save => "Save",
             };
             let here = self.question.purpose == Purpose::Folder;
             let pressed = ui.add_enabled(here || !self.typed.trim().is_empty(), egui::Button::new(action)).clicked();
             if here && (pressed || (confirmed && self.typed.trim().is_empty())) {
-                answer = Answer::Chosen(self.folder.join(self.typed.trim()));
+                answer = Answer::Chosen(vec![self.folder.join(self.typed.trim())]);
                 return;
             }
             if ui.button("Cancel").clicked() {
                 answer = Answer::GivenUp;
+            }
+            if !self.question.extensions.is_empty() && self.question.purpose != Purpose::Save {
+                let all = ui.checkbox(&mut self.all, "all files");
+                if all.on_hover_text(format!("Otherwise: {}", self.question.extensions.join(", "))).changed() {
+                    self.enter(self.folder.clone());
+                }
+            }
+            if self.question.purpose == Purpose::Several {
+                ui.weak("Ctrl+click: several of one flight");
             }
             if pressed || confirmed {
                 enter = Some(single_ending(self.typed.trim(), &self.question.extensions));
@@ -267,40 +337,77 @@ impl OwnDialog {
     /// The folder, its rows as wide as the dialog; the one that is to be entered or taken.
     fn list(&mut self, ui: &mut egui::Ui) -> Option<String> {
         let mut enter = None;
-        let height = ui.spacing().interact_size.y;
-        ScrollArea::vertical().max_height(300.0).auto_shrink(false).show_rows(
-            ui,
-            height,
-            self.entries.len(),
-            |ui, rows| {
-                ui.with_layout(Layout::top_down_justified(Align::LEFT), |ui| {
-                    for entry in &self.entries[rows] {
-                        let name = if entry.is_file { entry.name.clone() } else { format!("{}/", entry.name) };
-                        let chosen = entry.is_file && self.typed == entry.name;
-                        let row = ui.selectable_label(chosen, name);
-                        if row.clicked() && entry.is_file {
-                            self.typed.clone_from(&entry.name);
-                        }
-                        if (row.clicked() && !entry.is_file) || row.double_clicked() {
-                            enter = Some(entry.name.clone());
-                        }
-                    }
-                });
-            },
-        );
+        let entries = std::mem::take(&mut self.entries);
+        let area = ScrollArea::vertical().max_height(LIST).min_scrolled_height(LIST).auto_shrink(false);
+        area.show_rows(ui, ROW, entries.len().max(1), |ui, rows| {
+            if entries.is_empty() {
+                ui.weak(if self.all { "This folder is empty." } else { "Nothing here ends as is looked for." });
+            }
+            for entry in entries.get(rows).unwrap_or_default() {
+                self.row(ui, entry, &mut enter);
+            }
+        });
+        self.entries = entries;
         enter
     }
 
-    /// Enters a folder, takes a file, or says what is wrong with `name`.
+    /// One folder or file: name, size and time since its last change.
+    fn row(&mut self, ui: &mut egui::Ui, entry: &Entry, enter: &mut Option<String>) {
+        let name = if entry.is_file { entry.name.clone() } else { format!("{}/", entry.name) };
+        let is_chosen = entry.is_file && self.typed.split(BETWEEN).any(|typed| typed == entry.name);
+        ui.horizontal(|ui| {
+            let width = (ui.available_width() - COLUMNS.iter().sum::<f32>() - 30.0).max(120.0);
+            let button = Button::selectable(is_chosen, name.as_str()).truncate();
+            let full = Layout::top_down_justified(Align::LEFT);
+            let row = ui.allocate_ui_with_layout(vec2(width, ROW), full, |ui| ui.add(button)).inner;
+            let size = if entry.is_file { size(entry.bytes) } else { String::new() };
+            for (text, width) in [size, entry.age.map(ago).unwrap_or_default()].into_iter().zip(COLUMNS) {
+                ui.allocate_ui_with_layout(vec2(width, ROW), Layout::right_to_left(Align::Center), |ui| {
+                    ui.set_width(width);
+                    ui.weak(text);
+                });
+            }
+            if row.clicked() && entry.is_file {
+                let several = self.question.purpose == Purpose::Several && ui.input(|input| input.modifiers.command);
+                self.take(&entry.name, several);
+            }
+            if (row.clicked() && !entry.is_file) || row.double_clicked() {
+                *enter = Some(entry.name.clone());
+            }
+        });
+    }
+
+    /// Puts a file into the field, with `several` beside those that are there or away from them.
+    fn take(&mut self, name: &str, several: bool) {
+        let mut names: Vec<&str> = match several {
+            true => self.typed.split(BETWEEN).map(str::trim).filter(|typed| !typed.is_empty()).collect(),
+            false => Vec::new(),
+        };
+        match names.iter().position(|typed| *typed == name) {
+            Some(at) => drop(names.remove(at)),
+            None => names.push(name),
+        }
+        self.typed = names.join(BETWEEN);
+    }
+
+    /// Enters a folder, takes files, or says what is wrong with `name`.
     fn choose(&mut self, name: &str) -> Answer {
         let path = self.folder.join(name);
         if path.is_dir() {
             self.typed.clear();
             self.enter(path);
-        } else if self.question.purpose == Purpose::Open && !path.is_file() {
-            self.complaint = Some(format!("{} does not exist", path.display()));
+            return Answer::Open;
+        }
+        let reads = matches!(self.question.purpose, Purpose::Open | Purpose::Several);
+        let paths: Vec<PathBuf> = if self.question.purpose == Purpose::Several && !path.is_file() {
+            let names = name.split(BETWEEN).map(str::trim).filter(|name| !name.is_empty());
+            names.map(|name| self.folder.join(name)).collect()
         } else {
-            return Answer::Chosen(path);
+            vec![path]
+        };
+        match paths.iter().find(|path| reads && !path.is_file()) {
+            Some(path) => self.complaint = Some(format!("{} does not exist", path.display())),
+            None => return Answer::Chosen(paths),
         }
         Answer::Open
     }
@@ -336,5 +443,16 @@ mod tests {
         let toml = ["toml".to_owned()];
         assert_eq!(single_ending("/a/b.toml.toml", &toml), "/a/b.toml");
         assert_eq!(single_ending("b.toml", &toml), "b.toml");
+    }
+
+    #[test]
+    fn files_state_their_size_and_age() {
+        let sizes = [0, 999, 1000, 15_300, 99_960, 4_200_000].map(size);
+        assert_eq!(sizes, ["0 B", "999 B", "1.0 kB", "15.3 kB", "100 kB", "4.2 MB"]);
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("a.csv"), "12345").unwrap();
+        let found = entries(folder.path(), &[]).unwrap();
+        assert_eq!(found[0].bytes, 5);
+        assert_eq!(found[0].age.map(ago).as_deref(), Some("less than a minute ago"));
     }
 }

@@ -23,6 +23,20 @@ use crate::widgets::figure::{self, FigureForm, FigureRequest};
 /// Longest name proposed for a file, characters.
 const LONGEST_NAME: usize = 48;
 
+/// Folders of sessions opened last that a dialog offers.
+const MOST_PLACES: usize = 4;
+
+/// Usual endings of recordings; what a file is its contents tell.
+const RECORDINGS: [&str; 18] = [
+    "csv", "txt", "tsv", "dat", "mat", "h5", "hdf5", "nc", "ulg", "bin", "log", "tlog", "mf4", "mdf", "tdms", "mcap",
+    "parquet", "out",
+];
+
+/// Endings of the recordings a dialog offers.
+fn recordings() -> Vec<String> {
+    RECORDINGS.map(str::to_owned).to_vec()
+}
+
 /// A step that leaves the present session.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Pending {
@@ -51,6 +65,8 @@ pub enum Asked {
     Open,
     /// To make a session of it, a recording: a file, or a folder.
     Recording(Purpose),
+    /// To read it along with the recordings of the session being made.
+    Beside,
     /// To use it as the aircraft of the session being made.
     Aircraft,
     /// To write an aircraft to it that was described.
@@ -97,7 +113,7 @@ impl Workbench {
                 }
                 self.begin_tour();
             }
-            Pending::AskRecording => self.ask(Asked::Recording(Purpose::Open), ctx),
+            Pending::AskRecording => self.ask(Asked::Recording(Purpose::Several), ctx),
             Pending::AskFolder => self.ask(Asked::Recording(Purpose::Folder), ctx),
             Pending::Begin(paths) => self.begin_with(paths, ctx),
             Pending::Quit => {
@@ -128,7 +144,9 @@ impl Workbench {
         let toml = || vec!["toml".to_owned()];
         let (title, purpose, extensions, name) = match &asked {
             Asked::Open => ("Open a session", Purpose::Open, toml(), String::new()),
-            Asked::Recording(purpose) => ("A recording", *purpose, Vec::new(), String::new()),
+            Asked::Recording(Purpose::Folder) => ("A folder of CSV files", Purpose::Folder, Vec::new(), String::new()),
+            Asked::Recording(purpose) => ("A recording", *purpose, recordings(), String::new()),
+            Asked::Beside => ("A recording of the same flight", Purpose::Several, recordings(), String::new()),
             Asked::Aircraft => ("An aircraft file", Purpose::Open, toml(), String::new()),
             Asked::NewAircraft | Asked::OwnAircraft => {
                 ("Save the aircraft", Purpose::Save, toml(), "aircraft.toml".to_owned())
@@ -138,7 +156,7 @@ impl Workbench {
             Asked::Export => ("Folder for the results", Purpose::Save, Vec::new(), "results".to_owned()),
             Asked::Report => ("Folder for the report", Purpose::Save, Vec::new(), "report".to_owned()),
             Asked::ExportModel => ("Folder for the model", Purpose::Save, Vec::new(), "model".to_owned()),
-            Asked::Missing(..) => ("The recording that is not found", Purpose::Open, Vec::new(), String::new()),
+            Asked::Missing(..) => ("The recording that is not found", Purpose::Open, recordings(), String::new()),
             Asked::Reference => ("Results, a table or a DATCOM listing", Purpose::Open, Vec::new(), String::new()),
             Asked::Figure(form, name) => {
                 let extension = form.extension();
@@ -151,7 +169,13 @@ impl Workbench {
             None => std::env::current_dir().unwrap_or_default(),
         };
         let title = title.to_owned();
-        self.files.ask(FileQuestion { title, purpose, extensions, folder, name }, ctx);
+        let mut places: Vec<PathBuf> = Vec::new();
+        for place in self.state.recent.iter().filter_map(|path| path.parent()).filter(|place| place.is_dir()) {
+            if places.len() < MOST_PLACES && !places.iter().any(|known| known == place) {
+                places.push(place.to_path_buf());
+            }
+        }
+        self.files.ask(FileQuestion { title, purpose, extensions, folder, name, places }, ctx);
         self.asked = Some(asked);
     }
 
@@ -180,10 +204,12 @@ impl Workbench {
     }
 
     /// Goes on once a file was chosen.
-    pub(super) fn take_file(&mut self, path: &Path, ctx: &egui::Context) {
+    pub(super) fn take_files(&mut self, paths: &[PathBuf], ctx: &egui::Context) {
+        let Some(path) = paths.first() else { return };
         match self.asked.take() {
+            Some(Asked::Beside) => self.begin_with_more(paths, ctx),
             Some(Asked::Open) => self.proceed(Pending::Open(path.to_path_buf()), ctx),
-            Some(Asked::Recording(_)) => self.begin_with(vec![path.to_path_buf()], ctx),
+            Some(Asked::Recording(_)) => self.begin_with(paths.to_vec(), ctx),
             Some(Asked::Aircraft) => self.begin_with_aircraft(path),
             Some(Asked::NewAircraft) => self.begin_with_new_aircraft(path),
             Some(Asked::OwnAircraft) => self.save_aircraft(path),
@@ -399,7 +425,11 @@ impl Workbench {
             ui.add_space(10.0);
             ui.horizontal(|ui| {
                 for (name, choice) in [("Save", Some(true)), ("Discard", Some(false)), ("Stay", None)] {
-                    if ui.add_sized(vec2(84.0, 26.0), egui::Button::new(name)).clicked() {
+                    // The one that Enter takes is filled.
+                    let fill = ui.visuals().selection.bg_fill;
+                    let button = egui::Button::new(name);
+                    let button = if choice == Some(true) { button.fill(fill) } else { button };
+                    if ui.add_sized(vec2(84.0, 26.0), button).clicked() {
                         answer = Some(choice);
                     }
                 }

@@ -14,6 +14,7 @@ use eframe::egui::{
 };
 
 use super::Workbench;
+use crate::command::{FileCommand, UiCommand};
 use crate::panels::{self, Pane};
 use crate::theme::{self, Palette};
 use crate::widgets::level_mark;
@@ -112,6 +113,23 @@ impl Timeline {
     }
 }
 
+/// Says that there is no flight yet, or that it cannot be read, with the way to where it is.
+fn unread(app: &mut Workbench, ui: &mut Ui, frame: Rect, failed: bool) {
+    let font = FontId::proportional(11.0);
+    if !failed {
+        let weak = ui.visuals().weak_text_color();
+        ui.painter().text(frame.center(), egui::Align2::CENTER_CENTER, "The flight is being read", font, weak);
+        return;
+    }
+    let color = theme::palette(ui).error;
+    let text = "The recording of this flight could not be read";
+    let said = ui.painter().text(frame.center(), egui::Align2::CENTER_CENTER, text, font, color);
+    let place = Rect::from_min_size(pos2(said.right() + 12.0, frame.center().y - 10.0), vec2(60.0, 20.0));
+    if ui.put(place, egui::Button::new("Find it…").small()).clicked() {
+        app.commands.push(UiCommand::File(FileCommand::FindRecording));
+    }
+}
+
 /// Draws the strip and carries out what is done to it.
 pub(super) fn show(app: &mut Workbench, ui: &mut Ui) {
     let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), HEIGHT), Sense::hover());
@@ -122,10 +140,8 @@ pub(super) fn show(app: &mut Workbench, ui: &mut Ui) {
     let flight = app.state.selection.flight.clone().unwrap_or_default();
     let loaded = snapshot.flights.get(&flight).and_then(|slot| slot.latest());
     let Some(loaded) = loaded else {
-        let font = FontId::proportional(11.0);
-        let weak = ui.visuals().weak_text_color();
-        ui.painter().text(frame.center(), egui::Align2::CENTER_CENTER, "The flight is being read", font, weak);
-        return;
+        let failed = snapshot.flights.get(&flight).is_some_and(|slot| slot.error().is_some());
+        return unread(app, ui, frame, failed);
     };
     let full = app.state.time.full();
     let lane = Rect::from_min_max(pos2(frame.left(), frame.bottom() - LANE), frame.max);

@@ -2,12 +2,13 @@
 
 use doublet::app::files::{FileQuestion, Files, Purpose};
 use doublet::app::{Document, Workbench};
-use doublet::command::{UiCommand, ViewCommand};
+use doublet::command::{HelpCommand, UiCommand, ViewCommand};
 use doublet::panels::Pane;
 use egui::{Key, Modifiers, ThemePreference};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 
+use crate::workbench::Bench;
 use crate::{builder, overview, picture, widget_harness};
 
 fn workbench<'a>() -> Harness<'a, Workbench> {
@@ -71,14 +72,15 @@ fn our_own_file_dialog_walks_folders_and_refuses_what_is_not_there() {
         extensions: vec!["toml".to_owned()],
         folder: folder.path().to_path_buf(),
         name: String::new(),
+        places: vec![folder.path().to_path_buf()],
     };
     let state = (Files::without_system(), None);
     let mut harness = widget_harness((800.0, 600.0), true, state, move |ui, (files, chosen)| {
         if chosen.is_none() && !files.is_asking() {
             files.ask(question.clone(), ui.ctx());
         }
-        if let Some(path) = files.show(ui.ctx()) {
-            *chosen = Some(path);
+        if let Some(paths) = files.show(ui.ctx()) {
+            *chosen = paths.first().cloned();
         }
     });
     harness.run_steps(4);
@@ -99,6 +101,59 @@ fn our_own_file_dialog_walks_folders_and_refuses_what_is_not_there() {
     harness.run_steps(3);
     let chosen = harness.state().1.clone().expect("a file was chosen");
     assert_eq!(chosen.canonicalize().unwrap(), inner.join("first.toml").canonicalize().unwrap());
+}
+
+#[test]
+fn several_recordings_of_one_flight_are_taken_together_and_other_files_are_left_out() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["a.csv", "b.csv", "c.pid"] {
+        std::fs::write(folder.path().join(name), "12345").unwrap();
+    }
+    let question = FileQuestion {
+        title: "A recording".to_owned(),
+        purpose: Purpose::Several,
+        extensions: vec!["csv".to_owned()],
+        folder: folder.path().to_path_buf(),
+        name: String::new(),
+        places: Vec::new(),
+    };
+    let state = (Files::without_system(), None);
+    let mut harness = widget_harness((800.0, 600.0), true, state, move |ui, (files, chosen)| {
+        if chosen.is_none() && !files.is_asking() {
+            files.ask(question.clone(), ui.ctx());
+        }
+        if let Some(paths) = files.show(ui.ctx()) {
+            *chosen = Some(paths);
+        }
+    });
+    harness.run_steps(4);
+    assert!(harness.query_by_label("c.pid").is_none());
+    assert_eq!(harness.query_all_by_label("5 B").count(), 2, "sizes stand beside the names");
+    harness.get_by_label("all files").click();
+    harness.run_steps(3);
+    assert!(harness.query_by_label("c.pid").is_some());
+    harness.get_by_label("a.csv").click();
+    harness.run_steps(2);
+    harness.get_by_label("b.csv").click_modifiers(egui::Modifiers::COMMAND);
+    harness.run_steps(2);
+    picture(&mut harness, "file_dialog_several");
+    harness.get_by_label("Open").click();
+    harness.run_steps(3);
+    let names = harness.state().1.clone().expect("files were chosen");
+    let names: Vec<_> = names.iter().filter_map(|path| path.file_name()?.to_str()).collect();
+    assert_eq!(names, ["a.csv", "b.csv"]);
+}
+
+#[test]
+fn text_is_made_larger_from_the_menu_and_the_version_is_told() {
+    let mut bench = Bench::open();
+    let before = bench.harness.ctx.zoom_factor();
+    bench.request(UiCommand::View(ViewCommand::Larger));
+    assert!((bench.harness.ctx.zoom_factor() - before - 0.1).abs() < 1e-3);
+    bench.request(UiCommand::View(ViewCommand::Smaller));
+    assert!((bench.harness.ctx.zoom_factor() - before).abs() < 1e-3);
+    bench.request(UiCommand::Help(HelpCommand::About));
+    assert!(bench.harness.query_by_label_contains(doublet_cli::version()).is_some());
 }
 
 #[test]

@@ -21,9 +21,9 @@ const LISTED: usize = 6;
 /// The choice of no aircraft.
 const WITHOUT: &str = "none: flight path only";
 /// Room below the roles: contradictions, what is missing, the buttons.
-const BELOW: f32 = 282.0;
+const BELOW: f32 = 222.0;
 /// Of it, what is missing.
-const LACKING: f32 = 84.0;
+const LACKING: f32 = 52.0;
 /// Channels listed of one source.
 const MOST_CHANNELS: usize = 400;
 
@@ -31,6 +31,7 @@ const MOST_CHANNELS: usize = 400;
 pub enum Answer {
     Open,
     GivenUp,
+    AskBeside,
     AskAircraft,
     SaveAircraft,
     Make,
@@ -87,6 +88,10 @@ fn choose(choosing: &mut Choosing, ui: &mut Ui, height: f32) -> Answer {
         ui.ctx().accesskit_node_builder(name.id, |node| node.set_label("name of the session"));
         ui.add_space(12.0);
         answer = aircraft(choosing, ui);
+        let hint = "Another file of the same flight, read along: of another recorder, or with the rest of the channels";
+        if ui.button("Add a file…").on_hover_text(hint).clicked() {
+            answer = Answer::AskBeside;
+        }
     });
     if let Some(form) = &mut choosing.aircraft_form {
         form.show(ui);
@@ -145,11 +150,21 @@ fn contents(choosing: &Choosing, ui: &mut Ui) {
             for source in probe.sources.iter().take(LISTED) {
                 ui.label(RichText::new(summary(source)).weak());
             }
+            let more = probe.sources.get(LISTED..).unwrap_or_default();
+            if !more.is_empty() {
+                let rest = more.iter().map(summary).collect::<Vec<_>>().join("\n");
+                ui.label(RichText::new(format!("and {} more", more.len())).weak()).on_hover_text(rest);
+            }
         });
         let findings = findings(probe);
         if !findings.is_empty() {
             let color = theme::palette(ui).warning;
-            let title = RichText::new(format!("{} findings", findings.len())).color(color);
+            let title = RichText::new(if findings.len() == 1 {
+                "1 finding".to_owned()
+            } else {
+                format!("{} findings", findings.len())
+            })
+            .color(color);
             CollapsingHeader::new(title).id_salt(&probe.path).show(ui, |ui| {
                 ScrollArea::vertical().max_height(90.0).auto_shrink([false, true]).show(ui, |ui| {
                     findings.iter().for_each(|line| drop(ui.add(Label::new(line).wrap())));

@@ -163,6 +163,14 @@ impl Workbench {
         }
     }
 
+    /// Looks again with further recordings of the same flight.
+    pub(super) fn begin_with_more(&mut self, more: &[PathBuf], ctx: &egui::Context) {
+        let Some(Step::Choosing(choosing)) = &self.beginning.step else { return };
+        let mut paths = choosing.inspected.paths.clone();
+        paths.extend(more.iter().filter(|path| !choosing.inspected.paths.contains(path)).cloned());
+        self.begin_with(paths, ctx);
+    }
+
     /// Uses the aircraft file at `path` for the session being made.
     pub(super) fn begin_with_aircraft(&mut self, path: &Path) {
         if let Some(Step::Choosing(choosing)) = &mut self.beginning.step {
@@ -245,6 +253,7 @@ impl Workbench {
         match answer {
             Answer::Open => {}
             Answer::GivenUp => self.give_up_beginning(),
+            Answer::AskBeside => self.ask(Asked::Beside, ctx),
             Answer::AskAircraft => self.ask(Asked::Aircraft, ctx),
             Answer::SaveAircraft => self.ask(Asked::NewAircraft, ctx),
             Answer::Make => self.make(ctx),

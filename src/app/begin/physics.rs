@@ -21,7 +21,7 @@ use crate::widgets::sparkline::Sparkline;
 const SHAPE: f32 = 84.0;
 const POINTS: usize = 56;
 /// Height of the list.
-const ROOM: f32 = 124.0;
+const ROOM: f32 = 96.0;
 /// Least width left to the words beside the curves.
 const WORDS: f32 = 220.0;
 
