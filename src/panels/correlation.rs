@@ -158,7 +158,7 @@ fn warnings(ui: &mut Ui, of: Of, blocks: &[Block]) {
         Of::Regressors => "These move together in the windows used: one can take the other's place",
     };
     let text = format!("{what}: {}", pairs.iter().map(|pair| pair.1.as_str()).collect::<Vec<_>>().join(", "));
-    ui.add(Label::new(RichText::new(text).size(11.5).color(theme::palette(ui).warning)).wrap());
+    ui.add(Label::new(notation::typeset_in(&text, 11.5, theme::palette(ui).warning)).wrap());
 }
 
 /// All matrices, as many beside each other as there is room for.

@@ -24,6 +24,9 @@ const ROW: f32 = 20.0;
 const HEADING: FontId = FontId::proportional(11.5);
 const RIGHT_ROOM: f32 = 24.0;
 const LEAST_WIDTH: f32 = 200.0;
+/// Width of the column of names, and of those of figures with the room between them.
+const NAMES: std::ops::RangeInclusive<f32> = 64.0..=150.0;
+const FIGURES: f32 = 470.0;
 /// Titles of the columns.
 const TITLES: [&str; 7] = ["", "Estimate", "Std. error", "Corrected", "Scatter/√n", "Relative", "t"];
 /// The panel.
@@ -95,9 +98,12 @@ fn table(ctx: &mut PanelContext<'_>, ui: &mut Ui, fits: &[CoefficientFit]) {
     let (color, width) = (theme::palette(ui).error, (ui.available_width() - RIGHT_ROOM).max(LEAST_WIDTH));
     let said = |fit: &CoefficientFit| {
         let text = format!("{}    ⚠ {}", fit.coefficient.name(), fit.fit.as_ref().err()?);
-        Some((fit.coefficient, ui.painter().layout(text, HEADING, color, width)))
+        let mut job = notation::typeset_in(&text, HEADING.size, color);
+        job.wrap.max_width = width;
+        Some((fit.coefficient, ui.painter().layout_job(job)))
     };
     let galleys: BTreeMap<_, _> = fits.iter().filter_map(said).collect();
+    let name_width = (ui.available_width() - FIGURES).clamp(*NAMES.start(), *NAMES.end());
     ScrollArea::horizontal().show(ui, |ui| {
         TableBuilder::new(ui)
             .id_salt("derivatives")
@@ -105,10 +111,12 @@ fn table(ctx: &mut PanelContext<'_>, ui: &mut Ui, fits: &[CoefficientFit]) {
             .auto_shrink(false)
             .sense(egui::Sense::click())
             .cell_layout(egui::Layout::right_to_left(egui::Align::Center))
-            .column(Column::remainder().at_least(64.0).clip(true))
+            .column(Column::exact(name_width))
             .columns(Column::exact(70.0), 4)
             .column(Column::exact(58.0))
             .column(Column::exact(66.0))
+            // What is left over stands right of the numbers, which stay beside their names.
+            .column(Column::remainder().at_least(0.0))
             .header(20.0, |mut header| {
                 for title in TITLES {
                     header.col(|ui| {
@@ -116,6 +124,7 @@ fn table(ctx: &mut PanelContext<'_>, ui: &mut Ui, fits: &[CoefficientFit]) {
                         column_title(ui, title);
                     });
                 }
+                header.col(|_| {});
             })
             .body(|mut body| {
                 for fit in fits {
@@ -138,12 +147,12 @@ fn table(ctx: &mut PanelContext<'_>, ui: &mut Ui, fits: &[CoefficientFit]) {
 fn heading(mut row: egui_extras::TableRow<'_, '_>, fit: &CoefficientFit, said: Option<&Arc<Galley>>) {
     let mut line = egui::Rect::NOTHING;
     let mut visible = egui::Rect::NOTHING;
-    for column in 0..TITLES.len() {
+    for column in 0..=TITLES.len() {
         row.col(|ui| {
             line |= ui.max_rect();
             visible |= ui.clip_rect();
             // Drawn from the last cell, over the stripes of those before it.
-            if column + 1 == TITLES.len() {
+            if column == TITLES.len() {
                 ui.set_clip_rect(visible);
                 quality(ui, line, fit, said);
             }
@@ -172,7 +181,11 @@ fn quality(ui: &mut Ui, line: egui::Rect, fit: &CoefficientFit, said: Option<&Ar
     let at = egui::pos2(line.left() + 2.0, line.center().y + 2.0);
     match said {
         Some(said) => ui.painter().galley(line.left_top() + egui::vec2(2.0, 4.0), Arc::clone(said), color),
-        None => drop(ui.painter().text(at, egui::Align2::LEFT_CENTER, &text, HEADING, color)),
+        None => {
+            let galley = ui.painter().layout_job(notation::typeset_in(&text, HEADING.size, color));
+            let place = egui::Align2::LEFT_CENTER.anchor_size(at, galley.size());
+            ui.painter().galley(place.min, galley, color);
+        }
     }
     let response = ui.interact(line, ui.scope_id().with("quality"), egui::Sense::hover());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Label, true, &text));
@@ -220,7 +233,7 @@ fn derivative(
                 let reasons: Vec<&str> = verdict.reasons.iter().map(|reason| reason.text.as_str()).collect();
                 let label = format!("{name}: {}", verdict.level.name());
                 place.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Label, true, &label));
-                place.on_hover_text(reasons.join("\n"));
+                place.on_hover_text(notation::typeset(&reasons.join("\n"), 13.0));
             }
             let job = notation::derivative_job(ui, name);
             ui.add(egui::Label::new(job).selectable(false));
@@ -261,6 +274,7 @@ fn derivative(
             ui.add(egui::Label::new(text).selectable(false));
         });
     }
+    row.col(|_| {});
     if row.response().clicked() {
         let chosen = &mut ctx.state.selection.derivative;
         *chosen = if chosen.as_deref() == Some(name.as_str()) { None } else { Some(name.clone()) };

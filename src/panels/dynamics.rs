@@ -19,6 +19,8 @@ use crate::widgets::term::column_title;
 const OUTLINE: usize = 73;
 /// Radius of a root.
 const ROOT: f32 = 4.0;
+/// Width of a slider with its value and name, points.
+const SLIDER_ROOM: f32 = 290.0;
 
 /// What is looked at.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -82,6 +84,10 @@ impl Dynamics {
         ui.horizontal_wrapped(|ui| {
             let mut slide = |ui: &mut Ui, value: f64, ends: RangeInclusive<f64>, text: &str, decimals: usize| {
                 let mut chosen = value;
+                // A slider does not break: it begins the next line where it would end beyond this one.
+                if ui.available_size_before_wrap().x < SLIDER_ROOM {
+                    ui.end_row();
+                }
                 let slider = ui.add(Slider::new(&mut chosen, ends).text(text).fixed_decimals(decimals));
                 moved |= slider.dragged();
                 // A slider rounds what it is given: that is no choice.

@@ -33,10 +33,10 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         return super::empty(ui, "No derivative is estimated.");
     };
     ui.horizontal_wrapped(|ui| {
-        let combo = ComboBox::from_id_salt("interval of").selected_text(notation::derivative(&chosen));
+        let combo = ComboBox::from_id_salt("interval of").selected_text(notation::typeset(&chosen, 13.0));
         let combo = combo.show_ui(ui, |ui| {
             for name in &names {
-                ui.selectable_value(&mut chosen, (*name).clone(), notation::derivative(name));
+                ui.selectable_value(&mut chosen, (*name).clone(), notation::typeset(name, 13.0));
             }
         });
         ui.ctx().accesskit_node_builder(combo.response.id, |node| node.set_label("derivative shown"));

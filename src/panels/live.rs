@@ -3,10 +3,11 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use doublet_engine::live::{Feed, LineFormat, LiveDerivative, LiveUpdate, Opening};
+use doublet_core::quantity::Role;
+use doublet_engine::live::{Feed, LimitReading, LineFormat, LiveDerivative, LiveUpdate, Opening};
 use doublet_engine::run::{LiveOrder, LiveThread, LiveView};
 use doublet_engine::verdict::Level;
-use eframe::egui::{self, ScrollArea, Ui};
+use eframe::egui::{self, CollapsingHeader, Label, ScrollArea, Ui, WidgetText};
 
 use super::{Panel, PanelContext, empty, text_field, trouble};
 use crate::notation;
@@ -18,6 +19,8 @@ use crate::widgets::level_mark::level_mark;
 const WAIT_S: u64 = 10;
 /// Height of a chart, points.
 const CHART_HEIGHT: f32 = 190.0;
+/// Width from which two charts stand beside each other, points.
+const BESIDE: f32 = 1000.0;
 
 /// Where a flight comes from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -95,7 +98,7 @@ impl Panel for Live {
         }
         let Some(latest) = &view.latest else { return empty(ui, "Waiting for the first second of samples.") };
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-            lamps(ui, latest);
+            lamps(ctx, ui, latest);
             self.charts(ctx, ui, &view);
             self.table(ui, latest);
         });
@@ -156,25 +159,43 @@ impl Live {
         }
     }
 
-    /// A quantity of the motion and a derivative over time.
+    /// A quantity of the motion and a derivative over time, beside each other where there is room.
     fn charts(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui, view: &Arc<LiveView>) {
+        if ui.available_width() < BESIDE {
+            self.motion(ctx, ui, view);
+            return self.estimate(ctx, ui, view);
+        }
+        ui.columns(2, |columns| {
+            self.motion(ctx, &mut columns[0], view);
+            self.estimate(ctx, &mut columns[1], view);
+        });
+    }
+
+    fn motion(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui, view: &Arc<LiveView>) {
         let palette = theme::palette(ui);
         ui.horizontal(|ui| {
             let names: BTreeSet<&str> = view.traces.keys().map(String::as_str).collect();
-            choose(ui, "Live quantity", &mut self.trace, &names, |name| name.to_owned());
+            choose(ui, "Live quantity", &mut self.trace, &names, |name| symbol(name).into());
         });
-        let points = view.traces.get(&self.trace).cloned().unwrap_or_default();
-        let mut chart = Chart::new("live trace", "time [s]", self.trace.clone());
+        let (unit, scale) = unit(ctx, &self.trace);
+        let mut points = view.traces.get(&self.trace).cloned().unwrap_or_default();
+        points.iter_mut().for_each(|[_, value]| *value *= scale);
+        let label = if unit.is_empty() { symbol(&self.trace) } else { format!("{} [{unit}]", symbol(&self.trace)) };
+        let mut chart = Chart::new("live trace", "time [s]", label);
         chart.legend = false;
         chart.curves.push(ChartCurve::new(self.trace.clone(), palette.series[0], ChartStyle::Line, points));
         ctx.chart(ui, &chart, CHART_HEIGHT);
+    }
+
+    fn estimate(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui, view: &Arc<LiveView>) {
+        let palette = theme::palette(ui);
         let names: BTreeSet<&str> = view.estimates.keys().map(String::as_str).collect();
         if !names.contains(self.derivative.as_str()) {
             self.derivative = names.first().map_or_else(String::new, |name| (*name).to_owned());
         }
         let Some(trace) = view.estimates.get(&self.derivative) else { return };
         ui.horizontal(|ui| {
-            choose(ui, "Live derivative", &mut self.derivative, &names, notation::derivative);
+            choose(ui, "Live derivative", &mut self.derivative, &names, |name| notation::typeset(name, 13.0).into());
             ui.weak("with twice its standard error, since that is within eight times the latest");
         });
         let mut chart = Chart::new("live estimate", "time [s]", notation::derivative(&self.derivative));
@@ -203,7 +224,7 @@ impl Live {
         let number = |value: Option<f64>| value.map_or_else(|| "–".to_owned(), notation::number);
         let hint = format!("goal {} %", notation::number(derivative.goal_percent));
         level_mark(ui, Some(derivative.level)).on_hover_text(hint);
-        if ui.link(notation::derivative(&derivative.name)).clicked() {
+        if ui.link(notation::typeset(&derivative.name, 13.0)).clicked() {
             self.derivative.clone_from(&derivative.name);
         }
         ui.label(number(derivative.estimate));
@@ -213,7 +234,7 @@ impl Live {
 }
 
 /// Time, counts, correlation, limits, findings.
-fn lamps(ui: &mut Ui, latest: &LiveUpdate) {
+fn lamps(ctx: &PanelContext<'_>, ui: &mut Ui, latest: &LiveUpdate) {
     let counts = latest.counts;
     ui.label(format!(
         "{:.1} s, {:.2} s behind; {} samples, {} lost, {} late, {} restarts{}",
@@ -234,25 +255,49 @@ fn lamps(ui: &mut Ui, latest: &LiveUpdate) {
         if let Some(lamp) = &latest.correlation {
             level_mark(ui, Some(lamp.level));
             let [first, second] = &lamp.regressors;
-            ui.label(format!("correlation of {first} and {second} in {}: {:.2}", lamp.coefficient, lamp.correlation));
+            let pair = [first, second].map(|name| notation::term(name)).join(" and ");
+            let text = format!("{pair} in {}: {}", lamp.coefficient, notation::fixed(lamp.correlation, 2));
+            ui.label(notation::typeset(&format!("correlation of {text}"), 13.0));
         }
         for limit in &latest.limits {
             level_mark(ui, Some(limit.level));
-            ui.label(format!(
-                "{} {} to {}",
-                limit.quantity,
-                notation::number(limit.range[0]),
-                notation::number(limit.range[1])
-            ));
+            ui.label(within(ctx, limit))
+                .on_hover_text("What was flown since the last update, and in brackets its limits");
         }
     });
-    for finding in &latest.findings {
-        ui.weak(finding);
+    let count = latest.findings.len();
+    if count > 0 {
+        let title = if count == 1 { "1 note".to_owned() } else { format!("{count} notes") };
+        CollapsingHeader::new(title).id_salt("live notes").show(ui, |ui| {
+            for finding in &latest.findings {
+                ui.add(Label::new(notation::typeset_in(finding, 12.0, ui.visuals().weak_text_color())).wrap());
+            }
+        });
     }
 }
 
+/// What was flown of a quantity and its limits, in the unit of the display.
+fn within(ctx: &PanelContext<'_>, limit: &LimitReading) -> String {
+    let (unit, scale) = unit(ctx, &limit.quantity);
+    let [least, greatest] = limit.range.map(|value| notation::number(scale * value));
+    let bound = |bound: Option<f64>| bound.map_or_else(|| "–".to_owned(), |value| notation::number(scale * value));
+    let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
+    let (low, high) = (bound(limit.low), bound(limit.high));
+    format!("{} {least} to {greatest}{unit} ({low} to {high})", symbol(&limit.quantity))
+}
+
+/// How a quantity is written: the symbol of its role, its name otherwise.
+fn symbol(quantity: &str) -> String {
+    Role::from_name(quantity).map_or_else(|| quantity.to_owned(), |role| notation::role(role).to_owned())
+}
+
+/// Unit a quantity is shown in, and its factor from SI.
+fn unit(ctx: &PanelContext<'_>, quantity: &str) -> (&'static str, f64) {
+    Role::from_name(quantity).map_or(("", 1.0), |role| ctx.state.units.of_role(role))
+}
+
 /// A list of names of which one is chosen.
-fn choose(ui: &mut Ui, id: &str, chosen: &mut String, names: &BTreeSet<&str>, shown: impl Fn(&str) -> String) {
+fn choose(ui: &mut Ui, id: &str, chosen: &mut String, names: &BTreeSet<&str>, shown: impl Fn(&str) -> WidgetText) {
     egui::ComboBox::from_id_salt(id).selected_text(shown(chosen)).show_ui(ui, |ui| {
         for name in names {
             ui.selectable_value(chosen, (*name).to_owned(), shown(name));

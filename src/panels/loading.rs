@@ -133,9 +133,9 @@ impl LoadingPanel {
             .striped(true)
             .auto_shrink(false)
             .cell_layout(egui::Layout::right_to_left(egui::Align::Center))
-            .column(Column::exact(54.0))
-            .columns(Column::exact(66.0), 2)
-            .column(Column::remainder().at_least(54.0))
+            .column(Column::exact(50.0))
+            .columns(Column::exact(76.0), 2)
+            .column(Column::remainder().at_least(58.0))
             .header(20.0, |mut header| {
                 for title in ["", "Now", "Change", "Change [%]"] {
                     header.col(|ui| {
@@ -153,8 +153,9 @@ impl LoadingPanel {
                         });
                     });
                     let part = 100.0 * (is - was) / was.abs();
-                    let cells =
-                        [notation::number(*is), notation::number(is - was), format!("{} %", notation::fixed(part, 2))];
+                    // Two digits: it is a difference of numbers of four.
+                    let change = notation::within(is - was, is - was);
+                    let cells = [notation::number(*is), change, notation::fixed(part, 2)];
                     for text in cells {
                         row.col(|ui| {
                             ui.label(RichText::new(text).font(theme::figures(ui)).size(11.5));
@@ -237,6 +238,10 @@ fn places(ctx: &mut PanelContext<'_>, ui: &mut Ui, aircraft: &Aircraft) {
     ];
     let slider_width = (ui.available_width() - BESIDE_SLIDER).clamp(SLIDER_WIDTHS.0, SLIDER_WIDTHS.1);
     ui.spacing_mut().slider_width = slider_width;
+    let names = groups.iter().flat_map(|(_, places, _)| places);
+    let font = egui::TextStyle::Body.resolve(ui.style());
+    let laid = |name: &str| ui.painter().layout_no_wrap(name.replace('_', " "), font.clone(), egui::Color32::WHITE);
+    let names = names.map(|(name, _)| laid(name).size().x).fold(0.0, f32::max);
     for (title, places, masses) in groups {
         if places.is_empty() {
             continue;
@@ -249,7 +254,8 @@ fn places(ctx: &mut PanelContext<'_>, ui: &mut Ui, aircraft: &Aircraft) {
             // One line whatever it says: below it nothing moves under the pointer.
             ui.add(egui::Label::new(RichText::new(short).weak()).truncate()).on_hover_text(long);
         }
-        Grid::new(title).num_columns(2).spacing([8.0, 3.0]).show(ui, |ui| {
+        // Names of all groups have one width, so that the sliders begin on one line.
+        Grid::new(title).num_columns(2).min_col_width(names).spacing([8.0, 3.0]).show(ui, |ui| {
             for (name, capacity) in places {
                 ui.label(name.replace('_', " "));
                 place(ctx, ui, loading, (title, name, capacity), masses);

@@ -25,6 +25,8 @@ const REASON: f32 = 11.5;
 const DRAG_S: f64 = 0.05;
 /// Room of the column with a window's mark, which that line starts behind.
 const MARK: f32 = 18.0;
+/// Width of the fields of times.
+const TIME: f32 = 74.0;
 /// Room at the right end of that line for the scroll bar.
 const RIGHT_ROOM: f32 = 16.0;
 
@@ -109,10 +111,10 @@ impl Panel for Manoeuvres {
             table = table.column(Column::initial(76.0).clip(true));
         }
         table
-            .columns(Column::exact(80.0), 2)
+            .columns(Column::exact(TIME), 2)
             .column(Column::exact(44.0))
             .column(Column::exact(118.0))
-            .column(Column::exact(92.0))
+            .column(Column::exact(88.0))
             .column(Column::exact(44.0).clip(true))
             .header(20.0, |mut header| {
                 let flight: &[(&str, Option<Order>)] = if several { &[("Flight", None)] } else { &[] };
@@ -184,7 +186,7 @@ impl Manoeuvres {
         for (what, value, other) in [("start", start_s, end_s), ("end", end_s, start_s)] {
             row.col(|ui| {
                 let name = format!("{} {what}", window.name);
-                let edited = QuantityEdit::new(&name, value).per_point(per_point).decimals(3).show(ui);
+                let edited = QuantityEdit::new(&name, value).per_point(per_point).decimals(3).wide(TIME).show(ui);
                 ctx.edit_quantity(edited, |value| {
                     let window_s = if what == "start" { (value, other) } else { (other, value) };
                     let placed = TimeRange { start_s: window_s.0, end_s: window_s.1 };
@@ -272,23 +274,23 @@ impl Manoeuvres {
 /// What is done to all selected windows at once, where there are several.
 fn bulk(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
     let count = ctx.selection().windows(ctx.session).count();
-    if count < 2 {
-        return;
-    }
-    ui.horizontal_wrapped(|ui| {
-        ui.strong(format!("{count} selected:"));
-        for (role, keys) in WindowRole::ALL.into_iter().zip(["I", "V", "X"]) {
-            let name = if role == WindowRole::Ignored { "ignore" } else { role.name() };
-            if ui.button(name).on_hover_text(keys).clicked() {
-                ctx.commands.push(UiCommand::Edit(EditCommand::UseWindows(role)));
+    // Always there: rows below do not move under the pointer when more of them are selected.
+    ui.add_enabled_ui(count > 0, |ui| {
+        ui.horizontal_wrapped(|ui| {
+            ui.strong(format!("{count} selected:"));
+            for (role, keys) in WindowRole::ALL.into_iter().zip(["I", "V", "X"]) {
+                let name = if role == WindowRole::Ignored { "ignore" } else { role.name() };
+                if ui.button(name).on_hover_text(keys).clicked() {
+                    ctx.commands.push(UiCommand::Edit(EditCommand::UseWindows(role)));
+                }
             }
-        }
-        if ui.button("confirm").on_hover_text("Looked at and taken as they stand").clicked() {
-            flag_selected(ctx, WindowFlag::Confirmed);
-        }
-        if ui.button("remove").on_hover_text("Delete").clicked() {
-            ctx.commands.push(UiCommand::Edit(EditCommand::RemoveWindow));
-        }
+            if ui.button("confirm").on_hover_text("Looked at and taken as they stand").clicked() {
+                flag_selected(ctx, WindowFlag::Confirmed);
+            }
+            if ui.button("remove").on_hover_text("Delete").clicked() {
+                ctx.commands.push(UiCommand::Edit(EditCommand::RemoveWindow));
+            }
+        })
     });
 }
 

@@ -71,6 +71,7 @@ use doublet_engine::study::Study;
 use eframe::egui::{self, Color32, Id, RichText, ScrollArea, Ui};
 
 use crate::command::{CommandInfo, FileCommand, RunCommand, UiCommand};
+use crate::notation;
 use crate::theme::{self, Palette};
 use crate::ui_state::{Selection, UiState};
 use crate::widgets::EditPhase;
@@ -421,7 +422,7 @@ fn choices<T: Copy + PartialEq>(ui: &mut Ui, chosen: &mut T, all: &[(T, &str)]) 
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 2.0;
         for &(value, name) in all {
-            ui.selectable_value(chosen, value, name);
+            ui.selectable_value(chosen, value, notation::typeset(name, 13.0));
         }
     });
     *chosen != before

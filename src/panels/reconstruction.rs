@@ -1,6 +1,7 @@
 //! The flight path of the chosen window: states with their deviation, measured beside reconstructed, biases and wind.
 
 use doublet_core::reconstruct::{Measurement, State};
+use doublet_core::series::Series;
 use doublet_engine::stage::WindowPath;
 use eframe::egui::Ui;
 
@@ -122,7 +123,7 @@ impl Reconstruction {
             if let Some(smoothed) = &iterated.series().smoothed {
                 traces.push(Trace { scale, ..Trace::new("smoothed", &smoothed.states[index], colors[2]) });
             }
-            if let Some(truth) = &path.series().truth[index] {
+            if let Some(truth) = known(&path.series().truth[index]) {
                 traces.push(Trace { scale, style: TraceStyle::Dashed, ..Trace::new("truth", truth, colors[1]) });
             }
             TimePlot::new(notation::state(state), unit, traces)
@@ -130,6 +131,11 @@ impl Reconstruction {
         let plots: Vec<TimePlot<'_>> = plots.collect();
         ctx.stack(ui, "comparison", View::Window, &mut self.cache, &plots, &[]);
     }
+}
+
+/// A truth with anything to draw in the window: what is only named by the recording has no place in a legend.
+fn known(truth: &Option<Series>) -> Option<&Series> {
+    truth.as_ref().filter(|truth| truth.values.iter().any(|value| value.is_finite()))
 }
 
 /// Measured under reconstructed.
@@ -177,7 +183,7 @@ fn states<'a>(path: &'a WindowPath, states: &[State], ui: &Ui, stale: bool, unit
                 ..Trace::new("smoothed ± 2σ", &smoothed.states[index], palette.series[2])
             });
         }
-        if let Some(truth) = &series.truth[index] {
+        if let Some(truth) = known(&series.truth[index]) {
             let style = TraceStyle::Dashed;
             traces.push(Trace { scale, style, ..Trace::new("truth", truth, palette.series[1]) });
         }

@@ -1,12 +1,14 @@
 //! Frequency responses of the rates to the controls with their equivalent systems, on request.
 
 use doublet_engine::report::document::surface_figure;
+use doublet_engine::run::Slot;
 use doublet_engine::session::Surface;
 use doublet_engine::study::{EquivalentStudy, Study, SurfaceResponse};
 use eframe::egui::{self, ScrollArea, Ui};
 use egui_extras::{Column, TableBuilder};
 
-use super::{Panel, PanelContext, choices, empty, study_button, trouble};
+use super::{Panel, PanelContext, choices, empty, offer, study_button, trouble};
+use crate::command::{RunCommand, UiCommand};
 use crate::notation;
 use crate::theme;
 use crate::widgets::figure_view::figure_view;
@@ -34,7 +36,12 @@ impl Panel for Responses {
         });
         trouble(ui, slot.error());
         let Some(study) = slot.latest() else {
-            return empty(ui, "Frequency responses are computed when asked for.");
+            let text =
+                "Here will be how the rates answer each control over frequency, with low-order equivalent systems.";
+            if !matches!(slot, Slot::Running { .. }) && offer(ui, text, "Compute them") {
+                ctx.commands.push(UiCommand::Run(RunCommand::Study(Study::Responses)));
+            }
+            return;
         };
         if slot.is_stale() {
             ui.multiply_opacity(0.45);

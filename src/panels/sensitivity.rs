@@ -67,10 +67,10 @@ fn tornado(ctx: &mut PanelContext<'_>, ui: &mut Ui, study: &SensitivityStudy) {
     };
     let before = chosen.clone();
     ui.horizontal_wrapped(|ui| {
-        let combo = ComboBox::from_id_salt("sensitivity of").selected_text(notation::derivative(&chosen));
+        let combo = ComboBox::from_id_salt("sensitivity of").selected_text(notation::typeset(&chosen, 13.0));
         combo.show_ui(ui, |ui| {
             for name in &names {
-                ui.selectable_value(&mut chosen, (*name).clone(), notation::derivative(name));
+                ui.selectable_value(&mut chosen, (*name).clone(), notation::typeset(name, 13.0));
             }
         });
         ui.weak(format!("every quantity ± {} %, centre of gravity by that part of the chord", 100.0 * STEP_FRACTION));

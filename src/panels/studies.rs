@@ -150,9 +150,9 @@ impl Studies {
         };
         ui.horizontal_wrapped(|ui| {
             let combo = ComboBox::from_id_salt("derivative over the condition");
-            let combo = combo.selected_text(notation::derivative(&regression.derivative)).show_ui(ui, |ui| {
+            let combo = combo.selected_text(notation::typeset(&regression.derivative, 13.0)).show_ui(ui, |ui| {
                 for one in &two {
-                    let name = notation::derivative(&one.derivative);
+                    let name = notation::typeset(&one.derivative, 13.0);
                     if ui.selectable_label(one.derivative == regression.derivative, name).clicked() {
                         self.derivative = Some(one.derivative.clone());
                     }
@@ -284,7 +284,7 @@ fn table(ui: &mut Ui, id: &str, titles: &[&str], rows: &[Vec<String>], selected:
                     line.col(|ui| {
                         if column == 0 {
                             ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
-                                ui.add(Label::new(text).truncate());
+                                ui.add(Label::new(notation::typeset(text, 13.0)).truncate());
                             });
                         } else {
                             ui.label(RichText::new(text).font(figures.clone()).size(11.5));

@@ -17,8 +17,14 @@ use crate::widgets::level_mark::{self, level_mark};
 
 /// Height of a row.
 const ROW: f32 = 21.0;
-/// Width of a cell.
+/// Width of a cell, and the room between two.
 const CELL: f32 = 40.0;
+const GAP: f32 = 2.0;
+/// Width in which the names of windows are read, and the room right of the grid.
+const NAMES: f32 = 150.0;
+const RIGHT_ROOM: f32 = 24.0;
+/// Least width of the reasons.
+const LEAST_REASONS: f32 = 260.0;
 /// From this width on the reasons stand beside the grid, below it else.
 const WIDE: f32 = 720.0;
 /// Reasons said at once; the rest is asked for.
@@ -86,8 +92,8 @@ impl Panel for Summary {
         }
         ui.horizontal(|ui| {
             level_mark(ui, Some(verdicts.session.level));
-            let text = RichText::new(verdicts.headline()).text_style(TextStyle::Heading).size(14.0);
-            ui.add(Label::new(text.strong()).wrap());
+            let text = notation::typeset_in(&verdicts.headline(), 14.0, ui.visuals().strong_text_color());
+            ui.add(Label::new(text).wrap());
         });
         ui.add_space(2.0);
         if ctx.snapshot.verdicts.is_stale() {
@@ -95,10 +101,14 @@ impl Panel for Summary {
         }
         let room = ui.available_size();
         if room.x >= WIDE {
-            let bar = Bar::right("reasons").default_size(0.45 * room.x).size_range(260.0..=0.6 * room.x);
+            // Every coefficient keeps its column and every window a name that can be read.
+            let fits = ctx.session.structure.models.len();
+            let most = (room.x - NAMES - (fits + 1) as f32 * (CELL + GAP) - RIGHT_ROOM).max(LEAST_REASONS);
+            let bar = Bar::right("reasons beside").default_size(most.min(0.5 * room.x));
+            let bar = bar.size_range(LEAST_REASONS..=most);
             bar.show(ui, |ui| self.reasons(ctx, ui, &verdicts));
         } else {
-            let bar = Bar::bottom("reasons").default_size(0.48 * room.y).size_range(90.0..=0.7 * room.y);
+            let bar = Bar::bottom("reasons below").default_size(0.48 * room.y).size_range(90.0..=0.7 * room.y);
             bar.show(ui, |ui| self.reasons(ctx, ui, &verdicts));
         }
         let ground = egui::Frame::new().inner_margin(egui::Margin { right: 6, ..Default::default() });
@@ -114,7 +124,7 @@ impl Summary {
             .chain(ctx.session.windows.iter().map(|window| Some(window.name.as_str())))
             .filter(|window| window.is_none_or(|name| verdicts.windows.contains_key(name)))
             .collect();
-        ui.spacing_mut().item_spacing.x = 2.0;
+        ui.spacing_mut().item_spacing.x = GAP;
         TableBuilder::new(ui)
             .id_salt("verdicts")
             .striped(true)
@@ -212,7 +222,8 @@ impl Summary {
         ui.add_space(4.0);
         ui.horizontal(|ui| {
             level_mark(ui, Some(level));
-            ui.strong(format!("{}: {}", self.chosen.title(), level.name()));
+            let title = format!("{}: {}", self.chosen.title(), level.name());
+            ui.label(notation::typeset_in(&title, 13.0, ui.visuals().strong_text_color()));
             if self.chosen != Place::default() && ui.small_button("Session").clicked() {
                 self.chosen = Place::default();
             }
@@ -253,10 +264,11 @@ fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, reason: &Finding, alike: usize)
         ui.vertical(|ui| {
             ui.spacing_mut().item_spacing.y = 1.0;
             let more = if alike > 1 { format!("   {} × {alike}", reason.code) } else { String::new() };
-            ui.add(Label::new(RichText::new(format!("{}{more}", reason.place)).size(11.0).weak()).wrap());
-            ui.add(Label::new(&reason.text).wrap());
+            let weak = ui.visuals().weak_text_color();
+            ui.add(Label::new(notation::typeset_in(&format!("{}{more}", reason.place), 11.0, weak)).wrap());
+            ui.add(Label::new(notation::typeset(&reason.text, 13.0)).wrap());
             if !reason.cure.is_empty() {
-                ui.add(Label::new(RichText::new(&reason.cure).size(11.5).weak()).wrap());
+                ui.add(Label::new(notation::typeset_in(&reason.cure, 11.5, weak)).wrap());
             }
             if let Some(pane) = reason.panel.and_then(Pane::from_title)
                 && ui.link(RichText::new(format!("{} ▸", pane.title())).size(11.5)).clicked()

@@ -5,10 +5,10 @@ use eframe::egui::{self, Color32, Id, Stroke, Ui};
 use egui_plot::{Bar, BarChart, Line, LineStyle, Plot, PlotPoint, PlotPoints, Points, Polygon};
 
 use super::figure::{FigureForm, FigureRequest, printed};
+use super::readout::readable;
 use super::stack_figure::WIDTH_MM;
 use super::ticks::{tick, ticks};
-use super::time_plot::readable;
-use crate::theme;
+use crate::{notation, theme};
 
 /// Part of the extent left free around the data.
 const MARGIN: f32 = 0.06;
@@ -21,11 +21,11 @@ pub(super) const LEGEND_HEIGHT: f32 = 15.0;
 /// Length of the line before a name of a legend.
 const LEGEND_LINE: f32 = 12.0;
 /// Room right of a chart for the half of the last label that lies beyond it.
-const RIGHT_ROOM: f32 = 14.0;
+pub(super) const RIGHT_ROOM: f32 = 14.0;
 /// Distance between ticks from which their labels are drawn, and drawn fully.
-const LABELS: egui::Rangef = egui::Rangef { min: 8.0, max: 12.0 };
+pub(super) const LABELS: egui::Rangef = egui::Rangef { min: 8.0, max: 12.0 };
 /// Least distance between ticks of the level and of the upright axis.
-const TICK_SPACING: [f32; 2] = [84.0, 24.0];
+pub(super) const TICK_SPACING: [f32; 2] = [84.0, 24.0];
 
 /// How a curve of a chart is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -128,7 +128,7 @@ impl Chart {
             .y_grid_spacer(|input| ticks(input, TICK_SPACING[1]))
             .custom_y_axes(vec![
                 egui_plot::AxisHints::new_y()
-                    .label(egui::RichText::new(&self.labels[1]).size(11.5))
+                    .label(notation::typeset(&self.labels[1], 11.5))
                     .label_spacing(LABELS)
                     .tick_label_color(text)
                     .formatter(move |mark, _| match named_upright {
@@ -138,7 +138,7 @@ impl Chart {
             ])
             .custom_x_axes(vec![
                 egui_plot::AxisHints::new_x()
-                    .label(egui::RichText::new(&self.labels[0]).size(11.5))
+                    .label(notation::typeset(&self.labels[0], 11.5))
                     .label_spacing(LABELS)
                     .tick_label_color(text)
                     .formatter(move |mark, _| match named {
@@ -235,7 +235,7 @@ impl Chart {
 /// A name with its colour before it, pale where its curve is hidden. Of a size of its own, so that a line of them wraps.
 pub(super) fn legend_entry(ui: &mut Ui, name: &str, (color, is_hidden): (Color32, bool)) -> egui::Response {
     let ink = if is_hidden { ui.visuals().weak_text_color() } else { ui.visuals().text_color() };
-    let galley = ui.painter().layout_no_wrap(name.to_owned(), egui::FontId::proportional(11.0), ink);
+    let galley = ui.painter().layout_job(notation::typeset(name, 11.0));
     let size = egui::vec2(LEGEND_LINE + 4.0 + galley.size().x, LEGEND_HEIGHT);
     let (rect, entry) = ui.allocate_exact_size(size, egui::Sense::click());
     let color = if is_hidden { color.gamma_multiply(0.3) } else { color };

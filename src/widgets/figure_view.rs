@@ -5,20 +5,26 @@ use doublet_engine::report::document::{
     COLUMNS, Colour, Figure, LineStyle as Style, Mark, Matrix, Panel, Plot as Axes,
 };
 use doublet_report::svg::{Range, range};
-use eframe::egui::{self, Color32, Id, RichText, Role, Stroke, Ui, WidgetInfo};
-use egui_plot::{Bar, BarChart, FilledArea, HLine, Line, LineStyle, Plot, PlotPoints, PlotUi, Points, Polygon};
+use eframe::egui::{self, Color32, Id, Role, Stroke, Ui, WidgetInfo};
+use egui_plot::{
+    AxisHints, Bar, BarChart, FilledArea, HLine, Line, LineStyle, Plot, PlotPoints, PlotUi, Points, Polygon,
+};
 
-use super::chart::{figure_menu, marks_at, word_at};
+use super::chart::{LABELS, LEGEND_HEIGHT, RIGHT_ROOM, TICK_SPACING, figure_menu, legend_entry, marks_at, word_at};
 use super::figure::{FigureForm, FigureRequest};
 use super::matrix_view::MatrixView;
-use crate::theme;
+use super::ticks::{inner_ticks, tick, ticks};
+use crate::{notation, theme};
 
 /// Height of a panel for each millimetre it has on paper, points.
 const POINTS_PER_MM: f64 = 4.0;
+/// Height of the level axis with its title.
+const AXIS_HEIGHT: f32 = 34.0;
 
 /// Draws every panel of the figure, then its caption; the figure where it was asked for in the menu of a panel.
 pub fn figure_view(ui: &mut Ui, figure: &Figure) -> Option<FigureRequest> {
     let mut wanted = None;
+    legend(ui, figure);
     let columns = figure.columns.clamp(1, 2);
     for (row, panels) in figure.panels.chunks(columns).enumerate() {
         ui.columns(columns, |uis| {
@@ -32,8 +38,53 @@ pub fn figure_view(ui: &mut Ui, figure: &Figure) -> Option<FigureRequest> {
             }
         });
     }
-    ui.add(egui::Label::new(RichText::new(&figure.caption).size(11.5).weak()).wrap());
+    let caption = notation::typeset_in(&figure.caption, 11.5, ui.visuals().weak_text_color());
+    ui.add(egui::Label::new(caption).wrap());
     wanted.map(|form| FigureRequest { figure: figure.clone(), form })
+}
+
+/// Names of what is drawn, each once, in a line above the panels.
+fn legend(ui: &mut Ui, figure: &Figure) {
+    let plots = figure.panels.iter().filter_map(|panel| match panel {
+        Panel::Plot(plot) => Some(&plot.marks),
+        Panel::Matrix(_) => None,
+    });
+    let mut entries: Vec<(&str, &Colour)> = Vec::new();
+    for (name, colour) in plots.flatten().map(entry).filter(|(name, _)| !name.is_empty()) {
+        if !entries.contains(&(name, colour)) {
+            entries.push((name, colour));
+        }
+    }
+    if entries.is_empty() {
+        return;
+    }
+    let series = &theme::palette(ui).series;
+    ui.horizontal_wrapped(|ui| {
+        ui.spacing_mut().item_spacing = egui::vec2(10.0, 0.0);
+        ui.spacing_mut().interact_size.y = LEGEND_HEIGHT;
+        for (name, colour) in entries {
+            legend_entry(ui, name, (of_theme(colour, series), false));
+        }
+    });
+}
+
+/// What a mark is called in the legend, and its colour.
+fn entry(mark: &Mark) -> (&str, &Colour) {
+    match mark {
+        Mark::Line { label, colour, .. }
+        | Mark::Band { label, colour, .. }
+        | Mark::Points { label, colour, .. }
+        | Mark::Bars { label, colour, .. }
+        | Mark::Level { label, colour, .. }
+        | Mark::Span { label, colour, .. } => (label, colour),
+    }
+}
+
+/// A colour of the palette as the theme has it.
+fn of_theme(colour: &Colour, series: &[Color32; 8]) -> Color32 {
+    let Colour([red, green, blue]) = *colour;
+    let place = Colour::PALETTE.iter().position(|of| of == colour);
+    place.map_or(Color32::from_rgb(red, green, blue), |place| series[place])
 }
 
 fn heat_map(ui: &mut Ui, matrix: &Matrix) -> Option<FigureForm> {
@@ -55,11 +106,35 @@ fn heat_map(ui: &mut Ui, matrix: &Matrix) -> Option<FigureForm> {
 fn axes(ui: &mut Ui, id: Id, plot: &Axes, height: f64) -> Option<FigureForm> {
     let palette = theme::palette(ui);
     let range = range(&Panel::Plot(plot.clone()));
-    ui.label(RichText::new(plot.y.title()).size(11.5));
+    let text = ui.visuals().weak_text_color();
     #[expect(clippy::cast_possible_truncation, reason = "a few hundred points")]
     let height = height as f32;
+    let (x_places, y_places) = (plot.x.places.clone(), plot.y.places.clone());
     let mut shown = Plot::new(id)
-        .height(height)
+        .height(height + AXIS_HEIGHT)
+        .width((ui.available_width() - RIGHT_ROOM).max(60.0))
+        .x_grid_spacer(|input| ticks(input, TICK_SPACING[0]))
+        .y_grid_spacer(|input| inner_ticks(input, TICK_SPACING[1]))
+        .custom_y_axes(vec![
+            AxisHints::new_y()
+                .label(notation::typeset(&plot.y.title(), 11.5))
+                .label_spacing(LABELS)
+                .tick_label_color(text)
+                .formatter(move |mark, _| match y_places.is_empty() {
+                    true => tick(mark.value, mark.step_size),
+                    false => word_at(&y_places, mark.value),
+                }),
+        ])
+        .custom_x_axes(vec![
+            AxisHints::new_x()
+                .label(notation::typeset(&plot.x.title(), 11.5))
+                .label_spacing(LABELS)
+                .tick_label_color(text)
+                .formatter(move |mark, _| match x_places.is_empty() {
+                    true => tick(mark.value, mark.step_size),
+                    false => word_at(&x_places, mark.value),
+                }),
+        ])
         .allow_drag(false)
         .allow_zoom(false)
         .allow_scroll(false)
@@ -71,14 +146,12 @@ fn axes(ui: &mut Ui, id: Id, plot: &Axes, height: f64) -> Option<FigureForm> {
         .default_x_bounds(range.x[0], range.x[1])
         .default_y_bounds(range.y[0], range.y[1]);
     if !plot.x.places.is_empty() {
-        let (places, marks) = (plot.x.places.clone(), marks_at(&plot.x.places));
-        shown =
-            shown.x_grid_spacer(move |_| marks.clone()).x_axis_formatter(move |mark, _| word_at(&places, mark.value));
+        let marks = marks_at(&plot.x.places);
+        shown = shown.x_grid_spacer(move |_| marks.clone());
     }
     if !plot.y.places.is_empty() {
-        let (places, marks) = (plot.y.places.clone(), marks_at(&plot.y.places));
-        shown =
-            shown.y_grid_spacer(move |_| marks.clone()).y_axis_formatter(move |mark, _| word_at(&places, mark.value));
+        let marks = marks_at(&plot.y.places);
+        shown = shown.y_grid_spacer(move |_| marks.clone());
     }
     let shown = shown.show(ui, |chart| {
         for mark in &plot.marks {
@@ -99,12 +172,7 @@ fn rectangle([left, right]: [f64; 2], [bottom, top]: [f64; 2], color: Color32) -
 }
 
 fn draw(chart: &mut PlotUi<'_>, mark: &Mark, range: &Range, colors: &[Color32; 8]) {
-    // A colour of the palette as the theme has it.
-    let color = |colour: &Colour| {
-        let Colour([red, green, blue]) = *colour;
-        let place = Colour::PALETTE.iter().position(|of| of == colour);
-        place.map_or(Color32::from_rgb(red, green, blue), |place| colors[place])
-    };
+    let color = |colour: &Colour| of_theme(colour, colors);
     let (from, to) = (range.x[0], range.x[1]);
     let line = |points: Vec<[f64; 2]>, colour: &Colour, style: Style| {
         let style = if style == Style::Dashed { LineStyle::dashed_loose() } else { LineStyle::Solid };

@@ -73,12 +73,11 @@ impl MatrixView<'_> {
         if size == 0 || self.values.len() != size * size {
             return (None, None);
         }
-        let font = FontId::proportional(11.0);
         let ink = ui.visuals().text_color();
         let names: Vec<_> = self
             .labels
             .iter()
-            .map(|name| ui.painter().layout_no_wrap(shortened(name, NAME_LENGTH), font.clone(), ink))
+            .map(|name| ui.painter().layout_job(notation::typeset(&shortened(name, NAME_LENGTH), 11.0)))
             .collect();
         let widest = names.iter().map(|name| name.size().x).fold(0.0, f32::max);
         let side = widest + 10.0;
@@ -147,7 +146,7 @@ impl MatrixView<'_> {
         painter.rect_filled(area, CornerRadius::ZERO, palette.plot_background);
         let ground = painter.add(Shape::Noop);
         let mut mesh = Mesh::default();
-        let mut marks = Vec::new();
+        let (mut marks, mut outlined) = (Vec::new(), Vec::new());
         for (at, &value) in self.values.iter().enumerate() {
             let (row, column) = (at / size, at % size);
             let corner = area.min + vec2(column as f32, row as f32) * cell;
@@ -156,16 +155,25 @@ impl MatrixView<'_> {
                 marks.push((rect, "–".to_owned(), palette.ignored));
                 continue;
             };
-            mesh.add_colored_rect(rect, color(palette, intensity * pale));
-            if row != column && value.abs() >= self.notable {
-                painter.rect_stroke(rect, 0.0, Stroke::new(1.5, ui.visuals().strong_text_color()), StrokeKind::Inside);
+            // Everything goes with itself: the diagonal says nothing and draws no eye.
+            if row == column {
+                mesh.add_colored_rect(rect, palette.grid);
+                marks.push((rect, "1".to_owned(), ui.visuals().weak_text_color()));
+                continue;
             }
-            if cell >= TEXT_CELL && row != column {
+            mesh.add_colored_rect(rect, color(palette, intensity * pale));
+            if value.abs() >= self.notable {
+                outlined.push(rect);
+            }
+            if cell >= TEXT_CELL {
                 let text = if cell < LONG_TEXT_CELL { notation::fixed(value, 2) } else { notation::correlation(value) };
                 marks.push((rect, text, contrast(color(palette, intensity * pale))));
             }
         }
         painter.set(ground, Shape::mesh(mesh));
+        for rect in outlined {
+            painter.rect_stroke(rect, 0.0, Stroke::new(2.0, palette.warning), StrokeKind::Inside);
+        }
         for (rect, text, ink) in marks {
             painter.text(rect.center(), Align2::CENTER_CENTER, text, FontId::proportional(9.5), ink);
         }

@@ -6,7 +6,6 @@ use std::ops::RangeInclusive;
 use eframe::egui::{self, DragValue, Id, Key, Stroke, Ui, UiBuilder, vec2};
 
 use super::EditPhase;
-use super::time_plot::readable;
 use crate::theme;
 
 /// Decades per point of a logarithmic drag.
@@ -28,6 +27,7 @@ pub struct QuantityEdit<'a> {
     decimals: Option<usize>,
     allowed: Option<RangeInclusive<f64>>,
     problem: Option<&'a str>,
+    width: f32,
 }
 
 /// What the user did to a field this frame.
@@ -60,6 +60,7 @@ impl<'a> QuantityEdit<'a> {
             decimals: None,
             allowed: None,
             problem: None,
+            width: FIELD_WIDTH,
         }
     }
 
@@ -89,6 +90,13 @@ impl<'a> QuantityEdit<'a> {
     #[must_use]
     pub fn decimals(mut self, decimals: usize) -> Self {
         self.decimals = Some(decimals);
+        self
+    }
+
+    /// Makes the field this wide, points.
+    #[must_use]
+    pub fn wide(mut self, width: f32) -> Self {
+        self.width = width;
         self
     }
 
@@ -142,7 +150,7 @@ impl<'a> QuantityEdit<'a> {
         })
         .speed(if logarithmic { DECADES_PER_POINT } else { self.per_point })
         .update_while_editing(false)
-        .min_size(vec2(FIELD_WIDTH, ui.spacing().interact_size.y))
+        .min_size(vec2(self.width, ui.spacing().interact_size.y))
         .custom_formatter(move |at, _| text(if logarithmic { 10f64.powf(at) } else { at }))
         .custom_parser(|text| {
             let text = text.trim().replace('\u{2212}', "-");
@@ -253,9 +261,22 @@ fn short(value: f64) -> String {
     concise(if value.abs() < 1.0 { rounded(value, 4) } else { value })
 }
 
+/// `value` with five significant digits, as it can be typed again, without a needless exponent.
+fn five_digits(value: f64) -> String {
+    let size = value.abs();
+    if value == 0.0 || !value.is_finite() {
+        return format!("{value}");
+    }
+    if !(1e-4..1e6).contains(&size) {
+        return format!("{value:.3e}");
+    }
+    let decimals = (4 - size.log10().floor() as i32).clamp(0, 8) as usize;
+    format!("{value:.decimals$}")
+}
+
 /// `value` with five significant digits at most and no zeros after them.
 pub fn concise(value: f64) -> String {
-    let text = readable(value);
+    let text = five_digits(value);
     let (digits, exponent) = text.split_at(text.find('e').unwrap_or(text.len()));
     let digits = if digits.contains('.') { digits.trim_end_matches('0').trim_end_matches('.') } else { digits };
     format!("{digits}{exponent}")

@@ -1,14 +1,14 @@
 //! What lies between the markers A and B: values at both, their difference and slope, statistics.
 
-use doublet_core::series::{Statistics, value_at};
+use doublet_core::series::{Series, Statistics, value_at};
 use eframe::egui::{self, Id, RichText, ScrollArea, Ui};
 use egui_extras::{Column, TableBuilder};
 
 use super::plot_cache::PlotCache;
 use super::term::column_title;
-use super::time_plot::{TimePlot, readable};
+use super::time_plot::{DOT_SPACING, TimePlot, Trace, TraceStyle};
 use super::time_view::{TimeRange, TimeView};
-use crate::theme;
+use crate::{notation, theme};
 
 /// Height of a row, and of the lines above the rows.
 const ROW: f32 = 18.0;
@@ -80,8 +80,7 @@ pub(super) fn show(ui: &mut Ui, id: Id, view: &mut TimeView, cache: &mut PlotCac
                     });
                     for value in row.values {
                         line.col(|ui| {
-                            let text =
-                                if value.is_finite() { readable(value).replace('-', "\u{2212}") } else { "–".into() };
+                            let text = if value.is_finite() { readable(value) } else { "–".into() };
                             ui.label(RichText::new(text).font(figures.clone()).size(11.0));
                         });
                     }
@@ -129,4 +128,88 @@ fn csv((a, b): (f64, f64), rows: &[Row]) -> String {
         text.push_str(&format!("\"{}\",{}\n", row.name, values.join(",")));
     }
     text
+}
+
+/// `value` with four significant digits, a true minus sign and without a needless exponent.
+pub fn readable(value: f64) -> String {
+    let size = value.abs();
+    if value == 0.0 || !value.is_finite() {
+        return format!("{value}");
+    }
+    if !(1e-3..1e6).contains(&size) {
+        return format!("{value:.3e}").replace('-', "\u{2212}");
+    }
+    let decimals = (3 - size.log10().floor() as i32).clamp(0, 6) as usize;
+    notation::fixed(value, decimals)
+}
+
+/// Value of a trace at a time in the unit of its plot: that of the nearest sample where single samples are seen as dots, otherwise by
+/// the line drawn between them.
+pub(super) fn value_of(trace: &Trace<'_>, gap_s: f64, time_s: f64, points_per_s: f64) -> Option<f64> {
+    let Series { time_s: times, values, .. } = trace.series;
+    let after = times.partition_point(|&time| time < time_s);
+    let finite = |at: &usize| values[*at].is_finite();
+    let near = |at: &usize| (times[*at] - time_s).abs() <= gap_s;
+    // Samples of other channels at the same clock have no value here: the next that has one counts.
+    let before = (0..after).rev().take_while(near).find(finite);
+    let next = (after..times.len()).take_while(near).find(finite);
+    let distance = |at: &usize| (times[*at] - time_s).abs();
+    let nearest = before.into_iter().chain(next).min_by(|a, b| distance(a).total_cmp(&distance(b)));
+    let spacing = before.zip(next).map_or(0.0, |(before, next)| times[next] - times[before]);
+    let is_dot = trace.style == TraceStyle::Dots || spacing * points_per_s >= f64::from(DOT_SPACING);
+    let between = || value_at(times, values, gap_s, time_s);
+    let value = match (trace.sigma, nearest) {
+        (None, Some(at)) if is_dot => Some(values[at]),
+        (None, Some(at)) if before.zip(next).is_some() => between().or(Some(values[at])),
+        _ => between(),
+    };
+    value.map(|value| value * trace.scale)
+}
+
+/// A value with twice the deviation of its trace; that alone of a band about zero.
+pub(super) fn with_band(trace: &Trace<'_>, value: f64, time_s: Option<f64>) -> String {
+    let band = trace.sigma.zip(time_s).and_then(|(sigma, time_s)| {
+        let at = trace.series.time_s.partition_point(|&time| time < time_s);
+        sigma.get(at.min(sigma.len().checked_sub(1)?)).map(|sigma| 2.0 * sigma * trace.scale)
+    });
+    match band {
+        Some(half) if value == 0.0 => format!("± {}", readable(half)),
+        Some(half) => format!("{} ± {}", readable(value), readable(half)),
+        None => readable(value),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_dot_is_read_at_its_sample_and_a_band_by_its_width() {
+        let series = Series { time_s: [0.0, 0.1, 0.2].into(), values: [1.0, -3.0, 5.0].into() };
+        let line = Trace { scale: 2.0, ..Trace::new("line", &series, eframe::egui::Color32::WHITE) };
+        let dots = Trace { style: TraceStyle::Dots, ..line };
+        let dense = 1.0;
+        assert_eq!(value_of(&dots, 0.25, 0.12, dense), Some(-6.0), "the sample at 0.1 s");
+        let between = value_of(&line, 0.25, 0.12, dense).unwrap();
+        assert!((between - 2.0 * (-3.0 + 0.2 * 8.0)).abs() < 1e-12, "{between}");
+        assert_eq!(value_of(&line, 0.25, 0.12, 1000.0), Some(-6.0), "samples a hundred points apart are dots");
+        assert_eq!(value_of(&line, 0.25, 0.3, dense), None);
+        let sparse = Series { values: [1.0, f64::NAN, 5.0].into(), ..series.clone() };
+        assert_eq!(value_of(&Trace { series: &sparse, ..dots }, 0.25, 0.12, dense), Some(10.0), "the nearest there is");
+        let zero = Series { values: [0.0; 3].into(), ..series.clone() };
+        let sigma = [0.01, 0.02, 0.03].into();
+        let band = Trace { sigma: Some(&sigma), series: &zero, ..line };
+        assert_eq!(with_band(&band, 0.0, Some(0.1)), "± 0.08000");
+        assert_eq!(with_band(&Trace { sigma: Some(&sigma), ..line }, -6.0, Some(0.1)), "\u{2212}6.000 ± 0.08000");
+    }
+
+    #[test]
+    fn numbers_read_with_four_digits_and_a_true_minus() {
+        assert_eq!(readable(0.0), "0");
+        assert_eq!(readable(12.345678), "12.35");
+        assert_eq!(readable(1219.34), "1219");
+        assert_eq!(readable(-0.001234567), "\u{2212}0.001235");
+        assert_eq!(readable(-1.5e-7), "\u{2212}1.500e\u{2212}7");
+        assert_eq!(readable(123_456.0), "123456");
+    }
 }

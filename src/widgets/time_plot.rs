@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use doublet_core::series::{Series, value_at};
+use doublet_core::series::Series;
 use eframe::egui::{self, Align2, Color32, CornerRadius, Id, Rect, Stroke, Ui, pos2, vec2};
 use egui_plot::{FilledArea, Line, LineStyle, Plot, PlotPoint, PlotPoints, Points};
 
@@ -12,11 +12,11 @@ use super::plot_cache::Drawn;
 pub use super::plot_cache::PlotCache;
 pub use super::pointer::step_markers;
 use super::pointer::{Area, Values, interact, plot_menu, time_axis, value_axis};
-use super::readout;
+use super::readout::{self, readable, value_of, with_band};
 use super::stack_figure::stack_figure;
 use super::ticks::{draw_time_axis, inner_ticks, tick, ticks};
 use super::time_view::{TimeRange, TimeView};
-use crate::theme;
+use crate::{notation, theme};
 
 /// Width of the value axis of every plot of a stack, so that their time axes line up.
 pub const VALUE_AXIS_WIDTH: f32 = 80.0;
@@ -33,7 +33,7 @@ const MARGIN: f64 = 0.08;
 /// Height of the legend inside a plot with the room about it.
 const LEGEND_ROOM: f32 = 19.0;
 /// Samples further apart than this on screen are marked with dots.
-const DOT_SPACING: f32 = 7.0;
+pub(super) const DOT_SPACING: f32 = 7.0;
 /// Least distance between ticks of the time axis and of a value axis.
 const TICK_SPACING: [f32; 2] = [84.0, 18.0];
 /// A reference that swings through more than this many times its range is drawn solid: dashes would fill the plot.
@@ -175,19 +175,6 @@ pub fn value_bounds(extents: impl Iterator<Item = (f64, f64)>) -> (f64, f64) {
     (low - room, high + room)
 }
 
-/// `value` with about five significant digits, without a needless exponent.
-pub fn readable(value: f64) -> String {
-    let size = value.abs();
-    if value == 0.0 || !value.is_finite() {
-        return format!("{value}");
-    }
-    if !(1e-4..1e6).contains(&size) {
-        return format!("{value:.3e}");
-    }
-    let decimals = (4 - size.log10().floor() as i32).clamp(0, 8) as usize;
-    format!("{value:.decimals$}")
-}
-
 /// Shows `plots` under one another over the range of `view` and lets the pointer move it: the wheel zooms time about the pointer, with
 /// Shift the values; a drag pans, a right drag zooms to a box, a drag on an axis zooms that axis, a double click shows everything; A and
 /// B, or Shift and Ctrl with a click, set the markers, the arrow keys step them by a sample. A click on a name of the legend hides it, a
@@ -231,6 +218,7 @@ pub fn time_stack(
             let is_shared = shared.is_some() && plot.traces.len() > 1;
             let names = if is_shared { Legend::Values } else { Legend::of(plot) };
             let values = cache.chosen_values(id, row, plot);
+            // Rounded down together: the first ones end where the room does.
             let height = (each * plot.height).floor();
             let shown = draw_plot(ui, (id.with(row), height, names), plot, (&look, values), range, spans);
             let frame = *shown.transform.frame();
@@ -283,8 +271,10 @@ pub fn time_stack(
 /// Height of a plot of height one in a stack that is given `shown` points. What does not fit scrolls; no plot is shown in part at first.
 fn height_of_one(plots: &[TimePlot<'_>], shown: f32) -> f32 {
     let parts: f32 = plots.iter().map(|plot| plot.height).sum();
-    let fitting = if parts * LEAST_HEIGHT <= shown { parts } else { (shown / LEAST_HEIGHT).floor().max(1.0) };
-    (shown / fitting).floor()
+    let whole = |parts: &f32| parts * LEAST_HEIGHT <= shown;
+    let first = plots.iter().scan(0.0, |sum, plot| Some(std::mem::replace(sum, *sum + plot.height) + plot.height));
+    let fitting = if whole(&parts) { parts } else { first.take_while(whole).last().unwrap_or(plots[0].height) };
+    shown / fitting
 }
 
 /// The names all plots have in common in a line above them; the one that was clicked, and whether twice.
@@ -369,7 +359,7 @@ fn draw_plot<'a>(
         .show_axes([false, true])
         .custom_y_axes(vec![
             egui_plot::AxisHints::new_y()
-                .label(egui::RichText::new(label).size(10.5))
+                .label(notation::typeset(&label, 10.5))
                 .min_thickness(VALUE_AXIS_WIDTH)
                 .label_spacing(LABELS)
                 .tick_label_color(text)
@@ -523,20 +513,17 @@ fn draw_cursors<'a>(
             painter.text(pos2(x + 3.0, frame.bottom() - 2.0), Align2::LEFT_BOTTOM, name, small.clone(), color);
         }
     }
-    let font = egui::FontId::proportional(11.0);
     let mut left = frame.left() + 6.0;
     let top = frame.top() + 4.0;
     let mut named = None;
     for (column, trace) in plot.traces.iter().enumerate() {
-        let value = |time_s: Option<f64>| {
-            let gap_s = look(column)?.pyramid.gap_s();
-            value_at(&trace.series.time_s, &trace.series.values, gap_s, time_s?).map(|v| v * trace.scale)
-        };
+        let points_per_s = f64::from(frame.width()) / range.length_s();
+        let value = |time_s: Option<f64>| value_of(trace, look(column)?.pyramid.gap_s(), time_s?, points_per_s);
         let [a, b] = view.markers_s.map(value);
         let name = if legend == Legend::Names { trace.name } else { "" };
         let unit = if plot.unit.is_empty() { String::new() } else { format!(" {}", plot.unit) };
         let text = match (value(view.cursor_s), a.zip(b)) {
-            (Some(value), _) => format!("{name}  {}{unit}", readable(value)),
+            (Some(value), _) => format!("{name}  {}{unit}", with_band(trace, value, view.cursor_s)),
             (None, Some((a, b))) => format!("{name}  Δ {}{unit}", readable(b - a)),
             (None, None) if name.is_empty() => continue,
             (None, None) => name.to_owned(),
@@ -544,7 +531,7 @@ fn draw_cursors<'a>(
         let is_hidden = look(column).is_none();
         let ink = if is_hidden { ui.visuals().weak_text_color() } else { ui.visuals().text_color() };
         let color = if is_hidden { trace.color.gamma_multiply(0.3) } else { trace.color };
-        let galley = painter.layout_no_wrap(text, font.clone(), ink);
+        let galley = painter.layout_job(notation::typeset(&text, 11.0));
         let size = galley.size() + vec2(22.0, 4.0);
         let ground = Rect::from_min_size(pos2(left, top), size);
         painter.rect_filled(ground, CornerRadius::same(3), palette.plot_background.gamma_multiply(0.8));
@@ -576,12 +563,18 @@ mod tests {
     }
 
     #[test]
-    fn numbers_read_with_five_digits() {
-        assert_eq!(readable(0.0), "0");
-        assert_eq!(readable(12.345678), "12.346");
-        assert_eq!(readable(-0.001234567), "-0.0012346");
-        assert_eq!(readable(1.5e-7), "1.500e-7");
-        assert_eq!(readable(123_456.0), "123456");
+    fn what_is_seen_of_a_long_stack_ends_with_a_whole_plot() {
+        let plot = |height| TimePlot::new("", "", Vec::new()).high(height);
+        let fits: Vec<TimePlot<'_>> = (0..3).flat_map(|_| [plot(1.0), plot(0.6)]).collect();
+        for shown in [285.0, 300.0, 420.0, 1000.0] {
+            let each = height_of_one(&fits, shown);
+            assert!(each >= LEAST_HEIGHT, "{each} in {shown}");
+            let ends = fits.iter().scan(0.0, |end, plot| {
+                *end += each * plot.height;
+                Some(*end)
+            });
+            assert!(ends.clone().any(|end| (end - shown).abs() < 1e-3), "{:?} in {shown}", ends.collect::<Vec<_>>());
+        }
     }
 
     #[test]

@@ -1,16 +1,18 @@
 //! Small things that a first look at the workbench stumbled over, each with what is to be seen now.
 
-use doublet::command::{FileCommand, UiCommand, ViewCommand};
+use doublet::command::{EditCommand, FileCommand, UiCommand, ViewCommand};
+use doublet::layouts::Step;
 use doublet::notation;
 use doublet::panels::Pane;
 use doublet::ui_state::Scope;
 use doublet_core::model::{Coefficient, Structure, Term};
+use doublet_core::reconstruct::{Measurement, State};
 use doublet_core::series::TimeRange;
 use doublet_engine::session::{Edit, ModelEdit, WindowEdit};
 use egui::{Key, vec2};
 use egui_kittest::kittest::{NodeT, Queryable};
 
-use crate::painted::faults;
+use crate::painted::{faults, opacities};
 use crate::workbench::Bench;
 use crate::{picture, secondary_click};
 
@@ -94,7 +96,7 @@ fn panel_without_a_study_offers_it_and_the_log_names_no_file_of_a_cache() {
 #[test]
 fn layout_kept_as_it_first_is_has_lanes_high_enough_at_the_size_of_a_laptop() {
     let mut bench = Bench::shipped_in(1366.0, 768.0);
-    bench.request(UiCommand::View(ViewCommand::Step(doublet::layouts::Step::Manoeuvres)));
+    bench.request(UiCommand::View(ViewCommand::Step(Step::Manoeuvres)));
     bench.harness.set_size(vec2(1366.0, 768.0));
     bench.harness.run_steps(4);
     let plots = bench.harness.get_all_by_label_contains("legend ").map(|node| node.rect()).collect::<Vec<_>>();
@@ -111,6 +113,7 @@ fn recording_that_was_moved_is_found_again_in_one_step_of_undo() {
         std::fs::rename(folder.join("flight.csv"), folder.join("elsewhere/flight.csv")).expect("it is moved");
     });
     assert!(bench.snapshot().flights["flight"].error().is_some(), "it is missing");
+    assert!(bench.harness.query_all_by_label("Find it…").count() >= 1, "the strip leads to it");
     let before = bench.session().clone();
     bench.request(UiCommand::File(FileCommand::FindRecording));
     bench.harness.get_by_label("File name").type_text("elsewhere/flight.csv");
@@ -185,4 +188,95 @@ fn aircraft_without_stations_has_dashes_for_its_centre_of_gravity_and_no_empty_e
     assert_eq!(bench.harness.query_all_by_label("0.000").count(), 0, "nothing stands for what is not known");
     assert!(bench.harness.query_by_label("The file of this aircraft states no envelope.").is_some());
     assert!(bench.harness.query_by_label("envelope").is_none(), "no axes around one point");
+}
+
+#[test]
+fn every_coefficient_keeps_its_column_of_the_summary_and_every_window_its_name() {
+    for (width, height) in [(1366.0, 768.0), (1920.0, 1080.0)] {
+        let mut bench = Bench::shipped_in(1366.0, 768.0);
+        // The reasons stand below at the first size and beside at the second: one does not take the size of the other.
+        bench.request(UiCommand::View(ViewCommand::Step(Step::Results)));
+        bench.show(Pane::Summary);
+        bench.harness.set_size(vec2(width, height));
+        bench.settle();
+        let mut right = 0.0;
+        for coefficient in ["CX", "CY", "CZ", "Cl", "Cm", "Cn"] {
+            let name = format!("{coefficient}, all windows: ");
+            let cell = bench.harness.get_all_by_label_contains(&name).next();
+            let cell = cell.expect("it is drawn").rect();
+            assert!(cell.left() >= right && cell.right() < 0.5 * width, "{coefficient} at {width}: {cell:?}");
+            right = cell.right();
+        }
+        let cut: Vec<String> = faults(&bench).into_iter().filter(|fault| fault.contains("elevator")).collect();
+        assert!(cut.is_empty(), "{cut:#?}");
+        assert!(shown(&bench, "07 elevator 3-2-1-1"), "the name is read whole at {width}");
+    }
+}
+
+/// Whether this text is painted as it is, without an ellipsis.
+fn shown(bench: &Bench<'_>, words: &str) -> bool {
+    opacities(bench, words, 0.0).iter().any(|(_, opacity)| *opacity > 0.5)
+}
+
+#[test]
+fn names_of_windows_are_read_whole_and_rows_stay_while_more_are_selected() {
+    let mut bench = Bench::shipped_in(1366.0, 768.0);
+    bench.request(UiCommand::View(ViewCommand::Step(Step::Manoeuvres)));
+    bench.harness.set_size(vec2(1366.0, 768.0));
+    bench.harness.run_steps(4);
+    let row = |bench: &Bench<'_>| bench.harness.get_by_label("name of 03 elevator doublet").rect();
+    let before = row(&bench);
+    bench.request(UiCommand::Edit(EditCommand::SelectAll));
+    assert!(bench.harness.query_by_label("35 selected:").is_some());
+    assert_eq!(row(&bench).top(), before.top());
+    picture(&mut bench.harness, "manoeuvres_selected");
+    for name in ["03 elevator doublet", "07 elevator 3-2-1-1"] {
+        assert!(faults(&bench).iter().all(|fault| !fault.contains(name)));
+        assert!(opacities(&bench, name, before.top() - 60.0).len() == 1, "{name} without an ellipsis");
+    }
+}
+
+#[test]
+fn derivatives_stand_beside_their_numbers_in_a_wide_window() {
+    let mut bench = Bench::shipped_in(1920.0, 1080.0);
+    bench.request(UiCommand::View(ViewCommand::Step(Step::Results)));
+    bench.show(Pane::Derivatives);
+    bench.harness.set_size(vec2(1920.0, 1080.0));
+    bench.settle();
+    picture(&mut bench.harness, "derivatives_wide");
+    let name = bench.harness.get_by_label("Cmα").rect();
+    let pooled = bench.snapshot().pooled.ready().expect("it is computed");
+    let fit = pooled.fits.iter().find(|fit| fit.coefficient == Coefficient::Cm).expect("it is modelled");
+    let fit = fit.fit.as_ref().expect("it is estimated");
+    let at = fit.names.iter().position(|name| name == "Cm_alpha").expect("it is a term");
+    let number = bench.harness.get_by_label(&notation::number(fit.estimates[at])).rect();
+    assert!(number.left() - name.right() < 180.0, "{name:?} {number:?}");
+}
+
+#[test]
+fn sliders_of_the_trim_end_inside_a_narrow_panel() {
+    let mut bench = Bench::shipped_in(1366.0, 768.0);
+    bench.request(UiCommand::View(ViewCommand::Step(Step::Results)));
+    bench.show(Pane::Dynamics);
+    bench.harness.set_size(vec2(1366.0, 768.0));
+    bench.settle();
+    picture(&mut bench.harness, "modes_narrow");
+    let name = bench.harness.get_all_by_label_contains("fuel [kg]").next().expect("it is named").rect();
+    let chart = bench.harness.get_by_label("roots").rect();
+    assert!(name.right() < 680.0 && chart.right() < 680.0, "{name:?} {chart:?}");
+}
+
+#[test]
+fn path_beside_the_measurements_is_the_one_that_is_used() {
+    let bench = Bench::shipped();
+    let name = bench.harness.state().state.selection.window.clone().expect("one is chosen");
+    let path = bench.snapshot().windows[&name].path.ready().expect("it is reconstructed").clone();
+    let series = path.series();
+    let north = Measurement::VelocityNorth as usize;
+    // Before its first update the filter knows no wind: the smoother does.
+    let (first, measured) = (series.reconstructed[north].values[0], series.measured[north].values[0]);
+    assert!((first - measured).abs() < 0.3, "{first} beside {measured} m/s");
+    let smoothed = series.smoothed.as_ref().expect("the session smooths");
+    let bank = Measurement::BankAngle as usize;
+    assert_eq!(series.reconstructed[bank].values, smoothed.states[State::BankAngle as usize].values);
 }

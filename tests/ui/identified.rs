@@ -101,6 +101,7 @@ fn roots_follow_a_slider_and_every_answer_is_that_of_the_engine_alone() {
     picture(&mut bench.harness, "enough");
     assert_eq!(unexplained(&bench), [""; 0], "every title says what it is");
     assert_eq!(broken(&bench, &short_cells(&enough_blocks(&found))), [""; 0], "short cells stay on one line");
+    assert!(bench.harness.query_by_label("legend goal").is_some(), "curves are named");
     // A figure of a document goes into the report as a plot does.
     bench.harness.get_by_label_contains("figure of lg (error / goal)").scroll_to_me();
     bench.harness.run_steps(3);
@@ -170,6 +171,18 @@ fn inputs_are_designed_and_tests_judged_in_the_background() {
     bench.harness.get_by_role_and_label(Role::Button, "Design the input").click();
     await_label(&mut bench, "Errors to expect");
     picture(&mut bench.harness, "design");
+    for (part, written, raw) in [
+        ("Excursions to expect", ["α", "φ", "deg", "deg/s"], ["alpha", "phi", "rad", "rad/s"]),
+        ("Errors to expect", ["CXα", "CXα²", "CXq", "CXδe"], ["CX_alpha", "CX_alpha2", "CX_q", "CX_delta_e"]),
+    ] {
+        bench.harness.get_by_label(part).scroll_to_me();
+        bench.harness.run_steps(4);
+        picture(&mut bench.harness, &format!("design {part}"));
+        for (written, raw) in written.into_iter().zip(raw) {
+            assert!(bench.harness.query_all_by_label(written).next().is_some(), "{written} as it is written elsewhere");
+            assert_eq!(bench.harness.query_all_by_label(raw).count(), 0, "{raw}");
+        }
+    }
     assert_eq!(unexplained(&bench), [""; 0], "every title says what it is");
     let folder = bench.folder.path().join("card");
     bench.harness.get_by_label("folder of the card").focus();
