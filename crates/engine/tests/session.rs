@@ -1,7 +1,5 @@
 //! Sessions: saved form, edits, undo.
 
-use std::sync::Arc;
-
 use doublet_core::airframe::Loading;
 use doublet_core::estimate::{Constraint, SensorError};
 use doublet_core::load::{ChannelName, ManualChannel};
@@ -161,13 +159,11 @@ fn known_errors_of_sensors_are_taken_off_the_samples() {
         ]
         .into(),
     );
-    let inputs = InputSeries {
-        time_s: vec![0.0].into(),
-        columns: [1.75, 2.0, 3.0, 0.0, 0.0, 0.0].map(|value| Arc::from([value])),
-    };
+    let columns = [1.75, 2.0, 3.0, 0.0, 0.0, 0.0].map(|value| [value].into());
+    let inputs = InputSeries { time_s: [0.0].into(), columns };
     let mut data = FilterData { inputs, measurements: Default::default() };
     let alpha = Measurement::AngleOfAttack as usize;
-    data.measurements[alpha] = MeasurementSeries { time_s: vec![0.0].into(), values: vec![0.2].into() };
+    data.measurements[alpha] = MeasurementSeries { time_s: [0.0].into(), values: [0.2].into() };
     known.correct(&mut data);
     // ax: (1.75 - 0.5) / 1.25 = 1; then s + e x s with e = (0, 0, 0.01).
     let [x, y, z] = [0, 1, 2].map(|axis| data.inputs.columns[axis][0]);

@@ -15,9 +15,11 @@ use doublet_core::series::{Recording, Series};
 
 use super::aircraft::AircraftData;
 use super::engines::{Air, ExtrapolatedThrust, engines};
-use super::path::{Samples, WindowPath, differentiation};
+use super::path::WindowPath;
 use super::recording::LoadedFlight;
+use super::samples::differentiation;
 use super::window_context::{ANGULAR_ACCELERATIONS, WindowContext};
+use super::window_samples::Samples;
 use crate::graph::{Context, Footprint, Keyed, Stage, StageResult};
 use crate::session::{AngularAcceleration, PathSource, Preparation, Surface};
 use crate::verdict::{Finding, Level};

@@ -35,6 +35,7 @@ mod structure_scores;
 mod tolerances;
 mod truth;
 mod window_context;
+mod window_samples;
 
 pub(crate) use aero::states_of;
 pub use aero::{AirDensity, CONTROLS, WindowAero, aero, aero_along};
@@ -50,8 +51,8 @@ pub use engine_charts::{PropellerCurves, PropellerLine, engine_partials, propell
 pub use engines::ExtrapolatedThrust;
 pub use expressions::{ExpressedChannel, add_expressions, expression_preview};
 pub use fit::{
-    AeroWindow, CoefficientFit, DroppedTerm, PooledFits, Regression, WindowFits, describe_origin, errors, pooled_fits,
-    pooled_regressions, significance, window_fits,
+    AeroWindow, CoefficientFit, DroppedTerm, FittedSeries, PooledFits, Regression, WindowFits, describe_origin, errors,
+    pooled_fits, pooled_regressions, significance, window_fits,
 };
 pub(crate) use fit::{applies, constant_name};
 pub use flight_engines::{EngineOverFlight, FlightEngines, PowerAgreement, flight_engines};
@@ -61,9 +62,7 @@ pub use instruments::tank_channel;
 pub use mass::{FlownMass, FlownState, FuelRecord, FuelSource};
 pub use noise::{FlightNoise, NoiseFlight, NoiseRow, SessionNoise, noise, open_entries};
 pub use observability::Observability;
-pub use path::{
-    PathSeries, Samples, SmoothedSeries, WindowPath, measured_by, partly_outside, paths, reconstructions, samples,
-};
+pub use path::{PathSeries, SmoothedSeries, WindowPath, paths, reconstructions};
 pub use physics::{FlightPhysics, PhysicsRow, physics_of};
 pub use prediction::Prediction;
 pub use proposals::{
@@ -85,3 +84,4 @@ pub use tolerances::{
 };
 pub use truth::TruthError;
 pub use window_context::{ANGULAR_ACCELERATIONS, WindowContext};
+pub use window_samples::{Samples, measured_by, partly_outside, samples};

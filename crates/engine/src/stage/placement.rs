@@ -7,7 +7,7 @@ use doublet_core::prep::{
 };
 use doublet_core::reconstruct::{Input, InputSeries, MEASUREMENTS, Measurement, MeasurementSeries};
 
-use super::path::short_differentiation;
+use super::samples::short_differentiation;
 use crate::graph::StageResult;
 use crate::session::Preparation;
 

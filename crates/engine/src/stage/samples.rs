@@ -3,8 +3,9 @@
 use std::sync::{Arc, LazyLock};
 
 use crate::graph::StageResult;
+use crate::session::Preparation;
 use doublet_core::load::memory;
-use doublet_core::prep::{Interpolation, between_samples, resample};
+use doublet_core::prep::{Differentiation, Interpolation, between_samples, resample};
 use doublet_core::quantity::Role;
 use doublet_core::series::{Channel, Recording, Series, TimeRange, gap_threshold_s};
 
@@ -89,6 +90,36 @@ pub(crate) fn values_where_recorded(recording: &Recording, role: Role, time_s: &
     let series = &recording.role(role)?.series;
     let is_recorded = series.values.iter().any(|value| value.is_finite());
     is_recorded.then(|| between_samples(series, time_s, recording.max_gap_s, false))
+}
+
+/// First and last of some times; not numbers where there are none.
+pub(super) fn span(time_s: &[f64]) -> (f64, f64) {
+    (time_s.first().copied().unwrap_or(f64::NAN), time_s.last().copied().unwrap_or(f64::NAN))
+}
+
+/// Longest half width of the differentiation that moves the accelerometers for the filter, s. The filter averages noise by
+/// itself, and nothing gives it back what smoothing takes away.
+const LONGEST_FOR_FILTER_S: f64 = 0.06;
+
+/// The differentiation the session asks for, shortened for the filter.
+pub(crate) fn short_differentiation(preparation: &Preparation, time_s: &[f64]) -> Differentiation {
+    let half_width_s = preparation.differentiation_half_width_s.map(|half_width| half_width.min(LONGEST_FOR_FILTER_S));
+    local_quadratic(half_width_s, time_s)
+}
+
+/// The differentiation the session asks for, in samples of `time_s`.
+pub fn differentiation(preparation: &Preparation, time_s: &[f64]) -> Differentiation {
+    local_quadratic(preparation.differentiation_half_width_s, time_s)
+}
+
+/// Local quadratic of a half width in samples of `time_s`; without one the central difference of order four.
+fn local_quadratic(half_width_s: Option<f64>, time_s: &[f64]) -> Differentiation {
+    let Some(half_width_s) = half_width_s else { return Differentiation::Central4 };
+    let (first, last) = span(time_s);
+    let step = (last - first) / (time_s.len().max(2) - 1) as f64;
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to a small positive range")]
+    let half_width = (half_width_s / step).round().clamp(1.0, 1000.0) as usize;
+    Differentiation::LocalPolynomial { degree: 2, half_width }
 }
 
 /// Memory that a sample of a window takes at most until its results are written, bytes: what `crates/cli/tests/windows.rs` measures, and

@@ -3,7 +3,7 @@
 use doublet_core::estimate::{SensorErrorFit, SensorErrorWindow, sensor_errors};
 use doublet_core::reconstruct::FilterSettings;
 
-use super::path::Samples;
+use super::window_samples::Samples;
 use crate::graph::{Context, Footprint, Keyed, Stage, StageError, StageResult};
 use crate::session::{Manoeuvre, SensorErrors};
 

@@ -12,9 +12,9 @@ use doublet_core::series::Recording;
 use super::aero::CONTROLS;
 use super::aircraft::AircraftData;
 use super::engines::ENGINES;
-use super::path::Samples;
 use super::recording::LoadedFlight;
 use super::samples::values_at;
+use super::window_samples::Samples;
 use crate::graph::{Context, Footprint, Keyed, Stage, StageResult};
 use crate::session::{Preparation, Surface};
 

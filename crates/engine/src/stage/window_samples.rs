@@ -1,0 +1,280 @@
+//! Samples of one window as the filter gets them.
+
+use std::sync::Arc;
+
+use doublet_core::quantity::{Role, in_words};
+use doublet_core::reconstruct::{
+    FilterData, INPUTS, Input, InputSeries, MEASUREMENTS, Measurement, MeasurementSeries, STATES, State,
+};
+use doublet_core::series::{Recording, Series, TimeRange};
+
+use super::aircraft::AircraftData;
+use super::placement::{move_accelerometer, move_antenna, move_vanes};
+use super::recording::LoadedFlight;
+use super::samples::{finite_samples, fit_in_memory, gaps, span, values_at};
+use crate::graph::{Context, Footprint, Key, KeyBuilder, Keyed, Stage, StageResult};
+use crate::session::{PathSource, Preparation};
+
+/// Samples of one window, ready for the filter.
+#[derive(Clone, Debug)]
+pub struct Samples {
+    /// Inertial samples and measurements.
+    pub data: Arc<FilterData>,
+    /// Identity of these and of what is carried along, by every number.
+    pub content: Key,
+    /// Truth of each state over the window, where the recording carries it.
+    pub(super) truth: Arc<[Option<Series>; STATES]>,
+    /// Findings on the way.
+    pub warnings: Vec<String>,
+}
+
+impl Footprint for Samples {
+    fn bytes(&self) -> usize {
+        self.data.inputs.time_s.len() * (1 + INPUTS + 2 * MEASUREMENTS) * 8
+    }
+
+    fn content(&self) -> Option<Key> {
+        Some(self.content)
+    }
+}
+
+impl Stage for Samples {
+    type Params<'a> = (TimeRange, &'a Preparation);
+    type Inputs<'a> = (&'a Keyed<LoadedFlight>, Option<&'a Keyed<AircraftData>>);
+    type Output = Self;
+    const NAME: &'static str = "samples";
+
+    fn run((window, preparation): Self::Params<'_>, inputs: Self::Inputs<'_>, _: &Context<'_>) -> StageResult<Self> {
+        let (flight, aircraft) = inputs;
+        samples(&flight.recording, window, aircraft.map(|aircraft| &**aircraft), preparation)
+    }
+}
+
+/// Shortest window the filter is run on, samples.
+const MIN_SAMPLES: usize = 10;
+
+/// Takes the samples of one window for the filter. Without an aircraft every sensor is taken to be at the centre of gravity.
+///
+/// # Errors
+/// One line: a missing inertial channel, a window without samples, a gap that cannot be bridged.
+pub fn samples(
+    recording: &Recording,
+    window: TimeRange,
+    aircraft: Option<&AircraftData>,
+    preparation: &Preparation,
+) -> StageResult<Samples> {
+    let mut warnings: Vec<_> = partly_outside(recording, window).into_iter().collect();
+    let mut inputs = input_series(recording, window, preparation.path, &mut warnings)?;
+    fit_in_memory(inputs.time_s.len())?;
+    let mut measurements = measurement_series(recording, window, &inputs.time_s, &mut warnings);
+    if let Some(aircraft) = aircraft {
+        let moved = move_sensors(&mut inputs, &mut measurements, aircraft, preparation)?;
+        warnings.extend(moved);
+    }
+    let (start_s, end_s) = span(&inputs.time_s);
+    let within = |truth: &Series| {
+        let range = TimeRange { start_s, end_s }.indices(&truth.time_s);
+        Series { time_s: truth.time_s[range.clone()].into(), values: truth.values[range].into() }
+    };
+    let truth: Arc<[Option<Series>; STATES]> =
+        State::ALL.map(|state| recording.truth.get(state.name()).map(within)).into();
+    let mut data = FilterData { inputs, measurements };
+    preparation.known_errors.correct(&mut data);
+    Ok(Samples { content: content(&data, &truth, &warnings), data: data.into(), truth, warnings })
+}
+
+/// Longest part of a window that may lie outside the inertial samples without a word, s: recorders of one flight start and end apart.
+const OUTSIDE_S: f64 = 0.5;
+
+/// What to say of a window of which a part lies outside the inertial samples.
+pub fn partly_outside(recording: &Recording, window: TimeRange) -> Option<String> {
+    let (first, last) = span(&recording.role(Input::RollRate.role())?.series.time_s);
+    let TimeRange { start_s, end_s } = window;
+    let outside_s = (first - start_s).max(end_s - last);
+    let overlaps = start_s < last && end_s > first;
+    (overlaps && outside_s > OUTSIDE_S).then(|| {
+        format!("the window goes from {start_s} s to {end_s} s, the inertial samples from {first:.2} s to {last:.2} s: the rest of it is left out")
+    })
+}
+
+/// Moves inertial samples and measurements to the centre of gravity, as far as the session asks for it; what could not be moved is said.
+fn move_sensors(
+    inputs: &mut InputSeries,
+    measurements: &mut [MeasurementSeries; MEASUREMENTS],
+    aircraft: &AircraftData,
+    preparation: &Preparation,
+) -> StageResult<Vec<String>> {
+    let mut warnings = Vec::new();
+    let cg_from_datum_m = aircraft.mass.cg_from_datum_m;
+    if preparation.correct_accelerometer
+        && let Some(sensor) = aircraft.accelerometer
+    {
+        move_accelerometer(inputs, sensor.body_from_cg_m(cg_from_datum_m), preparation)?;
+    }
+    if preparation.correct_vanes
+        && let Some(vanes) = aircraft.vanes
+    {
+        warnings.extend(move_vanes(measurements, inputs, vanes.map(|vane| vane.body_from_cg_m(cg_from_datum_m))));
+    }
+    if preparation.correct_antenna
+        && let Some(antenna) = aircraft.antenna
+    {
+        warnings.extend(move_antenna(measurements, inputs, antenna.body_from_cg_m(cg_from_datum_m)));
+    }
+    Ok(warnings)
+}
+
+/// Identity of the samples of a window and of what its path carries with them: what changes none of it leaves the path as it is.
+fn content(data: &FilterData, truth: &[Option<Series>; STATES], warnings: &[String]) -> Key {
+    let mut key = KeyBuilder::new("samples of a window").column(&data.inputs.time_s);
+    for column in &data.inputs.columns {
+        key = key.column(column);
+    }
+    for series in &data.measurements {
+        key = key.column(&series.time_s).column(&series.values);
+    }
+    for series in truth {
+        key = match series {
+            Some(series) => key.column(&series.time_s).column(&series.values),
+            None => key.with("no truth"),
+        };
+    }
+    key.with(warnings).finish()
+}
+
+/// Inertial samples on the clock of the first rate there is. The filter is driven by all of them; a path as measured goes without those
+/// that the recording does not have, which are zero.
+fn input_series(
+    recording: &Recording,
+    window: TimeRange,
+    source: PathSource,
+    warnings: &mut Vec<String>,
+) -> StageResult<InputSeries> {
+    let missing: Vec<_> =
+        Input::ALL.into_iter().filter(|input| recording.role(input.role()).is_none()).map(Input::name).collect();
+    if !missing.is_empty() && source == PathSource::Measured {
+        warnings.push(format!("not recorded and taken for zero: {}", missing.join(", ")));
+    } else if !missing.is_empty() {
+        return Err(format!(
+            "the recording has no {}: name the channels in the channel map, the filter is driven by them",
+            missing.join(", ")
+        )
+        .into());
+    }
+    let rates = [Input::RollRate, Input::PitchRate, Input::YawRate];
+    let base = rates.into_iter().find_map(|rate| recording.role(rate.role()));
+    let Some(base) = base else { return Err("the recording has none of p, q and r".into()) };
+    let time_s = finite_samples(base, window, 0.0).time_s;
+    if time_s.len() < MIN_SAMPLES {
+        let (first, last) = span(&base.series.time_s);
+        let not_finite = window.indices(&base.series.time_s).len() - time_s.len();
+        let lost = match not_finite {
+            0 => String::new(),
+            count => format!(" ({count} samples of {} are not finite)", base.name),
+        };
+        return Err(format!(
+            "{} inertial samples between {} s and {} s{lost}, at least {MIN_SAMPLES} are needed: the recording spans {first:.2} s to {last:.2} s",
+            time_s.len(),
+            window.start_s,
+            window.end_s
+        ).into());
+    }
+    if let Some((at, length)) = gaps(recording, &time_s).into_iter().next() {
+        return Err(
+            format!("the inertial samples pause for {length:.2} s at {at:.2} s: end the window before it").into()
+        );
+    }
+    let mut columns: [Arc<[f64]>; INPUTS] = Default::default();
+    for input in Input::ALL {
+        let Some(values) = values_at(recording, input.role(), &time_s)? else {
+            columns[input as usize] = vec![0.0; time_s.len()].into();
+            continue;
+        };
+        within_reason(input, &time_s, &values)?;
+        if let Some(channel) = recording.role(input.role())
+            && channel.source != base.source
+        {
+            warnings.push(format!(
+                "{} comes from {}, put on the clock of {}",
+                input.name(),
+                channel.source,
+                base.source
+            ));
+        }
+        columns[input as usize] = values;
+    }
+    Ok(InputSeries { time_s, columns })
+}
+
+/// Refuses what no sensor gives before it spreads: the accelerometers are moved by the square of the rates.
+fn within_reason(input: Input, time_s: &[f64], values: &[f64]) -> StageResult<()> {
+    /// Largest sample of an accelerometer or a gyro, m/s² or rad/s.
+    const LARGEST: f64 = 1e6;
+    let Some((time_s, value)) = time_s.iter().zip(values).find(|(_, value)| value.abs() > LARGEST) else {
+        return Ok(());
+    };
+    let (name, value) = (input.name(), in_words(*value));
+    let text = format!(
+        "{name} is {value} at {time_s} s, which no aircraft does: look at its channel and at its unit in the channel map"
+    );
+    Err(text.into())
+}
+
+/// What tells a measurement of the filter, found by its role, and the sign its values get. Without a position the altitude tells the
+/// height: that of the satellites before that of the pressure, whose scale is right in the standard atmosphere only.
+pub fn measured_by<T>(measurement: Measurement, by_role: impl Fn(Role) -> Option<T>) -> Option<(T, f64)> {
+    let own = by_role(measurement.role()).map(|found| (found, 1.0));
+    let height = || Some((by_role(Role::GpsAltitude).or_else(|| by_role(Role::Altitude))?, -1.0));
+    if measurement == Measurement::PositionDown { own.or_else(height) } else { own }
+}
+
+/// Measurements of the window at their own times, which share a column where they are the same.
+fn measurement_series(
+    recording: &Recording,
+    window: TimeRange,
+    inputs_s: &Arc<[f64]>,
+    warnings: &mut Vec<String>,
+) -> [MeasurementSeries; MEASUREMENTS] {
+    let mut clocks = vec![Arc::clone(inputs_s)];
+    let mut shared = |time_s: Arc<[f64]>| match clocks.iter().find(|clock| **clock == time_s) {
+        Some(clock) => Arc::clone(clock),
+        None => {
+            clocks.push(Arc::clone(&time_s));
+            time_s
+        }
+    };
+    Measurement::ALL.map(|measurement| {
+        let Some((channel, sign)) = measured_by(measurement, |role| recording.role(role)) else {
+            return MeasurementSeries::default();
+        };
+        let Series { time_s, values } = finite_samples(channel, window, 0.0);
+        for (at, length) in gaps(recording, &time_s) {
+            warnings.push(format!(
+                "{} pauses for {length:.2} s at {at:.2} s; nothing was put in its place",
+                measurement.name()
+            ));
+        }
+        let values = if sign == 1.0 { values } else { values.iter().map(|value| sign * value).collect() };
+        MeasurementSeries { time_s: shared(time_s), values }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn truth_and_warnings_of_a_window_are_part_of_its_identity() {
+        let data = FilterData {
+            inputs: InputSeries { time_s: Arc::default(), columns: Default::default() },
+            measurements: Default::default(),
+        };
+        let none = [const { None }; STATES];
+        let mut known = none.clone();
+        known[3] = Some(Series { time_s: [0.0, 1.0].into(), values: [2.0, 3.0].into() });
+        let alone = content(&data, &none, &[]);
+        assert_eq!(alone, content(&data, &none, &[]));
+        assert_ne!(alone, content(&data, &known, &[]));
+        assert_ne!(alone, content(&data, &none, &["another source".to_owned()]));
+    }
+}
