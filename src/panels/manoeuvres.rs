@@ -25,6 +25,8 @@ const REASON: f32 = 11.5;
 const DRAG_S: f64 = 0.05;
 /// Room of the column with a window's mark, which that line starts behind.
 const MARK: f32 = 18.0;
+/// Height of a panel below which every row of the table counts.
+const LITTLE: f32 = 320.0;
 /// Width of the fields of times.
 const TIME: f32 = 74.0;
 /// Room at the right end of that line for the scroll bar.
@@ -274,7 +276,10 @@ impl Manoeuvres {
 /// What is done to all selected windows at once, where there are several.
 fn bulk(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
     let count = ctx.selection().windows(ctx.session).count();
-    // Always there: rows below do not move under the pointer when more of them are selected.
+    if count < 2 && ui.available_height() < LITTLE {
+        return;
+    }
+    // There with one too where there is room: rows below do not move under the pointer when more of them are selected.
     ui.add_enabled_ui(count > 0, |ui| {
         ui.horizontal_wrapped(|ui| {
             ui.strong(format!("{count} selected:"));

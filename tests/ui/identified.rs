@@ -125,7 +125,11 @@ fn roots_follow_a_slider_and_every_answer_is_that_of_the_engine_alone() {
     assert_eq!(unexplained(&bench), [""; 0], "every title says what it is");
     assert_eq!(broken(&bench, &short_cells(&prior.blocks())), [""; 0], "short cells stay on one line");
 
-    // The slider of the fuel begins at what the chosen flight has on board, not at what the session says of the others.
+    slider_of_the_fuel_begins_with_that_of_the_flight(&mut bench);
+}
+
+/// It begins at what the chosen flight has on board, not at what the session says of the others.
+fn slider_of_the_fuel_begins_with_that_of_the_flight(bench: &mut Bench<'_>) {
     let (flight, all) = {
         let session = bench.session();
         let aircraft = bench.snapshot().aircraft.ready().expect("it is read");
@@ -172,7 +176,7 @@ fn inputs_are_designed_and_tests_judged_in_the_background() {
     await_label(&mut bench, "Errors to expect");
     picture(&mut bench.harness, "design");
     for (part, written, raw) in [
-        ("Excursions to expect", ["α", "φ", "deg", "deg/s"], ["alpha", "phi", "rad", "rad/s"]),
+        ("Excursions to expect", ["α", "β", "deg", "deg/s"], ["alpha", "beta", "rad", "rad/s"]),
         ("Errors to expect", ["CXα", "CXα²", "CXq", "CXδe"], ["CX_alpha", "CX_alpha2", "CX_q", "CX_delta_e"]),
     ] {
         bench.harness.get_by_label(part).scroll_to_me();

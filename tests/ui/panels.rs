@@ -392,7 +392,7 @@ fn change_of_loading_lists_the_change_of_every_derivative() {
     let now = cx(&bench);
     let slope = |fit: &doublet_core::estimate::Fit| fit.parameter("CX_alpha").expect("it is in the model").0;
     let part = 100.0 * (slope(&now) - slope(&before)) / slope(&before).abs();
-    let shown = format!("{} %", doublet::notation::fixed(part, 2));
+    let shown = doublet::notation::fixed(part, 2);
     assert!(bench.harness.query_all_by_label(&shown).next().is_some(), "{shown} is in the table");
 }
 
