@@ -261,7 +261,7 @@ fn lamps(ctx: &PanelContext<'_>, ui: &mut Ui, latest: &LiveUpdate) {
         }
         for limit in &latest.limits {
             level_mark(ui, Some(limit.level));
-            ui.label(within(ctx, limit))
+            ui.add(Label::new(within(ctx, limit)).extend())
                 .on_hover_text("What was flown since the last update, and in brackets its limits");
         }
     });
