@@ -165,6 +165,35 @@ fn dropped_recording_becomes_a_session_whose_numbers_are_in_si_and_come_back() {
 }
 
 #[test]
+fn further_file_leaves_what_was_chosen_and_a_broken_one_is_said() {
+    let mut bench = Bench::with_mapped_recording();
+    bench.choose_entry("aircraft", "none: flight path only");
+    let seconds = (0..(LENGTH_S / STEP_S) as u32).map(|k| f64::from(k) * STEP_S);
+    let rows: String = seconds.map(|t| format!("{t},{}\n", 1000.0 + t)).collect();
+    let chosen = |bench: &Bench<'_>| {
+        assert!(bench.harness.query_all_by_label("5.73").next().is_some(), "the pitch rate is mapped by hand");
+        let aircraft = bench.harness.get_by_role_and_label(Kind::ComboBox, "aircraft");
+        assert_eq!(aircraft.accesskit_node().value().as_deref(), Some("none: flight path only"));
+    };
+    for (name, text, said) in [
+        ("more.csv", format!("time,engine_rpm\n{rows}"), "engine_rpm"),
+        ("letter.csv", "dear sir,\n".to_owned(), "letter.csv"),
+    ] {
+        let path = bench.folder.path().join(name);
+        std::fs::write(&path, text).expect("it can be written");
+        bench.harness.get_by_label("Add a file…").click();
+        bench.harness.run_steps(4);
+        bench.harness.get_by_label("File name").type_text(&path.display().to_string());
+        bench.harness.run_steps(2);
+        bench.harness.key_press(egui::Key::Enter);
+        bench.wait_for("Create session");
+        bench.wait_for("shape of q");
+        assert!(bench.harness.query_all_by_label_contains(said).next().is_some(), "{said}");
+        chosen(&bench);
+    }
+}
+
+#[test]
 fn recording_without_an_aircraft_gives_its_flight_path() {
     let mut bench = Bench::with_mapped_recording();
     // q = 0.04 * 1.3 + 0.02 * 2.4 rad/s at the start, in the unit of the channel.

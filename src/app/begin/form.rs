@@ -46,7 +46,7 @@ pub fn show(step: &mut Step, below: bool, ctx: &egui::Context) -> Answer {
     let focused = ctx.memory(egui::Memory::focused);
     let busy = egui::Popup::is_any_open(ctx) || (focused.is_some() && focused != first);
     egui::Modal::new(egui::Id::unique("new session")).show(ctx, |ui| match step {
-        Step::Looking(path, job) => {
+        Step::Looking(path, job, _) => {
             ui.set_width(420.0);
             ui.heading("New session");
             answer = waiting(ui, &format!("Reading {}", path.display()), job.progress());

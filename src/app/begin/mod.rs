@@ -67,7 +67,8 @@ struct Choosing {
 
 /// How far it is.
 enum Step {
-    Looking(PathBuf, Job<Inspected>),
+    /// What was chosen of the recordings so far comes back with the further ones.
+    Looking(PathBuf, Job<Inspected>, Option<Box<Choosing>>),
     Choosing(Box<Choosing>),
     Making(Box<Choosing>, Job<Session>),
 }
@@ -102,6 +103,33 @@ impl Choosing {
             first_field: None,
             inspected: Arc::new(inspected),
         }
+    }
+
+    /// With what was chosen before further recordings came.
+    fn continuing(mut self, before: Self) -> Self {
+        self.name = before.name;
+        self.aircraft_form = before.aircraft_form;
+        if before.aircraft != AircraftChoice::Open {
+            self.aircraft = before.aircraft;
+        }
+        if before.choice == Choice::ByHand {
+            self.choice = Choice::ByHand;
+        }
+        let guess = &before.inspected.guess;
+        if before.hand != *guess {
+            let of_new =
+                self.hand.rows.into_iter().filter(|(role, _)| !guess.rows.iter().any(|(known, _)| known == role));
+            let rows: BTreeMap<Role, ManualChannel> = of_new.chain(before.hand.rows).collect();
+            let known = |source: &str| before.hand.time.iter().any(|(other, _)| other == source);
+            let time = self.hand.time.into_iter().filter(|(source, _)| !known(source));
+            self.hand = doublet_core::load::ManualChannelMap {
+                time: before.hand.time.iter().cloned().chain(time).collect(),
+                rows: Role::ALL.into_iter().filter_map(|role| Some((role, rows.get(&role)?.clone()))).collect(),
+                ..before.hand
+            };
+            self.plan_again();
+        }
+        self
     }
 
     /// What reading will do.
@@ -154,21 +182,29 @@ impl Workbench {
     /// Looks at the recordings at `paths`, all of one flight, in the background, then asks what they mean.
     pub(super) fn begin_with(&mut self, paths: Vec<PathBuf>, ctx: &egui::Context) {
         self.give_up_beginning();
+        self.inspect(paths, None, ctx);
+    }
+
+    fn inspect(&mut self, paths: Vec<PathBuf>, before: Option<Box<Choosing>>, ctx: &egui::Context) {
         let Some(first) = paths.first().cloned() else { return };
         let ctx = ctx.clone();
         let work = move |control: &Control, progress: &(dyn Fn(f32) + Sync)| begin::inspect(&paths, control, progress);
         match Job::start("doublet-inspect", move || ctx.request_repaint(), work) {
-            Ok(job) => self.beginning.step = Some(Step::Looking(first, job)),
+            Ok(job) => self.beginning.step = Some(Step::Looking(first, job, before)),
             Err(error) => self.complain(format!("{}: it cannot be looked at: {error}", first.display())),
         }
     }
 
     /// Looks again with further recordings of the same flight.
     pub(super) fn begin_with_more(&mut self, more: &[PathBuf], ctx: &egui::Context) {
-        let Some(Step::Choosing(choosing)) = &self.beginning.step else { return };
-        let mut paths = choosing.inspected.paths.clone();
-        paths.extend(more.iter().filter(|path| !choosing.inspected.paths.contains(path)).cloned());
-        self.begin_with(paths, ctx);
+        match self.beginning.step.take() {
+            Some(Step::Choosing(choosing)) => {
+                let mut paths = choosing.inspected.paths.clone();
+                paths.extend(more.iter().filter(|path| !choosing.inspected.paths.contains(path)).cloned());
+                self.inspect(paths, Some(choosing), ctx);
+            }
+            other => self.beginning.step = other,
+        }
     }
 
     /// Uses the aircraft file at `path` for the session being made.
@@ -197,7 +233,7 @@ impl Workbench {
 
     fn give_up_beginning(&mut self) {
         match self.beginning.step.take() {
-            Some(Step::Looking(_, job)) => job.abandon(),
+            Some(Step::Looking(_, job, _)) => job.abandon(),
             Some(Step::Making(_, job)) => job.abandon(),
             Some(Step::Choosing(_)) | None => {}
         }
@@ -206,13 +242,18 @@ impl Workbench {
     /// Takes in what the background came to.
     pub(super) fn take_beginning(&mut self) {
         match self.beginning.step.take() {
-            Some(Step::Looking(path, job)) if job.is_finished() => match job.finish().map_err(String::from) {
-                Ok(inspected) => self.beginning.step = Some(Step::Choosing(Box::new(Choosing::new(inspected)))),
-                Err(line) => {
-                    let place = path.display().to_string();
-                    self.complain(if line.contains(&place) { line } else { format!("{place}: {line}") });
-                }
-            },
+            Some(Step::Looking(path, job, before)) if job.is_finished() => {
+                let found = job.finish().map_err(String::from);
+                let place = path.display().to_string();
+                let placed = |line: String| if line.contains(&place) { line } else { format!("{place}: {line}") };
+                let choosing = match (found, before) {
+                    (Ok(inspected), None) => Choosing::new(inspected),
+                    (Ok(inspected), Some(before)) => Choosing::new(inspected).continuing(*before),
+                    (Err(line), None) => return self.complain(placed(line)),
+                    (Err(line), Some(before)) => Choosing { complaint: Some(line), ..*before },
+                };
+                self.beginning.step = Some(Step::Choosing(Box::new(choosing)));
+            }
             Some(Step::Making(mut choosing, job)) if job.is_finished() => match job.finish().map_err(String::from) {
                 Ok(session) => self.enter_begun(session),
                 Err(line) => {
@@ -252,7 +293,16 @@ impl Workbench {
         let answer = form::show(step, below, ctx);
         match answer {
             Answer::Open => {}
-            Answer::GivenUp => self.give_up_beginning(),
+            Answer::GivenUp => match self.beginning.step.take() {
+                Some(Step::Looking(_, job, Some(before))) => {
+                    job.abandon();
+                    self.beginning.step = Some(Step::Choosing(before));
+                }
+                other => {
+                    self.beginning.step = other;
+                    self.give_up_beginning();
+                }
+            },
             Answer::AskBeside => self.ask(Asked::Beside, ctx),
             Answer::AskAircraft => self.ask(Asked::Aircraft, ctx),
             Answer::SaveAircraft => self.ask(Asked::NewAircraft, ctx),
