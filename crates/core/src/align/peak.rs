@@ -185,7 +185,7 @@ impl<'a> RunningSums<'a> {
         let mut so_far = [0.0; 2];
         let mut runs: Vec<Range<usize>> = Vec::new();
         for (k, (&value, &known)) in signal.values.iter().zip(&signal.known).enumerate() {
-            if k % BLOCK == 0 {
+            if k.is_multiple_of(BLOCK) {
                 sums.push(so_far);
             }
             so_far = added(so_far, value);
@@ -195,7 +195,7 @@ impl<'a> RunningSums<'a> {
                 _ => {}
             }
         }
-        if signal.values.len() % BLOCK == 0 {
+        if signal.values.len().is_multiple_of(BLOCK) {
             sums.push(so_far);
         }
         Self { values: &signal.values, sums, runs }
