@@ -130,7 +130,7 @@ fn described<'py>(py: Python<'py>, fit: &Fit, z: &[f64], covariance: &DMatrix<f6
     all.set_item("correlation", matrix(py, &fit.correlation))?;
     all.set_item("held", fit.origins.iter().map(|&origin| describe_origin(origin)).collect::<Vec<_>>())?;
     all.set_item("residuals", owned(py, fit.residuals.to_vec()))?;
-    all.set_item("fitted", owned(py, z.iter().zip(fit.residuals.iter()).map(|(z, v)| z - v).collect()))?;
+    all.set_item("fitted", owned(py, fit.fitted(z)))?;
     all.set_item("r2", fit.quality.r_squared)?;
     all.set_item("residual_std", fit.residual_std)?;
     all.set_item("condition", fit.condition_number)?;

@@ -1,11 +1,11 @@
 //! Band-passed derivatives on a grid, with the stretches where nothing is known.
 
-use std::borrow::Cow;
+use std::sync::Arc;
 
 use multiversion::multiversion;
 
 use super::{AlignError, ClockModel};
-use crate::series::{FiniteSamples, Series};
+use crate::series::Series;
 
 /// Reach of the filter to either side, in its smoothing times: beyond it its weight is 3e-4 of its greatest.
 const REACH: f64 = 4.0;
@@ -45,7 +45,7 @@ impl Band {
 }
 
 /// Samples of a series that can be used: finite ones. Refuses stamps that do not increase.
-pub(super) fn usable<'a>(channel: &str, series: &'a Series) -> Result<FiniteSamples<'a>, AlignError> {
+pub(super) fn usable(channel: &str, series: &Series) -> Result<Series, AlignError> {
     let refuse = |reason: String| AlignError::Signal { channel: channel.to_owned(), reason };
     if series.time_s.len() != series.values.len() {
         return Err(refuse(format!("{} stamps, {} values", series.time_s.len(), series.values.len())));
@@ -62,14 +62,14 @@ pub(super) fn usable<'a>(channel: &str, series: &'a Series) -> Result<FiniteSamp
 pub(super) struct Samples<'a> {
     /// Name in messages.
     channel: &'a str,
-    time_s: Cow<'a, [f64]>,
-    values: Cow<'a, [f64]>,
+    time_s: Arc<[f64]>,
+    values: Arc<[f64]>,
 }
 
 impl<'a> Samples<'a> {
     /// The finite samples of a series; refuses what [`usable`] does.
-    pub(super) fn new(channel: &'a str, series: &'a Series) -> Result<Self, AlignError> {
-        let (time_s, values) = usable(channel, series)?;
+    pub(super) fn new(channel: &'a str, series: &Series) -> Result<Self, AlignError> {
+        let Series { time_s, values } = usable(channel, series)?;
         Ok(Self { channel, time_s, values })
     }
 }

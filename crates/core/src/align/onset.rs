@@ -62,8 +62,8 @@ pub fn onset_alignment(
     if !(range > 0.0 && range <= MOST_RANGE_S) {
         return Err(AlignError::Setting { setting: "range_s", value: range, allowed: "above zero, at most 10 s" });
     }
-    let (control_time, control_values) = usable("control", control)?;
-    let (response_time, response_values) = usable("response", response)?;
+    let Series { time_s: control_time, values: control_values } = usable("control", control)?;
+    let Series { time_s: response_time, values: response_values } = usable("response", response)?;
     let inside = window.indices(&response_time);
     if let Some(other) = companions.iter().find(|other| other.time_s != response.time_s) {
         let reason = format!("its {} stamps are not the {} of the response", other.time_s.len(), response.time_s.len());

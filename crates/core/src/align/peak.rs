@@ -181,7 +181,7 @@ const BLOCK: usize = 32;
 
 impl<'a> RunningSums<'a> {
     fn new(signal: &'a Derivative) -> Self {
-        let mut sums = Vec::with_capacity(signal.values.len() / BLOCK + 1);
+        let mut sums = Vec::with_capacity(signal.values.len().div_ceil(BLOCK) + 1);
         let mut so_far = [0.0; 2];
         let mut runs: Vec<Range<usize>> = Vec::new();
         for (k, (&value, &known)) in signal.values.iter().zip(&signal.known).enumerate() {
@@ -195,9 +195,8 @@ impl<'a> RunningSums<'a> {
                 _ => {}
             }
         }
-        if signal.values.len().is_multiple_of(BLOCK) {
-            sums.push(so_far);
-        }
+        // For an end at a multiple of the block.
+        sums.push(so_far);
         Self { values: &signal.values, sums, runs }
     }
 

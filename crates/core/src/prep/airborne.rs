@@ -40,7 +40,7 @@ fn quantile(mut values: Vec<f64>, share: f64) -> Option<f64> {
 
 /// Spans whose finite samples all satisfy `holds`, none across a pause; each reaches to the sample that ends it.
 fn spans_where(series: &Series, holds: impl Fn(f64) -> bool) -> Vec<TimeRange> {
-    let (time, values) = series.finite();
+    let Series { time_s: time, values } = series.finite();
     let mut spans = Vec::new();
     for range in stretches(&time, gap_threshold_s(&time)) {
         let mut open: Option<f64> = None;

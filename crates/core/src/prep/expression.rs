@@ -202,7 +202,7 @@ impl Expression {
 /// gaps: intervals longer than `max_gap_s`, or than a few of its own where that is `None`. Samples that are not finite do not
 /// count. An angle that `wraps` (rad) goes the short way round and stays in its range, -pi to pi or 0 to 2 pi.
 pub fn between_samples(series: &Series, at_s: &[f64], max_gap_s: Option<f64>, wraps: bool) -> Vec<f64> {
-    let (time, values) = series.finite();
+    let Series { time_s: time, values } = series.finite();
     let lowest = if values.iter().all(|value| *value >= 0.0) { 0.0 } else { -PI };
     let mut found = vec![f64::NAN; at_s.len()];
     for range in stretches(&time, max_gap_s.unwrap_or_else(|| gap_threshold_s(&time))) {

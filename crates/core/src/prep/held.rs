@@ -55,7 +55,7 @@ impl HeldSamples {
 /// 1.8 samples or more. A signal on a coarse scale is something else: its runs have every length, or its steps are all of one
 /// size; so is a constant. Where a run lasts several periods the sensor gave the same value again, once a period.
 pub fn held_samples(series: &Series) -> Option<HeldSamples> {
-    let (time, values) = series.finite();
+    let Series { time_s: time, values } = series.finite();
     let changes: Vec<usize> = (1..values.len()).filter(|&k| values[k] != values[k - 1]).collect();
     let period = period(&changes)?;
     let steps: Vec<f64> = changes.iter().map(|&k| (values[k] - values[k - 1]).abs()).collect();

@@ -81,12 +81,7 @@ impl NoiseSums {
     pub fn add(&mut self, series: &Series, windows: &[TimeRange]) -> Result<(), PrepError> {
         check(&series.time_s, &series.values, "noise statistics", 1)?;
         for window in windows {
-            let inside = window.indices(&series.time_s);
-            let (time, values): (Vec<f64>, Vec<f64>) = series.time_s[inside.clone()]
-                .iter()
-                .zip(&series.values[inside])
-                .filter(|(_, value)| value.is_finite())
-                .unzip();
+            let Series { time_s: time, values } = series.within(*window).finite();
             self.most = self.most.max(values.len());
             if values.len() > self.degree + BEYOND {
                 self.add_window(&time, &values);

@@ -25,7 +25,7 @@ const UNEVEN: f64 = 1.5;
 /// Spectrum by the mean of the periodograms of segments that overlap by half, each less its straight line and under a Hann
 /// window (Welch, IEEE Trans. Audio Electroacoust. 15, 1967). Segments cross no gap; `None` where no stretch is long enough.
 pub fn spectrum(series: &Series) -> Option<Spectrum> {
-    let (time, values) = series.finite();
+    let Series { time_s: time, values } = series.finite();
     let step_s = crate::statistics::median_step(&time).unwrap_or(0.0);
     let ranges = stretches(&time, UNEVEN * step_s);
     let longest = ranges.iter().map(std::ops::Range::len).max().unwrap_or(0);

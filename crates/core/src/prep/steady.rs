@@ -146,7 +146,7 @@ fn is_white(series: &Series, window: TimeRange, max_lag_one: f64) -> bool {
 
 /// Spans in which a signal has samples, without a pause longer than a few of its intervals.
 fn recorded(series: &Series) -> Vec<TimeRange> {
-    let (time, _) = series.finite();
+    let time = series.finite().time_s;
     let ranges = stretches(&time, gap_threshold_s(&time));
     ranges.into_iter().map(|range| TimeRange { start_s: time[range.start], end_s: time[range.end - 1] }).collect()
 }

@@ -57,7 +57,7 @@ pub fn treat(series: &Series, treatment: &Treatment) -> Result<Treated, PrepErro
     if let Some(value) = treatment.max_gap_s.filter(|gap| gap.is_nan() || *gap <= 0.0) {
         return Err(PrepError::Setting { setting: "max_gap_s", value, allowed: "above zero, s" });
     }
-    let (time, values) = series.finite();
+    let Series { time_s: time, values } = series.finite();
     if let Some(Resampling { rate_hz, .. }) = treatment.resampling {
         let span_s = time.last().copied().unwrap_or(0.0) - time.first().copied().unwrap_or(0.0);
         if !(rate_hz > 0.0 && rate_hz * span_s <= MOST_SAMPLES) {

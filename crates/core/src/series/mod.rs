@@ -3,7 +3,6 @@
 mod decimate;
 mod gap;
 
-use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -40,18 +39,26 @@ pub struct Statistics {
     pub deviation: f64,
 }
 
-/// Times and values of the finite samples of a series, as they stand where all are.
-pub type FiniteSamples<'a> = (Cow<'a, [f64]>, Cow<'a, [f64]>);
-
 impl Series {
-    /// Its finite samples.
-    pub fn finite(&self) -> FiniteSamples<'_> {
+    /// The samples inside `range`, both ends included; shared where they are all.
+    #[must_use]
+    pub fn within(&self, range: TimeRange) -> Self {
+        let inside = range.indices(&self.time_s);
+        if inside == (0..self.values.len()) {
+            return self.clone();
+        }
+        Self { time_s: self.time_s[inside.clone()].into(), values: self.values[inside].into() }
+    }
+
+    /// The finite samples; shared where they are all.
+    #[must_use]
+    pub fn finite(&self) -> Self {
         if self.values.iter().all(|value| value.is_finite()) {
-            return (Cow::Borrowed(&self.time_s), Cow::Borrowed(&self.values));
+            return self.clone();
         }
         let pairs = self.time_s.iter().zip(self.values.iter()).filter(|(_, value)| value.is_finite());
         let (time_s, values): (Vec<f64>, Vec<f64>) = pairs.unzip();
-        (Cow::Owned(time_s), Cow::Owned(values))
+        Self { time_s: time_s.into(), values: values.into() }
     }
 
     /// Statistics of the finite samples inside `range`, both ends included; `None` where there are none.

@@ -291,7 +291,7 @@ impl LivePipeline {
         let times: Arc<[f64]> = (first..=last).map(|index| grid.time_s(index)).collect();
         let path = reconstruction(&self.path, &times);
         let inputs = InputSeries { time_s: times, columns: Default::default() };
-        let data = Arc::new(FilterData { inputs, measurements: std::array::from_fn(|_| MeasurementSeries::default()) });
+        let data = FilterData { inputs, measurements: std::array::from_fn(|_| MeasurementSeries::default()) };
         grid.next = end;
         self.grid = Some(grid);
         let formed =

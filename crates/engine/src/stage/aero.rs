@@ -180,7 +180,7 @@ pub fn aero_along(
 /// One line: nothing left of the window after settling, a control with a gap, or what the model refuses.
 pub fn aero(
     recording: &Recording,
-    (data, path): (&Arc<FilterData>, &Reconstruction),
+    (data, path): (&FilterData, &Reconstruction),
     aircraft: &AircraftData,
     preparation: &Preparation,
 ) -> StageResult<WindowAero> {
@@ -381,7 +381,7 @@ pub(crate) fn states_of(path: &Reconstruction, source: PathSource) -> StageResul
 fn unbiased_inputs(window: &WindowContext, biases: &[f64; INPUTS]) -> StageResult<[Vec<f64>; INPUTS]> {
     let mut columns: [Vec<f64>; INPUTS] = Default::default();
     for (input, bias) in Input::ALL.into_iter().zip(biases) {
-        let Some(recorded) = window.recorded(input)? else {
+        let Some(recorded) = window.values(input.role())? else {
             columns[input as usize] = vec![0.0; window.time_s.len()];
             continue;
         };

@@ -9,23 +9,6 @@ use doublet_core::prep::{Differentiation, Interpolation, between_samples, resamp
 use doublet_core::quantity::Role;
 use doublet_core::series::{Channel, Recording, Series, TimeRange, gap_threshold_s};
 
-/// Finite samples of `channel` inside `window` widened by `margin_s` on both sides; those of the recording itself where they are all.
-pub(crate) fn finite_samples(channel: &Channel, window: TimeRange, margin_s: f64) -> Series {
-    let wide = TimeRange { start_s: window.start_s - margin_s, end_s: window.end_s + margin_s };
-    let range = wide.indices(&channel.series.time_s);
-    let (times, values) = (&channel.series.time_s[range.clone()], &channel.series.values[range]);
-    let finite = values.iter().filter(|value| value.is_finite()).count();
-    if finite == channel.series.values.len() {
-        return channel.series.clone();
-    }
-    let (mut found_s, mut found) = (Vec::with_capacity(finite), Vec::with_capacity(finite));
-    for (&time, &value) in times.iter().zip(values).filter(|(_, value)| value.is_finite()) {
-        found_s.push(time);
-        found.push(value);
-    }
-    Series { time_s: found_s.into(), values: found.into() }
-}
-
 /// Where `time_s` pauses: start and length of each pause that interpolation may not bridge.
 pub fn gaps(recording: &Recording, time_s: &[f64]) -> Vec<(f64, f64)> {
     let longest = recording.max_gap_s.unwrap_or_else(|| gap_threshold_s(time_s));
@@ -52,8 +35,9 @@ pub(crate) fn channel_at(
 ) -> StageResult<Arc<[f64]>> {
     let (Some(&first), Some(&last)) = (time_s.first(), time_s.last()) else { return Ok(Arc::default()) };
     let step = (last - first) / (time_s.len().max(2) - 1) as f64;
-    let window = TimeRange { start_s: first, end_s: last };
-    let Series { time_s: own_time, values: own_values } = finite_samples(channel, window, 5.0_f64.max(2.0 * step));
+    let margin_s = 5.0_f64.max(2.0 * step);
+    let wide = TimeRange { start_s: first - margin_s, end_s: last + margin_s };
+    let Series { time_s: own_time, values: own_values } = channel.series.within(wide).finite();
     if *own_time == *time_s {
         return Ok(own_values);
     }

@@ -38,17 +38,7 @@ pub struct WindowContext {
     pub time_s: Arc<[f64]>,
     /// Mass properties at these times, or why there are none.
     pub mass: StageResult<MassHistory>,
-    channels: BTreeMap<Role, StageResult<Channel>>,
-    samples: Arc<FilterData>,
-}
-
-/// Values of a channel at the samples.
-#[derive(Clone, Debug)]
-enum Channel {
-    /// On their own.
-    Values(Arc<[f64]>),
-    /// Those of the filter, which nothing has moved or corrected.
-    OfFilter(Input),
+    channels: BTreeMap<Role, StageResult<Arc<[f64]>>>,
 }
 
 impl Footprint for WindowContext {
@@ -77,7 +67,7 @@ impl WindowContext {
     /// One line when settling leaves nothing of the window.
     pub fn new(
         recording: &Recording,
-        data: &Arc<FilterData>,
+        data: &FilterData,
         aircraft: &AircraftData,
         preparation: &Preparation,
     ) -> StageResult<Self> {
@@ -96,22 +86,14 @@ impl WindowContext {
         let roles = motion.chain(CONTROLS.map(Surface::role)).chain(configuration).chain(AIR).chain(engines);
         let values = |role: Role| {
             let found = values_at(recording, role, &time_s).transpose()?;
-            let of_filter = |values: &[f64]| {
-                let is_same = |input: &Input| {
-                    let column = data.inputs.columns[*input as usize].get(first..).unwrap_or_default();
-                    values.iter().map(|value| value.to_bits()).eq(column.iter().map(|value| value.to_bits()))
-                };
-                Input::ALL.into_iter().find(|input| input.role() == role).filter(is_same)
-            };
-            let channel =
-                |values: Arc<[f64]>| of_filter(&values).map_or_else(|| Channel::Values(values), Channel::OfFilter);
-            Some((role, found.map(channel)))
+            // What the filter has as it was recorded is kept once.
+            let same = |values: &Arc<[f64]>| data.inputs.columns.iter().find(|column| *column == values).cloned();
+            Some((role, found.map(|values| same(&values).unwrap_or(values))))
         };
         Ok(Self {
             first,
             channels: roles.filter_map(values).collect(),
             mass: aircraft.mass_history(recording, &time_s),
-            samples: Arc::clone(data),
             time_s,
         })
     }
@@ -121,28 +103,6 @@ impl WindowContext {
     /// # Errors
     /// One line when its record does not reach over the window or pauses in it.
     pub fn values(&self, role: Role) -> StageResult<Option<Arc<[f64]>>> {
-        Ok(self.channel(role)?.map(|channel| match channel {
-            Channel::Values(values) => Arc::clone(values),
-            Channel::OfFilter(input) => self.of_filter(*input).into(),
-        }))
-    }
-
-    /// Samples of an inertial channel as recorded; `None` when it was not.
-    ///
-    /// # Errors
-    /// As of [`Self::values`].
-    pub fn recorded(&self, input: Input) -> StageResult<Option<&[f64]>> {
-        Ok(self.channel(input.role())?.map(|channel| match channel {
-            Channel::Values(values) => &**values,
-            Channel::OfFilter(input) => self.of_filter(*input),
-        }))
-    }
-
-    fn channel(&self, role: Role) -> StageResult<Option<&Channel>> {
-        self.channels.get(&role).map(|found| found.as_ref().map_err(Clone::clone)).transpose()
-    }
-
-    fn of_filter(&self, input: Input) -> &[f64] {
-        &self.samples.inputs.columns[input as usize][self.first..]
+        self.channels.get(&role).cloned().transpose()
     }
 }

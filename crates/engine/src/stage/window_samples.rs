@@ -11,7 +11,7 @@ use doublet_core::series::{Recording, Series, TimeRange};
 use super::aircraft::AircraftData;
 use super::placement::{move_accelerometer, move_antenna, move_vanes};
 use super::recording::LoadedFlight;
-use super::samples::{finite_samples, fit_in_memory, gaps, span, values_at};
+use super::samples::{fit_in_memory, gaps, span, values_at};
 use crate::graph::{Context, Footprint, Key, KeyBuilder, Keyed, Stage, StageResult};
 use crate::session::{PathSource, Preparation};
 
@@ -72,10 +72,7 @@ pub fn samples(
         warnings.extend(moved);
     }
     let (start_s, end_s) = span(&inputs.time_s);
-    let within = |truth: &Series| {
-        let range = TimeRange { start_s, end_s }.indices(&truth.time_s);
-        Series { time_s: truth.time_s[range.clone()].into(), values: truth.values[range].into() }
-    };
+    let within = |truth: &Series| truth.within(TimeRange { start_s, end_s });
     let truth: Arc<[Option<Series>; STATES]> =
         State::ALL.map(|state| recording.truth.get(state.name()).map(within)).into();
     let mut data = FilterData { inputs, measurements };
@@ -164,7 +161,7 @@ fn input_series(
     let rates = [Input::RollRate, Input::PitchRate, Input::YawRate];
     let base = rates.into_iter().find_map(|rate| recording.role(rate.role()));
     let Some(base) = base else { return Err("the recording has none of p, q and r".into()) };
-    let time_s = finite_samples(base, window, 0.0).time_s;
+    let time_s = base.series.within(window).finite().time_s;
     if time_s.len() < MIN_SAMPLES {
         let (first, last) = span(&base.series.time_s);
         let not_finite = window.indices(&base.series.time_s).len() - time_s.len();
@@ -247,7 +244,7 @@ fn measurement_series(
         let Some((channel, sign)) = measured_by(measurement, |role| recording.role(role)) else {
             return MeasurementSeries::default();
         };
-        let Series { time_s, values } = finite_samples(channel, window, 0.0);
+        let Series { time_s, values } = channel.series.within(window).finite();
         for (at, length) in gaps(recording, &time_s) {
             warnings.push(format!(
                 "{} pauses for {length:.2} s at {at:.2} s; nothing was put in its place",

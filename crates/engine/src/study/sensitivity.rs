@@ -127,8 +127,8 @@ fn recompute<'a>(
     let form = |(window, aircraft): (&StudyWindow<'a>, &AircraftData)| -> StageResult<AeroWindow<'a>> {
         let place = changed.iter().position(|(name, _)| *name == window.manoeuvre.name);
         let path = match place {
-            None => (&window.path.data, &window.path.reconstruction),
-            Some(index) => (&changed[index].1, reconstructions[index].as_ref().map_err(|error| named(error, window))?),
+            None => (&*window.path.data, &window.path.reconstruction),
+            Some(index) => (&*changed[index].1, reconstructions[index].as_ref().map_err(|error| named(error, window))?),
         };
         Ok((window.manoeuvre, stage::aero(&window.flight.recording, path, aircraft, settings.preparation)?.into()))
     };

@@ -121,7 +121,7 @@ pub fn fly_and_judge(
         context.checkpoint()?;
         let results = snapshot.windows.entry(window.name.clone()).or_default();
         let aero = path.and_then(|path| {
-            let found = (&samples.data, &path.reconstruction);
+            let found = (&*samples.data, &path.reconstruction);
             let aero = stage::aero(&recording, found, &aircraft, &session.preparation);
             results.path = path.into();
             Ok(Keyed::from(aero?))

@@ -5,9 +5,8 @@
 //! quasi-Newton iteration on their logarithms. Both need the expected squares of the noises given all measurements, which
 //! the smoother yields; by Fisher's identity they are also the gradient, `dL / d ln sigma = sum E[w^2] / sigma^2 - N`.
 
-use std::sync::Arc;
-
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, Normal};
