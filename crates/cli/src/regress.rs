@@ -172,10 +172,10 @@ fn print(output: &str, found: &TableFit) {
 /// Writes a line per row used: its number or time, and what was measured, fitted and left.
 fn write_rows(path: &Path, found: &TableFit, dt: Option<f64>) -> Result<(), String> {
     let mut lines = vec![format!("{},measured,fitted,residual", if dt.is_some() { "time_s" } else { "row" })];
+    let fitted = found.fit.fitted(&found.measured);
     for (index, row) in found.rows.iter().enumerate() {
         let at = dt.map_or_else(|| row.to_string(), |dt| (dt * *row as f64).to_string());
-        let (measured, residual) = (found.measured[index], found.fit.residuals[index]);
-        lines.push(format!("{at},{measured},{},{residual}", measured - residual));
+        lines.push(format!("{at},{},{},{}", found.measured[index], fitted[index], found.fit.residuals[index]));
     }
     let text = lines.join("\n") + "\n";
     keep::replace(path, text.as_bytes())

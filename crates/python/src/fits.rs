@@ -212,12 +212,11 @@ pub fn request(trim: &Bound<'_, PyDict>, samples: usize, seed: u64) -> PyResult<
 }
 
 impl Fit {
-    /// Observed coefficient less the residuals of its fit, over the windows it was fitted in.
-    fn fitted(&self, fit: &doublet_engine::stage::CoefficientFit, residuals: &[f64]) -> Vec<f64> {
+    /// Observed coefficient over the windows it was fitted in.
+    fn observed(&self, fit: &doublet_engine::stage::CoefficientFit) -> Vec<f64> {
         let of = |name: &String| self.inner.windows.iter().find(|(window, _)| window.name == *name);
-        let observed = fit.windows.iter().filter_map(|(name, _)| of(name));
-        let observed = observed.flat_map(|(_, aero)| aero.coefficients.get(fit.coefficient));
-        observed.zip(residuals).map(|(z, v)| z - v).collect()
+        let used = fit.windows.iter().filter_map(|(name, _)| of(name));
+        used.flat_map(|(_, aero)| aero.coefficients.get(fit.coefficient)).copied().collect()
     }
 }
 
@@ -285,7 +284,7 @@ impl Fit {
                     all.set_item("covariance", matrix(py, &found.covariance))?;
                     all.set_item("correlation", matrix(py, &found.correlation))?;
                     all.set_item("residuals", shared(py, &found.residuals)?)?;
-                    all.set_item("fitted", owned(py, self.fitted(fit, &found.residuals)))?;
+                    all.set_item("fitted", owned(py, found.fitted(&self.observed(fit))))?;
                     all.set_item("r2", found.quality.r_squared)?;
                     all.set_item("rms_relative_percent", found.quality.rms_relative_percent)?;
                     all.set_item("residual_std", found.residual_std)?;

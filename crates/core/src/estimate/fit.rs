@@ -83,6 +83,11 @@ pub struct Fit {
 }
 
 impl Fit {
+    /// Fitted values: `measured`, of which the fit was made, less the residuals.
+    pub fn fitted(&self, measured: &[f64]) -> Vec<f64> {
+        measured.iter().zip(self.residuals.iter()).map(|(z, v)| z - v).collect()
+    }
+
     /// Number of samples.
     pub fn samples(&self) -> usize {
         self.residuals.len()

@@ -73,7 +73,7 @@ impl PooledRegression {
 #[derive(Clone, Debug, PartialEq)]
 pub struct PooledFit {
     /// The fit over all samples. Parameters shared by all windows come first, in the order of the terms, then those of each
-    /// window, named `name[label]`. Fitted values and residuals follow one another in the order of the windows.
+    /// window, named `name[label]`. Residuals follow one another in the order of the windows.
     pub fit: Fit,
     /// Samples of each window in `fit.residuals`.
     pub samples: Vec<Range<usize>>,

@@ -122,8 +122,9 @@ pub fn variables(data: &AeroData, settings: &CoefficientSettings) -> Result<Vari
     Ok(Variables { samples: data.time_s.len(), columns: columns.collect(), smoothing })
 }
 
-/// Samples beyond which a smoothed variable is formed again for every fit: kept, all of them are a twentieth of what a window takes.
-const LONG: usize = 1 << 16;
+/// Samples beyond which a window is long: what can be formed again is not kept then, and large work goes one after the other. Smoothed
+/// variables are a twentieth of what a window takes.
+pub const LONG_WINDOW: usize = 1 << 16;
 
 /// Regressor matrix: one row per sample of [`Variables::rows`], one column per term, in the order of `terms`; with matched
 /// smoothing each term, a product of unsmoothed variables, is smoothed.
@@ -136,7 +137,7 @@ pub fn regressors(terms: &[Term], variables: &Variables) -> Result<DMatrix<f64>,
         if let [(variable, 1)] = *term.factors() {
             let column = variables.of(term, variable)?;
             match &variables.smoothing {
-                Some(smoothing) if variables.samples > LONG => {
+                Some(smoothing) if variables.samples > LONG_WINDOW => {
                     regressor.copy_from_slice(&smoothing.apply(&column.values));
                 }
                 Some(smoothing) => {

@@ -105,7 +105,6 @@ pub fn window_variables(
 ) -> Result<Variables, DesignError> {
     let condition = &plant.trim.condition;
     let column = |of: &dyn Fn(usize) -> f64| -> Arc<[f64]> { (0..flown.time_s.len()).map(of).collect() };
-    let each = |of: &dyn Fn(usize) -> f64| -> Vec<f64> { (0..flown.time_s.len()).map(of).collect() };
     let airspeed_m_s = column(&|k| flown.air[k][0]);
     let roles = [Role::Aileron, Role::Elevator, Role::Rudder];
     let controls: BTreeMap<Role, Arc<[f64]>> =
@@ -120,8 +119,8 @@ pub fn window_variables(
     let data = AeroData {
         alpha_rad: column(&|k| flown.air[k][1]),
         beta_rad: column(&|k| flown.air[k][2]),
-        rates_rad_s: [3, 4, 5].map(|state| each(&|k| flown.states[k][state])),
-        specific_force_m_s2: [0, 1, 2].map(|axis| each(&|k| flown.specific_force_m_s2[k][axis])),
+        rates_rad_s: [3, 4, 5].map(|state| column(&|k| flown.states[k][state]).to_vec()),
+        specific_force_m_s2: [0, 1, 2].map(|axis| column(&|k| flown.specific_force_m_s2[k][axis]).to_vec()),
         accelerometer: None,
         angular_acceleration_rad_s2: None,
         density_kg_m3: flown.density_kg_m3.as_slice().into(),

@@ -3,7 +3,7 @@
 use std::sync::{Arc, OnceLock};
 
 use doublet_core::estimate::{Coloured, Constraint, Fit, Origin, PooledRegression, PooledWindow};
-use doublet_core::model::{Coefficient, Structure, Term, Variable, regressors};
+use doublet_core::model::{Coefficient, LONG_WINDOW, Structure, Term, Variable, regressors};
 use doublet_core::series::Series;
 use rayon::prelude::*;
 
@@ -223,32 +223,34 @@ pub fn window_fits(
 /// A window with its coefficients.
 pub type AeroWindow<'a> = (&'a Manoeuvre, Arc<WindowAero>);
 
-/// Samples of a window beyond which coefficients are fitted one after the other: what the spectra of the residuals of one take is a tenth
-/// of what the window takes.
-const LONG: usize = 1 << 16;
+/// A coefficient, its terms and the windows they are estimated from.
+type Model<'m, 's> = (Coefficient, &'m Vec<Term>, Vec<&'m AeroWindow<'s>>);
 
-/// Fits every coefficient of the structure over all identification windows and predicts every window not ignored.
+/// Fits every coefficient of the structure over all identification windows and predicts every window not ignored. With long windows one
+/// coefficient after the other: the spectra of the residuals of one take a tenth of what the window takes.
 pub fn pooled_fits(windows: &[AeroWindow<'_>], structure: &Structure, estimation: &Estimation) -> PooledFits {
-    let fit = |(coefficient, terms): &(Coefficient, Vec<Term>)| {
-        let used = identification(*coefficient, terms, windows, estimation);
-        (!used.is_empty()).then(|| coefficient_fit(*coefficient, terms, &used, estimation, Vec::new()))
-    };
-    let predictions = |((coefficient, terms), fit): (&(Coefficient, Vec<Term>), &Option<CoefficientFit>)| {
-        let Some(Ok(fit)) = fit.as_ref().map(|fit| &fit.fit) else { return Vec::new() };
-        let used = identification(*coefficient, terms, windows, estimation);
-        let parameters = Parameters::choose(*coefficient, terms, fit, &used, estimation);
+    let models = structure
+        .models
+        .iter()
+        .map(|(coefficient, terms)| (*coefficient, terms, identification(*coefficient, terms, windows, estimation)));
+    let models: Vec<Model<'_, '_>> = models.filter(|(_, _, used)| !used.is_empty()).collect();
+    let fit =
+        |(coefficient, terms, used): &Model<'_, '_>| coefficient_fit(*coefficient, terms, used, estimation, Vec::new());
+    let predictions = |((coefficient, terms, used), fit): (&Model<'_, '_>, &CoefficientFit)| {
+        let Ok(fit) = &fit.fit else { return Vec::new() };
+        let parameters = Parameters::choose(*coefficient, terms, fit, used, estimation);
         let applying = windows.iter().filter(|(window, _)| applies(*coefficient, window.surface, estimation));
         let predicted =
             |(window, aero): &AeroWindow<'_>| predict(*coefficient, terms, &parameters, (window, aero), estimation);
         applying.filter_map(predicted).collect()
     };
     let longest = windows.iter().map(|(_, aero)| aero.coefficients.time_s.len()).max().unwrap_or(0);
-    let together = if longest > LONG { structure.models.len() } else { 1 };
+    let together = if longest > LONG_WINDOW { models.len() } else { 1 };
     // The coefficients know nothing of each other; their order is that of the structure.
-    let models = || structure.models.par_iter().with_min_len(together);
-    let fits: Vec<Option<CoefficientFit>> = models().map(fit).collect();
-    let predictions: Vec<Vec<Prediction>> = models().zip(&fits).map(predictions).collect();
-    PooledFits { fits: fits.into_iter().flatten().collect(), predictions: predictions.into_iter().flatten().collect() }
+    let each = || models.par_iter().with_min_len(together);
+    let fits: Vec<CoefficientFit> = each().map(fit).collect();
+    let predictions: Vec<Vec<Prediction>> = each().zip(&fits).map(predictions).collect();
+    PooledFits { fits, predictions: predictions.into_iter().flatten().collect() }
 }
 
 /// Conventional and corrected standard error of an estimate; NaN where it is held, fixed or at a bound.
