@@ -13,6 +13,8 @@ fn main() -> io::Result<()> {
     let out = PathBuf::from(variable("OUT_DIR")?);
     for folder in ["assets", "sessions"] {
         let root = root.join(folder);
+        // Also when a file comes or goes anywhere below.
+        println!("cargo::rerun-if-changed={}", root.display());
         let mut files = Vec::new();
         walk(&root, &mut files)?;
         files.sort();
@@ -30,15 +32,14 @@ fn variable(name: &str) -> io::Result<String> {
     env::var(name).map_err(io::Error::other)
 }
 
-/// Every file below a folder; the build runs again when one comes, goes or changes.
+/// Every file below a folder but hidden ones, as programs leave beside what they have open.
 fn walk(folder: &Path, files: &mut Vec<PathBuf>) -> io::Result<()> {
-    println!("cargo::rerun-if-changed={}", folder.display());
     for entry in fs::read_dir(folder)? {
-        let path = entry?.path();
+        let entry = entry?;
+        let path = entry.path();
         if path.is_dir() {
             walk(&path, files)?;
-        } else {
-            println!("cargo::rerun-if-changed={}", path.display());
+        } else if !entry.file_name().as_encoded_bytes().starts_with(b".") {
             files.push(path);
         }
     }
