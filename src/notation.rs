@@ -1,7 +1,7 @@
 //! How quantities are written on screen: what every front end writes, and what needs a font.
 
 use doublet_core::quantity::{Dimension, Role};
-pub use doublet_engine::notation::{derivative, derivative_parts, measurement, role, signal, state, term};
+pub use doublet_engine::notation::{derivative, derivative_parts, measurement, plural, role, signal, state, term};
 use doublet_engine::notation::{role_unit, unit};
 use eframe::egui::text::{LayoutJob, TextFormat};
 use eframe::egui::{self, Align, Color32, FontId};

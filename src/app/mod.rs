@@ -335,7 +335,7 @@ impl Workbench {
         self.keep_document();
     }
 
-    /// Chooses the first window of a document and nothing else.
+    /// Looks at the whole of a document, its first window chosen.
     fn look_at_all(&mut self) {
         self.state.selection = Default::default();
         self.state.time = Default::default();

@@ -267,8 +267,7 @@ fn lamps(ctx: &PanelContext<'_>, ui: &mut Ui, latest: &LiveUpdate) {
     });
     let count = latest.findings.len();
     if count > 0 {
-        let title = if count == 1 { "1 note".to_owned() } else { format!("{count} notes") };
-        CollapsingHeader::new(title).id_salt("live notes").show(ui, |ui| {
+        CollapsingHeader::new(notation::plural(count, "note")).id_salt("live notes").show(ui, |ui| {
             for finding in &latest.findings {
                 ui.add(Label::new(notation::typeset_in(finding, 12.0, ui.visuals().weak_text_color())).wrap());
             }

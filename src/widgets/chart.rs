@@ -2,7 +2,7 @@
 
 use doublet_engine::report::document::{Axis, Figure, LineStyle as Style, Mark, Panel};
 use eframe::egui::{self, Color32, Id, Stroke, Ui};
-use egui_plot::{Bar, BarChart, Line, LineStyle, Plot, PlotPoint, PlotPoints, Points, Polygon};
+use egui_plot::{AxisHints, Bar, BarChart, Line, LineStyle, Plot, PlotPoint, PlotPoints, Points, Polygon};
 
 use super::figure::{FigureForm, FigureRequest, printed};
 use super::readout::readable;
@@ -23,7 +23,7 @@ const LEGEND_LINE: f32 = 12.0;
 /// Room right of a chart for the half of the last label that lies beyond it.
 pub(super) const RIGHT_ROOM: f32 = 14.0;
 /// Distance between ticks from which their labels are drawn, and drawn fully.
-pub(super) const LABELS: egui::Rangef = egui::Rangef { min: 8.0, max: 12.0 };
+const LABELS: egui::Rangef = egui::Rangef { min: 8.0, max: 12.0 };
 /// Least distance between ticks of the level and of the upright axis.
 pub(super) const TICK_SPACING: [f32; 2] = [84.0, 24.0];
 
@@ -113,9 +113,6 @@ impl Chart {
             self.show_legend(ui);
         }
         let height = height - (ui.cursor().top() - top);
-        let places = self.places.clone();
-        let upright_places = self.upright_places.clone();
-        let (named, named_upright) = (!places.is_empty(), !upright_places.is_empty());
         let mut plot = Plot::new(Id::unique(self.name.as_str()))
             .height(height.max(80.0))
             .width((ui.available_width() - RIGHT_ROOM).max(60.0))
@@ -126,29 +123,12 @@ impl Chart {
             .label_formatter(|_| None)
             .x_grid_spacer(|input| ticks(input, TICK_SPACING[0]))
             .y_grid_spacer(|input| ticks(input, TICK_SPACING[1]))
-            .custom_y_axes(vec![
-                egui_plot::AxisHints::new_y()
-                    .label(notation::typeset(&self.labels[1], 11.5))
-                    .label_spacing(LABELS)
-                    .tick_label_color(text)
-                    .formatter(move |mark, _| match named_upright {
-                        true => word_at(&upright_places, mark.value),
-                        false => tick(mark.value, mark.step_size),
-                    }),
-            ])
-            .custom_x_axes(vec![
-                egui_plot::AxisHints::new_x()
-                    .label(notation::typeset(&self.labels[0], 11.5))
-                    .label_spacing(LABELS)
-                    .tick_label_color(text)
-                    .formatter(move |mark, _| match named {
-                        true => word_at(&places, mark.value),
-                        false => tick(mark.value, mark.step_size),
-                    }),
-            ]);
+            .custom_y_axes(vec![titled(AxisHints::new_y(), &self.labels[1], &self.upright_places, ui)])
+            .custom_x_axes(vec![titled(AxisHints::new_x(), &self.labels[0], &self.places, ui)]);
         if let Some(aspect) = self.aspect {
             plot = plot.data_aspect(aspect as f32);
         }
+        let (named, named_upright) = (!self.places.is_empty(), !self.upright_places.is_empty());
         if named {
             let marks = marks_at(&self.places);
             plot = plot.x_grid_spacer(move |_| marks.clone());
@@ -254,8 +234,21 @@ fn outline_of_bar([end, at]: [f64; 2], width: f64) -> [[f64; 3]; 6] {
 }
 
 /// The word at a place of an axis.
-pub(super) fn word_at(places: &[(f64, String)], value: f64) -> String {
+fn word_at(places: &[(f64, String)], value: f64) -> String {
     places.iter().find(|(at, _)| *at == value).map_or_else(String::new, |place| place.1.clone())
+}
+
+/// An axis with its title, and words in the place of numbers where it has any.
+pub(super) fn titled(hints: AxisHints<'static>, title: &str, places: &[(f64, String)], ui: &Ui) -> AxisHints<'static> {
+    let places = places.to_vec();
+    hints
+        .label(notation::typeset(title, 11.5))
+        .label_spacing(LABELS)
+        .tick_label_color(ui.visuals().weak_text_color())
+        .formatter(move |mark, _| match places.is_empty() {
+            true => tick(mark.value, mark.step_size),
+            false => word_at(&places, mark.value),
+        })
 }
 
 /// Grid lines at places with words.

@@ -2,7 +2,7 @@
 
 use doublet_core::series::{Band, Decimated, Pyramid, decimate, decimate_band};
 use doublet_engine::report::document::{
-    COLUMNS, Colour, Figure, LineStyle as Style, Mark, Matrix, Panel, Plot as Axes,
+    Colour, DRAWN_COLUMNS, Figure, LineStyle as Style, Mark, Matrix, Panel, Plot as Axes,
 };
 use doublet_report::svg::{Range, range};
 use eframe::egui::{self, Color32, Id, Role, Stroke, Ui, WidgetInfo};
@@ -10,10 +10,10 @@ use egui_plot::{
     AxisHints, Bar, BarChart, FilledArea, HLine, Line, LineStyle, Plot, PlotPoints, PlotUi, Points, Polygon,
 };
 
-use super::chart::{LABELS, LEGEND_HEIGHT, RIGHT_ROOM, TICK_SPACING, figure_menu, legend_entry, marks_at, word_at};
+use super::chart::{LEGEND_HEIGHT, RIGHT_ROOM, TICK_SPACING, figure_menu, legend_entry, marks_at, titled};
 use super::figure::{FigureForm, FigureRequest};
 use super::matrix_view::MatrixView;
-use super::ticks::{inner_ticks, tick, ticks};
+use super::ticks::{inner_ticks, ticks};
 use crate::{notation, theme};
 
 /// Height of a panel for each millimetre it has on paper, points.
@@ -106,35 +106,15 @@ fn heat_map(ui: &mut Ui, matrix: &Matrix) -> Option<FigureForm> {
 fn axes(ui: &mut Ui, id: Id, plot: &Axes, height: f64) -> Option<FigureForm> {
     let palette = theme::palette(ui);
     let range = range(&Panel::Plot(plot.clone()));
-    let text = ui.visuals().weak_text_color();
     #[expect(clippy::cast_possible_truncation, reason = "a few hundred points")]
     let height = height as f32;
-    let (x_places, y_places) = (plot.x.places.clone(), plot.y.places.clone());
     let mut shown = Plot::new(id)
         .height(height + AXIS_HEIGHT)
         .width((ui.available_width() - RIGHT_ROOM).max(60.0))
         .x_grid_spacer(|input| ticks(input, TICK_SPACING[0]))
         .y_grid_spacer(|input| inner_ticks(input, TICK_SPACING[1]))
-        .custom_y_axes(vec![
-            AxisHints::new_y()
-                .label(notation::typeset(&plot.y.title(), 11.5))
-                .label_spacing(LABELS)
-                .tick_label_color(text)
-                .formatter(move |mark, _| match y_places.is_empty() {
-                    true => tick(mark.value, mark.step_size),
-                    false => word_at(&y_places, mark.value),
-                }),
-        ])
-        .custom_x_axes(vec![
-            AxisHints::new_x()
-                .label(notation::typeset(&plot.x.title(), 11.5))
-                .label_spacing(LABELS)
-                .tick_label_color(text)
-                .formatter(move |mark, _| match x_places.is_empty() {
-                    true => tick(mark.value, mark.step_size),
-                    false => word_at(&x_places, mark.value),
-                }),
-        ])
+        .custom_y_axes(vec![titled(AxisHints::new_y(), &plot.y.title(), &plot.y.places, ui)])
+        .custom_x_axes(vec![titled(AxisHints::new_x(), &plot.x.title(), &plot.x.places, ui)])
         .allow_drag(false)
         .allow_zoom(false)
         .allow_scroll(false)
@@ -185,7 +165,7 @@ fn draw(chart: &mut PlotUi<'_>, mark: &Mark, range: &Range, colors: &[Color32; 8
         Mark::Line { colour, style, series, scale, .. } => {
             let (time, values) = (&series.time_s, &series.values);
             let mut drawn = Decimated::<[f64; 2]>::default();
-            decimate(&Pyramid::new(time, values), time, values, *scale, (from, to), COLUMNS, &mut drawn);
+            decimate(&Pyramid::new(time, values), time, values, *scale, (from, to), DRAWN_COLUMNS, &mut drawn);
             match style {
                 Style::Dots => chart.points(dots(drawn.points, colour)),
                 _ => drawn.lines().for_each(|points| chart.line(line(points.to_vec(), colour, *style))),
@@ -194,7 +174,7 @@ fn draw(chart: &mut PlotUi<'_>, mark: &Mark, range: &Range, colors: &[Color32; 8
         Mark::Band { colour, centre, half_width, scale, .. } => {
             let mut band = Band::default();
             let samples: (&[f64], &[f64], &[f64]) = (&centre.time_s, &centre.values, half_width);
-            decimate_band(samples, *scale, 1.0, (from, to), COLUMNS, &mut band);
+            decimate_band(samples, *scale, 1.0, (from, to), DRAWN_COLUMNS, &mut band);
             for part in band.segments {
                 let area = FilledArea::new("", &band.time_s[part.clone()], &band.low[part.clone()], &band.high[part]);
                 chart.add(area.fill_color(color(colour).gamma_multiply(0.25)).allow_hover(false));

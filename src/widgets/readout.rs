@@ -1,6 +1,7 @@
 //! What lies between the markers A and B: values at both, their difference and slope, statistics.
 
 use doublet_core::series::{Series, Statistics, value_at};
+use doublet_engine::report::significant;
 use eframe::egui::{self, Id, RichText, ScrollArea, Ui};
 use egui_extras::{Column, TableBuilder};
 
@@ -8,7 +9,7 @@ use super::plot_cache::PlotCache;
 use super::term::column_title;
 use super::time_plot::{DOT_SPACING, TimePlot, Trace, TraceStyle};
 use super::time_view::{TimeRange, TimeView};
-use crate::{notation, theme};
+use crate::theme;
 
 /// Height of a row, and of the lines above the rows.
 const ROW: f32 = 18.0;
@@ -80,8 +81,7 @@ pub(super) fn show(ui: &mut Ui, id: Id, view: &mut TimeView, cache: &mut PlotCac
                     });
                     for value in row.values {
                         line.col(|ui| {
-                            let text = if value.is_finite() { readable(value) } else { "–".into() };
-                            ui.label(RichText::new(text).font(figures.clone()).size(11.0));
+                            ui.label(RichText::new(readable(value)).font(figures.clone()).size(11.0));
                         });
                     }
                 });
@@ -130,17 +130,9 @@ fn csv((a, b): (f64, f64), rows: &[Row]) -> String {
     text
 }
 
-/// `value` with four significant digits, a true minus sign and without a needless exponent.
+/// `value` as it is read beside a curve: four significant digits.
 pub fn readable(value: f64) -> String {
-    let size = value.abs();
-    if value == 0.0 || !value.is_finite() {
-        return format!("{value}");
-    }
-    if !(1e-3..1e6).contains(&size) {
-        return format!("{value:.3e}").replace('-', "\u{2212}");
-    }
-    let decimals = (3 - size.log10().floor() as i32).clamp(0, 6) as usize;
-    notation::fixed(value, decimals)
+    significant(value, 4)
 }
 
 /// Value of a trace at a time in the unit of its plot: that of the nearest sample where single samples are seen as dots, otherwise by

@@ -1,5 +1,7 @@
 //! The application around the panels: commands, palette, layout, file dialog.
 
+use std::path::PathBuf;
+
 use doublet::app::files::{FileQuestion, Files, Purpose};
 use doublet::app::{Document, Workbench};
 use doublet::command::{HelpCommand, UiCommand, ViewCommand};
@@ -60,6 +62,21 @@ fn the_menu_carries_out_what_it_says() {
     assert_eq!(harness.state().state.appearance, ThemePreference::Light);
 }
 
+/// The program's own dialog for files, and what was chosen in it.
+fn asking(question: FileQuestion) -> Harness<'static, (Files, Option<Vec<PathBuf>>)> {
+    let state = (Files::without_system(), None);
+    let mut harness = widget_harness((800.0, 600.0), true, state, move |ui, (files, chosen)| {
+        if chosen.is_none() && !files.is_asking() {
+            files.ask(question.clone(), ui.ctx());
+        }
+        if let Some(paths) = files.show(ui.ctx()) {
+            *chosen = Some(paths);
+        }
+    });
+    harness.run_steps(4);
+    harness
+}
+
 #[test]
 fn our_own_file_dialog_walks_folders_and_refuses_what_is_not_there() {
     let folder = tempfile::tempdir().unwrap();
@@ -74,16 +91,7 @@ fn our_own_file_dialog_walks_folders_and_refuses_what_is_not_there() {
         name: String::new(),
         places: vec![folder.path().to_path_buf()],
     };
-    let state = (Files::without_system(), None);
-    let mut harness = widget_harness((800.0, 600.0), true, state, move |ui, (files, chosen)| {
-        if chosen.is_none() && !files.is_asking() {
-            files.ask(question.clone(), ui.ctx());
-        }
-        if let Some(paths) = files.show(ui.ctx()) {
-            *chosen = paths.first().cloned();
-        }
-    });
-    harness.run_steps(4);
+    let mut harness = asking(question);
     harness.get_by_label("File name").click();
     harness.run_steps(2);
     harness.get_by_label("File name").type_text("nowhere.toml");
@@ -99,7 +107,7 @@ fn our_own_file_dialog_walks_folders_and_refuses_what_is_not_there() {
     picture(&mut harness, "file_dialog");
     harness.get_by_label("Open").click();
     harness.run_steps(3);
-    let chosen = harness.state().1.clone().expect("a file was chosen");
+    let chosen = harness.state().1.clone().expect("a file was chosen").remove(0);
     assert_eq!(chosen.canonicalize().unwrap(), inner.join("first.toml").canonicalize().unwrap());
 }
 
@@ -117,16 +125,7 @@ fn several_recordings_of_one_flight_are_taken_together_and_other_files_are_left_
         name: String::new(),
         places: Vec::new(),
     };
-    let state = (Files::without_system(), None);
-    let mut harness = widget_harness((800.0, 600.0), true, state, move |ui, (files, chosen)| {
-        if chosen.is_none() && !files.is_asking() {
-            files.ask(question.clone(), ui.ctx());
-        }
-        if let Some(paths) = files.show(ui.ctx()) {
-            *chosen = Some(paths);
-        }
-    });
-    harness.run_steps(4);
+    let mut harness = asking(question);
     assert!(harness.query_by_label("c.pid").is_none());
     assert_eq!(harness.query_all_by_label("5 B").count(), 2, "sizes stand beside the names");
     harness.get_by_label("all files").click();

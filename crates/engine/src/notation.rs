@@ -4,6 +4,11 @@ use doublet_core::quantity::{Dimension, Role};
 use doublet_core::reconstruct::{Measurement, State};
 use doublet_core::validate::Signal;
 
+/// A number of things in words: `1 window`, `3 windows`.
+pub fn plural(count: usize, noun: &str) -> String {
+    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
+}
+
 /// Unit a dimension is shown in, and its factor from SI.
 pub fn unit(dimension: Dimension) -> (&'static str, f64) {
     let degrees = 180.0 / std::f64::consts::PI;

@@ -13,7 +13,7 @@ use eframe::egui::{
 
 use super::aircraft::AircraftForm;
 use super::{AircraftChoice, Choice, Choosing, Step, physics, roles};
-use crate::notation;
+use crate::notation::{self, plural};
 use crate::theme;
 
 /// Gaps and findings listed.
@@ -159,12 +159,7 @@ fn contents(choosing: &Choosing, ui: &mut Ui) {
         let findings = findings(probe);
         if !findings.is_empty() {
             let color = theme::palette(ui).warning;
-            let title = RichText::new(if findings.len() == 1 {
-                "1 finding".to_owned()
-            } else {
-                format!("{} findings", findings.len())
-            })
-            .color(color);
+            let title = RichText::new(plural(findings.len(), "finding")).color(color);
             CollapsingHeader::new(title).id_salt(&probe.path).show(ui, |ui| {
                 ScrollArea::vertical().max_height(90.0).auto_shrink([false, true]).show(ui, |ui| {
                     findings.iter().for_each(|line| drop(ui.add(Label::new(line).wrap())));

@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use doublet_core::load::{ManualChannel, Plan, RowValues};
+use doublet_core::load::{ManualChannel, ManualChannelMap, Plan, RowValues};
 use doublet_core::quantity::Role;
 use doublet_engine::begin::{self, Inspected, Order};
 use doublet_engine::run::{Control, Job};
@@ -52,7 +52,7 @@ struct Choosing {
     name: String,
     aircraft: AircraftChoice,
     choice: Choice,
-    hand: doublet_core::load::ManualChannelMap,
+    hand: ManualChannelMap,
     /// What reading by the map made by hand would do; kept until that changes.
     hand_plan: Result<Plan, String>,
     /// What the rows of that map read.
@@ -122,7 +122,7 @@ impl Choosing {
             let rows: BTreeMap<Role, ManualChannel> = of_new.chain(before.hand.rows).collect();
             let known = |source: &str| before.hand.time.iter().any(|(other, _)| other == source);
             let time = self.hand.time.into_iter().filter(|(source, _)| !known(source));
-            self.hand = doublet_core::load::ManualChannelMap {
+            self.hand = ManualChannelMap {
                 time: before.hand.time.iter().cloned().chain(time).collect(),
                 rows: Role::ALL.into_iter().filter_map(|role| Some((role, rows.get(&role)?.clone()))).collect(),
                 ..before.hand
@@ -191,7 +191,10 @@ impl Workbench {
         let work = move |control: &Control, progress: &(dyn Fn(f32) + Sync)| begin::inspect(&paths, control, progress);
         match Job::start("doublet-inspect", move || ctx.request_repaint(), work) {
             Ok(job) => self.beginning.step = Some(Step::Looking(first, job, before)),
-            Err(error) => self.complain(format!("{}: it cannot be looked at: {error}", first.display())),
+            Err(error) => {
+                self.beginning.step = before.map(Step::Choosing);
+                self.complain(format!("{}: it cannot be looked at: {error}", first.display()));
+            }
         }
     }
 
@@ -231,9 +234,13 @@ impl Workbench {
         }
     }
 
+    /// Gives up what is under way; what was chosen before further recordings were looked at stays.
     fn give_up_beginning(&mut self) {
         match self.beginning.step.take() {
-            Some(Step::Looking(_, job, _)) => job.abandon(),
+            Some(Step::Looking(_, job, before)) => {
+                job.abandon();
+                self.beginning.step = before.map(Step::Choosing);
+            }
             Some(Step::Making(_, job)) => job.abandon(),
             Some(Step::Choosing(_)) | None => {}
         }
@@ -274,7 +281,7 @@ impl Workbench {
         self.state.flight_plots = None;
         self.state.show_layout(crate::layouts::LayoutKey::Step(crate::layouts::Step::Manoeuvres));
         self.say(if found {
-            let found = if windows == 1 { "1 manoeuvre".to_owned() } else { format!("{windows} manoeuvres") };
+            let found = crate::notation::plural(windows, "manoeuvre");
             format!("New session: {found} of its controls found as windows. Save it with Ctrl+S")
         } else {
             "New session: no manoeuvre was found, one window holds the whole recording. Draw others above the plots"
@@ -293,16 +300,7 @@ impl Workbench {
         let answer = form::show(step, below, ctx);
         match answer {
             Answer::Open => {}
-            Answer::GivenUp => match self.beginning.step.take() {
-                Some(Step::Looking(_, job, Some(before))) => {
-                    job.abandon();
-                    self.beginning.step = Some(Step::Choosing(before));
-                }
-                other => {
-                    self.beginning.step = other;
-                    self.give_up_beginning();
-                }
-            },
+            Answer::GivenUp => self.give_up_beginning(),
             Answer::AskBeside => self.ask(Asked::Beside, ctx),
             Answer::AskAircraft => self.ask(Asked::Aircraft, ctx),
             Answer::SaveAircraft => self.ask(Asked::NewAircraft, ctx),

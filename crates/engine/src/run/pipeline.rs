@@ -14,6 +14,7 @@ use super::snapshot::{AnySlot, LogEntry, Slot, SlotGroup, Snapshot, WindowResult
 use super::snapshot_builder::SnapshotBuilder;
 use super::studies;
 use crate::graph::{Cache, Cancelled, Context, Control, Key, Keyed, Stage, StageError, StageResult};
+use crate::notation::plural;
 use crate::session::{self, Flight, Manoeuvre, Session};
 use crate::stage::{
     self, AircraftData, EstimatedSensorErrors, FlightEngines, FlightPhysics, FlightProposals, FlownMass,
@@ -90,10 +91,6 @@ pub fn run(
     snapshot.log.drain(..excess);
     publish(snapshot.clone());
     snapshot
-}
-
-fn plural(count: usize, noun: &str) -> String {
-    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
 }
 
 /// The previous snapshot without what left the session, everything else marked as running; and the number of its slots.

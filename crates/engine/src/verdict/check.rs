@@ -10,6 +10,7 @@ use serde::Serialize;
 
 use super::{Finding, Level, accelerometer, shape};
 use crate::graph::{Cache, Context};
+use crate::notation::plural;
 use crate::run::{Control, Scope, Snapshot, run};
 use crate::session::{self, Manoeuvre, Session};
 use crate::stage::{self, PhysicsRow};
@@ -191,13 +192,12 @@ fn failures(snapshot: &Snapshot, is_whole: bool) -> Vec<Finding> {
 }
 
 fn in_one_line(session: &Session) -> String {
-    let count = |count: usize, noun: &str| format!("{count} {noun}{}", if count == 1 { "" } else { "s" });
     format!(
         "{}: {}, {}, {}",
         if session.title.is_empty() { "session" } else { &session.title },
-        count(session.flights.len(), "flight"),
-        count(session.windows.len(), "window"),
-        count(session.structure.models.len(), "coefficient")
+        plural(session.flights.len(), "flight"),
+        plural(session.windows.len(), "window"),
+        plural(session.structure.models.len(), "coefficient")
     )
 }
 

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::super::table::rounded;
 
 /// Columns of samples of which a figure keeps only the extremes, on screen and thinned.
-pub const COLUMNS: usize = 500;
+pub const DRAWN_COLUMNS: usize = 500;
 /// Significant digits of a thinned figure: across, where an instant late in a flight has to be told from the next, and upright.
 const DIGITS: [usize; 2] = [10, 6];
 
@@ -228,7 +228,7 @@ impl Mark {
             Self::Line { label, colour, style, series, scale } => {
                 let (time, values) = (&series.time_s, &series.values);
                 let mut drawn = Decimated::<[f64; 2]>::default();
-                decimate(&Pyramid::new(time, values), time, values, *scale, within(time), COLUMNS, &mut drawn);
+                decimate(&Pyramid::new(time, values), time, values, *scale, within(time), DRAWN_COLUMNS, &mut drawn);
                 let mut points = Vec::with_capacity(drawn.points.len() + drawn.segments.len());
                 for part in drawn.lines() {
                     // Nothing joins one unbroken part to the next.
@@ -240,7 +240,7 @@ impl Mark {
             Self::Band { label, colour, centre, half_width, scale } => {
                 let mut band = Band::default();
                 let samples: (&[f64], &[f64], &[f64]) = (&centre.time_s, &centre.values, half_width);
-                decimate_band(samples, *scale, 1.0, within(&centre.time_s), COLUMNS, &mut band);
+                decimate_band(samples, *scale, 1.0, within(&centre.time_s), DRAWN_COLUMNS, &mut band);
                 let edges = || band.low.iter().zip(&band.high);
                 let centre = Series {
                     time_s: band.time_s.iter().map(|time| rounded(*time, across)).collect(),

@@ -16,7 +16,7 @@ mod sensitivity;
 mod setup;
 
 pub use bode::{BodeModel, bode_figure};
-pub use figure::{Axis, COLUMNS, Colour, Figure, LineStyle, Mark, Matrix, Panel, Plot};
+pub use figure::{Axis, Colour, DRAWN_COLUMNS, Figure, LineStyle, Mark, Matrix, Panel, Plot};
 pub(crate) use figure::{line, points};
 pub(crate) use proof::replay_panel;
 pub use responses::surface_figure;
