@@ -102,12 +102,11 @@ impl<'a> Window<'a> {
         }
     }
 
-    /// Puts the steps of the next block into `lane`. A lane at its end gets zeros: a step of no length and no measurement
-    /// changes nothing.
-    pub fn fill<L: AsMut<[f64]>>(&mut self, lane: usize, inputs: &mut [StepInputs<L>]) {
+    /// Begins the next block in `lane`. A lane at its end gets zeros: a step of no length and no measurement changes nothing.
+    pub fn begin_block<L: AsMut<[f64]>>(&mut self, lane: usize, inputs: &mut [StepInputs<L>]) {
         self.events.clear();
         if self.error.is_none() {
-            self.schedule.fill(lane, inputs, &mut self.events);
+            self.schedule.begin_block(lane, inputs, &mut self.events);
         }
         inputs.iter_mut().skip(self.events.len()).for_each(|step| step.clear(lane));
     }
@@ -282,13 +281,19 @@ impl<'a> Window<'a> {
     }
 }
 
-/// Puts the next block of every window into its lane; returns the number of steps of the longest.
+/// Puts the next block of every window into its lane, field by field as in [`collect`]; returns the number of steps of the longest.
 pub fn fill<L: AsMut<[f64]>>(windows: &mut Windows<'_>, inputs: &mut [StepInputs<L>]) -> usize {
     let mut steps = 0;
     each(windows, |lane, window| {
-        window.fill(lane, inputs);
+        window.begin_block(lane, inputs);
         steps = steps.max(window.events.len());
     });
+    for i in 0..INPUTS {
+        each(windows, |lane, window| window.schedule.fill_input(i, lane, inputs, &window.events));
+    }
+    for m in 0..MEASUREMENTS {
+        each(windows, |lane, window| window.schedule.fill_measurement(m, lane, inputs, &mut window.events));
+    }
     steps
 }
 

@@ -86,44 +86,69 @@ impl<'a> Schedule<'a> {
 impl Schedule<'_> {
     /// The steps of the next block, put into a lane of `steps`; fewer at the end of the window.
     pub fn fill<L: AsMut<[f64]>>(&mut self, lane: usize, steps: &mut [StepInputs<L>], events: &mut Vec<Event>) {
-        if self.is_synchronous {
-            return self.fill_synchronous(lane, steps, events);
+        self.begin_block(lane, steps, events);
+        for i in 0..INPUTS {
+            self.fill_input(i, lane, steps, events);
         }
-        for step in steps {
-            let Some(event) = self.next(lane, step) else { return };
-            events.push(event);
+        for m in 0..MEASUREMENTS {
+            self.fill_measurement(m, lane, steps, events);
         }
     }
 
-    /// Column by column, where every step ends at an inertial sample and nothing is measured in between.
-    fn fill_synchronous<L: AsMut<[f64]>>(&mut self, lane: usize, steps: &mut [StepInputs<L>], events: &mut Vec<Event>) {
-        let FilterData { inputs, measurements } = self.data;
-        let times = &inputs.time_s;
+    /// [`Self::fill`] without what [`Self::fill_input`] and [`Self::fill_measurement`] add, so that several windows can be filled field
+    /// by field. They add nothing where something is measured between inertial samples: then the steps are put in one by one here.
+    pub fn begin_block<L: AsMut<[f64]>>(&mut self, lane: usize, steps: &mut [StepInputs<L>], events: &mut Vec<Event>) {
+        if !self.is_synchronous {
+            for step in steps {
+                let Some(event) = self.next(lane, step) else { return };
+                events.push(event);
+            }
+            return;
+        }
+        let times = &self.data.inputs.time_s;
         let first = self.next_sample;
-        let last = times.len().min(first + BLOCK.min(steps.len()));
-        for (step, k) in steps.iter_mut().zip(first..last) {
+        self.next_sample = times.len().min(first + BLOCK.min(steps.len()));
+        for (step, k) in steps.iter_mut().zip(first..self.next_sample) {
             step.dt.as_mut()[lane] = times[k] - times[k - 1];
             step.noise_scale.as_mut()[lane] = 1.0;
             events.push(Event { time_s: times[k], is_sample: true, degrees: 0, start_sample: Some(k - 1) });
         }
-        for (i, column) in inputs.columns.iter().enumerate() {
-            let before = &column[first - 1..last - 1];
-            let after = if self.hold == InputHold::FirstOrder { &column[first..last] } else { before };
-            for ((step, before), after) in steps.iter_mut().zip(before).zip(after) {
-                step.inputs.start[i / 3][i % 3].as_mut()[lane] = *before;
-                step.inputs.end[i / 3][i % 3].as_mut()[lane] = *after;
-            }
+    }
+
+    /// Input `i` in a lane of the steps that [`Self::begin_block`] has begun.
+    pub fn fill_input<L: AsMut<[f64]>>(&self, i: usize, lane: usize, steps: &mut [StepInputs<L>], events: &[Event]) {
+        if !self.is_synchronous {
+            return;
         }
-        for (m, series) in measurements.iter().enumerate() {
-            let values = series.values.get(first..last).unwrap_or(&[f64::NAN; BLOCK]);
-            for ((step, value), event) in steps.iter_mut().zip(values).zip(events.iter_mut()) {
-                let is_present = value.is_finite();
-                step.measured[m / 3][m % 3].as_mut()[lane] = if is_present { *value } else { 0.0 };
-                step.present[m / 3][m % 3].as_mut()[lane] = f64::from(is_present);
-                event.degrees += u8::from(is_present);
-            }
+        let (first, last) = (self.next_sample - events.len(), self.next_sample);
+        let column = &self.data.inputs.columns[i];
+        let before = &column[first - 1..last - 1];
+        let after = if self.hold == InputHold::FirstOrder { &column[first..last] } else { before };
+        for ((step, before), after) in steps.iter_mut().zip(before).zip(after) {
+            step.inputs.start[i / 3][i % 3].as_mut()[lane] = *before;
+            step.inputs.end[i / 3][i % 3].as_mut()[lane] = *after;
         }
-        self.next_sample = last;
+    }
+
+    /// Measurement `m` in a lane of the steps that [`Self::begin_block`] has begun.
+    pub fn fill_measurement<L: AsMut<[f64]>>(
+        &self,
+        m: usize,
+        lane: usize,
+        steps: &mut [StepInputs<L>],
+        events: &mut [Event],
+    ) {
+        if !self.is_synchronous {
+            return;
+        }
+        let (first, last) = (self.next_sample - events.len(), self.next_sample);
+        let values = self.data.measurements[m].values.get(first..last).unwrap_or(&[f64::NAN; BLOCK]);
+        for ((step, value), event) in steps.iter_mut().zip(values).zip(events) {
+            let is_present = value.is_finite();
+            step.measured[m / 3][m % 3].as_mut()[lane] = if is_present { *value } else { 0.0 };
+            step.present[m / 3][m % 3].as_mut()[lane] = f64::from(is_present);
+            event.degrees += u8::from(is_present);
+        }
     }
 
     /// The next step, put into a lane of `step`.

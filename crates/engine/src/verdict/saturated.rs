@@ -22,13 +22,13 @@ pub(super) fn finding(place: &str, evidence: Evidence<'_>, manoeuvre: &Manoeuvre
         let role = input.role();
         let series = &recording.role(role)?.series;
         let inside = &series.values[manoeuvre.window.indices(&series.time_s)];
-        // The ends of the whole recording are looked for only where the window stays at its own.
+        // The whole recording is looked at only where the window stays at its own end.
         let resting = extremes(inside).into_iter().filter_map(|end| {
             let samples = inside.iter().filter(|value| **value == end).count();
             (samples >= IN_A_ROW).then_some((end, samples))
         });
         let (end, samples) =
-            resting.filter(|(end, _)| ends(series).contains(end)).max_by_key(|(_, samples)| *samples)?;
+            resting.filter(|(end, _)| rests_at_end(series, *end)).max_by_key(|(_, samples)| *samples)?;
         Some((role, end, samples))
     });
     let (role, end, samples) = resting.max_by_key(|(_, _, samples)| *samples)?;
@@ -48,23 +48,24 @@ fn extremes(values: &[f64]) -> [f64; 2] {
     finite.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| [low.min(value), high.max(value)])
 }
 
-/// Least and largest value of a series, where it rests there again and again.
-fn ends(series: &Series) -> Vec<f64> {
-    let finite = || series.values.iter().copied().filter(|value| value.is_finite());
-    let [low, high] = extremes(&series.values);
-    let next_low = finite().filter(|value| *value > low).fold(f64::INFINITY, f64::min);
-    let next_high = finite().filter(|value| *value < high).fold(f64::NEG_INFINITY, f64::max);
-    let near = |end: f64, next: f64| (end - next).abs() < NEXT_VALUE * (high - low);
-    let rests = |end: f64| {
-        let runs = series.values.chunk_by(|a, b| a == b).filter(|run| run[0] == end && run.len() >= IN_A_ROW);
-        let (count, samples) = runs.fold((0, 0), |(count, samples), run| (count + 1, samples + run.len()));
-        count >= RESTS && samples >= SAMPLES
-    };
-    [(low, next_low), (high, next_high)]
-        .into_iter()
-        .filter(|(end, next)| near(*end, *next) && rests(*end))
-        .map(|(end, _)| end)
-        .collect()
+/// Whether `end` is the least or the largest value of a series, which rests there again and again.
+fn rests_at_end(series: &Series, end: f64) -> bool {
+    // mostly false after a few samples
+    if series.values.iter().any(|value| *value < end) && series.values.iter().any(|value| *value > end) {
+        return false;
+    }
+    let distances = series.values.iter().map(|value| (value - end).abs()).filter(|distance| distance.is_finite());
+    let (nearest, farthest) = distances
+        .filter(|distance| *distance > 0.0)
+        .fold((f64::INFINITY, 0.0), |(nearest, farthest): (f64, f64), distance| {
+            (nearest.min(distance), farthest.max(distance))
+        });
+    if nearest >= NEXT_VALUE * farthest {
+        return false;
+    }
+    let rests = series.values.chunk_by(|a, b| a == b).filter(|run| run[0] == end && run.len() >= IN_A_ROW);
+    let (count, samples) = rests.fold((0, 0), |(count, samples), rest| (count + 1, samples + rest.len()));
+    count >= RESTS && samples >= SAMPLES
 }
 
 #[cfg(test)]
@@ -80,8 +81,13 @@ mod tests {
 
     #[test]
     fn sensor_at_the_end_of_its_range_is_told_from_one_that_turns_and_one_of_few_steps() {
-        assert_eq!(ends(&swing(0.3, 1e-6)), [-0.3, 0.3]);
-        assert_eq!(ends(&swing(1.0, 1e-6)), [0.0; 0]);
-        assert_eq!(ends(&swing(1.0, 0.02)), [0.0; 0]);
+        let rests = |limit: f64, step: f64| {
+            let series = swing(limit, step);
+            extremes(&series.values).map(|end| rests_at_end(&series, end))
+        };
+        assert_eq!(rests(0.3, 1e-6), [true, true]);
+        assert_eq!(rests(1.0, 1e-6), [false, false]);
+        assert_eq!(rests(1.0, 0.02), [false, false]);
+        assert!(!rests_at_end(&swing(0.3, 1e-6), 0.2));
     }
 }

@@ -7,7 +7,7 @@ use crate::reconstruct::model::layout::{ATT, INPUTS, MEASUREMENTS, VEL, WIND};
 use crate::reconstruct::model::measurement::MeasurementModel;
 use crate::reconstruct::model::transition::Transition;
 use crate::reconstruct::numeric::real::Real;
-use crate::reconstruct::packed::rts::{ForwardStep, NoiseWorkspace, RtsParts, smooth_step};
+use crate::reconstruct::packed::rts::{ForwardStep, RtsParts, SmootherMemory, smooth_step};
 use crate::reconstruct::packed::step::{Estimate, StepParts};
 
 /// The filter over the steps of a block.
@@ -27,33 +27,35 @@ pub(crate) fn filter_block<T: StepParts>(
 }
 
 /// The filter over the steps of a block again, from `start`, and the smoother back through them: `smoothed` enters at the end of the
-/// block and leaves at its start. `forward` is working space, made once and written in place: a step is kilobytes.
+/// block and leaves at its start. `memory` is made once and written in place: a step is kilobytes.
 #[inline(always)]
 pub(crate) fn smooth_block<T: StepParts + RtsParts>(
     start: &Estimate<T>,
     smoothed: &mut Estimate<T>,
     parameters: &FilterParameters<T>,
     inputs: &[StepInputs<T::Lanes>],
-    forward: &mut Vec<ForwardStep<T>>,
+    memory: &mut SmootherMemory<T>,
     outputs: &mut [SmoothedOutputs<T::Lanes>],
 ) {
-    forward.resize(inputs.len(), ForwardStep { before: *start, phi: Transition::identity(), predicted: *start });
-    let mut estimate = *start;
+    let SmootherMemory { forward, workspace } = memory;
+    forward.resize(inputs.len(), ForwardStep { phi: Transition::identity(), predicted: *start, updated: *start });
+    let mut before = start;
     for (inputs, forward) in inputs.iter().zip(forward.iter_mut()) {
         let step = StepInputs::<T>::load(inputs);
-        forward.before = estimate;
-        let (phi, trig) = estimate.predict(&step, parameters);
+        forward.predicted = *before;
+        let (phi, trig) = forward.predicted.predict(&step, parameters);
         forward.phi = phi;
-        forward.predicted = estimate;
-        estimate.update(&step, &trig, parameters);
+        forward.updated = forward.predicted;
+        forward.updated.update(&step, &trig, parameters);
+        before = &forward.updated;
     }
-    let mut workspace = NoiseWorkspace::new();
-    for ((inputs, forward), outputs) in inputs.iter().zip(forward.iter()).zip(outputs).rev() {
+    for (k, (inputs, outputs)) in inputs.iter().zip(outputs).enumerate().rev() {
         let step = StepInputs::<T>::load(inputs);
+        let before = if k == 0 { start } else { &forward[k - 1].updated };
         if parameters.noise_moments {
             write_measurement_noise(smoothed, &step, parameters, outputs);
         }
-        let process = smooth_step(smoothed, &mut workspace, forward, &step, parameters);
+        let process = smooth_step(smoothed, workspace, before, &forward[k], &step, parameters);
         outputs.write(&smoothed.x, &smoothed.p.all_variances());
         if parameters.noise_moments {
             for k in 0..INPUTS {

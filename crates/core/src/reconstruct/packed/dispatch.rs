@@ -18,7 +18,7 @@ use crate::reconstruct::packed::covariance::Covariance;
 use crate::reconstruct::packed::lanes::Two;
 #[cfg(target_arch = "x86_64")]
 use crate::reconstruct::packed::lanes::{Eight, Four};
-use crate::reconstruct::packed::rts::{ForwardStep, NoiseWorkspace, RtsParts, remove_process_noise};
+use crate::reconstruct::packed::rts::{ForwardStep, NoiseWorkspace, RtsParts, SmootherMemory, remove_process_noise};
 use crate::reconstruct::packed::step::{Estimate, Prediction, StepParts};
 use crate::reconstruct::settings::ValidSettings;
 
@@ -84,7 +84,7 @@ pub(crate) trait Vector: StepParts + RtsParts {
         smoothed: &mut Estimate<Self>,
         parameters: &FilterParameters<Self>,
         inputs: &[StepInputs<Self::Lanes>],
-        forward: &mut Vec<ForwardStep<Self>>,
+        memory: &mut SmootherMemory<Self>,
         outputs: &mut [SmoothedOutputs<Self::Lanes>],
     );
 }
@@ -163,7 +163,7 @@ macro_rules! compiled {
                 smoothed: &mut Estimate<$vector>,
                 parameters: &FilterParameters<$vector>,
                 inputs: &[StepInputs<[f64; $lanes]>],
-                forward: &mut Vec<ForwardStep<$vector>>,
+                memory: &mut SmootherMemory<$vector>,
                 outputs: &mut [SmoothedOutputs<[f64; $lanes]>]
             ));
         }
@@ -186,10 +186,10 @@ fn predict_step<T: Real>(
     predict_state(x, &step.inputs, step.dt, parameters.gravity, parameters.at_prediction)
 }
 
-/// The smoothed estimate on its way back through the blocks, and working space.
+/// The smoothed estimate on its way back through the blocks, and the memory it takes.
 pub struct PackedSmoother<T> {
     smoothed: Estimate<T>,
-    forward: Vec<ForwardStep<T>>,
+    memory: SmootherMemory<T>,
 }
 
 impl<T: Vector> Backend for Estimate<T> {
@@ -222,7 +222,8 @@ impl<T: Vector> Backend for Estimate<T> {
     }
 
     fn smoother(&self) -> PackedSmoother<T> {
-        PackedSmoother { smoothed: *self, forward: Vec::with_capacity(BLOCK) }
+        let memory = SmootherMemory { forward: Vec::with_capacity(BLOCK), workspace: Box::new(NoiseWorkspace::new()) };
+        PackedSmoother { smoothed: *self, memory }
     }
 
     fn smooth(
@@ -232,7 +233,7 @@ impl<T: Vector> Backend for Estimate<T> {
         inputs: &[StepInputs<T::Lanes>],
         outputs: &mut [SmoothedOutputs<T::Lanes>],
     ) {
-        T::smooth_block(self, &mut smoother.smoothed, parameters, inputs, &mut smoother.forward, outputs);
+        T::smooth_block(self, &mut smoother.smoothed, parameters, inputs, &mut smoother.memory, outputs);
     }
 
     fn covariance(&self, lane: usize) -> StateMatrix {

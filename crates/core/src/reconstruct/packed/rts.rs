@@ -43,20 +43,29 @@ const NOISES: usize = 2 + GROUPS;
 /// What the backward pass needs of one step.
 #[derive(Clone, Copy)]
 pub struct ForwardStep<T> {
-    /// Estimate before the step.
-    pub before: Estimate<T>,
     /// Transition over it.
     pub phi: Transition<T>,
     /// Prediction at its end.
     pub predicted: Estimate<T>,
+    /// Estimate there with what was measured.
+    pub updated: Estimate<T>,
 }
 
-/// One step backwards: `smoothed` at the end of the step becomes `smoothed` at its start,
+/// What a block of steps is smoothed in.
+pub struct SmootherMemory<T> {
+    /// The steps of the block.
+    pub forward: Vec<ForwardStep<T>>,
+    /// Of one step.
+    pub workspace: Box<NoiseWorkspace<T>>,
+}
+
+/// One step backwards from the estimate `before` it: `smoothed` at the end of the step becomes `smoothed` at its start,
 /// `x + G (xs - x-)` and `P + G (Ps - P-) G'` (Rauch, Tung & Striebel 1965). Returns what [`remove_process_noise`] does.
 #[inline(always)]
 pub(crate) fn smooth_step<T: RtsParts>(
     smoothed: &mut Estimate<T>,
     workspace: &mut NoiseWorkspace<T>,
+    before: &Estimate<T>,
     forward: &ForwardStep<T>,
     step: &StepInputs<T>,
     parameters: &FilterParameters<T>,
@@ -78,13 +87,13 @@ pub(crate) fn smooth_step<T: RtsParts>(
     let moved = back.apply_back(&d);
     for g in 0..GROUPS {
         for i in 0..3 {
-            smoothed.x[g][i] = forward.before.x[g][i] + moved[g][i];
+            smoothed.x[g][i] = before.x[g][i] + moved[g][i];
         }
     }
     for b in 0..BLOCKS {
         for i in 0..3 {
             for j in 0..3 {
-                smoothed.p.blocks[b][i][j] = smoothed.p.blocks[b][i][j] + forward.before.p.blocks[b][i][j];
+                smoothed.p.blocks[b][i][j] = smoothed.p.blocks[b][i][j] + before.p.blocks[b][i][j];
             }
         }
     }
