@@ -1,5 +1,7 @@
 //! Offset and drift of a recorder's clock from channels it shares with the reference.
 
+use rayon::prelude::*;
+
 use super::derivative::{Band, Derivative, Samples, derivative};
 use super::line::{LEAST_SD_S, Line, Point, agreeing, weighted_line};
 use super::peak::{Pair, Peak, whole_correlation};
@@ -251,7 +253,7 @@ impl<'a> Prepared<'a> {
         let span = (end(reference).min(end(&other)) - from).max(0);
         let edge = |chunk: usize| from + span * chunk as i64 / count as i64;
         let both = Pair::new(reference, &other, self.band);
-        let peaks = (0..count).filter_map(|chunk| both.peak(edge(chunk)..edge(chunk + 1), max_lag));
+        let peaks = (0..count).into_par_iter().filter_map(|chunk| both.peak(edge(chunk)..edge(chunk + 1), max_lag));
         let chunk = |peak: Peak| {
             let own_s = model.own_s(peak.centre_s);
             ClockChunk {

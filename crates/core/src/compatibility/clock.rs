@@ -1,5 +1,7 @@
 //! The clock itself: slopes in time against what is a slope in time.
 
+use rayon::prelude::*;
+
 use super::changes::Cure;
 use super::motion::{Motion, Pace, pace};
 use super::outcome::{Outcome, Relation};
@@ -59,7 +61,7 @@ pub(super) struct Clocked {
 
 /// What the relations in which time enters say: how many tell, and how many hold.
 fn votes(motion: &Motion, relations: &[Relation]) -> (usize, usize) {
-    let timed = relations.iter().filter(|relation| relation.clock() != ClockEffect::None);
+    let timed = relations.par_iter().filter(|relation| relation.clock() != ClockEffect::None);
     let figures = timed.filter_map(|relation| match relation.judge(motion) {
         // A turned sign is not the clock's.
         Outcome::Fits(figures) | Outcome::Differs(figures) => {
@@ -67,7 +69,8 @@ fn votes(motion: &Motion, relations: &[Relation]) -> (usize, usize) {
         }
         Outcome::Absent | Outcome::Undetermined => None,
     });
-    figures.fold((0, 0), |(decisive, hold), holds| (decisive + 1, hold + usize::from(holds)))
+    let holds: Vec<bool> = figures.collect();
+    (holds.len(), holds.into_iter().filter(|holds| *holds).count())
 }
 
 fn is_plausible(pace: &Pace, factor: f64) -> bool {
@@ -148,10 +151,11 @@ fn asked(pace: &Pace, possible: &[(f64, &'static str)]) -> CompatibilityRow {
 
 /// A clock error that turning and moving share: a gyroscope's scale shows in one of them alone.
 fn common_error(motion: &Motion, relations: &[Relation]) -> Option<CompatibilityRow> {
-    let precise = relations.iter().filter(|relation| relation.is_exact() && !relation.involves(Role::Altitude));
+    let precise = relations.par_iter().filter(|relation| relation.is_exact() && !relation.involves(Role::Altitude));
+    let precise: Vec<_> = precise.map(|relation| (relation, relation.judge(motion))).collect();
     let (mut turning, mut moving) = (Vec::new(), Vec::new());
-    for relation in precise {
-        let Outcome::Fits(figures) = relation.judge(motion) else { continue };
+    for (relation, outcome) in precise {
+        let Outcome::Fits(figures) = outcome else { continue };
         let too_long = match relation.clock() {
             ClockEffect::Multiplies => figures.slope,
             ClockEffect::Divides => 1.0 / figures.slope,

@@ -1,5 +1,7 @@
 //! The hypotheses that remove contradictions: few mistakes that make many relations hold.
 
+use rayon::prelude::*;
+
 use super::changes::{Candidate, Cure, candidates};
 use super::line::Figures;
 use super::motion::{COMPARED, Motion};
@@ -49,11 +51,11 @@ struct Trial {
 
 /// Looks for mistakes until every relation holds or nothing explains what is left.
 pub(super) fn search(mut motion: Motion, relations: &[Relation]) -> Found {
-    let mut outcomes: Vec<_> = relations.iter().map(|relation| (*relation, relation.judge(&motion))).collect();
+    let mut outcomes = judge(relations, &motion);
     let mut mistakes = Vec::new();
     while mistakes.len() < MOST_MISTAKES {
         let suspects = suspects(&outcomes);
-        let all = candidates(&motion, &suspects).into_iter();
+        let all = candidates(&motion, &suspects).into_par_iter();
         let mut trials: Vec<Trial> = all.filter_map(|candidate| attempt(candidate, &motion, &outcomes)).collect();
         trials.sort_by(|a, b| rounded(b.score).total_cmp(&rounded(a.score)).then(rank(a).total_cmp(&rank(b))));
         let mut trials = trials.into_iter();
@@ -71,10 +73,15 @@ pub(super) fn search(mut motion: Motion, relations: &[Relation]) -> Found {
         let rivals = as_good.flat_map(|other| other.candidate.cures).collect();
         let before = std::mem::replace(&mut motion, best.motion);
         let motions = [before, motion.clone()];
-        outcomes = relations.iter().map(|relation| (*relation, relation.judge(&motion))).collect();
+        outcomes = judge(relations, &motion);
         mistakes.push(Mistake { cures: best.candidate.cures, repaired: best.repaired, rivals, motions });
     }
     Found { mistakes, outcomes }
+}
+
+/// What every relation says of `motion`.
+fn judge(relations: &[Relation], motion: &Motion) -> Vec<(Relation, Outcome)> {
+    relations.par_iter().map(|relation| (*relation, relation.judge(motion))).collect()
 }
 
 /// A score to the steps that count.

@@ -6,6 +6,8 @@
 
 use std::ops::Range;
 
+use rayon::prelude::*;
+
 use super::changes::Cure;
 use super::line::Line;
 use super::motion::{COMPARED, Motion, reference};
@@ -84,7 +86,7 @@ pub(super) fn find(
     while open.len() > 1 {
         let relations = segmented(&motion, relations);
         let mut found: Vec<Shifted> =
-            open.iter().filter_map(|(source, roles)| shift_of(source, roles, &motion, &relations)).collect();
+            open.par_iter().filter_map(|(source, roles)| shift_of(source, roles, &motion, &relations)).collect();
         let most = found.iter().map(|one| one.gain).fold(0.0, f64::max);
         // Of two that explain as much the flight's own clock stays.
         found.retain(|one| one.gain >= (1.0 - AS_GOOD) * most);
@@ -190,7 +192,7 @@ fn segmented(motion: &Motion, relations: &[Relation]) -> Vec<SegmentedRelation> 
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few seconds over steps")]
     let free = (farthest_s(motion) / motion.step_s).ceil() as usize + 2;
     let kinematic =
-        relations.iter().filter_map(|one| if let Relation::Kinematic(one) = one { Some(*one) } else { None });
+        relations.par_iter().filter_map(|one| if let Relation::Kinematic(one) = one { Some(*one) } else { None });
     let with_segments = kinematic.filter(|one| one.applies(motion)).map(|relation| {
         let inner = motion.segments.iter().filter(|segment| segment.len() > 3 * free);
         let inner = inner.map(|segment| segment.start + free..segment.end - free);

@@ -4,6 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::Arc;
 
+use rayon::prelude::*;
+
 use super::clock::fault_at;
 use super::contents::{Probe, Source};
 use super::derive::{add_attitude, add_position, add_velocity};
@@ -61,7 +63,10 @@ pub fn read(plan: &Plan) -> Result<Recording, LoadError> {
 /// # Errors
 /// As [`super::probe()`] and [`read`].
 pub fn read_all<P: AsRef<Path>>(paths: &[P], map: &ChannelMap) -> Result<Recording, LoadError> {
-    let probes = paths.iter().map(|path| inspect(path.as_ref())).collect::<Result<Vec<_>, _>>()?;
+    let paths: Vec<&Path> = paths.iter().map(AsRef::as_ref).collect();
+    let probes: Vec<_> = paths.into_par_iter().with_max_len(1).map(inspect).collect();
+    // of several that cannot be read the first is told
+    let probes = probes.into_iter().collect::<Result<Vec<_>, _>>()?;
     read(&plan_all(&probes, map))
 }
 

@@ -4,6 +4,7 @@ use doublet_core::prep::{HeldSamples, held_samples};
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::Input;
 use doublet_core::series::{Channel, Recording};
+use rayon::prelude::*;
 
 use super::signals::{SOURCE, TreatedSignal};
 use crate::verdict::{Finding, Level};
@@ -13,10 +14,11 @@ use crate::verdict::{Finding, Level};
 /// The filter is driven at every stamp of the inertial samples: between the first samples of their holds these follow straight lines.
 pub(crate) fn use_held_once(recording: &mut Recording, flight: &str) -> (Vec<TreatedSignal>, Vec<Finding>) {
     let roles: Vec<(Role, usize)> = recording.roles.iter().map(|(role, at)| (*role, *at)).collect();
+    let held = |(role, at): (Role, usize)| Some((role, at, held_samples(&recording.channels[at].series)?));
+    let held: Vec<(Role, usize, HeldSamples)> = roles.into_par_iter().filter_map(held).collect();
     let (mut treated, mut findings) = (Vec::new(), Vec::new());
-    for (role, recorded) in roles {
+    for (role, recorded, held) in held {
         let channel = &recording.channels[recorded];
-        let Some(held) = held_samples(&channel.series) else { continue };
         let drives = Input::ALL.into_iter().any(|input| input.role() == role);
         let series = if drives { held.joined(&channel.series.time_s) } else { held.own.clone() };
         let (name, unit) = (role.name().to_owned(), channel.unit.clone());

@@ -6,6 +6,7 @@ use doublet_core::airframe::instruments::StatedNoise;
 use doublet_core::load::{ChannelMap, read_all};
 use doublet_core::quantity::Role;
 use doublet_core::series::Recording;
+use rayon::prelude::*;
 
 use super::align::{UsedClock, align};
 use super::expressions::{ExpressedChannel, add_expressions};
@@ -78,15 +79,23 @@ impl Stage for LoadedFlight {
 /// # Errors
 /// One line that names the file, the channel and the cure.
 pub fn read_flight(context: &Context<'_>, recordings: &[RecordingRef]) -> StageResult<LoadedFlight> {
-    let mut hashes = Vec::new();
+    let place = |entry: &RecordingRef| context.locate(&entry.path).map_err(|line| describe_missing(&line, entry));
+    let places = recordings.iter().map(place).collect::<Result<Vec<_>, _>>()?;
+    let hash_all = || places.par_iter().map(|place| content_hash(place)).collect::<Vec<_>>();
+    let (hashes, merged) = rayon::join(hash_all, || merge_all(context, recordings));
+    let hashes = hashes.into_iter().collect::<Result<Vec<_>, _>>().map_err(|error| error.to_string())?;
+    let (mut merged, utc_start_s) = merged?;
+    let changes = recordings.iter().zip(&hashes).filter_map(|(entry, hash)| describe_change(entry, hash));
+    merged.warnings.splice(0..0, changes);
+    let mut said = BTreeSet::new();
+    merged.warnings.retain(|warning| said.insert(warning.clone()));
+    Ok(LoadedFlight { recording: merged, hashes, utc_start_s, ..LoadedFlight::default() })
+}
+
+/// All recorders of a flight in one recording, and when the first of them begins, UTC, s since 1970-01-01.
+fn merge_all(context: &Context<'_>, recordings: &[RecordingRef]) -> StageResult<(Recording, Option<f64>)> {
     let mut merged = Recording::default();
     let mut utc_start_s: Option<f64> = None;
-    for entry in recordings {
-        let place = context.locate(&entry.path).map_err(|line| describe_missing(&line, entry))?;
-        let hash = content_hash(&place).map_err(|error| error.to_string())?;
-        merged.warnings.extend(describe_change(entry, &hash));
-        hashes.push(hash);
-    }
     for Group { map, only, entries } in groups(recordings) {
         let text = match map {
             MapRef::File(path) => context.text(path, "channel_maps")?,
@@ -98,9 +107,7 @@ pub fn read_flight(context: &Context<'_>, recordings: &[RecordingRef]) -> StageR
         utc_start_s = utc_start_s.into_iter().chain(first_utc_s(&recording)).reduce(f64::min);
         merge(&mut merged, recording, only);
     }
-    let mut said = BTreeSet::new();
-    merged.warnings.retain(|warning| said.insert(warning.clone()));
-    Ok(LoadedFlight { recording: merged, hashes, utc_start_s, ..LoadedFlight::default() })
+    Ok((merged, utc_start_s))
 }
 
 /// What to say of a recording whose content is not what it was when it was added.
