@@ -1,4 +1,4 @@
-//! A bounded store of stage outputs by key, the least recently used leaving first.
+//! A bounded store of stage outputs by key, the least recently used of those that nobody holds leaving first.
 
 use std::any::Any;
 use std::collections::HashMap;
@@ -39,7 +39,7 @@ pub struct Cache {
 }
 
 impl Cache {
-    /// An empty cache that holds about `limit_bytes`.
+    /// An empty cache that holds about `limit_bytes`, or all that is in use where that is more.
     pub fn new(limit_bytes: usize) -> Self {
         Self { store: Mutex::new(Store::default()), limit_bytes }
     }
@@ -79,13 +79,10 @@ impl Cache {
         if let Some(old) = store.entries.insert(key, entry) {
             store.bytes -= old.bytes;
         }
-        while store.bytes > self.limit_bytes && store.entries.len() > 1 {
-            let Some(oldest) = store.entries.iter().min_by_key(|(_, entry)| entry.used).map(|(&key, _)| key) else {
-                break;
-            };
-            if oldest == key {
-                break;
-            }
+        while store.bytes > self.limit_bytes {
+            // what somebody holds frees no memory when it leaves, and would be computed again at the next edit
+            let unused = store.entries.iter().filter(|(_, entry)| Arc::strong_count(&entry.value) == 1);
+            let Some(oldest) = unused.min_by_key(|(_, entry)| entry.used).map(|(&key, _)| key) else { break };
             if let Some(gone) = store.entries.remove(&oldest) {
                 store.bytes -= gone.bytes;
             }
@@ -115,5 +112,17 @@ mod tests {
         cache.insert(keys[2], vec![2_u8; 100]);
         assert!(cache.get::<Vec<u8>>(keys[1]).is_none());
         assert_eq!(*cache.get::<Vec<u8>>(keys[0]).unwrap(), vec![0_u8; 100]);
+    }
+
+    #[test]
+    fn what_is_in_use_stays_and_what_is_not_leaves_for_it() {
+        let cache = Cache::new(150);
+        let keys = [1, 2, 3].map(|index| KeyBuilder::new("test").with(&index).finish());
+        let held = cache.insert(keys[0], vec![0_u8; 100]);
+        cache.insert(keys[1], vec![1_u8; 100]);
+        let also = cache.insert(keys[2], vec![2_u8; 100]);
+        assert!(cache.get::<Vec<u8>>(keys[1]).is_none());
+        assert_eq!([held, also].map(|kept| kept[0]), [0, 2]);
+        assert!(keys.map(|key| cache.get::<Vec<u8>>(key).is_some()) == [true, false, true]);
     }
 }

@@ -13,7 +13,7 @@ use crate::session::Session;
 use crate::study::Study;
 
 /// Memory the results of past generations may hold, bytes.
-pub const CACHE_BYTES: usize = 400 << 20;
+pub const CACHE_BYTES: usize = 256 << 20;
 
 /// A wish for everything that follows from a session.
 #[derive(Clone, Debug)]
