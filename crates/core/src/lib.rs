@@ -1,7 +1,7 @@
 //! Headless numerics of doublet: from recordings to stability and control derivatives.
 //!
 //! Data flow one way, `load -> align -> prep -> compatibility -> reconstruct -> model -> replay -> estimate -> validate -> sensitivity`; a module uses
-//! only modules to its left, plus [`quantity`], [`series`], [`statistics`], [`optimise`], [`airframe`], [`propulsion`], [`atmos`], [`motion`] and [`schema`]. SI units and radians
+//! only modules to its left, plus [`quantity`], [`series`], [`statistics`], `optimise`, [`airframe`], [`propulsion`], [`atmos`], [`motion`] and [`schema`]. SI units and radians
 //! throughout; axes, signs and normalisations are fixed in `docs/conventions.md`.
 
 pub mod airframe;
@@ -12,7 +12,7 @@ pub mod estimate;
 pub mod load;
 pub mod model;
 pub mod motion;
-pub mod optimise;
+pub(crate) mod optimise;
 pub mod prep;
 pub mod propulsion;
 pub mod quantity;

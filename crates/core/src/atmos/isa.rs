@@ -5,9 +5,9 @@ use thiserror::Error;
 use super::STANDARD_GRAVITY_M_S2;
 
 /// Specific gas constant of dry air, J/(kg K) (ISO 2533).
-pub const GAS_CONSTANT_AIR_J_KG_K: f64 = 287.052_87;
+pub(crate) const GAS_CONSTANT_AIR_J_KG_K: f64 = 287.052_87;
 /// Ratio of the specific heats of air (ISO 2533).
-pub const HEAT_CAPACITY_RATIO_AIR: f64 = 1.4;
+pub(crate) const HEAT_CAPACITY_RATIO_AIR: f64 = 1.4;
 
 /// Sea-level pressure of the standard, Pa.
 const SEA_LEVEL_PRESSURE_PA: f64 = 101_325.0;

@@ -4,4 +4,5 @@ mod gravity;
 mod isa;
 
 pub use gravity::{GravityError, STANDARD_GRAVITY_M_S2, gravity_m_s2};
-pub use isa::{Atmosphere, AtmosphereError, GAS_CONSTANT_AIR_J_KG_K, HEAT_CAPACITY_RATIO_AIR, density_kg_m3};
+pub use isa::{Atmosphere, AtmosphereError, density_kg_m3};
+pub(crate) use isa::{GAS_CONSTANT_AIR_J_KG_K, HEAT_CAPACITY_RATIO_AIR};

@@ -161,7 +161,7 @@ pub fn runge_kutta(state: &State, h: f64, mut rate: impl FnMut(f64, &State) -> R
 }
 
 /// [`runge_kutta`] when the rate at the start of the step is known already.
-pub fn runge_kutta_from(state: &State, k1: &Rate, h: f64, mut rate: impl FnMut(f64, &State) -> Rate) -> State {
+pub(crate) fn runge_kutta_from(state: &State, k1: &Rate, h: f64, mut rate: impl FnMut(f64, &State) -> Rate) -> State {
     let k2 = rate(0.5, &state.plus(k1, 0.5 * h));
     let k3 = rate(0.5, &state.plus(&k2, 0.5 * h));
     let k4 = rate(1.0, &state.plus(&k3, h));

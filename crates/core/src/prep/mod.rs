@@ -62,7 +62,8 @@ pub use smooth::{Smoothing, smooth};
 pub use spectrum::{Spectrum, spectrum};
 pub use steady::{SteadySearch, SteadySettings, SteadySignal, SteadyStretch, find_steady, intersect};
 pub use treatment::{Resampling, Treated, Treatment, treat};
-pub use whiteness::{WHITE_LEVEL, white_noise_probability, whiteness_lags, whiteness_probability};
+pub use whiteness::WHITE_LEVEL;
+pub(crate) use whiteness::{white_noise_probability, whiteness_lags, whiteness_probability};
 
 /// What can be wrong with a signal or the way it is to be treated.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -86,7 +87,9 @@ pub enum PrepError {
         found: usize,
     },
     /// The method needs a constant step.
-    #[error("the step changes from {step_s} s to {found_s} s at {time_s} s: resample first, or use a local polynomial")]
+    #[error(
+        "the step changes from {step_s:.6} s to {found_s:.6} s at {time_s:.3} s: resample first, or use a local polynomial"
+    )]
     UnevenStep {
         /// Mean step, s.
         step_s: f64,
@@ -96,7 +99,7 @@ pub enum PrepError {
         time_s: f64,
     },
     /// Time does not increase.
-    #[error("time does not increase after {time_s} s")]
+    #[error("time does not increase after {time_s:.3} s")]
     TimeNotIncreasing {
         /// Last good time, s.
         time_s: f64,
@@ -120,7 +123,7 @@ pub enum PrepError {
         allowed: &'static str,
     },
     /// Interpolation would have to extrapolate.
-    #[error("{time_s} s lies outside the recorded {start_s} to {end_s} s")]
+    #[error("{time_s:.3} s lies outside the recorded {start_s:.3} to {end_s:.3} s")]
     OutsideRange {
         /// Time asked for, s.
         time_s: f64,

@@ -267,7 +267,7 @@ impl Mount {
 
 /// Number the pod shows for an angle of attack: the inverse of `alpha[deg] = exp(sum a_k A^k)` with the coefficients of flight
 /// FT1.0 (thesis Table 4.11), which stands for its pressure ratio (Eq. 4.8); it stays at 0 and 100 beyond its range.
-pub fn pod_number(alpha_rad: f64) -> f64 {
+pub(crate) fn pod_number(alpha_rad: f64) -> f64 {
     const FIT: [f64; 7] = [1.559, 1.589e-3, 1.572e-5, 1.525e-7, 1.455e-9, 1.370e-11, 1.278e-13];
     let wanted = libm::log(alpha_rad.to_degrees().max(0.1));
     let (mut low, mut high) = (0.0, 100.0);
@@ -280,7 +280,7 @@ pub fn pod_number(alpha_rad: f64) -> f64 {
 }
 
 /// Fuel a probe shows for a fuel mass, lb (thesis Tables 4.9-4.10, without the outlier of the left main probe).
-pub fn probe_display_lb(tank: usize, actual_lb: f64) -> f64 {
+pub(crate) fn probe_display_lb(tank: usize, actual_lb: f64) -> f64 {
     const STEP_LB: f64 = 16.59;
     const MAIN_LEFT: [f64; 18] = [
         0.0, 10.0, 20.0, 39.0, 41.0, 56.0, 68.0, 85.0, 100.0, 113.0, 130.0, 146.0, 164.0, 182.0, 211.0, 245.0, 274.0,

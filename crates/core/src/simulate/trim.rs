@@ -171,7 +171,7 @@ fn ambient(atmosphere: &Atmosphere, condition: &TrimCondition, density_kg_m3: f6
 
 /// Manifold pressure at full throttle, Pa: static pressure less the loss in the induction, which grows with the square of
 /// the speed and with density; 1.92 inHg at 2,800 rpm at sea level leaves the 28.0 inHg of thesis Table 6.10.
-pub fn full_throttle_pa(static_pressure_pa: f64, speed_rad_s: f64, density_kg_m3: f64) -> f64 {
+pub(crate) fn full_throttle_pa(static_pressure_pa: f64, speed_rad_s: f64, density_kg_m3: f64) -> f64 {
     const LOSS_PA: f64 = 1.92 * 3386.389;
     const AT_SPEED_RAD_S: f64 = 2800.0 * std::f64::consts::TAU / 60.0;
     const AT_DENSITY_KG_M3: f64 = 1.225;

@@ -12,7 +12,7 @@ use crate::estimate::{EstimateError, Fit, FitQuality};
 
 pub use contribution::{Contribution, contributions};
 pub use leave_one_out::{LeftOut, leave_one_out};
-pub use residual::{Histogram, Whiteness, cross_correlation, histogram, whiteness};
+pub use residual::{Histogram, Whiteness, histogram, whiteness};
 pub use theil::{Theil, theil};
 pub use tolerance::{BandResult, Histories, Signal, TestResult, Tolerance, ToleranceTest, judge};
 

@@ -67,23 +67,6 @@ pub fn histogram(values: &[f64], bins: usize) -> Histogram {
     Histogram { left, width, counts, normal }
 }
 
-/// Normalised cross-correlation of a residual with an input of the same length at lags `-max_lag..=max_lag`: entry `k` is
-/// `sum_i v_i u_{i + k - max_lag} / sqrt(sum v^2 sum u^2)`, means removed. An input that still explains the residual shows up
-/// outside the band of [`whiteness`].
-pub fn cross_correlation(residuals: &[f64], input: &[f64], max_lag: usize) -> Vec<f64> {
-    let centred = |values: &[f64]| -> Vec<f64> {
-        let mean = values.iter().sum::<f64>() / values.len() as f64;
-        values.iter().map(|value| value - mean).collect()
-    };
-    let (v, u) = (centred(residuals), centred(input));
-    let scale = (v.iter().map(|v| v * v).sum::<f64>() * u.iter().map(|u| u * u).sum::<f64>()).sqrt();
-    let product = |early: &[f64], late: &[f64], lag: usize| -> f64 {
-        early.iter().zip(late.iter().skip(lag)).map(|(early, late)| early * late).sum()
-    };
-    let before = (1..=max_lag).rev().map(|lag| product(&u, &v, lag) / scale);
-    before.chain((0..=max_lag).map(|lag| product(&v, &u, lag) / scale)).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use rand::{RngExt, SeedableRng};
@@ -117,15 +100,5 @@ mod tests {
             // Five standard deviations of a count.
             assert!((*count as f64 - expected).abs() < 5.0 * expected.sqrt(), "{count} and {expected}");
         }
-    }
-
-    #[test]
-    fn cross_correlation_finds_the_lag_of_an_input() {
-        let input: Vec<f64> = (0..300).map(|k| (f64::from(k * k) * 0.01).sin()).collect();
-        let mut late = vec![0.0; 4];
-        late.extend_from_slice(&input[..296]);
-        let correlation = cross_correlation(&late, &input, 10);
-        let peak = (0..21).max_by(|&a, &b| correlation[a].total_cmp(&correlation[b])).unwrap();
-        assert_eq!(peak, 10 - 4);
     }
 }
