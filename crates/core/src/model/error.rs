@@ -44,7 +44,7 @@ pub enum ModelError {
         found: usize,
     },
     /// A value that must be positive and finite is not.
-    #[error("{quantity} is {value} at {time_s} s: it must be positive and finite")]
+    #[error("{quantity} is {value} at {time_s:.3} s: it must be positive and finite")]
     NotPositive {
         /// Name of the quantity.
         quantity: &'static str,
@@ -54,7 +54,7 @@ pub enum ModelError {
         value: f64,
     },
     /// A sample is not a number.
-    #[error("{column} is not finite at {time_s} s: choose another window or fill the gap")]
+    #[error("{column} is not finite at {time_s:.3} s: choose another window or fill the gap")]
     NotFinite {
         /// Name of the column.
         column: String,

@@ -33,7 +33,9 @@ pub enum ReplayError {
         found: usize,
     },
     /// The inertia tensor cannot be solved with.
-    #[error("the inertia tensor at {time_s} s is not positive definite: check its products against Ixx, Iyy and Izz")]
+    #[error(
+        "the inertia tensor at {time_s:.3} s is not positive definite: check its products against Ixx, Iyy and Izz"
+    )]
     Inertia {
         /// Time of the sample, s.
         time_s: f64,

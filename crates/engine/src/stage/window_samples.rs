@@ -212,7 +212,7 @@ fn within_reason(input: Input, time_s: &[f64], values: &[f64]) -> StageResult<()
     };
     let (name, value) = (input.name(), in_words(*value));
     let text = format!(
-        "{name} is {value} at {time_s} s, which no aircraft does: look at its channel and at its unit in the channel map"
+        "{name} is {value} at {time_s:.3} s, which no aircraft does: look at its channel and at its unit in the channel map"
     );
     Err(text.into())
 }
