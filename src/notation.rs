@@ -198,6 +198,14 @@ pub fn fixed(value: f64, decimals: usize) -> String {
     }
 }
 
+/// [`fixed`] with four digits of what is smaller than a thousand and at least `least` decimals: masses and inertias of a model and of an
+/// airliner.
+pub fn four_digits(value: f64, least: usize) -> String {
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few digits, clamped")]
+    let decimals = if value == 0.0 { 0 } else { (3.0 - value.abs().log10().floor()).clamp(0.0, 7.0) as usize };
+    fixed(value, decimals.max(least))
+}
+
 /// A correlation: two decimals, three where two would round it towards one.
 pub fn correlation(value: f64) -> String {
     fixed(value, if value.abs() >= 0.99 { 3 } else { 2 })

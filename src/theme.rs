@@ -213,6 +213,8 @@ fn visuals(theme: Theme) -> egui::Visuals {
     widgets.noninteractive.fg_stroke = Stroke::new(1.0, rgb(text));
     widgets.inactive.weak_bg_fill = rgb(rest);
     widgets.inactive.bg_fill = rgb(rest);
+    // on light rows the fill alone does not show where a field or a box is
+    widgets.inactive.bg_stroke = if dark { Stroke::NONE } else { Stroke::new(1.0, rgb(0xB7C1CC)) };
     widgets.inactive.fg_stroke = Stroke::new(1.0, rgb(text));
     widgets.hovered.weak_bg_fill = rgb(hover);
     widgets.hovered.bg_fill = rgb(hover);

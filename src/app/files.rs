@@ -341,7 +341,7 @@ impl OwnDialog {
         let area = ScrollArea::vertical().max_height(LIST).min_scrolled_height(LIST).auto_shrink(false);
         area.show_rows(ui, ROW, entries.len().max(1), |ui, rows| {
             if entries.is_empty() {
-                ui.weak(if self.all { "This folder is empty." } else { "Nothing here ends as is looked for." });
+                ui.weak(if self.all { "This folder is empty." } else { "No file here has one of these endings." });
             }
             for entry in entries.get(rows).unwrap_or_default() {
                 self.row(ui, entry, &mut enter);

@@ -260,16 +260,20 @@ fn wing(aircraft: &Aircraft) -> Vec<[f64; 2]> {
     right.chain(trailing.iter().map(mirrored)).chain(leading.iter().rev().map(mirrored)).collect()
 }
 
-/// Mass, centre of gravity and inertia with the loading on board.
+/// Mass, centre of gravity and inertia as the session loads the aircraft; what is flown, with the fuel recorded, is in the panel Loading.
 fn follows(ctx: &PanelContext<'_>, ui: &mut Ui, loaded: &LoadedState) {
     let (unit, scale) = ctx.unit(Dimension::Length);
     let properties = &loaded.properties;
-    let [x, _, z] = properties.cg_from_datum_m.map(|value| notation::fixed(scale * value, 3));
+    // an aircraft that states no station has no centre of gravity either
+    let states_stations = properties.cg_from_datum_m != [0.0; 3];
+    let station = |value: f64| notation::fixed(if states_stations { scale * value } else { f64::NAN }, 3);
+    let [x, _, z] = properties.cg_from_datum_m.map(station);
     let chord = loaded
         .mean_chord_fraction
         .map_or(String::new(), |part| format!(" ({} % MAC)", notation::fixed(100.0 * part, 1)));
     let inertia = &properties.inertia;
-    let [xx, yy, zz, xz] = [inertia.xx, inertia.yy, inertia.zz, inertia.xz].map(|value| notation::fixed(value, 0));
+    let [xx, yy, zz, xz] =
+        [inertia.xx, inertia.yy, inertia.zz, inertia.xz].map(|value| notation::four_digits(value, 0));
     ui.horizontal_wrapped(|ui| {
         if ctx.snapshot.loaded.is_stale() {
             ui.multiply_opacity(0.5);
@@ -277,7 +281,7 @@ fn follows(ctx: &PanelContext<'_>, ui: &mut Ui, loaded: &LoadedState) {
         ui.spacing_mut().item_spacing.x = 4.0;
         let figures = theme::figures(ui);
         for (name, value, unit) in [
-            ("on board", notation::fixed(properties.mass_kg, 1), "kg".to_owned()),
+            ("as loaded", notation::four_digits(properties.mass_kg, 1), "kg".to_owned()),
             ("CG x", x, format!("{unit}{chord}")),
             ("z", z, unit.to_owned()),
             ("Ixx", xx, String::new()),

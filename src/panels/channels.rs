@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use doublet_core::quantity::Role;
 use doublet_core::series::{Recording, Statistics, TimeRange};
+use doublet_core::statistics::median_step;
 use doublet_engine::stage::{LoadedFlight, PhysicsRow};
 use doublet_engine::verdict::Level;
 use eframe::egui::{self, Align, Label, Layout, Panel as Bar, RichText, ScrollArea, Sense, Ui, vec2};
@@ -147,12 +148,11 @@ fn rows(recording: &Recording) -> Vec<Row> {
         let channel = recording.channels.get(*index)?;
         let series = &channel.series;
         let whole = TimeRange { start_s: f64::NEG_INFINITY, end_s: f64::INFINITY };
-        let (first, last) = (series.time_s.first()?, series.time_s.last()?);
         let shape = Sparkline::new(series, POINTS);
         Some(Row {
             role: *role,
             source: channel.full_name(),
-            rate_hz: (series.time_s.len() - 1) as f64 / (last - first).max(1e-9),
+            rate_hz: median_step(&series.time_s).map_or(0.0, |step_s| 1.0 / step_s),
             gaps: shape.breaks(),
             statistics: series.statistics(whole),
             shape,

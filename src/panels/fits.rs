@@ -194,9 +194,12 @@ fn table(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         .auto_shrink(false)
         .cell_layout(egui::Layout::left_to_right(egui::Align::Center))
         .column(Column::remainder().at_least(120.0).clip(true))
-        .column(Column::exact(100.0))
-        .column(Column::exact(84.0))
-        .columns(Column::exact(98.0), 4)
+        .column(Column::exact(92.0))
+        .column(Column::exact(76.0))
+        .column(Column::exact(88.0))
+        .column(Column::exact(60.0))
+        .column(Column::exact(94.0))
+        .column(Column::exact(60.0))
         .header(20.0, |mut header| {
             let titles = ["Window", "Use", "Coefficient", "R² identified", "RMS [%]", "R² own const.", "RMS [%]"];
             for title in titles {

@@ -344,15 +344,15 @@ fn numbers(ctx: &PanelContext<'_>, ui: &mut Ui, loaded: &LoadedState) {
     }
     type Figure = fn(&LoadedState) -> String;
     let rows: [(&str, Figure); 9] = [
-        ("Mass [kg]", |of| notation::fixed(of.properties.mass_kg, 1)),
+        ("Mass [kg]", |of| notation::four_digits(of.properties.mass_kg, 1)),
         ("CG aft [m]", |of| station(of, 0)),
         ("CG right [m]", |of| station(of, 1)),
         ("CG up [m]", |of| station(of, 2)),
-        ("CG [% MAC]", |of| of.mean_chord_fraction.map_or_else(String::new, |x| notation::fixed(100.0 * x, 1))),
-        ("Ixx [kg m²]", |of| notation::fixed(of.properties.inertia.xx, 0)),
-        ("Iyy [kg m²]", |of| notation::fixed(of.properties.inertia.yy, 0)),
-        ("Izz [kg m²]", |of| notation::fixed(of.properties.inertia.zz, 0)),
-        ("Ixz [kg m²]", |of| notation::fixed(of.properties.inertia.xz, 0)),
+        ("CG [% MAC]", |of| notation::fixed(of.mean_chord_fraction.map_or(f64::NAN, |x| 100.0 * x), 1)),
+        ("Ixx [kg m²]", |of| notation::four_digits(of.properties.inertia.xx, 0)),
+        ("Iyy [kg m²]", |of| notation::four_digits(of.properties.inertia.yy, 0)),
+        ("Izz [kg m²]", |of| notation::four_digits(of.properties.inertia.zz, 0)),
+        ("Ixz [kg m²]", |of| notation::four_digits(of.properties.inertia.xz, 0)),
     ];
     Grid::new("loaded").num_columns(4).spacing([14.0, 3.0]).show(ui, |ui| {
         ui.label("");

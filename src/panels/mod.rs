@@ -369,7 +369,13 @@ fn answer<T>(
 ) {
     trouble(ui, slot.error());
     let Some(found) = slot.latest() else {
-        if slot.error().is_none() {
+        let is_coming = matches!(slot, Slot::Running { .. }) || ctx.snapshot.pooled.ready().is_some();
+        if slot.error().is_none() && is_coming {
+            ui.horizontal(|ui| {
+                ui.spinner();
+                ui.weak("computing");
+            });
+        } else if slot.error().is_none() {
             empty(ui, &format!("{what} follows once something is identified."));
         }
         return;

@@ -39,6 +39,7 @@ impl Panel for Noise {
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             filter_settings::show(ctx, ui);
             observability(ctx, ui);
+            nothing_proposed(ctx, ui);
             ui.add_space(6.0);
             let usual = FilterSettings::default();
             if ui.available_width() < SIDE_BY_SIDE {
@@ -220,6 +221,15 @@ fn sensors(ctx: &mut PanelContext<'_>, ui: &mut Ui, usual: &FilterSettings) {
             }
         });
     });
+}
+
+/// Why the recording of the chosen flight proposes no noise at all.
+fn nothing_proposed(ctx: &PanelContext<'_>, ui: &mut Ui) {
+    let noise = ctx.selection().flight.as_deref().and_then(|flight| ctx.snapshot.noise.get(flight)?.latest());
+    let Some(noise) = noise.filter(|noise| noise.rows.iter().all(|row| row.choice.is_err())) else { return };
+    if let Some(Err(reason)) = noise.rows.first().map(|row| &row.choice) {
+        ui.label(RichText::new(format!("No noise is proposed: {reason}.")).size(11.5).weak());
+    }
 }
 
 /// What the recording of the chosen flight says about an entry.

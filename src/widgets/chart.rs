@@ -145,6 +145,7 @@ impl Chart {
             self.curves.iter().for_each(|curve| draw(plot, curve));
         });
         let frame = *shown.transform.frame();
+        settle_axes(&shown.response, frame);
         let name = self.name.clone();
         shown.response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, &name));
         if let Some(at) = shown.response.hover_pos().filter(|at| frame.contains(*at)) {
@@ -249,6 +250,19 @@ pub(super) fn titled(hints: AxisHints<'static>, title: &str, places: &[(f64, Str
             true => tick(mark.value, mark.step_size),
             false => word_at(&places, mark.value),
         })
+}
+
+/// Asks for another frame where the axes have taken another room than in the last: a plot knows it only once its labels are laid out.
+pub(super) fn settle_axes(response: &egui::Response, frame: egui::Rect) {
+    let id = response.id.with("frame of its axes");
+    let before = response.ctx.data_mut(|data| {
+        let before = data.get_temp::<egui::Rect>(id);
+        data.insert_temp(id, frame);
+        before
+    });
+    if before != Some(frame) {
+        response.ctx.request_repaint();
+    }
 }
 
 /// Grid lines at places with words.

@@ -10,7 +10,7 @@ use egui_plot::{
     AxisHints, Bar, BarChart, FilledArea, HLine, Line, LineStyle, Plot, PlotPoints, PlotUi, Points, Polygon,
 };
 
-use super::chart::{LEGEND_HEIGHT, RIGHT_ROOM, TICK_SPACING, figure_menu, legend_entry, marks_at, titled};
+use super::chart::{LEGEND_HEIGHT, RIGHT_ROOM, TICK_SPACING, figure_menu, legend_entry, marks_at, settle_axes, titled};
 use super::figure::{FigureForm, FigureRequest};
 use super::matrix_view::MatrixView;
 use super::ticks::{inner_ticks, ticks};
@@ -138,6 +138,7 @@ fn axes(ui: &mut Ui, id: Id, plot: &Axes, height: f64) -> Option<FigureForm> {
             draw(chart, mark, &range, &palette.series);
         }
     });
+    settle_axes(&shown.response, *shown.transform.frame());
     shown.response.widget_info(|| WidgetInfo::labeled(Role::Image, true, format!("figure of {}", plot.y.title())));
     figure_menu(&shown.response)
 }

@@ -54,7 +54,7 @@ const DIGITS: [f64; 9] = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0];
 
 /// Text of a tick: as many decimals as its step needs, powers of ten where these would be too many.
 pub(super) fn tick(value: f64, step: f64) -> String {
-    let is_plain = value == 0.0 || (1e-4..1e6).contains(&value.abs().max(step));
+    let is_plain = value == 0.0 || step.abs() >= 1e-5 && value.abs() < 1e6;
     if is_plain { tick_label(value, step.abs().max(1e-9)) } else { format!("{value:.1e}") }
 }
 

@@ -33,12 +33,36 @@ struct Used<'a> {
     aero: &'a WindowAero,
 }
 
+/// Variables of the model that a window of the fit does not have.
+fn absent(evidence: Evidence<'_>, fit: &CoefficientFit) -> Vec<&'static str> {
+    let formed: Vec<&WindowAero> = fit
+        .windows
+        .iter()
+        .filter_map(|(name, _)| evidence.snapshot.windows.get(name)?.aero.ready().map(AsRef::as_ref))
+        .collect();
+    let terms = evidence.session.structure.terms(fit.coefficient).unwrap_or_default();
+    let mut absent = Vec::new();
+    for (variable, _) in terms.iter().flat_map(Term::factors) {
+        if !absent.contains(&variable.name()) && formed.iter().any(|aero| aero.variables.get(*variable).is_none()) {
+            absent.push(variable.name());
+        }
+    }
+    absent
+}
+
 /// What speaks against a fit; `window` is none for the pooled one.
 pub(super) fn findings(evidence: Evidence<'_>, window: Option<&str>, fit: &CoefficientFit) -> Vec<Finding> {
     let name = fit.coefficient.name();
     let at = place(name, window);
     let estimate = match &fit.fit {
         Ok(estimate) => estimate,
+        Err(_) if !absent(evidence, fit).is_empty() => {
+            let absent = absent(evidence, fit).join(", ");
+            let text = format!("no estimate: the recording has no {absent}, of which the model has terms");
+            let finding = Finding::new(Level::Bad, "failed", at, text);
+            let cure = "add the recording or the channel that has it, or leave its terms out";
+            return vec![finding.with_cure(cure).with_setting("Channels", format!("model.{name}"))];
+        }
         Err(error) => {
             let finding = Finding::new(Level::Bad, "rank", at, format!("no estimate: {error}"));
             let cure = "leave a term out, or use a manoeuvre that moves the regressors apart";

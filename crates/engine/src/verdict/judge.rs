@@ -80,10 +80,10 @@ impl Verdicts {
         self.pooled.iter().filter(|fit| fit.is_unused)
     }
 
-    /// The verdict in one line: its level, how many windows are good, and the coefficients that are not.
+    /// The verdict in one line: its level, in how many windows the path is good, and the coefficients by theirs.
     pub fn headline(&self) -> String {
         let good = self.windows.values().filter(|window| window.verdict.level == Level::Good).count();
-        let windows = format!("{good} of {} windows good", self.windows.len());
+        let windows = format!("path good in {good} of {} windows", self.windows.len());
         let of = |level: Level| -> Option<String> {
             let fits = self.pooled.iter().filter(|fit| fit.verdict.level == level);
             let names: Vec<&str> = fits.map(|fit| fit.coefficient.name()).collect();
