@@ -62,14 +62,12 @@ pub enum ModelError {
         time_s: f64,
     },
     /// A term needs a variable the data do not offer.
-    #[error("term '{term}' needs {variable}, which this window does not have; it has {}", available.join(", "))]
+    #[error("term '{term}' needs {variable}, which this window does not have")]
     MissingVariable {
         /// The term.
         term: String,
         /// Name of the variable.
         variable: &'static str,
-        /// Names of the variables there are.
-        available: Vec<&'static str>,
     },
     /// Thrust or propeller rotation is to be accounted for, but no engine is given.
     #[error("{setting} needs at least one engine, the data have none")]

@@ -48,11 +48,9 @@ impl Variables {
 
     /// The column of a factor of `term`.
     fn of(&self, term: &Term, variable: Variable) -> Result<&Column, ModelError> {
-        self.columns.get(&variable).ok_or_else(|| ModelError::MissingVariable {
-            term: term.to_string(),
-            variable: variable.name(),
-            available: self.known().map(Variable::name).collect(),
-        })
+        self.columns
+            .get(&variable)
+            .ok_or_else(|| ModelError::MissingVariable { term: term.to_string(), variable: variable.name() })
     }
 
     /// Column of `variable` at those rows, not smoothed, if the window has it.
