@@ -48,6 +48,11 @@ impl Units {
     }
 }
 
+/// The symbol of a unit as it is printed: `m/s²` for `m/s^2`.
+pub fn unit_symbol(symbol: &str) -> String {
+    symbol.replace("^2", "²").replace("^3", "³")
+}
+
 /// How long something took: milliseconds below one second, seconds above.
 pub fn duration(took: std::time::Duration) -> String {
     let seconds = took.as_secs_f64();

@@ -214,40 +214,55 @@ fn recent(paths: &[std::path::PathBuf], commands: &mut Vec<UiCommand>, ui: &mut 
 /// What is running and why, or how the last run ended; what was said last.
 fn status(app: &mut Workbench, ui: &mut Ui) {
     let palette = theme::palette(ui);
-    let mut closed = false;
     if let Some(error) = app.document.autosave_error() {
         let text = format!("Unsaved work is not kept ({error}): save often");
         ui.add(egui::Label::new(RichText::new(text).color(palette.error)).wrap());
     }
-    if let Some(message) = &app.message {
-        let age_s = ui.input(|input| input.time) - *app.said_at_s.get_or_insert(ui.input(|input| input.time));
-        // What went wrong stays until it is closed.
-        if !message.is_error && message.written.is_none() {
-            closed = age_s > MESSAGE_S;
-            ui.ctx().request_repaint_after(std::time::Duration::from_secs_f64((MESSAGE_S - age_s).max(0.0) + 0.05));
-        }
-        ui.horizontal(|ui| {
-            closed |= ui.small_button("✖").on_hover_text("Close").clicked();
-            if let Some(written) = &message.written
-                && ui.small_button("Open").on_hover_text(written.display().to_string()).clicked()
-            {
-                ui.ctx().open_url(egui::OpenUrl::new_tab(format!("file://{}", written.display())));
-            }
-            let color = if message.is_error { palette.error } else { palette.good };
-            ui.add(egui::Label::new(RichText::new(&message.text).color(color)).wrap());
-        });
-    }
-    if closed || app.message.is_none() {
-        app.message = None;
-        app.said_at_s = None;
+    let errors = app.message.as_ref().is_some_and(|message| message.is_error);
+    if errors {
+        ui.horizontal(|ui| message(app, ui));
     }
     ui.horizontal(|ui| {
         ui.set_min_height(24.0);
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            ui.weak("Ctrl+P finds a command");
+            if errors || app.message.is_none() {
+                ui.weak("Ctrl+P finds a command");
+            } else {
+                let room = vec2(0.5 * ui.available_width(), ui.available_height());
+                ui.allocate_ui_with_layout(room, Layout::right_to_left(Align::Center), |ui| message(app, ui));
+            }
             ui.with_layout(Layout::left_to_right(Align::Center), |ui| running(app, ui));
         });
     });
+}
+
+/// What was said last, with the ways to close it and to open what was written. What went wrong has lines of its own and stays until it is
+/// closed; anything else stands in the status line, so that nothing on screen moves for it.
+fn message(app: &mut Workbench, ui: &mut Ui) {
+    let Some(message) = &app.message else { return };
+    let palette = theme::palette(ui);
+    let age_s = ui.input(|input| input.time) - *app.said_at_s.get_or_insert(ui.input(|input| input.time));
+    let mut closed = false;
+    if !message.is_error && message.written.is_none() {
+        closed = age_s > MESSAGE_S;
+        ui.ctx().request_repaint_after(std::time::Duration::from_secs_f64((MESSAGE_S - age_s).max(0.0) + 0.05));
+    }
+    closed |= ui.small_button("✖").on_hover_text("Close").clicked();
+    if let Some(written) = &message.written
+        && ui.small_button("Open").on_hover_text(written.display().to_string()).clicked()
+    {
+        ui.ctx().open_url(egui::OpenUrl::new_tab(format!("file://{}", written.display())));
+    }
+    let color = if message.is_error { palette.error } else { palette.good };
+    let label = egui::Label::new(RichText::new(&message.text).color(color));
+    if message.is_error {
+        ui.add(label.wrap());
+    } else {
+        ui.add(label.truncate()).on_hover_text(&message.text);
+    }
+    if closed {
+        app.message = None;
+    }
 }
 
 /// The lamp with what it means; what is being written and computed, or how long the last run took.

@@ -341,7 +341,8 @@ impl OwnDialog {
         let area = ScrollArea::vertical().max_height(LIST).min_scrolled_height(LIST).auto_shrink(false);
         area.show_rows(ui, ROW, entries.len().max(1), |ui, rows| {
             if entries.is_empty() {
-                ui.weak(if self.all { "This folder is empty." } else { "No file here has one of these endings." });
+                let is_filtered = !self.all && !self.question.extensions.is_empty();
+                ui.weak(if is_filtered { "No file here has one of these endings." } else { "This folder is empty." });
             }
             for entry in entries.get(rows).unwrap_or_default() {
                 self.row(ui, entry, &mut enter);

@@ -149,7 +149,9 @@ impl Workbench {
             Asked::Beside => ("A recording of the same flight", Purpose::Several, recordings(), String::new()),
             Asked::Aircraft => ("An aircraft file", Purpose::Open, toml(), String::new()),
             Asked::NewAircraft | Asked::OwnAircraft => {
-                ("Save the aircraft", Purpose::Save, toml(), "aircraft.toml".to_owned())
+                let name = self.proposed_name();
+                let stem = name.strip_suffix(".toml").unwrap_or(&name);
+                ("Save the aircraft", Purpose::Save, toml(), format!("{stem}_aircraft.toml"))
             }
             Asked::Instruments => ("Save the instruments", Purpose::Save, toml(), "instruments.toml".to_owned()),
             Asked::Save(_) => ("Save the session", Purpose::Save, toml(), self.proposed_name()),

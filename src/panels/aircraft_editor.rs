@@ -8,6 +8,7 @@ use doublet_engine::session::{AircraftEdit, Edit};
 use eframe::egui::{self, Color32, RichText, Ui, vec2};
 
 use super::aircraft_numbers;
+use super::loading::station;
 use super::{PanelContext, choices, trouble};
 use crate::command::{FileCommand, UiCommand};
 use crate::notation;
@@ -264,10 +265,7 @@ fn wing(aircraft: &Aircraft) -> Vec<[f64; 2]> {
 fn follows(ctx: &PanelContext<'_>, ui: &mut Ui, loaded: &LoadedState) {
     let (unit, scale) = ctx.unit(Dimension::Length);
     let properties = &loaded.properties;
-    // an aircraft that states no station has no centre of gravity either
-    let states_stations = properties.cg_from_datum_m != [0.0; 3];
-    let station = |value: f64| notation::fixed(if states_stations { scale * value } else { f64::NAN }, 3);
-    let [x, _, z] = properties.cg_from_datum_m.map(station);
+    let [x, z] = [0, 2].map(|axis| station(loaded, axis, scale));
     let chord = loaded
         .mean_chord_fraction
         .map_or(String::new(), |part| format!(" ({} % MAC)", notation::fixed(100.0 * part, 1)));

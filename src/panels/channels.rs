@@ -7,7 +7,7 @@ use doublet_core::series::{Recording, Statistics, TimeRange};
 use doublet_core::statistics::median_step;
 use doublet_engine::stage::{LoadedFlight, PhysicsRow};
 use doublet_engine::verdict::Level;
-use eframe::egui::{self, Align, Label, Layout, Panel as Bar, RichText, ScrollArea, Sense, Ui, vec2};
+use eframe::egui::{self, Align, Label, Layout, Panel as Bar, RichText, ScrollArea, Sense, TextStyle, Ui, vec2};
 use egui_extras::{Column, TableBuilder, TableRow};
 
 use super::{Panel, PanelContext, chosen_flight, trouble};
@@ -102,6 +102,25 @@ impl Channels {
     }
 }
 
+/// A name with its middle left out where there is no room for it: names of one file often differ in their last letters only.
+fn shortened(ui: &mut Ui, name: &str) {
+    let width = |text: String| {
+        let font = TextStyle::Body.resolve(ui.style());
+        ui.painter().layout_no_wrap(text, font, ui.visuals().text_color()).size().x
+    };
+    let letters: Vec<char> = name.chars().collect();
+    let without = |kept: usize| {
+        let head = kept / 3;
+        letters[..head].iter().chain(&['…']).chain(&letters[letters.len() + head - kept..]).collect::<String>()
+    };
+    let room = ui.available_width();
+    let is_whole = width(name.to_owned()) <= room;
+    let kept =
+        if is_whole { 0 } else { (0..letters.len()).rev().find(|&kept| width(without(kept)) <= room).unwrap_or(0) };
+    let text = if is_whole { name.to_owned() } else { without(kept) };
+    ui.add(Label::new(text).truncate()).on_hover_text(name);
+}
+
 fn cells(ctx: &PanelContext<'_>, line: &mut TableRow<'_, '_>, row: &Row, level: Option<Level>) {
     let (unit, scale) = ctx.state.units.of_role(row.role);
     line.col(|ui| {
@@ -112,7 +131,7 @@ fn cells(ctx: &PanelContext<'_>, line: &mut TableRow<'_, '_>, row: &Row, level: 
         ui.add(Label::new(notation::role(row.role)).truncate()).on_hover_text(row.role.description());
     });
     line.col(|ui| {
-        ui.add(Label::new(&row.source).truncate());
+        shortened(ui, &row.source);
     });
     for value in [row.statistics.map(|found| found.min), row.statistics.map(|found| found.max)] {
         line.col(|ui| {

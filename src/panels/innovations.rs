@@ -1,7 +1,9 @@
 //! Whether the filter believes the right things: innovations in their band, normalised innovations squared, advice.
 
+use std::sync::Arc;
+
 use doublet_engine::stage::WindowPath;
-use eframe::egui::{self, RichText, Ui};
+use eframe::egui::{self, RichText, TextStyle, Ui};
 use egui_extras::{Column, TableBuilder};
 
 use super::{Panel, PanelContext, View, awaiting, choices, consistency_color, empty, trouble};
@@ -74,11 +76,24 @@ impl Panel for Innovations {
 
 /// Titles of the columns of advice.
 const TITLES: [&str; 6] = ["Channel", "Updates", "Mean [σ]", "RMS [σ]", "White", "What to change"];
+/// Width of all columns but the last, with the spaces between them.
+const NUMBERS: f32 = 64.0 + 56.0 + 2.0 * 74.0 + 48.0 + 60.0;
 
 /// What the innovations say about each entry of R.
 fn advice(path: &WindowPath, ui: &mut Ui) {
     let figures = theme::figures(ui);
     let channels = path.consistency.as_ref().map_or(&[][..], |consistency| &consistency.channels);
+    let width = (ui.available_width() - NUMBERS).max(120.0);
+    let advised: Vec<_> = channels
+        .iter()
+        .map(|channel| {
+            // The first column names the measurement, as everywhere.
+            let named = format!("{}: ", channel.measurement.name());
+            let advice = channel.advice.strip_prefix(&named).unwrap_or(&channel.advice).to_owned();
+            ui.painter().layout(advice, TextStyle::Body.resolve(ui.style()), consistency_color(ui, channel), width)
+        })
+        .collect();
+    let heights: Vec<f32> = advised.iter().map(|advice| (advice.size().y + 4.0).max(22.0)).collect();
     TableBuilder::new(ui)
         .id_salt("advice")
         .striped(true)
@@ -96,31 +111,27 @@ fn advice(path: &WindowPath, ui: &mut Ui) {
                 });
             }
         })
-        .body(|mut body| {
-            for channel in channels {
-                body.row(22.0, |mut row| {
-                    row.col(|ui| {
-                        ui.label(notation::measurement(channel.measurement));
-                    });
-                    let cells = [
-                        channel.samples.to_string(),
-                        notation::fixed(channel.mean, 2),
-                        notation::fixed(channel.deviation_ratio, 2),
-                        if channel.is_white { "yes" } else { "no" }.to_owned(),
-                    ];
-                    for text in cells {
-                        row.col(|ui| {
-                            ui.label(RichText::new(text).font(figures.clone()).size(11.0));
-                        });
-                    }
-                    row.col(|ui| {
-                        let color = consistency_color(ui, channel);
-                        // The first column names the measurement, as everywhere.
-                        let named = format!("{}: ", channel.measurement.name());
-                        let advice = channel.advice.strip_prefix(&named).unwrap_or(&channel.advice);
-                        ui.add(egui::Label::new(RichText::new(advice).color(color)).truncate()).on_hover_text(advice);
-                    });
+        .body(|body| {
+            body.heterogeneous_rows(heights.into_iter(), |mut row| {
+                let channel = &channels[row.index()];
+                let advice = Arc::clone(&advised[row.index()]);
+                row.col(|ui| {
+                    ui.label(notation::measurement(channel.measurement));
                 });
-            }
+                let cells = [
+                    channel.samples.to_string(),
+                    notation::fixed(channel.mean, 2),
+                    notation::fixed(channel.deviation_ratio, 2),
+                    if channel.is_white { "yes" } else { "no" }.to_owned(),
+                ];
+                for text in cells {
+                    row.col(|ui| {
+                        ui.label(RichText::new(text).font(figures.clone()).size(11.0));
+                    });
+                }
+                row.col(|ui| {
+                    ui.label(advice);
+                });
+            });
         });
 }

@@ -345,9 +345,9 @@ fn numbers(ctx: &PanelContext<'_>, ui: &mut Ui, loaded: &LoadedState) {
     type Figure = fn(&LoadedState) -> String;
     let rows: [(&str, Figure); 9] = [
         ("Mass [kg]", |of| notation::four_digits(of.properties.mass_kg, 1)),
-        ("CG aft [m]", |of| station(of, 0)),
-        ("CG right [m]", |of| station(of, 1)),
-        ("CG up [m]", |of| station(of, 2)),
+        ("CG aft [m]", |of| station(of, 0, 1.0)),
+        ("CG right [m]", |of| station(of, 1, 1.0)),
+        ("CG up [m]", |of| station(of, 2, 1.0)),
         ("CG [% MAC]", |of| notation::fixed(of.mean_chord_fraction.map_or(f64::NAN, |x| 100.0 * x), 1)),
         ("Ixx [kg m²]", |of| notation::four_digits(of.properties.inertia.xx, 0)),
         ("Iyy [kg m²]", |of| notation::four_digits(of.properties.inertia.yy, 0)),
@@ -375,10 +375,10 @@ fn numbers(ctx: &PanelContext<'_>, ui: &mut Ui, loaded: &LoadedState) {
     }
 }
 
-/// A coordinate of the centre of gravity; a dash where the aircraft states no station at all.
-fn station(of: &LoadedState, axis: usize) -> String {
+/// A coordinate of the centre of gravity in the unit of `scale`; a dash where the aircraft states no station at all.
+pub(super) fn station(of: &LoadedState, axis: usize, scale: f64) -> String {
     let place = of.properties.cg_from_datum_m;
-    if place == [0.0; 3] { "–".to_owned() } else { notation::fixed(place[axis], 3) }
+    if place == [0.0; 3] { "–".to_owned() } else { notation::fixed(scale * place[axis], 3) }
 }
 
 /// The envelope with the point of this loading and the middle of every window that is in use.

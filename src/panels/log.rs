@@ -44,8 +44,7 @@ impl Panel for Log {
             .log
             .iter()
             .map(|line| {
-                let failure = line.duration.is_zero();
-                let color = if failure { palette.error } else { ui.visuals().text_color() };
+                let color = if line.failed { palette.error } else { ui.visuals().text_color() };
                 [
                     wrapped(ui, &line.cause, CAUSE - 8.0, ui.visuals().text_color()),
                     wrapped(ui, &line.text, width, color),
@@ -64,7 +63,7 @@ impl Panel for Log {
             .column(Column::remainder().clip(true))
             .column(Column::exact(72.0))
             .header(20.0, |mut header| {
-                for title in ["Run", "After", "Result", "Time"] {
+                for title in ["Run", "Cause", "Result", "Time"] {
                     header.col(|ui| {
                         column_title(ui, title);
                     });

@@ -325,7 +325,10 @@ fn awaiting(ctx: &PanelContext<'_>, ui: &mut Ui, what: &str, otherwise: &str) {
 
 /// Says in the middle of an empty panel why it is empty.
 fn empty(ui: &mut Ui, text: &str) {
-    ui.centered_and_justified(|ui| ui.weak(text));
+    ui.vertical_centered(|ui| {
+        ui.add_space((0.5 * ui.available_height() - 10.0).max(0.0));
+        ui.weak(text);
+    });
 }
 
 /// Says in the middle of an empty panel what will be here, with the button that brings it; whether that was pressed.

@@ -13,7 +13,7 @@ use crate::widgets::chart::{Chart, ChartCurve, ChartStyle};
 use crate::widgets::term::{column_title, column_title_called};
 
 /// Height of the numbers below the bars.
-const TABLE: f32 = 132.0;
+const TABLE: f32 = 190.0;
 /// Least height of the bars; below it the panel scrolls.
 const LEAST_CHART: f32 = 150.0;
 /// Change of an input that the bars are drawn for, as a part of it.
@@ -58,10 +58,11 @@ fn map(ui: &Ui, curves: &PropellerCurves, engines: &[&EngineOverFlight], is_thru
         if is_thrust { ("thrust coefficient", "thrust coefficient CT") } else { ("efficiency", "efficiency ηp") };
     let mut chart = Chart::new(&format!("{name} of {}", curves.name), "advance ratio J", up);
     chart.legend = false;
-    for engine in engines {
+    let inks = [ui.visuals().text_color(), palette.ignored];
+    for (engine, ink) in engines.iter().zip(inks.into_iter().cycle()) {
         let values = if is_thrust { &engine.thrust_coefficient } else { &engine.efficiency };
         let flown = pairs((&engine.advance_ratio.values, 1.0), (&values.values, 1.0));
-        chart.curves.push(ChartCurve::new(engine.name.clone(), palette.ignored, ChartStyle::Dots(1.4), flown));
+        chart.curves.push(ChartCurve::new(engine.name.clone(), ink, ChartStyle::Dots(1.4), flown));
     }
     for (at, line) in curves.lines.iter().enumerate() {
         let color = palette.series[at % palette.series.len()];
@@ -184,29 +185,29 @@ fn bars(ctx: &PanelContext<'_>, ui: &Ui, engine: &str, point: &mut EnginePoint, 
     chart
 }
 
-/// The numbers, as the thesis has them in its tables.
+/// The numbers of the thesis' tables, an input a row: so they fit beside other panels.
 fn numbers(ctx: &PanelContext<'_>, ui: &mut Ui, found: &EngineSensitivities) {
     let figures = theme::figures(ui);
     let number = |ui: &mut Ui, value: f64| drop(ui.label(RichText::new(notation::number(value)).font(figures.clone())));
     let uncertainty = found.reading_uncertainty(&Steps::READING_RESOLUTION);
+    let rows = outputs(ctx).into_iter().zip(EngineOutput::ALL).zip(nominal(found));
+    let rows: Vec<_> = rows.map(|(((name, unit, scale), output), value)| (name, unit, scale, output, value)).collect();
     Grid::new("partials").striped(true).spacing([16.0, 4.0]).show(ui, |ui| {
         column_title(ui, "partial derivative");
-        column_title(ui, "at the condition");
-        for (short, _, unit, _) in inputs(ctx) {
-            column_title_called(ui, &format!("per {unit} of {short}"), "partial derivative");
+        for (name, unit, ..) in &rows {
+            ui.label(if unit.is_empty() { (*name).to_owned() } else { format!("{name} [{unit}]") });
         }
-        column_title(ui, "one reading off");
         ui.end_row();
-        for ((output, (name, unit, scale)), value) in
-            EngineOutput::ALL.into_iter().zip(outputs(ctx)).zip(nominal(found))
-        {
-            ui.label(if unit.is_empty() { name.to_owned() } else { format!("{name} [{unit}]") });
-            number(ui, scale * value);
-            for (input, (.., per_si)) in PointInput::ALL.into_iter().zip(inputs(ctx)) {
-                number(ui, scale * found.partial(output, input) / per_si);
-            }
-            number(ui, scale * uncertainty[output as usize]);
+        column_title(ui, "at the condition");
+        rows.iter().for_each(|(_, _, scale, _, value)| number(ui, scale * value));
+        ui.end_row();
+        for (input, (short, _, unit, per_si)) in PointInput::ALL.into_iter().zip(inputs(ctx)) {
+            column_title_called(ui, &format!("per {unit} of {short}"), "partial derivative");
+            rows.iter().for_each(|(_, _, scale, output, _)| number(ui, scale * found.partial(*output, input) / per_si));
             ui.end_row();
         }
+        column_title(ui, "one reading off");
+        rows.iter().for_each(|(_, _, scale, output, _)| number(ui, scale * uncertainty[*output as usize]));
+        ui.end_row();
     });
 }

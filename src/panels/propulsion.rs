@@ -141,13 +141,14 @@ fn engine_chart(ctx: &PanelContext<'_>, ui: &Ui, engine: &EngineOverFlight) -> O
     let data = of_name.model.as_ref()?.chart.data();
     let name = format!("engine chart of {}", engine.name);
     let mut chart = Chart::new(&name, format!("manifold pressure [{pressure}]"), format!("power [{unit}]"));
-    for (speed, powers) in data.speed_rad_s.iter().zip(&data.sea_level_power_w) {
+    for (at, (speed, powers)) in data.speed_rad_s.iter().zip(&data.sea_level_power_w).enumerate() {
         let line = pairs((&data.manifold_pressure_pa, per_pa), (powers, scale));
         let rpm = notation::fixed(speed * 60.0 / std::f64::consts::TAU, 0);
-        chart.curves.push(ChartCurve::new(format!("{rpm} rpm"), palette.ignored, ChartStyle::Line, line));
+        let color = palette.series[at % palette.series.len()];
+        chart.curves.push(ChartCurve::new(format!("{rpm} rpm"), color, ChartStyle::Line, line));
     }
     let flown = pairs((&engine.manifold_pressure_pa.values, per_pa), (&engine.power_w.values, scale));
-    chart.curves.push(ChartCurve::new("flight", palette.series[0], ChartStyle::Dots(1.6), flown));
+    chart.curves.push(ChartCurve::new("flight", ui.visuals().text_color(), ChartStyle::Dots(1.6), flown));
     Some(chart)
 }
 

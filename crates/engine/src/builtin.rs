@@ -10,6 +10,7 @@ use std::sync::{LazyLock, Mutex, OnceLock, PoisonError};
 
 use doublet_core::load::aircraft;
 use flate2::read::DeflateDecoder;
+use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 use xxhash_rust::xxh3::xxh3_128;
 
@@ -141,7 +142,7 @@ fn write_entry(name: &str) -> Result<PathBuf, String> {
     }
     let hash = hex(&hasher.finalize()[..8]);
     let put = |root: &Path| {
-        files.iter().try_for_each(|file| {
+        files.par_iter().try_for_each(|file| {
             let place = root.join(file.path);
             write_once(&place, file).map_err(|error| format!("{}: {error}", place.display()))
         })

@@ -72,7 +72,7 @@ fn planned(choosing: &Choosing, index: usize, ui: &mut Ui) {
             ui.weak(role.description());
             let channel = assignment.description.rsplit_once(": ").map_or("", |(_, channel)| channel);
             ui.label(channel).on_hover_text(&assignment.description);
-            ui.label(assignment.unit.symbol);
+            ui.label(notation::unit_symbol(assignment.unit.symbol));
             if let Some(shape) = choosing.comparison.shape(*role) {
                 shape.show(ui, *role);
                 for value in shape.range().into_iter().flatten() {
@@ -255,12 +255,10 @@ fn row(choosing: &mut Choosing, names: &[ChannelName], (role, single, has_travel
     if let Some(RowValues { unit, first, least, greatest }) = choosing.values(role, &row) {
         for value in [first, least, greatest] {
             let shown = ui.label(RichText::new(notation::number(value)).font(theme::figures(ui)));
+            let recorded = format!("{} {}", notation::number(value), unit.symbol);
             let si = format!("{} {}", notation::number(unit.to_si(value)), role.dimension().si_symbol());
-            shown.on_hover_text(format!(
-                "{} {}, with sign, scale and what is added: {si}",
-                notation::number(value),
-                unit.symbol
-            ));
+            shown
+                .on_hover_text(notation::unit_symbol(&format!("{recorded}, with sign, scale and what is added: {si}")));
         }
     }
     if let Some(shape) = choosing.comparison.shape(role) {
@@ -288,11 +286,11 @@ fn reason(choosing: &Choosing, (role, row): (Role, &ManualChannel), ui: &mut Ui)
 }
 
 fn unit(row: &mut ManualChannel, role: Role, ui: &mut Ui) {
-    let symbol = row.unit.map_or("–", |unit| unit.symbol);
+    let symbol = notation::unit_symbol(row.unit.map_or("–", |unit| unit.symbol));
     let combo = ComboBox::from_id_salt(("unit", role.name())).selected_text(symbol).width(64.0);
     let combo = combo.show_ui(ui, |ui| {
         for unit in Unit::all().filter(|unit| unit.dimension == role.dimension()) {
-            ui.selectable_value(&mut row.unit, Some(unit), unit.symbol);
+            ui.selectable_value(&mut row.unit, Some(unit), notation::unit_symbol(unit.symbol));
         }
     });
     ui.ctx().accesskit_node_builder(combo.response.id, |node| node.set_label(format!("unit of {}", role.name())));

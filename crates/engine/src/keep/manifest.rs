@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::io::{self, Read};
 use std::path::{Component, Path};
 
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
@@ -64,22 +65,22 @@ pub fn has_manifest(folder: &Path) -> bool {
 
 /// Lists the files below `folder` as the set called `set`; each is on the disk once this returns.
 pub(super) fn hash_and_sync(folder: &Path, set: &str) -> io::Result<Manifest> {
-    let mut manifest = Manifest { format: FORMAT.to_owned(), version: VERSION, files: BTreeMap::new() };
-    let mut folders = vec![folder.to_path_buf()];
+    let (mut folders, mut paths) = (vec![folder.to_path_buf()], Vec::new());
     while let Some(inner) = folders.pop() {
         for entry in std::fs::read_dir(inner)? {
             let path = entry?.path();
-            if path.is_dir() {
-                folders.push(path);
-                continue;
-            }
-            let sha256 = hash(&path)?;
-            std::fs::File::open(&path)?.sync_all()?;
-            let inner = path.strip_prefix(folder).map_err(io::Error::other)?;
-            manifest.files.insert(name_of(inner)?, Entry { set: set.to_owned(), sha256 });
+            if path.is_dir() { &mut folders } else { &mut paths }.push(path);
         }
     }
-    Ok(manifest)
+    // A disk takes several files at once in little more time than one.
+    let listed = paths.par_iter().map(|path| -> io::Result<(String, Entry)> {
+        let sha256 = hash(path)?;
+        std::fs::File::open(path)?.sync_all()?;
+        let inner = path.strip_prefix(folder).map_err(io::Error::other)?;
+        Ok((name_of(inner)?, Entry { set: set.to_owned(), sha256 }))
+    });
+    let files = listed.collect::<io::Result<BTreeMap<_, _>>>()?;
+    Ok(Manifest { format: FORMAT.to_owned(), version: VERSION, files })
 }
 
 /// A path inside the folder as the list has it.

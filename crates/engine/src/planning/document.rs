@@ -115,12 +115,17 @@ fn predicted(row: &DesignRow) -> Table {
 }
 
 /// Kinds of input side by side: cost by each criterion, and the derivative with the greatest relative error.
-pub fn comparison_table(rows: &[ComparedKind]) -> Table {
+pub fn comparison_table(design: &DesignRow) -> Table {
     let cost = |name: &'static str| move |own: &&ComparedKind| own.costs.get(name).copied();
-    TableOf::new("comparison", "Kinds of input within the same limits and time; a smaller cost is better.", rows)
+    let caption = format!(
+        "Kinds of input within the same limits and time; a smaller cost is better. The card below is of the {}. Cost d: logarithm of the \
+         volume of the errors; a: sum of the squares of the relative errors.",
+        design.kind
+    );
+    TableOf::new("comparison", &caption, &design.comparison)
         .text("kind", "kind", |own| own.kind)
-        .maybe("d", "d", "", 4, cost("d"))
-        .maybe("a", "a", "", 4, cost("a"))
+        .maybe("d", "cost d", "", 4, cost("d"))
+        .maybe("a", "cost a", "", 4, cost("a"))
         .maybe("worst_relative_error_percent", "worst relative", "%", 3, |own| own.worst_relative_error_percent)
         .column(Column::new("worst", "least certain"), |own| own.worst.as_deref().map_or(Cell::Empty, symbol))
         .optional("error", "", |own| own.error.as_deref())

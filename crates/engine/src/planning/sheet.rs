@@ -98,7 +98,7 @@ pub fn design_sheet(
 impl DesignSheet {
     /// The card on screen, kinds side by side before it.
     pub fn blocks(&self) -> Vec<Block> {
-        let compared = (!self.row.comparison.is_empty()).then(|| Block::Table(comparison_table(&self.row.comparison)));
+        let compared = (!self.row.comparison.is_empty()).then(|| Block::Table(comparison_table(&self.row)));
         let notes = (!self.row.notes.is_empty()).then(|| Block::List(self.row.notes.clone()));
         let sections = self.card.sections.iter().filter(|section| section.name != "notes");
         let card = sections.flat_map(|section| {

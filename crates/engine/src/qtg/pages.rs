@@ -94,7 +94,7 @@ fn asked_for(record: &RecordDemand) -> String {
     ];
     let words = demands.iter().filter(|(demand, _)| *demand > 0.0);
     let words: Vec<String> = words.map(|(demand, what)| format!("{demand} {what}")).collect();
-    if words.is_empty() { "of no stated length".to_owned() } else { words.join(", ") }
+    if words.is_empty() { "of any length".to_owned() } else { words.join(", ") }
 }
 
 /// How a snapshot is evaluated and where its data are.

@@ -3,6 +3,8 @@
 use std::fmt::Write;
 use std::path::Path;
 
+use rayon::prelude::*;
+
 use super::table::{Cell, Table};
 use super::{ReportError, file_error};
 
@@ -42,16 +44,15 @@ impl TableFormat {
 
 /// Writes each table into a file of its own in `folder`.
 pub fn write(tables: &[Table], format: TableFormat, folder: &Path) -> Result<(), ReportError> {
-    for table in tables {
+    tables.par_iter().try_for_each(|table| {
         let path = folder.join(format!("{}.{}", table.name, format.ending()));
         let text = match format {
             TableFormat::Csv => csv(table).map_err(file_error(&path))?,
             TableFormat::Latex => latex(table).into_bytes(),
             TableFormat::Markdown => markdown(table).into_bytes(),
         };
-        std::fs::write(&path, text).map_err(file_error(&path))?;
-    }
-    Ok(())
+        std::fs::write(&path, text).map_err(file_error(&path))
+    })
 }
 
 /// Comma-separated values; numbers read back to the same number, and are empty where they do not exist.

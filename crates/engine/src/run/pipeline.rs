@@ -74,18 +74,18 @@ pub fn run(
             failures => format!("{} in use, {}", plural(windows.len(), "window"), plural(failures, "failure")),
         }
     };
-    let mut note = |text: String, duration| {
+    let mut note = |text: String, duration, failed| {
         let cause = scope.cause.to_owned();
-        snapshot.log.push(LogEntry { generation: scope.generation, cause, text, duration });
+        snapshot.log.push(LogEntry { generation: scope.generation, cause, text, duration, failed });
     };
-    note(text, started.elapsed());
+    note(text, started.elapsed(), false);
     if !cancelled {
         let failures = builder.read(Snapshot::failures);
-        failures.into_iter().for_each(|(place, error)| note(format!("{place}: {error}"), Duration::ZERO));
+        failures.into_iter().for_each(|(place, error)| note(format!("{place}: {error}"), Duration::ZERO, true));
         let warning = session::path_warning(scope.session);
         // Said once, not by every run.
         let new = warning.filter(|text| previous.log.iter().all(|line| line.text != *text));
-        new.into_iter().for_each(|text| note(text, Duration::ZERO));
+        new.into_iter().for_each(|text| note(text, Duration::ZERO, false));
     }
     let excess = snapshot.log.len().saturating_sub(LOG_LINES);
     snapshot.log.drain(..excess);

@@ -274,6 +274,8 @@ pub struct LogEntry {
     pub text: String,
     /// How long it took.
     pub duration: Duration,
+    /// Whether it says what could not be computed.
+    pub failed: bool,
 }
 
 slots! {

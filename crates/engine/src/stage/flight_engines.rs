@@ -10,6 +10,7 @@ use doublet_core::propulsion::{
 use doublet_core::quantity::Role;
 use doublet_core::series::{Recording, Series, TimeRange};
 use doublet_core::statistics::median;
+use rayon::prelude::*;
 
 use super::aircraft::LoadedAircraft;
 use super::engine_charts::{PropellerCurves, propeller_curves};
@@ -132,9 +133,15 @@ pub fn flight_engines(recording: &Recording, powerplant: &Powerplant) -> StageRe
     let mut warnings = Vec::new();
     let Some(air) = air(recording, time_s, &mut warnings) else { return Ok(None) };
     let phases = phases(&air.time_s, &air.altitude_m, &air.airspeed_m_s);
+    let found = known.into_par_iter().map(|known| {
+        let mut warnings = Vec::new();
+        over_flight(recording, known, &air, &phases, &mut warnings).map(|engine| (engine, warnings))
+    });
     let mut engines = Vec::new();
-    for (engine, model, roles) in known {
-        engines.extend(over_flight(recording, (engine, model, roles), &air, &phases, &mut warnings)?);
+    for found in found.collect::<Vec<_>>() {
+        let (engine, own) = found?;
+        engines.extend(engine);
+        warnings.extend(own);
     }
     Ok(Some(FlightEngines { engines, phases, warnings }))
 }

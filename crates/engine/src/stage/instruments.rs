@@ -16,6 +16,7 @@ use doublet_core::prep::{
 };
 use doublet_core::quantity::{Role, Unit};
 use doublet_core::series::{Channel, Recording, Series};
+use rayon::prelude::*;
 
 use super::align::channel;
 use crate::graph::{Context, StageResult};
@@ -141,8 +142,11 @@ fn deflections(
         time_s: Arc::clone(&turn.time_s),
         values: turn.values.iter().map(|&angle| deflect(angle)).collect(),
     };
-    let yoke = turn(YOKE)?;
-    let column = turn(COLUMN)?;
+    let pedal = linkage.pedals.first();
+    let sensors: Vec<&str> = [YOKE, COLUMN].into_iter().chain(pedal.map(|pedal| pedal.sensor.as_str())).collect();
+    let turns: Vec<StageResult<Series>> = sensors.into_par_iter().map(turn).collect();
+    let turns = turns.into_iter().collect::<StageResult<Vec<Series>>>()?;
+    let [yoke, column, turned @ ..] = &turns[..] else { return Ok(Vec::new()) };
     let formula = if thesis { ColumnFormula::Thesis } else { ColumnFormula::Exact };
     let settings = DeflectionSettings { column: formula, ..DeflectionSettings::default() };
     let [_, _, heading] = linkage.attitude_noise_rad;
@@ -157,15 +161,14 @@ fn deflections(
         ("elevator", of_turn(&|angle| elevator_deflection(linkage, angle, settings))),
     ];
     let mut derived = vec![
-        (Role::Aileron, map(&yoke, &|angle| aileron_deflection(linkage, angle))),
-        (Role::Elevator, map(&column, &|angle| elevator_deflection(linkage, angle, settings))),
+        (Role::Aileron, map(yoke, &|angle| aileron_deflection(linkage, angle))),
+        (Role::Elevator, map(column, &|angle| elevator_deflection(linkage, angle, settings))),
     ];
-    if let Some(pedal) = linkage.pedals.first() {
-        let turned = turn(&pedal.sensor)?;
+    if let (Some(pedal), [turned]) = (pedal, turned) {
         let (values, warning) = rudder_history(linkage, pedal, &turned.values);
         warnings.extend(warning);
         noise.push(("rudder", of_turn(&|angle| rudder_deflection(linkage, pedal, angle).0)));
-        derived.push((Role::Rudder, Series { time_s: turned.time_s, values: values.into() }));
+        derived.push((Role::Rudder, Series { time_s: Arc::clone(&turned.time_s), values: values.into() }));
     }
     let stated: Vec<_> = noise.iter().map(|(surface, deg)| format!("{surface} {deg:.3}")).collect();
     warnings

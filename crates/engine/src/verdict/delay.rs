@@ -91,26 +91,33 @@ fn mean_interval_s(series: &Series, window: TimeRange) -> Option<f64> {
     (time_s.len() > 1).then(|| (time_s[time_s.len() - 1] - time_s[0]) / (time_s.len() - 1) as f64)
 }
 
-/// A window's control on its time.
+/// A window's control on its time, about its mean, with its slope behind every sample.
 struct Control {
     time_s: Arc<[f64]>,
-    values: Vec<f64>,
+    values: DVector<f64>,
+    slopes: Vec<f64>,
 }
 
 impl Control {
+    fn new(time_s: Arc<[f64]>, values: &[f64]) -> Self {
+        let values = centred(values);
+        let slope = |k: usize| (values[k] - values[k - 1]) / (time_s[k] - time_s[k - 1]);
+        let slopes = (1..time_s.len()).map(slope).collect();
+        Self { time_s, values, slopes }
+    }
+
     /// The control as it would act `delay_s` late; before its first sample and behind its last as there.
-    fn late(&self, delay_s: f64) -> Vec<f64> {
-        let (time_s, values) = (&self.time_s, &self.values);
+    fn late(&self, delay_s: f64) -> DVector<f64> {
+        let (time_s, last) = (&self.time_s, self.time_s.len() - 1);
         let mut next = 1;
         let at = |time: &f64| {
-            let time = time - delay_s;
-            while next + 1 < time_s.len() && time_s[next] <= time {
+            let time = (time - delay_s).clamp(time_s[0], time_s[last]);
+            while next < last && time_s[next] <= time {
                 next += 1;
             }
-            let part = (time - time_s[next - 1]) / (time_s[next] - time_s[next - 1]);
-            values[next - 1] + part.clamp(0.0, 1.0) * (values[next] - values[next - 1])
+            self.values[next - 1] + self.slopes[next - 1] * (time - time_s[next - 1])
         };
-        time_s.iter().map(at).collect()
+        DVector::from_iterator(time_s.len(), time_s.iter().map(at))
     }
 }
 
@@ -151,7 +158,7 @@ impl Shifted {
             spans_s += time_s[time_s.len() - 1] - time_s[0];
             samples += time_s.len() - 1;
             let column: DMatrix<f64> = regressors(std::slice::from_ref(control), &aero.variables).ok()?;
-            controls.push(Control { time_s, values: column.iter().copied().collect() });
+            controls.push(Control::new(time_s, column.as_slice()));
             columns.push(about_mean(regressors(others, &aero.variables).ok()?));
             moments.push(centred(aero.coefficients.get(coefficient)));
         }
@@ -171,9 +178,10 @@ impl Shifted {
         let mut with_others = DVector::zeros(self.projected.len());
         let (mut square, mut with_moment) = (0.0, 0.0);
         for ((control, columns), moment) in self.controls.iter().zip(&self.others).zip(&self.moments) {
-            let late = centred(&control.late(delay_s));
-            with_others += columns.tr_mul(&late);
-            square += late.norm_squared();
+            let late = control.late(delay_s);
+            // What is about its mean does not see that of the control.
+            with_others.gemv_tr(1.0, columns, &late, 1.0);
+            square += late.norm_squared() - late.sum() * late.mean();
             with_moment += late.dot(moment);
         }
         let own = square - with_others.dot(&self.normal.solve(&with_others));

@@ -56,14 +56,15 @@ pub(super) fn findings(evidence: Evidence<'_>, window: Option<&str>, fit: &Coeff
     let at = place(name, window);
     let estimate = match &fit.fit {
         Ok(estimate) => estimate,
-        Err(_) if !absent(evidence, fit).is_empty() => {
-            let absent = absent(evidence, fit).join(", ");
-            let text = format!("no estimate: the recording has no {absent}, of which the model has terms");
-            let finding = Finding::new(Level::Bad, "failed", at, text);
-            let cure = "add the recording or the channel that has it, or leave its terms out";
-            return vec![finding.with_cure(cure).with_setting("Channels", format!("model.{name}"))];
-        }
         Err(error) => {
+            let absent = absent(evidence, fit);
+            if !absent.is_empty() {
+                let text =
+                    format!("no estimate: the recording has no {}, of which the model has terms", absent.join(", "));
+                let finding = Finding::new(Level::Bad, "failed", at, text);
+                let cure = "add the recording or the channel that has it, or leave its terms out";
+                return vec![finding.with_cure(cure).with_setting("Channels", format!("model.{name}"))];
+            }
             let finding = Finding::new(Level::Bad, "rank", at, format!("no estimate: {error}"));
             let cure = "leave a term out, or use a manoeuvre that moves the regressors apart";
             return vec![finding.with_cure(cure).with_setting("Model", format!("model.{name}"))];

@@ -50,11 +50,12 @@ fn extremes(values: &[f64]) -> [f64; 2] {
 
 /// Whether `end` is the least or the largest value of a series, which rests there again and again.
 fn rests_at_end(series: &Series, end: f64) -> bool {
+    let finite = || series.values.iter().copied().filter(|value| value.is_finite());
     // mostly false after a few samples
-    if series.values.iter().any(|value| *value < end) && series.values.iter().any(|value| *value > end) {
+    if finite().any(|value| value < end) && finite().any(|value| value > end) {
         return false;
     }
-    let distances = series.values.iter().map(|value| (value - end).abs()).filter(|distance| distance.is_finite());
+    let distances = finite().map(|value| (value - end).abs());
     let (nearest, farthest) = distances
         .filter(|distance| *distance > 0.0)
         .fold((f64::INFINITY, 0.0), |(nearest, farthest): (f64, f64), distance| {
@@ -89,5 +90,8 @@ mod tests {
         assert_eq!(rests(1.0, 1e-6), [false, false]);
         assert_eq!(rests(1.0, 0.02), [false, false]);
         assert!(!rests_at_end(&swing(0.3, 1e-6), 0.2));
+        let mut with_infinite = swing(0.3, 1e-6);
+        with_infinite.values = with_infinite.values.iter().copied().chain([f64::INFINITY, f64::NEG_INFINITY]).collect();
+        assert!(rests_at_end(&with_infinite, 0.3) && rests_at_end(&with_infinite, -0.3));
     }
 }

@@ -1,8 +1,9 @@
-//! Tables of a report in the units its readers think in.
+//! Tables of a report in the units its readers think in, with the symbols they know.
 
 use super::Block;
 use crate::notation;
 use crate::report::table::{Cell, Table};
+use crate::session::NoiseChannel;
 
 /// Columns whose numbers are in the unit another column of the row states, by the name of the table.
 const BY_ROW: [(&str, &[&str]); 4] = [
@@ -12,12 +13,24 @@ const BY_ROW: [(&str, &[&str]); 4] = [
     ("quantities", &["value", "step"]),
 ];
 
-/// The block with angles in degrees and angular rates in degrees per second where it is a table.
+/// The block with angles in degrees and angular rates in degrees per second where it is a table, and entries of noise by their symbols.
 pub fn shown(block: Block) -> Block {
     match block {
-        Block::Table(table) => Block::Table(in_degrees(table)),
+        Block::Table(table) => Block::Table(with_symbols(in_degrees(table))),
         other => other,
     }
+}
+
+fn with_symbols(mut table: Table) -> Table {
+    let entries = table.columns.iter().position(|column| table.name == "noise" && column.key == "entry");
+    for row in table.rows.iter_mut().filter(|_| entries.is_some()) {
+        let cell = &mut row[entries.unwrap_or_default()];
+        let Cell::Text(name) = cell else { continue };
+        if let Some(channel) = NoiseChannel::from_name(name) {
+            *cell = Cell::text(notation::role(channel.role()));
+        }
+    }
+    table
 }
 
 fn in_degrees(mut table: Table) -> Table {

@@ -28,8 +28,11 @@ pub fn write(histories: &[History<'_>], title: &str, path: &Path) -> Result<(), 
     let put = || -> std::io::Result<()> {
         let mut file = BufWriter::new(std::fs::File::create(path)?);
         file.write_all(&headers)?;
-        for value in columns.iter().flat_map(|column| column.values) {
-            file.write_all(&value.to_le_bytes())?;
+        let mut bytes = Vec::new();
+        for column in &columns {
+            bytes.clear();
+            bytes.extend(column.values.iter().flat_map(|value| value.to_le_bytes()));
+            file.write_all(&bytes)?;
         }
         file.flush()
     };
