@@ -12,6 +12,7 @@ use doublet_engine::builtin;
 use doublet_engine::run::Control;
 use doublet_engine::session::{self, Flight, MapRef, Session};
 use doublet_engine::stage::{self, NO_AIRCRAFT};
+use doublet_engine::verdict::Level;
 
 use crate::arguments::{NewArguments, StructureName};
 use crate::map::{ask, explain_row};
@@ -138,27 +139,85 @@ fn flight(
     (reference, map): (&MapRef, &ChannelMap),
 ) -> Result<Vec<Role>, String> {
     let plan = plan_all(&inspected.probes, map);
+    let roles = plan.all_roles();
+    if roles.is_empty() {
+        return Err(without_role(name, inspected, &plan, reference));
+    }
     text::line(&format!("{name}: channel map {}, {} roles", reference.name(), plan.roles.len()));
     let against = doublet_core::load::mismatches(&plan, map);
     plan.problems.iter().map(|problem| &problem.text).chain(&against).for_each(|line| text::line(&format!("  {line}")));
+    print_missing(&roles);
     print_contradictions(&plan, reference.name());
     let map = reference.clone();
     let before = session.windows.len();
     match add_flight(session, (name, &map), inspected, &plan, &Control::default(), &|_| {}) {
-        Ok(found) if found.windows.is_empty() => {
-            found.findings.iter().for_each(|line| text::line(&format!("  {line}")));
-            text::line("  no manoeuvre was found: one window holds the whole recording");
+        Ok(found) => {
+            if found.windows.is_empty() {
+                found.findings.iter().for_each(|line| text::line(&format!("  {line}")));
+                text::line("  no manoeuvre was found: one window holds the whole recording");
+            } else {
+                text::line(&format!("  manoeuvres found as windows: {}", session.windows.len() - before));
+            }
+            match (session.flights.len(), found.steady.len()) {
+                (1, 0) => text::line("  no steady window was found: the noise of the filter is the built-in one"),
+                (1, steady) => text::line(&format!("  noise taken from steady windows: {steady}")),
+                _ => {}
+            }
         }
-        Ok(_) => text::line(&format!("  manoeuvres found as windows: {}", session.windows.len() - before)),
         // The session says what is wrong with it in `doublet check`, and can be mended.
         Err(error) => {
-            text::line(&format!("  {error}"));
+            // What the plan refuses was said above.
+            if !plan.has_errors() {
+                text::line(&format!("  {error}"));
+            }
             let recordings = inspected.paths.iter().map(|path| begin::reference(path, map.clone()));
             session.flights.push(Flight::new(name.to_owned(), recordings.collect::<Result<_, _>>()?));
             session.windows.extend(whole_window(name, &inspected.probes));
         }
     }
-    Ok(plan.all_roles().into_iter().collect())
+    Ok(roles.into_iter().collect())
+}
+
+/// Why no session is made of recordings of which no channel plays a role, and what to do, in one line.
+fn without_role(name: &str, inspected: &Inspected, plan: &Plan, reference: &MapRef) -> String {
+    let nothing = format!("{name}: nothing is written, no channel plays a role");
+    let mut errors = plan.problems.iter().filter(|problem| problem.is_error);
+    if let Some(first) = errors.next() {
+        let more = match errors.count() {
+            0 => String::new(),
+            count => format!(" (and {count} more)"),
+        };
+        return format!("{nothing}: {}{more}", first.text);
+    }
+    let channels = inspected.probes.iter().flat_map(|probe| &probe.sources).flat_map(|source| &source.channels);
+    let count = channels.filter(|channel| !channel.is_time).count();
+    if count == 0 {
+        return format!("{nothing}: there is none beside the time; record ax, ay, az, p, q and r at least");
+    }
+    let file = inspected.paths.first().map_or_else(|| "FILE".to_owned(), |path| path.display().to_string());
+    let (known, cure) = match reference {
+        MapRef::Own(_) => (
+            format!("the names of its {count} channels tell none"),
+            format!(
+                "say them by --role ROLE=CHANNEL, or complete what `doublet map {file} --write MAP` gives and take --map MAP"
+            ),
+        ),
+        MapRef::File(map) => (
+            format!("the channel map {map} names none of its {count} channels"),
+            "correct the map, or take --guess".to_owned(),
+        ),
+    };
+    format!("{nothing}: {known}; `doublet inspect {file}` lists them: {cure}")
+}
+
+/// Says which roles are missing that the filter is driven by or that derivatives of controls need.
+fn print_missing(roles: &BTreeSet<Role>) {
+    for lack in begin::missing(|role| roles.contains(&role)).iter().filter(|lack| lack.level != Level::Good) {
+        let names: Vec<&str> = lack.roles.iter().map(|role| role.name()).collect();
+        let names = names.join(", ");
+        let cure = "say them in the channel map, or with --guess by --role ROLE=CHANNEL";
+        text::line(&format!("  {} {names}; {cure}", lack.means));
+    }
 }
 
 /// Says which channels contradict each other when they are read by `plan`, and what to change in the map called `map`.

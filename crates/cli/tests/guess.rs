@@ -138,3 +138,46 @@ fn deflection_that_can_be_two_things_is_asked_for() {
         assert_eq!(code, Some(i32::from(exists)), "{part}: {text}");
     }
 }
+
+/// What a recording does not have is said: nothing is written of one without a role, and of others the roles that nothing goes without.
+#[test]
+fn recording_without_a_role_is_refused_and_missing_roles_are_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let session = folder.path().join("s.toml");
+    let rows: String = (0..500).map(|k| format!("{},{},{}\n", 0.02 * f64::from(k), k % 50, k % 9)).collect();
+    for head in ["Time [s],foo,bar", "Bordrechner [s],foo,bar"] {
+        let path = written(folder.path(), &format!("{head}\n{rows}"));
+        let output = doublet(&root(), &["new", &path, "--guess", "-o", session.to_str().unwrap()]);
+        let error = String::from_utf8(output.stderr).unwrap();
+        assert_eq!((output.status.code(), session.exists()), (Some(1), false), "{error}");
+        let reason = "the names of its 2 channels tell none; `doublet inspect ";
+        assert!(error.lines().count() == 1 && error.contains(reason), "{error}");
+    }
+    let path = written(folder.path(), &format!("Zeit [s],Rollrate [°/s],Höhenruder [°]\n{rows}"));
+    let (text, code) = said(&["new", &path, "--guess", "-o", session.to_str().unwrap()]);
+    assert_eq!(code, Some(0), "{text}");
+    assert!(text.contains("  missing, no reconstruction without: ax, ay, az, q, r; say them"), "{text}");
+    assert!(text.contains("  missing, no control derivatives of: delta_a, delta_r; say them"), "{text}");
+}
+
+/// A time that is no time of the forms read is asked for once, and by a map that names it the refusal is one line.
+#[test]
+fn time_that_is_not_understood_is_said_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let rows: String = (0..500).map(|k| format!("10h23m{k:03},{},{}\n", k % 50, k % 9)).collect();
+    let path = written(folder.path(), &format!("Timestamp,p [deg/s],q [deg/s]\n{rows}"));
+    let session = folder.path().join("s.toml");
+    let session = session.to_str().unwrap();
+    let (text, code) = said(&["new", &path, "--guess", "-o", session]);
+    assert_eq!(code, Some(3), "{text}");
+    assert_eq!(text.matches("'Timestamp' is no time that is read, for example '10h23m000'").count(), 1, "{text}");
+    let map = folder.path().join("map.toml");
+    let roles = "p = { channel = \"p\" }\nq = { channel = \"q\" }\n";
+    let header =
+        "format = \"doublet channel map\"\nversion = 1\nname = \"m\"\n[[time]]\nchannel = \"Timestamp\"\n[roles]\n";
+    std::fs::write(&map, format!("{header}{roles}")).unwrap();
+    let output = doublet(&root(), &["new", &path, "--map", map.to_str().unwrap(), "-o", session]);
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert_eq!((output.status.code(), Path::new(session).exists()), (Some(1), false), "{error}");
+    assert_eq!((error.lines().count(), error.matches("is no time that is read").count()), (1, 1), "{error}");
+}

@@ -16,9 +16,13 @@ use doublet_core::series::{Channel, Recording, TimeRange};
 use crate::builtin;
 use crate::run::Control;
 use crate::session::{
-    Estimation, Flight, GravitySource, Manoeuvre, MapRef, Preparation, RecordingRef, Session, content_hash,
+    Edit, Estimation, Flight, GravitySource, Manoeuvre, MapRef, NoiseEdit, Preparation, RecordingRef, Session,
+    content_hash,
 };
-use crate::stage::{FlightPhysics, FlightProposals, LoadedFlight, measured_by, open_windows, physics_of, proposals};
+use crate::stage::{
+    FlightPhysics, FlightProposals, LoadedFlight, NoiseFlight, measured_by, noise, open_entries, open_windows,
+    physics_of, proposals,
+};
 use crate::verdict::Level;
 
 /// A channel map that comes with the program and what it makes of some recordings.
@@ -294,7 +298,7 @@ pub fn begin(
 }
 
 /// Adds a flight of `inspected` recordings, read by `plan`, to a session, with the manoeuvres its controls show as windows, or all of
-/// it as one window; returns what the search for manoeuvres found.
+/// it as one window, and the noise of its steady windows where it is the first; returns what the search for manoeuvres found.
 ///
 /// # Errors
 /// As [`begin`].
@@ -325,8 +329,30 @@ pub fn add_flight(
         session.windows.extend(whole.or_else(|| whole_window(name, &inspected.probes)));
     }
     session.windows.extend(windows);
+    if session.flights.len() == 1 {
+        take_noise(session, NoiseFlight { name, loaded: &loaded, proposals: &found })?;
+    }
     progress(1.0);
     Ok(found)
+}
+
+/// Marks the steady windows found in the first flight of a session whose noise is the built-in one, that of one aircraft's sensors, and takes
+/// the noise they show for Q and R.
+fn take_noise(session: &mut Session, flight: NoiseFlight<'_>) -> Result<(), String> {
+    let windows = flight.proposals.steady.clone();
+    let (filter, built_in) = (&session.filter, FilterSettings::default());
+    let is_built_in =
+        filter.process_noise == built_in.process_noise && filter.measurement_noise == built_in.measurement_noise;
+    if windows.is_empty() || !is_built_in {
+        return Ok(());
+    }
+    let marked = Edit::Noise(NoiseEdit::Steady { flight: flight.name.to_owned(), windows });
+    let found = noise(&[flight], &[]);
+    let entries = found.first().map(|noise| open_entries(session, noise)).unwrap_or_default();
+    for edit in [marked, Edit::Noise(NoiseEdit::Set { entries, reason: String::new() })] {
+        *session = edit.apply(session).map_err(|error| error.to_string())?;
+    }
+    Ok(())
 }
 
 /// A session with nothing flown, every setting as it is by default.

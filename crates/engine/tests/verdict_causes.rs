@@ -61,10 +61,11 @@ fn late_control_is_told_with_its_delay_and_the_delay_cures_it() {
         let verdicts = snapshot.verdicts.ready().unwrap();
         let found = reasons(verdicts, "timing");
         println!("{found:?}");
-        assert_eq!(found.len(), 1, "{surface:?}");
+        // Said of the moment, and of the force the control moves as well where its derivatives change by as much.
+        assert!([1, 2].contains(&found.len()), "{surface:?}");
         let delay_s = found[0].figure.unwrap();
         assert!((delay_s + 0.12).abs() < 0.02, "{surface:?}: {delay_s}");
-        assert_eq!(found[0].place, surface.name());
+        assert!(found.iter().all(|found| found.place == surface.name() && found.figure == Some(delay_s)));
         assert!(level(verdicts, coefficient) >= Level::Caution);
 
         let (_, snapshot) = flown(&late, |session| {

@@ -3,6 +3,7 @@
 use super::air::true_of_calibrated;
 use super::motion::{Motion, is_signed};
 use super::offsets::offset_of;
+use super::relations::gravity;
 use super::travels::{TravelForm, travel_form};
 use crate::atmos::STANDARD_GRAVITY_M_S2;
 use crate::quantity::Role::{self, *};
@@ -203,6 +204,50 @@ pub(super) struct Candidate {
     pub cures: Vec<Cure>,
     /// One for a single mistake of one channel; more for mistakes that need more to be wrong.
     pub cost: f64,
+    /// Whether the accelerometers are without gravity by the attitude: all of them are changed, which no channel map can do.
+    pub is_linear: bool,
+}
+
+impl Candidate {
+    fn of(cures: Vec<Cure>, cost: f64) -> Self {
+        Self { cures, cost, is_linear: false }
+    }
+
+    /// Roles whose channels it changes.
+    pub(super) fn roles(&self) -> Vec<Role> {
+        if self.is_linear { SPECIFIC_FORCE.to_vec() } else { self.cures.iter().flat_map(Cure::roles).collect() }
+    }
+
+    /// Roles whose unit it changes.
+    pub(super) fn roles_of_units(&self) -> Vec<Role> {
+        let of = |cure: &Cure| if let Cure::Scale { role, units: Some(_), .. } = cure { Some(*role) } else { None };
+        self.cures.iter().filter_map(of).collect()
+    }
+
+    /// The motion after it.
+    pub(super) fn applied(&self, motion: &Motion) -> Motion {
+        if self.is_linear {
+            return with_gravity(motion);
+        }
+        self.cures.iter().fold(motion.clone(), |motion, cure| cure.applied(motion))
+    }
+}
+
+/// The accelerometers.
+const SPECIFIC_FORCE: [Role; 3] = [SpecificForceX, SpecificForceY, SpecificForceZ];
+
+/// The motion with gravity by the attitude taken off the accelerometers again, which were without it.
+fn with_gravity(motion: &Motion) -> Motion {
+    let mut found = motion.clone();
+    for (axis, role) in SPECIFIC_FORCE.into_iter().enumerate() {
+        let Some(column) = motion.column(role) else { continue };
+        let mut given = vec![f64::NAN; column.len()];
+        for k in motion.segments.iter().flat_map(Clone::clone) {
+            given[k] = column[k] - gravity(motion, k)[axis];
+        }
+        found = found.with(role, given);
+    }
+    found
 }
 
 /// Cures of the sign and the unit of one channel.
@@ -268,6 +313,16 @@ const GROUPS: [&[Role]; 7] = [
     &[Aileron, Elevator, Rudder],
 ];
 
+/// Channels that are exchanged together: a box with gyroscopes and accelerometers that is mounted a quarter turn about.
+const SWAPS_OF_A_BOX: [[(Role, Role); 2]; 3] = [
+    [(RollRate, PitchRate), (SpecificForceX, SpecificForceY)],
+    [(RollRate, YawRate), (SpecificForceX, SpecificForceZ)],
+    [(PitchRate, YawRate), (SpecificForceY, SpecificForceZ)],
+];
+
+/// Most channels whose signs are turned in every combination.
+const MOST_COMBINED: usize = 5;
+
 /// Candidates that change at least one of the channels `suspects`, all of them recorded.
 pub(super) fn candidates(motion: &Motion, suspects: &[Role]) -> Vec<Candidate> {
     let mut found = Vec::new();
@@ -277,20 +332,58 @@ pub(super) fn candidates(motion: &Motion, suspects: &[Role]) -> Vec<Candidate> {
         let own = of_role(role)
             .into_iter()
             .filter(|(cure, _)| !is_part || !matches!(cure, Cure::Scale { units: Some(_), .. }));
-        found.extend(own.map(|(cure, cost)| Candidate { cures: vec![cure], cost }));
+        found.extend(own.map(|(cure, cost)| Candidate::of(vec![cure], cost)));
         if let Some(offset) = offset_of(role, motion) {
             let cure = Cure::Scale { role, factor: 1.0, offset: -offset, units: None };
-            found.push(Candidate { cures: vec![cure], cost: 1.3 });
+            found.push(Candidate::of(vec![cure], 1.3));
         }
         if let Some((form, likely_factor)) = travel_form(role, motion) {
-            found.push(Candidate { cures: vec![Cure::Travel { role, form, likely_factor }], cost: 1.3 });
+            found.push(Candidate::of(vec![Cure::Travel { role, form, likely_factor }], 1.3));
         }
     }
-    for (one, other) in SWAPS {
-        if motion.has(one) && motion.has(other) && (suspects.contains(&one) || suspects.contains(&other)) {
-            found.push(Candidate { cures: vec![Cure::Swap { one, other }], cost: 1.3 });
-        }
+    let is_there = |(one, other): (Role, Role)| motion.has(one) && motion.has(other);
+    let is_suspect = |(one, other): (Role, Role)| suspects.contains(&one) || suspects.contains(&other);
+    let swap = |(one, other)| Cure::Swap { one, other };
+    found.extend(
+        SWAPS
+            .into_iter()
+            .filter(|pair| is_there(*pair) && is_suspect(*pair))
+            .map(|pair| Candidate::of(vec![swap(pair)], 1.3)),
+    );
+    let boxes =
+        SWAPS_OF_A_BOX.into_iter().filter(|pairs| pairs.iter().all(|pair| is_there(*pair)) && is_suspect(pairs[0]));
+    found.extend(boxes.map(|pairs| Candidate::of(pairs.map(swap).to_vec(), 1.4)));
+    found.extend(in_other_units(motion, suspects));
+    if [SpecificForceZ, PitchAngle, BankAngle].iter().all(|role| motion.has(*role))
+        && SPECIFIC_FORCE.iter().any(|role| suspects.contains(role))
+    {
+        let cure = Cure::Scale { role: SpecificForceZ, factor: 1.0, offset: -STANDARD_GRAVITY_M_S2, units: None };
+        found.push(Candidate { cures: vec![cure], cost: 1.5, is_linear: true });
     }
+    if motion.has(TrueAirspeed) && suspects.contains(&TrueAirspeed) && !motion.has(CalibratedAirspeed) {
+        found.push(Candidate::of(vec![Cure::Reassign { from: TrueAirspeed, to: CalibratedAirspeed }], 1.1));
+    }
+    found
+}
+
+/// Signs turned together, two or more of the channels `opposite`, which run against what they are compared with: of a recorder with z up,
+/// each hides the other where the two are compared.
+pub(super) fn turned_together(opposite: &[Role]) -> Vec<Candidate> {
+    let count = opposite.len().min(MOST_COMBINED);
+    let combinations = (0_u32..1 << count).filter(|set| set.count_ones() > 1);
+    let turned = |set: u32| {
+        let chosen = opposite[..count].iter().enumerate().filter(|(index, _)| set >> index & 1 == 1);
+        let cures: Vec<Cure> =
+            chosen.map(|(_, role)| Cure::Scale { role: *role, factor: -1.0, offset: 0.0, units: None }).collect();
+        let cost = 1.0 + 0.1 * cures.len() as f64;
+        Candidate::of(cures, cost)
+    };
+    combinations.map(turned).collect()
+}
+
+/// Units of all channels of a box, and of those an air-data computer gives.
+fn in_other_units(motion: &Motion, suspects: &[Role]) -> Vec<Candidate> {
+    let mut found = Vec::new();
     for group in GROUPS {
         let there: Vec<Role> = group.iter().copied().filter(|role| motion.has(*role)).collect();
         let is_part = there.iter().any(|role| travel_form(*role, motion).is_some());
@@ -301,17 +394,14 @@ pub(super) fn candidates(motion: &Motion, suspects: &[Role]) -> Vec<Candidate> {
             let cures = there
                 .iter()
                 .filter_map(|role| of_role(*role).into_iter().map(|(cure, _)| cure).filter(is_of_units).nth(index));
-            found.push(Candidate { cures: cures.collect(), cost: 1.4 });
+            found.push(Candidate::of(cures.collect(), 1.4));
         }
     }
     if motion.has(TrueAirspeed) && motion.has(Altitude) && suspects.contains(&Altitude) {
         // An air-data computer in knots and feet, of which a map without units makes SI.
         let of = |role: Role, unit: &str| of_role(role).into_iter().map(|(cure, _)| cure).find(|cure| cure.is_in(unit));
         let cures = of(TrueAirspeed, "kt").into_iter().chain(of(Altitude, "ft"));
-        found.push(Candidate { cures: cures.collect(), cost: 1.6 });
-    }
-    if motion.has(TrueAirspeed) && suspects.contains(&TrueAirspeed) && !motion.has(CalibratedAirspeed) {
-        found.push(Candidate { cures: vec![Cure::Reassign { from: TrueAirspeed, to: CalibratedAirspeed }], cost: 1.1 });
+        found.push(Candidate::of(cures.collect(), 1.6));
     }
     found
 }

@@ -27,7 +27,7 @@ mod travels;
 
 use crate::series::Recording;
 
-pub use accelerometer::AccelerometerPlace;
+pub use accelerometer::{AccelerometerPlace, TellingVelocity};
 pub use changes::Cure;
 pub use gravity::{GravityExplanation, gravity_explains};
 pub use rows::{Agreement, Compatibility, CompatibilityRow};
@@ -44,8 +44,13 @@ pub fn check(recording: &Recording) -> Compatibility {
         let (shifts, motion) = shift::find(recording, clocked.factor, motion, &relations);
         rows.extend(shifts);
         place = accelerometer::place(&motion);
-        let compared = rows::rows(&search::search(motion, &relations));
-        rows.extend(speeds::in_knots(&compared));
+        // What accelerometers feel far from the centre of gravity looks like a mistake of their channels.
+        let motion = match place.filter(AccelerometerPlace::is_clear) {
+            Some(place) => place.moved(motion),
+            None => motion,
+        };
+        let compared = rows::rows(&search::search(motion.clone(), &relations));
+        rows.extend(speeds::in_knots(&compared).or_else(|| speeds::scaled(&compared, &motion)));
         rows.extend(compared);
     }
     // Channels that contradict each other tell no place.

@@ -110,6 +110,11 @@ impl Relation {
         matches!(self, Self::Size(_) | Self::Offset(_) | Self::Travel(_))
     }
 
+    /// Whether it is a line through pairs: its slope and squared correlation say how well it holds.
+    pub(super) fn is_of_lines(&self) -> bool {
+        matches!(self, Self::Kinematic(_) | Self::Air(_))
+    }
+
     /// What a wrong clock does to it.
     pub(super) fn clock(&self) -> ClockEffect {
         if let Self::Kinematic(one) = self { one.clock } else { ClockEffect::None }

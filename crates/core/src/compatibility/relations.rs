@@ -61,7 +61,7 @@ fn turns(m: &Motion, k: usize) -> (f64, f64, f64) {
 }
 
 /// Gravity in body axes at a step, m/s².
-fn gravity(m: &Motion, k: usize) -> [f64; 3] {
+pub(super) fn gravity(m: &Motion, k: usize) -> [f64; 3] {
     let (sin_theta, cos_theta) = m.sin_cos(PitchAngle, k);
     let (sin_phi, cos_phi) = m.sin_cos(BankAngle, k);
     [-GRAVITY_M_S2 * sin_theta, GRAVITY_M_S2 * cos_theta * sin_phi, GRAVITY_M_S2 * cos_theta * cos_phi]
@@ -81,7 +81,7 @@ fn acceleration(m: &Motion, k: usize) -> [f64; 3] {
 }
 
 /// Velocity relative to the air in north, east and down, m/s.
-fn air_over_ground(m: &Motion, k: usize) -> [f64; 3] {
+pub(super) fn air_over_ground(m: &Motion, k: usize) -> [f64; 3] {
     in_north_east_down(m, k, air_velocity(m, k))
 }
 
@@ -412,6 +412,11 @@ const TELLS: f64 = 3.0;
 const CLEAR_R2: f64 = 0.9;
 /// Such a line varies by this part of the noise at least: slow drifts alone correlate by chance.
 const CLEAR: f64 = 0.2;
+/// Neighbours by which the noise of a level is seen lie this part of a lag apart: near enough that no motion bends between them.
+const NEIGHBOURS_PER_LAG: usize = 16;
+/// One in so many of them, the farthest, is left out as a spike, and the part of the variance of normal noise that the rest has.
+const SPIKES: usize = 20;
+const REST_OF_VARIANCE: f64 = 0.76;
 
 impl Kinematic {
     /// Whether every channel it needs is there.
@@ -449,14 +454,19 @@ impl Kinematic {
         (variation > TELLS).then_some(variation)
     }
 
+    /// Steps of the lag.
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a lag of seconds over steps of more than 0.01 s"
+    )]
+    fn lag(&self, motion: &Motion) -> usize {
+        ((self.lag_s / motion.step_s).round() as usize).max(2)
+    }
+
     /// Pairs of one segment with the time of their middle.
     fn timed_pairs(&self, motion: &Motion, segment: &std::ops::Range<usize>) -> Vec<(f64, f64, f64)> {
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "a lag of seconds over steps of more than 0.01 s"
-        )]
-        let lag = ((self.lag_s / motion.step_s).round() as usize).max(2);
+        let lag = self.lag(motion);
         if segment.len() <= lag {
             return Vec::new();
         }
@@ -477,20 +487,29 @@ impl Kinematic {
         pairs.filter(|(_, x, y)| x.is_finite() && y.is_finite()).collect()
     }
 
+    /// Standard deviation of a comparison in one segment: that of ordinary sensors, or the noise its levels have at both ends of a lag
+    /// where that is larger.
+    fn noise_in(&self, motion: &Motion, segment: &std::ops::Range<usize>) -> f64 {
+        let lag = self.lag(motion);
+        let length_s = motion.step_s * lag as f64;
+        let of = |(_, level): Side| std::f64::consts::SQRT_2 * level_noise(motion, segment, level, lag) / length_s;
+        self.noise.max(of(self.x).hypot(of(self.y)))
+    }
+
     /// Compares over all segments; `None` where none tells.
     pub(super) fn compare(&self, motion: &Motion) -> Option<Figures> {
-        let segments = motion.segments.iter();
-        let lines: Vec<Line> =
-            segments.filter_map(|one| Line::through(&self.pairs(motion, one), self.origin)).collect();
-        let moves = |line: &&Line| line.spread_x > TELLS * self.noise;
+        let through = |one| Some((Line::through(&self.pairs(motion, one), self.origin)?, self.noise_in(motion, one)));
+        let lines: Vec<(Line, f64)> = motion.segments.iter().filter_map(through).collect();
+        let moves = |(line, noise): &&(Line, f64)| line.spread_x > TELLS * noise;
         let predicted = lines.iter().any(|line| moves(&line));
-        let is_clear = |line: &&Line| line.r2 > CLEAR_R2 && line.spread_x.max(line.spread_y) > CLEAR * self.noise;
-        let mut decisive: Vec<&Line> = lines.iter().filter(|line| moves(line) || is_clear(line)).collect();
+        let is_clear =
+            |(line, noise): &&(Line, f64)| line.r2 > CLEAR_R2 && line.spread_x.max(line.spread_y) > CLEAR * noise;
+        let mut decisive: Vec<_> = lines.iter().filter(|line| moves(line) || is_clear(line)).collect();
         if decisive.is_empty() {
-            decisive = lines.iter().filter(|line| line.spread_y > TELLS * self.noise).collect();
+            decisive = lines.iter().filter(|(line, noise)| line.spread_y > TELLS * noise).collect();
         }
         let of = |of: fn(&Line) -> f64| {
-            crate::statistics::median(&mut decisive.iter().map(|line| of(line)).collect::<Vec<_>>())
+            crate::statistics::median(&mut decisive.iter().map(|(line, _)| of(line)).collect::<Vec<_>>())
         };
         Some(Figures {
             slope: of(|line| line.slope)?,
@@ -500,4 +519,25 @@ impl Kinematic {
             predicted,
         })
     }
+}
+
+/// White noise of a level over a segment, by how far it lies from the middle of its neighbours; the largest such distances are left out
+/// as spikes.
+fn level_noise(motion: &Motion, segment: &std::ops::Range<usize>, level: Value, lag: usize) -> f64 {
+    let apart = (lag / NEIGHBOURS_PER_LAG).max(1);
+    if segment.len() <= 2 * apart {
+        return 0.0;
+    }
+    let levels: Vec<f64> = segment.clone().map(|k| level(motion, k)).collect();
+    let bend = |k: usize| levels[k] - 0.5 * (levels[k - apart] + levels[k + apart]);
+    let bends = (apart..levels.len() - apart).map(|k| bend(k).powi(2)).filter(|square| square.is_finite());
+    let mut squares: Vec<f64> = bends.collect();
+    let kept = squares.len() - squares.len() / SPIKES;
+    if kept < squares.len() {
+        squares.select_nth_unstable_by(kept, f64::total_cmp);
+        squares.truncate(kept);
+    }
+    // Of white noise the difference from the middle of two neighbours has one and a half times the variance.
+    let times = 1.5 * REST_OF_VARIANCE * squares.len().max(1) as f64;
+    (squares.iter().sum::<f64>() / times).sqrt()
 }

@@ -1,10 +1,12 @@
 //! The hypotheses that remove contradictions: few mistakes that make many relations hold.
 
+use std::cell::OnceCell;
+
 use rayon::prelude::*;
 
-use super::changes::{Candidate, Cure, candidates};
+use super::changes::{Candidate, Cure, candidates, turned_together};
 use super::line::Figures;
-use super::motion::{COMPARED, Motion};
+use super::motion::{COMPARED, Motion, is_signed};
 use super::outcome::{Outcome, Relation};
 use crate::quantity::Role;
 
@@ -16,6 +18,20 @@ const WEIGHT: f64 = 1.0;
 /// A relation that held and no longer does counts this many times; a response but once, for its cause may be turned, too.
 const BROKEN: f64 = 3.0;
 
+/// A relation that held before a change holds better after it when no more than this part of its disagreement is left, and counts so.
+const SHARPENED: f64 = 0.5;
+const SHARPENED_WEIGHT: f64 = 0.5;
+/// A channel tells its unit in a relation only where that holds better with the channel than without: by no more than this part of the
+/// disagreement that is left without it.
+const OWN_PART: f64 = 0.5;
+/// A unit is named where a slope lies this near to one after the cure, and a line this clear or as many segments tell it.
+const SLOPE_OF_UNIT: f64 = 0.15;
+pub(super) const CLEAR_R2: f64 = 0.98;
+const SEGMENTS_OF_UNIT: usize = 2;
+/// Slopes and least squared correlation of a channel that runs against what it is compared with.
+pub(super) const OPPOSITE_SLOPE: std::ops::RangeInclusive<f64> = -1.25..=-0.8;
+pub(super) const OPPOSITE_R2: f64 = 0.9;
+
 /// Scores nearer than this are the same: slopes of one hypothesis and another differ by noise.
 const SAME_SCORE: f64 = 0.02;
 
@@ -24,8 +40,12 @@ const SAME_SCORE: f64 = 0.02;
 pub(super) struct Mistake {
     /// What removes it.
     pub cures: Vec<Cure>,
+    /// Whether it is that of linear acceleration, as in [`Candidate`].
+    pub is_linear: bool,
     /// Relations that hold once it is removed, with their numbers before and after; the most telling first.
-    pub repaired: Vec<(Relation, Figures, Figures)>,
+    pub repaired: Vec<Repaired>,
+    /// Relations that held before and hold much better once it is removed.
+    pub sharpened: Vec<Repaired>,
     /// Other cures that would do as well.
     pub rivals: Vec<Cure>,
     /// The motion before and after.
@@ -41,10 +61,14 @@ pub(super) struct Found {
     pub outcomes: Vec<(Relation, Outcome)>,
 }
 
+/// A relation that holds by a hypothesis, with its numbers before and after.
+pub(super) type Repaired = (Relation, Figures, Figures);
+
 /// A candidate with what it does.
 struct Trial {
     candidate: Candidate,
-    repaired: Vec<(Relation, Figures, Figures)>,
+    repaired: Vec<Repaired>,
+    sharpened: Vec<Repaired>,
     score: f64,
     motion: Motion,
 }
@@ -54,9 +78,13 @@ pub(super) fn search(mut motion: Motion, relations: &[Relation]) -> Found {
     let mut outcomes = judge(relations, &motion);
     let mut mistakes = Vec::new();
     while mistakes.len() < MOST_MISTAKES {
-        let suspects = suspects(&outcomes);
-        let all = candidates(&motion, &suspects).into_par_iter();
-        let mut trials: Vec<Trial> = all.filter_map(|candidate| attempt(candidate, &motion, &outcomes)).collect();
+        let tried = |all: Vec<Candidate>| -> Vec<Trial> {
+            all.into_par_iter().filter_map(|candidate| attempt(candidate, &motion, &outcomes)).collect()
+        };
+        let mut trials = tried(candidates(&motion, &suspects(&outcomes)));
+        if trials.is_empty() {
+            trials = tried(turned_together(&opposite(&outcomes)));
+        }
         trials.sort_by(|a, b| rounded(b.score).total_cmp(&rounded(a.score)).then(rank(a).total_cmp(&rank(b))));
         let mut trials = trials.into_iter();
         let Some(best) = trials.next() else { break };
@@ -74,7 +102,9 @@ pub(super) fn search(mut motion: Motion, relations: &[Relation]) -> Found {
         let before = std::mem::replace(&mut motion, best.motion);
         let motions = [before, motion.clone()];
         outcomes = judge(relations, &motion);
-        mistakes.push(Mistake { cures: best.candidate.cures, repaired: best.repaired, rivals, motions });
+        let Candidate { cures, is_linear, .. } = best.candidate;
+        let (repaired, sharpened) = (best.repaired, best.sharpened);
+        mistakes.push(Mistake { cures, is_linear, repaired, sharpened, rivals, motions });
     }
     Found { mistakes, outcomes }
 }
@@ -105,22 +135,82 @@ fn suspects(outcomes: &[(Relation, Outcome)]) -> Vec<Role> {
     COMPARED.into_iter().filter(differs).collect()
 }
 
+/// Channels with a sign that run against what they are compared with.
+fn opposite(outcomes: &[(Relation, Outcome)]) -> Vec<Role> {
+    let runs_against = |relation: &Relation, outcome: &Outcome| match outcome {
+        Outcome::Differs(figures) if relation.is_of_lines() => {
+            OPPOSITE_SLOPE.contains(&figures.slope) && figures.r2 > OPPOSITE_R2
+        }
+        _ => false,
+    };
+    let runs = |role: &Role| {
+        outcomes.iter().any(|(relation, outcome)| relation.compared() == *role && runs_against(relation, outcome))
+    };
+    COMPARED.into_iter().filter(|role| is_signed(*role)).filter(runs).collect()
+}
+
 /// What a candidate does to the relations its channels enter; `None` where it repairs none or breaks as much.
 fn attempt(candidate: Candidate, motion: &Motion, outcomes: &[(Relation, Outcome)]) -> Option<Trial> {
-    let changed = candidate.cures.iter().fold(motion.clone(), |motion, cure| cure.applied(motion));
-    let roles: Vec<Role> = candidate.cures.iter().flat_map(Cure::roles).collect();
-    let (mut repaired, mut score) = (Vec::new(), 0.0);
+    let changed = candidate.applied(motion);
+    let roles = candidate.roles();
     let entered = || outcomes.iter().filter(|(relation, _)| roles.iter().any(|role| relation.involves(*role)));
-    let is_swap = matches!(candidate.cures[..], [Cure::Swap { .. }]);
-    let weight = |relation: &Relation| if relation.is_exact() { EXACT_WEIGHT } else { WEIGHT };
-    // What does not hold comes first: most candidates mend nothing, and the rest need not be computed.
+    let (mut repaired, mut score) = repair(&candidate, motion, &changed, entered());
+    if repaired.is_empty() || !candidate.roles_of_units().is_empty() && !tells_unit(&repaired) {
+        return None;
+    }
+    let mut sharpened = Vec::new();
     for (relation, before) in entered() {
+        let lost = match (before, relation.judge(&changed)) {
+            (Outcome::Fits(_), Outcome::Differs(_)) if !matches!(relation, Relation::Response(_)) => BROKEN,
+            (Outcome::Fits(_), Outcome::Differs(_)) => 1.0,
+            (Outcome::Fits(_), Outcome::Undetermined) | (Outcome::Undetermined, Outcome::Differs(_)) => 1.0,
+            (Outcome::Fits(was), Outcome::Fits(is))
+                if relation.is_of_lines() && is.disagreement < SHARPENED * was.disagreement =>
+            {
+                sharpened.push((*relation, *was, is));
+                -SHARPENED_WEIGHT
+            }
+            _ => 0.0,
+        };
+        score -= weight(relation) * lost;
+    }
+    repaired.sort_by(|a, b| {
+        let rank = |one: &Repaired| (roles.contains(&one.0.compared()), one.0.is_exact(), one.0.is_of_lines());
+        rank(b).cmp(&rank(a)).then(b.2.r2.total_cmp(&a.2.r2))
+    });
+    (score > 0.0).then_some(Trial { candidate, repaired, sharpened, score, motion: changed })
+}
+
+/// Weight of a relation.
+fn weight(relation: &Relation) -> f64 {
+    if relation.is_exact() { EXACT_WEIGHT } else { WEIGHT }
+}
+
+/// The relations that `candidate`, which makes `changed` of `motion`, repairs, and what that scores. What does not hold comes first: most
+/// candidates mend nothing, and the rest need not be computed.
+fn repair<'a>(
+    candidate: &Candidate,
+    motion: &Motion,
+    changed: &Motion,
+    entered: impl Iterator<Item = &'a (Relation, Outcome)>,
+) -> (Vec<Repaired>, f64) {
+    let (mut repaired, mut score) = (Vec::new(), 0.0);
+    let is_swap = candidate.cures.iter().all(|cure| matches!(cure, Cure::Swap { .. }));
+    let of_units = candidate.roles_of_units();
+    let resting = OnceCell::new();
+    let rest = || of_units.iter().fold(motion.clone(), |motion, role| motion.changed(*role, |_| 0.0));
+    for (relation, before) in entered {
         let Outcome::Differs(was) = before else { continue };
-        let after = relation.judge(&changed);
+        let after = relation.judge(changed);
         match &after {
-            Outcome::Fits(is) if relation.is_repaired(before, &after) => {
+            Outcome::Fits(is)
+                if relation.is_repaired(before, &after)
+                    && (of_units.is_empty()
+                        || is_as_far_off(candidate, was)
+                        || needs_channel(relation, is, resting.get_or_init(rest))) =>
+            {
                 // Of two units the one whose slope is nearer to one.
-                let slope = if matches!(relation, Relation::Kinematic(_) | Relation::Air(_)) { is.slope } else { 1.0 };
+                let slope = if relation.is_of_lines() { is.slope } else { 1.0 };
                 score += weight(relation) * (1.0 - slope.ln().abs());
                 repaired.push((*relation, *was, *is));
             }
@@ -133,21 +223,36 @@ fn attempt(candidate: Candidate, motion: &Motion, outcomes: &[(Relation, Outcome
             _ => {}
         }
     }
-    if repaired.is_empty() {
-        return None;
+    (repaired, score)
+}
+
+/// Whether a relation holds by what the channels say whose unit is changed: where it holds as well with them at rest, any factor that
+/// makes them small enough does.
+fn needs_channel(relation: &Relation, with: &Figures, without: &Motion) -> bool {
+    if matches!(relation, Relation::Size(_) | Relation::Travel(_)) {
+        return true;
     }
-    for (relation, before) in entered() {
-        score -= weight(relation)
-            * match (before, relation.judge(&changed)) {
-                (Outcome::Fits(_), Outcome::Differs(_)) if !matches!(relation, Relation::Response(_)) => BROKEN,
-                (Outcome::Fits(_), Outcome::Differs(_)) => 1.0,
-                (Outcome::Fits(_), Outcome::Undetermined) | (Outcome::Undetermined, Outcome::Differs(_)) => 1.0,
-                _ => 0.0,
-            };
+    match relation.judge(without) {
+        Outcome::Fits(without) => with.disagreement < OWN_PART * without.disagreement,
+        _ => true,
     }
-    repaired.sort_by(|a, b| {
-        let rank = |one: &(Relation, Figures, Figures)| (roles.contains(&one.0.compared()), one.0.is_exact());
-        rank(b).cmp(&rank(a)).then(b.2.r2.total_cmp(&a.2.r2))
-    });
-    (score > 0.0).then_some(Trial { candidate, repaired, score, motion: changed })
+}
+
+/// Whether a relation was off as far as a wrong unit makes it: by more than the root of its factor.
+fn is_as_far_off(candidate: &Candidate, was: &Figures) -> bool {
+    let of = |cure: &Cure| if let Cure::Scale { factor, .. } = cure { factor.abs().ln().abs() } else { 0.0 };
+    let factor = candidate.cures.iter().map(of).fold(0.0, f64::max);
+    was.slope.abs().ln().abs() > 0.5 * factor
+}
+
+/// Whether what is repaired is enough to name a unit: a size no aircraft has, or lines.
+fn tells_unit(repaired: &[Repaired]) -> bool {
+    if repaired.iter().any(|(relation, ..)| matches!(relation, Relation::Size(_) | Relation::Travel(_))) {
+        return true;
+    }
+    let lines = || repaired.iter().filter(|(relation, ..)| relation.is_of_lines());
+    let segments: usize = lines().map(|(.., after)| after.segments).sum();
+    let is_clear = lines().any(|(.., after)| after.r2 > CLEAR_R2);
+    let is_near = lines().any(|(.., after)| after.slope.ln().abs() < SLOPE_OF_UNIT.ln_1p());
+    lines().next().is_none() || is_near && (is_clear || segments >= SEGMENTS_OF_UNIT)
 }

@@ -1,8 +1,12 @@
-//! Speeds in knots that were taken for m/s: ground speed in knots beside the airspeed hides it from what compares the two.
+//! Airspeeds that are off by a factor: in knots, taken for m/s, which ground speed in knots beside them hides from what compares the two;
+//! calibrated, taken for true; or not corrected.
 
+use super::air::true_of_calibrated;
 use super::changes::Cure;
+use super::motion::Motion;
 use super::rows::{Agreement, CompatibilityRow};
 use crate::quantity::{Role, Unit};
+use crate::statistics::median;
 
 /// Relations that have the true airspeed on one side alone, and whether their slope is upside down.
 const OF_AIRSPEED: [((Role, &str), bool); 3] = [
@@ -10,9 +14,25 @@ const OF_AIRSPEED: [((Role, &str), bool); 3] = [
     ((Role::Altitude, "airspeed, theta and alpha"), false),
     ((Role::TrueAirspeed, "az and pitch rate"), true),
 ];
+/// Those and what compares the airspeed with the velocity over the ground.
+const OF_SCALE: [((Role, &str), bool); 5] = [
+    OF_AIRSPEED[0],
+    OF_AIRSPEED[1],
+    OF_AIRSPEED[2],
+    ((Role::TrueAirspeed, "v_north over turns"), true),
+    ((Role::TrueAirspeed, "v_east over turns"), true),
+];
 /// Least squared correlation of a relation that shows the unit of speed, and most that it may be off it.
 const LEAST_R2: f64 = 0.85;
 const TOLERANCE: f64 = 0.15;
+/// Least squared correlation of relations that show a factor together, and least that it is off one then: of clear relations, of others.
+const CLEAR: [f64; 2] = [0.97, 0.06];
+const OTHER: [f64; 2] = [0.93, 0.1];
+/// Least segments of such a relation, and most that its factor may be off the median.
+const SEGMENTS: usize = 2;
+const SPREAD: f64 = 0.06;
+/// Most that the factor may be off that of true over calibrated airspeed.
+const AS_CALIBRATED: f64 = 0.035;
 
 /// That the speeds are in knots, where two or more relations agree on it; each by itself may be hidden by gusts and sensors.
 pub(super) fn in_knots(rows: &[CompatibilityRow]) -> Option<CompatibilityRow> {
@@ -20,12 +40,7 @@ pub(super) fn in_knots(rows: &[CompatibilityRow]) -> Option<CompatibilityRow> {
     if rows.iter().any(|row| row.agreement == Agreement::Contradicts && row.channel == Role::TrueAirspeed.name()) {
         return None;
     }
-    let factor = |(relation, is_upside_down): &((Role, &'static str), bool)| {
-        let row = rows.iter().find(|row| row.relation == Some(*relation))?;
-        let slope = row.slope.filter(|slope| *slope > 0.0 && row.r2.is_some_and(|r2| r2 > LEAST_R2))?;
-        Some(if *is_upside_down { 1.0 / slope } else { slope })
-    };
-    let factors: Vec<f64> = OF_AIRSPEED.iter().filter_map(factor).collect();
+    let factors = factors(rows, &OF_AIRSPEED, LEAST_R2, 1);
     let is_knot = |factor: &f64| (factor / knot.scale - 1.0).abs() < TOLERANCE;
     if factors.len() < 2 || !factors.iter().all(is_knot) {
         return None;
@@ -53,4 +68,75 @@ pub(super) fn in_knots(rows: &[CompatibilityRow]) -> Option<CompatibilityRow> {
         }),
         curves: None,
     })
+}
+
+/// What the airspeed is to be multiplied by according to each of the relations, where they show it clearly.
+fn factors(
+    rows: &[CompatibilityRow],
+    relations: &[((Role, &'static str), bool)],
+    least_r2: f64,
+    segments: usize,
+) -> Vec<f64> {
+    let factor = |(relation, is_upside_down): &((Role, &'static str), bool)| {
+        let row = rows.iter().find(|row| row.relation == Some(*relation))?;
+        let is_told = row.r2.is_some_and(|r2| r2 > least_r2) && row.segments >= segments;
+        let slope = row.slope.filter(|slope| *slope > 0.0 && is_told)?;
+        Some(if *is_upside_down { 1.0 / slope } else { slope })
+    };
+    relations.iter().filter_map(factor).collect()
+}
+
+/// That the airspeed is too small or too large by one factor, where two or more relations agree on it: calibrated where the factor is that
+/// between the two, of a pitot system that is not corrected otherwise.
+pub(super) fn scaled(rows: &[CompatibilityRow], motion: &Motion) -> Option<CompatibilityRow> {
+    let role = Role::TrueAirspeed;
+    if rows.iter().any(|row| row.agreement == Agreement::Contradicts && row.channel == role.name()) {
+        return None;
+    }
+    let (factor, factors) = agreed(rows, CLEAR).or_else(|| agreed(rows, OTHER))?;
+    let percent = 100.0 * (1.0 - 1.0 / factor).abs();
+    let too = if factor > 1.0 { "small" } else { "large" };
+    let (hypothesis, cure) = match calibrated(motion).filter(|ratio| (factor / ratio - 1.0).abs() < AS_CALIBRATED) {
+        Some(_) => {
+            let cure = Cure::Reassign { from: role, to: Role::CalibratedAirspeed };
+            (cure.hypothesis(), cure)
+        }
+        None => (format!("{percent:.0} % too {too}"), Cure::Scale { role, factor, offset: 0.0, units: None }),
+    };
+    let said: Vec<String> = factors.iter().map(|factor| format!("{factor:.3}")).collect();
+    Some(CompatibilityRow {
+        channel: role.name().to_owned(),
+        relation: None,
+        agreement: Agreement::Contradicts,
+        hypothesis,
+        factor: Some(factor),
+        slope: Some(1.0 / factor),
+        r2: None,
+        segments: factors.len(),
+        evidence: format!(
+            "velocity over the ground, climb and normal acceleration, as far as they are recorded, are those of {} times this airspeed",
+            said.join(", ")
+        ),
+        cure: Some(cure),
+        curves: None,
+    })
+}
+
+/// The factor that two thirds of the relations, and two at least, agree on, with theirs.
+fn agreed(rows: &[CompatibilityRow], [least_r2, least_change]: [f64; 2]) -> Option<(f64, Vec<f64>)> {
+    let mut all = factors(rows, &OF_SCALE, least_r2, SEGMENTS);
+    let count = all.len();
+    let middle = median(&mut all)?;
+    all.retain(|factor| (factor / middle - 1.0).abs() < SPREAD);
+    let factor = median(&mut all.clone())?;
+    (all.len() >= 2 && 3 * all.len() >= 2 * count && (factor - 1.0).abs() > least_change).then_some((factor, all))
+}
+
+/// Median of true over calibrated airspeed at the recorded height, where that makes a difference.
+fn calibrated(motion: &Motion) -> Option<f64> {
+    let speeds =
+        motion.column(Role::TrueAirspeed).filter(|_| motion.has(Role::StaticPressure) || motion.has(Role::Altitude))?;
+    let steps = motion.segments.iter().flat_map(Clone::clone).filter(|&k| speeds[k].is_finite());
+    let ratio = median(&mut steps.map(|k| true_of_calibrated(motion, k, speeds[k]) / speeds[k]).collect::<Vec<_>>())?;
+    (ratio > 1.0 + AS_CALIBRATED).then_some(ratio)
 }

@@ -2,6 +2,7 @@
 
 use super::by_hand::{ChannelName, ManualChannel};
 use super::contents::{ChannelInfo, Probe};
+use super::foreign_names::{is_commanded, join_words, plain_letters};
 use super::stated_unit::{is_count, stated_unit, stem_and_unit};
 use super::text_layout::split_unit;
 use crate::quantity::{Dimension, Role, Unit};
@@ -17,7 +18,10 @@ const NOT_MEASURED: &[&str] = &["setpoint", "localpositionax", "localpositionay"
 /// A channel that may play a role.
 pub(super) struct Candidate<'p> {
     pub from: ChannelName,
+    /// Letters and digits of its name without a unit, small and without accents.
     pub plain: String,
+    /// The same without articles.
+    pub words: String,
     /// Name of the source without its number, then that of the channel.
     pub full: String,
     pub unit: Option<Unit>,
@@ -35,18 +39,15 @@ pub(super) fn candidates(probes: &[Probe]) -> Vec<Candidate<'_>> {
         .map(|(source, channel)| {
             let (name, _) = split_unit(&channel.name);
             let (stem, _) = stem_and_unit(&name);
-            let plain = letters(stem);
-            let full = letters(source.name.trim_end_matches(|last: char| !last.is_alphabetic())) + &letters(&name);
+            let (plain, words) = (plain_letters(stem), join_words(stem));
+            let place = plain_letters(source.name.trim_end_matches(|last: char| !last.is_alphabetic()));
+            let full = place + &plain_letters(&name);
             let from = ChannelName { source: source.name.clone(), channel: channel.name.clone() };
-            Candidate { from, plain, full, unit: stated_unit(channel), channel }
+            Candidate { from, plain, words, full, unit: stated_unit(channel), channel }
         })
         .filter(|candidate| !NOT_MEASURED.iter().any(|name| candidate.full.contains(name)))
+        .filter(|candidate| !is_commanded(&candidate.channel.name))
         .collect()
-}
-
-/// Letters and digits of a name, small.
-fn letters(name: &str) -> String {
-    name.to_lowercase().chars().filter(|letter| letter.is_alphanumeric()).collect()
 }
 
 /// Whether a channel goes by a name.
@@ -76,19 +77,43 @@ pub(super) fn row(candidate: &Candidate<'_>, role: Role) -> ManualChannel {
     // Altitude and climb are up, position and velocity down.
     row.turned = match role {
         Role::PositionDown => ["alt", "h"].iter().any(|up| candidate.plain.contains(up)),
-        Role::VelocityDown => is_climb(&candidate.plain),
+        Role::VelocityDown => is_climb(candidate),
         // Right trailing edge down is positive.
-        Role::Aileron => candidate.plain.contains("left") || candidate.plain == "aill",
+        Role::Aileron => LEFT.iter().any(|left| candidate.plain.contains(left)) || candidate.plain == "aill",
         _ => false,
     };
     row
 }
 
-/// Whether a vertical speed of this name is positive upwards.
-fn is_climb(plain: &str) -> bool {
-    let within = ["climb", "vertical", "vspd", "vvi", "ivv", "hdot", "altituderate", "altrate", "steigrate"];
-    let ends = ["vs", "roc"];
-    within.iter().any(|up| plain.contains(up)) || ends.iter().any(|up| plain.ends_with(up))
+/// Words for the left and for the right side.
+pub(super) const LEFT: [&str; 4] = ["left", "links", "linkes", "gauche"];
+pub(super) const RIGHT: [&str; 4] = ["right", "rechts", "rechtes", "droit"];
+
+/// Parts and ends of names of vertical speeds that are positive upwards.
+const CLIMBS: [&str; 13] = [
+    "climb",
+    "vertical",
+    "vertikal",
+    "vspd",
+    "vvi",
+    "ivv",
+    "hdot",
+    "altituderate",
+    "altrate",
+    "steig",
+    "vario",
+    "ascension",
+    "montee",
+];
+const CLIMB_ENDS: [&str; 2] = ["vs", "roc"];
+
+/// Whether a vertical speed of this name is positive upwards; `Vz` is where it is in feet per minute.
+fn is_climb(candidate: &Candidate<'_>) -> bool {
+    let plain = &candidate.plain;
+    let in_feet = candidate.unit.is_some_and(|unit| unit.symbol == "ft/min");
+    CLIMBS.iter().any(|up| plain.contains(up))
+        || CLIMB_ENDS.iter().any(|up| plain.ends_with(up))
+        || (plain == "vz" && in_feet)
 }
 
 /// The unit values of this size have: degrees where radians would be more than a turn, otherwise SI.

@@ -82,6 +82,10 @@ pub struct Source {
     pub start_time_s: Option<f64>,
     /// Rate, Hz, that goes with it.
     pub sample_rate_hz: Option<f64>,
+    /// Index of the channel that is the first column of a text table.
+    pub(super) first_column: Option<usize>,
+    /// Column that is called or written as a time and was not understood, with its first cell.
+    pub(super) unread_time: Option<(String, String)>,
 }
 
 /// One channel as recorded.

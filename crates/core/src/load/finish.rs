@@ -6,6 +6,9 @@ use super::LoadError;
 use super::contents::{Probe, Source};
 use super::time_unit::settle_units;
 
+/// What to do about a time that is not understood.
+pub(super) const UNREAD_CURE: &str = "write it as one of these, or give sample_rate in the map's [[time]] entry";
+
 /// Refuses a recording without a channel and lists what is odd about time.
 pub(super) fn finish(mut probe: Probe) -> Result<Probe, LoadError> {
     if probe.sources.iter().all(|source| source.channels.is_empty()) {
@@ -42,13 +45,24 @@ impl Source {
         if !self.clocks.is_empty() || self.channels.iter().all(|channel| channel.samples <= 1) {
             return None;
         }
-        let cure = match stated_rate(self) {
-            Some((line, rate)) => {
+        let unread = self.describe_unread_time();
+        let cure = match (stated_rate(self), &unread) {
+            (Some((line, rate)), _) => {
                 format!("{line} says {rate} Hz: give sample_rate = {rate} in the map's [[time]] entry")
             }
-            None => "name it in the map's [[time]] entry or give sample_rate there".to_owned(),
+            (None, Some(_)) => UNREAD_CURE.to_owned(),
+            (None, None) => "name it in the map's [[time]] entry or give sample_rate there".to_owned(),
         };
-        Some(format!("source '{}': no time channel recognised; {cure}", self.name))
+        let what = unread.unwrap_or_else(|| "no time channel recognised".to_owned());
+        Some(format!("source '{}': {what}; {cure}", self.name))
+    }
+
+    /// Which column is a time that was not understood, and what would be.
+    pub(super) fn describe_unread_time(&self) -> Option<String> {
+        let (name, cell) = self.unread_time.as_ref()?;
+        Some(format!(
+            "'{name}' is no time that is read, for example '{cell}' (seconds, hh:mm:ss.fff and YYYY-MM-DD hh:mm:ss.fff are)"
+        ))
     }
 }
 

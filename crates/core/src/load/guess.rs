@@ -3,268 +3,18 @@
 //! A guess is where a user starts, never an answer: nothing is read by it before it was looked at.
 
 use super::by_hand::{ChannelName, ManualChannel, ManualChannelMap};
-use super::candidates::{Candidate, Fits, best, candidates, row};
+use super::candidates::{Candidate, Fits, LEFT, RIGHT, best, candidates, row};
+use super::foreign_names::{
+    AIRSPEEDS_OF_NO_KIND, FOREIGN_AILERON, FOREIGN_NAMES, ends_on, has_one_reading, join_words, plain_letters,
+};
+use super::names::{AILERON, NAMES, NAMES_WITH_SOURCE};
+use super::stated_unit::stem_and_unit;
 use super::{Probe, guess_frames};
 use crate::quantity::{Dimension, Role, Unit};
-
-/// Names a role goes by, in small letters without separators, best first.
-const NAMES: &[(Role, &[&str])] = &[
-    (
-        Role::SpecificForceX,
-        &[
-            "ax",
-            "accx",
-            "accelx",
-            "xacc",
-            "xaccel",
-            "longacc",
-            "blongacc",
-            "imuax",
-            "nx",
-            "fx",
-            "linearaccelerationx",
-            "longitudinalacceleration",
-            "longaccel",
-            "beschlx",
-            "beschleunigungx",
-        ],
-    ),
-    (
-        Role::SpecificForceY,
-        &[
-            "ay",
-            "accy",
-            "accely",
-            "yacc",
-            "yaccel",
-            "latacc",
-            "blatacc",
-            "imuay",
-            "ny",
-            "fy",
-            "linearaccelerationy",
-            "lateralacceleration",
-            "lataccel",
-            "beschly",
-            "beschleunigungy",
-        ],
-    ),
-    (
-        Role::SpecificForceZ,
-        &[
-            "az",
-            "accz",
-            "accelz",
-            "zacc",
-            "zaccel",
-            "normacc",
-            "bnormacc",
-            "imuaz",
-            "nz",
-            "fz",
-            "linearaccelerationz",
-            "normalacceleration",
-            "normaccel",
-            "beschlz",
-            "beschleunigungz",
-        ],
-    ),
-    (
-        Role::RollRate,
-        &["p", "rollrate", "brollrate", "gyrox", "gyrx", "omegax", "wx", "pbody", "xrate", "angularvelocityx"],
-    ),
-    (
-        Role::PitchRate,
-        &[
-            "q",
-            "pitchrate",
-            "bpitchrate",
-            "gyroy",
-            "gyry",
-            "omegay",
-            "wy",
-            "qbody",
-            "yrate",
-            "angularvelocityy",
-            "nickrate",
-        ],
-    ),
-    (
-        Role::YawRate,
-        &[
-            "r",
-            "yawrate",
-            "byawrate",
-            "gyroz",
-            "gyrz",
-            "omegaz",
-            "wz",
-            "rbody",
-            "zrate",
-            "angularvelocityz",
-            "gierrate",
-        ],
-    ),
-    (Role::RollAcceleration, &["pdot"]),
-    (Role::PitchAcceleration, &["qdot"]),
-    (Role::YawAcceleration, &["rdot"]),
-    (Role::PositionNorth, &["x", "posn", "posnorth", "north", "xe", "xn"]),
-    (Role::PositionEast, &["y", "pose", "poseast", "east", "ye"]),
-    (Role::PositionDown, &["z", "posd", "posdown", "down", "ze"]),
-    (Role::VelocityNorth, &["vnorth", "vn", "veln", "velnorth", "velocitynorth", "speednorth", "gpsvn"]),
-    (Role::VelocityEast, &["veast", "ve", "vele", "veleast", "velocityeast", "speedeast", "gpsve"]),
-    (
-        Role::VelocityDown,
-        &[
-            "vdown",
-            "vd",
-            "veld",
-            "veldown",
-            "velocitydown",
-            "speeddown",
-            "gpsvd",
-            "climbrate",
-            "verticalspeed",
-            "vspd",
-            "rateofclimb",
-            "vs",
-            "vvi",
-            "ivv",
-            "roc",
-            "hdot",
-            "altituderate",
-            "altrate",
-            "steigrate",
-        ],
-    ),
-    (Role::BankAngle, &["phi", "roll", "bank", "rollangle", "bankangle", "rollwinkel", "hängewinkel", "querlage"]),
-    (Role::PitchAngle, &["theta", "pitch", "tht", "pitchangle", "the", "nickwinkel", "längsneigung"]),
-    (
-        Role::HeadingAngle,
-        &[
-            "psi",
-            "yaw",
-            "heading",
-            "hdg",
-            "trueheading",
-            "headingtrue",
-            "hdingtrue",
-            "headingangle",
-            "yawangle",
-            "gierwinkel",
-            "steuerkurs",
-            "kurs",
-        ],
-    ),
-    (Role::TrueAirspeed, &["airspeed", "tas", "vtas", "trueairspeed", "vtrue", "vtotal", "va", "vt", "v"]),
-    (Role::AngleOfAttack, &["alpha", "aoa", "angleofattack", "alfa", "alphavane", "vaneaoa", "anstellwinkel"]),
-    (Role::Sideslip, &["beta", "aos", "sideslip", "angleofsideslip", "betavane", "vaneaos", "ssa", "schiebewinkel"]),
-    (Role::Aileron, AILERON),
-    (
-        Role::Elevator,
-        &[
-            "deltae",
-            "de",
-            "elevator",
-            "delev",
-            "elev",
-            "elv",
-            "elevatorpos",
-            "elevatordeflection",
-            "elevatorposition",
-            "elevpos",
-            "höhenruder",
-            "hoehenruder",
-        ],
-    ),
-    (
-        Role::Rudder,
-        &[
-            "deltar",
-            "dr",
-            "rudder",
-            "drud",
-            "rud",
-            "rudderpos",
-            "rudderdeflection",
-            "rudderposition",
-            "rudpos",
-            "seitenruder",
-        ],
-    ),
-    (Role::ElevatorTrim, &["deltate", "dte", "elevatortrim", "elevtrim", "elevatordte", "trimtab"]),
-    (Role::Stabiliser, &["stabiliser", "stabilizer", "stab", "ih"]),
-    (Role::Flap, &["flap", "flaps", "df", "deltaf", "flappos", "klappen", "landeklappen"]),
-    (Role::StaticPressure, &["staticpressure", "ps", "pstat", "pstatic", "baro"]),
-    (Role::AirTemperature, &["airtemperature", "sat", "oat", "staticairtemperature", "ts"]),
-    (Role::TotalTemperature, &["totaltemperature", "tat", "tt"]),
-    (Role::AirDensity, &["rho", "airdensity", "density"]),
-    (Role::Mach, &["mach", "ma", "machnumber"]),
-    (
-        Role::CalibratedAirspeed,
-        &["cas", "calibratedairspeed", "ias", "vcas", "vias", "kias", "kcas", "indicatedairspeed", "airspeedindicated"],
-    ),
-    (
-        Role::Altitude,
-        &["altitude", "alt", "pressurealtitude", "hp", "palt", "h", "baroalt", "altitudeasl", "höhe", "hoehe"],
-    ),
-    (Role::Latitude, &["latitudegeodetic", "latitude", "lat", "gpslat"]),
-    (Role::Longitude, &["longitude", "lon", "long", "lng", "gpslon", "gpslong"]),
-    (Role::GpsAltitude, &["gpsaltitude", "gpsalt", "altgps", "hgps", "gpsheight", "altitudemsl", "altmsl"]),
-    (Role::FuelMass, &["fuelmass", "fuelonboard", "fuel"]),
-    (Role::FuelFlow, &["fuelflow", "ff"]),
-    (Role::Thrust1, &["thrust1", "thrustleft", "thrustfront", "thrust"]),
-    (Role::Thrust2, &["thrust2", "thrustright", "thrustrear"]),
-    (Role::EngineSpeed1, &["enginespeed1", "rpm1", "n11", "rpm", "rpmleft"]),
-    (Role::EngineSpeed2, &["enginespeed2", "rpm2", "rpmright"]),
-    (Role::ManifoldPressure1, &["manifoldpressure1", "map1", "mp1"]),
-    (Role::ManifoldPressure2, &["manifoldpressure2", "map2", "mp2"]),
-    (Role::Power1, &["power1", "power"]),
-    (Role::Power2, &["power2"]),
-    (Role::WeightOnWheels, &["weightonwheels", "wow", "squatswitch", "onground"]),
-];
-
-/// Names of ailerons: their common deflection first, then the right one, whose trailing edge down is positive, then the left one, turned.
-const AILERON: &[&str] = &[
-    "deltaa",
-    "da",
-    "aileron",
-    "dail",
-    "ail",
-    "ailerondeflection",
-    "rightaileron",
-    "aileronright",
-    "rightaileronpos",
-    "ailr",
-    "leftaileron",
-    "aileronleft",
-    "leftaileronpos",
-    "aill",
-    "aileronpos",
-    "aileronposition",
-    "ailpos",
-    "querruder",
-];
 
 /// Mean specific force along z that is taken for g, as magnitude; larger ones for m/s².
 const LARGEST_MEAN_G: f64 = 4.0;
 
-/// Ends of `source channel` of recorders that say in the name of the source what a channel is, tried before all others: topics of PX4.
-const NAMES_WITH_SOURCE: &[(Role, &[&str])] = &[
-    (Role::SpecificForceX, &["vehicleaccelerationxyz0", "sensorcombinedaccelerometerms20"]),
-    (Role::SpecificForceY, &["vehicleaccelerationxyz1", "sensorcombinedaccelerometerms21"]),
-    (Role::SpecificForceZ, &["vehicleaccelerationxyz2", "sensorcombinedaccelerometerms22"]),
-    (Role::RollRate, &["vehicleangularvelocityxyz0", "sensorcombinedgyrorad0"]),
-    (Role::PitchRate, &["vehicleangularvelocityxyz1", "sensorcombinedgyrorad1"]),
-    (Role::YawRate, &["vehicleangularvelocityxyz2", "sensorcombinedgyrorad2"]),
-    (Role::PositionNorth, &["vehiclelocalpositionx"]),
-    (Role::PositionEast, &["vehiclelocalpositiony"]),
-    (Role::PositionDown, &["vehiclelocalpositionz"]),
-    (Role::VelocityNorth, &["vehiclelocalpositionvx"]),
-    (Role::VelocityEast, &["vehiclelocalpositionvy"]),
-    (Role::VelocityDown, &["vehiclelocalpositionvz"]),
-    (Role::TrueAirspeed, &["airspeedvalidatedtrueairspeedms", "airspeedtrueairspeedms"]),
-];
 /// What the channels of `probes` look like: roles by name, units as recorded, as the name ends or as large as the values are, signs
 /// where the values tell them (specific force along z is about -g in level flight). A channel without time of its own, or one that
 /// time itself is, plays no role.
@@ -280,13 +30,27 @@ pub fn guess(probes: &[Probe]) -> ManualChannelMap {
     let ends_alone = |candidate: &Candidate<'_>, name: &str| {
         name.len() > 2 && candidate.plain.ends_with(name) && !is_other_side(&candidate.plain, name)
     };
+    let is_foreign = |candidate: &Candidate<'_>, name: &str| candidate.words == name;
+    let ends_foreign = |candidate: &Candidate<'_>, name: &str| {
+        ends_on(&candidate.words, name) && !is_other_side(&candidate.plain, name)
+    };
     // Names that are a role's own first: `z` of one recorder does not take the `az` of another.
-    for (list, fits) in [(NAMES_WITH_SOURCE, &ends as Fits), (NAMES, &is), (NAMES, &ends_alone)] {
+    let passes: [(&[_], Fits<'_>); 5] = [
+        (NAMES_WITH_SOURCE, &ends),
+        (NAMES, &is),
+        (FOREIGN_NAMES, &is_foreign),
+        (NAMES, &ends_alone),
+        (FOREIGN_NAMES, &ends_foreign),
+    ];
+    for (list, fits) in passes {
         for &(role, names) in list {
             if map.row(role).is_some() {
                 continue;
             }
-            let found = best(&candidates, &taken, role, names, fits);
+            let goes_by = |candidate: &Candidate<'_>, name: &str| {
+                fits(candidate, name) && has_one_reading((name, role), candidate, &map, &candidates)
+            };
+            let found = best(&candidates, &taken, role, names, &goes_by);
             if let Some(index) = found {
                 taken.push(index);
                 map.set(role, Some(row(&candidates[index], role)));
@@ -312,7 +76,8 @@ const CALIBRATED_SOURCES: [&str; 2] = ["arsp", "vfrhud"];
 fn settle_airspeed(map: &mut ManualChannelMap, candidates: &[Candidate<'_>], taken: &[usize]) {
     let Some(given) = map.row(Role::TrueAirspeed) else { return };
     let Some(candidate) = candidates.iter().find(|candidate| candidate.from == given.from) else { return };
-    let says_no_kind = candidate.plain.ends_with("airspeed") && !candidate.plain.contains("true");
+    let says_no_kind = (candidate.plain.ends_with("airspeed") && !candidate.plain.contains("true"))
+        || AIRSPEEDS_OF_NO_KIND.contains(&candidate.words.as_str());
     let of_autopilot = CALIBRATED_SOURCES.iter().any(|source| candidate.full.starts_with(source));
     let in_knots = candidate.unit.is_some_and(|unit| unit.symbol == "kt");
     if !says_no_kind || !(of_autopilot || in_knots) || map.row(Role::CalibratedAirspeed).is_some() {
@@ -326,7 +91,17 @@ fn settle_airspeed(map: &mut ManualChannelMap, candidates: &[Candidate<'_>], tak
 
 /// Whether a channel's name says a side and `name`, of ailerons, which it ends on, does not: one of a pair is not their common deflection.
 fn is_other_side(plain: &str, name: &str) -> bool {
-    AILERON.contains(&name) && ["left", "right"].iter().any(|side| plain.contains(side) && !name.contains(side))
+    let is_aileron = AILERON.contains(&name) || FOREIGN_AILERON.contains(&name);
+    is_aileron && LEFT.iter().chain(&RIGHT).any(|side| plain.contains(side) && !name.contains(side))
+}
+
+/// Whether a channel of this name is made for a role.
+pub(super) fn is_role_name(name: &str) -> bool {
+    let (stem, _) = stem_and_unit(name);
+    let (plain, words) = (plain_letters(stem), join_words(stem));
+    let goes_by = |name: &str, names: &[&str]| names.contains(&name);
+    NAMES.iter().any(|(_, names)| goes_by(&plain, names))
+        || FOREIGN_NAMES.iter().any(|(_, names)| goes_by(&words, names))
 }
 
 /// What a row for `role` of the channel `from` starts as: the unit it was recorded in, its name ends in or its values look like.
@@ -357,6 +132,9 @@ fn agree_on_degrees(map: &mut ManualChannelMap, probes: &[Probe]) {
     }
 }
 
+/// Parts of names of specific forces that are positive upwards.
+const UPWARDS: [&str; 4] = ["norm", "hoch", "vertikal", "verticale"];
+
 /// Specific force along z is about -g on the mean: its size tells g from m/s² where no unit is known, its sign the axis, and a mean
 /// near zero in g that 1 g was taken off.
 fn refine_forces(map: &mut ManualChannelMap, probes: &[Probe]) {
@@ -379,7 +157,8 @@ fn refine_forces(map: &mut ManualChannelMap, probes: &[Probe]) {
         }
         if *role == Role::SpecificForceZ {
             let taken_off = in_g && mean.abs() < 0.4;
-            let upwards = row.from.channel.to_lowercase().contains("norm");
+            let name = plain_letters(&row.from.channel);
+            let upwards = UPWARDS.iter().any(|up| name.contains(up));
             row.turned = mean > 0.4 || (taken_off && upwards);
             row.offset = if !taken_off {
                 0.0
@@ -504,5 +283,114 @@ mod tests {
         assert_eq!(roles("Airspeed (kt),TAS (kt)"), [named("Airspeed"), named("TAS")]);
         assert_eq!(roles("Airspeed (m/s),other"), [None, named("Airspeed")]);
         assert_eq!(roles("true airspeed (kt),other"), [None, named("true airspeed")]);
+    }
+
+    /// First values of the roles guessed of a text, in the units recorded.
+    fn firsts(text: &str) -> Vec<(&'static str, f64)> {
+        let probe = probe_of(text);
+        let map = guess(std::slice::from_ref(&probe));
+        let first =
+            |row: &ManualChannel| row.values(std::slice::from_ref(&probe)).map_or(f64::NAN, |values| values.first);
+        map.rows.iter().map(|(role, row)| (role.name(), first(row))).collect()
+    }
+
+    #[test]
+    fn french_names_are_guessed() {
+        let text = "Temps (s);Gîte (°);Assiette (°);Cap (°);Vitesse de roulis (°/s);Vitesse de tangage (°/s);Vitesse de lacet (°/s);\
+            Facteur de charge nx (g);Facteur de charge ny (g);Facteur de charge nz (g);Vitesse indiquée (kt);Incidence (°);\
+            Dérapage (°);Altitude pression (ft);Vz (ft/min);Gouverne de profondeur (°);Aileron droit (°);Gouverne de direction (°)\n\
+            0,0000;0,1042;2,0368;34,7635;0,0363;0,0010;0,2519;0,0291;-0,0015;0,9947;217,2442;1,8169;0,0774;19683,8;2,6;0,4953;0,0603;-0,0387\n\
+            0,0312;0,1180;1,8278;34,5917;0,0626;-0,0029;0,0524;0,0327;0,0014;0,9950;216,6304;2,0395;0,0047;19685,6;-11,0;0,5017;-0,0296;0,0381\n\
+            0,0625;-0,2103;1,9529;34,3517;0,1966;-0,0507;0,0800;0,0226;-0,0047;0,9974;217,2751;1,9710;-0,0578;19685,7;2,9;0,4823;0,0219;0,0034\n";
+        let wanted = [
+            ("ax", 0.0291),
+            ("ay", -0.0015),
+            ("az", -0.9947),
+            ("p", 0.0363),
+            ("q", 0.001),
+            ("r", 0.2519),
+            ("z", -19_683.8),
+            ("v_down", -2.6),
+            ("phi", 0.1042),
+            ("theta", 2.0368),
+            ("psi", 34.7635),
+            ("alpha", 1.8169),
+            ("beta", 0.0774),
+            ("delta_a", 0.0603),
+            ("delta_e", 0.4953),
+            ("delta_r", -0.0387),
+            ("calibrated_airspeed", 217.2442),
+            ("altitude", 19_683.8),
+        ];
+        assert_near(&firsts(text), &wanted);
+    }
+
+    #[test]
+    fn german_names_are_guessed_with_and_without_umlauts() {
+        let head = "Uhrzeit;Rollwinkel;Nickwinkel;Gierwinkel;Rollrate;Nickrate;Gierrate;Beschl_längs;Beschl_quer;Beschl_hoch;\
+            Fluggeschw_wahr;Anstellwinkel;Schiebewinkel;Höhe_MSL;Vario;Querruder;Höhenruder;Seitenruder\n";
+        let rows = "hh:mm:ss;°;°;°;°/s;°/s;°/s;g;g;g;km/h;°;°;m;m/s;°;°;°\n\
+            10:23:11.000;-0,0804;1,7559;34,3110;0,0956;0,2046;-0,2021;0,02793;0,00378;1,00229;111,878;4,2428;0,1049;1199,88;-1,612;-0,0083;1,1714;-0,0126\n\
+            10:23:11.020;-0,0484;1,6749;34,3067;0,3489;0,1556;-0,0592;0,03198;-0,00191;1,00573;111,158;4,0211;0,0250;1199,71;-1,578;-0,0294;1,1299;-0,0176\n";
+        let wanted = [
+            ("ax", 0.027_93),
+            ("ay", 0.003_78),
+            ("az", -1.002_29),
+            ("p", 0.0956),
+            ("q", 0.2046),
+            ("r", -0.2021),
+            ("z", -1199.88),
+            ("v_down", 1.612),
+            ("phi", -0.0804),
+            ("theta", 1.7559),
+            ("psi", 34.311),
+            ("airspeed", 111.878),
+            ("alpha", 4.2428),
+            ("beta", 0.1049),
+            ("delta_a", -0.0083),
+            ("delta_e", 1.1714),
+            ("delta_r", -0.0126),
+            ("altitude", 1199.88),
+        ];
+        let plain = head.replace("längs", "laengs").replace("Höhe", "Hoehe");
+        for head in [head, &plain, &plain.replace("Hoehe", "Hohe").replace("laengs", "langs")] {
+            assert_near(&firsts(&format!("{head}{rows}")), &wanted);
+        }
+    }
+
+    fn assert_near(found: &[(&'static str, f64)], wanted: &[(&'static str, f64)]) {
+        let names = |all: &[(&'static str, f64)]| all.iter().map(|(name, _)| *name).collect::<Vec<_>>();
+        assert_eq!(names(found), names(wanted));
+        for ((name, value), (_, wanted)) in found.iter().zip(wanted) {
+            assert!((value - wanted).abs() < 1e-9, "{name}: {value}, not {wanted}");
+        }
+    }
+
+    #[test]
+    fn a_name_of_two_readings_is_taken_where_unit_or_another_channel_leaves_one() {
+        for (head, wanted) in [
+            ("Roulis,Tangage", &[][..]),
+            ("Roulis (°),Tangage (°/s)", &["q", "phi"]),
+            ("Vitesse de roulis,Roulis", &["p", "phi"]),
+            ("Rollrate,Rollen", &["p", "phi"]),
+            ("Direction,Altitude", &["z", "altitude"]),
+            ("Direction,Profondeur", &["delta_e", "delta_r"]),
+            ("VV (m/s),Vz (m/s)", &[]),
+            ("VV (kt),Vz (ft/min)", &["v_down", "airspeed"]),
+            ("Soll-Kurs,Kurs", &["psi"]),
+            ("Kraftstoff,Drehzahl", &["engine_speed_1"]),
+            ("Querruder links,Effort profondeur", &["delta_a"]),
+            ("IMU_Rollrate,AHRS Nickwinkel", &["p", "theta"]),
+            ("Fluggeschwindigkeit (kt),Staudruck", &["calibrated_airspeed"]),
+            ("Fluggeschwindigkeit (km/h),Staudruck", &["airspeed"]),
+        ] {
+            let text = format!("time,{head}\n0.0,5,2\n0.1,6,3\n0.2,5,2\n");
+            let names: Vec<_> = firsts(&text).into_iter().map(|(name, _)| name).collect();
+            assert_eq!(names, wanted, "{head}");
+        }
+        assert_eq!(
+            firsts("time,Querruder links,Vario\n0.0,5,2\n0.1,6,3\n0.2,5,2\n"),
+            [("v_down", -2.0), ("delta_a", -5.0)]
+        );
     }
 }

@@ -4,9 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
 use super::attitude::QuaternionAxes;
+use super::by_name::{column_counts, find, set_clock};
 use super::contents::{ChannelInfo, Probe, Source};
-use super::find_clocks::{assign_clocks, clock_of};
-use super::map::{ATTITUDE, ChannelMap, Entry, FlatEarth, Term, TimeEntry, TimeOrigin, VELOCITY, matches};
+use super::map::{ATTITUDE, ChannelMap, Entry, FlatEarth, Term, TimeEntry, VELOCITY, matches};
 use super::time_unit::{contradiction, settle_units};
 use crate::quantity::{Dimension, Role, Unit};
 
@@ -109,7 +109,7 @@ pub fn plan(probe: &Probe, map: &ChannelMap) -> Plan {
 ///
 /// A role that two sources could play is a problem that names both; nothing is replaced silently.
 pub fn plan_all(probes: &[Probe], map: &ChannelMap) -> Plan {
-    let mut planner = Planner { map, probes: probes.to_vec(), problems: Vec::new(), time: BTreeMap::new() };
+    let mut planner = Planner::new(probes, map);
     planner.name_columns();
     planner.set_clocks();
     let sequence = planner.sequence();
@@ -127,6 +127,7 @@ pub fn plan_all(probes: &[Probe], map: &ChannelMap) -> Plan {
     }
     planner.check_derived(&roles);
     let derived = planner.derive(&roles, &sequence);
+    planner.warn_of_unset_clocks();
     planner.question_clocks(&roles);
     Plan {
         roles,
@@ -146,6 +147,23 @@ struct Planner<'m> {
     probes: Vec<Probe>,
     problems: Vec<Problem>,
     time: BTreeMap<(usize, usize), TimeEntry>,
+    /// Why the map's time does not fit a source, by `(probe, source)`, until a role needs it.
+    unset_clocks: BTreeMap<(usize, usize), String>,
+    /// Sources of which it was said that they have no time.
+    timeless: BTreeSet<(usize, usize)>,
+}
+
+impl<'m> Planner<'m> {
+    fn new(probes: &[Probe], map: &'m ChannelMap) -> Self {
+        Self {
+            map,
+            probes: probes.to_vec(),
+            problems: Vec::new(),
+            time: BTreeMap::new(),
+            unset_clocks: BTreeMap::new(),
+            timeless: BTreeSet::new(),
+        }
+    }
 }
 
 impl Planner<'_> {
@@ -195,21 +213,38 @@ impl Planner<'_> {
 
     /// Applies the map's time entries to the sources they match.
     fn set_clocks(&mut self) {
-        let mut problems = Vec::new();
         for (probe_index, probe) in self.probes.iter_mut().enumerate() {
             for (source_index, source) in probe.sources.iter_mut().enumerate() {
                 let Some(entry) = self.map.time.iter().find(|entry| matches(&entry.source, &source.name)) else {
                     continue;
                 };
+                let place = (probe_index, source_index);
                 if let Err(problem) = set_clock(source, entry) {
-                    problems.push(format!("{}: {problem}", probe.path.display()));
+                    self.unset_clocks.insert(place, format!("{}: {problem}", probe.path.display()));
                 }
-                self.time.insert((probe_index, source_index), entry.clone());
+                self.time.insert(place, entry.clone());
             }
             settle_units(&mut probe.sources);
         }
-        // A map for several recorders need not fit the time of a source that plays no role: a warning, not an error.
-        problems.into_iter().for_each(|problem| self.warn(problem));
+    }
+
+    /// A map for several recorders need not fit the time of a source that plays no role: a warning, not an error.
+    fn warn_of_unset_clocks(&mut self) {
+        let unset = std::mem::take(&mut self.unset_clocks);
+        unset.into_values().for_each(|problem| self.warn(problem));
+    }
+
+    /// Says of a source, once for all roles it was to play, that it has no time.
+    fn error_of_no_time(&mut self, at: At) {
+        let place = (at.probe, at.source);
+        if !self.timeless.insert(place) {
+            return;
+        }
+        let (path, source) = (self.probes[at.probe].path.display(), self.source(at));
+        let short = || format!("source '{}' has no channel of more than one sample; record it again", source.name);
+        let missing = format!("{path}: {}", source.missing_time().unwrap_or_else(short));
+        let text = self.unset_clocks.remove(&place).unwrap_or(missing);
+        self.error(text);
     }
 
     /// Sources that will be joined in time or laid end to end, in order.
@@ -399,14 +434,18 @@ impl Planner<'_> {
         let &(first, _) = terms.first()?;
         for &(at, _) in terms {
             let (channel, source) = (self.channel(at), self.source(at));
+            if source.clocks.is_empty() {
+                self.error_of_no_time(at);
+                return None;
+            }
             if channel.clock.is_none() {
                 let clocks: Vec<String> =
                     source.clocks.iter().map(|clock| format!("'{}' has {}", clock.channel, clock.samples)).collect();
-                let clocks = if clocks.is_empty() { "there is no time channel".to_owned() } else { clocks.join(", ") };
                 let text = format!(
-                    "{target}: {} has {} samples, {clocks}; name its time channel or give sample_rate in [[time]]",
+                    "{target}: {} has {} samples, {}; name its time channel or give sample_rate in [[time]]",
                     self.place(at),
-                    channel.samples
+                    channel.samples,
+                    clocks.join(", ")
                 );
                 self.error(text);
                 return None;
@@ -518,62 +557,4 @@ impl Planner<'_> {
         problem.into_iter().for_each(|problem| self.error(problem));
         is_one
     }
-}
-
-/// Number of columns of every matrix of `source` that matches `pattern`.
-fn column_counts(source: &Source, pattern: &str) -> BTreeMap<String, usize> {
-    let mut counts = BTreeMap::new();
-    for channel in &source.channels {
-        if let Some((matrix, _)) = channel.column().filter(|(matrix, _)| matches(pattern, matrix)) {
-            *counts.entry(matrix.to_owned()).or_default() += 1;
-        }
-    }
-    counts
-}
-
-/// Channels of `source` under the first of `names` that any goes by; a full name `source/channel` counts too.
-fn find<'s>(source: &'s Source, names: &[String]) -> impl Iterator<Item = usize> + use<'s> {
-    let is = |channel: &ChannelInfo, name: &str| {
-        matches(name, &channel.name)
-            || name.strip_prefix(&source.name).and_then(|rest| rest.strip_prefix(['/', '.']))
-                == Some(channel.name.as_str())
-    };
-    let name = names.iter().find(|name| source.channels.iter().any(|channel| is(channel, name))).cloned();
-    source
-        .channels
-        .iter()
-        .enumerate()
-        .filter(move |(_, channel)| name.as_ref().is_some_and(|name| is(channel, name)))
-        .map(|(index, _)| index)
-}
-
-/// Makes the clock of `source` the one that `entry` names.
-fn set_clock(source: &mut Source, entry: &TimeEntry) -> Result<(), String> {
-    match &entry.origin {
-        TimeOrigin::File => return Ok(()),
-        TimeOrigin::Even { start_s, rate_hz } => {
-            source.clocks.clear();
-            source.channels.iter_mut().for_each(|channel| channel.is_time = false);
-            source.start_time_s = Some(*start_s);
-            source.sample_rate_hz = Some(*rate_hz);
-            super::find_clocks::add_even_clocks(source, *start_s, *rate_hz);
-        }
-        TimeOrigin::Channel { names, unit } => {
-            let indices: Vec<usize> = find(source, names).collect();
-            let &[index] = &indices[..] else {
-                let (names, count) = (names.join("' or '"), indices.len());
-                return Err(format!(
-                    "source '{}' has {count} time channels '{names}' where the map wants one",
-                    source.name
-                ));
-            };
-            let recorded = source.channels[index].unit.as_deref().and_then(|name| Unit::parse(name).ok());
-            let recorded = recorded.filter(|unit| unit.dimension == Dimension::Time);
-            source.channels.iter_mut().for_each(|channel| channel.is_time = false);
-            source.channels[index].is_time = true;
-            source.clocks = vec![clock_of(&source.channels[index], index, unit.or(recorded))];
-        }
-    }
-    assign_clocks(source);
-    Ok(())
 }

@@ -4,9 +4,10 @@ use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 use super::LoadError;
-use super::contents::{ChannelInfo, Format, Probe, Source};
-use super::find_clocks::find_clocks;
+use super::contents::{ChannelInfo, Format, Probe, Source, one_line};
+use super::find_clocks::{find_clocks, is_time_name};
 use super::finish::{finish, stem};
+use super::stamp::Stamp;
 use super::text_layout::{Separator, TextLayout, number, opens_quote};
 
 /// Part of the filled cells of a column that must be numbers for it to be a channel.
@@ -129,8 +130,9 @@ struct Column {
     filled: usize,
     words: usize,
     first_word: Option<(usize, String)>,
-    /// Cells that are times of day.
+    /// Cells that are times of day, and those that are times with a date.
     times_of_day: usize,
+    dated: usize,
 }
 
 impl<'l> Table<'l> {
@@ -236,6 +238,9 @@ impl<'l> Table<'l> {
             }
             if (column.filled - column.words) as f64 <= NUMERIC_SHARE * column.filled as f64 && column.filled > 0 {
                 let word = column.first_word.map(|(_, word)| word).unwrap_or_default();
+                if is_time_name(&name) || word.contains(':') {
+                    source.unread_time.get_or_insert_with(|| (name.clone(), one_line(&word)));
+                }
                 source.notes.push((name, format!("text, for example '{word}'")));
                 continue;
             }
@@ -251,7 +256,8 @@ impl<'l> Table<'l> {
                 name = unique;
             }
             let mut unit = self.layout.units.get(index).cloned().flatten();
-            let is_time_of_day = column.times_of_day > 0 && column.times_of_day + column.words == column.filled;
+            let stamps = column.times_of_day + column.dated;
+            let is_time_of_day = stamps > 0 && stamps + column.words == column.filled;
             let mut values = column.values;
             if let Some((mark, count, largest)) = take_marks(&mut values) {
                 warnings.push(format!(
@@ -260,10 +266,13 @@ impl<'l> Table<'l> {
             }
             if is_time_of_day {
                 unit = Some("s".to_owned());
-                let midnights = pass_midnight(&mut values);
+                let midnights = if column.dated > 0 { 0 } else { pass_midnight(&mut values) };
                 if midnights > 0 {
                     warnings.push(format!("'{name}' passes midnight: a day is added to the times after it"));
                 }
+            }
+            if index == 0 && !single {
+                source.first_column = Some(source.channels.len());
             }
             source.channels.push(ChannelInfo { is_time_of_day, ..ChannelInfo::new(name, unit, values) });
         }
@@ -277,7 +286,11 @@ impl Column {
             return;
         }
         self.filled += 1;
-        self.times_of_day += usize::from(cell.contains(&b':'));
+        match Stamp::parse(cell) {
+            Some(Stamp::OfDay(_)) => self.times_of_day += 1,
+            Some(Stamp::Dated(_)) => self.dated += 1,
+            None => {}
+        }
         let value = number(cell, decimal_comma).unwrap_or_else(|| {
             self.words += 1;
             self.first_word.get_or_insert_with(|| (line, String::from_utf8_lossy(cell).chars().take(40).collect()));

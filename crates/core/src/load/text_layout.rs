@@ -1,6 +1,7 @@
 //! How a text file is laid out: separator, decimal sign, header, units row, first line of numbers.
 
 use super::contents::Format;
+use super::stamp::Stamp;
 use crate::quantity::Unit;
 
 /// Lines at the end of the sample that decide the separator: numbers are there if anywhere.
@@ -112,7 +113,8 @@ fn decide(lines: &[&[u8]]) -> Option<(Separator, bool, usize)> {
         // The most frequent width; a last line that was cut off does not decide.
         let width = counts.iter().copied().max_by_key(|width| counts.iter().filter(|other| *other == width).count())?;
         let data = rows.iter().filter(|cells| cells.len() == width && is_data(cells, comma)).count();
-        let numbers = rows.iter().flatten().filter(|cell| number(cell.as_bytes(), comma).is_some()).count();
+        let is_number = |cell: &&String| number(cell.as_bytes(), comma).is_some() && !has_other_mark(cell, comma);
+        let numbers = rows.iter().flatten().filter(is_number).count();
         (data > 0 && 2 * data >= rows.len()).then_some((numbers, width))
     };
     let scored = candidates.iter().filter_map(|candidate| Some((score(candidate)?, candidate)));
@@ -120,6 +122,12 @@ fn decide(lines: &[&[u8]]) -> Option<(Separator, bool, usize)> {
     let best = scored.rev().max_by_key(|((numbers, _), _)| *numbers)?;
     let ((_, width), &(separator, comma)) = best;
     Some((separator, comma, width))
+}
+
+/// Whether a cell is a time whose seconds have the mark that numbers do not: it does not tell the mark of numbers.
+fn has_other_mark(cell: &str, decimal_comma: bool) -> bool {
+    let other = if decimal_comma { '.' } else { ',' };
+    cell.rsplit_once(':').is_some_and(|(_, seconds)| seconds.contains(other))
 }
 
 /// Whether most filled cells of a line are numbers.
@@ -265,7 +273,7 @@ fn x_plane_unit(name: &str) -> Option<String> {
     }
 }
 
-/// The number in a cell: decimal point or comma, exponents with E or D, `nan` and `inf`, or a time of day `hh:mm:ss` in s.
+/// The number in a cell: decimal point or comma, exponents with E or D, `nan` and `inf`, or the seconds of a time ([`Stamp`]).
 pub(super) fn number(cell: &[u8], decimal_comma: bool) -> Option<f64> {
     let cell = cell.trim_ascii();
     let cell = cell.strip_prefix(b"+").unwrap_or(cell);
@@ -276,6 +284,9 @@ pub(super) fn number(cell: &[u8], decimal_comma: bool) -> Option<f64> {
     if !(first.is_ascii_digit() || matches!(first, b'-' | b'.' | b',')) || cell.len() > 64 {
         return if decimal_comma { fast_float2::parse(cell).ok() } else { None };
     }
+    if let Some(stamp) = Stamp::parse(cell) {
+        return Some(stamp.seconds());
+    }
     let mut plain = [0_u8; 64];
     for (to, &from) in plain.iter_mut().zip(cell) {
         *to = match from {
@@ -285,18 +296,7 @@ pub(super) fn number(cell: &[u8], decimal_comma: bool) -> Option<f64> {
             other => other,
         };
     }
-    let plain = &plain[..cell.len()];
-    fast_float2::parse(plain).ok().or_else(|| time_of_day(plain))
-}
-
-/// Seconds of a time of day `hh:mm:ss` or `hh:mm:ss.fff`.
-fn time_of_day(cell: &[u8]) -> Option<f64> {
-    let mut parts = std::str::from_utf8(cell).ok()?.split(':');
-    let (hours, minutes, seconds) = (parts.next()?, parts.next()?, parts.next()?);
-    let (hours, minutes): (u8, u8) = (hours.parse().ok()?, minutes.parse().ok()?);
-    let seconds: f64 = seconds.parse().ok()?;
-    let valid = parts.next().is_none() && minutes < 60 && (0.0..61.0).contains(&seconds);
-    valid.then(|| f64::from(hours) * 3600.0 + f64::from(minutes) * 60.0 + seconds)
+    fast_float2::parse(&plain[..cell.len()]).ok()
 }
 
 #[cfg(test)]
@@ -313,12 +313,29 @@ mod tests {
             ("1,5", true, 1.5),
             ("-3,25E1", true, -32.5),
             ("01:02:03.5", false, 3723.5),
+            ("01:02:03.5", true, 3723.5),
+            ("01:02:03,5", false, 3723.5),
+            ("1970-01-02 01:02:03.5", true, 90_123.5),
         ] {
             assert_eq!(number(cell.as_bytes(), comma), Some(value), "{cell}");
         }
         assert!(number(b"NaN", false).unwrap().is_nan());
         for cell in ["", "abc", "12 kt", "1.2.3", "2024-05-01"] {
             assert_eq!(number(cell.as_bytes(), false), None, "{cell}");
+        }
+    }
+
+    #[test]
+    fn times_do_not_tell_the_mark_of_numbers() {
+        for (line, comma) in [
+            ("10:23:11.000;1,5;2,5", true),
+            ("10:23:11,000;1.5;2.5", false),
+            ("10:23:11,000;1;2", true),
+            ("10:23:11.000;1;2", false),
+            ("12.05.2026 10:23:11,000;1;2", true),
+        ] {
+            let layout = TextLayout::find(format!("t;a;b\n{line}\n{line}\n{line}\n").as_bytes()).unwrap();
+            assert_eq!((layout.decimal_comma, layout.columns), (comma, 3), "{line}");
         }
     }
 

@@ -3,14 +3,14 @@
 /// Seconds in a day.
 const DAY_S: i64 = 86_400;
 
-/// Seconds since 1970-01-01T00:00:00Z of `text`, `YYYY-MM-DDThh:mm:ss[.fraction]` with an optional `Z` or `+hh:mm`.
+/// Seconds since 1970-01-01T00:00:00Z of `text`, `YYYY-MM-DDThh:mm:ss[.fraction]` with an optional `Z`, `UTC` or `+hh:mm`. A blank may
+/// stand for the `T`, `YYYY/MM/DD` and `DD.MM.YYYY` for the date.
 ///
 /// Days are those of the proleptic Gregorian calendar, without leap seconds (POSIX time). `None` for anything else.
 pub(super) fn parse(text: &str) -> Option<f64> {
     let (date, time) = text.trim().split_once(['T', ' '])?;
-    let mut date = date.splitn(3, '-').map(|part| part.parse::<i64>().ok());
-    let (year, month, day) = (date.next()??, date.next()??, date.next()??);
-    let (time, zone_s) = split_zone(time)?;
+    let [year, month, day] = split_date(date)?;
+    let (time, zone_s) = split_zone(time.trim_start())?;
     let mut time = time.splitn(3, ':');
     let (hour, minute) = (time.next()?.parse::<i64>().ok()?, time.next()?.parse::<i64>().ok()?);
     let second = time.next().map_or(Some(0.0), |part| part.parse::<f64>().ok())?;
@@ -24,16 +24,33 @@ pub(super) fn parse(text: &str) -> Option<f64> {
     valid.then(|| whole() as f64 + second)
 }
 
-/// Time of day and its zone's offset from UTC, s.
+/// Year, month and day. With points between them the day comes first, as German recorders write it; `05/12/2026` could be two days and is
+/// none.
+fn split_date(date: &str) -> Option<[i64; 3]> {
+    let mark = ['-', '/', '.'].into_iter().find(|mark| date.contains(*mark))?;
+    let mut parts = date.splitn(3, mark).map(|part| part.parse::<i64>().ok());
+    let (first, month, last) = (parts.next()??, parts.next()??, parts.next()??);
+    Some(if mark == '.' && last > 31 { [last, month, first] } else { [first, month, last] })
+}
+
+/// Names of UTC behind a time.
+const UTC_NAMES: [&str; 3] = ["Z", "UTC", "GMT"];
+
+/// Time of day and its zone's offset from UTC, s: `Z`, `UTC`, `+02:00`, `+0200` or `+02`.
 fn split_zone(time: &str) -> Option<(&str, i64)> {
-    if let Some(time) = time.strip_suffix('Z') {
-        return Some((time, 0));
+    if let Some(time) = UTC_NAMES.iter().find_map(|name| time.strip_suffix(name)) {
+        return Some((time.trim_end(), 0));
     }
     let Some(at) = time.rfind(['+', '-']) else { return Some((time, 0)) };
-    let (hours, minutes) = time[at + 1..].split_once(':')?;
+    let zone = &time[at + 1..];
+    let (hours, minutes) = match zone.split_once(':') {
+        Some(parts) => parts,
+        None if zone.len() == 4 => (zone.get(..2)?, zone.get(2..)?),
+        None => (zone, "0"),
+    };
     let (hours, minutes) = (hours.parse::<u8>().ok()?, minutes.parse::<u8>().ok()?);
     let offset = i64::from(hours) * 3600 + i64::from(minutes) * 60;
-    Some((&time[..at], if time[at..].starts_with('-') { -offset } else { offset }))
+    Some((time[..at].trim_end(), if time[at..].starts_with('-') { -offset } else { offset }))
 }
 
 fn is_leap(year: i64) -> bool {
@@ -64,14 +81,33 @@ mod tests {
         assert_eq!(parse("1970-01-01T00:00:00Z"), Some(0.0));
         assert_eq!(parse("2000-02-29T12:00:00Z"), Some(951_825_600.0));
         assert_eq!(parse("2024-05-01T09:30:00.25"), Some(1_714_555_800.25));
-        assert_eq!(parse("2024-05-01T11:30:00+02:00"), Some(1_714_555_800.0));
+        for text in [
+            "2024-05-01T11:30:00+02:00",
+            "2024-05-01 11:30:00+0200",
+            "2024-05-01 11:30:00 +02",
+            "2024-05-01 04:30:00-05:00",
+            "2024-05-01 09:30:00 UTC",
+            "2024/05/01 09:30:00",
+            "01.05.2024 09:30:00",
+        ] {
+            assert_eq!(parse(text), Some(1_714_555_800.0), "{text}");
+        }
     }
 
     #[test]
     fn utc_rejects_what_is_no_time() {
-        for text in
-            ["", "yesterday", "2023-02-29T00:00:00Z", "2024-05-01", "2024-13-01T00:00:00Z", "2024-05-01T24:00:00Z"]
-        {
+        for text in [
+            "",
+            "yesterday",
+            "2023-02-29T00:00:00Z",
+            "2024-05-01",
+            "2024-13-01T00:00:00Z",
+            "2024-05-01T24:00:00Z",
+            "05/12/2026 10:23:11",
+            "05-12-2026 10:23:11",
+            "2024-05-01T09:30:00+",
+            "2024-05-01T09:30:00+0é0",
+        ] {
             assert_eq!(parse(text), None, "{text}");
         }
     }

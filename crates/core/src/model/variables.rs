@@ -10,7 +10,7 @@ use nalgebra::DMatrix;
 use super::coefficients::matched_smoothing;
 use super::data::{AeroData, Axes, CoefficientSettings, Lag};
 use super::{ModelError, RECORDED, Term, Variable};
-use crate::prep::{Differentiation, MatchedSmoothing, delay, differentiate, first_order_lag};
+use crate::prep::{Differentiation, MatchedSmoothing, delay, differentiate, first_order_lag, has_even_steps};
 use crate::quantity::Role;
 
 /// Columns of the variables that one window offers, all of one length.
@@ -74,8 +74,12 @@ pub fn variables(data: &AeroData, settings: &CoefficientSettings) -> Result<Vari
         rate.iter().zip(airspeed.iter()).map(|(rate, &speed)| rate * (length_m / speed)).collect()
     };
     let smoothing = matched_smoothing(data, settings)?;
-    // What is smoothed later need not be smoothed by its differentiation.
-    let differentiation = if smoothing.is_some() { Differentiation::Central4 } else { settings.differentiation };
+    // What is smoothed later need not be smoothed by its differentiation; a formula for even steps takes no rounded stamps.
+    let differentiation = match smoothing {
+        Some(_) if has_even_steps(&data.time_s) => Differentiation::Central4,
+        Some(_) => Differentiation::LocalPolynomial { degree: 2, half_width: 2 },
+        None => settings.differentiation,
+    };
     let derived = |values: &[f64], column: &str| {
         differentiate(&data.time_s, values, differentiation)
             .map_err(|source| ModelError::Signal { column: column.to_owned(), source })

@@ -157,6 +157,11 @@ fn even_step(time_s: &[f64]) -> Result<f64, PrepError> {
     step_within(time_s, STEP_TOLERANCE)
 }
 
+/// Whether the steps of an increasing time vector are all the same, as formulas for even steps need them.
+pub fn has_even_steps(time_s: &[f64]) -> bool {
+    time_s.len() > 1 && even_step(time_s).is_ok()
+}
+
 /// Mean step of an increasing time vector whose steps depart from it by no more than a fraction of it.
 fn step_within(time_s: &[f64], tolerance: f64) -> Result<f64, PrepError> {
     let step_s = (time_s[time_s.len() - 1] - time_s[0]) / (time_s.len() - 1) as f64;

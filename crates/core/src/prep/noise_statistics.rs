@@ -15,7 +15,7 @@ pub struct NoiseStatistics {
     /// Standard deviation from the differences of successive samples, `sqrt(mean(d^2) / 2)`: below `std` where the noise is slower
     /// than the samples.
     pub difference_std: f64,
-    /// Finest step between samples, zero for none: where `std` is not well above it, it is the recorder's resolution.
+    /// Finest step between samples in the windows, of the whole recordings where there is none in them, zero for none at all: where `std` is not well above it, it is the recorder's resolution.
     pub resolution: f64,
     /// Samples.
     pub samples: usize,
@@ -43,6 +43,8 @@ pub struct NoiseSums {
     differences: f64,
     pairs: usize,
     resolution: f64,
+    /// Finest step of the whole recordings: of channels that do not move by one in any window.
+    finest: f64,
     products: [f64; LAGS + 1],
     /// Pairs of residuals at each lag, and what the trends took off their products.
     all_pairs: [usize; LAGS + 1],
@@ -67,6 +69,7 @@ impl NoiseSums {
             differences: 0.0,
             pairs: 0,
             resolution: f64::INFINITY,
+            finest: f64::INFINITY,
             products,
             all_pairs: [0; LAGS + 1],
             lost: [0.0; LAGS + 1],
@@ -80,6 +83,7 @@ impl NoiseSums {
     /// Lengths that differ, time that does not increase.
     pub fn add(&mut self, series: &Series, windows: &[TimeRange]) -> Result<(), PrepError> {
         check(&series.time_s, &series.values, "noise statistics", 1)?;
+        self.finest = finest_step(&series.values).min(self.finest);
         for window in windows {
             let Series { time_s: time, values } = series.within(*window).finite();
             self.most = self.most.max(values.len());
@@ -107,8 +111,7 @@ impl NoiseSums {
             self.differences += (pair[1] - pair[0]).powi(2);
             self.pairs += 1;
         }
-        let steps = values.windows(2).map(|pair| (pair[1] - pair[0]).abs());
-        self.resolution = steps.filter(|&step| step > 0.0).fold(self.resolution, f64::min);
+        self.resolution = finest_step(values).min(self.resolution);
     }
 
     /// What all windows show together.
@@ -129,7 +132,7 @@ impl NoiseSums {
         Ok(NoiseStatistics {
             std: (self.squares / self.free as f64).sqrt(),
             difference_std: (0.5 * self.differences / self.pairs as f64).sqrt(),
-            resolution: if self.resolution.is_finite() { self.resolution } else { 0.0 },
+            resolution: [self.resolution, self.finest].into_iter().find(|step| step.is_finite()).unwrap_or(0.0),
             samples: self.samples,
             windows: self.windows,
             lag_one: correlation(1),
@@ -146,6 +149,12 @@ pub fn noise_statistics(series: &Series, windows: &[TimeRange], degree: usize) -
     let mut sums = NoiseSums::new(degree);
     sums.add(series, windows)?;
     sums.statistics()
+}
+
+/// Finest step between successive samples, without bound where there is none.
+fn finest_step(values: &[f64]) -> f64 {
+    let steps = values.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+    steps.filter(|&step| step > 0.0).fold(f64::INFINITY, f64::min)
 }
 
 /// What a polynomial of `degree` in time leaves of the values.
@@ -202,6 +211,7 @@ pub fn noise_proposal(
              of noise below {MAX_LAG_ONE}",
             found.lag_one
         )),
+        Ok(found) if found.std == 0.0 && found.resolution == 0.0 => Err("its samples are all the same".to_owned()),
         Ok(found) if found.std >= found.resolution / 12f64.sqrt() => {
             Ok(NoiseChoice { proposed: found.std, origin: NoiseOrigin::Windows(*found) })
         }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use doublet_core::compatibility::{Compatibility, Cure, check};
+use doublet_core::compatibility::{Agreement, Compatibility, Cure, check};
 use doublet_core::quantity::Role::{self, *};
 
 use crate::{columns, found, mistakes, recording, scaled};
@@ -114,7 +114,15 @@ fn an_offset_of_a_flow_angle_is_named_in_degrees() {
         assert!((offset.to_degrees() + degrees).abs() < 0.4, "{}", offset.to_degrees());
         assert!(row.headline().starts_with(&format!("alpha: offset {:+.1} deg", -offset.to_degrees())));
     }
-    assert_eq!(mistakes(&shifted(AngleOfAttack, 3.0)), Vec::<String>::new(), "mounting and upwash are no mistake");
+    // A small one is said with what else may be meant.
+    let small = shifted(AngleOfAttack, -3.0);
+    let rows: Vec<_> = small.contradictions().collect();
+    let [row] = rows[..] else { panic!("{:?}", mistakes(&small)) };
+    assert_eq!(row.agreement, Agreement::Doubtful);
+    let offset_deg = row.slope.map(f64::to_degrees).unwrap_or_default();
+    assert!((offset_deg + 3.0).abs() < 0.4 && row.cure.is_some(), "{}", row.evidence);
+    assert_eq!(row.hypothesis, format!("offset {offset_deg:+.1} deg"));
+    assert_eq!(mistakes(&shifted(AngleOfAttack, 1.2)), Vec::<String>::new(), "wind and position error do as much");
 }
 
 #[test]

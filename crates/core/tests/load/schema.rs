@@ -1,7 +1,9 @@
 //! JSON Schema of a type from what it asks for.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
+use doublet_core::load::ChannelMap;
+use doublet_core::quantity::Role;
 use doublet_core::schema::schema_of;
 use serde::Deserialize;
 use serde_json::json;
@@ -76,4 +78,30 @@ fn schema_has_keys_types_and_what_cannot_be_left_out() {
         "required": ["name", "count"],
     });
     assert_eq!(schema, expected);
+}
+
+/// Keys of all tables of a schema, and of the tables within them.
+fn keys_of(schema: &serde_json::Value, found: &mut BTreeSet<String>) {
+    match schema {
+        serde_json::Value::Object(all) => {
+            let properties = all.get("properties").and_then(serde_json::Value::as_object);
+            found.extend(properties.into_iter().flat_map(|keys| keys.keys().cloned()));
+            all.values().for_each(|value| keys_of(value, found));
+        }
+        serde_json::Value::Array(all) => all.iter().for_each(|value| keys_of(value, found)),
+        _ => {}
+    }
+}
+
+#[test]
+fn every_key_and_role_of_a_channel_map_has_its_entry_in_the_manual() {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/book/src/channel_map.md");
+    let page = std::fs::read_to_string(path).unwrap();
+    let mut keys = BTreeSet::new();
+    keys_of(&ChannelMap::schema().unwrap(), &mut keys);
+    assert!(keys.len() > 35 && keys.contains("sample_rate"), "{keys:?}");
+    let not_listed = ["other_2", "other_3"];
+    let roles = Role::ALL.iter().map(|role| role.name().to_owned()).filter(|role| !not_listed.contains(&role.as_str()));
+    let missing: Vec<_> = keys.into_iter().chain(roles).filter(|key| !page.contains(&format!("`{key}`"))).collect();
+    assert!(missing.is_empty(), "channel_map.md has no entry for {missing:?}");
 }

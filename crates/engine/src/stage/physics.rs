@@ -10,6 +10,7 @@ use serde::Serialize;
 
 use super::LoadedFlight;
 use crate::graph::{Context, Footprint, Keyed, Stage, StageResult};
+use crate::report::significant;
 use crate::session::RecordingRef;
 use crate::verdict::{Finding, Level};
 
@@ -190,7 +191,7 @@ fn sentence(cure: &Cure, map: &str) -> String {
             }
             match units {
                 Some((is, was)) => parts.push(format!("set unit = \"{is}\" instead of \"{was}\"")),
-                None if factor.abs() != 1.0 => parts.push(format!("set scale = {factor}")),
+                None if factor.abs() != 1.0 => parts.push(format!("set scale = {}", significant(*factor, 4))),
                 None => {}
             }
             match role {

@@ -1,6 +1,7 @@
 //! Accelerometers that are not where the aircraft file has them, by what the ground velocity says.
 
 use doublet_core::airframe::SensorStations;
+use doublet_core::compatibility::TellingVelocity;
 use doublet_core::model::Position;
 
 use super::{Finding, Level};
@@ -9,11 +10,14 @@ use crate::session::Session;
 
 /// Difference between the place found and the place taken, in standard errors.
 const SIGNIFICANT: f64 = 5.0;
-/// The same, m: less does not show beside the flexing of an airframe and the travel of the centre of gravity.
+/// The same, m: less does not show beside the flexing of an airframe and the travel of the centre of gravity; of a small aircraft this part
+/// of the chord.
 const WORTH_SAYING_M: f64 = 0.3;
-/// Deviation of the changes of velocity over the one with the accelerometers where they were found: beyond, forces are wrong by as much
-/// as they vary.
-const BAD_RATIO: f64 = 1.5;
+const WORTH_SAYING_CHORDS: f64 = 0.15;
+/// What they feel of the turning, part of how the forces across the flight vary: beyond, the derivatives of these are wrong by as much.
+const BAD_PART: f64 = 0.15;
+/// The same that cannot be, as what they recorded contains it: then the velocity is of another place than it is taken for.
+const FELT_AT_MOST: f64 = 1.0;
 
 /// Directions of the body axes, positive and negative.
 const DIRECTIONS: [[&str; 2]; 3] = [["ahead of", "behind"], ["right of", "left of"], ["below", "above"]];
@@ -24,7 +28,7 @@ pub(super) fn findings(session: &Session, snapshot: &Snapshot) -> Vec<Finding> {
 }
 
 fn of_flight(session: &Session, snapshot: &Snapshot, flight: &str) -> Option<Finding> {
-    let found = snapshot.physics.get(flight)?.ready()?.accelerometer?;
+    let found = snapshot.physics.get(flight)?.ready()?.accelerometer.filter(|found| found.felt_part < FELT_AT_MOST)?;
     let aircraft = snapshot.aircraft.ready().map(|loaded| &loaded.aircraft);
     let flown = snapshot.flown.get(flight).and_then(|slot| slot.ready());
     let cg_m = flown.map(|flown| flown.start.state.properties.cg_from_datum_m);
@@ -37,12 +41,20 @@ fn of_flight(session: &Session, snapshot: &Snapshot, flight: &str) -> Option<Fin
     };
     let preparation = &session.preparation;
     let taken = from_cg(|sensors| sensors.accelerometer_from_datum_m, preparation.correct_accelerometer);
-    let antenna = from_cg(|sensors| sensors.antenna_from_datum_m, preparation.correct_antenna);
-    let place: [f64; 3] = std::array::from_fn(|axis| antenna[axis] + found.from_velocity_m[axis]);
+    let velocity = match found.by {
+        TellingVelocity::Ground => from_cg(|sensors| sensors.antenna_from_datum_m, preparation.correct_antenna),
+        TellingVelocity::Air => from_cg(
+            |sensors| sensors.alpha_vane_from_datum_m.or(sensors.beta_vane_from_datum_m),
+            preparation.correct_vanes,
+        ),
+    };
+    let chord_m = aircraft.map_or(f64::INFINITY, |aircraft| aircraft.reference.chord_m);
+    let worth_saying_m = WORTH_SAYING_M.min(WORTH_SAYING_CHORDS * chord_m);
+    let place: [f64; 3] = std::array::from_fn(|axis| velocity[axis] + found.from_velocity_m[axis]);
     let is_elsewhere = |axis: &usize| {
         // Velocities of the accelerometers' own place say nothing about where that is.
         let off_m = (place[*axis] - taken[*axis]).abs().min(found.from_velocity_m[*axis].abs());
-        off_m > (SIGNIFICANT * found.errors_m[*axis]).max(WORTH_SAYING_M)
+        off_m > (SIGNIFICANT * found.errors_m[*axis]).max(worth_saying_m)
     };
     let elsewhere: Vec<usize> = (0..3).filter(is_elsewhere).collect();
     let most_m = elsewhere.iter().map(|axis| (place[*axis] - taken[*axis]).abs()).reduce(f64::max)?;
@@ -56,14 +68,19 @@ fn of_flight(session: &Session, snapshot: &Snapshot, flight: &str) -> Option<Fin
         [x, y, z] => format!("{x:.2}, {y:.2}, {z:.2} m forward, right and down of it"),
     };
     let text = format!(
-        "the accelerometers are {} the centre of gravity by what the ground velocity says, not {taken_at}: they feel the turning of the \
+        "the accelerometers are {} the centre of gravity by what {} says, not {taken_at}: they feel the turning of the \
          aircraft, which forces, damping and flow angles then contain",
-        words.join(" and ")
+        words.join(" and "),
+        match found.by {
+            TellingVelocity::Ground => "the ground velocity",
+            TellingVelocity::Air =>
+                "the velocity by airspeed and vanes (unless that is of another place than it is taken for)",
+        }
     );
-    let is_bad = found.residual_without_m_s > BAD_RATIO * found.residual_m_s;
-    let level = if is_bad { Level::Bad } else { Level::Caution };
+    // Without an aircraft there is a path, and no force that could be wrong.
+    let level = if found.felt_part > BAD_PART && aircraft.is_some() { Level::Bad } else { Level::Caution };
     let finding = Finding::new(level, "accelerometer", format!("flight '{flight}'"), text);
-    let finding = finding.with_figure(most_m, WORTH_SAYING_M).with_cure(cure(place, cg_m));
+    let finding = finding.with_figure(most_m, worth_saying_m).with_cure(cure(place, cg_m));
     Some(finding.with_setting("Airframe", "aircraft"))
 }
 

@@ -1,15 +1,18 @@
 //! Findings about controls that act earlier or later than they were recorded: a clock of their own, a command in the place of the surface.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use doublet_core::model::{Coefficient, Term, Variable, regressors};
 use doublet_core::series::{Series, TimeRange};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use rayon::prelude::*;
 
-use super::judge::Evidence;
+use super::fit::{Used, moving_terms, used_windows};
+use super::judge::{Evidence, WindowVerdict};
 use super::{Finding, Level};
-use crate::session::{Manoeuvre, Surface};
-use crate::stage::WindowAero;
+use crate::run::Snapshot;
+use crate::session::{Manoeuvre, Session, Surface};
 
 /// Range of delays looked at, s, and their least step; the greatest step of a first look, in which no pulse of a pilot passes unseen.
 const RANGE_S: f64 = 0.6;
@@ -22,37 +25,71 @@ const LEAST_S: f64 = 0.015;
 const LEFT: f64 = 0.7;
 /// Change of the derivative of the control or of the damping, part of its value with the delay.
 const CHANGE_CAUTION: f64 = 0.1;
-const CHANGE_BAD: f64 = 0.5;
+const CHANGE_BAD: f64 = 0.25;
 
-/// The control, its own moment and the rates that damp it.
-const MOMENTS: [(Surface, Coefficient, &[Variable]); 3] = [
-    (Surface::Aileron, Coefficient::Cl, &[Variable::RollRate]),
-    (Surface::Elevator, Coefficient::Cm, &[Variable::PitchRate, Variable::HalfPitchRate]),
-    (Surface::Rudder, Coefficient::Cn, &[Variable::YawRate]),
+/// The control, the moment that tells its time, the force it moves as well, and the rates that damp both.
+const CONTROLS: [(Surface, Coefficient, Option<Coefficient>, &[Variable]); 3] = [
+    (Surface::Aileron, Coefficient::Cl, None, &[Variable::RollRate]),
+    (Surface::Elevator, Coefficient::Cm, Some(Coefficient::CZ), &[Variable::PitchRate, Variable::HalfPitchRate]),
+    (Surface::Rudder, Coefficient::Cn, Some(Coefficient::CY), &[Variable::YawRate]),
 ];
 
-/// The control of a moment's fit where it explains the moment much better at another time than at that of its recording.
+/// A control that explains its moment much better at another time than at that of its recording.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ControlDelay {
+    surface: Surface,
+    moment: Coefficient,
+    delay_s: f64,
+    /// Mean interval of its samples, s.
+    sample_s: f64,
+    /// Part of the residual's sum of squares that is left with the delay.
+    left: f64,
+}
+
+/// The delays of all controls, by the pooled fits of their moments; none of windows whose path is bad: gusts that the vanes feel before
+/// the controls answer them look like one.
+pub(super) fn delays(
+    session: &Session,
+    snapshot: &Snapshot,
+    verdicts: &BTreeMap<String, WindowVerdict>,
+) -> Vec<ControlDelay> {
+    let is_bad =
+        |used: &&Used<'_>| verdicts.get(&used.manoeuvre.name).is_some_and(|window| window.verdict.level == Level::Bad);
+    let fits = snapshot.pooled.ready().map(|pooled| pooled.fits.as_slice()).unwrap_or_default();
+    let one = |&(surface, moment, ..): &(Surface, Coefficient, Option<Coefficient>, &[Variable])| {
+        let fit = fits.iter().find(|fit| fit.coefficient == moment)?;
+        let (terms, used) = (moving_terms(session, fit), used_windows(session, snapshot, fit));
+        if 2 * used.iter().filter(is_bad).count() > used.len() {
+            return None;
+        }
+        let shifted = Shifted::new(moment, &split(&terms, surface)?, &used)?;
+        let sample_s = used.iter().filter_map(|used| interval_s(snapshot, surface, used.manoeuvre)).fold(0.0, f64::max);
+        let (delay_s, best) = shifted.best(shifted.step_s.max(STEP_S))?;
+        let left = best.squares / shifted.at(0.0)?.squares;
+        let is_late = delay_s.abs() > (SAMPLES * sample_s).max(LEAST_S) && left <= LEFT;
+        is_late.then_some(ControlDelay { surface, moment, delay_s, sample_s, left })
+    };
+    CONTROLS.par_iter().filter_map(one).collect()
+}
+
+/// What the delay of a control does to the derivatives of `coefficient` by it and by the rate that damps.
 pub(super) fn findings(
     evidence: Evidence<'_>,
     coefficient: Coefficient,
     terms: &[Term],
-    used: &[(&Manoeuvre, &WindowAero)],
+    used: &[Used<'_>],
 ) -> Option<Finding> {
-    let (surface, _, damping) = MOMENTS.into_iter().find(|(_, moment, _)| *moment == coefficient)?;
-    let is_one = |term: &Term, variable: Variable| matches!(*term.factors(), [(one, 1)] if one == variable);
-    let control = terms.iter().find(|term| is_one(term, surface.variable()))?;
-    let others: Vec<Term> = terms.iter().filter(|term| *term != control).cloned().collect();
-    let damped = others.iter().position(|term| damping.iter().any(|variable| is_one(term, *variable)));
-    let fit = Shifted::new(coefficient, control, &others, used)?;
-    let sample_s = used.iter().filter_map(|(window, _)| interval_s(evidence, surface, window)).fold(0.0, f64::max);
-    let (delay_s, best) = fit.best(fit.step_s.max(STEP_S))?;
-    let now = fit.at(0.0)?;
-    if delay_s.abs() <= (SAMPLES * sample_s).max(LEAST_S) || best.squares > LEFT * now.squares {
-        return None;
-    }
+    let (surface, _, _, damping) =
+        CONTROLS.into_iter().find(|(_, moment, force, _)| *moment == coefficient || *force == Some(coefficient))?;
+    let delay = evidence.delays.iter().find(|delay| delay.surface == surface)?;
+    let terms = split(terms, surface)?;
+    let fit = Shifted::new(coefficient, &terms, used)?;
+    let (now, then) = (fit.at(0.0)?, fit.at(delay.delay_s)?);
     let change = |was: f64, is: f64| ((was - is) / is).abs();
-    let of_control = (control, now.control, best.control);
-    let of_damping = damped.map(|index| (&others[index], now.others[index], best.others[index]));
+    let damped = |term: &Term| damping.iter().any(|variable| is_one(term, *variable));
+    let of_control = (&terms.control, now.control, then.control);
+    let of_damping = terms.others.iter().position(damped);
+    let of_damping = of_damping.map(|index| (&terms.others[index], now.others[index], then.others[index]));
     let (term, was, is) =
         std::iter::once(of_control).chain(of_damping).max_by(|a, b| change(a.1, a.2).total_cmp(&change(b.1, b.2)))?;
     let level = match change(was, is) {
@@ -60,12 +97,17 @@ pub(super) fn findings(
         changed if changed > CHANGE_CAUTION => Level::Caution,
         _ => return None,
     };
-    let (name, derivative) = (surface.name(), term.derivative_name(coefficient));
+    Some(finding(evidence, delay, level, &format!("{} is {is:.4}, not {was:.4}", term.derivative_name(coefficient))))
+}
+
+fn finding(evidence: Evidence<'_>, delay: &ControlDelay, level: Level, changed: &str) -> Finding {
+    let ControlDelay { surface, moment, delay_s, sample_s, left } = *delay;
+    let name = surface.name();
     let text = format!(
         "the {name} acts {delay_s:+.3} s after its recording, besides the delay stated: with it {:.0} % of the residual of {} is left and \
-         {derivative} is {is:.4}, not {was:.4}",
-        100.0 * best.squares / now.squares,
-        coefficient.name()
+         {changed}",
+        100.0 * left,
+        moment.name()
     );
     let finding = Finding::new(level, "timing", name, text).with_figure(delay_s, SAMPLES * sample_s);
     let stated_s = evidence.session.preparation.control_lags.of(surface).delay_s;
@@ -77,12 +119,28 @@ pub(super) fn findings(
         "record the surface, where a command was, or look at the clock of its recorder"
     };
     let cure = format!("{why}; or state delay_s = {:.3} under [preparation.control_lag.{name}]", stated_s + delay_s);
-    Some(finding.with_cure(cure).with_setting("Model", format!("preparation.control_lag.{name}")))
+    finding.with_cure(cure).with_setting("Model", format!("preparation.control_lag.{name}"))
+}
+
+fn is_one(term: &Term, variable: Variable) -> bool {
+    matches!(*term.factors(), [(one, 1)] if one == variable)
+}
+
+/// The term of a control, and the others.
+struct Terms {
+    control: Term,
+    others: Vec<Term>,
+}
+
+fn split(terms: &[Term], surface: Surface) -> Option<Terms> {
+    let control = terms.iter().find(|term| is_one(term, surface.variable()))?.clone();
+    let others = terms.iter().filter(|term| **term != control).cloned().collect();
+    Some(Terms { control, others })
 }
 
 /// Mean interval of the samples of a control in a window, s.
-fn interval_s(evidence: Evidence<'_>, surface: Surface, window: &Manoeuvre) -> Option<f64> {
-    let recording = &evidence.snapshot.flights.get(&window.flight)?.ready()?.recording;
+fn interval_s(snapshot: &Snapshot, surface: Surface, window: &Manoeuvre) -> Option<f64> {
+    let recording = &snapshot.flights.get(&window.flight)?.ready()?.recording;
     mean_interval_s(&recording.role(surface.role())?.series, window.window)
 }
 
@@ -142,15 +200,10 @@ struct Estimates {
 }
 
 impl Shifted {
-    fn new(
-        coefficient: Coefficient,
-        control: &Term,
-        others: &[Term],
-        used: &[(&Manoeuvre, &WindowAero)],
-    ) -> Option<Self> {
+    fn new(coefficient: Coefficient, Terms { control, others }: &Terms, used: &[Used<'_>]) -> Option<Self> {
         let (mut controls, mut columns, mut moments) = (Vec::new(), Vec::new(), Vec::new());
         let (mut spans_s, mut samples) = (0.0, 0_usize);
-        for (_, aero) in used {
+        for Used { aero, .. } in used {
             let time_s = Arc::clone(&aero.coefficients.time_s);
             if time_s.len() < 2 {
                 return None;

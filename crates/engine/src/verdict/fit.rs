@@ -9,7 +9,8 @@ use nalgebra::DMatrix;
 
 use super::judge::{Evidence, place};
 use super::{Finding, Level, delay, propulsion};
-use crate::session::{Manoeuvre, Surface, WindowRole};
+use crate::run::Snapshot;
+use crate::session::{Manoeuvre, Session, Surface, WindowRole};
 use crate::stage::{CoefficientFit, Prediction, WindowAero};
 
 /// How many times its noise a regressor must vary.
@@ -28,9 +29,9 @@ const VARIES: f64 = 10.0;
 const R2_FIT: f64 = 0.5;
 
 /// A window of a fit with what it is made from.
-struct Used<'a> {
-    manoeuvre: &'a Manoeuvre,
-    aero: &'a WindowAero,
+pub(super) struct Used<'a> {
+    pub(super) manoeuvre: &'a Manoeuvre,
+    pub(super) aero: &'a WindowAero,
 }
 
 /// Variables of the model that a window of the fit does not have.
@@ -70,21 +71,8 @@ pub(super) fn findings(evidence: Evidence<'_>, window: Option<&str>, fit: &Coeff
             return vec![finding.with_cure(cure).with_setting("Model", format!("model.{name}"))];
         }
     };
-    let used: Vec<Used<'_>> = fit
-        .windows
-        .iter()
-        .filter_map(|(name, _)| {
-            let manoeuvre = evidence.session.window(name)?;
-            let aero = evidence.snapshot.windows.get(name)?.aero.ready()?;
-            Some(Used { manoeuvre, aero })
-        })
-        .collect();
-    let terms = evidence.session.structure.terms(fit.coefficient).unwrap_or_default();
-    let terms: Vec<Term> = terms
-        .iter()
-        .filter(|term| !term.is_constant() && estimate.names.contains(&term.derivative_name(fit.coefficient)))
-        .cloned()
-        .collect();
+    let used = used_windows(evidence.session, evidence.snapshot, fit);
+    let terms = moving_terms(evidence.session, fit);
     let mut findings = Vec::new();
     if terms.is_empty() {
         let text = "no regressor moves: nothing but the constant is estimated";
@@ -99,8 +87,7 @@ pub(super) fn findings(evidence: Evidence<'_>, window: Option<&str>, fit: &Coeff
     findings.extend(inflated(&at, fit, estimate, &moved));
     if window.is_none() {
         findings.extend(prediction(evidence, &at, fit));
-        let windows: Vec<_> = used.iter().map(|used| (used.manoeuvre, used.aero)).collect();
-        findings.extend(delay::findings(evidence, fit.coefficient, &terms, &windows));
+        findings.extend(delay::findings(evidence, fit.coefficient, &terms, &used));
     }
     if window.is_none() && estimate.quality.r_squared < R2_FIT {
         let r2 = estimate.quality.r_squared;
@@ -114,6 +101,23 @@ pub(super) fn findings(evidence: Evidence<'_>, window: Option<&str>, fit: &Coeff
         findings.push(finding.with_cure(cure).with_setting("Model", format!("model.{name}")));
     }
     findings
+}
+
+/// The windows of a fit that have coefficients.
+pub(super) fn used_windows<'a>(session: &'a Session, snapshot: &'a Snapshot, fit: &CoefficientFit) -> Vec<Used<'a>> {
+    let one = |(name, _): &(String, _)| {
+        let aero = snapshot.windows.get(name)?.aero.ready()?;
+        Some(Used { manoeuvre: session.window(name)?, aero })
+    };
+    fit.windows.iter().filter_map(one).collect()
+}
+
+/// The terms of a fit that have an estimate, without the constant.
+pub(super) fn moving_terms(session: &Session, fit: &CoefficientFit) -> Vec<Term> {
+    let names = fit.fit.as_ref().map(|estimate| estimate.names.as_slice()).unwrap_or_default();
+    let terms = session.structure.terms(fit.coefficient).unwrap_or_default().iter();
+    let has_estimate = |term: &&Term| !term.is_constant() && names.contains(&term.derivative_name(fit.coefficient));
+    terms.filter(has_estimate).cloned().collect()
 }
 
 /// Motion of a regressor about its mean in each window.

@@ -5,8 +5,9 @@ use std::collections::BTreeMap;
 use doublet_core::model::Coefficient;
 use rayon::prelude::*;
 
+use super::delay::ControlDelay;
 use super::plausible::Plausible;
-use super::{Finding, Level, Verdict, derivative, fit, flight, made_of, session, studies, window};
+use super::{Finding, Level, Verdict, delay, derivative, fit, flight, made_of, session, studies, window};
 use crate::graph::Footprint;
 use crate::run::Snapshot;
 use crate::session::{Manoeuvre, Session};
@@ -114,6 +115,8 @@ pub(super) struct Evidence<'a> {
     pub(super) session: &'a Session,
     pub(super) snapshot: &'a Snapshot,
     pub(super) plausible: &'a Plausible,
+    /// Controls that act at another time than that of their recording.
+    pub(super) delays: &'a [ControlDelay],
     /// Median of the mean dynamic pressures of the windows, Pa; none before their coefficients are computed.
     pub(super) median_pressure_pa: Option<f64>,
 }
@@ -132,12 +135,15 @@ pub fn judge(session: &Session, snapshot: &Snapshot) -> Verdicts {
         session,
         snapshot,
         plausible: &plausible,
+        delays: &[],
         median_pressure_pa: flight::median_pressure(session, snapshot),
     };
     let study = studies::findings(evidence);
     let windows: Vec<&Manoeuvre> = evidence.windows().collect();
     let windows: BTreeMap<String, WindowVerdict> =
         windows.into_par_iter().map(|window| (window.name.clone(), window_verdict(evidence, window, &study))).collect();
+    let delays = delay::delays(session, snapshot, &windows);
+    let evidence = Evidence { delays: &delays, ..evidence };
     let fits = snapshot.pooled.ready().map(|pooled| pooled.fits.as_slice()).unwrap_or_default();
     let mut pooled: Vec<FitVerdict> = fits.par_iter().map(|fit| fit_verdict(evidence, None, fit, &study)).collect();
     let single = windows.values().flat_map(|window| &window.fits);

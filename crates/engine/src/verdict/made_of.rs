@@ -3,10 +3,12 @@
 
 use std::collections::BTreeMap;
 
+use doublet_core::model::Coefficient;
 use doublet_core::quantity::Role;
+use doublet_core::reconstruct::Measurement;
 
 use super::judge::{Evidence, WindowVerdict, place};
-use super::{Finding, Level, Verdict, shape};
+use super::{Finding, Level, Verdict, accelerometer, shape};
 use crate::session::Surface;
 use crate::stage::CoefficientFit;
 
@@ -26,8 +28,24 @@ pub(super) fn findings(
         .filter_map(|aero| aero.air_density.finding())
         .take(1)
         .map(|found| Finding { place: at.clone(), ..found });
+    let windows_of_fit = fit.windows.iter().map(|(window, _)| window.as_str());
+    let unmeasured = airspeed(evidence, windows_of_fit).map(|found| Finding { place: at.clone(), ..found });
+    let is_moment = matches!(fit.coefficient, Coefficient::Cl | Coefficient::Cm | Coefficient::Cn);
+    let places = accelerometer::findings(evidence.session, evidence.snapshot).into_iter().filter(|_| !is_moment);
+    let places = places.map(|found| Finding { place: at.clone(), ..found });
     let own = unusable(&at, fit, windows).into_iter().chain(contradicted(&at, evidence, fit));
-    own.chain(aircraft).chain(air).collect()
+    own.chain(aircraft).chain(air).chain(unmeasured).chain(places).collect()
+}
+
+/// That no airspeed is measured in some of the windows: it is the ground velocity less a wind which nothing tells.
+pub(super) fn airspeed<'w>(evidence: Evidence<'_>, mut windows: impl Iterator<Item = &'w str>) -> Option<Finding> {
+    let path = |window: &str| evidence.snapshot.windows.get(window)?.path.ready();
+    windows.find(|window| path(window).is_some_and(|path| path.missing.contains(&Measurement::Airspeed)))?;
+    let text = "no airspeed is measured: that of the path is the ground velocity less a wind that nothing tells, and with it dynamic \
+                pressure, flow angles and every derivative";
+    let finding = Finding::new(Level::Caution, "assumed", "airspeed", text.to_owned());
+    let cure = "map an airspeed, true or calibrated";
+    Some(finding.with_cure(cure).with_setting("Channels", "airspeed"))
 }
 
 /// That it is made of windows whose samples or flight path are bad, or do not fit together: bad where windows that are bad hold at least

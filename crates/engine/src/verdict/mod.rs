@@ -22,6 +22,7 @@ mod sampling;
 mod saturated;
 mod session;
 mod shape;
+mod stuck;
 mod studies;
 mod window;
 

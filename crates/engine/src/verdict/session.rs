@@ -1,7 +1,7 @@
 //! Findings about the session as a whole: channels that contradict each other, what could not be computed, what is only assumed.
 
 use super::judge::{Evidence, not_computed};
-use super::{Finding, Level, accelerometer, gravity, loading, shape};
+use super::{Finding, Level, accelerometer, gravity, loading, made_of, shape};
 
 /// What speaks against the session besides its windows, fits and studies.
 pub(super) fn findings(evidence: Evidence<'_>) -> Vec<Finding> {
@@ -25,6 +25,10 @@ pub(super) fn findings(evidence: Evidence<'_>) -> Vec<Finding> {
     let flights = snapshot.flights.values().filter_map(|slot| slot.ready());
     let signals = flights.flat_map(|loaded| loaded.findings.iter().cloned());
     let mass = loading::assumed(evidence);
+    let has_coefficients =
+        |window: &&str| snapshot.windows.get(*window).is_some_and(|results| results.aero.ready().is_some());
+    let windows = evidence.windows().map(|window| window.name.as_str()).filter(has_coefficients);
+    let airspeed = made_of::airspeed(evidence, windows);
     let place = accelerometer::findings(evidence.session, snapshot);
     physics
         .chain(place)
@@ -35,6 +39,7 @@ pub(super) fn findings(evidence: Evidence<'_>) -> Vec<Finding> {
         .chain(unnamed)
         .chain(failed)
         .chain(assumed)
+        .chain(airspeed)
         .collect()
 }
 

@@ -1,10 +1,10 @@
 //! Findings about the flight path of one window.
 
 use doublet_core::reconstruct::consistency::{ChannelConsistency, Consistency};
-use doublet_core::reconstruct::{Reconstruction, State};
+use doublet_core::reconstruct::{Measurement, Reconstruction, State};
 
 use super::judge::{Evidence, level_above, not_computed};
-use super::{Finding, Level, flight, loading, propulsion, sampling, saturated};
+use super::{Finding, Level, flight, loading, propulsion, sampling, saturated, stuck};
 use crate::session::{Manoeuvre, PathSource};
 use crate::stage::WindowPath;
 
@@ -38,6 +38,7 @@ pub(super) fn findings(evidence: Evidence<'_>, manoeuvre: &Manoeuvre) -> Vec<Fin
     }
     let mut findings = Vec::new();
     findings.extend(saturated::finding(&place, evidence, manoeuvre));
+    findings.extend(stuck::finding(&place, evidence, manoeuvre));
     if let Some(path) = results.path.ready() {
         if evidence.session.preparation.path == PathSource::Measured {
             let text = "the path is taken as measured: errors of its sensors are in the coefficients and in what explains them, and no \
@@ -45,7 +46,8 @@ pub(super) fn findings(evidence: Evidence<'_>, manoeuvre: &Manoeuvre) -> Vec<Fin
             let finding = Finding::new(Level::Caution, "as-measured", place.clone(), text.to_owned());
             findings.push(finding.with_setting("Noise and filter", "preparation.path"));
         }
-        findings.extend(path.consistency.iter().flat_map(|consistency| innovations(&place, consistency)));
+        let fit = channels_fit(evidence, manoeuvre);
+        findings.extend(path.consistency.iter().flat_map(|consistency| innovations(&place, consistency, fit)));
         findings.extend(smoother(&place, path));
         findings.extend(flight::turn(&place, path));
     }
@@ -58,14 +60,20 @@ pub(super) fn findings(evidence: Evidence<'_>, manoeuvre: &Manoeuvre) -> Vec<Fin
     findings
 }
 
-fn innovations(place: &str, consistency: &Consistency) -> Vec<Finding> {
-    let mut found: Vec<Finding> = nis(place, consistency).into_iter().collect();
+/// Whether the channels of a window's flight fit each other: then none of them has a wrong sign, unit or clock.
+fn channels_fit(evidence: Evidence<'_>, manoeuvre: &Manoeuvre) -> bool {
+    let physics = evidence.snapshot.physics.get(&manoeuvre.flight).and_then(|slot| slot.ready());
+    physics.is_some_and(|physics| !physics.rows.is_empty() && physics.contradictions().next().is_none())
+}
+
+fn innovations(place: &str, consistency: &Consistency, channels_fit: bool) -> Vec<Finding> {
+    let mut found: Vec<Finding> = nis(place, consistency, channels_fit).into_iter().collect();
     found.extend(consistency.channels.iter().filter_map(|channel| offset(place, channel)));
     found.extend(consistency.channels.iter().filter_map(|channel| correlated(place, channel)));
     found
 }
 
-fn nis(place: &str, consistency: &Consistency) -> Option<Finding> {
+fn nis(place: &str, consistency: &Consistency, channels_fit: bool) -> Option<Finding> {
     let (ratio, [low, high]) = (consistency.nis_ratio, consistency.nis_band_correlated);
     if (low..=high).contains(&consistency.nis_mean) {
         return None;
@@ -77,20 +85,22 @@ fn nis(place: &str, consistency: &Consistency) -> Option<Finding> {
     } else {
         return None;
     };
-    let loudest = consistency.channels.iter().max_by(|a, b| a.deviation_ratio.total_cmp(&b.deviation_ratio));
-    let loudest = loudest.map(|channel| (channel.measurement.name(), channel.deviation_ratio));
+    let channels = &consistency.channels;
+    let extreme = |is_loudest: bool| {
+        let sign = if is_loudest { 1.0 } else { -1.0 };
+        channels.iter().max_by(|a, b| (sign * a.deviation_ratio).total_cmp(&(sign * b.deviation_ratio)))
+    };
+    let found = extreme(ratio > 1.0);
+    let (name, times) =
+        found.map_or(("a measurement", f64::NAN), |found| (found.measurement.name(), found.deviation_ratio));
     let (said, cure) = if ratio > 1.0 {
-        let (name, times) = loudest.unwrap_or(("a measurement", f64::NAN));
         (
             format!(
                 "the innovations are larger than the noise explains, most those of {name} ({times:.1} times their prediction)"
             ),
-            format!("look for a wrong sign, unit or clock of {name}, then take its noise from steady windows"),
+            too_large(name, found.filter(|_| channels_fit).map(|found| found.measurement)),
         )
     } else {
-        let quietest = consistency.channels.iter().min_by(|a, b| a.deviation_ratio.total_cmp(&b.deviation_ratio));
-        let (name, times) = quietest
-            .map_or(("a measurement", f64::NAN), |channel| (channel.measurement.name(), channel.deviation_ratio));
         (
             format!(
                 "the noise stated is larger than what was recorded, most that of {name} ({times:.2} times its prediction)"
@@ -104,11 +114,26 @@ fn nis(place: &str, consistency: &Consistency) -> Option<Finding> {
     let (mean, expected) = (consistency.nis_mean, consistency.nis_mean / ratio);
     let text =
         format!("mean NIS {mean:.3} where {expected:.3} is expected (ratio {ratio:.2}, limit {limit:.2}): {said}");
-    let setting = loudest
+    let setting = found
         .filter(|_| ratio > 1.0)
-        .map_or("filter.measurement_noise".to_owned(), |(name, _)| format!("filter.measurement_noise.{name}"));
+        .map_or("filter.measurement_noise".to_owned(), |_| format!("filter.measurement_noise.{name}"));
     let finding = Finding::new(level, "nis", place, text).with_figure(ratio, limit);
     Some(finding.with_cure(cure).with_setting("Noise and filter", setting))
+}
+
+/// What to do about innovations that are too large, most those of `name`; `fits` is that measurement where all channels fit each other.
+fn too_large(name: &str, fits: Option<Measurement>) -> String {
+    use Measurement::{Airspeed, AngleOfAttack, Sideslip};
+    match fits {
+        None => format!("look for a wrong sign, unit or clock of {name}, then take its noise from steady windows"),
+        Some(Airspeed | AngleOfAttack | Sideslip) => format!(
+            "its channel fits the others: take the noise of {name} from steady windows; in turbulence, which no constant wind explains, the \
+             path as measured (preparation.path); else look for its clock"
+        ),
+        Some(_) => format!(
+            "its channel fits the others: take the noise of {name} from steady windows, or let `doublet tune` find it; then look for its clock"
+        ),
+    }
 }
 
 fn offset(place: &str, channel: &ChannelConsistency) -> Option<Finding> {

@@ -1,0 +1,567 @@
+//! German and French names of channels, and what some of them need beside them to have one reading.
+
+use super::by_hand::ManualChannelMap;
+use super::candidates::Candidate;
+use super::names::RoleNames;
+use crate::quantity::Role;
+
+/// Names a role goes by in German and French as [`join_words`] writes them, best first.
+pub(super) const FOREIGN_NAMES: &[RoleNames] = &[
+    (
+        Role::SpecificForceX,
+        &[
+            "beschlx",
+            "beschleunigungx",
+            "xbeschleunigung",
+            "beschllangs",
+            "beschllaengs",
+            "beschleunigunglangs",
+            "beschleunigunglaengs",
+            "langsbeschl",
+            "laengsbeschl",
+            "langsbeschleunigung",
+            "laengsbeschleunigung",
+            "accelerationx",
+            "accelerationlongitudinale",
+            "accellongitudinale",
+            "acclongitudinale",
+            "facteurchargenx",
+            "facteurchargex",
+            "facteurchargelongitudinal",
+        ],
+    ),
+    (
+        Role::SpecificForceY,
+        &[
+            "beschly",
+            "beschleunigungy",
+            "ybeschleunigung",
+            "beschlquer",
+            "beschleunigungquer",
+            "querbeschl",
+            "querbeschleunigung",
+            "seitenbeschleunigung",
+            "accelerationy",
+            "accelerationlaterale",
+            "accellaterale",
+            "acclaterale",
+            "facteurchargeny",
+            "facteurchargey",
+            "facteurchargelateral",
+        ],
+    ),
+    (
+        Role::SpecificForceZ,
+        &[
+            "beschlz",
+            "beschleunigungz",
+            "zbeschleunigung",
+            "beschlhoch",
+            "beschleunigunghoch",
+            "beschlvertikal",
+            "vertikalbeschl",
+            "vertikalbeschleunigung",
+            "beschlnormal",
+            "normalbeschl",
+            "normalbeschleunigung",
+            "lastvielfaches",
+            "accelerationz",
+            "accelerationverticale",
+            "accelverticale",
+            "accverticale",
+            "accelerationnormale",
+            "accelnormale",
+            "accnormale",
+            "facteurchargenz",
+            "facteurchargez",
+            "facteurchargenormal",
+            "facteurchargevertical",
+            "facteurcharge",
+        ],
+    ),
+    (
+        Role::RollRate,
+        &[
+            "rollrate",
+            "drehratex",
+            "drehrateroll",
+            "rolldrehrate",
+            "rollgeschw",
+            "rollgeschwindigkeit",
+            "rollwinkelgeschwindigkeit",
+            "winkelgeschwindigkeitx",
+            "kreiselx",
+            "vitesseroulis",
+            "tauxroulis",
+            "vitesseangulaireroulis",
+            "vitesserotationroulis",
+            "vitesseangulairex",
+            "roulis",
+            "rollen",
+        ],
+    ),
+    (
+        Role::PitchRate,
+        &[
+            "nickrate",
+            "drehratey",
+            "drehratenick",
+            "nickdrehrate",
+            "nickgeschw",
+            "nickgeschwindigkeit",
+            "nickwinkelgeschwindigkeit",
+            "winkelgeschwindigkeity",
+            "kreisely",
+            "vitessetangage",
+            "tauxtangage",
+            "vitesseangulairetangage",
+            "vitesserotationtangage",
+            "vitesseangulairey",
+            "tangage",
+            "nicken",
+        ],
+    ),
+    (
+        Role::YawRate,
+        &[
+            "gierrate",
+            "drehratez",
+            "drehrategier",
+            "gierdrehrate",
+            "giergeschw",
+            "giergeschwindigkeit",
+            "gierwinkelgeschwindigkeit",
+            "winkelgeschwindigkeitz",
+            "kreiselz",
+            "vitesselacet",
+            "tauxlacet",
+            "vitesseangulairelacet",
+            "vitesserotationlacet",
+            "vitesseangulairez",
+            "lacet",
+            "gieren",
+        ],
+    ),
+    (Role::VelocityNorth, &["vnord", "geschwnord", "geschwindigkeitnord", "nordgeschwindigkeit", "vitessenord"]),
+    (Role::VelocityEast, &["vost", "geschwost", "geschwindigkeitost", "ostgeschwindigkeit", "vitesseest"]),
+    (
+        Role::VelocityDown,
+        &[
+            "vario",
+            "variometer",
+            "variometre",
+            "steigrate",
+            "steiggeschw",
+            "steiggeschwindigkeit",
+            "vertikalgeschw",
+            "vertikalgeschwindigkeit",
+            "vitesseverticale",
+            "vitesseascensionnelle",
+            "tauxmontee",
+            "sinkrate",
+            "sinkgeschw",
+            "sinkgeschwindigkeit",
+            "vz",
+        ],
+    ),
+    (
+        Role::BankAngle,
+        &[
+            "rollwinkel",
+            "hangewinkel",
+            "haengewinkel",
+            "querlage",
+            "querneigung",
+            "querneigungswinkel",
+            "schraglage",
+            "schraeglage",
+            "gite",
+            "anglegite",
+            "angleroulis",
+            "assiettelaterale",
+            "inclinaisonlaterale",
+            "roulis",
+            "rollen",
+        ],
+    ),
+    (
+        Role::PitchAngle,
+        &[
+            "nickwinkel",
+            "langsneigung",
+            "laengsneigung",
+            "langsneigungswinkel",
+            "laengsneigungswinkel",
+            "assiette",
+            "assiettelongitudinale",
+            "angleassiette",
+            "angletangage",
+            "tangage",
+            "nicken",
+        ],
+    ),
+    (
+        Role::HeadingAngle,
+        &[
+            "gierwinkel",
+            "steuerkurs",
+            "steuerkurswahr",
+            "kurs",
+            "cap",
+            "capvrai",
+            "capgeographique",
+            "anglecap",
+            "anglelacet",
+            "capmagnetique",
+            "lacet",
+            "gieren",
+        ],
+    ),
+    (
+        Role::TrueAirspeed,
+        &[
+            "fluggeschwwahr",
+            "fluggeschwindigkeitwahr",
+            "wahrefluggeschw",
+            "wahrefluggeschwindigkeit",
+            "wahreeigengeschwindigkeit",
+            "eigengeschwindigkeitwahr",
+            "taswahr",
+            "vwahr",
+            "vitessevraie",
+            "vitesseairvraie",
+            "vitessepropre",
+            "vv",
+            "eigengeschwindigkeit",
+            "fluggeschw",
+            "fluggeschwindigkeit",
+            "vitesseair",
+        ],
+    ),
+    (Role::AngleOfAttack, &["anstellwinkel", "anstellw", "incidence", "angleincidence", "angleattaque"]),
+    (Role::Sideslip, &["schiebewinkel", "schiebew", "derapage", "anglederapage"]),
+    (Role::Aileron, FOREIGN_AILERON),
+    (
+        Role::Elevator,
+        &[
+            "hohenruder",
+            "hoehenruder",
+            "hohenruderausschlag",
+            "hoehenruderausschlag",
+            "hohenruderwinkel",
+            "hoehenruderwinkel",
+            "hohenruderstellung",
+            "hoehenruderstellung",
+            "profondeur",
+            "gouverneprofondeur",
+            "braquageprofondeur",
+            "braquagegouverneprofondeur",
+        ],
+    ),
+    (
+        Role::Rudder,
+        &[
+            "seitenruder",
+            "seitenruderausschlag",
+            "seitenruderwinkel",
+            "seitenruderstellung",
+            "gouvernedirection",
+            "braquagedirection",
+            "braquagegouvernedirection",
+            "direction",
+            "palonnier",
+        ],
+    ),
+    (
+        Role::ElevatorTrim,
+        &[
+            "hohenrudertrimmung",
+            "hoehenrudertrimmung",
+            "hohenrudertrimm",
+            "hoehenrudertrimm",
+            "trimmruder",
+            "compensateurprofondeur",
+            "tabprofondeur",
+        ],
+    ),
+    (Role::Stabiliser, &["hohenflosse", "hoehenflosse"]),
+    (
+        Role::Flap,
+        &[
+            "klappen",
+            "landeklappen",
+            "klappenstellung",
+            "klappenwinkel",
+            "wolbklappen",
+            "woelbklappen",
+            "volets",
+            "braquagevolets",
+        ],
+    ),
+    (Role::StaticPressure, &["statischerdruck", "statikdruck", "druckstatisch", "luftdruck", "pressionstatique"]),
+    (
+        Role::AirTemperature,
+        &[
+            "aussentemperatur",
+            "lufttemperatur",
+            "statischetemperatur",
+            "temperaturestatique",
+            "temperatureexterieure",
+            "temperatureair",
+        ],
+    ),
+    (Role::TotalTemperature, &["gesamttemperatur", "totaltemperatur", "temperaturetotale"]),
+    (Role::AirDensity, &["luftdichte", "densiteair", "massevolumique", "massevolumiqueair"]),
+    (Role::Mach, &["machzahl", "nombremach"]),
+    (
+        Role::CalibratedAirspeed,
+        &[
+            "iasangezeigt",
+            "angezeigtefluggeschw",
+            "angezeigtefluggeschwindigkeit",
+            "fluggeschwangezeigt",
+            "fluggeschwindigkeitangezeigt",
+            "vangezeigt",
+            "vitesseindiquee",
+            "vitesseairindiquee",
+            "vitesseconventionnelle",
+        ],
+    ),
+    (
+        Role::Altitude,
+        &[
+            "hohe",
+            "hoehe",
+            "druckhohe",
+            "druckhoehe",
+            "hohemsl",
+            "hoehemsl",
+            "flughohe",
+            "flughoehe",
+            "barohohe",
+            "barohoehe",
+            "barometrischehohe",
+            "barometrischehoehe",
+            "altitudepression",
+            "altitudebaro",
+            "altitudebarometrique",
+        ],
+    ),
+    (Role::Latitude, &["breitengrad"]),
+    (Role::Longitude, &["langengrad", "laengengrad"]),
+    (Role::GpsAltitude, &["gpshohe", "gpshoehe", "hohegps", "hoehegps", "altitudegps"]),
+    (
+        Role::FuelMass,
+        &["kraftstoff", "kraftstoffmasse", "treibstoff", "treibstoffmasse", "carburant", "massecarburant"],
+    ),
+    (Role::FuelFlow, &["kraftstoffdurchfluss", "kraftstoffverbrauch", "debitcarburant", "consommationcarburant"]),
+    (Role::Thrust1, &["schub", "schub1", "poussee", "poussee1"]),
+    (Role::Thrust2, &["schub2", "poussee2"]),
+    (Role::EngineSpeed1, &["drehzahl", "motordrehzahl", "drehzahl1", "regime", "regimemoteur", "regime1"]),
+    (Role::EngineSpeed2, &["drehzahl2", "motordrehzahl2", "regime2", "regimemoteur2"]),
+    (Role::ManifoldPressure1, &["ladedruck", "ladedruck1", "pressionadmission", "pressionadmission1"]),
+    (Role::ManifoldPressure2, &["ladedruck2", "pressionadmission2"]),
+    (Role::Power1, &["leistung", "motorleistung", "puissance", "puissancemoteur"]),
+];
+
+/// Names of ailerons in the order of [`super::names::AILERON`].
+pub(super) const FOREIGN_AILERON: &[&str] = &[
+    "querruder",
+    "querruderausschlag",
+    "querruderwinkel",
+    "querruderstellung",
+    "ailerons",
+    "braquageailerons",
+    "gauchissement",
+    "braquagegauchissement",
+    "querruderrechts",
+    "rechtesquerruder",
+    "ailerondroit",
+    "braquageailerondroit",
+    "querruderlinks",
+    "linkesquerruder",
+    "ailerongauche",
+    "braquageailerongauche",
+];
+
+/// Airspeeds that do not say whether they are true or indicated.
+pub(super) const AIRSPEEDS_OF_NO_KIND: [&str; 4] =
+    ["eigengeschwindigkeit", "fluggeschw", "fluggeschwindigkeit", "vitesseair"];
+
+/// What a name needs to have one reading.
+#[derive(Clone, Copy)]
+enum Need {
+    /// A unit that the role has.
+    Unit,
+    /// The same; or, to be an angle, that the rate about its axis is another channel.
+    UnitOrRate(Role),
+    /// One of these units.
+    OneOf(&'static [&'static str]),
+    /// Another channel with a French name of a control.
+    FrenchControl,
+}
+
+/// Names that have more than one reading by themselves.
+const NEEDS: &[(&str, Need)] = &[
+    ("roulis", Need::UnitOrRate(Role::RollRate)),
+    ("rollen", Need::UnitOrRate(Role::RollRate)),
+    ("tangage", Need::UnitOrRate(Role::PitchRate)),
+    ("nicken", Need::UnitOrRate(Role::PitchRate)),
+    ("lacet", Need::UnitOrRate(Role::YawRate)),
+    ("gieren", Need::UnitOrRate(Role::YawRate)),
+    ("kraftstoff", Need::Unit),
+    ("treibstoff", Need::Unit),
+    ("carburant", Need::Unit),
+    ("kraftstoffdurchfluss", Need::Unit),
+    ("kraftstoffverbrauch", Need::Unit),
+    ("debitcarburant", Need::Unit),
+    ("consommationcarburant", Need::Unit),
+    ("leistung", Need::Unit),
+    ("puissance", Need::Unit),
+    ("palonnier", Need::Unit),
+    // Down in the conventions, up on every instrument that shows feet per minute.
+    ("vz", Need::OneOf(&["ft/min"])),
+    // Vitesse vraie or vitesse verticale.
+    ("vv", Need::OneOf(&["kt", "km/h"])),
+    ("direction", Need::FrenchControl),
+];
+
+/// French names of controls that are nothing else.
+const FRENCH_CONTROLS: [&str; 2] = ["profondeur", "gauchissement"];
+
+/// Whether `candidate`, which goes by `name`, can be `role` alone, beside the rows that `map` has and all other candidates.
+pub(super) fn has_one_reading(
+    (name, role): (&str, Role),
+    candidate: &Candidate<'_>,
+    map: &ManualChannelMap,
+    candidates: &[Candidate<'_>],
+) -> bool {
+    let Some((_, need)) = NEEDS.iter().find(|(known, _)| *known == name) else { return true };
+    let has_unit = candidate.unit.is_some_and(|unit| unit.dimension == role.dimension());
+    match *need {
+        Need::Unit => has_unit,
+        Need::UnitOrRate(rate) => has_unit || (rate != role && map.row(rate).is_some()),
+        Need::OneOf(units) => candidate.unit.is_some_and(|unit| units.contains(&unit.symbol)),
+        Need::FrenchControl => {
+            candidates.iter().any(|other| FRENCH_CONTROLS.iter().any(|control| other.words.contains(control)))
+        }
+    }
+}
+
+/// Letters of the shortest name that may stand at the end of a longer one.
+const LEAST_ENDING: usize = 7;
+/// Words before a name that make another quantity of it: a rate, a force, a trim tab, the wind.
+const OTHER_QUANTITIES: [&str; 14] = [
+    "angul", "winkel", "dreh", "vitesse", "taux", "trim", "compens", "tab", "kraft", "effort", "moment", "servo",
+    "wind", "vent",
+];
+
+/// Whether a channel's name ends on `name`, behind words that leave it what it is: `imurollrate`.
+pub(super) fn ends_on(words: &str, name: &str) -> bool {
+    let before = words.strip_suffix(name).filter(|_| name.len() >= LEAST_ENDING);
+    let has_need = NEEDS.iter().any(|(known, _)| *known == name);
+    before.is_some_and(|before| !has_need && !OTHER_QUANTITIES.iter().any(|other| before.contains(other)))
+}
+
+/// Words without a meaning of their own.
+const ARTICLES: [&str; 11] = ["de", "du", "des", "d", "la", "le", "les", "l", "der", "die", "das"];
+
+/// A name in small letters without accents, articles and what parts its words: `vitesseroulis` of `Vitesse de roulis`.
+pub(super) fn join_words(name: &str) -> String {
+    split_words(name).into_iter().filter(|word| !ARTICLES.contains(&word.as_str())).collect()
+}
+
+/// Whether a name says that it is commanded, not measured.
+pub(super) fn is_commanded(name: &str) -> bool {
+    split_words(name).iter().any(|word| word.starts_with("soll") || word == "consigne" || word == "cible")
+}
+
+/// Words of a name, in small letters without accents: what other signs or a change to capitals part.
+fn split_words(name: &str) -> Vec<String> {
+    let mut words = vec![String::new()];
+    let mut is_after_small = false;
+    for letter in name.chars().filter(|letter| !is_accent(*letter)) {
+        if !letter.is_alphanumeric() || (is_after_small && letter.is_uppercase()) {
+            words.push(String::new());
+        }
+        if let Some(word) = words.last_mut() {
+            push_plain(word, letter);
+        }
+        is_after_small = letter.is_lowercase();
+    }
+    words
+}
+
+/// Letters and digits of a name, small and without accents.
+pub(super) fn plain_letters(name: &str) -> String {
+    let mut plain = String::with_capacity(name.len());
+    name.chars().for_each(|letter| push_plain(&mut plain, letter));
+    plain
+}
+
+/// Whether it is an accent that follows its letter (Unicode, combining diacritical marks).
+fn is_accent(letter: char) -> bool {
+    ('\u{300}'..='\u{36f}').contains(&letter)
+}
+
+/// Adds a letter or digit, small and without its accent; nothing of any other sign.
+fn push_plain(text: &mut String, letter: char) {
+    for small in letter.to_lowercase().filter(|letter| letter.is_alphanumeric()) {
+        match small {
+            'à' | 'á' | 'â' | 'ã' | 'ä' | 'å' => text.push('a'),
+            'ç' => text.push('c'),
+            'è' | 'é' | 'ê' | 'ë' => text.push('e'),
+            'ì' | 'í' | 'î' | 'ï' => text.push('i'),
+            'ò' | 'ó' | 'ô' | 'õ' | 'ö' => text.push('o'),
+            'ù' | 'ú' | 'û' | 'ü' => text.push('u'),
+            'ñ' => text.push('n'),
+            'ß' => text.push_str("ss"),
+            'œ' => text.push_str("oe"),
+            'æ' => text.push_str("ae"),
+            other => text.push(other),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_joined_without_accents_articles_and_signs() {
+        for (name, joined) in [
+            ("Vitesse de roulis", "vitesseroulis"),
+            ("Vitesse de l'incidence", "vitesseincidence"),
+            ("Dérapage", "derapage"),
+            ("De\u{301}rapage", "derapage"),
+            ("GouverneDeProfondeur", "gouverneprofondeur"),
+            ("Höhe_MSL", "hohemsl"),
+            ("Ho\u{308}henruder", "hohenruder"),
+            ("Außentemperatur", "aussentemperatur"),
+            ("Fluggeschw. (wahr)", "fluggeschwwahr"),
+            ("dr", "dr"),
+        ] {
+            assert_eq!(join_words(name), joined, "{name}");
+        }
+        assert!(is_commanded("Soll-Kurs") && is_commanded("Cap consigne") && !is_commanded("Kurs"));
+    }
+
+    #[test]
+    fn names_are_those_that_join_words_writes() {
+        for (role, names) in FOREIGN_NAMES {
+            for name in *names {
+                assert_eq!(join_words(name), *name, "{}", role.name());
+            }
+        }
+        for (name, _) in NEEDS {
+            assert!(FOREIGN_NAMES.iter().any(|(_, names)| names.contains(name)), "{name}");
+        }
+    }
+
+    #[test]
+    fn a_name_may_stand_behind_where_it_was_measured_and_not_behind_what_makes_it_another_quantity() {
+        assert!(ends_on("imurollrate", "rollrate") && ends_on("ahrsnickwinkel", "nickwinkel"));
+        assert!(!ends_on("winkelbeschleunigungx", "beschleunigungx") && !ends_on("effortprofondeur", "profondeur"));
+        assert!(!ends_on("radarhohe", "hohe") && !ends_on("roulis", "roulis"));
+    }
+}

@@ -1,0 +1,71 @@
+//! Times written with colons: of the day, or with their date.
+
+use super::utc;
+
+/// Bytes of the longest cell that is read as a time.
+const LONGEST: usize = 40;
+
+/// A time written with colons.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Stamp {
+    /// `hh:mm:ss` with or without a fraction, s since midnight.
+    OfDay(f64),
+    /// A date and a time of day, s since 1970-01-01; one that states no zone is taken for UTC.
+    Dated(f64),
+}
+
+impl Stamp {
+    /// The time in a cell. Its decimals follow a point or a comma, whichever the numbers beside it have.
+    pub fn parse(cell: &[u8]) -> Option<Self> {
+        if cell.len() > LONGEST || !cell.first()?.is_ascii_digit() || !cell.contains(&b':') {
+            return None;
+        }
+        let mut plain = [0_u8; LONGEST];
+        for (to, &from) in plain.iter_mut().zip(cell) {
+            *to = if from == b',' { b'.' } else { from };
+        }
+        let text = std::str::from_utf8(&plain[..cell.len()]).ok()?;
+        time_of_day(text).map(Self::OfDay).or_else(|| utc::parse(text).map(Self::Dated))
+    }
+
+    /// Seconds since midnight, or since 1970-01-01.
+    pub fn seconds(self) -> f64 {
+        match self {
+            Self::OfDay(seconds) | Self::Dated(seconds) => seconds,
+        }
+    }
+}
+
+/// Seconds of a time of day `hh:mm:ss` or `hh:mm:ss.fff`.
+fn time_of_day(text: &str) -> Option<f64> {
+    let mut parts = text.split(':');
+    let (hours, minutes, seconds) = (parts.next()?, parts.next()?, parts.next()?);
+    let (hours, minutes): (u8, u8) = (hours.parse().ok()?, minutes.parse().ok()?);
+    let seconds: f64 = seconds.parse().ok()?;
+    let valid = parts.next().is_none() && minutes < 60 && (0.0..61.0).contains(&seconds);
+    valid.then(|| f64::from(hours) * 3600.0 + f64::from(minutes) * 60.0 + seconds)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_are_read_with_either_mark_of_decimals_with_and_without_a_date() {
+        for (cell, wanted) in [
+            ("10:23:11", Stamp::OfDay(37_391.0)),
+            ("10:23:11.020", Stamp::OfDay(37_391.02)),
+            ("10:23:11,020", Stamp::OfDay(37_391.02)),
+            ("1970-01-02 00:00:11.5", Stamp::Dated(86_411.5)),
+            ("2026-05-12 10:23:11.020", Stamp::Dated(1_778_581_391.02)),
+            ("2026-05-12T10:23:11,020", Stamp::Dated(1_778_581_391.02)),
+            ("2026-05-12 12:23:11.020000+02:00", Stamp::Dated(1_778_581_391.02)),
+            ("12.05.2026 10:23:11,020", Stamp::Dated(1_778_581_391.02)),
+        ] {
+            assert_eq!(Stamp::parse(cell.as_bytes()), Some(wanted), "{cell}");
+        }
+        for cell in ["10:23", "10h23m11s", "10:61:00", "12/05/2026 10:23:11", "ratio 1:2:3", "1:2:3:4", ""] {
+            assert_eq!(Stamp::parse(cell.as_bytes()), None, "{cell}");
+        }
+    }
+}

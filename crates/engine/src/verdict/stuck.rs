@@ -1,0 +1,85 @@
+//! Findings about channels that stand still in a window while they move elsewhere in the recording.
+
+use doublet_core::quantity::Role;
+use doublet_core::reconstruct::{Input, Measurement};
+use doublet_core::series::Series;
+
+use super::judge::Evidence;
+use super::{Finding, Level};
+use crate::session::Manoeuvre;
+
+/// Shortest standstill, s, and part of the window it takes at least.
+const SHORTEST_S: f64 = 3.0;
+const PART: f64 = 0.5;
+/// Runs of one value up to this many samples are motion, noise or held samples; a channel that has longer ones in more than this part of its
+/// other samples has too few steps to tell.
+const SHORT_RUN: usize = 10;
+const IN_LONG_RUNS: f64 = 0.1;
+
+/// The channel of the filter that stands still longest in a window.
+pub(super) fn finding(place: &str, evidence: Evidence<'_>, manoeuvre: &Manoeuvre) -> Option<Finding> {
+    let recording = &evidence.snapshot.flights.get(&manoeuvre.flight)?.ready()?.recording;
+    let least_s = SHORTEST_S.max(PART * (manoeuvre.window.end_s - manoeuvre.window.start_s));
+    let inputs = Input::ALL.into_iter().map(Input::role);
+    let roles = inputs.chain(Measurement::ALL.into_iter().map(Measurement::role));
+    let standing = roles.filter_map(|role| {
+        let series = &recording.role(role)?.series;
+        let indices = manoeuvre.window.indices(&series.time_s);
+        let (value, length_s) = longest_run(&series.time_s[indices.clone()], &series.values[indices])?;
+        (length_s >= least_s && moves_else(series, value)).then_some((role, value, length_s))
+    });
+    let (role, value, length_s) = standing.max_by(|(.., a), (.., b)| a.total_cmp(b))?;
+    Some(of_channel(place, role, value, length_s, least_s))
+}
+
+fn of_channel(place: &str, role: Role, value: f64, length_s: f64, least_s: f64) -> Finding {
+    let name = role.name();
+    let text = format!(
+        "{name} stands still at {value:.4} {} for {length_s:.1} s (limit {least_s:.1} s) and moves elsewhere in the recording: its sensor or \
+         its recorder stopped",
+        role.dimension().si_symbol()
+    );
+    let finding = Finding::new(Level::Bad, "stuck", place, text).with_figure(length_s, least_s);
+    let cure = "leave the window out, or the channel";
+    finding.with_cure(cure).with_setting("Flight", "window.role")
+}
+
+/// Value and length in s of the longest run of one finite value.
+fn longest_run(time_s: &[f64], values: &[f64]) -> Option<(f64, f64)> {
+    let mut start = 0;
+    let runs = values.chunk_by(|a, b| a == b).map(|run| {
+        let first = start;
+        start += run.len();
+        (run[0], time_s[start - 1] - time_s[first])
+    });
+    runs.filter(|(value, _)| value.is_finite()).max_by(|(_, a), (_, b)| a.total_cmp(b))
+}
+
+/// Whether a channel hardly ever keeps another value than `still`.
+fn moves_else(series: &Series, still: f64) -> bool {
+    let runs = series.values.chunk_by(|a, b| a == b).filter(|run| run[0].is_finite() && run[0] != still);
+    let (long, all) = runs
+        .fold((0, 0), |(long, all), run| (long + if run.len() > SHORT_RUN { run.len() } else { 0 }, all + run.len()));
+    all > SHORT_RUN && (long as f64) < IN_LONG_RUNS * all as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn standstill_is_told_from_few_steps() {
+        let series = |step: f64| {
+            let time_s: Vec<f64> = (0..1000).map(|k| 0.02 * f64::from(k)).collect();
+            let value = |time: f64| ((0.4 * time).sin() / step).round() * step;
+            let values = time_s.iter().map(|time| value(time.min(12.0))).collect();
+            Series { time_s: time_s.into(), values }
+        };
+        for (step, is_told) in [(1e-6, true), (0.25, false)] {
+            let series = series(step);
+            let (value, length_s) = longest_run(&series.time_s[500..], &series.values[500..]).unwrap();
+            assert!(length_s > 7.97);
+            assert_eq!(moves_else(&series, value), is_told);
+        }
+    }
+}
