@@ -86,7 +86,7 @@ fn time_name(name: &str) -> Option<(usize, Option<Unit>)> {
     let joined = |name: &str| name.replace('_', "");
     let is_stem = |known: &&str| joined(known) == joined(stem);
     let own = || NAMED_UNITS.iter().find(|(known, _)| is_stem(known)).and_then(|(_, unit)| Unit::parse(unit).ok());
-    let known = TIME_NAMES.iter().position(|known| is_stem(&known)).map(|rank| (rank, unit.or_else(own)));
+    let known = TIME_NAMES.iter().position(is_stem).map(|rank| (rank, unit.or_else(own)));
     let is_unit = || UNIT_NAMES.contains(&plain.as_str()).then(|| (TIME_NAMES.len(), Unit::parse(&plain).ok()));
     known.or_else(is_unit)
 }
@@ -232,7 +232,8 @@ mod tests {
 
     #[test]
     fn stamps_with_a_date_are_the_time() {
-        let stamps: [(&str, fn(u32) -> String); 5] = [
+        type Written = fn(u32) -> String;
+        let stamps: [(&str, Written); 5] = [
             ("Timestamp", |ms| format!("2026-05-12 10:23:11.{ms:03}")),
             ("Datum/Zeit", |ms| format!("\"2026-05-12 10:23:11,{ms:03}\"")),
             ("recorded at", |ms| format!("2026-05-12T10:23:11.{ms:03}Z")),
