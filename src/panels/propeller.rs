@@ -13,7 +13,7 @@ use crate::widgets::chart::{Chart, ChartCurve, ChartStyle};
 use crate::widgets::term::{column_title, column_title_called};
 
 /// Height of the numbers below the bars.
-const TABLE: f32 = 190.0;
+const TABLE: f32 = 216.0;
 /// Least height of the bars; below it the panel scrolls.
 const LEAST_CHART: f32 = 150.0;
 /// Change of an input that the bars are drawn for, as a part of it.
