@@ -4,7 +4,7 @@
 
 use std::collections::BTreeMap;
 
-use doublet_core::compatibility::{Agreement, Compatibility, check};
+use doublet_core::compatibility::{Agreement, Compatibility, TellingVelocity, check};
 use doublet_core::quantity::Role::{self, *};
 use doublet_core::series::{Channel, Recording, Series};
 use nalgebra::{Rotation3, Vector3};
@@ -304,4 +304,22 @@ fn place_of_the_accelerometers_is_told_by_the_ground_velocity() {
     }
     // A turned sign tells no place.
     assert_eq!(found(|columns| scaled(columns, SpecificForceY, -1.0)).accelerometer, None);
+}
+
+#[test]
+fn place_of_the_accelerometers_is_told_by_airspeed_and_vanes_without_a_ground_velocity() {
+    let found = found(|columns| {
+        columns.retain(|role, _| ![VelocityNorth, VelocityEast, VelocityDown].contains(role));
+    });
+    let Some(told) = found.accelerometer else { panic!("no place") };
+    assert_eq!(told.by, TellingVelocity::Air);
+    assert!(told.from_velocity_m.iter().all(|place| place.abs() < 0.1), "{told:?}");
+}
+
+#[test]
+fn airspeed_that_is_off_by_a_factor_is_told_with_it() {
+    let found = found(|columns| scaled(columns, TrueAirspeed, 1.12));
+    assert_eq!(mistakes(&found), ["airspeed: 12 % too large"]);
+    let factor = found.rows.iter().find_map(|row| row.factor).unwrap_or_default();
+    assert!((factor * 1.12 - 1.0).abs() < 0.01, "{factor}");
 }

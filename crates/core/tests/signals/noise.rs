@@ -121,3 +121,21 @@ fn noise_statistics_reject_windows_without_samples() {
     assert!(matches!(refused, Err(PrepError::TooFewSamples { needed: 9, found: 0, .. })), "{refused:?}");
     assert!(noise_statistics(&gyro(0.0, 0.0, 1), &[], 1).is_err());
 }
+
+#[test]
+fn channel_that_rests_on_one_step_in_the_windows_has_the_noise_of_that_step() {
+    const STEP: f64 = 0.004;
+    let time_s: Vec<f64> = (0..3000).map(|k| 0.02 * f64::from(k)).collect();
+    let moving = |t: f64| if t > 52.0 { (0.02 * (t - 52.0).sin() / STEP).round() * STEP } else { 0.0 };
+    let values = time_s.iter().map(|&t| moving(t)).collect();
+    let found = noise_statistics(&Series { time_s: time_s.clone().into(), values }, &WINDOWS, 1).unwrap();
+    assert!(found.std < 1e-12 && (found.resolution - STEP).abs() < 1e-12, "{found:?}");
+    let choice = noise_proposal(Ok(&found), None).unwrap();
+    assert!(
+        (choice.proposed - STEP / 12f64.sqrt()).abs() < 1e-12 && matches!(choice.origin, NoiseOrigin::Resolution(_))
+    );
+    // What never moves at all tells nothing.
+    let still = Series { values: vec![0.3; time_s.len()].into(), time_s: time_s.into() };
+    let found = noise_statistics(&still, &WINDOWS, 1).unwrap();
+    assert!(found.resolution == 0.0 && found.std < 1e-12);
+}
