@@ -1,7 +1,7 @@
 //! What lies between the markers A and B: values at both, their difference and slope, statistics.
 
 use doublet_core::series::{Series, Statistics, value_at};
-use doublet_engine::report::significant;
+use doublet_engine::notation::significant;
 use eframe::egui::{self, Id, RichText, ScrollArea, Ui};
 use egui_extras::{Column, TableBuilder};
 

@@ -9,8 +9,9 @@ use serde::Serialize;
 
 use crate::export::{IdentifiedCoefficient, identified};
 use crate::graph::{Context, Footprint, Stage, StageResult};
+use crate::notation::significant;
 use crate::report::document::Block;
-use crate::report::{Cell, Column, Reference, TableOf, significant};
+use crate::report::{Cell, Column, Reference, TableOf};
 use crate::study::StudyInput;
 use crate::verdict::Level;
 

@@ -2,9 +2,9 @@
 
 use super::by_hand::{ChannelName, ManualChannel};
 use super::contents::{ChannelInfo, Probe};
-use super::foreign_names::{is_commanded, join_words, plain_letters};
 use super::stated_unit::{is_count, stated_unit, stem_and_unit};
 use super::text_layout::split_unit;
+use super::words::{is_commanded, join_words, plain_letters};
 use crate::quantity::{Dimension, Role, Unit};
 
 /// An angle larger than this in radians is taken for degrees: angles of flow and controls, and of attitude.

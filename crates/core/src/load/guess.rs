@@ -4,11 +4,10 @@
 
 use super::by_hand::{ChannelName, ManualChannel, ManualChannelMap};
 use super::candidates::{Candidate, Fits, LEFT, RIGHT, best, candidates, row};
-use super::foreign_names::{
-    AIRSPEEDS_OF_NO_KIND, FOREIGN_AILERON, FOREIGN_NAMES, ends_on, has_one_reading, join_words, plain_letters,
-};
+use super::foreign_names::{AIRSPEEDS_OF_NO_KIND, FOREIGN_AILERON, FOREIGN_NAMES, ends_on, has_one_reading};
 use super::names::{AILERON, NAMES, NAMES_WITH_SOURCE};
 use super::stated_unit::stem_and_unit;
+use super::words::{join_words, plain_letters};
 use super::{Probe, guess_frames};
 use crate::quantity::{Dimension, Role, Unit};
 

@@ -49,6 +49,7 @@ mod text_layout;
 mod time_unit;
 mod ulog;
 mod utc;
+mod words;
 
 pub use attitude::QuaternionAxes;
 pub use budget::{BUDGET_VARIABLE, memory};

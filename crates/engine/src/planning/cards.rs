@@ -5,8 +5,9 @@ use doublet_core::atmos::Atmosphere;
 
 use super::campaign::{Campaign, Flown, FlownPoint, PlannedPoint};
 use crate::date;
+use crate::notation::significant;
 use crate::report::document::{Axis, Block, Document, Figure, LineStyle, Mark, Panel, Plot, Section, points};
-use crate::report::{Cell, Column, Table, significant};
+use crate::report::{Cell, Column, Table};
 
 /// Lays a campaign out: cards last, one a page.
 pub fn campaign_document(

@@ -6,8 +6,9 @@ use doublet_dynamics::design::{Designed, SURFACE_NAMES};
 
 use super::enough::{DerivativeRow, Enough, NextRow};
 use super::rows::{ComparedKind, DesignRow, ExcursionRow};
+use crate::notation::significant;
 use crate::report::document::{Axis, Block, Document, Figure, LineStyle, Mark, Panel, Plot, Section, line, points};
-use crate::report::{Cell, Column, Table, TableOf, significant};
+use crate::report::{Cell, Column, Table, TableOf};
 use crate::session::Session;
 use crate::verdict::Level;
 use crate::{date, notation};

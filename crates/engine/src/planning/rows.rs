@@ -10,8 +10,7 @@ use doublet_dynamics::design::{
 use serde::Serialize;
 
 use crate::graph::StageResult;
-use crate::notation;
-use crate::report::significant;
+use crate::notation::{self, significant};
 
 /// A design and what it promises.
 #[derive(Clone, Debug, Serialize)]

@@ -6,7 +6,7 @@ use doublet_core::quantity::Dimension;
 use doublet_core::validate::{Histories, Signal};
 
 use super::units::shown;
-use crate::report::significant;
+use crate::notation::significant;
 use crate::run::Snapshot;
 use crate::session::{Manoeuvre, Surface};
 use crate::stage::WindowAero;

@@ -4,8 +4,9 @@ use super::conditions::{NOT_GIVEN, stated};
 use super::file::{DEVICE, ENGINEERING_DATA};
 use super::units::{dimension_of, named, shown, unit, with_error};
 use super::{Qualification, QualificationTest, TestFile, ValueRow};
+use crate::notation::significant;
 use crate::report::document::{Block, Document, Section};
-use crate::report::{Cell, Column, Table, significant};
+use crate::report::{Cell, Column, Table};
 use crate::run::Snapshot;
 use crate::session::Session;
 

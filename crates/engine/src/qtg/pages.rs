@@ -10,9 +10,8 @@ use super::conditions::NOT_GIVEN;
 use super::record::{Movement, deflection};
 use super::units::{name, requirements, unit};
 use super::{DataCopy, TestEntry};
-use crate::notation;
+use crate::notation::{self, significant};
 use crate::report::document::{Axis, Figure, LineStyle, Mark, Panel, Plot, line, replay_panel};
-use crate::report::significant;
 use crate::session::{Manoeuvre, Surface, WindowRole};
 use crate::stage::{Judgement, ObjectiveTest, Quantity, RecordDemand, ReplaySeries, WindowAero, WindowReplay};
 

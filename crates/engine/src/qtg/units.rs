@@ -3,8 +3,7 @@
 use doublet_core::quantity::Dimension;
 use doublet_core::validate::Tolerance;
 
-use crate::notation;
-use crate::report::significant;
+use crate::notation::{self, significant};
 use crate::stage::{Judgement, Quantity, ValueTolerance};
 
 /// Unit a dimension has on the pages and its factor from SI: knots, feet, g, degrees.

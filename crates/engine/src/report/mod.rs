@@ -53,7 +53,7 @@ pub use studies::{
     CheckRow, ConditionRow, ContributionRow, KindRow, LagRow, LeftOutRow, MonteCarloRow, SensitivityRow, StudyResults,
     TornadoRow,
 };
-pub use table::{Cell, Column, Table, TableOf, significant};
+pub use table::{Cell, Column, Table, TableOf};
 
 use crate::keep::{Earlier, Put, PutError, Staging, has_manifest};
 use crate::run::{Control, Snapshot};

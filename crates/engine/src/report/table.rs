@@ -1,5 +1,7 @@
 //! Tables as data: what every form of table is written from.
 
+use crate::notation::significant;
+
 /// A table.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table {
@@ -119,30 +121,6 @@ impl Table {
     }
 }
 
-/// Magnitudes below this, or from `LARGE` on, are written with a power of ten.
-const SMALL: f64 = 1e-3;
-/// See [`SMALL`].
-const LARGE: f64 = 1e6;
-
-/// `value` with so many significant digits and a true minus sign; a dash where there is no number.
-pub fn significant(value: f64, digits: usize) -> String {
-    if !value.is_finite() {
-        return "–".to_owned();
-    }
-    let rounded = format!("{value:.*e}", digits.saturating_sub(1));
-    let (mantissa, exponent) = rounded.split_once('e').unwrap_or((&rounded, "0"));
-    let exponent: i32 = exponent.parse().unwrap_or(0);
-    let text = if value == 0.0 {
-        "0".to_owned()
-    } else if (SMALL..LARGE).contains(&value.abs()) {
-        let decimals = usize::try_from(digits as i32 - 1 - exponent).unwrap_or(0);
-        format!("{value:.decimals$}")
-    } else {
-        format!("{mantissa}e{exponent}")
-    };
-    text.replace('-', "\u{2212}")
-}
-
 /// `value` to so many significant digits.
 pub(super) fn rounded(value: f64, digits: usize) -> f64 {
     format!("{value:.*e}", digits.saturating_sub(1)).parse().unwrap_or(value)
@@ -220,21 +198,6 @@ impl<R> TableOf<R> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn numbers_keep_their_significant_digits() {
-        for (value, digits, expected) in [
-            (-0.012_345_6, 4, "\u{2212}0.01235"),
-            (123_456.7, 4, "123457"),
-            (1.234e-5, 3, "1.23e\u{2212}5"),
-            (9.9996, 4, "10.00"),
-            (0.0, 4, "0"),
-            (f64::INFINITY, 4, "–"),
-            (2.5e7, 2, "2.5e7"),
-        ] {
-            assert_eq!(significant(value, digits), expected);
-        }
-    }
 
     #[test]
     fn parts_of_a_table_are_taken_by_name() {

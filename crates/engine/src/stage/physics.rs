@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use super::LoadedFlight;
 use crate::graph::{Context, Footprint, Keyed, Stage, StageResult};
-use crate::report::significant;
+use crate::notation::significant;
 use crate::session::RecordingRef;
 use crate::verdict::{Finding, Level};
 

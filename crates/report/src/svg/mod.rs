@@ -5,8 +5,8 @@ mod plot;
 
 use std::fmt::Write;
 
+use doublet_engine::notation::significant;
 use doublet_engine::report::document::{Colour, Figure, LineStyle, Mark, Matrix, Panel};
-use doublet_engine::report::significant;
 
 pub use plot::{Range, range};
 

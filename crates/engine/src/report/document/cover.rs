@@ -3,8 +3,9 @@
 use super::findings;
 use super::{Block, Contents};
 use crate::date;
+use crate::notation::significant;
 use crate::report::results::{DerivativeRow, FitRow, WindowRow};
-use crate::report::table::{Cell, Column, Table, significant};
+use crate::report::table::{Cell, Column, Table};
 use crate::report::tables;
 use crate::session::WindowRole;
 use crate::verdict::{self, Level};

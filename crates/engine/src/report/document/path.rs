@@ -8,8 +8,8 @@ use doublet_core::series::Series;
 
 use super::figure::line;
 use super::{Axis, Block, Colour, Contents, Figure, LineStyle, Mark, Panel, Plot, numbers_of, table_or};
-use crate::notation;
-use crate::report::table::{Cell, Column, Table, significant};
+use crate::notation::{self, significant};
+use crate::report::table::{Cell, Column, Table};
 use crate::report::{error_table, tables};
 use crate::session::PathSource;
 use crate::stage::WindowPath;

@@ -5,9 +5,9 @@ use doublet_core::quantity::{Dimension, Role};
 use super::cover;
 use super::figure::line;
 use super::{Axis, Block, Colour, Contents, Figure, LineStyle, Mark, Panel, Plot, paragraph, table_or};
-use crate::notation;
+use crate::notation::{self, significant};
 use crate::report::ExpressionRow;
-use crate::report::table::{Cell, Column, Table, significant};
+use crate::report::table::{Cell, Column, Table};
 use crate::report::tables;
 use crate::session::WindowRole;
 
