@@ -251,7 +251,7 @@ fn message(app: &mut Workbench, ui: &mut Ui) {
     if let Some(written) = &message.written
         && ui.small_button("Open").on_hover_text(written.display().to_string()).clicked()
     {
-        ui.ctx().open_url(egui::OpenUrl::new_tab(format!("file://{}", written.display())));
+        app.opening = Some((written.clone(), open::that_in_background(written)));
     }
     let color = if message.is_error { palette.error } else { palette.good };
     let label = egui::Label::new(RichText::new(&message.text).color(color));

@@ -21,6 +21,7 @@ pub fn run(app: &mut Workbench, ctx: &egui::Context) {
     app.state.time.cursor_s = hovered_s;
     app.state.window_time.cursor_s = hovered_s;
     app.take_export();
+    app.take_opening(ctx);
     app.take_beginning();
     app.follow_verdict();
     take_files(app, ctx);

@@ -81,6 +81,8 @@ pub struct Workbench {
     /// SHA-256 of the version on disk that was answered with "Stay".
     stayed_with: Option<String>,
     exporting: Option<Job<Put>>,
+    /// What the desktop is asked to open.
+    opening: Option<(std::path::PathBuf, std::thread::JoinHandle<std::io::Result<()>>)>,
     recovery: Recovery,
     beginning: Beginning,
     leaving: bool,
@@ -187,6 +189,7 @@ impl Workbench {
             changed: None,
             stayed_with: None,
             exporting: None,
+            opening: None,
             recovery: Recovery::default(),
             beginning: Beginning::default(),
             leaving: false,

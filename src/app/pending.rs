@@ -415,6 +415,19 @@ impl Workbench {
         }
     }
 
+    /// Says why the desktop did not open what was written, once it has tried.
+    pub(super) fn take_opening(&mut self, ctx: &egui::Context) {
+        let Some((path, opening)) = self.opening.take_if(|(_, opening)| opening.is_finished()) else {
+            if self.opening.is_some() {
+                ctx.request_repaint_after(std::time::Duration::from_millis(200));
+            }
+            return;
+        };
+        if !matches!(opening.join(), Ok(Ok(()))) {
+            self.complain(format!("No program of the desktop opens {}: open it by hand", path.display()));
+        }
+    }
+
     /// Draws the question for unsaved changes.
     pub(super) fn guard(&mut self, ctx: &egui::Context) {
         let Some(pending) = self.guarded.clone() else { return };

@@ -101,8 +101,10 @@ fn stages(session: &Session, snapshot: &Snapshot, cache: &Cache) -> StageResult<
     let (_, study): (Vec<_>, Vec<StudyWindow<'_>>) = windows.iter().cloned().unzip();
     let by = |source| (&session.filter, source);
     let pooled: Keyed<_> = pooled_fits(&found, &session.structure, &session.estimation).into();
-    let filter = timed(|| reconstructions(&data, by(PathSource::Filtered), &control).map(|_| ()))?;
-    let smoothed = timed(|| reconstructions(&data, by(PathSource::Smoothed), &control).map(|_| ()))?;
+    let reconstruct = |source| {
+        timed(|| reconstructions(&data, by(source), &control).into_iter().try_for_each(|path| path.map(|_| ())))
+    };
+    let (filter, smoothed) = (reconstruct(PathSource::Filtered)?, reconstruct(PathSource::Smoothed)?);
     let path = timed(|| {
         paths(&samples, by(PathSource::Smoothed), &control).into_iter().try_for_each(|path| path.map(|_| ()))
     })?;

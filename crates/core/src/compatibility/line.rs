@@ -30,6 +30,8 @@ pub(super) struct Line {
     pub spread_x: f64,
     /// The same of `y`.
     pub spread_y: f64,
+    /// Pairs it is fitted to.
+    pub pairs: usize,
 }
 
 impl Line {
@@ -88,6 +90,7 @@ impl Line {
             disagreement: (xx + yy - 2.0 * xy) / (0.5 * (xx + yy)),
             spread_x: xx.sqrt(),
             spread_y: yy.sqrt(),
+            pairs: pairs.len(),
         })
     }
 }
@@ -103,7 +106,7 @@ pub(super) struct Figures {
     pub disagreement: f64,
     /// Segments that tell.
     pub segments: usize,
-    /// Whether the prediction itself varies enough.
+    /// Whether the prediction itself varies enough for a slope other than one to be none by chance.
     pub predicted: bool,
 }
 

@@ -74,6 +74,9 @@ const FAST: [Role; 15] = [
 /// Angles whose sine and cosine enter the relations.
 const ANGLES: [Role; 5] = [Role::BankAngle, Role::PitchAngle, Role::HeadingAngle, Role::AngleOfAttack, Role::Sideslip];
 
+/// A number of steps this near to a whole one is that.
+const WHOLE_STEP: f64 = 1e-9;
+
 /// Sine and cosine at every step, formed when they are first asked for.
 type Sines = OnceLock<Arc<[(f64, f64)]>>;
 
@@ -177,14 +180,18 @@ impl Motion {
     pub(super) fn sin_cos(&self, role: Role, step: usize) -> (f64, f64) {
         let Some(column) = &self.columns[role as usize] else { return (0.0, 1.0) };
         let Some(index) = ANGLES.iter().position(|angle| *angle == role) else { return column[step].sin_cos() };
-        let form = || {
+        self.sines_of(index, column)[step]
+    }
+
+    /// Sines and cosines of one of [`ANGLES`], not numbers outside the segments.
+    fn sines_of(&self, index: usize, column: &[f64]) -> &Arc<[(f64, f64)]> {
+        self.sines[index].get_or_init(|| {
             let mut formed = vec![(f64::NAN, f64::NAN); column.len()];
             for step in self.segments.iter().flat_map(Clone::clone) {
                 formed[step] = column[step].sin_cos();
             }
             formed.into()
-        };
-        self.sines[index].get_or_init(form)[step]
+        })
     }
 
     fn set(&mut self, role: Role, column: Option<Arc<[f64]>>) {
@@ -217,22 +224,28 @@ impl Motion {
             end += range.len();
             end - range.len()..end
         });
-        Self {
+        let part = Self {
             step_s: self.step_s,
             segments: segments.collect(),
             time_s: of(&self.time_s),
             columns: self.columns.iter().map(|column| column.as_deref().map(of)).collect(),
             sines: Default::default(),
+        };
+        // What is moved against the rest many times shares the sines of the rest.
+        for (index, role) in ANGLES.into_iter().enumerate() {
+            part.column(role).into_iter().for_each(|column| drop(part.sines_of(index, column).clone()));
         }
+        part
     }
 
     /// This [`part`](Self::part) of `whole` over `ranges` with the samples of some roles taken `steps` later, so that stamps too late
     /// by as much are right again; not a number where there is no sample.
     pub(super) fn earlier(&self, whole: &Self, ranges: &[Range<usize>], roles: &[Role], steps: f64) -> Self {
         let mut moved = self.clone();
-        let part = steps - steps.floor();
+        let whole_steps = (steps + WHOLE_STEP).floor();
+        let part = if steps - whole_steps < WHOLE_STEP { 0.0 } else { steps - whole_steps };
         #[expect(clippy::cast_possible_truncation, reason = "a few seconds over steps of more than 0.01 s")]
-        let by = steps.floor() as isize;
+        let by = whole_steps as isize;
         for role in roles {
             let Some(column) = whole.column(*role) else { continue };
             let at = |k: usize, by: isize| k.checked_add_signed(by).and_then(|k| column.get(k)).copied();
@@ -240,8 +253,18 @@ impl Motion {
                 let first = at(k, by)?;
                 if part == 0.0 { Some(first) } else { Some(first + part * (at(k, by + 1)? - first)) }
             };
-            let steps = ranges.iter().flat_map(Clone::clone);
-            moved.set(*role, Some(steps.map(|k| between(k).unwrap_or(f64::NAN)).collect()));
+            let steps = || ranges.iter().flat_map(Clone::clone);
+            let values: Arc<[f64]> = steps().map(|k| between(k).unwrap_or(f64::NAN)).collect();
+            moved.set(*role, Some(Arc::clone(&values)));
+            let angle = ANGLES.iter().position(|angle| angle == role).filter(|_| part == 0.0);
+            if let Some(index) = angle {
+                let sines = whole.sines_of(index, column);
+                let known =
+                    |k: usize| k.checked_add_signed(by).and_then(|k| sines.get(k)).filter(|(sin, _)| sin.is_finite());
+                let pairs = steps().zip(values.iter());
+                let pairs = pairs.map(|(k, value)| known(k).copied().unwrap_or_else(|| value.sin_cos()));
+                moved.sines[index] = Sines::from(pairs.collect::<Arc<_>>());
+            }
         }
         moved
     }

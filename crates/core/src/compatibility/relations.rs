@@ -412,6 +412,9 @@ const TELLS: f64 = 3.0;
 const CLEAR_R2: f64 = 0.9;
 /// Such a line varies by this part of the noise at least: slow drifts alone correlate by chance.
 const CLEAR: f64 = 0.2;
+/// A slope other than one must be so by as many standard errors, of a channel that follows the others with this squared correlation.
+const SIGNIFICANT: f64 = 2.5;
+const FOLLOWS_R2: f64 = 0.5;
 /// Neighbours by which the noise of a level is seen lie this part of a lag apart: near enough that no motion bends between them.
 const NEIGHBOURS_PER_LAG: usize = 16;
 /// One in so many of them, the farthest, is left out as a spike, and the part of the variance of normal noise that the rest has.
@@ -501,7 +504,7 @@ impl Kinematic {
         let through = |one| Some((Line::through(&self.pairs(motion, one), self.origin)?, self.noise_in(motion, one)));
         let lines: Vec<(Line, f64)> = motion.segments.iter().filter_map(through).collect();
         let moves = |(line, noise): &&(Line, f64)| line.spread_x > TELLS * noise;
-        let predicted = lines.iter().any(|line| moves(&line));
+        let moving = lines.iter().any(|line| moves(&line));
         let is_clear =
             |(line, noise): &&(Line, f64)| line.r2 > CLEAR_R2 && line.spread_x.max(line.spread_y) > CLEAR * noise;
         let mut decisive: Vec<_> = lines.iter().filter(|line| moves(line) || is_clear(line)).collect();
@@ -511,12 +514,17 @@ impl Kinematic {
         let of = |of: fn(&Line) -> f64| {
             crate::statistics::median(&mut decisive.iter().map(|(line, _)| of(line)).collect::<Vec<_>>())
         };
+        let (slope, r2) = (of(|line| line.slope)?, of(|line| line.r2)?);
+        // Pairs overlap by half a lag. Standard error of the logarithm of the slope of a reduced major axis.
+        let pairs: usize = decisive.iter().map(|(line, _)| line.pairs).sum();
+        let error = ((1.0 - r2).max(0.0) / (0.5 * pairs as f64)).sqrt();
+        let is_one = slope > 0.0 && r2 > FOLLOWS_R2 && slope.ln().abs() < SIGNIFICANT * error;
         Some(Figures {
-            slope: of(|line| line.slope)?,
-            r2: of(|line| line.r2)?,
+            slope,
+            r2,
             disagreement: of(|line| line.disagreement)?,
             segments: decisive.len(),
-            predicted,
+            predicted: moving && !is_one,
         })
     }
 }

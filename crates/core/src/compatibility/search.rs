@@ -18,16 +18,25 @@ const WEIGHT: f64 = 1.0;
 /// A relation that held and no longer does counts this many times; a response but once, for its cause may be turned, too.
 const BROKEN: f64 = 3.0;
 
-/// A relation that held before a change holds better after it when no more than this part of its disagreement is left, and counts so.
+/// A relation that held before channels were exchanged or turned holds better then when no more than this part of its disagreement is
+/// left, and counts so.
 const SHARPENED: f64 = 0.5;
 const SHARPENED_WEIGHT: f64 = 0.5;
 /// A channel tells its unit in a relation only where that holds better with the channel than without: by no more than this part of the
 /// disagreement that is left without it.
 const OWN_PART: f64 = 0.5;
+/// Or where it was off by this part of the factor at least, in logarithms: numbers so large are those of another unit.
+const AS_FAR: f64 = 0.4;
+/// What a line usually leaves unexplained: its slope counts as much as it leaves less, within these factors.
+const USUAL_LEFT: f64 = 0.05;
+const LEAST_CLEAR: f64 = 0.3;
+const MOST_CLEAR: f64 = 2.0;
 /// A unit is named where a slope lies this near to one after the cure, and a line this clear or as many segments tell it.
 const SLOPE_OF_UNIT: f64 = 0.15;
 pub(super) const CLEAR_R2: f64 = 0.98;
 const SEGMENTS_OF_UNIT: usize = 2;
+/// Most that a slope is off one of an airspeed that is calibrated.
+const AS_CALIBRATED: f64 = 0.04;
 /// Slopes and least squared correlation of a channel that runs against what it is compared with.
 pub(super) const OPPOSITE_SLOPE: std::ops::RangeInclusive<f64> = -1.25..=-0.8;
 pub(super) const OPPOSITE_R2: f64 = 0.9;
@@ -155,7 +164,11 @@ fn attempt(candidate: Candidate, motion: &Motion, outcomes: &[(Relation, Outcome
     let roles = candidate.roles();
     let entered = || outcomes.iter().filter(|(relation, _)| roles.iter().any(|role| relation.involves(*role)));
     let (mut repaired, mut score) = repair(&candidate, motion, &changed, entered());
-    if repaired.is_empty() || !candidate.roles_of_units().is_empty() && !tells_unit(&repaired) {
+    let is_named = match candidate.cures[..] {
+        [Cure::Reassign { .. }] => tells_calibrated(&repaired),
+        _ => candidate.roles_of_units().is_empty() || tells_unit(&repaired),
+    };
+    if repaired.is_empty() || !is_named {
         return None;
     }
     let mut sharpened = Vec::new();
@@ -165,7 +178,7 @@ fn attempt(candidate: Candidate, motion: &Motion, outcomes: &[(Relation, Outcome
             (Outcome::Fits(_), Outcome::Differs(_)) => 1.0,
             (Outcome::Fits(_), Outcome::Undetermined) | (Outcome::Undetermined, Outcome::Differs(_)) => 1.0,
             (Outcome::Fits(was), Outcome::Fits(is))
-                if relation.is_of_lines() && is.disagreement < SHARPENED * was.disagreement =>
+                if is_turn(&candidate) && relation.is_of_lines() && is.disagreement < SHARPENED * was.disagreement =>
             {
                 sharpened.push((*relation, *was, is));
                 -SHARPENED_WEIGHT
@@ -179,6 +192,21 @@ fn attempt(candidate: Candidate, motion: &Motion, outcomes: &[(Relation, Outcome
         rank(b).cmp(&rank(a)).then(b.2.r2.total_cmp(&a.2.r2))
     });
     (score > 0.0).then_some(Trial { candidate, repaired, sharpened, score, motion: changed })
+}
+
+/// Whether channels are exchanged and nothing else is done.
+fn is_swap(candidate: &Candidate) -> bool {
+    candidate.cures.iter().all(|cure| matches!(cure, Cure::Swap { .. }))
+}
+
+/// Whether channels are exchanged or signs turned and nothing else is done: a factor can be chosen for what it sharpens, these cannot.
+fn is_turn(candidate: &Candidate) -> bool {
+    let is_one = |cure: &Cure| match cure {
+        Cure::Swap { .. } => true,
+        Cure::Scale { factor, offset, units: None, .. } => *factor == -1.0 && *offset == 0.0,
+        _ => false,
+    };
+    candidate.cures.iter().all(is_one)
 }
 
 /// Weight of a relation.
@@ -195,7 +223,6 @@ fn repair<'a>(
     entered: impl Iterator<Item = &'a (Relation, Outcome)>,
 ) -> (Vec<Repaired>, f64) {
     let (mut repaired, mut score) = (Vec::new(), 0.0);
-    let is_swap = candidate.cures.iter().all(|cure| matches!(cure, Cure::Swap { .. }));
     let of_units = candidate.roles_of_units();
     let resting = OnceCell::new();
     let rest = || of_units.iter().fold(motion.clone(), |motion, role| motion.changed(*role, |_| 0.0));
@@ -209,14 +236,13 @@ fn repair<'a>(
                         || is_as_far_off(candidate, was)
                         || needs_channel(relation, is, resting.get_or_init(rest))) =>
             {
-                // Of two units the one whose slope is nearer to one.
-                let slope = if relation.is_of_lines() { is.slope } else { 1.0 };
-                score += weight(relation) * (1.0 - slope.ln().abs());
+                let lost = if relation.is_of_lines() { off_one(is) } else { 0.0 };
+                score += weight(relation) * (1.0 - lost);
                 repaired.push((*relation, *was, *is));
             }
             Outcome::Fits(_) => score += 0.25 * weight(relation),
             // Of two exchanged surfaces the one that rested now rests in the other's place.
-            Outcome::Undetermined if is_swap && matches!(relation, Relation::Response(_)) => {
+            Outcome::Undetermined if is_swap(candidate) && matches!(relation, Relation::Response(_)) => {
                 score += 0.5 * weight(relation);
                 repaired.push((*relation, *was, *was));
             }
@@ -224,6 +250,11 @@ fn repair<'a>(
         }
     }
     (repaired, score)
+}
+
+/// How far a slope is off one, more where the line is clear: of two units the one whose slope is nearer.
+fn off_one(figures: &Figures) -> f64 {
+    figures.slope.ln().abs() * (USUAL_LEFT / (1.0 - figures.r2).max(f64::MIN_POSITIVE)).clamp(LEAST_CLEAR, MOST_CLEAR)
 }
 
 /// Whether a relation holds by what the channels say whose unit is changed: where it holds as well with them at rest, any factor that
@@ -238,11 +269,17 @@ fn needs_channel(relation: &Relation, with: &Figures, without: &Motion) -> bool 
     }
 }
 
-/// Whether a relation was off as far as a wrong unit makes it: by more than the root of its factor.
+/// Whether a relation was off as far as a wrong unit makes it: the other channels that enter hide a part of its factor.
 fn is_as_far_off(candidate: &Candidate, was: &Figures) -> bool {
     let of = |cure: &Cure| if let Cure::Scale { factor, .. } = cure { factor.abs().ln().abs() } else { 0.0 };
     let factor = candidate.cures.iter().map(of).fold(0.0, f64::max);
-    was.slope.abs().ln().abs() > 0.5 * factor
+    was.slope.abs().ln().abs() > AS_FAR * factor
+}
+
+/// Whether an airspeed taken as a calibrated one is so near to what clear lines say that no other factor is meant.
+fn tells_calibrated(repaired: &[Repaired]) -> bool {
+    let clear = repaired.iter().filter(|(relation, _, after)| relation.is_of_lines() && after.r2 > CLEAR_R2);
+    clear.map(|(.., after)| after.slope.ln().abs()).all(|off| off < AS_CALIBRATED)
 }
 
 /// Whether what is repaired is enough to name a unit: a size no aircraft has, or lines.
@@ -255,4 +292,24 @@ fn tells_unit(repaired: &[Repaired]) -> bool {
     let is_clear = lines().any(|(.., after)| after.r2 > CLEAR_R2);
     let is_near = lines().any(|(.., after)| after.slope.ln().abs() < SLOPE_OF_UNIT.ln_1p());
     lines().next().is_none() || is_near && (is_clear || segments >= SEGMENTS_OF_UNIT)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::relations::RELATIONS;
+    use super::*;
+
+    #[test]
+    fn a_unit_is_told_by_a_clear_line_or_by_several_segments_near_one() {
+        let line = |slope: f64, r2: f64, segments: usize| {
+            let before = Figures { slope: 0.35, r2, disagreement: 0.8, segments, predicted: true };
+            let after = Figures { slope, disagreement: 0.1, ..before };
+            (Relation::Kinematic(&RELATIONS[0]), before, after)
+        };
+        // Side force of a fighter whose accelerometers are filtered: 3.28 times as large it would fit, in one segment, badly.
+        assert!(!tells_unit(&[line(1.16, 0.906, 1)]));
+        assert!(!tells_unit(&[line(1.05, 0.906, 1)]) && !tells_unit(&[line(1.16, 0.999, 5)]));
+        assert!(tells_unit(&[line(1.05, 0.999, 1)]) && tells_unit(&[line(1.05, 0.906, 2)]));
+        assert!(tells_unit(&[line(1.16, 0.906, 1), line(0.99, 0.93, 1)]));
+    }
 }

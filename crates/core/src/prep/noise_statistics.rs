@@ -15,7 +15,8 @@ pub struct NoiseStatistics {
     /// Standard deviation from the differences of successive samples, `sqrt(mean(d^2) / 2)`: below `std` where the noise is slower
     /// than the samples.
     pub difference_std: f64,
-    /// Finest step between samples in the windows, of the whole recordings where there is none in them, zero for none at all: where `std` is not well above it, it is the recorder's resolution.
+    /// Finest step between samples in the windows, of the whole recordings where there is none in them, zero for none at all: where `std`
+    /// is not well above it, it is the recorder's resolution.
     pub resolution: f64,
     /// Samples.
     pub samples: usize,
@@ -83,13 +84,15 @@ impl NoiseSums {
     /// Lengths that differ, time that does not increase.
     pub fn add(&mut self, series: &Series, windows: &[TimeRange]) -> Result<(), PrepError> {
         check(&series.time_s, &series.values, "noise statistics", 1)?;
-        self.finest = finest_step(&series.values).min(self.finest);
         for window in windows {
             let Series { time_s: time, values } = series.within(*window).finite();
             self.most = self.most.max(values.len());
             if values.len() > self.degree + BEYOND {
                 self.add_window(&time, &values);
             }
+        }
+        if self.resolution.is_infinite() {
+            self.finest = finest_step(&series.values).min(self.finest);
         }
         Ok(())
     }

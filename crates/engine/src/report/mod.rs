@@ -22,6 +22,7 @@ pub mod tables;
 
 use std::io::Read;
 use std::path::Path;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use thiserror::Error;
 
@@ -127,46 +128,55 @@ pub fn write(
     folder: &Path,
     outputs: &Outputs,
     control: &Control,
-    progress: &dyn Fn(f32),
+    progress: &(dyn Fn(f32) + Sync),
 ) -> Result<Put, ReportError> {
     check_target(folder)?;
     let staging = Staging::new(folder)?;
-    let steps = (1 + outputs.tables.len() + outputs.histories.len()) as f32;
-    let mut done = 0.0;
-    let mut step = || {
-        done += 1.0;
-        progress(0.95 * done / steps);
+    let (steps, done) = (1 + outputs.tables.len() + outputs.histories.len(), AtomicUsize::new(0));
+    let step = || {
+        progress(0.95 * (1 + done.fetch_add(1, Ordering::Relaxed)) as f32 / steps as f32);
         control.checkpoint().map_err(|_| ReportError::Cancelled)
     };
-    let results = build(session, snapshot);
-    let text = serde_json::to_string_pretty(&results)
-        .map_err(|error| ReportError::Form { what: RESULTS, reason: error.to_string() })?;
-    let path = staging.path().join(RESULTS);
-    std::fs::write(&path, text).map_err(file_error(&path))?;
-    let path = staging.path().join(SESSION);
-    let text = crate::session::print(session)
-        .map_err(|error| ReportError::Form { what: SESSION, reason: error.to_string() })?;
-    let note = "# The session as it was run. Relative paths start from where it lay.\n";
-    std::fs::write(&path, format!("{note}{text}")).map_err(file_error(&path))?;
-    step()?;
-    let tables = tables::all(&results);
-    for &format in &outputs.tables {
-        formats::write(&tables, format, staging.path())?;
+    let write_tables = || {
+        let results = build(session, snapshot);
+        write_results(session, &results, staging.path())?;
         step()?;
-    }
-    let mut collected = histories::collect(session, snapshot);
-    if outputs.recordings {
-        collected.extend(histories::recordings(session, snapshot));
-    }
-    for &format in &outputs.histories {
-        histories::write(&collected, &session.title, format, staging.path(), control)?;
-        step()?;
-    }
+        let tables = tables::all(&results);
+        outputs.tables.iter().try_for_each(|&format| {
+            formats::write(&tables, format, staging.path())?;
+            step()
+        })
+    };
+    let write_histories = || {
+        let mut collected = histories::collect(session, snapshot);
+        if outputs.recordings {
+            collected.extend(histories::recordings(session, snapshot));
+        }
+        outputs.histories.iter().try_for_each(|&format| {
+            histories::write(&collected, &session.title, format, staging.path(), control)?;
+            step()
+        })
+    };
+    let (tables, histories) = rayon::join(write_tables, write_histories);
+    tables.and(histories)?;
     // Results of a version that kept no list of its files are known by their own mark.
     let unlisted = !has_manifest(folder) && is_results(&folder.join(RESULTS));
     let put = staging.put("results", Earlier::Removed, &|_| unlisted)?;
     progress(1.0);
     Ok(put)
+}
+
+/// Results and session, as they were run.
+fn write_results(session: &Session, results: &Results, folder: &Path) -> Result<(), ReportError> {
+    let text = serde_json::to_string_pretty(results)
+        .map_err(|error| ReportError::Form { what: RESULTS, reason: error.to_string() })?;
+    let path = folder.join(RESULTS);
+    std::fs::write(&path, text).map_err(file_error(&path))?;
+    let path = folder.join(SESSION);
+    let text = crate::session::print(session)
+        .map_err(|error| ReportError::Form { what: SESSION, reason: error.to_string() })?;
+    let note = "# The session as it was run. Relative paths start from where it lay.\n";
+    std::fs::write(&path, format!("{note}{text}")).map_err(file_error(&path))
 }
 
 /// Whether a file is the `results.json` of a run.

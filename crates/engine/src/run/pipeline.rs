@@ -2,12 +2,12 @@
 
 use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
-use std::sync::Arc;
+use std::sync::{Arc, mpsc};
 use std::time::{Duration, Instant};
 
 use doublet_core::airframe::LoadedState;
 use doublet_core::model::Structure;
-use doublet_core::reconstruct::lane_groups;
+use doublet_core::reconstruct::{FilterSettings, Reconstruction, lane_groups};
 use rayon::prelude::*;
 
 use super::snapshot::{AnySlot, LogEntry, Slot, SlotGroup, Snapshot, WindowResults};
@@ -15,7 +15,7 @@ use super::snapshot_builder::SnapshotBuilder;
 use super::studies;
 use crate::graph::{Cache, Cancelled, Context, Control, Key, Keyed, Stage, StageError, StageResult};
 use crate::notation::plural;
-use crate::session::{self, Flight, Manoeuvre, Session};
+use crate::session::{self, Flight, Manoeuvre, PathSource, Session};
 use crate::stage::{
     self, AircraftData, EstimatedSensorErrors, FlightEngines, FlightPhysics, FlightProposals, FlownMass,
     LoadedAircraft, LoadedFlight, PooledFits, ProofOfMatch, Samples, SessionNoise, StudyWindow, WindowAero, WindowFits,
@@ -155,6 +155,22 @@ struct Task<'a> {
     path: Result<Keyed<WindowPath>, Key>,
 }
 
+/// A window that has a path.
+struct IdentifiedWindow<'a> {
+    manoeuvre: &'a Manoeuvre,
+    samples: Keyed<Samples>,
+    /// With coefficients and fits, where it has them.
+    study: Option<StudyWindow<'a>>,
+}
+
+/// What the filter made of a window.
+type Reconstructed = Result<Reconstruction, StageError>;
+
+/// How paths are reconstructed.
+fn path_settings(session: &Session) -> (&FilterSettings, PathSource) {
+    (&session.filter, session.preparation.path)
+}
+
 fn of_window<'s>(snapshot: &'s mut Snapshot, name: &str) -> &'s mut WindowResults {
     snapshot.windows.entry(name.to_owned()).or_default()
 }
@@ -196,11 +212,11 @@ impl<'a> Run<'a> {
         let gravity = stage::gravity(session, recording);
         let session = stage::with_gravity(session, &gravity);
         self.builder.update(|snapshot| snapshot.gravity = Some(gravity))?;
-        let tasks = self.reconstruct_windows(&session, &flights)?;
-        self.tell_sensor_errors(&session, &tasks)?;
+        let windows = self.identify_windows(&session, &flights)?;
+        self.tell_sensor_errors(&session, &windows)?;
         if let Some((aircraft, loaded)) = &aircraft {
             self.weigh(&flights)?;
-            let windows = self.form_coefficients(&session, tasks)?;
+            let windows: Vec<_> = windows.into_iter().filter_map(|window| window.study).collect();
             let pooled = self.pool(&session, &windows)?;
             let input =
                 StudyInput { settings: session.settings(), aircraft: loaded, windows: &windows, pooled: &pooled };
@@ -322,8 +338,13 @@ impl<'a> Run<'a> {
         prepared.map(Some).or_else(|error| self.fail_window(manoeuvre, &error).map(|()| None))
     }
 
-    /// The windows that have a path, those the session looks at first.
-    fn reconstruct_windows(&self, session: &Session, flights: &[ReadFlight<'_>]) -> Result<Vec<Task<'a>>, Cancelled> {
+    /// The windows that have a path, in the order of the session, with coefficients and fits where they have them too. Those the session
+    /// looks at come first; a core that finds no window left to reconstruct forms the coefficients of those that are.
+    fn identify_windows(
+        &self,
+        session: &Session,
+        flights: &[ReadFlight<'_>],
+    ) -> Result<Vec<IdentifiedWindow<'a>>, Cancelled> {
         let tasks = self.windows.par_iter().map(|window| self.prepare(session, window, flights));
         let tasks: Vec<_> = tasks.collect::<Result<_, _>>()?;
         let tasks: Vec<Task<'a>> = tasks.into_iter().flatten().collect();
@@ -332,11 +353,36 @@ impl<'a> Run<'a> {
             tasks.iter().try_for_each(|task| self.fail_window(task.manoeuvre, &error))?;
             return Ok(Vec::new());
         }
-        let (mut known, missing): (Vec<_>, Vec<_>) = tasks.into_iter().partition(|task| task.path.is_ok());
-        for task in &known {
-            let path = task.path.clone().map_err(|_| StageError::NotApplicable);
-            self.show(path, |snapshot| &mut of_window(snapshot, &task.manoeuvre.name).path)?;
-        }
+        let (known, missing): (Vec<_>, Vec<_>) = tasks.into_iter().partition(|task| task.path.is_ok());
+        let (sender, found) = mpsc::channel();
+        rayon::scope_fifo(|scope| {
+            for batch in self.batches(missing) {
+                let sender = sender.clone();
+                scope.spawn_fifo(move |scope| {
+                    for (task, path) in self.reconstruct_batch(session, batch) {
+                        let sender = sender.clone();
+                        // Nobody listens any more only where the run has panicked.
+                        scope.spawn_fifo(move |_| drop(sender.send(self.identify_window(session, task, Some(path)))));
+                    }
+                });
+            }
+            for task in known {
+                let sender = sender.clone();
+                scope.spawn_fifo(move |_| drop(sender.send(self.identify_window(session, task, None))));
+            }
+        });
+        drop(sender);
+        let found: Vec<_> = found.into_iter().collect::<Result<_, _>>()?;
+        let mut windows: Vec<IdentifiedWindow<'a>> = found.into_iter().flatten().collect();
+        // The order of the session, whatever was computed first: the estimate does not depend on what the user looks at.
+        let order: HashMap<&str, usize> =
+            session.windows.iter().enumerate().map(|(index, window)| (window.name.as_str(), index)).collect();
+        windows.sort_by_key(|window| order.get(window.manoeuvre.name.as_str()).copied());
+        Ok(windows)
+    }
+
+    /// Windows that run side by side in the lanes of one core, those the session looks at first.
+    fn batches(&self, missing: Vec<Task<'a>>) -> Vec<Vec<Task<'a>>> {
         let data: Vec<_> = missing.iter().map(|task| &*task.samples.data).collect();
         let groups = lane_groups(&data, rayon::current_num_threads());
         let mut missing: Vec<_> = missing.into_iter().map(Some).collect();
@@ -344,63 +390,65 @@ impl<'a> Run<'a> {
             groups.iter().map(|group| group.iter().filter_map(|&index| missing[index].take()).collect()).collect();
         let first = |task: &Task<'_>| self.scope.first == Some(task.manoeuvre.name.as_str());
         batches.sort_by_key(|batch| !batch.iter().any(first));
-        // One after the other to whoever is free: halves dealt out beforehand would leave the large groups to one core.
-        let computed = batches.into_iter().par_bridge().map(|batch| self.reconstruct_batch(session, batch));
-        known.extend(computed.collect::<Result<Vec<_>, _>>()?.into_iter().flatten());
-        Ok(known)
+        batches
     }
 
-    /// Runs windows side by side in the lanes of one core.
-    fn reconstruct_batch(&self, session: &Session, batch: Vec<Task<'a>>) -> Result<Vec<Task<'a>>, Cancelled> {
-        let samples: Vec<&Samples> = batch.iter().map(|task| &*task.samples).collect();
-        let by = (&session.filter, session.preparation.path);
-        let found = stage::paths(&samples, by, self.context.control());
-        let mut reconstructed = Vec::new();
-        for (task, found) in batch.into_iter().zip(found) {
-            match (found, task.path) {
-                (Err(error), _) => self.fail_window(task.manoeuvre, &error)?,
-                (Ok(_), Ok(_)) => {}
-                (Ok(path), Err(key)) => {
-                    let path = self.context.store::<WindowPath>(key, path);
-                    let name = &task.manoeuvre.name;
-                    let path = self.show(Ok(path), |snapshot| &mut of_window(snapshot, name).path)?.ok_or(key);
-                    reconstructed.push(Task { path, ..task });
-                }
+    fn reconstruct_batch(&self, session: &Session, batch: Vec<Task<'a>>) -> Vec<(Task<'a>, Reconstructed)> {
+        let data: Vec<_> = batch.iter().map(|task| &*task.samples.data).collect();
+        let found = stage::reconstructions(&data, path_settings(session), self.context.control());
+        batch.into_iter().zip(found).collect()
+    }
+
+    /// Path, coefficients and fits of a window whose path is known or was just reconstructed; none where it has no path.
+    fn identify_window(
+        &self,
+        session: &Session,
+        task: Task<'a>,
+        reconstructed: Option<Reconstructed>,
+    ) -> Result<Option<IdentifiedWindow<'a>>, Cancelled> {
+        let Task { manoeuvre, flight, aircraft, samples, path } = task;
+        let path = match (path, reconstructed) {
+            (Ok(path), _) => path,
+            (Err(_), None) => return Ok(None),
+            (Err(_), Some(Err(error))) => return self.fail_window(manoeuvre, &error).map(|()| None),
+            (Err(key), Some(Ok(found))) => {
+                self.context.store::<WindowPath>(key, WindowPath::new(&samples, found, path_settings(session)))
             }
-        }
-        Ok(reconstructed)
+        };
+        self.show(Ok(path.clone()), |snapshot| &mut of_window(snapshot, &manoeuvre.name).path)?;
+        let study = match aircraft {
+            Some(aircraft) => self.form_coefficients(session, manoeuvre, (flight, &samples, path, aircraft))?,
+            None => None,
+        };
+        Ok(Some(IdentifiedWindow { manoeuvre, samples, study }))
     }
 
     /// Constant errors of the sensors over the windows that have a path, in the order of the session.
-    fn tell_sensor_errors(&self, session: &Session, tasks: &[Task<'a>]) -> Result<(), Cancelled> {
-        let of = |window: &&'a Manoeuvre| tasks.iter().find(|task| task.manoeuvre.name == window.name);
-        let found = self.windows.iter().filter_map(of);
-        let windows: Vec<_> = found.map(|task| (task.manoeuvre, &task.samples)).collect();
+    fn tell_sensor_errors(&self, session: &Session, windows: &[IdentifiedWindow<'a>]) -> Result<(), Cancelled> {
+        let windows: Vec<_> = windows.iter().map(|window| (window.manoeuvre, &window.samples)).collect();
         let params = (&session.sensor_errors, &session.filter);
         self.compute::<EstimatedSensorErrors>(params, &windows, |snapshot| &mut snapshot.sensor_errors).map(|_| ())
     }
 
-    fn form_coefficients(&self, session: &Session, tasks: Vec<Task<'a>>) -> Result<Vec<StudyWindow<'a>>, Cancelled> {
-        let one = |task: Task<'a>| -> Result<Option<StudyWindow<'a>>, Cancelled> {
-            let Task { manoeuvre, flight, aircraft: Some(aircraft), samples, path: Ok(path) } = task else {
-                return Ok(None);
-            };
-            let aero = self.context.get::<WindowAero>(&session.preparation, (&flight, &samples, &path, &aircraft));
-            let fit = |aero: &Keyed<WindowAero>| {
-                self.context.get::<WindowFits>((manoeuvre, &session.structure, &session.estimation), aero)
-            };
-            let fits = aero.as_ref().map_err(Clone::clone).and_then(fit);
-            let aero = self.show(aero, |snapshot| &mut of_window(snapshot, &manoeuvre.name).aero)?;
-            let fits = self.show(fits, |snapshot| &mut of_window(snapshot, &manoeuvre.name).fits)?;
-            Ok(aero.zip(fits).map(|(aero, fits)| StudyWindow { manoeuvre, flight, aircraft, path, aero, fits }))
+    fn form_coefficients(
+        &self,
+        session: &Session,
+        manoeuvre: &'a Manoeuvre,
+        (flight, samples, path, aircraft): (
+            Keyed<LoadedFlight>,
+            &Keyed<Samples>,
+            Keyed<WindowPath>,
+            Keyed<AircraftData>,
+        ),
+    ) -> Result<Option<StudyWindow<'a>>, Cancelled> {
+        let aero = self.context.get::<WindowAero>(&session.preparation, (&flight, samples, &path, &aircraft));
+        let fit = |aero: &Keyed<WindowAero>| {
+            self.context.get::<WindowFits>((manoeuvre, &session.structure, &session.estimation), aero)
         };
-        let windows: Vec<_> = tasks.into_par_iter().map(one).collect::<Result<_, _>>()?;
-        let mut windows: Vec<_> = windows.into_iter().flatten().collect();
-        // The order of the session, whatever was computed first: the estimate does not depend on what the user looks at.
-        let order: HashMap<&str, usize> =
-            session.windows.iter().enumerate().map(|(index, window)| (window.name.as_str(), index)).collect();
-        windows.sort_by_key(|window| order.get(window.manoeuvre.name.as_str()).copied());
-        Ok(windows)
+        let fits = aero.as_ref().map_err(Clone::clone).and_then(fit);
+        let aero = self.show(aero, |snapshot| &mut of_window(snapshot, &manoeuvre.name).aero)?;
+        let fits = self.show(fits, |snapshot| &mut of_window(snapshot, &manoeuvre.name).fits)?;
+        Ok(aero.zip(fits).map(|(aero, fits)| StudyWindow { manoeuvre, flight, aircraft, path, aero, fits }))
     }
 
     /// Derivatives of all windows together by the session's structure; those by its second one are shown beside them.

@@ -51,6 +51,34 @@ impl Footprint for WindowPath {
 }
 
 impl WindowPath {
+    /// What `reconstruction` made of the samples of a window, and how far that fits together.
+    pub fn new(
+        samples: &Samples,
+        reconstruction: Reconstruction,
+        (filter, source): (&FilterSettings, PathSource),
+    ) -> Self {
+        let filter = Some(filter).filter(|_| source != PathSource::Measured);
+        let Samples { data, truth, warnings, .. } = samples;
+        let mut warnings = warnings.clone();
+        warnings.extend(reconstruction.warnings.iter().cloned());
+        let observability =
+            filter.map(|filter| assess_observability(data, &reconstruction, filter)).unwrap_or_default();
+        warnings.extend(observability.lines());
+        warnings.extend(contradiction(&reconstruction));
+        let is_missing = |measurement: &Measurement| data.measurements[*measurement as usize].time_s.is_empty();
+        Self {
+            missing: Measurement::ALL.into_iter().filter(is_missing).collect(),
+            consistency: filter.and_then(|_| consistency(&reconstruction, f64::NEG_INFINITY)),
+            truth: truth_errors(truth, &reconstruction),
+            series: OnceLock::new(),
+            known: Arc::clone(truth),
+            data: Arc::clone(data),
+            reconstruction,
+            observability,
+            warnings,
+        }
+    }
+
     /// The columns to draw.
     pub fn series(&self) -> &PathSeries {
         self.series.get_or_init(|| path_series(&self.known, &self.data, &self.reconstruction))
@@ -109,59 +137,35 @@ impl Stage for WindowPath {
 /// The error of a window is one line: where and how the filter failed; or that it was cancelled.
 pub fn paths(
     samples: &[&Samples],
-    (filter, source): (&FilterSettings, PathSource),
+    by: (&FilterSettings, PathSource),
     control: &Control,
 ) -> Vec<Result<WindowPath, StageError>> {
-    if source == PathSource::Measured {
-        let path = |samples: &&Samples| Ok(window_path(samples, measured_path(&samples.data)?, None));
-        return samples.iter().map(path).collect();
-    }
     let data: Vec<_> = samples.iter().map(|samples| &*samples.data).collect();
-    match reconstructions(&data, (filter, source), control) {
-        Err(error) => samples.iter().map(|_| Err(error.clone())).collect(),
-        Ok(found) => {
-            let windows = samples.par_iter().zip(found);
-            windows.map(|(samples, result)| Ok(window_path(samples, result?, Some(filter)))).collect()
-        }
-    }
+    let found = reconstructions(&data, by, control);
+    samples.par_iter().zip(found).map(|(samples, found)| Ok(WindowPath::new(samples, found?, by))).collect()
 }
 
-/// Reconstructs windows side by side, smoothed where `source` is the smoothed path.
+/// Reconstructs windows side by side, smoothed where `source` is the smoothed path; as measured, without a filter, where it is that.
 ///
-/// # Errors
-/// One line for settings outside their range; of each window where and how the filter failed, or that it was cancelled.
+/// The error of a window is one line: a setting outside its range, where and how the filter failed; or that it was cancelled.
 pub fn reconstructions(
     data: &[&FilterData],
     (filter, source): (&FilterSettings, PathSource),
     control: &Control,
-) -> StageResult<Vec<Result<Reconstruction, StageError>>> {
+) -> Vec<Result<Reconstruction, StageError>> {
+    if source == PathSource::Measured {
+        return data.iter().map(|data| Ok(measured_path(data)?)).collect();
+    }
     let smooth = source == PathSource::Smoothed;
-    let settings = (FilterSettings { smooth, ..filter.clone() })
-        .check()
-        .map_err(|errors| errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))?;
-    let mut watch = |_| if control.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
-    Ok(reconstruct_many(data, &settings, &mut watch).into_iter().map(|found| Ok(found?)).collect())
-}
-
-/// The path of a window; `filter` reconstructed it, none where it is as measured.
-fn window_path(samples: &Samples, reconstruction: Reconstruction, filter: Option<&FilterSettings>) -> WindowPath {
-    let Samples { data, truth, warnings, .. } = samples;
-    let mut warnings = warnings.clone();
-    warnings.extend(reconstruction.warnings.iter().cloned());
-    let observability = filter.map(|filter| assess_observability(data, &reconstruction, filter)).unwrap_or_default();
-    warnings.extend(observability.lines());
-    warnings.extend(contradiction(&reconstruction));
-    let is_missing = |measurement: &Measurement| data.measurements[*measurement as usize].time_s.is_empty();
-    WindowPath {
-        missing: Measurement::ALL.into_iter().filter(is_missing).collect(),
-        consistency: filter.and_then(|_| consistency(&reconstruction, f64::NEG_INFINITY)),
-        truth: truth_errors(truth, &reconstruction),
-        series: OnceLock::new(),
-        known: Arc::clone(truth),
-        data: Arc::clone(data),
-        reconstruction,
-        observability,
-        warnings,
+    match (FilterSettings { smooth, ..filter.clone() }).check() {
+        Err(errors) => {
+            let error = errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ");
+            data.iter().map(|_| Err(error.clone().into())).collect()
+        }
+        Ok(settings) => {
+            let mut watch = |_| if control.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
+            reconstruct_many(data, &settings, &mut watch).into_iter().map(|found| Ok(found?)).collect()
+        }
     }
 }
 

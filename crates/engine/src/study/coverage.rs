@@ -160,7 +160,7 @@ pub(crate) fn fly<'a>(
         .collect::<StageResult<Vec<_>>>()?;
     let samples: Vec<_> = data.iter().map(|data| &**data).collect();
     let by = (&session.filter, session.preparation.path);
-    let paths = stage::reconstructions(&samples, by, context.control())?;
+    let paths = stage::reconstructions(&samples, by, context.control());
     let mut aero: Vec<AeroWindow<'_>> = Vec::with_capacity(windows.len());
     let mut kept = Vec::with_capacity(windows.len());
     for ((window, data), path) in windows.iter().zip(&data).zip(paths) {

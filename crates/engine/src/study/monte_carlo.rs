@@ -81,7 +81,7 @@ fn estimates<'a>(
         &data.iter().collect::<Vec<_>>(),
         (settings.filter, settings.preparation.path),
         context.control(),
-    )?;
+    );
     let aero = |((window, data), path): ((&&StudyWindow<'a>, &FilterData), Result<_, StageError>)| {
         let path = path?;
         let aero = stage::aero_along(&window.aero, &window.path, (data, &path), settings.preparation)?;
