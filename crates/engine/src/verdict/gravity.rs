@@ -3,7 +3,7 @@
 use doublet_core::compatibility::gravity_explains;
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::State;
-use doublet_core::series::{Recording, TimeRange};
+use doublet_core::series::Recording;
 
 use super::judge::Evidence;
 use super::{Finding, Level};
@@ -41,10 +41,9 @@ struct Found {
 }
 
 fn of_flight(recording: &Recording, bias: f64, used_m_s2: f64) -> Option<Found> {
-    let all = TimeRange { start_s: f64::NEG_INFINITY, end_s: f64::INFINITY };
-    let mean = |role: Role| Some(recording.role(role)?.series.statistics(all)?.mean);
-    let altitude_m = mean(Role::GpsAltitude).or(mean(Role::Altitude)).unwrap_or_default();
-    if let Some(latitude) = mean(Role::Latitude) {
+    if let Some(latitude) = mean(recording, Role::Latitude) {
+        let altitude_m = [Role::GpsAltitude, Role::Altitude].into_iter().find_map(|role| mean(recording, role));
+        let altitude_m = altitude_m.unwrap_or_default();
         let found = gravity_explains(bias, used_m_s2, latitude, altitude_m)?;
         let text = format!(
             "the mean bias of az is {bias:+.4} m/s2, and the gravity used, {used_m_s2:.5}, is {:+.4} m/s2 off that of the place: \
@@ -65,6 +64,13 @@ fn of_flight(recording: &Recording, bias: f64, used_m_s2: f64) -> Option<Found> 
         used_m_s2 - bias
     );
     Some(Found { text, off_m_s2, cure: "state the gravity of the place, or its latitude".to_owned() })
+}
+
+/// Mean of a channel over all its finite samples.
+fn mean(recording: &Recording, role: Role) -> Option<f64> {
+    let values = recording.role(role)?.series.values.iter().filter(|value| value.is_finite());
+    let (sum, count) = values.fold((0.0, 0_usize), |(sum, count), value| (sum + value, count + 1));
+    (count > 0).then(|| sum / count as f64)
 }
 
 #[cfg(test)]
