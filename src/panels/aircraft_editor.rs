@@ -8,7 +8,7 @@ use doublet_engine::session::{AircraftEdit, Edit};
 use eframe::egui::{self, Color32, RichText, Ui, vec2};
 
 use super::aircraft_numbers;
-use super::loading::station;
+use super::loading::{flown, station};
 use super::{PanelContext, choices, trouble};
 use crate::command::{FileCommand, UiCommand};
 use crate::notation;
@@ -68,7 +68,10 @@ impl AircraftEditor {
             way_back(ctx, ui);
         });
         trouble(ui, ctx.snapshot.aircraft.error());
-        follows(ctx, ui, loaded);
+        // As the panel Loading has it: with the fuel of the first record, where a flight is read.
+        let flown = flown(ctx);
+        let loaded = flown.map_or(loaded, |flown| &flown.start.state);
+        follows(ctx, ui, loaded, if flown.is_some() { "at the start" } else { "as loaded" });
         self.views(ctx, ui, aircraft, (loaded, &fields));
         if choices(ui, &mut self.section, &SECTIONS) {
             self.chosen = None;
@@ -261,8 +264,8 @@ fn wing(aircraft: &Aircraft) -> Vec<[f64; 2]> {
     right.chain(trailing.iter().map(mirrored)).chain(leading.iter().rev().map(mirrored)).collect()
 }
 
-/// Mass, centre of gravity and inertia as the session loads the aircraft; what is flown, with the fuel recorded, is in the panel Loading.
-fn follows(ctx: &PanelContext<'_>, ui: &mut Ui, loaded: &LoadedState) {
+/// Mass, centre of gravity and inertia, and when that is.
+fn follows(ctx: &PanelContext<'_>, ui: &mut Ui, loaded: &LoadedState, when: &str) {
     let (unit, scale) = ctx.unit(Dimension::Length);
     let properties = &loaded.properties;
     let [x, z] = [0, 2].map(|axis| station(loaded, axis, scale));
@@ -279,7 +282,7 @@ fn follows(ctx: &PanelContext<'_>, ui: &mut Ui, loaded: &LoadedState) {
         ui.spacing_mut().item_spacing.x = 4.0;
         let figures = theme::figures(ui);
         for (name, value, unit) in [
-            ("as loaded", notation::four_digits(properties.mass_kg, 1), "kg".to_owned()),
+            (when, notation::four_digits(properties.mass_kg, 1), "kg".to_owned()),
             ("CG x", x, format!("{unit}{chord}")),
             ("z", z, unit.to_owned()),
             ("Ixx", xx, String::new()),
@@ -296,7 +299,7 @@ fn follows(ctx: &PanelContext<'_>, ui: &mut Ui, loaded: &LoadedState) {
         }
     })
     .response
-    .on_hover_text("With the loading of the session; the derivatives beside follow");
+    .on_hover_text("With the fuel of the first record, where a flight is read; the derivatives beside follow");
     let inside = loaded.envelope.is_none_or(|margin| margin.inside());
     if !inside {
         ui.colored_label(

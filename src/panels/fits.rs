@@ -143,7 +143,7 @@ fn information(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
     let Some(details) = ctx.details() else {
         return awaiting(ctx, ui, "the fits of this window", "This window has no fit.");
     };
-    ui.weak("Part of what this window tells of each derivative that each moment tells, the other derivatives free: where a strip is dark nothing is learnt.");
+    ui.weak("How much each moment adds to what this window says of each derivative, all others of its coefficient estimated too. Where a strip is dark nothing is learnt.");
     let range = ctx.state.window_time.range();
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         for found in &details.information {

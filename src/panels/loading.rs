@@ -309,7 +309,7 @@ fn at_cursor(ctx: &PanelContext<'_>) -> Option<(f64, [f64; 3])> {
 }
 
 /// Mass properties over the flight of the chosen window, or of the first one that has them.
-fn flown<'a>(ctx: &PanelContext<'a>) -> Option<&'a FlownMass> {
+pub(super) fn flown<'a>(ctx: &PanelContext<'a>) -> Option<&'a FlownMass> {
     let of = |flight: &str| ctx.snapshot.flown.get(flight)?.latest().map(|flown| &**flown);
     ctx.window()
         .and_then(|window| of(&window.flight))

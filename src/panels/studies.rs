@@ -87,7 +87,7 @@ impl Studies {
             (Chosen::Kinds, "Kinds of input"),
         ];
         let about = "Each manoeuvre left out in turn, doublets against 3-2-1-1, derivatives over the flight condition";
-        entry(ctx, ui, "Manoeuvre against manoeuvre", about, (Study::Manoeuvres, state(&studies.manoeuvres)));
+        entry(ctx, ui, "Between manoeuvres", about, (Study::Manoeuvres, state(&studies.manoeuvres)));
         self.aspects(ui, &manoeuvres);
         let about = "Every window again in the frequency domain and by output error";
         entry(ctx, ui, "Independent checks", about, (Study::Checks { axis: None }, state(&studies.checks)));

@@ -39,7 +39,7 @@ impl Weighing {
     /// Readings of the scales at several attitudes, and the centre of gravity they give (thesis 5.1.3, Eq. 5.4 to 5.6).
     pub(super) fn show(&mut self, ctx: &PanelContext<'_>, ui: &mut Ui, aircraft: &Aircraft) {
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-            ui.add(Label::new("Readings under the wheels at two or more pitch attitudes, fuel at rest: the moments over the tangent of pitch are a line, its slope the height of the centre of gravity.").wrap());
+            ui.add(Label::new("Readings of the scales under the wheels at two or more pitch attitudes, with the fuel at rest. Over the tangent of pitch their moments lie on a line, and its slope is the height of the centre of gravity.").wrap());
             ui.add_space(4.0);
             self.readings(ui);
             let rows: Vec<ScaleReadings> = self.rows.iter().map(Readings::si).collect();

@@ -66,7 +66,7 @@ fn information_of_a_window_adds_up_and_lies_where_the_aircraft_moves() {
 fn manoeuvres_are_compared_in_the_window_with_the_line_of_the_regression() {
     let mut bench = Bench::shipped_in(1600.0, 900.0);
     bench.show(Pane::Studies);
-    bench.click("compute Manoeuvre against manoeuvre");
+    bench.click("compute Between manoeuvres");
     picture(&mut bench.harness, "studies_condition");
     let study = bench.snapshot().studies.manoeuvres.ready().expect("it was computed").clone();
     let regression = study.conditions.iter().find(|one| one.derivative == "Cm_q" && one.variables.len() == 2);

@@ -20,8 +20,8 @@ use crate::theme;
 const LISTED: usize = 6;
 /// The choice of no aircraft.
 const WITHOUT: &str = "none: flight path only";
-/// Room below the roles: contradictions, what is missing, the buttons.
-const BELOW: f32 = 222.0;
+/// Room below the roles and the contradictions: what is missing, the buttons.
+const BELOW: f32 = 126.0;
 /// Of it, what is missing.
 const LACKING: f32 = 52.0;
 /// Channels listed of one source.
@@ -106,11 +106,12 @@ fn choose(choosing: &mut Choosing, ui: &mut Ui, height: f32) -> Answer {
     }
     maps(choosing, ui);
     ui.add_space(4.0);
-    let room = (height - ui.min_rect().height() - BELOW).max(150.0);
+    let contradictions = choosing.comparison.room();
+    let room = (height - ui.min_rect().height() - BELOW - contradictions).max(150.0);
     roles::show(choosing, ui, room);
     ui.separator();
-    physics::show(choosing, ui);
-    // Of one height whatever is missing, like the contradictions: the dialog does not move under the pointer.
+    physics::show(choosing, ui, contradictions);
+    // Of one height whatever is missing, and with the roles whatever contradicts: the dialog does not move under the pointer.
     let below = ScrollArea::vertical().id_salt("lacking").max_height(LACKING).min_scrolled_height(LACKING);
     below.auto_shrink(false).show(ui, |ui| lacking(choosing, ui));
     if let Some(line) = &choosing.complaint {

@@ -20,8 +20,9 @@ use crate::widgets::sparkline::Sparkline;
 /// Width and points of the shape of a channel.
 const SHAPE: f32 = 84.0;
 const POINTS: usize = 56;
-/// Height of the list.
+/// Height of the list, and of the line that says there is nothing in it.
 const ROOM: f32 = 96.0;
+const NOTHING: f32 = 24.0;
 /// Least width left to the words beside the curves.
 const WORDS: f32 = 220.0;
 
@@ -114,13 +115,19 @@ fn shapes(recording: &Recording) -> BTreeMap<Role, Shape> {
     recording.roles.iter().filter_map(shape).collect()
 }
 
+impl Comparison {
+    /// Height of the list; what it does not take the roles have, so that nothing below moves with it.
+    pub(super) fn room(&self) -> f32 {
+        if self.found.contradictions().next().is_none() { NOTHING } else { ROOM }
+    }
+}
+
 /// Lists what contradicts; a click applies the cure to the map made by hand.
-pub fn show(choosing: &mut Choosing, ui: &mut Ui) {
+pub(super) fn show(choosing: &mut Choosing, ui: &mut Ui, room: f32) {
     let mut comparison = std::mem::take(&mut choosing.comparison);
     comparison.follow(choosing.choice, &choosing.hand, choosing.plan().ok(), ui.ctx());
     let mut applied = None;
-    // Of one height whatever it says: the buttons below do not move under the pointer.
-    let list = ScrollArea::vertical().id_salt("physics").max_height(ROOM).min_scrolled_height(ROOM).auto_shrink(false);
+    let list = ScrollArea::vertical().id_salt("physics").max_height(room).min_scrolled_height(room).auto_shrink(false);
     list.show(ui, |ui| {
         if comparison.job.is_some() {
             ui.horizontal(|ui| {

@@ -69,7 +69,7 @@ pub struct WeighingResult {
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum WeighingError {
     /// Too few attitudes for a line.
-    #[error("{count} weighing(s), at least 2 at different pitch are needed for the height of the centre of gravity")]
+    #[error("weighings at different pitch attitudes: {count}; the height of the centre of gravity needs at least 2")]
     TooFew {
         /// Number given.
         count: usize,
