@@ -27,8 +27,14 @@ const DRAG_S: f64 = 0.05;
 const MARK: f32 = 18.0;
 /// Height of a panel below which every row of the table counts.
 const LITTLE: f32 = 320.0;
-/// Width of the fields of times.
-const TIME: f32 = 74.0;
+/// Width of the fields of times, and of the other columns; names are whole in theirs as long as those of the proposals are.
+const TIME: f32 = 72.0;
+const NAME: f32 = 118.0;
+const FLIGHT: f32 = 76.0;
+const FLAGS: f32 = 44.0;
+const USE: f32 = 118.0;
+const SURFACE: f32 = 88.0;
+const NOTE: f32 = 34.0;
 /// Room at the right end of that line for the scroll bar.
 const RIGHT_ROOM: f32 = 16.0;
 
@@ -90,7 +96,7 @@ impl Panel for Manoeuvres {
         if let Some(window) = ctx.state.renaming.take().and_then(|name| session.window(&name)) {
             self.typing = Some(Typing::over(name_field(window), &window.name));
         }
-        let several = session.flights.len() > 1;
+        let columns = Columns::in_width(ui.available_width() - RIGHT_ROOM, session.flights.len() > 1);
         let reason_width = (ui.available_width() - MARK - RIGHT_ROOM).max(60.0);
         let reasons: Vec<_> = windows.iter().map(|window| reason(ctx, ui, window, reason_width)).collect();
         let chosen = windows.iter().position(|w| ctx.selection().window.as_deref() == Some(w.name.as_str()));
@@ -109,29 +115,17 @@ impl Panel for Manoeuvres {
             table = table.scroll_to_row(row, None);
         }
         self.in_view = row;
-        if several {
-            table = table.column(Column::initial(76.0).clip(true));
-        }
+        let optional = |there: bool, width: f32| there.then(|| Column::exact(width).clip(true));
+        let after_name = optional(columns.flight, FLIGHT).into_iter().chain([Column::exact(TIME)]);
+        let fixed = [FLAGS, USE, SURFACE].map(Column::exact);
+        let rest = after_name.chain(optional(columns.end, TIME)).chain(fixed).chain(optional(columns.note, NOTE));
+        table = rest.fold(table, TableBuilder::column);
         table
-            .columns(Column::exact(TIME), 2)
-            .column(Column::exact(44.0))
-            .column(Column::exact(118.0))
-            .column(Column::exact(88.0))
-            .column(Column::exact(44.0).clip(true))
             .header(20.0, |mut header| {
-                let flight: &[(&str, Option<Order>)] = if several { &[("Flight", None)] } else { &[] };
-                let rest = [
-                    ("Start [s]", Some(Order::Start)),
-                    ("End [s]", Some(Order::End)),
-                    ("", None),
-                    ("Use", Some(Order::Use)),
-                    ("Surface", Some(Order::Surface)),
-                    ("Note", None),
-                ];
-                for (title, order) in [("", None), ("Name", Some(Order::Name))].iter().chain(flight).chain(&rest) {
+                for (title, order) in columns.titles() {
                     header.col(|ui| {
                         match order {
-                            Some(order) => self.filter.title(ui, title, *order),
+                            Some(order) => self.filter.title(ui, title, order),
                             None => column_title(ui, title),
                         };
                     });
@@ -140,10 +134,11 @@ impl Panel for Manoeuvres {
             .body(|mut body| {
                 let order: Vec<&str> = windows.iter().map(|window| window.name.as_str()).collect();
                 for (window, reason) in windows.iter().zip(&reasons) {
-                    body.row(ROW, |row| self.row(ctx, row, window, (several, &order)));
+                    body.row(ROW, |row| self.row(ctx, row, window, (columns, &order)));
                     if let Some(reason) = reason {
-                        let columns = if several { 9 } else { 8 };
-                        body.row(reason.size().y + 8.0, |row| reason_row(ctx, row, window, columns, reason));
+                        body.row(reason.size().y + 8.0, |row| {
+                            reason_row(ctx, row, window, columns.titles().count(), reason)
+                        });
                     }
                 }
             });
@@ -173,19 +168,20 @@ impl Manoeuvres {
         ctx: &mut PanelContext<'_>,
         mut row: TableRow<'_, '_>,
         window: &Manoeuvre,
-        (several, order): (bool, &[&str]),
+        (columns, order): (Columns, &[&str]),
     ) {
         row.set_selected(ctx.selection().is_selected(&window.name));
         row.col(|ui| state(ctx, ui, window));
         self.name(ctx, &mut row, window, order);
-        if several {
+        if columns.flight {
             row.col(|ui| {
                 ui.weak(&window.flight);
             });
         }
         let TimeRange { start_s, end_s } = window.window;
         let per_point = if window.flags.locked { 0.0 } else { DRAG_S };
-        for (what, value, other) in [("start", start_s, end_s), ("end", end_s, start_s)] {
+        let ends = [("start", start_s, end_s), ("end", end_s, start_s)];
+        for (what, value, other) in ends.into_iter().take(if columns.end { 2 } else { 1 }) {
             row.col(|ui| {
                 let name = format!("{} {what}", window.name);
                 let edited = QuantityEdit::new(&name, value).per_point(per_point).decimals(3).wide(TIME).show(ui);
@@ -202,7 +198,9 @@ impl Manoeuvres {
         });
         row.col(|ui| use_of(ctx, ui, window));
         row.col(|ui| surface_of(ctx, ui, window));
-        self.note(ctx, &mut row, window, order);
+        if columns.note {
+            self.note(ctx, &mut row, window, order);
+        }
         let line = row.response();
         line.context_menu(|ui| menu(ctx, ui, window));
         if line.clicked() {
@@ -372,6 +370,40 @@ impl Typing {
             return false;
         }
         response.lost_focus()
+    }
+}
+
+/// Columns beside mark, name, start, flags, use and surface.
+#[derive(Clone, Copy)]
+struct Columns {
+    flight: bool,
+    end: bool,
+    note: bool,
+}
+
+impl Columns {
+    /// As many as leave the names their room: the flight where there are several, the end, and the note.
+    fn in_width(width: f32, several: bool) -> Self {
+        let gap = 4.0;
+        let needed = MARK + NAME + TIME + FLAGS + USE + SURFACE + 5.0 * gap + if several { FLIGHT + gap } else { 0.0 };
+        let with_end = needed + TIME + gap;
+        Self { flight: several, end: width >= with_end, note: width >= with_end + NOTE + gap }
+    }
+
+    /// Titles, with what a click on them orders by.
+    fn titles(self) -> impl Iterator<Item = (&'static str, Option<Order>)> {
+        let all = [
+            ("", None, true),
+            ("Name", Some(Order::Name), true),
+            ("Flight", None, self.flight),
+            ("Start [s]", Some(Order::Start), true),
+            ("End [s]", Some(Order::End), self.end),
+            ("", None, true),
+            ("Use", Some(Order::Use), true),
+            ("Surface", Some(Order::Surface), true),
+            ("Note", None, self.note),
+        ];
+        all.into_iter().filter(|(.., there)| *there).map(|(title, order, _)| (title, order))
     }
 }
 
