@@ -144,6 +144,9 @@ pub fn install(ctx: &egui::Context) {
             spacing.button_padding = Vec2::new(8.0, 3.0);
             spacing.interact_size = Vec2::new(36.0, 22.0);
             spacing.menu_margin = Margin::same(6);
+            // Seen without the pointer over it: what is beyond the edge is there.
+            spacing.scroll.dormant_handle_opacity = 0.35;
+            spacing.scroll.floating_width = 3.0;
             spacing.window_margin = Margin::same(12);
             style.interaction.selectable_labels = false;
             style.animation_time = 0.08;

@@ -145,8 +145,8 @@ fn menu(app: &mut Workbench, ui: &mut Ui) -> bool {
         }
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             let session = app.document.session();
-            let mark = if app.document.history.is_modified() { " •" } else { "" };
-            let title = RichText::new(format!("{}{mark}", session.title)).weak();
+            let mark = if app.document.history.is_modified() { "• " } else { "" };
+            let title = RichText::new(format!("{mark}{}", session.title)).weak();
             ui.add(egui::Label::new(title).truncate()).on_hover_text(&session.title);
         });
     });

@@ -24,10 +24,13 @@ pub fn matching<'a>(table: &'a [CommandInfo], typed: &str) -> Vec<&'a CommandInf
         typed.split_whitespace().all(|word| name.contains(word) || means(&row.name, word))
     };
     let mut found: Vec<_> = table.iter().filter(holds).collect();
-    // Names that hold what was typed come before those that only mean it.
+    // Names with words that begin so come before those that only mean it, and both before `board` in `keyboard`.
     found.sort_by_key(|row| {
         let name = row.name.to_lowercase();
-        (!name.starts_with(&typed), !typed.split_whitespace().all(|word| name.contains(word)))
+        let begins = |word: &str| name.split_whitespace().any(|own| own.starts_with(word));
+        let is_named = typed.split_whitespace().all(begins);
+        let is_meant = typed.split_whitespace().all(|word| begins(word) || means(&row.name, word));
+        (!name.starts_with(&typed), !is_named, !is_meant)
     });
     found
 }
@@ -157,6 +160,7 @@ mod tests {
             ("weighing", "Airframe"),
             ("model", "Model"),
             ("AIC", "Model"),
+            ("board", "Derivatives"),
         ] {
             assert_eq!(matching(&table, typed)[0].name, first, "{typed}");
         }

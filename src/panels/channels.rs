@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use doublet_core::quantity::Role;
 use doublet_core::series::{Recording, Statistics, TimeRange};
-use doublet_core::statistics::median_step;
+use doublet_core::statistics::sample_rate_hz;
 use doublet_engine::stage::{LoadedFlight, PhysicsRow};
 use doublet_engine::verdict::Level;
 use eframe::egui::{self, Align, Label, Layout, Panel as Bar, RichText, ScrollArea, Sense, TextStyle, Ui, vec2};
@@ -171,7 +171,7 @@ fn rows(recording: &Recording) -> Vec<Row> {
         Some(Row {
             role: *role,
             source: channel.full_name(),
-            rate_hz: median_step(&series.time_s).map_or(0.0, |step_s| 1.0 / step_s),
+            rate_hz: sample_rate_hz(&series.time_s).unwrap_or(0.0),
             gaps: shape.breaks(),
             statistics: series.statistics(whole),
             shape,

@@ -154,7 +154,7 @@ fn warnings(ui: &mut Ui, of: Of, blocks: &[Block]) {
         return;
     }
     let what = match of {
-        Of::Parameters => "The data tell a sum of these, not each",
+        Of::Parameters => "The data tell these together better than each",
         Of::Regressors => "These move together in the windows used: one can take the other's place",
     };
     let text = format!("{what}: {}", pairs.iter().map(|pair| pair.1.as_str()).collect::<Vec<_>>().join(", "));

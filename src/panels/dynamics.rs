@@ -177,6 +177,7 @@ fn modes(ui: &mut Ui, study: &DynamicsStudy) {
                 ui.end_row();
             }
         });
+        ui.weak("± is one standard error, by the corrected errors of all derivatives and how they go together.");
         study.notes.iter().for_each(|note| drop(ui.weak(note)));
     });
 }

@@ -29,7 +29,7 @@ impl Panel for Innovations {
         let latest = results.path.latest().cloned();
         ui.horizontal(|ui| {
             choices(ui, &mut self.table, &[(false, "Plots"), (true, "Advice")]);
-            if let Some(consistency) = latest.as_ref().and_then(|path| path.consistency.as_ref()) {
+            if let Some(consistency) = latest.as_ref().and_then(|path| path.assessment().consistency.as_ref()) {
                 let [low, high] = consistency.nis_band_correlated.map(|edge| notation::fixed(edge, 2));
                 let [mean, ratio] =
                     [consistency.nis_mean, consistency.nis_ratio].map(|value| notation::fixed(value, 2));
@@ -49,7 +49,9 @@ impl Panel for Innovations {
             return advice(&path, ui);
         }
         let palette = theme::palette(ui);
-        let Some(consistency) = &path.consistency else { return empty(ui, "Nothing was measured in this window.") };
+        let Some(consistency) = &path.assessment().consistency else {
+            return empty(ui, "Nothing was measured in this window.");
+        };
         let nis = vec![Trace { stale, ..Trace::new("NIS", &path.series().nis, palette.series[4]) }];
         let levels = vec![consistency.nis_mean / consistency.nis_ratio];
         let mut plots = vec![TimePlot { levels, ..TimePlot::new("NIS", "", nis) }];
@@ -82,7 +84,7 @@ const NUMBERS: f32 = 64.0 + 56.0 + 2.0 * 74.0 + 48.0 + 60.0;
 /// What the innovations say about each entry of R.
 fn advice(path: &WindowPath, ui: &mut Ui) {
     let figures = theme::figures(ui);
-    let channels = path.consistency.as_ref().map_or(&[][..], |consistency| &consistency.channels);
+    let channels = path.assessment().consistency.as_ref().map_or(&[][..], |consistency| &consistency.channels);
     let width = (ui.available_width() - NUMBERS).max(120.0);
     let advised: Vec<_> = channels
         .iter()

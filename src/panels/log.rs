@@ -23,7 +23,7 @@ impl Panel for Log {
         let aero = snapshot.windows.values().filter_map(|results| results.aero.latest());
         let findings: Vec<&String> = recordings
             .flat_map(|loaded| &loaded.recording.warnings)
-            .chain(paths.flat_map(|path| &path.warnings))
+            .chain(paths.flat_map(|path| &path.assessment().warnings))
             .chain(aero.flat_map(|aero| &aero.warnings))
             .collect();
         if !findings.is_empty() {

@@ -80,7 +80,7 @@ fn header(ui: &mut Ui, measured: bool) {
 fn observability(ctx: &PanelContext<'_>, ui: &mut Ui) {
     let (Some(window), Some(results)) = (ctx.window(), ctx.results()) else { return };
     let Some(path) = results.path.latest() else { return };
-    let (observability, palette) = (&path.observability, theme::palette(ui));
+    let (observability, palette) = (&path.assessment().observability, theme::palette(ui));
     ui.horizontal_wrapped(|ui| {
         let color = if observability.hidden.is_empty() { palette.good } else { palette.warning };
         let text = format!("{}: observability rank {} of {}", window.name, observability.rank.min(observability.open), observability.open);
@@ -134,7 +134,8 @@ fn measurements(ctx: &mut PanelContext<'_>, ui: &mut Ui, usual: &FilterSettings)
         header(ui, true);
         for measurement in Measurement::ALL {
             let index = measurement as usize;
-            let channels = path.and_then(|path| path.consistency.as_ref()).map(|consistency| &consistency.channels);
+            let channels =
+                path.and_then(|path| path.assessment().consistency.as_ref()).map(|consistency| &consistency.channels);
             let channel = channels.into_iter().flatten().find(|channel| channel.measurement == measurement);
             let row = Row {
                 name: format!("R {}", measurement.name()),

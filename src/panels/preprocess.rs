@@ -25,6 +25,8 @@ const SIGNAL_HEIGHT: f32 = 190.0;
 /// Samples of the moving average and of the polynomial, and its degree, that a tick switches on: those of the thesis.
 const AVERAGE: usize = 4;
 const POLYNOMIAL: (usize, usize) = (2, 11);
+/// Part of the highest frequency below which numbers stand under a spectrum.
+const CORNER: f64 = 0.9;
 /// Frequencies named under a spectrum, Hz.
 const DECADES_HZ: [f64; 6] = [1e-3, 1e-2, 0.1, 1.0, 10.0, 100.0];
 /// Rate new samples have at first, Hz.
@@ -342,7 +344,10 @@ fn spectrum_plot(ctx: &mut PanelContext<'_>, ui: &mut Ui, found: &SignalSpectrum
     let unit = if unit.is_empty() { "1".to_owned() } else { format!("({unit})²") };
     ui.weak(format!("Spectral density in {unit}/Hz"));
     let mut chart = Chart::new("spectrum", "frequency [Hz]", "log₁₀ density");
-    chart.places = DECADES_HZ.iter().map(|hz: &f64| (hz.log10(), format!("{hz}"))).collect();
+    // A number in the corner would lose its last digits.
+    let highest_hz = found.recorded.frequency_hz.last().copied().unwrap_or(f64::INFINITY);
+    let inside = DECADES_HZ.iter().filter(|hz| **hz < CORNER * highest_hz);
+    chart.places = inside.map(|hz: &f64| (hz.log10(), format!("{hz}"))).collect();
     let color = if found.treated.is_some() { palette.ignored } else { palette.series[0] };
     chart.curves.push(curve("recorded", &found.recorded, color));
     chart.curves.extend(found.treated.as_ref().map(|treated| curve("used", treated, palette.series[0])));

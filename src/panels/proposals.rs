@@ -28,6 +28,7 @@ pub fn proposals(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
     let open = open_windows(ctx.session, found);
     let header = match (open.len(), found.windows.len()) {
         (_, 0) => "No manoeuvre found in the control deflections".to_owned(),
+        (0, 1) => "The manoeuvre found is in the session".to_owned(),
         (0, all) => format!("All {all} manoeuvres found are in the session"),
         (open, all) => format!("Manoeuvres found: {all}, not in the session: {open}"),
     };

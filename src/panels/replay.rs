@@ -296,7 +296,9 @@ fn numbers(ctx: &PanelContext<'_>, ui: &mut Ui, sources: &[Motion; 3], now: &Ins
     }
     if let Some((mass_kg, [x, ..])) = now.mass {
         let (unit, scale) = ctx.unit(Dimension::Length);
-        let text = format!("mass {} kg, CG x {} {unit}", notation::fixed(mass_kg, 1), notation::fixed(scale * x, 3));
+        // An aircraft without stations has its centre of gravity at the datum.
+        let cg = if x == 0.0 { String::new() } else { format!(", CG x {} {unit}", notation::fixed(scale * x, 3)) };
+        let text = format!("mass {} kg{cg}", notation::fixed(mass_kg, 1));
         ui.label(RichText::new(text).size(11.5));
     }
 }

@@ -58,7 +58,7 @@ fn response(ui: &mut Ui, found: &SurfaceResponse) {
     match surface_figure(found) {
         Some(figure) => {
             ui.weak(
-                "Dots: measured with 95 % bars; line: equivalent system, dashed as the windows show it, and the identified model; over rad/s",
+                "Dots: measured, with 95 % bars. Lines: the equivalent system, dashed as seen through windows of this length, and the identified model. Frequencies in rad/s.",
             );
             figure_view(ui, &figure);
         }
@@ -80,10 +80,11 @@ fn parameters(ui: &mut Ui, system: &EquivalentStudy) {
         .striped(true)
         .vscroll(false)
         .cell_layout(egui::Layout::right_to_left(egui::Align::Center))
-        .column(Column::exact(110.0))
-        .columns(Column::exact(76.0), 4)
+        .column(Column::exact(96.0))
+        .column(Column::exact(48.0))
+        .columns(Column::exact(72.0), 4)
         .header(20.0, |mut header| {
-            for title in ["", "value", "std error", "low", "high"] {
+            for title in ["", "unit", "value", "std error", "low", "high"] {
                 header.col(|ui| {
                     column_title(ui, title);
                 });
@@ -92,9 +93,9 @@ fn parameters(ui: &mut Ui, system: &EquivalentStudy) {
         .body(|body| {
             body.rows(18.0, rows.len(), |mut row| {
                 let parameter = rows[row.index()];
-                row.col(|ui| {
-                    ui.label(&parameter.name);
-                });
+                let (symbol, unit) = doublet_engine::notation::system_parameter(&parameter.name);
+                row.col(|ui| drop(ui.label(symbol)));
+                row.col(|ui| drop(ui.weak(unit)));
                 for value in [parameter.value, parameter.standard_error, parameter.low, parameter.high] {
                     row.col(|ui| {
                         ui.label(egui::RichText::new(notation::number(value)).font(figures.clone()));

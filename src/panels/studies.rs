@@ -16,6 +16,9 @@ use crate::widgets::term::column_title;
 
 /// Width of the list of studies.
 const LIST: f32 = 208.0;
+/// Width of a number, and the least of what a row is about.
+const CELL: f32 = 86.0;
+const FIRST: f32 = 150.0;
 /// Height of a row of a table.
 const ROW: f32 = 19.0;
 /// Realisations to begin with, and their seed.
@@ -255,16 +258,28 @@ fn shown<T>(
     show(ctx, ui, study);
 }
 
-/// A table whose first column is as wide as there is room for.
+/// A table whose first column is as wide as there is room for; it scrolls sideways where there is little.
 fn table(ui: &mut Ui, id: &str, titles: &[&str], rows: &[Vec<String>], selected: impl Fn(usize) -> bool) {
+    let others = (titles.len() - 1) as f32 * (CELL + ui.spacing().item_spacing.x);
+    let first = (ui.available_width() - others).max(FIRST);
+    ScrollArea::horizontal().id_salt(("sideways", id)).show(ui, |ui| cells(ui, id, (titles, first), rows, selected));
+}
+
+fn cells(
+    ui: &mut Ui,
+    id: &str,
+    (titles, first): (&[&str], f32),
+    rows: &[Vec<String>],
+    selected: impl Fn(usize) -> bool,
+) {
     let figures = theme::figures(ui);
     TableBuilder::new(ui)
         .id_salt(id)
         .striped(true)
         .auto_shrink(false)
         .cell_layout(Layout::right_to_left(Align::Center))
-        .column(Column::remainder().at_least(90.0).clip(true))
-        .columns(Column::exact(86.0), titles.len() - 1)
+        .column(Column::exact(first).clip(true))
+        .columns(Column::exact(CELL), titles.len() - 1)
         .header(20.0, |mut header| {
             for (at, title) in titles.iter().enumerate() {
                 header.col(|ui| {
@@ -311,7 +326,7 @@ fn left_out(ctx: &mut PanelContext<'_>, ui: &mut Ui, study: &ManoeuvreStudy) {
                 notation::derivative(name),
                 notation::fixed(*shift, 1),
                 notation::fixed(one.quality_identified.r_squared, 4),
-                notation::fixed(one.quality_own_constant.r_squared, 4),
+                own_constant(one.quality_identified.r_squared, one.quality_own_constant.r_squared),
             ]);
             windows.push(one.label.clone());
         }
@@ -321,12 +336,17 @@ fn left_out(ctx: &mut PanelContext<'_>, ui: &mut Ui, study: &ManoeuvreStudy) {
     table(ui, "left out", &titles, &rows, |at| Some(&windows[at]) == chosen.as_ref());
 }
 
+/// R² of the prediction with a constant of the window's own; a dash where the windows share theirs.
+fn own_constant(shared: f64, own: f64) -> String {
+    if shared == own { "–".to_owned() } else { notation::fixed(own, 4) }
+}
+
 /// Derivatives by kind of input.
 fn kinds(ui: &mut Ui, study: &ManoeuvreStudy) {
     if study.kinds.is_empty() {
         return empty(ui, "All windows have one kind of input.");
     }
-    ui.weak("Means over the manoeuvres of two kinds of input; beyond two errors they hardly agree.");
+    ui.weak("Means over the manoeuvres of two kinds of input; two errors apart or more they contradict each other. A dash: one of the kinds was flown once.");
     let mut rows = Vec::new();
     for found in &study.kinds {
         for one in &found.derivatives {
@@ -386,7 +406,8 @@ fn check_rows(found: &WindowChecks, time: impl Fn(&str) -> Option<(f64, f64)>) -
 
 /// What noise of the recording does to the derivatives.
 fn monte_carlo(ui: &mut Ui, study: &MonteCarloStudy) {
-    ui.weak(format!("{} realisations, {} of them failed", study.realisations, study.failed));
+    ui.weak(format!("{} realisations, {} of them failed. Shift is the mean less the estimate; 2.5 % and 97.5 % are where the realisations lie about their mean. The scatter holds the noise of the sensors alone, not what differs between windows.",
+        study.realisations, study.failed));
     let rows: Vec<Vec<String>> = study
         .effects
         .iter()
@@ -414,7 +435,7 @@ fn monte_carlo(ui: &mut Ui, study: &MonteCarloStudy) {
 /// Lag and delay of every control.
 fn lags(ui: &mut Ui, study: &LagStudy) {
     ui.weak(
-        "A control that acts late, beside the lag the session has. Set it in Model ▸ Axes, reference, thrust and lags.",
+        "How late each control acts, beside the lag the session has: a delay below zero means that its recording is late, by the clock of its recorder. Set it in Model ▸ Axes, reference, thrust and lags.",
     );
     let rows: Vec<Vec<String>> = study
         .lags

@@ -34,6 +34,8 @@ pub struct PlotCache {
     pub(super) hidden: HashSet<(Id, String)>,
     /// Value range chosen by hand for a plot of a stack, by its row and label, in its unit.
     values: HashMap<(Id, usize, String), (f64, f64)>,
+    /// How often everything had been asked for when a stack was drawn last.
+    homes: HashMap<Id, u32>,
     refreshed: usize,
 }
 
@@ -75,6 +77,13 @@ impl PlotCache {
     /// Fits the values of every plot of the stack `id` to what is visible.
     pub(super) fn fit_values(&mut self, id: Id) {
         self.values.retain(|(stack, ..), _| *stack != id);
+    }
+
+    /// Fits the values of the stack `id` where everything was asked for since it was drawn last.
+    pub(super) fn follow(&mut self, id: Id, homes: u32) {
+        if self.homes.insert(id, homes).is_some_and(|before| before != homes) {
+            self.fit_values(id);
+        }
     }
 
     /// How many traces have been decimated since the cache was made.

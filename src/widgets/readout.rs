@@ -135,8 +135,8 @@ pub fn readable(value: f64) -> String {
     significant(value, 4)
 }
 
-/// Value of a trace at a time in the unit of its plot: that of the nearest sample where single samples are seen as dots, otherwise by
-/// the line drawn between them.
+/// Value of a trace at a time in the unit of its plot: that of the nearest sample where single samples are seen apart, otherwise by the
+/// line between them, also of dots, so that curves of one clock are read at one instant.
 pub(super) fn value_of(trace: &Trace<'_>, gap_s: f64, time_s: f64, points_per_s: f64) -> Option<f64> {
     let Series { time_s: times, values, .. } = trace.series;
     let after = times.partition_point(|&time| time < time_s);
@@ -148,7 +148,8 @@ pub(super) fn value_of(trace: &Trace<'_>, gap_s: f64, time_s: f64, points_per_s:
     let distance = |at: &usize| (times[*at] - time_s).abs();
     let nearest = before.into_iter().chain(next).min_by(|a, b| distance(a).total_cmp(&distance(b)));
     let spacing = before.zip(next).map_or(0.0, |(before, next)| times[next] - times[before]);
-    let is_dot = trace.style == TraceStyle::Dots || spacing * points_per_s >= f64::from(DOT_SPACING);
+    let is_alone = before.zip(next).is_none();
+    let is_dot = spacing * points_per_s >= f64::from(DOT_SPACING) || trace.style == TraceStyle::Dots && is_alone;
     let between = || value_at(times, values, gap_s, time_s);
     let value = match (trace.sigma, nearest) {
         (None, Some(at)) if is_dot => Some(values[at]),
@@ -181,9 +182,11 @@ mod tests {
         let line = Trace { scale: 2.0, ..Trace::new("line", &series, eframe::egui::Color32::WHITE) };
         let dots = Trace { style: TraceStyle::Dots, ..line };
         let dense = 1.0;
-        assert_eq!(value_of(&dots, 0.25, 0.12, dense), Some(-6.0), "the sample at 0.1 s");
+        assert_eq!(value_of(&dots, 0.25, 0.12, 1000.0), Some(-6.0), "the sample at 0.1 s");
         let between = value_of(&line, 0.25, 0.12, dense).unwrap();
         assert!((between - 2.0 * (-3.0 + 0.2 * 8.0)).abs() < 1e-12, "{between}");
+        assert_eq!(value_of(&dots, 0.25, 0.12, dense), Some(between), "dots that run together are a line");
+        assert_eq!(value_of(&dots, 0.25, 0.3, dense), Some(10.0), "the last one");
         assert_eq!(value_of(&line, 0.25, 0.12, 1000.0), Some(-6.0), "samples a hundred points apart are dots");
         assert_eq!(value_of(&line, 0.25, 0.3, dense), None);
         let sparse = Series { values: [1.0, f64::NAN, 5.0].into(), ..series.clone() };

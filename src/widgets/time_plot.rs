@@ -192,6 +192,7 @@ pub fn time_stack(
     if plots.is_empty() {
         return out;
     }
+    cache.follow(id, view.homes());
     let shared = shared_names(plots);
     let mut named = shared.and_then(|plot| shared_legend(ui, id, plot, cache));
     let room = ui.available_size();

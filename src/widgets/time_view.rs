@@ -29,6 +29,9 @@ pub struct TimeView {
     /// Instant at which words are asked for, s.
     #[serde(skip)]
     pub annotate_s: Option<f64>,
+    /// How often everything was asked for: values of plots are fitted then, too.
+    #[serde(skip)]
+    homes: u32,
     /// Markers A and B, s.
     pub markers_s: [Option<f64>; 2],
 }
@@ -51,6 +54,7 @@ impl TimeView {
             gesture_at_s: None,
             cursor_s: None,
             annotate_s: None,
+            homes: 0,
             markers_s: [None; 2],
         }
     }
@@ -104,7 +108,13 @@ impl TimeView {
 
     /// Shows everything.
     pub fn home(&mut self) {
+        self.homes = self.homes.wrapping_add(1);
         self.zoom_to(self.full);
+    }
+
+    /// How often everything was asked for.
+    pub fn homes(&self) -> u32 {
+        self.homes
     }
 
     /// Moves along by `by_s`; moves without a pause count as one step of history. `now_s` is the time of the input.

@@ -163,7 +163,7 @@ fn advice_calls_every_measurement_by_the_symbol_it_has_elsewhere() {
     picture(&mut bench.harness, "advice");
     let name = bench.harness.state().state.selection.window.clone().expect("one is chosen");
     let path = bench.snapshot().windows[&name].path.ready().expect("it is reconstructed").clone();
-    let channels = &path.consistency.as_ref().expect("innovations are there").channels;
+    let channels = &path.assessment().consistency.as_ref().expect("innovations are there").channels;
     assert!(channels.len() > 5);
     for channel in channels {
         let symbol = notation::measurement(channel.measurement);

@@ -314,10 +314,10 @@ fn frequency_responses_are_drawn_with_their_equivalent_systems() {
         // A positive deflection gives a negative rate.
         assert!(system.fit.model.gain < 0.0, "{:?}", found.surface);
     }
-    assert!(bench.harness.query_by_label("inv_Ttheta2").is_some(), "the equivalent system of the elevator");
+    assert!(bench.harness.query_by_label("1/Tθ₂").is_some(), "the equivalent system of the elevator");
     bench.harness.get_by_label("aileron").click();
     bench.settle();
-    assert!(bench.harness.query_by_label("inv_TR").is_some(), "that of the aileron");
+    assert!(bench.harness.query_by_label("1/TR").is_some(), "that of the aileron");
 }
 
 #[test]
@@ -433,13 +433,17 @@ fn noise_panel_tells_what_the_window_does_not_and_marks_what_differs_from_the_pr
     let mut bench = Bench::open();
     bench.show(Pane::Noise);
     let path = bench.snapshot().windows["first"].path.ready().expect("the path is there").clone();
-    let text = format!("first: observability rank {} of {}", path.observability.rank, path.observability.open);
+    let text = format!(
+        "first: observability rank {} of {}",
+        path.assessment().observability.rank,
+        path.assessment().observability.open
+    );
     assert!(bench.harness.query_by_label(&text).is_some(), "{text}");
     // Wind is known beforehand in this session: 15 of the 18 states are open.
-    assert_eq!(path.observability.open, 15);
-    let hidden = path.observability.hidden.iter().any(|state| State::ALL[15..].contains(state));
+    assert_eq!(path.assessment().observability.open, 15);
+    let hidden = path.assessment().observability.hidden.iter().any(|state| State::ALL[15..].contains(state));
     assert!(!hidden, "what is known is not called hidden");
-    let consistency = path.consistency.as_ref().expect("innovations are there");
+    let consistency = path.assessment().consistency.as_ref().expect("innovations are there");
     for channel in &consistency.channels {
         let odd = channel.has_offset() || channel.is_correlated();
         let fits = (1.0 / WORTH_CHANGING..=WORTH_CHANGING).contains(&channel.deviation_ratio);

@@ -10,6 +10,15 @@ pub fn median(values: &mut [f64]) -> Option<f64> {
     ranked(values, values.len() / 2)
 }
 
+/// Samples per second of an increasing time vector between its gaps: by the mean of the intervals up to one and a half times their median.
+/// `None` with fewer than two samples.
+pub fn sample_rate_hz(time: &[f64]) -> Option<f64> {
+    let usual = 1.5 * median_step(time)?;
+    let steps = time.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step <= usual);
+    let (sum, count) = steps.fold((0.0, 0_usize), |(sum, count), step| (sum + step, count + 1));
+    (sum > 0.0).then(|| count as f64 / sum)
+}
+
 /// Median interval of an increasing time vector; `None` with fewer than two samples.
 pub fn median_step(time: &[f64]) -> Option<f64> {
     median(&mut time.windows(2).map(|pair| pair[1] - pair[0]).collect::<Vec<_>>())
@@ -40,6 +49,15 @@ pub fn autocorrelation(values: &[f64], lags: usize) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn rate_of_samples_is_that_between_the_gaps() {
+        // 30 Hz in whole milliseconds, twice, an hour apart.
+        let stretch = |start_s: f64| (0..301).map(move |k| start_s + (f64::from(k) / 0.03).round() / 1e3);
+        let time: Vec<f64> = stretch(0.0).chain(stretch(3600.0)).collect();
+        assert!((sample_rate_hz(&time).unwrap() - 30.0).abs() < 1e-9);
+        assert_eq!(sample_rate_hz(&[1.0]), None);
+    }
 
     #[test]
     fn order_statistics_match_sorted_values() {

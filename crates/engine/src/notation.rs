@@ -170,6 +170,34 @@ fn greek(name: &str) -> String {
     text
 }
 
+/// Symbol and unit of a parameter of a low-order equivalent system, called as the results call it.
+pub fn system_parameter(name: &str) -> (String, &'static str) {
+    let fixed = match name {
+        "inv_Ttheta2" => Some(("1/Tθ₂", "1/s")),
+        "T_theta2" => Some(("Tθ₂", "s")),
+        "omega_Ttheta2" => Some(("ω·Tθ₂", "")),
+        "zeta_omega" => Some(("ζ·ω", "rad/s")),
+        "T_R" => Some(("T_R", "s")),
+        "tau" => Some(("τ", "s")),
+        "phase_delay" => Some(("phase delay", "s")),
+        "omega_180" => Some(("ω₁₈₀", "rad/s")),
+        "bandwidth" => Some(("bandwidth", "rad/s")),
+        _ => None,
+    };
+    let with = |letter: &str, prefix: &str| Some(format!("{letter}{}", name.strip_prefix(prefix)?));
+    let of_kind = || {
+        let kinds = [
+            ("ω", "omega", "rad/s"),
+            ("ζ", "zeta", ""),
+            ("1/T", "inv_T", "1/s"),
+            ("c₁", "c1", "1/s"),
+            ("c₀", "c0", "1/s²"),
+        ];
+        kinds.into_iter().find_map(|(letter, prefix, unit)| Some((with(letter, prefix)?, unit)))
+    };
+    fixed.map(|(symbol, unit)| (symbol.to_owned(), unit)).or_else(of_kind).unwrap_or_else(|| (name.to_owned(), ""))
+}
+
 /// A term such as `qc/V` or `alpha^2*delta_e` as it is printed: `qc/V`, `α²·δe`.
 pub fn term(name: &str) -> String {
     greek(&name.replace("^2", "²").replace("^3", "³").replace('*', "·"))
@@ -219,5 +247,20 @@ mod tests {
         assert_eq!(derivative("Cm_qhat"), "Cmq̂");
         assert_eq!(term("alpha^2*delta_e"), "α²·δe");
         assert_eq!(term("pb/2V"), "pb/2V");
+    }
+
+    #[test]
+    fn parameters_of_equivalent_systems_have_symbols_and_units() {
+        for (name, symbol, unit) in [
+            ("K", "K", ""),
+            ("omega", "ω", "rad/s"),
+            ("zeta_z1", "ζ_z1", ""),
+            ("inv_TR", "1/TR", "1/s"),
+            ("inv_Ttheta2", "1/Tθ₂", "1/s"),
+            ("omega_Ttheta2", "ω·Tθ₂", ""),
+            ("tau", "τ", "s"),
+        ] {
+            assert_eq!(system_parameter(name), (symbol.to_owned(), unit));
+        }
     }
 }

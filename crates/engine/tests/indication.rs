@@ -100,7 +100,7 @@ impl Table {
     /// NIS, and states in the middle and at the end: filtered, their deviations, smoothed.
     fn states(&mut self, name: &str, path: &WindowPath) {
         let run = &path.reconstruction;
-        let nis = path.consistency.as_ref().map_or(f64::NAN, |found| found.nis_ratio);
+        let nis = path.assessment().consistency.as_ref().map_or(f64::NAN, |found| found.nis_ratio);
         self.numbers(&format!("{name} NIS over degrees, log likelihood:"), &[nis, run.log_likelihood]);
         for row in [run.time_s.len() / 2, run.time_s.len() - 1] {
             for state in State::ALL {

@@ -5,8 +5,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use doublet_core::airframe::Stall;
-use doublet_core::airframe::{MassHistory, MassProperties};
+use doublet_core::airframe::{MassHistory, MassProperties, Stall};
 use doublet_core::estimate::NonlinearSearch;
 use doublet_core::model::{Coefficient, Term, ThrustTreatment};
 use doublet_core::propulsion::{MapVariable, OffRange};
@@ -125,21 +124,22 @@ fn reasons_about_the_flight_path_fire_beyond_their_limits_only() {
         &[(1.2, NONE), (0.5, NONE), (1.7, CAUTION), (0.2, CAUTION), (3.5, BAD), (0.05, CAUTION)],
         |s, snapshot, ratio| {
             changed(&mut elevator(s, snapshot).path, |path| {
-                let consistency = path.consistency.as_mut().unwrap();
+                let consistency = path.assessment_mut().unwrap().consistency.as_mut().unwrap();
                 let expected = consistency.nis_mean / consistency.nis_ratio;
                 (consistency.nis_ratio, consistency.nis_mean) = (ratio, ratio * expected);
             });
         },
     );
     sound.expect("innovation", &[(0.4, NONE), (-0.9, CAUTION), (6.0, BAD)], |s, snapshot, mean| {
-        changed(&mut elevator(s, snapshot).path, |path| path.consistency.as_mut().unwrap().channels[0].mean = mean);
+        let path = &mut elevator(s, snapshot).path;
+        changed(path, |path| path.assessment_mut().unwrap().consistency.as_mut().unwrap().channels[0].mean = mean);
     });
     sound.expect(
         "innovation",
         &[((0.9, 0.8), NONE), ((1.4, 0.2), NONE), ((1.4, 0.8), CAUTION)],
         |s, snapshot, (ratio, lag_one)| {
             changed(&mut elevator(s, snapshot).path, |path| {
-                let channel = &mut path.consistency.as_mut().unwrap().channels[0];
+                let channel = &mut path.assessment_mut().unwrap().consistency.as_mut().unwrap().channels[0];
                 (channel.deviation_ratio, channel.autocorrelation[0], channel.is_white) = (ratio, lag_one, false);
             });
         },

@@ -91,7 +91,7 @@ fn fit_of_bad_windows_is_bad_and_others_are_as_they_were() {
     let windows = session.windows.iter().filter(|window| window.surface == Some(Surface::Elevator));
     for window in windows {
         changed(&mut snapshot.windows.get_mut(&window.name).unwrap().path, |path| {
-            let consistency = path.consistency.as_mut().unwrap();
+            let consistency = path.assessment_mut().unwrap().consistency.as_mut().unwrap();
             (consistency.nis_mean, consistency.nis_ratio) = (4.0 * consistency.nis_mean / consistency.nis_ratio, 4.0);
         });
     }

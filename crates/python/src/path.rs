@@ -196,7 +196,7 @@ impl Path {
 
     /// Findings of a window.
     fn warnings(&self, index: usize) -> PyResult<Vec<String>> {
-        Ok(self.window(index)?.path.warnings.clone())
+        Ok(self.window(index)?.path.assessment().warnings.clone())
     }
 
     /// SI units of the states by name.

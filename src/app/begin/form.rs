@@ -42,9 +42,13 @@ pub fn show(step: &mut Step, below: bool, ctx: &egui::Context) -> Answer {
     let mut answer = Answer::Open;
     let screen = ctx.content_rect().size();
     // Escape leaves a list or a field first; what was chosen by hand is not thrown away with it.
-    let first = if let Step::Choosing(choosing) = &*step { choosing.first_field } else { None };
-    let focused = ctx.memory(egui::Memory::focused);
-    let busy = egui::Popup::is_any_open(ctx) || (focused.is_some() && focused != first);
+    let focus = ctx.memory(egui::Memory::focused);
+    let (first, before) = match step {
+        Step::Choosing(choosing) => (choosing.first_field, std::mem::replace(&mut choosing.focused, focus)),
+        Step::Looking(..) | Step::Making(..) => (None, None),
+    };
+    let is_typing = [before, focus].into_iter().flatten().any(|field| Some(field) != first);
+    let busy = egui::Popup::is_any_open(ctx) || is_typing;
     egui::Modal::new(egui::Id::unique("new session")).show(ctx, |ui| match step {
         Step::Looking(path, job, _) => {
             ui.set_width(420.0);

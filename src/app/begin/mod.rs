@@ -63,6 +63,8 @@ struct Choosing {
     /// Whether the dialog has been drawn, and the field that had the keyboard then.
     has_begun: bool,
     first_field: Option<egui::Id>,
+    /// The field that had the keyboard in the frame before: Escape has taken it from there when this frame begins.
+    focused: Option<egui::Id>,
 }
 
 /// How far it is.
@@ -101,6 +103,7 @@ impl Choosing {
             complaint: None,
             has_begun: false,
             first_field: None,
+            focused: None,
             inspected: Arc::new(inspected),
         }
     }

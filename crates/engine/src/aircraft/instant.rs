@@ -100,6 +100,7 @@ pub fn instant(snapshot: &Snapshot, flight: &str, window: Option<&Manoeuvre>, ti
         let columns = path.series();
         let value = |measurement: Measurement| at(&columns.reconstructed[measurement as usize], time_s);
         let state = |state: State| at(&columns.states[state as usize], time_s);
+        let tells_wind = path.tells_wind();
         all.reconstructed = Motion {
             attitude_rad: triple([State::BankAngle, State::PitchAngle, State::HeadingAngle].map(state)),
             airspeed_m_s: value(Measurement::Airspeed),
@@ -107,9 +108,11 @@ pub fn instant(snapshot: &Snapshot, flight: &str, window: Option<&Manoeuvre>, ti
             beta_rad: value(Measurement::Sideslip),
             velocity_ned_m_s: triple(
                 [Measurement::VelocityNorth, Measurement::VelocityEast, Measurement::VelocityDown].map(value),
-            ),
+            )
+            .filter(|_| tells_wind),
         };
-        all.wind_ned_m_s = triple([State::WindNorth, State::WindEast, State::WindDown].map(state));
+        let wind = triple([State::WindNorth, State::WindEast, State::WindDown].map(state));
+        all.wind_ned_m_s = wind.filter(|_| tells_wind);
     }
     if let Some(Ok(replay)) = snapshot.proof.latest().and_then(|proof| proof.window(&window.name)) {
         let value = |signal: Signal| {

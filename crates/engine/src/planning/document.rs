@@ -119,11 +119,14 @@ fn predicted(row: &DesignRow) -> Table {
 pub fn comparison_table(design: &DesignRow) -> Table {
     let cost = |name: &'static str| move |own: &&ComparedKind| own.costs.get(name).copied();
     let caption = format!(
-        "Kinds of input within the same limits and time; a smaller cost is better. The card below is of the {}. Cost d: logarithm of the \
-         volume of the errors; a: sum of the squares of the relative errors.",
-        design.kind
+        "Kinds of input within the same limits and time, the one with the smallest cost {} first. The card below is of the {}. Cost d: \
+         logarithm of the volume of the errors; a: sum of the squares of the relative errors.",
+        design.criterion, design.kind
     );
-    TableOf::new("comparison", &caption, &design.comparison)
+    let mut kinds: Vec<&ComparedKind> = design.comparison.iter().collect();
+    let chosen = |own: &ComparedKind| own.costs.get(design.criterion).copied().unwrap_or(f64::INFINITY);
+    kinds.sort_by(|a, b| chosen(a).total_cmp(&chosen(b)));
+    TableOf::new("comparison", &caption, kinds)
         .text("kind", "kind", |own| own.kind)
         .maybe("d", "cost d", "", 4, cost("d"))
         .maybe("a", "cost a", "", 4, cost("a"))

@@ -12,6 +12,7 @@ use crate::graph::{Context, Control, StageResult};
 use crate::report::document::{Block, Document};
 use crate::run::{Snapshot, with_study_input};
 use crate::session::Session;
+use crate::verdict::Level;
 
 /// Full travel of a surface to either side where nothing else is said, rad.
 const FULL_TRAVEL_RAD: f64 = 20.0 * std::f64::consts::PI / 180.0;
@@ -99,12 +100,21 @@ impl DesignSheet {
     /// The card on screen, kinds side by side before it.
     pub fn blocks(&self) -> Vec<Block> {
         let compared = (!self.row.comparison.is_empty()).then(|| Block::Table(comparison_table(&self.row)));
-        let notes = (!self.row.notes.is_empty()).then(|| Block::List(self.row.notes.clone()));
+        let notes = self.row.notes.iter().map(|note| Block::Outcome(Level::Caution, note.clone()));
+        let best = self.row.comparison.iter().filter_map(|own| Some((own, own.costs.get(self.row.criterion)?)));
+        let best = best.min_by(|a, b| a.1.total_cmp(b.1)).filter(|(own, _)| own.kind != self.row.kind);
+        let better = best.map(|(own, _)| {
+            let text = format!(
+                "{} tells more in the same time (cost {} below that of the {})",
+                own.kind, self.row.criterion, self.row.kind
+            );
+            Block::Outcome(Level::Caution, text)
+        });
         let sections = self.card.sections.iter().filter(|section| section.name != "notes");
         let card = sections.flat_map(|section| {
             std::iter::once(Block::Heading(section.title.clone())).chain(section.blocks.iter().cloned())
         });
-        compared.into_iter().chain(notes).chain(self.card.cover.iter().cloned()).chain(card).collect()
+        compared.into_iter().chain(better).chain(notes).chain(self.card.cover.iter().cloned()).chain(card).collect()
     }
 
     /// Files that go with the card.

@@ -147,7 +147,7 @@ impl TestFile {
         let text = match path.to_str().and_then(|name| name.strip_prefix(builtin::PREFIX)) {
             Some(name) => {
                 let text = builtin::text("qtg", name).or_else(|| builtin::text("qtg", &format!("{name}.toml")));
-                text.ok_or_else(|| named(&"no tests are called so"))?.to_owned()
+                text.ok_or_else(|| named(&"no tests of this name come with the program"))?.to_owned()
             }
             None => read_text(path).map_err(|error| named(&error))?,
         };
@@ -222,9 +222,9 @@ fn rule(name: Option<&str>, reading: &Reading, folder: &Path) -> StageResult<Tol
     let Some(name) = name else { return Tolerances::builtin_by(reading) };
     let wrong = |error: &dyn std::fmt::Display| format!("rule: {name}: {error}");
     let text = match name.strip_prefix(builtin::PREFIX) {
-        Some(name) => {
-            builtin::text("tolerances", name).ok_or_else(|| wrong(&"no tolerances are called so"))?.to_owned()
-        }
+        Some(name) => builtin::text("tolerances", name)
+            .ok_or_else(|| wrong(&"no tolerances of this name come with the program"))?
+            .to_owned(),
         None => read_text(&folder.join(name)).map_err(|error| wrong(&error))?,
     };
     Ok(Tolerances::parse_by(&text, reading).map_err(|error| wrong(&error))?)

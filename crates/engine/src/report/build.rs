@@ -3,6 +3,7 @@
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::{AirState, Method, State};
 use doublet_core::series::{Recording, TimeRange};
+use doublet_core::statistics::sample_rate_hz;
 
 use super::prediction::{PredictionAgreement, PredictionRow};
 use super::results::{
@@ -137,14 +138,13 @@ fn channels(recording: &Recording) -> Vec<ChannelRow> {
     let playing = Role::ALL.iter().filter_map(|&role| Some((role, recording.role(role)?)));
     let rows = playing.map(|(role, channel)| {
         let time_s = &channel.series.time_s;
-        let span_s = time_s.last().zip(time_s.first()).map_or(f64::NAN, |(last, first)| last - first);
         ChannelRow {
             role: role.name(),
             source: channel.source.clone(),
             name: channel.name.clone(),
             unit: channel.unit.clone(),
             samples: time_s.len(),
-            rate_hz: (time_s.len().max(1) - 1) as f64 / span_s,
+            rate_hz: sample_rate_hz(time_s).unwrap_or(f64::NAN),
         }
     });
     rows.collect()
@@ -179,9 +179,9 @@ fn clock_row(clock: &UsedClock) -> ClockRow {
 fn window_row(window: &Manoeuvre, snapshot: &Snapshot) -> Option<WindowRow> {
     let results = snapshot.windows.get(&window.name)?;
     let path = results.path.ready();
-    let mut warnings: Vec<_> = path.iter().flat_map(|path| path.warnings.iter().cloned()).collect();
+    let mut warnings: Vec<_> = path.iter().flat_map(|path| path.assessment().warnings.iter().cloned()).collect();
     warnings.extend(results.aero.ready().iter().flat_map(|aero| aero.warnings.iter().cloned()));
-    let consistency = path.and_then(|path| path.consistency.as_ref());
+    let consistency = path.and_then(|path| path.assessment().consistency.as_ref());
     let verdicts = snapshot.verdicts.ready();
     let own_row = |fit: &CoefficientFit| {
         fit_row(fit, verdicts.and_then(|found| found.fit(Some(window.name.as_str()), fit.coefficient)))
@@ -218,7 +218,7 @@ fn state_rows(path: &WindowPath) -> Vec<StateRow> {
 
 fn state_row(state: State, path: &WindowPath) -> Option<StateRow> {
     let reconstruction = &path.reconstruction;
-    let truth = path.truth.get(&state);
+    let truth = path.assessment().truth.get(&state);
     Some(StateRow {
         state: state.name(),
         unit: state.dimension().si_symbol(),
@@ -261,7 +261,7 @@ fn air_data_rows(path: &WindowPath) -> Vec<StateRow> {
 }
 
 fn innovation_rows(path: &WindowPath) -> Vec<InnovationRow> {
-    let channels = path.consistency.iter().flat_map(|consistency| &consistency.channels);
+    let channels = path.assessment().consistency.iter().flat_map(|consistency| &consistency.channels);
     let rows = channels.map(|channel| InnovationRow {
         measurement: channel.measurement.name(),
         samples: channel.samples,

@@ -107,6 +107,12 @@ fn items(loading: &Loading) -> Vec<ItemRow> {
     of_places.chain(added).collect()
 }
 
+/// A coordinate of the centre of gravity; none where the aircraft states no station at all.
+fn station(mass: &MassRow, axis: usize) -> Option<f64> {
+    let place = mass.properties.cg_from_datum_m;
+    (place != [0.0; 3]).then_some(place[axis])
+}
+
 /// Mass properties at the start and the end of every flight and in the middle of its windows; of the loading where no flight tells.
 pub fn table(results: &Results) -> Table {
     let mut rows = Vec::new();
@@ -128,9 +134,9 @@ pub fn table(results: &Results) -> Table {
         .text("at", "At", |(_, at, _)| at)
         .maybe("time_s", "Time", "s", 6, |(.., mass)| mass.time_s)
         .number("mass_kg", "Mass", "kg", 5, |(.., mass)| mass.properties.mass_kg)
-        .number("cg_x_m", "x CG", "m", 4, |(.., mass)| mass.properties.cg_from_datum_m[0])
-        .number("cg_y_m", "y CG", "m", 3, |(.., mass)| mass.properties.cg_from_datum_m[1])
-        .number("cg_z_m", "z CG", "m", 4, |(.., mass)| mass.properties.cg_from_datum_m[2])
+        .maybe("cg_x_m", "x CG", "m", 4, |(.., mass)| station(mass, 0))
+        .maybe("cg_y_m", "y CG", "m", 3, |(.., mass)| station(mass, 1))
+        .maybe("cg_z_m", "z CG", "m", 4, |(.., mass)| station(mass, 2))
         .number("ixx_kg_m2", "Ixx", "kg m²", 5, |(.., mass)| mass.properties.inertia.xx)
         .number("iyy_kg_m2", "Iyy", "kg m²", 5, |(.., mass)| mass.properties.inertia.yy)
         .number("izz_kg_m2", "Izz", "kg m²", 5, |(.., mass)| mass.properties.inertia.zz)

@@ -42,8 +42,14 @@ pub fn complete(results: &mut Results) {
 fn wind_and_bias(windows: &[WindowRow]) -> Vec<SpreadRow> {
     let Some(first) = windows.iter().find(|window| !window.states.is_empty()) else { return Vec::new() };
     let named = |prefix: &'static str| first.states.iter().filter(move |row| row.state.starts_with(prefix));
+    // Without velocity over ground and position the wind is what it was taken for.
+    let is_told = |window: &&WindowRow, state: &str| {
+        let is_missing = |name: &&str| window.missing_measurements.contains(name);
+        !state.starts_with("wind_") || !["x", "y", "v_north", "v_east"].iter().all(is_missing)
+    };
     let of_state = |state: &'static str| {
-        windows.iter().filter_map(move |window| window.states.iter().find(|row| row.state == state))
+        let told = windows.iter().filter(move |window| is_told(window, state));
+        told.filter_map(move |window| window.states.iter().find(|row| row.state == state))
     };
     let rows = named("wind_").chain(named("bias_")).map(|row| {
         let found = spread(of_state(row.state).map(|row| row.last_second_mean));
@@ -57,7 +63,7 @@ fn wind_and_bias(windows: &[WindowRow]) -> Vec<SpreadRow> {
             maximum: found.maximum,
         }
     });
-    rows.collect()
+    rows.filter(|row| row.windows > 0).collect()
 }
 
 fn innovations(windows: &[WindowRow]) -> Vec<InnovationSummaryRow> {

@@ -218,6 +218,7 @@ impl<'a> Run<'a> {
             self.weigh(&flights)?;
             let windows: Vec<_> = windows.into_iter().filter_map(|window| window.study).collect();
             let pooled = self.pool(&session, &windows)?;
+            windows.par_iter().for_each(|window| _ = window.path.assessment());
             let input =
                 StudyInput { settings: session.settings(), aircraft: loaded, windows: &windows, pooled: &pooled };
             self.compute::<ProofOfMatch>(input.settings, (&windows, &pooled), |snapshot| &mut snapshot.proof)?;

@@ -322,6 +322,7 @@ impl WindowEdit {
             Self::Remove(name) => format!("remove window {name}"),
             Self::Rename { from, to } => format!("rename window {from} to {to}"),
             Self::Place { name, .. } => format!("move window {name}"),
+            Self::Role { name, role: WindowRole::Ignored } => format!("ignore window {name}"),
             Self::Role { name, role } => format!("use window {name} for {}", role.name()),
             Self::Surface { name, surface } => {
                 format!("set surface of window {name} to {}", surface.map_or("any", Surface::name))

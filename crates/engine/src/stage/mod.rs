@@ -62,7 +62,7 @@ pub use instruments::tank_channel;
 pub use mass::{FlownMass, FlownState, FuelRecord, FuelSource};
 pub use noise::{FlightNoise, NoiseFlight, NoiseRow, SessionNoise, noise, open_entries};
 pub use observability::Observability;
-pub use path::{PathSeries, SmoothedSeries, WindowPath, paths, reconstructions};
+pub use path::{PathAssessment, PathSeries, SmoothedSeries, WindowPath, paths, reconstructions};
 pub use physics::{FlightPhysics, PhysicsRow, physics_of};
 pub use prediction::Prediction;
 pub use proposals::{

@@ -31,17 +31,32 @@ pub struct WindowPath {
     series: OnceLock<PathSeries>,
     /// Truth of each state over the window, where the recording carries it.
     known: Arc<[Option<Series>; STATES]>,
+    /// Measurements the recording does not have in this window.
+    pub missing: Vec<Measurement>,
+    /// What reconstructed it; none where it is as measured.
+    filter: Option<FilterSettings>,
+    /// What the samples alone gave reason to say.
+    of_samples: Vec<String>,
+    /// How far it may be believed, once that was asked for.
+    assessment: OnceLock<PathAssessment>,
+}
+
+/// How far a reconstructed path may be believed.
+#[derive(Clone, Debug)]
+pub struct PathAssessment {
     /// Innovations against their predicted deviations; none where there are none.
     pub consistency: Option<Consistency>,
     /// Errors of the filtered path, where the recording carries the truth.
     pub truth: BTreeMap<State, TruthError>,
-    /// Measurements the recording does not have in this window.
-    pub missing: Vec<Measurement>,
     /// States the window tells nothing or little of.
     pub observability: Observability,
     /// Findings, one line each: gaps, resampled channels, the filter's own.
     pub warnings: Vec<String>,
 }
+
+/// Measurements that tell the horizontal wind.
+const OVER_GROUND: [Measurement; 4] =
+    [Measurement::PositionNorth, Measurement::PositionEast, Measurement::VelocityNorth, Measurement::VelocityEast];
 
 impl Footprint for WindowPath {
     fn bytes(&self) -> usize {
@@ -51,32 +66,55 @@ impl Footprint for WindowPath {
 }
 
 impl WindowPath {
-    /// What `reconstruction` made of the samples of a window, and how far that fits together.
+    /// What `reconstruction` made of the samples of a window.
     pub fn new(
         samples: &Samples,
         reconstruction: Reconstruction,
         (filter, source): (&FilterSettings, PathSource),
     ) -> Self {
-        let filter = Some(filter).filter(|_| source != PathSource::Measured);
         let Samples { data, truth, warnings, .. } = samples;
-        let mut warnings = warnings.clone();
-        warnings.extend(reconstruction.warnings.iter().cloned());
-        let observability =
-            filter.map(|filter| assess_observability(data, &reconstruction, filter)).unwrap_or_default();
-        warnings.extend(observability.lines());
-        warnings.extend(contradiction(&reconstruction));
         let is_missing = |measurement: &Measurement| data.measurements[*measurement as usize].time_s.is_empty();
         Self {
             missing: Measurement::ALL.into_iter().filter(is_missing).collect(),
-            consistency: filter.and_then(|_| consistency(&reconstruction, f64::NEG_INFINITY)),
-            truth: truth_errors(truth, &reconstruction),
+            filter: Some(filter).filter(|_| source != PathSource::Measured).cloned(),
+            of_samples: warnings.clone(),
+            assessment: OnceLock::new(),
             series: OnceLock::new(),
             known: Arc::clone(truth),
             data: Arc::clone(data),
             reconstruction,
-            observability,
-            warnings,
         }
+    }
+
+    /// How far it may be believed, formed when it is first asked for: derivatives do not wait for it.
+    pub fn assessment(&self) -> &PathAssessment {
+        self.assessment.get_or_init(|| {
+            let Self { data, reconstruction, .. } = self;
+            let filter = self.filter.as_ref();
+            let observability =
+                filter.map(|filter| assess_observability(data, reconstruction, filter)).unwrap_or_default();
+            let mut warnings = self.of_samples.clone();
+            warnings.extend(reconstruction.warnings.iter().cloned());
+            warnings.extend(observability.lines());
+            warnings.extend(contradiction(reconstruction));
+            PathAssessment {
+                consistency: filter.and_then(|_| consistency(reconstruction, f64::NEG_INFINITY)),
+                truth: truth_errors(&self.known, reconstruction),
+                observability,
+                warnings,
+            }
+        })
+    }
+
+    /// The assessment, to put another in its place.
+    pub fn assessment_mut(&mut self) -> Option<&mut PathAssessment> {
+        self.assessment();
+        self.assessment.get_mut()
+    }
+
+    /// Whether velocity over ground or position is measured, without which the wind stays what it was taken for.
+    pub fn tells_wind(&self) -> bool {
+        !OVER_GROUND.iter().all(|measurement| self.missing.contains(measurement))
     }
 
     /// The columns to draw.

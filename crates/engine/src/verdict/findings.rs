@@ -30,7 +30,7 @@ pub fn findings(session: &Session, snapshot: &Snapshot) -> Vec<Finding> {
         let Some(results) = snapshot.windows.get(&window.name) else { continue };
         let place = format!("window '{}'", window.name);
         let path = results.path.ready();
-        path.iter().flat_map(|path| &path.warnings).for_each(|text| note(&place, text));
+        path.iter().flat_map(|path| &path.assessment().warnings).for_each(|text| note(&place, text));
         results.aero.ready().iter().flat_map(|aero| &aero.warnings).for_each(|text| note(&place, text));
     }
     found.extend(advice(session, snapshot));
@@ -42,7 +42,8 @@ fn advice(session: &Session, snapshot: &Snapshot) -> Vec<Finding> {
     let mut found = Vec::new();
     for window in &session.windows {
         let path = snapshot.windows.get(&window.name).and_then(|results| results.path.ready());
-        let channels = path.iter().filter_map(|path| path.consistency.as_ref()).flat_map(|found| &found.channels);
+        let channels =
+            path.iter().filter_map(|path| path.assessment().consistency.as_ref()).flat_map(|found| &found.channels);
         for channel in channels {
             let name = channel.measurement.name();
             let ratio = channel.deviation_ratio;

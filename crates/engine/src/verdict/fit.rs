@@ -89,7 +89,7 @@ pub(super) fn findings(evidence: Evidence<'_>, window: Option<&str>, fit: &Coeff
         findings.extend(prediction(evidence, &at, fit));
         findings.extend(delay::findings(evidence, fit.coefficient, &terms, &used));
     }
-    if window.is_none() && estimate.quality.r_squared < R2_FIT {
+    if estimate.quality.r_squared < R2_FIT {
         let r2 = estimate.quality.r_squared;
         let text = format!(
             "the fit explains {:.0} % of the coefficient's variation (limit {:.0} %)",

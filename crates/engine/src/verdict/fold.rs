@@ -7,6 +7,8 @@ use super::{Finding, Level};
 
 /// Names a line says before it only counts the others.
 const NAMED: usize = 3;
+/// Numbers of a line that may be ranges: with more of them nobody knows which belong together, and the first message stands for all.
+const RANGES: usize = 2;
 
 /// Findings of one kind.
 #[derive(Clone, Debug, PartialEq)]
@@ -167,10 +169,14 @@ impl<'a> Groups<'a> {
 
 impl Group<'_> {
     fn folded(&self) -> Folded {
+        let ranges = self.parts.iter().filter(|parts| is_range(parts)).count();
         let mut text = self.between[0].clone();
         for (parts, between) in self.parts.iter().zip(&self.between[1..]) {
-            text.push_str(&together(parts));
+            text.push_str(&together(if ranges > RANGES { &parts[..1] } else { parts }));
             text.push_str(between);
+        }
+        if ranges > RANGES {
+            text.push_str(&format!(" (the first of {} alike)", self.places.len()));
         }
         let mut places: Vec<&str> = Vec::new();
         self.places.iter().for_each(|place| {
@@ -178,7 +184,7 @@ impl Group<'_> {
                 places.push(place);
             }
         });
-        if self.places.len() > places.len() {
+        if ranges <= RANGES && self.places.len() > places.len() {
             text.push_str(&format!(" ({} times)", self.places.len()));
         }
         Folded {
@@ -204,6 +210,13 @@ fn in_words(places: &[&str]) -> String {
         Some(first) if tails.len() == places.len() && tails.iter().all(|tail| tail == first) => format!(", {first}"),
         _ => String::new(),
     };
+    // `Cl_r (pooled)` and `Cn_r (pooled)`: derivatives of one fit by their names.
+    let pooled: Vec<&str> = places.iter().filter_map(|place| place.strip_suffix(" (pooled)")).collect();
+    if places.len() > 1 && pooled.len() == places.len() {
+        let named = pooled[..pooled.len().min(2 * NAMED)].join(", ");
+        let more = pooled.len().saturating_sub(2 * NAMED);
+        return if more > 0 { format!("{named} and {more} more (pooled)") } else { format!("{named} (pooled)") };
+    }
     match places {
         [] => String::new(),
         [place] => (*place).to_owned(),
@@ -211,6 +224,11 @@ fn in_words(places: &[&str]) -> String {
         [first, .., last] if windows.len() < places.len() => format!("{first} to {last} ({} places)", places.len()),
         _ => format!("in {} windows{tail}", windows.len()),
     }
+}
+
+/// Whether the numbers at one place of all messages differ.
+fn is_range(parts: &[Part]) -> bool {
+    matches!(parts, [first @ Part::Number(..), rest @ ..] if rest.iter().any(|part| part != first))
 }
 
 /// The parts at one place of all messages: a number, the least and the greatest, or the names there are.
@@ -291,6 +309,27 @@ mod tests {
         let many: Vec<(&str, String)> = (0..6).map(|k| ("F", format!("no '{k}'"))).collect();
         let many: Vec<(&str, &str)> = many.iter().map(|(place, text)| (*place, text.as_str())).collect();
         assert_eq!(said(&many), ["F: no '0', '1', '2' and 3 more (6 times)"]);
+    }
+
+    #[test]
+    fn numbers_that_belong_together_are_said_of_the_first_and_fits_by_their_names() {
+        let scatter = |alone: &str, error: &str, pooled: &str| {
+            format!(
+                "'a' alone says {alone} ± {error}, pooled {pooled}; their scatter is 3.3 times what their errors explain"
+            )
+        };
+        let found = said(&[
+            ("Cl_r (pooled)", &scatter("-1.4", "0.1", "-0.98")),
+            ("Cn_p (pooled)", &scatter("0.75", "0.03", "0.24")),
+            ("Cn_r (pooled)", &scatter("0.1", "0.02", "0.2")),
+        ]);
+        assert_eq!(
+            found,
+            [
+                "Cl_r, Cn_p, Cn_r (pooled): 'a' alone says -1.4 ± 0.1, pooled -0.98; their scatter is 3.3 times what their errors \
+              explain (the first of 3 alike)"
+            ]
+        );
     }
 
     #[test]

@@ -47,7 +47,8 @@ pub(super) fn findings(evidence: Evidence<'_>, manoeuvre: &Manoeuvre) -> Vec<Fin
             findings.push(finding.with_setting("Noise and filter", "preparation.path"));
         }
         let fit = channels_fit(evidence, manoeuvre);
-        findings.extend(path.consistency.iter().flat_map(|consistency| innovations(&place, consistency, fit)));
+        findings
+            .extend(path.assessment().consistency.iter().flat_map(|consistency| innovations(&place, consistency, fit)));
         findings.extend(smoother(&place, path));
         findings.extend(flight::turn(&place, path));
     }

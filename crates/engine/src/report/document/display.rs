@@ -35,7 +35,9 @@ fn with_symbols(mut table: Table) -> Table {
 
 fn in_degrees(mut table: Table) -> Table {
     for (index, column) in table.columns.iter_mut().enumerate() {
-        let Some((unit, factor)) = notation::shown(column.unit) else { continue };
+        let Some((unit, factor)) = notation::shown(column.unit).filter(|_| !is_frequency(&column.key)) else {
+            continue;
+        };
         column.unit = unit;
         table.rows.iter_mut().for_each(|row| scale(&mut row[index], factor));
     }
@@ -53,6 +55,11 @@ fn in_degrees(mut table: Table) -> Table {
         values.iter().for_each(|&index| scale(&mut row[index], factor));
     }
     table
+}
+
+/// Whether a column is of natural frequencies, which are read in rad/s.
+fn is_frequency(key: &str) -> bool {
+    key.starts_with("frequency")
 }
 
 fn scale(cell: &mut Cell, factor: f64) {

@@ -118,8 +118,8 @@ fn modes(row: &DynamicsRow) -> Table {
             Column::number("period", "Period", "s", 3),
             Column::number("half", "Half", "s", 3),
             Column::number("double", "Double", "s", 3),
-            Column::number("low", "95 % low", "", 4),
-            Column::number("high", "high", "", 4),
+            Column::number("low", "95 % low", "rad/s or 1/s", 4),
+            Column::number("high", "high", "rad/s or 1/s", 4),
         ],
         rows: row.modes.iter().map(cells).collect(),
     }

@@ -2,8 +2,9 @@
 
 use super::bode::{BodeModel, bode_figure};
 use super::{Block, Contents, Figure, paragraph};
+use crate::notation;
 use crate::report::responses::SystemRow;
-use crate::report::table::{Table, TableOf};
+use crate::report::table::{Cell, Column, Table, TableOf};
 use crate::study::SurfaceResponse;
 
 /// A Bode plot for each control with its equivalent system, and the parameters of all.
@@ -42,11 +43,12 @@ pub fn surface_figure(surface: &SurfaceResponse) -> Option<Figure> {
 }
 
 fn parameters<'r>(rows: impl Iterator<Item = &'r SystemRow>) -> Table {
-    TableOf::new("equivalent_systems", "Low-order equivalent systems, SI units and rad.", rows)
+    TableOf::new("equivalent_systems", "Low-order equivalent systems; the gain in SI units and rad.", rows)
         .text("response", "Response", |row| row.output.as_str())
         .text("input", "to", |row| row.input.as_str())
         .text("form", "Form", |row| row.form.as_str())
-        .text("name", "Parameter", |row| row.name.as_str())
+        .column(Column::new("name", "Parameter"), |row| Cell::text(notation::system_parameter(&row.name).0))
+        .text("unit", "Unit", |row| notation::system_parameter(&row.name).1)
         .number("value", "Value", "", 4, |row| row.value)
         .number("standard_error", "Std error", "", 2, |row| row.standard_error)
         .number("low", "Low", "", 4, |row| row.low)
