@@ -106,7 +106,8 @@ fn stages(session: &Session, snapshot: &Snapshot, cache: &Cache) -> StageResult<
     };
     let (filter, smoothed) = (reconstruct(PathSource::Filtered)?, reconstruct(PathSource::Smoothed)?);
     let path = timed(|| {
-        paths(&samples, by(PathSource::Smoothed), &control).into_iter().try_for_each(|path| path.map(|_| ()))
+        let found = paths(&samples, by(PathSource::Smoothed), &control);
+        found.into_iter().try_for_each(|path| path.map(|path| _ = path.assessment()))
     })?;
     let aero = timed(|| {
         let one = |(samples, window): &(Keyed<Samples>, StudyWindow<'_>)| {
