@@ -80,7 +80,7 @@ impl AirDensity {
              pressure nor density is recorded; every derivative is inversely proportional to it"
         );
         let finding = Finding::new(Level::Caution, "assumed", "air density", text);
-        let cure = "map the pressure altitude, or set the altitude at which the flight began";
+        let cure = "map the pressure altitude, or see that the altitude stated for its beginning is right";
         Some(finding.with_cure(cure).with_setting("Model", "preparation.origin_altitude_m"))
     }
 }
