@@ -80,7 +80,8 @@ impl AirDensity {
              pressure nor density is recorded; every derivative is inversely proportional to it"
         );
         let finding = Finding::new(Level::Caution, "assumed", "air density", text);
-        let cure = "map the pressure altitude, or see that the altitude stated for its beginning is right";
+        let cure =
+            "map the pressure altitude, or see that the altitude stated for the beginning of the flight is right";
         Some(finding.with_cure(cure).with_setting("Model", "preparation.origin_altitude_m"))
     }
 }
