@@ -13,11 +13,15 @@ mod flight;
 /// Most that a sample may take, bytes.
 const BYTES_PER_SAMPLE: f64 = 1_500.0;
 
-/// Largest resident memory of a run over a window of `samples`, bytes.
+/// Largest resident memory of a run over a window of `samples`, bytes. All threads share one arena: in which of several the allocator puts
+/// what moves the peak by a tenth from run to run, and says nothing of what is asked for.
 fn peak_bytes(folder: &Path, samples: u32) -> u64 {
     flight::write(folder, samples, |_, _| {});
     let mut run = Command::new(env!("CARGO_BIN_EXE_doublet-cli"));
-    run.args(["run", "session.toml", "--out", "results"]).current_dir(folder).env("RAYON_NUM_THREADS", "2");
+    run.args(["run", "session.toml", "--out", "results"])
+        .current_dir(folder)
+        .env("RAYON_NUM_THREADS", "2")
+        .env("MALLOC_ARENA_MAX", "1");
     let mut child = run.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
     let status = format!("/proc/{}/status", child.id());
     let mut peak = 0;

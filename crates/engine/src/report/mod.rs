@@ -24,6 +24,7 @@ use std::io::Read;
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use doublet_core::model::LONG_WINDOW;
 use thiserror::Error;
 
 pub use build::build;
@@ -57,7 +58,7 @@ pub use studies::{
 pub use table::{Cell, Column, Table, TableOf};
 
 use crate::keep::{Earlier, Put, PutError, Staging, has_manifest};
-use crate::run::{Control, Snapshot};
+use crate::run::{Control, Snapshot, WindowResults};
 use crate::session::Session;
 
 /// What is written beside `results.json`.
@@ -137,8 +138,9 @@ pub fn write(
         progress(0.95 * (1 + done.fetch_add(1, Ordering::Relaxed)) as f32 / steps as f32);
         control.checkpoint().map_err(|_| ReportError::Cancelled)
     };
+    // Before anything else: what it takes for a while is not beside the histories of long windows.
+    let results = build(session, snapshot);
     let write_tables = || {
-        let results = build(session, snapshot);
         write_results(session, &results, staging.path())?;
         step()?;
         let tables = tables::all(&results);
@@ -157,8 +159,14 @@ pub fn write(
             step()
         })
     };
-    let (tables, histories) = rayon::join(write_tables, write_histories);
-    tables.and(histories)?;
+    let samples = |window: &WindowResults| Some(window.path.ready()?.reconstruction.time_s.len());
+    if snapshot.windows.values().filter_map(samples).any(|samples| samples > LONG_WINDOW) {
+        write_tables()?;
+        write_histories()?;
+    } else {
+        let (tables, histories) = rayon::join(write_tables, write_histories);
+        tables.and(histories)?;
+    }
     // Results of a version that kept no list of its files are known by their own mark.
     let unlisted = !has_manifest(folder) && is_results(&folder.join(RESULTS));
     let put = staging.put("results", Earlier::Removed, &|_| unlisted)?;

@@ -6,7 +6,8 @@ use std::sync::{Arc, mpsc};
 use std::time::{Duration, Instant};
 
 use doublet_core::airframe::LoadedState;
-use doublet_core::model::Structure;
+use doublet_core::model::{LONG_WINDOW, Structure};
+use doublet_core::quantity::Role;
 use doublet_core::reconstruct::{FilterSettings, Reconstruction, lane_groups};
 use rayon::prelude::*;
 
@@ -212,6 +213,11 @@ impl<'a> Run<'a> {
         let gravity = stage::gravity(session, recording);
         let session = stage::with_gravity(session, &gravity);
         self.builder.update(|snapshot| snapshot.gravity = Some(gravity))?;
+        // Nothing but the verdict hangs on it; beside what long windows take there is no room for it.
+        let is_examined = self.has_long_window(&flights);
+        if is_examined {
+            self.examine_flights(&flights)?;
+        }
         let windows = self.identify_windows(&session, &flights)?;
         self.tell_sensor_errors(&session, &windows)?;
         if let Some((aircraft, loaded)) = &aircraft {
@@ -228,12 +234,24 @@ impl<'a> Run<'a> {
                     .map(|_| ())
             };
             flights.par_iter().try_for_each(engines)?;
-            self.examine_flights(&flights)?;
+            if !is_examined {
+                self.examine_flights(&flights)?;
+            }
             studies::run(self, &input)
         } else {
             self.skip_aircraft()?;
-            self.examine_flights(&flights)
+            if is_examined { Ok(()) } else { self.examine_flights(&flights) }
         }
+    }
+
+    /// Whether some window holds more samples than are worked on side by side.
+    fn has_long_window(&self, flights: &[ReadFlight<'_>]) -> bool {
+        let samples = |window: &Manoeuvre| {
+            let flight = flights.iter().find(|read| read.flight.name == window.flight)?;
+            let inertial = flight.loaded.recording.role(Role::SpecificForceZ)?;
+            Some(window.window.indices(&inertial.series.time_s).len())
+        };
+        self.windows.iter().any(|window| samples(window).is_some_and(|samples| samples > LONG_WINDOW))
     }
 
     /// The aircraft, as its file says and with the session's loading on board.
@@ -360,10 +378,13 @@ impl<'a> Run<'a> {
             for batch in self.batches(missing) {
                 let sender = sender.clone();
                 scope.spawn_fifo(move |scope| {
+                    let is_alone = batch.len() == 1;
                     for (task, path) in self.reconstruct_batch(session, batch) {
                         let sender = sender.clone();
                         // Nobody listens any more only where the run has panicked.
-                        scope.spawn_fifo(move |_| drop(sender.send(self.identify_window(session, task, Some(path)))));
+                        let identify = move || drop(sender.send(self.identify_window(session, task, Some(path))));
+                        // Alone it goes on where it is: another thread would not use the memory again that this one has freed.
+                        if is_alone { identify() } else { scope.spawn_fifo(move |_| identify()) }
                     }
                 });
             }
@@ -416,6 +437,10 @@ impl<'a> Run<'a> {
                 self.context.store::<WindowPath>(key, WindowPath::new(&samples, found, path_settings(session)))
             }
         };
+        if path.reconstruction.time_s.len() > LONG_WINDOW {
+            // What that takes for a while is not beside what the coefficients of a long window take.
+            path.assessment();
+        }
         self.show(Ok(path.clone()), |snapshot| &mut of_window(snapshot, &manoeuvre.name).path)?;
         let study = match aircraft {
             Some(aircraft) => self.form_coefficients(session, manoeuvre, (flight, &samples, path, aircraft))?,
