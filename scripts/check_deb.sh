@@ -13,9 +13,11 @@ trap 'rm -rf "$work"' EXIT
 version=$(sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml | head -1)
 
 binary=${DOUBLET_BINARY:-target/dist/doublet}
-# The linker that comes with rustc on x86-64 keeps one of equal functions.
-[[ $(uname -m) != x86_64 ]] || RUSTFLAGS="${RUSTFLAGS:-} -Clink-arg=-Wl,--icf=all"
-[[ -n ${DOUBLET_BINARY:-} ]] || RUSTFLAGS=${RUSTFLAGS:-} cargo build --locked --profile dist --bin doublet
+# The linker that comes with rustc on x86-64 keeps one of equal functions; a build with that flag is not done again.
+if [[ $(uname -m) == x86_64 && ${RUSTFLAGS:-} != *--icf=all* ]]; then
+    export RUSTFLAGS="${RUSTFLAGS:-} -Clink-arg=-Wl,--icf=all"
+fi
+[[ -n ${DOUBLET_BINARY:-} ]] || cargo build --locked --profile dist --bin doublet
 mkdir -p target/package/man
 "$binary" man --out target/package/man >/dev/null
 "$binary" completions bash >target/package/doublet.bash
