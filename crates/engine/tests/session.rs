@@ -103,6 +103,7 @@ fn example() -> Session {
         }],
         noise_reasons: [("alpha".to_owned(), "the pod is slow".to_owned())].into(),
         gravity: GravitySource::Stated,
+        gusts: GustSource::Stated,
         filter: FilterSettings::default(),
         preparation: Preparation::default(),
         sensor_errors: Default::default(),

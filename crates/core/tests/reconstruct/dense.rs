@@ -265,6 +265,19 @@ impl Dense {
         (phi, integral)
     }
 
+    /// Covariance of the random walks over a step that ends at `x`: a wind that changes by dW changes the velocity relative to the air
+    /// by -C' dW.
+    fn walks(&self, x: &X, dt: f64) -> P {
+        let mut columns = P::identity();
+        let rows = ground_velocity_rows(x);
+        for i in 0..3 {
+            for j in 0..3 {
+                columns[(3 + j, 15 + i)] = -rows[i][j];
+            }
+        }
+        columns * P::from_diagonal(&(self.random_walk * dt)) * columns.transpose()
+    }
+
     /// Prediction and update in place.
     pub fn step(&self, x: &mut X, p: &mut P, step: &Step) -> Told {
         let predicted = self.integrate(x, step);
@@ -279,7 +292,7 @@ impl Dense {
         let noise = SMatrix::<f64, 6, 6>::from_diagonal(&(self.q * step.noise_scale));
         let prior = phi * *p * phi.transpose()
             + gamma * noise * gamma.transpose()
-            + P::from_diagonal(&(self.random_walk * step.dt));
+            + self.walks(&predicted, step.dt);
 
         let mut r = self.r;
         for i in 0..12 {

@@ -19,7 +19,7 @@ use crate::notation::plural;
 use crate::session::{self, Flight, Manoeuvre, PathSource, Session};
 use crate::stage::{
     self, AircraftData, EstimatedSensorErrors, FlightEngines, FlightPhysics, FlightProposals, FlownMass,
-    LoadedAircraft, LoadedFlight, PooledFits, ProofOfMatch, Samples, SessionNoise, StudyWindow, WindowAero, WindowFits,
+    LoadedAircraft, LoadedFlight, PooledFits, ProofOfMatch, Samples, SessionGusts, SessionNoise, StudyWindow, WindowAero, WindowFits,
     WindowPath,
 };
 use crate::study::{Study, StudyInput};
@@ -213,6 +213,7 @@ impl<'a> Run<'a> {
         let gravity = stage::gravity(session, recording);
         let session = stage::with_gravity(session, &gravity);
         self.builder.update(|snapshot| snapshot.gravity = Some(gravity))?;
+        let session = self.settle_gusts(session, &flights)?;
         // Nothing but the verdict hangs on it; beside what long windows take there is no room for it.
         let is_examined = self.has_long_window(&flights);
         if is_examined {
@@ -242,6 +243,29 @@ impl<'a> Run<'a> {
             self.skip_aircraft()?;
             if is_examined { Ok(()) } else { self.examine_flights(&flights) }
         }
+    }
+
+    /// The session with the gusts of its windows in the filter, where it asks for them.
+    fn settle_gusts(&self, session: Session, flights: &[ReadFlight<'_>]) -> Result<Session, Cancelled> {
+        if !stage::needs_gusts(&session) {
+            self.builder.update(|snapshot| snapshot.gusts = None)?;
+            return Ok(session);
+        }
+        let samples = |manoeuvre: &&Manoeuvre| {
+            let ReadFlight { loaded, aircraft, .. } = flights.iter().find(|read| read.flight.name == manoeuvre.flight)?;
+            let inputs = (loaded, aircraft.as_ref());
+            // A window without samples says why where it is prepared.
+            self.context.get::<Samples>((manoeuvre.window, &session.preparation), inputs).ok()
+        };
+        let samples: Vec<_> = self.windows.par_iter().filter_map(samples).collect();
+        let gusts = match self.context.get::<SessionGusts>(&session.filter, &samples) {
+            Ok(found) => found.0.clone(),
+            Err(StageError::Cancelled) => return Err(Cancelled),
+            Err(_) => None,
+        };
+        let settled = stage::with_gusts(&session, gusts.as_ref());
+        self.builder.update(|snapshot| snapshot.gusts = gusts)?;
+        Ok(settled)
     }
 
     /// Whether some window holds more samples than are worked on side by side.

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use doublet_core::airframe::LoadedState;
+use doublet_core::reconstruct::tuning::gusts::Gusts;
 
 use super::details::Details;
 use crate::graph::{FileStamp, Keyed, Stage, StageError};
@@ -291,6 +292,8 @@ slots! {
         pub progress: f32,
         /// Gravity in use; `None` before the flights were read.
         pub gravity: Option<Gravity>,
+        /// Gusts over the windows; `None` where the session states the wind's random walk or they cannot be estimated.
+        pub gusts: Option<Gusts>,
         /// Files and folders the run read, as they were then.
         pub files: Arc<BTreeMap<PathBuf, FileStamp>>,
         /// Newest last.

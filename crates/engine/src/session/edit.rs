@@ -8,7 +8,7 @@ use doublet_core::series::TimeRange;
 use thiserror::Error;
 
 use super::{
-    AircraftEdit, AnnotationEdit, ExpressionEdit, Flight, GravitySource, KeptStructure, Manoeuvre, NoiseEdit,
+    AircraftEdit, AnnotationEdit, ExpressionEdit, Flight, GravitySource, GustSource, KeptStructure, Manoeuvre, NoiseEdit,
     PathSource, PooledConstants, PredictionParameters, Preparation, ReportFigureEdit, Session, SignalEdit, Surface,
     TermConstraint, WindowFlag, WindowRole,
 };
@@ -143,6 +143,8 @@ pub enum FilterEdit {
     MeasurementDelay(Measurement, f64),
     /// Passes of the smoother at most.
     SmootherPasses(usize),
+    /// Where the random walk of the wind comes from.
+    Gusts(GustSource),
 }
 
 /// A change of how coefficients are formed and derivatives estimated.
@@ -413,6 +415,7 @@ impl FilterEdit {
             Self::AirDataDeviation(state, _) => format!("change initial deviation of {}", state.name()),
             Self::MeasurementDelay(measurement, _) => format!("change delay of {}", measurement.name()),
             Self::SmootherPasses(_) => "change passes of the smoother".to_owned(),
+            Self::Gusts(_) => "change gusts".to_owned(),
         }
     }
 
@@ -442,6 +445,7 @@ impl FilterEdit {
                 filter.measurement_delay_s[measurement as usize] = value;
             }
             Self::SmootherPasses(value) => filter.smoother_passes = value.clamp(1, 100),
+            Self::Gusts(source) => session.gusts = source,
         }
         Ok(())
     }

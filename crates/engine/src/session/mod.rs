@@ -71,6 +71,8 @@ pub struct Session {
     pub filter: FilterSettings,
     /// Where the acceleration of gravity comes from.
     pub gravity: GravitySource,
+    /// Where the random walk of the wind comes from.
+    pub gusts: GustSource,
     /// How coefficients are formed from the reconstructed path.
     pub preparation: Preparation,
     /// Constant errors of the sensors asked for.
@@ -111,6 +113,16 @@ pub enum GravitySource {
     /// Latitude and altitude of the flights, where they are recorded; otherwise it is the standard one.
     #[default]
     Position,
+}
+
+/// Where the random walk of the wind comes from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum GustSource {
+    /// The filter's settings state it.
+    Stated,
+    /// The likelihood of the measurements: gusts beside what the settings state, where they are significant.
+    #[default]
+    Estimated,
 }
 
 /// Recordings that share one time line.

@@ -14,6 +14,7 @@ mod expressions;
 mod fit;
 mod flight_engines;
 mod gravity;
+mod gusts;
 mod held_samples;
 mod information;
 mod instruments;
@@ -57,6 +58,8 @@ pub use fit::{
 pub(crate) use fit::{applies, constant_name};
 pub use flight_engines::{EngineOverFlight, FlightEngines, PowerAgreement, flight_engines};
 pub use gravity::{Gravity, gravity, with_gravity};
+pub(crate) use gusts::filter_for;
+pub use gusts::{SessionGusts, needs_gusts, with_gusts};
 pub use information::{Information, RegressorCorrelation, information, regressor_correlations};
 pub use instruments::tank_channel;
 pub use mass::{FlownMass, FlownState, FuelRecord, FuelSource};

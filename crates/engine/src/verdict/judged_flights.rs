@@ -114,7 +114,9 @@ pub fn fly_and_judge(
         stage::samples(&recording, window.window, Some(&aircraft), &session.preparation).map_err(named)
     };
     let samples: Vec<Samples> = session.windows.iter().map(samples).collect::<Result<_, _>>()?;
-    let by = (&session.filter, session.preparation.path);
+    let data: Vec<_> = samples.iter().map(|samples| &*samples.data).collect();
+    let filter = stage::filter_for(&session, &data, context.control())?;
+    let by = (&filter, session.preparation.path);
     let paths = stage::paths(&samples.iter().collect::<Vec<_>>(), by, context.control());
     let mut formed: Vec<AeroWindow<'_>> = Vec::with_capacity(samples.len());
     for ((window, samples), path) in session.windows.iter().zip(&samples).zip(paths) {

@@ -1,13 +1,16 @@
 //! The terms of the filter's equations over the augmented state: what one step and the parameters make of them.
 
+use std::ops::AddAssign;
+
 use nalgebra::{Cholesky, Const, SMatrix, SVector};
 
 use crate::reconstruct::filter::parameters::FilterParameters;
 use crate::reconstruct::filter::step::{StepInputs, Update};
 use crate::reconstruct::model::augmented::{
-    AugmentedMatrix, AugmentedState, MeasurementMatrix, MeasurementVector, advance, augmented, observe,
+    AugmentedMatrix, AugmentedState, MeasurementMatrix, MeasurementVector, advance, augmented, groups, observe,
 };
-use crate::reconstruct::model::layout::{ACC, INPUTS, MEASUREMENTS, STATES, TRIPLES};
+use crate::reconstruct::model::kinematics::{Trig, ned_from_body};
+use crate::reconstruct::model::layout::{ACC, ATT, INPUTS, MEASUREMENTS, STATES, TRIPLES, VEL, WIND};
 use crate::reconstruct::model::measurement;
 use crate::reconstruct::model::transition::Transition;
 
@@ -17,7 +20,7 @@ pub struct Process {
     pub image: AugmentedState,
     /// Transition `Phi`, n x n.
     pub phi: AugmentedMatrix,
-    /// Covariance of the process noise, `N = Gamma Q Gamma' + W dt` with the random walks W, n x n.
+    /// Covariance of the process noise, `N = Gamma Q Gamma' + G W G' dt` with the random walks W and G of [`walk_covariance`], n x n.
     pub noise: AugmentedMatrix,
 }
 
@@ -30,7 +33,7 @@ pub fn process(point: &AugmentedState, step: &StepInputs<f64>, parameters: &Filt
     let mut gamma = phi.fixed_columns::<INPUTS>(3 * ACC).into_owned();
     gamma.fixed_rows_mut::<INPUTS>(3 * ACC).fill(0.0);
     let mut noise = gamma * SMatrix::from_diagonal(&variances) * gamma.transpose();
-    noise += AugmentedMatrix::from_diagonal(&(random_walk(parameters) * step.dt));
+    noise += walk_covariance(&image, step, parameters);
     Process { image, phi, noise }
 }
 
@@ -47,6 +50,31 @@ pub fn image(
 pub fn random_walk(parameters: &FilterParameters<f64>) -> AugmentedState {
     let walks = &parameters.noise.random_walk;
     AugmentedState::from_fn(|k, _| if k < STATES { walks[k / 3][k % 3] } else { 0.0 })
+}
+
+/// Covariance `G W G' dt` of the random walks over a step that ends at the state `at`. A walk moves its own state; that of the wind also
+/// moves the velocity relative to the air, by [`velocity_by_wind`], so that the velocity over ground stays.
+pub fn walk_covariance(
+    at: &AugmentedState,
+    step: &StepInputs<f64>,
+    parameters: &FilterParameters<f64>,
+) -> AugmentedMatrix {
+    let walks = random_walk(parameters) * step.dt;
+    let mut covariance = AugmentedMatrix::from_diagonal(&walks);
+    let wind = SMatrix::<f64, 3, 3>::from_diagonal(&walks.fixed_rows::<3>(3 * WIND).into_owned());
+    let by_wind = velocity_by_wind(at);
+    let cross = by_wind * wind;
+    covariance.fixed_view_mut::<3, 3>(3 * VEL, 3 * WIND).copy_from(&cross);
+    covariance.fixed_view_mut::<3, 3>(3 * WIND, 3 * VEL).copy_from(&cross.transpose());
+    let own = cross * by_wind.transpose();
+    covariance.fixed_view_mut::<3, 3>(3 * VEL, 3 * VEL).add_assign(&own);
+    covariance
+}
+
+/// Change of the velocity relative to the air, body axes, by a change of the wind, NED: `-C'`, as `V_ground = C V_air + W`.
+pub fn velocity_by_wind(at: &AugmentedState) -> SMatrix<f64, 3, 3> {
+    let c = ned_from_body(&Trig::new(&groups(at)[ATT]));
+    SMatrix::from_fn(|i, j| -c[j][i])
 }
 
 /// Expected measurements `h(x)`, and H with zeros in the rows of what is absent.

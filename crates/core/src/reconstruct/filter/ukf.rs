@@ -9,7 +9,7 @@ use nalgebra::SMatrix;
 
 use crate::reconstruct::filter::parameters::FilterParameters;
 use crate::reconstruct::filter::step::{StepInputs, Update};
-use crate::reconstruct::filter::terms::{difference, measurement_noise, random_walk, residual};
+use crate::reconstruct::filter::terms::{difference, measurement_noise, residual, walk_covariance};
 use crate::reconstruct::model::augmented::{
     AugmentedMatrix, AugmentedState, MeasurementVector, advance_with_noise, observe,
 };
@@ -39,8 +39,8 @@ pub struct SigmaPrediction {
     pub after: SigmaDeviations,
     /// Mean of the images less the image of the centre, times the root of its weight.
     pub shift: AugmentedState,
-    /// Variances of the random walks over the step.
-    pub random_walk: AugmentedState,
+    /// Covariance of the random walks over the step.
+    pub walks: AugmentedMatrix,
 }
 
 impl Ukf {
@@ -78,9 +78,9 @@ impl Ukf {
         }
         self.x = centre + shift;
         shift *= self.centre_weight(root.columns + INPUTS).sqrt();
-        let random_walk = random_walk(parameters) * step.dt;
-        self.p = after * after.transpose() + shift * shift.transpose() + AugmentedMatrix::from_diagonal(&random_walk);
-        SigmaPrediction { before, after, shift, random_walk }
+        let walks = walk_covariance(&self.x, step, parameters);
+        self.p = after * after.transpose() + shift * shift.transpose() + walks;
+        SigmaPrediction { before, after, shift, walks }
     }
 
     /// Update with what was measured at the end of the step: `S` and the covariance with the state from the images of the sigma

@@ -3,8 +3,8 @@
 use crate::reconstruct::model::layout::{ACC, ATT, GROUPS, GYR, POS, VEL, WIND};
 use crate::reconstruct::model::transition::Transition;
 use crate::reconstruct::numeric::mat3::{
-    Mat3, add_product, add_product_transposed, product, scaled, scaled_columns, subtract_product_transposed, sum,
-    transposed, zeros,
+    Mat3, add_product, add_product_transposed, product, scaled, scaled_columns, scaled_rows,
+    subtract_product_transposed, sum, transposed, zeros,
 };
 use crate::reconstruct::numeric::real::Real;
 use crate::reconstruct::numeric::vec3::Vec3;
@@ -174,6 +174,18 @@ impl<T: Real> Covariance<T> {
                 *entry = variances[g][i].mul_add(factor, *entry);
             }
         }
+    }
+
+    /// Adds the covariance of a change of wind with variance rates `walk` over `dt` to that of a wind walk already on the diagonal: the
+    /// wind changes by dW, the velocity relative to the air by `-C' dW`, the velocity over ground not at all. `c` is C, NED from body.
+    #[inline(always)]
+    pub(crate) fn add_wind_change(&mut self, walk: &Vec3<T>, dt: T, c: &Mat3<T>) {
+        let variances = [walk[0] * dt, walk[1] * dt, walk[2] * dt];
+        let weighted = scaled_rows(c, &variances);
+        let cross = &mut self.blocks[at(WIND, VEL)];
+        *cross = sum(cross, &scaled(&weighted, T::splat(-1.0)));
+        let own = add_product(&self.blocks[at(VEL, VEL)], &transposed(c), &weighted);
+        self.blocks[at(VEL, VEL)] = lower_mirrored(&own);
     }
 
     /// `P <- P - W W'` with six whitened columns, in two blocks per group. Diagonal blocks stay symmetric to the bit.

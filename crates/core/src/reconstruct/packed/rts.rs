@@ -8,6 +8,7 @@
 use crate::reconstruct::filter::parameters::FilterParameters;
 use crate::reconstruct::filter::step::StepInputs;
 use crate::reconstruct::model::layout::{ACC, ATT, GROUPS, GYR, POS, VEL, WIND};
+use crate::reconstruct::model::kinematics::{Trig, ned_from_body};
 use crate::reconstruct::model::transition::Transition;
 use crate::reconstruct::numeric::mat3::{
     Factor, Mat3, add_product, add_times, scaled, scaled_columns, scaled_identity, subtract_product,
@@ -246,7 +247,8 @@ struct NoiseColumns<T> {
 }
 
 impl<T: Real> NoiseColumns<T> {
-    /// The `c`-th group of noises: accelerometers, gyros, then the random walk of each group of states, if it has one.
+    /// The `c`-th group of noises: accelerometers, gyros, then the random walk of each group of states, if it has one. That of the wind
+    /// also moves the velocity relative to the air.
     #[inline(always)]
     fn new(c: usize, forward: &ForwardStep<T>, step: &StepInputs<T>, parameters: &FilterParameters<T>) -> Option<Self> {
         let mut gamma = [zeros(); GROUPS];
@@ -269,7 +271,13 @@ impl<T: Real> NoiseColumns<T> {
         }
         gamma[g] = scaled_identity(T::splat(1.0));
         let variances = [walk[0] * step.dt, walk[1] * step.dt, walk[2] * step.dt];
-        Some(Self { gamma, variances, rows: (g, g + 1), first: POSITION_IN_ORDER[g] })
+        let first = POSITION_IN_ORDER[g];
+        if g == WIND {
+            let c = ned_from_body(&Trig::new(&forward.predicted.x[ATT]));
+            gamma[VEL] = scaled(&transposed(&c), T::splat(-1.0));
+            return Some(Self { gamma, variances, rows: (VEL, GROUPS), first });
+        }
+        Some(Self { gamma, variances, rows: (g, g + 1), first })
     }
 }
 

@@ -18,7 +18,7 @@
 
 use crate::reconstruct::filter::parameters::FilterParameters;
 use crate::reconstruct::filter::step::{StepInputs, Update};
-use crate::reconstruct::model::kinematics::Trig;
+use crate::reconstruct::model::kinematics::{Trig, ned_from_body};
 use crate::reconstruct::model::layout::{
     ACC, AIR, ATT, ATTITUDE, GROUND, GROUPS, GYR, POS, POSITION, TRIPLES, VEL, WIND,
 };
@@ -100,6 +100,10 @@ impl<T: StepParts> Estimate<T> {
         }
         T::propagate(&mut self.p, &phi, &noise);
         self.p.add_diagonal(&parameters.noise.random_walk, step.dt);
+        let wind = &parameters.noise.random_walk[WIND];
+        if (wind[0] + wind[1] + wind[2]).any_above(T::zero()) {
+            self.p.add_wind_change(wind, step.dt, &ned_from_body(&trig));
+        }
         (phi, trig)
     }
 

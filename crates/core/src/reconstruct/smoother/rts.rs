@@ -1,13 +1,17 @@
 //! Rauch-Tung-Striebel smoother of the extended filter over whole matrices (Rauch, Tung & Striebel 1965).
 
+use std::ops::SubAssign;
+
 use nalgebra::SVector;
 
 use crate::reconstruct::filter::ekf::Ekf;
 use crate::reconstruct::filter::parameters::FilterParameters;
 use crate::reconstruct::filter::step::{StepInputs, Update};
-use crate::reconstruct::filter::terms::{Process, expected, image, measurement_noise, random_walk, residual};
+use crate::reconstruct::filter::terms::{
+    Process, expected, image, measurement_noise, random_walk, residual, velocity_by_wind, walk_covariance,
+};
 use crate::reconstruct::model::augmented::{AugmentedMatrix, AugmentedState};
-use crate::reconstruct::model::layout::{INPUTS, STATES, VEL};
+use crate::reconstruct::model::layout::{INPUTS, STATES, VEL, WIND};
 use crate::reconstruct::settings::ValidSettings;
 use crate::reconstruct::smoother::dense::{DenseFilter, ForwardStep};
 
@@ -87,7 +91,8 @@ impl DenseFilter for Ekf {
 }
 
 /// What one step of a path from `begin` to `end` costs: squares of the residuals over R at its end, of the process noise over
-/// its covariance `noise`, of the random walks over theirs. The noise is what moves velocity and attitude from where f takes them.
+/// its covariance `noise`, of the random walks over theirs. The noise is what moves velocity and attitude from where f and the change of
+/// wind take them.
 fn step_cost(
     begin: &AugmentedState,
     end: &AugmentedState,
@@ -98,8 +103,12 @@ fn step_cost(
     /// First of the states that the inputs' noise moves.
     const MOVING: usize = 3 * VEL;
     let measured = weighted_squares(&residual(step, &expected(end, step).0), &measurement_noise(step, parameters));
-    let defect = end - image(begin, step, parameters).0;
-    let variances = noise.fixed_view::<INPUTS, INPUTS>(MOVING, MOVING).into_owned();
+    let image = image(begin, step, parameters).0;
+    let mut defect = end - image;
+    let by_wind = velocity_by_wind(&image) * defect.fixed_rows::<3>(3 * WIND);
+    defect.fixed_rows_mut::<3>(3 * VEL).sub_assign(&by_wind);
+    let of_inputs = noise - walk_covariance(&image, step, parameters);
+    let variances = of_inputs.fixed_view::<INPUTS, INPUTS>(MOVING, MOVING).into_owned();
     let of_motion = defect.fixed_rows::<INPUTS>(MOVING).into_owned();
     let process = variances.cholesky().map_or(f64::NAN, |factor| of_motion.dot(&factor.solve(&of_motion)));
     let mut walks = random_walk(parameters) * step.dt;

@@ -40,16 +40,16 @@ impl DenseFilter for Ukf {
         _step: &StepInputs<f64>,
         _parameters: &FilterParameters<f64>,
     ) {
-        let SigmaPrediction { before, after, shift, random_walk } = &forward.prediction;
+        let SigmaPrediction { before, after, shift, walks } = &forward.prediction;
         let across = after * before.transpose();
         let mut gain = Root::new(&forward.predicted.p).solve(across).transpose();
-        for k in (3 * ACC..AUGMENTED_STATES).filter(|&k| random_walk[k] == 0.0) {
+        for k in (3 * ACC..AUGMENTED_STATES).filter(|&k| walks[(k, k)] == 0.0) {
             gain.fill_row(k, 0.0);
             gain[(k, k)] = 1.0;
         }
         let left = before - gain * after;
         let shift = gain * shift;
-        let end = *p + AugmentedMatrix::from_diagonal(random_walk);
+        let end = *p + walks;
         *x = forward.before.x + gain * (*x - forward.predicted.x);
         let covariance = left * left.transpose() + shift * shift.transpose() + gain * end * gain.transpose();
         *p = (covariance + covariance.transpose()) * 0.5;

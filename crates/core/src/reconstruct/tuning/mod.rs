@@ -1,4 +1,5 @@
-//! Settings proposed from the likelihood of the innovations: noise and delays.
+//! Settings proposed from the likelihood of the innovations: noise, delays and gusts.
 
 pub mod delay;
+pub mod gusts;
 pub mod noise;

@@ -31,7 +31,7 @@ use self::preparation::{PreparationTable, preparation_from, preparation_table};
 use self::sensor_errors::{SensorErrorTable, sensor_error_table, sensor_errors_from};
 use super::edit::set_term;
 use super::{
-    Annotation, Estimation, GravitySource, Manoeuvre, PooledConstants, PredictionParameters, Preparation, ReportFigure,
+    Annotation, Estimation, GravitySource, GustSource, Manoeuvre, PooledConstants, PredictionParameters, Preparation, ReportFigure,
     Session, Surface, WindowFlags, WindowRole,
 };
 use crate::aircraft::AircraftChanges;
@@ -192,6 +192,8 @@ struct FilterTable {
     linearisation: String,
     #[serde(skip_serializing_if = "Option::is_none")]
     gravity_m_s2: Option<f64>,
+    #[serde(skip_serializing_if = "is_estimated")]
+    gusts: String,
     process_noise: BTreeMap<String, f64>,
     measurement_noise: BTreeMap<String, f64>,
     initial_deviation: BTreeMap<String, f64>,
@@ -205,6 +207,13 @@ struct FilterTable {
     air_data_deviation: BTreeMap<String, f64>,
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     measurement_delay_s: BTreeMap<String, f64>,
+}
+
+/// The default, which a file leaves out.
+const ESTIMATED: &str = "estimated";
+
+fn is_estimated(gusts: &str) -> bool {
+    gusts == ESTIMATED
 }
 
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "the form serde asks for")]
@@ -246,6 +255,7 @@ impl Default for EstimationTable {
 
 /// Names of the choices, in one place for both directions.
 const METHODS: [&str; 3] = ["ekf", "iekf", "ukf"];
+const GUSTS: [(&str, GustSource); 2] = [(ESTIMATED, GustSource::Estimated), ("stated", GustSource::Stated)];
 const HOLDS: [(&str, InputHold); 2] = [("first_order", InputHold::FirstOrder), ("zero_order", InputHold::ZeroOrder)];
 const LINEARISATIONS: [(&str, Linearisation); 2] =
     [("prior", Linearisation::Prior), ("predicted", Linearisation::Predicted)];
@@ -309,6 +319,7 @@ pub fn parse(text: &str) -> Result<Session, SessionError> {
         steady: file.steady.into_iter().map(steady_from).collect::<Result<_, _>>()?,
         noise_reasons: file.noise.reasons()?,
         gravity: if file.filter.gravity_m_s2.is_some() { GravitySource::Stated } else { GravitySource::Position },
+        gusts: choose(&GUSTS, "filter.gusts", &file.filter.gusts)?,
         filter: filter_from(&file.filter)?,
         preparation: Preparation { known_errors, ..preparation_from(&file.preparation)? },
         sensor_errors,
@@ -432,6 +443,7 @@ pub fn print(session: &Session) -> Result<String, SessionError> {
         loading: session.loading.clone(),
         filter: FilterTable {
             gravity_m_s2: (session.gravity == GravitySource::Stated).then_some(session.filter.gravity_m_s2),
+            gusts: name_of(&GUSTS, session.gusts),
             ..filter_table(&session.filter)
         },
         preparation: preparation_table(&session.preparation),
@@ -494,6 +506,7 @@ fn filter_table(settings: &FilterSettings) -> FilterTable {
         hold: name_of(&HOLDS, settings.hold),
         linearisation: name_of(&LINEARISATIONS, settings.linearisation),
         gravity_m_s2: None,
+        gusts: ESTIMATED.to_owned(),
         process_noise: inputs(&settings.process_noise),
         measurement_noise: measurements(&settings.measurement_noise),
         initial_deviation: states(&settings.initial_deviation),

@@ -1,0 +1,197 @@
+//! Intensity of the gusts: the random walk of the wind that makes the measurements most likely.
+//!
+//! A gust is modelled as a change of wind dW, which leaves the velocity over ground and changes the velocity relative to the air by
+//! `-C' dW` (`filter::terms::walk_covariance`). First-order Gauss-Markov gusts of deviation sigma and length L (Dryden's longitudinal
+//! spectrum, MIL-F-8785C 3.7.2) change at airspeed V with the variance rate `2 sigma^2 V / L` within times well below L / V. The
+//! measured ground velocity holds the slow part, so that a random walk of this rate stands for the gusts without a length that nobody
+//! knows; [`Gusts::intensity_m_s`] goes back by Dryden's.
+
+use std::ops::ControlFlow;
+
+use rayon::prelude::*;
+
+use crate::reconstruct::data::FilterData;
+use crate::reconstruct::error::ReconstructError;
+use crate::reconstruct::model::layout::{AIR_STATES, State};
+use crate::reconstruct::run::{lane_groups, reconstruct_many};
+use crate::reconstruct::settings::{FilterSettings, Method};
+
+/// Gusts over windows: the wind's random walk that makes their measurements most likely.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Gusts {
+    /// Random walk of the horizontal components of the wind and of the vertical one, m/s per square root of a second.
+    pub walk: [f64; 2],
+    /// Standard error of the logarithm of each, from the curvature of the likelihood; `None` where it is only bounded from above.
+    pub log_standard_error: [Option<f64>; 2],
+    /// Gain of the logarithm of the likelihood over a wind that does not change by gusts.
+    pub gain: f64,
+}
+
+/// Gain of the logarithm of the likelihood from which gusts are significant: two parameters of no effect gain as much once in
+/// 20,000 times, and what small errors of the model gain stays below.
+const SIGNIFICANT_GAIN: f64 = 10.0;
+/// Random walks tried at first, m/s per square root of a second: from still air to severe turbulence.
+const TRIED: [f64; 6] = [0.03, 0.08, 0.2, 0.5, 1.2, 3.0];
+/// Factors either way by which each walk is refined, one round each.
+const STEPS: [f64; 3] = [1.6, 1.35, 1.35];
+/// Samples that are enough to determine two numbers; windows beyond are left out evenly.
+const ENOUGH_SAMPLES: usize = 20_000;
+
+impl Gusts {
+    /// Whether the likelihood of the measurements calls for them.
+    pub fn is_significant(&self) -> bool {
+        self.gain > SIGNIFICANT_GAIN
+    }
+
+    /// The settings with these gusts beside the random walk of the wind they state: variances add.
+    #[must_use]
+    pub fn added_to(&self, settings: &FilterSettings) -> FilterSettings {
+        with_walk(settings, self.walk)
+    }
+
+    /// Standard deviation of Dryden gusts of the same variance rate, m/s, horizontal and vertical: `sigma^2 = q L / (2 V)` at
+    /// airspeed V, m/s, with Dryden's scale lengths at `height_m` above ground (MIL-F-8785C 3.7.3: below 1,000 ft; 1,750 ft above 2,000 ft,
+    /// in between linear).
+    pub fn intensity_m_s(&self, airspeed_m_s: f64, height_m: f64) -> [f64; 2] {
+        let lengths = dryden_lengths_m(height_m);
+        std::array::from_fn(|i| self.walk[i] * (lengths[i] / (2.0 * airspeed_m_s.max(1.0))).sqrt())
+    }
+}
+
+/// Dryden's scale lengths, m, horizontal and vertical, at a height above ground.
+fn dryden_lengths_m(height_m: f64) -> [f64; 2] {
+    const FOOT_M: f64 = 0.3048;
+    let low = |height_ft: f64| [height_ft / (0.177 + 0.000_823 * height_ft).powf(1.2), height_ft];
+    let height_ft = (height_m / FOOT_M).max(10.0);
+    let lengths_ft = if height_ft <= 1_000.0 {
+        low(height_ft)
+    } else {
+        let part = ((height_ft - 1_000.0) / 1_000.0).min(1.0);
+        low(1_000.0).map(|length| length + part * (1_750.0 - length))
+    };
+    lengths_ft.map(|length| length * FOOT_M)
+}
+
+/// The settings with gusts of these walks beside the random walk of the wind they state.
+fn with_walk(settings: &FilterSettings, [horizontal, vertical]: [f64; 2]) -> FilterSettings {
+    let mut settings = settings.clone();
+    for (state, walk) in
+        [(State::WindNorth, horizontal), (State::WindEast, horizontal), (State::WindDown, vertical)]
+    {
+        let stated = &mut settings.random_walk[state as usize];
+        *stated = stated.hypot(walk);
+    }
+    settings
+}
+
+/// Estimates the gusts over windows with the noises of `settings`: the likelihood over one walk for all components first, then each by
+/// parabolas over its logarithm. `None` where no window can be filtered or the settings are outside their range.
+///
+/// # Errors
+/// [`ReconstructError::Cancelled`] where `is_stopped` says so.
+pub fn estimate_gusts(
+    data: &[&FilterData],
+    settings: &FilterSettings,
+    is_stopped: &(dyn Fn() -> bool + Sync),
+) -> Result<Option<Gusts>, ReconstructError> {
+    let data = enough_of(data);
+    let plain = plain(settings);
+    // Windows that the filter fails on at one walk count at none.
+    let Some(still) = likelihoods(&data, &plain, [0.0; 2], is_stopped)? else { return Ok(None) };
+    let gain = |walk: [f64; 2]| -> Result<f64, ReconstructError> {
+        let Some(found) = likelihoods(&data, &plain, walk, is_stopped)? else { return Ok(f64::NEG_INFINITY) };
+        Ok(found.iter().zip(&still).map(|(found, still)| found - still).filter(|gain| gain.is_finite()).sum())
+    };
+    if still.iter().all(|value| value.is_nan()) {
+        return Ok(None);
+    }
+    let mut best = ([0.0; 2], 0.0);
+    for walk in TRIED {
+        let found = gain([walk; 2])?;
+        if found > best.1 {
+            best = ([walk; 2], found);
+        }
+    }
+    let mut log_standard_error = [None; 2];
+    if best.1 > SIGNIFICANT_GAIN {
+        for factor in STEPS {
+            for axis in [1, 0] {
+                let scaled = |by: f64| {
+                    let mut walk = best.0;
+                    walk[axis] *= by;
+                    walk
+                };
+                let (below, above) = (gain(scaled(factor.recip()))?, gain(scaled(factor))?);
+                let step = factor.ln();
+                let curvature = (below - 2.0 * best.1 + above) / (step * step);
+                log_standard_error[axis] = (curvature < 0.0).then(|| (-curvature).sqrt().recip());
+                let moved = if curvature < 0.0 {
+                    (0.5 * (below - above) / step / curvature).clamp(-FURTHEST * step, FURTHEST * step)
+                } else {
+                    step * (above - below).signum()
+                };
+                let walk = scaled(moved.exp());
+                let found = gain(walk)?;
+                let candidates = [(walk, found), (scaled(factor.recip()), below), (scaled(factor), above)];
+                for candidate in candidates {
+                    if candidate.1 > best.1 {
+                        best = candidate;
+                    }
+                }
+            }
+        }
+    }
+    Ok(Some(Gusts { walk: best.0, log_standard_error, gain: best.1 }))
+}
+
+/// Longest step of a parabola, in steps of its points.
+const FURTHEST: f64 = 3.0;
+
+/// Every so many windows that their samples together are about [`ENOUGH_SAMPLES`].
+fn enough_of<'a>(data: &[&'a FilterData]) -> Vec<&'a FilterData> {
+    let samples: usize = data.iter().map(|window| window.inputs.time_s.len()).sum();
+    let every = samples.div_ceil(ENOUGH_SAMPLES).clamp(1, data.len().max(1));
+    data.iter().step_by(every).copied().collect()
+}
+
+/// The settings that likelihoods are compared with: an extended filter without smoother and without sensor errors among its states.
+fn plain(settings: &FilterSettings) -> FilterSettings {
+    let method = if let Method::Ukf { .. } = settings.method { Method::USUAL_IEKF } else { settings.method };
+    FilterSettings {
+        method,
+        smooth: false,
+        smoother_passes: 1,
+        air_data_deviation: [0.0; AIR_STATES],
+        ..settings.clone()
+    }
+}
+
+/// Logarithm of the likelihood of each window with gusts of this walk; not a number where the filter fails.
+fn likelihoods(
+    data: &[&FilterData],
+    settings: &FilterSettings,
+    walk: [f64; 2],
+    is_stopped: &(dyn Fn() -> bool + Sync),
+) -> Result<Option<Vec<f64>>, ReconstructError> {
+    let Ok(settings) = with_walk(settings, walk).check() else { return Ok(None) };
+    let groups = lane_groups(data, rayon::current_num_threads());
+    let of_group = |group: &Vec<usize>| {
+        let windows: Vec<&FilterData> = group.iter().map(|&index| data[index]).collect();
+        let mut watch = |_| if is_stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
+        let found = reconstruct_many(&windows, &settings, &mut watch);
+        let values = found.into_iter().map(|found| match found {
+            Ok(path) => Ok(path.log_likelihood),
+            Err(ReconstructError::Cancelled) => Err(ReconstructError::Cancelled),
+            Err(_) => Ok(f64::NAN),
+        });
+        values.collect::<Result<Vec<f64>, _>>()
+    };
+    let found: Vec<Vec<f64>> = groups.par_iter().map(of_group).collect::<Result<_, _>>()?;
+    let mut values = vec![f64::NAN; data.len()];
+    for (group, found) in groups.iter().zip(found) {
+        for (&index, value) in group.iter().zip(found) {
+            values[index] = value;
+        }
+    }
+    Ok(Some(values))
+}
