@@ -370,7 +370,7 @@ fn mode_cells(row: &ModeRow) -> Vec<String> {
         _ => String::new(),
     };
     vec![
-        row.name.to_owned(),
+        row.not_judged.map_or_else(|| row.name.to_owned(), |_| format!("({}, not judged)", row.name)),
         with_error("real_1_s", row.real_1_s),
         if oscillates { with_error("imaginary_rad_s", row.imaginary_rad_s) } else { String::new() },
         with_error("frequency_rad_s", row.frequency_rad_s),

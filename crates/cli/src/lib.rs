@@ -130,6 +130,7 @@ fn execute(command: Command, as_json: bool) -> ExitCode {
     }
     let outcome = outcome(command);
     text::finish();
+    doublet_engine::builtin::remove_own_folder();
     match outcome {
         Ok(outcome) => outcome.into(),
         Err(message) => fail(message),

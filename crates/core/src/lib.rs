@@ -1,13 +1,14 @@
 //! Headless numerics of doublet: from recordings to stability and control derivatives.
 //!
 //! Data flow one way, `load -> align -> prep -> compatibility -> reconstruct -> model -> replay -> estimate -> validate -> sensitivity`; a module uses
-//! only modules to its left, plus [`quantity`], [`series`], [`statistics`], `optimise`, [`airframe`], [`propulsion`], [`atmos`], [`motion`] and [`schema`]. SI units and radians
+//! only modules to its left, plus [`quantity`], [`series`], [`statistics`], `optimise`, [`decompose`], [`airframe`], [`propulsion`], [`atmos`], [`motion`] and [`schema`]. SI units and radians
 //! throughout; axes, signs and normalisations are fixed in `docs/conventions.md`.
 
 pub mod airframe;
 pub mod align;
 pub mod atmos;
 pub mod compatibility;
+pub mod decompose;
 pub mod estimate;
 pub mod load;
 pub mod model;

@@ -10,7 +10,7 @@ use doublet_core::load::{
 };
 use doublet_core::model::Structure;
 use doublet_core::quantity::{Dimension, Role, Unit};
-use doublet_core::reconstruct::{FilterSettings, Input, Measurement};
+use doublet_core::reconstruct::{FilterSettings, Input, MEASUREMENTS, Measurement};
 use doublet_core::series::{Channel, Recording, TimeRange};
 
 use crate::builtin;
@@ -20,8 +20,8 @@ use crate::session::{
     content_hash,
 };
 use crate::stage::{
-    FlightPhysics, FlightProposals, LoadedFlight, NoiseFlight, measured_by, noise, open_entries, open_windows,
-    physics_of, proposals,
+    FlightPhysics, FlightProposals, LoadedFlight, NO_PATH_MEASUREMENT, NoiseFlight, measured_by, noise, open_entries,
+    open_windows, physics_of, proposals,
 };
 use crate::verdict::Level;
 
@@ -89,11 +89,16 @@ pub fn missing(has: impl Fn(Role) -> bool) -> Vec<Missing> {
     let controls = absent(vec![Role::Elevator, Role::Aileron, Role::Rudder]);
     let recorded = |role| has(role).then_some(());
     let unmeasured = Measurement::ALL.into_iter().filter(|measurement| measured_by(*measurement, recorded).is_none());
-    let unmeasured = unmeasured.map(Measurement::role).collect();
+    let unmeasured: Vec<Role> = unmeasured.map(Measurement::role).collect();
+    let (means, level) = if unmeasured.len() == MEASUREMENTS {
+        (NO_PATH_MEASUREMENT, Level::Bad)
+    } else {
+        ("not measured, the filter does without:", Level::Good)
+    };
     let all = [
         Missing { roles: inputs, means: "missing, no reconstruction without:", level: Level::Bad },
         Missing { roles: controls, means: "missing, no control derivatives of:", level: Level::Caution },
-        Missing { roles: unmeasured, means: "not measured, the filter does without:", level: Level::Good },
+        Missing { roles: unmeasured, means, level },
     ];
     all.into_iter().filter(|missing| !missing.roles.is_empty()).collect()
 }
@@ -495,7 +500,18 @@ fn go_on(control: &Control) -> Result<(), String> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Level, Measurement, Role, missing, missing_measurements};
+    use super::{Input, Level, MEASUREMENTS, Measurement, Role, missing, missing_measurements};
+
+    #[test]
+    fn rates_and_forces_alone_are_not_enough() {
+        let only = |role| Input::ALL.iter().any(|input| input.role() == role);
+        let bad = |has: &dyn Fn(Role) -> bool| {
+            let worst = missing(has).into_iter().find(|lack| lack.level == Level::Bad);
+            worst.map(|lack| lack.roles.len())
+        };
+        assert_eq!(bad(&only), Some(MEASUREMENTS));
+        assert_eq!(bad(&|role| only(role) || role == Role::Airspeed), None);
+    }
 
     #[test]
     fn height_is_measured_where_an_altitude_tells_it() {

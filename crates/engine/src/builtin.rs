@@ -161,10 +161,20 @@ fn write_entry(name: &str) -> Result<PathBuf, String> {
     Ok(root.join(name))
 }
 
-/// A folder of this program alone. It outlives the program and is removed by the next that needs one.
+/// A folder of this program alone, once one was needed.
+static OWN_FOLDER: OnceLock<Result<PrivateFolder, String>> = OnceLock::new();
+
+/// Removes what was written for this program alone, when it ends. Of a program that is killed the next one that needs such a folder
+/// removes it.
+pub fn remove_own_folder() {
+    if let Some(Ok(folder)) = OWN_FOLDER.get() {
+        folder.remove();
+    }
+}
+
+/// A folder of this program alone.
 fn own_folder() -> Result<&'static Path, String> {
-    static FOLDER: OnceLock<Result<PrivateFolder, String>> = OnceLock::new();
-    let made = FOLDER.get_or_init(|| {
+    let made = OWN_FOLDER.get_or_init(|| {
         let homes =
             [Some(std::env::temp_dir()), std::env::var_os("XDG_RUNTIME_DIR").map(PathBuf::from), shared_memory()];
         let mut refused = Vec::new();

@@ -51,6 +51,7 @@ fn example() -> Session {
         window: TimeRange { start_s, end_s: start_s + 20.0 },
         role: WindowRole::Identification,
         surface: Some(Surface::Elevator),
+        also: None,
         kind: "doublet".to_owned(),
         note: String::new(),
         flags: WindowFlags::default(),

@@ -111,6 +111,9 @@ pub fn natural_modes<'py>(
             states.len()
         )));
     }
+    if a.is_empty() {
+        return Err(refuse("A is empty: give at least one state"));
+    }
     if a.iter().any(|value| !value.is_finite()) {
         return Err(refuse("A has a value that is not finite"));
     }

@@ -8,7 +8,7 @@ use thiserror::Error;
 use super::aircraft::Aircraft;
 use super::inertia::{InertiaModel, OwnInertia};
 use super::loading::{Loading, LoadingIssue};
-use super::tensor::InertiaError;
+use super::tensor::{InertiaError, PUBLISHED_SLACK};
 use crate::quantity::in_words;
 
 /// Something impossible in the data of an aircraft.
@@ -62,8 +62,6 @@ const LARGEST_MASS_KG: f64 = 2.0e6;
 /// Smallest and largest reference area accepted, m².
 const SMALLEST_AREA_M2: f64 = 1.0e-4;
 const LARGEST_AREA_M2: f64 = 1.0e5;
-/// Relative amount by which the printed moments of a slender or flat part may break the triangle inequality: two digits.
-const PRINTED_ROUNDING: f64 = 0.05;
 
 /// Collects the errors of one aircraft.
 #[derive(Default)]
@@ -118,7 +116,7 @@ impl Findings {
             OwnInertia::Point => {}
             OwnInertia::Given { tensor, at_mass_kg } => {
                 self.mass(format!("{field}.at_mass_kg"), at_mass_kg);
-                if let Err(reason) = tensor.check_part(PRINTED_ROUNDING) {
+                if let Err(reason) = tensor.check_part(PUBLISHED_SLACK) {
                     self.0.push(AircraftError::Inertia { field: field.to_owned(), reason });
                 }
             }

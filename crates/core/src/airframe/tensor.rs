@@ -68,6 +68,8 @@ pub struct PrincipalAxes {
 
 /// Relative slack of the triangle inequality: a flat plate meets it with equality, so round-off must not refuse one.
 const TRIANGLE_SLACK: f64 = 1e-9;
+/// Part by which published principal moments may break the triangle inequality: those of different loadings or to two digits do.
+pub const PUBLISHED_SLACK: f64 = 0.05;
 /// Sweeps after which an eigenvalue iteration is given up; a symmetric 3 x 3 matrix needs fewer than ten.
 const EIGEN_ITERATIONS: usize = 100;
 
@@ -121,13 +123,22 @@ impl InertiaTensor {
         finite.then(|| SymmetricEigen::try_new(matrix, f64::EPSILON, EIGEN_ITERATIONS)).flatten()
     }
 
-    /// Whether a body can have this tensor: finite, positive definite, and no principal moment above the sum of the others.
+    /// Whether an aircraft may be computed with this tensor: finite, positive definite, and no principal moment above the sum of the
+    /// others by more than [`PUBLISHED_SLACK`].
     ///
     /// # Errors
     /// [`InertiaError`] with the numbers that contradict.
     pub fn check(&self) -> Result<(), InertiaError> {
-        let [smallest, ..] = self.check_part(TRIANGLE_SLACK)?;
+        let [smallest, ..] = self.check_part(PUBLISHED_SLACK)?;
         if smallest > 0.0 { Ok(()) } else { Err(InertiaError::NotPositive { smallest_kg_m2: smallest }) }
+    }
+
+    /// Part by which the largest principal moment exceeds the sum of the others, which that of no body does; none where it does not.
+    pub fn triangle_excess(&self) -> Option<f64> {
+        let moments: [f64; 3] = self.eigen()?.eigenvalues.into();
+        let largest = moments.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let excess = largest / (moments.iter().sum::<f64>() - largest) - 1.0;
+        (excess > TRIANGLE_SLACK).then_some(excess)
     }
 
     /// Principal moments, smallest first, where a part of a body can have this tensor: a moment may be zero (a slender rod),

@@ -1,4 +1,4 @@
-//! International Standard Atmosphere of the troposphere.
+//! International Standard Atmosphere of the troposphere and the lower stratosphere.
 
 use thiserror::Error;
 
@@ -21,6 +21,14 @@ const PRESSURE_EXPONENT: f64 = STANDARD_GRAVITY_M_S2 / (GAS_CONSTANT_AIR_J_KG_K 
 const LOWEST_M: f64 = -5_000.0;
 /// Tropopause, m.
 const TROPOPAUSE_M: f64 = 11_000.0;
+/// End of the layer of constant temperature above it, m.
+const ISOTHERMAL_TOP_M: f64 = 20_000.0;
+/// Rise of temperature above that layer, K/m.
+const INVERSION_RATE_K_M: f64 = 0.001;
+/// Exponent of the pressure law there, g / (R 0.001) = 34.163.
+const INVERSION_EXPONENT: f64 = STANDARD_GRAVITY_M_S2 / (GAS_CONSTANT_AIR_J_KG_K * INVERSION_RATE_K_M);
+/// Highest altitude of the model, m.
+const HIGHEST_M: f64 = 32_000.0;
 /// Sea-level temperatures accepted, K: beyond every temperature recorded on Earth.
 const TEMPERATURE_RANGE_K: (f64, f64) = (180.0, 340.0);
 /// Sea-level pressures accepted, Pa: beyond every pressure recorded on Earth.
@@ -59,7 +67,8 @@ fn within(
 /// A standard atmosphere with the day's pressure and temperature at sea level.
 ///
 /// `T = T0 - L h`, `p = p0 (1 - L h / T0)^(g / (R L))`, `rho = p / (R T)` with L = 6.5 K/km, from -5 to 11 km of
-/// geopotential altitude. The day's temperature enters the pressure law too, as in thesis section 3.2.4. Source: ISO 2533.
+/// geopotential altitude; from there to 20 km `T = T11`, `p = p11 exp(-g (h - h11) / (R T11))`; to 32 km T rises by 1 K/km. The day's
+/// temperature enters the pressure law too, as in thesis section 3.2.4. Source: ISO 2533.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Atmosphere {
     /// Pressure at sea level, Pa.
@@ -105,28 +114,37 @@ impl Atmosphere {
         self.sea_level_temperature_k
     }
 
-    /// Temperature at `altitude_m`, K: `T = T0 - L h`.
+    /// Temperature at `altitude_m`, K: `T = T0 - L h` up to the tropopause.
     ///
     /// # Errors
-    /// [`AtmosphereError`] outside -5000 to 11000 m.
+    /// [`AtmosphereError`] outside -5000 to 32000 m.
     pub fn temperature_k(&self, altitude_m: f64) -> Result<f64, AtmosphereError> {
-        let h = within("altitude", altitude_m, "m", (LOWEST_M, TROPOPAUSE_M))?;
-        Ok(self.sea_level_temperature_k - LAPSE_RATE_K_M * h)
+        let h = within("altitude", altitude_m, "m", (LOWEST_M, HIGHEST_M))?;
+        let lowest_k = self.sea_level_temperature_k - LAPSE_RATE_K_M * h.min(TROPOPAUSE_M);
+        Ok(if h > ISOTHERMAL_TOP_M { lowest_k + INVERSION_RATE_K_M * (h - ISOTHERMAL_TOP_M) } else { lowest_k })
     }
 
-    /// Static pressure at `altitude_m`, Pa: `p = p0 (T / T0)^(g / (R L))`.
+    /// Static pressure at `altitude_m`, Pa: `p = p0 (T / T0)^(g / (R L))` up to the tropopause.
     ///
     /// # Errors
-    /// [`AtmosphereError`] outside -5000 to 11000 m.
+    /// [`AtmosphereError`] outside -5000 to 32000 m.
     pub fn pressure_pa(&self, altitude_m: f64) -> Result<f64, AtmosphereError> {
-        let ratio = self.temperature_k(altitude_m)? / self.sea_level_temperature_k;
-        Ok(self.sea_level_pressure_pa * libm::pow(ratio, PRESSURE_EXPONENT))
+        let temperature_k = self.temperature_k(altitude_m)?;
+        let lowest_k = self.temperature_k(altitude_m.min(TROPOPAUSE_M))?;
+        let troposphere = libm::pow(lowest_k / self.sea_level_temperature_k, PRESSURE_EXPONENT);
+        let pressure_pa = self.sea_level_pressure_pa * troposphere;
+        if altitude_m <= TROPOPAUSE_M {
+            return Ok(pressure_pa);
+        }
+        let depth_m = altitude_m.min(ISOTHERMAL_TOP_M) - TROPOPAUSE_M;
+        let isothermal = libm::exp(-STANDARD_GRAVITY_M_S2 * depth_m / (GAS_CONSTANT_AIR_J_KG_K * lowest_k));
+        Ok(pressure_pa * isothermal * libm::pow(lowest_k / temperature_k, INVERSION_EXPONENT))
     }
 
     /// Density at `altitude_m`, kg/m³: `rho = p / (R T)`.
     ///
     /// # Errors
-    /// [`AtmosphereError`] outside -5000 to 11000 m.
+    /// [`AtmosphereError`] outside -5000 to 32000 m.
     pub fn density_kg_m3(&self, altitude_m: f64) -> Result<f64, AtmosphereError> {
         density_kg_m3(self.pressure_pa(altitude_m)?, self.temperature_k(altitude_m)?)
     }
@@ -134,7 +152,7 @@ impl Atmosphere {
     /// Speed of sound at `altitude_m`, m/s: `a = sqrt(gamma R T)`.
     ///
     /// # Errors
-    /// [`AtmosphereError`] outside -5000 to 11000 m.
+    /// [`AtmosphereError`] outside -5000 to 32000 m.
     pub fn speed_of_sound_m_s(&self, altitude_m: f64) -> Result<f64, AtmosphereError> {
         Ok((HEAT_CAPACITY_RATIO_AIR * GAS_CONSTANT_AIR_J_KG_K * self.temperature_k(altitude_m)?).sqrt())
     }
@@ -143,10 +161,21 @@ impl Atmosphere {
     /// [`Self::pressure_pa`]; with [`Self::STANDARD`] the pressure altitude.
     ///
     /// # Errors
-    /// [`AtmosphereError`] where that altitude lies outside -5000 to 11000 m.
+    /// [`AtmosphereError`] where that altitude lies outside -5000 to 32000 m.
     pub fn altitude_m(&self, pressure_pa: f64) -> Result<f64, AtmosphereError> {
-        let range = (self.pressure_pa(TROPOPAUSE_M)?, self.pressure_pa(LOWEST_M)?);
-        let ratio = within("static pressure", pressure_pa, "Pa", range)? / self.sea_level_pressure_pa;
+        let range = (self.pressure_pa(HIGHEST_M)?, self.pressure_pa(LOWEST_M)?);
+        let pressure_pa = within("static pressure", pressure_pa, "Pa", range)?;
+        let (tropopause_pa, top_pa) = (self.pressure_pa(TROPOPAUSE_M)?, self.pressure_pa(ISOTHERMAL_TOP_M)?);
+        let lowest_k = self.temperature_k(TROPOPAUSE_M)?;
+        if pressure_pa < top_pa {
+            let warmer_k = lowest_k * (libm::pow(top_pa / pressure_pa, 1.0 / INVERSION_EXPONENT) - 1.0);
+            return Ok((ISOTHERMAL_TOP_M + warmer_k / INVERSION_RATE_K_M).min(HIGHEST_M));
+        }
+        if pressure_pa < tropopause_pa {
+            let scale_m = GAS_CONSTANT_AIR_J_KG_K * lowest_k / STANDARD_GRAVITY_M_S2;
+            return Ok(TROPOPAUSE_M + scale_m * libm::log(tropopause_pa / pressure_pa));
+        }
+        let ratio = pressure_pa / self.sea_level_pressure_pa;
         let scale_m = self.sea_level_temperature_k / LAPSE_RATE_K_M;
         Ok((scale_m * (1.0 - libm::pow(ratio, 1.0 / PRESSURE_EXPONENT))).clamp(LOWEST_M, TROPOPAUSE_M))
     }
@@ -176,11 +205,13 @@ mod tests {
     const ROUND_OFF: f64 = 1e-12;
 
     /// Altitude m, temperature K, pressure Pa, density kg/m³, speed of sound m/s: ISO 2533 table 1 (geopotential).
-    const ISO_2533: [[f64; 5]; 4] = [
+    const ISO_2533: [[f64; 5]; 6] = [
         [0.0, 288.15, 101_325.0, 1.225, 340.294],
         [1_000.0, 281.65, 89_874.6, 1.111_64, 336.434],
         [5_000.0, 255.65, 54_019.9, 0.736_116, 320.529],
         [11_000.0, 216.65, 22_632.1, 0.363_918, 295.069],
+        [15_000.0, 216.65, 12_044.6, 0.193_674, 295.069],
+        [20_000.0, 216.65, 5_474.89, 0.088_034_9, 295.069],
     ];
 
     #[test]
@@ -197,7 +228,7 @@ mod tests {
     #[test]
     fn altitude_of_pressure_roundtrips_on_a_hot_day() {
         let day = Atmosphere::new(100_800.0, 303.15).unwrap();
-        for h in [-5_000.0, -10.0, 0.0, 1_219.0, 11_000.0] {
+        for h in [-5_000.0, -10.0, 0.0, 1_219.0, 11_000.0, 11_001.0, 18_300.0, 20_000.0, 31_999.0] {
             let back = day.altitude_m(day.pressure_pa(h).unwrap()).unwrap();
             assert!((back - h).abs() <= ROUND_OFF * 1e7, "{back} is not {h}");
         }
@@ -213,9 +244,9 @@ mod tests {
     #[test]
     fn atmosphere_rejects_what_it_does_not_cover() {
         let day = Atmosphere::STANDARD;
-        assert!(day.pressure_pa(11_001.0).is_err());
+        assert!(day.pressure_pa(32_001.0).is_err());
         assert!(day.density_kg_m3(f64::NAN).is_err());
-        assert!(day.altitude_m(20_000.0).is_err());
+        assert!(day.altitude_m(200_000.0).is_err());
         assert!(Atmosphere::new(1013.25, 288.15).is_err(), "hPa must not pass for Pa");
         assert!(Atmosphere::new(101_325.0, 15.0).is_err(), "deg C must not pass for K");
         assert!(density_kg_m3(90_000.0, 10.0).is_err());

@@ -2,6 +2,7 @@
 //!
 //! Form: ASAM MDF 4.1, "Measurement Data Format", block descriptions.
 
+use std::collections::HashSet;
 use std::io::Read;
 use std::path::Path;
 
@@ -15,8 +16,6 @@ pub(super) const UNFINISHED: &[u8] = b"UnFinMF ";
 /// Place of the header block, and bytes of a block before its links.
 const HEADER: usize = 64;
 const BLOCK_HEAD: usize = 24;
-/// Blocks followed in a list at most, a bound against links in a circle.
-const MOST_BLOCKS: usize = 1_000_000;
 /// Groups of a file and channels of a group at most.
 const MOST_GROUPS: usize = 10_000;
 const MOST_CHANNELS: usize = 100_000;
@@ -83,10 +82,22 @@ impl<'a> Block<'a> {
     }
 }
 
-/// The blocks of a list that `first` begins, linked by their link 0.
-fn chain<'a>(contents: &'a [u8], first: u64, id: &'static [u8], most: usize) -> impl Iterator<Item = Block<'a>> {
-    let block = move |place: u64| Block::at(contents, place).filter(|block| block.id == id);
-    std::iter::successors(block(first), move |last| block(last.link(0))).take(most)
+/// The blocks of a list that `first` begins, linked by their link 0; what is wrong where the list leads back to itself.
+fn chain<'a>(contents: &'a [u8], first: u64, id: &'static [u8], most: usize) -> Result<Vec<Block<'a>>, String> {
+    let (mut blocks, mut visited, mut place) = (Vec::new(), HashSet::new(), first);
+    while let Some(block) = Block::at(contents, place).filter(|block| block.id == id && blocks.len() < most) {
+        if !visited.insert(place) {
+            return Err(circle(place));
+        }
+        blocks.push(block);
+        place = block.link(0);
+    }
+    Ok(blocks)
+}
+
+/// What is wrong with a list that comes a second time to the block at `place`.
+fn circle(place: u64) -> String {
+    format!("links lead back to the block at byte {place}")
 }
 
 /// From the number as stored to the quantity.
@@ -236,11 +247,13 @@ pub(super) fn sources(path: &Path, contents: &[u8]) -> Result<(Vec<Source>, Vec<
     let header = header.ok_or_else(|| damaged("there is no header block at byte 64"))?;
     let budget = Budget::of(path, Format::Mdf4);
     let (mut sources, mut warnings) = (Vec::new(), Vec::new());
-    for (number, data_group) in chain(contents, header.link(0), b"DG", MOST_GROUPS).enumerate() {
+    let data_groups = chain(contents, header.link(0), b"DG", MOST_GROUPS).map_err(|what| damaged(&what))?;
+    for (number, data_group) in data_groups.into_iter().enumerate() {
         let id_bytes = usize::from(data_group.data.first().copied().unwrap_or(0));
-        let groups: Vec<Group> = chain(contents, data_group.link(1), b"CG", MOST_GROUPS)
-            .map(|block| group(contents, block, number + 1, &mut warnings))
-            .collect();
+        let groups = chain(contents, data_group.link(1), b"CG", MOST_GROUPS).and_then(|blocks| {
+            blocks.into_iter().map(|block| group(contents, block, number + 1, &mut warnings)).collect()
+        });
+        let groups: Vec<Group> = groups.map_err(|what| damaged(&what))?;
         if id_bytes > 8 || (id_bytes == 0 && groups.len() > 1) {
             return Err(damaged(&format!("data group {} says nothing of whose records it holds", number + 1)));
         }
@@ -258,12 +271,12 @@ pub(super) fn sources(path: &Path, contents: &[u8]) -> Result<(Vec<Source>, Vec<
     Ok((sources, warnings))
 }
 
-fn group(contents: &[u8], block: Block<'_>, number: usize, warnings: &mut Vec<String>) -> Group {
+fn group(contents: &[u8], block: Block<'_>, number: usize, warnings: &mut Vec<String>) -> Result<Group, String> {
     let name = block.text(contents, 2).filter(|name| !name.is_empty()).unwrap_or_else(|| format!("group {number}"));
     let data_bytes = u32_at(block.data, 24).unwrap_or(0) as usize;
     let invalid_bytes = u32_at(block.data, 28).unwrap_or(0) as usize;
-    let channels = chain(contents, block.link(1), b"CN", MOST_CHANNELS);
-    let fields = channels.filter_map(|channel| match field(contents, channel, invalid_bytes > 0) {
+    let channels = chain(contents, block.link(1), b"CN", MOST_CHANNELS)?;
+    let fields = channels.into_iter().filter_map(|channel| match field(contents, channel, invalid_bytes > 0) {
         Ok(field) => Some(field),
         Err((channel, why)) => {
             warnings.push(format!("'{name}/{channel}' is left out: {why}"));
@@ -273,7 +286,7 @@ fn group(contents: &[u8], block: Block<'_>, number: usize, warnings: &mut Vec<St
     let fields = fields.collect();
     let is_variable = u16_at(block.data, 16).unwrap_or(0) & VARIABLE_LENGTH != 0;
     let id = u64_at(block.data, 0).unwrap_or(0);
-    Group { name, id, fields, data_bytes, record_bytes: data_bytes + invalid_bytes, is_variable }
+    Ok(Group { name, id, fields, data_bytes, record_bytes: data_bytes + invalid_bytes, is_variable })
 }
 
 /// A channel; its name and why it cannot be read where that is so.
@@ -307,12 +320,11 @@ fn field(contents: &[u8], block: Block<'_>, has_invalid: bool) -> Result<Field, 
 fn records(contents: &[u8], place: u64, budget: &Budget<'_>) -> Result<Result<Vec<u8>, String>, LoadError> {
     let mut joined = Vec::new();
     let mut pending = vec![place];
-    let mut seen = 0;
+    let mut visited = HashSet::new();
     while let Some(place) = pending.pop().filter(|place| *place != 0) {
-        seen += 1;
         let Some(block) = Block::at(contents, place) else { return Ok(Err(format!("no block is at byte {place}"))) };
-        if seen > MOST_BLOCKS {
-            return Ok(Err("its list of blocks does not end".to_owned()));
+        if !visited.insert(place) {
+            return Ok(Err(circle(place)));
         }
         match block.id {
             b"DT" => {

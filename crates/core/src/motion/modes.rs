@@ -2,6 +2,8 @@
 
 use nalgebra::{Complex, DMatrix, DVector};
 
+use crate::decompose::eigenvalues;
+
 /// What a state of a linear motion is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum MotionState {
@@ -95,9 +97,9 @@ impl Mode {
 }
 
 /// All modes of the motion with this system matrix, fastest first; of each conjugate pair one. `states` says what each row is. The
-/// order of the states changes neither values nor names.
+/// order of the states changes neither values nor names. None of a matrix that is empty or not finite.
 pub fn natural_modes(matrix: &DMatrix<f64>, states: &[MotionState]) -> Vec<Mode> {
-    let values = matrix.clone().complex_eigenvalues();
+    let values = eigenvalues(matrix.clone()).unwrap_or_default();
     let mut modes: Vec<Mode> = values
         .iter()
         .filter(|value| value.im >= 0.0)

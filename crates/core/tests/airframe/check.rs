@@ -127,9 +127,10 @@ proptest! {
         prop_assert!(!doublet_core::airframe::summary(&aircraft).to_string().is_empty());
     }
 
-    /// A tensor is accepted exactly when the eigenvalues of its matrix are positive and obey the triangle inequality.
+    /// A tensor is accepted exactly when the eigenvalues of its matrix are positive and obey the triangle inequality to 5 %, which is
+    /// what published ones differ by; that they break it at all can be told.
     #[test]
-    fn constant_inertia_is_accepted_exactly_when_a_body_can_have_it(
+    fn constant_inertia_is_accepted_up_to_what_published_ones_break_the_triangle_by(
         a in 1.0..3000.0_f64, b in 1.0..3000.0_f64, c in 1.0..3000.0_f64, turn in [-3.0..3.0_f64, -1.5..1.5, -3.0..3.0],
     ) {
         let rotation = nalgebra::Rotation3::from_euler_angles(turn[0], turn[1], turn[2]);
@@ -138,11 +139,13 @@ proptest! {
             xx: matrix[(0, 0)], yy: matrix[(1, 1)], zz: matrix[(2, 2)],
             xy: -matrix[(0, 1)], xz: -matrix[(0, 2)], yz: -matrix[(1, 2)],
         };
-        let excess = (2.0 * a.max(b).max(c) - (a + b + c)) / (a + b + c);
-        prop_assume!(excess.abs() > 1e-6);
+        let largest = a.max(b).max(c);
+        let excess = largest / (a + b + c - largest) - 1.0;
+        prop_assume!(excess.abs() > 1e-6 && (excess - 0.05).abs() > 1e-6);
+        prop_assert_eq!(tensor.triangle_excess().is_some(), excess > 0.0);
         let mut aircraft = shipped("citation_550_simulated.toml");
         aircraft.inertia = InertiaModel::Constant(tensor);
-        prop_assert_eq!(aircraft.check().is_ok(), excess < 0.0);
+        prop_assert_eq!(aircraft.check().is_ok(), excess < 0.05);
     }
 }
 

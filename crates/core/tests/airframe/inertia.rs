@@ -202,9 +202,12 @@ fn impossible_tensors_are_refused_with_their_numbers() {
     assert_eq!(InertiaTensor::diagonal(1.0, f64::NAN, 1.0).check(), Err(InertiaError::NotFinite));
     let negative = InertiaTensor { xz: 200.0, ..InertiaTensor::diagonal(100.0, 200.0, 150.0) };
     assert!(matches!(negative.check(), Err(InertiaError::NotPositive { smallest_kg_m2 }) if smallest_kg_m2 < 0.0));
-    let pointed = InertiaTensor::diagonal(100.0, 100.0, 201.0).check();
-    assert_eq!(pointed, Err(InertiaError::Triangle { largest_kg_m2: 201.0, others_kg_m2: 200.0 }));
+    let pointed = InertiaTensor::diagonal(100.0, 100.0, 211.0).check();
+    assert_eq!(pointed, Err(InertiaError::Triangle { largest_kg_m2: 211.0, others_kg_m2: 200.0 }));
     assert_eq!(InertiaTensor::diagonal(100.0, 100.0, 200.0).check(), Ok(()), "a flat plate exists");
+    let published = InertiaTensor::diagonal(100.0, 100.0, 206.0);
+    assert_eq!(published.check(), Ok(()));
+    close("excess", published.triangle_excess().unwrap(), 0.03, 1e-12);
 }
 
 proptest! {

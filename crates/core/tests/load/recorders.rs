@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use doublet_core::load::{Format, Probe, inspect};
+use doublet_core::load::{Format, LoadError, Probe, inspect};
 use doublet_core::quantity::Unit;
 use serde_json::Value;
 
@@ -170,6 +170,18 @@ fn wave_forms_of_two_rates_in_one_group_have_their_own_times() {
     assert_eq!(channel(&probe, "it's", "alpha").unit.as_deref(), Some("deg"));
     let rates = ["it's", "it's (2)"].map(|name| probe.source(name).unwrap().clocks[0].rate_hz);
     assert_eq!(rates, [2.0, 1.0]);
+}
+
+/// A list of each kind that leads back to its first block: each once was followed for up to 43 s.
+#[test]
+fn mdf_links_that_lead_back_are_refused() {
+    for id in [b"##DG", b"##CG", b"##CN"] {
+        let mut bytes = mdf4();
+        let at = bytes.windows(4).position(|window| window == id).unwrap();
+        bytes[at + 24..at + 32].copy_from_slice(&(at as u64).to_le_bytes());
+        let (_folder, path) = written("circle.mf4", bytes);
+        assert!(matches!(inspect(&path), Err(LoadError::Damaged { format: Format::Mdf4, .. })));
+    }
 }
 
 #[test]

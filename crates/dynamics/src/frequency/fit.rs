@@ -179,7 +179,7 @@ pub(super) fn invert(slopes: &DMatrix<Complex<f64>>, settings: &FitSettings) -> 
     }
     let size = scale.len();
     let normal = DMatrix::from_fn(size, size, |i, j| information[(i, j)] / (scale[i] * scale[j]));
-    if normal.clone().symmetric_eigenvalues().min() < DEPENDENT {
+    if doublet_core::decompose::symmetric(normal.clone()).is_none_or(|eigen| eigen.eigenvalues.min() < DEPENDENT) {
         return Err(undetermined());
     }
     let inverse = normal.try_inverse().ok_or_else(undetermined)?;

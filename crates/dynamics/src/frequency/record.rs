@@ -25,6 +25,9 @@ impl FrequencyRecord {
     }
 }
 
+/// Largest value of a signal: cross-spectra are squared, which overflows beyond `1e77`.
+const LARGEST: f64 = 1e60;
+
 /// Number of inputs of the records.
 ///
 /// # Errors
@@ -49,6 +52,10 @@ pub(super) fn check(records: &[FrequencyRecord]) -> Result<usize, FrequencyError
         let signals = record.inputs.iter().chain([&record.output]);
         if signals.flatten().any(|value| !value.is_finite()) {
             return fault("a value is not finite: leave such stretches out".to_owned());
+        }
+        let signals = record.inputs.iter().chain([&record.output]);
+        if let Some(value) = signals.flatten().find(|value| value.abs() > LARGEST) {
+            return fault(format!("a value of {value:e} is above {LARGEST:e}: use a larger unit"));
         }
         if record.output.len() < 2 {
             return fault(format!("{} samples", record.output.len()));

@@ -1,5 +1,6 @@
 //! Steady flight of an identified model.
 
+use doublet_core::decompose::singular;
 use doublet_core::replay::MotionAxis;
 use nalgebra::{DMatrix, DVector, Vector3};
 
@@ -253,7 +254,9 @@ impl<'a> Search<'a> {
                 jacobian.set_column(column, &slope);
             }
             let smallest = 1e-9 * jacobian.amax();
-            let Ok(step) = jacobian.svd(true, true).solve(&left, smallest) else { break };
+            let Some(step) = singular(jacobian, true, true).and_then(|it| it.solve(&left, smallest).ok()) else {
+                break;
+            };
             let next = &values - &step * (LONGEST / step.amax()).min(1.0);
             let rest = self.residual(&next);
             iterations += 1;

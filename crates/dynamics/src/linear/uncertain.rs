@@ -132,7 +132,8 @@ fn factor(correlation: DMatrix<f64>) -> DMatrix<f64> {
     if let Some(cholesky) = Cholesky::new(correlation.clone()) {
         return cholesky.l();
     }
-    let eigen = correlation.symmetric_eigen();
+    let size = correlation.nrows();
+    let Some(eigen) = doublet_core::decompose::symmetric(correlation) else { return DMatrix::zeros(size, size) };
     let roots = eigen.eigenvalues.map(|value| value.max(0.0).sqrt());
     &eigen.eigenvectors * DMatrix::from_diagonal(&roots)
 }

@@ -1,6 +1,6 @@
 //! Polynomials and zeros of transfer functions.
 
-use nalgebra::{Complex, DMatrix, DVector};
+use nalgebra::{Complex, DMatrix};
 
 use super::StateSpace;
 
@@ -43,7 +43,7 @@ impl StateSpace {
                 0.0
             }
         });
-        let mut zeros: Vec<_> = DVector::from(companion.complex_eigenvalues()).iter().copied().collect();
+        let mut zeros = doublet_core::decompose::eigenvalues(companion).unwrap_or_default();
         zeros.sort_by(|a: &Complex<f64>, b| a.norm().total_cmp(&b.norm()));
         zeros
     }

@@ -157,8 +157,8 @@ pub fn mode_study(
 }
 
 fn eigenvalues(linearised: &Linearised) -> Vec<Complex<f64>> {
-    let values = linearised.motion().a.complex_eigenvalues();
-    values.iter().copied().filter(|value| value.im >= 0.0).collect()
+    let values = doublet_core::decompose::eigenvalues(linearised.motion().a).unwrap_or_default();
+    values.into_iter().filter(|value| value.im >= 0.0).collect()
 }
 
 /// The eigenvalue that is each nominal mode's, nearest pairs first, each used once; none where too few are left.

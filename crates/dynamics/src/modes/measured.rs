@@ -2,6 +2,7 @@
 
 use std::f64::consts::{LN_2, PI, TAU};
 
+use doublet_core::decompose::singular;
 use nalgebra::{DMatrix, DVector, Matrix2};
 use thiserror::Error;
 
@@ -193,7 +194,7 @@ fn project(time_s: &[f64], values: &[f64], s: f64, w: f64) -> Option<(DVector<f6
     let time: Vec<f64> = time_s.iter().map(|time| time - begins).collect();
     let x = regressors(&time, s, w);
     let z = DVector::from_column_slice(values);
-    let solution = x.clone().svd(true, true).solve(&z, 1e-13).ok()?;
+    let solution = singular(x.clone(), true, true)?.solve(&z, 1e-13).ok()?;
     let residual = z - x * &solution;
     residual.iter().all(|value| value.is_finite()).then_some((residual, solution))
 }
@@ -229,7 +230,7 @@ fn projected_slopes(time: &[f64], solution: &DVector<f64>, s: f64, w: f64) -> Op
         let slope = if column == 0 { -(a * cos + b * sin) } else { b * cos - a * sin };
         t * decay * slope
     });
-    let taken = x.clone().svd(true, true).solve(&raw, 1e-13).ok()?;
+    let taken = singular(x.clone(), true, true)?.solve(&raw, 1e-13).ok()?;
     Some(raw - x * taken)
 }
 

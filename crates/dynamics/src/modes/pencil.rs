@@ -1,5 +1,6 @@
 //! Modes measured in a free response: matrix pencil (Hua and Sarkar 1990), refined by least squares, which gives their errors.
 
+use doublet_core::decompose::{eigenvalues, singular};
 use nalgebra::{Complex, DMatrix, DVector};
 use thiserror::Error;
 
@@ -115,12 +116,12 @@ fn pencil(signals: &[&[f64]], order: usize, step_s: f64) -> Option<Vec<Complex<f
         return None;
     }
     let hankel = DMatrix::from_fn(rows * scaled.len(), width + 1, |i, j| scaled[i / rows][i % rows + j]);
-    let right = hankel.svd(false, true).v_t?;
+    let right = singular(hankel, false, true)?.v_t?;
     let space = right.rows(0, order.min(right.nrows())).transpose();
     let (first, second) = (space.rows(0, width).into_owned(), space.rows(1, width).into_owned());
-    let shift = first.svd(true, true).solve(&second, 1e-12).ok()?;
+    let shift = singular(first, true, true)?.solve(&second, 1e-12).ok()?;
     let step = step_s * stride as f64;
-    let values = shift.complex_eigenvalues();
+    let values = eigenvalues(shift)?;
     let mut found: Vec<Complex<f64>> = values
         .iter()
         .filter(|value| value.norm() > 1e-6)
@@ -188,7 +189,8 @@ impl<'a> Fit<'a> {
 
     fn amplitudes(&self, values: &[Complex<f64>]) -> Option<Amplitudes> {
         let basis = self.basis(values);
-        let decomposition = basis.clone().svd(true, true);
+        // A mode that grows too fast overflows: there are no amplitudes of it.
+        let decomposition = singular(basis.clone(), true, true)?;
         let (mut found, mut variance, mut cost) = (Vec::new(), Vec::new(), 0.0);
         for signal in self.signals {
             let signal = DVector::from_column_slice(signal);
@@ -209,7 +211,7 @@ impl<'a> Fit<'a> {
         let mut current = self.amplitudes(&self.values)?;
         for _ in 0..STEPS {
             let (jacobian, rest) = self.jacobian(&current);
-            let step = jacobian.svd(true, true).solve(&rest, 1e-12).ok()?;
+            let step = singular(jacobian, true, true)?.solve(&rest, 1e-12).ok()?;
             let mut share = 1.0;
             let better = loop {
                 let values = self.moved(&step, share);
@@ -307,5 +309,19 @@ impl<'a> Fit<'a> {
             residual: current.variance.iter().map(|variance| variance.sqrt()).collect(),
             offset: current.found.iter().map(|amplitudes| amplitudes[0]).collect(),
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn amplitudes_of_a_mode_that_overflows_do_not_exist() {
+        let signal: Vec<f64> = (0..200).map(|k| (0.1 * f64::from(k)).sin()).collect();
+        let signals = [signal.as_slice()];
+        let values = [Complex::new(1e3, 2.0)];
+        let fit = Fit::new(&signals, 0.02, &values);
+        assert!(fit.amplitudes(&values).is_none());
     }
 }

@@ -79,6 +79,8 @@ pub struct Quality {
     pub criterion: String,
     /// Its level; none where it was not judged.
     pub level: Option<QualityLevel>,
+    /// Measures its limits are about.
+    pub measures: Vec<Measure>,
     /// Values it was judged by.
     pub values: Vec<(Measure, f64)>,
     /// Limits that keep it from Level 1, each of its measure's own level; what is missing where it was not judged.
@@ -125,17 +127,17 @@ pub fn judge(limits: &Limits, airplane: &Airplane, measures: &Measures) -> Judge
     Judgement { qualities, level }
 }
 
-fn quality(limits: &Limits, airplane: &Airplane, measures: &Measures, rows: &[&Limit]) -> Quality {
+fn quality(limits: &Limits, airplane: &Airplane, measured: &Measures, rows: &[&Limit]) -> Quality {
     let (mut values, mut reasons, mut worst): (Vec<(Measure, f64)>, _, _) = (Vec::new(), Vec::new(), None);
     for row in rows {
         if values.iter().any(|(measure, _)| *measure == row.measure) {
             continue;
         }
-        let Some(value) = measures.get(row.measure) else { continue };
+        let Some(value) = measured.get(row.measure) else { continue };
         values.push((row.measure, value));
         let of_measure = rows.iter().filter(|other| other.measure == row.measure);
         let violated = of_measure.filter_map(|limit| {
-            violation(limits, airplane, measures, limit, value).map(|reason| (limit.level, reason))
+            violation(limits, airplane, measured, limit, value).map(|reason| (limit.level, reason))
         });
         let last = violated.max_by_key(|(level, _)| *level);
         let level = QualityLevel::after(last.as_ref().map_or(0, |(level, _)| *level));
@@ -143,7 +145,9 @@ fn quality(limits: &Limits, airplane: &Airplane, measures: &Measures, rows: &[&L
         worst = worst.max(Some(level));
     }
     let criterion = rows.first().map(|row| row.criterion.clone()).unwrap_or_default();
-    Quality { criterion, level: worst, values, reasons, counts: rows.iter().all(|row| row.counts()) }
+    let mut measures: Vec<Measure> = rows.iter().map(|row| row.measure).collect();
+    measures.dedup();
+    Quality { criterion, level: worst, measures, values, reasons, counts: rows.iter().all(|row| row.counts()) }
 }
 
 /// How a value violates a limit, if it does.

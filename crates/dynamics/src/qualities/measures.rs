@@ -49,6 +49,13 @@ measures! {
     LoesOmegaTTheta2, "loes_omega_t_theta2", "wT", "-";
 }
 
+impl Measure {
+    /// Whether it follows from the change of thrust with airspeed: phugoid and stability of speed.
+    pub fn is_of_speed(self) -> bool {
+        matches!(self, Self::PhugoidDamping | Self::PhugoidTimeToDouble | Self::SpeedTimeToDouble)
+    }
+}
+
 /// Values of measures; what is not there was not measured.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Measures {
@@ -65,6 +72,11 @@ impl Measures {
     pub fn set(&mut self, measure: Measure, value: f64) {
         self.values.retain(|(known, _)| *known != measure);
         self.values.push((measure, value));
+    }
+
+    /// Leaves out what follows from the change of thrust with airspeed.
+    pub fn remove_speed(&mut self) {
+        self.values.retain(|(measure, _)| !measure.is_of_speed());
     }
 
     /// All values.

@@ -106,6 +106,13 @@ impl PrivateFolder {
     pub fn path(&self) -> &Path {
         &self.place
     }
+
+    /// Removes it with all it holds and the file of its lock.
+    pub fn remove(&self) {
+        // What stays behind is found by the next who makes such a folder here.
+        let _ = std::fs::remove_dir_all(&self.place);
+        let _ = std::fs::remove_file(super::lock::lock_path(&self.place));
+    }
 }
 
 /// A folder in which a set of files is written; it goes when this is dropped without being put in place.

@@ -133,7 +133,7 @@ pub(crate) fn describe_owner(owner: Option<&Owner>) -> String {
     owner.map_or("another program".to_owned(), |owner| format!("another doublet, {owner}"))
 }
 
-fn lock_path(target: &Path) -> PathBuf {
+pub(super) fn lock_path(target: &Path) -> PathBuf {
     let target = target.canonicalize().unwrap_or_else(|_| target.to_path_buf());
     let name = target.file_name().unwrap_or_default().to_string_lossy();
     target.with_file_name(format!(".{name}.lock"))

@@ -13,7 +13,7 @@ use super::results::{
 use super::{mass, setup, signals, summary};
 use crate::date;
 use crate::run::{Slot, Snapshot};
-use crate::session::{Manoeuvre, Session, Surface, path_warning};
+use crate::session::{Manoeuvre, Session, path_warning};
 use crate::stage::{self, CoefficientFit, ExpressedChannel, UsedClock, WindowPath};
 use crate::verdict::{FitVerdict, NO_WINDOW};
 
@@ -192,7 +192,7 @@ fn window_row(window: &Manoeuvre, snapshot: &Snapshot) -> Option<WindowRow> {
         start_s: window.window.start_s,
         end_s: window.window.end_s,
         role: window.role.name(),
-        surface: window.surface.map(Surface::name),
+        surface: window.surface_name(),
         kind: window.kind.clone(),
         note: window.note.clone(),
         mass_properties: mass::window_mass(window, snapshot),

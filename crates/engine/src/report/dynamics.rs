@@ -111,6 +111,9 @@ pub struct FigureRow {
 pub struct ModeRow {
     /// Name.
     pub name: &'static str,
+    /// Why its figures are not judged, where they are not.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub not_judged: Option<&'static str>,
     /// Undamped natural frequency.
     pub frequency_rad_s: f64,
     /// Damping ratio; 1 or -1 for an aperiodic mode.
@@ -198,7 +201,7 @@ pub struct QualityRow {
     pub level: &'static str,
     /// Values it was judged by.
     pub values: BTreeMap<&'static str, Option<f64>>,
-    /// Limits that keep it from Level 1.
+    /// Limits that keep it from Level 1, or why it is not judged.
     pub reasons: Vec<String>,
     /// Whether it counts: limits that are only remembered do not.
     pub counts: bool,
@@ -227,7 +230,7 @@ pub fn dynamics_row(study: &DynamicsStudy) -> DynamicsRow {
 /// Natural modes of a study, fastest first.
 pub fn mode_rows(study: &DynamicsStudy) -> Vec<ModeRow> {
     let motion = study.modes.linearised.motion();
-    study.modes.modes.iter().map(|estimate| mode_row(estimate, &motion)).collect()
+    study.modes.modes.iter().map(|estimate| mode_row(estimate, &motion, study.speed_not_judged)).collect()
 }
 
 fn trim_row(study: &DynamicsStudy) -> TrimRow {
@@ -312,7 +315,7 @@ fn figure_key(figure: Figure, stable: bool) -> &'static str {
     }
 }
 
-fn mode_row(estimate: &ModeEstimate, motion: &StateSpace) -> ModeRow {
+fn mode_row(estimate: &ModeEstimate, motion: &StateSpace, speed_not_judged: Option<&'static str>) -> ModeRow {
     let mode = &estimate.mode;
     let stable = mode.is_stable();
     let largest = mode.participation.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1)).map_or(0, |(index, _)| index);
@@ -320,6 +323,7 @@ fn mode_row(estimate: &ModeEstimate, motion: &StateSpace) -> ModeRow {
     let name = |index: usize| motion.states.get(index).map(|state| state.name.clone()).unwrap_or_default();
     ModeRow {
         name: mode.name,
+        not_judged: speed_not_judged.filter(|_| mode.name.ends_with("phugoid")),
         frequency_rad_s: mode.frequency_rad_s(),
         damping: mode.damping(),
         real_1_s: mode.real_1_s,
@@ -379,7 +383,7 @@ pub fn qualities_row(study: &DynamicsStudy) -> QualitiesRow {
         airplane_from: study.airplane_from.clone(),
         level: level.map(QualityLevel::name),
         probabilities: probabilities(&study.shares, "all"),
-        criteria: qualities.iter().map(|quality| quality_row(quality, &study.shares)).collect(),
+        criteria: qualities.iter().map(|quality| quality_row(quality, study)).collect(),
         note: study.limits.note.clone(),
     }
 }
@@ -388,14 +392,16 @@ fn probabilities(shares: &[LevelShares], criterion: &str) -> Option<[f64; 4]> {
     shares.iter().find(|row| row.criterion == criterion && row.judged > 0).map(|row| row.shares)
 }
 
-fn quality_row(quality: &Quality, shares: &[LevelShares]) -> QualityRow {
+fn quality_row(quality: &Quality, study: &DynamicsStudy) -> QualityRow {
+    let is_unjudged = quality.level.is_none() && quality.measures.iter().any(|measure| measure.is_of_speed());
+    let unjudged = study.speed_not_judged.filter(|_| is_unjudged).map(str::to_owned);
     let value = |(measure, value): &(Measure, f64)| (measure.key(), value.is_finite().then_some(*value));
     QualityRow {
         criterion: quality.criterion.clone(),
         level: quality.level.map_or("not judged", QualityLevel::name),
         values: quality.values.iter().map(value).collect(),
-        reasons: quality.reasons.iter().map(ToString::to_string).collect(),
+        reasons: quality.reasons.iter().map(ToString::to_string).chain(unjudged).collect(),
         counts: quality.counts,
-        probabilities: probabilities(shares, &quality.criterion),
+        probabilities: probabilities(&study.shares, &quality.criterion),
     }
 }

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use crate::run::Snapshot;
-use crate::session::{AngularAcceleration, Preparation, Session, Surface};
+use crate::session::{AngularAcceleration, Preparation, Session};
 use crate::stage::{FlightNoise, FlightProposals, LoadedFlight, TreatedSignal};
 
 /// A signal that was smoothed or resampled.
@@ -126,7 +126,7 @@ fn proposal_rows(session: &Session, proposals: &FlightProposals) -> Vec<Proposal
         name: proposal.manoeuvre.name.clone(),
         start_s: proposal.manoeuvre.window.start_s,
         end_s: proposal.manoeuvre.window.end_s,
-        surface: proposal.manoeuvre.surface.map_or("several", Surface::name),
+        surface: proposal.manoeuvre.surface_name().unwrap_or("several"),
         kind: proposal.manoeuvre.kind.clone(),
         confidence: proposal.confidence,
         window: proposal.covering_window(session).map(|window| window.name.clone()),

@@ -181,9 +181,8 @@ fn window_details(
     context: &Context<'_>,
 ) -> StageResult<WindowDetails> {
     let (request, Settings { structure, estimation, .. }, _) = params;
-    let parts = aero.zip(*fits).map(|(aero, fits)| stage::contributions(manoeuvre, aero, fits, structure, estimation));
-    let information =
-        aero.zip(*fits).map(|(aero, fits)| stage::information(manoeuvre, aero, fits, structure, estimation));
+    let parts = aero.zip(*fits).map(|(aero, fits)| stage::contributions(aero, fits, structure, estimation));
+    let information = aero.zip(*fits).map(|(aero, fits)| stage::information(aero, fits, structure, estimation));
     let filters = request.filters.then(|| by_every_filter(manoeuvre, params, inputs, context));
     Ok(WindowDetails {
         name: manoeuvre.name.clone(),

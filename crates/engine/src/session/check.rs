@@ -45,9 +45,7 @@ pub fn check(session: &Session) -> Vec<Finding> {
     }
     names("flight", session.flights.iter().map(|flight| flight.name.as_str()), &mut found);
     names("window", session.windows.iter().map(|window| window.name.as_str()), &mut found);
-    if session.title.chars().count() > LONGEST_NAME {
-        found.push(too_long("title".to_owned(), &session.title));
-    }
+    found.extend(unfit("title", &session.title));
     flights(session, &mut found);
     windows(session, &mut found);
     for (name, range) in &session.plausible {
@@ -74,30 +72,38 @@ fn names<'a>(kind: &str, all: impl Iterator<Item = &'a str>, found: &mut Vec<Fin
         let place = format!("{kind} '{name}'");
         if name.trim().is_empty() {
             found.push(contradiction(place, "the name is empty", "give it one"));
-        } else if name.chars().count() > LONGEST_NAME {
-            found.push(too_long(kind.to_owned(), name));
+        } else if let Some(finding) = unfit(kind, name) {
+            found.push(finding);
         } else if !seen.insert(name) {
             found.push(contradiction(place, "the name is used twice", "rename one"));
         }
     }
 }
 
-/// Whether a name is short enough for the files of results.
+/// Whether a name suits the files of results.
 ///
 /// # Errors
-/// One line with its beginning and what to do.
+/// One line with what is wrong and what to do.
 pub(super) fn name_fits(kind: &str, name: &str) -> Result<(), String> {
-    if name.chars().count() <= LONGEST_NAME {
-        return Ok(());
-    }
-    let finding = too_long(kind.to_owned(), name);
-    Err(finding.to_string())
+    unfit(kind, name).map_or(Ok(()), |finding| Err(finding.to_string()))
 }
 
-fn too_long(place: String, name: &str) -> Finding {
-    let beginning: String = name.chars().take(40).collect();
-    let text = format!("'{beginning}...' has {} characters", name.chars().count());
-    contradiction(place, text, &format!("leave it at {LONGEST_NAME}"))
+/// Why a name does not suit the files of results: too long for a path, or with a character that no document holds or that changes the
+/// direction of the text behind it.
+fn unfit(kind: &str, name: &str) -> Option<Finding> {
+    let is_unfit =
+        |letter: &char| letter.is_control() || matches!(letter, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+    if let Some((place, letter)) = name.chars().enumerate().find(|(_, letter)| is_unfit(letter)) {
+        let text =
+            format!("character {} is U+{:04X}, which reports and exports cannot hold", place + 1, u32::from(letter));
+        return Some(contradiction(kind.to_owned(), text, "remove it"));
+    }
+    let characters = name.chars().count();
+    (characters > LONGEST_NAME).then(|| {
+        let beginning: String = name.chars().take(40).collect();
+        let text = format!("'{beginning}...' has {characters} characters");
+        contradiction(kind.to_owned(), text, &format!("leave it at {LONGEST_NAME}"))
+    })
 }
 
 fn flights(session: &Session, found: &mut Vec<Finding>) {

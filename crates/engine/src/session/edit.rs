@@ -356,7 +356,10 @@ impl WindowEdit {
                 find(session, name)?.window = *window;
             }
             Self::Role { name, role } => find(session, name)?.role = *role,
-            Self::Surface { name, surface } => find(session, name)?.surface = *surface,
+            Self::Surface { name, surface } => {
+                let window = find(session, name)?;
+                (window.surface, window.also) = (*surface, None);
+            }
             Self::Note { name, note } => find(session, name)?.note.clone_from(note),
             Self::Flag { name, flag, on } => *flag.among(&mut find(session, name)?.flags) = *on,
         }

@@ -274,8 +274,10 @@ pub struct Manoeuvre {
     pub window: TimeRange,
     /// Use.
     pub role: WindowRole,
-    /// Surface moved; `None` when more than one or unknown.
+    /// Surface moved; `None` when more than two or unknown.
     pub surface: Option<Surface>,
+    /// Second surface moved.
+    pub also: Option<Surface>,
     /// Kind of input in words, for example `3-2-1-1`.
     pub kind: String,
     /// What there is to say about it; no result follows from it.
@@ -368,7 +370,12 @@ impl Manoeuvre {
     /// A window to identify with, of which nothing more is known.
     pub fn new(name: String, flight: String, window: TimeRange) -> Self {
         let (kind, note, flags) = (String::new(), String::new(), WindowFlags::default());
-        Self { name, flight, window, role: WindowRole::Identification, surface: None, kind, note, flags }
+        Self { name, flight, window, role: WindowRole::Identification, surface: None, also: None, kind, note, flags }
+    }
+
+    /// Name of the surface or the two surfaces moved, in files and tables.
+    pub fn surface_name(&self) -> Option<&'static str> {
+        self.surface.map(|surface| self.also.map_or(surface.name(), |other| surface.name_with(other)))
     }
 
     /// Time half way through, s.
@@ -380,8 +387,8 @@ impl Manoeuvre {
 /// By all that results follow from.
 impl Hash for Manoeuvre {
     fn hash<H: Hasher>(&self, state: &mut H) {
-        let Self { name, flight, window, role, surface, kind, note: _, flags: _ } = self;
-        (name, flight, window, role, surface, kind).hash(state);
+        let Self { name, flight, window, role, surface, also, kind, note: _, flags: _ } = self;
+        (name, flight, window, role, surface, also, kind).hash(state);
     }
 }
 
@@ -395,6 +402,16 @@ impl Surface {
             Self::Elevator => "elevator",
             Self::Aileron => "aileron",
             Self::Rudder => "rudder",
+        }
+    }
+
+    /// Names of two surfaces moved together, in the order of [`Self::ALL`].
+    fn name_with(self, other: Self) -> &'static str {
+        match (self, other) {
+            (Self::Elevator, Self::Aileron) | (Self::Aileron, Self::Elevator) => "elevator and aileron",
+            (Self::Elevator, Self::Rudder) | (Self::Rudder, Self::Elevator) => "elevator and rudder",
+            (Self::Aileron, Self::Rudder) | (Self::Rudder, Self::Aileron) => "aileron and rudder",
+            (one, _) => one.name(),
         }
     }
 

@@ -54,8 +54,12 @@ pub enum AirDensity {
     Recorded,
     /// Recorded static pressure and air temperature.
     PressureAndTemperature,
+    /// Recorded static pressure at the temperature of the standard atmosphere.
+    Pressure,
     /// The standard atmosphere at the recorded altitude.
     RecordedAltitude,
+    /// The standard atmosphere at the height above the sea that the satellites give.
+    SatelliteAltitude,
     /// The standard atmosphere at an altitude that nothing recorded: that of the origin which the session assumes, m, and the
     /// climb of the path.
     AssumedAltitude(f64),
@@ -67,7 +71,9 @@ impl AirDensity {
         match self {
             Self::Recorded => "recorded",
             Self::PressureAndTemperature => "recorded pressure and temperature",
+            Self::Pressure => "recorded pressure and standard temperature",
             Self::RecordedAltitude => "standard atmosphere at the recorded altitude",
+            Self::SatelliteAltitude => "standard atmosphere at the satellite altitude",
             Self::AssumedAltitude(_) => "standard atmosphere at an assumed altitude",
         }
     }
@@ -284,7 +290,7 @@ fn aero_data(
     let origin_m = preparation.origin_altitude_m;
     let (altitude_m, standard): (Arc<[f64]>, _) = match window.values(Role::Altitude)? {
         Some(altitude) => (altitude, AirDensity::RecordedAltitude),
-        None => (down_m.iter().map(|down| origin_m - down).collect(), AirDensity::AssumedAltitude(origin_m)),
+        None => altitude_without_channel(window, &down_m, origin_m)?,
     };
     let mut controls = BTreeMap::new();
     for role in CONTROLS.map(Surface::role) {
@@ -304,6 +310,12 @@ fn aero_data(
         AirDensity::AssumedAltitude(origin_m) => warnings.push(format!(
             "air density is assumed: standard atmosphere at an assumed altitude, {origin_m:.0} m and the climb of the path"
         )),
+        AirDensity::Pressure => {
+            warnings.push("air density comes from the recorded pressure at standard temperature".to_owned());
+        }
+        AirDensity::SatelliteAltitude => {
+            warnings.push("air density comes from the standard atmosphere at the satellite altitude".to_owned());
+        }
         AirDensity::Recorded | AirDensity::PressureAndTemperature => {}
     }
     let air = Air {
@@ -340,6 +352,22 @@ fn aero_data(
     };
     let (unknown_thrust, extrapolated_thrust) = (engines.unknown, engines.extrapolated);
     Ok(Formed { data, air_density, unknown_thrust, extrapolated_thrust, warnings })
+}
+
+/// Altitude of a recording without a pressure altitude: that of its static pressure, else of the satellites, else an assumed one.
+fn altitude_without_channel(
+    window: &WindowContext,
+    down_m: &[f64],
+    origin_m: f64,
+) -> StageResult<(Arc<[f64]>, AirDensity)> {
+    if let Some(pressure) = window.values(Role::StaticPressure)? {
+        let altitude = pressure.iter().map(|&pressure| Atmosphere::STANDARD.altitude_m(pressure));
+        return Ok((altitude.collect::<Result<_, _>>()?, AirDensity::Pressure));
+    }
+    if let Some(altitude) = window.values(Role::GpsAltitude)? {
+        return Ok((altitude, AirDensity::SatelliteAltitude));
+    }
+    Ok((down_m.iter().map(|down| origin_m - down).collect(), AirDensity::AssumedAltitude(origin_m)))
 }
 
 /// What the path says of the motion from some sample on.

@@ -12,7 +12,7 @@ use doublet_core::series::{Recording, Series};
 use doublet_core::validate::{Histogram, Whiteness, histogram, whiteness};
 
 use super::aero::WindowAero;
-use super::fit::{AeroWindow, CoefficientFit, WindowFits, applies, window_terms};
+use super::fit::{AeroWindow, CoefficientFit, WindowFits, identifies, window_terms};
 use super::path::WindowPath;
 use crate::graph::StageResult;
 use crate::session::{Estimation, Manoeuvre, PooledConstants, WindowRole};
@@ -108,7 +108,6 @@ pub fn residual_studies(fits: &WindowFits) -> Vec<ResidualStudy> {
 
 /// Parts of the fitted coefficients of one window (thesis Fig. 6.13).
 pub fn contributions(
-    manoeuvre: &Manoeuvre,
     aero: &WindowAero,
     fits: &WindowFits,
     structure: &Structure,
@@ -117,7 +116,7 @@ pub fn contributions(
     let one = |fit: &CoefficientFit| {
         let estimate = fit.fit.as_ref().ok()?;
         let terms = structure.terms(fit.coefficient)?;
-        let (terms, _) = window_terms(fit.coefficient, terms, manoeuvre.surface, estimation);
+        let (terms, _) = window_terms(fit.coefficient, terms, aero, estimation);
         let part = |term: &Term| {
             let name = term.derivative_name(fit.coefficient);
             let (derivative, _) = estimate.parameter(&name)?;
@@ -159,7 +158,7 @@ pub fn model_study(
 ) -> Vec<CoefficientStudy> {
     let one = |(coefficient, own): &(Coefficient, Vec<Term>)| {
         let used = windows.iter().filter(|(window, _)| {
-            window.role == WindowRole::Identification && applies(*coefficient, window.surface, estimation)
+            window.role == WindowRole::Identification && identifies(window, *coefficient, estimation)
         });
         let known = |term: &Term, aero: &WindowAero| regressors(std::slice::from_ref(term), &aero.variables).is_ok();
         let used: Vec<_> = used.filter(|(_, aero)| own.iter().all(|term| known(term, aero))).collect();

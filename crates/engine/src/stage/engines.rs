@@ -121,6 +121,17 @@ pub fn engines(window: &WindowContext, aircraft: &AircraftData, air: &Air<'_>) -
             speed_rad_s,
         });
     }
+    if aircraft.loaded.powerplant.engines.is_empty() {
+        for roles in &ENGINES {
+            if let Some(thrust_n) = window.values(roles.thrust)? {
+                let name = roles.thrust.name();
+                result.warnings.push(format!(
+                    "{name} acts along body x through the centre of gravity: the aircraft file describes no engine"
+                ));
+                result.engines.push(along_x(thrust_n));
+            }
+        }
+    }
     if result.engines.is_empty()
         && let Some(coefficient) = window.values(Role::ThrustCoefficient)?
     {
@@ -139,8 +150,13 @@ pub fn engines(window: &WindowContext, aircraft: &AircraftData, air: &Air<'_>) -
 fn engine_of_coefficient(coefficient: &[f64], aircraft: &AircraftData, air: &Air<'_>) -> Engine {
     let area_m2 = aircraft.loaded.aircraft.reference.area_m2;
     let thrust = |(k, tc): (usize, &f64)| tc * 0.5 * air.density_kg_m3[k] * air.airspeed_m_s[k].powi(2) * area_m2;
+    along_x(coefficient.iter().enumerate().map(thrust).collect())
+}
+
+/// A thrust along body x through the centre of gravity.
+fn along_x(thrust_n: Arc<[f64]>) -> Engine {
     Engine {
-        thrust_n: coefficient.iter().enumerate().map(thrust).collect(),
+        thrust_n,
         position: Position::BodyFromCg([0.0; 3]),
         direction_body: [1.0, 0.0, 0.0],
         rotor_inertia_kg_m2: 0.0,

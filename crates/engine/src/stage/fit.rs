@@ -132,28 +132,51 @@ pub fn applies(coefficient: Coefficient, surface: Option<Surface>, estimation: &
     }
 }
 
-/// Terms one window can tell about, and those it cannot: a surface that rests gives no control derivative (thesis 3.2.3), unless
-/// it is known beforehand.
+/// Whether one of the surfaces a manoeuvre moves tells about `coefficient`.
+pub(crate) fn identifies(manoeuvre: &Manoeuvre, coefficient: Coefficient, estimation: &Estimation) -> bool {
+    let second = manoeuvre.also.is_some_and(|also| applies(coefficient, Some(also), estimation));
+    second || applies(coefficient, manoeuvre.surface, estimation)
+}
+
+/// Standard deviation of a control over that of the one that moves most, up to which it rests: noise and the pilot's small corrections
+/// lie below, a second input lies above.
+const RESTS: f64 = 0.1;
+
+/// Terms that one window determines, and those it does not: a control that rests in it gives no derivative (thesis 3.2.3), unless that is
+/// known beforehand. Its recorded motion decides, whatever the window is called.
 pub(crate) fn window_terms(
     coefficient: Coefficient,
     terms: &[Term],
-    surface: Option<Surface>,
+    aero: &WindowAero,
     estimation: &Estimation,
 ) -> (Vec<Term>, Vec<DroppedTerm>) {
-    let Some(moving) = surface.map(Surface::variable) else { return (terms.to_vec(), Vec::new()) };
-    let controls = Surface::ALL.map(Surface::variable);
+    let motion = Surface::ALL.map(|surface| {
+        let deflection = aero.data.controls.get(&surface.role());
+        (surface.variable(), deflection.map_or(f64::NAN, |values| standard_deviation(values)))
+    });
+    let largest = motion.iter().map(|(_, deviation)| *deviation).fold(0.0, f64::max);
+    let is_resting = |variable: Variable| {
+        motion.iter().any(|(control, deviation)| *control == variable && *deviation <= RESTS * largest)
+    };
     let rests = |term: &&Term| {
         let known = estimation.known(coefficient, term);
         estimation.by_surface
+            && largest > 0.0
             && !matches!(known, Constraint::Fixed(_) | Constraint::Prior { .. })
-            && term.factors().iter().any(|(variable, _)| controls.contains(variable) && *variable != moving)
+            && term.factors().iter().any(|(variable, _)| is_resting(*variable))
     };
     let dropped = terms.iter().filter(rests).map(|term| DroppedTerm {
         derivative: term.derivative_name(coefficient),
-        reason: format!("its surface rests in a manoeuvre of the {}", moving.name()),
+        reason: "its control rests in this manoeuvre".to_owned(),
     });
     let dropped = dropped.collect();
     (terms.iter().filter(|term| !rests(term)).cloned().collect(), dropped)
+}
+
+fn standard_deviation(values: &[f64]) -> f64 {
+    let count = values.len().max(1) as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / count).sqrt()
 }
 
 /// Terms whose regressor moves in some window of a fit, and those that nothing can be told of: zero in all of them, or constant where
@@ -211,9 +234,9 @@ pub fn window_fits(
     structure: &Structure,
     estimation: &Estimation,
 ) -> WindowFits {
-    let models = structure.models.iter().filter(|(c, _)| applies(*c, manoeuvre.surface, estimation));
+    let models = structure.models.iter().filter(|(c, _)| identifies(manoeuvre, *c, estimation));
     let fits = models.map(|(coefficient, terms)| {
-        let (terms, dropped) = window_terms(*coefficient, terms, manoeuvre.surface, estimation);
+        let (terms, dropped) = window_terms(*coefficient, terms, aero, estimation);
         let window = (manoeuvre, Arc::clone(aero));
         coefficient_fit(*coefficient, &terms, &[&window], estimation, dropped)
     });
@@ -239,7 +262,7 @@ pub fn pooled_fits(windows: &[AeroWindow<'_>], structure: &Structure, estimation
     let predictions = |((coefficient, terms, used), fit): (&Model<'_, '_>, &CoefficientFit)| {
         let Ok(fit) = &fit.fit else { return Vec::new() };
         let parameters = Parameters::choose(*coefficient, terms, fit, used, estimation);
-        let applying = windows.iter().filter(|(window, _)| applies(*coefficient, window.surface, estimation));
+        let applying = windows.iter().filter(|(window, _)| identifies(window, *coefficient, estimation));
         let predicted =
             |(window, aero): &AeroWindow<'_>| predict(*coefficient, terms, &parameters, (window, aero), estimation);
         applying.filter_map(predicted).collect()
@@ -396,7 +419,7 @@ fn identification<'w, 's>(
     estimation: &Estimation,
 ) -> Vec<&'w AeroWindow<'s>> {
     let uses = |(window, _): &&AeroWindow<'_>| {
-        applies(coefficient, window.surface, estimation) && window.role == WindowRole::Identification
+        identifies(window, coefficient, estimation) && window.role == WindowRole::Identification
     };
     let used: Vec<_> = windows.iter().filter(uses).collect();
     let variables: Vec<Variable> = terms.iter().flat_map(Term::factors).map(|&(variable, _)| variable).collect();

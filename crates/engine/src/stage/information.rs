@@ -5,8 +5,8 @@ use doublet_core::model::{Coefficient, Structure, Term, regressors};
 use nalgebra::DMatrix;
 
 use super::aero::WindowAero;
-use super::fit::{AeroWindow, CoefficientFit, WindowFits, applies, window_terms};
-use crate::session::{Estimation, Manoeuvre, PooledConstants, WindowRole};
+use super::fit::{AeroWindow, CoefficientFit, WindowFits, identifies, window_terms};
+use crate::session::{Estimation, PooledConstants, WindowRole};
 
 /// Most stretches a window is divided into, and the shortest, s.
 const MOST: f64 = 120.0;
@@ -36,7 +36,6 @@ pub struct RegressorCorrelation {
 
 /// Which seconds of a window tell which derivative of its own fits.
 pub fn information(
-    manoeuvre: &Manoeuvre,
     aero: &WindowAero,
     fits: &WindowFits,
     structure: &Structure,
@@ -45,7 +44,7 @@ pub fn information(
     let one = |found: &CoefficientFit| {
         let fit = found.fit.as_ref().ok()?;
         let terms = structure.terms(found.coefficient)?;
-        let (terms, _) = window_terms(found.coefficient, terms, manoeuvre.surface, estimation);
+        let (terms, _) = window_terms(found.coefficient, terms, aero, estimation);
         let of = |name: &String| terms.iter().find(|term| term.derivative_name(found.coefficient) == *name).cloned();
         let own: Vec<Term> = fit.names.iter().filter_map(of).collect();
         let x = regressors(&own, &aero.variables).ok().filter(|_| own.len() == fit.names.len())?;
@@ -87,7 +86,7 @@ pub fn regressor_correlations(
             Some(name) => manoeuvre.name == name,
             None => manoeuvre.role == WindowRole::Identification,
         });
-        let used = used.filter(|(manoeuvre, _)| applies(*coefficient, manoeuvre.surface, estimation));
+        let used = used.filter(|(manoeuvre, _)| identifies(manoeuvre, *coefficient, estimation));
         let mut parts = Vec::new();
         for (_, aero) in used {
             let mut x = regressors(&terms, &aero.variables).ok()?;

@@ -87,4 +87,4 @@ pub use tolerances::{
 };
 pub use truth::TruthError;
 pub use window_context::{ANGULAR_ACCELERATIONS, WindowContext};
-pub use window_samples::{Samples, measured_by, partly_outside, samples};
+pub use window_samples::{NO_PATH_MEASUREMENT, Samples, measured_by, partly_outside, samples};

@@ -81,7 +81,7 @@ impl Parameters {
         estimation: &Estimation,
     ) -> Self {
         let fits = used.iter().filter_map(|window| {
-            let (terms, _) = window_terms(coefficient, terms, window.0.surface, estimation);
+            let (terms, _) = window_terms(coefficient, terms, &window.1, estimation);
             Regression::new(coefficient, &terms, &[*window], estimation).ok()?.pooled.fit().ok()
         });
         let fits: Vec<_> = fits.collect();

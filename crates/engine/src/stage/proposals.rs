@@ -198,23 +198,20 @@ fn series<'a>(recording: &'a Recording, roles: &[Role]) -> Vec<(Role, &'a Series
 }
 
 fn window_proposal(flight: &str, index: usize, found: Found) -> WindowProposal {
-    let surface = match found.surfaces[..] {
-        [Role::Elevator] => Some(Surface::Elevator),
-        [Role::Aileron] => Some(Surface::Aileron),
-        [Role::Rudder] => Some(Surface::Rudder),
-        _ => None,
+    let mut surfaces = Surface::ALL.into_iter().filter(|surface| found.surfaces.contains(&surface.role()));
+    let (surface, also) = match found.surfaces.len() {
+        1 | 2 => (surfaces.next(), surfaces.next()),
+        _ => (None, None),
     };
-    let moved = surface.map_or("several", Surface::name);
     let kind = found.shape.name();
     // Tenths of a second are what an eye would set.
     let round = |time: f64| (time * 10.0).round() / 10.0;
     let window = TimeRange { start_s: round(found.window.start_s), end_s: round(found.window.end_s) };
+    let mut manoeuvre =
+        Manoeuvre { surface, also, kind: kind.to_owned(), ..Manoeuvre::new(String::new(), flight.to_owned(), window) };
+    manoeuvre.name = format!("{:02} {} {kind}", index + 1, manoeuvre.surface_name().unwrap_or("several"));
     WindowProposal {
-        manoeuvre: Manoeuvre {
-            surface,
-            kind: kind.to_owned(),
-            ..Manoeuvre::new(format!("{:02} {moved} {kind}", index + 1), flight.to_owned(), window)
-        },
+        manoeuvre,
         confidence: found.confidence,
         onset_s: found.onset_s,
         input_end_s: found.input_end_s,

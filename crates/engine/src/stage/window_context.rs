@@ -19,8 +19,15 @@ use crate::graph::{Context, Footprint, Keyed, Stage, StageResult};
 use crate::session::{Preparation, Surface};
 
 /// Channels of the air that the coefficients may need.
-const AIR: [Role; 6] =
-    [Role::Altitude, Role::AirDensity, Role::StaticPressure, Role::AirTemperature, Role::Mach, Role::ThrustCoefficient];
+const AIR: [Role; 7] = [
+    Role::Altitude,
+    Role::GpsAltitude,
+    Role::AirDensity,
+    Role::StaticPressure,
+    Role::AirTemperature,
+    Role::Mach,
+    Role::ThrustCoefficient,
+];
 
 /// Recorded angular accelerations, with the rates they belong to.
 pub const ANGULAR_ACCELERATIONS: [(Role, Role); 3] = [

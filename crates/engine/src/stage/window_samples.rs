@@ -50,6 +50,9 @@ impl Stage for Samples {
     }
 }
 
+/// What is wrong with a recording of rates and forces only, before the names of what would do.
+pub const NO_PATH_MEASUREMENT: &str = "No flight-path measurement besides rates and forces: record at least one of";
+
 /// Shortest window the filter is run on, samples.
 const MIN_SAMPLES: usize = 10;
 
@@ -67,6 +70,10 @@ pub fn samples(
     let mut inputs = input_series(recording, window, preparation.path, &mut warnings)?;
     fit_in_memory(inputs.time_s.len())?;
     let mut measurements = measurement_series(recording, window, &inputs.time_s, &mut warnings);
+    if measurements.iter().all(|series| series.time_s.is_empty()) {
+        let names = Measurement::ALL.map(Measurement::name).join(", ");
+        return Err(format!("{NO_PATH_MEASUREMENT} {names}").into());
+    }
     if let Some(aircraft) = aircraft {
         let moved = move_sensors(&mut inputs, &mut measurements, aircraft, preparation)?;
         warnings.extend(moved);

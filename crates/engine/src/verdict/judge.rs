@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::delay::ControlDelay;
 use super::plausible::Plausible;
-use super::{Finding, Level, Verdict, delay, derivative, fit, flight, made_of, session, studies, window};
+use super::{Finding, Level, Verdict, delay, density, derivative, fit, flight, made_of, session, studies, window};
 use crate::graph::Footprint;
 use crate::run::Snapshot;
 use crate::session::{Manoeuvre, Session};
@@ -202,6 +202,8 @@ fn fit_verdict(
         let mut found = derivative::findings(evidence, window, fit, index);
         found.extend(study.of_derivative(window, name));
         findings.extend(found.iter().filter(|finding| finding.code != derivative::DETERMINED).cloned());
+        // The fit has this finding once, by what it is made of.
+        found.extend(density::finding(evidence, name, window, fit));
         derivatives.push(DerivativeVerdict { name: name.clone(), verdict: Verdict::of(found) });
     }
     FitVerdict { coefficient: fit.coefficient, verdict: Verdict::of(findings), derivatives, is_unused: false }

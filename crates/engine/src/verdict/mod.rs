@@ -6,6 +6,7 @@
 mod accelerometer;
 mod check;
 mod delay;
+mod density;
 mod derivative;
 mod findings;
 mod fit;

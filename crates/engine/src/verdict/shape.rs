@@ -44,7 +44,15 @@ pub(super) fn findings(place: &str, reference: &ReferenceGeometry, mass: Option<
             let text = format!("Izz is {part:.3} times Ixx and Iyy together, of aeroplanes it is nearly their sum");
             (text, "look for a slip in the moments of inertia")
         });
-        [roll, flatness]
+        let triangle = inertia.triangle_excess().filter(|_| flatness.is_none()).map(|excess| {
+            let text = format!(
+                "the largest principal moment of inertia exceeds the sum of the others by {:.1} %, no body has that",
+                100.0 * excess
+            );
+            let finding = Finding::new(Level::Caution, "aircraft", place, text).with_figure(excess, 0.0);
+            finding.with_cure("look for the loading that the moments were published for").with_setting("Airframe", "aircraft")
+        });
+        [roll, flatness, triangle]
     });
     outline.into_iter().chain(bodies.flatten()).collect()
 }

@@ -4,7 +4,7 @@ use std::cell::Cell;
 use std::path::Path;
 use std::sync::Once;
 
-use parquet::basic::{LogicalType, TimeUnit};
+use parquet::basic::{Compression, LogicalType, TimeUnit};
 use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
 use parquet::data_type::{DataType, Int96};
 use parquet::errors::ParquetError;
@@ -75,6 +75,7 @@ fn read_table(path: &Path, contents: Vec<u8>) -> Result<(Vec<Source>, Vec<String
     let length = contents.len() as u64;
     let file = SerializedFileReader::new(bytes::Bytes::from(contents)).map_err(|cause| damaged(&cause))?;
     let metadata = file.metadata().file_metadata();
+    check_compression(path, file.metadata())?;
     check_places(file.metadata(), length).map_err(|what| damaged(&what))?;
     let written = metadata.key_value_metadata().into_iter().flatten().find(|entry| entry.key == "ARROW:schema");
     let fields = written.and_then(|entry| arrow_schema::fields(entry.value.as_deref()?)).unwrap_or_default();
@@ -105,6 +106,18 @@ fn read_table(path: &Path, contents: Vec<u8>) -> Result<(Vec<Source>, Vec<String
         warnings.push(format!("columns of text or lists are left out: {}", left_out.join(", ")));
     }
     Ok((vec![source], warnings))
+}
+
+/// Refuses a way of compression that is legal and not read.
+fn check_compression(path: &Path, metadata: &ParquetMetaData) -> Result<(), LoadError> {
+    let mut compressions =
+        metadata.row_groups().iter().flat_map(|group| group.columns()).map(|column| column.compression());
+    let unread = |compression: &Compression| matches!(compression, Compression::BROTLI(_) | Compression::LZO);
+    compressions.find(unread).map_or(Ok(()), |compression| {
+        let name = if compression == Compression::LZO { "LZO" } else { "Brotli" };
+        let (path, what) = (path.to_owned(), format!("{name} compression of Parquet"));
+        Err(LoadError::Unsupported { path, what, cure: "write the file with zstd" })
+    })
 }
 
 /// Refuses columns that do not lie in the file: the reader takes their places for granted.

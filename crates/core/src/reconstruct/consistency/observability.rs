@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, SMatrix, SymmetricEigen};
 
+use crate::decompose;
 use crate::reconstruct::data::Reconstruction;
 use crate::reconstruct::model::dense::StateMatrix;
 use crate::reconstruct::model::kinematics::{KinematicsJacobian, Rates, Trig, rates};
@@ -57,7 +58,7 @@ pub fn observability(
     let normalised = rows_normalised(stacked);
     let first = normalised.rows(0, rows.len()).into_owned();
     let squares: StateMatrix = SMatrix::from_fn(|i, j| normalised.column(i).dot(&normalised.column(j)));
-    let singular_values = normalised.singular_values().iter().copied().collect::<Vec<f64>>();
+    let singular_values = singular_values(normalised);
     let rank = rank(&singular_values);
     let eigen = SymmetricEigen::new(squares);
     let largest = eigen.eigenvalues.max();
@@ -69,8 +70,13 @@ pub fn observability(
             unobservable.push(state);
         }
     }
-    let rank_of_measurements = self::rank(&first.singular_values().iter().copied().collect::<Vec<f64>>());
+    let rank_of_measurements = self::rank(&self::singular_values(first));
     Observability { rank_of_measurements, rank, singular_values, unobservable }
+}
+
+/// Singular values, largest first; none where nothing is measured.
+fn singular_values(matrix: DMatrix<f64>) -> Vec<f64> {
+    decompose::singular(matrix, false, false).map_or(Vec::new(), |found| found.singular_values.as_slice().to_vec())
 }
 
 fn rank(singular_values: &[f64]) -> usize {

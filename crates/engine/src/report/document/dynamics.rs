@@ -88,7 +88,7 @@ fn modes(row: &DynamicsRow) -> Table {
         let shown = if mode.period_s.is_some() { "frequency_rad_s" } else { "real_1_s" };
         let sampled = mode.intervals.get(shown).and_then(|figure| figure.sampled);
         vec![
-            Cell::text(mode.name),
+            Cell::text(mode.not_judged.map_or_else(|| mode.name.to_owned(), |_| format!("{} (not judged)", mode.name))),
             Cell::Number(mode.real_1_s),
             error("real_1_s"),
             Cell::Number(mode.frequency_rad_s),

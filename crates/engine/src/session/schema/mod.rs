@@ -351,10 +351,11 @@ fn readable(figure: ReportFigure) -> Result<ReportFigure, SessionError> {
 fn window_from(table: WindowTable) -> Result<Manoeuvre, SessionError> {
     let place = format!("window '{}'", table.name);
     let roles = WindowRole::ALL.map(|role| (role.name(), role));
-    let surfaces = Surface::ALL.map(|surface| (surface.name(), surface));
+    let [surface, also] = surfaces_from(&place, table.surface.as_deref())?;
     Ok(Manoeuvre {
         role: choose(&roles, &place, &table.role)?,
-        surface: table.surface.map(|name| choose(&surfaces, &place, &name)).transpose()?,
+        surface,
+        also,
         name: table.name,
         flight: table.flight,
         window: TimeRange { start_s: table.start_s, end_s: table.end_s },
@@ -362,6 +363,16 @@ fn window_from(table: WindowTable) -> Result<Manoeuvre, SessionError> {
         note: table.note,
         flags: WindowFlags { locked: table.locked, confirmed: table.confirmed },
     })
+}
+
+/// The surface a window moves, or the two it moves, as in `aileron and rudder`.
+fn surfaces_from(place: &str, names: Option<&str>) -> Result<[Option<Surface>; 2], SessionError> {
+    let surfaces = Surface::ALL.map(|surface| (surface.name(), surface));
+    let Some(names) = names else { return Ok([None; 2]) };
+    let (first, second) = names.split_once(" and ").map_or((names, None), |(first, second)| (first, Some(second)));
+    let surface = choose(&surfaces, place, first)?;
+    let also = second.map(|second| choose(&surfaces, place, second)).transpose()?;
+    Ok([Some(surface), also.filter(|also| *also != surface)])
 }
 
 fn filter_from(table: &FilterTable) -> Result<FilterSettings, SessionError> {
@@ -479,7 +490,7 @@ fn window_table(window: &Manoeuvre) -> WindowTable {
         start_s: window.window.start_s,
         end_s: window.window.end_s,
         role: window.role.name().to_owned(),
-        surface: window.surface.map(|surface| surface.name().to_owned()),
+        surface: window.surface_name().map(str::to_owned),
         kind: window.kind.clone(),
         note: window.note.clone(),
         locked: window.flags.locked,

@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 use doublet_core::hash_fields;
 use doublet_core::model::Coefficient;
-use doublet_dynamics::linear::{Condition, UncertainModel};
+use doublet_dynamics::linear::{Condition, Linearised, UncertainModel};
 use doublet_dynamics::modes::{ModeStudy, mode_study};
 use doublet_dynamics::qualities::{Airplane, Judgement, LevelShares, Limits, Measures, judge, judge_samples, measures};
 
@@ -24,6 +24,9 @@ pub use function::{Named, named_values, propagate_expression};
 pub use measured::{MeasuredWindow, measured_modes};
 pub use model::{ModelToTrim, pooled_model};
 pub use trim::{Flown, level_model};
+
+/// Why phugoid and stability of speed are not judged: a thrust inside CX is taken as proportional to dynamic pressure.
+pub const THRUST_NOT_KNOWN: &str = "not judged: it depends on how thrust changes with airspeed, and the model has no thrust; record the thrust or describe the engines, and remove it from the coefficients";
 
 /// Folder of the limits that come with the program.
 const LIMITS: &str = "flying_qualities";
@@ -133,6 +136,8 @@ pub struct DynamicsStudy {
     pub judgement: Judgement,
     /// How likely each level is.
     pub shares: Vec<LevelShares>,
+    /// Why phugoid and stability of speed are not judged, where they are not.
+    pub speed_not_judged: Option<&'static str>,
     /// Modes in the free responses of the windows.
     pub measured: Vec<MeasuredWindow>,
     /// Windows whose median conditions fill what was left open.
@@ -162,9 +167,17 @@ impl Stage for DynamicsStudy {
         context.checkpoint()?;
         let limits = limits(STANDARD)?;
         let (airplane, airplane_from) = airplane(&request, greatest_mass_kg(input, &condition))?;
-        let measured = measures(&modes.linearised);
+        let speed_not_judged = (!model.model.has_thrust()).then_some(THRUST_NOT_KNOWN);
+        let judged = |linearised: &Linearised| {
+            let mut found = measures(linearised);
+            if speed_not_judged.is_some() {
+                found.remove_speed();
+            }
+            found
+        };
+        let measured = judged(&modes.linearised);
         let nominal: Vec<_> = modes.modes.iter().map(|estimate| estimate.mode.clone()).collect();
-        let sampled: Vec<Measures> = modes.samples.iter().map(measures).collect();
+        let sampled: Vec<Measures> = modes.samples.iter().map(judged).collect();
         if modes.without_trim > 0 {
             notes
                 .push(format!("{} of {} samples of the derivatives have no trim", modes.without_trim, request.samples));
@@ -175,6 +188,7 @@ impl Stage for DynamicsStudy {
             shares: judge_samples(&limits, &airplane, &sampled),
             measures: measured,
             sampled,
+            speed_not_judged,
             model: Arc::new(model),
             limits: Arc::new(limits),
             request,

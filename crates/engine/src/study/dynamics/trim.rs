@@ -44,7 +44,11 @@ pub fn condition(
             notes.push("thrust is held while the airspeed changes: no propeller map says how it falls".to_owned());
         }
     } else {
-        notes.push("thrust is inside the coefficients: the flight path follows from the power of the tests".to_owned());
+        notes.push(
+            "thrust is inside the coefficients: the flight path follows from the power of the tests; phugoid, derivatives of \
+             airspeed (CX_V, X_u) and stability of speed are not judged"
+                .to_owned(),
+        );
     }
     let lags = input.settings.preparation.control_lags;
     if lags != crate::session::ControlLags::default() {
