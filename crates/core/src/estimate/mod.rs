@@ -1,6 +1,8 @@
 //! Least-squares estimation of derivatives, its covariance and diagnostics.
 
+mod between_windows;
 mod conditions;
+mod constant_errors;
 mod constrained;
 mod covariance;
 pub mod diagnostics;
@@ -31,6 +33,7 @@ mod triangle;
 mod weighted;
 
 pub use conditions::{ConditionFit, ConditionPoint, condition_regression};
+pub use constant_errors::{ConstantErrors, InnovationEvidence, constant_errors};
 pub use constrained::{Constraint, constrained_least_squares};
 pub use covariance::{Coloured, Taper, Transforms, autocorrelation, coloured_covariance, coloured_covariances};
 pub use disturbance::{Unexplained, disturbance_variance};

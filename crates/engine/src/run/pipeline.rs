@@ -19,8 +19,8 @@ use crate::notation::plural;
 use crate::session::{self, Flight, Manoeuvre, PathSource, Session};
 use crate::stage::{
     self, AircraftData, EstimatedSensorErrors, FlightEngines, FlightPhysics, FlightProposals, FlownMass,
-    LoadedAircraft, LoadedFlight, PooledFits, ProofOfMatch, Samples, SessionGusts, SessionNoise, StudyWindow, WindowAero, WindowFits,
-    WindowPath,
+    LoadedAircraft, LoadedFlight, PathErrors, PooledFits, ProofOfMatch, Samples, SessionGusts, SessionNoise,
+    StudyWindow, WidenedFits, WindowAero, WindowFits, WindowPath,
 };
 use crate::study::{Study, StudyInput};
 use crate::verdict;
@@ -507,10 +507,32 @@ impl<'a> Run<'a> {
         let by = |structure: &Structure| self.context.get::<PooledFits>((structure, &session.estimation), &aero);
         let pooled = by(&session.structure);
         let pooled = self.show(pooled, |snapshot| &mut snapshot.pooled)?.ok_or(Cancelled)?;
+        // Derivatives are shown at once; the errors of the path, which take a path more for each, follow.
+        self.builder.show();
+        let pooled = self.widen(session, windows, pooled)?;
         let second = session.second_structure.as_ref().ok_or(StageError::NotApplicable).and_then(by);
         self.show(second, |snapshot| &mut snapshot.second)?;
         self.builder.show();
         Ok(pooled)
+    }
+
+    /// The pooled fits with the errors of the path in their corrected standard errors, where those can be formed.
+    fn widen(
+        &self,
+        session: &Session,
+        windows: &[StudyWindow<'_>],
+        pooled: Keyed<PooledFits>,
+    ) -> Result<Keyed<PooledFits>, Cancelled> {
+        let inputs: Vec<_> = windows.iter().map(|window| (window.manoeuvre, &window.path, &window.aero)).collect();
+        let errors = self.context.get::<PathErrors>(session.settings(), &inputs);
+        match errors.and_then(|errors| self.context.get::<WidenedFits>((), (&pooled, &errors))) {
+            Err(StageError::Cancelled) => Err(Cancelled),
+            Err(_) => Ok(pooled),
+            Ok(widened) => {
+                self.builder.update(|snapshot| snapshot.pooled = Slot::Ready(widened.clone()))?;
+                Ok(widened)
+            }
+        }
     }
 
     /// Channels of each flight against each other, windows it proposes, and its noise. Nothing but the verdict hangs on them.

@@ -140,23 +140,23 @@ impl WindowAero {
     }
 }
 
-/// The same window as if its filter had been given `data` and found `path`, at the same times: air, engines, loading and
+/// The same window as if its filter had been given `data` and found `path` instead of the nominal ones, at the same times: air, engines, loading and
 /// deflections stay, and what differs between `data` and the samples of `nominal` is added to the inertial samples as measured.
 ///
 /// # Errors
 /// One line: what the model refuses.
 pub fn aero_along(
     aero: &WindowAero,
-    nominal: &WindowPath,
+    (nominal_data, nominal): (&FilterData, &Reconstruction),
     (data, path): (&FilterData, &Reconstruction),
     preparation: &Preparation,
 ) -> StageResult<WindowAero> {
-    let first = nominal.data.inputs.time_s.len() - aero.data.time_s.len();
-    let known = motion(first, &nominal.reconstruction, preparation)?;
+    let first = nominal_data.inputs.time_s.len() - aero.data.time_s.len();
+    let known = motion(first, nominal, preparation)?;
     let Motion { airspeed_m_s, alpha_rad, beta_rad, biases, .. } = motion(first, path, preparation)?;
     let moved = |column: &[f64], input: Input| -> Vec<f64> {
         let index = input as usize;
-        let samples = data.inputs.columns[index][first..].iter().zip(&nominal.data.inputs.columns[index][first..]);
+        let samples = data.inputs.columns[index][first..].iter().zip(&nominal_data.inputs.columns[index][first..]);
         let bias = biases[index] - known.biases[index];
         column.iter().zip(samples).map(|(value, (noisy, clean))| value + (noisy - clean) - bias).collect()
     };

@@ -5,6 +5,7 @@ use std::sync::{Arc, OnceLock};
 use doublet_core::estimate::{Coloured, Constraint, Fit, Origin, PooledRegression, PooledWindow};
 use doublet_core::model::{Coefficient, LONG_WINDOW, Structure, Term, Variable, regressors};
 use doublet_core::series::Series;
+use doublet_core::statistics::median;
 use rayon::prelude::*;
 
 use super::aero::WindowAero;
@@ -350,7 +351,12 @@ fn stacked_fit(
     let regression = Regression::new(coefficient, terms, used, estimation)?.pooled;
     let pooled = regression.fit()?;
     let coloured = pooled.coloured_covariance(&regression.windows, &Coloured::default())?;
-    Ok((pooled.fit, coloured.diagonal().iter().map(|variance| variance.sqrt()).collect()))
+    let mut errors: Vec<f64> = coloured.diagonal().iter().map(|variance| variance.sqrt()).collect();
+    // Noise that is stationary inside windows explains the first; a model that fits no manoeuvre exactly shows between them.
+    if let Some(between) = pooled.errors_between_windows(&regression.windows) {
+        errors.iter_mut().zip(between).for_each(|(error, between)| *error = error.max(between));
+    }
+    Ok((pooled.fit, errors))
 }
 
 /// The regression of one coefficient over windows.
@@ -410,6 +416,47 @@ pub fn pooled_regressions(
     models.filter_map(one).collect()
 }
 
+/// Part of a surface's motion in the windows named after it that it must have in a window named after none to count there: below a third
+/// of the deviation, a ninth of the information, what the surface does there is what the other axis makes the pilot or the control
+/// system do, and the motion is what the model of its own axis does not have.
+const LEAST_PART: f64 = 1.0 / 3.0;
+
+/// Whether a surface of the axis of `coefficient` moves in a window named after none by a good part of what it moves in the windows
+/// named after it. Always where a window is named, or where none is.
+fn moves(
+    coefficient: Coefficient,
+    (window, aero): &AeroWindow<'_>,
+    named: &[(Surface, f64)],
+    estimation: &Estimation,
+) -> bool {
+    if window.surface.is_some() || !estimation.by_surface {
+        return true;
+    }
+    let mut of_axis = named.iter().filter(|(surface, _)| applies(coefficient, Some(*surface), estimation)).peekable();
+    of_axis.peek().is_none()
+        || of_axis.any(|(surface, usual)| motion(*surface, aero).is_none_or(|own| own >= LEAST_PART * usual))
+}
+
+/// Median deviation of each surface in the identification windows named after it, of those that have any.
+fn named_motion(windows: &[AeroWindow<'_>]) -> Vec<(Surface, f64)> {
+    let usual = |surface: Surface| {
+        let named = windows
+            .iter()
+            .filter(|(window, _)| window.role == WindowRole::Identification && window.surface == Some(surface));
+        let mut own: Vec<f64> = named.filter_map(|(_, aero)| motion(surface, aero)).collect();
+        Some((surface, median(&mut own)?))
+    };
+    Surface::ALL.into_iter().filter_map(usual).collect()
+}
+
+/// Standard deviation of a surface over a window.
+fn motion(surface: Surface, aero: &WindowAero) -> Option<f64> {
+    let values = aero.variables.get(surface.variable())?;
+    let count = values.len().max(1) as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    Some((values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / count).sqrt())
+}
+
 /// The identification windows that tell about `coefficient`. A window that lacks a variable of the model says so in its own fit
 /// and does not take the others with it.
 fn identification<'w, 's>(
@@ -418,8 +465,12 @@ fn identification<'w, 's>(
     windows: &'w [AeroWindow<'s>],
     estimation: &Estimation,
 ) -> Vec<&'w AeroWindow<'s>> {
-    let uses = |(window, _): &&AeroWindow<'_>| {
-        identifies(window, coefficient, estimation) && window.role == WindowRole::Identification
+    let named = named_motion(windows);
+    let uses = |of: &&AeroWindow<'_>| {
+        let (window, _) = of;
+        identifies(window, coefficient, estimation)
+            && window.role == WindowRole::Identification
+            && moves(coefficient, of, &named, estimation)
     };
     let used: Vec<_> = windows.iter().filter(uses).collect();
     let variables: Vec<Variable> = terms.iter().flat_map(Term::factors).map(|&(variable, _)| variable).collect();

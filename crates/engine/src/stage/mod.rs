@@ -22,6 +22,7 @@ mod mass;
 mod noise;
 mod observability;
 mod path;
+mod path_errors;
 mod phases;
 mod physics;
 mod placement;
@@ -66,6 +67,7 @@ pub use mass::{FlownMass, FlownState, FuelRecord, FuelSource};
 pub use noise::{FlightNoise, NoiseFlight, NoiseRow, SessionNoise, noise, open_entries};
 pub use observability::Observability;
 pub use path::{PathAssessment, PathSeries, SmoothedSeries, WindowPath, paths, reconstructions};
+pub use path_errors::{ConstantError, ErrorWindow, PathErrors, WidenedFits, path_errors};
 pub use physics::{FlightPhysics, PhysicsRow, physics_of};
 pub use prediction::Prediction;
 pub use proposals::{

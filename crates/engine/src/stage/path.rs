@@ -240,7 +240,10 @@ fn path_series(known: &[Option<Series>; STATES], data: &FilterData, reconstructi
         states: smoothed.states.each_ref().map(series),
         deviations: smoothed.deviations.each_ref().map(shared),
     });
-    let reconstructed = measurements_of(smoothed.as_ref().map_or(&states, |smoothed| &smoothed.states));
+    let path = smoothed.as_ref().map_or(&states, |smoothed| &smoothed.states);
+    let columns = measurements_of(&path.each_ref().map(|state| Arc::clone(&state.values)));
+    let reconstructed =
+        columns.map(|values| Series { time_s: Arc::clone(&reconstruction.time_s), values: values.into() });
     PathSeries {
         deviations: reconstruction.deviations.each_ref().map(shared),
         smoothed,
@@ -286,26 +289,23 @@ fn hold_last(column: &[f64]) -> Arc<[f64]> {
     column.iter().map(hold).collect()
 }
 
-/// Measurements of filtered or smoothed states (thesis Eq. 3.8): positions and angles are states, ground velocity is airspeed turned to
-/// the local frame plus wind, airspeed and flow angles follow from the body components.
-fn measurements_of(states: &[Series; STATES]) -> [Series; MEASUREMENTS] {
-    let time_s = &states[0].time_s;
-    let at = |state: State, k: usize| states[state as usize].values[k];
+/// Measurements of filtered or smoothed states, a column each (thesis Eq. 3.8): positions and angles are states, ground velocity is
+/// airspeed turned to the local frame plus wind, airspeed and flow angles follow from the body components.
+pub(super) fn measurements_of<C: AsRef<[f64]>>(states: &[C; STATES]) -> [Vec<f64>; MEASUREMENTS] {
+    let of = |state: State| states[state as usize].as_ref();
+    let at = |state: State, k: usize| of(state)[k];
     let body = |k: usize| [State::VelocityU, State::VelocityV, State::VelocityW].map(|state| at(state, k));
-    let column = |value: &dyn Fn(usize) -> f64| Series {
-        time_s: Arc::clone(time_s),
-        values: (0..time_s.len()).map(value).collect(),
-    };
+    let column = |value: &dyn Fn(usize) -> f64| (0..states[0].as_ref().len()).map(value).collect();
     Measurement::ALL.map(|measurement| match measurement {
-        Measurement::PositionNorth => states[State::PositionNorth as usize].clone(),
-        Measurement::PositionEast => states[State::PositionEast as usize].clone(),
-        Measurement::PositionDown => states[State::PositionDown as usize].clone(),
+        Measurement::PositionNorth => of(State::PositionNorth).to_vec(),
+        Measurement::PositionEast => of(State::PositionEast).to_vec(),
+        Measurement::PositionDown => of(State::PositionDown).to_vec(),
         Measurement::VelocityNorth => column(&|k| ground_velocity(|state| at(state, k))[0]),
         Measurement::VelocityEast => column(&|k| ground_velocity(|state| at(state, k))[1]),
         Measurement::VelocityDown => column(&|k| ground_velocity(|state| at(state, k))[2]),
-        Measurement::BankAngle => states[State::BankAngle as usize].clone(),
-        Measurement::PitchAngle => states[State::PitchAngle as usize].clone(),
-        Measurement::HeadingAngle => states[State::HeadingAngle as usize].clone(),
+        Measurement::BankAngle => of(State::BankAngle).to_vec(),
+        Measurement::PitchAngle => of(State::PitchAngle).to_vec(),
+        Measurement::HeadingAngle => of(State::HeadingAngle).to_vec(),
         Measurement::Airspeed => column(&|k| {
             let [u, v, w] = body(k);
             u.hypot(v).hypot(w)

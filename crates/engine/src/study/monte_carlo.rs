@@ -84,7 +84,8 @@ fn estimates<'a>(
     );
     let aero = |((window, data), path): ((&&StudyWindow<'a>, &FilterData), Result<_, StageError>)| {
         let path = path?;
-        let aero = stage::aero_along(&window.aero, &window.path, (data, &path), settings.preparation)?;
+        let nominal = (&*window.path.data, &window.path.reconstruction);
+        let aero = stage::aero_along(&window.aero, nominal, (data, &path), settings.preparation)?;
         Ok((window.manoeuvre, aero.into()))
     };
     let windows: Vec<AeroWindow<'_>> = used.iter().zip(&data).zip(paths).map(aero).collect::<StageResult<_>>()?;

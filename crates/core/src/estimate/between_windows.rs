@@ -1,0 +1,141 @@
+//! Errors of a pooled estimate from the scatter between its windows.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::{PooledFit, PooledWindow};
+
+/// Fewest windows whose scatter is used: with two the quantile of Student's distribution is 6.5 times that of the normal one.
+const FEWEST_WINDOWS: usize = 3;
+
+/// Two-sided 95 % quantile of the normal distribution.
+const NORMAL_QUANTILE: f64 = 1.959_963_984_540_054;
+
+impl PooledFit {
+    /// Standard errors by the scatter between windows, one per parameter; `None` with fewer than three windows. Zero for what is held
+    /// and for the windows' own parameters.
+    ///
+    /// With `X~` the shared regressors of window `w` less what its own regressors explain of them, and `v` its residuals,
+    /// `V = G / (G - 1) A^-1 (sum_w s_w s_w') A^-1`, `A = sum_w X~_w' X~_w + W`, `s_w = X~_w' v_w`, with `W` the information of priors
+    /// (cluster-robust covariance: Liang and Zeger, Biometrika 73(1), 1986; Cameron and Miller, J. Human Resources 50(2), 2015, 2 and
+    /// 6). It holds whatever a window has in common with itself, as a model that fits no manoeuvre exactly, which the autocorrelation
+    /// of the residuals inside windows does not show. With few windows such a deviation follows Student's distribution with `G - 1`
+    /// degrees of freedom: it is multiplied by the ratio of its 95 % quantile to the normal one, so that 1.96 of it are that interval.
+    ///
+    /// `windows` are those fitted.
+    pub fn errors_between_windows(&self, windows: &[PooledWindow]) -> Option<Vec<f64>> {
+        let count = windows.len();
+        if count < FEWEST_WINDOWS || count != self.samples.len() {
+            return None;
+        }
+        let times_used = |parameter: usize| self.parameters.iter().filter(|own| own.contains(&parameter)).count();
+        let all = self.fit.names.len();
+        let shared: Vec<usize> =
+            (0..all).filter(|&index| self.fit.origins[index].is_estimated() && times_used(index) > 1).collect();
+        let size = shared.len();
+        let mut information = DMatrix::zeros(size, size);
+        for (place, &parameter) in shared.iter().enumerate() {
+            information[(place, place)] += self.prior_information.get(parameter).copied().unwrap_or(0.0);
+        }
+        let mut scores = Vec::with_capacity(count);
+        for ((window, columns), samples) in windows.iter().zip(&self.parameters).zip(&self.samples) {
+            let residuals = DVector::from_column_slice(&self.fit.residuals[samples.clone()]);
+            let (score, own) =
+                score_of(window, columns, &shared, &residuals, |at| self.fit.origins[at].is_estimated())?;
+            information += own;
+            scores.push(score);
+        }
+        let factor = information.cholesky()?;
+        let variance = scores.iter().fold(DVector::zeros(size), |sum, score| {
+            let moved = factor.solve(score);
+            sum + moved.component_mul(&moved)
+        });
+        let windows = count as f64;
+        let scale = (windows / (windows - 1.0)).sqrt() * student_quantile(windows - 1.0) / NORMAL_QUANTILE;
+        let mut errors = vec![0.0; all];
+        for (&parameter, variance) in shared.iter().zip(variance.iter()) {
+            errors[parameter] = scale * variance.sqrt();
+        }
+        Some(errors)
+    }
+}
+
+/// `X~' v` and `X~' X~` of one window over the parameters `shared`; `None` where its own regressors depend on each other.
+fn score_of(
+    window: &PooledWindow,
+    columns: &[usize],
+    shared: &[usize],
+    residuals: &DVector<f64>,
+    is_estimated: impl Fn(usize) -> bool,
+) -> Option<(DVector<f64>, DMatrix<f64>)> {
+    let place = |parameter: &usize| shared.iter().position(|other| other == parameter);
+    let of =
+        |keep: &dyn Fn(&usize) -> bool| -> Vec<usize> { (0..columns.len()).filter(|c| keep(&columns[*c])).collect() };
+    let common = of(&|parameter| place(parameter).is_some());
+    let own = of(&|parameter| place(parameter).is_none() && is_estimated(*parameter));
+    let mut x = window.x.select_columns(&common);
+    if !own.is_empty() {
+        let own = window.x.select_columns(&own);
+        let explained = own.tr_mul(&own).cholesky()?.solve(&own.tr_mul(&x));
+        x -= own * explained;
+    }
+    let mut score = DVector::zeros(shared.len());
+    let mut information = DMatrix::zeros(shared.len(), shared.len());
+    let (own_score, own_information) = (x.tr_mul(residuals), x.tr_mul(&x));
+    let places: Vec<usize> = common.iter().filter_map(|&column| place(&columns[column])).collect();
+    for (i, &row) in places.iter().enumerate() {
+        score[row] = own_score[i];
+        for (j, &column) in places.iter().enumerate() {
+            information[(row, column)] = own_information[(i, j)];
+        }
+    }
+    Some((score, information))
+}
+
+/// Two-sided 95 % quantile of Student's distribution by its expansion in `1 / freedom` (Abramowitz and Stegun 26.7.5): 3 % short with two
+/// degrees of freedom, 0.7 % with three.
+fn student_quantile(freedom: f64) -> f64 {
+    let z = NORMAL_QUANTILE;
+    let square = z * z;
+    let first = z * (square + 1.0) / 4.0;
+    let second = z * ((5.0 * square + 16.0) * square + 3.0) / 96.0;
+    let third = z * (((3.0 * square + 19.0) * square + 17.0) * square - 15.0) / 384.0;
+    z + (first + (second + third / freedom) / freedom) / freedom
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::pooled;
+    use super::*;
+
+    #[test]
+    fn student_quantile_matches_its_table() {
+        // Abramowitz and Stegun, table 26.10, 0.95.
+        for (freedom, expected, relative) in
+            [(2.0, 4.303, 0.035), (3.0, 3.182, 0.01), (5.0, 2.571, 2e-3), (30.0, 2.042, 1e-3)]
+        {
+            approx::assert_relative_eq!(student_quantile(freedom), expected, max_relative = relative);
+        }
+    }
+
+    #[test]
+    fn errors_between_windows_are_the_scatter_of_slopes_that_differ() {
+        // Windows of the same regressor, each with a slope of its own: the pooled slope is their mean, its error their scatter.
+        let slopes = [0.9, 1.2, 1.1, 0.7, 1.3, 0.8];
+        let count = slopes.len() as f64;
+        let window = |(index, slope): (usize, &f64)| {
+            let x = DMatrix::from_fn(50, 2, |k, column| if column == 0 { 1.0 } else { (0.2 * k as f64).sin() });
+            let z = x.column(1).iter().map(|x| 3.0 + slope * x).collect();
+            PooledWindow { label: format!("{index}"), x, z }
+        };
+        let windows: Vec<PooledWindow> = slopes.iter().enumerate().map(window).collect();
+        let names = ["constant".to_owned(), "slope".to_owned()];
+        let fit = pooled(&names, &[true, false], &windows).unwrap();
+        let errors = fit.errors_between_windows(&windows).unwrap();
+        let mean = slopes.iter().sum::<f64>() / count;
+        let variance = slopes.iter().map(|slope| (slope - mean).powi(2)).sum::<f64>() / (count - 1.0) / count;
+        let expected = variance.sqrt() * student_quantile(count - 1.0) / NORMAL_QUANTILE;
+        approx::assert_relative_eq!(errors[0], expected, max_relative = 1e-9);
+        assert_eq!(&errors[1..], &[0.0; 6]);
+        assert!(fit.errors_between_windows(&windows[..2]).is_none());
+    }
+}

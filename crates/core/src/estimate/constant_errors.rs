@@ -1,0 +1,150 @@
+//! Errors of sensors that are constant over all windows, from the innovations of a filter with and without them.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::EstimateError;
+use crate::reconstruct::Reconstruction;
+
+/// Constant errors of sensors, each estimated from all windows together.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ConstantErrors {
+    /// Estimate of each, unit of its step.
+    pub estimates: Vec<f64>,
+    /// Their covariance.
+    pub covariance: DMatrix<f64>,
+}
+
+/// What one window says of the errors: `A = sum N' S^-1 N` and `b = sum N' S^-1 nu`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct InnovationEvidence {
+    information: DMatrix<f64>,
+    gradient: DVector<f64>,
+}
+
+impl InnovationEvidence {
+    /// From the innovations `nu` of a window and those of the same window freed of each error by a step: `N = (nu_k - nu) / step_k`.
+    ///
+    /// Innovations count with the deviations the filter predicts, each by itself. Those of other times than `nominal` has are left out.
+    pub fn new(nominal: &Reconstruction, freed: &[(&Reconstruction, f64)]) -> Self {
+        let count = freed.len();
+        let (mut information, mut gradient) = (DMatrix::zeros(count, count), DVector::zeros(count));
+        let mut slopes = vec![0.0; count];
+        for (index, (innovations, deviations)) in
+            nominal.innovations.iter().zip(&nominal.innovation_deviations).enumerate()
+        {
+            for (at, (&innovation, &deviation)) in innovations.iter().zip(deviations).enumerate() {
+                if !(innovation.is_finite() && deviation > 0.0) {
+                    continue;
+                }
+                for (slope, (other, step)) in slopes.iter_mut().zip(freed) {
+                    let moved = other.innovations[index].get(at).map_or(0.0, |other| other - innovation);
+                    *slope = if moved.is_finite() { moved / (step * deviation) } else { 0.0 };
+                }
+                for (row, slope) in slopes.iter().enumerate() {
+                    gradient[row] += slope * innovation / deviation;
+                    for (column, other) in slopes.iter().enumerate().take(row + 1) {
+                        information[(row, column)] += slope * other;
+                    }
+                }
+            }
+        }
+        information.fill_upper_triangle_with_lower_triangle();
+        Self { information, gradient }
+    }
+}
+
+/// Errors that make the innovations of all windows smallest, one step of Gauss and Newton from none:
+/// `e = -(A + P^-1)^-1 b` with `A` and `b` summed over the windows and `P` the squares of `prior_deviations`, what is known of each error
+/// beforehand. Covariance `B + B (f sum_w g_w g_w' + P^-1) B` with `B = (A + P^-1)^-1`, `g_w = b_w + A_w e`, `f = G / (G - p)` at least:
+/// what the filter predicts, and what the scatter between the `G` windows says for `p` errors, for innovations of flight data are
+/// larger than predicted and correlated.
+///
+/// # Errors
+/// Prior deviations that are not positive, windows of other numbers of errors.
+pub fn constant_errors(
+    windows: &[InnovationEvidence],
+    prior_deviations: &[f64],
+) -> Result<ConstantErrors, EstimateError> {
+    let count = prior_deviations.len();
+    if let Some(&value) = prior_deviations.iter().find(|value| !(**value > 0.0 && value.is_finite())) {
+        return Err(EstimateError::Setting {
+            setting: "prior deviation of a constant error".to_owned(),
+            value,
+            allowed: "positive and finite",
+        });
+    }
+    let prior =
+        DMatrix::from_diagonal(&DVector::from_iterator(count, prior_deviations.iter().map(|d| (d * d).recip())));
+    let (mut information, mut gradient) = (prior.clone(), DVector::zeros(count));
+    for window in windows {
+        if window.gradient.len() != count {
+            let found = window.gradient.len();
+            return Err(EstimateError::Size { quantity: "constant errors", expected: count, found });
+        }
+        information += &window.information;
+        gradient += &window.gradient;
+    }
+    let factor = information.cholesky().ok_or_else(|| EstimateError::Setting {
+        setting: "innovations".to_owned(),
+        value: f64::NAN,
+        allowed: "finite",
+    })?;
+    let estimates = -factor.solve(&gradient);
+    let free = (windows.len() as f64 - count as f64).max(1.0);
+    let mut scatter = prior;
+    for window in windows {
+        let score = &window.gradient + &window.information * &estimates;
+        scatter += &score * score.transpose() * (windows.len() as f64 / free);
+    }
+    let model = factor.inverse();
+    let covariance = &model + &model * scatter * &model;
+    let covariance = 0.5 * (&covariance + covariance.transpose());
+    Ok(ConstantErrors { estimates: estimates.iter().copied().collect(), covariance })
+}
+
+impl ConstantErrors {
+    /// Standard deviation of each.
+    pub fn deviations(&self) -> Vec<f64> {
+        self.covariance.diagonal().iter().map(|variance| variance.sqrt()).collect()
+    }
+
+    /// Mean square of the error that they give to an estimate which moves by `slopes` with each: `slopes' (C + e e') slopes`. What was
+    /// found and is still in the samples counts as well as what is not known of it.
+    pub fn mean_square(&self, slopes: &[f64]) -> f64 {
+        let slopes = DVector::from_column_slice(slopes);
+        let moved: f64 = slopes.iter().zip(&self.estimates).map(|(slope, estimate)| slope * estimate).sum();
+        (slopes.transpose() * &self.covariance * &slopes)[(0, 0)] + moved * moved
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn errors_come_back_from_windows_whose_innovations_they_explain() {
+        let evidence = |seed: f64, noise: f64| {
+            let (mut information, mut gradient) = (DMatrix::zeros(2, 2), DVector::zeros(2));
+            for k in 0..400 {
+                let t = 0.05 * f64::from(k) + seed;
+                let slopes = DVector::from_vec(vec![t.sin(), (1.7 * t).cos() + 0.3]);
+                // Freed of the errors (0.2, -0.1) the innovation is noise.
+                let innovation = -(0.2 * slopes[0] - 0.1 * slopes[1]) + noise * (97.0 * t).sin();
+                information += &slopes * slopes.transpose();
+                gradient += slopes * innovation;
+            }
+            InnovationEvidence { information, gradient }
+        };
+        let windows: Vec<_> = (0..5).map(|w| evidence(f64::from(w), 0.05)).collect();
+        let found = constant_errors(&windows, &[1.0, 1.0]).unwrap();
+        approx::assert_relative_eq!(found.estimates[0], 0.2, epsilon = 0.01);
+        approx::assert_relative_eq!(found.estimates[1], -0.1, epsilon = 0.01);
+        assert!(found.deviations().iter().all(|deviation| *deviation < 0.05));
+        // One that nothing is seen of keeps what was known before.
+        let none = InnovationEvidence { information: DMatrix::zeros(2, 2), gradient: DVector::zeros(2) };
+        let open = constant_errors(&[none], &[0.3, 0.4]).unwrap();
+        assert_eq!(open.estimates, [0.0, 0.0]);
+        assert!(open.deviations()[0] >= 0.3 && open.deviations()[1] >= 0.4);
+        assert!(constant_errors(&windows, &[0.0, 1.0]).is_err());
+    }
+}

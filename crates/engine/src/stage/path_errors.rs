@@ -1,0 +1,322 @@
+//! What constant errors of the sensors and the choice of the differentiation give to the pooled derivatives.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use doublet_core::estimate::{ConstantErrors, InnovationEvidence, constant_errors};
+use doublet_core::prep::Differentiation;
+use doublet_core::reconstruct::{
+    FilterData, FilterSettings, MEASUREMENTS, Measurement, Method, Reconstruction, lane_groups,
+};
+use rayon::prelude::*;
+
+use super::aero::{WindowAero, aero_along, states_of};
+use super::fit::{AeroWindow, PooledFits, pooled_regressions};
+use super::path::{WindowPath, measurements_of, reconstructions};
+use crate::graph::{Context, Control, Footprint, Keyed, Stage, StageError, StageResult};
+use crate::session::{Manoeuvre, PathSource, Settings};
+
+/// Samples of all windows together beyond which the errors are not formed: they take a path more for each.
+const MOST_SAMPLES: usize = 200_000;
+
+/// An error of a sensor that is the same in all windows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ConstantError {
+    /// Offset of the recorded angle of attack.
+    AlphaOffset,
+    /// Offset of the recorded sideslip.
+    BetaOffset,
+    /// Delay of position and velocity over ground.
+    GroundDelay,
+    /// Delay of both flow angles.
+    FlowDelay,
+    /// Delay of the airspeed.
+    AirspeedDelay,
+    /// Delay of the attitude.
+    AttitudeDelay,
+}
+
+impl ConstantError {
+    /// All of them.
+    pub const ALL: [Self; 6] = [
+        Self::AlphaOffset,
+        Self::BetaOffset,
+        Self::GroundDelay,
+        Self::FlowDelay,
+        Self::AirspeedDelay,
+        Self::AttitudeDelay,
+    ];
+
+    /// Name in results.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::AlphaOffset => "alpha offset",
+            Self::BetaOffset => "beta offset",
+            Self::GroundDelay => "delay of position and velocity",
+            Self::FlowDelay => "delay of alpha and beta",
+            Self::AirspeedDelay => "delay of the airspeed",
+            Self::AttitudeDelay => "delay of the attitude",
+        }
+    }
+
+    /// Measurements it belongs to.
+    pub fn measurements(self) -> &'static [Measurement] {
+        use Measurement::{
+            Airspeed, AngleOfAttack, BankAngle, HeadingAngle, PitchAngle, PositionDown, PositionEast, PositionNorth,
+            Sideslip, VelocityDown, VelocityEast, VelocityNorth,
+        };
+        match self {
+            Self::AlphaOffset => &[AngleOfAttack],
+            Self::BetaOffset => &[Sideslip],
+            Self::GroundDelay => {
+                &[PositionNorth, PositionEast, PositionDown, VelocityNorth, VelocityEast, VelocityDown]
+            }
+            Self::FlowDelay => &[AngleOfAttack, Sideslip],
+            Self::AirspeedDelay => &[Airspeed],
+            Self::AttitudeDelay => &[BankAngle, PitchAngle, HeadingAngle],
+        }
+    }
+
+    fn is_delay(self) -> bool {
+        !matches!(self, Self::AlphaOffset | Self::BetaOffset)
+    }
+
+    /// Step by which it is varied, rad or s: large beside rounding, small enough for the path to follow in proportion.
+    fn step(self) -> f64 {
+        if self.is_delay() { 0.02 } else { 0.1_f64.to_radians() }
+    }
+
+    /// What is known of it before any flight, rad or s: a vane is set within half a degree, and recorders deliver attitude, flow
+    /// angles and airspeed within some 0.05 s, satellite receivers within 0.1 s.
+    fn prior_deviation(self) -> f64 {
+        match self {
+            Self::AlphaOffset | Self::BetaOffset => 0.5_f64.to_radians(),
+            Self::GroundDelay => 0.1,
+            Self::FlowDelay | Self::AirspeedDelay | Self::AttitudeDelay => 0.05,
+        }
+    }
+
+    /// The measurements of a window freed of an error of one step.
+    fn free(self, data: &FilterData, slopes: &[Vec<f64>; MEASUREMENTS]) -> FilterData {
+        let mut data = data.clone();
+        for &measurement in self.measurements() {
+            let series = &mut data.measurements[measurement as usize];
+            let slopes = &slopes[measurement as usize];
+            series.values = match self.is_delay() {
+                // A sample that is late by the step shows what was before it.
+                true => series.values.iter().zip(slopes).map(|(value, slope)| value + self.step() * slope).collect(),
+                false => series.values.iter().map(|value| value - self.step()).collect(),
+            };
+        }
+        data
+    }
+}
+
+/// Errors of the pooled derivatives that come from the path rather than from the residuals.
+#[derive(Clone, Debug)]
+pub struct PathErrors {
+    /// Constant errors of the sensors looked at.
+    pub kinds: Vec<ConstantError>,
+    /// What the innovations of all windows say of them.
+    pub found: ConstantErrors,
+    /// By derivative: how it moves when the samples are freed of each error, per rad or s.
+    pub slopes: BTreeMap<String, Vec<f64>>,
+    /// By derivative: change with half and with double the half width of the differentiation.
+    pub half_width: BTreeMap<String, [f64; 2]>,
+}
+
+impl Footprint for PathErrors {
+    fn bytes(&self) -> usize {
+        (self.slopes.len() + self.half_width.len()) * 160 + 512
+    }
+}
+
+impl PathErrors {
+    /// Variance of a derivative from constant errors of the sensors, and from the choice of the half width: the range from half to
+    /// double is taken for four deviations.
+    pub fn variances(&self, derivative: &str) -> (f64, f64) {
+        let sensors = self.slopes.get(derivative).map_or(0.0, |slopes| self.found.mean_square(slopes));
+        let choice = self.half_width.get(derivative).map_or(0.0, |[half, double]| {
+            let range = half.max(*double).max(0.0) - half.min(*double).min(0.0);
+            (0.25 * range).powi(2)
+        });
+        (sensors, choice)
+    }
+
+    /// The fits with these errors in their corrected standard errors.
+    pub fn widen(&self, pooled: &PooledFits) -> PooledFits {
+        let mut pooled = pooled.clone();
+        for fit in &mut pooled.fits {
+            let Ok(found) = &fit.fit else { continue };
+            for (name, error) in found.names.iter().zip(&mut fit.corrected_errors) {
+                let (sensors, choice) = self.variances(name);
+                *error = (*error * *error + sensors + choice).sqrt();
+            }
+        }
+        pooled
+    }
+}
+
+/// A window as the errors see it: what its filter was given and found, and its coefficients.
+pub type ErrorWindow<'a> = (&'a Manoeuvre, (&'a FilterData, &'a Reconstruction), &'a Arc<WindowAero>);
+
+impl Stage for PathErrors {
+    type Params<'a> = Settings<'a>;
+    type Inputs<'a> = &'a [(&'a Manoeuvre, &'a Keyed<WindowPath>, &'a Keyed<WindowAero>)];
+    type Output = Self;
+    const NAME: &'static str = "errors of the path";
+
+    fn run(settings: Settings<'_>, windows: Self::Inputs<'_>, context: &Context<'_>) -> StageResult<Self> {
+        let windows: Vec<ErrorWindow<'_>> = windows
+            .iter()
+            .map(|(manoeuvre, path, aero)| (*manoeuvre, (&*path.data, &path.reconstruction), aero.shared()))
+            .collect();
+        path_errors(&windows, settings, context.control())
+    }
+}
+
+/// The pooled fits with the errors of the path in their corrected standard errors.
+#[derive(Clone, Copy, Debug)]
+pub struct WidenedFits;
+
+impl Stage for WidenedFits {
+    type Params<'a> = ();
+    type Inputs<'a> = (&'a Keyed<PooledFits>, &'a Keyed<PathErrors>);
+    type Output = PooledFits;
+    const NAME: &'static str = "errors of the pooled estimate";
+
+    fn run(_: (), (pooled, errors): Self::Inputs<'_>, _: &Context<'_>) -> StageResult<PooledFits> {
+        Ok(errors.widen(pooled))
+    }
+}
+
+/// Forms the errors of the path of the pooled derivatives: each constant error is taken off the samples of all windows in turn, which
+/// then go through both steps again. The innovations say how large it is, the derivatives what it does.
+///
+/// # Errors
+/// [`StageError::NotApplicable`] for a path without a packed filter and for more samples than that is worth; or that it was stopped.
+pub fn path_errors(windows: &[ErrorWindow<'_>], settings: Settings<'_>, control: &Control) -> StageResult<PathErrors> {
+    let Settings { filter, preparation, structure, estimation } = settings;
+    let samples: usize = windows.iter().map(|(_, (data, _), _)| data.inputs.time_s.len()).sum();
+    if windows.is_empty() || samples > MOST_SAMPLES || !is_packed(filter, preparation.path) {
+        return Err(StageError::NotApplicable);
+    }
+    let slopes = windows
+        .par_iter()
+        .map(|(_, (data, path), _)| measurement_slopes(data, path, settings))
+        .collect::<StageResult<Vec<_>>>()?;
+    let estimates = |aero: &mut dyn Iterator<Item = Arc<WindowAero>>| -> BTreeMap<String, f64> {
+        let windows: Vec<AeroWindow<'_>> = windows.iter().map(|(manoeuvre, ..)| *manoeuvre).zip(aero).collect();
+        let fits = pooled_regressions(&windows, structure, estimation).into_iter().flatten();
+        let fits =
+            fits.filter_map(|regression| Some((regression.pooled.shared().count(), regression.pooled.fit().ok()?)));
+        fits.flat_map(|(shared, fit)| fit.fit.names.into_iter().zip(fit.fit.estimates).take(shared)).collect()
+    };
+    let nominal = estimates(&mut windows.iter().map(|(.., aero)| Arc::clone(aero)));
+    let has = |kind: &ConstantError| {
+        let is_measured =
+            |m: &Measurement| windows.iter().any(|(_, (data, _), _)| !data.measurements[*m as usize].time_s.is_empty());
+        kind.measurements().iter().any(is_measured)
+    };
+    let kinds: Vec<ConstantError> = ConstantError::ALL.into_iter().filter(has).collect();
+    let mut freed: Vec<(ConstantError, Vec<Reconstruction>, BTreeMap<String, f64>)> = Vec::with_capacity(kinds.len());
+    for &kind in &kinds {
+        let data: Vec<FilterData> =
+            windows.iter().zip(&slopes).map(|((_, (data, _), _), slopes)| kind.free(data, slopes)).collect();
+        let paths = side_by_side(&data, (filter, preparation.path), control)?;
+        let one = |((window, data), path): ((&ErrorWindow<'_>, &FilterData), &Reconstruction)| {
+            aero_along(window.2, window.1, (data, path), preparation).map(Arc::new)
+        };
+        let aero: Vec<_> = windows.par_iter().zip(&data).zip(&paths).map(one).collect::<StageResult<_>>()?;
+        let found = estimates(&mut aero.into_iter());
+        freed.push((kind, paths, found));
+    }
+    let evidence: Vec<InnovationEvidence> = windows
+        .iter()
+        .enumerate()
+        .map(|(index, (_, (_, nominal), _))| {
+            let freed: Vec<_> = freed.iter().map(|(kind, paths, _)| (&paths[index], kind.step())).collect();
+            InnovationEvidence::new(nominal, &freed)
+        })
+        .collect();
+    let priors: Vec<f64> = kinds.iter().map(|kind| kind.prior_deviation()).collect();
+    let found = constant_errors(&evidence, &priors)?;
+    let slope = |name: &String, value: &f64| -> Vec<f64> {
+        freed
+            .iter()
+            .map(|(kind, _, moved)| moved.get(name).map_or(0.0, |moved| (moved - value) / kind.step()))
+            .collect()
+    };
+    let slopes = nominal.iter().map(|(name, value)| (name.clone(), slope(name, value))).collect();
+    let other = [0.5, 2.0].map(|factor| {
+        let aero: Vec<_> = windows.par_iter().map(|(.., aero)| with_half_width(aero, factor)).collect();
+        let aero: Option<Vec<Arc<WindowAero>>> = aero.into_iter().collect();
+        aero.map(|aero| estimates(&mut aero.into_iter())).unwrap_or_default()
+    });
+    let change =
+        |name: &String, value: &f64| other.each_ref().map(|moved| moved.get(name).map_or(0.0, |moved| moved - value));
+    let half_width = nominal.iter().map(|(name, value)| (name.clone(), change(name, value))).collect();
+    Ok(PathErrors { kinds, found, slopes, half_width })
+}
+
+/// Whether the filter runs in its packed form; over whole matrices a path takes 20 to 50 times as long.
+fn is_packed(filter: &FilterSettings, source: PathSource) -> bool {
+    source != PathSource::Measured
+        && !matches!(filter.method, Method::Ukf { .. })
+        && filter.smoother_passes <= 1
+        && filter.air_data_deviation.iter().all(|deviation| *deviation == 0.0)
+}
+
+/// Reconstructs windows side by side, on all cores.
+fn side_by_side(
+    data: &[FilterData],
+    by: (&FilterSettings, PathSource),
+    control: &Control,
+) -> StageResult<Vec<Reconstruction>> {
+    let all: Vec<&FilterData> = data.iter().collect();
+    let groups = lane_groups(&all, rayon::current_num_threads());
+    let one = |group: &Vec<usize>| {
+        let data: Vec<&FilterData> = group.iter().map(|&index| &data[index]).collect();
+        reconstructions(&data, by, control)
+    };
+    let found: Vec<_> = groups.par_iter().map(one).collect();
+    let mut paths: Vec<Option<Reconstruction>> = data.iter().map(|_| None).collect();
+    for (index, path) in groups.into_iter().flatten().zip(found.into_iter().flatten()) {
+        paths[index] = Some(path?);
+    }
+    paths.into_iter().map(|path| path.ok_or(StageError::NotApplicable)).collect()
+}
+
+/// Rates of change of each measurement at its samples by the path, at the times they show.
+fn measurement_slopes(
+    data: &FilterData,
+    path: &Reconstruction,
+    Settings { filter, preparation, .. }: Settings<'_>,
+) -> StageResult<[Vec<f64>; MEASUREMENTS]> {
+    let columns = measurements_of(states_of(path, preparation.path)?);
+    let time_s = &path.time_s;
+    Ok(std::array::from_fn(|index| {
+        let delay_s = filter.measurement_delay_s[index];
+        let column = &columns[index];
+        let slope = |time: &f64| {
+            let after = time_s.partition_point(|at| *at < time - delay_s).clamp(1, time_s.len().max(2) - 1);
+            let (from, to) = (after.saturating_sub(2), (after + 1).min(time_s.len() - 1));
+            if to > from { (column[to] - column[from]) / (time_s[to] - time_s[from]) } else { 0.0 }
+        };
+        data.measurements[index].time_s.iter().map(slope).collect()
+    }))
+}
+
+/// The coefficients of a window with another half width of the differentiation; none where they cannot be formed so or do not depend on
+/// it.
+fn with_half_width(aero: &WindowAero, factor: f64) -> Option<Arc<WindowAero>> {
+    let Differentiation::LocalPolynomial { degree, half_width } = aero.settings.differentiation else { return None };
+    if aero.data.angular_acceleration_rad_s2.is_some() {
+        return None;
+    }
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "half and double of a few samples")]
+    let half_width = ((half_width as f64 * factor).round() as usize).max(1);
+    let mut settings = aero.settings.clone();
+    settings.differentiation = Differentiation::LocalPolynomial { degree, half_width };
+    WindowAero::form(aero.data.clone(), settings, aero.air_density).ok().map(Arc::new)
+}
