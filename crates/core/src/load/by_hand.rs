@@ -66,7 +66,7 @@ impl By {
     /// In words.
     pub fn words(self) -> &'static str {
         match self {
-            Self::Hand => "as named",
+            Self::Hand => "by its name",
             Self::Recorder => "by its recorder",
             Self::Name => "by its name",
             Self::Axes => "by its name and axes",

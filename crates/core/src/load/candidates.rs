@@ -87,7 +87,10 @@ pub(super) fn row(candidate: &Candidate<'_>, role: Role) -> ManualChannel {
         Role::PositionDown => ["alt", "h"].iter().any(|up| candidate.plain.contains(up)),
         Role::VelocityDown => is_climb(candidate),
         // Right trailing edge down is positive.
-        Role::Aileron => LEFT.iter().any(|left| candidate.plain.contains(left)) || ["aill", "dal", "deltaal"].contains(&candidate.plain.as_str()),
+        Role::Aileron => {
+            LEFT.iter().any(|left| candidate.plain.contains(left))
+                || ["aill", "dal", "deltaal"].contains(&candidate.plain.as_str())
+        }
         _ => false,
     };
     row

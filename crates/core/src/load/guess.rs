@@ -2,13 +2,15 @@
 //!
 //! A guess is where a user starts, never an answer: nothing is read by it before it was looked at.
 
+use std::collections::BTreeSet;
+
 use super::by_hand::{ChannelName, ManualChannel, ManualChannelMap};
 use super::candidates::{Candidate, Fits, LEFT, RIGHT, best, candidates, row};
 use super::foreign_names::{AIRSPEEDS_OF_NO_KIND, FOREIGN_AILERON, FOREIGN_NAMES, ends_on, has_one_reading};
 use super::names::{AILERON, NAMES};
 use super::recorders::{self, Claims};
 use super::stated_unit::{name_and_unit, stem_and_unit};
-use super::tokens::{end_on, forbidden};
+use super::tokens::{end_on, forbidden, tokens};
 use super::words::{join_words, plain_letters};
 use super::{Probe, guess_frames, ranges, vectors};
 use crate::quantity::{Dimension, Role, Unit};
@@ -49,7 +51,9 @@ pub fn guess(probes: &[Probe]) -> ManualChannelMap {
 /// Candidates that no recorder is known to have given another meaning and no token of whose names forbids it.
 fn free_candidates<'p>(probes: &'p [Probe], claims: &Claims, map: &mut ManualChannelMap) -> Vec<Candidate<'p>> {
     let is_claimed = |from: &ChannelName| claims.closed.contains(&from.source) || claims.never.contains(from);
-    let sources = probes.iter().map(|probe| probe.sources.len()).sum::<usize>();
+    // What every source is called says nothing of one of them.
+    let sources = probes.iter().flat_map(|probe| &probe.sources);
+    let parts: Vec<BTreeSet<String>> = sources.map(|source| tokens(&source.name).into_iter().collect()).collect();
     let mut free = Vec::new();
     for candidate in candidates(probes) {
         let is_row = claims.rows.iter().any(|(_, row)| row.from == candidate.from);
@@ -62,7 +66,8 @@ fn free_candidates<'p>(probes: &'p [Probe], claims: &Claims, map: &mut ManualCha
             continue;
         }
         let (name, _) = name_and_unit(&candidate.channel.name);
-        let of_source = || (sources > 1).then(|| forbidden(&candidate.from.source)).flatten();
+        let of_source =
+            || forbidden(&candidate.from.source).filter(|token| parts.iter().any(|parts| !parts.contains(*token)));
         match forbidden(&name).or_else(of_source) {
             Some(token) => map.left_out.push((candidate.from, format!("'{token}' in its name"))),
             None => free.push(candidate),
@@ -72,7 +77,12 @@ fn free_candidates<'p>(probes: &'p [Probe], claims: &Claims, map: &mut ManualCha
 }
 
 fn untaken<'p>(candidates: Vec<Candidate<'p>>, taken: &[usize]) -> Vec<Candidate<'p>> {
-    candidates.into_iter().enumerate().filter(|(index, _)| !taken.contains(index)).map(|(_, candidate)| candidate).collect()
+    candidates
+        .into_iter()
+        .enumerate()
+        .filter(|(index, _)| !taken.contains(index))
+        .map(|(_, candidate)| candidate)
+        .collect()
 }
 
 /// Gives the roles that are still open the channels that go by their names.
@@ -118,13 +128,27 @@ fn add_names(map: &mut ManualChannelMap, candidates: &[Candidate<'_>], taken: &m
 
 /// Tokens before a name that make another quantity of it.
 const OTHER_QUANTITIES: [&str; 14] = [
-    "engine", "prop", "propeller", "rotor", "servo", "gear", "trim", "tail", "nose", "fuel", "surface", "skin", "cabin", "density",
+    "engine",
+    "prop",
+    "propeller",
+    "rotor",
+    "servo",
+    "gear",
+    "trim",
+    "tail",
+    "nose",
+    "fuel",
+    "surface",
+    "skin",
+    "cabin",
+    "density",
 ];
 
 /// Whether the tokens before `name`, on which a channel's name ends, make another quantity of it.
 fn is_other_quantity(tokens: &[String], name: &str) -> bool {
     let from = (0..tokens.len()).find(|from| tokens[*from..].concat() == name).unwrap_or(0);
-    let has_own = |token: &str| name.contains(token) || ["rpm", "power", "thrust"].iter().any(|engine| name.contains(engine));
+    let has_own =
+        |token: &str| name.contains(token) || ["rpm", "power", "thrust"].iter().any(|engine| name.contains(engine));
     tokens[..from].iter().any(|token| OTHER_QUANTITIES.contains(&token.as_str()) && !has_own(token))
 }
 

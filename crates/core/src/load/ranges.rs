@@ -48,7 +48,8 @@ fn settle_attitude(map: &mut ManualChannelMap, probes: &[Probe]) {
     let roles = [Role::BankAngle, Role::PitchAngle, Role::HeadingAngle];
     let stated = roles.iter().filter_map(|role| map.row(*role)).find(|row| !row.is_unit_open(probes));
     let stated = stated.and_then(|row| Some((row.unit?.symbol, row.from.source.clone())));
-    let largest = |role: Role| map.row(role).and_then(|row| extent(row, probes)).map_or(0.0, |[least, most]| most.max(-least));
+    let largest =
+        |role: Role| map.row(role).and_then(|row| extent(row, probes)).map_or(0.0, |[least, most]| most.max(-least));
     if largest(Role::HeadingAngle) > TURN_RAD && largest(Role::PitchAngle) <= 90.0 {
         give(map, probes, &roles, "deg");
     } else if let Some((symbol, source)) = stated {
@@ -62,7 +63,8 @@ fn settle_attitude(map: &mut ManualChannelMap, probes: &[Probe]) {
 fn extent(row: &ManualChannel, probes: &[Probe]) -> Option<[f64; 2]> {
     let values = row.from.find(probes)?.values();
     let finite = values.iter().filter(|value| value.is_finite());
-    let (least, most) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), value| (least.min(*value), most.max(*value)));
+    let (least, most) =
+        finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), value| (least.min(*value), most.max(*value)));
     (least <= most).then_some([least, most])
 }
 
@@ -86,9 +88,10 @@ fn settle_forces(map: &mut ManualChannelMap, probes: &[Probe]) {
         give(map, probes, &roles, symbol);
         return;
     }
-    let mut down: Vec<f64> = down.from.find(probes).map_or_else(Vec::new, |channel| {
-        channel.values().iter().copied().filter(|value| value.is_finite()).collect()
-    });
+    let mut down: Vec<f64> = down
+        .from
+        .find(probes)
+        .map_or_else(Vec::new, |channel| channel.values().iter().copied().filter(|value| value.is_finite()).collect());
     let has_none = size < 0.7 && columns.len() == 3 && median(&mut down).is_some_and(|middle| middle.abs() < 0.35);
     if has_none {
         for role in roles {
@@ -151,10 +154,8 @@ fn speed_in_radians(latitude: &ManualChannel, longitude: &ManualChannel, probes:
     let (north, east) = (latitude.from.find(probes)?.values(), longitude.from.find(probes)?.values());
     let pairs = north.iter().zip(east).filter(|(a, b)| a.is_finite() && b.is_finite() && **a != 0.0);
     let places: Vec<(f64, f64)> = pairs.map(|(a, b)| (*a, *b)).collect();
-    let way: f64 = places
-        .windows(2)
-        .map(|two| (two[1].0 - two[0].0).hypot((two[1].1 - two[0].1) * two[0].0.cos()))
-        .sum();
+    let way: f64 =
+        places.windows(2).map(|two| (two[1].0 - two[0].0).hypot((two[1].1 - two[0].1) * two[0].0.cos())).sum();
     let span_s = clock.end_s - clock.start_s;
     (span_s > 0.0 && way > 0.0).then(|| way * EARTH_M / span_s)
 }

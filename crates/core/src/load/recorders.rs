@@ -241,7 +241,8 @@ fn best(columns: &[Column], probe: &Probe, role: Role) -> Option<ManualChannel> 
     let of_role = |unit: &Unit| unit.dimension == role.dimension();
     let by_definition = column.unit.as_deref().and_then(|unit| Unit::parse(unit).ok());
     let unit = stated_unit(channel).filter(of_role).or(by_definition);
-    let mut row = ManualChannel::new(name_of(source, channel), Some(unit.unwrap_or_else(|| unit_by_size(channel, role))));
+    let mut row =
+        ManualChannel::new(name_of(source, channel), Some(unit.unwrap_or_else(|| unit_by_size(channel, role))));
     row.by = By::Recorder;
     row.is_unit_known = unit.is_some();
     row.asks_sign = column.ask_sign;

@@ -83,7 +83,11 @@ pub(super) fn name_and_unit(name: &str) -> (String, Option<Unit>) {
 /// A name and the axis at its end: `[0]`, `_x`.
 fn split_axis(name: &str) -> (&str, &str) {
     let index = name.strip_suffix(']').and_then(|name| name.rfind('['));
-    let axis = || name.len().checked_sub(2).filter(|at| ["_x", "_y", "_z", ".x", ".y", ".z"].iter().any(|axis| name.get(*at..) == Some(axis)));
+    let axis = || {
+        name.len()
+            .checked_sub(2)
+            .filter(|at| ["_x", "_y", "_z", ".x", ".y", ".z"].iter().any(|axis| name.get(*at..) == Some(axis)))
+    };
     match index.or_else(axis) {
         Some(at) => name.split_at(at),
         None => (name, ""),
@@ -133,11 +137,16 @@ pub(super) fn parse_loosely(text: &str) -> Option<Unit> {
     }
     let plain = plain.replace(" s^-2", "/s^2").replace(" s^-1", "/s").replace(" s-2", "/s^2").replace(" s-1", "/s");
     let plain = plain.replace("s/s", "s^2").replace(' ', "");
-    let per = ["degpers", "radpers", "degps", "radps", "mpers", "ftpers", "mps", "ftps"].iter().find(|word| plain.starts_with(*word));
+    let per = ["degpers", "radpers", "degps", "radps", "mpers", "ftpers", "mps", "ftps"]
+        .iter()
+        .find(|word| plain.starts_with(*word));
     let plain = match per {
         Some(word) => {
             let stem = word.trim_end_matches('s').trim_end_matches("per").trim_end_matches('p');
-            format!("{stem}/s{}", plain[word.len()..].replacen(|sign: char| sign.is_ascii_digit(), "^2", 1).replace("^^", "^"))
+            format!(
+                "{stem}/s{}",
+                plain[word.len()..].replacen(|sign: char| sign.is_ascii_digit(), "^2", 1).replace("^^", "^")
+            )
         }
         None => plain,
     };

@@ -13,8 +13,22 @@ const VECTORS: &[Vector] = &[
     (
         [Role::RollRate, Role::PitchRate, Role::YawRate],
         &[
-            "angvel", "angularvel", "angularvelocity", "angularrate", "angrate", "bodyrate", "bodyrates", "gyro", "gyr", "gyros",
-            "gyroscope", "omega", "pqr", "rate", "rates", "turnrate",
+            "angvel",
+            "angularvel",
+            "angularvelocity",
+            "angularrate",
+            "angrate",
+            "bodyrate",
+            "bodyrates",
+            "gyro",
+            "gyr",
+            "gyros",
+            "gyroscope",
+            "omega",
+            "pqr",
+            "rate",
+            "rates",
+            "turnrate",
         ],
     ),
     (
@@ -23,7 +37,18 @@ const VECTORS: &[Vector] = &[
     ),
     (
         [Role::SpecificForceX, Role::SpecificForceY, Role::SpecificForceZ],
-        &["acc", "accel", "accels", "acceleration", "linearacceleration", "linacc", "specificforce", "accelerometer", "a", "ab"],
+        &[
+            "acc",
+            "accel",
+            "accels",
+            "acceleration",
+            "linearacceleration",
+            "linacc",
+            "specificforce",
+            "accelerometer",
+            "a",
+            "ab",
+        ],
     ),
     (
         [Role::VelocityNorth, Role::VelocityEast, Role::VelocityDown],
@@ -34,12 +59,12 @@ const VECTORS: &[Vector] = &[
         [Role::BankAngle, Role::PitchAngle, Role::HeadingAngle],
         &["euler", "eulerangle", "eulerangles", "rpy", "attitude", "phithetapsi"],
     ),
-    ([Role::Latitude, Role::Longitude, Role::GpsAltitude], &["lla", "llh", "latlonalt"]),
 ];
 /// Ends of names by axis.
 const AXES: [[&str; 3]; 4] = [["x", "y", "z"], ["0", "1", "2"], ["1", "2", "3"], ["n", "e", "d"]];
 /// Single letters that are a role only beside the others of their vector.
-const LETTERS: [[&str; 3]; 5] = [["p", "q", "r"], ["x", "y", "z"], ["xe", "ye", "ze"], ["u", "v", "w"], ["ax", "ay", "az"]];
+const LETTERS: [[&str; 3]; 5] =
+    [["p", "q", "r"], ["x", "y", "z"], ["xe", "ye", "ze"], ["u", "v", "w"], ["ax", "ay", "az"]];
 
 /// Gives the roles of vectors that have no channel yet theirs.
 pub(super) fn add_vectors(map: &mut ManualChannelMap, candidates: &[Candidate<'_>]) {
@@ -82,7 +107,9 @@ fn stem_of(candidate: &Candidate<'_>, axis: &str) -> Option<String> {
     if last == axis {
         return (!before.is_empty()).then(|| essence(before));
     }
-    if let Some(stem) = last.strip_suffix(axis).filter(|stem| !stem.is_empty() && !axis.starts_with(|sign: char| sign.is_numeric())) {
+    if let Some(stem) =
+        last.strip_suffix(axis).filter(|stem| !stem.is_empty() && !axis.starts_with(|sign: char| sign.is_numeric()))
+    {
         let all: Vec<String> = before.iter().cloned().chain([stem.to_owned()]).collect();
         return Some(essence(&all));
     }
@@ -95,7 +122,9 @@ pub(super) fn has_brothers(name: &str, role: Role, candidate: &Candidate<'_>, ca
     let Some(letters) = LETTERS.iter().find(|letters| letters.contains(&name)) else { return true };
     let is_stated = candidate.unit.is_some_and(|unit| unit.dimension == role.dimension() && !is_count(unit));
     let is_there = |letter: &str| {
-        candidates.iter().any(|other| other.from.source == candidate.from.source && other.plain == candidate.plain.replace(name, letter))
+        candidates.iter().any(|other| {
+            other.from.source == candidate.from.source && other.plain == candidate.plain.replace(name, letter)
+        })
     };
     let others = letters.iter().filter(|letter| **letter != name && is_there(letter)).count();
     match letters[0] {
