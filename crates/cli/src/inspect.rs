@@ -207,11 +207,13 @@ pub fn list_questions(probe: &Probe, guessed: &ManualChannelMap) -> Vec<Question
         let text = format!("{}: time {}", source.name, clock.question.as_ref()?);
         Some(Question { text, must_be_answered: clock.is_unit_ambiguous, role: None })
     });
-    let without_time = probe.sources.iter().filter_map(Source::missing_time);
+    let without_time =
+        probe.sources.iter().filter(|source| plays_role(source, guessed)).filter_map(Source::missing_time);
     let without_time = without_time.map(|text| Question { text, must_be_answered: true, role: None });
     let of_units = guessed.rows.iter().filter_map(|(role, row)| {
         let channel = row.from.find(std::slice::from_ref(probe))?;
-        let unit = row.unit.filter(|unit| stated_unit(channel).is_none() && unit.symbol != "-")?;
+        let is_open = !row.is_unit_known && stated_unit(channel).is_none();
+        let unit = row.unit.filter(|unit| is_open && unit.symbol != "-")?;
         let (source, name) = (&row.from.source, &channel.name);
         let text = format!(
             "{source}: '{name}', taken for {}, states no unit: its values look like {}",
@@ -221,7 +223,23 @@ pub fn list_questions(probe: &Probe, guessed: &ManualChannelMap) -> Vec<Question
         Some(Question { text, must_be_answered: false, role: Some(*role) })
     });
     let of_deflections = Surface::ALL.into_iter().filter_map(|surface| ask_deflection(probe, guessed, surface.role()));
-    of_clocks.chain(without_time).chain(of_deflections).chain(of_units).collect()
+    let of_signs = guessed.rows.iter().filter(|(_, row)| row.asks_sign).map(|(role, row)| {
+        let (source, name) = (&row.from.source, &row.from.channel);
+        let text = format!(
+            "{source}: the sign of '{name}', taken for {}, is not documented: it is left as recorded",
+            role.name()
+        );
+        Question { text, must_be_answered: false, role: None }
+    });
+    of_clocks.chain(without_time).chain(of_deflections).chain(of_units).chain(of_signs).collect()
+}
+
+/// Whether a source plays a role in the guess; every one does where none does.
+fn plays_role(source: &Source, guessed: &ManualChannelMap) -> bool {
+    let rows = guessed.rows.iter().map(|(_, row)| &row.from.source);
+    let rows = rows.chain(guessed.attitude.iter().map(|attitude| &attitude.source));
+    let mut rows = rows.chain(guessed.velocity.iter().flatten().map(|row| &row.from.source)).peekable();
+    rows.peek().is_none() || rows.any(|name| *name == source.name)
 }
 
 /// Largest deflection that can be radians or a part of full travel, rad, and from which degrees can be per cent of it, deg.

@@ -77,7 +77,16 @@ pub fn map(arguments: &MapArguments) -> Result<Outcome, String> {
         keep::replace(path, written.as_bytes()).map_err(|error| format!("{}: {error}", path.display()))?;
     }
     if arguments.json {
-        let document = json!({ "version": 1, "map": written, "questions": asked.iter().map(|question| &question.text).collect::<Vec<_>>() });
+        let (roles, unused) = describe_roles(&inspected);
+        let document = json!({
+            "version": 1,
+            "map": written,
+            "recorders": inspected.guess.recorders,
+            "kind": inspected.guess.kind,
+            "roles": roles,
+            "unused": unused,
+            "questions": asked.iter().map(|question| &question.text).collect::<Vec<_>>(),
+        });
         text::document(&serde_json::to_string_pretty(&document).map_err(|error| error.to_string())?);
     } else if let Some(path) = &arguments.write {
         asked.iter().for_each(|question| text::line(&format!("question: {}", question.text)));
@@ -91,7 +100,35 @@ pub fn map(arguments: &MapArguments) -> Result<Outcome, String> {
 /// What the recordings leave open, but for the units of roles that the options `--role` say.
 pub fn ask(inspected: &Inspected, options: &[String]) -> Vec<Question> {
     let all = inspected.probes.iter().flat_map(|probe| list_questions(probe, &inspected.guess));
-    all.filter(|question| !question.role.is_some_and(|role| says_unit(role, options))).collect()
+    let open = all.filter(|question| !question.role.is_some_and(|role| says_unit(role, options)));
+    let (of_units, mut asked): (Vec<_>, Vec<_>) =
+        open.partition(|question| question.role.is_some() && !question.must_be_answered);
+    if !of_units.is_empty() {
+        let text = of_units.iter().map(|question| question.text.as_str()).collect::<Vec<_>>().join("; ");
+        asked.push(Question { text, must_be_answered: false, role: None });
+    }
+    asked
+}
+
+/// Roles of the guess with their channels, and the channels left out with the reason of each.
+fn describe_roles(inspected: &Inspected) -> (Vec<serde_json::Value>, Vec<serde_json::Value>) {
+    let guess = &inspected.guess;
+    let roles = guess.rows.iter().map(|(role, row)| {
+        json!({
+            "role": role.name(),
+            "source": row.from.source,
+            "channel": row.from.channel,
+            "unit": row.unit.map(|unit| unit.symbol),
+            "sign": if row.turned { -1 } else { 1 },
+            "scale": row.scale,
+            "offset": row.offset,
+            "unit_is_open": row.is_unit_open(&inspected.probes),
+            "evidence": explain_row(*role, row, &inspected.probes),
+        })
+    });
+    let unused = guess.left_out.iter();
+    let unused = unused.map(|(from, why)| json!({ "source": from.source, "channel": from.channel, "reason": why }));
+    (roles.collect(), unused.collect())
 }
 
 /// The guess as the text of a channel map, with the reason of every row, what is left open, and what contradicts it.
@@ -105,6 +142,9 @@ fn write_map(inspected: &Inspected, asked: &[Question]) -> Result<String, String
     }
     for line in find_contradictions(inspected) {
         _ = writeln!(written, "# Contradiction: {}", text::harmless(&line));
+    }
+    if let Some(kind) = guess.kind.as_deref().filter(|kind| *kind != "aeroplane") {
+        _ = writeln!(written, "# Finding: not an aeroplane: {}", text::harmless(kind));
     }
     for line in guess.derivations() {
         _ = writeln!(written, "# {}", text::harmless(&line));
@@ -136,5 +176,6 @@ pub fn explain_row(role: Role, row: &ManualChannel, probes: &[Probe]) -> String 
         let (least, greatest, first) = (number(values.least), number(values.greatest), number(values.first));
         format!(": {least} to {greatest} {}, first {first}", values.unit.symbol)
     });
-    format!("{}: '{}' of {} by its name, unit {why}{values}", role.name(), row.from.channel, row.from.source)
+    let by = row.by.words();
+    format!("{}: '{}' of {} {by}, unit {why}{values}", role.name(), row.from.channel, row.from.source)
 }

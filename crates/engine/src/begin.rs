@@ -189,6 +189,7 @@ pub fn unit_reason(row: &ManualChannel, probes: &[Probe]) -> &'static str {
         (Some(recorded), _) if row.unit.is_some_and(|unit| unit != recorded) => "in the place of the one recorded",
         (Some(_), _) => "as recorded",
         (None, Some(_)) => "as its name ends",
+        (None, None) if row.is_unit_known => "of its recorder or its size",
         (None, None) => "as large as its values",
     }
 }

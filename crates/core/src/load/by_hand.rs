@@ -38,17 +38,53 @@ pub struct ManualChannel {
     pub scale: f64,
     /// Added to the raw value.
     pub offset: f64,
+    /// How it was found.
+    pub by: By,
+    /// The recorder's documentation, or what values of its size must be, says its unit.
+    pub is_unit_known: bool,
+    /// Nothing says its sign.
+    pub asks_sign: bool,
+}
+
+/// How the channel of a role was found.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum By {
+    /// Named by the user.
+    #[default]
+    Hand,
+    /// The recorder is known.
+    Recorder,
+    /// Words of its name.
+    Name,
+    /// Words of its name and the channels of the other axes.
+    Axes,
+    /// It is the derivative of another channel.
+    Motion,
+}
+
+impl By {
+    /// In words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Hand => "by its name",
+            Self::Recorder => "by its recorder",
+            Self::Name => "by its name",
+            Self::Axes => "by its name and axes",
+            Self::Motion => "by its motion",
+        }
+    }
 }
 
 impl ManualChannel {
     /// A channel as it is, in `unit`.
     pub fn new(from: ChannelName, unit: Option<Unit>) -> Self {
-        Self { from, unit, turned: false, scale: 1.0, offset: 0.0 }
+        let (by, is_unit_known, asks_sign) = (By::Hand, false, false);
+        Self { from, unit, turned: false, scale: 1.0, offset: 0.0, by, is_unit_known, asks_sign }
     }
 
     /// Whether its channel states no unit, neither beside its name nor at the end of it, or says no more than that it has none.
     pub fn is_unit_open(&self, probes: &[Probe]) -> bool {
-        self.from.find(probes).is_some_and(|channel| stated_unit(channel).is_none_or(is_count))
+        !self.is_unit_known && self.from.find(probes).is_some_and(|channel| stated_unit(channel).is_none_or(is_count))
     }
 
     /// What the row will read; `None` where the channel is unknown or holds nothing finite, or has no unit.
@@ -102,6 +138,12 @@ pub struct ManualChannelMap {
     pub attitude: Option<ManualQuaternion>,
     /// Velocity north and east come from ground speed and track.
     pub velocity: Option<[ManualChannel; 2]>,
+    /// Recorders that are known.
+    pub recorders: Vec<String>,
+    /// What flew, where the recorder says it.
+    pub kind: Option<String>,
+    /// Channels that were left out although their names fit, and why.
+    pub left_out: Vec<(ChannelName, String)>,
 }
 
 /// The parts `w, x, y, z` of a quaternion in a source, and the axes it turns into each other.

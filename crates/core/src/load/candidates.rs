@@ -1,9 +1,10 @@
 //! Channels that may play a role: what their names and units say, and the row that one of them starts as.
 
-use super::by_hand::{ChannelName, ManualChannel};
+use super::by_hand::{By, ChannelName, ManualChannel};
 use super::contents::{ChannelInfo, Probe};
-use super::stated_unit::{is_count, stated_unit, stem_and_unit};
+use super::stated_unit::{is_count, name_and_unit, stated_unit};
 use super::text_layout::split_unit;
+use super::tokens::{essence, tokens};
 use super::words::{is_commanded, join_words, plain_letters};
 use crate::quantity::{Dimension, Role, Unit};
 
@@ -22,6 +23,10 @@ pub(super) struct Candidate<'p> {
     pub plain: String,
     /// The same without articles.
     pub words: String,
+    /// The same in tokens.
+    pub tokens: Vec<String>,
+    /// Tokens without those that name no quantity, joined; where a remark follows a dash, those before it.
+    pub essence: String,
     /// Name of the source without its number, then that of the channel.
     pub full: String,
     pub unit: Option<Unit>,
@@ -38,12 +43,14 @@ pub(super) fn candidates(probes: &[Probe]) -> Vec<Candidate<'_>> {
     usable
         .map(|(source, channel)| {
             let (name, _) = split_unit(&channel.name);
-            let (stem, _) = stem_and_unit(&name);
-            let (plain, words) = (plain_letters(stem), join_words(stem));
+            let (stem, _) = name_and_unit(&channel.name);
+            let (plain, words) = (plain_letters(&stem), join_words(&stem));
+            let head = stem.split_once(" - ").map_or(stem.as_str(), |(head, _)| head);
+            let (tokens, essence) = (tokens(&stem), essence(&tokens(head)));
             let place = plain_letters(source.name.trim_end_matches(|last: char| !last.is_alphabetic()));
             let full = place + &plain_letters(&name);
             let from = ChannelName { source: source.name.clone(), channel: channel.name.clone() };
-            Candidate { from, plain, words, full, unit: stated_unit(channel), channel }
+            Candidate { from, plain, words, tokens, essence, full, unit: stated_unit(channel), channel }
         })
         .filter(|candidate| !NOT_MEASURED.iter().any(|name| candidate.full.contains(name)))
         .filter(|candidate| !is_commanded(&candidate.channel.name))
@@ -75,11 +82,15 @@ pub(super) fn row(candidate: &Candidate<'_>, role: Role) -> ManualChannel {
         Some(known.unwrap_or_else(|| unit_by_size(candidate.channel, role))),
     );
     // Altitude and climb are up, position and velocity down.
+    row.by = By::Name;
     row.turned = match role {
         Role::PositionDown => ["alt", "h"].iter().any(|up| candidate.plain.contains(up)),
         Role::VelocityDown => is_climb(candidate),
         // Right trailing edge down is positive.
-        Role::Aileron => LEFT.iter().any(|left| candidate.plain.contains(left)) || candidate.plain == "aill",
+        Role::Aileron => {
+            LEFT.iter().any(|left| candidate.plain.contains(left))
+                || ["aill", "dal", "deltaal"].contains(&candidate.plain.as_str())
+        }
         _ => false,
     };
     row
@@ -117,7 +128,7 @@ fn is_climb(candidate: &Candidate<'_>) -> bool {
 }
 
 /// The unit values of this size have: degrees where radians would be more than a turn, otherwise SI.
-fn unit_by_size(channel: &ChannelInfo, role: Role) -> Unit {
+pub(super) fn unit_by_size(channel: &ChannelInfo, role: Role) -> Unit {
     let largest = channel.values().iter().filter(|value| value.is_finite()).fold(0.0_f64, |most, v| most.max(v.abs()));
     let attitude = matches!(role, Role::BankAngle | Role::HeadingAngle | Role::Latitude | Role::Longitude);
     let name = match role.dimension() {

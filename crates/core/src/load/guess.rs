@@ -2,13 +2,17 @@
 //!
 //! A guess is where a user starts, never an answer: nothing is read by it before it was looked at.
 
+use std::collections::BTreeSet;
+
 use super::by_hand::{ChannelName, ManualChannel, ManualChannelMap};
 use super::candidates::{Candidate, Fits, LEFT, RIGHT, best, candidates, row};
 use super::foreign_names::{AIRSPEEDS_OF_NO_KIND, FOREIGN_AILERON, FOREIGN_NAMES, ends_on, has_one_reading};
-use super::names::{AILERON, NAMES, NAMES_WITH_SOURCE};
-use super::stated_unit::stem_and_unit;
+use super::names::{AILERON, NAMES};
+use super::recorders::{self, Claims};
+use super::stated_unit::{name_and_unit, stem_and_unit};
+use super::tokens::{end_on, forbidden, tokens};
 use super::words::{join_words, plain_letters};
-use super::{Probe, guess_frames};
+use super::{Probe, guess_frames, ranges, vectors};
 use crate::quantity::{Dimension, Role, Unit};
 
 /// Mean specific force along z that is taken for g, as magnitude; larger ones for m/s².
@@ -18,16 +22,78 @@ const LARGEST_MEAN_G: f64 = 4.0;
 /// where the values tell them (specific force along z is about -g in level flight). A channel without time of its own, or one that
 /// time itself is, plays no role.
 pub fn guess(probes: &[Probe]) -> ManualChannelMap {
-    let candidates = candidates(probes);
+    let claims = recorders::claim(probes);
     let mut map = ManualChannelMap {
         name: probes.first().map(|probe| super::finish::stem(&probe.path)).unwrap_or_default(),
         ..ManualChannelMap::default()
     };
+    let candidates = free_candidates(probes, &claims, &mut map);
+    (map.rows, map.attitude, map.velocity) = (claims.rows, claims.attitude, claims.velocity);
+    (map.recorders, map.kind) = (claims.names, claims.kind);
     let mut taken: Vec<usize> = Vec::new();
-    let ends = |candidate: &Candidate<'_>, name: &str| candidate.full.ends_with(name);
+    add_names(&mut map, &candidates, &mut taken);
+    settle_airspeed(&mut map, &candidates, &taken);
+    let free: Vec<Candidate<'_>> = untaken(candidates, &taken);
+    vectors::add_vectors(&mut map, &free);
+    agree_on_degrees(&mut map, probes);
+    guess_frames::scale_fixes(&mut map, probes);
+    ranges::settle(&mut map, probes);
+    refine_forces(&mut map, probes);
+    guess_frames::turn_axes_up(&mut map);
+    guess_frames::exchange_local_axes(&mut map);
+    guess_frames::turn_heights(&mut map, probes);
+    guess_frames::add_attitude(&mut map, &free);
+    guess_frames::add_velocity(&mut map, &free);
+    add_position(&mut map);
+    map
+}
+
+/// Candidates that no recorder is known to have given another meaning and no token of whose names forbids it.
+fn free_candidates<'p>(probes: &'p [Probe], claims: &Claims, map: &mut ManualChannelMap) -> Vec<Candidate<'p>> {
+    let is_claimed = |from: &ChannelName| claims.closed.contains(&from.source) || claims.never.contains(from);
+    // What every source is called says nothing of one of them.
+    let sources = probes.iter().flat_map(|probe| &probe.sources);
+    let parts: Vec<BTreeSet<String>> = sources.map(|source| tokens(&source.name).into_iter().collect()).collect();
+    let mut free = Vec::new();
+    for candidate in candidates(probes) {
+        let is_row = claims.rows.iter().any(|(_, row)| row.from == candidate.from);
+        if is_row {
+            continue;
+        }
+        if is_claimed(&candidate.from) {
+            let why = format!("{} gives it another meaning, or none", claims.names.join(", "));
+            map.left_out.push((candidate.from, why));
+            continue;
+        }
+        let (name, _) = name_and_unit(&candidate.channel.name);
+        let of_source =
+            || forbidden(&candidate.from.source).filter(|token| parts.iter().any(|parts| !parts.contains(*token)));
+        match forbidden(&name).or_else(of_source) {
+            Some(token) => map.left_out.push((candidate.from, format!("'{token}' in its name"))),
+            None => free.push(candidate),
+        }
+    }
+    free
+}
+
+fn untaken<'p>(candidates: Vec<Candidate<'p>>, taken: &[usize]) -> Vec<Candidate<'p>> {
+    candidates
+        .into_iter()
+        .enumerate()
+        .filter(|(index, _)| !taken.contains(index))
+        .map(|(_, candidate)| candidate)
+        .collect()
+}
+
+/// Gives the roles that are still open the channels that go by their names.
+fn add_names(map: &mut ManualChannelMap, candidates: &[Candidate<'_>], taken: &mut Vec<usize>) {
     let is = |candidate: &Candidate<'_>, name: &str| candidate.plain == name;
+    let is_in_essence = |candidate: &Candidate<'_>, name: &str| candidate.essence == name;
     let ends_alone = |candidate: &Candidate<'_>, name: &str| {
-        name.len() > 2 && candidate.plain.ends_with(name) && !is_other_side(&candidate.plain, name)
+        name.len() > 2
+            && end_on(&candidate.tokens, name)
+            && !is_other_quantity(&candidate.tokens, name)
+            && !is_other_side(&candidate.plain, name)
     };
     let is_foreign = |candidate: &Candidate<'_>, name: &str| candidate.words == name;
     let ends_foreign = |candidate: &Candidate<'_>, name: &str| {
@@ -35,9 +101,9 @@ pub fn guess(probes: &[Probe]) -> ManualChannelMap {
     };
     // Names that are a role's own first: `z` of one recorder does not take the `az` of another.
     let passes: [(&[_], Fits<'_>); 5] = [
-        (NAMES_WITH_SOURCE, &ends),
         (NAMES, &is),
         (FOREIGN_NAMES, &is_foreign),
+        (NAMES, &is_in_essence),
         (NAMES, &ends_alone),
         (FOREIGN_NAMES, &ends_foreign),
     ];
@@ -47,25 +113,43 @@ pub fn guess(probes: &[Probe]) -> ManualChannelMap {
                 continue;
             }
             let goes_by = |candidate: &Candidate<'_>, name: &str| {
-                fits(candidate, name) && has_one_reading((name, role), candidate, &map, &candidates)
+                fits(candidate, name)
+                    && has_one_reading((name, role), candidate, map, candidates)
+                    && vectors::has_brothers(name, role, candidate, candidates)
             };
-            let found = best(&candidates, &taken, role, names, &goes_by);
+            let found = best(candidates, taken, role, names, &goes_by);
             if let Some(index) = found {
                 taken.push(index);
                 map.set(role, Some(row(&candidates[index], role)));
             }
         }
     }
-    settle_airspeed(&mut map, &candidates, &taken);
-    agree_on_degrees(&mut map, probes);
-    refine_forces(&mut map, probes);
-    guess_frames::turn_axes_up(&mut map);
-    guess_frames::exchange_local_axes(&mut map);
-    guess_frames::scale_fixes(&mut map, probes);
-    guess_frames::add_attitude(&mut map, &candidates);
-    guess_frames::add_velocity(&mut map, &candidates);
-    add_position(&mut map);
-    map
+}
+
+/// Tokens before a name that make another quantity of it.
+const OTHER_QUANTITIES: [&str; 14] = [
+    "engine",
+    "prop",
+    "propeller",
+    "rotor",
+    "servo",
+    "gear",
+    "trim",
+    "tail",
+    "nose",
+    "fuel",
+    "surface",
+    "skin",
+    "cabin",
+    "density",
+];
+
+/// Whether the tokens before `name`, on which a channel's name ends, make another quantity of it.
+fn is_other_quantity(tokens: &[String], name: &str) -> bool {
+    let from = (0..tokens.len()).find(|from| tokens[*from..].concat() == name).unwrap_or(0);
+    let has_own =
+        |token: &str| name.contains(token) || ["rpm", "power", "thrust"].iter().any(|engine| name.contains(engine));
+    tokens[..from].iter().any(|token| OTHER_QUANTITIES.contains(&token.as_str()) && !has_own(token))
 }
 
 /// Sources whose airspeed is calibrated: `ARSP` of ArduPilot (Log Messages) and `VFR_HUD` of MAVLink (Common Message Set).

@@ -2,7 +2,7 @@
 
 use super::Probe;
 use super::attitude::QuaternionAxes;
-use super::by_hand::{ManualChannel, ManualChannelMap, ManualQuaternion};
+use super::by_hand::{By, ManualChannel, ManualChannelMap, ManualQuaternion};
 use super::candidates::{Candidate, best, row};
 use super::map::{ATTITUDE, VELOCITY};
 use crate::quantity::{Role, Unit};
@@ -61,6 +61,29 @@ pub(super) fn exchange_local_axes(map: &mut ManualChannelMap) {
     map.set(Role::PositionDown, Some(ManualChannel { turned: true, ..y }));
 }
 
+/// Position down that is never below its start by more than a little and above it by much is a height: it is turned, and the velocity of
+/// the same vector with it.
+pub(super) fn turn_heights(map: &mut ManualChannelMap, probes: &[Probe]) {
+    /// Most depth of a height, as a part of its range.
+    const MOST_BELOW: f64 = 0.05;
+    let Some(row) = map.row(Role::PositionDown).filter(|row| !row.turned && row.by != By::Recorder) else { return };
+    if row.from.channel.to_lowercase().contains("down") || row.from.channel.to_lowercase().contains('d') {
+        return;
+    }
+    let Some(values) = row.values(probes) else { return };
+    let range = values.greatest - values.least;
+    if range <= 0.0 || values.least < -MOST_BELOW * range || values.greatest < range {
+        return;
+    }
+    let source = row.from.source.clone();
+    for (role, row) in &mut map.rows {
+        let is_of_vector = *role == Role::VelocityDown && row.by == By::Axes && row.from.source == source;
+        if *role == Role::PositionDown || is_of_vector {
+            row.turned = true;
+        }
+    }
+}
+
 /// Latitude and longitude of more than a turn without a unit are 1e-7 deg, as receivers send them; altitudes beside them without a unit then mm.
 pub(super) fn scale_fixes(map: &mut ManualChannelMap, probes: &[Probe]) {
     let is_open = |row: &ManualChannel| row.is_unit_open(probes);
@@ -80,7 +103,7 @@ pub(super) fn scale_fixes(map: &mut ManualChannelMap, probes: &[Probe]) {
 
 /// Attitude from a quaternion, where bank and pitch angle have no channel of their own.
 pub(super) fn add_attitude(map: &mut ManualChannelMap, candidates: &[Candidate<'_>]) {
-    if map.row(Role::BankAngle).is_some() && map.row(Role::PitchAngle).is_some() {
+    if map.attitude.is_some() || (map.row(Role::BankAngle).is_some() && map.row(Role::PitchAngle).is_some()) {
         return;
     }
     let Some((source, parts)) = candidates.iter().find_map(|first| find_quaternion(first, candidates)) else { return };
@@ -113,7 +136,7 @@ fn find_quaternion(first: &Candidate<'_>, candidates: &[Candidate<'_>]) -> Optio
 
 /// Velocity north and east from ground speed and track of one source, where they have no channels of their own.
 pub(super) fn add_velocity(map: &mut ManualChannelMap, candidates: &[Candidate<'_>]) {
-    if VELOCITY.iter().any(|role| map.row(*role).is_some()) {
+    if map.velocity.is_some() || VELOCITY.iter().any(|role| map.row(*role).is_some()) {
         return;
     }
     let is = |candidate: &Candidate<'_>, name: &str| candidate.plain == name;

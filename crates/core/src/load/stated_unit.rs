@@ -1,6 +1,7 @@
 //! Units that channels state, beside their name or at the end of it.
 
 use super::contents::ChannelInfo;
+use super::text_layout::split_unit;
 use crate::quantity::{Dimension, Unit};
 
 /// Ends of names that tell a unit, in small letters, longest first.
@@ -54,10 +55,102 @@ pub fn stem_and_unit(name: &str) -> (&str, Option<Unit>) {
     ending.map_or((name, None), |(ending, unit)| (&name[..name.len() - ending.len()], Unit::parse(unit).ok()))
 }
 
-/// Unit of a channel as recorded, or else as its name ends; `None` where neither tells one that is known.
+/// Unit of a channel as recorded, or else as its name states it; `None` where neither states one that is known.
 pub fn stated_unit(channel: &ChannelInfo) -> Option<Unit> {
     let recorded = channel.unit.as_deref().filter(|unit| !unit.is_empty());
-    recorded.and_then(|unit| Unit::parse(unit).ok()).or_else(|| stem_and_unit(&channel.name).1)
+    recorded.and_then(parse_loosely).or_else(|| name_and_unit(&channel.name).1)
+}
+
+/// A name without the unit that it states in brackets, at its end or before its axis, and that unit.
+pub(super) fn name_and_unit(name: &str) -> (String, Option<Unit>) {
+    let (name, recorded) = split_unit(name.trim());
+    if let Some(unit) = recorded.as_deref().and_then(parse_loosely) {
+        return (name.trim_end_matches(['_', ' ', '-']).to_owned(), Some(unit));
+    }
+    let (stem, axis) = split_axis(&name);
+    if let (stem, Some(unit)) = stem_and_unit(stem) {
+        return (format!("{stem}{axis}"), Some(unit));
+    }
+    match stem.rsplit_once(['_', ' ', '-']).filter(|(before, _)| !before.trim().is_empty()) {
+        Some((before, ending)) => match unit_word(ending) {
+            Some(unit) => (format!("{}{axis}", before.trim_end()), Some(unit)),
+            None => (name, None),
+        },
+        None => (name, None),
+    }
+}
+
+/// A name and the axis at its end: `[0]`, `_x`.
+fn split_axis(name: &str) -> (&str, &str) {
+    let index = name.strip_suffix(']').and_then(|name| name.rfind('['));
+    let axis = || {
+        name.len()
+            .checked_sub(2)
+            .filter(|at| ["_x", "_y", "_z", ".x", ".y", ".z"].iter().any(|axis| name.get(*at..) == Some(axis)))
+    };
+    match index.or_else(axis) {
+        Some(at) => name.split_at(at),
+        None => (name, ""),
+    }
+}
+
+/// The unit that the last word of a name is, where it can be nothing else.
+fn unit_word(word: &str) -> Option<Unit> {
+    /// Words that are units of no role, or words of their own.
+    const WORDS: [&str; 9] = ["in", "nm", "mi", "mm", "gal", "min", "ratio", "none", "kp"];
+    let unit = (word.len() > 1 && !WORDS.contains(&word.to_lowercase().as_str())).then(|| parse_loosely(word))??;
+    (unit.dimension != Dimension::Time && !is_count(unit)).then_some(unit)
+}
+
+/// The unit of a text as recorders write them: `DEGpSEC`, `degpers`, `rad s^-1`, `meters/second`, `ft-lbs/sec`.
+pub(super) fn parse_loosely(text: &str) -> Option<Unit> {
+    /// Words for parts of a unit.
+    const PARTS: [(&str, &str); 20] = [
+        ("degrees", "deg"),
+        ("degree", "deg"),
+        ("radians", "rad"),
+        ("radian", "rad"),
+        ("metres", "m"),
+        ("meters", "m"),
+        ("metre", "m"),
+        ("meter", "m"),
+        ("feet", "ft"),
+        ("foot", "ft"),
+        ("knots", "kt"),
+        ("seconds", "s"),
+        ("second", "s"),
+        ("secs", "s"),
+        ("sec", "s"),
+        ("minute", "min"),
+        ("fts", "ft/s"),
+        (" per ", "/"),
+        ("squared", "^2"),
+        ("kilometers", "km"),
+    ];
+    let text = text.trim();
+    if let Ok(unit) = Unit::parse(text) {
+        return Some(unit);
+    }
+    let mut plain = text.to_lowercase();
+    for (word, unit) in PARTS {
+        plain = plain.replace(word, unit);
+    }
+    let plain = plain.replace(" s^-2", "/s^2").replace(" s^-1", "/s").replace(" s-2", "/s^2").replace(" s-1", "/s");
+    let plain = plain.replace("s/s", "s^2").replace(' ', "");
+    let per = ["degpers", "radpers", "degps", "radps", "mpers", "ftpers", "mps", "ftps"]
+        .iter()
+        .find(|word| plain.starts_with(*word));
+    let plain = match per {
+        Some(word) => {
+            let stem = word.trim_end_matches('s').trim_end_matches("per").trim_end_matches('p');
+            format!(
+                "{stem}/s{}",
+                plain[word.len()..].replacen(|sign: char| sign.is_ascii_digit(), "^2", 1).replace("^^", "^")
+            )
+        }
+        None => plain,
+    };
+    Unit::parse(&plain).ok()
 }
 
 /// Whether a recorded unit says no more than that there is none.
@@ -68,6 +161,40 @@ pub(super) fn is_count(unit: Unit) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn units_are_read_as_recorders_write_them() {
+        for (text, wanted) in [
+            ("DEGpSEC", Some("deg/s")),
+            ("degpers", Some("deg/s")),
+            ("rad s^-1", Some("rad/s")),
+            ("m s^-2", Some("m/s^2")),
+            ("fts^2", Some("ft/s^2")),
+            ("meters/second", Some("m/s")),
+            ("feet per minute", Some("ft/min")),
+            ("Deg C", Some("degC")),
+            ("flags", None),
+        ] {
+            assert_eq!(parse_loosely(text).map(|unit| unit.symbol), wanted, "{text}");
+        }
+    }
+
+    #[test]
+    fn units_are_found_in_brackets_at_the_end_and_before_the_axis() {
+        for (name, stem, wanted) in [
+            ("V_cas[kts]", "V_cas", Some("kt")),
+            ("pitch_angle_[deg]", "pitch_angle", Some("deg")),
+            ("alt_ftmsl", "alt", Some("ft")),
+            ("gyro_radps_x", "gyro_x", Some("rad/s")),
+            ("accelerometer_m_s2[0]", "accelerometer[0]", Some("m/s^2")),
+            ("rollrate-DEGpSEC", "rollrate", Some("deg/s")),
+            ("roll_in", "roll_in", None),
+            ("column[11]", "column[11]", None),
+        ] {
+            let (found, unit) = name_and_unit(name);
+            assert_eq!((found.as_str(), unit.map(|unit| unit.symbol)), (stem, wanted), "{name}");
+        }
+    }
 
     #[test]
     fn a_direction_at_the_end_of_a_name_is_no_unit() {

@@ -1,0 +1,136 @@
+//! Vectors of three: channels of one source whose names differ by the axis alone, such as `ang_vel_x`, `pqr[0]` or `vz`.
+
+use super::by_hand::{By, ManualChannelMap};
+use super::candidates::{Candidate, row};
+use super::stated_unit::is_count;
+use super::tokens::essence;
+use crate::quantity::Role;
+
+/// Roles of a vector and the words its channels share.
+type Vector = ([Role; 3], &'static [&'static str]);
+
+const VECTORS: &[Vector] = &[
+    (
+        [Role::RollRate, Role::PitchRate, Role::YawRate],
+        &[
+            "angvel",
+            "angularvel",
+            "angularvelocity",
+            "angularrate",
+            "angrate",
+            "bodyrate",
+            "bodyrates",
+            "gyro",
+            "gyr",
+            "gyros",
+            "gyroscope",
+            "omega",
+            "pqr",
+            "rate",
+            "rates",
+            "turnrate",
+        ],
+    ),
+    (
+        [Role::RollAcceleration, Role::PitchAcceleration, Role::YawAcceleration],
+        &["angacc", "angaccel", "angularacc", "angularaccel", "angularacceleration", "omegadot", "pqrdot"],
+    ),
+    (
+        [Role::SpecificForceX, Role::SpecificForceY, Role::SpecificForceZ],
+        &[
+            "acc",
+            "accel",
+            "accels",
+            "acceleration",
+            "linearacceleration",
+            "linacc",
+            "specificforce",
+            "accelerometer",
+            "a",
+            "ab",
+        ],
+    ),
+    (
+        [Role::VelocityNorth, Role::VelocityEast, Role::VelocityDown],
+        &["v", "vel", "velocity", "ve", "vned", "velned", "velocityned", "nedvel", "vearth", "speed", "groundvelocity"],
+    ),
+    ([Role::PositionNorth, Role::PositionEast, Role::PositionDown], &["p", "pos", "position", "posned", "nedpos"]),
+    (
+        [Role::BankAngle, Role::PitchAngle, Role::HeadingAngle],
+        &["euler", "eulerangle", "eulerangles", "rpy", "attitude", "phithetapsi"],
+    ),
+];
+/// Ends of names by axis.
+const AXES: [[&str; 3]; 4] = [["x", "y", "z"], ["0", "1", "2"], ["1", "2", "3"], ["n", "e", "d"]];
+/// Single letters that are a role only beside the others of their vector.
+const LETTERS: [[&str; 3]; 5] =
+    [["p", "q", "r"], ["x", "y", "z"], ["xe", "ye", "ze"], ["u", "v", "w"], ["ax", "ay", "az"]];
+
+/// Gives the roles of vectors that have no channel yet theirs.
+pub(super) fn add_vectors(map: &mut ManualChannelMap, candidates: &[Candidate<'_>]) {
+    for (roles, stems) in VECTORS {
+        let open = roles.iter().filter(|role| map.row(**role).is_none()).count();
+        if open < 3 {
+            continue;
+        }
+        let Some(found) = stems.iter().find_map(|stem| find(stem, *roles, candidates)) else { continue };
+        for (role, index) in roles.iter().zip(found) {
+            let mut row = row(&candidates[index], *role);
+            row.by = By::Axes;
+            map.set(*role, Some(row));
+        }
+    }
+}
+
+/// The three channels of one source called by `stem` and an axis.
+fn find(stem: &str, roles: [Role; 3], candidates: &[Candidate<'_>]) -> Option<[usize; 3]> {
+    let fits = |candidate: &Candidate<'_>, role: Role| {
+        candidate.unit.is_none_or(|unit| unit.dimension == role.dimension() || is_count(unit))
+    };
+    AXES.iter().find_map(|axes| {
+        let at = |axis: usize, source: Option<&str>| {
+            candidates.iter().position(|candidate| {
+                source.is_none_or(|source| candidate.from.source == source)
+                    && fits(candidate, roles[axis])
+                    && stem_of(candidate, axes[axis]).is_some_and(|other| other == stem)
+            })
+        };
+        let first = at(0, None)?;
+        let source = Some(candidates[first].from.source.as_str());
+        Some([first, at(1, source)?, at(2, source)?])
+    })
+}
+
+/// What the name of a channel says without its axis, which ends or begins it.
+fn stem_of(candidate: &Candidate<'_>, axis: &str) -> Option<String> {
+    let (last, before) = candidate.tokens.split_last()?;
+    if last == axis {
+        return (!before.is_empty()).then(|| essence(before));
+    }
+    if let Some(stem) =
+        last.strip_suffix(axis).filter(|stem| !stem.is_empty() && !axis.starts_with(|sign: char| sign.is_numeric()))
+    {
+        let all: Vec<String> = before.iter().cloned().chain([stem.to_owned()]).collect();
+        return Some(essence(&all));
+    }
+    let (first, rest) = candidate.tokens.split_first()?;
+    (first == axis && !rest.is_empty()).then(|| essence(rest))
+}
+
+/// Whether a name of one letter stands beside the others of its vector, which other names need not.
+pub(super) fn has_brothers(name: &str, role: Role, candidate: &Candidate<'_>, candidates: &[Candidate<'_>]) -> bool {
+    let Some(letters) = LETTERS.iter().find(|letters| letters.contains(&name)) else { return true };
+    let is_stated = candidate.unit.is_some_and(|unit| unit.dimension == role.dimension() && !is_count(unit));
+    let is_there = |letter: &str| {
+        candidates.iter().any(|other| {
+            other.from.source == candidate.from.source && other.plain == candidate.plain.replace(name, letter)
+        })
+    };
+    let others = letters.iter().filter(|letter| **letter != name && is_there(letter)).count();
+    match letters[0] {
+        // Beside u and w it is a velocity of the body.
+        "u" => others == 0,
+        "p" | "ax" => is_stated || others > 0,
+        _ => others == 2,
+    }
+}
