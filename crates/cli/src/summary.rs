@@ -30,6 +30,9 @@ pub fn print(session: &Session, snapshot: &Snapshot, verbose: bool) {
     if let Some(verdicts) = snapshot.verdicts.ready() {
         text::line(&format!("verdict {}", verdicts.headline()));
     }
+    if let Some(gusts) = results.gusts.as_ref().filter(|gusts| gusts.applied) {
+        text::line(&format!("gusts {}", gusts.words()));
+    }
     if !verbose {
         results.pooled.iter().for_each(|fit| print_fit(fit, &results));
         print_first(&found);

@@ -16,12 +16,12 @@ use doublet_core::series::{Channel, Recording, TimeRange};
 use crate::builtin;
 use crate::run::Control;
 use crate::session::{
-    Edit, Estimation, Flight, GravitySource, GustSource, Manoeuvre, MapRef, NoiseEdit, Preparation, RecordingRef, Session,
-    content_hash,
+    Edit, Estimation, Flight, GravitySource, GustSource, Manoeuvre, MapRef, NoiseEdit, Preparation, RecordingRef,
+    Session, content_hash,
 };
 use crate::stage::{
     FlightPhysics, FlightProposals, LoadedFlight, NO_PATH_MEASUREMENT, NoiseFlight, measured_by, noise, open_entries,
-    open_windows, physics_of, proposals,
+    open_windows, physics_of, proposals, record_noise,
 };
 use crate::verdict::Level;
 
@@ -343,13 +343,20 @@ pub fn add_flight(
 }
 
 /// Marks the steady windows found in the first flight of a session whose noise is the built-in one, that of one aircraft's sensors, and takes
-/// the noise they show for Q and R.
+/// the noise they show for Q and R. Without a steady window the differences of the whole recording show it.
 fn take_noise(session: &mut Session, flight: NoiseFlight<'_>) -> Result<(), String> {
     let windows = flight.proposals.steady.clone();
     let (filter, built_in) = (&session.filter, FilterSettings::default());
     let is_built_in =
         filter.process_noise == built_in.process_noise && filter.measurement_noise == built_in.measurement_noise;
-    if windows.is_empty() || !is_built_in {
+    if !is_built_in {
+        return Ok(());
+    }
+    if windows.is_empty() {
+        let entries = record_noise(&flight.loaded.recording);
+        let reason = "differences of the whole recording, which has no still moment".to_owned();
+        let edit = Edit::Noise(NoiseEdit::Set { entries, reason });
+        *session = edit.apply(session).map_err(|error| error.to_string())?;
         return Ok(());
     }
     let marked = Edit::Noise(NoiseEdit::Steady { flight: flight.name.to_owned(), windows });
@@ -511,7 +518,7 @@ mod tests {
             worst.map(|lack| lack.roles.len())
         };
         assert_eq!(bad(&only), Some(MEASUREMENTS));
-        assert_eq!(bad(&|role| only(role) || role == Role::Airspeed), None);
+        assert_eq!(bad(&|role| only(role) || role == Role::TrueAirspeed), None);
     }
 
     #[test]

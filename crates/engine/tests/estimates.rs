@@ -56,6 +56,7 @@ fn windows() -> Vec<(Manoeuvre, Arc<WindowAero>)> {
             flight: "f".to_owned(),
             window: TimeRange { start_s: 0.0, end_s: 8.0 },
             role: WindowRole::Identification,
+            also: None,
             surface: None,
             kind: String::new(),
             note: String::new(),

@@ -14,9 +14,10 @@ use doublet_engine::graph::Context;
 use doublet_engine::run::Control;
 use doublet_engine::session::{
     self, Annotation, ClockPairSetting, ClockSetting, Edit, EditError, ErrorValues, Estimation, ExpressionEdit,
-    ExpressionSetting, FilterEdit, Flight, GravitySource, HeldSampleUse, InstrumentSetting, KeptStructure, LevelFlight,
-    Manoeuvre, MapRef, ModelEdit, NoiseChannel, Preparation, RecordingRef, SensorErrorMethod, SensorErrors, Session,
-    SignalPreset, SignalSetting, SteadyWindow, Surface, WindowEdit, WindowFlag, WindowFlags, WindowRole,
+    ExpressionSetting, FilterEdit, Flight, GravitySource, GustSource, HeldSampleUse, InstrumentSetting, KeptStructure,
+    LevelFlight, Manoeuvre, MapRef, ModelEdit, NoiseChannel, Preparation, RecordingRef, SensorErrorMethod,
+    SensorErrors, Session, SignalPreset, SignalSetting, SteadyWindow, Surface, WindowEdit, WindowFlag, WindowFlags,
+    WindowRole,
 };
 use doublet_engine::stage;
 use doublet_engine::undo::History;
@@ -334,7 +335,6 @@ fn any_edit() -> impl Strategy<Value = Edit> {
 #[test]
 fn constraints_are_stated_saved_checked_and_go_with_their_term() {
     use doublet_engine::session::{EstimationEdit, TermConstraint};
-
     let pitch = |known| TermConstraint { coefficient: Coefficient::Cm, term: Variable::PitchRate.into(), known };
     let stated = |known| Edit::Estimation(EstimationEdit::Constrain(pitch(known)));
     let bounds = |lower, upper| Constraint::Bounds { lower, upper };

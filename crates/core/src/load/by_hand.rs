@@ -58,8 +58,6 @@ pub enum By {
     Name,
     /// Words of its name and the channels of the other axes.
     Axes,
-    /// It is the derivative of another channel.
-    Motion,
 }
 
 impl By {
@@ -70,7 +68,6 @@ impl By {
             Self::Recorder => "by its recorder",
             Self::Name => "by its name",
             Self::Axes => "by its name and axes",
-            Self::Motion => "by its motion",
         }
     }
 }

@@ -148,8 +148,8 @@ fn parse(text: &str) -> Result<Recorder, String> {
         return Err(format!("'{}' must be of format '{FORMAT}', version {VERSION}", recorder.name));
     }
     let columns = recorder.roles.values().flatten();
-    let units = columns.filter_map(|column| column.unit.as_deref());
-    units.map(|unit| Unit::parse(unit).map(|_| ()).map_err(|error| error.to_string())).collect::<Result<(), _>>()?;
+    let mut units = columns.filter_map(|column| column.unit.as_deref());
+    units.try_for_each(|unit| Unit::parse(unit).map(|_| ()).map_err(|error| error.to_string()))?;
     match recorder.roles.keys().find(|name| Role::from_name(name).is_none()) {
         Some(name) => Err(format!("there is no role '{name}'")),
         None => Ok(recorder),

@@ -290,9 +290,7 @@ impl Dense {
         let (phi, integral) = self.discretise(&jacobian, step.dt);
         let gamma = integral * jacobian.fixed_columns::<6>(9);
         let noise = SMatrix::<f64, 6, 6>::from_diagonal(&(self.q * step.noise_scale));
-        let prior = phi * *p * phi.transpose()
-            + gamma * noise * gamma.transpose()
-            + self.walks(&predicted, step.dt);
+        let prior = phi * *p * phi.transpose() + gamma * noise * gamma.transpose() + self.walks(&predicted, step.dt);
 
         let mut r = self.r;
         for i in 0..12 {

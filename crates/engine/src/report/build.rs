@@ -10,7 +10,7 @@ use super::results::{
     ChannelRow, ClockRow, DerivativeRow, DroppedRow, ExpressionRow, FORMAT, FitRow, FlightRow, InnovationRow,
     RecordingRow, Results, StateRow, VERSION, WindowRow,
 };
-use super::{mass, setup, signals, summary};
+use super::{gusts, mass, setup, signals, summary};
 use crate::date;
 use crate::run::{Slot, Snapshot};
 use crate::session::{Manoeuvre, Session, path_warning};
@@ -39,6 +39,7 @@ pub fn build(session: &Session, snapshot: &Snapshot) -> Results {
         reference: aircraft.map(|aircraft| setup::reference(aircraft, &session.preparation)),
         gravity_m_s2: snapshot.gravity_m_s2(session),
         gravity_origin: snapshot.gravity.as_ref().map(|used| used.origin.clone()).unwrap_or_default(),
+        gusts: gusts::gusts(snapshot),
         differentiation: signals::differentiation(&session.preparation),
         filter: match session.filter.method {
             Method::Ekf => "extended",

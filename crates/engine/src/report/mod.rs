@@ -5,6 +5,7 @@ pub mod document;
 mod dynamics;
 mod engines;
 mod formats;
+mod gusts;
 mod histories;
 mod mass;
 mod prediction;
@@ -33,6 +34,7 @@ pub use dynamics::{
     dynamics_row, mode_rows, qualities_row,
 };
 pub use formats::{TableFormat, alignments, csv, latex, markdown};
+pub use gusts::GustRow;
 pub(crate) use histories::mat_file;
 pub use histories::{History, HistoryColumn, HistoryFormat};
 pub use mass::{FlownMassRow, ItemRow, MassRow};

@@ -4,6 +4,7 @@ use doublet_core::airframe::ReferenceGeometry;
 use serde::Serialize;
 
 use super::dynamics::DynamicsRow;
+use super::gusts::GustRow;
 use super::mass::{FlownMassRow, MassRow};
 use super::prediction::{PredictionRow, ValidationRow};
 use super::proof::ProofRow;
@@ -49,6 +50,9 @@ pub struct Results {
     pub gravity_m_s2: f64,
     /// Where it comes from.
     pub gravity_origin: String,
+    /// Gusts over the windows; none where the session states the random walk of the wind.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gusts: Option<GustRow>,
     /// How body rates were differentiated.
     pub differentiation: String,
     /// What of all this may be believed, and why not; none where the run was stopped.

@@ -252,7 +252,8 @@ impl<'a> Run<'a> {
             return Ok(session);
         }
         let samples = |manoeuvre: &&Manoeuvre| {
-            let ReadFlight { loaded, aircraft, .. } = flights.iter().find(|read| read.flight.name == manoeuvre.flight)?;
+            let ReadFlight { loaded, aircraft, .. } =
+                flights.iter().find(|read| read.flight.name == manoeuvre.flight)?;
             let inputs = (loaded, aircraft.as_ref());
             // A window without samples says why where it is prepared.
             self.context.get::<Samples>((manoeuvre.window, &session.preparation), inputs).ok()

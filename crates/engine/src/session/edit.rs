@@ -8,9 +8,9 @@ use doublet_core::series::TimeRange;
 use thiserror::Error;
 
 use super::{
-    AircraftEdit, AnnotationEdit, ExpressionEdit, Flight, GravitySource, GustSource, KeptStructure, Manoeuvre, NoiseEdit,
-    PathSource, PooledConstants, PredictionParameters, Preparation, ReportFigureEdit, Session, SignalEdit, Surface,
-    TermConstraint, WindowFlag, WindowRole,
+    AircraftEdit, AnnotationEdit, ExpressionEdit, Flight, GravitySource, GustSource, KeptStructure, Manoeuvre,
+    NoiseEdit, PathSource, PooledConstants, PredictionParameters, Preparation, ReportFigureEdit, Session, SignalEdit,
+    Surface, TermConstraint, WindowFlag, WindowRole,
 };
 
 /// A change of the session, grouped by area.

@@ -7,8 +7,8 @@
 
 use crate::reconstruct::filter::parameters::FilterParameters;
 use crate::reconstruct::filter::step::StepInputs;
-use crate::reconstruct::model::layout::{ACC, ATT, GROUPS, GYR, POS, VEL, WIND};
 use crate::reconstruct::model::kinematics::{Trig, ned_from_body};
+use crate::reconstruct::model::layout::{ACC, ATT, GROUPS, GYR, POS, VEL, WIND};
 use crate::reconstruct::model::transition::Transition;
 use crate::reconstruct::numeric::mat3::{
     Factor, Mat3, add_product, add_times, scaled, scaled_columns, scaled_identity, subtract_product,

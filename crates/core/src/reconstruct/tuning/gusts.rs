@@ -75,9 +75,7 @@ fn dryden_lengths_m(height_m: f64) -> [f64; 2] {
 /// The settings with gusts of these walks beside the random walk of the wind they state.
 fn with_walk(settings: &FilterSettings, [horizontal, vertical]: [f64; 2]) -> FilterSettings {
     let mut settings = settings.clone();
-    for (state, walk) in
-        [(State::WindNorth, horizontal), (State::WindEast, horizontal), (State::WindDown, vertical)]
-    {
+    for (state, walk) in [(State::WindNorth, horizontal), (State::WindEast, horizontal), (State::WindDown, vertical)] {
         let stated = &mut settings.random_walk[state as usize];
         *stated = stated.hypot(walk);
     }

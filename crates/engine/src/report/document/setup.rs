@@ -19,8 +19,9 @@ pub fn overview(contents: &Contents<'_>) -> Vec<Block> {
         ("Flights", session.flights.iter().map(|flight| flight.name.as_str()).collect::<Vec<_>>().join(", ")),
         ("Gravity", format!("{} m/s², {}", significant(results.gravity_m_s2, 6), results.gravity_origin)),
     ];
+    let gusts = results.gusts.as_ref().map(|gusts| ("Gusts", gusts.words()));
     let mut blocks = vec![
-        Block::Facts(facts.into_iter().map(|(name, text)| (name.to_owned(), text)).collect()),
+        Block::Facts(facts.into_iter().chain(gusts).map(|(name, text)| (name.to_owned(), text)).collect()),
         paragraph(
             "Angles are in degrees and angular rates in degrees per second, in tables as in figures; all else is in SI units, and so are the \
              channels as they are kept. Derivatives are per radian and per unit of the dimensionless rate. Body axes are x forward, y right, z down.",

@@ -1,0 +1,72 @@
+//! Gusts over the windows, as the reconstruction found them.
+
+use doublet_core::reconstruct::State;
+use serde::Serialize;
+
+use crate::run::Snapshot;
+
+/// Gusts the likelihood calls for, and what they do to the angle of attack.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct GustRow {
+    /// Whether the filter takes them: where they are significant.
+    pub applied: bool,
+    /// Random walk of the wind that stands for them, m/s per square root of a second: horizontal, vertical.
+    pub random_walk: [f64; 2],
+    /// Standard error of the logarithm of each.
+    pub log_standard_error: [Option<f64>; 2],
+    /// Gain of the logarithm of the likelihood over a steady wind.
+    pub log_likelihood_gain: f64,
+    /// Standard deviation of the reconstructed wind about its mean in each window, m/s: horizontal component, vertical.
+    pub deviation_m_s: [f64; 2],
+    /// Deviation of the vertical wind over airspeed, as a part of that of the angle of attack.
+    pub part_of_alpha: f64,
+}
+
+impl GustRow {
+    /// In words.
+    pub fn words(&self) -> String {
+        if !self.applied {
+            return "not significant".to_owned();
+        }
+        let [horizontal, vertical] = self.deviation_m_s;
+        format!(
+            "{vertical:.2} m/s rms vertical, {horizontal:.2} m/s horizontal, {:.0} % of the motion of alpha",
+            100.0 * self.part_of_alpha
+        )
+    }
+}
+
+/// Gusts of a run that estimated them.
+pub fn gusts(snapshot: &Snapshot) -> Option<GustRow> {
+    let found = snapshot.gusts.as_ref()?;
+    let (mut squares, mut samples) = ([0.0; 4], 0.0);
+    for path in snapshot.windows.values().filter_map(|results| results.path.ready()) {
+        let path = &path.reconstruction;
+        let states = path.smoothed.as_ref().map_or(&path.states, |smoothed| &smoothed.states);
+        let of = |state: State| states[state as usize].as_slice();
+        let count = path.time_s.len() as f64;
+        let (u, w) = (of(State::VelocityU), of(State::VelocityW));
+        let alpha: Vec<f64> = w.iter().zip(u).map(|(w, u)| w.atan2(*u)).collect();
+        let flow: Vec<f64> = of(State::WindDown).iter().zip(u).map(|(wind, u)| wind / u.max(1.0)).collect();
+        let horizontal = 0.5 * (variance(of(State::WindNorth)) + variance(of(State::WindEast)));
+        let found = [horizontal, variance(of(State::WindDown)), variance(&flow), variance(&alpha)];
+        squares.iter_mut().zip(found).for_each(|(sum, variance)| *sum += count * variance);
+        samples += count;
+    }
+    let deviation = squares.map(|sum| (sum / samples).sqrt());
+    Some(GustRow {
+        applied: found.is_significant(),
+        random_walk: found.walk,
+        log_standard_error: found.log_standard_error,
+        log_likelihood_gain: found.gain,
+        deviation_m_s: [deviation[0], deviation[1]],
+        part_of_alpha: deviation[2] / deviation[3],
+    })
+}
+
+/// Mean square about the mean.
+fn variance(values: &[f64]) -> f64 {
+    let count = values.len().max(1) as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / count
+}
