@@ -21,7 +21,7 @@ use crate::session::{
 };
 use crate::stage::{
     FlightPhysics, FlightProposals, LoadedFlight, NO_PATH_MEASUREMENT, NoiseFlight, measured_by, noise, open_entries,
-    open_windows, physics_of, proposals, record_noise,
+    open_windows, physics_of, proposals,
 };
 use crate::verdict::Level;
 
@@ -343,20 +343,13 @@ pub fn add_flight(
 }
 
 /// Marks the steady windows found in the first flight of a session whose noise is the built-in one, that of one aircraft's sensors, and takes
-/// the noise they show for Q and R. Without a steady window the differences of the whole recording show it.
+/// the noise they show for Q and R.
 fn take_noise(session: &mut Session, flight: NoiseFlight<'_>) -> Result<(), String> {
     let windows = flight.proposals.steady.clone();
     let (filter, built_in) = (&session.filter, FilterSettings::default());
     let is_built_in =
         filter.process_noise == built_in.process_noise && filter.measurement_noise == built_in.measurement_noise;
-    if !is_built_in {
-        return Ok(());
-    }
-    if windows.is_empty() {
-        let entries = record_noise(&flight.loaded.recording);
-        let reason = "differences of the whole recording, which has no still moment".to_owned();
-        let edit = Edit::Noise(NoiseEdit::Set { entries, reason });
-        *session = edit.apply(session).map_err(|error| error.to_string())?;
+    if windows.is_empty() || !is_built_in {
         return Ok(());
     }
     let marked = Edit::Noise(NoiseEdit::Steady { flight: flight.name.to_owned(), windows });

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use doublet_core::estimate::{Constraint, Origin};
 use doublet_core::model::{AeroData, Coefficient, Structure, Term, regressors};
+use doublet_core::quantity::Role;
 use doublet_core::series::TimeRange;
 use doublet_engine::session::{
     Estimation, Manoeuvre, PooledConstants, PredictionParameters, Surface, TermConstraint, WindowFlags, WindowRole,
@@ -178,7 +179,11 @@ fn resting_surface_keeps_a_derivative_that_is_known() {
     let all = windows();
     let manoeuvre = Manoeuvre { surface: Some(Surface::Aileron), ..all[0].0.clone() };
     let known = knowing(Coefficient::Cn, "delta_r", Constraint::Fixed(-0.07), true);
-    let fits = window_fits(&manoeuvre, &all[0].1, &Structure::thesis(), &known).fits;
+    let mut data = all[0].1.data.clone();
+    let resting = data.controls.get_mut(&Role::Rudder).unwrap();
+    *resting = vec![0.01; resting.len()].into();
+    let resting = WindowAero::form(data, all[0].1.settings.clone(), AirDensity::Recorded).unwrap();
+    let fits = window_fits(&manoeuvre, &resting, &Structure::thesis(), &known).fits;
     assert_eq!(of(&fits, Coefficient::Cn).fit.as_ref().unwrap().parameter("Cn_delta_r"), Some((-0.07, 0.0)));
     assert_eq!(of(&fits, Coefficient::Cl).dropped.len(), 1, "of Cl nothing is known of the rudder");
 }

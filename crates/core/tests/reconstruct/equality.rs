@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use doublet_core::reconstruct::{
     AIR_STATES, FilterData, FilterSettings, InputHold, InputSeries, Linearisation, MEASUREMENTS, MeasurementSeries,
-    Method, Reconstruction, STATES, ValidSettings, Width, lanes, reconstruct_with,
+    Method, Reconstruction, STATES, State, ValidSettings, Width, lanes, reconstruct_with,
 };
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -93,7 +93,9 @@ fn settings(random: &mut ChaCha8Rng) -> FilterSettings {
     noises.for_each(|noise| *noise *= random.random_range(-1.0_f64..1.0).exp());
     for k in 9..STATES {
         if random.random_bool(0.3) {
-            settings.random_walk[k] = 0.3 * settings.initial_deviation[k];
+            // Wind walks move the velocity relative to the air: 0.4 m/s per square root of a second are strong gusts.
+            let part = if k < State::WindNorth as usize { 0.3 } else { 0.02 };
+            settings.random_walk[k] = part * settings.initial_deviation[k];
         }
         if random.random_bool(0.2) {
             settings.initial_deviation[k] = 0.0;

@@ -28,7 +28,6 @@ mod physics;
 mod placement;
 mod prediction;
 mod proposals;
-mod record_noise;
 mod recording;
 mod replay;
 mod samples;
@@ -74,7 +73,6 @@ pub use prediction::Prediction;
 pub use proposals::{
     FlightProposals, LEAST_PRESSURE_SHARE, SignalSpectrum, WindowProposal, open_windows, proposals, proposals_above,
 };
-pub use record_noise::record_noise;
 pub use recording::{LoadedFlight, align_flight, describe_change, read_flight};
 pub(crate) use replay::measured_histories;
 pub use replay::{

@@ -145,7 +145,7 @@ fn measure(role: Role, flights: &[NoiseFlight<'_>], found: &[FlightNoise]) -> St
 }
 
 /// The channel of a role. Without a satellite position the pressure altitude tells the height.
-pub(super) fn channel_of(recording: &Recording, role: Role) -> Option<&doublet_core::series::Channel> {
+fn channel_of(recording: &Recording, role: Role) -> Option<&doublet_core::series::Channel> {
     match role {
         Role::PositionDown => recording.role(role).or_else(|| recording.role(Role::Altitude)),
         _ => recording.role(role),
