@@ -182,7 +182,7 @@ fn resting_surface_keeps_a_derivative_that_is_known() {
     let mut data = all[0].1.data.clone();
     let resting = data.controls.get_mut(&Role::Rudder).unwrap();
     *resting = vec![0.01; resting.len()].into();
-    let resting = WindowAero::form(data, all[0].1.settings.clone(), AirDensity::Recorded).unwrap();
+    let resting = Arc::new(WindowAero::form(data, all[0].1.settings.clone(), AirDensity::Recorded).unwrap());
     let fits = window_fits(&manoeuvre, &resting, &Structure::thesis(), &known).fits;
     assert_eq!(of(&fits, Coefficient::Cn).fit.as_ref().unwrap().parameter("Cn_delta_r"), Some((-0.07, 0.0)));
     assert_eq!(of(&fits, Coefficient::Cl).dropped.len(), 1, "of Cl nothing is known of the rudder");
