@@ -3,8 +3,7 @@
 //! A gust is modelled as a change of wind dW, which leaves the velocity over ground and changes the velocity relative to the air by
 //! `-C' dW` (`filter::terms::walk_covariance`). First-order Gauss-Markov gusts of deviation sigma and length L (Dryden's longitudinal
 //! spectrum, MIL-F-8785C 3.7.2) change at airspeed V with the variance rate `2 sigma^2 V / L` within times well below L / V. The
-//! measured ground velocity holds the slow part, so that a random walk of this rate stands for the gusts without a length that nobody
-//! knows; [`Gusts::intensity_m_s`] goes back by Dryden's.
+//! measured ground velocity holds the slow part, so that a random walk of this rate stands for the gusts without their length.
 
 use std::ops::ControlFlow;
 
@@ -27,8 +26,8 @@ pub struct Gusts {
     pub gain: f64,
 }
 
-/// Gain of the logarithm of the likelihood from which gusts are significant: two parameters of no effect gain as much once in
-/// 20,000 times, and what small errors of the model gain stays below.
+/// Gain of the logarithm of the likelihood above which gusts are significant. Two parameters of no effect gain as much once in
+/// 20,000 times. Errors of the model, as late sensors, can gain more in calm air.
 const SIGNIFICANT_GAIN: f64 = 10.0;
 /// Random walks tried at first, m/s per square root of a second: from still air to severe turbulence.
 const TRIED: [f64; 6] = [0.03, 0.08, 0.2, 0.5, 1.2, 3.0];
@@ -48,28 +47,6 @@ impl Gusts {
     pub fn added_to(&self, settings: &FilterSettings) -> FilterSettings {
         with_walk(settings, self.walk)
     }
-
-    /// Standard deviation of Dryden gusts of the same variance rate, m/s, horizontal and vertical: `sigma^2 = q L / (2 V)` at
-    /// airspeed V, m/s, with Dryden's scale lengths at `height_m` above ground (MIL-F-8785C 3.7.3: below 1,000 ft; 1,750 ft above 2,000 ft,
-    /// in between linear).
-    pub fn intensity_m_s(&self, airspeed_m_s: f64, height_m: f64) -> [f64; 2] {
-        let lengths = dryden_lengths_m(height_m);
-        std::array::from_fn(|i| self.walk[i] * (lengths[i] / (2.0 * airspeed_m_s.max(1.0))).sqrt())
-    }
-}
-
-/// Dryden's scale lengths, m, horizontal and vertical, at a height above ground.
-fn dryden_lengths_m(height_m: f64) -> [f64; 2] {
-    const FOOT_M: f64 = 0.3048;
-    let low = |height_ft: f64| [height_ft / (0.177 + 0.000_823 * height_ft).powf(1.2), height_ft];
-    let height_ft = (height_m / FOOT_M).max(10.0);
-    let lengths_ft = if height_ft <= 1_000.0 {
-        low(height_ft)
-    } else {
-        let part = ((height_ft - 1_000.0) / 1_000.0).min(1.0);
-        low(1_000.0).map(|length| length + part * (1_750.0 - length))
-    };
-    lengths_ft.map(|length| length * FOOT_M)
 }
 
 /// The settings with gusts of these walks beside the random walk of the wind they state.
@@ -94,7 +71,7 @@ pub fn estimate_gusts(
 ) -> Result<Option<Gusts>, ReconstructError> {
     let data = enough_of(data);
     let plain = plain(settings);
-    // Windows that the filter fails on at one walk count at none.
+    // A window that the filter fails on, still or at a walk, adds nothing to the gain of that walk.
     let Some(still) = likelihoods(&data, &plain, [0.0; 2], is_stopped)? else { return Ok(None) };
     let gain = |walk: [f64; 2]| -> Result<f64, ReconstructError> {
         let Some(found) = likelihoods(&data, &plain, walk, is_stopped)? else { return Ok(f64::NEG_INFINITY) };
