@@ -124,7 +124,7 @@ impl InertiaTensor {
     }
 
     /// Whether an aircraft may be computed with this tensor: finite, positive definite, and no principal moment above the sum of the
-    /// others by more than [`PUBLISHED_SLACK`].
+    /// others by more than a twentieth.
     ///
     /// # Errors
     /// [`InertiaError`] with the numbers that contradict.
