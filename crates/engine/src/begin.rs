@@ -343,13 +343,13 @@ pub fn add_flight(
 }
 
 /// Marks the steady windows found in the first flight of a session whose noise is the built-in one, that of one aircraft's sensors, and takes
-/// the noise they show for Q and R.
+/// the noise they show for Q and R. What no steady window shows is taken from the differences of the whole recording.
 fn take_noise(session: &mut Session, flight: NoiseFlight<'_>) -> Result<(), String> {
     let windows = flight.proposals.steady.clone();
     let (filter, built_in) = (&session.filter, FilterSettings::default());
     let is_built_in =
         filter.process_noise == built_in.process_noise && filter.measurement_noise == built_in.measurement_noise;
-    if windows.is_empty() || !is_built_in {
+    if !is_built_in {
         return Ok(());
     }
     let marked = Edit::Noise(NoiseEdit::Steady { flight: flight.name.to_owned(), windows });

@@ -181,6 +181,8 @@ pub enum NoiseOrigin {
     Resolution(NoiseStatistics),
     /// Stated for the instruments, from the source given.
     Stated(String),
+    /// Second differences of the whole recording, since no steady window shows it.
+    Differences,
 }
 
 /// A standard deviation proposed for one channel. Its square stands on the diagonal of Q (inertial samples) or R (measurements).

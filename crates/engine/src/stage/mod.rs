@@ -28,6 +28,7 @@ mod physics;
 mod placement;
 mod prediction;
 mod proposals;
+mod record_noise;
 mod recording;
 mod replay;
 mod samples;

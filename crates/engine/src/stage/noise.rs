@@ -7,7 +7,9 @@ use doublet_core::airframe::instruments::StatedNoise;
 use doublet_core::prep::{NoiseChoice, NoiseOrigin, NoiseStatistics, NoiseSums, noise_proposal};
 use doublet_core::quantity::Role;
 use doublet_core::series::{Recording, TimeRange};
+use doublet_core::statistics::median;
 
+use super::record_noise::record_noise;
 use super::{FlightProposals, LoadedFlight};
 use crate::graph::{Context, Footprint, Keyed, Stage, StageResult};
 use crate::session::{NoiseChannel, NoiseEntry, Session, SteadyWindow};
@@ -79,6 +81,7 @@ impl NoiseRow {
             }
             Ok(NoiseOrigin::Resolution(_)) => "resolution of the recorder over the root of 12".to_owned(),
             Ok(NoiseOrigin::Stated(source)) => source.clone(),
+            Ok(NoiseOrigin::Differences) => "second differences of the whole recording".to_owned(),
             Err(reason) => format!("none: {reason}"),
         }
     }
@@ -86,6 +89,10 @@ impl NoiseRow {
     /// Whether the recordings themselves say so.
     pub fn is_measured(&self) -> bool {
         matches!(self.choice.as_ref().map(|it| &it.origin), Ok(NoiseOrigin::Windows(_) | NoiseOrigin::Resolution(_)))
+    }
+
+    fn is_by_differences(&self) -> bool {
+        matches!(self.choice.as_ref().map(|it| &it.origin), Ok(NoiseOrigin::Differences))
     }
 }
 
@@ -117,11 +124,19 @@ pub fn noise(flights: &[NoiseFlight<'_>], marked: &[SteadyWindow]) -> Vec<Flight
         let role = channel.role();
         let measured = measure(role, flights, &found);
         let choice = noise_proposal(measured.as_ref().map_err(ToString::to_string), stated.get(&role).copied());
+        let choice = choice.or_else(|reason| by_differences(channel, flights).ok_or(reason));
         NoiseRow { channel, statistics: measured.ok(), choice }
     };
     let rows: Vec<NoiseRow> = NoiseChannel::all().map(row).collect();
     found.iter_mut().for_each(|noise| noise.rows.clone_from(&rows));
     found
+}
+
+/// The proposal by the whole recordings: the median of the flights.
+fn by_differences(channel: NoiseChannel, flights: &[NoiseFlight<'_>]) -> Option<NoiseChoice> {
+    let found = flights.iter().filter_map(|flight| record_noise(&flight.loaded.recording, channel));
+    let proposed = median(&mut found.collect::<Vec<_>>())?;
+    Some(NoiseChoice { proposed, origin: NoiseOrigin::Differences })
 }
 
 /// What the windows of all flights that speak for a role show of it.
@@ -145,17 +160,17 @@ fn measure(role: Role, flights: &[NoiseFlight<'_>], found: &[FlightNoise]) -> St
 }
 
 /// The channel of a role. Without a satellite position the pressure altitude tells the height.
-fn channel_of(recording: &Recording, role: Role) -> Option<&doublet_core::series::Channel> {
+pub(super) fn channel_of(recording: &Recording, role: Role) -> Option<&doublet_core::series::Channel> {
     match role {
         Role::PositionDown => recording.role(role).or_else(|| recording.role(Role::Altitude)),
         _ => recording.role(role),
     }
 }
 
-/// The entries whose channel was recorded in the windows, for which something is proposed and that the session has not set for a
+/// The entries whose channel was recorded in the windows or shows its noise without them, for which something is proposed and that the session has not set for a
 /// reason of its own.
 pub fn open_entries(session: &Session, noise: &FlightNoise) -> Vec<NoiseEntry> {
-    let recorded = noise.rows.iter().filter(|row| row.statistics.is_some());
+    let recorded = noise.rows.iter().filter(|row| row.statistics.is_some() || row.is_by_differences());
     let open = recorded.filter(|row| !session.noise_reasons.contains_key(row.channel.name()));
     open.filter_map(|row| Some(NoiseEntry { channel: row.channel, std: row.proposed()? })).collect()
 }
