@@ -39,8 +39,9 @@ fn the_shipped_flight_passes_what_it_can_and_fails_what_was_made_wrong() {
         tests.iter().map(|test| (test["id"].as_str().unwrap(), test["outcome"].as_str().unwrap())).collect();
     let expected = [
         ("2.c.5-1", "passed"),
-        ("2.c.5-2", "passed"),
-        ("2.c.7", "passed"),
+        // The vane is not recorded at 117 kt.
+        ("2.c.5-2", "not_computed"),
+        ("2.c.7", "not_computed"),
         ("2.c.10-1", "passed"),
         ("2.c.10-2", "passed"),
         ("2.c.10-3", "passed"),
@@ -66,7 +67,7 @@ fn the_shipped_flight_passes_what_it_can_and_fails_what_was_made_wrong() {
         };
         assert_eq!(test["passed"], passed);
     }
-    assert_eq!((&found["passed"], &found["failed"], &found["not_judged"]), (&12.into(), &1.into(), &5.into()));
+    assert_eq!((&found["passed"], &found["failed"], &found["not_judged"]), (&10.into(), &1.into(), &7.into()));
     // The Dutch roll as the truth has it: 1.416954 rad/s, damping ratio 0.14181 (assets/flights/demo/truth.toml).
     let dutch_roll = &tests[12];
     let (omega, zeta) = (1.416_954_f64, 0.141_81_f64);

@@ -126,11 +126,14 @@ pub(super) fn has_brothers(name: &str, role: Role, candidate: &Candidate<'_>, ca
             other.from.source == candidate.from.source && other.plain == candidate.plain.replace(name, letter)
         })
     };
-    let others = letters.iter().filter(|letter| **letter != name && is_there(letter)).count();
+    let beside = |letters: &[&str]| letters.iter().filter(|letter| **letter != name && is_there(letter)).count();
+    let others = beside(letters);
     match letters[0] {
         // Beside u and w it is a velocity of the body.
         "u" => others == 0,
-        "p" | "ax" => is_stated || others > 0,
+        "p" => is_stated || others > 0,
+        // Body rates stand beside body forces.
+        "ax" => is_stated || others + beside(&["p", "q", "r"]) > 0,
         _ => others == 2,
     }
 }

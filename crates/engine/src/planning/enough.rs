@@ -1,7 +1,7 @@
 //! Whether what was flown is enough: errors after every window against goals, and the manoeuvre to fly next.
 
 use doublet_core::hash_fields;
-use doublet_dynamics::design::{Basis, DesignKind, Prediction, Request, next_manoeuvres};
+use doublet_dynamics::design::{Basis, DesignKind, ExpectedDerivative, Prediction, Request, next_manoeuvres};
 use serde::Serialize;
 
 use super::basis::{DesignOptions, basis_of};
@@ -122,7 +122,7 @@ struct Standing {
 }
 
 impl EnoughOptions {
-    fn goal(&self, derivative: &doublet_dynamics::design::ExpectedDerivative) -> f64 {
+    fn goal(&self, derivative: &ExpectedDerivative) -> f64 {
         let own = self.goals.iter().find(|goal| goal.name == derivative.name);
         own.map_or(0.01 * self.relative_percent * derivative.magnitude(), |goal| goal.standard_error)
     }
@@ -153,6 +153,7 @@ pub fn enough<'a>(
     if let Some(goal) = options.goals.iter().find(|goal| !basis.model.names.contains(&goal.name)) {
         return Err(format!("no derivative of the model is called '{}'", goal.name).into());
     }
+    let constant = constant_variances(&basis.predict(&[], true).map_err(line)?);
     let used = |name: &str| basis.coefficients.iter().any(|known| known.flown.iter().any(|own| own.label == name));
     let order = windows.into_iter().filter(|window| window.role == WindowRole::Identification && used(&window.name));
     let mut so_far: Vec<&str> = Vec::new();
@@ -165,6 +166,7 @@ pub fn enough<'a>(
         so_far.push(&window.name);
         time_s += window.window.end_s - window.window.start_s;
         last = basis.of_windows(|label| so_far.contains(&label)).predict(&[], true).map_err(line)?;
+        add_constant(&mut last, &constant);
         let standing = options.standing(&last);
         met_after.resize(last.derivatives.len(), None);
         for (derivative, after) in last.derivatives.iter().zip(&mut met_after) {
@@ -192,7 +194,7 @@ pub fn enough<'a>(
     });
     let of = last.derivatives.len();
     let is_enough = of > 0 && standing.met == of;
-    let next = if is_enough { Vec::new() } else { next_rows(basis, options, goes_on)? };
+    let next = if is_enough { Vec::new() } else { next_rows(basis, options, &constant, goes_on)? };
     Ok(Enough { enough: is_enough, met: standing.met, of, derivatives: derivatives.collect(), windows: known, next })
 }
 
@@ -216,10 +218,27 @@ impl Stage for Enough {
     }
 }
 
+/// What the present error of each derivative holds beyond that of the noise in all windows: errors of the sensors and of the path, which no
+/// further window makes smaller.
+fn constant_variances(all: &Prediction) -> Vec<f64> {
+    let variance = |derivative: &ExpectedDerivative| {
+        let noise = derivative.corrected.unwrap_or(derivative.present);
+        (derivative.present.powi(2) - noise.powi(2)).max(0.0)
+    };
+    all.derivatives.iter().map(variance).collect()
+}
+
+fn add_constant(prediction: &mut Prediction, variances: &[f64]) {
+    for (derivative, variance) in prediction.derivatives.iter_mut().zip(variances) {
+        derivative.corrected = derivative.corrected.map(|error| error.hypot(variance.sqrt()));
+    }
+}
+
 /// Candidates, best first: by the worst error over its goal, then by the number of goals met.
 fn next_rows(
     basis: &Basis,
     options: &EnoughOptions,
+    constant: &[f64],
     goes_on: &dyn Fn() -> StageResult<()>,
 ) -> StageResult<Vec<NextRow>> {
     let found = next_manoeuvres(basis, &options.next, &|| goes_on().is_ok());
@@ -227,7 +246,8 @@ fn next_rows(
     let found = found.map_err(|error| error.to_string())?;
     let mut rows: Vec<NextRow> = found
         .into_iter()
-        .map(|next| {
+        .map(|mut next| {
+            add_constant(&mut next.prediction, constant);
             let standing = options.standing(&next.prediction);
             let peaks = next.manoeuvre.input.peaks_rad();
             NextRow {

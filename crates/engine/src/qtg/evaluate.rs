@@ -5,6 +5,7 @@ use std::path::Path;
 
 use doublet_core::estimate::Fit;
 use doublet_core::model::Derivatives;
+use doublet_core::reconstruct::Measurement;
 use doublet_core::validate::Histories;
 use doublet_dynamics::modes::measured::Read;
 
@@ -247,6 +248,11 @@ impl Evaluation<'_> {
         let configuration = self.entry.configuration.as_ref().or(self.file.device.get("configuration"));
         test.page.initial = initial(manoeuvre, aero, &measured, self.snapshot, configuration.map(String::as_str));
         match (&self.rule.judgement, flown) {
+            (Judgement::Snapshot(_) | Judgement::TrimChange(_), _)
+                if path.missing.contains(&Measurement::AngleOfAttack) =>
+            {
+                test.reason = "the angle of attack is not measured there: its trim is not known".to_owned();
+            }
             (Judgement::Snapshot(requirements) | Judgement::TrimChange(requirements), _) => {
                 let model = snapshot::model(&pooled, structure);
                 let span_s = self.steady_s(manoeuvre, &measured, moved.as_ref());

@@ -18,8 +18,8 @@ const PLAUSIBLE_BAD: f64 = 5.0;
 /// Distance beyond the plausible range in its own widths: bad where it is significant, bad whatever its error.
 const WIDTHS_BAD: f64 = 1.0;
 const WIDTHS_ABSURD: f64 = 5.0;
-/// Scatter of the single windows: weighted sum of squares over its degrees of freedom, and the relative error of the pooled estimate
-/// once raised by its root, per cent. Both must be exceeded: corrected errors know nothing of what is common to a window, so that
+/// Scatter of the single windows: weighted sum of squares over its degrees of freedom, and the relative error of their weighted mean
+/// raised by its root, per cent. Both must be exceeded: corrected errors know nothing of what is common to a window, so that
 /// very sharp estimates always scatter by more than they say.
 const SCATTER_CAUTION: (f64, f64) = (3.0, 25.0);
 const SCATTER_BAD: (f64, f64) = (10.0, 50.0);
@@ -103,7 +103,8 @@ fn scatter(evidence: Evidence<'_>, at: &str, fit: &CoefficientFit, index: usize)
     let mean = singles.iter().map(|single| single.estimate * single.error.powi(-2)).sum::<f64>() / weight;
     let square = |single: &Single<'_>| ((single.estimate - mean) / single.error).powi(2);
     let q = singles.iter().map(square).sum::<f64>() / (singles.len() - 1) as f64;
-    let raised = relative * q.sqrt();
+    // That of the mean of the windows: the pooled error holds their scatter already.
+    let raised = 100.0 * (q / weight).sqrt() / estimate.estimates[index].abs();
     let (level, (limit, _)) = if q > SCATTER_BAD.0 && raised > SCATTER_BAD.1 {
         (Level::Bad, SCATTER_BAD)
     } else if q > SCATTER_CAUTION.0 && raised > SCATTER_CAUTION.1 {
