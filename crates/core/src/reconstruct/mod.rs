@@ -26,7 +26,7 @@ pub(crate) use events::{check as check_samples, merged_steps};
 pub(crate) use filter::initial::initial_state;
 pub(crate) use filter::step::StepInputs;
 pub use measured::measured_path;
-pub(crate) use model::kinematics::Trig;
+pub(crate) use model::kinematics::{Trig, ned_from_body};
 pub use model::layout::{AIR_STATES, AirState, INPUTS, Input, MEASUREMENTS, Measurement, STATES, State};
 pub(crate) use model::measurement::MeasurementModel;
 pub(crate) use model::transition::{Constants, Inputs, Motion, integrate as integrate_motion, predict_state};

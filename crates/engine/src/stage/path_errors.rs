@@ -17,7 +17,7 @@ use crate::graph::{Context, Control, Footprint, Keyed, Stage, StageError, StageR
 use crate::session::{Manoeuvre, PathSource, Settings};
 
 /// Samples of all windows together beyond which the errors are not formed: they take a path more for each.
-const MOST_SAMPLES: usize = 200_000;
+const MOST_SAMPLES: usize = 60_000;
 
 /// An error of a sensor that is the same in all windows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -50,12 +50,18 @@ pub(super) fn findings(
     findings
 }
 
-fn determined(at: &str, fit: &CoefficientFit, index: usize) -> Option<Finding> {
-    let estimate = fit.fit.as_ref().ok()?;
+/// Whether the samples determine the parameter `index` of a fit: its corrected error is within half of its value.
+pub(super) fn is_determined(fit: &CoefficientFit, index: usize) -> bool {
+    let Ok(estimate) = &fit.fit else { return false };
     let (relative, _) = significance(estimate, &fit.corrected_errors, index);
-    if relative.is_nan() || relative <= RELATIVE_ERROR {
+    relative.is_nan() || relative <= RELATIVE_ERROR
+}
+
+fn determined(at: &str, fit: &CoefficientFit, index: usize) -> Option<Finding> {
+    if is_determined(fit, index) {
         return None;
     }
+    let (relative, _) = significance(fit.fit.as_ref().ok()?, &fit.corrected_errors, index);
     let text = format!("known to {relative:.0} % of its value only (limit {RELATIVE_ERROR:.0} %)");
     let finding = Finding::new(Level::Caution, DETERMINED, at, text).with_figure(relative, RELATIVE_ERROR);
     let cure = "fix it at a known value, leave the term out, or add manoeuvres that tell of it";

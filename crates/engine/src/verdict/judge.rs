@@ -202,7 +202,11 @@ pub fn judge(session: &Session, snapshot: &Snapshot) -> Verdicts {
 /// Findings by what they change of the derivatives, those that change most first.
 fn by_effect(evidence: Evidence<'_>, findings: Vec<Finding>, fits: &[&CoefficientFit]) -> Vec<Finding> {
     let weigh = |finding: Finding| {
-        let (level, part) = weigh::weighed(evidence, &finding, fits);
+        let (level, part) = match (finding.code, finding.level) {
+            // Why a derivative is not determined, or how much a model explains: the fit is marked by it, what else was asked is not.
+            ("vif" | "condition" | "r2", Level::Caution) => (Level::Good, 0.0),
+            _ => weigh::weighed(evidence, &finding, fits),
+        };
         (part, Finding { level, ..finding })
     };
     let mut weighed: Vec<(f64, Finding)> = findings.into_iter().map(weigh).collect();

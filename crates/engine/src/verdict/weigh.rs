@@ -3,6 +3,7 @@
 
 use doublet_core::model::Coefficient;
 
+use super::derivative::is_determined;
 use super::effect::{Cause, Effect};
 use super::judge::{Evidence, place};
 use super::{Finding, Level, Verdict, propulsion};
@@ -80,8 +81,9 @@ struct Judged<'a> {
 }
 
 impl<'a> Judged<'a> {
+    /// None of a derivative that the samples do not determine: that is its finding.
     fn new(evidence: Evidence<'a>, fit: &'a CoefficientFit, index: usize) -> Option<Self> {
-        let estimate = fit.fit.as_ref().ok()?;
+        let estimate = fit.fit.as_ref().ok().filter(|_| is_determined(fit, index))?;
         let name = estimate.names.get(index)?;
         let consequence = evidence.consequence(fit.coefficient, name)?;
         let error = fit.corrected_errors.get(index).copied().filter(|_| estimate.origins[index].is_estimated())?;
@@ -162,10 +164,10 @@ impl<'a> Judged<'a> {
         };
         let times = (effect.estimate - self.estimate).abs() / self.error;
         let text = format!(
-            "{:.4} ± {:.2} becomes {:.4} {cause}: {times:.1} standard errors (limit 1)",
+            "{:.4} ± {:.2} becomes {:.4} {cause}: {times:.1} standard errors (limit 2)",
             self.estimate, self.error, effect.estimate
         );
-        let finding = Finding::new(level, code, place(self.name, None), text).with_figure(times, 1.0);
+        let finding = Finding::new(level, code, place(self.name, None), text).with_figure(times, 2.0);
         let finding = finding.with_cure(fix).with_setting(panel, setting);
         Some(if effect.cause == Cause::PathMeasured { finding.with_value("\"measured\"") } else { finding })
     }

@@ -2,17 +2,19 @@
 
 use std::f64::consts::TAU;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
 use super::kinematics::{Errors, moved, observed};
 use super::{EstimateError, Sensor, SensorError};
 use crate::reconstruct::{
     FilterData, INPUTS, Inputs, MEASUREMENTS, Measurement, MeasurementModel, Motion, STATES, State, StepInputs, Trig,
-    merged_steps, predict_state,
+    merged_steps, ned_from_body, predict_state,
 };
 
 /// Components of the motion: position, velocity, attitude.
 const MOTION: usize = 9;
+/// Where the velocity stands in it.
+const VELOCITY: usize = 3;
 /// Components of the path a filter corrects: motion and wind.
 const PATH: usize = MOTION + 3;
 
@@ -233,8 +235,23 @@ fn predict(now: &mut Values, covariance: &mut DMatrix<f64>, step: &StepInputs<f6
     for (place, deviation) in walks.enumerate() {
         next[(place, place)] += deviation * deviation * step.dt;
     }
-    *covariance = next;
     now.motion = after(&now.errors);
+    add_wind_change(&mut next, now, noise, step.dt);
+    *covariance = next;
+}
+
+/// Adds what the random walk of the wind does to the velocity relative to the air, `-C' dW`, which leaves that over ground.
+fn add_wind_change(covariance: &mut DMatrix<f64>, now: &Values, noise: &Noise<'_>, dt: f64) {
+    let c = ned_from_body(&Trig::new(&now.motion.att));
+    let by_wind = Matrix3::from_fn(|i, j| -c[j][i]);
+    let wind = Vector3::from_fn(|axis, _| noise.path[state(MOTION + axis)].powi(2) * dt);
+    let cross = by_wind * Matrix3::from_diagonal(&wind);
+    let mut to_wind = covariance.view_mut((VELOCITY, MOTION), (3, 3));
+    to_wind += cross;
+    let mut from_wind = covariance.view_mut((MOTION, VELOCITY), (3, 3));
+    from_wind += cross.transpose();
+    let mut own = covariance.view_mut((VELOCITY, VELOCITY), (3, 3));
+    own += cross * by_wind.transpose();
 }
 
 /// Takes jumps of whole turns out of the finite values.

@@ -21,7 +21,7 @@ const GROUPS: usize = 24;
 pub(super) const LEAST_PART: f64 = 0.01;
 const BAD_PART: f64 = 0.03;
 /// Change of an estimate, in its corrected errors and as a part of it, that is a caution, and that is bad. Both must be exceeded.
-const CAUTION: (f64, f64) = (1.0, 0.05);
+const CAUTION: (f64, f64) = (2.0, 0.1);
 const BAD: (f64, f64) = (3.0, 0.2);
 
 /// A cause whose effect on the derivatives is formed.
