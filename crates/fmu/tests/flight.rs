@@ -20,7 +20,7 @@ const STEPS: usize = 4000;
 const CONTROLS: [f64; 3] = [0.004, -0.03, -0.01];
 
 /// The window with constant controls on a finer clock, and the simulation of the same flight. The density of the air is constant above
-/// the troposphere, so the flight is put there.
+/// the atmosphere of the model, so the flight is put there.
 fn both() -> (Replay, doublet_core::replay::Start, Simulation) {
     let (mut data, settings, mut start) = flight::window(STEPS + 1);
     data.time_s = (0..=STEPS).map(|k| STEP_S * k as f64).collect();
@@ -31,7 +31,7 @@ fn both() -> (Replay, doublet_core::replay::Start, Simulation) {
     let MassHistory::Constant(mass) = data.mass else { unreachable!("the window has one loading") };
     let [u, v, w] = start.air_velocity_body_m_s;
     let ([p, q, r], [phi, theta, psi]) = (start.rates_rad_s, start.euler_rad);
-    let altitude_m = 30_000.0;
+    let altitude_m = 40_000.0;
     let simulation = Simulation {
         model: FlightModel {
             derivatives: flight::truth(),

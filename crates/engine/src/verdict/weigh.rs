@@ -49,7 +49,7 @@ pub(super) fn weighed(evidence: Evidence<'_>, finding: &Finding, fits: &[&Coeffi
     for fit in fits {
         let parameters = fit.fit.as_ref().map_or(0, |fit| fit.parameters());
         for judged in (0..parameters).filter_map(|index| Judged::new(evidence, fit, index)) {
-            for (level, effect) in judged.effects().into_iter().filter(|(_, effect)| is_its_cause(effect)) {
+            for (level, effect) in judged.all_effects().filter(|(_, effect)| is_its_cause(effect)) {
                 worst = worst.max(Some(level));
                 most = most.max(judged.consequence.motion_ratio * (effect.estimate - judged.estimate).abs());
             }
@@ -104,17 +104,22 @@ impl<'a> Judged<'a> {
         })
     }
 
-    /// The effects of causes that something speaks for, with their levels.
+    /// The effects of all causes, with their levels.
+    fn all_effects(&self) -> impl Iterator<Item = (Level, &'a Effect)> {
+        let level = |effect: &'a Effect| (self.consequence.level((self.estimate, self.error), effect), effect);
+        self.consequence.effects.iter().map(level)
+    }
+
+    /// Those of causes that something speaks for.
     fn effects(&self) -> Vec<(Level, &'a Effect)> {
-        let counts = |effect: &&Effect| match effect.cause {
+        let counts = |(_, effect): &(Level, &Effect)| match effect.cause {
             Cause::PathMeasured => self.inconsistent_part >= INCONSISTENT_PART,
             Cause::SuspectsLeftOut => !self.suspects.is_empty() && self.suspects.len() < self.fit.windows.len(),
             Cause::Channel | Cause::Accelerometer => true,
             Cause::Thrust => self.thrust_unknown,
             Cause::PathFiltered | Cause::LeftOut => false,
         };
-        let level = |effect: &'a Effect| (self.consequence.level((self.estimate, self.error), effect), effect);
-        self.consequence.effects.iter().filter(counts).map(level).collect()
+        self.all_effects().filter(counts).collect()
     }
 
     fn finding(&self, level: Level, effect: &Effect) -> Option<Finding> {
