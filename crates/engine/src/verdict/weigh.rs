@@ -29,6 +29,10 @@ pub(super) fn is_known(evidence: Evidence<'_>, coefficient: Coefficient, flight:
 /// known; and the part of a coefficient's motion that it moves.
 pub(super) fn weighed(evidence: Evidence<'_>, finding: &Finding, fits: &[&CoefficientFit]) -> (Level, f64) {
     let is_its_cause: Box<dyn Fn(&Effect) -> bool> = match finding.code {
+        // A caution about the path counts by what the filter without the smoother gives; the path as measured holds the delays of its sensors.
+        "nis" | "innovation" | "smoother" if finding.level == Level::Caution => {
+            Box::new(|effect| matches!(effect.cause, Cause::PathFiltered | Cause::SuspectsLeftOut))
+        }
         "nis" | "innovation" | "smoother" => {
             Box::new(|effect| matches!(effect.cause, Cause::PathMeasured | Cause::SuspectsLeftOut))
         }
