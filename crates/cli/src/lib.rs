@@ -31,6 +31,7 @@ mod progress;
 mod propagate;
 mod propose;
 mod qtg;
+mod questions;
 mod regress;
 mod report;
 mod response;
