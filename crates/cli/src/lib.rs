@@ -45,6 +45,7 @@ mod study;
 mod summary;
 mod text;
 mod thesis;
+mod time_option;
 mod tune;
 mod variants;
 mod version;

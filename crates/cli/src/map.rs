@@ -15,7 +15,7 @@ use serde_json::json;
 use crate::outcome::Outcome;
 use crate::questions::{Question, group, list_questions};
 use crate::role_option::{FORM, says_unit, set_roles};
-use crate::text;
+use crate::{text, time_option};
 
 /// Arguments of `map`.
 #[derive(Debug, Args)]
@@ -36,6 +36,9 @@ pub struct MapArguments {
     /// May be given several times.
     #[arg(long, value_name = FORM, conflicts_with_all = ["list", "show"])]
     pub role: Vec<String>,
+    /// The channel that is the time of its source, with its unit, where none is recognised. May be given several times.
+    #[arg(long, value_name = time_option::FORM, conflicts_with_all = ["list", "show"])]
+    pub time: Vec<String>,
     /// Print one JSON document.
     #[arg(long)]
     pub json: bool,
@@ -68,6 +71,7 @@ pub fn map(arguments: &MapArguments) -> Result<Outcome, String> {
     }
     let mut inspected = begin::inspect(&arguments.recordings, &Control::default(), &|_| {})?;
     set_roles(&mut inspected, &arguments.role)?;
+    time_option::set_times(&mut inspected, &arguments.time)?;
     let asked = ask(&inspected, &arguments.role);
     let written = write_map(&inspected, &asked)?;
     if let Some(path) = &arguments.write {

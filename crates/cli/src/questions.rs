@@ -1,6 +1,6 @@
 //! What a recording leaves open: the questions that `inspect`, `map` and `new` ask.
 
-use doublet_core::load::{ManualChannelMap, Probe, Source, stated_unit};
+use doublet_core::load::{By, ManualChannelMap, Probe, Source, stated_unit};
 use doublet_core::quantity::Role;
 use doublet_engine::session::Surface;
 
@@ -29,17 +29,26 @@ enum About {
     Unit,
     /// The sign of a role.
     Sign,
+    /// A role that no name says.
+    Role,
 }
 
 /// What the file leaves open: the unit of time or its absence, and units of channels that look made for a role.
 pub fn list_questions(probe: &Probe, guessed: &ManualChannelMap) -> Vec<Question> {
-    let clocks = probe.sources.iter().flat_map(|source| source.clocks.iter().map(move |clock| (source, clock)));
+    // A time that was said is not asked for.
+    let is_open = |source: &&Source| guessed.time.iter().all(|(name, _)| *name != source.name);
+    let clocks =
+        probe.sources.iter().filter(is_open).flat_map(|source| source.clocks.iter().map(move |clock| (source, clock)));
     let of_clocks = clocks.filter_map(|(source, clock)| {
         let text = format!("{}: time {}", source.name, clock.question.as_ref()?);
         Some(Question { text, must_be_answered: clock.is_unit_ambiguous, role: None, about: About::Clock })
     });
-    let without_time =
-        probe.sources.iter().filter(|source| plays_role(source, guessed)).filter_map(Source::missing_time);
+    let without_time = probe
+        .sources
+        .iter()
+        .filter(is_open)
+        .filter(|source| plays_role(source, guessed))
+        .filter_map(Source::missing_time);
     let without_time =
         without_time.map(|text| Question { text, must_be_answered: true, role: None, about: About::Time });
     let of_units = guessed.rows.iter().filter_map(|(role, row)| {
@@ -63,7 +72,12 @@ pub fn list_questions(probe: &Probe, guessed: &ManualChannelMap) -> Vec<Question
         );
         Question { text, must_be_answered: false, role: None, about: About::Sign }
     });
-    of_clocks.chain(without_time).chain(of_deflections).chain(of_units).chain(of_signs).collect()
+    let of_roles = guessed.rows.iter().filter(|(_, row)| row.by == By::Physics).map(|(role, row)| {
+        let (source, name, role) = (&row.from.source, &row.from.channel, role.name());
+        let text = format!("{source}: '{name}' can be {role} by what other channels say, which its name does not");
+        Question { text, must_be_answered: false, role: None, about: About::Role }
+    });
+    of_clocks.chain(without_time).chain(of_deflections).chain(of_units).chain(of_signs).chain(of_roles).collect()
 }
 
 /// Whether a source plays a role in the guess; every one does where none does.

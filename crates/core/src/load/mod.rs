@@ -34,6 +34,7 @@ mod mat_contents;
 mod mcap;
 mod mdf4;
 mod mixing;
+mod nameless;
 mod names;
 mod parquet;
 mod plan;
