@@ -12,7 +12,7 @@ use super::recorders::{self, Claims};
 use super::stated_unit::{name_and_unit, stem_and_unit};
 use super::tokens::{end_on, forbidden, tokens};
 use super::words::{join_words, plain_letters};
-use super::{Probe, guess_frames, kinds, nameless, ranges, slopes, vectors};
+use super::{Probe, guess_frames, kinds, ranges, slopes, vectors};
 use crate::quantity::{Dimension, Role, Unit};
 
 /// Mean specific force along z that is taken for g, as magnitude; larger ones for m/s².
@@ -38,7 +38,6 @@ pub fn guess(probes: &[Probe]) -> ManualChannelMap {
     slopes::add_place(&mut map, &free);
     slopes::add_velocity(&mut map, &free, probes);
     slopes::settle_airspeed(&mut map, probes);
-    nameless::add_by_physics(&mut map, &free, probes);
     agree_on_degrees(&mut map, probes);
     guess_frames::scale_fixes(&mut map, probes);
     ranges::settle(&mut map, probes);

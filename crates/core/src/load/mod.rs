@@ -34,7 +34,6 @@ mod mat_contents;
 mod mcap;
 mod mdf4;
 mod mixing;
-mod nameless;
 mod names;
 mod parquet;
 mod plan;

@@ -22,7 +22,7 @@ const CLIMB_CORRELATION: f64 = 0.8;
 const SAME_LENGTH: f64 = 2e-3;
 
 /// Slope of the change of `place` by the time on the mean of `speed`, and their correlation.
-pub(super) fn compare(time_s: &[f64], place: &[f64], speed: &[f64]) -> Option<(f64, f64)> {
+fn compare(time_s: &[f64], place: &[f64], speed: &[f64]) -> Option<(f64, f64)> {
     let count = time_s.len().min(place.len()).min(speed.len());
     let span_s = time_s.get(count.checked_sub(1)?)? - time_s.first()?;
     if span_s.is_nan() || span_s <= LAG_S {
@@ -59,7 +59,7 @@ pub(super) fn compare(time_s: &[f64], place: &[f64], speed: &[f64]) -> Option<(f
 }
 
 /// Stamps of the clock of a channel, s.
-pub(super) fn stamps_of(from: &ChannelName, probes: &[Probe]) -> Option<Vec<f64>> {
+fn stamps_of(from: &ChannelName, probes: &[Probe]) -> Option<Vec<f64>> {
     let source = probes.iter().flat_map(|probe| &probe.sources).find(|source| source.name == from.source)?;
     let clock = source.clocks.get(from.find(probes)?.clock?)?;
     match clock.index {
