@@ -141,19 +141,19 @@ pub(super) fn find_clocks(source: &mut Source, mut fetch: impl FnMut(&mut Source
     }
     let increases = |values: &[f64]| values.len() > 2 && values.windows(2).all(|pair| pair[0] < pair[1]);
     add_own_clocks(source, &mut fetch, increases);
-    if source.clocks.is_empty() {
-        if let Some((index, unit)) = first_column(source) {
-            fetch(source, index);
-            if increases(source.channels[index].values()) {
-                add_clock(source, index, unit);
-                let guessed = |clock: &mut Clock| {
-                    clock.question = Some(format!(
-                        "'{}' is taken for it, as the first column, which increases; name the right one in the map's [[time]]",
-                        clock.channel
-                    ));
-                };
-                source.clocks.iter_mut().for_each(guessed);
-            }
+    if source.clocks.is_empty()
+        && let Some((index, unit)) = first_column(source)
+    {
+        fetch(source, index);
+        if increases(source.channels[index].values()) {
+            add_clock(source, index, unit);
+            let guessed = |clock: &mut Clock| {
+                clock.question = Some(format!(
+                    "'{}' is taken for it, as the first column, which increases; name the right one in the map's [[time]]",
+                    clock.channel
+                ));
+            };
+            source.clocks.iter_mut().for_each(guessed);
         }
     }
     if let (Some(start), Some(rate)) = (source.start_time_s.or(Some(0.0)), source.sample_rate_hz) {
