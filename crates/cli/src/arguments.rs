@@ -172,6 +172,9 @@ pub struct NewArguments {
     /// May be given several times.
     #[arg(long, value_name = crate::role_option::FORM, requires = "guess")]
     pub role: Vec<String>,
+    /// The channel that is the time of its source, with its unit, where none is recognised. May be given several times.
+    #[arg(long, value_name = crate::time_option::FORM, requires = "guess")]
+    pub time: Vec<String>,
     /// Aircraft (file or name); without it the one the channel map names. Without any only flight paths are computed.
     #[arg(long)]
     pub aircraft: Option<String>,

@@ -4,10 +4,10 @@ use doublet_core::load::{
     ChannelInfo, ChannelMap, Gap, ManualChannelMap, Probe, Source, guess, inspect as read_contents, plan, stated_unit,
 };
 use doublet_core::quantity::{Role, Unit};
-use doublet_engine::session::Surface;
 use serde_json::{Value, json};
 
 use crate::arguments::InspectArguments;
+use crate::questions::list_questions;
 use crate::{new, text};
 
 /// Prints sources, channels, units, rates, gaps and problems of a recording.
@@ -188,85 +188,4 @@ fn describe_channel(source: &Source, channel: &ChannelInfo, guessed: &ManualChan
 fn find_role(source: &Source, channel: &ChannelInfo, guessed: &ManualChannelMap) -> Option<Role> {
     let is_it = |from: &doublet_core::load::ChannelName| from.source == source.name && from.channel == channel.name;
     guessed.rows.iter().find(|(_, row)| is_it(&row.from)).map(|(role, _)| *role)
-}
-
-/// What a recording leaves open.
-pub struct Question {
-    /// The question, with what is taken where it has no answer.
-    pub text: String,
-    /// Nothing is right before it is answered: there is no time, or it can be read in several units.
-    pub must_be_answered: bool,
-    /// Role whose unit is asked for.
-    pub role: Option<Role>,
-}
-
-/// What the file leaves open: the unit of time or its absence, and units of channels that look made for a role.
-pub fn list_questions(probe: &Probe, guessed: &ManualChannelMap) -> Vec<Question> {
-    let clocks = probe.sources.iter().flat_map(|source| source.clocks.iter().map(move |clock| (source, clock)));
-    let of_clocks = clocks.filter_map(|(source, clock)| {
-        let text = format!("{}: time {}", source.name, clock.question.as_ref()?);
-        Some(Question { text, must_be_answered: clock.is_unit_ambiguous, role: None })
-    });
-    let without_time =
-        probe.sources.iter().filter(|source| plays_role(source, guessed)).filter_map(Source::missing_time);
-    let without_time = without_time.map(|text| Question { text, must_be_answered: true, role: None });
-    let of_units = guessed.rows.iter().filter_map(|(role, row)| {
-        let channel = row.from.find(std::slice::from_ref(probe))?;
-        let is_open = !row.is_unit_known && stated_unit(channel).is_none();
-        let unit = row.unit.filter(|unit| is_open && unit.symbol != "-")?;
-        let (source, name) = (&row.from.source, &channel.name);
-        let text = format!(
-            "{source}: '{name}', taken for {}, states no unit: its values look like {}",
-            role.name(),
-            unit.symbol
-        );
-        Some(Question { text, must_be_answered: false, role: Some(*role) })
-    });
-    let of_deflections = Surface::ALL.into_iter().filter_map(|surface| ask_deflection(probe, guessed, surface.role()));
-    let of_signs = guessed.rows.iter().filter(|(_, row)| row.asks_sign).map(|(role, row)| {
-        let (source, name) = (&row.from.source, &row.from.channel);
-        let text = format!(
-            "{source}: the sign of '{name}', taken for {}, is not documented: it is left as recorded",
-            role.name()
-        );
-        Question { text, must_be_answered: false, role: None }
-    });
-    of_clocks.chain(without_time).chain(of_deflections).chain(of_units).chain(of_signs).collect()
-}
-
-/// Whether a source plays a role in the guess; every one does where none does.
-fn plays_role(source: &Source, guessed: &ManualChannelMap) -> bool {
-    let rows = guessed.rows.iter().map(|(_, row)| &row.from.source);
-    let rows = rows.chain(guessed.attitude.iter().map(|attitude| &attitude.source));
-    let mut rows = rows.chain(guessed.velocity.iter().flatten().map(|row| &row.from.source)).peekable();
-    rows.peek().is_none() || rows.any(|name| *name == source.name)
-}
-
-/// Largest deflection that can be radians or a part of full travel, rad, and from which degrees can be per cent of it, deg.
-const LARGEST_PART: f64 = 1.05;
-const LEAST_PER_CENT: f64 = 45.0;
-
-/// A deflection without a unit whose values are those of two: nothing in the motion tells them apart, and its derivatives go with it. Of a
-/// recorder that gives other angles in radians, radians are not asked for.
-fn ask_deflection(probe: &Probe, guessed: &ManualChannelMap, role: Role) -> Option<Question> {
-    let probes = std::slice::from_ref(probe);
-    let row = guessed.row(role).filter(|row| row.is_unit_open(probes))?;
-    let values = row.values(probes)?;
-    let largest = values.least.abs().max(values.greatest.abs());
-    let angles = [Role::BankAngle, Role::PitchAngle, Role::HeadingAngle, Role::AngleOfAttack, Role::Sideslip];
-    let mut units = angles.into_iter().filter_map(|role| guessed.row(role)?.unit);
-    let (first, second) = match values.unit.symbol {
-        "rad" if largest <= LARGEST_PART && units.any(|unit| unit.symbol == "deg") => {
-            ("radians", "parts of full travel")
-        }
-        "deg" if largest > LEAST_PER_CENT && largest <= 100.0 * LARGEST_PART => ("degrees", "per cent of full travel"),
-        _ => return None,
-    };
-    let (name, channel, symbol) = (role.name(), &row.from.channel, values.unit.symbol);
-    let text = format!(
-        "{}: '{channel}', taken for {name}, states no unit: {:.3} to {:.3} can be {first} or {second}; say --role \
-         {name}={channel},unit={symbol}, or unit=deg,scale=X with the degrees of one",
-        row.from.source, values.least, values.greatest
-    );
-    Some(Question { text, must_be_answered: true, role: Some(role) })
 }

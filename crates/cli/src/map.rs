@@ -12,10 +12,10 @@ use doublet_engine::keep;
 use doublet_engine::run::Control;
 use serde_json::json;
 
-use crate::inspect::{Question, list_questions};
 use crate::outcome::Outcome;
+use crate::questions::{Question, group, list_questions};
 use crate::role_option::{FORM, says_unit, set_roles};
-use crate::text;
+use crate::{text, time_option};
 
 /// Arguments of `map`.
 #[derive(Debug, Args)]
@@ -36,6 +36,9 @@ pub struct MapArguments {
     /// May be given several times.
     #[arg(long, value_name = FORM, conflicts_with_all = ["list", "show"])]
     pub role: Vec<String>,
+    /// The channel that is the time of its source, with its unit, where none is recognised. May be given several times.
+    #[arg(long, value_name = time_option::FORM, conflicts_with_all = ["list", "show"])]
+    pub time: Vec<String>,
     /// Print one JSON document.
     #[arg(long)]
     pub json: bool,
@@ -68,6 +71,7 @@ pub fn map(arguments: &MapArguments) -> Result<Outcome, String> {
     }
     let mut inspected = begin::inspect(&arguments.recordings, &Control::default(), &|_| {})?;
     set_roles(&mut inspected, &arguments.role)?;
+    time_option::set_times(&mut inspected, &arguments.time)?;
     let asked = ask(&inspected, &arguments.role);
     let written = write_map(&inspected, &asked)?;
     if let Some(path) = &arguments.write {
@@ -85,6 +89,8 @@ pub fn map(arguments: &MapArguments) -> Result<Outcome, String> {
             "kind": inspected.guess.kind,
             "roles": roles,
             "unused": unused,
+            "derived": inspected.guess.derivations(),
+            "contradictions": find_contradictions(&inspected),
             "questions": asked.iter().map(|question| &question.text).collect::<Vec<_>>(),
         });
         text::document(&serde_json::to_string_pretty(&document).map_err(|error| error.to_string())?);
@@ -97,17 +103,10 @@ pub fn map(arguments: &MapArguments) -> Result<Outcome, String> {
     Ok(if asked.iter().any(|question| question.must_be_answered) { Outcome::Bad } else { Outcome::Done })
 }
 
-/// What the recordings leave open, but for the units of roles that the options `--role` say.
+/// What the recordings leave open, but for the units of roles that the options `--role` say; what is asked for the same reason is one question.
 pub fn ask(inspected: &Inspected, options: &[String]) -> Vec<Question> {
     let all = inspected.probes.iter().flat_map(|probe| list_questions(probe, &inspected.guess));
-    let open = all.filter(|question| !question.role.is_some_and(|role| says_unit(role, options)));
-    let (of_units, mut asked): (Vec<_>, Vec<_>) =
-        open.partition(|question| question.role.is_some() && !question.must_be_answered);
-    if !of_units.is_empty() {
-        let text = of_units.iter().map(|question| question.text.as_str()).collect::<Vec<_>>().join("; ");
-        asked.push(Question { text, must_be_answered: false, role: None });
-    }
-    asked
+    group(all.filter(|question| !question.role.is_some_and(|role| says_unit(role, options))).collect())
 }
 
 /// Roles of the guess with their channels, and the channels left out with the reason of each.

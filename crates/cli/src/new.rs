@@ -19,6 +19,7 @@ use crate::map::{ask, explain_row};
 use crate::outcome::Outcome;
 use crate::role_option::set_roles;
 use crate::text;
+use crate::time_option::set_times;
 
 /// A channel map by file or by the name of one that comes with the program, with how a session refers to it.
 ///
@@ -72,6 +73,7 @@ pub fn new(arguments: &NewArguments) -> Result<Outcome, String> {
     for (name, paths) in groups {
         let mut inspected = begin::inspect(&paths, &Control::default(), &|_| {})?;
         set_roles(&mut inspected, &arguments.role)?;
+        set_times(&mut inspected, &arguments.time)?;
         let (reference, map) = match &arguments.map {
             Some(name) => channel_map(name).map(as_file)?,
             None if arguments.guess => match take_guess(&inspected, &arguments.role)? {

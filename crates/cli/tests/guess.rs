@@ -139,6 +139,21 @@ fn deflection_that_can_be_two_things_is_asked_for() {
     }
 }
 
+/// A time that no name says is asked for, until `--time` says it.
+#[test]
+fn time_said_on_the_command_line_is_the_clock_of_its_source() {
+    let folder = tempfile::tempdir().unwrap();
+    let rows: String = (0..500).map(|k| format!("{},{},{}\n", k % 50, k % 9, 20 * k)).collect();
+    let path = written(folder.path(), &format!("Pitch,q_dps,tick\n{rows}"));
+    assert!(said(&["map", &path]).0.contains("no time channel recognised"));
+    let (text, code) = said(&["map", &path, "--time", "tick,unit=ms"]);
+    assert_eq!(code, Some(0), "{text}");
+    assert!(!text.contains("no time channel") && text.contains("channel = \"tick\""), "{text}");
+    ChannelMap::parse(&text).unwrap();
+    let output = doublet(&root(), &["map", &path, "--time", "tock"]);
+    assert!(String::from_utf8(output.stderr).unwrap().contains("no channel 'tock' there"));
+}
+
 /// What a recording does not have is said: nothing is written of one without a role, and of others the roles that nothing goes without.
 #[test]
 fn recording_without_a_role_is_refused_and_missing_roles_are_said() {

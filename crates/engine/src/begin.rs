@@ -170,6 +170,8 @@ fn settle_units(probes: &[Probe], guess: ManualChannelMap) -> ManualChannelMap {
             }
             _ => map,
         });
+        let mut next = next;
+        load::share_rate_unit(&mut next, probes);
         if next == settled {
             break;
         }

@@ -58,6 +58,8 @@ pub enum By {
     Name,
     /// Words of its name and the channels of the other axes.
     Axes,
+    /// What another channel says it is.
+    Physics,
 }
 
 impl By {
@@ -68,6 +70,7 @@ impl By {
             Self::Recorder => "by its recorder",
             Self::Name => "by its name",
             Self::Axes => "by its name and axes",
+            Self::Physics => "by other channels",
         }
     }
 }

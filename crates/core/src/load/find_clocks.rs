@@ -44,6 +44,8 @@ const TIME_NAMES: &[&str] = &[
     "header_stamp",
     "publish_time",
     "log_time",
+    "system_time",
+    "sys_time",
     "zeit",
     "zeitstempel",
     "uhrzeit",
@@ -137,26 +139,47 @@ pub(super) fn find_clocks(source: &mut Source, mut fetch: impl FnMut(&mut Source
             add_clock(source, index, unit);
         }
     }
-    if source.clocks.is_empty() {
-        let increases = |values: &[f64]| values.len() > 2 && values.windows(2).all(|pair| pair[0] < pair[1]);
-        if let Some((index, unit)) = first_column(source) {
-            fetch(source, index);
-            if increases(source.channels[index].values()) {
-                add_clock(source, index, unit);
-                let guessed = |clock: &mut Clock| {
-                    clock.question = Some(format!(
-                        "'{}' is taken for it, as the first column, which increases; name the right one in the map's [[time]]",
-                        clock.channel
-                    ));
-                };
-                source.clocks.iter_mut().for_each(guessed);
-            }
+    let increases = |values: &[f64]| values.len() > 2 && values.windows(2).all(|pair| pair[0] < pair[1]);
+    add_own_clocks(source, &mut fetch, increases);
+    if source.clocks.is_empty()
+        && let Some((index, unit)) = first_column(source)
+    {
+        fetch(source, index);
+        if increases(source.channels[index].values()) {
+            add_clock(source, index, unit);
+            let guessed = |clock: &mut Clock| {
+                clock.question = Some(format!(
+                    "'{}' is taken for it, as the first column, which increases; name the right one in the map's [[time]]",
+                    clock.channel
+                ));
+            };
+            source.clocks.iter_mut().for_each(guessed);
         }
     }
     if let (Some(start), Some(rate)) = (source.start_time_s.or(Some(0.0)), source.sample_rate_hz) {
         add_even_clocks(source, start, rate);
     }
     assign_clocks(source);
+}
+
+/// Adds the clocks of lengths that have none yet: `motor_time` of a struct in which motors have stamps of their own.
+fn add_own_clocks(source: &mut Source, fetch: &mut impl FnMut(&mut Source, usize), increases: impl Fn(&[f64]) -> bool) {
+    for index in 0..source.channels.len() {
+        let channel = &source.channels[index];
+        let (name, samples) = (plain_name(&channel.name), channel.samples);
+        let is_other = channel.unit.as_deref().is_some_and(|unit| {
+            Unit::parse(unit).is_ok_and(|unit| unit.dimension != Dimension::Time && unit.symbol != "-")
+        });
+        let is_alone = source.clocks.is_empty() || source.clocks.iter().any(|clock| clock.samples == samples);
+        let has_brothers = || source.channels.iter().filter(|other| other.samples == samples).count() > 1;
+        if is_alone || is_other || !name.ends_with("_time") || !has_brothers() {
+            continue;
+        }
+        fetch(source, index);
+        if increases(source.channels[index].values()) {
+            add_clock(source, index, None);
+        }
+    }
 }
 
 /// Adds the clock of a channel in the unit stated, otherwise in seconds until [`super::time_unit::settle_units`] has looked at it.

@@ -4,7 +4,7 @@
 
 use std::collections::BTreeSet;
 
-use super::by_hand::{ChannelName, ManualChannel, ManualChannelMap};
+use super::by_hand::{By, ChannelName, ManualChannel, ManualChannelMap};
 use super::candidates::{Candidate, Fits, LEFT, RIGHT, best, candidates, row};
 use super::foreign_names::{AIRSPEEDS_OF_NO_KIND, FOREIGN_AILERON, FOREIGN_NAMES, ends_on, has_one_reading};
 use super::names::{AILERON, NAMES};
@@ -12,7 +12,7 @@ use super::recorders::{self, Claims};
 use super::stated_unit::{name_and_unit, stem_and_unit};
 use super::tokens::{end_on, forbidden, tokens};
 use super::words::{join_words, plain_letters};
-use super::{Probe, guess_frames, ranges, vectors};
+use super::{Probe, guess_frames, kinds, ranges, slopes, vectors};
 use crate::quantity::{Dimension, Role, Unit};
 
 /// Mean specific force along z that is taken for g, as magnitude; larger ones for m/s².
@@ -35,6 +35,9 @@ pub fn guess(probes: &[Probe]) -> ManualChannelMap {
     settle_airspeed(&mut map, &candidates, &taken);
     let free: Vec<Candidate<'_>> = untaken(candidates, &taken);
     vectors::add_vectors(&mut map, &free);
+    slopes::add_place(&mut map, &free);
+    slopes::add_velocity(&mut map, &free, probes);
+    slopes::settle_airspeed(&mut map, probes);
     agree_on_degrees(&mut map, probes);
     guess_frames::scale_fixes(&mut map, probes);
     ranges::settle(&mut map, probes);
@@ -42,9 +45,12 @@ pub fn guess(probes: &[Probe]) -> ManualChannelMap {
     guess_frames::turn_axes_up(&mut map);
     guess_frames::exchange_local_axes(&mut map);
     guess_frames::turn_heights(&mut map, probes);
+    slopes::turn_climb(&mut map, probes);
     guess_frames::add_attitude(&mut map, &free);
     guess_frames::add_velocity(&mut map, &free);
     add_position(&mut map);
+    let has_airspeed = [Role::TrueAirspeed, Role::CalibratedAirspeed].iter().any(|role| map.row(*role).is_some());
+    map.kind = map.kind.take().or_else(|| kinds::find_kind(probes, has_airspeed));
     map
 }
 
@@ -211,6 +217,20 @@ fn agree_on_degrees(map: &mut ManualChannelMap, probes: &[Probe]) {
             if group.contains(role) && row.is_unit_open(probes) {
                 row.unit = Some(degrees);
             }
+        }
+    }
+}
+
+/// Gives the rates of one vector without a unit the one that the motion or the size of another of them shows.
+pub fn share_rate_unit(map: &mut ManualChannelMap, probes: &[Probe]) {
+    let rates = [Role::RollRate, Role::PitchRate, Role::YawRate];
+    let of_vector = |row: &ManualChannel| row.by == By::Axes && row.is_unit_open(probes);
+    let in_degrees = |row: &&ManualChannel| row.unit.is_some_and(|unit| unit.symbol == "deg/s");
+    let shown = rates.iter().filter_map(|role| map.row(*role)).filter(|row| of_vector(row)).find(in_degrees);
+    let Some((source, unit)) = shown.map(|row| (row.from.source.clone(), row.unit)) else { return };
+    for (role, row) in &mut map.rows {
+        if rates.contains(role) && row.from.source == source && of_vector(row) {
+            row.unit = unit;
         }
     }
 }

@@ -76,9 +76,9 @@ pub(super) const NAMES: &[RoleNames] = &[
     (Role::RollAcceleration, &["pdot"]),
     (Role::PitchAcceleration, &["qdot"]),
     (Role::YawAcceleration, &["rdot"]),
-    (Role::PositionNorth, &["x", "posn", "posnorth", "north", "xe", "xn"]),
-    (Role::PositionEast, &["y", "pose", "poseast", "east", "ye"]),
-    (Role::PositionDown, &["z", "posd", "posdown", "down", "ze"]),
+    (Role::PositionNorth, &["x", "posn", "posnorth", "north", "xe", "xn", "pn", "xpos"]),
+    (Role::PositionEast, &["y", "pose", "poseast", "east", "ye", "pe", "ypos"]),
+    (Role::PositionDown, &["z", "posd", "posdown", "down", "ze", "pd", "zpos"]),
     (Role::VelocityNorth, &["vnorth", "vn", "veln", "velnorth", "velocitynorth", "speednorth", "gpsvn"]),
     (Role::VelocityEast, &["veast", "ve", "vele", "veleast", "velocityeast", "speedeast", "gpsve"]),
     (
@@ -214,7 +214,10 @@ pub(super) const NAMES: &[RoleNames] = &[
     (Role::ManifoldPressure2, &["manifoldpressure2", "map2", "mp2"]),
     (Role::Power1, &["power1", "power"]),
     (Role::Power2, &["power2"]),
-    (Role::WeightOnWheels, &["weightonwheels", "wow", "squatswitch", "onground", "weightonwheel"]),
+    (
+        Role::WeightOnWheels,
+        &["weightonwheels", "wow", "squatswitch", "onground", "weightonwheel", "onrunwy", "onrunway"],
+    ),
 ];
 
 /// Names of ailerons: their common deflection first, then the right one, whose trailing edge down is positive, then the left one, turned.

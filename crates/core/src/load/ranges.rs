@@ -30,6 +30,8 @@ pub(super) fn settle(map: &mut ManualChannelMap, probes: &[Probe]) {
     settle_forces(map, probes);
     settle_pressure(map, probes);
     settle_fixes(map, probes);
+    settle_temperature(map, probes);
+    settle_flow_angles(map, probes);
 }
 
 /// Gives open rows of `roles` a unit that is known.
@@ -99,6 +101,36 @@ fn settle_forces(map: &mut ManualChannelMap, probes: &[Probe]) {
                 map.left_out.push((row.from, "no gravity in it: not the specific force".to_owned()));
                 map.set(role, None);
             }
+        }
+    }
+}
+
+/// Temperatures of the air that are far below any in kelvin are taken for degrees Celsius.
+fn settle_temperature(map: &mut ManualChannelMap, probes: &[Probe]) {
+    /// Temperatures of the air, degC.
+    const AIR_DEG_C: [f64; 2] = [-95.0, 60.0];
+    let Ok(celsius) = Unit::parse("degC") else { return };
+    for role in [Role::AirTemperature, Role::TotalTemperature] {
+        let Some(row) = map.row(role).filter(|row| row.is_unit_open(probes)) else { continue };
+        let is_celsius = extent(row, probes).is_some_and(|[least, most]| least >= AIR_DEG_C[0] && most <= AIR_DEG_C[1]);
+        if is_celsius {
+            map.set(role, Some(ManualChannel { unit: Some(celsius), ..row.clone() }));
+        }
+    }
+}
+
+/// Flow angles without a unit are taken for degrees where the attitude beside them is known to be in degrees.
+fn settle_flow_angles(map: &mut ManualChannelMap, probes: &[Probe]) {
+    let Ok(degrees) = Unit::parse("deg") else { return };
+    let Some(pitch) = map.row(Role::PitchAngle).filter(|row| !row.is_unit_open(probes) && row.unit == Some(degrees))
+    else {
+        return;
+    };
+    let source = pitch.from.source.clone();
+    for (role, row) in &mut map.rows {
+        let is_flow = matches!(role, Role::AngleOfAttack | Role::Sideslip);
+        if is_flow && row.from.source == source && row.is_unit_open(probes) {
+            row.unit = Some(degrees);
         }
     }
 }

@@ -93,6 +93,7 @@ pub(super) fn probe_folder(path: &Path) -> Result<Probe, LoadError> {
             Ok((_, sources, found_warnings)) => {
                 warnings.extend(found_warnings.into_iter().map(|warning| format!("{}: {warning}", stem(&file))));
                 for mut source in sources {
+                    join_row(&mut source);
                     if let [channel] = &mut source.channels[..] {
                         channel.name = stem(&file);
                         folder.channels.append(&mut source.channels);
@@ -109,6 +110,16 @@ pub(super) fn probe_folder(path: &Path) -> Result<Probe, LoadError> {
     }
     found.iter_mut().for_each(|source| find_clocks(source, |_, _| {}));
     finish(Probe { path: path.to_owned(), format: Format::Folder, sources: found, warnings })
+}
+
+/// Makes one channel of a file that is one row of numbers without names, as the vectors of a folder can be written.
+fn join_row(source: &mut Source) {
+    let is_row = source.channels.len() > 1
+        && source.channels.iter().all(|channel| channel.samples == 1 && channel.column().is_some());
+    if is_row {
+        let values = source.channels.iter().flat_map(|channel| channel.values().iter().copied()).collect();
+        source.channels = vec![ChannelInfo::new("column", None, values)];
+    }
 }
 
 /// Columns being filled.

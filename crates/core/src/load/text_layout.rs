@@ -181,7 +181,11 @@ fn header(
     separator: Separator,
     columns: usize,
 ) -> (Vec<String>, Vec<Option<String>>, Vec<String>) {
-    let is_row = |cells: &&Vec<String>| cells.len() == columns && cells.iter().any(|cell| !cell.is_empty());
+    let is_row = |cells: &&Vec<String>| {
+        cells.len() == columns && cells.iter().any(|cell| !cell.is_empty()) && !is_aggregation(cells)
+    };
+    // Loggers of Campbell Scientific (TOA5) write the units between names and kinds of aggregation.
+    let has_aggregation = before.iter().any(|cells| is_aggregation(cells));
     let mut rows: Vec<usize> = (0..before.len()).filter(|&line| is_row(&&before[line])).rev().take(2).collect();
     let is_unit =
         |cell: &String| cell.is_empty() || cell == "-" || Unit::parse(cell).is_ok_and(|unit| unit.symbol != "-");
@@ -195,7 +199,8 @@ fn header(
             let cells = before[line].iter().map(|cell| cell.trim_start_matches('#').trim());
             cells.map(|cell| (!cell.is_empty()).then(|| bare(cell))).collect()
         };
-        if 2 * known(last) >= filled(last).max(1) && filled(above) >= filled(last) {
+        let is_of_units = has_aggregation || 2 * known(last) >= filled(last).max(1);
+        if is_of_units && filled(above) >= filled(last) {
             units = as_units(last);
             rows.remove(0);
         } else if is_comment && 3 * known(above) >= filled(above) && known(above) > known(last) {
@@ -222,6 +227,13 @@ fn header(
         names.push(name);
     }
     (names, units, notes(before, at, separator))
+}
+
+/// Whether a line says how each value was aggregated.
+fn is_aggregation(cells: &[String]) -> bool {
+    const KINDS: [&str; 7] = ["Smp", "Avg", "Max", "Min", "Std", "Tot", "WVc"];
+    let mut filled = cells.iter().filter(|cell| !cell.is_empty()).peekable();
+    filled.peek().is_some() && filled.all(|cell| KINDS.contains(&cell.as_str()))
 }
 
 fn notes(before: &[Vec<String>], end: usize, separator: Separator) -> Vec<String> {

@@ -235,6 +235,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("delta", &["deltaa", "deltae", "deltar", "deltate", "deltaf", "deltal", "deltam", "deltan"]),
     ("std", &["altitudestd", "altstd", "stdaltitude"]),
     ("force", &["specificforce"]),
+    ("runway", &["onrunway"]),
 ];
 
 /// A name cut into tokens, in small letters without accents.

@@ -63,8 +63,8 @@ const VECTORS: &[Vector] = &[
 /// Ends of names by axis.
 const AXES: [[&str; 3]; 4] = [["x", "y", "z"], ["0", "1", "2"], ["1", "2", "3"], ["n", "e", "d"]];
 /// Single letters that are a role only beside the others of their vector.
-const LETTERS: [[&str; 3]; 5] =
-    [["p", "q", "r"], ["x", "y", "z"], ["xe", "ye", "ze"], ["u", "v", "w"], ["ax", "ay", "az"]];
+const LETTERS: [[&str; 3]; 6] =
+    [["p", "q", "r"], ["x", "y", "z"], ["xe", "ye", "ze"], ["u", "v", "w"], ["ax", "ay", "az"], ["pn", "pe", "pd"]];
 
 /// Gives the roles of vectors that have no channel yet theirs.
 pub(super) fn add_vectors(map: &mut ManualChannelMap, candidates: &[Candidate<'_>]) {
@@ -131,7 +131,7 @@ pub(super) fn has_brothers(name: &str, role: Role, candidate: &Candidate<'_>, ca
     match letters[0] {
         // Beside u and w it is a velocity of the body.
         "u" => others == 0,
-        "p" => is_stated || others > 0,
+        "p" | "pn" => is_stated || others > 0,
         // Body rates stand beside body forces.
         "ax" => is_stated || others + beside(&["p", "q", "r"]) > 0,
         _ => others == 2,

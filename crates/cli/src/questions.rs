@@ -1,0 +1,179 @@
+//! What a recording leaves open: the questions that `inspect`, `map` and `new` ask.
+
+use doublet_core::load::{By, ManualChannelMap, Probe, Source, stated_unit};
+use doublet_core::quantity::Role;
+use doublet_engine::session::Surface;
+
+/// What a recording leaves open.
+pub struct Question {
+    /// The question, with what is taken where it has no answer.
+    pub text: String,
+    /// Nothing is right before it is answered: there is no time, or it can be read in several units.
+    pub must_be_answered: bool,
+    /// Role whose unit is asked for.
+    pub role: Option<Role>,
+    /// What it is about.
+    about: About,
+}
+
+/// What a question is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum About {
+    /// The unit of a clock.
+    Clock,
+    /// A source without time.
+    Time,
+    /// A deflection that can be two things.
+    Deflection,
+    /// The unit of a role.
+    Unit,
+    /// The sign of a role.
+    Sign,
+    /// A role that no name says.
+    Role,
+}
+
+/// What the file leaves open: the unit of time or its absence, and units of channels that look made for a role.
+pub fn list_questions(probe: &Probe, guessed: &ManualChannelMap) -> Vec<Question> {
+    // A time that was said is not asked for.
+    let is_open = |source: &&Source| guessed.time.iter().all(|(name, _)| *name != source.name);
+    let clocks =
+        probe.sources.iter().filter(is_open).flat_map(|source| source.clocks.iter().map(move |clock| (source, clock)));
+    let of_clocks = clocks.filter_map(|(source, clock)| {
+        let text = format!("{}: time {}", source.name, clock.question.as_ref()?);
+        Some(Question { text, must_be_answered: clock.is_unit_ambiguous, role: None, about: About::Clock })
+    });
+    let without_time = probe
+        .sources
+        .iter()
+        .filter(is_open)
+        .filter(|source| plays_role(source, guessed))
+        .filter_map(Source::missing_time);
+    let without_time =
+        without_time.map(|text| Question { text, must_be_answered: true, role: None, about: About::Time });
+    let of_units = guessed.rows.iter().filter_map(|(role, row)| {
+        let channel = row.from.find(std::slice::from_ref(probe))?;
+        let is_open = !row.is_unit_known && stated_unit(channel).is_none();
+        let unit = row.unit.filter(|unit| is_open && unit.symbol != "-")?;
+        let (source, name) = (&row.from.source, &channel.name);
+        let text = format!(
+            "{source}: '{name}', taken for {}, states no unit: its values look like {}",
+            role.name(),
+            unit.symbol
+        );
+        Some(Question { text, must_be_answered: false, role: Some(*role), about: About::Unit })
+    });
+    let of_deflections = Surface::ALL.into_iter().filter_map(|surface| ask_deflection(probe, guessed, surface.role()));
+    let of_signs = guessed.rows.iter().filter(|(_, row)| row.asks_sign).map(|(role, row)| {
+        let (source, name) = (&row.from.source, &row.from.channel);
+        let text = format!(
+            "{source}: the sign of '{name}', taken for {}, is not documented: it is left as recorded",
+            role.name()
+        );
+        Question { text, must_be_answered: false, role: None, about: About::Sign }
+    });
+    let of_roles = guessed.rows.iter().filter(|(_, row)| row.by == By::Physics).map(|(role, row)| {
+        let (source, name, role) = (&row.from.source, &row.from.channel, role.name());
+        let text = format!("{source}: '{name}' can be {role} by what other channels say, which its name does not");
+        Question { text, must_be_answered: false, role: None, about: About::Role }
+    });
+    of_clocks.chain(without_time).chain(of_deflections).chain(of_units).chain(of_signs).chain(of_roles).collect()
+}
+
+/// Whether a source plays a role in the guess; every one does where none does.
+fn plays_role(source: &Source, guessed: &ManualChannelMap) -> bool {
+    let rows = guessed.rows.iter().map(|(_, row)| &row.from.source);
+    let rows = rows.chain(guessed.attitude.iter().map(|attitude| &attitude.source));
+    let mut rows = rows.chain(guessed.velocity.iter().flatten().map(|row| &row.from.source)).peekable();
+    rows.peek().is_none() || rows.any(|name| *name == source.name)
+}
+
+/// Largest deflection that can be radians or a part of full travel, rad, and from which degrees can be per cent of it, deg.
+const LARGEST_PART: f64 = 1.05;
+const LEAST_PER_CENT: f64 = 45.0;
+
+/// A deflection without a unit whose values are those of two: nothing in the motion tells them apart, and its derivatives go with it. Of a
+/// recorder that gives other angles in radians, radians are not asked for.
+fn ask_deflection(probe: &Probe, guessed: &ManualChannelMap, role: Role) -> Option<Question> {
+    let probes = std::slice::from_ref(probe);
+    let row = guessed.row(role).filter(|row| row.is_unit_open(probes))?;
+    let values = row.values(probes)?;
+    let largest = values.least.abs().max(values.greatest.abs());
+    let angles = [Role::BankAngle, Role::PitchAngle, Role::HeadingAngle, Role::AngleOfAttack, Role::Sideslip];
+    let mut units = angles.into_iter().filter_map(|role| guessed.row(role)?.unit);
+    let (first, second) = match values.unit.symbol {
+        "rad" if largest <= LARGEST_PART && units.any(|unit| unit.symbol == "deg") => {
+            ("radians", "parts of full travel")
+        }
+        "deg" if largest > LEAST_PER_CENT && largest <= 100.0 * LARGEST_PART => ("degrees", "per cent of full travel"),
+        _ => return None,
+    };
+    let (name, channel, symbol) = (role.name(), &row.from.channel, values.unit.symbol);
+    let text = format!(
+        "{}: '{channel}', taken for {name}, states no unit: {:.3} to {:.3} can be {first} or {second}; say --role \
+         {name}={channel},unit={symbol}, or unit=deg,scale=X with the degrees of one",
+        row.from.source, values.least, values.greatest
+    );
+    Some(Question { text, must_be_answered: true, role: Some(role), about: About::Deflection })
+}
+
+/// Questions of one reason as one: clocks of the same stamps, sources without time, deflections, units, signs. The unit of a deflection that
+/// is asked for by itself is not asked for again.
+pub fn group(all: Vec<Question>) -> Vec<Question> {
+    let of_deflections: Vec<Role> = all
+        .iter()
+        .filter(|question| question.about == About::Deflection)
+        .filter_map(|question| question.role)
+        .collect();
+    let is_asked = |question: &Question| {
+        question.about == About::Unit && question.role.is_some_and(|role| of_deflections.contains(&role))
+    };
+    let mut grouped: Vec<(Question, Vec<String>)> = Vec::new();
+    for question in all.into_iter().filter(|question| !is_asked(question)) {
+        let is_like = |(first, _): &&mut (Question, Vec<String>)| {
+            let is_same_text =
+                || split_source(&first.text, first.about).1 == split_source(&question.text, first.about).1;
+            let has_sources = matches!(first.about, About::Clock | About::Time);
+            first.about == question.about
+                && first.must_be_answered == question.must_be_answered
+                && (!has_sources || is_same_text())
+        };
+        match grouped.iter_mut().find(is_like) {
+            Some((first, more)) if matches!(first.about, About::Clock | About::Time) => {
+                more.push(split_source(&question.text, question.about).0.to_owned());
+            }
+            Some((first, _)) => {
+                first.role = None;
+                first.text = format!("{}; {}", first.text, question.text);
+            }
+            None => grouped.push((question, Vec::new())),
+        }
+    }
+    grouped.into_iter().map(|(question, more)| with_sources(question, &more)).collect()
+}
+
+/// The source that a question begins with, and the rest of its text.
+fn split_source(text: &str, about: About) -> (&str, &str) {
+    match about {
+        About::Time => text.strip_prefix("source ").unwrap_or(text).split_once(": "),
+        _ => text.split_once(": "),
+    }
+    .unwrap_or(("", text))
+}
+
+/// Sources that a question lists; more are counted.
+const LISTED_SOURCES: usize = 4;
+
+/// A question that is asked of more sources.
+fn with_sources(question: Question, more: &[String]) -> Question {
+    if more.is_empty() {
+        return question;
+    }
+    let (first, text) = split_source(&question.text, question.about);
+    let others = match more {
+        few if few.len() <= LISTED_SOURCES => few.join(", "),
+        many => format!("{} other sources", many.len()),
+    };
+    let text = format!("{first} and {others}: {text}");
+    Question { text, ..question }
+}
