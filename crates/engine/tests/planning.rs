@@ -67,9 +67,9 @@ fn flown(kind: DesignKind, surfaces: &[usize], time_s: f64) -> DesignCoverage {
 fn assert_kept(found: &DesignCoverage, derivatives: usize) {
     assert_eq!(found.derivatives.len(), derivatives);
     for row in &found.derivatives {
-        // The fits of the flights count the scatter between their windows as well, which few windows overstate.
+        // What the fits of the flights say of themselves is known better than their scatter.
         let ratio = row.predicted / row.corrected;
-        assert!((0.5..1.1).contains(&ratio), "{}: predicted {}, corrected {}", row.name, row.predicted, row.corrected);
+        assert!((0.9..1.1).contains(&ratio), "{}: predicted {}, corrected {}", row.name, row.predicted, row.corrected);
         // The scatter of n flights is known to 1 / sqrt(2 n): three of these beside the tenth.
         let off = (row.predicted / row.scatter).ln().abs();
         let allowed = 0.1 + 3.0 / (2.0 * flights() as f64).sqrt();

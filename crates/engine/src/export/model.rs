@@ -287,6 +287,7 @@ mod tests {
             coefficient: Coefficient::Cm,
             windows: vec![("w".to_owned(), 40)],
             fit: Ok(fit),
+            noise_errors: corrected_errors.clone(),
             corrected_errors,
             series: None,
             dropped: Vec::new(),

@@ -111,7 +111,10 @@ pub fn design_coverage(
         let flight = fly(session, &next, &aircraft, &next_windows, seed, &context);
         let flight = flight.map_err(|error| error.at(format!("seed {seed}")))?;
         let extremes = extremes(&flight.flight, &next_windows, &designed.plant.trim);
-        let found = estimates(flight.pooled).map_err(|error| error.at(format!("seed {seed}")))?;
+        let mut pooled = flight.pooled;
+        // A design predicts what the noise gives, not the scatter between windows.
+        pooled.fits.iter_mut().for_each(|fit| fit.corrected_errors.clone_from(&fit.noise_errors));
+        let found = estimates(pooled).map_err(|error| error.at(format!("seed {seed}")))?;
         context.step();
         Ok((found, extremes))
     };

@@ -34,6 +34,8 @@ pub struct CoefficientFit {
     /// Standard errors corrected for the correlation of the residuals in time (Morelli and Klein 1997), one per estimate; empty
     /// where there is no fit.
     pub corrected_errors: Vec<f64>,
+    /// Those of the correlation inside windows alone: without the scatter between windows and the errors of the path.
+    pub noise_errors: Vec<f64>,
     /// Residual and fitted coefficient over the window; none where there is no fit, and for several windows together.
     pub series: Option<FittedSeries>,
     /// Terms left out.
@@ -323,11 +325,19 @@ fn coefficient_fit(
     if terms.is_empty() {
         let fit = Err("no term of the model moves in the windows: add one that does, or a constant".into());
         let windows = used.iter().map(|(window, aero)| (window.name.clone(), aero.coefficients.time_s.len())).collect();
-        return CoefficientFit { coefficient, windows, series: None, corrected_errors: Vec::new(), fit, dropped };
+        return CoefficientFit {
+            coefficient,
+            windows,
+            series: None,
+            corrected_errors: Vec::new(),
+            noise_errors: Vec::new(),
+            fit,
+            dropped,
+        };
     }
-    let (fit, corrected_errors) = match stacked_fit(coefficient, &terms, used, estimation) {
+    let (fit, [corrected_errors, noise_errors]) = match stacked_fit(coefficient, &terms, used, estimation) {
         Ok((fit, errors)) => (Ok(fit), errors),
-        Err(error) => (Err(error), Vec::new()),
+        Err(error) => (Err(error), [Vec::new(), Vec::new()]),
     };
     CoefficientFit {
         coefficient,
@@ -337,6 +347,7 @@ fn coefficient_fit(
             _ => None,
         },
         corrected_errors,
+        noise_errors,
         fit,
         dropped,
     }
@@ -347,16 +358,17 @@ fn stacked_fit(
     terms: &[Term],
     used: &[&AeroWindow<'_>],
     estimation: &Estimation,
-) -> StageResult<(Fit, Vec<f64>)> {
+) -> StageResult<(Fit, [Vec<f64>; 2])> {
     let regression = Regression::new(coefficient, terms, used, estimation)?.pooled;
     let pooled = regression.fit()?;
     let coloured = pooled.coloured_covariance(&regression.windows, &Coloured::default())?;
-    let mut errors: Vec<f64> = coloured.diagonal().iter().map(|variance| variance.sqrt()).collect();
+    let noise: Vec<f64> = coloured.diagonal().iter().map(|variance| variance.sqrt()).collect();
+    let mut errors = noise.clone();
     // Noise that is stationary inside windows explains the first; a model that fits no manoeuvre exactly shows between them.
     if let Some(between) = pooled.errors_between_windows(&regression.windows) {
         errors.iter_mut().zip(between).for_each(|(error, between)| *error = error.max(between));
     }
-    Ok((pooled.fit, errors))
+    Ok((pooled.fit, [errors, noise]))
 }
 
 /// The regression of one coefficient over windows.

@@ -41,7 +41,7 @@ mod window_context;
 mod window_samples;
 
 pub(crate) use aero::states_of;
-pub use aero::{AirDensity, CONTROLS, WindowAero, aero, aero_along, aero_along_from};
+pub use aero::{AirDensity, CONTROLS, WindowAero, aero, aero_along};
 pub use aircraft::{
     AircraftData, LoadedAircraft, NO_AIRCRAFT, aircraft_data, aircraft_of, load_aircraft, loading_on_board,
 };

@@ -40,8 +40,7 @@ impl Footprint for FlightResponses {
 fn form(surface: Surface) -> Form {
     match surface {
         Surface::Elevator => Form::ShortPeriod,
-        // Roll rate holds the Dutch roll beside the roll mode.
-        Surface::Aileron => Form::Orders { numerator: 2, denominator: 3 },
+        Surface::Aileron => Form::Roll,
         Surface::Rudder => Form::Yaw,
     }
 }

@@ -1,9 +1,8 @@
 //! Findings about one derivative: whether it is determined, plausible and the same in every window.
 
-use super::effect::Cause;
 use super::judge::{Evidence, place};
 use super::plausible::{Outside, Range};
-use super::{Finding, Level, weigh};
+use super::{Finding, Level};
 use crate::session::WindowRole;
 use crate::stage::{CoefficientFit, significance};
 
@@ -18,8 +17,8 @@ const PLAUSIBLE_BAD: f64 = 5.0;
 /// Distance beyond the plausible range in its own widths: bad where it is significant, bad whatever its error.
 const WIDTHS_BAD: f64 = 1.0;
 const WIDTHS_ABSURD: f64 = 5.0;
-/// Scatter of the single windows: weighted sum of squares over its degrees of freedom, and the relative error of their weighted mean
-/// raised by its root, per cent. Both must be exceeded: corrected errors know nothing of what is common to a window, so that
+/// Scatter of the single windows: weighted sum of squares over its degrees of freedom, and the relative error of the pooled estimate
+/// once raised by its root, per cent. Both must be exceeded: corrected errors know nothing of what is common to a window, so that
 /// very sharp estimates always scatter by more than they say.
 const SCATTER_CAUTION: (f64, f64) = (3.0, 25.0);
 const SCATTER_BAD: (f64, f64) = (10.0, 50.0);
@@ -41,7 +40,6 @@ pub(super) fn findings(
         findings.extend(determined(&at, fit, index));
         if window.is_none() {
             findings.extend(scatter(evidence, &at, fit, index));
-            findings.extend(weigh::findings(evidence, fit, index));
         }
     }
     if let Some(range) = evidence.plausible.range(name, fit, evidence) {
@@ -50,18 +48,12 @@ pub(super) fn findings(
     findings
 }
 
-/// Whether the samples determine the parameter `index` of a fit: its corrected error is within half of its value.
-pub(super) fn is_determined(fit: &CoefficientFit, index: usize) -> bool {
-    let Ok(estimate) = &fit.fit else { return false };
-    let (relative, _) = significance(estimate, &fit.corrected_errors, index);
-    relative.is_nan() || relative <= RELATIVE_ERROR
-}
-
 fn determined(at: &str, fit: &CoefficientFit, index: usize) -> Option<Finding> {
-    if is_determined(fit, index) {
+    let estimate = fit.fit.as_ref().ok()?;
+    let (relative, _) = significance(estimate, &fit.corrected_errors, index);
+    if relative.is_nan() || relative <= RELATIVE_ERROR {
         return None;
     }
-    let (relative, _) = significance(fit.fit.as_ref().ok()?, &fit.corrected_errors, index);
     let text = format!("known to {relative:.0} % of its value only (limit {RELATIVE_ERROR:.0} %)");
     let finding = Finding::new(Level::Caution, DETERMINED, at, text).with_figure(relative, RELATIVE_ERROR);
     let cure = "fix it at a known value, leave the term out, or add manoeuvres that tell of it";
@@ -99,7 +91,8 @@ struct Single<'a> {
 fn scatter(evidence: Evidence<'_>, at: &str, fit: &CoefficientFit, index: usize) -> Option<Finding> {
     let estimate = fit.fit.as_ref().ok()?;
     let name = &estimate.names[index];
-    let (relative, _) = significance(estimate, &fit.corrected_errors, index);
+    // The corrected errors hold the scatter between windows already.
+    let (relative, _) = significance(estimate, &fit.noise_errors, index);
     let singles: Vec<Single<'_>> =
         fit.windows.iter().filter_map(|(window, _)| single(evidence, window, fit, name)).collect();
     if singles.len() < 2 || relative.is_nan() {
@@ -109,8 +102,7 @@ fn scatter(evidence: Evidence<'_>, at: &str, fit: &CoefficientFit, index: usize)
     let mean = singles.iter().map(|single| single.estimate * single.error.powi(-2)).sum::<f64>() / weight;
     let square = |single: &Single<'_>| ((single.estimate - mean) / single.error).powi(2);
     let q = singles.iter().map(square).sum::<f64>() / (singles.len() - 1) as f64;
-    // That of the mean of the windows: the pooled error holds their scatter already.
-    let raised = 100.0 * (q / weight).sqrt() / estimate.estimates[index].abs();
+    let raised = relative * q.sqrt();
     let (level, (limit, _)) = if q > SCATTER_BAD.0 && raised > SCATTER_BAD.1 {
         (Level::Bad, SCATTER_BAD)
     } else if q > SCATTER_CAUTION.0 && raised > SCATTER_CAUTION.1 {
@@ -118,7 +110,6 @@ fn scatter(evidence: Evidence<'_>, at: &str, fit: &CoefficientFit, index: usize)
     } else {
         return None;
     };
-    let level = level.min(left_out(evidence, fit, index).unwrap_or(level));
     // The window furthest from the pooled estimate by its own error: what it says is what the pooled estimate hides.
     let pooled = estimate.estimates[index];
     let apart = |single: &Single<'_>| ((single.estimate - pooled) / single.error).abs();
@@ -137,15 +128,6 @@ fn scatter(evidence: Evidence<'_>, at: &str, fit: &CoefficientFit, index: usize)
         worst.window
     );
     Some(finding.with_cure(cure).with_setting("Derivatives", format!("window.{}.role", worst.window)))
-}
-
-/// The worst that leaving out one manoeuvre changes of a derivative; none where that was not formed.
-fn left_out(evidence: Evidence<'_>, fit: &CoefficientFit, index: usize) -> Option<Level> {
-    let estimate = fit.fit.as_ref().ok()?;
-    let consequence = evidence.consequence(fit.coefficient, &estimate.names[index])?;
-    let now = (estimate.estimates[index], *fit.corrected_errors.get(index)?);
-    let effects = consequence.effects.iter().filter(|effect| effect.cause == Cause::LeftOut);
-    effects.map(|effect| consequence.level(now, effect)).max()
 }
 
 /// The estimate of `name` by an identification window alone.
