@@ -122,8 +122,13 @@ pub fn estimate_gusts(
 /// Longest step of a parabola, in steps of its points.
 const FURTHEST: f64 = 3.0;
 
-/// Every so many windows that their samples together are about [`ENOUGH_SAMPLES`].
+/// Longest window that is filtered for them, samples: each of its paths takes memory beside what the session needs.
+const LONGEST_WINDOW: usize = 60_000;
+
+/// Every so many windows that their samples together are about [`ENOUGH_SAMPLES`], without those that are too long.
 fn enough_of<'a>(data: &[&'a FilterData]) -> Vec<&'a FilterData> {
+    let data: Vec<&FilterData> =
+        data.iter().copied().filter(|window| window.inputs.time_s.len() <= LONGEST_WINDOW).collect();
     let samples: usize = data.iter().map(|window| window.inputs.time_s.len()).sum();
     let every = samples.div_ceil(ENOUGH_SAMPLES).clamp(1, data.len().max(1));
     data.iter().step_by(every).copied().collect()
