@@ -440,7 +440,7 @@ fn windows_that_contradict_each_other_are_named() {
                 let fit = pooled(fits, Coefficient::Cm);
                 let index = index_of(fit, "Cm_q");
                 fit.fit.as_mut().unwrap().estimates[index] = -5.5;
-                [&mut fit.corrected_errors, &mut fit.noise_errors].map(|errors| errors[index] = 1.5);
+                (fit.corrected_errors[index], fit.noise_errors[index]) = (1.5, 1.5);
             });
             let _ = session;
         })
