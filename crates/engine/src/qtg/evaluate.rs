@@ -23,8 +23,8 @@ use crate::report::session_sha256;
 use crate::run::{Control, Scope, Snapshot, run};
 use crate::session::{self, Manoeuvre, Session, WindowRole};
 use crate::stage::{
-    Judgement, ObjectiveTest, PooledFits, Quantity, ReplayWindow, Tolerances, ValueTolerance, WindowAero, WindowReplay,
-    measured_histories, model_of_window, replay, window_flight,
+    Judgement, ObjectiveTest, PooledFits, Quantity, ReplayWindow, Tolerances, ValueTolerance, WindowAero, WindowPath,
+    WindowReplay, measured_histories, model_of_window, replay, window_flight,
 };
 
 /// The session with the windows of the tests in use: those that it ignores are flown as validation windows, which changes no derivative.
@@ -248,15 +248,14 @@ impl Evaluation<'_> {
         let configuration = self.entry.configuration.as_ref().or(self.file.device.get("configuration"));
         test.page.initial = initial(manoeuvre, aero, &measured, self.snapshot, configuration.map(String::as_str));
         match (&self.rule.judgement, flown) {
-            (Judgement::Snapshot(_) | Judgement::TrimChange(_), _)
-                if path.missing.contains(&Measurement::AngleOfAttack) =>
-            {
-                test.reason = "the angle of attack is not measured there: its trim is not known".to_owned();
-            }
             (Judgement::Snapshot(requirements) | Judgement::TrimChange(requirements), _) => {
-                let model = snapshot::model(&pooled, structure);
-                let span_s = self.steady_s(manoeuvre, &measured, moved.as_ref());
-                self.judge_snapshot(&mut test, model, (manoeuvre, aero), &measured, span_s, requirements);
+                if let Err(error) = require_vane(&manoeuvre.name, path) {
+                    test.reason = error.to_string();
+                } else {
+                    let model = snapshot::model(&pooled, structure);
+                    let span_s = self.steady_s(manoeuvre, &measured, moved.as_ref());
+                    self.judge_snapshot(&mut test, model, (manoeuvre, aero), &measured, span_s, requirements);
+                }
             }
             (_, Err(error)) => {
                 test.outcome = Outcome::Failed;
@@ -373,6 +372,7 @@ impl Evaluation<'_> {
         let (Some(path), Some(aero)) = (path, results.and_then(|results| results.aero.ready())) else {
             return Err(format!("window '{name}' was not computed").into());
         };
+        require_vane(name, path)?;
         let flight = window_flight(&path.reconstruction, aero, &self.session.preparation, self.gravity_m_s2())?;
         let measured = measured_histories(&flight.motion, aero);
         let span_s = self.steady_s(manoeuvre, &measured, movement(manoeuvre, aero).as_ref());
@@ -426,6 +426,14 @@ impl Evaluation<'_> {
         test.values = rows;
         test.page.facts.extend(pages::of_snapshot(manoeuvre, span_s, trim));
     }
+}
+
+/// Refuses a window without a measured angle of attack: the trim angle of attack of the flight is not known there.
+fn require_vane(name: &str, path: &WindowPath) -> StageResult<()> {
+    if path.missing.contains(&Measurement::AngleOfAttack) {
+        return Err(format!("no angle of attack is measured in window '{name}': its trim is not known").into());
+    }
+    Ok(())
 }
 
 /// The estimates with some derivatives changed by a factor.
