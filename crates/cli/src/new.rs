@@ -161,7 +161,9 @@ fn flight(
                 text::line(&format!("  manoeuvres found as windows: {}", session.windows.len() - before));
             }
             match (session.flights.len(), found.steady.len()) {
-                (1, 0) => text::line("  no steady window was found: noise taken from differences, else assumed"),
+                (1, 0) => text::line(
+                    "  no steady window was found: second differences give the noise, or it is the built-in one",
+                ),
                 (1, steady) => text::line(&format!("  noise taken from steady windows: {steady}")),
                 _ => {}
             }
