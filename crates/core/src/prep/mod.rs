@@ -24,6 +24,7 @@ mod smooth;
 mod spectrum;
 mod steady;
 mod treatment;
+mod white_noise;
 mod whiteness;
 
 use thiserror::Error;
@@ -62,6 +63,7 @@ pub use smooth::{Smoothing, smooth};
 pub use spectrum::{Spectrum, spectrum};
 pub use steady::{SteadySearch, SteadySettings, SteadySignal, SteadyStretch, find_steady, intersect};
 pub use treatment::{Resampling, Treated, Treatment, treat};
+pub use white_noise::white_noise_deviation;
 pub use whiteness::WHITE_LEVEL;
 pub(crate) use whiteness::{white_noise_probability, whiteness_lags, whiteness_probability};
 

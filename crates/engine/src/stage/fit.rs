@@ -34,7 +34,7 @@ pub struct CoefficientFit {
     /// Standard errors corrected for the correlation of the residuals in time (Morelli and Klein 1997), one per estimate; empty
     /// where there is no fit.
     pub corrected_errors: Vec<f64>,
-    /// Those of the correlation inside windows alone: without the scatter between windows and the errors of the path.
+    /// Standard errors corrected for the correlation inside windows alone, without the scatter between windows and the errors of the path.
     pub noise_errors: Vec<f64>,
     /// Residual and fitted coefficient over the window; none where there is no fit, and for several windows together.
     pub series: Option<FittedSeries>,
@@ -463,10 +463,7 @@ fn named_motion(windows: &[AeroWindow<'_>]) -> Vec<(Surface, f64)> {
 
 /// Standard deviation of a surface over a window.
 fn motion(surface: Surface, aero: &WindowAero) -> Option<f64> {
-    let values = aero.variables.get(surface.variable())?;
-    let count = values.len().max(1) as f64;
-    let mean = values.iter().sum::<f64>() / count;
-    Some((values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / count).sqrt())
+    aero.variables.get(surface.variable()).map(standard_deviation)
 }
 
 /// The identification windows that tell about `coefficient`. A window that lacks a variable of the model says so in its own fit

@@ -28,7 +28,6 @@ mod physics;
 mod placement;
 mod prediction;
 mod proposals;
-mod record_noise;
 mod recording;
 mod replay;
 mod samples;

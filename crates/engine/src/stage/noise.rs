@@ -4,12 +4,12 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use doublet_core::airframe::instruments::StatedNoise;
-use doublet_core::prep::{NoiseChoice, NoiseOrigin, NoiseStatistics, NoiseSums, noise_proposal};
-use doublet_core::quantity::Role;
+use doublet_core::prep::{NoiseChoice, NoiseOrigin, NoiseStatistics, NoiseSums, noise_proposal, white_noise_deviation};
+use doublet_core::quantity::{Dimension, Role};
+use doublet_core::reconstruct::FilterSettings;
 use doublet_core::series::{Recording, TimeRange};
 use doublet_core::statistics::median;
 
-use super::record_noise::record_noise;
 use super::{FlightProposals, LoadedFlight};
 use crate::graph::{Context, Footprint, Keyed, Stage, StageResult};
 use crate::session::{NoiseChannel, NoiseEntry, Session, SteadyWindow};
@@ -88,11 +88,10 @@ impl NoiseRow {
 
     /// Whether the recordings themselves say so.
     pub fn is_measured(&self) -> bool {
-        matches!(self.choice.as_ref().map(|it| &it.origin), Ok(NoiseOrigin::Windows(_) | NoiseOrigin::Resolution(_)))
-    }
-
-    fn is_by_differences(&self) -> bool {
-        matches!(self.choice.as_ref().map(|it| &it.origin), Ok(NoiseOrigin::Differences))
+        matches!(
+            self.choice.as_ref().map(|it| &it.origin),
+            Ok(NoiseOrigin::Windows(_) | NoiseOrigin::Resolution(_) | NoiseOrigin::Differences)
+        )
     }
 }
 
@@ -124,7 +123,7 @@ pub fn noise(flights: &[NoiseFlight<'_>], marked: &[SteadyWindow]) -> Vec<Flight
         let role = channel.role();
         let measured = measure(role, flights, &found);
         let choice = noise_proposal(measured.as_ref().map_err(ToString::to_string), stated.get(&role).copied());
-        let choice = choice.or_else(|reason| by_differences(channel, flights).ok_or(reason));
+        let choice = choice.or_else(|reason| propose_by_differences(channel, flights).ok_or(reason));
         NoiseRow { channel, statistics: measured.ok(), choice }
     };
     let rows: Vec<NoiseRow> = NoiseChannel::all().map(row).collect();
@@ -132,11 +131,30 @@ pub fn noise(flights: &[NoiseFlight<'_>], marked: &[SteadyWindow]) -> Vec<Flight
     found
 }
 
-/// The proposal by the whole recordings: the median of the flights.
-fn by_differences(channel: NoiseChannel, flights: &[NoiseFlight<'_>]) -> Option<NoiseChoice> {
-    let found = flights.iter().filter_map(|flight| record_noise(&flight.loaded.recording, channel));
+/// Part of the built-in deviation below which second differences do not show the error of a channel: what an instrument filters is smooth
+/// and may still be wrong.
+const LEAST_PART: f64 = 0.1;
+
+/// The proposal by second differences of the whole recordings: the median of the flights.
+fn propose_by_differences(channel: NoiseChannel, flights: &[NoiseFlight<'_>]) -> Option<NoiseChoice> {
+    let role = channel.role();
+    let deviation = |flight: &NoiseFlight<'_>| {
+        let series = &channel_of(&flight.loaded.recording, role)?.series;
+        white_noise_deviation(series, role.dimension() == Dimension::Angle)
+    };
+    let least = LEAST_PART * built_in(channel);
+    let found = flights.iter().filter_map(deviation).filter(|deviation| *deviation >= least);
     let proposed = median(&mut found.collect::<Vec<_>>())?;
     Some(NoiseChoice { proposed, origin: NoiseOrigin::Differences })
+}
+
+/// Standard deviation of an entry in the built-in settings.
+fn built_in(channel: NoiseChannel) -> f64 {
+    let settings = FilterSettings::default();
+    match channel {
+        NoiseChannel::Input(input) => settings.process_noise[input as usize],
+        NoiseChannel::Measurement(measurement) => settings.measurement_noise[measurement as usize],
+    }
 }
 
 /// What the windows of all flights that speak for a role show of it.
@@ -160,17 +178,17 @@ fn measure(role: Role, flights: &[NoiseFlight<'_>], found: &[FlightNoise]) -> St
 }
 
 /// The channel of a role. Without a satellite position the pressure altitude tells the height.
-pub(super) fn channel_of(recording: &Recording, role: Role) -> Option<&doublet_core::series::Channel> {
+fn channel_of(recording: &Recording, role: Role) -> Option<&doublet_core::series::Channel> {
     match role {
         Role::PositionDown => recording.role(role).or_else(|| recording.role(Role::Altitude)),
         _ => recording.role(role),
     }
 }
 
-/// The entries whose channel was recorded in the windows or shows its noise without them, for which something is proposed and that the session has not set for a
-/// reason of its own.
+/// The entries that steady windows or second differences give, and those stated whose channel was recorded in the windows; without what the
+/// session has set for a reason of its own.
 pub fn open_entries(session: &Session, noise: &FlightNoise) -> Vec<NoiseEntry> {
-    let recorded = noise.rows.iter().filter(|row| row.statistics.is_some() || row.is_by_differences());
+    let recorded = noise.rows.iter().filter(|row| row.statistics.is_some() || row.is_measured());
     let open = recorded.filter(|row| !session.noise_reasons.contains_key(row.channel.name()));
     open.filter_map(|row| Some(NoiseEntry { channel: row.channel, std: row.proposed()? })).collect()
 }

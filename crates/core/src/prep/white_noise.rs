@@ -1,16 +1,11 @@
-//! White noise of a channel from the differences of its whole recording, for a flight that is never still.
+//! White noise of a series from its second differences, for a flight that is never still.
 
 use std::f64::consts::{PI, TAU};
 
-use doublet_core::quantity::{Dimension, Role};
-use doublet_core::reconstruct::FilterSettings;
-use doublet_core::series::{Recording, Series};
-use doublet_core::statistics::median;
+use crate::series::Series;
+use crate::statistics::{median, median_step};
 
-use super::noise::channel_of;
-use crate::session::NoiseChannel;
-
-/// Second differences of a block: some seconds, so that most blocks hold no manoeuvre.
+/// Second differences of a block.
 const BLOCK: usize = 64;
 /// Blocks below which nothing is said.
 const LEAST_BLOCKS: usize = 5;
@@ -19,36 +14,18 @@ const HELD: f64 = 0.5;
 /// Part by which the spacing of the samples of one difference may be off the usual one.
 const UNEVEN: f64 = 0.2;
 
-/// Part of the built-in deviation below which the differences say nothing of the error: what is computed or filtered inside an instrument
-/// is smooth and wrong.
-const LEAST_PART: f64 = 0.1;
-
-/// Standard deviation of the white noise that the whole recording shows of a channel; `None` where it shows none that could be its error.
-pub(super) fn record_noise(recording: &Recording, channel: NoiseChannel) -> Option<f64> {
-    let role = channel.role();
-    let std = white_noise(&channel_of(recording, role)?.series, role)?;
-    let built_in = FilterSettings::default();
-    let usual = match channel {
-        NoiseChannel::Input(input) => built_in.process_noise[input as usize],
-        NoiseChannel::Measurement(measurement) => built_in.measurement_noise[measurement as usize],
-    };
-    (std >= LEAST_PART * usual).then_some(std)
-}
-
 /// Standard deviation of the white noise of `series`. With the second differences `d_m = x(k + m) - 2 x(k) + x(k - m)` white noise
 /// sigma and a random walk of variance q a sample give `E[d_1^2] = 6 sigma^2 + 2 q`, `E[d_2^2] = 6 sigma^2 + 4 q`, and a smooth motion
-/// little at either, so that `sigma^2 = (2 E[d_1^2] - E[d_2^2]) / 6`; the median over blocks leaves manoeuvres out. `None` where the
-/// channel holds its samples or the motion between them hides the noise.
-fn white_noise(series: &Series, role: Role) -> Option<f64> {
+/// little at either, so that `sigma^2 = (2 E[d_1^2] - E[d_2^2]) / 6`; the median over blocks leaves manoeuvres out. Changes of an angle
+/// are taken within half a turn. `None` where samples are held, blocks are too few, or the motion between samples hides the noise.
+pub fn white_noise_deviation(series: &Series, is_angle: bool) -> Option<f64> {
     let finite = series.finite();
     let (time, values) = (&finite.time_s, &finite.values);
-    let steps: Vec<f64> = time.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    let usual = median(&mut steps.clone())?;
+    let usual = median_step(time)?;
     let equal = values.windows(2).filter(|pair| pair[0] == pair[1]).count();
-    if equal as f64 > HELD * steps.len() as f64 {
+    if equal as f64 > HELD * (time.len() - 1) as f64 {
         return None;
     }
-    let is_angle = role.dimension() == Dimension::Angle;
     let change = |from: usize, to: usize| {
         let change = values[to] - values[from];
         if is_angle { (change + PI).rem_euclid(TAU) - PI } else { change }
@@ -91,7 +68,7 @@ mod tests {
             values.push(5.0 * (TAU * 0.3 * time).sin() + walk + 0.3 * normal());
         }
         let series = Series { time_s: time_s.into(), values: values.into() };
-        let found = white_noise(&series, Role::TrueAirspeed).unwrap();
+        let found = white_noise_deviation(&series, false).unwrap();
         assert!((found / 0.3 - 1.0).abs() < 0.05, "{found}");
     }
 }
