@@ -39,25 +39,33 @@ pub fn says_unit(role: Role, options: &[String]) -> bool {
 
 /// A role and what is said of it; a channel's name may hold commas.
 fn parse(option: &str) -> Result<(Role, RoleOption<'_>), String> {
-    let (name, mut rest) = option.split_once('=').ok_or_else(|| format!("write it as {FORM}"))?;
+    let (name, rest) = option.split_once('=').ok_or_else(|| format!("write it as {FORM}"))?;
     let role = Role::from_name(name.trim()).ok_or_else(|| format!("there is no role '{}'", name.trim()))?;
     let mut said = RoleOption::default();
-    while let Some((before, last)) = rest.rsplit_once(',') {
-        let Some((key, value)) = last.split_once('=') else { break };
-        let value = value.trim();
+    let (channel, keys) = split_keys(rest, &["source", "unit", "scale", "offset"]);
+    for (key, value) in keys {
         let number = || value.parse::<f64>().ok().filter(|number| number.is_finite());
         let number = || number().ok_or_else(|| format!("'{value}' is not a number"));
-        match key.trim() {
+        match key {
             "source" => said.source = Some(value),
             "unit" => said.unit = Some(Unit::parse(value).map_err(|error| error.to_string())?),
             "scale" => said.scale = Some(number()?),
-            "offset" => said.offset = Some(number()?),
-            _ => break,
+            _ => said.offset = Some(number()?),
         }
+    }
+    said.channel = channel;
+    Ok((role, said))
+}
+
+/// The channel that an option begins with, and the keys after it that are `known` with their values, the last first.
+pub fn split_keys<'t>(option: &'t str, known: &[&str]) -> (&'t str, Vec<(&'t str, &'t str)>) {
+    let (mut rest, mut keys) = (option, Vec::new());
+    while let Some((before, last)) = rest.rsplit_once(',') {
+        let Some((key, value)) = last.split_once('=').filter(|(key, _)| known.contains(&key.trim())) else { break };
+        keys.push((key.trim(), value.trim()));
         rest = before;
     }
-    said.channel = rest.trim();
-    Ok((role, said))
+    (rest.trim(), keys)
 }
 
 /// The row that an option makes.

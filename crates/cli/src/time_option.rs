@@ -4,6 +4,8 @@ use doublet_core::load::{ManualTime, Source, stated_unit};
 use doublet_core::quantity::{Dimension, Unit};
 use doublet_engine::begin::Inspected;
 
+use crate::role_option::split_keys;
+
 /// How the option is written.
 pub const FORM: &str = "CHANNEL[,source=NAME][,unit=UNIT]";
 
@@ -38,19 +40,17 @@ fn set_time(inspected: &mut Inspected, option: &str) -> Result<(), String> {
 
 /// Channel, source and unit of an option; a channel's name may hold commas.
 fn parse(option: &str) -> Result<(&str, Option<&str>, Option<Unit>), String> {
-    let (mut rest, mut source, mut unit) = (option, None, None);
-    while let Some((before, last)) = rest.rsplit_once(',') {
-        let Some((key, value)) = last.split_once('=') else { break };
-        match key.trim() {
-            "source" => source = Some(value.trim()),
-            "unit" => unit = Some(Unit::parse(value.trim()).map_err(|error| error.to_string())?),
-            _ => break,
+    let (channel, keys) = split_keys(option, &["source", "unit"]);
+    let (mut source, mut unit) = (None, None);
+    for (key, value) in keys {
+        match key {
+            "source" => source = Some(value),
+            _ => unit = Some(Unit::parse(value).map_err(|error| error.to_string())?),
         }
-        rest = before;
     }
     match unit {
         Some(other) if other.dimension != Dimension::Time => Err(format!("{} is not a unit of time", other.symbol)),
-        unit => Ok((rest.trim(), source, unit)),
+        unit => Ok((channel, source, unit)),
     }
 }
 

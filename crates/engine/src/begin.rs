@@ -162,7 +162,7 @@ fn settle_units(probes: &[Probe], guess: ManualChannelMap) -> ManualChannelMap {
         // What cannot be read is said by what needs it.
         let Ok(physics) = plan_by_hand(probes, &settled).and_then(|plan| compare(&plan)) else { break };
         let changes = physics.contradictions().filter_map(|row| row.change.as_ref());
-        let next = changes.fold(settled.clone(), |map, change| match change {
+        let mut next = changes.fold(settled.clone(), |map, change| match change {
             Cure::Scale { role, units: Some(_), factor, offset }
                 if *factor > 0.0 && *offset == 0.0 && is_open(&map, *role) =>
             {
@@ -170,7 +170,6 @@ fn settle_units(probes: &[Probe], guess: ManualChannelMap) -> ManualChannelMap {
             }
             _ => map,
         });
-        let mut next = next;
         load::share_rate_unit(&mut next, probes);
         if next == settled {
             break;

@@ -161,13 +161,9 @@ fn lost_samples_and_jitter_are_survived_with_their_effect_stated() {
     let moved: Vec<(f64, f64)> = known
         .map(|derivative| {
             let moved = (estimate(other, &derivative.name).0 / derivative.estimate.unwrap() - 1.0).abs();
-            println!(
-                "{}: moved by {:.1} %, known to {:.1} %",
-                derivative.name,
-                100.0 * moved,
-                derivative.relative_error_percent.unwrap()
-            );
-            (moved, 0.01 * derivative.relative_error_percent.unwrap())
+            let error = 0.01 * derivative.relative_error_percent.unwrap();
+            println!("{}: moved by {:.1} %, known to {:.1} %", derivative.name, 100.0 * moved, 100.0 * error);
+            (moved, error)
         })
         .collect();
     println!("{lost} lost of {}", one.counts.samples);

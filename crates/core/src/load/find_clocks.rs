@@ -236,15 +236,8 @@ pub(super) fn assign_clocks(source: &mut Source) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Probe, guess, inspect};
+    use super::super::{guess, probe_of};
     use crate::quantity::Role;
-
-    fn probe_of(text: &str) -> Probe {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("flight.csv");
-        std::fs::write(&path, text).unwrap();
-        inspect(&path).unwrap()
-    }
 
     /// Channel, start and rate of the time of a text, and what is asked about it.
     fn time_of(text: &str) -> Option<(String, f64, f64, Option<String>)> {

@@ -290,7 +290,7 @@ fn add_position(map: &mut ManualChannelMap) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{ChannelMap, ManualTime, inspect, plan, read};
+    use super::super::{ChannelMap, ManualTime, plan, probe_of, read};
     use super::*;
 
     /// Level flight at 60 m/s in the units of a hobbyist's recorder.
@@ -298,13 +298,6 @@ mod tests {
         0.00,0.02,0.0,1.0,10.0,1.0,0.1,2.0,3.0,181.0,110,60,2.5,-4.0,52.00,4.0,1000\n\
         0.02,0.02,0.0,1.1,-9.0,1.0,0.1,2.0,3.0,181.0,110,60,2.5,-4.0,52.01,4.0,1000\n\
         0.04,0.02,0.0,0.9,10.0,1.0,0.1,2.0,3.0,181.0,110,60,2.5,-4.0,52.02,4.0,1000\n";
-
-    fn probe_of(text: &str) -> Probe {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("mine.csv");
-        std::fs::write(&path, text).unwrap();
-        inspect(&path).unwrap()
-    }
 
     #[test]
     fn guess_finds_roles_units_and_signs_and_reads_them_in_si() {

@@ -51,20 +51,17 @@ fn count_motors(source: &Source) -> usize {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{guess, inspect};
+    use super::super::{guess, probe_of};
 
     #[test]
     fn four_motors_without_an_airspeed_are_a_multirotor() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("flight.csv");
         let rows: String = (0..60).map(|k| format!("{},{},{},1,1\n", 0.02 * f64::from(k), k % 7, k % 5)).collect();
         for (head, wanted) in [
             ("time,motor1,motor2,motor3,motor4", Some("multirotor")),
             ("time,motor1,motor2,gear1,gear2", None),
             ("time,roll,collective,flaps,fuel", Some("helicopter")),
         ] {
-            std::fs::write(&path, format!("{head}\n{rows}")).unwrap();
-            let probe = inspect(&path).unwrap();
+            let probe = probe_of(&format!("{head}\n{rows}"));
             assert_eq!(guess(&[probe]).kind.as_deref(), wanted, "{head}");
         }
     }

@@ -71,3 +71,12 @@ pub use plan::{Assignment, Plan, Problem, plan, plan_all};
 pub use read::{read, read_all};
 pub use recognise::{inspect, probe};
 pub use stated_unit::{stated_unit, stem_and_unit};
+
+/// What a text holds as a recording called `mine.csv`.
+#[cfg(test)]
+fn probe_of(text: &str) -> Probe {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("mine.csv");
+    std::fs::write(&path, text).unwrap();
+    inspect(&path).unwrap()
+}

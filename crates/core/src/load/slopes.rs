@@ -209,15 +209,8 @@ pub(super) fn settle_airspeed(map: &mut ManualChannelMap, probes: &[Probe]) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{guess, inspect};
+    use super::super::{guess, probe_of};
     use super::*;
-
-    fn probe_of(text: &str) -> Probe {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("flight.csv");
-        std::fs::write(&path, text).unwrap();
-        inspect(&path).unwrap()
-    }
 
     #[test]
     fn velocities_are_found_by_the_slopes_of_positions() {

@@ -23,7 +23,7 @@ pub struct DesignedDerivative {
     pub predicted: f64,
     /// Standard deviation of the estimates.
     pub scatter: f64,
-    /// Root mean square of their corrected errors.
+    /// Root mean square of their errors corrected for the correlation inside windows.
     pub corrected: f64,
     /// Truth.
     pub truth: f64,
@@ -111,10 +111,9 @@ pub fn design_coverage(
         let flight = fly(session, &next, &aircraft, &next_windows, seed, &context);
         let flight = flight.map_err(|error| error.at(format!("seed {seed}")))?;
         let extremes = extremes(&flight.flight, &next_windows, &designed.plant.trim);
-        let mut pooled = flight.pooled;
         // A design predicts what the noise gives, not the scatter between windows.
-        pooled.fits.iter_mut().for_each(|fit| fit.corrected_errors.clone_from(&fit.noise_errors));
-        let found = estimates(pooled).map_err(|error| error.at(format!("seed {seed}")))?;
+        let found =
+            estimates(flight.pooled, |fit| &fit.noise_errors).map_err(|error| error.at(format!("seed {seed}")))?;
         context.step();
         Ok((found, extremes))
     };

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use crate::graph::{Context, Keyed, StageResult};
 use crate::session::{Manoeuvre, Session, Surface};
-use crate::stage::{self, AeroWindow, AircraftData, PooledFits, tank_channel};
+use crate::stage::{self, AeroWindow, AircraftData, CoefficientFit, PooledFits, tank_channel};
 
 /// How far a window reaches beyond the held controls before the onset and after the free response, s.
 const MARGIN_S: f64 = 0.2;
@@ -73,7 +73,7 @@ pub fn coverage(
         context.checkpoint()?;
         let seed = first_seed + index as u64;
         let found = fly(session, scenario, &aircraft, &windows, seed, &context);
-        let found = found.and_then(|flight| estimates(flight.pooled));
+        let found = found.and_then(|flight| estimates(flight.pooled, |fit| &fit.corrected_errors));
         let found = found.map_err(|error| error.at(format!("seed {seed}")))?;
         context.step();
         Ok(found)
@@ -185,18 +185,14 @@ pub(crate) fn flown_aircraft(
     context.get::<AircraftData>(Some(&loading), &stage::aircraft_of(context, session)?)
 }
 
-/// Estimates of one flight.
-pub(crate) fn estimates(pooled: PooledFits) -> StageResult<Vec<Estimate>> {
+/// Estimates of one flight, with the errors that `errors` takes from each fit as their corrected ones.
+pub(crate) fn estimates(pooled: PooledFits, errors: fn(&CoefficientFit) -> &[f64]) -> StageResult<Vec<Estimate>> {
     let mut estimates = Vec::new();
     for fit in pooled.fits {
+        let errors = errors(&fit).to_vec();
         let found = fit.fit?;
         for (index, name) in found.names.iter().enumerate().filter(|(_, name)| !name.ends_with(']')) {
-            estimates.push((
-                name.clone(),
-                found.estimates[index],
-                found.standard_errors[index],
-                fit.corrected_errors[index],
-            ));
+            estimates.push((name.clone(), found.estimates[index], found.standard_errors[index], errors[index]));
         }
     }
     Ok(estimates)

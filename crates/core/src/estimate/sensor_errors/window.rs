@@ -8,12 +8,12 @@ use super::kinematics::{Errors, moved, observed};
 use super::{EstimateError, Sensor, SensorError};
 use crate::reconstruct::{
     FilterData, INPUTS, Inputs, MEASUREMENTS, Measurement, MeasurementModel, Motion, STATES, State, StepInputs, Trig,
-    merged_steps, ned_from_body, predict_state,
+    merged_steps, predict_state, velocity_by_wind,
 };
 
 /// Components of the motion: position, velocity, attitude.
 const MOTION: usize = 9;
-/// Where the velocity stands in it.
+/// Index of the first velocity in it.
 const VELOCITY: usize = 3;
 /// Components of the path a filter corrects: motion and wind.
 const PATH: usize = MOTION + 3;
@@ -242,8 +242,7 @@ fn predict(now: &mut Values, covariance: &mut DMatrix<f64>, step: &StepInputs<f6
 
 /// Adds what the random walk of the wind does to the velocity relative to the air, `-C' dW`, which leaves that over ground.
 fn add_wind_change(covariance: &mut DMatrix<f64>, now: &Values, noise: &Noise<'_>, dt: f64) {
-    let c = ned_from_body(&Trig::new(&now.motion.att));
-    let by_wind = Matrix3::from_fn(|i, j| -c[j][i]);
+    let by_wind = velocity_by_wind(&now.motion.att);
     let wind = Vector3::from_fn(|axis, _| noise.path[state(MOTION + axis)].powi(2) * dt);
     let cross = by_wind * Matrix3::from_diagonal(&wind);
     let mut to_wind = covariance.view_mut((VELOCITY, MOTION), (3, 3));

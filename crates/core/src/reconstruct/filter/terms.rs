@@ -62,7 +62,7 @@ pub fn walk_covariance(
     let walks = random_walk(parameters) * step.dt;
     let mut covariance = AugmentedMatrix::from_diagonal(&walks);
     let wind = SMatrix::<f64, 3, 3>::from_diagonal(&walks.fixed_rows::<3>(3 * WIND).into_owned());
-    let by_wind = velocity_by_wind(at);
+    let by_wind = velocity_by_wind(&groups(at)[ATT]);
     let cross = by_wind * wind;
     covariance.fixed_view_mut::<3, 3>(3 * VEL, 3 * WIND).copy_from(&cross);
     covariance.fixed_view_mut::<3, 3>(3 * WIND, 3 * VEL).copy_from(&cross.transpose());
@@ -72,8 +72,9 @@ pub fn walk_covariance(
 }
 
 /// Change of the velocity relative to the air, body axes, by a change of the wind, NED: `-C'`, as `V_ground = C V_air + W`.
-pub fn velocity_by_wind(at: &AugmentedState) -> SMatrix<f64, 3, 3> {
-    let c = ned_from_body(&Trig::new(&groups(at)[ATT]));
+/// At bank, pitch and heading `attitude`.
+pub fn velocity_by_wind(attitude: &[f64; 3]) -> SMatrix<f64, 3, 3> {
+    let c = ned_from_body(&Trig::new(attitude));
     SMatrix::from_fn(|i, j| -c[j][i])
 }
 

@@ -10,8 +10,8 @@ use crate::reconstruct::filter::step::{StepInputs, Update};
 use crate::reconstruct::filter::terms::{
     Process, expected, image, measurement_noise, random_walk, residual, velocity_by_wind, walk_covariance,
 };
-use crate::reconstruct::model::augmented::{AugmentedMatrix, AugmentedState};
-use crate::reconstruct::model::layout::{INPUTS, STATES, VEL, WIND};
+use crate::reconstruct::model::augmented::{AugmentedMatrix, AugmentedState, groups};
+use crate::reconstruct::model::layout::{ATT, INPUTS, STATES, VEL, WIND};
 use crate::reconstruct::settings::ValidSettings;
 use crate::reconstruct::smoother::dense::{DenseFilter, ForwardStep};
 
@@ -105,7 +105,7 @@ fn step_cost(
     let measured = weighted_squares(&residual(step, &expected(end, step).0), &measurement_noise(step, parameters));
     let image = image(begin, step, parameters).0;
     let mut defect = end - image;
-    let by_wind = velocity_by_wind(&image) * defect.fixed_rows::<3>(3 * WIND);
+    let by_wind = velocity_by_wind(&groups(&image)[ATT]) * defect.fixed_rows::<3>(3 * WIND);
     defect.fixed_rows_mut::<3>(3 * VEL).sub_assign(&by_wind);
     let of_inputs = noise - walk_covariance(&image, step, parameters);
     let variances = of_inputs.fixed_view::<INPUTS, INPUTS>(MOVING, MOVING).into_owned();

@@ -11,9 +11,9 @@ use rayon::prelude::*;
 
 use crate::reconstruct::data::FilterData;
 use crate::reconstruct::error::ReconstructError;
-use crate::reconstruct::model::layout::{AIR_STATES, State};
+use crate::reconstruct::model::layout::State;
 use crate::reconstruct::run::{lane_groups, reconstruct_many};
-use crate::reconstruct::settings::{FilterSettings, Method};
+use crate::reconstruct::settings::FilterSettings;
 
 /// Gusts over windows: the wind's random walk that makes their measurements most likely.
 #[derive(Clone, Debug, PartialEq)]
@@ -69,8 +69,8 @@ pub fn estimate_gusts(
     settings: &FilterSettings,
     is_stopped: &(dyn Fn() -> bool + Sync),
 ) -> Result<Option<Gusts>, ReconstructError> {
-    let data = enough_of(data);
-    let plain = plain(settings);
+    let data = select_windows(data);
+    let plain = settings.simplified(false);
     // A window that the filter fails on, still or at a walk, adds nothing to the gain of that walk.
     let Some(still) = likelihoods(&data, &plain, [0.0; 2], is_stopped)? else { return Ok(None) };
     let gain = |walk: [f64; 2]| -> Result<f64, ReconstructError> {
@@ -122,28 +122,16 @@ pub fn estimate_gusts(
 /// Longest step of a parabola, in steps of its points.
 const FURTHEST: f64 = 3.0;
 
-/// Longest window that is filtered for them, samples: each of its paths takes memory beside what the session needs.
+/// Longest window that gusts are estimated from, samples. The paths of a longer one would take more memory than its results.
 const LONGEST_WINDOW: usize = 60_000;
 
 /// Every so many windows that their samples together are about [`ENOUGH_SAMPLES`], without those that are too long.
-fn enough_of<'a>(data: &[&'a FilterData]) -> Vec<&'a FilterData> {
+fn select_windows<'a>(data: &[&'a FilterData]) -> Vec<&'a FilterData> {
     let data: Vec<&FilterData> =
         data.iter().copied().filter(|window| window.inputs.time_s.len() <= LONGEST_WINDOW).collect();
     let samples: usize = data.iter().map(|window| window.inputs.time_s.len()).sum();
     let every = samples.div_ceil(ENOUGH_SAMPLES).clamp(1, data.len().max(1));
     data.iter().step_by(every).copied().collect()
-}
-
-/// The settings that likelihoods are compared with: an extended filter without smoother and without sensor errors among its states.
-fn plain(settings: &FilterSettings) -> FilterSettings {
-    let method = if let Method::Ukf { .. } = settings.method { Method::USUAL_IEKF } else { settings.method };
-    FilterSettings {
-        method,
-        smooth: false,
-        smoother_passes: 1,
-        air_data_deviation: [0.0; AIR_STATES],
-        ..settings.clone()
-    }
 }
 
 /// Logarithm of the likelihood of each window with gusts of this walk; not a number where the filter fails.

@@ -16,10 +16,10 @@ use crate::optimise::bfgs_update;
 use crate::reconstruct::collect::NoiseMoments;
 use crate::reconstruct::data::{FilterData, Reconstruction};
 use crate::reconstruct::error::ReconstructError;
-use crate::reconstruct::model::layout::{AIR_STATES, INPUTS, Input, MEASUREMENTS, Measurement};
+use crate::reconstruct::model::layout::{INPUTS, Input, MEASUREMENTS, Measurement};
 use crate::reconstruct::pass::Watch;
 use crate::reconstruct::run::reconstruct_with_noise_moments;
-use crate::reconstruct::settings::{FilterSettings, Method, SettingError, ValidSettings};
+use crate::reconstruct::settings::{FilterSettings, SettingError, ValidSettings};
 use crate::statistics::median;
 
 /// How to raise the likelihood.
@@ -116,18 +116,6 @@ pub enum NoiseProposalError {
     /// Settings outside their range.
     #[error("{0}")]
     Setting(#[from] SettingError),
-}
-
-/// The settings that a proposal is computed with: smoothed once, by an extended filter without air-data states.
-fn plain(settings: &FilterSettings) -> FilterSettings {
-    let method = if let Method::Ukf { .. } = settings.method { Method::USUAL_IEKF } else { settings.method };
-    FilterSettings {
-        method,
-        smooth: true,
-        smoother_passes: 1,
-        air_data_deviation: [0.0; AIR_STATES],
-        ..settings.clone()
-    }
 }
 
 /// Likelihood of windows, and the moments of their noises.
@@ -353,7 +341,7 @@ pub fn propose_noise(
     evaluate: &mut dyn FnMut(&ValidSettings) -> Result<Likelihood, NoiseProposalError>,
     progress: &mut dyn FnMut(NoiseProgress) -> ControlFlow<()>,
 ) -> Result<NoiseProposal, NoiseProposalError> {
-    let settings = plain(settings);
+    let settings = settings.simplified(true);
     let valid = settings.check().map_err(|mut errors| NoiseProposalError::Setting(errors.remove(0)))?;
     let samples = evaluate(&valid)?.moments.samples;
     let processes = Input::ALL.into_iter().filter(|input| settings.process_noise[*input as usize] > 0.0);
