@@ -118,6 +118,8 @@ pub enum Command {
     Batch(BatchArguments),
     /// Fly a scenario many times over and print how often the intervals of the derivatives hold the truth.
     Coverage(CoverageArguments),
+    /// Fly flights of known truth, sound and faulty, and print how the verdict's levels fit them.
+    Calibrate(CalibrateArguments),
     /// Write the estimates of the shipped flight beside its truth into a document.
     Fidelity(FidelityArguments),
     /// Print the JSON Schema of a file that doublet reads, for editors that complete and check TOML.
@@ -418,6 +420,25 @@ pub struct CoverageArguments {
     /// Time of its windows together, s.
     #[arg(long, value_name = "S", requires = "design", default_value_t = 120.0)]
     pub time: f64,
+}
+
+/// Arguments of `calibrate`.
+#[derive(Debug, Args)]
+pub struct CalibrateArguments {
+    /// Session whose settings identify the flights [default: the shipped one].
+    pub session: Option<PathBuf>,
+    /// Scenario to fly.
+    #[arg(long, default_value = crate::coverage::SCENARIO)]
+    pub scenario: String,
+    /// Flights of each case.
+    #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    pub realisations: u64,
+    /// Seed of the first flight; each following one has the next.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Print one JSON document.
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// Arguments of `fidelity`.

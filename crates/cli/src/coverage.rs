@@ -1,6 +1,6 @@
 //! `doublet coverage`: how often the intervals of the derivatives hold the truth.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use doublet_core::simulate::Scenario;
 use doublet_dynamics::design::{Criterion, Request};
@@ -13,7 +13,7 @@ use doublet_engine::study::{self, Coverage};
 use doublet_engine::verdict::Level;
 use doublet_engine::verdict::{self, JudgedFlights};
 
-use crate::arguments::CoverageArguments;
+use crate::arguments::{CalibrateArguments, CoverageArguments};
 use crate::progress::Progress;
 use crate::text;
 
@@ -83,6 +83,37 @@ pub fn coverage(arguments: &CoverageArguments) -> Result<(), String> {
         "corrected %",
     ];
     text::table(&header, &found.derivatives.iter().map(row).collect::<Vec<_>>());
+    Ok(())
+}
+
+/// Flies sound flights, flights in gusts and flights with one fault each and prints how the levels fit the truth.
+///
+/// # Errors
+/// As for [`coverage`].
+pub fn calibrate(arguments: &CalibrateArguments) -> Result<(), String> {
+    let scenario = crate::simulate::open(&arguments.scenario)?;
+    let flights = (arguments.realisations, arguments.seed);
+    let found = flown((&arguments.session, scenario), flights, verdict::calibrate_levels)?;
+    if arguments.json {
+        text::document(&serde_json::to_string_pretty(&found).map_err(|error| error.to_string())?);
+        return Ok(());
+    }
+    let counts = |counts: [usize; 3]| counts.map(|count| count.to_string()).join(" / ");
+    let row = |row: &verdict::CaseCounts| {
+        let pair = |level: usize| format!("{} right {} wrong", row.right[level], row.wrong[level]);
+        vec![
+            row.name.to_owned(),
+            counts(row.sessions),
+            pair(0),
+            row.wrong_that_matter.to_string(),
+            pair(1),
+            pair(2),
+            counts(row.faults),
+        ]
+    };
+    let header =
+        ["case", "good / caution / bad", "good", "wrong that matter", "caution", "bad", "named / noticed / silent"];
+    text::table(&header, &found.iter().map(row).collect::<Vec<_>>());
     Ok(())
 }
 
@@ -178,7 +209,20 @@ fn studied<T>(
     arguments: &CoverageArguments,
     study: impl Fn(&Session, &Scenario, (usize, u64), &Context<'_>) -> Result<T, StageError>,
 ) -> Result<T, String> {
-    let (session, folder) = match &arguments.session {
+    let mut scenario = crate::simulate::open(&arguments.scenario)?;
+    if let Some(gusts) = arguments.gusts {
+        scenario.gust_m_s = gusts;
+    }
+    flown((&arguments.session, scenario), (arguments.realisations, arguments.seed), study)
+}
+
+/// Flies a scenario many times over by the settings of a session, the shipped one without any.
+fn flown<T>(
+    (session, scenario): (&Option<PathBuf>, Scenario),
+    (realisations, seed): (u64, u64),
+    study: impl Fn(&Session, &Scenario, (usize, u64), &Context<'_>) -> Result<T, StageError>,
+) -> Result<T, String> {
+    let (session, folder) = match session {
         Some(path) => {
             let opened = session::open(path).map_err(|error| format!("{}: {error}", path.display()))?;
             (opened.session, opened.folder)
@@ -188,16 +232,12 @@ fn studied<T>(
             (session::parse(text).map_err(|error| error.to_string())?, Path::new(".").to_path_buf())
         }
     };
-    let mut scenario = crate::simulate::open(&arguments.scenario)?;
-    if let Some(gusts) = arguments.gusts {
-        scenario.gust_m_s = gusts;
-    }
-    let count = usize::try_from(arguments.realisations).map_err(|_| "too many realisations".to_owned())?;
+    let count = usize::try_from(realisations).map_err(|_| "too many realisations".to_owned())?;
     let progress = Progress::new();
     let control = Control::default();
     let show = |part: f32| progress.show(part, "flying and identifying");
     let context = Context::new(&folder).with_control(&control, &show);
-    let found = study(&session, &scenario, (count, arguments.seed), &context);
+    let found = study(&session, &scenario, (count, seed), &context);
     progress.finish();
     found.map_err(|error| match error {
         StageError::Cancelled => "stopped".to_owned(),

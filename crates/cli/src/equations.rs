@@ -12,6 +12,7 @@ use doublet_engine::study::{
 };
 use serde_json::{Value, json};
 
+use crate::outcome::Outcome;
 use crate::text;
 
 /// Arguments of `equations`.
@@ -79,7 +80,7 @@ fn window(text: &str) -> Result<TimeRange, String> {
 ///
 /// # Errors
 /// One line: what is wrong with equations, table, columns or time, or why neither method has a result.
-pub fn equations(arguments: &EquationArguments) -> Result<(), String> {
+pub fn equations(arguments: &EquationArguments) -> Result<Outcome, String> {
     if let Some(dt) = arguments.dt.filter(|dt| !(dt.is_finite() && *dt > 0.0)) {
         return Err(format!("--dt {dt}: an interval is above 0 s"));
     }
@@ -109,8 +110,9 @@ pub fn equations(arguments: &EquationArguments) -> Result<(), String> {
         text::document(&serde_json::to_string_pretty(&described).map_err(|error| error.to_string())?);
     } else {
         print(&found);
+        text::verdict(&found.verdict);
     }
-    Ok(())
+    Ok(found.verdict.level.into())
 }
 
 fn described(result: &Result<EquationFit, EquationFault>) -> Value {
@@ -148,6 +150,7 @@ fn describe(found: &EquationStudy) -> Value {
         "records": found.records.len(),
         "equation_error": described(&found.equation_error),
         "output_error": described(&found.output_error),
+        "verdict": found.verdict,
     })
 }
 

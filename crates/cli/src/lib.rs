@@ -147,6 +147,8 @@ fn outcome(command: Command) -> Result<Outcome, String> {
         Command::Run(arguments) => return run::run(&arguments),
         Command::Report(arguments) => return report::report(&arguments),
         Command::Qtg(arguments) => return qtg::qtg(&arguments),
+        Command::Equations(arguments) => return equations::equations(&arguments),
+        Command::Loes(arguments) => return response::loes(&arguments),
         Command::Aircraft(arguments) => aircraft::aircraft(&arguments),
         Command::Inspect(arguments) => inspect::inspect(&arguments),
         Command::Sensitivity(arguments) => study::study(Study::Sensitivity, &arguments),
@@ -158,9 +160,7 @@ fn outcome(command: Command) -> Result<Outcome, String> {
         Command::Lags(arguments) => lags::lags(&arguments),
         Command::Live(arguments) => live::live(&arguments),
         Command::Regress(arguments) => regress::regress(&arguments),
-        Command::Equations(arguments) => equations::equations(&arguments),
         Command::Response(arguments) => response::response(&arguments),
-        Command::Loes(arguments) => response::loes(&arguments),
         Command::MonteCarlo(arguments) => {
             let realisations = arguments.realisations as usize;
             study::study(Study::MonteCarlo { realisations, seed: arguments.seed }, &arguments.study)
@@ -180,6 +180,7 @@ fn outcome(command: Command) -> Result<Outcome, String> {
         Command::Diff(arguments) => diff::diff(&arguments),
         Command::Batch(arguments) => batch::batch(&arguments),
         Command::Coverage(arguments) => coverage::coverage(&arguments),
+        Command::Calibrate(arguments) => coverage::calibrate(&arguments),
         Command::Fidelity(arguments) => fidelity::fidelity(&arguments),
         Command::Schema(arguments) => schema::schema(&arguments),
         Command::Simulate(arguments) => simulate::simulate(&arguments),

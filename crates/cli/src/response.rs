@@ -15,6 +15,7 @@ use doublet_engine::study::{
 };
 use serde_json::{Value, json};
 
+use crate::outcome::Outcome;
 use crate::run::computed;
 use crate::text;
 
@@ -130,7 +131,7 @@ pub fn response(arguments: &ResponseArguments) -> Result<(), String> {
 ///
 /// # Errors
 /// As [`response`], and what the fit refuses.
-pub fn loes(arguments: &LoesArguments) -> Result<(), String> {
+pub fn loes(arguments: &LoesArguments) -> Result<Outcome, String> {
     let study = studied(&arguments.response, true)?;
     let delay = arguments.delay.map_or(Delay::Free, Delay::Fixed);
     let method = arguments.method.map(|method| match method {
@@ -148,15 +149,18 @@ pub fn loes(arguments: &LoesArguments) -> Result<(), String> {
         let mut document = describe(&study);
         let systems: Vec<Value> = fits.iter().map(|fit| describe_fit(&study, fit)).collect();
         if let ([only], Some(Value::Object(members))) = (&systems[..], Some(&mut document)) {
-            let Value::Object(system) = only else { return Ok(()) };
-            members.extend(system.clone());
+            if let Value::Object(system) = only {
+                members.extend(system.clone());
+            }
         }
         document["systems"] = Value::Array(systems);
-        return print_json(&document);
+        print_json(&document)?;
+    } else {
+        print_study(&study);
+        fits.iter().for_each(|fit| print_fit(&study, fit));
     }
-    print_study(&study);
-    fits.iter().for_each(|fit| print_fit(&study, fit));
-    Ok(())
+    let worst = fits.iter().map(|fit| fit.verdict.level).max().unwrap_or_default();
+    Ok(worst.into())
 }
 
 fn studied(arguments: &ResponseArguments, for_fit: bool) -> Result<ResponseStudy, String> {
@@ -306,6 +310,7 @@ fn describe_fit(study: &ResponseStudy, found: &EquivalentStudy) -> Value {
         "poles": complex(fit.model.poles()),
         "is_delay_at_zero": fit.is_delay_at_zero,
         "frequencies": fit.frequencies,
+        "verdict": found.verdict,
         "error_ratio": fit.error_ratio,
         "cost": mismatch.cost,
         "mismatch_db": mismatch.rms_db,
@@ -395,9 +400,7 @@ fn print_fit(study: &ResponseStudy, found: &EquivalentStudy) {
         text::number(mismatch.rms_db, 3),
         text::number(mismatch.rms_phase_rad.to_degrees(), 3)
     ));
-    if fit.is_delay_at_zero {
-        text::line("the delay came to rest at zero: the response leads this form");
-    }
+    text::verdict(&found.verdict);
     if let Some((method, Err(error))) = &found.other {
         text::line(&format!("{}: {error}", method.name()));
     }

@@ -35,6 +35,7 @@ pub fn print(session: &Session, snapshot: &Snapshot, verbose: bool) {
     }
     if !verbose {
         results.pooled.iter().for_each(|fit| print_fit(fit, &results));
+        print_dependences(&results);
         print_first(&found);
     }
 }
@@ -74,6 +75,23 @@ fn print_fit(fit: &FitRow, results: &Results) {
     }
     if line.len() > 1 {
         text::line(&line);
+    }
+}
+
+/// Stated numbers that the derivatives follow one to one: no flight shows them wrong.
+fn print_dependences(results: &Results) {
+    let mut said: Vec<(String, Vec<&str>)> = Vec::new();
+    for (fit, follows) in results.pooled.iter().filter_map(|fit| Some((fit, fit.follows.as_ref()?))) {
+        let text = follows.to_string();
+        match said.iter_mut().find(|(other, _)| *other == text) {
+            Some((_, coefficients)) => coefficients.push(fit.coefficient),
+            None => said.push((text, vec![fit.coefficient])),
+        }
+    }
+    let parts: Vec<String> =
+        said.iter().map(|(text, coefficients)| format!("{} by {text}", coefficients.join(", "))).collect();
+    if !parts.is_empty() {
+        text::line(&format!("proportional to stated numbers: {}", parts.join("; ")));
     }
 }
 

@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::io::Write;
 use std::sync::{Mutex, PoisonError};
 
+use doublet_engine::verdict::Verdict;
 use serde_json::{Value, json};
 
 /// Longest line of a message, in characters: what a file holds may be quoted in it.
@@ -50,6 +51,12 @@ pub fn finish() {
 fn cell(text: &str) -> Value {
     let number = text.parse().ok().filter(|number: &f64| number.is_finite()).and_then(serde_json::Number::from_f64);
     number.map_or_else(|| Value::from(text.trim()), Value::Number)
+}
+
+/// Writes a verdict: its level, then its findings.
+pub fn verdict(verdict: &Verdict) {
+    line(&format!("verdict: {}", verdict.level.name()));
+    verdict.reasons.iter().for_each(|finding| line(&format!("  {}: {finding}", finding.level.name())));
 }
 
 /// Writes a line to standard output, or several; long ones are cut. A closed pipe ends the program's interest in it, not the program.

@@ -61,13 +61,14 @@ impl Sound {
         Self { session, snapshot }
     }
 
-    /// Level and number of the reasons with `code`, anywhere, once `change` is made.
+    /// The worst finding with `code` once `change` is made, of the session, of windows as found, or of derivatives.
     fn fires(&self, code: &str, change: impl Fn(&mut Session, &mut Snapshot)) -> Option<Finding> {
         let (mut session, mut snapshot) = (self.session.clone(), self.snapshot.clone());
         change(&mut session, &mut snapshot);
         let verdicts = judge(&session, &snapshot);
         let derivatives = verdicts.pooled.iter().flat_map(|fit| &fit.derivatives).map(|derivative| &derivative.verdict);
         let mut all: Vec<Finding> = verdicts.session.reasons.clone();
+        all.extend(verdicts.windows.values().flat_map(|window| window.verdict.reasons.iter().cloned()));
         all.extend(derivatives.flat_map(|verdict| verdict.reasons.iter().cloned()));
         all.sort_by_key(|finding| std::cmp::Reverse(finding.level));
         all.into_iter().find(|finding| finding.code == code)

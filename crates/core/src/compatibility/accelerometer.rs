@@ -1,6 +1,7 @@
 //! Where the accelerometers are, by what the velocities say.
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
+use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::motion::{Motion, in_north_east_down};
 use super::relations::air_over_ground;
@@ -60,6 +61,8 @@ pub struct AccelerometerPlace {
     pub from_velocity_m: [f64; 3],
     /// Standard errors, m.
     pub errors_m: [f64; 3],
+    /// Place and standard errors by the velocity relative to the air, m, where that is recorded beside the one over the ground.
+    pub second: Option<([f64; 3], [f64; 3])>,
     /// Deviation of the changes of velocity over a lag from what specific force and attitude say, m/s, with the accelerometers there.
     pub residual_m_s: f64,
     /// The same with the accelerometers where the velocity is of.
@@ -71,36 +74,34 @@ pub struct AccelerometerPlace {
 /// The place `r` of the accelerometers in body axes, from the point the velocity `v` is of, by least squares over lags `T`:
 /// `v(t + T) - v(t) = int C (f - b) + g dt - [C (w x r)]_t^(t + T) - d [C f + g]_t^(t + T)`, since `C (w' x r + w x (w x r))` is the
 /// slope of `C (w x r)`; without a velocity over the ground `v` is that relative to the air; `b` are biases, `d` the delay of the velocities.
-/// Errors are those of blocks of rows (sandwich). `None` where a channel is missing or the segments are too few.
+/// Errors are those of leaving out blocks of rows in turn. `None` where a channel is missing or the segments are too few.
 pub(super) fn place(motion: &Motion) -> Option<AccelerometerPlace> {
     if !NEEDED.iter().all(|role| motion.has(*role)) {
         return None;
     }
-    let by = if VELOCITIES.iter().any(|role| motion.has(*role)) {
-        TellingVelocity::Ground
-    } else if AIR.iter().all(|role| motion.has(*role)) {
-        TellingVelocity::Air
-    } else {
-        return None;
-    };
+    let over_ground = VELOCITIES.iter().any(|role| motion.has(*role));
+    let in_air = AIR.iter().all(|role| motion.has(*role));
+    let by_air = || in_air.then(|| place_by(motion, TellingVelocity::Air)).flatten();
+    if !over_ground {
+        return by_air();
+    }
+    let found = place_by(motion, TellingVelocity::Ground)?;
+    let second = by_air().map(|second| (second.from_velocity_m, second.errors_m));
+    Some(AccelerometerPlace { second, ..found })
+}
+
+/// The same by one of the velocities.
+fn place_by(motion: &Motion, by: TellingVelocity) -> Option<AccelerometerPlace> {
     let rows = Rows::of(motion, by);
     if rows.blocks.last().is_none_or(|last| last + 1 < LEAST_BLOCKS) || rows.change.len() < 10 * UNKNOWNS {
         return None;
     }
     let regressors = DMatrix::from_row_iterator(rows.change.len(), UNKNOWNS, rows.regressors.iter().flatten().copied());
     let change = DVector::from_vec(rows.change);
-    let information = (regressors.transpose() * &regressors).cholesky()?.inverse();
-    let found = &information * regressors.transpose() * &change;
+    let blocks = Blocks::new(&regressors, &change, &rows.blocks);
+    let found = blocks.estimate(None)?;
+    let errors = blocks.errors(&found)?;
     let residual = &change - &regressors * &found;
-    let mut scatter = DMatrix::zeros(UNKNOWNS, UNKNOWNS);
-    let mut start = 0;
-    for block in rows.blocks.chunk_by(|a, b| a == b) {
-        let rows = start..start + block.len();
-        let score = regressors.rows_range(rows.clone()).transpose() * residual.rows_range(rows);
-        scatter += &score * score.transpose();
-        start += block.len();
-    }
-    let covariance = &information * scatter * &information;
     let others = regressors.columns_range(3..).into_owned();
     let without = (others.transpose() * &others).cholesky()?.solve(&(others.transpose() * &change));
     let deviation = |residual: &DVector<f64>| (residual.norm_squared() / residual.len() as f64).sqrt();
@@ -109,10 +110,53 @@ pub(super) fn place(motion: &Motion) -> Option<AccelerometerPlace> {
         by,
         from_velocity_m,
         felt_part: felt_part(motion, from_velocity_m),
-        errors_m: std::array::from_fn(|axis| covariance[(axis, axis)].max(0.0).sqrt()),
+        errors_m: std::array::from_fn(|axis| errors[axis]),
+        second: None,
         residual_m_s: deviation(&residual),
         residual_without_m_s: deviation(&(&change - others * without)),
     })
+}
+
+/// Normal equations of blocks of rows that share their errors.
+struct Blocks {
+    each: Vec<(DMatrix<f64>, DVector<f64>)>,
+}
+
+impl Blocks {
+    fn new(regressors: &DMatrix<f64>, change: &DVector<f64>, blocks: &[usize]) -> Self {
+        let mut start = 0;
+        let block = |block: &[usize]| {
+            let (x, z) = (regressors.rows(start, block.len()), change.rows(start, block.len()));
+            start += block.len();
+            (x.tr_mul(&x), x.tr_mul(&z))
+        };
+        Self { each: blocks.chunk_by(|a, b| a == b).map(block).collect() }
+    }
+
+    /// The estimate of all blocks but one; none where they do not determine it.
+    fn estimate(&self, without: Option<usize>) -> Option<DVector<f64>> {
+        let mut normal = DMatrix::zeros(UNKNOWNS, UNKNOWNS);
+        let mut right = DVector::zeros(UNKNOWNS);
+        for (index, (square, product)) in self.each.iter().enumerate() {
+            if Some(index) != without {
+                normal += square;
+                right += product;
+            }
+        }
+        Some(normal.cholesky()?.solve(&right))
+    }
+
+    /// Standard errors by the jackknife, widened so that two of them hold 95 % with as few blocks as there are (Student).
+    fn errors(&self, found: &DVector<f64>) -> Option<DVector<f64>> {
+        let count = self.each.len();
+        let mut squares = DVector::zeros(UNKNOWNS);
+        for without in 0..count {
+            squares += (self.estimate(Some(without))? - found).map(|apart| apart * apart);
+        }
+        let share = (count - 1) as f64 / count as f64;
+        let quantile = StudentsT::new(0.0, 1.0, (count - 1) as f64).ok()?.inverse_cdf(0.975);
+        Some(squares.map(|square| 0.5 * quantile * (share * square).sqrt()))
+    }
 }
 
 impl AccelerometerPlace {

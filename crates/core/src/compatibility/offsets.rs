@@ -2,6 +2,7 @@
 //! direction in which the velocity changes or the aircraft flies.
 
 use nalgebra::{SMatrix, SVector};
+use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::line::{Figures, Line};
 use super::motion::{Motion, air_velocity, in_north_east_down};
@@ -16,7 +17,13 @@ const LEAST_PATH_RAD: f64 = 0.0349;
 const LEAST_TURNING_RAD: f64 = 0.0524;
 const LEAST_RAD: f64 = 0.0873;
 /// Offset of an angle of attack that nothing but a mistake makes, rad: 5 deg. Mounting and upwash stay below.
-pub(super) const CERTAIN_RAD: f64 = 0.0873;
+const CERTAIN_RAD: f64 = 0.0873;
+/// Vertical wind that no air has for as long as a manoeuvre takes, m/s, and in the mean of a long flight.
+const LASTING_WIND_M_S: f64 = 20.0;
+const MEAN_WIND_M_S: f64 = 5.0;
+/// A long flight: time from its first segment to its last, s, and segments that show the same.
+const LONG_FLIGHT_S: f64 = 600.0;
+const LONG_FLIGHT_SEGMENTS: usize = 4;
 /// Largest offset that is named, rad: 45 deg. What is farther off is another mistake.
 const LARGEST_RAD: f64 = 0.786;
 /// Bank up to which the wings count as level, rad.
@@ -41,7 +48,7 @@ const EVERY_S: f64 = 0.2;
 const BLOCK: usize = 25;
 const FEWEST_IN_BLOCK: usize = 8;
 /// Fewest such blocks.
-const FEWEST_BLOCKS: usize = 2;
+const FEWEST_BLOCKS: usize = 4;
 /// Lag over which a velocity changes, s.
 const LAG_S: f64 = 1.0;
 /// Unknowns of a comparison of directions: the offset and three of which it is to be free.
@@ -173,7 +180,9 @@ impl Offset {
         let intercept = line.map_or(offset, |line| line.intercept());
         let kept = if intercept * offset > 0.0 { offset.abs().min(intercept.abs()).copysign(offset) } else { 0.0 };
         let offset = if kept.abs() > self.least_rad { offset } else { kept };
-        let error = ERROR_OF_MEDIAN * scatter / (blocks.len() as f64).sqrt();
+        // Two of them hold 95 % with as few blocks as there are (Student).
+        let quantile = StudentsT::new(0.0, 1.0, (blocks.len() - 1) as f64).ok()?.inverse_cdf(0.975);
+        let error = 0.5 * quantile * ERROR_OF_MEDIAN * scatter / (blocks.len() as f64).sqrt();
         Some(Estimate { offset, error, is_constant: scatter < SCATTER * offset.abs(), segments })
     }
 
@@ -281,6 +290,25 @@ pub(super) fn offset_of(role: Role, motion: &Motion) -> Option<f64> {
     let differing =
         found.filter_map(|outcome| if let Outcome::Differs(figures) = outcome { Some(figures) } else { None });
     differing.map(|figures| figures.slope).next()
+}
+
+/// Whether nothing but the vane explains an offset of an angle of attack, and what else may: a vertical wind, a pitch angle off by as much.
+pub(super) fn beside_vane(offset: f64, motion: &Motion) -> (bool, String) {
+    let speeds = motion.column(TrueAirspeed).unwrap_or_default();
+    let inside = motion.segments.iter().flat_map(Clone::clone).map(|k| speeds[k]).filter(|speed| speed.is_finite());
+    let wind_m_s = median(&mut inside.collect::<Vec<_>>()).unwrap_or(f64::NAN) * offset.sin();
+    let ends = motion.segments.first().zip(motion.segments.last());
+    let span_s = ends.map_or(0.0, |(first, last)| motion.time_s[last.end - 1] - motion.time_s[first.start]);
+    let is_long = span_s > LONG_FLIGHT_S && motion.segments.len() >= LONG_FLIGHT_SEGMENTS;
+    let least_m_s = if is_long { MEAN_WIND_M_S } else { LASTING_WIND_M_S };
+    let degrees = offset.to_degrees();
+    let side = if wind_m_s < 0.0 { "downward" } else { "upward" };
+    let text = format!(
+        "; one comparison: a vane off by {degrees:+.1} deg, a pitch angle off by {:+.1} deg or {side} wind of {:.1} m/s explains it",
+        -degrees,
+        wind_m_s.abs()
+    );
+    (offset.abs() > CERTAIN_RAD && wind_m_s.abs() > least_m_s, text)
 }
 
 /// What an offset of a heading looks like, in words.

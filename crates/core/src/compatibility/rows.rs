@@ -3,7 +3,8 @@
 use super::accelerometer::AccelerometerPlace;
 use super::changes::Cure;
 use super::line::Figures;
-use super::offsets::{CERTAIN_RAD, magnetic};
+use super::motion::Motion;
+use super::offsets::{beside_vane, magnetic};
 use super::outcome::{Outcome, Relation};
 use super::search::{CLEAR_R2, Found, Mistake, OPPOSITE_R2, OPPOSITE_SLOPE, Repaired};
 use super::traces::Curves;
@@ -193,7 +194,7 @@ fn of_cure(mistake: &Mistake, cure: &Cure) -> Option<CompatibilityRow> {
         evidence += "; ax and ay are without gravity, too: what accelerometers feel is ax + g sin(theta), \
                      ay - g cos(theta) sin(phi), az - g cos(theta) cos(phi)";
     }
-    let (agreement, remark) = of_offset(cure);
+    let (agreement, remark) = of_offset(cure, before, &mistake.motions[0]);
     evidence += &remark;
     let factor = if let Cure::Scale { factor, .. } = cure { Some(*factor) } else { None };
     Some(CompatibilityRow {
@@ -213,13 +214,13 @@ fn of_cure(mistake: &Mistake, cure: &Cure) -> Option<CompatibilityRow> {
 }
 
 /// How certain a cure is, and what there is to say of it, where it is an offset of an angle.
-fn of_offset(cure: &Cure) -> (Agreement, String) {
+fn of_offset(cure: &Cure, before: &Figures, motion: &Motion) -> (Agreement, String) {
     match cure {
-        Cure::Scale { role: Role::AngleOfAttack, offset, .. } if *offset != 0.0 && offset.abs() < CERTAIN_RAD => {
-            let remark = "; a vane mounted or calibrated off, upwash, or theta off by as much the other way do this";
-            (Agreement::Doubtful, remark.to_owned())
+        Cure::Scale { role: Role::AngleOfAttack, factor: 1.0, offset, .. } if *offset != 0.0 => {
+            let (is_certain, remark) = beside_vane(before.slope, motion);
+            (if is_certain { Agreement::Contradicts } else { Agreement::Doubtful }, remark)
         }
-        Cure::Scale { role: Role::HeadingAngle, offset, .. } => {
+        Cure::Scale { role: Role::HeadingAngle, factor: 1.0, offset, .. } if *offset != 0.0 => {
             (Agreement::Contradicts, format!("; {}", magnetic(-offset)))
         }
         _ => (Agreement::Contradicts, String::new()),

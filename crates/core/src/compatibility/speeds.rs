@@ -31,6 +31,12 @@ const OTHER: [f64; 2] = [0.93, 0.1];
 /// Least segments of such a relation, and most that its factor may be off the median.
 const SEGMENTS: usize = 2;
 const SPREAD: f64 = 0.06;
+/// Air data that say what the true airspeed is, and least that their factor is off one found otherwise before the two disagree.
+const OF_AIR_DATA: [((Role, &str), bool); 2] = [
+    ((Role::TrueAirspeed, "Mach number and temperature"), true),
+    ((Role::TrueAirspeed, "calibrated airspeed, pressure and temperature"), true),
+];
+const APART: f64 = 0.03;
 /// Most that the factor may be off that of true over calibrated airspeed.
 const AS_CALIBRATED: f64 = 0.035;
 
@@ -104,22 +110,34 @@ pub(super) fn scaled(rows: &[CompatibilityRow], motion: &Motion) -> Option<Compa
         None => (format!("{percent:.0} % too {too}"), Cure::Scale { role, factor, offset: 0.0, units: None }),
     };
     let said: Vec<String> = factors.iter().map(|factor| format!("{factor:.3}")).collect();
+    let others: Vec<String> = against(rows, factor).iter().map(|other| format!("{other:.3}")).collect();
+    let disagreeing = match others.is_empty() {
+        true => String::new(),
+        false => format!("; two comparisons disagree: other relations give {} times", others.join(", ")),
+    };
     Some(CompatibilityRow {
         channel: role.name().to_owned(),
         relation: None,
-        agreement: Agreement::Contradicts,
+        agreement: if others.is_empty() { Agreement::Contradicts } else { Agreement::Doubtful },
         hypothesis,
         factor: Some(factor),
         slope: Some(1.0 / factor),
         r2: None,
         segments: factors.len(),
         evidence: format!(
-            "velocity over the ground, climb and normal acceleration, as far as they are recorded, are those of {} times this airspeed",
+            "velocity over the ground, climb and normal acceleration, as far as they are recorded, are those of {} times this \
+             airspeed{disagreeing}",
             said.join(", ")
         ),
         cure: Some(cure),
         curves: None,
     })
+}
+
+/// Factors by air data and by other relations that are nearer to one than to `factor`: they contradict it.
+fn against(rows: &[CompatibilityRow], factor: f64) -> Vec<f64> {
+    let all = factors(rows, &OF_AIR_DATA, LEAST_R2, 1).into_iter().chain(factors(rows, &OF_SCALE, OTHER[0], 1));
+    all.filter(|other| (other / factor).ln().abs() > APART && other.ln().abs() < (other / factor).ln().abs()).collect()
 }
 
 /// The factor that two thirds of the relations, and two at least, agree on, with theirs.

@@ -10,6 +10,12 @@ use super::update::{CorrelationLamp, LiveDerivative, TimeDomain};
 use crate::stage::WindowAero;
 use crate::verdict::Level;
 
+/// Condition number of the regressors beyond which an estimate is not good.
+const CONDITION: f64 = 100.0;
+/// Joint standard errors within which, or part of the estimate by which, frequency and time domain agree.
+const AGREE: f64 = 2.0;
+const AGREE_PART: f64 = 0.05;
+
 /// Lags of the correlation of residuals in time, s, and their most samples.
 const LAGS_S: f64 = 2.0;
 const MOST_LAGS: usize = 128;
@@ -149,6 +155,7 @@ impl LiveEstimates {
         let factor = self.fourier.covariance_factor();
         let mut found = Vec::new();
         for (z, (model, fit)) in self.models.iter().zip(self.fourier.fits(&asked)).enumerate() {
+            let is_reduced = fit.is_err();
             let fit = fit.or_else(|error| self.without_dependent(&error, model, z));
             let time = model.time.estimate().ok();
             for name in &model.names {
@@ -157,16 +164,24 @@ impl LiveEstimates {
                 let estimate = known.map(|(estimate, _)| estimate);
                 let standard_error = known.map(|(_, error)| error * factor.sqrt());
                 let relative = estimate.zip(standard_error).map(|(estimate, error)| 100.0 * (error / estimate).abs());
-                let level = match relative {
-                    Some(percent) if percent <= goal_percent => Level::Good,
-                    Some(percent) if percent <= 2.0 * goal_percent => Level::Caution,
-                    _ => Level::Bad,
-                };
                 let time_domain = time.as_ref().and_then(|time| {
                     let at = time.names.iter().position(|other| other == name)?;
                     let (estimate, standard_error) = (time.estimates[at], time.corrected_standard_errors[at]);
                     Some(TimeDomain { estimate, standard_error })
                 });
+                let level = match relative {
+                    Some(percent) if percent <= goal_percent => Level::Good,
+                    Some(percent) if percent <= 2.0 * goal_percent => Level::Caution,
+                    _ => Level::Bad,
+                };
+                // What the terms left out would change, and what the two domains do not agree on, no error says.
+                let is_ill = fit.as_ref().is_ok_and(|fit| fit.condition_number > CONDITION);
+                let agree = known.zip(time_domain.as_ref()).is_some_and(|((estimate, _), time)| {
+                    let error = standard_error.unwrap_or(f64::NAN).hypot(time.standard_error);
+                    let apart = (estimate - time.estimate).abs();
+                    apart <= AGREE * error || apart <= AGREE_PART * estimate.abs()
+                });
+                let level = if is_reduced || is_ill || !agree { level.max(Level::Caution) } else { level };
                 found.push(LiveDerivative {
                     name: name.clone(),
                     estimate,

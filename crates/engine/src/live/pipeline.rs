@@ -355,7 +355,12 @@ impl LivePipeline {
             is_airborne: estimates.is_some_and(|estimates| estimates.is_airborne),
             correlation: estimates.and_then(LiveEstimates::correlation),
             derivatives,
-            limits: self.settings.limits.iter().filter_map(|limit| limit.read(&extremes)).collect(),
+            limits: self
+                .settings
+                .limits
+                .iter()
+                .filter_map(|limit| Some(limit.read(&extremes)?.flown(estimates.is_none_or(|found| found.is_airborne))))
+                .collect(),
             is_enough,
             findings: own.chain(estimates.into_iter().flat_map(|estimates| estimates.findings.clone())).collect(),
         }

@@ -15,7 +15,7 @@ use crate::date;
 use crate::run::{Slot, Snapshot};
 use crate::session::{Manoeuvre, Session, path_warning};
 use crate::stage::{self, CoefficientFit, ExpressedChannel, UsedClock, WindowPath};
-use crate::verdict::{FitVerdict, NO_WINDOW};
+use crate::verdict::{self, FitVerdict, NO_WINDOW};
 
 /// Collects everything a snapshot says about a session.
 pub fn build(session: &Session, snapshot: &Snapshot) -> Results {
@@ -25,7 +25,10 @@ pub fn build(session: &Session, snapshot: &Snapshot) -> Results {
     let active = session.active_windows();
     let pooled = snapshot.pooled.ready();
     let verdicts = snapshot.verdicts.ready();
-    let pooled_row = |fit: &CoefficientFit| fit_row(fit, verdicts.and_then(|found| found.fit(None, fit.coefficient)));
+    let pooled_row = |fit: &CoefficientFit| FitRow {
+        follows: verdict::dependence(snapshot, fit),
+        ..fit_row(fit, verdicts.and_then(|found| found.fit(None, fit.coefficient)))
+    };
     let mut results = Results {
         format: FORMAT,
         version: VERSION,
@@ -301,6 +304,7 @@ fn fit_row(fit: &CoefficientFit, judged: Option<&FitVerdict>) -> FitRow {
         rms_relative_percent: f64::NAN,
         residual_deviation: f64::NAN,
         condition_number: f64::NAN,
+        follows: None,
         derivatives: Vec::new(),
         parameter_correlation: Vec::new(),
         dropped: dropped.collect(),
@@ -322,6 +326,7 @@ fn fit_row(fit: &CoefficientFit, judged: Option<&FitVerdict>) -> FitRow {
                 .map(|(index, (relative_error_percent, t), (standard_error, corrected_standard_error))| DerivativeRow {
                     name: estimate.names[index].clone(),
                     verdict: judged.and_then(|judged| judged.derivative(&estimate.names[index]).cloned()),
+                    consequence: judged.and_then(|judged| judged.consequence(&estimate.names[index]).cloned()),
                     estimate: estimate.estimates[index],
                     held: stage::describe_origin(estimate.origins[index]),
                     standard_error,

@@ -12,7 +12,7 @@ use super::sensor_errors::SensorErrorsRow;
 use super::signals::{NoiseRow, ProposalRow, SignalRow};
 use super::studies::StudyResults;
 use crate::stage::PhysicsRow;
-use crate::verdict::Verdict;
+use crate::verdict::{Consequence, Dependence, Verdict};
 
 /// Value of the `format` key.
 pub const FORMAT: &str = "doublet results";
@@ -481,6 +481,9 @@ pub struct FitRow {
     pub residual_deviation: f64,
     /// Condition number of the scaled regressor matrix.
     pub condition_number: f64,
+    /// Stated number that all its derivatives follow one to one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub follows: Option<Dependence>,
     /// Derivatives.
     pub derivatives: Vec<DerivativeRow>,
     /// Correlation of the estimates, row by row.
@@ -497,6 +500,9 @@ pub struct DerivativeRow {
     /// Whether it may be believed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub verdict: Option<Verdict>,
+    /// Its part of the coefficient's motion, and what it becomes without suspect causes; of pooled fits alone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub consequence: Option<Consequence>,
     /// Estimate; per radian where the variable is an angle.
     pub estimate: f64,
     /// What it rests on beside the samples: `fixed`, `at bound`, `prior`.

@@ -151,9 +151,22 @@ pub fn aero_along(
     (data, path): (&FilterData, &Reconstruction),
     preparation: &Preparation,
 ) -> StageResult<WindowAero> {
+    aero_along_from(aero, (nominal_data, nominal), (data, path), (preparation, preparation.path))
+}
+
+/// [`aero_along`] with the motion of `path` taken from `source`.
+///
+/// # Errors
+/// As for [`aero_along`].
+pub fn aero_along_from(
+    aero: &WindowAero,
+    (nominal_data, nominal): (&FilterData, &Reconstruction),
+    (data, path): (&FilterData, &Reconstruction),
+    (preparation, source): (&Preparation, PathSource),
+) -> StageResult<WindowAero> {
     let first = nominal_data.inputs.time_s.len() - aero.data.time_s.len();
-    let known = motion(first, nominal, preparation)?;
-    let Motion { airspeed_m_s, alpha_rad, beta_rad, biases, .. } = motion(first, path, preparation)?;
+    let known = motion(first, nominal, preparation.path)?;
+    let Motion { airspeed_m_s, alpha_rad, beta_rad, biases, .. } = motion(first, path, source)?;
     let moved = |column: &[f64], input: Input| -> Vec<f64> {
         let index = input as usize;
         let samples = data.inputs.columns[index][first..].iter().zip(&nominal_data.inputs.columns[index][first..]);
@@ -280,7 +293,7 @@ fn aero_data(
     preparation: &Preparation,
 ) -> StageResult<Formed> {
     let mut warnings = Vec::new();
-    let Motion { airspeed_m_s, alpha_rad, beta_rad, biases, down_m } = motion(window.first, path, preparation)?;
+    let Motion { airspeed_m_s, alpha_rad, beta_rad, biases, down_m } = motion(window.first, path, preparation.path)?;
     let time_s = Arc::clone(&window.time_s);
     // The filter has the specific force moved to the centre of gravity; here it is wanted as measured, to be moved with the
     // centre of gravity of each sample and the differentiation of the coefficients.
@@ -380,8 +393,8 @@ struct Motion {
     down_m: Vec<f64>,
 }
 
-fn motion(first: usize, path: &Reconstruction, preparation: &Preparation) -> StageResult<Motion> {
-    let states = states_of(path, preparation.path)?;
+fn motion(first: usize, path: &Reconstruction, source: PathSource) -> StageResult<Motion> {
+    let states = states_of(path, source)?;
     let state = |state: State| &states[state as usize][first..];
     let (u, v, w) = (state(State::VelocityU), state(State::VelocityV), state(State::VelocityW));
     let each = |value: &dyn Fn(usize) -> f64| (0..u.len()).map(value).collect();

@@ -40,7 +40,7 @@ mod window_context;
 mod window_samples;
 
 pub(crate) use aero::states_of;
-pub use aero::{AirDensity, CONTROLS, WindowAero, aero, aero_along};
+pub use aero::{AirDensity, CONTROLS, WindowAero, aero, aero_along, aero_along_from};
 pub use aircraft::{
     AircraftData, LoadedAircraft, NO_AIRCRAFT, aircraft_data, aircraft_of, load_aircraft, loading_on_board,
 };
@@ -67,6 +67,7 @@ pub use mass::{FlownMass, FlownState, FuelRecord, FuelSource};
 pub use noise::{FlightNoise, NoiseFlight, NoiseRow, SessionNoise, noise, open_entries};
 pub use observability::Observability;
 pub use path::{PathAssessment, PathSeries, SmoothedSeries, WindowPath, paths, reconstructions};
+pub(crate) use path_errors::MOST_SAMPLES;
 pub use path_errors::{ConstantError, ErrorWindow, PathErrors, WidenedFits, path_errors};
 pub use physics::{FlightPhysics, PhysicsRow, physics_of};
 pub use prediction::Prediction;

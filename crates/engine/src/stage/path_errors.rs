@@ -16,8 +16,8 @@ use super::path::{WindowPath, measurements_of, reconstructions};
 use crate::graph::{Context, Control, Footprint, Keyed, Stage, StageError, StageResult};
 use crate::session::{Manoeuvre, PathSource, Settings};
 
-/// Samples of all windows together beyond which the errors are not formed: they take a path more for each.
-const MOST_SAMPLES: usize = 60_000;
+/// Samples of all windows together beyond which the errors are not formed, nor what findings change: they take a path more for each.
+pub(crate) const MOST_SAMPLES: usize = 60_000;
 
 /// An error of a sensor that is the same in all windows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -15,6 +15,7 @@ use thiserror::Error;
 
 use super::table::{Columns, OnOneClock, TableError};
 use crate::builtin;
+use crate::verdict::{Verdict, of_equations};
 
 /// Value of the `format` key of a file of equations.
 const FORMAT: &str = "doublet equations";
@@ -78,6 +79,8 @@ pub struct EquationStudy {
     pub output_error: Result<EquationFit, EquationFault>,
     /// The records that were fitted.
     pub records: Vec<EquationRecord>,
+    /// Whether the parameters may be believed: both methods, what they explain, and whether they agree.
+    pub verdict: Verdict,
 }
 
 /// Why equations could not be fitted to a table.
@@ -191,7 +194,10 @@ pub fn fit_equations(path: &Path, request: &EquationRequest) -> Result<EquationS
     let output_error = output_error_of(&model, &records, &settings, start);
     match (equation_error, output_error) {
         (Err(error), Err(_)) => Err(error.into()),
-        (equation_error, output_error) => Ok(EquationStudy { equation_error, output_error, records }),
+        (equation_error, output_error) => {
+            let verdict = of_equations(&equation_error, &output_error);
+            Ok(EquationStudy { equation_error, output_error, records, verdict })
+        }
     }
 }
 

@@ -6,6 +6,7 @@ use doublet_dynamics::frequency::{
 };
 
 use super::response::{ResponseError, ResponseStudy};
+use crate::verdict::{Alternative, Verdict, of_system};
 
 /// What a form is fitted to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,6 +48,8 @@ pub struct EquivalentStudy {
     pub derived: Vec<FittedParameter>,
     /// Margins of the loop over the response of the output itself.
     pub margins: Margins,
+    /// Whether the form fits, and whether a richer one and the other method say the same.
+    pub verdict: Verdict,
 }
 
 /// Outputs whose integral is an attitude.
@@ -77,12 +80,13 @@ pub fn equivalent_study(
     let is_single = study.inputs.len() == 1;
     let method = method.unwrap_or(if is_single { FitMethod::OutputError } else { FitMethod::Coherence });
     let [low_rad_s, high_rad_s] = study.band_rad_s;
-    let by = |method: FitMethod| match method {
+    let with = |method: FitMethod, settings: &FitSettings| match method {
         FitMethod::OutputError => {
-            fit_records(&study.samples, &OutputErrorBand { low_rad_s, high_rad_s, step_rad_s: None }, &settings)
+            fit_records(&study.samples, &OutputErrorBand { low_rad_s, high_rad_s, step_rad_s: None }, settings)
         }
-        FitMethod::Coherence => fit_response(response, &settings),
+        FitMethod::Coherence => fit_response(response, settings),
     };
+    let by = |method: FitMethod| with(method, &settings);
     let fit = by(method)?;
     let beside = FitMethod::ALL.into_iter().find(|other| *other != method && is_single);
     let other = beside.map(|other| (other, by(other)));
@@ -94,9 +98,29 @@ pub fn equivalent_study(
         (true, false) => Some(Attitude::Integral),
         (false, false) => None,
     };
-    let derived = derive(&fit, attitude);
+    let in_band = |row: &FittedParameter| match row.name.as_str() {
+        "bandwidth" | "omega_180" => (low_rad_s..=high_rad_s).contains(&row.value),
+        _ => true,
+    };
+    let inside = |rows: Vec<FittedParameter>| rows.into_iter().filter(in_band).collect::<Vec<_>>();
+    let derived = inside(derive(&fit, attitude));
+    let richer = richer(form).and_then(|form| with(method, &FitSettings { form, delay }).ok());
+    let of_richer = richer.as_ref().map(|fit| inside(derive(fit, attitude)));
+    let alternative = richer.as_ref().zip(of_richer.as_ref()).map(|(fit, derived)| Alternative {
+        mismatch: Mismatch::of(&fit.model, response).unwrap_or_default(),
+        fit,
+        derived,
+    });
+    let verdict = of_system((&fit, &mismatch, &derived), alternative.as_ref(), other.as_ref().map(|(_, other)| other));
     let margins = BodeCurve::of_model(&fit.model, &model_grid(&fit.model)).margins();
-    Ok(EquivalentStudy { input, method, fit, mismatch, other, derived, margins })
+    Ok(EquivalentStudy { input, method, fit, mismatch, other, derived, margins, verdict })
+}
+
+/// The form with one more oscillation; none of an order that is not fitted.
+fn richer(form: Form) -> Option<Form> {
+    const MOST: usize = 6;
+    let (numerator, denominator) = form.orders();
+    (denominator + 2 <= MOST).then_some(Form::Orders { numerator: numerator + 2, denominator: denominator + 2 })
 }
 
 /// Frequencies two decades to either side of the poles of a model.
@@ -117,9 +141,16 @@ fn derive(fit: &EquivalentSystem, attitude: Option<Attitude>) -> Vec<FittedParam
         [Section::Second { c1, c0 }] if c0 > 0.0 => Some((c1, c0)),
         _ => None,
     };
-    let pole = |model: &TransferFunction| match model.denominator[..] {
-        [Section::First(rate)] if rate > 0.0 => Some(rate.recip()),
-        _ => None,
+    // The only real pole, of a form that holds an oscillation as well.
+    let pole = |model: &TransferFunction| {
+        let rates = model.denominator.iter().filter_map(|section| match section {
+            Section::First(rate) => Some(*rate),
+            Section::Second { .. } => None,
+        });
+        match rates.collect::<Vec<f64>>()[..] {
+            [rate] if rate > 0.0 => Some(rate.recip()),
+            _ => None,
+        }
     };
     let is_pitch = fit.form == Form::ShortPeriod;
     let mut derived = Vec::new();

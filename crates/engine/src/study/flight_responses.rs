@@ -40,7 +40,8 @@ impl Footprint for FlightResponses {
 fn form(surface: Surface) -> Form {
     match surface {
         Surface::Elevator => Form::ShortPeriod,
-        Surface::Aileron => Form::Roll,
+        // Roll rate holds the Dutch roll beside the roll mode.
+        Surface::Aileron => Form::Orders { numerator: 2, denominator: 3 },
         Surface::Rudder => Form::Yaw,
     }
 }

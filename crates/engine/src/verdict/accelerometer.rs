@@ -1,7 +1,7 @@
 //! Accelerometers that are not where the aircraft file has them, by what the ground velocity says.
 
 use doublet_core::airframe::SensorStations;
-use doublet_core::compatibility::TellingVelocity;
+use doublet_core::compatibility::{AccelerometerPlace, TellingVelocity};
 use doublet_core::model::Position;
 
 use super::{Finding, Level};
@@ -19,6 +19,9 @@ const BAD_PART: f64 = 0.15;
 /// The same that cannot be, as what they recorded contains it: then the velocity is of another place than it is taken for.
 const FELT_AT_MOST: f64 = 1.0;
 
+/// Standard errors within which two velocities give the same place, and beyond which the second is not zero.
+const CONFIRMED: f64 = 3.0;
+
 /// Directions of the body axes, positive and negative.
 const DIRECTIONS: [[&str; 2]; 3] = [["ahead of", "behind"], ["right of", "left of"], ["below", "above"]];
 
@@ -27,30 +30,61 @@ pub(super) fn findings(session: &Session, snapshot: &Snapshot) -> Vec<Finding> {
     session.flights.iter().filter_map(|flight| of_flight(session, snapshot, &flight.name)).collect()
 }
 
-fn of_flight(session: &Session, snapshot: &Snapshot, flight: &str) -> Option<Finding> {
-    let found = snapshot.physics.get(flight)?.ready()?.accelerometer.filter(|found| found.felt_part < FELT_AT_MOST)?;
-    let aircraft = snapshot.aircraft.ready().map(|loaded| &loaded.aircraft);
-    let flown = snapshot.flown.get(flight).and_then(|slot| slot.ready());
-    let cg_m = flown.map(|flown| flown.start.state.properties.cg_from_datum_m);
-    if aircraft.is_some() && cg_m.is_none() {
-        return None;
+/// The place found of the accelerometers of a flight from its centre of gravity, body axes, m, where it is a finding.
+pub(super) fn found_from_cg_m(session: &Session, snapshot: &Snapshot, flight: &str) -> Option<[f64; 3]> {
+    of_flight(session, snapshot, flight)?;
+    Some(Places::of(session, snapshot, flight)?.place_m)
+}
+
+/// Places of the accelerometers of a flight from its centre of gravity, body axes, m.
+struct Places {
+    found: AccelerometerPlace,
+    cg_m: Option<[f64; 3]>,
+    taken_m: [f64; 3],
+    place_m: [f64; 3],
+}
+
+impl Places {
+    fn of(session: &Session, snapshot: &Snapshot, flight: &str) -> Option<Self> {
+        let found = snapshot.physics.get(flight)?.ready()?.accelerometer;
+        let found = found.filter(|found| found.felt_part < FELT_AT_MOST)?;
+        let aircraft = snapshot.aircraft.ready().map(|loaded| &loaded.aircraft);
+        let flown = snapshot.flown.get(flight).and_then(|slot| slot.ready());
+        let cg_m = flown.map(|flown| flown.start.state.properties.cg_from_datum_m);
+        if aircraft.is_some() && cg_m.is_none() {
+            return None;
+        }
+        let from_cg = |place: fn(&SensorStations) -> Option<[f64; 3]>, moved: bool| {
+            let stated = aircraft.filter(|_| moved).and_then(|aircraft| place(&aircraft.sensors)).zip(cg_m);
+            stated.map_or([0.0; 3], |(place, cg_m)| Position::Datum(place).body_from_cg_m(cg_m))
+        };
+        let preparation = &session.preparation;
+        let taken_m = from_cg(|sensors| sensors.accelerometer_from_datum_m, preparation.correct_accelerometer);
+        let velocity_m = match found.by {
+            TellingVelocity::Ground => from_cg(|sensors| sensors.antenna_from_datum_m, preparation.correct_antenna),
+            TellingVelocity::Air => from_cg(
+                |sensors| sensors.alpha_vane_from_datum_m.or(sensors.beta_vane_from_datum_m),
+                preparation.correct_vanes,
+            ),
+        };
+        let place_m = std::array::from_fn(|axis| velocity_m[axis] + found.from_velocity_m[axis]);
+        Some(Self { found, cg_m, taken_m, place_m })
     }
-    let from_cg = |place: fn(&SensorStations) -> Option<[f64; 3]>, moved: bool| {
-        let stated = aircraft.filter(|_| moved).and_then(|aircraft| place(&aircraft.sensors)).zip(cg_m);
-        stated.map_or([0.0; 3], |(place, cg_m)| Position::Datum(place).body_from_cg_m(cg_m))
-    };
-    let preparation = &session.preparation;
-    let taken = from_cg(|sensors| sensors.accelerometer_from_datum_m, preparation.correct_accelerometer);
-    let velocity = match found.by {
-        TellingVelocity::Ground => from_cg(|sensors| sensors.antenna_from_datum_m, preparation.correct_antenna),
-        TellingVelocity::Air => from_cg(
-            |sensors| sensors.alpha_vane_from_datum_m.or(sensors.beta_vane_from_datum_m),
-            preparation.correct_vanes,
-        ),
-    };
+}
+
+/// Whether the velocity relative to the air gives the same place along an axis.
+fn is_confirmed(found: &AccelerometerPlace, axis: usize) -> bool {
+    found.second.is_some_and(|(place, errors)| {
+        let apart = (place[axis] - found.from_velocity_m[axis]).abs();
+        place[axis].abs() > CONFIRMED * errors[axis] && apart < CONFIRMED * errors[axis].hypot(found.errors_m[axis])
+    })
+}
+
+fn of_flight(session: &Session, snapshot: &Snapshot, flight: &str) -> Option<Finding> {
+    let Places { found, cg_m, taken_m: taken, place_m: place } = Places::of(session, snapshot, flight)?;
+    let aircraft = snapshot.aircraft.ready().map(|loaded| &loaded.aircraft);
     let chord_m = aircraft.map_or(f64::INFINITY, |aircraft| aircraft.reference.chord_m);
     let worth_saying_m = WORTH_SAYING_M.min(WORTH_SAYING_CHORDS * chord_m);
-    let place: [f64; 3] = std::array::from_fn(|axis| velocity[axis] + found.from_velocity_m[axis]);
     let is_elsewhere = |axis: &usize| {
         // Velocities of the accelerometers' own place say nothing about where that is.
         let off_m = (place[*axis] - taken[*axis]).abs().min(found.from_velocity_m[*axis].abs());
@@ -78,7 +112,11 @@ fn of_flight(session: &Session, snapshot: &Snapshot, flight: &str) -> Option<Fin
         }
     );
     // Without an aircraft there is a path, and no force that could be wrong.
-    let level = if found.felt_part > BAD_PART && aircraft.is_some() { Level::Bad } else { Level::Caution };
+    let is_confirmed = elsewhere.iter().all(|axis| is_confirmed(&found, *axis));
+    let level = match found.felt_part > BAD_PART && aircraft.is_some() && is_confirmed {
+        true => Level::Bad,
+        false => Level::Caution,
+    };
     let finding = Finding::new(level, "accelerometer", format!("flight '{flight}'"), text);
     let finding = finding.with_figure(most_m, worth_saying_m).with_cure(cure(place, cg_m));
     Some(finding.with_setting("Airframe", "aircraft"))

@@ -72,6 +72,17 @@ pub(super) fn delays(
     CONTROLS.par_iter().filter_map(one).collect()
 }
 
+/// Part of the squares of the residual that the pooled fit of the moment of a control leaves with the control late by `delay_s`.
+pub(super) fn left_by(evidence: Evidence<'_>, surface: Surface, delay_s: f64) -> Option<f64> {
+    let (_, moment, ..) = CONTROLS.into_iter().find(|(control, ..)| *control == surface)?;
+    let fits = &evidence.snapshot.pooled.ready()?.fits;
+    let fit = fits.iter().find(|fit| fit.coefficient == moment)?;
+    let terms = moving_terms(evidence.session, fit);
+    let used = used_windows(evidence.session, evidence.snapshot, fit);
+    let shifted = Shifted::new(moment, &split(&terms, surface)?, &used)?;
+    Some(shifted.at(delay_s)?.squares / shifted.at(0.0)?.squares)
+}
+
 /// What the delay of a control does to the derivatives of `coefficient` by it and by the rate that damps.
 pub(super) fn findings(
     evidence: Evidence<'_>,
@@ -119,7 +130,8 @@ fn finding(evidence: Evidence<'_>, delay: &ControlDelay, level: Level, changed: 
         "record the surface, where a command was, or look at the clock of its recorder"
     };
     let cure = format!("{why}; or state delay_s = {:.3} under [preparation.control_lag.{name}]", stated_s + delay_s);
-    finding.with_cure(cure).with_setting("Model", format!("preparation.control_lag.{name}"))
+    let finding = finding.with_cure(cure).with_setting("Model", format!("preparation.control_lag.{name}.delay_s"));
+    finding.with_value(format!("{:.3}", stated_s + delay_s))
 }
 
 fn is_one(term: &Term, variable: Variable) -> bool {

@@ -1,8 +1,9 @@
 //! Findings about one derivative: whether it is determined, plausible and the same in every window.
 
+use super::effect::Cause;
 use super::judge::{Evidence, place};
 use super::plausible::{Outside, Range};
-use super::{Finding, Level};
+use super::{Finding, Level, weigh};
 use crate::session::WindowRole;
 use crate::stage::{CoefficientFit, significance};
 
@@ -40,6 +41,7 @@ pub(super) fn findings(
         findings.extend(determined(&at, fit, index));
         if window.is_none() {
             findings.extend(scatter(evidence, &at, fit, index));
+            findings.extend(weigh::findings(evidence, fit, index));
         }
     }
     if let Some(range) = evidence.plausible.range(name, fit, evidence) {
@@ -48,12 +50,18 @@ pub(super) fn findings(
     findings
 }
 
-fn determined(at: &str, fit: &CoefficientFit, index: usize) -> Option<Finding> {
-    let estimate = fit.fit.as_ref().ok()?;
+/// Whether the samples determine the parameter `index` of a fit: its corrected error is within half of its value.
+pub(super) fn is_determined(fit: &CoefficientFit, index: usize) -> bool {
+    let Ok(estimate) = &fit.fit else { return false };
     let (relative, _) = significance(estimate, &fit.corrected_errors, index);
-    if relative.is_nan() || relative <= RELATIVE_ERROR {
+    relative.is_nan() || relative <= RELATIVE_ERROR
+}
+
+fn determined(at: &str, fit: &CoefficientFit, index: usize) -> Option<Finding> {
+    if is_determined(fit, index) {
         return None;
     }
+    let (relative, _) = significance(fit.fit.as_ref().ok()?, &fit.corrected_errors, index);
     let text = format!("known to {relative:.0} % of its value only (limit {RELATIVE_ERROR:.0} %)");
     let finding = Finding::new(Level::Caution, DETERMINED, at, text).with_figure(relative, RELATIVE_ERROR);
     let cure = "fix it at a known value, leave the term out, or add manoeuvres that tell of it";
@@ -110,6 +118,7 @@ fn scatter(evidence: Evidence<'_>, at: &str, fit: &CoefficientFit, index: usize)
     } else {
         return None;
     };
+    let level = level.min(left_out(evidence, fit, index).unwrap_or(level));
     // The window furthest from the pooled estimate by its own error: what it says is what the pooled estimate hides.
     let pooled = estimate.estimates[index];
     let apart = |single: &Single<'_>| ((single.estimate - pooled) / single.error).abs();
@@ -128,6 +137,15 @@ fn scatter(evidence: Evidence<'_>, at: &str, fit: &CoefficientFit, index: usize)
         worst.window
     );
     Some(finding.with_cure(cure).with_setting("Derivatives", format!("window.{}.role", worst.window)))
+}
+
+/// The worst that leaving out one manoeuvre changes of a derivative; none where that was not formed.
+fn left_out(evidence: Evidence<'_>, fit: &CoefficientFit, index: usize) -> Option<Level> {
+    let estimate = fit.fit.as_ref().ok()?;
+    let consequence = evidence.consequence(fit.coefficient, &estimate.names[index])?;
+    let now = (estimate.estimates[index], *fit.corrected_errors.get(index)?);
+    let effects = consequence.effects.iter().filter(|effect| effect.cause == Cause::LeftOut);
+    effects.map(|effect| consequence.level(now, effect)).max()
 }
 
 /// The estimate of `name` by an identification window alone.

@@ -7,6 +7,7 @@ use doublet_core::series::TimeRange;
 use doublet_core::statistics;
 use nalgebra::DMatrix;
 
+use super::derivative::is_determined;
 use super::judge::{Evidence, place};
 use super::{Finding, Level, delay, propulsion};
 use crate::run::Snapshot;
@@ -83,7 +84,11 @@ pub(super) fn findings(evidence: Evidence<'_>, window: Option<&str>, fit: &Coeff
     let moved: Vec<(&Term, Motion)> = terms.iter().filter_map(|term| Some((term, Motion::of(term, &used)?))).collect();
     findings.extend(propulsion::unknown(&at, fit, &formed));
     findings.extend(unmoved(evidence, &at, &moved, &used));
-    findings.extend(condition(&at, name, estimate));
+    let is_open =
+        |(index, name): (usize, &String)| !(name.ends_with("_0") || name.ends_with(']') || is_determined(fit, index));
+    if estimate.names.iter().enumerate().any(is_open) {
+        findings.extend(condition(&at, name, estimate));
+    }
     findings.extend(inflated(&at, fit, estimate, &moved));
     if window.is_none() {
         findings.extend(prediction(evidence, &at, fit));
@@ -229,7 +234,12 @@ fn inflated(at: &str, fit: &CoefficientFit, estimate: &Fit, moved: &[(&Term, Mot
         let index = estimate.names.iter().position(|other| *other == name)?;
         Some((name, estimate.unit_covariance[(index, index)] * motion.square))
     };
-    let (name, factor) = moved.iter().filter_map(factor).max_by(|a, b| a.1.total_cmp(&b.1))?;
+    // What its error holds and leaves determined is no fault.
+    let is_open = |name: &String| {
+        estimate.names.iter().position(|other| other == name).is_some_and(|index| !is_determined(fit, index))
+    };
+    let open = moved.iter().filter_map(factor).filter(|(name, _)| is_open(name));
+    let (name, factor) = open.max_by(|a, b| a.1.total_cmp(&b.1))?;
     if factor <= INFLATION {
         return None;
     }

@@ -6,8 +6,11 @@ use doublet_core::model::Coefficient;
 use rayon::prelude::*;
 
 use super::delay::ControlDelay;
+use super::effect::{self, Consequence, Consequences};
 use super::plausible::Plausible;
-use super::{Finding, Level, Verdict, delay, density, derivative, fit, flight, made_of, session, studies, window};
+use super::{
+    Finding, Level, Verdict, delay, density, derivative, fit, flight, made_of, session, studies, weigh, window,
+};
 use crate::graph::Footprint;
 use crate::run::Snapshot;
 use crate::session::{Manoeuvre, Session};
@@ -54,7 +57,12 @@ pub struct DerivativeVerdict {
     pub name: String,
     /// Verdict.
     pub verdict: Verdict,
+    /// Its contribution, and what suspect causes change of it; of pooled fits alone.
+    pub consequence: Option<Consequence>,
 }
+
+/// Part of the motion of a coefficient below which nothing found of a derivative speaks against the fit.
+const LEAST_SHARE: f64 = 0.05;
 
 /// Why a coefficient of the model has no fit.
 pub(crate) const NO_WINDOW: &str = "no window is used for it";
@@ -107,6 +115,11 @@ impl FitVerdict {
     pub fn derivative(&self, name: &str) -> Option<&Verdict> {
         self.derivatives.iter().find(|derivative| derivative.name == name).map(|derivative| &derivative.verdict)
     }
+
+    /// What suspect causes change of the derivative called `name`.
+    pub fn consequence(&self, name: &str) -> Option<&Consequence> {
+        self.derivatives.iter().find(|derivative| derivative.name == name)?.consequence.as_ref()
+    }
 }
 
 /// What is judged: a session and everything computed from it.
@@ -117,6 +130,10 @@ pub(super) struct Evidence<'a> {
     pub(super) plausible: &'a Plausible,
     /// Controls that act at another time than that of their recording.
     pub(super) delays: &'a [ControlDelay],
+    /// What suspect causes change of the derivatives of the pooled fits.
+    pub(super) consequences: &'a [Consequences],
+    /// Verdicts on the windows, once they are formed.
+    pub(super) judged_windows: Option<&'a BTreeMap<String, WindowVerdict>>,
     /// Median of the mean dynamic pressures of the windows, Pa; none before their coefficients are computed.
     pub(super) median_pressure_pa: Option<f64>,
 }
@@ -125,6 +142,11 @@ impl<'a> Evidence<'a> {
     /// Windows not ignored, in the order of the session.
     pub(super) fn windows(self) -> impl Iterator<Item = &'a Manoeuvre> {
         self.session.active_windows()
+    }
+
+    /// What suspect causes change of a derivative of the pooled fit.
+    pub(super) fn consequence(self, coefficient: Coefficient, name: &str) -> Option<&'a Consequence> {
+        self.consequences.iter().find(|one| one.coefficient == coefficient)?.derivative(name)
     }
 }
 
@@ -136,6 +158,8 @@ pub fn judge(session: &Session, snapshot: &Snapshot) -> Verdicts {
         snapshot,
         plausible: &plausible,
         delays: &[],
+        consequences: &[],
+        judged_windows: None,
         median_pressure_pa: flight::median_pressure(session, snapshot),
     };
     let study = studies::findings(evidence);
@@ -145,19 +169,49 @@ pub fn judge(session: &Session, snapshot: &Snapshot) -> Verdicts {
     let delays = delay::delays(session, snapshot, &windows);
     let evidence = Evidence { delays: &delays, ..evidence };
     let fits = snapshot.pooled.ready().map(|pooled| pooled.fits.as_slice()).unwrap_or_default();
+    let suspects: Vec<&str> = windows
+        .iter()
+        .filter(|(_, judged)| weigh::is_suspect(&judged.verdict))
+        .map(|(name, _)| name.as_str())
+        .collect();
+    let consequences = if fits.is_empty() { Vec::new() } else { effect::consequences(evidence, &suspects) };
+    let evidence = Evidence { consequences: &consequences, judged_windows: Some(&windows), ..evidence };
     let mut pooled: Vec<FitVerdict> = fits.par_iter().map(|fit| fit_verdict(evidence, None, fit, &study)).collect();
     let single = windows.values().flat_map(|window| &window.fits);
     let used: Vec<&FitVerdict> = if pooled.is_empty() { single.collect() } else { pooled.iter().collect() };
     let of_fits: Vec<Finding> = used.iter().flat_map(|fit| fit.verdict.reasons.iter().cloned()).collect();
     // What they are made of is among the reasons of the session already.
-    pooled.iter_mut().zip(fits).for_each(|(judged, fit)| judged.add(made_of::findings(evidence, fit, &windows)));
+    pooled.iter_mut().zip(fits).for_each(|(judged, fit)| judged.add(made_of::findings(evidence, fit)));
     let pooled = with_unused(evidence, pooled);
     let mut findings = session::findings(evidence);
     findings.extend(study.session.iter().cloned());
     findings.extend(windows.values().flat_map(|window| window.verdict.reasons.iter().cloned()));
-    findings.extend(of_fits);
+    if !consequences.is_empty() {
+        let all: Vec<&CoefficientFit> = fits.iter().collect();
+        findings = by_effect(evidence, findings, &all);
+    }
+    findings.extend(if consequences.is_empty() {
+        of_fits
+    } else {
+        by_effect(evidence, of_fits, &fits.iter().collect::<Vec<_>>())
+    });
     findings.extend(pooled.iter().filter(|fit| fit.is_unused).flat_map(|fit| fit.verdict.reasons.iter().cloned()));
     Verdicts { session: Verdict::of(findings), windows, pooled }
+}
+
+/// Findings by what they change of the derivatives, those that change most first.
+fn by_effect(evidence: Evidence<'_>, findings: Vec<Finding>, fits: &[&CoefficientFit]) -> Vec<Finding> {
+    let weigh = |finding: Finding| {
+        let (level, part) = match (finding.code, finding.level) {
+            // Why a derivative is not determined, or how much a model explains: the fit is marked by it, what else was asked is not.
+            ("vif" | "condition" | "r2", Level::Caution) => (Level::Good, 0.0),
+            _ => weigh::weighed(evidence, &finding, fits),
+        };
+        (part, Finding { level, ..finding })
+    };
+    let mut weighed: Vec<(f64, Finding)> = findings.into_iter().map(weigh).collect();
+    weighed.sort_by(|a, b| b.0.total_cmp(&a.0));
+    weighed.into_iter().map(|(_, finding)| finding).collect()
 }
 
 /// The verdicts in the order of the structure, with one on each coefficient that the session models and no window is used for.
@@ -196,15 +250,20 @@ fn fit_verdict(
     study: &studies::StudyFindings,
 ) -> FitVerdict {
     let mut findings = fit::findings(evidence, window, fit);
+    if window.is_none() {
+        findings.iter_mut().for_each(|finding| finding.level = weigh::weighed(evidence, finding, &[fit]).0);
+    }
     let names = fit.fit.as_ref().map(|fit| fit.names.as_slice()).unwrap_or_default();
     let mut derivatives = Vec::with_capacity(names.len());
     for (index, name) in names.iter().enumerate() {
         let mut found = derivative::findings(evidence, window, fit, index);
         found.extend(study.of_derivative(window, name));
-        findings.extend(found.iter().filter(|finding| finding.code != derivative::DETERMINED).cloned());
+        let matters = evidence.consequence(fit.coefficient, name).is_none_or(|found| found.share > LEAST_SHARE);
+        findings.extend(found.iter().filter(|finding| matters && finding.code != derivative::DETERMINED).cloned());
+        let consequence = evidence.consequence(fit.coefficient, name).filter(|_| window.is_none()).cloned();
         // The fit has this finding once, by what it is made of.
         found.extend(density::finding(evidence, name, window, fit));
-        derivatives.push(DerivativeVerdict { name: name.clone(), verdict: Verdict::of(found) });
+        derivatives.push(DerivativeVerdict { name: name.clone(), verdict: Verdict::of(found), consequence });
     }
     FitVerdict { coefficient: fit.coefficient, verdict: Verdict::of(findings), derivatives, is_unused: false }
 }

@@ -4,10 +4,13 @@
 //! is the worst of the findings about one thing.
 
 mod accelerometer;
+mod calibration;
 mod check;
 mod delay;
 mod density;
+mod dependence;
 mod derivative;
+mod effect;
 mod findings;
 mod fit;
 mod flight;
@@ -25,17 +28,23 @@ mod session;
 mod shape;
 mod stuck;
 mod studies;
+mod systems;
+mod weigh;
 mod window;
 
 use serde::Serialize;
 
+pub use calibration::{CaseCounts, calibrate_levels};
 pub use check::{Checked, check_file, check_session};
+pub use dependence::{Dependence, dependence};
+pub use effect::{Cause, Consequence, Effect};
 pub use findings::{findings, folded};
 pub use fold::{Folded, fold};
 pub(crate) use judge::NO_WINDOW;
 pub use judge::{DerivativeVerdict, FitVerdict, Verdicts, WindowVerdict, judge};
 pub use judged_flights::{JudgedFlights, fly_and_judge, judged_flights};
 pub use plausible::PlausibleRange;
+pub(crate) use systems::{Alternative, of_equations, of_system};
 
 /// How far something may be believed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
@@ -87,6 +96,9 @@ pub struct Finding {
     /// Dotted key of the session's setting that cures it, for example `filter.measurement_noise.alpha`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub setting: Option<String>,
+    /// Value of that key, as TOML, that is the fix; none where a person must choose.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub value: Option<String>,
 }
 
 impl Finding {
@@ -102,6 +114,7 @@ impl Finding {
             cure: String::new(),
             panel: None,
             setting: None,
+            value: None,
         }
     }
 
@@ -117,6 +130,13 @@ impl Finding {
     #[must_use]
     pub(crate) fn with_cure(mut self, cure: impl Into<String>) -> Self {
         self.cure = cure.into();
+        self
+    }
+
+    /// The same with the value of the setting that is the fix, as TOML.
+    #[must_use]
+    pub(crate) fn with_value(mut self, value: impl Into<String>) -> Self {
+        self.value = Some(value.into());
         self
     }
 

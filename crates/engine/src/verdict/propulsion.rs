@@ -8,7 +8,7 @@ use crate::session::Manoeuvre;
 use crate::stage::{CoefficientFit, WindowAero};
 
 /// Coefficients that the thrust enters as it is.
-const ALONG_THRUST: [Coefficient; 2] = [Coefficient::CX, Coefficient::CD];
+pub(super) const ALONG_THRUST: [Coefficient; 2] = [Coefficient::CX, Coefficient::CD];
 
 /// Whether what a map extrapolates changes the axial force of a window by more than its fit leaves over.
 pub(super) fn extrapolated(
@@ -50,6 +50,17 @@ fn change_of_axial_force(aero: &WindowAero) -> f64 {
     };
     let samples = data.time_s.len();
     ((0..samples).map(square).sum::<f64>() / samples.max(1) as f64).sqrt()
+}
+
+/// Whether a coefficient along the thrust contains one that is not known.
+pub(super) fn is_unknown(evidence: Evidence<'_>, fit: &CoefficientFit) -> bool {
+    let aero = |(window, _): &(String, usize)| evidence.snapshot.windows.get(window)?.aero.ready();
+    ALONG_THRUST.contains(&fit.coefficient)
+        && fit
+            .windows
+            .iter()
+            .filter_map(aero)
+            .all(|aero| aero.settings.thrust == ThrustTreatment::Included && aero.data.engines.is_empty())
 }
 
 /// Whether the thrust is not known in a window of a fit along it.

@@ -12,6 +12,8 @@ use crate::stage::WindowPath;
 /// leaves the path less exact than it could be, noise stated too small leaves it wrong.
 const NIS_CAUTION: [f64; 2] = [1.0 / 3.0, 1.5];
 const NIS_BAD: f64 = 3.0;
+/// Mean NIS over its expectation beyond which no noise of a sensor is meant: a channel or the model is wrong.
+const NOISE_EXPLAINS: f64 = 10.0;
 /// Mean innovation in predicted deviations.
 const OFFSET_CAUTION: f64 = 0.5;
 const OFFSET_BAD: f64 = 5.0;
@@ -99,7 +101,7 @@ fn nis(place: &str, consistency: &Consistency, channels_fit: bool) -> Option<Fin
             format!(
                 "the innovations are larger than the noise explains, most those of {name} ({times:.1} times their prediction)"
             ),
-            too_large(name, found.filter(|_| channels_fit).map(|found| found.measurement)),
+            too_large(name, found.filter(|_| channels_fit && ratio < NOISE_EXPLAINS).map(|found| found.measurement)),
         )
     } else {
         (

@@ -1,0 +1,45 @@
+//! Stated numbers that derivatives follow one to one, and that no flight shows wrong: mass and inertia.
+
+use doublet_core::model::Coefficient;
+use serde::Serialize;
+
+use crate::run::Snapshot;
+use crate::stage::{CoefficientFit, FuelRecord};
+
+/// A number that the derivatives of a coefficient are proportional to.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Dependence {
+    /// Quantity: `mass`, `Ixx`, `Iyy`, `Izz`.
+    pub quantity: &'static str,
+    /// Its value in the first manoeuvre of the fit.
+    pub value: f64,
+    /// Unit.
+    pub unit: &'static str,
+    /// Where it is from: `aircraft file`, or `aircraft file and recorded fuel`.
+    pub source: &'static str,
+    /// Per cent that one per cent more of it changes of every derivative.
+    pub percent_per_percent: f64,
+}
+
+impl std::fmt::Display for Dependence {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} {:.0} {} ({})", self.quantity, self.value, self.unit, self.source)
+    }
+}
+
+/// The number that the derivatives of a fit follow one to one; none before its coefficients are formed.
+pub fn dependence(snapshot: &Snapshot, fit: &CoefficientFit) -> Option<Dependence> {
+    let (window, _) = fit.windows.first()?;
+    let aero = snapshot.windows.get(window)?.aero.ready()?;
+    let mass = aero.data.mass.first()?;
+    let (quantity, value, unit) = match fit.coefficient {
+        Coefficient::Cl => ("Ixx", mass.inertia.xx, "kg m2"),
+        Coefficient::Cm => ("Iyy", mass.inertia.yy, "kg m2"),
+        Coefficient::Cn => ("Izz", mass.inertia.zz, "kg m2"),
+        _ => ("mass", mass.mass_kg, "kg"),
+    };
+    let is_recorded =
+        snapshot.flown.values().filter_map(|slot| slot.ready()).any(|flown| flown.fuel.record != FuelRecord::None);
+    let source = if is_recorded { "aircraft file and recorded fuel" } else { "aircraft file" };
+    Some(Dependence { quantity, value, unit, source, percent_per_percent: 1.0 })
+}

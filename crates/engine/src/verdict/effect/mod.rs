@@ -1,0 +1,241 @@
+//! What a suspect cause changes of the derivatives: the fits with the path taken another way, with manoeuvres left out, with channels
+//! and places corrected.
+
+mod variant;
+
+use doublet_core::estimate::PooledFit;
+use doublet_core::model::{Coefficient, Structure, Term, Variable};
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::judge::Evidence;
+use super::{Level, accelerometer, propulsion};
+use crate::graph::StageResult;
+use crate::session::{PathSource, Session};
+use crate::stage::{self, AeroWindow, Regression};
+use variant::Used;
+
+/// Most groups of manoeuvres that are left out in turn.
+const GROUPS: usize = 24;
+/// Part of the motion of a coefficient that a change must move to count at all, and to be bad.
+pub(super) const LEAST_PART: f64 = 0.01;
+const BAD_PART: f64 = 0.03;
+/// Change of an estimate, in its corrected errors and as a part of it, that is a caution, and that is bad. Both must be exceeded.
+const CAUTION: (f64, f64) = (2.0, 0.1);
+const BAD: (f64, f64) = (3.0, 0.2);
+
+/// A cause whose effect on the derivatives is formed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Cause {
+    /// The reconstruction of the path: the effect is that of the path as measured.
+    PathMeasured,
+    /// The smoother: the effect is that of the filtered path.
+    PathFiltered,
+    /// A manoeuvre, or a group of them, left out.
+    LeftOut,
+    /// All manoeuvres with findings left out.
+    SuspectsLeftOut,
+    /// A channel that others contradict, corrected or left out.
+    Channel,
+    /// The place of the accelerometers, corrected.
+    Accelerometer,
+    /// Thrust that the coefficients contain and that changes with airspeed: the effect is that of a term of airspeed.
+    Thrust,
+}
+
+/// What an estimate becomes without a suspect cause.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Effect {
+    /// Cause.
+    pub cause: Cause,
+    /// What it concerns: manoeuvres, or a flight and its channel; empty for all manoeuvres.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub of: Vec<String>,
+    /// Estimate without the cause.
+    pub estimate: f64,
+    /// Its standard error over that with the cause, by the regressors alone.
+    pub error_ratio: f64,
+}
+
+/// How a derivative contributes and what suspect causes change of it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Consequence {
+    /// Motion of its regressor times the estimate over the motion of the coefficient, in the manoeuvres of the fit.
+    pub share: f64,
+    /// Motion of its regressor over that of the coefficient: times a change of the estimate, the part of the motion this moves.
+    #[serde(skip)]
+    pub motion_ratio: f64,
+    /// Effects.
+    pub effects: Vec<Effect>,
+}
+
+impl Consequence {
+    /// Level of the change from `estimate`, whose corrected error is `error`, to that of `effect`.
+    pub(super) fn level(&self, (estimate, error): (f64, f64), effect: &Effect) -> Level {
+        let change = (effect.estimate - estimate).abs();
+        let part = self.motion_ratio * change;
+        // What the change is by chance, where fewer samples make the estimate less certain.
+        let error = error * (effect.error_ratio.powi(2) - 1.0).max(1.0).sqrt();
+        let exceeds = |(errors, of_value): (f64, f64)| change > (errors * error).max(of_value * estimate.abs());
+        if part > BAD_PART && exceeds(BAD) {
+            Level::Bad
+        } else if part > LEAST_PART && exceeds(CAUTION) {
+            Level::Caution
+        } else {
+            Level::Good
+        }
+    }
+}
+
+/// Consequences for the derivatives of the pooled fit of one coefficient, by name.
+#[derive(Clone, Debug)]
+pub(super) struct Consequences {
+    pub(super) coefficient: Coefficient,
+    pub(super) derivatives: Vec<(String, Consequence)>,
+}
+
+impl Consequences {
+    /// That of the derivative called `name`.
+    pub(super) fn derivative(&self, name: &str) -> Option<&Consequence> {
+        self.derivatives.iter().find(|(other, _)| other == name).map(|(_, consequence)| consequence)
+    }
+}
+
+/// A regression and its fit.
+type Fitted = (Regression, PooledFit);
+
+/// Fits without a suspect cause.
+struct Variant {
+    cause: Cause,
+    of: Vec<String>,
+    fits: Vec<Fitted>,
+}
+
+/// Consequences of every pooled fit; `suspects` are the manoeuvres with findings. None where the manoeuvres are too long together.
+pub(super) fn consequences(evidence: Evidence<'_>, suspects: &[&str]) -> Vec<Consequences> {
+    let (session, snapshot) = (evidence.session, evidence.snapshot);
+    let used: Vec<Used<'_>> = evidence.windows().filter_map(|window| Used::new(snapshot, window)).collect();
+    if used.iter().map(|used| used.samples()).sum::<usize>() > stage::MOST_SAMPLES {
+        return Vec::new();
+    }
+    let mut variants = Vec::new();
+    let mut add = |cause: Cause, of: Vec<String>, windows: Option<Vec<AeroWindow<'_>>>| {
+        variants.extend(windows.map(|windows| Variant {
+            cause,
+            of,
+            fits: fits(session, &windows, &session.structure),
+        }));
+    };
+    for (cause, source) in [(Cause::PathMeasured, PathSource::Measured), (Cause::PathFiltered, PathSource::Filtered)] {
+        // A path as measured has no other.
+        if session.preparation.path != source && session.preparation.path != PathSource::Measured {
+            add(cause, Vec::new(), variant::along(session, &used, source));
+        }
+    }
+    let is_sound = |used: &&Used<'_>| !suspects.contains(&used.manoeuvre.name.as_str());
+    if !suspects.is_empty() {
+        let sound = used.iter().filter(is_sound).map(|used| used.as_computed()).collect();
+        add(Cause::SuspectsLeftOut, suspects.iter().map(|&name| name.to_owned()).collect(), Some(sound));
+    }
+    for (flight, slot) in &snapshot.physics {
+        for row in slot.ready().into_iter().flat_map(|physics| physics.contradictions()) {
+            let corrected = variant::corrected(session, &used, flight, row);
+            add(Cause::Channel, vec![flight.clone(), row.channel.clone()], corrected);
+        }
+        if let Some(place_m) = accelerometer::found_from_cg_m(session, snapshot, flight) {
+            add(Cause::Accelerometer, vec![flight.clone()], variant::moved(&used, flight, place_m));
+        }
+    }
+    let as_computed: Vec<AeroWindow<'_>> = used.iter().map(|used| used.as_computed()).collect();
+    let with_airspeed = with_airspeed(&session.structure);
+    variants.push(Variant { cause: Cause::Thrust, of: Vec::new(), fits: fits(session, &as_computed, &with_airspeed) });
+    fits(session, &as_computed, &session.structure).par_iter().map(|fitted| of_fit(fitted, &variants)).collect()
+}
+
+/// The models of the coefficients along the thrust, with a term of airspeed where they have none.
+fn with_airspeed(structure: &Structure) -> Structure {
+    let mut structure = structure.clone();
+    structure.models.retain(|(coefficient, _)| propulsion::ALONG_THRUST.contains(coefficient));
+    let airspeed = Term::product([(Variable::Airspeed, 1)]);
+    for (_, terms) in &mut structure.models {
+        if !terms.iter().any(|term| term.factors().iter().any(|(variable, _)| *variable == Variable::Airspeed)) {
+            terms.push(airspeed.clone());
+        }
+    }
+    structure
+}
+
+fn fits(session: &Session, windows: &[AeroWindow<'_>], structure: &Structure) -> Vec<Fitted> {
+    let fitted = |found: StageResult<Regression>| {
+        let regression = found.ok()?;
+        let fit = regression.pooled.fit().ok()?;
+        Some((regression, fit))
+    };
+    let regressions = stage::pooled_regressions(windows, structure, &session.estimation);
+    regressions.into_par_iter().filter_map(fitted).collect()
+}
+
+fn of_fit(fitted: &Fitted, variants: &[Variant]) -> Consequences {
+    let (regression, _) = fitted;
+    let same = |variant: &'_ Variant| -> Option<(Cause, Vec<String>, PooledFit)> {
+        let (_, fit) = variant.fits.iter().find(|(other, _)| other.coefficient == regression.coefficient)?;
+        Some((variant.cause, variant.of.clone(), fit.clone()))
+    };
+    let mut others: Vec<(Cause, Vec<String>, PooledFit)> = variants.iter().filter_map(same).collect();
+    others.extend(left_out(regression));
+    let derivatives = regression.pooled.shared().map(|name| (name.clone(), consequence(name, fitted, &others)));
+    Consequences { coefficient: regression.coefficient, derivatives: derivatives.collect() }
+}
+
+/// The fit without each manoeuvre, or each group of them where there are many.
+fn left_out(regression: &Regression) -> Vec<(Cause, Vec<String>, PooledFit)> {
+    let count = regression.pooled.windows.len();
+    let groups = count.min(GROUPS);
+    if groups < 2 {
+        return Vec::new();
+    }
+    let without = |group: usize| {
+        let mut pooled = regression.pooled.clone();
+        let (mut names, mut index) = (Vec::new(), 0);
+        pooled.windows.retain(|window| {
+            let stays = index % groups != group;
+            if !stays {
+                names.push(window.label.clone());
+            }
+            index += 1;
+            stays
+        });
+        Some((Cause::LeftOut, names, pooled.fit().ok()?))
+    };
+    (0..groups).into_par_iter().filter_map(without).collect()
+}
+
+fn consequence(name: &str, (regression, fit): &Fitted, others: &[(Cause, Vec<String>, PooledFit)]) -> Consequence {
+    let at = |fit: &PooledFit| {
+        let index = fit.fit.names.iter().position(|other| other == name)?;
+        Some((fit.fit.estimates[index], fit.fit.unit_covariance[(index, index)].max(0.0).sqrt()))
+    };
+    let term = regression.pooled.names.iter().position(|other| other == name);
+    let Some(((estimate, unit_error), term)) = at(fit).zip(term) else { return Consequence::default() };
+    let (mut regressor, mut coefficient) = (0.0, 0.0);
+    for window in &regression.pooled.windows {
+        regressor += squares_about_mean(window.x.column(term).as_slice());
+        coefficient += squares_about_mean(&window.z);
+    }
+    let motion_ratio = (regressor / coefficient).sqrt();
+    let effect = |(cause, of, fit): &(Cause, Vec<String>, PooledFit)| {
+        let (estimate, error) = at(fit)?;
+        Some(Effect { cause: *cause, of: of.clone(), estimate, error_ratio: error / unit_error })
+    };
+    Consequence {
+        share: motion_ratio * estimate.abs(),
+        motion_ratio,
+        effects: others.iter().filter_map(effect).collect(),
+    }
+}
+
+fn squares_about_mean(values: &[f64]) -> f64 {
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    values.iter().map(|value| (value - mean).powi(2)).sum()
+}

@@ -1,0 +1,149 @@
+//! The windows of a session formed without a suspect cause: along another path, with a channel changed or left out, with the
+//! accelerometers at another place.
+
+use std::sync::Arc;
+
+use doublet_core::compatibility::Cure;
+use doublet_core::model::Position;
+use doublet_core::quantity::Role;
+use doublet_core::reconstruct::{FilterData, Input, Measurement, MeasurementSeries, Reconstruction, measured_path};
+use rayon::prelude::*;
+
+use crate::graph::Control;
+use crate::run::Snapshot;
+use crate::session::{Manoeuvre, PathSource, Session, WindowRole};
+use crate::stage::{self, AeroWindow, PhysicsRow, WindowAero, WindowPath};
+
+/// A manoeuvre that fits are made of.
+#[derive(Clone, Copy)]
+pub(super) struct Used<'a> {
+    pub(super) manoeuvre: &'a Manoeuvre,
+    path: &'a WindowPath,
+    aero: &'a Arc<WindowAero>,
+}
+
+impl<'a> Used<'a> {
+    /// The manoeuvre, where it is one of identification and was computed.
+    pub(super) fn new(snapshot: &'a Snapshot, manoeuvre: &'a Manoeuvre) -> Option<Self> {
+        let results = snapshot.windows.get(&manoeuvre.name).filter(|_| manoeuvre.role == WindowRole::Identification)?;
+        Some(Self { manoeuvre, path: results.path.ready()?, aero: results.aero.ready()? })
+    }
+
+    /// Samples of its coefficients.
+    pub(super) fn samples(self) -> usize {
+        self.aero.data.time_s.len()
+    }
+
+    /// As it was computed.
+    pub(super) fn as_computed(self) -> AeroWindow<'a> {
+        (self.manoeuvre, Arc::clone(self.aero))
+    }
+
+    /// What its filter was given, and what it found.
+    fn nominal(self) -> (&'a FilterData, &'a Reconstruction) {
+        (&self.path.data, &self.path.reconstruction)
+    }
+
+    fn formed(self, aero: WindowAero) -> AeroWindow<'a> {
+        (self.manoeuvre, Arc::new(aero))
+    }
+}
+
+/// The windows with the path taken from another source; none where one of them does not have it.
+pub(super) fn along<'a>(session: &Session, used: &[Used<'a>], source: PathSource) -> Option<Vec<AeroWindow<'a>>> {
+    let one = |used: &Used<'a>| {
+        let data = &*used.path.data;
+        let measured;
+        let path: &Reconstruction = match source {
+            PathSource::Measured => {
+                measured = measured_path(data).ok()?;
+                &measured
+            }
+            _ => &used.path.reconstruction,
+        };
+        let by = (&session.preparation, source);
+        Some(used.formed(stage::aero_along_from(used.aero, used.nominal(), (data, path), by).ok()?))
+    };
+    used.par_iter().map(one).collect()
+}
+
+/// The windows of `flight` with what a row says of its channel changed, or without the channel where it says nothing; none where
+/// that cannot be formed.
+pub(super) fn corrected<'a>(
+    session: &Session,
+    used: &[Used<'a>],
+    flight: &str,
+    row: &PhysicsRow,
+) -> Option<Vec<AeroWindow<'a>>> {
+    let role = Role::from_name(&row.channel)?;
+    let of_flight: Vec<Used<'a>> = used.iter().copied().filter(|used| used.manoeuvre.flight == flight).collect();
+    let data: Option<Vec<FilterData>> = of_flight
+        .iter()
+        .map(|used| match &row.change {
+            Some(cure) => changed(&used.path.data, cure),
+            None => without(&used.path.data, role),
+        })
+        .collect();
+    let data = data.filter(|data| !data.is_empty())?;
+    let by = (&session.filter, session.preparation.path);
+    let paths = stage::reconstructions(&data.iter().collect::<Vec<_>>(), by, &Control::default());
+    let mut formed = Vec::with_capacity(used.len());
+    for ((used, data), path) in of_flight.iter().zip(&data).zip(paths) {
+        let path = path.ok()?;
+        let aero = stage::aero_along(used.aero, used.nominal(), (data, &path), &session.preparation).ok()?;
+        formed.push(used.formed(aero));
+    }
+    formed.extend(used.iter().filter(|used| used.manoeuvre.flight != flight).map(|used| used.as_computed()));
+    Some(formed)
+}
+
+/// The windows of `flight` with the accelerometers at a place from the centre of gravity, body axes, m; forces alone.
+pub(super) fn moved<'a>(used: &[Used<'a>], flight: &str, place_m: [f64; 3]) -> Option<Vec<AeroWindow<'a>>> {
+    let one = |used: &Used<'a>| {
+        if used.manoeuvre.flight != flight {
+            return Some(used.as_computed());
+        }
+        let aero = used.aero;
+        let data =
+            doublet_core::model::AeroData { accelerometer: Some(Position::BodyFromCg(place_m)), ..aero.data.clone() };
+        Some(used.formed(WindowAero::form(data, aero.settings.clone(), aero.air_density).ok()?))
+    };
+    used.iter().map(one).collect()
+}
+
+/// Samples with a change of the channel map; none where it is not one of inertial channels or measurements.
+fn changed(data: &FilterData, cure: &Cure) -> Option<FilterData> {
+    let mut data = data.clone();
+    match *cure {
+        Cure::Scale { role, factor, offset, .. } => {
+            let values = values_of(&mut data, role)?;
+            *values = values.iter().map(|value| factor * value + offset).collect();
+        }
+        Cure::Swap { one, other } => {
+            let (first, second) = (values_of(&mut data, one)?.clone(), values_of(&mut data, other)?.clone());
+            if first.len() != second.len() {
+                return None;
+            }
+            *values_of(&mut data, one)? = second;
+            *values_of(&mut data, other)? = first;
+        }
+        Cure::Reassign { .. } | Cure::Clock { .. } | Cure::Shift { .. } | Cure::Travel { .. } => return None,
+    }
+    Some(data)
+}
+
+/// Samples without a measurement; none where the channel is none.
+fn without(data: &FilterData, role: Role) -> Option<FilterData> {
+    let measurement = Measurement::ALL.into_iter().find(|measurement| measurement.role() == role)?;
+    let mut data = data.clone();
+    data.measurements[measurement as usize] = MeasurementSeries::default();
+    Some(data)
+}
+
+fn values_of(data: &mut FilterData, role: Role) -> Option<&mut Arc<[f64]>> {
+    if let Some(input) = Input::ALL.into_iter().find(|input| input.role() == role) {
+        return Some(&mut data.inputs.columns[input as usize]);
+    }
+    let measurement = Measurement::ALL.into_iter().find(|measurement| measurement.role() == role)?;
+    Some(&mut data.measurements[measurement as usize].values).filter(|values| !values.is_empty())
+}

@@ -1,0 +1,147 @@
+//! Verdicts on equivalent systems and on equations of motion fitted to a table.
+
+use doublet_core::estimate::{EquationFault, EquationFit};
+use doublet_dynamics::frequency::{EquivalentSystem, FittedParameter, FrequencyError, Mismatch};
+
+use super::{Finding, Level, Verdict};
+
+/// Cost of the mismatch (Tischler and Remple, chapter 11): up to the first the form is hardly told from the response, beyond the second it
+/// does not fit.
+const COST: [f64; 2] = [50.0, 100.0];
+/// A richer form fits better where it leaves no more than this part of the cost.
+const RICHER_LEFT: f64 = 0.5;
+/// Difference of one quantity by two forms or methods, in joint standard errors, and part of it that it must be as well.
+const APART: [f64; 2] = [2.0, 5.0];
+const APART_PART: f64 = 0.1;
+/// Coefficient of determination of an output.
+const R2: [f64; 2] = [0.7, 0.0];
+
+/// What a form is compared with.
+pub(crate) struct Alternative<'a> {
+    /// The fit by a form with two orders more.
+    pub(crate) fit: &'a EquivalentSystem,
+    /// Its mismatch.
+    pub(crate) mismatch: Mismatch,
+    /// What follows from it.
+    pub(crate) derived: &'a [FittedParameter],
+}
+
+/// Verdict on an equivalent system: its mismatch, what a richer form makes of the same quantities, and the other method.
+pub(crate) fn of_system(
+    (fit, mismatch, derived): (&EquivalentSystem, &Mismatch, &[FittedParameter]),
+    richer: Option<&Alternative<'_>>,
+    other: Option<&Result<EquivalentSystem, FrequencyError>>,
+) -> Verdict {
+    let place = format!("form {}", fit.form);
+    let mut findings = Vec::new();
+    let level = match mismatch.cost {
+        cost if cost <= COST[0] => Level::Good,
+        cost if cost <= COST[1] => Level::Caution,
+        _ => Level::Bad,
+    };
+    let text = format!("Form does not fit the response: cost {:.0} (limit {:.0}).", mismatch.cost, COST[0]);
+    findings.push(
+        finding(level, "form", &place, text, "Choose a form of higher order.").with_figure(mismatch.cost, COST[0]),
+    );
+    if let Some(richer) = richer.filter(|richer| richer.mismatch.cost < RICHER_LEFT * mismatch.cost) {
+        for own in fit.parameters.iter().chain(derived) {
+            let named = |one: &&FittedParameter| one.name == own.name;
+            let with = richer.derived.iter().find(named);
+            let Some((level, times)) = with.and_then(|with| apart(own, with)) else { continue };
+            let text = format!(
+                "{} is {:.4} by form {}, {:.4} by form {}: {times:.1} standard errors (limit {:.0}).",
+                own.name,
+                own.value,
+                fit.form,
+                with.map_or(f64::NAN, |with| with.value),
+                richer.fit.form,
+                APART[0]
+            );
+            let fix = format!("Use form {}.", richer.fit.form);
+            findings.push(finding(level, "form", &place, text, &fix).with_figure(times, APART[0]));
+        }
+    }
+    for own in other.and_then(|other| other.as_ref().ok()).into_iter().flat_map(|other| &other.parameters) {
+        let Some(first) = fit.parameter(&own.name) else { continue };
+        let Some((level, times)) = apart(first, own) else { continue };
+        let text = format!(
+            "{} is {:.4} by one method, {:.4} by the other: {times:.1} standard errors (limit {:.0}).",
+            own.name, first.value, own.value, APART[0]
+        );
+        let level = level.min(Level::Caution);
+        findings
+            .push(finding(level, "twin", &place, text, "Check the band and the form.").with_figure(times, APART[0]));
+    }
+    if fit.is_delay_at_zero {
+        let text = "Delay hit its lower bound 0: the data lead the model.".to_owned();
+        findings.push(finding(Level::Caution, "delay-bound", &place, text, "Choose a form of higher order."));
+    }
+    Verdict::of(findings)
+}
+
+/// Level and joint standard errors of the difference of one quantity by two fits; none where they agree.
+fn apart(one: &FittedParameter, other: &FittedParameter) -> Option<(Level, f64)> {
+    let difference = (one.value - other.value).abs();
+    let times = difference / one.standard_error.hypot(other.standard_error);
+    let level = match times {
+        times if times > APART[1] => Level::Bad,
+        times if times > APART[0] => Level::Caution,
+        _ => return None,
+    };
+    (difference > APART_PART * one.value.abs()).then_some((level, times))
+}
+
+/// Verdict on parameters of equations of motion by both methods.
+pub(crate) fn of_equations(
+    equation_error: &Result<EquationFit, EquationFault>,
+    output_error: &Result<EquationFit, EquationFault>,
+) -> Verdict {
+    let mut findings = Vec::new();
+    if let Err(error) = output_error {
+        let text = format!("Output error has no result: {error}");
+        let fix = "Do not use equation error alone; check columns, signs and units.";
+        findings.push(finding(Level::Bad, "failed", "output error", text, fix));
+    }
+    if let Err(error) = equation_error {
+        let text = format!("Equation error has no result: {error}");
+        findings.push(finding(Level::Caution, "failed", "equation error", text, "Check columns, signs and units."));
+    }
+    for (name, fit) in [("equation error", equation_error), ("output error", output_error)] {
+        let Ok(found) = fit else { continue };
+        for (output, quality) in found.compared.iter().zip(&found.fit.quality) {
+            let level = match quality.r_squared {
+                r2 if r2 >= R2[0] => continue,
+                r2 if r2 >= R2[1] => Level::Caution,
+                _ => Level::Bad,
+            };
+            let place = format!("{name}, {output}");
+            let text = format!("R2 of {output} is {:.2} (limit {}).", quality.r_squared, R2[0]);
+            let fix = "Check columns, signs and units, or add a term.";
+            findings.push(finding(level, "r2", &place, text, fix).with_figure(quality.r_squared, R2[0]));
+        }
+    }
+    if let (Ok(first), Ok(second)) = (equation_error, output_error) {
+        for index in 0..first.parameters.min(second.parameters) {
+            let row = |found: &EquationFit| FittedParameter {
+                name: found.fit.names[index].clone(),
+                value: found.fit.estimates[index],
+                standard_error: found.corrected_errors[index],
+                low: f64::NAN,
+                high: f64::NAN,
+            };
+            let (first, second) = (row(first), row(second));
+            let Some((level, times)) = apart(&first, &second) else { continue };
+            let text = format!(
+                "{} is {:.4} by equation error, {:.4} by output error: {times:.1} standard errors (limit {:.0}).",
+                first.name, first.value, second.value, APART[0]
+            );
+            let fix = "Check delays, noise of the states and the band.";
+            findings.push(finding(level, "twin", &first.name, text, fix).with_figure(times, APART[0]));
+        }
+    }
+    Verdict::of(findings)
+}
+
+fn finding(level: Level, code: &'static str, place: &str, text: String, fix: &str) -> Finding {
+    Finding::new(level, code, place, text).with_cure(fix)
+}

@@ -1,0 +1,202 @@
+//! Findings by what they change: what a suspect manoeuvre, channel or place does to a derivative, and a finding about the flight path or
+//! a channel by the worst it does.
+
+use doublet_core::model::Coefficient;
+
+use super::derivative::is_determined;
+use super::effect::{Cause, Effect};
+use super::judge::{Evidence, place};
+use super::{Finding, Level, Verdict, propulsion};
+use crate::stage::CoefficientFit;
+
+/// Part of the samples of a fit in manoeuvres with an inconsistent flight path from which the path of all of them is suspect.
+const INCONSISTENT_PART: f64 = 0.5;
+
+/// What suspect causes change of the parameter `index` of a pooled fit.
+pub(super) fn findings(evidence: Evidence<'_>, fit: &CoefficientFit, index: usize) -> Vec<Finding> {
+    let Some(judged) = Judged::new(evidence, fit, index) else { return Vec::new() };
+    judged.effects().into_iter().filter_map(|(level, effect)| judged.finding(level, effect)).collect()
+}
+
+/// Whether the fit with a channel of a flight corrected was formed.
+pub(super) fn is_known(evidence: Evidence<'_>, coefficient: Coefficient, flight: &str, channel: &str) -> bool {
+    let all = evidence.consequences.iter().filter(|one| one.coefficient == coefficient);
+    let mut effects = all.flat_map(|one| &one.derivatives).flat_map(|(_, consequence)| &consequence.effects);
+    effects.any(|effect| effect.cause == Cause::Channel && effect.of[..] == [flight, channel])
+}
+
+/// The level of a finding of the session by what it changes: no worse than its effect on the derivatives, where that is
+/// known; and the part of a coefficient's motion that it moves.
+pub(super) fn weighed(evidence: Evidence<'_>, finding: &Finding, fits: &[&CoefficientFit]) -> (Level, f64) {
+    let is_its_cause: Box<dyn Fn(&Effect) -> bool> = match finding.code {
+        // A caution about the path counts by what the filter without the smoother gives; the path as measured holds the delays of its sensors.
+        "nis" | "innovation" | "smoother" if finding.level == Level::Caution => {
+            Box::new(|effect| matches!(effect.cause, Cause::PathFiltered | Cause::SuspectsLeftOut))
+        }
+        "nis" | "innovation" | "smoother" => {
+            Box::new(|effect| matches!(effect.cause, Cause::PathMeasured | Cause::SuspectsLeftOut))
+        }
+        "saturated" | "stuck" | "turn" | "dynamic-pressure" | "sampling" => {
+            Box::new(|effect| effect.cause == Cause::SuspectsLeftOut)
+        }
+        "accelerometer" => Box::new(|effect| effect.cause == Cause::Accelerometer),
+        "propulsion" => Box::new(|effect| effect.cause == Cause::Thrust),
+        "physics" => Box::new(|effect| {
+            let [flight, channel] = &effect.of[..] else { return false };
+            effect.cause == Cause::Channel && finding.place == format!("flight '{flight}', {channel}")
+        }),
+        // A bias of az is in the constant of CZ alone; output error of one manoeuvre is a check of its own fit.
+        "gravity" | "follows" => return (Level::Good, 0.0),
+        _ => return (finding.level, own_part(finding, fits, evidence)),
+    };
+    let (mut worst, mut most) = (None, 0.0_f64);
+    for fit in fits {
+        let parameters = fit.fit.as_ref().map_or(0, |fit| fit.parameters());
+        for judged in (0..parameters).filter_map(|index| Judged::new(evidence, fit, index)) {
+            for (level, effect) in judged.all_effects().filter(|(_, effect)| is_its_cause(effect)) {
+                worst = worst.max(Some(level));
+                most = most.max(judged.consequence.motion_ratio * (effect.estimate - judged.estimate).abs());
+            }
+        }
+    }
+    (worst.map_or(finding.level, |worst| finding.level.min(worst)), most)
+}
+
+/// Part of its coefficient's motion that the derivative a finding is about makes; of a finding about something else all of it.
+fn own_part(finding: &Finding, fits: &[&CoefficientFit], evidence: Evidence<'_>) -> f64 {
+    let Some(name) = finding.place.strip_suffix(" (pooled)") else { return 1.0 };
+    let found = fits.iter().find_map(|fit| evidence.consequence(fit.coefficient, name));
+    found.map_or(1.0, |consequence| consequence.share)
+}
+
+/// A derivative whose effects are judged.
+struct Judged<'a> {
+    fit: &'a CoefficientFit,
+    name: &'a str,
+    estimate: f64,
+    error: f64,
+    consequence: &'a super::Consequence,
+    /// Part of the samples in manoeuvres with an inconsistent flight path.
+    inconsistent_part: f64,
+    /// Whether the coefficient contains a thrust that is not known.
+    thrust_unknown: bool,
+    /// Manoeuvres of the fit with findings.
+    suspects: Vec<&'a str>,
+}
+
+impl<'a> Judged<'a> {
+    /// None of a derivative that the samples do not determine: that is its finding.
+    fn new(evidence: Evidence<'a>, fit: &'a CoefficientFit, index: usize) -> Option<Self> {
+        let estimate = fit.fit.as_ref().ok().filter(|_| is_determined(fit, index))?;
+        let name = estimate.names.get(index)?;
+        let consequence = evidence.consequence(fit.coefficient, name)?;
+        let error = fit.corrected_errors.get(index).copied().filter(|_| estimate.origins[index].is_estimated())?;
+        let verdict = |window: &str| evidence.judged_windows?.get(window).map(|judged| &judged.verdict);
+        let all: usize = fit.windows.iter().map(|(_, samples)| samples).sum();
+        let odd = fit.windows.iter().filter(|(window, _)| verdict(window).is_some_and(is_inconsistent));
+        let odd: usize = odd.map(|(_, samples)| samples).sum();
+        let suspects = fit.windows.iter().map(|(window, _)| window.as_str());
+        Some(Self {
+            fit,
+            name,
+            estimate: estimate.estimates[index],
+            error,
+            consequence,
+            inconsistent_part: odd as f64 / all.max(1) as f64,
+            thrust_unknown: propulsion::is_unknown(evidence, fit),
+            suspects: suspects.filter(|window| verdict(window).is_some_and(is_suspect)).collect(),
+        })
+    }
+
+    /// The effects of all causes, with their levels.
+    fn all_effects(&self) -> impl Iterator<Item = (Level, &'a Effect)> {
+        let level = |effect: &'a Effect| (self.consequence.level((self.estimate, self.error), effect), effect);
+        self.consequence.effects.iter().map(level)
+    }
+
+    /// Those of causes that something speaks for.
+    fn effects(&self) -> Vec<(Level, &'a Effect)> {
+        let counts = |(_, effect): &(Level, &Effect)| match effect.cause {
+            Cause::PathMeasured => self.inconsistent_part >= INCONSISTENT_PART,
+            Cause::SuspectsLeftOut => !self.suspects.is_empty() && self.suspects.len() < self.fit.windows.len(),
+            Cause::Channel | Cause::Accelerometer => true,
+            Cause::Thrust => self.thrust_unknown,
+            Cause::PathFiltered | Cause::LeftOut => false,
+        };
+        self.all_effects().filter(counts).collect()
+    }
+
+    fn finding(&self, level: Level, effect: &Effect) -> Option<Finding> {
+        if level == Level::Good {
+            return None;
+        }
+        let (code, cause, fix, panel, setting) = match effect.cause {
+            Cause::PathMeasured => (
+                "path",
+                "with the path as measured".to_owned(),
+                "Check the noise and the delays of the measurements in turbulence.".to_owned(),
+                "Noise and filter",
+                "preparation.path".to_owned(),
+            ),
+            Cause::SuspectsLeftOut => (
+                "windows",
+                format!(
+                    "without {}",
+                    self.suspects.iter().map(|name| format!("'{name}'")).collect::<Vec<_>>().join(", ")
+                ),
+                "Fix the findings on these manoeuvres, or exclude them.".to_owned(),
+                "Manoeuvres",
+                "window.role".to_owned(),
+            ),
+            Cause::Channel => (
+                "physics",
+                format!("with {} corrected", effect.of.last()?),
+                "Apply the fix of the channel.".to_owned(),
+                "Channels",
+                String::new(),
+            ),
+            Cause::Accelerometer => (
+                "accelerometer",
+                "with the accelerometers where they are found".to_owned(),
+                "State the place of the accelerometers.".to_owned(),
+                "Airframe",
+                "aircraft".to_owned(),
+            ),
+            Cause::Thrust => (
+                "propulsion",
+                "with a term of airspeed".to_owned(),
+                "Record the thrust, or add a term of airspeed.".to_owned(),
+                "Propulsion",
+                "preparation.remove_thrust".to_owned(),
+            ),
+            Cause::PathFiltered | Cause::LeftOut => return None,
+        };
+        let times = (effect.estimate - self.estimate).abs() / self.error;
+        let text = format!(
+            "{:.4} ± {:.2} becomes {:.4} {cause}: {times:.1} standard errors (limit 2)",
+            self.estimate, self.error, effect.estimate
+        );
+        let finding = Finding::new(level, code, place(self.name, None), text).with_figure(times, 2.0);
+        let finding = finding.with_cure(fix).with_setting(panel, setting);
+        Some(if effect.cause == Cause::PathMeasured { finding.with_value("\"measured\"") } else { finding })
+    }
+}
+
+/// Whether a manoeuvre is tried without: something of it is bad, or wrong besides its flight path.
+pub(super) fn is_suspect(verdict: &Verdict) -> bool {
+    verdict.reasons.iter().any(|reason| match reason.code {
+        "follows" | "match" | "as-measured" => false,
+        "nis" | "smoother" | "innovation" => reason.level == Level::Bad,
+        _ => true,
+    })
+}
+
+/// Whether the measurements of a manoeuvre do not fit one flight path; noise stated too large is no reason for that.
+fn is_inconsistent(verdict: &Verdict) -> bool {
+    let is_small = |reason: &Finding| reason.figure.is_some_and(|ratio| ratio < 1.0);
+    verdict.reasons.iter().any(|reason| match reason.code {
+        "nis" => !is_small(reason),
+        "smoother" | "innovation" => reason.level == Level::Bad,
+        _ => false,
+    })
+}
