@@ -1,6 +1,6 @@
 //! What a run says on the terminal: the verdict, the fits with their derivatives and what to look at first, or everything.
 
-use doublet_engine::report::{self, DerivativeRow, EngineRow, FitRow, Results};
+use doublet_engine::report::{self, DelayRow, DerivativeRow, EngineRow, FitRow, Results};
 use doublet_engine::run::Snapshot;
 use doublet_engine::session::Session;
 use doublet_engine::verdict::{self, Folded, Level};
@@ -29,6 +29,11 @@ pub fn print(session: &Session, snapshot: &Snapshot, verbose: bool) {
     }
     if let Some(verdicts) = snapshot.verdicts.ready() {
         text::line(&format!("verdict {}", verdicts.headline()));
+    }
+    let applied: Vec<String> =
+        results.sensor_delays.iter().filter(|delay| delay.applied).map(DelayRow::words).collect();
+    if !applied.is_empty() {
+        text::line(&format!("delays applied: {}", applied.join("; ")));
     }
     if let Some(gusts) = results.gusts.as_ref().filter(|gusts| gusts.applied) {
         text::line(&format!("gusts {}", gusts.words()));

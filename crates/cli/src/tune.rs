@@ -78,9 +78,9 @@ pub fn tune(arguments: &TuneArguments) -> Result<(), String> {
             (None, error) => return Err(format!("window '{name}': {}", error.unwrap_or("was not reconstructed"))),
         }
     }
-    // Gravity and gusts its paths were made with.
+    // Gravity, delays and gusts its paths were made with.
     let session = snapshot.gravity.as_ref().map_or_else(|| session.clone(), |used| stage::with_gravity(&session, used));
-    let session = stage::with_gusts(&session, snapshot.gusts.as_ref());
+    let session = stage::settled(&session, &snapshot.air);
     if !arguments.delay.is_empty() {
         progress.finish();
         let found = tune_delay(&paths, &session.filter, &arguments.delay, arguments.range, &control)?;

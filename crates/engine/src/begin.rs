@@ -16,7 +16,7 @@ use doublet_core::series::{Channel, Recording, TimeRange};
 use crate::builtin;
 use crate::run::Control;
 use crate::session::{
-    Edit, Estimation, Flight, GravitySource, GustSource, Manoeuvre, MapRef, NoiseEdit, Preparation, RecordingRef,
+    DelaySource, Edit, Estimation, Flight, GravitySource, GustSource, Manoeuvre, MapRef, NoiseEdit, Preparation, RecordingRef,
     Session, content_hash,
 };
 use crate::stage::{
@@ -376,6 +376,7 @@ pub fn empty_session(title: &str, aircraft: Option<&str>) -> Session {
         filter: FilterSettings::default(),
         gravity: GravitySource::Position,
         gusts: GustSource::Estimated,
+        delays: DelaySource::Estimated,
         preparation: Preparation::default(),
         sensor_errors: Default::default(),
         estimation: Estimation::default(),

@@ -158,7 +158,8 @@ impl std::ops::Deref for ValidSettings {
 
 impl FilterSettings {
     /// The settings that likelihoods are computed with: an extended filter without air-data states, smoothed once or not at all.
-    pub(crate) fn simplified(&self, smooth: bool) -> Self {
+    #[must_use]
+    pub fn simplified(&self, smooth: bool) -> Self {
         let method = if let Method::Ukf { .. } = self.method { Method::USUAL_IEKF } else { self.method };
         Self { method, smooth, smoother_passes: 1, air_data_deviation: [0.0; AIR_STATES], ..self.clone() }
     }

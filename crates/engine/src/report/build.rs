@@ -42,6 +42,7 @@ pub fn build(session: &Session, snapshot: &Snapshot) -> Results {
         reference: aircraft.map(|aircraft| setup::reference(aircraft, &session.preparation)),
         gravity_m_s2: snapshot.gravity_m_s2(session),
         gravity_origin: snapshot.gravity.as_ref().map(|used| used.origin.clone()).unwrap_or_default(),
+        sensor_delays: gusts::delays(snapshot),
         gusts: gusts::gusts(snapshot),
         differentiation: signals::differentiation(&session.preparation),
         filter: match session.filter.method {

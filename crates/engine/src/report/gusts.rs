@@ -1,9 +1,10 @@
-//! Gusts over the windows, as the reconstruction found them.
+//! Delays of the measurements and gusts over the windows, as the reconstruction found them.
 
 use doublet_core::reconstruct::State;
 use serde::Serialize;
 
 use crate::run::Snapshot;
+use crate::stage::SensorDelay;
 
 /// Gusts the likelihood calls for, and what they do to the angle of attack.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -38,7 +39,7 @@ impl GustRow {
 
 /// Gusts of a run that estimated them.
 pub fn gusts(snapshot: &Snapshot) -> Option<GustRow> {
-    let found = snapshot.gusts.as_ref()?;
+    let found = snapshot.air.gusts.as_ref()?;
     let (mut squares, mut samples) = ([0.0; 4], 0.0);
     for path in snapshot.windows.values().filter_map(|results| results.path.ready()) {
         let path = &path.reconstruction;
@@ -62,6 +63,37 @@ pub fn gusts(snapshot: &Snapshot) -> Option<GustRow> {
         deviation_m_s: [deviation[0], deviation[1]],
         part_of_alpha: deviation[2] / deviation[3],
     })
+}
+
+/// The delay of a group of measurements.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct DelayRow {
+    /// Measurements.
+    pub measurements: Vec<&'static str>,
+    /// Delay beside what the session states, s: what their time stamps are late.
+    pub delay_s: f64,
+    /// Its standard error, s.
+    pub standard_error_s: f64,
+    /// Whether the filter takes it: where it is significant.
+    pub applied: bool,
+}
+
+impl DelayRow {
+    /// In words.
+    pub fn words(&self) -> String {
+        format!("{} {:.0} ± {:.0} ms", self.measurements.join(", "), 1e3 * self.delay_s, 1e3 * self.standard_error_s)
+    }
+}
+
+/// Delays of a run that estimated them.
+pub fn delays(snapshot: &Snapshot) -> Vec<DelayRow> {
+    let row = |found: &SensorDelay| DelayRow {
+        measurements: found.kind.measurements().iter().map(|measurement| measurement.name()).collect(),
+        delay_s: found.delay_s,
+        standard_error_s: found.standard_error_s,
+        applied: found.is_significant(),
+    };
+    snapshot.air.delays.iter().flat_map(|found| found.0.iter().map(row)).collect()
 }
 
 /// Mean square about the mean.

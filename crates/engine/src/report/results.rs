@@ -4,7 +4,7 @@ use doublet_core::airframe::ReferenceGeometry;
 use serde::Serialize;
 
 use super::dynamics::DynamicsRow;
-use super::gusts::GustRow;
+use super::gusts::{DelayRow, GustRow};
 use super::mass::{FlownMassRow, MassRow};
 use super::prediction::{PredictionRow, ValidationRow};
 use super::proof::ProofRow;
@@ -50,6 +50,9 @@ pub struct Results {
     pub gravity_m_s2: f64,
     /// Where it comes from.
     pub gravity_origin: String,
+    /// Delays of the measurements; empty where the session states them or too few windows determine them.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub sensor_delays: Vec<DelayRow>,
     /// Gusts over the windows; none where the session states the random walk of the wind.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gusts: Option<GustRow>,

@@ -18,8 +18,8 @@ use crate::graph::{Cache, Cancelled, Context, Control, Key, Keyed, Stage, StageE
 use crate::notation::plural;
 use crate::session::{self, Flight, Manoeuvre, PathSource, Session};
 use crate::stage::{
-    self, AircraftData, EstimatedSensorErrors, FlightEngines, FlightPhysics, FlightProposals, FlownMass,
-    LoadedAircraft, LoadedFlight, PathErrors, PooledFits, ProofOfMatch, Samples, SessionGusts, SessionNoise,
+    Air,     self, AircraftData, EstimatedSensorErrors, FlightEngines, FlightPhysics, FlightProposals, FlownMass,
+    LoadedAircraft, LoadedFlight, PathErrors, PooledFits, ProofOfMatch, Samples, SensorDelays, SessionGusts, SessionNoise,
     StudyWindow, WidenedFits, WindowAero, WindowFits, WindowPath,
 };
 use crate::study::{Study, StudyInput};
@@ -213,7 +213,7 @@ impl<'a> Run<'a> {
         let gravity = stage::gravity(session, recording);
         let session = stage::with_gravity(session, &gravity);
         self.builder.update(|snapshot| snapshot.gravity = Some(gravity))?;
-        let session = self.settle_gusts(session, &flights)?;
+        let session = self.settle_filter(session, &flights)?;
         // Nothing but the verdict hangs on it; beside what long windows take there is no room for it.
         let is_examined = self.has_long_window(&flights);
         if is_examined {
@@ -245,10 +245,10 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// The session with the gusts of its windows in the filter, where it asks for them.
-    fn settle_gusts(&self, session: Session, flights: &[ReadFlight<'_>]) -> Result<Session, Cancelled> {
-        if !stage::needs_gusts(&session) {
-            self.builder.update(|snapshot| snapshot.gusts = None)?;
+    /// The session with the delays and the gusts of its windows in the filter, where it asks for them.
+    fn settle_filter(&self, session: Session, flights: &[ReadFlight<'_>]) -> Result<Session, Cancelled> {
+        if !stage::needs_air(&session) {
+            self.builder.update(|snapshot| snapshot.air = Air::default())?;
             return Ok(session);
         }
         let samples = |manoeuvre: &&Manoeuvre| {
@@ -259,13 +259,18 @@ impl<'a> Run<'a> {
             self.context.get::<Samples>((manoeuvre.window, &session.preparation), inputs).ok()
         };
         let samples: Vec<_> = self.windows.par_iter().filter_map(samples).collect();
-        let gusts = match self.context.get::<SessionGusts>(&session.filter, &samples) {
-            Ok(found) => found.0.clone(),
-            Err(StageError::Cancelled) => return Err(Cancelled),
-            Err(_) => None,
+        let gusts = |settings: &FilterSettings| {
+            let found = unless_cancelled(self.context.get::<SessionGusts>(settings, &samples))?;
+            Ok(found.and_then(|found| found.0.clone()))
         };
-        let settled = stage::with_gusts(&session, gusts.as_ref());
-        self.builder.update(|snapshot| snapshot.gusts = gusts)?;
+        let delays = |settings: &FilterSettings| {
+            let found = unless_cancelled(self.context.get::<SensorDelays>(settings, &samples))?;
+            Ok(found.map(|found| SensorDelays::clone(&found)))
+        };
+        let air: Result<_, Cancelled> = stage::settle_air(&session, &gusts, &delays);
+        let air = air?;
+        let settled = stage::settled(&session, &air);
+        self.builder.update(|snapshot| snapshot.air = air)?;
         Ok(settled)
     }
 
@@ -567,5 +572,13 @@ impl<'a> Run<'a> {
                 snapshot.noise.insert((*name).to_owned(), Slot::Ready(found));
             }
         })
+    }
+}
+
+/// What was found, if anything; or that the run was stopped.
+fn unless_cancelled<T>(found: StageResult<T>) -> Result<Option<T>, Cancelled> {
+    match found {
+        Err(StageError::Cancelled) => Err(Cancelled),
+        found => Ok(found.ok()),
     }
 }

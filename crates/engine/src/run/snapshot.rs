@@ -6,7 +6,6 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use doublet_core::airframe::LoadedState;
-use doublet_core::reconstruct::tuning::gusts::Gusts;
 
 use super::details::Details;
 use crate::graph::{FileStamp, Keyed, Stage, StageError};
@@ -14,7 +13,7 @@ use crate::planning::Enough;
 use crate::prior::PriorStudy;
 use crate::session::{Manoeuvre, Session};
 use crate::stage::{
-    AeroWindow, EstimatedSensorErrors, FlightEngines, FlightNoise, FlightPhysics, FlightProposals, FlownMass, Gravity,
+    AeroWindow, Air, EstimatedSensorErrors, FlightEngines, FlightNoise, FlightPhysics, FlightProposals, FlownMass, Gravity,
     LoadedAircraft, LoadedFlight, PooledFits, ProofOfMatch, WindowAero, WindowFits, WindowPath,
 };
 use crate::study::{
@@ -292,8 +291,8 @@ slots! {
         pub progress: f32,
         /// Gravity in use; `None` before the flights were read.
         pub gravity: Option<Gravity>,
-        /// Gusts over the windows; `None` where the session states the wind's random walk or they cannot be estimated.
-        pub gusts: Option<Gusts>,
+        /// Delays of the measurements and gusts over the windows; `None` where the session states them or they cannot be estimated.
+        pub air: Air,
         /// Files and folders the run read, as they were then.
         pub files: Arc<BTreeMap<PathBuf, FileStamp>>,
         /// Newest last.

@@ -73,6 +73,8 @@ pub struct Session {
     pub gravity: GravitySource,
     /// Where the random walk of the wind comes from.
     pub gusts: GustSource,
+    /// Where the delays of the measurements come from.
+    pub delays: DelaySource,
     /// How coefficients are formed from the reconstructed path.
     pub preparation: Preparation,
     /// Constant errors of the sensors asked for.
@@ -121,6 +123,16 @@ pub enum GustSource {
     /// The filter's settings state it.
     Stated,
     /// The likelihood of the measurements: gusts beside what the settings state, where they are significant.
+    #[default]
+    Estimated,
+}
+
+/// Where the delays of the measurements come from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum DelaySource {
+    /// The filter's settings state them.
+    Stated,
+    /// The innovations of all windows: delays beside what the settings state, where they are significant.
     #[default]
     Estimated,
 }

@@ -1,8 +1,9 @@
-//! Gusts over the windows of a session, for the filter that reconstructs them.
+//! Gusts over the windows of a session, with the delays of its measurements, for the filter that reconstructs them.
 
 use doublet_core::reconstruct::tuning::gusts::{Gusts, estimate_gusts};
 use doublet_core::reconstruct::{FilterData, FilterSettings};
 
+use super::delays::{SensorDelays, estimate_delays, needs_delays};
 use super::window_samples::Samples;
 use crate::graph::{Context, Control, Footprint, Keyed, Stage, StageResult};
 use crate::session::{GustSource, PathSource, Session};
@@ -30,25 +31,78 @@ impl Stage for SessionGusts {
     }
 }
 
-/// Whether the paths of a session depend on its gusts.
-pub fn needs_gusts(session: &Session) -> bool {
+/// Delays and gusts of the windows of a session, where it asks for them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Air {
+    /// Delays of the measurements.
+    pub delays: Option<SensorDelays>,
+    /// Gusts.
+    pub gusts: Option<Gusts>,
+}
+
+/// Whether a session asks for delays or gusts.
+pub fn needs_air(session: &Session) -> bool {
+    needs_delays(session) || needs_gusts(session)
+}
+
+fn needs_gusts(session: &Session) -> bool {
     session.gusts == GustSource::Estimated && session.preparation.path != PathSource::Measured
 }
 
-/// The session with these gusts in its filter, where they are significant.
-pub fn with_gusts(session: &Session, gusts: Option<&Gusts>) -> Session {
+/// The session with these delays and gusts in its filter, where they are significant.
+#[must_use]
+pub fn settled(session: &Session, air: &Air) -> Session {
     let mut session = session.clone();
-    if let Some(gusts) = gusts.filter(|gusts| gusts.is_significant()) {
+    if let Some(delays) = &air.delays {
+        session.filter = delays.added_to(&session.filter);
+    }
+    if let Some(gusts) = air.gusts.as_ref().filter(|gusts| gusts.is_significant()) {
         session.filter = gusts.added_to(&session.filter);
     }
     session
 }
 
-/// The filter of a session for windows of one flight that no pipeline runs: with their gusts, where the session asks for them.
-pub(crate) fn filter_for(session: &Session, data: &[&FilterData], control: &Control) -> StageResult<FilterSettings> {
-    if !needs_gusts(session) {
-        return Ok(session.filter.clone());
+/// Estimates what a session asks for, by functions of the settings of a filter. Late sensors look like gusts and gusts like late vanes:
+/// delays are estimated with the gusts in the filter, the gusts once more with the delays, and the delays once more where gusts come or
+/// go by that. A random walk does not tell a gust from a late vane or airspeed: in gusts those delays are left out.
+///
+/// # Errors
+/// Those of the functions.
+pub fn settle_air<E>(
+    session: &Session,
+    gusts: &dyn Fn(&FilterSettings) -> Result<Option<Gusts>, E>,
+    delays: &dyn Fn(&FilterSettings) -> Result<Option<SensorDelays>, E>,
+) -> Result<Air, E> {
+    let with = |air: &Air| settled(session, air).filter;
+    let mut air = Air::default();
+    if needs_gusts(session) {
+        air.gusts = gusts(&session.filter)?;
     }
-    let gusts = estimate_gusts(data, &session.filter, &|| control.is_cancelled())?;
-    Ok(with_gusts(session, gusts.as_ref()).filter)
+    if !needs_delays(session) {
+        return Ok(air);
+    }
+    let is_gusty = |air: &Air| air.gusts.as_ref().is_some_and(Gusts::is_significant);
+    let late = |air: &Air| -> Result<Option<SensorDelays>, E> {
+        let found = delays(&with(&Air { delays: None, ..air.clone() }))?;
+        Ok(found.map(|found| if is_gusty(air) { found.without_air_data() } else { found }))
+    };
+    air.delays = late(&air)?;
+    let is_late = |air: &Air| air.delays.as_ref().is_some_and(SensorDelays::is_significant);
+    if !needs_gusts(session) || !is_late(&air) {
+        return Ok(air);
+    }
+    let before = is_gusty(&air);
+    air.gusts = gusts(&with(&Air { gusts: None, ..air.clone() }))?;
+    if is_gusty(&air) != before {
+        air.delays = late(&air)?;
+    }
+    Ok(air)
+}
+
+/// The filter of a session for windows of one flight that no pipeline runs: with their delays and gusts, where the session asks for them.
+pub(crate) fn filter_for(session: &Session, data: &[&FilterData], control: &Control) -> StageResult<FilterSettings> {
+    let gusts = |settings: &FilterSettings| Ok(estimate_gusts(data, settings, &|| control.is_cancelled())?);
+    let delays = |settings: &FilterSettings| Ok(Some(estimate_delays(data, settings, control)?));
+    let air: StageResult<Air> = settle_air(session, &gusts, &delays);
+    Ok(settled(session, &air?).filter)
 }

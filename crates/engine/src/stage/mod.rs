@@ -7,6 +7,7 @@
 mod aero;
 mod aircraft;
 mod align;
+mod delays;
 mod detail;
 mod engine_charts;
 mod engines;
@@ -45,6 +46,8 @@ pub use aircraft::{
     AircraftData, LoadedAircraft, NO_AIRCRAFT, aircraft_data, aircraft_of, load_aircraft, loading_on_board,
 };
 pub use align::{UsedClock, is_stamped_by};
+pub(crate) use delays::estimate_delays;
+pub use delays::{SensorDelay, SensorDelays};
 pub use detail::{
     BIAS_STATES, BiasTable, CoefficientStudy, Contributions, KindSummary, ResidualStudy, bias_table, contributions,
     kind_summaries, model_study, residual_studies, track_from_velocity,
@@ -60,7 +63,7 @@ pub(crate) use fit::{applies, constant_name};
 pub use flight_engines::{EngineOverFlight, FlightEngines, PowerAgreement, flight_engines};
 pub use gravity::{Gravity, gravity, with_gravity};
 pub(crate) use gusts::filter_for;
-pub use gusts::{SessionGusts, needs_gusts, with_gusts};
+pub use gusts::{Air, SessionGusts, needs_air, settle_air, settled};
 pub use information::{Information, RegressorCorrelation, information, regressor_correlations};
 pub use instruments::tank_channel;
 pub use mass::{FlownMass, FlownState, FuelRecord, FuelSource};

@@ -26,8 +26,10 @@ pub enum ConstantError {
     AlphaOffset,
     /// Offset of the recorded sideslip.
     BetaOffset,
-    /// Delay of position and velocity over ground.
+    /// Delay of horizontal position and of velocity over ground.
     GroundDelay,
+    /// Delay of the altitude, which is often of another sensor.
+    AltitudeDelay,
     /// Delay of both flow angles.
     FlowDelay,
     /// Delay of the airspeed.
@@ -38,10 +40,11 @@ pub enum ConstantError {
 
 impl ConstantError {
     /// All of them.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::AlphaOffset,
         Self::BetaOffset,
         Self::GroundDelay,
+        Self::AltitudeDelay,
         Self::FlowDelay,
         Self::AirspeedDelay,
         Self::AttitudeDelay,
@@ -53,6 +56,7 @@ impl ConstantError {
             Self::AlphaOffset => "alpha offset",
             Self::BetaOffset => "beta offset",
             Self::GroundDelay => "delay of position and velocity",
+            Self::AltitudeDelay => "delay of the altitude",
             Self::FlowDelay => "delay of alpha and beta",
             Self::AirspeedDelay => "delay of the airspeed",
             Self::AttitudeDelay => "delay of the attitude",
@@ -68,36 +72,41 @@ impl ConstantError {
         match self {
             Self::AlphaOffset => &[AngleOfAttack],
             Self::BetaOffset => &[Sideslip],
-            Self::GroundDelay => {
-                &[PositionNorth, PositionEast, PositionDown, VelocityNorth, VelocityEast, VelocityDown]
-            }
+            Self::GroundDelay => &[PositionNorth, PositionEast, VelocityNorth, VelocityEast, VelocityDown],
+            Self::AltitudeDelay => &[PositionDown],
             Self::FlowDelay => &[AngleOfAttack, Sideslip],
             Self::AirspeedDelay => &[Airspeed],
             Self::AttitudeDelay => &[BankAngle, PitchAngle, HeadingAngle],
         }
     }
 
-    fn is_delay(self) -> bool {
+    pub(super) fn is_delay(self) -> bool {
         !matches!(self, Self::AlphaOffset | Self::BetaOffset)
     }
 
+    /// Whether some window measures what it belongs to.
+    pub(super) fn is_in(self, windows: &[&FilterData]) -> bool {
+        let is_measured = |m: &Measurement| windows.iter().any(|data| !data.measurements[*m as usize].time_s.is_empty());
+        self.measurements().iter().any(is_measured)
+    }
+
     /// Step by which it is varied, rad or s: large beside rounding, small enough for the path to follow in proportion.
-    fn step(self) -> f64 {
+    pub(super) fn step(self) -> f64 {
         if self.is_delay() { 0.02 } else { 0.1_f64.to_radians() }
     }
 
     /// What is known of it before any flight, rad or s: a vane is set within half a degree, and recorders deliver attitude, flow
     /// angles and airspeed within some 0.05 s, satellite receivers within 0.1 s.
-    fn prior_deviation(self) -> f64 {
+    pub(super) fn prior_deviation(self) -> f64 {
         match self {
             Self::AlphaOffset | Self::BetaOffset => 0.5_f64.to_radians(),
-            Self::GroundDelay => 0.1,
+            Self::GroundDelay | Self::AltitudeDelay => 0.1,
             Self::FlowDelay | Self::AirspeedDelay | Self::AttitudeDelay => 0.05,
         }
     }
 
     /// The measurements of a window freed of an error of one step.
-    fn free(self, data: &FilterData, slopes: &[Vec<f64>; MEASUREMENTS]) -> FilterData {
+    pub(super) fn free(self, data: &FilterData, slopes: &[Vec<f64>; MEASUREMENTS]) -> FilterData {
         let mut data = data.clone();
         for &measurement in self.measurements() {
             let series = &mut data.measurements[measurement as usize];
@@ -203,7 +212,7 @@ pub fn path_errors(windows: &[ErrorWindow<'_>], settings: Settings<'_>, control:
     }
     let slopes = windows
         .par_iter()
-        .map(|(_, (data, path), _)| measurement_slopes(data, path, settings))
+        .map(|(_, (data, path), _)| measurement_slopes(data, path, (filter, preparation.path)))
         .collect::<StageResult<Vec<_>>>()?;
     let estimates = |aero: &mut dyn Iterator<Item = Arc<WindowAero>>| -> BTreeMap<String, f64> {
         let windows: Vec<AeroWindow<'_>> = windows.iter().map(|(manoeuvre, ..)| *manoeuvre).zip(aero).collect();
@@ -213,17 +222,13 @@ pub fn path_errors(windows: &[ErrorWindow<'_>], settings: Settings<'_>, control:
         fits.flat_map(|(shared, fit)| fit.fit.names.into_iter().zip(fit.fit.estimates).take(shared)).collect()
     };
     let nominal = estimates(&mut windows.iter().map(|(.., aero)| Arc::clone(aero)));
-    let has = |kind: &ConstantError| {
-        let is_measured =
-            |m: &Measurement| windows.iter().any(|(_, (data, _), _)| !data.measurements[*m as usize].time_s.is_empty());
-        kind.measurements().iter().any(is_measured)
-    };
-    let kinds: Vec<ConstantError> = ConstantError::ALL.into_iter().filter(has).collect();
+    let all: Vec<&FilterData> = windows.iter().map(|(_, (data, _), _)| *data).collect();
+    let kinds: Vec<ConstantError> = ConstantError::ALL.into_iter().filter(|kind| kind.is_in(&all)).collect();
     let mut freed: Vec<(ConstantError, Vec<Reconstruction>, BTreeMap<String, f64>)> = Vec::with_capacity(kinds.len());
     for &kind in &kinds {
         let data: Vec<FilterData> =
             windows.iter().zip(&slopes).map(|((_, (data, _), _), slopes)| kind.free(data, slopes)).collect();
-        let paths = side_by_side(&data, (filter, preparation.path), control)?;
+        let paths = side_by_side(&data.iter().collect::<Vec<_>>(), (filter, preparation.path), control)?;
         let one = |((window, data), path): ((&ErrorWindow<'_>, &FilterData), &Reconstruction)| {
             aero_along(window.2, window.1, (data, path), preparation).map(Arc::new)
         };
@@ -268,15 +273,14 @@ fn is_packed(filter: &FilterSettings, source: PathSource) -> bool {
 }
 
 /// Reconstructs windows side by side, on all cores.
-fn side_by_side(
-    data: &[FilterData],
+pub(super) fn side_by_side(
+    data: &[&FilterData],
     by: (&FilterSettings, PathSource),
     control: &Control,
 ) -> StageResult<Vec<Reconstruction>> {
-    let all: Vec<&FilterData> = data.iter().collect();
-    let groups = lane_groups(&all, rayon::current_num_threads());
+    let groups = lane_groups(data, rayon::current_num_threads());
     let one = |group: &Vec<usize>| {
-        let data: Vec<&FilterData> = group.iter().map(|&index| &data[index]).collect();
+        let data: Vec<&FilterData> = group.iter().map(|&index| data[index]).collect();
         reconstructions(&data, by, control)
     };
     let found: Vec<_> = groups.par_iter().map(one).collect();
@@ -288,12 +292,12 @@ fn side_by_side(
 }
 
 /// Rates of change of each measurement at its samples by the path, at the times they show.
-fn measurement_slopes(
+pub(super) fn measurement_slopes(
     data: &FilterData,
     path: &Reconstruction,
-    Settings { filter, preparation, .. }: Settings<'_>,
+    (filter, source): (&FilterSettings, PathSource),
 ) -> StageResult<[Vec<f64>; MEASUREMENTS]> {
-    let columns = measurements_of(states_of(path, preparation.path)?);
+    let columns = measurements_of(states_of(path, source)?);
     let time_s = &path.time_s;
     Ok(std::array::from_fn(|index| {
         let delay_s = filter.measurement_delay_s[index];

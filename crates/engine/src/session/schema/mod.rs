@@ -31,7 +31,7 @@ use self::preparation::{PreparationTable, preparation_from, preparation_table};
 use self::sensor_errors::{SensorErrorTable, sensor_error_table, sensor_errors_from};
 use super::edit::set_term;
 use super::{
-    Annotation, Estimation, GravitySource, GustSource, Manoeuvre, PooledConstants, PredictionParameters, Preparation,
+    Annotation, DelaySource, Estimation, GravitySource, GustSource, Manoeuvre, PooledConstants, PredictionParameters, Preparation,
     ReportFigure, Session, Surface, WindowFlags, WindowRole,
 };
 use crate::aircraft::AircraftChanges;
@@ -194,6 +194,8 @@ struct FilterTable {
     gravity_m_s2: Option<f64>,
     #[serde(skip_serializing_if = "is_estimated")]
     gusts: String,
+    #[serde(skip_serializing_if = "is_estimated")]
+    delays: String,
     process_noise: BTreeMap<String, f64>,
     measurement_noise: BTreeMap<String, f64>,
     initial_deviation: BTreeMap<String, f64>,
@@ -212,8 +214,8 @@ struct FilterTable {
 /// The default, which a file leaves out.
 const ESTIMATED: &str = "estimated";
 
-fn is_estimated(gusts: &str) -> bool {
-    gusts == ESTIMATED
+fn is_estimated(source: &str) -> bool {
+    source == ESTIMATED
 }
 
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "the form serde asks for")]
@@ -256,6 +258,7 @@ impl Default for EstimationTable {
 /// Names of the choices, in one place for both directions.
 const METHODS: [&str; 3] = ["ekf", "iekf", "ukf"];
 const GUSTS: [(&str, GustSource); 2] = [(ESTIMATED, GustSource::Estimated), ("stated", GustSource::Stated)];
+const DELAYS: [(&str, DelaySource); 2] = [(ESTIMATED, DelaySource::Estimated), ("stated", DelaySource::Stated)];
 const HOLDS: [(&str, InputHold); 2] = [("first_order", InputHold::FirstOrder), ("zero_order", InputHold::ZeroOrder)];
 const LINEARISATIONS: [(&str, Linearisation); 2] =
     [("prior", Linearisation::Prior), ("predicted", Linearisation::Predicted)];
@@ -320,6 +323,7 @@ pub fn parse(text: &str) -> Result<Session, SessionError> {
         noise_reasons: file.noise.reasons()?,
         gravity: if file.filter.gravity_m_s2.is_some() { GravitySource::Stated } else { GravitySource::Position },
         gusts: choose(&GUSTS, "filter.gusts", &file.filter.gusts)?,
+        delays: choose(&DELAYS, "filter.delays", &file.filter.delays)?,
         filter: filter_from(&file.filter)?,
         preparation: Preparation { known_errors, ..preparation_from(&file.preparation)? },
         sensor_errors,
@@ -455,6 +459,7 @@ pub fn print(session: &Session) -> Result<String, SessionError> {
         filter: FilterTable {
             gravity_m_s2: (session.gravity == GravitySource::Stated).then_some(session.filter.gravity_m_s2),
             gusts: name_of(&GUSTS, session.gusts),
+            delays: name_of(&DELAYS, session.delays),
             ..filter_table(&session.filter)
         },
         preparation: preparation_table(&session.preparation),
@@ -518,6 +523,7 @@ fn filter_table(settings: &FilterSettings) -> FilterTable {
         linearisation: name_of(&LINEARISATIONS, settings.linearisation),
         gravity_m_s2: None,
         gusts: ESTIMATED.to_owned(),
+        delays: ESTIMATED.to_owned(),
         process_noise: inputs(&settings.process_noise),
         measurement_noise: measurements(&settings.measurement_noise),
         initial_deviation: states(&settings.initial_deviation),

@@ -1,0 +1,170 @@
+//! Delays of the measurements over the windows of a session, for the filter that reconstructs them.
+
+use doublet_core::estimate::{InnovationEvidence, constant_errors};
+use doublet_core::reconstruct::tuning::gusts::select_windows;
+use doublet_core::reconstruct::{FilterData, FilterSettings, Reconstruction};
+use rayon::prelude::*;
+
+use super::path_errors::{ConstantError, measurement_slopes, side_by_side};
+use super::window_samples::Samples;
+use crate::graph::{Context, Control, Footprint, Keyed, Stage, StageResult};
+use crate::session::{DelaySource, PathSource, Session};
+
+/// Most steps of Gauss and Newton. Each takes a path without and with each error.
+const STEPS: usize = 4;
+/// Change of all delays below which no further step is taken, s.
+const CONVERGED_S: f64 = 0.001;
+/// Standard errors beyond which a delay is significant, and the least that is worth a change, s.
+const SIGNIFICANT: f64 = 3.0;
+const LEAST_S: f64 = 0.005;
+/// Largest standard error of a delay that is applied, s.
+const MOST_UNCERTAIN_S: f64 = 0.02;
+
+/// The delay of a group of measurements beside what the settings state.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SensorDelay {
+    /// Measurements.
+    pub kind: ConstantError,
+    /// Delay, s: what the time stamps are late.
+    pub delay_s: f64,
+    /// Its standard error, s.
+    pub standard_error_s: f64,
+}
+
+impl SensorDelay {
+    /// Whether the innovations determine it and call for it.
+    pub fn is_significant(&self) -> bool {
+        let least = LEAST_S.max(SIGNIFICANT * self.standard_error_s);
+        self.standard_error_s < MOST_UNCERTAIN_S && self.delay_s.abs() > least
+    }
+}
+
+/// The delays that the measurements of a session's windows show; empty where too few windows determine them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SensorDelays(pub Vec<SensorDelay>);
+
+impl Footprint for SensorDelays {
+    fn bytes(&self) -> usize {
+        self.0.len() * size_of::<SensorDelay>() + size_of::<Self>()
+    }
+}
+
+/// Of all windows together, in the order of the session.
+impl Stage for SensorDelays {
+    type Params<'a> = &'a FilterSettings;
+    type Inputs<'a> = &'a [Keyed<Samples>];
+    type Output = Self;
+    const NAME: &'static str = "delays";
+
+    fn run(settings: &FilterSettings, samples: &[Keyed<Samples>], context: &Context<'_>) -> StageResult<Self> {
+        let data: Vec<&FilterData> = samples.iter().map(|samples| &*samples.data).collect();
+        estimate_delays(&data, settings, context.control())
+    }
+}
+
+impl SensorDelays {
+    /// Whether one of them is.
+    pub fn is_significant(&self) -> bool {
+        self.0.iter().any(SensorDelay::is_significant)
+    }
+
+    /// Without those of flow angles and airspeed.
+    pub(super) fn without_air_data(mut self) -> Self {
+        self.0.retain(|delay| !matches!(delay.kind, ConstantError::FlowDelay | ConstantError::AirspeedDelay));
+        self
+    }
+
+    /// The settings with the significant ones beside the delays they state.
+    #[must_use]
+    pub fn added_to(&self, settings: &FilterSettings) -> FilterSettings {
+        let mut settings = settings.clone();
+        for found in self.0.iter().filter(|found| found.is_significant()) {
+            shift(&mut settings, found.kind, found.delay_s);
+        }
+        settings
+    }
+}
+
+fn shift(settings: &mut FilterSettings, kind: ConstantError, by_s: f64) {
+    for &measurement in kind.measurements() {
+        settings.measurement_delay_s[measurement as usize] += by_s;
+    }
+}
+
+/// Whether the paths of a session depend on the delays found.
+pub fn needs_delays(session: &Session) -> bool {
+    session.delays == DelaySource::Estimated && session.preparation.path != PathSource::Measured
+}
+
+/// Delays of ground velocity and position, flow angles, airspeed and attitude that make the innovations of all windows smallest, by steps
+/// of Gauss and Newton ([`constant_errors`]). Offsets of the flow angles are estimated with them.
+///
+/// # Errors
+/// That it was stopped. What the filter fails on leaves none.
+pub(crate) fn estimate_delays(
+    data: &[&FilterData],
+    settings: &FilterSettings,
+    control: &Control,
+) -> StageResult<SensorDelays> {
+    let data = select_windows(data);
+    let mut settings = settings.simplified(false);
+    let kinds: Vec<ConstantError> = ConstantError::ALL.into_iter().filter(|kind| kind.is_in(&data)).collect();
+    if data.len() <= kinds.len() {
+        return Ok(SensorDelays::default());
+    }
+    let mut found: Vec<SensorDelay> = kinds
+        .iter()
+        .filter(|kind| kind.is_delay())
+        .map(|&kind| SensorDelay { kind, delay_s: 0.0, standard_error_s: f64::INFINITY })
+        .collect();
+    for _ in 0..STEPS {
+        control.checkpoint()?;
+        let Ok((estimates, deviations)) = step(&data, &kinds, &settings, control) else {
+            control.checkpoint()?;
+            return Ok(SensorDelays::default());
+        };
+        let mut largest = 0.0_f64;
+        let of_delays = kinds.iter().zip(estimates.iter().zip(&deviations)).filter(|(kind, _)| kind.is_delay());
+        for (known, (&kind, (&by_s, &deviation))) in found.iter_mut().zip(of_delays) {
+            known.delay_s += by_s;
+            known.standard_error_s = deviation;
+            shift(&mut settings, kind, by_s);
+            largest = largest.max(by_s.abs());
+        }
+        if largest < CONVERGED_S || !found.iter().any(SensorDelay::is_significant) {
+            break;
+        }
+    }
+    Ok(SensorDelays(found))
+}
+
+/// One step: what each error is by the innovations with these settings, and its standard error.
+fn step(
+    data: &[&FilterData],
+    kinds: &[ConstantError],
+    settings: &FilterSettings,
+    control: &Control,
+) -> StageResult<(Vec<f64>, Vec<f64>)> {
+    // Rates of change are those of the smoothed path: the filtered one jumps where a measurement is taken.
+    let smoothed = (settings, PathSource::Smoothed);
+    let nominal = side_by_side(data, smoothed, control)?;
+    let slopes = data.par_iter().zip(&nominal).map(|(data, path)| measurement_slopes(data, path, smoothed));
+    let slopes = slopes.collect::<StageResult<Vec<_>>>()?;
+    let mut freed: Vec<(f64, Vec<Reconstruction>)> = Vec::with_capacity(kinds.len());
+    for kind in kinds {
+        let moved: Vec<FilterData> = data.iter().zip(&slopes).map(|(data, slopes)| kind.free(data, slopes)).collect();
+        freed.push((kind.step(), side_by_side(&moved.iter().collect::<Vec<_>>(), (settings, PathSource::Filtered), control)?));
+    }
+    let evidence: Vec<InnovationEvidence> = nominal
+        .iter()
+        .enumerate()
+        .map(|(index, nominal)| {
+            let freed: Vec<_> = freed.iter().map(|(step, paths)| (&paths[index], *step)).collect();
+            InnovationEvidence::new(nominal, &freed)
+        })
+        .collect();
+    let priors: Vec<f64> = kinds.iter().map(|kind| kind.prior_deviation()).collect();
+    let found = constant_errors(&evidence, &priors)?;
+    let deviations = found.deviations();
+    Ok((found.estimates, deviations))
+}
