@@ -16,8 +16,8 @@ use doublet_core::series::{Channel, Recording, TimeRange};
 use crate::builtin;
 use crate::run::Control;
 use crate::session::{
-    DelaySource, Edit, Estimation, Flight, GravitySource, GustSource, Manoeuvre, MapRef, NoiseEdit, Preparation, RecordingRef,
-    Session, content_hash,
+    DelaySource, Edit, Estimation, Flight, GravitySource, GustSource, Manoeuvre, MapRef, NoiseEdit, Preparation,
+    RecordingRef, Session, content_hash,
 };
 use crate::stage::{
     FlightPhysics, FlightProposals, LoadedFlight, NO_PATH_MEASUREMENT, NoiseFlight, measured_by, noise, open_entries,

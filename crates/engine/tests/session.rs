@@ -14,7 +14,7 @@ use doublet_engine::graph::Context;
 use doublet_engine::run::Control;
 use doublet_engine::session::{
     self, Annotation, ClockPairSetting, ClockSetting, Edit, EditError, ErrorValues, Estimation, ExpressionEdit,
-    DelaySource, ExpressionSetting, FilterEdit, Flight, GravitySource, GustSource, HeldSampleUse, InstrumentSetting, KeptStructure,
+    ExpressionSetting, FilterEdit, Flight, GravitySource, GustSource, HeldSampleUse, InstrumentSetting, KeptStructure,
     LevelFlight, Manoeuvre, MapRef, ModelEdit, NoiseChannel, Preparation, RecordingRef, SensorErrorMethod,
     SensorErrors, Session, SignalPreset, SignalSetting, SteadyWindow, Surface, WindowEdit, WindowFlag, WindowFlags,
     WindowRole,
@@ -106,7 +106,7 @@ fn example() -> Session {
         noise_reasons: [("alpha".to_owned(), "the pod is slow".to_owned())].into(),
         gravity: GravitySource::Stated,
         gusts: GustSource::Stated,
-        delays: DelaySource::Stated,
+        delays: session::DelaySource::Stated,
         filter: FilterSettings::default(),
         preparation: Preparation::default(),
         sensor_errors: Default::default(),

@@ -14,8 +14,8 @@ use doublet_core::reconstruct::{Input, State};
 use doublet_core::series::{Channel, Recording, Series, TimeRange};
 use doublet_core::simulate::scenario;
 use doublet_core::validate::{BandResult, Histories, Signal, TestResult, Tolerance};
-use doublet_engine::graph::{Cache, Context};
-use doublet_engine::run::{Control, Scope, Slot, Snapshot, WindowResults, run};
+use doublet_engine::graph::Context;
+use doublet_engine::run::{Slot, Snapshot, WindowResults};
 use doublet_engine::session::{self, Session, Surface, WindowRole};
 use doublet_engine::stage::{self, AeroWindow, CoefficientFit, ExtrapolatedThrust, PooledFits};
 use doublet_engine::study::{CheckStudy, CheckedDerivative, ControlLag, LagKind, LagStudy, WindowChecks};
@@ -23,12 +23,6 @@ use doublet_engine::verdict::{Finding, Level, PlausibleRange, Verdicts, fly_and_
 
 fn builtin(name: &str) -> Session {
     session::parse(doublet_engine::builtin::session(name).unwrap()).unwrap()
-}
-
-fn computed(session: &Session) -> Snapshot {
-    let folder = Path::new(".");
-    let scope = Scope { session, folder, first: None, studies: &[], cause: "test", generation: 1 };
-    run(&scope, &Snapshot::default(), &Cache::new(1 << 30), &Control::default(), &|_| {})
 }
 
 fn show(verdicts: &Verdicts) {
@@ -61,7 +55,7 @@ impl Sound {
         Self { session, snapshot }
     }
 
-    /// The worst finding with `code` once `change` is made, of the session, of windows as found, or of derivatives.
+    /// The worst finding with `code` once `change` is made, of the session, of windows as found, of fits or of derivatives.
     fn fires(&self, code: &str, change: impl Fn(&mut Session, &mut Snapshot)) -> Option<Finding> {
         let (mut session, mut snapshot) = (self.session.clone(), self.snapshot.clone());
         change(&mut session, &mut snapshot);
@@ -70,6 +64,7 @@ impl Sound {
         let mut all: Vec<Finding> = verdicts.session.reasons.clone();
         all.extend(verdicts.windows.values().flat_map(|window| window.verdict.reasons.iter().cloned()));
         all.extend(derivatives.flat_map(|verdict| verdict.reasons.iter().cloned()));
+        all.extend(verdicts.pooled.iter().flat_map(|fit| fit.verdict.reasons.iter().cloned()));
         all.sort_by_key(|finding| std::cmp::Reverse(finding.level));
         all.into_iter().find(|finding| finding.code == code)
     }
@@ -251,14 +246,29 @@ fn thrust_extrapolated_or_not_known_is_told_where_it_enters() {
     sound.expect("propulsion", &[((), BAD)], |_, snapshot, ()| {
         along(snapshot, &|aero| aero.unknown_thrust = vec!["rear".to_owned()]);
     });
-    let included = [((ThrustTreatment::Included, false), NONE), ((ThrustTreatment::Included, true), CAUTION)];
-    sound.expect("propulsion", &included, |_, snapshot, (thrust, unknown)| {
+    // A thrust that CX contains is told where a term of airspeed changes the derivatives.
+    let included = [((false, 0.0), NONE), ((true, 0.0), NONE), ((true, 0.5), CAUTION)];
+    sound.expect("propulsion", &included, |_, snapshot, (is_unknown, of_airspeed)| {
         along(snapshot, &|aero| {
-            aero.settings.thrust = thrust;
-            if unknown {
+            aero.settings.thrust = ThrustTreatment::Included;
+            if is_unknown {
                 aero.data.engines.clear();
             }
+            let start_m_s = aero.data.airspeed_m_s[0];
+            let added = aero.data.airspeed_m_s.iter().map(|airspeed| of_airspeed * (airspeed / start_m_s - 1.0));
+            let column = &mut aero.coefficients.columns[Coefficient::CX as usize];
+            *column = column.iter().zip(added).map(|(cx, added)| cx + added).collect();
         });
+        let windows: Vec<AeroWindow<'_>> = sound
+            .session
+            .windows
+            .iter()
+            .filter(|window| window.role == WindowRole::Identification)
+            .map(|window| (window, Arc::clone(snapshot.windows[&window.name].aero.ready().unwrap())))
+            .collect();
+        let mut fits = stage::pooled_fits(&windows, &sound.session.structure, &sound.session.estimation);
+        let refitted = pooled(&mut fits, Coefficient::CX).clone();
+        changed(&mut snapshot.pooled, |fits| *pooled(fits, Coefficient::CX) = refitted.clone());
     });
 }
 
@@ -318,8 +328,8 @@ fn twins_apart_late_controls_and_missed_bands_are_told() {
         let found = derivative.reasons.iter().find(|reason| reason.code == "twin");
         assert_eq!(found.map(|reason| reason.level), level, "{apart}: {found:?}");
     }
-    // Delay and its error: within 1.5 samples of 0.02 s; not significant; late; far too late.
-    let cases = [((0.02, 0.001), NONE), ((0.1, 0.05), NONE), ((0.1, 0.01), CAUTION), ((0.4, 0.01), BAD)];
+    // Within 1.5 samples of 0.02 s; not significant; one that the pooled fit of the moment does not need, however large.
+    let cases = [((0.02, 0.001), NONE), ((0.1, 0.05), NONE), ((0.1, 0.01), NONE), ((0.4, 0.01), NONE)];
     sound.expect("timing", &cases, |_, snapshot, (value, standard_error)| {
         let search = NonlinearSearch {
             value,
@@ -374,13 +384,26 @@ fn reasons_about_fits_and_derivatives_fire_beyond_their_limits_only() {
         changed(&mut snapshot.pooled, |fits| fits.fits.retain(|fit| fit.coefficient == Coefficient::Cm));
         session.structure.models.retain(|(coefficient, _)| *coefficient == Coefficient::Cm);
     };
-    sound.expect("condition", &[(90.0, NONE), (150.0, CAUTION)], |session, snapshot, number| {
+    // Dependent regressors are told where they leave a derivative open.
+    let open = |fit: &mut CoefficientFit, is_open: bool| {
+        let part = if is_open { 0.6 } else { 0.1 };
+        fit.corrected_errors = fit.fit.as_ref().unwrap().estimates.iter().map(|value| part * value.abs()).collect();
+    };
+    let conditions = [((90.0, true), NONE), ((150.0, false), NONE), ((150.0, true), CAUTION)];
+    sound.expect("condition", &conditions, |session, snapshot, (number, is_open)| {
         cm_alone(session, snapshot);
-        cm(snapshot, &|fit| fit.fit.as_mut().unwrap().condition_number = number);
+        cm(snapshot, &|fit| {
+            fit.fit.as_mut().unwrap().condition_number = number;
+            open(fit, is_open);
+        });
     });
-    sound.expect("vif", &[(1.0, NONE), (1e4, CAUTION)], |session, snapshot, times| {
+    let factors = [((1.0, true), NONE), ((1e4, false), NONE), ((1e4, true), CAUTION)];
+    sound.expect("vif", &factors, |session, snapshot, (times, is_open)| {
         cm_alone(session, snapshot);
-        cm(snapshot, &|fit| fit.fit.as_mut().unwrap().unit_covariance *= times);
+        cm(snapshot, &|fit| {
+            fit.fit.as_mut().unwrap().unit_covariance *= times;
+            open(fit, is_open);
+        });
     });
     sound.expect("excitation", &[(1e-3, NONE), (1.0, CAUTION)], |session, snapshot, noise| {
         cm_alone(session, snapshot);
@@ -423,7 +446,7 @@ fn reasons_about_fits_and_derivatives_fire_beyond_their_limits_only() {
 #[test]
 fn windows_that_contradict_each_other_are_named() {
     let sound = Sound::new();
-    let contradicting = |apart: f64| {
+    let contradicting = |apart: f64, is_felt: bool| {
         sound.fires("scatter", |session, snapshot| {
             // As in the ATTAS recordings: one window is certain of what the others deny.
             let windows: Vec<String> = snapshot.windows.keys().cloned().collect();
@@ -443,14 +466,24 @@ fn windows_that_contradict_each_other_are_named() {
                 fit.fit.as_mut().unwrap().estimates[index] = -5.5;
                 (fit.corrected_errors[index], fit.noise_errors[index]) = (1.5, 1.5);
             });
-            let _ = session;
+            // Its samples as well: leaving it out changes the pooled estimate.
+            if is_felt {
+                changed(&mut elevator(session, snapshot).aero, |aero| {
+                    let chord_m = aero.settings.reference.chord_m;
+                    let rates = aero.data.rates_rad_s[1].iter().zip(aero.data.airspeed_m_s.iter());
+                    let added = rates.map(|(q, airspeed)| -20.0 * q * chord_m / airspeed);
+                    let column = &mut aero.coefficients.columns[Coefficient::Cm as usize];
+                    *column = column.iter().zip(added).map(|(cm, added)| cm + added).collect();
+                });
+            }
         })
     };
-    assert_eq!(contradicting(1.0), None);
-    let found = contradicting(6.0).unwrap();
+    assert_eq!(contradicting(1.0, true), None);
+    assert_eq!(contradicting(9.0, false), None, "a manoeuvre that changes nothing when it is left out");
+    let found = contradicting(6.0, true).unwrap();
     assert_eq!(found.level, Level::Caution, "{found:?}");
     assert!(found.place.contains("Cm_q") && found.text.contains("03 elevator"), "{found:?}");
-    assert_eq!(contradicting(9.0).unwrap().level, Level::Bad);
+    assert_eq!(contradicting(9.0, true).unwrap().level, Level::Bad);
 }
 
 #[test]
@@ -511,43 +544,11 @@ fn with_times(recording: &mut Recording, role: Role, change: impl Fn(f64) -> f64
 }
 
 #[test]
-fn the_shipped_flight_is_good_but_for_the_axial_force() {
-    let session = builtin("demo");
-    let snapshot = computed(&session);
-    let verdicts = snapshot.verdicts.ready().unwrap();
-    show(verdicts);
-    for fit in &verdicts.pooled {
-        let expected = if fit.coefficient.name() == "CX" { Level::Caution } else { Level::Good };
-        assert_eq!(fit.verdict.level, expected, "{:?}", fit.verdict.reasons);
-    }
-    for (name, window) in &verdicts.windows {
-        assert_eq!(window.verdict.level, Level::Good, "{name}: {:?}", window.verdict.reasons);
-        assert!(window.fits.iter().all(|fit| fit.verdict.level < Level::Bad), "{name}");
-    }
-    assert_eq!(verdicts.session.level, Level::Caution);
-}
-
-#[test]
 fn consistent_flights_get_no_bad_reason_anywhere() {
     let scenario = scenario::build("test-point").unwrap();
     let context = Context::new(Path::new("."));
     let found = judged_flights(&builtin("demo"), &scenario, (6, 11), &context).unwrap();
     assert_eq!((found.flights, found.bad_anywhere, found.sessions[2]), (6, 0, 0), "{:?}", found.examples);
-}
-
-#[test]
-fn window_across_a_turn_of_the_shipped_flight_says_so() {
-    let mut session = builtin("demo");
-    // Between the test points the controls are not recorded: the path alone.
-    session.aircraft = None;
-    let straight = session.windows[0].clone();
-    let mut across = straight.clone();
-    (across.name, across.window) = ("across".to_owned(), TimeRange { start_s: 2400.0, end_s: 2520.0 });
-    session.windows = vec![across, straight];
-    let snapshot = computed(&session);
-    let verdicts = snapshot.verdicts.ready().unwrap();
-    let found = reasons(verdicts, "turn");
-    assert!(found.len() == 1 && found[0].level == Level::Caution && found[0].place.contains("across"), "{found:?}");
 }
 
 #[test]
@@ -572,30 +573,6 @@ fn a_consistent_flight_has_no_bad_reason_and_each_fault_has_its_cause() {
     assert!(reasons(&clock, "nis").iter().any(|reason| reason.text.contains("alpha")), "clock of alpha");
 
     let gravity = judged(1, &|_| (), |session| session.filter.gravity_m_s2 += 0.05);
-    let found = reasons(&gravity, "gravity");
-    assert!(!found.is_empty() && found.iter().all(|reason| reason.level == Level::Caution), "{found:?}");
-}
-
-/// The inertial unit of the shipped flight is ahead of the centre of gravity: taken where it is, nothing is said; taken at the centre of
-/// gravity, its place is.
-#[test]
-fn accelerometers_that_are_not_where_they_are_taken_are_named_with_their_place() {
-    let mut session = builtin("demo");
-    session.windows.truncate(1);
-    let said = |session: &Session| {
-        let snapshot = computed(session);
-        let verdicts = judge(session, &snapshot);
-        let finding = verdicts.session.reasons.iter().find(|finding| finding.code == "accelerometer").cloned();
-        (snapshot, finding)
-    };
-    assert_eq!(said(&session).1, None);
-    session.preparation.correct_accelerometer = false;
-    let (snapshot, finding) = said(&session);
-    let (text, cure) = finding.map(|finding| (finding.text, finding.cure)).unwrap();
-    println!("{text}: {cure}");
-    let sensors = snapshot.aircraft.ready().unwrap().aircraft.sensors;
-    let [x, ..] = sensors.accelerometer_from_datum_m.unwrap();
-    let stated = cure.split('[').nth(1).and_then(|list| list.split(',').next()).unwrap();
-    let found: f64 = stated.parse().unwrap();
-    assert!((found - x).abs() < 0.1, "{found} {x}");
+    // It is in the constant of CZ, and in no derivative.
+    assert_eq!(gravity.session.level, Level::Good, "{:?}", gravity.session.reasons);
 }

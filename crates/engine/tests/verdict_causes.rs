@@ -84,25 +84,37 @@ fn control_on_its_clock_has_no_delay() {
     assert_eq!(reasons(snapshot.verdicts.ready().unwrap(), "timing").len(), 0);
 }
 
+/// A bad flight path makes a fit bad where the path as measured gives other derivatives, and is a caution of the session alone where not.
 #[test]
-fn fit_of_bad_windows_is_bad_and_others_are_as_they_were() {
+fn bad_flight_path_counts_by_what_it_changes_of_the_derivatives() {
     let (session, mut snapshot) = flown(&|_| (), |_| ());
     assert_eq!(level(&judge(&session, &snapshot), Coefficient::Cm), Level::Good);
-    let windows = session.windows.iter().filter(|window| window.surface == Some(Surface::Elevator));
-    for window in windows {
-        changed(&mut snapshot.windows.get_mut(&window.name).unwrap().path, |path| {
+    let of_elevator = session.windows.iter().filter(|window| window.surface == Some(Surface::Elevator));
+    let of_elevator: Vec<&str> = of_elevator.map(|window| window.name.as_str()).collect();
+    for name in &of_elevator {
+        changed(&mut snapshot.windows.get_mut(*name).unwrap().path, |path| {
             let consistency = path.assessment_mut().unwrap().consistency.as_mut().unwrap();
             (consistency.nis_mean, consistency.nis_ratio) = (4.0 * consistency.nis_mean / consistency.nis_ratio, 4.0);
         });
     }
     let verdicts = judge(&session, &snapshot);
+    assert_eq!(reasons(&verdicts, "nis").len(), of_elevator.len());
+    assert_eq!((verdicts.session.level, level(&verdicts, Coefficient::Cm)), (Level::Caution, Level::Good));
+
+    // The pooled estimate of a path that has the angle of attack too small by a third.
+    changed(&mut snapshot.pooled, |pooled| {
+        let fit = pooled.fits.iter_mut().find(|fit| fit.coefficient == Coefficient::Cm).unwrap();
+        let fit = fit.fit.as_mut().unwrap();
+        let index = fit.names.iter().position(|name| name == "Cm_alpha").unwrap();
+        fit.estimates[index] *= 1.5;
+    });
+    let verdicts = judge(&session, &snapshot);
     assert_eq!(level(&verdicts, Coefficient::Cm), Level::Bad);
-    assert!(has(&verdicts, Coefficient::Cm, "windows"));
-    assert!(!has(&verdicts, Coefficient::Cl, "windows"));
+    assert!(has(&verdicts, Coefficient::Cm, "path") && !has(&verdicts, Coefficient::Cl, "path"));
 }
 
 #[test]
-fn channel_that_others_contradict_makes_the_fits_with_it_bad() {
+fn channel_that_others_contradict_makes_the_fits_bad_whose_derivatives_it_changes() {
     let turn = |recording: &mut Recording| {
         let channel = &mut recording.channels[recording.roles[&Role::PitchRate]];
         let values = channel.series.values.iter().map(|value| -value).collect();
@@ -110,9 +122,10 @@ fn channel_that_others_contradict_makes_the_fits_with_it_bad() {
     };
     let (_, snapshot) = flown(&turn, |_| ());
     let verdicts = snapshot.verdicts.ready().unwrap();
-    for fit in &verdicts.pooled {
-        assert!(has(verdicts, fit.coefficient, "physics"), "{}", fit.coefficient.name());
-        assert_eq!(fit.verdict.level, Level::Bad);
+    assert_eq!(verdicts.session.level, Level::Bad);
+    for coefficient in [Coefficient::CX, Coefficient::CZ, Coefficient::Cm] {
+        assert!(has(verdicts, coefficient, "physics"), "{}", coefficient.name());
+        assert_eq!(level(verdicts, coefficient), Level::Bad);
     }
 }
 

@@ -153,7 +153,7 @@ fn asked(pace: &Pace, possible: &[(f64, &'static str)]) -> CompatibilityRow {
 fn common_error(motion: &Motion, relations: &[Relation]) -> Option<CompatibilityRow> {
     let precise = relations.par_iter().filter(|relation| relation.is_exact() && !relation.involves(Role::Altitude));
     let precise: Vec<_> = precise.map(|relation| (relation, relation.judge(motion))).collect();
-    let (mut turning, mut moving) = (Vec::new(), Vec::new());
+    let (mut turning, mut moving, mut unsure) = (Vec::new(), Vec::new(), Vec::new());
     for (relation, outcome) in precise {
         let Outcome::Fits(figures) = outcome else { continue };
         let too_long = match relation.clock() {
@@ -164,13 +164,16 @@ fn common_error(motion: &Motion, relations: &[Relation]) -> Option<Compatibility
         if figures.r2 > PRECISE_R2 {
             let turns = matches!(relation.compared(), Role::RollRate | Role::PitchRate | Role::YawRate);
             if turns { &mut turning } else { &mut moving }.push(too_long - 1.0);
+            // Noise of one side alone moves the slope of the reduced major axis by 1 - r.
+            unsure.push(1.0 - figures.r2.sqrt());
         }
     }
     let count = turning.len() + moving.len();
     let (turns, moves) = (median(&mut turning)?, median(&mut moving)?);
     let common = 0.5 * (turns + moves);
     let apart = (turns - moves).abs() > AGREEMENT || turns.abs().min(moves.abs()) < EACH || turns * moves < 0.0;
-    if apart || common.abs() < WORTH_SAYING || count < FEWEST_SLOPES {
+    let least = WORTH_SAYING.max(median(&mut unsure)?);
+    if apart || common.abs() < least || count < FEWEST_SLOPES {
         return None;
     }
     let (percent, words) = (100.0 * common.abs(), if common > 0.0 { "far apart" } else { "near together" });

@@ -76,6 +76,23 @@ pub(super) fn in_knots(rows: &[CompatibilityRow]) -> Option<CompatibilityRow> {
     })
 }
 
+/// Factors by each of the relations and those nearest to one that noise on one side of it leaves: the slope is that of the reduced major
+/// axis, either regression gives it times or over the correlation.
+fn bounded_factors(
+    rows: &[CompatibilityRow],
+    relations: &[((Role, &'static str), bool)],
+    least_r2: f64,
+    segments: usize,
+) -> Vec<(f64, f64)> {
+    let bounded = |relation: &((Role, &'static str), bool)| {
+        let factor = factors(rows, std::slice::from_ref(relation), least_r2, segments).first().copied()?;
+        let correlation = rows.iter().find(|row| row.relation == Some(relation.0))?.r2?.sqrt();
+        let nearest = if factor > 1.0 { (factor * correlation).max(1.0) } else { (factor / correlation).min(1.0) };
+        Some((factor, nearest))
+    };
+    relations.iter().filter_map(bounded).collect()
+}
+
 /// What the airspeed is to be multiplied by according to each of the relations, where they show it clearly.
 fn factors(
     rows: &[CompatibilityRow],
@@ -142,12 +159,14 @@ fn against(rows: &[CompatibilityRow], factor: f64) -> Vec<f64> {
 
 /// The factor that two thirds of the relations, and two at least, agree on, with theirs.
 fn agreed(rows: &[CompatibilityRow], [least_r2, least_change]: [f64; 2]) -> Option<(f64, Vec<f64>)> {
-    let mut all = factors(rows, &OF_SCALE, least_r2, SEGMENTS);
+    let mut all = bounded_factors(rows, &OF_SCALE, least_r2, SEGMENTS);
     let count = all.len();
-    let middle = median(&mut all)?;
-    all.retain(|factor| (factor / middle - 1.0).abs() < SPREAD);
-    let factor = median(&mut all.clone())?;
-    (all.len() >= 2 && 3 * all.len() >= 2 * count && (factor - 1.0).abs() > least_change).then_some((factor, all))
+    let middle = median(&mut all.iter().map(|(factor, _)| *factor).collect::<Vec<_>>())?;
+    all.retain(|(factor, _)| (factor / middle - 1.0).abs() < SPREAD);
+    let (mut factors, mut nearest): (Vec<f64>, Vec<f64>) = all.into_iter().unzip();
+    let (factor, nearest) = (median(&mut factors)?, median(&mut nearest)?);
+    let is_off = (nearest - 1.0).abs() > least_change;
+    (factors.len() >= 2 && 3 * factors.len() >= 2 * count && is_off).then_some((factor, factors))
 }
 
 /// Median of true over calibrated airspeed at the recorded height, where that makes a difference.

@@ -1,5 +1,7 @@
 //! Errors of sensors that are constant over all windows, from the innovations of a filter with and without them.
 
+use std::ops::Range;
+
 use nalgebra::{DMatrix, DVector};
 
 use super::EstimateError;
@@ -14,7 +16,7 @@ pub struct ConstantErrors {
     pub covariance: DMatrix<f64>,
 }
 
-/// What one window says of the errors: `A = sum N' S^-1 N` and `b = sum N' S^-1 nu`.
+/// What one window, or a span of one, says of the errors: `A = sum N' S^-1 N` and `b = sum N' S^-1 nu`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct InnovationEvidence {
     information: DMatrix<f64>,
@@ -26,13 +28,29 @@ impl InnovationEvidence {
     ///
     /// Innovations count with the deviations the filter predicts, each by itself. Those of other times than `nominal` has are left out.
     pub fn new(nominal: &Reconstruction, freed: &[(&Reconstruction, f64)]) -> Self {
+        Self::of_samples(nominal, freed, 0..usize::MAX)
+    }
+
+    /// The same of each of the equal spans of at least `span_s` that the window is divided into.
+    pub fn of_spans(nominal: &Reconstruction, freed: &[(&Reconstruction, f64)], span_s: f64) -> Vec<Self> {
+        let samples = nominal.time_s.len();
+        let duration_s = nominal.time_s.last().zip(nominal.time_s.first()).map_or(0.0, |(last, first)| last - first);
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a number of spans")]
+        let spans = ((duration_s / span_s) as usize).clamp(1, samples.max(1));
+        (0..spans)
+            .map(|span| Self::of_samples(nominal, freed, span * samples / spans..(span + 1) * samples / spans))
+            .collect()
+    }
+
+    fn of_samples(nominal: &Reconstruction, freed: &[(&Reconstruction, f64)], range: Range<usize>) -> Self {
         let count = freed.len();
         let (mut information, mut gradient) = (DMatrix::zeros(count, count), DVector::zeros(count));
         let mut slopes = vec![0.0; count];
         for (index, (innovations, deviations)) in
             nominal.innovations.iter().zip(&nominal.innovation_deviations).enumerate()
         {
-            for (at, (&innovation, &deviation)) in innovations.iter().zip(deviations).enumerate() {
+            let samples = innovations.iter().zip(deviations).enumerate().take(range.end).skip(range.start);
+            for (at, (&innovation, &deviation)) in samples {
                 if !(innovation.is_finite() && deviation > 0.0) {
                     continue;
                 }

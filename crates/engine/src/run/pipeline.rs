@@ -18,9 +18,9 @@ use crate::graph::{Cache, Cancelled, Context, Control, Key, Keyed, Stage, StageE
 use crate::notation::plural;
 use crate::session::{self, Flight, Manoeuvre, PathSource, Session};
 use crate::stage::{
-    Air,     self, AircraftData, EstimatedSensorErrors, FlightEngines, FlightPhysics, FlightProposals, FlownMass,
-    LoadedAircraft, LoadedFlight, PathErrors, PooledFits, ProofOfMatch, Samples, SensorDelays, SessionGusts, SessionNoise,
-    StudyWindow, WidenedFits, WindowAero, WindowFits, WindowPath,
+    self, Air, AircraftData, EstimatedSensorErrors, FlightEngines, FlightPhysics, FlightProposals, FlownMass,
+    LoadedAircraft, LoadedFlight, PathErrors, PooledFits, ProofOfMatch, Samples, SensorDelays, SessionGusts,
+    SessionNoise, StudyWindow, WidenedFits, WindowAero, WindowFits, WindowPath,
 };
 use crate::study::{Study, StudyInput};
 use crate::verdict;

@@ -13,8 +13,8 @@ use crate::planning::Enough;
 use crate::prior::PriorStudy;
 use crate::session::{Manoeuvre, Session};
 use crate::stage::{
-    AeroWindow, Air, EstimatedSensorErrors, FlightEngines, FlightNoise, FlightPhysics, FlightProposals, FlownMass, Gravity,
-    LoadedAircraft, LoadedFlight, PooledFits, ProofOfMatch, WindowAero, WindowFits, WindowPath,
+    AeroWindow, Air, EstimatedSensorErrors, FlightEngines, FlightNoise, FlightPhysics, FlightProposals, FlownMass,
+    Gravity, LoadedAircraft, LoadedFlight, PooledFits, ProofOfMatch, WindowAero, WindowFits, WindowPath,
 };
 use crate::study::{
     CheckStudy, DynamicsStudy, FlightResponses, LagStudy, ManoeuvreStudy, MonteCarloStudy, SensitivityStudy,

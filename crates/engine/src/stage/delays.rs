@@ -14,11 +14,15 @@ use crate::session::{DelaySource, PathSource, Session};
 const STEPS: usize = 4;
 /// Change of all delays below which no further step is taken, s.
 const CONVERGED_S: f64 = 0.001;
+/// Spans whose scatter says how well a delay is known, s, much longer than innovations are correlated; and how many there are at least for
+/// each error.
+const SPAN_S: f64 = 2.5;
+const SPANS: usize = 2;
 /// Standard errors beyond which a delay is significant, and the least that is worth a change, s.
-const SIGNIFICANT: f64 = 3.0;
+const SIGNIFICANT: f64 = 4.0;
 const LEAST_S: f64 = 0.005;
 /// Largest standard error of a delay that is applied, s.
-const MOST_UNCERTAIN_S: f64 = 0.02;
+const MOST_UNCERTAIN_S: f64 = 0.015;
 
 /// The delay of a group of measurements beside what the settings state.
 #[derive(Clone, Debug, PartialEq)]
@@ -109,9 +113,6 @@ pub(crate) fn estimate_delays(
     let data = select_windows(data);
     let mut settings = settings.simplified(false);
     let kinds: Vec<ConstantError> = ConstantError::ALL.into_iter().filter(|kind| kind.is_in(&data)).collect();
-    if data.len() <= kinds.len() {
-        return Ok(SensorDelays::default());
-    }
     let mut found: Vec<SensorDelay> = kinds
         .iter()
         .filter(|kind| kind.is_delay())
@@ -119,7 +120,7 @@ pub(crate) fn estimate_delays(
         .collect();
     for _ in 0..STEPS {
         control.checkpoint()?;
-        let Ok((estimates, deviations)) = step(&data, &kinds, &settings, control) else {
+        let Ok(Some((estimates, deviations))) = step(&data, &kinds, &settings, control) else {
             control.checkpoint()?;
             return Ok(SensorDelays::default());
         };
@@ -138,13 +139,13 @@ pub(crate) fn estimate_delays(
     Ok(SensorDelays(found))
 }
 
-/// One step: what each error is by the innovations with these settings, and its standard error.
+/// One step: what each error is by the innovations with these settings, and its standard error; none where the windows are too short.
 fn step(
     data: &[&FilterData],
     kinds: &[ConstantError],
     settings: &FilterSettings,
     control: &Control,
-) -> StageResult<(Vec<f64>, Vec<f64>)> {
+) -> StageResult<Option<(Vec<f64>, Vec<f64>)>> {
     // Rates of change are those of the smoothed path: the filtered one jumps where a measurement is taken.
     let smoothed = (settings, PathSource::Smoothed);
     let nominal = side_by_side(data, smoothed, control)?;
@@ -153,18 +154,24 @@ fn step(
     let mut freed: Vec<(f64, Vec<Reconstruction>)> = Vec::with_capacity(kinds.len());
     for kind in kinds {
         let moved: Vec<FilterData> = data.iter().zip(&slopes).map(|(data, slopes)| kind.free(data, slopes)).collect();
-        freed.push((kind.step(), side_by_side(&moved.iter().collect::<Vec<_>>(), (settings, PathSource::Filtered), control)?));
+        freed.push((
+            kind.step(),
+            side_by_side(&moved.iter().collect::<Vec<_>>(), (settings, PathSource::Filtered), control)?,
+        ));
     }
     let evidence: Vec<InnovationEvidence> = nominal
         .iter()
         .enumerate()
-        .map(|(index, nominal)| {
+        .flat_map(|(index, nominal)| {
             let freed: Vec<_> = freed.iter().map(|(step, paths)| (&paths[index], *step)).collect();
-            InnovationEvidence::new(nominal, &freed)
+            InnovationEvidence::of_spans(nominal, &freed, SPAN_S)
         })
         .collect();
+    if evidence.len() < SPANS * kinds.len() {
+        return Ok(None);
+    }
     let priors: Vec<f64> = kinds.iter().map(|kind| kind.prior_deviation()).collect();
     let found = constant_errors(&evidence, &priors)?;
     let deviations = found.deviations();
-    Ok((found.estimates, deviations))
+    Ok(Some((found.estimates, deviations)))
 }

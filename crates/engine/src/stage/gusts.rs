@@ -99,10 +99,9 @@ pub fn settle_air<E>(
     Ok(air)
 }
 
-/// The filter of a session for windows of one flight that no pipeline runs: with their delays and gusts, where the session asks for them.
-pub(crate) fn filter_for(session: &Session, data: &[&FilterData], control: &Control) -> StageResult<FilterSettings> {
+/// [`settle_air`] for windows of one flight that no pipeline runs.
+pub(crate) fn air_of(session: &Session, data: &[&FilterData], control: &Control) -> StageResult<Air> {
     let gusts = |settings: &FilterSettings| Ok(estimate_gusts(data, settings, &|| control.is_cancelled())?);
     let delays = |settings: &FilterSettings| Ok(Some(estimate_delays(data, settings, control)?));
-    let air: StageResult<Air> = settle_air(session, &gusts, &delays);
-    Ok(settled(session, &air?).filter)
+    settle_air(session, &gusts, &delays)
 }

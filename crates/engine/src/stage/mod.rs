@@ -46,7 +46,6 @@ pub use aircraft::{
     AircraftData, LoadedAircraft, NO_AIRCRAFT, aircraft_data, aircraft_of, load_aircraft, loading_on_board,
 };
 pub use align::{UsedClock, is_stamped_by};
-pub(crate) use delays::estimate_delays;
 pub use delays::{SensorDelay, SensorDelays};
 pub use detail::{
     BIAS_STATES, BiasTable, CoefficientStudy, Contributions, KindSummary, ResidualStudy, bias_table, contributions,
@@ -62,7 +61,7 @@ pub use fit::{
 pub(crate) use fit::{applies, constant_name};
 pub use flight_engines::{EngineOverFlight, FlightEngines, PowerAgreement, flight_engines};
 pub use gravity::{Gravity, gravity, with_gravity};
-pub(crate) use gusts::filter_for;
+pub(crate) use gusts::air_of;
 pub use gusts::{Air, SessionGusts, needs_air, settle_air, settled};
 pub use information::{Information, RegressorCorrelation, information, regressor_correlations};
 pub use instruments::tank_channel;

@@ -86,7 +86,8 @@ impl ConstantError {
 
     /// Whether some window measures what it belongs to.
     pub(super) fn is_in(self, windows: &[&FilterData]) -> bool {
-        let is_measured = |m: &Measurement| windows.iter().any(|data| !data.measurements[*m as usize].time_s.is_empty());
+        let is_measured =
+            |m: &Measurement| windows.iter().any(|data| !data.measurements[*m as usize].time_s.is_empty());
         self.measurements().iter().any(is_measured)
     }
 

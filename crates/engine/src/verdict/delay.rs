@@ -23,6 +23,8 @@ const SAMPLES: f64 = 0.4;
 const LEAST_S: f64 = 0.015;
 /// Part of the residual's sum of squares that is left with the delay, at most.
 const LEFT: f64 = 0.7;
+/// The same of a delay that was found otherwise.
+const CONFIRMED_LEFT: f64 = 0.9;
 /// Change of the derivative of the control or of the damping, part of its value with the delay.
 const CHANGE_CAUTION: f64 = 0.1;
 const CHANGE_BAD: f64 = 0.25;
@@ -72,15 +74,39 @@ pub(super) fn delays(
     CONTROLS.par_iter().filter_map(one).collect()
 }
 
-/// Part of the squares of the residual that the pooled fit of the moment of a control leaves with the control late by `delay_s`.
-pub(super) fn left_by(evidence: Evidence<'_>, surface: Surface, delay_s: f64) -> Option<f64> {
-    let (_, moment, ..) = CONTROLS.into_iter().find(|(control, ..)| *control == surface)?;
+/// Whether a delay of a control matters to the pooled fit of its moment: the part of the squares of the residual that it leaves, and the
+/// change of the derivative by the control or the damping.
+pub(super) fn matters(evidence: Evidence<'_>, surface: Surface, delay_s: f64) -> Option<bool> {
+    let (_, moment, _, damping) = CONTROLS.into_iter().find(|(control, ..)| *control == surface)?;
     let fits = &evidence.snapshot.pooled.ready()?.fits;
     let fit = fits.iter().find(|fit| fit.coefficient == moment)?;
     let terms = moving_terms(evidence.session, fit);
     let used = used_windows(evidence.session, evidence.snapshot, fit);
-    let shifted = Shifted::new(moment, &split(&terms, surface)?, &used)?;
-    Some(shifted.at(delay_s)?.squares / shifted.at(0.0)?.squares)
+    let terms = split(&terms, surface)?;
+    let shifted = Shifted::new(moment, &terms, &used)?;
+    let (now, then) = (shifted.at(0.0)?, shifted.at(delay_s)?);
+    let (_, change) = largest_change(&terms, damping, &now, &then);
+    Some(then.squares <= CONFIRMED_LEFT * now.squares && change > CHANGE_CAUTION)
+}
+
+/// The term of the control or of the damping whose derivative changes most, as it is and as it becomes, and that change as a part of what
+/// it becomes.
+fn largest_change<'a>(
+    terms: &'a Terms,
+    damping: &[Variable],
+    now: &Estimates,
+    then: &Estimates,
+) -> ((&'a Term, f64, f64), f64) {
+    let change = |(_, was, is): &(&Term, f64, f64)| ((was - is) / is).abs();
+    let damped = |term: &Term| damping.iter().any(|variable| is_one(term, *variable));
+    let of_control = (&terms.control, now.control, then.control);
+    let of_damping = terms.others.iter().position(damped);
+    let of_damping = of_damping.map(|index| (&terms.others[index], now.others[index], then.others[index]));
+    let largest = match of_damping {
+        Some(of_damping) if change(&of_damping) > change(&of_control) => of_damping,
+        _ => of_control,
+    };
+    (largest, change(&largest))
 }
 
 /// What the delay of a control does to the derivatives of `coefficient` by it and by the rate that damps.
@@ -96,14 +122,8 @@ pub(super) fn findings(
     let terms = split(terms, surface)?;
     let fit = Shifted::new(coefficient, &terms, used)?;
     let (now, then) = (fit.at(0.0)?, fit.at(delay.delay_s)?);
-    let change = |was: f64, is: f64| ((was - is) / is).abs();
-    let damped = |term: &Term| damping.iter().any(|variable| is_one(term, *variable));
-    let of_control = (&terms.control, now.control, then.control);
-    let of_damping = terms.others.iter().position(damped);
-    let of_damping = of_damping.map(|index| (&terms.others[index], now.others[index], then.others[index]));
-    let (term, was, is) =
-        std::iter::once(of_control).chain(of_damping).max_by(|a, b| change(a.1, a.2).total_cmp(&change(b.1, b.2)))?;
-    let level = match change(was, is) {
+    let ((term, was, is), change) = largest_change(&terms, damping, &now, &then);
+    let level = match change {
         changed if changed > CHANGE_BAD => Level::Bad,
         changed if changed > CHANGE_CAUTION => Level::Caution,
         _ => return None,

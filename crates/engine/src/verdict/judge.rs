@@ -205,6 +205,8 @@ fn by_effect(evidence: Evidence<'_>, findings: Vec<Finding>, fits: &[&Coefficien
         let (level, part) = match (finding.code, finding.level) {
             // Why a derivative is not determined, or how much a model explains: the fit is marked by it, what else was asked is not.
             ("vif" | "condition" | "r2", Level::Caution) => (Level::Good, 0.0),
+            // What a coefficient contains is said of it and of its derivatives.
+            ("propulsion", Level::Caution) if finding.place.ends_with("(pooled)") => (Level::Good, 0.0),
             _ => weigh::weighed(evidence, &finding, fits),
         };
         (part, Finding { level, ..finding })

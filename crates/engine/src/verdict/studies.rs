@@ -16,8 +16,6 @@ const TWIN_PART: f64 = 0.1;
 const DELAY_SAMPLES: f64 = 1.5;
 const DELAY_T: f64 = 4.0;
 const DELAY_BAD_S: f64 = 0.3;
-/// Part of the squares of the pooled fit of its moment that a delay leaves, at most.
-const CONFIRMED_LEFT: f64 = 0.9;
 
 /// Findings of the studies, by what they are about.
 #[derive(Default)]
@@ -105,8 +103,8 @@ fn timing(evidence: Evidence<'_>, found: &mut StudyFindings) {
             left if left > DELAY_SAMPLES * step_s && left > DELAY_T * error_s => Level::Caution,
             _ => continue,
         };
-        // What one comparison finds and the pooled fit of the moment does not need is no delay.
-        if delay::left_by(evidence, lag.surface, left_s).is_some_and(|left| left > CONFIRMED_LEFT) {
+        // What one comparison finds and the pooled fit of the moment does not need, or does not change by, is no delay.
+        if delay::matters(evidence, lag.surface, left_s) == Some(false) {
             continue;
         }
         let limit_s = if level == Level::Bad { DELAY_BAD_S } else { DELAY_SAMPLES * step_s };

@@ -7,6 +7,7 @@ use super::derivative::is_determined;
 use super::effect::{Cause, Effect};
 use super::judge::{Evidence, place};
 use super::{Finding, Level, Verdict, propulsion};
+use crate::notation::significant;
 use crate::stage::CoefficientFit;
 
 /// Part of the samples of a fit in manoeuvres with an inconsistent flight path from which the path of all of them is suspect.
@@ -26,7 +27,7 @@ pub(super) fn is_known(evidence: Evidence<'_>, coefficient: Coefficient, flight:
 }
 
 /// The level of a finding of the session by what it changes: no worse than its effect on the derivatives, where that is
-/// known; and the part of a coefficient's motion that it moves.
+/// known, but a caution where it is bad by itself; and the part of a coefficient's motion that it moves.
 pub(super) fn weighed(evidence: Evidence<'_>, finding: &Finding, fits: &[&CoefficientFit]) -> (Level, f64) {
     let is_its_cause: Box<dyn Fn(&Effect) -> bool> = match finding.code {
         // A caution about the path counts by what the filter without the smoother gives; the path as measured holds the delays of its sensors.
@@ -40,7 +41,7 @@ pub(super) fn weighed(evidence: Evidence<'_>, finding: &Finding, fits: &[&Coeffi
             Box::new(|effect| effect.cause == Cause::SuspectsLeftOut)
         }
         "accelerometer" => Box::new(|effect| effect.cause == Cause::Accelerometer),
-        "propulsion" => Box::new(|effect| effect.cause == Cause::Thrust),
+        "propulsion" if finding.level == Level::Caution => Box::new(|effect| effect.cause == Cause::Thrust),
         "physics" => Box::new(|effect| {
             let [flight, channel] = &effect.of[..] else { return false };
             effect.cause == Cause::Channel && finding.place == format!("flight '{flight}', {channel}")
@@ -59,7 +60,10 @@ pub(super) fn weighed(evidence: Evidence<'_>, finding: &Finding, fits: &[&Coeffi
             }
         }
     }
-    (worst.map_or(finding.level, |worst| finding.level.min(worst)), most)
+    // What is bad of a flight and changes nothing here may change what is asked of it next; so may a wrong place.
+    let is_kept = finding.level == Level::Bad || finding.code == "accelerometer";
+    let least = if is_kept { Level::Caution } else { Level::Good };
+    (worst.map_or(finding.level, |worst| finding.level.min(worst.max(least))), most)
 }
 
 /// Part of its coefficient's motion that the derivative a finding is about makes; of a finding about something else all of it.
@@ -173,8 +177,10 @@ impl<'a> Judged<'a> {
         };
         let times = (effect.estimate - self.estimate).abs() / self.error;
         let text = format!(
-            "{:.4} ± {:.2} becomes {:.4} {cause}: {times:.1} standard errors (limit 2)",
-            self.estimate, self.error, effect.estimate
+            "{:.4} ± {} becomes {:.4} {cause}: {times:.1} standard errors (limit 2)",
+            self.estimate,
+            significant(self.error, 2),
+            effect.estimate
         );
         let finding = Finding::new(level, code, place(self.name, None), text).with_figure(times, 2.0);
         let finding = finding.with_cure(fix).with_setting(panel, setting);

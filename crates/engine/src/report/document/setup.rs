@@ -6,9 +6,9 @@ use super::cover;
 use super::figure::line;
 use super::{Axis, Block, Colour, Contents, Figure, LineStyle, Mark, Panel, Plot, paragraph, table_or};
 use crate::notation::{self, significant};
-use crate::report::{DelayRow, ExpressionRow};
 use crate::report::table::{Cell, Column, Table};
 use crate::report::tables;
+use crate::report::{DelayRow, ExpressionRow};
 use crate::session::WindowRole;
 
 /// The session and the units of the report.
@@ -19,12 +19,13 @@ pub fn overview(contents: &Contents<'_>) -> Vec<Block> {
         ("Flights", session.flights.iter().map(|flight| flight.name.as_str()).collect::<Vec<_>>().join(", ")),
         ("Gravity", format!("{} m/s², {}", significant(results.gravity_m_s2, 6), results.gravity_origin)),
     ];
-    let delays: Vec<String> =
-        results.sensor_delays.iter().filter(|delay| delay.applied).map(DelayRow::words).collect();
+    let delays: Vec<String> = results.sensor_delays.iter().filter(|delay| delay.applied).map(DelayRow::words).collect();
     let delays = (!delays.is_empty()).then(|| ("Delays applied", delays.join("; ")));
     let gusts = results.gusts.as_ref().map(|gusts| ("Gusts", gusts.words()));
     let mut blocks = vec![
-        Block::Facts(facts.into_iter().chain(delays).chain(gusts).map(|(name, text)| (name.to_owned(), text)).collect()),
+        Block::Facts(
+            facts.into_iter().chain(delays).chain(gusts).map(|(name, text)| (name.to_owned(), text)).collect(),
+        ),
         paragraph(
             "Angles are in degrees and angular rates in degrees per second, in tables as in figures; all else is in SI units, and so are the \
              channels as they are kept. Derivatives are per radian and per unit of the dimensionless rate. Body axes are x forward, y right, z down.",

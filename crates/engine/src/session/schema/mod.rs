@@ -31,8 +31,8 @@ use self::preparation::{PreparationTable, preparation_from, preparation_table};
 use self::sensor_errors::{SensorErrorTable, sensor_error_table, sensor_errors_from};
 use super::edit::set_term;
 use super::{
-    Annotation, DelaySource, Estimation, GravitySource, GustSource, Manoeuvre, PooledConstants, PredictionParameters, Preparation,
-    ReportFigure, Session, Surface, WindowFlags, WindowRole,
+    Annotation, DelaySource, Estimation, GravitySource, GustSource, Manoeuvre, PooledConstants, PredictionParameters,
+    Preparation, ReportFigure, Session, Surface, WindowFlags, WindowRole,
 };
 use crate::aircraft::AircraftChanges;
 use crate::verdict::PlausibleRange;
