@@ -9,7 +9,6 @@ use doublet_core::reconstruct::{
     AirState, FilterData, FilterSettings, Input, InputSeries, Measurement, MeasurementSeries, Method,
 };
 use doublet_core::series::TimeRange;
-use doublet_engine::begin;
 use doublet_engine::graph::Context;
 use doublet_engine::run::Control;
 use doublet_engine::session::{
@@ -19,9 +18,9 @@ use doublet_engine::session::{
     SensorErrors, Session, SignalPreset, SignalSetting, SteadyWindow, Surface, WindowEdit, WindowFlag, WindowFlags,
     WindowRole,
 };
-use doublet_engine::stage;
 use doublet_engine::undo::History;
 use doublet_engine::verdict::{Level, PlausibleRange};
+use doublet_engine::{begin, stage};
 use proptest::prelude::*;
 
 fn expression(name: &str, unit: &str, expression: &str) -> ExpressionSetting {

@@ -14,7 +14,7 @@ use crate::session::{DelaySource, PathSource, Session};
 const STEPS: usize = 4;
 /// Change of all delays below which no further step is taken, s.
 const CONVERGED_S: f64 = 0.001;
-/// Spans whose scatter says how well a delay is known, s, much longer than innovations are correlated; and how many there are at least for
+/// Where windows are fewer than errors: spans of them whose scatter says how well a delay is known, s, and how many there are at least for
 /// each error.
 const SPAN_S: f64 = 2.5;
 const SPANS: usize = 2;
@@ -159,15 +159,19 @@ fn step(
             side_by_side(&moved.iter().collect::<Vec<_>>(), (settings, PathSource::Filtered), control)?,
         ));
     }
+    let has_many_windows = data.len() > kinds.len();
     let evidence: Vec<InnovationEvidence> = nominal
         .iter()
         .enumerate()
         .flat_map(|(index, nominal)| {
             let freed: Vec<_> = freed.iter().map(|(step, paths)| (&paths[index], *step)).collect();
-            InnovationEvidence::of_spans(nominal, &freed, SPAN_S)
+            match has_many_windows {
+                true => vec![InnovationEvidence::new(nominal, &freed)],
+                false => InnovationEvidence::of_spans(nominal, &freed, SPAN_S),
+            }
         })
         .collect();
-    if evidence.len() < SPANS * kinds.len() {
+    if !has_many_windows && evidence.len() < SPANS * kinds.len() {
         return Ok(None);
     }
     let priors: Vec<f64> = kinds.iter().map(|kind| kind.prior_deviation()).collect();
