@@ -55,10 +55,14 @@ fn step_of(finding: &Finding) -> Option<Step> {
     finding.panel.and_then(Pane::from_title).and_then(Step::of_pane)
 }
 
-/// What was found at `step`, the worst first.
+/// What was found at `step`, the worst first: of the session, and of its fits where `step` is not the results.
 fn findings(step: Step, snapshot: &Snapshot) -> impl Iterator<Item = &Finding> {
-    let reasons = snapshot.verdicts.latest().map_or(&[][..], |verdicts| &verdicts.session.reasons);
-    reasons.iter().filter(move |finding| step == Step::Results || step_of(finding) == Some(step))
+    let verdicts = snapshot.verdicts.latest();
+    let of_session = verdicts.map_or(&[][..], |verdicts| &verdicts.session.reasons);
+    let of_fits = verdicts.into_iter().flat_map(|verdicts| &verdicts.pooled).flat_map(|fit| &fit.verdict.reasons);
+    let of_fits = of_fits.filter(move |_| step != Step::Results);
+    let all = of_session.iter().chain(of_fits.filter(|finding| !of_session.contains(finding)));
+    all.filter(move |finding| step == Step::Results || step_of(finding) == Some(step))
 }
 
 /// How far `step` is. `written`: the session a report was written of last.

@@ -87,16 +87,16 @@ fn print_fit(fit: &FitRow, results: &Results) {
 fn print_dependences(results: &Results) {
     let mut said: Vec<(String, Vec<&str>)> = Vec::new();
     for (fit, follows) in results.pooled.iter().filter_map(|fit| Some((fit, fit.follows.as_ref()?))) {
-        let text = follows.to_string();
+        let text = format!("{} {:.0} {}", follows.quantity, follows.value, follows.unit);
         match said.iter_mut().find(|(other, _)| *other == text) {
             Some((_, coefficients)) => coefficients.push(fit.coefficient),
             None => said.push((text, vec![fit.coefficient])),
         }
     }
     let parts: Vec<String> =
-        said.iter().map(|(text, coefficients)| format!("{} by {text}", coefficients.join(", "))).collect();
-    if !parts.is_empty() {
-        text::line(&format!("proportional to stated numbers: {}", parts.join("; ")));
+        said.iter().map(|(text, coefficients)| format!("{} with {text}", coefficients.join(" "))).collect();
+    if let Some(first) = results.pooled.iter().find_map(|fit| fit.follows.as_ref()) {
+        text::line(&format!("derivatives scale: {} ({})", parts.join(", "), first.source));
     }
 }
 

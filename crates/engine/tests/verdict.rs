@@ -11,7 +11,7 @@ use doublet_core::model::{Coefficient, Term, ThrustTreatment};
 use doublet_core::propulsion::{MapVariable, OffRange};
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::{Input, State};
-use doublet_core::series::{Channel, Recording, Series, TimeRange};
+use doublet_core::series::{Channel, Recording, Series};
 use doublet_core::simulate::scenario;
 use doublet_core::validate::{BandResult, Histories, Signal, TestResult, Tolerance};
 use doublet_engine::graph::Context;

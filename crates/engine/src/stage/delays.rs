@@ -67,11 +67,6 @@ impl Stage for SensorDelays {
 }
 
 impl SensorDelays {
-    /// Whether one of them is.
-    pub fn is_significant(&self) -> bool {
-        self.0.iter().any(SensorDelay::is_significant)
-    }
-
     /// Without those of flow angles and airspeed.
     pub(super) fn without_air_data(mut self) -> Self {
         self.0.retain(|delay| !matches!(delay.kind, ConstantError::FlowDelay | ConstantError::AirspeedDelay));

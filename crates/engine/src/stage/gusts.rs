@@ -63,8 +63,8 @@ pub fn settled(session: &Session, air: &Air) -> Session {
 }
 
 /// Estimates what a session asks for, by functions of the settings of a filter. Late sensors look like gusts and gusts like late vanes:
-/// delays are estimated with the gusts in the filter, the gusts once more with the delays, and the delays once more where gusts come or
-/// go by that. A random walk does not tell a gust from a late vane or airspeed: in gusts those delays are left out.
+/// delays are estimated in steady air first, and gusts with them. Where gusts remain, delays are estimated once more with these, and gusts
+/// with those. A random walk does not tell a gust from a late vane or airspeed: in gusts those delays are left out.
 ///
 /// # Errors
 /// Those of the functions.
@@ -73,30 +73,22 @@ pub fn settle_air<E>(
     gusts: &dyn Fn(&FilterSettings) -> Result<Option<Gusts>, E>,
     delays: &dyn Fn(&FilterSettings) -> Result<Option<SensorDelays>, E>,
 ) -> Result<Air, E> {
-    let with = |air: &Air| settled(session, air).filter;
-    let mut air = Air::default();
-    if needs_gusts(session) {
-        air.gusts = gusts(&session.filter)?;
-    }
-    if !needs_delays(session) {
-        return Ok(air);
-    }
-    let is_gusty = |air: &Air| air.gusts.as_ref().is_some_and(Gusts::is_significant);
-    let late = |air: &Air| -> Result<Option<SensorDelays>, E> {
-        let found = delays(&with(&Air { delays: None, ..air.clone() }))?;
-        Ok(found.map(|found| if is_gusty(air) { found.without_air_data() } else { found }))
+    let with = |air: Air| settled(session, &air).filter;
+    let late = |gusts: Option<Gusts>| match needs_delays(session) {
+        true => delays(&with(Air { delays: None, gusts })),
+        false => Ok(None),
     };
-    air.delays = late(&air)?;
-    let is_late = |air: &Air| air.delays.as_ref().is_some_and(SensorDelays::is_significant);
-    if !needs_gusts(session) || !is_late(&air) {
-        return Ok(air);
+    let gusty = |delays: Option<SensorDelays>| match needs_gusts(session) {
+        true => gusts(&with(Air { delays, gusts: None })),
+        false => Ok(None),
+    };
+    let delays = late(None)?;
+    let gusts = gusty(delays.clone())?;
+    if delays.is_none() || !gusts.as_ref().is_some_and(Gusts::is_significant) {
+        return Ok(Air { delays, gusts });
     }
-    let before = is_gusty(&air);
-    air.gusts = gusts(&with(&Air { gusts: None, ..air.clone() }))?;
-    if is_gusty(&air) != before {
-        air.delays = late(&air)?;
-    }
-    Ok(air)
+    let delays = late(gusts)?.map(SensorDelays::without_air_data);
+    Ok(Air { gusts: gusty(delays.clone())?, delays })
 }
 
 /// [`settle_air`] for windows of one flight that no pipeline runs.

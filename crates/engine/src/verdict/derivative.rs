@@ -23,6 +23,8 @@ const WIDTHS_ABSURD: f64 = 5.0;
 /// very sharp estimates always scatter by more than they say.
 const SCATTER_CAUTION: (f64, f64) = (3.0, 25.0);
 const SCATTER_BAD: (f64, f64) = (10.0, 50.0);
+/// Standard error without a manoeuvre over that with it, by the regressors alone, below which the others determine the derivative too.
+const SHARED: f64 = 2.0;
 
 /// What speaks against the parameter `index` of a fit; `window` is none for the pooled one.
 pub(super) fn findings(
@@ -139,13 +141,15 @@ fn scatter(evidence: Evidence<'_>, at: &str, fit: &CoefficientFit, index: usize)
     Some(finding.with_cure(cure).with_setting("Derivatives", format!("window.{}.role", worst.window)))
 }
 
-/// The worst that leaving out one manoeuvre changes of a derivative; none where that was not formed.
+/// The worst that leaving out one manoeuvre changes of a derivative; none where that was not formed, or where one is left out that alone
+/// determines it.
 fn left_out(evidence: Evidence<'_>, fit: &CoefficientFit, index: usize) -> Option<Level> {
     let estimate = fit.fit.as_ref().ok()?;
     let consequence = evidence.consequence(fit.coefficient, &estimate.names[index])?;
     let now = (estimate.estimates[index], *fit.corrected_errors.get(index)?);
     let effects = consequence.effects.iter().filter(|effect| effect.cause == Cause::LeftOut);
-    effects.map(|effect| consequence.level(now, effect)).max()
+    let is_shared = effects.clone().all(|effect| effect.error_ratio < SHARED);
+    effects.map(|effect| consequence.level(now, effect)).max().filter(|_| is_shared)
 }
 
 /// The estimate of `name` by an identification window alone.
