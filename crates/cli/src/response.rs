@@ -148,10 +148,8 @@ pub fn loes(arguments: &LoesArguments) -> Result<Outcome, String> {
     if arguments.response.json {
         let mut document = describe(&study);
         let systems: Vec<Value> = fits.iter().map(|fit| describe_fit(&study, fit)).collect();
-        if let ([only], Some(Value::Object(members))) = (&systems[..], Some(&mut document)) {
-            if let Value::Object(system) = only {
-                members.extend(system.clone());
-            }
+        if let ([Value::Object(system)], Value::Object(members)) = (&systems[..], &mut document) {
+            members.extend(system.clone());
         }
         document["systems"] = Value::Array(systems);
         print_json(&document)?;
