@@ -317,7 +317,8 @@ fn frequency_responses_are_drawn_with_their_equivalent_systems() {
     assert!(bench.harness.query_by_label("1/Tθ₂").is_some(), "the equivalent system of the elevator");
     bench.harness.get_by_label("aileron").click();
     bench.settle();
-    assert!(bench.harness.query_by_label("T_R").is_some(), "that of the aileron");
+    assert!(bench.harness.query_by_label("1/Tθ₂").is_none(), "that of the aileron in its place");
+    assert!(bench.harness.query_by_label("ζ_z1").is_some(), "its form holds the Dutch roll");
 }
 
 #[test]
