@@ -125,7 +125,7 @@ const FURTHEST: f64 = 3.0;
 /// Longest window that gusts are estimated from, samples. The paths of a longer one would take more memory than its results.
 const LONGEST_WINDOW: usize = 60_000;
 
-/// Every so many windows that their samples together are about [`ENOUGH_SAMPLES`], without those that are too long.
+/// Every so many windows that their samples together are about 20,000, without those of more than 60,000.
 pub fn select_windows<'a>(data: &[&'a FilterData]) -> Vec<&'a FilterData> {
     let data: Vec<&FilterData> =
         data.iter().copied().filter(|window| window.inputs.time_s.len() <= LONGEST_WINDOW).collect();
