@@ -60,9 +60,10 @@ fn findings(step: Step, snapshot: &Snapshot) -> impl Iterator<Item = &Finding> {
     let verdicts = snapshot.verdicts.latest();
     let of_session = verdicts.map_or(&[][..], |verdicts| &verdicts.session.reasons);
     let of_fits = verdicts.into_iter().flat_map(|verdicts| &verdicts.pooled).flat_map(|fit| &fit.verdict.reasons);
-    let of_fits = of_fits.filter(move |_| step != Step::Results);
-    let all = of_session.iter().chain(of_fits.filter(|finding| !of_session.contains(finding)));
-    all.filter(move |finding| step == Step::Results || step_of(finding) == Some(step))
+    let is_of_step = move |finding: &&Finding| step_of(finding) == Some(step);
+    let of_fits = of_fits.filter(move |finding| step != Step::Results && !of_session.contains(finding));
+    let of_session = of_session.iter().filter(move |finding| step == Step::Results || is_of_step(finding));
+    of_session.chain(of_fits.filter(is_of_step))
 }
 
 /// How far `step` is. `written`: the session a report was written of last.

@@ -93,7 +93,7 @@ pub fn coverage(arguments: &CoverageArguments) -> Result<(), String> {
 pub fn calibrate(arguments: &CalibrateArguments) -> Result<(), String> {
     let scenario = crate::simulate::open(&arguments.scenario)?;
     let flights = (arguments.realisations, arguments.seed);
-    let found = flown((&arguments.session, scenario), flights, verdict::calibrate_levels)?;
+    let found = fly_many((&arguments.session, scenario), flights, verdict::calibrate_levels)?;
     if arguments.json {
         text::document(&serde_json::to_string_pretty(&found).map_err(|error| error.to_string())?);
         return Ok(());
@@ -213,11 +213,11 @@ fn studied<T>(
     if let Some(gusts) = arguments.gusts {
         scenario.gust_m_s = gusts;
     }
-    flown((&arguments.session, scenario), (arguments.realisations, arguments.seed), study)
+    fly_many((&arguments.session, scenario), (arguments.realisations, arguments.seed), study)
 }
 
 /// Flies a scenario many times over by the settings of a session, the shipped one without any.
-fn flown<T>(
+fn fly_many<T>(
     (session, scenario): (&Option<PathBuf>, Scenario),
     (realisations, seed): (u64, u64),
     study: impl Fn(&Session, &Scenario, (usize, u64), &Context<'_>) -> Result<T, StageError>,

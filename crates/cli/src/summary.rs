@@ -1,6 +1,7 @@
 //! What a run says on the terminal: the verdict, the fits with their derivatives and what to look at first, or everything.
 
-use doublet_engine::report::{self, DelayRow, DerivativeRow, EngineRow, FitRow, Results};
+use doublet_core::model::is_constant_name;
+use doublet_engine::report::{self, DerivativeRow, EngineRow, FitRow, Results};
 use doublet_engine::run::Snapshot;
 use doublet_engine::session::Session;
 use doublet_engine::verdict::{self, Folded, Level};
@@ -30,17 +31,15 @@ pub fn print(session: &Session, snapshot: &Snapshot, verbose: bool) {
     if let Some(verdicts) = snapshot.verdicts.ready() {
         text::line(&format!("verdict {}", verdicts.headline()));
     }
-    let applied: Vec<String> =
-        results.sensor_delays.iter().filter(|delay| delay.applied).map(DelayRow::words).collect();
-    if !applied.is_empty() {
-        text::line(&format!("delays applied: {}", applied.join("; ")));
+    if let Some(words) = report::applied_delays(&results.sensor_delays) {
+        text::line(&format!("delays applied: {words}"));
     }
     if let Some(gusts) = results.gusts.as_ref().filter(|gusts| gusts.applied) {
         text::line(&format!("gusts {}", gusts.words()));
     }
     if !verbose {
         results.pooled.iter().for_each(|fit| print_fit(fit, &results));
-        print_dependences(&results);
+        print_stated_quantities(&results);
         print_first(&found);
     }
 }
@@ -69,7 +68,7 @@ fn print_fit(fit: &FitRow, results: &Results) {
         windows(&fit.windows)
     ));
     // Constants are trim, not derivatives; the tables have them.
-    let shared = fit.derivatives.iter().filter(|row| !row.name.ends_with(']') && !row.name.ends_with("_0"));
+    let shared = fit.derivatives.iter().filter(|row| !is_constant_name(&row.name));
     let mut line = String::from(" ");
     for cell in shared.map(derivative) {
         if line.chars().count() + cell.chars().count() > WIDTH {
@@ -84,10 +83,12 @@ fn print_fit(fit: &FitRow, results: &Results) {
 }
 
 /// Stated numbers that the derivatives follow one to one: no flight shows them wrong.
-fn print_dependences(results: &Results) {
+fn print_stated_quantities(results: &Results) {
     let mut said: Vec<(String, Vec<&str>)> = Vec::new();
+    let mut source = None;
     for (fit, follows) in results.pooled.iter().filter_map(|fit| Some((fit, fit.follows.as_ref()?))) {
-        let text = format!("{} {:.0} {}", follows.quantity, follows.value, follows.unit);
+        source = source.or(Some(follows.source));
+        let text = follows.to_string();
         match said.iter_mut().find(|(other, _)| *other == text) {
             Some((_, coefficients)) => coefficients.push(fit.coefficient),
             None => said.push((text, vec![fit.coefficient])),
@@ -95,8 +96,8 @@ fn print_dependences(results: &Results) {
     }
     let parts: Vec<String> =
         said.iter().map(|(text, coefficients)| format!("{} with {text}", coefficients.join(" "))).collect();
-    if let Some(first) = results.pooled.iter().find_map(|fit| fit.follows.as_ref()) {
-        text::line(&format!("derivatives scale: {} ({})", parts.join(", "), first.source));
+    if let Some(source) = source {
+        text::line(&format!("derivatives scale: {} ({source})", parts.join(", ")));
     }
 }
 

@@ -80,7 +80,8 @@ pub fn tune(arguments: &TuneArguments) -> Result<(), String> {
     }
     // Gravity, delays and gusts its paths were made with.
     let session = snapshot.gravity.as_ref().map_or_else(|| session.clone(), |used| stage::with_gravity(&session, used));
-    let session = stage::settled(&session, &snapshot.air);
+    let filter = snapshot.delays_and_gusts.added_to(&session.filter);
+    let session = Session { filter, ..session };
     if !arguments.delay.is_empty() {
         progress.finish();
         let found = tune_delay(&paths, &session.filter, &arguments.delay, arguments.range, &control)?;

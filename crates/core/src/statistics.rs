@@ -1,4 +1,6 @@
-//! Order statistics and autocorrelation.
+//! Order statistics, sums of squares and autocorrelation.
+
+use statrs::distribution::{ContinuousCDF, StudentsT};
 
 /// Element `rank` (from 0) of `values` in ascending order; `values` are reordered. `None` where there are not as many.
 pub fn ranked(values: &mut [f64], rank: usize) -> Option<f64> {
@@ -8,6 +10,19 @@ pub fn ranked(values: &mut [f64], rank: usize) -> Option<f64> {
 /// Median, the upper one of an even number; `values` are reordered. `None` of none.
 pub fn median(values: &mut [f64]) -> Option<f64> {
     ranked(values, values.len() / 2)
+}
+
+/// Sum of the squares of `values` about their mean; zero of none.
+pub fn squares_about_mean(values: &[f64]) -> f64 {
+    let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
+    values.iter().map(|value| (value - mean).powi(2)).sum()
+}
+
+/// Factor on a standard error from the scatter of `count` values with which two of them hold 95 %: half the quantile of Student's
+/// distribution with `count - 1` degrees of freedom. `None` below two values.
+pub fn student_widening(count: usize) -> Option<f64> {
+    let freedom = count.checked_sub(1)?;
+    Some(0.5 * StudentsT::new(0.0, 1.0, freedom as f64).ok()?.inverse_cdf(0.975))
 }
 
 /// Samples per second of an increasing time vector between its gaps: by the mean of the intervals up to one and a half times their median.

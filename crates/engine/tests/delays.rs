@@ -35,7 +35,7 @@ fn delays(roles: &[Role], by_s: f64, gust_m_s: f64) -> Vec<SensorDelay> {
     scenario.gust_m_s = gust_m_s;
     let spoil = |recording: &mut Recording| late(recording, roles, by_s);
     let (_, snapshot) = fly_and_judge(&session(), &scenario, 1, &spoil, &Context::new(Path::new("."))).unwrap();
-    let found = snapshot.air.delays.unwrap().0;
+    let found = snapshot.delays_and_gusts.delays.unwrap().0;
     println!("{by_s} s, gusts {gust_m_s} m/s: {found:?}");
     found
 }

@@ -1,12 +1,12 @@
 //! Where the accelerometers are, by what the velocities say.
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
-use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::motion::{Motion, in_north_east_down};
 use super::relations::air_over_ground;
 use crate::atmos::STANDARD_GRAVITY_M_S2;
 use crate::quantity::Role;
+use crate::statistics::student_widening;
 
 /// Lag over which velocities change, s: long for their noise, short for that of the attitude.
 const LAG_S: f64 = 0.6;
@@ -154,8 +154,8 @@ impl Blocks {
             squares += (self.estimate(Some(without))? - found).map(|apart| apart * apart);
         }
         let share = (count - 1) as f64 / count as f64;
-        let quantile = StudentsT::new(0.0, 1.0, (count - 1) as f64).ok()?.inverse_cdf(0.975);
-        Some(squares.map(|square| 0.5 * quantile * (share * square).sqrt()))
+        let widening = student_widening(count)?;
+        Some(squares.map(|square| widening * (share * square).sqrt()))
     }
 }
 

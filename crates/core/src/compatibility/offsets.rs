@@ -2,14 +2,13 @@
 //! direction in which the velocity changes or the aircraft flies.
 
 use nalgebra::{SMatrix, SVector};
-use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::line::{Figures, Line};
 use super::motion::{Motion, air_velocity, in_north_east_down};
 use super::outcome::Outcome;
 use super::traces::{Trace, most_telling};
 use crate::quantity::Role::{self, *};
-use crate::statistics::median;
+use crate::statistics::{median, student_widening};
 
 /// Least offset that is named, rad: 2 deg of an angle of attack, since upwash, position error and vertical wind hide one; 3 deg of a
 /// heading; 5 deg of one by airspeed, into which sideslip enters, and of a sideslip.
@@ -180,9 +179,7 @@ impl Offset {
         let intercept = line.map_or(offset, |line| line.intercept());
         let kept = if intercept * offset > 0.0 { offset.abs().min(intercept.abs()).copysign(offset) } else { 0.0 };
         let offset = if kept.abs() > self.least_rad { offset } else { kept };
-        // Two of them hold 95 % with as few blocks as there are (Student).
-        let quantile = StudentsT::new(0.0, 1.0, (blocks.len() - 1) as f64).ok()?.inverse_cdf(0.975);
-        let error = 0.5 * quantile * ERROR_OF_MEDIAN * scatter / (blocks.len() as f64).sqrt();
+        let error = student_widening(blocks.len())? * ERROR_OF_MEDIAN * scatter / (blocks.len() as f64).sqrt();
         Some(Estimate { offset, error, is_constant: scatter < SCATTER * offset.abs(), segments })
     }
 

@@ -76,37 +76,35 @@ pub(super) fn in_knots(rows: &[CompatibilityRow]) -> Option<CompatibilityRow> {
     })
 }
 
-/// Factors by each of the relations and those nearest to one that noise on one side of it leaves: the slope is that of the reduced major
-/// axis, either regression gives it times or over the correlation.
-fn bounded_factors(
+/// What the airspeed is to be multiplied by according to a relation that shows it clearly, and the squared correlation.
+fn factor_by(
     rows: &[CompatibilityRow],
-    relations: &[((Role, &'static str), bool)],
+    (relation, is_upside_down): ((Role, &'static str), bool),
     least_r2: f64,
     segments: usize,
-) -> Vec<(f64, f64)> {
-    let bounded = |relation: &((Role, &'static str), bool)| {
-        let factor = factors(rows, std::slice::from_ref(relation), least_r2, segments).first().copied()?;
-        let correlation = rows.iter().find(|row| row.relation == Some(relation.0))?.r2?.sqrt();
-        let nearest = if factor > 1.0 { (factor * correlation).max(1.0) } else { (factor / correlation).min(1.0) };
-        Some((factor, nearest))
-    };
-    relations.iter().filter_map(bounded).collect()
+) -> Option<(f64, f64)> {
+    let row = rows.iter().find(|row| row.relation == Some(relation))?;
+    let r2 = row.r2.filter(|r2| *r2 > least_r2 && row.segments >= segments)?;
+    let slope = row.slope.filter(|slope| *slope > 0.0)?;
+    Some((if is_upside_down { 1.0 / slope } else { slope }, r2))
 }
 
-/// What the airspeed is to be multiplied by according to each of the relations, where they show it clearly.
+/// The factors by each of the relations.
 fn factors(
     rows: &[CompatibilityRow],
     relations: &[((Role, &'static str), bool)],
     least_r2: f64,
     segments: usize,
 ) -> Vec<f64> {
-    let factor = |(relation, is_upside_down): &((Role, &'static str), bool)| {
-        let row = rows.iter().find(|row| row.relation == Some(*relation))?;
-        let is_told = row.r2.is_some_and(|r2| r2 > least_r2) && row.segments >= segments;
-        let slope = row.slope.filter(|slope| *slope > 0.0 && is_told)?;
-        Some(if *is_upside_down { 1.0 / slope } else { slope })
-    };
+    let factor = |relation: &_| factor_by(rows, *relation, least_r2, segments).map(|(factor, _)| factor);
     relations.iter().filter_map(factor).collect()
+}
+
+/// The value nearest to one that a factor may have. Noise of one side alone changes the slope of the reduced major axis by the
+/// correlation, times or over.
+fn nearest_to_one((factor, r2): (f64, f64)) -> f64 {
+    let correlation = r2.sqrt();
+    if factor > 1.0 { (factor * correlation).max(1.0) } else { (factor / correlation).min(1.0) }
 }
 
 /// That the airspeed is too small or too large by one factor, where two or more relations agree on it: calibrated where the factor is that
@@ -159,12 +157,14 @@ fn against(rows: &[CompatibilityRow], factor: f64) -> Vec<f64> {
 
 /// The factor that two thirds of the relations, and two at least, agree on, with theirs.
 fn agreed(rows: &[CompatibilityRow], [least_r2, least_change]: [f64; 2]) -> Option<(f64, Vec<f64>)> {
-    let mut all = bounded_factors(rows, &OF_SCALE, least_r2, SEGMENTS);
+    let shown = |relation: &_| factor_by(rows, *relation, least_r2, SEGMENTS);
+    let mut all: Vec<(f64, f64)> = OF_SCALE.iter().filter_map(shown).collect();
     let count = all.len();
     let middle = median(&mut all.iter().map(|(factor, _)| *factor).collect::<Vec<_>>())?;
     all.retain(|(factor, _)| (factor / middle - 1.0).abs() < SPREAD);
-    let (mut factors, mut nearest): (Vec<f64>, Vec<f64>) = all.into_iter().unzip();
-    let (factor, nearest) = (median(&mut factors)?, median(&mut nearest)?);
+    let nearest = median(&mut all.iter().copied().map(nearest_to_one).collect::<Vec<_>>())?;
+    let mut factors: Vec<f64> = all.into_iter().map(|(factor, _)| factor).collect();
+    let factor = median(&mut factors)?;
     let is_off = (nearest - 1.0).abs() > least_change;
     (factors.len() >= 2 && 3 * factors.len() >= 2 * count && is_off).then_some((factor, factors))
 }

@@ -15,5 +15,5 @@ pub use derivatives::{Derivative, Derivatives, VariableValues};
 pub use error::ModelError;
 pub use names::{Coefficient, RECORDED, RecordedValues, Variable};
 pub use structure::Structure;
-pub use term::Term;
+pub use term::{Term, is_constant_name};
 pub use variables::{LONG_WINDOW, Variables, regressors, variables};

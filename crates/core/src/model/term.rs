@@ -143,6 +143,11 @@ fn leading_power<'a>(rest: &'a str, term: &str) -> Result<(i32, &'a str), ModelE
     Ok((power, &digits[end..]))
 }
 
+/// Whether a parameter is a constant by its name: `CZ_0`, or `CZ_0[window]` of one window.
+pub fn is_constant_name(name: &str) -> bool {
+    name.ends_with("_0") || name.ends_with(']')
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -170,6 +175,7 @@ mod tests {
         assert_eq!(Term::parse("qc/V").unwrap().derivative_name(Coefficient::Cm), "Cm_q");
         assert_eq!(Term::parse("alpha^2").unwrap().derivative_name(Coefficient::CX), "CX_alpha2");
         assert_eq!(Term::parse("1").unwrap().derivative_name(Coefficient::CX), "CX_0");
+        assert_eq!(["CX_0", "CX_0[w]", "CX_alpha2"].map(super::is_constant_name), [true, true, false]);
         assert_eq!(Term::parse("alpha^0").unwrap(), Term::constant());
     }
 

@@ -5,7 +5,9 @@ use std::sync::Arc;
 
 use doublet_core::airframe::MassHistory;
 use doublet_core::estimate::{Constraint, ExpectedErrors, PooledRegression, PooledWindow, ResidualNoise};
-use doublet_core::model::{AeroData, Coefficient, CoefficientSettings, Engine, Term, Variables, regressors, variables};
+use doublet_core::model::{
+    AeroData, Coefficient, CoefficientSettings, Engine, Term, Variables, is_constant_name, regressors, variables,
+};
 use doublet_core::quantity::Role;
 use nalgebra::DMatrix;
 
@@ -216,12 +218,11 @@ impl Basis {
             let index = self.model.names.iter().position(|known| known == name)?;
             Some(self.model.values()[index].abs().max(2.0 * self.model.standard_error(index)))
         };
-        let constant = |name: &str| name.ends_with(']') || name.ends_with("_0");
         let places: Vec<(usize, f64)> = errors
             .names
             .iter()
             .enumerate()
-            .filter(|(_, name)| !constant(name))
+            .filter(|(_, name)| !is_constant_name(name))
             .filter_map(|(index, name)| Some((index, scale(name)?)))
             .collect();
         let scaled = DMatrix::from_fn(places.len(), places.len(), |i, j| {

@@ -47,7 +47,7 @@ pub struct LimitReading {
 
 impl LimitReading {
     /// The same, without the least airspeed while the aircraft is on the ground: there it does not stall.
-    pub(crate) fn flown(mut self, is_airborne: bool) -> Self {
+    pub(crate) fn silence_on_ground(mut self, is_airborne: bool) -> Self {
         let airspeeds = [Role::CalibratedAirspeed, Role::TrueAirspeed].map(Role::name);
         let is_below = self.low.is_some_and(|low| self.range[0] < low);
         let is_above = self.high.is_some_and(|high| self.range[1] > high);
@@ -166,7 +166,7 @@ mod tests {
         assert_eq!(limit.read(&BTreeMap::new()), None);
         let stall: Limit = "calibrated_airspeed=36:92".parse().unwrap();
         let taxiing = BTreeMap::from([("calibrated_airspeed".to_owned(), [3.0, 9.0])]);
-        let level = |is_airborne| stall.read(&taxiing).unwrap().flown(is_airborne).level;
+        let level = |is_airborne| stall.read(&taxiing).unwrap().silence_on_ground(is_airborne).level;
         assert_eq!([level(false), level(true)], [Level::Good, Level::Bad]);
         assert_eq!("n_z=0.2:".parse::<Limit>().unwrap().low, Some(0.2));
         assert!(("airspeed=:150kt".parse::<Limit>().unwrap().high.unwrap() - 77.1667).abs() < 1e-3);

@@ -359,7 +359,9 @@ impl LivePipeline {
                 .settings
                 .limits
                 .iter()
-                .filter_map(|limit| Some(limit.read(&extremes)?.flown(estimates.is_none_or(|found| found.is_airborne))))
+                .filter_map(|limit| {
+                    Some(limit.read(&extremes)?.silence_on_ground(estimates.is_none_or(|found| found.is_airborne)))
+                })
                 .collect(),
             is_enough,
             findings: own.chain(estimates.into_iter().flat_map(|estimates| estimates.findings.clone())).collect(),

@@ -26,7 +26,7 @@ pub fn build(session: &Session, snapshot: &Snapshot) -> Results {
     let pooled = snapshot.pooled.ready();
     let verdicts = snapshot.verdicts.ready();
     let pooled_row = |fit: &CoefficientFit| FitRow {
-        follows: verdict::dependence(snapshot, fit),
+        follows: verdict::stated_quantity(snapshot, fit),
         ..fit_row(fit, verdicts.and_then(|found| found.fit(None, fit.coefficient)))
     };
     let mut results = Results {

@@ -1,6 +1,7 @@
 //! Delays of the measurements and gusts over the windows, as the reconstruction found them.
 
 use doublet_core::reconstruct::State;
+use doublet_core::statistics::squares_about_mean;
 use serde::Serialize;
 
 use crate::run::Snapshot;
@@ -39,7 +40,7 @@ impl GustRow {
 
 /// Gusts of a run that estimated them.
 pub fn gusts(snapshot: &Snapshot) -> Option<GustRow> {
-    let found = snapshot.air.gusts.as_ref()?;
+    let found = snapshot.delays_and_gusts.gusts.as_ref()?;
     let (mut squares, mut samples) = ([0.0; 4], 0.0);
     for path in snapshot.windows.values().filter_map(|results| results.path.ready()) {
         let path = &path.reconstruction;
@@ -85,6 +86,12 @@ impl DelayRow {
     }
 }
 
+/// The delays that the filter takes, in words; none where it takes none.
+pub fn applied_delays(rows: &[DelayRow]) -> Option<String> {
+    let applied: Vec<String> = rows.iter().filter(|row| row.applied).map(DelayRow::words).collect();
+    (!applied.is_empty()).then(|| applied.join("; "))
+}
+
 /// Delays of a run that estimated them.
 pub fn delays(snapshot: &Snapshot) -> Vec<DelayRow> {
     let row = |found: &SensorDelay| DelayRow {
@@ -93,12 +100,10 @@ pub fn delays(snapshot: &Snapshot) -> Vec<DelayRow> {
         standard_error_s: found.standard_error_s,
         applied: found.is_significant(),
     };
-    snapshot.air.delays.iter().flat_map(|found| found.0.iter().map(row)).collect()
+    snapshot.delays_and_gusts.delays.iter().flat_map(|found| found.0.iter().map(row)).collect()
 }
 
 /// Mean square about the mean.
 fn variance(values: &[f64]) -> f64 {
-    let count = values.len().max(1) as f64;
-    let mean = values.iter().sum::<f64>() / count;
-    values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / count
+    squares_about_mean(values) / values.len().max(1) as f64
 }

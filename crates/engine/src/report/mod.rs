@@ -34,7 +34,7 @@ pub use dynamics::{
     dynamics_row, mode_rows, qualities_row,
 };
 pub use formats::{TableFormat, alignments, csv, latex, markdown};
-pub use gusts::{DelayRow, GustRow};
+pub use gusts::{DelayRow, GustRow, applied_delays};
 pub(crate) use histories::mat_file;
 pub use histories::{History, HistoryColumn, HistoryFormat};
 pub use mass::{FlownMassRow, ItemRow, MassRow};

@@ -12,7 +12,7 @@ use super::sensor_errors::SensorErrorsRow;
 use super::signals::{NoiseRow, ProposalRow, SignalRow};
 use super::studies::StudyResults;
 use crate::stage::PhysicsRow;
-use crate::verdict::{Consequence, Dependence, Verdict};
+use crate::verdict::{Consequence, StatedQuantity, Verdict};
 
 /// Value of the `format` key.
 pub const FORMAT: &str = "doublet results";
@@ -486,7 +486,7 @@ pub struct FitRow {
     pub condition_number: f64,
     /// Stated number that all its derivatives follow one to one.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub follows: Option<Dependence>,
+    pub follows: Option<StatedQuantity>,
     /// Derivatives.
     pub derivatives: Vec<DerivativeRow>,
     /// Correlation of the estimates, row by row.

@@ -18,8 +18,8 @@ use crate::graph::{Cache, Cancelled, Context, Control, Key, Keyed, Stage, StageE
 use crate::notation::plural;
 use crate::session::{self, Flight, Manoeuvre, PathSource, Session};
 use crate::stage::{
-    self, Air, AircraftData, EstimatedSensorErrors, FlightEngines, FlightPhysics, FlightProposals, FlownMass,
-    LoadedAircraft, LoadedFlight, PathErrors, PooledFits, ProofOfMatch, Samples, SensorDelays, SessionGusts,
+    self, AircraftData, DelaysAndGusts, EstimatedSensorErrors, FlightEngines, FlightPhysics, FlightProposals,
+    FlownMass, LoadedAircraft, LoadedFlight, PathErrors, PooledFits, ProofOfMatch, Samples, SensorDelays, SessionGusts,
     SessionNoise, StudyWindow, WidenedFits, WindowAero, WindowFits, WindowPath,
 };
 use crate::study::{Study, StudyInput};
@@ -247,8 +247,8 @@ impl<'a> Run<'a> {
 
     /// The session with the delays and the gusts of its windows in the filter, where it asks for them.
     fn settle_filter(&self, session: Session, flights: &[ReadFlight<'_>]) -> Result<Session, Cancelled> {
-        if !stage::needs_air(&session) {
-            self.builder.update(|snapshot| snapshot.air = Air::default())?;
+        if !stage::needs_delays_or_gusts(&session) {
+            self.builder.update(|snapshot| snapshot.delays_and_gusts = DelaysAndGusts::default())?;
             return Ok(session);
         }
         let samples = |manoeuvre: &&Manoeuvre| {
@@ -267,11 +267,10 @@ impl<'a> Run<'a> {
             let found = unless_cancelled(self.context.get::<SensorDelays>(settings, &samples))?;
             Ok(found.map(|found| SensorDelays::clone(&found)))
         };
-        let air: Result<_, Cancelled> = stage::settle_air(&session, &gusts, &delays);
-        let air = air?;
-        let settled = stage::settled(&session, &air);
-        self.builder.update(|snapshot| snapshot.air = air)?;
-        Ok(settled)
+        let found = stage::estimate_in_turn::<Cancelled>(&session, &gusts, &delays)?;
+        let filter = found.added_to(&session.filter);
+        self.builder.update(|snapshot| snapshot.delays_and_gusts = found)?;
+        Ok(Session { filter, ..session })
     }
 
     /// Whether some window holds more samples than are worked on side by side.

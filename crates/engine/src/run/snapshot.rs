@@ -13,8 +13,8 @@ use crate::planning::Enough;
 use crate::prior::PriorStudy;
 use crate::session::{Manoeuvre, Session};
 use crate::stage::{
-    AeroWindow, Air, EstimatedSensorErrors, FlightEngines, FlightNoise, FlightPhysics, FlightProposals, FlownMass,
-    Gravity, LoadedAircraft, LoadedFlight, PooledFits, ProofOfMatch, WindowAero, WindowFits, WindowPath,
+    AeroWindow, DelaysAndGusts, EstimatedSensorErrors, FlightEngines, FlightNoise, FlightPhysics, FlightProposals,
+    FlownMass, Gravity, LoadedAircraft, LoadedFlight, PooledFits, ProofOfMatch, WindowAero, WindowFits, WindowPath,
 };
 use crate::study::{
     CheckStudy, DynamicsStudy, FlightResponses, LagStudy, ManoeuvreStudy, MonteCarloStudy, SensitivityStudy,
@@ -292,7 +292,7 @@ slots! {
         /// Gravity in use; `None` before the flights were read.
         pub gravity: Option<Gravity>,
         /// Delays of the measurements and gusts over the windows; `None` where the session states them or they cannot be estimated.
-        pub air: Air,
+        pub delays_and_gusts: DelaysAndGusts,
         /// Files and folders the run read, as they were then.
         pub files: Arc<BTreeMap<PathBuf, FileStamp>>,
         /// Newest last.

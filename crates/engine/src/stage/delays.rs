@@ -91,16 +91,16 @@ fn shift(settings: &mut FilterSettings, kind: ConstantError, by_s: f64) {
 }
 
 /// Whether the paths of a session depend on the delays found.
-pub fn needs_delays(session: &Session) -> bool {
+pub(super) fn needs_delays(session: &Session) -> bool {
     session.delays == DelaySource::Estimated && session.preparation.path != PathSource::Measured
 }
 
-/// Delays of ground velocity and position, flow angles, airspeed and attitude that make the innovations of all windows smallest, by steps
+/// Delays of ground velocity and position, altitude, flow angles, airspeed and attitude that make the innovations of all windows smallest, by steps
 /// of Gauss and Newton ([`constant_errors`]). Offsets of the flow angles are estimated with them.
 ///
 /// # Errors
 /// That it was stopped. What the filter fails on leaves none.
-pub(crate) fn estimate_delays(
+pub(super) fn estimate_delays(
     data: &[&FilterData],
     settings: &FilterSettings,
     control: &Control,

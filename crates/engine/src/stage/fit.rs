@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 use doublet_core::estimate::{Coloured, Constraint, Fit, Origin, PooledRegression, PooledWindow};
 use doublet_core::model::{Coefficient, LONG_WINDOW, Structure, Term, Variable, regressors};
 use doublet_core::series::Series;
-use doublet_core::statistics::median;
+use doublet_core::statistics::{median, squares_about_mean};
 use rayon::prelude::*;
 
 use super::aero::WindowAero;
@@ -177,9 +177,7 @@ pub(crate) fn window_terms(
 }
 
 fn standard_deviation(values: &[f64]) -> f64 {
-    let count = values.len().max(1) as f64;
-    let mean = values.iter().sum::<f64>() / count;
-    (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / count).sqrt()
+    (squares_about_mean(values) / values.len().max(1) as f64).sqrt()
 }
 
 /// Terms whose regressor moves in some window of a fit, and those that nothing can be told of: zero in all of them, or constant where

@@ -8,6 +8,7 @@ mod aero;
 mod aircraft;
 mod align;
 mod delays;
+mod delays_and_gusts;
 mod detail;
 mod engine_charts;
 mod engines;
@@ -47,6 +48,8 @@ pub use aircraft::{
 };
 pub use align::{UsedClock, is_stamped_by};
 pub use delays::{SensorDelay, SensorDelays};
+pub(crate) use delays_and_gusts::estimate_delays_and_gusts;
+pub use delays_and_gusts::{DelaysAndGusts, estimate_in_turn, needs_delays_or_gusts};
 pub use detail::{
     BIAS_STATES, BiasTable, CoefficientStudy, Contributions, KindSummary, ResidualStudy, bias_table, contributions,
     kind_summaries, model_study, residual_studies, track_from_velocity,
@@ -61,8 +64,7 @@ pub use fit::{
 pub(crate) use fit::{applies, constant_name};
 pub use flight_engines::{EngineOverFlight, FlightEngines, PowerAgreement, flight_engines};
 pub use gravity::{Gravity, gravity, with_gravity};
-pub(crate) use gusts::air_of;
-pub use gusts::{Air, SessionGusts, needs_air, settle_air, settled};
+pub use gusts::SessionGusts;
 pub use information::{Information, RegressorCorrelation, information, regressor_correlations};
 pub use instruments::tank_channel;
 pub use mass::{FlownMass, FlownState, FuelRecord, FuelSource};

@@ -16,7 +16,7 @@ use super::path::{WindowPath, measurements_of, reconstructions};
 use crate::graph::{Context, Control, Footprint, Keyed, Stage, StageError, StageResult};
 use crate::session::{Manoeuvre, PathSource, Settings};
 
-/// Samples of all windows together beyond which the errors are not formed, nor what findings change: they take a path more for each.
+/// Most samples of all windows together for which errors of the path, and what findings change, are formed: each takes a further path.
 pub(crate) const MOST_SAMPLES: usize = 60_000;
 
 /// An error of a sensor that is the same in all windows.

@@ -159,7 +159,8 @@ pub(crate) fn fly<'a>(
         .map(|window| Ok(stage::samples(&recording, window.window, Some(aircraft), &session.preparation)?.data))
         .collect::<StageResult<Vec<_>>>()?;
     let samples: Vec<_> = data.iter().map(|data| &**data).collect();
-    let filter = stage::settled(session, &stage::air_of(session, &samples, context.control())?).filter;
+    let found = stage::estimate_delays_and_gusts(session, &samples, context.control())?;
+    let filter = found.added_to(&session.filter);
     let by = (&filter, session.preparation.path);
     let paths = stage::reconstructions(&samples, by, context.control());
     let mut aero: Vec<AeroWindow<'_>> = Vec::with_capacity(windows.len());

@@ -1,5 +1,6 @@
 //! Whether the levels are right: simulated flights of known truth, sound, in gusts and with one fault each, judged as a session is.
 
+use doublet_core::model::is_constant_name;
 use doublet_core::quantity::Role;
 use doublet_core::series::{Recording, Series};
 use doublet_core::simulate::Scenario;
@@ -140,7 +141,7 @@ fn counted(case: &Case, verdicts: &Verdicts, fits: &PooledFits, scenario: &Scena
     counts.sessions[verdicts.session.level as usize] += 1;
     for fit in &fits.fits {
         let (Ok(estimate), Some(judged)) = (&fit.fit, verdicts.fit(None, fit.coefficient)) else { continue };
-        for (index, name) in estimate.names.iter().enumerate().filter(|(_, name)| !is_constant(name)) {
+        for (index, name) in estimate.names.iter().enumerate().filter(|(_, name)| !is_constant_name(name)) {
             let Some(truth) = scenario.vehicle.aero.value(name) else { continue };
             let error = fit.corrected_errors.get(index).copied().unwrap_or(0.0);
             let off = (estimate.estimates[index] - truth).abs();
@@ -161,10 +162,6 @@ fn counted(case: &Case, verdicts: &Verdicts, fits: &PooledFits, scenario: &Scena
     };
     counts.faults[fate] += 1;
     counts
-}
-
-fn is_constant(name: &str) -> bool {
-    name.ends_with("_0") || name.ends_with(']')
 }
 
 /// The worse of the levels of a derivative and of its fit.

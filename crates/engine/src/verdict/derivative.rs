@@ -1,5 +1,7 @@
 //! Findings about one derivative: whether it is determined, plausible and the same in every window.
 
+use doublet_core::model::is_constant_name;
+
 use super::effect::Cause;
 use super::judge::{Evidence, place};
 use super::plausible::{Outside, Range};
@@ -36,10 +38,9 @@ pub(super) fn findings(
     let Ok(estimate) = &fit.fit else { return Vec::new() };
     let (name, value) = (&estimate.names[index], estimate.estimates[index]);
     let error = fit.corrected_errors.get(index).copied().filter(|_| estimate.origins[index].is_estimated());
-    let is_constant = name.ends_with("_0") || name.ends_with(']');
     let at = place(name, window);
     let mut findings = Vec::new();
-    if !is_constant {
+    if !is_constant_name(name) {
         findings.extend(determined(&at, fit, index));
         if window.is_none() {
             findings.extend(scatter(evidence, &at, fit, index));

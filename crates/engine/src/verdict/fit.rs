@@ -1,7 +1,7 @@
 //! Findings about the fit of one coefficient: excitation, condition and what it predicts.
 
 use doublet_core::estimate::Fit;
-use doublet_core::model::{Term, Variable, regressors};
+use doublet_core::model::{Term, Variable, is_constant_name, regressors};
 use doublet_core::reconstruct::{Input, State};
 use doublet_core::series::TimeRange;
 use doublet_core::statistics;
@@ -84,9 +84,7 @@ pub(super) fn findings(evidence: Evidence<'_>, window: Option<&str>, fit: &Coeff
     let moved: Vec<(&Term, Motion)> = terms.iter().filter_map(|term| Some((term, Motion::of(term, &used)?))).collect();
     findings.extend(propulsion::unknown(&at, fit, &formed));
     findings.extend(unmoved(evidence, &at, &moved, &used));
-    let is_open =
-        |(index, name): (usize, &String)| !(name.ends_with("_0") || name.ends_with(']') || is_determined(fit, index));
-    if estimate.names.iter().enumerate().any(is_open) {
+    if estimate.names.iter().any(|name| is_open(fit, estimate, name)) {
         findings.extend(condition(&at, name, estimate));
     }
     findings.extend(inflated(&at, fit, estimate, &moved));
@@ -235,10 +233,7 @@ fn inflated(at: &str, fit: &CoefficientFit, estimate: &Fit, moved: &[(&Term, Mot
         Some((name, estimate.unit_covariance[(index, index)] * motion.square))
     };
     // What its error holds and leaves determined is no fault.
-    let is_open = |name: &String| {
-        estimate.names.iter().position(|other| other == name).is_some_and(|index| !is_determined(fit, index))
-    };
-    let open = moved.iter().filter_map(factor).filter(|(name, _)| is_open(name));
+    let open = moved.iter().filter_map(factor).filter(|(name, _)| is_open(fit, estimate, name));
     let (name, factor) = open.max_by(|a, b| a.1.total_cmp(&b.1))?;
     if factor <= INFLATION {
         return None;
@@ -256,11 +251,17 @@ fn inflated(at: &str, fit: &CoefficientFit, estimate: &Fit, moved: &[(&Term, Mot
     )
 }
 
+/// Whether `name` is a derivative that the samples leave undetermined.
+fn is_open(fit: &CoefficientFit, estimate: &Fit, name: &str) -> bool {
+    let index = estimate.names.iter().position(|other| other == name);
+    !is_constant_name(name) && index.is_some_and(|index| !is_determined(fit, index))
+}
+
 /// The derivative most correlated with `name`.
 fn partner(estimate: &Fit, name: &str) -> String {
     let Some(index) = estimate.names.iter().position(|other| other == name) else { return String::new() };
-    let is_constant = |name: &str| name.ends_with("_0") || name.ends_with(']');
-    let others = (0..estimate.parameters()).filter(|&other| other != index && !is_constant(&estimate.names[other]));
+    let others =
+        (0..estimate.parameters()).filter(|&other| other != index && !is_constant_name(&estimate.names[other]));
     let largest = others
         .max_by(|&a, &b| estimate.correlation[(index, a)].abs().total_cmp(&estimate.correlation[(index, b)].abs()));
     largest.map(|other| estimate.names[other].clone()).unwrap_or_default()

@@ -186,28 +186,24 @@ pub fn judge(session: &Session, snapshot: &Snapshot) -> Verdicts {
     let mut findings = session::findings(evidence);
     findings.extend(study.session.iter().cloned());
     findings.extend(windows.values().flat_map(|window| window.verdict.reasons.iter().cloned()));
-    if !consequences.is_empty() {
-        let all: Vec<&CoefficientFit> = fits.iter().collect();
-        findings = by_effect(evidence, findings, &all);
-    }
-    findings.extend(if consequences.is_empty() {
-        of_fits
-    } else {
-        by_effect(evidence, of_fits, &fits.iter().collect::<Vec<_>>())
-    });
+    findings = by_effect(evidence, findings);
+    findings.extend(by_effect(evidence, of_fits));
     findings.extend(pooled.iter().filter(|fit| fit.is_unused).flat_map(|fit| fit.verdict.reasons.iter().cloned()));
     Verdicts { session: Verdict::of(findings), windows, pooled }
 }
 
-/// Findings by what they change of the derivatives, those that change most first.
-fn by_effect(evidence: Evidence<'_>, findings: Vec<Finding>, fits: &[&CoefficientFit]) -> Vec<Finding> {
+/// Findings weighed by what they change of the derivatives, those that change most first; as they are where that is not known.
+fn by_effect(evidence: Evidence<'_>, findings: Vec<Finding>) -> Vec<Finding> {
+    let Some(pooled) = evidence.snapshot.pooled.ready().filter(|_| !evidence.consequences.is_empty()) else {
+        return findings;
+    };
     let weigh = |finding: Finding| {
         let (level, part) = match (finding.code, finding.level) {
             // Why a derivative is not determined, or how much a model explains: the fit is marked by it, what else was asked is not.
             ("vif" | "condition" | "r2", Level::Caution) => (Level::Good, 0.0),
             // What a coefficient contains is said of it and of its derivatives.
             ("propulsion", Level::Caution) if finding.place.ends_with("(pooled)") => (Level::Good, 0.0),
-            _ => weigh::weighed(evidence, &finding, fits),
+            _ => weigh::weighed(evidence, &finding, &pooled.fits),
         };
         (part, Finding { level, ..finding })
     };
@@ -253,7 +249,9 @@ fn fit_verdict(
 ) -> FitVerdict {
     let mut findings = fit::findings(evidence, window, fit);
     if window.is_none() {
-        findings.iter_mut().for_each(|finding| finding.level = weigh::weighed(evidence, finding, &[fit]).0);
+        findings
+            .iter_mut()
+            .for_each(|finding| finding.level = weigh::weighed(evidence, finding, std::slice::from_ref(fit)).0);
     }
     let names = fit.fit.as_ref().map(|fit| fit.names.as_slice()).unwrap_or_default();
     let mut derivatives = Vec::with_capacity(names.len());

@@ -115,8 +115,8 @@ pub fn fly_and_judge(
     };
     let samples: Vec<Samples> = session.windows.iter().map(samples).collect::<Result<_, _>>()?;
     let data: Vec<_> = samples.iter().map(|samples| &*samples.data).collect();
-    snapshot.air = stage::air_of(&session, &data, context.control())?;
-    let filter = stage::settled(&session, &snapshot.air).filter;
+    snapshot.delays_and_gusts = stage::estimate_delays_and_gusts(&session, &data, context.control())?;
+    let filter = snapshot.delays_and_gusts.added_to(&session.filter);
     let by = (&filter, session.preparation.path);
     let paths = stage::paths(&samples.iter().collect::<Vec<_>>(), by, context.control());
     let mut formed: Vec<AeroWindow<'_>> = Vec::with_capacity(samples.len());

@@ -8,7 +8,6 @@ mod calibration;
 mod check;
 mod delay;
 mod density;
-mod dependence;
 mod derivative;
 mod effect;
 mod findings;
@@ -26,6 +25,7 @@ mod sampling;
 mod saturated;
 mod session;
 mod shape;
+mod stated_quantity;
 mod stuck;
 mod studies;
 mod systems;
@@ -36,7 +36,6 @@ use serde::Serialize;
 
 pub use calibration::{CaseCounts, calibrate_levels};
 pub use check::{Checked, check_file, check_session};
-pub use dependence::{Dependence, dependence};
 pub use effect::{Cause, Consequence, Effect};
 pub use findings::{findings, folded};
 pub use fold::{Folded, fold};
@@ -44,6 +43,7 @@ pub(crate) use judge::NO_WINDOW;
 pub use judge::{DerivativeVerdict, FitVerdict, Verdicts, WindowVerdict, judge};
 pub use judged_flights::{JudgedFlights, fly_and_judge, judged_flights};
 pub use plausible::PlausibleRange;
+pub use stated_quantity::{StatedQuantity, stated_quantity};
 pub(crate) use systems::{Alternative, of_equations, of_system};
 
 /// How far something may be believed.

@@ -4,7 +4,7 @@
 use doublet_core::model::Coefficient;
 
 use super::derivative::is_determined;
-use super::effect::{Cause, Effect};
+use super::effect::{CAUTION, Cause, Effect};
 use super::judge::{Evidence, place};
 use super::{Finding, Level, Verdict, propulsion};
 use crate::notation::significant;
@@ -28,7 +28,7 @@ pub(super) fn is_known(evidence: Evidence<'_>, coefficient: Coefficient, flight:
 
 /// The level of a finding of the session by what it changes: no worse than its effect on the derivatives, where that is
 /// known, but a caution where it is bad by itself; and the part of a coefficient's motion that it moves.
-pub(super) fn weighed(evidence: Evidence<'_>, finding: &Finding, fits: &[&CoefficientFit]) -> (Level, f64) {
+pub(super) fn weighed(evidence: Evidence<'_>, finding: &Finding, fits: &[CoefficientFit]) -> (Level, f64) {
     let is_its_cause: Box<dyn Fn(&Effect) -> bool> = match finding.code {
         // A caution about the path counts by what the filter without the smoother gives; the path as measured holds the delays of its sensors.
         "nis" | "innovation" | "smoother" if finding.level == Level::Caution => {
@@ -67,7 +67,7 @@ pub(super) fn weighed(evidence: Evidence<'_>, finding: &Finding, fits: &[&Coeffi
 }
 
 /// Part of its coefficient's motion that the derivative a finding is about makes; of a finding about something else all of it.
-fn own_part(finding: &Finding, fits: &[&CoefficientFit], evidence: Evidence<'_>) -> f64 {
+fn own_part(finding: &Finding, fits: &[CoefficientFit], evidence: Evidence<'_>) -> f64 {
     let Some(name) = finding.place.strip_suffix(" (pooled)") else { return 1.0 };
     let found = fits.iter().find_map(|fit| evidence.consequence(fit.coefficient, name));
     found.map_or(1.0, |consequence| consequence.share)
@@ -177,12 +177,13 @@ impl<'a> Judged<'a> {
         };
         let times = (effect.estimate - self.estimate).abs() / self.error;
         let text = format!(
-            "{:.4} ± {} becomes {:.4} {cause}: {times:.1} standard errors (limit 2)",
+            "{:.4} ± {} becomes {:.4} {cause}: {times:.1} standard errors (limit {})",
             self.estimate,
             significant(self.error, 2),
-            effect.estimate
+            effect.estimate,
+            CAUTION.0
         );
-        let finding = Finding::new(level, code, place(self.name, None), text).with_figure(times, 2.0);
+        let finding = Finding::new(level, code, place(self.name, None), text).with_figure(times, CAUTION.0);
         let finding = finding.with_cure(fix).with_setting(panel, setting);
         Some(if effect.cause == Cause::PathMeasured { finding.with_value("\"measured\"") } else { finding })
     }

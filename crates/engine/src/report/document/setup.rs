@@ -8,7 +8,7 @@ use super::{Axis, Block, Colour, Contents, Figure, LineStyle, Mark, Panel, Plot,
 use crate::notation::{self, significant};
 use crate::report::table::{Cell, Column, Table};
 use crate::report::tables;
-use crate::report::{DelayRow, ExpressionRow};
+use crate::report::{ExpressionRow, applied_delays};
 use crate::session::WindowRole;
 
 /// The session and the units of the report.
@@ -19,8 +19,7 @@ pub fn overview(contents: &Contents<'_>) -> Vec<Block> {
         ("Flights", session.flights.iter().map(|flight| flight.name.as_str()).collect::<Vec<_>>().join(", ")),
         ("Gravity", format!("{} m/s², {}", significant(results.gravity_m_s2, 6), results.gravity_origin)),
     ];
-    let delays: Vec<String> = results.sensor_delays.iter().filter(|delay| delay.applied).map(DelayRow::words).collect();
-    let delays = (!delays.is_empty()).then(|| ("Delays applied", delays.join("; ")));
+    let delays = applied_delays(&results.sensor_delays).map(|words| ("Delays applied", words));
     let gusts = results.gusts.as_ref().map(|gusts| ("Gusts", gusts.words()));
     let mut blocks = vec![
         Block::Facts(

@@ -5,6 +5,7 @@ mod variant;
 
 use doublet_core::estimate::PooledFit;
 use doublet_core::model::{Coefficient, Structure, Term, Variable};
+use doublet_core::statistics::squares_about_mean;
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -21,7 +22,7 @@ const GROUPS: usize = 24;
 pub(super) const LEAST_PART: f64 = 0.01;
 const BAD_PART: f64 = 0.03;
 /// Change of an estimate, in its corrected errors and as a part of it, that is a caution, and that is bad. Both must be exceeded.
-const CAUTION: (f64, f64) = (2.0, 0.1);
+pub(super) const CAUTION: (f64, f64) = (2.0, 0.1);
 const BAD: (f64, f64) = (3.0, 0.2);
 
 /// A cause whose effect on the derivatives is formed.
@@ -233,9 +234,4 @@ fn consequence(name: &str, (regression, fit): &Fitted, others: &[(Cause, Vec<Str
         motion_ratio,
         effects: others.iter().filter_map(effect).collect(),
     }
-}
-
-fn squares_about_mean(values: &[f64]) -> f64 {
-    let mean = values.iter().sum::<f64>() / values.len() as f64;
-    values.iter().map(|value| (value - mean).powi(2)).sum()
 }

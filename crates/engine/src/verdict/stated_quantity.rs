@@ -8,7 +8,7 @@ use crate::stage::{CoefficientFit, FuelRecord};
 
 /// A number that the derivatives of a coefficient are proportional to.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Dependence {
+pub struct StatedQuantity {
     /// Quantity: `mass`, `Ixx`, `Iyy`, `Izz`.
     pub quantity: &'static str,
     /// Its value in the first manoeuvre of the fit.
@@ -21,14 +21,14 @@ pub struct Dependence {
     pub percent_per_percent: f64,
 }
 
-impl std::fmt::Display for Dependence {
+impl std::fmt::Display for StatedQuantity {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{} {:.0} {} ({})", self.quantity, self.value, self.unit, self.source)
+        write!(f, "{} {:.0} {}", self.quantity, self.value, self.unit)
     }
 }
 
 /// The number that the derivatives of a fit follow one to one; none before its coefficients are formed.
-pub fn dependence(snapshot: &Snapshot, fit: &CoefficientFit) -> Option<Dependence> {
+pub fn stated_quantity(snapshot: &Snapshot, fit: &CoefficientFit) -> Option<StatedQuantity> {
     let (window, _) = fit.windows.first()?;
     let aero = snapshot.windows.get(window)?.aero.ready()?;
     let mass = aero.data.mass.first()?;
@@ -41,5 +41,5 @@ pub fn dependence(snapshot: &Snapshot, fit: &CoefficientFit) -> Option<Dependenc
     let is_recorded =
         snapshot.flown.values().filter_map(|slot| slot.ready()).any(|flown| flown.fuel.record != FuelRecord::None);
     let source = if is_recorded { "aircraft file and recorded fuel" } else { "aircraft file" };
-    Some(Dependence { quantity, value, unit, source, percent_per_percent: 1.0 })
+    Some(StatedQuantity { quantity, value, unit, source, percent_per_percent: 1.0 })
 }
