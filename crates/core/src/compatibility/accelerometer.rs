@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
-use super::motion::{Motion, in_north_east_down};
+use super::motion::{Motion, air_velocity, in_north_east_down};
 use super::relations::air_over_ground;
 use crate::atmos::STANDARD_GRAVITY_M_S2;
 use crate::quantity::Role;
@@ -10,8 +10,16 @@ use crate::statistics::student_widening;
 
 /// Lag over which velocities change, s: long for their noise, short for that of the attitude.
 const LAG_S: f64 = 0.6;
+/// Longest lag of a velocity that is recorded less often, s.
+const LONGEST_LAG_S: f64 = 2.5;
 /// Lags per lag: neighbours overlap.
-const OVERLAP: usize = 4;
+const OVERLAP: f64 = 4.0;
+/// Times this near to each other are the same, s.
+const TOLERANCE_S: f64 = 1e-6;
+/// Steps in which the delay of the ground velocity is found, the change below which no further one is taken, and the largest delay, s.
+const DELAY_STEPS: usize = 4;
+const CONVERGED_S: f64 = 0.002;
+const LARGEST_DELAY_S: f64 = 1.0;
 /// Rows that share their errors, s: the standard errors are of blocks this long.
 const BLOCK_S: f64 = 10.0;
 /// Least blocks: fewer do not tell how the estimate scatters.
@@ -73,7 +81,8 @@ pub struct AccelerometerPlace {
 
 /// The place `r` of the accelerometers in body axes, from the point the velocity `v` is of, by least squares over lags `T`:
 /// `v(t + T) - v(t) = int C (f - b) + g dt - [C (w x r)]_t^(t + T) - d [C f + g]_t^(t + T)`, since `C (w' x r + w x (w x r))` is the
-/// slope of `C (w x r)`; without a velocity over the ground `v` is that relative to the air; `b` are biases, `d` the delay of the velocities.
+/// slope of `C (w x r)`; without a velocity over the ground `v` is that relative to the air; `b` are biases, `d` the delay of the velocities,
+/// of those relative to the air in body axes: there `C (w x v)` is taken off the slope.
 /// Errors are those of leaving out blocks of rows in turn. `None` where a channel is missing or the segments are too few.
 pub(super) fn place(motion: &Motion) -> Option<AccelerometerPlace> {
     if !NEEDED.iter().all(|role| motion.has(*role)) {
@@ -92,7 +101,43 @@ pub(super) fn place(motion: &Motion) -> Option<AccelerometerPlace> {
 
 /// The same by one of the velocities.
 fn place_by(motion: &Motion, by: TellingVelocity) -> Option<AccelerometerPlace> {
-    let rows = Rows::of(motion, by);
+    let velocities = SegmentVelocity::of(motion, by);
+    let mut found = place_at(&velocities, 0.0)?;
+    // The delay of the ground velocity is too long for its slope alone.
+    if by == TellingVelocity::Ground {
+        let mut delay_s = 0.0;
+        for _ in 0..DELAY_STEPS {
+            if found.delay_s.abs() < CONVERGED_S {
+                break;
+            }
+            delay_s = (delay_s + found.delay_s).clamp(-LARGEST_DELAY_S, LARGEST_DELAY_S);
+            found = place_at(&velocities, delay_s)?;
+        }
+    }
+    let Fitted { from_velocity_m, errors_m, residual_m_s, residual_without_m_s, .. } = found;
+    let felt_part = felt_part(motion, from_velocity_m);
+    Some(AccelerometerPlace {
+        by,
+        from_velocity_m,
+        errors_m,
+        second: None,
+        residual_m_s,
+        residual_without_m_s,
+        felt_part,
+    })
+}
+
+/// A place with the delay of the velocities beside the one they are taken with, s.
+struct Fitted {
+    from_velocity_m: [f64; 3],
+    errors_m: [f64; 3],
+    delay_s: f64,
+    residual_m_s: f64,
+    residual_without_m_s: f64,
+}
+
+fn place_at(velocities: &[SegmentVelocity], delay_s: f64) -> Option<Fitted> {
+    let rows = Rows::of(velocities, delay_s);
     if rows.blocks.last().is_none_or(|last| last + 1 < LEAST_BLOCKS) || rows.change.len() < 10 * UNKNOWNS {
         return None;
     }
@@ -105,13 +150,10 @@ fn place_by(motion: &Motion, by: TellingVelocity) -> Option<AccelerometerPlace> 
     let others = regressors.columns_range(3..).into_owned();
     let without = (others.transpose() * &others).cholesky()?.solve(&(others.transpose() * &change));
     let deviation = |residual: &DVector<f64>| (residual.norm_squared() / residual.len() as f64).sqrt();
-    let from_velocity_m = std::array::from_fn(|axis| found[axis]);
-    Some(AccelerometerPlace {
-        by,
-        from_velocity_m,
-        felt_part: felt_part(motion, from_velocity_m),
+    Some(Fitted {
+        from_velocity_m: std::array::from_fn(|axis| found[axis]),
         errors_m: std::array::from_fn(|axis| errors[axis]),
-        second: None,
+        delay_s: -found[UNKNOWNS - 1],
         residual_m_s: deviation(&residual),
         residual_without_m_s: deviation(&(&change - others * without)),
     })
@@ -222,62 +264,150 @@ struct Rows {
 }
 
 impl Rows {
-    fn of(motion: &Motion, by: TellingVelocity) -> Self {
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "a lag over steps of at least 0.04 s"
-        )]
-        let steps = |length_s: f64| (length_s / motion.step_s).round().max(1.0) as usize;
-        let (lag, block) = (steps(LAG_S), steps(BLOCK_S));
+    /// Those of velocities that are late by `delay_s`.
+    fn of(velocities: &[SegmentVelocity], delay_s: f64) -> Self {
         let mut rows = Self::default();
-        let mut first_block = 0;
-        for segment in &motion.segments {
-            let steps: Vec<Step> = segment.clone().map(|k| Step::of(motion, k)).collect();
-            for start in (0..steps.len().saturating_sub(lag)).step_by(lag.div_ceil(OVERLAP)) {
-                let first = segment.start + start;
-                let (before, after) = (velocity(motion, by, first), velocity(motion, by, first + lag));
-                let changed =
-                    std::array::from_fn(|axis| after[axis].zip(before[axis]).map(|(after, before)| after - before));
-                rows.add(&steps[start..=start + lag], changed, motion.step_s, first_block + start / block);
+        for segment in velocities {
+            let first_block = rows.blocks.last().map_or(0, |last| last + 1);
+            for (axis, samples) in segment.samples.iter().enumerate() {
+                rows.add(&segment.inertial, (axis, samples), delay_s, first_block);
             }
-            first_block = rows.blocks.last().map_or(first_block, |last| last + 1);
         }
+        rows.sort();
         rows
     }
 
-    /// Rows of one lag: one per recorded component of the velocity, which `changed` over it.
-    fn add(&mut self, steps: &[Step], changed: [Option<f64>; 3], step_s: f64, block: usize) {
-        let [first, .., last] = steps else { return };
-        let weight = |k: usize| if k == 0 || k + 1 == steps.len() { 0.5 * step_s } else { step_s };
-        let (mut gained, mut turned) = (Vector3::zeros(), Matrix3::zeros());
-        for (k, step) in steps.iter().enumerate() {
-            gained += step.acceleration * weight(k);
-            turned += step.rotation * weight(k);
-        }
-        let arm = last.arm - first.arm;
-        let delayed = last.acceleration - first.acceleration;
-        for (axis, changed) in changed.into_iter().enumerate().filter_map(|(axis, changed)| Some((axis, changed?))) {
-            let change = changed - gained[axis];
+    /// Rows of the samples of one component of the velocity.
+    fn add(&mut self, inertial: &Inertial, (axis, samples): (usize, &[[f64; 2]]), delay_s: f64, first_block: usize) {
+        let mut next_s = f64::NEG_INFINITY;
+        for (index, [start_s, before]) in samples.iter().enumerate() {
+            if *start_s < next_s {
+                continue;
+            }
+            let later = samples[index..].iter().find(|[time_s, _]| *time_s > start_s + LAG_S - TOLERANCE_S);
+            let Some([end_s, after]) = later.filter(|[end_s, _]| *end_s < start_s + LONGEST_LAG_S) else { continue };
+            next_s = start_s + LAG_S / OVERLAP - TOLERANCE_S;
+            let Some((first, last)) = inertial.at(start_s - delay_s).zip(inertial.at(end_s - delay_s)) else {
+                continue;
+            };
+            let change = after - before - (last.gained - first.gained)[axis];
+            let (arm, turned) = (last.arm - first.arm, last.turned - first.turned);
             let row: [f64; UNKNOWNS] = std::array::from_fn(|k| match k {
                 0..3 => -arm[(axis, k)],
                 3..6 => turned[(axis, k - 3)],
-                _ => delayed[axis],
+                _ => (last.delayed - first.delayed)[axis],
             });
-            if change.is_finite() && row.iter().all(|value| value.is_finite()) {
+            if first.pauses == last.pauses && change.is_finite() && row.iter().all(|value| value.is_finite()) {
                 self.change.push(change);
                 self.regressors.push(row);
-                self.blocks.push(block);
+                #[expect(
+                    clippy::cast_possible_truncation,
+                    clippy::cast_sign_loss,
+                    reason = "a few blocks of a segment"
+                )]
+                self.blocks.push(first_block + ((start_s - inertial.start_s) / BLOCK_S) as usize);
             }
         }
     }
+
+    /// Block after block.
+    fn sort(&mut self) {
+        let mut order: Vec<usize> = (0..self.blocks.len()).collect();
+        order.sort_by_key(|row| self.blocks[*row]);
+        self.change = order.iter().map(|row| self.change[*row]).collect();
+        self.regressors = order.iter().map(|row| self.regressors[*row]).collect();
+        self.blocks = order.iter().map(|row| self.blocks[*row]).collect();
+    }
 }
 
-/// The velocity that tells, north, east and down, m/s, as far as it is recorded.
-fn velocity(motion: &Motion, by: TellingVelocity, k: usize) -> [Option<f64>; 3] {
-    match by {
-        TellingVelocity::Ground => VELOCITIES.map(|role| motion.has(role).then(|| motion.at(role, k))),
-        TellingVelocity::Air => air_over_ground(motion, k).map(Some),
+/// Samples of a velocity in one segment, and what the inertial channels say there.
+struct SegmentVelocity {
+    inertial: Inertial,
+    /// Time, s, and value, m/s, of each component, north, east and down.
+    samples: [Vec<[f64; 2]>; 3],
+}
+
+impl SegmentVelocity {
+    /// Of each segment: over the ground the samples as they were recorded, for straight lines between them are not what was flown.
+    fn of(motion: &Motion, by: TellingVelocity) -> Vec<Self> {
+        let one = |segment: &std::ops::Range<usize>| {
+            let times = &motion.time_s[segment.clone()];
+            let within = |axis: usize| -> Vec<[f64; 2]> {
+                match by {
+                    TellingVelocity::Ground => motion.ground_velocity(axis, (times[0], times[times.len() - 1])),
+                    TellingVelocity::Air => {
+                        segment.clone().map(|k| [motion.time_s[k], air_over_ground(motion, k)[axis]]).collect()
+                    }
+                }
+            };
+            Self { inertial: Inertial::new(motion, by, segment.clone()), samples: std::array::from_fn(within) }
+        };
+        motion.segments.iter().filter(|segment| !segment.is_empty()).map(one).collect()
+    }
+}
+
+/// What the inertial channels say over one segment, on even steps.
+struct Inertial {
+    start_s: f64,
+    step_s: f64,
+    moments: Vec<Moment>,
+}
+
+/// The same up to one time.
+#[derive(Clone, Copy)]
+struct Moment {
+    /// Integral of the acceleration, m/s.
+    gained: Vector3<f64>,
+    /// Integral of the rotation from body axes, s.
+    turned: Matrix3<f64>,
+    /// The matrix of `C (w x r)`, rad/s.
+    arm: Matrix3<f64>,
+    /// Slope of the velocity as its sensors show it, north, east and down, m/s²: a delay shows this times its length too little.
+    delayed: Vector3<f64>,
+    /// Pauses of the recording so far.
+    pauses: usize,
+}
+
+impl Inertial {
+    fn new(motion: &Motion, by: TellingVelocity, segment: std::ops::Range<usize>) -> Self {
+        let steps: Vec<Step> = segment.clone().map(|k| Step::of(motion, by, k)).collect();
+        let (mut gained, mut turned, mut pauses) = (Vector3::zeros(), Matrix3::zeros(), 0);
+        let mut moments: Vec<Moment> = Vec::with_capacity(steps.len());
+        for (k, step) in steps.iter().enumerate() {
+            if let Some(before) = k.checked_sub(1).map(|before| &steps[before]) {
+                let gain = 0.5 * motion.step_s * (before.acceleration + step.acceleration);
+                match gain.iter().all(|value| value.is_finite()) {
+                    true => gained += gain,
+                    false => pauses += 1,
+                }
+                turned += 0.5 * motion.step_s * (before.rotation + step.rotation);
+            }
+            moments.push(Moment { gained, turned, arm: step.arm, delayed: step.delayed, pauses });
+        }
+        Self { start_s: motion.time_s[segment.start], step_s: motion.step_s, moments }
+    }
+
+    /// At a time, between two steps by a straight line; none outside the segment.
+    fn at(&self, time_s: f64) -> Option<Moment> {
+        let steps = (time_s - self.start_s) / self.step_s;
+        if !(steps > -TOLERANCE_S) {
+            return None;
+        }
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a step of the segment")]
+        let before = (steps + TOLERANCE_S) as usize;
+        let part = (steps - before as f64).max(0.0);
+        let first = self.moments.get(before)?;
+        if part < TOLERANCE_S {
+            return Some(*first);
+        }
+        let next = self.moments.get(before + 1)?;
+        Some(Moment {
+            gained: first.gained.lerp(&next.gained, part),
+            turned: first.turned + part * (next.turned - first.turned),
+            arm: first.arm + part * (next.arm - first.arm),
+            delayed: first.delayed.lerp(&next.delayed, part),
+            pauses: next.pauses,
+        })
     }
 }
 
@@ -287,21 +417,25 @@ struct Step {
     rotation: Matrix3<f64>,
     /// Acceleration over the ground of where the accelerometers are, north, east and down, m/s².
     acceleration: Vector3<f64>,
+    /// Slope of the velocity as its sensors show it, north, east and down, m/s².
+    delayed: Vector3<f64>,
     /// The matrix of `C (w x r)`, rad/s.
     arm: Matrix3<f64>,
 }
 
 impl Step {
-    fn of(motion: &Motion, k: usize) -> Self {
+    fn of(motion: &Motion, by: TellingVelocity, k: usize) -> Self {
         let in_earth = |axis: [f64; 3]| Vector3::from(in_north_east_down(motion, k, axis));
         let rotation = Matrix3::from_columns(&[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(in_earth));
         let at = |roles: [Role; 3]| roles.map(|role| motion.at(role, k));
         let force = at(FORCES);
         let rates = Vector3::from(at([Role::RollRate, Role::PitchRate, Role::YawRate]));
-        Self {
-            rotation,
-            acceleration: in_earth(force) + Vector3::new(0.0, 0.0, STANDARD_GRAVITY_M_S2),
-            arm: rotation * rates.cross_matrix(),
-        }
+        let acceleration = in_earth(force) + Vector3::new(0.0, 0.0, STANDARD_GRAVITY_M_S2);
+        // Vanes and airspeed are late in body axes, which turn in the meantime.
+        let turning = match by {
+            TellingVelocity::Ground => Vector3::zeros(),
+            TellingVelocity::Air => rotation * rates.cross(&Vector3::from(air_velocity(motion, k))),
+        };
+        Self { rotation, acceleration, delayed: acceleration - turning, arm: rotation * rates.cross_matrix() }
     }
 }

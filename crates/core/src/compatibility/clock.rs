@@ -172,7 +172,7 @@ fn common_error(motion: &Motion, relations: &[Relation]) -> Option<Compatibility
     let (turns, moves) = (median(&mut turning)?, median(&mut moving)?);
     let common = 0.5 * (turns + moves);
     let apart = (turns - moves).abs() > AGREEMENT || turns.abs().min(moves.abs()) < EACH || turns * moves < 0.0;
-    let least = WORTH_SAYING.max(median(&mut unsure)?);
+    let least = WORTH_SAYING + median(&mut unsure)?;
     if apart || common.abs() < least || count < FEWEST_SLOPES {
         return None;
     }

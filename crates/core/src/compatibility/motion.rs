@@ -6,7 +6,7 @@ use std::sync::{Arc, OnceLock};
 
 use crate::prep::{between_samples, stretches};
 use crate::quantity::{Dimension, Role};
-use crate::series::{Channel, Recording, Series, gap_threshold_s};
+use crate::series::{Channel, Recording, Series, TimeRange, gap_threshold_s};
 use crate::statistics::{median_step, ranked};
 
 /// Longest segment, s.
@@ -93,6 +93,8 @@ pub(super) struct Motion {
     columns: Vec<Option<Arc<[f64]>>>,
     /// Those of [`ANGLES`].
     sines: [Sines; ANGLES.len()],
+    /// Velocity over the ground as it was recorded, north, east and down.
+    ground_velocity: [Option<Series>; 3],
 }
 
 /// Rate and length of the clock everything is compared on.
@@ -158,7 +160,17 @@ impl Motion {
         }
         let moving = most_moving(&columns, &ranges);
         let segments = if moving.is_empty() { ranges } else { moving };
-        Some(Self { step_s, segments, time_s: at_s.into(), columns, sines: Default::default() })
+        let ground_velocity = [Role::VelocityNorth, Role::VelocityEast, Role::VelocityDown];
+        let ground_velocity = ground_velocity.map(|role| recording.role(role).map(|channel| scaled(&channel.series)));
+        Some(Self { step_s, segments, time_s: at_s.into(), columns, sines: Default::default(), ground_velocity })
+    }
+
+    /// Time, s, and value, m/s, of the samples of a component of the velocity over the ground between two times, as it was recorded.
+    pub(super) fn ground_velocity(&self, axis: usize, (start_s, end_s): (f64, f64)) -> Vec<[f64; 2]> {
+        let Some(series) = &self.ground_velocity[axis] else { return Vec::new() };
+        let range = TimeRange { start_s, end_s }.indices(&series.time_s);
+        let samples = series.time_s[range.clone()].iter().zip(&series.values[range]);
+        samples.filter(|(_, value)| value.is_finite()).map(|(time_s, value)| [*time_s, *value]).collect()
     }
 
     /// Whether `role` is recorded.
@@ -230,6 +242,7 @@ impl Motion {
             time_s: of(&self.time_s),
             columns: self.columns.iter().map(|column| column.as_deref().map(of)).collect(),
             sines: Default::default(),
+            ground_velocity: [const { None }; 3],
         };
         // What is moved against the rest many times shares the sines of the rest.
         for (index, role) in ANGLES.into_iter().enumerate() {

@@ -306,6 +306,21 @@ fn place_of_the_accelerometers_is_told_by_the_ground_velocity() {
     assert_eq!(found(|columns| scaled(columns, SpecificForceY, -1.0)).accelerometer, None);
 }
 
+/// Five samples a second that are 0.12 s late: neither the delay nor straight lines between the samples move the place.
+#[test]
+fn place_of_the_accelerometers_is_told_by_a_slow_and_late_ground_velocity() {
+    let mut late = recording(&columns(), 1.0);
+    for role in [VelocityNorth, VelocityEast, VelocityDown] {
+        let series = &mut late.channels[late.roles[&role]].series;
+        let times = series.time_s.iter().step_by(5).map(|time_s| time_s + 0.12);
+        *series = Series { time_s: times.collect(), values: series.values.iter().step_by(5).copied().collect() };
+    }
+    let Some(told) = check(&late).accelerometer else { panic!("no place") };
+    println!("{told:?}");
+    assert_eq!(told.by, TellingVelocity::Ground);
+    assert!(told.from_velocity_m.iter().all(|place| place.abs() < 0.1), "{told:?}");
+}
+
 #[test]
 fn place_of_the_accelerometers_is_told_by_airspeed_and_vanes_without_a_ground_velocity() {
     let found = found(|columns| {

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use doublet_core::airframe::LoadedState;
 use doublet_core::model::{LONG_WINDOW, Structure};
 use doublet_core::quantity::Role;
-use doublet_core::reconstruct::{FilterSettings, Reconstruction, lane_groups};
+use doublet_core::reconstruct::{FilterData, FilterSettings, Reconstruction, lane_groups};
 use rayon::prelude::*;
 
 use super::snapshot::{AnySlot, LogEntry, Slot, SlotGroup, Snapshot, WindowResults};
@@ -267,7 +267,9 @@ impl<'a> Run<'a> {
             let found = unless_cancelled(self.context.get::<SensorDelays>(settings, &samples))?;
             Ok(found.map(|found| SensorDelays::clone(&found)))
         };
-        let found = stage::estimate_in_turn::<Cancelled>(&session, &gusts, &delays)?;
+        let data: Vec<&FilterData> = samples.iter().map(|samples| &*samples.data).collect();
+        let flow_delay = || stage::flow_delay_by_lift(&data, &session.filter);
+        let found = stage::estimate_in_turn::<Cancelled>(&session, &gusts, &delays, &flow_delay)?;
         let filter = found.added_to(&session.filter);
         self.builder.update(|snapshot| snapshot.delays_and_gusts = found)?;
         Ok(Session { filter, ..session })

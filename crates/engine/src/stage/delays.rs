@@ -1,8 +1,9 @@
 //! Delays of the measurements over the windows of a session, for the filter that reconstructs them.
 
 use doublet_core::estimate::{InnovationEvidence, constant_errors};
+use doublet_core::reconstruct::tuning::flow_delay::{FlowDelay, estimate_flow_delay};
 use doublet_core::reconstruct::tuning::gusts::select_windows;
-use doublet_core::reconstruct::{FilterData, FilterSettings, Reconstruction};
+use doublet_core::reconstruct::{FilterData, FilterSettings, Measurement, Reconstruction};
 use rayon::prelude::*;
 
 use super::path_errors::{ConstantError, measurement_slopes, side_by_side};
@@ -67,9 +68,10 @@ impl Stage for SensorDelays {
 }
 
 impl SensorDelays {
-    /// Without those of flow angles and airspeed.
-    pub(super) fn without_air_data(mut self) -> Self {
+    /// With those of flow angles and airspeed replaced by `air_data`.
+    pub(super) fn with_air_data(mut self, air_data: Self) -> Self {
         self.0.retain(|delay| !matches!(delay.kind, ConstantError::FlowDelay | ConstantError::AirspeedDelay));
+        self.0.extend(air_data.0);
         self
     }
 
@@ -132,6 +134,14 @@ pub(super) fn estimate_delays(
         }
     }
     Ok(SensorDelays(found))
+}
+
+/// Delay of the flow angles beside the one `settings` state for the angle of attack, by the lift over the windows ([`estimate_flow_delay`]).
+pub fn flow_delay_by_lift(data: &[&FilterData], settings: &FilterSettings) -> Option<SensorDelay> {
+    let found = estimate_flow_delay(&select_windows(data))?;
+    let stated_s = settings.measurement_delay_s[Measurement::AngleOfAttack as usize];
+    let FlowDelay { delay_s, standard_error_s } = found;
+    Some(SensorDelay { kind: ConstantError::FlowDelay, delay_s: delay_s - stated_s, standard_error_s })
 }
 
 /// One step: what each error is by the innovations with these settings, and its standard error; none where the windows are too short.

@@ -16,8 +16,9 @@ const WORTH_SAYING_M: f64 = 0.3;
 const WORTH_SAYING_CHORDS: f64 = 0.15;
 /// What they feel of the turning, part of how the forces across the flight vary: beyond, the derivatives of these are wrong by as much.
 const BAD_PART: f64 = 0.15;
-/// The same that cannot be, as what they recorded contains it: then the velocity is of another place than it is taken for.
-const FELT_AT_MOST: f64 = 1.0;
+/// The same beyond which the velocity is of another place than it is taken for. Forces of the air and what is felt of the turning may cancel,
+/// so that more is felt than recorded, but not many times as much.
+const FELT_AT_MOST: f64 = 2.0;
 
 /// Standard errors within which two velocities give the same place, and beyond which the second is not zero.
 const CONFIRMED: f64 = 3.0;
