@@ -60,7 +60,7 @@ const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
 #[test]
 fn parts_of_names_are_no_roles() {
-    let map = guess_of("b-ias,pre_flt_f-ail,fault_roll,column[11],accel_bias[0],accel_bias[1],accel_bias[2]", |now| {
+    let map = guess_of("bias,pre_flt_fail,fault_roll,column[11],accel_bias[0],accel_bias[1],accel_bias[2]", |now| {
         vec![now.pitch, 0.0, 1.0, 7.0, 0.1, 0.2, now.bank]
     });
     assert_eq!(map.rows, []);

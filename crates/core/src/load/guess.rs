@@ -151,10 +151,10 @@ fn add_names(map: &mut ManualChannelMap, candidates: &[Candidate<'_>], taken: &m
 }
 
 /// Tokens behind a name that say where it was measured, not what.
-const QUALIFIERS: [&str; 36] = [
-    "l", "r", "lh", "rh", "left", "right", "1", "01", "0", "main", "primary", "pri", "avg", "mean", "average", "true",
-    "att", "nb", "boom", "vane", "probe", "body", "cg", "gps", "imu", "ins", "ahrs", "adc", "air", "raw", "filt",
-    "filtered", "meas", "measured", "sensor", "pos",
+const QUALIFIERS: [&str; 34] = [
+    "l", "r", "lh", "rh", "left", "right", "1", "01", "main", "primary", "pri", "avg", "mean", "average", "true",
+    "att", "nb", "boom", "vane", "probe", "body", "cg", "gps", "imu", "ins", "ahrs", "adc", "air", "filt", "filtered",
+    "meas", "measured", "sensor", "pos",
 ];
 
 /// Whether a name of these tokens is `name` with a word behind it that says where it was measured.

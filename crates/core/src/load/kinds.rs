@@ -35,7 +35,11 @@ pub(super) fn find_kind(probes: &[Probe], map: &ManualChannelMap) -> Option<Stri
     if sources().any(is_copter) {
         return Some("multirotor".to_owned());
     }
-    if [Role::TrueAirspeed, Role::CalibratedAirspeed].iter().any(|role| map.row(*role).is_some()) {
+    let has_airspeed = [Role::TrueAirspeed, Role::CalibratedAirspeed].into_iter().any(|role| {
+        Trace::of(map, role, probes).is_none_or(|speed| speed.values.iter().any(|value| *value > FLIGHT_M_S))
+            && map.row(role).is_some()
+    });
+    if has_airspeed {
         return None;
     }
     if sources().any(|source| is_rotary(source) || count_motors(source) >= FEWEST_MOTORS) {
@@ -57,7 +61,7 @@ fn kind_of_motion(map: &ManualChannelMap, probes: &[Probe]) -> Option<&'static s
     let height = height(map, probes).or_else(depth)?;
     let (count, span_s) = (height.values.len(), height.time_s.last()? - height.time_s.first()?);
     let lowest = height.values.iter().copied().filter(|value| value.is_finite()).fold(f64::INFINITY, f64::min);
-    let speed = ground_speed(map, probes).and_then(|speed| speed.at(&height.time_s));
+    let speed = ground_speed(map, probes, false).and_then(|speed| speed.at(&height.time_s));
     let Some(speed) = speed else {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "positive, at most the count")]
         let lag = ((count as f64 / span_s).round() as usize).max(1);

@@ -290,7 +290,11 @@ fn settle_horizontal(map: &mut ManualChannelMap, probes: &[Probe]) {
         } else if strong(ny) && strong(ex) {
             map.set(roles[0], Some(ManualChannel { turned: y.turned ^ (ny < 0.0), ..y }));
             map.set(roles[1], Some(ManualChannel { turned: x.turned ^ (ex < 0.0), ..x }));
-        } else if is_speed && x.by == By::Axes && [nx, ny, ex, ey].iter().all(|one| one.abs() < 0.5) {
+        } else if is_speed
+            && x.by == By::Axes
+            && [nx, ny, ex, ey].iter().all(|one| one.abs() < 0.5)
+            && [(&north, &x), (&east, &y)].into_iter().any(|(place, row)| is_far(place, row, probes))
+        {
             for role in [Role::VelocityNorth, Role::VelocityEast, Role::VelocityDown] {
                 if let Some(row) = map.row(role).filter(|row| row.by == By::Axes).cloned() {
                     map.left_out.push((row.from, "not the change of latitude and longitude".to_owned()));
@@ -299,6 +303,20 @@ fn settle_horizontal(map: &mut ManualChannelMap, probes: &[Probe]) {
             }
         }
     }
+}
+
+/// Whether a velocity is not near the slope of a place, which it need not follow where both are constant.
+fn is_far(place: &Trace, row: &ManualChannel, probes: &[Probe]) -> bool {
+    let apart = || {
+        let speed = Trace::read(row, probes)?.at(&place.time_s)?;
+        let lag = lag_of(&place.time_s, 2.0)?;
+        let slope = |k: usize| (place.values[k + lag] - place.values[k]) / (place.time_s[k + lag] - place.time_s[k]);
+        let pairs = (0..place.values.len() - lag).map(|k| (slope(k), speed.values[k + lag / 2]));
+        let (mut apart, mut sizes): (Vec<f64>, Vec<f64>) =
+            pairs.filter(|(a, b)| a.is_finite() && b.is_finite()).map(|(a, b)| ((a - b).abs(), a.abs())).unzip();
+        Some((median(&mut apart)?, median(&mut sizes)?))
+    };
+    apart().is_some_and(|(apart, size)| apart > 0.3 * size + 2.0)
 }
 
 /// Direction of flight over the Earth, rad from north to the east.
@@ -380,6 +398,13 @@ pub(super) fn turning(map: &ManualChannelMap, probes: &[Probe]) -> Option<Turnin
     Some(Turning { rates, heading_by_bank: fit(&turns) })
 }
 
+/// Correlation of the change of heading with the bank, where one makes the other as an aeroplane's turn does.
+fn bank_of_turn(map: &ManualChannelMap, probes: &[Probe], turning: &Turning) -> Option<f64> {
+    let speed = speed(map, probes).filter(|speed| *speed > LEAST_SPEED)?;
+    let (slope, correlation) = turning.heading_by_bank?;
+    (0.4..2.5).contains(&(slope.abs() * speed / GRAVITY)).then_some(correlation)
+}
+
 /// Sign of a correlation that decides; zero where it does not.
 fn decide(correlation: Option<f64>, least: f64) -> f64 {
     correlation.filter(|correlation| correlation.abs() > least).map_or(0.0, f64::signum)
@@ -393,13 +418,11 @@ fn settle_attitude(map: &mut ManualChannelMap, probes: &[Probe]) {
         turn(map, Role::PitchAngle);
     }
     let is_tracked = settle_heading(map, probes);
-    let Some(turning) = turning(map, probes) else { return };
-    let flies = speed(map, probes).is_some_and(|speed| speed > LEAST_SPEED);
-    let by_bank = if flies {
-        decide(turning.heading_by_bank.map(|(_, correlation)| correlation), ANGLE_CORRELATION)
-    } else {
-        0.0
+    let Some(turning) = turning(map, probes) else {
+        turn_left_up(map, [0.0; 3]);
+        return;
     };
+    let by_bank = decide(bank_of_turn(map, probes, &turning), ANGLE_CORRELATION);
     let roll = decide(turning.rates[0].map(|(_, correlation)| correlation), RATE_CORRELATION);
     // A bank that agrees with its rate and disagrees with the heading leaves the heading turned.
     match (is_tracked, by_bank < 0.0) {
@@ -478,7 +501,10 @@ fn turn_left_up(map: &mut ManualChannelMap, rates: [f64; 3]) {
             for role in [Role::SpecificForceY, Role::PitchRate, Role::YawRate] {
                 set_sign(map, role, true);
             }
-            ask(map, &[Role::SpecificForceY, Role::PitchRate, Role::YawRate]);
+            // ROS defines its axes: forward, left, up (REP 103).
+            if !down.from.channel.contains("linear_acceleration") {
+                ask(map, &[Role::SpecificForceY, Role::PitchRate, Role::YawRate]);
+            }
         }
         _ => {}
     }
@@ -503,10 +529,12 @@ pub(super) fn speed(map: &ManualChannelMap, probes: &[Probe]) -> Option<f64> {
 /// Correlation of the pitch with the climb, or with the specific force along x.
 fn pitch_sign(map: &ManualChannelMap, probes: &[Probe]) -> Option<f64> {
     let pitch = Trace::of(map, Role::PitchAngle, probes)?;
-    if !speed(map, probes).is_some_and(|speed| speed > LEAST_SPEED) {
-        return None;
-    }
-    let by_climb = || slope_of(&height(map, probes)?, pitch.clone()).map(|(_, correlation)| correlation);
+    let speed = speed(map, probes).filter(|speed| *speed > LEAST_SPEED)?;
+    // A pitch of an aeroplane makes a climb of about its speed.
+    let by_climb = || {
+        let (slope, correlation) = slope_of(&height(map, probes)?, pitch.clone())?;
+        (0.25..4.0).contains(&(slope.abs() / speed)).then_some(correlation)
+    };
     let by_force = || {
         let force = Trace::of(map, Role::SpecificForceX, probes)?.at(&pitch.time_s)?;
         let step = (pitch.values.len() / MOST_PAIRS).max(1);

@@ -224,7 +224,7 @@ fn settle_speeds(map: &mut ManualChannelMap, probes: &[Probe]) {
         values.retain(|value| value.is_finite());
         median(&mut values)
     };
-    let by_ground = middle(ground_speed(map, probes)).filter(|speed| *speed > 5.0);
+    let by_ground = middle(ground_speed(map, probes, true)).filter(|speed| *speed > 5.0);
     let by_turn = || turn_speed(map, probes);
     let (reference, units, ratio) = match by_ground {
         Some(speed) => (speed, &["m/s", "kt", "km/h"][..], SPEED_RATIO),
@@ -255,10 +255,10 @@ fn turn_speed(map: &ManualChannelMap, probes: &[Probe]) -> Option<f64> {
     (correlation.abs() > CORRELATION && slope != 0.0).then(|| GRAVITY / slope.abs()).filter(|speed| *speed > 5.0)
 }
 
-/// Speed over the Earth, of velocities whose unit is known or of places.
-pub(super) fn ground_speed(map: &ManualChannelMap, probes: &[Probe]) -> Option<Trace> {
+/// Speed over the Earth, of velocities, whose unit is known where it must be, or of places.
+pub(super) fn ground_speed(map: &ManualChannelMap, probes: &[Probe], must_be_known: bool) -> Option<Trace> {
     let known = |role: Role| {
-        let row = map.row(role).filter(|row| !row.is_unit_open(probes))?;
+        let row = map.row(role).filter(|row| !must_be_known || !row.is_unit_open(probes))?;
         Trace::read(row, probes)
     };
     if let (Some(north), Some(east)) = (known(Role::VelocityNorth), known(Role::VelocityEast)) {
