@@ -128,6 +128,11 @@ fn take_guess(inspected: &Inspected, options: &[String]) -> Result<Option<(MapRe
         text::line(&format!("  {}", explain_row(*role, row, &inspected.probes)));
     }
     inspected.guess.derivations().iter().for_each(|line| text::line(&format!("  {line}")));
+    if let Some(kind) = inspected.guess.kind.as_deref().filter(|kind| *kind != "aeroplane") {
+        text::line(&format!(
+            "not an aeroplane: {kind}; its flight path can be reconstructed, aeroplane derivatives not"
+        ));
+    }
     let written = inspected.guess.text().map_err(|error| error.to_string())?;
     let map = ChannelMap::parse(&written).map_err(|error| error.to_string())?;
     Ok(Some((MapRef::Own(written.into()), map)))

@@ -27,6 +27,8 @@ pub(super) struct Candidate<'p> {
     pub tokens: Vec<String>,
     /// Tokens without those that name no quantity, joined; where a remark follows a dash, those before it.
     pub essence: String,
+    /// Letters and digits of the last part of a name that is a path; empty where it is none.
+    pub leaf: String,
     /// Name of the source without its number, then that of the channel.
     pub full: String,
     pub unit: Option<Unit>,
@@ -47,10 +49,11 @@ pub(super) fn candidates(probes: &[Probe]) -> Vec<Candidate<'_>> {
             let (plain, words) = (plain_letters(&stem), join_words(&stem));
             let head = stem.split_once(" - ").map_or(stem.as_str(), |(head, _)| head);
             let (tokens, essence) = (tokens(&stem), essence(&tokens(head)));
+            let leaf = stem.rsplit_once(['/', '.', ':', '>']).map_or_else(String::new, |(_, leaf)| plain_letters(leaf));
             let place = plain_letters(source.name.trim_end_matches(|last: char| !last.is_alphabetic()));
             let full = place + &plain_letters(&name);
             let from = ChannelName { source: source.name.clone(), channel: channel.name.clone() };
-            Candidate { from, plain, words, tokens, essence, full, unit: stated_unit(channel), channel }
+            Candidate { from, plain, words, tokens, essence, leaf, full, unit: stated_unit(channel), channel }
         })
         .filter(|candidate| !NOT_MEASURED.iter().any(|name| candidate.full.contains(name)))
         .filter(|candidate| !is_commanded(&candidate.channel.name))
@@ -84,16 +87,25 @@ pub(super) fn row(candidate: &Candidate<'_>, role: Role) -> ManualChannel {
     // Altitude and climb are up, position and velocity down.
     row.by = By::Name;
     row.turned = match role {
-        Role::PositionDown => ["alt", "h"].iter().any(|up| candidate.plain.contains(up)),
+        Role::PositionDown => {
+            ["alt", "h"].iter().any(|up| candidate.plain.contains(up)) || candidate.plain.ends_with("up")
+        }
         Role::VelocityDown => is_climb(candidate),
         // Right trailing edge down is positive.
         Role::Aileron => {
             LEFT.iter().any(|left| candidate.plain.contains(left))
                 || ["aill", "dal", "deltaal"].contains(&candidate.plain.as_str())
+                || is_left_aileron(candidate)
         }
         _ => false,
     };
     row
+}
+
+/// Whether the name of an aileron says left by a letter of its own.
+fn is_left_aileron(candidate: &Candidate<'_>) -> bool {
+    let has = |words: &[&str]| candidate.tokens.iter().any(|token| words.contains(&token.as_str()));
+    has(&["laileron", "aileronl"]) || (has(&["l", "lh"]) && has(&["aileron", "ailerons", "ail"]))
 }
 
 /// Words for the left and for the right side.
@@ -101,7 +113,11 @@ pub(super) const LEFT: [&str; 4] = ["left", "links", "linkes", "gauche"];
 pub(super) const RIGHT: [&str; 4] = ["right", "rechts", "rechtes", "droit"];
 
 /// Parts and ends of names of vertical speeds that are positive upwards.
-const CLIMBS: [&str; 13] = [
+const CLIMBS: [&str; 17] = [
+    "vsi",
+    "vertspeed",
+    "vertvel",
+    "vertspd",
     "climb",
     "vertical",
     "vertikal",
@@ -116,10 +132,22 @@ const CLIMBS: [&str; 13] = [
     "ascension",
     "montee",
 ];
-const CLIMB_ENDS: [&str; 2] = ["vs", "roc"];
+const CLIMB_ENDS: [&str; 11] = [
+    "vs",
+    "roc",
+    "up",
+    "altdot",
+    "vspeed",
+    "vertrate",
+    "вертикальнаяскорость",
+    "升降速度",
+    "垂直速度",
+    "爬升率",
+    "vertspd",
+];
 
 /// Whether a vertical speed of this name is positive upwards; `Vz` is where it is in feet per minute.
-fn is_climb(candidate: &Candidate<'_>) -> bool {
+pub(super) fn is_climb(candidate: &Candidate<'_>) -> bool {
     let plain = &candidate.plain;
     let in_feet = candidate.unit.is_some_and(|unit| unit.symbol == "ft/min");
     CLIMBS.iter().any(|up| plain.contains(up))

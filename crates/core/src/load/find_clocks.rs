@@ -45,6 +45,22 @@ const TIME_NAMES: &[&str] = &[
     "publish_time",
     "log_time",
     "system_time",
+    "sample_time_fine",
+    "sim_time",
+    "simulation_time",
+    "session_time",
+    "flight_time",
+    "mission_time",
+    "run_time",
+    "time_startup",
+    "time_boot",
+    "seconds_elapsed",
+    "elapsed_seconds",
+    "tiempo",
+    "tempo",
+    "время",
+    "时间",
+    "ts",
     "sys_time",
     "zeit",
     "zeitstempel",
@@ -60,11 +76,33 @@ const TIME_NAMES: &[&str] = &[
     "heure",
     "heure_utc",
 ];
+/// The one of them that means another quantity where it does not increase.
+const UNSURE: &str = "ts";
 /// Names whose unit is that of one message where nothing else says it: `iTOW` of u-blox receivers.
-const NAMED_UNITS: &[(&str, &str)] = &[("itow", "ms"), ("gps_itow", "ms")];
+const NAMED_UNITS: &[(&str, &str)] = &[("itow", "ms"), ("gps_itow", "ms"), ("time_startup", "ns")];
 /// Names of what counts rows and is no time.
 const COUNTERS: &[&str] = &[
-    "index", "idx", "sample", "samples", "frame", "count", "counter", "row", "line", "no", "nr", "n", "id", "zeile",
+    "index",
+    "idx",
+    "sample",
+    "samples",
+    "frame",
+    "count",
+    "counter",
+    "row",
+    "line",
+    "no",
+    "nr",
+    "n",
+    "id",
+    "zeile",
+    "packetcounter",
+    "packet_counter",
+    "packet",
+    "frame_number",
+    "framenumber",
+    "frame_id",
+    "seq",
     "ligne",
 ];
 /// Names that are a unit by themselves.
@@ -132,14 +170,18 @@ pub(super) fn find_clocks(source: &mut Source, mut fetch: impl FnMut(&mut Source
         }
     }
     candidates.sort_by_key(|&(rank, index, _)| (rank, index));
+    let increases = |values: &[f64]| values.len() > 2 && values.windows(2).all(|pair| pair[0] < pair[1]);
     for (_, index, unit) in candidates {
         let samples = source.channels[index].samples;
         if source.clocks.iter().all(|clock| clock.samples != samples) {
             fetch(source, index);
+            let channel = &source.channels[index];
+            if channel.name.to_lowercase() == UNSURE && !increases(channel.values()) {
+                continue;
+            }
             add_clock(source, index, unit);
         }
     }
-    let increases = |values: &[f64]| values.len() > 2 && values.windows(2).all(|pair| pair[0] < pair[1]);
     add_own_clocks(source, &mut fetch, increases);
     if source.clocks.is_empty()
         && let Some((index, unit)) = first_column(source)

@@ -82,6 +82,9 @@ pub(super) const FOREIGN_NAMES: &[RoleNames] = &[
     (
         Role::RollRate,
         &[
+            "velocidadalabeo",
+            "滚转角速度",
+            "滚转速率",
             "rollrate",
             "drehratex",
             "drehrateroll",
@@ -103,6 +106,9 @@ pub(super) const FOREIGN_NAMES: &[RoleNames] = &[
     (
         Role::PitchRate,
         &[
+            "velocidadcabeceo",
+            "俯仰角速度",
+            "俯仰速率",
             "nickrate",
             "drehratey",
             "drehratenick",
@@ -124,6 +130,9 @@ pub(super) const FOREIGN_NAMES: &[RoleNames] = &[
     (
         Role::YawRate,
         &[
+            "velocidadguinada",
+            "偏航角速度",
+            "偏航速率",
             "gierrate",
             "drehratez",
             "drehrategier",
@@ -147,6 +156,12 @@ pub(super) const FOREIGN_NAMES: &[RoleNames] = &[
     (
         Role::VelocityDown,
         &[
+            "velocidadvertical",
+            "velocitaverticale",
+            "вертикальнаяскорость",
+            "升降速度",
+            "垂直速度",
+            "爬升率",
             "vario",
             "variometer",
             "variometre",
@@ -167,6 +182,18 @@ pub(super) const FOREIGN_NAMES: &[RoleNames] = &[
     (
         Role::BankAngle,
         &[
+            "alabeo",
+            "anguloalabeo",
+            "rollio",
+            "angolorollio",
+            "rolamento",
+            "angulorolamento",
+            "крен",
+            "уголкрена",
+            "滚转角",
+            "横滚角",
+            "滚转",
+            "横滚",
             "rollwinkel",
             "hangewinkel",
             "haengewinkel",
@@ -187,6 +214,14 @@ pub(super) const FOREIGN_NAMES: &[RoleNames] = &[
     (
         Role::PitchAngle,
         &[
+            "cabeceo",
+            "angulocabeceo",
+            "beccheggio",
+            "arfagem",
+            "тангаж",
+            "уголтангажа",
+            "俯仰角",
+            "俯仰",
             "nickwinkel",
             "langsneigung",
             "laengsneigung",
@@ -203,6 +238,17 @@ pub(super) const FOREIGN_NAMES: &[RoleNames] = &[
     (
         Role::HeadingAngle,
         &[
+            "guinada",
+            "rumbo",
+            "imbardata",
+            "prua",
+            "proa",
+            "курс",
+            "рыскание",
+            "偏航角",
+            "航向角",
+            "偏航",
+            "航向",
             "gierwinkel",
             "steuerkurs",
             "steuerkurswahr",
@@ -220,6 +266,12 @@ pub(super) const FOREIGN_NAMES: &[RoleNames] = &[
     (
         Role::TrueAirspeed,
         &[
+            "velocidadaire",
+            "velocidadaerodinamica",
+            "velocidadverdadera",
+            "воздушнаяскорость",
+            "真空速",
+            "空速",
             "fluggeschwwahr",
             "fluggeschwindigkeitwahr",
             "wahrefluggeschw",
@@ -238,12 +290,42 @@ pub(super) const FOREIGN_NAMES: &[RoleNames] = &[
             "vitesseair",
         ],
     ),
-    (Role::AngleOfAttack, &["anstellwinkel", "anstellw", "incidence", "angleincidence", "angleattaque"]),
-    (Role::Sideslip, &["schiebewinkel", "schiebew", "derapage", "anglederapage"]),
+    (
+        Role::AngleOfAttack,
+        &[
+            "anguloataque",
+            "уголатаки",
+            "迎角",
+            "攻角",
+            "anstellwinkel",
+            "anstellw",
+            "incidence",
+            "angleincidence",
+            "angleattaque",
+        ],
+    ),
+    (
+        Role::Sideslip,
+        &[
+            "derrape",
+            "deslizamiento",
+            "уголскольжения",
+            "侧滑角",
+            "schiebewinkel",
+            "schiebew",
+            "derapage",
+            "anglederapage",
+        ],
+    ),
     (Role::Aileron, FOREIGN_AILERON),
     (
         Role::Elevator,
         &[
+            "timonprofundidad",
+            "elevador",
+            "profundor",
+            "рульвысоты",
+            "升降舵",
             "hohenruder",
             "hoehenruder",
             "hohenruderausschlag",
@@ -261,6 +343,11 @@ pub(super) const FOREIGN_NAMES: &[RoleNames] = &[
     (
         Role::Rudder,
         &[
+            "timondireccion",
+            "leme",
+            "timone",
+            "рульнаправления",
+            "方向舵",
             "seitenruder",
             "seitenruderausschlag",
             "seitenruderwinkel",
@@ -316,6 +403,12 @@ pub(super) const FOREIGN_NAMES: &[RoleNames] = &[
     (
         Role::CalibratedAirspeed,
         &[
+            "velocidadindicada",
+            "velocitaindicata",
+            "velocidadeindicada",
+            "приборнаяскорость",
+            "表速",
+            "指示空速",
             "iasangezeigt",
             "angezeigtefluggeschw",
             "angezeigtefluggeschwindigkeit",
@@ -330,6 +423,14 @@ pub(super) const FOREIGN_NAMES: &[RoleNames] = &[
     (
         Role::Altitude,
         &[
+            "altitud",
+            "altura",
+            "quota",
+            "altezza",
+            "altitudepressao",
+            "высота",
+            "气压高度",
+            "高度",
             "hohe",
             "hoehe",
             "druckhohe",
@@ -347,8 +448,8 @@ pub(super) const FOREIGN_NAMES: &[RoleNames] = &[
             "altitudebarometrique",
         ],
     ),
-    (Role::Latitude, &["breitengrad"]),
-    (Role::Longitude, &["langengrad", "laengengrad"]),
+    (Role::Latitude, &["latitud", "latitudine", "широта", "纬度", "breitengrad"]),
+    (Role::Longitude, &["longitud", "longitudine", "долгота", "经度", "langengrad", "laengengrad"]),
     (Role::GpsAltitude, &["gpshohe", "gpshoehe", "hohegps", "hoehegps", "altitudegps"]),
     (
         Role::FuelMass,
@@ -367,6 +468,11 @@ pub(super) const FOREIGN_NAMES: &[RoleNames] = &[
 /// Names of ailerons in the order of [`super::names::AILERON`].
 pub(super) const FOREIGN_AILERON: &[&str] = &[
     "querruder",
+    "aleron",
+    "alerones",
+    "alettoni",
+    "элероны",
+    "副翼",
     "querruderausschlag",
     "querruderwinkel",
     "querruderstellung",

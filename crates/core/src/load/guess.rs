@@ -12,7 +12,7 @@ use super::recorders::{self, Claims};
 use super::stated_unit::{name_and_unit, stem_and_unit};
 use super::tokens::{end_on, forbidden, tokens};
 use super::words::{join_words, plain_letters};
-use super::{Probe, guess_frames, kinds, ranges, slopes, vectors};
+use super::{Probe, guess_frames, kinds, motion, motion_units, ranges, slopes, vectors};
 use crate::quantity::{Dimension, Role, Unit};
 
 /// Mean specific force along z that is taken for g, as magnitude; larger ones for m/s².
@@ -32,7 +32,7 @@ pub fn guess(probes: &[Probe]) -> ManualChannelMap {
     (map.recorders, map.kind) = (claims.names, claims.kind);
     let mut taken: Vec<usize> = Vec::new();
     add_names(&mut map, &candidates, &mut taken);
-    settle_airspeed(&mut map, &candidates, &taken);
+    settle_airspeed(&mut map, probes, &candidates, &taken);
     let free: Vec<Candidate<'_>> = untaken(candidates, &taken);
     vectors::add_vectors(&mut map, &free);
     slopes::add_place(&mut map, &free);
@@ -44,13 +44,16 @@ pub fn guess(probes: &[Probe]) -> ManualChannelMap {
     refine_forces(&mut map, probes);
     guess_frames::turn_axes_up(&mut map);
     guess_frames::exchange_local_axes(&mut map);
-    guess_frames::turn_heights(&mut map, probes);
+    motion::add_climb(&mut map, &free, probes);
+    motion_units::settle(&mut map, probes);
+    if !motion::settle(&mut map, probes) {
+        guess_frames::turn_heights(&mut map, probes);
+    }
     slopes::turn_climb(&mut map, probes);
     guess_frames::add_attitude(&mut map, &free);
     guess_frames::add_velocity(&mut map, &free);
     add_position(&mut map);
-    let has_airspeed = [Role::TrueAirspeed, Role::CalibratedAirspeed].iter().any(|role| map.row(*role).is_some());
-    map.kind = map.kind.take().or_else(|| kinds::find_kind(probes, has_airspeed));
+    map.kind = map.kind.take().or_else(|| kinds::find_kind(probes, &map));
     map
 }
 
@@ -91,12 +94,16 @@ fn untaken<'p>(candidates: Vec<Candidate<'p>>, taken: &[usize]) -> Vec<Candidate
         .collect()
 }
 
+/// Names that stand for a role as a whole name alone: behind other words they are other quantities.
+const WHOLE: [&str; 3] = ["pressure", "press", "height"];
+
 /// Gives the roles that are still open the channels that go by their names.
 fn add_names(map: &mut ManualChannelMap, candidates: &[Candidate<'_>], taken: &mut Vec<usize>) {
     let is = |candidate: &Candidate<'_>, name: &str| candidate.plain == name;
     let is_in_essence = |candidate: &Candidate<'_>, name: &str| candidate.essence == name;
     let ends_alone = |candidate: &Candidate<'_>, name: &str| {
         name.len() > 2
+            && !WHOLE.contains(&name)
             && end_on(&candidate.tokens, name)
             && !is_other_quantity(&candidate.tokens, name)
             && !is_other_side(&candidate.plain, name)
@@ -105,12 +112,23 @@ fn add_names(map: &mut ManualChannelMap, candidates: &[Candidate<'_>], taken: &m
     let ends_foreign = |candidate: &Candidate<'_>, name: &str| {
         ends_on(&candidate.words, name) && !is_other_side(&candidate.plain, name)
     };
+    let is_leaf = |candidate: &Candidate<'_>, name: &str| {
+        candidate.leaf == name && !["x", "y", "z", "u", "v", "w"].contains(&name)
+    };
+    let begins = |candidate: &Candidate<'_>, name: &str| {
+        name.len() > 2
+            && !WHOLE.contains(&name)
+            && begins_on(&candidate.tokens, name)
+            && !is_other_side(&candidate.plain, name)
+    };
     // Names that are a role's own first: `z` of one recorder does not take the `az` of another.
-    let passes: [(&[_], Fits<'_>); 5] = [
+    let passes: [(&[_], Fits<'_>); 7] = [
         (NAMES, &is),
         (FOREIGN_NAMES, &is_foreign),
         (NAMES, &is_in_essence),
+        (NAMES, &is_leaf),
         (NAMES, &ends_alone),
+        (NAMES, &begins),
         (FOREIGN_NAMES, &ends_foreign),
     ];
     for (list, fits) in passes {
@@ -130,6 +148,20 @@ fn add_names(map: &mut ManualChannelMap, candidates: &[Candidate<'_>], taken: &m
             }
         }
     }
+}
+
+/// Tokens behind a name that say where it was measured, not what.
+const QUALIFIERS: [&str; 34] = [
+    "l", "r", "lh", "rh", "left", "right", "1", "01", "main", "primary", "pri", "avg", "mean", "average", "true",
+    "att", "nb", "boom", "vane", "probe", "body", "cg", "gps", "imu", "ins", "ahrs", "adc", "air", "filt", "filtered",
+    "meas", "measured", "sensor", "pos",
+];
+
+/// Whether a name of these tokens is `name` with a word behind it that says where it was measured.
+fn begins_on(tokens: &[String], name: &str) -> bool {
+    (1..tokens.len()).any(|end| {
+        tokens[..end].concat() == name && tokens[end..].iter().all(|token| QUALIFIERS.contains(&token.as_str()))
+    })
 }
 
 /// Tokens before a name that make another quantity of it.
@@ -161,15 +193,49 @@ fn is_other_quantity(tokens: &[String], name: &str) -> bool {
 /// Sources whose airspeed is calibrated: `ARSP` of ArduPilot (Log Messages) and `VFR_HUD` of MAVLink (Common Message Set).
 const CALIBRATED_SOURCES: [&str; 2] = ["arsp", "vfrhud"];
 
+/// Words of what a vehicle records and no simulation of one does.
+const VEHICLE_WORDS: [&str; 21] = [
+    "utm",
+    "nav",
+    "ch",
+    "wp",
+    "groundspeed",
+    "hdop",
+    "sats",
+    "satellites",
+    "numsv",
+    "armed",
+    "rssi",
+    "voltage",
+    "volt",
+    "volts",
+    "current",
+    "pwm",
+    "servo",
+    "rc",
+    "out",
+    "fix",
+    "batt",
+];
+
+/// How many of these words the channels of a source hold.
+fn count_vehicle_words(probes: &[Probe], source: &str) -> usize {
+    let sources = probes.iter().flat_map(|probe| &probe.sources).filter(|other| other.name == source);
+    let words: BTreeSet<String> =
+        sources.flat_map(|source| &source.channels).flat_map(|one| tokens(&one.name)).collect();
+    VEHICLE_WORDS.iter().filter(|word| words.contains(**word)).count()
+}
+
 /// An airspeed that does not say its kind is calibrated where an autopilot's sensor gives it, or in knots, as instruments show it.
-fn settle_airspeed(map: &mut ManualChannelMap, candidates: &[Candidate<'_>], taken: &[usize]) {
+fn settle_airspeed(map: &mut ManualChannelMap, probes: &[Probe], candidates: &[Candidate<'_>], taken: &[usize]) {
     let Some(given) = map.row(Role::TrueAirspeed) else { return };
     let Some(candidate) = candidates.iter().find(|candidate| candidate.from == given.from) else { return };
     let says_no_kind = (candidate.plain.ends_with("airspeed") && !candidate.plain.contains("true"))
         || AIRSPEEDS_OF_NO_KIND.contains(&candidate.words.as_str());
     let of_autopilot = CALIBRATED_SOURCES.iter().any(|source| candidate.full.starts_with(source));
+    let is_of_vehicle = count_vehicle_words(probes, &candidate.from.source) >= 2;
     let in_knots = candidate.unit.is_some_and(|unit| unit.symbol == "kt");
-    if !says_no_kind || !(of_autopilot || in_knots) || map.row(Role::CalibratedAirspeed).is_some() {
+    if !says_no_kind || !(of_autopilot || in_knots || is_of_vehicle) || map.row(Role::CalibratedAirspeed).is_some() {
         return;
     }
     map.set(Role::CalibratedAirspeed, Some(row(candidate, Role::CalibratedAirspeed)));
@@ -181,7 +247,10 @@ fn settle_airspeed(map: &mut ManualChannelMap, candidates: &[Candidate<'_>], tak
 /// Whether a channel's name says a side and `name`, of ailerons, which it ends on, does not: one of a pair is not their common deflection.
 fn is_other_side(plain: &str, name: &str) -> bool {
     let is_aileron = AILERON.contains(&name) || FOREIGN_AILERON.contains(&name);
-    is_aileron && LEFT.iter().chain(&RIGHT).any(|side| plain.contains(side) && !name.contains(side))
+    let is_short = |side: &str| plain == format!("{side}{name}") || plain == format!("{name}{side}");
+    let has_short_side = ["l", "r", "lh", "rh"].iter().any(|side| is_short(side));
+    let has_word = || LEFT.iter().chain(&RIGHT).any(|side| plain.contains(side) && !name.contains(side));
+    is_aileron && (has_short_side || has_word())
 }
 
 /// Whether a channel of this name is made for a role.
@@ -251,6 +320,17 @@ fn refine_forces(map: &mut ManualChannelMap, probes: &[Probe]) {
     }
     let mean = finite().sum::<f64>() / count as f64;
     let Ok(g) = Unit::parse("g") else { return };
+    let is_stated = channel.unit.is_some() || !row.is_unit_open(probes);
+    let size = row.unit.map_or(mean, |unit| unit.to_si(mean) / g.scale).abs();
+    if is_stated && row.by != By::Recorder && row.unit != Some(g) && size < 0.35 {
+        for role in axes {
+            if let Some(row) = map.row(role).cloned() {
+                map.left_out.push((row.from, "no gravity in it: not the specific force".to_owned()));
+                map.set(role, None);
+            }
+        }
+        return;
+    }
     let in_g = if channel.unit.is_none() { mean.abs() < LARGEST_MEAN_G } else { row.unit == Some(g) };
     for (role, row) in &mut map.rows {
         let unknown = row.from.find(probes).is_some_and(|channel| channel.unit.is_none());

@@ -37,7 +37,7 @@ pub(super) fn turn_axes_up(map: &mut ManualChannelMap) {
 }
 
 fn has_ros_name(channel: &str) -> bool {
-    ROS_NAMES.iter().any(|name| channel.starts_with(name))
+    ROS_NAMES.iter().any(|name| channel.starts_with(name) || channel.contains(&format!(".{name}")))
 }
 
 /// Whether the specific force is measured in axes that are turned.

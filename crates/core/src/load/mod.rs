@@ -7,6 +7,8 @@
 
 pub mod aircraft;
 mod attitude;
+#[cfg(test)]
+mod awkward_cases;
 mod budget;
 mod by_hand;
 mod by_name;
@@ -34,6 +36,8 @@ mod mat_contents;
 mod mcap;
 mod mdf4;
 mod mixing;
+mod motion;
+mod motion_units;
 mod names;
 mod parquet;
 mod plan;

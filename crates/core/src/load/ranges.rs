@@ -1,7 +1,8 @@
 //! Units that the size of values decides where none is stated: what gravity, the air, a turn and the Earth allow.
 
 use super::Probe;
-use super::by_hand::{ManualChannel, ManualChannelMap};
+use super::by_hand::{By, ManualChannel, ManualChannelMap};
+use super::words::plain_letters;
 use crate::quantity::{Role, Unit};
 use crate::statistics::median;
 
@@ -9,6 +10,10 @@ use crate::statistics::median;
 const GRAVITIES: [(&str, f64); 3] = [("m/s^2", 9.806_65), ("ft/s^2", 32.174), ("g", 1.0)];
 /// Largest ratio of the median specific force of a flight to one g, either way.
 const GRAVITY_RATIO: f64 = 1.35;
+/// The same of one that can still be flown.
+const FLOWN_RATIO: f64 = 1.8;
+/// Least part of the specific force that is along z in the median.
+const LEAST_ALONG: f64 = 0.5;
 /// Static pressures from sea level to 11 km, in units of which none can be taken for another.
 const PRESSURES: [(&str, [f64; 2]); 5] = [
     ("Pa", [20_000.0, 110_000.0]),
@@ -17,6 +22,8 @@ const PRESSURES: [(&str, [f64; 2]); 5] = [
     ("inHg", [15.0, 32.5]),
     ("psf", [1150.0, 2300.0]),
 ];
+/// Least static pressure of the air that aeroplanes fly in, Pa.
+const LEAST_PRESSURE_PA: f64 = 5000.0;
 /// Largest angle in radians that is not more than a turn.
 const TURN_RAD: f64 = 6.4;
 /// Speeds over the ground of what flies, m/s: above in radians it is none, below in degrees it is hardly one.
@@ -85,19 +92,34 @@ fn settle_forces(map: &mut ManualChannelMap, probes: &[Probe]) {
     let size = |k: usize| columns.iter().map(|values| values[k] * values[k]).sum::<f64>().sqrt();
     let mut sizes: Vec<f64> = (0..count).map(size).filter(|size| size.is_finite()).collect();
     let Some(size) = median(&mut sizes) else { return };
-    let near = |one: f64| size > one / GRAVITY_RATIO && size < one * GRAVITY_RATIO;
-    if let Some((symbol, _)) = GRAVITIES.iter().find(|(_, one)| near(*one)) {
+    let near = |one: f64, ratio: f64| size > one / ratio && size < one * ratio;
+    let mut along: Vec<f64> = columns_of(down, probes);
+    let along = median(&mut along).unwrap_or(0.0).abs();
+    if columns.len() == 3 && size >= 0.7 && along < LEAST_ALONG * size && rows.iter().all(|row| row.by != By::Recorder)
+    {
+        roles
+            .into_iter()
+            .for_each(|role| leave_out(map, role, "gravity is not along z: not the specific force of the body"));
+        return;
+    }
+    if let Some((symbol, _)) = GRAVITIES.iter().find(|(_, one)| near(*one, GRAVITY_RATIO)) {
         give(map, probes, &roles, symbol);
         return;
     }
-    let mut down: Vec<f64> = down
-        .from
-        .find(probes)
-        .map_or_else(Vec::new, |channel| channel.values().iter().copied().filter(|value| value.is_finite()).collect());
+    if near(1000.0, GRAVITY_RATIO) {
+        give(map, probes, &roles, "g");
+        map.rows.iter_mut().filter(|(role, _)| roles.contains(role)).for_each(|(_, row)| row.scale = 1e-3);
+        return;
+    }
+    let mut down = columns_of(down, probes);
+    // One g is taken off the normal load factor of some recorders.
+    let is_taken_off = size < 0.7 && columns.len() < 3;
+    let is_flown = GRAVITIES.iter().any(|(_, one)| near(*one, FLOWN_RATIO));
     let has_none = size < 0.7 && columns.len() == 3 && median(&mut down).is_some_and(|middle| middle.abs() < 0.35);
-    if has_none {
+    if has_none || !(is_taken_off || is_flown) {
         for role in roles {
-            if let Some(row) = map.row(role).filter(|row| row.is_unit_open(probes)).cloned() {
+            let open = |row: &&ManualChannel| row.by != By::Recorder && row.is_unit_open(probes);
+            if let Some(row) = map.row(role).filter(open).cloned() {
                 map.left_out.push((row.from, "no gravity in it: not the specific force".to_owned()));
                 map.set(role, None);
             }
@@ -136,11 +158,36 @@ fn settle_flow_angles(map: &mut ManualChannelMap, probes: &[Probe]) {
 }
 
 fn settle_pressure(map: &mut ManualChannelMap, probes: &[Probe]) {
-    let Some(row) = map.row(Role::StaticPressure).filter(|row| row.is_unit_open(probes)) else { return };
-    let Some([least, most]) = extent(row, probes) else { return };
-    let mut fitting = PRESSURES.iter().filter(|(_, [low, high])| least >= *low && most <= *high);
+    let Some(row) = map.row(Role::StaticPressure).filter(|row| row.by != By::Recorder).cloned() else { return };
+    let Some([least, most]) = extent(&row, probes) else { return };
+    if !row.is_unit_open(probes) {
+        let unit = row.unit.unwrap_or(Unit::si(Role::StaticPressure.dimension()));
+        if unit.to_si(least) < LEAST_PRESSURE_PA && !plain_letters(&row.from.channel).contains("stat") {
+            leave_out(map, Role::StaticPressure, "no pressure of the air");
+        }
+        return;
+    }
+    let mut fitting = PRESSURES.iter().filter(|(_, [low, high])| least >= *low && most <= *high).peekable();
+    if fitting.peek().is_none() && ["pressure", "press"].contains(&plain_letters(&row.from.channel).as_str()) {
+        leave_out(map, Role::StaticPressure, "no pressure of the air");
+        return;
+    }
     if let (Some((symbol, _)), None) = (fitting.next(), fitting.next()) {
         give(map, probes, &[Role::StaticPressure], symbol);
+    }
+}
+
+/// Finite values of a row as recorded.
+fn columns_of(row: &ManualChannel, probes: &[Probe]) -> Vec<f64> {
+    let values = row.from.find(probes).map_or(&[][..], |channel| channel.values());
+    values.iter().copied().filter(|value| value.is_finite()).collect()
+}
+
+/// Takes a role its channel, which is listed with the reason.
+fn leave_out(map: &mut ManualChannelMap, role: Role, why: &str) {
+    if let Some(row) = map.row(role).cloned() {
+        map.left_out.push((row.from, why.to_owned()));
+        map.set(role, None);
     }
 }
 

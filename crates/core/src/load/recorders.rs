@@ -127,12 +127,18 @@ const SHIPPED: &[&str] = shipped![
     "xplaneconnect",
     "xplane_datarefs",
     "xplane_udp",
+    "xplane_data",
     "flightgear",
+    "flightgear_properties",
+    "jsbsim_properties",
     "jsbsim",
     "msfs",
+    "msfs_programs",
     "flight_data_accessor",
     "opensky",
     "dashlink",
+    "datcon",
+    "phone_logger",
 ];
 
 /// The recorders that come with the program.
@@ -171,14 +177,14 @@ pub(super) fn claim(probes: &[Probe]) -> Claims {
 
 impl Signature {
     fn fits(&self, probe: &Probe) -> bool {
-        if !self.formats.is_empty() && !self.formats.iter().any(|name| *name == probe.format.to_string()) {
-            return false;
-        }
+        // In another format the names of the sources alone say too little.
+        let is_format = self.formats.is_empty() || self.formats.iter().any(|name| *name == probe.format.to_string());
         let has_source = |pattern: &&String| probe.sources.iter().any(|source| is_source(pattern, source));
         let has_channel = |pattern: &&String| {
             probe.sources.iter().any(|source| source.channels.iter().any(|channel| is_it(pattern, source, channel)))
         };
-        let found = self.sources.iter().filter(has_source).count() + self.channels.iter().filter(has_channel).count();
+        let sources = if is_format { self.sources.iter().filter(has_source).count() } else { 0 };
+        let found = sources + self.channels.iter().filter(has_channel).count();
         found >= self.least
     }
 }

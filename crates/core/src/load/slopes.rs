@@ -22,10 +22,15 @@ const CLIMB_CORRELATION: f64 = 0.8;
 const SAME_LENGTH: f64 = 2e-3;
 
 /// Slope of the change of `place` by the time on the mean of `speed`, and their correlation.
-fn compare(time_s: &[f64], place: &[f64], speed: &[f64]) -> Option<(f64, f64)> {
+pub(super) fn compare(time_s: &[f64], place: &[f64], speed: &[f64]) -> Option<(f64, f64)> {
+    compare_over(LAG_S, time_s, place, speed)
+}
+
+/// The same over a lag in seconds.
+pub(super) fn compare_over(lag_s: f64, time_s: &[f64], place: &[f64], speed: &[f64]) -> Option<(f64, f64)> {
     let count = time_s.len().min(place.len()).min(speed.len());
     let span_s = time_s.get(count.checked_sub(1)?)? - time_s.first()?;
-    if span_s.is_nan() || span_s <= LAG_S {
+    if span_s.is_nan() || span_s <= lag_s {
         return None;
     }
     #[expect(
@@ -33,7 +38,7 @@ fn compare(time_s: &[f64], place: &[f64], speed: &[f64]) -> Option<(f64, f64)> {
         clippy::cast_sign_loss,
         reason = "positive, at most the count of samples"
     )]
-    let lag = ((LAG_S * count as f64 / span_s).round() as usize).clamp(1, count);
+    let lag = ((lag_s * count as f64 / span_s).round() as usize).clamp(1, count);
     let step = (count / MOST_PAIRS).max(1);
     let pair = |k: usize| {
         let seconds = time_s[k + lag] - time_s[k];
@@ -59,7 +64,7 @@ fn compare(time_s: &[f64], place: &[f64], speed: &[f64]) -> Option<(f64, f64)> {
 }
 
 /// Stamps of the clock of a channel, s.
-fn stamps_of(from: &ChannelName, probes: &[Probe]) -> Option<Vec<f64>> {
+pub(super) fn stamps_of(from: &ChannelName, probes: &[Probe]) -> Option<Vec<f64>> {
     let source = probes.iter().flat_map(|probe| &probe.sources).find(|source| source.name == from.source)?;
     let clock = source.clocks.get(from.find(probes)?.clock?)?;
     match clock.index {

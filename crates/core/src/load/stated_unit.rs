@@ -1,27 +1,61 @@
 //! Units that channels state, beside their name or at the end of it.
 
 use super::contents::ChannelInfo;
+use super::names::NAMES;
 use super::text_layout::split_unit;
-use crate::quantity::{Dimension, Unit};
+use super::words::plain_letters;
+use crate::quantity::{Dimension, Role, Unit};
 
 /// Ends of names that tell a unit, in small letters, longest first.
 const UNIT_ENDINGS: &[(&str, &str)] = &[
+    ("_rad_sec2", "rad/s^2"),
+    ("_deg_sec2", "deg/s^2"),
+    ("_slugs_ft3", "slug/ft^3"),
+    ("_slug_ft3", "slug/ft^3"),
+    ("_lbf_ft2", "psf"),
+    ("_ft_sec2", "ft/s^2"),
+    ("_fps_sec", "ft/s^2"),
+    ("_kg_m3", "kg/m^3"),
     ("_rad_s2", "rad/s^2"),
     ("_deg_s2", "deg/s^2"),
+    ("_rad_sec", "rad/s"),
+    ("_deg_sec", "deg/s"),
+    ("_ft_sec", "ft/s"),
+    ("_ft_min", "ft/min"),
+    ("_m_sec", "m/s"),
+    ("_nmi_h", "kt"),
+    ("_km_h", "km/h"),
     ("_rad_s", "rad/s"),
     ("_deg_s", "deg/s"),
     ("_radps", "rad/s"),
     ("_degps", "deg/s"),
+    ("_degs", "deg/s"),
+    ("_rads", "rad/s"),
     ("_dps", "deg/s"),
+    ("_rps", "rad/s"),
     ("_m_s2", "m/s^2"),
     ("_mps2", "m/s^2"),
+    ("_mpss", "m/s^2"),
+    ("_ms2", "m/s^2"),
+    ("_mss", "m/s^2"),
     ("_ft_s2", "ft/s^2"),
     ("_m_s", "m/s"),
     ("_mps", "m/s"),
+    ("_ms", "m/s"),
+    ("_kmh", "km/h"),
+    ("_kph", "km/h"),
+    ("_mph", "mph"),
     ("_ft_s", "ft/s"),
     ("_fps", "ft/s"),
     ("_fpm", "ft/min"),
+    ("_celsius", "degC"),
+    ("_deg_c", "degC"),
     ("_degc", "degC"),
+    ("_psf", "psf"),
+    ("_mb", "mbar"),
+    ("_km", "km"),
+    ("_cm", "cm"),
+    ("_c", "degC"),
     ("_inhg", "inHg"),
     ("_mbar", "mbar"),
     ("_hpa", "hPa"),
@@ -43,6 +77,27 @@ const UNIT_ENDINGS: &[(&str, &str)] = &[
     ("_w", "W"),
 ];
 
+/// Units that stand right behind the name of a role: `alphadeg`, `pdegs`, `iaskt`.
+const GLUED: &[(&str, &str)] = &[
+    ("degps", "deg/s"),
+    ("degs", "deg/s"),
+    ("radps", "rad/s"),
+    ("rads", "rad/s"),
+    ("dps", "deg/s"),
+    ("rps", "rad/s"),
+    ("deg", "deg"),
+    ("rad", "rad"),
+    ("kts", "kt"),
+    ("kt", "kt"),
+    ("mps", "m/s"),
+    ("fps", "ft/s"),
+    ("fpm", "ft/min"),
+    ("kmh", "km/h"),
+    ("hpa", "hPa"),
+    ("inhg", "inHg"),
+    ("ft", "ft"),
+];
+
 /// Ends of names that look like a unit and are a direction or an angle.
 const NO_UNITS: &[&str] = &["v_n", "vel_n", "velocity_n", "pos_n", "position_n", "angle_psi", "heading_psi", "yaw_psi"];
 
@@ -51,7 +106,9 @@ pub fn stem_and_unit(name: &str) -> (&str, Option<Unit>) {
     let lower = name.to_ascii_lowercase().replace('-', "_");
     let is_unit = !NO_UNITS.iter().any(|name| lower.ends_with(name));
     let known = |(ending, _): &&(&str, &str)| lower.len() > ending.len() && lower.ends_with(ending);
-    let ending = UNIT_ENDINGS.iter().find(known).filter(|_| is_unit);
+    // A direction, unless it is a force.
+    let is_force = || ["thrust", "force", "drag", "lift", "schub"].iter().any(|force| lower.contains(force));
+    let ending = UNIT_ENDINGS.iter().find(known).filter(|(ending, _)| is_unit && (*ending != "_n" || is_force()));
     ending.map_or((name, None), |(ending, unit)| (&name[..name.len() - ending.len()], Unit::parse(unit).ok()))
 }
 
@@ -74,10 +131,25 @@ pub(super) fn name_and_unit(name: &str) -> (String, Option<Unit>) {
     match stem.rsplit_once(['_', ' ', '-']).filter(|(before, _)| !before.trim().is_empty()) {
         Some((before, ending)) => match unit_word(ending) {
             Some(unit) => (format!("{}{axis}", before.trim_end()), Some(unit)),
-            None => (name, None),
+            None => split_glued(&name),
         },
-        None => (name, None),
+        None => split_glued(&name),
     }
+}
+
+/// A name that is the one of a role and, right behind it, a unit that the role can have.
+fn split_glued(name: &str) -> (String, Option<Unit>) {
+    let plain = plain_letters(name);
+    let split = |(ending, unit): &(&str, &str)| {
+        let stem = plain.strip_suffix(ending).filter(|stem| !stem.is_empty())?;
+        let unit = Unit::parse(unit).ok()?;
+        let has = |(role, names): &(Role, &'static [&'static str])| {
+            role.dimension() == unit.dimension && names.contains(&stem)
+        };
+        let is_whole = NAMES.iter().any(|(_, names)| names.contains(&plain.as_str()));
+        (!is_whole && NAMES.iter().any(has)).then(|| (stem.to_owned(), Some(unit)))
+    };
+    GLUED.iter().find_map(split).unwrap_or_else(|| (name.to_owned(), None))
 }
 
 /// A name and the axis at its end: `[0]`, `_x`.
@@ -86,12 +158,24 @@ fn split_axis(name: &str) -> (&str, &str) {
     let axis = || {
         name.len()
             .checked_sub(2)
-            .filter(|at| ["_x", "_y", "_z", ".x", ".y", ".z"].iter().any(|axis| name.get(*at..) == Some(axis)))
+            .filter(|at| ["_x", "_y", "_z", ".x", ".y", ".z"].iter().any(|axis| ends_alike(name, *at, axis)))
     };
-    match index.or_else(axis) {
+    let word = || {
+        let words = ["_north", "_east", "_down", "_up", "_roll", "_pitch", "_yaw"];
+        words
+            .iter()
+            .filter_map(|word| name.len().checked_sub(word.len()).filter(|at| ends_alike(name, *at, word)))
+            .next()
+    };
+    match index.or_else(axis).or_else(word) {
         Some(at) => name.split_at(at),
         None => (name, ""),
     }
+}
+
+/// Whether `name` is `end` from `at` on, in whatever letters.
+fn ends_alike(name: &str, at: usize, end: &str) -> bool {
+    name.get(at..).is_some_and(|rest| rest.eq_ignore_ascii_case(end))
 }
 
 /// The unit that the last word of a name is, where it can be nothing else.
@@ -189,6 +273,13 @@ mod tests {
             ("accelerometer_m_s2[0]", "accelerometer[0]", Some("m/s^2")),
             ("rollrate-DEGpSEC", "rollrate", Some("deg/s")),
             ("roll_in", "roll_in", None),
+            ("alphadeg", "alpha", Some("deg")),
+            ("pdegs", "p", Some("deg/s")),
+            ("left", "left", None),
+            ("vel_n_ms", "vel_n", Some("m/s")),
+            ("feVelocity_ft_s_X", "feVelocity_X", Some("ft/s")),
+            ("airDensity_slug_ft3", "airDensity", Some("slug/ft^3")),
+            ("p-rad_sec", "p", Some("rad/s")),
             ("column[11]", "column[11]", None),
         ] {
             let (found, unit) = name_and_unit(name);

@@ -75,6 +75,11 @@ const FORBIDDEN: &[&str] = &[
     "stdev",
     "sigma",
     "rms",
+    "sd",
+    "integ",
+    "integrator",
+    "gain",
+    "gains",
     "uncertainty",
     "accuracy",
     "quality",
@@ -229,12 +234,18 @@ const FILLERS: &[&str] = &[
     "iru",
     "adiru",
     "efis",
+    "state",
+    "states",
+    "pitot",
+    "vane",
+    "boom",
 ];
 /// Tokens that forbid unless they are part of one of these names.
 const ALLOWED: &[(&str, &[&str])] = &[
     ("delta", &["deltaa", "deltae", "deltar", "deltate", "deltaf", "deltal", "deltam", "deltan"]),
     ("std", &["altitudestd", "altstd", "stdaltitude"]),
-    ("force", &["specificforce"]),
+    ("force", &["specificforce", "gforce"]),
+    ("pilot", &["pilotx", "piloty", "pilotz"]),
     ("runway", &["onrunway"]),
 ];
 
@@ -273,8 +284,14 @@ fn push(all: &mut Vec<String>, word: &mut String) {
 pub(super) fn forbidden(name: &str) -> Option<&'static str> {
     let all = tokens(name);
     let joined = all.concat();
+    // A state vector's name stands before its parts.
+    let is_before = |token: &str| {
+        token == "state"
+            && all.last().is_some_and(|last| last != "state" && last.bytes().any(|b| b.is_ascii_alphabetic()))
+    };
     let is_allowed = |token: &str| {
-        ALLOWED.iter().any(|(known, names)| *known == token && names.iter().any(|name| joined.contains(name)))
+        is_before(token)
+            || ALLOWED.iter().any(|(known, names)| *known == token && names.iter().any(|name| joined.contains(name)))
     };
     FORBIDDEN.iter().find(|token| all.iter().any(|other| other == *token) && !is_allowed(token)).copied()
 }

@@ -29,6 +29,13 @@ const VECTORS: &[Vector] = &[
             "rate",
             "rates",
             "turnrate",
+            "bodyangularrate",
+            "angularratewrtei",
+            "angularrates",
+            "bodyangularvelocity",
+            "avel",
+            "uncompgyro",
+            "compgyro",
         ],
     ),
     (
@@ -48,23 +55,72 @@ const VECTORS: &[Vector] = &[
             "accelerometer",
             "a",
             "ab",
+            "accelerations",
+            "bodyacceleration",
+            "bodyaccel",
+            "imuacc",
+            "uncompaccel",
+            "compaccel",
+            "linearaccel",
+            "accpilot",
         ],
     ),
     (
         [Role::VelocityNorth, Role::VelocityEast, Role::VelocityDown],
-        &["v", "vel", "velocity", "ve", "vned", "velned", "velocityned", "nedvel", "vearth", "speed", "groundvelocity"],
+        &[
+            "v",
+            "vel",
+            "velocity",
+            "ve",
+            "vned",
+            "velned",
+            "velocityned",
+            "nedvel",
+            "vearth",
+            "speed",
+            "groundvelocity",
+            "gpsvel",
+            "gpsv",
+            "gpsvelocity",
+            "velgps",
+            "fevelocity",
+            "linearvelocity",
+            "linvel",
+            "vg",
+        ],
     ),
-    ([Role::PositionNorth, Role::PositionEast, Role::PositionDown], &["p", "pos", "position", "posned", "nedpos"]),
+    (
+        [Role::PositionNorth, Role::PositionEast, Role::PositionDown],
+        &["p", "pos", "position", "posned", "nedpos", "pose", "localposition", "localpos"],
+    ),
     (
         [Role::BankAngle, Role::PitchAngle, Role::HeadingAngle],
-        &["euler", "eulerangle", "eulerangles", "rpy", "attitude", "phithetapsi"],
+        &["euler", "eulerangle", "eulerangles", "rpy", "attitude", "phithetapsi", "eulerangledeg", "yawpitchroll"],
     ),
 ];
 /// Ends of names by axis.
-const AXES: [[&str; 3]; 4] = [["x", "y", "z"], ["0", "1", "2"], ["1", "2", "3"], ["n", "e", "d"]];
+const AXES: [[&str; 3]; 7] = [
+    ["x", "y", "z"],
+    ["0", "1", "2"],
+    ["1", "2", "3"],
+    ["n", "e", "d"],
+    ["north", "east", "down"],
+    ["roll", "pitch", "yaw"],
+    ["p", "q", "r"],
+];
+/// First axes of what turns.
+const TURNS: [&str; 2] = ["roll", "p"];
 /// Single letters that are a role only beside the others of their vector.
-const LETTERS: [[&str; 3]; 6] =
-    [["p", "q", "r"], ["x", "y", "z"], ["xe", "ye", "ze"], ["u", "v", "w"], ["ax", "ay", "az"], ["pn", "pe", "pd"]];
+const LETTERS: [[&str; 3]; 8] = [
+    ["p", "q", "r"],
+    ["x", "y", "z"],
+    ["xe", "ye", "ze"],
+    ["u", "v", "w"],
+    ["ax", "ay", "az"],
+    ["pn", "pe", "pd"],
+    ["gx", "gy", "gz"],
+    ["rn", "re", "rd"],
+];
 
 /// Gives the roles of vectors that have no channel yet theirs.
 pub(super) fn add_vectors(map: &mut ManualChannelMap, candidates: &[Candidate<'_>]) {
@@ -87,7 +143,9 @@ fn find(stem: &str, roles: [Role; 3], candidates: &[Candidate<'_>]) -> Option<[u
     let fits = |candidate: &Candidate<'_>, role: Role| {
         candidate.unit.is_none_or(|unit| unit.dimension == role.dimension() || is_count(unit))
     };
-    AXES.iter().find_map(|axes| {
+    let turns = [Role::RollRate, Role::RollAcceleration, Role::BankAngle].contains(&roles[0]);
+    let axes = AXES.iter().filter(|axes| turns || !TURNS.contains(&axes[0]));
+    axes.into_iter().find_map(|axes| {
         let at = |axis: usize, source: Option<&str>| {
             candidates.iter().position(|candidate| {
                 source.is_none_or(|source| candidate.from.source == source)
@@ -121,9 +179,14 @@ fn stem_of(candidate: &Candidate<'_>, axis: &str) -> Option<String> {
 pub(super) fn has_brothers(name: &str, role: Role, candidate: &Candidate<'_>, candidates: &[Candidate<'_>]) -> bool {
     let Some(letters) = LETTERS.iter().find(|letters| letters.contains(&name)) else { return true };
     let is_stated = candidate.unit.is_some_and(|unit| unit.dimension == role.dimension() && !is_count(unit));
+    let renamed = |letter: &str| {
+        let last = candidate.plain.strip_suffix(name).map(|before| format!("{before}{letter}"));
+        [Some(candidate.plain.replace(name, letter)), last]
+    };
     let is_there = |letter: &str| {
+        let names = renamed(letter);
         candidates.iter().any(|other| {
-            other.from.source == candidate.from.source && other.plain == candidate.plain.replace(name, letter)
+            other.from.source == candidate.from.source && names.iter().flatten().any(|name| other.plain == *name)
         })
     };
     let beside = |letters: &[&str]| letters.iter().filter(|letter| **letter != name && is_there(letter)).count();
@@ -134,6 +197,9 @@ pub(super) fn has_brothers(name: &str, role: Role, candidate: &Candidate<'_>, ca
         "p" | "pn" => is_stated || others > 0,
         // Body rates stand beside body forces.
         "ax" => is_stated || others + beside(&["p", "q", "r"]) > 0,
+        // Beside accelerations; by themselves they are gravity.
+        "gx" => others == 2 && (beside(&["ax", "ay", "az"]) > 0 || beside(&["accx", "accy", "accz"]) > 0),
+        "xe" => others == 2 || (name == "ye" && is_there("xn")),
         _ => others == 2,
     }
 }
