@@ -8,7 +8,7 @@ use doublet_core::quantity::Role;
 use doublet_core::series::{Recording, Series};
 use doublet_core::simulate::scenario;
 use doublet_engine::graph::Context;
-use doublet_engine::session::{self, Session};
+use doublet_engine::session::{self, GustSource, Session};
 use doublet_engine::stage::{ConstantError, SensorDelay};
 use doublet_engine::verdict::fly_and_judge;
 
@@ -17,7 +17,8 @@ const GROUND: [Role; 5] =
 const FLOW: [Role; 2] = [Role::AngleOfAttack, Role::Sideslip];
 
 fn session() -> Session {
-    session::parse(doublet_engine::builtin::session("demo").unwrap()).unwrap()
+    let demo = session::parse(doublet_engine::builtin::session("demo").unwrap()).unwrap();
+    Session { gusts: GustSource::Estimated, ..demo }
 }
 
 fn late(recording: &mut Recording, roles: &[Role], by_s: f64) {

@@ -53,10 +53,13 @@ impl Trace {
         Self::read(map.row(role)?, probes)
     }
 
-    /// Linearly between its samples at other stamps; nothing where they do not overlap by half.
+    /// Linearly between its samples at other stamps; nothing of fewer than two samples, and where they do not overlap by half.
     pub(super) fn at(self, time_s: &[f64]) -> Option<Self> {
         if self.time_s == time_s {
             return Some(self);
+        }
+        if self.time_s.len() < 2 {
+            return None;
         }
         let mut next = 1;
         let mut values = Vec::with_capacity(time_s.len());
