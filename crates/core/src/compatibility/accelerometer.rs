@@ -390,7 +390,7 @@ impl Inertial {
     /// At a time, between two steps by a straight line; none outside the segment.
     fn at(&self, time_s: f64) -> Option<Moment> {
         let steps = (time_s - self.start_s) / self.step_s;
-        if !(steps > -TOLERANCE_S) {
+        if steps.is_nan() || steps < -TOLERANCE_S {
             return None;
         }
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a step of the segment")]

@@ -55,7 +55,7 @@ pub fn estimate_flow_delay(data: &[&FilterData]) -> Option<FlowDelay> {
         let equations = Equations::new(&windows, delay_s)?;
         let step_s = equations.delay_s()?;
         delay_s += step_s;
-        if !(delay_s.abs() < LARGEST_S) {
+        if delay_s.is_nan() || delay_s.abs() >= LARGEST_S {
             return None;
         }
         if step_s.abs() < CONVERGED_S {
