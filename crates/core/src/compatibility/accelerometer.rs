@@ -350,12 +350,12 @@ impl SegmentVelocity {
 struct Inertial {
     start_s: f64,
     step_s: f64,
-    moments: Vec<Moment>,
+    sums: Vec<Integrals>,
 }
 
 /// The same up to one time.
 #[derive(Clone, Copy)]
-struct Moment {
+struct Integrals {
     /// Integral of the acceleration, m/s.
     gained: Vector3<f64>,
     /// Integral of the rotation from body axes, s.
@@ -372,23 +372,24 @@ impl Inertial {
     fn new(motion: &Motion, by: TellingVelocity, segment: std::ops::Range<usize>) -> Self {
         let steps: Vec<Step> = segment.clone().map(|k| Step::of(motion, by, k)).collect();
         let (mut gained, mut turned, mut pauses) = (Vector3::zeros(), Matrix3::zeros(), 0);
-        let mut moments: Vec<Moment> = Vec::with_capacity(steps.len());
+        let mut sums: Vec<Integrals> = Vec::with_capacity(steps.len());
         for (k, step) in steps.iter().enumerate() {
             if let Some(before) = k.checked_sub(1).map(|before| &steps[before]) {
                 let gain = 0.5 * motion.step_s * (before.acceleration + step.acceleration);
-                match gain.iter().all(|value| value.is_finite()) {
-                    true => gained += gain,
-                    false => pauses += 1,
+                if gain.iter().all(|value| value.is_finite()) {
+                    gained += gain;
+                    turned += 0.5 * motion.step_s * (before.rotation + step.rotation);
+                } else {
+                    pauses += 1;
                 }
-                turned += 0.5 * motion.step_s * (before.rotation + step.rotation);
             }
-            moments.push(Moment { gained, turned, arm: step.arm, delayed: step.delayed, pauses });
+            sums.push(Integrals { gained, turned, arm: step.arm, delayed: step.delayed, pauses });
         }
-        Self { start_s: motion.time_s[segment.start], step_s: motion.step_s, moments }
+        Self { start_s: motion.time_s[segment.start], step_s: motion.step_s, sums }
     }
 
     /// At a time, between two steps by a straight line; none outside the segment.
-    fn at(&self, time_s: f64) -> Option<Moment> {
+    fn at(&self, time_s: f64) -> Option<Integrals> {
         let steps = (time_s - self.start_s) / self.step_s;
         if steps.is_nan() || steps < -TOLERANCE_S {
             return None;
@@ -396,12 +397,12 @@ impl Inertial {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a step of the segment")]
         let before = (steps + TOLERANCE_S) as usize;
         let part = (steps - before as f64).max(0.0);
-        let first = self.moments.get(before)?;
+        let first = self.sums.get(before)?;
         if part < TOLERANCE_S {
             return Some(*first);
         }
-        let next = self.moments.get(before + 1)?;
-        Some(Moment {
+        let next = self.sums.get(before + 1)?;
+        Some(Integrals {
             gained: first.gained.lerp(&next.gained, part),
             turned: first.turned + part * (next.turned - first.turned),
             arm: first.arm + part * (next.arm - first.arm),

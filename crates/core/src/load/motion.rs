@@ -6,8 +6,10 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use super::Probe;
 use super::by_hand::{By, ManualChannel, ManualChannelMap};
 use super::candidates::{Candidate, row};
+use super::ranges::EARTH_M;
 use super::slopes::{compare_over, stamps_of};
 use super::tokens::tokens;
+use crate::atmos::STANDARD_GRAVITY_M_S2;
 use crate::quantity::Role;
 use crate::statistics::median;
 
@@ -20,10 +22,6 @@ const FEWEST_PAIRS: usize = 30;
 const RATE_CORRELATION: f64 = 0.7;
 const PLACE_CORRELATION: f64 = 0.8;
 const ANGLE_CORRELATION: f64 = 0.6;
-/// Mean radius of the Earth, m.
-const EARTH_M: f64 = 6.371e6;
-/// Standard acceleration of free fall, m/s^2.
-const GRAVITY: f64 = 9.806_65;
 /// Least speed of an aeroplane whose bank turns it, m/s.
 const LEAST_SPEED: f64 = 8.0;
 
@@ -405,7 +403,7 @@ pub(super) fn turning(map: &ManualChannelMap, probes: &[Probe]) -> Option<Turnin
 fn bank_of_turn(map: &ManualChannelMap, probes: &[Probe], turning: &Turning) -> Option<f64> {
     let speed = speed(map, probes).filter(|speed| *speed > LEAST_SPEED)?;
     let (slope, correlation) = turning.heading_by_bank?;
-    (0.4..2.5).contains(&(slope.abs() * speed / GRAVITY)).then_some(correlation)
+    (0.4..2.5).contains(&(slope.abs() * speed / STANDARD_GRAVITY_M_S2)).then_some(correlation)
 }
 
 /// Sign of a correlation that decides; zero where it does not.
@@ -546,7 +544,7 @@ fn pitch_sign(map: &ManualChannelMap, probes: &[Probe]) -> Option<f64> {
             .iter()
             .zip(&force.values)
             .step_by(step)
-            .map(|(pitch, force)| (GRAVITY * pitch.sin(), *force))
+            .map(|(pitch, force)| (STANDARD_GRAVITY_M_S2 * pitch.sin(), *force))
             .collect();
         let (slope, correlation) = fit(&pairs)?;
         (0.5..2.0).contains(&slope.abs()).then_some(correlation)

@@ -4,6 +4,7 @@
 use super::Probe;
 use super::by_hand::{ManualChannel, ManualChannelMap};
 use super::motion::{Trace, change_correlation, height, places, slope_of, turning};
+use crate::atmos::{Atmosphere, STANDARD_GRAVITY_M_S2};
 use crate::quantity::{Role, Unit};
 use crate::statistics::median;
 
@@ -15,14 +16,8 @@ const RATIO: f64 = 1.2;
 const SPEED_RATIO: f64 = 1.3;
 /// The same of the speed at which the bank turns the heading.
 const TURN_RATIO: f64 = 1.06;
-/// Standard acceleration of free fall, m/s^2.
-const GRAVITY: f64 = 9.806_65;
 /// Largest ratio of a climb to the one that speed and pitch make, either way.
 const CLIMB_RATIO: f64 = 2.5;
-/// Pressure at sea level, Pa, and the constants of the standard atmosphere's troposphere: height of a ratio of pressures.
-const SEA_LEVEL_PA: f64 = 101_325.0;
-const SCALE_M: f64 = 44_330.77;
-const EXPONENT: f64 = 0.190_263;
 
 /// Settles units in the order in which one decides the next.
 pub(super) fn settle(map: &mut ManualChannelMap, probes: &[Probe]) {
@@ -116,7 +111,8 @@ fn settle_heights(map: &mut ManualChannelMap, probes: &[Probe]) {
     let by_pressure = |map: &ManualChannelMap| {
         let pressure = map.row(Role::StaticPressure).filter(|row| !row.is_unit_open(probes))?;
         let mut trace = Trace::read(pressure, probes)?;
-        trace.values.iter_mut().for_each(|value| *value = SCALE_M * (1.0 - (*value / SEA_LEVEL_PA).powf(EXPONENT)));
+        let altitude_m = |pressure_pa: f64| Atmosphere::STANDARD.altitude_m(pressure_pa).unwrap_or(f64::NAN);
+        trace.values.iter_mut().for_each(|value| *value = altitude_m(*value));
         Some(trace)
     };
     let heights = [Role::Altitude, Role::GpsAltitude];
@@ -252,7 +248,9 @@ fn turn_speed(map: &ManualChannelMap, probes: &[Probe]) -> Option<f64> {
     // Bank and heading in one unit that is not known give the same ratio; a wrong unit of both is excluded by the heading's size.
     let is_sure = is_known(Role::BankAngle) || map.row(Role::HeadingAngle)?.unit?.symbol == "deg";
     let (slope, correlation) = turning(map, probes)?.heading_by_bank.filter(|_| is_sure)?;
-    (correlation.abs() > CORRELATION && slope != 0.0).then(|| GRAVITY / slope.abs()).filter(|speed| *speed > 5.0)
+    (correlation.abs() > CORRELATION && slope != 0.0)
+        .then(|| STANDARD_GRAVITY_M_S2 / slope.abs())
+        .filter(|speed| *speed > 5.0)
 }
 
 /// Speed over the Earth, of velocities, whose unit is known where it must be, or of places.

@@ -29,7 +29,7 @@ const TURN_RAD: f64 = 6.4;
 /// Speeds over the ground of what flies, m/s: above in radians it is none, below in degrees it is hardly one.
 const SPEEDS_M_S: [f64; 2] = [2.0, 700.0];
 /// Mean radius of the Earth, m.
-const EARTH_M: f64 = 6.371e6;
+pub(super) const EARTH_M: f64 = 6.371e6;
 
 /// Settles the units of a guess that the size of its values decides, and leaves out accelerations without gravity.
 pub(super) fn settle(map: &mut ManualChannelMap, probes: &[Probe]) {
