@@ -5,7 +5,9 @@ use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use super::motion::{Motion, air_velocity, in_north_east_down};
 use super::relations::air_over_ground;
 use crate::atmos::STANDARD_GRAVITY_M_S2;
+use crate::prep::white_noise_deviation;
 use crate::quantity::Role;
+use crate::series::Series;
 use crate::statistics::student_widening;
 
 /// Lag over which velocities change, s: long for their noise, short for that of the attitude.
@@ -20,6 +22,10 @@ const TOLERANCE_S: f64 = 1e-6;
 const DELAY_STEPS: usize = 4;
 const CONVERGED_S: f64 = 0.002;
 const LARGEST_DELAY_S: f64 = 1.0;
+/// Delays from which it is sought beside none, s.
+const TRIED_DELAYS_S: [f64; 7] = [-0.1, 0.05, 0.1, 0.2, 0.3, 0.45, 0.6];
+/// Least delay of the ground velocity that is taken off it for a comparison with other channels, s.
+const LEAST_DELAY_S: f64 = 0.05;
 /// Rows that share their errors, s: the standard errors are of blocks this long.
 const BLOCK_S: f64 = 10.0;
 /// Least blocks: fewer do not tell how the estimate scatters.
@@ -77,6 +83,8 @@ pub struct AccelerometerPlace {
     pub residual_without_m_s: f64,
     /// Deviation of what they feel of the turning over that of the specific force, across the flight.
     pub felt_part: f64,
+    /// Delay of the velocity and its standard error, s.
+    pub delay_s: (f64, f64),
 }
 
 /// The place `r` of the accelerometers in body axes, from the point the velocity `v` is of, by least squares over lags `T`:
@@ -102,16 +110,24 @@ pub(super) fn place(motion: &Motion) -> Option<AccelerometerPlace> {
 /// The same by one of the velocities.
 fn place_by(motion: &Motion, by: TellingVelocity) -> Option<AccelerometerPlace> {
     let velocities = SegmentVelocity::of(motion, by);
-    let mut found = place_at(&velocities, 0.0)?;
-    // The delay of the ground velocity is too long for its slope alone.
+    let noise = arm_noise(motion);
+    let mut found = place_at(&velocities, noise, 0.0)?;
+    let mut delay_s = 0.0;
+    // The delay of the ground velocity is too long for its slope alone, and in slow turns another place leaves little more than the delay does.
     if by == TellingVelocity::Ground {
-        let mut delay_s = 0.0;
+        for tried_s in TRIED_DELAYS_S {
+            if let Some(tried) =
+                place_at(&velocities, noise, tried_s).filter(|tried| tried.residual_m_s < found.residual_m_s)
+            {
+                (delay_s, found) = (tried_s, tried);
+            }
+        }
         for _ in 0..DELAY_STEPS {
             if found.delay_s.abs() < CONVERGED_S {
                 break;
             }
             delay_s = (delay_s + found.delay_s).clamp(-LARGEST_DELAY_S, LARGEST_DELAY_S);
-            found = place_at(&velocities, delay_s)?;
+            found = place_at(&velocities, noise, delay_s)?;
         }
     }
     let Fitted { from_velocity_m, errors_m, residual_m_s, residual_without_m_s, .. } = found;
@@ -124,6 +140,7 @@ fn place_by(motion: &Motion, by: TellingVelocity) -> Option<AccelerometerPlace> 
         residual_m_s,
         residual_without_m_s,
         felt_part,
+        delay_s: (delay_s + found.delay_s, found.delay_error_s),
     })
 }
 
@@ -132,18 +149,19 @@ struct Fitted {
     from_velocity_m: [f64; 3],
     errors_m: [f64; 3],
     delay_s: f64,
+    delay_error_s: f64,
     residual_m_s: f64,
     residual_without_m_s: f64,
 }
 
-fn place_at(velocities: &[SegmentVelocity], delay_s: f64) -> Option<Fitted> {
+fn place_at(velocities: &[SegmentVelocity], noise: [f64; 3], delay_s: f64) -> Option<Fitted> {
     let rows = Rows::of(velocities, delay_s);
     if rows.blocks.last().is_none_or(|last| last + 1 < LEAST_BLOCKS) || rows.change.len() < 10 * UNKNOWNS {
         return None;
     }
     let regressors = DMatrix::from_row_iterator(rows.change.len(), UNKNOWNS, rows.regressors.iter().flatten().copied());
     let change = DVector::from_vec(rows.change);
-    let blocks = Blocks::new(&regressors, &change, &rows.blocks);
+    let blocks = Blocks::new(&regressors, &change, &rows.blocks, noise);
     let found = blocks.estimate(None)?;
     let errors = blocks.errors(&found)?;
     let residual = &change - &regressors * &found;
@@ -154,9 +172,22 @@ fn place_at(velocities: &[SegmentVelocity], delay_s: f64) -> Option<Fitted> {
         from_velocity_m: std::array::from_fn(|axis| found[axis]),
         errors_m: std::array::from_fn(|axis| errors[axis]),
         delay_s: -found[UNKNOWNS - 1],
+        delay_error_s: errors[UNKNOWNS - 1],
         residual_m_s: deviation(&residual),
         residual_without_m_s: deviation(&(&change - others * without)),
     })
+}
+
+/// Square of the noise of a row's regressor by each coordinate of the place, in the mean of the three components of the velocity: of
+/// `C (w x e)` at both ends of the lag.
+fn arm_noise(motion: &Motion) -> [f64; 3] {
+    let variance = |role: Role| {
+        let rates = motion.column(role).unwrap_or_default();
+        let series = Series { time_s: motion.time_s.clone(), values: rates.into() };
+        white_noise_deviation(&series, false).map_or(0.0, |deviation| deviation.powi(2))
+    };
+    let [p, q, r] = [Role::RollRate, Role::PitchRate, Role::YawRate].map(variance);
+    [q + r, p + r, p + q].map(|across| 2.0 / 3.0 * across)
 }
 
 /// Normal equations of blocks of rows that share their errors.
@@ -165,12 +196,16 @@ struct Blocks {
 }
 
 impl Blocks {
-    fn new(regressors: &DMatrix<f64>, change: &DVector<f64>, blocks: &[usize]) -> Self {
+    /// With the squares of the noise of the first regressors taken off: in slow turns the place hangs together with the delay, and the noise of
+    /// the rates alone would make it too short.
+    fn new(regressors: &DMatrix<f64>, change: &DVector<f64>, blocks: &[usize], noise: [f64; 3]) -> Self {
         let mut start = 0;
         let block = |block: &[usize]| {
             let (x, z) = (regressors.rows(start, block.len()), change.rows(start, block.len()));
             start += block.len();
-            (x.tr_mul(&x), x.tr_mul(&z))
+            let mut square = x.tr_mul(&x);
+            (0..3).for_each(|axis| square[(axis, axis)] -= noise[axis] * block.len() as f64);
+            (square, x.tr_mul(&z))
         };
         Self { each: blocks.chunk_by(|a, b| a == b).map(block).collect() }
     }
@@ -208,6 +243,15 @@ impl AccelerometerPlace {
         self.by == TellingVelocity::Ground
             && self.residual_without_m_s > CLEAR_RATIO * self.residual_m_s
             && self.from_velocity_m.iter().zip(&self.errors_m).any(is_significant)
+    }
+
+    /// The motion with the velocities over the ground as early as they are late; none where that is not significant or short.
+    pub(super) fn with_punctual_velocities(&self, motion: &Motion) -> Option<Motion> {
+        let (delay_s, error_s) = self.delay_s;
+        let is_late = delay_s.abs() > (SIGNIFICANT * error_s).max(LEAST_DELAY_S);
+        let whole = 0..motion.time_s.len();
+        (self.by == TellingVelocity::Ground && is_late)
+            .then(|| motion.earlier(motion, std::slice::from_ref(&whole), &VELOCITIES, delay_s / motion.step_s))
     }
 
     /// The motion with the specific force of the point whose velocity is recorded.

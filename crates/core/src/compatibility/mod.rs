@@ -49,7 +49,12 @@ pub fn check(recording: &Recording) -> Compatibility {
             Some(place) => place.moved(motion),
             None => motion,
         };
-        let compared = rows::rows(&search::search(motion.clone(), &relations));
+        let mut compared = rows::rows(&search::search(motion.clone(), &relations));
+        if compared.iter().any(CompatibilityRow::is_unexplained)
+            && let Some(punctual) = place.and_then(|place| place.with_punctual_velocities(&motion))
+        {
+            rows::explain_by_delay(&mut compared, &rows::rows(&search::search(punctual, &relations)));
+        }
         rows.extend(speeds::in_knots(&compared).or_else(|| speeds::scaled(&compared, &motion)));
         rows.extend(compared);
     }

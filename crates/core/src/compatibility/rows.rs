@@ -106,6 +106,11 @@ impl CompatibilityRow {
         };
         format!("{}: {what}{figure}", self.channel)
     }
+
+    /// Whether it does not fit and no mistake explains it.
+    pub(super) fn is_unexplained(&self) -> bool {
+        self.agreement == Agreement::Doubtful && self.relation.is_some() && self.cure.is_none()
+    }
 }
 
 impl Compatibility {
@@ -129,6 +134,19 @@ fn significant(value: f64) -> String {
 
 fn plural(segments: usize) -> String {
     format!("{segments} segment{}", if segments == 1 { "" } else { "s" })
+}
+
+/// Takes the rows that nothing explains as they are with the velocities over the ground taken without their delay.
+pub(super) fn explain_by_delay(rows: &mut [CompatibilityRow], punctual: &[CompatibilityRow]) {
+    for row in rows.iter_mut().filter(|row| row.is_unexplained()) {
+        let same = punctual.iter().find(|other| other.relation == row.relation && other.channel == row.channel);
+        if let Some(fits) = same.filter(|other| matches!(other.agreement, Agreement::Fits | Agreement::Undetermined)) {
+            *row = CompatibilityRow {
+                evidence: format!("{}, without the delay of the ground velocity", fits.evidence),
+                ..fits.clone()
+            };
+        }
+    }
 }
 
 /// A relation in words with its figures.

@@ -155,7 +155,7 @@ fn against(rows: &[CompatibilityRow], factor: f64) -> Vec<f64> {
     all.filter(|other| (other / factor).ln().abs() > APART && other.ln().abs() < (other / factor).ln().abs()).collect()
 }
 
-/// The factor that two thirds of the relations, and two at least, agree on, with theirs.
+/// The factor that two thirds of the relations, and two at least, agree on, with theirs; none where as many others contradict it.
 fn agreed(rows: &[CompatibilityRow], [least_r2, least_change]: [f64; 2]) -> Option<(f64, Vec<f64>)> {
     let shown = |relation: &_| factor_by(rows, *relation, least_r2, SEGMENTS);
     let mut all: Vec<(f64, f64)> = OF_SCALE.iter().filter_map(shown).collect();
@@ -166,7 +166,31 @@ fn agreed(rows: &[CompatibilityRow], [least_r2, least_change]: [f64; 2]) -> Opti
     let mut factors: Vec<f64> = all.into_iter().map(|(factor, _)| factor).collect();
     let factor = median(&mut factors)?;
     let is_off = (nearest - 1.0).abs() > least_change;
-    (factors.len() >= 2 && 3 * factors.len() >= 2 * count && is_off).then_some((factor, factors))
+    let is_shown = factors.len() >= 2 && 3 * factors.len() >= 2 * count && is_off;
+    (is_shown && against(rows, factor).len() < factors.len()).then_some((factor, factors))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A relation of [`OF_SCALE`] or [`OF_AIR_DATA`] that shows this factor clearly.
+    fn row((relation, is_upside_down): ((Role, &'static str), bool), factor: f64) -> CompatibilityRow {
+        let mut row = CompatibilityRow::of_clock(Agreement::Fits, None, String::new(), None, 5);
+        row.relation = Some(relation);
+        row.slope = Some(if is_upside_down { 1.0 / factor } else { factor });
+        row.r2 = Some(0.98);
+        row
+    }
+
+    #[test]
+    fn factor_of_the_airspeed_is_none_where_as_many_comparisons_contradict_it() {
+        let mut rows = vec![row(OF_SCALE[3], 1.083), row(OF_SCALE[4], 1.139), row(OF_AIR_DATA[0], 0.981)];
+        let Some((factor, shown)) = agreed(&rows, CLEAR) else { panic!("no factor") };
+        assert_eq!((factor, shown.len()), (1.139, 2));
+        rows.push(row(OF_AIR_DATA[1], 0.903));
+        assert_eq!(agreed(&rows, CLEAR), None);
+    }
 }
 
 /// Median of true over calibrated airspeed at the recorded height, where that makes a difference.

@@ -303,10 +303,30 @@ impl Reader<'_> {
     }
 }
 
+/// Says how many samples are not finite, unless blanks between those of a slower sensor are meant.
 fn note_non_finite(target: &str, series: &Series, warnings: &mut Vec<String>) {
     let count = series.values.iter().filter(|value| !value.is_finite()).count();
+    if is_of_slower_sensor(&series.values) {
+        return;
+    }
     if let Some(first) = series.values.iter().position(|value| !value.is_finite()) {
         let (all, time) = (series.values.len(), series.time_s[first]);
         warnings.push(format!("{target}: {count} of {all} samples are not finite, the first at {time:.3} s"));
     }
+}
+
+/// Whether the finite values come every so many rows.
+fn is_of_slower_sensor(values: &[f64]) -> bool {
+    /// Finite values that show it at least, and the part of their intervals that must be the usual one, or one row off it.
+    const LEAST: usize = 10;
+    const EVEN: f64 = 0.95;
+    let rows: Vec<usize> = (0..values.len()).filter(|&row| values[row].is_finite()).collect();
+    let mut intervals: Vec<usize> = rows.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    if rows.len() < LEAST {
+        return false;
+    }
+    intervals.sort_unstable();
+    let usual = intervals[intervals.len() / 2];
+    let even = intervals.iter().filter(|interval| interval.abs_diff(usual) <= 1).count();
+    usual >= 2 && even as f64 >= EVEN * intervals.len() as f64
 }

@@ -319,6 +319,8 @@ fn place_of_the_accelerometers_is_told_by_a_slow_and_late_ground_velocity() {
     println!("{told:?}");
     assert_eq!(told.by, TellingVelocity::Ground);
     assert!(told.from_velocity_m.iter().all(|place| place.abs() < 0.1), "{told:?}");
+    let (delay_s, error_s) = told.delay_s;
+    assert!((delay_s - 0.12).abs() < 0.01 && error_s < 0.01, "{told:?}");
 }
 
 #[test]

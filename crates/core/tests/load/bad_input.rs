@@ -112,6 +112,20 @@ fn nan_runs_are_kept_and_counted() {
 }
 
 #[test]
+fn blanks_between_the_samples_of_a_slower_sensor_are_not_counted() {
+    let warnings = |lost: usize| {
+        let row = |k: usize| if k % 10 == 3 && k / 10 >= lost { format!("{k},1\n") } else { format!("{k},\n") };
+        let rows: String = (0..400).map(row).collect();
+        let (_folder, path) = written("log.csv", &format!("time,alpha\n{rows}"));
+        let map = map("[roles]\nalpha = { channel = \"alpha\", unit = \"deg\" }\n");
+        read(&plan(&inspect(&path).unwrap(), &map)).unwrap().warnings
+    };
+    assert_eq!(warnings(0), Vec::<String>::new());
+    // Fewer than ten samples show no rate.
+    assert!(warnings(35)[0].contains("395 of 400 samples are not finite"), "{:?}", warnings(35));
+}
+
+#[test]
 fn a_plan_lists_every_problem_before_reading() {
     let folder = tempfile::tempdir().unwrap();
     for (name, text) in [("time", "0\n1\n2\n"), ("q", "1\n2\n3\n"), ("short", "1\n2\n")] {
