@@ -420,14 +420,16 @@ fn reasons_about_fits_and_derivatives_fire_beyond_their_limits_only() {
             fit.corrected_errors[index] = part * fit.fit.as_ref().unwrap().estimates[index].abs();
         });
     });
-    // Outside by more than three errors; beyond by more than a width; of the wrong sign.
+    // Outside by more than three errors and three tenths of the range; beyond by more than a width; of the wrong sign; absurd.
     let plausible = [
         ((-30.0, 0.1), NONE),
         ((-41.0, 0.5), NONE),
-        ((-41.0, 0.2), CAUTION),
+        ((-51.0, 0.2), NONE),
+        ((-53.0, 0.2), CAUTION),
         ((-90.0, 1.0), BAD),
         ((2.0, 0.1), BAD),
-        ((-900.0, 1e4), BAD),
+        ((-900.0, 1e4), CAUTION),
+        ((-900.0, 200.0), BAD),
     ];
     let with_damping = |snapshot: &mut Snapshot, (value, error): (f64, f64)| {
         cm(snapshot, &|fit| {
@@ -439,6 +441,11 @@ fn reasons_about_fits_and_derivatives_fire_beyond_their_limits_only() {
     sound.expect("plausible", &plausible, |_, snapshot, figures| with_damping(snapshot, figures));
     sound.expect("plausible", &[((-90.0, 1.0), NONE)], |session, snapshot, figures| {
         session.plausible.insert("Cm_q".to_owned(), PlausibleRange { low: -100.0, high: 0.0, sign_certain: true });
+        with_damping(snapshot, figures);
+    });
+    // A range that the session states is kept to.
+    sound.expect("plausible", &[((-41.0, 0.2), CAUTION)], |session, snapshot, figures| {
+        session.plausible.insert("Cm_q".to_owned(), PlausibleRange { low: -40.0, high: 0.0, sign_certain: true });
         with_damping(snapshot, figures);
     });
 }

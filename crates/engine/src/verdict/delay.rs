@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use doublet_core::model::{Coefficient, Term, Variable, regressors};
 use doublet_core::series::{Series, TimeRange};
+use doublet_core::statistics::median;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use rayon::prelude::*;
 
@@ -64,18 +65,25 @@ pub(super) fn delays(
         if 2 * used.iter().filter(is_bad).count() > used.len() {
             return None;
         }
-        let shifted = Shifted::new(moment, &split(&terms, surface)?, &used)?;
+        let terms = split(&terms, surface)?;
+        let shifted = Shifted::new(moment, &terms, &used, Sides::Alike)?;
         let sample_s = used.iter().filter_map(|used| interval_s(snapshot, surface, used.manoeuvre)).fold(0.0, f64::max);
         let (delay_s, best) = shifted.best(shifted.step_s.max(STEP_S))?;
         let left = best.squares / shifted.at(0.0)?.squares;
         let is_late = delay_s.abs() > (SAMPLES * sample_s).max(LEAST_S) && left <= LEFT;
-        is_late.then_some(ControlDelay { surface, moment, delay_s, sample_s, left })
+        (is_late && !sides_explain(moment, &terms, &used, &best)).then_some(ControlDelay {
+            surface,
+            moment,
+            delay_s,
+            sample_s,
+            left,
+        })
     };
     CONTROLS.par_iter().filter_map(one).collect()
 }
 
 /// Whether a delay of a control matters to the pooled fit of its moment: the part of the squares of the residual that it leaves, and the
-/// change of the derivative by the control or the damping.
+/// change of the derivative by the control or the damping. None that two sides of a surface explain as well.
 pub(super) fn matters(evidence: Evidence<'_>, surface: Surface, delay_s: f64) -> Option<bool> {
     let (_, moment, _, damping) = CONTROLS.into_iter().find(|(control, ..)| *control == surface)?;
     let fits = &evidence.snapshot.pooled.ready()?.fits;
@@ -83,10 +91,18 @@ pub(super) fn matters(evidence: Evidence<'_>, surface: Surface, delay_s: f64) ->
     let terms = moving_terms(evidence.session, fit);
     let used = used_windows(evidence.session, evidence.snapshot, fit);
     let terms = split(&terms, surface)?;
-    let shifted = Shifted::new(moment, &terms, &used)?;
+    let shifted = Shifted::new(moment, &terms, &used, Sides::Alike)?;
     let (now, then) = (shifted.at(0.0)?, shifted.at(delay_s)?);
     let (_, change) = largest_change(&terms, damping, &now, &then);
-    Some(then.squares <= CONFIRMED_LEFT * now.squares && change > CHANGE_CAUTION)
+    let is_needed = then.squares <= CONFIRMED_LEFT * now.squares && change > CHANGE_CAUTION;
+    Some(is_needed && !sides_explain(moment, &terms, &used, &then))
+}
+
+/// Whether a control that acts more to one side than to the other leaves no more of the moment than the delay that leaves `late`. Ailerons
+/// of which one is recorded do, where the linkage moves one further than the other.
+fn sides_explain(moment: Coefficient, terms: &Terms, used: &[Used<'_>], late: &Estimates) -> bool {
+    let sided = Shifted::new(moment, terms, used, Sides::Apart).and_then(|fit| fit.at(0.0));
+    sided.is_some_and(|sided| sided.squares <= late.squares)
 }
 
 /// The term of the control or of the damping whose derivative changes most, as it is and as it becomes, and that change as a part of what
@@ -120,7 +136,7 @@ pub(super) fn findings(
         CONTROLS.into_iter().find(|(_, moment, force, _)| *moment == coefficient || *force == Some(coefficient))?;
     let delay = evidence.delays.iter().find(|delay| delay.surface == surface)?;
     let terms = split(terms, surface)?;
-    let fit = Shifted::new(coefficient, &terms, used)?;
+    let fit = Shifted::new(coefficient, &terms, used, Sides::Alike)?;
     let (now, then) = (fit.at(0.0)?, fit.at(delay.delay_s)?);
     let ((term, was, is), change) = largest_change(&terms, damping, &now, &then);
     let level = match change {
@@ -211,6 +227,15 @@ impl Control {
     }
 }
 
+/// How the two sides of a control act.
+#[derive(Clone, Copy, PartialEq)]
+enum Sides {
+    /// By one derivative.
+    Alike,
+    /// Each by its own.
+    Apart,
+}
+
 /// Least squares of a moment with a constant per window, the control at any delay.
 struct Shifted {
     controls: Vec<Control>,
@@ -232,7 +257,12 @@ struct Estimates {
 }
 
 impl Shifted {
-    fn new(coefficient: Coefficient, Terms { control, others }: &Terms, used: &[Used<'_>]) -> Option<Self> {
+    fn new(
+        coefficient: Coefficient,
+        Terms { control, others }: &Terms,
+        used: &[Used<'_>],
+        sides: Sides,
+    ) -> Option<Self> {
         let (mut controls, mut columns, mut moments) = (Vec::new(), Vec::new(), Vec::new());
         let (mut spans_s, mut samples) = (0.0, 0_usize);
         for Used { aero, .. } in used {
@@ -243,12 +273,20 @@ impl Shifted {
             spans_s += time_s[time_s.len() - 1] - time_s[0];
             samples += time_s.len() - 1;
             let column: DMatrix<f64> = regressors(std::slice::from_ref(control), &aero.variables).ok()?;
+            let mut of_others: DMatrix<f64> = regressors(others, &aero.variables).ok()?;
+            if sides == Sides::Apart {
+                let trim = median(&mut column.as_slice().to_vec())?;
+                let size = column.map(|deflection| (deflection - trim).abs());
+                of_others = of_others.insert_column(others.len(), 0.0);
+                of_others.set_column(others.len(), &size.column(0));
+            }
             controls.push(Control::new(time_s, column.as_slice()));
-            columns.push(about_mean(regressors(others, &aero.variables).ok()?));
+            columns.push(about_mean(of_others));
             moments.push(centred(aero.coefficients.get(coefficient)));
         }
-        let mut normal = DMatrix::zeros(others.len(), others.len());
-        let mut projected = DVector::zeros(others.len());
+        let count = columns.first()?.ncols();
+        let mut normal = DMatrix::zeros(count, count);
+        let mut projected = DVector::zeros(count);
         for (columns, moment) in columns.iter().zip(&moments) {
             normal += columns.tr_mul(columns);
             projected += columns.tr_mul(moment);

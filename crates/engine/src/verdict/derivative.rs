@@ -17,7 +17,9 @@ const RELATIVE_ERROR: f64 = 50.0;
 /// Distance beyond the plausible range, corrected errors.
 const PLAUSIBLE_CAUTION: f64 = 3.0;
 const PLAUSIBLE_BAD: f64 = 5.0;
-/// Distance beyond the plausible range in its own widths: bad where it is significant, bad whatever its error.
+/// Distance beyond the plausible range in its own widths: what an aircraft that is less usual may have where the session states none; bad
+/// where it is significant; a caution whatever its error, and bad where it is beyond that.
+const WIDTHS_UNUSUAL: f64 = 0.3;
 const WIDTHS_BAD: f64 = 1.0;
 const WIDTHS_ABSURD: f64 = 5.0;
 /// Scatter of the single windows: weighted sum of squares over its degrees of freedom, and the relative error of the pooled estimate
@@ -74,12 +76,12 @@ fn determined(at: &str, fit: &CoefficientFit, index: usize) -> Option<Finding> {
 fn implausible(at: &str, name: &str, (value, error): (f64, Option<f64>), range: &Range) -> Option<Finding> {
     let Outside { beyond, widths, wrong_sign } = range.outside(value)?;
     let t = error.map_or(f64::INFINITY, |error| beyond / error);
-    let level = if widths > WIDTHS_ABSURD || (t > PLAUSIBLE_BAD && (widths > WIDTHS_BAD || wrong_sign)) {
-        Level::Bad
-    } else if t > PLAUSIBLE_CAUTION {
-        Level::Caution
-    } else {
-        return None;
+    let is_unusual = range.is_stated || widths > WIDTHS_UNUSUAL || wrong_sign;
+    let level = match t {
+        t if t > PLAUSIBLE_BAD && (widths > WIDTHS_BAD || wrong_sign) => Level::Bad,
+        t if t > PLAUSIBLE_CAUTION && widths > WIDTHS_ABSURD => Level::Bad,
+        t if widths > WIDTHS_ABSURD || (t > PLAUSIBLE_CAUTION && is_unusual) => Level::Caution,
+        _ => return None,
     };
     let said = if wrong_sign { "has the wrong sign" } else { "is outside its plausible range" };
     let error = error.map_or(String::new(), |error| format!(" ± {error:.2}"));

@@ -57,8 +57,9 @@ pub(super) struct Range {
     pub(super) low: f64,
     pub(super) high: f64,
     pub(super) sign_certain: bool,
-    /// Where it comes from.
+    /// Where it comes from, and whether that is the session.
     pub(super) source: &'static str,
+    pub(super) is_stated: bool,
 }
 
 /// How far a value is outside its range.
@@ -118,7 +119,7 @@ impl Plausible {
     /// Range of the derivative `name` of a fit; none for a constant, for a term that is a product and for an aircraft not known.
     pub(super) fn range(&self, name: &str, fit: &CoefficientFit, evidence: Evidence<'_>) -> Option<Range> {
         if let Some(&PlausibleRange { low, high, sign_certain }) = self.own.get(name) {
-            return Some(Range { low, high, sign_certain, source: "stated in the session" });
+            return Some(Range { low, high, sign_certain, source: "stated in the session", is_stated: true });
         }
         let terms = evidence.session.structure.terms(fit.coefficient)?;
         let term = terms.iter().find(|term| term.derivative_name(fit.coefficient) == name)?;
@@ -150,7 +151,7 @@ impl Form<'_> {
         };
         let Interval { low, high } = interval.times(self.scale(coefficient, variable, power));
         let sign_certain = stated.is_some_and(|range| range.sign_certain) && low * high >= 0.0;
-        Some(Range { low, high, sign_certain, source: &table.name })
+        Some(Range { low, high, sign_certain, source: &table.name, is_stated: false })
     }
 
     /// The range of a lift slope about that of a wing of this aspect ratio in incompressible flow, `2 pi A / (2 + sqrt(4 + A^2))`

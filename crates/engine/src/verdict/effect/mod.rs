@@ -57,6 +57,9 @@ pub struct Effect {
     pub estimate: f64,
     /// Its standard error over that with the cause, by the regressors alone.
     pub error_ratio: f64,
+    /// Worst level it can give: a caution of a cause that is itself in doubt.
+    #[serde(skip)]
+    pub(super) worst: Level,
 }
 
 /// How a derivative contributes and what suspect causes change of it.
@@ -79,13 +82,14 @@ impl Consequence {
         // What the change is by chance, where fewer samples make the estimate less certain.
         let error = error * (effect.error_ratio.powi(2) - 1.0).max(1.0).sqrt();
         let exceeds = |(errors, of_value): (f64, f64)| change > (errors * error).max(of_value * estimate.abs());
-        if part > BAD_PART && exceeds(BAD) {
+        let level = if part > BAD_PART && exceeds(BAD) {
             Level::Bad
         } else if part > LEAST_PART && exceeds(CAUTION) {
             Level::Caution
         } else {
             Level::Good
-        }
+        };
+        level.min(effect.worst)
     }
 }
 
@@ -106,10 +110,23 @@ impl Consequences {
 /// A regression and its fit.
 type Fitted = (Regression, PooledFit);
 
-/// Fits without a suspect cause.
-struct Variant {
+/// A cause, what it concerns, and the worst level its effect can give.
+#[derive(Clone)]
+struct Suspect {
     cause: Cause,
     of: Vec<String>,
+    worst: Level,
+}
+
+impl Suspect {
+    fn new(cause: Cause, of: Vec<String>) -> Self {
+        Self { cause, of, worst: Level::Bad }
+    }
+}
+
+/// Fits without a suspect cause.
+struct Variant {
+    suspect: Suspect,
     fits: Vec<Fitted>,
 }
 
@@ -121,36 +138,35 @@ pub(super) fn consequences(evidence: Evidence<'_>, suspects: &[&str]) -> Vec<Con
         return Vec::new();
     }
     let mut variants = Vec::new();
-    let mut add = |cause: Cause, of: Vec<String>, windows: Option<Vec<AeroWindow<'_>>>| {
-        variants.extend(windows.map(|windows| Variant {
-            cause,
-            of,
-            fits: fits(session, &windows, &session.structure),
-        }));
+    let mut add = |suspect: Suspect, windows: Option<Vec<AeroWindow<'_>>>| {
+        variants.extend(windows.map(|windows| Variant { suspect, fits: fits(session, &windows, &session.structure) }));
     };
     for (cause, source) in [(Cause::PathMeasured, PathSource::Measured), (Cause::PathFiltered, PathSource::Filtered)] {
         // A path as measured has no other.
         if session.preparation.path != source && session.preparation.path != PathSource::Measured {
-            add(cause, Vec::new(), variant::along(session, &used, source));
+            add(Suspect::new(cause, Vec::new()), variant::along(session, &used, source));
         }
     }
     let is_sound = |used: &&Used<'_>| !suspects.contains(&used.manoeuvre.name.as_str());
     if !suspects.is_empty() {
         let sound = used.iter().filter(is_sound).map(|used| used.as_computed()).collect();
-        add(Cause::SuspectsLeftOut, suspects.iter().map(|&name| name.to_owned()).collect(), Some(sound));
+        let names = suspects.iter().map(|&name| name.to_owned()).collect();
+        add(Suspect::new(Cause::SuspectsLeftOut, names), Some(sound));
     }
     for (flight, slot) in &snapshot.physics {
         for row in slot.ready().into_iter().flat_map(|physics| physics.contradictions()) {
             let corrected = variant::corrected(session, &used, flight, row);
-            add(Cause::Channel, vec![flight.clone(), row.channel.clone()], corrected);
+            let suspect = Suspect::new(Cause::Channel, vec![flight.clone(), row.channel.clone()]);
+            add(Suspect { worst: row.level, ..suspect }, corrected);
         }
         if let Some(place_m) = accelerometer::found_from_cg_m(session, snapshot, flight) {
-            add(Cause::Accelerometer, vec![flight.clone()], variant::moved(&used, flight, place_m));
+            add(Suspect::new(Cause::Accelerometer, vec![flight.clone()]), variant::moved(&used, flight, place_m));
         }
     }
     let as_computed: Vec<AeroWindow<'_>> = used.iter().map(|used| used.as_computed()).collect();
     let with_airspeed = with_airspeed(&session.structure);
-    variants.push(Variant { cause: Cause::Thrust, of: Vec::new(), fits: fits(session, &as_computed, &with_airspeed) });
+    let thrust = Suspect::new(Cause::Thrust, Vec::new());
+    variants.push(Variant { suspect: thrust, fits: fits(session, &as_computed, &with_airspeed) });
     fits(session, &as_computed, &session.structure).par_iter().map(|fitted| of_fit(fitted, &variants)).collect()
 }
 
@@ -179,18 +195,18 @@ fn fits(session: &Session, windows: &[AeroWindow<'_>], structure: &Structure) ->
 
 fn of_fit(fitted: &Fitted, variants: &[Variant]) -> Consequences {
     let (regression, _) = fitted;
-    let same = |variant: &'_ Variant| -> Option<(Cause, Vec<String>, PooledFit)> {
+    let same = |variant: &'_ Variant| -> Option<(Suspect, PooledFit)> {
         let (_, fit) = variant.fits.iter().find(|(other, _)| other.coefficient == regression.coefficient)?;
-        Some((variant.cause, variant.of.clone(), fit.clone()))
+        Some((variant.suspect.clone(), fit.clone()))
     };
-    let mut others: Vec<(Cause, Vec<String>, PooledFit)> = variants.iter().filter_map(same).collect();
+    let mut others: Vec<(Suspect, PooledFit)> = variants.iter().filter_map(same).collect();
     others.extend(left_out(regression));
     let derivatives = regression.pooled.shared().map(|name| (name.clone(), consequence(name, fitted, &others)));
     Consequences { coefficient: regression.coefficient, derivatives: derivatives.collect() }
 }
 
 /// The fit without each manoeuvre, or each group of them where there are many.
-fn left_out(regression: &Regression) -> Vec<(Cause, Vec<String>, PooledFit)> {
+fn left_out(regression: &Regression) -> Vec<(Suspect, PooledFit)> {
     let count = regression.pooled.windows.len();
     let groups = count.min(GROUPS);
     if groups < 2 {
@@ -207,12 +223,12 @@ fn left_out(regression: &Regression) -> Vec<(Cause, Vec<String>, PooledFit)> {
             index += 1;
             stays
         });
-        Some((Cause::LeftOut, names, pooled.fit().ok()?))
+        Some((Suspect::new(Cause::LeftOut, names), pooled.fit().ok()?))
     };
     (0..groups).into_par_iter().filter_map(without).collect()
 }
 
-fn consequence(name: &str, (regression, fit): &Fitted, others: &[(Cause, Vec<String>, PooledFit)]) -> Consequence {
+fn consequence(name: &str, (regression, fit): &Fitted, others: &[(Suspect, PooledFit)]) -> Consequence {
     let at = |fit: &PooledFit| {
         let index = fit.fit.names.iter().position(|other| other == name)?;
         Some((fit.fit.estimates[index], fit.fit.unit_covariance[(index, index)].max(0.0).sqrt()))
@@ -225,13 +241,27 @@ fn consequence(name: &str, (regression, fit): &Fitted, others: &[(Cause, Vec<Str
         coefficient += squares_about_mean(&window.z);
     }
     let motion_ratio = (regressor / coefficient).sqrt();
-    let effect = |(cause, of, fit): &(Cause, Vec<String>, PooledFit)| {
+    let effect = |(Suspect { cause, of, worst }, fit): &(Suspect, PooledFit)| {
         let (estimate, error) = at(fit)?;
-        Some(Effect { cause: *cause, of: of.clone(), estimate, error_ratio: error / unit_error })
+        let of = of.clone();
+        Some(Effect { cause: *cause, of, estimate, error_ratio: error / unit_error, worst: *worst })
     };
     Consequence {
         share: motion_ratio * estimate.abs(),
         motion_ratio,
         effects: others.iter().filter_map(effect).collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_cause_in_doubt_makes_no_derivative_bad() {
+        let consequence = Consequence { share: 1.0, motion_ratio: 1.0, effects: Vec::new() };
+        let effect = |worst| Effect { cause: Cause::Channel, of: Vec::new(), estimate: 2.0, error_ratio: 1.0, worst };
+        let level = |worst| consequence.level((1.0, 0.01), &effect(worst));
+        assert_eq!([Level::Bad, Level::Caution].map(level), [Level::Bad, Level::Caution]);
     }
 }
