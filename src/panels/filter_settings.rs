@@ -65,6 +65,17 @@ fn filter(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
             });
             ui.end_row();
         }
+        ui.weak("Outliers beyond").on_hover_text(
+            "A spike of up to three samples whose innovation exceeds this many deviations is left out; 0 leaves none out",
+        );
+        let limit = QuantityEdit::new("outlier limit", filter.outlier_limit).unit("σ", 1.0).per_point(0.1);
+        let edited = limit.allowed(0.0..=1000.0).show(ui);
+        ctx.edit_quantity(edited, |value| {
+            // Below three, noise itself would be left out.
+            let value = if value < 1.5 { 0.0 } else { value.max(3.0) };
+            Edit::Filter(FilterEdit::OutlierLimit(value))
+        });
+        ui.end_row();
         if let Method::Ukf { spread } = filter.method {
             ui.weak("Spread").on_hover_text("How far the sigma points lie from the mean");
             let edited =

@@ -156,7 +156,15 @@ fn measured<'a>(path: &'a WindowPath, ui: &Ui, stale: bool, units: Units) -> Vec
             stale,
             ..Trace::new("reconstructed", &path.series().reconstructed[index], palette.series[0])
         };
-        TimePlot::new(notation::measurement(measurement), unit, vec![measured, reconstructed])
+        let outliers = Trace {
+            scale,
+            stale,
+            style: TraceStyle::Crosses,
+            ..Trace::new("outlier", &path.series().outliers[index], palette.error)
+        };
+        let found = Some(outliers).filter(|outliers| !outliers.series.time_s.is_empty());
+        let traces = [measured, reconstructed].into_iter().chain(found).collect();
+        TimePlot::new(notation::measurement(measurement), unit, traces)
     });
     plots.collect()
 }

@@ -149,7 +149,7 @@ pub(super) fn value_of(trace: &Trace<'_>, gap_s: f64, time_s: f64, points_per_s:
     let nearest = before.into_iter().chain(next).min_by(|a, b| distance(a).total_cmp(&distance(b)));
     let spacing = before.zip(next).map_or(0.0, |(before, next)| times[next] - times[before]);
     let is_alone = before.zip(next).is_none();
-    let is_dot = spacing * points_per_s >= f64::from(DOT_SPACING) || trace.style == TraceStyle::Dots && is_alone;
+    let is_dot = spacing * points_per_s >= f64::from(DOT_SPACING) || trace.style.is_points() && is_alone;
     let between = || value_at(times, values, gap_s, time_s);
     let value = match (trace.sigma, nearest) {
         (None, Some(at)) if is_dot => Some(values[at]),

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use doublet_core::series::Series;
 use eframe::egui::{self, Align2, Color32, CornerRadius, Id, Rect, Stroke, Ui, pos2, vec2};
-use egui_plot::{FilledArea, Line, LineStyle, Plot, PlotPoint, PlotPoints, Points};
+use egui_plot::{FilledArea, Line, LineStyle, MarkerShape, Plot, PlotPoint, PlotPoints, Points};
 
 use super::chart::{LEGEND_HEIGHT, legend_entry};
 use super::figure::FigureRequest;
@@ -48,6 +48,15 @@ pub enum TraceStyle {
     Dashed,
     /// One dot per sample, for measurements under a fit.
     Dots,
+    /// One cross per sample, for what was left out.
+    Crosses,
+}
+
+impl TraceStyle {
+    /// Whether each sample is drawn by itself, without a line.
+    pub(super) fn is_points(self) -> bool {
+        matches!(self, Self::Dots | Self::Crosses)
+    }
 }
 
 /// One curve of a plot.
@@ -415,13 +424,16 @@ fn draw_trace<'a>(chart: &mut egui_plot::PlotUi<'a>, trace: &Trace<'_>, drawn: &
         let points: &'a [PlotPoint] = &drawn.line.points[segment.clone()];
         let spacing = points.last().zip(points.first()).map_or(0.0, |(last, first)| (last.x - first.x) * points_per_s);
         let sparse = spacing >= f64::from(DOT_SPACING) * points.len() as f64;
-        if trace.style == TraceStyle::Dots || points.len() == 1 || sparse {
+        if trace.style == TraceStyle::Crosses {
+            let crosses = Points::new("", PlotPoints::Borrowed(points)).color(color).radius(5.0);
+            chart.points(crosses.shape(MarkerShape::Cross).allow_hover(false));
+        } else if trace.style == TraceStyle::Dots || points.len() == 1 || sparse {
             // Dense dots are a band wider than the line of a fit: both are seen.
             let radius = if sparse { 1.8 } else { 1.9 };
             let dots = Points::new("", PlotPoints::Borrowed(points)).color(color).radius(radius);
             chart.points(dots.allow_hover(false));
         }
-        if trace.style != TraceStyle::Dots && points.len() > 1 {
+        if !trace.style.is_points() && points.len() > 1 {
             let line = Line::new("", PlotPoints::Borrowed(points)).color(color).width(1.4).allow_hover(false);
             let swings = drawn.line.extent.map_or(0.0, |(low, high)| drawn.line.travel / (high - low).max(1e-300));
             let dashed = trace.style == TraceStyle::Dashed && swings < MOST_SWINGS;

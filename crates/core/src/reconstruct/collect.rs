@@ -86,6 +86,7 @@ impl<'a> Window<'a> {
             final_covariance: StateMatrix::zeros(),
             smoothed: None,
             max_iterations_used: 0,
+            outliers: Default::default(),
             warnings,
         };
         let log_noise = settings.measurement_noise.map(|deviation| (std::f64::consts::TAU * deviation.powi(2)).ln());

@@ -63,8 +63,19 @@ pub struct Reconstruction {
     pub smoothed: Option<Smoothed>,
     /// Largest number of iterations any update took.
     pub max_iterations_used: usize,
+    /// Samples of each measurement that were left out, in order ([`FilterSettings::outlier_limit`](crate::reconstruct::FilterSettings)).
+    pub outliers: [Vec<Outlier>; MEASUREMENTS],
     /// Findings, one line each.
     pub warnings: Vec<String>,
+}
+
+/// A sample that was left out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Outlier {
+    /// Time as recorded, s.
+    pub time_s: f64,
+    /// Value, SI.
+    pub value: f64,
 }
 
 /// Path smoothed by the whole window; every column has the length of the inertial time.

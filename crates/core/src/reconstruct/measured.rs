@@ -77,6 +77,7 @@ pub fn measured_path(data: &FilterData) -> Result<Reconstruction, ReconstructErr
         final_covariance: nalgebra::SMatrix::zeros(),
         smoothed: None,
         max_iterations_used: 0,
+        outliers: Default::default(),
         warnings,
     })
 }

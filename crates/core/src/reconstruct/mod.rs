@@ -12,6 +12,7 @@ mod filter;
 mod measured;
 mod model;
 mod numeric;
+mod outliers;
 mod packed;
 mod pass;
 mod run;
@@ -20,7 +21,7 @@ mod settings;
 mod smoother;
 pub mod tuning;
 
-pub use data::{AirData, FilterData, InputSeries, MeasurementSeries, Reconstruction, Smoothed};
+pub use data::{AirData, FilterData, InputSeries, MeasurementSeries, Outlier, Reconstruction, Smoothed};
 pub use error::ReconstructError;
 pub(crate) use events::{check as check_samples, merged_steps};
 pub(crate) use filter::initial::initial_state;
@@ -31,6 +32,7 @@ pub(crate) use model::kinematics::Trig;
 pub use model::layout::{AIR_STATES, AirState, INPUTS, Input, MEASUREMENTS, Measurement, STATES, State};
 pub(crate) use model::measurement::MeasurementModel;
 pub(crate) use model::transition::{Constants, Inputs, Motion, integrate as integrate_motion, predict_state};
+pub use outliers::without_outliers;
 #[doc(hidden)]
 pub use packed::dispatch::Width;
 pub use pass::Watch;
@@ -38,4 +40,7 @@ pub use pass::Watch;
 pub use run::reconstruct_with;
 pub use run::{instructions, lane_groups, lanes, reconstruct, reconstruct_many};
 pub use sequential::{FilteredSample, SequentialFilter};
-pub use settings::{FilterSettings, InputHold, Linearisation, Method, SMOOTHER_TOLERANCE, SettingError, ValidSettings};
+pub use settings::{
+    FilterSettings, InputHold, Linearisation, Method, SMOOTHER_TOLERANCE, SettingError, USUAL_OUTLIER_LIMIT,
+    ValidSettings,
+};

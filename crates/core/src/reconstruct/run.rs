@@ -2,6 +2,7 @@
 //! side by side.
 
 use std::borrow::Cow;
+use std::collections::HashMap;
 use std::ops::ControlFlow;
 
 use crate::reconstruct::collect::{NoiseMoments, Window};
@@ -14,6 +15,7 @@ use crate::reconstruct::filter::initial::initial_state;
 use crate::reconstruct::filter::parameters::FilterParameters;
 use crate::reconstruct::filter::ukf::Ukf;
 use crate::reconstruct::model::layout::STATES;
+use crate::reconstruct::outliers::{OutlierSearch, PASSES};
 use crate::reconstruct::packed::dispatch::{Width, widest};
 use crate::reconstruct::packed::lanes::Two;
 #[cfg(target_arch = "x86_64")]
@@ -61,9 +63,64 @@ pub fn reconstruct_with(
 ) -> Vec<Result<Reconstruction, ReconstructError>> {
     let data: Vec<Cow<'_, FilterData>> = data.iter().map(|data| without_delay(data, settings)).collect();
     let data: Vec<&FilterData> = data.iter().map(AsRef::as_ref).collect();
+    let results = reconstruct_all(width, &data, settings, watch);
+    if settings.outlier_limit > 0.0 { leave_out_outliers(width, &data, settings, results, watch) } else { results }
+}
+
+/// Windows whose innovations show outliers ([`OutlierSearch`]), run again without them.
+fn leave_out_outliers(
+    width: Width,
+    data: &[&FilterData],
+    settings: &ValidSettings,
+    mut results: Vec<Result<Reconstruction, ReconstructError>>,
+    watch: Watch<'_>,
+) -> Vec<Result<Reconstruction, ReconstructError>> {
+    let filter = settings.filter_alone();
+    let mut searches: Vec<(usize, OutlierSearch<'_>)> = Vec::new();
+    for (k, (data, result)) in data.iter().zip(&results).enumerate() {
+        let mut search = OutlierSearch::new(data, settings.outlier_limit);
+        if result.as_ref().is_ok_and(|run| search.search(run)) {
+            searches.push((k, search));
+        }
+    }
+    let mut watch = |_| watch(1.0);
+    let mut open: Vec<usize> = (0..searches.len()).collect();
+    for _ in 1..PASSES {
+        let remaining: Vec<FilterData> = open.iter().map(|&at| searches[at].1.data()).collect();
+        let found = reconstruct_all(width, &remaining.iter().collect::<Vec<_>>(), &filter, &mut watch);
+        let found: HashMap<usize, _> = open.iter().copied().zip(found).collect();
+        open.retain(|at| found[at].as_ref().is_ok_and(|run| searches[*at].1.search(run)));
+        if open.is_empty() {
+            break;
+        }
+    }
+    for (_, search) in &mut searches {
+        search.put_back();
+    }
+    searches.retain(|(_, search)| search.found_any());
+    let remaining: Vec<FilterData> = searches.iter().map(|(_, search)| search.data()).collect();
+    let found = reconstruct_all(width, &remaining.iter().collect::<Vec<_>>(), settings, &mut watch);
+    for ((k, search), result) in searches.iter().zip(found) {
+        match result {
+            Ok(run) => results[*k] = Ok(Reconstruction { outliers: search.outliers(settings), ..run }),
+            Err(ReconstructError::Cancelled) => results[*k] = Err(ReconstructError::Cancelled),
+            // The path with every sample stays.
+            Err(_) => {}
+        }
+    }
+    results
+}
+
+/// Reconstructs windows with every sample.
+fn reconstruct_all(
+    width: Width,
+    data: &[&FilterData],
+    settings: &ValidSettings,
+    watch: Watch<'_>,
+) -> Vec<Result<Reconstruction, ReconstructError>> {
     let kind = FilterKind::of(settings);
     if kind == FilterKind::Packed {
-        let results = run_packed(width, &data, settings, false, watch);
+        let results = run_packed(width, data, settings, false, watch);
         return results.into_iter().map(|result| result.map(|(result, _)| result)).collect();
     }
     let count = data.len() as f64;

@@ -102,12 +102,19 @@ pub struct FilterSettings {
     /// Passes of the smoother at most: each after the first filters and smooths again, linearised about the smoothed path, until
     /// that moves by less than [`SMOOTHER_TOLERANCE`]. 1 for none.
     pub smoother_passes: usize,
+    /// Innovation, in its deviations or, where these are larger, in those its measurement typically has, beyond which a spike of up to
+    /// three samples is left out; zero for none.
+    pub outlier_limit: f64,
 }
 
 hash_fields!(FilterSettings {
     method, hold, linearisation, smooth, smoother_passes;
-    gravity_m_s2, process_noise, measurement_noise, initial_deviation, initial_state, random_walk, air_data_deviation, measurement_delay_s
+    gravity_m_s2, process_noise, measurement_noise, initial_deviation, initial_state, random_walk, air_data_deviation, measurement_delay_s,
+    outlier_limit
 });
+
+/// Usual limit of outliers, deviations: beyond what noise, gusts and sensors that lag reach.
+pub const USUAL_OUTLIER_LIMIT: f64 = 8.0;
 
 /// Movement of a smoothed path, in its standard deviations, below which the iterated smoother has converged.
 pub const SMOOTHER_TOLERANCE: f64 = 1e-3;
@@ -137,6 +144,7 @@ impl Default for FilterSettings {
             measurement_delay_s: [0.0; MEASUREMENTS],
             smooth: false,
             smoother_passes: 1,
+            outlier_limit: USUAL_OUTLIER_LIMIT,
         }
     }
 }
@@ -156,12 +164,21 @@ impl std::ops::Deref for ValidSettings {
     }
 }
 
+impl ValidSettings {
+    /// The same without smoothing.
+    pub(crate) fn filter_alone(&self) -> Self {
+        Self(FilterSettings { smooth: false, smoother_passes: 1, ..self.0.clone() })
+    }
+}
+
 impl FilterSettings {
-    /// The settings that likelihoods are computed with: an extended filter without air-data states, smoothed once or not at all.
+    /// The settings that likelihoods are computed with: an extended filter without air-data states, smoothed once or not at all, with
+    /// every sample.
     #[must_use]
     pub fn simplified(&self, smooth: bool) -> Self {
         let method = if let Method::Ukf { .. } = self.method { Method::USUAL_IEKF } else { self.method };
-        Self { method, smooth, smoother_passes: 1, air_data_deviation: [0.0; AIR_STATES], ..self.clone() }
+        let air_data_deviation = [0.0; AIR_STATES];
+        Self { method, smooth, smoother_passes: 1, air_data_deviation, outlier_limit: 0.0, ..self.clone() }
     }
 
     /// The settings as valid ones, or every field outside its range.
@@ -182,6 +199,8 @@ impl FilterSettings {
         }
         let passes = self.smoother_passes;
         require((1..=100).contains(&passes), "smoother_passes".into(), passes as f64, "1 to 100");
+        let limit = self.outlier_limit;
+        require(limit == 0.0 || (3.0..=1e6).contains(&limit), "outlier_limit".into(), limit, "0, or 3 to 1e6");
         let g = self.gravity_m_s2;
         require((9.7..=9.9).contains(&g), "gravity_m_s2".into(), g, "9.7 to 9.9 m/s²");
         for input in Input::ALL {

@@ -15,6 +15,8 @@ mod iterated;
 #[cfg(test)]
 mod judgement;
 #[cfg(test)]
+mod outliers;
+#[cfg(test)]
 mod proposals;
 #[cfg(test)]
 mod realisations;

@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use doublet_core::reconstruct::tuning::delay::{comparable, refine_delay};
 use doublet_core::reconstruct::tuning::noise::{
-    NoiseMethod, NoiseProposal, NoiseProposalSettings, likelihood, propose_noise, without_outliers,
+    NoiseMethod, NoiseProposal, NoiseProposalSettings, likelihood, propose_noise,
 };
-use doublet_core::reconstruct::{FilterData, FilterSettings, Input, Measurement, reconstruct};
+use doublet_core::reconstruct::{FilterData, FilterSettings, Input, Measurement, reconstruct, without_outliers};
 
 use crate::behaviour::window;
 use crate::citation::{self, TRUE_GRAVITY};
@@ -117,7 +117,8 @@ fn outliers_are_left_out() {
     for k in [200, 400, 650, 990] {
         Arc::make_mut(&mut data.measurements[Measurement::Airspeed as usize].values)[k] += 5.0;
     }
-    let (clean, outliers) = without_outliers(&data, &run(&data, &settings()), &settings());
+    let settings = FilterSettings { outlier_limit: 0.0, ..settings() };
+    let (clean, outliers) = without_outliers(&data, &run(&data, &settings), &settings);
     assert!((4..10).contains(&outliers[Measurement::Airspeed as usize]), "{outliers:?}");
     assert!(outliers.iter().all(|count| *count < 10), "{outliers:?}");
     assert!([200, 400, 650, 990].iter().all(|&k| clean.measurements[9].values[k].is_nan()));

@@ -444,6 +444,7 @@ fn reconstruction(path: &VecDeque<FilteredSample>, times: &Arc<[f64]>) -> Recons
         final_covariance: nalgebra::SMatrix::zeros(),
         smoothed: None,
         max_iterations_used: 0,
+        outliers: Default::default(),
         warnings: Vec::new(),
     }
 }

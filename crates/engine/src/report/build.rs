@@ -270,6 +270,7 @@ fn innovation_rows(path: &WindowPath) -> Vec<InnovationRow> {
     let rows = channels.map(|channel| InnovationRow {
         measurement: channel.measurement.name(),
         samples: channel.samples,
+        outliers: path.reconstruction.outliers[channel.measurement as usize].len(),
         mean: channel.mean,
         ratio: channel.deviation_ratio,
         is_white: channel.is_white,

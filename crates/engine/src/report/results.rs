@@ -451,6 +451,8 @@ pub struct InnovationRow {
     pub measurement: &'static str,
     /// Updates.
     pub samples: usize,
+    /// Samples left out as outliers.
+    pub outliers: usize,
     /// Mean, in predicted deviations.
     pub mean: f64,
     /// Root mean square, in predicted deviations: one when consistent, above when the filter is over-confident.

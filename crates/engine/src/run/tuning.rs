@@ -5,11 +5,10 @@ use std::ops::ControlFlow;
 use doublet_core::reconstruct::tuning::delay::{DelayEstimate, comparable, refine_delay};
 use doublet_core::reconstruct::tuning::noise::{
     Likelihood, NoiseProgress, NoiseProposal, NoiseProposalError, NoiseProposalSettings, likelihood, propose_noise,
-    without_outliers,
 };
 use doublet_core::reconstruct::{
     FilterData, FilterSettings, MEASUREMENTS, Measurement, ReconstructError, ValidSettings, lane_groups,
-    reconstruct_many,
+    reconstruct_many, without_outliers,
 };
 use rayon::prelude::*;
 
@@ -35,7 +34,8 @@ pub fn tune_noise(
     for path in paths {
         let (data, found) = without_outliers(&path.data, &path.reconstruction, settings);
         clean.push(data);
-        outliers.iter_mut().zip(found).for_each(|(sum, count)| *sum += count);
+        let counts = found.iter().zip(&path.reconstruction.outliers).map(|(found, before)| found + before.len());
+        outliers.iter_mut().zip(counts).for_each(|(sum, count)| *sum += count);
     }
     let groups = group(&clean);
     let mut evaluate = |settings: &ValidSettings| {

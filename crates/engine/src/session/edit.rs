@@ -143,6 +143,8 @@ pub enum FilterEdit {
     MeasurementDelay(Measurement, f64),
     /// Passes of the smoother at most.
     SmootherPasses(usize),
+    /// Limit of outliers, deviations; zero for none.
+    OutlierLimit(f64),
     /// Where the random walk of the wind comes from.
     Gusts(GustSource),
 }
@@ -418,6 +420,7 @@ impl FilterEdit {
             Self::AirDataDeviation(state, _) => format!("change initial deviation of {}", state.name()),
             Self::MeasurementDelay(measurement, _) => format!("change delay of {}", measurement.name()),
             Self::SmootherPasses(_) => "change passes of the smoother".to_owned(),
+            Self::OutlierLimit(_) => "change limit of outliers".to_owned(),
             Self::Gusts(_) => "change gusts".to_owned(),
         }
     }
@@ -448,6 +451,7 @@ impl FilterEdit {
                 filter.measurement_delay_s[measurement as usize] = value;
             }
             Self::SmootherPasses(value) => filter.smoother_passes = value.clamp(1, 100),
+            Self::OutlierLimit(value) => filter.outlier_limit = not_negative("limit of outliers", "", value)?,
             Self::Gusts(source) => session.gusts = source,
         }
         Ok(())

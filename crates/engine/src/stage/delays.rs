@@ -2,7 +2,7 @@
 
 use doublet_core::estimate::{InnovationEvidence, constant_errors};
 use doublet_core::reconstruct::tuning::flow_delay::{FlowDelay, estimate_flow_delay};
-use doublet_core::reconstruct::tuning::gusts::select_windows;
+use doublet_core::reconstruct::tuning::gusts::clean_windows;
 use doublet_core::reconstruct::{FilterData, FilterSettings, Measurement, Reconstruction};
 use rayon::prelude::*;
 
@@ -107,7 +107,8 @@ pub(super) fn estimate_delays(
     settings: &FilterSettings,
     control: &Control,
 ) -> StageResult<SensorDelays> {
-    let data = select_windows(data);
+    let clean = clean_windows(data, settings, &|| control.is_cancelled())?;
+    let data: Vec<&FilterData> = clean.iter().collect();
     let mut settings = settings.simplified(false);
     let kinds: Vec<ConstantError> = ConstantError::ALL.into_iter().filter(|kind| kind.is_in(&data)).collect();
     let mut found: Vec<SensorDelay> = kinds
@@ -138,7 +139,8 @@ pub(super) fn estimate_delays(
 
 /// Delay of the flow angles beside the one `settings` state for the angle of attack, by the lift over the windows ([`estimate_flow_delay`]).
 pub fn flow_delay_by_lift(data: &[&FilterData], settings: &FilterSettings) -> Option<SensorDelay> {
-    let found = estimate_flow_delay(&select_windows(data))?;
+    let clean = clean_windows(data, settings, &|| false).ok()?;
+    let found = estimate_flow_delay(&clean.iter().collect::<Vec<_>>())?;
     let stated_s = settings.measurement_delay_s[Measurement::AngleOfAttack as usize];
     let FlowDelay { delay_s, standard_error_s } = found;
     Some(SensorDelay { kind: ConstantError::FlowDelay, delay_s: delay_s - stated_s, standard_error_s })

@@ -18,12 +18,13 @@ use super::observability::{Observability, assess_observability};
 use super::truth::{TruthError, truth_errors};
 use super::window_samples::Samples;
 use crate::graph::{Context, Control, Footprint, Keyed, Stage, StageError, StageResult};
+use crate::notation::plural;
 use crate::session::PathSource;
 
 /// What the filter was given and what it made of it.
 #[derive(Clone, Debug)]
 pub struct WindowPath {
-    /// Inertial samples and measurements, moved to the centre of gravity where asked.
+    /// Inertial samples and measurements, moved to the centre of gravity where asked, without the outliers of the reconstruction.
     pub data: Arc<FilterData>,
     /// Filtered path.
     pub reconstruction: Reconstruction,
@@ -81,7 +82,10 @@ impl WindowPath {
             assessment: OnceLock::new(),
             series: OnceLock::new(),
             known: Arc::clone(truth),
-            data: Arc::clone(data),
+            data: match reconstruction.outliers.iter().all(Vec::is_empty) {
+                true => Arc::clone(data),
+                false => Arc::new(data.without(&reconstruction.outliers)),
+            },
             reconstruction,
         }
     }
@@ -95,6 +99,8 @@ impl WindowPath {
                 filter.map(|filter| assess_observability(data, reconstruction, filter)).unwrap_or_default();
             let mut warnings = self.of_samples.clone();
             warnings.extend(reconstruction.warnings.iter().cloned());
+            warnings
+                .extend(Measurement::ALL.into_iter().filter_map(|measurement| left_out(reconstruction, measurement)));
             warnings.extend(observability.lines());
             warnings.extend(contradiction(reconstruction));
             PathAssessment {
@@ -136,6 +142,8 @@ pub struct PathSeries {
     pub truth: [Option<Series>; STATES],
     /// Measurements as the filter got them; empty where there are none.
     pub measured: [Series; MEASUREMENTS],
+    /// Those left out as outliers.
+    pub outliers: [Series; MEASUREMENTS],
     /// What the smoothed states say each measurement was, at their samples; the filtered ones where nothing is smoothed.
     pub reconstructed: [Series; MEASUREMENTS],
     /// Innovations.
@@ -207,6 +215,14 @@ pub fn reconstructions(
     }
 }
 
+/// One line about the outliers of a measurement.
+fn left_out(reconstruction: &Reconstruction, measurement: Measurement) -> Option<String> {
+    let outliers = &reconstruction.outliers[measurement as usize];
+    let first = outliers.first()?;
+    let (name, count) = (measurement.name(), plural(outliers.len(), "sample"));
+    Some(format!("{count} of {name} left out as outliers, the first at {:.2} s", first.time_s))
+}
+
 /// One line where filter and smoother contradict each other, with the worst states.
 fn contradiction(reconstruction: &Reconstruction) -> Option<String> {
     const NAMED: usize = 3;
@@ -254,6 +270,14 @@ fn path_series(known: &[Option<Series>; STATES], data: &FilterData, reconstructi
             let MeasurementSeries { time_s, values } = &data.measurements[at];
             let measured = Series { time_s: Arc::clone(time_s), values: Arc::clone(values) };
             on_turn_of(&reconstructed[at], Measurement::ALL[at].dimension(), &measured)
+        }),
+        outliers: std::array::from_fn(|at| {
+            let (time_s, values) = reconstruction.outliers[at]
+                .iter()
+                .map(|outlier| (outlier.time_s, outlier.value))
+                .unzip::<_, _, Vec<_>, Vec<_>>();
+            let outliers = Series { time_s: time_s.into(), values: values.into() };
+            on_turn_of(&reconstructed[at], Measurement::ALL[at].dimension(), &outliers)
         }),
         innovations: reconstruction.innovations.each_ref().map(updates),
         innovation_deviations: reconstruction.innovation_deviations.each_ref().map(|column| hold_last(column)),

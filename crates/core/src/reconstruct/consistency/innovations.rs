@@ -243,6 +243,7 @@ mod tests {
             air_data: None,
             smoothed: None,
             max_iterations_used: 0,
+            outliers: Default::default(),
             warnings: Vec::new(),
             time_s,
         }

@@ -69,7 +69,8 @@ pub fn estimate_gusts(
     settings: &FilterSettings,
     is_stopped: &(dyn Fn() -> bool + Sync),
 ) -> Result<Option<Gusts>, ReconstructError> {
-    let data = select_windows(data);
+    let clean = clean_windows(data, settings, is_stopped)?;
+    let data: Vec<&FilterData> = clean.iter().collect();
     let plain = settings.simplified(false);
     // A window that the filter fails on, still or at a walk, adds nothing to the gain of that walk.
     let Some(still) = likelihoods(&data, &plain, [0.0; 2], is_stopped)? else { return Ok(None) };
@@ -132,6 +133,33 @@ pub fn select_windows<'a>(data: &[&'a FilterData]) -> Vec<&'a FilterData> {
     let samples: usize = data.iter().map(|window| window.inputs.time_s.len()).sum();
     let every = samples.div_ceil(ENOUGH_SAMPLES).clamp(1, data.len().max(1));
     data.iter().step_by(every).copied().collect()
+}
+
+/// [`select_windows`] without the outliers that a filter with `settings` finds in them.
+///
+/// # Errors
+/// [`ReconstructError::Cancelled`] where `is_stopped` says so.
+pub fn clean_windows(
+    data: &[&FilterData],
+    settings: &FilterSettings,
+    is_stopped: &(dyn Fn() -> bool + Sync),
+) -> Result<Vec<FilterData>, ReconstructError> {
+    let mut data: Vec<FilterData> = select_windows(data).into_iter().cloned().collect();
+    let plain = FilterSettings { outlier_limit: settings.outlier_limit, ..settings.simplified(false) };
+    let Some(settings) = plain.check().ok().filter(|settings| settings.outlier_limit > 0.0) else { return Ok(data) };
+    let each = |window: &mut FilterData| {
+        let mut watch = |_| if is_stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
+        match reconstruct_many(&[&*window], &settings, &mut watch).pop() {
+            Some(Err(ReconstructError::Cancelled)) => return Err(ReconstructError::Cancelled),
+            Some(Ok(run)) if run.outliers.iter().any(|outliers| !outliers.is_empty()) => {
+                *window = window.without(&run.outliers);
+            }
+            _ => {}
+        }
+        Ok(())
+    };
+    data.par_iter_mut().try_for_each(each)?;
+    Ok(data)
 }
 
 /// Logarithm of the likelihood of each window with gusts of this walk; not a number where the filter fails.

@@ -6,21 +6,18 @@
 //! the smoother yields; by Fisher's identity they are also the gradient, `dL / d ln sigma = sum E[w^2] / sigma^2 - N`.
 
 use std::ops::ControlFlow;
-use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector};
-use statrs::distribution::{ContinuousCDF, Normal};
 use thiserror::Error;
 
 use crate::optimise::bfgs_update;
 use crate::reconstruct::collect::NoiseMoments;
-use crate::reconstruct::data::{FilterData, Reconstruction};
+use crate::reconstruct::data::FilterData;
 use crate::reconstruct::error::ReconstructError;
 use crate::reconstruct::model::layout::{INPUTS, Input, MEASUREMENTS, Measurement};
 use crate::reconstruct::pass::Watch;
 use crate::reconstruct::run::reconstruct_with_noise_moments;
 use crate::reconstruct::settings::{FilterSettings, SettingError, ValidSettings};
-use crate::statistics::median;
 
 /// How to raise the likelihood.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -134,49 +131,6 @@ pub fn likelihood(
         sum.add(&Likelihood { log_likelihood: result.log_likelihood, moments });
     }
     Ok(sum)
-}
-
-/// Probability that any sample of a measurement free of outliers is taken for one.
-const OUTLIER: f64 = 0.05;
-/// Median magnitude of a standard normal number.
-const MEDIAN: f64 = 0.6745;
-
-/// `data` without outliers, and how many each measurement had. A sample is one when its innovation, over its predicted
-/// deviation, is further from the typical one of its measurement than the furthest of that many normal numbers is once in
-/// twenty: noise cannot be estimated from data with outliers in, and a limit that cuts good samples off makes it too small (by
-/// 0.6 % at 3.29 deviations).
-pub fn without_outliers(
-    data: &FilterData,
-    run: &Reconstruction,
-    settings: &FilterSettings,
-) -> (FilterData, [usize; MEASUREMENTS]) {
-    let mut data = data.clone();
-    let mut outliers = [0; MEASUREMENTS];
-    for m in 0..MEASUREMENTS {
-        let normalised: Vec<f64> = run.innovations[m]
-            .iter()
-            .zip(&run.innovation_deviations[m])
-            .map(|(value, sigma)| (value / sigma).abs())
-            .collect();
-        let mut finite: Vec<f64> = normalised.iter().copied().filter(|value| value.is_finite()).collect();
-        let Some(median) = median(&mut finite) else { continue };
-        let typical = median / MEDIAN;
-        let furthest = Normal::standard().inverse_cdf(1.0 - 0.5 * OUTLIER / finite.len() as f64);
-        let limit = furthest * typical;
-        let series = &mut data.measurements[m];
-        let values = Arc::make_mut(&mut series.values);
-        for (k, _) in normalised.iter().enumerate().filter(|(_, value)| **value > limit) {
-            let time_s = run.update_time_s[k] + settings.measurement_delay_s[m];
-            let after = series.time_s.partition_point(|time| *time < time_s);
-            let near = |k: &usize| series.time_s.get(*k).map_or(f64::INFINITY, |time| (time - time_s).abs());
-            let nearest = [after.saturating_sub(1), after].into_iter().min_by(|a, b| near(a).total_cmp(&near(b)));
-            if let Some(value) = nearest.and_then(|k| values.get_mut(k)) {
-                *value = f64::NAN;
-                outliers[m] += 1;
-            }
-        }
-    }
-    (data, outliers)
 }
 
 /// Noises that are looked for: inputs first, then measurements.

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use doublet_core::model::{Coefficient, Variable};
-use doublet_core::reconstruct::{INPUTS, Input, Measurement, State};
+use doublet_core::reconstruct::{INPUTS, Input, Measurement, MeasurementSeries, Outlier, State};
 use doublet_core::validate::Signal;
 
 use super::{History, HistoryColumn, Names};
@@ -266,19 +266,43 @@ fn path_histories<'a>(histories: &mut Vec<History<'a>>, group: &str, path: &'a W
         let time = format!("path/measured/{name}/time");
         let value =
             HistoryColumn::new(format!("path/measured/{name}/value"), unit, measurement.description(), &series.values);
+        let (value, flags) = with_outliers(value, name, series, &reconstruction.outliers[index]);
         match measured.iter_mut().find(|history| *history.time_s == *series.time_s) {
             Some(history) => {
                 history.time_paths.push(time);
                 history.columns.push(value);
+                history.columns.extend(flags);
             }
             None => {
                 let kind = format!("measured {}", measured.len() + 1);
-                measured.push(history(&kind, &time, &series.time_s, vec![value]));
+                let columns = std::iter::once(value).chain(flags).collect();
+                measured.push(history(&kind, &time, &series.time_s, columns));
             }
         }
     }
     histories.push(history("updates", "path/update_time", &reconstruction.update_time_s, columns));
     histories.extend(measured);
+}
+
+/// The samples of a measurement with those left out as outliers, and a column that says which they are, where there are any.
+fn with_outliers<'a>(
+    mut value: HistoryColumn<'a>,
+    name: &str,
+    series: &MeasurementSeries,
+    outliers: &[Outlier],
+) -> (HistoryColumn<'a>, Option<HistoryColumn<'a>>) {
+    if outliers.is_empty() {
+        return (value, None);
+    }
+    let mut flags = vec![0.0; series.time_s.len()];
+    for outlier in outliers {
+        let at = series.time_s.partition_point(|time| *time < outlier.time_s).min(flags.len() - 1);
+        flags[at] = 1.0;
+        value.values.to_mut()[at] = outlier.value;
+    }
+    let (path, unit) = (format!("path/measured/{name}/outlier"), "-".to_owned());
+    let description = "1 where the sample was left out as an outlier".to_owned();
+    (value, Some(HistoryColumn { path, unit, description, values: flags.into() }))
 }
 
 fn engine_histories<'a>(histories: &mut Vec<History<'a>>, group: &str, found: &'a FlightEngines) {

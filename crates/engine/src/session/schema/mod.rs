@@ -16,7 +16,8 @@ use doublet_core::airframe::Loading;
 use doublet_core::atmos::STANDARD_GRAVITY_M_S2;
 use doublet_core::model::{Coefficient, Structure, Term};
 use doublet_core::reconstruct::{
-    AirState, FilterSettings, INPUTS, Input, InputHold, Linearisation, MEASUREMENTS, Measurement, Method, STATES, State,
+    AirState, FilterSettings, INPUTS, Input, InputHold, Linearisation, MEASUREMENTS, Measurement, Method, STATES,
+    State, USUAL_OUTLIER_LIMIT,
 };
 use doublet_core::schema::{Refused, schema_of};
 use doublet_core::series::TimeRange;
@@ -205,6 +206,8 @@ struct FilterTable {
     spread: f64,
     #[serde(skip_serializing_if = "is_one")]
     smoother_passes: usize,
+    #[serde(skip_serializing_if = "is_usual_limit")]
+    outlier_limit: f64,
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     air_data_deviation: BTreeMap<String, f64>,
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
@@ -221,6 +224,11 @@ fn is_estimated(source: &str) -> bool {
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "the form serde asks for")]
 fn is_usual_spread(spread: &f64) -> bool {
     *spread == Method::USUAL_SPREAD
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "the form serde asks for")]
+fn is_usual_limit(limit: &f64) -> bool {
+    *limit == USUAL_OUTLIER_LIMIT
 }
 
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "the form serde asks for")]
@@ -392,6 +400,7 @@ fn filter_from(table: &FilterTable) -> Result<FilterSettings, SessionError> {
         linearisation: choose(&LINEARISATIONS, "filter.linearisation", &table.linearisation)?,
         gravity_m_s2: table.gravity_m_s2.unwrap_or(STANDARD_GRAVITY_M_S2),
         smoother_passes: table.smoother_passes,
+        outlier_limit: table.outlier_limit,
         ..FilterSettings::default()
     };
     let inputs = Input::ALL.map(Input::name);
@@ -536,6 +545,7 @@ fn filter_table(settings: &FilterSettings) -> FilterTable {
         ),
         spread,
         smoother_passes: settings.smoother_passes,
+        outlier_limit: settings.outlier_limit,
         air_data_deviation: AirState::ALL
             .map(|s| (s.name().to_owned(), settings.air_data_deviation[s as usize]))
             .into_iter()
