@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use doublet_core::series::TimeRange;
 use doublet_engine::session::{Edit, Manoeuvre, Surface, WindowEdit, WindowFlag, WindowRole};
+use doublet_engine::stage::{Steadiness, steadiness};
 use eframe::egui::text::{CCursor, CCursorRange};
 use eframe::egui::{self, ComboBox, FontId, Galley, Id, Label, Response, RichText, TextEdit, Ui};
 use egui_extras::{Column, TableBuilder, TableRow};
@@ -461,12 +462,23 @@ fn state(ctx: &PanelContext<'_>, ui: &mut Ui, window: &Manoeuvre) {
 
 /// What hovering over a window's dot says.
 fn hint(ctx: &PanelContext<'_>, window: &Manoeuvre) -> String {
-    let path = ctx.snapshot.windows.get(&window.name).and_then(|results| results.path.latest());
-    let length = notation::fixed(window.window.end_s - window.window.start_s, 2);
-    match path {
-        Some(path) => format!("{length} s, {} samples", path.data.inputs.time_s.len()),
-        None => format!("{length} s"),
+    let results = ctx.snapshot.windows.get(&window.name);
+    let mut hint = format!("{} s", notation::fixed(window.window.end_s - window.window.start_s, 2));
+    if let Some(path) = results.and_then(|results| results.path.latest()) {
+        hint += &format!(", {} samples", path.data.inputs.time_s.len());
     }
+    match results.and_then(|results| steadiness(results.aero.latest()?)) {
+        Some(before) => hint + "\n" + &before_input(&before),
+        None => hint,
+    }
+}
+
+/// How steady a window is before its input, in words.
+fn before_input(before: &Steadiness) -> String {
+    let Steadiness { length_s, airspeed_slope_m_s2, w_slope_m_s2, climb_m_s } = *before;
+    let [length, airspeed, w] = [length_s, airspeed_slope_m_s2, w_slope_m_s2].map(|value| notation::fixed(value, 2));
+    let climb = climb_m_s.map_or(String::new(), |climb| format!(", climb {} m/s", notation::fixed(climb, 2)));
+    format!("{length} s before the input: airspeed changes by {airspeed} m/s², w by {w} m/s²{climb}")
 }
 
 /// A flag of a window as a button: what it shows and what hovering says, set and not set.

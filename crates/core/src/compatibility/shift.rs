@@ -15,7 +15,7 @@ use super::outcome::Relation;
 use super::relations::Kinematic;
 use super::rows::{Agreement, CompatibilityRow};
 use crate::quantity::Role;
-use crate::series::Recording;
+use crate::series::{DERIVED, Recording};
 
 /// Least shift that is named, s: filters and transport in sensors stay below, 0.17 s of a recorded air-data computer, too.
 const LEAST_S: f64 = 0.2;
@@ -104,11 +104,11 @@ pub(super) fn find(
     (rows, motion)
 }
 
-/// Sources of the channels that are compared, with their roles.
+/// Sources of the channels that are compared, with their roles. What was worked out of others has no clock of its own.
 fn sources(recording: &Recording) -> Vec<(String, Vec<Role>)> {
     let mut sources: Vec<(String, Vec<Role>)> = Vec::new();
     for role in COMPARED {
-        let Some(channel) = recording.role(role) else { continue };
+        let Some(channel) = recording.role(role).filter(|channel| channel.source != DERIVED) else { continue };
         match sources.iter_mut().find(|(source, _)| *source == channel.source) {
             Some((_, roles)) => roles.push(role),
             None => sources.push((channel.source.clone(), vec![role])),

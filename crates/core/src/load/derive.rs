@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::attitude::QuaternionAxes;
 use super::map::{ATTITUDE, FlatEarth, VELOCITY};
 use crate::quantity::{Role, Unit};
-use crate::series::{Channel, Recording, Series};
+use crate::series::{Channel, DERIVED, Recording, Series};
 
 /// Adds the roles of an attitude given as a quaternion.
 pub(super) fn add_attitude(recording: &mut Recording, parts: &[Series], axes: QuaternionAxes) {
@@ -78,7 +78,7 @@ fn add(recording: &mut Recording, role: Role, time_s: &Arc<[f64]>, values: Arc<[
     recording.roles.insert(role, recording.channels.len());
     let series = Series { time_s: Arc::clone(time_s), values };
     let unit = Unit::si(role.dimension()).symbol.to_owned();
-    recording.channels.push(Channel { source: "derived".to_owned(), name: role.name().to_owned(), unit, series });
+    recording.channels.push(Channel { source: DERIVED.to_owned(), name: role.name().to_owned(), unit, series });
 }
 
 /// `angle_rad` brought into -pi..pi.

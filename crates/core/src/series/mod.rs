@@ -82,6 +82,9 @@ impl Series {
     }
 }
 
+/// Source of the channels that were worked out of others.
+pub const DERIVED: &str = "derived";
+
 /// One recorded channel, in SI when its unit is known.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {

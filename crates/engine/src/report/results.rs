@@ -11,7 +11,7 @@ use super::proof::ProofRow;
 use super::sensor_errors::SensorErrorsRow;
 use super::signals::{NoiseRow, ProposalRow, SignalRow};
 use super::studies::StudyResults;
-use crate::stage::PhysicsRow;
+use crate::stage::{PhysicsRow, Steadiness};
 use crate::verdict::{Consequence, StatedQuantity, Verdict};
 
 /// Value of the `format` key.
@@ -403,6 +403,9 @@ pub struct WindowRow {
     /// Where the air density comes from; none where no coefficients were formed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub air_density: Option<&'static str>,
+    /// How steady it is before its input; none where it begins with that.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub before_input: Option<Steadiness>,
     /// Mean normalised innovation squared.
     pub mean_nis: f64,
     /// Its expectation: the mean number of measurements per update.

@@ -213,7 +213,8 @@ pub fn validation(results: &Results) -> Table {
 pub fn windows(results: &Results) -> Table {
     let noted = results.windows.iter().any(|row| !row.note.is_empty());
     let failed = results.windows.iter().any(|row| row.error.is_some());
-    TableOf::new("windows", "Manoeuvre windows.", &results.windows)
+    let steady = results.windows.iter().any(|row| row.before_input.is_some());
+    TableOf::new("windows", "Manoeuvre windows, and how steady each is before its input.", &results.windows)
         .text("window", "Window", |row| &row.name)
         .text("flight", "Flight", |row| &row.flight)
         .number("start_s", "Start", "s", 6, |row| row.start_s)
@@ -222,6 +223,13 @@ pub fn windows(results: &Results) -> Table {
         .optional("surface", "Surface", |row| row.surface)
         .text("kind", "Input", |row| &row.kind)
         .count("samples", "Samples", |row| row.samples)
+        .when(steady, |table| {
+            table
+                .maybe("before_input_s", "Before input", "s", 3, |row| Some(row.before_input?.length_s))
+                .maybe("airspeed_slope_m_s2", "dV/dt", "m/s²", 2, |row| Some(row.before_input?.airspeed_slope_m_s2))
+                .maybe("w_slope_m_s2", "dw/dt", "m/s²", 2, |row| Some(row.before_input?.w_slope_m_s2))
+                .maybe("climb_m_s", "Climb", "m/s", 2, |row| row.before_input?.climb_m_s)
+        })
         .number("mean_nis", "Mean NIS", "", 4, |row| row.mean_nis)
         .number("expected_nis", "Expected", "", 4, |row| row.expected_nis)
         .number("nis_band_correlated_low", "95 % from", "", 4, |row| row.nis_band_correlated[0])

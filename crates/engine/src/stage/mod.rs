@@ -35,6 +35,7 @@ mod replay;
 mod samples;
 mod sensor_errors;
 mod signals;
+mod steadiness;
 mod structure_scores;
 mod tolerances;
 mod truth;
@@ -88,6 +89,7 @@ pub use samples::fit_in_memory;
 pub(crate) use samples::values_at;
 pub use sensor_errors::EstimatedSensorErrors;
 pub use signals::TreatedSignal;
+pub use steadiness::{Steadiness, steadiness};
 pub use structure_scores::{ScoredStructure, StructureScore};
 pub use tolerances::{
     Judgement, ObjectiveTest, PercentRule, Quantity, Reading, RecordDemand, Tolerances, ValueTolerance,
