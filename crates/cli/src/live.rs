@@ -1,5 +1,6 @@
 //! `doublet live`: a flight watched while it is flown.
 
+use std::net::IpAddr;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -20,12 +21,15 @@ pub struct LiveArguments {
     /// Recording, text file that grows, telemetry log (.tlog), or session whose first flight is flown again (`builtin:demo`).
     #[arg(long, conflicts_with_all = ["udp", "mavlink"])]
     pub file: Option<String>,
-    /// Address and port at which lines of JSON or CSV come by UDP, such as 0.0.0.0:9000.
+    /// Address and port at which lines of JSON or CSV come by UDP, such as 127.0.0.1:9000.
     #[arg(long, value_name = "ADDR:PORT", conflicts_with = "mavlink")]
     pub udp: Option<String>,
-    /// Address and port at which MAVLink packets come by UDP, such as 0.0.0.0:14550, or a telemetry log.
+    /// Address and port at which MAVLink packets come by UDP, such as 127.0.0.1:14550, or a telemetry log.
     #[arg(long, value_name = "ADDR:PORT")]
     pub mavlink: Option<String>,
+    /// The one IP address whose packets are taken, such as 192.168.1.10; without it those of every sender.
+    #[arg(long, value_name = "ADDRESS")]
+    pub from: Option<IpAddr>,
     /// Session, or builtin: and a name, whose settings are used; its first flight is flown again where nothing else is named.
     #[arg(long)]
     pub session: Option<String>,
@@ -105,6 +109,7 @@ pub fn live(arguments: &LiveArguments) -> Result<(), String> {
         map: arguments.map.clone(),
         aircraft: arguments.aircraft.clone(),
         campaign: arguments.campaign.clone(),
+        from: arguments.from,
         wait,
         in_memory: None,
     };

@@ -68,6 +68,16 @@ fn pipes_devices_and_large_files_are_refused_at_once() {
     assert!(!Path::new(out).exists());
 }
 
+/// It waited for ever, whatever `--for` said.
+#[test]
+fn a_pipe_is_no_telemetry_log() {
+    let folder = tempfile::tempdir().unwrap();
+    let pipe = folder.path().join("pipe");
+    assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    let (code, said) = doublet(&["live", "--mavlink", pipe.to_str().unwrap(), "--for", "1"], &[]);
+    assert!(code == Some(1) && said.contains("pipe"), "{code:?} {said}");
+}
+
 #[test]
 fn a_built_in_aircraft_needs_no_folder_of_the_user() {
     let folder = tempfile::tempdir().unwrap();

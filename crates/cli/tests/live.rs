@@ -89,3 +89,70 @@ fn interrupted_recording_ends_as_a_session() {
     let document: Value = serde_json::from_slice(&checked.stdout).unwrap();
     assert!(document["findings"].is_array(), "{document}");
 }
+
+/// The file is removed while it is followed; then another takes its place.
+#[cfg(unix)]
+#[test]
+fn removed_file_ends_after_the_wait_and_a_replaced_one_is_followed() {
+    use std::io::{BufRead, BufReader};
+    use std::process::{Command, Stdio};
+    for is_replaced in [false, true] {
+        let folder = tempfile::tempdir().unwrap();
+        flight::write(folder.path(), 2000, |_, _| {});
+        let path = folder.path().join("flight.csv");
+        let text = std::fs::read_to_string(&path).unwrap();
+        let lines: Vec<&str> = text.lines().collect();
+        std::fs::write(&path, lines[..1001].join("\n") + "\n").unwrap();
+        let start = std::time::Instant::now();
+        let mut running = Command::new(env!("CARGO_BIN_EXE_doublet-cli"))
+            .args(["live", "--file", "flight.csv", "--session", "session.toml", "--json", "--wait", "2"])
+            .args(["--record", "kept"])
+            .current_dir(folder.path())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut updates = BufReader::new(running.stdout.take().unwrap()).lines();
+        updates.next().unwrap().unwrap();
+        std::fs::remove_file(&path).unwrap();
+        if is_replaced {
+            std::fs::write(&path, [&lines[..1], &lines[1001..]].concat().join("\n") + "\n").unwrap();
+        }
+        let last: Value = serde_json::from_str(&updates.map_while(Result::ok).last().unwrap()).unwrap();
+        let output = running.wait_with_output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        assert!(start.elapsed().as_secs_f64() < 30.0, "{:?}", start.elapsed());
+        let expected_s = if is_replaced { 19.99 } else { 9.99 };
+        assert!((last["time_s"].as_f64().unwrap() - expected_s).abs() < 1e-6, "{is_replaced}: {last}");
+        assert_eq!(last["findings"].to_string().contains("begun anew 1 times"), is_replaced, "{last}");
+        assert!(folder.path().join("kept/session.toml").exists());
+    }
+}
+
+#[test]
+fn packets_of_other_addresses_are_left_out() {
+    use std::io::{BufRead, BufReader, Read};
+    use std::process::{Command, Stdio};
+    let folder = tempfile::tempdir().unwrap();
+    let mut running = Command::new(env!("CARGO_BIN_EXE_doublet-cli"))
+        .args(["live", "--udp", "127.0.0.1:0", "--from", "127.0.0.2", "--for", "2", "--record", "kept"])
+        .current_dir(folder.path())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut said = BufReader::new(running.stderr.take().unwrap());
+    let mut line = String::new();
+    while !line.contains("listening at ") {
+        line.clear();
+        assert!(said.read_line(&mut line).unwrap() > 0);
+    }
+    let address = line.trim().rsplit(' ').next().unwrap().to_owned();
+    let socket = std::net::UdpSocket::bind("127.0.0.1:0").unwrap();
+    for k in 0..100 {
+        socket.send_to(format!("{{\"time\": {}, \"p\": 0}}", 0.1 * f64::from(k)).as_bytes(), &address).unwrap();
+    }
+    let status = running.wait().unwrap();
+    let mut rest = String::new();
+    said.read_to_string(&mut rest).unwrap();
+    assert!(!status.success() && rest.contains("nothing was recorded"), "{rest}");
+}
