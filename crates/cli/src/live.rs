@@ -134,10 +134,11 @@ pub fn live(arguments: &LiveArguments) -> Result<(), String> {
     }
     let interrupted = interrupted()?;
     follow(&mut watch, arguments, &interrupted)?;
+    let stopped = watch.recording_error().map(str::to_owned);
     if let Some(session) = watch.finish(watched.session.as_ref(), watched.aircraft.as_deref())? {
         text::error_line(&format!("session: {}", session.display()));
     }
-    Ok(())
+    stopped.map_or(Ok(()), Err)
 }
 
 /// What becomes true at the first Ctrl-C, or when the system asks the program to end; the second ends it at once.
@@ -207,13 +208,16 @@ fn print(update: &LiveUpdate) {
     let of = |name: &str| update.state.get(name).copied().unwrap_or(f64::NAN);
     let counts = update.counts;
     let mut parts = vec![format!(
-        "{:9.2} s  V {:.1} m/s  alpha {:.1} deg  lag {:.2} s  lost {}  late {}",
+        "{:9.2} s  V {:.1} m/s  alpha {:.1} deg  lag {:.2} s  lost {}  late {}  doubled {}  stray {}  skipped {}",
         update.time_s,
         of("airspeed"),
         of("alpha").to_degrees(),
         update.lag_s,
         counts.lost,
-        counts.late
+        counts.late,
+        counts.doubled,
+        counts.stray,
+        counts.skipped
     )];
     let known = update.derivatives.iter().filter(|derivative| derivative.level == Level::Good).count();
     if !update.derivatives.is_empty() {

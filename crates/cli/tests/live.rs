@@ -90,6 +90,67 @@ fn interrupted_recording_ends_as_a_session() {
     assert!(document["findings"].is_array(), "{document}");
 }
 
+/// Rows of the flight out of order, doubled and with stray stamps, and then its clock begins anew.
+#[test]
+fn doubled_exchanged_and_stray_rows_are_counted_and_a_session_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    flight::write(folder.path(), 2000, |_, _| {});
+    let text = std::fs::read_to_string(folder.path().join("flight.csv")).unwrap();
+    let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+    let second: Vec<String> = lines[1..].to_vec();
+    lines.insert(500, lines[500].clone());
+    lines.swap(300, 301);
+    lines.insert(700, format!("1e9,{}", lines[700].split_once(',').unwrap().1));
+    lines.extend(second);
+    std::fs::write(folder.path().join("flight.csv"), lines.join("\n") + "\n").unwrap();
+    let (last, said) = watched(folder.path(), &["--file", "flight.csv", "--wait", "0.1", "--record", "kept"]);
+    let count = |name: &str| last["counts"][name].as_u64().unwrap();
+    assert_eq!((count("doubled"), count("stray"), count("late"), count("restarts")), (1, 1, 0, 1), "{last}");
+    // Twenty seconds, a pause of one second, twenty seconds again.
+    assert!((last["time_s"].as_f64().unwrap() - 40.98).abs() < 1e-6, "{last}");
+    assert!(last["findings"].to_string().contains("began anew"), "{last}");
+    assert!(said.contains("session: "), "{said}");
+    let rows = |file: &str| std::fs::read_to_string(folder.path().join(file)).unwrap().lines().count();
+    assert_eq!((rows("kept/flight.csv"), rows("kept/restart_1/flight.csv")), (2001, 2001));
+    let session = std::fs::read_to_string(folder.path().join("kept/session.toml")).unwrap();
+    assert!(session.contains("name = \"live\"") && session.contains("name = \"live 2\""), "{session}");
+    let checked = doublet(folder.path(), &["check", "kept/session.toml", "--json"]);
+    let document = String::from_utf8_lossy(&checked.stdout).into_owned();
+    assert!(!document.contains("repeats the stamp"), "{document}");
+}
+
+/// Watches with the settings of the flight to the end: the last update and what was said beside.
+fn watched(folder: &std::path::Path, with: &[&str]) -> (Value, String) {
+    let output = doublet(folder, &[&["live", "--session", "session.toml", "--json"], with].concat());
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{said}");
+    let last = String::from_utf8_lossy(&output.stdout).lines().last().map(str::to_owned).unwrap();
+    (serde_json::from_str(&last).unwrap(), said)
+}
+
+/// A file that may not grow beyond 32 kB stands for a full disk.
+#[cfg(unix)]
+#[test]
+fn full_disk_ends_the_recording_and_not_the_watching() {
+    use std::process::Command;
+    let folder = tempfile::tempdir().unwrap();
+    flight::write(folder.path(), 1000, |_, _| {});
+    let program = env!("CARGO_BIN_EXE_doublet-cli");
+    let live = format!(
+        "trap '' XFSZ; ulimit -f 64; '{program}' live --file flight.csv --session session.toml --json --wait 0.1 \
+         --record kept | cat"
+    );
+    let output = Command::new("sh").args(["-c", &live]).current_dir(folder.path()).output().unwrap();
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    let last = String::from_utf8_lossy(&output.stdout).lines().last().map(str::to_owned).unwrap();
+    let last: Value = serde_json::from_str(&last).unwrap();
+    assert!((last["time_s"].as_f64().unwrap() - 9.99).abs() < 1e-6, "{last}");
+    assert!(last["findings"].to_string().contains("recording has stopped, watching goes on"), "{last}");
+    assert!(said.contains("error: recording has stopped") && said.contains("session: "), "{said}");
+    let kept = std::fs::read_to_string(folder.path().join("kept/flight.csv")).unwrap();
+    assert!(kept.ends_with('\n') && kept.lines().all(|line| line.split(',').count() == 17));
+}
+
 /// The file is removed while it is followed; then another takes its place.
 #[cfg(unix)]
 #[test]
