@@ -62,7 +62,7 @@ pub struct LiveArguments {
     /// `builtin:c337f`.
     #[arg(long, value_name = "CAMPAIGN")]
     pub campaign: Option<String>,
-    /// New folder that keeps everything that came, and a session of it at the end.
+    /// New folder that keeps every row that came, in the order of time at the end, and a session of it.
     #[arg(long, value_name = "FOLDER")]
     pub record: Option<PathBuf>,
     /// Seconds without anything new after which a file or a stream has ended; 0 for never.
