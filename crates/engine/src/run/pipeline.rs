@@ -12,7 +12,7 @@ use doublet_core::reconstruct::{FilterData, FilterSettings, Reconstruction, lane
 use rayon::prelude::*;
 
 use super::snapshot::{AnySlot, LogEntry, Slot, SlotGroup, Snapshot, WindowResults};
-use super::snapshot_builder::SnapshotBuilder;
+use super::snapshot_builder::{SnapshotBuilder, first_snapshot};
 use super::studies;
 use crate::graph::{Cache, Cancelled, Context, Control, Key, Keyed, Stage, StageError, StageResult, guarded};
 use crate::notation::plural;
@@ -98,39 +98,6 @@ pub fn run(
     snapshot.log.drain(..excess);
     publish(snapshot.clone());
     snapshot
-}
-
-/// The previous snapshot without what left the session, everything else marked as running; and the number of its slots.
-fn first_snapshot(scope: &Scope<'_>, previous: &Snapshot, windows: &[&Manoeuvre]) -> (Snapshot, usize) {
-    let mut snapshot = Snapshot {
-        generation: scope.generation,
-        cause: scope.cause.to_owned(),
-        busy: true,
-        progress: 0.0,
-        ..previous.clone()
-    };
-    let flights: Vec<&str> = scope.session.flights.iter().map(|flight| flight.name.as_str()).collect();
-    let windows: Vec<&str> = windows.iter().map(|window| window.name.as_str()).collect();
-    snapshot.follow(&flights, &windows);
-    let Snapshot { second, details, mut studies, mut inquiries, .. } = snapshot.clone();
-    let mut slots = 0;
-    snapshot.each_mut("", &mut |_, slot| {
-        slot.begin();
-        slots += 1;
-    });
-    studies.each_mut("", &mut |name, slot| {
-        if scope.studies.iter().any(|study| study.name() == name) { slot.begin() } else { slot.expire() }
-    });
-    snapshot.studies = studies;
-    inquiries.each_mut("", &mut |_, slot| slot.expire());
-    snapshot.inquiries = inquiries;
-    if scope.session.second_structure.is_none() {
-        snapshot.second = second;
-    }
-    if details.latest().is_none() {
-        snapshot.details = details;
-    }
-    (snapshot, slots)
 }
 
 /// One run: what is asked for, in which context, and where it is shown.
