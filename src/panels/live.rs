@@ -112,8 +112,8 @@ impl Live {
             let all = [
                 (From::Session, "Session", "The first flight of the session, flown again"),
                 (From::File, "File", "A recording, a growing text file, or a telemetry log"),
-                (From::Lines, "UDP lines", "JSON or CSV at an address such as 0.0.0.0:9000"),
-                (From::Mavlink, "MAVLink", "Packets at an address such as 0.0.0.0:14550"),
+                (From::Lines, "UDP lines", "JSON or CSV at an address such as 127.0.0.1:9000"),
+                (From::Mavlink, "MAVLink", "Packets at an address such as 127.0.0.1:14550"),
             ];
             for (from, name, hint) in all {
                 ui.selectable_value(&mut self.from, from, name).on_hover_text(hint);
@@ -237,12 +237,15 @@ impl Live {
 fn lamps(ctx: &PanelContext<'_>, ui: &mut Ui, latest: &LiveUpdate) {
     let counts = latest.counts;
     ui.label(format!(
-        "{:.1} s, {:.2} s behind; {} samples, {} lost, {} late, {} restarts{}",
+        "{:.1} s, {:.2} s behind; {} samples, {} lost, {} late, {} doubled, {} stray, {} skipped, {} restarts{}",
         latest.time_s,
         latest.lag_s,
         counts.samples,
         counts.lost,
         counts.late,
+        counts.doubled,
+        counts.stray,
+        counts.skipped,
         counts.restarts,
         if latest.is_airborne { "" } else { "; not in flight: nothing is estimated" }
     ));

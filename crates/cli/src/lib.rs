@@ -57,6 +57,7 @@ use std::process::ExitCode;
 
 use arguments::{Arguments, Command};
 use clap::{ArgAction, ArgMatches, CommandFactory, FromArgMatches};
+use doublet_engine::graph::guarded;
 use doublet_engine::study::Study;
 use outcome::Outcome;
 
@@ -130,7 +131,7 @@ fn execute(command: Command, as_json: bool) -> ExitCode {
     if as_json {
         text::collect();
     }
-    let outcome = outcome(command);
+    let outcome = guarded("doublet", || outcome(command));
     text::finish();
     doublet_engine::builtin::remove_own_folder();
     match outcome {

@@ -1,5 +1,6 @@
 //! `doublet live`: a flight watched while it is flown.
 
+use std::net::IpAddr;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -20,12 +21,15 @@ pub struct LiveArguments {
     /// Recording, text file that grows, telemetry log (.tlog), or session whose first flight is flown again (`builtin:demo`).
     #[arg(long, conflicts_with_all = ["udp", "mavlink"])]
     pub file: Option<String>,
-    /// Address and port at which lines of JSON or CSV come by UDP, such as 0.0.0.0:9000.
+    /// Address and port at which lines of JSON or CSV come by UDP, such as 127.0.0.1:9000.
     #[arg(long, value_name = "ADDR:PORT", conflicts_with = "mavlink")]
     pub udp: Option<String>,
-    /// Address and port at which MAVLink packets come by UDP, such as 0.0.0.0:14550, or a telemetry log.
+    /// Address and port at which MAVLink packets come by UDP, such as 127.0.0.1:14550, or a telemetry log.
     #[arg(long, value_name = "ADDR:PORT")]
     pub mavlink: Option<String>,
+    /// The one IP address whose packets are taken, such as 192.168.1.10; without it those of every sender.
+    #[arg(long, value_name = "ADDRESS")]
+    pub from: Option<IpAddr>,
     /// Session, or builtin: and a name, whose settings are used; its first flight is flown again where nothing else is named.
     #[arg(long)]
     pub session: Option<String>,
@@ -58,7 +62,7 @@ pub struct LiveArguments {
     /// `builtin:c337f`.
     #[arg(long, value_name = "CAMPAIGN")]
     pub campaign: Option<String>,
-    /// New folder that keeps everything that came, and a session of it at the end.
+    /// New folder that keeps every row that came, in the order of time at the end, and a session of it.
     #[arg(long, value_name = "FOLDER")]
     pub record: Option<PathBuf>,
     /// Seconds without anything new after which a file or a stream has ended; 0 for never.
@@ -105,6 +109,7 @@ pub fn live(arguments: &LiveArguments) -> Result<(), String> {
         map: arguments.map.clone(),
         aircraft: arguments.aircraft.clone(),
         campaign: arguments.campaign.clone(),
+        from: arguments.from,
         wait,
         in_memory: None,
     };
@@ -129,10 +134,11 @@ pub fn live(arguments: &LiveArguments) -> Result<(), String> {
     }
     let interrupted = interrupted()?;
     follow(&mut watch, arguments, &interrupted)?;
+    let stopped = watch.recording_error().map(str::to_owned);
     if let Some(session) = watch.finish(watched.session.as_ref(), watched.aircraft.as_deref())? {
         text::error_line(&format!("session: {}", session.display()));
     }
-    Ok(())
+    stopped.map_or(Ok(()), Err)
 }
 
 /// What becomes true at the first Ctrl-C, or when the system asks the program to end; the second ends it at once.
@@ -202,13 +208,16 @@ fn print(update: &LiveUpdate) {
     let of = |name: &str| update.state.get(name).copied().unwrap_or(f64::NAN);
     let counts = update.counts;
     let mut parts = vec![format!(
-        "{:9.2} s  V {:.1} m/s  alpha {:.1} deg  lag {:.2} s  lost {}  late {}",
+        "{:9.2} s  V {:.1} m/s  alpha {:.1} deg  lag {:.2} s  lost {}  late {}  doubled {}  stray {}  skipped {}",
         update.time_s,
         of("airspeed"),
         of("alpha").to_degrees(),
         update.lag_s,
         counts.lost,
-        counts.late
+        counts.late,
+        counts.doubled,
+        counts.stray,
+        counts.skipped
     )];
     let known = update.derivatives.iter().filter(|derivative| derivative.level == Level::Good).count();
     if !update.derivatives.is_empty() {

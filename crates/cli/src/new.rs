@@ -26,9 +26,10 @@ use crate::time_option::set_times;
 /// # Errors
 /// One line when there is none or it cannot be read.
 pub fn channel_map(name: &str) -> Result<(String, ChannelMap), String> {
-    if let Some(text) = builtin::text("channel_maps", name) {
+    let plain = name.strip_prefix(builtin::PREFIX).unwrap_or(name);
+    if let Some(text) = builtin::text("channel_maps", plain) {
         let map = ChannelMap::parse(text).map_err(|error| error.to_string())?;
-        return Ok((format!("{}{name}", builtin::PREFIX), map));
+        return Ok((format!("{}{plain}", builtin::PREFIX), map));
     }
     let path = Path::new(name);
     if !path.exists() {
@@ -267,8 +268,9 @@ fn aircraft_of_map(reference: &str, map: &ChannelMap) -> Result<Option<String>, 
 /// # Errors
 /// One line when there is none.
 pub fn aircraft_reference(name: &str) -> Result<String, String> {
-    if builtin::text("aircraft", name).is_some() {
-        return Ok(format!("{}{name}", builtin::PREFIX));
+    let plain = name.strip_prefix(builtin::PREFIX).unwrap_or(name);
+    if builtin::text("aircraft", plain).is_some() {
+        return Ok(format!("{}{plain}", builtin::PREFIX));
     }
     if Path::new(name).exists() {
         return absolute(Path::new(name));

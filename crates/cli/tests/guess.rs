@@ -89,6 +89,19 @@ fn recordings_of_strangers_become_sessions_that_hold_the_guess() {
     assert!(text.contains("in milliseconds 1000 Hz over 3 s"), "{text}");
 }
 
+#[test]
+fn what_comes_with_the_program_is_named_with_and_without_its_prefix() {
+    let out = tempfile::tempdir().unwrap();
+    let recording = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/flights/demo/pod.csv");
+    for aircraft in ["attas_vfw614", "builtin:attas_vfw614"] {
+        let session = out.path().join(format!("{}.toml", aircraft.replace(':', "_")));
+        let (recording, place) = (recording.to_str().unwrap(), session.to_str().unwrap());
+        let (text, code) = said(&["new", recording, "--guess", "--aircraft", aircraft, "-o", place]);
+        assert_eq!(code, Some(0), "{text}");
+        assert!(std::fs::read_to_string(session).unwrap().contains("aircraft = \"builtin:attas_vfw614\""));
+    }
+}
+
 /// Channels of a recorder that writes pulses of servos, in the pulses and rounding of its kind: deflections are said by `--role`.
 #[test]
 fn roles_said_on_the_command_line_take_the_place_of_the_guess() {

@@ -3,6 +3,11 @@
 #![cfg(unix)]
 #![allow(clippy::unwrap_used, reason = "helpers of tests are not marked as tests")]
 
+#[path = "common/chain.rs"]
+mod chain;
+#[path = "common/flight.rs"]
+mod flight;
+
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
@@ -26,6 +31,35 @@ fn doublet(arguments: &[&str], environment: &[(&str, &str)]) -> (Option<i32>, St
     let output = child.wait_with_output().unwrap();
     let said = [output.stdout, output.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).concat();
     (output.status.code(), said)
+}
+
+/// `DOUBLET_CHAIN_RUNS` says how many recordings, `DOUBLET_CHAIN_SEED` the seed of the first.
+#[test]
+fn changed_recordings_go_through_the_whole_program_without_a_panic() {
+    let chain = chain::Chain::of_environment(6);
+    let reached = chain.run();
+    println!(
+        "{} recordings, {} sessions checked, {} results, {} faults",
+        chain.runs,
+        reached.sessions,
+        reached.results,
+        reached.faults.len()
+    );
+    assert!(reached.faults.is_empty(), "{}", reached.faults.join("\n"));
+}
+
+/// A path as measured has no innovations, and its tables had rows of two lengths.
+#[test]
+fn a_measured_path_has_histories_in_every_form() {
+    let folder = tempfile::tempdir().unwrap();
+    flight::write(folder.path(), 400, |_, _| {});
+    let session = folder.path().join("session.toml");
+    let text = std::fs::read_to_string(&session).unwrap();
+    std::fs::write(&session, text.replace("[preparation]\n", "[preparation]\npath = \"measured\"\n")).unwrap();
+    let out = folder.path().join("results");
+    let forms = ["run", session.to_str().unwrap(), "--out", out.to_str().unwrap(), "--histories", "csv,parquet,mat"];
+    let (code, said) = doublet(&forms, &[]);
+    assert!(matches!(code, Some(0 | 3)), "{code:?} {said}");
 }
 
 fn sparse(folder: &Path) -> PathBuf {
@@ -66,6 +100,16 @@ fn pipes_devices_and_large_files_are_refused_at_once() {
         }
     }
     assert!(!Path::new(out).exists());
+}
+
+/// It waited for ever, whatever `--for` said.
+#[test]
+fn a_pipe_is_no_telemetry_log() {
+    let folder = tempfile::tempdir().unwrap();
+    let pipe = folder.path().join("pipe");
+    assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    let (code, said) = doublet(&["live", "--mavlink", pipe.to_str().unwrap(), "--for", "1"], &[]);
+    assert!(code == Some(1) && said.contains("pipe"), "{code:?} {said}");
 }
 
 #[test]

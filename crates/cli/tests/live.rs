@@ -89,3 +89,131 @@ fn interrupted_recording_ends_as_a_session() {
     let document: Value = serde_json::from_slice(&checked.stdout).unwrap();
     assert!(document["findings"].is_array(), "{document}");
 }
+
+/// Rows of the flight out of order, doubled and with stray stamps, and then its clock begins anew.
+#[test]
+fn doubled_exchanged_and_stray_rows_are_counted_and_a_session_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    flight::write(folder.path(), 2000, |_, _| {});
+    let text = std::fs::read_to_string(folder.path().join("flight.csv")).unwrap();
+    let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+    let second: Vec<String> = lines[1..].to_vec();
+    lines.insert(500, lines[500].clone());
+    lines.swap(300, 301);
+    lines.insert(700, format!("1e9,{}", lines[700].split_once(',').unwrap().1));
+    lines.extend(second);
+    std::fs::write(folder.path().join("flight.csv"), lines.join("\n") + "\n").unwrap();
+    let (last, said) = watched(folder.path(), &["--file", "flight.csv", "--wait", "0.1", "--record", "kept"]);
+    let count = |name: &str| last["counts"][name].as_u64().unwrap();
+    assert_eq!((count("doubled"), count("stray"), count("late"), count("restarts")), (1, 1, 0, 1), "{last}");
+    // Twenty seconds, a pause of one second, twenty seconds again.
+    assert!((last["time_s"].as_f64().unwrap() - 40.98).abs() < 1e-6, "{last}");
+    assert!(last["findings"].to_string().contains("began anew"), "{last}");
+    assert!(said.contains("session: "), "{said}");
+    let rows = |file: &str| std::fs::read_to_string(folder.path().join(file)).unwrap().lines().count();
+    assert_eq!((rows("kept/flight.csv"), rows("kept/restart_1/flight.csv")), (2001, 2001));
+    let session = std::fs::read_to_string(folder.path().join("kept/session.toml")).unwrap();
+    assert!(session.contains("name = \"live\"") && session.contains("name = \"live 2\""), "{session}");
+    let checked = doublet(folder.path(), &["check", "kept/session.toml", "--json"]);
+    let document = String::from_utf8_lossy(&checked.stdout).into_owned();
+    assert!(!document.contains("repeats the stamp"), "{document}");
+}
+
+/// Watches with the settings of the flight to the end: the last update and what was said beside.
+fn watched(folder: &std::path::Path, with: &[&str]) -> (Value, String) {
+    let output = doublet(folder, &[&["live", "--session", "session.toml", "--json"], with].concat());
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{said}");
+    let last = String::from_utf8_lossy(&output.stdout).lines().last().map(str::to_owned).unwrap();
+    (serde_json::from_str(&last).unwrap(), said)
+}
+
+/// A file that may not grow beyond 32 kB stands for a full disk.
+#[cfg(unix)]
+#[test]
+fn full_disk_ends_the_recording_and_not_the_watching() {
+    use std::process::Command;
+    let folder = tempfile::tempdir().unwrap();
+    flight::write(folder.path(), 1000, |_, _| {});
+    let program = env!("CARGO_BIN_EXE_doublet-cli");
+    let live = format!(
+        "trap '' XFSZ; ulimit -f 64; '{program}' live --file flight.csv --session session.toml --json --wait 0.1 \
+         --record kept | cat"
+    );
+    let output = Command::new("sh").args(["-c", &live]).current_dir(folder.path()).output().unwrap();
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    let last = String::from_utf8_lossy(&output.stdout).lines().last().map(str::to_owned).unwrap();
+    let last: Value = serde_json::from_str(&last).unwrap();
+    assert!((last["time_s"].as_f64().unwrap() - 9.99).abs() < 1e-6, "{last}");
+    assert!(last["findings"].to_string().contains("recording has stopped, watching goes on"), "{last}");
+    assert!(said.contains("error: recording has stopped") && said.contains("session: "), "{said}");
+    let kept = std::fs::read_to_string(folder.path().join("kept/flight.csv")).unwrap();
+    assert!(kept.ends_with('\n') && kept.lines().all(|line| line.split(',').count() == 17));
+}
+
+/// The file is removed while it is followed; then another takes its place.
+#[cfg(unix)]
+#[test]
+fn removed_file_ends_after_the_wait_and_a_replaced_one_is_followed() {
+    use std::io::{BufRead, BufReader};
+    use std::process::{Command, Stdio};
+    for is_replaced in [false, true] {
+        let folder = tempfile::tempdir().unwrap();
+        flight::write(folder.path(), 2000, |_, _| {});
+        let path = folder.path().join("flight.csv");
+        let text = std::fs::read_to_string(&path).unwrap();
+        let lines: Vec<&str> = text.lines().collect();
+        std::fs::write(&path, lines[..1001].join("\n") + "\n").unwrap();
+        let start = std::time::Instant::now();
+        let mut running = Command::new(env!("CARGO_BIN_EXE_doublet-cli"))
+            .args(["live", "--file", "flight.csv", "--session", "session.toml", "--json", "--wait", "2"])
+            .args(["--record", "kept"])
+            .current_dir(folder.path())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut updates = BufReader::new(running.stdout.take().unwrap()).lines();
+        updates.next().unwrap().unwrap();
+        std::fs::remove_file(&path).unwrap();
+        if is_replaced {
+            std::fs::write(&path, [&lines[..1], &lines[1001..]].concat().join("\n") + "\n").unwrap();
+        }
+        let last: Value = serde_json::from_str(&updates.map_while(Result::ok).last().unwrap()).unwrap();
+        let output = running.wait_with_output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        assert!(start.elapsed().as_secs_f64() < 30.0, "{:?}", start.elapsed());
+        let expected_s = if is_replaced { 19.99 } else { 9.99 };
+        assert!((last["time_s"].as_f64().unwrap() - expected_s).abs() < 1e-6, "{is_replaced}: {last}");
+        assert_eq!(last["findings"].to_string().contains("begun anew 1 times"), is_replaced, "{last}");
+        assert!(folder.path().join("kept/session.toml").exists());
+    }
+}
+
+#[test]
+fn packets_of_other_addresses_are_left_out() {
+    use std::io::{BufRead, BufReader, Read};
+    use std::process::{Command, Stdio};
+    let folder = tempfile::tempdir().unwrap();
+    let mut running = Command::new(env!("CARGO_BIN_EXE_doublet-cli"))
+        .args(["live", "--udp", "127.0.0.1:0", "--from", "127.0.0.2", "--for", "2", "--record", "kept"])
+        .current_dir(folder.path())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut said = BufReader::new(running.stderr.take().unwrap());
+    let mut line = String::new();
+    while !line.contains("listening at ") {
+        line.clear();
+        assert!(said.read_line(&mut line).unwrap() > 0);
+    }
+    let address = line.trim().rsplit(' ').next().unwrap().to_owned();
+    let socket = std::net::UdpSocket::bind("127.0.0.1:0").unwrap();
+    for k in 0..100 {
+        socket.send_to(format!("{{\"time\": {}, \"p\": 0}}", 0.1 * f64::from(k)).as_bytes(), &address).unwrap();
+    }
+    let status = running.wait().unwrap();
+    let mut rest = String::new();
+    said.read_to_string(&mut rest).unwrap();
+    assert!(!status.success() && rest.contains("nothing was recorded"), "{rest}");
+}

@@ -140,7 +140,9 @@ fn what_a_living_writer_holds_is_not_swept_and_what_a_dead_one_left_is() {
     let dead = root.path().join(".doublet-a1B2c3");
     std::fs::create_dir_all(dead.join("inner")).unwrap();
     std::fs::write(dead.join("inner/a.csv"), "half").unwrap();
+    std::fs::write(root.path().join("..doublet-a1B2c3.lock"), "").unwrap();
     std::fs::create_dir(root.path().join(".doublet-notes")).unwrap();
+    std::fs::create_dir(root.path().join(".doublet-photos")).unwrap();
     let (left, held) =
         (root.path().join(".s.toml.bak.a1b2c3.doublet-part"), root.path().join(".x.d4e5f6.doublet-part"));
     std::fs::write(&left, "half").unwrap();
@@ -149,6 +151,7 @@ fn what_a_living_writer_holds_is_not_swept_and_what_a_dead_one_left_is() {
     sweep(root.path());
     assert!(living.path().is_dir() && held.exists(), "their writers live");
     assert!(root.path().join(".doublet-notes").is_dir(), "not a name of ours");
+    assert!(root.path().join(".doublet-photos").is_dir(), "no writer locked it");
     assert!(!dead.exists() && !left.exists());
     // Saving a session sweeps its folder too.
     std::fs::write(&left, "half").unwrap();
@@ -165,6 +168,7 @@ fn a_file_that_came_in_while_folders_changed_places_is_not_swept() {
     std::fs::write(folder.join("mine.txt"), "only copy").unwrap();
     let left = root.path().join(".doublet-a1B2c3");
     std::fs::rename(&folder, &left).unwrap();
+    std::fs::write(root.path().join("..doublet-a1B2c3.lock"), "").unwrap();
     sweep(root.path());
     assert_eq!(names(&left), [MANIFEST, "mine.txt"]);
 }

@@ -6,12 +6,13 @@ use doublet_core::prep::{
 };
 use doublet_dynamics::frequency::{FrequencyRecord, SpectralSettings, responses};
 use doublet_dynamics::linear::StateSpace;
+use doublet_engine::graph::StageError;
 use nalgebra::DMatrix;
 use numpy::{Complex64, IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::{PyComplex, PyDict};
 
-use crate::attend::refuse;
+use crate::attend::{detached, refuse};
 use crate::columns::{owned, slice, to_matrix};
 
 /// Values over time turned into others at the same times; Python's other threads run meanwhile.
@@ -21,7 +22,7 @@ fn at_same_times<'py, E: std::fmt::Display + Send>(
     work: impl FnOnce(&[f64], &[f64]) -> Result<Vec<f64>, E> + Send,
 ) -> PyResult<Bound<'py, PyArray1<f64>>> {
     let (time, values) = (slice("time", time)?, slice("values", values)?);
-    Ok(owned(py, py.detach(|| work(time, values)).map_err(refuse)?))
+    Ok(owned(py, detached(py, "values over time", || work(time, values))?))
 }
 
 /// Smoothed values of evenly or unevenly sampled `values`.
@@ -77,7 +78,7 @@ pub fn frequency_response<'py>(
     };
     let records = records.iter().map(record).collect::<PyResult<Vec<_>>>()?;
     let settings = SpectralSettings { omega_rad_s: omega, windows_s: windows, overlap, for_fit: false };
-    let found = py.detach(|| responses(&records, &settings)).map_err(refuse)?;
+    let found = detached(py, "frequency response", || responses(&records, &settings))?;
     found
         .iter()
         .map(|response| {
@@ -122,7 +123,8 @@ pub fn natural_modes<'py>(
     let meanings = model
         .meanings()
         .ok_or_else(|| refuse("states are among u v w p q r phi theta psi north east h V alpha beta"))?;
-    modes_of(&a, &meanings)
+    let modes = detached(py, "modes", || Ok::<_, StageError>(modes_of(&a, &meanings)))?;
+    modes
         .iter()
         .map(|mode| {
             let all = PyDict::new(py);

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
 
-use doublet_engine::graph::{Control, StageError};
+use doublet_engine::graph::{Control, StageError, guarded};
 use doublet_engine::run::Job;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -20,6 +20,15 @@ pyo3::create_exception!(
 /// A refusal as an exception.
 pub fn refuse(error: impl std::fmt::Display) -> PyErr {
     DoubletError::new_err(error.to_string())
+}
+
+/// Does `work` while other Python threads run; a panic in it becomes the same exception as a refusal.
+pub fn detached<T: Send, E: std::fmt::Display + Send>(
+    py: Python<'_>,
+    name: &str,
+    work: impl FnOnce() -> Result<T, E> + Send,
+) -> PyResult<T> {
+    py.detach(|| guarded(name, || work().map_err(|error| error.to_string()))).map_err(refuse)
 }
 
 /// Tells the part that is done, 0 to 1, from any thread.

@@ -19,7 +19,7 @@ use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::attend::{Show, attend, refuse};
+use crate::attend::{Show, attend, detached, refuse};
 use crate::columns::{matrix, owned, shared};
 use crate::path::{Path, Reconstructed};
 
@@ -56,7 +56,7 @@ impl Coefficients {
             let formed = formed.map_err(|error| error.at(format!("window '{}'", window.manoeuvre.name)))?;
             Ok((window.manoeuvre.clone(), Keyed::new(Arc::new(formed), Key::unique())))
         };
-        let windows = py.detach(|| path.windows.iter().map(of).collect::<StageResult<Vec<_>>>()).map_err(refuse)?;
+        let windows = detached(py, "coefficients", || path.windows.iter().map(of).collect::<StageResult<Vec<_>>>())?;
         Ok(Self { path, preparation, windows: Arc::new(windows) })
     }
 
@@ -252,11 +252,11 @@ impl Fit {
                 window.role = if is_named { WindowRole::Identification } else { WindowRole::Validation };
             }
         }
-        let pooled = py.detach(|| {
+        let pooled = detached(py, "fit", || {
             let aero: Vec<AeroWindow<'_>> =
                 used.iter().map(|(window, aero)| (window, Arc::clone(aero.shared()))).collect();
-            pooled_fits(&aero, &structure, &estimation)
-        });
+            Ok::<_, StageError>(pooled_fits(&aero, &structure, &estimation))
+        })?;
         let (path, preparation) = (Arc::clone(&coefficients.path), Arc::clone(&coefficients.preparation));
         let pooled = Keyed::new(Arc::new(pooled), Key::unique());
         Ok(Self { inner: Arc::new(Fitted { path, preparation, structure, estimation, windows: used, pooled }) })
@@ -332,13 +332,12 @@ impl Fit {
         seed: u64,
     ) -> PyResult<(Vec<String>, Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>)> {
         let inner = &self.inner;
-        let found = py.detach(|| {
+        let (model, draws) = detached(py, "draws", || {
             let model =
                 pooled_model(&inner.pooled, (&inner.structure, &inner.estimation), &inner.aero(), &mut Vec::new())?;
             let draws = model.samples(samples, seed);
             Ok::<_, StageError>((model, draws))
-        });
-        let (model, draws) = found.map_err(refuse)?;
+        })?;
         let values = model.values();
         let drawn = nalgebra::DMatrix::from_fn(draws.len(), values.len(), |row, column| draws[row][column]);
         let estimates = owned(py, values.iter().copied().collect());

@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use doublet_core::quantity::Dimension;
+use doublet_core::quantity::{Dimension, Role};
 use doublet_core::reconstruct::{FilterSettings, Input, Measurement, Method, State};
 use doublet_core::series::TimeRange;
 use doublet_engine::graph::{Control, Key, KeyBuilder, Keyed, StageError};
-use doublet_engine::session::{Manoeuvre, PathSource, Preparation, Surface, WindowRole};
-use doublet_engine::stage::{AircraftData, LoadedFlight, Samples, WindowPath, paths, samples};
+use doublet_engine::session::{MOST_WINDOWS, Manoeuvre, PathSource, Preparation, Surface, WindowRole};
+use doublet_engine::stage::{AircraftData, LoadedFlight, Samples, WindowPath, fit_in_memory, paths, samples};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -218,6 +218,13 @@ fn reconstructed(
     windows: Vec<Manoeuvre>,
     control: &Control,
 ) -> Result<Vec<PathWindow>, StageError> {
+    if windows.len() > MOST_WINDOWS {
+        return Err(format!("{} windows are too many: give at most {MOST_WINDOWS} at a time", windows.len()).into());
+    }
+    // What they take is known before they are taken: without memory Python itself would end.
+    if let Some(inertial) = flight.recording.role(Role::SpecificForceZ) {
+        fit_in_memory(windows.iter().map(|window| window.window.indices(&inertial.series.time_s).len()).sum())?;
+    }
     let taken = windows.iter().map(|window| samples(&flight.recording, window.window, aircraft, preparation));
     let taken =
         taken.zip(&windows).map(|(found, window)| found.map_err(|error| error.at(format!("window '{}'", window.name))));

@@ -10,12 +10,12 @@ use doublet_core::quantity::{Role, Unit};
 use doublet_core::series::{Channel, Recording as Samples, Series};
 use doublet_engine::begin;
 use doublet_engine::builtin;
-use doublet_engine::graph::{Control, Key, Keyed};
+use doublet_engine::graph::{Control, Key, Keyed, StageError};
 use doublet_engine::stage::{LoadedFlight, physics_of, proposals};
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 
-use crate::attend::{Show, attend, refuse};
+use crate::attend::{Show, attend, detached, refuse};
 use crate::columns::{shared, slice};
 
 /// Roles a channel may play: name, SI unit, description.
@@ -165,21 +165,25 @@ impl Recording {
     /// Channels against each other: the rows of `physics` in `doublet check --json`, as JSON.
     fn physics(&self, py: Python<'_>) -> PyResult<String> {
         let map = self.map.as_deref().unwrap_or("the arrays");
-        let found = py.detach(|| physics_of(self.samples(), map));
+        let found =
+            detached(py, "channels against each other", || Ok::<_, StageError>(physics_of(self.samples(), map)))?;
         serde_json::to_string(&found.rows).map_err(refuse)
     }
 
     /// Manoeuvres of the controls: name, start and end (s), surface, kind, confidence; and why something was not found.
     #[allow(clippy::type_complexity, reason = "one row per manoeuvre")]
-    fn manoeuvres(&self, py: Python<'_>) -> (Vec<(String, f64, f64, Option<&'static str>, String, f64)>, Vec<String>) {
-        let found = py.detach(|| proposals("flight", &self.flight));
+    fn manoeuvres(
+        &self,
+        py: Python<'_>,
+    ) -> PyResult<(Vec<(String, f64, f64, Option<&'static str>, String, f64)>, Vec<String>)> {
+        let found = detached(py, "manoeuvres", || Ok::<_, StageError>(proposals("flight", &self.flight)))?;
         let row = |proposal: &doublet_engine::stage::WindowProposal| {
             let window = &proposal.manoeuvre;
             let surface = window.surface.map(doublet_engine::session::Surface::name);
             let (start, end) = (window.window.start_s, window.window.end_s);
             (window.name.clone(), start, end, surface, window.kind.clone(), proposal.confidence)
         };
-        (found.windows.iter().map(row).collect(), found.findings)
+        Ok((found.windows.iter().map(row).collect(), found.findings))
     }
 }
 

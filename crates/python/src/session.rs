@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use doublet_engine::begin;
 use doublet_engine::export::{Format, IdentifiedModel, write as write_model};
-use doublet_engine::graph::{Cache, Control};
+use doublet_engine::graph::{Cache, Control, StageError};
 use doublet_engine::report::{self, HistoryFormat, Outputs, TableFormat};
 use doublet_engine::run::{Scope, Snapshot, run as run_stages};
 use doublet_engine::session::{self, MapRef, Session as Settings};
@@ -13,7 +13,7 @@ use doublet_engine::study::{DynamicsRequest, Study};
 use doublet_engine::verdict::check_session;
 use pyo3::prelude::*;
 
-use crate::attend::{Show, attend, refuse};
+use crate::attend::{Show, attend, detached, refuse};
 use crate::recording::Recording;
 
 /// Memory for intermediate results of one run with studies, bytes.
@@ -153,7 +153,7 @@ impl Session {
 
     /// What `doublet check --json` prints.
     fn check(&self, py: Python<'_>) -> PyResult<String> {
-        let checked = py.detach(|| check_session(&self.settings, &self.folder));
+        let checked = detached(py, "check", || Ok::<_, StageError>(check_session(&self.settings, &self.folder)))?;
         serde_json::to_string(&checked).map_err(refuse)
     }
 
@@ -226,7 +226,7 @@ pub struct Results {
 impl Results {
     /// The content of results.json.
     fn json(&self, py: Python<'_>) -> PyResult<String> {
-        py.detach(|| serde_json::to_string(&report::build(&self.settings, &self.snapshot))).map_err(refuse)
+        detached(py, "results", || serde_json::to_string(&report::build(&self.settings, &self.snapshot)))
     }
 
     /// Writes what `doublet run --out` writes; returns the folder.
@@ -242,11 +242,11 @@ impl Results {
                 .collect(),
             recordings: false,
         };
-        let put = py.detach(|| {
+        let put = detached(py, "results", || {
             report::check_target(&folder)?;
             report::write(&self.settings, &self.snapshot, &folder, &outputs, &Control::default(), &|_| {})
-        });
-        Ok(put.map_err(refuse)?.folder)
+        })?;
+        Ok(put.folder)
     }
 
     /// Writes the identified model for other simulators; returns the files.
@@ -256,11 +256,11 @@ impl Results {
             Format::from_name(name).ok_or_else(|| refuse(format!("'{name}' is not a format: choose among {}", known())))
         };
         let formats = formats.iter().map(format).collect::<PyResult<Vec<_>>>()?;
-        let put = py.detach(|| {
+        let put = detached(py, "export", || {
             let model = IdentifiedModel::new(&self.settings, &self.snapshot)?;
             write_model(&model, &formats, &folder)
-        });
-        Ok(put.map_err(refuse)?.files)
+        })?;
+        Ok(put.files)
     }
 
     /// A flight as the run read it, the first unless it is named: on one time line, instruments and signals treated.

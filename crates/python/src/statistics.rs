@@ -11,7 +11,7 @@ use numpy::{PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::attend::refuse;
+use crate::attend::{detached, refuse};
 use crate::columns::{matrix, owned, slice, to_matrix};
 use crate::fits::constraint;
 
@@ -103,7 +103,7 @@ pub fn lstsq<'py>(
     let settings = Coloured::default();
     let whole = 0..z.len();
     let rows = groups.as_deref().map_or_else(|| vec![whole.clone()], stretches);
-    let found = py.detach(|| match weights {
+    let (fit, covariance) = detached(py, "least squares", || match weights {
         Some(weights) => {
             let fit = weighted_least_squares(&kept, &x, z, &weights)?;
             let covariance = weighted_coloured_covariance(&fit, &x, &weights, &rows, &settings)?;
@@ -115,8 +115,7 @@ pub fn lstsq<'py>(
             Ok((fit, covariance))
         }
         None => grouped(&kept, &x, z, &rows, constraints),
-    });
-    let (fit, covariance) = found.map_err(|error: doublet_core::estimate::EstimateError| refuse(error))?;
+    })?;
     described(py, &fit, z, &covariance)
 }
 
@@ -146,9 +145,9 @@ pub fn coloured_covariance<'py>(
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
     let (x, z) = (to_matrix(&x), slice("y", &y)?);
     let names: Vec<String> = (0..x.ncols()).map(|column| format!("x{column}")).collect();
-    let found = py.detach(|| {
+    let found = detached(py, "covariance", || {
         let fit = least_squares(&names, &x, z)?;
         covariance_of(&fit, &x, &Coloured::default())
-    });
-    Ok(matrix(py, &found.map_err(|error: doublet_core::estimate::EstimateError| refuse(error))?))
+    })?;
+    Ok(matrix(py, &found))
 }

@@ -135,3 +135,27 @@ def test_tables_become_frames():
     assert table.columns == ["role", "unit", "description"] and table.where(role="q")[0]["unit"] == "rad/s"
     assert len(db.units()) > 20
     assert list(table.to_pandas()["role"])[:6] == ["ax", "ay", "az", "p", "q", "r"]
+
+
+def test_what_is_out_of_range_is_refused_in_a_sentence():
+    u = np.sin(np.arange(200.0))
+    for arguments in ({"dt": 0.0}, {"dt": float("nan")}, {"dt": 0.02, "points": 2**63}, {"dt": 0.02, "points": 0}):
+        with pytest.raises(db.DoubletError, match="give"):
+            db.frequency_response(u, u, **arguments)
+    with pytest.raises(db.DoubletError):
+        db.frequency_response(u, np.full(200, 1e308), dt=0.02)
+    with pytest.raises(db.DoubletError, match="empty"):
+        db.modes(np.zeros((0, 0)), [])
+    with pytest.raises(db.DoubletError, match="Session.load"):
+        db.Session("a.toml")
+
+
+def test_windows_beyond_the_memory_are_refused_before_they_are_taken():
+    n = 400_000
+    rows = {name: np.zeros(n) for name in ("p", "q", "r", "ax", "ay", "alpha", "phi", "theta")}
+    rows.update(az=np.full(n, -9.8), airspeed=np.full(n, 60.0))
+    recording = db.Recording.from_arrays(np.arange(n) * 0.01, rows)
+    with pytest.raises(db.DoubletError, match="GB"):
+        db.reconstruct(recording, windows=[(0.0, 3999.0)] * 5000)
+    with pytest.raises(db.DoubletError, match="too many"):
+        db.reconstruct(recording, windows=[(0.0, 1.0)] * 10_001)

@@ -30,7 +30,7 @@ pub use store::{Estimate, Finished, Store};
 pub use sweep::Sweep;
 pub use table::write;
 
-use crate::graph::Cache;
+use crate::graph::{Cache, guarded};
 use crate::report;
 use crate::run::{Control, Scope, Snapshot, run as run_stages};
 use crate::session::{self, Session};
@@ -79,10 +79,11 @@ pub fn compute(jobs: &[Job], store: &Store, progress: &(dyn Fn(usize, &str) + Sy
 
 /// What one run finds, and what failed in it.
 fn finish(job: &Job, cache: &Cache) -> Finished {
-    let finished = job.session.as_ref().map_err(Clone::clone).and_then(|session| {
-        let attempt = std::panic::AssertUnwindSafe(|| estimates(session, job, cache));
-        std::panic::catch_unwind(attempt).unwrap_or_else(|_| Err("the run ended unexpectedly".to_owned()))
-    });
+    let finished = job
+        .session
+        .as_ref()
+        .map_err(Clone::clone)
+        .and_then(|session| guarded("run", || estimates(session, job, cache)));
     finished.unwrap_or_else(|error| Finished { error: Some(error), ..Finished::default() })
 }
 

@@ -9,7 +9,7 @@ use std::time::SystemTime;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Cache, Control, Footprint, Key, KeyBuilder, Keyed, Stage, StageResult};
+use super::{Cache, Control, Footprint, Key, KeyBuilder, Keyed, Stage, StageResult, guarded};
 use crate::builtin;
 
 /// State of a file or a folder when it was read: size and time of change of it and of what it holds. Reading recordings again to
@@ -116,7 +116,7 @@ impl<'a> Context<'a> {
             Err(own) => own,
         };
         let context = Context { progress, ..self.parts(1) };
-        let output = S::run(params, inputs, &context);
+        let output = guarded(S::NAME, || S::run(params, inputs, &context));
         let read = context.files();
         self.declare(&read);
         Ok(self.insert::<S>(own, read, output?))

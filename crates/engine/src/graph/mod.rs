@@ -3,11 +3,13 @@
 mod cache;
 mod context;
 mod control;
+mod guard;
 mod key;
 mod stage;
 
 pub use cache::{Cache, Footprint};
 pub use context::{Context, FileStamp};
 pub use control::{Cancelled, Control};
+pub use guard::guarded;
 pub use key::{Key, KeyBuilder};
 pub use stage::{Keyed, Stage, StageError, StageResult};

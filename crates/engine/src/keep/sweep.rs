@@ -8,7 +8,7 @@ use std::io;
 use std::path::Path;
 
 use super::folder::links;
-use super::lock::Lock;
+use super::lock::{Lock, lock_path};
 use super::manifest::{MANIFEST, Manifest, name_of};
 
 /// Start of the names of staging folders.
@@ -26,15 +26,17 @@ pub fn sweep(folder: &Path) {
         let path = entry.path();
         let is_folder = entry.file_type().is_ok_and(|kind| kind.is_dir());
         let is_file = entry.file_type().is_ok_and(|kind| kind.is_file());
-        if is_folder && is_staging(name) {
+        // A writer locks its folder: one without a lock is somebody else's.
+        if is_folder && is_staging(name) && lock_path(&path).exists() {
             _ = Lock::try_lock_abandoned(&path).map(|_lock| remove_staging(&path));
         } else if is_file && name.starts_with('.') && name.ends_with(PART) {
             _ = remove_part(&path);
         } else if let Some(staging) = name.strip_prefix('.').and_then(|name| name.strip_suffix(".lock"))
             && is_file
             && is_staging(staging)
+            && !folder.join(staging).exists()
         {
-            // Removed with the lock.
+            // Its folder is gone: the file is removed with the lock.
             _ = Lock::try_lock(&folder.join(staging));
         }
     }

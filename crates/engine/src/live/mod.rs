@@ -1,8 +1,9 @@
 //! A flight while it is flown: rows as they arrive, the filter step by step, equation error by recursion, lamps, limits, recording.
 //!
-//! `source` gives rows, the channel map makes samples of roles of them, `pace` holds them until their time, `pipeline` orders them in time and
+//! `source` gives rows, `arrivals` leaves out doubled and stray ones, the channel map makes samples of roles of them, `pace` holds them until their time, `pipeline` orders them in time and
 //! computes, `record` keeps the rows and makes a session of them at the end. `watch` ties these together.
 
+mod arrivals;
 mod estimates;
 mod limits;
 mod open;
@@ -10,6 +11,7 @@ mod order;
 mod pace;
 mod pipeline;
 mod record;
+mod recorded_file;
 mod replay;
 mod settings;
 mod source;
@@ -19,7 +21,6 @@ mod watch;
 pub use limits::{Limit, LimitReading};
 pub use open::{Feed, Opening, Watched, open};
 pub use pipeline::LivePipeline;
-pub use record::Recorder;
 pub use replay::Replay;
 pub use settings::{Goal, LiveSettings};
 pub use source::{LineFormat, Polled, Source};

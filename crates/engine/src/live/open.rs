@@ -1,5 +1,6 @@
 //! What is to be watched, found by what was asked for.
 
+use std::net::IpAddr;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -45,6 +46,8 @@ pub struct Opening {
     pub aircraft: Option<String>,
     /// Campaign whose limits are watched, by file or `builtin:` and a name.
     pub campaign: Option<String>,
+    /// The one address whose packets are taken; none for all.
+    pub from: Option<IpAddr>,
     /// Time without a change after which a growing file has ended; none for never.
     pub wait: Option<Duration>,
 }
@@ -92,11 +95,15 @@ pub fn open(opening: &Opening) -> Result<Watched, String> {
         (Some(Feed::File(name)), _) => open_file(name, opening, like.as_ref(), &mut notes)?,
         (Some(Feed::Lines(address, format)), _) => {
             let map = named_map(opening)?.unwrap_or_else(by_role_names);
-            (Source::lines(address, *format)?, map, false)
+            (Source::lines(address, opening.from, *format)?, map, false)
         }
         (Some(Feed::Mavlink(place)), _) => {
             let (map, path) = (named_map(opening)?.map_or_else(mavlink_map, Ok)?, Path::new(place));
-            if path.exists() { (Source::log(path)?, map, true) } else { (Source::mavlink(place)?, map, false) }
+            if path.exists() {
+                (Source::log(path)?, map, true)
+            } else {
+                (Source::mavlink(place, opening.from)?, map, false)
+            }
         }
         (None, Some(like)) => {
             let replay = replay_of(like)?;

@@ -20,8 +20,9 @@ pub struct OrderedSamples {
     tracks: BTreeMap<Role, VecDeque<(f64, f64)>>,
     /// Delays of measurements: their samples show what was true so much earlier, s.
     delays_s: BTreeMap<Role, f64>,
-    /// Samples that came too late.
+    /// Rows that came too late: samples of one time, one after the other, are one row.
     pub late: u64,
+    last_late_s: Option<f64>,
 }
 
 impl OrderedSamples {
@@ -37,9 +38,10 @@ impl OrderedSamples {
         if !(time_s.is_finite() && value.is_finite()) {
             return;
         }
+        let stamp_s = time_s;
         let time_s = time_s - self.delays_s.get(&role).copied().unwrap_or(0.0);
         if time_s <= passed_s {
-            self.late += 1;
+            self.late += u64::from(self.last_late_s.replace(stamp_s) != Some(stamp_s));
             return;
         }
         let track = self.tracks.entry(role).or_default();
@@ -68,6 +70,11 @@ impl OrderedSamples {
         let rates = [Input::RollRate, Input::PitchRate, Input::YawRate];
         let base = rates.iter().find_map(|rate| self.tracks.get(&rate.role()));
         base.into_iter().flatten().map(|(time_s, _)| *time_s).collect()
+    }
+
+    /// How many of them lie between two times, both exclusive.
+    pub(crate) fn base_samples_between(&self, start_s: f64, end_s: f64) -> u64 {
+        self.base_times().iter().filter(|time_s| **time_s > start_s && **time_s < end_s).count() as u64
     }
 
     /// Inertial channels of which nothing came.
@@ -141,6 +148,8 @@ mod tests {
             ordered.insert(sample(time_s, time_s), -1.0);
         }
         ordered.insert(sample(0.05, 9.0), 0.1);
+        // Another channel of the same row.
+        ordered.insert(RoleSample { role: Role::PitchRate, ..sample(0.05, 9.0) }, 0.1);
         ordered.insert(sample(0.5, f64::NAN), 0.1);
         assert_eq!(ordered.base_times(), [0.0, 0.1, 0.2, 0.3, 0.4]);
         assert_eq!(ordered.late, 1);

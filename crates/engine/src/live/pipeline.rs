@@ -196,6 +196,9 @@ impl LivePipeline {
         if self.filter.take().is_some() {
             self.counts.restarts += 1;
         }
+        if self.passed_s.is_finite() {
+            self.counts.skipped += self.ordered.base_samples_between(self.passed_s, time_s);
+        }
         self.path.clear();
         (self.segment_s, self.passed_s) = (time_s, self.passed_s.max(time_s - 1e-9));
         if let Some(grid) = &mut self.grid {

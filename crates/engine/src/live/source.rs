@@ -2,9 +2,9 @@
 
 use std::fs::File;
 use std::io::{ErrorKind, Read};
-use std::net::UdpSocket;
+use std::net::{IpAddr, SocketAddr, UdpSocket};
 use std::path::{Path, PathBuf};
-use std::time::{Duration, SystemTime};
+use std::time::{Duration, Instant, SystemTime};
 
 use doublet_core::load::stream::{JsonDecoder, MavlinkDecoder, StreamRow, TailedFile, TextDecoder};
 
@@ -53,11 +53,13 @@ pub enum Source {
         path: PathBuf,
         /// Time without a change after which it has ended; none for never.
         wait: Option<Duration>,
+        /// When it was last read or there.
+        last: Instant,
     },
     /// Lines by UDP.
     Lines {
         /// Socket.
-        socket: UdpSocket,
+        socket: Socket,
         /// What the lines are.
         format: LineFormat,
         /// Decoder of text.
@@ -68,7 +70,7 @@ pub enum Source {
     /// MAVLink packets by UDP.
     Mavlink {
         /// Socket.
-        socket: UdpSocket,
+        socket: Socket,
         /// Decoder.
         decoder: Box<MavlinkDecoder>,
     },
@@ -90,39 +92,48 @@ impl Source {
     /// One line when it cannot be opened.
     pub fn tail(path: &Path, wait: Option<Duration>) -> Result<Self, String> {
         let file = TailedFile::open(path).map_err(|error| error.to_string())?;
-        Ok(Self::Tail { file: file.into(), path: path.to_owned(), wait })
+        Ok(Self::Tail { file: file.into(), path: path.to_owned(), wait, last: Instant::now() })
     }
 
-    /// Lines by UDP at `address`.
+    /// Lines by UDP at `address`, from one sender alone where `from` names it.
     ///
     /// # Errors
     /// One line when nothing can listen there.
-    pub fn lines(address: &str, format: LineFormat) -> Result<Self, String> {
+    pub fn lines(address: &str, from: Option<IpAddr>, format: LineFormat) -> Result<Self, String> {
         let (text, json) = (TextDecoder::new("stream").into(), JsonDecoder::default());
-        Ok(Self::Lines { socket: listen(address)?, format, text, json })
+        Ok(Self::Lines { socket: Socket::listen(address, from)?, format, text, json })
     }
 
-    /// MAVLink packets by UDP at `address`.
+    /// MAVLink packets by UDP at `address`, from one sender alone where `from` names it.
     ///
     /// # Errors
     /// One line when nothing can listen there.
-    pub fn mavlink(address: &str) -> Result<Self, String> {
-        Ok(Self::Mavlink { socket: listen(address)?, decoder: Box::default() })
+    pub fn mavlink(address: &str, from: Option<IpAddr>) -> Result<Self, String> {
+        Ok(Self::Mavlink { socket: Socket::listen(address, from)?, decoder: Box::default() })
     }
 
     /// MAVLink packets of a telemetry log.
     ///
     /// # Errors
-    /// One line when it cannot be opened.
+    /// One line when it cannot be opened, or is a pipe that may never be written.
     pub fn log(path: &Path) -> Result<Self, String> {
+        let about = path.metadata().map_err(|error| format!("{}: {error}", path.display()))?;
+        if !about.is_file() {
+            return Err(format!("{} is a pipe, a device or a folder: name a telemetry log", path.display()));
+        }
         let file = File::open(path).map_err(|error| format!("{}: {error}", path.display()))?;
         Ok(Self::Log { file, path: path.to_owned(), decoder: Box::default() })
     }
 
+    /// Whether its rows come in order and once: those of a recording that was read as a whole.
+    pub(super) fn is_trusted(&self) -> bool {
+        matches!(self, Self::Replay(_))
+    }
+
     /// Place of the socket, where there is one.
-    pub fn address(&self) -> Option<std::net::SocketAddr> {
+    pub fn address(&self) -> Option<SocketAddr> {
         match self {
-            Self::Lines { socket, .. } | Self::Mavlink { socket, .. } => socket.local_addr().ok(),
+            Self::Lines { socket, .. } | Self::Mavlink { socket, .. } => socket.socket.local_addr().ok(),
             _ => None,
         }
     }
@@ -134,17 +145,18 @@ impl Source {
     pub fn poll(&mut self, rows: &mut Vec<StreamRow>) -> Result<Polled, String> {
         match self {
             Self::Replay(replay) => Ok(if replay.poll(rows) { Polled::Rows } else { Polled::Ended }),
-            Self::Tail { file, path, wait } => {
+            Self::Tail { file, path, wait, last } => {
                 if file.poll(rows).map_err(|error| error.to_string())? {
+                    *last = Instant::now();
                     return Ok(Polled::Rows);
                 }
-                if !wait.is_some_and(|wait| is_unchanged_for(path, wait)) {
+                if !wait.is_some_and(|wait| is_unchanged_for(path, *last, wait)) {
                     return Ok(Polled::Nothing);
                 }
                 file.finish(rows);
                 Ok(Polled::Ended)
             }
-            Self::Lines { socket, format, text, json } => receive(socket, |datagram| {
+            Self::Lines { socket, format, text, json } => socket.receive(|datagram| {
                 let is_json = match format {
                     LineFormat::Json => true,
                     LineFormat::Text => false,
@@ -162,7 +174,7 @@ impl Source {
                     }
                 }
             }),
-            Self::Mavlink { socket, decoder } => receive(socket, |datagram| {
+            Self::Mavlink { socket, decoder } => socket.receive(|datagram| {
                 decoder.push(datagram, rows);
                 decoder.end_of_datagram(rows);
             }),
@@ -180,59 +192,82 @@ impl Source {
 
     /// What of the stream could not be understood or is missing by its own count, in one line; none where all is well.
     pub fn losses(&self) -> Option<String> {
-        match self {
-            Self::Replay(_) => None,
+        let (own, foreign) = match self {
+            Self::Replay(_) => (None, 0),
             Self::Tail { file, .. } => {
                 let (refused, restarts) = (file.refused_bytes(), file.restarts);
-                (refused > 0 || restarts > 0)
-                    .then(|| format!("{refused} bytes of the file are no rows; it was begun anew {restarts} times"))
+                let line = || format!("{refused} bytes of the file are no rows; it was begun anew {restarts} times");
+                ((refused > 0 || restarts > 0).then(line), 0)
             }
-            Self::Lines { text, json, .. } => (text.refused_bytes > 0 || json.refused > 0).then(|| {
-                format!(
-                    "{} lines of JSON and {} bytes of text could not be understood",
-                    json.refused, text.refused_bytes
-                )
-            }),
-            Self::Mavlink { decoder, .. } | Self::Log { decoder, .. } => (decoder.lost > 0 || decoder.packets == 0)
-                .then(|| {
-                    let MavlinkDecoder { packets, lost, refused_bytes, .. } = &**decoder;
-                    format!(
-                        "{packets} packets understood, {lost} missing by their numbers, {refused_bytes} bytes were none"
-                    )
-                }),
-        }
+            Self::Lines { socket, text, json, .. } => {
+                let (lines, bytes) = (json.refused, text.refused_bytes);
+                let line = || format!("{lines} lines of JSON and {bytes} bytes of text could not be understood");
+                ((bytes > 0 || lines > 0).then(line), socket.foreign)
+            }
+            Self::Mavlink { socket, decoder } => (losses_of(decoder), socket.foreign),
+            Self::Log { decoder, .. } => (losses_of(decoder), 0),
+        };
+        let foreign = (foreign > 0).then(|| format!("{foreign} packets of other addresses were left out"));
+        let lines: Vec<String> = own.into_iter().chain(foreign).collect();
+        (!lines.is_empty()).then(|| lines.join("; "))
     }
+}
+
+/// What of MAVLink packets is missing.
+fn losses_of(decoder: &MavlinkDecoder) -> Option<String> {
+    let MavlinkDecoder { packets, lost, refused_bytes, .. } = decoder;
+    let line =
+        || format!("{packets} packets understood, {lost} missing by their numbers, {refused_bytes} bytes were none");
+    (*lost > 0 || *packets == 0).then(line)
 }
 
 /// A socket that does not wait.
-fn listen(address: &str) -> Result<UdpSocket, String> {
-    let named = |error: std::io::Error| {
-        format!("{address}: {error}: give an address of this computer and a port, such as 0.0.0.0:14550")
-    };
-    let socket = UdpSocket::bind(address).map_err(named)?;
-    socket.set_nonblocking(true).map_err(named)?;
-    Ok(socket)
+#[derive(Debug)]
+pub struct Socket {
+    socket: UdpSocket,
+    /// The one sender whose packets are taken; none for all.
+    from: Option<IpAddr>,
+    /// Packets of others.
+    foreign: u64,
 }
 
-/// Takes the datagrams that wait.
-fn receive(socket: &UdpSocket, mut take: impl FnMut(&[u8])) -> Result<Polled, String> {
-    let mut datagram = vec![0; DATAGRAM];
-    for count in 0..DATAGRAMS {
-        match socket.recv(&mut datagram) {
-            Ok(length) => take(&datagram[..length]),
-            Err(error) if error.kind() == ErrorKind::WouldBlock => {
-                return Ok(if count > 0 { Polled::Rows } else { Polled::Nothing });
-            }
-            // A sender that is gone says so on some systems; the next may come.
-            Err(error) if matches!(error.kind(), ErrorKind::ConnectionReset | ErrorKind::Interrupted) => {}
-            Err(error) => return Err(format!("the socket cannot be read: {error}")),
-        }
+impl Socket {
+    fn listen(address: &str, from: Option<IpAddr>) -> Result<Self, String> {
+        let named = |error: std::io::Error| {
+            format!("{address}: {error}: give an address of this computer and a port, such as 127.0.0.1:14550")
+        };
+        let socket = UdpSocket::bind(address).map_err(named)?;
+        socket.set_nonblocking(true).map_err(named)?;
+        Ok(Self { socket, from, foreign: 0 })
     }
-    Ok(Polled::Rows)
+
+    /// Takes the datagrams that wait.
+    fn receive(&mut self, mut take: impl FnMut(&[u8])) -> Result<Polled, String> {
+        let mut datagram = vec![0; DATAGRAM];
+        for count in 0..DATAGRAMS {
+            match self.socket.recv_from(&mut datagram) {
+                Ok((length, sender)) if self.is_heard(sender) => take(&datagram[..length]),
+                Ok(_) => self.foreign += 1,
+                Err(error) if error.kind() == ErrorKind::WouldBlock => {
+                    return Ok(if count > 0 { Polled::Rows } else { Polled::Nothing });
+                }
+                // A sender that is gone says so on some systems; the next may come.
+                Err(error) if matches!(error.kind(), ErrorKind::ConnectionReset | ErrorKind::Interrupted) => {}
+                Err(error) => return Err(format!("the socket cannot be read: {error}")),
+            }
+        }
+        Ok(Polled::Rows)
+    }
+
+    fn is_heard(&self, sender: SocketAddr) -> bool {
+        self.from.is_none_or(|from| sender.ip().to_canonical() == from.to_canonical())
+    }
 }
 
-/// Whether a file was not written to for so long.
-fn is_unchanged_for(path: &Path, wait: Duration) -> bool {
-    let changed = path.metadata().and_then(|about| about.modified());
-    changed.is_ok_and(|changed| SystemTime::now().duration_since(changed).is_ok_and(|age| age > wait))
+/// Whether a file was not written to for so long; one that is gone, since it was last read.
+fn is_unchanged_for(path: &Path, last: Instant, wait: Duration) -> bool {
+    match path.metadata().and_then(|about| about.modified()) {
+        Ok(changed) => SystemTime::now().duration_since(changed).is_ok_and(|age| age > wait),
+        Err(_) => last.elapsed() > wait,
+    }
 }

@@ -43,8 +43,14 @@ pub struct Counts {
     pub samples: u64,
     /// Inertial samples that never came, by the usual interval.
     pub lost: u64,
-    /// Samples of any channel that came after the filter had passed their time, and were left out.
+    /// Rows that came after the filter had passed their time, and were left out.
     pub late: u64,
+    /// Rows that came again, and were left out.
+    pub doubled: u64,
+    /// Rows with a stamp far from those around it, or without one, which were left out.
+    pub stray: u64,
+    /// Inertial samples that came and that the filter passed over where it began anew.
+    pub skipped: u64,
     /// Pauses after which the filter began anew.
     pub restarts: u64,
 }

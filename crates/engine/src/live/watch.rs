@@ -6,9 +6,10 @@ use std::time::{Duration, Instant};
 use doublet_core::load::ChannelMap;
 use doublet_core::load::stream::{StreamMap, StreamRow};
 
+use super::arrivals::{Arrivals, Arrived};
 use super::pace::Pace;
 use super::pipeline::LivePipeline;
-use super::record::Recorder;
+use super::record::{Ending, Recorder};
 use super::settings::LiveSettings;
 use super::source::{Polled, Source};
 use super::update::LiveUpdate;
@@ -27,7 +28,10 @@ pub struct LiveWatch {
     map_text: String,
     pace: Pace,
     pipeline: LivePipeline,
+    arrivals: Arrivals,
     recorder: Option<Recorder>,
+    /// Why nothing is recorded any more.
+    recording_error: Option<String>,
     /// Time without a row after which the stream has ended, once it had begun; none for never.
     wait: Option<Duration>,
     last_rows: Option<Instant>,
@@ -62,14 +66,17 @@ impl LiveWatch {
         let map = ChannelMap::parse(&map_text).map_err(|error| error.to_string())?;
         let pipeline = LivePipeline::new(settings)?;
         let (map, pace) = (StreamMap::new(map), Pace::new(speed));
-        let (recorder, last_rows, last_flush, has_ended, is_finished) = (None, None, None, false, false);
+        let (recorder, recording_error, arrivals) = (None, None, Arrivals::default());
+        let (last_rows, last_flush, has_ended, is_finished) = (None, None, false, false);
         Ok(Self {
             source,
             map,
             map_text,
             pace,
             pipeline,
+            arrivals,
             recorder,
+            recording_error,
             wait,
             last_rows,
             last_flush,
@@ -90,16 +97,30 @@ impl LiveWatch {
     /// Takes what came and computes what follows from it.
     ///
     /// # Errors
-    /// One line: a source that cannot be read, a disk that is full.
+    /// One line: a source that cannot be read. A disk that is full ends the recording alone.
     pub fn step(&mut self, now: Instant) -> Result<Step, String> {
         let mut polled = Polled::Nothing;
         if !self.has_ended && !self.pace.is_full() {
             let mut rows = Vec::new();
             polled = self.source.poll(&mut rows)?;
             self.has_ended = polled == Polled::Ended || self.is_silent(now, !rows.is_empty());
-            self.keep(&rows, now)?;
+            let mut arrived = Vec::new();
+            for row in rows {
+                for row in self.map.ready(row) {
+                    arrived.extend(self.arrive(row));
+                }
+            }
+            if self.has_ended {
+                self.arrivals.finish();
+                // Sources that ended before their clock was found are recorded all the same.
+                let waiting = self.map.waiting().into_iter();
+                let short = waiting.map(|row| Arrived { row, time_s: f64::NAN, restarts: 0 });
+                let short: Vec<Arrived> = short.collect();
+                self.keep(&short, now);
+            }
+            self.keep(&arrived, now);
             let mut samples = Vec::new();
-            rows.iter().for_each(|row| self.map.take(row, &mut samples));
+            arrived.iter().for_each(|Arrived { row, time_s, .. }| self.map.convert(row, *time_s, &mut samples));
             self.pace.put(samples.into_iter());
         }
         let due = self.pace.due(now);
@@ -110,7 +131,10 @@ impl LiveWatch {
             self.is_finished = true;
         }
         let problems = self.problems();
-        updates.iter_mut().for_each(|update| update.findings.extend(problems.iter().cloned()));
+        for update in &mut updates {
+            (update.counts.doubled, update.counts.stray) = (self.arrivals.doubled, self.arrivals.stray);
+            update.findings.extend(problems.iter().cloned());
+        }
         Ok(Step { updates, is_finished: self.is_finished, rest: (!is_busy).then_some(REST) })
     }
 
@@ -123,15 +147,31 @@ impl LiveWatch {
         self.source.address().is_some() && silence.zip(self.wait).is_some_and(|(silence, wait)| silence > wait)
     }
 
-    /// Records rows; what was recorded is on its way to the disk within a second.
-    fn keep(&mut self, rows: &[StreamRow], now: Instant) -> Result<(), String> {
-        let Some(recorder) = &mut self.recorder else { return Ok(()) };
-        recorder.write(rows)?;
+    /// What of a row is taken now, with the time it is taken at.
+    fn arrive(&mut self, row: StreamRow) -> Vec<Arrived> {
+        let stamp_s = self.map.time_s(&row);
+        if self.source.is_trusted() {
+            return vec![Arrived { row, time_s: stamp_s.unwrap_or(f64::NAN), restarts: 0 }];
+        }
+        self.arrivals.take(row, stamp_s)
+    }
+
+    /// Records rows; what was recorded is on its way to the disk within a second. A disk that does not take them ends the recording and
+    /// nothing else.
+    fn keep(&mut self, rows: &[Arrived], now: Instant) {
+        let Some(recorder) = self.recorder.as_mut().filter(|_| self.recording_error.is_none()) else { return };
+        let mut kept = recorder.write(rows);
         if self.last_flush.is_none_or(|last| now.saturating_duration_since(last) > FLUSHED_EVERY) {
             self.last_flush = Some(now);
-            recorder.flush()?;
+            kept = kept.and_then(|()| recorder.flush());
         }
-        Ok(())
+        self.recording_error =
+            kept.err().map(|error| format!("recording has stopped, watching goes on: {error}: free the disk"));
+    }
+
+    /// Why nothing is recorded any more.
+    pub fn recording_error(&self) -> Option<&str> {
+        self.recording_error.as_deref()
     }
 
     /// The stream is not followed any more: the next step goes to the end of what was due.
@@ -145,10 +185,18 @@ impl LiveWatch {
         self.source.address()
     }
 
-    /// What the map cannot find and what of the stream is lost.
+    /// What the map cannot find, what of the stream is lost, clocks that began anew and a recording that stopped.
     fn problems(&self) -> Vec<String> {
         let missing = self.map.problems.iter().filter(|problem| problem.is_error).map(ToString::to_string);
-        missing.chain(self.source.losses()).collect()
+        let left_out = self.map.left_out.iter().map(|source| {
+            format!(
+                "source '{source}' is left out: its channels have the roles of another source; name sources in the map"
+            )
+        });
+        let restarts = Some(self.arrivals.restarts()).filter(|count| *count > 0);
+        let restarts = restarts.map(|count| format!("a clock of the stream began anew, {count} in all: time goes on"));
+        let others = restarts.into_iter().chain(self.source.losses()).chain(self.recording_error.clone());
+        missing.chain(left_out).chain(others).collect()
     }
 
     /// Ends the recording, if there is one, and makes a session of it with the settings of `like`; its path.
@@ -156,6 +204,11 @@ impl LiveWatch {
     /// # Errors
     /// One line when nothing was recorded or it cannot be read.
     pub fn finish(self, like: Option<&Session>, aircraft: Option<&str>) -> Result<Option<PathBuf>, String> {
-        self.recorder.map(|recorder| recorder.finish(&self.map_text, like, aircraft)).transpose()
+        let Some(recorder) = self.recorder else { return Ok(None) };
+        let (map, left_out) = (&self.map_text, &self.map.left_out);
+        let ending = Ending { map, like, aircraft, left_out, time_s: &|row| self.map.time_s(row) };
+        let finished = recorder.finish(&ending);
+        // Why there is no session is why nothing was recorded.
+        finished.map(Some).map_err(|error| self.recording_error.unwrap_or(error))
     }
 }

@@ -8,7 +8,7 @@ use super::details::{DetailRequest, details};
 use super::inquiries::inquire;
 use super::pipeline::{Scope, run};
 use super::snapshot::{Slot, Snapshot};
-use crate::graph::{Cache, Context, Control};
+use crate::graph::{Cache, Context, Control, StageError, guarded};
 use crate::session::Session;
 use crate::study::Study;
 
@@ -184,7 +184,7 @@ fn coordinate(shared: &Shared) {
             (shared.wake)();
         };
         let is_run = matches!(job, Job::Run(..));
-        match (job, &done) {
+        let work = || match (job, &done) {
             (Job::Run(generation, request), _) => {
                 let scope = Scope {
                     session: &request.session,
@@ -196,7 +196,7 @@ fn coordinate(shared: &Shared) {
                 };
                 let previous = if request.fresh { Arc::default() } else { previous };
                 run(&scope, &previous, &cache, &control, &publish);
-                done = Some(request);
+                Ok(Some(request))
             }
             (Job::Detail(wanted), Some(Request { session, folder, .. })) => {
                 let context = Context::new(folder).with_cache(&cache).with_control(&control, &|_| ());
@@ -206,8 +206,17 @@ fn coordinate(shared: &Shared) {
                     publish(shown.clone());
                 }
                 inquire(session, &mut shown, &wanted.inquiry, &context, &publish);
+                Ok(None)
             }
-            (Job::Detail(_), None) => {}
+            (Job::Detail(_), None) => Ok(None),
+        };
+        match guarded::<_, StageError>("analysis", work) {
+            Ok(ran) => done = ran.or(done),
+            Err(error) => {
+                let mut shown = Snapshot::clone(&lock(&shared.snapshot));
+                shown.end(&error);
+                publish(shown);
+            }
         }
         let mut inbox = lock(&shared.inbox);
         inbox.running = None;

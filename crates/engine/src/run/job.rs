@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::thread::JoinHandle;
 
-use crate::graph::{Control, StageError, StageResult};
+use crate::graph::{Control, StageError, StageResult, guarded};
 
 /// Results or a report on their way to disk, or a recording being looked at. Dropping it waits for the end: nothing half-written is left
 /// behind.
@@ -28,13 +28,15 @@ impl<T: Send + 'static> Job<T> {
         let progress = Arc::new(AtomicU32::new(0.0_f32.to_bits()));
         let control = Control::default();
         let (shown, watched) = (Arc::clone(&progress), control.clone());
+        let place = name.to_owned();
         let run = move || {
-            let result = work(&watched, &|part| {
+            let show = |part: f32| {
                 shown.store(part.to_bits(), Ordering::Relaxed);
                 wake();
-            });
+            };
+            let result = guarded(&place, || work(&watched, &show).map_err(Into::into));
             wake();
-            result.map_err(Into::into)
+            result
         };
         let thread = std::thread::Builder::new().name(name.to_owned()).spawn(run)?;
         Ok(Self { progress, control, thread: Some(thread) })
@@ -79,5 +81,19 @@ impl<T> Drop for Job<T> {
             // Nobody is left to tell how it ended.
             let _ = thread.join();
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_panic_in_the_work_is_said_in_one_line() {
+        let empty: Vec<f64> = Vec::new();
+        let job = Job::start("report", || (), move |_, _| Ok::<_, StageError>(empty[empty.len()])).unwrap();
+        let error = job.finish().unwrap_err().to_string();
+        assert!(error.starts_with("report: internal error of doublet at engine/src/run/job.rs"), "{error}");
+        assert!(error.contains("index out of bounds") && !error.contains('\n'), "{error}");
     }
 }

@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{JoinHandle, sleep};
 use std::time::Instant;
 
-use crate::graph::StageResult;
+use crate::graph::{StageResult, guarded};
 use crate::live::{Limit, LiveUpdate, LiveWatch, Opening, open};
 
 /// Interval of updates in the window, s.
@@ -102,7 +102,8 @@ impl LiveThread {
         let (view, stop) = (Arc::<Mutex<Arc<LiveView>>>::default(), Arc::<AtomicBool>::default());
         let (shared, stopped) = (Arc::clone(&view), Arc::clone(&stop));
         let watch = move || {
-            let error = watch(&order, &shared, &stopped, &wake).err().map(|error| error.to_string());
+            let watched = guarded("live", || watch(&order, &shared, &stopped, &wake));
+            let error = watched.err().map(|error| error.to_string());
             let mut guard = lock(&shared);
             let view = Arc::make_mut(&mut guard);
             (view.error, view.is_finished) = (error, true);

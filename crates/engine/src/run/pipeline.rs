@@ -12,9 +12,9 @@ use doublet_core::reconstruct::{FilterData, FilterSettings, Reconstruction, lane
 use rayon::prelude::*;
 
 use super::snapshot::{AnySlot, LogEntry, Slot, SlotGroup, Snapshot, WindowResults};
-use super::snapshot_builder::SnapshotBuilder;
+use super::snapshot_builder::{SnapshotBuilder, first_snapshot};
 use super::studies;
-use crate::graph::{Cache, Cancelled, Context, Control, Key, Keyed, Stage, StageError, StageResult};
+use crate::graph::{Cache, Cancelled, Context, Control, Key, Keyed, Stage, StageError, StageResult, guarded};
 use crate::notation::plural;
 use crate::session::{self, Flight, Manoeuvre, PathSource, Session};
 use crate::stage::{
@@ -60,17 +60,24 @@ pub fn run(
     let (first, steps) = first_snapshot(scope, previous, &windows);
     let builder = SnapshotBuilder::new(first, previous.generation == 0, steps, publish, control);
     let context = Context::new(scope.folder).with_cache(cache).with_control(control, &|_| ());
-    let cancelled = Run { scope, windows: &windows, context: &context, builder: &builder }.stages().is_err();
+    let run = Run { scope, windows: &windows, context: &context, builder: &builder };
+    let ended = guarded("run", || run.stages().map_err(StageError::from));
+    let cancelled = ended == Err(StageError::Cancelled);
     let mut snapshot = builder.read(Snapshot::clone);
+    if let Err(reason) = &ended {
+        snapshot.end(reason);
+    }
     snapshot.busy = false;
     snapshot.progress = 1.0;
     snapshot.files = context.files().into();
+    let mut failures = Vec::new();
     let text = if cancelled {
-        snapshot.each_mut("", &mut |_, slot| slot.cancel());
         "cancelled".to_owned()
     } else {
-        snapshot.verdicts = verdict::judge(scope.session, &snapshot).into();
-        match snapshot.failures().len() {
+        let verdicts = guarded("verdict", || Ok(verdict::judge(scope.session, &snapshot).into()));
+        snapshot.verdicts.finish(verdicts);
+        failures = snapshot.failures();
+        match failures.len() {
             0 => format!("up to date: {} in use", plural(windows.len(), "window")),
             failures => format!("{} in use, {}", plural(windows.len(), "window"), plural(failures, "failure")),
         }
@@ -81,7 +88,6 @@ pub fn run(
     };
     note(text, started.elapsed(), false);
     if !cancelled {
-        let failures = builder.read(Snapshot::failures);
         failures.into_iter().for_each(|(place, error)| note(format!("{place}: {error}"), Duration::ZERO, true));
         let warning = session::path_warning(scope.session);
         // Said once, not by every run.
@@ -92,39 +98,6 @@ pub fn run(
     snapshot.log.drain(..excess);
     publish(snapshot.clone());
     snapshot
-}
-
-/// The previous snapshot without what left the session, everything else marked as running; and the number of its slots.
-fn first_snapshot(scope: &Scope<'_>, previous: &Snapshot, windows: &[&Manoeuvre]) -> (Snapshot, usize) {
-    let mut snapshot = Snapshot {
-        generation: scope.generation,
-        cause: scope.cause.to_owned(),
-        busy: true,
-        progress: 0.0,
-        ..previous.clone()
-    };
-    let flights: Vec<&str> = scope.session.flights.iter().map(|flight| flight.name.as_str()).collect();
-    let windows: Vec<&str> = windows.iter().map(|window| window.name.as_str()).collect();
-    snapshot.follow(&flights, &windows);
-    let Snapshot { second, details, mut studies, mut inquiries, .. } = snapshot.clone();
-    let mut slots = 0;
-    snapshot.each_mut("", &mut |_, slot| {
-        slot.begin();
-        slots += 1;
-    });
-    studies.each_mut("", &mut |name, slot| {
-        if scope.studies.iter().any(|study| study.name() == name) { slot.begin() } else { slot.expire() }
-    });
-    snapshot.studies = studies;
-    inquiries.each_mut("", &mut |_, slot| slot.expire());
-    snapshot.inquiries = inquiries;
-    if scope.session.second_structure.is_none() {
-        snapshot.second = second;
-    }
-    if details.latest().is_none() {
-        snapshot.details = details;
-    }
-    (snapshot, slots)
 }
 
 /// One run: what is asked for, in which context, and where it is shown.
@@ -315,7 +288,7 @@ impl<'a> Run<'a> {
             snapshot.pooled.fail(&error);
             snapshot.second = Slot::NotRequested;
             snapshot.proof = Slot::NotRequested;
-            snapshot.studies.each_mut("", &mut |_, slot| slot.cancel());
+            snapshot.studies.each_mut("", &mut |_, slot| slot.end(&StageError::Cancelled));
         })
     }
 
@@ -448,12 +421,26 @@ impl<'a> Run<'a> {
 
     fn reconstruct_batch(&self, session: &Session, batch: Vec<Task<'a>>) -> Vec<(Task<'a>, Reconstructed)> {
         let data: Vec<_> = batch.iter().map(|task| &*task.samples.data).collect();
-        let found = stage::reconstructions(&data, path_settings(session), self.context.control());
+        let control = self.context.control();
+        let found =
+            guarded("path", || Ok::<_, StageError>(stage::reconstructions(&data, path_settings(session), control)));
+        let found = found.unwrap_or_else(|error| data.iter().map(|_| Err(error.clone())).collect());
         batch.into_iter().zip(found).collect()
     }
 
     /// Path, coefficients and fits of a window whose path is known or was just reconstructed; none where it has no path.
     fn identify_window(
+        &self,
+        session: &Session,
+        task: Task<'a>,
+        reconstructed: Option<Reconstructed>,
+    ) -> Result<Option<IdentifiedWindow<'a>>, Cancelled> {
+        let manoeuvre = task.manoeuvre;
+        let found = guarded("window", || self.form_window(session, task, reconstructed).map_err(StageError::from));
+        found.or_else(|error| self.fail_window(manoeuvre, &error).map(|()| None))
+    }
+
+    fn form_window(
         &self,
         session: &Session,
         task: Task<'a>,

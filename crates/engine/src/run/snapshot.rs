@@ -111,8 +111,8 @@ impl<T> From<T> for Slot<T> {
 pub(crate) trait AnySlot {
     /// Marks it as being computed, keeping what it held.
     fn begin(&mut self);
-    /// Notes that the run ended without an output.
-    fn cancel(&mut self);
+    /// Notes that the run ended without an output, for this reason.
+    fn end(&mut self, reason: &StageError);
     /// Marks it as out of date without anything computing it.
     fn expire(&mut self);
     /// Notes that its stage failed, was stopped or does not apply.
@@ -126,9 +126,9 @@ impl<T> AnySlot for Slot<T> {
         *self = Self::Running { progress: 0.0, last: self.keyed().cloned() };
     }
 
-    fn cancel(&mut self) {
+    fn end(&mut self, reason: &StageError) {
         if matches!(self, Self::Running { .. }) {
-            self.expire();
+            self.fail(reason);
         }
     }
 
@@ -332,7 +332,7 @@ slots! {
         /// A closer look at these results; only the background worker computes it, after the run and for what is looked at.
         details: Slot<Details>,
         /// What of all this may be believed; computed last.
-        verdicts: Slot<Verdicts>,
+        verdicts: Slot<Verdicts> => "verdict",
     }
 }
 
@@ -371,6 +371,12 @@ slots! {
 }
 
 impl Snapshot {
+    /// Ends what still runs for this reason.
+    pub(super) fn end(&mut self, reason: &StageError) {
+        (self.busy, self.progress) = (false, 1.0);
+        self.each_mut("", &mut |_, slot| slot.end(reason));
+    }
+
     /// Modes and levels: as the run was asked for them, or as they are looked at.
     pub fn dynamics(&self) -> &Slot<DynamicsStudy> {
         let (studied, looked_at) = (&self.studies.dynamics, &self.inquiries.dynamics);

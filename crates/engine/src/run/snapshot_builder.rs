@@ -3,8 +3,10 @@
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use super::snapshot::Snapshot;
+use super::pipeline::Scope;
+use super::snapshot::{SlotGroup, Snapshot};
 use crate::graph::{Cancelled, Control};
+use crate::session::Manoeuvre;
 
 /// Shortest time between two published snapshots of one run.
 const PUBLISH_INTERVAL: Duration = Duration::from_millis(8);
@@ -85,4 +87,37 @@ impl<'a> SnapshotBuilder<'a> {
             change(snapshot);
         })
     }
+}
+
+/// The previous snapshot without what left the session, everything else marked as running; and the number of its slots.
+pub(super) fn first_snapshot(scope: &Scope<'_>, previous: &Snapshot, windows: &[&Manoeuvre]) -> (Snapshot, usize) {
+    let mut snapshot = Snapshot {
+        generation: scope.generation,
+        cause: scope.cause.to_owned(),
+        busy: true,
+        progress: 0.0,
+        ..previous.clone()
+    };
+    let flights: Vec<&str> = scope.session.flights.iter().map(|flight| flight.name.as_str()).collect();
+    let windows: Vec<&str> = windows.iter().map(|window| window.name.as_str()).collect();
+    snapshot.follow(&flights, &windows);
+    let Snapshot { second, details, mut studies, mut inquiries, .. } = snapshot.clone();
+    let mut slots = 0;
+    snapshot.each_mut("", &mut |_, slot| {
+        slot.begin();
+        slots += 1;
+    });
+    studies.each_mut("", &mut |name, slot| {
+        if scope.studies.iter().any(|study| study.name() == name) { slot.begin() } else { slot.expire() }
+    });
+    snapshot.studies = studies;
+    inquiries.each_mut("", &mut |_, slot| slot.expire());
+    snapshot.inquiries = inquiries;
+    if scope.session.second_structure.is_none() {
+        snapshot.second = second;
+    }
+    if details.latest().is_none() {
+        snapshot.details = details;
+    }
+    (snapshot, slots)
 }

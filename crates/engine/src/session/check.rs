@@ -18,7 +18,7 @@ const WINDOW: &str = "window";
 const LONGEST_NAME: usize = 200;
 
 /// Most windows of one session: more are a slip of a script, and their results would fill the memory.
-pub(crate) const MOST_WINDOWS: usize = 10_000;
+pub const MOST_WINDOWS: usize = 10_000;
 
 /// A finding that stops the whole run.
 pub(super) fn contradiction(place: String, text: impl Into<String>, cure: &str) -> Finding {

@@ -32,7 +32,7 @@ use crate::verdict::PlausibleRange;
 
 pub use aircraft::AircraftEdit;
 pub use annotation::{Annotation, AnnotationEdit};
-pub use check::{check, stops_run};
+pub use check::{MOST_WINDOWS, check, stops_run};
 pub use constraint::TermConstraint;
 pub use edit::{Edit, EditError, EstimationEdit, FilterEdit, LoadingEdit, ModelEdit, WindowEdit};
 pub use expression::{EXPRESSION_SOURCE, ExpressionEdit, ExpressionSetting};

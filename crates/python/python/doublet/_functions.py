@@ -230,6 +230,10 @@ def frequency_response(
     """
     inputs = np.atleast_2d(np.asarray(u, dtype=np.float64))
     output = _column(y, "y")
+    if not (np.isfinite(dt) and dt > 0):
+        raise DoubletError(f"dt is {dt}: give a time step above 0 s")
+    if not 1 <= points <= 10_000:
+        raise DoubletError(f"points is {points}: give 1 to 10000 frequencies")
     longest = window if window is not None else len(output) * dt / 3.0
     if method == "composite":
         lengths = [longest, longest / 2, longest / 4, longest / 8]

@@ -22,6 +22,8 @@ class Session:
     """Recordings, windows, settings, structure. It never changes: :meth:`replace` gives another."""
 
     def __init__(self, inner: _doublet.Session) -> None:
+        if not isinstance(inner, _doublet.Session):
+            raise DoubletError(f"{inner!r} is not a session: use Session.load(path), Session.parse(text) or Session.new(recordings)")
         self._inner = inner
 
     @classmethod

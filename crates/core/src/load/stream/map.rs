@@ -7,7 +7,7 @@ use std::sync::Arc;
 use crate::load::attitude::QuaternionAxes;
 use crate::load::contents::{ChannelInfo, Format, Probe, Source};
 use crate::load::derive::{metres_per_radian, wrapped};
-use crate::load::find_clocks::find_clocks;
+use crate::load::find_clocks::{find_clocks, is_time_name};
 use crate::load::map::{ATTITUDE, ChannelMap, VELOCITY, matches};
 use crate::load::plan::{Assignment, Plan, Problem, plan_all};
 use crate::load::time_unit::settle_units;
@@ -18,6 +18,8 @@ use super::row::{StreamChannel, StreamRow};
 /// Rows of a source that tell its time, and of one whose time the map states.
 const HEAD_ROWS: usize = 8;
 const STATED_ROWS: usize = 2;
+/// Rows after which a source takes part though few of its stamps differ.
+const MOST_HEAD_ROWS: usize = 64;
 
 /// A value of a role.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,6 +40,8 @@ pub struct StreamMap {
     sources: Vec<StreamSource>,
     /// What the map cannot find, as long as it cannot.
     pub problems: Vec<Problem>,
+    /// Sources that came after others and have channels of the same roles: the map cannot tell them apart.
+    pub left_out: Vec<Arc<str>>,
     /// First fix, from which positions count: latitude, longitude, altitude.
     origin: Option<[f64; 3]>,
 }
@@ -89,7 +93,7 @@ enum Maker {
 impl StreamMap {
     /// A map before the first row.
     pub fn new(map: ChannelMap) -> Self {
-        Self { map, sources: Vec::new(), problems: Vec::new(), origin: None }
+        Self { map, sources: Vec::new(), problems: Vec::new(), left_out: Vec::new(), origin: None }
     }
 
     /// Roles that are made of what came so far.
@@ -110,7 +114,16 @@ impl StreamMap {
 
     /// Takes in a row and adds what it gives.
     pub fn take(&mut self, row: &StreamRow, samples: &mut Vec<RoleSample>) {
-        let at = self.source_of(row);
+        for row in self.ready(row.clone()) {
+            if let Some(time_s) = self.time_s(&row) {
+                self.convert(&row, time_s, samples);
+            }
+        }
+    }
+
+    /// Takes in a row and gives those that can be converted now: none while the clock of the source is looked for, then all of its head.
+    pub fn ready(&mut self, row: StreamRow) -> Vec<StreamRow> {
+        let at = self.source_of(&row);
         let is_stated = self.map.time.iter().any(|entry| matches(&entry.source, &row.source));
         let head_rows = if is_stated { STATED_ROWS } else { HEAD_ROWS };
         let source = &mut self.sources[at];
@@ -119,23 +132,55 @@ impl StreamMap {
             source.channels = Arc::clone(&row.channels);
             source.head.iter_mut().for_each(|values| values.resize(row.channels.len(), f64::NAN));
         }
-        match (source.is_settled, has_grown) {
-            (true, false) => self.convert(at, &row.values, samples),
-            (true, true) => {
-                source.head.push(row.values.clone());
-                self.settle();
-                self.convert(at, &row.values, samples);
-            }
-            (false, _) => {
-                source.head.push(row.values.clone());
-                if source.head.len() >= head_rows {
-                    source.is_settled = true;
-                    self.settle();
-                    for values in self.sources[at].head.clone() {
-                        self.convert(at, &values, samples);
-                    }
-                }
-            }
+        if source.is_settled && !has_grown {
+            return vec![row];
+        }
+        source.head.push(row.values.clone());
+        if source.is_settled {
+            self.settle();
+            return vec![row];
+        }
+        if source.ordered_head().len() < head_rows && source.head.len() < MOST_HEAD_ROWS {
+            return Vec::new();
+        }
+        self.begin(at);
+        self.head_of(at)
+    }
+
+    /// Rows of the sources whose clock is still looked for.
+    pub fn waiting(&self) -> Vec<StreamRow> {
+        let waits = |at: &usize| !self.sources[*at].is_settled;
+        (0..self.sources.len()).filter(waits).flat_map(|at| self.head_of(at)).collect()
+    }
+
+    fn head_of(&self, at: usize) -> Vec<StreamRow> {
+        let StreamSource { name, channels, head, .. } = &self.sources[at];
+        let row = |values: &Vec<f64>| StreamRow {
+            source: Arc::clone(name),
+            channels: Arc::clone(channels),
+            values: values.clone(),
+        };
+        head.iter().map(row).collect()
+    }
+
+    /// Lets a source take part, unless its channels make roles of others ambiguous.
+    fn begin(&mut self, at: usize) {
+        let before = self.roles();
+        self.sources[at].is_settled = true;
+        self.settle();
+        let after = self.roles();
+        if before.iter().any(|role| !after.contains(role)) {
+            self.left_out.push(Arc::clone(&self.sources[at].name));
+            self.settle();
+        }
+    }
+
+    /// Time of a row on the clock of its source, s, which is not a number where its stamp is missing; none where the source has no clock.
+    pub fn time_s(&self, row: &StreamRow) -> Option<f64> {
+        let source = self.sources.iter().find(|source| source.name == row.source)?;
+        match source.clock? {
+            RowClock::Channel(channel, unit) => Some(unit.to_si(row.values.get(channel).copied().unwrap_or(f64::NAN))),
+            RowClock::Even { start_s, rate_hz } => Some(start_s + source.rows as f64 / rate_hz),
         }
     }
 
@@ -151,7 +196,8 @@ impl StreamMap {
 
     /// Plans anew with the heads of all sources that are settled.
     fn settle(&mut self) {
-        let settled: Vec<usize> = (0..self.sources.len()).filter(|at| self.sources[*at].is_settled).collect();
+        let takes_part = |source: &StreamSource| source.is_settled && !self.left_out.contains(&source.name);
+        let settled: Vec<usize> = (0..self.sources.len()).filter(|at| takes_part(&self.sources[*at])).collect();
         let mut sources: Vec<Source> = settled.iter().map(|at| self.sources[*at].head_as_source()).collect();
         settle_units(&mut sources);
         let (path, warnings) = (PathBuf::from("stream"), Vec::new());
@@ -161,20 +207,19 @@ impl StreamMap {
             let (makers, clock) = makers(&plan, index);
             (self.sources[at].makers, self.sources[at].clock) = (makers, clock);
         }
+        for source in self.sources.iter_mut().filter(|source| self.left_out.contains(&source.name)) {
+            (source.makers, source.clock) = (Vec::new(), None);
+        }
     }
 
-    fn convert(&mut self, at: usize, values: &[f64], samples: &mut Vec<RoleSample>) {
-        let source = &mut self.sources[at];
-        let row = source.rows;
+    /// Adds what a row gives at this time, s.
+    pub fn convert(&mut self, row: &StreamRow, time_s: f64, samples: &mut Vec<RoleSample>) {
+        let Some(source) = self.sources.iter_mut().find(|source| source.name == row.source) else { return };
         source.rows += 1;
-        let time_s = match source.clock {
-            Some(RowClock::Channel(channel, unit)) => unit.to_si(values.get(channel).copied().unwrap_or(f64::NAN)),
-            Some(RowClock::Even { start_s, rate_hz }) => start_s + row as f64 / rate_hz,
-            None => return,
-        };
         if !time_s.is_finite() {
             return;
         }
+        let values = &row.values;
         let mut add = |role, value| samples.push(RoleSample { role, time_s, value });
         for maker in &source.makers {
             match maker {
@@ -210,11 +255,23 @@ impl StreamMap {
 }
 
 impl StreamSource {
-    /// The rows that tell its time, as a source of a recording.
+    /// The first rows in the order of their stamps, each stamp once.
+    fn ordered_head(&self) -> Vec<&Vec<f64>> {
+        let mut head: Vec<&Vec<f64>> = self.head.iter().collect();
+        if let Some(stamp) = self.channels.iter().position(|channel| is_time_name(&channel.name)) {
+            let of = |row: &[f64]| row.get(stamp).copied().unwrap_or(f64::NAN);
+            head.sort_by(|a, b| of(a).total_cmp(&of(b)));
+            head.dedup_by(|later, earlier| of(later) == of(earlier));
+        }
+        head
+    }
+
+    /// The rows that show its time, as a source of a recording: in the order of their stamps, each once, whatever order they came in.
     fn head_as_source(&self) -> Source {
         let mut source = Source::new(&*self.name);
+        let head = self.ordered_head();
         for (index, channel) in self.channels.iter().enumerate() {
-            let values = self.head.iter().map(|row| row.get(index).copied().unwrap_or(f64::NAN)).collect();
+            let values = head.iter().map(|row| row.get(index).copied().unwrap_or(f64::NAN)).collect();
             source.channels.push(ChannelInfo::new(channel.name.clone(), channel.unit.clone(), values));
         }
         find_clocks(&mut source, |_, _| {});

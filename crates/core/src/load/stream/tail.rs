@@ -1,6 +1,6 @@
 //! A text file that grows.
 
-use std::fs::File;
+use std::fs::{File, Metadata};
 use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
@@ -42,17 +42,30 @@ impl TailedFile {
     /// # Errors
     /// When it cannot be read.
     pub fn poll(&mut self, rows: &mut Vec<StreamRow>) -> Result<bool, LoadError> {
-        let failed = |cause| LoadError::Open { path: self.path.clone(), cause };
+        let path = self.path.clone();
+        let failed = |cause| LoadError::Open { path: path.clone(), cause };
         if self.file.metadata().map_err(failed)?.len() < self.at {
             self.file.seek(SeekFrom::Start(0)).map_err(failed)?;
             self.at = 0;
             self.decoder = TextDecoder::new(&stem(&self.path));
             self.restarts += 1;
         }
-        let read = self.file.read(&mut self.piece).map_err(failed)?;
+        let mut read = self.file.read(&mut self.piece).map_err(failed)?;
+        // The file was read to its end; another in its place is read from its start.
+        if read == 0 && self.is_replaced() {
+            let other = Self::open(&self.path)?;
+            *self = Self { restarts: self.restarts + 1, ..other };
+            read = self.file.read(&mut self.piece).map_err(failed)?;
+        }
         self.at += read as u64;
         self.decoder.push(&self.piece[..read], rows);
         Ok(read > 0)
+    }
+
+    /// Whether another file has its name now.
+    fn is_replaced(&self) -> bool {
+        let (open, named) = (self.file.metadata(), self.path.metadata());
+        open.is_ok_and(|open| named.is_ok_and(|named| !is_same(&open, &named)))
     }
 
     /// Nothing comes any more: adds what a short file holds.
@@ -63,5 +76,19 @@ impl TailedFile {
     /// Bytes that could not be understood.
     pub fn refused_bytes(&self) -> usize {
         self.decoder.refused_bytes
+    }
+}
+
+#[cfg(unix)]
+fn is_same(one: &Metadata, other: &Metadata) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    (one.dev(), one.ino()) == (other.dev(), other.ino())
+}
+
+#[cfg(not(unix))]
+fn is_same(one: &Metadata, other: &Metadata) -> bool {
+    match (one.created(), other.created()) {
+        (Ok(one), Ok(other)) => one == other,
+        _ => true,
     }
 }

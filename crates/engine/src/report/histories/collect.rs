@@ -259,10 +259,13 @@ fn path_histories<'a>(histories: &mut Vec<History<'a>>, group: &str, path: &'a W
         let name = measurement.name();
         let (innovations, deviations) =
             (&reconstruction.innovations[index], &reconstruction.innovation_deviations[index]);
-        let at = format!("path/innovations/{name}");
-        columns.push(HistoryColumn::new(at, unit, "measurement minus prediction", innovations));
-        let at = format!("path/innovation_deviations/{name}");
-        columns.push(HistoryColumn::new(at, unit, "predicted standard deviation", deviations));
+        // A path as measured has none.
+        if !innovations.is_empty() {
+            let at = format!("path/innovations/{name}");
+            columns.push(HistoryColumn::new(at, unit, "measurement minus prediction", innovations));
+            let at = format!("path/innovation_deviations/{name}");
+            columns.push(HistoryColumn::new(at, unit, "predicted standard deviation", deviations));
+        }
         let time = format!("path/measured/{name}/time");
         let value =
             HistoryColumn::new(format!("path/measured/{name}/value"), unit, measurement.description(), &series.values);
