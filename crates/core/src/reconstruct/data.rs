@@ -63,7 +63,7 @@ pub struct Reconstruction {
     pub smoothed: Option<Smoothed>,
     /// Largest number of iterations any update took.
     pub max_iterations_used: usize,
-    /// Samples of each measurement that were left out, in order ([`FilterSettings::outlier_limit`](crate::reconstruct::FilterSettings)).
+    /// Samples of each measurement that were left out, in order (`outlier_limit` of the settings).
     pub outliers: [Vec<Outlier>; MEASUREMENTS],
     /// Findings, one line each.
     pub warnings: Vec<String>,
