@@ -97,6 +97,10 @@ impl<'a> OutlierSearch<'a> {
 
     /// The spikes of one measurement.
     fn runs(&self, m: usize, run: &Reconstruction) -> Vec<Run> {
+        let columns = run.innovations[m].iter().zip(&run.innovation_deviations[m]);
+        if !columns.clone().any(|(value, sigma)| value.abs() > self.limit * sigma) {
+            return Vec::new();
+        }
         let normalised = normalised(m, run);
         let mut magnitudes: Vec<f64> = normalised.iter().map(|(_, value)| value.abs()).collect();
         let Some(median) = median(&mut magnitudes) else { return Vec::new() };
