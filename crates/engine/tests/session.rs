@@ -318,7 +318,7 @@ fn any_edit() -> impl Strategy<Value = Edit> {
         Just(Edit::Filter(FilterEdit::Method(Method::Ekf))),
         (0.1..3.0_f64).prop_map(|spread| Edit::Filter(FilterEdit::Method(Method::Ukf { spread }))),
         (0..4_usize, -0.1..1.0_f64).prop_map(|(i, v)| Edit::Filter(FilterEdit::AirDataDeviation(AirState::ALL[i], v))),
-        (0..12_usize, 0.0..1.0).prop_map(|(i, v)| Edit::Filter(FilterEdit::MeasurementDelay(Measurement::ALL[i], v))),
+        (0..12_usize, -1.0..1.0).prop_map(|(i, v)| Edit::Filter(FilterEdit::MeasurementDelay(Measurement::ALL[i], v))),
         (0..9_usize).prop_map(|passes| Edit::Filter(FilterEdit::SmootherPasses(passes))),
         (3.0..9.0).prop_map(|limit| Edit::Filter(FilterEdit::OutlierLimit(limit))),
         (name.clone(), -10.0..50.0_f64).prop_map(|(name, start_s)| {
