@@ -119,7 +119,8 @@ fn variants(settings: &FilterSettings) -> Vec<(&'static str, FilterSettings)> {
     let ukf = Method::Ukf { spread: Method::USUAL_SPREAD };
     let mut walking = usual.clone();
     walking.random_walk.iter_mut().skip(9).for_each(|walk| *walk = walk.max(1e-4));
-    let mut ill_conditioned = usual.clone();
+    // Beside noise so small every sample is an outlier.
+    let mut ill_conditioned = FilterSettings { outlier_limit: 0.0, ..usual.clone() };
     ill_conditioned.measurement_noise.iter_mut().for_each(|noise| *noise = (*noise * 1e-4).max(1e-9));
     ill_conditioned.initial_deviation.iter_mut().for_each(|deviation| *deviation = (*deviation * 1e5).min(9e5));
     vec![
