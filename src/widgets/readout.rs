@@ -7,7 +7,7 @@ use egui_extras::{Column, TableBuilder};
 
 use super::plot_cache::PlotCache;
 use super::term::column_title;
-use super::time_plot::{DOT_SPACING, TimePlot, Trace, TraceStyle};
+use super::time_plot::{DOT_SPACING, TimePlot, Trace};
 use super::time_view::{TimeRange, TimeView};
 use crate::theme;
 
@@ -175,6 +175,7 @@ pub(super) fn with_band(trace: &Trace<'_>, value: f64, time_s: Option<f64>) -> S
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::widgets::time_plot::TraceStyle;
 
     #[test]
     fn a_dot_is_read_at_its_sample_and_a_band_by_its_width() {
