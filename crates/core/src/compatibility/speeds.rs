@@ -170,6 +170,15 @@ fn agreed(rows: &[CompatibilityRow], [least_r2, least_change]: [f64; 2]) -> Opti
     (is_shown && against(rows, factor).len() < factors.len()).then_some((factor, factors))
 }
 
+/// Median of true over calibrated airspeed at the recorded height, where that makes a difference.
+fn calibrated(motion: &Motion) -> Option<f64> {
+    let speeds =
+        motion.column(Role::TrueAirspeed).filter(|_| motion.has(Role::StaticPressure) || motion.has(Role::Altitude))?;
+    let steps = motion.segments.iter().flat_map(Clone::clone).filter(|&k| speeds[k].is_finite());
+    let ratio = median(&mut steps.map(|k| true_of_calibrated(motion, k, speeds[k]) / speeds[k]).collect::<Vec<_>>())?;
+    (ratio > 1.0 + AS_CALIBRATED).then_some(ratio)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -191,13 +200,4 @@ mod tests {
         rows.push(row(OF_AIR_DATA[1], 0.903));
         assert_eq!(agreed(&rows, CLEAR), None);
     }
-}
-
-/// Median of true over calibrated airspeed at the recorded height, where that makes a difference.
-fn calibrated(motion: &Motion) -> Option<f64> {
-    let speeds =
-        motion.column(Role::TrueAirspeed).filter(|_| motion.has(Role::StaticPressure) || motion.has(Role::Altitude))?;
-    let steps = motion.segments.iter().flat_map(Clone::clone).filter(|&k| speeds[k].is_finite());
-    let ratio = median(&mut steps.map(|k| true_of_calibrated(motion, k, speeds[k]) / speeds[k]).collect::<Vec<_>>())?;
-    (ratio > 1.0 + AS_CALIBRATED).then_some(ratio)
 }

@@ -116,7 +116,7 @@ fn blanks_between_the_samples_of_a_slower_sensor_are_not_counted() {
     let warnings = |lost: usize| -> Vec<String> {
         let row = |k: usize| if k % 10 == 3 && k / 10 >= lost { format!("{k},1\n") } else { format!("{k},\n") };
         let rows: String = (0..400).map(row).collect();
-        let (_folder, path) = written("log.csv", &format!("time,alpha\n{rows}"));
+        let (_folder, path) = written("log.csv", format!("time,alpha\n{rows}"));
         let map = map("[roles]\nalpha = { channel = \"alpha\", unit = \"deg\" }\n");
         let warnings = read(&plan(&inspect(&path).unwrap(), &map)).unwrap().warnings;
         warnings.into_iter().filter(|warning| warning.contains("not finite")).collect()
