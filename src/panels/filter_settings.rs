@@ -66,7 +66,7 @@ fn filter(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
             ui.end_row();
         }
         ui.weak("Outliers beyond").on_hover_text(
-            "A spike of up to three samples whose innovation exceeds this many deviations is left out; 0 leaves none out",
+            "A spike of up to three samples whose innovation exceeds this many deviations is left out. At least 3; 0 leaves none out",
         );
         let limit = QuantityEdit::new("outlier limit", filter.outlier_limit).unit("σ", 1.0).per_point(0.1);
         let edited = limit.allowed(0.0..=1000.0).show(ui);

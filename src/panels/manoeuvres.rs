@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use doublet_core::series::TimeRange;
 use doublet_engine::session::{Edit, Manoeuvre, Surface, WindowEdit, WindowFlag, WindowRole};
-use doublet_engine::stage::{Steadiness, steadiness};
+use doublet_engine::stage::{Steadiness, measure_steadiness};
 use eframe::egui::text::{CCursor, CCursorRange};
 use eframe::egui::{self, ComboBox, FontId, Galley, Id, Label, Response, RichText, TextEdit, Ui};
 use egui_extras::{Column, TableBuilder, TableRow};
@@ -456,7 +456,12 @@ fn state(ctx: &PanelContext<'_>, ui: &mut Ui, window: &Manoeuvre) {
     let palette = theme::palette(ui);
     match error(ctx, window) {
         Some(error) => ui.label(RichText::new("⚠").color(palette.error)).on_hover_text(error),
-        None => ui.label(RichText::new("■").color(role_color(palette, window.role))).on_hover_text(hint(ctx, window)),
+        None => {
+            let dot = ui.label(RichText::new("■").color(role_color(palette, window.role)));
+            dot.on_hover_ui(|ui| {
+                ui.label(hint(ctx, window));
+            })
+        }
     };
 }
 
@@ -467,14 +472,14 @@ fn hint(ctx: &PanelContext<'_>, window: &Manoeuvre) -> String {
     if let Some(path) = results.and_then(|results| results.path.latest()) {
         hint += &format!(", {} samples", path.data.inputs.time_s.len());
     }
-    match results.and_then(|results| steadiness(results.aero.latest()?)) {
-        Some(before) => hint + "\n" + &before_input(&before),
+    match results.and_then(|results| measure_steadiness(results.aero.latest()?)) {
+        Some(before) => hint + "\n" + &describe_before_input(&before),
         None => hint,
     }
 }
 
 /// How steady a window is before its input, in words.
-fn before_input(before: &Steadiness) -> String {
+fn describe_before_input(before: &Steadiness) -> String {
     let Steadiness { length_s, airspeed_slope_m_s2, w_slope_m_s2, climb_m_s } = *before;
     let [length, airspeed, w] = [length_s, airspeed_slope_m_s2, w_slope_m_s2].map(|value| notation::fixed(value, 2));
     let climb = climb_m_s.map_or(String::new(), |climb| format!(", climb {} m/s", notation::fixed(climb, 2)));

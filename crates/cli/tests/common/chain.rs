@@ -11,6 +11,8 @@ use std::time::{Duration, Instant};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use crate::flight::oscillation;
+
 /// Longest time of one command: a busy computer takes some seconds for what takes a tenth.
 const PATIENCE: Duration = Duration::from_secs(120);
 /// Columns of the recording, as its header has them.
@@ -190,6 +192,7 @@ fn seeds() -> Vec<PathBuf> {
 /// The text of a flight of 20 s at 20 Hz with one to four changes.
 pub fn changed_table(random: &mut ChaCha8Rng) -> String {
     let mut header: Vec<String> = HEADER.iter().map(|name| (*name).to_owned()).collect();
+    let row = |index: u32| oscillation(f64::from(index) / 20.0).map(|value| format!("{value:.5}")).to_vec();
     let mut rows: Vec<Vec<String>> = (0..400).map(row).collect();
     for _ in 0..random.random_range(1..=4) {
         match random.random_range(0..4) {
@@ -203,32 +206,6 @@ pub fn changed_table(random: &mut ChaCha8Rng) -> String {
     let mut text = header.join(separator) + "\n";
     rows.iter().for_each(|row| writeln!(text, "{}", row.join(separator)).unwrap());
     text
-}
-
-/// A pitch and roll oscillation at 130 m/s.
-fn row(index: u32) -> Vec<String> {
-    let t = f64::from(index) / 20.0;
-    let (fast, slow) = ((6.0 * t).sin() + 0.3 * (11.0 * t).sin(), (2.5 * t).cos() + 0.3 * (5.0 * t).cos());
-    let values = [
-        t,
-        0.3 + 0.05 * fast,
-        0.1 * slow,
-        -9.7 + 0.8 * fast,
-        4.0 * slow,
-        3.0 * fast,
-        0.8 * slow,
-        5.0 * (2.5 * t).sin(),
-        4.0 - 0.5 * slow,
-        90.0 + 0.3 * (0.01 * t).sin(),
-        130.0 + 0.2 * slow,
-        3000.0 - 0.5 * (0.01 * t).sin(),
-        4.5 + 0.6 * fast,
-        0.4 * slow,
-        -1.0 - 1.5 * (6.0 * t + 0.6).sin(),
-        1.2 * (2.5 * t + 1.0).cos(),
-        0.5 * fast + 0.2 * (3.0 * t).sin(),
-    ];
-    values.iter().map(|value| format!("{value:.5}")).collect()
 }
 
 fn change_header(random: &mut ChaCha8Rng, header: &mut [String]) {

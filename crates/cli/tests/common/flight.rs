@@ -19,31 +19,35 @@ pub fn write(folder: &Path, samples: u32, change: impl Fn(u32, &mut [f64; 17])) 
     std::fs::write(folder.join("session.toml"), session(samples)).unwrap();
 }
 
-/// A pitch and roll oscillation at 130 m/s, at 100 Hz.
+/// A pitch and roll oscillation at 130 m/s, in the order of [`NAMES`], at time `t`.
+pub fn oscillation(t: f64) -> [f64; 17] {
+    let (fast, slow) = ((6.0 * t).sin() + 0.3 * (11.0 * t).sin(), (2.5 * t).cos() + 0.3 * (5.0 * t).cos());
+    [
+        t,
+        0.3 + 0.05 * fast,
+        0.1 * slow,
+        -9.7 + 0.8 * fast,
+        4.0 * slow,
+        3.0 * fast,
+        0.8 * slow,
+        5.0 * (2.5 * t).sin(),
+        4.0 - 0.5 * slow,
+        90.0 + 0.3 * (0.01 * t).sin(),
+        130.0 + 0.2 * slow,
+        3000.0 - 0.5 * (0.01 * t).sin(),
+        4.5 + 0.6 * fast,
+        0.4 * slow,
+        -1.0 - 1.5 * (6.0 * t + 0.6).sin(),
+        1.2 * (2.5 * t + 1.0).cos(),
+        0.5 * fast + 0.2 * (3.0 * t).sin(),
+    ]
+}
+
+/// The oscillation at 100 Hz.
 fn recording(samples: u32, change: impl Fn(u32, &mut [f64; 17])) -> String {
     let mut text = NAMES.join(",") + "\n";
     for index in 0..samples {
-        let t = f64::from(index) / 100.0;
-        let (fast, slow) = ((6.0 * t).sin() + 0.3 * (11.0 * t).sin(), (2.5 * t).cos() + 0.3 * (5.0 * t).cos());
-        let mut row = [
-            t,
-            0.3 + 0.05 * fast,
-            0.1 * slow,
-            -9.7 + 0.8 * fast,
-            4.0 * slow,
-            3.0 * fast,
-            0.8 * slow,
-            5.0 * (2.5 * t).sin(),
-            4.0 - 0.5 * slow,
-            90.0 + 0.3 * (0.01 * t).sin(),
-            130.0 + 0.2 * slow,
-            3000.0 - 0.5 * (0.01 * t).sin(),
-            4.5 + 0.6 * fast,
-            0.4 * slow,
-            -1.0 - 1.5 * (6.0 * t + 0.6).sin(),
-            1.2 * (2.5 * t + 1.0).cos(),
-            0.5 * fast + 0.2 * (3.0 * t).sin(),
-        ];
+        let mut row = oscillation(f64::from(index) / 100.0);
         change(index, &mut row);
         let row = row.map(|value| if value.abs() < 1e6 { format!("{value:.5}") } else { format!("{value:e}") });
         writeln!(text, "{}", row.join(",")).unwrap();

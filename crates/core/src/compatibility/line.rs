@@ -1,13 +1,11 @@
 //! A straight line between two noisy channels, robust against odd samples.
 
-use crate::statistics::median;
+use crate::statistics::{MEDIAN_OF_NORMAL, median};
 
 /// Residuals beyond this many robust deviations count less (Huber).
 const HUBER: f64 = 1.5;
 /// Residuals beyond this many do not count at all.
 const WILD: f64 = 6.0;
-/// Median of the absolute values of a normal variable, in deviations of it.
-const MEDIAN_OF_NORMAL: f64 = 0.6745;
 /// Least robust deviation, as a part of the deviation of `y`: where hardly anything moves, the manoeuvre is no outlier.
 const LEAST_SCALE: f64 = 0.1;
 /// Passes of reweighting; the weights settle in three or four.

@@ -305,14 +305,13 @@ impl Reader<'_> {
 
 /// Says how many samples are not finite, unless blanks between those of a slower sensor are meant.
 fn note_non_finite(target: &str, series: &Series, warnings: &mut Vec<String>) {
-    let count = series.values.iter().filter(|value| !value.is_finite()).count();
+    let Some(first) = series.values.iter().position(|value| !value.is_finite()) else { return };
     if is_of_slower_sensor(&series.values) {
         return;
     }
-    if let Some(first) = series.values.iter().position(|value| !value.is_finite()) {
-        let (all, time) = (series.values.len(), series.time_s[first]);
-        warnings.push(format!("{target}: {count} of {all} samples are not finite, the first at {time:.3} s"));
-    }
+    let count = series.values.iter().filter(|value| !value.is_finite()).count();
+    let (all, time) = (series.values.len(), series.time_s[first]);
+    warnings.push(format!("{target}: {count} of {all} samples are not finite, the first at {time:.3} s"));
 }
 
 /// Whether the finite values come every so many rows.

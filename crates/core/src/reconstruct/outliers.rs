@@ -11,7 +11,7 @@ use statrs::distribution::{ContinuousCDF, Normal};
 use crate::reconstruct::data::{FilterData, MeasurementSeries, Outlier, Reconstruction};
 use crate::reconstruct::model::layout::MEASUREMENTS;
 use crate::reconstruct::settings::FilterSettings;
-use crate::statistics::median;
+use crate::statistics::{MEDIAN_OF_NORMAL, median};
 
 /// Runs of the filter at most.
 pub(crate) const PASSES: usize = 8;
@@ -29,8 +29,6 @@ const MOST_PART: f64 = 0.05;
 const FEW: usize = 3;
 /// Probability that any sample of a measurement free of outliers is taken for one by [`without_outliers`].
 const OUTLIER: f64 = 0.05;
-/// Median magnitude of a standard normal number.
-const MEDIAN: f64 = 0.6745;
 
 /// The search for the outliers of one window.
 pub(crate) struct OutlierSearch<'a> {
@@ -104,7 +102,7 @@ impl<'a> OutlierSearch<'a> {
         let normalised = normalised(m, run);
         let mut magnitudes: Vec<f64> = normalised.iter().map(|(_, value)| value.abs()).collect();
         let Some(median) = median(&mut magnitudes) else { return Vec::new() };
-        let limit = self.limit * (median / MEDIAN).max(1.0);
+        let limit = self.limit * (median / MEDIAN_OF_NORMAL).max(1.0);
         let mut found = Vec::new();
         let mut k = 0;
         while k < normalised.len() {
@@ -154,14 +152,11 @@ impl<'a> OutlierSearch<'a> {
         data
     }
 
-    /// Those left out, with their times as recorded.
-    pub(crate) fn outliers(&self, settings: &FilterSettings) -> [Vec<Outlier>; MEASUREMENTS] {
+    /// Those left out, as they stand in the window as `recorded`.
+    pub(crate) fn outliers(&self, recorded: &FilterData) -> [Vec<Outlier>; MEASUREMENTS] {
         std::array::from_fn(|m| {
-            let series = &self.original.measurements[m];
-            let outlier = |&index: &usize| Outlier {
-                time_s: series.time_s[index] + settings.measurement_delay_s[m],
-                value: series.values[index],
-            };
+            let series = &recorded.measurements[m];
+            let outlier = |&index: &usize| Outlier { time_s: series.time_s[index], value: series.values[index] };
             self.left_out[m].iter().map(outlier).collect()
         })
     }
@@ -229,7 +224,7 @@ pub fn without_outliers(
         let mut magnitudes: Vec<f64> = normalised.iter().map(|(_, value)| value.abs()).collect();
         let Some(median) = median(&mut magnitudes) else { continue };
         let furthest = Normal::standard().inverse_cdf(1.0 - 0.5 * OUTLIER / normalised.len() as f64);
-        let limit = furthest * median / MEDIAN;
+        let limit = furthest * median / MEDIAN_OF_NORMAL;
         let series = &mut data.measurements[m];
         let beyond = normalised.iter().filter(|(_, value)| value.abs() > limit);
         let times = beyond.map(|(k, _)| run.update_time_s[*k] + settings.measurement_delay_s[m]);

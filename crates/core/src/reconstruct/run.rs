@@ -2,7 +2,6 @@
 //! side by side.
 
 use std::borrow::Cow;
-use std::collections::HashMap;
 use std::ops::ControlFlow;
 
 use crate::reconstruct::collect::{NoiseMoments, Window};
@@ -61,15 +60,19 @@ pub fn reconstruct_with(
     settings: &ValidSettings,
     watch: Watch<'_>,
 ) -> Vec<Result<Reconstruction, ReconstructError>> {
-    let data: Vec<Cow<'_, FilterData>> = data.iter().map(|data| without_delay(data, settings)).collect();
-    let data: Vec<&FilterData> = data.iter().map(AsRef::as_ref).collect();
-    let results = reconstruct_all(width, &data, settings, watch);
-    if settings.outlier_limit > 0.0 { leave_out_outliers(width, &data, settings, results, watch) } else { results }
+    let punctual: Vec<Cow<'_, FilterData>> = data.iter().map(|data| without_delay(data, settings)).collect();
+    let punctual: Vec<&FilterData> = punctual.iter().map(AsRef::as_ref).collect();
+    let results = reconstruct_all(width, &punctual, settings, watch);
+    if settings.outlier_limit == 0.0 {
+        return results;
+    }
+    leave_out_outliers(width, data, &punctual, settings, results, watch)
 }
 
-/// Windows whose innovations show outliers ([`OutlierSearch`]), run again without them.
+/// Windows whose innovations show outliers ([`OutlierSearch`]), run again without them; `recorded` as `data` before delays were taken off.
 fn leave_out_outliers(
     width: Width,
+    recorded: &[&FilterData],
     data: &[&FilterData],
     settings: &ValidSettings,
     mut results: Vec<Result<Reconstruction, ReconstructError>>,
@@ -83,13 +86,16 @@ fn leave_out_outliers(
             searches.push((k, search));
         }
     }
+    if searches.is_empty() {
+        return results;
+    }
     let mut watch = |_| watch(1.0);
     let mut open: Vec<usize> = (0..searches.len()).collect();
     for _ in 1..PASSES {
         let remaining: Vec<FilterData> = open.iter().map(|&at| searches[at].1.data()).collect();
         let found = reconstruct_all(width, &remaining.iter().collect::<Vec<_>>(), &filter, &mut watch);
-        let found: HashMap<usize, _> = open.iter().copied().zip(found).collect();
-        open.retain(|at| found[at].as_ref().is_ok_and(|run| searches[*at].1.search(run)));
+        let mut found = found.into_iter();
+        open.retain(|&at| found.next().is_some_and(|run| run.is_ok_and(|run| searches[at].1.search(&run))));
         if open.is_empty() {
             break;
         }
@@ -102,7 +108,7 @@ fn leave_out_outliers(
     let found = reconstruct_all(width, &remaining.iter().collect::<Vec<_>>(), settings, &mut watch);
     for ((k, search), result) in searches.iter().zip(found) {
         match result {
-            Ok(run) => results[*k] = Ok(Reconstruction { outliers: search.outliers(settings), ..run }),
+            Ok(run) => results[*k] = Ok(Reconstruction { outliers: search.outliers(recorded[*k]), ..run }),
             Err(ReconstructError::Cancelled) => results[*k] = Err(ReconstructError::Cancelled),
             // The path with every sample stays.
             Err(_) => {}

@@ -9,9 +9,7 @@ use super::units::shown;
 use crate::notation::significant;
 use crate::run::Snapshot;
 use crate::session::{Manoeuvre, Surface};
-use crate::stage::WindowAero;
-
-use super::record::deflection;
+use crate::stage::{WindowAero, deflection};
 
 /// What is said of what is missing.
 pub(crate) const NOT_GIVEN: &str = "not given";

@@ -3,10 +3,9 @@
 use doublet_core::validate::Signal;
 
 use super::DataCopy;
-use super::record::deflection;
 use crate::keep::hash_bytes;
 use crate::session::Surface;
-use crate::stage::{WindowAero, WindowReplay};
+use crate::stage::{WindowAero, WindowReplay, deflection};
 
 /// Flight, model and deflections at every sample, SI.
 pub fn copy(id: &str, replay: &WindowReplay, aero: &WindowAero) -> DataCopy {

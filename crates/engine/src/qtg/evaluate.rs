@@ -13,7 +13,6 @@ use super::conditions::initial;
 use super::document::document;
 use super::free_response::{self, FreeResponse, free_response};
 use super::judge::{at_time, channels, met, over_bands, over_values, values};
-use super::record::{Movement, movement, shortfall};
 use super::snapshot::{self, snapshot};
 use super::{FORMAT, NAME, Outcome, Page, Qualification, QualificationTest, TestEntry, TestFile, VERSION, data, pages};
 use crate::date;
@@ -23,8 +22,8 @@ use crate::report::session_sha256;
 use crate::run::{Control, Scope, Snapshot, run};
 use crate::session::{self, Manoeuvre, Session, WindowRole};
 use crate::stage::{
-    Judgement, ObjectiveTest, PooledFits, Quantity, ReplayWindow, Tolerances, ValueTolerance, WindowAero, WindowPath,
-    WindowReplay, measured_histories, model_of_window, replay, window_flight,
+    Judgement, Movement, ObjectiveTest, PooledFits, Quantity, ReplayWindow, Tolerances, ValueTolerance, WindowAero,
+    WindowPath, WindowReplay, measured_histories, model_of_window, movement, replay, shortfall, window_flight,
 };
 
 /// The session with the windows of the tests in use: those that it ignores are flown as validation windows, which changes no derivative.

@@ -12,7 +12,6 @@ mod file;
 mod free_response;
 mod judge;
 mod pages;
-mod record;
 mod snapshot;
 mod units;
 

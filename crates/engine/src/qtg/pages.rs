@@ -7,13 +7,14 @@ use doublet_core::series::{Recording, Series};
 use doublet_core::validate::Signal;
 
 use super::conditions::NOT_GIVEN;
-use super::record::{Movement, deflection};
 use super::units::{name, requirements, unit};
 use super::{DataCopy, TestEntry};
 use crate::notation::{self, significant};
 use crate::report::document::{Axis, Figure, LineStyle, Mark, Panel, Plot, line, replay_panel};
 use crate::session::{Manoeuvre, Surface, WindowRole};
-use crate::stage::{Judgement, ObjectiveTest, Quantity, RecordDemand, ReplaySeries, WindowAero, WindowReplay};
+use crate::stage::{
+    Judgement, Movement, ObjectiveTest, Quantity, RecordDemand, ReplaySeries, WindowAero, WindowReplay, deflection,
+};
 
 /// Signals of the motion in the plane of symmetry.
 const LONGITUDINAL: [Signal; 6] = [

@@ -5,10 +5,9 @@ use doublet_core::model::{Coefficient, Derivatives, Structure, Term, Variable, V
 use doublet_core::validate::{Histories, Signal};
 use nalgebra::{Matrix2, Vector2};
 
-use super::record::deflection;
 use crate::graph::StageResult;
 use crate::session::Surface;
-use crate::stage::{PooledFits, Quantity, WindowAero, constant_name};
+use crate::stage::{PooledFits, Quantity, WindowAero, constant_name, deflection};
 
 /// Numbers of one trim.
 pub type Values = Vec<(Quantity, f64)>;

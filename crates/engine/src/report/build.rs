@@ -14,7 +14,7 @@ use super::{gusts, mass, setup, signals, summary};
 use crate::date;
 use crate::run::{Slot, Snapshot};
 use crate::session::{Manoeuvre, Session, path_warning};
-use crate::stage::{self, CoefficientFit, ExpressedChannel, UsedClock, WindowPath, steadiness};
+use crate::stage::{self, CoefficientFit, ExpressedChannel, UsedClock, WindowPath, measure_steadiness};
 use crate::verdict::{self, FitVerdict, NO_WINDOW};
 
 /// Collects everything a snapshot says about a session.
@@ -205,7 +205,7 @@ fn window_row(window: &Manoeuvre, snapshot: &Snapshot) -> Option<WindowRow> {
         error: results.error().map(str::to_owned),
         samples: path.map_or(0, |path| path.reconstruction.time_s.len()),
         air_density: results.aero.ready().map(|aero| aero.air_density.name()),
-        before_input: results.aero.ready().and_then(|aero| steadiness(aero)),
+        before_input: results.aero.ready().and_then(|aero| measure_steadiness(aero)),
         mean_nis: consistency.map_or(f64::NAN, |c| c.nis_mean),
         expected_nis: consistency.map_or(f64::NAN, |c| c.nis_mean / c.nis_ratio),
         nis_band: consistency.map_or([f64::NAN; 2], |c| c.nis_band),

@@ -21,6 +21,7 @@ mod held_samples;
 mod information;
 mod instruments;
 mod mass;
+mod movement;
 mod noise;
 mod observability;
 mod path;
@@ -69,6 +70,8 @@ pub use gusts::SessionGusts;
 pub use information::{Information, RegressorCorrelation, information, regressor_correlations};
 pub use instruments::tank_channel;
 pub use mass::{FlownMass, FlownState, FuelRecord, FuelSource};
+pub(crate) use movement::shortfall;
+pub use movement::{Movement, deflection, movement};
 pub use noise::{FlightNoise, NoiseFlight, NoiseRow, SessionNoise, noise, open_entries};
 pub use observability::Observability;
 pub use path::{PathAssessment, PathSeries, SmoothedSeries, WindowPath, paths, reconstructions};
@@ -89,7 +92,7 @@ pub use samples::fit_in_memory;
 pub(crate) use samples::values_at;
 pub use sensor_errors::EstimatedSensorErrors;
 pub use signals::TreatedSignal;
-pub use steadiness::{Steadiness, steadiness};
+pub use steadiness::{Steadiness, measure_steadiness};
 pub use structure_scores::{ScoredStructure, StructureScore};
 pub use tolerances::{
     Judgement, ObjectiveTest, PercentRule, Quantity, Reading, RecordDemand, Tolerances, ValueTolerance,

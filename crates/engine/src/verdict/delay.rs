@@ -83,7 +83,7 @@ pub(super) fn delays(
 }
 
 /// Whether a delay of a control matters to the pooled fit of its moment: the part of the squares of the residual that it leaves, and the
-/// change of the derivative by the control or the damping. None that two sides of a surface explain as well.
+/// change of the derivative by the control or the damping. It does not where different effects to either side explain the moment as well.
 pub(super) fn matters(evidence: Evidence<'_>, surface: Surface, delay_s: f64) -> Option<bool> {
     let (_, moment, _, damping) = CONTROLS.into_iter().find(|(control, ..)| *control == surface)?;
     let fits = &evidence.snapshot.pooled.ready()?.fits;
@@ -98,8 +98,8 @@ pub(super) fn matters(evidence: Evidence<'_>, surface: Surface, delay_s: f64) ->
     Some(is_needed && !sides_explain(moment, &terms, &used, &then))
 }
 
-/// Whether a control that acts more to one side than to the other leaves no more of the moment than the delay that leaves `late`. Ailerons
-/// of which one is recorded do, where the linkage moves one further than the other.
+/// Whether a control that acts more to one side than to the other explains the moment as well as the delay of `late`: the sum of squared
+/// residuals is no larger. So it is with a pair of ailerons of which one is recorded, where the linkage moves one further than the other.
 fn sides_explain(moment: Coefficient, terms: &Terms, used: &[Used<'_>], late: &Estimates) -> bool {
     let sided = Shifted::new(moment, terms, used, Sides::Apart).and_then(|fit| fit.at(0.0));
     sided.is_some_and(|sided| sided.squares <= late.squares)

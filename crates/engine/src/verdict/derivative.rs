@@ -77,11 +77,14 @@ fn implausible(at: &str, name: &str, (value, error): (f64, Option<f64>), range: 
     let Outside { beyond, widths, wrong_sign } = range.outside(value)?;
     let t = error.map_or(f64::INFINITY, |error| beyond / error);
     let is_unusual = range.is_stated || widths > WIDTHS_UNUSUAL || wrong_sign;
-    let level = match t {
-        t if t > PLAUSIBLE_BAD && (widths > WIDTHS_BAD || wrong_sign) => Level::Bad,
-        t if t > PLAUSIBLE_CAUTION && widths > WIDTHS_ABSURD => Level::Bad,
-        t if widths > WIDTHS_ABSURD || (t > PLAUSIBLE_CAUTION && is_unusual) => Level::Caution,
-        _ => return None,
+    let is_far = widths > WIDTHS_BAD || wrong_sign;
+    let is_absurd = widths > WIDTHS_ABSURD;
+    let level = if t > PLAUSIBLE_BAD && is_far || t > PLAUSIBLE_CAUTION && is_absurd {
+        Level::Bad
+    } else if is_absurd || t > PLAUSIBLE_CAUTION && is_unusual {
+        Level::Caution
+    } else {
+        return None;
     };
     let said = if wrong_sign { "has the wrong sign" } else { "is outside its plausible range" };
     let error = error.map_or(String::new(), |error| format!(" ± {error:.2}"));

@@ -127,7 +127,7 @@ const FURTHEST: f64 = 3.0;
 const LONGEST_WINDOW: usize = 60_000;
 
 /// Every so many windows that their samples together are about 20,000, without those of more than 60,000.
-pub fn select_windows<'a>(data: &[&'a FilterData]) -> Vec<&'a FilterData> {
+fn select_windows<'a>(data: &[&'a FilterData]) -> Vec<&'a FilterData> {
     let data: Vec<&FilterData> =
         data.iter().copied().filter(|window| window.inputs.time_s.len() <= LONGEST_WINDOW).collect();
     let samples: usize = data.iter().map(|window| window.inputs.time_s.len()).sum();

@@ -4,8 +4,9 @@ use std::ops::Range;
 
 use doublet_core::statistics;
 
+use super::aero::WindowAero;
+use super::tolerances::RecordDemand;
 use crate::session::{Manoeuvre, Surface};
-use crate::stage::{RecordDemand, WindowAero};
 
 /// Part of the range of a deflection that counts as moved.
 const MOVED: f64 = 0.1;
@@ -30,16 +31,17 @@ pub struct Movement {
 /// The movement of the window's surface, or of that which moved most: from the first departure from where it began to the start of the
 /// longest stretch at where it ended, a tenth of its range to either side. `None` where no deflection is recorded or none moved.
 pub fn movement(window: &Manoeuvre, aero: &WindowAero) -> Option<Movement> {
-    let surfaces = Surface::ALL.into_iter().filter(|surface| window.surface.is_none_or(|own| own == *surface));
-    let moved = surfaces.filter_map(|surface| of_surface(surface, aero));
+    let moved = movements(aero).filter(|moved| window.surface.is_none_or(|own| own == moved.surface));
     moved.max_by(|a, b| a.largest_rad.abs().total_cmp(&b.largest_rad.abs()))
 }
 
-fn of_surface(surface: Surface, aero: &WindowAero) -> Option<Movement> {
-    deflection_movement(surface, &aero.data.time_s, deflection(surface, aero)?)
+/// The movement of every surface whose deflection is recorded.
+pub(super) fn movements(aero: &WindowAero) -> impl Iterator<Item = Movement> + '_ {
+    let of_surface = |surface| deflection_movement(surface, &aero.data.time_s, deflection(surface, aero)?);
+    Surface::ALL.into_iter().filter_map(of_surface)
 }
 
-fn deflection_movement(surface: Surface, time_s: &[f64], values: &[f64]) -> Option<Movement> {
+pub(super) fn deflection_movement(surface: Surface, time_s: &[f64], values: &[f64]) -> Option<Movement> {
     let (&first_s, &last_s) = (time_s.first()?, time_s.last()?);
     let head = time_s.partition_point(|&time| time <= first_s + REST_S);
     let tail = time_s.partition_point(|&time| time < last_s - REST_S);
