@@ -202,6 +202,23 @@ fn wrong_maps_are_named_by_channel_and_hypothesis() {
     assert!(named * 24 >= tried * 22, "{missed:#?}");
 }
 
+#[test]
+fn sign_of_ay_is_told_by_lines_of_other_channels_where_its_own_tells_nothing() {
+    let own = |found: &FlightPhysics| {
+        let mut rows =
+            found.rows.iter().filter(|row| row.channel == "ay" && row.evidence.contains("turning of the path"));
+        rows.all(|row| row.slope.is_none())
+    };
+    let right = physics("demo", &Right).unwrap();
+    assert!(own(&right) && right.contradictions().next().is_none());
+    let found = physics("demo", &Sign("ay")).unwrap();
+    let raised: Vec<_> = found.contradictions().collect();
+    assert!(matches!(raised[..], [row] if row.channel == "ay" && row.hypothesis == "sign reversed"), "{raised:?}");
+    let lines = ["v_east against specific force", "beta against ay", "r against bank"];
+    let told = lines.iter().filter(|line| raised[0].evidence.contains(**line)).count();
+    assert!(told >= 2, "{}", raised[0].evidence);
+}
+
 /// Recordings with a source that is late by seconds.
 const LATE: [(&str, &str, f64); 6] = [
     ("demo", "", 0.0),

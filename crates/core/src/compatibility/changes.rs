@@ -213,6 +213,11 @@ impl Candidate {
         Self { cures, cost, is_linear: false }
     }
 
+    /// A channel with its sign turned.
+    pub(super) fn turned(role: Role) -> Self {
+        Self::of(vec![Cure::Scale { role, factor: -1.0, offset: 0.0, units: None }], 1.0)
+    }
+
     /// Roles whose channels it changes.
     pub(super) fn roles(&self) -> Vec<Role> {
         if self.is_linear { SPECIFIC_FORCE.to_vec() } else { self.cures.iter().flat_map(Cure::roles).collect() }
@@ -234,7 +239,7 @@ impl Candidate {
 }
 
 /// The accelerometers.
-const SPECIFIC_FORCE: [Role; 3] = [SpecificForceX, SpecificForceY, SpecificForceZ];
+pub(super) const SPECIFIC_FORCE: [Role; 3] = [SpecificForceX, SpecificForceY, SpecificForceZ];
 
 /// The motion with gravity by the attitude taken off the accelerometers again, which were without it.
 fn with_gravity(motion: &Motion) -> Motion {

@@ -93,7 +93,8 @@ impl CompatibilityRow {
         let what = if self.hypothesis.is_empty() { "does not fit, cause not found" } else { &self.hypothesis };
         let figure = match (&self.cure, self.slope, self.r2) {
             (Some(Cure::Scale { factor, offset: 0.0, units: None, .. }), Some(slope), Some(r2)) if *factor < 0.0 => {
-                format!(" (correlation {:.3})", r2.sqrt().copysign(slope))
+                // A line of another channel may run the right way.
+                if slope < 0.0 { format!(" (correlation {:.3})", -r2.sqrt()) } else { String::new() }
             }
             (Some(Cure::Swap { .. } | Cure::Reassign { .. } | Cure::Travel { .. }), ..) | (_, None, _) => String::new(),
             (
@@ -177,7 +178,8 @@ pub(super) fn rows(found: &Found) -> Vec<CompatibilityRow> {
     mistakes.chain(found.outcomes.iter().filter_map(|(relation, outcome)| of_outcome(relation, outcome))).collect()
 }
 
-fn of_mistake(mistake: &Mistake) -> Vec<CompatibilityRow> {
+/// The rows of one mistake.
+pub(super) fn of_mistake(mistake: &Mistake) -> Vec<CompatibilityRow> {
     let cures: &[Cure] = if mistake.is_linear { &mistake.cures[..1] } else { &mistake.cures };
     cures.iter().filter_map(|cure| of_cure(mistake, cure)).collect()
 }

@@ -4,7 +4,7 @@ use std::cell::OnceCell;
 
 use rayon::prelude::*;
 
-use super::changes::{Candidate, Cure, candidates, turned_together};
+use super::changes::{Candidate, Cure, SPECIFIC_FORCE, candidates, turned_together};
 use super::line::Figures;
 use super::motion::{COMPARED, Motion, is_signed};
 use super::outcome::{Outcome, Relation};
@@ -22,6 +22,8 @@ const BROKEN: f64 = 3.0;
 /// left, and counts so.
 const SHARPENED: f64 = 0.5;
 const SHARPENED_WEIGHT: f64 = 0.5;
+/// Lines that tell the sign of a specific force that its own relation does not tell.
+const LINES_OF_TURN: usize = 2;
 /// A channel tells its unit in a relation only where that holds better with the channel than without: by no more than this part of the
 /// disagreement that is left without it.
 const OWN_PART: f64 = 0.5;
@@ -192,6 +194,52 @@ fn attempt(candidate: Candidate, motion: &Motion, outcomes: &[(Relation, Outcome
         rank(b).cmp(&rank(a)).then(b.2.r2.total_cmp(&a.2.r2))
     });
     (score > 0.0).then_some(Trial { candidate, repaired, sharpened, score, motion: changed })
+}
+
+/// The motion with the sign of a specific force turned whose own relation tells nothing, where lines it enters hold much better then and
+/// none holds less; and what was found. Before the place of the accelerometers is sought: a turned axis tells a wrong one.
+pub(super) fn turn_force(motion: Motion, relations: &[Relation]) -> (Option<Mistake>, Motion) {
+    let outcomes = judge(relations, &motion);
+    let is_own =
+        |relation: &Relation, role: Role| matches!(relation, Relation::Kinematic(_)) && relation.compared() == role;
+    let is_silent = |role: &Role| {
+        let mut own = outcomes.iter().filter(|(relation, _)| is_own(relation, *role));
+        motion.has(*role) && own.all(|(_, outcome)| matches!(outcome, Outcome::Undetermined))
+    };
+    let mut silent = SPECIFIC_FORCE.into_iter().filter(is_silent);
+    match silent.find_map(|role| turned_force(role, &motion, &outcomes)) {
+        None => (None, motion),
+        Some(Trial { candidate, repaired, sharpened, motion: turned, .. }) => {
+            let motions = [motion, turned.clone()];
+            let Candidate { cures, is_linear, .. } = candidate;
+            (Some(Mistake { cures, is_linear, repaired, sharpened, rivals: Vec::new(), motions }), turned)
+        }
+    }
+}
+
+fn turned_force(role: Role, motion: &Motion, outcomes: &[(Relation, Outcome)]) -> Option<Trial> {
+    let candidate = Candidate::turned(role);
+    let changed = candidate.applied(motion);
+    let mut repaired: Vec<Repaired> = Vec::new();
+    for (relation, before) in outcomes.iter().filter(|(relation, _)| relation.involves(role)) {
+        match (before, relation.judge(&changed)) {
+            (Outcome::Fits(was), Outcome::Fits(is)) if relation.is_of_lines() => {
+                if is.disagreement > was.disagreement {
+                    return None;
+                }
+                if is.disagreement < SHARPENED * was.disagreement {
+                    repaired.push((*relation, *was, is));
+                }
+            }
+            (Outcome::Fits(_), Outcome::Differs(_) | Outcome::Undetermined)
+            | (Outcome::Undetermined, Outcome::Differs(_)) => return None,
+            _ => {}
+        }
+    }
+    repaired.sort_by(|a, b| b.1.disagreement.total_cmp(&a.1.disagreement));
+    let score = repaired.len() as f64;
+    let is_told = repaired.len() >= LINES_OF_TURN;
+    is_told.then_some(Trial { candidate, repaired, sharpened: Vec::new(), score, motion: changed })
 }
 
 /// Whether channels are exchanged and nothing else is done.
