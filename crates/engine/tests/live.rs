@@ -18,12 +18,14 @@ use doublet_core::quantity::Role;
 use doublet_core::simulate::scenario::Start;
 use doublet_core::simulate::{self, Scenario, scenario};
 use doublet_engine::builtin;
-use doublet_engine::graph::Context;
+use doublet_engine::graph::{Cache, Context};
 use doublet_engine::live::{
     Feed, LineFormat, LivePipeline, LiveSettings, LiveUpdate, LiveWatch, Opening, Polled, open,
 };
+use doublet_engine::run::{Control, Scope, Snapshot, run};
 use doublet_engine::session::{self, Flight, MapRef, RecordingRef, Session};
 use doublet_engine::stage::LoadedFlight;
+use doublet_engine::verdict::Level;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -55,7 +57,11 @@ fn opening() -> Opening {
 
 /// Samples of the flight in the order of time, and the settings it is watched with.
 fn samples() -> (Vec<RoleSample>, LiveSettings) {
-    let mut watched = open(&opening()).unwrap();
+    samples_of(&opening())
+}
+
+fn samples_of(opening: &Opening) -> (Vec<RoleSample>, LiveSettings) {
+    let mut watched = open(opening).unwrap();
     let mut map = StreamMap::new(ChannelMap::parse(&watched.map).unwrap());
     let (mut rows, mut samples) = (Vec::<StreamRow>::new(), Vec::new());
     while watched.source.poll(&mut rows).unwrap() == Polled::Rows {}
@@ -124,6 +130,34 @@ fn estimates_converge_within_two_dutch_roll_periods_of_the_onset() {
         println!("{name}: {value:.4} +- {error:.4}, truth {:.4}", truth(name));
         assert!((value - truth(name)).abs() < 4.0 * error.max(0.01 * truth(name).abs()), "{name}: {value} {error}");
     }
+}
+
+#[test]
+fn no_good_lamp_of_the_shipped_flight_is_beyond_three_of_its_errors_and_no_limit_is_passed_on_the_ground() {
+    let demo = session::open(Path::new("builtin:demo")).unwrap();
+    let scope =
+        Scope { session: &demo.session, folder: &demo.folder, first: None, studies: &[], cause: "test", generation: 1 };
+    let after = run(&scope, &Snapshot::default(), &Cache::new(0), &Control::default(), &|_| {});
+    let pooled = after.pooled.ready().unwrap();
+    let fits = || pooled.fits.iter().filter_map(|fit| fit.fit.as_ref().ok());
+    let known =
+        |name: &str| fits().find_map(|fit| Some(fit.estimates[fit.names.iter().position(|other| other == name)?]));
+    let opening = Opening { session: Some("builtin:demo".to_owned()), ..Opening::default() };
+    let (samples, settings) = samples_of(&opening);
+    let (mut lamps, mut wrong) = (0, Vec::new());
+    for update in watch(&samples, settings) {
+        let alarms = update.limits.iter().filter(|lamp| lamp.level == Level::Bad);
+        assert!(update.is_airborne || alarms.count() == 0, "{} s: {:?}", update.time_s, update.limits);
+        for lamp in update.derivatives.iter().filter(|lamp| lamp.level == Level::Good) {
+            let Some(truth) = known(&lamp.name) else { continue };
+            lamps += 1;
+            let errors = (lamp.estimate.unwrap() - truth) / lamp.standard_error.unwrap();
+            if errors.abs() > 3.0 {
+                wrong.push(format!("{} s: {} {errors:.1}", update.time_s, lamp.name));
+            }
+        }
+    }
+    assert!(lamps > 50_000 && wrong.is_empty(), "{} of {lamps}: {:?}", wrong.len(), wrong.first());
 }
 
 #[test]

@@ -2,18 +2,25 @@
 
 use std::collections::BTreeSet;
 
-use doublet_core::estimate::{EstimateError, Fit, RecursiveFourier, RecursiveLeastSquares, Taper};
+use doublet_core::estimate::{EstimateError, Fit, RecursiveEstimate, RecursiveFourier, RecursiveLeastSquares, Taper};
 use doublet_core::model::{Coefficient, Term, Variable, regressors};
 
 use super::settings::LiveSettings;
 use super::update::{CorrelationLamp, LiveDerivative, TimeDomain};
+use crate::session::Surface;
 use crate::stage::WindowAero;
 use crate::verdict::Level;
 
 /// Condition number of the regressors beyond which an estimate is not good.
 const CONDITION: f64 = 100.0;
+/// Part of a coefficient's variation that a fit explains at least where it is good.
+const LEAST_R2: f64 = 0.5;
+/// Part of a derivative by a control that its error is at most where a manoeuvre has moved the control.
+const CONTROL_ERROR: f64 = 0.5;
+/// Periods of the lowest frequency that a good estimate is made of at least.
+const PERIODS: f64 = 2.0;
 /// Joint standard errors within which, or part of the estimate by which, frequency and time domain agree.
-const AGREE: f64 = 2.0;
+const AGREE: f64 = 3.0;
 const AGREE_PART: f64 = 0.05;
 
 /// Lags of the correlation of residuals in time, s, and their most samples.
@@ -33,6 +40,9 @@ pub struct LiveEstimates {
     fourier: RecursiveFourier,
     /// Index on the grid of the next sample.
     next: u64,
+    /// Samples of flight taken in, and the time between two, s.
+    taken: u64,
+    step_s: f64,
     /// What the structure asks for that the stream does not have.
     pub findings: Vec<String>,
     /// Whether the last sample was one of flight.
@@ -46,6 +56,8 @@ struct Model {
     terms: Vec<usize>,
     /// Names of their derivatives.
     names: Vec<String>,
+    /// Whether the stream gives all terms the structure asks for.
+    is_complete: bool,
     time: RecursiveLeastSquares,
 }
 
@@ -90,12 +102,13 @@ impl LiveEstimates {
                 coefficient: *coefficient,
                 terms: usable.into_iter().map(&mut place).collect(),
                 names,
+                is_complete: left_out.is_empty(),
                 time: RecursiveLeastSquares::new(&with_constant, forgetting, lags, Taper::Parzen)?,
             });
         }
         let columns = models.len() + terms.len();
         let fourier = RecursiveFourier::new(columns, step_s, &settings.band, settings.forgetting_s)?;
-        Ok(Self { models, terms, fourier, next: first, findings, is_airborne: false })
+        Ok(Self { models, terms, fourier, next: first, taken: 0, step_s, findings, is_airborne: false })
     }
 
     /// Takes in the samples of `aero` whose index on the grid, `index(time)`, is not passed yet, up to before `end`.
@@ -131,6 +144,7 @@ impl LiveEstimates {
                 model.time.push(&own, *measured);
             }
             self.next = at + 1;
+            self.taken += 1;
         }
         self.skip_to(end);
         Ok(())
@@ -153,45 +167,42 @@ impl LiveEstimates {
         let asked: Vec<_> =
             self.models.iter().zip(&columns).enumerate().map(|(z, (model, x))| (&model.names[..], z, &x[..])).collect();
         let factor = self.fourier.covariance_factor();
+        let is_long_enough = self.taken as f64 * self.step_s >= PERIODS / settings.band.lowest_hz;
         let mut found = Vec::new();
         for (z, (model, fit)) in self.models.iter().zip(self.fourier.fits(&asked)).enumerate() {
             let is_reduced = fit.is_err();
-            let fit = fit.or_else(|error| self.without_dependent(&error, model, z));
+            let fit = fit.or_else(|error| self.without_dependent(&error, model, z)).ok();
             let time = model.time.estimate().ok();
-            for name in &model.names {
+            let both: Vec<Both> =
+                model.names.iter().map(|name| Both::of(name, fit.as_ref(), factor, time.as_ref())).collect();
+            // What terms left out would change, and what either domain alone explains, no error says.
+            let is_ill = |fit: &Fit| fit.condition_number > CONDITION || fit.quality.r_squared < LEAST_R2;
+            let is_whole = model.is_complete && !is_reduced && is_long_enough && !fit.as_ref().is_none_or(is_ill);
+            let is_told = is_flown(&self.terms, model, &both) && both.iter().all(Both::agree);
+            let level_at_best = match is_whole && is_told {
+                true => Level::Good,
+                false => Level::Caution,
+            };
+            found.extend(model.names.iter().zip(both).map(|(name, both)| {
                 let goal_percent = settings.goal.percent(name);
-                let known = fit.as_ref().ok().and_then(|fit| fit.parameter(name));
-                let estimate = known.map(|(estimate, _)| estimate);
-                let standard_error = known.map(|(_, error)| error * factor.sqrt());
-                let relative = estimate.zip(standard_error).map(|(estimate, error)| 100.0 * (error / estimate).abs());
-                let time_domain = time.as_ref().and_then(|time| {
-                    let at = time.names.iter().position(|other| other == name)?;
-                    let (estimate, standard_error) = (time.estimates[at], time.corrected_standard_errors[at]);
-                    Some(TimeDomain { estimate, standard_error })
-                });
+                let standard_error = both.standard_error();
+                let relative = both.frequency.zip(standard_error);
+                let relative = relative.map(|((estimate, _), error)| 100.0 * (error / estimate).abs());
                 let level = match relative {
                     Some(percent) if percent <= goal_percent => Level::Good,
                     Some(percent) if percent <= 2.0 * goal_percent => Level::Caution,
                     _ => Level::Bad,
                 };
-                // What the terms left out would change, and what the two domains do not agree on, no error says.
-                let is_ill = fit.as_ref().is_ok_and(|fit| fit.condition_number > CONDITION);
-                let agree = known.zip(time_domain.as_ref()).is_some_and(|((estimate, _), time)| {
-                    let error = standard_error.unwrap_or(f64::NAN).hypot(time.standard_error);
-                    let apart = (estimate - time.estimate).abs();
-                    apart <= AGREE * error || apart <= AGREE_PART * estimate.abs()
-                });
-                let level = if is_reduced || is_ill || !agree { level.max(Level::Caution) } else { level };
-                found.push(LiveDerivative {
+                LiveDerivative {
                     name: name.clone(),
-                    estimate,
+                    estimate: both.frequency.map(|(estimate, _)| estimate),
                     standard_error,
                     relative_error_percent: relative.filter(|percent| percent.is_finite()),
                     goal_percent,
-                    level,
-                    time_domain,
-                });
-            }
+                    level: level.max(level_at_best),
+                    time_domain: both.time,
+                }
+            }));
         }
         found
     }
@@ -229,6 +240,54 @@ impl LiveEstimates {
         };
         let regressors = [first, second].map(|term| self.terms[term].to_string());
         Some(CorrelationLamp { coefficient: model.coefficient.name().to_owned(), regressors, correlation, level })
+    }
+}
+
+/// Whether a derivative by a control of a coefficient is determined, where it has one: else no manoeuvre has moved it yet.
+fn is_flown(terms: &[Term], model: &Model, both: &[Both]) -> bool {
+    let is_control = |term: &Term| {
+        let of_surface = |(variable, _): &(Variable, i32)| Surface::ALL.iter().any(|one| one.variable() == *variable);
+        term.factors().iter().any(of_surface)
+    };
+    let mut controls = model.terms.iter().zip(both).filter(|(term, _)| is_control(&terms[**term])).peekable();
+    let is_determined = |both: &Both| {
+        let known = both.frequency.zip(both.standard_error());
+        known.is_some_and(|((estimate, _), error)| error < CONTROL_ERROR * estimate.abs())
+    };
+    controls.peek().is_none() || controls.any(|(_, both)| is_determined(both))
+}
+
+/// A derivative by the regression in the frequency domain, estimate and standard error, and by that in time.
+struct Both {
+    frequency: Option<(f64, f64)>,
+    time: Option<TimeDomain>,
+}
+
+impl Both {
+    fn of(name: &str, frequency: Option<&Fit>, factor: f64, time: Option<&RecursiveEstimate>) -> Self {
+        let known = frequency.and_then(|fit| fit.parameter(name));
+        let of_time = |time: &RecursiveEstimate| {
+            let at = time.names.iter().position(|other| other == name)?;
+            Some(TimeDomain { estimate: time.estimates[at], standard_error: time.corrected_standard_errors[at] })
+        };
+        Self {
+            frequency: known.map(|(estimate, error)| (estimate, error * factor.sqrt())),
+            time: time.and_then(of_time),
+        }
+    }
+
+    /// Standard error with that of the other domain and what the two differ by: drifts and gusts enter them differently, and neither's
+    /// residual says so.
+    fn standard_error(&self) -> Option<f64> {
+        let (estimate, error) = self.frequency?;
+        Some(self.time.map_or(error, |time| error.hypot(time.standard_error).hypot(estimate - time.estimate)))
+    }
+
+    /// Whether the two agree within their errors, or nearly; so do those of which one is not known.
+    fn agree(&self) -> bool {
+        let Some(((estimate, error), time)) = self.frequency.zip(self.time) else { return true };
+        let apart = (estimate - time.estimate).abs();
+        apart <= AGREE * error.hypot(time.standard_error) || apart <= AGREE_PART * estimate.abs()
     }
 }
 

@@ -62,13 +62,14 @@ pub struct LiveDerivative {
     pub name: String,
     /// Estimate of the regression in the frequency domain; none where its regressor does not move.
     pub estimate: Option<f64>,
-    /// Its standard error.
+    /// Its standard error, with that of the estimate in time and what the two differ by.
     pub standard_error: Option<f64>,
     /// Standard error over estimate, per cent.
     pub relative_error_percent: Option<f64>,
     /// Relative error asked for, per cent.
     pub goal_percent: f64,
-    /// Good where the goal is met, caution within twice the goal, bad beyond.
+    /// Good where the goal is met, caution within twice the goal, bad beyond; no better than caution where the fit of its coefficient is
+    /// not whole or its derivatives in frequency and time contradict each other.
     pub level: Level,
     /// Estimate by recursive least squares in time.
     #[serde(skip_serializing_if = "Option::is_none")]
