@@ -4,6 +4,7 @@ mod aircraft_editor;
 mod aircraft_numbers;
 mod airframe;
 mod annotations;
+mod applied_fix;
 mod bias_table;
 mod board;
 mod by_window;

@@ -9,6 +9,7 @@ use eframe::egui::{
 };
 use egui_extras::{Column, TableBuilder, TableRow};
 
+use super::applied_fix::AppliedFix;
 use super::{Pane, Panel, PanelContext, awaiting};
 use crate::command::{UiCommand, ViewCommand};
 use crate::notation;
@@ -80,6 +81,7 @@ impl Place {
 #[derive(Default)]
 pub struct Summary {
     chosen: Place,
+    applied: Option<AppliedFix>,
 }
 
 impl Panel for Summary {
@@ -95,6 +97,10 @@ impl Panel for Summary {
             let text = notation::typeset_in(&verdicts.headline(), 14.0, ui.visuals().strong_text_color());
             ui.add(Label::new(text).wrap());
         });
+        self.applied.take_if(|applied| !applied.is_current(ctx.session) && ctx.edits.is_empty());
+        if let Some(applied) = &self.applied {
+            applied.show(ctx, ui);
+        }
         ui.add_space(2.0);
         if ctx.snapshot.verdicts.is_stale() {
             ui.multiply_opacity(0.6);
@@ -234,11 +240,17 @@ impl Summary {
                 ui.weak("Nothing speaks against it.");
             }
             let (worst, more) = kinds.split_at(WORST.min(kinds.len()));
-            worst.iter().for_each(|(reason, alike)| show(ctx, ui, reason, *alike));
+            let title = self.chosen.title();
+            let mut show_all = |ui: &mut Ui, kinds: &[(&Finding, usize)]| {
+                for (reason, alike) in kinds {
+                    if show(ctx, ui, reason, *alike) {
+                        self.applied = reason.fix.as_ref().and_then(|fix| AppliedFix::apply(ctx, fix));
+                    }
+                }
+            };
+            show_all(ui, worst);
             if !more.is_empty() {
-                CollapsingHeader::new(format!("{} more", more.len())).id_salt(self.chosen.title()).show(ui, |ui| {
-                    more.iter().for_each(|(reason, alike)| show(ctx, ui, reason, *alike));
-                });
+                CollapsingHeader::new(format!("{} more", more.len())).id_salt(title).show(ui, |ui| show_all(ui, more));
             }
         });
     }
@@ -256,8 +268,9 @@ fn kinds<'a>(reasons: &[&'a Finding]) -> Vec<(&'a Finding, usize)> {
     kinds
 }
 
-/// One reason: what was found, where, what to do, and the way there.
-fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, reason: &Finding, alike: usize) {
+/// One reason: what was found, where, what to do, and the way there; whether its fix is to be applied.
+fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, reason: &Finding, alike: usize) -> bool {
+    let mut is_wanted = false;
     ui.add_space(2.0);
     ui.horizontal_top(|ui| {
         level_mark(ui, Some(reason.level));
@@ -270,13 +283,22 @@ fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, reason: &Finding, alike: usize)
             if !reason.cure.is_empty() {
                 ui.add(Label::new(notation::typeset_in(&reason.cure, 11.5, weak)).wrap());
             }
-            if let Some(pane) = reason.panel.and_then(Pane::from_title)
-                && ui.link(RichText::new(format!("{} ▸", pane.title())).size(11.5)).clicked()
-            {
-                open(ctx, reason, pane);
-            }
+            ui.horizontal_wrapped(|ui| {
+                ui.spacing_mut().item_spacing.x = 8.0;
+                if let Some(fix) = &reason.fix {
+                    let button = ui.small_button(format!("Apply: {}", fix.label));
+                    is_wanted =
+                        button.on_hover_text("One step of undo; the verdict before and after is then shown").clicked();
+                }
+                if let Some(pane) = reason.panel.and_then(Pane::from_title)
+                    && ui.link(RichText::new(format!("{} ▸", pane.title())).size(11.5)).clicked()
+                {
+                    open(ctx, reason, pane);
+                }
+            });
         });
     });
+    is_wanted
 }
 
 /// Brings the panel that cures `reason` to the front, with what it is about chosen.

@@ -5,9 +5,9 @@ use std::path::Path;
 use doublet::app::Workbench;
 use doublet::command::{UiCommand, ViewCommand};
 use doublet::panels::Pane;
-use doublet_core::model::{Coefficient, Term};
-use doublet_engine::session::{Edit, ModelEdit};
-use doublet_engine::verdict::{Finding, Level, Verdicts};
+use doublet_core::model::{Coefficient, Lag, Term};
+use doublet_engine::session::{Edit, EstimationEdit, ModelEdit, Surface};
+use doublet_engine::verdict::{Finding, Level, VerdictCounts, Verdicts};
 use egui::accesskit::Role;
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
@@ -86,6 +86,33 @@ fn reason_of_a_cell_leads_to_the_panel_that_cures_it() {
     bench.harness.get_all_by_label(&link).next().expect("the reason leads there").click();
     bench.settle();
     assert!(shown(&bench.harness), "{} is in front", panel.title());
+}
+
+#[test]
+fn fix_is_applied_by_a_click_shown_with_the_verdict_before_and_after_and_undone() {
+    let mut bench = Bench::open();
+    let lag = Lag { delay_s: 0.15, ..Lag::default() };
+    bench.harness.state_mut().apply(&Edit::Estimation(EstimationEdit::ControlLag(Surface::Elevator, lag)));
+    bench.settle();
+    let delay_s = |bench: &Bench<'_>| bench.session().preparation.control_lags.of(Surface::Elevator).delay_s;
+    let before = VerdictCounts::of(&bench.verdicts());
+    let verdicts = bench.verdicts();
+    let reason = verdicts.session.reasons.iter().find(|reason| reason.code == "timing").expect("it acts too early");
+    let fix = reason.fix.as_ref().expect("its delay can be stated");
+    bench.harness.get_by_role_and_label(Role::Button, &format!("Apply: {}", fix.label)).click();
+    bench.settle();
+    assert!(delay_s(&bench).abs() < 0.02, "{}", delay_s(&bench));
+    let shown = |bench: &Bench<'_>, counts: VerdictCounts| {
+        let VerdictCounts { level, good, caution, bad } = counts;
+        let text = format!("{} ({good} good, {caution} caution, {bad} bad)", level.name());
+        bench.harness.query_all_by_label(&text).next().is_some()
+    };
+    assert!(shown(&bench, before) && shown(&bench, VerdictCounts::of(&bench.verdicts())));
+    picture(&mut bench.harness, "summary_fix");
+    bench.harness.get_by_role_and_label(Role::Button, "Undo").click();
+    bench.settle();
+    assert_eq!(delay_s(&bench), 0.15);
+    assert!(bench.harness.query_by_label_contains("Applied:").is_none());
 }
 
 #[test]

@@ -3,6 +3,7 @@
 use crate::aircraft::{AircraftArguments, PlainArguments};
 use crate::compatibility::CompatibilityArguments;
 use crate::equations::EquationArguments;
+use crate::fix::FixArguments;
 use crate::fmu::FmuArguments;
 use crate::prior::PriorArguments;
 use std::path::PathBuf;
@@ -86,6 +87,8 @@ pub enum Command {
     Variants(VariantArguments),
     /// Carry fresh noise of the recording through both steps, many times.
     MonteCarlo(MonteCarloArguments),
+    /// List the fixes of a session's findings with the verdict before and after each, or apply some.
+    Fix(FixArguments),
     /// Propose manoeuvre windows, steady windows or noise from the recordings of a session.
     Propose(ProposeArguments),
     /// Fly validation manoeuvres again with the identified model and print which tests of a simulator's qualification pass.

@@ -15,6 +15,7 @@ mod engine;
 mod equations;
 mod export;
 mod fidelity;
+mod fix;
 mod fmu;
 pub mod formula;
 pub mod glossary;
@@ -166,6 +167,7 @@ fn outcome(command: Command) -> Result<Outcome, String> {
             let realisations = arguments.realisations as usize;
             study::study(Study::MonteCarlo { realisations, seed: arguments.seed }, &arguments.study)
         }
+        Command::Fix(arguments) => fix::fix(&arguments),
         Command::Propose(arguments) => propose::propose(&arguments),
         Command::Match(arguments) => match_command::match_command(&arguments),
         Command::Fmu(arguments) => fmu::fmu(&arguments),

@@ -15,7 +15,7 @@ use crate::progress::Progress;
 use crate::{summary, text};
 
 /// Memory for intermediate results of one run, which its studies ask for again; without studies nothing does.
-const CACHE_BYTES: usize = 2 << 30;
+pub const CACHE_BYTES: usize = 2 << 30;
 
 /// Opens the session and computes everything it asks for; the bar goes up to `share` of its length. What fails leaves its error in
 /// its place and does not take the rest with it.

@@ -11,7 +11,7 @@ use serde::Serialize;
 use super::LoadedFlight;
 use crate::graph::{Context, Footprint, Keyed, Stage, StageResult};
 use crate::notation::significant;
-use crate::session::RecordingRef;
+use crate::session::{Fix, RecordingRef, Session};
 use crate::verdict::{Finding, Level};
 
 /// What the channels of a flight say of each other.
@@ -23,6 +23,8 @@ pub struct FlightPhysics {
     pub accelerometer: Option<AccelerometerPlace>,
     /// Median true airspeed while it flies, m/s, where it is recorded.
     pub airspeed_m_s: Option<f64>,
+    /// Whether the position down is the altitude turned.
+    pub has_down_of_altitude: bool,
 }
 
 /// One channel against the others, as `results.json` and `check --json` show it.
@@ -78,13 +80,15 @@ impl FlightPhysics {
         self.rows.iter().filter(|row| row.level > Level::Good)
     }
 
-    /// The same as findings about `flight`.
-    pub fn findings(&self, flight: &str) -> Vec<Finding> {
+    /// The same as findings about `flight` of `session`.
+    pub fn findings(&self, session: &Session, flight: &str) -> Vec<Finding> {
+        let fix =
+            |row: &PhysicsRow| Fix::channel(session.flight(flight)?, row.change.as_ref()?, self.has_down_of_altitude);
         let finding = |row: &PhysicsRow| {
             let place = format!("flight '{flight}', {}", row.channel);
             let text = format!("{}: {}", row.headline, row.evidence);
             let finding = Finding::new(row.level, "physics", place, text).with_cure(row.cure.clone());
-            let finding = finding.with_setting("Channels", "");
+            let finding = finding.with_setting("Channels", "").with_fix(fix(row));
             match row.slope {
                 Some(slope) if row.hypothesis.is_empty() => finding.with_figure(slope, f64::NAN),
                 _ => finding,
@@ -152,7 +156,8 @@ fn compared(recording: &Recording, map: impl Fn(Option<Role>) -> String) -> Flig
     let without_copy = without_copy(recording);
     let Compatibility { rows, accelerometer } = check(without_copy.as_ref().unwrap_or(recording));
     let airspeed_m_s = median_airspeed_m_s(recording);
-    FlightPhysics { rows: rows.into_iter().map(row).collect(), accelerometer, airspeed_m_s }
+    let has_down_of_altitude = without_copy.is_some();
+    FlightPhysics { rows: rows.into_iter().map(row).collect(), accelerometer, airspeed_m_s, has_down_of_altitude }
 }
 
 /// The recording without a position down that is its altitude turned: the two hold one mistake, and neither mends it alone.

@@ -5,8 +5,9 @@ use doublet_core::compatibility::{AccelerometerPlace, TellingVelocity};
 use doublet_core::model::Position;
 
 use super::{Finding, Level};
+use crate::aircraft::ChangedValue;
 use crate::run::Snapshot;
-use crate::session::Session;
+use crate::session::{AircraftEdit, Edit, EstimationEdit, Fix, Preparation, Session};
 
 /// Difference between the place found and the place taken, in standard errors.
 const SIGNIFICANT: f64 = 5.0;
@@ -35,6 +36,12 @@ pub(super) fn findings(session: &Session, snapshot: &Snapshot) -> Vec<Finding> {
 pub(super) fn found_from_cg_m(session: &Session, snapshot: &Snapshot, flight: &str) -> Option<[f64; 3]> {
     of_flight(session, snapshot, flight)?;
     Some(Places::of(session, snapshot, flight)?.place_m)
+}
+
+/// States the place found of the accelerometers of a flight; none where the centre of gravity is not known in datum axes.
+pub(super) fn fix(session: &Session, snapshot: &Snapshot, flight: &str) -> Option<Fix> {
+    let places = Places::of(session, snapshot, flight)?;
+    Some(place_fix(session, datum_m(places.place_m, places.cg_m?)))
 }
 
 /// Places of the accelerometers of a flight from its centre of gravity, body axes, m.
@@ -120,18 +127,39 @@ fn of_flight(session: &Session, snapshot: &Snapshot, flight: &str) -> Option<Fin
     };
     let finding = Finding::new(level, "accelerometer", format!("flight '{flight}'"), text);
     let finding = finding.with_figure(most_m, worth_saying_m).with_cure(cure(place, cg_m));
-    Some(finding.with_setting("Airframe", "aircraft"))
+    let fix = cg_m.map(|cg_m| place_fix(session, datum_m(place, cg_m)));
+    Some(finding.with_setting("Airframe", "aircraft").with_fix(fix))
 }
 
 /// What to state where, in datum axes where the centre of gravity is known in them.
-fn cure([x, y, z]: [f64; 3], cg_m: Option<[f64; 3]>) -> String {
+fn cure(place: [f64; 3], cg_m: Option<[f64; 3]>) -> String {
     match cg_m {
         None => "name an aircraft that states their place".to_owned(),
-        Some(cg_m) => format!(
-            "state their place in the aircraft file, by this estimate accelerometer_datum_m = [{:.2}, {:.2}, {:.2}] of [sensors]",
-            cg_m[0] - x,
-            cg_m[1] + y,
-            cg_m[2] - z
-        ),
+        Some(cg_m) => {
+            let [x, y, z] = datum_m(place, cg_m);
+            format!(
+                "state their place in the aircraft file, by this estimate accelerometer_datum_m = [{x:.2}, {y:.2}, {z:.2}] of [sensors]"
+            )
+        }
     }
+}
+
+/// A place from the centre of gravity, body axes, in datum axes (x aft, y right, z up), m.
+fn datum_m([x, y, z]: [f64; 3], cg_m: [f64; 3]) -> [f64; 3] {
+    [cg_m[0] - x, cg_m[1] + y, cg_m[2] - z]
+}
+
+/// States the place of the accelerometers, datum axes, m.
+fn place_fix(session: &Session, datum_m: [f64; 3]) -> Fix {
+    let datum_m = datum_m.map(|part| (1000.0 * part).round() / 1000.0);
+    let value = ChangedValue::Triple(datum_m);
+    let edit = AircraftEdit::set("place of the accelerometers", "sensors.accelerometer_datum_m", value);
+    let [x, y, z] = datum_m;
+    let label = format!("place the accelerometers at {x:.2}, {y:.2}, {z:.2} m of the datum");
+    let mut fix = Fix::new(label, Edit::Aircraft(edit));
+    if !session.preparation.correct_accelerometer {
+        let preparation = Preparation { correct_accelerometer: true, ..session.preparation.clone() };
+        fix.edits.push(Edit::Estimation(EstimationEdit::Preparation(preparation)));
+    }
+    fix
 }

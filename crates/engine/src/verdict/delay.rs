@@ -13,7 +13,7 @@ use super::fit::{Used, moving_terms, used_windows};
 use super::judge::{Evidence, WindowVerdict};
 use super::{Finding, Level};
 use crate::run::Snapshot;
-use crate::session::{Manoeuvre, Session, Surface};
+use crate::session::{Fix, Manoeuvre, Session, Surface};
 
 /// Range of delays looked at, s, and their least step; the greatest step of a first look, in which no pulse of a pilot passes unseen.
 const RANGE_S: f64 = 0.6;
@@ -167,7 +167,8 @@ fn finding(evidence: Evidence<'_>, delay: &ControlDelay, level: Level, changed: 
     };
     let cure = format!("{why}; or state delay_s = {:.3} under [preparation.control_lag.{name}]", stated_s + delay_s);
     let finding = finding.with_cure(cure).with_setting("Model", format!("preparation.control_lag.{name}.delay_s"));
-    finding.with_value(format!("{:.3}", stated_s + delay_s))
+    let fix = Fix::control_delay(evidence.session, surface, stated_s + delay_s);
+    finding.with_value(format!("{:.3}", stated_s + delay_s)).with_fix(fix)
 }
 
 fn is_one(term: &Term, variable: Variable) -> bool {

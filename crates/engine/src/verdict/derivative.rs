@@ -6,7 +6,7 @@ use super::effect::Cause;
 use super::judge::{Evidence, place};
 use super::plausible::{Outside, Range};
 use super::{Finding, Level, weigh};
-use crate::session::WindowRole;
+use crate::session::{Fix, WindowRole};
 use crate::stage::{CoefficientFit, significance};
 
 /// Code of a derivative that the samples do not tell: it lowers the derivative alone, not its fit.
@@ -144,7 +144,8 @@ fn scatter(evidence: Evidence<'_>, at: &str, fit: &CoefficientFit, index: usize)
         "look at '{}' and at the windows that hardly move this regressor; use for it only those that do",
         worst.window
     );
-    Some(finding.with_cure(cure).with_setting("Derivatives", format!("window.{}.role", worst.window)))
+    let fix = (singles.len() > 2).then(|| Fix::ignore([worst.window]));
+    Some(finding.with_cure(cure).with_setting("Derivatives", format!("window.{}.role", worst.window)).with_fix(fix))
 }
 
 /// The worst that leaving out one manoeuvre changes of a derivative; none where that was not formed, or where one is left out that alone

@@ -1,7 +1,7 @@
 //! Findings about the fit of one coefficient: excitation, condition and what it predicts.
 
 use doublet_core::estimate::Fit;
-use doublet_core::model::{Term, Variable, is_constant_name, regressors};
+use doublet_core::model::{Coefficient, Term, Variable, is_constant_name, regressors};
 use doublet_core::reconstruct::{Input, State};
 use doublet_core::series::TimeRange;
 use doublet_core::statistics;
@@ -11,7 +11,7 @@ use super::derivative::is_determined;
 use super::judge::{Evidence, place};
 use super::{Finding, Level, delay, propulsion};
 use crate::run::Snapshot;
-use crate::session::{Manoeuvre, Session, Surface, WindowRole};
+use crate::session::{Fix, Manoeuvre, Session, Surface, WindowRole};
 use crate::stage::{CoefficientFit, Prediction, WindowAero};
 
 /// How many times its noise a regressor must vary.
@@ -52,6 +52,16 @@ fn absent(evidence: Evidence<'_>, fit: &CoefficientFit) -> Vec<&'static str> {
     absent
 }
 
+/// Leaves out the terms of a coefficient that contain variables; none where the model would have no other term.
+fn without_terms(evidence: Evidence<'_>, coefficient: Coefficient, variables: &[&str]) -> Option<Fix> {
+    let terms = evidence.session.structure.terms(coefficient)?;
+    let contains = |term: &&Term| term.factors().iter().any(|(variable, _)| variables.contains(&variable.name()));
+    let fixes: Vec<Fix> = terms.iter().filter(contains).map(|term| Fix::set_term(coefficient, term, false)).collect();
+    let is_rest = terms.iter().any(|term| !term.is_constant() && !contains(&term));
+    let label = format!("leave the terms of {} out of {}", variables.join(", "), coefficient.name());
+    is_rest.then(|| Fix { label, edits: fixes.into_iter().flat_map(|fix| fix.edits).collect() })
+}
+
 /// What speaks against a fit; `window` is none for the pooled one.
 pub(super) fn findings(evidence: Evidence<'_>, window: Option<&str>, fit: &CoefficientFit) -> Vec<Finding> {
     let name = fit.coefficient.name();
@@ -65,7 +75,8 @@ pub(super) fn findings(evidence: Evidence<'_>, window: Option<&str>, fit: &Coeff
                     format!("no estimate: the recording has no {}, of which the model has terms", absent.join(", "));
                 let finding = Finding::new(Level::Bad, "failed", at, text);
                 let cure = "add the recording or the channel that has it, or leave its terms out";
-                return vec![finding.with_cure(cure).with_setting("Channels", format!("model.{name}"))];
+                let finding = finding.with_cure(cure).with_setting("Channels", format!("model.{name}"));
+                return vec![finding.with_fix(without_terms(evidence, fit.coefficient, &absent))];
             }
             let finding = Finding::new(Level::Bad, "rank", at, format!("no estimate: {error}"));
             let cure = "leave a term out, or use a manoeuvre that moves the regressors apart";
@@ -83,7 +94,7 @@ pub(super) fn findings(evidence: Evidence<'_>, window: Option<&str>, fit: &Coeff
     let formed: Vec<&WindowAero> = used.iter().map(|used| used.aero).collect();
     let moved: Vec<(&Term, Motion)> = terms.iter().filter_map(|term| Some((term, Motion::of(term, &used)?))).collect();
     findings.extend(propulsion::unknown(&at, fit, &formed));
-    findings.extend(unmoved(evidence, &at, &moved, &used));
+    findings.extend(unmoved(evidence, (fit.coefficient, &at), &moved, &used));
     if estimate.names.iter().any(|name| is_open(fit, estimate, name)) {
         findings.extend(condition(&at, name, estimate));
     }
@@ -149,7 +160,12 @@ impl Motion {
 }
 
 /// Regressors of a single variable that move no more than what is unknown of them.
-fn unmoved(evidence: Evidence<'_>, at: &str, moved: &[(&Term, Motion)], used: &[Used<'_>]) -> Option<Finding> {
+fn unmoved(
+    evidence: Evidence<'_>,
+    (coefficient, at): (Coefficient, &str),
+    moved: &[(&Term, Motion)],
+    used: &[Used<'_>],
+) -> Option<Finding> {
     let excitation = |(term, motion): &(&Term, Motion)| {
         let [(variable, 1)] = *term.factors() else { return None };
         let noises: Vec<f64> = used.iter().filter_map(|window| noise(evidence, window, variable)).collect();
@@ -166,7 +182,10 @@ fn unmoved(evidence: Evidence<'_>, at: &str, moved: &[(&Term, Motion)], used: &[
         if names.len() == 1 { "moves" } else { "move" }
     );
     let finding = Finding::new(Level::Caution, "excitation", at, text).with_figure(least, EXCITATION);
-    Some(finding.with_cure("leave the term out, or use a manoeuvre that moves it").with_setting("Model", "model"))
+    let first = moved.iter().map(|(term, _)| *term).find(|term| term.to_string() == weak[0].0);
+    let fix = first.map(|term| Fix::set_term(coefficient, term, false));
+    let finding = finding.with_cure("leave the term out, or use a manoeuvre that moves it");
+    Some(finding.with_setting("Model", "model").with_fix(fix))
 }
 
 /// What is unknown of a variable in a window, in its own unit: the noise of a recorded deflection, the deviation of a flow angle, the
@@ -247,8 +266,14 @@ fn inflated(at: &str, fit: &CoefficientFit, estimate: &Fit, moved: &[(&Term, Mot
     Some(
         finding
             .with_cure("leave one of the two out, or add manoeuvres that tell them apart")
-            .with_setting("Correlation", setting),
+            .with_setting("Correlation", setting)
+            .with_fix(term_of(fit, &name, moved).map(|term| Fix::set_term(fit.coefficient, term, false))),
     )
+}
+
+/// The term of the derivative called `name`.
+fn term_of<'a>(fit: &CoefficientFit, name: &str, moved: &[(&'a Term, Motion)]) -> Option<&'a Term> {
+    moved.iter().map(|(term, _)| *term).find(|term| term.derivative_name(fit.coefficient) == name)
 }
 
 /// Whether `name` is a derivative that the samples leave undetermined.

@@ -8,7 +8,7 @@ use doublet_core::statistics;
 use super::judge::{Evidence, level_above};
 use super::{Finding, Level};
 use crate::run::Snapshot;
-use crate::session::{Manoeuvre, Session};
+use crate::session::{Fix, Manoeuvre, Session};
 use crate::stage::{LEAST_PRESSURE_SHARE, WindowAero, WindowPath};
 
 /// Part of the samples with weight on the wheels.
@@ -42,7 +42,8 @@ pub(super) fn dynamic_pressure(
         .or_else(|| too_slow_to_fly(place, evidence, aero))
         .or_else(|| below_other_windows(place, evidence, aero))
         .or_else(|| below_flight(place, physics?.airspeed_m_s?, aero));
-    found.map(|finding| finding.with_cure(CURE).with_setting("Flight", "window.role"))
+    let fix = || Fix::ignore([manoeuvre.name.as_str()]);
+    found.map(|finding| finding.with_cure(CURE).with_setting("Flight", "window.role").with_fix(fix()))
 }
 
 fn on_wheels(place: &str, recording: &Recording, manoeuvre: &Manoeuvre) -> Option<Finding> {

@@ -7,6 +7,7 @@ use doublet_core::series::Recording;
 
 use super::judge::Evidence;
 use super::{Finding, Level};
+use crate::session::{Edit, FilterEdit, Fix};
 use crate::stage::{BIAS_STATES, bias_table};
 
 /// Least difference of gravity that is worth a word, m/s².
@@ -28,7 +29,11 @@ pub(super) fn findings(evidence: Evidence<'_>, used_m_s2: f64) -> Vec<Finding> {
         let found = of_flight(&flight.recording, bias, used_m_s2)?;
         let finding = Finding::new(Level::Caution, "gravity", format!("flight '{name}', bias_az"), found.text);
         let finding = finding.with_figure(found.off_m_s2, WORTH_SAYING_M_S2).with_cure(found.cure);
-        Some(finding.with_setting("Noise and filter", "filter.gravity_m_s2"))
+        let fix = found.gravity_m_s2.map(|gravity_m_s2| {
+            let edit = Edit::Filter(FilterEdit::Gravity(gravity_m_s2));
+            Fix::new(format!("use a gravity of {gravity_m_s2:.5} m/s2"), edit)
+        });
+        Some(finding.with_setting("Noise and filter", "filter.gravity_m_s2").with_fix(fix))
     });
     findings.collect()
 }
@@ -38,6 +43,8 @@ struct Found {
     text: String,
     off_m_s2: f64,
     cure: String,
+    /// Gravity of the place, m/s², where it is recorded.
+    gravity_m_s2: Option<f64>,
 }
 
 fn of_flight(recording: &Recording, bias: f64, used_m_s2: f64) -> Option<Found> {
@@ -51,7 +58,8 @@ fn of_flight(recording: &Recording, bias: f64, used_m_s2: f64) -> Option<Found> 
             found.difference_m_s2
         );
         let cure = format!("use {:.5} m/s2, the gravity by latitude and altitude", found.gravity_m_s2);
-        return Some(Found { text, off_m_s2: found.difference_m_s2, cure });
+        let gravity_m_s2 = Some(found.gravity_m_s2);
+        return Some(Found { text, off_m_s2: found.difference_m_s2, cure, gravity_m_s2 });
     }
     let [least, most] = ON_EARTH_M_S2;
     let off_m_s2 = (used_m_s2 - most).max(least - used_m_s2);
@@ -63,7 +71,8 @@ fn of_flight(recording: &Recording, bias: f64, used_m_s2: f64) -> Option<Found> 
          which a gravity of {:.4} would take away",
         used_m_s2 - bias
     );
-    Some(Found { text, off_m_s2, cure: "state the gravity of the place, or its latitude".to_owned() })
+    let cure = "state the gravity of the place, or its latitude".to_owned();
+    Some(Found { text, off_m_s2, cure, gravity_m_s2: None })
 }
 
 /// Mean of a channel over all its finite samples.

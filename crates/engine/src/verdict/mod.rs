@@ -12,6 +12,7 @@ mod derivative;
 mod effect;
 mod findings;
 mod fit;
+mod fixes;
 mod flight;
 mod fold;
 mod gravity;
@@ -34,10 +35,13 @@ mod window;
 
 use serde::Serialize;
 
+use crate::session::Fix;
+
 pub use calibration::{CaseCounts, calibrate_levels};
 pub use check::{Checked, check_file, check_session};
 pub use effect::{Cause, Consequence, Effect};
 pub use findings::{findings, folded};
+pub use fixes::{VerdictCounts, fixes, try_fix};
 pub use fold::{Folded, fold};
 pub(crate) use judge::NO_WINDOW;
 pub use judge::{DerivativeVerdict, FitVerdict, Verdicts, WindowVerdict, judge};
@@ -99,6 +103,9 @@ pub struct Finding {
     /// Value of that key, as TOML, that is the fix; none where a person must choose.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub value: Option<String>,
+    /// Edits that remove it, as `doublet fix` lists them; none where a person must choose.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fix: Option<Fix>,
 }
 
 impl Finding {
@@ -115,6 +122,7 @@ impl Finding {
             panel: None,
             setting: None,
             value: None,
+            fix: None,
         }
     }
 
@@ -137,6 +145,13 @@ impl Finding {
     #[must_use]
     pub(crate) fn with_value(mut self, value: impl Into<String>) -> Self {
         self.value = Some(value.into());
+        self
+    }
+
+    /// The same with the edits that remove it.
+    #[must_use]
+    pub(crate) fn with_fix(mut self, fix: impl Into<Option<Fix>>) -> Self {
+        self.fix = fix.into();
         self
     }
 

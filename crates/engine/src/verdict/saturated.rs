@@ -5,7 +5,7 @@ use doublet_core::series::Series;
 
 use super::judge::Evidence;
 use super::{Finding, Level};
-use crate::session::Manoeuvre;
+use crate::session::{Fix, Manoeuvre};
 
 /// Samples in a row at the largest or least value of the recording that count as one rest there.
 const IN_A_ROW: usize = 4;
@@ -39,7 +39,8 @@ pub(super) fn finding(place: &str, evidence: Evidence<'_>, manoeuvre: &Manoeuvre
     );
     let finding = Finding::new(Level::Caution, "saturated", place, text).with_figure(samples as f64, IN_A_ROW as f64);
     let cure = "leave the window out, or move less; a sensor of a wider range is wanted";
-    Some(finding.with_cure(cure).with_setting("Flight", "window.role"))
+    let fix = Fix::ignore([manoeuvre.name.as_str()]);
+    Some(finding.with_cure(cure).with_setting("Flight", "window.role").with_fix(fix))
 }
 
 /// Least and largest finite value.

@@ -7,7 +7,7 @@ use super::{Finding, Level, accelerometer, gravity, loading, made_of, shape};
 pub(super) fn findings(evidence: Evidence<'_>) -> Vec<Finding> {
     let snapshot = evidence.snapshot;
     let physics = snapshot.physics.iter().filter_map(|(name, slot)| Some((name, slot.ready()?)));
-    let physics = physics.flat_map(|(name, physics)| physics.findings(name));
+    let physics = physics.flat_map(|(name, physics)| physics.findings(evidence.session, name));
     let unnamed = evidence.session.aircraft.is_none().then(|| {
         let text = "no aircraft is named: flight paths were computed, coefficients and derivatives were not";
         let cure = "name one: `doublet new --aircraft`, or `aircraft` in the session";

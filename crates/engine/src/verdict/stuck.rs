@@ -6,7 +6,7 @@ use doublet_core::series::Series;
 
 use super::judge::Evidence;
 use super::{Finding, Level};
-use crate::session::Manoeuvre;
+use crate::session::{Fix, Manoeuvre};
 
 /// Shortest standstill, s, and part of the window it takes at least.
 const SHORTEST_S: f64 = 3.0;
@@ -29,7 +29,8 @@ pub(super) fn finding(place: &str, evidence: Evidence<'_>, manoeuvre: &Manoeuvre
         (length_s >= least_s && moves_else(series, value)).then_some((role, value, length_s))
     });
     let (role, value, length_s) = standing.max_by(|(.., a), (.., b)| a.total_cmp(b))?;
-    Some(of_channel(place, role, value, length_s, least_s))
+    let finding = of_channel(place, role, value, length_s, least_s);
+    Some(finding.with_fix(Fix::ignore([manoeuvre.name.as_str()])))
 }
 
 fn of_channel(place: &str, role: Role, value: f64, length_s: f64, least_s: f64) -> Finding {

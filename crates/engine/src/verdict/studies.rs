@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::judge::{Evidence, level_above, place};
 use super::{Finding, Level, delay};
+use crate::session::Fix;
 use crate::stage::{WindowFits, WindowReplay};
 use crate::study::{CheckedDerivative, FollowedFlight, LagKind};
 
@@ -114,7 +115,9 @@ fn timing(evidence: Evidence<'_>, found: &mut StudyFindings) {
         );
         let finding = Finding::new(level, "timing", name, text).with_figure(left_s, limit_s);
         let cure = format!("take the delay that was found, or look at the clock of the {name}");
-        found.session.push(finding.with_cure(cure).with_setting("Model", format!("preparation.control_lag.{name}")));
+        let fix = Fix::control_delay(evidence.session, lag.surface, delay_s);
+        let finding = finding.with_cure(cure).with_setting("Model", format!("preparation.control_lag.{name}"));
+        found.session.push(finding.with_fix(fix));
     }
 }
 

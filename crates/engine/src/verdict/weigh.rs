@@ -1,13 +1,14 @@
 //! Findings by what they change: what a suspect manoeuvre, channel or place does to a derivative, and a finding about the flight path or
 //! a channel by the worst it does.
 
-use doublet_core::model::Coefficient;
+use doublet_core::model::{Coefficient, Term, Variable};
 
 use super::derivative::is_determined;
 use super::effect::{CAUTION, Cause, Effect};
 use super::judge::{Evidence, place};
-use super::{Finding, Level, Verdict, propulsion};
+use super::{Finding, Level, Verdict, accelerometer, propulsion};
 use crate::notation::significant;
+use crate::session::{Edit, EstimationEdit, Fix, PathSource};
 use crate::stage::CoefficientFit;
 
 /// Part of the samples of a fit in manoeuvres with an inconsistent flight path from which the path of all of them is suspect.
@@ -75,6 +76,7 @@ fn own_part(finding: &Finding, fits: &[CoefficientFit], evidence: Evidence<'_>) 
 
 /// A derivative whose effects are judged.
 struct Judged<'a> {
+    evidence: Evidence<'a>,
     fit: &'a CoefficientFit,
     name: &'a str,
     estimate: f64,
@@ -101,6 +103,7 @@ impl<'a> Judged<'a> {
         let odd: usize = odd.map(|(_, samples)| samples).sum();
         let suspects = fit.windows.iter().map(|(window, _)| window.as_str());
         Some(Self {
+            evidence,
             fit,
             name,
             estimate: estimate.estimates[index],
@@ -185,7 +188,29 @@ impl<'a> Judged<'a> {
         );
         let finding = Finding::new(level, code, place(self.name, None), text).with_figure(times, CAUTION.0);
         let finding = finding.with_cure(fix).with_setting(panel, setting);
+        let finding = finding.with_fix(self.fix(effect));
         Some(if effect.cause == Cause::PathMeasured { finding.with_value("\"measured\"") } else { finding })
+    }
+
+    /// The edits that remove the cause of an effect.
+    fn fix(&self, effect: &Effect) -> Option<Fix> {
+        let session = self.evidence.session;
+        match effect.cause {
+            Cause::PathMeasured => {
+                let edit = Edit::Estimation(EstimationEdit::Path(PathSource::Measured));
+                Some(Fix::new("take the path as measured", edit))
+            }
+            Cause::SuspectsLeftOut => Some(Fix::ignore(self.suspects.iter().copied())),
+            Cause::Channel => {
+                let [flight, channel] = &effect.of[..] else { return None };
+                let physics = self.evidence.snapshot.physics.get(flight)?.ready()?;
+                let row = physics.contradictions().find(|row| row.channel == *channel)?;
+                Fix::channel(session.flight(flight)?, row.change.as_ref()?, physics.has_down_of_altitude)
+            }
+            Cause::Accelerometer => accelerometer::fix(session, self.evidence.snapshot, effect.of.first()?),
+            Cause::Thrust => Some(Fix::set_term(self.fit.coefficient, &Term::product([(Variable::Airspeed, 1)]), true)),
+            Cause::PathFiltered | Cause::LeftOut => None,
+        }
     }
 }
 

@@ -5,7 +5,8 @@ use doublet_core::reconstruct::{Measurement, Reconstruction, State};
 
 use super::judge::{Evidence, level_above, not_computed};
 use super::{Finding, Level, flight, loading, propulsion, sampling, saturated, stuck};
-use crate::session::{Manoeuvre, PathSource};
+use crate::notation::significant;
+use crate::session::{Edit, Fix, Manoeuvre, NoiseChannel, PathSource};
 use crate::stage::WindowPath;
 
 /// Mean NIS over its expectation: outside its 95 % band and beyond these it is a caution, above the last bad. Noise stated too large
@@ -49,8 +50,12 @@ pub(super) fn findings(evidence: Evidence<'_>, manoeuvre: &Manoeuvre) -> Vec<Fin
             findings.push(finding.with_setting("Noise and filter", "preparation.path"));
         }
         let fit = channels_fit(evidence, manoeuvre);
-        findings
-            .extend(path.assessment().consistency.iter().flat_map(|consistency| innovations(&place, consistency, fit)));
+        findings.extend(
+            path.assessment()
+                .consistency
+                .iter()
+                .flat_map(|consistency| innovations(&place, consistency, evidence, fit)),
+        );
         findings.extend(smoother(&place, path));
         findings.extend(flight::turn(&place, path));
     }
@@ -69,14 +74,14 @@ fn channels_fit(evidence: Evidence<'_>, manoeuvre: &Manoeuvre) -> bool {
     physics.is_some_and(|physics| !physics.rows.is_empty() && physics.contradictions().next().is_none())
 }
 
-fn innovations(place: &str, consistency: &Consistency, channels_fit: bool) -> Vec<Finding> {
-    let mut found: Vec<Finding> = nis(place, consistency, channels_fit).into_iter().collect();
+fn innovations(place: &str, consistency: &Consistency, evidence: Evidence<'_>, channels_fit: bool) -> Vec<Finding> {
+    let mut found: Vec<Finding> = nis(place, consistency, evidence, channels_fit).into_iter().collect();
     found.extend(consistency.channels.iter().filter_map(|channel| offset(place, channel)));
     found.extend(consistency.channels.iter().filter_map(|channel| correlated(place, channel)));
     found
 }
 
-fn nis(place: &str, consistency: &Consistency, channels_fit: bool) -> Option<Finding> {
+fn nis(place: &str, consistency: &Consistency, evidence: Evidence<'_>, channels_fit: bool) -> Option<Finding> {
     let (ratio, [low, high]) = (consistency.nis_ratio, consistency.nis_band_correlated);
     if (low..=high).contains(&consistency.nis_mean) {
         return None;
@@ -121,7 +126,25 @@ fn nis(place: &str, consistency: &Consistency, channels_fit: bool) -> Option<Fin
         .filter(|_| ratio > 1.0)
         .map_or("filter.measurement_noise".to_owned(), |_| format!("filter.measurement_noise.{name}"));
     let finding = Finding::new(level, "nis", place, text).with_figure(ratio, limit);
-    Some(finding.with_cure(cure).with_setting("Noise and filter", setting))
+    let fix = found.and_then(|found| noise_fix(evidence, found.measurement));
+    Some(finding.with_cure(cure).with_setting("Noise and filter", setting).with_fix(fix))
+}
+
+/// States the noise of a measurement by the size of its innovations in all windows; none where no noise is meant.
+fn noise_fix(evidence: Evidence<'_>, measurement: Measurement) -> Option<Fix> {
+    let path = |window: &Manoeuvre| evidence.snapshot.windows.get(&window.name)?.path.ready();
+    let assessed = evidence.windows().filter_map(|window| path(window)?.assessment().consistency.as_ref());
+    let channels = assessed.flat_map(|consistency| &consistency.channels);
+    let ratios = channels.filter(|channel| channel.measurement == measurement).map(|channel| channel.deviation_ratio);
+    let ratios: Vec<f64> = ratios.filter(|ratio| ratio.is_finite()).collect();
+    let square = ratios.iter().map(|ratio| ratio * ratio).sum::<f64>() / ratios.len() as f64;
+    if square.is_nan() || square > NOISE_EXPLAINS {
+        return None;
+    }
+    let (name, ratio) = (measurement.name(), square.sqrt());
+    let std = evidence.session.filter.measurement_noise[measurement as usize] * ratio;
+    let label = format!("state {} times the noise of {name}", significant(ratio, 2));
+    Some(Fix::new(label, Edit::noise(NoiseChannel::Measurement(measurement), std)))
 }
 
 /// What to do about innovations that are too large, most those of `name`; `fits` is that measurement where all channels fit each other.

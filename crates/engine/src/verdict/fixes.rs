@@ -1,0 +1,69 @@
+//! The fixes of a session's findings, and what becomes of the verdict with one.
+
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::{Level, Verdicts};
+use crate::graph::Cache;
+use crate::run::{Control, Scope, Snapshot, run};
+use crate::session::{Fix, Session};
+
+/// A verdict in numbers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct VerdictCounts {
+    /// Level of the session.
+    pub level: Level,
+    /// Derivatives of the pooled fits that are good.
+    pub good: usize,
+    /// Those that are a caution.
+    pub caution: usize,
+    /// Those that are bad.
+    pub bad: usize,
+}
+
+impl VerdictCounts {
+    /// Those of `verdicts`: the level of a derivative is the worse of its own and of its fit's.
+    pub fn of(verdicts: &Verdicts) -> Self {
+        let mut counts = Self { level: verdicts.session.level, ..Self::default() };
+        for fit in &verdicts.pooled {
+            for derivative in &fit.derivatives {
+                match derivative.verdict.level.max(fit.verdict.level) {
+                    Level::Good => counts.good += 1,
+                    Level::Caution => counts.caution += 1,
+                    Level::Bad => counts.bad += 1,
+                }
+            }
+        }
+        counts
+    }
+}
+
+/// The fixes of the findings of a session and of its pooled derivatives, in their order, each with the place of its first finding.
+pub fn fixes(verdicts: &Verdicts) -> Vec<(&Fix, &str)> {
+    let fits = verdicts.pooled.iter();
+    let of_fits = fits.flat_map(|fit| {
+        let derivatives = fit.derivatives.iter().flat_map(|derivative| &derivative.verdict.reasons);
+        fit.verdict.reasons.iter().chain(derivatives)
+    });
+    let mut fixes: Vec<(&Fix, &str)> = Vec::new();
+    for finding in verdicts.session.reasons.iter().chain(of_fits) {
+        let Some(fix) = &finding.fix else { continue };
+        if fixes.iter().all(|(known, _)| known.edits != fix.edits) {
+            fixes.push((fix, &finding.place));
+        }
+    }
+    fixes
+}
+
+/// The verdict with a fix applied to `session`, whose relative paths start from `folder`.
+///
+/// # Errors
+/// One line: why the fix cannot be applied, or that nothing was judged.
+pub fn try_fix(session: &Session, folder: &Path, fix: &Fix, cache: &Cache) -> Result<VerdictCounts, String> {
+    let fixed = fix.apply(session).map_err(|error| error.to_string())?;
+    let scope = Scope { session: &fixed, folder, first: None, studies: &[], cause: "fix", generation: 1 };
+    let snapshot = run(&scope, &Snapshot::default(), cache, &Control::default(), &|_| {});
+    let verdicts = snapshot.verdicts.ready().ok_or("nothing was judged")?;
+    Ok(VerdictCounts::of(verdicts))
+}

@@ -1,0 +1,60 @@
+//! A fix that was applied: the verdict before and after it, and the way back.
+
+use doublet_engine::session::{Fix, Session};
+use doublet_engine::verdict::VerdictCounts;
+use eframe::egui::{Label, RichText, Ui};
+
+use super::{EditRequest, PanelContext};
+use crate::command::{EditCommand, UiCommand};
+use crate::notation;
+use crate::widgets::level_mark::level_mark;
+
+/// A fix and what it was applied to.
+pub struct AppliedFix {
+    label: String,
+    before: VerdictCounts,
+    fixed: Session,
+    /// Generation of the results it was applied to.
+    generation: u64,
+}
+
+impl AppliedFix {
+    /// Applies a fix as one step of undo; none where it cannot be applied, which the edits then say.
+    pub fn apply(ctx: &mut PanelContext<'_>, fix: &Fix) -> Option<Self> {
+        let before = VerdictCounts::of(ctx.snapshot.verdicts.latest()?);
+        ctx.edits.push(EditRequest::Begin(fix.label.clone()));
+        ctx.edits.extend(fix.edits.iter().cloned().map(EditRequest::Apply));
+        ctx.edits.push(EditRequest::Commit);
+        let fixed = fix.apply(ctx.session).ok()?;
+        Some(Self { label: fix.label.clone(), before, fixed, generation: ctx.snapshot.generation })
+    }
+
+    /// Whether the session is still what the fix made of it.
+    pub fn is_current(&self, session: &Session) -> bool {
+        self.fixed == *session
+    }
+
+    /// One line: the fix, the verdict before and, once it is computed, after.
+    pub fn show(&self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
+        ui.horizontal_wrapped(|ui| {
+            ui.label(RichText::new(format!("Applied: {}.", self.label)).strong());
+            describe(ui, self.before);
+            ui.label("→");
+            let verdicts = ctx.snapshot.verdicts.ready();
+            match verdicts.filter(|_| ctx.snapshot.generation > self.generation) {
+                Some(verdicts) => describe(ui, VerdictCounts::of(verdicts)),
+                None => drop(ui.weak("computing")),
+            }
+            if ui.small_button("Undo").clicked() {
+                ctx.commands.push(UiCommand::Edit(EditCommand::Undo));
+            }
+        });
+    }
+}
+
+fn describe(ui: &mut Ui, counts: VerdictCounts) {
+    let VerdictCounts { level, good, caution, bad } = counts;
+    level_mark(ui, Some(level));
+    let text = format!("{} ({good} good, {caution} caution, {bad} bad)", level.name());
+    ui.add(Label::new(notation::typeset(&text, 13.0)));
+}
