@@ -428,7 +428,7 @@ pub struct CoverageArguments {
 /// Arguments of `calibrate`.
 #[derive(Debug, Args)]
 pub struct CalibrateArguments {
-    /// Session whose settings identify the flights [default: the shipped one].
+    /// Session whose settings identify the flights [default: the shipped one, with gusts by their likelihood as in new sessions].
     pub session: Option<PathBuf>,
     /// Scenario to fly.
     #[arg(long, default_value = crate::coverage::SCENARIO)]

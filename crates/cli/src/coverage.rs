@@ -8,7 +8,7 @@ use doublet_engine::builtin;
 use doublet_engine::graph::{Context, StageError};
 use doublet_engine::planning::{DesignCoverage, design_coverage};
 use doublet_engine::run::Control;
-use doublet_engine::session::{self, Session};
+use doublet_engine::session::{self, GustSource, Session};
 use doublet_engine::study::{self, Coverage};
 use doublet_engine::verdict::Level;
 use doublet_engine::verdict::{self, JudgedFlights};
@@ -93,7 +93,11 @@ pub fn coverage(arguments: &CoverageArguments) -> Result<(), String> {
 pub fn calibrate(arguments: &CalibrateArguments) -> Result<(), String> {
     let scenario = crate::simulate::open(&arguments.scenario)?;
     let flights = (arguments.realisations, arguments.seed);
-    let found = fly_many((&arguments.session, scenario), flights, verdict::calibrate_levels)?;
+    let found = fly_many((&arguments.session, scenario), flights, |session, scenario, flights, context| {
+        // The shipped session states the gusts of its own flight.
+        let gusts = if arguments.session.is_none() { GustSource::Estimated } else { session.gusts };
+        verdict::calibrate_levels(&Session { gusts, ..session.clone() }, scenario, flights, context)
+    })?;
     if arguments.json {
         text::document(&serde_json::to_string_pretty(&found).map_err(|error| error.to_string())?);
         return Ok(());

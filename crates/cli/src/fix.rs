@@ -5,12 +5,15 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use doublet_engine::graph::Cache;
 use doublet_engine::keep::Lock;
-use doublet_engine::session::{self, Fix};
+use doublet_engine::session::{self, Fix, Opened, Session};
 use doublet_engine::verdict::{Level, VerdictCounts, fixes, try_fix};
 
 use crate::progress::Progress;
 use crate::run::{CACHE_BYTES, compute_session, open_to_run};
 use crate::text;
+
+/// Part of the progress bar for the session as it is.
+const COMPUTED: f32 = 0.3;
 
 /// Arguments of `fix`.
 #[derive(Debug, Args)]
@@ -37,43 +40,54 @@ pub fn fix(arguments: &FixArguments) -> Result<(), String> {
     let _lock = if arguments.apply.is_empty() { None } else { Lock::lock_for_writing(target)? };
     let opened = open_to_run(&arguments.session)?;
     let progress = Progress::new();
-    let snapshot = compute_session(&opened.session, &opened.folder, &[], &progress, 1.0);
-    progress.finish();
-    let snapshot = snapshot?;
-    let verdicts = snapshot.verdicts.ready().ok_or("nothing was judged")?;
-    let found = fixes(verdicts);
-    let cache = Cache::new(CACHE_BYTES);
-    if arguments.apply.is_empty() {
-        text::line(&format!("now: {}", describe(VerdictCounts::of(verdicts))));
-        let tried =
-            found.iter().take(arguments.most).enumerate().map(|(index, (fix, place))| {
-                (index, *fix, *place, try_fix(&opened.session, &opened.folder, fix, &cache))
-            });
-        let mut tried: Vec<_> = tried.collect();
-        tried.sort_by_key(|(.., after)| {
-            after.as_ref().map_or((Level::Bad, usize::MAX, 0), |to| (to.level, to.bad, to.caution))
-        });
-        let rows = tried.into_iter().map(|(index, fix, place, after)| {
-            let [level, good, caution, bad] = match after {
-                Ok(VerdictCounts { level, good, caution, bad }) => {
-                    [level.name().to_owned(), good.to_string(), caution.to_string(), bad.to_string()]
-                }
-                Err(error) => [error, String::new(), String::new(), String::new()],
-            };
-            vec![(index + 1).to_string(), fix.label.clone(), level, good, caution, bad, place.to_owned()]
-        });
-        let rows: Vec<Vec<String>> = rows.collect();
-        if rows.is_empty() {
-            text::line("no finding has a fix that can be applied");
-        } else {
-            text::table(&["#", "fix", "session", "good", "caution", "bad", "for"], &rows);
+    let snapshot = compute_session(&opened.session, &opened.folder, &[], &progress, COMPUTED);
+    let listed = snapshot.and_then(|snapshot| {
+        let verdicts = snapshot.verdicts.ready().ok_or("nothing was judged")?;
+        let found = fixes(verdicts);
+        if !arguments.apply.is_empty() {
+            return apply(&arguments.apply, &found, &opened.session).map(Some);
         }
-        return Ok(());
+        list(&opened, VerdictCounts::of(verdicts), &found[..found.len().min(arguments.most)], &progress);
+        Ok(None)
+    });
+    progress.finish();
+    listed?.map_or(Ok(()), |fixed| write(&fixed, &opened.folder, target))
+}
+
+/// Prints the verdict now and after each fix, the best first.
+fn list(opened: &Opened, now: VerdictCounts, found: &[(&Fix, &str)], progress: &Progress) {
+    let cache = Cache::new(CACHE_BYTES);
+    let mut tried = Vec::with_capacity(found.len());
+    for (index, (fix, place)) in found.iter().enumerate() {
+        progress.show(COMPUTED + (1.0 - COMPUTED) * index as f32 / found.len() as f32, "trying fixes");
+        tried.push((index, *fix, *place, try_fix(&opened.session, &opened.folder, fix, &cache)));
     }
-    let chosen: Result<Vec<&Fix>, String> = arguments.apply.iter().map(|number| pick(&found, *number)).collect();
-    let fixed = chosen?.iter().try_fold(opened.session.clone(), |session, fix| fix.apply(&session));
-    let fixed = fixed.map_err(|error| error.to_string())?;
-    write(&fixed, &opened.folder, target)
+    tried.sort_by_key(|(.., after)| {
+        after.as_ref().map_or((Level::Bad, usize::MAX, 0), |to| (to.level, to.bad, to.caution))
+    });
+    progress.finish();
+    text::line(&format!("now: {}", describe(now)));
+    let row = |(index, fix, place, after): (usize, &Fix, &str, Result<VerdictCounts, String>)| {
+        let [level, good, caution, bad] = match after {
+            Ok(VerdictCounts { level, good, caution, bad }) => {
+                [level.name().to_owned(), good.to_string(), caution.to_string(), bad.to_string()]
+            }
+            Err(error) => [error, String::new(), String::new(), String::new()],
+        };
+        vec![(index + 1).to_string(), fix.label.clone(), level, good, caution, bad, place.to_owned()]
+    };
+    let rows: Vec<Vec<String>> = tried.into_iter().map(row).collect();
+    match rows.is_empty() {
+        true => text::line("no finding has a fix that can be applied"),
+        false => text::table(&["#", "fix", "session", "good", "caution", "bad", "for"], &rows),
+    }
+}
+
+/// The session after fixes by their numbers, in this order.
+fn apply(numbers: &[usize], found: &[(&Fix, &str)], session: &Session) -> Result<Session, String> {
+    let chosen: Result<Vec<&Fix>, String> = numbers.iter().map(|number| pick(found, *number)).collect();
+    let fixed = chosen?.iter().try_fold(session.clone(), |session, fix| fix.apply(&session));
+    fixed.map_err(|error| error.to_string())
 }
 
 /// The fix of a number.
@@ -88,7 +102,7 @@ fn describe(counts: VerdictCounts) -> String {
 }
 
 /// Writes a session whose relative paths start from `folder`.
-fn write(session: &session::Session, folder: &Path, target: &Path) -> Result<(), String> {
+fn write(session: &Session, folder: &Path, target: &Path) -> Result<(), String> {
     let absolute = |path: &Path| std::path::absolute(path).map_err(|error| format!("{}: {error}", path.display()));
     let (old, new) = (absolute(folder)?, absolute(target.parent().unwrap_or(Path::new("")))?);
     session::save(&session::rebased(session, &old, &new), target).map_err(|error| error.to_string())?;
